@@ -160,6 +160,8 @@ std::string_view name(Modulation modulation) {
       return "CBOC-";
     case Modulation::TMBOC:
       return "TMBOC";
+    case Modulation::BOC61:
+      return "BOC(6,1)";
   }
   assert(false);
   return "";

@@ -19,8 +19,9 @@ enum class Modulation : std::uint8_t {
   CBOCData,   ///< CBOC(6,1,1/11,'+'): Galileo E1-B (Galileo OS SIS ICD 2.3.3)
   CBOCPilot,  ///< CBOC(6,1,1/11,'-'): Galileo E1-C
   TMBOC,      ///< TMBOC(6,1,4/33): GPS L1C pilot (IS-GPS-800, 3.3)
+  BOC61,      ///< sine-phased BOC(6,1): the smaller part of BeiDou B1C's pilot, QMBOC (B1C-1.0, 4.2.3)
 };
-/// "BPSK", "BOC(1,1)", "CBOC+", "CBOC-", "TMBOC".
+/// "BPSK", "BOC(1,1)", "CBOC+", "CBOC-", "TMBOC", "BOC(6,1)".
 [[nodiscard]] std::string_view name(Modulation modulation);
 
 /// Blocks and generations of satellites whose signals differ, one bit each.

@@ -17,6 +17,7 @@
 #include "canyon/receiver/corrections.hpp"
 #include "canyon/receiver/known_ephemerides.hpp"
 #include "canyon/receiver/receiver_draws.hpp"
+#include "canyon/receiver/signal_delays.hpp"
 #include "canyon/receiver/spoofing_check.hpp"
 #include "canyon/relative/rtk_filter.hpp"
 #include "canyon/tracking/channel.hpp"
@@ -332,19 +333,14 @@ struct Receiver::State {
     m.doppler_sigma_hz = std::hypot(noise_doppler_sigma_hz, loops.doppler_sigma_hz);
     if (m.doppler_sigma_hz == 0) m.doppler_sigma_hz = 0.1;
 
-    const auto delay_m = [&](bool ionosphere, bool troposphere) {
-      return atmosphere_m(ionosphere, troposphere, line, m.carrier_frequency_hz);
-    };
-    observation.ionosphere_m = delay_m(options.ionosphere, false);
-    observation.troposphere_m = delay_m(false, options.troposphere);
-    if (view.space) {
-      const double rate = std::pow(gnss::kL1_hz / m.carrier_frequency_hz, 2);
-      if (options.ionosphere) observation.ionosphere_m = rate * view.space->ionosphere_m;
-      if (options.troposphere) observation.troposphere_m = view.space->troposphere_m;
-      if (options.orbit_errors) observation.orbit_error_m = view.space->orbit_clock_m;
-    }
+    const DelaysInSignal delays =
+        delays_in_signal(options, *klobuchar, view, m.carrier_frequency_hz, now, place);
+    observation.ionosphere_m = delays.ionosphere_m;
+    observation.troposphere_m = delays.troposphere_m;
+    observation.orbit_error_m = delays.orbit_error_m;
     const double atmosphere = observation.ionosphere_m + observation.troposphere_m;
-    const double corrected = delay_m(options.fix.correct_ionosphere, options.fix.correct_troposphere);
+    const double corrected = atmosphere_m(options.fix.correct_ionosphere, options.fix.correct_troposphere,
+                                          line, m.carrier_frequency_hz);
     observation.pseudorange_error_m =
         observation.excess_m + observation.noise_m + observation.orbit_error_m + (atmosphere - corrected);
     m.pseudorange_m =

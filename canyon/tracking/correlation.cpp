@@ -64,6 +64,9 @@ std::array<double, kCells + 1> correlation_of(Modulation modulation) {
       add_correlation(boc_pulse(1, 0), 29.0 / 33, r);
       add_correlation(boc_pulse(0, 1), 4.0 / 33, r);
       break;
+    case Modulation::BOC61:
+      add_correlation(boc_pulse(0, 1), 1, r);
+      break;
   }
   return r;
 }

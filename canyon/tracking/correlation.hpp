@@ -37,8 +37,8 @@ struct CorrelationOptions {
 /// the jumps of dR/dtau at the knots t_k it is, in closed form, the sum of w_k g(tau - t_k) with
 ///   g(x) = x Si(pi B x) / pi + cos(pi B x) / (pi^2 B),
 /// whose second derivative is sin(pi B x) / (pi x), the response of the ideal filter. Tabulated to 4 chips,
-/// with cubic Hermite steps of 1 / (32 B): error below 1e-7 (slope: 2e-5 per chip); beyond evaluated as it
-/// is. Copyable, const, thread-safe.
+/// with cubic Hermite steps of 1 / (32 B): error below 1e-7 (slope: 2e-5 per chip, 4e-5 of BOC(6,1)); beyond
+/// evaluated as it is. Copyable, const, thread-safe.
 class Correlation {
  public:
   /// Throws InputError where options.validate() does.

@@ -16,6 +16,7 @@ namespace {
 using geodesy::kPi;
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
+/// Those that receivers track: BOC(6,1) is tracked as a part of others.
 const std::vector<Modulation> kAll{Modulation::BPSK, Modulation::BOC11, Modulation::CBOCData,
                                    Modulation::CBOCPilot, Modulation::TMBOC};
 
@@ -57,6 +58,8 @@ double density(Modulation modulation, double f) {
       return std::norm(a * boc_transform(2, f) - b * boc_transform(12, f));
     case Modulation::TMBOC:
       return 29.0 / 33 * std::norm(boc_transform(2, f)) + 4.0 / 33 * std::norm(boc_transform(12, f));
+    case Modulation::BOC61:
+      return std::norm(boc_transform(12, f));
   }
   return 0;
 }

@@ -53,6 +53,8 @@ double corner(Modulation modulation, int k) {
       return (10 * boc11 + boc61 - std::sqrt(10.0) * cross) / 11;
     case Modulation::TMBOC:  // IS-GPS-800 3.3: 29 chips of 33, and 4
       return (29 * boc11 + 4 * boc61) / 33;
+    case Modulation::BOC61:
+      return boc61;
   }
   return 0;
 }

@@ -312,6 +312,44 @@ rtk)
   runs 2 "$canyon" rtk "$pair/rover.obs" "$pair/base.obs" --nav "$pair/base.nav" --base-position here
   says err "--base-position 'here' is not a place"; one_line
   ;;
+iq)
+  runs 0 "$canyon" iq small.yaml --out d.iq --duration 1 --rate 2.5e6
+  says err '2.5 Msps int8, 0.005 GB: GPS L1CA' 'times real time'
+  [ "$(stat -c %s d.iq)" -eq 5000000 ] || fail "d.iq has $(stat -c %s d.iq) bytes"
+  says d.sigmf-meta '"core:datatype": "ci8"' '"core:sample_rate": 2500000.0' '"core:dataset": "d.iq"' '2026-03-01T10:00:00.000000000Z'
+  runs 0 "$canyon" iq small.yaml --out e.iq --duration 1 --rate 2.5e6 --threads 1 --quiet
+  [ ! -s err ] || fail "--quiet printed something"
+  cmp d.iq e.iq || fail "the bytes depend on the threads"
+  runs 0 "$canyon" iq small.yaml --out d.sigmf-data --duration 1 --rate 2.5e6 --format float32 --noise-level 0.1
+  says d.sigmf-meta cf32_le; grep -q dataset d.sigmf-meta && fail "SigMF's own name needs no dataset"
+  python3 - <<'P' || fail "the samples are not noise of the level that was asked for"
+import array, math
+x = array.array('f', open("d.sigmf-data", "rb").read())
+assert len(x) == 5000000, len(x)
+deviation = math.sqrt(sum(v * v for v in x[:200000]) / 200000)
+assert 0.1 < deviation < 0.12, deviation
+P
+  runs 0 "$canyon" iq small.yaml --out - --duration 1 --rate 2.5e6 --quiet
+  cmp d.iq out || fail "a pipe has other bytes"
+  runs 0 "$canyon" iq small.yaml --out two.iq --duration 1 --rate 2.5e6 --band L1 --band E1
+  [ -s two.L1.iq ] || fail "no two.L1.iq"
+  runs 2 "$canyon" iq small.yaml --out f.iq --band L9; one_line; says err "'L9' is no band"
+  runs 2 "$canyon" iq small.yaml --out f.iq --centre-hz 1.5e9; one_line; says err 'carry no signal of the sky'
+  runs 2 "$canyon" iq small.yaml --out f.iq --duration 0.5; one_line; says err 'one epoch'
+  runs 2 "$canyon" iq small.yaml --out f.iq --rate 1e5; says err '--rate'
+  runs 2 "$canyon" iq small.yaml --out f.iq --receiver nobody; one_line; says err "'nobody' is not in the scenario"
+  runs 2 "$canyon" iq small.yaml --out absent/f.iq; one_line; says err absent
+  { cat small.yaml; echo 'receivers: [{name: p, profile: paper}]'; } >paper.yaml
+  runs 2 "$canyon" iq paper.yaml --out f.iq; one_line; says err 'have no strength'
+  [ ! -e f.iq ] || fail "a refused run left a file"
+  # An interrupted run leaves a whole file.
+  "$canyon" iq small.yaml --out long.iq --rate 2.5e6 --threads 1 >out 2>err &
+  pid=$!
+  for _ in $(seq 100); do [ "$(stat -c %s long.iq.part* 2>/dev/null | sort -n | tail -n 1)" -gt 5000000 ] 2>/dev/null && break; sleep 0.05; done
+  kill -INT $pid; wait $pid
+  status=$?
+  [ $status -eq 130 ] || [ $status -eq 0 ] || fail "interrupted: exit status $status"
+  [ -s long.iq ] && [ -s long.sigmf-meta ] || fail "nothing left of an interrupted run" ;;
 sky_real)
   needs_data urbannav-tst-20190428/hksc1180.19n
   runs 0 "$canyon" sky --nav "$data/urbannav-tst-20190428/hksc1180.19n" "$data/urbannav-tst-20190428/hksc1180.19b" \

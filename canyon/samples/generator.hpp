@@ -1,0 +1,82 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "canyon/gnss/navigation_data.hpp"
+#include "canyon/receiver/receiver_options.hpp"
+#include "canyon/samples/mixer.hpp"
+#include "canyon/simulation/epoch.hpp"
+
+namespace canyon::samples {
+
+/// The receiver of samples up to its converter.
+struct FrontEnd {
+  double centre_hz = gnss::kL1_hz;  ///< what comes out at 0 Hz
+  double rate_hz = 4e6;             ///< complex samples per second, [1e6, 200e6]
+  bool noise = true;                ///< its thermal noise
+
+  /// Throws InputError for a rate out of range and a centre that is not in [1e9, 2e9].
+  void validate() const;
+};
+
+/// Whether the samples carry a signal on this carrier: at least kLeastShare of its power lies as near to it
+/// as the nearer edge of the band, which is rate_hz wide about the centre.
+inline constexpr double kLeastShare = 0.7;
+[[nodiscard]] bool carries(const FrontEnd& front_end, const gnss::Signal& signal, double carrier_hz);
+
+/// Complex baseband samples of one antenna from what arrives there, epoch by epoch.
+///
+/// A sample is taken each 1 / rate_hz of the receiver's clock, from its reading at the first epoch on. At an
+/// epoch each path's code delay and carrier phase are those that receiver::Receiver measures there without
+/// its noise: P = r + excess + c (bias - satellite clock + group delay) + ionosphere + troposphere + orbit
+/// error + bias of the receiver, and its phase -P / wavelength with the ionosphere's sign turned, the phase
+/// of the path's own strength (signal::path_amplitude()), tracking::PathPhases and the view's turn, without a
+/// group delay and an ambiguity. Between two epochs each path is followed by its kind and reflector: delay
+/// and phase are cubics by their values and rates at both ends, what the atmosphere adds is linear,
+/// amplitudes are linear. A path that is new, or gone, comes or goes within the epoch on the tangent of its
+/// delay. Diffuse paths within a tenth of a chip are one wave of their power, with their mean delay and
+/// Doppler shift, that fades as a Gauss-Markov process with the coherence of tracking::PathFades.
+///
+/// Strength: C/N0 as tracking::ChannelModel has it, of Signal::code's components; noise has the deviation 1
+/// in each part. Jammers are waves of their spectrum and of their power over the noise at each epoch; a
+/// receiver's compression is not modelled. Steps and drifts of its clock by faults are not in the samples.
+///
+/// The bytes depend on options, seed and epochs alone, not on threads.
+class Generator {
+ public:
+  /// @param threads 0: as many as cores
+  /// Throws InputError where the front end or the receiver's options are out of range, and where its signals
+  /// have no strength (SignalOptions::enabled).
+  Generator(const receiver::ReceiverOptions& options, std::uint64_t seed,
+            const std::map<gnss::System, gnss::Klobuchar>& klobuchar, const FrontEnd& front_end,
+            int threads = 0);
+  ~Generator();
+  Generator(Generator&&) noexcept;
+  Generator& operator=(Generator&&) noexcept;
+
+  /// The samples between the epoch before and this one, handed over in order; at the first epoch none.
+  /// Epochs need an arrival, and follow each other in time.
+  using Take = std::function<void(const Block& block, std::size_t samples)>;
+  void next(const simulation::Epoch& epoch, const Take& take);
+
+  /// Of the first sample, as the receiver's clock reads. Valid behind the first epoch.
+  [[nodiscard]] geodesy::GpsTime begin() const;
+  /// What was in the samples so far.
+  struct Contents {
+    std::map<std::string, std::size_t> satellites;  ///< by "GPS L1CA", most of an epoch
+    std::size_t most_paths = 0;                     ///< of all satellites and signals at an epoch
+    std::vector<std::string> without_message;       ///< "G05 L5": its symbols are all 0
+  };
+  [[nodiscard]] Contents contents() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace canyon::samples

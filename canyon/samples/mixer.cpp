@@ -1,0 +1,187 @@
+#include "canyon/samples/mixer.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <complex>
+#include <limits>
+
+#include "canyon/geodesy/constants.hpp"
+
+// The same source for processors with and without AVX2, chosen when the program starts. Neither has fused
+// multiplications, so that both give the same bytes.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
+    !defined(__SANITIZE_THREAD__)
+#define CANYON_CLONES __attribute__((target_clones("avx2", "default")))
+#else
+#define CANYON_CLONES
+#endif
+
+namespace canyon::samples {
+namespace {
+
+constexpr double kRadians = 2 * geodesy::kPi;
+
+/// kLanes samples of a carrier, and what turns them into the next ones.
+struct Carrier {
+  alignas(64) std::array<float, kLanes> re, im;
+  float turn_re, turn_im;
+
+  Carrier(double cycles, double cycles_per_sample, double amplitude) {
+    const std::complex<double> step = std::polar(1.0, kRadians * std::remainder(cycles_per_sample, 1));
+    std::complex<double> value = std::polar(amplitude, kRadians * std::remainder(cycles, 1));
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      re[l] = static_cast<float>(value.real());
+      im[l] = static_cast<float>(value.imag());
+      value *= step;
+    }
+    const double lanes = static_cast<double>(kLanes) * std::remainder(cycles_per_sample, 1);
+    const std::complex<double> turn = std::polar(1.0, kRadians * std::remainder(lanes, 1));
+    turn_re = static_cast<float>(turn.real());
+    turn_im = static_cast<float>(turn.imag());
+  }
+};
+
+CANYON_CLONES void mix_real(const float* __restrict slots, std::uint64_t position, std::uint64_t step,
+                            const Carrier& begin, std::size_t samples, float* __restrict re,
+                            float* __restrict im) {
+  Carrier carrier = begin;
+  alignas(64) std::array<std::int32_t, kLanes> ahead;
+  for (std::size_t l = 0; l < kLanes; ++l) ahead[l] = static_cast<std::int32_t>((step * l) >> 9U);
+  for (std::size_t n = 0; n < samples; n += kLanes) {
+    const float* from = slots + (position >> 32U);
+    const auto fraction = static_cast<std::int32_t>((position & 0xFFFFFFFFU) >> 9U);
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      const float value = from[(fraction + ahead[l]) >> 23];
+      const float c = carrier.re[l], s = carrier.im[l];
+      re[n + l] += value * c;
+      im[n + l] += value * s;
+      carrier.re[l] = c * carrier.turn_re - s * carrier.turn_im;
+      carrier.im[l] = c * carrier.turn_im + s * carrier.turn_re;
+    }
+    position += step * kLanes;
+  }
+}
+
+CANYON_CLONES void mix_complex(const float* __restrict slots_re, const float* __restrict slots_im,
+                               std::uint64_t position, std::uint64_t step, const Carrier& begin,
+                               std::size_t samples, float* __restrict re, float* __restrict im) {
+  Carrier carrier = begin;
+  alignas(64) std::array<std::int32_t, kLanes> ahead;
+  for (std::size_t l = 0; l < kLanes; ++l) ahead[l] = static_cast<std::int32_t>((step * l) >> 9U);
+  for (std::size_t n = 0; n < samples; n += kLanes) {
+    const float* from_re = slots_re + (position >> 32U);
+    const float* from_im = slots_im + (position >> 32U);
+    const auto fraction = static_cast<std::int32_t>((position & 0xFFFFFFFFU) >> 9U);
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      const std::int32_t at = (fraction + ahead[l]) >> 23;
+      const float x = from_re[at], y = from_im[at];
+      const float c = carrier.re[l], s = carrier.im[l];
+      re[n + l] += x * c - y * s;
+      im[n + l] += x * s + y * c;
+      carrier.re[l] = c * carrier.turn_re - s * carrier.turn_im;
+      carrier.im[l] = c * carrier.turn_im + s * carrier.turn_re;
+    }
+    position += step * kLanes;
+  }
+}
+
+constexpr std::size_t kNoiseBits = 12, kNoiseSteps = std::size_t{1} << kNoiseBits;
+
+/// Values at equal steps of the normal distribution, of variance 1/2.
+std::array<float, kNoiseSteps> noise_table() {
+  std::array<double, kNoiseSteps> values{};
+  double power = 0;
+  for (std::size_t i = 0; i < kNoiseSteps / 2; ++i) {
+    // Where the upper tail is (i + 1/2) / steps, by bisection.
+    const double tail = (static_cast<double>(i) + 0.5) / kNoiseSteps;
+    double low = 0, high = 8;
+    for (int k = 0; k < 50; ++k) {
+      const double middle = (low + high) / 2;
+      (std::erfc(middle / std::sqrt(2.0)) / 2 > tail ? low : high) = middle;
+    }
+    values[i] = low;
+    values[kNoiseSteps - 1 - i] = -low;
+    power += 2 * low * low;
+  }
+  const double scale = std::sqrt(0.5 * kNoiseSteps / power);
+  std::array<float, kNoiseSteps> table{};
+  for (std::size_t i = 0; i < kNoiseSteps; ++i) table[i] = static_cast<float>(values[i] * scale);
+  return table;
+}
+
+template <typename Integer>
+void quantise_to(const Block& block, std::size_t samples, float gain, Integer* out) {
+  constexpr float kMost = std::numeric_limits<Integer>::max();
+  const auto value = [&](float x) {
+    const float scaled = std::clamp(x * gain, -kMost, kMost);
+    return static_cast<Integer>(static_cast<int>(scaled + (scaled < 0 ? -0.5F : 0.5F)));
+  };
+  for (std::size_t n = 0; n < samples; ++n) {
+    out[2 * n] = value(block.re[n]);
+    out[2 * n + 1] = value(block.im[n]);
+  }
+}
+
+}  // namespace
+
+void Block::clear(std::size_t samples) {
+  const std::size_t padded = (samples + kLanes - 1) / kLanes * kLanes;
+  re.assign(padded, 0);
+  im.assign(padded, 0);
+}
+
+void add_path(const Slots& slots, const PathBlock& path, Block& block) {
+  assert(path.slot >= 0 && path.slots_per_sample >= 0 && path.slots_per_sample <= kMostSlots);
+  const auto position = static_cast<std::uint64_t>(std::ldexp(path.slot, 32));
+  const auto step = static_cast<std::uint64_t>(std::llround(std::ldexp(path.slots_per_sample, 32)));
+  assert((position + step * block.re.size()) >> 32U < slots.re.size());
+  const Carrier carrier(path.cycles, path.cycles_per_sample, path.amplitude);
+  if (slots.im.empty()) {
+    mix_real(slots.re.data(), position, step, carrier, block.re.size(), block.re.data(), block.im.data());
+  } else {
+    mix_complex(slots.re.data(), slots.im.data(), position, step, carrier, block.re.size(), block.re.data(),
+                block.im.data());
+  }
+}
+
+void add_tone(double cycles, double cycles_per_sample, double amplitude, Block& block) {
+  static const Slots one{{1, 1}, {}};
+  PathBlock path;
+  path.cycles = cycles;
+  path.cycles_per_sample = cycles_per_sample;
+  path.amplitude = amplitude;
+  add_path(one, path, block);
+}
+
+RandomStream keyed_stream(std::uint64_t key) {
+  return RandomStream::from_state(
+      {mix64(key), mix64(key + kGolden64), mix64(key + 2 * kGolden64), mix64(key + 3 * kGolden64) | 1U});
+}
+
+void add_noise(std::uint64_t key, Block& block) {
+  static const std::array<float, kNoiseSteps> table = noise_table();
+  RandomStream stream = keyed_stream(key);
+  constexpr std::uint64_t kMask = kNoiseSteps - 1;
+  for (std::size_t n = 0; n < block.re.size(); ++n) {
+    const std::uint64_t bits = stream.next();
+    block.re[n] += table[bits & kMask] + table[(bits >> 12U) & kMask];
+    block.im[n] += table[(bits >> 24U) & kMask] + table[(bits >> 36U) & kMask];
+  }
+}
+
+void quantise(const Block& block, std::size_t samples, float gain, std::int8_t* out) {
+  quantise_to(block, samples, gain, out);
+}
+void quantise(const Block& block, std::size_t samples, float gain, std::int16_t* out) {
+  quantise_to(block, samples, gain, out);
+}
+void quantise(const Block& block, std::size_t samples, float gain, float* out) {
+  for (std::size_t n = 0; n < samples; ++n) {
+    out[2 * n] = block.re[n] * gain;
+    out[2 * n + 1] = block.im[n] * gain;
+  }
+}
+
+}  // namespace canyon::samples

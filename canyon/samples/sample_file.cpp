@@ -1,0 +1,267 @@
+#include "canyon/samples/sample_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/json.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/samples/spreading_codes.hpp"
+#include "canyon/simulation/scenario.hpp"
+
+namespace canyon::samples {
+namespace {
+
+struct FormatRow {
+  std::string_view name, sigmf;
+  std::size_t bytes;  ///< of a part
+  double most;
+};
+constexpr FormatRow kFormats[]{
+    {"int8", "ci8", 1, 127}, {"int16", "ci16_le", 2, 32767}, {"float32", "cf32_le", 4, 1}};
+const FormatRow& row(Format format) {
+  return kFormats[static_cast<std::size_t>(format)];
+}
+
+/// GLONASS sends on these channels (ICD L1, L2 5.1, table 3.1).
+constexpr int kLowestChannel = -7, kHighestChannel = 6;
+
+Generator make_generator(const simulation::Simulation& simulation, const SampleFileOptions& options) {
+  const std::vector<simulation::ReceiverConfig>& receivers = simulation.scenario().receivers;
+  if (options.receiver >= receivers.size()) {
+    throw InputError(fmt::format("the scenario has no receiver {}", options.receiver));
+  }
+  return {receivers[options.receiver].options, simulation.scenario().seed,
+          simulation.environment().klobuchar(), options.front_end, options.threads};
+}
+
+template <typename Value>
+void append(const Block& block, std::size_t samples, float gain, std::string& bytes) {
+  bytes.resize(2 * samples * sizeof(Value));
+  quantise(block, samples, gain, reinterpret_cast<Value*>(bytes.data()));
+}
+
+}  // namespace
+
+std::string_view name(Format format) {
+  return row(format).name;
+}
+
+std::vector<std::string> format_names() {
+  std::vector<std::string> names;
+  for (const FormatRow& format : kFormats) names.emplace_back(format.name);
+  return names;
+}
+
+Format format_by_name(std::string_view name) {
+  for (std::size_t i = 0; i < std::size(kFormats); ++i) {
+    if (kFormats[i].name == name) return static_cast<Format>(i);
+  }
+  throw InputError(fmt::format("'{}' is no format of samples", name),
+                   fmt::format("give {}", fmt::join(format_names(), ", ")));
+}
+
+std::size_t bytes_per_sample(Format format) {
+  return 2 * row(format).bytes;
+}
+
+double band_centre_hz(std::string_view band) {
+  constexpr std::pair<std::string_view, double> kBands[]{
+      {"L1", gnss::kL1_hz}, {"L2", 1227.6e6}, {"L5", 1176.45e6}, {"E5", 1191.795e6}};
+  for (const auto& [name, centre_hz] : kBands) {
+    if (name == band) return centre_hz;
+  }
+  for (const gnss::System system : gnss::kAllSystems) {
+    for (const gnss::Signal& signal : gnss::signals_of(system)) {
+      if (signal.name == band) return signal.carrier_hz;
+    }
+  }
+  throw InputError(fmt::format("'{}' is no band", band),
+                   fmt::format("give L1, L2, L5, E5 or a signal: {}", fmt::join(gnss::signal_names(), ", ")));
+}
+
+BandPlan plan_band(const FrontEnd& front_end, std::span<const gnss::SatelliteId> satellites) {
+  BandPlan plan;
+  for (const gnss::System system : gnss::kAllSystems) {
+    for (const gnss::Signal& signal : gnss::signals_of(system)) {
+      const bool sent = std::any_of(satellites.begin(), satellites.end(), [&](gnss::SatelliteId id) {
+        return id.system == system && !components(id, signal).empty();
+      });
+      if (!sent) continue;
+      const std::string name = fmt::format("{} {}", gnss::name(system), signal.name);
+      int carried = 0, within = 0, channels = 0;
+      const bool many = signal.channel_hz > 0;
+      for (int channel = many ? kLowestChannel : 0; channel <= (many ? kHighestChannel : 0); ++channel) {
+        const double carrier_hz = signal.carrier_hz + channel * signal.channel_hz;
+        ++channels;
+        if (carries(front_end, signal, carrier_hz)) {
+          ++carried;
+        } else if (std::abs(carrier_hz - front_end.centre_hz) < front_end.rate_hz / 2) {
+          ++within;
+        }
+      }
+      if (carried == channels) {
+        plan.carried.push_back(name);
+      } else if (carried > 0) {
+        plan.carried.push_back(fmt::format("{} ({} of {} channels)", name, carried, channels));
+      } else if (within > 0) {
+        plan.left_out.push_back(name);
+      }
+    }
+  }
+  return plan;
+}
+
+SampleFile::SampleFile(const simulation::Simulation& simulation, SampleFileOptions options)
+    : simulation_(simulation),
+      options_(std::move(options)),
+      generator_(make_generator(simulation, options_)) {
+  if (!(options_.noise_level > 0 && options_.noise_level <= 1)) {
+    throw InputError(fmt::format("a noise level of {} is out of range", options_.noise_level),
+                     "it is above 0 and at most 1");
+  }
+  if (simulation.epoch_count() < 2) {
+    throw InputError("the run has one epoch, and samples lie between epochs",
+                     "let it be longer, or raise rate_hz");
+  }
+  if (simulation.navigation().empty()) {
+    throw InputError("the sky has no broadcast messages, which signals carry",
+                     "take a sky of navigation files, or a nominal one");
+  }
+  const FrontEnd& front_end = options_.front_end;
+  plan_ = plan_band(front_end, simulation.environment().sky().satellites());
+  if (plan_.carried.empty()) {
+    throw InputError(
+        fmt::format(
+            "{:.3f} Msps about {:.3f} MHz carry no signal of the sky{}", front_end.rate_hz * 1e-6,
+            front_end.centre_hz * 1e-6,
+            plan_.left_out.empty() ? "" : fmt::format("; too slow for {}", fmt::join(plan_.left_out, ", "))),
+        plan_.left_out.empty() ? "choose another band" : "sample faster");
+  }
+  gain_ = static_cast<float>(options_.noise_level * row(options_.format).most);
+  std::error_code error;
+  if (options_.path == "-") {
+    pipe_ = stdout;
+  } else if (std::filesystem::is_fifo(options_.path, error)) {
+    pipe_ = std::fopen(options_.path.c_str(), "wb");
+    owns_pipe_ = true;
+    if (pipe_ == nullptr)
+      throw OutputError(options_.path.string(), 0, "cannot be opened", "check its rights");
+  } else {
+    file_.emplace(options_.path);
+    const auto space = std::filesystem::space(file_->temporary_path().parent_path().empty()
+                                                  ? std::filesystem::path(".")
+                                                  : file_->temporary_path().parent_path(),
+                                              error);
+    if (!error && space.available < expected_bytes()) {
+      throw OutputError(options_.path.string(), 0,
+                        fmt::format("the samples need {:.2f} GB, and {:.2f} GB are free",
+                                    static_cast<double>(expected_bytes()) * 1e-9,
+                                    static_cast<double>(space.available) * 1e-9),
+                        "free some, shorten the run, or lower the rate");
+    }
+  }
+}
+
+SampleFile::~SampleFile() {
+  if (owns_pipe_ && pipe_ != nullptr) std::fclose(pipe_);
+}
+
+std::uintmax_t SampleFile::expected_bytes() const {
+  const double seconds = static_cast<double>(simulation_.epoch_count() - 1) * simulation_.interval_s();
+  return static_cast<std::uintmax_t>(std::llround(seconds * options_.front_end.rate_hz)) *
+         bytes_per_sample(options_.format);
+}
+
+void SampleFile::write(const simulation::Epoch& epoch) {
+  if (epoch.receiver != options_.receiver) return;
+  if (!place_) place_ = epoch.truth.position;
+  clipped_ = of_epoch_ = 0;
+  generator_.next(epoch, [this](const Block& block, std::size_t samples) { put(block, samples); });
+  if (of_epoch_ > 0) {
+    most_clipped_ = std::max(most_clipped_, static_cast<double>(clipped_) / static_cast<double>(of_epoch_));
+  }
+}
+
+void SampleFile::put(const Block& block, std::size_t samples) {
+  const auto limit = static_cast<float>(row(options_.format).most) / gain_;
+  for (std::size_t n = 0; n < samples; ++n) {
+    clipped_ += std::abs(block.re[n]) > limit ? 1U : 0U;
+    clipped_ += std::abs(block.im[n]) > limit ? 1U : 0U;
+  }
+  of_epoch_ += 2 * samples;
+  switch (options_.format) {
+    case Format::Int8:
+      append<std::int8_t>(block, samples, gain_, bytes_);
+      break;
+    case Format::Int16:
+      append<std::int16_t>(block, samples, gain_, bytes_);
+      break;
+    case Format::Float32:
+      append<float>(block, samples, gain_, bytes_);
+      break;
+  }
+  put_bytes(bytes_);
+  samples_ += samples;
+}
+
+void SampleFile::put_bytes(std::string_view bytes) {
+  if (file_) {
+    file_->write(bytes);
+  } else if (std::fwrite(bytes.data(), 1, bytes.size(), pipe_) != bytes.size()) {
+    throw OutputError(options_.path.string(), 0, "the reader is gone", "start it again");
+  }
+}
+
+std::string SampleFile::metadata() const {
+  const FrontEnd& front_end = options_.front_end;
+  const std::string& receiver = simulation_.scenario().receivers[options_.receiver].options.name;
+  Json global = Json::object();
+  global["core:datatype"] = std::string(row(options_.format).sigmf);
+  global["core:sample_rate"] = front_end.rate_hz;
+  global["core:version"] = "1.2.0";
+  global["core:num_channels"] = 1;
+  global["core:description"] = fmt::format("Simulated; no signal was received. Receiver '{}': {}", receiver,
+                                           fmt::join(plan_.carried, ", "));
+  global["core:recorder"] = "Canyon";
+  global["core:hw"] = "none";
+  // SigMF's own name needs no mention.
+  if (options_.path.extension() != ".sigmf-data") global["core:dataset"] = options_.path.filename().string();
+  Json capture = Json::object();
+  capture["core:sample_start"] = 0;
+  capture["core:frequency"] = front_end.centre_hz;
+  if (samples_ > 0) {
+    capture["core:datetime"] = geodesy::format_utc(generator_.begin(), 9);
+  }
+  if (place_) {
+    Json point = Json::object();
+    point["type"] = "Point";
+    point["coordinates"] = Json{geodesy::degrees(place_->longitude_rad),
+                                geodesy::degrees(place_->latitude_rad), place_->height_m};
+    capture["core:geolocation"] = std::move(point);
+  }
+  Json meta = Json::object();
+  meta["global"] = std::move(global);
+  meta["captures"] = Json::array();
+  meta["captures"].push_back(std::move(capture));
+  meta["annotations"] = Json::array();
+  return meta.dump(2) + "\n";
+}
+
+void SampleFile::finish() {
+  if (!file_) {
+    std::fflush(pipe_);
+    return;
+  }
+  file_->commit();
+  OutputFile meta(std::filesystem::path(options_.path).replace_extension(".sigmf-meta"));
+  meta.write(metadata());
+  meta.commit();
+}
+
+}  // namespace canyon::samples

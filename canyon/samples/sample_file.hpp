@@ -1,0 +1,90 @@
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "canyon/base/output_file.hpp"
+#include "canyon/samples/generator.hpp"
+#include "canyon/simulation/simulator.hpp"
+
+namespace canyon::samples {
+
+/// Interleaved real and imaginary parts; integers of the machine's byte order.
+enum class Format : std::uint8_t { Int8, Int16, Float32 };
+/// "int8", "int16", "float32".
+[[nodiscard]] std::string_view name(Format format);
+[[nodiscard]] std::vector<std::string> format_names();
+/// InputError for another name.
+[[nodiscard]] Format format_by_name(std::string_view name);
+[[nodiscard]] std::size_t bytes_per_sample(Format format);
+
+/// The carrier [Hz] of a band: "L1", "L2", "L5", "E5", or the name of a signal (E1, E5a, B1I, G1, ...).
+/// InputError for another name.
+[[nodiscard]] double band_centre_hz(std::string_view band);
+
+/// Signals of a sky's systems about a front end's centre, by "GPS L1CA".
+struct BandPlan {
+  std::vector<std::string> carried;   ///< GLONASS: with the number of its channels that are
+  std::vector<std::string> left_out;  ///< their carrier lies within the band, and too little of their power
+};
+[[nodiscard]] BandPlan plan_band(const FrontEnd& front_end, std::span<const gnss::SatelliteId> satellites);
+
+/// What a file of samples is.
+struct SampleFileOptions {
+  std::filesystem::path path;  ///< "-": the standard output; a FIFO is written as it is
+  std::size_t receiver = 0;    ///< of the scenario
+  FrontEnd front_end;
+  Format format = Format::Int8;
+  /// Standard deviation of the noise in each part over the largest value [1], (0, 1]; for float32 over 1.
+  double noise_level = 0.25;
+  int threads = 0;  ///< 0: as many as cores
+};
+
+/// Writes the samples of one receiver, and beside them what they are, as SigMF 1.2 (NAME.sigmf-meta). Both
+/// are whole or absent; an interrupted run leaves what was made.
+class SampleFile final : public simulation::EpochSink {
+ public:
+  /// Throws InputError for options out of range, where the front end carries no signal of the sky, and where
+  /// no message describes the sky; OutputError where the disk has less room than expected_bytes().
+  SampleFile(const simulation::Simulation& simulation, SampleFileOptions options);
+  ~SampleFile() override;
+
+  /// Of the whole run.
+  [[nodiscard]] std::uintmax_t expected_bytes() const;
+  [[nodiscard]] std::uintmax_t samples() const { return samples_; }
+  [[nodiscard]] const BandPlan& plan() const { return plan_; }
+  [[nodiscard]] Generator::Contents contents() const { return generator_.contents(); }
+  /// Largest share of the parts [1] that was beyond the largest value, of an epoch.
+  [[nodiscard]] double most_clipped() const { return most_clipped_; }
+
+  void write(const simulation::Epoch& epoch) override;
+  void finish() override;
+
+ private:
+  void put(const Block& block, std::size_t samples);
+  void put_bytes(std::string_view bytes);
+  [[nodiscard]] std::string metadata() const;
+
+  const simulation::Simulation& simulation_;
+  SampleFileOptions options_;
+  BandPlan plan_;
+  Generator generator_;
+  float gain_ = 1;
+  std::optional<OutputFile> file_;
+  std::FILE* pipe_ = nullptr;
+  bool owns_pipe_ = false;
+  std::string bytes_;
+  std::uintmax_t samples_ = 0;
+  std::size_t clipped_ = 0, of_epoch_ = 0;
+  double most_clipped_ = 0;
+  std::optional<geodesy::Geodetic> place_;
+};
+
+}  // namespace canyon::samples
