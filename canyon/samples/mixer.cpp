@@ -112,15 +112,18 @@ std::array<float, kNoiseSteps> noise_table() {
 }
 
 template <typename Integer>
-void quantise_to(const Block& block, std::size_t samples, float gain, Integer* out) {
+void quantise_to(const float* __restrict re, const float* __restrict im, std::size_t samples, float gain,
+                 Integer* __restrict out) {
   constexpr float kMost = std::numeric_limits<Integer>::max();
   const auto value = [&](float x) {
-    const float scaled = std::clamp(x * gain, -kMost, kMost);
-    return static_cast<Integer>(static_cast<int>(scaled + (scaled < 0 ? -0.5F : 0.5F)));
+    const float scaled = x * gain;
+    const float low = scaled < -kMost ? -kMost : scaled;
+    const float within = low > kMost ? kMost : low;
+    return static_cast<Integer>(static_cast<int>(within + std::copysign(0.5F, within)));
   };
   for (std::size_t n = 0; n < samples; ++n) {
-    out[2 * n] = value(block.re[n]);
-    out[2 * n + 1] = value(block.im[n]);
+    out[2 * n] = value(re[n]);
+    out[2 * n + 1] = value(im[n]);
   }
 }
 
@@ -172,10 +175,10 @@ void add_noise(std::uint64_t key, Block& block) {
 }
 
 void quantise(const Block& block, std::size_t samples, float gain, std::int8_t* out) {
-  quantise_to(block, samples, gain, out);
+  quantise_to(block.re.data(), block.im.data(), samples, gain, out);
 }
 void quantise(const Block& block, std::size_t samples, float gain, std::int16_t* out) {
-  quantise_to(block, samples, gain, out);
+  quantise_to(block.re.data(), block.im.data(), samples, gain, out);
 }
 void quantise(const Block& block, std::size_t samples, float gain, float* out) {
   for (std::size_t n = 0; n < samples; ++n) {
