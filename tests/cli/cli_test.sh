@@ -342,6 +342,9 @@ P
   { cat small.yaml; echo 'receivers: [{name: p, profile: paper}]'; } >paper.yaml
   runs 2 "$canyon" iq paper.yaml --out f.iq; one_line; says err 'have no strength'
   [ ! -e f.iq ] || fail "a refused run left a file"
+  sed 's/^trajectory:/trajectory: {waypoints: [{east_m: 0, north_m: 0, up_m: 2}], hold_s: 900000}/; /^  /d' small.yaml >years.yaml
+  runs 1 "$canyon" iq years.yaml --out f.iq --rate 200e6 --duration 900000; one_line; says err 'the samples need' 'GB are free'
+  [ ! -e f.iq ] || fail "a refused run left a file"
   # An interrupted run leaves a whole file.
   "$canyon" iq small.yaml --out long.iq --rate 2.5e6 --threads 1 >out 2>err &
   pid=$!
