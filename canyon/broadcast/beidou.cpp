@@ -94,6 +94,10 @@ std::uint32_t bch_15_11(std::uint32_t information) {
   return remainder;
 }
 
+std::vector<std::uint32_t> spare_beidou_subframe(int subframe, GpsTime start) {
+  return coded({}, subframe, start);
+}
+
 std::vector<std::uint32_t> d1_subframe(const gnss::KeplerEphemeris& e, const SystemMessage& message,
                                        int subframe, GpsTime start) {
   const Fields f{e};

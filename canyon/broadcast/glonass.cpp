@@ -85,8 +85,11 @@ Bits glonass_string(const gnss::GlonassEphemeris& e, int string, geodesy::GpsTim
       bits.put(0, 14).put(0, 1).put(2, 4).put(0, 3);  // P4; F_T 2: 2.5 m
       bits.put(calendar.day, 11).put(e.id.number, 5).put(1, 2);
       break;
-    default:
+    case 5:
       bits.put(calendar.day, 11).put(0, 32).put(0, 1).put(calendar.four_years, 5).put(0, 22).put(0, 1);
+      break;
+    default:
+      bits.put(0, 72);
       break;
   }
   return bits.put(check_bits(bits), 8);

@@ -55,11 +55,14 @@ void put_klobuchar(Bits& bits, const gnss::Klobuchar& k);
 [[nodiscard]] std::vector<std::uint32_t> d2_page(const gnss::KeplerEphemeris& ephemeris,
                                                  const SystemMessage& message, int page,
                                                  geodesy::GpsTime start);
+/// A subframe of D1 or D2 whose content is not known: preamble, number and second of the week, then zeros.
+/// @param start of the subframe, of D2 of its frame
+[[nodiscard]] std::vector<std::uint32_t> spare_beidou_subframe(int subframe, geodesy::GpsTime start);
 /// Four parity bits of 11 bits, generator x^4 + x + 1 (5.1.3).
 [[nodiscard]] std::uint32_t bch_15_11(std::uint32_t information);
 
-/// String 1 to 5 of GLONASS (ICD L1, L2 5.1, 4.3 to 4.5): bits 85 to 1 with the Hamming code; signed fields
-/// are sign and magnitude.
+/// String 1 to 15 of GLONASS (ICD L1, L2 5.1, 4.3 to 4.5): bits 85 to 1 with the Hamming code; signed fields
+/// are sign and magnitude. Strings from 6 on, of almanacs, are empty.
 /// @param start of the frame, a multiple of 30 s of the GLONASS day
 [[nodiscard]] Bits glonass_string(const gnss::GlonassEphemeris& ephemeris, int string,
                                   geodesy::GpsTime start);

@@ -127,6 +127,10 @@ std::uint32_t unsent_ephemeris(gnss::SatelliteId id, const gnss::Signal& signal,
   return unsent;
 }
 
+std::chrono::nanoseconds Schedule::offset(gnss::SatelliteId id, GpsTime time) {
+  return std::chrono::nanoseconds(pace_of(id, time).offset);
+}
+
 std::vector<SentMessage> Schedule::sent(const gnss::NavigationData& navigation, gnss::SatelliteId id,
                                         GpsTime from, GpsTime to) {
   std::vector<SentMessage> messages;

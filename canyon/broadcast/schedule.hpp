@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -31,6 +32,9 @@ class Schedule {
   /// Calls for one satellite must go forward in time.
   [[nodiscard]] std::vector<SentMessage> sent(const gnss::NavigationData& navigation, gnss::SatelliteId id,
                                               geodesy::GpsTime from, geodesy::GpsTime to);
+
+  /// From GPS time to the begin of a message of a satellite, less whole messages [ns].
+  [[nodiscard]] static std::chrono::nanoseconds offset(gnss::SatelliteId id, geodesy::GpsTime time);
 
  private:
   using Ephemeris = std::variant<std::monostate, gnss::KeplerEphemeris, gnss::GlonassEphemeris>;

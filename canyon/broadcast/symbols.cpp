@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <bit>
+#include <chrono>
 #include <cstddef>
+#include <string_view>
 
 #include "canyon/broadcast/messages.hpp"
 #include "canyon/broadcast/schedule.hpp"
@@ -53,45 +55,131 @@ void put_inav_part(const std::vector<std::uint32_t>& page, std::size_t part,
   }
 }
 
+/// Words of 30 bits, as BeiDou sends them.
+std::vector<std::int8_t> plain_symbols(const std::vector<std::uint32_t>& words) {
+  std::vector<std::int8_t> symbols;
+  for (const std::uint32_t word : words) {
+    for (int bit = 29; bit >= 0; --bit) symbols.push_back(symbol_of(word >> bit & 1U));
+  }
+  return symbols;
+}
+
+/// A string as it is sent: 85 bits by differences, each turned over in its second half, then the time mark
+/// (ICD L1, L2 5.1, 3.3.2.2).
+std::vector<std::int8_t> glonass_symbols(const std::vector<std::uint32_t>& words) {
+  constexpr std::string_view kTimeMark = "111110001101110101000010010110";
+  std::vector<std::int8_t> symbols;
+  std::uint32_t bit = 0;
+  for (std::size_t i = 0; i < 85; ++i) {
+    bit ^= words.at(i / 32) >> (31 - i % 32) & 1U;
+    symbols.push_back(symbol_of(bit ^ 1U));
+    symbols.push_back(symbol_of(bit));
+  }
+  for (const char c : kTimeMark) symbols.push_back(symbol_of(c == '1' ? 1 : 0));
+  return symbols;
+}
+
+enum class Message { Lnav, Inav, D1, D2, Glonass };
+
+std::optional<Message> message_of(gnss::SatelliteId id, const gnss::Signal& signal) {
+  switch (id.system) {
+    case gnss::System::GPS:
+    case gnss::System::QZSS:
+      if (signal.name == "L1CA") return Message::Lnav;
+      break;
+    case gnss::System::Galileo:
+      if (signal.name == "E1") return Message::Inav;
+      break;
+    case gnss::System::BeiDou:
+      if (signal.name != "B1I" && signal.name != "B2I" && signal.name != "B3I") break;
+      return gnss::is_beidou_geo(id) ? Message::D2 : Message::D1;
+    case gnss::System::GLONASS:
+      if (signal.name == "G1" || signal.name == "G2") return Message::Glonass;
+      break;
+    case gnss::System::SBAS:
+      break;
+  }
+  return std::nullopt;
+}
+
+/// Lengths [ns] of a frame of symbols, and of that of which Schedule sends at most one message.
+struct Lengths {
+  std::int64_t symbols, message;
+};
+Lengths lengths_of(Message message) {
+  switch (message) {
+    case Message::Lnav:
+    case Message::D1:
+      return {6 * kNanoseconds, 6 * kNanoseconds};
+    case Message::D2:
+      return {kNanoseconds * 6 / 10, 3 * kNanoseconds};
+    case Message::Inav:
+    case Message::Glonass:
+      break;
+  }
+  return {2 * kNanoseconds, 2 * kNanoseconds};
+}
+
 }  // namespace
 
 std::optional<SymbolFrame> symbol_frame(const gnss::NavigationData& navigation, gnss::SatelliteId id,
                                         const gnss::Signal& signal, geodesy::GpsTime time) {
-  const bool lnav =
-      signal.name == "L1CA" && (id.system == gnss::System::GPS || id.system == gnss::System::QZSS);
-  const bool inav = id.system == gnss::System::Galileo && signal.name == "E1";
-  if (!lnav && !inav) return std::nullopt;
-  // Subframes of 6 s; pages of 2 s from odd seconds on.
-  const std::int64_t length = (lnav ? 6 : 2) * kNanoseconds, offset = lnav ? 0 : kNanoseconds;
+  const std::optional<Message> kind = message_of(id, signal);
+  if (!kind) return std::nullopt;
+  const Lengths lengths = lengths_of(*kind);
+  const std::int64_t offset = Schedule::offset(id, time).count();
   const auto begin_of = [&](std::int64_t step) {
     const std::int64_t since = time.nanoseconds() - offset;
     return geodesy::GpsTime::from_nanoseconds(time.nanoseconds() - (since % step + step) % step);
   };
   SymbolFrame frame;
-  frame.start = begin_of(length);
-  const geodesy::GpsTime first = begin_of(kFrame);
+  frame.start = begin_of(lengths.symbols);
+  const geodesy::GpsTime message_start = begin_of(lengths.message), first = begin_of(kFrame);
+  const auto number =
+      static_cast<int>((frame.start - message_start) * 1e9 / static_cast<double>(lengths.symbols) + 0.5);
   const std::vector<SentMessage> sent =
       Schedule().sent(navigation, id, first, first + std::chrono::nanoseconds(kFrame));
   if (sent.empty()) return std::nullopt;
   const auto found = std::find_if(sent.begin(), sent.end(),
                                   [&](const SentMessage& message) { return message.start == frame.start; });
-  if (lnav) {
-    SystemMessage message;
-    if (const auto k = navigation.klobuchar.find(id.system); k != navigation.klobuchar.end()) {
-      message.klobuchar = k->second;
+  const bool known = found != sent.end();
+  const auto place =
+      static_cast<int>((frame.start - first) * 1e9 / static_cast<double>(lengths.symbols) + 0.5) + 1;
+  switch (*kind) {
+    case Message::Lnav: {
+      SystemMessage message;
+      if (const auto k = navigation.klobuchar.find(id.system); k != navigation.klobuchar.end()) {
+        message.klobuchar = k->second;
+      }
+      frame.symbol_s = 0.02;
+      frame.symbols = lnav_symbols(known ? found->words : lnav_page18(id.system, message, frame.start));
+      break;
     }
-    frame.symbol_s = 0.02;
-    frame.symbols =
-        lnav_symbols(found != sent.end() ? found->words : lnav_page18(id.system, message, frame.start));
-    return frame;
+    case Message::Inav: {
+      gnss::KeplerEphemeris spare;
+      spare.id = id;
+      const std::vector<std::uint32_t> page =
+          known ? found->words : inav_page(inav_word(spare, {}, 0, frame.start));
+      frame.symbol_s = 0.004;
+      put_inav_part(page, 0, frame.symbols);
+      put_inav_part(page, 1, frame.symbols);
+      break;
+    }
+    case Message::D1:
+      frame.symbol_s = 0.02;
+      frame.symbols = plain_symbols(known ? found->words : spare_beidou_subframe(place, frame.start));
+      break;
+    case Message::D2: {
+      // Ten words of a page, of which Schedule has as many as receivers pass on.
+      frame.symbol_s = 0.002;
+      frame.symbols = plain_symbols(known ? found->words : spare_beidou_subframe(number + 1, message_start));
+      break;
+    }
+    case Message::Glonass:
+      frame.symbol_s = 0.01;
+      frame.symbols = glonass_symbols(known ? found->words : glonass_string({}, place, first).words32());
+      break;
   }
-  gnss::KeplerEphemeris spare;
-  spare.id = id;
-  const std::vector<std::uint32_t> page =
-      found != sent.end() ? found->words : inav_page(inav_word(spare, {}, 0, frame.start));
-  frame.symbol_s = 0.004;
-  put_inav_part(page, 0, frame.symbols);
-  put_inav_part(page, 1, frame.symbols);
   return frame;
 }
 

@@ -18,10 +18,13 @@ struct SymbolFrame {
   std::vector<std::int8_t> symbols;  ///< +1 (logical 0) or -1
 };
 
-/// The frame that a satellite sends at `time` of its clock: a subframe of LNAV on GPS and QZSS L1 C/A
-/// (IS-GPS-200, 20.3), a page of I/NAV on Galileo E1 (OS SIS ICD 2.1, 4.1 and 4.3), of the messages
-/// of Schedule. In the place of those that it does not send stand page 18 of subframe 4 and spare words.
-/// Empty: another signal, or a satellite without an ephemeris.
+/// The frame that a satellite sends at `time` of its clock, of the messages of Schedule:
+///   GPS, QZSS L1 C/A: a subframe of LNAV (IS-GPS-200, 20.3)
+///   Galileo E1: a page of I/NAV (OS SIS ICD 2.1, 4.1 and 4.3)
+///   BeiDou B1I, B2I, B3I: a subframe of D1, or of D2 (BDS-SIS-ICD-B1I-3.0, 5.2, 5.3)
+///   GLONASS G1, G2: a string of 2 s, in symbols of 10 ms (ICD L1, L2 5.1, 3.3.2)
+/// In the place of those that Schedule does not send are page 18 of subframe 4, spare words, and subframes
+/// and strings without content. Empty: another signal, or a satellite without an ephemeris.
 [[nodiscard]] std::optional<SymbolFrame> symbol_frame(const gnss::NavigationData& navigation,
                                                       gnss::SatelliteId id, const gnss::Signal& signal,
                                                       geodesy::GpsTime time);

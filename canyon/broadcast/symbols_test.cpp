@@ -3,6 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <string>
+#include <string_view>
+
 #include "canyon/broadcast/messages.hpp"
 
 namespace canyon::broadcast {
@@ -19,6 +23,16 @@ gnss::NavigationData navigation_of(gnss::SatelliteId id, geodesy::GpsTime toe) {
   e.data_sources = 1;
   navigation.kepler.push_back(e);
   return navigation;
+}
+const gnss::Signal& signal_of(gnss::System system, std::string_view name) {
+  const auto all = gnss::signals_of(system);
+  return *std::find_if(all.begin(), all.end(), [&](const gnss::Signal& s) { return s.name == name; });
+}
+
+std::uint32_t number(const SymbolFrame& frame, std::size_t first, std::size_t count) {
+  std::uint32_t bits = 0;
+  for (std::size_t i = first; i < first + count; ++i) bits = bits << 1U | (frame.symbols[i] < 0 ? 1U : 0U);
+  return bits;
 }
 const geodesy::GpsTime kToe = geodesy::GpsTime::from_week(2421, 115200);
 
@@ -82,6 +96,90 @@ TEST(Symbols, InavPagesComeOutOfTheirEncoder) {
       EXPECT_EQ(static_cast<std::uint32_t>(bit), page[4 * part + i / 32] >> (31 - i % 32) & 1U) << i;
       bits.push_back(bit);
     }
+  }
+}
+
+// BDS-SIS-ICD-B1I-3.0, 5.2.1: subframes 1 to 5 in 30 s from a whole half minute of BDT, which is 14 s behind
+// GPS time.
+TEST(Symbols, D1SubframesFollowEachOther) {
+  const gnss::SatelliteId id{gnss::System::BeiDou, 11};
+  const geodesy::GpsTime begin = kToe + 14;
+  const gnss::NavigationData navigation = navigation_of(id, begin);
+  for (const char* name : {"B1I", "B3I"}) {
+    const gnss::Signal& signal = signal_of(id.system, name);
+    for (int k = 0; k < 5; ++k) {
+      const auto frame = symbol_frame(navigation, id, signal, begin + (6 * k + 5.9));
+      ASSERT_TRUE(frame);
+      EXPECT_EQ(frame->start, begin + 6 * k);
+      EXPECT_EQ(frame->symbol_s, 0.02);
+      ASSERT_EQ(frame->symbols.size(), 300U);
+      EXPECT_EQ(number(*frame, 0, 11), 0b11100010010U);
+      EXPECT_EQ(number(*frame, 15, 3), static_cast<std::uint32_t>(k + 1));
+      const std::uint32_t second = number(*frame, 18, 8) << 12U | number(*frame, 30, 12);
+      EXPECT_EQ(second, 115200U + 6 * static_cast<std::uint32_t>(k));
+      if (k < 3) {
+        const auto words = d1_subframe(navigation.kepler[0], {}, k + 1, frame->start);
+        for (std::size_t word = 0; word < 10; ++word) EXPECT_EQ(number(*frame, 30 * word, 30), words[word]);
+      }
+    }
+  }
+}
+
+// 5.3.1: of geostationary satellites five subframes in 3 s, the first one a page of ten.
+TEST(Symbols, D2SendsAPageEveryThreeSeconds) {
+  const gnss::SatelliteId id{gnss::System::BeiDou, 3};
+  const geodesy::GpsTime begin = kToe + 14;
+  const gnss::NavigationData navigation = navigation_of(id, begin);
+  const gnss::Signal& signal = signal_of(id.system, "B1I");
+  for (int k = 0; k < 50; ++k) {
+    const auto frame = symbol_frame(navigation, id, signal, begin + (0.6 * k + 0.3));
+    ASSERT_TRUE(frame);
+    EXPECT_NEAR(frame->start - begin, 0.6 * k, 1e-9);
+    EXPECT_EQ(frame->symbol_s, 0.002);
+    ASSERT_EQ(frame->symbols.size(), 300U);
+    EXPECT_EQ(number(*frame, 15, 3), static_cast<std::uint32_t>(k % 5 + 1));
+    EXPECT_EQ(number(*frame, 18, 8) << 12U | number(*frame, 30, 12),
+              115200U + 3 * static_cast<std::uint32_t>(k / 5));
+    if (k % 5 == 0) {
+      EXPECT_EQ(number(*frame, 42, 4), static_cast<std::uint32_t>(k / 5 + 1));
+    }
+  }
+}
+
+// ICD L1, L2 5.1, 3.3.2.2 and 4.7: bits come back by differences of the halves that are alike; check bits
+// hold.
+TEST(Symbols, GlonassStringsComeOutOfTheirCode) {
+  const gnss::SatelliteId id{gnss::System::GLONASS, 5};
+  const geodesy::GpsTime begin = kToe + 18;  // a half minute of UTC
+  gnss::NavigationData navigation;
+  gnss::GlonassEphemeris e;
+  e.id = id;
+  e.toe = begin;
+  e.position_m = {1e7, -2e7, 1.2e7};
+  e.velocity_mps = {1000, 2000, -1500};
+  navigation.glonass.push_back(e);
+  for (int k = 0; k < 15; ++k) {
+    const auto frame = symbol_frame(navigation, id, gnss::signals_of(id.system)[0], begin + (2 * k + 1.99));
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->start, begin + 2 * k);
+    EXPECT_EQ(frame->symbol_s, 0.01);
+    ASSERT_EQ(frame->symbols.size(), 200U);
+    Bits bits;
+    std::int8_t before = 1;
+    for (std::size_t i = 0; i < 85; ++i) {
+      ASSERT_EQ(frame->symbols[2 * i], -frame->symbols[2 * i + 1]);
+      const std::int8_t half = frame->symbols[2 * i + 1];
+      bits.put(half != before, 1);
+      before = half;
+    }
+    EXPECT_EQ(bits.number(1, 4), static_cast<std::uint64_t>(k + 1));
+    if (k < 5) {
+      EXPECT_EQ(bits.number(0, 64), glonass_string(e, k + 1, begin).number(0, 64));
+      EXPECT_EQ(bits.number(64, 21), glonass_string(e, k + 1, begin).number(64, 21));
+    }
+    std::string mark;
+    for (std::size_t i = 170; i < 200; ++i) mark += frame->symbols[i] < 0 ? '1' : '0';
+    EXPECT_EQ(mark, "111110001101110101000010010110");
   }
 }
 
