@@ -189,7 +189,7 @@ struct Simulation::Impl {
   [[nodiscard]] std::size_t count_above(const Geodetic& place, double elevation_rad) const;
   void check_faults();
   void make_propagators();
-  void check_near(const Geodetic& place, const std::string& what, GpsTime t) const;
+  void check_near(const city::Box& bounds, const Geodetic& place, GpsTime t) const;
   [[nodiscard]] Pose vehicle_pose(GpsTime t) const;
   [[nodiscard]] std::vector<receiver::Receiver> make_receivers() const;
   [[nodiscard]] Pose antenna_pose(std::size_t receiver, GpsTime t) const;
@@ -208,16 +208,17 @@ struct Simulation::Impl {
   std::vector<std::size_t> propagator_of;            // receiver -> propagators
 };
 
-void Simulation::Impl::check_near(const Geodetic& place, const std::string& what, GpsTime t) const {
+void Simulation::Impl::check_near(const city::Box& bounds, const Geodetic& place, GpsTime t) const {
   const city::City& city = environment.city();
   if (city.mesh.triangles.empty()) return;
-  const double distance = distance_to(city.bounds(), city.frame.local_from_geodetic(place));
+  const double distance = distance_to(bounds, city.frame.local_from_geodetic(place));
   if (distance <= kFarFromCity_m) return;
   throw scenario_error(
       scenario,
-      fmt::format("{} is {:.1f} km away from the city '{}' (at latitude {:.6f}, longitude {:.6f}, {})", what,
-                  distance / 1e3, city.name, geodesy::degrees(place.latitude_rad),
-                  geodesy::degrees(place.longitude_rad), format_gpst(t, 0)),
+      fmt::format(
+          "the trajectory is {:.1f} km away from the city '{}' (at latitude {:.6f}, longitude {:.6f}, {})",
+          distance / 1e3, city.name, geodesy::degrees(place.latitude_rad),
+          geodesy::degrees(place.longitude_rad), format_gpst(t, 0)),
       fmt::format(
           "check city.origin (now latitude {:.6f}, longitude {:.6f}), and that the trajectory's angles "
           "are degrees in the order of its format",
@@ -229,6 +230,7 @@ void Simulation::Impl::check_near(const Geodetic& place, const std::string& what
 // for, at a speed that a receiver may have. And at what stands still.
 void Simulation::Impl::check_places() {
   const std::size_t step = std::max<std::size_t>(1, plan.epochs / 2000);
+  const city::Box bounds = environment.city().bounds();
   bool fast = false;
   for (std::size_t k = 0; k < plan.epochs; k += step) {
     const Pose pose = plan.trajectory.at(plan.at(k));
@@ -238,7 +240,7 @@ void Simulation::Impl::check_places() {
           "the trajectory moves at {:.0f} m/s ({}): faster than civil receivers work, 515 m/s (1,000 knots)",
           speed_mps, format_gpst(plan.at(k), 0)));
     }
-    check_near(pose.position, "the trajectory", plan.at(k));
+    check_near(bounds, pose.position, plan.at(k));
     if (scenario.trajectory.height_above_terrain_m) (void)vehicle_pose(plan.at(k));
   }
   // A base may stand anywhere: beyond the city it has an open sky.
