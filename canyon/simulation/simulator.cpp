@@ -13,6 +13,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/receiver/corrections.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/fault_surroundings.hpp"
@@ -457,6 +458,7 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
   std::vector<receiver::Receiver> receivers = impl.make_receivers();
   CorrectionLinks links(impl.scenario.receivers, impl.scenario.seed);
   std::vector<std::array<std::size_t, 3>> placements(receiver_count);
+  std::vector<std::optional<double>> station_offsets(receiver_count);
   Progress progress(options.progress, result.planned);
   const EpochSink* broken = nullptr;
   std::exception_ptr failure;
@@ -489,6 +491,7 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
       epoch.arrival = &from.arrival;
       epoch.navigation = from.arrival.messages.get();
       ++placements[r][static_cast<std::size_t>(from.arrival.placement)];
+      if (epoch.observed.station_offset_m) station_offsets[r] = epoch.observed.station_offset_m;
       links.send(epoch);
       while (written < receiver_count && made[written]) write(*made[written++]);
     }
@@ -519,6 +522,11 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
   result.simulated_s = static_cast<double>(result.epochs) * interval_s();
   result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
   result.warnings = impl.placement_warnings(placements);
+  for (std::size_t r = 0; r < receiver_count; ++r) {
+    if (station_offsets[r].value_or(0) < receiver::kWrongStation_m) continue;
+    result.warnings.push_back(fmt::format("{}: {}", impl.scenario.receivers[r].options.name,
+                                          receiver::wrong_station_warning(*station_offsets[r])));
+  }
   return result;
 }
 
