@@ -131,7 +131,10 @@ int run_rtk(const RtkArguments& arguments) {
   print_warnings(sky.warnings);
   const relative::BaseEpochs base = relative::base_epochs(base_file.epochs, place, *sky.sky);
   receiver::CodeCorrections station{{}};
-  for (const auto& epoch : base) station.take(*epoch, *sky.sky, {}, sky.navigation.klobuchar);
+  positioning::FixOptions models;
+  models.correct_troposphere = true;
+  models.correct_ionosphere = !sky.navigation.klobuchar.empty();
+  for (const auto& epoch : base) station.take(*epoch, *sky.sky, models, sky.navigation.klobuchar);
   if (station.station_offset_m().value_or(0) > receiver::kWrongStation_m) {
     print_warnings({receiver::wrong_station_warning(*station.station_offset_m())});
   }

@@ -64,6 +64,8 @@ void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky
     int count = 0;
   };
   std::array<Mean, gnss::kSystemCount> clocks;
+  // What the atmosphere does below 15 deg would pass for an error of the place.
+  const double lowest_sine = std::sin(geodesy::radians(15));
   std::map<std::pair<gnss::SatelliteId, const gnss::Signal*>, Eigen::Vector3d> towards;
   const auto clock_of = [&](gnss::SatelliteId id) -> Mean& {
     return clocks[static_cast<std::size_t>(gnss::clock_system(id.system))];
@@ -80,7 +82,9 @@ void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky
     const double clock_s = satellite.state.clock_bias_s - satellite.state.group_delay_of(*seen.signal);
     const double metres = satellite.range_m + atmosphere_m - kSpeedOfLight * clock_s - m.pseudorange_m;
     corrections_[{m.id, seen.signal}] = {metres, m.sigma_m};
-    towards[{m.id, seen.signal}] = satellite.direction;
+    if ((enu_from_ecef * satellite.direction).z() > lowest_sine) {
+      towards[{m.id, seen.signal}] = satellite.direction;
+    }
     Mean& clock = clock_of(m.id);
     clock.sum += metres;
     ++clock.count;
@@ -92,27 +96,29 @@ void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky
   locate(towards);
 }
 
-// A station that states a place which is off by d corrects by -towards . d, less the mean of its
-// constellation.
+// A station that states a place which is off by d corrects by -towards . d and a delay of each signal in the
+// station's receiver.
 void CodeCorrections::locate(
     const std::map<std::pair<gnss::SatelliteId, const gnss::Signal*>, Eigen::Vector3d>& towards) {
-  std::array<Eigen::Vector3d, gnss::kSystemCount> mean;
-  std::array<int, gnss::kSystemCount> count{};
-  mean.fill(Eigen::Vector3d::Zero());
-  const auto clock_of = [](gnss::SatelliteId id) {
-    return static_cast<std::size_t>(gnss::clock_system(id.system));
+  struct Mean {
+    Eigen::Vector3d towards = Eigen::Vector3d::Zero();
+    double metres = 0;
+    int count = 0;
   };
+  std::map<const gnss::Signal*, Mean> means;
   for (const auto& [key, direction] : towards) {
-    mean[clock_of(key.first)] += direction;
-    ++count[clock_of(key.first)];
+    Mean& mean = means[key.second];
+    mean.towards += direction;
+    mean.metres += corrections_.at(key).metres;
+    ++mean.count;
   }
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   for (const auto& [key, direction] : towards) {
-    const std::size_t clock = clock_of(key.first);
-    const Eigen::Vector3d h = -(direction - mean[clock] / count[clock]);
+    const Mean& mean = means.at(key.second);
+    const Eigen::Vector3d h = mean.towards / mean.count - direction;
     normal += h * h.transpose();
-    right += h * corrections_.at(key).metres;
+    right += h * (corrections_.at(key).metres - mean.metres / mean.count);
   }
   const Eigen::Matrix3d inverse = normal.inverse();
   constexpr double kMostPdop = 5;
