@@ -14,6 +14,7 @@
 #include "canyon/heatmap/engine/map_summary.hpp"
 #include "canyon/heatmap/engine/store_slices.hpp"
 #include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/require_satellites.hpp"
 #include "canyon/simulation/simulator.hpp"
@@ -57,8 +58,10 @@ class MapRun {
       if (i == 0) warn(drawn);
       heatmap::Request request = request_;
       request.draws.seed = scenario.seed;
+      const auto base = simulation::base_of(scenario.receivers, receiver_);
       auto heatmap = std::make_unique<heatmap::Heatmap>(*environment, receiver_, request,
-                                                        heatmap::input_key(*environment, request.times));
+                                                        heatmap::input_key(*environment, request.times),
+                                                        base ? &*base : nullptr);
       // The first rank makes the folder, or refuses one of another map; then the others find it.
       std::unique_ptr<heatmap::TileStore> store;
       if (ranks_.rank() == 0) store = open(tiles_of(i), *heatmap);
@@ -410,9 +413,9 @@ void add_heatmap(Command& app) {
                      "instants (UTC, or with ' GPST' behind) or seconds from the scenario's start: T,T,...; "
                      "START/END/STEP; day/STEP: a sidereal day from the start. STEP in s, or 15min, 1h "
                      "(the scenario's start)");
-  command.add_option(
-      "--layers", arguments.layers, "LIST",
-      "names, see below, or all but time_to_first_fix: all (horizontal_error,satellites_visible,hdop)");
+  command.add_option("--layers", arguments.layers, "LIST",
+                     "names, see below, or all but time_to_first_fix and rtk_...: all "
+                     "(horizontal_error,satellites_visible,hdop)");
   command.add_option("--format", arguments.formats, "LIST", "netcdf,geotiff,png or all (all)");
   command.add_option(
       "--model", arguments.model, "MODEL",
@@ -427,6 +430,7 @@ void add_heatmap(Command& app) {
   add_field(command, "--protection-factor", arguments.limits, "protection_factor");
   add_field(command, "--start", arguments.limits, "start");
   add_field(command, "--first-fix-limit", arguments.limits, "first_fix_s");
+  add_field(command, "--rtk-time", arguments.limits, "rtk_s");
   command.add_option("--seed", arguments.seed, "N", "instead of the scenario's seed");
   command.add_option(
       "--runs", arguments.runs, "N",

@@ -138,10 +138,7 @@ void choose_area(const HeatmapArguments& arguments, const city::City& city, heat
       heatmap::Grid::covering(box.min.x(), box.min.y(), box.max.x(), box.max.y(), arguments.grid.spacing_m);
   std::uint32_t size = arguments.grid.tile_size;
   // Tens of cells a second: what Ctrl-C loses is a tile.
-  if (size == 0 && std::find(request.layers.begin(), request.layers.end(), heatmap::Layer::TimeToFirstFix) !=
-                       request.layers.end()) {
-    size = 16;
-  }
+  if (size == 0 && std::any_of(request.layers.begin(), request.layers.end(), heatmap::runs_on)) size = 16;
   if (size > 0) {
     if (size > 16 && size * arguments.grid.spacing_m > heatmap::kWidestTile_m) {
       throw InputError(
@@ -222,6 +219,9 @@ std::string command_of(const HeatmapArguments& arguments, const heatmap::Request
   if (has(Layer::TimeToFirstFix)) {
     add("--start", limits.start == heatmap::StartKind::Hot ? "hot" : "cold");
     add("--first-fix-limit", std::to_string(limits.first_fix_s));
+  }
+  if (std::any_of(request.layers.begin(), request.layers.end(), heatmap::of_rtk)) {
+    add("--rtk-time", std::to_string(limits.rtk_s));
   }
   if (arguments.runs > 1) add("--runs", std::to_string(arguments.runs));
   add("--seed", std::to_string(request.draws.seed));

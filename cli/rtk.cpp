@@ -6,6 +6,7 @@
 #include "canyon/base/statistics.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/receiver/corrections.hpp"
 #include "canyon/relative/recorded_pair.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario.hpp"
@@ -129,6 +130,14 @@ int run_rtk(const RtkArguments& arguments) {
                                                          geodesy::geodetic_from_ecef(place));
   print_warnings(sky.warnings);
   const relative::BaseEpochs base = relative::base_epochs(base_file.epochs, place, *sky.sky);
+  receiver::CodeCorrections station{{}};
+  positioning::FixOptions models;
+  models.correct_troposphere = true;
+  models.correct_ionosphere = !sky.navigation.klobuchar.empty();
+  for (const auto& epoch : base) station.take(*epoch, *sky.sky, models, sky.navigation.klobuchar);
+  if (station.station_offset_m().value_or(0) > receiver::kWrongStation_m) {
+    print_warnings({receiver::wrong_station_warning(*station.station_offset_m())});
+  }
   const auto truth = read_truth(arguments, first);
 
   std::vector<relative::PairEpoch> epochs;

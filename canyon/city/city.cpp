@@ -36,16 +36,23 @@ class RoofSampler {
     if (covered_.empty() || !(twice > 0)) return;  // walls and undersides cover nothing
     const int first_row = row(std::min({a.y(), b.y(), c.y()}));
     const int last_row = row(std::max({a.y(), b.y(), c.y()}));
-    const int first_column = column(std::min({a.x(), b.x(), c.x()}));
-    const int last_column = column(std::max({a.x(), b.x(), c.x()}));
     for (int j = first_row; j <= last_row; ++j) {
-      for (int i = first_column; i <= last_column; ++i) {
-        const Eigen::Vector3d p(origin_.x() + (i + 0.5) * cell_, origin_.y() + (j + 0.5) * cell_, 0);
-        if (cross(b - a, p - a) >= 0 && cross(c - b, p - b) >= 0 && cross(a - c, p - c) >= 0) {
-          covered_[static_cast<std::size_t>(j) * static_cast<std::size_t>(columns_) +
-                   static_cast<std::size_t>(i)] = true;
-        }
-      }
+      const double y = origin_.y() + (j + 0.5) * cell_;
+      // Where the row's line is left of all three sides.
+      double from = std::min({a.x(), b.x(), c.x()}), to = std::max({a.x(), b.x(), c.x()});
+      const auto cut = [&](const Eigen::Vector3d& u, const Eigen::Vector3d& v) {
+        const double rise = v.y() - u.y();
+        const double x = u.x() + (v.x() - u.x()) * (y - u.y()) / rise;
+        if (rise > 0) to = std::min(to, x);
+        if (rise < 0) from = std::max(from, x);
+        if (rise == 0 && (v.x() - u.x()) * (y - u.y()) < 0) to = from - cell_;
+      };
+      cut(a, b), cut(b, c), cut(c, a);
+      const int first = std::max(0, static_cast<int>(std::ceil((from - origin_.x()) / cell_ - 0.5)));
+      const int last = std::min(columns_ - 1, static_cast<int>(std::floor((to - origin_.x()) / cell_ - 0.5)));
+      if (first > last) continue;
+      const auto begin = covered_.begin() + static_cast<std::ptrdiff_t>(j) * columns_;
+      std::fill(begin + first, begin + last + 1, true);
     }
   }
 
@@ -61,9 +68,6 @@ class RoofSampler {
   }
   [[nodiscard]] int row(double y) const {
     return std::clamp(static_cast<int>((y - origin_.y()) / cell_), 0, rows_ - 1);
-  }
-  [[nodiscard]] int column(double x) const {
-    return std::clamp(static_cast<int>((x - origin_.x()) / cell_), 0, columns_ - 1);
   }
 
   Eigen::Vector2d origin_;

@@ -1,5 +1,6 @@
 #include "canyon/drawing/apng.hpp"
 
+#include <png.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -90,6 +91,17 @@ RgbImage cut(const RgbImage& image, const Region& region) {
 
 }  // namespace
 
+RgbImage image_of(cairo_surface_t* surface) {
+  RgbImage image{cairo_image_surface_get_width(surface), cairo_image_surface_get_height(surface), {}};
+  const auto width = static_cast<std::size_t>(image.width), height = static_cast<std::size_t>(image.height);
+  image.pixels.resize(width * height);
+  for_each_row(surface, width, height, [&](const unsigned char* row, std::size_t first) {
+    std::memcpy(image.pixels.data() + first, row, 4 * width);
+  });
+  for (std::uint32_t& pixel : image.pixels) pixel &= 0xFFFFFFU;
+  return image;
+}
+
 RgbImage decode_png(const std::string& png) {
   Source source{&png};
   const Surface surface(cairo_image_surface_create_from_png_stream(take, &source));
@@ -98,23 +110,30 @@ RgbImage decode_png(const std::string& png) {
   if (format != CAIRO_FORMAT_RGB24 && format != CAIRO_FORMAT_ARGB32) {
     throw std::runtime_error("picture fails: a PNG that is not of 8-bit RGB");
   }
-  RgbImage image{
-      cairo_image_surface_get_width(surface.get()), cairo_image_surface_get_height(surface.get()), {}};
-  const auto width = static_cast<std::size_t>(image.width), height = static_cast<std::size_t>(image.height);
-  image.pixels.resize(width * height);
-  for_each_row(surface.get(), width, height, [&](const unsigned char* row, std::size_t first) {
-    std::memcpy(image.pixels.data() + first, row, 4 * width);
-  });
-  for (std::uint32_t& pixel : image.pixels) pixel &= 0xFFFFFFU;
-  return image;
+  return image_of(surface.get());
 }
 
 std::string encode_png(const RgbImage& image) {
   assert(image.pixels.size() ==
          static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
-  const Surface surface = make_surface(image.width, image.height, image.pixels);
-  std::string png;
-  check(cairo_surface_write_to_png_stream(surface.get(), append_bytes, &png));
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(3 * image.pixels.size());
+  for (const std::uint32_t pixel : image.pixels) {
+    for (const int shift : {16, 8, 0}) bytes.push_back(static_cast<std::uint8_t>(pixel >> shift));
+  }
+  png_image header{};
+  header.version = PNG_IMAGE_VERSION;
+  header.width = static_cast<png_uint_32>(image.width);
+  header.height = static_cast<png_uint_32>(image.height);
+  header.format = PNG_FORMAT_RGB;
+  // Charts get as small as with the filters, which take three quarters of the time.
+  header.flags = PNG_IMAGE_FLAG_FAST;
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(header);
+  std::string png(size, '\0');
+  if (png_image_write_to_memory(&header, png.data(), &size, 0, bytes.data(), 0, nullptr) == 0) {
+    throw std::runtime_error(std::string("picture cannot be written: ") + header.message);
+  }
+  png.resize(size);
   return png;
 }
 

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "canyon/drawing/canvas.hpp"
+
 // What the files that call Cairo share. Private to canyon/drawing.
 
 namespace canyon::drawing {
@@ -56,5 +58,8 @@ inline Surface make_surface(int columns, int rows, const std::vector<std::uint32
   cairo_surface_mark_dirty(surface.get());
   return surface;
 }
+
+/// The pixels of an image of 8-bit RGB, which must have been flushed.
+[[nodiscard]] RgbImage image_of(cairo_surface_t* surface);
 
 }  // namespace canyon::drawing

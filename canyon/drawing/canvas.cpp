@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "canyon/base/utf8.hpp"
+#include "canyon/drawing/apng.hpp"
 #include "canyon/drawing/cairo_surface.hpp"
 #include "canyon/geodesy/constants.hpp"
 
@@ -176,11 +177,10 @@ void Canvas::clipped(const Rect& r, const std::function<void()>& draw) {
 }
 
 std::string render_png(int width_px, int height_px, double scale, const std::function<void(Canvas&)>& draw) {
-  std::string png;
   const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width_px, height_px));
   draw_on(surface.get(), scale, width_px / scale, height_px / scale, draw);
-  check(cairo_surface_write_to_png_stream(surface.get(), append_bytes, &png));
-  return png;
+  cairo_surface_flush(surface.get());
+  return encode_png(image_of(surface.get()));
 }
 
 std::string render_svg(double width, double height, const std::function<void(Canvas&)>& draw) {

@@ -1,5 +1,8 @@
 #include "canyon/receiver/corrections.hpp"
 
+#include <fmt/format.h>
+
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <utility>
@@ -61,6 +64,9 @@ void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky
     int count = 0;
   };
   std::array<Mean, gnss::kSystemCount> clocks;
+  // What the atmosphere does below 15 deg would pass for an error of the place.
+  const double lowest_sine = std::sin(geodesy::radians(15));
+  std::map<std::pair<gnss::SatelliteId, const gnss::Signal*>, Eigen::Vector3d> towards;
   const auto clock_of = [&](gnss::SatelliteId id) -> Mean& {
     return clocks[static_cast<std::size_t>(gnss::clock_system(id.system))];
   };
@@ -76,6 +82,9 @@ void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky
     const double clock_s = satellite.state.clock_bias_s - satellite.state.group_delay_of(*seen.signal);
     const double metres = satellite.range_m + atmosphere_m - kSpeedOfLight * clock_s - m.pseudorange_m;
     corrections_[{m.id, seen.signal}] = {metres, m.sigma_m};
+    if ((enu_from_ecef * satellite.direction).z() > lowest_sine) {
+      towards[{m.id, seen.signal}] = satellite.direction;
+    }
     Mean& clock = clock_of(m.id);
     clock.sum += metres;
     ++clock.count;
@@ -84,6 +93,50 @@ void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky
     const Mean& clock = clock_of(key.first);
     correction.metres -= clock.sum / clock.count;
   }
+  locate(towards);
+}
+
+// A station that states a place which is off by d corrects by -towards . d and a delay of each signal in the
+// station's receiver.
+void CodeCorrections::locate(
+    const std::map<std::pair<gnss::SatelliteId, const gnss::Signal*>, Eigen::Vector3d>& towards) {
+  struct Mean {
+    Eigen::Vector3d towards = Eigen::Vector3d::Zero();
+    double metres = 0;
+    int count = 0;
+  };
+  std::map<const gnss::Signal*, Mean> means;
+  for (const auto& [key, direction] : towards) {
+    Mean& mean = means[key.second];
+    mean.towards += direction;
+    mean.metres += corrections_.at(key).metres;
+    ++mean.count;
+  }
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  for (const auto& [key, direction] : towards) {
+    const Mean& mean = means.at(key.second);
+    const Eigen::Vector3d h = mean.towards / mean.count - direction;
+    normal += h * h.transpose();
+    right += h * (corrections_.at(key).metres - mean.metres / mean.count);
+  }
+  const Eigen::Matrix3d inverse = normal.inverse();
+  constexpr double kMostPdop = 5;
+  if (!(inverse.trace() < kMostPdop * kMostPdop)) return;  // true of NaN
+  located_ = std::min(located_ + 1, 30);
+  station_offset_ecef_ += (inverse * right - station_offset_ecef_) / located_;
+}
+
+std::optional<double> CodeCorrections::station_offset_m() const {
+  return located_ > 0 ? std::optional(station_offset_ecef_.norm()) : std::nullopt;
+}
+
+std::string wrong_station_warning(double offset_m) {
+  return fmt::format(
+      "the codes of its base put the base {:.0f} m from the place that it states: an error of that place is "
+      "an "
+      "error of the rover",
+      offset_m);
 }
 
 std::optional<double> CodeCorrections::age_s(geodesy::GpsTime receiver_time) const {

@@ -522,6 +522,7 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
   }
   const CodeCorrections* corrections =
       state.corrections.age_s(epoch.receiver_time) ? &state.corrections : nullptr;
+  if (corrections != nullptr) epoch.station_offset_m = corrections->station_offset_m();
   std::size_t next = 0;
   for (std::size_t i = 0; i < view_of.size(); ++i) {
     SatelliteObservation& satellite = epoch.satellites[i];

@@ -101,6 +101,8 @@ struct ReceiverEpoch {
   positioning::Fix fix;          ///< of this epoch's measurements; with a position filter the filter's answer
   std::vector<BandState> bands;  ///< of what it tracks, by carrier; empty where signals have no strength
   SpoofingState spoofing = SpoofingState::Unknown;
+  /// CodeCorrections::station_offset_m() of the base whose corrections are in use.
+  std::optional<double> station_offset_m;
   int visible = 0;  ///< tracked, above the mask (at the true place)
   int blocked = 0;  ///< above the mask, not tracked
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/frames.hpp"
 #include "canyon/options/values.hpp"
 
 namespace canyon::relative {
@@ -16,6 +17,10 @@ void CorrectionOptions::validate() const {
   if (std::adjacent_find(outages_s.begin(), outages_s.end(), std::greater_equal<>()) != outages_s.end()) {
     throw InputError("outages_s: not beginnings and ends in turn, ascending",
                      "write [20, 40, 100, 110]: from 20 s to 40 s, and from 100 s to 110 s");
+  }
+  if (station_error_m.size() > 3) {
+    throw InputError(fmt::format("station_error_m: {} numbers", station_error_m.size()),
+                     "give up to three: [east, north, up]");
   }
 }
 
@@ -37,6 +42,10 @@ void visit(options::Visitor& v, CorrectionOptions& o) {
              "110]; the "
              "last end may be left out"},
             o.outages_s, {0, 1e9});
+  v.numbers(
+      {"station_error_m", "m",
+       "east, north and up: the place that the base states is off by this; left out: it states the true one"},
+      o.station_error_m, {-1e6, 1e6});
 }
 
 bool is_stream(const std::string& from) {
@@ -61,6 +70,15 @@ void CorrectionLink::send(geodesy::GpsTime time, std::shared_ptr<const Correctio
   const bool far = options_.range_m > 0 && receiver_ecef &&
                    (*receiver_ecef - corrections->station_ecef).norm() > options_.range_m;
   if (lost < options_.loss || out || far) return;
+  if (!options_.station_error_m.empty()) {
+    Corrections wrong = *corrections;
+    const Eigen::Matrix3d enu =
+        geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(wrong.station_ecef));
+    Eigen::Vector3d error = Eigen::Vector3d::Zero();
+    std::copy(options_.station_error_m.begin(), options_.station_error_m.end(), error.begin());
+    wrong.station_ecef += enu.transpose() * error;
+    corrections = std::make_shared<const Corrections>(std::move(wrong));
+  }
   Sent sent{time + (options_.latency_s + late * options_.jitter_s), std::move(corrections)};
   const auto behind = std::upper_bound(on_their_way_.begin(), on_their_way_.end(), sent,
                                        [](const Sent& a, const Sent& b) { return a.due < b.due; });

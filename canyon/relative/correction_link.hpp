@@ -29,6 +29,8 @@ struct CorrectionOptions {
   /// Beginnings and ends of times in which nothing is sent, from the beginning of the run [s], ascending;
   /// without the last end it lasts.
   std::vector<double> outages_s;
+  /// East, north, up [m], of the place that the base states; empty: it states the true one.
+  std::vector<double> station_error_m;
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };

@@ -19,11 +19,17 @@ std::optional<std::size_t> named(const std::vector<ReceiverConfig>& receivers, c
   return static_cast<std::size_t>(at - receivers.begin());
 }
 
-std::optional<std::size_t> base_of(const std::vector<ReceiverConfig>& receivers, std::size_t index) {
+std::optional<std::size_t> index_of_base(const std::vector<ReceiverConfig>& receivers, std::size_t index) {
   return named(receivers, receivers[index].options.corrections.from);
 }
 
 }  // namespace
+
+std::optional<ReceiverConfig> base_of(const std::vector<ReceiverConfig>& receivers,
+                                      const ReceiverConfig& receiver) {
+  const std::optional<std::size_t> base = named(receivers, receiver.options.corrections.from);
+  return base ? std::optional(receivers[*base]) : std::nullopt;
+}
 
 void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t index) {
   const receiver::ReceiverOptions& options = receivers[index].options;
@@ -38,7 +44,7 @@ void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t
     throw InputError(
         fmt::format("receiver '{}' takes corrections from '{}', {}", options.name, from, problem), cure);
   };
-  const std::optional<std::size_t> base = base_of(receivers, index);
+  const std::optional<std::size_t> base = index_of_base(receivers, index);
   if (!base) {
     std::vector<std::string> names;
     for (const ReceiverConfig& receiver : receivers) names.push_back(receiver.options.name);
@@ -47,7 +53,7 @@ void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t
   if (*base == index) refuse("itself", "name a receiver with a fixed place");
   std::optional<std::size_t> next = base;
   for (std::size_t steps = 0; next && steps < receivers.size(); ++steps) {
-    next = base_of(receivers, *next);
+    next = index_of_base(receivers, *next);
     if (next == index) refuse("which needs its own in turn", "leave one of them out");
   }
   if (!receivers[*base].fixed && !options.rtk.enabled) {
@@ -65,7 +71,7 @@ CorrectionLinks::CorrectionLinks(const std::vector<ReceiverConfig>& receivers, s
     : links_(receivers.size()), places_(receivers.size()) {
   for (std::size_t r = 0; r < receivers.size(); ++r) {
     check_corrections(receivers, r);
-    base_.push_back(simulation::base_of(receivers, r));
+    base_.push_back(index_of_base(receivers, r));
     fixed_.push_back(receivers[r].fixed.has_value());
     if (base_.back()) links_[r].emplace(receivers[r].options.corrections, seed, receivers[r].options.name);
   }

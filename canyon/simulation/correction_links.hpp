@@ -20,6 +20,10 @@ void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t
   return options.rtk.enabled || !options.corrections.from.empty();
 }
 
+/// The receiver of the same run whose corrections one takes; empty: it takes none, or those of a stream.
+[[nodiscard]] std::optional<ReceiverConfig> base_of(const std::vector<ReceiverConfig>& receivers,
+                                                    const ReceiverConfig& receiver);
+
 /// What receivers of a run are given of each other.
 class CorrectionLinks {
  public:

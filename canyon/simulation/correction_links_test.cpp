@@ -188,6 +188,32 @@ TEST(Corrections, OfTheFutureOrTooOldAreNone) {
   EXPECT_FALSE(corrections.age_s(now + -1.5));
 }
 
+// An error of the base's stated place is the rover's, and its codes tell of it.
+TEST(Corrections, AWrongPlaceOfTheBaseIsTheRoversErrorAndIsSaid) {
+  const auto warnings = [](const std::string& more, double& north_m) {
+    const Scenario scenario = parse_scenario(
+        "city: {open: true, origin: {latitude_deg: 48, longitude_deg: 11, height_m: 500}}\n"
+        "sky: {nominal: true, systems: [GPS, Galileo]}\nstart: 2026-06-01T06:00:00Z\nduration_s: 20\n"
+        "trajectory: {waypoints: [{east_m: 0, north_m: 0, up_m: 1.5}]}\nreceivers:\n"
+        "  - {name: rover, profile: survey, corrections: {from: base" +
+            more + "}}\n  - {name: base, profile: survey, fixed: {east_m: 900, north_m: 300, up_m: 5}}\n",
+        "scenario.yaml");
+    city::City city;
+    city.frame = geodesy::LocalFrame(scenario.city.import.origin);
+    const Simulation simulation(scenario, std::move(city));
+    Collector sink;
+    const RunResult result = simulation.run({&sink});
+    north_m = sink.of(0).back()->error_enu_m.y();
+    return result.warnings;
+  };
+  double north_m = 0;
+  EXPECT_THAT(warnings("", north_m), ::testing::IsEmpty());
+  EXPECT_NEAR(north_m, 0, 3);
+  EXPECT_THAT(warnings(", station_error_m: [0, 60, 0]", north_m),
+              ::testing::ElementsAre(HasSubstr("rover: the codes of its base put the base")));
+  EXPECT_NEAR(north_m, 60, 3);
+}
+
 // Receivers stand in any order; sinks get them as they stand, on any number of threads.
 TEST(Corrections, ComeFromReceiversInAnyOrder) {
   const std::string text = R"(
@@ -267,6 +293,8 @@ TEST(Corrections, RefuseWhatCannotBe) {
   EXPECT_THAT(refusal("  - {name: base, own_draws: false, fixed: {east_m: 0, north_m: 0, up_m: 99}}\n"
                       "  - {name: car, own_draws: false, corrections: {from: base}}\n"),
               AllOf(HasSubstr("s.yaml:5"), HasSubstr("own_draws: false")));
+  EXPECT_THAT(refusal(base + "  - {name: car, corrections: {from: base, station_error_m: [1, 2, 3, 4]}}\n"),
+              HasSubstr("station_error_m: 4 numbers"));
   EXPECT_THAT(refusal(base + "  - {name: car, corrections: {from: base, max_age_s: 0}}\n"),
               AllOf(HasSubstr("s.yaml:5"), HasSubstr("max_age_s")));
 }

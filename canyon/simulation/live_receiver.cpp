@@ -129,6 +129,7 @@ struct LiveReceiver::Impl {
   double last_s = -std::numeric_limits<double>::infinity();
   bool said_empty = false;
   std::vector<std::string> warnings;
+  bool told_of_station = false;
   std::unique_ptr<LiveReceiver> base;
   std::shared_ptr<const relative::Corrections> corrections;  // that came since the last step
   std::optional<relative::CorrectionLink> link;              // from the base
@@ -192,6 +193,10 @@ Epoch LiveReceiver::Impl::observe(const Pose& truth, propagation::Arrival& arriv
   arrival.messages = unowned(sky->navigation);
   const auto given = std::exchange(corrections, nullptr);
   Epoch epoch = observe_epoch(receiver, truth, arrival, *environment, given.get());
+  if (epoch.observed.station_offset_m.value_or(0) > receiver::kWrongStation_m &&
+      !std::exchange(told_of_station, true)) {
+    warnings.push_back(receiver::wrong_station_warning(*epoch.observed.station_offset_m));
+  }
   place_ecef = epoch.truth_ecef;
   epoch.navigation = arrival.messages.get();
   epoch.geoid_undulation_m = config.geoid_undulation_m.value_or(epoch.geoid_undulation_m);

@@ -13,6 +13,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/receiver/corrections.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/fault_surroundings.hpp"
@@ -189,7 +190,7 @@ struct Simulation::Impl {
   [[nodiscard]] std::size_t count_above(const Geodetic& place, double elevation_rad) const;
   void check_faults();
   void make_propagators();
-  void check_near(const Geodetic& place, const std::string& what, GpsTime t) const;
+  void check_near(const city::Box& bounds, const Geodetic& place, GpsTime t) const;
   [[nodiscard]] Pose vehicle_pose(GpsTime t) const;
   [[nodiscard]] std::vector<receiver::Receiver> make_receivers() const;
   [[nodiscard]] Pose antenna_pose(std::size_t receiver, GpsTime t) const;
@@ -208,16 +209,17 @@ struct Simulation::Impl {
   std::vector<std::size_t> propagator_of;            // receiver -> propagators
 };
 
-void Simulation::Impl::check_near(const Geodetic& place, const std::string& what, GpsTime t) const {
+void Simulation::Impl::check_near(const city::Box& bounds, const Geodetic& place, GpsTime t) const {
   const city::City& city = environment.city();
   if (city.mesh.triangles.empty()) return;
-  const double distance = distance_to(city.bounds(), city.frame.local_from_geodetic(place));
+  const double distance = distance_to(bounds, city.frame.local_from_geodetic(place));
   if (distance <= kFarFromCity_m) return;
   throw scenario_error(
       scenario,
-      fmt::format("{} is {:.1f} km away from the city '{}' (at latitude {:.6f}, longitude {:.6f}, {})", what,
-                  distance / 1e3, city.name, geodesy::degrees(place.latitude_rad),
-                  geodesy::degrees(place.longitude_rad), format_gpst(t, 0)),
+      fmt::format(
+          "the trajectory is {:.1f} km away from the city '{}' (at latitude {:.6f}, longitude {:.6f}, {})",
+          distance / 1e3, city.name, geodesy::degrees(place.latitude_rad),
+          geodesy::degrees(place.longitude_rad), format_gpst(t, 0)),
       fmt::format(
           "check city.origin (now latitude {:.6f}, longitude {:.6f}), and that the trajectory's angles "
           "are degrees in the order of its format",
@@ -229,6 +231,7 @@ void Simulation::Impl::check_near(const Geodetic& place, const std::string& what
 // for, at a speed that a receiver may have. And at what stands still.
 void Simulation::Impl::check_places() {
   const std::size_t step = std::max<std::size_t>(1, plan.epochs / 2000);
+  const city::Box bounds = environment.city().bounds();
   bool fast = false;
   for (std::size_t k = 0; k < plan.epochs; k += step) {
     const Pose pose = plan.trajectory.at(plan.at(k));
@@ -238,7 +241,7 @@ void Simulation::Impl::check_places() {
           "the trajectory moves at {:.0f} m/s ({}): faster than civil receivers work, 515 m/s (1,000 knots)",
           speed_mps, format_gpst(plan.at(k), 0)));
     }
-    check_near(pose.position, "the trajectory", plan.at(k));
+    check_near(bounds, pose.position, plan.at(k));
     if (scenario.trajectory.height_above_terrain_m) (void)vehicle_pose(plan.at(k));
   }
   // A base may stand anywhere: beyond the city it has an open sky.
@@ -455,6 +458,7 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
   std::vector<receiver::Receiver> receivers = impl.make_receivers();
   CorrectionLinks links(impl.scenario.receivers, impl.scenario.seed);
   std::vector<std::array<std::size_t, 3>> placements(receiver_count);
+  std::vector<std::optional<double>> station_offsets(receiver_count);
   Progress progress(options.progress, result.planned);
   const EpochSink* broken = nullptr;
   std::exception_ptr failure;
@@ -487,6 +491,7 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
       epoch.arrival = &from.arrival;
       epoch.navigation = from.arrival.messages.get();
       ++placements[r][static_cast<std::size_t>(from.arrival.placement)];
+      if (epoch.observed.station_offset_m) station_offsets[r] = epoch.observed.station_offset_m;
       links.send(epoch);
       while (written < receiver_count && made[written]) write(*made[written++]);
     }
@@ -517,6 +522,11 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
   result.simulated_s = static_cast<double>(result.epochs) * interval_s();
   result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
   result.warnings = impl.placement_warnings(placements);
+  for (std::size_t r = 0; r < receiver_count; ++r) {
+    if (station_offsets[r].value_or(0) < receiver::kWrongStation_m) continue;
+    result.warnings.push_back(fmt::format("{}: {}", impl.scenario.receivers[r].options.name,
+                                          receiver::wrong_station_warning(*station_offsets[r])));
+  }
   return result;
 }
 

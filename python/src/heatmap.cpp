@@ -7,6 +7,7 @@
 #include "canyon/heatmap/engine/map_source.hpp"
 #include "canyon/heatmap/engine/store_slices.hpp"
 #include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/require_satellites.hpp"
 #include "canyon/validation/models.hpp"
@@ -95,8 +96,10 @@ class Map {
     simulation::require_satellites(*sky_.sky, request_.times);
     environment_ = std::make_unique<simulation::Environment>(
         simulation::make_environment(city_, sky_, scenario_.sky, scenario_.seed));
+    const auto base = simulation::base_of(scenario_.receivers, receiver_);
     heatmap_ = std::make_unique<heatmap::Heatmap>(*environment_, receiver_, request_,
-                                                  heatmap::input_key(*environment_, request_.times));
+                                                  heatmap::input_key(*environment_, request_.times),
+                                                  base ? &*base : nullptr);
   }
 
   /// Computes into a store in `folder`, which a later call goes on from. False: interrupted.

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "canyon/base/statistics.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/gnss/signals.hpp"
@@ -39,7 +40,14 @@ void leave_out_unused_signals(receiver::ReceiverOptions& options) {
   });
 }
 
-/// A copy with the errors of one draw; without any where `space` is empty.
+/// East, north, up [m].
+Vector3d error_of(const positioning::Fix& fix, const Vector3d& truth_ecef) {
+  return geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(truth_ecef)) *
+         (fix.position_ecef - truth_ecef);
+}
+
+}  // namespace
+
 propagation::Arrival with_space(propagation::Arrival arrival, std::span<const errors::SpaceErrors> space,
                                 std::size_t draw, const propagation::Antenna& antenna) {
   for (propagation::SatelliteView& view : arrival.views) {
@@ -48,14 +56,6 @@ propagation::Arrival with_space(propagation::Arrival arrival, std::span<const er
   }
   return arrival;
 }
-
-/// East, north, up [m].
-Vector3d error_of(const positioning::Fix& fix, const Vector3d& truth_ecef) {
-  return geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(truth_ecef)) *
-         (fix.position_ecef - truth_ecef);
-}
-
-}  // namespace
 
 std::uint64_t seed_of(const DrawOptions& draws, geodesy::GpsTime time, int draw) {
   return RandomStream(draws.seed, fmt::format("heatmap/{}/{}", time.nanoseconds(), draw)).next();
@@ -218,8 +218,9 @@ double CellReceivers::first_fix_at(geodesy::GpsTime time, const Vector3d& place,
     }
   }
   if (times_s.size() <= half) return std::numeric_limits<double>::quiet_NaN();
-  const bool odd = starting.size() % 2 == 1;
-  return odd ? times_s[half] : 0.5 * (times_s[half - 1] + times_s[half]);
+  // Those without a fix so far have none before the others.
+  times_s.resize(starting.size(), times_s.back());
+  return *median(times_s);
 }
 
 void CellReceivers::first_fix(const TileCells& cells, geodesy::GpsTime time, std::span<float> seconds,

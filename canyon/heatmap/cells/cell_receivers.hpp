@@ -21,6 +21,11 @@ namespace canyon::heatmap {
                                                               int count,
                                                               std::span<const gnss::SatelliteId> satellites);
 
+/// A copy with the errors from space of one draw; without any where `space` is empty.
+[[nodiscard]] propagation::Arrival with_space(propagation::Arrival arrival,
+                                              std::span<const errors::SpaceErrors> space, std::size_t draw,
+                                              const propagation::Antenna& antenna);
+
 /// Layers of a tile by a receiver::Receiver for each cell and draw: for whatever CellSolver does not fit
 /// (signals with strength, weights by C/N0, RAIM, position filter, disturbances). Signals are those of
 /// simulation::Environment::arrival() at each cell. Const, thread-safe.

@@ -15,8 +15,10 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/work_queue.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/heatmap/cells/cell_receivers.hpp"
+#include "canyon/heatmap/cells/cell_rtk.hpp"
 #include "canyon/heatmap/cells/steady_receivers.hpp"
 #include "canyon/heatmap/engine/engine_key.hpp"
 #include "canyon/heatmap/kernels/tile_tasks.hpp"
@@ -141,6 +143,7 @@ struct Heatmap::Impl {
   simulation::ReceiverConfig receiver;
   Request request;
   std::string input_key;
+  std::optional<simulation::ReceiverConfig> base;  ///< of layers of RTK
   TileTracer tracer;
   std::optional<CellSolver> solver;
   std::optional<CellReceivers> receivers;
@@ -149,12 +152,15 @@ struct Heatmap::Impl {
   bool received = false;  ///< some layer asks for what arrives beyond the line of sight
   std::optional<std::size_t> los, sky_view, first_fix;
   std::optional<CellReceivers> starting;  ///< of first_fix
+  std::optional<CellRtk> rtk;
 
-  Impl(const simulation::Environment& e, simulation::ReceiverConfig r, Request q, std::string k)
+  Impl(const simulation::Environment& e, simulation::ReceiverConfig r,
+       std::optional<simulation::ReceiverConfig> b, Request q, std::string k)
       : environment(&e),
         receiver(std::move(r)),
         request(std::move(q)),
         input_key(std::move(k)),
+        base(std::move(b)),
         tracer(e, receiver.propagation, receiver.options.fix.elevation_mask_rad) {
     for (std::size_t i = 0; i < request.layers.size(); ++i) {
       received |= info(request.layers[i]).received && of_solver(request.layers[i]);
@@ -163,6 +169,7 @@ struct Heatmap::Impl {
       if (request.layers[i] == Layer::TimeToFirstFix) first_fix = i;
     }
     if (first_fix) starting.emplace(e, tracer.propagator(), receiver, request.draws, request.limits);
+    if (base) rtk.emplace(e, tracer.propagator(), receiver, *base, request.draws, request.limits);
     if (received) {
       if (receiver.disturbances.empty() && !receiver.streets.enabled && CellSolver::fits(receiver.options) &&
           !(receiver.options.fix.covariance_by_residuals && wants_protection())) {
@@ -239,8 +246,19 @@ Request checked(Request request, const simulation::ReceiverConfig& receiver) {
 }  // namespace
 
 Heatmap::Heatmap(const simulation::Environment& environment, simulation::ReceiverConfig receiver,
-                 Request request, std::string input_key) {
+                 Request request, std::string input_key, const simulation::ReceiverConfig* base_of_receiver) {
+  std::optional<simulation::ReceiverConfig> base;
+  if (base_of_receiver != nullptr) base = *base_of_receiver;
   request = checked(std::move(request), receiver);
+  const auto of_base = std::find_if(request.layers.begin(), request.layers.end(), of_rtk);
+  if (of_base == request.layers.end()) {
+    base.reset();
+  } else if (!base || !base->fixed || !receiver.options.rtk.enabled || !receiver.options.signal.enabled) {
+    throw InputError(
+        fmt::format("the layer {} needs a receiver with RTK and its base", info(*of_base).name),
+        "give the receiver rtk: true and corrections: {from: NAME}, NAME a receiver with a fixed "
+        "place, as in examples/rtk.yaml");
+  }
   if (receiver.models) {
     throw InputError("a heat map takes no weights and positions of a program's own",
                      "run the receiver at places of interest instead");
@@ -253,7 +271,14 @@ Heatmap::Heatmap(const simulation::Environment& environment, simulation::Receive
   if (weighting == positioning::Weighting::Cn0 && !receiver.options.signal.enabled) {
     weighting = positioning::Weighting::Equal;  // signals without C/N0 weigh alike
   }
-  impl_ = std::make_unique<Impl>(environment, std::move(receiver), std::move(request), std::move(input_key));
+  if (base) {
+    base->fixed->settle(environment.city().frame);
+    base->options =
+        simulation::with_surroundings(std::move(base->options), environment.scene(), environment.city());
+    simulation::decide(base->options, environment);
+  }
+  impl_ = std::make_unique<Impl>(environment, std::move(receiver), std::move(base), std::move(request),
+                                 std::move(input_key));
 }
 Heatmap::~Heatmap() = default;
 Heatmap::Heatmap(Heatmap&&) noexcept = default;
@@ -276,7 +301,8 @@ std::string Heatmap::key() const {
   return hash_text(
       fmt::format("values: {}\ntimes per unit: {}\ninput: {}\n", kValuesVersion, impl_->times_per_unit,
                   impl_->input_key) +
-      canonical_text(impl_->request, impl_->receiver, impl_->environment->klobuchar()) +
+      canonical_text(impl_->request, impl_->receiver, impl_->environment->klobuchar(),
+                     impl_->base ? &*impl_->base : nullptr) +
       (impl_->environment->errors() ? options::exact_text(impl_->environment->errors()->options()) : ""));
 }
 
@@ -316,6 +342,10 @@ void Heatmap::Impl::compute_altitude(const Unit& unit, std::size_t altitude, con
     if (starting) {
       starting->first_fix(cells, time, layers[*first_fix], stopped);
       if (stopped()) return;  // cells are missing
+    }
+    if (rtk) {
+      rtk->solve(cells, time, request.layers, layers, stopped);
+      if (stopped()) return;
     }
     if (!go_on()) return;
   }

@@ -105,8 +105,10 @@ class Heatmap {
   /// does not validate().
   /// @param environment must outlive it, and has no movable instances
   /// @param input_key identifies city and sky for the store's key (files and options)
+  /// @param base whose corrections the receiver takes in layers of RTK, at a fixed place; InputError where
+  /// such a layer has none; null: none
   Heatmap(const simulation::Environment& environment, simulation::ReceiverConfig receiver, Request request,
-          std::string input_key);
+          std::string input_key, const simulation::ReceiverConfig* base = nullptr);
   ~Heatmap();
   Heatmap(Heatmap&&) noexcept;
 

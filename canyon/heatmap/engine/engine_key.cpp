@@ -9,7 +9,8 @@
 namespace canyon::heatmap {
 
 std::string canonical_text(const Request& request, const simulation::ReceiverConfig& receiver,
-                           const std::map<gnss::System, gnss::Klobuchar>& klobuchar) {
+                           const std::map<gnss::System, gnss::Klobuchar>& klobuchar,
+                           const simulation::ReceiverConfig* base) {
   std::string text = options::exact_text(request) + fmt::format("receiver: {}\n", receiver.options.name);
   if (receiver.streets.enabled) text += "streets: " + options::exact_text(receiver.streets);
   for (const disturbance::Source& source : receiver.disturbances) {
@@ -19,7 +20,13 @@ std::string canonical_text(const Request& request, const simulation::ReceiverCon
     text += fmt::format("klobuchar of {}: {}, {}\n", gnss::name(system), fmt::join(coefficients.alpha, " "),
                         fmt::join(coefficients.beta, " "));
   }
-  return text + options::exact_text(receiver.propagation) + options::exact_text(receiver.options);
+  text += options::exact_text(receiver.propagation) + options::exact_text(receiver.options);
+  if (base != nullptr) {
+    const geodesy::Geodetic& place = base->fixed->place;
+    text += fmt::format("base at {} {} {}\n", place.latitude_rad, place.longitude_rad, place.height_m) +
+            options::exact_text(base->propagation) + options::exact_text(base->options);
+  }
+  return text;
 }
 
 std::string hash_text(const std::string& text) {

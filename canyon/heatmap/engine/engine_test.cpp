@@ -19,6 +19,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/heatmap/cells/cell_receivers.hpp"
+#include "canyon/simulation/correction_links.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/disturbances.hpp"
 #include "tests/support/downtown.hpp"
@@ -391,6 +392,53 @@ TEST(Heatmap, TimesToFirstFixAreThoseOfAcquisition) {
   receiver.disturbances = {
       test::always("three are left", [](propagation::Arrival& arrival) { arrival.views.resize(3); })};
   EXPECT_TRUE(std::isnan(seconds()));
+}
+
+// In the open RTK is fixed at once, within centimetres; without a correction never; and without a base the
+// layers are refused.
+TEST(Heatmap, RtkLayersAreThoseOfAReceiverBesideItsBase) {
+  const auto receivers = [](const std::string& corrections) {
+    return simulation::parse_scenario(
+               "city: {open: true, origin: {latitude_deg: 0, longitude_deg: 0}}\nsky: {nominal: "
+               "true}\nstart: 2026-06-01T06:00:00Z\nduration_s: 1\n"
+               "trajectory: {waypoints: [{east_m: 0, north_m: 0, up_m: 2}]}\nreceivers:\n"
+               "  - {name: rover, profile: ublox-f9p, rtk: true, corrections: {from: base" +
+                   corrections +
+                   "}}\n  - {name: base, profile: survey, fixed: {east_m: 900, north_m: 300, up_m: 5}}\n",
+               "scenario.yaml")
+        .receivers;
+  };
+  const simulation::Environment open(
+      city::City(), std::make_shared<CircularSky>(std::vector{gnss::System::GPS, gnss::System::Galileo}));
+  Request request;
+  request.grid = Grid::covering(0, 0, 4, 2, 2);
+  request.times = {kTime};
+  request.draws.draws = 3;
+  request.limits.rtk_s = 15;
+  request.layers = {Layer::RtkFixedShare, Layer::RtkTimeToFix, Layer::RtkFixedErrorP95};
+  const auto map = [&](const std::vector<ReceiverConfig>& of) {
+    const auto base = simulation::base_of(of, of[0]);
+    return Heatmap(open, of[0], request, "", base ? &*base : nullptr);
+  };
+  const auto values = map(receivers("")).compute(0).values;
+  ASSERT_EQ(values.size(), 6U);
+  for (std::size_t cell = 0; cell < 2; ++cell) {
+    EXPECT_GT(values[cell], 0.7);
+    EXPECT_LE(values[2 + cell], 5);
+    EXPECT_LT(values[4 + cell], 0.05);
+  }
+  const auto none = map(receivers(", loss: 1")).compute(0).values;
+  EXPECT_EQ(none[0], 0);
+  EXPECT_TRUE(std::isnan(none[2]));
+  EXPECT_TRUE(std::isnan(none[4]));
+  EXPECT_NE(map(receivers("")).key(), map(receivers(", loss: 1")).key());
+
+  auto without = receivers("");
+  without.pop_back();
+  EXPECT_THROW((void)map(without), InputError);
+  without = receivers("");
+  without[0].options.rtk.enabled = false;
+  EXPECT_THROW((void)map(without), InputError);
 }
 
 TEST(Heatmap, HonoursDisturbances) {

@@ -33,7 +33,7 @@ double value_of(std::size_t bin) {
 
 bool nan_without_fix(Layer layer) {
   return info(layer).error && layer != Layer::Availability && layer != Layer::SatellitesUsed &&
-         layer != Layer::ProtectedAvailability && layer != Layer::TimeToFirstFix;
+         layer != Layer::ProtectedAvailability && !runs_on(layer);
 }
 
 }  // namespace

@@ -58,6 +58,12 @@ constexpr std::array kLayers{
               "probability of an error above the protection level", "1", kFix, kDraws},
     LayerInfo{Layer::TimeToFirstFix, "time_to_first_fix", "median time to the first position fix", "s", kFix,
               kDraws},
+    LayerInfo{Layer::RtkFixedShare, "rtk_fixed_share", "share of epochs with a fixed RTK solution", "1", kFix,
+              kDraws},
+    LayerInfo{Layer::RtkTimeToFix, "rtk_time_to_fix", "median time to the first fixed RTK solution", "s",
+              kFix, kDraws},
+    LayerInfo{Layer::RtkFixedErrorP95, "rtk_fixed_error_p95",
+              "95th percentile of the horizontal position error while RTK is fixed", "m", kFix, kDraws},
 };
 
 constexpr bool in_order() {
@@ -110,6 +116,7 @@ void visit(options::Visitor& v, LimitOptions& o) {
            kStarts);
   v.integer({"first_fix_s", "s", "time_to_first_fix: a start is given up after so long"}, o.first_fix_s, 1,
             3600);
+  v.integer({"rtk_s", "s", "rtk_...: the receiver takes corrections for so long"}, o.rtk_s, 1, 3600);
 }
 
 std::string limits_text(Layer layer, const LimitOptions& limits) {
@@ -128,6 +135,10 @@ std::string limits_text(Layer layer, const LimitOptions& limits) {
     case Layer::TimeToFirstFix:
       return fmt::format("{} start, median over the draws, given up after {} s",
                          limits.start == StartKind::Hot ? "hot" : "cold", limits.first_fix_s);
+    case Layer::RtkFixedShare:
+    case Layer::RtkTimeToFix:
+    case Layer::RtkFixedErrorP95:
+      return fmt::format("{} s of corrections, receiver at rest", limits.rtk_s);
     default:
       return {};
   }
@@ -136,7 +147,7 @@ std::string limits_text(Layer layer, const LimitOptions& limits) {
 std::vector<Layer> layers_of_one_look() {
   std::vector<Layer> layers;
   for (const LayerInfo& each : kLayers) {
-    if (each.layer != Layer::TimeToFirstFix) layers.push_back(each.layer);
+    if (!runs_on(each.layer)) layers.push_back(each.layer);
   }
   return layers;
 }

@@ -41,8 +41,12 @@ enum class Layer : std::uint8_t {
   /// From a start without knowledge to the first fix, median over the draws [s]; NaN where half of them or
   /// more have none within LimitOptions::first_fix_s.
   TimeToFirstFix,
+  // Of a receiver with RTK at rest that takes its base's corrections for LimitOptions::rtk_s from then on:
+  RtkFixedShare,     ///< share of the epochs of all draws whose solution is fixed [1]
+  RtkTimeToFix,      ///< median over the draws [s]; NaN where half of them or more have no fixed solution
+  RtkFixedErrorP95,  ///< 95th percentile of the horizontal error while fixed [m]; NaN without
 };
-inline constexpr std::size_t kLayerCount = static_cast<std::size_t>(Layer::TimeToFirstFix) + 1;
+inline constexpr std::size_t kLayerCount = static_cast<std::size_t>(Layer::RtkFixedErrorP95) + 1;
 
 struct LayerInfo {
   Layer layer;
@@ -69,6 +73,7 @@ struct LimitOptions {
   double protection_factor = 6.0;
   StartKind start = StartKind::Cold;
   int first_fix_s = 120;  ///< a start is given up after so long [s]; [1, 3600]
+  int rtk_s = 60;         ///< corrections are taken for so long [s]; [1, 3600]
   [[nodiscard]] bool operator==(const LimitOptions&) const = default;
   /// Throws InputError naming the field and its bound.
   void validate() const;
@@ -78,20 +83,28 @@ void visit(options::Visitor& v, LimitOptions& o);
 /// In the order of Layer.
 [[nodiscard]] std::span<const LayerInfo> all_layers();
 [[nodiscard]] const LayerInfo& info(Layer layer);
-/// Whether the solver of cells gives it: all but SkyView, which needs none, and TimeToFirstFix.
+[[nodiscard]] constexpr bool of_rtk(Layer layer) {
+  return layer >= Layer::RtkFixedShare;
+}
+/// Whether receivers are run for it second by second.
+[[nodiscard]] constexpr bool runs_on(Layer layer) {
+  return layer == Layer::TimeToFirstFix || of_rtk(layer);
+}
+/// Whether the solver of cells gives it: all but SkyView, which needs none, and those that run on.
 [[nodiscard]] constexpr bool of_solver(Layer layer) {
-  return layer != Layer::SkyView && layer != Layer::TimeToFirstFix;
+  return layer != Layer::SkyView && !runs_on(layer);
 }
 /// Whether large values are good ones. Of VerticalError neither are; false.
 [[nodiscard]] constexpr bool more_is_better(Layer layer) {
   return layer == Layer::Availability || layer == Layer::ProtectedAvailability || layer == Layer::SkyView ||
-         layer == Layer::SatellitesLos || layer == Layer::SatellitesVisible || layer == Layer::SatellitesUsed;
+         layer == Layer::SatellitesLos || layer == Layer::SatellitesVisible ||
+         layer == Layer::SatellitesUsed || layer == Layer::RtkFixedShare;
 }
 /// By its name, upper or lower case; InputError, with the closest one, for another. "all" is not one.
 [[nodiscard]] Layer layer_by_name(std::string_view name);
 /// What a layer compares with, for people: "more than 10 m, of the draws with a fix"; empty for most.
 [[nodiscard]] std::string limits_text(Layer layer, const LimitOptions& limits);
-/// What "all" means to people: those that one look at each cell gives, all but TimeToFirstFix.
+/// What "all" means to people: those that one look at each cell gives, all that do not run on.
 [[nodiscard]] std::vector<Layer> layers_of_one_look();
 /// HorizontalError, SatellitesVisible, Hdop: the paper's panels.
 [[nodiscard]] std::vector<Layer> default_layers();

@@ -169,7 +169,10 @@ class Writer {
         seen_[sheet][shade] = seen_[sheet][shade] || seen[layer][shade];
       }
       if (!seen[layer][static_cast<std::size_t>(Shade::NoValue)]) continue;
-      const std::string meaning = info(request_.layers[layer]).error ? "no fix" : "nothing received";
+      const Layer drawn = request_.layers[layer];
+      const std::string meaning = of_rtk(drawn)       ? "never fixed"
+                                  : info(drawn).error ? "no fix"
+                                                      : "nothing received";
       std::string& text = no_value_[sheet];
       if (text.find(meaning) == std::string::npos) text += (text.empty() ? "" : " / ") + meaning;
     }

@@ -158,6 +158,7 @@ LayerStyle style_of(Layer layer) {
     case Layer::VerticalErrorP95:
     case Layer::LargestExcess:
     case Layer::ProtectionLevel:
+    case Layer::RtkFixedErrorP95:
       return {ValueKind::Length, &bright_inferno, true};
     case Layer::VerticalError:
       return {ValueKind::SignedLength, &orange_purple, false};
@@ -176,10 +177,12 @@ LayerStyle style_of(Layer layer) {
     case Layer::MisleadingShare:
       return {ValueKind::Share, &cividis, true};
     case Layer::TimeToFirstFix:
+    case Layer::RtkTimeToFix:
       return {ValueKind::Duration, &bright_inferno, true};
     case Layer::Availability:
     case Layer::ProtectedAvailability:
     case Layer::SkyView:
+    case Layer::RtkFixedShare:
       break;
   }
   return {ValueKind::Share, &drawing::viridis, false};
