@@ -23,7 +23,7 @@ namespace {
 /// A part needs this many epochs to be aligned by or validated.
 constexpr std::size_t kFewestEpochs = 10;
 /// Below this mean AUC the city and the recording have little to do with each other: 0.5 is chance, 0.88 what
-/// a city of OpenStreetMap outlines reached (docs/accuracy.md).
+/// a city of OpenStreetMap outlines reached (docs/results.md).
 constexpr double kTellingScore = 0.7;
 
 std::string share_name(double split) {

@@ -353,7 +353,7 @@ void add_validate(Command& app) {
       "Each recorded pseudorange gets its error from the true positions; the city's rays say which "
       "satellites\n"
       "were in line of sight. Signals beyond each satellite's first are judged where the receiver tracks\n"
-      "them, carrier phases of all. docs/recordings.md explains the figures, and lists: a YAML file\n"
+      "them, carrier phases of all. docs/methods.md explains the figures, and lists: a YAML file\n"
       "  recordings: [{name: a, scenario: a.yaml, obs: a.obs, class: mass market, align: true}, ...]\n"
       "whose recordings are judged beside each other, and those of a class together.";
 }

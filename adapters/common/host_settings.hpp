@@ -17,7 +17,7 @@ enum class RayEngine : std::uint8_t { Physics, Embree };
 
 /// What a user sets of one receiver in a host's world, whatever the host's language: ros/namespace,
 /// ros/remapping "from:=to", ros/changes, frame_id, output_type sensor_msgs/LaserScan as RosSettings,
-/// visuals/rays, bubble, bubble_scale, ray_length_m as VisualSettings, and what follows. docs/gazebo.md has
+/// visuals/rays, bubble, bubble_scale, ray_length_m as VisualSettings, and what follows. docs/sdf.md has
 /// the table.
 struct HostSettings : RosSettings, VisualSettings {
   /// Keys of the scenario: sky, start, rate_hz, seed, and those of a receiver.

@@ -51,7 +51,7 @@ struct Validity {
 ///  - GLONASS: 0.5 h on either side (records lie 30 min apart).
 ///  - SBAS: 360 s on either side: sent every 120 s, dropped by receivers en route after 360 s (RTCA DO-229,
 ///  appendix A, time-outs of messages).
-/// docs/accuracy.md shows the figures.
+/// docs/results.md shows the figures.
 [[nodiscard]] Validity validity(const KeplerEphemeris& ephemeris);
 [[nodiscard]] Validity validity(const GlonassEphemeris& ephemeris);
 [[nodiscard]] Validity validity(const SbasEphemeris& ephemeris);

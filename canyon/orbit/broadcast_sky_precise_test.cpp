@@ -1,5 +1,5 @@
 // Broadcast orbits and clocks against the precise ones of the same day: what a user of the navigation message
-// is off. Prints the table of docs/accuracy.md.
+// is off. Prints the table of docs/results.md.
 
 #include <gtest/gtest.h>
 

@@ -93,7 +93,7 @@ struct ObservationOptions {
 [[nodiscard]] std::vector<std::string> default_codes(gnss::System system, double version);
 
 /// Codes that are read as a signal where all are, best first: pilots before data and pilot together, and data
-/// alone; L2C: 2L 2S 2X. The first signal's are default_codes() less those of the others. docs/recordings.md
+/// alone; L2C: 2L 2S 2X. The first signal's are default_codes() less those of the others. docs/methods.md
 /// has the table.
 [[nodiscard]] std::vector<std::string> signal_codes(const gnss::Signal& signal, double version);
 

@@ -203,7 +203,7 @@ struct Pooled {
                                   const std::optional<std::string>& alignment_json);
 /// A table for terminals, one model.
 [[nodiscard]] std::string to_text(const Figures& figures);
-/// A Markdown table, one row for each model, of the figures that docs/accuracy.md states.
+/// A Markdown table, one row for each model, of the figures that docs/results.md states.
 [[nodiscard]] std::string to_markdown(const std::vector<Figures>& models);
 
 }  // namespace canyon::validation

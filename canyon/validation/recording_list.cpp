@@ -24,7 +24,7 @@ options::Document document_of(const std::filesystem::path& path) {
   options::Document document;
   document.file = path;
   document.kind = "list of recordings";
-  document.page = "docs/recordings.md";
+  document.page = "docs/methods.md";
   document.known = options::describe<RecordingList>().paths();
   return document;
 }

@@ -91,8 +91,8 @@ TEST_F(RecordingListTest, IsNoScenario) {
 TEST(RecordingListDocs, HaveEveryKey) {
   const std::string table = options::markdown(options::describe<RecordingList>().keys);
   const std::string page =
-      canyon::test::read_bytes(std::filesystem::path(canyon_source_dir) / "docs/recordings.md");
-  EXPECT_NE(page.find(table), std::string::npos) << "docs/recordings.md lacks this table:\n" << table;
+      canyon::test::read_bytes(std::filesystem::path(canyon_source_dir) / "docs/methods.md");
+  EXPECT_NE(page.find(table), std::string::npos) << "docs/methods.md lacks this table:\n" << table;
 }
 
 }  // namespace

@@ -12,7 +12,7 @@
 
 namespace canyon::validation {
 
-/// Whether a headline lies in its range, which docs/realism.md has for twelve of them: tracked shares within
+/// Whether a headline lies in its range, which docs/results.md has for twelve of them: tracked shares within
 /// 0.1 of the recorded ones, LOS less NLOS within 2 dB, the four Kolmogorov-Smirnov distances at most 0.2,
 /// satellites used within 1, Spearman at least 0.6, median difference at most 10 m, p50 and p95 of fixes 0.7
 /// to 1.4 of the recorded ones. Empty for others, and where a value is missing.

@@ -136,7 +136,7 @@ def heatmap(
         Of noise, for layers over draws.
     receivers : {"steady_state", "run"}
         How receivers whose signals have strength stand in cells: the steady state of their loops and
-        fixes, or each run, a dozen times slower (docs/heatmap-receivers.md).
+        fixes, or each run, a dozen times slower (docs/heatmap-planning.md).
     path_nodes_m : float
         With "steady_state" receivers take far paths from places so far apart; 0: searched at every cell.
     limits : mapping, optional

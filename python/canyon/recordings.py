@@ -13,7 +13,7 @@ __all__ = ["Calibration", "Recording", "calibrate"]
 
 
 class Recording:
-    """A recorded drive with its scenario: city, sky, true positions (docs/recordings.md).
+    """A recorded drive with its scenario: city, sky, true positions (docs/methods.md).
 
     Parameters
     ----------

@@ -601,11 +601,11 @@ Y
 validate_real)
   needs_data urbannav-tst-20190428/COM3_190428_124409.obs
   drive=$data/urbannav-tst-20190428
-  # Without what the map lacks: the figures of docs/accuracy.md.
+  # Without what the map lacks: the figures of docs/results.md.
   sed -e "s#hongkong/#$data/hongkong/#; s#urbannav-tst-20190428/#$drive/#g; /^surroundings:/d" "$root/examples/urbannav_tst_m8t.yaml" >tst.yaml
   runs 0 "$canyon" validate tst.yaml --obs "$drive/COM3_190428_124409.obs" --align --models mirror,specular --report rep --json figures.json
   says out "city moved by" "first half" "second half" "242 epochs" reflected
-  python3 - <<'P' || fail "the drive's figures are not those of docs/recordings.md"
+  python3 - <<'P' || fail "the drive's figures are not those of docs/results.md"
 import json
 f = json.load(open("figures.json"))
 assert abs(f["alignment"]["east_m"] + 2) < 2 and abs(f["alignment"]["north_m"]) < 2, f["alignment"]
@@ -613,7 +613,7 @@ mirror, specular = f["models"][1], f["models"][2]
 assert abs(specular["separation_by_error"]["auc"] - 0.907) < 0.03
 assert abs(specular["separation_by_cn0"]["auc"] - 0.861) < 0.03
 assert specular["explained"][-1]["spearman"]["rho"] > mirror["explained"][-1]["spearman"]["rho"] + 0.2
-# The M8T's own: docs/accuracy.md.
+# The M8T's own: docs/results.md.
 m8t = f["models"][0]
 assert m8t["explained"][-1]["share"] > 0.95
 assert m8t["distributions"]["nlos_error_m"]["ks"] < 0.2 and m8t["distributions"]["los_error_m"]["ks"] < 0.2
@@ -632,7 +632,7 @@ P
   grep -v align: "$root/examples/recordings.yaml" >recordings.yaml
   runs 0 "$canyon" validate recordings.yaml --part rest --json figures.json
   says out "| tst |" "| berlin |" "| all mass market |" "687 epochs"
-  python3 - <<'P' || fail "the drives are not those of docs/accuracy.md"
+  python3 - <<'P' || fail "the drives are not those of docs/results.md"
 import json
 f = json.load(open("figures.json"))
 tst, berlin, *other_day = (r["headlines"] for r in f["recordings"])
@@ -642,7 +642,7 @@ assert abs(tst["cn0_los_dbhz"]["measured"] - 36) <= 1 and abs(berlin["cn0_los_db
 # What the map of one lacks, and of the other does not (docs/shadowing.md).
 for h in tst, berlin:
   assert abs(h["tracked_los"]["measured"] - h["tracked_los"]["simulated"]) < 0.1, h
-# Facades, scattering and edges make echoes as weak beside the clear as recorded (docs/realism.md).
+# Facades, scattering and edges make echoes as weak beside the clear as recorded (docs/results.md).
   assert abs(h["cn0_los_less_nlos_db"]["measured"] - h["cn0_los_less_nlos_db"]["simulated"]) <= 3, h
 assert all(not r["models"][0]["never_tracked"] for r in f["recordings"][:2])
 assert len(other_day) == 3, len(other_day)

@@ -45,7 +45,7 @@ PluginElements::PluginElements(const sdf::ElementPtr& plugin, std::string plugin
     : plugin_name_(std::move(plugin_name)), known_(std::move(known)) {
   for (const Key& key : known_) document_.known.push_back(key.path);
   document_.word = "element";
-  document_.page = "docs/gazebo.md";
+  document_.page = "docs/sdf.md";
   document_.digits_are_booleans = true;
   root_.kind = Node::Kind::Mapping;
   if (!plugin) return;

@@ -529,7 +529,7 @@ TEST(HostSettings, WrongValuesNamePluginElementAndCure) {
       {"<sky><nominal>0</nominal></sky>", "<sky><nominal>", "false, and no other source", ""},
       {"<sky><systems>GPS Galilei</systems></sky>", "<sky><systems>", "Galilei", ""},
       {"<sky><allow_stale>1</allow_stale></sky>", "<sky><allow_stale>", "has no effect beside",
-       "docs/gazebo.md"},
+       "docs/sdf.md"},
       {"<satAzimuth>1 2</satAzimuth>", "<satAzimuth>", "frozen needs satAzimuth and satElevation", "radians"},
       {"<satNum>2</satNum>", "<satNum>", "frozen needs satAzimuth and satElevation", "radians"},
       {"<satAzimuth>1 90</satAzimuth><satElevation>1 1</satElevation>", "<satAzimuth>", "90 is out of range",
@@ -690,7 +690,7 @@ TEST(PluginKeys, RefuseWhatIsOutOfRange) {
 
 TEST(PluginKeys, DocumentationHasTheSameTable) {
   const std::string table = options::markdown(plugin_keys());
-  EXPECT_NE(test::read_bytes(kSource / "docs/gazebo.md").find(table), std::string::npos) << table;
+  EXPECT_NE(test::read_bytes(kSource / "docs/sdf.md").find(table), std::string::npos) << table;
 }
 
 }  // namespace

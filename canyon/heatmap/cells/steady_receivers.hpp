@@ -13,7 +13,7 @@ namespace canyon::heatmap {
 /// same paths' strengths and random phases, loops where they rest (tracking::LaneCodeLock), the fix linear
 /// about the place (SteadyFix). Paths are traced at one cell of each block of cells (a node) and constructed
 /// anew at the cells about it (Propagator::retrace()): what no node about a cell has is missed there; diffuse
-/// paths are those of the block's node. docs/heatmap-receivers.md states what that costs. Directions are
+/// paths are those of the block's node. docs/heatmap-planning.md states what that costs. Directions are
 /// those of a tile's centre. Const, thread-safe.
 class SteadyReceivers {
  public:

@@ -114,7 +114,7 @@ TEST(SteadyReceivers, AreTheReceiversThemselvesWherePathsAreTracedInEveryCell) {
 }
 
 // With nodes 6 m apart: medians and 95th percentiles of errors over places within 5 %, availability within
-// 1 %. docs/heatmap-receivers.md has the same over larger samples, and for Hong Kong.
+// 1 %. docs/heatmap-planning.md has the same over larger samples, and for Hong Kong.
 TEST(SteadyReceivers, HoldTheirBoundsBetweenNodes) {
   const std::vector<Layer> layers{Layer::HorizontalErrorP50, Layer::HorizontalErrorP95,
                                   Layer::HorizontalErrorMean, Layer::VerticalErrorP50, Layer::Availability};

@@ -10,7 +10,7 @@
 namespace canyon::validation {
 
 /// A figure that a simulation of a recorded drive should reach, and what it reached. The bounds are Canyon's
-/// own goals of realism, stated in docs/accuracy.md: all in one place, targets().
+/// own goals of realism, stated in docs/results.md: all in one place, targets().
 struct Target {
   std::string name;    ///< "NLOS pseudorange error, KS distance"
   std::string wanted;  ///< "at most 0.15"
