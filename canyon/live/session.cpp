@@ -218,7 +218,7 @@ void Session::Impl::compute_and_write() {
     for (; begin < end; ++begin) {
       simulation::Epoch& epoch = due[begin].step->epoch;
       epoch.receiver = due[begin].receiver;
-      corrections->send(epoch);
+      corrections->send(epoch, receivers[epoch.receiver].environment());
     }
   }
   for (Due& epoch : due) {

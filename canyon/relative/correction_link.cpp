@@ -30,6 +30,9 @@ void visit(options::Visitor& v, CorrectionOptions& o) {
        "name of a receiver with a fixed place, whose measurements correct this one's; canyon live: also the "
        "address of a stream of RTCM 3, ntrip://USER:PASSWORD@HOST:PORT/MOUNT"},
       o.from);
+  v.boolean({"virtual_station", "",
+             "a network's: the base's measurements as they would be at the place that the receiver reports"},
+            o.virtual_station);
   v.number({"max_age_s", "s", "corrections that are older are not used"}, o.max_age_s, {0, 3600, true});
   v.number({"rate_hz", "Hz", "epochs that the base sends; 0: all"}, o.rate_hz, {0, 100});
   v.number({"latency_s", "s", "from the base's epoch until they come"}, o.latency_s, {0, 600});

@@ -31,6 +31,8 @@ struct CorrectionOptions {
   std::vector<double> outages_s;
   /// East, north, up [m], of the place that the base states; empty: it states the true one.
   std::vector<double> station_error_m;
+  /// A network's: as if the base were at the place that the receiver reports (simulation::VirtualStation).
+  bool virtual_station = false;
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };

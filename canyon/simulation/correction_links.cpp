@@ -56,6 +56,9 @@ void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t
     next = index_of_base(receivers, *next);
     if (next == index) refuse("which needs its own in turn", "leave one of them out");
   }
+  if (options.corrections.virtual_station && !receivers[*base].fixed) {
+    refuse("which moves, and no network", "leave virtual_station out, or give that receiver a fixed place");
+  }
   if (!receivers[*base].fixed && !options.rtk.enabled) {
     refuse("whose place nobody knows",
            "give that receiver fixed: {latitude_deg: ..., longitude_deg: ...}, or this one rtk: true for the "
@@ -68,11 +71,15 @@ void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t
 }
 
 CorrectionLinks::CorrectionLinks(const std::vector<ReceiverConfig>& receivers, std::uint64_t seed)
-    : links_(receivers.size()), places_(receivers.size()) {
+    : links_(receivers.size()),
+      places_(receivers.size()),
+      reported_(receivers.size()),
+      virtual_(receivers.size()) {
   for (std::size_t r = 0; r < receivers.size(); ++r) {
     check_corrections(receivers, r);
     base_.push_back(index_of_base(receivers, r));
     fixed_.push_back(receivers[r].fixed.has_value());
+    if (receivers[r].options.corrections.virtual_station) virtual_[r].emplace();
     if (base_.back()) links_[r].emplace(receivers[r].options.corrections, seed, receivers[r].options.name);
   }
   std::vector<bool> placed(receivers.size());
@@ -87,8 +94,9 @@ CorrectionLinks::CorrectionLinks(const std::vector<ReceiverConfig>& receivers, s
   }
 }
 
-void CorrectionLinks::send(const Epoch& epoch) {
+void CorrectionLinks::send(const Epoch& epoch, const Environment& environment) {
   places_[epoch.receiver] = epoch.truth_ecef;
+  if (epoch.observed.fix.solved()) reported_[epoch.receiver] = epoch.observed.fix.position_ecef;
   std::shared_ptr<const relative::Corrections> corrections;
   for (std::size_t r = 0; r < base_.size(); ++r) {
     if (base_[r] != epoch.receiver) continue;
@@ -99,7 +107,10 @@ void CorrectionLinks::send(const Epoch& epoch) {
     }
     if (!corrections) return;
     // Where it was at its epoch before: it comes behind its base.
-    links_[r]->send(epoch.observed.time, corrections, places_[r]);
+    auto sent = virtual_[r] ? virtual_[r]->corrections(corrections, epoch.observed.time, epoch.truth_ecef,
+                                                       reported_[r], environment)
+                            : corrections;
+    if (sent) links_[r]->send(epoch.observed.time, std::move(sent), places_[r]);
   }
 }
 

@@ -7,6 +7,7 @@
 #include "canyon/relative/correction_link.hpp"
 #include "canyon/simulation/epoch.hpp"
 #include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/virtual_station.hpp"
 
 namespace canyon::simulation {
 
@@ -35,7 +36,8 @@ class CorrectionLinks {
   /// Whose corrections a receiver takes.
   [[nodiscard]] std::optional<std::size_t> base_of(std::size_t receiver) const { return base_[receiver]; }
   /// An epoch of Epoch::receiver was made: its corrections are on their way to those that take them.
-  void send(const Epoch& epoch);
+  /// @param environment of the epoch, for virtual stations
+  void send(const Epoch& epoch, const Environment& environment);
   /// The latest that has come for a receiver by `time` since the last call; null: none.
   [[nodiscard]] std::shared_ptr<const relative::Corrections> take(std::size_t receiver,
                                                                   geodesy::GpsTime time);
@@ -46,6 +48,8 @@ class CorrectionLinks {
   std::vector<std::size_t> order_;
   std::vector<std::optional<relative::CorrectionLink>> links_;  // to each receiver that takes any
   std::vector<std::optional<Eigen::Vector3d>> places_;          // ECEF, of each receiver's latest epoch [m]
+  std::vector<std::optional<Eigen::Vector3d>> reported_;        // and its latest fix
+  std::vector<std::optional<VirtualStation>> virtual_;          // of each receiver that asks for one
 };
 
 }  // namespace canyon::simulation

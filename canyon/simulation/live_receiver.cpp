@@ -14,6 +14,7 @@
 #include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/fault_surroundings.hpp"
 #include "canyon/simulation/street_sources.hpp"
+#include "canyon/simulation/virtual_station.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -130,6 +131,8 @@ struct LiveReceiver::Impl {
   bool said_empty = false;
   std::vector<std::string> warnings;
   bool told_of_station = false;
+  VirtualStation network;
+  std::optional<Eigen::Vector3d> reported_ecef;  // its last fix [m]
   std::unique_ptr<LiveReceiver> base;
   std::shared_ptr<const relative::Corrections> corrections;  // that came since the last step
   std::optional<relative::CorrectionLink> link;              // from the base
@@ -178,9 +181,11 @@ void LiveReceiver::Impl::observe_base(double seconds, Step& step) {
       const receiver::ReceiverOptions& rover = config.receiver.options;
       link.emplace(rover.corrections, config.seed, rover.name);
     }
-    if (auto sent = receiver::corrections_of(of_base.epoch.observed, of_base.epoch.truth_ecef)) {
-      link->send(t, std::move(sent), place_ecef);
+    auto sent = receiver::corrections_of(of_base.epoch.observed, of_base.epoch.truth_ecef);
+    if (config.receiver.options.corrections.virtual_station) {
+      sent = network.corrections(sent, t, of_base.epoch.truth_ecef, reported_ecef, *base->impl_->environment);
     }
+    if (sent) link->send(t, std::move(sent), place_ecef);
     corrections = link->take(t);
   }
   for (std::string& line : base->take_warnings()) {
@@ -198,6 +203,7 @@ Epoch LiveReceiver::Impl::observe(const Pose& truth, propagation::Arrival& arriv
     warnings.push_back(receiver::wrong_station_warning(*epoch.observed.station_offset_m));
   }
   place_ecef = epoch.truth_ecef;
+  if (epoch.observed.fix.solved()) reported_ecef = epoch.observed.fix.position_ecef;
   epoch.navigation = arrival.messages.get();
   epoch.geoid_undulation_m = config.geoid_undulation_m.value_or(epoch.geoid_undulation_m);
   return epoch;
@@ -385,6 +391,10 @@ LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& ant
                                         geodesy::format_gpst(t, 0)));
   }
   return step;
+}
+
+const Environment& LiveReceiver::environment() const {
+  return *impl_->environment;
 }
 
 void LiveReceiver::give(std::shared_ptr<const relative::Corrections> corrections) {

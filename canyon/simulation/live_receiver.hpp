@@ -79,6 +79,7 @@ class LiveReceiver {
 
   [[nodiscard]] const LiveConfig& config() const;
   [[nodiscard]] geodesy::GpsTime start() const;
+  [[nodiscard]] const Environment& environment() const;
   /// In use until observe() builds the next one: of nominal skies once a day.
   [[nodiscard]] const BuiltSky& sky() const;
   /// For further receivers under it.

@@ -104,6 +104,44 @@ TEST(Rtk, FixesAgainAfterABridgeAtAnyRate) {
   }
 }
 
+// Over 30 km the atmosphere keeps the rover float; a network moves the base to where the rover says it is.
+TEST(Rtk, AVirtualStationMakesLongBaselinesShort) {
+  const std::string far =
+      "  - {name: base, profile: ublox-f9p, fixed: {east_m: 30000, north_m: 0, up_m: 5}}\n";
+  const auto own = run(field(rover() + far)).at(0);
+  EXPECT_LT(share(own, FixKind::Fixed), 0.2);
+  const auto epochs = run(field(rover("from: base, virtual_station: true") + far)).at(0);
+  EXPECT_GT(share(epochs, FixKind::Fixed), 0.9);
+  EXPECT_NE(epochs.front().observed.fix.kind(), FixKind::Fixed);  // nothing comes before it says where it is
+  for (const Epoch& epoch : epochs) {
+    const positioning::Fix& fix = epoch.observed.fix;
+    if (fix.kind() != FixKind::Fixed) continue;
+    EXPECT_LT(epoch.error_enu_m.norm(), 0.04);
+    EXPECT_LT(fix.baseline->length_m(), 320);  // from where it was
+  }
+}
+
+// A station that a rover leaves 5 km behind is moved, and the phases begin anew.
+TEST(Rtk, AVirtualStationFollowsTheRover) {
+  std::string text =
+      field(rover("from: base, virtual_station: true") +
+            "  - {name: base, profile: ublox-f9p, fixed: {east_m: 30000, north_m: 0, up_m: 5}}\n");
+  text.replace(text.find("east_m: 900"), 11, "east_m: 9000");
+  text.replace(text.find("speed_mps: 5"), 12, "speed_mps: 100");
+  double moved = 0, longest_m = 0;
+  std::optional<Eigen::Vector3d> before;
+  const auto epochs = run(text).at(0);
+  for (const Epoch& epoch : epochs) {
+    const auto& baseline = epoch.observed.fix.baseline;
+    if (!baseline) continue;
+    longest_m = std::max(longest_m, baseline->length_m());
+    moved += before && (baseline->base_ecef - *before).norm() > 1000 ? 1 : 0;
+    before = baseline->base_ecef;
+  }
+  EXPECT_EQ(moved, 1);
+  EXPECT_LT(longest_m, 5200);
+}
+
 TEST(Rtk, NothingChangesWithoutIt) {
   const auto epochs = run(field(rover("from: base", "rtk: false") + kBase)).at(0);
   EXPECT_EQ(share(epochs, FixKind::Differential), 1);

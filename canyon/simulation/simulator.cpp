@@ -492,7 +492,7 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
       epoch.navigation = from.arrival.messages.get();
       ++placements[r][static_cast<std::size_t>(from.arrival.placement)];
       if (epoch.observed.station_offset_m) station_offsets[r] = epoch.observed.station_offset_m;
-      links.send(epoch);
+      links.send(epoch, impl.environment);
       while (written < receiver_count && made[written]) write(*made[written++]);
     }
     result.epochs = instant + 1;
