@@ -28,8 +28,12 @@ std::vector<std::string> names_of(const Option& option) {
   return names;
 }
 
+bool is_positional(const Option& option) {
+  return option.names.front() != '-';
+}
+
 bool is_shown(const Option& option) {
-  return !option.is_hidden && option.names.front() == '-';
+  return !option.is_hidden && !is_positional(option);
 }
 
 /// Calls `work` with each command and the words that lead to it.
@@ -39,20 +43,44 @@ void for_each_command(const Command& command, const std::string& words, const Wo
   for (const Command& part : command.commands) for_each_command(part, words + " " + part.name, work);
 }
 
-std::string bash(const Command& program) {
-  std::string cases;
+std::string joined(const std::vector<std::string>& words) {
+  return fmt::format("{}", fmt::join(words, " "));
+}
+
+/// The cases of a shell's `case`: of each command its parts and options, of each option with a value what
+/// that may be; an empty list means files.
+std::string cases(const Command& program) {
+  std::string lines;
   for_each_command(program, program.name, [&](const Command& command, const std::string& words) {
-    std::string list;
+    std::string list, files;
     for (const Command& part : command.commands) list += part.name + " ";
     for (const Option& option : command.options) {
+      if (is_positional(option) && !option.words.empty()) list += joined(option.words) + " ";
       if (!is_shown(option)) continue;
-      for (const std::string& name : names_of(option)) list += name + " ";
+      std::string keys;
+      for (const std::string& name : names_of(option)) {
+        list += name + " ";
+        keys += fmt::format("{}'{} {}'", keys.empty() ? "" : "|", words, name);
+      }
+      if (option.value.empty()) continue;
+      if (option.words.empty()) {
+        files += (files.empty() ? "" : "|") + keys;
+      } else {
+        lines += fmt::format("    {}) list='{}' ;;\n", keys, joined(option.words));
+      }
     }
-    cases += fmt::format("    '{}') list='{}--help' ;;\n", words, list);
+    if (!files.empty()) lines += fmt::format("    {}) list= ;;\n", files);
+    lines += fmt::format("    '{}') list='{}--help' ;;\n", words, list);
   });
+  return lines;
+}
+
+std::string bash(const Command& program) {
   return fmt::format(R"(_canyon() {{
   local words=canyon word list
   for word in "${{COMP_WORDS[@]:1:COMP_CWORD-1}}"; do [[ $word == -* ]] || words+=" $word"; done
+  word=${{COMP_WORDS[COMP_CWORD-1]}}
+  [[ $word != -* ]] || words+=" $word"
   while true; do
     case $words in
 {}    *) words=${{words% *}}; continue ;;
@@ -64,29 +92,57 @@ std::string bash(const Command& program) {
 }}
 complete -o default -F _canyon canyon
 )",
-                     cases);
+                     cases(program));
+}
+
+std::string zsh(const Command& program) {
+  return fmt::format(R"(#compdef canyon
+_canyon() {{
+  local line=canyon word list
+  for word in "${{(@)words[2,CURRENT-1]}}"; do [[ $word == -* ]] || line+=" $word"; done
+  word=${{words[CURRENT-1]}}
+  [[ $word != -* ]] || line+=" $word"
+  while true; do
+    case $line in
+{}    *) line=${{line% *}}; continue ;;
+    esac
+    break
+  done
+  if [[ $PREFIX == */* ]] || ! compadd -- ${{=list}}; then _files; fi
+}}
+if [[ $funcstack[1] == _canyon ]]; then _canyon "$@"; else compdef _canyon canyon; fi
+)",
+                     cases(program));
 }
 
 std::string fish(const Command& program) {
   const auto quoted = [](const std::string& text) {
     return "'" + replaced(replaced(text, "\\", "\\\\"), "'", "\\'") + "'";
   };
-  std::string lines;
+  std::string lines = "complete -c canyon -n '__fish_use_subcommand' -f\n";
   for_each_command(program, "", [&](const Command& command, const std::string& words) {
-    const std::string when =
-        words.empty() ? "__fish_use_subcommand"
-                      : fmt::format("string match -q -r \"^canyon{}( |\\$)\" (commandline -cp)", words);
+    std::string when = "__fish_use_subcommand";
+    if (!words.empty()) {
+      when = fmt::format("string match -q -r \"^canyon{}( |\\$)\" (commandline -cp)", words);
+      if (!command.commands.empty()) when += "; and not __fish_seen_subcommand_from";
+      for (const Command& part : command.commands) when += " " + part.name;
+    }
     for (const Command& part : command.commands) {
       lines +=
           fmt::format("complete -c canyon -n {} -a {} -d {}\n", quoted(when), part.name, quoted(part.help));
     }
     for (const Option& option : command.options) {
+      const std::string choice = option.words.empty() ? "" : " -a " + quoted(joined(option.words));
+      if (is_positional(option) && !choice.empty()) {
+        lines += fmt::format("complete -c canyon -n {} -f{}\n", quoted(when), choice);
+      }
       if (!is_shown(option)) continue;
       lines += fmt::format("complete -c canyon -n {}", quoted(when));
       for (const std::string& name : names_of(option)) {
         lines += name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1);
       }
-      lines += fmt::format("{} -d {}\n", option.value.empty() ? "" : " -r", quoted(option.help));
+      if (!option.value.empty()) lines += (choice.empty() ? " -r" : " -x") + choice;
+      lines += fmt::format(" -d {}\n", quoted(option.help));
     }
   });
   return lines;
@@ -103,11 +159,11 @@ std::string manual_page(const Command& command, const std::string& words, const 
   std::string positional, parts, options;
   for (const Option& option : command.options) {
     if (option.is_hidden) continue;
-    const std::string name = option.names.front() == '-' ? replaced(option.names, ",", ", ") : option.names;
+    const std::string name = is_positional(option) ? option.names : replaced(option.names, ",", ", ");
     options +=
         fmt::format(".TP\n\\fB{}\\fR{}\n{}\n", plain(name),
                     option.value.empty() ? "" : " \\fI" + plain(option.value) + "\\fR", plain(option.help));
-    if (option.names.front() != '-') positional += fmt::format(" \\fI{}\\fR", plain(option.names));
+    if (is_positional(option)) positional += fmt::format(" \\fI{}\\fR", plain(option.names));
   }
   for (const Command& part : command.commands) {
     parts += fmt::format(".TP\n\\fB{}\\fR\n{}: see \\fB{}\\fR(1)\n", plain(part.name), plain(part.help),
@@ -133,9 +189,7 @@ void add_completion(Command& app) {
   command.add_option("shell", *shell, "SHELL", "whose").required().one_of({"bash", "zsh", "fish"});
   command.footer = "bash: eval \"$(canyon completion bash)\". Packages install all three.";
   command.action = [&app, shell] {
-    // zsh runs what is bash's.
-    if (*shell == "zsh") fmt::print("#compdef canyon\nautoload -U +X bashcompinit && bashcompinit\n");
-    fmt::print("{}", *shell == "fish" ? fish(app) : bash(app));
+    fmt::print("{}", *shell == "fish" ? fish(app) : *shell == "zsh" ? zsh(app) : bash(app));
     return kOk;
   };
 }

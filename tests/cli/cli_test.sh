@@ -279,7 +279,7 @@ demo)
   : >file; runs 2 "$canyon" demo --out file/here; one_line ;;
 reference)
   for shell in bash zsh fish; do runs 0 "$canyon" completion $shell; cp out "$shell"; done
-  says zsh "#compdef canyon" "_canyon()"
+  says zsh "#compdef canyon"
   says fish "complete -c canyon -n '__fish_use_subcommand' -a simulate" "-l threads"
   # completes WORD... WANTED: what bash offers for these words, the last one being typed.
   completes() {
@@ -292,6 +292,34 @@ reference)
   completes canyon simulate drive.yaml --thr --threads
   completes canyon -x heatmap query map.nc --at --at
   completes canyon simulate ./dr ""
+  completes canyon live --pose-format js json
+  completes canyon simulate --out ma "" # a file
+  # zsh and fish run their scripts where they are installed.
+  in_zsh() { # WORD... WANTED: what zsh offers behind these words, the last one being typed.
+    local got
+    got=$(zsh -f -c 'compdef() { }; compadd() { shift; print -r -- "$@"; (($#)) }; _files() { print files }; . ./zsh
+                     words=("$@"); CURRENT=$#; PREFIX=$words[-1]; _canyon' - "${@:1:$#-1}" 2>&1)
+    [ "$got" = "${!#}" ] || fail "zsh offers '$got' behind '${*:1:$#-1}' instead of '${!#}'"
+  }
+  if command -v zsh >/dev/null; then
+    in_zsh canyon live --pose-format "" "json binary mavlink"
+    in_zsh canyon heatmap query map.nc --speed 3 "" "--at --path --format --altitude --time --speed --stretch --step --json --help"
+    in_zsh canyon simulate --out "" $'\nfiles'
+    in_zsh canyon simulate ./dr files
+  fi
+  in_fish() { # TYPED WANTED: the words that fish offers.
+    local got
+    got=$(fish --no-config -c 'source ./fish; complete -C $argv[1]' "$1" 2>&1 | cut -f1 | tr '\n' ' ')
+    [ "$got" = "$2" ] || fail "fish offers '$got' behind '$1' instead of '$2'"
+  }
+  if command -v fish >/dev/null; then
+    in_fish "canyon si" "simulate "
+    in_fish "canyon live --pose-format " "binary json mavlink "
+    in_fish "canyon completion " "bash fish zsh "
+    in_fish "canyon simulate --seed 3 --qu" "--quiet "
+    in_fish "canyon heatmap query --sp" "--speed "
+    in_fish "canyon heatmap ju" "judge "
+  fi
   runs 0 "$canyon" manual --out man
   [ "$(ls man | wc -l)" -gt 25 ] || fail "not a page for each command"
   says man/canyon-heatmap-query.1 '.TH "canyon-heatmap-query" 1' '\-\-at'

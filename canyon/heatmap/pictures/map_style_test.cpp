@@ -100,7 +100,8 @@ TEST(MapStyle, BrightIsGood) {
     const ColourScale scale = make_colour_scale(each.layer, values);
     const bool good = each.name == "availability" || each.name == "protected_availability" ||
                       each.name == "sky_view" || each.name == "satellites_los" ||
-                      each.name == "satellites_visible" || each.name == "satellites_used";
+                      each.name == "satellites_visible" || each.name == "satellites_used" ||
+                      each.name == "rtk_fixed_share";
     const double low = lightness(scale.colour_at(0)), high = lightness(scale.colour_at(1));
     EXPECT_TRUE(good ? low < high : low > high) << each.name;
   }

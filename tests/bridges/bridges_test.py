@@ -1,0 +1,353 @@
+#!/usr/bin/env python3
+"""The bridges of examples/bridges between stand-ins of their simulators and a real `canyon live`.
+
+usage: tests/bridges/bridges_test.py CANYON [unittest's options]
+
+Every stand-in drives the same way over a made-up town: east, north, up (stand_ins/course.py). The receiver is ideal and
+has a lever arm, so that fixes tell the attitude, too. Fixes have to lie on that way in the simulator's own frame, and to
+reach every corner of it. All sockets are on 127.0.0.1, and every process is ended by its id.
+"""
+import json
+import math
+import os
+import pathlib
+import re
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import unittest
+
+HERE = pathlib.Path(__file__).resolve().parent
+BRIDGES = HERE.parents[1] / "examples" / "bridges"
+STAND_INS = HERE / "stand_ins"
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(STAND_INS))
+import course  # noqa: E402
+import flightgear  # noqa: E402
+
+LONGEST_S = 120
+NEAR_M = 0.05  # of a fix from the way: the receiver is ideal; HIL_GPS states steps of 1 cm
+ORIGIN = (22.3, 114.17, 0.0)
+LEVER = (4.0, 3.0, 2.0)  # forward, left, up
+
+# The town of the examples, with an ideal receiver on a lever arm.
+TOWN = (BRIDGES / "town.yaml").read_text()
+SCENARIO = TOWN.replace("ublox-m10", "ideal, lever_arm: {forward_m: %g, left_m: %g, up_m: %g}" % LEVER)
+
+
+def antenna(place):
+    """Of a place of the vehicle, in ENU: with the attitude of the course."""
+    return [p + sum(length * axis[i] for length, axis in zip(LEVER, course.axes())) for i, p in enumerate(place)]
+
+
+def radii():
+    """Of curvature at the origin [m], north and east (Groves, Principles of GNSS, 2.105 and 2.106)."""
+    s2 = math.sin(math.radians(ORIGIN[0])) ** 2
+    e2 = 0.00669437999014
+    north_m, east_m = 6378137.0 * (1 - e2) / (1 - e2 * s2) ** 1.5, 6378137.0 / math.sqrt(1 - e2 * s2)
+    return north_m, east_m * math.cos(math.radians(ORIGIN[0]))
+
+
+def enu_of(latitude, longitude, height):
+    """Right to a millimetre within 100 m of the origin."""
+    north_m, east_m = radii()
+    return [math.radians(longitude - ORIGIN[1]) * east_m, math.radians(latitude - ORIGIN[0]) * north_m, height - ORIGIN[2]]
+
+
+def place_of(enu):
+    north_m, east_m = radii()
+    return ORIGIN[0] + math.degrees(enu[1] / north_m), ORIGIN[1] + math.degrees(enu[0] / east_m), ORIGIN[2] + enu[2]
+
+
+def distance_to_leg(point, a, b):
+    way = [q - p for p, q in zip(a, b)]
+    part = sum((x - p) * w for x, p, w in zip(point, a, way)) / sum(w * w for w in way)
+    return math.dist(point, [p + min(max(part, 0.0), 1.0) * w for p, w in zip(a, way)])
+
+
+def free_port():
+    """Free for UDP and TCP."""
+    for _ in range(100):
+        with socket.socket(type=socket.SOCK_STREAM) as tcp, socket.socket(type=socket.SOCK_DGRAM) as udp:
+            tcp.bind(("127.0.0.1", 0))
+            try:
+                udp.bind(tcp.getsockname())
+                return tcp.getsockname()[1]
+            except OSError:
+                continue
+    raise RuntimeError("no free port")
+
+
+class BridgesTest(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(self.enterContext_(tempfile.TemporaryDirectory()))
+        self.log = self.folder / "given"
+        self.port, self.canyon = free_port(), None
+
+    def enterContext_(self, context):
+        self.addCleanup(context.__exit__, None, None, None)
+        return context.__enter__()
+
+    def start(self, command, **more):
+        """A process that ends with the test."""
+        environment = dict(os.environ, PYTHONPATH=os.pathsep.join((str(STAND_INS), str(BRIDGES))),
+                           PYTHONDONTWRITEBYTECODE="1", STAND_IN_LOG=str(self.log), **more)
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment,
+                                   cwd=self.folder)
+
+        def end():
+            if process.poll() is None:
+                process.kill()
+            process.communicate()
+        self.addCleanup(end)
+        return process
+
+    def start_canyon(self, scenario=SCENARIO):
+        path = self.folder / "town.yaml"
+        path.write_text(scenario.replace("9001", str(self.port)))
+        self.canyon = self.start([CANYON, "live", str(path), "--quiet"])
+
+    def bridge(self, name, *options, **environment):
+        command = [sys.executable, str(BRIDGES / name), "--canyon", f"127.0.0.1:{self.port}"]
+        return self.start([*command, *options], **environment)
+
+    def output(self, process, status=0):
+        out, error = process.communicate(timeout=LONGEST_S)
+        self.assertEqual(process.returncode, status, error)
+        self.assertNotIn("Traceback", error)
+        return out, error
+
+    def output_until(self, process, sign, enough):
+        """Standard output until `enough` of its lines; then the process is sent a signal and has to end quietly."""
+        lines = []
+        watch = threading.Timer(LONGEST_S, process.kill)
+        watch.start()
+        for line in process.stdout:
+            lines.append(line)
+            if enough(line):
+                break
+        process.send_signal(sign)
+        rest, error = process.communicate(timeout=LONGEST_S)
+        watch.cancel()
+        self.assertEqual((process.returncode, error), (130, ""))
+        return "".join(lines) + rest
+
+    def check_way(self, antennas):
+        """Of antennas in ENU, in the order of time."""
+        corners = [antenna(corner) for corner in course.CORNERS]
+        self.assertGreater(len(antennas), 60)
+        for each in antennas:
+            off = min(distance_to_leg(each, a, b) for a, b in zip(corners, corners[1:]))
+            self.assertLess(off, NEAR_M, f"{each} is not on the way")
+        reached = []
+        for corner in corners:
+            near = [math.dist(each, corner) for each in antennas]
+            self.assertLess(min(near), NEAR_M, f"no fix at {corner}")
+            reached.append(near.index(min(near)))
+        self.assertEqual(reached, sorted(reached))
+
+    def check_fixes(self, text, enu_from):
+        """Of what a bridge printed. `enu_from` is of the simulator's frame, as this test knows it."""
+        fixes = [json.loads(line) for line in text.splitlines()]
+        solved = [fix for fix in fixes if fix["kind"] != "none"]
+        self.assertGreaterEqual(len(solved), len(fixes) - 5, "fixes are missing")
+        positions = [enu_from(*fix["position_m"]) for fix in solved]
+        self.check_way(positions)
+        for fix, position in zip(solved, positions):
+            self.assertLess(math.dist(enu_of(*fix["place"]), position), 0.01)
+            self.assertGreater(fix["used"], 4)
+        # The middle of each leg: east, north and up, at their speeds.
+        fastest = [max((enu_from(*fix["velocity_mps"]) for fix in solved), key=lambda v, i=i: v[i]) for i in range(3)]
+        for i, speed in enumerate((15.0, 10.0, 10.0)):
+            self.assertAlmostEqual(fastest[i][i], speed, delta=1.0)
+        return solved
+
+    def given(self):
+        return self.log.read_text().splitlines()
+
+    # Each bridge.
+
+    def test_plain_loop(self):
+        # Its own way: 30 m east, 20 m north, 10 m up. The receiver has no lever arm here.
+        self.start_canyon(TOWN.replace("ublox-m10", "ideal"))
+        out, _ = self.output(self.bridge("plain_loop.py", "--seconds", "14", "--speed", "6", "--at=20,-10,60",
+                                         "--axes", "NED"))
+        fixes = [json.loads(line) for line in out.splitlines()]
+        self.assertGreater(len(fixes), 90)
+        for fix, expected in ((fixes[0], (0, 0, 0)), (fixes[-1], (20, 30, -10))):
+            self.assertLess(math.dist(fix["position_m"], expected), NEAR_M)
+        self.assertLess(math.dist(enu_of(*fixes[-1]["place"]), (50, 10, 70)), NEAR_M)
+
+    def test_carla(self):
+        self.start_canyon()
+        # The vehicle goes from the world at the end.
+        out, error = self.output(self.bridge("carla_bridge.py", "--role", "hero", "--draw"), 1)
+        self.assertIn("gone", error)
+        solved = self.check_fixes(out, lambda x, y, z: (x, -y, z))
+        drawn = [[float(each) for each in line.split()] for line in self.given()]
+        self.assertEqual(drawn, [fix["position_m"] for fix in solved])
+
+    def test_carla_says_what_is_missing(self):
+        self.start_canyon()
+        self.assertIn("none of CARLA's 2 vehicles has the role_name 'nobody'",
+                      self.output(self.bridge("carla_bridge.py", "--role", "nobody"), 1)[1])
+        self.assertIn("CARLA: time-out", self.output(self.bridge("carla_bridge.py", "--carla", "127.0.0.1:9"), 1)[1])
+
+    def test_airsim(self):
+        self.start_canyon()
+        end = antenna(course.CORNERS[-1])
+        out = self.output_until(self.bridge("airsim_bridge.py", "--rate", "200"), signal.SIGINT,
+                                lambda line: abs(json.loads(line)["position_m"][2] + end[2]) < 0.01)
+        self.check_fixes(out, lambda x, y, z: (y, x, -z))
+
+    def test_airsim_car(self):
+        self.start_canyon()
+        end = antenna(course.CORNERS[-1])
+        process = self.bridge("airsim_bridge.py", "--car", "--vehicle", "Car1", "--rate", "200", "--at=-3,5,2")
+        out = self.output_until(process, signal.SIGINT, lambda line: abs(json.loads(line)["position_m"][2] + end[2]) < 0.01)
+        # The simulator's frame is where it was; the city is beside it.
+        positions = [json.loads(line) for line in out.splitlines()]
+        self.check_way([(y, x, -z) for x, y, z in (fix["position_m"] for fix in positions)])
+        self.assertLess(math.dist(enu_of(*positions[-1]["place"]), [e + a for e, a in zip(end, (-3, 5, 2))]), NEAR_M)
+        self.assertIn("AirSim at 127.0.0.1:41451: Vehicle API", self.output(self.bridge("airsim_bridge.py", "--car"), 1)[1])
+
+    def test_webots(self):
+        self.start_canyon()
+        out, _ = self.output(self.bridge("webots_bridge.py"))
+        solved = self.check_fixes(out, lambda x, y, z: (x, y, z))
+        self.assertEqual(len(self.given()), len(out.splitlines()))
+        name, text = self.given()[-1].split(" ", 1)
+        self.assertEqual((name, json.loads(text)["position_m"]), ("customData", solved[-1]["position_m"]))
+
+    def test_webots_without_supervisor(self):
+        self.start_canyon()
+        process = self.bridge("webots_bridge.py", STAND_IN_NO_SUPERVISOR="1")
+        self.assertIn("'supervisor' to TRUE", self.output(process, 1)[1])
+
+    def test_webots_in_other_axes(self):
+        # No attitude is sent in these worlds: the antenna is at the robot.
+        for axes, enu_from in (("NUE", lambda x, y, z: (z, x, y)), ("EUN", lambda x, y, z: (x, z, y))):
+            with self.subTest(axes):
+                self.port = free_port()
+                self.start_canyon(TOWN.replace("ublox-m10", "ideal"))
+                out, _ = self.output(self.bridge("webots_bridge.py", STAND_IN_AXES=axes))
+                fixes = [json.loads(line) for line in out.splitlines()]
+                for fix, corner in ((fixes[0], course.CORNERS[0]), (fixes[-1], course.CORNERS[-1])):
+                    self.assertLess(math.dist(enu_from(*fix["position_m"]), corner), NEAR_M)
+                    self.assertLess(math.dist(enu_of(*fix["place"]), corner), NEAR_M)
+
+    def test_mujoco(self):
+        self.start_canyon()
+        model = self.folder / "model.xml"
+        model.write_text("<mujoco/>")
+        out, _ = self.output(self.bridge("mujoco_bridge.py", str(model), "--userdata", "1", "--seconds", str(course.SECONDS),
+                                         "--speed", str(course.SPEED)))
+        solved = self.check_fixes(out, lambda x, y, z: (x, y, z))
+        written = [[float(each) for each in line.split()] for line in self.given()]
+        # Of two fixes in one step the later one stays.
+        expected = [[0.0, *fix["position_m"], 0.0] for fix in solved]
+        self.assertEqual([each for each in written if each not in expected], [])
+        self.assertGreater(len(written), len(expected) / 2)
+        for options, message in ((["--body", "door"], "no free joint in the body 'door'"),
+                                 (["--body", "car"], "Valid names"), (["--userdata", "3"], 'nuserdata="6"')):
+            self.assertIn(message, self.output(self.bridge("mujoco_bridge.py", str(model), *options), 1)[1])
+
+    def test_pegasus(self):
+        self.start_canyon()
+        out, _ = self.output(self.start([sys.executable, str(STAND_INS / "pegasus_app.py"), f"127.0.0.1:{self.port}"]))
+        fixes = [json.loads(line) for line in out.splitlines()]
+        self.check_way([enu_of(fix["latitude"] / 1e7, fix["longitude"] / 1e7, fix["altitude"] / 1e3) for fix in fixes])
+        for fix in fixes:
+            self.assertEqual(fix["fix_type"], 3)
+            self.assertGreater(fix["sattelites_visible"], 4)
+            self.assertAlmostEqual(fix["speed"], math.hypot(fix["velocity_north"], fix["velocity_east"]), delta=2)
+        east = max(fixes, key=lambda fix: fix["velocity_east"])
+        north = max(fixes, key=lambda fix: fix["velocity_north"])
+        self.assertAlmostEqual(east["velocity_east"], 1500, delta=100)
+        self.assertAlmostEqual(east["cog"], 9000, delta=500)
+        self.assertAlmostEqual(north["velocity_north"], 1000, delta=100)
+        self.assertLess(min(min(north["cog"], 36000 - north["cog"]), 500), 500)
+        self.assertAlmostEqual(min(fix["velocity_down"] for fix in fixes), -1000, delta=100)
+        self.assertEqual(fixes[-1]["altitude_gt"], 70000)
+        self.assertAlmostEqual(math.degrees(fixes[-1]["latitude_gt"] / 1e7), ORIGIN[0], delta=1e-3)
+
+    def test_flightgear(self):
+        self.start_canyon()
+        to_bridge, to_flightgear = free_port(), free_port()
+        protocol = BRIDGES / "flightgear" / "Protocol" / "canyon.xml"
+        program = flightgear.FlightGear(protocol, to_bridge, to_flightgear, place_of)
+        self.addCleanup(program.end)
+        end = antenna(course.CORNERS[-1])
+        process = self.bridge("flightgear_bridge.py", "--listen", f"127.0.0.1:{to_bridge}", "--flightgear",
+                              f"127.0.0.1:{to_flightgear}")
+        out = self.output_until(process, signal.SIGINT, lambda line: program.fixes and program.fixes[-1][
+            "/canyon/fix/altitude-ft"] * flightgear.FOOT_M > end[2] - 0.01)
+        self.check_fixes(out, lambda x, y, z: (x, y, z))
+        got = [fix for fix in program.fixes if fix["/canyon/fix/valid"] == 1]
+        self.check_way([enu_of(fix["/canyon/fix/latitude-deg"], fix["/canyon/fix/longitude-deg"],
+                               fix["/canyon/fix/altitude-ft"] * flightgear.FOOT_M) for fix in got])
+        self.assertEqual({fix["/canyon/fix/kind"] for fix in got}, {"single"})
+
+    # What they share.
+
+    def test_help_and_missing_modules(self):
+        names = sorted(path.name for path in BRIDGES.glob("*.py") if path.name != "canyon_bridge.py")
+        self.assertEqual(len(names), 7)
+        for name in names:
+            with self.subTest(name):
+                found = subprocess.run([sys.executable, "-B", BRIDGES / name, "--help"], capture_output=True, text=True,
+                                       timeout=LONGEST_S)
+                self.assertEqual((found.returncode, found.stderr), (0, ""))
+                self.assertIn("canyon live town.yaml", found.stdout)
+        for name, module, *more in (("carla_bridge.py", "carla"), ("airsim_bridge.py", "airsim"),
+                                    ("webots_bridge.py", "controller"), ("mujoco_bridge.py", "mujoco", "x.xml")):
+            with self.subTest(name):
+                (self.folder / f"{module}.py").write_text("raise ImportError(\"No module named '%s'\")" % module)
+                found = subprocess.run([sys.executable, "-B", BRIDGES / name, *more], capture_output=True, text=True,
+                                       timeout=LONGEST_S, env=dict(os.environ, PYTHONPATH=str(self.folder)))
+                self.assertEqual(found.returncode, 1)
+                self.assertRegex(found.stderr, rf"^{name}: No module named '{module}'\. [^\n]+\n$")
+        found = subprocess.run([sys.executable, "-B", BRIDGES / "pegasus_gps.py"], capture_output=True, text=True,
+                               timeout=LONGEST_S)
+        self.assertEqual(found.returncode, 1)
+        self.assertIn("import it in a Pegasus application", found.stderr)
+
+    def test_canyon_live_is_not_there(self):
+        error = self.output(self.bridge("plain_loop.py", "--wait", "0.3"), 1)[1]
+        self.assertRegex(error, rf"^plain_loop.py: canyon live does not listen at tcp://127.0.0.1:{self.port} [^\n]+\n$")
+        self.assertIn("Start it first", error)
+
+    def test_canyon_live_ends(self):
+        self.start_canyon()
+        process = self.bridge("plain_loop.py")
+        self.assertIn('"kind"', process.stdout.readline())
+        self.canyon.send_signal(signal.SIGINT)
+        self.assertEqual(self.output(process, 1)[1], "plain_loop.py: canyon live has ended\n")
+
+    def test_wrong_origin_is_said(self):
+        self.start_canyon()
+        error = self.output(self.bridge("plain_loop.py", "--seconds", "2", "--speed", "2", "--origin", "22.3,114.27,0"))[1]
+        self.assertRegex(error, r"^warning: canyon live has the vehicle 10\d\d\d m from its pose: make --origin [^\n]+\n$")
+
+    def test_fixes_go_to_an_address(self):
+        self.start_canyon()
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as inbox:
+            inbox.bind(("127.0.0.1", 0))
+            inbox.settimeout(LONGEST_S)
+            address = "127.0.0.1:%d" % inbox.getsockname()[1]
+            out, _ = self.output(self.bridge("plain_loop.py", "--seconds", "1", "--fixes-to", address))
+            self.assertEqual(inbox.recv(65536).decode(), out.splitlines(True)[0])
+
+    def test_bad_options(self):
+        for option, message in (("--at=1,2", "three numbers"), ("--axes=EEN", "is no frame"), ("--axes=XYZ", "is no frame"),
+                                ("--rate=0", "above 0"), ("--canyon=9001", "HOST:PORT")):
+            error = self.output(self.start([sys.executable, str(BRIDGES / "plain_loop.py"), option]), 2)[1]
+            self.assertRegex(error, re.escape(message))
+
+
+if __name__ == "__main__":
+    CANYON = str(pathlib.Path(sys.argv.pop(1)).resolve())
+    unittest.main()
