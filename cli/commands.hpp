@@ -31,6 +31,7 @@ void add_faults(Command& app);
 void add_validate(Command& app);
 void add_calibrate(Command& app);
 void add_heatmap(Command& app);
+void add_correlation(Command& app);
 void add_iq(Command& app);
 void add_heatmap_query(Command& heatmap);
 void add_heatmap_judge(Command& heatmap);

@@ -24,6 +24,7 @@ int main(int argc, char** argv) {
   add_calibrate(program);
   add_heatmap(program);
   add_iq(program);
+  add_correlation(program);
   add_rtk(program);
   add_study(program);
   add_view(program);

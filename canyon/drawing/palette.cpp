@@ -6,6 +6,13 @@
 
 namespace canyon::drawing {
 
+std::uint32_t packed(const Colour& c) {
+  const auto byte = [](double x) {
+    return static_cast<std::uint32_t>(std::lround(255 * std::clamp(x, 0.0, 1.0)));
+  };
+  return byte(c.r) << 16 | byte(c.g) << 8 | byte(c.b);
+}
+
 Colour mix(const Colour& from, const Colour& to, double t) {
   const double s = std::isnan(t) ? 0 : std::clamp(t, 0.0, 1.0);
   return {from.r + s * (to.r - from.r), from.g + s * (to.g - from.g), from.b + s * (to.b - from.b),

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+
 #include "canyon/propagation/paths.hpp"
 
 namespace canyon::drawing {
@@ -19,6 +21,9 @@ struct Colour {
   return {static_cast<double>(hex >> 16 & 0xFFU) / 255, static_cast<double>(hex >> 8 & 0xFFU) / 255,
           static_cast<double>(hex & 0xFFU) / 255};
 }
+
+/// To 0xRRGGBB, opacity left out.
+[[nodiscard]] std::uint32_t packed(const Colour& c);
 
 /// Between two colours; `t` is clamped to [0, 1].
 [[nodiscard]] Colour mix(const Colour& from, const Colour& to, double t);

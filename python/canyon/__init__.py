@@ -33,7 +33,7 @@ from .live import LiveReceiver
 from .models import Arrival, Disturbance, Models, Problem, Solver
 from .recordings import Calibration, Recording, calibrate
 from .scenario import Scenario, fault_kinds, profiles, scenario_keys
-from .simulation import Run, Simulation, simulate
+from .simulation import Correlation, Run, Simulation, correlation, simulate
 from .sky import PATH_KINDS, VISIBILITIES, Sky, Tracer, trace
 from .tables import Table
 
@@ -53,6 +53,7 @@ __all__ = [
     "City",
     "CityObject",
     "Encoder",
+    "Correlation",
     "Epoch",
     "InputError",
     "Interrupted",
@@ -69,6 +70,7 @@ __all__ = [
     "Tracer",
     "VISIBILITIES",
     "__version__",
+    "correlation",
     "fault_kinds",
     "formats",
     "profiles",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Union
+from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +15,18 @@ from .models import Models
 from .scenario import Scenario, Settings, as_scenario
 from .tables import Table
 
-__all__ = ["Epoch", "Run", "Simulation", "simulate"]
+__all__ = ["Correlation", "Epoch", "Run", "Simulation", "correlation", "simulate"]
 
 Epoch = _canyon.Epoch
+
+
+class Correlation(NamedTuple):
+    """What the correlators of a channel see of one satellite. Arrays are NumPy's."""
+
+    time_s: NDArray[np.float64]  #: from the run's beginning [s], (epochs,)
+    delay_m: NDArray[np.float64]  #: after the line of sight [m], (delays,)
+    values: NDArray[np.complex128]  #: over a clear line of sight at an antenna without a pattern, (epochs, delays)
+    measured_m: NDArray[np.float64]  #: where the code loop is [m], (epochs,); NaN while the signal is not tracked
 
 
 class Run:
@@ -250,3 +259,51 @@ def simulate(
     ['fix', 'fix']
     """
     return Simulation(scenario, city, models=models).run(threads, paths, out)
+
+
+def correlation(
+    scenario: Union[Scenario, Settings],
+    satellite: str,
+    city: Optional[City] = None,
+    *,
+    signal: str = "",
+    receiver: int = 0,
+    delays_m: Sequence[float] = (),
+    bandwidth_hz: Optional[float] = None,
+    threads: int = 0,
+) -> Correlation:
+    """Correlation function of a satellite's signal over a run, with all its paths.
+
+    Parameters
+    ----------
+    satellite : str
+        "G05", "E11", "C23".
+    signal : str
+        "L1CA", "E5a", "B1I"; else that near L1.
+    delays_m : sequence of float
+        Ascending [m]; else 301 from one chip before the line of sight to two behind it.
+    bandwidth_hz : float, optional
+        Two-sided, of the front end; else without limit.
+
+    Raises
+    ------
+    InputError
+        For a satellite that the sky does not have, and a signal that it does not send.
+
+    Examples
+    --------
+    >>> import canyon
+    >>> seen = canyon.correlation({
+    ...     "city": {"open": True, "origin": {"latitude_deg": 48.1, "longitude_deg": 11.6, "height_m": 520}},
+    ...     "start": "2026-06-01T08:00:00Z", "duration_s": 4, "sky": {"systems": ["GPS"]},
+    ...     "trajectory": {"position": {"east_m": 0, "north_m": 0, "up_m": 1.5}},
+    ... }, "G01")
+    >>> seen.values.shape
+    (5, 301)
+    """
+    found = Simulation(scenario, city)._handle.correlation(
+        satellite, signal, receiver, list(delays_m), bandwidth_hz, threads
+    )
+    if found["interrupted"]:
+        raise KeyboardInterrupt
+    return Correlation(found["time_s"], found["delay_m"], found["values"], found["measured_m"])

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <complex>
 #include <condition_variable>
 #include <deque>
 #include <mutex>
@@ -9,6 +10,7 @@
 #include "canyon/drawing/views/pictures.hpp"
 #include "canyon/output/sinks.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
+#include "canyon/samples/correlation_record.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/simulator.hpp"
@@ -205,6 +207,48 @@ class Stream {
   std::thread worker_;  // last: it uses the others
 };
 
+/// A run whose epochs are not kept: {"time_s": [time], "delay_m": [delay], "values": [time, delay],
+/// "measured_m": [time], "interrupted": bool}.
+py::dict correlation(const SimulationPtr& simulation, const std::string& satellite, const std::string& signal,
+                     std::size_t receiver, const std::vector<double>& delays_m,
+                     const std::optional<double>& bandwidth_hz, int threads) {
+  const auto id = gnss::parse_satellite(satellite);
+  if (!id) {
+    throw InputError(fmt::format("'{}' is no satellite", satellite), "satellites are called G05, E11, C23");
+  }
+  samples::CorrelationRecord::Options what;
+  what.receiver = receiver;
+  what.satellite = *id;
+  what.signal = signal;
+  what.delays_m = delays_m;
+  if (bandwidth_hz) what.bandwidth_hz = *bandwidth_hz;
+  samples::CorrelationRecord record(*simulation, what);
+  Signals signals;
+  Watch watch(signals);
+  {
+    const py::gil_scoped_release release;
+    simulation::RunOptions options;
+    options.threads = threads;
+    options.stop = signals.stop();
+    (void)simulation->run({&record, &watch}, options);
+  }
+  const samples::CorrelationSeries& series = record.series();
+  std::vector<double> times_s, measured_m;
+  std::vector<std::complex<double>> values;
+  for (const auto& instant : series.instants) {
+    times_s.push_back(instant.time_s);
+    measured_m.push_back(instant.measured_m);
+    values.insert(values.end(), instant.values.begin(), instant.values.end());
+  }
+  const auto rows = static_cast<py::ssize_t>(times_s.size());
+  const auto columns = static_cast<py::ssize_t>(series.delays_m.size());
+  return py::dict("time_s"_a = owning_array(std::move(times_s)),
+                  "delay_m"_a = owning_array(std::vector<double>(series.delays_m)),
+                  "values"_a = owning_array(std::move(values), {rows, columns}),
+                  "measured_m"_a = owning_array(std::move(measured_m)),
+                  "interrupted"_a = signals.take_interrupt());
+}
+
 void write(const SimulationPtr& simulation, std::size_t receiver, const std::vector<EpochPtr>& epochs,
            const std::string& path, const std::string& format) {
   const py::gil_scoped_release release;
@@ -255,6 +299,8 @@ void bind_simulation(py::module_& m) {
           },
           "times"_a, "receiver"_a = 0)
       .def("run", &run, "threads"_a = 0, "paths"_a = false, "folder"_a = "")
+      .def("correlation", &correlation, "satellite"_a, "signal"_a = "", "receiver"_a = 0,
+           "delays_m"_a = std::vector<double>(), "bandwidth_hz"_a = py::none(), "threads"_a = 0)
       .def("write", &write, "receiver"_a, "epochs"_a, "path"_a, "format"_a = "")
       .def(
           "encoder",

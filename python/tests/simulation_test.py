@@ -24,6 +24,30 @@ class Import(unittest.TestCase):
         self.assertIn("ImportError: canyon needs NumPy", run.stderr)
 
 
+class Correlation(unittest.TestCase):
+    def test_is_a_triangle_in_the_open(self):
+        scenario = {
+            "city": {"open": True, "origin": {"latitude_deg": 48.1, "longitude_deg": 11.6, "height_m": 520}},
+            "start": "2026-06-01T08:00:00Z", "duration_s": 2, "sky": {"nominal": True, "systems": ["GPS"]},
+            "trajectory": {"position": {"east_m": 0, "north_m": 0, "up_m": 1.5}},
+        }
+        table = canyon.simulate(scenario).table("satellites")
+        name = str(table["sat"][int(np.argmax(table["elevation_deg"]))])
+        chip_m = 299792458 / 1.023e6
+        delays = np.linspace(-chip_m, chip_m, 9)
+        seen = canyon.correlation(scenario, name, delays_m=delays)
+        self.assertEqual(seen.values.shape, (3, 9))
+        peak = np.abs(seen.values[:, 4:5])
+        np.testing.assert_allclose(np.abs(seen.values) / peak, np.tile(1 - np.abs(delays) / chip_m, (3, 1)), atol=1e-9)
+        self.assertTrue((peak > 0.3).all())
+        with self.assertRaisesRegex(canyon.InputError, "no satellite"):
+            canyon.correlation(scenario, "C62")
+        with self.assertRaisesRegex(canyon.InputError, "sends no signal"):
+            canyon.correlation(scenario, name, signal="E1")
+        with self.assertRaisesRegex(canyon.InputError, "ascend"):
+            canyon.correlation(scenario, name, delays_m=[2, 1])
+
+
 class Run(unittest.TestCase):
     @classmethod
     def setUpClass(cls):

@@ -680,6 +680,31 @@ for key in "horizontal_p50_m", "cn0_los_dbhz", "tracked_los":
     assert between[0] <= pooled[key]["measured"] <= between[1], key
 P
   ;;
+correlation)
+  runs 0 "$canyon" simulate small.yaml --out c --duration 2 --quiet
+  name=$(awk -F, 'NR == 1 {for (i = 1; i <= NF; ++i) {if ($i == "sat") s = i; if ($i == "visibility") v = i}}
+    NR > 1 && $v == "LOS" {print $s; exit}' c/satellites.csv)
+  runs 0 "$canyon" correlation small.yaml --satellite "$name" --duration 2 --out c.csv
+  says err "$name L1CA of" 'epochs, received in'
+  python3 - <<'P' || fail "the peak of a satellite in sight is not at its line of sight"
+import csv
+first = [r for r in csv.DictReader(open("c.csv")) if float(r["time_s"]) == 0]
+assert len(first) == 301, len(first)
+peak = max(first, key=lambda r: abs(complex(float(r["in_phase"]), float(r["quadrature"]))))
+assert abs(float(peak["delay_m"])) < 60, peak
+assert 0.3 < abs(complex(float(peak["in_phase"]), float(peak["quadrature"]))) < 3, peak
+P
+  for file in c.png c.svg; do
+    runs 0 "$canyon" correlation small.yaml --satellite "$name" --duration 2 --out $file --quiet
+    [ ! -s err ] || fail "--quiet printed something"
+    [ -s $file ] || fail "no $file"
+  done
+  runs 2 "$canyon" correlation small.yaml --satellite X1 --out d.png; one_line; says err "'X1' is no satellite"
+  runs 2 "$canyon" correlation small.yaml --satellite C62 --out d.png; one_line; says err 'the sky has no satellite C62'
+  runs 2 "$canyon" correlation small.yaml --satellite "$name" --signal E1 --out d.png; one_line; says err "sends no signal 'E1'"
+  runs 2 "$canyon" correlation small.yaml --satellite "$name" --out d.gif; one_line; says err 'no .png, .svg or .csv'
+  [ ! -e d.png ] || fail "a refused run left a file"
+  ;;
 skyplot)
   runs 0 "$canyon" skyplot --help
   says out --out --frames --at --enu --time --receiver --style --projection --trails --width --every --first --last --threads "east to the LEFT"

@@ -40,13 +40,6 @@ double map_width_for(std::size_t columns) {
   return columns == 1 ? 600 : columns == 2 ? 430 : 286;
 }
 
-std::uint32_t packed(const Colour& c) {
-  const auto byte = [](double x) {
-    return static_cast<std::uint32_t>(std::lround(255 * std::clamp(x, 0.0, 1.0)));
-  };
-  return byte(c.r) << 16 | byte(c.g) << 8 | byte(c.b);
-}
-
 /// Of pixels without a value; patterns, so that no colour of a map is taken for one of them.
 std::uint32_t pixel_of(Shade shade, std::uint32_t x, std::uint32_t y) {
   static const std::uint32_t paper = packed(kPaper), building = packed(kBuilding),

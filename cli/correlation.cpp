@@ -1,0 +1,120 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "canyon/base/text.hpp"
+#include "canyon/drawing/views/correlation_picture.hpp"
+#include "canyon/output/number.hpp"
+#include "canyon/samples/correlation_record.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/scenario.hpp"
+#include "cli/commands.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/progress.hpp"
+
+namespace canyon::cli {
+namespace {
+
+struct CorrelationArguments {
+  std::string scenario, out, satellite, signal, receiver;
+  std::optional<double> bandwidth_hz, duration_s, rate_hz;
+  std::optional<std::size_t> seed;
+  int threads = 0;
+  bool quiet = false;
+};
+
+/// A line for each instant and delay.
+std::string csv_of(const samples::CorrelationSeries& series) {
+  std::string text = "time_s,delay_m,in_phase,quadrature,measured_m\n";
+  for (const auto& instant : series.instants) {
+    const std::string measured =
+        std::isnan(instant.measured_m) ? std::string() : output::fixed(instant.measured_m, 3);
+    for (std::size_t k = 0; k < instant.values.size(); ++k) {
+      text += fmt::format("{},{},{},{},{}\n", output::fixed(instant.time_s, 3),
+                          output::fixed(series.delays_m[k], 3), output::fixed(instant.values[k].real(), 6),
+                          output::fixed(instant.values[k].imag(), 6), measured);
+    }
+  }
+  return text;
+}
+
+int run_correlation(const CorrelationArguments& arguments) {
+  const std::string ending = lower_case(std::filesystem::path(arguments.out).extension().string());
+  if (ending != ".png" && ending != ".svg" && ending != ".csv") {
+    throw InputError(fmt::format("--out '{}' is no .png, .svg or .csv", arguments.out), "name the file so");
+  }
+  const auto satellite = gnss::parse_satellite(arguments.satellite);
+  if (!satellite) {
+    throw InputError(fmt::format("'{}' is no satellite", arguments.satellite),
+                     "satellites are called G05, E11, C23");
+  }
+  simulation::Scenario scenario = simulation::read_scenario(arguments.scenario);
+  if (arguments.seed) scenario.seed = *arguments.seed;
+  if (arguments.duration_s) scenario.duration_s = arguments.duration_s;
+  if (arguments.rate_hz) scenario.rate_hz = arguments.rate_hz;
+  samples::CorrelationRecord::Options options;
+  options.receiver = simulation::find_receiver(scenario, arguments.receiver);
+  options.satellite = *satellite;
+  options.signal = arguments.signal;
+  if (arguments.bandwidth_hz) options.bandwidth_hz = *arguments.bandwidth_hz;
+
+  std::vector<std::string> warnings;
+  city::City city = simulation::load_city(scenario, warnings);
+  const simulation::Simulation simulation(scenario, std::move(city));
+  if (!arguments.quiet) {
+    print_warnings(warnings);
+    print_warnings(simulation.warnings());
+  }
+  samples::CorrelationRecord record(simulation, options);
+  const std::atomic<bool>& stop_requested = catch_interrupts();
+  simulation::RunResult result;
+  {
+    Progress progress("epochs", arguments.quiet);
+    simulation::RunOptions run;
+    run.threads = arguments.threads;
+    run.stop = &stop_requested;
+    run.progress = progress.callback();
+    result = simulation.run({&record}, run);
+  }
+  if (ending == ".csv") {
+    write_file(arguments.out, csv_of(record.series()));
+  } else {
+    const drawing::Picture picture = drawing::draw_correlation(record.series(), record.correlation());
+    write_file(arguments.out, ending == ".png" ? picture.png : picture.svg);
+  }
+  std::size_t received = 0, most = 0;
+  for (const auto& instant : record.series().instants) {
+    received += instant.paths.empty() ? 0 : 1;
+    most = std::max(most, instant.paths.size());
+  }
+  note(arguments.quiet,
+       fmt::format("{}: {} {} of {}, {} epochs, received in {}, up to {} paths", arguments.out,
+                   arguments.satellite, record.series().signal, record.series().receiver,
+                   record.series().instants.size(), received, most));
+  return result.interrupted ? kInterrupted : kOk;
+}
+
+}  // namespace
+
+void add_correlation(Command& app) {
+  Command& command = app.add_command(
+      "correlation", "draw what a satellite's reflections do to its correlation function, over time");
+  command.footer =
+      "canyon correlation drive.yaml --satellite G05 --out correlation.png\n"
+      "FILE.csv has the complex values. docs/iq.md explains the picture.";
+  CorrelationArguments& arguments = command.run_with(run_correlation);
+  command.add_option("scenario", arguments.scenario, "SCENARIO", "scenario file (YAML)").required();
+  command.add_option("--satellite", arguments.satellite, "NAME", "G05, E11, C23").required();
+  command.add_option("-o,--out", arguments.out, "FILE", "picture (.png, .svg) or values (.csv)").required();
+  command.add_option("--signal", arguments.signal, "NAME", "L1CA, E5a, B1I ... (that near L1)");
+  command.add_option("--receiver", arguments.receiver, "NAME", "which of the scenario's (the first)");
+  command.add_option("--bandwidth", arguments.bandwidth_hz, "HZ",
+                     "two-sided, of the front end (without limit)");
+  command.add_option("--seed", arguments.seed, "N", "instead of the scenario's seed");
+  command.add_option("--duration", arguments.duration_s, "S", "instead of the scenario's duration_s");
+  command.add_option("--rate", arguments.rate_hz, "HZ", "instead of the scenario's rate_hz");
+  add_threads(command, arguments.threads);
+  command.add_flag("--quiet", arguments.quiet, "print errors only");
+}
+
+}  // namespace canyon::cli
