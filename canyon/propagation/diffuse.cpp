@@ -11,6 +11,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/propagation/index/per_instance.hpp"
+#include "canyon/propagation/index/simd_clones.hpp"
 
 namespace canyon::propagation {
 namespace {
@@ -90,10 +91,47 @@ struct Class {
   double power = 0;  ///< if all of them were clear
 };
 
+/// What each satellite needs of every patch, as arrays: a patch by itself takes four lines of the cache.
+struct PatchArrays {
+  std::vector<double> normal_x, normal_y, normal_z, towards_x, towards_y, towards_z, half_range_m, detour_m;
+  /// Of one satellite: cosine at the patch, excess of its way.
+  std::vector<double> cos_lit, excess_m;
+
+  void fill(const std::vector<Patch>& patches) {
+    for (auto* v : {&normal_x, &normal_y, &normal_z, &towards_x, &towards_y, &towards_z, &half_range_m,
+                    &detour_m, &cos_lit, &excess_m}) {
+      v->resize(patches.size());
+    }
+    for (std::size_t k = 0; k < patches.size(); ++k) {
+      const Patch& p = patches[k];
+      normal_x[k] = p.normal.x(), normal_y[k] = p.normal.y(), normal_z[k] = p.normal.z();
+      towards_x[k] = p.towards.x(), towards_y[k] = p.towards.y(), towards_z[k] = p.towards.z();
+      half_range_m[k] = 0.5 * p.range_m;
+      detour_m[k] = p.detour_m;
+    }
+  }
+};
+
+/// PatchArrays::cos_lit and excess_m. excess = detour + range (1 - towards . s), without the loss of digits
+/// near 1.
+CANYON_CLONES void light(std::size_t count, const double* __restrict nx, const double* __restrict ny,
+                         const double* __restrict nz, const double* __restrict tx,
+                         const double* __restrict ty, const double* __restrict tz,
+                         const double* __restrict half_range, const double* __restrict detour, double sx,
+                         double sy, double sz, double* __restrict cos_lit, double* __restrict excess) {
+  for (std::size_t k = 0; k < count; ++k) {
+    cos_lit[k] = (nx[k] * sx + ny[k] * sy) + nz[k] * sz;
+    const double dx = tx[k] - sx, dy = ty[k] - sy, dz = tz[k] - sz;
+    excess[k] = detour[k] + half_range[k] * ((dx * dx + dy * dy) + dz * dz);
+  }
+}
+
 /// What one trace() needs for a while; kept by each thread so that nothing is allocated once it has grown.
 struct DiffuseScratch {
   std::vector<Patch> patches;
-  std::vector<Way> ways;
+  PatchArrays arrays;
+  std::vector<Way> found, ways;
+  std::vector<std::uint64_t> order;
   std::vector<Class> classes;
   std::vector<raytrace::Ray> rays;
   std::unique_ptr<bool[]> blocked;
@@ -298,11 +336,17 @@ DiffusePath DiffuseScattering::Impl::sum_up(const Vector3d& antenna, const Vecto
 
 void DiffuseScattering::Impl::scatter(const Vector3d& antenna, const Vector3d& direction, DiffuseScratch& s,
                                       std::vector<DiffusePath>& result) const {
-  s.ways.clear();
+  PatchArrays& arrays = s.arrays;
+  light(s.patches.size(), arrays.normal_x.data(), arrays.normal_y.data(), arrays.normal_z.data(),
+        arrays.towards_x.data(), arrays.towards_y.data(), arrays.towards_z.data(), arrays.half_range_m.data(),
+        arrays.detour_m.data(), direction.x(), direction.y(), direction.z(), arrays.cos_lit.data(),
+        arrays.excess_m.data());
+  s.found.clear();
+  s.order.clear();
   for (std::uint32_t k = 0; k < s.patches.size(); ++k) {
-    const Patch& patch = s.patches[k];
-    const double cos_lit = patch.normal.dot(direction);
+    const double cos_lit = arrays.cos_lit[k];
     if (cos_lit <= 0) continue;
+    const Patch& patch = s.patches[k];
     Way way;
     way.patch = k;
     way.power = patch.share * cos_lit;
@@ -311,13 +355,15 @@ void DiffuseScattering::Impl::scatter(const Vector3d& antenna, const Vector3d& d
       way.power *= power(std::max(0.0, 0.5 + 0.5 * cos_psi), options.lobe_exponent) /
                    (lobe.at(std::min(1.0, cos_lit)) * patch.cos_seen);
     }
-    // range (1 - towards . direction), without the loss of digits near 1.
-    way.excess_m = patch.detour_m + 0.5 * patch.range_m * (patch.towards - direction).squaredNorm();
+    way.excess_m = arrays.excess_m[k];
     way.bin = static_cast<std::uint32_t>(way.excess_m / options.class_m);
-    s.ways.push_back(way);
+    s.order.push_back(std::uint64_t{way.bin} << 32 | s.found.size());
+    s.found.push_back(way);
   }
-  std::sort(s.ways.begin(), s.ways.end(),
-            [](const Way& a, const Way& b) { return a.bin != b.bin ? a.bin < b.bin : a.patch < b.patch; });
+  // By bin, then by patch.
+  std::sort(s.order.begin(), s.order.end());
+  s.ways.clear();
+  for (const std::uint64_t each : s.order) s.ways.push_back(s.found[each & 0xFFFFFFFFU]);
 
   s.classes.clear();
   for (std::uint32_t k = 0; k < s.ways.size();) {
@@ -381,6 +427,7 @@ void DiffuseScattering::trace(const Vector3d& antenna, std::span<const Vector3d>
   DiffuseScratch& s = diffuse_scratch();
   impl_->look_around(antenna, s.patches);
   if (s.patches.empty()) return;
+  s.arrays.fill(s.patches);
   for (std::size_t i = 0; i < directions.size(); ++i)
     if (wanted[i]) impl_->scatter(antenna, directions[i], s, result[i]);
 }

@@ -322,9 +322,12 @@ std::optional<EdgePoint> diffraction_point(const Edge& edge, const Vector3d& ant
 void NearEdges::clear() {
   edge.clear();
   farthest_m = 0;
+}
+
+void NearEdges::resize(std::size_t size) {
   for (auto* v : {&along_x, &along_y, &along_z, &foot_x, &foot_y, &foot_z, &squared_distance, &low, &high,
                   &first_x, &first_y, &first_z, &second_x, &second_y, &second_z}) {
-    v->clear();
+    v->resize(size);
   }
 }
 
@@ -333,33 +336,36 @@ void NearEdges::append(std::uint32_t index, const Edge& from, const Vector3d& an
   const double start = to_start.dot(from.direction), stop = start + from.length_m;
   const Vector3d foot = to_start - start * from.direction;
   const double distance2 = foot.squaredNorm();
+  const std::size_t i = edge.size();
+  if (i >= low.size()) resize(std::max(kLanes, 2 * i));
   edge.push_back(index);
-  const auto put = [](const Vector3d& v, std::vector<float>& x, std::vector<float>& y,
-                      std::vector<float>& z) {
-    x.push_back(static_cast<float>(v.x()));
-    y.push_back(static_cast<float>(v.y()));
-    z.push_back(static_cast<float>(v.z()));
+  const auto put = [i](const Vector3d& v, std::vector<float>& x, std::vector<float>& y,
+                       std::vector<float>& z) {
+    x[i] = static_cast<float>(v.x());
+    y[i] = static_cast<float>(v.y());
+    z[i] = static_cast<float>(v.z());
   };
   put(from.direction, along_x, along_y, along_z);
   put(foot, foot_x, foot_y, foot_z);
   put(from.normal[0], first_x, first_y, first_z);
   put(from.normal[1], second_x, second_y, second_z);
-  squared_distance.push_back(static_cast<float>(distance2));
+  squared_distance[i] = static_cast<float>(distance2);
   // The cosine grows with the place along the edge, so that its ends bound it.
   const auto cosine = [&](double along) { return along / std::sqrt(along * along + distance2); };
-  low.push_back(static_cast<float>(cosine(start - kEndSlack)));
-  high.push_back(static_cast<float>(cosine(stop + kEndSlack)));
+  low[i] = static_cast<float>(cosine(start - kEndSlack));
+  high[i] = static_cast<float>(cosine(stop + kEndSlack));
   farthest_m = std::max(farthest_m, std::sqrt(distance2));
 }
 
 void NearEdges::pad() {
-  const std::size_t padded = (edge.size() + kLanes - 1) / kLanes * kLanes;
+  resize((edge.size() + kLanes - 1) / kLanes * kLanes);
+  const auto behind = static_cast<std::ptrdiff_t>(edge.size());
   for (auto* v : {&along_x, &along_y, &along_z, &foot_x, &foot_y, &foot_z, &squared_distance, &first_x,
                   &first_y, &first_z, &second_x, &second_y, &second_z}) {
-    v->resize(padded, 0);
+    std::fill(v->begin() + behind, v->end(), 0.0F);
   }
-  low.resize(padded, 2);
-  high.resize(padded, -2);
+  std::fill(low.begin() + behind, low.end(), 2.0F);
+  std::fill(high.begin() + behind, high.end(), -2.0F);
 }
 
 void mark_diffracting(const NearEdges& near, const Vector3d& s, double max_excess_m,

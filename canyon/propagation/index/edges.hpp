@@ -70,12 +70,16 @@ struct NearEdges {
   double farthest_m = 0;                      ///< of the lines
   /// Normals of both faces.
   std::vector<float> first_x, first_y, first_z, second_x, second_y, second_z;
-  /// Arrays but `edge` are padded to a multiple of this with edges that match nothing.
+  /// After pad() arrays but `edge` are padded to a multiple of this with edges that match nothing; before,
+  /// they are longer than that.
   static constexpr std::size_t kLanes = 32;
 
   void clear();
   void append(std::uint32_t index, const Edge& edge, const Eigen::Vector3d& antenna);
   void pad();
+
+ private:
+  void resize(std::size_t size);
 };
 
 /// Marks edges that may diffract a satellite in direction `s` to the antenna with an excess path of at most

@@ -147,32 +147,41 @@ CANYON_CLONES void mark_lanes(const float* __restrict nx, const float* __restric
 
 void FacingFacets::clear() {
   facet.clear();
+}
+
+void FacingFacets::resize(std::size_t size) {
   for (auto* v : {&normal_x, &normal_y, &normal_z, &height, &min_x, &min_y, &min_z, &max_x, &max_y, &max_z}) {
-    v->clear();
+    v->resize(size);
   }
 }
 
 void FacingFacets::append(std::uint32_t index, const Facet& from, const Vector3d& antenna, double height_m) {
+  const std::size_t i = facet.size();
+  if (i >= height.size()) resize(std::max(kLanes, 2 * i));
   facet.push_back(index);
-  normal_x.push_back(static_cast<float>(from.normal.x()));
-  normal_y.push_back(static_cast<float>(from.normal.y()));
-  normal_z.push_back(static_cast<float>(from.normal.z()));
-  height.push_back(static_cast<float>(height_m));
+  normal_x[i] = static_cast<float>(from.normal.x());
+  normal_y[i] = static_cast<float>(from.normal.y());
+  normal_z[i] = static_cast<float>(from.normal.z());
+  height[i] = static_cast<float>(height_m);
   const Vector3d low = from.min - antenna, high = from.max - antenna;
   const double slack = 2e-3 + 1e-6 * (low.cwiseAbs().maxCoeff() + high.cwiseAbs().maxCoeff());
-  min_x.push_back(static_cast<float>(low.x() - slack));
-  min_y.push_back(static_cast<float>(low.y() - slack));
-  min_z.push_back(static_cast<float>(low.z() - slack));
-  max_x.push_back(static_cast<float>(high.x() + slack));
-  max_y.push_back(static_cast<float>(high.y() + slack));
-  max_z.push_back(static_cast<float>(high.z() + slack));
+  min_x[i] = static_cast<float>(low.x() - slack);
+  min_y[i] = static_cast<float>(low.y() - slack);
+  min_z[i] = static_cast<float>(low.z() - slack);
+  max_x[i] = static_cast<float>(high.x() + slack);
+  max_y[i] = static_cast<float>(high.y() + slack);
+  max_z[i] = static_cast<float>(high.z() + slack);
 }
 
 void FacingFacets::pad() {
-  const std::size_t padded = (facet.size() + kLanes - 1) / kLanes * kLanes;
-  for (auto* v : {&normal_x, &normal_y, &normal_z, &height}) v->resize(padded, 0);
-  for (auto* v : {&min_x, &min_y, &min_z}) v->resize(padded, std::numeric_limits<float>::max());
-  for (auto* v : {&max_x, &max_y, &max_z}) v->resize(padded, std::numeric_limits<float>::lowest());
+  resize((facet.size() + kLanes - 1) / kLanes * kLanes);
+  const auto behind = static_cast<std::ptrdiff_t>(facet.size());
+  const auto fill = [behind](std::vector<float>& v, float value) {
+    std::fill(v.begin() + behind, v.end(), value);
+  };
+  for (auto* v : {&normal_x, &normal_y, &normal_z, &height}) fill(*v, 0);
+  for (auto* v : {&min_x, &min_y, &min_z}) fill(*v, std::numeric_limits<float>::max());
+  for (auto* v : {&max_x, &max_y, &max_z}) fill(*v, std::numeric_limits<float>::lowest());
 }
 
 void mark_reflecting(const FacingFacets& facing, const Vector3d& s, double min_cosine, double reach_m,

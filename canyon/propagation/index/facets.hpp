@@ -31,12 +31,16 @@ struct FacingFacets {
   std::vector<std::uint32_t> facet;  ///< index into the set; not padded
   std::vector<float> normal_x, normal_y, normal_z, height;
   std::vector<float> min_x, min_y, min_z, max_x, max_y, max_z;
-  /// Arrays but `facet` are padded to a multiple of this with facets that match nothing.
+  /// After pad() arrays but `facet` are padded to a multiple of this with facets that match nothing; before,
+  /// they are longer than that.
   static constexpr std::size_t kLanes = 32;
 
   void clear();
   void append(std::uint32_t index, const Facet& facet, const Eigen::Vector3d& antenna, double height_m);
   void pad();
+
+ private:
+  void resize(std::size_t size);
 };
 
 /// Marks facets that may reflect a satellite in direction `s` to the antenna: the image construction's
