@@ -1,10 +1,13 @@
 #include "canyon/heatmap/cells/cell_rtk.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cassert>
 #include <limits>
 #include <optional>
 
+#include "canyon/base/input_error.hpp"
 #include "canyon/base/statistics.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/frames.hpp"
@@ -48,6 +51,14 @@ CellRtk::CellRtk(const simulation::Environment& environment, const propagation::
   assert(base_.fixed);
   draws_.validate();
   limits_.validate();
+  // Each is some kilobytes, and all are kept for the cells of a tile.
+  constexpr std::int64_t kMostEpochs = 100'000;
+  const std::int64_t epochs = std::int64_t{draws_.draws} * (limits_.rtk_s + 1);
+  if (epochs > kMostEpochs) {
+    throw InputError(
+        fmt::format("{} draws of {} s are {} epochs of the base", draws_.draws, limits_.rtk_s, epochs),
+        fmt::format("layers of RTK take {} at most: fewer draws, or a shorter time", kMostEpochs));
+  }
 }
 
 std::vector<std::vector<CellRtk::Corrections>> CellRtk::corrections(

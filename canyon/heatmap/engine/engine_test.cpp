@@ -433,6 +433,9 @@ TEST(Heatmap, RtkLayersAreThoseOfAReceiverBesideItsBase) {
   EXPECT_TRUE(std::isnan(none[4]));
   EXPECT_NE(map(receivers("")).key(), map(receivers(", loss: 1")).key());
 
+  request.draws.draws = 10'000;
+  EXPECT_THROW((void)map(receivers("")), InputError);  // gigabytes of the base's epochs
+  request.draws.draws = 3;
   auto without = receivers("");
   without.pop_back();
   EXPECT_THROW((void)map(without), InputError);
