@@ -78,7 +78,7 @@ void CorrectionLink::send(geodesy::GpsTime time, std::shared_ptr<const Correctio
     const Eigen::Matrix3d enu =
         geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(wrong.station_ecef));
     Eigen::Vector3d error = Eigen::Vector3d::Zero();
-    std::copy(options_.station_error_m.begin(), options_.station_error_m.end(), error.begin());
+    std::copy(options_.station_error_m.begin(), options_.station_error_m.end(), error.data());
     wrong.station_ecef += enu.transpose() * error;
     corrections = std::make_shared<const Corrections>(std::move(wrong));
   }
