@@ -89,7 +89,7 @@ Bits glonass_string(const gnss::GlonassEphemeris& e, int string, geodesy::GpsTim
       bits.put(calendar.day, 11).put(0, 32).put(0, 1).put(calendar.four_years, 5).put(0, 22).put(0, 1);
       break;
     default:
-      bits.put(0, 72);
+      bits.put(0, 64).put(0, 8);
       break;
   }
   return bits.put(check_bits(bits), 8);
