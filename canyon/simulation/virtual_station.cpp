@@ -44,10 +44,15 @@ std::shared_ptr<const relative::Corrections> VirtualStation::corrections(
   relative::Corrections moved = *base;
   moved.station_ecef += *place_ - base_ecef;
   moved.observations.clear();
+  std::optional<gnss::SatelliteId> satellite;  // of `here` and `there`; its signals stand together
+  std::optional<Carried> here, there;
   for (relative::SignalMeasurement seen : base->observations) {
     positioning::Measurement& m = seen.measurement;
-    const auto here = carried(m.id, time, base_ecef, environment);
-    const auto there = carried(m.id, time, *place_, environment);
+    if (satellite != m.id) {
+      satellite = m.id;
+      here = carried(m.id, time, base_ecef, environment);
+      there = carried(m.id, time, *place_, environment);
+    }
     if (!here || !there) continue;
     const double common_m = there->common_m - here->common_m;
     const double ratio = gnss::kL1_hz / m.carrier_frequency_hz;
