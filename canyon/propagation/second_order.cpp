@@ -129,6 +129,8 @@ void SecondOrderSearch::find_pairs(const raytrace::RayScene& scene, std::span<co
     near.beam.apex = moved(set.enu_from_set, near.beam.apex);
     near.beam.axis = turned(set.enu_from_set, near.beam.axis);
     near.beam.window = near.normal;
+    for (Vector3d& side : near.beam.side) side = turned(set.enu_from_set, side);
+    if (near_set != 0) near.beam.low_z = -1, near.beam.high_z = 1;
     for (std::size_t i = 0; i < sets.size(); ++i) {
       if (around_[i].in_reach) find_far(scene, near, sets, i, directions, limits);
     }
@@ -147,6 +149,7 @@ void SecondOrderSearch::find_far(const raytrace::RayScene& scene, const Near& ne
   beam.apex = moved_back(pose, beam.apex);
   beam.axis = turned_back(pose, beam.axis);
   beam.window = turned_back(pose, beam.window);
+  for (Vector3d& side : beam.side) side = turned_back(pose, side);
   set.beams->find(beam, around.blocks, bins_, pose, matches_);
   for (const BeamIndex::Match& match : matches_) {
     const Facet& facet = set.facets->facets()[match.facet];

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -11,28 +12,55 @@
 namespace canyon::propagation {
 
 /// Directions that an antenna reaches by way of one mirror: rays from its image (the apex) through the mirror
-/// (the window), bounded by a cone. In the frame of the facets that are asked for.
+/// (the window), bounded by a cone and by the planes through the apex and the sides of a rectangle about the
+/// mirror. In the frame of the facets that are asked for.
 struct Beam {
-  Eigen::Vector3d apex, axis;  ///< axis: unit
-  double cosine, sine;         ///< of the half-angle, at most 90 deg
-  Eigen::Vector3d window;      ///< unit, normal of the window's plane, along the rays
-  double window_m;             ///< distance of that plane from the apex, > 0
-  double reach_m;              ///< from the apex
+  Eigen::Vector3d apex, axis;           ///< axis: unit
+  double cosine, sine;                  ///< of the half-angle, at most 90 deg
+  Eigen::Vector3d window;               ///< unit, normal of the window's plane, along the rays
+  double window_m;                      ///< distance of that plane from the apex, > 0
+  double reach_m;                       ///< from the apex
+  std::array<Eigen::Vector3d, 4> side;  ///< unit, normals of the four planes, inwards
+  /// Of the rays that pass the mirror: the range of their z, in the outer frame.
+  double low_z = -1, high_z = 1;
 };
 
-/// The cone from `apex` about the facet's bounds, through the facet. `apex` is behind the facet (its front is
+/// From `apex` about the facet's bounds, through the facet. `apex` is behind the facet (its front is
 /// where the rays go) by `height_m` > 0.
 [[nodiscard]] Beam make_beam(const Facet& facet, const Eigen::Vector3d& apex, double height_m,
                              double reach_m);
 
-/// The facets of one set in spheres, for finding those that a beam may meet from their front. Structure of
-/// arrays in floats about the set's centre. Made once; const members are thread-safe.
+/// The facets of one set, for finding those that a beam may meet from their front. Made once; const members
+/// are thread-safe.
+///
+/// A tree of three levels: eight facets that lie close together, eight of these, and a list of those. Boxes
+/// are compared with the planes of the beam, eight at a time, in floats about the set's centre.
+/// A vertical mirror does not change the z of a ray, and a level one changes its sign. Each of these has a
+/// tree of its own, in which only directions are searched whose z the beam has: walls no farther than where
+/// the flattest of these rays is above their top.
 class BeamIndex {
  public:
-  /// Blocks of facets (FacetSet::kBlock) about an antenna.
+  /// Axis-aligned: centres and halves of sizes.
+  struct Boxes {
+    std::vector<float> x, y, z, half_x, half_y, half_z;
+
+    [[nodiscard]] std::size_t size() const { return x.size(); }
+    void clear();
+    void append(const Eigen::Vector3d& low, const Eigen::Vector3d& high);
+    void append(const Boxes& from, std::size_t i);
+    /// To whole groups of eight, with boxes that meet nothing.
+    void pad();
+  };
+
+  /// Trees, by what their facets do to the z of a ray.
+  static constexpr std::size_t kWalls = 0, kLevel = 1, kSloped = 2, kTrees = 3;
+
+  /// The highest levels of the trees about an antenna, and what a search needs for a while.
   struct Blocks {
-    std::vector<std::uint32_t> block;  ///< not padded
-    std::vector<float> x, y, z, radius;
+    std::vector<std::uint32_t> block;  ///< padded in each tree
+    Boxes boxes;
+    std::array<std::size_t, kTrees> end;  ///< of each tree in these
+    std::vector<std::uint32_t> groups, next;
     std::vector<std::uint8_t> marks;
   };
 
@@ -54,7 +82,7 @@ class BeamIndex {
   };
 
   /// Facets in `blocks` that may reflect from one of the directions, against the rays of the beam: their
-  /// sphere meets the beam beyond its window and within its reach, the apex sees their front, and the
+  /// bounds meet the beam beyond its window and within its reach, the apex sees their front, and the
   /// direction lies, mirrored in the facet, in the narrower of the beam's cone and that about their sphere.
   /// Never misses one; those that only come close may be among them.
   /// @param bins directions in the outer frame
@@ -63,12 +91,16 @@ class BeamIndex {
             const Eigen::Isometry3d* outer_from_set, std::vector<Match>& out) const;
 
  private:
+  struct Query;
+  void append(const FacetSet& set, std::vector<std::uint32_t> facets);
+  void find(const Query& query, Blocks& blocks, std::size_t tree, std::vector<Match>& out) const;
+
   Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
   double radius_ = 0;
-  // Padded to whole blocks with facets that match nothing (radius -1e30).
-  std::vector<float> x_, y_, z_, sphere_;  ///< centre and radius of each facet's sphere
-  std::vector<float> normal_x_, normal_y_, normal_z_, offset_;
-  std::vector<float> block_x_, block_y_, block_z_, block_radius_;
+  Boxes facets_, eights_, blocks_;          ///< each level padded to whole groups of the next
+  std::array<std::size_t, kTrees> end_{};   ///< of each tree in blocks_
+  std::vector<std::uint32_t> facet_;        ///< number in the set, of each of facets_
+  std::vector<std::array<float, 5>> skin_;  ///< of each: normal, offset, radius of the sphere about the box
 };
 
 }  // namespace canyon::propagation

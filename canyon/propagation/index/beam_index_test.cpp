@@ -35,6 +35,29 @@ TEST(Beam, IsTheConeAboutTheWindow) {
   EXPECT_TRUE(wide.axis.isApprox(facet.normal));
 }
 
+TEST(Beam, HasTheSidesOfTheWindowAndTheRangeOfZ) {
+  Facet facet;  // upright, turned by 30 deg
+  facet.normal = Vector3d(std::sqrt(0.75), 0.5, 0);
+  facet.offset = 10;
+  const Vector3d along(-0.5, std::sqrt(0.75), 0),
+      left = 10 * facet.normal - 4 * along - 2 * Vector3d::UnitZ(),
+      right = left + 12 * along + 6 * Vector3d::UnitZ();
+  facet.min = left.cwiseMin(right);
+  facet.max = left.cwiseMax(right);
+  const Beam beam = make_beam(facet, Vector3d::Zero(), 10, 300);
+  EXPECT_NEAR(beam.low_z, -2 / std::sqrt(100 + 4), 1e-3);
+  EXPECT_NEAR(beam.high_z, 4 / std::sqrt(100 + 16), 1e-3);
+  const auto inside = [&](const Vector3d& point) {
+    return std::all_of(beam.side.begin(), beam.side.end(),
+                       [&](const Vector3d& side) { return side.dot(point) >= 0; });
+  };
+  for (const double u : {-4.1, -3.9, 7.9, 8.1}) {
+    for (const double z : {-2.1, -1.9, 3.9, 4.1})
+      EXPECT_EQ(inside(20 * facet.normal + 2 * u * along + 2 * z * Vector3d::UnitZ()),
+                u > -4 && u < 8 && z > -2 && z < 4);
+  }
+}
+
 TEST(BeamIndex, OfNothingFindsNothing) {
   const BeamIndex index{FacetSet{}};
   BeamIndex::Blocks blocks;
@@ -43,8 +66,12 @@ TEST(BeamIndex, OfNothingFindsNothing) {
   DirectionBins bins;
   const Vector3d up = Vector3d::UnitZ();
   bins.build({&up, 1});
-  index.find({Vector3d::Zero(), Vector3d::UnitX(), 0, 1, Vector3d::UnitX(), 1, 100}, blocks, bins, nullptr,
-             found);
+  Facet window;
+  window.normal = Vector3d::UnitX();
+  window.offset = 1;
+  window.min = {1, -1, -1};
+  window.max = {1, 1, 1};
+  index.find(make_beam(window, Vector3d::Zero(), 1, 100), blocks, bins, nullptr, found);
   EXPECT_TRUE(found.empty());
   EXPECT_EQ(index.radius(), 0);
 }
@@ -72,7 +99,8 @@ TEST(BeamIndex, FindsEveryFacetThatReflectsIntoTheBeam) {
     std::vector<BeamIndex::Match> found;
     DirectionBins bins;
     while (beams < 400) {
-      const Vector3d antenna = Vector3d(at(random), at(random), 2) + Vector3d(away, -away, 0);
+      const Vector3d antenna =
+          Vector3d(at(random), at(random), 2 + 60 * part(random)) + Vector3d(away, -away, 0);
       const Facet& window = set.facets()[any(random)];
       const double height = window.normal.dot(antenna) - window.offset;
       if (height < 0.1) continue;

@@ -7,6 +7,9 @@ void DirectionBins::build(std::span<const Eigen::Vector3d> directions) {
   for (Group& group : groups_) {
     for (auto& below : group.below) below.fill(0);
   }
+  z_.clear();
+  for (const Eigen::Vector3d& direction : directions) z_.push_back(direction.z());
+  std::sort(z_.begin(), z_.end());
   for (std::size_t i = 0; i < directions.size(); ++i) {
     for (int axis = 0; axis < 3; ++axis) {
       const int slice_of = slice(static_cast<float>(directions[i][axis]));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -23,6 +24,11 @@ class DirectionBins {
     const float k = (coordinate + 1) * (0.5F * kSlices);
     return static_cast<int>(k < 0 ? 0 : k > kSlices - 1 ? kSlices - 1 : k);
   }
+  /// The least z of the directions with low <= z <= high; 2 where there is none.
+  [[nodiscard]] double least_z(double low, double high) const {
+    const auto z = std::lower_bound(z_.begin(), z_.end(), low);
+    return z != z_.end() && *z <= high ? *z : 2;
+  }
   /// A bit for each direction of the group whose coordinates are in slices low[axis] to high[axis].
   [[nodiscard]] std::uint64_t within(std::size_t group, const std::array<int, 3>& low,
                                      const std::array<int, 3>& high) const {
@@ -41,6 +47,7 @@ class DirectionBins {
     std::array<std::array<std::uint64_t, kSlices + 1>, 3> below;
   };
   std::vector<Group> groups_;
+  std::vector<double> z_;  ///< of the directions, ascending
 };
 
 }  // namespace canyon::propagation

@@ -9,6 +9,7 @@
 
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/propagation/index/compact_order.hpp"
 #include "canyon/propagation/index/simd_clones.hpp"
 
 namespace canyon::propagation {
@@ -20,31 +21,6 @@ using Eigen::Vector3d;
 constexpr double kPlaneTolerance = 0.5e-3;  // m
 const double kNormalTolerance = std::cos(geodesy::radians(0.5));
 constexpr double kEdgeSlack = 1e-9;  // m
-
-/// Orders `items` so that every run of `block` items lies close together: median splits along the widest
-/// axis, at multiples of `block`. Ties keep the order of the numbers, so the result depends on nothing else.
-template <typename Centre>
-void order_compactly(std::uint32_t* begin, std::uint32_t* end, std::size_t block, const Centre& centre) {
-  const auto count = static_cast<std::size_t>(end - begin);
-  if (count <= block) {
-    std::sort(begin, end);
-    return;
-  }
-  Vector3d low = Vector3d::Constant(1e300), high = Vector3d::Constant(-1e300);
-  for (const std::uint32_t* i = begin; i != end; ++i) {
-    low = low.cwiseMin(centre(*i));
-    high = high.cwiseMax(centre(*i));
-  }
-  int axis = 0;
-  (high - low).maxCoeff(&axis);
-  std::uint32_t* middle = begin + (count / 2 + block - 1) / block * block;
-  std::nth_element(begin, middle, end, [&](std::uint32_t a, std::uint32_t b) {
-    const double ca = centre(a)[axis], cb = centre(b)[axis];
-    return ca != cb ? ca < cb : a < b;
-  });
-  order_compactly(begin, middle, block, centre);
-  order_compactly(middle, end, block, centre);
-}
 
 /// Vertices at the same place get the same number.
 std::vector<std::uint32_t> weld(const std::vector<Vector3d>& vertices) {
