@@ -93,13 +93,14 @@ struct Class {
 
 /// What each satellite needs of every patch, as arrays: a patch by itself takes four lines of the cache.
 struct PatchArrays {
-  std::vector<double> normal_x, normal_y, normal_z, towards_x, towards_y, towards_z, half_range_m, detour_m;
+  std::vector<double> normal_x, normal_y, normal_z, towards_x, towards_y, towards_z, half_range_m, detour_m,
+      share;
   /// Of one satellite: cosine at the patch, excess of its way.
   std::vector<double> cos_lit, excess_m;
 
   void fill(const std::vector<Patch>& patches) {
     for (auto* v : {&normal_x, &normal_y, &normal_z, &towards_x, &towards_y, &towards_z, &half_range_m,
-                    &detour_m, &cos_lit, &excess_m}) {
+                    &detour_m, &share, &cos_lit, &excess_m}) {
       v->resize(patches.size());
     }
     for (std::size_t k = 0; k < patches.size(); ++k) {
@@ -108,6 +109,7 @@ struct PatchArrays {
       towards_x[k] = p.towards.x(), towards_y[k] = p.towards.y(), towards_z[k] = p.towards.z();
       half_range_m[k] = 0.5 * p.range_m;
       detour_m[k] = p.detour_m;
+      share[k] = p.share;
     }
   }
 };
@@ -131,7 +133,7 @@ struct DiffuseScratch {
   std::vector<Patch> patches;
   PatchArrays arrays;
   std::vector<Way> found, ways;
-  std::vector<std::uint64_t> order;
+  std::vector<std::uint32_t> ways_of_bin;
   std::vector<Class> classes;
   std::vector<raytrace::Ray> rays;
   std::unique_ptr<bool[]> blocked;
@@ -342,37 +344,42 @@ void DiffuseScattering::Impl::scatter(const Vector3d& antenna, const Vector3d& d
         arrays.detour_m.data(), direction.x(), direction.y(), direction.z(), arrays.cos_lit.data(),
         arrays.excess_m.data());
   s.found.clear();
-  s.order.clear();
+  s.ways_of_bin.clear();
   for (std::uint32_t k = 0; k < s.patches.size(); ++k) {
     const double cos_lit = arrays.cos_lit[k];
     if (cos_lit <= 0) continue;
-    const Patch& patch = s.patches[k];
     Way way;
     way.patch = k;
-    way.power = patch.share * cos_lit;
+    way.power = arrays.share[k] * cos_lit;
     if (options.lobe_exponent != 0) {
+      const Patch& patch = s.patches[k];
       const double cos_psi = 2 * cos_lit * patch.cos_seen + patch.from.dot(direction);
       way.power *= power(std::max(0.0, 0.5 + 0.5 * cos_psi), options.lobe_exponent) /
                    (lobe.at(std::min(1.0, cos_lit)) * patch.cos_seen);
     }
     way.excess_m = arrays.excess_m[k];
     way.bin = static_cast<std::uint32_t>(way.excess_m / options.class_m);
-    s.order.push_back(std::uint64_t{way.bin} << 32 | s.found.size());
+    if (way.bin >= s.ways_of_bin.size()) s.ways_of_bin.resize(way.bin + 1, 0);
+    ++s.ways_of_bin[way.bin];
     s.found.push_back(way);
   }
   // By bin, then by patch.
-  std::sort(s.order.begin(), s.order.end());
-  s.ways.clear();
-  for (const std::uint64_t each : s.order) s.ways.push_back(s.found[each & 0xFFFFFFFFU]);
-
   s.classes.clear();
-  for (std::uint32_t k = 0; k < s.ways.size();) {
-    Class ways;
-    ways.first = k;
-    for (; k < s.ways.size() && s.ways[k].bin == s.ways[ways.first].bin; ++k) ways.power += s.ways[k].power;
-    ways.last = k;
-    if (ways.power >= min_power) s.classes.push_back(ways);
+  std::uint32_t first = 0;
+  for (std::uint32_t& ways : s.ways_of_bin) {
+    Class of;
+    of.first = of.last = first;
+    first += ways;
+    ways = static_cast<std::uint32_t>(s.classes.size());  // from now on the number of the class
+    s.classes.push_back(of);
   }
+  s.ways.resize(s.found.size());
+  for (const Way& way : s.found) {
+    Class& of = s.classes[s.ways_of_bin[way.bin]];
+    of.power += way.power;
+    s.ways[of.last++] = way;
+  }
+  std::erase_if(s.classes, [&](const Class& of) { return of.first == of.last || of.power < min_power; });
   // Strongest first, so that rays are cast only for classes that may still be among the strongest.
   std::sort(s.classes.begin(), s.classes.end(), [](const Class& a, const Class& b) {
     return a.power != b.power ? a.power > b.power : a.first < b.first;
