@@ -21,6 +21,11 @@ std::complex<double> phasor(double turns) {
   return std::polar(1.0, -2 * geodesy::kPi * (turns - std::trunc(turns)));
 }
 
+/// What cells take from a node.
+bool is_far(const Path& path) {
+  return path.kind == PathKind::Diffuse || path.order >= 2;
+}
+
 /// Directions that a blockage is asked for once: 1.4 deg apart, blockages are alike within 10 deg.
 constexpr double kArrivalSteps = 40;
 
@@ -55,7 +60,7 @@ PathNode SteadyCell::trace(const Vector3d& place) {
   for (std::size_t k = 0; k < traced_.size(); ++k) {
     const SteadySatellite& satellite = sky_.satellites()[k];
     for (const Path& path : traced_[k].paths) {
-      if (path.kind != PathKind::Diffuse && path.order < 2) continue;
+      if (!is_far(path)) continue;
       NodePath& far = node.paths.emplace_back();
       far.satellite = static_cast<std::uint32_t>(k);
       far.diffuse = path.kind == PathKind::Diffuse;
@@ -321,8 +326,20 @@ void SteadyCell::locate(bool statistics, CellValues& values) {
 
 void SteadyCell::solve(const Vector3d& place, std::span<const propagation::KnownEdge> edges,
                        const PathNode& node, bool statistics, CellValues& values) {
-  const std::span<const NodePath> far = node.paths;
   propagator_.trace_near(place, sky_.directions(), edges, traced_);
+  compute(place - node.place, node, statistics, values);
+}
+
+void SteadyCell::solve(const Vector3d& place, bool statistics, CellValues& values) {
+  const PathNode node = trace(place);
+  for (propagation::SatellitePaths& satellite : traced_) std::erase_if(satellite.paths, is_far);
+  compute(Vector3d::Zero(), node, statistics, values);
+}
+
+/// A cell whose own paths are traced.
+void SteadyCell::compute(const Vector3d& from_node, const PathNode& node, bool statistics,
+                         CellValues& values) {
+  const std::span<const NodePath> far = node.paths;
   for (std::vector<SteadyRange>& ranges : ranges_) ranges.clear();
   los_ = nlos_ = visible_ = blocked_ = 0;
   largest_excess_m_ = 0;
@@ -330,7 +347,7 @@ void SteadyCell::solve(const Vector3d& place, std::span<const propagation::Known
   for (std::size_t k = 0; k < traced_.size(); ++k) {
     std::size_t last = first;
     while (last < far.size() && far[last].satellite == k) ++last;
-    gather(k, far.subspan(first, last - first), place - node.place);
+    gather(k, far.subspan(first, last - first), from_node);
     first = last;
     measure(k);
   }

@@ -45,6 +45,8 @@ class SteadyCell {
   /// @param statistics whether layers over draws are wanted
   void solve(const Eigen::Vector3d& place, std::span<const propagation::KnownEdge> edges,
              const PathNode& node, bool statistics, CellValues& values);
+  /// A cell that is its own node.
+  void solve(const Eigen::Vector3d& place, bool statistics, CellValues& values);
 
  private:
   /// A path as the lanes' channels meet it. Null: 1 in all lanes.
@@ -71,6 +73,7 @@ class SteadyCell {
   void follow_strongest();
   void fill_lanes(const SteadySatellite& satellite);
   void measure(std::size_t satellite);
+  void compute(const Eigen::Vector3d& from_node, const PathNode& node, bool statistics, CellValues& values);
   void locate(bool statistics, CellValues& values);
 
   const SteadySky& sky_;

@@ -93,7 +93,6 @@ struct Blocks {
   /// Edges of the block's node, and of the three next to a quadrant of it. @param known replaced
   void gather(std::size_t block, int quadrant, std::vector<KnownEdge>& known) const {
     known = nodes[block].edges;
-    if (size == 1) return;
     const auto x = static_cast<std::ptrdiff_t>(block % across),
                y = static_cast<std::ptrdiff_t>(block / across);
     const std::ptrdiff_t east = (quadrant & 1) != 0 ? 1 : -1, north = (quadrant & 2) != 0 ? 1 : -1;
@@ -156,13 +155,16 @@ void SteadyReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::
 
   Blocks blocks(cells, path_nodes_m_);
   const std::size_t none = cells.tile.cells();
-  spread(blocks.down, [&](std::size_t row) {
-    SteadyCell tracer = task();
-    for (std::size_t block = row * blocks.across; block < (row + 1) * blocks.across; ++block) {
-      const std::size_t at = blocks.middle(cells, block);
-      if (at != none) blocks.nodes[block] = tracer.trace(cells.place(at));
-    }
-  });
+  const bool only_nodes = blocks.size == 1;
+  if (!only_nodes) {
+    spread(blocks.down, [&](std::size_t row) {
+      SteadyCell tracer = task();
+      for (std::size_t block = row * blocks.across; block < (row + 1) * blocks.across; ++block) {
+        const std::size_t at = blocks.middle(cells, block);
+        if (at != none) blocks.nodes[block] = tracer.trace(cells.place(at));
+      }
+    });
+  }
   spread(blocks.down, [&](std::size_t row) {
     SteadyCell solver = task();
     std::vector<KnownEdge> known;
@@ -172,9 +174,13 @@ void SteadyReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::
         blocks.for_each(block, quadrant, [&](std::size_t i) {
           CellValues values;
           if (cells.state[i] == CellState::Computed) {
-            if (!gathered) blocks.gather(block, quadrant, known);
-            gathered = true;
-            solver.solve(cells.place(i), known, blocks.nodes[block], statistics, values);
+            if (only_nodes) {
+              solver.solve(cells.place(i), statistics, values);
+            } else {
+              if (!gathered) blocks.gather(block, quadrant, known);
+              gathered = true;
+              solver.solve(cells.place(i), known, blocks.nodes[block], statistics, values);
+            }
           }
           for (std::size_t k = 0; k < wanted.size(); ++k) {
             if (of_solver(wanted[k])) layers[k][i] = values.of[static_cast<std::size_t>(wanted[k])];

@@ -245,6 +245,7 @@ void FacetSet::add_facet(const city::Mesh& mesh, std::vector<std::uint32_t>& gro
   facet.first = static_cast<std::uint32_t>(flat_.size());
   facet.count = static_cast<std::uint32_t>(group.size());
   facet.first_bounds = static_cast<std::uint32_t>(flat_bounds_.size());
+  facet.first_wide_bounds = static_cast<std::uint32_t>(wide_bounds_.size());
 
   const int u = (facet.axis + 1) % 3, v = (facet.axis + 2) % 3;
   order_compactly(group.data(), group.data() + group.size(), kFlatBlock, [&](std::uint32_t t) -> Vector3d {
@@ -252,17 +253,17 @@ void FacetSet::add_facet(const city::Mesh& mesh, std::vector<std::uint32_t>& gro
     return mesh.vertices[c[0]] + mesh.vertices[c[1]] + mesh.vertices[c[2]];
   });
   for (std::size_t i = 0; i < group.size(); ++i) {
-    if (i % kFlatBlock == 0) flat_bounds_.push_back({1e300, 1e300, -1e300, -1e300});
+    if (i % kFlatBlock == 0) flat_bounds_.emplace_back();
+    if (i % (kFlatBlock * kFlatBlock) == 0) wide_bounds_.emplace_back();
     FlatTriangle flat;
     flat.triangle = group[i];
-    auto& bounds = flat_bounds_.back();
     for (std::size_t k = 0; k < 3; ++k) {
       const Vector3d& corner = mesh.vertices[mesh.triangles[group[i]][k]];
       flat.corner[k] = {corner[u], corner[v]};
-      bounds[0] = std::min(bounds[0], corner[u]);
-      bounds[1] = std::min(bounds[1], corner[v]);
-      bounds[2] = std::max(bounds[2], corner[u]);
-      bounds[3] = std::max(bounds[3], corner[v]);
+      for (FlatBounds* bounds : {&flat_bounds_.back(), &wide_bounds_.back()}) {
+        bounds->min = bounds->min.min(flat.corner[k].array());
+        bounds->max = bounds->max.max(flat.corner[k].array());
+      }
     }
     // Seen along the axis the triangle is turned over where the normal points the other way.
     if (facet.normal[facet.axis] < 0) std::swap(flat.corner[1], flat.corner[2]);
@@ -299,12 +300,15 @@ void FacetSet::gather(const Vector3d& antenna, double reach_m, double clearance_
 std::optional<std::uint32_t> FacetSet::triangle_at(const Facet& facet, const Vector3d& point) const {
   const Vector2d p(point[(facet.axis + 1) % 3], point[(facet.axis + 2) % 3]);
   std::optional<std::uint32_t> found;
+  const auto outside = [&](const FlatBounds& bounds) {
+    return (p.array() < bounds.min - kEdgeSlack).any() || (p.array() > bounds.max + kEdgeSlack).any();
+  };
   for (std::uint32_t block = 0; block * kFlatBlock < facet.count; ++block) {
-    const auto& bounds = flat_bounds_[facet.first_bounds + block];
-    if (p.x() < bounds[0] - kEdgeSlack || p.y() < bounds[1] - kEdgeSlack || p.x() > bounds[2] + kEdgeSlack ||
-        p.y() > bounds[3] + kEdgeSlack) {
+    if (block % kFlatBlock == 0 && outside(wide_bounds_[facet.first_wide_bounds + block / kFlatBlock])) {
+      block += kFlatBlock - 1;
       continue;
     }
+    if (outside(flat_bounds_[facet.first_bounds + block])) continue;
     const std::uint32_t begin = facet.first + block * kFlatBlock;
     const std::uint32_t end = std::min(begin + kFlatBlock, facet.first + facet.count);
     for (std::uint32_t i = begin; i < end; ++i) {

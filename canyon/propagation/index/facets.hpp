@@ -21,6 +21,7 @@ struct Facet {
   Eigen::Vector3d min, max;                           ///< bounds
   std::uint32_t first = 0, count = 0;                 ///< of FacetSet's flat triangles
   std::uint32_t first_bounds = 0;                     ///< of the bounds of blocks of these
+  std::uint32_t first_wide_bounds = 0;                ///< of the bounds of blocks of those
   int axis = 2;                                       ///< that flat triangles leave out
 };
 
@@ -85,16 +86,19 @@ class FacetSet {
     std::array<Eigen::Vector2d, 3> corner;
     std::uint32_t triangle = 0;
   };
-  static constexpr std::uint32_t kFlatBlock = 16;  ///< flat triangles in a block
+  static constexpr std::uint32_t kFlatBlock = 16;  ///< flat triangles in a block, blocks in a wide one
+  struct FlatBounds {
+    Eigen::Array2d min = Eigen::Array2d::Constant(1e300), max = Eigen::Array2d::Constant(-1e300);
+  };
 
   void add_facet(const city::Mesh& mesh, std::vector<std::uint32_t>& group);
   void order_in_blocks();
 
   std::vector<Facet> facets_;
   std::vector<FlatTriangle> flat_;
-  /// Bounds of each kFlatBlock of a facet's flat triangles, from Facet::first_bounds.
-  std::vector<std::array<double, 4>> flat_bounds_;  ///< min u, min v, max u, max v
-  BoundsBlocks blocks_;                             ///< of the facets
+  /// Of each block of a facet's flat triangles, from Facet::first_bounds, and of each wide one.
+  std::vector<FlatBounds> flat_bounds_, wide_bounds_;
+  BoundsBlocks blocks_;  ///< of the facets
 };
 
 }  // namespace canyon::propagation
