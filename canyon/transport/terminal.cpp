@@ -227,7 +227,8 @@ class StandardInput final : public Transport {
  public:
   void send(std::string_view) override {}
   void serve() override {
-    std::array<char, 65536> buffer;
+    // Small: by the stamps of poses all epochs of a piece are computed before other links are served.
+    std::array<char, 4096> buffer;
     pollfd wait{STDIN_FILENO, POLLIN, 0};
     if (ended_ || poll(&wait, 1, 0) != 1) return;
     const ssize_t size = read(STDIN_FILENO, buffer.data(), buffer.size());

@@ -1,0 +1,145 @@
+#!/usr/bin/env python3
+"""How many receivers does this machine run live? A swarm in the streets of a made-up downtown, and what it costs.
+
+    python3 examples/swarm.py --count 100 --seconds 60
+
+Each vehicle goes round its block at 3 m/s, 5 to 25 m above the street, sends a pose as JSON over UDP at each epoch, and
+gets NMEA over UDP. All are receivers of one `canyon live`, whose epochs lie evenly over the interval (`live.stagger`).
+Printed at the end: epochs that came, and that were skipped because the machine was more than a second behind; the time
+from pose to bytes; processor time and memory.
+Python's standard library alone.
+"""
+import argparse
+import json
+import math
+import os
+import pathlib
+import re
+import select
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+
+BLOCK_M = 76  # from street to street of the made-up town
+SPEED_MPS = 3.0
+
+
+def arguments_of(argv):
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--count", type=int, default=100, help="receivers (100)")
+    parser.add_argument("--seconds", type=float, default=30, help="how long (30)")
+    parser.add_argument("--rate", type=float, default=10, help="epochs of each in a second (10)")
+    parser.add_argument("--profile", default="ublox-m10", help="what they are (ublox-m10)")
+    parser.add_argument("--canyon", default="canyon", help="the program (canyon)")
+    arguments = parser.parse_args(argv)
+    if not (0 < arguments.count <= 10_000 and arguments.seconds > 0 and 0 < arguments.rate <= 100):
+        parser.error("give 1 to 10000 receivers, a positive time, and up to 100 epochs a second")
+    return arguments
+
+
+def free_port():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def scenario(arguments, port, back):
+    """Of the swarm, as YAML."""
+    blocks = max(4, math.ceil(math.sqrt(arguments.count)))
+    names = [f"uav{i}" for i in range(arguments.count)]
+    lines = [f"city: {{synthetic: {{seed: 7, blocks_east: {blocks}, blocks_north: {blocks}}}}}",
+             "sky: {nominal: true}", "start: 2026-06-01T12:00:00Z", f"rate_hz: {arguments.rate:g}", "receivers:"]
+    lines += [f"  - {{name: {name}, profile: {arguments.profile}}}" for name in names]
+    lines += ["live:", "  stagger: true", "  poses:"]
+    lines += [f"    - {{from: 'udp-listen://127.0.0.1:{port}', id: {name}, receivers: [{name}]}}" for name in names]
+    lines += ["  streams:"]
+    lines += [f"    - {{receiver: {name}, format: nmea, to: 'udp://127.0.0.1:{back}'}}" for name in names]
+    return "\n".join(lines) + "\n", blocks
+
+
+def place(index, blocks, time_s):
+    """East, north, up [m] of a vehicle that goes round its block, in the middle of the streets."""
+    east = (index % blocks - blocks / 2) * BLOCK_M
+    north = (index // blocks - blocks / 2) * BLOCK_M
+    way = (SPEED_MPS * time_s + 37.0 * index) % (4 * BLOCK_M)
+    side, along = int(way // BLOCK_M), way % BLOCK_M
+    corner = ((0, 0), (BLOCK_M, 0), (BLOCK_M, BLOCK_M), (0, BLOCK_M))[side]
+    step = ((1, 0), (0, 1), (-1, 0), (0, -1))[side]
+    return east + corner[0] + along * step[0], north + corner[1] + along * step[1], 5 + 20 * (index % 5) / 4
+
+
+def memory_mb(pid):
+    text = pathlib.Path(f"/proc/{pid}/status").read_text(encoding="ascii")
+    found = re.search(r"VmHWM:\s+(\d+) kB", text)
+    return int(found.group(1)) / 1024 if found else math.nan
+
+
+def processor_s(pid):
+    fields = pathlib.Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def fly(arguments, process, port, blocks, listener):
+    """Sends poses until the time is over. Processor time, its share of real time, and memory."""
+    sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    rate = arguments.rate * arguments.count  # of poses: each a little after the one before
+    begin, sent = time.monotonic(), 0
+    used_s = at_s = 0.0
+    while process.poll() is None:
+        now = time.monotonic() - begin
+        if now > arguments.seconds:
+            break
+        while sent < now * rate:
+            time_s, index = sent / rate, sent % arguments.count
+            pose = {"time_s": time_s, "id": f"uav{index}", "position_m": place(index, blocks, time_s)}
+            sender.sendto(json.dumps(pose).encode(), ("127.0.0.1", port))
+            sent += 1
+        while select.select([listener], [], [], 0)[0]:
+            listener.recv(65536)
+        if used_s == 0 and now > min(5.0, arguments.seconds / 2):  # without the start
+            used_s, at_s = processor_s(process.pid), now
+        time.sleep(0.001)
+    if process.poll() is not None:
+        return None
+    share = (processor_s(process.pid) - used_s) / (arguments.seconds - at_s)
+    return share, memory_mb(process.pid)
+
+
+def main(argv=None):
+    arguments = arguments_of(argv)
+    port = free_port()
+    listener = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    listener.bind(("127.0.0.1", 0))
+    text, blocks = scenario(arguments, port, listener.getsockname()[1])
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder) / "swarm.yaml"
+        path.write_text(text, encoding="ascii")
+        with subprocess.Popen([arguments.canyon, "live", str(path)], stderr=subprocess.PIPE, text=True) as process:
+            try:
+                while process.poll() is None:  # until it listens
+                    line = process.stderr.readline()
+                    if line.startswith("poses"):
+                        break
+                used = fly(arguments, process, port, blocks, listener)
+            finally:
+                process.send_signal(signal.SIGINT)
+                rest = process.communicate(timeout=60)[1]
+    ended = re.search(r"^ended.*$", rest, re.MULTILINE)
+    if used is None or not ended:
+        sys.exit("canyon live ended early:\n" + rest)
+    epochs = re.search(r"(\d+) epochs", ended.group(0))
+    missed = re.search(r"(\d+) missed", ended.group(0))
+    latency = re.search(r"pose to bytes.*$", ended.group(0))
+    cores = len(os.sched_getaffinity(0))
+    print(f"{arguments.count} receivers ({arguments.profile}) at {arguments.rate:g} Hz for {arguments.seconds:g} s: "
+          f"{epochs.group(1)} epochs, {missed.group(1) if missed else 'none'} missed")
+    if latency:
+        print(latency.group(0))
+    print(f"{100 * used[0]:.0f} % of a core of {cores}, {used[1]:.0f} MB")
+
+
+if __name__ == "__main__":
+    main()
