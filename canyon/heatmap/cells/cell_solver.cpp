@@ -264,9 +264,10 @@ bool CellSolver::fits(const receiver::ReceiverOptions& receiver) {
       "correct_troposphere weights.weighting weights.elevation_a_m weights.elevation_b_m ionosphere "
       "troposphere orbit_errors noise.enabled noise.theta_per_s noise.mu_m noise.sigma_m_per_sqrt_s "
       "noise.drift.enabled noise.drift.below_speed_mps noise.drift.below_los noise.drift.mu_sigma_m";
-  // Signals have no strength here; Heatmap looks at covariance_by_residuals.
+  // Signals have no strength here; Heatmap looks at covariance_by_residuals, TileTracer at what is tracked.
   static constexpr std::string_view kElsewhere =
-      "own_draws signal. cn0_mask_dbhz weights.cn0_floor_m2 weights.cn0_scale_m2_hz covariance_by_residuals";
+      "own_draws tracks leaves_out at_once signal. cn0_mask_dbhz weights.cn0_floor_m2 "
+      "weights.cn0_scale_m2_hz covariance_by_residuals";
   return differs_only_in(receiver, {kUnderstood, kElsewhere, kWithoutEffect}) && !receiver.signal.enabled &&
          !receiver.filter.enabled && !receiver.fix.raim.enabled &&
          receiver.fix.weights.weighting != Weighting::Cn0 && receiver.fix.max_iterations >= kIterations &&

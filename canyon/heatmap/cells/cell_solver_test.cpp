@@ -392,8 +392,8 @@ TEST(CellSolver, SaysWhichReceiversItIsFor) {
   EXPECT_FALSE(fits([](ReceiverOptions& o) { o.fix.weights.weighting = Weighting::Cn0; }));
   EXPECT_FALSE(fits([](ReceiverOptions& o) { o.fix.raim.enabled = true; }));
   EXPECT_FALSE(fits([](ReceiverOptions& o) { o.filter.enabled = true; }));
-  EXPECT_FALSE(fits([](ReceiverOptions& o) { o.tracks = {"L1CA"}; }));
-  EXPECT_FALSE(fits([](ReceiverOptions& o) { o.leaves_out = {"BeiDou-GEO"}; }));
+  EXPECT_TRUE(fits([](ReceiverOptions& o) { o.tracks = {"L1CA"}; }));
+  EXPECT_TRUE(fits([](ReceiverOptions& o) { o.leaves_out = {"BeiDou-GEO"}; }));
   EXPECT_FALSE(
       fits([](ReceiverOptions& o) { o.ranging.combination = receiver::Combination::IonosphereFree; }));
   EXPECT_FALSE(fits([](ReceiverOptions& o) { o.biases.glonass_channel_m = 1; }));

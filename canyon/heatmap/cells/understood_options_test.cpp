@@ -160,11 +160,11 @@ TEST(UnderstoodOptions, OfTheCellSolverChangeTheMap) {
   base.noise.drift_below_los = 9;
   base.fix.weights.weighting = positioning::Weighting::Elevation;
   // Strength and what belongs to it, the clock, warnings, Doppler, what is switched off, how far the
-  // iteration goes, and the speed that cells do not have.
+  // iteration goes, the speed that cells do not have, and what TileTracer leaves out.
   change_each(base, &CellSolver::fits, solve,
               "signal. cn0_mask_dbhz weights.cn0_floor_m2 weights.cn0_scale_m2_hz "
               "own_draws clock. spoofing_check. noise.doppler_sigma_hz position_filter. raim. max_iterations "
-              "convergence_m noise.drift.below_speed_mps noise.drift.below_los");
+              "convergence_m noise.drift.below_speed_mps noise.drift.below_los tracks leaves_out at_once");
 }
 
 }  // namespace

@@ -23,6 +23,7 @@
 #include "canyon/heatmap/engine/engine_key.hpp"
 #include "canyon/heatmap/kernels/tile_tasks.hpp"
 #include "canyon/options/values.hpp"
+#include "canyon/receiver/receiver_draws.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/simulation/street_sources.hpp"
 
@@ -84,6 +85,14 @@ template <class Values, class Less>
 bool is_ascending(const Values& values, const Less& less) {
   return std::adjacent_find(values.begin(), values.end(),
                             [&](const auto& a, const auto& b) { return !less(a, b); }) == values.end();
+}
+
+FirstSignal first_signal_of(const receiver::ReceiverOptions& options) {
+  return [options](gnss::SatelliteId id, geodesy::GpsTime time) -> const gnss::Signal* {
+    std::vector<const gnss::Signal*> tracked;
+    receiver::signals_to_track(options, id, time, tracked);
+    return tracked.empty() ? nullptr : tracked.front();
+  };
 }
 
 }  // namespace
@@ -161,7 +170,8 @@ struct Heatmap::Impl {
         request(std::move(q)),
         input_key(std::move(k)),
         base(std::move(b)),
-        tracer(e, receiver.propagation, receiver.options.fix.elevation_mask_rad) {
+        tracer(e, receiver.propagation, receiver.options.fix.elevation_mask_rad,
+               first_signal_of(receiver.options)) {
     for (std::size_t i = 0; i < request.layers.size(); ++i) {
       received |= info(request.layers[i]).received && of_solver(request.layers[i]);
       if (request.layers[i] == Layer::SatellitesLos) los = i;

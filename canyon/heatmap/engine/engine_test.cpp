@@ -107,6 +107,49 @@ bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
 
+// Of a receiver that tracks some satellites alone, and BeiDou on B1C: as receivers of their own have it in
+// each cell, ionosphere and all.
+TEST(Heatmap, FollowsWhatTheReceiverTracks) {
+  using gnss::System;
+  const simulation::Environment environment(
+      city::synthetic_city({}),
+      std::make_shared<CircularSky>(std::vector{System::GPS, System::GLONASS, System::BeiDou}),
+      {{System::GPS, {{1e-8, 0, 0, 0}, {9e4, 0, 0, 0}}}});
+  ReceiverConfig receiver = receiver_of(Model::Specular);
+  receiver.options.tracks = {"L1CA", "B1C"};
+  receiver.options.at_once = receiver::AtOnce::BeiDouByB1C;
+  receiver.options.ionosphere = true;
+  receiver.options.fix.max_iterations = 30;
+  receiver.options.fix.convergence_m = 1e-4;
+  Request request = small_request(40);
+  request.grid.tile_size = 40;
+  request.times = {kTime};
+  request.altitudes_m = {2};
+  request.layers = {Layer::SatellitesVisible, Layer::SatellitesUsed, Layer::HorizontalError, Layer::Hdop};
+  const Heatmap map(environment, receiver, request, "");
+  const std::vector<float> found = computed(map);
+
+  const TileTracer tracer(environment, receiver.propagation, receiver.options.fix.elevation_mask_rad);
+  const TileCells cells =
+      tracer.cells(request.grid, request.grid.tile(0), nullptr, 2, AltitudeKind::AboveTerrain);
+  std::vector<std::vector<float>> expected(request.layers.size(), std::vector<float>(cells.state.size()));
+  const std::vector<std::span<float>> spans(expected.begin(), expected.end());
+  CellReceivers(environment, tracer.propagator(), receiver, request.draws)
+      .solve(cells, kTime, request.layers, spans);
+  int compared = 0;
+  for (std::size_t l = 0; l < expected.size(); ++l) {
+    for (std::size_t i = 0; i < cells.state.size(); ++i) {
+      if (cells.state[i] != CellState::Computed || !std::isfinite(expected[l][i])) continue;
+      EXPECT_NEAR(found[l * cells.state.size() + i], expected[l][i], 1e-3 * std::max(1.0F, expected[l][i]));
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 200);
+  receiver.options.tracks = {};
+  receiver.options.at_once = receiver::AtOnce::All;
+  EXPECT_FALSE(same_bits(computed(Heatmap(environment, receiver, request, "")), found));
+}
+
 TEST(Heatmap, UnitsCoverEveryCellAndTimeOnceAndAreBounded) {
   for (const std::size_t times : {std::size_t{1}, std::size_t{7}, std::size_t{300}}) {
     Request request;

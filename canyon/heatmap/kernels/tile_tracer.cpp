@@ -109,7 +109,10 @@ struct TileTracer::Impl {
   Surfaces surfaces;
   std::vector<gnss::SatelliteId> ids;
 
-  Impl(const simulation::Environment& e, const propagation::PropagationOptions& o, double mask)
+  FirstSignal first_signal;
+
+  Impl(const simulation::Environment& e, const propagation::PropagationOptions& o, double mask,
+       FirstSignal first)
       : environment(&e),
         scene(&e.scene()),
         options(o),
@@ -119,7 +122,8 @@ struct TileTracer::Impl {
         terrain(e.city().mesh),
         interiors(e.city().mesh),
         surfaces(e.city().mesh),
-        ids(e.sky().satellites()) {}
+        ids(e.sky().satellites()),
+        first_signal(std::move(first)) {}
 
   [[nodiscard]] bool specular() const { return options.model == propagation::Model::Specular; }
   /// Foliage that is looked through is known to Propagator alone.
@@ -141,12 +145,13 @@ struct TileTracer::Impl {
 };
 
 TileTracer::TileTracer(const simulation::Environment& environment,
-                       const propagation::PropagationOptions& options, double elevation_mask_rad) {
+                       const propagation::PropagationOptions& options, double elevation_mask_rad,
+                       FirstSignal first_signal) {
   if (!(elevation_mask_rad >= 0 && elevation_mask_rad < geodesy::kPi / 2)) {
     throw InputError(fmt::format("an elevation mask of {} rad is out of range", elevation_mask_rad),
                      "give 0 up to but not pi/2");
   }
-  impl_ = std::make_unique<Impl>(environment, options, elevation_mask_rad);
+  impl_ = std::make_unique<Impl>(environment, options, elevation_mask_rad, std::move(first_signal));
   assert(environment.scene().placed_instances().empty());
 }
 TileTracer::~TileTracer() = default;
@@ -299,8 +304,15 @@ void TileTracer::Impl::see_satellites(const TileCells& cells, geodesy::GpsTime t
   result.satellites.clear();
   result.directions.clear();
   for (const gnss::SatelliteId id : ids) {
-    const auto line = orbit::line_of_sight(environment->sky(), id, time, observer);
+    auto line = orbit::line_of_sight(environment->sky(), id, time, observer);
     if (!line || !(line->elevation_rad > 0) || line->elevation_rad < mask_rad) continue;
+    if (first_signal) {
+      const gnss::Signal* signal = first_signal(id, time);
+      if (signal == nullptr) continue;
+      // That near L1 is in the state, with GLONASS's channels.
+      if (signal != &gnss::signals_of(id.system).front())
+        line->state.carrier_frequency_hz = signal->carrier_hz;
+    }
     result.satellites.push_back(*line);
     result.directions.emplace_back(frame.ecef_from_local_rotation().transpose() * line->direction_ecef);
   }

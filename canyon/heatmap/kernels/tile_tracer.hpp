@@ -1,10 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "canyon/gnss/signals.hpp"
 #include "canyon/heatmap/kernels/grid.hpp"
 #include "canyon/heatmap/kernels/layers.hpp"
 #include "canyon/heatmap/kernels/shadows.hpp"
@@ -46,15 +48,18 @@ enum class AltitudeKind : std::uint8_t {
   Ellipsoid,     ///< WGS 84 height
 };
 
+/// The signal that a receiver measures first of a satellite; null: it tracks none.
+using FirstSignal = std::function<const gnss::Signal*(gnss::SatelliteId, geodesy::GpsTime)>;
+
 /// Computes tiles: line of sight by shadows where a tile is flat, else by rays; the mirror model by ranges;
 /// the specular model by Propagator::trace() for satellites whose line of sight is blocked. Work is spread
 /// over the calling task arena's threads (TBB); values do not depend on them. Const, thread-safe.
 class TileTracer {
  public:
   /// The environment must outlive it; it has no movable instances. Throws InputError for options that do not
-  /// validate() and a mask not in [0, pi/2).
+  /// validate() and a mask not in [0, pi/2). @param first_signal empty: all satellites, the signal near L1
   TileTracer(const simulation::Environment& environment, const propagation::PropagationOptions& options,
-             double elevation_mask_rad);
+             double elevation_mask_rad, FirstSignal first_signal = {});
   ~TileTracer();
   TileTracer(TileTracer&&) noexcept;
 
@@ -66,9 +71,10 @@ class TileTracer {
   /// plane lies at the mean of their extremes. Where no cell is Computed, `plane.z` may be 0.
   [[nodiscard]] TileCells cells(const Grid& grid, const Tile& tile, const Area* area, double altitude_m,
                                 AltitudeKind kind) const;
-  /// Satellites above the horizon and the mask at the middle of the tile, and how they arrive at its cells.
-  /// Computed cells only: elsewhere Blocked. Same answers as Propagator::trace() with the tile's directions,
-  /// within RayScene::surface_offset_m() of edges to either side; a direct path with reflections is LOS.
+  /// Satellites above the horizon and the mask at the middle of the tile that the receiver tracks, and how
+  /// they arrive at its cells. Computed cells only: elsewhere Blocked. Same answers as Propagator::trace()
+  /// with the tile's directions, within RayScene::surface_offset_m() of edges to either side; a direct path
+  /// with reflections is LOS.
   /// @param excess whether what arrives beyond the line of sight is asked for (LayerInfo::received): without,
   /// line of sight alone is computed, satellites that only reflections bring are Blocked, and
   /// TileSignals::excess_m stays empty
