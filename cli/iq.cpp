@@ -18,11 +18,11 @@ namespace {
 struct IqArguments {
   std::string scenario, out, format = "int8";
   std::vector<std::string> bands, receivers;
-  std::optional<double> centre_hz, intermediate_hz, duration_s, epoch_rate_hz;
+  std::optional<double> centre_hz, intermediate_hz, duration_s, epoch_rate_hz, noise_level, agc_s;
   std::optional<std::size_t> seed;
-  double rate_hz = 4e6, noise_level = 0.25;
+  double rate_hz = 4e6;
   int threads = 0;
-  bool no_noise = false, quiet = false;
+  bool real = false, no_noise = false, quiet = false;
 };
 
 /// The receivers that are asked for, by their names; without any the only one.
@@ -72,6 +72,10 @@ simulation::Scenario read_iq_scenario(const IqArguments& arguments) {
 }
 
 int run_iq(const IqArguments& arguments) {
+  if (arguments.real && !arguments.intermediate_hz) {
+    throw InputError("--real needs an intermediate frequency",
+                     fmt::format("give --if, e.g. --if {}: a quarter of the rate", arguments.rate_hz / 4));
+  }
   const simulation::Scenario scenario = read_iq_scenario(arguments);
   const std::vector<std::size_t> receivers = chosen_receivers(arguments, scenario);
   std::vector<std::string> bands = arguments.bands;
@@ -92,19 +96,24 @@ int run_iq(const IqArguments& arguments) {
       options.receiver = receiver;
       options.path = path_of(arguments, scenario.receivers[receiver].options.name, band);
       options.front_end.centre_hz = band.empty() ? *arguments.centre_hz : samples::band_centre_hz(band);
-      options.front_end.centre_hz -= arguments.intermediate_hz.value_or(0);
+      options.front_end.intermediate_hz = arguments.intermediate_hz.value_or(0);
+      options.front_end.real = arguments.real;
       options.front_end.rate_hz = arguments.rate_hz;
       options.front_end.noise = !arguments.no_noise;
       options.format = samples::format_by_name(arguments.format);
       options.noise_level = arguments.noise_level;
+      options.agc_s = arguments.agc_s.value_or(0);
       options.threads = arguments.threads;
       const samples::SampleFile& file =
           *files.emplace_back(std::make_unique<samples::SampleFile>(simulation, options));
       sinks.push_back(files.back().get());
-      note(arguments.quiet, fmt::format("{}: {:.3f} MHz, {} Msps {}, {:.3f} GB: {}", options.path.string(),
-                                        options.front_end.centre_hz * 1e-6, arguments.rate_hz * 1e-6,
-                                        arguments.format, static_cast<double>(file.expected_bytes()) * 1e-9,
-                                        fmt::join(file.plan().carried, ", ")));
+      note(arguments.quiet,
+           fmt::format(
+               "{}: {:.3f} MHz{}, {} Msps {}{}, {:.3f} GB: {}", options.path.string(),
+               options.front_end.centre_hz * 1e-6,
+               arguments.intermediate_hz ? fmt::format(" at {} MHz", *arguments.intermediate_hz * 1e-6) : "",
+               arguments.rate_hz * 1e-6, arguments.real ? "real " : "", arguments.format,
+               static_cast<double>(file.expected_bytes()) * 1e-9, fmt::join(file.plan().carried, ", ")));
       if (arguments.quiet || file.plan().left_out.empty()) continue;
       print_warnings({fmt::format("left out, too wide for {} Msps: {}", arguments.rate_hz * 1e-6,
                                   fmt::join(file.plan().left_out, ", "))});
@@ -138,9 +147,9 @@ int run_iq(const IqArguments& arguments) {
     }
     constexpr double kMuch = 0.01;
     if (file->most_clipped() > kMuch) {
-      print_warnings(
-          {fmt::format("up to {:.0f} % of the samples are beyond the largest value: lower --noise-level",
-                       100 * file->most_clipped())});
+      print_warnings({fmt::format(
+          "up to {:.0f} % of the samples are beyond the largest value: lower --noise-level or use --agc",
+          100 * file->most_clipped())});
     }
   }
   if (result.interrupted) {
@@ -173,14 +182,16 @@ void add_iq(Command& app) {
       .repeated();
   command.add_option("--centre-hz", arguments.centre_hz, "HZ", "centre, instead of a band's")
       .excludes("--band");
-  command.add_option("--rate", arguments.rate_hz, "HZ", "complex samples per second (4e6)")
-      .within(1e6, 200e6);
+  command.add_option("--rate", arguments.rate_hz, "HZ", "samples per second (4e6)").within(1e6, 200e6);
   command.add_option("--if", arguments.intermediate_hz, "HZ",
                      "the band's centre comes out at this frequency (0)");
-  command.add_option("--format", arguments.format, "F", "int8, int16 or float32 (int8)")
+  command.add_flag("--real", arguments.real, "samples of one part, at an intermediate frequency (--if)");
+  command.add_option("--format", arguments.format, "F", "int8, int16, float32, 2bit or 1bit (int8)")
       .one_of(samples::format_names());
   command.add_option("--noise-level", arguments.noise_level, "X",
-                     "deviation of the noise over the largest value (0.25)");
+                     "deviation of the noise over the largest value (0.25; 2bit 0.67)");
+  command.add_option("--agc", arguments.agc_s, "S",
+                     "gain control: all that is received has the noise level, by this time constant");
   command.add_flag("--no-noise", arguments.no_noise, "signals without the front end's noise");
   command
       .add_option("--receiver", arguments.receivers, "NAME",

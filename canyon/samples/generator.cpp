@@ -30,6 +30,7 @@ using propagation::PathKind;
 using Complex = std::complex<double>;
 
 constexpr double kTurn = 2 * geodesy::kPi;
+constexpr float kSqrt2 = 1.41421356F;
 constexpr double kBlock_s = 1e-3;
 constexpr std::size_t kBlocksAtOnce = 64;
 /// Farther than its rates say, a path is another one [m].
@@ -165,6 +166,16 @@ void FrontEnd::validate() const {
     throw InputError(fmt::format("a centre of {} Hz is out of range", centre_hz),
                      "give 1e9 to 2e9 Hz, e.g. 1575.42e6");
   }
+  if (!(centre_hz > lowest_hz() && centre_hz < highest_hz())) {
+    throw InputError(
+        fmt::format(
+            "an intermediate frequency of {} Hz is aliased: {} {} samples per second carry {} to {} Hz",
+            intermediate_hz, rate_hz, real ? "real" : "complex", lowest_hz() - zero_hz(), rate_hz / 2),
+        real ? fmt::format("give half the band's width at least, and so much less than {} Hz at most; {} Hz "
+                           "leaves the widest band",
+                           rate_hz / 2, rate_hz / 4)
+             : "sample faster, or choose a lower one");
+  }
 }
 
 bool carries(const FrontEnd& front_end, const gnss::Signal& signal, double carrier_hz) {
@@ -173,7 +184,8 @@ bool carries(const FrontEnd& front_end, const gnss::Signal& signal, double carri
   spectrum.centre_hz = carrier_hz;
   spectrum.modulation = signal.modulation;
   spectrum.chip_rate_hz = signal.chip_rate_hz;
-  const double width_hz = front_end.rate_hz - 2 * std::abs(carrier_hz - front_end.centre_hz);
+  const double width_hz =
+      2 * std::min(carrier_hz - front_end.lowest_hz(), front_end.highest_hz() - carrier_hz);
   return width_hz > 0 && tracking::share_within(spectrum, carrier_hz, width_hz) >= kLeastShare;
 }
 
@@ -453,7 +465,7 @@ void Generator::State::make(const Segment& segment, std::size_t first, std::size
   for (const Segment::Of& of : segment.signals) {
     const double slot_rate = of.waveform->slot_rate_hz();
     const double wavelength = kSpeedOfLight / of.carrier_hz;
-    const double offset_hz = of.carrier_hz - front_end.centre_hz;
+    const double offset_hz = of.carrier_hz - front_end.zero_hz();
     const auto slot_at = [&](const Flight& flight, double seconds, double s) {
       return (seconds - flight.code_m.at(s) / kSpeedOfLight) * slot_rate;
     };
@@ -491,18 +503,22 @@ void Generator::State::make(const Segment& segment, std::size_t first, std::size
     }
   }
   interfere(begin_s, out);
+  if (front_end.real) {
+    for (float& value : out.re) value *= kSqrt2;
+  }
   if (front_end.noise) add_noise(noise_key ^ mix64(first + kGolden64), out);
 }
 
 void Generator::State::interfere(double begin_s, Block& out) const {
-  const double half = front_end.rate_hz / 2;
+  const double lowest_hz = front_end.lowest_hz() - front_end.zero_hz();
+  const double highest_hz = front_end.highest_hz() - front_end.zero_hz();
   const auto band = static_cast<std::size_t>(signal::band_of(front_end.centre_hz));
   std::uint64_t number = 0;
   for (const tracking::ReceivedWave& wave : last->waves) {
     const std::uint64_t key = mix64(noise_key + ++number * kGolden64);
     const propagation::Spectrum& spectrum = wave.spectrum;
     const double amplitude = std::sqrt(wave.over_noise_hz[band] * 2 / front_end.rate_hz);
-    const double centre_hz = spectrum.centre_hz - front_end.centre_hz;
+    const double centre_hz = spectrum.centre_hz - front_end.zero_hz();
     const auto add = [&](auto value_at) {
       for (std::size_t n = 0; n < out.re.size(); ++n) {
         const Complex value = amplitude * value_at(begin_s + static_cast<double>(n) / front_end.rate_hz);
@@ -512,7 +528,7 @@ void Generator::State::interfere(double begin_s, Block& out) const {
     };
     switch (spectrum.shape) {
       case propagation::Spectrum::Shape::Tone:
-        if (std::abs(centre_hz) < half) {
+        if (centre_hz > lowest_hz && centre_hz < highest_hz) {
           add_tone(centre_hz * begin_s, centre_hz / front_end.rate_hz, amplitude, out);
         }
         break;
@@ -521,14 +537,14 @@ void Generator::State::interfere(double begin_s, Block& out) const {
           const double into_s = t - std::floor(t / spectrum.period_s) * spectrum.period_s;
           const double slope = spectrum.width_hz / spectrum.period_s;
           const double hz = centre_hz - spectrum.width_hz / 2 + slope * into_s;
-          if (std::abs(hz) >= half) return Complex();
+          if (hz <= lowest_hz || hz >= highest_hz) return Complex();
           const double cycles = (centre_hz - spectrum.width_hz / 2 + slope / 2 * into_s) * into_s;
           return std::polar(1.0, kTurn * std::remainder(cycles, 1));
         });
         break;
       case propagation::Spectrum::Shape::Band: {
-        const double low = std::max(centre_hz - spectrum.width_hz / 2, -half);
-        const double high = std::min(centre_hz + spectrum.width_hz / 2, half);
+        const double low = std::max(centre_hz - spectrum.width_hz / 2, lowest_hz);
+        const double high = std::min(centre_hz + spectrum.width_hz / 2, highest_hz);
         if (!(high > low)) break;
         const double share = std::sqrt((high - low) / spectrum.width_hz);
         add([&](double t) {

@@ -16,20 +16,28 @@ namespace canyon::samples {
 
 /// The receiver of samples up to its converter.
 struct FrontEnd {
-  double centre_hz = gnss::kL1_hz;  ///< what comes out at 0 Hz
-  double rate_hz = 4e6;             ///< complex samples per second, [1e6, 200e6]
+  double centre_hz = gnss::kL1_hz;  ///< of the band; comes out at intermediate_hz
+  double intermediate_hz = 0;       ///< within the frequencies of the samples
+  double rate_hz = 4e6;             ///< samples per second, [1e6, 200e6]
+  bool real = false;                ///< samples of one part (Block::re), of the frequencies (0, rate_hz / 2)
   bool noise = true;                ///< its thermal noise
 
-  /// Throws InputError for a rate out of range and a centre that is not in [1e9, 2e9].
+  /// What comes out at 0 Hz.
+  [[nodiscard]] double zero_hz() const { return centre_hz - intermediate_hz; }
+  /// The band that samples can tell apart: rate_hz about zero_hz(), of real ones rate_hz / 2 above it.
+  [[nodiscard]] double lowest_hz() const { return zero_hz() - (real ? 0 : rate_hz / 2); }
+  [[nodiscard]] double highest_hz() const { return zero_hz() + rate_hz / 2; }
+  /// Throws InputError for a rate out of range, a centre that is not in [1e9, 2e9], and an intermediate
+  /// frequency at which the centre does not come out, since it is aliased.
   void validate() const;
 };
 
 /// Whether the samples carry a signal on this carrier: at least kLeastShare of its power lies as near to it
-/// as the nearer edge of the band, which is rate_hz wide about the centre.
+/// as the nearer edge of the band.
 inline constexpr double kLeastShare = 0.7;
 [[nodiscard]] bool carries(const FrontEnd& front_end, const gnss::Signal& signal, double carrier_hz);
 
-/// Complex baseband samples of one antenna from what arrives there, epoch by epoch.
+/// Samples of one antenna from what arrives there, epoch by epoch.
 ///
 /// A sample is taken each 1 / rate_hz of the receiver's clock, from its reading at the first epoch on. At an
 /// epoch each path's code delay and carrier phase are those that receiver::Receiver measures there without
@@ -43,8 +51,10 @@ inline constexpr double kLeastShare = 0.7;
 /// Doppler shift, that fades as a Gauss-Markov process with the coherence of tracking::PathFades.
 ///
 /// Strength: C/N0 as tracking::ChannelModel has it, of Signal::code's components; noise has the deviation 1
-/// in each part. Jammers are waves of their spectrum and of their power over the noise at each epoch; a
-/// receiver's compression is not modelled. Steps and drifts of its clock by faults are not in the samples.
+/// in each part. Real samples are sqrt(2) times the real part of complex ones and noise of deviation 1, which
+/// is that of the frequencies (0, rate_hz / 2): the image is taken to be rejected. Jammers are waves of their
+/// spectrum and of their power over the noise at each epoch; a receiver's compression is not modelled. Steps
+/// and drifts of its clock by faults are not in the samples.
 ///
 /// The bytes depend on options, seed and epochs alone, not on threads.
 class Generator {

@@ -139,18 +139,22 @@ Found correlate(const Recorder& recorded, const FrontEnd& front_end, const simul
   const auto base = static_cast<std::int64_t>(std::floor(slot_at(middle - kHalf))) - 10;
   waveform.send(base, static_cast<std::size_t>(slot_at(middle + kHalf)) - static_cast<std::size_t>(base) + 20,
                 slots);
+  // A real signal has half of its power at negative frequencies, which a correlator averages out.
+  const auto value_of = [&](std::complex<float> value) {
+    return front_end.real ? std::complex<double>(std::sqrt(2.0) * value.real()) : std::complex<double>(value);
+  };
   Found found;
   double others = 0;
   for (std::int64_t n = middle - kHalf; n < middle + kHalf; ++n) {
     const double t = first_s + static_cast<double>(n) / front_end.rate_hz - reading_s;
-    const double cycles = *m.carrier_phase_cycles - *m.doppler_hz * t;
+    const double cycles = *m.carrier_phase_cycles - *m.doppler_hz * t -
+                          std::remainder(front_end.intermediate_hz * (t + reading_s), 1);
     const auto slot = static_cast<std::int64_t>(std::floor(slot_at(n))) - base;
-    const std::complex<double> product =
-        std::complex<double>(recorded.values.at(static_cast<std::size_t>(n))) *
-        static_cast<double>(slots.re[static_cast<std::size_t>(slot)]) *
-        std::polar(1.0, kTurn * std::remainder(cycles, 1));
+    const std::complex<double> product = value_of(recorded.values.at(static_cast<std::size_t>(n))) *
+                                         static_cast<double>(slots.re[static_cast<std::size_t>(slot)]) *
+                                         std::polar(1.0, kTurn * std::remainder(cycles, 1));
     found.prompt += product / (2.0 * kHalf);
-    if (product.real() < 0) others += 1 / (2.0 * kHalf);
+    if (!front_end.real && product.real() < 0) others += 1 / (2.0 * kHalf);
   }
   // Every other chip ends with a change of sign.
   found.delay_m = 2 * others * kSpeedOfLight / waveform.slot_rate_hz();
@@ -158,8 +162,7 @@ Found correlate(const Recorder& recorded, const FrontEnd& front_end, const simul
 }
 
 /// The samples' code, phase and strength at each epoch but the first and last two are the receiver's.
-void expect_as_measured(const Setting& setting, double truth_rate_hz) {
-  FrontEnd front_end;
+void expect_as_measured(const Setting& setting, double truth_rate_hz, FrontEnd front_end = {}) {
   front_end.noise = false;
   const simulation::Simulation simulation = simulate(setting);
   Recorder recorded(simulation, front_end);
@@ -196,6 +199,34 @@ TEST(Generator, BetweenEpochsAsWell) {
 }
 TEST(Generator, ReflectionsAreWhatReceiversMeasure) {
   expect_as_measured({2, kEast, true, true, {}}, 8);
+}
+
+TEST(Generator, SignalsComeOutAtTheIntermediateFrequency) {
+  FrontEnd front_end;
+  front_end.intermediate_hz = 0.7e6;
+  expect_as_measured({2, kHigh, false, true, {}}, 2, front_end);
+  front_end.real = true;
+  front_end.rate_hz = 16.0367e6;
+  front_end.intermediate_hz = 4.092e6;
+  expect_as_measured({2, kHigh, false, true, {}}, 2, front_end);
+}
+
+TEST(Generator, RealSamplesHaveNoiseOfDeviationOneAndNoneOfItsImage) {
+  const Setting setting{2, kHigh, false, false, {}};
+  const simulation::Simulation simulation = simulate(setting);
+  FrontEnd front_end;
+  front_end.real = true;
+  front_end.intermediate_hz = 1e6;
+  Recorder noisy(simulation, front_end);
+  (void)simulation.run({&noisy});
+  front_end.noise = false;
+  Recorder quiet(simulation, front_end);
+  (void)simulation.run({&quiet});
+  double power = 0;
+  for (std::size_t i = 0; i < noisy.values.size(); ++i) {
+    power += std::pow(noisy.values[i].real() - quiet.values[i].real(), 2);
+  }
+  EXPECT_NEAR(power / static_cast<double>(noisy.values.size()), 1, 2e-3);
 }
 
 TEST(Generator, NoiseIsOfDeviationOneAndTheBytesDoNotDependOnThreads) {
@@ -288,6 +319,19 @@ TEST(Generator, RefusesWhatItCannotSample) {
   FrontEnd front_end;
   front_end.rate_hz = 5e5;
   EXPECT_THROW(Generator(options, 1, {}, front_end), InputError);
+  // The centre is aliased.
+  front_end = {};
+  for (const double hz : {-2.1e6, 2.1e6}) {
+    front_end.intermediate_hz = hz;
+    EXPECT_THROW(front_end.validate(), InputError) << hz;
+  }
+  front_end.intermediate_hz = -1.9e6;
+  EXPECT_NO_THROW(front_end.validate());
+  front_end.real = true;
+  for (const double hz : {-1.9e6, 0.0, 2.1e6}) {
+    front_end.intermediate_hz = hz;
+    EXPECT_THROW(front_end.validate(), InputError) << hz;
+  }
   receiver::ReceiverOptions without = options;
   without.signal.enabled = false;
   EXPECT_THROW(Generator(without, 1, {}, FrontEnd{}), InputError);
@@ -299,7 +343,15 @@ TEST(Generator, CarriesWhatLiesWithin) {
   EXPECT_TRUE(carries(front_end, l1, l1.carrier_hz));
   front_end.centre_hz += 1.8e6;
   EXPECT_FALSE(carries(front_end, l1, l1.carrier_hz));
+  // Real: as far to 0 and to half of the rate.
+  front_end = {};
+  front_end.real = true;
+  for (const auto& [hz, carried] : {std::pair{0.3e6, false}, {0.9e6, true}, {1.1e6, true}, {1.7e6, false}}) {
+    front_end.intermediate_hz = hz;
+    EXPECT_EQ(carries(front_end, l1, l1.carrier_hz), carried) << hz;
+  }
   // Galileo E1 at 4 Msps; E5a of 10.23 Mchip/s at 12.5.
+  front_end = {};
   const std::span<const gnss::Signal> galileo = gnss::signals_of(gnss::System::Galileo);
   EXPECT_TRUE(carries(FrontEnd{}, galileo[0], galileo[0].carrier_hz));
   front_end.centre_hz = galileo[1].carrier_hz;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <numeric>
 
 #include "canyon/geodesy/constants.hpp"
 
@@ -112,19 +113,28 @@ std::array<float, kNoiseSteps> noise_table() {
 }
 
 template <typename Integer>
-void quantise_to(const float* __restrict re, const float* __restrict im, std::size_t samples, float gain,
-                 Integer* __restrict out) {
+Integer nearest(float scaled) {
   constexpr float kMost = std::numeric_limits<Integer>::max();
-  const auto value = [&](float x) {
-    const float scaled = x * gain;
-    const float low = scaled < -kMost ? -kMost : scaled;
-    const float within = low > kMost ? kMost : low;
-    return static_cast<Integer>(static_cast<int>(within + std::copysign(0.5F, within)));
-  };
+  const float low = scaled < -kMost ? -kMost : scaled;
+  const float within = low > kMost ? kMost : low;
+  return static_cast<Integer>(static_cast<int>(within + std::copysign(0.5F, within)));
+}
+template <>
+float nearest<float>(float scaled) {
+  return scaled;
+}
+
+template <typename Value>
+void quantise_to(const float* __restrict re, const float* __restrict im, std::size_t samples, float gain,
+                 Value* __restrict out) {
   for (std::size_t n = 0; n < samples; ++n) {
-    out[2 * n] = value(re[n]);
-    out[2 * n + 1] = value(im[n]);
+    out[2 * n] = nearest<Value>(re[n] * gain);
+    out[2 * n + 1] = nearest<Value>(im[n] * gain);
   }
+}
+template <typename Value>
+void quantise_part(const float* __restrict part, std::size_t samples, float gain, Value* __restrict out) {
+  for (std::size_t n = 0; n < samples; ++n) out[n] = nearest<Value>(part[n] * gain);
 }
 
 }  // namespace
@@ -181,10 +191,26 @@ void quantise(const Block& block, std::size_t samples, float gain, std::int16_t*
   quantise_to(block.re.data(), block.im.data(), samples, gain, out);
 }
 void quantise(const Block& block, std::size_t samples, float gain, float* out) {
-  for (std::size_t n = 0; n < samples; ++n) {
-    out[2 * n] = block.re[n] * gain;
-    out[2 * n + 1] = block.im[n] * gain;
+  quantise_to(block.re.data(), block.im.data(), samples, gain, out);
+}
+void quantise(const float* part, std::size_t samples, float gain, std::int8_t* out) {
+  quantise_part(part, samples, gain, out);
+}
+void quantise(const float* part, std::size_t samples, float gain, std::int16_t* out) {
+  quantise_part(part, samples, gain, out);
+}
+void quantise(const float* part, std::size_t samples, float gain, float* out) {
+  quantise_part(part, samples, gain, out);
+}
+
+double power(const float* part, std::size_t samples) {
+  std::array<double, kLanes> sums{};
+  std::size_t n = 0;
+  for (; n + kLanes <= samples; n += kLanes) {
+    for (std::size_t l = 0; l < kLanes; ++l) sums[l] += static_cast<double>(part[n + l]) * part[n + l];
   }
+  for (; n < samples; ++n) sums[0] += static_cast<double>(part[n]) * part[n];
+  return std::accumulate(sums.begin(), sums.end(), 0.0) / static_cast<double>(samples);
 }
 
 }  // namespace canyon::samples

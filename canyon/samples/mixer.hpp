@@ -54,5 +54,11 @@ void quantise(const Block& block, std::size_t samples, float gain, std::int8_t* 
 void quantise(const Block& block, std::size_t samples, float gain, std::int16_t* out);
 /// As they are, times gain.
 void quantise(const Block& block, std::size_t samples, float gain, float* out);
+/// The same of one part.
+void quantise(const float* part, std::size_t samples, float gain, std::int8_t* out);
+void quantise(const float* part, std::size_t samples, float gain, std::int16_t* out);
+void quantise(const float* part, std::size_t samples, float gain, float* out);
+/// Mean square of the first samples of a part, summed in one order on every machine.
+[[nodiscard]] double power(const float* part, std::size_t samples);
 
 }  // namespace canyon::samples

@@ -17,17 +17,6 @@
 namespace canyon::samples {
 namespace {
 
-struct FormatRow {
-  std::string_view name, sigmf;
-  std::size_t bytes;  ///< of a part
-  double most;
-};
-constexpr FormatRow kFormats[]{
-    {"int8", "ci8", 1, 127}, {"int16", "ci16_le", 2, 32767}, {"float32", "cf32_le", 4, 1}};
-const FormatRow& row(Format format) {
-  return kFormats[static_cast<std::size_t>(format)];
-}
-
 /// GLONASS sends on these channels (ICD L1, L2 5.1, table 3.1).
 constexpr int kLowestChannel = -7, kHighestChannel = 6;
 
@@ -40,35 +29,7 @@ Generator make_generator(const simulation::Simulation& simulation, const SampleF
           simulation.environment().klobuchar(), options.front_end, options.threads};
 }
 
-template <typename Value>
-void append(const Block& block, std::size_t samples, float gain, std::string& bytes) {
-  bytes.resize(2 * samples * sizeof(Value));
-  quantise(block, samples, gain, reinterpret_cast<Value*>(bytes.data()));
-}
-
 }  // namespace
-
-std::string_view name(Format format) {
-  return row(format).name;
-}
-
-std::vector<std::string> format_names() {
-  std::vector<std::string> names;
-  for (const FormatRow& format : kFormats) names.emplace_back(format.name);
-  return names;
-}
-
-Format format_by_name(std::string_view name) {
-  for (std::size_t i = 0; i < std::size(kFormats); ++i) {
-    if (kFormats[i].name == name) return static_cast<Format>(i);
-  }
-  throw InputError(fmt::format("'{}' is no format of samples", name),
-                   fmt::format("give {}", fmt::join(format_names(), ", ")));
-}
-
-std::size_t bytes_per_sample(Format format) {
-  return 2 * row(format).bytes;
-}
 
 double band_centre_hz(std::string_view band) {
   constexpr std::pair<std::string_view, double> kBands[]{
@@ -101,7 +62,7 @@ BandPlan plan_band(const FrontEnd& front_end, std::span<const gnss::SatelliteId>
         ++channels;
         if (carries(front_end, signal, carrier_hz)) {
           ++carried;
-        } else if (std::abs(carrier_hz - front_end.centre_hz) < front_end.rate_hz / 2) {
+        } else if (carrier_hz > front_end.lowest_hz() && carrier_hz < front_end.highest_hz()) {
           ++within;
         }
       }
@@ -120,10 +81,21 @@ BandPlan plan_band(const FrontEnd& front_end, std::span<const gnss::SatelliteId>
 SampleFile::SampleFile(const simulation::Simulation& simulation, SampleFileOptions options)
     : simulation_(simulation),
       options_(std::move(options)),
-      generator_(make_generator(simulation, options_)) {
-  if (!(options_.noise_level > 0 && options_.noise_level <= 1)) {
-    throw InputError(fmt::format("a noise level of {} is out of range", options_.noise_level),
+      generator_(make_generator(simulation, options_)),
+      encoder_(options_.format, options_.front_end.real) {
+  // The threshold of 2 bits, 2 of 3, is best at one deviation (0.996 of it: J. Max, IRE Trans. IT-6, 1960).
+  const double level = options_.noise_level.value_or(options_.format == Format::TwoBit ? 2.0 / 3 : 0.25);
+  if (!(level > 0 && level <= 1)) {
+    throw InputError(fmt::format("a noise level of {} is out of range", level),
                      "it is above 0 and at most 1");
+  }
+  if (options_.agc_s != 0 && !(options_.agc_s >= 1e-3 && options_.agc_s <= 100)) {
+    throw InputError(fmt::format("a gain control of {} s is out of range", options_.agc_s),
+                     "give 0.001 to 100 s");
+  }
+  if (options_.format == Format::OneBit && (options_.noise_level || options_.agc_s != 0)) {
+    throw InputError("1 bit is the sign alone: it has no level",
+                     "leave the noise level and the gain control out");
   }
   if (simulation.epoch_count() < 2) {
     throw InputError("the run has one epoch, and samples lie between epochs",
@@ -137,13 +109,19 @@ SampleFile::SampleFile(const simulation::Simulation& simulation, SampleFileOptio
   plan_ = plan_band(front_end, simulation.environment().sky().satellites());
   if (plan_.carried.empty()) {
     throw InputError(
-        fmt::format(
-            "{:.3f} Msps about {:.3f} MHz carry no signal of the sky{}", front_end.rate_hz * 1e-6,
-            front_end.centre_hz * 1e-6,
-            plan_.left_out.empty() ? "" : fmt::format("; too slow for {}", fmt::join(plan_.left_out, ", "))),
-        plan_.left_out.empty() ? "choose another band" : "sample faster");
+        fmt::format("{:.3f} Msps, {:.3f} to {:.3f} MHz, carry no signal of the sky{}",
+                    front_end.rate_hz * 1e-6, front_end.lowest_hz() * 1e-6, front_end.highest_hz() * 1e-6,
+                    plan_.left_out.empty()
+                        ? ""
+                        : fmt::format("; too narrow for {}", fmt::join(plan_.left_out, ", "))),
+        plan_.left_out.empty() ? "choose another band"
+        : front_end.real ? fmt::format("sample faster, with the intermediate frequency at a quarter of the "
+                                       "rate: now {} Hz",
+                                       front_end.rate_hz / 4)
+                         : "sample faster, and leave the carrier in the middle");
   }
-  gain_ = static_cast<float>(options_.noise_level * row(options_.format).most);
+  level_ = level * largest(options_.format);
+  gain_ = static_cast<float>(level_);
   std::error_code error;
   if (options_.path == "-") {
     pipe_ = stdout;
@@ -174,8 +152,8 @@ SampleFile::~SampleFile() {
 
 std::uintmax_t SampleFile::expected_bytes() const {
   const double seconds = static_cast<double>(simulation_.epoch_count() - 1) * simulation_.interval_s();
-  return static_cast<std::uintmax_t>(std::llround(seconds * options_.front_end.rate_hz)) *
-         bytes_per_sample(options_.format);
+  const auto samples = static_cast<std::uintmax_t>(std::llround(seconds * options_.front_end.rate_hz));
+  return (samples * (options_.front_end.real ? 1 : 2) * bits(options_.format) + 7) / 8;
 }
 
 void SampleFile::write(const simulation::Epoch& epoch) {
@@ -188,24 +166,28 @@ void SampleFile::write(const simulation::Epoch& epoch) {
   }
 }
 
+void SampleFile::control_gain(const Block& block, std::size_t samples) {
+  double received = power(block.re.data(), samples);
+  if (!options_.front_end.real) received = (received + power(block.im.data(), samples)) / 2;
+  const double forgotten =
+      -std::expm1(-static_cast<double>(samples) / options_.front_end.rate_hz / options_.agc_s);
+  power_ = power_ ? *power_ + forgotten * (received - *power_) : received;
+  // Without noise there may be nothing at all.
+  if (*power_ > 0) gain_ = static_cast<float>(level_ / std::sqrt(*power_));
+}
+
 void SampleFile::put(const Block& block, std::size_t samples) {
-  const auto limit = static_cast<float>(row(options_.format).most) / gain_;
-  for (std::size_t n = 0; n < samples; ++n) {
-    clipped_ += std::abs(block.re[n]) > limit ? 1U : 0U;
-    clipped_ += std::abs(block.im[n]) > limit ? 1U : 0U;
+  const FrontEnd& front_end = options_.front_end;
+  if (options_.agc_s > 0) control_gain(block, samples);
+  if (!packed(options_.format)) {
+    const auto limit = static_cast<float>(largest(options_.format)) / gain_;
+    for (std::size_t n = 0; n < samples; ++n) {
+      clipped_ += std::abs(block.re[n]) > limit ? 1U : 0U;
+      clipped_ += !front_end.real && std::abs(block.im[n]) > limit ? 1U : 0U;
+    }
+    of_epoch_ += (front_end.real ? 1 : 2) * samples;
   }
-  of_epoch_ += 2 * samples;
-  switch (options_.format) {
-    case Format::Int8:
-      append<std::int8_t>(block, samples, gain_, bytes_);
-      break;
-    case Format::Int16:
-      append<std::int16_t>(block, samples, gain_, bytes_);
-      break;
-    case Format::Float32:
-      append<float>(block, samples, gain_, bytes_);
-      break;
-  }
+  encoder_.encode(block, samples, gain_, bytes_);
   put_bytes(bytes_);
   samples_ += samples;
 }
@@ -222,19 +204,36 @@ std::string SampleFile::metadata() const {
   const FrontEnd& front_end = options_.front_end;
   const std::string& receiver = simulation_.scenario().receivers[options_.receiver].options.name;
   Json global = Json::object();
-  global["core:datatype"] = std::string(row(options_.format).sigmf);
+  global["core:datatype"] = sigmf_type(options_.format, front_end.real);
   global["core:sample_rate"] = front_end.rate_hz;
   global["core:version"] = "1.2.0";
   global["core:num_channels"] = 1;
-  global["core:description"] = fmt::format("Simulated; no signal was received. Receiver '{}': {}", receiver,
-                                           fmt::join(plan_.carried, ", "));
+  std::string description = fmt::format("Simulated; no signal was received. Receiver '{}': {}", receiver,
+                                        fmt::join(plan_.carried, ", "));
+  if (packed(options_.format)) {
+    // A reader that does not know these fields takes bytes for samples: the extension is not optional.
+    Json extension = Json::object();
+    extension["name"] = "canyon";
+    extension["version"] = "1.0.0";
+    extension["optional"] = false;
+    global["core:extensions"] = Json::array();
+    global["core:extensions"].push_back(std::move(extension));
+    global["canyon:bits"] = bits(options_.format);
+    global["canyon:parts"] = front_end.real ? 1 : 2;
+    description +=
+        fmt::format(". {} bit{} a part, {}, from the lowest bits of each byte on; {}", bits(options_.format),
+                    bits(options_.format) == 1 ? "" : "s",
+                    front_end.real ? "one part a sample" : "real and imaginary part in turn",
+                    options_.format == Format::OneBit ? "0: 1, 1: -1" : "00: 1, 01: 3, 10: -3, 11: -1");
+  }
+  global["core:description"] = std::move(description);
   global["core:recorder"] = "Canyon";
   global["core:hw"] = "none";
   // SigMF's own name needs no mention.
   if (options_.path.extension() != ".sigmf-data") global["core:dataset"] = options_.path.filename().string();
   Json capture = Json::object();
   capture["core:sample_start"] = 0;
-  capture["core:frequency"] = front_end.centre_hz;
+  capture["core:frequency"] = front_end.zero_hz();
   if (samples_ > 0) {
     capture["core:datetime"] = geodesy::format_utc(generator_.begin(), 9);
   }
@@ -254,6 +253,8 @@ std::string SampleFile::metadata() const {
 }
 
 void SampleFile::finish() {
+  encoder_.finish(bytes_);
+  if (!bytes_.empty()) put_bytes(bytes_);
   if (!file_) {
     std::fflush(pipe_);
     return;

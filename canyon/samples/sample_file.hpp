@@ -12,18 +12,10 @@
 
 #include "canyon/base/output_file.hpp"
 #include "canyon/samples/generator.hpp"
+#include "canyon/samples/sample_format.hpp"
 #include "canyon/simulation/simulator.hpp"
 
 namespace canyon::samples {
-
-/// Interleaved real and imaginary parts; integers of the machine's byte order.
-enum class Format : std::uint8_t { Int8, Int16, Float32 };
-/// "int8", "int16", "float32".
-[[nodiscard]] std::string_view name(Format format);
-[[nodiscard]] std::vector<std::string> format_names();
-/// InputError for another name.
-[[nodiscard]] Format format_by_name(std::string_view name);
-[[nodiscard]] std::size_t bytes_per_sample(Format format);
 
 /// The carrier [Hz] of a band: "L1", "L2", "L5", "E5", or the name of a signal (E1, E5a, B1I, G1, ...).
 /// InputError for another name.
@@ -43,7 +35,12 @@ struct SampleFileOptions {
   FrontEnd front_end;
   Format format = Format::Int8;
   /// Standard deviation of the noise in each part over the largest value [1], (0, 1]; for float32 over 1.
-  double noise_level = 0.25;
+  /// Empty: 0.25; 0.67 of 2 bits, where the threshold is then one deviation. 1 bit takes none.
+  std::optional<double> noise_level;
+  /// Time constant [s] of a gain control, {0} or [0.001, 100]; 0: none. It brings the deviation of all that
+  /// is received, jammers included, to the noise level: the gain of a block of a millisecond is that level
+  /// over the root of the mean power so far, which forgets exponentially.
+  double agc_s = 0;
   int threads = 0;  ///< 0: as many as cores
 };
 
@@ -69,6 +66,7 @@ class SampleFile final : public simulation::EpochSink {
 
  private:
   void put(const Block& block, std::size_t samples);
+  void control_gain(const Block& block, std::size_t samples);
   void put_bytes(std::string_view bytes);
   [[nodiscard]] std::string metadata() const;
 
@@ -76,7 +74,10 @@ class SampleFile final : public simulation::EpochSink {
   SampleFileOptions options_;
   BandPlan plan_;
   Generator generator_;
+  Encoder encoder_;
+  double level_ = 1;  ///< wanted deviation of a part
   float gain_ = 1;
+  std::optional<double> power_;  ///< of a part, that the gain control has found
   std::optional<OutputFile> file_;
   std::FILE* pipe_ = nullptr;
   bool owns_pipe_ = false;

@@ -361,6 +361,14 @@ P
   cmp d.iq out || fail "a pipe has other bytes"
   runs 0 "$canyon" iq small.yaml --out two.iq --duration 1 --rate 2.5e6 --band L1 --band E1
   [ -s two.L1.iq ] || fail "no two.L1.iq"
+  runs 0 "$canyon" iq small.yaml --out r.iq --duration 1 --rate 5e6 --real --if 1.25e6 --format 2bit --agc 0.1
+  says err '1575.420 MHz at 1.25 MHz, 5 Msps real 2bit'
+  [ "$(stat -c %s r.iq)" -eq 1250000 ] || fail "r.iq has $(stat -c %s r.iq) bytes"
+  says r.sigmf-meta '"core:datatype": "ru8"' '"canyon:bits": 2'
+  runs 2 "$canyon" iq small.yaml --out f.iq --real; one_line; says err '--real needs an intermediate frequency' '--if 1000000'
+  runs 2 "$canyon" iq small.yaml --out f.iq --real --if 3e6; one_line; says err 'is aliased' '1000000 Hz leaves the widest band'
+  runs 2 "$canyon" iq small.yaml --out f.iq --real --if 2e5; one_line; says err 'too narrow for GPS L1CA' 'now 1000000 Hz'
+  runs 2 "$canyon" iq small.yaml --out f.iq --format 1bit --agc 1; one_line; says err 'it has no level'
   runs 2 "$canyon" iq small.yaml --out f.iq --band L9; one_line; says err "'L9' is no band"
   runs 2 "$canyon" iq small.yaml --out f.iq --centre-hz 1.5e9; one_line; says err 'carry no signal of the sky'
   runs 2 "$canyon" iq small.yaml --out f.iq --duration 0.5; one_line; says err 'one epoch'
