@@ -18,7 +18,8 @@ namespace {
 struct IqArguments {
   std::string scenario, out, format = "int8";
   std::vector<std::string> bands, receivers;
-  std::optional<double> centre_hz, intermediate_hz, duration_s, epoch_rate_hz, noise_level, agc_s;
+  std::optional<double> centre_hz, intermediate_hz, duration_s, epoch_rate_hz, noise_level, agc_s,
+      bandwidth_hz;
   std::optional<std::size_t> seed;
   double rate_hz = 4e6;
   int threads = 0;
@@ -98,6 +99,7 @@ int run_iq(const IqArguments& arguments) {
       options.front_end.centre_hz = band.empty() ? *arguments.centre_hz : samples::band_centre_hz(band);
       options.front_end.intermediate_hz = arguments.intermediate_hz.value_or(0);
       options.front_end.real = arguments.real;
+      options.front_end.bandwidth_hz = arguments.bandwidth_hz.value_or(0);
       options.front_end.rate_hz = arguments.rate_hz;
       options.front_end.noise = !arguments.no_noise;
       options.format = samples::format_by_name(arguments.format);
@@ -185,6 +187,8 @@ void add_iq(Command& app) {
   command.add_option("--rate", arguments.rate_hz, "HZ", "samples per second (4e6)").within(1e6, 200e6);
   command.add_option("--if", arguments.intermediate_hz, "HZ",
                      "the band's centre comes out at this frequency (0)");
+  command.add_option("--bandwidth", arguments.bandwidth_hz, "HZ",
+                     "two-sided, of a filter in front of the converter (none)");
   command.add_flag("--real", arguments.real, "samples of one part, at an intermediate frequency (--if)");
   command.add_option("--format", arguments.format, "F", "int8, int16, float32, 2bit or 1bit (int8)")
       .one_of(samples::format_names());

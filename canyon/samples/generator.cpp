@@ -16,6 +16,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/receiver/receiver_draws.hpp"
 #include "canyon/receiver/signal_delays.hpp"
+#include "canyon/samples/front_end_filter.hpp"
 #include "canyon/samples/waveform.hpp"
 #include "canyon/tracking/channel.hpp"
 #include "canyon/tracking/channel_rate.hpp"
@@ -176,6 +177,16 @@ void FrontEnd::validate() const {
                            rate_hz / 2, rate_hz / 4)
              : "sample faster, or choose a lower one");
   }
+  if (bandwidth_hz == 0) return;
+  if (!(bandwidth_hz >= rate_hz / 50 && kStopLeast * bandwidth_hz <= room_hz())) {
+    throw InputError(fmt::format("a filter of {} Hz needs {} Hz to either side, and {} Hz are there",
+                                 bandwidth_hz, kStopLeast * bandwidth_hz, room_hz()),
+                     fmt::format("give {} to {} Hz{}", rate_hz / 50, room_hz() / kStopLeast,
+                                 room_hz() < rate_hz / (real ? 4 : 2)
+                                     ? fmt::format(", or {} the intermediate frequency",
+                                                   real ? "a quarter of the rate for" : "lower")
+                                     : ""));
+  }
 }
 
 bool carries(const FrontEnd& front_end, const gnss::Signal& signal, double carrier_hz) {
@@ -184,8 +195,10 @@ bool carries(const FrontEnd& front_end, const gnss::Signal& signal, double carri
   spectrum.centre_hz = carrier_hz;
   spectrum.modulation = signal.modulation;
   spectrum.chip_rate_hz = signal.chip_rate_hz;
-  const double width_hz =
-      2 * std::min(carrier_hz - front_end.lowest_hz(), front_end.highest_hz() - carrier_hz);
+  double width_hz = 2 * std::min(carrier_hz - front_end.lowest_hz(), front_end.highest_hz() - carrier_hz);
+  if (front_end.bandwidth_hz > 0) {
+    width_hz = std::min(width_hz, front_end.bandwidth_hz - 2 * std::abs(carrier_hz - front_end.centre_hz));
+  }
   return width_hz > 0 && tracking::share_within(spectrum, carrier_hz, width_hz) >= kLeastShare;
 }
 
@@ -202,6 +215,20 @@ struct Generator::State {
                            : std::min(threads, tbb::this_task_arena::max_concurrency())) {
     options.validate();
     front_end.validate();
+    made = front_end;
+    if (front_end.bandwidth_hz > 0) {
+      made.real = false;
+      made.intermediate_hz = made.bandwidth_hz = 0;
+      made.rate_hz = front_end.rate_hz * kOversampling;
+      per_sample = kOversampling;
+      taps = low_pass(made.rate_hz, front_end.bandwidth_hz / 2,
+                      std::min(kStop * front_end.bandwidth_hz, front_end.room_hz()));
+      history = taps.size() - 1;
+      lead_s = static_cast<double>(history / 2) / made.rate_hz;
+      taps.resize((taps.size() + kLanes - 1) / kLanes * kLanes);
+      unfiltered_re.assign(history, 0);
+      unfiltered_im.assign(history, 0);
+    }
     block_samples = static_cast<std::size_t>(std::llround(front_end.rate_hz * kBlock_s / kLanes)) * kLanes;
     if (options.signal.enabled) return;
     throw InputError(
@@ -217,14 +244,22 @@ struct Generator::State {
   void make(const Segment& segment, std::size_t first, std::size_t samples, std::size_t in_segment,
             Block& block) const;
   void interfere(double begin_s, Block& block) const;
-  [[nodiscard]] double sample_s(std::size_t number) const {
-    return first_s + static_cast<double>(number) / front_end.rate_hz;
+  void filter(std::size_t first, std::size_t samples, std::size_t at, Block& block) const;
+  void make_blocks(const Segment& segment, std::size_t end, const Take& take);
+  /// Of the samples that are made.
+  [[nodiscard]] double made_s(std::size_t number) const {
+    return first_s + static_cast<double>(number) / made.rate_hz + lead_s;
   }
 
   receiver::ReceiverOptions options;
   std::uint64_t seed;
   std::map<gnss::System, gnss::Klobuchar> klobuchar;
   FrontEnd front_end;
+  FrontEnd made;               // what is made: without a filter front_end, else what comes to the filter
+  std::size_t per_sample = 1;  // of them
+  std::vector<float> taps;     // of the filter, from both ends alike but for zeros; empty: none
+  std::size_t history = 0;     // samples before one that the filter takes
+  double lead_s = 0;           // by which they are made ahead of the filter's delay
   tracking::ChannelModel model;
   std::uint64_t noise_key;
   tbb::task_arena arena;
@@ -232,10 +267,11 @@ struct Generator::State {
 
   std::optional<geodesy::GpsTime> zero;  // whole second that readings count from
   double first_s = 0;                    // reading of the first sample
-  std::size_t sample = 0, block = 0;     // that come next
+  std::size_t sample = 0;                // that comes next
   std::map<std::pair<gnss::SatelliteId, std::size_t>, std::unique_ptr<Source>> sources;  // null: no code
   std::optional<Knot> last;
   std::vector<Block> blocks{kBlocksAtOnce};
+  std::vector<float> unfiltered_re, unfiltered_im;  // history, then those of the blocks
   std::vector<Complex> amplitudes;
   Contents contents;
 };
@@ -253,7 +289,7 @@ void Generator::State::add_ways(const simulation::Epoch& epoch, const propagatio
   if (is_new) {
     Waveform waveform(line.id, signal, *zero);
     if (!waveform.empty()) {
-      if (waveform.slot_rate_hz() > kMostSlots * front_end.rate_hz) {
+      if (waveform.slot_rate_hz() > kMostSlots * made.rate_hz) {
         throw InputError(fmt::format("{} samples per second are too few for {} {}", front_end.rate_hz,
                                      gnss::name(signal.system), signal.name),
                          "sample faster");
@@ -306,7 +342,7 @@ void Generator::State::add_ways(const simulation::Epoch& epoch, const propagatio
 
   const double cn0_hz = std::pow(10, model.clear_cn0_dbhz(signal, line.elevation_rad, source.offset_db) / 10);
   // With the noise's variance 2 over the rate the density is 2 / rate.
-  const double unit = std::sqrt(cn0_hz * 2 / front_end.rate_hz * source.waveform.power_over_tracked());
+  const double unit = std::sqrt(cn0_hz * 2 / made.rate_hz * source.waveform.power_over_tracked());
   signal::path_amplitudes(view, carrier_hz, options.signal.antenna, options.signal.strength, amplitudes);
   source.fades.next_epoch();
   struct Merged {
@@ -457,15 +493,15 @@ void Generator::State::make(const Segment& segment, std::size_t first, std::size
   thread_local Slots slots;
   thread_local std::vector<PathBlock> paths;
   out.clear(samples);
-  const double begin_s = sample_s(first), end_s = sample_s(first + samples);
+  const double begin_s = made_s(first), end_s = made_s(first + samples);
   const auto at = [&](double seconds) { return (seconds - segment.begin_s) / segment.length_s; };
   const double begin = at(begin_s), end = at(end_s), middle = (begin + end) / 2;
   const auto count = static_cast<double>(samples);
-  const double least = std::sqrt(kLeastCn0_hz * 2 / front_end.rate_hz);
+  const double least = std::sqrt(kLeastCn0_hz * 2 / made.rate_hz);
   for (const Segment::Of& of : segment.signals) {
     const double slot_rate = of.waveform->slot_rate_hz();
     const double wavelength = kSpeedOfLight / of.carrier_hz;
-    const double offset_hz = of.carrier_hz - front_end.zero_hz();
+    const double offset_hz = of.carrier_hz - made.zero_hz();
     const auto slot_at = [&](const Flight& flight, double seconds, double s) {
       return (seconds - flight.code_m.at(s) / kSpeedOfLight) * slot_rate;
     };
@@ -503,25 +539,25 @@ void Generator::State::make(const Segment& segment, std::size_t first, std::size
     }
   }
   interfere(begin_s, out);
-  if (front_end.real) {
+  if (made.real) {
     for (float& value : out.re) value *= kSqrt2;
   }
   if (front_end.noise) add_noise(noise_key ^ mix64(first + kGolden64), out);
 }
 
 void Generator::State::interfere(double begin_s, Block& out) const {
-  const double lowest_hz = front_end.lowest_hz() - front_end.zero_hz();
-  const double highest_hz = front_end.highest_hz() - front_end.zero_hz();
+  const double lowest_hz = made.lowest_hz() - made.zero_hz();
+  const double highest_hz = made.highest_hz() - made.zero_hz();
   const auto band = static_cast<std::size_t>(signal::band_of(front_end.centre_hz));
   std::uint64_t number = 0;
   for (const tracking::ReceivedWave& wave : last->waves) {
     const std::uint64_t key = mix64(noise_key + ++number * kGolden64);
     const propagation::Spectrum& spectrum = wave.spectrum;
-    const double amplitude = std::sqrt(wave.over_noise_hz[band] * 2 / front_end.rate_hz);
-    const double centre_hz = spectrum.centre_hz - front_end.zero_hz();
+    const double amplitude = std::sqrt(wave.over_noise_hz[band] * 2 / made.rate_hz);
+    const double centre_hz = spectrum.centre_hz - made.zero_hz();
     const auto add = [&](auto value_at) {
       for (std::size_t n = 0; n < out.re.size(); ++n) {
-        const Complex value = amplitude * value_at(begin_s + static_cast<double>(n) / front_end.rate_hz);
+        const Complex value = amplitude * value_at(begin_s + static_cast<double>(n) / made.rate_hz);
         out.re[n] += static_cast<float>(value.real());
         out.im[n] += static_cast<float>(value.imag());
       }
@@ -529,7 +565,7 @@ void Generator::State::interfere(double begin_s, Block& out) const {
     switch (spectrum.shape) {
       case propagation::Spectrum::Shape::Tone:
         if (centre_hz > lowest_hz && centre_hz < highest_hz) {
-          add_tone(centre_hz * begin_s, centre_hz / front_end.rate_hz, amplitude, out);
+          add_tone(centre_hz * begin_s, centre_hz / made.rate_hz, amplitude, out);
         }
         break;
       case propagation::Spectrum::Shape::Chirp:
@@ -556,6 +592,55 @@ void Generator::State::interfere(double begin_s, Block& out) const {
       case propagation::Spectrum::Shape::Code:
         break;  // a copy: its satellite's view has its path
     }
+  }
+}
+
+/// @param first of the block @param at where its samples begin behind the history
+void Generator::State::filter(std::size_t first, std::size_t samples, std::size_t at, Block& block) const {
+  block.clear(samples);
+  decimate(unfiltered_re.data() + at, taps, per_sample, samples, block.re.data());
+  decimate(unfiltered_im.data() + at, taps, per_sample, samples, block.im.data());
+  if (front_end.intermediate_hz == 0) return;
+  const double begin_s = first_s + static_cast<double>(first) / front_end.rate_hz;
+  turn(front_end.intermediate_hz * begin_s, front_end.intermediate_hz / front_end.rate_hz, block);
+}
+
+/// From `sample` to `end`, in blocks of block_samples.
+void Generator::State::make_blocks(const Segment& segment, std::size_t end, const Take& take) {
+  const std::size_t size = block_samples;
+  for (std::size_t in_segment = 0; sample < end;) {
+    const std::size_t count = std::min(kBlocksAtOnce, (end - sample + size - 1) / size);
+    const auto samples_of = [&](std::size_t i) { return std::min(size, end - sample - i * size); };
+    const std::size_t all = std::min(end - sample, count * size);
+    if (!taps.empty()) {
+      // The last sums reach over the taps that are zeros.
+      unfiltered_re.resize(history + all * per_sample + kLanes);
+      unfiltered_im.resize(history + all * per_sample + kLanes);
+    }
+    arena.execute([&] {
+      tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+        const std::size_t first = sample + i * size;
+        make(segment, first * per_sample, samples_of(i) * per_sample, in_segment + i, blocks[i]);
+        if (taps.empty()) return;
+        const auto at = static_cast<std::ptrdiff_t>(history + i * size * per_sample);
+        const auto made_here = static_cast<std::ptrdiff_t>(samples_of(i) * per_sample);
+        std::copy_n(blocks[i].re.begin(), made_here, unfiltered_re.begin() + at);
+        std::copy_n(blocks[i].im.begin(), made_here, unfiltered_im.begin() + at);
+      });
+      if (taps.empty()) return;
+      tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+        filter(sample + i * size, samples_of(i), i * size * per_sample, blocks[i]);
+      });
+    });
+    if (!taps.empty()) {
+      for (std::vector<float>* unfiltered : {&unfiltered_re, &unfiltered_im}) {
+        const auto from = unfiltered->begin() + static_cast<std::ptrdiff_t>(all * per_sample);
+        std::copy_n(from, history, unfiltered->begin());
+      }
+    }
+    for (std::size_t i = 0; i < count; ++i) take(blocks[i], samples_of(i));
+    sample += all;
+    in_segment += count;
   }
 }
 
@@ -593,24 +678,7 @@ void Generator::next(const simulation::Epoch& epoch, const Take& take) {
   }
   const auto end =
       static_cast<std::size_t>(std::ceil((knot.reading_s - state.first_s) * state.front_end.rate_hz - 1e-6));
-  const std::size_t size = state.block_samples;
-  for (std::size_t in_segment = 0; state.sample < end;) {
-    const std::size_t count = std::min(kBlocksAtOnce, (end - state.sample + size - 1) / size);
-    const auto samples_of = [&](std::size_t i) { return std::min(size, end - state.sample - i * size); };
-    state.arena.execute([&] {
-      tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
-        state.make(segment, state.sample + i * size, samples_of(i), in_segment + i, state.blocks[i]);
-      });
-    });
-    std::size_t made = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::size_t samples = samples_of(i);
-      take(state.blocks[i], samples);
-      made += samples;
-    }
-    state.sample += made;
-    in_segment += count;
-  }
+  state.make_blocks(segment, end, take);
   state.last = std::move(knot);
 }
 

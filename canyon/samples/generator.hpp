@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -20,20 +21,26 @@ struct FrontEnd {
   double intermediate_hz = 0;       ///< within the frequencies of the samples
   double rate_hz = 4e6;             ///< samples per second, [1e6, 200e6]
   bool real = false;                ///< samples of one part (Block::re), of the frequencies (0, rate_hz / 2)
-  bool noise = true;                ///< its thermal noise
+  /// Two-sided, of a filter in front of the converter [Hz], within [rate_hz / 50, rate_hz / 1.1] and so that
+  /// kStopLeast of it fits to either side of the intermediate frequency; 0: none, and what is beyond the
+  /// band folds back.
+  double bandwidth_hz = 0;
+  bool noise = true;  ///< its thermal noise
 
   /// What comes out at 0 Hz.
   [[nodiscard]] double zero_hz() const { return centre_hz - intermediate_hz; }
   /// The band that samples can tell apart: rate_hz about zero_hz(), of real ones rate_hz / 2 above it.
   [[nodiscard]] double lowest_hz() const { return zero_hz() - (real ? 0 : rate_hz / 2); }
   [[nodiscard]] double highest_hz() const { return zero_hz() + rate_hz / 2; }
-  /// Throws InputError for a rate out of range, a centre that is not in [1e9, 2e9], and an intermediate
-  /// frequency at which the centre does not come out, since it is aliased.
+  /// From the intermediate frequency to the nearer end of the samples' frequencies.
+  [[nodiscard]] double room_hz() const { return std::min(centre_hz - lowest_hz(), highest_hz() - centre_hz); }
+  /// Throws InputError for a rate out of range, a centre that is not in [1e9, 2e9], an intermediate frequency
+  /// at which the centre does not come out, since it is aliased, and a bandwidth that does not fit.
   void validate() const;
 };
 
 /// Whether the samples carry a signal on this carrier: at least kLeastShare of its power lies as near to it
-/// as the nearer edge of the band.
+/// as the nearer edge of the band, and of the filter's.
 inline constexpr double kLeastShare = 0.7;
 [[nodiscard]] bool carries(const FrontEnd& front_end, const gnss::Signal& signal, double carrier_hz);
 
@@ -52,9 +59,13 @@ inline constexpr double kLeastShare = 0.7;
 ///
 /// Strength: C/N0 as tracking::ChannelModel has it, of Signal::code's components; noise has the deviation 1
 /// in each part. Real samples are sqrt(2) times the real part of complex ones and noise of deviation 1, which
-/// is that of the frequencies (0, rate_hz / 2): the image is taken to be rejected. Jammers are waves of their
-/// spectrum and of their power over the noise at each epoch; a receiver's compression is not modelled. Steps
-/// and drifts of its clock by faults are not in the samples.
+/// is that of the frequencies (0, rate_hz / 2): the image is taken to be rejected.
+///
+/// With a bandwidth signals, jammers and noise are made at kOversampling times the rate, pass low_pass(),
+/// whose delay is taken off, and are decimated; the noise still has the deviation 1. The first samples, as
+/// many as half of the filter is long, lack what was before them. Jammers are waves of their spectrum and of
+/// their power over the noise at each epoch; a receiver's compression is not modelled. Steps and drifts of
+/// its clock by faults are not in the samples.
 ///
 /// The bytes depend on options, seed and epochs alone, not on threads.
 class Generator {

@@ -11,6 +11,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/samples/front_end_filter.hpp"
 #include "canyon/samples/waveform.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
@@ -113,9 +114,10 @@ simulation::Simulation simulate(const Setting& setting) {
 constexpr gnss::SatelliteId kHigh{gnss::System::GPS, 15}, kEast{gnss::System::GPS, 9};
 
 /// What a correlator finds about a measurement: amplitude with the measurement's phase taken off, and how far
-/// off the code is [m], by the samples that have the sign of another chip.
+/// off the code is [m], by the samples that have the sign of another chip. Early and late are half a chip
+/// off.
 struct Found {
-  std::complex<double> prompt;
+  std::complex<double> prompt, early, late;
   double delay_m = 0;
 };
 Found correlate(const Recorder& recorded, const FrontEnd& front_end, const simulation::Simulation& simulation,
@@ -141,7 +143,8 @@ Found correlate(const Recorder& recorded, const FrontEnd& front_end, const simul
                 slots);
   // A real signal has half of its power at negative frequencies, which a correlator averages out.
   const auto value_of = [&](std::complex<float> value) {
-    return front_end.real ? std::complex<double>(std::sqrt(2.0) * value.real()) : std::complex<double>(value);
+    const double scale = front_end.bandwidth_hz > 0 ? 2 : std::sqrt(2.0);
+    return front_end.real ? std::complex<double>(scale * value.real()) : std::complex<double>(value);
   };
   Found found;
   double others = 0;
@@ -149,11 +152,16 @@ Found correlate(const Recorder& recorded, const FrontEnd& front_end, const simul
     const double t = first_s + static_cast<double>(n) / front_end.rate_hz - reading_s;
     const double cycles = *m.carrier_phase_cycles - *m.doppler_hz * t -
                           std::remainder(front_end.intermediate_hz * (t + reading_s), 1);
-    const auto slot = static_cast<std::int64_t>(std::floor(slot_at(n))) - base;
-    const std::complex<double> product = value_of(recorded.values.at(static_cast<std::size_t>(n))) *
-                                         static_cast<double>(slots.re[static_cast<std::size_t>(slot)]) *
-                                         std::polar(1.0, kTurn * std::remainder(cycles, 1));
-    found.prompt += product / (2.0 * kHalf);
+    const std::complex<double> carrier = value_of(recorded.values.at(static_cast<std::size_t>(n))) *
+                                         std::polar(1 / (2.0 * kHalf), kTurn * std::remainder(cycles, 1));
+    const auto times_code = [&](double chips_ahead) {
+      const auto slot = static_cast<std::int64_t>(std::floor(slot_at(n) + chips_ahead)) - base;
+      return carrier * static_cast<double>(slots.re[static_cast<std::size_t>(slot)]);
+    };
+    const std::complex<double> product = times_code(0);
+    found.prompt += product;
+    found.early += times_code(0.5);
+    found.late += times_code(-0.5);
     if (!front_end.real && product.real() < 0) others += 1 / (2.0 * kHalf);
   }
   // Every other chip ends with a change of sign.
@@ -183,10 +191,27 @@ void expect_as_measured(const Setting& setting, double truth_rate_hz, FrontEnd f
     ++compared;
     const Found found = correlate(recorded, front_end, simulation, epoch);
     EXPECT_NEAR(std::arg(found.prompt) / kTurn, 0, 2e-3) << into_s;
-    EXPECT_LT(found.delay_m, 0.1) << into_s;
     const double cn0_dbhz = *satellites[0].cn0_dbhz;
-    EXPECT_NEAR(20 * std::log10(std::abs(found.prompt)), cn0_dbhz + 10 * std::log10(2 / front_end.rate_hz),
-                0.02);
+    if (front_end.bandwidth_hz > 0) {
+      // The density of the noise is 2 over the filter's noise bandwidth; of the code a share is left.
+      const double rate_hz = kOversampling * front_end.rate_hz, half_hz = front_end.bandwidth_hz / 2;
+      const std::vector<float> taps =
+          low_pass(rate_hz, half_hz, std::min(2 * kStop * half_hz, front_end.room_hz()));
+      const tracking::Correlation code;
+      double share = 0;
+      for (std::size_t k = 0; k < taps.size(); ++k) {
+        const double delay = static_cast<double>(k) - static_cast<double>(taps.size() / 2);
+        share += taps[k] * code.value(delay / rate_hz * code.options().chip_rate_hz);
+      }
+      EXPECT_NEAR(20 * std::log10(std::abs(found.prompt)),
+                  cn0_dbhz + 10 * std::log10(2 / rate_hz * share * share), 0.06);
+      // A metre makes 0.007; a sample before the decimation would be 19 m.
+      EXPECT_NEAR(std::abs(found.early) / std::abs(found.late), 1, 0.015) << into_s;
+    } else {
+      EXPECT_LT(found.delay_m, 0.1) << into_s;
+      EXPECT_NEAR(20 * std::log10(std::abs(found.prompt)), cn0_dbhz + 10 * std::log10(2 / front_end.rate_hz),
+                  0.02);
+    }
   }
   EXPECT_GE(compared, 3);
 }
@@ -208,6 +233,18 @@ TEST(Generator, SignalsComeOutAtTheIntermediateFrequency) {
   front_end.real = true;
   front_end.rate_hz = 16.0367e6;
   front_end.intermediate_hz = 4.092e6;
+  expect_as_measured({2, kHigh, false, true, {}}, 2, front_end);
+}
+
+TEST(Generator, AFilterDelaysNothing) {
+  FrontEnd front_end;
+  front_end.bandwidth_hz = 2.5e6;
+  expect_as_measured({2, kHigh, false, true, {}}, 2, front_end);
+  front_end.intermediate_hz = 0.4e6;
+  expect_as_measured({2, kHigh, false, true, {}}, 2, front_end);
+  front_end.real = true;
+  front_end.rate_hz = 8.0183e6;
+  front_end.intermediate_hz = 2.046e6;
   expect_as_measured({2, kHigh, false, true, {}}, 2, front_end);
 }
 
@@ -313,6 +350,95 @@ TEST(Generator, JammersHaveTheirPowerWithinTheBand) {
   }
 }
 
+/// Samples of a tone so far from the band's centre, and nothing else.
+std::vector<std::complex<float>> tone(double offset_hz, const FrontEnd& front_end, int threads = 0) {
+  propagation::Spectrum spectrum;
+  spectrum.shape = propagation::Spectrum::Shape::Tone;
+  spectrum.centre_hz = front_end.centre_hz + offset_hz;
+  simulation::Scenario made = scenario({2, kHigh, false, false, {}});
+  made.duration_s = 0.5;
+  made.receivers[0].disturbances.push_back({"jammer", [spectrum](std::uint64_t, const std::string&) {
+                                              return std::make_unique<Jammer>(spectrum);
+                                            }});
+  city::City city;
+  city.frame = geodesy::LocalFrame(made.city.import.origin);
+  const simulation::Simulation simulation(made, std::move(city));
+  Recorder recorded(simulation, front_end, threads);
+  (void)simulation.run({&recorded});
+  return recorded.values;
+}
+double power_of(const std::vector<std::complex<float>>& values, bool real) {
+  double sum = 0;
+  // Without the filter's beginning.
+  for (std::size_t n = 500; n < values.size(); ++n) {
+    sum += real ? std::pow(values[n].real(), 2) : std::norm(values[n]);
+  }
+  return sum / static_cast<double>(values.size() - 500);
+}
+
+TEST(Generator, WhatIsBeyondTheFiltersBandDoesNotFoldBack) {
+  for (const bool real : {false, true}) {
+    FrontEnd front_end;
+    front_end.noise = false;
+    front_end.real = real;
+    front_end.rate_hz = real ? 8e6 : 4e6;
+    front_end.intermediate_hz = real ? 2e6 : 0;
+    front_end.bandwidth_hz = 2.5e6;
+    const double within = power_of(tone(0.3e6, front_end), real);
+    EXPECT_GT(within, 1);
+    for (const double hz : {-1.25e6, 1.25e6}) {
+      EXPECT_NEAR(10 * std::log10(power_of(tone(hz, front_end), real) / within), 0, 0.05) << hz;
+    }
+    // At the rate's multiples, where samples without a filter do not tell it from the band's centre, beyond
+    // the frequencies that are made, and beside the band.
+    for (const double hz : {-1.9e6, 1.9e6, 3.7e6, 4e6, -4e6, 7.5e6, 8e6, 12e6, 16.3e6}) {
+      EXPECT_LT(power_of(tone(hz, front_end), real), 1e-6 * within) << hz;
+    }
+    // One tone from block to block, of whatever threads.
+    const std::vector<std::complex<float>> one = tone(0.3e6, front_end, 1), two = tone(0.3e6, front_end, 2);
+    EXPECT_TRUE(one == two);
+    if (real) continue;
+    const std::complex<float> step(std::polar(1.0, kTurn * 0.3 / 4));
+    for (std::size_t n = 500; n < one.size(); ++n) {
+      ASSERT_LT(std::abs(one[n] - one[n - 1] * step), 1e-3 * std::abs(one[n])) << n;
+    }
+  }
+}
+
+TEST(Generator, FilteredNoiseHasDeviationOneAndItsBand) {
+  FrontEnd front_end;
+  front_end.bandwidth_hz = 2e6;
+  const simulation::Simulation simulation = simulate({2, {gnss::System::GPS, 63}, false, true, {}});
+  Recorder recorded(simulation, front_end);
+  (void)simulation.run({&recorded});
+  double re = 0, im = 0;
+  for (const std::complex<float> value : recorded.values) {
+    re += std::pow(value.real(), 2) / static_cast<double>(recorded.values.size());
+    im += std::pow(value.imag(), 2) / static_cast<double>(recorded.values.size());
+  }
+  EXPECT_NEAR(re, 1, 3e-3);
+  EXPECT_NEAR(im, 1, 3e-3);
+  // Power at frequencies, of 4000 samples each, over that of white noise.
+  const auto at = [&](double hz) {
+    double sum = 0;
+    constexpr std::size_t kLength = 4000;
+    for (std::size_t n = 0; n + kLength <= recorded.values.size(); n += 4 * kLength) {
+      std::complex<double> found;
+      for (std::size_t k = 0; k < kLength; ++k) {
+        found += std::complex<double>(recorded.values[n + k]) *
+                 std::polar(1.0, -kTurn * std::remainder(hz / front_end.rate_hz * static_cast<double>(k), 1));
+      }
+      sum += std::norm(found) / (2.0 * kLength);
+    }
+    return sum / (static_cast<double>(recorded.values.size()) / (4 * kLength));
+  };
+  // The filter is half as high at 1.25 MHz: 4 MHz of white noise within 2.5 MHz or a little less.
+  EXPECT_NEAR(at(0), 1.67, 0.25);
+  EXPECT_NEAR(at(0.9e6), 1.67, 0.25);
+  EXPECT_LT(at(1.7e6), 1e-3);
+  EXPECT_LT(at(-1.9e6), 1e-3);
+}
+
 TEST(Generator, RefusesWhatItCannotSample) {
   const simulation::Simulation simulation = simulate({2, kHigh, false, true, {}});
   const receiver::ReceiverOptions& options = simulation.scenario().receivers[0].options;
@@ -331,6 +457,27 @@ TEST(Generator, RefusesWhatItCannotSample) {
   for (const double hz : {-1.9e6, 0.0, 2.1e6}) {
     front_end.intermediate_hz = hz;
     EXPECT_THROW(front_end.validate(), InputError) << hz;
+  }
+  // A filter's edges need room.
+  front_end = {};
+  for (const auto& [hz, bandwidth_hz, fits] : {std::tuple{0.0, 3.6e6, true},
+                                               {0.0, 3.7e6, false},
+                                               {1e6, 1.8e6, true},
+                                               {1e6, 2e6, false},
+                                               {0.0, 5e4, false},
+                                               {0.0, -1.0, false}}) {
+    front_end.intermediate_hz = hz;
+    front_end.bandwidth_hz = bandwidth_hz;
+    for (const bool real : {false, true}) {
+      front_end.real = real;
+      front_end.rate_hz = real ? 8e6 : 4e6;
+      front_end.intermediate_hz = real ? 2e6 - hz : hz;
+      if (fits) {
+        EXPECT_NO_THROW(front_end.validate()) << hz << ' ' << bandwidth_hz;
+      } else {
+        EXPECT_THROW(front_end.validate(), InputError) << hz << ' ' << bandwidth_hz;
+      }
+    }
   }
   receiver::ReceiverOptions without = options;
   without.signal.enabled = false;

@@ -88,6 +88,36 @@ CANYON_CLONES void mix_complex(const float* __restrict slots_re, const float* __
   }
 }
 
+CANYON_CLONES void turn_by(const Carrier& begin, std::size_t samples, float* __restrict re,
+                           float* __restrict im) {
+  Carrier carrier = begin;
+  for (std::size_t n = 0; n < samples; n += kLanes) {
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      const float x = re[n + l], y = im[n + l];
+      const float c = carrier.re[l], s = carrier.im[l];
+      re[n + l] = x * c - y * s;
+      im[n + l] = x * s + y * c;
+      carrier.re[l] = c * carrier.turn_re - s * carrier.turn_im;
+      carrier.im[l] = c * carrier.turn_im + s * carrier.turn_re;
+    }
+  }
+}
+
+CANYON_CLONES void decimate_by(const float* __restrict in, const float* __restrict taps, std::size_t count,
+                               std::size_t step, std::size_t samples, float* __restrict out) {
+  for (std::size_t n = 0; n < samples; ++n) {
+    const float* from = in + step * n;
+    alignas(64) std::array<float, kLanes> sums{};
+    for (std::size_t k = 0; k < count; k += kLanes) {
+      for (std::size_t l = 0; l < kLanes; ++l) sums[l] += taps[k + l] * from[k + l];
+    }
+    for (std::size_t width = kLanes / 2; width > 0; width /= 2) {
+      for (std::size_t l = 0; l < width; ++l) sums[l] += sums[l + width];
+    }
+    out[n] = sums[0];
+  }
+}
+
 constexpr std::size_t kNoiseBits = 12, kNoiseSteps = std::size_t{1} << kNoiseBits;
 
 /// Values at equal steps of the normal distribution, of variance 1/2.
@@ -166,6 +196,16 @@ void add_tone(double cycles, double cycles_per_sample, double amplitude, Block& 
   path.cycles_per_sample = cycles_per_sample;
   path.amplitude = amplitude;
   add_path(one, path, block);
+}
+
+void turn(double cycles, double cycles_per_sample, Block& block) {
+  turn_by(Carrier(cycles, cycles_per_sample, 1), block.re.size(), block.re.data(), block.im.data());
+}
+
+void decimate(const float* in, const std::vector<float>& taps, std::size_t step, std::size_t samples,
+              float* out) {
+  assert(taps.size() % kLanes == 0);
+  decimate_by(in, taps.data(), taps.size(), step, samples, out);
 }
 
 RandomStream keyed_stream(std::uint64_t key) {

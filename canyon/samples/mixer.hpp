@@ -42,6 +42,13 @@ void add_path(const Slots& slots, const PathBlock& path, Block& block);
 /// Adds a complex exponential.
 void add_tone(double cycles, double cycles_per_sample, double amplitude, Block& block);
 
+/// Multiplies by a complex exponential.
+void turn(double cycles, double cycles_per_sample, Block& block);
+
+/// out[n], n < samples: the sum of taps[k] in[step n + k]. @param taps their number is a multiple of kLanes
+void decimate(const float* in, const std::vector<float>& taps, std::size_t step, std::size_t samples,
+              float* out);
+
 /// A stream of a key; neighbours have nothing in common.
 [[nodiscard]] RandomStream keyed_stream(std::uint64_t key);
 

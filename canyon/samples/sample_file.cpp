@@ -210,6 +210,9 @@ std::string SampleFile::metadata() const {
   global["core:num_channels"] = 1;
   std::string description = fmt::format("Simulated; no signal was received. Receiver '{}': {}", receiver,
                                         fmt::join(plan_.carried, ", "));
+  if (front_end.bandwidth_hz > 0) {
+    description += fmt::format(". Filtered: {} MHz", front_end.bandwidth_hz * 1e-6);
+  }
   if (packed(options_.format)) {
     // A reader that does not know these fields takes bytes for samples: the extension is not optional.
     Json extension = Json::object();

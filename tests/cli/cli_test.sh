@@ -369,6 +369,11 @@ P
   runs 2 "$canyon" iq small.yaml --out f.iq --real --if 3e6; one_line; says err 'is aliased' '1000000 Hz leaves the widest band'
   runs 2 "$canyon" iq small.yaml --out f.iq --real --if 2e5; one_line; says err 'too narrow for GPS L1CA' 'now 1000000 Hz'
   runs 2 "$canyon" iq small.yaml --out f.iq --format 1bit --agc 1; one_line; says err 'it has no level'
+  runs 0 "$canyon" iq small.yaml --out b.iq --duration 1 --rate 2.5e6 --bandwidth 2e6 --quiet
+  runs 0 "$canyon" iq small.yaml --out c.iq --duration 1 --rate 2.5e6 --bandwidth 2e6 --quiet --threads 1
+  cmp b.iq c.iq || fail "the filter's bytes depend on the threads"
+  says b.sigmf-meta 'Filtered: 2 MHz'
+  runs 2 "$canyon" iq small.yaml --out f.iq --rate 2.5e6 --bandwidth 2.4e6; one_line; says err 'needs 1320000 Hz to either side, and 1250000 Hz are there'
   runs 2 "$canyon" iq small.yaml --out f.iq --band L9; one_line; says err "'L9' is no band"
   runs 2 "$canyon" iq small.yaml --out f.iq --centre-hz 1.5e9; one_line; says err 'carry no signal of the sky'
   runs 2 "$canyon" iq small.yaml --out f.iq --duration 0.5; one_line; says err 'one epoch'
