@@ -55,8 +55,9 @@ std::filesystem::path path_of(const IqArguments& arguments, const std::string& r
                               const std::string& band) {
   const std::filesystem::path out = arguments.out;
   if (arguments.receivers.size() <= 1 && arguments.bands.size() <= 1) return out;
-  if (out == "-") {
-    throw InputError("--out - takes one receiver and one band", "give a file, or one --receiver and --band");
+  if (out == "-" || transport::ByteStream::is_address(arguments.out)) {
+    throw InputError(fmt::format("--out {} takes one receiver and one band", arguments.out),
+                     "give a file, or one --receiver and --band");
   }
   std::string name = out.stem().string();
   if (arguments.receivers.size() > 1) name += "." + receiver;
@@ -122,6 +123,10 @@ int run_iq(const IqArguments& arguments) {
     }
   }
 
+  if (transport::ByteStream::is_address(arguments.out)) {
+    note(arguments.quiet, fmt::format("waiting for a reader of {}", arguments.out));
+    files.front()->wait_for_reader();
+  }
   const std::atomic<bool>& stop_requested = catch_interrupts();
   simulation::RunResult result;
   {
@@ -176,7 +181,8 @@ void add_iq(Command& app) {
   command.add_option("scenario", arguments.scenario, "SCENARIO", "scenario file (YAML)").required();
   command
       .add_option("-o,--out", arguments.out, "FILE",
-                  "samples, real and imaginary part in turn; FILE.sigmf-meta beside it; - or a FIFO: a pipe")
+                  "samples, real and imaginary part in turn; FILE.sigmf-meta beside it; - or a FIFO: a pipe; "
+                  "tcp://127.0.0.1:PORT listens for a reader, tcp-connect://HOST:PORT connects to one")
       .required();
   command
       .add_option("--band", arguments.bands, "BAND",

@@ -125,6 +125,8 @@ SampleFile::SampleFile(const simulation::Simulation& simulation, SampleFileOptio
   std::error_code error;
   if (options_.path == "-") {
     pipe_ = stdout;
+  } else if (transport::ByteStream::is_address(options_.path.string())) {
+    stream_.emplace(options_.path.string());
   } else if (std::filesystem::is_fifo(options_.path, error)) {
     pipe_ = std::fopen(options_.path.c_str(), "wb");
     owns_pipe_ = true;
@@ -154,6 +156,10 @@ std::uintmax_t SampleFile::expected_bytes() const {
   const double seconds = static_cast<double>(simulation_.epoch_count() - 1) * simulation_.interval_s();
   const auto samples = static_cast<std::uintmax_t>(std::llround(seconds * options_.front_end.rate_hz));
   return (samples * (options_.front_end.real ? 1 : 2) * bits(options_.format) + 7) / 8;
+}
+
+void SampleFile::wait_for_reader() {
+  if (stream_) stream_->wait_for_reader();
 }
 
 void SampleFile::write(const simulation::Epoch& epoch) {
@@ -195,6 +201,8 @@ void SampleFile::put(const Block& block, std::size_t samples) {
 void SampleFile::put_bytes(std::string_view bytes) {
   if (file_) {
     file_->write(bytes);
+  } else if (stream_) {
+    stream_->write(bytes);
   } else if (std::fwrite(bytes.data(), 1, bytes.size(), pipe_) != bytes.size()) {
     throw OutputError(options_.path.string(), 0, "the reader is gone", "start it again");
   }
@@ -258,6 +266,7 @@ std::string SampleFile::metadata() const {
 void SampleFile::finish() {
   encoder_.finish(bytes_);
   if (!bytes_.empty()) put_bytes(bytes_);
+  if (stream_) return stream_->finish();
   if (!file_) {
     std::fflush(pipe_);
     return;

@@ -14,6 +14,7 @@
 #include "canyon/samples/generator.hpp"
 #include "canyon/samples/sample_format.hpp"
 #include "canyon/simulation/simulator.hpp"
+#include "canyon/transport/byte_stream.hpp"
 
 namespace canyon::samples {
 
@@ -30,8 +31,9 @@ struct BandPlan {
 
 /// What a file of samples is.
 struct SampleFileOptions {
-  std::filesystem::path path;  ///< "-": the standard output; a FIFO is written as it is
-  std::size_t receiver = 0;    ///< of the scenario
+  /// "-": the standard output; a FIFO is written as it is; an address of transport::ByteStream.
+  std::filesystem::path path;
+  std::size_t receiver = 0;  ///< of the scenario
   FrontEnd front_end;
   Format format = Format::Int8;
   /// Standard deviation of the noise in each part over the largest value [1], (0, 1]; for float32 over 1.
@@ -55,6 +57,8 @@ class SampleFile final : public simulation::EpochSink {
 
   /// Of the whole run.
   [[nodiscard]] std::uintmax_t expected_bytes() const;
+  /// Of an address: until somebody reads. Others return at once.
+  void wait_for_reader();
   [[nodiscard]] std::uintmax_t samples() const { return samples_; }
   [[nodiscard]] const BandPlan& plan() const { return plan_; }
   [[nodiscard]] Generator::Contents contents() const { return generator_.contents(); }
@@ -81,6 +85,7 @@ class SampleFile final : public simulation::EpochSink {
   std::optional<OutputFile> file_;
   std::FILE* pipe_ = nullptr;
   bool owns_pipe_ = false;
+  std::optional<transport::ByteStream> stream_;
   std::string bytes_;
   std::uintmax_t samples_ = 0;
   std::size_t clipped_ = 0, of_epoch_ = 0;

@@ -176,6 +176,8 @@ class TcpClient final : public Transport {
 
 /// An address to listen at. Throws InputError for what is none of this machine's form.
 [[nodiscard]] asio::ip::address_v4 listening_address(const HostPort& at);
+/// Listens; its calls return at once. Throws InputError where TcpServer() does.
+[[nodiscard]] asio::ip::tcp::acceptor listen_on(asio::io_context& io, const HostPort& at);
 /// "port 10110 of 127.0.0.1 cannot be had: ..."
 [[noreturn]] void refuse_port(const HostPort& at, const error_code& error);
 

@@ -30,8 +30,6 @@ void refuse_port(const HostPort& at, const error_code& error) {
                        : "give each receiver a port of its own that no other program uses");
 }
 
-namespace {
-
 tcp::acceptor listen_on(asio::io_context& io, const HostPort& at) {
   if (at.port < 1 || at.port > 65535) {
     throw InputError(fmt::format("port {} does not exist", at.port), "take one of 1024 to 65535");
@@ -46,6 +44,8 @@ tcp::acceptor listen_on(asio::io_context& io, const HostPort& at) {
   make_our_own(acceptor);
   return acceptor;
 }
+
+namespace {
 
 /// An epoch goes out at once; what a reader leaves unread does not grow to the system's megabytes.
 void set_up(tcp::socket& socket) {

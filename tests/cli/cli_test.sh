@@ -359,6 +359,23 @@ assert 0.1 < deviation < 0.12, deviation
 P
   runs 0 "$canyon" iq small.yaml --out - --duration 1 --rate 2.5e6 --quiet
   cmp d.iq out || fail "a pipe has other bytes"
+  # TCP: the file's bytes; a reader that goes away ends the run.
+  port=$(python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])')
+  "$canyon" iq small.yaml --out "tcp://127.0.0.1:$port" --duration 1 --rate 2.5e6 >out 2>err &
+  pid=$!
+  for _ in $(seq 600); do exec 3<>"/dev/tcp/127.0.0.1/$port" && break; sleep 0.05; done 2>/dev/null
+  timeout 60 cat <&3 >tcp.iq; exec 3<&-
+  wait $pid || fail "tcp: exit status $?"
+  cmp d.iq tcp.iq || fail "TCP has other bytes"
+  says err "waiting for a reader of tcp://127.0.0.1:$port"
+  "$canyon" iq small.yaml --out "tcp://127.0.0.1:$port" --rate 2.5e6 --quiet >out 2>err &
+  pid=$!
+  for _ in $(seq 600); do exec 3<>"/dev/tcp/127.0.0.1/$port" && break; sleep 0.05; done 2>/dev/null
+  head -c 1000 <&3 >tcp.iq; exec 3<&-
+  wait $pid; [ $? -eq 1 ] || fail "a reader that is gone: exit status"
+  one_line; says err 'the reader is gone'
+  runs 1 "$canyon" iq small.yaml --out "tcp-connect://127.0.0.1:$port" --rate 2.5e6 --quiet; one_line; says err 'cannot be reached'
+  runs 2 "$canyon" iq small.yaml --out "tcp://127.0.0.1:$port" --band L1 --band E1; one_line; says err 'takes one receiver and one band'
   runs 0 "$canyon" iq small.yaml --out two.iq --duration 1 --rate 2.5e6 --band L1 --band E1
   [ -s two.L1.iq ] || fail "no two.L1.iq"
   runs 0 "$canyon" iq small.yaml --out r.iq --duration 1 --rate 5e6 --real --if 1.25e6 --format 2bit --agc 0.1
