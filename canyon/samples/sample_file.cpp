@@ -20,15 +20,6 @@ namespace {
 /// GLONASS sends on these channels (ICD L1, L2 5.1, table 3.1).
 constexpr int kLowestChannel = -7, kHighestChannel = 6;
 
-Generator make_generator(const simulation::Simulation& simulation, const SampleFileOptions& options) {
-  const std::vector<simulation::ReceiverConfig>& receivers = simulation.scenario().receivers;
-  if (options.receiver >= receivers.size()) {
-    throw InputError(fmt::format("the scenario has no receiver {}", options.receiver));
-  }
-  return {receivers[options.receiver].options, simulation.scenario().seed,
-          simulation.environment().klobuchar(), options.front_end, options.threads};
-}
-
 }  // namespace
 
 double band_centre_hz(std::string_view band) {
@@ -78,10 +69,48 @@ BandPlan plan_band(const FrontEnd& front_end, std::span<const gnss::SatelliteId>
   return plan;
 }
 
+Generator make_generator(const simulation::Simulation& simulation, std::size_t receiver,
+                         const FrontEnd& front_end, int threads) {
+  const std::vector<simulation::ReceiverConfig>& receivers = simulation.scenario().receivers;
+  if (receiver >= receivers.size()) {
+    throw InputError(fmt::format("the scenario has no receiver {}", receiver));
+  }
+  return {receivers[receiver].options, simulation.scenario().seed, simulation.environment().klobuchar(),
+          front_end, threads};
+}
+
+BandPlan plan_run(const simulation::Simulation& simulation, const FrontEnd& front_end) {
+  front_end.validate();
+  if (simulation.epoch_count() < 2) {
+    throw InputError("the run has one epoch, and samples lie between epochs",
+                     "let it be longer, or raise rate_hz");
+  }
+  if (simulation.navigation().empty()) {
+    throw InputError("the sky has no broadcast messages, which signals carry",
+                     "take a sky of navigation files, or a nominal one");
+  }
+  BandPlan plan = plan_band(front_end, simulation.environment().sky().satellites());
+  if (plan.carried.empty()) {
+    throw InputError(
+        fmt::format(
+            "{:.3f} Msps, {:.3f} to {:.3f} MHz, carry no signal of the sky{}", front_end.rate_hz * 1e-6,
+            front_end.lowest_hz() * 1e-6, front_end.highest_hz() * 1e-6,
+            plan.left_out.empty() ? "" : fmt::format("; too narrow for {}", fmt::join(plan.left_out, ", "))),
+        plan.left_out.empty() ? "choose another band"
+        : front_end.bandwidth_hz > 0 ? "give the filter a wider band"
+        : front_end.real ? fmt::format("sample faster, with the intermediate frequency at a quarter of the "
+                                       "rate: now {} Hz",
+                                       front_end.rate_hz / 4)
+                         : "sample faster, and leave the carrier in the middle");
+  }
+  return plan;
+}
+
 SampleFile::SampleFile(const simulation::Simulation& simulation, SampleFileOptions options)
     : simulation_(simulation),
       options_(std::move(options)),
-      generator_(make_generator(simulation, options_)),
+      plan_(plan_run(simulation, options_.front_end)),
+      generator_(make_generator(simulation, options_.receiver, options_.front_end, options_.threads)),
       encoder_(options_.format, options_.front_end.real) {
   // The threshold of 2 bits, 2 of 3, is best at one deviation (0.996 of it: J. Max, IRE Trans. IT-6, 1960).
   const double level = options_.noise_level.value_or(options_.format == Format::TwoBit ? 2.0 / 3 : 0.25);
@@ -96,29 +125,6 @@ SampleFile::SampleFile(const simulation::Simulation& simulation, SampleFileOptio
   if (options_.format == Format::OneBit && (options_.noise_level || options_.agc_s != 0)) {
     throw InputError("1 bit is the sign alone: it has no level",
                      "leave the noise level and the gain control out");
-  }
-  if (simulation.epoch_count() < 2) {
-    throw InputError("the run has one epoch, and samples lie between epochs",
-                     "let it be longer, or raise rate_hz");
-  }
-  if (simulation.navigation().empty()) {
-    throw InputError("the sky has no broadcast messages, which signals carry",
-                     "take a sky of navigation files, or a nominal one");
-  }
-  const FrontEnd& front_end = options_.front_end;
-  plan_ = plan_band(front_end, simulation.environment().sky().satellites());
-  if (plan_.carried.empty()) {
-    throw InputError(
-        fmt::format("{:.3f} Msps, {:.3f} to {:.3f} MHz, carry no signal of the sky{}",
-                    front_end.rate_hz * 1e-6, front_end.lowest_hz() * 1e-6, front_end.highest_hz() * 1e-6,
-                    plan_.left_out.empty()
-                        ? ""
-                        : fmt::format("; too narrow for {}", fmt::join(plan_.left_out, ", "))),
-        plan_.left_out.empty() ? "choose another band"
-        : front_end.real ? fmt::format("sample faster, with the intermediate frequency at a quarter of the "
-                                       "rate: now {} Hz",
-                                       front_end.rate_hz / 4)
-                         : "sample faster, and leave the carrier in the middle");
   }
   level_ = level * largest(options_.format);
   gain_ = static_cast<float>(level_);

@@ -29,6 +29,14 @@ struct BandPlan {
 };
 [[nodiscard]] BandPlan plan_band(const FrontEnd& front_end, std::span<const gnss::SatelliteId> satellites);
 
+/// What the front end carries of a run's sky. Throws InputError where that is nothing, where no message
+/// describes the sky, and where the run has one epoch.
+[[nodiscard]] BandPlan plan_run(const simulation::Simulation& simulation, const FrontEnd& front_end);
+/// The generator of a run's receiver. Throws InputError as Generator() does, and where there is no such
+/// receiver.
+[[nodiscard]] Generator make_generator(const simulation::Simulation& simulation, std::size_t receiver,
+                                       const FrontEnd& front_end, int threads);
+
 /// What a file of samples is.
 struct SampleFileOptions {
   /// "-": the standard output; a FIFO is written as it is; an address of transport::ByteStream.
@@ -50,8 +58,8 @@ struct SampleFileOptions {
 /// are whole or absent; an interrupted run leaves what was made.
 class SampleFile final : public simulation::EpochSink {
  public:
-  /// Throws InputError for options out of range, where the front end carries no signal of the sky, and where
-  /// no message describes the sky; OutputError where the disk has less room than expected_bytes().
+  /// Throws InputError for options out of range and where plan_run() does; OutputError where the disk has
+  /// less room than expected_bytes().
   SampleFile(const simulation::Simulation& simulation, SampleFileOptions options);
   ~SampleFile() override;
 

@@ -32,6 +32,7 @@ from .heatmap import CELL_STATES, HeatMap, heatmap, map_layers
 from .live import LiveReceiver
 from .models import Arrival, Disturbance, Models, Problem, Solver
 from .recordings import Calibration, Recording, calibrate
+from .samples import sample_blocks, samples
 from .scenario import Scenario, fault_kinds, profiles, scenario_keys
 from .simulation import Correlation, Run, Simulation, correlation, simulate
 from .sky import PATH_KINDS, VISIBILITIES, Sky, Tracer, trace
@@ -74,6 +75,8 @@ __all__ = [
     "fault_kinds",
     "formats",
     "profiles",
+    "sample_blocks",
+    "samples",
     "scenario_keys",
     "simulate",
     "trace",

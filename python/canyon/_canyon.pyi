@@ -137,6 +137,25 @@ class Stream:
     def __next__(self) -> Epoch: ...
     def close(self) -> None: ...
 
+class SampleStream:
+    def __init__(
+        self,
+        simulation: Simulation,
+        band: str,
+        centre_hz: Optional[float],
+        rate_hz: float,
+        if_hz: float,
+        real: bool,
+        bandwidth_hz: Optional[float],
+        noise: bool,
+        receiver: int,
+        size: int,
+        threads: int,
+    ) -> None: ...
+    def __iter__(self) -> Iterator[NDArray[Any]]: ...
+    def __next__(self) -> NDArray[Any]: ...
+    def close(self) -> None: ...
+
 class Simulation:
     def __init__(self, scenario: Scenario, city: Optional[City] = None, models: Any = None) -> None: ...
     @property

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from . import _canyon
 from .city import City
-from .errors import Interrupted
+from .errors import InputError, Interrupted
 from .models import Models
 from .scenario import Scenario, Settings, as_scenario
 from .tables import Table
@@ -55,11 +55,7 @@ class Run:
         self.wall_s: float = result["wall_s"]
 
     def _index(self, receiver: Union[int, str]) -> int:
-        if isinstance(receiver, str):
-            if receiver not in self.receivers:
-                raise _canyon_input_error(receiver, self.receivers)
-            return self.receivers.index(receiver)
-        return range(len(self.receivers))[receiver]
+        return index_of_receiver(receiver, self.receivers)
 
     def epochs_of(self, receiver: Union[int, str] = 0) -> List[Epoch]:
         """The epochs of a receiver, in order."""
@@ -126,10 +122,13 @@ class Run:
         return f"<canyon.Run: {len(self)} epochs of {', '.join(self.receivers)}>"
 
 
-def _canyon_input_error(receiver: str, known: Sequence[str]) -> Exception:
-    from .errors import InputError
-
-    return InputError(f"the run has no receiver '{receiver}'", f"it has {', '.join(known)}")
+def index_of_receiver(receiver: Union[int, str], known: Sequence[str]) -> int:
+    """Of a number or a name."""
+    if isinstance(receiver, str):
+        if receiver not in known:
+            raise InputError(f"the run has no receiver '{receiver}'", f"it has {', '.join(known)}")
+        return known.index(receiver)
+    return range(len(known))[receiver]
 
 
 class Simulation:

@@ -28,6 +28,7 @@ void bind_trace(py::module_& m);
 void bind_models(py::module_& m);
 void bind_epochs(py::module_& m);
 void bind_simulation(py::module_& m);
+void bind_samples(py::module_& m);
 void bind_live(py::module_& m);
 void bind_heatmap(py::module_& m);
 void bind_validation(py::module_& m);

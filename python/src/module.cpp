@@ -61,6 +61,7 @@ PYBIND11_MODULE(_canyon, m) {
   bind_models(m);
   bind_epochs(m);
   bind_simulation(m);
+  bind_samples(m);
   bind_live(m);
   bind_heatmap(m);
   bind_validation(m);

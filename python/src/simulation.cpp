@@ -1,10 +1,6 @@
 #include <fmt/format.h>
 
 #include <complex>
-#include <condition_variable>
-#include <deque>
-#include <mutex>
-#include <thread>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/drawing/views/pictures.hpp"
@@ -18,6 +14,7 @@
 #include "python/src/epochs.hpp"
 #include "python/src/models.hpp"
 #include "python/src/settings.hpp"
+#include "python/src/stream.hpp"
 
 namespace canyon::python {
 namespace {
@@ -112,100 +109,32 @@ py::dict run(const SimulationPtr& simulation, int threads, bool with_paths, cons
                   "interrupted"_a = signals.take_interrupt(), "wall_s"_a = result.wall_s);
 }
 
-/// Runs in a thread of its own and hands epochs over one by one.
-class Stream {
+/// Hands copies of epochs to a stream.
+class Copies final : public simulation::EpochSink {
  public:
-  Stream(SimulationPtr simulation, int threads, bool with_paths)
-      : simulation_(std::move(simulation)),
-        worker_([this, threads, with_paths] { work(threads, with_paths); }) {}
-  ~Stream() {
-    try {
-      close();
-    } catch (...) {  // what threads and mutexes throw, and nobody can mend here
-    }
+  Copies(SimulationPtr simulation, bool with_paths, Stream<EpochPtr>::Push push)
+      : simulation_(std::move(simulation)), with_paths_(with_paths), push_(std::move(push)) {}
+  void write(const simulation::Epoch& epoch) override {
+    push_(KeptEpoch::copy(epoch, with_paths_, simulation_));
   }
-  Stream(const Stream&) = delete;
-  Stream& operator=(const Stream&) = delete;
-
-  EpochPtr next() {
-    EpochPtr epoch;
-    while (true) {
-      bool over = false;
-      {
-        const py::gil_scoped_release release;
-        std::unique_lock lock(mutex_);
-        filled_.wait_for(lock, std::chrono::milliseconds(100), [&] { return !queue_.empty() || done_; });
-        if (!queue_.empty()) {
-          epoch = std::move(queue_.front());
-          queue_.pop_front();
-          taken_.notify_one();
-        } else {
-          over = done_;
-        }
-      }
-      if (epoch) return epoch;
-      if (over) break;
-      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-    }
-    if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
-    throw py::stop_iteration();
-  }
-
-  void close() {
-    const py::gil_scoped_release release;  // the worker may wait for the GIL
-    {
-      const std::lock_guard lock(mutex_);
-      stop_ = true;
-      taken_.notify_one();
-    }
-    if (worker_.joinable()) worker_.join();
-  }
+  void finish() override {}
 
  private:
-  static constexpr std::size_t kMostWaiting = 256;
-
-  class Queue final : public simulation::EpochSink {
-   public:
-    Queue(Stream& stream, bool with_paths) : stream_(stream), with_paths_(with_paths) {}
-    void write(const simulation::Epoch& epoch) override {
-      auto kept = KeptEpoch::copy(epoch, with_paths_, stream_.simulation_);
-      std::unique_lock lock(stream_.mutex_);
-      stream_.taken_.wait(lock, [&] { return stream_.queue_.size() < kMostWaiting || stream_.stop_; });
-      stream_.queue_.push_back(std::move(kept));
-      stream_.filled_.notify_one();
-    }
-    void finish() override {}
-
-   private:
-    Stream& stream_;
-    bool with_paths_;
-  };
-
-  void work(int threads, bool with_paths) {
-    Queue queue(*this, with_paths);
-    simulation::RunOptions options;
-    options.threads = threads;
-    options.stop = &stop_;
-    options.block = 64;  // the first epoch shall not wait for many
-    try {
-      (void)simulation_->run({&queue}, options);
-    } catch (...) {
-      failure_ = std::current_exception();
-    }
-    const std::lock_guard lock(mutex_);
-    done_ = true;
-    filled_.notify_one();
-  }
-
   SimulationPtr simulation_;
-  std::mutex mutex_;
-  std::condition_variable filled_, taken_;
-  std::deque<EpochPtr> queue_;
-  std::exception_ptr failure_;
-  std::atomic<bool> stop_{false};
-  bool done_ = false;
-  std::thread worker_;  // last: it uses the others
+  bool with_paths_;
+  Stream<EpochPtr>::Push push_;
 };
+
+std::unique_ptr<Stream<EpochPtr>> stream(const SimulationPtr& simulation, int threads, bool with_paths) {
+  simulation::RunOptions options;
+  options.threads = threads;
+  options.block = 64;  // the first epoch shall not wait for many
+  constexpr std::size_t kMostWaiting = 256;
+  return std::make_unique<Stream<EpochPtr>>(
+      simulation, options, kMostWaiting, [&](Stream<EpochPtr>::Push push) {
+        return std::make_unique<Copies>(simulation, with_paths, std::move(push));
+      });
+}
 
 /// A run whose epochs are not kept: {"time_s": [time], "delay_m": [delay], "values": [time, delay],
 /// "measured_m": [time], "interrupted": bool}.
@@ -308,18 +237,14 @@ void bind_simulation(py::module_& m) {
             return std::make_unique<EpochEncoder>(format, output::describe_receiver(*self, receiver));
           },
           "format"_a, "receiver"_a = 0)
+      .def("stream", &stream, "threads"_a = 0, "paths"_a = false);
+  using EpochStream = Stream<EpochPtr>;
+  py::class_<EpochStream>(m, "Stream")
       .def(
-          "stream",
-          [](const SimulationPtr& self, int threads, bool paths) {
-            return std::make_unique<Stream>(self, threads, paths);
-          },
-          "threads"_a = 0, "paths"_a = false);
-  py::class_<Stream>(m, "Stream")
-      .def(
-          "__iter__", [](Stream& self) -> Stream& { return self; },
+          "__iter__", [](EpochStream& self) -> EpochStream& { return self; },
           py::return_value_policy::reference_internal)
-      .def("__next__", &Stream::next)
-      .def("close", &Stream::close);
+      .def("__next__", &EpochStream::next)
+      .def("close", &EpochStream::close);
   m.def("table", &table_of, "epochs"_a, "name"_a);
 }
 

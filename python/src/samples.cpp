@@ -1,0 +1,112 @@
+#include <complex>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/samples/sample_file.hpp"
+#include "python/src/arrays.hpp"
+#include "python/src/stream.hpp"
+
+namespace canyon::python {
+namespace {
+
+using simulation::Simulation;
+using SimulationPtr = std::shared_ptr<Simulation>;
+using SampleVector = std::vector<std::complex<float>>;
+
+/// Hands samples over in pieces of one size, the last one shorter.
+class Pieces final : public simulation::EpochSink {
+ public:
+  Pieces(const Simulation& simulation, std::size_t receiver, const samples::FrontEnd& front_end, int threads,
+         std::size_t size, Stream<SampleVector>::Push push)
+      : receiver_(receiver),
+        real_(front_end.real),
+        generator_(samples::make_generator(simulation, receiver, front_end, threads)),
+        size_(size),
+        push_(std::move(push)) {}
+  void write(const simulation::Epoch& epoch) override {
+    if (epoch.receiver != receiver_) return;
+    generator_.next(epoch, [this](const samples::Block& block, std::size_t count) {
+      for (std::size_t n = 0; n < count; ++n) {
+        piece_.emplace_back(block.re[n], real_ ? 0 : block.im[n]);
+        if (piece_.size() == size_) hand_over();
+      }
+    });
+  }
+  void finish() override {
+    if (!piece_.empty()) hand_over();
+  }
+
+ private:
+  void hand_over() {
+    push_(std::exchange(piece_, {}));
+    piece_.reserve(size_);
+  }
+  std::size_t receiver_;
+  bool real_;
+  samples::Generator generator_;
+  std::size_t size_;
+  Stream<SampleVector>::Push push_;
+  SampleVector piece_;
+};
+
+/// complex64, or float32 of real samples.
+py::object array_of_samples(SampleVector&& values, bool real) {
+  if (!real) return owning_array(std::move(values));
+  std::vector<float> parts(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) parts[i] = values[i].real();
+  return owning_array(std::move(parts));
+}
+
+/// Samples of a run, piece by piece.
+class SampleStream {
+ public:
+  SampleStream(const SimulationPtr& simulation, const std::string& band, std::size_t receiver,
+               const samples::FrontEnd& front_end, std::size_t size, int threads)
+      : real_(front_end.real) {
+    if (size == 0) throw InputError("blocks of 0 samples never end", "give 1 or more");
+    samples::FrontEnd about = front_end;
+    if (!band.empty()) about.centre_hz = samples::band_centre_hz(band);
+    (void)samples::plan_run(*simulation, about);
+    simulation::RunOptions options;
+    options.threads = threads;
+    options.block = 16;
+    stream_ =
+        std::make_unique<Stream<SampleVector>>(simulation, options, 4, [&](Stream<SampleVector>::Push push) {
+          return std::make_unique<Pieces>(*simulation, receiver, about, threads, size, std::move(push));
+        });
+  }
+  py::object next() { return array_of_samples(stream_->next(), real_); }
+  void close() { stream_->close(); }
+
+ private:
+  bool real_;
+  std::unique_ptr<Stream<SampleVector>> stream_;
+};
+
+}  // namespace
+
+void bind_samples(py::module_& m) {
+  py::class_<SampleStream>(m, "SampleStream")
+      .def(py::init([](const SimulationPtr& simulation, const std::string& band,
+                       std::optional<double> centre_hz, double rate_hz, double intermediate_hz, bool real,
+                       std::optional<double> bandwidth_hz, bool noise, std::size_t receiver, std::size_t size,
+                       int threads) {
+             samples::FrontEnd front_end;
+             front_end.centre_hz = centre_hz.value_or(front_end.centre_hz);
+             front_end.rate_hz = rate_hz;
+             front_end.intermediate_hz = intermediate_hz;
+             front_end.real = real;
+             front_end.bandwidth_hz = bandwidth_hz.value_or(0);
+             front_end.noise = noise;
+             return std::make_unique<SampleStream>(simulation, centre_hz ? "" : band, receiver, front_end,
+                                                   size, threads);
+           }),
+           "simulation"_a, "band"_a, "centre_hz"_a, "rate_hz"_a, "if_hz"_a, "real"_a, "bandwidth_hz"_a,
+           "noise"_a, "receiver"_a, "size"_a, "threads"_a)
+      .def(
+          "__iter__", [](SampleStream& self) -> SampleStream& { return self; },
+          py::return_value_policy::reference_internal)
+      .def("__next__", &SampleStream::next)
+      .def("close", &SampleStream::close);
+}
+
+}  // namespace canyon::python
