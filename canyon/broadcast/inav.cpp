@@ -7,11 +7,8 @@
 namespace canyon::broadcast {
 namespace {
 
-/// GST week 0 is GPS week 1024 (OS SIS ICD 2.1, 5.1.2).
-constexpr int kGstWeekOffset = 1024;
-
 void put_time(Bits& bits, geodesy::GpsTime start) {
-  bits.put(static_cast<std::uint64_t>(start.week() - kGstWeekOffset), 12);
+  bits.put(static_cast<std::uint64_t>(galileo_week(start)), 12);
   bits.put(static_cast<std::uint64_t>(start.nanosecond_of_week() / geodesy::GpsTime::kNanosecondsPerSecond),
            20);
 }
@@ -84,7 +81,7 @@ Bits inav_word(const gnss::KeplerEphemeris& e, const SystemMessage& message, int
       bits.put(0, 23);
       break;
     default: {  // 6: UTC is GST less whole seconds, no leap second announced
-      const int week = start.week() - kGstWeekOffset;
+      const int week = galileo_week(start);
       bits.put(0, 32 + 24);
       whole(message.leap_seconds, 8);
       bits.put(0, 8);  // t_0t

@@ -41,9 +41,28 @@ void put_klobuchar(Bits& bits, const gnss::Klobuchar& k);
 /// @param start of the word's page
 [[nodiscard]] Bits inav_word(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& message, int type,
                              geodesy::GpsTime start);
-/// Its nominal page on E1-B (4.3.2.3): the even part and the odd part with CRC-24Q and tail bits, 120 bits
-/// each, in four words of 32 bits each.
+/// Its nominal page on E1-B and, with all that E1-B's search and rescue bits are, on E5b-I (4.3.2.3): the
+/// even part and the odd part with CRC-24Q and tail bits, 120 bits each, in four words of 32 bits each.
 [[nodiscard]] std::vector<std::uint32_t> inav_page(const Bits& word);
+
+/// Weeks of GST (5.1.2).
+[[nodiscard]] inline int galileo_week(geodesy::GpsTime t) {
+  return t.week() - 1024;
+}
+/// Page 1 to 6 of Galileo F/NAV (OS SIS ICD 2.1, 4.2.4): 244 bits with CRC-24Q and tail bits. 5 and 6 have
+/// almanacs of no satellite. @param ephemeris of either message @param start of the page
+[[nodiscard]] Bits fnav_page(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& message, int type,
+                             geodesy::GpsTime start);
+
+/// By what signals are later than the broadcast clock, and TGD [s].
+struct CnavDelays {
+  double group_delay_s = 0, l1ca_s = 0, l2c_s = 0, l5_s = 0;
+};
+/// Message 10 or 11 (ephemeris), 30 (clock, delays, ionosphere) or 33 (clock, UTC) of GPS CNAV
+/// (IS-GPS-200 30.3.3): 300 bits with CRC-24Q. Elements and clock are those of the nearest whole 300 s.
+/// @param start of the message @param length_s 12 on L2C, 6 on L5
+[[nodiscard]] Bits cnav_message(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& message,
+                                const CnavDelays& delays, int type, geodesy::GpsTime start, int length_s);
 
 /// Subframe 1, 2 or 3 of BeiDou D1 (BDS-SIS-ICD-B1I-3.0, 5.2.4): ten words of 30 bits with BCH(15,11,1).
 /// @param start of the subframe, a multiple of 6 s of the BDT week

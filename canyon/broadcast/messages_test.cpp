@@ -251,6 +251,107 @@ TEST(InavPage, CarriesTheWordAndItsCrc) {
   EXPECT_EQ(all.number(2, 62), word.number(0, 62));
 }
 
+std::int64_t signed_field(const Bits& bits, std::size_t first, std::size_t width) {
+  const std::uint64_t value = bits.number(first, width);
+  return static_cast<std::int64_t>(value) - (bits[first] ? std::int64_t{1} << width : 0);
+}
+/// Angle or rate of a field [rad].
+double half_turns(const Bits& bits, std::size_t first, std::size_t width, int exponent) {
+  return std::ldexp(static_cast<double>(signed_field(bits, first, width)), exponent) * geodesy::kPi;
+}
+
+// OS SIS ICD 2.1, tables 30 to 34: places of fields, and a CRC over all that stands before it.
+TEST(FnavPage, HasItsFieldsAndItsCrc) {
+  gnss::KeplerEphemeris e = ephemeris("E11", start());
+  e.health = 0b10'1000;  // E5a: HS 2, DVS 1
+  for (int type = 1; type <= 6; ++type) {
+    const Bits page = fnav_page(e, {}, type, start());
+    ASSERT_EQ(page.size(), 244U) << type;
+    EXPECT_EQ(page.number(0, 6), static_cast<std::uint64_t>(type));
+    Bits checked;
+    for (std::size_t i = 0; i < 214; ++i) checked.put(page[i], 1);
+    EXPECT_EQ(page.number(214, 24), crc24q(checked)) << type;
+    EXPECT_EQ(page.number(238, 6), 0U);
+  }
+  constexpr std::uint64_t kWeek = 2408 - 1024, kSecond = 36000;
+  Bits page = fnav_page(e, {}, 1, start());
+  EXPECT_EQ(page.number(6, 6), 11U);
+  EXPECT_EQ(page.number(12, 10), 77U);
+  EXPECT_EQ(page.number(22, 14), kSecond / 60);
+  // From the clock of E1 and E5b to that of E1 and E5a: BGD(E1,E5a) less BGD(E1,E5b).
+  EXPECT_NEAR(std::ldexp(static_cast<double>(signed_field(page, 36, 31)), -34), e.af0 - 1.1e-8 - 5e-9, 3e-11);
+  EXPECT_NEAR(std::ldexp(static_cast<double>(signed_field(page, 143, 10)), -32), -1.1e-8, 1.2e-10);
+  EXPECT_EQ(page.number(153, 2), 2U);
+  EXPECT_EQ(page.number(155, 12), kWeek);
+  EXPECT_EQ(page.number(167, 20), kSecond);
+  EXPECT_EQ(page.number(187, 1), 1U);
+  e.data_sources = 1 << 1 | 1 << 8;
+  EXPECT_NEAR(std::ldexp(static_cast<double>(signed_field(fnav_page(e, {}, 1, start()), 36, 31)), -34), e.af0,
+              3e-11);
+  page = fnav_page(e, {}, 2, start());
+  EXPECT_NEAR(half_turns(page, 16, 32, -31), e.mean_anomaly, 1e-9);
+  EXPECT_NEAR(half_turns(page, 48, 24, -43), e.right_ascension_rate, 3e-13);
+  EXPECT_NEAR(static_cast<double>(page.number(104, 32)) * 0x1p-19, e.sqrt_a, 1e-6);
+  EXPECT_NEAR(half_turns(page, 136, 32, -31), e.right_ascension, 1e-9);
+  EXPECT_EQ(page.number(194, 20), kSecond);
+  page = fnav_page(e, {}, 3, start());
+  EXPECT_NEAR(half_turns(page, 16, 32, -31), e.inclination, 1e-9);
+  EXPECT_EQ(page.number(160, 14), kSecond / 60);
+  EXPECT_EQ(page.number(186, 20), kSecond);
+  page = fnav_page(e, {}, 4, start());
+  EXPECT_EQ(page.number(104, 8), 18U);
+  EXPECT_EQ(page.number(189, 20), kSecond);
+}
+
+// IS-GPS-200 figures 30-1 to 30-6.
+TEST(CnavMessage, HasItsFieldsAndItsCrc) {
+  gnss::KeplerEphemeris e = ephemeris("G07", start());
+  e.toe = e.toc = start() + 7200 - 16;  // no whole 300 s
+  const CnavDelays delays{-1.1e-8, -1.1e-8, -1.8e-8, -2e-8};
+  for (const int type : {10, 11, 30, 33}) {
+    const Bits bits = cnav_message(e, {}, delays, type, start(), 12);
+    ASSERT_EQ(bits.size(), 300U) << type;
+    EXPECT_EQ(bits.number(0, 8), 0b10001011U);
+    EXPECT_EQ(bits.number(8, 6), 7U);
+    EXPECT_EQ(bits.number(14, 6), static_cast<std::uint64_t>(type));
+    EXPECT_EQ(bits.number(20, 17), 6002U);  // of the next message, in 6 s
+    Bits checked;
+    for (std::size_t i = 0; i < 276; ++i) checked.put(bits[i], 1);
+    EXPECT_EQ(bits.number(276, 24), crc24q(checked)) << type;
+  }
+  EXPECT_EQ(cnav_message(e, {}, delays, 10, GpsTime::from_week(2409, 0) + -6, 6).number(20, 17), 0U);
+  Bits bits = cnav_message(e, {}, delays, 10, start(), 12);
+  EXPECT_EQ(bits.number(38, 13), 2408U);
+  EXPECT_EQ(bits.number(70, 11), 43200U / 300);
+  // 16 s later on the orbit: Kepler's third law.
+  const double axis_m = e.sqrt_a * e.sqrt_a;
+  EXPECT_NEAR(std::ldexp(static_cast<double>(signed_field(bits, 81, 26)), -9), axis_m - 26'559'710, 2e-3);
+  EXPECT_NEAR(half_turns(bits, 132, 17, -44), e.mean_motion_difference, 2e-13);
+  const double motion = std::sqrt(3.986005e14 / std::pow(axis_m, 3)) + e.mean_motion_difference;
+  EXPECT_NEAR(half_turns(bits, 172, 33, -32), e.mean_anomaly + 16 * motion, 1e-9);
+  EXPECT_NEAR(static_cast<double>(bits.number(205, 33)) * 0x1p-34, e.eccentricity, 1e-10);
+  EXPECT_NEAR(half_turns(bits, 238, 33, -32), e.argument_of_perigee, 1e-9);
+  bits = cnav_message(e, {}, delays, 11, start(), 12);
+  EXPECT_EQ(bits.number(38, 11), 43200U / 300);
+  EXPECT_NEAR(half_turns(bits, 49, 33, -32), e.right_ascension + 16 * e.right_ascension_rate, 1e-9);
+  EXPECT_NEAR(half_turns(bits, 82, 33, -32), e.inclination + 16 * e.inclination_rate, 1e-9);
+  EXPECT_NEAR(half_turns(bits, 115, 17, -44) - 2.6e-9 * geodesy::kPi, e.right_ascension_rate, 2e-13);
+  EXPECT_NEAR(half_turns(bits, 132, 15, -44), e.inclination_rate, 2e-13);
+  EXPECT_NEAR(std::ldexp(static_cast<double>(signed_field(bits, 179, 24)), -8), e.crs, 3e-3);
+  EXPECT_NEAR(std::ldexp(static_cast<double>(signed_field(bits, 248, 21)), -30), e.cuc, 1e-9);
+  bits = cnav_message(e, {}, delays, 30, start(), 12);
+  EXPECT_EQ(bits.number(60, 11), 43200U / 300);
+  EXPECT_NEAR(std::ldexp(static_cast<double>(signed_field(bits, 71, 26)), -35), e.af0 + 16 * e.af1, 2e-11);
+  // TGD, then corrections for L1 C/A, L2C, I5 and Q5: by them and TGD the signal is as late as it is.
+  EXPECT_NEAR(std::ldexp(static_cast<double>(signed_field(bits, 127, 13)), -35), -1.1e-8, 2e-11);
+  const std::array<double, 4> later{-1.1e-8, -1.8e-8, -2e-8, -2e-8};
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_NEAR(std::ldexp(static_cast<double>(signed_field(bits, 140 + 13 * i, 13)), -35),
+                -1.1e-8 - later[i], 2e-11);
+  }
+  EXPECT_EQ(cnav_message(e, {}, delays, 33, start(), 12).number(163, 8), 18U);
+}
+
 TEST(AccuracyIndex, FollowsTheTables) {
   // IS-GPS-200 20.3.3.3.1.3: nominal values 2.0, 2.8, 4.0, 5.7, 8.0, 11.3, 16, 32, ...
   const double nominal[]{2.0, 2.8, 4.0, 5.7, 8.0, 11.3, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096};

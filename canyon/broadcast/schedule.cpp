@@ -63,15 +63,6 @@ const Record* sent_record(const std::vector<Record>& records, gnss::SatelliteId 
   return best;
 }
 
-SystemMessage system_message(const gnss::NavigationData& navigation, System system, GpsTime t) {
-  SystemMessage message;
-  const auto klobuchar = navigation.klobuchar.find(system);
-  if (klobuchar != navigation.klobuchar.end()) message.klobuchar = klobuchar->second;
-  if (navigation.galileo_nequick) message.nequick = *navigation.galileo_nequick;
-  message.leap_seconds = navigation.leap_seconds.value_or(geodesy::leap_seconds(t));
-  return message;
-}
-
 /// Empty where nothing is sent that Canyon knows.
 std::vector<std::uint32_t> words_of(const gnss::KeplerEphemeris& e, const gnss::NavigationData& navigation,
                                     std::int64_t k, GpsTime start) {
@@ -98,6 +89,20 @@ std::vector<std::uint32_t> words_of(const gnss::KeplerEphemeris& e, const gnss::
 }
 
 }  // namespace
+
+const gnss::KeplerEphemeris* sent_ephemeris(const gnss::NavigationData& navigation, gnss::SatelliteId id,
+                                            GpsTime t) {
+  return sent_record(navigation.kepler, id, t);
+}
+
+SystemMessage system_message(const gnss::NavigationData& navigation, System system, GpsTime t) {
+  SystemMessage message;
+  const auto klobuchar = navigation.klobuchar.find(system);
+  if (klobuchar != navigation.klobuchar.end()) message.klobuchar = klobuchar->second;
+  if (navigation.galileo_nequick) message.nequick = *navigation.galileo_nequick;
+  message.leap_seconds = navigation.leap_seconds.value_or(geodesy::leap_seconds(t));
+  return message;
+}
 
 std::uint32_t unsent_ephemeris(gnss::SatelliteId id, const gnss::Signal& signal, GpsTime from, GpsTime to) {
   Pace pace = pace_of(id, to);
@@ -149,7 +154,7 @@ std::vector<SentMessage> Schedule::sent(const gnss::NavigationData& navigation, 
       current.ephemeris = std::monostate();
       if (id.system == System::GLONASS) {
         if (const auto* e = sent_record(navigation.glonass, id, frame_start)) current.ephemeris = *e;
-      } else if (const auto* e = sent_record(navigation.kepler, id, frame_start)) {
+      } else if (const auto* e = sent_ephemeris(navigation, id, frame_start)) {
         current.ephemeris = *e;
       }
     }

@@ -7,10 +7,19 @@
 #include <variant>
 #include <vector>
 
+#include "canyon/broadcast/messages.hpp"
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/gnss/signals.hpp"
 
 namespace canyon::broadcast {
+
+/// The ephemeris that a satellite begins to send at `t`: that with the nearest toe, of Galileo the last one
+/// of I/NAV that is of the past, where there is any. Null without one.
+[[nodiscard]] const gnss::KeplerEphemeris* sent_ephemeris(const gnss::NavigationData& navigation,
+                                                          gnss::SatelliteId id, geodesy::GpsTime t);
+/// What a system's satellites say at `t`.
+[[nodiscard]] SystemMessage system_message(const gnss::NavigationData& navigation, gnss::System system,
+                                           geodesy::GpsTime t);
 
 /// A message as it came from a satellite: subframe, page or string, the words as messages.hpp makes them
 /// (strings of GLONASS: three words of 32 bits, the first bit foremost).
@@ -24,8 +33,9 @@ struct SentMessage {
 /// page 18 of subframe 4 once in 12.5 min), Galileo on E1-B a page of I/NAV every 2 s from odd seconds on
 /// (words 2, 4, 6, ..., 1, 3, 5 in 30 s, spare ones between), BeiDou a subframe of D1 every 6 s or, in
 /// geostationary orbit, a page of D2 every 3 s, GLONASS a string every 2 s (1 to 5 of 15). Almanacs, SBAS and
-/// messages of other signals are not sent. A satellite sends the ephemeris that its receivers' sky goes by,
-/// that with the nearest toe, and changes it from one 30 s frame to the next.
+/// messages of other signals are not sent (symbol_frame() has some of these). A satellite sends the ephemeris
+/// that its receivers' sky goes by, that with the nearest toe, and changes it from one 30 s frame to the
+/// next.
 class Schedule {
  public:
   /// Messages whose last bit a satellite sends in (from, to], in order of time; none without an ephemeris.

@@ -1,13 +1,17 @@
 #include "canyon/broadcast/symbols.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <chrono>
+#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <string_view>
 
 #include "canyon/broadcast/messages.hpp"
 #include "canyon/broadcast/schedule.hpp"
+#include "canyon/gnss/broadcast_messages.hpp"
 
 namespace canyon::broadcast {
 namespace {
@@ -34,25 +38,122 @@ std::vector<std::int8_t> lnav_symbols(const std::vector<std::uint32_t>& words) {
   return symbols;
 }
 
-/// A part of a page: ten bits of synchronisation, then 120 bits by the convolutional code of rate 1/2 and
-/// constraint length 7 (171, 133 with its output inverted), interleaved over 30 columns and 8 rows
-/// (OS SIS ICD 2.1, 4.1.4).
-void put_inav_part(const std::vector<std::uint32_t>& page, std::size_t part,
-                   std::vector<std::int8_t>& symbols) {
-  constexpr std::uint32_t kSynchronisation = 0b0101100000;
-  constexpr std::size_t kBits = 120, kRows = 8, kColumns = 30;
-  for (int bit = 9; bit >= 0; --bit) symbols.push_back(symbol_of(kSynchronisation >> bit & 1U));
+/// Bits by the convolutional code of rate 1/2 and constraint length 7 (171, 133): two symbols a bit.
+/// @param inverted the second ones (Galileo) @param state of the encoder, the newest bit is bit 6
+std::vector<std::int8_t> convolved(const Bits& bits, bool inverted, std::uint32_t state = 0) {
   std::vector<std::int8_t> coded;
-  std::uint32_t state = 0;  // the newest bit is bit 6
-  for (std::size_t i = 0; i < kBits; ++i) {
-    const std::uint32_t bit = page.at(4 * part + i / 32) >> (31 - i % 32) & 1U;
-    state = state >> 1U | bit << 6U;
-    coded.push_back(symbol_of(static_cast<std::uint32_t>(std::popcount(state & 0171U)) & 1U));
-    coded.push_back(symbol_of((static_cast<std::uint32_t>(std::popcount(state & 0133U)) & 1U) ^ 1U));
+  const auto parity = [&](std::uint32_t taps) {
+    return static_cast<std::uint32_t>(std::popcount(state & taps)) & 1U;
+  };
+  for (std::size_t i = 0; i < bits.size(); ++i) {
+    state = state >> 1U | (bits[i] ? 1U << 6U : 0U);
+    coded.push_back(symbol_of(parity(0171U)));
+    coded.push_back(symbol_of(parity(0133U) ^ (inverted ? 1U : 0U)));
   }
+  return coded;
+}
+
+/// A page, or a part of one: synchronisation, then convolved bits interleaved over columns of 8 rows (OS SIS
+/// ICD 2.1, 4.1.4).
+void put_galileo_page(std::string_view synchronisation, const Bits& bits, std::vector<std::int8_t>& symbols) {
+  constexpr std::size_t kRows = 8;
+  for (const char c : synchronisation) symbols.push_back(symbol_of(c == '1' ? 1 : 0));
+  const std::vector<std::int8_t> coded = convolved(bits, true);
   for (std::size_t row = 0; row < kRows; ++row) {
-    for (std::size_t column = 0; column < kColumns; ++column) symbols.push_back(coded[column * kRows + row]);
+    for (std::size_t i = row; i < coded.size(); i += kRows) symbols.push_back(coded[i]);
   }
+}
+
+SymbolFrame inav_frame(const std::vector<std::uint32_t>& page, geodesy::GpsTime start) {
+  SymbolFrame frame{start, 0.004, {}};
+  for (std::size_t part = 0; part < 8; part += 4) {
+    Bits bits;
+    for (std::size_t word = part; word < part + 3; ++word) bits.put(page.at(word), 32);
+    put_galileo_page("0101100000", bits.put(page.at(part + 3) >> 8U, 24), frame.symbols);
+  }
+  return frame;
+}
+
+/// By what a signal of GPS is later than the clock: what is broadcast for it, else TGD by its frequency, as
+/// orbit::BroadcastSky has it.
+double delay_of(const gnss::NavigationData& navigation, const gnss::KeplerEphemeris& e,
+                std::string_view name) {
+  const auto signals = gnss::signals_of(gnss::System::GPS);
+  const auto signal = std::find_if(signals.begin(), signals.end(),
+                                   [&](const gnss::Signal& each) { return each.name == name; });
+  const std::size_t index = gnss::index_of(*signal);
+  const double ratio = gnss::kL1_hz / signal->carrier_hz;
+  double delay_s = e.group_delay[0] * ratio * ratio, nearest_s = std::numeric_limits<double>::infinity();
+  for (const gnss::SignalDelays& each : navigation.signal_delays) {
+    const double apart_s = std::abs(e.toc - each.toc);
+    if (each.id != e.id || !std::isfinite(each.group_delay_s[index]) || apart_s >= nearest_s) continue;
+    nearest_s = apart_s;
+    delay_s = each.group_delay_s[index];
+  }
+  return delay_s;
+}
+
+/// Messages that follow each other from the begin of the week on, of one ephemeris for `turn` of them.
+struct Place {
+  geodesy::GpsTime start, begin_of_turn;
+  int number = 0;  ///< of the turn
+};
+Place place_of(geodesy::GpsTime time, std::int64_t length_s, std::int64_t turn) {
+  const std::int64_t length = length_s * kNanoseconds, since = time.nanosecond_of_week();
+  const auto back = [&](std::int64_t step) {
+    return geodesy::GpsTime::from_nanoseconds(time.nanoseconds() - since % step);
+  };
+  return {back(length), back(length * turn), static_cast<int>(since / length % turn)};
+}
+
+Bits cnav_bits(const gnss::NavigationData& navigation, gnss::SatelliteId id, geodesy::GpsTime time,
+               int length_s) {
+  constexpr std::array<int, 4> kTypes{10, 11, 30, 33};
+  const Place place = place_of(time, length_s, kTypes.size());
+  const gnss::KeplerEphemeris* e = sent_ephemeris(navigation, id, place.begin_of_turn);
+  if (e == nullptr) return {};
+  const CnavDelays delays{e->group_delay[0], delay_of(navigation, *e, "L1CA"),
+                          delay_of(navigation, *e, "L2C"), delay_of(navigation, *e, "L5")};
+  return cnav_message(*e, system_message(navigation, id.system, place.start), delays,
+                      kTypes[static_cast<std::size_t>(place.number)], place.start, length_s);
+}
+
+/// The encoder goes on from message to message (IS-GPS-200, 3.3.3.1.1).
+std::optional<SymbolFrame> cnav_frame(const gnss::NavigationData& navigation, gnss::SatelliteId id,
+                                      geodesy::GpsTime time, int length_s) {
+  const Bits bits = cnav_bits(navigation, id, time, length_s);
+  if (bits.size() == 0) return std::nullopt;
+  const Bits before = cnav_bits(navigation, id, time + -length_s, length_s);
+  std::uint32_t state = 0;
+  for (std::size_t i = before.size() - 6; i < before.size(); ++i) {
+    state = state >> 1U | (before[i] ? 1U << 6U : 0U);
+  }
+  return SymbolFrame{place_of(time, length_s, 1).start, length_s / 600.0, convolved(bits, false, state)};
+}
+
+std::optional<SymbolFrame> fnav_frame(const gnss::NavigationData& navigation, gnss::SatelliteId id,
+                                      geodesy::GpsTime time) {
+  const Place place = place_of(time, 10, 5);
+  const gnss::KeplerEphemeris* e = sent_ephemeris(navigation, id, place.begin_of_turn);
+  if (e == nullptr) return std::nullopt;
+  SymbolFrame frame{place.start, 0.02, {}};
+  put_galileo_page(
+      "101101110000",
+      fnav_page(*e, system_message(navigation, id.system, place.start), place.number + 1, place.start),
+      frame.symbols);
+  return frame;
+}
+
+std::optional<SymbolFrame> e5b_frame(const gnss::NavigationData& navigation, gnss::SatelliteId id,
+                                     geodesy::GpsTime time) {
+  constexpr std::array<int, 15> kWords{1, 3, 5, 0, 0, 0, 0, 0, 0, 0, 2, 4, 6, 0, 0};
+  const Place place = place_of(time, 2, kWords.size());
+  const gnss::KeplerEphemeris* e = sent_ephemeris(navigation, id, place.begin_of_turn);
+  if (e == nullptr) return std::nullopt;
+  const int word = kWords[static_cast<std::size_t>(place.number)];
+  return inav_frame(
+      inav_page(inav_word(*e, system_message(navigation, id.system, place.start), word, place.start)),
+      place.start);
 }
 
 /// Words of 30 bits, as BeiDou sends them.
@@ -124,6 +225,10 @@ Lengths lengths_of(Message message) {
 
 std::optional<SymbolFrame> symbol_frame(const gnss::NavigationData& navigation, gnss::SatelliteId id,
                                         const gnss::Signal& signal, geodesy::GpsTime time) {
+  if (id.system == gnss::System::GPS && signal.name == "L2C") return cnav_frame(navigation, id, time, 12);
+  if (id.system == gnss::System::GPS && signal.name == "L5") return cnav_frame(navigation, id, time, 6);
+  if (signal.name == "E5a") return fnav_frame(navigation, id, time);
+  if (signal.name == "E5b") return e5b_frame(navigation, id, time);
   const std::optional<Message> kind = message_of(id, signal);
   if (!kind) return std::nullopt;
   const Lengths lengths = lengths_of(*kind);
@@ -158,12 +263,7 @@ std::optional<SymbolFrame> symbol_frame(const gnss::NavigationData& navigation, 
     case Message::Inav: {
       gnss::KeplerEphemeris spare;
       spare.id = id;
-      const std::vector<std::uint32_t> page =
-          known ? found->words : inav_page(inav_word(spare, {}, 0, frame.start));
-      frame.symbol_s = 0.004;
-      put_inav_part(page, 0, frame.symbols);
-      put_inav_part(page, 1, frame.symbols);
-      break;
+      return inav_frame(known ? found->words : inav_page(inav_word(spare, {}, 0, frame.start)), frame.start);
     }
     case Message::D1:
       frame.symbol_s = 0.02;

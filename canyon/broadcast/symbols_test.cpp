@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <string>
 #include <string_view>
 
@@ -66,7 +67,22 @@ TEST(Symbols, LnavHasParityAndPreamble) {
   EXPECT_FALSE(symbol_frame(navigation, {gnss::System::GPS, 8}, signal, kToe));
 }
 
-// OS SIS ICD 2.1, 4.1.4: a decoder of the convolutional code that follows the only path without an error.
+/// A decoder that follows the only path without an error: taps of 171 and 133 (octal) on the bit and the six
+/// before. @param before six bits of the encoder
+Bits decoded(const std::vector<int>& coded, bool inverted, std::vector<int> before) {
+  Bits bits;
+  for (std::size_t i = 0; 2 * i < coded.size(); ++i) {
+    const std::size_t n = before.size();
+    const int bit = coded[2 * i] ^ before[n - 1] ^ before[n - 2] ^ before[n - 3] ^ before[n - 6];
+    EXPECT_EQ(coded[2 * i + 1],
+              (inverted ? 1 : 0) ^ bit ^ before[n - 2] ^ before[n - 3] ^ before[n - 5] ^ before[n - 6]);
+    before.push_back(bit);
+    bits.put(static_cast<std::uint64_t>(bit), 1);
+  }
+  return bits;
+}
+
+// OS SIS ICD 2.1, 4.1.4.
 TEST(Symbols, InavPagesComeOutOfTheirEncoder) {
   const gnss::SatelliteId id{gnss::System::Galileo, 11};
   const gnss::NavigationData navigation = navigation_of(id, kToe);
@@ -87,15 +103,87 @@ TEST(Symbols, InavPagesComeOutOfTheirEncoder) {
     for (std::size_t i = 0; i < 240; ++i) {
       coded[i % 30 * 8 + i / 30] = frame->symbols[250 * part + 10 + i] < 0 ? 1 : 0;
     }
-    // Taps of 171 and 133 (octal) on the bit and the six before; the second is inverted.
-    std::vector<int> bits(6, 0);
+    const Bits bits = decoded(coded, true, std::vector<int>(6));
     for (std::size_t i = 0; i < 120; ++i) {
-      const std::size_t n = bits.size();
-      const int bit = coded[2 * i] ^ bits[n - 1] ^ bits[n - 2] ^ bits[n - 3] ^ bits[n - 6];
-      EXPECT_EQ(coded[2 * i + 1], 1 ^ bit ^ bits[n - 2] ^ bits[n - 3] ^ bits[n - 5] ^ bits[n - 6]);
-      EXPECT_EQ(static_cast<std::uint32_t>(bit), page[4 * part + i / 32] >> (31 - i % 32) & 1U) << i;
-      bits.push_back(bit);
+      EXPECT_EQ(bits[i] ? 1U : 0U, page[4 * part + i / 32] >> (31 - i % 32) & 1U) << i;
     }
+  }
+}
+
+// OS SIS ICD 2.1, 4.2: pages of 10 s, five in a turn of 50 s; 488 symbols over 61 columns and 8 rows.
+TEST(Symbols, FnavPagesComeOutOfTheirEncoder) {
+  const gnss::SatelliteId id{gnss::System::Galileo, 11};
+  const gnss::NavigationData navigation = navigation_of(id, kToe);
+  for (int k = 0; k < 5; ++k) {
+    const auto frame = symbol_frame(navigation, id, signal_of(id.system, "E5a"), kToe + (10 * k + 9.9));
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->start, kToe + 10 * k);
+    EXPECT_EQ(frame->symbol_s, 0.02);
+    ASSERT_EQ(frame->symbols.size(), 500U);
+    EXPECT_EQ(number(*frame, 0, 12), 0b101101110000U);
+    std::vector<int> coded(488);
+    for (std::size_t i = 0; i < 488; ++i) coded[i % 61 * 8 + i / 61] = frame->symbols[12 + i] < 0 ? 1 : 0;
+    SystemMessage message;
+    EXPECT_EQ(decoded(coded, true, std::vector<int>(6)),
+              fnav_page(navigation.kepler[0], message, k + 1, frame->start));
+  }
+}
+
+// 4.3.3: E5b-I sends words 1, 3, 5 and, half of a turn of 30 s later, 2, 4, 6; a page begins with each even
+// second.
+TEST(Symbols, E5bSendsThePagesOfE1InAnotherOrder) {
+  const gnss::SatelliteId id{gnss::System::Galileo, 11};
+  const gnss::NavigationData navigation = navigation_of(id, kToe);
+  const std::array<int, 15> words{1, 3, 5, 0, 0, 0, 0, 0, 0, 0, 2, 4, 6, 0, 0};
+  for (int k = 0; k < 15; ++k) {
+    const auto frame = symbol_frame(navigation, id, signal_of(id.system, "E5b"), kToe + (2 * k + 0.1));
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->start, kToe + 2 * k);
+    EXPECT_EQ(frame->symbol_s, 0.004);
+    const auto page =
+        inav_page(inav_word(navigation.kepler[0], {}, words[static_cast<std::size_t>(k)], frame->start));
+    Bits sent, expected;
+    for (std::size_t part = 0; part < 2; ++part) {
+      std::vector<int> coded(240);
+      for (std::size_t i = 0; i < 240; ++i) {
+        coded[i % 30 * 8 + i / 30] = frame->symbols[250 * part + 10 + i] < 0 ? 1 : 0;
+      }
+      sent.append(decoded(coded, true, std::vector<int>(6))).put(0, 8);
+    }
+    for (const std::uint32_t word : page) expected.put(word, 32);
+    EXPECT_EQ(sent, expected) << k;
+  }
+}
+
+// IS-GPS-200, 3.3.3.1.1 and IS-GPS-705, 3.3.3.1.1: the encoder goes on from message to message.
+TEST(Symbols, CnavGoesThroughOneEncoder) {
+  const gnss::SatelliteId id{gnss::System::GPS, 7};
+  gnss::NavigationData navigation = navigation_of(id, kToe);
+  navigation.kepler[0].group_delay[0] = 5e-9;
+  for (const auto& [name, length_s] : {std::pair{"L2C", 12}, {"L5", 6}}) {
+    std::vector<int> coded;
+    for (int k = 0; k < 8; ++k) {
+      const auto frame =
+          symbol_frame(navigation, id, signal_of(id.system, name), kToe + (length_s * k + 0.01));
+      ASSERT_TRUE(frame);
+      EXPECT_EQ(frame->start, kToe + length_s * k);
+      EXPECT_EQ(frame->symbol_s, length_s / 600.0);
+      ASSERT_EQ(frame->symbols.size(), 600U);
+      for (const int symbol : frame->symbols) coded.push_back(symbol < 0 ? 1 : 0);
+    }
+    coded.erase(coded.begin(), coded.begin() + 600);  // from the second message on
+    const std::array<int, 4> types{10, 11, 30, 33};
+    // The delay of L1 C/A is TGD, those of the others by the squares of the frequencies.
+    const CnavDelays delays{5e-9, 5e-9, 5e-9 * 77 * 77 / 3600, 5e-9 * 154 * 154 / (115 * 115)};
+    const auto message = [&, seconds = length_s](int k) {
+      return cnav_message(navigation.kepler[0], {}, delays, types[static_cast<std::size_t>(k % 4)],
+                          kToe + seconds * k, seconds);
+    };
+    std::vector<int> state;
+    for (std::size_t i = 294; i < 300; ++i) state.push_back(message(0)[i] ? 1 : 0);
+    Bits expected;
+    for (int k = 1; k < 8; ++k) expected.append(message(k));
+    EXPECT_EQ(decoded(coded, false, state), expected) << name;
   }
 }
 

@@ -1,0 +1,120 @@
+#include <cmath>
+
+#include "canyon/broadcast/accuracy_index.hpp"
+#include "canyon/broadcast/messages.hpp"
+#include "canyon/geodesy/constants.hpp"
+
+namespace canyon::broadcast {
+namespace {
+
+using geodesy::GpsTime;
+
+/// What fields are differences to (IS-GPS-200 tables 30-I and 30-II).
+constexpr double kSemiMajorAxis_m = 26'559'710, kRightAscensionRate = -2.6e-9 * geodesy::kPi;
+constexpr double kEarthGm = 3.986005e14;  ///< of GPS, 20.3.3.4.3
+
+/// toe and toc in whole steps of 300 s, with the elements and the clock of that time.
+gnss::KeplerEphemeris in_steps(gnss::KeplerEphemeris e) {
+  const auto to_step = [](GpsTime t) {
+    return std::round(t.seconds_of_week() / 300) * 300 - t.seconds_of_week();
+  };
+  const double orbit_s = to_step(e.toe), clock_s = to_step(e.toc);
+  const double axis_m = e.sqrt_a * e.sqrt_a;
+  e.mean_anomaly += (std::sqrt(kEarthGm / axis_m) / axis_m + e.mean_motion_difference) * orbit_s;
+  e.right_ascension += e.right_ascension_rate * orbit_s;
+  e.inclination += e.inclination_rate * orbit_s;
+  e.toe = e.toe + orbit_s;
+  e.af0 += (e.af1 + e.af2 * clock_s) * clock_s;
+  e.af1 += 2 * e.af2 * clock_s;
+  e.toc = e.toc + clock_s;
+  return e;
+}
+
+}  // namespace
+
+Bits cnav_message(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& message,
+                  const CnavDelays& delays, int type, GpsTime start, int length_s) {
+  const gnss::KeplerEphemeris e = in_steps(ephemeris);
+  Bits bits;
+  const auto put = [&](double value, int exponent, int width, bool is_signed = true) {
+    bits.put_scaled(value, std::ldexp(1.0, exponent), width, is_signed);
+  };
+  /// Within half a turn.
+  const auto angle = [&](double value, int width) {
+    put(std::remainder(value / geodesy::kPi, 2), -32, width);
+  };
+  const auto rate = [&](double value, int width) { put(value / geodesy::kPi, -44, width); };
+  const auto whole = [&](int value, int width) { bits.put(static_cast<std::uint64_t>(value), width); };
+  const auto steps = [&](GpsTime t) { bits.put_scaled(t.seconds_of_week(), 300, 11, false); };
+  // 30.3.3: the time of week is that of the next message.
+  constexpr std::int64_t kCountsPerWeek = 100'800;
+  const std::int64_t count = (start.nanosecond_of_week() / GpsTime::kNanosecondsPerSecond + length_s) / 6;
+  bits.put(0b10001011, 8).put(e.id.number, 6);
+  whole(type, 6);
+  bits.put(static_cast<std::uint64_t>(count % kCountsPerWeek), 17).put(0, 1);
+  const auto clock = [&] {
+    steps(e.toc);
+    whole(accuracy_index(e.accuracy_m), 5);
+    bits.put(0, 3).put(0, 3);
+    steps(e.toc);
+    put(e.af0, -35, 26);
+    put(e.af1, -48, 20);
+    put(e.af2, -60, 10);
+  };
+  switch (type) {
+    case 10:
+      whole(start.week(), 13);
+      whole(e.health == 0 ? 0 : 7, 3);
+      steps(e.toe);
+      whole(accuracy_index(e.accuracy_m), 5);
+      steps(e.toe);
+      put(e.sqrt_a * e.sqrt_a - kSemiMajorAxis_m, -9, 26);
+      bits.put(0, 25);
+      rate(e.mean_motion_difference, 17);
+      bits.put(0, 23);
+      angle(e.mean_anomaly, 33);
+      put(e.eccentricity, -34, 33, false);
+      angle(e.argument_of_perigee, 33);
+      bits.put(0, 1 + 1 + 3);  // integrity status, phasing of L2C, reserved
+      break;
+    case 11:
+      steps(e.toe);
+      angle(e.right_ascension, 33);
+      angle(e.inclination, 33);
+      rate(e.right_ascension_rate - kRightAscensionRate, 17);
+      rate(e.inclination_rate, 15);
+      put(e.cis, -30, 16);
+      put(e.cic, -30, 16);
+      put(e.crs, -8, 24);
+      put(e.crc, -8, 24);
+      put(e.cus, -30, 21);
+      put(e.cuc, -30, 21);
+      bits.put(0, 7);
+      break;
+    case 30:
+      clock();
+      put(delays.group_delay_s, -35, 13);
+      for (const double delay : {delays.l1ca_s, delays.l2c_s, delays.l5_s, delays.l5_s}) {
+        put(delays.group_delay_s - delay, -35, 13);
+      }
+      put_klobuchar(bits, message.klobuchar);
+      whole(start.week() & 255, 8);
+      bits.put(0, 12);
+      break;
+    default: {  // 33: UTC is GPST less whole seconds, no leap second announced
+      clock();
+      bits.put(0, 16 + 13 + 7);
+      whole(message.leap_seconds, 8);
+      bits.put(0, 16);
+      whole(start.week(), 13);
+      whole(start.week(), 13);
+      whole(7, 4);
+      whole(message.leap_seconds, 8);
+      bits.put(0, 51);
+      break;
+    }
+  }
+  return bits.put(crc24q(bits), 24);
+}
+
+}  // namespace canyon::broadcast
