@@ -96,7 +96,7 @@ BandPlan plan_run(const simulation::Simulation& simulation, const FrontEnd& fron
             "{:.3f} Msps, {:.3f} to {:.3f} MHz, carry no signal of the sky{}", front_end.rate_hz * 1e-6,
             front_end.lowest_hz() * 1e-6, front_end.highest_hz() * 1e-6,
             plan.left_out.empty() ? "" : fmt::format("; too narrow for {}", fmt::join(plan.left_out, ", "))),
-        plan.left_out.empty() ? "choose another band"
+        plan.left_out.empty()        ? "choose another band"
         : front_end.bandwidth_hz > 0 ? "give the filter a wider band"
         : front_end.real ? fmt::format("sample faster, with the intermediate frequency at a quarter of the "
                                        "rate: now {} Hz",

@@ -1,4 +1,4 @@
-#include "canyon/samples/front_end_filter.hpp"
+#include "canyon/samples/front_end.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/samples/mixer.hpp"
 
-namespace canyon::samples::front_end_filter_test {
+namespace canyon::samples::front_end_test {
 namespace {
 
 double gain_db(const std::vector<float>& taps, double cycles_per_sample) {
@@ -50,4 +50,4 @@ TEST(FrontEndFilter, DecimatesByItsSums) {
 }
 
 }  // namespace
-}  // namespace canyon::samples::front_end_filter_test
+}  // namespace canyon::samples::front_end_test
