@@ -13,6 +13,9 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
+/// Facets are gathered for antennas within this of a place, where one follows the other so nearby.
+constexpr double kNearby_m = 8;
+
 }  // namespace
 
 std::span<const FirstOrderSearch::Found> FirstOrderSearch::trace(const raytrace::RayScene& scene,
@@ -33,7 +36,15 @@ void FirstOrderSearch::find(const raytrace::RayScene& scene, const PlacedFacets&
   const Isometry3d* pose = set.enu_from_set;
   const Vector3d here = pose != nullptr ? pose->inverse() * antenna : antenna;
   FacingFacets& facing = pose != nullptr ? facing_of_instance_ : facing_of_city_;
-  set.facets->gather(here, limits.reach_m, limits.clearance_m, facing);
+  NearFacets& near = pose != nullptr ? near_in_instance_ : near_in_city_;
+  if (near.set != set.facets->number() || near.reach_m != limits.reach_m ||
+      (here - near.centre).norm() > near.radius_m) {
+    // Where the antenna has hardly moved, it will go on like that.
+    const bool again = pose == nullptr && (here - last_antenna_).norm() < kNearby_m / 4;
+    set.facets->gather(here, again ? kNearby_m : 0, limits.reach_m, near);
+  }
+  if (pose == nullptr) last_antenna_ = here;
+  facing.fill(near, here, limits.clearance_m);
   if (facing.facet.empty()) return;
   for (std::size_t i = 0; i < directions.size(); ++i) {
     const Vector3d towards =
@@ -50,6 +61,7 @@ void FirstOrderSearch::find(const raytrace::RayScene& scene, const PlacedFacets&
         const double cosine = facet.normal.dot(towards);
         if (cosine < limits.min_cosine) continue;
         const double height = facet.normal.dot(here) - facet.offset;
+        if (height <= limits.clearance_m + 2 * facet.deviation) continue;
         const double leg = height / cosine;
         if (leg > limits.reach_m) continue;
         const Vector3d point = here - 2 * height * facet.normal + leg * towards;

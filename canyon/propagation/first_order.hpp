@@ -47,6 +47,8 @@ class FirstOrderSearch {
   void keep_clear(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna,
                   std::span<const Eigen::Vector3d> directions);
 
+  NearFacets near_in_city_, near_in_instance_;  ///< of the last antenna, and of those about it
+  Eigen::Vector3d last_antenna_ = Eigen::Vector3d::Zero();
   FacingFacets facing_of_city_, facing_of_instance_;
   std::vector<std::uint8_t> marks_;
   std::vector<Found> found_;

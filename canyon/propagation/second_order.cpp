@@ -115,7 +115,8 @@ void SecondOrderSearch::find_pairs(const raytrace::RayScene& scene, std::span<co
   if (near_set == 0) {
     mark_hidden(*facing_of_city_, hidden_regions_, hidden_);
   } else {
-    set.facets->gather(here, limits.reach_m, limits.clearance_m, facing_);
+    set.facets->gather(here, 0, limits.reach_m, near_);
+    facing_.fill(near_, here, limits.clearance_m);
     hidden_.assign(facing_.facet.size(), 0);  // hidden regions are in the frame of the city
   }
   const FacingFacets& facing = near_set == 0 ? *facing_of_city_ : facing_;
@@ -124,6 +125,7 @@ void SecondOrderSearch::find_pairs(const raytrace::RayScene& scene, std::span<co
     Near near{&set, near_set, &set.facets->facets()[facing.facet[k]], {}, 0, antenna, {}};
     const Facet& facet = *near.facet;
     near.height = facet.normal.dot(here) - facet.offset;
+    if (near.height <= limits.clearance_m + 2 * facet.deviation) continue;
     near.beam = make_beam(facet, here - 2 * near.height * facet.normal, near.height, limits.reach_m);
     near.normal = turned(set.enu_from_set, facet.normal);
     near.beam.apex = moved(set.enu_from_set, near.beam.apex);

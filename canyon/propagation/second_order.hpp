@@ -61,7 +61,7 @@ class SecondOrderSearch {
 
   /// All second-order paths to `directions`, by satellite and excess path; valid until the next call. The
   /// first of `sets` is the city, in its own frame; the others stand in it. `facing_of_city` are its facets
-  /// by FacetSet::gather(antenna, limits.reach_m, limits.clearance_m), as the first order has gathered them.
+  /// by FacingFacets::fill(), as the first order has gathered them.
   std::span<const Found> trace(const raytrace::RayScene& scene, std::span<const PlacedFacets> sets,
                                const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
                                const SecondOrderLimits& limits, const FacingFacets& facing_of_city);
@@ -92,7 +92,8 @@ class SecondOrderSearch {
 
   DirectionBins bins_;
   const FacingFacets* facing_of_city_ = nullptr;  ///< during a search
-  FacingFacets facing_;                           ///< of instances
+  NearFacets near_;                               ///< of instances
+  FacingFacets facing_;
   std::vector<Occluders::Hidden> hidden_regions_;
   Occluders::Scratch occluders_;
   std::vector<std::uint8_t> hidden_;

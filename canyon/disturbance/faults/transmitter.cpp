@@ -203,14 +203,14 @@ std::vector<TransmitterWay> Transmitter::ways(geodesy::GpsTime time, const Vecto
   if (!rays_) return result;
   const Vector3d from = position(time);
   const double wavelength_m = geodesy::kSpeedOfLight / frequency_hz;
-  propagation::FacingFacets facing;
+  propagation::NearFacets near;
   constexpr double kClearance_m = 0.01;
-  facets_->gather(antenna, kReach_m, kClearance_m, facing);
-  for (const std::uint32_t index : facing.facet) {
+  facets_->gather(antenna, 0, kReach_m, near);
+  for (const std::uint32_t index : near.facet) {
     const propagation::Facet& facet = facets_->facets()[index];
     const double here_m = facet.normal.dot(antenna) - facet.offset;
     const double there_m = facet.normal.dot(from) - facet.offset;
-    if (there_m < kClearance_m) continue;
+    if (here_m <= kClearance_m + 2 * facet.deviation || there_m < kClearance_m) continue;
     const Vector3d image = from - 2 * there_m * facet.normal;
     const Vector3d point = antenna + here_m / (here_m + there_m) * (image - antenna);
     if ((point - antenna).norm() > kReach_m) continue;

@@ -1,6 +1,7 @@
 #include "canyon/propagation/index/facets.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -119,45 +120,62 @@ CANYON_CLONES void mark_lanes(const float* __restrict nx, const float* __restric
   }
 }
 
-}  // namespace
+/// Bounds that nothing lies in begin here.
+constexpr float kNowhere = 1e30F;
 
-void FacingFacets::clear() {
-  facet.clear();
-}
-
-void FacingFacets::resize(std::size_t size) {
-  for (auto* v : {&normal_x, &normal_y, &normal_z, &height, &min_x, &min_y, &min_z, &max_x, &max_y, &max_z}) {
-    v->resize(size);
+/// Normals in floats, and the antenna's height over each plane: 0 where it is not above `clearance` and twice
+/// the deviation.
+CANYON_CLONES void place_normals(const double* __restrict nx, const double* __restrict ny,
+                                 const double* __restrict nz, const double* __restrict offset,
+                                 const double* __restrict deviation, std::size_t count, double ax, double ay,
+                                 double az, double clearance, float* __restrict normal_x,
+                                 float* __restrict normal_y, float* __restrict normal_z,
+                                 float* __restrict height) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const double over = ((nx[i] * ax + ny[i] * ay) + nz[i] * az) - offset[i];
+    const double least = clearance + 2 * deviation[i];
+    normal_x[i] = static_cast<float>(nx[i]);
+    normal_y[i] = static_cast<float>(ny[i]);
+    normal_z[i] = static_cast<float>(nz[i]);
+    // Products in place of choices: compilers make branches of choices, and no vectors of loops with those.
+    height[i] = static_cast<float>(over * static_cast<double>(static_cast<int>(over > least)));
   }
 }
 
-void FacingFacets::append(std::uint32_t index, const Facet& from, const Vector3d& antenna, double height_m) {
-  const std::size_t i = facet.size();
-  if (i >= height.size()) resize(std::max(kLanes, 2 * i));
-  facet.push_back(index);
-  normal_x[i] = static_cast<float>(from.normal.x());
-  normal_y[i] = static_cast<float>(from.normal.y());
-  normal_z[i] = static_cast<float>(from.normal.z());
-  height[i] = static_cast<float>(height_m);
-  const Vector3d low = from.min - antenna, high = from.max - antenna;
-  const double slack = 2e-3 + 1e-6 * (low.cwiseAbs().maxCoeff() + high.cwiseAbs().maxCoeff());
-  min_x[i] = static_cast<float>(low.x() - slack);
-  min_y[i] = static_cast<float>(low.y() - slack);
-  min_z[i] = static_cast<float>(low.z() - slack);
-  max_x[i] = static_cast<float>(high.x() + slack);
-  max_y[i] = static_cast<float>(high.y() + slack);
-  max_z[i] = static_cast<float>(high.z() + slack);
+/// Bounds along one axis about the antenna, widened; nowhere where the height is 0.
+CANYON_CLONES void place_bounds(const double* __restrict low, const double* __restrict high,
+                                const float* __restrict height, std::size_t count, double at,
+                                float* __restrict min, float* __restrict max) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const double from = low[i] - at, to = high[i] - at;
+    const double slack = 2e-3 + 1e-6 * (std::abs(from) + std::abs(to));
+    const float away = 2 * kNowhere * static_cast<float>(static_cast<int>(height[i] <= 0));
+    min[i] = static_cast<float>(from - slack) + away;
+    max[i] = static_cast<float>(to + slack) - away;
+  }
 }
 
-void FacingFacets::pad() {
-  resize((facet.size() + kLanes - 1) / kLanes * kLanes);
-  const auto behind = static_cast<std::ptrdiff_t>(facet.size());
-  const auto fill = [behind](std::vector<float>& v, float value) {
-    std::fill(v.begin() + behind, v.end(), value);
+}  // namespace
+
+void FacingFacets::fill(const NearFacets& near, const Vector3d& antenna, double clearance_m) {
+  facet = near.facet;
+  const std::size_t count = facet.size(), padded = (count + kLanes - 1) / kLanes * kLanes;
+  for (auto* v : {&normal_x, &normal_y, &normal_z, &height, &min_x, &min_y, &min_z, &max_x, &max_y, &max_z})
+    v->resize(padded);
+  place_normals(near.normal_x.data(), near.normal_y.data(), near.normal_z.data(), near.offset.data(),
+                near.deviation.data(), count, antenna.x(), antenna.y(), antenna.z(), clearance_m,
+                normal_x.data(), normal_y.data(), normal_z.data(), height.data());
+  const auto place = [&](const std::vector<double>& low, const std::vector<double>& high, double at,
+                         std::vector<float>& min, std::vector<float>& max) {
+    place_bounds(low.data(), high.data(), height.data(), count, at, min.data(), max.data());
+    std::fill(min.begin() + static_cast<std::ptrdiff_t>(count), min.end(), kNowhere);
+    std::fill(max.begin() + static_cast<std::ptrdiff_t>(count), max.end(), -kNowhere);
   };
-  for (auto* v : {&normal_x, &normal_y, &normal_z, &height}) fill(*v, 0);
-  for (auto* v : {&min_x, &min_y, &min_z}) fill(*v, std::numeric_limits<float>::max());
-  for (auto* v : {&max_x, &max_y, &max_z}) fill(*v, std::numeric_limits<float>::lowest());
+  place(near.min_x, near.max_x, antenna.x(), min_x, max_x);
+  place(near.min_y, near.max_y, antenna.y(), min_y, max_y);
+  place(near.min_z, near.max_z, antenna.z(), min_z, max_z);
+  for (auto* v : {&normal_x, &normal_y, &normal_z, &height})
+    std::fill(v->begin() + static_cast<std::ptrdiff_t>(count), v->end(), 0.0F);
 }
 
 void mark_reflecting(const FacingFacets& facing, const Vector3d& s, double min_cosine, double reach_m,
@@ -173,6 +191,8 @@ void mark_reflecting(const FacingFacets& facing, const Vector3d& s, double min_c
 }
 
 FacetSet::FacetSet(const city::Mesh& mesh, bool with_terrain) {
+  static std::atomic<std::uint64_t> sets{0};
+  number_ = ++sets;
   const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
   std::vector<char> free(count, 0);  // reflects and is in no facet yet
   for (const city::Object& object : mesh.objects) {
@@ -284,17 +304,30 @@ void FacetSet::order_in_blocks() {
   for (const Facet& facet : facets_) blocks_.append(facet.min, facet.max);
 }
 
-void FacetSet::gather(const Vector3d& antenna, double reach_m, double clearance_m, FacingFacets& out) const {
-  out.clear();
-  const double reach2 = reach_m * reach_m;
-  blocks_.for_each_near(antenna, reach2, [&](std::size_t i) {
+void FacetSet::gather(const Vector3d& centre, double radius_m, double reach_m, NearFacets& out) const {
+  out.set = number_;
+  out.centre = centre;
+  out.radius_m = radius_m;
+  out.reach_m = reach_m;
+  out.facet.clear();
+  const double reach2 = (reach_m + radius_m) * (reach_m + radius_m);
+  blocks_.for_each_near(centre, reach2, [&](std::size_t i) {
     const Facet& facet = facets_[i];
-    const double height = facet.normal.dot(antenna) - facet.offset;
-    if (height <= clearance_m + 2 * facet.deviation) return;
-    if (BoundsBlocks::squared_distance(antenna, facet.min, facet.max) > reach2) return;
-    out.append(static_cast<std::uint32_t>(i), facet, antenna, height);
+    if (facet.normal.dot(centre) - facet.offset <= -radius_m) return;
+    if (BoundsBlocks::squared_distance(centre, facet.min, facet.max) > reach2) return;
+    out.facet.push_back(static_cast<std::uint32_t>(i));
   });
-  out.pad();
+  for (auto* v : {&out.normal_x, &out.normal_y, &out.normal_z, &out.offset, &out.deviation, &out.min_x,
+                  &out.min_y, &out.min_z, &out.max_x, &out.max_y, &out.max_z})
+    v->resize(out.facet.size());
+  for (std::size_t k = 0; k < out.facet.size(); ++k) {
+    const Facet& facet = facets_[out.facet[k]];
+    out.normal_x[k] = facet.normal.x(), out.normal_y[k] = facet.normal.y(),
+    out.normal_z[k] = facet.normal.z();
+    out.offset[k] = facet.offset, out.deviation[k] = facet.deviation;
+    out.min_x[k] = facet.min.x(), out.min_y[k] = facet.min.y(), out.min_z[k] = facet.min.z();
+    out.max_x[k] = facet.max.x(), out.max_y[k] = facet.max.y(), out.max_z[k] = facet.max.z();
+  }
 }
 
 std::optional<std::uint32_t> FacetSet::triangle_at(const Facet& facet, const Vector3d& point) const {

@@ -25,23 +25,30 @@ struct Facet {
   int axis = 2;                                       ///< that flat triangles leave out
 };
 
+/// Facets that antennas about a place may see the front of, within reach. Structure of arrays.
+struct NearFacets {
+  std::uint64_t set = 0;  ///< FacetSet::number(); 0: none
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  double radius_m = 0, reach_m = 0;  ///< of the antennas about the centre; from each of these
+  std::vector<std::uint32_t> facet;  ///< index into the set
+  std::vector<double> normal_x, normal_y, normal_z, offset, deviation;
+  std::vector<double> min_x, min_y, min_z, max_x, max_y, max_z;
+};
+
 /// Facets in front of an antenna and within reach, prepared for testing many directions at once: structure of
 /// arrays in floats about the antenna, so that distances are small numbers. Bounds are widened by 2 mm plus
-/// 1e-6 of the coordinates, which covers the roundings to float.
+/// 1e-6 of the coordinates, which covers the roundings to float. Facets that the antenna sees from behind
+/// may be among them; their bounds match nothing.
 struct FacingFacets {
   std::vector<std::uint32_t> facet;  ///< index into the set; not padded
   std::vector<float> normal_x, normal_y, normal_z, height;
   std::vector<float> min_x, min_y, min_z, max_x, max_y, max_z;
-  /// After pad() arrays but `facet` are padded to a multiple of this with facets that match nothing; before,
-  /// they are longer than that.
+  /// Arrays but `facet` are padded to a multiple of this with facets that match nothing.
   static constexpr std::size_t kLanes = 32;
 
-  void clear();
-  void append(std::uint32_t index, const Facet& facet, const Eigen::Vector3d& antenna, double height_m);
-  void pad();
-
- private:
-  void resize(std::size_t size);
+  /// Those of `near` whose front the antenna sees from more than `clearance_m` + twice their deviation above
+  /// their plane. @param antenna within `near.radius_m` of its centre
+  void fill(const NearFacets& near, const Eigen::Vector3d& antenna, double clearance_m);
 };
 
 /// Marks facets that may reflect a satellite in direction `s` to the antenna: the image construction's
@@ -65,10 +72,12 @@ class FacetSet {
   FacetSet(const city::Mesh& mesh, bool with_terrain);
 
   [[nodiscard]] const std::vector<Facet>& facets() const { return facets_; }
+  /// Tells sets apart; 0 of no facets.
+  [[nodiscard]] std::uint64_t number() const { return number_; }
 
-  /// Facets whose front the antenna sees from more than `clearance_m` + twice their deviation above their
-  /// plane, with bounds that begin within `reach_m`.
-  void gather(const Eigen::Vector3d& antenna, double reach_m, double clearance_m, FacingFacets& out) const;
+  /// Facets that may face an antenna within `radius_m` of a place, with bounds that begin within `reach_m` of
+  /// it.
+  void gather(const Eigen::Vector3d& centre, double radius_m, double reach_m, NearFacets& out) const;
 
   /// The triangle of the mesh at a point of the facet's plane, the lowest one of several; edges belong to the
   /// facet (1 nm of slack).
@@ -94,6 +103,7 @@ class FacetSet {
   void add_facet(const city::Mesh& mesh, std::vector<std::uint32_t>& group);
   void order_in_blocks();
 
+  std::uint64_t number_ = 0;
   std::vector<Facet> facets_;
   std::vector<FlatTriangle> flat_;
   /// Of each block of a facet's flat triangles, from Facet::first_bounds, and of each wide one.

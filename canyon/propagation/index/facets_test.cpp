@@ -122,13 +122,19 @@ TEST(FacetSet, TheFastTestNeverMissesAFacet) {
   const FacetSet set(city.mesh, true);
   std::mt19937_64 random(6);
   std::uniform_real_distribution<double> place(-300, 300), height(-5, 200), unit(-1, 1);
+  NearFacets near;
   FacingFacets facing;
   std::vector<std::uint8_t> marks;
   std::size_t offered = 0, needed = 0;
   for (int i = 0; i < 200; ++i) {
     const Vector3d antenna(place(random), place(random), height(random));
     const double reach = 20 + 280 * std::abs(unit(random));
-    set.gather(antenna, reach, 1e-3, facing);
+    // About the antenna, or about another place that it is near.
+    const double away = i % 2 == 0 ? 0 : 8;
+    const Vector3d centre =
+        antenna + away * Vector3d(unit(random), unit(random), unit(random)).normalized() * (1 - 1e-9);
+    set.gather(centre, away, reach, near);
+    facing.fill(near, antenna, 1e-3);
     for (int k = 0; k < 20; ++k) {
       const Vector3d s = Vector3d(unit(random), unit(random), unit(random)).normalized();
       const double min_cosine = k % 2 == 0 ? 1e-6 : 0.0175;

@@ -65,6 +65,7 @@ void Occluders::hidden_regions(const FacetSet& set, const FacingFacets& facing, 
   auto& largest = scratch.largest;
   largest.clear();
   for (std::size_t i = 0; i < facing.facet.size(); ++i) {
+    if (!(facing.height[i] > 0)) continue;
     const Part& part = parts_[facing.facet[i]];
     const auto squared = static_cast<float>((part.centre - antenna).squaredNorm());
     largest.emplace_back(part.area * facing.height[i] / (squared * std::sqrt(squared)), facing.facet[i]);

@@ -29,7 +29,9 @@ View view(const FacetSet& set, const Vector3d& antenna, std::size_t count) {
   const Occluders occluders(set);
   View v;
   Occluders::Scratch scratch;
-  set.gather(antenna, 500, 2e-3, v.facing);
+  NearFacets near;
+  set.gather(antenna, 0, 500, near);
+  v.facing.fill(near, antenna, 2e-3);
   occluders.hidden_regions(set, v.facing, antenna, count, 2e-3, scratch, v.regions);
   mark_hidden(v.facing, v.regions, v.hidden);
   return v;
