@@ -420,6 +420,44 @@ std::vector<Headline> headlines(const Figures& f) {
   return result;
 }
 
+std::vector<Headline> headlines_by_other_part(const Comparison& comparison, std::size_t first,
+                                              std::size_t count, std::size_t other_first,
+                                              std::size_t other_count) {
+  const auto measured_headlines = [&comparison](std::size_t begin, std::size_t n) {
+    return headlines(Collector(comparison, begin, n, {}).headline_figures());
+  };
+  // Distances of distributions: one part with its measured values alone, the other with them as simulated.
+  Comparison both;
+  const auto add = [&](std::size_t begin, std::size_t n, bool other) {
+    for (std::size_t e = begin; e < begin + n; ++e) {
+      const ComparedEpoch& epoch = comparison.epochs[e];
+      ComparedEpoch& to = both.epochs.emplace_back();
+      to.first = both.satellites.size();
+      to.count = epoch.count;
+      for (std::size_t i = epoch.first; i < epoch.first + epoch.count; ++i) {
+        const ComparedSatellite& s = comparison.satellites[i];
+        ComparedSatellite& copy = both.satellites.emplace_back();
+        copy.clear = s.clear;
+        copy.elevation_rad = s.elevation_rad;
+        (other ? copy.simulated : copy.measured) = s.measured;
+        (other ? copy.simulated_error_m : copy.measured_error_m) = s.measured_error_m;
+        (other ? copy.simulated_cn0_dbhz : copy.measured_cn0_dbhz) = s.measured_cn0_dbhz;
+      }
+    }
+  };
+  add(first, count, false);
+  add(other_first, other_count, true);
+  std::vector<Headline> result = headlines(Collector(both, 0, both.epochs.size(), {}).headline_figures());
+  const std::vector<Headline> own = measured_headlines(first, count),
+                              other = measured_headlines(other_first, other_count);
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    if (!result[i].pair) continue;
+    result[i].measured = own[i].measured;
+    result[i].simulated = other[i].measured;
+  }
+  return result;
+}
+
 void add_intervals(std::vector<Headline>& headlines_of_all, const Comparison& comparison, std::size_t first,
                    std::size_t count, const FigureOptions& options, std::span<const Comparison> runs) {
   options.validate();

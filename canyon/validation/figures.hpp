@@ -166,6 +166,12 @@ struct Headline {
 /// Without intervals, always the same ones in the same order, those of own fixes at the end where there are
 /// any.
 [[nodiscard]] std::vector<Headline> headlines(const Figures& figures);
+/// The recording's own epochs [other_first, other_first + other_count) in the place of the simulated ones:
+/// what a part of a recording says of another, as a bound of what can be learnt from it. Without explanations
+/// of single errors.
+[[nodiscard]] std::vector<Headline> headlines_by_other_part(const Comparison& comparison, std::size_t first,
+                                                            std::size_t count, std::size_t other_first,
+                                                            std::size_t other_count);
 /// Their intervals: the figures anew from blocks of epochs drawn with replacement. Own fixes get none. @param
 /// headlines_of_all of these epochs and runs, as for figures()
 void add_intervals(std::vector<Headline>& headlines_of_all, const Comparison& comparison, std::size_t first,

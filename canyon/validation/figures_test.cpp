@@ -523,6 +523,36 @@ TEST(Pool, ObservationsOfAllAndNoSecondTwice) {
   EXPECT_FALSE(pooled.runs[0].satellites[0].simulated);
 }
 
+TEST(Headlines, ByAnotherPartOfTheRecording) {
+  Hand hand;
+  for (int e = 0; e < 4; ++e) {
+    hand.epoch();
+    hand.measured(true, e < 2 ? 0.1 * e : 5 + e, e < 2 ? 40 : 50);
+    hand.measured(false, 20, 30);
+    if (e < 2) hand.satellite(true);  // not tracked
+    ComparedEpoch& epoch = hand.comparison.epochs.back();
+    epoch.measured = {true, Eigen::Vector3d(e < 2 ? 3 : 8, 0, 0), e < 2 ? 7 : 9};
+    epoch.simulated = {true, Eigen::Vector3d(99, 0, 0), 1};
+  }
+  const std::vector<Headline> found = headlines_by_other_part(hand.comparison, 2, 2, 0, 2);
+  const auto of = [&found](const std::string& key) {
+    return *std::find_if(found.begin(), found.end(), [&key](const Headline& h) { return h.key == key; });
+  };
+  EXPECT_DOUBLE_EQ(*of("tracked_los").measured, 1);
+  EXPECT_DOUBLE_EQ(*of("tracked_los").simulated, 0.5);
+  EXPECT_DOUBLE_EQ(*of("cn0_los_less_nlos_db").measured, 20);
+  EXPECT_DOUBLE_EQ(*of("cn0_los_less_nlos_db").simulated, 10);
+  EXPECT_DOUBLE_EQ(*of("horizontal_p50_m").measured, 8);
+  EXPECT_DOUBLE_EQ(*of("horizontal_p50_m").simulated, 3);
+  EXPECT_DOUBLE_EQ(*of("satellites_used").simulated, 7);
+  EXPECT_DOUBLE_EQ(*of("ks_cn0_los").simulated, 1);
+  EXPECT_DOUBLE_EQ(*of("ks_cn0_nlos").simulated, 0);
+  EXPECT_DOUBLE_EQ(*of("ks_error_los").simulated, 1);
+  EXPECT_DOUBLE_EQ(*of("ks_error_nlos").simulated, 0);
+  EXPECT_FALSE(of("spearman").simulated);
+  EXPECT_FALSE(of("median_difference_m").simulated);
+}
+
 TEST(RecordingTable, RowsAndTheirIntervals) {
   RecordingRow tst{"tst",         "mass | market",      {},   "tst/report.html",
                    "second half", "never tracked: C07", "{}", {}};

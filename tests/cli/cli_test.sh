@@ -617,7 +617,8 @@ calibrate)
   { sed 's/^sky:.*/sky: {navigation: [res\/sky.nav]}/' small.yaml; echo 'receivers: [{name: car, profile: ublox-m8t}]'; } >judge.yaml
   one=(--obs res/receiver.obs --truth truth.csv --format urbannav --no-atmosphere)
   runs 0 "$canyon" calibrate judge.yaml "${one[@]}" -o mine.yaml --markdown table.md --json fit.json
-  says out "| key | profile |" "signal.link.above_minimum_db" "By what calibrated nothing" "| calibrated |"
+  says out "| key | profile |" "signal.link.above_minimum_db" "By what calibrated nothing" "| calibrated |" \
+    "| recorded first half |"
   says table.md "not identified" "KS C/N0 LOS"
   says mine.yaml "description: " "calibrated by" "Not identified by these recordings" "was 1.5;" "as ublox-m8t"
   python3 - <<'P' || fail "fit.json is not what was recorded"
