@@ -683,6 +683,41 @@ TEST(Instances, ABusHidesAReflectionFromAWall) {
 
 // ---- many satellites and threads at once
 
+// Facets are gathered for antennas that follow one another nearby. A thread of its own has none gathered.
+TEST(Propagator, DoesNotDependOnTheAntennaBefore) {
+  city::SyntheticCityOptions city;
+  city.blocks_east = city.blocks_north = 4;
+  PropagationOptions options;
+  options.reflection_order = 2;
+  options.ground_reflection = true;
+  const World world(city::synthetic_city(city).mesh, options);
+  std::vector<Vector3d> sky;
+  for (int azimuth = 0; azimuth < 360; azimuth += 20) sky.push_back(direction(azimuth, 15 + azimuth / 6.0));
+  const auto trace = [&](const Vector3d& antenna) {
+    std::vector<SatellitePaths> result(sky.size());
+    world.propagator.trace(antenna, sky, result);
+    return result;
+  };
+  std::size_t paths = 0;
+  for (int step = 0; step < 60; ++step) {
+    // Along a street by 0.3 to 3 m, with a jump every now and then.
+    const double along = 0.3 * (1 + step % 10) * step + (step % 17 == 0 ? 40 : 0);
+    const Vector3d antenna(-70 + std::fmod(along, 140), 3 + 0.05 * step, 2);
+    const std::vector<SatellitePaths> here = trace(antenna);
+    std::vector<SatellitePaths> fresh;
+    std::thread([&] { fresh = trace(antenna); }).join();
+    for (std::size_t k = 0; k < sky.size(); ++k) {
+      ASSERT_EQ(here[k].paths.size(), fresh[k].paths.size()) << step;
+      for (std::size_t p = 0; p < here[k].paths.size(); ++p) {
+        EXPECT_EQ(here[k].paths[p].excess_m, fresh[k].paths[p].excess_m);
+        EXPECT_EQ(here[k].paths[p].reflector, fresh[k].paths[p].reflector);
+        ++paths;
+      }
+    }
+  }
+  EXPECT_GT(paths, 1'000u);
+}
+
 TEST(Propagator, AnswersAlikeForOneAndForManyAndOnThreads) {
   const city::City city = city::synthetic_city({});
   World world(city.mesh);
