@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "canyon/base/gzip_file.hpp"
 #include "canyon/base/statistics.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/receiver/corrections.hpp"
 #include "canyon/relative/recorded_pair.hpp"
+#include "canyon/rinex/navigation_reader.hpp"
+#include "canyon/rtcm/rtcm_decoder.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
@@ -19,6 +22,7 @@ namespace canyon::cli {
 namespace {
 
 using geodesy::Geodetic;
+using geodesy::GpsTime;
 using positioning::FixKind;
 
 struct RtkArguments {
@@ -28,11 +32,68 @@ struct RtkArguments {
   bool allow_stale = false, quiet = false;
 };
 
-/// The place of the base's antenna: as given, else that of the file's header.
-Eigen::Vector3d place_of_base(const RtkArguments& arguments, const rinex::ObservationHeader& header) {
+/// A file of observations: RINEX, or RTCM 3.
+struct Recording {
+  rinex::RinexObservations rinex;
+  relative::RecordedEpochs rtcm;
+
+  [[nodiscard]] GpsTime first() const {
+    return rtcm.empty() ? rinex.epochs.front().receiver_time : rtcm.front()->receiver_time;
+  }
+  [[nodiscard]] GpsTime last() const {
+    return rtcm.empty() ? rinex.epochs.back().receiver_time : rtcm.back()->receiver_time;
+  }
+  [[nodiscard]] relative::RecordedEpochs epochs(const orbit::Sky& sky, const Eigen::Vector3d& place) const {
+    return rtcm.empty() ? relative::recorded_epochs(rinex.epochs, rinex.header.glonass_bias_m, sky, place)
+                        : rtcm;
+  }
+};
+
+/// Whether it holds RTCM 3: RINEX begins with a line that says so.
+bool is_rtcm(const std::string& path) {
+  GzipFile file(path);
+  std::string head(4096, ' ');
+  head.resize(file.read(head.data(), head.size(), 0));
+  return head.substr(0, 80).find("RINEX") == std::string::npos && head.find('\xd3') != std::string::npos;
+}
+
+/// @param around a time within half a week of the recording, which RTCM does not state
+Recording read(const std::string& path, const RtkArguments& arguments, const gnss::NavigationData& navigation,
+               GpsTime around, bool needs_place) {
+  const std::set<gnss::System> systems = arguments.systems.empty()
+                                             ? std::set(gnss::kAllSystems.begin(), gnss::kAllSystems.end())
+                                             : parse_systems(arguments.systems);
+  Recording recording;
+  if (!is_rtcm(path)) {
+    rinex::ObservationOptions wanted;
+    wanted.all_signals = true;
+    wanted.systems = systems;
+    recording.rinex = rinex::read_rinex_observations(path, wanted);
+    print_warnings(recording.rinex.report.warnings());
+    return recording;
+  }
+  const auto channel = [&](gnss::SatelliteId id) -> std::optional<int> {
+    const auto of = std::find_if(navigation.glonass.begin(), navigation.glonass.end(),
+                                 [&](const gnss::GlonassEphemeris& e) { return e.id == id; });
+    return of == navigation.glonass.end() ? std::nullopt : std::optional(of->channel);
+  };
+  for (const auto& epoch : rtcm::read_rtcm_corrections(path, around, channel, needs_place).epochs) {
+    relative::Corrections wanted = *epoch;
+    std::erase_if(wanted.observations, [&](const relative::SignalMeasurement& seen) {
+      return systems.count(seen.measurement.id.system) == 0;
+    });
+    recording.rtcm.push_back(std::make_shared<const relative::Corrections>(std::move(wanted)));
+  }
+  return recording;
+}
+
+/// The place of the base's antenna: as given, else that of the file.
+Eigen::Vector3d place_of_base(const RtkArguments& arguments, const Recording& base) {
   if (!arguments.base_place.empty()) {
     return geodesy::ecef_from_geodetic(parse_place(arguments.base_place, "--base-position"));
   }
+  if (!base.rtcm.empty()) return base.rtcm.front()->station_ecef;
+  const rinex::ObservationHeader& header = base.rinex.header;
   if (!header.approximate_position_ecef) {
     throw InputError(arguments.base, 0, "the header has no position of the base's antenna",
                      "give --base-position LATITUDE,LONGITUDE,HEIGHT");
@@ -49,15 +110,6 @@ Eigen::Vector3d place_of_base(const RtkArguments& arguments, const rinex::Observ
                    "that are errors of the rover; --base-position gives a surveyed place",
                    geodesy::degrees(at.latitude_rad), geodesy::degrees(at.longitude_rad), at.height_m)});
   return place;
-}
-
-rinex::RinexObservations read(const std::string& path, const RtkArguments& arguments) {
-  rinex::ObservationOptions wanted;
-  wanted.all_signals = true;
-  if (!arguments.systems.empty()) wanted.systems = parse_systems(arguments.systems);
-  rinex::RinexObservations recorded = rinex::read_rinex_observations(path, wanted);
-  print_warnings(recorded.report.warnings());
-  return recorded;
 }
 
 /// Where the rover truly was: at one place, or along a trajectory.
@@ -115,21 +167,35 @@ void print_kinds(const std::vector<relative::PairEpoch>& epochs,
   print_table({"fix", "epochs", "[%]", "horizontal p50 [m]", "p95 [m]", "vertical p50 [m]", "p95 [m]"}, rows);
 }
 
+/// Of the first of the ephemerides.
+GpsTime time_of(const gnss::NavigationData& navigation) {
+  if (!navigation.kepler.empty()) return navigation.kepler.front().toe;
+  return navigation.glonass.empty() ? GpsTime() : navigation.glonass.front().toe;
+}
+
 int run_rtk(const RtkArguments& arguments) {
-  const rinex::RinexObservations rover = read(arguments.rover, arguments);
-  const geodesy::GpsTime first = rover.epochs.front().receiver_time;
   simulation::SkyConfig config;
   config.navigation.assign(arguments.navigation.begin(), arguments.navigation.end());
+  const gnss::NavigationData navigation = rinex::read_rinex_navigation(config.navigation);
+  const auto rover = read(arguments.rover, arguments, navigation, time_of(navigation), false);
+  const GpsTime first = rover.first();
   config.allow_stale = arguments.allow_stale;
   config.systems = arguments.systems.empty()
                        ? std::set(gnss::kConstellations.begin(), gnss::kConstellations.end())
                        : parse_systems(arguments.systems);
-  const rinex::RinexObservations base_file = read(arguments.base, arguments);
-  const Eigen::Vector3d place = place_of_base(arguments, base_file.header);
-  const simulation::BuiltSky sky = simulation::build_sky(config, first, rover.epochs.back().receiver_time,
-                                                         geodesy::geodetic_from_ecef(place));
+  const auto base_file = read(arguments.base, arguments, navigation, first, arguments.base_place.empty());
+  const Eigen::Vector3d place = place_of_base(arguments, base_file);
+  const simulation::BuiltSky sky =
+      simulation::build_sky(config, first, rover.last(), geodesy::geodetic_from_ecef(place));
   print_warnings(sky.warnings);
-  const relative::BaseEpochs base = relative::base_epochs(base_file.epochs, place, *sky.sky);
+  relative::RecordedEpochs base = base_file.epochs(*sky.sky, place);
+  if (!arguments.base_place.empty()) {
+    for (auto& epoch : base) {
+      relative::Corrections there = *epoch;
+      there.station_ecef = place;
+      epoch = std::make_shared<const relative::Corrections>(std::move(there));
+    }
+  }
   receiver::CodeCorrections station{{}};
   positioning::FixOptions models;
   models.correct_troposphere = true;
@@ -143,8 +209,8 @@ int run_rtk(const RtkArguments& arguments) {
   std::vector<relative::PairEpoch> epochs;
   {
     Progress progress("epochs", arguments.quiet);
-    epochs = relative::solve_pair(rover.epochs, base, *sky.sky, sky.navigation.klobuchar, arguments.options,
-                                  progress.callback());
+    epochs = relative::solve_pair(rover.epochs(*sky.sky, {}), base, *sky.sky, sky.navigation.klobuchar,
+                                  arguments.options, progress.callback());
   }
   print_kinds(epochs, truth);
   const auto fixed = std::find_if(epochs.begin(), epochs.end(), [](const relative::PairEpoch& epoch) {
@@ -172,12 +238,14 @@ void add_rtk(Command& app) {
   RtkArguments& arguments = command.run_with(run_rtk);
   relative::PairOptions& options = arguments.options;
   options.fix.correct_troposphere = true;
-  command.add_option("rover", arguments.rover, "ROVER", "RINEX observations of the rover (2, 3, 4; .gz too)")
+  command
+      .add_option("rover", arguments.rover, "ROVER",
+                  "observations of the rover: RINEX 2, 3, 4, or RTCM 3 (.gz too)")
       .required();
-  command.add_option("base", arguments.base, "BASE", "RINEX observations of the base").required();
+  command.add_option("base", arguments.base, "BASE", "likewise, of the base").required();
   command.add_option("--nav", arguments.navigation, "FILE", "RINEX navigation files").required();
   command.add_option("--base-position", arguments.base_place, "LAT,LON,HEIGHT",
-                     "antenna of the base, degrees and metres (its file's header)");
+                     "antenna of the base, degrees and metres (what its file states)");
   command.add_option("--truth", arguments.truth, "PLACE|FILE",
                      "where the rover was: LAT,LON,HEIGHT, or a trajectory; errors are printed");
   command.add_option("--format", arguments.truth_format, "F", "of the trajectory (csv)");

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
+#include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/gnss/signals.hpp"
 #include "canyon/positioning/fix.hpp"
@@ -16,7 +18,26 @@ namespace canyon::relative {
 struct SignalMeasurement {
   const gnss::Signal* signal = nullptr;  ///< of gnss::signals_of()
   positioning::Measurement measurement;
+  /// The phase refers to the instant of the code. GLONASS phases of receivers of different makers are off by
+  /// up to some 100 m here, which becomes a part of a cycle for each step of the channel's number. True for
+  /// systems whose satellites share a carrier.
+  bool aligned = true;
 };
+
+/// What has to be added to GLONASS phases [m] so that they refer to the instant of the codes, by RINEX code
+/// ("1C", "1P", "2C", "2P"): RTCM message 1230, header record GLONASS COD/PHS/BIS. Without an entry it is not
+/// known.
+using GlonassBiases = std::map<std::string, double, std::less<>>;
+
+/// Adds the bias of a GLONASS signal of this code to its phase; where there is none the phase is not aligned.
+inline void align(SignalMeasurement& seen, std::string_view code, const GlonassBiases& biases) {
+  positioning::Measurement& m = seen.measurement;
+  if (m.id.system != gnss::System::GLONASS) return;
+  const auto bias_m = biases.find(code);
+  seen.aligned = bias_m != biases.end();
+  if (!seen.aligned || !m.carrier_phase_cycles) return;
+  *m.carrier_phase_cycles += bias_m->second * m.carrier_frequency_hz / geodesy::kSpeedOfLight;
+}
 
 /// What a receiver is given of a reference station, beside what arrives at its own antenna: one epoch of the
 /// station as RTCM 3 has it (messages 1005 and MSM).
@@ -29,9 +50,6 @@ struct Corrections {
   geodesy::GpsTime receiver_time;
   /// Those of a satellite stand together.
   std::vector<SignalMeasurement> observations;
-  /// What has to be added to GLONASS phases of L1 C/A, L1 P, L2 C/A, L2 P [m] so that they refer to the
-  /// instant of the codes (message 1230); NaN: not stated for this signal. Empty: not stated.
-  std::optional<std::array<double, 4>> glonass_bias_m = std::nullopt;
   /// As the station names them (messages 1007, 1008, 1033); empty: not known.
   std::string antenna_name = {}, receiver_name = {};
 };

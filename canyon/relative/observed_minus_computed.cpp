@@ -71,6 +71,7 @@ std::vector<ObservedMinusComputed> observed_minus_computed(geodesy::GpsTime rece
       if (m.doppler_hz) o.doppler_mps = -*m.doppler_hz * o.wavelength_m;
       o.phase_since = m.phase_since;
       o.half_cycle = m.half_cycle;
+      o.aligned = seen.aligned;
       result.push_back(o);
     }
   }

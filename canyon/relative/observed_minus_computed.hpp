@@ -26,6 +26,7 @@ struct ObservedMinusComputed {
   std::optional<double> doppler_mps;  ///< range rate, positive when receding
   std::optional<geodesy::GpsTime> phase_since;
   bool half_cycle = false;
+  bool aligned = true;  ///< SignalMeasurement::aligned
 };
 
 /// Of satellites that the sky knows, at or above the mask of elevation and C/N0, ascending by satellite and

@@ -37,62 +37,64 @@ std::vector<positioning::Measurement> first_signals(const std::vector<SignalMeas
   return result;
 }
 
-void check_common(const std::vector<rinex::ObservationEpoch>& rover, const BaseEpochs& base,
-                  const PairOptions& options) {
+void check_common(const RecordedEpochs& rover, const RecordedEpochs& base, const PairOptions& options) {
   if (rover.empty() || base.empty()) {
     throw InputError(fmt::format("the {} has no epoch", rover.empty() ? "rover" : "base"),
                      "give recordings with observations");
   }
   const geodesy::GpsTime first = base.front()->receiver_time, last = base.back()->receiver_time;
-  if (rover.front().receiver_time - last > options.max_age_s ||
-      first - rover.back().receiver_time > kSameTag_s) {
-    throw InputError(
-        fmt::format("base ({} to {}) and rover ({} to {}) share no time", geodesy::format_gpst(first, 0),
-                    geodesy::format_gpst(last, 0), geodesy::format_gpst(rover.front().receiver_time, 0),
-                    geodesy::format_gpst(rover.back().receiver_time, 0)),
-        "give recordings of the same time");
+  const geodesy::GpsTime begin = rover.front()->receiver_time, end = rover.back()->receiver_time;
+  if (begin - last > options.max_age_s || first - end > kSameTag_s) {
+    throw InputError(fmt::format("base ({} to {}) and rover ({} to {}) share no time",
+                                 geodesy::format_gpst(first, 0), geodesy::format_gpst(last, 0),
+                                 geodesy::format_gpst(begin, 0), geodesy::format_gpst(end, 0)),
+                     "give recordings of the same time");
   }
 }
 
 }  // namespace
 
-BaseEpochs base_epochs(const std::vector<rinex::ObservationEpoch>& recorded, const Eigen::Vector3d& place,
-                       const orbit::Sky& sky) {
-  RecordedSignals signals(sky);
-  BaseEpochs result;
+RecordedEpochs recorded_epochs(const std::vector<rinex::ObservationEpoch>& recorded,
+                               const GlonassBiases& biases, const orbit::Sky& sky,
+                               const Eigen::Vector3d& place) {
+  RecordedSignals signals(sky, biases);
+  RecordedEpochs result;
   for (const rinex::ObservationEpoch& epoch : recorded) {
-    result.push_back(std::make_shared<const Corrections>(signals.next_of_base(epoch, place)));
+    Corrections of_epoch;
+    of_epoch.station_ecef = place;
+    of_epoch.receiver_time = epoch.receiver_time;
+    of_epoch.observations = signals.next(epoch);
+    result.push_back(std::make_shared<const Corrections>(std::move(of_epoch)));
   }
   return result;
 }
 
-std::vector<PairEpoch> solve_pair(const std::vector<rinex::ObservationEpoch>& rover, const BaseEpochs& base,
+std::vector<PairEpoch> solve_pair(const RecordedEpochs& rover, const RecordedEpochs& base,
                                   const orbit::Sky& sky,
                                   const std::map<gnss::System, gnss::Klobuchar>& klobuchar,
                                   const PairOptions& options,
                                   const std::function<void(std::size_t, std::size_t)>& progress) {
   check_common(rover, base, options);
   RtkFilter filter(options.rtk, options.fix, options.max_age_s);
-  RecordedSignals signals(sky);
   std::vector<PairEpoch> result;
   result.reserve(rover.size());
   std::size_t next = 0;
   bool related = false;
-  for (const rinex::ObservationEpoch& epoch : rover) {
-    while (next < base.size() && base[next]->receiver_time - epoch.receiver_time < kSameTag_s) {
+  for (const auto& epoch : rover) {
+    const geodesy::GpsTime time = epoch->receiver_time;
+    while (next < base.size() && base[next]->receiver_time - time < kSameTag_s) {
       Corrections of_base = *base[next++];
       keep_signals(of_base.observations, options.signals);
       filter.take(of_base, sky);
     }
-    std::vector<SignalMeasurement> measured = signals.next(epoch);
+    std::vector<SignalMeasurement> measured = epoch->observations;
     keep_signals(measured, options.signals);
-    positioning::Fix fix =
-        solve_fix(epoch.receiver_time, first_signals(measured), sky, options.fix, klobuchar);
-    if (auto relative = filter.update(epoch.receiver_time, measured, sky, fix)) {
+    positioning::Fix fix = solve_fix(time, first_signals(measured), sky, options.fix, klobuchar);
+    if (auto relative = filter.update(time, measured, sky, fix)) {
       fix = std::move(*relative);
       related = true;
     }
-    result.push_back({epoch.receiver_time, std::move(fix)});
+    result.push_back({time, std::move(fix)});
     if (progress) progress(result.size(), rover.size());
   }
   if (!related) {

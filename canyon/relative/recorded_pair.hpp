@@ -27,18 +27,22 @@ struct PairEpoch {
   positioning::Fix fix;
 };
 
-using BaseEpochs = std::vector<std::shared_ptr<const Corrections>>;
+/// What one receiver recorded, in order of time: an observation file, or a stream of RTCM 3
+/// (rtcm::read_rtcm_corrections()).
+using RecordedEpochs = std::vector<std::shared_ptr<const Corrections>>;
 
-/// A base's epochs of an observation file. @param place of its antenna, ECEF [m]
-[[nodiscard]] BaseEpochs base_epochs(const std::vector<rinex::ObservationEpoch>& recorded,
-                                     const Eigen::Vector3d& place, const orbit::Sky& sky);
+/// Of an observation file. @param biases of its header
+/// @param place of its antenna, ECEF [m]; a rover's is not used
+[[nodiscard]] RecordedEpochs recorded_epochs(const std::vector<rinex::ObservationEpoch>& recorded,
+                                             const GlonassBiases& biases, const orbit::Sky& sky,
+                                             const Eigen::Vector3d& place = Eigen::Vector3d::Zero());
 
 /// Solves each epoch of the rover with the latest base's epoch that is not behind it, in order of time:
-/// fixed, float, or the fix of the epoch alone. @param base in order of time
+/// fixed, float, or the fix of the epoch alone.
 /// @param progress may be empty; called with epochs done and in all
 /// Throws InputError for options out of range, and where base and rover share no time or no signal.
 [[nodiscard]] std::vector<PairEpoch> solve_pair(
-    const std::vector<rinex::ObservationEpoch>& rover, const BaseEpochs& base, const orbit::Sky& sky,
+    const RecordedEpochs& rover, const RecordedEpochs& base, const orbit::Sky& sky,
     const std::map<gnss::System, gnss::Klobuchar>& klobuchar, const PairOptions& options,
     const std::function<void(std::size_t, std::size_t)>& progress = {});
 

@@ -27,6 +27,9 @@ using ::testing::HasSubstr;
 const Geodetic kBase = Geodetic::from_degrees(35.134707705, 136.977577939, 104.853);
 const Geodetic kRover = Geodetic::from_degrees(35.13469901, 136.97757549, 104.8626);
 
+/// The receivers give aligned phases: the headers of both files.
+const GlonassBiases kAligned{{"1C", 0}, {"2C", 0}};
+
 class RecordedPair : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -41,11 +44,11 @@ class RecordedPair : public ::testing::Test {
     options.fix.correct_troposphere = true;
   }
 
-  [[nodiscard]] BaseEpochs base(const Geodetic& place = kBase) const {
-    return base_epochs(recorded_base, geodesy::ecef_from_geodetic(place), *sky);
+  [[nodiscard]] RecordedEpochs base(const Geodetic& place = kBase) const {
+    return recorded_epochs(recorded_base, kAligned, *sky, geodesy::ecef_from_geodetic(place));
   }
-  [[nodiscard]] std::vector<PairEpoch> solve(const BaseEpochs& of_base) const {
-    return solve_pair(rover, of_base, *sky, navigation.klobuchar, options);
+  [[nodiscard]] std::vector<PairEpoch> solve(const RecordedEpochs& of_base) const {
+    return solve_pair(recorded_epochs(rover, kAligned, *sky), of_base, *sky, navigation.klobuchar, options);
   }
   /// Leaves satellites of these systems alone.
   void keep(std::initializer_list<System> systems) {
@@ -161,6 +164,49 @@ TEST_F(RecordedPair, AgreesWithRtklib) {
   EXPECT_EQ(compared, 301U);
 }
 
+// Phases of GLONASS that are 72 m apart from the codes, as those of a base of another make: with the bias
+// they are whole numbers, without they stay real, and with a wrong one the others are fixed.
+TEST_F(RecordedPair, BiasesOfGlonassOfABaseOfAnotherMake) {
+  for (rinex::ObservationEpoch& epoch : recorded_base) {
+    for (rinex::ObservedSignal& s : epoch.signals) {
+      if (s.id.system != System::GLONASS || !s.carrier_phase_cycles) continue;
+      const auto state = sky->state(s.id, epoch.receiver_time);
+      if (!state) continue;
+      const double hz = gnss::carrier_hz(*s.signal, state->carrier_frequency_hz);
+      *s.carrier_phase_cycles -= -71.94 * hz / geodesy::kSpeedOfLight;
+    }
+  }
+  const auto of_base = [&](const GlonassBiases& biases) {
+    return recorded_epochs(recorded_base, biases, *sky, geodesy::ecef_from_geodetic(kBase));
+  };
+  const RecordedEpochs known = of_base({{"1C", -71.94}, {"2C", -71.94}});
+  const RecordedEpochs unknown = of_base({}), wrong = of_base(kAligned);
+  for (const RecordedEpochs& recorded : {known, unknown, wrong}) {
+    const Outcome found = outcome(solve(recorded));
+    EXPECT_GE(found.fixed, 0.95);
+    EXPECT_LT(found.worst_m, 0.015);
+  }
+  keep({System::GLONASS});
+  EXPECT_GE(outcome(solve(known)).fixed, 0.9);
+  EXPECT_LT(outcome(solve(known)).worst_m, 0.02);
+  EXPECT_EQ(outcome(solve(unknown)).fixed, 0);
+}
+
+// Receivers that keep their clock by jumps of a millisecond: some move the code alone.
+TEST_F(RecordedPair, JumpsOfAMillisecondInCodesAlone) {
+  for (std::size_t k = 100; k < rover.size(); ++k) {
+    rover[k].receiver_time = rover[k].receiver_time + 1e-3;
+    for (rinex::ObservedSignal& s : rover[k].signals) {
+      if (s.pseudorange_m) *s.pseudorange_m += 1e-3 * geodesy::kSpeedOfLight;
+      // A phase that begins behind the jump.
+      if (k == 120 && s.id.number % 3 == 0) s.loss_of_lock = 1;
+    }
+  }
+  const auto epochs = solve(base());
+  EXPECT_GE(outcome(epochs).fixed, 0.95);
+  EXPECT_LT(outcome(epochs).worst_m, 0.015);
+}
+
 TEST_F(RecordedPair, StatesWhatItErrs) {
   keep({System::GPS, System::Galileo});
   const auto epochs = solve(base());
@@ -185,7 +231,7 @@ TEST_F(RecordedPair, AWrongPlaceOfTheBaseIsInTheFix) {
 
 // Clocks a millisecond apart, and a base that sends every fifth epoch.
 TEST_F(RecordedPair, ClocksApartAndASlowBase) {
-  BaseEpochs slow;
+  RecordedEpochs slow;
   for (const auto& epoch : base()) {
     Corrections late = *epoch;
     late.receiver_time = late.receiver_time + 1e-3;
@@ -218,7 +264,7 @@ TEST_F(RecordedPair, RefusesWhatHasNothingInCommon) {
     }
     return "";
   };
-  BaseEpochs elsewhen;
+  RecordedEpochs elsewhen;
   for (const auto& epoch : base()) {
     Corrections other = *epoch;
     other.receiver_time = other.receiver_time + 86'400.0;
@@ -229,7 +275,7 @@ TEST_F(RecordedPair, RefusesWhatHasNothingInCommon) {
   for (rinex::ObservationEpoch& epoch : recorded_base) {
     std::erase_if(epoch.signals, [](const auto& s) { return s.id.system != System::GPS; });
   }
-  const BaseEpochs gps = base();
+  const RecordedEpochs gps = base();
   keep({System::Galileo});
   EXPECT_THAT(problem([&] { return solve(gps); }), HasSubstr("same systems and bands"));
 }

@@ -39,19 +39,11 @@ std::vector<SignalMeasurement> RecordedSignals::next(const rinex::ObservationEpo
       m.phase_since = phase.since;
       m.half_cycle = (seen.loss_of_lock & kHalfCycle) != 0;
     }
+    align(measured, seen.code.data(), biases_);
     result.push_back(measured);
   }
   before_ = epoch.receiver_time;
   return result;
-}
-
-Corrections RecordedSignals::next_of_base(const rinex::ObservationEpoch& epoch,
-                                          const Eigen::Vector3d& place) {
-  Corrections corrections;
-  corrections.station_ecef = place;
-  corrections.receiver_time = epoch.receiver_time;
-  corrections.observations = next(epoch);
-  return corrections;
 }
 
 }  // namespace canyon::relative

@@ -16,18 +16,18 @@ namespace canyon::relative {
 class RecordedSignals {
  public:
   /// @param sky gives the carriers of GLONASS satellites; must outlive this
-  explicit RecordedSignals(const orbit::Sky& sky) : sky_(sky) {}
+  /// @param biases of the file's header
+  RecordedSignals(const orbit::Sky& sky, GlonassBiases biases) : sky_(sky), biases_(std::move(biases)) {}
 
   /// Epochs in order of time. Of signals with a pseudorange, of satellites that the sky knows.
   [[nodiscard]] std::vector<SignalMeasurement> next(const rinex::ObservationEpoch& epoch);
-  /// The same as a base at `place` [ECEF, m] gives them.
-  [[nodiscard]] Corrections next_of_base(const rinex::ObservationEpoch& epoch, const Eigen::Vector3d& place);
 
  private:
   struct Phase {
     geodesy::GpsTime since, seen;
   };
   const orbit::Sky& sky_;
+  GlonassBiases biases_;
   std::optional<geodesy::GpsTime> before_;  // the epoch before
   std::map<std::pair<gnss::SatelliteId, const gnss::Signal*>, Phase> phases_;
 };

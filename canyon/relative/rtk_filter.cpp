@@ -69,7 +69,7 @@ struct Difference {
   double variance = 0;      // of the phase [m^2]; code's is that times the square of the ratio
   double age_variance = 0;  // of both [m^2]
   std::optional<geodesy::GpsTime> base_since;
-  bool has_phase = false, half_cycle = false;
+  bool has_phase = false, half_cycle = false, aligned = true;
   // What the filter made of the phase.
   std::optional<std::size_t> slot;
   bool used = false;      // phase
@@ -180,6 +180,7 @@ struct RtkFilter::State {
       d.age_variance = std::pow(kAgeing_mps * age_s, 2);
       d.base_since = b->phase_since;
       d.half_cycle = r.half_cycle || b->half_cycle;
+      d.aligned = r.aligned && b->aligned;
       differences.push_back(d);
     }
     for (std::size_t i = 0; i < differences.size(); ++i) groups[differences[i].rover->signal].push_back(i);
@@ -390,13 +391,29 @@ struct RtkFilter::State {
     }
   }
 
-  void begin_ambiguities(const std::vector<std::size_t>& group) {
+  /// How far phases less codes have moved from ambiguities since these began [m]: codes of some receivers
+  /// jump by a millisecond and their phases do not. 0 where it is no more than what is not known of an
+  /// ambiguity.
+  [[nodiscard]] double code_jump_m(const std::vector<std::size_t>& group) const {
+    std::vector<double> jumps;
+    for (const std::size_t i : group) {
+      const Difference& d = differences[i];
+      if (!d.has_phase) continue;
+      if (const auto slot = state.find(d.id(), d.rover->signal)) {
+        jumps.push_back(d.phase_m - d.code_m - d.rover->wavelength_m * state.x(BaselineState::index(*slot)));
+      }
+    }
+    const double jump_m = jumps.empty() ? 0 : median(jumps);
+    return std::abs(jump_m) > kUnknownAmbiguity_m ? jump_m : 0;
+  }
+
+  void begin_ambiguities(const std::vector<std::size_t>& group, double jump_m) {
     for (const std::size_t i : group) {
       Difference& d = differences[i];
       if (!d.has_phase) continue;
       d.slot = state.find(d.id(), d.rover->signal);
       if (d.slot) continue;
-      const double cycles = (d.phase_m - d.code_m) / d.rover->wavelength_m;
+      const double cycles = (d.phase_m - d.code_m - jump_m) / d.rover->wavelength_m;
       d.slot = state.add({d.id(), d.rover->signal, time, time, d.rover->phase_since, d.base_since,
                           d.half_cycle, 0, d.phase_m},
                          cycles, std::pow(kUnknownAmbiguity_m / d.rover->wavelength_m, 2));
@@ -407,7 +424,8 @@ struct RtkFilter::State {
     double sum = 0;
     int count = 0;
     for (auto& [signal, group] : groups) {
-      begin_ambiguities(group);
+      const double jump_m = code_jump_m(group);
+      begin_ambiguities(group, jump_m);
       bool first = true;
       for (const std::size_t i : ordered(state, group, true, [](const Difference& d) { return d.phase_m; })) {
         Difference& d = differences[i];
@@ -419,7 +437,7 @@ struct RtkFilter::State {
         const bool beyond = normalised > options.gate_sigmas;
         if (beyond && std::abs(innovation.value) > kLeastSlip_cycles * d.rover->wavelength_m) {
           // It slipped: its ambiguity begins anew, from this epoch's observations.
-          state.reset(BaselineState::index(*d.slot), (d.phase_m - d.code_m) / d.rover->wavelength_m,
+          state.reset(BaselineState::index(*d.slot), (d.phase_m - d.code_m - jump_m) / d.rover->wavelength_m,
                       std::pow(kUnknownAmbiguity_m / d.rover->wavelength_m, 2));
           slot.begun = time;
           slot.epochs = 0;
@@ -480,7 +498,7 @@ struct RtkFilter::State {
     std::vector<std::size_t> result;
     for (std::size_t i = 0; i < differences.size(); ++i) {
       const Difference& d = differences[i];
-      const bool integer = d.id().system != gnss::System::GLONASS || options.fix_glonass;
+      const bool integer = d.aligned || options.fix_glonass;
       if (d.used && d.trusted && integer && !d.half_cycle &&
           d.rover->elevation_rad >= options.fix_elevation_rad) {
         result.push_back(i);
@@ -576,9 +594,22 @@ struct RtkFilter::State {
     return fixed;
   }
 
-  /// Of all, or of the more certain.
+  /// Of all; where that fails without GLONASS, as biases that are stated wrongly spoil it.
   std::optional<Fixed> find_integers() {
     std::vector<std::size_t> among = candidates();
+    std::optional<Fixed> result = find_among(among);
+    if (result && result->accepted) return result;
+    const auto glonass = std::remove_if(among.begin(), among.end(), [&](std::size_t i) {
+      return differences[i].id().system == gnss::System::GLONASS;
+    });
+    if (glonass == among.end()) return result;
+    among.erase(glonass, among.end());
+    const std::optional<Fixed> without = find_among(among);
+    return without && (!result || without->accepted) ? without : result;
+  }
+
+  /// Of these, or of the more certain.
+  std::optional<Fixed> find_among(std::vector<std::size_t> among) {
     std::optional<Fixed> result;
     for (const std::size_t fewer : {0, 1, 1, 1, 2, 3}) {
       for (std::size_t k = 0; k < fewer && !among.empty(); ++k) {

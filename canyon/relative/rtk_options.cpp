@@ -27,7 +27,8 @@ void visit(options::Visitor& v, RtkOptions& o) {
       {"min_success", "", "probability that the search finds the right ones, by the filter's covariance"},
       o.min_success, {0, 1, false, true});
   v.boolean({"partial", "", "leaves uncertain satellites out of a search that fails"}, o.partial);
-  v.boolean({"fix_glonass", "", "whole numbers of GLONASS as well: base and rover must be of one make"},
+  v.boolean({"fix_glonass", "",
+             "whole numbers of GLONASS also without known biases: base and rover must be of one make"},
             o.fix_glonass);
   v.angle({"fix_elevation_deg", "deg", "satellites below are not in the search for whole numbers"},
           o.fix_elevation_rad, {0, 89});

@@ -25,8 +25,8 @@ struct RtkOptions {
   double min_success = 0.95;
   /// Where no fix of all satellites passes, those with the least certain phases are left out of the search.
   bool partial = true;
-  /// Whole numbers of GLONASS as well; right where base and rover are of one make, whose channels have the
-  /// same delays.
+  /// Whole numbers of GLONASS also where the biases of phases against codes are not known at base and rover
+  /// (SignalMeasurement::aligned); right where both are of one make, whose biases are the same.
   bool fix_glonass = false;
   /// Satellites below are in the filter and not in the search, [0, pi/2).
   double fix_elevation_rad = 0.26179938779914941;  // 15 deg

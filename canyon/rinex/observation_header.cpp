@@ -96,6 +96,7 @@ HeaderRecords::Result HeaderRecords::apply(std::string_view line) {
   if (label == "SYS / # / OBS TYPES") return types3(line);
   if (label == "SYS / SCALE FACTOR") return scale_factor(line);
   if (label == "GLONASS SLOT / FRQ #") return glonass_slots(line);
+  if (label == "GLONASS COD/PHS/BIS") return glonass_biases(line);
   if (label == "TIME OF FIRST OBS") return time(line, true);
   if (label == "TIME OF LAST OBS") return time(line, false);
   if (label == "PGM / RUN BY / DATE") {
@@ -210,6 +211,18 @@ HeaderRecords::Result HeaderRecords::glonass_slots(std::string_view line) {
       return damaged("GLONASS SLOT / FRQ # is damaged");
     }
     header_.glonass_channels[*id] = static_cast<int>(*channel);
+  }
+  return {};
+}
+
+HeaderRecords::Result HeaderRecords::glonass_biases(std::string_view line) {
+  for (std::size_t i = 0; i < 4; ++i) {
+    const std::string_view type = trim(column(line, 1 + 13 * i, 3)),
+                           metres = trim(column(line, 5 + 13 * i, 8));
+    if (type.empty() || metres.empty()) continue;
+    const auto bias_m = parse_double(metres);
+    if (!bias_m || type.size() != 3) return damaged("GLONASS COD/PHS/BIS is damaged");
+    header_.glonass_bias_m[std::string(type.substr(1))] = *bias_m;
   }
   return {};
 }

@@ -36,6 +36,7 @@ class HeaderRecords {
   Result types3(std::string_view line);
   Result scale_factor(std::string_view line);
   Result glonass_slots(std::string_view line);
+  Result glonass_biases(std::string_view line);
   Result time(std::string_view line, bool first);
 
   ObservationHeader header_;

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -71,6 +72,8 @@ struct ObservationHeader {
   std::optional<Eigen::Vector3d> antenna_delta_hen;
   bool clock_offset_applied = false;  ///< epochs, code and phase are corrected by the clock offset field
   std::map<gnss::SatelliteId, int> glonass_channels;
+  /// GLONASS COD/PHS/BIS [m]: to be added to phases, by RINEX 3 code ("1C"); no entry: not known.
+  std::map<std::string, double, std::less<>> glonass_bias_m;
   std::optional<int> leap_seconds;
 };
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "canyon/base/gzip_file.hpp"
@@ -148,8 +147,8 @@ struct CorrectionsDecoder::Observation {
   bool half_cycle = false;
 };
 
-CorrectionsDecoder::CorrectionsDecoder(ChannelTable glonass_channel)
-    : glonass_channel_(std::move(glonass_channel)) {}
+CorrectionsDecoder::CorrectionsDecoder(ChannelTable glonass_channel, bool needs_place)
+    : glonass_channel_(std::move(glonass_channel)), needs_place_(needs_place) {}
 
 CorrectionsDecoder::Epochs CorrectionsDecoder::feed(std::string_view bytes, GpsTime now) {
   Epochs complete;
@@ -198,6 +197,7 @@ void CorrectionsDecoder::use_station(int id) {
   station_ = {};
   station_.station = id;
   place_known_ = false;
+  glonass_bias_m_.clear();
   arcs_.clear();
   epoch_.reset();
 }
@@ -237,17 +237,22 @@ void CorrectionsDecoder::read_biases(Fields& fields) {
   use_station(fields.count(12));
   const bool aligned = fields.take(1) != 0;
   fields.take(3);
-  std::array<double, 4> biases{};
+  relative::GlonassBiases biases;
   const int mask = fields.count(4);
-  for (std::size_t i = 0; i < biases.size(); ++i) {
-    biases[i] = std::numeric_limits<double>::quiet_NaN();
-    if ((mask >> (3 - i) & 1) == 0) continue;
+  int bit = 3;
+  for (const char* code : {"1C", "1P", "2C", "2P"}) {
+    if ((mask >> bit-- & 1) == 0) continue;
     // What phases that are aligned were already given by the station.
     const auto bias = scaled(fields.take_signed(16), 16, 0.02);
-    if (bias) biases[i] = aligned ? 0 : *bias;
+    if (bias) biases[code] = aligned ? 0 : *bias;
   }
   if (fields.missing()) return problem(fields, "shorter than its fields");
-  station_.glonass_bias_m = biases;
+  if (biases == glonass_bias_m_) return;
+  glonass_bias_m_ = std::move(biases);
+  for (auto arc = arcs_.begin(); arc != arcs_.end();) {
+    const bool moves = arc->first.first.system == System::GLONASS;
+    arc = moves ? arcs_.erase(arc) : std::next(arc);
+  }
 }
 
 std::optional<int> CorrectionsDecoder::channel(SatelliteId id) const {
@@ -266,7 +271,7 @@ void CorrectionsDecoder::begin(GpsTime time, Epochs& complete) {
 
 void CorrectionsDecoder::give(Epochs& complete) {
   if (!epoch_ || !std::exchange(epoch_->news, false)) return;
-  if (!place_known_) {
+  if (needs_place_ && !place_known_) {
     ++status_.epochs_held_back;
     return;
   }
@@ -320,6 +325,7 @@ void CorrectionsDecoder::add(const Observation& o) {
   m.carrier_phase_cycles = o.range_m / wavelength_m + ahead_cycles;
   m.phase_since = arc.since;
   m.half_cycle = o.half_cycle;
+  align(at->second, o.code, glonass_bias_m_);
 }
 
 void CorrectionsDecoder::read_msm(Fields& fields, GpsTime now, Epochs& complete) {
@@ -468,9 +474,9 @@ void CorrectionsDecoder::read_legacy(Fields& fields, GpsTime now, Epochs& comple
 }
 
 RtcmCorrections read_rtcm_corrections(const std::filesystem::path& path, GpsTime now,
-                                      CorrectionsDecoder::ChannelTable glonass_channel) {
+                                      CorrectionsDecoder::ChannelTable glonass_channel, bool needs_place) {
   GzipFile file(path);
-  CorrectionsDecoder decoder(std::move(glonass_channel));
+  CorrectionsDecoder decoder(std::move(glonass_channel), needs_place);
   RtcmCorrections read;
   const auto take = [&](CorrectionsDecoder::Epochs epochs) {
     read.epochs.insert(read.epochs.end(), epochs.begin(), epochs.end());

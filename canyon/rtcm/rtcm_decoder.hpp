@@ -35,7 +35,8 @@ struct DecoderStatus {
 ///   1005, 1006   place of the antenna reference point; the antenna's height of 1006 is that over a marker
 ///                and no part of it
 ///   1007, 1008, 1033   names of antenna and receiver
-///   1230         GLONASS code-phase biases
+///   1230         GLONASS code-phase biases, which are added to the phases; phases begin anew where they
+///                change
 ///   1020         GLONASS frequency channels
 ///   1004, 1012   observations of GPS and GLONASS, L1 and L2
 ///   1074 to 1077, 1084 to 1087, ..., 1124 to 1127   MSM4 to MSM7 of GPS, GLONASS, Galileo, SBAS, QZSS,
@@ -54,7 +55,8 @@ class CorrectionsDecoder {
 
   /// @param glonass_channel asked where neither MSM5, MSM7, 1012 nor 1020 has stated the channel. Without
   ///   one, phase and Doppler are left out, and the carrier frequency is that of channel 0.
-  explicit CorrectionsDecoder(ChannelTable glonass_channel = {});
+  /// @param needs_place false: a rover's stream, whose epochs without 1005 or 1006 have a place of zeros
+  explicit CorrectionsDecoder(ChannelTable glonass_channel = {}, bool needs_place = true);
 
   /// Epochs that are complete with these bytes, in their order: the last message of an epoch says that no
   /// more follow (DF393, DF005), or one of another time has come. Where more of an epoch comes behind its
@@ -100,7 +102,8 @@ class CorrectionsDecoder {
   FrameParser frames_;
   DecoderStatus status_;
   relative::Corrections station_;  ///< without time and observations
-  bool place_known_ = false;
+  relative::GlonassBiases glonass_bias_m_;
+  bool needs_place_, place_known_ = false;
   std::map<gnss::SatelliteId, int> channels_;
   std::map<SignalKey, Arc> arcs_;
   std::optional<Epoch> epoch_;
@@ -115,6 +118,7 @@ struct RtcmCorrections {
 /// where no epoch is in it.
 /// @param now a time within half a week of the first messages
 [[nodiscard]] RtcmCorrections read_rtcm_corrections(const std::filesystem::path& path, geodesy::GpsTime now,
-                                                    CorrectionsDecoder::ChannelTable glonass_channel = {});
+                                                    CorrectionsDecoder::ChannelTable glonass_channel = {},
+                                                    bool needs_place = true);
 
 }  // namespace canyon::rtcm

@@ -451,15 +451,27 @@ TEST(RtcmDecoder, NamesAndBiasesAreKept) {
   text("");
   Bits biases;  // not aligned; L1 C/A and L2 C/A: -71.94 m, 3 m
   biases.put(1230, 12).put(7, 12).put(0, 4).put(0b1010, 4).put_signed(-3597, 16).put_signed(150, 16);
-  const auto epochs = decode(decoder, frame(place()) + frame(names) + frame(biases) +
-                                          frame(msm(System::GPS, 7, kTime, {some_cell("G07", "1C")})));
+  Cell glonass = some_cell("R07", "1C"), precise = some_cell("R07", "2P");
+  glonass.extended = precise.extended = 7;
+  const Bits observed = msm(System::GLONASS, 7, kTime, {glonass, precise});
+  const auto before = decode(decoder, frame(place()) + frame(names) + frame(observed));
+  const auto epochs =
+      decode(decoder, frame(biases) + frame(msm(System::GLONASS, 7, kTime + 1.0, {glonass, precise})));
   ASSERT_EQ(epochs.size(), 1U);
   EXPECT_EQ(epochs[0]->antenna_name, "TRM59800.00     SCIS");
   EXPECT_EQ(epochs[0]->receiver_name, "SEPT MOSAIC-X5");
-  ASSERT_TRUE(epochs[0]->glonass_bias_m);
-  EXPECT_NEAR((*epochs[0]->glonass_bias_m)[0], -71.94, 1e-9);
-  EXPECT_TRUE(std::isnan((*epochs[0]->glonass_bias_m)[1]));
-  EXPECT_NEAR((*epochs[0]->glonass_bias_m)[2], 3, 1e-9);
+  ASSERT_EQ(before.size(), 1U);
+  ASSERT_EQ(epochs[0]->observations.size(), before[0]->observations.size());
+  const auto metres = [](const relative::SignalMeasurement& seen) {
+    return *seen.measurement.carrier_phase_cycles * geodesy::kSpeedOfLight /
+           seen.measurement.carrier_frequency_hz;
+  };
+  const relative::SignalMeasurement &first = epochs[0]->observations[0], &was = before[0]->observations[0];
+  EXPECT_FALSE(was.aligned);
+  EXPECT_TRUE(first.aligned);
+  EXPECT_NEAR(metres(first) - metres(was), -71.94, 1e-6);
+  EXPECT_GT(*first.measurement.phase_since, *was.measurement.phase_since);
+  EXPECT_FALSE(epochs[0]->observations[1].aligned);  // L2 P: not stated
 }
 
 TEST(RtcmDecoder, BrokenContentIsCountedAndCostsNothingElse) {

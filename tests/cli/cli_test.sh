@@ -337,6 +337,17 @@ rtk)
   runs 2 "$canyon" rtk "$pair/rover.obs" "$data/urbannav-tst-20190428/COM3_190428_124409.obs" --nav "$pair/base.nav" --quiet
   says err 'share no time'; one_line
   runs 2 "$canyon" rtk "$pair/rover.obs" "$pair/base.nav" --nav "$pair/base.nav"; one_line
+  # Across a week's end, RINEX and RTCM 3 of both, GLONASS by message 1230.
+  printf '%s\n' 'city: {synthetic: {blocks_east: 1, blocks_north: 1}, origin: {latitude_deg: 50, longitude_deg: 10, height_m: 0}}' \
+    'sky: {nominal: true}' 'start: 2026-06-06T23:59:30Z' 'rate_hz: 1' \
+    'trajectory: {waypoints: [{east_m: 1000, north_m: 0, up_m: 2}, {east_m: 1100, north_m: 0, up_m: 2}], speed_mps: 2}' \
+    'receivers: [{name: car, profile: ublox-f9p}, {name: base, profile: survey, fixed: {east_m: 1070, north_m: 0, up_m: 5}}]' \
+    'outputs: {rtcm: true, rinex_observation: true, rinex_navigation: true}' > week.yaml
+  runs 0 "$canyon" simulate week.yaml --out week --quiet
+  for rover in obs rtcm3; do
+    runs 0 "$canyon" rtk "week/car/receiver.$rover" week/base/receiver.rtcm3 --nav week/sky.nav --quiet
+    says out 'fixed      51  100.0' 'first fixed after 0.0 s'
+  done
   runs 2 "$canyon" rtk "$pair/rover.obs" "$pair/base.obs" --nav "$pair/base.nav" --base-position here
   says err "--base-position 'here' is not a place"; one_line
   ;;
