@@ -201,9 +201,8 @@ int run_rtk(const RtkArguments& arguments) {
   models.correct_troposphere = true;
   models.correct_ionosphere = !sky.navigation.klobuchar.empty();
   for (const auto& epoch : base) station.take(*epoch, *sky.sky, models, sky.navigation.klobuchar);
-  if (station.station_offset_m().value_or(0) > receiver::kWrongStation_m) {
-    print_warnings({receiver::wrong_station_warning(*station.station_offset_m())});
-  }
+  if (const auto warning = receiver::wrong_station_warning(station.station_offset_m()))
+    print_warnings({*warning});
   const auto truth = read_truth(arguments, first);
 
   std::vector<relative::PairEpoch> epochs;

@@ -131,12 +131,13 @@ std::optional<double> CodeCorrections::station_offset_m() const {
   return located_ > 0 ? std::optional(station_offset_ecef_.norm()) : std::nullopt;
 }
 
-std::string wrong_station_warning(double offset_m) {
+std::optional<std::string> wrong_station_warning(std::optional<double> offset_m) {
+  constexpr double kWrong_m = 15;
+  if (!(offset_m > kWrong_m)) return std::nullopt;
   return fmt::format(
       "the codes of its base put the base {:.0f} m from the place that it states: an error of that place is "
-      "an "
-      "error of the rover",
-      offset_m);
+      "an error of the rover",
+      *offset_m);
 }
 
 std::optional<double> CodeCorrections::age_s(geodesy::GpsTime receiver_time) const {

@@ -66,8 +66,7 @@ class CodeCorrections {
   int located_ = 0;  // epochs in the mean, 30 at most
 };
 
-/// A station whose codes put it farther than this from the place that it states is told of [m].
-inline constexpr double kWrongStation_m = 15;
-[[nodiscard]] std::string wrong_station_warning(double offset_m);
+/// One line where station_offset_m() is more than 15 m; else empty.
+[[nodiscard]] std::optional<std::string> wrong_station_warning(std::optional<double> offset_m);
 
 }  // namespace canyon::receiver

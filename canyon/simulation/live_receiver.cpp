@@ -14,7 +14,6 @@
 #include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/fault_surroundings.hpp"
 #include "canyon/simulation/street_sources.hpp"
-#include "canyon/simulation/virtual_station.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -130,13 +129,10 @@ struct LiveReceiver::Impl {
   double last_s = -std::numeric_limits<double>::infinity();
   bool said_empty = false;
   std::vector<std::string> warnings;
-  bool told_of_station = false;
-  VirtualStation network;
-  std::optional<Eigen::Vector3d> reported_ecef;  // its last fix [m]
+  bool warned_of_station = false;
   std::unique_ptr<LiveReceiver> base;
   std::shared_ptr<const relative::Corrections> corrections;  // that came since the last step
-  std::optional<relative::CorrectionLink> link;              // from the base
-  std::optional<Eigen::Vector3d> place_ecef;                 // of the last step
+  std::optional<CorrectionLinks> links;                      // of this receiver, 0, and its base, 1
 };
 
 std::shared_ptr<const BuiltSky> LiveReceiver::Impl::make_sky(GpsTime from) const {
@@ -176,18 +172,13 @@ void LiveReceiver::Impl::observe_base(double seconds, Step& step) {
   const GpsTime t = start + seconds;
   Step of_base = base->observe(seconds, antenna_state({t, config.base->fixed->place}, scene->city.frame));
   of_base.epoch.receiver = 1;
-  if (config.receiver.options.corrections.from == config.base->options.name) {
-    if (!link) {
-      const receiver::ReceiverOptions& rover = config.receiver.options;
-      link.emplace(rover.corrections, config.seed, rover.name);
-    }
-    auto sent = receiver::corrections_of(of_base.epoch.observed, of_base.epoch.truth_ecef);
-    if (config.receiver.options.corrections.virtual_station) {
-      sent = network.corrections(sent, t, of_base.epoch.truth_ecef, reported_ecef, *base->impl_->environment);
-    }
-    if (sent) link->send(t, std::move(sent), place_ecef);
-    corrections = link->take(t);
+  if (!links) {
+    ReceiverConfig sender = *config.base;
+    sender.options.corrections = {};
+    links.emplace(std::vector{config.receiver, std::move(sender)}, config.seed);
   }
+  links->send(of_base.epoch, *base->impl_->environment);
+  if (auto came = links->take(0, t)) corrections = std::move(came);
   for (std::string& line : base->take_warnings()) {
     warnings.push_back(fmt::format("{}: {}", config.base->options.name, line));
   }
@@ -198,12 +189,9 @@ Epoch LiveReceiver::Impl::observe(const Pose& truth, propagation::Arrival& arriv
   arrival.messages = unowned(sky->navigation);
   const auto given = std::exchange(corrections, nullptr);
   Epoch epoch = observe_epoch(receiver, truth, arrival, *environment, given.get());
-  if (epoch.observed.station_offset_m.value_or(0) > receiver::kWrongStation_m &&
-      !std::exchange(told_of_station, true)) {
-    warnings.push_back(receiver::wrong_station_warning(*epoch.observed.station_offset_m));
-  }
-  place_ecef = epoch.truth_ecef;
-  if (epoch.observed.fix.solved()) reported_ecef = epoch.observed.fix.position_ecef;
+  const auto warning = receiver::wrong_station_warning(epoch.observed.station_offset_m);
+  if (warning && !std::exchange(warned_of_station, true)) warnings.push_back(*warning);
+  if (links) links->send(epoch, *environment);
   epoch.navigation = arrival.messages.get();
   epoch.geoid_undulation_m = config.geoid_undulation_m.value_or(epoch.geoid_undulation_m);
   return epoch;
@@ -212,7 +200,7 @@ Epoch LiveReceiver::Impl::observe(const Pose& truth, propagation::Arrival& arriv
 void LiveReceiver::Impl::begin_anew() {
   road->clear();
   corrections.reset();
-  link.reset();
+  links.reset();
   put_elsewhere->reset();
   last_place.reset();
   receiver = make_receiver();

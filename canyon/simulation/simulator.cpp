@@ -523,9 +523,10 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
   result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
   result.warnings = impl.placement_warnings(placements);
   for (std::size_t r = 0; r < receiver_count; ++r) {
-    if (station_offsets[r].value_or(0) < receiver::kWrongStation_m) continue;
-    result.warnings.push_back(fmt::format("{}: {}", impl.scenario.receivers[r].options.name,
-                                          receiver::wrong_station_warning(*station_offsets[r])));
+    const auto warning = receiver::wrong_station_warning(station_offsets[r]);
+    if (warning) {
+      result.warnings.push_back(fmt::format("{}: {}", impl.scenario.receivers[r].options.name, *warning));
+    }
   }
   return result;
 }
