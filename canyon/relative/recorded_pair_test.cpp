@@ -219,6 +219,23 @@ TEST_F(RecordedPair, StatesWhatItErrs) {
   EXPECT_LT(stated, 60 * squares);
 }
 
+// As two antennas of a vehicle: what is stated follows from the residuals.
+TEST_F(RecordedPair, StatesWhatItErrsBesideAMovingBase) {
+  RecordedEpochs moving = base();
+  for (auto& epoch : moving) {
+    Corrections of_epoch = *epoch;
+    of_epoch.moving = true;
+    epoch = std::make_shared<const Corrections>(std::move(of_epoch));
+  }
+  double squares = 0, stated = 0;
+  for (const PairEpoch& epoch : solve(moving)) {
+    squares += error_enu(epoch.fix).squaredNorm();
+    stated += epoch.fix.baseline->covariance_enu.trace();
+  }
+  EXPECT_GT(std::sqrt(stated / squares), 0.7);
+  EXPECT_LT(std::sqrt(stated / squares), 1.4);
+}
+
 // A base whose stated place is wrong by metres moves the rover by as much.
 TEST_F(RecordedPair, AWrongPlaceOfTheBaseIsInTheFix) {
   const Eigen::Vector3d wrong_enu(20, -10, 5);

@@ -61,6 +61,8 @@ constexpr double kSecondFor_s = 10, kSecondLeast_s = 2, kSecondApart = 5;
 constexpr int kSecondFixed = 3;
 /// Weight of an epoch in the mean square of innovations.
 constexpr double kSquaresWeight = 0.1;
+/// Residuals of an epoch alone say how large errors are where no fewer are redundant.
+constexpr int kFewRedundant = 5;
 
 /// Rover minus base, of one signal.
 struct Difference {
@@ -491,7 +493,45 @@ struct RtkFilter::State {
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
     double ratio = 0;
     bool accepted = false;
+    double squares = 0;  // of residuals over their deviations, a sum
+    int redundant = 0;   // so many of them
   };
+
+  /// Sum of squares of phases' residuals at a state, each signal's clock estimated, over their variances.
+  [[nodiscard]] double squares_of_residuals(const std::vector<std::size_t>& among,
+                                            const Eigen::VectorXd& x) const {
+    struct Sums {
+      double weights = 0, values = 0, squares = 0;
+    };
+    std::map<const gnss::Signal*, Sums> of_signals;
+    for (const std::size_t i : among) {
+      const Difference& d = differences[i];
+      const SparseRow row = row_of(state, d, true);
+      double residual_m = d.phase_m;
+      for (std::size_t k = 0; k < row.count; ++k) residual_m -= row.terms[k].second * x(row.terms[k].first);
+      const double weight = 1 / (d.variance + d.age_variance);
+      Sums& sums = of_signals[d.rover->signal];
+      sums.weights += weight;
+      sums.values += weight * residual_m;
+      sums.squares += weight * residual_m * residual_m;
+    }
+    double result = 0;
+    for (const auto& [signal, sums] : of_signals) {
+      result += sums.squares - sums.values * sums.values / sums.weights;
+    }
+    return result;
+  }
+
+  /// What the covariance of a fixed position is to be multiplied by. Of two antennas of a vehicle, which
+  /// share all errors but those of loops and echoes: the mean square of residuals at the whole numbers, of
+  /// the last epochs or of this one.
+  double factor_of(const Fixed& fixed) {
+    fixed_squares += kSquaresWeight * (fixed.squares - fixed_squares);
+    fixed_redundant += kSquaresWeight * (std::max(0, fixed.redundant) - fixed_redundant);
+    if (!moving || ionosphere_sigma_m > 0) return std::max(1.0, squares);
+    const double lately = (1 + fixed_squares / kSquaresWeight) / (1 + fixed_redundant / kSquaresWeight);
+    return std::max(lately, fixed.squares / std::max(kFewRedundant, fixed.redundant));
+  }
 
   /// Candidates by certainty of their phase, best first.
   [[nodiscard]] std::vector<std::size_t> candidates() const {
@@ -579,7 +619,14 @@ struct RtkFilter::State {
     keep(slots, found->best);
     const Eigen::LDLT<Eigen::MatrixXd> factors(q);
     const Eigen::VectorXd weights = factors.solve(real - found->best);
-    fixed.position_error = state.x.segment<3>(BaselineState::kPosition) - with_position * weights;
+    Eigen::VectorXd x = state.x;
+    for (Index i = 0; i < n; ++i) {
+      const auto& [a, r] = pairs[static_cast<std::size_t>(i)];
+      x -= weights(i) * (state.p.col(a) - state.p.col(r));
+    }
+    fixed.position_error = x.segment<3>(BaselineState::kPosition);
+    fixed.redundant = static_cast<int>(pairs.size()) - 3;
+    fixed.squares = squares_of_residuals(among, x);
     fixed.covariance =
         state.p.topLeftCorner<3, 3>() - with_position * factors.solve(with_position.transpose());
     if (options.integers == Integers::Hold && fixed_in_a_row + 1 >= kHoldAfter) {
@@ -660,8 +707,9 @@ struct RtkFilter::State {
   double dt_s = 0;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   BaselineState state;
-  double squares = 1;       // mean of normalised innovations' squares, of phases
-  double code_squares = 1;  // and of codes, 1 or more
+  double squares = 1;                             // mean of normalised innovations' squares, of phases
+  double code_squares = 1;                        // and of codes, 1 or more
+  double fixed_squares = 0, fixed_redundant = 0;  // means of Fixed's
   Eigen::Matrix3d code_covariance = Eigen::Matrix3d::Zero();  // of the codes of the epoch alone
   int fixed_in_a_row = 0;
   double ionosphere_sigma_m = 0, troposphere_sigma_m = 0;
@@ -749,7 +797,7 @@ std::optional<Fix> RtkFilter::State::update(geodesy::GpsTime receiver_time,
   const Eigen::Matrix3d enu = geodesy::enu_from_ecef_rotation(fix.position);
   fix.covariance_enu =
       enu * (is_fixed ? covariance : covariance + s.covariance_of_echoes()) * enu.transpose();
-  fix.covariance_enu *= std::max(1.0, s.squares);
+  fix.covariance_enu *= is_fixed ? s.factor_of(*fixed) : std::max(1.0, s.squares);
   positioning::Baseline& baseline = fix.baseline.emplace();
   baseline.kind = fix.solution;
   baseline.moving_base = s.moving;

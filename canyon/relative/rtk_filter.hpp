@@ -48,11 +48,12 @@ class RtkFilter {
   /// is an observation, and clocks and the count of satellites are its
   ///
   /// A Float or Fixed fix with status Fix, its covariance that of the filter times max(1, s^2), s^2 the mean
-  /// square of normalised innovations of the last epochs, and its Fix::baseline. Beside a moving base, whose
-  /// epoch must be the rover's own, the position is that of the base's fix and the baseline. `used` are
-  /// satellites with a phase in it, `residuals_m` those of their first phase. Empty with fewer than four such
-  /// satellites, without a base's epoch of max_age_s or less, and before there was a solved fix. Throws
-  /// InputError for time that runs backwards and for measurements that are not numbers.
+  /// square of normalised innovations of the last epochs, or while fixed beside a moving base the mean square
+  /// of normalised residuals; and its Fix::baseline. Beside a moving base, whose epoch must be the rover's
+  /// own, the position is that of the base's fix and the baseline. `used` are satellites with a phase in it,
+  /// `residuals_m` those of their first phase. Empty with fewer than four such satellites, without a base's
+  /// epoch of max_age_s or less, and before there was a solved fix. Throws InputError for time that runs
+  /// backwards and for measurements that are not numbers.
   [[nodiscard]] std::optional<positioning::Fix> update(geodesy::GpsTime receiver_time,
                                                        std::span<const SignalMeasurement> rover,
                                                        const orbit::Sky& sky, const positioning::Fix& alone);
