@@ -152,6 +152,20 @@ TEST(RinexObservation, EventsChangeTheHeaderAndCycleSlipsArePassedOver) {
   EXPECT_THAT(file.report.flags, ElementsAre(2, 1, 0, 1, 1, 1, 1));
 }
 
+// Four fields of 1X, A3, 1X, F8.3 (RINEX 3.05, table A2); blank: not known.
+TEST(RinexObservation, GlonassBiases) {
+  const auto biases = [](const std::string& record) {
+    return read(header_line("     3.05           OBSERVATION DATA    R", "RINEX VERSION / TYPE") +
+                header_line("R    2 C1C L1C", "SYS / # / OBS TYPES") +
+                header_line(record, "GLONASS COD/PHS/BIS") + header_line("", "END OF HEADER"))
+        .header.glonass_bias_m;
+  };
+  EXPECT_EQ(biases(" C1C  -71.940 C1P  -71.940 C2C    0.000 C2P         "),
+            (std::map<std::string, double, std::less<>>{{"1C", -71.94}, {"1P", -71.94}, {"2C", 0}}));
+  EXPECT_TRUE(biases("").empty());
+  EXPECT_TRUE(biases(" C1C  -7x.940").empty());
+}
+
 TEST(RinexObservation, TimeSystems) {
   const auto time_of = [](char system, const std::string& time_system) {
     return read(header_line(std::string("     3.04           OBSERVATION DATA    ") + system,
