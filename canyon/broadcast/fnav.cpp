@@ -19,10 +19,6 @@ Bits fnav_page(const gnss::KeplerEphemeris& e, const SystemMessage& message, int
   const auto whole = [&](int value, int width) { bits.put(static_cast<std::uint64_t>(value), width); };
   const auto minutes = [&](geodesy::GpsTime t) { bits.put_scaled(t.seconds_of_week(), 60, 14, false); };
   const int week = galileo_week(start);
-  const auto second = [&] {
-    bits.put(static_cast<std::uint64_t>(start.nanosecond_of_week() / geodesy::GpsTime::kNanosecondsPerSecond),
-             20);
-  };
   whole(type, 6);
   switch (type) {
     case 1: {
@@ -42,8 +38,7 @@ Bits fnav_page(const gnss::KeplerEphemeris& e, const SystemMessage& message, int
       bits.put(0, 5);  // storm flags of the five regions
       put(e.group_delay[0], -32, 10);
       whole(e.health >> 4, 2);
-      whole(week, 12);
-      second();
+      put_galileo_time(bits, start);
       whole(e.health >> 3, 1);
       bits.put(0, 26);
       break;
@@ -56,8 +51,7 @@ Bits fnav_page(const gnss::KeplerEphemeris& e, const SystemMessage& message, int
       put(e.sqrt_a, -19, 32, false);
       angle(e.right_ascension, -31, 32);
       angle(e.inclination_rate, -43, 14);
-      whole(week, 12);
-      second();
+      put_galileo_time(bits, start);
       break;
     case 3:
       whole(e.iode, 10);
@@ -69,8 +63,7 @@ Bits fnav_page(const gnss::KeplerEphemeris& e, const SystemMessage& message, int
       put(e.crc, -5, 16);
       put(e.crs, -5, 16);
       minutes(e.toe);
-      whole(week, 12);
-      second();
+      put_galileo_time(bits, start);
       bits.put(0, 8);
       break;
     case 4:  // UTC and GPST are GST less whole seconds, no leap second announced
@@ -85,8 +78,7 @@ Bits fnav_page(const gnss::KeplerEphemeris& e, const SystemMessage& message, int
       whole(7, 3);
       whole(message.leap_seconds, 8);
       bits.put(0, 8 + 16 + 12);
-      whole(week, 6);
-      second();
+      put_galileo_time(bits, start, 6);
       bits.put(0, 5);
       break;
     default:  // 5, 6: an almanac of no satellite

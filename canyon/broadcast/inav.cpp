@@ -5,15 +5,12 @@
 #include "canyon/geodesy/constants.hpp"
 
 namespace canyon::broadcast {
-namespace {
 
-void put_time(Bits& bits, geodesy::GpsTime start) {
-  bits.put(static_cast<std::uint64_t>(galileo_week(start)), 12);
+void put_galileo_time(Bits& bits, geodesy::GpsTime start, int week_bits) {
+  bits.put(static_cast<std::uint64_t>(galileo_week(start)), week_bits);
   bits.put(static_cast<std::uint64_t>(start.nanosecond_of_week() / geodesy::GpsTime::kNanosecondsPerSecond),
            20);
 }
-
-}  // namespace
 
 Bits inav_word(const gnss::KeplerEphemeris& e, const SystemMessage& message, int type,
                geodesy::GpsTime start) {
@@ -31,7 +28,7 @@ Bits inav_word(const gnss::KeplerEphemeris& e, const SystemMessage& message, int
   switch (type) {
     case 0:
       bits.put(0b10, 2).put(0, 64).put(0, 24);
-      put_time(bits, start);
+      put_galileo_time(bits, start);
       break;
     case 1:
       minutes(e.toe);
@@ -77,7 +74,7 @@ Bits inav_word(const gnss::KeplerEphemeris& e, const SystemMessage& message, int
       whole(e.health >> 1, 2);
       whole(e.health >> 6, 1);
       whole(e.health, 1);
-      put_time(bits, start);
+      put_galileo_time(bits, start);
       bits.put(0, 23);
       break;
     default: {  // 6: UTC is GST less whole seconds, no leap second announced

@@ -36,6 +36,12 @@ void put_klobuchar(Bits& bits, const gnss::Klobuchar& k);
 /// @param data 24 bits; @param d29, d30 the last two bits of the word before
 [[nodiscard]] std::uint32_t lnav_parity(std::uint32_t data, bool d29, bool d30);
 
+/// Weeks of GST (OS SIS ICD 2.1, 5.1.2).
+[[nodiscard]] inline int galileo_week(geodesy::GpsTime t) {
+  return t.week() - 1024;
+}
+/// GST: the last bits of the week, the second of the week in 20.
+void put_galileo_time(Bits& bits, geodesy::GpsTime start, int week_bits = 12);
 /// Word of Galileo I/NAV (OS SIS ICD 2.1, 4.3.5): 128 bits. Types 0 (spare, with time), 1 to 4 (ephemeris), 5
 /// (ionosphere, BGD, health, time) and 6 (UTC).
 /// @param start of the word's page
@@ -45,10 +51,6 @@ void put_klobuchar(Bits& bits, const gnss::Klobuchar& k);
 /// even part and the odd part with CRC-24Q and tail bits, 120 bits each, in four words of 32 bits each.
 [[nodiscard]] std::vector<std::uint32_t> inav_page(const Bits& word);
 
-/// Weeks of GST (5.1.2).
-[[nodiscard]] inline int galileo_week(geodesy::GpsTime t) {
-  return t.week() - 1024;
-}
 /// Page 1 to 6 of Galileo F/NAV (OS SIS ICD 2.1, 4.2.4): 244 bits with CRC-24Q and tail bits. 5 and 6 have
 /// almanacs of no satellite. @param ephemeris of either message @param start of the page
 [[nodiscard]] Bits fnav_page(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& message, int type,

@@ -43,7 +43,8 @@ Vector3d moved_back(const Isometry3d* enu_from_set, const Vector3d& v) {
              : v;
 }
 
-/// Whether a sphere comes into the beam. See BeamIndex for the test.
+/// Whether a sphere comes into the cone of the beam: its distance from the cone's side is across cos - along
+/// sin.
 bool meets(const Beam& beam, const Vector3d& centre, double radius) {
   const Vector3d d = centre - beam.apex;
   const double along = d.dot(beam.axis), room = radius + along * beam.sine, squared = d.squaredNorm();

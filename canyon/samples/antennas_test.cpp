@@ -10,6 +10,7 @@
 #include "canyon/samples/generator.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
+#include "tests/support/wall_reflection.hpp"
 
 namespace canyon::samples::antennas_test {
 namespace {
@@ -29,19 +30,7 @@ class Around final : public disturbance::Disturbance {
                   [&](const auto& view) { return only_ != 0 && view.line.id.number != only_; });
     for (propagation::SatelliteView& view : arrival.views) {
       if (view.line.id.number != reflected_) continue;
-      const Eigen::Vector3d s = arrival.ecef_from_enu.transpose() * view.line.direction_ecef;
-      const double height_m = arrival.antenna_enu.x() + kWall_m;
-      propagation::Path& path = view.paths.paths.front();
-      path.kind = propagation::PathKind::Reflected;
-      path.order = 1;
-      path.arrival = {-s.x(), s.y(), s.z()};
-      path.point = arrival.antenna_enu + path.arrival * (height_m / s.x());
-      path.excess_m = 2 * height_m * s.x();
-      path.incidence_count = 1;
-      path.incidences[0].material = city::Material::Metal;
-      path.incidences[0].incidence_rad = std::acos(s.x());
-      path.arrival_elevation_rad = std::asin(s.z());
-      path.reflector = 77;
+      view.paths.paths.front() = test::wall_reflection(arrival, view, kWall_m);
     }
   }
 

@@ -16,6 +16,7 @@
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/tracking/channel.hpp"
+#include "tests/support/wall_reflection.hpp"
 
 namespace canyon::samples {
 namespace {
@@ -32,22 +33,7 @@ class OneWay final : public disturbance::Disturbance {
     std::vector<propagation::SatelliteView> views;
     for (propagation::SatelliteView& view : arrival.views) {
       if (view.line.id != id_) continue;
-      if (wall_) {
-        const Eigen::Vector3d s = arrival.ecef_from_enu.transpose() * view.line.direction_ecef;
-        const double height_m = arrival.antenna_enu.x() + 30;
-        propagation::Path path;
-        path.kind = PathKind::Reflected;
-        path.order = 1;
-        path.arrival = {-s.x(), s.y(), s.z()};
-        path.point = arrival.antenna_enu + path.arrival * (height_m / s.x());
-        path.excess_m = 2 * height_m * s.x();
-        path.incidence_count = 1;
-        path.incidences[0].material = city::Material::Metal;
-        path.incidences[0].incidence_rad = std::acos(s.x());
-        path.arrival_elevation_rad = std::asin(s.z());
-        path.reflector = 77;
-        view.paths.paths = {path};
-      }
+      if (wall_) view.paths.paths = {test::wall_reflection(arrival, view, 30)};
       views.push_back(view);
     }
     arrival.views = std::move(views);
