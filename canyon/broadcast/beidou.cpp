@@ -33,7 +33,7 @@ std::vector<std::uint32_t> coded(const Bits& content, int subframe, GpsTime star
   const auto second =
       static_cast<std::uint64_t>(bdt(start).nanosecond_of_week() / GpsTime::kNanosecondsPerSecond);
   Bits bits;
-  bits.put(0b11100010010, 11).put(0, 4).put(static_cast<std::uint64_t>(subframe), 3).put(second, 20);
+  bits.put(0b11100010010, 11).put(0, 4).count(subframe, 3).put(second, 20);
   bits.append(content);
   constexpr std::size_t kSize = 26 + 9 * 22;
   while (bits.size() < kSize) bits.put(0, 1);
@@ -103,11 +103,11 @@ std::vector<std::uint32_t> d1_subframe(const gnss::KeplerEphemeris& e, const Sys
   const Fields f{e};
   Bits bits;
   if (subframe == 1) {
-    bits.put(e.health != 0, 1).put(static_cast<std::uint64_t>(e.iodc), 5);
-    bits.put(static_cast<std::uint64_t>(accuracy_index(e.accuracy_m)), 4).put(bdt_week(start), 13);
+    bits.put(e.health != 0, 1).count(e.iodc, 5);
+    bits.count(accuracy_index(e.accuracy_m), 4).put(bdt_week(start), 13);
     bits.put(f.toc(), 17).put(f.group_delay(0), 10).put(f.group_delay(1), 10);
     put_klobuchar(bits, message.klobuchar);
-    bits.put(f.a2(), 11).put(f.a0(), 24).put(f.a1(), 22).put(static_cast<std::uint64_t>(e.iode), 5);
+    bits.put(f.a2(), 11).put(f.a0(), 24).put(f.a1(), 22).count(e.iode, 5);
   } else if (subframe == 2) {
     bits.put(f.mean_motion(), 16).put(f.harmonic(e.cuc), 18).put(f.mean_anomaly(), 32);
     bits.put(f.eccentricity(), 32).put(f.harmonic(e.cus), 18).put(f.radius(e.crc), 18);
@@ -123,11 +123,11 @@ std::vector<std::uint32_t> d2_page(const gnss::KeplerEphemeris& e, const SystemM
                                    GpsTime start) {
   const Fields f{e};
   Bits bits;
-  bits.put(static_cast<std::uint64_t>(page), 4);
+  bits.count(page, 4);
   switch (page) {
     case 1:
-      bits.put(e.health != 0, 1).put(static_cast<std::uint64_t>(e.iodc), 5);
-      bits.put(static_cast<std::uint64_t>(accuracy_index(e.accuracy_m)), 4).put(bdt_week(start), 13);
+      bits.put(e.health != 0, 1).count(e.iodc, 5);
+      bits.count(accuracy_index(e.accuracy_m), 4).put(bdt_week(start), 13);
       bits.put(f.toc(), 17).put(f.group_delay(0), 10).put(f.group_delay(1), 10);
       break;
     case 2:
@@ -137,7 +137,7 @@ std::vector<std::uint32_t> d2_page(const gnss::KeplerEphemeris& e, const SystemM
       bits.put(0, 38).put(f.a0(), 24).put(f.a1() >> 18, 4);
       break;
     case 4:
-      bits.put(f.a1(), 18).put(f.a2(), 11).put(static_cast<std::uint64_t>(e.iode), 5);
+      bits.put(f.a1(), 18).put(f.a2(), 11).count(e.iode, 5);
       bits.put(f.mean_motion(), 16).put(f.harmonic(e.cuc) >> 4, 14);
       break;
     case 5:

@@ -4,6 +4,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "canyon/geodesy/constants.hpp"
+
 namespace canyon::broadcast {
 
 Bits& Bits::put(std::uint64_t value, int width) {
@@ -12,8 +14,15 @@ Bits& Bits::put(std::uint64_t value, int width) {
   return *this;
 }
 
-Bits& Bits::put_scaled(double value, double step, int width, bool is_signed) {
-  return put_signed(field_value(value, step, width, is_signed), width);
+Bits& Bits::angle(double radians, double step, int width) {
+  const double steps = std::round(std::remainder(radians / geodesy::kPi, 2) / step);
+  // Half a turn is the lowest number: the highest is a step less.
+  return number(steps == std::ldexp(1.0, width - 1) ? -steps : steps, 1, width);
+}
+
+Bits& Bits::sign_magnitude(double value, double step, int width) {
+  const std::int64_t magnitude = field_value(std::abs(value), step, width - 1, false);
+  return put(value < 0 && magnitude != 0, 1).count(magnitude, width - 1);
 }
 
 Bits& Bits::append(const Bits& other) {

@@ -6,6 +6,11 @@
 
 namespace canyon::broadcast {
 
+/// The integer that a field of `width` bits holds for `value` in units of `step`: rounded to the nearest,
+/// two's complement where `is_signed`, at the ends of the range where it lies beyond; 0 for what is not a
+/// number.
+[[nodiscard]] std::int64_t field_value(double value, double step, int width, bool is_signed);
+
 /// Bits of a navigation message in the order in which they are sent.
 class Bits {
  public:
@@ -13,10 +18,21 @@ class Bits {
 
   /// The `width` low bits of `value`, most significant first; width 0 to 64.
   Bits& put(std::uint64_t value, int width);
-  /// A signed value in two's complement.
-  Bits& put_signed(std::int64_t value, int width) { return put(static_cast<std::uint64_t>(value), width); }
-  /// `value` over `step`, to the nearest; beyond the field's range its nearest end.
-  Bits& put_scaled(double value, double step, int width, bool is_signed);
+  /// A whole number, in two's complement where it is negative; bits beyond `width` are cut, as messages do
+  /// with weeks.
+  Bits& count(std::int64_t value, int width) { return put(static_cast<std::uint64_t>(value), width); }
+  /// `value` over `step` in two's complement, to the nearest; beyond the field's range its nearest end.
+  Bits& number(double value, double step, int width) {
+    return count(field_value(value, step, width, true), width);
+  }
+  /// The same without a sign.
+  Bits& positive(double value, double step, int width) {
+    return count(field_value(value, step, width, false), width);
+  }
+  /// An angle or its rate [rad, rad/s] in semicircles over `step`, within half a turn.
+  Bits& angle(double radians, double step, int width);
+  /// A sign, then the magnitude in `width` - 1 bits.
+  Bits& sign_magnitude(double value, double step, int width);
   Bits& append(const Bits& other);
 
   [[nodiscard]] std::size_t size() const { return bits_.size(); }
@@ -31,11 +47,6 @@ class Bits {
  private:
   std::vector<std::uint8_t> bits_;  ///< 0 or 1
 };
-
-/// The integer that a field of `width` bits holds for `value` in units of `step`: rounded to the nearest,
-/// two's complement where `is_signed`, at the ends of the range where it lies beyond; 0 for what is not a
-/// number.
-[[nodiscard]] std::int64_t field_value(double value, double step, int width, bool is_signed);
 
 /// CRC-24Q of bits, first one first (OS SIS ICD 2.1, 5.1.9.4; RTCA DO-229 A.4.3.3): x^24 + x^23 + x^18 + x^17
 /// + x^14 + x^11 + x^10 + x^7 + x^6 + x^5 + x^4 + x^3 + x + 1.

@@ -36,80 +36,71 @@ Bits cnav_message(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& m
                   const CnavDelays& delays, int type, GpsTime start, int length_s) {
   const gnss::KeplerEphemeris e = in_steps(ephemeris);
   Bits bits;
-  const auto put = [&](double value, int exponent, int width, bool is_signed = true) {
-    bits.put_scaled(value, std::ldexp(1.0, exponent), width, is_signed);
-  };
-  /// Within half a turn.
-  const auto angle = [&](double value, int width) {
-    put(std::remainder(value / geodesy::kPi, 2), -32, width);
-  };
-  const auto rate = [&](double value, int width) { put(value / geodesy::kPi, -44, width); };
-  const auto whole = [&](int value, int width) { bits.put(static_cast<std::uint64_t>(value), width); };
-  const auto steps = [&](GpsTime t) { bits.put_scaled(t.seconds_of_week(), 300, 11, false); };
+  const auto steps = [&](GpsTime t) { bits.positive(t.seconds_of_week(), 300, 11); };
   // 30.3.3: the time of week is that of the next message.
   constexpr std::int64_t kCountsPerWeek = 100'800;
   const std::int64_t count = (start.nanosecond_of_week() / GpsTime::kNanosecondsPerSecond + length_s) / 6;
   bits.put(0b10001011, 8).put(e.id.number, 6);
-  whole(type, 6);
-  bits.put(static_cast<std::uint64_t>(count % kCountsPerWeek), 17).put(0, 1);
+  bits.count(type, 6);
+  bits.count(count % kCountsPerWeek, 17).put(0, 1);
   const auto clock = [&] {
     steps(e.toc);
-    whole(accuracy_index(e.accuracy_m), 5);
+    bits.count(accuracy_index(e.accuracy_m), 5);
     bits.put(0, 3).put(0, 3);
     steps(e.toc);
-    put(e.af0, -35, 26);
-    put(e.af1, -48, 20);
-    put(e.af2, -60, 10);
+    bits.number(e.af0, 0x1p-35, 26);
+    bits.number(e.af1, 0x1p-48, 20);
+    bits.number(e.af2, 0x1p-60, 10);
   };
   switch (type) {
     case 10:
-      whole(start.week(), 13);
-      whole(e.health == 0 ? 0 : 7, 3);
+      bits.count(start.week(), 13);
+      bits.count(e.health == 0 ? 0 : 7, 3);
       steps(e.toe);
-      whole(accuracy_index(e.accuracy_m), 5);
+      bits.count(accuracy_index(e.accuracy_m), 5);
       steps(e.toe);
-      put(e.sqrt_a * e.sqrt_a - kSemiMajorAxis_m, -9, 26);
+      bits.number(e.sqrt_a * e.sqrt_a - kSemiMajorAxis_m, 0x1p-9, 26);
       bits.put(0, 25);
-      rate(e.mean_motion_difference, 17);
+      bits.angle(e.mean_motion_difference, 0x1p-44, 17);
       bits.put(0, 23);
-      angle(e.mean_anomaly, 33);
-      put(e.eccentricity, -34, 33, false);
-      angle(e.argument_of_perigee, 33);
+      bits.angle(e.mean_anomaly, 0x1p-32, 33);
+      bits.positive(e.eccentricity, 0x1p-34, 33);
+      bits.angle(e.argument_of_perigee, 0x1p-32, 33);
       bits.put(0, 1 + 1 + 3);  // integrity status, phasing of L2C, reserved
       break;
     case 11:
       steps(e.toe);
-      angle(e.right_ascension, 33);
-      angle(e.inclination, 33);
-      rate(e.right_ascension_rate - kRightAscensionRate, 17);
-      rate(e.inclination_rate, 15);
-      put(e.cis, -30, 16);
-      put(e.cic, -30, 16);
-      put(e.crs, -8, 24);
-      put(e.crc, -8, 24);
-      put(e.cus, -30, 21);
-      put(e.cuc, -30, 21);
+      bits.angle(e.right_ascension, 0x1p-32, 33);
+      bits.angle(e.inclination, 0x1p-32, 33);
+      bits.angle(e.right_ascension_rate - kRightAscensionRate, 0x1p-44, 17);
+      bits.angle(e.inclination_rate, 0x1p-44, 15);
+      bits.number(e.cis, 0x1p-30, 16);
+      bits.number(e.cic, 0x1p-30, 16);
+      bits.number(e.crs, 0x1p-8, 24);
+      bits.number(e.crc, 0x1p-8, 24);
+      bits.number(e.cus, 0x1p-30, 21);
+      bits.number(e.cuc, 0x1p-30, 21);
       bits.put(0, 7);
       break;
     case 30:
       clock();
-      put(delays.group_delay_s, -35, 13);
+      bits.number(delays.group_delay_s, 0x1p-35, 13);
       for (const double delay : {delays.l1ca_s, delays.l2c_s, delays.l5_s, delays.l5_s}) {
-        put(delays.group_delay_s - delay, -35, 13);
+        bits.number(delays.group_delay_s - delay, 0x1p-35, 13);
       }
       put_klobuchar(bits, message.klobuchar);
-      whole(start.week() & 255, 8);
+      bits.count(start.week() & 255, 8);
       bits.put(0, 12);
       break;
     default: {  // 33: UTC is GPST less whole seconds, no leap second announced
       clock();
       bits.put(0, 16 + 13 + 7);
-      whole(message.leap_seconds, 8);
+      bits.count(message.leap_seconds, 8);
       bits.put(0, 16);
-      whole(start.week(), 13);
-      whole(start.week(), 13);
-      whole(7, 4);
-      whole(message.leap_seconds, 8);
+      bits.count(start.week(), 13);
+      bits.count(start.week(), 13);
+      bits.count(7, 4);
+      bits.count(message.leap_seconds, 8);
       bits.put(0, 51);
       break;
     }

@@ -1,16 +1,8 @@
-#include <cmath>
-
 #include "canyon/broadcast/messages.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 
 namespace canyon::broadcast {
 namespace {
-
-/// Sign and magnitude.
-void put(Bits& bits, double value, int exponent, int width) {
-  const std::int64_t magnitude = field_value(std::abs(value), std::ldexp(1.0, exponent), width - 1, false);
-  bits.put(value < 0 && magnitude != 0, 1).put(static_cast<std::uint64_t>(magnitude), width - 1);
-}
 
 /// Day within the four years from the last leap year on, from 1, and the number of these since 1996.
 struct Calendar {
@@ -53,17 +45,17 @@ Bits glonass_string(const gnss::GlonassEphemeris& e, int string, geodesy::GpsTim
   const geodesy::CalendarTime tb = geodesy::glonass_from_gps(e.toe);
   const Calendar calendar = four_year_calendar(frame);
   Bits bits;
-  bits.put(0, 1).put(static_cast<std::uint64_t>(string), 4);
+  bits.put(0, 1).count(string, 4);
   const auto motion = [&](std::size_t axis) {
-    put(bits, e.velocity_mps[axis] / 1e3, -20, 24);
-    put(bits, e.acceleration_mps2[axis] / 1e3, -30, 5);
-    put(bits, e.position_m[axis] / 1e3, -11, 27);
+    bits.sign_magnitude(e.velocity_mps[axis] / 1e3, 0x1p-20, 24);
+    bits.sign_magnitude(e.acceleration_mps2[axis] / 1e3, 0x1p-30, 5);
+    bits.sign_magnitude(e.position_m[axis] / 1e3, 0x1p-11, 27);
   };
   switch (string) {
     case 1:
       bits.put(0, 2).put(0b01, 2);  // P1: tb changes every 30 min
-      bits.put(static_cast<std::uint64_t>(frame.hour), 5).put(static_cast<std::uint64_t>(frame.minute), 6);
-      bits.put(static_cast<std::uint64_t>(frame.second / 30), 1);
+      bits.count(frame.hour, 5).count(frame.minute, 6);
+      bits.count(frame.second / 30, 1);
       motion(0);
       break;
     case 2: {
@@ -74,14 +66,14 @@ Bits glonass_string(const gnss::GlonassEphemeris& e, int string, geodesy::GpsTim
     }
     case 3:
       bits.put(0, 1);  // P3: four satellites' almanac in this frame
-      put(bits, e.frequency_bias, -40, 11);
+      bits.sign_magnitude(e.frequency_bias, 0x1p-40, 11);
       bits.put(0, 1).put(0b11, 2).put(0, 1);
       motion(2);
       break;
     case 4:
-      put(bits, -e.clock_bias_s, -30, 22);
-      put(bits, e.group_delay_difference_s, -30, 5);
-      bits.put(static_cast<std::uint64_t>(field_value(e.age_days, 1, 5, false)), 5);
+      bits.sign_magnitude(-e.clock_bias_s, 0x1p-30, 22);
+      bits.sign_magnitude(e.group_delay_difference_s, 0x1p-30, 5);
+      bits.positive(e.age_days, 1, 5);
       bits.put(0, 14).put(0, 1).put(2, 4).put(0, 3);  // P4; F_T 2: 2.5 m
       bits.put(calendar.day, 11).put(e.id.number, 5).put(1, 2);
       break;

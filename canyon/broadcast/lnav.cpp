@@ -4,7 +4,6 @@
 
 #include "canyon/broadcast/accuracy_index.hpp"
 #include "canyon/broadcast/messages.hpp"
-#include "canyon/geodesy/constants.hpp"
 
 namespace canyon::broadcast {
 namespace {
@@ -20,7 +19,7 @@ std::vector<std::uint32_t> subframe_words(const Bits& content, int subframe, Gps
   constexpr std::uint64_t kCountsPerWeek = 100'800;
   Bits bits;
   bits.put(0x8B, 8).put(0, 16);  // telemetry word: preamble, no message
-  bits.put((count + 1) % kCountsPerWeek, 17).put(0, 2).put(static_cast<std::uint64_t>(subframe), 3).put(0, 2);
+  bits.put((count + 1) % kCountsPerWeek, 17).put(0, 2).count(subframe, 3).put(0, 2);
   bits.append(content).put(0, 2);
   std::vector<std::uint32_t> words;
   bool d29 = false, d30 = false;
@@ -51,59 +50,53 @@ std::uint32_t lnav_parity(std::uint32_t data, bool d29, bool d30) {
 }
 
 std::vector<std::uint32_t> lnav_subframe(const gnss::KeplerEphemeris& e, int subframe, GpsTime start) {
-  const double semicircle = geodesy::kPi;
   Bits bits;
-  const auto put = [&](double value, int exponent, int width, bool is_signed = true) {
-    bits.put_scaled(value, std::ldexp(1.0, exponent), width, is_signed);
-  };
-  const auto angle = [&](double value, int exponent, int width) { put(value / semicircle, exponent, width); };
-  const auto whole = [&](int value, int width) { bits.put(static_cast<std::uint64_t>(value), width); };
   if (subframe == 1) {
-    whole(start.week(), 10);
-    whole(e.id.system == gnss::System::GPS ? e.data_sources : 2, 2);
-    whole(accuracy_index(e.accuracy_m), 4);
-    whole(e.health, 6);
-    whole(e.iodc >> 8, 2);
-    whole(e.l2p_flag, 1);
+    bits.count(start.week(), 10);
+    bits.count(e.id.system == gnss::System::GPS ? e.data_sources : 2, 2);
+    bits.count(accuracy_index(e.accuracy_m), 4);
+    bits.count(e.health, 6);
+    bits.count(e.iodc >> 8, 2);
+    bits.count(e.l2p_flag, 1);
     bits.put(0, 23).put(0, 24).put(0, 24).put(0, 16);  // reserved
-    put(e.group_delay[0], -31, 8);
-    whole(e.iodc, 8);
-    put(e.toc.seconds_of_week(), 4, 16, false);
-    put(e.af2, -55, 8);
-    put(e.af1, -43, 16);
-    put(e.af0, -31, 22);
+    bits.number(e.group_delay[0], 0x1p-31, 8);
+    bits.count(e.iodc, 8);
+    bits.positive(e.toc.seconds_of_week(), 0x1p4, 16);
+    bits.number(e.af2, 0x1p-55, 8);
+    bits.number(e.af1, 0x1p-43, 16);
+    bits.number(e.af0, 0x1p-31, 22);
   } else if (subframe == 2) {
-    whole(e.iode, 8);
-    put(e.crs, -5, 16);
-    angle(e.mean_motion_difference, -43, 16);
-    angle(e.mean_anomaly, -31, 32);
-    put(e.cuc, -29, 16);
-    put(e.eccentricity, -33, 32, false);
-    put(e.cus, -29, 16);
-    put(e.sqrt_a, -19, 32, false);
-    put(e.toe.seconds_of_week(), 4, 16, false);
+    bits.count(e.iode, 8);
+    bits.number(e.crs, 0x1p-5, 16);
+    bits.angle(e.mean_motion_difference, 0x1p-43, 16);
+    bits.angle(e.mean_anomaly, 0x1p-31, 32);
+    bits.number(e.cuc, 0x1p-29, 16);
+    bits.positive(e.eccentricity, 0x1p-33, 32);
+    bits.number(e.cus, 0x1p-29, 16);
+    bits.positive(e.sqrt_a, 0x1p-19, 32);
+    bits.positive(e.toe.seconds_of_week(), 0x1p4, 16);
     // A flag: more than four hours; QZSS: more than two.
     const bool longer = e.fit_interval_h > (e.id.system == gnss::System::QZSS ? 2 : 4);
-    whole(longer ? 1 : 0, 1);
-    whole(0b11111, 5);  // AODO: no correction table
+    bits.count(longer ? 1 : 0, 1);
+    bits.count(0b11111, 5);  // AODO: no correction table
   } else {
-    put(e.cic, -29, 16);
-    angle(e.right_ascension, -31, 32);
-    put(e.cis, -29, 16);
-    angle(e.inclination, -31, 32);
-    put(e.crc, -5, 16);
-    angle(e.argument_of_perigee, -31, 32);
-    angle(e.right_ascension_rate, -43, 24);
-    whole(e.iode, 8);
-    angle(e.inclination_rate, -43, 14);
+    bits.number(e.cic, 0x1p-29, 16);
+    bits.angle(e.right_ascension, 0x1p-31, 32);
+    bits.number(e.cis, 0x1p-29, 16);
+    bits.angle(e.inclination, 0x1p-31, 32);
+    bits.number(e.crc, 0x1p-5, 16);
+    bits.angle(e.argument_of_perigee, 0x1p-31, 32);
+    bits.angle(e.right_ascension_rate, 0x1p-43, 24);
+    bits.count(e.iode, 8);
+    bits.angle(e.inclination_rate, 0x1p-43, 14);
   }
   return subframe_words(bits, subframe, start);
 }
 
 void put_klobuchar(Bits& bits, const gnss::Klobuchar& k) {
   constexpr std::array<int, 4> kAlpha{-30, -27, -24, -24}, kBeta{11, 14, 16, 16};
-  for (std::size_t i = 0; i < 4; ++i) bits.put_scaled(k.alpha[i], std::ldexp(1.0, kAlpha[i]), 8, true);
-  for (std::size_t i = 0; i < 4; ++i) bits.put_scaled(k.beta[i], std::ldexp(1.0, kBeta[i]), 8, true);
+  for (std::size_t i = 0; i < 4; ++i) bits.number(k.alpha[i], std::ldexp(1.0, kAlpha[i]), 8);
+  for (std::size_t i = 0; i < 4; ++i) bits.number(k.beta[i], std::ldexp(1.0, kBeta[i]), 8);
 }
 
 std::vector<std::uint32_t> lnav_page18(gnss::System system, const SystemMessage& message, GpsTime start) {

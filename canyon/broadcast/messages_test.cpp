@@ -69,7 +69,7 @@ TEST(FieldValue, RoundsAndStaysInRange) {
   EXPECT_EQ(field_value(-1, 1, 8, false), 0);
   EXPECT_EQ(field_value(1e9, 1, 8, false), 255);
   EXPECT_EQ(field_value(std::nan(""), 1, 8, true), 0);
-  EXPECT_EQ(Bits().put_signed(-3, 6).number(0, 6), 0b111101U);
+  EXPECT_EQ(Bits().count(-3, 6).number(0, 6), 0b111101U);
 }
 
 // IS-GPS-200, table 20-XIV: D25 to D30 as sums of D29* or D30* and data bits.

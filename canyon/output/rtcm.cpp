@@ -57,7 +57,7 @@ Bits station(const Eigen::Vector3d& antenna_ecef) {
   // DF003 station 0; DF021 year of the frame, not given; DF022 to DF024 it serves GPS, GLONASS, Galileo;
   // DF141 it is no computed one.
   bits.put(1005, 12).put(0, 12).put(0, 6).put(0b111, 3).put(0, 1);
-  const auto coordinate = [&](double metres) { bits.put_scaled(metres, 1e-4, 38, true); };
+  const auto coordinate = [&](double metres) { bits.number(metres, 1e-4, 38); };
   coordinate(antenna_ecef.x());
   bits.put(0b10, 2);  // DF142: all signals of one instant; reserved
   coordinate(antenna_ecef.y());

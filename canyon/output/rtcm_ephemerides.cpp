@@ -20,76 +20,40 @@ namespace {
 
 constexpr double kRepeat_s = 30;
 
-double power(int exponent) {
-  return std::ldexp(1.0, exponent);
+/// A message's first fields: its number and the satellite.
+Bits head(int message, int satellite, int satellite_bits) {
+  return Bits().count(message, 12).count(satellite, satellite_bits);
 }
-
-/// Writes fields one after the other: a value and the step of its last bit.
-class Writer {
- public:
-  Writer(int message, int satellite, int satellite_bits) {
-    count(message, 12);
-    count(satellite, satellite_bits);
-  }
-  /// A field of whole numbers; more than it holds is cut, as the messages do with weeks.
-  Writer& count(std::int64_t value, int width) {
-    bits_.put_signed(value, width);
-    return *this;
-  }
-  Writer& number(double value, double step, int width) {
-    bits_.put_scaled(value, step, width, true);
-    return *this;
-  }
-  Writer& positive(double value, double step, int width) {
-    bits_.put_scaled(value, step, width, false);
-    return *this;
-  }
-  /// An angle [rad], in steps of semicircles.
-  Writer& angle(double radians, double step, int width) {
-    // Angles wrap around; rates and corrections never come near.
-    const double semicircles = std::remainder(radians / geodesy::kPi, 2.0);
-    const bool at_end = width == 32 && semicircles / step > power(31) - 0.75;
-    return number(at_end ? -1.0 : semicircles, step, width);
-  }
-  Writer& sign_magnitude(double value, double step, int width) {
-    const std::int64_t whole = broadcast::field_value(value, step, width, true);
-    const std::int64_t largest = (std::int64_t{1} << (width - 1)) - 1;
-    bits_.put(whole < 0 ? 1 : 0, 1);
-    bits_.put(static_cast<std::uint64_t>(std::min(std::abs(whole), largest)), width - 1);
-    return *this;
-  }
-  [[nodiscard]] Bits take() { return std::move(bits_); }
-
- private:
-  Bits bits_;
-};
 
 /// Steps that differ between systems.
 struct Steps {
-  int correction_bits, correction, radius_bits, radius, toe_bits, toe_s;
+  int correction_bits;
+  double correction;
+  int radius_bits;
+  double radius;
+  int toe_bits, toe_s;
 };
-constexpr Steps kGps{16, -29, 16, -5, 16, 16}, kGalileo{16, -29, 16, -5, 14, 60},
-    kBeiDou{18, -31, 18, -6, 17, 8};
+constexpr Steps kGps{16, 0x1p-29, 16, 0x1p-5, 16, 16}, kGalileo{16, 0x1p-29, 16, 0x1p-5, 14, 60},
+    kBeiDou{18, 0x1p-31, 18, 0x1p-6, 17, 8};
 
 /// What all Keplerian messages have in the same order: Crs to Cus, the square root of the axis, toe, Cic to
 /// OMEGA DOT.
-void put_orbit(Writer& to, const KeplerEphemeris& e, const Steps& s, double toe_s) {
-  const double correction = power(s.correction), radius = power(s.radius);
-  to.number(e.crs, radius, s.radius_bits)
-      .angle(e.mean_motion_difference, power(-43), 16)
-      .angle(e.mean_anomaly, power(-31), 32)
-      .number(e.cuc, correction, s.correction_bits)
-      .positive(e.eccentricity, power(-33), 32)
-      .number(e.cus, correction, s.correction_bits)
-      .positive(e.sqrt_a, power(-19), 32)
+void put_orbit(Bits& to, const KeplerEphemeris& e, const Steps& s, double toe_s) {
+  to.number(e.crs, s.radius, s.radius_bits)
+      .angle(e.mean_motion_difference, 0x1p-43, 16)
+      .angle(e.mean_anomaly, 0x1p-31, 32)
+      .number(e.cuc, s.correction, s.correction_bits)
+      .positive(e.eccentricity, 0x1p-33, 32)
+      .number(e.cus, s.correction, s.correction_bits)
+      .positive(e.sqrt_a, 0x1p-19, 32)
       .positive(toe_s, s.toe_s, s.toe_bits)
-      .number(e.cic, correction, s.correction_bits)
-      .angle(e.right_ascension, power(-31), 32)
-      .number(e.cis, correction, s.correction_bits)
-      .angle(e.inclination, power(-31), 32)
-      .number(e.crc, radius, s.radius_bits)
-      .angle(e.argument_of_perigee, power(-31), 32)
-      .angle(e.right_ascension_rate, power(-43), 24);
+      .number(e.cic, s.correction, s.correction_bits)
+      .angle(e.right_ascension, 0x1p-31, 32)
+      .number(e.cis, s.correction, s.correction_bits)
+      .angle(e.inclination, 0x1p-31, 32)
+      .number(e.crc, s.radius, s.radius_bits)
+      .angle(e.argument_of_perigee, 0x1p-31, 32)
+      .angle(e.right_ascension_rate, 0x1p-43, 24);
 }
 
 int fit_flag(const KeplerEphemeris& e) {
@@ -97,89 +61,83 @@ int fit_flag(const KeplerEphemeris& e) {
 }
 
 Bits gps(const KeplerEphemeris& e) {
-  Writer w(1019, e.id.number, 6);
+  Bits w = head(1019, e.id.number, 6);
   w.count(e.toe.week(), 10)
       .count(broadcast::accuracy_index(e.accuracy_m), 4)
       .count(e.data_sources, 2)
-      .angle(e.inclination_rate, power(-43), 14)
+      .angle(e.inclination_rate, 0x1p-43, 14)
       .count(e.iode, 8)
       .positive(e.toc.seconds_of_week(), 16, 16)
-      .number(e.af2, power(-55), 8)
-      .number(e.af1, power(-43), 16)
-      .number(e.af0, power(-31), 22)
+      .number(e.af2, 0x1p-55, 8)
+      .number(e.af1, 0x1p-43, 16)
+      .number(e.af0, 0x1p-31, 22)
       .count(e.iodc, 10);
   put_orbit(w, e, kGps, e.toe.seconds_of_week());
-  return w.number(e.group_delay[0], power(-31), 8)
-      .count(e.health, 6)
-      .count(e.l2p_flag, 1)
-      .count(fit_flag(e), 1)
-      .take();
+  return w.number(e.group_delay[0], 0x1p-31, 8).count(e.health, 6).count(e.l2p_flag, 1).count(fit_flag(e), 1);
 }
 
 Bits qzss(const KeplerEphemeris& e) {
-  Writer w(1044, e.id.number, 4);
+  Bits w = head(1044, e.id.number, 4);
   w.positive(e.toc.seconds_of_week(), 16, 16)
-      .number(e.af2, power(-55), 8)
-      .number(e.af1, power(-43), 16)
-      .number(e.af0, power(-31), 22)
+      .number(e.af2, 0x1p-55, 8)
+      .number(e.af1, 0x1p-43, 16)
+      .number(e.af0, 0x1p-31, 22)
       .count(e.iode, 8);
   put_orbit(w, e, kGps, e.toe.seconds_of_week());
-  return w.angle(e.inclination_rate, power(-43), 14)
+  return w.angle(e.inclination_rate, 0x1p-43, 14)
       .count(e.data_sources, 2)
       .count(e.toe.week(), 10)
       .count(broadcast::accuracy_index(e.accuracy_m), 4)
       .count(e.health, 6)
-      .number(e.group_delay[0], power(-31), 8)
+      .number(e.group_delay[0], 0x1p-31, 8)
       .count(e.iodc, 10)
-      .count(fit_flag(e), 1)
-      .take();
+      .count(fit_flag(e), 1);
 }
 
 Bits galileo(const KeplerEphemeris& e) {
   constexpr int kWeekOffset = 1024;  // of Galileo's week 0, 1999-08-22
   const bool fnav = is_galileo_fnav(e);
-  Writer w(fnav ? 1045 : 1046, e.id.number, 6);
+  Bits w = head(fnav ? 1045 : 1046, e.id.number, 6);
   w.count(e.toe.week() - kWeekOffset, 12)
       .count(e.iode, 10)
       .count(broadcast::sisa_index(e.accuracy_m), 8)
-      .angle(e.inclination_rate, power(-43), 14)
+      .angle(e.inclination_rate, 0x1p-43, 14)
       .positive(e.toc.seconds_of_week(), 60, 14)
-      .number(e.af2, power(-59), 6)
-      .number(e.af1, power(-46), 21)
-      .number(e.af0, power(-34), 31);
+      .number(e.af2, 0x1p-59, 6)
+      .number(e.af1, 0x1p-46, 21)
+      .number(e.af0, 0x1p-34, 31);
   put_orbit(w, e, kGalileo, e.toe.seconds_of_week());
-  w.number(e.group_delay[0], power(-32), 10);
+  w.number(e.group_delay[0], 0x1p-32, 10);
   // RINEX has the flags in one word: E1-B's data validity, then two bits of health, then E5a's and E5b's.
   const auto health = [&](int at) { w.count(e.health >> (at + 1), 2).count(e.health >> at, 1); };
   if (fnav) {
     health(3);
-    return w.count(0, 7).take();
+    return w.count(0, 7);
   }
-  w.number(e.group_delay[1], power(-32), 10);
+  w.number(e.group_delay[1], 0x1p-32, 10);
   health(6);
   health(0);
-  return w.count(0, 2).take();
+  return w.count(0, 2);
 }
 
 Bits beidou(const KeplerEphemeris& e) {
   const std::chrono::seconds offset(geodesy::kBdtSecondsOffset);
   const GpsTime toe = e.toe - offset, toc = e.toc - offset;  // BDT
   constexpr double kGroupDelay_s = 1e-10;
-  Writer w(1042, e.id.number, 6);
+  Bits w = head(1042, e.id.number, 6);
   w.count(toe.week() - geodesy::kBdtWeekOffset, 13)
       .count(broadcast::accuracy_index(e.accuracy_m), 4)
-      .angle(e.inclination_rate, power(-43), 14)
+      .angle(e.inclination_rate, 0x1p-43, 14)
       .count(e.iode, 5)
       .positive(toc.seconds_of_week(), 8, 17)
-      .number(e.af2, power(-66), 11)
-      .number(e.af1, power(-50), 22)
-      .number(e.af0, power(-33), 24)
+      .number(e.af2, 0x1p-66, 11)
+      .number(e.af1, 0x1p-50, 22)
+      .number(e.af0, 0x1p-33, 24)
       .count(e.iodc, 5);
   put_orbit(w, e, kBeiDou, toe.seconds_of_week());
   return w.number(e.group_delay[0], kGroupDelay_s, 10)
       .number(e.group_delay[1], kGroupDelay_s, 10)
-      .count(e.health, 1)
-      .take();
+      .count(e.health, 1);
 }
 
 }  // namespace
@@ -215,7 +173,7 @@ Bits ephemeris(const gnss::GlonassEphemeris& e) {
   const int day_number = static_cast<int>((day - first_day) / 86'400) + 1;
   constexpr double kKilo = 1e3;
 
-  Writer w(1020, e.id.number, 6);
+  Bits w = head(1020, e.id.number, 6);
   w.count(e.channel + 7, 5)
       .count(0, 1 + 1)  // almanac health: not available
       .count(1, 2)      // P1: tb changes every 30 min
@@ -226,17 +184,17 @@ Bits ephemeris(const gnss::GlonassEphemeris& e) {
       .count(tb_minutes / 15 % 2, 1)  // P2: tb is an odd quarter of an hour
       .count(tb_minutes / 15, 7);
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    w.sign_magnitude(e.velocity_mps[axis] / kKilo, power(-20), 24)
-        .sign_magnitude(e.position_m[axis] / kKilo, power(-11), 27)
-        .sign_magnitude(e.acceleration_mps2[axis] / kKilo, power(-30), 5);
+    w.sign_magnitude(e.velocity_mps[axis] / kKilo, 0x1p-20, 24)
+        .sign_magnitude(e.position_m[axis] / kKilo, 0x1p-11, 27)
+        .sign_magnitude(e.acceleration_mps2[axis] / kKilo, 0x1p-30, 5);
   }
   return w
       .count(0, 1)  // P3: four satellites in the almanac's frame
-      .sign_magnitude(e.frequency_bias, power(-40), 11)
+      .sign_magnitude(e.frequency_bias, 0x1p-40, 11)
       .count(0, 2)                      // P
       .count(e.health != 0 ? 1 : 0, 1)  // ln
-      .sign_magnitude(-e.clock_bias_s, power(-30), 22)
-      .sign_magnitude(e.group_delay_difference_s, power(-30), 5)
+      .sign_magnitude(-e.clock_bias_s, 0x1p-30, 22)
+      .sign_magnitude(e.group_delay_difference_s, 0x1p-30, 5)
       .positive(e.age_days, 1, 5)
       .count(0, 1 + 4)  // P4, FT
       .count(day_number, 11)
@@ -245,8 +203,7 @@ Bits ephemeris(const gnss::GlonassEphemeris& e) {
       .count(four_years + 1, 5)
       .count(0, 22)  // tau GPS
       .count(e.health != 0 ? 1 : 0, 1)
-      .count(0, 7)
-      .take();
+      .count(0, 7);
 }
 
 template <typename Ephemeris>

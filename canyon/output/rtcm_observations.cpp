@@ -169,7 +169,7 @@ std::vector<Bits> Observations::messages(const receiver::ReceiverEpoch& seen) {
     each_satellite([&](const Satellite& s) { bits.put(s.extended, 4); });
     each_satellite(
         [&](const Satellite& s) { bits.put(static_cast<std::uint64_t>(s.rough % kRoughSteps), 10); });
-    each_satellite([&](const Satellite& s) { bits.put_signed(s.rough_mps, 14); });
+    each_satellite([&](const Satellite& s) { bits.count(s.rough_mps, 14); });
     const auto each_cell = [&](const auto& put) {
       for (const Satellite& satellite : part.satellites) {
         const double rough_m = static_cast<double>(satellite.rough) / kRoughSteps * kMillisecond_m;
@@ -178,24 +178,21 @@ std::vector<Bits> Observations::messages(const receiver::ReceiverEpoch& seen) {
     };
     using Cell = Satellite::Cell;
     each_cell([&](const Satellite&, const Cell& c, double rough_m) {
-      bits.put_signed(or_none(std::ldexp((c.range_m - rough_m) / kMillisecond_m, 29), 20), 20);
+      bits.count(or_none(std::ldexp((c.range_m - rough_m) / kMillisecond_m, 29), 20), 20);
     });
     each_cell([&](const Satellite&, const Cell& c, double rough_m) {
-      bits.put_signed(c.phase_range_m
-                          ? or_none(std::ldexp((*c.phase_range_m - rough_m) / kMillisecond_m, 31), 24)
-                          : none(24),
-                      24);
+      bits.count(c.phase_range_m ? or_none(std::ldexp((*c.phase_range_m - rough_m) / kMillisecond_m, 31), 24)
+                                 : none(24),
+                 24);
     });
     each_cell([&](const Satellite&, const Cell& c, double) {
       bits.put(static_cast<std::uint64_t>(canyon::rtcm::lock_time_indicator(c.lock_s)), 10);
     });
     each_cell([&](const Satellite&, const Cell&, double) { bits.put(0, 1); });  // no half cycles
-    each_cell(
-        [&](const Satellite&, const Cell& c, double) { bits.put_scaled(c.cn0_dbhz, 1.0 / 16, 10, false); });
+    each_cell([&](const Satellite&, const Cell& c, double) { bits.positive(c.cn0_dbhz, 1.0 / 16, 10); });
     each_cell([&](const Satellite& s, const Cell& c, double) {
       const bool has = c.rate_mps && s.rough_mps != none(14);
-      bits.put_signed(has ? or_none((*c.rate_mps - static_cast<double>(s.rough_mps)) * 1e4, 15) : none(15),
-                      15);
+      bits.count(has ? or_none((*c.rate_mps - static_cast<double>(s.rough_mps)) * 1e4, 15) : none(15), 15);
     });
     messages.push_back(std::move(bits));
   }

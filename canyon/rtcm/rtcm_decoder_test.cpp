@@ -127,7 +127,7 @@ Bits msm(System system, int kind, GpsTime time, const std::vector<Cell>& cells, 
     bits.put(static_cast<std::uint64_t>(indicator), fine ? 10 : 4);
   }
   for (const Row& r : of_cells) bits.put(r.cell->half_cycle ? 1 : 0, 1);
-  for (const Row& r : of_cells) bits.put_scaled(r.cell->cn0_dbhz, fine ? 0x1p-4 : 1, fine ? 10 : 6, false);
+  for (const Row& r : of_cells) bits.positive(r.cell->cn0_dbhz, fine ? 0x1p-4 : 1, fine ? 10 : 6);
   if (rates) {
     for (const Row& r : of_cells)
       bits.put(r.cell->rate_mps ? field(*r.cell->rate_mps - r.rate, 1e-4, 15) : none(15), 15);
@@ -140,9 +140,9 @@ const Eigen::Vector3d kPlace(-3817680.7270, 3562839.5216, 3650159.2407);
 Bits place(const Eigen::Vector3d& ecef = kPlace, int station = 7, std::optional<double> height_m = {}) {
   Bits bits;
   bits.put(height_m ? 1006 : 1005, 12).put(static_cast<std::uint64_t>(station), 12).put(0, 10);
-  bits.put_scaled(ecef.x(), 1e-4, 38, true).put(0, 2).put_scaled(ecef.y(), 1e-4, 38, true).put(0, 2);
-  bits.put_scaled(ecef.z(), 1e-4, 38, true);
-  if (height_m) bits.put_scaled(*height_m, 1e-4, 16, false);
+  bits.number(ecef.x(), 1e-4, 38).put(0, 2).number(ecef.y(), 1e-4, 38).put(0, 2);
+  bits.number(ecef.z(), 1e-4, 38);
+  if (height_m) bits.positive(*height_m, 1e-4, 16);
   return bits;
 }
 
@@ -450,7 +450,7 @@ TEST(RtcmDecoder, NamesAndBiasesAreKept) {
   text("4.14");
   text("");
   Bits biases;  // not aligned; L1 C/A and L2 C/A: -71.94 m, 3 m
-  biases.put(1230, 12).put(7, 12).put(0, 4).put(0b1010, 4).put_signed(-3597, 16).put_signed(150, 16);
+  biases.put(1230, 12).put(7, 12).put(0, 4).put(0b1010, 4).count(-3597, 16).count(150, 16);
   Cell glonass = some_cell("R07", "1C"), precise = some_cell("R07", "2P");
   glonass.extended = precise.extended = 7;
   const Bits observed = msm(System::GLONASS, 7, kTime, {glonass, precise});
@@ -606,14 +606,14 @@ Bits legacy(System system, GpsTime time, const std::map<gnss::SatelliteId, std::
     bits.put(id.number, 6).put(0, 1);
     if (glonass) bits.put(static_cast<std::uint64_t>(one.extended), 5);
     bits.put(rest, glonass ? 25 : 24).put(phase(one, carrier_hz(0)), 20).put(lock(one.lock_s), 7);
-    bits.put(whole, glonass ? 7 : 8).put_scaled(one.cn0_dbhz, 0.25, 8, false).put(0, 2);
+    bits.put(whole, glonass ? 7 : 8).positive(one.cn0_dbhz, 0.25, 8).put(0, 2);
     if (cells.size() < 2) {
       bits.put(none(14), 14).put(none(20), 20).put(0, 7).put(0, 8);
       continue;
     }
     const Cell& two = cells[1];
     bits.put(field(two.range_m - range_m, 0.02, 14), 14).put(phase(two, carrier_hz(1)), 20);
-    bits.put(lock(two.lock_s), 7).put_scaled(two.cn0_dbhz, 0.25, 8, false);
+    bits.put(lock(two.lock_s), 7).positive(two.cn0_dbhz, 0.25, 8);
   }
   return bits;
 }
