@@ -22,6 +22,8 @@ elseif(CANYON_BUILD_GZ_SIM STREQUAL "AUTO" OR CANYON_BUILD_GZ_SIM)
     find_package(${plugin} REQUIRED COMPONENTS register)
     find_package(${common} REQUIRED COMPONENTS graphics geospatial)
     set(CANYON_GZ_SIM_LIBRARIES ${sim}::core ${plugin}::register ${common}::graphics ${common}::geospatial)
+    # Where gz-sim looks for systems, wherever it is installed.
+    get_filename_component(CANYON_GZ_SIM_PLUGINS "${${sim}_DIR}/../../gz-sim-${${sim}_VERSION_MAJOR}/plugins" ABSOLUTE)
     message(STATUS "Gazebo Sim ${${sim}_VERSION}: its systems are built")
     set(CANYON_BUILD_GZ_SIM ON)
   elseif(CANYON_BUILD_GZ_SIM STREQUAL "AUTO")

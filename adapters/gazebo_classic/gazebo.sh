@@ -2,6 +2,7 @@
 # Builds and runs the Gazebo Classic plugin: with the Gazebo 11 of this machine, else in a Debian 11 root (root.sh).
 #
 # usage: gazebo.sh test [CTEST ARGUMENT...]
+#        gazebo.sh package      a Debian package of the plugins for the release that has Gazebo, in CANYON_BUILD-gazebo/packages
 #        gazebo.sh drive [synthetic|hongkong] [--seconds N] [--from N] [--gui]
 #
 # CANYON_BUILD holds the built canyon program; the plugin is built in the folder of that name with -gazebo behind.
@@ -45,7 +46,7 @@ build_plugin() {
   flags=(-DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER_LAUNCHER=ccache -DCMAKE_C_COMPILER_LAUNCHER=ccache
     -DCANYON_PRECOMPILED_HEADERS=OFF    # so that each header is seen to stand on its own
     -DCANYON_BUILD_IO=OFF -DCANYON_BUILD_CLI=OFF -DCANYON_BUILD_BENCHMARKS=OFF -DCANYON_BUILD_GAZEBO=ON
-    -DCANYON_BUILD_ROS="$(with_ros && echo ON || echo OFF)" -DCANYON_BUILD_TESTS="$tests"
+    -DCANYON_BUILD_ROS="$(with_ros && echo ON || echo OFF)" -DCANYON_BUILD_TESTS="$tests" -DCANYON_PACKAGE="${packaging:-OFF}"
     -DCANYON_WARNINGS_AS_ERRORS="${CANYON_WARNINGS_AS_ERRORS:-OFF}")
   in_gazebo cmake -S "$checkout" -B "$build" -G Ninja "${flags[@]}" >"$log" 2>&1 || { tail -n 30 "$log" >&2; return 1; }
   in_gazebo cmake --build "$build" --target "$@" 2>&1 | "$checkout/cmake/progress.sh" "$log" ||
@@ -61,6 +62,12 @@ run_tests() {
   cd "$build"    # ctest --test-dir needs CMake 3.20
   in_gazebo ctest -L gazebo --output-on-failure -j "$(nproc)" "$@" || status=$?
   return "$status"
+}
+
+package() {
+  packaging=ON build_plugin OFF packaged || return
+  cd "$build"
+  in_gazebo cpack --config CPackConfig.cmake -B packages >package.log || { tail -n 20 package.log >&2; return 1; }
 }
 
 drive() {
@@ -81,6 +88,7 @@ drive() {
 
 case "${1:-}" in
   test) shift; run_tests "$@" ;;
+  package) package ;;
   drive) shift; drive "$@" ;;
-  *) sed -n 's/^# \{0,1\}//p' "$0" | sed -n '3,4p'; exit 2 ;;
+  *) sed -n 's/^# \{0,1\}//p' "$0" | sed -n '3,5p'; exit 2 ;;
 esac
