@@ -335,30 +335,31 @@ int run_calibrate(const CalibrateArguments& arguments) {
 }  // namespace
 
 void add_calibrate(Command& app) {
-  Command& command = app.add_command("calibrate", "fit a receiver profile to what a real receiver recorded");
+  Command& command = app.add_command("calibrate", "fit a receiver profile to recordings of a real receiver");
   CalibrateArguments& arguments = command.run_with(run_calibrate);
   add_drive_options(command, arguments);
   command.add_option("-o,--out", arguments.out, "FILE", "the profile to write, FILE.yaml").required();
-  command.add_option("--profile", arguments.profile, "NAME|FILE",
-                     "that is calibrated: one of 'canyon profiles', or a file (that of the first recording)");
   command.add_option(
-      "--environment", arguments.environment, "FILE",
-      "estimate the facades and their scattering as well, over all recordings, and write them as a "
-      "fragment of a scenario");
+      "--profile", arguments.profile, "NAME|FILE",
+      "profile to calibrate: one of 'canyon profiles', or a file (that of the first recording)");
+  command.add_option("--environment", arguments.environment, "FILE",
+                     "also estimate the facades and their scattering over all recordings, and write them as "
+                     "a part of a scenario");
   command
       .add_option("--part", arguments.calibrate_by, "PART",
-                  "that calibrates: first, the rest then judges (first), or all, and nothing judges")
+                  "part used for the calibration: first, then the rest is compared; or all, without a "
+                  "comparison (first)")
       .one_of({"first", "all"});
   command.add_option("--json", arguments.json, "FILE",
                      "write estimates and figures as JSON; -: to standard output, alone");
   command.add_option("--markdown", arguments.markdown, "FILE", "write the tables as Markdown");
   command.add_flag("--quiet", arguments.quiet, "print errors only (and what --json - asks for)");
   command.footer =
-      "Estimates what a profile leaves open and a recording tells: signals and orbits that are tracked, "
-      "levels of\n"
-      "C/N0, shadows, thresholds, noise, the filter's smoothness. A key keeps the profile's value where the\n"
-      "recording says nothing significant of it; comments in the file say where each number came from.\n"
-      "'profile: ./FILE.yaml' then takes it. docs/calibration.md has the method.";
+      "Estimates from the recording: tracked signals and orbits, levels of C/N0, shadows, thresholds, "
+      "noise,\n"
+      "smoothness of the filter. A key keeps the profile's value if the recording does not determine it;\n"
+      "comments in the file give the source of each number. Use it as 'profile: ./FILE.yaml'.\n"
+      "docs/calibration.md explains the method.";
 }
 
 }  // namespace canyon::cli

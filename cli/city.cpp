@@ -102,7 +102,7 @@ std::array<double, 4> parse_bbox(const std::string& text, const std::string& opt
 }
 
 void add_city(Command& app) {
-  Command& command = app.add_command("city", "build, convert and look into city models");
+  Command& command = app.add_command("city", "build, convert and inspect city models");
   Command& info = command.add_command("info", "size, buildings, georeference and defects of a city");
   CityInfoArguments& arguments = info.run_with(run_city_info);
   info.add_option("input", arguments.input, "FILE",
@@ -110,7 +110,7 @@ void add_city(Command& app) {
                   ".gltf .glb .ply), Gazebo world or model (.world .sdf, folder), or a scenario: its city")
       .required();
   info.add_option("--origin", arguments.origin, "LAT,LON,HEIGHT",
-                  "where a mesh's zero lies, or a map's shall (degrees, metres)");
+                  "origin of a mesh or a map (degrees, metres)");
   info.add_flag("--json", arguments.json, "print JSON");
   add_city_build(command);
   add_city_view(command);

@@ -273,27 +273,27 @@ int run_city_build(const CityBuildArguments& arguments, const Command& command) 
 
 void add_city_build(Command& city) {
   auto arguments = std::make_shared<CityBuildArguments>();
-  Command& build = city.add_command("build", "make a city of maps, or convert one");
+  Command& build = city.add_command("build", "build a city from maps, or convert one");
   build.add_option(
       "input", arguments->inputs, "INPUT",
       "maps (.osm .osm.gz .osm.bz2 .osm.pbf, CityJSON .json), or one city (.canyon, mesh, Gazebo "
       "world or model)");
   build
       .add_option("-o,--out", arguments->outputs, "OUT",
-                  "what to write, by its name: .canyon .glb .obj .dae .geojson .world .sdf, or a folder "
-                  "(ends in / or has no ending): a Gazebo model; may be repeated")
+                  "output, by its ending: .canyon .glb .obj .dae .geojson .world .sdf; a folder (ends in / "
+                  "or has no ending): a Gazebo model; may be repeated")
       .required()
       .repeated();
-  build.add_option("--bbox", arguments->bbox, "W,S,E,N", "only what touches this box (degrees)");
+  build.add_option("--bbox", arguments->bbox, "W,S,E,N", "only buildings that touch this box (degrees)");
   build.add_option("--origin", arguments->origin, "LAT,LON,HEIGHT",
-                   "where the city's zero lies (the middle of the map)");
+                   "origin of the city (the middle of the map)");
   build.add_option("--terrain", arguments->terrain, "FILE", "height rasters (GeoTIFF, SRTM HGT, ...)");
   add_field(build, "--geoid-undulation", arguments->sea_level, "geoid_undulation_m");
   add_field(build, "--geoid", arguments->sea_level, "geoid");
   add_field(build, "--level-height", arguments->map.build, "level_height_m");
   add_field(build, "--default-height", arguments->map.build, "default_height_m");
   add_field(build, "--height", arguments->map.build, "heights").value = "TYPE=M";
-  build.add_flag("--foliage", arguments->map.build.foliage, "trees, tree rows and woods as well");
+  build.add_flag("--foliage", arguments->map.build.foliage, "also read trees, tree rows and woods");
   build.add_flag("--utm", arguments->utm, "UTM grid offsets from the origin instead of east-north-up");
   build.add_option("--overpass", arguments->overpass, "URL", "download from this Overpass endpoint");
   build.add_option("--place", arguments->place, "NAME", "download a place by its name");

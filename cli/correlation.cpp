@@ -98,7 +98,7 @@ int run_correlation(const CorrelationArguments& arguments) {
 
 void add_correlation(Command& app) {
   Command& command = app.add_command(
-      "correlation", "draw what a satellite's reflections do to its correlation function, over time");
+      "correlation", "draw a satellite's correlation function with its reflections over time");
   command.footer =
       "canyon correlation drive.yaml --satellite G05 --out correlation.png\n"
       "FILE.csv has the complex values. docs/iq.md explains the picture.";
@@ -107,9 +107,9 @@ void add_correlation(Command& app) {
   command.add_option("--satellite", arguments.satellite, "NAME", "G05, E11, C23").required();
   command.add_option("-o,--out", arguments.out, "FILE", "picture (.png, .svg) or values (.csv)").required();
   command.add_option("--signal", arguments.signal, "NAME", "L1CA, E5a, B1I ... (that near L1)");
-  command.add_option("--receiver", arguments.receiver, "NAME", "which of the scenario's (the first)");
+  command.add_option("--receiver", arguments.receiver, "NAME", "one of the scenario's receivers (the first)");
   command.add_option("--bandwidth", arguments.bandwidth_hz, "HZ",
-                     "two-sided, of the front end (without limit)");
+                     "two-sided bandwidth of the front end (no limit)");
   command.add_option("--seed", arguments.seed, "N", "instead of the scenario's seed");
   command.add_option("--duration", arguments.duration_s, "S", "instead of the scenario's duration_s");
   command.add_option("--rate", arguments.rate_hz, "HZ", "instead of the scenario's rate_hz");

@@ -60,7 +60,7 @@ int run_demo(const std::string& out) {
 
 void add_demo(Command& app) {
   Command& command = app.add_command(
-      "demo", "a car through a made-up downtown: a drive, a heat map, pictures, a page for browsers");
+      "demo", "simulate a car in a synthetic downtown: a drive, a heat map, pictures, a page for browsers");
   std::string& out = command.run_with(run_demo);
   out = "canyon-demo";
   command.add_option("-o,--out", out, "DIR", "folder for the results (canyon-demo)");

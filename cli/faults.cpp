@@ -33,11 +33,11 @@ int describe(const std::string& name) {
 }  // namespace
 
 void add_faults(Command& app) {
-  Command& group = app.add_command("faults", "what can go wrong on purpose");
+  Command& group = app.add_command("faults", "list faults that can be simulated");
   const auto kind = std::make_shared<std::string>();
   Command& command = group.add_command("list", "list the kinds of faults, or describe one with its keys");
   command.add_option("kind", *kind, "KIND", "describe this one");
-  command.footer = "A scenario has them as a timeline, 'faults: [...]'; see docs/faults.md.";
+  command.footer = "In a scenario: 'faults: [...]', a timeline; see docs/faults.md.";
   command.action = [kind] { return kind->empty() ? list() : describe(*kind); };
 }
 

@@ -373,8 +373,8 @@ std::string model_list() {
 
 constexpr const char* kHeatmapFooter = R"(
 
-Cells inside buildings are marked, not computed. Finished tiles stand in DIR/tiles until the map is
-whole: Ctrl-C keeps them, and the same command goes on from there.
+Cells inside buildings are marked, not computed. DIR/tiles keeps finished tiles until the map is complete:
+after Ctrl-C the same command continues from there.
 
 Examples:
   canyon heatmap examples/synthetic_drive.yaml --out out/map --model specular
@@ -392,17 +392,19 @@ docs/heatmap.md explains layers and files, docs/scaling.md clusters.)";
 }  // namespace
 
 void add_heatmap(Command& app) {
-  Command& command = app.add_command("heatmap", "maps of position error, visibility and DOP over a city");
+  Command& command = app.add_command("heatmap", "map position error, visibility and DOP over a city");
   HeatmapArguments& arguments = command.run_with(run_heatmap);
   command.add_option("scenario", arguments.scenario, "SCENARIO",
                      "scenario file: its city, sky and a receiver");
-  command.add_option("-o,--out", arguments.out, "DIR", "folder for the map, made where needed (required)");
+  command.add_option("-o,--out", arguments.out, "DIR", "folder for the map, created if missing (required)");
   command.add_option("--bbox", arguments.bbox, "W,S,E,N", "part of the city [deg] (the whole city)");
-  command.add_option("--enu-box", arguments.enu_box, "W,S,E,N", "likewise, east and north of its origin [m]")
+  command
+      .add_option("--enu-box", arguments.enu_box, "W,S,E,N",
+                  "part of the city, east and north of its origin [m]")
       .excludes("--bbox");
   command
       .add_option("--area", arguments.area, "FILE",
-                  "likewise, polygons of a GeoJSON file (longitude, latitude)")
+                  "part of the city, polygons of a GeoJSON file (longitude, latitude)")
       .excludes("--bbox")
       .excludes("--enu-box");
   add_field(command, "--spacing", arguments.grid, "spacing_m");
@@ -419,9 +421,8 @@ void add_heatmap(Command& app) {
   command.add_option("--format", arguments.formats, "LIST", "netcdf,geotiff,png or all (all)");
   command.add_option(
       "--model", arguments.model, "MODEL",
-      "instead of the scenario's propagation, one of the steps of `canyon validate --ladder`: " +
-          model_list());
-  command.add_option("--receiver", arguments.receiver, "NAME", "which of the scenario's (the first)");
+      "propagation model instead of the scenario's, a step of `canyon validate --ladder`: " + model_list());
+  command.add_option("--receiver", arguments.receiver, "NAME", "one of the scenario's receivers (the first)");
   add_field(command, "--draws", arguments.noise, "draws");
   add_field(command, "--receivers", arguments.receivers, "model");
   add_field(command, "--path-nodes", arguments.receivers, "path_nodes_m");
@@ -432,15 +433,15 @@ void add_heatmap(Command& app) {
   add_field(command, "--first-fix-limit", arguments.limits, "first_fix_s");
   add_field(command, "--rtk-time", arguments.limits, "rtk_s");
   command.add_option("--seed", arguments.seed, "N", "instead of the scenario's seed");
-  command.add_option(
-      "--runs", arguments.runs, "N",
-      "so many maps, with the seeds from the scenario's on: facades, the city's place and all noise "
-      "drawn anew; map: their mean, p95/map: their 95 % (1)");
+  command.add_option("--runs", arguments.runs, "N",
+                     "number of maps with consecutive seeds, for which facades, the city's position and all "
+                     "noise are drawn again; map is their mean, p95/map their 95 % quantile (1)");
   add_threads(command, arguments.threads);
   arguments.grid.tile_size = 0;
   add_field(command, "--tile", arguments.grid, "tile_size");
-  command.add_flag("--keep-tiles", arguments.keep_tiles, "leave DIR/tiles when the map is whole");
-  command.add_flag("--large", arguments.large, "more than 1e10 values, or more than the disk seems to hold");
+  command.add_flag("--keep-tiles", arguments.keep_tiles, "keep DIR/tiles when the map is complete");
+  command.add_flag("--large", arguments.large,
+                   "allow more than 1e10 values, or more than the free disk space");
   command.add_flag("--quiet", arguments.quiet, "print warnings and errors only");
   command.footer = "Layers:" + layer_list() + kHeatmapFooter;
   add_heatmap_query(command);

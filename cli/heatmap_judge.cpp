@@ -81,8 +81,7 @@ int run_heatmap_judge(const HeatmapJudgeArguments& arguments) {
 }
 
 constexpr const char* kHeatmapJudgeFooter = R"(
-Fixes are solved anew from the recorded pseudoranges, epoch by epoch, with the receiver's own settings, as a map's
-are. The map needs horizontal_error_p50 and _p95 at the drive's places, altitude and times.
+Fixes are computed from the recorded pseudoranges, epoch by epoch, with the receiver's settings, as in a map. The map needs horizontal_error_p50 and _p95 at the drive's places, altitude and times.
 
 Example:
   canyon heatmap drive.yaml --out out/map --altitude 2 --spacing 2 --times 0/480/60 --draws 32 \
@@ -92,7 +91,8 @@ Example:
 }  // namespace
 
 void add_heatmap_judge(Command& heatmap) {
-  Command& command = heatmap.add_command("judge", "a finished map beside the errors of a recorded receiver");
+  Command& command =
+      heatmap.add_command("judge", "compare a finished map with the errors of a recorded receiver");
   HeatmapJudgeArguments& arguments = command.run_with(run_heatmap_judge);
   command.add_option("map", arguments.map, "MAP.nc", "the map's NetCDF file").required();
   add_drive_options(command, arguments);
@@ -100,7 +100,7 @@ void add_heatmap_judge(Command& heatmap) {
   command.options.remove_if([](const Option& option) { return option.has_name("--nmea"); });
   command
       .add_option("--part", arguments.part, "PART",
-                  "of the recording: first, rest or all (with --align the rest, else all)")
+                  "part of the recording: first, rest or all (with --align the rest, else all)")
       .one_of({"first", "rest", "all"});
   command.add_option("-o,--out", arguments.out, "DIR", "folder for judged.csv and a picture");
   command.add_flag("--quiet", arguments.quiet, "print warnings and errors only");

@@ -301,9 +301,9 @@ int run_heatmap_query(const HeatmapQueryArguments& arguments) {
 }
 
 constexpr const char* kHeatmapQueryFooter =
-    R"(Expected error: the map's horizontal_error_mean where it has it, else _rms, _p50 or horizontal_error, averaged
-over the way. Values are those of the cell, and of the altitude and time nearest to what is asked for;
-a route is looked up at the map's altitude, whatever its own, where the map counts from the terrain.
+    R"(Expected error: the map's horizontal_error_mean, else _rms, _p50 or horizontal_error, averaged over the route.
+Values are those of the cell and of the nearest altitude and time. If the map's altitudes are above the terrain,
+a route takes the map's altitude instead of its own.
 
 Examples:
   canyon heatmap query out/map/map.nc --at 22.3012,114.1745
@@ -313,19 +313,20 @@ Examples:
 }  // namespace
 
 void add_heatmap_query(Command& heatmap) {
-  Command& command = heatmap.add_command("query", "what a finished map says of a place, or along a path");
+  Command& command =
+      heatmap.add_command("query", "print the values of a finished map at a place or along a route");
   HeatmapQueryArguments& arguments = command.run_with(run_heatmap_query);
   command.add_option("map", arguments.map, "MAP.nc", "the map's NetCDF file").required();
   command.add_option("--at", arguments.place, "LAT,LON", "a place [deg]");
   command.add_option("--path", arguments.path, "FILE", "a route with times and positions").excludes("--at");
-  command.add_option("--format", arguments.format, "FORMAT", "of the route: csv, urbannav or nmea (csv)")
+  command
+      .add_option("--format", arguments.format, "FORMAT", "format of the route: csv, urbannav or nmea (csv)")
       .needs("--path");
   arguments.route.step_m = 0;
   add_field(command, "--altitude", arguments.route, "altitude_m");
-  command.add_option(
-      "--time", arguments.time, "T",
-      "when (UTC, or with ' GPST' behind it); with --path when it begins (the map's first; the "
-      "route's own)");
+  command.add_option("--time", arguments.time, "T",
+                     "time in UTC, or followed by ' GPST'; with --path: time of its beginning (the map's "
+                     "first; the route's)");
   add_field(command, "--speed", arguments.route, "speed_mps").needs("--path");
   add_field(command, "--stretch", arguments.route, "stretch_m").needs("--path");
   add_field(command, "--step", arguments.route, "step_m").needs("--path");

@@ -173,44 +173,46 @@ int run_iq(const IqArguments& arguments) {
 
 void add_iq(Command& app) {
   Command& command =
-      app.add_command("iq", "write what a receiver's antenna picks up as samples for software receivers");
+      app.add_command("iq", "write the signal at the antenna as samples, for software receivers");
   command.footer =
       "canyon iq drive.yaml --out drive.iq --band L1 --rate 4e6 --format int8\n"
-      "docs/iq.md plays the file to GNSS-SDR. A file of samples is not to be sent by radio.";
+      "docs/iq.md plays the file to GNSS-SDR. Do not transmit a file of samples.";
   IqArguments& arguments = command.run_with(run_iq);
   command.add_option("scenario", arguments.scenario, "SCENARIO", "scenario file (YAML)").required();
   command
-      .add_option("-o,--out", arguments.out, "FILE",
-                  "samples, real and imaginary part in turn; FILE.sigmf-meta beside it; - or a FIFO: a pipe; "
-                  "tcp://127.0.0.1:PORT listens for a reader, tcp-connect://HOST:PORT connects to one")
+      .add_option(
+          "-o,--out", arguments.out, "FILE",
+          "file for the samples (real and imaginary parts alternate) and FILE.sigmf-meta; - or a FIFO: a "
+          "pipe; tcp://127.0.0.1:PORT waits for a reader, tcp-connect://HOST:PORT connects to one")
       .required();
   command
       .add_option("--band", arguments.bands, "BAND",
-                  "centre of the band: L1, L2, L5, E5 or a signal's name (L1); several make several files")
+                  "band: L1, L2, L5, E5 or a signal's name (L1); several bands give several files")
       .repeated();
-  command.add_option("--centre-hz", arguments.centre_hz, "HZ", "centre, instead of a band's")
+  command.add_option("--centre-hz", arguments.centre_hz, "HZ", "centre frequency instead of a band")
       .excludes("--band");
   command.add_option("--rate", arguments.rate_hz, "HZ", "samples per second (4e6)").within(1e6, 200e6);
   command.add_option("--if", arguments.intermediate_hz, "HZ",
-                     "the band's centre comes out at this frequency (0)");
+                     "intermediate frequency: the band's centre is moved here (0)");
   command.add_option("--bandwidth", arguments.bandwidth_hz, "HZ",
-                     "two-sided, of a filter in front of the converter (none)");
-  command.add_flag("--real", arguments.real, "samples of one part, at an intermediate frequency (--if)");
+                     "two-sided bandwidth of a filter before the converter (none)");
+  command.add_flag("--real", arguments.real, "real samples, at an intermediate frequency (--if)");
   command.add_option("--format", arguments.format, "F", "int8, int16, float32, 2bit or 1bit (int8)")
       .one_of(samples::format_names());
   command.add_option("--noise-level", arguments.noise_level, "X",
-                     "deviation of the noise over the largest value (0.25; 2bit 0.67)");
-  command.add_option("--agc", arguments.agc_s, "S",
-                     "gain control: all that is received has the noise level, by this time constant");
-  command.add_flag("--no-noise", arguments.no_noise, "signals without the front end's noise");
+                     "standard deviation of the noise, divided by the largest value (0.25; 2bit 0.67)");
+  command.add_option(
+      "--agc", arguments.agc_s, "S",
+      "automatic gain control with this time constant: the received power is kept at the noise level");
+  command.add_flag("--no-noise", arguments.no_noise, "no noise of the front end");
   command
       .add_option("--receiver", arguments.receivers, "NAME",
-                  "of the scenario, where it has several; may be given again")
+                  "one of the scenario's receivers; may be repeated")
       .repeated();
   command.add_option("--seed", arguments.seed, "N", "instead of the scenario's seed");
   command.add_option("--duration", arguments.duration_s, "S", "instead of the scenario's duration_s");
   command.add_option("--epoch-rate", arguments.epoch_rate_hz, "HZ",
-                     "paths are traced so often, instead of the scenario's rate_hz");
+                     "rate at which paths are traced, instead of the scenario's rate_hz");
   add_threads(command, arguments.threads);
   command.add_flag("--quiet", arguments.quiet, "print errors only");
 }

@@ -115,21 +115,19 @@ int run_live(const LiveArguments& arguments) {
 }  // namespace
 
 void add_live(Command& app) {
-  Command& command = app.add_command(
-      "live", "run a scenario in real time: poses in, receivers out, with or without a simulator");
+  Command& command =
+      app.add_command("live", "simulate receivers in real time: poses in, receiver messages out");
   LiveArguments& arguments = command.run_with(run_live);
-  command
-      .add_option("scenario", arguments.scenario, "SCENARIO",
-                  "scenario file (YAML); its key 'live' has what follows")
+  command.add_option("scenario", arguments.scenario, "SCENARIO", "scenario file (YAML) with a key 'live'")
       .required();
   command
       .add_option("--poses", arguments.poses, "FROM",
-                  "where poses come from, instead of live.poses: trajectory, file:LOG, stdin:, "
+                  "source of poses, instead of live.poses: trajectory, file:LOG, stdin:, "
                   "udp-listen://127.0.0.1:PORT, tcp-connect://HOST:PORT, serial:DEVICE@BAUD")
       .repeated();
   command
       .add_option("--pose-format", arguments.pose_format, "FORMAT",
-                  "of --poses: json, binary or mavlink (json)")
+                  "format of --poses: json, binary or mavlink (json)")
       .one_of({"json", "binary", "mavlink"});
   command
       .add_option("--stream", arguments.streams, "STREAM",
@@ -140,8 +138,9 @@ void add_live(Command& app) {
   command.add_option("--control", arguments.control, "ADDRESS",
                      "address that takes commands: tcp://127.0.0.1:PORT");
   command.add_flag("--changes", arguments.changes, "commands may change the simulation");
-  command.add_option("--speed", arguments.speed, "X", "of a trajectory or log, times real time");
-  command.add_flag("--stamps", arguments.by_stamps, "the poses' stamps are the clock, not real time");
+  command.add_option("--speed", arguments.speed, "X", "speed of a trajectory or log, relative to real time");
+  command.add_flag("--stamps", arguments.by_stamps,
+                   "use the poses' stamps as the clock instead of real time");
   command.add_option("--duration", arguments.duration_s, "S", "instead of the scenario's duration_s");
   command.add_option("--seed", arguments.seed, "N", "instead of the scenario's seed");
   command.add_flag("--quiet", arguments.quiet, "print errors only");

@@ -24,12 +24,11 @@ int run_profiles(const std::string& name) {
 }  // namespace
 
 void add_profiles(Command& app) {
-  Command& command = app.add_command("profiles", "list the receivers that come with Canyon, or print one");
+  Command& command = app.add_command("profiles", "list the built-in receiver profiles, or print one");
   std::string& name = command.run_with(run_profiles);
-  command.add_option("profile", name, "NAME", "print the file of this one");
+  command.add_option("profile", name, "NAME", "profile to print");
   command.footer =
-      "A scenario takes one as 'receivers: [{profile: NAME}]', or a file of your own as 'profile: "
-      "./FILE.yaml'.";
+      "In a scenario: 'receivers: [{profile: NAME}]', or 'profile: ./FILE.yaml' for a file of your own.";
 }
 
 }  // namespace canyon::cli

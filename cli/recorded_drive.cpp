@@ -50,16 +50,17 @@ void add_drive_options(Command& command, DriveArguments& arguments) {
   command.add_option("--obs", arguments.obs, "FILE",
                      "recorded observations, RINEX 2, 3 or 4 (not with a list)");
   command.add_option("--truth", arguments.truth, "FILE", "true positions (the scenario's trajectory file)");
-  command.add_option("--format", arguments.format, "FORMAT",
-                     "of the true positions: csv, urbannav or nmea (that of the scenario's trajectory, "
-                     "else csv)");
+  command.add_option(
+      "--format", arguments.format, "FORMAT",
+      "format of the true positions: csv, urbannav or nmea (that of the scenario's trajectory, else csv)");
   command.add_option("--truth-format", arguments.old_format, {}, {}).excludes("--format").hidden();
   command.add_option("--nmea", arguments.nmea, "FILE",
-                     "the recorded receiver's own fixes (GGA), judged beside the position filter's");
+                     "the recorded receiver's own fixes (GGA), compared with the position filter's");
   command.add_flag(
       "--align", arguments.align,
       "estimate the city's offset on the first part of the recording; figures are then of the rest");
-  command.add_flag("--align-heading", arguments.alignment.heading, "its heading as well").needs("--align");
+  command.add_flag("--align-heading", arguments.alignment.heading, "also estimate its heading")
+      .needs("--align");
   add_field(command, "--reach", arguments.alignment, "reach_m").needs("--align");
   command.add_option("--split", arguments.split, "SHARE", "share of epochs of the first part (0.5)");
   command.add_flag("--no-atmosphere", arguments.no_atmosphere,

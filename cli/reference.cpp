@@ -183,8 +183,7 @@ std::string manual_page(const Command& command, const std::string& words, const 
 }  // namespace
 
 void add_completion(Command& app) {
-  Command& command =
-      app.add_command("completion", "print a script that completes commands and options in a shell");
+  Command& command = app.add_command("completion", "print a completion script for a shell");
   auto shell = std::make_shared<std::string>();
   command.add_option("shell", *shell, "SHELL", "whose").required().one_of({"bash", "zsh", "fish"});
   command.footer = "bash: eval \"$(canyon completion bash)\". Packages install all three.";

@@ -231,7 +231,7 @@ int run_rtk(const RtkArguments& arguments) {
 
 void add_rtk(Command& app) {
   Command& command =
-      app.add_command("rtk", "solve a recorded rover beside a recorded base: float and fixed positions");
+      app.add_command("rtk", "compute float and fixed RTK positions of a recorded rover and base");
   command.footer =
       "canyon rtk rover.obs base.obs --nav base.nav --base-position 35.134707705,136.977577939,104.853";
   RtkArguments& arguments = command.run_with(run_rtk);
@@ -241,17 +241,19 @@ void add_rtk(Command& app) {
       .add_option("rover", arguments.rover, "ROVER",
                   "observations of the rover: RINEX 2, 3, 4, or RTCM 3 (.gz too)")
       .required();
-  command.add_option("base", arguments.base, "BASE", "likewise, of the base").required();
+  command.add_option("base", arguments.base, "BASE", "observations of the base, in the same formats")
+      .required();
   command.add_option("--nav", arguments.navigation, "FILE", "RINEX navigation files").required();
   command.add_option("--base-position", arguments.base_place, "LAT,LON,HEIGHT",
-                     "antenna of the base, degrees and metres (what its file states)");
+                     "antenna of the base, degrees and metres (stated by its file)");
   command.add_option("--truth", arguments.truth, "PLACE|FILE",
-                     "where the rover was: LAT,LON,HEIGHT, or a trajectory; errors are printed");
-  command.add_option("--format", arguments.truth_format, "F", "of the trajectory (csv)");
-  command.add_option("--systems", arguments.systems, "LIST", "only these: GPS,GLONASS,Galileo,BeiDou,QZSS");
+                     "true position of the rover: LAT,LON,HEIGHT, or a trajectory; errors are printed");
+  command.add_option("--format", arguments.truth_format, "F", "format of the trajectory (csv)");
+  command.add_option("--systems", arguments.systems, "LIST",
+                     "systems to use: GPS,GLONASS,Galileo,BeiDou,QZSS");
   command
       .add_option("--signals", options.signals, "NAME",
-                  "only these: L1CA L2C E1 E5b ...; `canyon profiles signals` lists all")
+                  "signals to use: L1CA L2C E1 E5b ...; `canyon profiles signals` lists all")
       .repeated();
   add_field(command, "--mask", options.fix, "elevation_mask_deg");
   add_field(command, "--integers", options.rtk, "integers");

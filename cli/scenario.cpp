@@ -12,7 +12,7 @@ void add_show(Command& group) {
   Command& command =
       group.add_command("show", "print the effective scenario: profiles resolved, every default written out");
   command.add_option("scenario", *file, "SCENARIO", "scenario file (YAML)").required();
-  command.footer = "What it prints is a scenario again, and gives the same files to the byte.";
+  command.footer = "The output is a scenario that gives the same files, equal to the byte.";
   command.action = [file] {
     simulation::ScenarioReadOptions options;
     options.trajectory_needed = false;
@@ -37,7 +37,7 @@ void add_schema(Command& group) {
 void add_keys(Command& group) {
   const auto as_markdown = std::make_shared<bool>(false);
   Command& command = group.add_command("keys", "list every key of a scenario: unit, default, meaning");
-  command.add_flag("--markdown", *as_markdown, "as the table in docs/scenario.md");
+  command.add_flag("--markdown", *as_markdown, "print the table of docs/scenario.md");
   command.action = [as_markdown] {
     const auto& keys = simulation::scenario_keys();
     fmt::print("{}", *as_markdown ? options::markdown(keys) : options::plain_text(keys));
@@ -48,7 +48,7 @@ void add_keys(Command& group) {
 }  // namespace
 
 void add_scenario(Command& app) {
-  Command& group = app.add_command("scenario", "what a scenario file says, and what it may say");
+  Command& group = app.add_command("scenario", "show a scenario with its defaults, and list all keys");
   add_show(group);
   add_schema(group);
   add_keys(group);

@@ -234,10 +234,10 @@ int run_simulate(const SimulateArguments& arguments) {
 }  // namespace
 
 void add_simulate(Command& app) {
-  Command& command = app.add_command("simulate", "run a scenario and write what its receivers see");
+  Command& command = app.add_command("simulate", "simulate a scenario's receivers and write their outputs");
   SimulateArguments& arguments = command.run_with(run_simulate);
   command.add_option("scenario", arguments.scenario, "SCENARIO", "scenario file (YAML)").required();
-  command.add_option("-o,--out", arguments.out, "DIR", "folder for the results, made where needed")
+  command.add_option("-o,--out", arguments.out, "DIR", "folder for the results, created if missing")
       .required();
   command.add_option("--seed", arguments.seed, "N", "instead of the scenario's seed");
   command.add_option("--duration", arguments.duration_s, "S", "instead of the scenario's duration_s");
@@ -248,15 +248,14 @@ void add_simulate(Command& app) {
     if (format.live) live += fmt::format("{}, ", format.name);
   }
   command
-      .add_option(
-          "--stream", arguments.streams, "STREAM",
-          "send a format while the run goes on, [RECEIVER/]FORMAT=ADDRESS; may be given several times. "
-          "Formats: " +
-              live + "and to files all others. Addresses: " + transport::address_forms() +
-              "; behind one may stand ?rate_hz=5&latency_s=0.1&jitter_s=0.02")
+      .add_option("--stream", arguments.streams, "STREAM",
+                  "send a format during the run, [RECEIVER/]FORMAT=ADDRESS; may be repeated. "
+                  "Formats: " +
+                      live + "and to files all others. Addresses: " + transport::address_forms() +
+                      "; an address may end in ?rate_hz=5&latency_s=0.1&jitter_s=0.02")
       .repeated();
   command.add_flag("--realtime", arguments.realtime, "no faster than the wall clock");
-  command.add_flag("--view", arguments.view, "write DIR/view as well, which 'canyon view DIR' shows");
+  command.add_flag("--view", arguments.view, "also write DIR/view for 'canyon view DIR'");
   command.add_flag("--quiet", arguments.quiet, "print errors only");
   command.footer = "Keys of a scenario (docs/scenario.md explains them):\n\n" +
                    options::plain_text(simulation::scenario_keys());

@@ -49,8 +49,9 @@ void add_site_options(Command& command, SiteArguments& arguments) {
   command.add_option("--at", arguments.place, "LAT,LON,HEIGHT", "antenna (degrees, ellipsoidal metres)");
   command.add_option("--enu", arguments.enu, "E,N,U", "antenna in the city's frame [m]").excludes("--at");
   command.add_option("--time", arguments.time, "T",
-                     "when (the scenario's first epoch); UTC, or with ' GPST' behind it");
-  command.add_option("--receiver", arguments.receiver, "NAME", "whose propagation and antenna (the first)");
+                     "time in UTC, or followed by ' GPST' (the scenario's first epoch)");
+  command.add_option("--receiver", arguments.receiver, "NAME",
+                     "receiver whose propagation and antenna are used (the first)");
 }
 
 Site::Site(const SiteArguments& arguments) {

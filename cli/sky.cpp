@@ -114,24 +114,23 @@ int run_sky(const SkyArguments& arguments) {
 }  // namespace
 
 void add_sky(Command& app) {
-  Command& command = app.add_command("sky", "who is up, where, and from which file");
+  Command& command = app.add_command("sky", "list the satellites above a place, with their ephemerides");
   SkyArguments& arguments = command.run_with(run_sky);
   command.add_option("--nav", arguments.navigation, "FILE",
                      "RINEX navigation files (2, 3 or 4; .gz too); without them the nominal constellations");
   command.add_option("--sp3", arguments.sp3, "FILE", "SP3-c/d precise orbits instead").excludes("--nav");
   command
       .add_option("--at", arguments.place, "LAT,LON,HEIGHT",
-                  "where: latitude and longitude in degrees, ellipsoidal height in metres")
+                  "place: latitude and longitude in degrees, ellipsoidal height in metres")
       .required();
   command
-      .add_option("--time", arguments.time, "T",
-                  "when: 2019-04-28T12:58:03Z (UTC), or with ' GPST' behind it")
+      .add_option("--time", arguments.time, "T", "time: 2019-04-28T12:58:03Z (UTC), or followed by ' GPST'")
       .required();
   command.add_option("--systems", arguments.systems, "LIST",
-                     "only these: GPS,GLONASS,Galileo,BeiDou,QZSS,SBAS (all but SBAS)");
+                     "systems to list: GPS,GLONASS,Galileo,BeiDou,QZSS,SBAS (all but SBAS)");
   command.add_option("--mask", arguments.mask_deg, "DEG", "lowest elevation shown [deg] (0)");
   command.add_flag("--allow-stale", arguments.allow_stale, "take ephemerides older than their system allows");
-  command.add_flag("--all", arguments.all, "list the satellites below the mask and without ephemeris too");
+  command.add_flag("--all", arguments.all, "also list satellites below the mask or without ephemerides");
   command.add_flag("--json", arguments.json, "print JSON");
 }
 

@@ -192,13 +192,13 @@ int run_skyplot(const SkyplotArguments& given) {
 }
 
 constexpr const char* kSkyplotFooter =
-    R"(Without --at or --enu the antenna is where the scenario's trajectory has it at that time.
+    R"(Without --at or --enu the antenna is on the scenario's trajectory at that time.
 
 Satellites: LOS green disc, LOS+multipath ringed blue disc, NLOS orange triangle, blocked cross.
 --style sky      a map of the sky: zenith in the middle, north up, east to the RIGHT, silhouette in grey
---style fisheye  what an upward camera sees: north up, east to the LEFT; diamonds are the directions from
-                 which reflected signals arrive, with what they are longer by; squares those of
-                 signals bent around edges, pale dots those of scattered ones
+--style fisheye  the view of an upward camera: north up, east to the LEFT; diamonds: directions of reflected
+                 signals with their excess path; squares: directions of diffracted signals; pale dots:
+                 directions of scattered signals
 
 Examples:
   canyon skyplot examples/synthetic_drive.yaml -o sky.png --time 2026-06-01T08:01:00Z --trails 60
@@ -210,7 +210,7 @@ Examples:
 
 void add_skyplot(Command& app) {
   Command& command = app.add_command(
-      "skyplot", "draw the sky over a place: satellites by visibility, buildings; or frames along the drive");
+      "skyplot", "draw the sky over a place, with satellites and buildings, or frames along a drive");
   SkyplotArguments& arguments = command.run_with(run_skyplot);
   add_site_options(command, arguments.site);
   command.add_option("-o,--out", arguments.out, "FILE", "the picture: FILE.png or FILE.svg");
@@ -225,17 +225,20 @@ void add_skyplot(Command& app) {
                   "equidistant (even elevations) or stereographic (true shapes) (equidistant)")
       .one_of({"equidistant", "stereographic"});
   command.add_option("--trails", arguments.trail_min, "MINUTES",
-                     "tracks of the last so many minutes, as received at this place [0, 1440] (0)");
+                     "draw the satellites' tracks of the last minutes at this place [0, 1440] (0)");
   command.add_option("--width", arguments.width_px, "PX",
                      fmt::format("of a PNG [200, 4000] ({}; {} for frames); the height is 836/990 of it",
                                  kPictureWidth_px, kFrameWidth_px));
-  command.add_option("--every", arguments.every_s, "SECONDS", "from frame to frame [0.001, 86400] (1)")
+  command.add_option("--every", arguments.every_s, "SECONDS", "time between frames [0.001, 86400] (1)")
       .needs("--frames");
   command
       .add_option("--first", arguments.first, "T",
-                  "of the frames: a time, or seconds from the drive's beginning (its beginning)")
+                  "first frame: a time, or seconds since the drive's beginning (its beginning)")
       .needs("--frames");
-  command.add_option("--last", arguments.last, "T", "likewise (its end)").needs("--frames");
+  command
+      .add_option("--last", arguments.last, "T",
+                  "last frame: a time, or seconds since the drive's beginning (its end)")
+      .needs("--frames");
   add_threads(command, arguments.threads, "for frames; 0: one for each core (0)");
   command.add_flag("--quiet", arguments.quiet, "print warnings and errors only");
   command.footer = kSkyplotFooter;

@@ -208,8 +208,8 @@ int merge(const StudyArguments& arguments) {
 }
 
 constexpr const char* kStudyFooter =
-    R"(Finished runs stand in DIR/runs at once: after Ctrl-C, a crash or a full disk the same command goes on
-from there. When all are done: study.nc (NetCDF, for xarray), table.csv, and pictures.
+    R"(DIR/runs keeps finished runs: after Ctrl-C, a crash or a full disk the same command continues from there.
+When all runs are finished, the results are study.nc (NetCDF, for xarray), table.csv, and pictures.
 
 Examples:
   canyon study examples/studies/receivers.yaml --dry-run
@@ -227,15 +227,13 @@ docs/study.md explains them. Keys of a study:
 
 void add_study(Command& app) {
   auto arguments = std::make_shared<StudyArguments>();
-  Command& command =
-      app.add_command("study", "many runs of a scenario over axes, and what they say together");
+  Command& command = app.add_command("study", "run a scenario many times over axes, and summarize the runs");
   command.add_option("study", arguments->study, "STUDY", "study file (YAML)");
-  command.add_option("-o,--out", arguments->out, "DIR", "folder for the results, made where needed");
-  command.add_flag("--dry-run", arguments->dry_run, "print runs, axes and estimated size, and run nothing");
-  command.add_option("--shard", arguments->shard, "K/N", "only this part of the runs, for one of N machines");
-  command.add_option("--print-run", arguments->print_run, "N",
-                     "print the scenario of a run, and run nothing");
-  command.add_flag("--no-pictures", arguments->no_pictures, "leave the pictures out");
+  command.add_option("-o,--out", arguments->out, "DIR", "folder for the results, created if missing");
+  command.add_flag("--dry-run", arguments->dry_run, "print runs, axes and estimated size; run nothing");
+  command.add_option("--shard", arguments->shard, "K/N", "run only part K of N, on one of N machines");
+  command.add_option("--print-run", arguments->print_run, "N", "print the scenario of a run; run nothing");
+  command.add_flag("--no-pictures", arguments->no_pictures, "write no pictures");
   add_threads(command, arguments->threads);
   command.add_flag("--quiet", arguments->quiet, "print warnings and errors only");
   command.footer = kStudyFooter + options::plain_text(study::study_description().keys);
@@ -244,10 +242,10 @@ void add_study(Command& app) {
     Ranks ranks;
     return ranks.guard([&] { return compute(*arguments, ranks); });
   };
-  Command& merged = command.add_command("merge", "make a whole study of its shards' folders");
+  Command& merged = command.add_command("merge", "join the folders of shards into one study");
   merged.add_option("folders", arguments->folders, "DIR", "folders of shards").required();
   merged.add_option("-o,--out", arguments->out, "DIR", "folder for the whole study");
-  merged.add_flag("--no-pictures", arguments->no_pictures, "leave the pictures out");
+  merged.add_flag("--no-pictures", arguments->no_pictures, "write no pictures");
   merged.add_flag("--quiet", arguments->quiet, "print warnings and errors only");
   merged.action = [arguments] { return merge(*arguments); };
 }

@@ -202,20 +202,17 @@ int run_trace(const TraceArguments& arguments) {
 }  // namespace
 
 void add_trace(Command& app) {
-  Command& command = app.add_command("trace", "every path of every satellite at one place and time");
+  Command& command = app.add_command("trace", "list every path of every satellite at one place and time");
   TraceArguments& arguments = command.run_with(run_trace);
   add_site_options(command, arguments.site);
   command.add_flag("--json", arguments.json, "print JSON");
   command.footer =
-      "Without --at or --enu the antenna is where the scenario's trajectory has it at that time.\n"
-      "Where the receiver has a signal model (signal.enabled), `loss` is how much weaker than the "
-      "unobstructed\n"
-      "line of sight each path leaves its antenna: of the signal near L1, or of each that `tracks` names. "
-      "JSON\n"
-      "has it of each signal (`signal_loss_db`; without `tracks` of all that the satellite sends and the "
-      "antenna hears), and what "
-      "the\n"
-      "unobstructed line of sight would give (`clear_cn0_dbhz`).";
+      "Without --at or --enu the antenna is on the scenario's trajectory at that time.\n"
+      "With a signal model (signal.enabled) `loss` is the loss of each path against the unobstructed line of "
+      "sight,\n"
+      "of the signal near L1 or of each signal in `tracks`. JSON has `signal_loss_db` of each signal and the "
+      "C/N0 of\n"
+      "the unobstructed line of sight (`clear_cn0_dbhz`).";
 }
 
 }  // namespace canyon::cli

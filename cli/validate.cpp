@@ -314,48 +314,47 @@ int run_validate(const ValidateArguments& given) {
 }  // namespace
 
 void add_validate(Command& app) {
-  Command& command = app.add_command("validate", "judge a scenario beside what a real receiver recorded");
+  Command& command = app.add_command("validate", "compare a scenario with recordings of a real receiver");
   ValidateArguments& arguments = command.run_with(run_validate);
   add_drive_options(command, arguments);
   command
       .add_option("--part", arguments.part, "PART",
-                  "that figures are of: first (which the city is aligned by), rest or all (the rest with "
-                  "--align, else all)")
+                  "part for the figures: first (used for the alignment), rest or all (the rest with --align, "
+                  "else all)")
       .one_of({"first", "rest", "all"});
   command.add_flag("--all-satellites", arguments.all_satellites,
-                   "keep satellites that the recording never tracks although they stand above 30 deg in "
-                   "clear view for a minute and more");
+                   "keep satellites that the recording never tracks although they are above 30 deg in clear "
+                   "view for a minute or longer");
   command.add_option("--models", arguments.models, "LIST",
-                     "beside the scenario's own: mirror, specular, second, tracking, "
-                     "diffuse, ground, shadowing, diffraction");
-  command.add_flag("--ladder", arguments.ladder, "all of these, each an addition to the one before")
+                     "models in addition to the scenario's: mirror, specular, second, tracking, diffuse, "
+                     "ground, shadowing, diffraction");
+  command.add_flag("--ladder", arguments.ladder, "all of these models, each added to the one before")
       .excludes("--models");
   command.add_option("--report", arguments.report, "DIR",
-                     "folder for report.html and its pictures, made where needed");
-  command.add_flag(
-      "--view", arguments.view,
-      "write the report's view/ as well: canyon view DIR --export scene.html makes a page of it");
+                     "folder for report.html and its pictures, created if missing");
+  command.add_flag("--view", arguments.view,
+                   "also write the report's view/: 'canyon view DIR --export scene.html' makes a page of it");
   command.add_option("--json", arguments.json, "FILE",
                      "write the figures as JSON; -: to standard output, alone");
   command.add_option("--markdown", arguments.markdown, "FILE",
                      "write the table of all models, or of all recordings of a list, as Markdown");
   command
-      .add_option(
-          "--runs", arguments.runs, "N",
-          "cities drawn by the scenario's city.georeference, whose simulated values are taken together (10)")
+      .add_option("--runs", arguments.runs, "N",
+                  "number of cities drawn by the scenario's city.georeference; their simulated values are "
+                  "pooled (10)")
       .within(1, 1000);
   command
-      .add_option("--seeds", arguments.seeds, "N",
-                  "simulate by N seeds, from --seed (1) on, and add their scores; all else is of the first")
+      .add_option(
+          "--seeds", arguments.seeds, "N",
+          "simulate N seeds from --seed (1) on and add their scores; all other figures are of the first seed")
       .within(1, 1000);
   command.add_flag("--quiet", arguments.quiet, "print errors only (and what --json - asks for)");
   command.footer =
-      "Each recorded pseudorange gets its error from the true positions; the city's rays say which "
-      "satellites\n"
-      "were in line of sight. Signals beyond each satellite's first are judged where the receiver tracks\n"
-      "them, carrier phases of all. docs/methods.md explains the figures, and lists: a YAML file\n"
-      "  recordings: [{name: a, scenario: a.yaml, obs: a.obs, class: mass market, align: true}, ...]\n"
-      "whose recordings are judged beside each other, and those of a class together.";
+      "The error of each recorded pseudorange follows from the true positions; the city's rays tell which\n"
+      "satellites were in line of sight. docs/methods.md explains the figures. A list of recordings is a "
+      "YAML\n"
+      "file; recordings of one class are also pooled:\n"
+      "  recordings: [{name: a, scenario: a.yaml, obs: a.obs, class: mass market, align: true}, ...]";
 }
 
 }  // namespace canyon::cli

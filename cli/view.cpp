@@ -321,8 +321,7 @@ int run_view(const ViewArguments& arguments) {
 }  // namespace
 
 void add_view(Command& app) {
-  Command& command = app.add_command(
-      "view", "show a run or a city in the browser: serves it on this machine until Ctrl-C, or writes it");
+  Command& command = app.add_command("view", "show a run or a city in the browser");
   ViewArguments& arguments = command.run_with(run_view);
   command
       .add_option("input", arguments.input, "WHAT",
@@ -333,15 +332,16 @@ void add_view(Command& app) {
   command.add_option("--export", arguments.exported, "HTML",
                      "one HTML file that opens from disk, without a server or network");
   command.add_option("-o,--out", arguments.out, "DIR", "folder for the view's files (docs/view-format.md)");
-  command.add_option("--map", arguments.map, "MAP.nc", "a heat map of the same city, laid over it");
+  command.add_option("--map", arguments.map, "MAP.nc", "heat map of the same city, drawn over it");
   command.add_option(
       "--city", arguments.city, "CITY",
       "that a heat map is shown in: a city, or a scenario, by which antennas can be put in it as "
       "well; of a finished run or a validation its scenario");
   command.add_option("--duration", arguments.duration_s, "S", "instead of the scenario's duration_s");
   command
-      .add_option("--paths", arguments.paths, "N",
-                  fmt::format("of each satellite at most so many paths, the strongest ({})", arguments.paths))
+      .add_option(
+          "--paths", arguments.paths, "N",
+          fmt::format("largest number of paths of each satellite, the strongest ones ({})", arguments.paths))
       .within(1, 1000);
   add_record_options(command, arguments.record);
   command

@@ -99,21 +99,23 @@ void add_record_options(Command& command, RecordArguments& arguments) {
       "--record", arguments.file, "FILM",
       "a film of it: .webp or .png (animated); .mp4, .webm or .gif by ffmpeg; or a folder for PNG "
       "frames. Needs Node.js and Chromium");
-  command.add_option("--record-size", arguments.size, "WxH", "of the film (1280x720)").needs("--record");
+  command.add_option("--record-size", arguments.size, "WxH", "size of the film (1280x720)").needs("--record");
   command.add_option("--record-seconds", arguments.seconds, "S", "length of the film (10)")
       .within(0.1, 600.0)
       .needs("--record");
-  command.add_option("--record-fps", arguments.fps, {}, "pictures a second (10)")
+  command.add_option("--record-fps", arguments.fps, {}, "pictures per second (10)")
       .within(1, 60)
       .needs("--record");
-  command.add_option("--record-quality", arguments.quality, {}, "of .webp, in per cent (75)")
+  command.add_option("--record-quality", arguments.quality, {}, "quality of .webp, in per cent (75)")
       .within(1, 100)
       .needs("--record");
   command.add_option("--record-camera", arguments.camera, {}, "free, follow, top or first")
       .one_of({"free", "follow", "top", "first"})
       .needs("--record");
-  command.add_option("--record-from", arguments.from_s, "S", "seconds of the run (begin)").needs("--record");
-  command.add_option("--record-until", arguments.until_s, "S", "seconds of the run (end)").needs("--record");
+  command.add_option("--record-from", arguments.from_s, "S", "first second of the run (its beginning)")
+      .needs("--record");
+  command.add_option("--record-until", arguments.until_s, "S", "last second of the run (its end)")
+      .needs("--record");
 }
 
 void check_record(const RecordArguments& arguments, const fs::path& page) {

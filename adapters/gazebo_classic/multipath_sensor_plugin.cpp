@@ -21,7 +21,7 @@ class MultipathSensorPlugin final : public gazebo::SensorPlugin {
     at.sdf = std::move(sdf);
     if (!at.link) {
       gzerr << "[canyon] sensor '" << at.sensor->ScopedName()
-            << "' hangs on no link; the receiver is switched off\n";
+            << "' belongs to no link; the receiver is switched off\n";
       return;
     }
     receiver_ = load_gnss_sensor(at);

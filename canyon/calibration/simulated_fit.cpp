@@ -274,7 +274,7 @@ Estimate conclude(const Problem& problem, const Solution& s, Eigen::Index i) {
     c[i] = 0;
     if (c.size() > 1 && c.maxCoeff(&other) > 0.8) {
       e.basis +=
-          fmt::format("; not to be told from {}", problem.parameters()[static_cast<std::size_t>(other)].key);
+          fmt::format("; cannot be distinguished from {}", problem.parameters()[static_cast<std::size_t>(other)].key);
     }
     return e;
   }

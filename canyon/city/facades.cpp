@@ -138,17 +138,17 @@ void visit(options::Visitor& v, FacadeOptions& o) {
   static constexpr std::string_view kMixes[]{"as_given", "traditional", "thermally_efficient", "urban_stock",
                                              "europe",   "east_asia",   "by_building"};
   static constexpr std::string_view kNamed[]{"by_source", "keep", "redraw"};
-  v.choice(
-      {"mix", "",
-       "of what the facades are, drawn for each building by the seed: by_building (by its tags and height), "
-       "traditional, thermally_efficient, urban_stock, europe, east_asia; as_given draws nothing"},
-      o.mix, kMixes);
+  v.choice({"mix", "",
+            "mix from which the facades of each building are drawn: by_building (by its tags and height), "
+            "traditional, thermally_efficient, urban_stock, europe, east_asia; as_given draws nothing"},
+           o.mix, kMixes);
   v.named_numbers(
-      {"shares", "", "instead of a mix, over their sum: [coated_glass=30, concrete=50, brick=20]"}, o.shares,
-      {0, 100}, "FACADE=SHARE");
+      {"shares", "",
+       "shares of facades instead of a mix, divided by their sum: [coated_glass=30, concrete=50, brick=20]"},
+      o.shares, {0, 100}, "FACADE=SHARE");
   v.choice({"named", "",
-            "materials that the source names: by_source keeps a map's tags and draws anew what a mesh's "
-            "textures are called; keep; redraw"},
+            "materials named by the source: by_source keeps a map's tags and redraws a mesh's names of "
+            "textures; keep; redraw"},
            o.named, kNamed);
 }
 

@@ -260,15 +260,15 @@ void SyntheticCityOptions::validate() const {
 
 void visit(options::Visitor& v, SyntheticCityOptions& o) {
   v.integer({"blocks_east", "blocks",
-             "a made-up downtown about the origin (default 22.3, 114.17): blocks from west to east; "
+             "synthetic downtown around the origin (default 22.3, 114.17): blocks from west to east; "
              "'synthetic: {}' takes all defaults"},
             o.blocks_east, 1, 200);
   v.integer({"blocks_north", "blocks", "blocks from south to north"}, o.blocks_north, 1, 200);
   v.number({"block_size_m", "m", "side of a block"}, o.block_size_m, {10, 500});
-  v.number({"street_width_m", "m", "between blocks"}, o.street_width_m, {4, 100});
+  v.number({"street_width_m", "m", "width of the streets between blocks"}, o.street_width_m, {4, 100});
   v.number({"min_height_m", "m", "lowest building"}, o.min_height_m, {1, 1000});
   v.number({"max_height_m", "m", "highest building"}, o.max_height_m, {1, 1000});
-  v.integer({"seed", "", "of the building heights"}, o.seed);
+  v.integer({"seed", "", "seed of the building heights"}, o.seed);
 }
 
 City synthetic_city(const SyntheticCityOptions& options) {

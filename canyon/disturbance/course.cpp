@@ -27,7 +27,9 @@ void visit(options::Visitor& v, PlaceOptions& o) {
     v.number({"height_m", "m", "ellipsoidal height", "by up_m"}, o.height_m, {-1000, 1e5});
   }
   if (v.wants(v.reads() || o.east_m)) {
-    v.number({"east_m", "m", "instead: east of the city's origin", "by latitude_deg"}, o.east_m, {-1e6, 1e6});
+    v.number(
+        {"east_m", "m", "east of the city's origin, instead of latitude and longitude", "by latitude_deg"},
+        o.east_m, {-1e6, 1e6});
     v.number({"north_m", "m", "north of the city's origin", "by latitude_deg"}, o.north_m, {-1e6, 1e6});
     v.number({"up_m", "m", "above the city's origin", "by latitude_deg"}, o.up_m, {-1e5, 1e5});
   }
@@ -50,7 +52,7 @@ void visit(options::Visitor& v, CourseOptions& o) {
     visit(v, each);
     v.validate(each);
   });
-  v.number({"speed_mps", "m/s", "along the legs between waypoints"}, o.speed_mps, {0, 1e4, true});
+  v.number({"speed_mps", "m/s", "speed between waypoints"}, o.speed_mps, {0, 1e4, true});
 }
 
 Course::Course(const CourseOptions& options, const geodesy::LocalFrame& frame, geodesy::GpsTime begin)

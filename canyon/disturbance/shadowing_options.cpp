@@ -88,48 +88,48 @@ void ShadowingOptions::validate() const {
 
 void visit(options::Visitor& v, BlockageOptions& o) {
   v.number({"share", "",
-            "of the way on which what no map has blocks the direct signal; 0: none; left out: 0.2 in dense "
-            "surroundings, else 0"},
+            "share of the way on which objects that maps lack block the direct signal; left out: 0.2 in "
+            "dense surroundings, else 0"},
            o.share, {0, 0.9});
   v.number({"length_m", "m", "mean length of a blockage"}, o.length_m, {0.1, 10e3});
-  v.number({"mean_db", "dB", "mean level behind it"}, o.mean_db, {-60, 0});
-  v.number({"sigma_db", "dB", "its standard deviation"}, o.sigma_db, {0, 20});
-  v.number({"shared_by_all", "", "how much of it the whole sky has in common, in its variance"},
-           o.shared_by_all, {0, 1});
+  v.number({"mean_db", "dB", "mean level behind a blockage"}, o.mean_db, {-60, 0});
+  v.number({"sigma_db", "dB", "standard deviation of that level"}, o.sigma_db, {0, 20});
+  v.number({"shared_by_all", "", "share of the variance that all satellites have in common"}, o.shared_by_all,
+           {0, 1});
 }
 
 void visit_environment(options::Visitor& v, std::string_view key, ShadowingEnvironment& environment) {
   static constexpr std::string_view kEnvironments[]{"urban", "suburban", "custom", "dense", "open", "auto"};
   v.choice({key, "",
-            "whose shadows: urban, suburban, dense (urban, and a fifth of the way blocked), open (none) or "
-            "custom; "
-            "auto: open, suburban or urban by the city"},
+            "statistics of shadows: urban, suburban, dense (urban, with a fifth of the way blocked), open "
+            "(none) or "
+            "custom; auto: open, suburban or urban by the city"},
            environment, kEnvironments);
 }
 
 void visit(options::Visitor& v, ShadowingOptions& o) {
-  v.boolean({"enabled", "", "shadow on the direct signal by what no map has: vehicles, trees, signs"},
+  v.boolean({"enabled", "", "shadows on the direct signal by objects that maps lack: vehicles, trees, signs"},
             o.enabled);
   visit_environment(v, "environment", o.environment);
   v.section("custom", [&] {
     v.number({"clear_mean_db", "dB", "custom: mean level in the clear"}, o.custom.clear_mean_db, {-40, 10});
-    v.number({"clear_sigma_db", "dB", "its standard deviation"}, o.custom.clear_sigma_db, {0, 20});
+    v.number({"clear_sigma_db", "dB", "standard deviation of that level"}, o.custom.clear_sigma_db, {0, 20});
     v.number({"shadowed_mean_db", "dB", "mean level in shadow"}, o.custom.shadowed_mean_db, {-40, 10});
-    v.number({"shadowed_sigma_db", "dB", "its standard deviation"}, o.custom.shadowed_sigma_db, {0, 20});
+    v.number({"shadowed_sigma_db", "dB", "standard deviation of that level"}, o.custom.shadowed_sigma_db,
+             {0, 20});
     v.number({"enter", "", "probability that shadow follows a clear frame"}, o.custom.enter, {0, 1});
     v.number({"leave", "", "probability that a clear frame follows shadow"}, o.custom.leave, {0, 1, true});
   });
   v.part("blockage", o.blockage);
-  v.angle({"shared_angle_deg", "deg", "satellites this far apart share shadows with a correlation of 0.6"},
+  v.angle({"shared_angle_deg", "deg", "angle between satellites whose shadows have a correlation of 0.6"},
           o.shared_angle_rad, {5, 60});
-  v.number({"frame_m", "m", "states last whole frames of this length"}, o.frame_m, {0.1, 1000});
-  v.number({"transition_m", "m", "way over which one state passes into the other"}, o.transition_m,
-           {0, 1000});
-  v.number({"correlation_m", "m", "way over which levels correlate by 1/e"}, o.correlation_m,
-           {0, 1000, true});
-  v.number({"obstacle_distance_m", "m", "to what casts the shadow, which moves as the satellite does"},
+  v.number({"frame_m", "m", "length of a frame; states last whole frames"}, o.frame_m, {0.1, 1000});
+  v.number({"transition_m", "m", "length of the transition between states"}, o.transition_m, {0, 1000});
+  v.number({"correlation_m", "m", "distance over which the correlation of levels falls to 1/e"},
+           o.correlation_m, {0, 1000, true});
+  v.number({"obstacle_distance_m", "m", "distance to the obstacles, whose shadows move with the satellite"},
            o.obstacle_distance_m, {0, 1000});
-  v.number({"obstacle_speed_mps", "m/s", "at which what casts shadows passes an antenna at rest"},
+  v.number({"obstacle_speed_mps", "m/s", "speed at which obstacles pass an antenna at rest"},
            o.obstacle_speed_mps, {0, 100});
 }
 

@@ -107,32 +107,35 @@ void visit(options::Visitor& v, StreetOptions& o) {
   static constexpr std::string_view kRegionWords[]{"europe", "americas", "east_asia", "tr37885"};
   static constexpr std::string_view kClassWords[]{"arterial", "street", "residential"};
   v.boolean({"enabled", "",
-             "what is in no map: traffic that blocks and reflects, trees, signs, awnings, footbridges; alike "
-             "for all receivers of a seed"},
+             "objects that maps lack: traffic that blocks and reflects, trees, signs, awnings, footbridges; "
+             "equal for all receivers of a seed"},
             o.enabled);
-  v.choice({"region", "", "whose vehicles: europe, americas, east_asia (Hong Kong), tr37885 (3GPP's)"},
+  v.choice({"region", "", "mix of vehicles: europe, americas, east_asia (Hong Kong), tr37885 (3GPP's)"},
            o.region, kRegionWords);
-  v.choice({"class", "", "of the street, for what is not given below: arterial, street, residential"},
+  v.choice({"class", "",
+            "class of the street, which gives the defaults of the keys below: arterial, street, residential"},
            o.street, kClassWords);
-  v.integer({"lanes", "lanes", "each way; 0: by class, 3, 2 or 1"}, o.lanes, 0, 6);
-  v.number({"vehicles_per_km", "1/km", "of each lane", "by class: 25, 25 or 10"}, o.vehicles_per_km, {0, 65});
-  v.named_numbers({"vehicle_shares", "", "instead of the region's, over their sum: [car=80, bus=20]"},
+  v.integer({"lanes", "lanes", "lanes in each direction; 0: by class, 3, 2 or 1"}, o.lanes, 0, 6);
+  v.number({"vehicles_per_km", "1/km", "vehicles of each lane", "by class: 25, 25 or 10"}, o.vehicles_per_km,
+           {0, 65});
+  v.named_numbers({"vehicle_shares", "",
+                   "shares of vehicles instead of the region's, divided by their sum: [car=80, bus=20]"},
                   o.vehicle_shares, {0, 100}, "CLASS=SHARE");
-  v.number({"speed_mps", "m/s", "of traffic where nothing is in the way", "by class: 13.9, 11.1 or 8.3"},
+  v.number({"speed_mps", "m/s", "speed of traffic on a free road", "by class: 13.9, 11.1 or 8.3"},
            o.speed_mps, {0, 50, true});
-  v.number({"cycle_s", "s", "from one red light to the next"}, o.cycle_s, {1, 1000});
-  v.number({"red_s", "s", "of each cycle, in which traffic stands"}, o.red_s, {0, 1000});
-  v.number({"trees_per_km", "1/km", "of each side", "by class and region"}, o.trees_per_km, {0, 200});
-  v.number({"signs_per_km", "1/km", "of each side: boards that hang over the road", "by class and region"},
+  v.number({"cycle_s", "s", "period of the traffic lights"}, o.cycle_s, {1, 1000});
+  v.number({"red_s", "s", "red part of each period, in which traffic waits"}, o.red_s, {0, 1000});
+  v.number({"trees_per_km", "1/km", "trees on each side", "by class and region"}, o.trees_per_km, {0, 200});
+  v.number({"signs_per_km", "1/km", "boards over the road, on each side", "by class and region"},
            o.signs_per_km, {0, 200});
-  v.number({"awnings_per_km", "1/km", "of each side: canopies over the pavement", "by class and region"},
+  v.number({"awnings_per_km", "1/km", "canopies over the pavement, on each side", "by class and region"},
            o.awnings_per_km, {0, 200});
-  v.number({"footbridges_per_km", "1/km", "across the street", "by class and region"}, o.footbridges_per_km,
-           {0, 20});
-  v.number({"antenna_height_m", "m", "of the trajectory's point over the road",
+  v.number({"footbridges_per_km", "1/km", "footbridges across the street", "by class and region"},
+           o.footbridges_per_km, {0, 20});
+  v.number({"antenna_height_m", "m", "height of the trajectory's point above the road",
             "trajectory.height_above_terrain_m, else 1.8"},
            o.antenna_height_m, {0, 1000});
-  v.number({"azimuth_deg", "deg", "of the street where the antenna does not move, from north, clockwise",
+  v.number({"azimuth_deg", "deg", "azimuth of the street if the antenna does not move, from north, clockwise",
             "the host's yaw, else drawn"},
            o.azimuth_deg, {0, 360, false, true});
 }

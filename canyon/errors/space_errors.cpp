@@ -35,24 +35,24 @@ void SpaceErrorOptions::validate() const {
 }
 
 void visit(options::Visitor& v, SpaceErrorOptions& o) {
-  options::visit_switch(v,
-                        {"enabled", "",
-                         "orbits, clocks and an atmosphere that the broadcast models do not know, the same "
-                         "for all receivers",
-                         "true with navigation files or corrections"},
-                        o.enabled);
-  gnss::visit_group_values(v, {"orbit_clock_m", "m", "error of ranges by broadcast orbits and clocks, rms"},
+  options::visit_switch(
+      v,
+      {"enabled", "",
+       "errors that broadcast orbits, clocks and atmosphere models leave, shared by all receivers",
+       "true with navigation files or corrections"},
+      o.enabled);
+  gnss::visit_group_values(v, {"orbit_clock_m", "m", "rms range error of broadcast orbits and clocks"},
                            o.orbit_clock_m, {0, 1e4});
-  v.number({"orbit_clock_time_s", "s", "time over which they change"}, o.orbit_clock_time_s, {60, 1e6});
-  v.number({"ionosphere_share", "", "of the broadcast model's delay, what it lacks, rms"}, o.ionosphere_share,
-           {0, 2});
-  v.number({"ionosphere_time_s", "s", "time over which that changes"}, o.ionosphere_time_s, {60, 1e6});
-  v.number({"ionosphere_length_m", "m", "distance over which that changes"}, o.ionosphere_length_m,
+  v.number({"orbit_clock_time_s", "s", "time constant of these errors"}, o.orbit_clock_time_s, {60, 1e6});
+  v.number({"ionosphere_share", "", "rms error of the broadcast model's delay, as a share of that delay"},
+           o.ionosphere_share, {0, 2});
+  v.number({"ionosphere_time_s", "s", "time constant of that error"}, o.ionosphere_time_s, {60, 1e6});
+  v.number({"ionosphere_length_m", "m", "correlation length of that error"}, o.ionosphere_length_m,
            {1e3, 1e8});
-  v.number({"troposphere_m", "m", "zenith delay beside that of the standard atmosphere, rms"},
-           o.troposphere_m, {0, 1});
-  v.number({"troposphere_time_s", "s", "time over which that changes"}, o.troposphere_time_s, {60, 1e6});
-  v.number({"troposphere_length_m", "m", "distance over which that changes"}, o.troposphere_length_m,
+  v.number({"troposphere_m", "m", "rms error of the standard atmosphere's zenith delay"}, o.troposphere_m,
+           {0, 1});
+  v.number({"troposphere_time_s", "s", "time constant of that error"}, o.troposphere_time_s, {60, 1e6});
+  v.number({"troposphere_length_m", "m", "correlation length of that error"}, o.troposphere_length_m,
            {1e3, 1e8});
 }
 

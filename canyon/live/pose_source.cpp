@@ -21,9 +21,9 @@ PoseSource::PoseSource(const simulation::PoseSourceOptions& options, const geode
       decoder_(make_decoder(options)),
       track_(options.from, options.track) {}
 
-std::optional<simulation::ToldPose> PoseSource::in_city(const PoseReport& report, double now_s) {
+std::optional<simulation::ReportedPose> PoseSource::in_city(const PoseReport& report, double now_s) {
   if (!options_.id.empty() && report.id != options_.id) return std::nullopt;
-  simulation::ToldPose sent;
+  simulation::ReportedPose sent;
   sent.stamp_s = report.stamp_s.value_or(now_s);
   Eigen::Matrix3d turn;
   double scale = 1;
@@ -62,7 +62,7 @@ std::optional<simulation::ToldPose> PoseSource::in_city(const PoseReport& report
   return sent;
 }
 
-void PoseSource::count(const PoseReport& report, const simulation::ToldPose& sent) {
+void PoseSource::count(const PoseReport& report, const simulation::ReportedPose& sent) {
   // Streets end long before, and the city's axes are 1 deg off the vehicle's.
   constexpr double kFar_m = 100e3;
   ++count_;
@@ -78,11 +78,11 @@ void PoseSource::count(const PoseReport& report, const simulation::ToldPose& sen
 void PoseSource::receive(std::uint64_t reader, std::string_view bytes, std::int64_t now_ns,
                          const std::function<void()>& taken) {
   decoder_->receive(reader, bytes, [&](const PoseReport& report) {
-    const auto told = in_city(report, seconds(now_ns));
-    if (!told) return;
-    switch (track_.add(*told, now_ns)) {
+    const auto sent = in_city(report, seconds(now_ns));
+    if (!sent) return;
+    switch (track_.add(*sent, now_ns)) {
       case simulation::PoseTrack::Taken::Yes:
-        count(report, *told);
+        count(report, *sent);
         if (taken) taken();
         break;
       case simulation::PoseTrack::Taken::NoPose:

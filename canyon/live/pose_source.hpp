@@ -49,8 +49,8 @@ class PoseSource {
 
  private:
   /// In the city; empty: of another vehicle, or none.
-  [[nodiscard]] std::optional<simulation::ToldPose> in_city(const PoseReport& report, double now_s);
-  void count(const PoseReport& report, const simulation::ToldPose& sent);
+  [[nodiscard]] std::optional<simulation::ReportedPose> in_city(const PoseReport& report, double now_s);
+  void count(const PoseReport& report, const simulation::ReportedPose& sent);
 
   simulation::PoseSourceOptions options_;
   const geodesy::LocalFrame& frame_;

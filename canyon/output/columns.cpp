@@ -172,11 +172,11 @@ constexpr Column kNoise =
 constexpr Column kSigma = number("sigma_m", "m", 4, "standard deviation that the fix weights by",
                                  "nothing measured", &measured<&positioning::Measurement::sigma_m>);
 constexpr Column kDoppler =
-    number("doppler_hz", "Hz", 4, "of the carrier, positive when approaching", "nothing measured",
+    number("doppler_hz", "Hz", 4, "Doppler of the carrier, positive when approaching", "nothing measured",
            &measured_if_any<&positioning::Measurement::doppler_hz>);
-constexpr Column kCarrier =
-    number("carrier_frequency_hz", "Hz", 0, "of the signal, on the satellite's channel (GLONASS)",
-           "nothing measured", &measured<&positioning::Measurement::carrier_frequency_hz>);
+constexpr Column kCarrier = number(
+    "carrier_frequency_hz", "Hz", 0, "carrier frequency of the signal; GLONASS: of the satellite's channel",
+    "nothing measured", &measured<&positioning::Measurement::carrier_frequency_hz>);
 constexpr Column kCn0 =
     number("cn0_dbhz", "dB-Hz", 2, "C/N0 as the receiver states it", "nothing measured, or no signal model",
            &measured_if_any<&positioning::Measurement::cn0_dbhz>);
@@ -190,12 +190,11 @@ constexpr Column kLock = word(
     "never", tracking::LockState::Holding,
     [](const Row& r) { return static_cast<std::int64_t>(r.signal->lock); },
     [](std::int64_t i) { return tracking::name(static_cast<tracking::LockState>(i)); });
-constexpr Column kPhase =
-    number("carrier_phase_cycles", "cycles", 4,
-           "of the carrier, accumulated since the phase was caught, growing with the pseudorange", "no phase",
-           [](const Row& r) { return r.link ? *r.signal->measurement->carrier_phase_cycles : kNone; });
+constexpr Column kPhase = number(
+    "carrier_phase_cycles", "cycles", 4, "carrier phase since its lock; it grows with the pseudorange",
+    "no phase", [](const Row& r) { return r.link ? *r.signal->measurement->carrier_phase_cycles : kNone; });
 constexpr Column kPhaseLock = number(
-    "phase_lock_s", "s", 3, "for how long the phase has been continuous", "no phase", [](const Row& r) {
+    "phase_lock_s", "s", 3, "time for which the phase has been continuous", "no phase", [](const Row& r) {
       return r.link ? r.epoch.observed.time - *r.signal->measurement->phase_since : kNone;
     });
 constexpr Column kCycleSlip = number(
@@ -219,13 +218,13 @@ constexpr std::array kEpochColumns{
         .cf("height_above_reference_ellipsoid"),
     text("status", "`fix` or `no fix`", "never",
          [](const Row& r) { return std::string(status_word(fix_of(r))); }),
-    number("fix_latitude_deg", "deg", 10, "latitude as the receiver believes", "no fix",
+    number("fix_latitude_deg", "deg", 10, "latitude of the fix", "no fix",
            [](const Row& r) { return solved(r, degrees(fix_of(r).position.latitude_rad)); })
         .cf("latitude"),
-    number("fix_longitude_deg", "deg", 10, "longitude as the receiver believes", "no fix",
+    number("fix_longitude_deg", "deg", 10, "longitude of the fix", "no fix",
            [](const Row& r) { return solved(r, degrees(fix_of(r).position.longitude_rad)); })
         .cf("longitude"),
-    number("fix_height_m", "m", 4, "height as the receiver believes", "no fix",
+    number("fix_height_m", "m", 4, "height of the fix above the ellipsoid", "no fix",
            [](const Row& r) { return solved(r, fix_of(r).position.height_m); })
         .cf("height_above_reference_ellipsoid"),
     number("error_east_m", "m", 4, "fix minus truth, east", "no fix", &error<0>)
@@ -248,9 +247,8 @@ constexpr std::array kEpochColumns{
         .in_view(F64),
     word(
         "rating",
-        "of `pdop`: `Ideal` (below 1), `Excellent` (to 2), `Good` (to 5), `Moderate` (to 10), `Fair` (to "
-        "20), "
-        "`Poor`",
+        "rating of `pdop`: `Ideal` (below 1), `Excellent` (to 2), `Good` (to 5), `Moderate` (to 10), `Fair` "
+        "(to 20), `Poor`",
         "no fix", positioning::DopRating::Poor,
         [](const Row& r) -> std::int64_t {
           const positioning::Fix& fix = fix_of(r);
@@ -315,7 +313,7 @@ constexpr std::array kEpochColumns{
            "no fix, or no satellite of the system used", &clock<gnss::System::BeiDou>),
     number("clock_qzss_s", "s", 13, "solved receiver clock minus QZSS's time",
            "no fix, or no satellite of the system used", &clock<gnss::System::QZSS>),
-    integer("excluded", "satellites", "satellites that RAIM took out of this epoch's fix; 0 where it is off",
+    integer("excluded", "satellites", "satellites that RAIM excluded from this epoch's fix; 0 without RAIM",
             [](const Row& r) { return static_cast<std::int64_t>(fix_of(r).excluded.size()); }),
     number("consistent", "", 0, "`1` RAIM's test passed on what is used, `0` failed",
            "RAIM off, or nothing redundant to test",
@@ -324,10 +322,9 @@ constexpr std::array kEpochColumns{
              return consistent ? (*consistent ? 1.0 : 0.0) : kNone;
            }),
     text("faults",
-         "names of the faults at work ([faults.md](faults.md)), `; ` between them; in quotes where they hold "
-         "a "
+         "names of active faults ([faults.md](faults.md)), separated by `; `; in quotes if they contain a "
          "comma",
-         "none at work", [](const Row& r) { return fault_names(r.epoch.faults); })
+         "no active fault", [](const Row& r) { return fault_names(r.epoch.faults); })
         .in_view(U16),
     number("error_horizontal_m", "m", 4, "root of the sum of the squares of the errors east and north",
            "no fix", [](const Row& r) { return horizontal_m(r.epoch.error_enu_m); })
@@ -353,7 +350,7 @@ constexpr std::array kEpochColumns{
            })
         .in_view(F64),
     word(
-        "baseline_kind", "how the vector from the base is known: `float` or `fixed`",
+        "baseline_kind", "kind of the vector from the base: `float` or `fixed`",
         "no carrier phases of a base", positioning::FixKind::DeadReckoning,
         [](const Row& r) {
           const auto& baseline = fix_of(r).baseline;
@@ -363,26 +360,30 @@ constexpr std::array kEpochColumns{
         .in_view(U8),
     number(
         "ambiguity_ratio", "", 2,
-        "squared distance of the second best whole numbers of cycles over that of the best, 10 at most",
-        "no search for them",
+        "ratio test: squared distance of the second best integer ambiguities, divided by that of the best, "
+        "10 at most",
+        "no integer search",
         [](const Row& r) { return fix_of(r).baseline ? fix_of(r).baseline->ratio.value_or(kNone) : kNone; })
         .in_view(F32),
-    number("baseline_east_m", "m", 4, "antenna minus the base's, as its corrections state it",
-           "no such vector", [](const Row& r) { return baseline(r, 0); })
+    number("baseline_east_m", "m", 4, "vector from the base's stated antenna, east", "no such vector",
+           [](const Row& r) { return baseline(r, 0); })
         .in_view(F64),
-    number("baseline_north_m", "m", 4, "likewise", "no such vector",
+    number("baseline_north_m", "m", 4, "vector from the base's stated antenna, north", "no such vector",
            [](const Row& r) { return baseline(r, 1); })
         .in_view(F64),
-    number("baseline_up_m", "m", 4, "likewise", "no such vector", [](const Row& r) { return baseline(r, 2); })
+    number("baseline_up_m", "m", 4, "vector from the base's stated antenna, up", "no such vector",
+           [](const Row& r) { return baseline(r, 2); })
         .in_view(F64),
-    number("heading_deg", "deg", 4, "of the vector from a moving base, from north, clockwise, 0 to 360",
+    number("heading_deg", "deg", 4,
+           "azimuth of the vector from a moving base, from north, clockwise, 0 to 360",
            "no such vector, or the base stands still",
            [](const Row& r) {
              const auto& b = fix_of(r).baseline;
              return b && b->moving_base ? wrapped_azimuth_deg(b->heading_rad(), 4) : kNone;
            })
         .in_view(F64),
-    number("heading_sigma_deg", "deg", 4, "its standard deviation", "likewise",
+    number("heading_sigma_deg", "deg", 4, "standard deviation of that heading",
+           "no such vector, or the base stands still",
            [](const Row& r) {
              const auto& b = fix_of(r).baseline;
              return b && b->moving_base ? degrees(b->heading_sigma_rad()) : kNone;
@@ -489,7 +490,8 @@ constexpr std::array kSignalColumns{
     number("orbit_error_m", "m", 4,
            "error of the broadcast orbit and clock (`sky.errors`), in code and phase", "nothing measured",
            &if_measured<&receiver::SignalObservation::orbit_error_m>),
-    number("bias_m", "m", 4, "of the receiver's own way, in the pseudorange and not in its error (`biases`)",
+    number("bias_m", "m", 4,
+           "delay of the receiver's own, in the pseudorange and not in its error (`biases`)",
            "nothing measured", &if_measured<&receiver::SignalObservation::bias_m>),
     kDoppler,
     kPhase,
@@ -515,19 +517,20 @@ constexpr std::array kPathColumns{
             [](const Row& r) -> std::int64_t { return r.path->order; })
         .in_view(U8),
     number("excess_path_m", "m", 4,
-           "longer than the straight line; of `diffuse` the mean of a class of ways; of `spoofed` of either "
+           "excess over the straight line; `diffuse`: mean of a class of paths; `spoofed`: of either "
            "sign",
            "never", [](const Row& r) { return r.path->excess_m; })
         .in_view(F32, "excess_m", 1024),
     number("loss_db", "dB", 2,
-           "weaker at the antenna's output than the unobstructed line of sight, at the carrier of the "
+           "loss at the antenna's output against the unobstructed line of sight, at the carrier of the "
            "satellite's "
-           "first tracked signal; of `diffuse` in the mean",
+           "first tracked signal; `diffuse`: mean",
            "no signal model, or nothing is left of the path",
            [](const Row& r) { return r.amplitude != 0.0 ? -20 * std::log10(std::abs(r.amplitude)) : kNone; })
         .in_view(F32, nullptr, 64),
     number("phase_deg", "deg", 1,
-           "of the carrier against the unobstructed line of sight, -180 to 180, by detour, reflections and "
+           "phase of the carrier against the unobstructed line of sight, -180 to 180, by detour, reflections "
+           "and "
            "edge. The "
            "receiver turns reflected and diffuse paths by a random phase of their surface as well: no city "
            "is known "
@@ -540,7 +543,7 @@ constexpr std::array kPathColumns{
            return r.path->kind == propagation::PathKind::Direct ? std::string()
                                                                 : fmt::format("{:016x}", r.path->reflector);
          }),
-    text("material", "of the surface next to the antenna: `concrete`, `glass`, ...", "not reflected",
+    text("material", "material of the surface next to the antenna: `concrete`, `glass`, ...", "not reflected",
          [](const Row& r) {
            const propagation::Path& p = *r.path;
            const bool reflects = p.kind != propagation::PathKind::Direct && p.incidence_count > 0;
@@ -552,7 +555,7 @@ constexpr std::array kPathColumns{
         .in_view(F32, nullptr, 64),
     number("point_north_m", "m", 3, "the same, north", "direct", &point<1>).in_view(F32, nullptr, 64),
     number("point_up_m", "m", 3, "the same, up", "direct", &point<2>).in_view(F32, nullptr, 64),
-    text("far_material", "of the surface next to the satellite", "reflected once, or not",
+    text("far_material", "material of the surface next to the satellite", "reflected once, or not",
          [](const Row& r) { return r.path->order < 2 ? std::string() : material(r, 0); }),
     number("far_point_east_m", "m", 3,
            "point of reflection next to the satellite, where two facets reflect: east",

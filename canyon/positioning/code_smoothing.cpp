@@ -14,11 +14,9 @@ void SmoothingOptions::validate() const {
 
 void visit(options::Visitor& v, SmoothingOptions& o) {
   static constexpr std::string_view kSmoothings[]{"none", "hatch", "divergence_free"};
-  v.choice(
-      {"method", "",
-       "pseudoranges of the fix smoothed by their carrier's phase: none, hatch, or divergence_free (by two "
-       "carriers)"},
-      o.smoothing, kSmoothings);
+  v.choice({"method", "",
+            "carrier smoothing of the fix's pseudoranges: none, hatch, or divergence_free (by two carriers)"},
+           o.smoothing, kSmoothings);
   v.number({"window_s", "s", "time constant"}, o.window_s, {1, 3600});
 }
 

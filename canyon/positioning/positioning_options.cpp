@@ -20,14 +20,14 @@ void WeightOptions::validate() const {
 
 void visit(options::Visitor& v, WeightOptions& o) {
   v.choice({"weighting", "",
-            "of pseudoranges against each other: sigma (their simulated deviation), equal, elevation or cn0"},
+            "weights of pseudoranges: sigma (by the simulated standard deviation), equal, elevation or cn0"},
            o.weighting, kWeightings);
   v.number({"elevation_a_m", "m", "elevation: sigma^2 = a^2 + b^2 / sin(elevation)^2"}, o.elevation_a_m,
            {0, 1e6, true});
-  v.number({"elevation_b_m", "m", "likewise"}, o.elevation_b_m, {0, 1e6, true});
+  v.number({"elevation_b_m", "m", "b of that formula"}, o.elevation_b_m, {0, 1e6, true});
   v.number({"cn0_floor_m2", "m^2", "cn0: sigma^2 = floor + scale 10^(-C/N0 / 10)"}, o.cn0_floor_m2,
            {0, 1e6, true});
-  v.number({"cn0_scale_m2_hz", "m^2 Hz", "likewise"}, o.cn0_scale_m2_hz, {0, 1e12});
+  v.number({"cn0_scale_m2_hz", "m^2 Hz", "scale of that formula"}, o.cn0_scale_m2_hz, {0, 1e12});
 }
 
 void RaimOptions::validate() const {
@@ -40,8 +40,9 @@ void visit(options::Visitor& v, RaimOptions& o) {
              "monitoring)"},
             o.enabled);
   v.number({"false_alarm", "", "probability of a false alarm of one fix"}, o.false_alarm, {0, 0.5, true});
-  v.integer({"max_exclusions", "satellites", "from one fix at most"}, o.max_exclusions, 1, 30);
-  v.number({"sigma_scale", "", "residuals are tested against the weights' deviation times this"},
+  v.integer({"max_exclusions", "satellites", "largest number of satellites excluded from one fix"},
+            o.max_exclusions, 1, 30);
+  v.number({"sigma_scale", "", "factor on the weights' standard deviations when residuals are tested"},
            o.sigma_scale, {0, 1e6, true});
 }
 
@@ -52,26 +53,29 @@ void FixOptions::validate() const {
 }
 
 void visit(options::Visitor& v, FixOptions& o) {
-  v.angle({"elevation_mask_deg", "deg", "satellites below are neither measured nor used"},
+  v.angle({"elevation_mask_deg", "deg", "satellites below this elevation are neither measured nor used"},
           o.elevation_mask_rad, {0, 90, false, true});
   v.number({"cn0_mask_dbhz", "dB-Hz", "satellites weaker than this are not used in the fix"}, o.cn0_mask_dbhz,
            {0, 60});
   v.integer({"min_satellites", "satellites",
-             "needed for a fix, on top of one for each constellation beyond the first"},
+             "satellites required for a fix, plus one for each constellation beyond the first"},
             o.min_satellites, 4, 1000);
-  v.number({"max_pdop", "", "a fix of larger PDOP is none"}, o.max_pdop,
+  v.number({"max_pdop", "", "largest PDOP of a valid fix"}, o.max_pdop,
            options::or_none({0, kInfinity, true}));
-  v.integer({"max_iterations", "", "of the least squares"}, o.max_iterations, 5, 1000);
+  v.integer({"max_iterations", "", "largest number of iterations of the least squares"}, o.max_iterations, 5,
+            1000);
   // Coordinates of 6,400 km have no finer digits: a shorter step is rounding.
-  v.number({"convergence_m", "m", "the step that ends them"}, o.convergence_m, {1e-9, 1});
-  options::visit_switch(v,
-                        {"correct_ionosphere", "", "correct it in the fix; left out: true under sky.errors"},
-                        o.correct_ionosphere);
-  options::visit_switch(v,
-                        {"correct_troposphere", "", "correct it in the fix; left out: true under sky.errors"},
-                        o.correct_troposphere);
+  v.number({"convergence_m", "m", "step size that ends the iterations"}, o.convergence_m, {1e-9, 1});
+  options::visit_switch(
+      v,
+      {"correct_ionosphere", "", "apply the model's correction in the fix; left out: true with sky.errors"},
+      o.correct_ionosphere);
+  options::visit_switch(
+      v,
+      {"correct_troposphere", "", "apply the model's correction in the fix; left out: true with sky.errors"},
+      o.correct_troposphere);
   v.boolean({"covariance_by_residuals", "",
-             "states a larger covariance where residuals are larger than the weights say"},
+             "enlarge the stated covariance if residuals are larger than the weights predict"},
             o.covariance_by_residuals);
   v.part("weights", o.weights);
   v.part("raim", o.raim);
@@ -82,26 +86,26 @@ void PositionFilterOptions::validate() const {
 }
 
 void visit(options::Visitor& v, PositionFilterOptions& o) {
-  v.boolean({"enabled", "", "extended Kalman filter behind the fix; false: each epoch's fix stands alone"},
+  v.boolean({"enabled", "", "extended Kalman filter for the position; false: each epoch is solved alone"},
             o.enabled);
-  v.number(
-      {"acceleration_horizontal", "m/s^2/sqrt(Hz)", "spectral density of the white acceleration it expects"},
-      o.acceleration_horizontal, {0, 100, true});
-  v.number({"acceleration_vertical", "m/s^2/sqrt(Hz)", "likewise, upwards"}, o.acceleration_vertical,
+  v.number({"acceleration_horizontal", "m/s^2/sqrt(Hz)",
+            "spectral density of the white acceleration that the filter assumes, horizontal"},
+           o.acceleration_horizontal, {0, 100, true});
+  v.number({"acceleration_vertical", "m/s^2/sqrt(Hz)", "the same, vertical"}, o.acceleration_vertical,
            {0, 100, true});
-  v.number({"clock_frequency_density", "s^2/s", "white frequency noise of the clock it expects"},
+  v.number({"clock_frequency_density", "s^2/s", "white frequency noise of the clock that the filter assumes"},
            o.clock_frequency_density, {0, 1e-6, true});
   v.number({"clock_drift_density", "1/s^2 s", "random walk of that frequency"}, o.clock_drift_density,
            {0, 1e-6, true});
-  v.number(
-      {"gate_sigmas", "", "innovations beyond so many standard deviations are left out; none: all are taken"},
-      o.gate_sigmas, options::or_none({0, kInfinity, true}));
-  v.number({"coast_s", "s", "it begins anew after so long without a measurement"}, o.coast_s,
+  v.number({"gate_sigmas", "",
+            "innovations beyond this number of standard deviations are rejected; none: all are used"},
+           o.gate_sigmas, options::or_none({0, kInfinity, true}));
+  v.number({"coast_s", "s", "the filter restarts after this time without a measurement"}, o.coast_s,
            {0, 3600, true});
-  v.number({"max_sigma_m", "m", "a position of a larger standard deviation is none"}, o.max_sigma_m,
+  v.number({"max_sigma_m", "m", "largest standard deviation of a valid position"}, o.max_sigma_m,
            options::or_none({0, kInfinity, true}));
   v.number(
-      {"error_correlation_s", "s", "it states its accuracy as for errors of this time constant; 0: white"},
+      {"error_correlation_s", "s", "time constant of errors assumed in the stated accuracy; 0: white errors"},
       o.error_correlation_s, {0, 3600});
 }
 

@@ -16,16 +16,17 @@ void DiffractionOptions::validate() const {
 
 void visit(options::Visitor& v, DiffractionOptions& o) {
   v.number({"frequency_hz", "Hz", ""}, o.frequency_hz, {1e8, 1e11});
-  v.number({"max_range_m", "m", "reach of the leg from antenna to edge"}, o.max_range_m, kReach_m);
+  v.number({"max_range_m", "m", "largest distance from the antenna to an edge"}, o.max_range_m, kReach_m);
   v.angle({"max_bending_deg", "deg", "largest angle between that leg and the direction to the satellite"},
           o.max_bending_rad, {0, 180, true});
   v.number({"max_loss_db", "dB", "largest loss of a path that is kept"}, o.max_loss_db, {7, 100});
-  v.number({"edge_radius_m", "m", "edges are rounded with, by ITU-R P.526, 4.2; 0: knife edges"},
+  v.number({"edge_radius_m", "m", "radius of rounded edges (ITU-R P.526, 4.2); 0: knife edges"},
            o.edge_radius_m, {0, 100});
-  v.number({"max_clear_nu", "",
-            "with the straight line clear, edges up to this Fresnel-Kirchhoff parameter from it"},
-           o.max_clear_nu, {0, 100});
-  v.integer({"max_paths", "", "of one satellite, the strongest ones"}, o.max_paths, 1, 100);
+  v.number(
+      {"max_clear_nu", "", "if the line of sight is clear: largest Fresnel-Kirchhoff parameter of an edge"},
+      o.max_clear_nu, {0, 100});
+  v.integer({"max_paths", "", "largest number of these paths of one satellite, the strongest ones"},
+            o.max_paths, 1, 100);
   visit(v, o.edges);
 }
 
@@ -34,25 +35,26 @@ void DiffuseOptions::validate() const {
 }
 
 void visit(options::Visitor& v, DiffuseOptions& o) {
-  v.integer({"rays", "", "directions that facades are looked for in"}, o.rays, 8, 4096);
-  v.number(
-      {"scattering_coefficient", "", "amplitude scattered over amplitude that a smooth wall would reflect"},
-      o.scattering_coefficient, {0, 1});
-  v.number(
-      {"wall_reflectance", "", "power that smooth walls would reflect; left out: by each one's material"},
-      o.wall_reflectance, {0, 1});
-  v.integer({"bounces", "", "facades on a way at most, one of which scatters"}, o.bounces, 1, 8);
+  v.integer({"rays", "", "number of directions in which facades are searched"}, o.rays, 8, 4096);
+  v.number({"scattering_coefficient", "",
+            "scattered amplitude, divided by the amplitude that a smooth wall reflects"},
+           o.scattering_coefficient, {0, 1});
+  v.number({"wall_reflectance", "", "share of power that smooth walls reflect; left out: by material"},
+           o.wall_reflectance, {0, 1});
+  v.integer({"bounces", "", "largest number of facades on a path, one of which scatters"}, o.bounces, 1, 8);
   v.integer(
-      {"lobe_exponent", "", "0: Lambert's lobe; more: about the mirror's direction, 3 to 4 by measurements"},
+      {"lobe_exponent", "",
+       "exponent of the lobe; 0: Lambert's; larger: about the mirror's direction, 3 to 4 by measurements"},
       o.lobe_exponent, 0, 20);
-  v.angle({"lowest_elevation_deg", "deg", "nothing is looked for below"}, o.lowest_elevation_rad,
+  v.angle({"lowest_elevation_deg", "deg", "lowest elevation of these directions"}, o.lowest_elevation_rad,
           {-90, 90, false, true});
-  v.number({"max_range_m", "m", "reach of these rays"}, o.max_range_m, kReach_m);
-  v.number({"min_power_db", "dB", "paths farther below the line of sight are dropped"}, o.min_power_db,
+  v.number({"max_range_m", "m", "largest length of these rays"}, o.max_range_m, kReach_m);
+  v.number({"min_power_db", "dB", "weakest power of a path, relative to the line of sight"}, o.min_power_db,
            {-100, 0});
-  v.number({"class_m", "m", "width of the classes of detour that ways are gathered in"}, o.class_m,
+  v.number({"class_m", "m", "width of the classes of excess path in which paths are added"}, o.class_m,
            {0.1, 100e3});
-  v.integer({"max_paths", "", "classes of one satellite, the strongest ones"}, o.max_paths, 1, 64);
+  v.integer({"max_paths", "", "largest number of classes of one satellite, the strongest ones"}, o.max_paths,
+            1, 64);
 }
 
 void PropagationOptions::validate() const {
@@ -73,22 +75,23 @@ void visit(options::Visitor& v, PropagationOptions& o) {
             "specular: image method on planar facets; mirror: the paper's algorithm 2 (one mirror ray)"},
            o.model, kModels);
   v.integer({"reflection_order", "",
-             "reflections on a path at most: 0 (direct signal only), 1 or 2; specular only"},
+             "largest number of reflections on a path: 0 (direct signal only), 1 or 2; specular only"},
             o.reflection_order, 0, 2);
-  v.number({"max_range_m", "m",
-            "reach of the mirror ray, and of the way from antenna to the (last) reflection point"},
-           o.max_range_m, kReach_m);
+  v.number(
+      {"max_range_m", "m",
+       "largest length of the mirror ray, and of the way from the antenna to the (last) reflection point"},
+      o.max_range_m, kReach_m);
   v.angle({"max_incidence_deg", "deg",
            "largest angle of incidence of a reflection, from the facade's normal; specular only"},
           o.max_incidence_rad, {0, 90, true});
-  v.boolean({"ground_reflection", "", "reflect from terrain as well; specular only"}, o.ground_reflection);
+  v.boolean({"ground_reflection", "", "reflections on terrain too; specular only"}, o.ground_reflection);
   v.section("diffraction", [&] {
     v.boolean({"enabled", "", "paths around single edges of roofs and walls; specular only"}, o.diffraction);
     visit(v, o.edges);
     v.validate(o.edges);
   });
   v.section("diffuse", [&] {
-    v.boolean({"enabled", "", "scattering by facades that are no mirrors; specular only"}, o.diffuse);
+    v.boolean({"enabled", "", "diffuse scattering by facades; specular only"}, o.diffuse);
     visit(v, o.scattering);
     v.validate(o.scattering);
   });

@@ -41,17 +41,18 @@ void RangingOptions::validate() const {
 void visit(options::Visitor& v, RangingOptions& o) {
   static constexpr std::string_view kCombinations[]{"first", "ionosphere_free", "uncombined"};
   v.choice({"combination", "",
-            "pseudoranges of the fix: of the first signal, ionosphere_free of two, or uncombined with the "
-            "ionosphere's delays estimated"},
+            "pseudoranges of the fix: first (the first signal); ionosphere_free (combination of two); "
+            "uncombined (ionospheric delays are estimated)"},
            o.combination, kCombinations);
-  gnss::visit_signals(
-      v, {"uses", "", "signals that go into the fix, best first; left out: all that are tracked"}, o.uses);
-  v.number(
-      {"ionosphere_sigma_m", "m", "uncombined: deviation of the slant delay at L1 that no model corrects"},
-      o.ionosphere_sigma_m, {0, 1000, true});
+  gnss::visit_signals(v, {"uses", "", "signals used in the fix, best first; left out: all tracked signals"},
+                      o.uses);
+  v.number({"ionosphere_sigma_m", "m",
+            "uncombined: standard deviation of the slant delay at L1 after the model's correction"},
+           o.ionosphere_sigma_m, {0, 1000, true});
   gnss::visit_group_values(
       v,
-      {"sigma_factor", "", "the fix takes deviations of groups of signals times this: [GLONASS=1.5, L5=0.5]"},
+      {"sigma_factor", "",
+       "factors on the standard deviations of groups of signals in the fix: [GLONASS=1.5, L5=0.5]"},
       o.sigma_factor, {0, 1000, true});
   v.part("smoothing", o.smoothing);
 }

@@ -25,10 +25,11 @@ void visit(options::Visitor& v, NoiseOptions& o) {
            {0, 1e6});
   v.section("drift", [&] {
     v.boolean({"enabled", "",
-               "the paper's drift mode: while slow or with few satellites in sight, means move away from mu"},
+               "the paper's drift mode: at low speed or with few satellites in line of sight, means move "
+               "away from mu"},
               o.drift_enabled);
-    v.number({"below_speed_mps", "m/s", "drift while slower than this"}, o.drift_below_speed_mps, {0, 1e4});
-    v.integer({"below_los", "satellites", "drift while fewer satellites are in line of sight"},
+    v.number({"below_speed_mps", "m/s", "drift below this speed"}, o.drift_below_speed_mps, {0, 1e4});
+    v.integer({"below_los", "satellites", "drift if fewer satellites are in line of sight"},
               o.drift_below_los, 0, 1000);
     v.number({"mu_sigma_m", "m", "standard deviation of the drifted means, drawn once per satellite"},
              o.drift_mu_sigma_m, {0, 1e6});
@@ -44,9 +45,10 @@ void visit(options::Visitor& v, BiasOptions& o) {
   gnss::visit_group_values(
       v, {"code_m", "m", "delays of the receiver for groups of signals: [GLONASS=12, L5=-2.5]"}, o.code_m,
       {-1e4, 1e4});
-  v.number({"glonass_channel_m", "m", "of GLONASS, from one frequency channel to the next"},
+  v.number({"glonass_channel_m", "m", "GLONASS bias from one frequency channel to the next"},
            o.glonass_channel_m, {-100, 100});
-  v.number({"drift_sigma_m", "m", "deviation of each system's signals about these, a first-order process"},
+  v.number({"drift_sigma_m", "m",
+            "standard deviation of each system's drift about these biases, a first-order process"},
            o.drift_sigma_m, {0, 1000});
   v.number({"drift_time_s", "s", "its time constant"}, o.drift_time_s, {1, 1e6});
 }
@@ -82,11 +84,13 @@ void SpoofingCheckOptions::validate() const {
 }
 
 void visit(options::Visitor& v, SpoofingCheckOptions& o) {
-  v.boolean({"enabled", "", "says whether it finds signs of spoofing"}, o.enabled);
-  v.number({"gain_db", "dB", "by which gain control gives way though signals do not weaken"}, o.gain_db,
-           {0.1, 30});
-  v.number({"jump_m", "m", "of place or clock against the fix's own velocity and drift"}, o.jump_m, {1, 1e6});
-  v.number({"hold_s", "s", "for which it says so after the last sign"}, o.hold_s, {0, 1e5});
+  v.boolean({"enabled", "", "report signs of spoofing"}, o.enabled);
+  v.number({"gain_db", "dB", "sign of spoofing: gain falls by this although signals do not weaken"},
+           o.gain_db, {0.1, 30});
+  v.number({"jump_m", "m",
+            "sign of spoofing: position or clock jump by this against the fix's velocity and drift"},
+           o.jump_m, {1, 1e6});
+  v.number({"hold_s", "s", "time for which spoofing is reported after the last sign"}, o.hold_s, {0, 1e5});
 }
 
 void ReceiverOptions::validate() const {
@@ -169,39 +173,41 @@ std::vector<const gnss::Signal*> tracked_signals(const std::vector<std::string>&
 void visit(options::Visitor& v, ReceiverOptions& o) {
   options::visit_switch(v,
                         {"own_draws", "",
-                         "draws by the receiver's name too: true, noise, clock, phases and shadows; false, "
-                         "nothing: all receivers of a seed are alike; left out: all but shadows"},
+                         "what is drawn for this receiver alone: true: noise, clock, phases and shadows; "
+                         "false: nothing, all receivers of a seed are equal; left out: all but shadows"},
                         o.own_draws);
-  static const std::string tracks = fmt::format("signals: {}; left out: of each satellite the one near L1",
-                                                fmt::join(gnss::signal_names(), ", "));
+  static const std::string tracks =
+      fmt::format("tracked signals: {}; left out: the signal near L1 of each satellite",
+                  fmt::join(gnss::signal_names(), ", "));
   gnss::visit_signals(v, {"tracks", "", tracks}, o.tracks);
   gnss::visit_groups(
-      v, {"leaves_out", "", "groups of signals that it does not track all the same: [BeiDou-GEO]"},
+      v,
+      {"leaves_out", "", "groups of signals that it does not track although `tracks` has them: [BeiDou-GEO]"},
       o.leaves_out);
   static constexpr std::string_view kAtOnce[]{"all", "glonass_or_beidou", "beidou_by_b1c"};
   v.choice({"at_once", "",
-            "what the hardware receives at once near L1, where `tracks` is left out: all; glonass_or_beidou, "
-            "B1I under a sky without GLONASS alone; beidou_by_b1c, BeiDou's B1C instead"},
+            "what the hardware receives at the same time near L1 if `tracks` is left out: all; "
+            "glonass_or_beidou (B1I only if the sky has no GLONASS); beidou_by_b1c (B1C instead of B1I)"},
            o.at_once, kAtOnce);
   visit(v, o.ranging);
   visit(v, o.fix);
   options::visit_switch(
       v,
       {"ionosphere", "",
-       "put the ionosphere into the signals: that of sky.errors, else Klobuchar's, with the coefficients of "
-       "the navigation files or, under nominal satellites, a standard set; left out: true under sky.errors"},
+       "add the ionosphere to the signals: that of sky.errors, else Klobuchar's with the coefficients of the "
+       "navigation files or, with nominal satellites, a standard set; left out: true with sky.errors"},
       o.ionosphere);
   options::visit_switch(v,
                         {
                             "troposphere",
                             "",
-                            "put the troposphere into the signals: that of sky.errors, else Saastamoinen's",
+                            "add the troposphere to the signals: that of sky.errors, else Saastamoinen's",
                         },
                         o.troposphere);
   options::visit_switch(
       v,
       {"orbit_errors", "",
-       "put errors of broadcast orbits and clocks into the signals; left out: true under sky.errors"},
+       "add errors of broadcast orbits and clocks to the signals; left out: true with sky.errors"},
       o.orbit_errors);
   v.part("position_filter", o.filter);
   v.part("corrections", o.corrections);

@@ -25,29 +25,27 @@ void CorrectionOptions::validate() const {
 }
 
 void visit(options::Visitor& v, CorrectionOptions& o) {
-  v.text(
-      {"from", "",
-       "name of a receiver with a fixed place, whose measurements correct this one's; canyon live: also the "
-       "address of a stream of RTCM 3, ntrip://USER:PASSWORD@HOST:PORT/MOUNT"},
-      o.from);
+  v.text({"from", "",
+          "name of the base, a receiver with `fixed`; canyon live: also the address of a stream of RTCM 3, "
+          "ntrip://USER:PASSWORD@HOST:PORT/MOUNT"},
+         o.from);
   v.boolean({"virtual_station", "",
-             "a network's: the base's measurements as they would be at the place that the receiver reports"},
+             "virtual reference station: the base's measurements as they would be at the position that the "
+             "receiver reports"},
             o.virtual_station);
-  v.number({"max_age_s", "s", "corrections that are older are not used"}, o.max_age_s, {0, 3600, true});
-  v.number({"rate_hz", "Hz", "epochs that the base sends; 0: all"}, o.rate_hz, {0, 100});
-  v.number({"latency_s", "s", "from the base's epoch until they come"}, o.latency_s, {0, 600});
-  v.number({"jitter_s", "s", "they come later by so much at most, evenly"}, o.jitter_s, {0, 600});
-  v.number({"loss", "", "share of epochs that never come"}, o.loss, {0, 1});
-  v.number({"range_m", "m", "nothing comes from a base that is farther away; 0: no limit"}, o.range_m,
-           {0, 1e7});
+  v.number({"max_age_s", "s", "largest age of corrections that are used"}, o.max_age_s, {0, 3600, true});
+  v.number({"rate_hz", "Hz", "rate of the epochs that the base sends; 0: all"}, o.rate_hz, {0, 100});
+  v.number({"latency_s", "s", "delay from the base's epoch to the arrival of corrections"}, o.latency_s,
+           {0, 600});
+  v.number({"jitter_s", "s", "largest additional delay, uniformly distributed"}, o.jitter_s, {0, 600});
+  v.number({"loss", "", "share of epochs that are lost"}, o.loss, {0, 1});
+  v.number({"range_m", "m", "range of the link to the base; 0: no limit"}, o.range_m, {0, 1e7});
   v.numbers({"outages_s", "s",
-             "beginnings and ends of times in which nothing is sent, from the run's beginning: [20, 40, 100, "
-             "110]; the "
-             "last end may be left out"},
+             "outages of the link as begin, end, begin, end since the start of the run: [20, 40, 100, 110]; "
+             "the last end may be left out"},
             o.outages_s, {0, 1e9});
   v.numbers(
-      {"station_error_m", "m",
-       "east, north and up: the place that the base states is off by this; left out: it states the true one"},
+      {"station_error_m", "m", "error of the position that the base states: east, north, up; left out: none"},
       o.station_error_m, {-1e6, 1e6});
 }
 

@@ -16,33 +16,42 @@ void RtkOptions::validate() const {
 }
 
 void visit(options::Visitor& v, RtkOptions& o) {
-  v.boolean(
-      {"enabled", "", "carrier phases relative to the base of `corrections`: float and fixed solutions"},
-      o.enabled);
-  v.choice({"integers", "", "whole numbers of cycles are searched for at each epoch, forgotten, or held"},
+  v.boolean({"enabled", "",
+             "RTK: float and fixed solutions by carrier phases relative to the base of `corrections`"},
+            o.enabled);
+  v.choice({"integers", "",
+            "integer ambiguities: continuous (searched at each epoch), instantaneous (forgotten after each "
+            "epoch) or hold (kept once fixed)"},
            o.integers, kIntegers);
-  v.number({"ratio", "", "the second best whole numbers must be so many times farther than the best"},
+  v.number({"ratio", "",
+            "ratio test: the second best integers must be this many times farther away than the best"},
            o.ratio, {1.1, 10});
-  v.number(
-      {"min_success", "", "probability that the search finds the right ones, by the filter's covariance"},
-      o.min_success, {0, 1, false, true});
-  v.boolean({"partial", "", "leaves uncertain satellites out of a search that fails"}, o.partial);
+  v.number({"min_success", "", "smallest probability of correct integers, by the filter's covariance"},
+           o.min_success, {0, 1, false, true});
+  v.boolean({"partial", "", "partial fixing: leave uncertain satellites out if the search fails"}, o.partial);
   v.boolean({"fix_glonass", "",
-             "whole numbers of GLONASS also without known biases: base and rover must be of one make"},
+             "fix GLONASS integers without known biases too: base and rover must be of one make"},
             o.fix_glonass);
-  v.angle({"fix_elevation_deg", "deg", "satellites below are not in the search for whole numbers"},
+  v.angle({"fix_elevation_deg", "deg", "satellites below this elevation are left out of the integer search"},
           o.fix_elevation_rad, {0, 89});
-  v.integer({"min_satellites", "", "satellites that a fixed solution needs"}, o.min_satellites, 4, 30);
-  v.number({"phase_sigma_m", "m", "deviation of a phase at the zenith"}, o.phase_sigma_m, {0, 0.1, true});
-  v.number({"code_ratio", "", "deviation of a code over that of its phase"}, o.code_ratio, {1, 1000});
-  v.number({"ionosphere_gradient", "", "difference of vertical delays over distance; 0: none is estimated"},
+  v.integer({"min_satellites", "", "satellites required for a fixed solution"}, o.min_satellites, 4, 30);
+  v.number({"phase_sigma_m", "m", "standard deviation of a phase at the zenith"}, o.phase_sigma_m,
+           {0, 0.1, true});
+  v.number({"code_ratio", "", "standard deviation of a code, divided by that of its phase"}, o.code_ratio,
+           {1, 1000});
+  v.number({"ionosphere_gradient", "",
+            "difference of vertical ionospheric delays over distance; 0: not estimated"},
            o.ionosphere_gradient, {0, 1e-3});
-  v.number({"troposphere_gradient", "", "likewise, of the troposphere"}, o.troposphere_gradient, {0, 1e-3});
-  v.number({"acceleration_horizontal", "m/s^2/sqrt(Hz)", "white acceleration that the filter expects"},
+  v.number({"troposphere_gradient", "",
+            "difference of zenith tropospheric delays over distance; 0: not estimated"},
+           o.troposphere_gradient, {0, 1e-3});
+  v.number({"acceleration_horizontal", "m/s^2/sqrt(Hz)",
+            "spectral density of the white acceleration that the filter assumes, horizontal"},
            o.acceleration_horizontal, {0, 100, true});
-  v.number({"acceleration_vertical", "m/s^2/sqrt(Hz)", "likewise, upwards"}, o.acceleration_vertical,
+  v.number({"acceleration_vertical", "m/s^2/sqrt(Hz)", "the same, vertical"}, o.acceleration_vertical,
            {0, 100, true});
-  v.number({"gate_sigmas", "", "beyond so many deviations a code is left out, and a phase has slipped"},
+  v.number({"gate_sigmas", "",
+            "beyond this number of standard deviations a code is rejected and a phase counts as slipped"},
            o.gate_sigmas, {1, 100, true});
 }
 

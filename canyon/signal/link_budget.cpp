@@ -42,12 +42,13 @@ void LinkBudgetOptions::validate() const {
 }
 
 void visit(options::Visitor& v, LinkBudgetOptions& o) {
-  v.number({"above_minimum_db", "dB", "satellites' power over what their interface documents promise"},
+  v.number({"above_minimum_db", "dB", "power of satellites above the minimum of their interface documents"},
            o.above_minimum_db, {-10, 20});
-  v.number({"antenna_temperature_k", "K", "of sky, ground and losses in front of the amplifier"},
+  v.number({"antenna_temperature_k", "K", "noise temperature of sky, ground and losses before the amplifier"},
            o.antenna_temperature_k, {2, 1000});
-  v.number({"noise_figure_db", "dB", "of the receiver with its amplifier"}, o.noise_figure_db, {0, 20});
-  v.number({"implementation_loss_db", "dB", "of filter, quantisation and correlation"},
+  v.number({"noise_figure_db", "dB", "noise figure of the receiver with its amplifier"}, o.noise_figure_db,
+           {0, 20});
+  v.number({"implementation_loss_db", "dB", "loss by filter, quantization and correlation"},
            o.implementation_loss_db, {0, 20});
 }
 

@@ -58,9 +58,9 @@ void visit_outputs(options::Visitor& v, OutputConfig& config) {
     std::vector<std::string> listed;
     std::vector<std::string_view> known;
     for (const Output& output : outputs()) known.push_back(output.name);
-    v.words({"outputs", "", "a list of names: these and no others; or which of them to add and to leave out",
-             "as below"},
-            listed, known);
+    v.words(
+        {"outputs", "", "list of names: only these; or a mapping: which to add and to leave out", "as below"},
+        listed, known);
     if (!listed.empty()) config.names = {listed.begin(), listed.end()};
     if (v.reads()) return;
   }

@@ -38,10 +38,9 @@ void visit_origin(Visitor& v, std::optional<Geodetic>& origin) {
   }
   v.require("latitude_deg");
   v.require("longitude_deg");
-  v.number(
-      {"latitude_deg", "deg",
-       "where the mesh's zero lies, or a map's shall (left out: its middle): geodetic latitude (WGS 84)"},
-      latitude, kLatitude_deg);
+  v.number({"latitude_deg", "deg",
+            "origin of the mesh or of the map (left out: the map's middle): geodetic latitude (WGS 84)"},
+           latitude, kLatitude_deg);
   v.number({"longitude_deg", "deg", "longitude, east positive"}, longitude, kLongitude_deg);
   v.number({"height_m", "m", "ellipsoidal height"}, height_m, kHeight_m);
   if (v.reads()) origin = Geodetic::from_degrees(*latitude, *longitude, height_m);
@@ -93,8 +92,8 @@ void visit_city_source(Visitor& v, CityConfig& city) {
            "mesh, synthetic, open)"},
           osm);
   v.file({"file", "",
-          "a city by its name's ending: .canyon and Gazebo's .world or .sdf (with an origin of their own), a "
-          "map as under osm, or a mesh"},
+          "city file: .canyon, Gazebo's .world or .sdf (these have their own origin), a map as for osm, or a "
+          "mesh"},
          file);
   v.file({"mesh", "", "mesh file: DAE, OBJ, STL, glTF, PLY"}, mesh);
   if (!v.reads()) return;
@@ -119,13 +118,12 @@ void set_origin(Visitor& v, CityConfig& city, const std::optional<Geodetic>& ori
 }  // namespace
 
 void visit(Visitor& v, Georeference& o) {
-  v.number(
-      {"sigma_m", "m",
-       "standard deviation of the city's place, eastwards and northwards: the whole city is moved once per "
-       "run, drawn by the seed"},
-      o.sigma_m, {0, 1000});
+  v.number({"sigma_m", "m",
+            "standard deviation of the city's position in east and in north: one draw per run moves the "
+            "whole city"},
+           o.sigma_m, {0, 1000});
   v.angle({"heading_sigma_deg", "deg",
-           "standard deviation of its heading, about the middle of its bounds; likewise"},
+           "standard deviation of the city's heading about the middle of its bounds: one draw per run"},
           o.heading_sigma_rad, {0, 45});
 }
 
@@ -144,7 +142,7 @@ void visit(Visitor& v, CityConfig& city) {
   visit(v, city.sea_level);
   v.validate(city.sea_level);
   if (v.wants(city.open || v.has("open"))) {
-    v.boolean({"open", "", "true: no buildings at all, open sky about the origin"}, city.open);
+    v.boolean({"open", "", "true: no buildings, open sky"}, city.open);
     if (v.reads() && !city.open) throw v.fault({}, "city has no content", kCityCure);
   }
   if (v.reads()) set_origin(v, city, origin);
@@ -247,7 +245,7 @@ void visit(Visitor& v, SkyConfig& sky) {
   if (v.wants(frozen)) v.section("frozen", [&] { visit_frozen(v, sky); });
   if (v.wants(!frozen)) visit_systems(v, sky.systems);
   if (v.wants(!sky.navigation.empty())) {
-    v.boolean({"allow_stale", "", "use ephemerides older than their system allows (and say so)"},
+    v.boolean({"allow_stale", "", "use ephemerides older than their system allows, with a warning"},
               sky.allow_stale);
   }
   if (v.wants(!frozen)) v.part("errors", sky.errors);
@@ -262,8 +260,8 @@ void visit_start(Visitor& v, std::optional<GpsTime>& start, std::vector<std::str
   const bool weeks = v.is_section("start");
   if (!weeks) {
     v.text({"start", "UTC or GPST",
-            "2019-04-28T12:58:03Z, or with ' GPST' behind it; a later one skips the trajectory's beginning. "
-            "Needed where the trajectory has no times of its own",
+            "first epoch: 2019-04-28T12:58:03Z, or followed by ' GPST'. A later start skips the beginning of "
+            "the trajectory. Required if the trajectory has no times",
             "the trajectory's first time"},
            text);
     if (v.reads() && text) {
@@ -283,8 +281,8 @@ void visit_start(Visitor& v, std::optional<GpsTime>& start, std::vector<std::str
     int week = 0;
     double tow = 0;
     for (const char* key : {"week", "tow"}) v.require(key, "give week and tow, such as 2051 and 46701");
-    v.integer({"week", "weeks", "instead: full GPS week, with tow beside it: 2051 and 46701"}, week, 0, 9999);
-    v.number({"tow", "s", "and seconds of that week"}, tow, {0, 604800, false, true});
+    v.integer({"week", "weeks", "full GPS week, with tow instead of a date: 2051 and 46701"}, week, 0, 9999);
+    v.number({"tow", "s", "seconds of that week"}, tow, {0, 604800, false, true});
     if (v.reads()) start = GpsTime::from_week(week, tow);
   });
 }
@@ -298,13 +296,13 @@ void visit_rate(Visitor& v, std::optional<double>& rate_hz) {
            rate_hz, range);
   if (!v.wants(v.has("interval_s"))) return;
   std::optional<double> interval_s;
-  v.number({"interval_s", "s", "instead: seconds from epoch to epoch, whole nanoseconds"}, interval_s,
+  v.number({"interval_s", "s", "seconds between epochs instead of rate_hz, in whole nanoseconds"}, interval_s,
            {1e-3, 1e6});
   if (interval_s) rate_hz = 1 / *interval_s;  // its inverse again is right to 1e-15
 }
 
 void visit_seed(Visitor& v, std::uint64_t& seed) {
-  v.integer({"seed", "", "of all noise: same seed, same bytes"}, seed);
+  v.integer({"seed", "", "seed of all noise: same seed, same bytes"}, seed);
 }
 
 // --- trajectory
@@ -384,7 +382,7 @@ void visit_profile(Visitor& v, ReceiverConfig& config) {
   std::optional<std::string> profile;
   // Every key is written out below it; this one sets no list and no table that keys could only add to.
   if (!v.reads()) profile = kDefaultProfile;  // which sets no options::Switch
-  v.text({"profile", "", "one of 'canyon profiles', or a profile file; anything below overrides it",
+  v.text({"profile", "", "one of 'canyon profiles', or a profile file; the keys below override it",
           kDefaultProfile},
          profile);
   if (v.reads()) config = profile_of(v, profile.value_or(std::string(kDefaultProfile)));
@@ -393,7 +391,7 @@ void visit_profile(Visitor& v, ReceiverConfig& config) {
 void visit_name_and_profile(Visitor& v, ReceiverConfig& config, bool several) {
   std::optional<std::string> name;
   if (!v.reads()) name = config.options.name;
-  v.text({"name", "", "names its outputs and its noise; needed with several receivers", "rover"}, name);
+  v.text({"name", "", "name, used for outputs and noise; required with several receivers", "rover"}, name);
   if (v.reads()) {
     if (!name && several) throw v.fault({}, "a receiver has no name", "name each of several receivers");
     if (name) options::check_folder_name(v, "name", *name);
@@ -406,10 +404,10 @@ void visit(Visitor& v, ReceiverConfig& config) {
   visit(v, config.options);
   v.section("lever_arm", [&] {
     Eigen::Vector3d& arm = config.lever_arm_m;
-    v.number({"forward_m", "m", "antenna from the trajectory's point: ahead, turned by its yaw"}, arm.x(),
+    v.number({"forward_m", "m", "antenna ahead of the trajectory's point, turned by its yaw"}, arm.x(),
              {-1000, 1000});
-    v.number({"left_m", "m", "to the left"}, arm.y(), {-1000, 1000});
-    v.number({"up_m", "m", "up"}, arm.z(), {-1000, 1000});
+    v.number({"left_m", "m", "antenna to the left of that point"}, arm.y(), {-1000, 1000});
+    v.number({"up_m", "m", "antenna above that point"}, arm.z(), {-1000, 1000});
   });
   v.part("propagation", config.propagation);
 }
@@ -431,7 +429,7 @@ void visit_scenario(Visitor& v, Scenario& scenario, bool trajectory_needed) {
   if (v.reads() && !v.has("sky")) scenario.sky.nominal = true;
   v.part("sky", scenario.sky);
   visit_start(v, scenario.start, &scenario.warnings);
-  v.number({"duration_s", "s", "epochs from start to start + duration, both ends included",
+  v.number({"duration_s", "s", "length of the run: epochs from start to start + duration, both included",
             "the whole trajectory"},
            scenario.duration_s, {0, 1e8});
   visit_rate(v, scenario.rate_hz);

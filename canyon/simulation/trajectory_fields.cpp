@@ -88,8 +88,9 @@ void visit_place(Visitor& v, PlaceKeys& keys, const std::string& what, const std
     v.number({"height_m", "m", height}, keys.height_m, kHeight_m);
   }
   if (v.wants(local)) {
-    v.number({"east_m", "m", "instead: east of the city's origin, with north_m and up_m"}, keys.east_m,
-             kLocal_m);
+    v.number({"east_m", "m",
+              "east of the city's origin, with north_m and up_m instead of latitude, longitude and height"},
+             keys.east_m, kLocal_m);
     v.number({"north_m", "m", "north of the city's origin"}, keys.north_m, kLocal_m);
     v.number({"up_m", "m", up}, keys.up_m, kLocal_m);
   }
@@ -102,13 +103,12 @@ struct WaypointKeys {
 
 void visit_leg(Visitor& v, TrajectoryConfig::Leg& leg) {
   if (v.wants(v.reads() || leg.height_above_terrain_m)) {
-    v.number(
-        {"height_above_terrain_m", "m", "instead of a height: above the terrain at this waypoint", "none"},
-        leg.height_above_terrain_m, {-100, 10e3});
+    v.number({"height_above_terrain_m", "m", "height above the terrain at this waypoint", "none"},
+             leg.height_above_terrain_m, {-100, 10e3});
   }
-  v.number({"speed_mps", "m/s", "on the leg that ends here", "the trajectory's"}, leg.speed_mps,
+  v.number({"speed_mps", "m/s", "speed on the leg that ends here", "the trajectory's"}, leg.speed_mps,
            {0, 1e4, true});
-  v.number({"hold_s", "s", "standstill here", "the trajectory's"}, leg.hold_s, {0, 1e6});
+  v.number({"hold_s", "s", "time at rest here", "the trajectory's"}, leg.hold_s, {0, 1e6});
 }
 
 const char* const kHeightNote = "; may be left out with height_above_terrain_m";
@@ -118,9 +118,8 @@ const char* const kHeightNote = "; may be left out with height_above_terrain_m";
 void visit_trajectory(Visitor& v, TrajectoryConfig& config, const CityConfig& city) {
   const std::optional<geodesy::LocalFrame> frame = known_frame(v, city);
   v.one_of({"file", "waypoints", "position"}, "give one of file, waypoints or position");
-  v.number(
-      {"height_above_terrain_m", "m", "puts the vehicle this high above the terrain", "heights as given"},
-      config.height_above_terrain_m, {-100, 10e3});
+  v.number({"height_above_terrain_m", "m", "height of the vehicle above the terrain", "heights as given"},
+           config.height_above_terrain_m, {-100, 10e3});
   v.file({"file", "", "recorded positions (one of file, waypoints, position)"}, config.file);
   if (v.wants(config.file.has_value())) {
     const std::vector<std::string_view> formats(trajectory_formats().begin(), trajectory_formats().end());
@@ -134,15 +133,15 @@ void visit_trajectory(Visitor& v, TrajectoryConfig& config, const CityConfig& ci
   }
   static constexpr std::array<std::string_view, 3> kAttitudes{"level", "aircraft", "multirotor"};
   v.choice({"attitude", "",
-            "how the vehicle tilts, and its antenna with it: level; aircraft: nose along the path, banked in "
-            "turns; multirotor: by its acceleration"},
+            "attitude of the vehicle and its antenna: level; aircraft (nose along the path, banked in "
+            "turns); multirotor (tilted by its acceleration)"},
            config.attitude, kAttitudes);
   std::vector<WaypointKeys> places;
   for (std::size_t i = 0; i < config.waypoints.size() && !v.reads(); ++i) {
     places.push_back({keys_of(config, i), i < config.legs.size() ? config.legs[i] : TrajectoryConfig::Leg{}});
   }
   v.list("waypoints", places, [&](WaypointKeys& keys) {
-    visit_place(v, keys.place, "corners of a drive in straight legs", kHeightNote);
+    visit_place(v, keys.place, "corner of a drive with straight legs", kHeightNote);
     visit_leg(v, keys.leg);
     if (!v.reads()) return;
     if (keys.leg.height_above_terrain_m && config.height_above_terrain_m) {
@@ -160,17 +159,18 @@ void visit_trajectory(Visitor& v, TrajectoryConfig& config, const CityConfig& ci
   }
   const bool track = config.file && is_track_format(config.format);
   if (v.wants(track || (v.reads() ? v.has("waypoints") : !places.empty()))) {
-    v.number({"speed_mps", "m/s", "along the legs between waypoints"}, config.speed_mps, {0, 1e4, true});
-    v.number({"hold_s", "s", "standstill at each waypoint"}, config.hold_s, {0, 1e6});
-    v.number({"acceleration_mps2", "m/s^2",
-              "smooth drive: speeds change and corners are turned within it; holds and ends are at rest",
-              "speeds and directions change at once"},
-             config.acceleration_mps2, {0, 100, true});
+    v.number({"speed_mps", "m/s", "speed between waypoints"}, config.speed_mps, {0, 1e4, true});
+    v.number({"hold_s", "s", "time at rest at each waypoint"}, config.hold_s, {0, 1e6});
+    v.number(
+        {"acceleration_mps2", "m/s^2",
+         "smooth drive: largest acceleration, along and across; the vehicle rests at holds and at both ends",
+         "speeds and directions change at once"},
+        config.acceleration_mps2, {0, 100, true});
   }
   if (!v.wants(v.reads())) return;  // one place is written as a list of one
   v.section("position", [&] {
     PlaceKeys keys;
-    visit_place(v, keys, "one place, for duration_s", kHeightNote);
+    visit_place(v, keys, "fixed position for duration_s", kHeightNote);
     if (v.reads()) add_place(v, keys, frame, config);
   });
 }
@@ -186,7 +186,7 @@ void visit_fixed(Visitor& v, std::optional<FixedPlace>& fixed, const CityConfig&
       keys.longitude_deg = options::exact_degrees(fixed->place.longitude_rad);
       keys.height_m = fixed->place.height_m;
     }
-    visit_place(v, keys, "a base station's antenna, which neither trajectory nor lever_arm moves", "");
+    visit_place(v, keys, "fixed antenna of a base station, independent of trajectory and lever_arm", "");
     if (v.reads()) fixed = place_of(v, keys, known_frame(v, city), "a base station's place needs a height");
   });
 }

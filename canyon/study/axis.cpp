@@ -29,11 +29,12 @@ void visit_count(options::Visitor& v, std::optional<std::uint32_t>& count, std::
 void visit_range(options::Visitor& v, Axis& o) {
   v.require("from");
   v.require("to");
-  v.number({"from", "", "numbers from this one"}, o.from, {});
-  v.number({"to", "", "to this one, which is among them"}, o.to, {});
+  v.number({"from", "", "first number"}, o.from, {});
+  v.number({"to", "", "last number, included"}, o.to, {});
   v.one_of({"step", "count"});
-  v.number({"step", "", "from one to the next", "none: continuous, for samples"}, o.step, {0, 1e300, true});
-  visit_count(v, o.count, "or so many, at even distances");
+  v.number({"step", "", "distance between values", "none: continuous, for samples"}, o.step,
+           {0, 1e300, true});
+  visit_count(v, o.count, "number of values at even distances, instead of step");
   if (v.reads() && !(o.from < o.to && std::isfinite(o.to - o.from)))
     throw v.fault("to", "is not above from", "give from below to");
 }
@@ -42,7 +43,7 @@ void visit_times(options::Visitor& v, Axis& o) {
   std::string text = "2026-01-01T00:00:00Z";
   if (!v.reads() && !v.describes()) text = geodesy::format_gpst(o.first, 9);
   v.require("from");
-  v.text({"from", "UTC or GPST", "starts of runs: the first"}, text);
+  v.text({"from", "UTC or GPST", "first start of runs"}, text);
   if (v.reads()) {
     try {
       o.first = geodesy::parse_simulated_time(text);
@@ -51,12 +52,13 @@ void visit_times(options::Visitor& v, Axis& o) {
     }
   }
   v.require("span_s", "give it in seconds: 86400 is a day, 31557600 a year");
-  v.number({"span_s", "s", "all lie before so long after it: 86400 is a day, 31557600 a year", "none"},
+  v.number({"span_s", "s", "all starts are within this time after the first: 86400 is a day, 31557600 a year",
+            "none"},
            o.span_s, {0, kYears100_s, true});
   v.one_of({"step_s", "count"});
-  v.number({"step_s", "s", "from one to the next", "none: continuous, for samples"}, o.step,
+  v.number({"step_s", "s", "distance between values", "none: continuous, for samples"}, o.step,
            {0, kYears100_s, true});
-  visit_count(v, o.count, "or so many, at even distances");
+  visit_count(v, o.count, "number of values at even distances, instead of step");
 }
 
 /// More are refused by StudyPlan, whatever max_runs is.
@@ -75,28 +77,28 @@ std::string number_text(double value) {
 
 void visit(options::Visitor& v, DriveOptions& o) {
   v.require("count");
-  v.integer({"count", "", "so many drives at random through the streets of the run's city"}, o.count, 1,
+  v.integer({"count", "", "number of random drives through the streets of the run's city"}, o.count, 1,
             kMost);
-  v.number({"length_m", "m", "length of each"}, o.length_m, {10, 1e6});
-  v.number({"speed_mps", "m/s", "speed on the legs"}, o.speed_mps, {0, 100, true});
-  v.number({"acceleration_mps2", "m/s^2", "within which speeds change and corners are turned"},
-           o.acceleration_mps2, {0, 100, true});
-  v.number({"height_m", "m", "above the terrain"}, o.height_m, {0, 1000, true});
+  v.number({"length_m", "m", "length of each drive"}, o.length_m, {10, 1e6});
+  v.number({"speed_mps", "m/s", "speed between waypoints"}, o.speed_mps, {0, 100, true});
+  v.number({"acceleration_mps2", "m/s^2", "largest acceleration, along and across"}, o.acceleration_mps2,
+           {0, 100, true});
+  v.number({"height_m", "m", "height above the terrain"}, o.height_m, {0, 1000, true});
 }
 
 void visit(options::Visitor& v, Axis& o) {
-  v.text({"name", "", "names its coordinate in the results", "last word of the key"}, o.name);
-  v.text({"key", "",
-          "what it sets: a key of the scenario with dots, receivers[0].profile, "
-          "receivers[].elevation_mask_deg; a "
-          "section as well (city, faults). Left out: each value is a mapping of such keys",
-          "none"},
-         o.key);
+  v.text({"name", "", "name of the coordinate in the results", "last word of the key"}, o.name);
+  v.text(
+      {"key", "",
+       "key of the scenario that it sets, with dots: receivers[0].profile, receivers[].elevation_mask_deg, "
+       "or a section (city, faults). Left out: each value is a mapping of such keys",
+       "none"},
+      o.key);
   v.one_of({"values", "range", "times", "seeds", "drives"},
            "give one of values, range, times, seeds and drives");
   if (v.wants(o.kind == Axis::Kind::Values || v.has("values"))) {
-    v.texts({"values", "", "a list of anything that may stand at the key", "none"}, o.values);
-    v.texts({"labels", "", "a word for each value, for tables and pictures", "the values"}, o.labels);
+    v.texts({"values", "", "list of values for the key", "none"}, o.values);
+    v.texts({"labels", "", "label of each value, for tables and pictures", "the values"}, o.labels);
   }
   if (v.wants(v.reads() ? v.has("range") : o.kind == Axis::Kind::Range)) {
     v.section("range", [&] { visit_range(v, o); });
@@ -108,7 +110,7 @@ void visit(options::Visitor& v, Axis& o) {
   }
   if (v.wants(v.reads() ? v.has("seeds") : o.kind == Axis::Kind::Seeds)) {
     std::uint32_t seeds = o.count.value_or(0);
-    v.integer({"seeds", "", "so many draws of all noise: seed 1, 2, ...", "none"}, seeds, 1, kMost);
+    v.integer({"seeds", "", "number of noise realizations: seed 1, 2, ...", "none"}, seeds, 1, kMost);
     if (v.reads()) o.kind = Axis::Kind::Seeds, o.count = seeds;
   }
   if (v.wants(v.reads() ? v.has("drives") : o.kind == Axis::Kind::Drives)) {
@@ -119,13 +121,12 @@ void visit(options::Visitor& v, Axis& o) {
   // `luck` is how it was written before: it is read still, and keys of studies' folders keep it.
   const bool as_before = v.purpose() == options::Purpose::Values || v.has("luck");
   if (v.reads()) v.one_of({"realization", "luck"});
-  v.boolean(
-      {as_before ? "luck" : "realization", "",
-       "its values are occasions (times, seeds, paths), over which settings are compared: each has random "
-       "numbers of its own, which all settings share",
-       "true of times, seeds and drives"},
-      o.realization);
-  v.boolean({"crossed", "", "in a sample: every value at every point, for comparisons; not drawn"},
+  v.boolean({as_before ? "luck" : "realization", "",
+             "its values are occasions (times, seeds, drives) over which settings are compared: each "
+             "occasion has its own random numbers, shared by all settings",
+             "true of times, seeds and drives"},
+            o.realization);
+  v.boolean({"crossed", "", "in a sample: run every value at every point, instead of drawing one"},
             o.crossed);
   if (!v.reads()) return;
 

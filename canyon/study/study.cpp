@@ -82,19 +82,19 @@ void visit(options::Visitor& v, Study& o) {
     v.integer({"runs", "", "points of a random or Latin hypercube sample", "none"}, runs, 1, 100'000'000);
     if (v.reads()) o.runs = runs;
   }
-  v.integer({"seed", "", "of the points of a sample, of drives and of the bootstrap"}, o.seed);
-  v.choice({"keep", "", "of each run: its summary, or every epoch as well"}, o.keep, kKeeps);
-  v.number({"available_m", "m", "an epoch is available where a fix is within this of the truth", "any fix"},
+  v.integer({"seed", "", "seed of the points of a sample, of drives and of the bootstrap"}, o.seed);
+  v.choice({"keep", "", "results kept of each run: its summary, or also every epoch"}, o.keep, kKeeps);
+  v.number({"available_m", "m", "an epoch is available if its fix is within this distance of the truth",
+            "any fix"},
            o.available_m, {0, 1e6, true});
   v.number(
-      {"along_m", "m", "errors along the way, in stretches of this length: along.csv and a picture", "none"},
+      {"along_m", "m", "length of stretches for errors along the route: along.csv and a picture", "none"},
       o.along_m, {0.1, 1e6});
-  v.integer({"max_runs", "", "more are refused"}, o.max_runs, 1, 1'000'000'000);
-  v.number({"max_output_gb", "GB", "a study that would write more is refused"}, o.max_output_gb,
-           {0, 1e9, true});
+  v.integer({"max_runs", "", "largest number of runs"}, o.max_runs, 1, 1'000'000'000);
+  v.number({"max_output_gb", "GB", "largest size of the results"}, o.max_output_gb, {0, 1e9, true});
   v.number({"city_memory_gb", "GB", "cities kept in memory for later runs"}, o.city_memory_gb, {0, 1e6});
-  v.number({"confidence", "", "of intervals"}, o.confidence, {0.5, 1, false, true});
-  v.integer({"bootstrap", "", "resamples behind an interval"}, o.bootstrap, 100, 1'000'000);
+  v.number({"confidence", "", "confidence of intervals"}, o.confidence, {0.5, 1, false, true});
+  v.integer({"bootstrap", "", "number of resamples for an interval"}, o.bootstrap, 100, 1'000'000);
   if (!v.reads()) return;
   if (o.design == Design::Grid && o.runs) throw v.fault("runs", "a grid counts its own", "leave it out");
   if (o.design != Design::Grid && !o.runs) {

@@ -33,7 +33,7 @@ void ClockOptions::validate() const {
 
 void visit(options::Visitor& v, ClockOptions& o) {
   v.number({"bias_s", "s", "receiver clock minus GPST at the first epoch"}, o.bias_s, {-0.1, 0.1});
-  v.number({"drift", "s/s", "its rate at the first epoch"}, o.drift, {-1e-4, 1e-4});
+  v.number({"drift", "s/s", "clock drift at the first epoch"}, o.drift, {-1e-4, 1e-4});
   v.number({"drift_walk", "s/s/sqrt(s)", "random walk of the drift"}, o.drift_walk, {0, 1e-4});
 }
 

@@ -502,16 +502,18 @@ void DllOptions::validate() const {
 void visit(options::Visitor& v, DllOptions& o) {
   static constexpr std::string_view kDiscriminators[]{"coherent", "early_late_power", "dot_product",
                                                       "double_delta"};
-  v.choice({"discriminator", "", "of the code loop: coherent, early_late_power, dot_product or double_delta"},
+  v.choice({"discriminator", "",
+            "discriminator of the code loop: coherent, early_late_power, dot_product or double_delta"},
            o.discriminator, kDiscriminators);
-  v.number({"spacing_chips", "chips", "from early to late correlator (double_delta: of the inner pair)"},
-           o.spacing_chips, {0.001, 1, true});
+  v.number(
+      {"spacing_chips", "chips", "distance from early to late correlator (double_delta: of the inner pair)"},
+      o.spacing_chips, {0.001, 1, true});
   v.number({"loop_bandwidth_hz", "Hz", "one-sided noise bandwidth"}, o.loop_bandwidth_hz, {0, 50, true});
   v.number({"integration_s", "s", "coherent integration"}, o.integration_s, {0, 10, true});
-  v.number({"peak_check_s", "s",
-            "for how long another correlation peak must be the stronger one before the loop jumps to it; "
-            "none: never"},
-           o.peak_check_s, options::or_none({0.01, 100}));
+  v.number(
+      {"peak_check_s", "s",
+       "time for which another correlation peak must be stronger before the loop jumps to it; none: never"},
+      o.peak_check_s, options::or_none({0.01, 100}));
 }
 
 }  // namespace canyon::tracking

@@ -41,10 +41,10 @@ void OuOptions::validate() const {
 void visit(options::Visitor& v, OuOptions& o) {
   v.number({"theta_per_s", "1/s", "mean reversion of each satellite's Ornstein-Uhlenbeck process"},
            o.theta_per_s, {0, 1e6, true});
-  v.number({"mu_m", "m", "its mean"}, o.mu_m, {-1e6, 1e6});
-  v.number(
-      {"sigma_m_per_sqrt_s", "m/sqrt(s)", "its diffusion; the standard deviation is sigma / sqrt(2 theta)"},
-      o.sigma_m_per_sqrt_s, {0, 1e6});
+  v.number({"mu_m", "m", "mean of that process"}, o.mu_m, {-1e6, 1e6});
+  v.number({"sigma_m_per_sqrt_s", "m/sqrt(s)",
+            "diffusion of that process; its standard deviation is sigma / sqrt(2 theta)"},
+           o.sigma_m_per_sqrt_s, {0, 1e6});
 }
 
 }  // namespace canyon::tracking

@@ -97,16 +97,18 @@ void SignalLockOptions::validate() const {
 void visit(options::Visitor& v, SignalLockOptions& o) {
   constexpr options::Range kCn0{-100, 100};
   constexpr options::Range kSeconds{0, 1e8};
-  v.number({"acquisition_threshold_dbhz", "dB-Hz", "a signal is found at this C/N0"},
+  v.number({"acquisition_threshold_dbhz", "dB-Hz", "C/N0 at which a signal is acquired"},
            o.acquisition_threshold_dbhz, kCn0);
-  v.number({"tracking_threshold_dbhz", "dB-Hz", "and kept down to this"}, o.tracking_threshold_dbhz, kCn0);
-  v.number({"cold_acquisition_s", "s",
-            "from appearance to first measurement where nothing is known of the signal"},
+  v.number({"tracking_threshold_dbhz", "dB-Hz", "C/N0 down to which a signal is tracked"},
+           o.tracking_threshold_dbhz, kCn0);
+  v.number({"cold_acquisition_s", "s", "time from appearance to first measurement of an unknown signal"},
            o.cold_acquisition_s, kSeconds);
-  v.number({"reacquisition_s", "s", "likewise of one tracked before"}, o.reacquisition_s, kSeconds);
-  v.number({"hold_s", "s", "loops coast so long below the threshold before they search"}, o.hold_s, kSeconds);
-  v.number({"memory_s", "s", "a signal lost longer ago is cold again"}, o.memory_s, kSeconds);
-  v.boolean({"warm_start", "", "the receiver has run long since: all signals are known at the first epoch"},
+  v.number({"reacquisition_s", "s", "time from appearance to first measurement of a signal tracked before"},
+           o.reacquisition_s, kSeconds);
+  v.number({"hold_s", "s", "time for which loops coast below the threshold before they search"}, o.hold_s,
+           kSeconds);
+  v.number({"memory_s", "s", "a signal that was lost longer ago counts as unknown"}, o.memory_s, kSeconds);
+  v.boolean({"warm_start", "", "the receiver has run before: all signals are known at the first epoch"},
             o.warm_start);
 }
 

@@ -92,54 +92,56 @@ void SignalOptions::validate() const {
 
 void visit(options::Visitor& v, SignalOptions& o) {
   v.boolean({"enabled", "",
-             "strength and tracking of signals; false: whatever arrives is measured, at its shortest path"},
+             "simulate strength and tracking of signals; false: every arriving signal is measured by its "
+             "shortest path"},
             o.enabled);
   AntennaRows upper(o.antenna, Band::Upper), lower(o.antenna, Band::Lower);
-  v.named_rows({"antenna", "", "isotropic, patch (upper band alone), dual_patch, survey or phone"},
+  v.named_rows({"antenna", "",
+                "pattern of the antenna: isotropic, patch (upper band only), dual_patch, survey or phone"},
                signal::antenna_names(),
                {"antenna_rows", "deg, dBic, dBic",
-                "instead: a pattern of rows [elevation, RHCP gain, LHCP gain], elevations rising"},
+                "rows of a pattern of your own [elevation, RHCP gain, LHCP gain], elevations rising"},
                3, upper);
   v.rows({"antenna_lower_rows", "deg, dBic, dBic",
-          "likewise of the lower band, 1164 to 1300 MHz; left out: as `antenna` has it"},
+          "rows for the lower band, 1164 to 1300 MHz; left out: the lower band of `antenna`"},
          std::span(&kAsNamed, 1), 3, lower);
   v.part("link", o.link);
   static constexpr std::string_view kInstallations[]{"nominal",   "roof",     "roof_with_splitter",
                                                      "dashboard", "handheld", "drone"};
-  v.choice(
-      {"installation", "",
-       "of the antenna, added to the link budget: roof -1, roof_with_splitter -9, dashboard -9, handheld "
-       "-3 dB; nominal and drone 0"},
-      o.installation, kInstallations);
+  v.choice({"installation", "",
+            "installation of the antenna, added to the link budget: roof -1, roof_with_splitter -9, "
+            "dashboard -9, handheld "
+            "-3 dB; nominal and drone 0"},
+           o.installation, kInstallations);
   v.number(
       {"installation_sigma_db", "dB",
-       "standard deviation of what one installation has beside that, drawn by the seed; recorded: 4 on a "
-       "roof"},
+       "standard deviation between installations of that kind, drawn by the seed; recorded: 4 on a roof"},
       o.installation_sigma_db, {0, 20});
   gnss::visit_group_values(
-      v, {"offset_db", "dB", "added to the C/N0 of groups of signals: [BeiDou=1.5, BeiDou-GEO=-3]"},
+      v, {"offset_db", "dB", "offset of the C/N0 of groups of signals: [BeiDou=1.5, BeiDou-GEO=-3]"},
       o.offset_db, {-30, 30});
-  v.number({"satellite_sigma_db", "dB", "standard deviation of a constant of each satellite's power"},
+  v.number({"satellite_sigma_db", "dB", "standard deviation of constant offsets of the satellites' power"},
            o.satellite_sigma_db, {0, 10});
   v.part("strength", o.strength);
   v.part("shadowing", o.shadowing);
   // Within half to 1000 times the chip rates of all open signals.
-  v.number({"front_end_bandwidth_hz", "Hz", "two-sided, of an ideal filter; none: no filter"},
+  v.number({"front_end_bandwidth_hz", "Hz", "two-sided bandwidth of an ideal filter; none: no filter"},
            o.front_end_bandwidth_hz, options::or_none({1.023e6, 511e6}));
-  v.number({"wide_front_end_bandwidth_hz", "Hz", "the same for signals of 10.23 Mchip/s"},
+  v.number({"wide_front_end_bandwidth_hz", "Hz", "two-sided bandwidth for signals of 10.23 Mchip/s"},
            o.wide_front_end_bandwidth_hz, options::or_none({10.23e6, 511e6}));
   v.number({"front_end_compression_dbm", "dBm",
-            "interference that takes 1 dB of gain from the stages before the filter; none: they are linear"},
+            "power of interference that lowers the gain of the stages before the filter by 1 dB; none: they "
+            "are linear"},
            o.front_end_compression_dbm, options::or_none({-80, 20}));
   v.part("dll", o.dll);
   v.part("pll", o.pll);
   v.part("fll", o.fll);
   v.part("lock", o.lock);
-  v.number({"phase_threshold_dbhz", "dB-Hz", "carrier phase is tracked down to this C/N0"},
+  v.number({"phase_threshold_dbhz", "dB-Hz", "C/N0 down to which the carrier phase is tracked"},
            o.phase_threshold_dbhz, {0, 100});
   v.number({"cn0_sigma_db", "dB", "standard deviation of the receiver's C/N0 estimate"}, o.cn0_sigma_db,
            {0, 10});
-  v.number({"cn0_step_db", "dB", "C/N0 is stated in steps of this; 0: as it is"}, o.cn0_step_db, {0, 10});
+  v.number({"cn0_step_db", "dB", "step of the stated C/N0; 0: not rounded"}, o.cn0_step_db, {0, 10});
   v.boolean({"loop_noise", "", "thermal noise of code, phase and Doppler from C/N0"}, o.loop_noise);
 }
 

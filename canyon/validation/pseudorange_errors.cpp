@@ -58,8 +58,8 @@ void visit(options::Visitor& v, ResidualOptions& o) {
           {0, 90, false, true});
   v.section("lever_arm", [&] {
     v.number({"forward_m", "m", "antenna from the true positions"}, o.lever_arm_m.x(), {-100, 100});
-    v.number({"left_m", "m", "to the left"}, o.lever_arm_m.y(), {-100, 100});
-    v.number({"up_m", "m", "up"}, o.lever_arm_m.z(), {-100, 100});
+    v.number({"left_m", "m", "antenna to the left of that point"}, o.lever_arm_m.y(), {-100, 100});
+    v.number({"up_m", "m", "antenna above that point"}, o.lever_arm_m.z(), {-100, 100});
   });
 }
 

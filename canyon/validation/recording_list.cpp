@@ -64,7 +64,7 @@ void visit(options::Visitor& v, ListedRecording& r) {
   v.file({"nmea", "", "the recorded receiver's own fixes: GGA with RMC or ZDA"}, r.nmea);
   v.boolean({"align", "", "estimate the city's offset on the first part; figures are then of the rest"},
             r.align);
-  v.boolean({"align_heading", "", "its heading as well"}, r.align_heading);
+  v.boolean({"align_heading", "", "also estimate its heading"}, r.align_heading);
   v.number({"split", "", "share of epochs that is the first part", "0.5"}, r.split, {0, 1, true, true});
   if (v.reads() && r.align_heading && !r.align) {
     throw v.fault("align_heading", "there is nothing to align", "add align: true");

@@ -13,7 +13,7 @@ import canyon
 class Streets:
     """A walk from one corner of a downtown to another on a grid.
 
-    Observation: (east, north) as the receiver believes [m], satellites used, HDOP. Actions: 0 east, 1 north,
+    Observation: (east, north) of the fix [m], satellites used, HDOP. Actions: 0 east, 1 north,
     2 west, 3 south. Reward: -1 a step, -error / 10 m, +100 at the goal.
     """
 

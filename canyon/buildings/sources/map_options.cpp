@@ -48,14 +48,15 @@ void visit(options::Visitor& v, BuildOptions& o) {
   static constexpr std::string_view kGrids[]{"enu", "utm"};
   v.choice({"grid", "", ""}, o.grid, kGrids);
   visit(v, o.heights);
-  v.boolean({"foliage", "", "trees, tree rows and woods of a map as well"}, o.foliage);
-  v.number({"terrain_margin_m", "m", "ground of a map's terrain beyond the outermost building"},
+  v.boolean({"foliage", "", "read trees, tree rows and woods of a map too"}, o.foliage);
+  v.number({"terrain_margin_m", "m", "margin of a map's terrain beyond the outermost building"},
            o.terrain_margin_m, {0, 100e3});
-  v.number({"terrain_spacing_m", "m", "between the posts of that ground"}, o.terrain_spacing_m, {1, 1000});
-  v.number({"tree_height_m", "m", "of trees whose height the map does not say"}, o.tree_height_m, {1, 150});
-  v.number({"tree_crown_m", "m", "diameter of the crowns of trees that do not say it"}, o.tree_crown_m,
+  v.number({"terrain_spacing_m", "m", "distance between the height posts of that terrain"},
+           o.terrain_spacing_m, {1, 1000});
+  v.number({"tree_height_m", "m", "height of trees where the map has none"}, o.tree_height_m, {1, 150});
+  v.number({"tree_crown_m", "m", "crown diameter of trees where the map has none"}, o.tree_crown_m,
            {0.5, 50});
-  v.number({"wood_height_m", "m", "of woods whose height the map does not say"}, o.wood_height_m, {1, 150});
+  v.number({"wood_height_m", "m", "height of woods where the map has none"}, o.wood_height_m, {1, 150});
 }
 
 }  // namespace canyon::buildings

@@ -272,7 +272,7 @@ void visit(options::Visitor& v, OverpassOptions& o) {
   v.integer({"retries", "", "after HTTP status 429 and 5xx"}, o.retries, 0, 10);
   v.number({"tile_deg", "deg", "side of a tile; larger boxes are fetched tile by tile"}, o.tile_deg,
            {0.001, 10});
-  v.boolean({"foliage", "", "trees, tree rows and woods as well"}, o.foliage);
+  v.boolean({"foliage", "", "also read trees, tree rows and woods"}, o.foliage);
 }
 
 std::vector<std::filesystem::path> download_osm(

@@ -98,13 +98,13 @@ void check_name(const options::Visitor& v, const std::string& name) {
 
 void visit_times(options::Visitor& v, Fault& fault) {
   constexpr options::Range kTimes{0, 1e8};
-  v.number({"from_s", "s", "its begin, since the scenario's start"}, fault.from_s, kTimes);
+  v.number({"from_s", "s", "begin, since the scenario's start"}, fault.from_s, kTimes);
   v.one_of({"until_s", "duration_s"});
-  v.number({"until_s", "s", "its end, likewise", "none; of restart the time to the first fix"}, fault.until_s,
-           kTimes);
+  v.number({"until_s", "s", "end, since the scenario's start", "none; of restart the time to the first fix"},
+           fault.until_s, kTimes);
   if (v.wants(v.has("duration_s"))) {
     std::optional<double> duration_s;
-    v.number({"duration_s", "s", "instead: how long it lasts"}, duration_s, {0, 1e8, true});
+    v.number({"duration_s", "s", "duration instead of an end"}, duration_s, {0, 1e8, true});
     if (duration_s) fault.until_s = fault.from_s + *duration_s;
   }
   if (v.reads() && fault.until_s && *fault.until_s <= fault.from_s) {
@@ -179,10 +179,10 @@ void Fault::check(const orbit::Sky& sky) const {
 }
 
 void visit(options::Visitor& v, Fault& fault) {
-  v.text({"name", "", "stands in tables and pictures", "kind and number in the list"}, fault.name);
+  v.text({"name", "", "name in tables and pictures", "kind and number in the list"}, fault.name);
   if (v.reads()) check_name(v, fault.name);
   visit_times(v, fault);
-  v.texts({"receivers", "", "names of those that it hits", "all"}, fault.receivers);
+  v.texts({"receivers", "", "names of the receivers that it affects", "all"}, fault.receivers);
   visit_kind(v, fault);
   if (v.reads() && !fault.until_s) {
     if (const auto duration_s = fault.settings->duration_s()) fault.until_s = fault.from_s + *duration_s;

@@ -41,10 +41,10 @@ void EmissionOptions::validate() const {
 void visit(options::Visitor& v, EmissionOptions& o) {
   static constexpr std::string_view kShapes[]{"noise", "chirp", "tone"};
   v.choice({"shape", "", "noise (flat), chirp (saw-tooth sweep) or tone"}, o.shape, kShapes);
-  v.number({"centre_hz", "Hz", "middle of the band; a tone's frequency"}, o.centre_hz, {1e9, 2e9});
-  v.number({"width_hz", "Hz", "of noise, and of a chirp's sweep"}, o.width_hz, {0, 200e6, true});
-  v.number({"period_s", "s", "of a chirp's sweep"}, o.period_s, {1e-7, 1e-2});
-  v.number({"power_dbm", "dBm", "equivalent isotropically radiated, on the beam's axis"}, o.power_dbm,
+  v.number({"centre_hz", "Hz", "centre of the band, or frequency of the tone"}, o.centre_hz, {1e9, 2e9});
+  v.number({"width_hz", "Hz", "width of noise or of a chirp's sweep"}, o.width_hz, {0, 200e6, true});
+  v.number({"period_s", "s", "period of a chirp's sweep"}, o.period_s, {1e-7, 1e-2});
+  v.number({"power_dbm", "dBm", "equivalent isotropically radiated power on the beam's axis"}, o.power_dbm,
            {-100, 100});
 }
 
@@ -61,8 +61,8 @@ void JammingOptions::validate() const {
 void visit(options::Visitor& v, JammingOptions& o) {
   static constexpr std::string_view kPolarisations[]{"right", "left", "linear"};
   visit(v, o.transmitter);
-  v.choice({"polarisation", "", "of its antenna: right, left (circular) or linear"}, o.polarisation,
-           kPolarisations);
+  v.choice({"polarisation", "", "polarization of its antenna: right, left (circular) or linear"},
+           o.polarisation, kPolarisations);
   v.one_of({"preset", "emissions"});
   v.word(
       {"preset", "",

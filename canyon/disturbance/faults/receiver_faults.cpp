@@ -17,8 +17,8 @@ double ratio(double db) {
 }  // namespace
 
 void visit(options::Visitor& v, OscillatorOptions& o) {
-  v.number({"jump_s", "s", "added to the receiver's clock while it lasts"}, o.jump_s, {-0.1, 0.1});
-  v.number({"drift", "s/s", "added to its rate while it lasts"}, o.drift, {-1e-4, 1e-4});
+  v.number({"jump_s", "s", "offset of the receiver's clock during the fault"}, o.jump_s, {-0.1, 0.1});
+  v.number({"drift", "s/s", "offset of the clock's drift during the fault"}, o.drift, {-1e-4, 1e-4});
 }
 
 void OscillatorFault::happen(const propagation::Antenna& antenna, ReceiverEvents& events) {
@@ -34,12 +34,11 @@ void DateOptions::validate() const {
 }
 
 void visit(options::Visitor& v, DateOptions& o) {
-  v.integer({"weeks", "weeks",
-             "by which the stated date is off: -1024 behind a rollover that the firmware "
-             "does not know of"},
-            o.weeks, -2048, 2048);
-  v.integer({"utc_s", "s", "by which the stated UTC is off: 1 for a leap second that it has not inserted"},
-            o.utc_s, -60, 60);
+  v.integer(
+      {"weeks", "weeks", "error of the stated date: -1024 after a rollover that the firmware does not know"},
+      o.weeks, -2048, 2048);
+  v.integer({"utc_s", "s", "error of the stated UTC: 1 for a leap second that was not inserted"}, o.utc_s,
+            -60, 60);
 }
 
 void DateFault::happen(const propagation::Antenna& /*antenna*/, ReceiverEvents& events) {
@@ -59,23 +58,25 @@ void AntennaFaultOptions::validate() const {
 
 void visit(options::Visitor& v, AntennaFaultOptions& o) {
   static constexpr std::string_view kStages[]{"before", "behind"};
-  v.angle({"azimuth_from_deg", "deg", "sector, clockwise from here"}, o.azimuth_from_rad, {0, 360});
-  v.angle({"azimuth_to_deg", "deg", "to here; may lead over north"}, o.azimuth_to_rad, {0, 360});
-  v.angle({"elevation_from_deg", "deg", "lower edge; reflections come from below the horizon, too"},
+  v.angle({"azimuth_from_deg", "deg", "beginning of the sector, clockwise"}, o.azimuth_from_rad, {0, 360});
+  v.angle({"azimuth_to_deg", "deg", "end of the sector; the sector may contain north"}, o.azimuth_to_rad,
+          {0, 360});
+  v.angle({"elevation_from_deg", "deg",
+           "lower edge of the sector; reflections also arrive from below the horizon"},
           o.elevation_from_rad, {-90, 90});
-  v.angle({"elevation_to_deg", "deg", "upper edge"}, o.elevation_to_rad, {-90, 90});
-  v.number({"loss_db", "dB", "of signals from there; none: nothing comes through"}, o.loss_db,
+  v.angle({"elevation_to_deg", "deg", "upper edge of the sector"}, o.elevation_to_rad, {-90, 90});
+  v.number({"loss_db", "dB", "loss of signals from the sector; none: nothing is received"}, o.loss_db,
            options::or_none({0, std::numeric_limits<double>::infinity()}));
   v.choice(
       {"stage", "",
        "the loss is before the antenna's amplifier (C/N0 falls as much) or behind it (by Friis' formula)"},
       o.stage, kStages);
-  v.number({"amplifier_gain_db", "dB", "of that amplifier"}, o.amplifier_gain_db, {0, 60});
-  v.number({"amplifier_noise_db", "dB", "its noise figure"}, o.amplifier_noise_db, {0, 20});
+  v.number({"amplifier_gain_db", "dB", "gain of that amplifier"}, o.amplifier_gain_db, {0, 60});
+  v.number({"amplifier_noise_db", "dB", "noise figure of that amplifier"}, o.amplifier_noise_db, {0, 20});
   v.number({"receiver_noise_db", "dB", "noise figure of the receiver behind the cable"}, o.receiver_noise_db,
            {0, 20});
-  v.number({"period_s", "s", "of a loose contact; 0: there all the time"}, o.period_s, {0, 1e6});
-  v.number({"on_s", "s", "for so long the loss is there in each period"}, o.on_s, {0, 1e6});
+  v.number({"period_s", "s", "period of a loose contact; 0: permanent"}, o.period_s, {0, 1e6});
+  v.number({"on_s", "s", "duration of the loss in each period"}, o.on_s, {0, 1e6});
 }
 
 double AntennaFaultOptions::cn0_loss_db() const {
@@ -147,11 +148,13 @@ double RestartOptions::duration_s() const {
 }
 
 void visit(options::Visitor& v, RestartOptions& o) {
-  v.choice({"kind", "", "what the receiver still knows: all; time and place, no ephemerides; nothing"},
-           o.kind, kRestartNames);
-  v.number({"search_s", "s", "until signals are measured again", "by the receiver's profile"}, o.search_s,
-           {0, 1e4});
-  v.number({"ephemeris_s", "s", "then, of each satellite, until its ephemeris is read",
+  v.choice(
+      {"kind", "",
+       "what the receiver still knows: hot (all), warm (time and position, no ephemerides), cold (nothing)"},
+      o.kind, kRestartNames);
+  v.number({"search_s", "s", "time until signals are measured again", "by the receiver's profile"},
+           o.search_s, {0, 1e4});
+  v.number({"ephemeris_s", "s", "additional time until the ephemeris of each satellite is read",
             "by what satellites send when"},
            o.ephemeris_s, {0, 1e4});
 }

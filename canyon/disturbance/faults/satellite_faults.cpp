@@ -36,7 +36,7 @@ orbit::MessageError error_of(const EphemerisOptions& o, geodesy::GpsTime begin) 
 void visit(options::Visitor& v, OutageOptions& o) {
   static constexpr std::string_view kModes[]{"silent", "unhealthy"};
   visit_satellites(v, o.satellites);
-  v.choice({"mode", "", "silent: nothing is sent; unhealthy: the signals go on, flagged as not to be used"},
+  v.choice({"mode", "", "silent (nothing is sent) or unhealthy (signals continue, flagged as unusable)"},
            o.mode, kModes);
 }
 
@@ -44,18 +44,19 @@ void visit(options::Visitor& v, EphemerisOptions& o) {
   static constexpr std::string_view kPlaces[]{"message", "signal"};
   constexpr options::Range kOrbit{-1e6, 1e6}, kRate{-1e3, 1e3};
   visit_satellites(v, o.satellites);
-  v.number({"radial_m", "m", "place in the message minus the true one: outwards"}, o.radial_m, kOrbit);
-  v.number({"along_m", "m", "the way that it flies"}, o.along_m, kOrbit);
-  v.number({"cross_m", "m", "across, along the orbit's angular momentum"}, o.cross_m, kOrbit);
+  v.number({"radial_m", "m", "position in the message minus the true one, outwards"}, o.radial_m, kOrbit);
+  v.number({"along_m", "m", "along the orbit"}, o.along_m, kOrbit);
+  v.number({"cross_m", "m", "across the orbit, in the direction of its angular momentum"}, o.cross_m, kOrbit);
   v.number({"radial_mps", "m/s", "growth of radial_m from the fault's begin on"}, o.radial_mps, kRate);
-  v.number({"along_mps", "m/s", "of along_m"}, o.along_mps, kRate);
-  v.number({"cross_mps", "m/s", "of cross_m"}, o.cross_mps, kRate);
-  v.number({"clock_offset_s", "s", "of the satellite's clock: 1e-7 are 30 m"}, o.clock_offset_s,
+  v.number({"along_mps", "m/s", "growth of along_m"}, o.along_mps, kRate);
+  v.number({"cross_mps", "m/s", "growth of cross_m"}, o.cross_mps, kRate);
+  v.number({"clock_offset_s", "s", "error of the satellite's clock: 1e-7 s are 30 m"}, o.clock_offset_s,
            {-1e-2, 1e-2});
-  v.number({"clock_drift", "s/s", "its growth from the fault's begin on"}, o.clock_drift, {-1e-6, 1e-6});
+  v.number({"clock_drift", "s/s", "growth of that error from the fault's begin on"}, o.clock_drift,
+           {-1e-6, 1e-6});
   v.choice({"clock_in", "",
-            "message: the clock is right and its description wrong; signal: the clock itself runs off, and "
-            "the message does not say so"},
+            "message (the clock is right, its description is wrong) or signal (the clock drifts away, the "
+            "message does not contain it)"},
            o.clock_in, kPlaces);
 }
 
@@ -64,9 +65,10 @@ void visit(options::Visitor& v, ScintillationOptions& o) {
   v.number({"s4", "", "standard deviation of the power over its mean; Nakagami m = 1/S4^2"}, o.s4, {0, 1.4});
   v.number({"sigma_phi_rad", "rad", "standard deviation of the carrier's phase at L1"}, o.sigma_phi_rad,
            {0, 10});
-  v.number({"correlation_s", "s", "of the amplitude, to 1/e"}, o.correlation_s, {0, 1000, true});
-  v.number({"phase_correlation_s", "s", "of the phase: (1 + t/T) exp(-t/T)"}, o.phase_correlation_s,
+  v.number({"correlation_s", "s", "correlation time of the amplitude, to 1/e"}, o.correlation_s,
            {0, 1000, true});
+  v.number({"phase_correlation_s", "s", "correlation time T of the phase: (1 + t/T) exp(-t/T)"},
+           o.phase_correlation_s, {0, 1000, true});
 }
 
 MessageFault::MessageFault(SatelliteSet satellites, const orbit::MessageError& error)

@@ -45,13 +45,14 @@ void PullOffOptions::validate() const {
 }
 
 void visit(options::Visitor& v, PullOffOptions& o) {
-  v.number({"hold_s", "s", "before it begins"}, o.hold_s, {0, 1e5});
-  v.number({"rate_mps", "m/s", "at which place and clock move"}, o.rate_mps, {0, 1e4, true});
-  v.number({"acceleration_mps2", "m/s^2", "to that rate; 0: at once"}, o.acceleration_mps2, {0, 1e3});
-  v.number({"east_m", "m", "where the place ends: east of what was shown before"}, o.east_m, {-1e6, 1e6});
-  v.number({"north_m", "m", "likewise north"}, o.north_m, {-1e6, 1e6});
-  v.number({"up_m", "m", "likewise up"}, o.up_m, {-1e6, 1e6});
-  v.number({"clock_m", "m", "where the delay of all codes ends"}, o.clock_m, {-1e6, 1e6});
+  v.number({"hold_s", "s", "time before the pull-off begins"}, o.hold_s, {0, 1e5});
+  v.number({"rate_mps", "m/s", "rate at which position and clock move"}, o.rate_mps, {0, 1e4, true});
+  v.number({"acceleration_mps2", "m/s^2", "acceleration to that rate; 0: at once"}, o.acceleration_mps2,
+           {0, 1e3});
+  v.number({"east_m", "m", "final position: east of the one shown before"}, o.east_m, {-1e6, 1e6});
+  v.number({"north_m", "m", "final position: north of the one shown before"}, o.north_m, {-1e6, 1e6});
+  v.number({"up_m", "m", "final position: above the one shown before"}, o.up_m, {-1e6, 1e6});
+  v.number({"clock_m", "m", "final delay of all codes"}, o.clock_m, {-1e6, 1e6});
 }
 
 void SpoofingOptions::validate() const {
@@ -71,24 +72,27 @@ void visit(options::Visitor& v, SpoofingOptions& o) {
   static constexpr std::string_view kCarriers[]{"follows_code", "held"};
   visit(v, o.transmitter);
   v.choice(
-      {"kind", "", "simulated: signals as at another place and time; meaconing: repeats what it receives"},
+      {"kind", "", "simulated (signals of another place and time) or meaconing (repeats what it receives)"},
       o.kind, kKinds);
   if (v.wants(v.reads() || o.shows.given())) v.part("shows", o.shows);
   v.part("pull_off", o.pull_off);
-  v.choice({"carrier", "", "follows_code, or held: stays while the code is drawn off"}, o.carrier, kCarriers);
-  v.number({"delay_s", "s", "of all codes alike; of a repeater its own"}, o.delay_s, {-0.01, 0.01});
+  v.choice({"carrier", "", "carrier during the pull-off: follows_code, or held (does not move)"}, o.carrier,
+           kCarriers);
+  v.number({"delay_s", "s", "delay of all codes; for meaconing the repeater's delay"}, o.delay_s,
+           {-0.01, 0.01});
   v.number({"advantage_db", "dB",
-            "of each signal over the true one in the clear, in front of the receiver's antenna and with the "
-            "transmitter in sight"},
+            "power of each signal above the true one's in the clear, before the receiver's antenna, with the "
+            "transmitter in line of sight"},
            o.advantage_db, {-50, 80});
-  v.number({"power_dbm", "dBm", "instead: of each signal, isotropically radiated", "by advantage_db"},
+  v.number({"power_dbm", "dBm", "isotropically radiated power of each signal, instead of advantage_db",
+            "by advantage_db"},
            o.power_dbm, {-200, 60});
-  v.number({"ramp_s", "s", "for which the power rises at first"}, o.ramp_s, {0, 1e5});
-  v.number({"ramp_from_db", "dB", "below the full power at which it begins"}, o.ramp_from_db, {0, 100});
+  v.number({"ramp_s", "s", "time for which the power rises at first"}, o.ramp_s, {0, 1e5});
+  v.number({"ramp_from_db", "dB", "power at the beginning, below full power"}, o.ramp_from_db, {0, 100});
   visit_satellites(v, o.satellites);
-  gnss::visit_signals(v, {"signals", "", "that it sends: [L1CA, E1]", "of each system the one near L1"},
-                      o.signals);
-  v.number({"mask_deg", "deg", "satellites lower than this at the shown place are not sent"}, o.mask_deg,
+  gnss::visit_signals(
+      v, {"signals", "", "signals that it sends: [L1CA, E1]", "of each system the one near L1"}, o.signals);
+  v.number({"mask_deg", "deg", "lowest elevation of the sent satellites at the shown position"}, o.mask_deg,
            {0, 90});
 }
 

@@ -142,12 +142,13 @@ void BeamOptions::validate() const {
 }
 
 void visit(options::Visitor& v, BeamOptions& o) {
-  v.number({"width_deg", "deg", "between the directions of half power; none: isotropic"}, o.width_deg,
+  v.number({"width_deg", "deg", "width between the directions of half power; none: isotropic"}, o.width_deg,
            options::or_none({0, 360, true}));
-  v.number({"azimuth_deg", "deg", "of the axis, from north, clockwise"}, o.azimuth_deg,
+  v.number({"azimuth_deg", "deg", "azimuth of the axis, from north, clockwise"}, o.azimuth_deg,
            {0, 360, false, true});
-  v.number({"elevation_deg", "deg", "of the axis"}, o.elevation_deg, {-90, 90});
-  v.number({"front_to_back_db", "dB", "of what leaves far from the axis"}, o.front_to_back_db, {0, 60});
+  v.number({"elevation_deg", "deg", "elevation of the axis"}, o.elevation_deg, {-90, 90});
+  v.number({"front_to_back_db", "dB", "power on the axis relative to directions far from it"},
+           o.front_to_back_db, {0, 60});
 }
 
 double beam_gain_db(const BeamOptions& beam, const Vector3d& direction) {

@@ -207,7 +207,7 @@ void DrawOptions::validate() const {
 }
 
 void visit(options::Visitor& v, DrawOptions& o) {
-  v.integer({"draws", "", "of noise, for layers over draws"}, o.draws, 1, 10'000);
+  v.integer({"draws", "", "noise realizations, for layers over draws"}, o.draws, 1, 10'000);
   v.integer({"seed", "", "of the draws, the same at every cell"}, o.seed);
 }
 
@@ -219,14 +219,14 @@ void visit(options::Visitor& v, CellReceiverOptions& o) {
   // Before it was steady_state, users wrote "settled": it is read still, and keys of stores keep it.
   static constexpr std::string_view kRead[]{"steady_state", "run", "settled"}, kInKeys[]{"settled", "run"};
   const std::span<const std::string_view> read(kRead), in_keys(kInKeys);
-  v.choice(
-      {"model", "",
-       "receivers whose signals have strength: steady_state (of loops and fixes, computed) or run (each by "
-       "itself, slow)"},
-      o.model, v.purpose() == options::Purpose::Values ? in_keys : read.first(v.reads() ? 3 : 2));
+  v.choice({"model", "",
+            "receivers with signal strength: steady_state (steady state of loops and fixes) or run (each "
+            "cell's receiver runs, slow)"},
+           o.model, v.purpose() == options::Purpose::Values ? in_keys : read.first(v.reads() ? 3 : 2));
   if (o.model == static_cast<ReceiverModel>(2)) o.model = ReceiverModel::SteadyState;
   v.number({"path_nodes_m", "m",
-            "steady_state: paths are searched so far apart and constructed anew between; 0: at every cell"},
+            "steady_state: distance between the points where paths are searched; between them paths are "
+            "constructed; 0: search at every cell"},
            o.path_nodes_m, {0, 100});
 }
 

@@ -147,9 +147,10 @@ void RouteOptions::validate() const {
 }
 
 void visit(options::Visitor& v, RouteOptions& o) {
-  v.number({"step_m", "m", "from station to station", "half a cell"}, o.step_m, {0, 1e6, true});
+  v.number({"step_m", "m", "distance between stations", "half a cell"}, o.step_m, {0, 1e6, true});
   v.number({"stretch_m", "m", "length of the worst stretch"}, o.stretch_m, {0, 1e6, true});
-  v.number({"speed_mps", "m/s", "along the route, instead of its own"}, o.speed_mps, {0, 1e5, true});
+  v.number({"speed_mps", "m/s", "speed along the route, instead of the route's times"}, o.speed_mps,
+           {0, 1e5, true});
   v.number({"altitude_m", "m", "as the map counts it",
             "the map's lowest; a route's own, where the map counts from the ellipsoid"},
            o.altitude_m, {});

@@ -59,7 +59,7 @@ void visit(options::Visitor& v, Grid& o) {
   v.number({"spacing_m", "m", "side of a cell"}, o.spacing_m, {0.01, 10'000});
   v.integer({"columns", "cells", "from west to east"}, o.columns, 1, kMost);
   v.integer({"rows", "cells", "from south to north"}, o.rows, 1, kMost);
-  v.integer({"tile_size", "cells", "across a tile", "256, fewer where these are wider than 1024 m"},
+  v.integer({"tile_size", "cells", "width of a tile", "256, fewer where these are wider than 1024 m"},
             o.tile_size, 1, 4096);
 }
 

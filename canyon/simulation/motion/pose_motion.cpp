@@ -90,7 +90,7 @@ std::optional<RigidPose> proper_pose(const RigidPose& pose) {
 PoseTrack::PoseTrack(std::string source, const PoseTrackOptions& options)
     : source_(std::move(source)), options_(options), timeout_ns_(std::llround(options.timeout_s * 1e9)) {}
 
-PoseTrack::Taken PoseTrack::add(const ToldPose& sent, std::int64_t now_ns) {
+PoseTrack::Taken PoseTrack::add(const ReportedPose& sent, std::int64_t now_ns) {
   const std::optional<RigidPose> pose = proper_pose(sent.pose);
   const auto finite = [](const std::optional<Vector3d>& v) { return !v || v->allFinite(); };
   if (!pose || !finite(sent.linear_velocity) || !finite(sent.angular_velocity) ||
@@ -173,7 +173,7 @@ void PoseTrack::reset() {
   samples_.clear();
 }
 
-PoseTrack::Sample PoseTrack::after_last(const ToldPose& sent, const RigidPose& pose,
+PoseTrack::Sample PoseTrack::after_last(const ReportedPose& sent, const RigidPose& pose,
                                         std::int64_t arrival_ns) const {
   Sample sample{arrival_ns, sent.stamp_s, {pose, Vector3d::Zero(), Vector3d::Zero()}};
   const auto from_poses = [&]() -> TruePose {

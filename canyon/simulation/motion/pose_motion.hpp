@@ -62,7 +62,7 @@ constexpr double kTeleport_mps = 1000;
 [[nodiscard]] std::optional<RigidPose> proper_pose(const RigidPose& pose);
 
 /// A pose as received.
-struct ToldPose {
+struct ReportedPose {
   RigidPose pose;
   double stamp_s = 0;  ///< of the sender's own clock; one that does not run counts as none
   std::optional<Eigen::Vector3d> linear_velocity;   ///< [m/s]; empty: from poses
@@ -95,7 +95,7 @@ class PoseTrack {
   };
   /// A pose that comes at `now_ns` of the host's time; dropped unless it is taken. A stamp that went back by
   /// more than the time-out is another run of the sender, and begins anew.
-  Taken add(const ToldPose& sent, std::int64_t now_ns);
+  Taken add(const ReportedPose& sent, std::int64_t now_ns);
   /// The motion at `now_ns`: between poses by the straight line, behind the last one as moved_on().
   /// Velocities are the sender's where it sends them, else differences of poses, by the sender's stamps where
   /// these go on, else by the host's time. Empty, with `reason`, where no pose has come or the last is too
@@ -113,7 +113,7 @@ class PoseTrack {
     double stamp_s = 0;
     TruePose motion;
   };
-  [[nodiscard]] Sample after_last(const ToldPose& sent, const RigidPose& pose, std::int64_t arrival_ns) const;
+  [[nodiscard]] Sample after_last(const ReportedPose& sent, const RigidPose& pose, std::int64_t arrival_ns) const;
   /// Host's time of a sample [s].
   [[nodiscard]] double time_s(const Sample& sample) const;
 

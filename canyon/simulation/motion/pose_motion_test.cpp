@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-ToldPose sent(const RigidPose& pose, double stamp_s) {
+ReportedPose sent(const RigidPose& pose, double stamp_s) {
   return {pose, stamp_s, {}, {}};
 }
 
@@ -95,7 +95,7 @@ TEST(PoseTrack, TakesTheSendersClockWhereItRuns) {
 
 constexpr std::int64_t kMs = 1'000'000;
 
-ToldPose at_x(double x, double stamp_s) {
+ReportedPose at_x(double x, double stamp_s) {
   return sent({{x, 2 * x, -x}, Quaterniond(AngleAxisd(x / 10, Vector3d::UnitZ()))}, stamp_s);
 }
 
@@ -160,7 +160,7 @@ TEST(PoseTrack, AveragesTheNoiseOfMeasuredPoses) {
 TEST(PoseTrack, TakesTheSendersVelocities) {
   PoseTrack track("odometry", {0.5});
   std::string reason;
-  ToldPose pose = at_x(3, 1);
+  ReportedPose pose = at_x(3, 1);
   pose.linear_velocity = Vector3d(4, -5, 6);
   track.add(pose, 0);
   EXPECT_EQ(track.at(0, reason)->linear_velocity, Vector3d(4, -5, 6));

@@ -246,7 +246,7 @@ std::string pictures(const std::vector<ReportFigure>& figures) {
 }
 
 std::string separation_tables(const Figures& f) {
-  std::string html = heading(3, "LOS and NLOS told apart");
+  std::string html = heading(3, "LOS and NLOS separated");
   const auto interval = [](const std::optional<Interval>& i) {
     return i ? fmt::format("{} to {}", number(i->low, 3), number(i->high, 3)) : std::string(kNone);
   };

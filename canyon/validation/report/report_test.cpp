@@ -287,9 +287,9 @@ TEST_F(ReportTest, TargetsStandBesideWhatWasReachedInWords) {
     rows.push_back(text);
   }
   ASSERT_EQ(rows.size(), 14U);
-  EXPECT_EQ(rows[0], "LOS and NLOS told apart by C/N0, AUC|at least 0.88|0.912|\u2713 reached|");
+  EXPECT_EQ(rows[0], "LOS and NLOS separated by C/N0, AUC|at least 0.88|0.912|\u2713 reached|");
   EXPECT_EQ(rows[1],
-            "LOS and NLOS told apart by pseudorange error, AUC|at least 0.88|0.871|\u2717 not reached|");
+            "LOS and NLOS separated by pseudorange error, AUC|at least 0.88|0.871|\u2717 not reached|");
   EXPECT_EQ(rows[2], "Tracked NLOS observations with a modelled path|at least 80 %|85.7 %|\u2713 reached|");
   EXPECT_EQ(rows[7], "LOS C/N0, KS distance|at most 0.15|0.150|\u2713 reached|");
   EXPECT_THAT(html(), HasSubstr("reaches 10 of 14 targets"));
