@@ -14,6 +14,11 @@ __all__ = ["LiveReceiver"]
 class LiveReceiver:
     """A receiver in a world whose time and motion are the caller's. Same steps, same numbers.
 
+    ``observe(seconds, position, velocity=None, yaw=0.0, yaw_rate=0.0, paths=False)`` computes one epoch: `seconds` since
+    `start`, `position` of the antenna east, north, up of the city [m], `velocity` likewise [m/s], `yaw` [rad] from east
+    counter-clockwise. A time before the last one begins anew. The epoch has ``solved``, ``position`` (latitude [deg],
+    longitude [deg], height [m]; None without a fix), ``reason``, ``error_enu_m``, ``truth``, ``used``, ``table("satellites")``.
+
     Parameters
     ----------
     city : City

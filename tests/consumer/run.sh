@@ -10,11 +10,13 @@ cmake --install "$build" --prefix "$work/prefix" >"$work/log"
 cmake -S "$source" -B "$work/build" -G "$generator" -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH="$work/prefix" >>"$work/log" ||
   { tail -n 30 "$work/log"; exit 1; }
 cmake --build "$work/build" >>"$work/log" || { tail -n 40 "$work/log"; exit 1; }
-# docs/library.md shows first.cpp, to the letter.
-sed -n '/^```cpp/,/^```$/p' "$source/../../docs/library.md" | sed '1d;$d' | diff "$source/first.cpp" - ||
-  { echo "docs/library.md shows another program than tests/consumer/first.cpp"; exit 1; }
+# docs/library.md shows first.cpp, then loop.cpp, to the letter.
+sed -n '/^```cpp/,/^```$/p' "$source/../../docs/library.md" | sed '/^```/d' | diff <(cat "$source/first.cpp" "$source/loop.cpp") - ||
+  { echo "docs/library.md shows other programs than tests/consumer/first.cpp and loop.cpp"; exit 1; }
 "$work/build/first" "$source/../../examples/synthetic_drive.yaml" >"$work/table"
 grep -q 'horizontal error, 95 %' "$work/table" || { echo "the first program prints no figures:"; cat "$work/table"; exit 1; }
+(cd "$work" && "$work/build/loop" >"$work/loop" && test -s loop.kml) || { echo "the loop writes no track"; exit 1; }
+grep -q 'horizontal error, 95 %' "$work/loop" || { echo "the loop prints no figures:"; cat "$work/loop"; exit 1; }
 # Internal headers stay at home.
 [ ! -e "$work/prefix/include/canyon/raytrace/embree.hpp" ] || { echo "internal headers are installed"; exit 1; }
 "$work/build/engine_consumer"

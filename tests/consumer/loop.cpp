@@ -1,0 +1,28 @@
+#include <canyon/canyon.hpp>
+#include <fstream>
+#include <iostream>
+
+int main() {
+  using namespace canyon;
+  const auto config =
+      simulation::parse_live_config("{start: 2026-06-01T08:00:00Z, profile: ublox-m10}", "loop");
+  const auto scene = std::make_shared<simulation::CityScene>(city::synthetic_city({}));
+  simulation::LiveReceiver receiver(config, scene, config.start.value());
+  const auto track = output::format_named("kml").make(output::describe_receivers(receiver, 0.2).front());
+  output::SummarySink figures({"car"});
+  std::ofstream file("loop.kml");
+  file << track->begin();
+  for (int step = 0; step < 250; ++step) {  // your loop: 4 m/s to the east along the middle street
+    const double seconds = 0.2 * step;
+    simulation::AntennaState antenna;
+    antenna.position_enu_m = {4 * seconds, 0, 1.5};
+    antenna.velocity_enu_mps = {4, 0, 0};
+    const simulation::LiveReceiver::Step now = receiver.observe(seconds, antenna);
+    // now.epoch.observed.fix: what the receiver believes; now.arrival: the paths behind it.
+    file << track->encode(now.epoch);
+    figures.write(now.epoch);
+  }
+  file << track->end();
+  figures.finish();
+  std::cout << output::format_summary_table(figures.summaries());
+}
