@@ -118,6 +118,7 @@ TEST(Session, LogPosesComeAtTheirStampsAndGoIntoTheCity) {
   const Figures figures = run(s, kept);
   ASSERT_EQ(kept.epochs.size(), 11U);
   EXPECT_EQ(figures.poses, 101U);
+  EXPECT_NEAR(figures.host_s, 1, 1e-9);
   const auto scene = city_of(s);
   for (std::size_t k = 0; k < kept.epochs.size(); ++k) {
     const double way = 2 * 0.5 * static_cast<double>(k);
