@@ -215,7 +215,8 @@ void Flights::State::add_ways(const simulation::Epoch& epoch, const propagation:
 
   const double cn0_hz = std::pow(10, model.clear_cn0_dbhz(signal, line.elevation_rad, source.offset_db) / 10);
   // With the noise's variance 2 over the rate the density is 2 / rate.
-  const double unit = std::sqrt(cn0_hz * 2 / made_hz * source.waveform.power_over_tracked());
+  const double unit = std::sqrt(cn0_hz * 2 / made_hz * source.waveform.power_over_tracked()) *
+                      model.gain_beside(knot.waves, signal::band_of(carrier_hz));
   signal::path_amplitudes(view, carrier_hz, options.signal.antenna, options.signal.strength, amplitudes);
   source.fades.next_epoch();
   struct Merged {

@@ -25,21 +25,43 @@ constexpr std::size_t kBlocksAtOnce = 64;
 /// Paths of less than this C/N0 [Hz] are left out.
 constexpr double kLeastCn0_hz = 1;
 
-/// Complex noise of power 1 and about this width, the same at the same time: random values 1 / width apart,
-/// joined by lines.
-Complex band_noise(std::uint64_t key, double seconds, double width_hz) {
-  const double steps = seconds * width_hz;
-  const double before = std::floor(steps);
-  const auto value = [key](double step) {
-    RandomStream stream =
-        keyed_stream(key ^ mix64(static_cast<std::uint64_t>(static_cast<std::int64_t>(step))));
-    const double re = stream.normal(), im = stream.normal();
-    return Complex(re, im);
-  };
-  const double s = steps - before;
-  // Of variance 2 at the values; on average 2/3 of it between them.
-  return ((1 - s) * value(before) + s * value(before + 1)) * std::sqrt(0.75);
-}
+/// Complex noise of power 1, flat within a band of this width about 0 Hz, the same at the same time:
+/// independent values 1 / width apart through low_pass(), in its kPhases phases.
+class BandNoise {
+ public:
+  BandNoise(std::uint64_t key, double begin_s, double end_s, double width_hz)
+      : width_hz_(width_hz), first_(static_cast<std::int64_t>(std::floor(begin_s * width_hz)) - kReach) {
+    const auto end = static_cast<std::int64_t>(std::ceil(end_s * width_hz)) + kReach;
+    for (std::int64_t step = first_; step <= end; ++step) {
+      RandomStream stream = keyed_stream(key ^ mix64(static_cast<std::uint64_t>(step)));
+      const double re = stream.normal(), im = stream.normal();
+      values_.emplace_back(re, im);
+    }
+  }
+
+  /// Precondition: within the times of the constructor
+  [[nodiscard]] Complex at(double seconds) const {
+    static const std::vector<float> taps = low_pass(kPhases, 0.45, 0.55);
+    const std::int64_t middle = static_cast<std::int64_t>(taps.size() / 2);
+    const auto at = std::llround((seconds * width_hz_ - static_cast<double>(first_)) * kPhases) + middle;
+    // The values that lie within the filter's length.
+    std::int64_t tap = at % kPhases;
+    Complex sum;
+    for (std::int64_t k = at / kPhases; tap < static_cast<std::int64_t>(taps.size()); --k, tap += kPhases) {
+      sum += values_[static_cast<std::size_t>(k)] * static_cast<double>(taps[static_cast<std::size_t>(tap)]);
+    }
+    // Of variance 2 at the values, and the taps' energy is that of all phases.
+    return sum * std::sqrt(kPhases / 2.0);
+  }
+
+ private:
+  static constexpr int kPhases = 64;
+  static constexpr std::int64_t kReach = 20;  // steps of half of the filter, and one
+
+  double width_hz_;
+  std::int64_t first_;
+  std::vector<Complex> values_;
+};
 
 }  // namespace
 
@@ -174,24 +196,37 @@ void Generator::State::interfere(const Segment& segment, double begin_s, Block& 
           add_tone(centre_hz * begin_s, centre_hz / made.rate_hz, amplitude, out);
         }
         break;
-      case propagation::Spectrum::Shape::Chirp:
+      case propagation::Spectrum::Shape::Chirp: {
+        // An oscillator that runs free begins each sweep at another phase: with one phase the sweeps would
+        // have lines, which most satellites' code lines miss.
+        double sweep = std::numeric_limits<double>::quiet_NaN(), start_cycles = 0;
         add([&](double t) {
-          const double into_s = t - std::floor(t / spectrum.period_s) * spectrum.period_s;
+          const double index = std::floor(t / spectrum.period_s);
+          if (index != sweep) {
+            sweep = index;
+            start_cycles =
+                keyed_stream(key ^ mix64(static_cast<std::uint64_t>(static_cast<std::int64_t>(index))))
+                    .uniform();
+          }
+          const double into_s = t - index * spectrum.period_s;
           const double slope = spectrum.width_hz / spectrum.period_s;
           const double hz = centre_hz - spectrum.width_hz / 2 + slope * into_s;
           if (hz <= lowest_hz || hz >= highest_hz) return Complex();
-          const double cycles = (centre_hz - spectrum.width_hz / 2 + slope / 2 * into_s) * into_s;
+          const double cycles =
+              (centre_hz - spectrum.width_hz / 2 + slope / 2 * into_s) * into_s + start_cycles;
           return std::polar(1.0, kCycle_rad * std::remainder(cycles, 1));
         });
         break;
+      }
       case propagation::Spectrum::Shape::Band: {
         const double low = std::max(centre_hz - spectrum.width_hz / 2, lowest_hz);
         const double high = std::min(centre_hz + spectrum.width_hz / 2, highest_hz);
         if (!(high > low)) break;
         const double share = std::sqrt((high - low) / spectrum.width_hz);
+        const BandNoise noise(key, begin_s, begin_s + static_cast<double>(out.re.size()) / made.rate_hz,
+                              high - low);
         add([&](double t) {
-          return share * band_noise(key, t, high - low) *
-                 std::polar(1.0, kCycle_rad * std::remainder((low + high) / 2 * t, 1));
+          return share * noise.at(t) * std::polar(1.0, kCycle_rad * std::remainder((low + high) / 2 * t, 1));
         });
         break;
       }

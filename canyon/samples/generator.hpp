@@ -35,8 +35,9 @@ namespace canyon::samples {
 /// With a bandwidth signals, jammers and noise are made at kOversampling times the rate, pass low_pass(),
 /// whose delay is taken off, and are decimated; the noise still has the deviation 1. The first samples, as
 /// many as half of the filter is long, lack what was before them. Jammers are waves of their spectrum and of
-/// their power over the noise at each epoch; a receiver's compression is not modelled. Steps and drifts of
-/// its clock by faults are not in the samples.
+/// their power over the noise at each epoch, a chirp's sweeps each of another phase; strong ones take gain
+/// from the signals as tracking::ChannelModel::gain_beside() has it, and keep their own power. Steps and
+/// drifts of the receiver's clock by faults are not in the samples.
 ///
 /// The bytes depend on options, seed and epochs alone, not on threads.
 class Generator {

@@ -284,16 +284,49 @@ TEST(Generator, NoiseIsOfDeviationOneAndTheBytesDoNotDependOnThreads) {
 /// Takes every satellite away, and adds a wave.
 class Jammer final : public disturbance::Disturbance {
  public:
-  explicit Jammer(const propagation::Spectrum& spectrum) { wave_.spectrum = spectrum; }
+  explicit Jammer(const propagation::Spectrum& spectrum, double power_dbw = -120, bool alone = true)
+      : alone_(alone) {
+    wave_.spectrum = spectrum;
+    wave_.power_dbw = power_dbw;
+  }
   void apply(const propagation::Antenna& /*antenna*/, propagation::Arrival& arrival) override {
-    arrival.views.clear();
-    wave_.power_dbw = -120;
+    if (alone_) arrival.views.clear();
     arrival.interference.push_back(wave_);
   }
 
  private:
   propagation::Interference wave_;
+  bool alone_;
 };
+
+TEST(Generator, WhatIsStrongBesideTheBandTakesGainFromTheSignals) {
+  propagation::Spectrum tone;
+  tone.shape = propagation::Spectrum::Shape::Tone;
+  tone.centre_hz = gnss::kL1_hz + 10e6;
+  const auto amplitude = [&](double power_dbm) {
+    simulation::Scenario made = scenario({2, kHigh, false, true, {}});
+    made.receivers[0].options.signal.antenna = signal::isotropic_antenna();
+    made.receivers[0].options.signal.front_end_compression_dbm =
+        -40 - 10 * std::log10(2.0);  // of a linear wave half
+    made.receivers[0].disturbances.push_back({"jammer", [=](std::uint64_t, const std::string&) {
+                                                return std::make_unique<Jammer>(tone, power_dbm - 30, false);
+                                              }});
+    city::City city;
+    city.frame = geodesy::LocalFrame(made.city.import.origin);
+    const simulation::Simulation simulation(made, std::move(city));
+    FrontEnd front_end;
+    front_end.noise = false;
+    Recorder recorded(simulation, front_end);
+    (void)simulation.run({&recorded});
+    double power = 0;
+    for (const std::complex<float> value : recorded.values) power += std::norm(value);
+    return std::sqrt(power / static_cast<double>(recorded.values.size()));
+  };
+  const double alone = amplitude(-150);
+  EXPECT_GT(alone, 0.01);
+  EXPECT_NEAR(amplitude(-40) / alone, 1 - 0.2175, 1e-3);
+  EXPECT_NEAR(amplitude(-43) / alone, 1 - 0.2175 * std::pow(10, -0.3), 1e-3);
+}
 
 TEST(Generator, JammersHaveTheirPowerWithinTheBand) {
   using Shape = propagation::Spectrum::Shape;
@@ -303,7 +336,8 @@ TEST(Generator, JammersHaveTheirPowerWithinTheBand) {
   };
   for (const Case& each :
        {Case{Shape::Tone, 4e5, 0, 1}, Case{Shape::Tone, 3e6, 0, 0}, Case{Shape::Chirp, 0, 2e6, 1},
-        Case{Shape::Chirp, 0, 8e6, 0.5}, Case{Shape::Band, 5e5, 1e6, 1}, Case{Shape::Band, 2e6, 2e6, 0.5}}) {
+        Case{Shape::Chirp, 0, 8e6, 0.5}, Case{Shape::Band, 5e5, 1e6, 1}, Case{Shape::Band, 2e6, 2e6, 0.5},
+        Case{Shape::Band, 0, 8e6, 0.5}}) {
     propagation::Spectrum spectrum;
     spectrum.shape = each.shape;
     spectrum.centre_hz = gnss::kL1_hz + each.offset_hz;
@@ -333,6 +367,19 @@ TEST(Generator, JammersHaveTheirPowerWithinTheBand) {
     const double over_noise_hz = received.at(0).over_noise_hz[static_cast<std::size_t>(signal::Band::Upper)];
     EXPECT_NEAR(power / (over_noise_hz * 2 / front_end.rate_hz), each.share, 0.04)
         << static_cast<int>(each.shape) << ' ' << each.offset_hz << ' ' << each.width_hz;
+    if (each.shape == Shape::Tone || each.share < 1) continue;
+    // A flat spectrum has the autocorrelation sin(x) / x, x = pi width times the lag; sweeps have nothing in
+    // common.
+    const bool flat = each.shape == Shape::Band;
+    const std::size_t lag = flat ? 2 : 40;
+    std::complex<double> later;
+    for (std::size_t n = lag; n < recorded.values.size(); ++n) {
+      later += std::complex<double>(recorded.values[n]) *
+               std::conj(std::complex<double>(recorded.values[n - lag]));
+    }
+    const double x = kTurn / 2 * each.width_hz * 2 / front_end.rate_hz;
+    EXPECT_NEAR(std::abs(later) / (power * static_cast<double>(recorded.values.size())),
+                flat ? std::sin(x) / x : 0, 0.02);
   }
 }
 

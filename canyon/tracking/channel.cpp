@@ -112,17 +112,24 @@ void ChannelModel::receive(std::span<const propagation::Interference> waves,
   }
 }
 
+double ChannelModel::gain_beside(std::span<const ReceivedWave> waves, signal::Band band) const {
+  double sum_hz = 0;
+  for (const ReceivedWave& wave : waves) {
+    if (signal::band_of(wave.spectrum.centre_hz) == band) {
+      sum_hz += wave.over_noise_hz[static_cast<std::size_t>(band)];
+    }
+  }
+  return small_signal_gain(sum_hz / compression_hz_);
+}
+
 double ChannelModel::noise_factor(const gnss::Signal& signal, gnss::SatelliteId id, double carrier_hz,
                                   double received_hz, std::span<const ReceivedWave> waves) {
   if (waves.empty()) return 1;
   const auto band = static_cast<std::size_t>(signal::band_of(signal.carrier_hz));
   Kind& kind = mutable_kind(signal);
   const Correlation& correlation = kind.tracker.correlation();
-  double sum = 0, before_filter_hz = 0;
+  double sum = 0;
   for (const ReceivedWave& wave : waves) {
-    if (signal::band_of(wave.spectrum.centre_hz) == signal::band_of(signal.carrier_hz)) {
-      before_filter_hz += wave.over_noise_hz[band];
-    }
     if (wave.copy_of == id) continue;
     double separation = 0;
     if (wave.spectrum.shape == propagation::Spectrum::Shape::Tone) {
@@ -137,7 +144,7 @@ double ChannelModel::noise_factor(const gnss::Signal& signal, gnss::SatelliteId 
     }
     sum += wave.over_noise_hz[band] * separation;
   }
-  const double gain = small_signal_gain(before_filter_hz / compression_hz_);
+  const double gain = gain_beside(waves, signal::band_of(signal.carrier_hz));
   return (1 + sum / std::sqrt(kind.peak_power)) / (gain * gain);
 }
 

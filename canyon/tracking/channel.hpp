@@ -60,10 +60,12 @@ class ChannelModel {
                                  geodesy::GpsTime time) const;
   /// What interferes behind this receiver's antenna. @param received replaced; it keeps its memory
   void receive(std::span<const propagation::Interference> waves, std::vector<ReceivedWave>& received) const;
+  /// Amplitude gain (0, 1] left to the signals of a band beside what saturates the stages before the filter
+  /// (small_signal_gain()).
+  [[nodiscard]] double gain_beside(std::span<const ReceivedWave> waves, signal::Band band) const;
   /// Power of noise and interference together over noise alone behind a correlator [1], >= 1: 1 + sum of (I /
   /// N0) kappa / R(0) (spectral_separation_per_hz(); J. W. Betz, Navigation 48(4), 2001), over the power gain
-  /// that is left beside what saturates the stages before the filter (small_signal_gain()), so that C/N0 less
-  /// this is the effective C/N0. @param id whose copies do not count
+  /// of gain_beside(), so that C/N0 less this is the effective C/N0. @param id whose copies do not count
   /// @param carrier_hz of the satellite; @param received_hz the same as it arrives
   [[nodiscard]] double noise_factor(const gnss::Signal& signal, gnss::SatelliteId id, double carrier_hz,
                                     double received_hz, std::span<const ReceivedWave> waves);
