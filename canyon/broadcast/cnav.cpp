@@ -9,8 +9,9 @@ namespace {
 
 using geodesy::GpsTime;
 
-/// What fields are differences to (IS-GPS-200 tables 30-I and 30-II).
-constexpr double kSemiMajorAxis_m = 26'559'710, kRightAscensionRate = -2.6e-9 * geodesy::kPi;
+/// What fields are differences to (IS-GPS-200 tables 30-I and 30-II; IS-QZSS-PNT-005 table 4.3.2-16).
+constexpr double kSemiMajorAxis_m = 26'559'710, kSemiMajorAxisOfQzss_m = 42'164'200;
+constexpr double kRightAscensionRate = -2.6e-9 * geodesy::kPi;
 constexpr double kEarthGm = 3.986005e14;  ///< of GPS, 20.3.3.4.3
 
 /// toe and toc in whole steps of 300 s, with the elements and the clock of that time.
@@ -59,7 +60,9 @@ Bits cnav_message(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& m
       steps(e.toe);
       bits.count(accuracy_index(e.accuracy_m), 5);
       steps(e.toe);
-      bits.number(e.sqrt_a * e.sqrt_a - kSemiMajorAxis_m, 0x1p-9, 26);
+      bits.number(e.sqrt_a * e.sqrt_a -
+                      (e.id.system == gnss::System::QZSS ? kSemiMajorAxisOfQzss_m : kSemiMajorAxis_m),
+                  0x1p-9, 26);
       bits.put(0, 25);
       bits.angle(e.mean_motion_difference, 0x1p-44, 17);
       bits.put(0, 23);

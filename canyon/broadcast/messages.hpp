@@ -60,8 +60,9 @@ void put_galileo_time(Bits& bits, geodesy::GpsTime start, int week_bits = 12);
 struct CnavDelays {
   double group_delay_s = 0, l1ca_s = 0, l2c_s = 0, l5_s = 0;
 };
-/// Message 10 or 11 (ephemeris), 30 (clock, delays, ionosphere) or 33 (clock, UTC) of GPS CNAV
-/// (IS-GPS-200 30.3.3): 300 bits with CRC-24Q. Elements and clock are those of the nearest whole 300 s.
+/// Message 10 or 11 (ephemeris), 30 (clock, delays, ionosphere) or 33 (clock, UTC) of CNAV of GPS
+/// (IS-GPS-200 30.3.3) and QZSS (IS-QZSS-PNT-005 4.3.2, of another reference axis): 300 bits with CRC-24Q.
+/// Elements and clock are those of the nearest whole 300 s.
 /// @param start of the message @param length_s 12 on L2C, 6 on L5
 [[nodiscard]] Bits cnav_message(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& message,
                                 const CnavDelays& delays, int type, geodesy::GpsTime start, int length_s);
@@ -87,5 +88,10 @@ struct CnavDelays {
 /// @param start of the frame, a multiple of 30 s of the GLONASS day
 [[nodiscard]] Bits glonass_string(const gnss::GlonassEphemeris& ephemeris, int string,
                                   geodesy::GpsTime start);
+
+/// Message 9 of SBAS (orbit and clock of its satellite), or 0 (not for safety of life) or 63 (null), which
+/// are empty (RTCA DO-229, A.4.4): 250 bits with CRC-24Q. The accuracy has GPS's index. @param start a whole
+/// second
+[[nodiscard]] Bits sbas_message(const gnss::SbasEphemeris& ephemeris, int type, geodesy::GpsTime start);
 
 }  // namespace canyon::broadcast

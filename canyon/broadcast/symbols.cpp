@@ -74,11 +74,11 @@ SymbolFrame inav_frame(const std::vector<std::uint32_t>& page, geodesy::GpsTime 
   return frame;
 }
 
-/// By what a signal of GPS is later than the clock: what is broadcast for it, else TGD by its frequency, as
-/// orbit::BroadcastSky has it.
+/// By what a signal of GPS or QZSS is later than the clock: what is broadcast for it, else TGD by its
+/// frequency, as orbit::BroadcastSky has it.
 double delay_of(const gnss::NavigationData& navigation, const gnss::KeplerEphemeris& e,
                 std::string_view name) {
-  const auto signals = gnss::signals_of(gnss::System::GPS);
+  const auto signals = gnss::signals_of(e.id.system);
   const auto signal = std::find_if(signals.begin(), signals.end(),
                                    [&](const gnss::Signal& each) { return each.name == name; });
   const std::size_t index = gnss::index_of(*signal);
@@ -118,17 +118,39 @@ Bits cnav_bits(const gnss::NavigationData& navigation, gnss::SatelliteId id, geo
                       kTypes[static_cast<std::size_t>(place.number)], place.start, length_s);
 }
 
-/// The encoder goes on from message to message (IS-GPS-200, 3.3.3.1.1).
-std::optional<SymbolFrame> cnav_frame(const gnss::NavigationData& navigation, gnss::SatelliteId id,
-                                      geodesy::GpsTime time, int length_s) {
-  const Bits bits = cnav_bits(navigation, id, time, length_s);
-  if (bits.size() == 0) return std::nullopt;
-  const Bits before = cnav_bits(navigation, id, time + -length_s, length_s);
+/// A message of bits_at(time) of this length through an encoder that goes on from message to message
+/// (IS-GPS-200, 3.3.3.1.1; RTCA DO-229, A.4.2.2).
+template <typename BitsAt>
+std::optional<SymbolFrame> convolved_frame(geodesy::GpsTime time, int length_s, const BitsAt& bits_at) {
+  const Bits bits = bits_at(time), before = bits_at(time + -length_s);
+  if (bits.size() == 0 || before.size() == 0) return std::nullopt;
   std::uint32_t state = 0;
   for (std::size_t i = before.size() - 6; i < before.size(); ++i) {
     state = state >> 1U | (before[i] ? 1U << 6U : 0U);
   }
-  return SymbolFrame{place_of(time, length_s, 1).start, length_s / 600.0, convolved(bits, false, state)};
+  return SymbolFrame{place_of(time, length_s, 1).start, length_s / (2.0 * static_cast<double>(bits.size())),
+                     convolved(bits, false, state)};
+}
+
+std::optional<SymbolFrame> cnav_frame(const gnss::NavigationData& navigation, gnss::SatelliteId id,
+                                      geodesy::GpsTime time, int length_s) {
+  return convolved_frame(time, length_s,
+                         [&](geodesy::GpsTime t) { return cnav_bits(navigation, id, t, length_s); });
+}
+
+std::optional<SymbolFrame> sbas_frame(const gnss::NavigationData& navigation, gnss::SatelliteId id,
+                                      geodesy::GpsTime time) {
+  return convolved_frame(time, 1, [&](geodesy::GpsTime t) {
+    const geodesy::GpsTime start = place_of(t, 1, 1).start;
+    const gnss::SbasEphemeris* sent = nullptr;
+    for (const gnss::SbasEphemeris& each : navigation.sbas) {
+      if (each.id != id) continue;
+      if (sent == nullptr || std::abs(each.toe - start) < std::abs(sent->toe - start)) sent = &each;
+    }
+    if (sent == nullptr) return Bits();
+    const bool orbit = unsent_ephemeris(id, gnss::signals_of(id.system)[0], start, start + 1) == 0;
+    return sbas_message(*sent, orbit ? 9 : sent->health != 0 ? 0 : 63, start);
+  });
 }
 
 std::optional<SymbolFrame> fnav_frame(const gnss::NavigationData& navigation, gnss::SatelliteId id,
@@ -225,8 +247,11 @@ Lengths lengths_of(Message message) {
 
 std::optional<SymbolFrame> symbol_frame(const gnss::NavigationData& navigation, gnss::SatelliteId id,
                                         const gnss::Signal& signal, geodesy::GpsTime time) {
-  if (id.system == gnss::System::GPS && signal.name == "L2C") return cnav_frame(navigation, id, time, 12);
-  if (id.system == gnss::System::GPS && signal.name == "L5") return cnav_frame(navigation, id, time, 6);
+  if (id.system == gnss::System::GPS || id.system == gnss::System::QZSS) {
+    if (signal.name == "L2C") return cnav_frame(navigation, id, time, 12);
+    if (signal.name == "L5") return cnav_frame(navigation, id, time, 6);
+  }
+  if (id.system == gnss::System::SBAS && signal.name == "L1CA") return sbas_frame(navigation, id, time);
   if (signal.name == "E5a") return fnav_frame(navigation, id, time);
   if (signal.name == "E5b") return e5b_frame(navigation, id, time);
   const std::optional<Message> kind = message_of(id, signal);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <string>
 #include <string_view>
 
@@ -157,10 +158,21 @@ TEST(Symbols, E5bSendsThePagesOfE1InAnotherOrder) {
 
 // IS-GPS-200, 3.3.3.1.1 and IS-GPS-705, 3.3.3.1.1: the encoder goes on from message to message.
 TEST(Symbols, CnavGoesThroughOneEncoder) {
-  const gnss::SatelliteId id{gnss::System::GPS, 7};
-  gnss::NavigationData navigation = navigation_of(id, kToe);
-  navigation.kepler[0].group_delay[0] = 5e-9;
-  for (const auto& [name, length_s] : {std::pair{"L2C", 12}, {"L5", 6}}) {
+  struct Case {
+    gnss::System system;
+    const char* name;
+    int length_s;
+    double semi_major_axis_m, reference_m;
+  };
+  for (const auto& [system, name, length_s, semi_major_axis_m, reference_m] :
+       {Case{gnss::System::GPS, "L2C", 12, 26'560'000, 26'559'710},
+        Case{gnss::System::GPS, "L5", 6, 26'560'000, 26'559'710},
+        Case{gnss::System::QZSS, "L2C", 12, 42'165'000, 42'164'200},
+        Case{gnss::System::QZSS, "L5", 6, 42'165'000, 42'164'200}}) {
+    const gnss::SatelliteId id{system, 3};
+    gnss::NavigationData navigation = navigation_of(id, kToe);
+    navigation.kepler[0].group_delay[0] = 5e-9;
+    navigation.kepler[0].sqrt_a = std::sqrt(semi_major_axis_m);
     std::vector<int> coded;
     for (int k = 0; k < 8; ++k) {
       const auto frame =
@@ -183,8 +195,61 @@ TEST(Symbols, CnavGoesThroughOneEncoder) {
     for (std::size_t i = 294; i < 300; ++i) state.push_back(message(0)[i] ? 1 : 0);
     Bits expected;
     for (int k = 1; k < 8; ++k) expected.append(message(k));
-    EXPECT_EQ(decoded(coded, false, state), expected) << name;
+    const Bits found = decoded(coded, false, state);
+    EXPECT_EQ(found, expected) << name;
+    // Message 10 is the fourth here: its axis less the reference, in steps of 2^-9 m from bit 81 on.
+    EXPECT_EQ(found.number(900 + 81, 26),
+              static_cast<std::uint64_t>((semi_major_axis_m - reference_m) * 512));
   }
+}
+
+// RTCA DO-229, A.4.2 and A.4.3: 250 bits a second; three preambles from each third second on; bits 0 to 225
+// in the parity of the last 24.
+TEST(Symbols, SbasGoesThroughOneEncoder) {
+  const gnss::SatelliteId id{gnss::System::SBAS, 23};
+  gnss::NavigationData navigation;
+  gnss::SbasEphemeris e;
+  e.id = id;
+  e.toe = kToe;  // 115200 s of the week, 28800 s of the day
+  e.position_m = {4.2e7 - 1e6, -5e6, 1e4};
+  e.velocity_mps = {-1, 0.5, -2};
+  e.clock_bias_s = -1e-7;
+  navigation.sbas.push_back(e);
+  const gnss::Signal& signal = signal_of(id.system, "L1CA");
+  std::vector<int> coded;
+  for (int k = -1; k < 121; ++k) {
+    const auto frame = symbol_frame(navigation, id, signal, kToe + (k + 0.99));
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->start, kToe + k);
+    EXPECT_EQ(frame->symbol_s, 0.002);
+    ASSERT_EQ(frame->symbols.size(), 500U);
+    for (const int symbol : frame->symbols) coded.push_back(symbol < 0 ? 1 : 0);
+  }
+  // A null message before the first one: its last six bits are of the parity, by the encoder itself.
+  std::vector<int> state;
+  const Bits null = sbas_message(e, 63, kToe + -2);
+  for (std::size_t i = 244; i < 250; ++i) state.push_back(null[i] ? 1 : 0);
+  const Bits bits = decoded(coded, false, state);
+  const std::array<std::uint64_t, 3> preambles{0b01010011, 0b10011010, 0b11000110};
+  for (std::size_t k = 0; k < 122; ++k) {
+    const std::size_t first = 250 * k;
+    EXPECT_EQ(bits.number(first, 8), preambles[(115199 + k) % 3]) << k;
+    EXPECT_EQ(bits.number(first + 8, 6), k % 120 == 1 ? 9U : 63U) << k;
+    Bits data;
+    for (std::size_t i = first; i < first + 226; ++i) data.put(bits[i] ? 1 : 0, 1);
+    EXPECT_EQ(bits.number(first + 226, 24), crc24q(data)) << k;
+  }
+  const auto signed_at = [&](std::size_t first, std::size_t width) {
+    const auto value = static_cast<std::int64_t>(bits.number(250 + first, width));
+    return value >> (width - 1) != 0 ? value - (std::int64_t{1} << width) : value;
+  };
+  EXPECT_EQ(bits.number(250 + 22, 13), 28800U / 16);
+  EXPECT_NEAR(static_cast<double>(signed_at(39, 30)) * 0.08, e.position_m[0], 0.04);
+  EXPECT_NEAR(static_cast<double>(signed_at(69, 30)) * 0.08, e.position_m[1], 0.04);
+  EXPECT_NEAR(static_cast<double>(signed_at(99, 25)) * 0.4, e.position_m[2], 0.2);
+  EXPECT_NEAR(static_cast<double>(signed_at(158, 18)) * 0.004, e.velocity_mps[2], 0.002);
+  EXPECT_NEAR(static_cast<double>(signed_at(206, 12)) * 0x1p-31, e.clock_bias_s, 0x1p-32);
+  EXPECT_FALSE(symbol_frame(navigation, {gnss::System::SBAS, 24}, signal, kToe));
 }
 
 // BDS-SIS-ICD-B1I-3.0, 5.2.1: subframes 1 to 5 in 30 s from a whole half minute of BDT, which is 14 s behind
