@@ -8,15 +8,18 @@ truth (median); observations are single differences over the satellites of a sig
 Canyon's without noise. Exit status 77, and SKIPPED, where gnss-sdr is not installed.
 """
 import argparse
+import csv
 import datetime
 import math
 import pathlib
 import re
 import shutil
 import statistics
+import struct
 import subprocess
 import sys
 import tempfile
+import typing
 
 # Of each signal: band and rate of its file, what GNSS-SDR calls it, RINEX band, system, its C/N0 against Canyon's:
 # E1 is tracked by its pilot alone, half of the power, and by a BOC(1,1) replica, 10/11 of a CBOC's power.
@@ -42,7 +45,8 @@ SIGNALS = {
     'L2C': dict(band='L2', rate=4e6, name='2S', rinex='2', system='G', loss_db=0,
                 acquisition='GPS_L2_M_PCPS_Acquisition', tracking='GPS_L2_M_DLL_PLL_Tracking',
                 decoder='GPS_L2C_Telemetry_Decoder',
-                more='Tracking_2S.pll_bw_hz=3\nTracking_2S.dll_bw_hz=0.4\n'),
+                more='Tracking_2S.pll_bw_hz=3\nTracking_2S.dll_bw_hz=0.4\nTracking_2S.dump=true\n'
+                     'Tracking_2S.dump_mat=false\nTracking_2S.dump_filename=./channel\n'),
     'B1I': dict(band='B1I', rate=5e6, name='B1', rinex='2', system='C', loss_db=0,
                 acquisition='BEIDOU_B1I_PCPS_Acquisition', tracking='BEIDOU_B1I_DLL_PLL_Tracking',
                 decoder='BEIDOU_B1I_Telemetry_Decoder', more=''),
@@ -56,6 +60,9 @@ SIGNALS = {
 SYSTEMS = {'G': 'GPS', 'E': 'Galileo', 'C': 'BeiDou', 'R': 'GLONASS'}
 METRES = 5.0          # of a position, median
 MASK_DEG = 15.0
+LIGHT = 299792458.0
+LARGEST_M = 900.0     # of a code on a signal, not on noise
+PULL_IN_S = 1.0       # of GNSS-SDR's loops behind an acquisition
 LATITUDE, LONGITUDE, HEIGHT = 48.1, 11.5, 502.0
 
 SCENARIO = '''\
@@ -220,6 +227,147 @@ def compare(signal, ours, theirs, elevations):
     return rows, failures
 
 
+# A record of GNSS-SDR's dump of a channel: magnitude of the prompt correlator, start of a code period [samples, and the
+# fraction behind it], C/N0, satellite.
+RECORD = struct.Struct('<8xf16xQ36xf4xf8xI')
+
+
+def receive_channels(folder, samples, satellites, spacing_chips, item='ibyte', rate=4e6):
+    """GNSS-SDR with one channel for each GPS satellite, L1 C/A, in `folder`: {satellite: [(s, T, power, C/N0)]}.
+
+    Loops as a Canyon receiver of integration_s 0.02 has them: 1 Hz, first order, early-late power; a phase loop of 10 Hz.
+    A code period begins at s seconds since the first sample; T [s] is the integration, 1 ms before the channel has found
+    the edges of the bits; power of the sum of all its samples; C/N0 [dB-Hz] as GNSS-SDR states it.
+    """
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    text = configuration(['L1CA'], samples, rate)
+    for old, new in (('item_type=ibyte', f'item_type={item}'), ('Ibyte', item.capitalize()), ('max_dwells=4', 'max_dwells=2'),
+                     ('count=11', f'count={len(satellites)}'), ('in_acquisition=2', f'in_acquisition={len(satellites)}'),
+                     ('doppler_step=50', 'doppler_step=150'), ('pfa=0.001', 'pfa=1e-6')):
+        assert old in text
+        text = text.replace(old, new)
+    for i, satellite in enumerate(satellites):
+        text += f'Channel{i}.signal=1C\nChannel{i}.satellite={int(satellite[1:])}\n'
+    text += f'''Acquisition_1C.blocking=false
+Acquisition_1C.coherent_integration_time_ms=5
+Tracking_1C.dll_filter_order=1
+Tracking_1C.early_late_space_chips={spacing_chips / 2}
+Tracking_1C.extend_correlation_symbols=20
+Tracking_1C.early_late_space_narrow_chips={spacing_chips / 2}
+Tracking_1C.dll_bw_narrow_hz=1
+Tracking_1C.pll_bw_narrow_hz=10
+Tracking_1C.cn0_smoother_alpha=0.05
+Tracking_1C.cn0_smoother_samples=20
+Tracking_1C.dump=true
+Tracking_1C.dump_mat=false
+Tracking_1C.dump_filename=./channel
+PVT.rinex_output_enabled=false
+'''
+    (folder / 'gnss-sdr.conf').write_text(text)
+    with open(folder / 'log.txt', 'w') as log:
+        subprocess.run(['gnss-sdr', '--config_file=gnss-sdr.conf', '--log_dir=.', '--minloglevel=2'], cwd=folder, stdout=log,
+                       stderr=subprocess.STDOUT, timeout=1800)
+    return read_channels(folder, rate)
+
+
+def read_channels(folder, rate=4e6):
+    channels = {}
+    for dump in folder.glob('channel*.dat'):
+        before, since = -1.0, 0.0
+        data = dump.read_bytes()
+        for prompt, start, cn0, part, number in RECORD.iter_unpack(data[:len(data) // RECORD.size * RECORD.size]):
+            time = (start + part) / rate
+            integration = 0.001 if time - before < 0.005 else 0.02
+            if time - before > 0.03:
+                since = time
+            if time - since > PULL_IN_S:
+                channels.setdefault(f'G{number:02}', []).append((time, integration, prompt * prompt, cn0))
+            before = time
+    return channels
+
+
+def ranges(table):
+    """True pseudoranges of satellites.csv: {satellite: {tenths of a second since the first epoch: (metres, metres/s)}}."""
+    found, first = {}, None
+    with open(table) as file:
+        for row in csv.DictReader(file):
+            tenths = round(float(row['gps_tow']) * 10)
+            first = tenths if first is None else first
+            if row['pseudorange_m']:
+                metres = float(row['pseudorange_m']) - float(row['pseudorange_error_m'])
+                rate = -float(row['doppler_hz']) * LIGHT / float(row['carrier_frequency_hz'])
+                found.setdefault(row['sat'], {})[tenths - first] = (metres, rate)
+    return found
+
+
+class Sight(typing.NamedTuple):
+    """What a receiver has of a satellite at an instant."""
+    error_m: float         # of the code; nan: not measured
+    cn0_dbhz: float        # at the correlator
+    stated_dbhz: float     # as the receiver states it
+    measured: bool
+
+
+def sights(channel, truth, noise_power=0.0):
+    """{tenths of a second: Sight} of a channel of receive_channels, measured where it has the bits' edges.
+
+    With the noise's power of a sample C/N0 is the prompt correlator's power over the noise's within 50 ms, and what has
+    25 dB-Hz and a code within LARGEST_M is measured, with or without the bits' edges.
+    """
+    near = {}
+    for record in channel:
+        near.setdefault(round(record[0] * 10), []).append(record)
+    found = {}
+    for tenths, records in near.items():
+        if tenths not in truth or len({r[1] for r in records}) != 1:
+            continue
+        time, integration, _, stated = min(records, key=lambda r: abs(r[0] - tenths / 10))
+        metres, rate = truth[tenths]
+        # The period was sent at a whole millisecond.
+        error = math.remainder(time - (metres + rate * (time - tenths / 10)) / LIGHT, 1e-3) * LIGHT
+        cn0, measured = stated, integration > 0.01
+        if noise_power > 0:
+            unit = noise_power * integration * 4e6
+            over = (statistics.fmean(r[2] for r in records) / unit - 1) / integration
+            cn0 = 10 * math.log10(max(over, 1))
+            measured = len(records) * integration > 0.05 and cn0 > 25 and abs(error) < LARGEST_M
+        found[tenths] = Sight(error, cn0, stated, measured)
+    return found
+
+
+def of_channels(folder, ours, rate, band):
+    """As observations(), of the codes and C/N0 in the dumps of channels; which whole millisecond is by ours."""
+    begin, truth = min(ours), {}
+    for time, epoch in ours.items():
+        for n, row in epoch.items():
+            code, doppler = value(row, 'C', band), value(row, 'D', band)
+            if code is not None and doppler is not None:
+                carrier_hz = {'2': 1227.6e6}[band]
+                truth.setdefault(n, {})[round((time - begin).total_seconds() * 10)] = (code, -doppler * LIGHT / carrier_hz)
+    epochs = {}
+    for n, channel in read_channels(folder, rate).items():
+        for tenths, sight in sights(channel, truth.get(n, {})).items():
+            if abs(sight.error_m) < LARGEST_M:
+                epochs.setdefault(begin + datetime.timedelta(seconds=tenths / 10), {})[n] = {
+                    f'C{band}': truth[n][tenths][0] + sight.error_m, f'S{band}': sight.stated_dbhz}
+    return epochs
+
+
+def sights_of(table, truth):
+    """Canyon's: {satellite: {tenths of a second: Sight}}."""
+    found, first = {n: {} for n in truth}, None
+    with open(table) as file:
+        for row in csv.DictReader(file):
+            tenths = round(float(row['gps_tow']) * 10)
+            first = tenths if first is None else first
+            if row['sat'] in truth and row['true_cn0_dbhz']:
+                error = float(row['pseudorange_m']) - truth[row['sat']][tenths - first][0] if row['pseudorange_m'] else math.nan
+                found[row['sat']][tenths - first] = Sight(error, float(row['true_cn0_dbhz']), float(row['cn0_dbhz'] or 'nan'),
+                                                           bool(row['pseudorange_m']))
+    return found
+
+
 def metres(latitude, longitude, height):
     """East, north, up from the truth; good to a millimetre near it."""
     a, e2 = 6378137.0, 6.69437999014e-3
@@ -285,13 +433,15 @@ def judge(options, signals, band, rate, folder):
             row = dict(zip(columns, line.split(',')))
             elevations[row['sat']] = float(row['elevation_deg'])
     failures, rows = [], []
+    ours = observations(folder / 'ours/receiver.obs')
     recorded = sorted((folder / 'theirs').glob('*O'))
-    if not recorded:
+    theirs = observations(recorded[0]) if recorded else {}
+    if not theirs and signals == ['L2C']:    # of which GNSS-SDR writes no RINEX
+        theirs = of_channels(folder / 'theirs', ours, rate, SIGNALS['L2C']['rinex'])
+    if not theirs:
         print(log[-3000:])
         print('FAILED: GNSS-SDR wrote no observations')
         return 1
-    theirs = observations(recorded[0])
-    ours = observations(folder / 'ours/receiver.obs')
     for signal in signals:
         more, wrong = compare(signal, ours, theirs, elevations)
         rows += more
