@@ -167,10 +167,14 @@ void print_kinds(const std::vector<relative::PairEpoch>& epochs,
   print_table({"fix", "epochs", "[%]", "horizontal p50 [m]", "p95 [m]", "vertical p50 [m]", "p95 [m]"}, rows);
 }
 
-/// Of the first of the ephemerides.
+/// Of the middle one of the ephemerides: some receivers also write old ones.
 GpsTime time_of(const gnss::NavigationData& navigation) {
-  if (!navigation.kepler.empty()) return navigation.kepler.front().toe;
-  return navigation.glonass.empty() ? GpsTime() : navigation.glonass.front().toe;
+  std::vector<GpsTime> times;
+  for (const auto& ephemeris : navigation.kepler) times.push_back(ephemeris.toe);
+  for (const auto& ephemeris : navigation.glonass) times.push_back(ephemeris.toe);
+  if (times.empty()) return {};
+  std::sort(times.begin(), times.end());
+  return times[times.size() / 2];
 }
 
 int run_rtk(const RtkArguments& arguments) {

@@ -191,20 +191,41 @@ void CorrectionsDecoder::read(const Bits& message, GpsTime now, Epochs& complete
   ++status_.messages_unread[number];
 }
 
-void CorrectionsDecoder::use_station(int id) {
-  if (status_.station == id) return;
+CorrectionsDecoder::Station& CorrectionsDecoder::station(int id) {
   status_.station = id;
-  station_ = {};
-  station_.station = id;
-  place_known_ = false;
-  glonass_bias_m_.clear();
+  return stations_[id];
+}
+
+void CorrectionsDecoder::observe(int id) {
+  station(id).observes = true;
+  if (observing_ == id) return;
+  observing_ = id;
   arcs_.clear();
   epoch_.reset();
 }
 
+template <typename Has>
+const CorrectionsDecoder::Station* CorrectionsDecoder::describing(Has has) const {
+  const auto own = stations_.find(observing_);
+  if (own != stations_.end() && has(own->second)) return &own->second;
+  const Station* other = nullptr;
+  for (const auto& [id, each] : stations_) {
+    if (each.observes || !has(each)) continue;
+    if (other != nullptr) return nullptr;
+    other = &each;
+  }
+  return other;
+}
+
+const relative::GlonassBiases& CorrectionsDecoder::glonass_bias_m() const {
+  static const relative::GlonassBiases kNone;
+  const Station* const of = describing([](const Station& s) { return s.glonass_bias_m.has_value(); });
+  return of == nullptr ? kNone : *of->glonass_bias_m;
+}
+
 void CorrectionsDecoder::read_place(Fields& fields) {
   constexpr double kLowest_m = -10e3, kHighest_m = 100e3;
-  use_station(fields.count(12));
+  Station& of = station(fields.count(12));
   fields.take(6 + 4);  // DF021 to DF024, DF141
   Eigen::Vector3d ecef;
   for (int axis = 0; axis < 3; ++axis) {
@@ -215,12 +236,11 @@ void CorrectionsDecoder::read_place(Fields& fields) {
   const double height_m = geodesy::geodetic_from_ecef(ecef).height_m;
   if (!(height_m > kLowest_m && height_m < kHighest_m))
     return problem(fields, "the place is not within 10 km below and 100 km above the Earth's ellipsoid");
-  station_.station_ecef = ecef;
-  place_known_ = true;
+  of.place_ecef = ecef;
 }
 
 void CorrectionsDecoder::read_names(Fields& fields) {
-  use_station(fields.count(12));
+  Station& of = station(fields.count(12));
   const std::string antenna = fields.text();
   fields.take(8);  // DF031
   std::string receiver;
@@ -229,12 +249,12 @@ void CorrectionsDecoder::read_names(Fields& fields) {
     receiver = fields.text();
   }
   if (fields.missing()) return problem(fields, "shorter than its fields");
-  station_.antenna_name = antenna;
-  if (fields.number() == 1033) station_.receiver_name = receiver;
+  of.antenna_name = antenna;
+  if (fields.number() == 1033) of.receiver_name = receiver;
 }
 
 void CorrectionsDecoder::read_biases(Fields& fields) {
-  use_station(fields.count(12));
+  Station& of = station(fields.count(12));
   const bool aligned = fields.take(1) != 0;
   fields.take(3);
   relative::GlonassBiases biases;
@@ -247,8 +267,9 @@ void CorrectionsDecoder::read_biases(Fields& fields) {
     if (bias) biases[code] = aligned ? 0 : *bias;
   }
   if (fields.missing()) return problem(fields, "shorter than its fields");
-  if (biases == glonass_bias_m_) return;
-  glonass_bias_m_ = std::move(biases);
+  const relative::GlonassBiases before = glonass_bias_m();
+  of.glonass_bias_m = std::move(biases);
+  if (glonass_bias_m() == before) return;
   for (auto arc = arcs_.begin(); arc != arcs_.end();) {
     const bool moves = arc->first.first.system == System::GLONASS;
     arc = moves ? arcs_.erase(arc) : std::next(arc);
@@ -271,12 +292,19 @@ void CorrectionsDecoder::begin(GpsTime time, Epochs& complete) {
 
 void CorrectionsDecoder::give(Epochs& complete) {
   if (!epoch_ || !std::exchange(epoch_->news, false)) return;
-  if (needs_place_ && !place_known_) {
+  const Station* const placed = describing([](const Station& s) { return s.place_ecef.has_value(); });
+  if (needs_place_ && placed == nullptr) {
     ++status_.epochs_held_back;
     return;
   }
   ++status_.epochs;
-  relative::Corrections corrections = station_;
+  relative::Corrections corrections;
+  corrections.station = observing_;
+  if (placed != nullptr) corrections.station_ecef = *placed->place_ecef;
+  if (const Station* const named = describing([](const Station& s) { return !s.antenna_name.empty(); })) {
+    corrections.antenna_name = named->antenna_name;
+    corrections.receiver_name = named->receiver_name;
+  }
   corrections.receiver_time = epoch_->time;
   for (const auto& [key, observation] : epoch_->observations) corrections.observations.push_back(observation);
   complete.push_back(std::make_shared<const relative::Corrections>(std::move(corrections)));
@@ -325,7 +353,7 @@ void CorrectionsDecoder::add(const Observation& o) {
   m.carrier_phase_cycles = o.range_m / wavelength_m + ahead_cycles;
   m.phase_since = arc.since;
   m.half_cycle = o.half_cycle;
-  align(at->second, o.code, glonass_bias_m_);
+  align(at->second, o.code, glonass_bias_m());
 }
 
 void CorrectionsDecoder::read_msm(Fields& fields, GpsTime now, Epochs& complete) {
@@ -354,7 +382,7 @@ void CorrectionsDecoder::read_msm(Fields& fields, GpsTime now, Epochs& complete)
   const auto ms = static_cast<std::int64_t>(glonass ? stated & ((1U << 27) - 1) : stated);
   if (ms >= (glonass ? kDay_ms + 1000 : kWeek_ms)) return problem(fields, "the time is beyond its period");
 
-  use_station(id);
+  observe(id);
   begin(glonass
             ? from_glonass(now, static_cast<int>(stated >> 27), ms)
             : nearest(now, ms + (system == System::BeiDou ? geodesy::kBdtSecondsOffset * 1000 : 0), kWeek_ms),
@@ -425,7 +453,7 @@ void CorrectionsDecoder::read_legacy(Fields& fields, GpsTime now, Epochs& comple
   if (fields.missing() || fields.lacks(static_cast<std::size_t>(count) * (glonass ? 130 : 125)))
     return problem(fields, "shorter than its satellites need");
   if (ms >= (glonass ? kDay_ms + 1000 : kWeek_ms)) return problem(fields, "the time is beyond its period");
-  use_station(station);
+  observe(station);
   begin(glonass ? from_glonass(now, 7, ms) : nearest(now, ms, kWeek_ms), complete);
   for (int i = 0; i < count; ++i) {
     const int number = fields.count(6);
@@ -478,8 +506,13 @@ RtcmCorrections read_rtcm_corrections(const std::filesystem::path& path, GpsTime
   GzipFile file(path);
   CorrectionsDecoder decoder(std::move(glonass_channel), needs_place);
   RtcmCorrections read;
-  const auto take = [&](CorrectionsDecoder::Epochs epochs) {
-    read.epochs.insert(read.epochs.end(), epochs.begin(), epochs.end());
+  const auto take = [&](const CorrectionsDecoder::Epochs& epochs) {
+    for (const auto& epoch : epochs) {
+      // One that is given again has more in it.
+      const bool again = !read.epochs.empty() && read.epochs.back()->receiver_time == epoch->receiver_time;
+      if (again) read.epochs.pop_back();
+      read.epochs.push_back(epoch);
+    }
   };
   std::array<char, 4096> block{};
   while (const std::size_t n = file.read(block.data(), block.size(), 0)) {
@@ -492,7 +525,7 @@ RtcmCorrections read_rtcm_corrections(const std::filesystem::path& path, GpsTime
     throw InputError(path, 0, "no message of RTCM 3 is in it", "give a recorded stream of RTCM 3");
   if (read.status.epochs_held_back > 0)
     throw InputError(path, 0, "the station's place is not in it",
-                     "have the base send message 1005 or 1006, and record again");
+                     "have the base send message 1005 or 1006, or give its place (--base-position)");
   throw InputError(path, 0, "no observations of a base are in it",
                    "have the base send MSM4 to MSM7 (1074 to 1127), 1004 or 1012, and record again");
 }

@@ -41,7 +41,9 @@ struct DecoderStatus {
 ///   1004, 1012   observations of GPS and GLONASS, L1 and L2
 ///   1074 to 1077, 1084 to 1087, ..., 1124 to 1127   MSM4 to MSM7 of GPS, GLONASS, Galileo, SBAS, QZSS,
 ///   BeiDou
-/// and counts all others. Whatever the bytes are, it throws nothing and its memory is bounded.
+/// and counts all others. Where the station of the observations states no place, names or biases, those of
+/// one that never observes are taken: some bases and casters number these messages otherwise. Whatever the
+/// bytes are, it throws nothing and its memory is bounded.
 ///
 /// Measurements have the default standard deviations: RTCM has none. A satellite's code that is read as a
 /// signal is the best one that it has, in the order of rinex::signal_codes(). Measurement::phase_since is
@@ -72,6 +74,13 @@ class CorrectionsDecoder {
   class Fields;
   struct Observation;
   using SignalKey = std::pair<gnss::SatelliteId, std::size_t>;  ///< index_of() the signal
+  /// What messages without observations say of it.
+  struct Station {
+    std::optional<Eigen::Vector3d> place_ecef;
+    std::string antenna_name, receiver_name;
+    std::optional<relative::GlonassBiases> glonass_bias_m;
+    bool observes = false;
+  };
   struct Epoch {
     geodesy::GpsTime time;
     std::map<SignalKey, relative::SignalMeasurement> observations;
@@ -93,7 +102,11 @@ class CorrectionsDecoder {
   void read_legacy(Fields& fields, geodesy::GpsTime now, Epochs& complete);
   void add(const Observation& observation);
   void problem(const Fields& fields, std::string_view what);
-  void use_station(int id);
+  Station& station(int id);
+  void observe(int id);
+  template <typename Has>
+  [[nodiscard]] const Station* describing(Has has) const;
+  [[nodiscard]] const relative::GlonassBiases& glonass_bias_m() const;
   void begin(geodesy::GpsTime time, Epochs& complete);
   void give(Epochs& complete);
   [[nodiscard]] std::optional<int> channel(gnss::SatelliteId id) const;
@@ -101,9 +114,9 @@ class CorrectionsDecoder {
   ChannelTable glonass_channel_;
   FrameParser frames_;
   DecoderStatus status_;
-  relative::Corrections station_;  ///< without time and observations
-  relative::GlonassBiases glonass_bias_m_;
-  bool needs_place_, place_known_ = false;
+  std::map<int, Station> stations_;
+  int observing_ = -1;  ///< station of the last observations
+  bool needs_place_;
   std::map<gnss::SatelliteId, int> channels_;
   std::map<SignalKey, Arc> arcs_;
   std::optional<Epoch> epoch_;
@@ -114,8 +127,8 @@ struct RtcmCorrections {
   CorrectionsDecoder::Epochs epochs;
   DecoderStatus status;
 };
-/// A stream that was recorded, plain or gzip-compressed. Throws InputError where the file cannot be read, and
-/// where no epoch is in it.
+/// A stream that was recorded, plain or gzip-compressed; each epoch once. Throws InputError where the file
+/// cannot be read, and where no epoch is in it.
 /// @param now a time within half a week of the first messages
 [[nodiscard]] RtcmCorrections read_rtcm_corrections(const std::filesystem::path& path, geodesy::GpsTime now,
                                                     CorrectionsDecoder::ChannelTable glonass_channel = {},

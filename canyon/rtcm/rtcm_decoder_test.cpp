@@ -435,6 +435,26 @@ TEST(RtcmDecoder, EpochsWithoutAPlaceAreHeldBack) {
   EXPECT_EQ(decode(decoder, frame(place(kPlace, 8)) + observations(5, 8)).size(), 1U);
 }
 
+// Some bases and casters number 1005 otherwise than observations.
+TEST(RtcmDecoder, PlaceUnderTheNumberOfAStationThatNeverObserves) {
+  CorrectionsDecoder decoder;
+  const auto observations = [](double s, int station) {
+    return frame(msm(System::GPS, 7, kTime + s, {some_cell("G07", "1C")}, false, station));
+  };
+  const auto epochs = decode(
+      decoder, frame(place(kPlace, 0)) + observations(1, 7) + frame(place(kPlace, 0)) + observations(2, 7));
+  ASSERT_EQ(epochs.size(), 2U);
+  EXPECT_EQ(epochs[1]->station, 7);
+  EXPECT_LT((epochs[1]->station_ecef - kPlace).norm(), 1e-4);
+  // The phases go on.
+  EXPECT_EQ(epochs[1]->observations[0].measurement.phase_since,
+            epochs[0]->observations[0].measurement.phase_since);
+  // Two such stations: nobody knows which.
+  EXPECT_TRUE(decode(decoder, frame(place(kPlace, 1)) + observations(3, 7)).empty());
+  // Its own counts first.
+  EXPECT_EQ(decode(decoder, frame(place(kPlace, 7)) + observations(4, 7)).size(), 1U);
+}
+
 TEST(RtcmDecoder, NamesAndBiasesAreKept) {
   CorrectionsDecoder decoder;
   Bits names;
@@ -804,6 +824,12 @@ TEST(RtcmDecoder, FilesWithoutCorrectionsSayWhatIsMissing) {
   EXPECT_THAT(refused(observations),
               HasSubstr("the station's place is not in it; have the base send message 1005"));
   EXPECT_EQ(refused(frame(place()) + observations), "");
+  // Each message says that it is the last of its epoch: a file has the epoch once, with all of it.
+  std::ofstream(folder / "base.rtcm3", std::ios::binary)
+      << frame(place()) + observations + frame(msm(System::Galileo, 7, kTime, {some_cell("E07", "1C")}));
+  const auto read = read_rtcm_corrections(folder / "base.rtcm3", kTime).epochs;
+  ASSERT_EQ(read.size(), 1U);
+  EXPECT_EQ(read[0]->observations.size(), 2U);
   EXPECT_THAT(test::refusal([&] { (void)read_rtcm_corrections(folder / "none.rtcm3", kTime); }),
               HasSubstr("none.rtcm3"));
 }
