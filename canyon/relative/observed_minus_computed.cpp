@@ -18,6 +18,12 @@ using geodesy::kSpeedOfLight;
 using positioning::Measurement;
 using positioning::RangedSatellite;
 
+namespace {
+
+constexpr double kUsualCn0_dbhz = 45;
+
+}  // namespace
+
 bool before(const ObservedMinusComputed& a, const ObservedMinusComputed& b) {
   if (a.id != b.id) return a.id < b.id;
   return gnss::index_of(*a.signal) < gnss::index_of(*b.signal);
@@ -36,6 +42,12 @@ std::vector<ObservedMinusComputed> observed_minus_computed(geodesy::GpsTime rece
   std::vector<RangedSatellite> satellites = ranged_satellites(receiver_time, firsts, sky, {});
   const geodesy::Geodetic geodetic = geodesy::geodetic_from_ecef(place);
   const Eigen::Vector3d up = geodesy::enu_from_ecef_rotation(geodetic).row(2).transpose();
+
+  // A receiver that states no strength at all is one in the open, as far as is known.
+  const bool stated =
+      std::any_of(observations.begin(), observations.end(),
+                  [](const SignalMeasurement& seen) { return seen.measurement.cn0_dbhz.has_value(); });
+  const double unknown_dbhz = stated ? positioning::kUnknownCn0_dbhz : kUsualCn0_dbhz;
 
   std::vector<ObservedMinusComputed> result;
   result.reserve(observations.size());
@@ -60,13 +72,13 @@ std::vector<ObservedMinusComputed> observed_minus_computed(geodesy::GpsTime rece
       o.direction = satellite.direction;
       o.elevation_rad = elevation_rad;
       o.wavelength_m = kSpeedOfLight / m.carrier_frequency_hz;
-      const double clock_m =
-          kSpeedOfLight * (satellite.state.clock_bias_s - satellite.state.group_delay_of(*seen.signal));
-      o.code_m = m.pseudorange_m - model_m + clock_m;
+      const double clock_m = kSpeedOfLight * satellite.state.clock_bias_s;
+      o.code_m =
+          m.pseudorange_m - model_m + clock_m - kSpeedOfLight * satellite.state.group_delay_of(*seen.signal);
       if (m.carrier_phase_cycles) {
         o.phase_m = *m.carrier_phase_cycles * o.wavelength_m - model_m + clock_m;
       }
-      const double cn0 = m.cn0_dbhz.value_or(positioning::kUnknownCn0_dbhz);
+      const double cn0 = m.cn0_dbhz.value_or(unknown_dbhz);
       o.variance = 1 + 1 / (sine * sine) + std::pow(10, (45 - cn0) / 10);
       if (m.doppler_hz) o.doppler_mps = -*m.doppler_hz * o.wavelength_m;
       o.phase_since = m.phase_since;

@@ -19,8 +19,10 @@ struct ObservedMinusComputed {
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< unit, ECEF, antenna to satellite
   double elevation_rad = 0;
   double wavelength_m = 0;
-  double code_m = 0;              ///< holds the receiver's clock, the ionosphere and all errors
-  std::optional<double> phase_m;  ///< likewise, and the ambiguity; empty without a phase
+  double code_m = 0;  ///< holds the receiver's clock, the ionosphere and all errors
+  /// Likewise, with the ambiguity, and without the satellite's group delays, which components of a carrier
+  /// that stand in for each other do not share; empty without a phase.
+  std::optional<double> phase_m;
   /// 1 + 1 / sin(elevation)^2 + 10^((45 - C/N0) / 10): a variance over that at the zenith.
   double variance = 1;
   std::optional<double> doppler_mps;  ///< range rate, positive when receding

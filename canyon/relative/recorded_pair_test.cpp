@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <map>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
@@ -126,6 +127,88 @@ TEST_F(RecordedPair, P2OfTheBaseBesideL2COfTheRover) {
   const Outcome found = outcome(solve(base()));
   EXPECT_GE(found.fixed, 0.95);
   EXPECT_LT(found.worst_m, 0.015);
+}
+
+// RINEX 2 has one phase for P2 and C2 of a satellite: it counts once.
+TEST_F(RecordedPair, APhaseOfTwoCodesCountsOnce) {
+  keep({System::GPS});
+  for (rinex::ObservationEpoch& epoch : rover) {
+    for (rinex::ObservedSignal& p2 : epoch.signals) {
+      if (p2.signal->name != "L2P") continue;
+      for (const rinex::ObservedSignal& c2 : epoch.signals) {
+        if (c2.id != p2.id || c2.signal->name != "L2C") continue;
+        p2.carrier_phase_cycles = c2.carrier_phase_cycles;
+        p2.doppler_hz = c2.doppler_hz;
+        p2.cn0_dbhz = c2.cn0_dbhz;
+      }
+    }
+  }
+  for (const auto& epoch : recorded_epochs(rover, kAligned, *sky)) {
+    std::map<gnss::SatelliteId, int> phases;
+    for (const SignalMeasurement& m : epoch->observations) {
+      if (m.signal->carrier_hz < 1.2e9 || m.signal->carrier_hz > 1.25e9) continue;
+      phases[m.measurement.id] += m.measurement.carrier_phase_cycles ? 1 : 0;
+    }
+    for (const auto& [id, count] : phases) EXPECT_LE(count, 1) << gnss::to_string(id);
+  }
+  // With its P2 alone the base has a partner for it.
+  for (rinex::ObservationEpoch& epoch : recorded_base) {
+    std::erase_if(epoch.signals, [](const auto& s) { return s.signal->name == "L2C"; });
+  }
+  const Outcome found = outcome(solve(base()));
+  EXPECT_GE(found.fixed, 0.95);
+  EXPECT_LT(found.worst_m, 0.015);
+}
+
+// B2I of one receiver is B2b of another one: codes have other group delays, phases share the carrier.
+TEST_F(RecordedPair, ComponentsOfOtherGroupDelays) {
+  keep({System::BeiDou});
+  const auto signals = gnss::signals_of(System::BeiDou);
+  const auto b2b =
+      std::find_if(signals.begin(), signals.end(), [](const auto& s) { return s.name == "B2b"; });
+  ASSERT_NE(b2b, signals.end());
+  for (rinex::ObservationEpoch& epoch : recorded_base) {
+    for (rinex::ObservedSignal& s : epoch.signals) {
+      if (s.signal->name == "B2I") s.signal = &*b2b;
+    }
+  }
+  const Outcome found = outcome(solve(base()));
+  EXPECT_GE(found.fixed, 0.95);
+  EXPECT_LT(found.worst_m, 0.025);
+}
+
+// Stations give epochs half a minute apart: the position is new each time, and ambiguities grow certain.
+TEST_F(RecordedPair, EpochsFarApart) {
+  keep({System::GPS});
+  options.signals = {"L1CA"};
+  options.rtk.min_success = 0.999;
+  const auto thin = [](std::vector<rinex::ObservationEpoch>& epochs) {
+    std::vector<rinex::ObservationEpoch> kept;
+    for (std::size_t k = 0; k < epochs.size(); k += 30) kept.push_back(epochs[k]);
+    epochs = std::move(kept);
+  };
+  thin(rover);
+  thin(recorded_base);
+  const auto epochs = solve(base());
+  EXPECT_EQ(epochs.size(), 11U);
+  EXPECT_GE(outcome(epochs).fixed, 0.4);
+  EXPECT_EQ(epochs.back().fix.kind(), positioning::FixKind::Fixed);
+  EXPECT_LT(outcome(epochs).worst_m, 0.015);
+}
+
+// Files of RINEX 2 often have no strengths: nothing is known of these, and codes count as in the open.
+TEST_F(RecordedPair, WithoutStrengths) {
+  keep({System::GPS});
+  options.signals = {"L1CA", "L2C"};
+  for (auto* epochs : {&rover, &recorded_base}) {
+    for (rinex::ObservationEpoch& epoch : *epochs) {
+      for (rinex::ObservedSignal& s : epoch.signals) s.cn0_dbhz.reset();
+    }
+  }
+  const auto epochs = solve(base());
+  EXPECT_EQ(epochs.front().fix.kind(), positioning::FixKind::Fixed);
+  EXPECT_GE(outcome(epochs).fixed, 0.95);
+  EXPECT_LT(outcome(epochs).worst_m, 0.015);
 }
 
 // Cold starts all over the file.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <map>
 #include <optional>
 #include <utility>
@@ -12,7 +13,8 @@
 namespace canyon::relative {
 
 /// Turns epochs of an observation file into what a rover or a base measured; remembers since when phases are
-/// continuous: a phase that was missing, or whose loss-of-lock indicator says so, begins anew.
+/// continuous: a phase that was missing, is of another code, or whose loss-of-lock indicator says so, begins
+/// anew.
 class RecordedSignals {
  public:
   /// @param sky gives the carriers of GLONASS satellites; must outlive this
@@ -25,6 +27,7 @@ class RecordedSignals {
  private:
   struct Phase {
     geodesy::GpsTime since, seen;
+    std::array<char, 3> code{};  // of RINEX
   };
   const orbit::Sky& sky_;
   GlonassBiases biases_;

@@ -25,8 +25,9 @@ using positioning::FixKind;
 constexpr double kUnknownPosition_m = 30, kUnknownClock_m = 100, kUnknownAmbiguity_m = 30;
 /// A position less certain than this [m] begins anew from a fix.
 constexpr double kLostPosition_m = 100;
-/// A phase that was not measured for so long has slipped [s].
-constexpr double kPhaseGap_s = 5;
+/// A phase that was not measured for so long has slipped [s]; where epochs are farther apart, one that the
+/// last epoch lacked.
+constexpr double kPhaseGap_s = 5, kPhaseGap_epochs = 1.5;
 /// Clocks of receivers differ by milliseconds [s].
 constexpr double kAhead_s = 1;
 /// A moving base must have measured at the rover's epoch [s].
@@ -130,24 +131,26 @@ struct RtkFilter::State {
         decay(BaselineState::kZenith, kTroposphereTime_s, std::nullopt);
       }
       settle_position();
-      const bool lost = state.p.topLeftCorner<3, 3>().trace() > kLostPosition_m * kLostPosition_m;
-      if (lost || astray) begun = false;
+      if (astray) begun = false;
     }
+    time = to;
+    const bool lost = begun && state.p.topLeftCorner<3, 3>().trace() > kLostPosition_m * kLostPosition_m;
+    if (begun && !lost) return true;
+    if (!alone.solved() && !moving) return false;
     if (!begun) {
-      if (!alone.solved() && !moving) return false;
       state = BaselineState();
-      position = moving ? base_place : alone.position_ecef;
-      for (Index i = 0; i < 3; ++i) {
-        state.reset(BaselineState::kPosition + i, 0, kUnknownPosition_m * kUnknownPosition_m);
-        state.reset(BaselineState::kVelocity + i, 0, kUnknownPosition_m * kUnknownPosition_m);
-      }
       begun = true;
       astray = false;
       dt_s = 0;
       // How large echoes are here is not forgotten.
       fixed_in_a_row = 0;
     }
-    time = to;
+    // Of epochs half a minute apart the position is new each time, and the ambiguities remain.
+    position = moving ? base_place : alone.position_ecef;
+    for (Index i = 0; i < 3; ++i) {
+      state.reset(BaselineState::kPosition + i, 0, kUnknownPosition_m * kUnknownPosition_m);
+      state.reset(BaselineState::kVelocity + i, 0, kUnknownPosition_m * kUnknownPosition_m);
+    }
     return true;
   }
 
@@ -192,19 +195,21 @@ struct RtkFilter::State {
     }
   }
 
-  /// The base's observation of the same signal; else of another component on that carrier, whose phase files
-  /// and RTCM align (RINEX 3.04, 5.2.16), unless the rover has that one as well. Null without.
+  /// The base's observation of the same signal; where that is missing or has no phase, of another component
+  /// on that carrier, whose phase files and RTCM align (RINEX 3.04, 5.2.16), unless the rover has that one as
+  /// well. Null without.
   [[nodiscard]] const ObservedMinusComputed* partner(const ObservedMinusComputed& r,
                                                      std::span<const ObservedMinusComputed> rover) const {
-    const auto same = std::lower_bound(base.begin(), base.end(), r, before);
-    if (same != base.end() && !before(r, *same)) return &*same;
+    const auto at = std::lower_bound(base.begin(), base.end(), r, before);
+    const ObservedMinusComputed* const same = at != base.end() && !before(r, *at) ? &*at : nullptr;
+    if (same != nullptr && (same->phase_m || !r.phase_m)) return same;
     const auto of_carrier = [&](const ObservedMinusComputed& o) {
-      return o.id == r.id && o.signal->carrier_hz == r.signal->carrier_hz;
+      return o.id == r.id && o.signal->carrier_hz == r.signal->carrier_hz && o.phase_m;
     };
-    // A carrier counts once.
+    // A carrier's phase counts once.
     const bool several = std::count_if(rover.begin(), rover.end(), of_carrier) > 1;
     const auto other = std::find_if(base.begin(), base.end(), of_carrier);
-    return several || other == base.end() ? nullptr : &*other;
+    return several || other == base.end() ? same : &*other;
   }
 
   /// The rover's phases that do not follow from those of the epoch before and their Doppler.
@@ -243,7 +248,8 @@ struct RtkFilter::State {
       const Slot& slot = state.slots[i];
       const bool ambiguity = slot.signal != nullptr;
       const bool forgotten = ambiguity && options.integers == Integers::Instantaneous;
-      if (forgotten || time - slot.seen > (ambiguity ? kPhaseGap_s : kIonosphereTime_s)) state.remove(i);
+      const double longest_s = ambiguity ? std::max(kPhaseGap_s, kPhaseGap_epochs * dt_s) : kIonosphereTime_s;
+      if (forgotten || time - slot.seen > longest_s) state.remove(i);
     }
     // By the channels themselves, half cycles, and Doppler.
     for (Difference& d : differences) {
