@@ -273,8 +273,8 @@ Estimate conclude(const Problem& problem, const Solution& s, Eigen::Index i) {
     VectorXd c = s.correlation.col(i).cwiseAbs();
     c[i] = 0;
     if (c.size() > 1 && c.maxCoeff(&other) > 0.8) {
-      e.basis +=
-          fmt::format("; cannot be distinguished from {}", problem.parameters()[static_cast<std::size_t>(other)].key);
+      e.basis += fmt::format("; cannot be distinguished from {}",
+                             problem.parameters()[static_cast<std::size_t>(other)].key);
     }
     return e;
   }

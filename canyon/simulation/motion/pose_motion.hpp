@@ -113,7 +113,8 @@ class PoseTrack {
     double stamp_s = 0;
     TruePose motion;
   };
-  [[nodiscard]] Sample after_last(const ReportedPose& sent, const RigidPose& pose, std::int64_t arrival_ns) const;
+  [[nodiscard]] Sample after_last(const ReportedPose& sent, const RigidPose& pose,
+                                  std::int64_t arrival_ns) const;
   /// Host's time of a sample [s].
   [[nodiscard]] double time_s(const Sample& sample) const;
 

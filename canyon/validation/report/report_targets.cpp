@@ -32,8 +32,8 @@ std::vector<Target> targets(const Figures& f) {
 
   return {
       {"LOS and NLOS separated by C/N0, AUC", "at least 0.88", 0.88, 1, auc_of(f.by_cn0), 3, 1, ""},
-      {"LOS and NLOS separated by pseudorange error, AUC", "at least 0.88", 0.88, 1, auc_of(f.by_error), 3,
-       1, ""},
+      {"LOS and NLOS separated by pseudorange error, AUC", "at least 0.88", 0.88, 1, auc_of(f.by_error), 3, 1,
+       ""},
       {"Tracked NLOS observations with a modelled path", "at least 80 %", 0.8, 1, share, 1, 100, " %"},
       {"NLOS, median of |error - predicted delay|", "at most 6 m", 0, 6, difference, 2, 1, " m"},
       {"NLOS, Spearman correlation of error and predicted delay", "at least 0.75", 0.75, 1, rho, 3, 1, ""},
