@@ -191,9 +191,8 @@ class Writer {
   }
 
   [[nodiscard]] std::array<std::string, 2> subtitles(std::size_t altitude, std::size_t time) const {
-    const std::string above = request_.altitude_kind == AltitudeKind::AboveTerrain
-                                  ? "height above the terrain"
-                                  : "above the ellipsoid";
+    const std::string above =
+        request_.altitude_kind == AltitudeKind::AboveTerrain ? "above the terrain" : "above the ellipsoid";
     std::array<std::string, 2> lines;
     lines[0] = readable_place(source_) + kDot + readable_utc(request_.times[time], decimals_) + kDot +
                fmt::format("{:g} m {}", request_.altitudes_m[altitude], above) + kDot +
