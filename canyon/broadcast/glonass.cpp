@@ -59,8 +59,8 @@ Bits glonass_string(const gnss::GlonassEphemeris& e, int string, geodesy::GpsTim
       motion(0);
       break;
     case 2: {
-      const auto quarter = static_cast<std::uint64_t>(tb.hour * 4 + tb.minute / 15);
-      bits.put(e.health != 0 ? 0b100 : 0, 3).put(quarter % 2, 1).put(quarter, 7).put(0, 5);
+      const int quarter = tb.hour * 4 + tb.minute / 15;
+      bits.put(e.health != 0 ? 0b100 : 0, 3).count(quarter % 2, 1).count(quarter, 7).put(0, 5);
       motion(1);
       break;
     }

@@ -265,8 +265,8 @@ std::optional<SymbolFrame> symbol_frame(const gnss::NavigationData& navigation, 
   SymbolFrame frame;
   frame.start = begin_of(lengths.symbols);
   const geodesy::GpsTime message_start = begin_of(lengths.message), first = begin_of(kFrame);
-  const auto number =
-      static_cast<int>((frame.start - message_start) * 1e9 / static_cast<double>(lengths.symbols) + 0.5);
+  const auto number = static_cast<int>(
+      std::lround((frame.start - message_start) * 1e9 / static_cast<double>(lengths.symbols)));
   const std::vector<SentMessage> sent =
       Schedule().sent(navigation, id, first, first + std::chrono::nanoseconds(kFrame));
   if (sent.empty()) return std::nullopt;
@@ -274,7 +274,7 @@ std::optional<SymbolFrame> symbol_frame(const gnss::NavigationData& navigation, 
                                   [&](const SentMessage& message) { return message.start == frame.start; });
   const bool known = found != sent.end();
   const auto place =
-      static_cast<int>((frame.start - first) * 1e9 / static_cast<double>(lengths.symbols) + 0.5) + 1;
+      static_cast<int>(std::lround((frame.start - first) * 1e9 / static_cast<double>(lengths.symbols))) + 1;
   switch (*kind) {
     case Message::Lnav: {
       SystemMessage message;

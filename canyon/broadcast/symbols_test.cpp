@@ -181,7 +181,7 @@ TEST(Symbols, CnavGoesThroughOneEncoder) {
       EXPECT_EQ(frame->start, kToe + length_s * k);
       EXPECT_EQ(frame->symbol_s, length_s / 600.0);
       ASSERT_EQ(frame->symbols.size(), 600U);
-      for (const int symbol : frame->symbols) coded.push_back(symbol < 0 ? 1 : 0);
+      for (const std::int8_t symbol : frame->symbols) coded.push_back(symbol < 0 ? 1 : 0);
     }
     coded.erase(coded.begin(), coded.begin() + 600);  // from the second message on
     const std::array<int, 4> types{10, 11, 30, 33};
@@ -223,7 +223,7 @@ TEST(Symbols, SbasGoesThroughOneEncoder) {
     EXPECT_EQ(frame->start, kToe + k);
     EXPECT_EQ(frame->symbol_s, 0.002);
     ASSERT_EQ(frame->symbols.size(), 500U);
-    for (const int symbol : frame->symbols) coded.push_back(symbol < 0 ? 1 : 0);
+    for (const std::int8_t symbol : frame->symbols) coded.push_back(symbol < 0 ? 1 : 0);
   }
   // A null message before the first one: its last six bits are of the parity, by the encoder itself.
   std::vector<int> state;
