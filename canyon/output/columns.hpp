@@ -64,7 +64,7 @@ struct Column {
     column.standard_name = its_standard_name;
     return column;
   }
-  constexpr Column not_in_csv() const {
+  [[nodiscard]] constexpr Column not_in_csv() const {
     Column column = *this;
     column.csv = false;
     return column;
