@@ -314,7 +314,7 @@ struct RtkFilter::State {
 
   // --- observations
 
-  SparseRow row_of(const BaselineState& of, const Difference& d, bool phase) const {
+  [[nodiscard]] SparseRow row_of(const BaselineState& of, const Difference& d, bool phase) const {
     SparseRow row;
     for (Index i = 0; i < 3; ++i) row.add(BaselineState::kPosition + i, -d.rover->direction(i));
     row.add(BaselineState::kClock, 1);
@@ -349,6 +349,7 @@ struct RtkFilter::State {
     std::sort(innovations.begin(), innovations.end());
     of.reset(BaselineState::kClock, middle, kUnknownClock_m * kUnknownClock_m);
     std::vector<std::size_t> order;
+    order.reserve(innovations.size());
     for (const auto& [innovation, i] : innovations) order.push_back(i);
     return order;
   }
