@@ -350,6 +350,7 @@ TEST(RtcmDecoder, LockTimesShowSlips) {
   // Each lock time of a stream without slips, from 0 s on, at 1 Hz, 5 Hz and every 30 s.
   for (const double interval_s : {0.2, 1.0, 30.0}) {
     std::vector<double> locks;
+    locks.reserve(3000);
     for (int i = 0; i < 3000; ++i) locks.push_back(i * interval_s);
     EXPECT_EQ(slips(7, interval_s, locks), Slips(3000, false)) << interval_s;
     // DF402 doubles from one indicator to the next: the second epoch may be a slip.

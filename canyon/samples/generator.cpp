@@ -81,7 +81,8 @@ struct Generator::State {
       taps = low_pass(made.rate_hz, front_end.bandwidth_hz / 2,
                       std::min(kStop * front_end.bandwidth_hz, front_end.room_hz()));
       history = taps.size() - 1;
-      lead_s = static_cast<double>(history / 2) / made.rate_hz;
+      const std::size_t lead_samples = history / 2;
+      lead_s = static_cast<double>(lead_samples) / made.rate_hz;
       taps.resize((taps.size() + kLanes - 1) / kLanes * kLanes);
       unfiltered_re.assign(history, 0);
       unfiltered_im.assign(history, 0);

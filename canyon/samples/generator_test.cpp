@@ -91,11 +91,13 @@ simulation::Scenario scenario(const Setting& setting) {
   }
   return made;
 }
-simulation::Simulation simulate(const Setting& setting) {
-  const simulation::Scenario made = scenario(setting);
+simulation::Simulation simulate(const simulation::Scenario& made) {
   city::City city;
   city.frame = geodesy::LocalFrame(made.city.import.origin);
   return {made, std::move(city)};
+}
+simulation::Simulation simulate(const Setting& setting) {
+  return simulate(scenario(setting));
 }
 constexpr gnss::SatelliteId kHigh{gnss::System::GPS, 15}, kEast{gnss::System::GPS, 9};
 
@@ -186,7 +188,8 @@ void expect_as_measured(const Setting& setting, double truth_rate_hz, FrontEnd f
       const tracking::Correlation code;
       double share = 0;
       for (std::size_t k = 0; k < taps.size(); ++k) {
-        const double delay = static_cast<double>(k) - static_cast<double>(taps.size() / 2);
+        const std::size_t middle = taps.size() / 2;
+        const double delay = static_cast<double>(k) - static_cast<double>(middle);
         share += taps[k] * code.value(delay / rate_hz * code.options().chip_rate_hz);
       }
       EXPECT_NEAR(20 * std::log10(std::abs(found.prompt)),
@@ -281,23 +284,45 @@ TEST(Generator, NoiseIsOfDeviationOneAndTheBytesDoNotDependOnThreads) {
   EXPECT_NEAR(std::abs(next), 0, 3e-3);  // white
 }
 
-/// Takes every satellite away, and adds a wave.
+struct Wave {
+  propagation::Spectrum spectrum;
+  double power_dbw = -120;
+  bool alone = true;  ///< no satellites beside it
+};
+/// Adds a wave to what arrives.
 class Jammer final : public disturbance::Disturbance {
  public:
-  explicit Jammer(const propagation::Spectrum& spectrum, double power_dbw = -120, bool alone = true)
-      : alone_(alone) {
-    wave_.spectrum = spectrum;
-    wave_.power_dbw = power_dbw;
-  }
+  explicit Jammer(Wave wave) : wave_(std::move(wave)) {}
   void apply(const propagation::Antenna& /*antenna*/, propagation::Arrival& arrival) override {
-    if (alone_) arrival.views.clear();
-    arrival.interference.push_back(wave_);
+    if (wave_.alone) arrival.views.clear();
+    propagation::Interference& added = arrival.interference.emplace_back();
+    added.spectrum = wave_.spectrum;
+    added.power_dbw = wave_.power_dbw;
   }
 
  private:
-  propagation::Interference wave_;
-  bool alone_;
+  Wave wave_;
 };
+
+/// Samples of a run of `made` beside the jammer.
+std::vector<std::complex<float>> jammed(simulation::Scenario made, const Wave& wave,
+                                        const FrontEnd& front_end, int threads = 0) {
+  made.receivers[0].disturbances.push_back(
+      {"jammer", [wave](std::uint64_t, const std::string&) { return std::make_unique<Jammer>(wave); }});
+  const simulation::Simulation simulation = simulate(made);
+  Recorder recorded(simulation, front_end, threads);
+  (void)simulation.run({&recorded});
+  return recorded.values;
+}
+
+/// Mean power of the samples from `first` on, of their real parts alone where `real`.
+double power_of(const std::vector<std::complex<float>>& values, std::size_t first = 0, bool real = false) {
+  double sum = 0;
+  for (std::size_t n = first; n < values.size(); ++n) {
+    sum += real ? std::pow(values[n].real(), 2) : std::norm(values[n]);
+  }
+  return sum / static_cast<double>(values.size() - first);
+}
 
 TEST(Generator, WhatIsStrongBesideTheBandTakesGainFromTheSignals) {
   propagation::Spectrum tone;
@@ -308,19 +333,9 @@ TEST(Generator, WhatIsStrongBesideTheBandTakesGainFromTheSignals) {
     made.receivers[0].options.signal.antenna = signal::isotropic_antenna();
     made.receivers[0].options.signal.front_end_compression_dbm =
         -40 - 10 * std::log10(2.0);  // of a linear wave half
-    made.receivers[0].disturbances.push_back({"jammer", [=](std::uint64_t, const std::string&) {
-                                                return std::make_unique<Jammer>(tone, power_dbm - 30, false);
-                                              }});
-    city::City city;
-    city.frame = geodesy::LocalFrame(made.city.import.origin);
-    const simulation::Simulation simulation(made, std::move(city));
     FrontEnd front_end;
     front_end.noise = false;
-    Recorder recorded(simulation, front_end);
-    (void)simulation.run({&recorded});
-    double power = 0;
-    for (const std::complex<float> value : recorded.values) power += std::norm(value);
-    return std::sqrt(power / static_cast<double>(recorded.values.size()));
+    return std::sqrt(power_of(jammed(made, {tone, power_dbm - 30, false}, front_end)));
   };
   const double alone = amplitude(-150);
   EXPECT_GT(alone, 0.01);
@@ -345,19 +360,10 @@ TEST(Generator, JammersHaveTheirPowerWithinTheBand) {
     spectrum.period_s = 1e-5;
     simulation::Scenario made = scenario({2, kHigh, false, false, {}});
     made.duration_s = 0.5;
-    made.receivers[0].disturbances.push_back({"jammer", [spectrum](std::uint64_t, const std::string&) {
-                                                return std::make_unique<Jammer>(spectrum);
-                                              }});
-    city::City city;
-    city.frame = geodesy::LocalFrame(made.city.import.origin);
-    const simulation::Simulation simulation(made, std::move(city));
     FrontEnd front_end;
     front_end.noise = false;
-    Recorder recorded(simulation, front_end);
-    (void)simulation.run({&recorded});
-    double power = 0;
-    for (const std::complex<float> value : recorded.values) power += std::norm(value);
-    power /= static_cast<double>(recorded.values.size());
+    const std::vector<std::complex<float>> values = jammed(made, {spectrum}, front_end);
+    const double power = power_of(values);
     propagation::Interference wave;
     wave.spectrum = spectrum;
     wave.power_dbw = -120;
@@ -373,13 +379,12 @@ TEST(Generator, JammersHaveTheirPowerWithinTheBand) {
     const bool flat = each.shape == Shape::Band;
     const std::size_t lag = flat ? 2 : 40;
     std::complex<double> later;
-    for (std::size_t n = lag; n < recorded.values.size(); ++n) {
-      later += std::complex<double>(recorded.values[n]) *
-               std::conj(std::complex<double>(recorded.values[n - lag]));
+    for (std::size_t n = lag; n < values.size(); ++n) {
+      later += std::complex<double>(values[n]) * std::conj(std::complex<double>(values[n - lag]));
     }
     const double x = kTurn / 2 * each.width_hz * 2 / front_end.rate_hz;
-    EXPECT_NEAR(std::abs(later) / (power * static_cast<double>(recorded.values.size())),
-                flat ? std::sin(x) / x : 0, 0.02);
+    EXPECT_NEAR(std::abs(later) / (power * static_cast<double>(values.size())), flat ? std::sin(x) / x : 0,
+                0.02);
   }
 }
 
@@ -390,23 +395,7 @@ std::vector<std::complex<float>> tone(double offset_hz, const FrontEnd& front_en
   spectrum.centre_hz = front_end.centre_hz + offset_hz;
   simulation::Scenario made = scenario({2, kHigh, false, false, {}});
   made.duration_s = 0.5;
-  made.receivers[0].disturbances.push_back({"jammer", [spectrum](std::uint64_t, const std::string&) {
-                                              return std::make_unique<Jammer>(spectrum);
-                                            }});
-  city::City city;
-  city.frame = geodesy::LocalFrame(made.city.import.origin);
-  const simulation::Simulation simulation(made, std::move(city));
-  Recorder recorded(simulation, front_end, threads);
-  (void)simulation.run({&recorded});
-  return recorded.values;
-}
-double power_of(const std::vector<std::complex<float>>& values, bool real) {
-  double sum = 0;
-  // Without the filter's beginning.
-  for (std::size_t n = 500; n < values.size(); ++n) {
-    sum += real ? std::pow(values[n].real(), 2) : std::norm(values[n]);
-  }
-  return sum / static_cast<double>(values.size() - 500);
+  return jammed(made, {spectrum}, front_end, threads);
 }
 
 TEST(Generator, WhatIsBeyondTheFiltersBandDoesNotFoldBack) {
@@ -417,22 +406,23 @@ TEST(Generator, WhatIsBeyondTheFiltersBandDoesNotFoldBack) {
     front_end.rate_hz = real ? 8e6 : 4e6;
     front_end.intermediate_hz = real ? 2e6 : 0;
     front_end.bandwidth_hz = 2.5e6;
-    const double within = power_of(tone(0.3e6, front_end), real);
+    constexpr std::size_t kFilled = 500;  // samples, of the filter
+    const double within = power_of(tone(0.3e6, front_end), kFilled, real);
     EXPECT_GT(within, 1);
     for (const double hz : {-1.25e6, 1.25e6}) {
-      EXPECT_NEAR(10 * std::log10(power_of(tone(hz, front_end), real) / within), 0, 0.05) << hz;
+      EXPECT_NEAR(10 * std::log10(power_of(tone(hz, front_end), kFilled, real) / within), 0, 0.05) << hz;
     }
     // At the rate's multiples, where samples without a filter do not tell it from the band's centre, beyond
     // the frequencies that are made, and beside the band.
     for (const double hz : {-1.9e6, 1.9e6, 3.7e6, 4e6, -4e6, 7.5e6, 8e6, 12e6, 16.3e6}) {
-      EXPECT_LT(power_of(tone(hz, front_end), real), 1e-6 * within) << hz;
+      EXPECT_LT(power_of(tone(hz, front_end), kFilled, real), 1e-6 * within) << hz;
     }
     // One tone from block to block, of whatever threads.
     const std::vector<std::complex<float>> one = tone(0.3e6, front_end, 1), two = tone(0.3e6, front_end, 2);
     EXPECT_TRUE(one == two);
     if (real) continue;
     const std::complex<float> step(std::polar(1.0, kTurn * 0.3 / 4));
-    for (std::size_t n = 500; n < one.size(); ++n) {
+    for (std::size_t n = kFilled; n < one.size(); ++n) {
       ASSERT_LT(std::abs(one[n] - one[n - 1] * step), 1e-3 * std::abs(one[n])) << n;
     }
   }

@@ -228,6 +228,12 @@ def compare(signal, ours, theirs, elevations):
     return rows, failures
 
 
+def with_channels(text, signal, satellites):
+    """configuration() of one signal with a channel for each satellite."""
+    lines = (f"Channel{i}.signal={SIGNALS[signal]['name']}\nChannel{i}.satellite={int(n[1:])}\n" for i, n in enumerate(satellites))
+    return text.replace('count=11', f'count={len(satellites)}') + ''.join(lines)
+
+
 # A record of GNSS-SDR's dump of a channel: magnitude of the prompt correlator, start of a code period [samples, and the
 # fraction behind it], C/N0, satellite.
 RECORD = struct.Struct('<8xf16xQ36xf4xf8xI')
@@ -242,14 +248,11 @@ def receive_channels(folder, samples, satellites, spacing_chips, item='ibyte', r
     """
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    text = configuration(['L1CA'], samples, rate)
+    text = with_channels(configuration(['L1CA'], samples, rate), 'L1CA', satellites)
     for old, new in (('item_type=ibyte', f'item_type={item}'), ('Ibyte', item.capitalize()), ('max_dwells=4', 'max_dwells=2'),
-                     ('count=11', f'count={len(satellites)}'), ('in_acquisition=2', f'in_acquisition={len(satellites)}'),
-                     ('doppler_step=50', 'doppler_step=150'), ('pfa=0.001', 'pfa=1e-6')):
+                     ('in_acquisition=2', f'in_acquisition={len(satellites)}'), ('doppler_step=50', 'doppler_step=150'), ('pfa=0.001', 'pfa=1e-6')):
         assert old in text
         text = text.replace(old, new)
-    for i, satellite in enumerate(satellites):
-        text += f'Channel{i}.signal=1C\nChannel{i}.satellite={int(satellite[1:])}\n'
     text += f'''Acquisition_1C.blocking=false
 Acquisition_1C.coherent_integration_time_ms=5
 Tracking_1C.dll_filter_order=1
@@ -379,34 +382,32 @@ def metres(latitude, longitude, height):
             math.radians(latitude - LATITUDE) * (m + HEIGHT), height - HEIGHT)
 
 
-def main():
-    parser = argparse.ArgumentParser()
+def run_judge(parser, judge):
+    """Exit status of judge(options, canyon, folder), which returns failures; `parser` gets CANYON and --keep."""
     parser.add_argument('canyon')
-    parser.add_argument('--signals', default='L1CA,E1')
-    parser.add_argument('--seconds', type=float, default=80)
-    parser.add_argument('--start', default='2026-06-01T08:00:00Z')
-    parser.add_argument('--threads', default='0')
     parser.add_argument('--keep')
     options = parser.parse_args()
     if shutil.which('gnss-sdr') is None:
         print('SKIPPED: gnss-sdr is not installed (Debian: gnss-sdr)')
         return 77
+    folder = pathlib.Path(options.keep or tempfile.mkdtemp(prefix='canyon-gnss-sdr-')).resolve()
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        failures = judge(options, str(pathlib.Path(options.canyon).resolve()), folder)
+    finally:
+        if not options.keep:
+            shutil.rmtree(folder, ignore_errors=True)
+    for failure in failures:
+        print(f'FAILED: {failure}')
+    return 1 if failures else 0
+
+
+def judge(options, canyon, folder):
     signals = options.signals.split(',')
     bands = {(SIGNALS[s]['band'], SIGNALS[s]['rate']) for s in signals}
     if len(bands) != 1:
         sys.exit('these signals are not in one band')
     band, rate = bands.pop()
-    folder = pathlib.Path(options.keep or tempfile.mkdtemp(prefix='canyon-gnss-sdr-')).resolve()
-    folder.mkdir(parents=True, exist_ok=True)
-    try:
-        return judge(options, signals, band, rate, folder)
-    finally:
-        if not options.keep:
-            shutil.rmtree(folder, ignore_errors=True)
-
-
-def judge(options, signals, band, rate, folder):
-    canyon = str(pathlib.Path(options.canyon).resolve())
     upper = band in ('L1', 'B1I', 'G1')
     (folder / 'open.yaml').write_text(SCENARIO.format(
         latitude=LATITUDE, longitude=LONGITUDE, ground=HEIGHT - 2, seconds=options.seconds, hold=options.seconds + 1,
@@ -421,10 +422,7 @@ def judge(options, signals, band, rate, folder):
     ours = observations(folder / 'ours/receiver.obs')
     text = configuration(signals, folder / 'open.iq', rate)
     if signals == ['L2C']:    # to search for all takes GNSS-SDR ten times as long
-        satellites = sorted({n for epoch in ours.values() for n in epoch})
-        text = text.replace('count=11', f'count={len(satellites)}')
-        for i, n in enumerate(satellites):
-            text += f'Channel{i}.signal=2S\nChannel{i}.satellite={int(n[1:])}\n'
+        text = with_channels(text, 'L2C', sorted({n for epoch in ours.values() for n in epoch}))
     (folder / 'gnss-sdr.conf').write_text(text)
     (folder / 'theirs').mkdir(exist_ok=True)
     for old in (folder / 'theirs').iterdir():
@@ -447,8 +445,7 @@ def judge(options, signals, band, rate, folder):
         theirs = of_channels(folder / 'theirs', ours, rate, SIGNALS['L2C']['rinex'])
     if not theirs:
         print(log[-3000:])
-        print('FAILED: GNSS-SDR wrote no observations')
-        return 1
+        return ['GNSS-SDR wrote no observations']
     for signal in signals:
         more, wrong = compare(signal, ours, theirs, elevations)
         rows += more
@@ -467,9 +464,16 @@ def judge(options, signals, band, rate, folder):
             failures.append('the position is off')
     else:
         failures.append('no position')
-    for failure in failures:
-        print(f'FAILED: {failure}')
-    return 1 if failures else 0
+    return failures
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument('--signals', default='L1CA,E1')
+    parser.add_argument('--seconds', type=float, default=80)
+    parser.add_argument('--start', default='2026-06-01T08:00:00Z')
+    parser.add_argument('--threads', default='0')
+    return run_judge(parser, judge)
 
 
 if __name__ == '__main__':

@@ -8,13 +8,9 @@ begins in line with the true signals draws codes and clock off: both receivers f
 SKIPPED, where gnss-sdr is not installed.
 """
 import argparse
-import csv
-import pathlib
-import shutil
 import statistics
 import subprocess
 import sys
-import tempfile
 
 import gnss_sdr
 
@@ -133,37 +129,26 @@ def spoof(name, ours, theirs, shown_m):
     return [] if alike >= 0.9 * len(both) and len(both) >= 5 else [f'{name}: {alike} of {len(both)} alike']
 
 
+def judge(options, canyon, folder):
+    failures = []
+    for name in options.only.split(','):
+        if name in JAMMERS:
+            sends, power = JAMMERS[name]
+            faults = ', '.join(JAMMER.format(i=i, begin=FIRST_S + STEP_S * i, step=STEP_S, sends=sends, power=power + STEP_DB * i)
+                               for i in range(STEPS))
+            failures += jam(name, *run(canyon, folder, name, faults, FIRST_S + STEP_S * STEPS, 'patch'))
+        else:
+            advantage, carrier, rate = SPOOFERS[name]
+            faults = SPOOFER.format(advantage=advantage, carrier=carrier, rate=rate, acceleration=0 if 'at once' in name else 1)
+            seconds = 20 + DRAWN_OFF_M // rate
+            failures += spoof(name, *run(canyon, folder, name, faults, seconds, 'isotropic'), (seconds - 20) * rate)
+    return failures
+
+
 def main():
     parser = argparse.ArgumentParser()
-    parser.add_argument('canyon')
     parser.add_argument('--only', default=','.join([*JAMMERS, *SPOOFERS]))
-    parser.add_argument('--keep')
-    options = parser.parse_args()
-    if shutil.which('gnss-sdr') is None:
-        print('SKIPPED: gnss-sdr is not installed (Debian: gnss-sdr)')
-        return 77
-    folder = pathlib.Path(options.keep or tempfile.mkdtemp(prefix='canyon-gnss-sdr-')).resolve()
-    folder.mkdir(parents=True, exist_ok=True)
-    canyon = str(pathlib.Path(options.canyon).resolve())
-    failures = []
-    try:
-        for name in options.only.split(','):
-            if name in JAMMERS:
-                sends, power = JAMMERS[name]
-                faults = ', '.join(JAMMER.format(i=i, begin=FIRST_S + STEP_S * i, step=STEP_S, sends=sends, power=power + STEP_DB * i)
-                                   for i in range(STEPS))
-                failures += jam(name, *run(canyon, folder, name, faults, FIRST_S + STEP_S * STEPS, 'patch'))
-            else:
-                advantage, carrier, rate = SPOOFERS[name]
-                faults = SPOOFER.format(advantage=advantage, carrier=carrier, rate=rate, acceleration=0 if 'at once' in name else 1)
-                seconds = 20 + DRAWN_OFF_M // rate
-                failures += spoof(name, *run(canyon, folder, name, faults, seconds, 'isotropic'), (seconds - 20) * rate)
-    finally:
-        if not options.keep:
-            shutil.rmtree(folder, ignore_errors=True)
-    for failure in failures:
-        print(f'FAILED: {failure}')
-    return 1 if failures else 0
+    return gnss_sdr.run_judge(parser, judge)
 
 
 if __name__ == '__main__':

@@ -9,13 +9,10 @@ The demo's downtown and, where its data is (../shared/data), two minutes of the 
 """
 import argparse
 import csv
-import math
 import pathlib
-import shutil
 import statistics
 import subprocess
 import sys
-import tempfile
 
 import gnss_sdr
 
@@ -180,34 +177,23 @@ def drive(canyon, folder, name, scenario):
     return compare(name, clean, noisy, theirs, visibility)
 
 
-def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument('canyon')
-    parser.add_argument('--data', default=pathlib.Path(__file__).resolve().parents[3] / 'shared/data')
-    parser.add_argument('--only', default='downtown,hongkong')
-    parser.add_argument('--keep')
-    options = parser.parse_args()
-    if shutil.which('gnss-sdr') is None:
-        print('SKIPPED: gnss-sdr is not installed (Debian: gnss-sdr)')
-        return 77
-    folder = pathlib.Path(options.keep or tempfile.mkdtemp(prefix='canyon-gnss-sdr-')).resolve()
-    folder.mkdir(parents=True, exist_ok=True)
-    canyon = str(pathlib.Path(options.canyon).resolve())
+def judge(options, canyon, folder):
     data = pathlib.Path(options.data).resolve()
     failures = []
-    try:
-        for name in options.only.split(','):
-            if name == 'hongkong' and not data.exists():
-                print(f'SKIPPED: the drive in Hong Kong ({data} is not there)')
-                continue
-            scenario = DOWNTOWN if name == 'downtown' else HONGKONG.replace('DATA', str(data))
-            failures += drive(canyon, folder / name, name, scenario)
-    finally:
-        if not options.keep:
-            shutil.rmtree(folder, ignore_errors=True)
-    for failure in failures:
-        print(f'FAILED: {failure}')
-    return 1 if failures else 0
+    for name in options.only.split(','):
+        if name == 'hongkong' and not data.exists():
+            print(f'SKIPPED: the drive in Hong Kong ({data} is not there)')
+            continue
+        scenario = DOWNTOWN if name == 'downtown' else HONGKONG.replace('DATA', str(data))
+        failures += drive(canyon, folder / name, name, scenario)
+    return failures
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument('--data', default=pathlib.Path(__file__).resolve().parents[3] / 'shared/data')
+    parser.add_argument('--only', default='downtown,hongkong')
+    return gnss_sdr.run_judge(parser, judge)
 
 
 if __name__ == '__main__':

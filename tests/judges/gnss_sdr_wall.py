@@ -11,12 +11,10 @@ import argparse
 import csv
 import datetime
 import math
-import pathlib
 import shutil
 import statistics
 import subprocess
 import sys
-import tempfile
 
 import gnss_sdr
 
@@ -69,62 +67,46 @@ def errors(folder, theirs):
     return pairs, clean
 
 
-def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument('canyon')
-    parser.add_argument('--keep')
-    options = parser.parse_args()
-    if shutil.which('gnss-sdr') is None:
-        print('SKIPPED: gnss-sdr is not installed (Debian: gnss-sdr)')
-        return 77
-    folder = pathlib.Path(options.keep or tempfile.mkdtemp(prefix='canyon-gnss-sdr-')).resolve()
-    folder.mkdir(parents=True, exist_ok=True)
-    canyon = str(pathlib.Path(options.canyon).resolve())
+def judge(options, canyon, folder):
     failures = []
-    try:
-        (folder / 'wall.obj').write_text(WALL)
-        print('spacing  sat  epochs  GNSS-SDR: mean, deviation [m]  Canyon: mean, deviation [m]  correlation')
-        for spacing in (1.0, 0.3):
-            (folder / 'wall.yaml').write_text(SCENARIO.format(spacing=spacing))
-            if not (folder / 'wall.iq').exists():
-                subprocess.run([canyon, 'iq', 'wall.yaml', '--out', 'wall.iq', '--quiet'], cwd=folder, check=True)
-            subprocess.run([canyon, 'simulate', 'wall.yaml', '--out', 'ours', '--quiet'], cwd=folder, check=True)
-            work = folder / f'theirs{spacing}'
-            shutil.rmtree(work, ignore_errors=True)
-            work.mkdir()
-            text = gnss_sdr.configuration(['L1CA'], folder / 'wall.iq', 4e6).replace('rate_ms=500', 'rate_ms=100')
-            # GNSS-SDR's spacing is from early to prompt, and its loop of second order by default.
-            (work / 'gnss-sdr.conf').write_text(
-                text.replace('PVT.elevation_mask=5', 'PVT.elevation_mask=0') +
-                f'Tracking_1C.early_late_space_chips={spacing / 2}\nTracking_1C.dll_filter_order=1\n')
-            log = subprocess.run(['gnss-sdr', '--config_file=gnss-sdr.conf', '--log_dir=.'], cwd=work, text=True,
-                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=1200).stdout
-            (work / 'log.txt').write_text(log)
-            recorded = sorted(work.glob('*O'))
-            if not recorded:
-                failures.append(f'spacing {spacing}: no observations')
-                continue
-            pairs, clean = errors(folder, gnss_sdr.observations(recorded[0]))
-            for n, pair in sorted(pairs.items()):
-                theirs, ours = zip(*pair)
-                a, b = statistics.pstdev(theirs), statistics.pstdev(ours)
-                correlation = math.nan
-                if n not in clean and len(pair) > 100:
-                    correlation = statistics.fmean(
-                        (x - statistics.fmean(theirs)) * (y - statistics.fmean(ours)) for x, y in pair) / (a * b)
-                    if correlation < LEAST_CORRELATION:
-                        failures.append(f'spacing {spacing}: {n} correlates by {correlation:.2f}')
-                print(f'{spacing:7} {n} {len(pair):6} {statistics.fmean(theirs):20.2f} {a:10.2f} '
-                      f'{statistics.fmean(ours):17.2f} {b:10.2f} {correlation:12.3f}', flush=True)
-            if len(pairs) < 5:
-                failures.append(f'spacing {spacing}: {len(pairs)} satellites')
-    finally:
-        if not options.keep:
-            shutil.rmtree(folder, ignore_errors=True)
-    for failure in failures:
-        print(f'FAILED: {failure}')
-    return 1 if failures else 0
+    (folder / 'wall.obj').write_text(WALL)
+    print('spacing  sat  epochs  GNSS-SDR: mean, deviation [m]  Canyon: mean, deviation [m]  correlation')
+    for spacing in (1.0, 0.3):
+        (folder / 'wall.yaml').write_text(SCENARIO.format(spacing=spacing))
+        if not (folder / 'wall.iq').exists():
+            subprocess.run([canyon, 'iq', 'wall.yaml', '--out', 'wall.iq', '--quiet'], cwd=folder, check=True)
+        subprocess.run([canyon, 'simulate', 'wall.yaml', '--out', 'ours', '--quiet'], cwd=folder, check=True)
+        work = folder / f'theirs{spacing}'
+        shutil.rmtree(work, ignore_errors=True)
+        work.mkdir()
+        text = gnss_sdr.configuration(['L1CA'], folder / 'wall.iq', 4e6).replace('rate_ms=500', 'rate_ms=100')
+        # GNSS-SDR's spacing is from early to prompt, and its loop of second order by default.
+        (work / 'gnss-sdr.conf').write_text(
+            text.replace('PVT.elevation_mask=5', 'PVT.elevation_mask=0') +
+            f'Tracking_1C.early_late_space_chips={spacing / 2}\nTracking_1C.dll_filter_order=1\n')
+        log = subprocess.run(['gnss-sdr', '--config_file=gnss-sdr.conf', '--log_dir=.'], cwd=work, text=True,
+                             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=1200).stdout
+        (work / 'log.txt').write_text(log)
+        recorded = sorted(work.glob('*O'))
+        if not recorded:
+            failures.append(f'spacing {spacing}: no observations')
+            continue
+        pairs, clean = errors(folder, gnss_sdr.observations(recorded[0]))
+        for n, pair in sorted(pairs.items()):
+            theirs, ours = zip(*pair)
+            a, b = statistics.pstdev(theirs), statistics.pstdev(ours)
+            correlation = math.nan
+            if n not in clean and len(pair) > 100:
+                correlation = statistics.fmean(
+                    (x - statistics.fmean(theirs)) * (y - statistics.fmean(ours)) for x, y in pair) / (a * b)
+                if correlation < LEAST_CORRELATION:
+                    failures.append(f'spacing {spacing}: {n} correlates by {correlation:.2f}')
+            print(f'{spacing:7} {n} {len(pair):6} {statistics.fmean(theirs):20.2f} {a:10.2f} '
+                  f'{statistics.fmean(ours):17.2f} {b:10.2f} {correlation:12.3f}', flush=True)
+        if len(pairs) < 5:
+            failures.append(f'spacing {spacing}: {len(pairs)} satellites')
+    return failures
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    sys.exit(gnss_sdr.run_judge(argparse.ArgumentParser(), judge))
