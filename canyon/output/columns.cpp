@@ -452,6 +452,10 @@ constexpr std::array kSatelliteColumns{
     kCycleSlip,
     integer("excluded", "", "`1` taken out of the fix by RAIM or the position filter, `0` not",
             [](const Row& r) -> std::int64_t { return is_excluded(fix_of(r), r.satellite->id); }),
+    text("signal", "first signal that the receiver tracks of it: `L1CA`, `E1`, `B1C` ...", "never",
+         [](const Row& r) { return std::string(signal_of(r).name); })
+        .not_in_csv()
+        .in_view(U8),
 };
 
 constexpr std::array kSignalColumns{
@@ -536,7 +540,8 @@ constexpr std::array kPathColumns{
            "is known "
            "to centimetres",
            "no signal model, or nothing is left of the path",
-           [](const Row& r) { return r.amplitude != 0.0 ? degrees(std::arg(r.amplitude)) : kNone; }),
+           [](const Row& r) { return r.amplitude != 0.0 ? degrees(std::arg(r.amplitude)) : kNone; })
+        .in_view(F32, nullptr, 1),
     text("reflector", "name of the surfaces or edge, 16 hexadecimal digits: the same from epoch to epoch",
          "direct",
          [](const Row& r) {

@@ -1,5 +1,6 @@
 #include "canyon/view/header.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "canyon/base/json.hpp"
@@ -7,13 +8,18 @@
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/gnss/signals.hpp"
 #include "canyon/positioning/fix.hpp"
 #include "canyon/propagation/body.hpp"
 #include "canyon/propagation/paths.hpp"
+#include "canyon/tracking/correlation.hpp"
 #include "canyon/view/page.hpp"
 
 namespace canyon::view {
 namespace {
+
+/// Correlation functions are straight between multiples of this part of a chip.
+constexpr int kCodeSteps = 12;
 
 std::string_view surface_word(city::Surface surface) {
   switch (surface) {
@@ -50,6 +56,28 @@ Json city_json(const SceneCity& city) {
           {"triangles", city.triangles},
           {"notes", city.notes},
           {"objects", std::move(objects)}};
+}
+
+/// The correlation functions of what the systems of these satellites send, without noise and sidelobes.
+Json codes_json(const std::vector<gnss::SatelliteId>& satellites) {
+  Json codes = Json::array();
+  for (const gnss::System system : gnss::kAllSystems) {
+    const bool seen = std::any_of(satellites.begin(), satellites.end(),
+                                  [&](gnss::SatelliteId id) { return id.system == system; });
+    for (const gnss::Signal& signal : gnss::signals_of(system)) {
+      if (!seen) break;
+      const tracking::Correlation correlation({signal.modulation, signal.chip_rate_hz});
+      Json values = Json::array();
+      for (int i = 0; i <= kCodeSteps; ++i) {
+        values.push_back(std::round(1e6 * correlation.value(static_cast<double>(i) / kCodeSteps)) / 1e6);
+      }
+      codes.push_back({{"system", gnss::name(system)},
+                       {"signal", signal.name},
+                       {"chip_m", std::round(1e6 * correlation.chip_m()) / 1e6},
+                       {"values", std::move(values)}});
+    }
+  }
+  return codes;
 }
 
 /// The words that columns index.
@@ -167,6 +195,7 @@ std::string header_json(const Header& header) {
   for (const gnss::SatelliteId id : header.satellites) {
     json["satellites"].push_back({{"id", gnss::to_string(id)}, {"system", gnss::name(id.system)}});
   }
+  json["codes"] = codes_json(header.satellites);
   json["tables"] = tables_json();
   json["chunks"] = Json::array();
   for (const ChunkEntry& chunk : header.chunks) json["chunks"].push_back(chunk_json(chunk));

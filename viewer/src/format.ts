@@ -96,6 +96,14 @@ export interface MapHeader {
   colours: Record<string, string[]>;
 }
 
+/** The correlation function of a signal: values from no delay to one of a chip, straight between them. */
+export interface Code {
+  system: string;
+  signal: string;
+  chip_m: number;
+  values: number[];
+}
+
 /** What numbers in columns stand for, by the column's name. */
 export type Words = Record<string, string[] | undefined>;
 
@@ -110,6 +118,7 @@ export interface Header {
   paths_per_satellite: number;
   receivers: Receiver[];
   satellites: { id: string; system: string }[];
+  codes?: Code[];
   tables: { name: string; columns: Column[] }[];
   map?: MapHeader;
   comparison?: Comparison;

@@ -28,6 +28,11 @@ export function visibilityColour(visibility: number, theme: Theme): string {
   return (theme === 'dark' ? kVisibilityOnDark : kVisibilityColours)[visibility] ?? '#7A7A7A';
 }
 
+/** By the index of words.path: direct, reflected, diffracted, diffuse, spoofed. */
+export function pathColour(kind: number, theme: Theme): string {
+  return [visibilityColour(0, theme), visibilityColour(2, theme), kFixColour, visibilityColour(3, theme)][kind] ?? kErrorColour;
+}
+
 export function receiverColour(receiver: number, theme: Theme): string {
   return (theme === 'dark' ? kReceiverOnDark : kReceiverColours)[receiver % kShapes.length] ?? kFixColour;
 }

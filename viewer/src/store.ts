@@ -73,6 +73,8 @@ export interface PathRow {
   order: number;
   excess: number;
   loss: number;
+  /** Of the carrier against the line of sight's [deg]; NaN where the view does not have it. */
+  phase: number;
   point: [number, number, number] | null;
   far: [number, number, number] | null;
 }
@@ -92,6 +94,8 @@ export interface SatelliteRow {
   excess: number;
   error: number;
   residual: number;
+  /** Index into words.signal: the first that the receiver tracks. */
+  signal: number;
   paths: PathRow[];
 }
 
@@ -174,6 +178,7 @@ export class Block {
       excess: s.at('excess_m', row),
       error: s.at('pseudorange_error_m', row),
       residual: s.at('residual_m', row),
+      signal: s.has('signal') ? s.at('signal', row) : 0,
       paths: withPaths ? this.pathsOf(row) : [],
     };
   }
@@ -203,6 +208,7 @@ export class Block {
         order: p.at('order', i),
         excess: p.at('excess_m', i),
         loss: p.at('loss_db', i),
+        phase: p.has('phase_deg') ? p.at('phase_deg', i) : NaN,
         point: place('point', i),
         far: place('far', i),
       });

@@ -110,6 +110,38 @@ test('every satellite has the numbers of satellites.csv', { skip }, async () => 
   });
 });
 
+test('correlation functions are those of canyon correlation', { skip }, async () => {
+  const file = join(folder, 'correlation.csv');
+  const satellite = satellites.find((r) => r.visibility === 'LOS+multipath' && r.sat.startsWith('G')).sat;
+  execFileSync(program, ['correlation', join(folder, 'drive.yaml'), '--satellite', satellite, '--duration', seconds, '--out', file, '--quiet'],
+    { stdio: 'inherit', timeout: kPatience });
+  const instants = new Map();
+  for (const row of await csv(file)) {
+    if (!instants.has(row.time_s)) instants.set(row.time_s, []);
+    instants.get(row.time_s).push(row);
+  }
+  await s.page.click('[data-chart=correlation]');
+  await s.run((id) => canyon.state.selectSatellite(canyon.store.header.satellites.findIndex((each) => each.id === id)), satellite);
+  let compared = 0;
+  for (const [time, rows] of [...instants].filter((_, i) => i % 7 === 0)) {
+    await s.run((t) => canyon.goTo(t), Number(time));
+    const data = await s.run(() => canyon.chart.plot && canyon.chart.plot.data.slice(0, 2).map((values) => Array.from(values)));
+    const magnitudes = rows.map((row) => Math.hypot(Number(row.in_phase), Number(row.quadrature)));
+    const most = Math.max(...magnitudes);
+    if (!data) assert.equal(most, 0, `at ${time} s`);
+    // With a detour of more than a chip the page shows more than three chips.
+    else if (Math.abs(data[0].at(-1) - Number(rows.at(-1).delay_m)) < 1e-3) {
+      // Phases are rounded to a degree, and the weakest paths are left out.
+      rows.forEach((_, k) => assert.ok(Math.abs(data[1][k] - magnitudes[k]) < 0.03 * most, `at ${time} s, ${rows[k].delay_m} m`));
+      ++compared;
+    }
+  }
+  assert.ok(compared > 5, `${compared} instants`);
+  await s.run('canyon.state.selectSatellite(null)');
+  await s.page.click('[data-chart=error]');
+  await s.page.click('#tabs [data-tab=satellites]');
+});
+
 test('what people read is what the file says', { skip }, async () => {
   for (const i of [0, Math.floor(epochs.length / 2), epochs.length - 1]) {
     await s.run((seconds) => canyon.goTo(seconds), Number(epochs[i].gps_tow) - Number(epochs[0].gps_tow));

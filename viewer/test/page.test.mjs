@@ -114,6 +114,34 @@ test('scrubbing goes to the epoch under the mouse', { skip }, async () => {
   clean();
 });
 
+test('the correlation function of the selected satellite is that of its paths', { skip }, async () => {
+  await s.page.click('[data-chart=correlation]');
+  assert.equal(await s.text('#chart'), 'Select a satellite.');
+  const labels = () => s.page.locator('#chart .u-legend .u-label').allInnerTexts();
+  const at = (delay) => s.run((wanted) => {
+    const [delays, magnitudes] = canyon.chart.plot.data;
+    const i = delays.findIndex((d) => d >= wanted);
+    return [delays[i], magnitudes[i]];
+  }, delay);
+  await s.run('canyon.goTo(3); canyon.state.selectSatellite(2)');  // G12, hidden: two reflections in opposition
+  assert.deepEqual(await labels(), ['detour', 'G12 L1CA, all paths', '2 reflected', 'code loop at 10.0 m']);
+  for (const wanted of [-280, 0, 12, 40, 250]) {
+    const [delay, magnitude] = await at(wanted);
+    const triangle = (excess) => Math.max(0, 1 - Math.abs(delay - excess) / 293);
+    assert.ok(Math.abs(magnitude - Math.abs(10 ** -0.3 * triangle(12.5) - 10 ** -0.7 * triangle(30))) < 1e-6, `at ${delay} m`);
+  }
+  await s.run('canyon.state.selectSatellite(0)');
+  assert.deepEqual(await labels(), ['detour', 'G01 L1CA, all paths', '1 direct', 'code loop at 0.0 m']);
+  await s.run('canyon.state.selectSatellite(3)');
+  assert.equal(await s.text('#chart'), 'Nothing arrives from G17.');
+  await s.run('canyon.state.selectSatellite(8)');
+  assert.match(await s.text('#chart'), /has no correlation functions/);
+  await s.run('canyon.state.selectSatellite(null)');
+  await s.page.click('[data-chart=error]');
+  await s.page.click('#tabs [data-tab=satellites]');
+  clean();
+});
+
 test('dragging along the chart goes through time', { skip }, async () => {
   const box = await s.page.locator('#chart .u-over').boundingBox();
   const at = (share) => [box.x + share * box.width, box.y + box.height / 2];

@@ -17,8 +17,8 @@ export const kTables = [
   { name: 'skylines', columns: [column('elevation', 'u8', 120)] },
   { name: 'satellites', columns: [column('epoch', 'u32'), column('satellite', 'u16'), column('azimuth_deg', 'f32'),
     column('elevation_deg', 'f32'), column('visibility', 'u8'), column('flags', 'u8'), column('lock', 'u8'),
-    ...['cn0_dbhz', 'true_cn0_dbhz', 'excess_m', 'pseudorange_error_m', 'residual_m'].map((n) => column(n, 'f32')), column('paths', 'u16')] },
-  { name: 'paths', columns: [column('kind', 'u8'), column('order', 'u8'), ...['excess_m', 'loss_db', 'point_east_m', 'point_north_m',
+    ...['cn0_dbhz', 'true_cn0_dbhz', 'excess_m', 'pseudorange_error_m', 'residual_m'].map((n) => column(n, 'f32')), column('paths', 'u16'), column('signal', 'u8')] },
+  { name: 'paths', columns: [column('kind', 'u8'), column('order', 'u8'), ...['excess_m', 'loss_db', 'phase_deg', 'point_east_m', 'point_north_m',
     'point_up_m', 'far_east_m', 'far_north_m', 'far_up_m'].map((n) => column(n, 'f32'))] },
   { name: 'map_cells', columns: [column('state', 'u8'), column('up_m', 'f32')] },
   { name: 'map_values', columns: [column('value', 'f32')] },
@@ -119,13 +119,13 @@ export function sampleView({ grid = 8, epochs = 120, block = 40, interval = 1, m
       const elevation = 15 + ((s * 29) % 70);
       const visibility = s % 4;
       const paths = [];
-      if (visibility < 2) paths.push([0, 0, 0, 0, NaN, NaN, NaN, NaN, NaN, NaN]);
-      if (visibility === 1 || visibility === 2) paths.push([1, 1, 12.5, 6, east + 5, 8, 12, NaN, NaN, NaN]);
-      if (visibility === 2) paths.push([1, 2, 30, 14, east + 9, 8, 9, east + 3, -8, 20]);
+      if (visibility < 2) paths.push([0, 0, 0, 0, 0, NaN, NaN, NaN, NaN, NaN, NaN]);
+      if (visibility === 1 || visibility === 2) paths.push([1, 1, 12.5, 6, 0, east + 5, 8, 12, NaN, NaN, NaN]);
+      if (visibility === 2) paths.push([1, 2, 30, 14, 180, east + 9, 8, 9, east + 3, -8, 20]);
       const seen = visibility < 3;
       b.satellites.push([e, s, azimuth, elevation, visibility, 1 | (seen && !lost ? 2 : 0) | (seen ? 4 : 0), seen ? 1 : 0,
         seen ? 45 - 4 * visibility : NaN, seen ? 45.5 - 4 * visibility : NaN, seen ? 5 * visibility : NaN, seen ? 5 * visibility + 0.25 : NaN,
-        seen && !lost ? 0.5 : NaN, paths.length]);
+        seen && !lost ? 0.5 : NaN, paths.length, satellites[s][0] === 'G' ? 1 : 2]);
       b.paths.push(...paths);
     });
   }
@@ -149,13 +149,14 @@ export function sampleView({ grid = 8, epochs = 120, block = 40, interval = 1, m
       objects: boxes.map(([id, , , , , h]) => ({ id, surface: 'building', material: 'concrete', low_m: 0, high_m: h, height_source: 'levels' })) },
     words: { status: ['not solved', 'fix', 'too few satellites'], placement: ['free'], visibility: ['LOS', 'LOS+multipath', 'NLOS', 'blocked'],
       lock: ['searching', 'tracking', 'holding'], path: ['direct', 'reflected', 'diffracted', 'diffuse', 'spoofed'],
-      body: ['vehicle', 'structure', 'crown'] },
+      body: ['vehicle', 'structure', 'crown'], signal: ['', 'L1CA', 'E1'] },
     paths_per_satellite: 12,
     receivers: [{ name: 'car', strength: true, elevation_mask_deg: 10, faults: [{ name: 'jammer', from_s: 48, until_s: 60 }],
       summary: { epochs, fixes: epochs - 10, horizontal_p50_m: 6.5, horizontal_p95_m: 12.5, horizontal_max_m: 13.3, vertical_p50_m: 1,
         vertical_p95_m: 1, median_hdop: 1.25, mean_used: 8.25, mean_visible: 8.5, mean_blocked: 3.5, los_share: 0.25,
         los_multipath_share: 0.25, nlos_share: 0.25, blocked_share: 0.25, longest_outage_s: 10 } }],
     satellites: satellites.map((id) => ({ id, system: id[0] === 'G' ? 'GPS' : 'Galileo' })),
+    codes: [{ system: 'GPS', signal: 'L1CA', chip_m: 293, values: [1, 0.5, 0] }],
     tables: kTables, chunks,
   };
   return { header, files };

@@ -1,0 +1,43 @@
+// What the correlators of a receiver meet of a satellite: the sum of the correlation functions of its paths, each with its detour,
+// strength and phase, as `canyon correlation` draws it over time.
+
+import type { Code } from './format';
+import type { SatelliteRow } from './store';
+
+/** Of one instant. Delays are detours after the line of sight [m], magnitudes over those of a clear line of sight. */
+export interface CorrelationFunction {
+  delays: Float64Array;
+  magnitudes: Float64Array;
+  /** Magnitude of each path by itself, at its detour. */
+  paths: { kind: number; delay: number; magnitude: number }[];
+}
+
+const kSteps = 300;
+
+/** Straight between its values, which reach to a chip. */
+function valueOf(code: Code, delay: number): number {
+  const at = Math.abs(delay / code.chip_m) * (code.values.length - 1);
+  const i = Math.floor(at);
+  const low = code.values[i] ?? 0;
+  return low + (at - i) * ((code.values[i + 1] ?? 0) - low);
+}
+
+/** From a chip before the line of sight to one behind the longest detour, three chips at least. */
+export function correlationFunction(row: SatelliteRow, code: Code): CorrelationFunction {
+  const seen = row.paths.filter((p) => Number.isFinite(p.loss));
+  const amplitudes = seen.map((p) => 10 ** (-p.loss / 20));
+  const turns = seen.map((p) => (p.phase * Math.PI) / 180);
+  const longest = Math.min(10, Math.max(1, ...seen.map((p) => Math.ceil(p.excess / code.chip_m))));
+  const delays = Float64Array.from({ length: kSteps + 1 }, (_, i) => ((2 + longest) * (i / kSteps) - 1) * code.chip_m);
+  const magnitudes = delays.map((delay) => {
+    let re = 0;
+    let im = 0;
+    seen.forEach((p, k) => {
+      const value = (amplitudes[k] ?? 0) * valueOf(code, delay - p.excess);
+      re += value * Math.cos(turns[k] ?? 0);
+      im += value * Math.sin(turns[k] ?? 0);
+    });
+    return Math.hypot(re, im);
+  });
+  return { delays, magnitudes, paths: seen.map((p, k) => ({ kind: p.kind, delay: p.excess, magnitude: amplitudes[k] ?? 0 })) };
+}
