@@ -10,6 +10,9 @@
 namespace canyon::live {
 namespace {
 
+/// Of Latencies.
+constexpr double kFirstStep_s = 1e-5, kStepRatio = 1.01;
+
 std::int64_t nanoseconds(Clock::duration duration) {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(duration).count();
 }
@@ -17,8 +20,8 @@ std::int64_t nanoseconds(Clock::duration duration) {
 }  // namespace
 
 void Latencies::add(double seconds) {
-  const auto tenth = static_cast<std::size_t>(std::max(0.0, seconds) * 1e4);
-  ++counts_[std::min(tenth, counts_.size() - 1)];
+  const double step = std::log(std::max(seconds, kFirstStep_s) / kFirstStep_s) / std::log(kStepRatio);
+  ++counts_[std::min(static_cast<std::size_t>(step), counts_.size() - 1)];
   ++count_;
   greatest_s_ = std::max(greatest_s_, seconds);
 }
@@ -29,7 +32,7 @@ double Latencies::quantile(double p) const {
   for (std::size_t i = 0; i < counts_.size(); ++i) {
     seen += counts_[i];
     if (seen < wanted || seen == 0) continue;
-    return i + 1 == counts_.size() ? greatest_s_ : std::min(static_cast<double>(i + 1) * 1e-4, greatest_s_);
+    return std::min(kFirstStep_s * std::pow(kStepRatio, static_cast<double>(i + 1)), greatest_s_);
   }
   return 0;
 }
