@@ -1,6 +1,5 @@
-#include <cmath>
-
 #include "canyon/broadcast/accuracy_index.hpp"
+#include "canyon/broadcast/cnav_fields.hpp"
 #include "canyon/broadcast/messages.hpp"
 #include "canyon/geodesy/constants.hpp"
 
@@ -14,30 +13,13 @@ constexpr double kSemiMajorAxis_m = 26'559'710, kSemiMajorAxisOfQzss_m = 42'164'
 constexpr double kRightAscensionRate = -2.6e-9 * geodesy::kPi;
 constexpr double kEarthGm = 3.986005e14;  ///< of GPS, 20.3.3.4.3
 
-/// toe and toc in whole steps of 300 s, with the elements and the clock of that time.
-gnss::KeplerEphemeris in_steps(gnss::KeplerEphemeris e) {
-  const auto to_step = [](GpsTime t) {
-    return std::round(t.seconds_of_week() / 300) * 300 - t.seconds_of_week();
-  };
-  const double orbit_s = to_step(e.toe), clock_s = to_step(e.toc);
-  const double axis_m = e.sqrt_a * e.sqrt_a;
-  e.mean_anomaly += (std::sqrt(kEarthGm / axis_m) / axis_m + e.mean_motion_difference) * orbit_s;
-  e.right_ascension += e.right_ascension_rate * orbit_s;
-  e.inclination += e.inclination_rate * orbit_s;
-  e.toe = e.toe + orbit_s;
-  e.af0 += (e.af1 + e.af2 * clock_s) * clock_s;
-  e.af1 += 2 * e.af2 * clock_s;
-  e.toc = e.toc + clock_s;
-  return e;
-}
-
 }  // namespace
 
 Bits cnav_message(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& message,
                   const CnavDelays& delays, int type, GpsTime start, int length_s) {
-  const gnss::KeplerEphemeris e = in_steps(ephemeris);
+  const gnss::KeplerEphemeris e =
+      referred_to(ephemeris, whole_300_s(ephemeris.toe), whole_300_s(ephemeris.toc), kEarthGm);
   Bits bits;
-  const auto steps = [&](GpsTime t) { bits.positive(t.seconds_of_week(), 300, 11); };
   // 30.3.3: the time of week is that of the next message.
   constexpr std::int64_t kCountsPerWeek = 100'800;
   const std::int64_t count = (start.nanosecond_of_week() / GpsTime::kNanosecondsPerSecond + length_s) / 6;
@@ -45,10 +27,10 @@ Bits cnav_message(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& m
   bits.count(type, 6);
   bits.count(count % kCountsPerWeek, 17).put(0, 1);
   const auto clock = [&] {
-    steps(e.toc);
+    put_reference_time(bits, e.toc);
     bits.count(accuracy_index(e.accuracy_m), 5);
     bits.put(0, 3).put(0, 3);
-    steps(e.toc);
+    put_reference_time(bits, e.toc);
     bits.number(e.af0, 0x1p-35, 26);
     bits.number(e.af1, 0x1p-48, 20);
     bits.number(e.af2, 0x1p-60, 10);
@@ -57,32 +39,15 @@ Bits cnav_message(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& m
     case 10:
       bits.count(start.week(), 13);
       bits.count(e.health == 0 ? 0 : 7, 3);
-      steps(e.toe);
+      put_reference_time(bits, e.toe);
       bits.count(accuracy_index(e.accuracy_m), 5);
-      steps(e.toe);
-      bits.number(e.sqrt_a * e.sqrt_a -
-                      (e.id.system == gnss::System::QZSS ? kSemiMajorAxisOfQzss_m : kSemiMajorAxis_m),
-                  0x1p-9, 26);
-      bits.put(0, 25);
-      bits.angle(e.mean_motion_difference, 0x1p-44, 17);
-      bits.put(0, 23);
-      bits.angle(e.mean_anomaly, 0x1p-32, 33);
-      bits.positive(e.eccentricity, 0x1p-34, 33);
-      bits.angle(e.argument_of_perigee, 0x1p-32, 33);
+      put_reference_time(bits, e.toe);
+      put_ellipse(bits, e, e.id.system == gnss::System::QZSS ? kSemiMajorAxisOfQzss_m : kSemiMajorAxis_m);
       bits.put(0, 1 + 1 + 3);  // integrity status, phasing of L2C, reserved
       break;
     case 11:
-      steps(e.toe);
-      bits.angle(e.right_ascension, 0x1p-32, 33);
-      bits.angle(e.inclination, 0x1p-32, 33);
-      bits.angle(e.right_ascension_rate - kRightAscensionRate, 0x1p-44, 17);
-      bits.angle(e.inclination_rate, 0x1p-44, 15);
-      bits.number(e.cis, 0x1p-30, 16);
-      bits.number(e.cic, 0x1p-30, 16);
-      bits.number(e.crs, 0x1p-8, 24);
-      bits.number(e.crc, 0x1p-8, 24);
-      bits.number(e.cus, 0x1p-30, 21);
-      bits.number(e.cuc, 0x1p-30, 21);
+      put_reference_time(bits, e.toe);
+      put_plane(bits, e, e.right_ascension_rate - kRightAscensionRate, 17);
       bits.put(0, 7);
       break;
     case 30:
@@ -95,18 +60,11 @@ Bits cnav_message(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& m
       bits.count(start.week() & 255, 8);
       bits.put(0, 12);
       break;
-    default: {  // 33: UTC is GPST less whole seconds, no leap second announced
+    default:  // 33
       clock();
-      bits.put(0, 16 + 13 + 7);
-      bits.count(message.leap_seconds, 8);
-      bits.put(0, 16);
-      bits.count(start.week(), 13);
-      bits.count(start.week(), 13);
-      bits.count(7, 4);
-      bits.count(message.leap_seconds, 8);
+      put_utc(bits, message.leap_seconds, start.week(), 7, 4);
       bits.put(0, 51);
       break;
-    }
   }
   return bits.put(crc24q(bits), 24);
 }

@@ -350,6 +350,11 @@ TEST(CnavMessage, HasItsFieldsAndItsCrc) {
                 -1.1e-8 - later[i], 2e-11);
   }
   EXPECT_EQ(cnav_message(e, {}, delays, 33, start(), 12).number(163, 8), 18U);
+  // Nodes are those of the begin of the week of toe: it stays in its week.
+  e.toe = e.toc = GpsTime::from_week(2408, 604'784);
+  bits = cnav_message(e, {}, delays, 11, e.toe, 12);
+  EXPECT_EQ(bits.number(38, 11), 604'500U / 300);
+  EXPECT_NEAR(half_turns(bits, 49, 33, -32), e.right_ascension - 284 * e.right_ascension_rate, 1e-9);
 }
 
 TEST(AccuracyIndex, FollowsTheTables) {
