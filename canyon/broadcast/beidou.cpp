@@ -3,16 +3,11 @@
 #include "canyon/broadcast/accuracy_index.hpp"
 #include "canyon/broadcast/messages.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/time_scales.hpp"
 
 namespace canyon::broadcast {
 namespace {
 
 using geodesy::GpsTime;
-
-GpsTime bdt(GpsTime t) {
-  return t - std::chrono::seconds(geodesy::kBdtSecondsOffset);
-}
 
 /// Parity of 22 bits, whose odd and even ones are coded by themselves and come interleaved.
 std::uint32_t interleaved_parity(std::uint32_t information) {
@@ -80,10 +75,6 @@ struct Fields {
   static std::uint64_t radius(double value) { return power(value, -6, 18); }
 };
 
-std::uint64_t bdt_week(GpsTime start) {
-  return static_cast<std::uint64_t>(bdt(start).week() - geodesy::kBdtWeekOffset);
-}
-
 }  // namespace
 
 std::uint32_t bch_15_11(std::uint32_t information) {
@@ -104,7 +95,7 @@ std::vector<std::uint32_t> d1_subframe(const gnss::KeplerEphemeris& e, const Sys
   Bits bits;
   if (subframe == 1) {
     bits.put(e.health != 0, 1).count(e.iodc, 5);
-    bits.count(accuracy_index(e.accuracy_m), 4).put(bdt_week(start), 13);
+    bits.count(accuracy_index(e.accuracy_m), 4).count(bdt_week(start), 13);
     bits.put(f.toc(), 17).put(f.group_delay(0), 10).put(f.group_delay(1), 10);
     put_klobuchar(bits, message.klobuchar);
     bits.put(f.a2(), 11).put(f.a0(), 24).put(f.a1(), 22).count(e.iode, 5);
@@ -127,7 +118,7 @@ std::vector<std::uint32_t> d2_page(const gnss::KeplerEphemeris& e, const SystemM
   switch (page) {
     case 1:
       bits.put(e.health != 0, 1).count(e.iodc, 5);
-      bits.count(accuracy_index(e.accuracy_m), 4).put(bdt_week(start), 13);
+      bits.count(accuracy_index(e.accuracy_m), 4).count(bdt_week(start), 13);
       bits.put(f.toc(), 17).put(f.group_delay(0), 10).put(f.group_delay(1), 10);
       break;
     case 2:

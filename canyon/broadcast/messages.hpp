@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "canyon/broadcast/bits.hpp"
+#include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/navigation_data.hpp"
 
 // The bits that satellites send, from what navigation files say of them. Values are rounded to the steps of
@@ -67,6 +68,13 @@ struct CnavDelays {
 [[nodiscard]] Bits cnav_message(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& message,
                                 const CnavDelays& delays, int type, geodesy::GpsTime start, int length_s);
 
+/// The time of BeiDou, and its weeks (BDS-SIS-ICD-B1I-3.0, 3.3).
+[[nodiscard]] inline geodesy::GpsTime bdt(geodesy::GpsTime t) {
+  return t - std::chrono::seconds(geodesy::kBdtSecondsOffset);
+}
+[[nodiscard]] inline int bdt_week(geodesy::GpsTime t) {
+  return bdt(t).week() - geodesy::kBdtWeekOffset;
+}
 /// Subframe 1, 2 or 3 of BeiDou D1 (BDS-SIS-ICD-B1I-3.0, 5.2.4): ten words of 30 bits with BCH(15,11,1).
 /// @param start of the subframe, a multiple of 6 s of the BDT week
 [[nodiscard]] std::vector<std::uint32_t> d1_subframe(const gnss::KeplerEphemeris& ephemeris,
@@ -82,6 +90,18 @@ struct CnavDelays {
 [[nodiscard]] std::vector<std::uint32_t> spare_beidou_subframe(int subframe, geodesy::GpsTime start);
 /// Four parity bits of 11 bits, generator x^4 + x + 1 (5.1.3).
 [[nodiscard]] std::uint32_t bch_15_11(std::uint32_t information);
+
+/// By what signals are later than the broadcast clock [s]: pilots of B1C and B2a, B2b.
+struct BcnavDelays {
+  double b1c_s = 0, b2a_s = 0, b2b_s = 0;
+};
+/// Subframe 2 of B-CNAV1 (BDS-SIS-ICD-B1C-1.0, 6.2.3): time, ephemeris, clock, delays; 600 bits with CRC-24Q.
+/// Elements and clock are those of the nearest whole 300 s. @param start of the frame
+[[nodiscard]] Bits bcnav1_subframe2(const gnss::KeplerEphemeris& ephemeris, const BcnavDelays& delays,
+                                    geodesy::GpsTime start);
+/// Page 1 of its subframe 3: health, UTC, an ionosphere (BDGIM) of zeros; 264 bits with CRC-24Q.
+[[nodiscard]] Bits bcnav1_subframe3(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& message,
+                                    geodesy::GpsTime start);
 
 /// String 1 to 15 of GLONASS (ICD L1, L2 5.1, 4.3 to 4.5): bits 85 to 1 with the Hamming code; signed fields
 /// are sign and magnitude. Strings from 6 on, of almanacs, are empty.

@@ -9,6 +9,7 @@
 #include <limits>
 #include <string_view>
 
+#include "canyon/broadcast/ldpc.hpp"
 #include "canyon/broadcast/messages.hpp"
 #include "canyon/broadcast/schedule.hpp"
 #include "canyon/gnss/broadcast_messages.hpp"
@@ -74,16 +75,15 @@ SymbolFrame inav_frame(const std::vector<std::uint32_t>& page, geodesy::GpsTime 
   return frame;
 }
 
-/// By what a signal of GPS or QZSS is later than the clock: what is broadcast for it, else TGD by its
-/// frequency, as orbit::BroadcastSky has it.
+/// By what a signal is later than the clock: what is broadcast for it, else as the ephemeris has it, like
+/// orbit::BroadcastSky.
 double delay_of(const gnss::NavigationData& navigation, const gnss::KeplerEphemeris& e,
                 std::string_view name) {
   const auto signals = gnss::signals_of(e.id.system);
   const auto signal = std::find_if(signals.begin(), signals.end(),
                                    [&](const gnss::Signal& each) { return each.name == name; });
   const std::size_t index = gnss::index_of(*signal);
-  const double ratio = gnss::kL1_hz / signal->carrier_hz;
-  double delay_s = e.group_delay[0] * ratio * ratio, nearest_s = std::numeric_limits<double>::infinity();
+  double delay_s = gnss::group_delays_s(e, false)[index], nearest_s = std::numeric_limits<double>::infinity();
   for (const gnss::SignalDelays& each : navigation.signal_delays) {
     const double apart_s = std::abs(e.toc - each.toc);
     if (each.id != e.id || !std::isfinite(each.group_delay_s[index]) || apart_s >= nearest_s) continue;
@@ -98,8 +98,10 @@ struct Place {
   geodesy::GpsTime start, begin_of_turn;
   int number = 0;  ///< of the turn
 };
-Place place_of(geodesy::GpsTime time, std::int64_t length_s, std::int64_t turn) {
-  const std::int64_t length = length_s * kNanoseconds, since = time.nanosecond_of_week();
+/// @param offset_s when the week begins
+Place place_of(geodesy::GpsTime time, std::int64_t length_s, std::int64_t turn, std::int64_t offset_s = 0) {
+  const std::int64_t length = length_s * kNanoseconds;
+  const std::int64_t since = (time - std::chrono::seconds(offset_s)).nanosecond_of_week();
   const auto back = [&](std::int64_t step) {
     return geodesy::GpsTime::from_nanoseconds(time.nanoseconds() - since % step);
   };
@@ -178,6 +180,69 @@ std::optional<SymbolFrame> e5b_frame(const gnss::NavigationData& navigation, gns
       place.start);
 }
 
+std::vector<std::int8_t> symbols_of(const Bits& bits) {
+  std::vector<std::int8_t> symbols;
+  for (std::size_t i = 0; i < bits.size(); ++i) symbols.push_back(symbol_of(bits[i] ? 1 : 0));
+  return symbols;
+}
+
+/// A word of the cyclic code of this check polynomial: it begins with `information`, and of each run of bits
+/// those of the polynomial's terms (the first bit x^0) add to 0.
+Bits cyclic(std::uint64_t information, int width, std::uint32_t polynomial, std::size_t size) {
+  Bits word;
+  word.put(information, width);
+  for (std::size_t first = 0; word.size() < size; ++first) {
+    std::uint32_t sum = 0;
+    for (std::size_t i = 0; first + i < word.size(); ++i) {
+      sum ^= (polynomial >> i & 1U) & (word[first + i] ? 1U : 0U);
+    }
+    word.put(sum, 1);
+  }
+  return word;
+}
+/// BCH(51, 8) of B1C and L1C (BDS-SIS-ICD-B1C-1.0, table 6-1; IS-GPS-800, 3.2.3.2).
+Bits bch_51_8(std::uint64_t information) {
+  return cyclic(information, 8, 0b1'1001'1111, 51);
+}
+
+/// Bits that were written row by row, column by column.
+Bits interleaved(const Bits& bits, std::size_t columns) {
+  Bits result;
+  for (std::size_t column = 0; column < columns; ++column) {
+    for (std::size_t i = column; i < bits.size(); i += columns) result.put(bits[i] ? 1 : 0, 1);
+  }
+  return result;
+}
+
+BcnavDelays bcnav_delays(const gnss::NavigationData& navigation, const gnss::KeplerEphemeris& e) {
+  return {delay_of(navigation, e, "B1C"), delay_of(navigation, e, "B2a"), delay_of(navigation, e, "B2b")};
+}
+
+/// BDS-SIS-ICD-B1C-1.0, 6.2.1 and 6.2.2: BCH of PRN and second of the hour; 36 rows, two of subframe 2 and
+/// one of subframe 3 in turn, the last three of subframe 2.
+std::optional<SymbolFrame> bcnav1_frame(const gnss::NavigationData& navigation, gnss::SatelliteId id,
+                                        geodesy::GpsTime time) {
+  const geodesy::GpsTime start = place_of(time, 18, 1, geodesy::kBdtSecondsOffset).start;
+  const gnss::KeplerEphemeris* e = sent_ephemeris(navigation, id, start);
+  if (e == nullptr) return std::nullopt;
+  const Bits second =
+      ldpc_encoded(LdpcCode::Bcnav1Subframe2, bcnav1_subframe2(*e, bcnav_delays(navigation, *e), start));
+  const Bits third = ldpc_encoded(LdpcCode::Bcnav1Subframe3,
+                                  bcnav1_subframe3(*e, system_message(navigation, id.system, start), start));
+  constexpr std::size_t kRows = 36, kColumns = 48;
+  Bits rows;
+  for (std::size_t row = 0, of_second = 0, of_third = 0; row < kRows; ++row) {
+    const bool last = row % 3 == 2 && row < 33;
+    rows.put(last ? third.number(kColumns * of_third++, kColumns)
+                  : second.number(kColumns * of_second++, kColumns),
+             kColumns);
+  }
+  const std::int64_t frame = bdt(start).nanosecond_of_week() / (18 * kNanoseconds);
+  Bits bits = cyclic(static_cast<std::uint64_t>(id.number), 6, 0b101'0111, 21);
+  bits.append(bch_51_8(static_cast<std::uint64_t>(frame % 200))).append(interleaved(rows, kColumns));
+  return SymbolFrame{start, 0.01, symbols_of(bits)};
+}
+
 /// Words of 30 bits, as BeiDou sends them.
 std::vector<std::int8_t> plain_symbols(const std::vector<std::uint32_t>& words) {
   std::vector<std::int8_t> symbols;
@@ -254,6 +319,9 @@ std::optional<SymbolFrame> symbol_frame(const gnss::NavigationData& navigation, 
   if (id.system == gnss::System::SBAS && signal.name == "L1CA") return sbas_frame(navigation, id, time);
   if (signal.name == "E5a") return fnav_frame(navigation, id, time);
   if (signal.name == "E5b") return e5b_frame(navigation, id, time);
+  if (id.system == gnss::System::BeiDou && !gnss::is_beidou_geo(id)) {
+    if (signal.name == "B1C") return bcnav1_frame(navigation, id, time);
+  }
   const std::optional<Message> kind = message_of(id, signal);
   if (!kind) return std::nullopt;
   const Lengths lengths = lengths_of(*kind);

@@ -1,0 +1,86 @@
+#include <cmath>
+
+#include "canyon/broadcast/cnav_fields.hpp"
+#include "canyon/broadcast/messages.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/gnss/broadcast_messages.hpp"
+
+namespace canyon::broadcast {
+namespace {
+
+using geodesy::GpsTime;
+
+constexpr double kDelayStep_s = 0x1p-34;
+
+std::int64_t second_of_week(GpsTime start) {
+  return bdt(start).nanosecond_of_week() / GpsTime::kNanosecondsPerSecond;
+}
+
+/// Elements and clock of the nearest whole 300 s of BDT, times in BDT.
+gnss::KeplerEphemeris in_bdt(gnss::KeplerEphemeris e) {
+  e.toe = bdt(e.toe);
+  e.toc = bdt(e.toc);
+  return referred_to(e, whole_300_s(e.toe), whole_300_s(e.toc), geodesy::kEarthMu);
+}
+
+/// IODE, 0 to 59 of data younger than 12 h, and IODC, which ends as it does (7.4). D1 and D2 have ages in
+/// their place, which ephemerides that follow each other share: half hours of toe tell them apart.
+std::int64_t issue_of_data(const gnss::KeplerEphemeris& e) {
+  return std::llround(e.toe.seconds_of_week() / 1800) % 60;
+}
+
+/// 203 bits (7.7.1, table 7-8). @param e of in_bdt()
+void put_ephemeris_1(Bits& bits, const gnss::KeplerEphemeris& e) {
+  constexpr double kMeo_m = 27'906'100, kOthers_m = 42'162'200;
+  const bool meo = e.sqrt_a * e.sqrt_a < 35e6;
+  put_reference_time(bits, e.toe);
+  bits.count(meo ? 3 : gnss::is_beidou_geo(e.id) ? 1 : 2, 2);
+  put_ellipse(bits, e, meo ? kMeo_m : kOthers_m);
+}
+/// 222 bits.
+void put_ephemeris_2(Bits& bits, const gnss::KeplerEphemeris& e) {
+  put_plane(bits, e, e.right_ascension_rate, 19);
+}
+/// 69 bits (7.5.1). @param e of in_bdt()
+void put_clock(Bits& bits, const gnss::KeplerEphemeris& e) {
+  put_reference_time(bits, e.toc);
+  bits.number(e.af0, 0x1p-34, 25);
+  bits.number(e.af1, 0x1p-50, 22);
+  bits.number(e.af2, 0x1p-66, 11);
+}
+/// UTC by BDT (7.12), 97 bits.
+void put_utc(Bits& bits, const SystemMessage& message, GpsTime start) {
+  put_utc(bits, message.leap_seconds - geodesy::kBdtSecondsOffset, bdt_week(start), 6, 3);
+}
+
+// What is not known is zero: integrity flags and SISMAI (no fault), SISAI, the ionosphere of BDGIM.
+constexpr int kIntegrityBits = 3 + 4, kAccuracyBits = 22;
+
+}  // namespace
+
+Bits bcnav1_subframe2(const gnss::KeplerEphemeris& ephemeris, const BcnavDelays& delays, GpsTime start) {
+  const gnss::KeplerEphemeris e = in_bdt(ephemeris);
+  Bits bits;
+  bits.count(bdt_week(start), 13).count(second_of_week(start) / 3600, 8);
+  bits.count(issue_of_data(e), 10).count(issue_of_data(e), 8);
+  put_ephemeris_1(bits, e);
+  put_ephemeris_2(bits, e);
+  put_clock(bits, e);
+  bits.number(delays.b2a_s, kDelayStep_s, 12);
+  bits.put(0, 12);  // from the pilot of B1C to its data
+  bits.number(delays.b1c_s, kDelayStep_s, 12);
+  bits.put(0, 7);
+  return bits.put(crc24q(bits), 24);
+}
+
+Bits bcnav1_subframe3(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& message, GpsTime start) {
+  Bits bits;
+  bits.count(1, 6).count(ephemeris.health != 0, 2).put(0, kIntegrityBits);
+  bits.put(0, 5 + kAccuracyBits);
+  bits.put(0, 10).put(0, 64);  // nine coefficients of BDGIM
+  put_utc(bits, message, start);
+  bits.put(0, 27);
+  return bits.put(crc24q(bits), 24);
+}
+
+}  // namespace canyon::broadcast

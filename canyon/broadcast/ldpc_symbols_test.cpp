@@ -1,0 +1,331 @@
+// Symbols of the messages with LDPC codes, read back as a receiver would without errors: parity checks by the
+// tables of the interface documents, interleaving, BCH, CRC-24Q, fields in their order.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <string_view>
+
+#include "canyon/broadcast/ldpc.hpp"
+#include "canyon/broadcast/messages.hpp"
+#include "canyon/broadcast/symbols.hpp"
+#include "canyon/geodesy/constants.hpp"
+
+namespace canyon::broadcast {
+namespace {
+
+using geodesy::GpsTime;
+
+/// Logarithms in GF(64) to the root of x^6 + x + 1; 0 has none.
+const std::array<int, 64> kLogarithms = [] {
+  std::array<int, 64> result{};
+  unsigned power = 1;
+  for (int i = 0; i < 63; ++i) {
+    result.at(power) = i;
+    power = power < 32 ? 2 * power : (2 * power - 64) ^ 3U;
+  }
+  return result;
+}();
+unsigned product(unsigned a, unsigned b) {
+  if (a == 0 || b == 0) return 0;
+  const int logarithm = (kLogarithms.at(a) + kLogarithms.at(b)) % 63;
+  for (unsigned x = 1; x < 64; ++x) {
+    if (kLogarithms.at(x) == logarithm) return x;
+  }
+  return 0;
+}
+/// Parity checks that a word breaks.
+int broken_checks(const std::vector<std::vector<LdpcTerm>>& checks, std::size_t symbol_bits,
+                  const Bits& word) {
+  int broken = 0;
+  for (const auto& check : checks) {
+    unsigned sum = 0;
+    for (const LdpcTerm& term : check) {
+      sum ^= product(term.factor, static_cast<unsigned>(word.number(symbol_bits * term.symbol, symbol_bits)));
+    }
+    broken += sum != 0 ? 1 : 0;
+  }
+  return broken;
+}
+
+struct Code {
+  LdpcCode code;
+  std::size_t symbol_bits, checks;
+};
+const std::array kCodes{Code{LdpcCode::Bcnav1Subframe2, 6, 100}, Code{LdpcCode::Bcnav1Subframe3, 6, 44}};
+
+TEST(Ldpc, WordsFulfilTheParityChecks) {
+  std::mt19937 random(7);
+  for (const auto& [code, symbol_bits, count] : kCodes) {
+    const auto checks = parity_checks(code);
+    ASSERT_EQ(checks.size(), count);
+    std::vector<int> uses(2 * count);
+    for (const auto& check : checks) {
+      for (const LdpcTerm& term : check) {
+        ++uses.at(term.symbol);
+        EXPECT_GE(term.factor, 1);
+        EXPECT_LT(term.factor, 1 << symbol_bits);
+      }
+      // Regular codes of the ICDs: four symbols a check, each symbol in two.
+      if (symbol_bits == 6) {
+        EXPECT_EQ(check.size(), 4U);
+      }
+    }
+    for (const int use : uses) {
+      if (symbol_bits == 6) {
+        EXPECT_EQ(use, 2);
+      }
+      EXPECT_GE(use, 1);
+    }
+    for (int trial = 0; trial < 5; ++trial) {
+      Bits information;
+      for (std::size_t i = 0; i < symbol_bits * count; ++i) information.put(random() & 1U, 1);
+      const Bits word = ldpc_encoded(code, information);
+      ASSERT_EQ(word.size(), 2 * information.size());
+      for (std::size_t i = 0; i < information.size(); ++i) EXPECT_EQ(word[i], information[i]);
+      EXPECT_EQ(broken_checks(checks, symbol_bits, word), 0);
+      Bits wrong;
+      const std::size_t place = random() % word.size();
+      for (std::size_t i = 0; i < word.size(); ++i) wrong.put(word[i] != (i == place) ? 1 : 0, 1);
+      EXPECT_EQ(broken_checks(checks, symbol_bits, wrong), uses[place / symbol_bits]);
+    }
+  }
+}
+
+/// The bits of a message in their order.
+class Reader {
+ public:
+  explicit Reader(const Bits& bits) : bits_(bits) {}
+  std::uint64_t number(std::size_t width) {
+    at_ += width;
+    return bits_.number(at_ - width, width);
+  }
+  double number(std::size_t width, double step) {
+    const bool negative = bits_[at_];
+    const auto value = static_cast<std::int64_t>(number(width));
+    return static_cast<double>(negative ? value - (std::int64_t{1} << width) : value) * step;
+  }
+  void expect(std::size_t width, double step, double value) {
+    EXPECT_NEAR(number(width, step), value, 0.501 * step) << "before bit " << at_;
+  }
+  void expect_angle(std::size_t width, double step, double radians) {
+    const double apart = number(width, step) - radians / geodesy::kPi;
+    EXPECT_NEAR(std::remainder(apart, 2), 0, 0.501 * step) << "before bit " << at_;
+  }
+  void expect_zeros(std::size_t width) {
+    for (std::size_t i = 0; i < width; ++i) EXPECT_EQ(number(1), 0U) << "bit " << at_ - 1;
+  }
+  /// The last bits: CRC-24Q of all others.
+  void expect_crc() {
+    Bits checked;
+    for (std::size_t i = 0; i < at_; ++i) checked.put(bits_[i] ? 1 : 0, 1);
+    EXPECT_EQ(number(24), crc24q(checked));
+    EXPECT_EQ(at_, bits_.size());
+  }
+
+ private:
+  const Bits& bits_;
+  std::size_t at_ = 0;
+};
+
+/// @param orbit_s, clock_s from the reference times to whole 300 s
+void expect_ellipse(Reader& r, const gnss::KeplerEphemeris& e, double orbit_s, double earth_gm,
+                    double reference_m) {
+  const double axis_m = e.sqrt_a * e.sqrt_a;
+  r.expect(26, 0x1p-9, axis_m - reference_m);
+  r.expect_zeros(25);
+  r.expect_angle(17, 0x1p-44, e.mean_motion_difference);
+  r.expect_zeros(23);
+  const double motion = std::sqrt(earth_gm / std::pow(axis_m, 3)) + e.mean_motion_difference;
+  r.expect_angle(33, 0x1p-32, e.mean_anomaly + orbit_s * motion);
+  r.expect(33, 0x1p-34, e.eccentricity);
+  r.expect_angle(33, 0x1p-32, e.argument_of_perigee);
+}
+void expect_plane(Reader& r, const gnss::KeplerEphemeris& e, double orbit_s, double reference_rate,
+                  std::size_t rate_bits) {
+  r.expect_angle(33, 0x1p-32, e.right_ascension + orbit_s * e.right_ascension_rate);
+  r.expect_angle(33, 0x1p-32, e.inclination + orbit_s * e.inclination_rate);
+  r.expect_angle(rate_bits, 0x1p-44, e.right_ascension_rate - reference_rate);
+  r.expect_angle(15, 0x1p-44, e.inclination_rate);
+  r.expect(16, 0x1p-30, e.cis);
+  r.expect(16, 0x1p-30, e.cic);
+  r.expect(24, 0x1p-8, e.crs);
+  r.expect(24, 0x1p-8, e.crc);
+  r.expect(21, 0x1p-30, e.cus);
+  r.expect(21, 0x1p-30, e.cuc);
+}
+
+/// 2026-03-01 00:00 of BDT, a Sunday.
+const GpsTime kBdtWeek = GpsTime::from_week(2408, 14);
+
+class LdpcSymbols : public testing::Test {
+ protected:
+  /// @param toe its toc is 600 s later
+  gnss::NavigationData navigation_of(const char* satellite, GpsTime toe, double semi_major_axis_m) {
+    e_.id = *gnss::parse_satellite(satellite);
+    e_.toe = toe;
+    e_.toc = toe + 600;
+    e_.af0 = -1.5e-4;
+    e_.af1 = 3e-12;
+    e_.af2 = 1e-18;
+    e_.sqrt_a = std::sqrt(semi_major_axis_m);
+    e_.eccentricity = 0.0123;
+    e_.inclination = 0.96;
+    e_.inclination_rate = -2e-10;
+    e_.right_ascension = -2.1;
+    e_.right_ascension_rate = -8e-9;
+    e_.argument_of_perigee = 1.7;
+    e_.mean_anomaly = -0.3;
+    e_.mean_motion_difference = 4.5e-9;
+    e_.cuc = -1e-6;
+    e_.cus = 2e-6;
+    e_.cic = -3e-8;
+    e_.cis = 4e-8;
+    e_.crc = 250.5;
+    e_.crs = -80.25;
+    e_.group_delay = {-1.1e-8, 5e-9};
+    e_.accuracy_m = 2;
+    gnss::NavigationData navigation;
+    navigation.kepler.push_back(e_);
+    navigation.leap_seconds = 18;
+    return navigation;
+  }
+  [[nodiscard]] const gnss::Signal& signal(std::string_view name) const {
+    const auto all = gnss::signals_of(e_.id.system);
+    return *std::find_if(all.begin(), all.end(), [&](const gnss::Signal& s) { return s.name == name; });
+  }
+  /// The frame around `time`, of `size` symbols.
+  Bits bits(const gnss::NavigationData& navigation, std::string_view name, GpsTime time, GpsTime start,
+            double symbol_s, std::size_t size) {
+    const auto frame = symbol_frame(navigation, e_.id, signal(name), time);
+    Bits result;
+    if (!frame) {
+      ADD_FAILURE() << "no frame";
+      return result;
+    }
+    EXPECT_EQ(frame->start, start);
+    EXPECT_EQ(frame->symbol_s, symbol_s);
+    EXPECT_EQ(frame->symbols.size(), size);
+    for (const std::int8_t symbol : frame->symbols) result.put(symbol < 0 ? 1 : 0, 1);
+    return result;
+  }
+  /// The information of a word of a code, whose checks hold.
+  static Bits decoded(LdpcCode code, const Bits& word) {
+    const auto of_code =
+        std::find_if(kCodes.begin(), kCodes.end(), [&](const Code& c) { return c.code == code; });
+    EXPECT_EQ(word.size(), 2 * of_code->checks * of_code->symbol_bits);
+    EXPECT_EQ(broken_checks(parity_checks(code), of_code->symbol_bits, word), 0);
+    Bits information;
+    for (std::size_t i = 0; i < word.size() / 2; ++i) information.put(word[i] ? 1 : 0, 1);
+    return information;
+  }
+  void expect_b_cnav_ephemeris_1(Reader& r, double toe_s, double orbit_s, int type, double reference_m) {
+    EXPECT_EQ(r.number(11), toe_s / 300);
+    EXPECT_EQ(static_cast<int>(r.number(2)), type);
+    expect_ellipse(r, e_, orbit_s, 3.986004418e14, reference_m);
+  }
+  void expect_b_cnav_clock(Reader& r, double toc_s, double clock_s) {
+    EXPECT_EQ(r.number(11), toc_s / 300);
+    r.expect(25, 0x1p-34, e_.af0 + clock_s * (e_.af1 + clock_s * e_.af2));
+    r.expect(22, 0x1p-50, e_.af1 + 2 * clock_s * e_.af2);
+    r.expect(11, 0x1p-66, e_.af2);
+  }
+  static void expect_utc(Reader& r, int leap_seconds, std::uint64_t week, std::uint64_t day,
+                         std::size_t day_bits) {
+    r.expect_zeros(16 + 13 + 7);
+    r.expect(8, 1, leap_seconds);
+    r.expect_zeros(16);
+    EXPECT_EQ(r.number(13), week);
+    EXPECT_EQ(r.number(13), week);
+    EXPECT_EQ(r.number(day_bits), day);
+    r.expect(8, 1, leap_seconds);
+  }
+  /// A cyclic code has the word iff it is orthogonal to all cyclic shifts of the check polynomial.
+  static void expect_cyclic(const Bits& bits, std::size_t first, std::size_t size, unsigned check) {
+    for (std::size_t shift = 0; shift < size; ++shift) {
+      bool sum = false;
+      for (std::size_t i = 0; check >> i != 0; ++i) {
+        sum ^= (check >> i & 1U) != 0 && bits[first + (shift + i) % size];
+      }
+      EXPECT_FALSE(sum) << shift;
+    }
+  }
+  gnss::KeplerEphemeris e_;
+};
+
+// BDS-SIS-ICD-B1C-1.0, 6.2: frames of 18 s from the begin of the BDT week on.
+TEST_F(LdpcSymbols, BcnavOneIsReadBack) {
+  struct Case {
+    const char* satellite;
+    double semi_major_axis_m, toe_s;  // of the BDT week
+    int type;
+    double reference_m;
+    int frame;  // from the begin of the week
+    bool own_delays;
+  };
+  for (const Case& c : {Case{"C25", 27'906'500, 36000, 3, 27'906'100, 2000, false},
+                        Case{"C40", 42'161'000, 36100, 2, 42'162'200, 2199, true},
+                        Case{"C19", 27'905'000, 3600 - 16, 3, 27'906'100, 0, false},
+                        Case{"C58", 27'905'000, 601'200, 3, 27'906'100, 33'599, true}}) {
+    SCOPED_TRACE(c.satellite);
+    gnss::NavigationData navigation = navigation_of(c.satellite, kBdtWeek + c.toe_s, c.semi_major_axis_m);
+    navigation.kepler[0].health = c.own_delays ? 1 : 0;
+    double b1c_s = e_.group_delay[0], b2a_s = e_.group_delay[1];
+    if (c.own_delays) {
+      gnss::SignalDelays delays;
+      delays.id = e_.id;
+      delays.toc = e_.toc;
+      delays.group_delay_s.fill(std::numeric_limits<double>::infinity());
+      delays.group_delay_s[gnss::index_of(signal("B1C"))] = b1c_s = -2.5e-9;
+      delays.group_delay_s[gnss::index_of(signal("B2a"))] = b2a_s = 7.5e-9;
+      navigation.signal_delays.push_back(delays);
+    }
+    const GpsTime start = kBdtWeek + 18 * c.frame;
+    for (const double within_s : {0.0, 17.99}) {
+      const Bits frame = bits(navigation, "B1C", start + within_s, start, 0.01, 1800);
+      // Subframe 1: BCH(21,6) of the PRN, BCH(51,8) of 18 s of the hour.
+      EXPECT_EQ(frame.number(0, 6), e_.id.number);
+      EXPECT_EQ(frame.number(21, 8), static_cast<unsigned>(c.frame % 200));
+      expect_cyclic(frame, 0, 21, 0b101'0111);
+      expect_cyclic(frame, 21, 51, 0b1'1001'1111);
+      // 36 rows of 48, read by columns: subframe 3 in each third row of the first 33.
+      Bits second, third;
+      for (std::size_t row = 0; row < 36; ++row) {
+        Bits& to = row < 33 && row % 3 == 2 ? third : second;
+        for (std::size_t column = 0; column < 48; ++column) to.put(frame[72 + 36 * column + row] ? 1 : 0, 1);
+      }
+      const Bits subframe2 = decoded(LdpcCode::Bcnav1Subframe2, second);
+      const Bits subframe3 = decoded(LdpcCode::Bcnav1Subframe3, third);
+      const double toe_s = std::round(c.toe_s / 300) * 300, toc_s = toe_s + 600;
+      Reader r(subframe2);
+      EXPECT_EQ(r.number(13), 2408U - 1356);
+      EXPECT_EQ(r.number(8), static_cast<unsigned>(c.frame / 200));
+      const std::uint64_t iodc = r.number(10);
+      EXPECT_EQ(iodc, r.number(8));
+      EXPECT_LT(iodc, 60U) << "younger than 12 h";
+      expect_b_cnav_ephemeris_1(r, toe_s, toe_s - c.toe_s, c.type, c.reference_m);
+      expect_plane(r, e_, toe_s - c.toe_s, 0, 19);
+      expect_b_cnav_clock(r, toc_s, toe_s - c.toe_s);
+      r.expect(12, 0x1p-34, b2a_s);
+      r.expect_zeros(12);
+      r.expect(12, 0x1p-34, b1c_s);
+      r.expect_zeros(7);
+      r.expect_crc();
+      Reader page(subframe3);
+      EXPECT_EQ(page.number(6), 1U);
+      EXPECT_EQ(page.number(2), c.own_delays ? 1U : 0U);
+      page.expect_zeros(3 + 4 + 5 + 22 + 74);
+      expect_utc(page, 18 - 14, 2408 - 1356, 6, 3);
+      page.expect_zeros(27);
+      page.expect_crc();
+    }
+  }
+  const gnss::NavigationData navigation = navigation_of("C03", kBdtWeek, 42'164'000);
+  EXPECT_FALSE(symbol_frame(navigation, e_.id, signal("B1C"), kBdtWeek)) << "geostationary";
+}
+
+}  // namespace
+}  // namespace canyon::broadcast
