@@ -1,3 +1,5 @@
+#include <initializer_list>
+
 #include "canyon/broadcast/accuracy_index.hpp"
 #include "canyon/broadcast/cnav_fields.hpp"
 #include "canyon/broadcast/messages.hpp"
@@ -12,6 +14,22 @@ using geodesy::GpsTime;
 constexpr double kSemiMajorAxis_m = 26'559'710, kSemiMajorAxisOfQzss_m = 42'164'200;
 constexpr double kRightAscensionRate = -2.6e-9 * geodesy::kPi;
 constexpr double kEarthGm = 3.986005e14;  ///< of GPS, 20.3.3.4.3
+constexpr double kGpsDelayStep_s = 0x1p-35;
+
+void put_gps_ellipse(Bits& bits, const gnss::KeplerEphemeris& e) {
+  put_ellipse(bits, e, e.id.system == gnss::System::QZSS ? kSemiMajorAxisOfQzss_m : kSemiMajorAxis_m);
+}
+void put_gps_plane(Bits& bits, const gnss::KeplerEphemeris& e) {
+  put_plane(bits, e, e.right_ascension_rate - kRightAscensionRate, 17);
+}
+void put_gps_clock(Bits& bits, const gnss::KeplerEphemeris& e) {
+  bits.number(e.af0, 0x1p-35, 26);
+  bits.number(e.af1, 0x1p-48, 20);
+  bits.number(e.af2, 0x1p-60, 10);
+}
+void put_corrections(Bits& bits, double group_delay_s, std::initializer_list<double> delays_s) {
+  for (const double delay_s : delays_s) bits.number(group_delay_s - delay_s, kGpsDelayStep_s, 13);
+}
 
 }  // namespace
 
@@ -31,9 +49,7 @@ Bits cnav_message(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& m
     bits.count(accuracy_index(e.accuracy_m), 5);
     bits.put(0, 3).put(0, 3);
     put_reference_time(bits, e.toc);
-    bits.number(e.af0, 0x1p-35, 26);
-    bits.number(e.af1, 0x1p-48, 20);
-    bits.number(e.af2, 0x1p-60, 10);
+    put_gps_clock(bits, e);
   };
   switch (type) {
     case 10:
@@ -42,20 +58,18 @@ Bits cnav_message(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& m
       put_reference_time(bits, e.toe);
       bits.count(accuracy_index(e.accuracy_m), 5);
       put_reference_time(bits, e.toe);
-      put_ellipse(bits, e, e.id.system == gnss::System::QZSS ? kSemiMajorAxisOfQzss_m : kSemiMajorAxis_m);
+      put_gps_ellipse(bits, e);
       bits.put(0, 1 + 1 + 3);  // integrity status, phasing of L2C, reserved
       break;
     case 11:
       put_reference_time(bits, e.toe);
-      put_plane(bits, e, e.right_ascension_rate - kRightAscensionRate, 17);
+      put_gps_plane(bits, e);
       bits.put(0, 7);
       break;
     case 30:
       clock();
-      bits.number(delays.group_delay_s, 0x1p-35, 13);
-      for (const double delay : {delays.l1ca_s, delays.l2c_s, delays.l5_s, delays.l5_s}) {
-        bits.number(delays.group_delay_s - delay, 0x1p-35, 13);
-      }
+      bits.number(delays.group_delay_s, kGpsDelayStep_s, 13);
+      put_corrections(bits, delays.group_delay_s, {delays.l1ca_s, delays.l2c_s, delays.l5_s, delays.l5_s});
       put_klobuchar(bits, message.klobuchar);
       bits.count(start.week() & 255, 8);
       bits.put(0, 12);
@@ -66,6 +80,38 @@ Bits cnav_message(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& m
       bits.put(0, 51);
       break;
   }
+  return bits.put(crc24q(bits), 24);
+}
+
+Bits cnav2_subframe2(const gnss::KeplerEphemeris& ephemeris, const CnavDelays& delays, GpsTime start) {
+  // IS-GPS-800, 3.5.3: toe is the time of the clock too.
+  const GpsTime toe = whole_300_s(ephemeris.toe);
+  const gnss::KeplerEphemeris e = referred_to(ephemeris, toe, toe, kEarthGm);
+  constexpr std::int64_t kInterval = 7200 * GpsTime::kNanosecondsPerSecond;
+  Bits bits;
+  bits.count(start.week(), 13).count(start.nanosecond_of_week() / kInterval, 8);
+  put_reference_time(bits, e.toe);
+  bits.put(e.health != 0, 1).count(accuracy_index(e.accuracy_m), 5);
+  put_reference_time(bits, e.toe);
+  put_gps_ellipse(bits, e);
+  put_gps_plane(bits, e);
+  bits.put(0, 5 + 3 + 3);  // accuracy of the clock
+  put_gps_clock(bits, e);
+  bits.number(delays.group_delay_s, kGpsDelayStep_s, 13);
+  put_corrections(bits, delays.group_delay_s, {delays.l1c_s, delays.l1c_s});
+  bits.put(0, 1);  // integrity status
+  bits.count(start.week(), 8).put(0, 2);
+  return bits.put(crc24q(bits), 24);
+}
+
+Bits cnav2_subframe3(const gnss::KeplerEphemeris& e, const SystemMessage& message, const CnavDelays& delays,
+                     GpsTime start) {
+  Bits bits;
+  bits.count(e.id.number + (e.id.system == gnss::System::QZSS ? 192 : 0), 8).count(1, 6);
+  put_utc(bits, message.leap_seconds, start.week(), 7, 4);
+  put_klobuchar(bits, message.klobuchar);
+  put_corrections(bits, delays.group_delay_s, {delays.l1ca_s, delays.l2c_s, delays.l5_s, delays.l5_s});
+  bits.put(0, 22);
   return bits.put(crc24q(bits), 24);
 }
 

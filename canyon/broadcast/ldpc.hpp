@@ -11,6 +11,8 @@ namespace canyon::broadcast {
 /// Systematic LDPC codes of rate 1/2 by the messages that have them. Symbols of BeiDou have six bits and are
 /// elements of GF(64) by x^6 + x + 1, the highest power first (BDS-SIS-ICD-B1C-1.0, 6.2.2.2).
 enum class LdpcCode {
+  Cnav2Subframe2,   ///< (1200, 600), bits
+  Cnav2Subframe3,   ///< (548, 274), bits
   Bcnav1Subframe2,  ///< (200, 100)
   Bcnav1Subframe3,  ///< (88, 44)
 };

@@ -55,7 +55,8 @@ struct Code {
   LdpcCode code;
   std::size_t symbol_bits, checks;
 };
-const std::array kCodes{Code{LdpcCode::Bcnav1Subframe2, 6, 100}, Code{LdpcCode::Bcnav1Subframe3, 6, 44}};
+const std::array kCodes{Code{LdpcCode::Cnav2Subframe2, 1, 600}, Code{LdpcCode::Cnav2Subframe3, 1, 274},
+                        Code{LdpcCode::Bcnav1Subframe2, 6, 100}, Code{LdpcCode::Bcnav1Subframe3, 6, 44}};
 
 TEST(Ldpc, WordsFulfilTheParityChecks) {
   std::mt19937 random(7);
@@ -325,6 +326,91 @@ TEST_F(LdpcSymbols, BcnavOneIsReadBack) {
   }
   const gnss::NavigationData navigation = navigation_of("C03", kBdtWeek, 42'164'000);
   EXPECT_FALSE(symbol_frame(navigation, e_.id, signal("B1C"), kBdtWeek)) << "geostationary";
+}
+
+// IS-GPS-800, 3.2.3 and 3.5: frames of 18 s from the begin of the week on.
+TEST_F(LdpcSymbols, CnavTwoIsReadBack) {
+  struct Case {
+    const char* satellite;
+    double semi_major_axis_m, toe_s, reference_m;
+    int frame;
+    bool own_delay;
+  };
+  for (const Case& c : {Case{"G05", 26'560'000, 36000, 26'559'710, 2000, false},
+                        Case{"G32", 26'561'000, 7200 - 16, 26'559'710, 399, true},
+                        Case{"J03", 42'165'000, 601'200, 42'164'200, 33'599, false},
+                        Case{"G11", 26'559'000, 604'784, 26'559'710, 33'455, false}}) {
+    SCOPED_TRACE(c.satellite);
+    const GpsTime week = GpsTime::from_week(2408, 0), start = week + 18 * c.frame;
+    gnss::NavigationData navigation = navigation_of(c.satellite, week + c.toe_s, c.semi_major_axis_m);
+    navigation.kepler[0].health = c.own_delay ? 1 : 0;
+    gnss::Klobuchar klobuchar;
+    klobuchar.alpha[1] = 3 * 0x1p-27;
+    navigation.klobuchar[e_.id.system] = klobuchar;
+    const double tgd_s = e_.group_delay[0];
+    double l1c_s = tgd_s;
+    if (c.own_delay) {
+      gnss::SignalDelays delays;
+      delays.id = e_.id;
+      delays.toc = e_.toc;
+      delays.group_delay_s.fill(std::numeric_limits<double>::infinity());
+      delays.group_delay_s[gnss::index_of(signal("L1C"))] = l1c_s = -7e-9;
+      navigation.signal_delays.push_back(delays);
+    }
+    const Bits frame = bits(navigation, "L1C", start + 17.99, start, 0.01, 1800);
+    // Subframe 1: the count at the begin of the next frame; its first bit turns BCH(51,8) of the others over.
+    const auto count = static_cast<unsigned>((c.frame + 1) % 400);
+    EXPECT_EQ(frame.number(0, 1), count >> 8U);
+    Bits low;
+    for (std::size_t i = 1; i < 52; ++i) low.put(frame[i] != frame[0] ? 1 : 0, 1);
+    EXPECT_EQ(low.number(0, 8), count & 255U);
+    expect_cyclic(low, 0, 51, 0b1'1001'1111);
+    // 38 rows of 46, read by columns.
+    Bits rows;
+    for (std::size_t row = 0; row < 38; ++row) {
+      for (std::size_t column = 0; column < 46; ++column) rows.put(frame[52 + 38 * column + row] ? 1 : 0, 1);
+    }
+    Bits second, third;
+    for (std::size_t i = 0; i < rows.size(); ++i) (i < 1200 ? second : third).put(rows[i] ? 1 : 0, 1);
+    const Bits subframe2 = decoded(LdpcCode::Cnav2Subframe2, second);
+    const Bits subframe3 = decoded(LdpcCode::Cnav2Subframe3, third);
+    // Of the week of toe, whose begin its node is of.
+    const double toe_s = std::min(std::round(c.toe_s / 300), 2015.0) * 300;
+    Reader r(subframe2);
+    EXPECT_EQ(r.number(13), 2408U);
+    EXPECT_EQ(r.number(8), static_cast<unsigned>(c.frame / 400));
+    EXPECT_EQ(r.number(11), toe_s / 300);
+    EXPECT_EQ(r.number(1), c.own_delay ? 1U : 0U);
+    EXPECT_EQ(r.number(5), 0U) << "2 m";
+    EXPECT_EQ(r.number(11), toe_s / 300);
+    expect_ellipse(r, e_, toe_s - c.toe_s, 3.986005e14, c.reference_m);
+    expect_plane(r, e_, toe_s - c.toe_s, -2.6e-9 * geodesy::kPi, 17);
+    r.expect_zeros(5 + 3 + 3);
+    const double clock_s = toe_s - c.toe_s - 600;
+    r.expect(26, 0x1p-35, e_.af0 + clock_s * (e_.af1 + clock_s * e_.af2));
+    r.expect(20, 0x1p-48, e_.af1 + 2 * clock_s * e_.af2);
+    r.expect(10, 0x1p-60, e_.af2);
+    r.expect(13, 0x1p-35, tgd_s);
+    r.expect(13, 0x1p-35, tgd_s - l1c_s);
+    r.expect(13, 0x1p-35, tgd_s - l1c_s);
+    r.expect_zeros(1);
+    EXPECT_EQ(r.number(8), 2408U % 256);
+    r.expect_zeros(2);
+    r.expect_crc();
+    Reader page(subframe3);
+    EXPECT_EQ(page.number(8), e_.id.number + (c.satellite[0] == 'J' ? 192U : 0U));
+    EXPECT_EQ(page.number(6), 1U);
+    expect_utc(page, 18, 2408, 7, 4);
+    page.expect_zeros(8);
+    EXPECT_EQ(page.number(8), 3U);
+    page.expect_zeros(48);
+    // L1 C/A, L2C and both of L5: TGD by the squares of the frequencies.
+    for (const double square : {1.0, 77.0 * 77 / 3600, 154.0 * 154 / 13225, 154.0 * 154 / 13225}) {
+      page.expect(13, 0x1p-35, tgd_s * (1 - square));
+    }
+    page.expect_zeros(22);
+    page.expect_crc();
+  }
 }
 
 }  // namespace

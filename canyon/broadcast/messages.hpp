@@ -59,7 +59,7 @@ void put_galileo_time(Bits& bits, geodesy::GpsTime start, int week_bits = 12);
 
 /// By what signals are later than the broadcast clock, and TGD [s].
 struct CnavDelays {
-  double group_delay_s = 0, l1ca_s = 0, l2c_s = 0, l5_s = 0;
+  double group_delay_s = 0, l1ca_s = 0, l2c_s = 0, l5_s = 0, l1c_s = 0;
 };
 /// Message 10 or 11 (ephemeris), 30 (clock, delays, ionosphere) or 33 (clock, UTC) of CNAV of GPS
 /// (IS-GPS-200 30.3.3) and QZSS (IS-QZSS-PNT-005 4.3.2, of another reference axis): 300 bits with CRC-24Q.
@@ -67,6 +67,14 @@ struct CnavDelays {
 /// @param start of the message @param length_s 12 on L2C, 6 on L5
 [[nodiscard]] Bits cnav_message(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& message,
                                 const CnavDelays& delays, int type, geodesy::GpsTime start, int length_s);
+
+/// Subframe 2 of CNAV-2 of GPS (IS-GPS-800, 3.5.3) and QZSS: time, ephemeris, clock, delays; 600 bits with
+/// CRC-24Q. Elements and clock are those of the nearest whole 300 s to toe. @param start of the frame
+[[nodiscard]] Bits cnav2_subframe2(const gnss::KeplerEphemeris& ephemeris, const CnavDelays& delays,
+                                   geodesy::GpsTime start);
+/// Page 1 of its subframe 3: UTC, ionosphere, delays; 274 bits with CRC-24Q.
+[[nodiscard]] Bits cnav2_subframe3(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& message,
+                                   const CnavDelays& delays, geodesy::GpsTime start);
 
 /// The time of BeiDou, and its weeks (BDS-SIS-ICD-B1I-3.0, 3.3).
 [[nodiscard]] inline geodesy::GpsTime bdt(geodesy::GpsTime t) {

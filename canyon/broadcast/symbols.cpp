@@ -108,15 +108,18 @@ Place place_of(geodesy::GpsTime time, std::int64_t length_s, std::int64_t turn, 
   return {back(length), back(length * turn), static_cast<int>(since / length % turn)};
 }
 
+CnavDelays cnav_delays(const gnss::NavigationData& navigation, const gnss::KeplerEphemeris& e) {
+  return {e.group_delay[0], delay_of(navigation, e, "L1CA"), delay_of(navigation, e, "L2C"),
+          delay_of(navigation, e, "L5"), delay_of(navigation, e, "L1C")};
+}
+
 Bits cnav_bits(const gnss::NavigationData& navigation, gnss::SatelliteId id, geodesy::GpsTime time,
                int length_s) {
   constexpr std::array<int, 4> kTypes{10, 11, 30, 33};
   const Place place = place_of(time, length_s, kTypes.size());
   const gnss::KeplerEphemeris* e = sent_ephemeris(navigation, id, place.begin_of_turn);
   if (e == nullptr) return {};
-  const CnavDelays delays{e->group_delay[0], delay_of(navigation, *e, "L1CA"),
-                          delay_of(navigation, *e, "L2C"), delay_of(navigation, *e, "L5")};
-  return cnav_message(*e, system_message(navigation, id.system, place.start), delays,
+  return cnav_message(*e, system_message(navigation, id.system, place.start), cnav_delays(navigation, *e),
                       kTypes[static_cast<std::size_t>(place.number)], place.start, length_s);
 }
 
@@ -212,6 +215,27 @@ Bits interleaved(const Bits& bits, std::size_t columns) {
     for (std::size_t i = column; i < bits.size(); i += columns) result.put(bits[i] ? 1 : 0, 1);
   }
   return result;
+}
+
+/// IS-GPS-800, 3.2.3 and 3.5.2: BCH of the count of 18 s in two hours, to the begin of the next frame; 38
+/// rows of 46.
+std::optional<SymbolFrame> cnav2_frame(const gnss::NavigationData& navigation, gnss::SatelliteId id,
+                                       geodesy::GpsTime time) {
+  const geodesy::GpsTime start = place_of(time, 18, 1).start;
+  const gnss::KeplerEphemeris* e = sent_ephemeris(navigation, id, start);
+  if (e == nullptr) return std::nullopt;
+  const CnavDelays delays = cnav_delays(navigation, *e);
+  Bits rows = ldpc_encoded(LdpcCode::Cnav2Subframe2, cnav2_subframe2(*e, delays, start));
+  rows.append(ldpc_encoded(LdpcCode::Cnav2Subframe3,
+                           cnav2_subframe3(*e, system_message(navigation, id.system, start), delays, start)));
+  const auto count = static_cast<std::uint64_t>((start.nanosecond_of_week() / (18 * kNanoseconds) + 1) % 400);
+  const bool ninth = count >> 8 != 0;  // turns the others over
+  const Bits low = bch_51_8(count & 255);
+  Bits bits;
+  bits.put(ninth, 1);
+  for (std::size_t i = 0; i < low.size(); ++i) bits.put(low[i] != ninth, 1);
+  bits.append(interleaved(rows, 46));
+  return SymbolFrame{start, 0.01, symbols_of(bits)};
 }
 
 BcnavDelays bcnav_delays(const gnss::NavigationData& navigation, const gnss::KeplerEphemeris& e) {
@@ -315,6 +339,7 @@ std::optional<SymbolFrame> symbol_frame(const gnss::NavigationData& navigation, 
   if (id.system == gnss::System::GPS || id.system == gnss::System::QZSS) {
     if (signal.name == "L2C") return cnav_frame(navigation, id, time, 12);
     if (signal.name == "L5") return cnav_frame(navigation, id, time, 6);
+    if (signal.name == "L1C") return cnav2_frame(navigation, id, time);
   }
   if (id.system == gnss::System::SBAS && signal.name == "L1CA") return sbas_frame(navigation, id, time);
   if (signal.name == "E5a") return fnav_frame(navigation, id, time);

@@ -23,6 +23,7 @@ struct SymbolFrame {
 ///   Galileo E1: a page of I/NAV (OS SIS ICD 2.1, 4.1 and 4.3)
 ///   Galileo E5b: likewise, words 1, 3 and 5 first (4.3.3); E5a: a page of F/NAV, 1 to 5 in turn (4.2)
 ///   GPS, QZSS L2C, L5: a message of CNAV, 10, 11, 30 and 33 in turn (IS-GPS-200, 30.3; IS-GPS-705, 20.3)
+///   GPS, QZSS L1C: a frame of CNAV-2 with page 1 (IS-GPS-800, 3.2.3 and 3.5)
 ///   SBAS L1 C/A: message 9 once in 120 s, else 63, or 0 of an unhealthy satellite (RTCA DO-229, A.4)
 ///   BeiDou B1I, B2I, B3I: a subframe of D1, or of D2 (BDS-SIS-ICD-B1I-3.0, 5.2, 5.3)
 ///   BeiDou B1C: a frame of B-CNAV1 with page 1 (BDS-SIS-ICD-B1C-1.0, 6.2), not of geostationary satellites
