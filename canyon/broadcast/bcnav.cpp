@@ -55,6 +55,9 @@ void put_utc(Bits& bits, const SystemMessage& message, GpsTime start) {
 
 // What is not known is zero: integrity flags and SISMAI (no fault), SISAI, the ionosphere of BDGIM.
 constexpr int kIntegrityBits = 3 + 4, kAccuracyBits = 22;
+void put_ionosphere(Bits& bits) {
+  bits.put(0, 10).put(0, 64);  // nine coefficients
+}
 
 }  // namespace
 
@@ -77,9 +80,48 @@ Bits bcnav1_subframe3(const gnss::KeplerEphemeris& ephemeris, const SystemMessag
   Bits bits;
   bits.count(1, 6).count(ephemeris.health != 0, 2).put(0, kIntegrityBits);
   bits.put(0, 5 + kAccuracyBits);
-  bits.put(0, 10).put(0, 64);  // nine coefficients of BDGIM
+  put_ionosphere(bits);
   put_utc(bits, message, start);
   bits.put(0, 27);
+  return bits.put(crc24q(bits), 24);
+}
+
+Bits bcnav2_message(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& message,
+                    const BcnavDelays& delays, int type, GpsTime start) {
+  const gnss::KeplerEphemeris e = in_bdt(ephemeris);
+  Bits bits;
+  bits.count(e.id.number, 6).count(type, 6).count(second_of_week(start) / 3, 18);
+  if (type == 10) {
+    bits.count(bdt_week(start), 13);
+  } else {
+    bits.count(e.health != 0, 2);
+  }
+  bits.put(0, kIntegrityBits).put(0, 3);  // of B2a, of B1C
+  switch (type) {
+    case 10:
+      bits.count(issue_of_data(e), 8);
+      put_ephemeris_1(bits, e);
+      break;
+    case 11:
+      put_ephemeris_2(bits, e);
+      break;
+    case 30:
+      put_clock(bits, e);
+      bits.count(issue_of_data(e), 10);
+      bits.number(delays.b2a_s, kDelayStep_s, 12);
+      bits.put(0, 12);  // from the pilot of B2a to its data
+      put_ionosphere(bits);
+      bits.number(delays.b1c_s, kDelayStep_s, 12);
+      bits.put(0, 33);
+      break;
+    default:  // 34
+      bits.put(0, kAccuracyBits);
+      put_clock(bits, e);
+      bits.count(issue_of_data(e), 10);
+      put_utc(bits, message, start);
+      bits.put(0, 24);
+      break;
+  }
   return bits.put(crc24q(bits), 24);
 }
 

@@ -15,6 +15,7 @@ enum class LdpcCode {
   Cnav2Subframe3,   ///< (548, 274), bits
   Bcnav1Subframe2,  ///< (200, 100)
   Bcnav1Subframe3,  ///< (88, 44)
+  Bcnav2,           ///< (96, 48)
 };
 
 /// A symbol of a parity check, counted from 0, and its factor.

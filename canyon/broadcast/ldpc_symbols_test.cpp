@@ -56,7 +56,8 @@ struct Code {
   std::size_t symbol_bits, checks;
 };
 const std::array kCodes{Code{LdpcCode::Cnav2Subframe2, 1, 600}, Code{LdpcCode::Cnav2Subframe3, 1, 274},
-                        Code{LdpcCode::Bcnav1Subframe2, 6, 100}, Code{LdpcCode::Bcnav1Subframe3, 6, 44}};
+                        Code{LdpcCode::Bcnav1Subframe2, 6, 100}, Code{LdpcCode::Bcnav1Subframe3, 6, 44},
+                        Code{LdpcCode::Bcnav2, 6, 48}};
 
 TEST(Ldpc, WordsFulfilTheParityChecks) {
   std::mt19937 random(7);
@@ -326,6 +327,64 @@ TEST_F(LdpcSymbols, BcnavOneIsReadBack) {
   }
   const gnss::NavigationData navigation = navigation_of("C03", kBdtWeek, 42'164'000);
   EXPECT_FALSE(symbol_frame(navigation, e_.id, signal("B1C"), kBdtWeek)) << "geostationary";
+}
+
+// BDS-SIS-ICD-B2a-1.0, 6.2: messages of 3 s from the begin of the BDT week on.
+TEST_F(LdpcSymbols, BcnavTwoIsReadBack) {
+  const double toe_s = 36000;
+  for (const int first : {12'000, 201'596}) {  // the last ones end with the week
+    gnss::NavigationData navigation =
+        navigation_of("C25", kBdtWeek + (first == 12'000 ? toe_s : 604'800 - toe_s), 27'906'500);
+    const double sent_toe_s = first == 12'000 ? toe_s : 604'800 - toe_s;
+    navigation.kepler[0].health = 1;
+    const std::array<unsigned, 4> types{10, 11, 30, 34};
+    std::uint64_t iode = 0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      SCOPED_TRACE(types.at(k));
+      const auto count = static_cast<unsigned>(first) + static_cast<unsigned>(k);
+      const GpsTime start = kBdtWeek + 3.0 * count;
+      const Bits frame = bits(navigation, "B2a", start + 2.999, start, 0.005, 600);
+      EXPECT_EQ(frame.number(0, 24), 0xE24DE8U);
+      Bits word;
+      for (std::size_t i = 24; i < 600; ++i) word.put(frame[i] ? 1 : 0, 1);
+      const Bits message = decoded(LdpcCode::Bcnav2, word);
+      Reader r(message);
+      EXPECT_EQ(r.number(6), 25U);
+      EXPECT_EQ(r.number(6), types.at(k));
+      EXPECT_EQ(r.number(18), count);
+      if (k == 0) {
+        EXPECT_EQ(r.number(13), 2408U - 1356);
+      } else {
+        EXPECT_EQ(r.number(2), 1U) << "unhealthy";
+      }
+      r.expect_zeros(3 + 4 + 3);
+      switch (k) {
+        case 0:
+          iode = r.number(8);
+          expect_b_cnav_ephemeris_1(r, sent_toe_s, 0, 3, 27'906'100);
+          break;
+        case 1:
+          expect_plane(r, e_, 0, 0, 19);
+          break;
+        case 2:
+          expect_b_cnav_clock(r, sent_toe_s + 600, 0);
+          EXPECT_EQ(r.number(10), iode);
+          r.expect(12, 0x1p-34, e_.group_delay[1]);
+          r.expect_zeros(12 + 74);
+          r.expect(12, 0x1p-34, e_.group_delay[0]);
+          r.expect_zeros(33);
+          break;
+        default:
+          r.expect_zeros(22);
+          expect_b_cnav_clock(r, sent_toe_s + 600, 0);
+          EXPECT_EQ(r.number(10), iode);
+          expect_utc(r, 18 - 14, 2408 - 1356, 6, 3);
+          r.expect_zeros(24);
+          break;
+      }
+      r.expect_crc();
+    }
+  }
 }
 
 // IS-GPS-800, 3.2.3 and 3.5: frames of 18 s from the begin of the week on.

@@ -111,6 +111,12 @@ struct BcnavDelays {
 [[nodiscard]] Bits bcnav1_subframe3(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& message,
                                     geodesy::GpsTime start);
 
+/// Message 10 or 11 (ephemeris), 30 (clock, delays) or 34 (clock, UTC) of B-CNAV2
+/// (BDS-SIS-ICD-B2a-1.0, 6.2.3): 288 bits with CRC-24Q. Ionosphere and what elements are of as in B-CNAV1.
+/// @param start of the message
+[[nodiscard]] Bits bcnav2_message(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& message,
+                                  const BcnavDelays& delays, int type, geodesy::GpsTime start);
+
 /// String 1 to 15 of GLONASS (ICD L1, L2 5.1, 4.3 to 4.5): bits 85 to 1 with the Hamming code; signed fields
 /// are sign and magnitude. Strings from 6 on, of almanacs, are empty.
 /// @param start of the frame, a multiple of 30 s of the GLONASS day

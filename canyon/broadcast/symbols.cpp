@@ -267,6 +267,22 @@ std::optional<SymbolFrame> bcnav1_frame(const gnss::NavigationData& navigation, 
   return SymbolFrame{start, 0.01, symbols_of(bits)};
 }
 
+/// BDS-SIS-ICD-B2a-1.0, 6.2.
+std::optional<SymbolFrame> bcnav2_frame(const gnss::NavigationData& navigation, gnss::SatelliteId id,
+                                        geodesy::GpsTime time) {
+  constexpr std::array<int, 4> kTypes{10, 11, 30, 34};
+  const Place place = place_of(time, 3, kTypes.size(), geodesy::kBdtSecondsOffset);
+  const gnss::KeplerEphemeris* e = sent_ephemeris(navigation, id, place.begin_of_turn);
+  if (e == nullptr) return std::nullopt;
+  Bits bits;
+  bits.put(0xE24DE8, 24);
+  bits.append(ldpc_encoded(
+      LdpcCode::Bcnav2,
+      bcnav2_message(*e, system_message(navigation, id.system, place.start), bcnav_delays(navigation, *e),
+                     kTypes[static_cast<std::size_t>(place.number)], place.start)));
+  return SymbolFrame{place.start, 0.005, symbols_of(bits)};
+}
+
 /// Words of 30 bits, as BeiDou sends them.
 std::vector<std::int8_t> plain_symbols(const std::vector<std::uint32_t>& words) {
   std::vector<std::int8_t> symbols;
@@ -346,6 +362,7 @@ std::optional<SymbolFrame> symbol_frame(const gnss::NavigationData& navigation, 
   if (signal.name == "E5b") return e5b_frame(navigation, id, time);
   if (id.system == gnss::System::BeiDou && !gnss::is_beidou_geo(id)) {
     if (signal.name == "B1C") return bcnav1_frame(navigation, id, time);
+    if (signal.name == "B2a") return bcnav2_frame(navigation, id, time);
   }
   const std::optional<Message> kind = message_of(id, signal);
   if (!kind) return std::nullopt;
