@@ -3,7 +3,6 @@
 #include "canyon/broadcast/cnav_fields.hpp"
 #include "canyon/broadcast/messages.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/gnss/broadcast_messages.hpp"
 
 namespace canyon::broadcast {
 namespace {
@@ -29,26 +28,26 @@ std::int64_t issue_of_data(const gnss::KeplerEphemeris& e) {
   return std::llround(e.toe.seconds_of_week() / 1800) % 60;
 }
 
-/// 203 bits (7.7.1, table 7-8). @param e of in_bdt()
+/// 203 bits (7.7). @param e of in_bdt(), not of a geostationary satellite: these do not send B-CNAV
 void put_ephemeris_1(Bits& bits, const gnss::KeplerEphemeris& e) {
-  constexpr double kMeo_m = 27'906'100, kOthers_m = 42'162'200;
+  constexpr double kMeo_m = 27'906'100, kInclined_m = 42'162'200;
   const bool meo = e.sqrt_a * e.sqrt_a < 35e6;
   put_reference_time(bits, e.toe);
-  bits.count(meo ? 3 : gnss::is_beidou_geo(e.id) ? 1 : 2, 2);
-  put_ellipse(bits, e, meo ? kMeo_m : kOthers_m);
+  bits.count(meo ? 3 : 2, 2);
+  put_ellipse(bits, e, meo ? kMeo_m : kInclined_m);
 }
 /// 222 bits.
 void put_ephemeris_2(Bits& bits, const gnss::KeplerEphemeris& e) {
   put_plane(bits, e, e.right_ascension_rate, 19);
 }
-/// 69 bits (7.5.1). @param e of in_bdt()
+/// 69 bits (7.5). @param e of in_bdt()
 void put_clock(Bits& bits, const gnss::KeplerEphemeris& e) {
   put_reference_time(bits, e.toc);
   bits.number(e.af0, 0x1p-34, 25);
   bits.number(e.af1, 0x1p-50, 22);
   bits.number(e.af2, 0x1p-66, 11);
 }
-/// UTC by BDT (7.12), 97 bits.
+/// UTC by BDT, 97 bits.
 void put_utc(Bits& bits, const SystemMessage& message, GpsTime start) {
   put_utc(bits, message.leap_seconds - geodesy::kBdtSecondsOffset, bdt_week(start), 6, 3);
 }
@@ -121,6 +120,29 @@ Bits bcnav2_message(const gnss::KeplerEphemeris& ephemeris, const SystemMessage&
       put_utc(bits, message, start);
       bits.put(0, 24);
       break;
+  }
+  return bits.put(crc24q(bits), 24);
+}
+
+Bits bcnav3_message(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& message,
+                    const BcnavDelays& delays, int type, GpsTime start) {
+  const gnss::KeplerEphemeris e = in_bdt(ephemeris);
+  Bits bits;
+  bits.count(type, 6).count(second_of_week(start), 20);
+  if (type == 10) {
+    bits.put(0, 4);
+    put_ephemeris_1(bits, e);
+    put_ephemeris_2(bits, e);
+    bits.put(0, kIntegrityBits);
+  } else {
+    bits.count(bdt_week(start), 13).put(0, 4);
+    put_clock(bits, e);
+    bits.number(delays.b2b_s, kDelayStep_s, 12);
+    put_ionosphere(bits);
+    put_utc(bits, message, start);
+    bits.put(0, 64).put(0, 64).put(0, 10);  // Earth orientation
+    bits.put(0, kAccuracyBits + 5);
+    bits.count(e.health != 0, 2);
   }
   return bits.put(crc24q(bits), 24);
 }

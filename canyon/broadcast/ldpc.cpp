@@ -16,8 +16,12 @@ struct Table {
   std::string_view terms;
 };
 /// In the order of LdpcCode.
-constexpr std::array<Table, 5> kTables{
-    {{1, kCnav2Subframe2}, {1, kCnav2Subframe3}, {6, kBcnav1Subframe2}, {6, kBcnav1Subframe3}, {6, kBcnav2}}};
+constexpr std::array<Table, 6> kTables{{{1, kCnav2Subframe2},
+                                        {1, kCnav2Subframe3},
+                                        {6, kBcnav1Subframe2},
+                                        {6, kBcnav1Subframe3},
+                                        {6, kBcnav2},
+                                        {6, kBcnav3}}};
 
 /// Products in GF(64). Those of 0 and 1 are GF(2)'s.
 using Products = std::array<std::array<std::uint8_t, 64>, 64>;

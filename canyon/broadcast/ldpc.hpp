@@ -16,6 +16,7 @@ enum class LdpcCode {
   Bcnav1Subframe2,  ///< (200, 100)
   Bcnav1Subframe3,  ///< (88, 44)
   Bcnav2,           ///< (96, 48)
+  Bcnav3,           ///< (162, 81)
 };
 
 /// A symbol of a parity check, counted from 0, and its factor.

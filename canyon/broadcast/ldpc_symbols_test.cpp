@@ -54,19 +54,24 @@ int broken_checks(const std::vector<std::vector<LdpcTerm>>& checks, std::size_t 
 struct Code {
   LdpcCode code;
   std::size_t symbol_bits, checks;
+  std::uint32_t
+      crc;  ///< of the terms, as frames of satellites and another program's generator matrices agreed
 };
-const std::array kCodes{Code{LdpcCode::Cnav2Subframe2, 1, 600}, Code{LdpcCode::Cnav2Subframe3, 1, 274},
-                        Code{LdpcCode::Bcnav1Subframe2, 6, 100}, Code{LdpcCode::Bcnav1Subframe3, 6, 44},
-                        Code{LdpcCode::Bcnav2, 6, 48}};
+const std::array kCodes{
+    Code{LdpcCode::Cnav2Subframe2, 1, 600, 0xA4BB51},  Code{LdpcCode::Cnav2Subframe3, 1, 274, 0xB5C715},
+    Code{LdpcCode::Bcnav1Subframe2, 6, 100, 0x05B6C6}, Code{LdpcCode::Bcnav1Subframe3, 6, 44, 0x72E486},
+    Code{LdpcCode::Bcnav2, 6, 48, 0xF50245},           Code{LdpcCode::Bcnav3, 6, 81, 0xA6BED3}};
 
 TEST(Ldpc, WordsFulfilTheParityChecks) {
   std::mt19937 random(7);
-  for (const auto& [code, symbol_bits, count] : kCodes) {
+  for (const auto& [code, symbol_bits, count, crc] : kCodes) {
     const auto checks = parity_checks(code);
     ASSERT_EQ(checks.size(), count);
     std::vector<int> uses(2 * count);
+    Bits terms;
     for (const auto& check : checks) {
       for (const LdpcTerm& term : check) {
+        terms.put(term.symbol, 12).put(term.factor, 6);
         ++uses.at(term.symbol);
         EXPECT_GE(term.factor, 1);
         EXPECT_LT(term.factor, 1 << symbol_bits);
@@ -76,6 +81,7 @@ TEST(Ldpc, WordsFulfilTheParityChecks) {
         EXPECT_EQ(check.size(), 4U);
       }
     }
+    EXPECT_EQ(crc24q(terms), crc);
     for (const int use : uses) {
       if (symbol_bits == 6) {
         EXPECT_EQ(use, 2);
@@ -381,6 +387,52 @@ TEST_F(LdpcSymbols, BcnavTwoIsReadBack) {
           expect_utc(r, 18 - 14, 2408 - 1356, 6, 3);
           r.expect_zeros(24);
           break;
+      }
+      r.expect_crc();
+    }
+  }
+}
+
+// BDS-SIS-ICD-B2b-1.0, 6.2: messages of a second from the begin of the BDT week on.
+TEST_F(LdpcSymbols, BcnavThreeIsReadBack) {
+  for (const bool end_of_week : {false, true}) {
+    const double toe_s = end_of_week ? 601'200 : 36100, sent_toe_s = end_of_week ? toe_s : 36000;
+    gnss::NavigationData navigation = navigation_of("C40", kBdtWeek + toe_s, 42'161'000);
+    navigation.kepler[0].health = 1;
+    gnss::SignalDelays delays;
+    delays.id = e_.id;
+    delays.toc = e_.toc;
+    delays.group_delay_s.fill(std::numeric_limits<double>::infinity());
+    delays.group_delay_s[gnss::index_of(signal("B2b"))] = -2.5e-9;
+    navigation.signal_delays.push_back(delays);
+    for (const unsigned type : {10U, 30U}) {
+      SCOPED_TRACE(type);
+      const unsigned second = (end_of_week ? 604'798U : 36'000U) + (type == 10 ? 0 : 1);
+      const GpsTime start = kBdtWeek + second;
+      const Bits frame = bits(navigation, "B2b", start + 0.999, start, 0.001, 1000);
+      EXPECT_EQ(frame.number(0, 16), 0xEB90U);
+      EXPECT_EQ(frame.number(16, 6), 40U);
+      EXPECT_EQ(frame.number(22, 6), 0U);
+      Bits word;
+      for (std::size_t i = 28; i < 1000; ++i) word.put(frame[i] ? 1 : 0, 1);
+      const Bits message = decoded(LdpcCode::Bcnav3, word);
+      Reader r(message);
+      EXPECT_EQ(r.number(6), type);
+      EXPECT_EQ(r.number(20), second);
+      if (type == 10) {
+        r.expect_zeros(4);
+        expect_b_cnav_ephemeris_1(r, sent_toe_s, sent_toe_s - toe_s, 2, 42'162'200);
+        expect_plane(r, e_, sent_toe_s - toe_s, 0, 19);
+        r.expect_zeros(3 + 4);
+      } else {
+        EXPECT_EQ(r.number(13), 2408U - 1356);
+        r.expect_zeros(4);
+        expect_b_cnav_clock(r, sent_toe_s + 600, sent_toe_s - toe_s);
+        r.expect(12, 0x1p-34, -2.5e-9);
+        r.expect_zeros(74);
+        expect_utc(r, 18 - 14, 2408 - 1356, 6, 3);
+        r.expect_zeros(138 + 22 + 5);
+        EXPECT_EQ(r.number(2), 1U) << "unhealthy";
       }
       r.expect_crc();
     }

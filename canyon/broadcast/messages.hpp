@@ -117,6 +117,11 @@ struct BcnavDelays {
 [[nodiscard]] Bits bcnav2_message(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& message,
                                   const BcnavDelays& delays, int type, geodesy::GpsTime start);
 
+/// Message 10 (ephemeris) or 30 (week, clock, delay, UTC) of B-CNAV3 (BDS-SIS-ICD-B2b-1.0, 6.2.3): 486 bits
+/// with CRC-24Q, likewise, and Earth orientation of zeros. @param start of the message
+[[nodiscard]] Bits bcnav3_message(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& message,
+                                  const BcnavDelays& delays, int type, geodesy::GpsTime start);
+
 /// String 1 to 15 of GLONASS (ICD L1, L2 5.1, 4.3 to 4.5): bits 85 to 1 with the Hamming code; signed fields
 /// are sign and magnitude. Strings from 6 on, of almanacs, are empty.
 /// @param start of the frame, a multiple of 30 s of the GLONASS day

@@ -283,6 +283,21 @@ std::optional<SymbolFrame> bcnav2_frame(const gnss::NavigationData& navigation, 
   return SymbolFrame{place.start, 0.005, symbols_of(bits)};
 }
 
+/// BDS-SIS-ICD-B2b-1.0, 6.2.
+std::optional<SymbolFrame> bcnav3_frame(const gnss::NavigationData& navigation, gnss::SatelliteId id,
+                                        geodesy::GpsTime time) {
+  const Place place = place_of(time, 1, 2, geodesy::kBdtSecondsOffset);
+  const gnss::KeplerEphemeris* e = sent_ephemeris(navigation, id, place.begin_of_turn);
+  if (e == nullptr) return std::nullopt;
+  Bits bits;
+  bits.put(0xEB90, 16).count(id.number, 6).put(0, 6);
+  bits.append(
+      ldpc_encoded(LdpcCode::Bcnav3,
+                   bcnav3_message(*e, system_message(navigation, id.system, place.start),
+                                  bcnav_delays(navigation, *e), place.number == 0 ? 10 : 30, place.start)));
+  return SymbolFrame{place.start, 0.001, symbols_of(bits)};
+}
+
 /// Words of 30 bits, as BeiDou sends them.
 std::vector<std::int8_t> plain_symbols(const std::vector<std::uint32_t>& words) {
   std::vector<std::int8_t> symbols;
@@ -363,6 +378,7 @@ std::optional<SymbolFrame> symbol_frame(const gnss::NavigationData& navigation, 
   if (id.system == gnss::System::BeiDou && !gnss::is_beidou_geo(id)) {
     if (signal.name == "B1C") return bcnav1_frame(navigation, id, time);
     if (signal.name == "B2a") return bcnav2_frame(navigation, id, time);
+    if (signal.name == "B2b") return bcnav3_frame(navigation, id, time);
   }
   const std::optional<Message> kind = message_of(id, signal);
   if (!kind) return std::nullopt;

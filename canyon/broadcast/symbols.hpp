@@ -28,10 +28,11 @@ struct SymbolFrame {
 ///   BeiDou B1I, B2I, B3I: a subframe of D1, or of D2 (BDS-SIS-ICD-B1I-3.0, 5.2, 5.3)
 ///   BeiDou B1C: a frame of B-CNAV1 with page 1 (BDS-SIS-ICD-B1C-1.0, 6.2), not of geostationary satellites
 ///   BeiDou B2a: a message of B-CNAV2, 10, 11, 30 and 34 in turn (BDS-SIS-ICD-B2a-1.0, 6.2), likewise
+///   BeiDou B2b: a message of B-CNAV3, 10 and 30 in turn (BDS-SIS-ICD-B2b-1.0, 6.2), likewise
 ///   GLONASS G1, G2: a string of 2 s, in symbols of 10 ms (ICD L1, L2 5.1, 3.3.2)
-/// E5a, E5b, L2C, L5 and B2a have the ephemeris of sent_ephemeris() at the begin of their turn. In the place
-/// of those that Schedule does not send are page 18 of subframe 4, spare words, and subframes and strings
-/// without content. Empty: another signal, or a satellite without an ephemeris.
+/// E5a, E5b, L2C, L5, B2a and B2b have the ephemeris of sent_ephemeris() at the begin of their turn. In the
+/// place of those that Schedule does not send are page 18 of subframe 4, spare words, and subframes and
+/// strings without content. Empty: another signal, or a satellite without an ephemeris.
 [[nodiscard]] std::optional<SymbolFrame> symbol_frame(const gnss::NavigationData& navigation,
                                                       gnss::SatelliteId id, const gnss::Signal& signal,
                                                       geodesy::GpsTime time);

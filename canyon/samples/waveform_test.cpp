@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <string>
@@ -71,7 +72,7 @@ TEST(Waveform, BeginsWithTheSecond) {
   EXPECT_FALSE(Waveform(id, signal, kZero).read_symbols({}, 0, 1));
   const std::vector<std::int8_t> chips = components(id, signal).at(0).chips;
   Slots slots;
-  waveform.send(0, 1023 * 200, slots);
+  waveform.send(0, std::size_t{1023} * 200, slots);
   int turns = 0;
   for (std::size_t period = 0; period < 200; ++period) {
     const float symbol = slots.re[1023 * period] * static_cast<float>(chips[0]);
@@ -83,6 +84,62 @@ TEST(Waveform, BeginsWithTheSecond) {
     EXPECT_EQ(period % 20, 0U);
   }
   EXPECT_GT(turns, 1);
+}
+
+// Frames of L1C begin with each 18 s of the GPS week, those of B1C, B2a and B2b with each 18 s, 3 s and
+// second of the BDT week, which is 14 s behind: the first symbols of a frame, and the secondary code within
+// them.
+TEST(Waveform, BeginsFramesWithTheWeekOfTheSystem) {
+  struct Case {
+    gnss::System system;
+    const char* name;
+    double begin_s;  // of a frame after kZero
+    std::string bits, secondary;
+  };
+  // Count 6402 of two hours of 400; PRN 30; preambles (IS-GPS-800, 3.5.2; BDS-SIS-ICD-B1C, 6.2.2.1; -B2a,
+  // 6.2.1; -B2b, 6.2.1).
+  for (const auto& [system, name, begin_s, bits, secondary] :
+       {Case{gnss::System::GPS, "L1C", 0, "000000010", "0"},
+        Case{gnss::System::BeiDou, "B1C", 14, "011110", "0"},
+        Case{gnss::System::BeiDou, "B2a", 2, "111000100100110111101000", "00010"},
+        Case{gnss::System::BeiDou, "B2b", 0, "1110101110010000011110000000", "0"}}) {
+    SCOPED_TRACE(name);
+    const gnss::SatelliteId id = satellite_of(system);
+    const auto signals = gnss::signals_of(system);
+    const gnss::Signal& signal =
+        *std::find_if(signals.begin(), signals.end(),
+                      [named = std::string(name)](const gnss::Signal& s) { return s.name == named; });
+    gnss::NavigationData navigation;
+    gnss::KeplerEphemeris e;
+    e.id = id;
+    e.toe = e.toc = kZero;
+    e.sqrt_a = 5282.6;
+    navigation.kepler.push_back(e);
+    Waveform waveform(id, signal, kZero);
+    EXPECT_TRUE(waveform.read_symbols(navigation, 0, begin_s + 1));
+    const std::vector<Component> sent = components(id, signal);
+    const Component& data =
+        *std::find_if(sent.begin(), sent.end(), [](const Component& c) { return c.data; });
+    const auto slots_per_chip = static_cast<std::size_t>(waveform.slot_rate_hz() / data.chip_rate_hz);
+    const std::size_t length = data.chips.size() * slots_per_chip;
+    auto first = static_cast<std::int64_t>(begin_s * waveform.slot_rate_hz());
+    Slots slots;
+    for (const char bit : bits) {
+      for (const char chip : secondary) {
+        waveform.send(first, length, slots);
+        first += static_cast<std::int64_t>(length);
+        double sum = 0;
+        for (std::size_t i = 0; i < length; ++i) {
+          const double fraction = (static_cast<double>(i % slots_per_chip) + 0.5) / slots_per_chip;
+          const double im = slots.im.empty() ? 0 : slots.im[i];
+          sum += data.chips[i / slots_per_chip] * subcarrier(data.modulation, fraction, i / slots_per_chip) *
+                 (slots.re[i] * std::cos(data.phase_rad) + im * std::sin(data.phase_rad));
+        }
+        const double expected = (bit == chip ? 1 : -1) * std::sqrt(data.power_share);
+        EXPECT_NEAR(sum / static_cast<double>(length), expected, 0.05);
+      }
+    }
+  }
 }
 
 }  // namespace
