@@ -13,6 +13,7 @@
 #include "canyon/base/text_file.hpp"
 #include "canyon/options/read.hpp"
 #include "canyon/options/values.hpp"
+#include "canyon/relative/correction_link.hpp"
 
 namespace canyon::adapters::ros2 {
 namespace {
@@ -328,6 +329,12 @@ NodeSettings read_settings(const Parameters& given) {
     settings.named = root.find("receivers")->value.items.front().find("name") != nullptr;
   }
   options::read(root, document, settings);
+  const std::string& from = settings.world.receivers.front().options.corrections.from;
+  if (relative::is_stream(from)) {
+    throw InputError(
+        fmt::format("parameter 'corrections.from': '{}' is a stream, which this node does not read", from),
+        "name a base, a second receiver of the scenario, or run it by canyon live");
+  }
   return settings;
 }
 

@@ -82,6 +82,8 @@ faults:
   EXPECT_FALSE(live_config(read_settings({{"scenario", file_}}), "/first").base);
   EXPECT_THAT(fault_of({{"scenario", file_}, {"corrections.from", "bass"}}),
               AllOf(HasSubstr("parameter 'corrections.from'"), HasSubstr("'bass'")));
+  EXPECT_THAT(fault_of({{"scenario", file_}, {"corrections.from", "ntrip://127.0.0.1:2101/BASE"}}),
+              AllOf(HasSubstr("parameter 'corrections.from'"), HasSubstr("is a stream")));
 }
 
 TEST_F(Settings, ParametersStandOverTheFile) {

@@ -360,6 +360,8 @@ TEST(Corrections, OfAHostNeedABase) {
   EXPECT_THAT(refusal("base: {profile: survey}\n"), AllOf(HasSubstr("host:1"), HasSubstr("where it stands")));
   EXPECT_THAT(refusal("base: {name: rover, fixed: {east_m: 1, north_m: 2, up_m: 3}}\n"),
               HasSubstr("'rover' is the receiver's"));
+  EXPECT_THAT(refusal("corrections: {from: 'ntrip://127.0.0.1:2101/BASE'}\n"),
+              AllOf(HasSubstr("host:1"), HasSubstr("is a stream, which hosts do not read")));
   const LiveConfig config = parse_live_config(kLive, "host");
   EXPECT_THAT(std::string(test::error_of([&] {
                             (void)changed_live_config(config, "corrections: {from: other}", "change");

@@ -5,6 +5,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/options/dotted.hpp"
 #include "canyon/options/folder_name.hpp"
+#include "canyon/relative/correction_link.hpp"
 #include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/scenario_fields.hpp"
@@ -70,7 +71,12 @@ void check_base(options::Visitor& v, const LiveConfig& config) {
   if (!v.reads()) return;
   std::vector<ReceiverConfig> receivers{config.receiver};
   if (config.base) receivers.push_back(*config.base);
+  const std::string& from = config.receiver.options.corrections.from;
   v.section("corrections", [&] {
+    if (relative::is_stream(from)) {
+      throw v.fault("from", fmt::format("'{}' is a stream, which hosts do not read", from),
+                    "run it by canyon live, or give a base: {fixed: ...} and name that");
+    }
     try {
       check_corrections(receivers, 0);
     } catch (const InputError& e) {
