@@ -247,7 +247,9 @@ void GnssWorld::Impl::look_for_sensors(Ecm& ecm, bool all) {
 }
 
 void GnssWorld::Impl::take_over(Entity entity, const sdf::Sensor& sensor, Ecm& ecm) {
-  if (receivers.contains(entity)) return;
+  // Found when the system begins, a sensor is new in the first step as well.
+  const bool waits = std::any_of(due.begin(), due.end(), [&](const Sensor& s) { return s.entity == entity; });
+  if (waits || receivers.contains(entity)) return;
   const sdf::ElementPtr element = sensor.Element();
   if (!element) return;
   // The innermost system counts: a model's before the world's.
