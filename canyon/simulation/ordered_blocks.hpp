@@ -68,6 +68,17 @@ class OrderedBlock {
   std::atomic<std::size_t> made_{0};
 };
 
+/// `threads` of those that there are; 0: as many as cores. Throws InputError where they are out of range.
+[[nodiscard]] inline int threads_of(int threads) {
+  if (threads < 0 || threads > 4096) {
+    throw InputError(fmt::format("{} threads are out of range", threads),
+                     "give 0 (as many as cores) to 4096");
+  }
+  // More threads than cores bring nothing, and TBB complains about them on stderr.
+  const int cores = tbb::this_task_arena::max_concurrency();
+  return threads == 0 ? cores : std::min(threads, cores);
+}
+
 /// make(i) for i in [0, count) on `threads` (0: as many as cores; at most that), take(i, item) in ascending
 /// order on the calling thread, while the next block is being made. At most two blocks of items exist at a
 /// time. Ends early, between items, once running() is false; what was made in order before that may be
@@ -75,13 +86,7 @@ class OrderedBlock {
 template <typename Item, typename Running, typename Make, typename Take>
 void for_each_in_order(std::size_t count, std::size_t block_size, int threads, const Running& running,
                        const Make& make, const Take& take) {
-  if (threads < 0 || threads > 4096) {
-    throw InputError(fmt::format("{} threads are out of range", threads),
-                     "give 0 (as many as cores) to 4096");
-  }
-  // More threads than cores bring nothing, and TBB complains about them on stderr.
-  const int cores = tbb::this_task_arena::max_concurrency();
-  threads = threads == 0 ? cores : std::min(threads, cores);
+  threads = threads_of(threads);
   const auto size_at = [&](std::size_t first) { return std::min(block_size, count - first); };
 
   if (threads == 1) {

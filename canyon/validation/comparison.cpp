@@ -1,5 +1,8 @@
 #include "canyon/validation/comparison.hpp"
 
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -450,16 +453,37 @@ Eigen::Vector3d place_in_moved_city(const Recording& recording, const raytrace::
 Comparison compare(const Recording& recording, const simulation::ReceiverConfig& receiver,
                    const simulation::Environment& environment, const Registration& registration,
                    std::uint64_t seed, const CompareOptions& options) {
-  Comparer comparer(recording, receiver, environment, registration, seed, options);
+  const SeededReceiver one{&receiver, seed};
+  return std::move(compare(recording, {&one, 1}, environment, registration, options).front());
+}
+
+std::vector<Comparison> compare(const Recording& recording, std::span<const SeededReceiver> receivers,
+                                const simulation::Environment& environment, const Registration& registration,
+                                const CompareOptions& options) {
+  assert(!receivers.empty());
+  std::vector<std::unique_ptr<Comparer>> comparers;
+  for (const auto& [receiver, seed] : receivers) {
+    comparers.push_back(
+        std::make_unique<Comparer>(recording, *receiver, environment, registration, seed, options));
+  }
   const std::size_t count = recording.residuals.epochs.size();
+  tbb::task_arena arena(simulation::threads_of(options.threads));
+  const auto for_each_receiver = [&](const auto& work) {
+    arena.execute([&] { tbb::parallel_for(std::size_t{0}, comparers.size(), work); });
+  };
   const auto running = [] { return true; };
   simulation::for_each_in_order<propagation::Arrival>(
-      count, 32, options.threads, running, [&](std::size_t e) { return comparer.trace(e); },
-      [&](std::size_t e, propagation::Arrival& arrival) {
-        comparer.observe(e, arrival);
+      count, 32, options.threads, running, [&](std::size_t e) { return comparers.front()->trace(e); },
+      [&](std::size_t e, const propagation::Arrival& arrival) {
+        for_each_receiver([&](std::size_t i) {
+          propagation::Arrival own = arrival;
+          comparers[i]->observe(e, own);
+        });
         if (options.progress) options.progress(e + 1, count);
       });
-  return comparer.finish();
+  std::vector<Comparison> results(comparers.size());
+  for_each_receiver([&](std::size_t i) { results[i] = comparers[i]->finish(); });
+  return results;
 }
 
 std::vector<NeverTracked> never_tracked(const Comparison& comparison, double elevation_rad, double clear_s) {

@@ -198,6 +198,18 @@ struct CompareOptions {
 [[nodiscard]] Comparison compare(const Recording& recording, const simulation::ReceiverConfig& receiver,
                                  const simulation::Environment& environment, const Registration& registration,
                                  std::uint64_t seed, const CompareOptions& options = {});
+/// A receiver, which must outlive the call, and the seed of what it draws.
+struct SeededReceiver {
+  const simulation::ReceiverConfig* receiver = nullptr;
+  std::uint64_t seed = 1;
+};
+/// The same of several receivers (asserted to be any), whose rays are traced once: all have the propagation
+/// options of the first.
+[[nodiscard]] std::vector<Comparison> compare(const Recording& recording,
+                                              std::span<const SeededReceiver> receivers,
+                                              const simulation::Environment& environment,
+                                              const Registration& registration,
+                                              const CompareOptions& options = {});
 
 /// A satellite that the recording never tracks although it stands high in clear view.
 struct NeverTracked {

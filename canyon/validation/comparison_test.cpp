@@ -285,6 +285,33 @@ TEST(Comparison, LeavesSatellitesOut) {
   EXPECT_LT(i, plain.satellites.size());
 }
 
+// Rays that are traced once serve several receivers, each as if it were alone.
+TEST(Comparison, SeveralReceiversAreEachAsIfAlone) {
+  const SimulatedRecording recorded({}, test::with_strength);
+  const Recording recording = recorded.read();
+  simulation::ReceiverConfig one = recorded.scenario().receivers.front(), other = one;
+  one.options.signal.cn0_sigma_db = other.options.signal.cn0_sigma_db = 1;
+  other.options.signal.link.above_minimum_db -= 6;
+  const std::vector<SeededReceiver> receivers{{&one, 1}, {&one, 2}, {&other, 2}};
+  const std::vector<Comparison> together = compare(recording, receivers, recorded.environment(), {});
+  ASSERT_EQ(together.size(), receivers.size());
+  const auto strengths = [](const Comparison& comparison) {
+    std::vector<double> all;
+    for (const ComparedSatellite& s : comparison.satellites) {
+      all.push_back(s.simulated_cn0_dbhz.value_or(-1));
+      all.push_back(s.simulated_error_m.value_or(-1));
+    }
+    return all;
+  };
+  for (std::size_t i = 0; i < receivers.size(); ++i) {
+    const Comparison alone =
+        compare(recording, *receivers[i].receiver, recorded.environment(), {}, receivers[i].seed);
+    EXPECT_EQ(strengths(together[i]), strengths(alone)) << i;
+  }
+  EXPECT_NE(strengths(together[0]), strengths(together[1]));
+  EXPECT_NE(strengths(together[1]), strengths(together[2]));
+}
+
 // Canyon's own receiver writes its fixes as NMEA; of the recorder's epochs they have the errors that its
 // fixes have (minutes of GGA to 1e-6, 2 mm, and times to 1 ms, 6 mm at 6 m/s).
 TEST(Comparison, OwnFixesAndThePositionFilter) {

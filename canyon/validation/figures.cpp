@@ -420,6 +420,10 @@ std::vector<Headline> headlines(const Figures& f) {
   return result;
 }
 
+std::vector<Headline> headlines(const Comparison& comparison, std::size_t first, std::size_t count) {
+  return headlines(Collector(comparison, first, count, {}).headline_figures());
+}
+
 std::vector<Headline> headlines_by_other_part(const Comparison& comparison, std::size_t first,
                                               std::size_t count, std::size_t other_first,
                                               std::size_t other_count) {

@@ -166,6 +166,9 @@ struct Headline {
 /// Without intervals, always the same ones in the same order, those of own fixes at the end where there are
 /// any.
 [[nodiscard]] std::vector<Headline> headlines(const Figures& figures);
+/// headlines() of figures() of these epochs, without the figures that no headline is of.
+[[nodiscard]] std::vector<Headline> headlines(const Comparison& comparison, std::size_t first,
+                                              std::size_t count);
 /// The recording's own epochs [other_first, other_first + other_count) in the place of the simulated ones:
 /// what a part of a recording says of another, as a bound of what can be learnt from it. Without explanations
 /// of single errors.

@@ -459,6 +459,12 @@ TEST(Headlines, ByHand) {
   EXPECT_EQ(headline(all, "satellites_used").simulated, 8);
   EXPECT_FALSE(headline(all, "spearman").simulated);
   EXPECT_EQ(all.size(), headlines(Figures{}).size());
+  const std::vector<Headline> direct = headlines(hand.comparison, 0, 1);
+  ASSERT_EQ(direct.size(), all.size());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    EXPECT_EQ(direct[i].measured, all[i].measured) << all[i].key;
+    EXPECT_EQ(direct[i].simulated, all[i].simulated) << all[i].key;
+  }
 }
 
 TEST(Headlines, IntervalsAreThoseOfTheBootstrap) {

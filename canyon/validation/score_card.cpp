@@ -13,22 +13,22 @@ namespace {
 struct Range {
   std::string_view key, text;
   enum class Of { Difference, Ratio, Value } of;
-  double low, high;
+  double low;  ///< of a ratio; of a value that of a perfect simulation
+  double end;  ///< of the range
 };
 using Of = Range::Of;
-constexpr double kNone = 1e300;
 constexpr std::array<Range, 12> kRanges{{{"horizontal_p50_m", "0.7 to 1.4 of recorded", Of::Ratio, 0.7, 1.4},
                                          {"horizontal_p95_m", "0.7 to 1.4 of recorded", Of::Ratio, 0.7, 1.4},
-                                         {"tracked_los", "within 0.1", Of::Difference, -0.1, 0.1},
-                                         {"tracked_nlos", "within 0.1", Of::Difference, -0.1, 0.1},
-                                         {"cn0_los_less_nlos_db", "within 2", Of::Difference, -2, 2},
-                                         {"ks_cn0_los", "at most 0.2", Of::Value, -kNone, 0.2},
-                                         {"ks_cn0_nlos", "at most 0.2", Of::Value, -kNone, 0.2},
-                                         {"ks_error_los", "at most 0.2", Of::Value, -kNone, 0.2},
-                                         {"ks_error_nlos", "at most 0.2", Of::Value, -kNone, 0.2},
-                                         {"satellites_used", "within 1", Of::Difference, -1, 1},
-                                         {"spearman", "at least 0.6", Of::Value, 0.6, kNone},
-                                         {"median_difference_m", "at most 10", Of::Value, -kNone, 10}}};
+                                         {"tracked_los", "within 0.1", Of::Difference, 0, 0.1},
+                                         {"tracked_nlos", "within 0.1", Of::Difference, 0, 0.1},
+                                         {"cn0_los_less_nlos_db", "within 2", Of::Difference, 0, 2},
+                                         {"ks_cn0_los", "at most 0.2", Of::Value, 0, 0.2},
+                                         {"ks_cn0_nlos", "at most 0.2", Of::Value, 0, 0.2},
+                                         {"ks_error_los", "at most 0.2", Of::Value, 0, 0.2},
+                                         {"ks_error_nlos", "at most 0.2", Of::Value, 0, 0.2},
+                                         {"satellites_used", "within 1", Of::Difference, 0, 1},
+                                         {"spearman", "at least 0.6", Of::Value, 1, 0.6},
+                                         {"median_difference_m", "at most 10", Of::Value, 0, 10}}};
 
 const Range* range_of(std::string_view key) {
   const auto at =
@@ -38,14 +38,30 @@ const Range* range_of(std::string_view key) {
 
 }  // namespace
 
-std::optional<bool> within_range(const Headline& h) {
+bool has_range(const Headline& headline) {
+  return range_of(headline.key) != nullptr;
+}
+
+std::optional<double> range_distance(const Headline& h) {
   const Range* range = range_of(h.key);
   if (range == nullptr || !h.simulated || (range->of != Of::Value && !h.measured)) return std::nullopt;
-  double value = *h.simulated;
-  if (range->of == Of::Difference) value -= *h.measured;
-  if (range->of == Of::Ratio) value /= *h.measured;
+  switch (range->of) {
+    case Of::Difference:
+      return (*h.simulated - *h.measured) / range->end;
+    case Of::Ratio: {
+      const double ratio = *h.simulated / *h.measured;
+      return std::log(ratio) / (ratio < 1 ? -std::log(range->low) : std::log(range->end));
+    }
+    case Of::Value:
+      break;
+  }
+  return (*h.simulated - range->low) / (range->end - range->low);
+}
+
+std::optional<bool> within_range(const Headline& h) {
+  const std::optional<double> distance = range_distance(h);
   const double rounding = 1e-9;
-  return value >= range->low - rounding && value <= range->high + rounding;
+  return distance ? std::optional(std::abs(*distance) <= 1 + rounding) : std::nullopt;
 }
 
 Score score_of(const std::vector<Headline>& headlines) {

@@ -29,6 +29,25 @@ TEST(ScoreCard, RangesAreThoseOfTheDocs) {
   EXPECT_EQ(within("tracked_los", {}, 1.0), std::nullopt) << "not recorded";
 }
 
+// In units of the ranges, by hand: 0 for a perfect simulation, 1 at the ends.
+TEST(ScoreCard, DistancesByHand) {
+  const auto distance = [](const char* key, std::optional<double> measured, std::optional<double> simulated) {
+    return range_distance(headline(key, measured, simulated)).value();
+  };
+  EXPECT_NEAR(distance("tracked_nlos", 0.5, 0.45), -0.5, 1e-12);
+  EXPECT_NEAR(distance("satellites_used", 12.0, 15.0), 3, 1e-12);
+  EXPECT_NEAR(distance("horizontal_p50_m", 10.0, 7.0), -1, 1e-12);
+  EXPECT_NEAR(distance("horizontal_p50_m", 10.0, 14.0), 1, 1e-12);
+  EXPECT_EQ(distance("horizontal_p95_m", 10.0, 10.0), 0);
+  EXPECT_NEAR(distance("ks_error_los", {}, 0.1), 0.5, 1e-12);
+  EXPECT_EQ(distance("spearman", {}, 1.0), 0);
+  EXPECT_NEAR(distance("spearman", {}, 0.6), 1, 1e-12);
+  EXPECT_NEAR(distance("median_difference_m", {}, 25.0), 2.5, 1e-12);
+  EXPECT_EQ(range_distance(headline("tracked_los", {}, 1.0)), std::nullopt) << "not recorded";
+  EXPECT_TRUE(has_range(headline("tracked_los", {}, {})));
+  EXPECT_FALSE(has_range(headline("cn0_los_dbhz", 40.0, 40.0)));
+}
+
 TEST(ScoreCard, CountsRecordingsAndLeavesPooledRowsOut) {
   RecordingRow a, b, pooled;
   a.name = "a|b";
