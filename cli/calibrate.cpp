@@ -21,7 +21,7 @@ namespace canyon::cli {
 namespace {
 
 struct CalibrateArguments : DriveArguments {
-  std::string out, profile, environment, calibrate_by = "first", json, markdown;
+  std::string out, profile, calibrate_by = "first", json, markdown;
 };
 
 options::Node tree_of(const std::filesystem::path& scenario) {
@@ -64,7 +64,6 @@ class CalibrationDrive : public RecordedDrive {
     calibration::Drive d;
     d.name = recorded_.name;
     d.environment = environment_.get();
-    d.sky = sky_;
     const std::size_t count = whole ? recording_.residuals.epochs.size() : first_part_.count;
     d.recording = calibration::part_of(recording_, 0, count);
     d.registration = registration();
@@ -75,12 +74,6 @@ class CalibrationDrive : public RecordedDrive {
   }
   /// Keys of `values` that the scenario sets itself, where a profile's would have no effect.
   void warn_of_overrides(const calibration::Values& values) {
-    const options::Node root = tree_of(*recorded_.scenario);
-    if (const auto* around = root.find("surroundings");
-        around != nullptr && values.count("signal.shadowing.environment") > 0) {
-      warn({fmt::format("{}:{}: surroundings override the calibrated profile's shadows: remove them there",
-                        recorded_.scenario->string(), around->value.line)});
-    }
     const options::Node receiver = first_receiver(*recorded_.scenario);
     for (const auto& [key, value] : values) {
       const options::Node* at = &receiver;
@@ -104,15 +97,7 @@ class CalibrationDrive : public RecordedDrive {
   [[nodiscard]] Rows validate(const std::string& called, const calibration::Calibration* calibrated,
                               int threads, bool quiet) {
     simulation::ReceiverConfig receiver = scenario_.receivers.front();
-    std::unique_ptr<simulation::Environment> dressed;
-    if (calibrated != nullptr) {
-      calibration::set_values(calibrated->values, receiver);
-      calibration::set_values(calibrated->surroundings, receiver);
-      if (!calibrated->facade_shares.empty()) {
-        dressed = std::make_unique<simulation::Environment>(
-            calibration::with_facades(drive(true), calibrated->facade_shares));
-      }
-    }
+    if (calibrated != nullptr) calibration::set_values(calibrated->values, receiver);
     Progress progress(fmt::format("{}judging: {}", prefix_, called), quiet);
     validation::CompareOptions options;
     options.threads = threads;
@@ -121,8 +106,8 @@ class CalibrationDrive : public RecordedDrive {
       for (const validation::NeverTracked& s : *never_) options.leave_out.insert(s.id);
     }
     const auto compare = [&] {
-      return validation::compare(recording_, receiver, dressed ? *dressed : *environment_, registration(),
-                                 scenario_.seed, options);
+      return validation::compare(recording_, receiver, *environment_, registration(), scenario_.seed,
+                                 options);
     };
     validation::Comparison comparison = compare();
     if (!never_) {
@@ -190,8 +175,6 @@ std::string report_of(const calibration::Calibration& result,
                       const std::vector<validation::RecordingRow>& after,
                       const std::vector<validation::RecordingRow>& bound) {
   std::string text = "Receiver:\n\n" + calibration::to_markdown(result.estimates);
-  if (!result.environment.empty())
-    text += "\nSurroundings:\n\n" + calibration::to_markdown(result.environment);
   if (!result.notes.empty()) text += "\n";
   for (const std::string& note : result.notes) text += fmt::format("- {}.\n", note);
   if (after.empty())
@@ -208,7 +191,6 @@ std::string json_of(const calibration::Calibration& result,
                     const std::vector<validation::RecordingRow>& rows) {
   Json json;
   json["estimates"] = Json::parse(calibration::to_json(result.estimates));
-  json["environment"] = Json::parse(calibration::to_json(result.environment));
   json["notes"] = result.notes;
   json["values"] = Json::object();
   for (const auto& [key, value] : result.values) json["values"][key] = value;
@@ -263,8 +245,6 @@ int calibrate(const CalibrateArguments& given) {
     drives.push_back(std::make_unique<CalibrationDrive>(arguments, recording, listed));
   }
   OutputFile out(arguments.out);
-  std::optional<OutputFile> fragment;
-  if (!arguments.environment.empty()) fragment.emplace(arguments.environment);
 
   std::vector<calibration::Drive> parts;
   std::vector<std::string> by;
@@ -274,14 +254,17 @@ int calibrate(const CalibrateArguments& given) {
     by.push_back(drive->calibrated_by(whole));
   }
   calibration::CalibrateOptions options;
-  options.environment = fragment.has_value();
   options.threads = arguments.threads;
-  Progress progress("calibrating", arguments.quiet);
-  options.progress = [&](const std::string&, std::size_t done, std::size_t total) {
+  std::string doing;
+  std::optional<Progress> progress;
+  options.progress = [&](const std::string& what, std::size_t done, std::size_t total) {
     if (drives.front()->stop().load()) throw Interrupted{};
-    progress.update(done, total);
+    if (what != doing || !progress) progress.emplace("calibrating: " + what, arguments.quiet);
+    doing = what;
+    progress->update(done, total);
   };
   const calibration::Calibration result = calibration::calibrate(parts, options);
+  progress.reset();
 
   std::vector<validation::RecordingRow> fitted, before, after, bound;
   for (const auto& drive : drives) {
@@ -309,10 +292,6 @@ int calibrate(const CalibrateArguments& given) {
   for (const std::string& note : result.notes) head.notes.push_back(note + ".");
   out.write(calibration::profile_text(profile.receiver, result.estimates, head));
   out.commit();
-  if (fragment) {
-    fragment->write(result.fragment);
-    fragment->commit();
-  }
   const std::string report = report_of(result, fitted, before, after, bound);
   if (!arguments.markdown.empty()) write_file(arguments.markdown, report);
   if (arguments.json == "-") {
@@ -342,9 +321,6 @@ void add_calibrate(Command& app) {
   command.add_option(
       "--profile", arguments.profile, "NAME|FILE",
       "profile to calibrate: one of 'canyon profiles', or a file (that of the first recording)");
-  command.add_option("--environment", arguments.environment, "FILE",
-                     "also estimate the facades and their scattering over all recordings, and write them as "
-                     "a part of a scenario");
   command
       .add_option("--part", arguments.calibrate_by, "PART",
                   "part used for the calibration: first, then the rest is compared; or all, without a "
@@ -355,10 +331,10 @@ void add_calibrate(Command& app) {
   command.add_option("--markdown", arguments.markdown, "FILE", "write the tables as Markdown");
   command.add_flag("--quiet", arguments.quiet, "print errors only (and what --json - asks for)");
   command.footer =
-      "Estimates from the recording: tracked signals and orbits, levels of C/N0, shadows, thresholds, "
-      "noise,\n"
-      "smoothness of the filter. A key keeps the profile's value if the recording does not determine it;\n"
-      "comments in the file give the source of each number. Use it as 'profile: ./FILE.yaml'.\n"
+      "Estimates from the recording: tracked signals and orbits, step of C/N0. By simulation of the figures\n"
+      "of the score card: level of C/N0, share of blockages, tracking threshold. A key keeps the profile's\n"
+      "value if the recording says nothing about it; comments in the file give the source of each number.\n"
+      "Use it as 'profile: ./FILE.yaml'.\n"
       "docs/calibration.md explains the method.";
 }
 

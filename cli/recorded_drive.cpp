@@ -203,7 +203,6 @@ void RecordedDrive::read() {
   city::City city = simulation::load_city(scenario_.city, scenario_.seed);
   simulation::BuiltSky sky = simulation::build_sky(scenario_.sky, first, last, city.frame.origin());
   warn(sky.warnings);
-  sky_ = sky.sky;
   environment_ = std::make_unique<simulation::Environment>(simulation::make_environment(
       std::make_shared<simulation::CityScene>(std::move(city)), sky, scenario_.sky, scenario_.seed));
   // What was recorded says which systems the radio had.

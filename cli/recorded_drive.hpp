@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "canyon/orbit/sky.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/validation/alignment.hpp"
@@ -84,7 +83,6 @@ class RecordedDrive {
   const std::atomic<bool>& stop_;
   simulation::Scenario scenario_;
   validation::AlignOptions align_options_;
-  std::shared_ptr<const orbit::Sky> sky_;
   std::unique_ptr<simulation::Environment> environment_;
   validation::Recording recording_;
   Part first_part_;  ///< that aligns the city

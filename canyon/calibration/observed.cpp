@@ -12,42 +12,30 @@ namespace canyon::calibration {
 namespace {
 
 Sample sample_of(const validation::ComparedSignal& s, std::size_t epoch,
-                 const validation::ComparedSatellite& of, Side side) {
-  Sample sample;
-  sample.epoch = epoch;
-  sample.clear = of.clear;
-  sample.elevation_rad = of.elevation_rad;
-  if (side == Side::Recorded) {
-    sample.tracked = s.measured;
-    sample.cn0_dbhz = s.measured_cn0_dbhz;
-    sample.error_m = s.measured_error_m;
-    sample.phase = s.measured_phase.residual_m.has_value();
-  } else {
-    sample.tracked = s.simulated;
-    sample.cn0_dbhz = s.simulated_cn0_dbhz;
-    sample.error_m = s.simulated_error_m;
-    sample.phase = s.simulated_phase.residual_m.has_value();
-  }
-  return sample;
+                 const validation::ComparedSatellite& of) {
+  return {epoch,
+          of.clear,
+          s.measured,
+          s.measured_phase.residual_m.has_value(),
+          of.elevation_rad,
+          s.measured_cn0_dbhz};
 }
 
 }  // namespace
 
-Observed observed(const validation::Comparison& comparison, Side side) {
+Observed observed(const validation::Comparison& comparison) {
   Observed result;
   std::map<std::pair<gnss::SatelliteId, const gnss::Signal*>, Series> series;
   for (std::size_t e = 0; e < comparison.epochs.size(); ++e) {
     const validation::ComparedEpoch& epoch = comparison.epochs[e];
     result.times.push_back(epoch.time);
-    result.time_s.push_back(epoch.time - comparison.epochs.front().time);
-    result.step_m.push_back(e == 0 ? 0 : (epoch.place_enu_m - comparison.epochs[e - 1].place_enu_m).norm());
     for (std::size_t i = epoch.first; i < epoch.first + epoch.count; ++i) {
       const validation::ComparedSatellite& satellite = comparison.satellites[i];
       const auto add = [&](const validation::ComparedSignal& signal) {
         Series& of = series[{satellite.id, signal.signal}];
         of.id = satellite.id;
         of.signal = signal.signal;
-        of.samples.push_back(sample_of(signal, e, satellite, side));
+        of.samples.push_back(sample_of(signal, e, satellite));
       };
       add(satellite);
       for (const validation::ComparedSignal& signal : satellite.more) add(signal);

@@ -9,7 +9,7 @@
 #include "canyon/gnss/signals.hpp"
 #include "canyon/validation/comparison.hpp"
 
-// What one receiver, recorded or simulated, made of its signals over time. Private to canyon/calibration.
+// What the recorded receiver made of its signals over time. Private to canyon/calibration.
 
 namespace canyon::calibration {
 
@@ -21,7 +21,6 @@ struct Sample {
   bool phase = false;    ///< and a carrier phase
   double elevation_rad = 0;
   std::optional<double> cn0_dbhz;  ///< as stated
-  std::optional<double> error_m;   ///< of the pseudorange
 };
 
 /// One signal of one satellite, by epoch.
@@ -33,15 +32,12 @@ struct Series {
 };
 
 struct Observed {
-  std::vector<double> time_s;  ///< of each epoch, from the first
-  std::vector<double> step_m;  ///< the antenna's way since the epoch before; 0 at the first
-  std::vector<geodesy::GpsTime> times;
-  double interval_s = 1;  ///< median
+  std::vector<geodesy::GpsTime> times;  ///< of each epoch
+  double interval_s = 1;                ///< median
   std::vector<Series> series;
 };
 
-enum class Side : std::uint8_t { Recorded, Simulated };
-/// Of both sides of one comparison the series are alike in number, order and epochs.
-[[nodiscard]] Observed observed(const validation::Comparison& comparison, Side side);
+/// The recorded side of a comparison.
+[[nodiscard]] Observed observed(const validation::Comparison& comparison);
 
 }  // namespace canyon::calibration

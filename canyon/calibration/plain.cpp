@@ -32,25 +32,25 @@ std::string list_of(const std::vector<std::string>& items) {
 }
 
 void conclude(Estimate estimate, const std::vector<std::string>& before,
-              const std::vector<std::string>& after, Levels& levels) {
+              const std::vector<std::string>& after, Calibration& result) {
   estimate.before = list_of(before);
   estimate.after = estimate.recorded = list_of(after);
   estimate.verdict = before == after ? Verdict::Agrees : Verdict::Fitted;
-  if (estimate.verdict == Verdict::Fitted) levels.values[estimate.key] = estimate.after;
-  levels.estimates.push_back(std::move(estimate));
+  if (estimate.verdict == Verdict::Fitted) result.values[estimate.key] = estimate.after;
+  result.estimates.push_back(std::move(estimate));
 }
 
-void add_leaves_out(std::span<const LevelEvidence> evidence, std::span<const std::set<gnss::System>> skies,
+void add_leaves_out(std::span<const Observed> recorded, std::span<const std::set<gnss::System>> skies,
                     const std::map<const gnss::Signal*, std::size_t>& counts,
-                    const simulation::ReceiverConfig& receiver, Levels& levels) {
+                    const simulation::ReceiverConfig& receiver, Calibration& result) {
   struct Seen {
     double clear_s = 0;
     std::size_t tracked = 0;
     std::set<gnss::SatelliteId> satellites;
   };
   std::map<std::string, Seen> seen;
-  for (const LevelEvidence& e : evidence) {
-    for (const Series& series : e.recorded.series) {
+  for (const Observed& e : recorded) {
+    for (const Series& series : e.series) {
       if (!series.first()) continue;
       std::size_t tracked = 0, high = 0;
       for (const Sample& s : series.samples) {
@@ -58,10 +58,10 @@ void add_leaves_out(std::span<const LevelEvidence> evidence, std::span<const std
         high += s.clear && s.elevation_rad >= kHigh_rad ? 1 : 0;
       }
       for (const char* group : kGroups) {
-        if (!gnss::in_group(group, series.id, *series.signal, e.recorded.times.front())) continue;
+        if (!gnss::in_group(group, series.id, *series.signal, e.times.front())) continue;
         Seen& of = seen[group];
         of.tracked += tracked;
-        of.clear_s += static_cast<double>(high) * e.recorded.interval_s;
+        of.clear_s += static_cast<double>(high) * e.interval_s;
         if (high > 0) of.satellites.insert(series.id);
       }
     }
@@ -96,16 +96,16 @@ void add_leaves_out(std::span<const LevelEvidence> evidence, std::span<const std
   estimate.key = "leaves_out";
   estimate.basis = basis.empty() ? "every group that stands high and clear for a minute is tracked"
                                  : fmt::format("{}", fmt::join(basis, "; "));
-  conclude(std::move(estimate), receiver.options.leaves_out, after, levels);
+  conclude(std::move(estimate), receiver.options.leaves_out, after, result);
 }
 
 }  // namespace
 
-void add_tracked(std::span<const LevelEvidence> evidence, std::span<const std::set<gnss::System>> skies,
-                 const simulation::ReceiverConfig& receiver, Levels& levels) {
+void add_tracked(std::span<const Observed> recorded, std::span<const std::set<gnss::System>> skies,
+                 const simulation::ReceiverConfig& receiver, Calibration& result) {
   std::map<const gnss::Signal*, std::size_t> counts;
-  for (const LevelEvidence& e : evidence) {
-    for (const Series& series : e.recorded.series) {
+  for (const Observed& e : recorded) {
+    for (const Series& series : e.series) {
       counts[series.signal] += static_cast<std::size_t>(std::count_if(
           series.samples.begin(), series.samples.end(), [](const Sample& s) { return s.tracked; }));
     }
@@ -124,7 +124,7 @@ void add_tracked(std::span<const LevelEvidence> evidence, std::span<const std::s
       const bool before = std::find(tracked.begin(), tracked.end(), &signal) != tracked.end();
       const bool now = known ? is_recorded(signal) : before;
       if (now && !before && !receiver.options.signal.antenna.receives(signal::band_of(signal.carrier_hz))) {
-        levels.notes.push_back(
+        result.notes.push_back(
             fmt::format("{} {} is recorded, and the profile's antenna does not receive it: choose "
                         "another (signal.antenna)",
                         gnss::name(system), signal.name));
@@ -140,15 +140,15 @@ void add_tracked(std::span<const LevelEvidence> evidence, std::span<const std::s
   estimate.key = "tracks";
   estimate.basis = said.empty() ? "the signals that are recorded" : fmt::format("{}", fmt::join(said, "; "));
   conclude(std::move(estimate), receiver.options.tracks, said.empty() ? receiver.options.tracks : after,
-           levels);
-  add_leaves_out(evidence, skies, counts, receiver, levels);
+           result);
+  add_leaves_out(recorded, skies, counts, receiver, result);
 }
 
-double add_step(std::span<const LevelEvidence> evidence, const simulation::ReceiverConfig& receiver,
-                Levels& levels) {
+void add_step(std::span<const Observed> recorded, const simulation::ReceiverConfig& receiver,
+              Calibration& result) {
   std::vector<double> stated;
-  for (const LevelEvidence& e : evidence) {
-    for (const Series& series : e.recorded.series) {
+  for (const Observed& e : recorded) {
+    for (const Series& series : e.series) {
       for (const Sample& s : series.samples) {
         if (s.tracked && s.cn0_dbhz) stated.push_back(*s.cn0_dbhz);
       }
@@ -159,8 +159,8 @@ double add_step(std::span<const LevelEvidence> evidence, const simulation::Recei
   constexpr std::size_t kFewest = 100;
   if (stated.size() < kFewest) {
     estimate.basis = fmt::format("{} stated C/N0", stated.size());
-    levels.estimates.push_back(estimate);
-    return before;
+    result.estimates.push_back(estimate);
+    return;
   }
   double step = 0;
   for (const double tried : {1.0, 0.5, 0.25, 0.2, 0.1, 0.05}) {
@@ -176,13 +176,12 @@ double add_step(std::span<const LevelEvidence> evidence, const simulation::Recei
   estimate.verdict = step == before ? Verdict::Agrees : Verdict::Fitted;
   estimate.basis = fmt::format("the coarsest step of {} stated C/N0{}", stated.size(),
                                step == 0 ? ": finer than 0.05" : "");
-  if (step != before) levels.values[estimate.key] = estimate.after;
-  levels.estimates.push_back(estimate);
-  return step;
+  if (step != before) result.values[estimate.key] = estimate.after;
+  result.estimates.push_back(estimate);
 }
 
-void add_phase_threshold(std::span<const LevelEvidence> evidence, const simulation::ReceiverConfig& receiver,
-                         std::span<const std::vector<std::uint16_t>> draws, Levels& levels) {
+void add_phase_threshold(std::span<const Observed> recorded, const simulation::ReceiverConfig& receiver,
+                         std::span<const std::vector<std::uint16_t>> draws, Calibration& result) {
   struct Item {
     double cn0_dbhz = 0;
     bool phase = false;
@@ -190,15 +189,15 @@ void add_phase_threshold(std::span<const LevelEvidence> evidence, const simulati
   };
   std::vector<Item> items;
   std::size_t offset = 0, with = 0;
-  for (const LevelEvidence& e : evidence) {
-    for (const Series& series : e.recorded.series) {
+  for (const Observed& e : recorded) {
+    for (const Series& series : e.series) {
       for (const Sample& s : series.samples) {
         if (!s.clear || !s.tracked || !s.cn0_dbhz) continue;
         items.push_back({*s.cn0_dbhz, s.phase, offset + s.epoch});
         with += s.phase ? 1 : 0;
       }
     }
-    offset += e.recorded.times.size();
+    offset += e.times.size();
   }
   const double before = receiver.options.signal.phase_threshold_dbhz;
   Estimate estimate{
@@ -206,7 +205,7 @@ void add_phase_threshold(std::span<const LevelEvidence> evidence, const simulati
   constexpr std::size_t kFewest = 30;
   if (with < kFewest || items.size() - with < kFewest) {
     estimate.basis = fmt::format("{} clear signals with a phase and {} without", with, items.size() - with);
-    levels.estimates.push_back(estimate);
+    result.estimates.push_back(estimate);
     return;
   }
   std::sort(items.begin(), items.end(), [](const Item& a, const Item& b) { return a.cn0_dbhz < b.cn0_dbhz; });
@@ -246,10 +245,10 @@ void add_phase_threshold(std::span<const LevelEvidence> evidence, const simulati
     estimate.verdict = before < low || before > high ? Verdict::Fitted : Verdict::Agrees;
     if (estimate.verdict == Verdict::Fitted) {
       estimate.after = estimate.recorded;
-      levels.values[estimate.key] = estimate.after;
+      result.values[estimate.key] = estimate.after;
     }
   }
-  levels.estimates.push_back(estimate);
+  result.estimates.push_back(estimate);
 }
 
 }  // namespace canyon::calibration

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "canyon/calibration/estimate.hpp"
-#include "canyon/calibration/levels.hpp"
+#include "canyon/calibration/calibrate.hpp"
+#include "canyon/calibration/observed.hpp"
 
 // Parameters estimated from a recording alone, without a simulated receiver. Private to canyon/calibration.
 
@@ -14,15 +14,15 @@ namespace canyon::calibration {
 
 /// Adds `tracks` and `leaves_out`: signals that are recorded, and systems, orbits and blocks that never are
 /// although their satellites stand high in clear view. @param skies systems of each recording's sky
-void add_tracked(std::span<const LevelEvidence> evidence, std::span<const std::set<gnss::System>> skies,
-                 const simulation::ReceiverConfig& receiver, Levels& levels);
+void add_tracked(std::span<const Observed> recorded, std::span<const std::set<gnss::System>> skies,
+                 const simulation::ReceiverConfig& receiver, Calibration& result);
 
-/// Adds `signal.cn0_step_db`: the coarsest step that the stated C/N0 are multiples of. Returns it.
-double add_step(std::span<const LevelEvidence> evidence, const simulation::ReceiverConfig& receiver,
-                Levels& levels);
+/// Adds `signal.cn0_step_db`: the coarsest step that the stated C/N0 are multiples of.
+void add_step(std::span<const Observed> recorded, const simulation::ReceiverConfig& receiver,
+              Calibration& result);
 
 /// Adds `signal.phase_threshold_dbhz`: the C/N0 that parts clear signals with a phase from those without.
-void add_phase_threshold(std::span<const LevelEvidence> evidence, const simulation::ReceiverConfig& receiver,
-                         std::span<const std::vector<std::uint16_t>> draws, Levels& levels);
+void add_phase_threshold(std::span<const Observed> recorded, const simulation::ReceiverConfig& receiver,
+                         std::span<const std::vector<std::uint16_t>> draws, Calibration& result);
 
 }  // namespace canyon::calibration

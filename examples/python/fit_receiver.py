@@ -43,7 +43,7 @@ with tempfile.TemporaryDirectory() as name:
     settings["sky"] = {"navigation": [folder / "sky.nav"]}
     recording = canyon.Recording(settings, folder / "drive.obs", folder / "truth.csv", "urbannav", atmosphere=False)
     print(f"{len(recording)} epochs")
-    fit = canyon.calibrate(recording, (0, 0.5), iterations=2, resamples=20)
+    fit = canyon.calibrate(recording, (0, 0.5), seeds=2)
     for estimate in fit.estimates:
         if estimate["verdict"] == "fitted":
             print(f"  {estimate['key']}: {estimate['before']} -> {estimate['after']} ({estimate['interval_95']})")

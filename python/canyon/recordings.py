@@ -107,8 +107,7 @@ def calibrate(
     recordings: Union[Recording, Sequence[Recording]],
     part: Tuple[float, float] = (0.0, 0.5),
     *,
-    resamples: int = 60,
-    iterations: int = 4,
+    seeds: int = 3,
     threads: int = 0,
 ) -> Calibration:
     """Fits the options of a receiver to what such receivers recorded (docs/calibration.md).
@@ -119,12 +118,10 @@ def calibrate(
         All of one kind of receiver; the profile that is fitted is that of the first one's scenario.
     part : (float, float)
         Shares of the recordings to learn from; validate by the rest.
-    resamples : int
-        Of the bootstrap behind the intervals.
-    iterations : int
-        Of the simulated fit.
+    seeds : int
+        That each receiver is simulated by, at least 1.
     """
     several = [recordings] if isinstance(recordings, Recording) else list(recordings)
     return Calibration(
-        **_canyon.calibrate([each._handle for each in several], part[0], part[1], resamples, iterations, threads)
+        **_canyon.calibrate([each._handle for each in several], part[0], part[1], seeds, threads)
     )

@@ -59,7 +59,6 @@ class Recorded {
                               recorded.epochs.back().receiver_time, city.frame.origin());
     warnings_ = scenario_.warnings;
     warnings_.insert(warnings_.end(), sky.warnings.begin(), sky.warnings.end());
-    sky_ = sky.sky;
     environment_ = std::make_unique<simulation::Environment>(simulation::make_environment(
         std::make_shared<simulation::CityScene>(std::move(city)), sky, scenario_.sky, scenario_.seed));
     // What was recorded says which systems the radio had.
@@ -135,7 +134,6 @@ class Recorded {
     calibration::Drive d;
     d.name = "recording";
     d.environment = environment_.get();
-    d.sky = sky_;
     d.recording = calibration::part_of(recording_, first, count);
     d.registration = registration_;
     d.receiver = scenario_.receivers.front();
@@ -163,22 +161,20 @@ class Recorded {
   }
 
   simulation::Scenario scenario_;
-  std::shared_ptr<const orbit::Sky> sky_;
   std::unique_ptr<simulation::Environment> environment_;
   validation::Recording recording_;
   validation::Registration registration_;
   std::vector<std::string> warnings_;
 };
 
-py::dict calibrate(const std::vector<const Recorded*>& recordings, double from, double to, int resamples,
-                   int iterations, int threads) {
+py::dict calibrate(const std::vector<const Recorded*>& recordings, double from, double to, int seeds,
+                   int threads) {
   if (recordings.empty()) throw InputError("there is no recording to calibrate by", "give at least one");
   std::vector<calibration::Drive> drives;
   drives.reserve(recordings.size());
   for (const Recorded* each : recordings) drives.push_back(each->drive(from, to));
   calibration::CalibrateOptions options;
-  options.resamples = resamples;
-  options.iterations = iterations;
+  options.seeds = seeds;
   options.threads = threads;
   const calibration::Calibration result = interruptible([&](const auto& look) {
     options.progress = [&](const std::string&, std::size_t, std::size_t) { look(); };
@@ -207,8 +203,7 @@ void bind_validation(py::module_& m) {
       .def_property_readonly("warnings", &Recorded::warnings)
       .def("align", &Recorded::align, "share"_a, "heading"_a = false, "threads"_a = 0)
       .def("validate", &Recorded::validate, "begin"_a, "end"_a, "models"_a, "threads"_a = 0);
-  m.def("calibrate", &calibrate, "recordings"_a, "begin"_a, "end"_a, "resamples"_a, "iterations"_a,
-        "threads"_a = 0);
+  m.def("calibrate", &calibrate, "recordings"_a, "begin"_a, "end"_a, "seeds"_a, "threads"_a = 0);
 }
 
 }  // namespace canyon::python
