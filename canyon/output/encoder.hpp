@@ -35,6 +35,7 @@ struct ReceiverDescription {
   geodesy::GpsTime begin = {};          ///< of the run
   /// Antenna of a receiver that stands for good, a base station's [m, ECEF].
   std::optional<Eigen::Vector3d> station_ecef = {};
+  bool ephemerides = true;               ///< RTCM 3 carries them
   double elevation_mask_rad = 0;         ///< of its fix
   std::vector<std::string> errors = {};  ///< that its signals carry: "ionosphere" ...
 };

@@ -19,6 +19,7 @@ class Rtcm final : public Encoder {
  public:
   explicit Rtcm(const ReceiverDescription& receiver)
       : station_ecef_(receiver.station_ecef), observations_(receiver.glonass_channels) {
+    if (receiver.ephemerides) ephemerides_.emplace();
     for (const gnss::Signal* signal : receiver::tracked_signals(receiver.tracks, gnss::System::GLONASS)) {
       if (receiver.signal.enabled && receiver.systems.count(gnss::System::GLONASS) > 0) {
         glonass_codes_.push_back(signal->code);
@@ -35,7 +36,9 @@ class Rtcm final : public Encoder {
       bytes += rtcm::frame(rtcm::descriptors());
       if (!glonass_codes_.empty()) bytes += rtcm::frame(rtcm::glonass_biases(glonass_codes_));
     }
-    for (const Bits& message : ephemerides_.due(epoch)) bytes += rtcm::frame(message);
+    if (ephemerides_) {
+      for (const Bits& message : ephemerides_->due(epoch)) bytes += rtcm::frame(message);
+    }
     for (const Bits& message : observations_.messages(epoch.observed)) bytes += rtcm::frame(message);
     return bytes;
   }
@@ -44,7 +47,7 @@ class Rtcm final : public Encoder {
   std::optional<Eigen::Vector3d> station_ecef_;
   std::vector<std::string_view> glonass_codes_;
   std::optional<geodesy::GpsTime> station_sent_;
-  rtcm::Ephemerides ephemerides_;
+  std::optional<rtcm::Ephemerides> ephemerides_;
   rtcm::Observations observations_;
 };
 

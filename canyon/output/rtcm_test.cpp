@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 
 #include "canyon/output/encoder.hpp"
+#include "canyon/output/stream.hpp"
 #include "tests/support/sample_epochs.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace canyon::output {
 namespace {
@@ -99,6 +101,27 @@ TEST(Rtcm, EphemeridesComeAtOnceWhenNewAndEveryHalfMinute) {
   for (int s = 0; s < 2600; s += 30) expected.push_back(s);
   for (int s = 2600; s < 3000; s += 30) expected.push_back(s);
   EXPECT_EQ(seconds, expected);
+}
+
+TEST(Rtcm, AStreamLeavesEphemeridesOutWhereItIsTold) {
+  gnss::NavigationData navigation;
+  gnss::KeplerEphemeris e;
+  e.id = *gnss::parse_satellite("G05");
+  e.toc = e.toe = e.transmission = test::sample_time() - 1000;
+  navigation.kepler.push_back(e);
+  simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3});
+  epoch.navigation = &navigation;
+  const test::TemporaryFolder folder;
+  const auto sent = [&](const std::string& options) {
+    const std::filesystem::path file = folder / "receiver.rtcm3";
+    const auto stream = open_stream(parse_stream("rtcm=file:" + file.string() + options), 0, description());
+    stream->write(epoch);
+    stream->finish();
+    return numbers_in(test::read_bytes(file));
+  };
+  EXPECT_EQ(sent(""), (std::vector<int>{1033, 1019, 1077, 1087, 1097, 1117, 1127}));
+  EXPECT_EQ(sent("?ephemerides=true"), sent(""));
+  EXPECT_EQ(sent("?ephemerides=false"), (std::vector<int>{1033, 1077, 1087, 1097, 1117, 1127}));
 }
 
 // A fault changes what is said, and keeps toe and time of transmission.

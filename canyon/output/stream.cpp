@@ -145,7 +145,7 @@ StreamRequest parse_stream(std::string_view text) {
 }
 
 std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::size_t receiver,
-                                           const ReceiverDescription& description,
+                                           ReceiverDescription description,
                                            std::shared_ptr<transport::Link> link) {
   const Format& format = format_named(request.format);
   if (!format.live && !transport::is_file_address(request.address)) {
@@ -157,6 +157,7 @@ std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::si
     throw InputError(fmt::format("nothing can be sent to '{}'", transport::hide_password(request.address)),
                      fmt::format("write {}", transport::address_forms()));
   }
+  description.ephemerides = request.options.ephemerides;
   link->transport().describe(stream_description(format, description));
   return std::make_unique<EncodedStream>(format.make(description), std::move(link), receiver,
                                          request.options);

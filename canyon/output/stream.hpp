@@ -82,7 +82,7 @@ class EncodedStream final : public simulation::EpochSink {
 /// Through a link that others use as well. A format whose first bytes every reader gets needs one of its own
 /// (InputError).
 [[nodiscard]] std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::size_t receiver,
-                                                         const ReceiverDescription& description,
+                                                         ReceiverDescription description,
                                                          std::shared_ptr<transport::Link> link);
 /// Place of the receiver that a request names among `names`. Throws InputError for an unknown receiver, and
 /// for none with several.

@@ -14,9 +14,10 @@ namespace canyon::simulation {
 /// How a stream differs from the run that it is of: real receivers give 1 to 25 Hz, 50 to 200 ms late.
 struct StreamOptions {
   std::optional<double>
-      rate_hz;           ///< of the epochs that are sent, those of whole multiples; empty: all of them
-  double latency_s = 0;  ///< from epoch to bytes, mean
-  double jitter_s = 0;   ///< of it, standard deviation; epochs never overtake each other
+      rate_hz;              ///< of the epochs that are sent, those of whole multiples; empty: all of them
+  double latency_s = 0;     ///< from epoch to bytes, mean
+  double jitter_s = 0;      ///< of it, standard deviation; epochs never overtake each other
+  bool ephemerides = true;  ///< in formats of RTCM 3: messages 1019, 1020, 1042, 1044 to 1046
 };
 /// Its fields.
 void visit(options::Visitor& v, StreamOptions& o);
