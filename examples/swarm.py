@@ -5,8 +5,8 @@
 
 Each vehicle goes round its block at 3 m/s, 5 to 25 m above the street, sends four poses an epoch as JSON over UDP,
 and gets NMEA over UDP. All are receivers of one `canyon live`, whose epochs lie evenly over the interval (`live.stagger`).
-Printed at the end: epochs that came, and that were skipped because the machine was more than a second behind; the time
-from pose to bytes; processor time and memory.
+Printed at the end: epochs that came, that were skipped because the machine was more than a second behind, and that were
+empty because no pose was there in time; the time from pose to bytes; processor time and memory.
 Python's standard library alone.
 """
 import argparse
@@ -139,10 +139,11 @@ def main(argv=None):
         sys.exit("canyon live ended early:\n" + rest)
     epochs = re.search(r"(\d+) epochs", ended.group(0))
     missed = re.search(r"(\d+) missed", ended.group(0))
+    lost = re.search(r"(\d+) without truth", ended.group(0))
     latency = re.search(r"pose to bytes.*$", ended.group(0))
     cores = len(os.sched_getaffinity(0))
     print(f"{arguments.count} receivers ({arguments.profile}) at {arguments.rate:g} Hz for {arguments.seconds:g} s: "
-          f"{epochs.group(1)} epochs, {missed.group(1) if missed else 'none'} missed")
+          f"{epochs.group(1)} epochs, {missed.group(1) if missed else 'none'} missed, {lost.group(1) if lost else 'none'} without a pose in time")
     if latency:
         print(latency.group(0))
     print(f"{100 * used[0]:.0f} % of a core of {cores}, {used[1]:.0f} MB")

@@ -100,7 +100,7 @@ InputFilter.implementation=Pass_Through
 InputFilter.item_type=gr_complex
 Resampler.implementation=Pass_Through
 Resampler.item_type=gr_complex
-Channels.in_acquisition=2
+Channels.in_acquisition=8
 Observables.implementation=Hybrid_Observables
 PVT.implementation=RTKLIB_PVT
 PVT.positioning_mode=Single
@@ -250,7 +250,7 @@ def receive_channels(folder, samples, satellites, spacing_chips, item='ibyte', r
     folder.mkdir(parents=True)
     text = with_channels(configuration(['L1CA'], samples, rate), 'L1CA', satellites)
     for old, new in (('item_type=ibyte', f'item_type={item}'), ('Ibyte', item.capitalize()), ('max_dwells=4', 'max_dwells=2'),
-                     ('in_acquisition=2', f'in_acquisition={len(satellites)}'), ('doppler_step=50', 'doppler_step=150'), ('pfa=0.001', 'pfa=1e-6')):
+                     ('in_acquisition=8', f'in_acquisition={len(satellites)}'), ('doppler_step=50', 'doppler_step=150'), ('pfa=0.001', 'pfa=1e-6')):
         assert old in text
         text = text.replace(old, new)
     text += f'''Acquisition_1C.blocking=false
