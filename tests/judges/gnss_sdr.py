@@ -100,7 +100,7 @@ InputFilter.implementation=Pass_Through
 InputFilter.item_type=gr_complex
 Resampler.implementation=Pass_Through
 Resampler.item_type=gr_complex
-Channels.in_acquisition=8
+Channels.in_acquisition=2
 Observables.implementation=Hybrid_Observables
 PVT.implementation=RTKLIB_PVT
 PVT.positioning_mode=Single
@@ -228,10 +228,16 @@ def compare(signal, ours, theirs, elevations):
     return rows, failures
 
 
-def with_channels(text, signal, satellites):
-    """configuration() of one signal with a channel for each satellite."""
-    lines = (f"Channel{i}.signal={SIGNALS[signal]['name']}\nChannel{i}.satellite={int(n[1:])}\n" for i, n in enumerate(satellites))
-    return text.replace('count=11', f'count={len(satellites)}') + ''.join(lines)
+def with_channels(text, signals, satellites):
+    """configuration() of these signals with a channel for each satellite, so that none waits for a search for others."""
+    lines, number = [], 0
+    for s in (s for signal, s in SIGNALS.items() if signal in signals):    # in GNSS-SDR's order, numbered through
+        of = [n for n in satellites if n[0] == s['system']]
+        text = text.replace(f"Channels_{s['name']}.count=11", f"Channels_{s['name']}.count={len(of)}")
+        for n in of:
+            lines.append(f"Channel{number}.signal={s['name']}\nChannel{number}.satellite={int(n[1:])}\n")
+            number += 1
+    return text + ''.join(lines)
 
 
 # A record of GNSS-SDR's dump of a channel: magnitude of the prompt correlator, start of a code period [samples, and the
@@ -248,9 +254,9 @@ def receive_channels(folder, samples, satellites, spacing_chips, item='ibyte', r
     """
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    text = with_channels(configuration(['L1CA'], samples, rate), 'L1CA', satellites)
+    text = with_channels(configuration(['L1CA'], samples, rate), ['L1CA'], satellites)
     for old, new in (('item_type=ibyte', f'item_type={item}'), ('Ibyte', item.capitalize()), ('max_dwells=4', 'max_dwells=2'),
-                     ('in_acquisition=8', f'in_acquisition={len(satellites)}'), ('doppler_step=50', 'doppler_step=150'), ('pfa=0.001', 'pfa=1e-6')):
+                     ('in_acquisition=2', f'in_acquisition={len(satellites)}'), ('doppler_step=50', 'doppler_step=150'), ('pfa=0.001', 'pfa=1e-6')):
         assert old in text
         text = text.replace(old, new)
     text += f'''Acquisition_1C.blocking=false
@@ -420,10 +426,8 @@ def judge(options, canyon, folder):
         options.threads)
     run(canyon, 'simulate', 'open.yaml', '--out', 'ours', '--quiet', stdout=subprocess.DEVNULL)
     ours = observations(folder / 'ours/receiver.obs')
-    text = configuration(signals, folder / 'open.iq', rate)
-    if signals == ['L2C']:    # to search for all takes GNSS-SDR ten times as long
-        text = with_channels(text, 'L2C', sorted({n for epoch in ours.values() for n in epoch}))
-    (folder / 'gnss-sdr.conf').write_text(text)
+    (folder / 'gnss-sdr.conf').write_text(with_channels(configuration(signals, folder / 'open.iq', rate), signals,
+                                                        sorted({n for epoch in ours.values() for n in epoch})))
     (folder / 'theirs').mkdir(exist_ok=True)
     for old in (folder / 'theirs').iterdir():
         old.unlink()
