@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """GNSS-SDR receives samples of `canyon iq` under an open sky, and is compared with what Canyon measures.
 
-usage: tests/judges/gnss_sdr.py CANYON [--signals L1CA,E1] [--seconds 80] [--keep FOLDER]
+usage: tests/judges/gnss_sdr.py CANYON [--signals L1CA,E1] [--seconds 110] [--keep FOLDER]
 
 Every satellite above 15 degrees must be tracked and its ephemeris be decoded; positions must be within METRES of the
 truth (median); observations are single differences over the satellites of a signal: codes, phases and C/N0 against
@@ -474,7 +474,7 @@ def judge(options, canyon, folder):
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument('--signals', default='L1CA,E1')
-    parser.add_argument('--seconds', type=float, default=80)
+    parser.add_argument('--seconds', type=float, default=110)
     parser.add_argument('--start', default='2026-06-01T08:00:00Z')
     parser.add_argument('--threads', default='0')
     return run_judge(parser, judge)
