@@ -5,14 +5,17 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <random>
 #include <string_view>
+#include <utility>
 
 #include "canyon/broadcast/ldpc.hpp"
 #include "canyon/broadcast/messages.hpp"
 #include "canyon/broadcast/symbols.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "tests/support/sample_ephemeris.hpp"
 
 namespace canyon::broadcast {
 namespace {
@@ -173,29 +176,10 @@ class LdpcSymbols : public testing::Test {
  protected:
   /// @param toe its toc is 600 s later
   gnss::NavigationData navigation_of(const char* satellite, GpsTime toe, double semi_major_axis_m) {
-    e_.id = *gnss::parse_satellite(satellite);
-    e_.toe = toe;
+    e_ = test::sample_ephemeris(satellite, toe);
     e_.toc = toe + 600;
-    e_.af0 = -1.5e-4;
-    e_.af1 = 3e-12;
     e_.af2 = 1e-18;
     e_.sqrt_a = std::sqrt(semi_major_axis_m);
-    e_.eccentricity = 0.0123;
-    e_.inclination = 0.96;
-    e_.inclination_rate = -2e-10;
-    e_.right_ascension = -2.1;
-    e_.right_ascension_rate = -8e-9;
-    e_.argument_of_perigee = 1.7;
-    e_.mean_anomaly = -0.3;
-    e_.mean_motion_difference = 4.5e-9;
-    e_.cuc = -1e-6;
-    e_.cus = 2e-6;
-    e_.cic = -3e-8;
-    e_.cis = 4e-8;
-    e_.crc = 250.5;
-    e_.crs = -80.25;
-    e_.group_delay = {-1.1e-8, 5e-9};
-    e_.accuracy_m = 2;
     gnss::NavigationData navigation;
     navigation.kepler.push_back(e_);
     navigation.leap_seconds = 18;
@@ -204,6 +188,16 @@ class LdpcSymbols : public testing::Test {
   [[nodiscard]] const gnss::Signal& signal(std::string_view name) const {
     const auto all = gnss::signals_of(e_.id.system);
     return *std::find_if(all.begin(), all.end(), [&](const gnss::Signal& s) { return s.name == name; });
+  }
+  /// What is broadcast for these signals alone [s].
+  [[nodiscard]] gnss::SignalDelays own_delays(
+      std::initializer_list<std::pair<std::string_view, double>> of) const {
+    gnss::SignalDelays delays;
+    delays.id = e_.id;
+    delays.toc = e_.toc;
+    delays.group_delay_s.fill(std::numeric_limits<double>::infinity());
+    for (const auto& [name, delay_s] : of) delays.group_delay_s[gnss::index_of(signal(name))] = delay_s;
+    return delays;
   }
   /// The frame around `time`, of `size` symbols.
   Bits bits(const gnss::NavigationData& navigation, std::string_view name, GpsTime time, GpsTime start,
@@ -283,13 +277,9 @@ TEST_F(LdpcSymbols, BcnavOneIsReadBack) {
     navigation.kepler[0].health = c.own_delays ? 1 : 0;
     double b1c_s = e_.group_delay[0], b2a_s = e_.group_delay[1];
     if (c.own_delays) {
-      gnss::SignalDelays delays;
-      delays.id = e_.id;
-      delays.toc = e_.toc;
-      delays.group_delay_s.fill(std::numeric_limits<double>::infinity());
-      delays.group_delay_s[gnss::index_of(signal("B1C"))] = b1c_s = -2.5e-9;
-      delays.group_delay_s[gnss::index_of(signal("B2a"))] = b2a_s = 7.5e-9;
-      navigation.signal_delays.push_back(delays);
+      b1c_s = -2.5e-9;
+      b2a_s = 7.5e-9;
+      navigation.signal_delays.push_back(own_delays({{"B1C", b1c_s}, {"B2a", b2a_s}}));
     }
     const GpsTime start = kBdtWeek + 18 * c.frame;
     for (const double within_s : {0.0, 17.99}) {
@@ -399,12 +389,7 @@ TEST_F(LdpcSymbols, BcnavThreeIsReadBack) {
     const double toe_s = end_of_week ? 601'200 : 36100, sent_toe_s = end_of_week ? toe_s : 36000;
     gnss::NavigationData navigation = navigation_of("C40", kBdtWeek + toe_s, 42'161'000);
     navigation.kepler[0].health = 1;
-    gnss::SignalDelays delays;
-    delays.id = e_.id;
-    delays.toc = e_.toc;
-    delays.group_delay_s.fill(std::numeric_limits<double>::infinity());
-    delays.group_delay_s[gnss::index_of(signal("B2b"))] = -2.5e-9;
-    navigation.signal_delays.push_back(delays);
+    navigation.signal_delays.push_back(own_delays({{"B2b", -2.5e-9}}));
     for (const unsigned type : {10U, 30U}) {
       SCOPED_TRACE(type);
       const unsigned second = (end_of_week ? 604'798U : 36'000U) + (type == 10 ? 0 : 1);
@@ -461,12 +446,8 @@ TEST_F(LdpcSymbols, CnavTwoIsReadBack) {
     const double tgd_s = e_.group_delay[0];
     double l1c_s = tgd_s;
     if (c.own_delay) {
-      gnss::SignalDelays delays;
-      delays.id = e_.id;
-      delays.toc = e_.toc;
-      delays.group_delay_s.fill(std::numeric_limits<double>::infinity());
-      delays.group_delay_s[gnss::index_of(signal("L1C"))] = l1c_s = -7e-9;
-      navigation.signal_delays.push_back(delays);
+      l1c_s = -7e-9;
+      navigation.signal_delays.push_back(own_delays({{"L1C", l1c_s}}));
     }
     const Bits frame = bits(navigation, "L1C", start + 17.99, start, 0.01, 1800);
     // Subframe 1: the count at the begin of the next frame; its first bit turns BCH(51,8) of the others over.

@@ -12,40 +12,12 @@
 #include "canyon/broadcast/schedule.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "tests/support/sample_ephemeris.hpp"
 
 namespace canyon::broadcast {
 namespace {
 
 using geodesy::GpsTime;
-
-gnss::KeplerEphemeris ephemeris(const char* id, GpsTime toe) {
-  gnss::KeplerEphemeris e;
-  e.id = *gnss::parse_satellite(id);
-  e.toe = e.toc = toe;
-  e.af0 = -1.5e-4;
-  e.af1 = 3e-12;
-  e.sqrt_a = 5153.7;
-  e.eccentricity = 0.0123;
-  e.inclination = 0.96;
-  e.inclination_rate = -2e-10;
-  e.right_ascension = -2.1;
-  e.right_ascension_rate = -8e-9;
-  e.argument_of_perigee = 1.7;
-  e.mean_anomaly = -0.3;
-  e.mean_motion_difference = 4.5e-9;
-  e.cuc = -1e-6;
-  e.cus = 2e-6;
-  e.cic = -3e-8;
-  e.cis = 4e-8;
-  e.crc = 250.5;
-  e.crs = -80.25;
-  e.group_delay = {-1.1e-8, 5e-9};
-  e.iode = 77;
-  e.iodc = 77;
-  e.accuracy_m = 2;
-  e.data_sources = 1 << 0 | 1 << 9;
-  return e;
-}
 
 /// 2026-03-01 10:00:00 GPST.
 GpsTime start() {
@@ -100,7 +72,7 @@ TEST(LnavParity, IsThatOfTheTable) {
 TEST(LnavSubframe, HasItsPreambleTimeAndZeroBits) {
   for (const int subframe : {1, 2, 3}) {
     const GpsTime at = start() + 6.0 * (subframe - 1);
-    const auto words = lnav_subframe(ephemeris("G05", start()), subframe, at);
+    const auto words = lnav_subframe(test::sample_ephemeris("G05", start()), subframe, at);
     ASSERT_EQ(words.size(), 10U);
     EXPECT_EQ(words[0] >> 22, 0x8BU);
     EXPECT_EQ(words[1] >> 13, 36000U / 6 + static_cast<unsigned>(subframe)) << "count of the next subframe";
@@ -116,11 +88,13 @@ TEST(LnavSubframe, HasItsPreambleTimeAndZeroBits) {
     }
   }
   // Table 20-III: the square root of the axis, 32 bits from bit 227 on, steps of 2^-19.
-  const auto words = lnav_subframe(ephemeris("G05", start()), 2, start());
+  const auto words = lnav_subframe(test::sample_ephemeris("G05", start()), 2, start());
   EXPECT_EQ((words[7] >> 6 & 0xFF) << 24 | words[8] >> 6,
             static_cast<std::uint32_t>(std::llround(5153.7 * std::ldexp(1, 19))));
   // The last count of a week is followed by 0.
-  EXPECT_EQ(lnav_subframe(ephemeris("G05", start()), 3, GpsTime::from_week(2408, 604794))[1] >> 13, 0U);
+  EXPECT_EQ(
+      lnav_subframe(test::sample_ephemeris("G05", start()), 3, GpsTime::from_week(2408, 604794))[1] >> 13,
+      0U);
 }
 
 // BDS-SIS-ICD-B1I 5.1.3: code words are multiples of x^4 + x + 1, and any two words of such a code differ in
@@ -145,7 +119,7 @@ TEST(Bch, GivesCodeWords) {
 }
 
 TEST(BeiDouWords, HoldTheFieldsOfTheIcd) {
-  const auto e = ephemeris("C25", start() + 14);
+  const auto e = test::sample_ephemeris("C25", start() + 14);
   const auto first = d1_subframe(e, {}, 1, start() + 14);
   // 5.2.4: preamble, subframe, second of the week in BDT.
   EXPECT_EQ(first[0] >> 19, 0b11100010010U);
@@ -162,7 +136,7 @@ TEST(BeiDouWords, HoldTheFieldsOfTheIcd) {
       EXPECT_EQ(parity, bch_15_11(information)) << i;
     }
   }
-  const auto page = d2_page(ephemeris("C03", start()), {}, 7, start() + 14);
+  const auto page = d2_page(test::sample_ephemeris("C03", start()), {}, 7, start() + 14);
   EXPECT_EQ(page[1] >> 14 & 15, 7U) << "its number behind the second of the week";
 }
 
@@ -228,13 +202,13 @@ TEST(GlonassString, FulfilsTheEquationsOfItsCode) {
 
 // OS SIS ICD 2.1, 4.3.2.3: even and odd part, CRC over 196 bits.
 TEST(InavPage, CarriesTheWordAndItsCrc) {
-  const Bits word = inav_word(ephemeris("E11", start()), {}, 1, start());
+  const Bits word = inav_word(test::sample_ephemeris("E11", start()), {}, 1, start());
   ASSERT_EQ(word.size(), 128U);
   EXPECT_EQ(word.number(0, 6), 1U);
   EXPECT_EQ(word.number(6, 10), 77U);
   EXPECT_EQ(word.number(16, 14), 36000U / 60);
   for (int type = 0; type <= 6; ++type) {
-    EXPECT_EQ(inav_word(ephemeris("E11", start()), {}, type, start()).size(), 128U) << type;
+    EXPECT_EQ(inav_word(test::sample_ephemeris("E11", start()), {}, type, start()).size(), 128U) << type;
   }
   const auto page = inav_page(word);
   ASSERT_EQ(page.size(), 8U);
@@ -262,7 +236,7 @@ double half_turns(const Bits& bits, std::size_t first, std::size_t width, int ex
 
 // OS SIS ICD 2.1, tables 30 to 34: places of fields, and a CRC over all that stands before it.
 TEST(FnavPage, HasItsFieldsAndItsCrc) {
-  gnss::KeplerEphemeris e = ephemeris("E11", start());
+  gnss::KeplerEphemeris e = test::sample_ephemeris("E11", start());
   e.health = 0b10'1000;  // E5a: HS 2, DVS 1
   for (int type = 1; type <= 6; ++type) {
     const Bits page = fnav_page(e, {}, type, start());
@@ -305,7 +279,7 @@ TEST(FnavPage, HasItsFieldsAndItsCrc) {
 
 // IS-GPS-200 figures 30-1 to 30-6.
 TEST(CnavMessage, HasItsFieldsAndItsCrc) {
-  gnss::KeplerEphemeris e = ephemeris("G07", start());
+  gnss::KeplerEphemeris e = test::sample_ephemeris("G07", start());
   e.toe = e.toc = start() + 7200 - 16;  // no whole 300 s
   const CnavDelays delays{-1.1e-8, -1.1e-8, -1.8e-8, -2e-8};
   for (const int type : {10, 11, 30, 33}) {
@@ -378,8 +352,8 @@ class Sent : public testing::Test {
  protected:
   Sent() {
     for (const char* id : {"G05", "J02", "E11", "C03", "C25"}) {
-      navigation_.kepler.push_back(ephemeris(id, start()));
-      navigation_.kepler.push_back(ephemeris(id, start() + 7200));
+      navigation_.kepler.push_back(test::sample_ephemeris(id, start()));
+      navigation_.kepler.push_back(test::sample_ephemeris(id, start() + 7200));
       navigation_.kepler.back().iode = 78;
     }
     navigation_.klobuchar[gnss::System::GPS] = {};
