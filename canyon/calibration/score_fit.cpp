@@ -258,14 +258,17 @@ void add_score_fit(std::span<const FitDrive> drives, const CalibrateOptions& opt
     e.after = e.before;
     if (std::abs(mean - prior.mean.at(a)) < kMoved * open && std::abs(sigma - open) < kMoved * open) {
       e.basis = "the figures of the score card hardly depend on it";
-      after.at(a) = axis.profile;
     } else {
       e.recorded = rounded(mean, sigma);
       e.interval = fmt::format("{} to {}", rounded(std::max(mean - 2 * sigma, axis.nodes.front()), sigma),
                                rounded(std::min(mean + 2 * sigma, axis.nodes.back()), sigma));
       e.basis = "figures of the score card, by simulation";
       e.verdict = std::abs(mean - axis.profile) < kAgrees * sigma ? Verdict::Agrees : Verdict::Fitted;
-      if (e.verdict == Verdict::Fitted) e.after = result.values[axis.key] = e.recorded;
+    }
+    if (e.verdict == Verdict::Fitted) {
+      e.after = result.values[axis.key] = e.recorded;
+    } else {
+      after.at(a) = axis.profile;
     }
     result.estimates.push_back(std::move(e));
   }
