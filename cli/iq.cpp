@@ -9,6 +9,7 @@
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "cli/commands.hpp"
+#include "cli/field_option.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
 
@@ -16,12 +17,11 @@ namespace canyon::cli {
 namespace {
 
 struct IqArguments {
-  std::string scenario, out, format = "int8";
-  std::vector<std::string> bands, receivers;
-  std::optional<double> centre_hz, intermediate_hz, duration_s, epoch_rate_hz, noise_level, agc_s,
-      bandwidth_hz;
+  std::string scenario, out;
+  std::vector<std::string> receivers;
+  std::optional<double> duration_s, epoch_rate_hz;
   std::optional<std::size_t> seed;
-  double rate_hz = 4e6;
+  Changes<simulation::SampleOptions> changes;
   int threads = 0;
   bool real = false, no_noise = false, quiet = false;
 };
@@ -50,19 +50,15 @@ std::vector<std::size_t> chosen_receivers(const IqArguments& arguments,
   return {0};
 }
 
-/// "drive.iq" of receiver and band where there are several: "drive.car.L5.iq".
-std::filesystem::path path_of(const IqArguments& arguments, const std::string& receiver,
-                              const std::string& band) {
+/// "drive.iq" of a receiver where there are several: "drive.car.iq".
+std::filesystem::path path_of(const IqArguments& arguments, const std::string& receiver) {
   const std::filesystem::path out = arguments.out;
-  if (arguments.receivers.size() <= 1 && arguments.bands.size() <= 1) return out;
+  if (arguments.receivers.size() <= 1) return out;
   if (out == "-" || transport::ByteStream::is_address(arguments.out)) {
-    throw InputError(fmt::format("--out {} takes one receiver and one band", arguments.out),
-                     "give a file, or one --receiver and --band");
+    throw InputError(fmt::format("--out {} takes one receiver", arguments.out),
+                     "give a file, or one --receiver");
   }
-  std::string name = out.stem().string();
-  if (arguments.receivers.size() > 1) name += "." + receiver;
-  if (arguments.bands.size() > 1) name += "." + band;
-  return out.parent_path() / (name + out.extension().string());
+  return out.parent_path() / (out.stem().string() + "." + receiver + out.extension().string());
 }
 
 simulation::Scenario read_iq_scenario(const IqArguments& arguments) {
@@ -70,19 +66,16 @@ simulation::Scenario read_iq_scenario(const IqArguments& arguments) {
   if (arguments.seed) scenario.seed = *arguments.seed;
   if (arguments.duration_s) scenario.duration_s = arguments.duration_s;
   if (arguments.epoch_rate_hz) scenario.rate_hz = arguments.epoch_rate_hz;
+  for (const auto& change : arguments.changes) change(scenario.samples);
+  if (arguments.real) scenario.samples.real = true;
+  if (arguments.no_noise) scenario.samples.noise = false;
+  scenario.samples.validate();
   return scenario;
 }
 
 int run_iq(const IqArguments& arguments) {
-  if (arguments.real && !arguments.intermediate_hz) {
-    throw InputError("--real needs an intermediate frequency",
-                     fmt::format("give --if, e.g. --if {}: a quarter of the rate", arguments.rate_hz / 4));
-  }
   const simulation::Scenario scenario = read_iq_scenario(arguments);
   const std::vector<std::size_t> receivers = chosen_receivers(arguments, scenario);
-  std::vector<std::string> bands = arguments.bands;
-  if (bands.empty()) bands = {arguments.centre_hz ? "" : "L1"};
-
   std::vector<std::string> warnings;
   city::City city = simulation::load_city(scenario, warnings);
   const simulation::Simulation simulation(scenario, std::move(city));
@@ -93,33 +86,11 @@ int run_iq(const IqArguments& arguments) {
   std::vector<std::unique_ptr<samples::SampleFile>> files;
   std::vector<simulation::EpochSink*> sinks;
   for (const std::size_t receiver : receivers) {
-    for (const std::string& band : bands) {
-      samples::SampleFileOptions options;
-      options.receiver = receiver;
-      options.path = path_of(arguments, scenario.receivers[receiver].options.name, band);
-      options.front_end.centre_hz = band.empty() ? *arguments.centre_hz : samples::band_centre_hz(band);
-      options.front_end.intermediate_hz = arguments.intermediate_hz.value_or(0);
-      options.front_end.real = arguments.real;
-      options.front_end.bandwidth_hz = arguments.bandwidth_hz.value_or(0);
-      options.front_end.rate_hz = arguments.rate_hz;
-      options.front_end.noise = !arguments.no_noise;
-      options.format = samples::format_by_name(arguments.format);
-      options.noise_level = arguments.noise_level;
-      options.agc_s = arguments.agc_s.value_or(0);
-      options.threads = arguments.threads;
-      const samples::SampleFile& file =
-          *files.emplace_back(std::make_unique<samples::SampleFile>(simulation, options));
-      sinks.push_back(files.back().get());
-      note(arguments.quiet,
-           fmt::format(
-               "{}: {:.3f} MHz{}, {} Msps {}{}, {:.3f} GB: {}", options.path.string(),
-               options.front_end.centre_hz * 1e-6,
-               arguments.intermediate_hz ? fmt::format(" at {} MHz", *arguments.intermediate_hz * 1e-6) : "",
-               arguments.rate_hz * 1e-6, arguments.real ? "real " : "", arguments.format,
-               static_cast<double>(file.expected_bytes()) * 1e-9, fmt::join(file.plan().carried, ", ")));
-      if (arguments.quiet || file.plan().left_out.empty()) continue;
-      print_warnings({fmt::format("left out, too wide for {} Msps: {}", arguments.rate_hz * 1e-6,
-                                  fmt::join(file.plan().left_out, ", "))});
+    const auto path = path_of(arguments, scenario.receivers[receiver].options.name);
+    for (auto& file : samples::make_sample_files(simulation, receiver, path, arguments.threads)) {
+      note(arguments.quiet, file->about());
+      sinks.push_back(file.get());
+      files.push_back(std::move(file));
     }
   }
 
@@ -147,17 +118,6 @@ int run_iq(const IqArguments& arguments) {
          fmt::format("{} samples: {}; up to {} paths", file->samples(),
                      counts.empty() ? "no signal" : fmt::format("{}", fmt::join(counts, ", ")),
                      contents.most_paths));
-    if (arguments.quiet) continue;
-    if (!contents.without_message.empty()) {
-      print_warnings({fmt::format("without symbols, since no message of theirs is known: {}",
-                                  fmt::join(contents.without_message, ", "))});
-    }
-    constexpr double kMuch = 0.01;
-    if (file->most_clipped() > kMuch) {
-      print_warnings({fmt::format(
-          "up to {:.0f} % of the samples are beyond the largest value: lower --noise-level or use --agc",
-          100 * file->most_clipped())});
-    }
   }
   if (result.interrupted) {
     fmt::print(stderr, "canyon: interrupted: {} of {} epochs finished and written\n", result.epochs,
@@ -176,6 +136,7 @@ void add_iq(Command& app) {
       app.add_command("iq", "write the signal at the antenna as samples, for software receivers");
   command.footer =
       "canyon iq drive.yaml --out drive.iq --band L1 --rate 4e6 --format int8\n"
+      "The scenario's samples: has the defaults of the options below.\n"
       "docs/iq.md plays the file to GNSS-SDR. Do not transmit a file of samples.";
   IqArguments& arguments = command.run_with(run_iq);
   command.add_option("scenario", arguments.scenario, "SCENARIO", "scenario file (YAML)").required();
@@ -185,25 +146,18 @@ void add_iq(Command& app) {
           "file for the samples (real and imaginary parts alternate) and FILE.sigmf-meta; - or a FIFO: a "
           "pipe; tcp://127.0.0.1:PORT waits for a reader, tcp-connect://HOST:PORT connects to one")
       .required();
-  command
-      .add_option("--band", arguments.bands, "BAND",
-                  "band: L1, L2, L5, E5 or a signal's name (L1); several bands give several files")
-      .repeated();
-  command.add_option("--centre-hz", arguments.centre_hz, "HZ", "centre frequency instead of a band")
-      .excludes("--band");
-  command.add_option("--rate", arguments.rate_hz, "HZ", "samples per second (4e6)").within(1e6, 200e6);
-  command.add_option("--if", arguments.intermediate_hz, "HZ",
-                     "intermediate frequency: the band's centre is moved here (0)");
-  command.add_option("--bandwidth", arguments.bandwidth_hz, "HZ",
-                     "two-sided bandwidth of a filter before the converter (none)");
+  const auto add = [&](const char* flag, const char* name) -> Option& {
+    return add_change(command, flag, arguments.changes, name);
+  };
+  add("--band", "bands");
+  add("--centre-hz", "centre_hz").excludes("--band");
+  add("--rate", "rate_hz");
+  add("--if", "intermediate_hz");
+  add("--bandwidth", "bandwidth_hz");
   command.add_flag("--real", arguments.real, "real samples, at an intermediate frequency (--if)");
-  command.add_option("--format", arguments.format, "F", "int8, int16, float32, 2bit or 1bit (int8)")
-      .one_of(samples::format_names());
-  command.add_option("--noise-level", arguments.noise_level, "X",
-                     "standard deviation of the noise, divided by the largest value (0.25; 2bit 0.67)");
-  command.add_option(
-      "--agc", arguments.agc_s, "S",
-      "automatic gain control with this time constant: the received power is kept at the noise level");
+  add("--format", "format");
+  add("--noise-level", "noise_level");
+  add("--agc", "agc_s");
   command.add_flag("--no-noise", arguments.no_noise, "no noise of the front end");
   command
       .add_option("--receiver", arguments.receivers, "NAME",

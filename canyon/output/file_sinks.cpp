@@ -7,6 +7,7 @@
 #include "canyon/output/sinks.hpp"
 #include "canyon/output/stream.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
+#include "canyon/samples/sample_file.hpp"
 #include "canyon/simulation/scenario.hpp"
 
 namespace canyon::output {
@@ -73,6 +74,9 @@ std::vector<std::unique_ptr<simulation::EpochSink>> make_file_sinks(const simula
     for (const Format& format : formats()) {
       if (wanted.has(format.name)) sinks.push_back(open_file(format.name, at / format.file, i, description));
     }
+    if (!wanted.has("samples")) continue;
+    for (auto& file : samples::make_sample_files(simulation, i, at / "samples.iq"))
+      sinks.push_back(std::move(file));
   }
   if (wanted.has("rinex_navigation") && !simulation.navigation().empty()) {
     sinks.push_back(std::make_unique<NavigationFile>(folder / "sky.nav", simulation.navigation()));

@@ -170,6 +170,29 @@ TEST(FileSinks, SeveralReceiversHaveFolders) {
   EXPECT_NE(test::read_bytes(folder / "left/receiver.obs").find("left   "), std::string::npos);
 }
 
+TEST(FileSinks, SamplesAreOneFileABandAndReceiver) {
+  const test::TemporaryFolder folder;
+  const auto simulation =
+      prepare(kNominal,
+              "duration_s: 0.5\nreceivers: [{name: left}, {name: right, own_draws: true}]\n"
+              "outputs: [samples]\nsamples: {bands: [L1, L2C], rate_hz: 2.5e6, format: 2bit}\n");
+  const auto result = run_into(simulation, folder.path());
+  std::set<std::string> expected;
+  for (const char* of : {"left/samples.L1", "left/samples.L2C", "right/samples.L1", "right/samples.L2C"}) {
+    expected.insert(std::string(of) + ".iq");
+    expected.insert(std::string(of) + ".sigmf-meta");
+  }
+  EXPECT_EQ(files_in(folder.path()), expected);
+  // Half a second of the receiver's clock; two parts of two bits.
+  EXPECT_NEAR(static_cast<double>(std::filesystem::file_size(folder / "right/samples.L1.iq")), 625e3, 10);
+  EXPECT_NE(test::read_bytes(folder / "left/samples.L1.iq"),
+            test::read_bytes(folder / "right/samples.L1.iq"));
+  EXPECT_NE(test::read_bytes(folder / "left/samples.L2C.sigmf-meta").find("GPS L2C"), std::string::npos);
+  // E1 and L1C are wider than 2.5 Msps.
+  ASSERT_EQ(result.warnings.size(), 2U);
+  EXPECT_NE(result.warnings[0].find("Galileo E1"), std::string::npos) << result.warnings[0];
+}
+
 TEST(FileSinks, FrozenSkyHasNoNavigationFile) {
   const test::TemporaryFolder folder;
   const auto simulation =

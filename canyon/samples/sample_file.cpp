@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <map>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
@@ -21,21 +20,6 @@ namespace {
 constexpr int kLowestChannel = -7, kHighestChannel = 6;
 
 }  // namespace
-
-double band_centre_hz(std::string_view band) {
-  constexpr std::pair<std::string_view, double> kBands[]{
-      {"L1", gnss::kL1_hz}, {"L2", 1227.6e6}, {"L5", 1176.45e6}, {"E5", 1191.795e6}};
-  for (const auto& [name, centre_hz] : kBands) {
-    if (name == band) return centre_hz;
-  }
-  for (const gnss::System system : gnss::kAllSystems) {
-    for (const gnss::Signal& signal : gnss::signals_of(system)) {
-      if (signal.name == band) return signal.carrier_hz;
-    }
-  }
-  throw InputError(fmt::format("'{}' is no band", band),
-                   fmt::format("give L1, L2, L5, E5 or a signal: {}", fmt::join(gnss::signal_names(), ", ")));
-}
 
 BandPlan plan_band(const FrontEnd& front_end, std::span<const gnss::SatelliteId> satellites) {
   BandPlan plan;
@@ -106,27 +90,28 @@ BandPlan plan_run(const simulation::Simulation& simulation, const FrontEnd& fron
   return plan;
 }
 
+FrontEnd front_end(const simulation::SampleOptions& samples, const std::string& band) {
+  samples.validate();
+  if (band.empty() && !samples.centre_hz) throw InputError("the samples have no band", "give one, e.g. L1");
+  return {band.empty() ? *samples.centre_hz : simulation::band_centre_hz(band),
+          samples.intermediate_hz,
+          samples.rate_hz,
+          samples.real,
+          samples.bandwidth_hz,
+          samples.noise};
+}
+
 SampleFile::SampleFile(const simulation::Simulation& simulation, SampleFileOptions options)
     : simulation_(simulation),
       options_(std::move(options)),
-      plan_(plan_run(simulation, options_.front_end)),
-      generator_(make_generator(simulation, options_.receiver, options_.front_end, options_.threads)),
-      encoder_(options_.format, options_.front_end.real) {
+      front_end_(samples::front_end(options_.samples, options_.band)),
+      plan_(plan_run(simulation, front_end_)),
+      generator_(make_generator(simulation, options_.receiver, front_end_, options_.threads)),
+      encoder_(options_.samples.format, front_end_.real) {
   // The threshold of 2 bits, 2 of 3, is best at one deviation (0.996 of it: J. Max, IRE Trans. IT-6, 1960).
-  const double level = options_.noise_level.value_or(options_.format == Format::TwoBit ? 2.0 / 3 : 0.25);
-  if (!(level > 0 && level <= 1)) {
-    throw InputError(fmt::format("a noise level of {} is out of range", level),
-                     "it is above 0 and at most 1");
-  }
-  if (options_.agc_s != 0 && !(options_.agc_s >= 1e-3 && options_.agc_s <= 100)) {
-    throw InputError(fmt::format("a gain control of {} s is out of range", options_.agc_s),
-                     "give 0.001 to 100 s");
-  }
-  if (options_.format == Format::OneBit && (options_.noise_level || options_.agc_s != 0)) {
-    throw InputError("1 bit is the sign alone: it has no level",
-                     "leave the noise level and the gain control out");
-  }
-  level_ = level * largest(options_.format);
+  const double level =
+      options_.samples.noise_level.value_or(options_.samples.format == Format::TwoBit ? 2.0 / 3 : 0.25);
+  level_ = level * largest(options_.samples.format);
   gain_ = static_cast<float>(level_);
   std::error_code error;
   if (options_.path == "-") {
@@ -160,8 +145,8 @@ SampleFile::~SampleFile() {
 
 std::uintmax_t SampleFile::expected_bytes() const {
   const double seconds = static_cast<double>(simulation_.epoch_count() - 1) * simulation_.interval_s();
-  const auto samples = static_cast<std::uintmax_t>(std::llround(seconds * options_.front_end.rate_hz));
-  return (samples * (options_.front_end.real ? 1 : 2) * bits(options_.format) + 7) / 8;
+  const auto samples = static_cast<std::uintmax_t>(std::llround(seconds * front_end_.rate_hz));
+  return (samples * (front_end_.real ? 1 : 2) * bits(options_.samples.format) + 7) / 8;
 }
 
 void SampleFile::wait_for_reader() {
@@ -180,24 +165,23 @@ void SampleFile::write(const simulation::Epoch& epoch) {
 
 void SampleFile::control_gain(const Block& block, std::size_t samples) {
   double received = power(block.re.data(), samples);
-  if (!options_.front_end.real) received = (received + power(block.im.data(), samples)) / 2;
+  if (!front_end_.real) received = (received + power(block.im.data(), samples)) / 2;
   const double forgotten =
-      -std::expm1(-static_cast<double>(samples) / options_.front_end.rate_hz / options_.agc_s);
+      -std::expm1(-static_cast<double>(samples) / front_end_.rate_hz / options_.samples.agc_s);
   power_ = power_ ? *power_ + forgotten * (received - *power_) : received;
   // Without noise there may be nothing at all.
   if (*power_ > 0) gain_ = static_cast<float>(level_ / std::sqrt(*power_));
 }
 
 void SampleFile::put(const Block& block, std::size_t samples) {
-  const FrontEnd& front_end = options_.front_end;
-  if (options_.agc_s > 0) control_gain(block, samples);
-  if (!packed(options_.format)) {
-    const auto limit = static_cast<float>(largest(options_.format)) / gain_;
+  if (options_.samples.agc_s > 0) control_gain(block, samples);
+  if (!packed(options_.samples.format)) {
+    const auto limit = static_cast<float>(largest(options_.samples.format)) / gain_;
     for (std::size_t n = 0; n < samples; ++n) {
       clipped_ += std::abs(block.re[n]) > limit ? 1U : 0U;
-      clipped_ += !front_end.real && std::abs(block.im[n]) > limit ? 1U : 0U;
+      clipped_ += !front_end_.real && std::abs(block.im[n]) > limit ? 1U : 0U;
     }
-    of_epoch_ += (front_end.real ? 1 : 2) * samples;
+    of_epoch_ += (front_end_.real ? 1 : 2) * samples;
   }
   encoder_.encode(block, samples, gain_, bytes_);
   put_bytes(bytes_);
@@ -215,19 +199,18 @@ void SampleFile::put_bytes(std::string_view bytes) {
 }
 
 std::string SampleFile::metadata() const {
-  const FrontEnd& front_end = options_.front_end;
   const std::string& receiver = simulation_.scenario().receivers[options_.receiver].options.name;
   Json global = Json::object();
-  global["core:datatype"] = sigmf_type(options_.format, front_end.real);
-  global["core:sample_rate"] = front_end.rate_hz;
+  global["core:datatype"] = sigmf_type(options_.samples.format, front_end_.real);
+  global["core:sample_rate"] = front_end_.rate_hz;
   global["core:version"] = "1.2.0";
   global["core:num_channels"] = 1;
   std::string description = fmt::format("Simulated; no signal was received. Receiver '{}': {}", receiver,
                                         fmt::join(plan_.carried, ", "));
-  if (front_end.bandwidth_hz > 0) {
-    description += fmt::format(". Filtered: {} MHz", front_end.bandwidth_hz * 1e-6);
+  if (front_end_.bandwidth_hz > 0) {
+    description += fmt::format(". Filtered: {} MHz", front_end_.bandwidth_hz * 1e-6);
   }
-  if (packed(options_.format)) {
+  if (packed(options_.samples.format)) {
     // A reader that does not know these fields takes bytes for samples: the extension is not optional.
     Json extension = Json::object();
     extension["name"] = "canyon";
@@ -235,13 +218,13 @@ std::string SampleFile::metadata() const {
     extension["optional"] = false;
     global["core:extensions"] = Json::array();
     global["core:extensions"].push_back(std::move(extension));
-    global["canyon:bits"] = bits(options_.format);
-    global["canyon:parts"] = front_end.real ? 1 : 2;
-    description +=
-        fmt::format(". {} bit{} a part, {}, from the lowest bits of each byte on; {}", bits(options_.format),
-                    bits(options_.format) == 1 ? "" : "s",
-                    front_end.real ? "one part a sample" : "real and imaginary part in turn",
-                    options_.format == Format::OneBit ? "0: 1, 1: -1" : "00: 1, 01: 3, 10: -3, 11: -1");
+    global["canyon:bits"] = bits(options_.samples.format);
+    global["canyon:parts"] = front_end_.real ? 1 : 2;
+    description += fmt::format(
+        ". {} bit{} a part, {}, from the lowest bits of each byte on; {}", bits(options_.samples.format),
+        bits(options_.samples.format) == 1 ? "" : "s",
+        front_end_.real ? "one part a sample" : "real and imaginary part in turn",
+        options_.samples.format == Format::OneBit ? "0: 1, 1: -1" : "00: 1, 01: 3, 10: -3, 11: -1");
   }
   global["core:description"] = std::move(description);
   global["core:recorder"] = "Canyon";
@@ -250,7 +233,7 @@ std::string SampleFile::metadata() const {
   if (options_.path.extension() != ".sigmf-data") global["core:dataset"] = options_.path.filename().string();
   Json capture = Json::object();
   capture["core:sample_start"] = 0;
-  capture["core:frequency"] = front_end.zero_hz();
+  capture["core:frequency"] = front_end_.zero_hz();
   if (samples_ > 0) {
     capture["core:datetime"] = geodesy::format_utc(generator_.begin(), 9);
   }
@@ -281,6 +264,55 @@ void SampleFile::finish() {
   OutputFile meta(std::filesystem::path(options_.path).replace_extension(".sigmf-meta"));
   meta.write(metadata());
   meta.commit();
+}
+
+std::string SampleFile::about() const {
+  const FrontEnd& f = front_end_;
+  return fmt::format("{}: {:.3f} MHz{}, {} Msps {}{}, {:.3f} GB: {}", options_.path.string(),
+                     f.centre_hz * 1e-6,
+                     f.intermediate_hz != 0 ? fmt::format(" at {} MHz", f.intermediate_hz * 1e-6) : "",
+                     f.rate_hz * 1e-6, f.real ? "real " : "", name(options_.samples.format),
+                     static_cast<double>(expected_bytes()) * 1e-9, fmt::join(plan_.carried, ", "));
+}
+
+std::vector<std::string> SampleFile::warnings() const {
+  std::vector<std::string> warnings;
+  if (!plan_.left_out.empty()) {
+    warnings.push_back(fmt::format("{}: left out, too wide for {} Msps: {}", options_.path.string(),
+                                   front_end_.rate_hz * 1e-6, fmt::join(plan_.left_out, ", ")));
+  }
+  if (const auto contents = generator_.contents(); !contents.without_message.empty()) {
+    warnings.push_back(fmt::format("{}: without symbols, since no message of theirs is known: {}",
+                                   options_.path.string(), fmt::join(contents.without_message, ", ")));
+  }
+  constexpr double kMuch = 0.01;
+  if (most_clipped_ > kMuch) {
+    warnings.push_back(fmt::format(
+        "{}: up to {:.0f} % of the samples are beyond the largest value: lower noise_level or use agc_s",
+        options_.path.string(), 100 * most_clipped_));
+  }
+  return warnings;
+}
+
+std::vector<std::unique_ptr<SampleFile>> make_sample_files(const simulation::Simulation& simulation,
+                                                           std::size_t receiver,
+                                                           const std::filesystem::path& path, int threads) {
+  SampleFileOptions options{path, receiver, {}, simulation.scenario().samples, threads};
+  const std::vector<std::string> bands =
+      options.samples.centre_hz ? std::vector<std::string>{""} : options.samples.bands;
+  if (bands.size() > 1 && (path == "-" || transport::ByteStream::is_address(path.string()))) {
+    throw InputError(fmt::format("'{}' takes one band, and the samples have {}", path.string(), bands.size()),
+                     "give a file, or one band");
+  }
+  std::vector<std::unique_ptr<SampleFile>> files;
+  for (const std::string& band : bands) {
+    if (bands.size() > 1) {
+      options.path = path.parent_path() / (path.stem().string() + "." + band + path.extension().string());
+    }
+    options.band = band;
+    files.push_back(std::make_unique<SampleFile>(simulation, options));
+  }
+  return files;
 }
 
 }  // namespace canyon::samples

@@ -18,10 +18,6 @@
 
 namespace canyon::samples {
 
-/// The carrier [Hz] of a band: "L1", "L2", "L5", "E5", or the name of a signal (E1, E5a, B1I, G1, ...).
-/// InputError for another name.
-[[nodiscard]] double band_centre_hz(std::string_view band);
-
 /// Signals of a sky's systems about a front end's centre, by "GPS L1CA".
 struct BandPlan {
   std::vector<std::string> carried;   ///< GLONASS: with the number of its channels that are
@@ -37,20 +33,17 @@ struct BandPlan {
 [[nodiscard]] Generator make_generator(const simulation::Simulation& simulation, std::size_t receiver,
                                        const FrontEnd& front_end, int threads);
 
+/// The front end of one of its bands; about its centre_hz where the band is empty. Throws InputError for an
+/// unknown band and an empty one without a centre.
+[[nodiscard]] FrontEnd front_end(const simulation::SampleOptions& samples, const std::string& band);
+
 /// What a file of samples is.
 struct SampleFileOptions {
   /// "-": the standard output; a FIFO is written as it is; an address of transport::ByteStream.
   std::filesystem::path path;
   std::size_t receiver = 0;  ///< of the scenario
-  FrontEnd front_end;
-  Format format = Format::Int8;
-  /// Standard deviation of the noise in each part over the largest value [1], (0, 1]; for float32 over 1.
-  /// Empty: 0.25; 0.67 of 2 bits, where the threshold is then one deviation. 1 bit takes none.
-  std::optional<double> noise_level;
-  /// Time constant [s] of a gain control, {0} or [0.001, 100]; 0: none. It brings the deviation of all that
-  /// is received, jammers included, to the noise level: the gain of a block of a millisecond is that level
-  /// over the root of the mean power so far, which forgets exponentially.
-  double agc_s = 0;
+  std::string band = "L1";   ///< of front_end()
+  simulation::SampleOptions samples;
   int threads = 0;  ///< 0: as many as cores
 };
 
@@ -68,10 +61,12 @@ class SampleFile final : public simulation::EpochSink {
   /// Of an address: until somebody reads. Others return at once.
   void wait_for_reader();
   [[nodiscard]] std::uintmax_t samples() const { return samples_; }
-  [[nodiscard]] const BandPlan& plan() const { return plan_; }
   [[nodiscard]] Generator::Contents contents() const { return generator_.contents(); }
-  /// Largest share of the parts [1] that was beyond the largest value, of an epoch.
-  [[nodiscard]] double most_clipped() const { return most_clipped_; }
+  /// "drive.iq: 1575.420 MHz, 4 Msps int8, 0.960 GB: GPS L1CA, Galileo E1".
+  [[nodiscard]] std::string about() const;
+  /// Signals that are too wide for the samples, satellites without a message, samples beyond the largest
+  /// value.
+  [[nodiscard]] std::vector<std::string> warnings() const override;
 
   void write(const simulation::Epoch& epoch) override;
   void finish() override;
@@ -84,6 +79,7 @@ class SampleFile final : public simulation::EpochSink {
 
   const simulation::Simulation& simulation_;
   SampleFileOptions options_;
+  FrontEnd front_end_;
   BandPlan plan_;
   Generator generator_;
   Encoder encoder_;
@@ -97,8 +93,15 @@ class SampleFile final : public simulation::EpochSink {
   std::string bytes_;
   std::uintmax_t samples_ = 0;
   std::size_t clipped_ = 0, of_epoch_ = 0;
-  double most_clipped_ = 0;
+  double most_clipped_ = 0;  ///< share of the parts of an epoch
   std::optional<geodesy::Geodetic> place_;
 };
+
+/// One file for each band of the scenario's `samples:`: `path`, with several bands its stem and the band's
+/// name
+/// ("drive.L5.iq"). Throws InputError as SampleFile() does, and where several bands share an address or "-".
+[[nodiscard]] std::vector<std::unique_ptr<SampleFile>> make_sample_files(
+    const simulation::Simulation& simulation, std::size_t receiver, const std::filesystem::path& path,
+    int threads = 0);
 
 }  // namespace canyon::samples

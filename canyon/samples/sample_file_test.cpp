@@ -79,7 +79,7 @@ TEST_F(SampleFiles, GainControlFollowsTheTotalPower) {
   SampleFileOptions options;
   options.threads = 1;
   const std::string fixed = made(simulation, options);
-  options.agc_s = 0.1;
+  options.samples.agc_s = 0.1;
   const std::string held = made(simulation, options);
   options.threads = 2;
   EXPECT_EQ(made(simulation, options), held);
@@ -101,8 +101,8 @@ TEST_F(SampleFiles, GainControlFollowsTheTotalPower) {
 TEST_F(SampleFiles, BitsSayWhatTheyAre) {
   const simulation::Simulation simulation = simulate(0.5, false);
   SampleFileOptions options;
-  options.format = Format::TwoBit;
-  options.front_end.rate_hz = 2.048001e6;  // samples that fill no byte
+  options.samples.format = Format::TwoBit;
+  options.samples.rate_hz = 2.048001e6;  // samples that fill no byte
   const std::string bytes = made(simulation, options);
   EXPECT_EQ(bytes.size(), (1'024'001U * 4 + 7) / 8);
   std::size_t large = 0;
@@ -126,8 +126,8 @@ TEST_F(SampleFiles, BitsSayWhatTheyAre) {
 TEST_F(SampleFiles, RealOnesHaveTheirFrequencyAt0Hz) {
   const simulation::Simulation simulation = simulate(0.5, false);
   SampleFileOptions options;
-  options.front_end.real = true;
-  options.front_end.intermediate_hz = 1e6;
+  options.samples.real = true;
+  options.samples.intermediate_hz = 1e6;
   EXPECT_EQ(made(simulation, options).size(), 2'000'000U);
   const Json meta = metadata();
   EXPECT_EQ(meta["global"]["core:datatype"], "ri8");
@@ -139,19 +139,19 @@ TEST_F(SampleFiles, RefusesLevelsOfASignAndBandsThatFoldBack) {
   const simulation::Simulation simulation = simulate(0.5, false);
   SampleFileOptions options;
   options.path = folder_ / "x.iq";
-  options.format = Format::OneBit;
+  options.samples.format = Format::OneBit;
   EXPECT_NO_THROW(SampleFile(simulation, options));
-  options.agc_s = 1;
+  options.samples.agc_s = 1;
   EXPECT_THROW(SampleFile(simulation, options), InputError);
-  options.format = Format::TwoBit;
+  options.samples.format = Format::TwoBit;
   EXPECT_NO_THROW(SampleFile(simulation, options));
-  options.agc_s = 1e-4;
+  options.samples.agc_s = 1e-4;
   EXPECT_THROW(SampleFile(simulation, options), InputError);
   options = {};
   options.path = folder_ / "x.iq";
-  options.front_end.real = true;
+  options.samples.real = true;
   for (const double hz : {0.2e6, 1.8e6}) {
-    options.front_end.intermediate_hz = hz;
+    options.samples.intermediate_hz = hz;
     try {
       (void)SampleFile(simulation, options);
       ADD_FAILURE() << hz;

@@ -4,21 +4,16 @@
 
 #include <utility>
 
-#include "canyon/base/input_error.hpp"
-
 namespace canyon::samples {
 namespace {
 
 struct FormatRow {
-  std::string_view name, sigmf;
+  std::string_view sigmf;
   std::size_t bits;
   double largest;
 };
-constexpr FormatRow kFormats[]{{"int8", "i8", 8, 127},
-                               {"int16", "i16_le", 16, 32767},
-                               {"float32", "f32_le", 32, 1},
-                               {"2bit", "u8", 2, 3},
-                               {"1bit", "u8", 1, 1}};
+constexpr FormatRow kFormats[]{
+    {"i8", 8, 127}, {"i16_le", 16, 32767}, {"f32_le", 32, 1}, {"u8", 2, 3}, {"u8", 1, 1}};
 const FormatRow& row(Format format) {
   return kFormats[static_cast<std::size_t>(format)];
 }
@@ -33,24 +28,6 @@ unsigned one_bit(float value) {
 }
 
 }  // namespace
-
-std::string_view name(Format format) {
-  return row(format).name;
-}
-
-std::vector<std::string> format_names() {
-  std::vector<std::string> names;
-  for (const FormatRow& format : kFormats) names.emplace_back(format.name);
-  return names;
-}
-
-Format format_by_name(std::string_view name) {
-  for (std::size_t i = 0; i < std::size(kFormats); ++i) {
-    if (kFormats[i].name == name) return static_cast<Format>(i);
-  }
-  throw InputError(fmt::format("'{}' is no format of samples", name),
-                   fmt::format("give {}", fmt::join(format_names(), ", ")));
-}
 
 std::size_t bits(Format format) {
   return row(format).bits;

@@ -1,11 +1,9 @@
 #pragma once
 
-#include <cstdint>
 #include <string>
-#include <string_view>
-#include <vector>
 
 #include "canyon/samples/mixer.hpp"
+#include "canyon/simulation/sample_options.hpp"
 
 namespace canyon::samples {
 
@@ -15,12 +13,7 @@ namespace canyon::samples {
 /// / 2, so that 00 is 1, 01 is 3, 10 is -3 and 11 is -1, and four values fill a byte from its lowest bits on,
 /// as GNSS-SDR's Two_Bit_Packed_File_Signal_Source reads bytes. OneBit: values 1 (bit 0) and -1 (bit 1),
 /// eight of them in a byte from its lowest bit on.
-enum class Format : std::uint8_t { Int8, Int16, Float32, TwoBit, OneBit };
-/// "int8", "int16", "float32", "2bit", "1bit".
-[[nodiscard]] std::string_view name(Format format);
-[[nodiscard]] std::vector<std::string> format_names();
-/// InputError for another name.
-[[nodiscard]] Format format_by_name(std::string_view name);
+using Format = simulation::SampleFormat;
 /// Bits of a part.
 [[nodiscard]] std::size_t bits(Format format);
 /// Whether parts of other samples share a byte, which SigMF has no data type for.

@@ -43,6 +43,8 @@ class EpochSink {
   virtual void write(const Epoch& epoch) = 0;
   /// After the last epoch, also after an interruption: what was written becomes whole files.
   virtual void finish() = 0;
+  /// What a user should know of what was written, one line each; asked after finish().
+  [[nodiscard]] virtual std::vector<std::string> warnings() const { return {}; }
 };
 
 }  // namespace canyon::simulation

@@ -24,6 +24,7 @@
 #include "canyon/simulation/live_options.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/outputs.hpp"
+#include "canyon/simulation/sample_options.hpp"
 
 namespace canyon::simulation {
 
@@ -145,6 +146,7 @@ struct Scenario {
   std::vector<disturbance::Fault> faults;  ///< their times count from `start`, or the trajectory's first
   std::uint64_t seed = 1;
   OutputConfig outputs;
+  SampleOptions samples;            ///< of the output `samples`, and of `canyon iq`
   std::optional<LiveOptions> live;  ///< how `canyon live` runs it; others pass it over
   /// What the file says that may be meant otherwise, one line each.
   std::vector<std::string> warnings;

@@ -528,6 +528,9 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
       result.warnings.push_back(fmt::format("{}: {}", impl.scenario.receivers[r].options.name, *warning));
     }
   }
+  for (const EpochSink* sink : sinks) {
+    for (std::string& warning : sink->warnings()) result.warnings.push_back(std::move(warning));
+  }
   return result;
 }
 

@@ -19,13 +19,13 @@ def sample_blocks(
     scenario: Union[Scenario, Settings],
     city: Optional[City] = None,
     *,
-    band: str = "L1",
+    band: Optional[str] = None,
     centre_hz: Optional[float] = None,
-    rate_hz: float = 4e6,
-    if_hz: float = 0.0,
-    real: bool = False,
+    rate_hz: Optional[float] = None,
+    if_hz: Optional[float] = None,
+    real: Optional[bool] = None,
     bandwidth_hz: Optional[float] = None,
-    noise: bool = True,
+    noise: Optional[bool] = None,
     duration_s: Optional[float] = None,
     receiver: Union[int, str] = 0,
     block: int = 1 << 18,
@@ -74,34 +74,36 @@ def samples(
     scenario: Union[Scenario, Settings],
     city: Optional[City] = None,
     *,
-    band: str = "L1",
+    band: Optional[str] = None,
     centre_hz: Optional[float] = None,
-    rate_hz: float = 4e6,
-    if_hz: float = 0.0,
-    real: bool = False,
+    rate_hz: Optional[float] = None,
+    if_hz: Optional[float] = None,
+    real: Optional[bool] = None,
     bandwidth_hz: Optional[float] = None,
-    noise: bool = True,
+    noise: Optional[bool] = None,
     duration_s: Optional[float] = None,
     receiver: Union[int, str] = 0,
     threads: int = 0,
 ) -> NDArray[Any]:
     """What a receiver's antenna picks up in a band: ``complex64``, where noise has the deviation 1 in each part.
 
+    What is left out is as the scenario's ``samples`` say, by default band L1 at 4 million samples per second.
+
     Parameters
     ----------
-    band : str
+    band : str, optional
         "L1", "L2", "L5", "E5", or a signal's name.
     centre_hz : float, optional
         Another centre than a band's [Hz].
-    rate_hz : float
+    rate_hz : float, optional
         Samples per second of the receiver's clock.
-    if_hz : float
+    if_hz : float, optional
         Where the centre comes out [Hz].
-    real : bool
+    real : bool, optional
         Samples of one part, ``float32``; they need an intermediate frequency.
     bandwidth_hz : float, optional
         Two-sided, of a filter in front of the converter [Hz].
-    noise : bool
+    noise : bool, optional
         The front end's noise.
     duration_s : float, optional
         Instead of the scenario's [s]. A minute at 4 million samples per second is 1.9 GB:

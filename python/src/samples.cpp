@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <complex>
 
 #include "canyon/base/input_error.hpp"
@@ -60,11 +62,10 @@ py::object array_of_samples(SampleVector&& values, bool real) {
 class SampleStream {
  public:
   SampleStream(const SimulationPtr& simulation, const std::string& band, std::size_t receiver,
-               const samples::FrontEnd& front_end, std::size_t size, int threads)
-      : real_(front_end.real) {
+               const simulation::SampleOptions& samples, std::size_t size, int threads)
+      : real_(samples.real) {
     if (size == 0) throw InputError("blocks of 0 samples never end", "give 1 or more");
-    samples::FrontEnd about = front_end;
-    if (!band.empty()) about.centre_hz = samples::band_centre_hz(band);
+    const samples::FrontEnd about = samples::front_end(samples, band);
     (void)samples::plan_run(*simulation, about);
     simulation::RunOptions options;
     options.threads = threads;
@@ -86,19 +87,26 @@ class SampleStream {
 
 void bind_samples(py::module_& m) {
   py::class_<SampleStream>(m, "SampleStream")
-      .def(py::init([](const SimulationPtr& simulation, const std::string& band,
-                       std::optional<double> centre_hz, double rate_hz, double intermediate_hz, bool real,
-                       std::optional<double> bandwidth_hz, bool noise, std::size_t receiver, std::size_t size,
-                       int threads) {
-             samples::FrontEnd front_end;
-             front_end.centre_hz = centre_hz.value_or(front_end.centre_hz);
-             front_end.rate_hz = rate_hz;
-             front_end.intermediate_hz = intermediate_hz;
-             front_end.real = real;
-             front_end.bandwidth_hz = bandwidth_hz.value_or(0);
-             front_end.noise = noise;
-             return std::make_unique<SampleStream>(simulation, centre_hz ? "" : band, receiver, front_end,
-                                                   size, threads);
+      .def(py::init([](const SimulationPtr& simulation, const std::optional<std::string>& band,
+                       std::optional<double> centre_hz, std::optional<double> rate_hz,
+                       std::optional<double> intermediate_hz, std::optional<bool> real,
+                       std::optional<double> bandwidth_hz, std::optional<bool> noise, std::size_t receiver,
+                       std::size_t size, int threads) {
+             simulation::SampleOptions samples = simulation->scenario().samples;
+             if (band) samples.bands = {*band}, samples.centre_hz.reset();
+             if (centre_hz) samples.centre_hz = centre_hz;
+             samples.rate_hz = rate_hz.value_or(samples.rate_hz);
+             samples.intermediate_hz = intermediate_hz.value_or(samples.intermediate_hz);
+             samples.real = real.value_or(samples.real);
+             samples.bandwidth_hz = bandwidth_hz.value_or(samples.bandwidth_hz);
+             samples.noise = noise.value_or(samples.noise);
+             if (!samples.centre_hz && samples.bands.size() != 1) {
+               throw InputError(
+                   fmt::format("the scenario's samples have the bands {}", fmt::join(samples.bands, ", ")),
+                   "choose one with band");
+             }
+             return std::make_unique<SampleStream>(simulation, samples.centre_hz ? "" : samples.bands.front(),
+                                                   receiver, samples, size, threads);
            }),
            "simulation"_a, "band"_a, "centre_hz"_a, "rate_hz"_a, "if_hz"_a, "real"_a, "bandwidth_hz"_a,
            "noise"_a, "receiver"_a, "size"_a, "threads"_a)

@@ -34,6 +34,13 @@ class Samples(unittest.TestCase):
         self.assertGreater(within / density.sum(), 0.6)  # 0.5 without a filter
         self.assertLess(density[int(3.9 / 4 * (1 << 21)) :].sum() / density.sum(), 1e-5)
 
+    def test_the_scenario_says_what_is_left_out(self):
+        scenario = {**SCENARIO, "samples": {"bands": ["L2"], "rate_hz": 2e6, "noise": False}}
+        np.testing.assert_array_equal(canyon.samples(scenario), canyon.samples(SCENARIO, band="L2", rate_hz=2e6, noise=False))
+        scenario["samples"]["bands"].append("L5")
+        with self.assertRaisesRegex(canyon.InputError, "choose one with band"):
+            canyon.samples(scenario)
+
     def test_long_runs_need_little_memory(self):
         blocks = canyon.sample_blocks(SCENARIO, rate_hz=4e6, duration_s=3600, block=1 << 16)
         before = [next(blocks) for _ in range(20)] and resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
@@ -46,8 +53,9 @@ class Samples(unittest.TestCase):
         for words, problem in (
             ({"band": "L9"}, "is no band"),
             ({"centre_hz": 1.5e9}, "carry no signal"),
-            ({"rate_hz": 1e3}, "out of range"),
-            ({"real": True}, "aliased"),
+            ({"rate_hz": 1e3}, "must be at least"),
+            ({"real": True}, "intermediate frequency"),
+            ({"real": True, "if_hz": 3e6}, "aliased"),
             ({"bandwidth_hz": 4e6}, "to either side"),
             ({"receiver": "bus"}, "no receiver 'bus'"),
             ({"duration_s": 0.5}, "one epoch"),

@@ -56,12 +56,13 @@ SIGNALS = {
                 decoder='BEIDOU_B3I_Telemetry_Decoder', more=''),
     'G1': dict(band='G1', rate=12.5e6, name='1G', rinex='1', system='R', loss_db=0,
                acquisition='GLONASS_L1_CA_PCPS_Acquisition', tracking='GLONASS_L1_CA_DLL_PLL_Tracking',
-               decoder='GLONASS_L1_CA_Telemetry_Decoder', more=''),
+               decoder='GLONASS_L1_CA_Telemetry_Decoder', more='Tracking_1G.pll_bw_hz=10\nTracking_1G.dll_bw_hz=1\n'),
 }
 SYSTEMS = {'G': 'GPS', 'E': 'Galileo', 'C': 'BeiDou', 'R': 'GLONASS'}
 METRES = 5.0          # of a position, median
 MASK_DEG = 15.0
 LIGHT = 299792458.0
+LEAP_S = 18              # GPS time less UTC
 LARGEST_M = 900.0     # of a code on a signal, not on noise
 PULL_IN_S = 1.0       # of GNSS-SDR's loops behind an acquisition
 LATITUDE, LONGITUDE, HEIGHT = 48.1, 11.5, 502.0
@@ -137,20 +138,22 @@ TelemetryDecoder_{n}.implementation={s['decoder']}
 
 
 def observations(path):
-    """Epochs of a RINEX 3 file: {time: {satellite: {code: value}}}."""
-    codes, epochs, system, time = {}, {}, '', None
+    """Epochs of a RINEX 3 file: {time: {satellite: {code: value}}}, by GPS time."""
+    codes, epochs, system, time, later_s = {}, {}, '', None, 0
     with open(path) as file:
         for line in file:
             label = line[60:].strip()
             if label == 'SYS / # / OBS TYPES':
                 system = line[0] if line[0] != ' ' else system
                 codes.setdefault(system, []).extend(line[7:60].split())
+            if label == 'TIME OF FIRST OBS' and 'GLO' in line[:60]:
+                later_s = LEAP_S    # GLONASS time in RINEX is UTC
             if label == 'END OF HEADER':
                 break
         for line in file:
             if line[0] == '>':
                 word = line[1:].split()
-                time = datetime.datetime(*map(int, word[:5])) + datetime.timedelta(seconds=float(word[5]))
+                time = datetime.datetime(*map(int, word[:5])) + datetime.timedelta(seconds=float(word[5]) + later_s)
                 epochs[time] = {}
                 continue
             if line[0] not in codes:
@@ -181,11 +184,20 @@ def compare(signal, ours, theirs, elevations):
         for n in names:
             if n not in theirs[time] or n not in mine:
                 continue
-            pair = {k: (value(theirs[time][n], k, s['rinex']), value(mine[n], k, s['rinex'])) for k in 'CLS'}
+            pair = {k: (value(theirs[time][n], k, s['rinex']), value(mine[n], k, s['rinex'])) for k in 'CLSD'}
             if None not in pair['C']:
                 both[n] = pair
         if len(both) < 3:
             continue
+        mean = statistics.fmean(p['C'][0] - p['C'][1] for p in both.values())
+        # By its clock; of GLONASS alone GNSS-SDR does not set it.
+        early_s = mean / LIGHT
+        for p in both.values():
+            cycles = -p['D'][1] * early_s    # that the phase changes in this time
+            wavelength = abs(p['C'][1] / p['L'][1])
+            p['C'] = (p['C'][0] + cycles * wavelength, p['C'][1])
+            if None not in p['L']:
+                p['L'] = (p['L'][0] + cycles, p['L'][1])
         mean = statistics.fmean(p['C'][0] - p['C'][1] for p in both.values())
         whole = [p['L'][0] - p['L'][1] for p in both.values() if None not in p['L']]
         for n, p in both.items():
