@@ -8,6 +8,7 @@
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
+#include "canyon/transport/byte_sink.hpp"
 #include "cli/commands.hpp"
 #include "cli/field_option.hpp"
 #include "cli/interrupt.hpp"
@@ -54,7 +55,7 @@ std::vector<std::size_t> chosen_receivers(const IqArguments& arguments,
 std::filesystem::path path_of(const IqArguments& arguments, const std::string& receiver) {
   const std::filesystem::path out = arguments.out;
   if (arguments.receivers.size() <= 1) return out;
-  if (out == "-" || transport::ByteStream::is_address(arguments.out)) {
+  if (out == "-" || transport::is_byte_sink(arguments.out)) {
     throw InputError(fmt::format("--out {} takes one receiver", arguments.out),
                      "give a file, or one --receiver");
   }
@@ -83,20 +84,22 @@ int run_iq(const IqArguments& arguments) {
     print_warnings(warnings);
     print_warnings(simulation.warnings());
   }
+  std::shared_ptr<transport::ByteSink> to;
+  if (transport::is_byte_sink(arguments.out)) to = transport::open_byte_sink(arguments.out);
   std::vector<std::unique_ptr<samples::SampleFile>> files;
   std::vector<simulation::EpochSink*> sinks;
   for (const std::size_t receiver : receivers) {
     const auto path = path_of(arguments, scenario.receivers[receiver].options.name);
-    for (auto& file : samples::make_sample_files(simulation, receiver, path, arguments.threads)) {
+    for (auto& file : samples::make_sample_files(simulation, receiver, path, arguments.threads, to)) {
       note(arguments.quiet, file->about());
       sinks.push_back(file.get());
       files.push_back(std::move(file));
     }
   }
 
-  if (transport::ByteStream::is_address(arguments.out)) {
+  if (to) {
     note(arguments.quiet, fmt::format("waiting for a reader of {}", arguments.out));
-    files.front()->wait_for_reader();
+    to->wait_for_reader();
   }
   const std::atomic<bool>& stop_requested = catch_interrupts();
   simulation::RunResult result;
@@ -144,7 +147,8 @@ void add_iq(Command& app) {
       .add_option(
           "-o,--out", arguments.out, "FILE",
           "file for the samples (real and imaginary parts alternate) and FILE.sigmf-meta; - or a FIFO: a "
-          "pipe; tcp://127.0.0.1:PORT waits for a reader, tcp-connect://HOST:PORT connects to one")
+          "pipe; tcp://127.0.0.1:PORT waits for a reader, tcp-connect://HOST:PORT connects to one; "
+          "zmq://127.0.0.1:PORT publishes to a subscriber of ZeroMQ")
       .required();
   const auto add = [&](const char* flag, const char* name) -> Option& {
     return add_change(command, flag, arguments.changes, name);

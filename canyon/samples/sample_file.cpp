@@ -114,10 +114,9 @@ SampleFile::SampleFile(const simulation::Simulation& simulation, SampleFileOptio
   level_ = level * largest(options_.samples.format);
   gain_ = static_cast<float>(level_);
   std::error_code error;
+  if (options_.to) return;
   if (options_.path == "-") {
     pipe_ = stdout;
-  } else if (transport::ByteStream::is_address(options_.path.string())) {
-    stream_.emplace(options_.path.string());
   } else if (std::filesystem::is_fifo(options_.path, error)) {
     pipe_ = std::fopen(options_.path.c_str(), "wb");
     owns_pipe_ = true;
@@ -147,10 +146,6 @@ std::uintmax_t SampleFile::expected_bytes() const {
   const double seconds = static_cast<double>(simulation_.epoch_count() - 1) * simulation_.interval_s();
   const auto samples = static_cast<std::uintmax_t>(std::llround(seconds * front_end_.rate_hz));
   return (samples * (front_end_.real ? 1 : 2) * bits(options_.samples.format) + 7) / 8;
-}
-
-void SampleFile::wait_for_reader() {
-  if (stream_) stream_->wait_for_reader();
 }
 
 void SampleFile::write(const simulation::Epoch& epoch) {
@@ -191,8 +186,8 @@ void SampleFile::put(const Block& block, std::size_t samples) {
 void SampleFile::put_bytes(std::string_view bytes) {
   if (file_) {
     file_->write(bytes);
-  } else if (stream_) {
-    stream_->write(bytes);
+  } else if (options_.to) {
+    options_.to->write(bytes);
   } else if (std::fwrite(bytes.data(), 1, bytes.size(), pipe_) != bytes.size()) {
     throw OutputError(options_.path.string(), 0, "the reader is gone", "start it again");
   }
@@ -255,7 +250,7 @@ std::string SampleFile::metadata() const {
 void SampleFile::finish() {
   encoder_.finish(bytes_);
   if (!bytes_.empty()) put_bytes(bytes_);
-  if (stream_) return stream_->finish();
+  if (options_.to) return options_.to->finish();
   if (!file_) {
     std::fflush(pipe_);
     return;
@@ -296,11 +291,12 @@ std::vector<std::string> SampleFile::warnings() const {
 
 std::vector<std::unique_ptr<SampleFile>> make_sample_files(const simulation::Simulation& simulation,
                                                            std::size_t receiver,
-                                                           const std::filesystem::path& path, int threads) {
-  SampleFileOptions options{path, receiver, {}, simulation.scenario().samples, threads};
+                                                           const std::filesystem::path& path, int threads,
+                                                           const std::shared_ptr<transport::ByteSink>& to) {
+  SampleFileOptions options{path, receiver, {}, simulation.scenario().samples, threads, to};
   const std::vector<std::string> bands =
       options.samples.centre_hz ? std::vector<std::string>{""} : options.samples.bands;
-  if (bands.size() > 1 && (path == "-" || transport::ByteStream::is_address(path.string()))) {
+  if (bands.size() > 1 && (path == "-" || to)) {
     throw InputError(fmt::format("'{}' takes one band, and the samples have {}", path.string(), bands.size()),
                      "give a file, or one band");
   }

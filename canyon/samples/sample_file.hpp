@@ -14,7 +14,7 @@
 #include "canyon/samples/generator.hpp"
 #include "canyon/samples/sample_format.hpp"
 #include "canyon/simulation/simulator.hpp"
-#include "canyon/transport/byte_stream.hpp"
+#include "canyon/transport/byte_sink.hpp"
 
 namespace canyon::samples {
 
@@ -39,12 +39,13 @@ struct BandPlan {
 
 /// What a file of samples is.
 struct SampleFileOptions {
-  /// "-": the standard output; a FIFO is written as it is; an address of transport::ByteStream.
+  /// "-": the standard output; a FIFO is written as it is. With `to` a name for messages.
   std::filesystem::path path;
   std::size_t receiver = 0;  ///< of the scenario
   std::string band = "L1";   ///< of front_end()
   simulation::SampleOptions samples;
-  int threads = 0;  ///< 0: as many as cores
+  int threads = 0;                               ///< 0: as many as cores
+  std::shared_ptr<transport::ByteSink> to = {};  ///< instead of a file
 };
 
 /// Writes the samples of one receiver, and beside them what they are, as SigMF 1.2 (NAME.sigmf-meta). Both
@@ -58,8 +59,6 @@ class SampleFile final : public simulation::EpochSink {
 
   /// Of the whole run.
   [[nodiscard]] std::uintmax_t expected_bytes() const;
-  /// Of an address: until somebody reads. Others return at once.
-  void wait_for_reader();
   [[nodiscard]] std::uintmax_t samples() const { return samples_; }
   [[nodiscard]] Generator::Contents contents() const { return generator_.contents(); }
   /// "drive.iq: 1575.420 MHz, 4 Msps int8, 0.960 GB: GPS L1CA, Galileo E1".
@@ -89,7 +88,6 @@ class SampleFile final : public simulation::EpochSink {
   std::optional<OutputFile> file_;
   std::FILE* pipe_ = nullptr;
   bool owns_pipe_ = false;
-  std::optional<transport::ByteStream> stream_;
   std::string bytes_;
   std::uintmax_t samples_ = 0;
   std::size_t clipped_ = 0, of_epoch_ = 0;
@@ -99,9 +97,10 @@ class SampleFile final : public simulation::EpochSink {
 
 /// One file for each band of the scenario's `samples:`: `path`, with several bands its stem and the band's
 /// name
-/// ("drive.L5.iq"). Throws InputError as SampleFile() does, and where several bands share an address or "-".
+/// ("drive.L5.iq"). Throws InputError as SampleFile() does, and where several bands share `to` or "-".
+/// @param to instead of a file; `path` is a name for messages then
 [[nodiscard]] std::vector<std::unique_ptr<SampleFile>> make_sample_files(
     const simulation::Simulation& simulation, std::size_t receiver, const std::filesystem::path& path,
-    int threads = 0);
+    int threads = 0, const std::shared_ptr<transport::ByteSink>& to = {});
 
 }  // namespace canyon::samples

@@ -5,28 +5,26 @@
 #include <string>
 #include <string_view>
 
+#include "canyon/transport/byte_sink.hpp"
+
 namespace canyon::transport {
 
-/// Bytes to one reader over TCP. Unlike a Transport it loses none: a writer waits for its reader.
+/// Bytes to one reader over TCP; later ones are refused.
 ///   tcp://HOST:PORT          listens there for the first that connects; HOST as for open_transport()
 ///   tcp-connect://HOST:PORT  connects to a reader that listens
-class ByteStream {
+class ByteStream final : public ByteSink {
  public:
   /// Listens, or connects. Throws InputError for another address and a port that cannot be had, OutputError
   /// where nobody answers. @param patience with a reader that takes nothing
-  explicit ByteStream(std::string_view address,
-                      std::chrono::milliseconds patience = std::chrono::seconds(30));
-  ~ByteStream();
+  explicit ByteStream(std::string_view address, std::chrono::milliseconds patience = kReaderPatience);
+  ~ByteStream() override;
   ByteStream(ByteStream&&) noexcept;
   ByteStream& operator=(ByteStream&&) noexcept;
 
   [[nodiscard]] static bool is_address(std::string_view text);
-  /// Until somebody has connected; later ones are refused.
-  void wait_for_reader();
-  /// Waits for the reader. Throws OutputError where it is gone, or takes nothing for `patience`.
-  void write(std::string_view bytes);
-  /// Ends the stream, and waits for the reader to close its side, for `patience` at most.
-  void finish();
+  void wait_for_reader() override;
+  void write(std::string_view bytes) override;
+  void finish() override;
 
  private:
   struct Impl;
