@@ -201,10 +201,20 @@ class Solver {
     }
     fix.position_ecef = position_;
     fix.position = place;
-    fix.covariance_enu =
-        enu_from_ecef * least_squares_.cofactor().topLeftCorner<3, 3>() * enu_from_ecef.transpose();
+    Eigen::VectorXd shares(rows_);
+    row = 0;
+    for (const RangedSatellite& satellite : satellites_) {
+      if (satellite.active) shares(row++) = satellite.measured->stated_share;
+    }
+    Cofactor covariance = least_squares_.cofactor();
+    if ((shares.array() != 1).any()) {
+      const Eigen::MatrixXd of_errors = least_squares_.solve_diagonal(shares);
+      covariance = of_errors * of_errors.transpose();
+    }
+    fix.covariance_enu = enu_from_ecef * covariance.topLeftCorner<3, 3>() * enu_from_ecef.transpose();
     if (options_.covariance_by_residuals && rows_ > fix.unknowns) {
-      fix.covariance_enu *= std::max(1.0, residual_.squaredNorm() / (rows_ - fix.unknowns));
+      fix.covariance_enu *=
+          std::max(1.0, residual_.cwiseQuotient(shares).squaredNorm() / (rows_ - fix.unknowns));
     }
     row = 0;
     for (const RangedSatellite& satellite : satellites_) {

@@ -44,6 +44,9 @@ struct Measurement {
   /// Deviation over that of the one signal with cn0_dbhz: weights that do not go by sigma_m take it times
   /// this.
   double sigma_factor = 1;
+  /// What is left of the deviation in weights and gates where corrections take a part of the error away, (0,
+  /// 1]: stated covariances go by it.
+  double stated_share = 1;
 };
 
 enum class FixStatus : std::uint8_t {

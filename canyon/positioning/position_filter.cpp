@@ -67,6 +67,18 @@ void take_motion(const Track& track, const Epoch& epoch, double gate_sigmas, Upd
   if (agreed.taken > 4 && 2 * agreed.taken > agreed.considered) update.adopt(other);
 }
 
+/// Variance of the errors in stated covariances over that in weights, mean of the satellites [1].
+double stated_variance(const Epoch& epoch) {
+  double sum = 0;
+  int count = 0;
+  for (const RangedSatellite& satellite : epoch.satellites) {
+    if (!satellite.above_mask) continue;
+    sum += satellite.measured->stated_share * satellite.measured->stated_share;
+    ++count;
+  }
+  return count > 0 ? sum / count : 1;
+}
+
 /// How much larger the errors of a fix are than its weights say, as its covariance has it (FixOptions).
 double excess_of_residuals(const Epoch& epoch, const Fix& fix, const FixOptions& options) {
   const std::size_t count = fix.residuals_m.size();
@@ -121,6 +133,7 @@ std::optional<Track> begin(Epoch& epoch, const Fix& fix, const FixOptions& optio
   if (taken < 4) return std::nullopt;
   take_dopplers(track, epoch, std::numeric_limits<double>::infinity(), update);
   update.finish();
+  track.excess = stated_variance(epoch);
   return track;
 }
 
@@ -238,19 +251,24 @@ void weigh_lasting_errors(Track& track, const Epoch& epoch, const Fix& fix, doub
     if (!satellite.above_mask) continue;
     place_satellite(satellite, track.position());
     const Row row = pseudorange_row(track, satellite);
-    squares += std::pow(row.innovation / row.sigma, 2);
+    squares += std::pow(row.innovation / (row.sigma * satellite.measured->stated_share), 2);
     ++count;
     clock[clock_index(satellite.measured->id.system)] = true;
   }
   const auto redundancy = count - 3 - std::count(clock.begin(), clock.end(), true);
   if (redundancy < 1) return;
-  double excess = by_residuals ? std::max(1.0, squares / static_cast<double>(redundancy)) : 1;
-  if (options.error_correlation_s > 0) excess /= std::tanh(dt / (2 * options.error_correlation_s));
+  const double least = stated_variance(epoch);
+  double excess = by_residuals ? least * std::max(1.0, squares / static_cast<double>(redundancy)) : least;
+  // What corrections leave of a code's error where no residual shows more is noise.
+  const double noise = by_residuals && least < 1 ? least : 0;
+  if (options.error_correlation_s > 0) {
+    excess = noise + (excess - noise) / std::tanh(dt / (2 * options.error_correlation_s));
+  }
   // Averaged or not, the same satellites give no less information than in one epoch.
   if (fix.solved()) {
     excess = std::min(excess, fix.covariance_enu.trace() / track.p.block<3, 3>(kPosition, kPosition).trace());
   }
-  track.excess = std::max(1.0, excess);
+  track.excess = std::max(least, excess);
 }
 
 /// @param of least squares, of the same measurements

@@ -38,7 +38,10 @@ std::shared_ptr<const Corrections> corrections_of(const ReceiverEpoch& station,
 
 void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky,
                            const positioning::FixOptions& fix,
-                           const std::map<gnss::System, gnss::Klobuchar>& klobuchar) {
+                           const std::map<gnss::System, gnss::Klobuchar>& klobuchar, double shared_m,
+                           double apart_m) {
+  // Of a code whose deviation is not stated, as in RTCM, or that a survey receiver has at best.
+  constexpr double kLeastCode_m = 0.3;
   station_ = corrections.station;
   time_ = corrections.receiver_time;
   corrections_.clear();
@@ -81,7 +84,9 @@ void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky
                                   geodesy::azimuth_elevation_from_enu(enu_from_ecef * satellite.direction));
     const double clock_s = satellite.state.clock_bias_s - satellite.state.group_delay_of(*seen.signal);
     const double metres = satellite.range_m + atmosphere_m - kSpeedOfLight * clock_s - m.pseudorange_m;
-    corrections_[{m.id, seen.signal}] = {metres, m.sigma_m};
+    const double code_m =
+        std::sqrt(std::max(m.sigma_m * m.sigma_m - shared_m * shared_m, kLeastCode_m * kLeastCode_m));
+    corrections_[{m.id, seen.signal}] = {metres, m.sigma_m, std::hypot(code_m, apart_m)};
     if ((enu_from_ecef * satellite.direction).z() > lowest_sine) {
       towards[{m.id, seen.signal}] = satellite.direction;
     }

@@ -31,6 +31,9 @@ class CodeCorrections {
   struct Correction {
     double metres = 0;   ///< to be added to the pseudorange
     double sigma_m = 0;  ///< of the station's code
+    /// The same without the errors from space that the correction takes away, and with what they differ by at
+    /// the receiver.
+    double stated_sigma_m = 0;
   };
 
   explicit CodeCorrections(const relative::CorrectionOptions& options) : max_age_s_(options.max_age_s) {}
@@ -40,9 +43,12 @@ class CodeCorrections {
   /// @param sky the receiver's ephemerides
   /// @param fix the models of the atmosphere that the receiver's fix applies are taken off here, so that they
   /// bridge the places
+  /// @param shared_m deviation of the errors from space in the station's codes
+  /// @param apart_m deviation of what they differ by at the receiver
   /// Throws InputError as positioning::solve_fix() does.
   void take(const relative::Corrections& corrections, const orbit::Sky& sky,
-            const positioning::FixOptions& fix, const std::map<gnss::System, gnss::Klobuchar>& klobuchar);
+            const positioning::FixOptions& fix, const std::map<gnss::System, gnss::Klobuchar>& klobuchar,
+            double shared_m = 0, double apart_m = 0);
   /// How old the corrections are [s], >= 0; empty where there are none that may be used: older than
   /// relative::CorrectionOptions::max_age_s, or more than a second ahead of `receiver_time`.
   [[nodiscard]] std::optional<double> age_s(geodesy::GpsTime receiver_time) const;

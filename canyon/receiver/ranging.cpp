@@ -10,6 +10,7 @@
 #include "canyon/options/values.hpp"
 #include "canyon/receiver/corrections.hpp"
 #include "canyon/receiver/receiver.hpp"
+#include "canyon/relative/rtk_options.hpp"
 
 namespace canyon::receiver {
 namespace {
@@ -61,7 +62,8 @@ Ranging::Ranging(const ReceiverOptions& options)
     : options_(options.ranging),
       fix_(options.fix),
       noise_(options.slow_error()),
-      loop_rate_per_s_(4 * options.signal.dll.loop_bandwidth_hz) {}
+      loop_rate_per_s_(4 * options.signal.dll.loop_bandwidth_hz),
+      shared_m_(options.shared_error_m()) {}
 
 void Ranging::gather(const SatelliteObservation& satellite, geodesy::GpsTime time) {
   codes_.clear();
@@ -69,11 +71,12 @@ void Ranging::gather(const SatelliteObservation& satellite, geodesy::GpsTime tim
     if (!observed.measurement) return;
     const Measurement& m = *observed.measurement;
     const gnss::Signal& signal = *observed.signal;
-    Code code{&signal, m, 1, squared(gnss::kL1_hz / m.carrier_frequency_hz)};
+    Code code{&signal, m, 1, shared_m_, squared(gnss::kL1_hz / m.carrier_frequency_hz)};
     for (const auto& [group, factor] : options_.sigma_factor) {
       if (!gnss::in_group(group, satellite.id, signal, time)) continue;
       code.measurement.sigma_m *= factor;
       code.measurement.sigma_factor *= factor;
+      code.shared_m *= factor;
     }
     codes_.push_back(code);
   };
@@ -139,11 +142,15 @@ void Ranging::smooth(gnss::SatelliteId id, geodesy::GpsTime time) {
   }
 }
 
-void Ranging::correct(gnss::SatelliteId id, const CodeCorrections& corrections) {
+void Ranging::correct(gnss::SatelliteId id, geodesy::GpsTime time, const CodeCorrections& corrections) {
+  const double ageing_m = relative::kAgeing_mps * corrections.age_s(time).value_or(0);
+  stated_sigmas_m_.clear();
   std::erase_if(codes_, [&](Code& code) {
     const CodeCorrections::Correction* correction = corrections.of(id, *code.signal);
     if (correction == nullptr) return true;
     Measurement& m = code.measurement;
+    const double own_m = std::sqrt(std::max(0.0, squared(m.sigma_m) - squared(code.shared_m)));
+    stated_sigmas_m_.push_back(std::hypot(own_m, correction->stated_sigma_m, ageing_m));
     const double sigma_m = std::hypot(m.sigma_m, correction->sigma_m);
     m.pseudorange_m += correction->metres;
     m.sigma_factor *= sigma_m / m.sigma_m;
@@ -160,10 +167,13 @@ std::optional<Ranging::Ranged> Ranging::next(const SatelliteObservation& satelli
   choose(*satellite.signal);
   std::optional<Ranged> ranged = combine(satellite.elevation_rad, state, model_m);
   if (!ranged || corrections == nullptr) return ranged;
-  correct(satellite.id, *corrections);
-  if (const auto corrected = combine(satellite.elevation_rad, state, model_m)) {
-    ranged->corrected = corrected->measurement;
-  }
+  correct(satellite.id, time, *corrections);
+  const auto corrected = combine(satellite.elevation_rad, state, model_m);
+  if (!corrected) return ranged;
+  ranged->corrected = corrected->measurement;
+  for (std::size_t i = 0; i < codes_.size(); ++i) codes_[i].measurement.sigma_m = stated_sigmas_m_[i];
+  const double stated_m = combine(satellite.elevation_rad, state, model_m)->measurement.sigma_m;
+  ranged->corrected->stated_share = std::min(1.0, stated_m / corrected->measurement.sigma_m);
   return ranged;
 }
 

@@ -77,6 +77,7 @@ class Ranging {
     const gnss::Signal* signal = nullptr;
     positioning::Measurement measurement;
     double sigma_m = 1;    ///< that weights give it
+    double shared_m = 0;   ///< of its measurement's deviation: errors from space
     double iono_rate = 1;  ///< its delay over that at 1575.42 MHz
   };
   struct Carrier {
@@ -87,8 +88,9 @@ class Ranging {
   void gather(const SatelliteObservation& satellite, geodesy::GpsTime time);
   void choose(const gnss::Signal& first);
   void smooth(gnss::SatelliteId id, geodesy::GpsTime time);
-  /// Leaves those that have a correction, corrected.
-  void correct(gnss::SatelliteId id, const CodeCorrections& corrections);
+  /// Leaves those that have a correction, corrected; their deviations without what it takes away are
+  /// stated_sigmas_m_.
+  void correct(gnss::SatelliteId id, geodesy::GpsTime time, const CodeCorrections& corrections);
   /// One measurement of what gather(), smooth(), choose() and correct() left.
   [[nodiscard]] std::optional<Ranged> combine(double elevation_rad, const orbit::SatelliteState& state,
                                               double model_m);
@@ -99,10 +101,12 @@ class Ranging {
   // In every pseudorange, and the rate at which errors of the rest of sigma_m, the code loop's, forget.
   positioning::CodeNoise noise_;
   double loop_rate_per_s_;
+  double shared_m_;                                                        ///< errors from space in noise_
   std::map<std::pair<gnss::SatelliteId, std::size_t>, Carrier> carriers_;  // and index_of() the signal
   // Of the satellite in hand, kept for their memory.
   std::vector<Code> codes_;
   std::vector<std::optional<double>> steps_m_;
+  std::vector<double> stated_sigmas_m_;
 };
 
 }  // namespace canyon::receiver

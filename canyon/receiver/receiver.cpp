@@ -516,7 +516,10 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
   measurements.reserve(views.size());
   if (context.corrections != nullptr) {
     if (!context.corrections->moving) {
-      state.corrections.take(*context.corrections, sky, options.fix, context.klobuchar);
+      const double apart_m = (context.corrections->station_ecef - antenna.position_ecef).norm();
+      state.corrections.take(
+          *context.corrections, sky, options.fix, context.klobuchar, options.shared_error_m(),
+          apart_m * std::hypot(options.rtk.ionosphere_gradient, options.rtk.troposphere_gradient));
     }
     if (state.rtk) state.rtk->take(*context.corrections, sky);
   }

@@ -139,6 +139,10 @@ positioning::CodeNoise ReceiverOptions::slow_error() const {
   return {orbit_errors ? kSpaceSigma_m : 0, 1.0 / 3600};
 }
 
+double ReceiverOptions::shared_error_m() const {
+  return noise.enabled ? 0 : slow_error().sigma_m;
+}
+
 void ReceiverOptions::choose_signals(std::span<const gnss::SatelliteId> sky) {
   if (!tracks.empty() || at_once == AtOnce::All) return;
   if (at_once == AtOnce::BeiDouByB1C) {

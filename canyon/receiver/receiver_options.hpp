@@ -117,6 +117,8 @@ struct ReceiverOptions {
   /// What a receiver takes the errors of its codes to be beside those of its loops: the noise process where
   /// that is on; under errors of space kSpaceSigma_m that changes over an hour.
   [[nodiscard]] positioning::CodeNoise slow_error() const;
+  /// What of it two receivers near each other have in common, a standard deviation [m].
+  [[nodiscard]] double shared_error_m() const;
   /// Decides what the options leave out. @param space whether the environment has errors of space
   /// @param with_ionosphere whether these have an ionosphere
   void decide(bool space, bool with_ionosphere);

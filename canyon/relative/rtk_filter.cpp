@@ -32,9 +32,6 @@ constexpr double kPhaseGap_s = 5, kPhaseGap_epochs = 1.5;
 constexpr double kAhead_s = 1;
 /// A moving base must have measured at the rover's epoch [s].
 constexpr double kSameEpoch_s = 0.02;
-/// Satellite clocks and ionosphere move apart by so much over the age of the base's epoch [m/s]: RTKLIB's
-/// stats-clkstab, 5e-12 s/s.
-constexpr double kAgeing_mps = 1.5e-3;
 /// Two carriers of a satellite part by more than this [m] only where one of them slips.
 constexpr double kCarriersPart_m = 0.05;
 /// A phase and the integral of its Doppler part by more than this [m] likewise.

@@ -6,6 +6,10 @@
 
 namespace canyon::relative {
 
+/// Satellite clocks and ionosphere move apart by so much over the age of the base's epoch [m/s]: RTKLIB's
+/// stats-clkstab, 5e-12 s/s.
+inline constexpr double kAgeing_mps = 1.5e-3;
+
 /// What becomes of whole numbers that were found.
 enum class Integers : std::uint8_t {
   Continuous,     ///< they are searched for at each epoch; the filter goes on with real ones

@@ -61,6 +61,35 @@ double share(const std::vector<Epoch>& epochs, FixKind kind) {
   return count / static_cast<double>(epochs.size());
 }
 
+TEST(Differential, StatesWhatCorrectionsLeave) {
+  const auto epochs =
+      run(field("  - {name: a, profile: survey, corrections: {from: base}}\n"
+                "  - {name: b, profile: ublox-f9p, corrections: {from: base}}\n"
+                "  - {name: c, profile: ublox-m10, corrections: {from: base}}\n"
+                "  - {name: single, profile: survey}\n" +
+                    kBase,
+                180));
+  // 12 to 25 with the errors from space in it. The codes of the base count as 0.3 m, here they are better.
+  constexpr double kLargest = 6;
+  for (std::size_t r = 0; r < 4; ++r) {
+    double errors = 0, stated = 0;
+    for (const Epoch& epoch : epochs.at(r)) {
+      const positioning::Fix& fix = epoch.observed.fix;
+      ASSERT_EQ(fix.kind(), r < 3 ? FixKind::Differential : FixKind::Single);
+      errors += epoch.error_enu_m.head<2>().squaredNorm();
+      stated += fix.covariance_enu.topLeftCorner<2, 2>().trace();
+    }
+    const double over = std::sqrt(stated / errors);
+    if (r < 3) {
+      EXPECT_GT(over, 0.7) << r;
+      EXPECT_LT(over, kLargest) << r;
+    } else {
+      // Errors from space stay in a single fix.
+      EXPECT_GT(std::sqrt(stated / static_cast<double>(epochs.at(r).size())), 0.7);
+    }
+  }
+}
+
 TEST(Rtk, FixesWithinCentimetres) {
   const auto epochs = run(field(rover() + kBase)).at(0);
   EXPECT_GT(share(epochs, FixKind::Fixed), 0.97);
