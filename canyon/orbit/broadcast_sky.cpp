@@ -215,6 +215,7 @@ struct BroadcastSky::Index {
 BroadcastSky::BroadcastSky(gnss::NavigationData data, BroadcastOptions options)
     : data_(std::move(data)),
       options_(std::move(options)),
+      glonass_(data_.glonass.size()),
       index_(std::make_unique<Index>(data_, options_.systems)) {
   if (index_->ids.empty()) {
     std::string wanted;
@@ -241,7 +242,10 @@ std::optional<SatelliteState> BroadcastSky::state(gnss::SatelliteId id, GpsTime 
   if (satellite == nullptr) return std::nullopt;
   const Entry* entry = Index::choose(*satellite, t, options_.allow_stale).entry;
   if (entry == nullptr || (!entry->healthy && !options_.allow_unhealthy)) return std::nullopt;
-  SatelliteState state = of_record(data_, id, *entry, [t](const auto& e) { return propagate(e, t); });
+  const auto record = static_cast<std::size_t>(entry->record);
+  SatelliteState state = id.system == gnss::System::GLONASS
+                             ? glonass_[record].propagate(data_.glonass[record], t)
+                             : of_record(data_, id, *entry, [t](const auto& e) { return propagate(e, t); });
   set_delays(satellite->delays, t, state);
   return state;
 }

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <memory>
+#include <mutex>
 #include <set>
+#include <vector>
 
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/orbit/sky.hpp"
@@ -13,6 +16,17 @@ namespace canyon::orbit {
 [[nodiscard]] SatelliteState propagate(const gnss::KeplerEphemeris& ephemeris, geodesy::GpsTime t);
 /// ICD GLONASS L1, L2 5.1, A.3.1.2: fourth-order Runge-Kutta, steps of at most 60 s. Within 1 cm of RTKLIB's.
 [[nodiscard]] SatelliteState propagate(const gnss::GlonassEphemeris& ephemeris, geodesy::GpsTime t);
+/// The same, to the bit, from states at the whole steps of half an hour about toe, which are computed with
+/// the first one. Thread-safe.
+class GlonassOrbit {
+ public:
+  [[nodiscard]] SatelliteState propagate(const gnss::GlonassEphemeris& ephemeris, geodesy::GpsTime t) const;
+
+ private:
+  struct Steps;
+  mutable std::once_flag computed_;
+  mutable std::shared_ptr<const Steps> steps_;
+};
 /// RTCA DO-229 A.4.4.11: position, velocity and acceleration of the message in the rotating frame. Position
 /// within 1e-6 m and clock within 1e-15 s of RTKLIB's.
 [[nodiscard]] SatelliteState propagate(const gnss::SbasEphemeris& ephemeris, geodesy::GpsTime t);
@@ -53,6 +67,7 @@ class BroadcastSky final : public Sky {
 
   gnss::NavigationData data_;
   BroadcastOptions options_;
+  std::vector<GlonassOrbit> glonass_;  ///< of data_.glonass
   std::unique_ptr<Index> index_;
 };
 

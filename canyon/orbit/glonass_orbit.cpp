@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "canyon/geodesy/constants.hpp"
@@ -28,17 +30,17 @@ Vector6d derivative(const Vector6d& x, const Eigen::Vector3d& luni_solar) {
   return d;
 }
 
-}  // namespace
-
-SatelliteState propagate(const gnss::GlonassEphemeris& e, geodesy::GpsTime t) {
+Vector6d at_toe(const gnss::GlonassEphemeris& e) {
   Vector6d x;
   x << e.position_m[0], e.position_m[1], e.position_m[2], e.velocity_mps[0], e.velocity_mps[1],
       e.velocity_mps[2];
-  const Eigen::Vector3d luni_solar(e.acceleration_mps2[0], e.acceleration_mps2[1], e.acceleration_mps2[2]);
+  return x;
+}
 
-  const double dt = t - e.toe;
-  // Whole steps, then the rest: the answer is continuous in t. Steps of 60 s leave 1.3 mm after 30 min.
-  double left = dt;
+/// Goes on for `left` seconds by whole steps, then the rest: the answer is continuous in time. Steps of 60 s
+/// leave 1.3 mm after 30 min.
+void integrate(const gnss::GlonassEphemeris& e, Vector6d& x, double left) {
+  const Eigen::Vector3d luni_solar(e.acceleration_mps2[0], e.acceleration_mps2[1], e.acceleration_mps2[2]);
   while (left != 0) {
     const double h = std::abs(left) > kLargestStep ? std::copysign(kLargestStep, left) : left;
     const Vector6d k1 = derivative(x, luni_solar);
@@ -48,7 +50,9 @@ SatelliteState propagate(const gnss::GlonassEphemeris& e, geodesy::GpsTime t) {
     x += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
     left -= h;
   }
+}
 
+SatelliteState state_of(const gnss::GlonassEphemeris& e, const Vector6d& x, double dt) {
   SatelliteState state;
   state.position_m = x.head<3>();
   state.velocity_mps = x.tail<3>();
@@ -62,6 +66,41 @@ SatelliteState propagate(const gnss::GlonassEphemeris& e, geodesy::GpsTime t) {
     state.more_group_delays_s[i - 1] = e.group_delay_difference_s;  // ICD GLONASS 4.4: leaves so much later
   }
   return state;
+}
+
+}  // namespace
+
+SatelliteState propagate(const gnss::GlonassEphemeris& e, geodesy::GpsTime t) {
+  Vector6d x = at_toe(e);
+  const double dt = t - e.toe;
+  integrate(e, x, dt);
+  return state_of(e, x, dt);
+}
+
+struct GlonassOrbit::Steps {
+  static constexpr int kEach = 30;
+  std::array<std::array<Vector6d, kEach + 1>, 2> after;  ///< forwards, backwards
+
+  explicit Steps(const gnss::GlonassEphemeris& e) {
+    for (std::size_t way = 0; way < 2; ++way) {
+      after[way][0] = at_toe(e);
+      for (std::size_t i = 1; i <= kEach; ++i) {
+        after[way][i] = after[way][i - 1];
+        integrate(e, after[way][i], way == 0 ? kLargestStep : -kLargestStep);
+      }
+    }
+  }
+};
+
+SatelliteState GlonassOrbit::propagate(const gnss::GlonassEphemeris& e, geodesy::GpsTime t) const {
+  std::call_once(computed_, [&] { steps_ = std::make_shared<const Steps>(e); });
+  const double dt = t - e.toe;
+  // The last step of integrate() may be a whole one.
+  const double steps = std::ceil(std::abs(dt) / kLargestStep) - 1;
+  const auto whole = static_cast<std::size_t>(std::clamp<double>(steps, 0, Steps::kEach));
+  Vector6d x = steps_->after[dt < 0 ? 1 : 0][whole];
+  integrate(e, x, dt - std::copysign(static_cast<double>(whole) * kLargestStep, dt));
+  return state_of(e, x, dt);
 }
 
 }  // namespace canyon::orbit
