@@ -85,7 +85,7 @@ class CalibrationDrive : public RecordedDrive {
       }
       if (at == nullptr) continue;
       warn({fmt::format(
-          "{}:{}: {} stands below the receiver and overrides the calibrated profile: remove it there",
+          "{}:{}: {} is below the receiver and overrides the calibrated profile: remove it there",
           recorded_.scenario->string(), at->line, key)});
     }
   }
@@ -213,7 +213,7 @@ std::string unite_profiles(const CalibrateArguments& arguments,
       if (base.empty() || own.empty()) {
         throw InputError(
             fmt::format("'{}' and '{}' have no profile in common", recordings.front().name, r.name),
-            "say with --profile which one is calibrated");
+            "give with --profile the one to calibrate");
       }
       if (!arguments.quiet) {
         print_warnings({fmt::format("{} has the profile {}: it is taken for a {} here", r.name, own, base)});
@@ -287,7 +287,7 @@ int calibrate(const CalibrateArguments& given) {
               : simulation::is_profile_path(base) ? std::filesystem::path(base).filename().string()
                                                   : base;
   head.description = fmt::format("{}, calibrated by {}", profile.description, fmt::join(by, ", "));
-  head.notes = {fmt::format("Written by canyon calibrate {} from {}; docs/calibration.md says how.",
+  head.notes = {fmt::format("Written by canyon calibrate {} from {}; docs/calibration.md describes it.",
                             CANYON_VERSION, head.base)};
   for (const std::string& note : result.notes) head.notes.push_back(note + ".");
   out.write(calibration::profile_text(profile.receiver, result.estimates, head));

@@ -78,8 +78,7 @@ bool is_scenario(const std::filesystem::path& path) {
 simulation::CityConfig city_config(const std::string& input, const std::string& origin) {
   if (is_scenario(input)) {
     if (!origin.empty()) {
-      throw InputError("--origin belongs to a mesh or map file",
-                       "a scenario says its own origin under city:");
+      throw InputError("--origin belongs to a mesh or map file", "a scenario has its own origin under city:");
     }
     return simulation::read_scenario(input, {false}).city;
   }

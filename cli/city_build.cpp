@@ -115,19 +115,19 @@ simulation::CityConfig make_config(const CityBuildArguments& arguments, const Co
                      "give map or city files, or --place NAME, or --overpass URL with --bbox");
   }
   if (!arguments.inputs.empty() && online) {
-    throw InputError("input files stand beside --overpass or --place",
+    throw InputError("input files conflict with --overpass or --place",
                      "build from files or download, one at a time");
   }
   if (!arguments.place.empty() && !arguments.bbox.empty()) {
-    throw InputError("--place stands beside --bbox", "give one of them");
+    throw InputError("--place conflicts with --bbox", "give one of them");
   }
   if (online && arguments.place.empty() && arguments.bbox.empty()) {
-    throw InputError("--overpass without --place or --bbox", "say what to download");
+    throw InputError("--overpass without --place or --bbox", "give the area to download");
   }
   if (!arguments.inputs.empty() && !is_map(arguments.inputs.front())) {
     const std::string& input = arguments.inputs.front();
     if (arguments.inputs.size() > 1) {
-      throw InputError(fmt::format("{} is no map, and stands beside other input", input),
+      throw InputError(fmt::format("{} is no map, and is given with other input", input),
                        "several inputs are for maps; convert other cities one by one");
     }
     for (const char* option :
@@ -146,7 +146,7 @@ simulation::CityConfig make_config(const CityBuildArguments& arguments, const Co
   simulation::MapCityConfig& map = config.map.emplace(arguments.map);
   for (const std::string& input : arguments.inputs) {
     if (!is_map(input)) {
-      throw InputError(fmt::format("{} is no map, and stands beside maps", input),
+      throw InputError(fmt::format("{} is no map, and is given with maps", input),
                        simulation::city_file_endings());
     }
     map.files.emplace_back(input);
@@ -230,9 +230,8 @@ int run_city_build(const CityBuildArguments& arguments, const Command& command) 
     // A mesh alone knows no place on the Earth; these formats would claim one.
     if (!arguments.inputs.empty() && arguments.origin.empty() && is_mesh(arguments.inputs.front()) &&
         (format == Format::Canyon || format == Format::World || format == Format::Model)) {
-      throw InputError(
-          fmt::format("-o {}: {} does not say where on the Earth it lies", text, arguments.inputs.front()),
-          "give --origin LAT,LON,HEIGHT of the mesh's zero");
+      throw InputError(fmt::format("-o {}: {} has no origin on the Earth", text, arguments.inputs.front()),
+                       "give --origin LAT,LON,HEIGHT of the mesh's zero");
     }
   }
 

@@ -227,7 +227,7 @@ class MapRun {
     }
     fmt::print(
         stderr,
-        "canyon: interrupted: {} of {} tiles are finished and kept in {}; the same command goes on from "
+        "canyon: interrupted: {} of {} tiles are finished and kept in {}; the same command continues from "
         "there\n",
         finished, tiles(), (fs::path(arguments_.out) / "tiles").string());
     return kInterrupted;
@@ -350,7 +350,7 @@ class MapRun {
 int run_heatmap(const HeatmapArguments& arguments) {
   if (arguments.scenario.empty())
     throw InputError("SCENARIO is missing", "canyon heatmap SCENARIO --out DIR");
-  if (arguments.out.empty()) throw InputError("--out is missing", "say which folder the map shall stand in");
+  if (arguments.out.empty()) throw InputError("--out is missing", "give the folder for the map");
   Ranks ranks;
   return ranks.guard([&] { return MapRun(arguments, ranks).run(); });
 }

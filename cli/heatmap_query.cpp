@@ -124,10 +124,10 @@ int query_place(const HeatmapQueryArguments& arguments, const StoredMap& map) {
   const std::optional<StoredMap::Answer> answer = map.at(enu, altitude_of(arguments, map), time);
   if (!answer) {
     if (map.at({map.grid().centre(0, 0)}, map.altitudes_m().front(), time)) {
-      throw InputError(fmt::format("--at {} lies outside the map", arguments.place),
+      throw InputError(fmt::format("--at {} is outside the map", arguments.place),
                        "it reaches from " + bounds_text(map));
     }
-    throw InputError(fmt::format("--time {} lies outside the map's times", geodesy::format_utc(time, 0)),
+    throw InputError(fmt::format("--time {} is outside the map's times", geodesy::format_utc(time, 0)),
                      "the map is " + times_text(map));
   }
   if (arguments.json) {
@@ -257,7 +257,7 @@ void print_json(const RouteReport& report, const StoredMap& map) {
 int query_path(const HeatmapQueryArguments& arguments, const StoredMap& map) {
   const RouteReport report = report_of(arguments, map);
   if (report.outside == report.stations.size()) {
-    throw InputError(fmt::format("{} lies wholly outside the map or its times", arguments.path),
+    throw InputError(fmt::format("{} is entirely outside the map or its times", arguments.path),
                      fmt::format("the map reaches from {} and is {}; --time moves the route's beginning",
                                  bounds_text(map), times_text(map)));
   }

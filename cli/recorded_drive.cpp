@@ -263,13 +263,13 @@ void RecordedDrive::align() {
       validation::align(recording_, *environment_, scenario_.receivers.front().options.fix.elevation_mask_rad,
                         0, first_part_.count, align_options_);
   if (alignment_->at_border) {
-    warn({fmt::format("the best place of the city lies at the end of the search: give more than --reach {}",
+    warn({fmt::format("the best place of the city is at the end of the search: give more than --reach {}",
                       align_options_.reach_m)});
   }
   const double sigma_m = std::max(alignment_->sigma_east_m, alignment_->sigma_north_m);
   if (alignment_->score < kTellingScore || sigma_m > align_options_.reach_m / 4) {
     warn({fmt::format(
-        "the recording does not tell where the city stands (mean AUC {:.2f}, +- {:.1f} m): check the "
+        "the recording does not determine the place of the city (mean AUC {:.2f}, +- {:.1f} m): check the "
         "scenario's origin and offset, or search farther with --reach {:g}",
         alignment_->score, sigma_m, std::min(200.0, 4 * align_options_.reach_m))});
   }

@@ -106,7 +106,7 @@ Eigen::Vector3d place_of_base(const RtkArguments& arguments, const Recording& ba
   }
   const Geodetic at = geodesy::geodetic_from_ecef(place);
   print_warnings(
-      {fmt::format("the base stands where its file's header says, {:.9f},{:.9f},{:.4f}: errors of "
+      {fmt::format("the base is at the place in its file's header, {:.9f},{:.9f},{:.4f}: errors of "
                    "that are errors of the rover; --base-position gives a surveyed place",
                    geodesy::degrees(at.latitude_rad), geodesy::degrees(at.longitude_rad), at.height_m)});
   return place;

@@ -110,7 +110,7 @@ void Site::check_time(geodesy::GpsTime t, const std::string& option) const {
   }
   const simulation::Trajectory& drive = simulation_->trajectory();
   if (!place_given() && drive.length_m() > 0 && (t < drive.begin() || t > drive.end())) {
-    print_warnings({fmt::format("{}: the drive lasts from {} to {}; the antenna stands at its {}", option,
+    print_warnings({fmt::format("{}: the drive lasts from {} to {}; the antenna is at its {}", option,
                                 geodesy::format_gpst(drive.begin(), 0), geodesy::format_gpst(drive.end(), 0),
                                 t < drive.begin() ? "beginning" : "end")});
   }

@@ -100,7 +100,7 @@ int draw_frames(const SkyplotArguments& arguments, Site& site) {
   const geodesy::GpsTime first = moment(arguments.first, begin, begin);
   const geodesy::GpsTime last = moment(arguments.last, begin, end);
   if (last < first) {
-    throw InputError(fmt::format("--last {} lies before --first {}", geodesy::format_gpst(last, 0),
+    throw InputError(fmt::format("--last {} is before --first {}", geodesy::format_gpst(last, 0),
                                  geodesy::format_gpst(first, 0)),
                      fmt::format("the drive lasts from {} to {}", geodesy::format_gpst(begin, 0),
                                  geodesy::format_gpst(end, 0)));

@@ -116,8 +116,7 @@ int compute(const StudyArguments& arguments, Ranks& ranks) {
     if (ranks.rank() == 0) tell_plan(plan);
     return kOk;
   }
-  if (arguments.out.empty())
-    throw InputError("--out is missing", "say which folder the results shall stand in");
+  if (arguments.out.empty()) throw InputError("--out is missing", "give the folder for the results");
   const study::Manifest manifest = study::manifest_of(plan);
   // Rank 0 makes the folder; all read what is there before anyone adds to it.
   std::optional<study::RunStore> store;
@@ -157,7 +156,7 @@ int compute(const StudyArguments& arguments, Ranks& ranks) {
   const std::vector<std::size_t> missing = unfinished(records);
   if (interrupted) {
     fmt::print(stderr,
-               "canyon: interrupted: {} of {} runs are finished and kept in {}; the same command goes on\n",
+               "canyon: interrupted: {} of {} runs are finished and kept in {}; the same command continues\n",
                records.size() - missing.size(), records.size(), arguments.out);
     return kInterrupted;
   }
@@ -172,8 +171,7 @@ int compute(const StudyArguments& arguments, Ranks& ranks) {
 }
 
 int merge(const StudyArguments& arguments) {
-  if (arguments.out.empty())
-    throw InputError("--out is missing", "say which folder the whole study shall stand in");
+  if (arguments.out.empty()) throw InputError("--out is missing", "give the folder for the whole study");
   const study::Manifest manifest = study::read_manifest(arguments.folders.front());
   std::vector<std::optional<study::RunRecord>> records(manifest.runs);
   std::vector<const std::string*> origin(manifest.runs, nullptr);

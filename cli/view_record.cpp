@@ -37,7 +37,7 @@ Film film_of(const std::string& file) {
 std::string first_line(const fs::path& file) {
   const std::string text = view::read_bytes(file);
   const std::string line = text.substr(0, text.find('\n'));
-  return line.empty() ? "it says nothing" : line;
+  return line.empty() ? "it has no text" : line;
 }
 
 std::pair<int, int> size_of(const std::string& text) {

@@ -82,7 +82,7 @@ void visit_origin(Visitor& v, std::optional<geodesy::Geodetic>& origin) {
   // Without a height of its own an origin lies on the ellipsoid; half a place is none.
   for (const char* key : {"origin_latitude", "origin_longitude", "origin_altitude"}) {
     if (!v.has(key) || (v.has("origin_latitude") && v.has("origin_longitude"))) continue;
-    throw v.fault(key, "stands without latitude or longitude",
+    throw v.fault(key, "is given without latitude or longitude",
                   "give origin_latitude and origin_longitude, or none of them");
   }
   v.number({"origin_latitude", "deg", "of the world's origin: geodetic latitude (WGS 84)", kWorlds},

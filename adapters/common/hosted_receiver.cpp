@@ -45,7 +45,7 @@ WorldFrame world_frame(const std::optional<HostOrigin>& host, const HostSettings
                                                    : geodesy::Geodetic{};
   if (!settings.origin && origin.latitude_rad == 0 && origin.longitude_rad == 0) {
     warnings.emplace_back(
-        "the world lies at latitude 0, longitude 0; give it spherical_coordinates, or the receiver "
+        "the world is at latitude 0, longitude 0; give it spherical_coordinates, or the receiver "
         "origin_latitude, origin_longitude and origin_altitude");
   }
   frame.enu = geodesy::LocalFrame(origin);

@@ -138,7 +138,7 @@ RosTopics ros_topics(const std::string& base, const ReceiverIdentity& identity, 
   for (const std::string& name : topics.all()) {
     if (!taken.insert(name).second) {
       throw InputError(fmt::format("<ros><remapping>: two topics would both be '{}'", name),
-                       "give each topic a name of its own");
+                       "give each topic a different name");
     }
   }
   return topics;
@@ -158,7 +158,7 @@ RosTopics claimed_ros_topics(const ReceiverIdentity& identity, const RosSettings
   }
   if (!taken.empty()) {
     throw InputError(fmt::format("another receiver has the ROS name {} already", taken),
-                     "give each receiver a <ros><namespace> of its own");
+                     "give each receiver a different <ros><namespace>");
   }
   return topics;
 }

@@ -81,7 +81,7 @@ TEST_F(StreamPublisher, SaysWhichPortIsTaken) {
   } catch (const InputError& e) {
     EXPECT_THAT(e.problem(), HasSubstr("nmea_port: port " + std::to_string(port)));
     EXPECT_THAT(e.problem(), HasSubstr("in use"));
-    EXPECT_THAT(e.cure(), HasSubstr("a port of its own"));
+    EXPECT_THAT(e.cure(), HasSubstr("a different port"));
   }
 }
 

@@ -347,9 +347,10 @@ struct WorldScene::Impl {
       for (const TrackedLink& part : model.links) {
         const Eigen::Isometry3d pose = isometry(part.pose);
         if (!is_finite(part.pose) || pose.translation().norm() > kLargestWorld_m) {
-          note(fmt::format(
-              "'{}' is left out: it stands more than {:.0f} km from the world's origin, or nowhere",
-              model.name, kLargestWorld_m / 1e3));
+          note(
+              fmt::format("'{}' is left out: it is more than {:.0f} km from the world's origin, or its "
+                          "position is not finite",
+                          model.name, kLargestWorld_m / 1e3));
           continue;
         }
         append_mesh(mesh, part.mesh, enu_from_world * pose);

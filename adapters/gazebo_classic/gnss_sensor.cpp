@@ -162,9 +162,9 @@ std::unique_ptr<GnssSensor> load_gnss_sensor(const Attachment& attachment) noexc
   try {
     return std::make_unique<GnssSensor>(attachment);
   } catch (const std::exception& e) {
-    gzerr << "[canyon] " << e.what() << "\n[canyon] the receiver is switched off; the simulation goes on\n";
+    gzerr << "[canyon] " << e.what() << "\n[canyon] the receiver is switched off; the simulation continues\n";
   } catch (...) {
-    gzerr << "[canyon] the receiver could not be loaded; the simulation goes on\n";
+    gzerr << "[canyon] the receiver could not be loaded; the simulation continues\n";
   }
   return nullptr;
 }

@@ -183,7 +183,7 @@ struct GnssWorld::Impl {
   std::unique_ptr<OptionsService> options;
   std::optional<HostOrigin> origin;
   bool stepped = false;  // PostUpdate of this step is done
-  // Computed and published while the simulation goes on: up to the next ones it does not wait for them.
+  // Computed and published while the simulation continues: up to the next ones it does not wait for them.
   std::future<void> epochs;
 };
 
@@ -213,7 +213,7 @@ void GnssWorld::serve(Entity root, const sdf::ElementPtr& defaults, Ecm& ecm) {
   } catch (const std::exception& e) {
     entry.bad = true;
     say(HostedReceiver::Tone::Error,
-        fmt::format("{}\n[canyon] its receivers are switched off; the simulation goes on", e.what()));
+        fmt::format("{}\n[canyon] its receivers are switched off; the simulation continues", e.what()));
   }
   impl_->look_for_sensors(ecm, true);
 }
@@ -278,7 +278,7 @@ void GnssWorld::Impl::start_due(Ecm& ecm) {
       start(sensor.entity, sensor.sensor, sensor.element, ecm);
     } catch (const std::exception& e) {
       say(HostedReceiver::Tone::Error,
-          fmt::format("{}\n[canyon] the receiver is switched off; the simulation goes on", e.what()));
+          fmt::format("{}\n[canyon] the receiver is switched off; the simulation continues", e.what()));
     }
   }
   for (auto& [entity, root] : roots) {
@@ -304,7 +304,7 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
   }
   origin = origin_of(ecm);
   if (!origin && !settings.origin) {
-    throw InputError(place_name(identity) + ": the world does not say where it lies",
+    throw InputError(place_name(identity) + ": the world has no geographic origin",
                      "give it <spherical_coordinates>, or <canyon> <origin_latitude>, <origin_longitude> and "
                      "<origin_altitude>");
   }

@@ -289,7 +289,7 @@ TYPED_TEST(Conversions, MultipathHasOneOffsetPerSatelliteAboveTheMask) {
   this->expect_head(message.header);
   this->expect_fix(message.rec_pos);
   EXPECT_THAT(message.dop, ElementsAre(1.5F, 2.5F, 3.5F, 4.5F, 5.5F));  // P, H, V, T, G
-  // G05 G12 G17 G31 R01 R24 E11 E36 C03 C30 J02; G24 lies below the mask, G31 is blocked.
+  // G05 G12 G17 G31 R01 R24 E11 E36 C03 C30 J02; G24 is below the mask, G31 is blocked.
   EXPECT_THAT(message.range_offset,
               ElementsAre(0, 0, 35.25F, NanSensitiveFloatEq(kNaN), 0, 0, 0, 12.5F, 0, 0, 0));
   EXPECT_THAT(message.noise, ElementsAre(0.125F, 0.25F, 0.375F, NanSensitiveFloatEq(kNaN), 0.75F, 0.875F,

@@ -37,7 +37,7 @@ void visit_pose(Visitor& v, NodeSettings& settings) {
            settings.pose_timeout_s, {1e-3, 1e6});
   v.text({"frame", "", "that poses are in: z up"}, settings.pose_frame);
   v.text({"child_frame", "", "of the vehicle, where source is tf"}, settings.child_frame);
-  v.number({"east_m", "m", "where that frame's origin lies in the city, from the city's: eastwards"},
+  v.number({"east_m", "m", "where that frame's origin is in the city, from the city's: eastwards"},
            settings.pose_origin_enu_m.x(), {-1e6, 1e6});
   v.number({"north_m", "m", "northwards"}, settings.pose_origin_enu_m.y(), {-1e6, 1e6});
   v.number({"up_m", "m", "upwards"}, settings.pose_origin_enu_m.z(), {-1e6, 1e6});
@@ -234,11 +234,11 @@ void flatten(const Node& node, const std::string& path, Parameters& into) {
 }  // namespace
 
 void visit(Visitor& v, NodeSettings& settings) {
-  v.file({"scenario", "", "scenario file; parameters stand over what it says"}, settings.scenario);
+  v.file({"scenario", "", "scenario file; parameters override it"}, settings.scenario);
   v.text({"receiver", "", "which of its receivers", "its first"}, settings.receiver);
   v.text({"frame_id", "", "of all messages: the antenna's frame"}, settings.frame_id);
   v.boolean({"autostart", "", "configures and activates itself"}, settings.autostart);
-  v.boolean({"drive_clock", "", "publishes /clock, from 0, and goes by it"}, settings.drive_clock);
+  v.boolean({"drive_clock", "", "publish /clock from 0, and use it"}, settings.drive_clock);
   v.number({"speed", "", "of the clock that it drives, times real time"}, settings.speed, {0, 1000, true});
   v.integer({"threads", "", "that compute a scenario's own drive ahead; 0: as many as cores"},
             settings.threads, 0, 4096);

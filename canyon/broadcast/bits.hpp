@@ -7,7 +7,7 @@
 namespace canyon::broadcast {
 
 /// The integer that a field of `width` bits holds for `value` in units of `step`: rounded to the nearest,
-/// two's complement where `is_signed`, at the ends of the range where it lies beyond; 0 for what is not a
+/// two's complement where `is_signed`, at the ends of the range where it is beyond; 0 for what is not a
 /// number.
 [[nodiscard]] std::int64_t field_value(double value, double step, int width, bool is_signed);
 

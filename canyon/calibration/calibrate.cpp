@@ -33,7 +33,7 @@ void add_unidentifiable(const Values& base, Calibration& result) {
        {std::pair("signal.offset_db", "needs many satellites of each system in clear view"),
         {"signal.lock.acquisition_threshold_dbhz", "acts on the figures as the tracking threshold does"},
         {"signal.dll.loop_bandwidth_hz", "errors show the echoes more than the loop"},
-        {"signal.dll.spacing_chips", "likewise"},
+        {"signal.dll.spacing_chips", "errors show the echoes more than the loop"},
         {"noise.sigma_m_per_sqrt_s", "errors from space replace it where there are navigation files"},
         {"signal.lock.reacquisition_s", "gaps end by what is in the way more than by the receiver"}}) {
     const auto value = base.find(key);

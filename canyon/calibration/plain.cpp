@@ -94,7 +94,7 @@ void add_leaves_out(std::span<const Observed> recorded, std::span<const std::set
   }
   Estimate estimate;
   estimate.key = "leaves_out";
-  estimate.basis = basis.empty() ? "every group that stands high and clear for a minute is tracked"
+  estimate.basis = basis.empty() ? "every group that is high and clear for a minute is tracked"
                                  : fmt::format("{}", fmt::join(basis, "; "));
   conclude(std::move(estimate), receiver.options.leaves_out, after, result);
 }

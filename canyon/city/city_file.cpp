@@ -213,7 +213,7 @@ class CityFileReader {
     if (rest_.size() < kBlockHeader) {
       throw InputError(path_, 0, fmt::format("is cut short before its block '{}'", name), kCopyAgain);
     }
-    if (rest_.substr(0, 4) != tag) damaged(name, "another block stands in its place");
+    if (rest_.substr(0, 4) != tag) damaged(name, "another block is in its place");
     const auto unpacked = get<std::uint64_t>(rest_.substr(4));
     const auto packed = get<std::uint64_t>(rest_.substr(12));
     const auto crc = get<std::uint32_t>(rest_.substr(20));
@@ -309,7 +309,7 @@ class CityFileReader {
       if (mix > kLastMix) damaged("header", fmt::format("object {} has facades {}", i, mix));
       city.mesh.objects[i].facades = static_cast<FacadeMix>(mix);
     }
-    if (!from.empty()) damaged("header", "it goes on after its end");
+    if (!from.empty()) damaged("header", "data follow its end");
     return city;
   }
 

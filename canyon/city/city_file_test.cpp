@@ -228,7 +228,7 @@ TEST(CityFile, ChecksWhatAGoodChecksumHides) {
   EXPECT_THAT(error(0, [](std::string& raw) { raw.resize(30); }), HasSubstr("ends early"));
   EXPECT_THAT(error(0, [](std::string& raw) { raw[48 + 3] = 0x7F; }), HasSubstr("a text is longer"));
   EXPECT_THAT(error(0, [](std::string& raw) { raw[23] = 0x7F; }), HasSubstr("latitude"));
-  EXPECT_THAT(error(0, [](std::string& raw) { raw += "x"; }), HasSubstr("after its end"));
+  EXPECT_THAT(error(0, [](std::string& raw) { raw += "x"; }), HasSubstr("data follow its end"));
   EXPECT_THAT(error(1, [](std::string& raw) { raw.pop_back(); }), HasSubstr("'vertices' is damaged"));
   EXPECT_THAT(error(1,
                     [](std::string& raw) {

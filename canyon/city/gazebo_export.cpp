@@ -254,7 +254,7 @@ std::string ground_plane(const Box& bounds) {
                   size.x(), size.y());
   const auto [r, g, b] = material_colour(Material::Ground);
   return fmt::format(
-      "    <!-- The city has no terrain of its own. -->\n"
+      "    <!-- The city has no terrain. -->\n"
       "    <model name=\"{0}\">\n      <static>true</static>\n      <pose>{1:.0f} {2:.0f} {3:.6f} 0 0 "
       "0</pose>\n"
       "      <link name=\"link\">\n        <collision name=\"collision\">{4}</collision>\n"

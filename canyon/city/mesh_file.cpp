@@ -122,7 +122,7 @@ class MeshImport {
       note(fmt::format(
           "file coordinates reach {:.0f} units; mesh files are read in single precision, here to {:.3f} m: "
           "export "
-          "the mesh about an origin of its own",
+          "the mesh about its own origin",
           largest_coordinate_,
           std::ldexp(1.0, std::ilogb(largest_coordinate_) - 23) * frame.metres_per_unit * options_.scale));
     }

@@ -94,7 +94,7 @@ void check_signals(const std::vector<std::string>& names) {
                        fmt::format("signals are {}", fmt::join(known, ", ")));
     }
     if (std::find(names.begin(), name, *name) != name) {
-      throw InputError(fmt::format("'{}' stands twice", *name), "name each signal once");
+      throw InputError(fmt::format("'{}' is given twice", *name), "name each signal once");
     }
   }
 }

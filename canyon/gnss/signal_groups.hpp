@@ -31,7 +31,7 @@ using GroupValues = std::map<std::string, double>;
 [[nodiscard]] double sum_of(const GroupValues& values, SatelliteId id, const Signal& signal,
                             geodesy::GpsTime time);
 
-/// Throws InputError for a name that no satellite's signal has, and for one that stands twice.
+/// Throws InputError for a name that no satellite's signal has, and for one that is given twice.
 void check_signals(const std::vector<std::string>& names);
 
 /// Fields of options: signals, groups, and numbers of groups ("[BeiDou=1.5, L5=-2]").

@@ -31,7 +31,7 @@ void Session::Impl::set_time() {
     last = static_cast<std::int64_t>(trajectory->epoch_count()) - 1;
   } else {
     if (!scenario.start)
-      throw error("'start' is missing", "say when the poses begin, or leave the trajectory out");
+      throw error("'start' is missing", "give the time of the first pose, or leave the trajectory out");
     start = *scenario.start;
     interval_ns = std::llround(1e9 / scenario.rate_hz.value_or(10));
     if (scenario.duration_s)

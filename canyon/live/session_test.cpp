@@ -286,7 +286,7 @@ TEST(Session, RefusesSourcesThatDoNotFit) {
       HasSubstr("both move receiver 'a'"));
   EXPECT_THAT(problem("live: {speed: 2, poses: [{from: 'stdin:'}]}\n"), HasSubstr("poses come in real time"));
   EXPECT_THAT(problem("live: {poses: [{from: 'stdin:'}], streams: [{format: nmea, to: 'pty:'}]}\n"),
-              HasSubstr("does not say of which receiver"));
+              HasSubstr("does not name its receiver"));
   EXPECT_THAT(problem("live: {poses: [{from: 'file:/nowhere'}]}\n"), HasSubstr("/nowhere"));
   EXPECT_THAT(problem("live: {poses: [{from: 'elsewhere'}]}\n"), HasSubstr("is no address"));
 }

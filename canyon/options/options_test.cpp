@@ -125,7 +125,7 @@ TEST(Options, WordsAreAListOfSome) {
   EXPECT_THAT(read_text<Car>("extras:").extras, ElementsAre("radio"));
   EXPECT_EQ(fault("extras: [hook, roff]"),
             "g.yaml:1: extras: 'roff' is unknown; did you mean 'roof'? known: radio, roof, hook");
-  EXPECT_THAT(fault("extras: [hook, hook]"), HasSubstr("extras: 'hook' stands twice"));
+  EXPECT_THAT(fault("extras: [hook, hook]"), HasSubstr("extras: 'hook' is given twice"));
   EXPECT_THAT(json_schema(describe<Car>(), "car"), HasSubstr("\"roof\""));
 }
 

@@ -74,7 +74,7 @@ void Reader::one_of(std::initializer_list<std::string_view> keys, std::string_vi
       std::string list;
       for (auto it = keys.begin(); it != keys.end(); ++it)
         list += fmt::format("{}{}", it == keys.begin() ? "" : it + 1 == keys.end() ? " or " : ", ", *it);
-      throw fault(key, fmt::format("stands beside '{}'", found), "keep one of " + list);
+      throw fault(key, fmt::format("conflicts with '{}'", found), "keep one of " + list);
     }
     found = key;
   }

@@ -396,7 +396,7 @@ class WordsValue final : public ListedValue<std::vector<std::string>, Type::Text
     for (auto text = texts.begin(); text != texts.end(); ++text) {
       require_word(*text, words(), place);
       if (std::find(texts.begin(), text, *text) != text) {
-        throw place.error(fmt::format("'{}' stands twice", *text), "name each once");
+        throw place.error(fmt::format("'{}' is given twice", *text), "name each once");
       }
     }
     value_ = texts;

@@ -57,7 +57,7 @@ class BroadcastSky final : public Sky {
   [[nodiscard]] std::string source(gnss::SatelliteId id, geodesy::GpsTime t) const override;
 
   [[nodiscard]] const gnss::NavigationData& data() const { return data_; }
-  /// True where some record is valid at `t` (used for "the trajectory lies outside the ephemerides").
+  /// True where some record is valid at `t` (used for "the trajectory is outside the ephemerides").
   [[nodiscard]] bool covers(geodesy::GpsTime t) const;
   /// First and last toe [GPST] over all records.
   [[nodiscard]] std::pair<geodesy::GpsTime, geodesy::GpsTime> span() const;

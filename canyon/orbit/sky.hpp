@@ -41,7 +41,7 @@ class Sky {
   [[nodiscard]] virtual std::vector<gnss::SatelliteId> satellites() const = 0;
 
   /// State at `t` (system time at transmission, GPST). Empty where the satellite is unknown, unhealthy, or
-  /// `t` lies outside the validity of what is known about it. Never extrapolates silently.
+  /// `t` is outside the validity of what is known about it. Never extrapolates silently.
   [[nodiscard]] virtual std::optional<SatelliteState> state(gnss::SatelliteId id,
                                                             geodesy::GpsTime t) const = 0;
 

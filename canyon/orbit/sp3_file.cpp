@@ -127,7 +127,7 @@ class Reader {
     record.maneuver = column(line, 78, 1) == "M";
     std::vector<Sp3Record>& records = result_.records[*id];
     if (!records.empty() && records.back().t == *t_) {
-      throw file_.error(fmt::format("{} stands twice in one epoch", to_string(*id)));
+      throw file_.error(fmt::format("{} is given twice in one epoch", to_string(*id)));
     }
     records.push_back(record);
   }

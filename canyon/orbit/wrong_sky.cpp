@@ -113,7 +113,7 @@ std::optional<SatelliteState> WrongSky::state(gnss::SatelliteId id, geodesy::Gps
 
 std::string WrongSky::source(gnss::SatelliteId id, geodesy::GpsTime t) const {
   const std::string source = truth_->source(id, t);
-  return concerned_(id) ? source + (error_.unhealthy ? ", says it is unhealthy" : ", with an error") : source;
+  return concerned_(id) ? source + (error_.unhealthy ? ", flagged as unhealthy" : ", with an error") : source;
 }
 
 gnss::NavigationData wrong_messages(gnss::NavigationData messages, const SatelliteFilter& concerned,

@@ -376,14 +376,14 @@ constexpr std::array kEpochColumns{
         .in_view(F64),
     number("heading_deg", "deg", 4,
            "azimuth of the vector from a moving base, from north, clockwise, 0 to 360",
-           "no such vector, or the base stands still",
+           "no such vector, or the base does not move",
            [](const Row& r) {
              const auto& b = fix_of(r).baseline;
              return b && b->moving_base ? wrapped_azimuth_deg(b->heading_rad(), 4) : kNone;
            })
         .in_view(F64),
     number("heading_sigma_deg", "deg", 4, "standard deviation of that heading",
-           "no such vector, or the base stands still",
+           "no such vector, or the base does not move",
            [](const Row& r) {
              const auto& b = fix_of(r).baseline;
              return b && b->moving_base ? degrees(b->heading_sigma_rad()) : kNone;
@@ -482,7 +482,7 @@ constexpr std::array kSignalColumns{
     number("ionosphere_m", "m", 4,
            "delay in the pseudorange, advance in the phase; 0 where `ionosphere` is off", "nothing measured",
            &if_measured<&receiver::SignalObservation::ionosphere_m>),
-    number("estimated_ionosphere_m", "m", 4, "what the receiver makes of it from the satellite's codes",
+    number("estimated_ionosphere_m", "m", 4, "the receiver's estimate of it from the satellite's codes",
            "not `combination: uncombined`, or one signal alone",
            [](const Row& r) {
              const auto& m = r.signal->measurement;

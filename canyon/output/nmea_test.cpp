@@ -249,7 +249,7 @@ TEST(Nmea, SignalStrengthOfWhatIsTracked) {
   seen.satellites[0].measurement->cn0_dbhz = 46.5;  // to the nearest dB
   seen.satellites[1].measurement->cn0_dbhz = -3;    // two digits hold 00 to 99
   seen.satellites[2].measurement->cn0_dbhz = 120.0;
-  // G24 lies below the mask, G31 is blocked.
+  // G24 is below the mask, G31 is blocked.
   EXPECT_THAT(bodies(nmea_epoch(epoch), "GSV"),
               ElementsAre("GPGSV,2,1,05,05,60,046,47,12,30,000,00,17,16,200,99,24,05,090,,1",
                           "GPGSV,2,2,05,31,25,120,,1", "GLGSV,1,1,02,65,40,010,42,88,55,310,41,1",

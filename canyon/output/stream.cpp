@@ -174,7 +174,7 @@ std::size_t find_receiver(const StreamRequest& request, const std::vector<std::s
                       : std::find(names.begin(), names.end(), request.receiver);
   if (at == names.end()) {
     throw InputError(request.receiver.empty()
-                         ? fmt::format("the stream '{}' does not say of which receiver", request.format)
+                         ? fmt::format("the stream '{}' does not name its receiver", request.format)
                          : fmt::format("the scenario has no receiver '{}'", request.receiver),
                      fmt::format("write RECEIVER/{}={}; receivers: {}", request.format,
                                  transport::hide_password(request.address), fmt::join(names, ", ")));

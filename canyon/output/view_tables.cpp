@@ -39,8 +39,7 @@ constexpr std::array kViewOfSatellites{
     ViewColumn{"epoch", kU32, "", "index of the receiver's epoch"},
     ViewColumn{"satellite", kU16, "", "index into the header's satellites"},
     ViewColumn{"flags", kU8, "", "1 above the mask, 2 used in the fix, 4 measured, 8 excluded"},
-    ViewColumn{"paths", kU16, "",
-               "so many rows of `paths` belong to it; they follow those of the row before"},
+    ViewColumn{"paths", kU16, "", "number of its rows of `paths`; they follow those of the row before"},
 };
 
 constexpr std::array kViewOfPaths{
@@ -60,7 +59,7 @@ constexpr std::array kComparisonColumns{
     ViewColumn{"recorded_rms_m", kF32, "m", "of the recorded pseudorange errors; NaN without one"},
     ViewColumn{"simulated_rms_m", kF32, "m", "of the simulated ones"},
     ViewColumn{"difference_rms_m", kF32, "m", "recorded less simulated, of satellites that both measure"},
-    ViewColumn{"both", kU16, "", "so many satellites"},
+    ViewColumn{"both", kU16, "", "number of satellites"},
 };
 
 constexpr std::array kBodyColumns{

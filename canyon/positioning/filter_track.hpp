@@ -66,7 +66,7 @@ class Update {
   /// Goes on from `begun`, of another track that is equal otherwise.
   Update(Track& track, const Update& begun) : track_(track), correction_(begun.correction_) {}
 
-  /// False, and nothing changed, where the innovation lies beyond `gate_sigmas`.
+  /// False, and nothing changed, where the innovation is beyond `gate_sigmas`.
   bool take(const Row& row, double gate_sigmas) {
     const StateVector ph = track_.p * row.gradient;
     const double noise = row.sigma * row.sigma;

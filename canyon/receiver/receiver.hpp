@@ -38,7 +38,7 @@ struct SignalObservation {
   std::optional<double> cn0_dbhz;
   /// Of the channel; Tracking for everything received where signals have no strength.
   tracking::LockState lock = tracking::LockState::Searching;
-  /// Empty where the signal is not tracked or the satellite lies below the elevation mask.
+  /// Empty where the signal is not tracked or the satellite is below the elevation mask.
   std::optional<positioning::Measurement> measurement;
   double noise_m = 0;  ///< OU value and code loop noise in the pseudorange; 0 without measurement
   /// Excess + noise + orbit_error_m + atmosphere left uncorrected (in the signal less what the fix takes off;

@@ -94,7 +94,7 @@ void visit(options::Visitor& v, SpoofingCheckOptions& o) {
 }
 
 void ReceiverOptions::validate() const {
-  if (name.empty()) throw InputError("a receiver has no name", "give every receiver a name of its own");
+  if (name.empty()) throw InputError("a receiver has no name", "give every receiver a different name");
   try {
     gnss::check_signals(tracks);
     if (is_among(tracks, gnss::kEncrypted)) {
@@ -106,7 +106,7 @@ void ReceiverOptions::validate() const {
       if (at_once == AtOnce::All || !is_among(tracks, "B1I") || !is_among(tracks, other)) continue;
       throw InputError(
           fmt::format("it tracks B1I and {}, which its hardware does not receive at once", other),
-          "leave one of them out, or say `at_once: all` of another receiver");
+          "leave one of them out, or use `at_once: all` for another receiver");
     }
     if (const gnss::Signal* deaf_to = unheard(*this); deaf_to != nullptr && signal.enabled) {
       throw InputError(fmt::format("it tracks {}, and its antenna '{}' has no pattern for {:.2f} MHz",

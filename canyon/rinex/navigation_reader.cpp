@@ -354,7 +354,7 @@ class Reader {
     const int table = geodesy::leap_seconds(t);
     if (*data_.leap_seconds == table) return;
     data_.warnings.push_back(InputError(file_.path(), 0,
-                                        fmt::format("header says {} leap seconds, the table for {} says {}",
+                                        fmt::format("header has {} leap seconds, the table for {} has {}",
                                                     *data_.leap_seconds, geodesy::format_gpst(t, 0), table),
                                         "GLONASS times follow the table")
                                  .what());

@@ -298,7 +298,7 @@ struct RinexObservationReader::Impl {
       if (!line) return damaged(lines.line(), "the file ends within an event");
       if (version2() ? epoch_line2(*line, time_system()).has_value()
                      : !line->empty() && line->front() == '>') {
-        damaged(lines.line(), "an event has fewer records than it says");
+        damaged(lines.line(), "an event has fewer records than it declares");
         lines.unread();
         break;
       }

@@ -377,7 +377,7 @@ void CorrectionsDecoder::read_msm(Fields& fields, GpsTime now, Epochs& complete)
                     cell_bits = code_bits + phase_bits + lock_bits + 1 + cn0_bits + (rates ? 15 : 0);
   const auto n = static_cast<std::size_t>(satellite_count);
   if (fields.lacks(n * satellite_bits + cell_count * cell_bits))
-    return problem(fields, "shorter than its masks say");
+    return problem(fields, "shorter than its masks require");
   const bool glonass = system == System::GLONASS;
   const auto ms = static_cast<std::int64_t>(glonass ? stated & ((1U << 27) - 1) : stated);
   if (ms >= (glonass ? kDay_ms + 1000 : kWeek_ms)) return problem(fields, "the time is beyond its period");

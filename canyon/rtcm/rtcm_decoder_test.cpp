@@ -529,7 +529,7 @@ TEST(RtcmDecoder, BrokenContentIsCountedAndCostsNothingElse) {
   std::vector<std::string> problems;
   for (const auto& [sentence, count] : decoder.status().problems) problems.push_back(sentence);
   EXPECT_EQ(problems, (std::vector<std::string>{"a message is too short for its number and station",
-                                                "message 1077: shorter than its masks say",
+                                                "message 1077: shorter than its masks require",
                                                 "message 1077: the masks have more than 64 cells",
                                                 "message 1077: the time is beyond its period",
                                                 "message 1077: there is no cell in its masks"}));

@@ -56,7 +56,7 @@ void visit_base(options::Visitor& v, LiveConfig& config) {
     if (v.reads() && name) options::check_folder_name(v, "name", *name);
     visit_profile(v, base);
     if (v.reads()) base.options.name = name.value_or("base");
-    if (v.reads()) v.require("fixed", "say where it stands: fixed: {east_m: ..., north_m: ..., up_m: ...}");
+    if (v.reads()) v.require("fixed", "give its place: fixed: {east_m: ..., north_m: ..., up_m: ...}");
     visit_fixed(v, base.fixed, of_host);
     if (!v.reads()) return;
     base.options.own_draws = true;
@@ -167,7 +167,7 @@ LiveConfig changed_live_config(const LiveConfig& config, const std::string& text
     const options::Node::Entry* entry = root.find(fixed);
     if (entry == nullptr) continue;
     throw InputError(name, entry->line, fmt::format("{}: stays as it was when the receiver began", fixed),
-                     "write it where the receiver stands, and begin again");
+                     "write it at the receiver's place, and begin again");
   }
   LiveConfig changed = config;
   RunningConfig running{changed};
@@ -175,7 +175,7 @@ LiveConfig changed_live_config(const LiveConfig& config, const std::string& text
   if (changed.receiver.options.corrections.from != config.receiver.options.corrections.from) {
     throw InputError(name, root.find("corrections")->line,
                      "corrections.from: stays as it was when the receiver began",
-                     "write it where the receiver stands, and begin again");
+                     "write it at the receiver's place, and begin again");
   }
   return changed;
 }

@@ -72,7 +72,7 @@ struct LiveReceiver::Impl {
   }
 
   [[nodiscard]] receiver::Receiver make_receiver() const {
-    // Streets are those that the vehicle drives along; a base station stands beside them.
+    // Streets are those that the vehicle drives along; a base station conflicts with them.
     std::vector<disturbance::Source> sources = config.receiver.fixed
                                                    ? config.receiver.disturbances
                                                    : with_streets(config.receiver, scene->city, road);

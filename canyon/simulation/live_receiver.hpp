@@ -48,7 +48,7 @@ void visit(options::Visitor& v, LiveConfig& config);
 /// parse_live_config() but `sky`, `start`, `name`, `base`, `corrections.from` and `faults`, nested ("clock:
 /// {bias_s: 1}") or with dots
 /// ("clock.bias_s: 1"). Keys that are absent stay as they are; `profile` sets all those of a receiver but
-/// name, own_draws, corrections.from, lever_arm and streets, and what stands beside it overrides it. `name`
+/// name, own_draws, corrections.from, lever_arm and streets, and what conflicts with it overrides it. `name`
 /// of the text as for parse_live_config(). Throws InputError as that does.
 [[nodiscard]] LiveConfig changed_live_config(const LiveConfig& config, const std::string& text,
                                              const std::filesystem::path& name);

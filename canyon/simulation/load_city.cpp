@@ -122,7 +122,7 @@ CityConfig city_config(const std::filesystem::path& file, const std::optional<ge
       break;
     case CityFileKind::Canyon:
     case CityFileKind::Gazebo:
-      if (origin) throw InputError(file, 0, "says its own origin", "leave the other one out");
+      if (origin) throw InputError(file, 0, "has its own origin", "remove the other one");
       config.file = file;
       break;
     case CityFileKind::Mesh:

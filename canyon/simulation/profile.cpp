@@ -25,7 +25,7 @@ const std::vector<ScenarioKey>& profile_keys() {
 }
 
 void visit(options::Visitor& v, Profile& profile) {
-  v.require("description", "say in one line what receiver this is");
+  v.require("description", "describe the receiver in one line");
   v.text({"description", "", "one line"}, profile.description);
   visit(v, profile.receiver);
   v.validate(profile.receiver.options);

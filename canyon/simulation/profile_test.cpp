@@ -223,7 +223,7 @@ TEST(Profile, LinkBudgetsGiveTheC_N0OfTheirKind) {
 
 TEST(Profile, MissingUnknownAndMisplacedKeysNameTheLine) {
   EXPECT_EQ(fault("elevation_mask_deg: 5\n"),
-            "p.yaml:1: 'description' is missing; say in one line what receiver this is");
+            "p.yaml:1: 'description' is missing; describe the receiver in one line");
   EXPECT_THAT(fault("description: d\nelevation_mask: 5\n"),
               HasSubstr("p.yaml:2: unknown key 'elevation_mask'; did you mean 'elevation_mask_deg'?"));
   // Names, profiles of profiles, and a scenario's own keys have no place there.
@@ -257,7 +257,7 @@ TEST(Profile, AntennasByNameOrByRows) {
     return fault("description: d\nsignal: {" + keys + "}\n");
   };
   EXPECT_THAT(wrong("antenna: pach"), HasSubstr("did you mean 'patch'?"));
-  EXPECT_THAT(wrong("antenna: patch, antenna_rows: [0, 1, 2]"), HasSubstr("stands beside 'antenna'"));
+  EXPECT_THAT(wrong("antenna: patch, antenna_rows: [0, 1, 2]"), HasSubstr("conflicts with 'antenna'"));
   EXPECT_THAT(wrong("antenna_rows: [0, 1]"), HasSubstr("2 numbers make no rows of 3"));
   EXPECT_THAT(wrong("antenna_rows: [[0, 1, 2], [3, 4]]"),
               HasSubstr("p.yaml:2: antenna_rows: row 2 has not 3"));

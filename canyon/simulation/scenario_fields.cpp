@@ -133,7 +133,7 @@ void visit(Visitor& v, CityConfig& city) {
     MapCityConfig none;
     visit_map(v, city.map ? *city.map : none);
   }
-  if (city.file && v.has("origin")) throw v.fault("origin", "the file says its own origin", "remove it");
+  if (city.file && v.has("origin")) throw v.fault("origin", "the file has its own origin", "remove it");
   std::optional<Geodetic> origin;
   if (city.origin_known() && !v.reads() && !v.describes()) origin = city.import.origin;
   if (v.wants(v.reads() ? !city.file : origin.has_value())) {

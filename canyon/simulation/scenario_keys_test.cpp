@@ -217,7 +217,7 @@ TEST(ScenarioKeys, TheReaderAcceptsEveryKeyOfTheTableAndNoOther) {
   used.erase("city.synthetic");  // "{}" in the last one; its keys stand for themselves
   std::set<std::string> table;
   for (const ScenarioKey& key : scenario_keys()) {
-    EXPECT_TRUE(table.insert(key.path).second) << key.path << " stands twice in the table";
+    EXPECT_TRUE(table.insert(key.path).second) << key.path << " is given twice in the table";
     EXPECT_FALSE(key.meaning.empty()) << key.path;
   }
   EXPECT_EQ(used, table);
@@ -537,7 +537,7 @@ TEST(ScenarioRate, IntervalsAndFractionsAreExact) {
   };
   EXPECT_THAT(fault("rate_hz: 1/0"), HasSubstr("'1/0' is not a number"));
   EXPECT_THAT(fault("rate_hz: -1/60"), HasSubstr("out of range; it is above 0"));
-  EXPECT_THAT(fault("rate_hz: 1\ninterval_s: 1"), HasSubstr("stands beside 'rate_hz'"));
+  EXPECT_THAT(fault("rate_hz: 1\ninterval_s: 1"), HasSubstr("conflicts with 'rate_hz'"));
   EXPECT_THAT(fault("duration_s: 1/2"), HasSubstr("is not a number"));
 }
 

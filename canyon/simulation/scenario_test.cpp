@@ -171,7 +171,7 @@ TEST(Scenario, OutputsAreNamesAsAMappingOrAList) {
               HasSubstr("unknown key 'nmae' in 'outputs'; did you mean 'nmea'?"));
   EXPECT_THAT(refusal("outputs: [kml, nmae]\n"),
               HasSubstr("outputs: 'nmae' is unknown; did you mean 'nmea'?"));
-  EXPECT_THAT(refusal("outputs: [kml, kml]\n"), HasSubstr("outputs: 'kml' stands twice"));
+  EXPECT_THAT(refusal("outputs: [kml, kml]\n"), HasSubstr("outputs: 'kml' is given twice"));
   EXPECT_THAT(refusal("outputs: [view]\n"), HasSubstr("'view' is unknown"));
   EXPECT_THAT(refusal("outputs: []\n"), HasSubstr("the list is empty"));
   // The effective scenario says each name.
@@ -317,7 +317,7 @@ TEST(Scenario, NamesWhatIsMissingOrContradicts) {
               HasSubstr("city has no content"));
   EXPECT_THAT(fault("city: {open: true}\n" + kPlace), HasSubstr("city has no origin"));
   EXPECT_THAT(fault("city: {open: true, synthetic: {}}\n" + kPlace),
-              HasSubstr("open: stands beside 'synthetic'; keep one of osm, file, mesh, synthetic or open"));
+              HasSubstr("open: conflicts with 'synthetic'; keep one of osm, file, mesh, synthetic or open"));
   EXPECT_THAT(fault("city: {synthetic: {}, scale: 2}\n" + kPlace), HasSubstr("scale: has no effect"));
   EXPECT_THAT(fault("city: {synthetic: {min_height_m: 50, max_height_m: 20}}\n" + kPlace),
               HasSubstr("height"));

@@ -24,13 +24,13 @@ TrajectoryFile make_trajectory(const Scenario& scenario) {
   if (config.file && (track.places.empty() || !track.times.empty()))
     return read_trajectory_file(*config.file, config.format, scenario.start.value_or(GpsTime{}));
   if (!scenario.start) {
-    throw scenario_error(scenario, "'start' is missing, and the trajectory has no times of its own",
+    throw scenario_error(scenario, "'start' is missing, and the trajectory has no times",
                          "add start: 2026-01-01T12:00:00Z");
   }
   if (config.waypoints.size() == 1) {
     if (!scenario.duration_s) {
       throw scenario_error(scenario, "'duration_s' is missing",
-                           "say how long the receiver stays at its position");
+                           "give the time that the receiver stays at its position");
     }
     return {Trajectory::fixed(*scenario.start, config.waypoints.front(), *scenario.duration_s), false, {}};
   }
@@ -53,9 +53,9 @@ void put_on_terrain(Scenario& scenario, const CityScene& scene) {
     Pose pose;
     pose.position = config.waypoints[i];
     if (!clamp_to_terrain(pose, scene.city, scene.scene, *height_m)) {
-      throw scenario_error(
-          scenario, fmt::format("waypoint {}: height_above_terrain_m, and no terrain lies there", i + 1),
-          "use a mesh with terrain there (see city.terrain_names), or give height_m");
+      throw scenario_error(scenario,
+                           fmt::format("waypoint {}: height_above_terrain_m, and no terrain is there", i + 1),
+                           "use a mesh with terrain there (see city.terrain_names), or give height_m");
     }
     config.waypoints[i] = pose.position;
     height_m.reset();  // it is part of the place now

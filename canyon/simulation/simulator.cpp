@@ -67,7 +67,7 @@ Plan make_plan(const Scenario& scenario) {
     if (*scenario.start > last || (*scenario.start < first && file.has_own_dates)) {
       throw scenario_error(
           scenario,
-          fmt::format("the start {} lies outside the trajectory ({} to {})", format_gpst(*scenario.start, 3),
+          fmt::format("the start {} is outside the trajectory ({} to {})", format_gpst(*scenario.start, 3),
                       format_gpst(first, 3), format_gpst(last, 3)),
           "choose a start within it, or leave it out");
     }
@@ -293,7 +293,7 @@ std::vector<receiver::Receiver> Simulation::Impl::make_receivers() const {
   std::vector<receiver::Receiver> receivers;
   const std::shared_ptr<const disturbance::Road> way = road();
   for (const ReceiverConfig& config : scenario.receivers) {
-    // Streets are those of the trajectory; a base station stands beside them.
+    // Streets are those of the trajectory; a base station conflicts with them.
     std::vector<disturbance::Source> sources =
         config.fixed ? config.disturbances : with_streets(config, environment.city(), way);
     auto faults =
@@ -321,7 +321,7 @@ Pose Simulation::Impl::vehicle_pose(GpsTime t) const {
   if (height_m && !clamp_to_terrain(pose, environment.city(), environment.scene(), *height_m)) {
     throw scenario_error(
         scenario,
-        fmt::format("height_above_terrain_m: no terrain lies at latitude {:.6f}, longitude {:.6f} ({})",
+        fmt::format("height_above_terrain_m: no terrain is at latitude {:.6f}, longitude {:.6f} ({})",
                     geodesy::degrees(pose.position.latitude_rad),
                     geodesy::degrees(pose.position.longitude_rad), format_gpst(pose.time, 3)),
         "use a mesh with terrain there (see city.terrain_names), or leave the key out");

@@ -76,7 +76,7 @@ using SkyBuilder =
 class Simulation {
  public:
   /// Builds sky and trajectory from `scenario`; the city comes loaded (canyon::io reads files, see
-  /// simulation/load_city.hpp). Throws InputError where the trajectory lies outside the ephemerides, or more
+  /// simulation/load_city.hpp). Throws InputError where the trajectory is outside the ephemerides, or more
   /// than 10 km from the city.
   Simulation(Scenario scenario, city::City city);
   /// The same over a scene that others share, and under a sky of theirs.
@@ -94,7 +94,7 @@ class Simulation {
   [[nodiscard]] std::size_t epoch_count() const;
 
   /// Where a receiver's antenna is at `t` (clamp and lever arm applied), and how it moves. Throws InputError
-  /// where the height above terrain is asked for and no terrain lies there.
+  /// where the height above terrain is asked for and no terrain is there.
   [[nodiscard]] Pose antenna_pose(std::size_t receiver, geodesy::GpsTime t) const;
 
   /// The pure part runs on `threads`, receivers on the caller, each behind that whose corrections it takes

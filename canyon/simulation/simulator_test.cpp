@@ -352,7 +352,7 @@ TEST(Simulation, ClampWithoutTerrainIsAnError) {
   city::append_box(city.mesh, "house", city::Surface::Building, city::Material::Concrete, {20, 20, 0},
                    {30, 30, 9});
   EXPECT_THAT(error_of([&] { const Simulation simulation(std::move(scenario), std::move(city)); }).what(),
-              AllOf(HasSubstr("s.yaml: "), HasSubstr("no terrain lies at latitude 22.300000")));
+              AllOf(HasSubstr("s.yaml: "), HasSubstr("no terrain is at latitude 22.300000")));
 }
 
 TEST(Simulation, SaysHowManyEpochsWereInsideABuilding) {
@@ -413,9 +413,8 @@ TEST(Simulation, StartAndDurationChooseAPartOfARecording) {
   EXPECT_EQ(longer.epoch_count(), 11U);
   EXPECT_THAT(longer.warnings(), Contains(HasSubstr("before the duration of 60 s")));
   EXPECT_THAT(error_of([&] { (void)make("start: 2026-05-31T08:00:00Z\n"); }).what(),
-              HasSubstr("lies outside the trajectory (2026-06-01T08:00:18.000 GPST to"));
-  EXPECT_THAT(error_of([&] { (void)make("start: 2026-06-02T08:00:00Z\n"); }).what(),
-              HasSubstr("lies outside"));
+              HasSubstr("is outside the trajectory (2026-06-01T08:00:18.000 GPST to"));
+  EXPECT_THAT(error_of([&] { (void)make("start: 2026-06-02T08:00:00Z\n"); }).what(), HasSubstr("is outside"));
 }
 
 // --- skies
@@ -449,7 +448,7 @@ TEST(BuildSky, ATrajectoryOutsideTheEphemeridesNamesBothSpansAndTheCure) {
         (void)file.simulate("start: 2026-06-03T09:00:00Z\nduration_s: 10\nsky: {navigation: sky.nav}\n");
       }).what(),
       AllOf(HasSubstr(
-                "the time asked for (2026-06-03T09:00:18 GPST to 2026-06-03T09:00:28 GPST) lies outside the "
+                "the time asked for (2026-06-03T09:00:18 GPST to 2026-06-03T09:00:28 GPST) is outside the "
                 "ephemerides (2026-06-01T"),
             HasSubstr("allow_stale: true")));
 }

@@ -59,7 +59,7 @@ void check_coverage(const orbit::Sky& sky, GpsTime begin, GpsTime end, std::stri
                     std::vector<std::string>& warnings) {
   const std::vector<gnss::SatelliteId> ids = sky.satellites();
   if (count_states(sky, ids, begin) == 0) {
-    throw InputError(fmt::format("the time asked for ({}) lies outside the {} ({})", span_text(begin, end),
+    throw InputError(fmt::format("the time asked for ({}) is outside the {} ({})", span_text(begin, end),
                                  what, span_text(span.first, span.second)),
                      cure);
   }

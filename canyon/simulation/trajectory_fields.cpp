@@ -146,7 +146,7 @@ void visit_trajectory(Visitor& v, TrajectoryConfig& config, const CityConfig& ci
     if (!v.reads()) return;
     if (keys.leg.height_above_terrain_m && config.height_above_terrain_m) {
       throw v.fault(
-          "height_above_terrain_m", "stands at the waypoint and at the trajectory",
+          "height_above_terrain_m", "is given at the waypoint and at the trajectory",
           "keep one: the trajectory's follows the terrain, waypoints' are joined by straight lines");
     }
     add_place(v, keys.place, frame, config, keys.leg.height_above_terrain_m.has_value());

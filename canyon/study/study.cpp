@@ -98,7 +98,7 @@ void visit(options::Visitor& v, Study& o) {
   if (!v.reads()) return;
   if (o.design == Design::Grid && o.runs) throw v.fault("runs", "a grid counts its own", "leave it out");
   if (o.design != Design::Grid && !o.runs) {
-    throw v.fault("design", "a sample needs 'runs'", "say how many points are to be drawn");
+    throw v.fault("design", "a sample needs 'runs'", "give the number of points");
   }
   std::set<std::string> names;
   std::size_t drives = 0;

@@ -148,7 +148,7 @@ TEST(Study, ReadsTheFormerNameOfRealization) {
   };
   EXPECT_EQ(key("luck"), key("realization"));
   EXPECT_NE(key("luck"), key("crossed"));
-  EXPECT_THAT(error_of([&] { (void)key("luck: true, realization"); }).what(), HasSubstr("stands beside"));
+  EXPECT_THAT(error_of([&] { (void)key("luck: true, realization"); }).what(), HasSubstr("conflicts with"));
 }
 
 // Settings share the noise realization of a seed and a time; seeds alone are the scenario's own.

@@ -269,7 +269,7 @@ void Channel::gather(const ChannelModel& model, const AntennaMotion& motion,
       tracked_ = i;
     }
   }
-  // Below it the replica stands beside every path, and the carrier is another's.
+  // Below it the replica conflicts with every path, and the carrier is another's.
   if (strongest < kLeastHere * strongest_anywhere) tracked_ = anywhere;
 
   const double elapsed = motion.epoch_before ? motion.time - *motion.epoch_before : 0;

@@ -39,7 +39,7 @@ class AntennaRows final : public options::NamedRows {
     constexpr double kHighest_deg = 80;
     if (points.size() > 1 && points.back().elevation_deg < kHighest_deg) {
       throw InputError(
-          fmt::format("the antenna's rows end at {:g} deg: nothing says what it receives from above",
+          fmt::format("the antenna's rows end at {:g} deg: no row has what it receives from above",
                       points.back().elevation_deg),
           "add rows up to 90 deg; one row alone holds for all elevations");
     }

@@ -44,7 +44,7 @@ class NtripCaster {
     const std::lock_guard lock(mutex_);
     if (!mounts_.emplace(mount.address.mount, &mount).second) {
       throw InputError(fmt::format("port {} has a mount point {} already", at_.port, mount.address.mount),
-                       "give each stream a mount point of its own");
+                       "give each stream a different mount point");
     }
   }
 

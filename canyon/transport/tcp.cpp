@@ -27,7 +27,7 @@ void refuse_port(const HostPort& at, const error_code& error) {
   throw InputError(fmt::format("port {} of {} cannot be had: {}", at.port, at.host, error.message()),
                    error == asio::error::access_denied
                        ? "take one of 1024 to 65535"
-                       : "give each receiver a port of its own that no other program uses");
+                       : "give each receiver a different port that no other program uses");
 }
 
 tcp::acceptor listen_on(asio::io_context& io, const HostPort& at) {

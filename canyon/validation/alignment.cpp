@@ -272,7 +272,7 @@ Alignment Aligner::align() {
     const auto near = best_of(fine_scores, r);
     const auto far = best_of(coarse_scores, r);
     if (!near || !far) continue;
-    // A resample whose best lies beyond the fine square shows that the square was not sure.
+    // A resample whose best is beyond the fine square shows that the square was not sure.
     const double reach = kCoarse_m + 1e-9;
     const bool beyond = std::abs(coarse[*far].east_m - middle.east_m) > reach ||
                         std::abs(coarse[*far].north_m - middle.north_m) > reach;

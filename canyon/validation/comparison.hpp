@@ -162,7 +162,7 @@ struct RecordingOptions {
 /// `truth_format` (simulation::read_trajectory; dates that the file leaves open are those of the scenario's
 /// `start`, in NMEA else of the recording). The scenario gives systems and height above terrain, its first
 /// receiver the lever arm. `environment` has the scenario's city, and a sky of the recording's day. Throws
-/// InputError where files are unreadable, nothing of the recording lies in the truth, no recorded satellite
+/// InputError where files are unreadable, nothing of the recording is in the truth, no recorded satellite
 /// has an ephemeris, or the ionosphere's coefficients are missing.
 [[nodiscard]] Recording read_recording(const simulation::Scenario& scenario,
                                        const simulation::Environment& environment,

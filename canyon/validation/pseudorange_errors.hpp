@@ -96,7 +96,7 @@ void visit(options::Visitor& v, ResidualOptions& o);
 /// Step one. Satellites are taken at the transmit time that tag and pseudorange give, so that clock bias,
 /// steering and millisecond jumps of the receiver do not matter; truth is taken at the true reception time,
 /// the tag less the epoch's median clock. Against the fix of `positioning::solve_fix` on Canyon's own
-/// pseudoranges: within 0.01 mm. Epochs whose reception lies outside the truth's span are left out, as are
+/// pseudoranges: within 0.01 mm. Epochs whose reception is outside the truth's span are left out, as are
 /// pseudoranges that are missing, below the mask, or without a valid ephemeris.
 /// @param klobuchar of the navigation files; a system without its own takes GPS's. Throws InputError where
 /// ionosphere is asked for and neither is there.

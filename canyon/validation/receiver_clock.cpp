@@ -394,7 +394,8 @@ void visit(options::Visitor& v, ClockOptions& o) {
           {0, 90, false, true});
   v.number({"variance_floor_m2", "m^2", "variance that no C/N0 lowers"}, o.variance_floor_m2, {1e-6, 1e6});
   v.number({"variance_scale_m2_hz", "m^2 Hz", "times 10^(-C/N0 / 10)"}, o.variance_scale_m2_hz, {0, 1e9});
-  v.number({"huber", "", "residuals beyond so many standard deviations weigh less"}, o.huber, {0.5, 10});
+  v.number({"huber", "", "residuals beyond this number of standard deviations weigh less"}, o.huber,
+           {0.5, 10});
   v.number({"gross_m", "m", "farther from the epoch's median is no measurement"}, o.gross_m, {1e3, 1e5});
 }
 

@@ -35,9 +35,9 @@ InputError nothing_left(const std::filesystem::path& obs, const std::filesystem:
   const GpsTime last = recorded.epochs.back().receiver_time;
   if (residuals.epochs_outside_truth > 0) {
     return {obs, 0,
-            fmt::format("none of its epochs ({} to {}) lies in the truth {} ({} to {})",
-                        format_gpst(first, 0), format_gpst(last, 0), truth.filename().string(),
-                        format_gpst(path.begin(), 0), format_gpst(path.end(), 0)),
+            fmt::format("none of its epochs ({} to {}) is in the truth {} ({} to {})", format_gpst(first, 0),
+                        format_gpst(last, 0), truth.filename().string(), format_gpst(path.begin(), 0),
+                        format_gpst(path.end(), 0)),
             "give the truth of the same drive; times of CSV files are UTC unless they say GPST"};
   }
   if (!residuals.without_ephemeris.empty()) {
@@ -96,7 +96,7 @@ void add_own_fixes(const std::filesystem::path& nmea, const simulation::Trajecto
   if (recording.own_fixes.empty()) {
     throw InputError(
         nmea, 0,
-        fmt::format("none of its {} fixes ({} to {}) lies in the truth", own.fixes.size(),
+        fmt::format("none of its {} fixes ({} to {}) is in the truth", own.fixes.size(),
                     format_gpst(own.fixes.front().first, 0), format_gpst(own.fixes.back().first, 0)),
         "give what the recorded receiver told during the recording");
   }
@@ -159,7 +159,7 @@ Recording join_recording(const simulation::Scenario& scenario, const simulation:
     if (height_m && !simulation::clamp_to_terrain(pose, environment.city(), environment.scene(), *height_m)) {
       throw InputError(
           scenario.file, 0,
-          fmt::format("height_above_terrain_m: no terrain lies at latitude {:.6f}, longitude {:.6f} ({})",
+          fmt::format("height_above_terrain_m: no terrain is at latitude {:.6f}, longitude {:.6f} ({})",
                       geodesy::degrees(pose.position.latitude_rad),
                       geodesy::degrees(pose.position.longitude_rad), format_gpst(pose.time, 3)),
           "use a city with terrain there, or leave the key out");

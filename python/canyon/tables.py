@@ -59,7 +59,7 @@ class Table(Mapping[str, NDArray[Any]]):
         return rows
 
     def to_pandas(self) -> Any:
-        """A ``pandas.DataFrame``; units stand in ``frame.attrs["units"]``. pandas is imported here."""
+        """A ``pandas.DataFrame``; units are in ``frame.attrs["units"]``. pandas is imported here."""
         import pandas
 
         frame = pandas.DataFrame(self._columns)

@@ -86,7 +86,7 @@ class Map {
     if (heatmap::value_count(request_) > kMostValues) {
       throw InputError(
           fmt::format("the map has {:.3g} values", heatmap::value_count(request_)),
-          fmt::format("they stand in memory: at most {:.0g}; take a larger spacing, or `canyon heatmap`",
+          fmt::format("they are kept in memory: at most {:.0g}; take a larger spacing, or `canyon heatmap`",
                       kMostValues));
     }
     sky_ = simulation::build_sky(scenario_.sky, request_.times.front(), request_.times.back(),

@@ -23,7 +23,7 @@ class Live {
     auto config = read_tree<simulation::LiveConfig>(tree_of(settings), "receiver");
     put_models(models, config.receiver);
     const std::optional<geodesy::GpsTime> begin = start.is_none() ? config.start : time_of(start);
-    if (!begin) throw InputError("'start' is missing", "say at which instant the host's time 0 is");
+    if (!begin) throw InputError("'start' is missing", "give the instant of the host's time 0");
     {
       const py::gil_scoped_release release;
       receiver_ = std::make_shared<LiveReceiver>(std::move(config), scene_, *begin);

@@ -186,7 +186,7 @@ py::dict calibrate(const std::vector<const Recorded*>& recordings, double from, 
   calibration::ProfileHead head;
   head.base = "the scenario";
   head.description = "calibrated in Python";
-  head.notes = {"Written by canyon " CANYON_VERSION " (Python); docs/calibration.md says how."};
+  head.notes = {"Written by canyon " CANYON_VERSION " (Python); docs/calibration.md describes it."};
   return py::dict("estimates"_a = from_json(calibration::to_json(result.estimates)),
                   "values"_a = result.values, "notes"_a = result.notes,
                   "profile"_a = calibration::profile_text(receiver, result.estimates, head));

@@ -218,7 +218,7 @@ stream)
   runs 2 "$canyon" simulate small.yaml --out res --stream nmae=pty:; one_line; says err "did you mean 'nmea'"
   runs 2 "$canyon" simulate small.yaml --out res --stream kml=pty:; one_line; says err "whole only at the end of a run"
   sed '$a receivers: [{name: left}, {name: right}]' small.yaml >two.yaml
-  runs 2 "$canyon" simulate two.yaml --out res --stream nmea=pty:; one_line; says err "of which receiver" "left, right"
+  runs 2 "$canyon" simulate two.yaml --out res --stream nmea=pty:; one_line; says err "does not name its receiver" "left, right"
   runs 0 "$canyon" simulate two.yaml --out res --stream right/epochs_csv=file:right.csv
   cmp right.csv res/right/epochs.csv || fail "the stream is not of the receiver it names"
   # A base station's corrections, as RTKLIB's program for streams takes them: whole frames, not a byte changed.
@@ -332,7 +332,7 @@ rtk)
   says out 'fixed     301  100.0' 'first fixed after 0.0 s' 'r.pos written'
   [ "$(grep -vc '^%' r.pos)" -eq 301 ] || fail "r.pos has not 301 solutions"
   runs 0 "$canyon" rtk "$pair/rover.obs" "$pair/base.obs" --nav "$pair/base.nav" --systems GPS --signals L1CA --quiet
-  says err "the base stands where its file's header says"
+  says err "the base is at the place in its file's header"
   says out 'fixed' 'float'
   runs 2 "$canyon" rtk "$pair/rover.obs" "$data/urbannav-tst-20190428/COM3_190428_124409.obs" --nav "$pair/base.nav" --quiet
   says err 'share no time'; one_line
@@ -386,14 +386,14 @@ P
   wait $pid; [ $? -eq 1 ] || fail "a reader that is gone: exit status"
   one_line; says err 'the reader is gone'
   runs 1 "$canyon" iq small.yaml --out "tcp-connect://127.0.0.1:$port" --rate 2.5e6 --quiet; one_line; says err 'cannot be reached'
-  runs 2 "$canyon" iq small.yaml --out "tcp://127.0.0.1:$port" --band L1 --band E1; one_line; says err 'takes one receiver and one band'
+  runs 2 "$canyon" iq small.yaml --out "tcp://127.0.0.1:$port" --band L1 --band E1; one_line; says err 'takes one band'
   runs 0 "$canyon" iq small.yaml --out two.iq --duration 1 --rate 2.5e6 --band L1 --band E1
   [ -s two.L1.iq ] || fail "no two.L1.iq"
   runs 0 "$canyon" iq small.yaml --out r.iq --duration 1 --rate 5e6 --real --if 1.25e6 --format 2bit --agc 0.1
   says err '1575.420 MHz at 1.25 MHz, 5 Msps real 2bit'
   [ "$(stat -c %s r.iq)" -eq 1250000 ] || fail "r.iq has $(stat -c %s r.iq) bytes"
   says r.sigmf-meta '"core:datatype": "ru8"' '"canyon:bits": 2'
-  runs 2 "$canyon" iq small.yaml --out f.iq --real; one_line; says err '--real needs an intermediate frequency' '--if 1000000'
+  runs 2 "$canyon" iq small.yaml --out f.iq --real; one_line; says err 'real samples need an intermediate frequency' '1000000 Hz'
   runs 2 "$canyon" iq small.yaml --out f.iq --real --if 3e6; one_line; says err 'is aliased' '1000000 Hz leaves the widest band'
   runs 2 "$canyon" iq small.yaml --out f.iq --real --if 2e5; one_line; says err 'too narrow for GPS L1CA' 'now 1000000 Hz'
   runs 2 "$canyon" iq small.yaml --out f.iq --format 1bit --agc 1; one_line; says err 'it has no level'
@@ -693,7 +693,7 @@ P
   [ -s rep/report.html ] || fail "no report"
   sed 's/east_m: 0, north_m: 8/east_m: 60, north_m: 68/' tst.yaml >off.yaml
   runs 0 "$canyon" validate off.yaml --obs "$drive/COM3_190428_124409.obs" --align --json figures.json
-  says err "does not tell where the city stands" --reach
+  says err "does not determine the place of the city" --reach
   # Both drives beside each other, where they stand as the scenarios say.
   [ -e "$data/berlin-potsdamer-platz/truth.csv" ] || { echo "without Berlin: it is not in ../shared/data"; exit $failed; }
   for folder in hongkong urbannav-tst-20190428 urbannav-tst-20210517 berlin-potsdamer-platz; do ln -s "$data/$folder" .; done
@@ -757,7 +757,7 @@ skyplot)
   size() { od -An -tu1 -j16 -N8 "$1" | awk '{print ($3 * 256 + $4) "x" ($7 * 256 + $8)}'; }
   [ "$(size sky.png)" = 1980x1672 ] || fail "sky.png is $(size sky.png)"
   python3 -c 'import sys, xml.dom.minidom as m; assert m.parse(sys.argv[1]).documentElement.tagName == "svg"' up.svg || fail "up.svg is not well-formed"
-  runs 0 "$canyon" skyplot small.yaml -o small.png --width 400 --time 2026-03-09T10:00:00Z; says err warning: "stands at its end"
+  runs 0 "$canyon" skyplot small.yaml -o small.png --width 400 --time 2026-03-09T10:00:00Z; says err warning: "is at its end"
   [ "$(size small.png)" = 400x338 ] || fail "small.png is $(size small.png)"
   # Frames: 20 s of drive every 4 s are six; the same bytes on any number of threads.
   runs 0 "$canyon" skyplot small.yaml --frames film --style fisheye --width 300 --every 4 --threads 1; says err "6 frames"
@@ -1238,7 +1238,7 @@ heatmap_resume)
   # Ctrl-C: says what is kept, and how to go on.
   started stopped 5; kill -INT "$program"; wait "$program"; status=$?
   [ "$status" -eq 130 ] || { fail "exit status $status instead of 130"; cat err; }
-  says err interrupted "the same command goes on from there"
+  says err interrupted "the same command continues from there"
   n=$(tiles stopped)
   [ "$(sed -n 's/.*interrupted: \([0-9]*\) of .*/\1/p' err)" -eq "$n" ] || fail "said something else than $n tiles"
   ls -A stopped/tiles | grep part && fail "temporary files left"

@@ -32,7 +32,7 @@ struct EdgeRay {
 /// seen is the caller's business.
 /// @param antenna, start, end any one frame, [m], finite
 /// @param satellite unit, from the antenna
-/// @return empty where the stationary point lies outside start..end, the edge has no length, the antenna lies
+/// @return empty where the stationary point is outside start..end, the edge has no length, the antenna lies
 /// on its line or the satellite in the direction of the edge (within 1e-9)
 inline std::optional<EdgeRay> ray_around_edge(const Eigen::Vector3d& antenna,
                                               const Eigen::Vector3d& satellite, const Eigen::Vector3d& start,

@@ -16,7 +16,7 @@ interface Gltf {
   materials: { name: string }[];
 }
 
-/** Side of a tile [m]: what lies outside the picture is not drawn, tile by tile. */
+/** Side of a tile [m]: what is outside the picture is not drawn, tile by tile. */
 const kTile = 500;
 /** Above so many triangles edges of buildings are left out: they cost as much again. */
 const kMostEdged = 120_000;

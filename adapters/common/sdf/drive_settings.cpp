@@ -113,7 +113,7 @@ std::vector<options::Key> drive_keys() {
   const auto start =
       std::find_if(keys.begin(), keys.end(), [](const options::Key& key) { return key.path == "start"; });
   start->default_value = "the file's first time";
-  start->meaning = "time at simulated time 0; the receiver's `start` should say the same";
+  start->meaning = "time at simulated time 0; the receiver's `start` should be the same";
   return keys;
 }
 

@@ -79,7 +79,7 @@ TEST_F(DriveElementTest, NamesElementAndCure) {
   const std::string place = "<waypoint>0 0 0</waypoint>";
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"", "give a <trajectory> file, or one <waypoint>"},
-      {file + place, "<waypoint>: stands beside 'trajectory'; keep one of trajectory or waypoint"},
+      {file + place, "<waypoint>: conflicts with 'trajectory'; keep one of trajectory or waypoint"},
       {"<trajectory>none.csv</trajectory>", "there is no file 'none.csv'"},
       {"<trajectory>broken.csv</trajectory>", "broken.csv:2"},
       {file + "<format>igc</format>", "<format>"},

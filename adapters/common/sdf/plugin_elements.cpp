@@ -81,10 +81,10 @@ void PluginElements::convert(const sdf::ElementPtr& parent, const std::string& p
     }
     const bool section = !inside.empty() && (has_children || (!leaf && text.empty()));
     if (section && !text.empty()) {
-      throw error(tag, fmt::format("the text '{}' stands beside elements", text), "remove it");
+      throw error(tag, fmt::format("the text '{}' is beside elements", text), "remove it");
     }
     if (!section && !leaf) {
-      throw error(tag, fmt::format("the text '{}' stands where elements belong", text),
+      throw error(tag, fmt::format("the text '{}' is where elements belong", text),
                   fmt::format("put one of these inside: <{}>", fmt::join(inside, ">, <")));
     }
     if (!section && has_children) {
@@ -99,7 +99,7 @@ void PluginElements::convert(const sdf::ElementPtr& parent, const std::string& p
                                       [&](const Node::Entry& entry) { return entry.key == name; });
     if (earlier != to.entries.end()) {
       if (!list) {
-        throw error(tag, "stands twice", section ? "put what is in both into one" : "keep one");
+        throw error(tag, "is given twice", section ? "put what is in both into one" : "keep one");
       }
       earlier->value.items.push_back(scalar(text));
       continue;
@@ -168,7 +168,7 @@ std::optional<std::string> PluginElements::take(const std::string& name) {
 void PluginElements::put(std::string_view path, const std::string& text, const std::string& tag) {
   if (const Node::Entry* there = find(path)) {
     const std::string& other = tags_[static_cast<std::size_t>(there->line) - 1];
-    throw error(tag, fmt::format("stands beside {}, which says the same", other), "keep one");
+    throw error(tag, fmt::format("conflicts with {}", other), "keep one");
   }
   tags_.push_back(tag);
   Node* node = &root_;
@@ -200,7 +200,7 @@ Document PluginElements::document(const std::vector<std::filesystem::path>& fold
     for (const auto& candidate : looked) places += (places.empty() ? "" : ", ") + candidate.string();
     throw place.error(
         fmt::format("there is no file '{}'; looked for {}", name, places.empty() ? "it nowhere" : places),
-        fmt::format("give a path from the folder of the file that the plugin stands in, an absolute one, or "
+        fmt::format("give a path from the folder of the file that contains the plugin, an absolute one, or "
                     "add its folder to {} (package://: ROS_PACKAGE_PATH)",
                     resources.variables));
   };

@@ -20,7 +20,7 @@ class PluginElements {
  public:
   /// `known`: every element by its dotted path ("noise.enabled"); those of several texts or files may be
   /// repeated. Others become warnings, and so do attributes, but a plugin's name and file and those with a
-  /// namespace. Throws InputError for an element that stands twice and may not, is
+  /// namespace. Throws InputError for an element that is given twice and may not, is
   /// empty, or has text where elements belong or the other way round.
   PluginElements(const sdf::ElementPtr& plugin, std::string plugin_name, std::vector<options::Key> known);
 

@@ -149,10 +149,10 @@ void check_sensor(const sdf::ElementPtr& sensor, const std::string& name) {
   if (!sensor->HasElement("canyon")) return;
   const sdf::ElementPtr own = sensor->GetElement("canyon");
   if (own->GetNextElement("canyon")) {
-    throw InputError(name + ": <canyon> stands twice in <sensor>", "put what is in both into one");
+    throw InputError(name + ": <canyon> is given twice in <sensor>", "put what is in both into one");
   }
   if (own->HasElement("serve")) {
-    throw InputError(name + ": <serve> stands in <canyon>", "it belongs into the system's <plugin>");
+    throw InputError(name + ": <serve> is inside <canyon>", "it belongs into the system's <plugin>");
   }
 }
 

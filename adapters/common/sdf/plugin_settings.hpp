@@ -25,8 +25,8 @@ struct PluginPlace {
 /// becomes noise.enabled, frameName frame_id. Warnings name unknown elements, with the closest known one, and
 /// elements of other plugins. Defaults are the paper's where its satAzimuth is given: the profile paper, and
 /// on a ray sensor the physics engine. Throws InputError, whose text names place.name, the element as it was
-/// written ("<noise><enabled>") and the cure, for a wrong value, an element that stands twice, a file that is
-/// not there, and ray_engine physics with the specular model. A null element has nothing but defaults.
+/// written ("<noise><enabled>") and the cure, for a wrong value, an element that is given twice, a file that
+/// is not there, and ray_engine physics with the specular model. A null element has nothing but defaults.
 [[nodiscard]] HostSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginPlace& place);
 
 /// Throws InputError, whose text begins with `name`, for a <sensor> with two <canyon> elements, and for

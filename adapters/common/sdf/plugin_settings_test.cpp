@@ -539,7 +539,7 @@ TEST(HostSettings, WrongValuesNamePluginElementAndCure) {
       {"<satNum>3</satNum><satAzimuth>1 2</satAzimuth><satElevation>1 1</satElevation>", "<satNum>",
        "2 azimuths and 2 elevations for 3", ""},
       {"<sky><nominal>1</nominal></sky><satAzimuth>1</satAzimuth><satElevation>1</satElevation>",
-       "<satAzimuth>", "stands beside 'nominal'", "keep one"},
+       "<satAzimuth>", "conflicts with 'nominal'", "keep one"},
       // Booleans, numbers, choices of the adapter's own.
       {"<noise><enabled>yes</enabled></noise>", "<noise><enabled>", "'yes' is neither true nor false",
        "true"},
@@ -575,17 +575,17 @@ TEST(HostSettings, WrongValuesNamePluginElementAndCure) {
       {"<ros><remapping>fix:=a</remapping><remapping>fix:=b</remapping></ros>", "<ros><remapping>",
        "'fix' has a name already, 'a'", "keep one"},
       // The shape of the element.
-      {"<seed>1</seed><seed>1</seed>", "<seed>", "stands twice", "keep one"},
-      {"<noise><mu_m>1</mu_m></noise><noise><enabled>1</enabled></noise>", "<noise>", "stands twice", ""},
-      {"<start>2019-04-28T12:58:03Z</start><start><week>1</week></start>", "<start>", "stands twice", ""},
+      {"<seed>1</seed><seed>1</seed>", "<seed>", "is given twice", "keep one"},
+      {"<noise><mu_m>1</mu_m></noise><noise><enabled>1</enabled></noise>", "<noise>", "is given twice", ""},
+      {"<start>2019-04-28T12:58:03Z</start><start><week>1</week></start>", "<start>", "is given twice", ""},
       {"<satNum>1</satNum><sky><frozen><satNum>1</satNum></frozen></sky>", "<satNum>",
-       "stands beside <sky><frozen><satNum>", "keep one"},
-      {"<frameName>a</frameName><frame_id>b</frame_id>", "<frameName>", "stands beside <frame_id>", ""},
+       "conflicts with <sky><frozen><satNum>", "keep one"},
+      {"<frameName>a</frameName><frame_id>b</frame_id>", "<frameName>", "conflicts with <frame_id>", ""},
       {"<gpsNoise>1</gpsNoise><noise><enabled>1</enabled></noise>", "<gpsNoise>",
-       "stands beside <noise><enabled>", ""},
+       "conflicts with <noise><enabled>", ""},
       {"<seed/>", "<seed>", "has no value", "between its tags"},
       {"<pose_topic>  </pose_topic>", "<pose_topic>", "has no value", "between its tags"},
-      {"<noise>1</noise>", "<noise>", "the text '1' stands where elements belong", "<enabled>"},
+      {"<noise>1</noise>", "<noise>", "the text '1' is where elements belong", "<enabled>"},
       {"<seed><value>1</value></seed>", "<seed>", "has elements inside", "value alone"},
   };
   for (const Wrong& wrong : cases) {

@@ -87,7 +87,7 @@ Geodetic choose_origin(const MapData& map, const Terrain* terrain, const std::op
         frame.local_from_geodetic(Geodetic::from_degrees(place.y(), place.x(), origin.height_m)).norm();
     if (away > kFarthest_m) {
       throw InputError(
-          fmt::format("{}: a corner of the map lies {:.0f} km from the origin", map.source, away / 1e3),
+          fmt::format("{}: a corner of the map is {:.0f} km from the origin", map.source, away / 1e3),
           "a city reaches at most 200 km: choose a part of the map with --bbox, or another origin");
     }
   }

@@ -131,7 +131,7 @@ void Reader::read_header(const Json& root) {
   }
   const Json& reference = root["metadata"]["referenceSystem"];
   if (!reference.is_string()) {
-    fail("metadata.referenceSystem is missing: nobody knows where the city stands",
+    fail("metadata.referenceSystem is missing: the place of the city is unknown",
          "set it, e.g. with cjio's crs_assign");
   }
   const std::string name = reference_name(reference.text());
@@ -179,8 +179,8 @@ std::vector<Eigen::Vector3d> Reader::ring(const std::string& key, const Json& in
     const auto i = static_cast<std::size_t>(number);
     if (!vertices_[i].allFinite()) {
       fail_object(key, beyond_poles_[i]
-                           ? fmt::format("vertex {} lies beyond the poles; CityJSON has longitude first", i)
-                           : fmt::format("vertex {} lies where its reference system does not reach", i));
+                           ? fmt::format("vertex {} is beyond the poles; CityJSON has longitude first", i)
+                           : fmt::format("vertex {} is outside the area of its reference system", i));
     }
     if (!points.empty() && i == last) continue;
     if (points.empty()) first = i;

@@ -178,7 +178,7 @@ TEST_F(CityJsonTest, GeographicCoordinatesAreLongitudeFirst) {
   }
   EXPECT_TRUE(contains(error_of(cityjson(cityjson_building("house", kHouseSolid), "EPSG/0/4979",
                                          "22.3,114.17,10", "2.0", "1e-8,1e-8,0.001")),
-                       "\"house\": vertex 0 lies beyond the poles; CityJSON has longitude first"));
+                       "\"house\": vertex 0 is beyond the poles; CityJSON has longitude first"));
 }
 
 TEST_F(CityJsonTest, FeetOfAProjectedSystemAreFeetInHeight) {

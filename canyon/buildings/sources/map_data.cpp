@@ -20,7 +20,7 @@ void LonLatBox::validate() const {
   check(east, 180, "east");
   check(north, 90, "north");
   if (west > east) {
-    throw InputError(fmt::format("west bound {} of the box lies east of its east bound {}", west, east),
+    throw InputError(fmt::format("west bound {} of the box is east of its east bound {}", west, east),
                      "a box is west,south,east,north; where it crosses the antimeridian, build its two sides "
                      "apart");
   }

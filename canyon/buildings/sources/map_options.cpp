@@ -21,7 +21,7 @@ void visit(options::Visitor& v, HeightDefaults& o) {
 void TerrainOptions::validate() const {
   options::check(*this, "terrain");
   if (geoid_undulation_m && geoid != GeoidModel::ByFile) {
-    throw InputError("geoid stands beside geoid_undulation_m", "keep one of them");
+    throw InputError("geoid conflicts with geoid_undulation_m", "keep one of them");
   }
 }
 

@@ -307,7 +307,7 @@ class ObjectReader {
     if (!node.location().valid()) {
       throw InputError(
           path, 0,
-          fmt::format("node {} lies beyond the poles or the antimeridian: latitude {:.7f}, "
+          fmt::format("node {} is beyond the poles or the antimeridian: latitude {:.7f}, "
                       "longitude {:.7f} deg",
                       node.id(), node.location().lat_without_check(), node.location().lon_without_check()),
           "latitude must lie within +-90, longitude within +-180");

@@ -433,7 +433,7 @@ TEST_F(OsmReader, RefusesPlacesBeyondThePoles) {
   OsmText text;
   text.node(1, 10, 89.9999).node(2, 10.001, 90.5).node(3, 10, 90.5).way(4, {1, 2, 3, 1}, kBuilding);
   const std::string what = problem(text.write(folder_ / "map.osm"));
-  EXPECT_THAT(what, HasSubstr("map.osm: node 2 lies beyond the poles or the antimeridian: latitude 90.5"));
+  EXPECT_THAT(what, HasSubstr("map.osm: node 2 is beyond the poles or the antimeridian: latitude 90.5"));
   EXPECT_THAT(problem_of_text("<osm version=\"0.6\"><node id=\"1\" lat=\"north\" lon=\"1\"/></osm>"),
               HasSubstr("map.osm"));
 }

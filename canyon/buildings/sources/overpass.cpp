@@ -26,7 +26,7 @@ namespace {
 constexpr std::size_t kMostTiles = 10'000;
 constexpr double kLongestWait_s = 60;
 constexpr double kFirstWait_s = 5;  // doubled with each try, where the server names no time
-constexpr std::string_view kOrFile = "or give a file (an extract as .osm.pbf, say)";
+constexpr std::string_view kOrFile = "or give a file (such as an extract as .osm.pbf)";
 
 std::filesystem::path cache_folder(const OverpassOptions& options) {
   if (!options.cache.empty()) return options.cache;

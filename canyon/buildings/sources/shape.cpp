@@ -68,7 +68,7 @@ class Tags {
       const std::optional<double> length = parse_length_m(value);
       if (length && *length >= lowest && *length <= kHighest_m) return length;
       if (length) {
-        warn(fmt::format("{}={} lies outside [{}, {}] m; left out", key, shown(value), lowest, kHighest_m));
+        warn(fmt::format("{}={} is outside [{}, {}] m; left out", key, shown(value), lowest, kHighest_m));
       } else {
         warn(fmt::format("{}={} is no length; left out", key, shown(value)));
       }

@@ -277,10 +277,10 @@ TEST(ShapeFromTags, LeavesAbsurdValuesOutWithAWarning) {
     const char* warning;
   };
   const std::vector<Case> cases{
-      {{{"building", "yes"}, {"height", "-5"}}, 9, 0, 0, "height='-5' lies outside [0.1, 2000] m"},
-      {{{"building", "yes"}, {"height", "5000"}}, 9, 0, 0, "height='5000' lies outside"},
+      {{{"building", "yes"}, {"height", "-5"}}, 9, 0, 0, "height='-5' is outside [0.1, 2000] m"},
+      {{{"building", "yes"}, {"height", "5000"}}, 9, 0, 0, "height='5000' is outside"},
       {{{"building", "yes"}, {"height", "tall"}}, 9, 0, 0, "height='tall' is no length"},
-      {{{"building", "yes"}, {"height", "0"}}, 9, 0, 0, "height='0' lies outside"},
+      {{{"building", "yes"}, {"height", "0"}}, 9, 0, 0, "height='0' is outside"},
       {{{"building", "yes"}, {"height", "10"}, {"min_height", "12"}},
        10,
        0,

@@ -62,7 +62,7 @@ constexpr std::array kKinds{
         "spoofing", "a transmitter that sends what satellites would: another place or time, or a delay",
         "{from_s: 10, spoofing: {position: {east_m: 100, north_m: 0, up_m: 30}, pull_off: {east_m: 200}}}",
         &SettingsOf<SpoofingOptions, Spoofing>::fresh},
-    FaultKind{"outage", "satellites that send nothing, or say that they are not to be used",
+    FaultKind{"outage", "satellites that send nothing, or are flagged as unusable",
               "{from_s: 10, until_s: 40, outage: {satellites: [G05, Galileo], mode: silent}}",
               &SettingsOf<OutageOptions, Outage>::fresh},
     FaultKind{"ephemeris", "satellites whose messages have the wrong orbit or clock",
@@ -93,7 +93,7 @@ void check_name(const options::Visitor& v, const std::string& name) {
   const bool fits = name.size() <= 60 && std::none_of(name.begin(), name.end(), [](char c) {
                       return c == ';' || static_cast<unsigned char>(c) < 0x20;
                     });
-  if (!fits) throw v.fault("name", "cannot stand in tables", "give at most 60 letters, without ';'");
+  if (!fits) throw v.fault("name", "cannot be used in tables", "give at most 60 letters, without ';'");
 }
 
 void visit_times(options::Visitor& v, Fault& fault) {

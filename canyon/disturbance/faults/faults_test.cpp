@@ -78,14 +78,14 @@ TEST(FaultKinds, EachHasAnExampleThatParsesKeysAndAWayBack) {
 TEST(Faults, TellFileLineAndCure) {
   EXPECT_THAT(fault_of("from_s: 3\nuntil_s: 2\noutage: {}"),
               HasSubstr("command:2: until_s: the end at 2 s is not behind the begin at 3 s"));
-  EXPECT_THAT(fault_of("outage: {}\nclock: {}"), HasSubstr("command:2: clock: stands beside 'outage'"));
+  EXPECT_THAT(fault_of("outage: {}\nclock: {}"), HasSubstr("command:2: clock: conflicts with 'outage'"));
   EXPECT_THAT(fault_of("from_s: 3"), HasSubstr("give the section of its kind"));
   EXPECT_THAT(fault_of("outage:\n  satellites: [G05, X3]"),
               HasSubstr("command:2: satellites: 'X3' is no satellite"));
   EXPECT_THAT(fault_of("outage: {satellites: G40}"), HasSubstr("'G40' is no satellite"));
   EXPECT_THAT(fault_of("time: {}"), HasSubstr("nothing is wrong with the date"));
   EXPECT_THAT(fault_of("outtage: {}"), HasSubstr("did you mean 'outage'?"));
-  EXPECT_THAT(fault_of("{name: 'a;b', outage: {}}"), HasSubstr("cannot stand in tables"));
+  EXPECT_THAT(fault_of("{name: 'a;b', outage: {}}"), HasSubstr("cannot be used in tables"));
   EXPECT_THAT(fault_of("antenna: {period_s: 1, on_s: 2}"), HasSubstr("on_s is longer than period_s"));
   EXPECT_EQ(parse_fault(R"({"from_s": 2, "duration_s": 3, "outage": {"satellites": ["G05"]}})", "json", 0, 1)
                 .until_s,

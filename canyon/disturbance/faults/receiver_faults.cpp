@@ -49,7 +49,7 @@ void DateFault::happen(const propagation::Antenna& /*antenna*/, ReceiverEvents& 
 void AntennaFaultOptions::validate() const {
   options::check(*this, "antenna fault");
   if (elevation_from_rad > elevation_to_rad) {
-    throw InputError("elevation_from_deg lies above elevation_to_deg", "exchange them");
+    throw InputError("elevation_from_deg is above elevation_to_deg", "exchange them");
   }
   if (period_s > 0 && on_s > period_s) {
     throw InputError("on_s is longer than period_s", "give at most the period");

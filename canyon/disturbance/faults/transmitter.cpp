@@ -20,7 +20,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// What stands beside the straight line: `along` it from the transmitter, `over` it to the side of the
+/// What conflicts with the straight line: `along` it from the transmitter, `over` it to the side of the
 /// profile [m].
 struct Station {
   double along = 0, over = 0;

@@ -12,7 +12,7 @@ namespace canyon::drawing {
 /// From where a city is looked at; see CityPictureOptions for the bounds.
 struct ViewDirection {
   double elevation_rad = 0;  ///< of the viewer above the horizon, [0, pi/2]; pi/2 looks straight down
-  double azimuth_rad = 0;    ///< compass direction in which the viewer stands, seen from the city
+  double azimuth_rad = 0;    ///< compass direction in which the viewer is, seen from the city
   double field_rad = 0;      ///< opening angle across `picture`, [0, pi/2]; 0: parallel rays
 };
 

@@ -290,13 +290,13 @@ void visit(options::Visitor& v, CityPictureOptions& o) {
   v.integer({"height_px", "px", "of the picture"}, o.height_px, 240, 16384);
   v.number({"elevation_deg", "deg", "of the viewer above the horizon; 90 is a map"}, o.elevation_deg,
            {0, 90});
-  v.number({"azimuth_deg", "deg", "compass direction in which the viewer stands"}, o.azimuth_deg,
-           {-360, 360});
+  v.number({"azimuth_deg", "deg", "compass direction in which the viewer is"}, o.azimuth_deg, {-360, 360});
   v.number({"field_deg", "deg", "opening angle; 0 draws with parallel rays"}, o.field_deg, {0, 90});
   if (o.focus) {
     v.section("focus", [&] {
-      v.number({"east_m", "m", "middle of the part that fills the frame"}, o.focus->east_m, {-1e6, 1e6});
-      v.number({"north_m", "m", "likewise"}, o.focus->north_m, {-1e6, 1e6});
+      v.number({"east_m", "m", "middle of the part that fills the frame, east"}, o.focus->east_m,
+               {-1e6, 1e6});
+      v.number({"north_m", "m", "middle of that part, north"}, o.focus->north_m, {-1e6, 1e6});
       v.number({"radius_m", "m", "of that part"}, o.focus->radius_m, {1, 1e6});
     });
   }
@@ -304,7 +304,7 @@ void visit(options::Visitor& v, CityPictureOptions& o) {
   v.boolean({"mark_back_faces", "", "surfaces seen from behind in magenta"}, o.mark_back_faces);
   v.text({"title", "", "of the picture", "the city's name"}, o.title);
   v.text({"credit", "", "small, at the lower right: who made the map"}, o.credit);
-  v.number({"sun_azimuth_deg", "deg", "compass direction in which the sun stands", "behind the viewer"},
+  v.number({"sun_azimuth_deg", "deg", "compass direction in which the sun is", "behind the viewer"},
            o.sun_azimuth_deg, {-360, 360});
   v.number({"sun_elevation_deg", "deg", "of the sun"}, o.sun_elevation_deg, {5, 90});
 }

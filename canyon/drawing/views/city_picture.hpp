@@ -22,7 +22,7 @@ struct CityPictureOptions {
   /// Of the viewer above the horizon; [0, 90]. 90 is a map: parallel rays, north up whatever the azimuth,
   /// axes in metres, scale bar and north arrow.
   double elevation_deg = 35;
-  double azimuth_deg = 215;  ///< compass direction in which the viewer stands; [-360, 360]
+  double azimuth_deg = 215;  ///< compass direction in which the viewer is; [-360, 360]
   /// Opening angle across the whole picture, [0, 90]; 0 draws with parallel rays, as maps are whatever this
   /// says.
   double field_deg = 28;

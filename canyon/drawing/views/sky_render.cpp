@@ -82,7 +82,7 @@ class Renderer {
   }
 
  private:
-  /// Pixels on the rim whose middle lies outside look along the horizon.
+  /// Pixels on the rim whose middle is outside look along the horizon.
   [[nodiscard]] geodesy::AzimuthElevation on_disc(double x, double y) const {
     if (const auto direction = lens_.direction({x, y})) return *direction;
     const double dx = lens_.looking_up ? lens_.centre.x - x : x - lens_.centre.x;

@@ -115,7 +115,7 @@ void visit(options::Visitor& v, SkyplotOptions& o) {
   v.choice({"projection", "", "equidistant (even elevations) or stereographic (true shapes)"}, o.projection,
            kProjections);
   v.part("sheet", o.sheet);
-  v.number({"trail_s", "s", "tracks of so many seconds before, as received at this place"}, o.trail_s,
+  v.number({"trail_s", "s", "length of the tracks before this instant, as received at this place"}, o.trail_s,
            {0, kLongestTrail_s});
   v.angle({"elevation_mask_deg", "deg", "drawn only"}, o.elevation_mask_rad, {0, 90, false, true});
   v.text({"receiver", "", "for the title"}, o.receiver);

@@ -214,8 +214,8 @@ TEST_F(SkyplotTest, MarksOfEveryKindOfPath) {
   const Point reflected{410, 456 - 170}, bent{410 + 170, 456}, scattered{410, 456 + 170};
   EXPECT_TRUE(up.has_near(reflected, 1, nlos));
   EXPECT_TRUE(up.has_near(bent, 1, nlos));
-  EXPECT_FALSE(up.has_near(scattered, 1, nlos)) << "pale: mixed with what lies below";
-  // The corner of a square of half the side 4.2 lies outside a diamond of half the diagonal 5.2.
+  EXPECT_FALSE(up.has_near(scattered, 1, nlos)) << "pale: mixed with what is below";
+  // The corner of a square of half the side 4.2 is outside a diamond of half the diagonal 5.2.
   EXPECT_TRUE(Pixels::is(up.at({bent.x - 3, bent.y - 3}), nlos));
   EXPECT_FALSE(Pixels::is(up.at({reflected.x - 3.5, reflected.y - 3.5}), nlos));
   const std::string text = draw_fisheye(drawing, surroundings, svg);

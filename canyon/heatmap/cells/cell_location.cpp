@@ -228,14 +228,14 @@ std::optional<Vector3d> TileSolutions::end_beside_troposphere(const SetSolution&
   if (!without) return std::nullopt;
   const double bend = terms.linear.norm(), height_without_m = height_m(place + *without);
   if (is_within_troposphere(height_without_m, kBesideEdge_m)) {
-    // So every way leads to the place with it. Where that lies beyond, the ninth look takes the nearest
+    // So every way leads to the place with it. Where that is beyond, the ninth look takes the nearest
     // height.
     const bool known = is_within_troposphere(height_m(place + with), 0);
     return known || (bend < kQuick && set.dop.pdop < kWeakest) ? std::optional(with) : std::nullopt;
   }
   const double near_m = kBesideEdge_m + 2 * bend * (*without - with).norm();
   if (!is_beyond_troposphere(height_without_m, near_m)) return std::nullopt;
-  // Where the place with it lies beyond as well, every way leads to the place without, else the first look's.
+  // Where the place with it is beyond as well, every way leads to the place without, else the first look's.
   const bool both = is_beyond_troposphere(height_m(place + with), near_m);
   const bool at_first = is_beyond_troposphere(height_m(first), kFirstLook_m * set.dop.pdop);
   return both || at_first ? without : std::nullopt;

@@ -244,11 +244,11 @@ CellSolver::CellSolver(const receiver::ReceiverOptions& receiver, const DrawOpti
   draws.validate();
   limits.validate();
   if (!fits(receiver)) {
-    throw InputError(fmt::format("receiver '{}' has signals of its own choice, signals of some strength, "
+    throw InputError(fmt::format("receiver '{}' chooses its signals, has signals with a strength, "
                                  "biases, C/N0 weights, RAIM, a position filter, fewer "
                                  "than {} iterations or a convergence above {} m",
                                  receiver.name, kIterations, kConvergence_m),
-                     "change these for a map, or let a receiver of its own observe each cell");
+                     "change these for a map, or run a receiver in each cell");
   }
   if ((receiver.ionosphere || receiver.fix.correct_ionosphere) && klobuchar.empty()) {
     static_cast<void>(positioning::klobuchar_of(klobuchar, gnss::System::GPS));

@@ -165,8 +165,8 @@ void check_box(const EnuBox& box, const city::City& city) {
       geodesy::degrees(city.frame.origin().longitude_rad));
   const double apart = (low - box.max).cwiseMax(box.min - high).maxCoeff();
   if (apart >= 0) {
-    throw InputError(
-        fmt::format("the box lies outside the city '{}', {:.1f} km away", city.name, apart / 1e3), cure);
+    throw InputError(fmt::format("the box is outside the city '{}', {:.1f} km away", city.name, apart / 1e3),
+                     cure);
   }
   const double beyond = (low - box.min).cwiseMax(box.max - high).maxCoeff();
   if (beyond > kFarFromCity_m) {
@@ -179,7 +179,7 @@ void check_altitudes(const Request& request, const city::City& city) {
   for (const double altitude : request.altitudes_m) {
     if (request.altitude_kind == AltitudeKind::AboveTerrain) {
       if (altitude < 0) {
-        throw InputError(fmt::format("{} m lies below the terrain", altitude),
+        throw InputError(fmt::format("{} m is below the terrain", altitude),
                          "give metres above it, or count altitudes from the ellipsoid");
       }
       continue;
@@ -187,7 +187,7 @@ void check_altitudes(const Request& request, const city::City& city) {
     if (city.mesh.triangles.empty()) continue;
     const double lowest = city.frame.origin().height_m + city.bounds().min.z();
     if (altitude < lowest) {
-      throw InputError(fmt::format("{} m lies below the whole city", altitude),
+      throw InputError(fmt::format("{} m is below the whole city", altitude),
                        fmt::format("its lowest point is {:.1f} m above the ellipsoid", lowest));
     }
   }

@@ -23,7 +23,7 @@ struct EnuBox {
 /// Around the whole city, but at most 150 m beyond all that is not terrain, which may reach far. Throws
 /// InputError for a city without triangles.
 [[nodiscard]] EnuBox built_box(const city::City& city);
-/// Throws InputError for a box that is reversed or empty, lies outside the city, or reaches more than 10 km
+/// Throws InputError for a box that is reversed or empty, is outside the city, or reaches more than 10 km
 /// beyond it: rays are exact within that (RayScene). A city without triangles has no outside.
 void check_box(const EnuBox& box, const city::City& city);
 /// Throws InputError where an altitude lies under everything that the city has.

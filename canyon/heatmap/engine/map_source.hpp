@@ -42,7 +42,7 @@ struct MapSource {
 /// PROJ string of the map's plane, x and y as the city's: Transverse Mercator about the city's origin with
 /// projection_scale(), or, for a frame with a heading, the Hotine Oblique Mercator (variant B, EPSG method
 /// 9815) whose grid is turned likewise. Points at the origin's height lie within 9 mm of the city's x and y
-/// up to 10 km from the origin, and 0.6 mm more for each 100 m that the origin lies above the ellipsoid; the
+/// up to 10 km from the origin, and 0.6 mm more for each 100 m that the origin is above the ellipsoid; the
 /// distance grows with its cube. A point dz above or below that plane lies another dz distance / 6371 km off:
 /// its plumb line is not the city's z. |latitude| of the origin below 89.9 deg for frames with a heading.
 [[nodiscard]] std::string projection(const geodesy::LocalFrame& frame);

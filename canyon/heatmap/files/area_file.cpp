@@ -155,7 +155,7 @@ void Reader::append_line(Ring& ring, const Eigen::Vector2d& from, const Eigen::V
     const Eigen::Vector3d place =
         frame_.local_from_geodetic(geodesy::Geodetic::from_degrees(end.y(), end.x(), 0));
     if (place.norm() > kFarthestMetres) {
-      fail(fmt::format("[{}, {}] lies {:.0f} km from the city", end.x(), end.y(), place.norm() / 1000),
+      fail(fmt::format("[{}, {}] is {:.0f} km from the city", end.x(), end.y(), place.norm() / 1000),
            "give an area about the city, positions as [longitude, latitude]");
     }
   }
@@ -225,7 +225,7 @@ void Reader::check_near(const Area& area) const {
     for (const Eigen::Vector2d& point : ring) nearest = std::min(nearest, point.norm());
   }
   if (nearest > kNearMetres && !area.contains(Eigen::Vector2d::Zero())) {
-    fail(fmt::format("the area lies {:.0f} km from the city", nearest / 1000),
+    fail(fmt::format("the area is {:.0f} km from the city", nearest / 1000),
          "give an area about the city, positions as [longitude, latitude]");
   }
 }

@@ -121,7 +121,7 @@ TEST(ReadArea, RefusesWithFileAndCure) {
   EXPECT_THAT(problem(polygon("[[13.4, 52.5], [13.5, 52.5], [13.5, 52.6], [13.4, 52.5]]")),
               HasSubstr("km from the city"));
   EXPECT_THAT(problem(polygon("[[117.4, 22.5], [117.5, 22.5], [117.5, 22.6], [117.4, 22.5]]")),
-              HasSubstr("the area lies 333 km from the city"));
+              HasSubstr("the area is 333 km from the city"));
   EXPECT_THAT(problem(R"({"type": "FeatureCollection", "crs": {"type": "name", "properties": {"name":
                       "urn:ogc:def:crs:EPSG::2326"}}, "features": []})"),
               HasSubstr("its coordinates are not WGS 84"));

@@ -45,7 +45,7 @@ class Failures {
     const fs::space_info space = fs::space(path.parent_path().empty() ? "." : path.parent_path(), unknown);
     const bool full = !unknown && space.available < (1U << 20);
     throw OutputError(
-        path, 0, "cannot be written: " + (first_.empty() ? "GDAL does not say why" : first_),
+        path, 0, "cannot be written: " + (first_.empty() ? "GDAL gives no reason" : first_),
         full ? "free disk space and run again" : "see that the disk has room and can be written to");
   }
 

@@ -269,9 +269,9 @@ void MapPictureOptions::validate() const {
 }
 
 void visit(options::Visitor& v, MapPictureOptions& o) {
-  v.number({"pixels_per_unit", "px", "of the stills, whose text is 11 units high"}, o.pixels_per_unit,
+  v.number({"pixels_per_unit", "px", "scale of the pictures, whose text is 11 units high"}, o.pixels_per_unit,
            {1, 8});
-  v.number({"animation_pixels_per_unit", "px", "likewise, of animations"}, o.animation_pixels_per_unit,
+  v.number({"animation_pixels_per_unit", "px", "scale of the animations"}, o.animation_pixels_per_unit,
            {0.5, 8});
   v.number({"frame_s", "s", "how long an animation shows each time"}, o.frame_s, {0.001, 65});
   v.integer({"kept_bytes", "bytes", "of values that stay in memory"}, o.kept_bytes);

@@ -53,7 +53,7 @@ struct EdgePoint {
 /// leg's direction, which loses no digits near the shadow boundary: within 1e-12 of the leg + 4e-16 of the
 /// coordinates.
 ///
-/// Empty where the point lies beyond the edge's ends (1 nm of slack), where antenna or satellite lie behind
+/// Empty where the point is beyond the edge's ends (1 nm of slack), where antenna or satellite lie behind
 /// both faces, where the satellite stands within 1e-6 rad of the edge's own direction, or the antenna within
 /// 1 um of its line. Other things in the way are not looked at.
 [[nodiscard]] std::optional<EdgePoint> diffraction_point(const Edge& edge, const Eigen::Vector3d& antenna,

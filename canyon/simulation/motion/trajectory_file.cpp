@@ -64,7 +64,7 @@ Geodetic to_place(const TextFile& file, std::string_view latitude, std::string_v
   const std::optional<double> second = parse_double(longitude);
   if (first && second && std::abs(*first) > 90 && std::abs(*first) <= 180 && std::abs(*second) <= 90) {
     throw file.error(fmt::format("the latitude {} deg is out of range", trim(latitude)),
-                     "latitude and longitude look swapped: latitude stands first, or name the columns in a "
+                     "latitude and longitude look swapped: latitude is first, or name the columns in a "
                      "header");
   }
   const double latitude_deg = to_angle_deg(file, latitude, "latitude", 90);
@@ -87,7 +87,7 @@ void append(const TextFile& file, Samples& samples, GpsTime time, const Geodetic
   if (!samples.empty() && time <= samples.back().first) {
     const bool same = time == samples.back().first;
     throw file.error(same ? fmt::format("the time {} comes twice", format_gpst(time, 3))
-                          : fmt::format("the time {} lies before the line above ({})", format_gpst(time, 3),
+                          : fmt::format("the time {} is before the line above ({})", format_gpst(time, 3),
                                         format_gpst(samples.back().first, 3)),
                      same ? "keep one line for each time" : "sort the lines by time");
   }
@@ -414,7 +414,7 @@ NmeaFixes read_nmea(TextFile& file, GpsTime start) {
       continue;
     }
     if (!anchor && start == GpsTime{}) {
-      throw file.error("no RMC or ZDA sentence says the date, and the scenario has no start",
+      throw file.error("no RMC or ZDA sentence has the date, and the scenario has no start",
                        "add 'start: 2026-01-01T12:00:00Z' to the scenario");
     }
     const std::int64_t time_of_day = nmea_time_of_day(file, fields[1]);

@@ -88,7 +88,7 @@ TEST(TrajectoryCsv, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(fault("0,22.3,11410.2,1\n", "csv"), HasSubstr("ddmm.mm"));
   EXPECT_THAT(fault("0,22.3,114.17\n", "csv"), HasSubstr("3 columns where 4 are needed"));
   EXPECT_THAT(fault("0,22.3,114.17,1\n2,22.3,114.17,1\n1,22.3,114.17,1\n", "csv"),
-              HasSubstr("track.txt:3: the time 2019-04-28T12:58:22.000 GPST lies before the line above"));
+              HasSubstr("track.txt:3: the time 2019-04-28T12:58:22.000 GPST is before the line above"));
   EXPECT_THAT(fault("0,22.3,114.17,1\n0,22.3,114.17,1\n", "csv"),
               HasSubstr("track.txt:2: the time 2019-04-28T12:58:21.000 GPST comes twice"));
   EXPECT_THAT(fault("0,22.3,114.17,1\n2019-04-28T12:58:05Z,22.3,114.17,1\n", "csv"),

@@ -199,7 +199,7 @@ std::string alignment_section(const ReportInput& input) {
                     "The city was moved by {} and {} and turned by {}\u00B0 as given; nothing was estimated.",
                     towards(r.east_m, "east", "west"), towards(r.north_m, "north", "south"),
                     number(geodesy::degrees(r.heading_rad), 2))
-              : "The city stands where the scenario puts it; no alignment was estimated.");
+              : "The city is where the scenario puts it; no alignment was estimated.");
     html += paragraph(
         fmt::format("The figures are of epochs {}.", time_range(comparison, input.first, input.count)));
     return html;
@@ -226,7 +226,7 @@ std::string alignment_section(const ReportInput& input) {
       fmt::format("Mean of both AUC on the alignment's part: {} as aligned, {} as the scenario has it.",
                   number(a.score, 3), number(a.score_before, 3)));
   if (a.at_border) {
-    html += paragraph("Caution: the best place lies at the border of the search; search farther.");
+    html += paragraph("Caution: the best place is at the border of the search; search farther.");
   }
   const bool overlap = a.first < input.first + input.count && input.first < a.first + a.count;
   if (overlap)
@@ -466,7 +466,7 @@ std::string overview_html(const std::string& title, const std::vector<RecordingR
          fmt::format("<h1>{}: recorded and simulated receivers</h1>\n", xml_escaped(title)) +
          paragraph(
              "In square brackets: 95 % intervals from blocks of time drawn anew. Each recording's own "
-             "report stands behind its name.") +
+             "report follows its name.") +
          table(head, cells) + notes(all) + kPageEnd;
 }
 
