@@ -432,6 +432,14 @@ TEST(UnsentEphemeris, IsSentWithTheFrames) {
   EXPECT_NEAR(complete_after_s("C20", 14), 18, 0.1);
   EXPECT_NEAR(complete_after_s("C20", 14, "B1C"), 18, 0.1);
   EXPECT_NEAR(complete_after_s("C20", 15, "B1C"), 35, 0.1);
+  EXPECT_NEAR(complete_after_s("G05", 0, "L2C"), 36, 0.1);
+  EXPECT_NEAR(complete_after_s("G05", 1, "L2C"), 59, 0.1) << "type 10 of the next turn of 48 s";
+  EXPECT_NEAR(complete_after_s("G05", 0, "L5"), 18, 0.1);
+  EXPECT_NEAR(complete_after_s("E05", 0, "E5a"), 40, 0.1);
+  EXPECT_NEAR(complete_after_s("E05", 0, "E5b"), 24, 0.1);
+  EXPECT_NEAR(complete_after_s("C20", 14, "B2a"), 9, 0.1);
+  EXPECT_NEAR(complete_after_s("C20", 14, "B2b"), 2, 0.1);
+  EXPECT_NEAR(complete_after_s("C20", 15, "B2b"), 2, 0.1) << "type 30, then type 10";
   EXPECT_NEAR(complete_after_s("C03", 14), 27.6, 0.1) << "ten pages";
   EXPECT_NEAR(complete_after_s("R05", 18), 8, 0.1);
   EXPECT_NEAR(complete_after_s("R05", 19), 31, 0.1);

@@ -1,7 +1,10 @@
 #include "canyon/broadcast/schedule.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
+#include <string_view>
 
 #include "canyon/broadcast/messages.hpp"
 #include "canyon/geodesy/time_scales.hpp"
@@ -18,7 +21,7 @@ constexpr std::int64_t kSecond = GpsTime::kNanosecondsPerSecond;
 /// Message k fills [offset + k period, offset + k period + duration) [ns of GPST].
 struct Pace {
   std::int64_t offset, period, duration;
-  std::int64_t of_frame;  ///< messages in 30 s
+  std::int64_t of_frame;  ///< messages until they repeat
 };
 
 Pace pace_of(gnss::SatelliteId id, GpsTime t) {
@@ -105,12 +108,29 @@ SystemMessage system_message(const gnss::NavigationData& navigation, System syst
 }
 
 std::uint32_t unsent_ephemeris(gnss::SatelliteId id, const gnss::Signal& signal, GpsTime from, GpsTime to) {
+  /// Messages of signals that have others than the one of their system near L1, as symbols.cpp sends them.
+  struct Other {
+    std::string_view signal;
+    std::int64_t offset_s, period_s, of_frame;
+    std::uint32_t needed;
+  };
+  constexpr std::int64_t kBdt_s = geodesy::kBdtSecondsOffset;
+  static constexpr Other kOthers[]{{"L1C", 0, 18, 1, 1},
+                                   {"L2C", 0, 12, 4, 0b111},
+                                   {"L5", 0, 6, 4, 0b111},
+                                   {"E5a", 0, 10, 5, 0b1111},
+                                   {"E5b", 0, 2, 15, 0b1100'0000'0111},
+                                   {"B1C", kBdt_s, 18, 1, 1},
+                                   {"B2a", kBdt_s, 3, 4, 0b111},
+                                   {"B2b", kBdt_s, 1, 2, 0b11}};
   Pace pace = pace_of(id, to);
   std::uint32_t needed = 0b111;
-  if (signal.name == "B1C" || signal.name == "L1C") {
-    pace.period = pace.duration = 18 * kSecond;
-    pace.of_frame = 1;
-    needed = 1;
+  const auto* other = std::find_if(std::begin(kOthers), std::end(kOthers),
+                                   [&](const Other& o) { return o.signal == signal.name; });
+  if (other != std::end(kOthers)) {
+    const std::int64_t period = other->period_s * kSecond;
+    pace = {other->offset_s * kSecond, period, period, other->of_frame};
+    needed = other->needed;
   } else if (id.system == System::Galileo) {
     needed = 0b1'1100'0000'0011;
   } else if (id.system == System::GLONASS) {

@@ -59,6 +59,7 @@ class Schedule {
 /// to], by their places in the frame, one bit each; 0: all are sent. LNAV: subframes 1 to 3. D1: likewise;
 /// D2: ten pages. I/NAV: words 1 to 5. GLONASS: strings 1 to 4, the immediate data. SBAS: message 9, once in
 /// 120 s (RTCA DO-229, A.4.4). L1C and B1C: a frame of 18 s (IS-GPS-800 3.5.2, BDS-SIS-ICD-B1C-1.0 6.2.1).
+/// L2C, L5 and B2a: types 10, 11 and 30; B2b: types 10 and 30; E5a: pages 1 to 4; E5b: words 1 to 5.
 /// @param signal whose messages are read
 [[nodiscard]] std::uint32_t unsent_ephemeris(gnss::SatelliteId id, const gnss::Signal& signal,
                                              geodesy::GpsTime from, geodesy::GpsTime to);
