@@ -9,20 +9,6 @@ namespace {
 
 using geodesy::GpsTime;
 
-/// Parity of 22 bits, whose odd and even ones are coded by themselves and come interleaved.
-std::uint32_t interleaved_parity(std::uint32_t information) {
-  std::uint32_t first = 0, second = 0;
-  for (int i = 21; i >= 1; i -= 2) {
-    first = first << 1 | (information >> i & 1);
-    second = second << 1 | (information >> (i - 1) & 1);
-  }
-  first = bch_15_11(first);
-  second = bch_15_11(second);
-  std::uint32_t parity = 0;
-  for (int i = 3; i >= 0; --i) parity = parity << 2 | (first >> i & 1) << 1 | (second >> i & 1);
-  return parity;
-}
-
 /// Ten words: preamble, subframe, second of the week, then what is left empty behind `content`.
 std::vector<std::uint32_t> coded(const Bits& content, int subframe, GpsTime start) {
   const auto second =
@@ -37,7 +23,7 @@ std::vector<std::uint32_t> coded(const Bits& content, int subframe, GpsTime star
   words.push_back(head << 4 | bch_15_11(head & 0x7FF));  // its first 15 bits are not coded
   for (std::size_t i = 0; i < 9; ++i) {
     const auto information = static_cast<std::uint32_t>(bits.number(26 + 22 * i, 22));
-    words.push_back(information << 8 | interleaved_parity(information));
+    words.push_back(information << 8 | bch_15_11(information >> 11) << 4 | bch_15_11(information & 0x7FF));
   }
   return words;
 }

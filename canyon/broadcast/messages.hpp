@@ -83,7 +83,9 @@ struct CnavDelays {
 [[nodiscard]] inline int bdt_week(geodesy::GpsTime t) {
   return bdt(t).week() - geodesy::kBdtWeekOffset;
 }
-/// Subframe 1, 2 or 3 of BeiDou D1 (BDS-SIS-ICD-B1I-3.0, 5.2.4): ten words of 30 bits with BCH(15,11,1).
+/// Subframe 1, 2 or 3 of BeiDou D1 (BDS-SIS-ICD-B1I-3.0, 5.2.4): ten words of 30 bits with BCH(15,11,1), as
+/// receivers pass them on: 22 bits, the parity of the first 11 and that of the other 11; of the first word 26
+/// bits and the parity of the last 11.
 /// @param start of the subframe, a multiple of 6 s of the BDT week
 [[nodiscard]] std::vector<std::uint32_t> d1_subframe(const gnss::KeplerEphemeris& ephemeris,
                                                      const SystemMessage& message, int subframe,

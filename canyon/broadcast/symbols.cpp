@@ -298,11 +298,15 @@ std::optional<SymbolFrame> bcnav3_frame(const gnss::NavigationData& navigation, 
   return SymbolFrame{place.start, 0.001, symbols_of(bits)};
 }
 
-/// Words of 30 bits, as BeiDou sends them.
-std::vector<std::int8_t> plain_symbols(const std::vector<std::uint32_t>& words) {
+/// Words of 30 bits, as BeiDou sends them: the bits of a word's two code words in turn, of the first word as
+/// they stand (BDS-SIS-ICD-B1I-3.0, 5.1.3).
+std::vector<std::int8_t> beidou_symbols(const std::vector<std::uint32_t>& words) {
   std::vector<std::int8_t> symbols;
-  for (const std::uint32_t word : words) {
-    for (int bit = 29; bit >= 0; --bit) symbols.push_back(symbol_of(word >> bit & 1U));
+  const auto put = [&](std::uint32_t word, int bit) { symbols.push_back(symbol_of(word >> bit & 1U)); };
+  for (int bit = 29; bit >= 0; --bit) put(words.front(), bit);
+  for (std::size_t i = 1; i < words.size(); ++i) {
+    for (int bit = 0; bit < 11; ++bit) put(words[i], 29 - bit), put(words[i], 18 - bit);
+    for (int bit = 0; bit < 4; ++bit) put(words[i], 7 - bit), put(words[i], 3 - bit);
   }
   return symbols;
 }
@@ -418,12 +422,12 @@ std::optional<SymbolFrame> symbol_frame(const gnss::NavigationData& navigation, 
     }
     case Message::D1:
       frame.symbol_s = 0.02;
-      frame.symbols = plain_symbols(known ? found->words : spare_beidou_subframe(place, frame.start));
+      frame.symbols = beidou_symbols(known ? found->words : spare_beidou_subframe(place, frame.start));
       break;
     case Message::D2: {
       // Ten words of a page, of which Schedule has as many as receivers pass on.
       frame.symbol_s = 0.002;
-      frame.symbols = plain_symbols(known ? found->words : spare_beidou_subframe(number + 1, message_start));
+      frame.symbols = beidou_symbols(known ? found->words : spare_beidou_subframe(number + 1, message_start));
       break;
     }
     case Message::Glonass:

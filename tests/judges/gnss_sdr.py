@@ -23,7 +23,7 @@ import typing
 
 # Of each signal: band and rate of its file, what GNSS-SDR calls it, RINEX band, system, its C/N0 against Canyon's:
 # E1 is tracked by its pilot alone, half of the power, and by a BOC(1,1) replica, 10/11 of a CBOC's power; L2C by the code
-# CM, which is half of it, while the replica stands in CL's time too.
+# CM, which is half of it, while the replica stands in CL's time too. Of B1I it has the codes of the first 33 satellites.
 SIGNALS = {
     'L1CA': dict(band='L1', rate=4e6, name='1C', rinex='1', system='G', loss_db=0,
                  acquisition='GPS_L1_CA_PCPS_Acquisition', tracking='GPS_L1_CA_DLL_PLL_Tracking',
@@ -48,7 +48,7 @@ SIGNALS = {
                 decoder='GPS_L2C_Telemetry_Decoder',
                 more='Tracking_2S.pll_bw_hz=3\nTracking_2S.dll_bw_hz=0.4\nTracking_2S.dump=true\n'
                      'Tracking_2S.dump_mat=false\nTracking_2S.dump_filename=./channel\n'),
-    'B1I': dict(band='B1I', rate=5e6, name='B1', rinex='2', system='C', loss_db=0,
+    'B1I': dict(band='B1I', rate=5e6, name='B1', rinex='2', theirs='1', last=33, system='C', loss_db=0,
                 acquisition='BEIDOU_B1I_PCPS_Acquisition', tracking='BEIDOU_B1I_DLL_PLL_Tracking',
                 decoder='BEIDOU_B1I_Telemetry_Decoder', more=''),
     'B3I': dict(band='B3I', rate=25e6, name='B3', rinex='6', system='C', loss_db=0,
@@ -62,7 +62,8 @@ SYSTEMS = {'G': 'GPS', 'E': 'Galileo', 'C': 'BeiDou', 'R': 'GLONASS'}
 METRES = 5.0          # of a position, median
 MASK_DEG = 15.0
 LIGHT = 299792458.0
-LEAP_S = 18              # GPS time less UTC
+# GPS time less that of a RINEX file: of GLONASS it is UTC. GNSS-SDR writes GPS time under the label BDT, too.
+LATER_S = {'GLO': 18}
 LARGEST_M = 900.0     # of a code on a signal, not on noise
 PULL_IN_S = 1.0       # of GNSS-SDR's loops behind an acquisition
 LATITUDE, LONGITUDE, HEIGHT = 48.1, 11.5, 502.0
@@ -146,8 +147,8 @@ def observations(path):
             if label == 'SYS / # / OBS TYPES':
                 system = line[0] if line[0] != ' ' else system
                 codes.setdefault(system, []).extend(line[7:60].split())
-            if label == 'TIME OF FIRST OBS' and 'GLO' in line[:60]:
-                later_s = LEAP_S    # GLONASS time in RINEX is UTC
+            if label == 'TIME OF FIRST OBS':
+                later_s = LATER_S.get(line[48:51], 0)
             if label == 'END OF HEADER':
                 break
         for line in file:
@@ -184,7 +185,7 @@ def compare(signal, ours, theirs, elevations):
         for n in names:
             if n not in theirs[time] or n not in mine:
                 continue
-            pair = {k: (value(theirs[time][n], k, s['rinex']), value(mine[n], k, s['rinex'])) for k in 'CLSD'}
+            pair = {k: (value(theirs[time][n], k, s.get('theirs', s['rinex'])), value(mine[n], k, s['rinex'])) for k in 'CLSD'}
             if None not in pair['C']:
                 both[n] = pair
         if len(both) < 3:
@@ -210,7 +211,7 @@ def compare(signal, ours, theirs, elevations):
     failures = []
     missing = [f'{signal}: {n} at {elevation:.0f} deg has {len(code.get(n, []))} observations'
                for n, elevation in sorted(elevations.items())
-               if n[0] == s['system'] and elevation > MASK_DEG and len(code.get(n, [])) < 5]
+               if n[0] == s['system'] and int(n[1:]) <= s.get('last', 99) and elevation > MASK_DEG and len(code.get(n, [])) < 5]
     if len(missing) > 1:
         failures += missing
     elif missing:

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "canyon/base/text_file.hpp"
+#include "canyon/broadcast/messages.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/output/ubx/frame.hpp"
 #include "tests/support/shared_data.hpp"
@@ -92,6 +93,27 @@ TEST(SignalNumber, IsThatOfARealReceiver) {
     ++known;
   }
   EXPECT_EQ(known, 8);  // L1CA, L2C, L5, E1, E5a, B1C, B2a, B3I
+}
+
+// A real receiver's RXM-SFRBX of BeiDou's D1: the words that Canyon sends must be coded as these are.
+TEST(BeiDouWords, OfARealReceiverHaveTheParityOfTheirHalves) {
+  CANYON_SHARED_DATA(path, "ubx-longmont-20250828/gnss_1730.ubx");
+  const TextFile file(path);
+  const std::string_view bytes = file.text();
+  constexpr std::string_view kSfrbx("\xb5\x62\x02\x13", 4);
+  int words = 0;
+  for (std::size_t at = bytes.find(kSfrbx); at != bytes.npos; at = bytes.find(kSfrbx, at + 1)) {
+    if (at + 14 + 40 > bytes.size()) break;
+    const bool is_d1 = number_at(bytes, at + 6, 1) == 3 && number_at(bytes, at + 8, 1) == 4;
+    if (!is_d1 || number_at(bytes, at + 10, 1) != 10) continue;
+    for (std::size_t i = 1; i < 10; ++i) {
+      const auto word = static_cast<std::uint32_t>(number_at(bytes, at + 14 + 4 * i, 4)) & 0x3FFFFFFFU;
+      ASSERT_EQ(word >> 4 & 15, broadcast::bch_15_11(word >> 19));
+      ASSERT_EQ(word & 15, broadcast::bch_15_11(word >> 8 & 0x7FF));
+      ++words;
+    }
+  }
+  EXPECT_EQ(words, 1377);
 }
 
 }  // namespace
