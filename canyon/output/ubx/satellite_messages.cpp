@@ -187,6 +187,14 @@ std::string subframe_payload(const broadcast::SentMessage& message, Generation g
         static_cast<std::uint32_t>(((moscow.hour * 60 + moscow.minute) * 60 + moscow.second) / 30);
     words.push_back((frame / 5 + 1) << 16 | (frame % 5 + 1));
   }
+  // LNAV as u-blox passes it on: parity as if the bit before the word were 0, and in the highest bit of the
+  // word the bit before that one then.
+  if (message.id.system == gnss::System::GPS || message.id.system == gnss::System::QZSS) {
+    for (std::size_t i = words.size() - 1; i > 0; --i) {
+      const std::uint32_t d29 = words[i - 1] >> 1 & 1, d30 = words[i - 1] & 1;
+      words[i] = (words[i] ^ (d30 != 0 ? 63U : 0U)) | (d29 ^ d30) << 31;
+    }
+  }
   // Pages of E1-B come with a ninth word, which u-blox does not document; readers recognise E5b's by it.
   if (message.id.system == gnss::System::Galileo) words.push_back(0);
   Payload p;

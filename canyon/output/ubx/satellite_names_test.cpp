@@ -13,6 +13,7 @@
 #include "canyon/broadcast/messages.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/output/ubx/frame.hpp"
+#include "canyon/output/ubx/messages.hpp"
 #include "tests/support/shared_data.hpp"
 
 namespace canyon::output::ubx {
@@ -93,6 +94,40 @@ TEST(SignalNumber, IsThatOfARealReceiver) {
     ++known;
   }
   EXPECT_EQ(known, 8);  // L1CA, L2C, L5, E1, E5a, B1C, B2a, B3I
+}
+
+/// Words of LNAV in RXM-SFRBX whose parity is that of u-blox; fails where one is not.
+int lnav_words(std::string_view bytes) {
+  constexpr std::string_view kSfrbx("\xb5\x62\x02\x13", 4);
+  int words = 0;
+  for (std::size_t at = bytes.find(kSfrbx); at != bytes.npos; at = bytes.find(kSfrbx, at + 1)) {
+    if (at + 14 + 40 > bytes.size()) break;
+    const bool is_lnav = number_at(bytes, at + 6, 1) == 0 && number_at(bytes, at + 8, 1) == 0;
+    if (!is_lnav || number_at(bytes, at + 10, 1) != 10) continue;
+    for (std::size_t i = 1; i < 10; ++i) {
+      const auto word = static_cast<std::uint32_t>(number_at(bytes, at + 14 + 4 * i, 4));
+      EXPECT_EQ(word & 63, broadcast::lnav_parity(word >> 6 & 0xFFFFFF, word >> 31 != 0, false));
+      EXPECT_EQ(word >> 30 & 1, 0U);
+      ++words;
+    }
+  }
+  return words;
+}
+
+TEST(LnavWords, HaveTheParityOfARealReceivers) {
+  gnss::KeplerEphemeris ephemeris;
+  ephemeris.id = {gnss::System::GPS, 5};
+  ephemeris.sqrt_a = 5153.7;
+  ephemeris.eccentricity = 0.0123;
+  ephemeris.mean_anomaly = 1.234;
+  std::string bytes;
+  for (int subframe = 1; subframe <= 3; ++subframe) {
+    const broadcast::SentMessage message{ephemeris.id, {}, broadcast::lnav_subframe(ephemeris, subframe, {})};
+    bytes += frame(MessageId{0x0213}, subframe_payload(message, Generation::F9, {}));
+  }
+  EXPECT_EQ(lnav_words(bytes), 27);
+  CANYON_SHARED_DATA(path, "ubx-longmont-20250828/gnss_1730.ubx");
+  EXPECT_EQ(lnav_words(TextFile(path).text()), 720);
 }
 
 // A real receiver's RXM-SFRBX of BeiDou's D1: the words that Canyon sends must be coded as these are.
