@@ -53,7 +53,7 @@ std::vector<std::size_t> chosen_receivers(const IqArguments& arguments,
 
 /// "drive.iq" of a receiver where there are several: "drive.car.iq".
 std::filesystem::path path_of(const IqArguments& arguments, const std::string& receiver) {
-  const std::filesystem::path out = arguments.out;
+  std::filesystem::path out = arguments.out;
   if (arguments.receivers.size() <= 1) return out;
   if (out == "-" || transport::is_byte_sink(arguments.out)) {
     throw InputError(fmt::format("--out {} takes one receiver", arguments.out),

@@ -57,6 +57,7 @@ TEST(ByteSink, ASubscriberGetsEveryMessage) {
   auto reader = std::async(std::launch::async, [port] {
     Subscriber subscriber(port);
     std::vector<std::string> messages;
+    messages.reserve(2000);
     for (int i = 0; i < 2000; ++i) {
       messages.push_back(subscriber.message());
     }
