@@ -6,6 +6,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/live/session_impl.hpp"
 #include "canyon/output/epoch_values.hpp"
+#include "canyon/output/nmea.hpp"
 
 namespace canyon::live {
 namespace {
@@ -221,7 +222,7 @@ void Session::Impl::compute_and_write() {
     for (; begin < end; ++begin) {
       simulation::Epoch& epoch = due[begin].step->epoch;
       epoch.receiver = due[begin].receiver;
-      corrections->send(epoch, receivers[epoch.receiver].environment());
+      corrections->send(epoch);
     }
   }
   for (Due& epoch : due) {
@@ -238,6 +239,7 @@ void Session::Impl::compute_and_write() {
     }
     if (!epoch.antenna) ++figures.no_truth;
     for (const auto& stream : streams) stream->write(out);
+    report_place(out);
     for (simulation::EpochSink* sink : *sinks) sink->write(out);
     if (commands) commands->keep(out);
     if (epoch.pose_came) {
@@ -248,6 +250,15 @@ void Session::Impl::compute_and_write() {
     }
   }
   due.clear();
+}
+
+void Session::Impl::report_place(const simulation::Epoch& epoch) {
+  constexpr double kReportEvery_s = 10;
+  const auto& input = inputs[epoch.receiver];
+  if (!input || !input->caster || !epoch.observed.fix.solved()) return;
+  if (input->reported && epoch.observed.time - *input->reported < kReportEvery_s) return;
+  input->reported = epoch.observed.time;
+  input->caster->transport().send(output::nmea_gga(epoch));
 }
 
 void Session::Impl::serve() {

@@ -80,6 +80,8 @@ struct CorrectionInput {
       : link(options.corrections, seed, options.name) {}
   rtcm::CorrectionsDecoder decoder;
   relative::CorrectionLink link;
+  std::shared_ptr<transport::Link> caster;  ///< that the receiver reports its place to; null: none
+  std::optional<GpsTime> reported;
 };
 
 struct Session::Impl {
@@ -136,6 +138,8 @@ struct Session::Impl {
   /// The epochs up to an instant of the base whose corrections a receiver takes, and of that base's own.
   void gather_base_of(std::size_t receiver, std::int64_t until_ns);
   void compute_and_write();
+  /// Sends a GGA sentence to the NTRIP caster whose corrections the receiver takes.
+  void report_place(const simulation::Epoch& epoch);
   void serve();
   void once_a_second();
   void wait() const;

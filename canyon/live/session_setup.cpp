@@ -98,6 +98,7 @@ void Session::Impl::make_inputs() {
     const std::string& address = receiver_options.corrections.from;
     if (!relative::is_stream(address)) continue;
     inputs[r] = std::make_unique<CorrectionInput>(receiver_options, scenario.seed);
+    if (address.starts_with("ntrip://")) inputs[r]->caster = link_of(address);
     (void)link_of(address)->listen([this, r](const transport::Received& received) {
       const GpsTime now = start + seconds(now_ns());
       for (auto& epoch : inputs[r]->decoder.feed(received.bytes, now)) {

@@ -484,6 +484,24 @@ TEST(Session, ARoverReadsAStreamOfRtcm) {
   EXPECT_GE(fixed_epochs(kept), 10);
 }
 
+// The base is 30 km away. The caster computes a station at the place of the rover's GGA sentence.
+TEST(Session, ACasterServesAVirtualStationAtTheRoversPlace) {
+  const int port = canyon::test::free_port(), vrs_port = canyon::test::free_port();
+  const std::string caster = "127.0.0.1:" + std::to_string(vrs_port) + "/VRS";
+  Scenario s = rtk_field(
+      port, ", corrections: {from: 'ntrip://" + caster + "'}",
+      ", {receiver: base, format: rtcm, to: 'ntrip-caster://" + caster + "', virtual_station: true}");
+  s.receivers[1].fixed->local_m->x() = 30e3;
+  Kept kept;
+  (void)run(s, kept);
+  EXPECT_GE(fixed_epochs(kept), 10);
+  for (const Epoch& epoch : kept.epochs) {
+    if (!epoch.observed.fix.baseline) continue;
+    EXPECT_LT(epoch.observed.fix.baseline->length_m(), 220);
+    EXPECT_LT(epoch.error_enu_m.head<2>().norm(), 0.5);
+  }
+}
+
 // A flight stack hands the base's RTCM on to its receiver's UBX line: without it no RTK.
 TEST(Session, RtcmComesOverTheUbxLine) {
   const int port = canyon::test::free_port(), ubx_port = canyon::test::free_port();

@@ -36,6 +36,7 @@ struct ReceiverDescription {
   /// Antenna of a receiver that stands for good, a base station's [m, ECEF].
   std::optional<Eigen::Vector3d> station_ecef = {};
   bool ephemerides = true;               ///< RTCM 3 carries them
+  bool virtual_station = false;          ///< a network computes `station_ecef` and the epochs
   double elevation_mask_rad = 0;         ///< of its fix
   std::vector<std::string> errors = {};  ///< that its signals carry: "ionosphere" ...
 };

@@ -266,6 +266,10 @@ std::optional<int> nmea_satellite_number(gnss::SatelliteId id) {
   return n + offset;
 }
 
+std::string nmea_gga(const simulation::Epoch& epoch) {
+  return gga(epoch, solution_talker(epoch.observed), utc_clock(epoch.observed.stated_utc()));
+}
+
 std::string nmea_epoch(const simulation::Epoch& epoch) {
   const receiver::ReceiverEpoch& seen = epoch.observed;
   const std::string_view talker = solution_talker(seen);

@@ -17,6 +17,9 @@ namespace canyon::output {
 /// Empty for satellites that the standard has no number for (GPS 33 and up would read as SBAS).
 [[nodiscard]] std::optional<int> nmea_satellite_number(gnss::SatelliteId id);
 
+/// The GGA sentence of an epoch, as a rover sends it to a caster.
+[[nodiscard]] std::string nmea_gga(const simulation::Epoch& epoch);
+
 /// RMC, GGA, GSA (one for each system, or for each 12 satellites of it), GST, GSV of one epoch.
 [[nodiscard]] std::string nmea_epoch(const simulation::Epoch& epoch);
 

@@ -18,7 +18,9 @@ constexpr double kStationEvery_s = 10;
 class Rtcm final : public Encoder {
  public:
   explicit Rtcm(const ReceiverDescription& receiver)
-      : station_ecef_(receiver.station_ecef), observations_(receiver.glonass_channels) {
+      : station_ecef_(receiver.station_ecef),
+        virtual_station_(receiver.virtual_station),
+        observations_(receiver.glonass_channels) {
     if (receiver.ephemerides) ephemerides_.emplace();
     for (const gnss::Signal* signal : receiver::tracked_signals(receiver.tracks, gnss::System::GLONASS)) {
       if (receiver.signal.enabled && receiver.systems.count(gnss::System::GLONASS) > 0) {
@@ -32,7 +34,7 @@ class Rtcm final : public Encoder {
     const geodesy::GpsTime now = epoch.observed.time;
     if (!station_sent_ || now - *station_sent_ >= kStationEvery_s) {
       station_sent_ = now;
-      if (station_ecef_) bytes += rtcm::frame(rtcm::station(*station_ecef_));
+      if (station_ecef_) bytes += rtcm::frame(rtcm::station(*station_ecef_, virtual_station_));
       bytes += rtcm::frame(rtcm::descriptors());
       if (!glonass_codes_.empty()) bytes += rtcm::frame(rtcm::glonass_biases(glonass_codes_));
     }
@@ -45,6 +47,7 @@ class Rtcm final : public Encoder {
 
  private:
   std::optional<Eigen::Vector3d> station_ecef_;
+  bool virtual_station_;
   std::vector<std::string_view> glonass_codes_;
   std::optional<geodesy::GpsTime> station_sent_;
   std::optional<rtcm::Ephemerides> ephemerides_;
@@ -55,11 +58,11 @@ class Rtcm final : public Encoder {
 
 namespace rtcm {
 
-Bits station(const Eigen::Vector3d& antenna_ecef) {
+Bits station(const Eigen::Vector3d& antenna_ecef, bool computed) {
   Bits bits;
   // DF003 station 0; DF021 year of the frame, not given; DF022 to DF024 it serves GPS, GLONASS, Galileo;
-  // DF141 it is no computed one.
-  bits.put(1005, 12).put(0, 12).put(0, 6).put(0b111, 3).put(0, 1);
+  // DF141 whether it is a computed one.
+  bits.put(1005, 12).put(0, 12).put(0, 6).put(0b111, 3).put(computed ? 1 : 0, 1);
   const auto coordinate = [&](double metres) { bits.number(metres, 1e-4, 38); };
   coordinate(antenna_ecef.x());
   bits.put(0b10, 2);  // DF142: all signals of one instant; reserved

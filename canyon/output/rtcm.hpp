@@ -18,8 +18,8 @@ namespace canyon::output::rtcm {
 
 using canyon::rtcm::frame;
 
-/// Message 1005: where a station's antenna is [m, ECEF].
-[[nodiscard]] broadcast::Bits station(const Eigen::Vector3d& antenna_ecef);
+/// Message 1005: where a station's antenna is [m, ECEF]; `computed`: a virtual one of a network.
+[[nodiscard]] broadcast::Bits station(const Eigen::Vector3d& antenna_ecef, bool computed = false);
 /// Message 1033: no antenna's phase centre moves here (IGS's ADVNULLANTENNA), the receiver is Canyon.
 [[nodiscard]] broadcast::Bits descriptors();
 /// Message 1230: GLONASS phases are aligned with the codes of these RINEX signals (1C, 2C), biases 0.

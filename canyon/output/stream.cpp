@@ -32,17 +32,38 @@ transport::StreamDescription stream_description(const Format& format, const Rece
   return stream;
 }
 
+/// Throws InputError where nobody could say where his station is to be, or no base measures for it.
+void check_virtual_station(const StreamRequest& request, const ReceiverDescription& base) {
+  const auto refuse = [](std::string_view problem, std::string_view cure) {
+    throw InputError(fmt::format("virtual_station: {}", problem), cure);
+  };
+  if (request.format != "rtcm") {
+    refuse(fmt::format("{} has no corrections for a place", request.format), "use the format rtcm");
+  }
+  if (transport::is_file_address(request.address)) {
+    refuse("no client can report its place to a file",
+           "serve it as ntrip-caster://HOST:PORT/MOUNT or tcp://HOST:PORT");
+  }
+  if (!base.station_ecef) {
+    refuse(fmt::format("'{}' moves and is no base station", base.name),
+           "give that receiver fixed: {latitude_deg: ..., longitude_deg: ...}");
+  }
+}
+
 }  // namespace
 
 EncodedStream::EncodedStream(std::unique_ptr<Encoder> encoder, std::shared_ptr<transport::Link> link,
-                             std::size_t receiver, const StreamOptions& options, std::uint64_t seed)
+                             std::size_t receiver, const StreamOptions& options,
+                             std::optional<VirtualStations> stations)
     : encoder_(std::move(encoder)),
       link_(std::move(link)),
       receiver_(receiver),
       options_(options),
-      delays_(seed, fmt::format("stream/{}", receiver)) {
+      stations_(std::move(stations)),
+      delays_(1, fmt::format("stream/{}", receiver)) {
   if (const std::string first = encoder_->begin(); !first.empty()) link_->transport().begin(first);
   listener_ = link_->listen([this](const transport::Received& received) {
+    if (stations_) stations_->receive(received.reader, received.bytes);
     const std::string answer = encoder_->receive(received.reader, received.bytes);
     if (!answer.empty()) link_->transport().answer(received.reader, answer);
     if (const auto baud = encoder_->take_baud()) link_->transport().set_baud(*baud);
@@ -65,20 +86,32 @@ void EncodedStream::write(const simulation::Epoch& epoch) {
   if (epoch.receiver != receiver_) return;
   serve();
   if (!wanted(epoch.observed.time)) return;
-  std::string bytes = encoder_->encode(epoch);
+  std::vector<Waiting> pieces;
+  if (stations_) {
+    for (auto& [reader, bytes] : stations_->encode(epoch)) pieces.push_back({{}, std::move(bytes), reader});
+  } else {
+    pieces.push_back({{}, encoder_->encode(epoch), {}});
+  }
   if (options_.latency_s == 0 && options_.jitter_s == 0) {
-    send(bytes);
+    for (const Waiting& each : pieces) send(each);
     return;
   }
   const double delay_s = std::max(0.0, options_.latency_s + options_.jitter_s * delays_.normal());
   Clock::time_point due =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(delay_s));
   if (!waiting_.empty()) due = std::max(due, waiting_.back().due);
-  waiting_.push_back({due, std::move(bytes)});
+  for (Waiting& each : pieces) {
+    each.due = due;
+    waiting_.push_back(std::move(each));
+  }
 }
 
-void EncodedStream::send(std::string_view bytes) {
-  while (!bytes.empty()) {
+void EncodedStream::send(const Waiting& what) {
+  if (what.reader) {
+    link_->transport().answer(*what.reader, what.bytes);
+    return;
+  }
+  for (std::string_view bytes = what.bytes; !bytes.empty();) {
     const std::size_t size = encoder_->datagram(bytes);
     link_->transport().send(bytes.substr(0, size));
     bytes.remove_prefix(size);
@@ -92,7 +125,7 @@ void EncodedStream::serve() {
 
 void EncodedStream::send_due() {
   while (!waiting_.empty() && waiting_.front().due <= Clock::now()) {
-    send(waiting_.front().bytes);
+    send(waiting_.front());
     waiting_.pop_front();
   }
 }
@@ -104,7 +137,7 @@ std::optional<EncodedStream::Clock::time_point> EncodedStream::next_due() const 
 
 void EncodedStream::finish() {
   if (std::exchange(finished_, true)) return;
-  for (const Waiting& each : waiting_) send(each.bytes);
+  for (const Waiting& each : waiting_) send(each);
   waiting_.clear();
   link_->transport().send(encoder_->end());
   link_->finish(listener_, encoder_->correction());
@@ -158,9 +191,16 @@ std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::si
                      fmt::format("write {}", transport::address_forms()));
   }
   description.ephemerides = request.options.ephemerides;
-  link->transport().describe(stream_description(format, description));
-  return std::make_unique<EncodedStream>(format.make(description), std::move(link), receiver,
-                                         request.options);
+  transport::StreamDescription described = stream_description(format, description);
+  std::optional<VirtualStations> stations;
+  if (request.options.virtual_station) {
+    check_virtual_station(request, description);
+    described.wants_position = true;
+    stations.emplace(format, description);
+  }
+  link->transport().describe(described);
+  return std::make_unique<EncodedStream>(format.make(description), std::move(link), receiver, request.options,
+                                         std::move(stations));
 }
 
 std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::size_t receiver,

@@ -13,6 +13,7 @@
 
 #include "canyon/base/random.hpp"
 #include "canyon/output/encoder.hpp"
+#include "canyon/output/virtual_stations.hpp"
 #include "canyon/simulation/live_options.hpp"
 #include "canyon/transport/link.hpp"
 
@@ -30,8 +31,9 @@ class EncodedStream final : public simulation::EpochSink {
  public:
   using Clock = std::chrono::steady_clock;
   /// Sends the format's first bytes. Throws as Transport::send() does.
+  /// @param stations what each reader gets beside the encoder's bytes, which all get; empty: nothing
   EncodedStream(std::unique_ptr<Encoder> encoder, std::shared_ptr<transport::Link> link, std::size_t receiver,
-                const StreamOptions& options = {}, std::uint64_t seed = 1);
+                const StreamOptions& options = {}, std::optional<VirtualStations> stations = {});
   ~EncodedStream() override;
   EncodedStream(const EncodedStream&) = delete;
   EncodedStream& operator=(const EncodedStream&) = delete;
@@ -60,15 +62,17 @@ class EncodedStream final : public simulation::EpochSink {
   struct Waiting {
     Clock::time_point due;
     std::string bytes;
+    std::optional<std::uint64_t> reader;  ///< empty: all
   };
   [[nodiscard]] bool wanted(geodesy::GpsTime time);
-  void send(std::string_view bytes);
+  void send(const Waiting& what);
 
   std::unique_ptr<Encoder> encoder_;
   std::shared_ptr<transport::Link> link_;
   int listener_;
   std::size_t receiver_;
   StreamOptions options_;
+  std::optional<VirtualStations> stations_;
   RandomStream delays_;
   std::deque<Waiting> waiting_;
   std::optional<std::int64_t> sent_;  // number of the last epoch, in intervals of rate_hz

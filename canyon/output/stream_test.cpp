@@ -98,6 +98,17 @@ TEST(Stream, TellsAnNtripCasterWhatItSends) {
   EXPECT_THAT(sent.cure(), HasSubstr("ntrip-source://"));
 }
 
+TEST(Stream, RefusesVirtualStationsThatNobodyCanPlace) {
+  ReceiverDescription base{"base"};
+  const auto problem = [&](const char* text) {
+    return error_of([&] { (void)open_stream(parse_stream(text), 0, base); }).problem();
+  };
+  EXPECT_THAT(problem("rtcm=pty:?virtual_station=true"), HasSubstr("'base' moves"));
+  base.station_ecef = geodesy::ecef_from_geodetic(geodesy::Geodetic::from_degrees(22.3, 114.17, 5));
+  EXPECT_THAT(problem("nmea=pty:?virtual_station=true"), HasSubstr("nmea has no corrections"));
+  EXPECT_THAT(problem("rtcm=file:a?virtual_station=true"), HasSubstr("no client can report"));
+}
+
 /// Says back what it receives, and asks for a baud rate.
 class Echo final : public Encoder {
   std::string encode(const simulation::Epoch&) override { return "e"; }

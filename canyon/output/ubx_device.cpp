@@ -77,6 +77,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     last_ = epoch;
     last_->arrival = nullptr;
     last_->navigation = nullptr;
+    last_->environment = nullptr;
     const receiver::ReceiverEpoch& seen = epoch.observed;
     begin_anew(seen.events.restart);
     if (seen.fix.solved() && !first_fix_) first_fix_ = seen.time;

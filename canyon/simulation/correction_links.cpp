@@ -94,22 +94,24 @@ CorrectionLinks::CorrectionLinks(const std::vector<ReceiverConfig>& receivers, s
   }
 }
 
-void CorrectionLinks::send(const Epoch& epoch, const Environment& environment) {
+void CorrectionLinks::send(const Epoch& epoch) {
   places_[epoch.receiver] = epoch.truth_ecef;
   if (epoch.observed.fix.solved()) reported_[epoch.receiver] = epoch.observed.fix.position_ecef;
+  const auto corrections_of = [this](const Epoch& base) {
+    return receiver::corrections_of(base.observed,
+                                    fixed_[base.receiver] ? std::optional(base.truth_ecef) : std::nullopt);
+  };
   std::shared_ptr<const relative::Corrections> corrections;
   for (std::size_t r = 0; r < base_.size(); ++r) {
     if (base_[r] != epoch.receiver) continue;
-    if (!corrections) {
-      std::optional<Eigen::Vector3d> place;
-      if (fixed_[epoch.receiver]) place = epoch.truth_ecef;
-      corrections = receiver::corrections_of(epoch.observed, place);
+    std::shared_ptr<const relative::Corrections> sent;
+    if (virtual_[r]) {
+      // Where it was at its epoch before: it comes behind its base.
+      if (const auto moved = virtual_[r]->move(epoch, reported_[r])) sent = corrections_of(*moved);
+    } else {
+      if (!corrections) corrections = corrections_of(epoch);
+      sent = corrections;
     }
-    if (!corrections) return;
-    // Where it was at its epoch before: it comes behind its base.
-    auto sent = virtual_[r] ? virtual_[r]->corrections(corrections, epoch.observed.time, epoch.truth_ecef,
-                                                       reported_[r], environment)
-                            : corrections;
     if (sent) links_[r]->send(epoch.observed.time, std::move(sent), places_[r]);
   }
 }

@@ -36,8 +36,7 @@ class CorrectionLinks {
   /// Whose corrections a receiver takes.
   [[nodiscard]] std::optional<std::size_t> base_of(std::size_t receiver) const { return base_[receiver]; }
   /// An epoch of Epoch::receiver was made: its corrections are on their way to those that take them.
-  /// @param environment of the epoch, for virtual stations
-  void send(const Epoch& epoch, const Environment& environment);
+  void send(const Epoch& epoch);
   /// The latest that has come for a receiver by `time` since the last call; null: none.
   [[nodiscard]] std::shared_ptr<const relative::Corrections> take(std::size_t receiver,
                                                                   geodesy::GpsTime time);

@@ -9,6 +9,7 @@
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 #include "canyon/receiver/receiver.hpp"
+#include "canyon/simulation/fwd.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 
 namespace canyon::simulation {
@@ -27,6 +28,8 @@ struct Epoch {
   std::vector<std::string> faults;
   /// What the satellites send; valid as long. Null or empty for skies that no message describes.
   const gnss::NavigationData* navigation = nullptr;
+  /// City and sky that it was made in; valid as long.
+  const Environment* environment = nullptr;
   /// Fix minus truth in ENU at the truth [m]; NaN without fix.
   Eigen::Vector3d error_enu_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
   /// Height of mean sea level above the ellipsoid as the receiver has it [m]; 0 where none is known.

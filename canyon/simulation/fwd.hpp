@@ -3,6 +3,7 @@
 namespace canyon::simulation {
 
 struct CityConfig;
+class Environment;
 struct Georeference;
 struct OutputConfig;
 struct ReceiverConfig;

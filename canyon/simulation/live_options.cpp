@@ -16,6 +16,10 @@ void visit(options::Visitor& v, StreamOptions& o) {
        "rtcm and gps_rtcm_data: with the satellites' ephemerides (messages 1019, 1020, 1042, 1044 to 1046); "
        "false: for radio links, where the rover reads them from the satellites"},
       o.ephemerides);
+  v.boolean({"virtual_station", "",
+             "rtcm: a network's virtual reference station: each client gets corrections for the place of its "
+             "own GGA sentences, and nothing before the first one"},
+            o.virtual_station);
 }
 
 void visit(options::Visitor& v, StreamRequest& o) {

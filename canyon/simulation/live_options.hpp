@@ -18,6 +18,8 @@ struct StreamOptions {
   double latency_s = 0;     ///< from epoch to bytes, mean
   double jitter_s = 0;      ///< of it, standard deviation; epochs never overtake each other
   bool ephemerides = true;  ///< in formats of RTCM 3: messages 1019, 1020, 1042, 1044 to 1046
+  /// Of rtcm: each reader gets corrections for the place that its GGA sentences report (VirtualStation).
+  bool virtual_station = false;
 };
 /// Its fields.
 void visit(options::Visitor& v, StreamOptions& o);

@@ -177,7 +177,7 @@ void LiveReceiver::Impl::observe_base(double seconds, Step& step) {
     sender.options.corrections = {};
     links.emplace(std::vector{config.receiver, std::move(sender)}, config.seed);
   }
-  links->send(of_base.epoch, *base->impl_->environment);
+  links->send(of_base.epoch);
   if (auto came = links->take(0, t)) corrections = std::move(came);
   for (std::string& line : base->take_warnings()) {
     warnings.push_back(fmt::format("{}: {}", config.base->options.name, line));
@@ -191,7 +191,7 @@ Epoch LiveReceiver::Impl::observe(const Pose& truth, propagation::Arrival& arriv
   Epoch epoch = observe_epoch(receiver, truth, arrival, *environment, given.get());
   const auto warning = receiver::wrong_station_warning(epoch.observed.station_offset_m);
   if (warning && !std::exchange(warned_of_station, true)) warnings.push_back(*warning);
-  if (links) links->send(epoch, *environment);
+  if (links) links->send(epoch);
   epoch.navigation = arrival.messages.get();
   epoch.geoid_undulation_m = config.geoid_undulation_m.value_or(epoch.geoid_undulation_m);
   return epoch;

@@ -90,7 +90,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "axes: "
       "ned, body: frd, east_m: 1, north_m: 2, up_m: 3, heading_deg: 4, scale: 5, timeout_s: 1, smoothing_s: "
       "0.1}], streams: [{receiver: rover, format: ubx, to: 'pty:', rate_hz: 5, latency_s: 0.1, jitter_s: "
-      "0.01, ephemerides: false}], "
+      "0.01, ephemerides: false, virtual_station: true}], "
       "clock: stamps, speed: 2, wait_s: 0.1, stagger: true, resume: true, control: 'tcp://127.0.0.1:7878', "
       "changes: true}\n"
       "propagation: " +

@@ -382,6 +382,7 @@ Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth, propagation
   epoch.truth = truth;
   epoch.truth_ecef = geodesy::ecef_from_geodetic(truth.position);
   epoch.placement = arrival.placement;
+  epoch.environment = &environment;
   epoch.geoid_undulation_m = environment.city().geoid_undulation_m;
   epoch.observed =
       receiver.observe({{truth.time, epoch.truth_ecef, enu_from_ecef.transpose() * truth.velocity_enu_mps},
@@ -492,7 +493,7 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
       epoch.navigation = from.arrival.messages.get();
       ++placements[r][static_cast<std::size_t>(from.arrival.placement)];
       if (epoch.observed.station_offset_m) station_offsets[r] = epoch.observed.station_offset_m;
-      links.send(epoch, impl.environment);
+      links.send(epoch);
       while (written < receiver_count && made[written]) write(*made[written++]);
     }
     result.epochs = instant + 1;

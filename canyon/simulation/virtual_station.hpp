@@ -1,12 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <memory>
 #include <optional>
 
 #include "canyon/geodesy/gps_time.hpp"
-#include "canyon/relative/corrections.hpp"
-#include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/epoch.hpp"
 
 namespace canyon::simulation {
 
@@ -19,14 +17,12 @@ class VirtualStation {
  public:
   static constexpr double kMove_m = 5000;
 
-  /// @param base its epoch, null gives null @param time true instant of that epoch
-  /// @param base_ecef true place of its antenna [m]
-  /// @param reported_ecef the rover's last fix [m]; empty as long as there was none: null, as a caster that
-  /// has no GGA yet sends nothing
-  [[nodiscard]] std::shared_ptr<const relative::Corrections> corrections(
-      const std::shared_ptr<const relative::Corrections>& base, geodesy::GpsTime time,
-      const Eigen::Vector3d& base_ecef, const std::optional<Eigen::Vector3d>& reported_ecef,
-      const Environment& environment);
+  /// @param base with Epoch::environment
+  /// @param reported_ecef the rover's last fix [m]
+  /// @return the base's epoch with measurements and true place of the virtual station. Its fix stays the
+  /// base's. Empty as long as nothing was reported, as a caster that has no GGA yet sends nothing
+  [[nodiscard]] std::optional<Epoch> move(const Epoch& base,
+                                          const std::optional<Eigen::Vector3d>& reported_ecef);
 
  private:
   std::optional<Eigen::Vector3d> place_;

@@ -209,9 +209,10 @@ class NtripCaster {
       std::replace_if(
           identifier.begin(), identifier.end(),
           [](char c) { return c == ';' || static_cast<unsigned char>(c) < ' '; }, ' ');
-      text += fmt::format("STR;{};{};{};;;{};;;{:.2f};{:.2f};0;0;Canyon;none;{};N;;\r\n", name, identifier,
+      text += fmt::format("STR;{};{};{};;;{};;;{:.2f};{:.2f};{};Canyon;none;{};N;;\r\n", name, identifier,
                           about.format, about.systems, about.latitude_deg.value_or(0),
-                          about.longitude_deg.value_or(0), mount->address.credentials().empty() ? "N" : "B");
+                          about.longitude_deg.value_or(0), about.wants_position ? "1;1" : "0;0",
+                          mount->address.credentials().empty() ? "N" : "B");
     }
     return text + "ENDSOURCETABLE\r\n";
   }

@@ -23,6 +23,9 @@ class Readers {
     if (kept_.count(reader) == 0 && kept_.size() >= kMost) kept_.erase(kept_.begin());
     return kept_.try_emplace(reader, std::forward<Fresh>(fresh)...).first->second;
   }
+  /// Pairs of a reader and what is kept of it.
+  [[nodiscard]] auto begin() { return kept_.begin(); }
+  [[nodiscard]] auto end() { return kept_.end(); }
 
  private:
   std::map<std::uint64_t, Kept> kept_;

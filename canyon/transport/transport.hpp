@@ -29,6 +29,7 @@ struct StreamDescription {
   std::string format;                                 ///< "RTCM 3.3"
   std::string systems;                                ///< "GPS+Galileo"
   std::optional<double> latitude_deg, longitude_deg;  ///< of an antenna that stands for good
+  bool wants_position = false;                        ///< each reader gets its own, for its GGA sentences
 };
 
 inline constexpr std::size_t kLargestDatagram = 1400;  ///< bytes that are sent; within an Ethernet frame

@@ -48,6 +48,7 @@ KeptEpoch::KeptEpoch(simulation::Epoch from, std::shared_ptr<const gnss::Navigat
       owner(std::move(keeper)) {
   epoch.arrival = arrival.get();
   epoch.navigation = messages.get();
+  epoch.environment = nullptr;
 }
 
 std::shared_ptr<KeptEpoch> KeptEpoch::copy(const simulation::Epoch& source, bool with_paths,

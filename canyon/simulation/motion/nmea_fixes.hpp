@@ -1,7 +1,9 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -19,5 +21,7 @@ struct NmeaFixes {
 /// GGA sentences with a fix, dated by RMC or ZDA, else by `start`. Throws InputError as read_trajectory()
 /// does.
 [[nodiscard]] NmeaFixes read_nmea_fixes(const std::filesystem::path& path, geodesy::GpsTime start);
+/// The place that one GGA sentence reports; empty for another sentence, a damaged one, and one without a fix.
+[[nodiscard]] std::optional<geodesy::Geodetic> position_of_gga(std::string_view line);
 
 }  // namespace canyon::simulation

@@ -391,6 +391,22 @@ std::optional<GpsTime> first_date(const TextFile& file) {
   return std::nullopt;
 }
 
+/// Whether a GGA sentence with all its fields has a fix.
+bool has_fix(const std::vector<std::string_view>& gga) {
+  const auto quality = parse_integer(gga[6]);
+  return quality && *quality != 0 && !trim(gga[2]).empty() && !trim(gga[1]).empty();
+}
+constexpr std::size_t kGgaFields = 12;
+
+/// Precondition: has_fix(). Without a separation of the geoid the altitude counts as ellipsoidal.
+Geodetic gga_position(const TextFile& file, const std::vector<std::string_view>& gga) {
+  double height_m = to_number(file, gga[9], "altitude");
+  if (!trim(gga[11]).empty()) height_m += to_number(file, gga[11], "geoid separation");
+  const double latitude_deg = nmea_angle_deg(file, gga[2], gga[3], "NS", 90, "latitude");
+  const double longitude_deg = nmea_angle_deg(file, gga[4], gga[5], "EW", 180, "longitude");
+  return Geodetic::from_degrees(latitude_deg, longitude_deg, height_m);
+}
+
 NmeaFixes read_nmea(TextFile& file, GpsTime start) {
   const std::optional<GpsTime> anchor = first_date(file);
   Samples samples;
@@ -404,12 +420,11 @@ NmeaFixes read_nmea(TextFile& file, GpsTime start) {
     if (bad_checksum) ++damaged;
     if (const auto dated = nmea_dated(file, fields)) now = *dated;
     if (!is_sentence(fields, "GGA")) continue;
-    if (fields.size() < 12) {  // cut short, as the last line of a log may be
+    if (fields.size() < kGgaFields) {  // cut short, as the last line of a log may be
       ++damaged;
       continue;
     }
-    const auto quality = parse_integer(fields[6]);
-    if (!quality || *quality == 0 || trim(fields[2]).empty() || trim(fields[1]).empty()) {
+    if (!has_fix(fields)) {
       ++without_fix;
       continue;
     }
@@ -424,15 +439,8 @@ NmeaFixes read_nmea(TextFile& file, GpsTime start) {
     } else {
       now = closest_day(time_of_day, now);
     }
-    double height_m = to_number(file, fields[9], "altitude");
-    if (trim(fields[11]).empty()) {
-      ++without_separation;
-    } else {
-      height_m += to_number(file, fields[11], "geoid separation");
-    }
-    const double latitude_deg = nmea_angle_deg(file, fields[2], fields[3], "NS", 90, "latitude");
-    const double longitude_deg = nmea_angle_deg(file, fields[4], fields[5], "EW", 180, "longitude");
-    append(file, samples, now, Geodetic::from_degrees(latitude_deg, longitude_deg, height_m));
+    if (trim(fields[11]).empty()) ++without_separation;
+    append(file, samples, now, gga_position(file, fields));
   }
   if (samples.empty()) {
     throw InputError(
@@ -486,6 +494,17 @@ TrajectoryFile read_trajectory_file(const std::filesystem::path& path, const std
 NmeaFixes read_nmea_fixes(const std::filesystem::path& path, GpsTime start) {
   TextFile file(path);
   return read_nmea(file, start);
+}
+
+std::optional<Geodetic> position_of_gga(std::string_view line) {
+  bool bad_checksum = false;
+  const auto fields = nmea_fields(line, bad_checksum);
+  if (!is_sentence(fields, "GGA") || fields.size() < kGgaFields || !has_fix(fields)) return std::nullopt;
+  try {
+    return gga_position(TextFile::from_string(std::string(line), "GGA"), fields);
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
 }
 
 Trajectory read_trajectory(const std::filesystem::path& path, const std::string& format, GpsTime start) {

@@ -190,6 +190,22 @@ TEST(TrajectoryNmea, FixesAreThoseOfTheLines) {
   EXPECT_NEAR(own.fixes[1].second.height_m, 9.5 - 2.9, 1e-9);
 }
 
+TEST(TrajectoryNmea, OneGgaSentenceHasAPlace) {
+  const auto place = position_of_gga(gga("120000"));
+  ASSERT_TRUE(place);
+  EXPECT_NEAR(degrees(place->latitude_rad), 22 + 18.06932 / 60, 1e-12);
+  EXPECT_NEAR(degrees(place->longitude_rad), 114 + 10.74002 / 60, 1e-12);
+  EXPECT_NEAR(place->height_m, 9.5 - 2.9, 1e-9);
+  std::string damaged = gga("120000");
+  damaged[20] = '9';
+  for (const std::string& line :
+       {damaged, gga("120000", "0"), std::string("$GNGGA,120003,22"), std::string("noise"), std::string(),
+        sentence("GNGGA,120000,2278.0,N,11410.74,E,1,08,0.9,9.5,M,-2.9,M,,"),
+        sentence("GNGGA,120000,nan,N,11410.74,E,1,08,0.9,9.5,M,-2.9,M,,")}) {
+    EXPECT_FALSE(position_of_gga(line)) << line;
+  }
+}
+
 TEST(TrajectoryNmea, TakesTheDateFromRmcOrZdaAndCrossesMidnight) {
   const std::string rmc = sentence("GNRMC,235959.00,A,2218.06932,N,11410.74002,E,0.0,,280419,,,A");
   for (const std::string& text :
