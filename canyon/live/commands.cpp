@@ -118,7 +118,6 @@ struct Commands::Impl {
     }
     simulation::LiveReceiver& changed = receiver(command);
     changed.set_config(simulation::changed_live_config(changed.config(), *text, {}));
-    if (context.changed) context.changed(changed);
     return {{"ok", true}};
   }
   /// The receivers that a command is for: the one that it names, or all.

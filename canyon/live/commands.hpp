@@ -18,8 +18,6 @@ struct CommandContext {
   const Figures& figures;
   bool changes = false;           ///< may change the simulation
   std::function<double()> now_s;  ///< of the scenario
-  /// Called behind a change of a receiver's options; may be empty.
-  std::function<void(simulation::LiveReceiver&)> changed;
 };
 
 /// Commands to a running session: one JSON object a line in, one out, {"ok": true, ...} or {"ok": false,

@@ -105,7 +105,6 @@ struct Session::Impl {
 
   void set_time();
   void make_receivers();
-  void share_propagator(LiveReceiver& receiver);
   void make_inputs();
   void make_vehicles();
   void open_streams();
@@ -157,9 +156,8 @@ struct Session::Impl {
   std::int64_t last = std::numeric_limits<std::int64_t>::max();  // number of the last epoch
   bool now_starts = false;                                       // at the next full second
   bool resumed = false;
-  std::vector<std::shared_ptr<const propagation::Propagator>>
-      propagators;  // one for each distinct set of options
   std::vector<LiveReceiver> receivers;
+  std::vector<propagation::Propagator> prepared;  // that receivers will ask for
   std::optional<simulation::CorrectionLinks> corrections;
   std::vector<std::unique_ptr<CorrectionInput>> inputs;  // by receiver; null: none
   std::map<std::string, std::shared_ptr<transport::Link>> links;

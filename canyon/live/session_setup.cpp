@@ -63,26 +63,10 @@ void Session::Impl::make_receivers() {
     config.faults = scenario.faults;
     receivers.emplace_back(std::move(config), scene, start, sky);
     sky = receivers.back().shared_sky();
-    share_propagator(receivers.back());
+    // Now, so that the first epoch is not late.
+    prepared.push_back(
+        receivers.back().environment().make_propagator(receivers.back().config().receiver.propagation));
   }
-}
-
-// What is found in the city's surfaces is large: receivers that look in the same way have it once, and in the
-// processor's cache.
-void Session::Impl::share_propagator(LiveReceiver& receiver) {
-  const propagation::PropagationOptions& wanted = receiver.config().receiver.propagation;
-  auto found = std::find_if(propagators.begin(), propagators.end(),
-                            [&](const auto& each) { return each->options() == wanted; });
-  if (found == propagators.end()) {
-    propagators.push_back(
-        std::make_shared<const propagation::Propagator>(scene->city.mesh, scene->scene, wanted));
-    found = propagators.end() - 1;
-  }
-  receiver.set_tracer([propagator = *found](const Eigen::Vector3d& antenna,
-                                            std::span<const Eigen::Vector3d> directions,
-                                            std::span<propagation::SatellitePaths> result) {
-    propagator->trace(antenna, directions, result);
-  });
 }
 
 std::shared_ptr<transport::Link> Session::Impl::link_of(const std::string& address) {
@@ -199,12 +183,7 @@ void Session::Impl::open_streams() {
     }
   }
   if (options.control.empty()) return;
-  CommandContext context{scenario,
-                         receivers,
-                         figures,
-                         options.changes,
-                         [this] { return seconds(now_ns()); },
-                         [this](LiveReceiver& receiver) { share_propagator(receiver); }};
+  CommandContext context{scenario, receivers, figures, options.changes, [this] { return seconds(now_ns()); }};
   commands = std::make_unique<Commands>(std::move(context), link_of(options.control));
 }
 

@@ -53,8 +53,9 @@ double wavelength_m(const DiffractionOptions& options) {
 
 /// Off the edge into the air, so that the point lies `offset_m` above both faces.
 Vector3d lift(const Edge& edge, double offset_m) {
-  const double above = std::max(edge.outward.dot(edge.normal[0]), 1 / kMostLift);
-  return offset_m / above * edge.outward;
+  const Vector3d outward = edge.outward();
+  const double above = std::max(outward.dot(edge.normal[0]), 1 / kMostLift);
+  return offset_m / above * outward;
 }
 
 }  // namespace

@@ -325,7 +325,7 @@ TEST(EdgeDiffraction, LegsOfRandomPathsAreClear) {
         EXPECT_GT(hit->range_m, range - 0.02);
       }
       const Edge& edge = world.diffraction.edges().edges()[path.edge];
-      EXPECT_FALSE(world.scene.occluded({path.point + 0.01 * edge.outward, s}, 0.02));
+      EXPECT_FALSE(world.scene.occluded({path.point + 0.01 * edge.outward(), s}, 0.02));
       EXPECT_NEAR(path.excess_m, range - s.dot(path.point - antenna), 1e-9);
     }
   }

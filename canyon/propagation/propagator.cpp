@@ -184,9 +184,10 @@ struct Propagator::Impl {
   PropagationOptions options;
   /// Of the smooth wall's amplitude, what goes on in the mirror direction where walls scatter.
   double specular_factor;
-  Prepared city;
+  // Before `city`: what edges need while they are made is large.
   std::optional<EdgeDiffraction> diffraction;
   std::optional<DiffuseScattering> diffuse;
+  Prepared city;
 
   PerInstance<Prepared> instances;
 
@@ -196,11 +197,13 @@ struct Propagator::Impl {
         specular_factor(o.diffuse ? std::sqrt(1 - o.scattering.scattering_coefficient *
                                                       o.scattering.scattering_coefficient)
                                   : 1),
-        city(mesh, o) {
-    if (o.model != Model::Specular) return;
-    if (o.diffraction) diffraction.emplace(mesh, from, o.edges);
-    if (o.diffuse) diffuse.emplace(mesh, from, o.scattering);
-  }
+        diffraction(o.model == Model::Specular && o.diffraction
+                        ? std::optional<EdgeDiffraction>(std::in_place, mesh, from, o.edges)
+                        : std::nullopt),
+        diffuse(o.model == Model::Specular && o.diffuse
+                    ? std::optional<DiffuseScattering>(std::in_place, mesh, from, o.scattering)
+                    : std::nullopt),
+        city(mesh, o) {}
 
   void place(PropagationScratch& s) const;
   [[nodiscard]] std::optional<double> foliage_depth(const Vector3d& antenna, const Vector3d& direction,
@@ -391,9 +394,6 @@ Propagator::Propagator(const city::Mesh& city, const raytrace::RayScene& scene, 
   options.validate();
   impl_ = std::make_unique<Impl>(city, scene, options);
 }
-Propagator::~Propagator() = default;
-Propagator::Propagator(Propagator&&) noexcept = default;
-Propagator& Propagator::operator=(Propagator&&) noexcept = default;
 
 const PropagationOptions& Propagator::options() const {
   return impl_->options;

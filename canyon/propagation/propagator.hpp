@@ -15,18 +15,17 @@
 
 namespace canyon::propagation {
 
-/// Traces satellites at places in a city. Const, thread-safe; facets are prepared once.
-/// The scene must outlive the propagator; its movable instances block and (specular) reflect, as they stood
-/// at its last commit(). `city` is the mesh that the scene was built from; it is not kept.
+/// Traces satellites at places in a city. Const, thread-safe; facets are prepared once, and copies share
+/// them. The scene must outlive the propagator; its movable instances block and (specular) reflect, as they
+/// stood at its last commit(). `city` is the mesh that the scene was built from; it is not kept.
 class Propagator {
  public:
   /// Throws InputError for options that do not validate().
   Propagator(const city::Mesh& city, const raytrace::RayScene& scene, PropagationOptions options = {});
-  ~Propagator();
-  Propagator(Propagator&&) noexcept;
-  Propagator& operator=(Propagator&&) noexcept;
 
   [[nodiscard]] const PropagationOptions& options() const;
+  /// Whether there are other copies.
+  [[nodiscard]] bool is_shared() const { return impl_.use_count() > 1; }
 
   /// Paths of satellites in the given directions (unit, ENU, antenna to satellite) at one antenna.
   /// result[i] belongs to directions[i]. The antenna must be finite (InputError).
@@ -80,7 +79,7 @@ class Propagator {
 
  private:
   struct Impl;
-  std::unique_ptr<Impl> impl_;
+  std::shared_ptr<const Impl> impl_;
 };
 
 /// The paper's equation 1 [m]: additional path for a mirror ray of range `range_m` at elevation

@@ -1,8 +1,12 @@
 #pragma once
 
+#include <algorithm>
+#include <mutex>
 #include <utility>
+#include <vector>
 
 #include "canyon/city/city.hpp"
+#include "canyon/propagation/propagator.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 
 namespace canyon::simulation {
@@ -13,8 +17,22 @@ struct CityScene {
   CityScene(const CityScene&) = delete;
   CityScene& operator=(const CityScene&) = delete;
 
+  /// Those of equal options share what they prepared, which is large. One that nobody has any more is kept
+  /// until the next call. Thread-safe.
+  [[nodiscard]] propagation::Propagator propagator(const propagation::PropagationOptions& options) {
+    const std::lock_guard lock(mutex_);
+    const auto equal = [&](const propagation::Propagator& each) { return each.options() == options; };
+    std::erase_if(propagators_, [&](const auto& each) { return !each.is_shared() && !equal(each); });
+    const auto found = std::find_if(propagators_.begin(), propagators_.end(), equal);
+    return found != propagators_.end() ? *found : propagators_.emplace_back(city.mesh, scene, options);
+  }
+
   city::City city;
   raytrace::RayScene scene;
+
+ private:
+  std::mutex mutex_;
+  std::vector<propagation::Propagator> propagators_;
 };
 
 }  // namespace canyon::simulation

@@ -78,7 +78,7 @@ Environment Environment::under(std::shared_ptr<const orbit::Sky> sky,
 }
 
 propagation::Propagator Environment::make_propagator(const propagation::PropagationOptions& options) const {
-  return {city().mesh, scene(), options};
+  return impl_->city_scene->propagator(options);
 }
 
 propagation::Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,

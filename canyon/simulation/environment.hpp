@@ -70,8 +70,8 @@ class Environment {
   [[nodiscard]] Environment under(std::shared_ptr<const orbit::Sky> sky,
                                   std::map<gnss::System, gnss::Klobuchar> klobuchar = {}) const;
 
-  /// A propagator over this city; keep it as long as needed, it is thread-safe. The environment must outlive
-  /// it.
+  /// A propagator over this city; keep it as long as needed, it is thread-safe. Those of equal options share
+  /// their memory. The environment must outlive it.
   [[nodiscard]] propagation::Propagator make_propagator(const propagation::PropagationOptions& options) const;
 
   /// make_arrival() of all satellites at an antenna in the city's ENU frame.

@@ -182,14 +182,15 @@ struct Simulation::Impl {
     check_places();
     check_masks();
     check_faults();
-    make_propagators();
+    for (const ReceiverConfig& receiver : scenario.receivers) {
+      propagators.push_back(environment.make_propagator(receiver.propagation));
+    }
   }
 
   void check_places();
   void check_masks();
   [[nodiscard]] std::size_t count_above(const Geodetic& place, double elevation_rad) const;
   void check_faults();
-  void make_propagators();
   void check_near(const city::Box& bounds, const Geodetic& place, GpsTime t) const;
   [[nodiscard]] Pose vehicle_pose(GpsTime t) const;
   [[nodiscard]] std::vector<receiver::Receiver> make_receivers() const;
@@ -205,8 +206,7 @@ struct Simulation::Impl {
   std::vector<std::string> warnings;
   std::shared_ptr<CityScene> city_scene;
   Environment environment;
-  std::vector<propagation::Propagator> propagators;  // one for each distinct set of options
-  std::vector<std::size_t> propagator_of;            // receiver -> propagators
+  std::vector<propagation::Propagator> propagators;  // of each receiver
 };
 
 void Simulation::Impl::check_near(const city::Box& bounds, const Geodetic& place, GpsTime t) const {
@@ -306,15 +306,6 @@ std::vector<receiver::Receiver> Simulation::Impl::make_receivers() const {
   return receivers;
 }
 
-void Simulation::Impl::make_propagators() {
-  for (const ReceiverConfig& receiver : scenario.receivers) {
-    std::size_t index = 0;
-    while (index < propagators.size() && !(propagators[index].options() == receiver.propagation)) ++index;
-    if (index == propagators.size()) propagators.push_back(environment.make_propagator(receiver.propagation));
-    propagator_of.push_back(index);
-  }
-}
-
 Pose Simulation::Impl::vehicle_pose(GpsTime t) const {
   Pose pose = plan.trajectory.at(t);
   const std::optional<double>& height_m = scenario.trajectory.height_above_terrain_m;
@@ -339,7 +330,7 @@ PureEpoch Simulation::Impl::pure_epoch(std::size_t receiver, GpsTime t) const {
   PureEpoch pure;
   pure.truth = antenna_pose(receiver, t);
   pure.arrival = environment.arrival(t, environment.city().frame.local_from_geodetic(pure.truth.position),
-                                     propagators[propagator_of[receiver]]);
+                                     propagators[receiver]);
   if (!scenario.receivers[receiver].fixed) tilt_antenna(pure.arrival, pure.truth, environment.city().frame);
   return pure;
 }

@@ -115,12 +115,6 @@ void order_faces(std::vector<Face>& faces) {
   faces.resize(kept);
 }
 
-Vector3d outward_of(const Edge& edge) {
-  const Vector3d into_first = edge.normal[0].cross(edge.direction);
-  const Vector3d into_second = edge.direction.cross(edge.normal[1]);
-  return -(into_first + into_second).normalized();
-}
-
 /// Appends the wedges of air about one edge of the mesh, those wider than a half-space by the turn asked for.
 void append_wedges(const std::vector<Face>& faces, const Piece& blank, const EdgeOptions& options,
                    std::vector<Piece>& pieces) {
@@ -134,7 +128,6 @@ void append_wedges(const std::vector<Face>& faces, const Piece& blank, const Edg
     const Vector3d ascending = faces[0].ascending ? faces[0].normal : Vector3d(-faces[0].normal);
     piece.edge.normal = {ascending, -ascending};
     piece.edge.triangle = {faces[0].triangle, faces[0].triangle};
-    piece.edge.outward = -ascending.cross(piece.edge.direction);
     pieces.push_back(piece);
     return;
   }
@@ -149,7 +142,6 @@ void append_wedges(const std::vector<Face>& faces, const Piece& blank, const Edg
     piece.edge.exterior_rad = std::min(air, 2 * kPi);
     piece.edge.normal = {from.normal, to.normal};
     piece.edge.triangle = {from.triangle, to.triangle};
-    piece.edge.outward = outward_of(piece.edge);
     pieces.push_back(piece);
   }
 }
@@ -219,7 +211,7 @@ std::vector<Edge> merge(std::vector<Piece> pieces) {
     return pieces[a].edge.length_m > pieces[b].edge.length_m;
   });
   std::vector<char> used(pieces.size(), 0);
-  std::vector<Edge> edges;
+  std::vector<std::uint32_t> seeds;  // whose pieces become whole edges, in their place
   for (const std::uint32_t seed : order) {
     if (used[seed] != 0) continue;
     used[seed] = 1;
@@ -251,8 +243,12 @@ std::vector<Edge> merge(std::vector<Piece> pieces) {
       }
       whole = whole.reversed();
     }
-    edges.push_back(whole.edge);
+    pieces[seed].edge = whole.edge;
+    seeds.push_back(seed);
   }
+  std::vector<Edge> edges;
+  edges.reserve(seeds.size());
+  for (const std::uint32_t seed : seeds) edges.push_back(pieces[seed].edge);
   return edges;
 }
 
@@ -289,6 +285,12 @@ CANYON_CLONES void mark_lanes(const float* __restrict ux, const float* __restric
 }
 
 }  // namespace
+
+Vector3d Edge::outward() const {
+  const Vector3d into_first = normal[0].cross(direction);
+  if (is_free()) return -into_first;
+  return -(into_first + direction.cross(normal[1])).normalized();
+}
 
 std::optional<EdgePoint> diffraction_point(const Edge& edge, const Vector3d& antenna, const Vector3d& s) {
   const Vector3d& u = edge.direction;

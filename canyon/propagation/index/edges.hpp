@@ -26,10 +26,11 @@ struct Edge {
   double exterior_rad = 0;  ///< of air between the faces, (pi, 2 pi]
   std::array<Eigen::Vector3d, 2> normal{Eigen::Vector3d::UnitZ(),
                                         Eigen::Vector3d::UnitZ()};  ///< unit, of the faces, into the air
-  Eigen::Vector3d outward = Eigen::Vector3d::UnitZ();  ///< unit, halves the air between the faces
   std::array<std::uint32_t, 2> triangle{};  ///< one of each face's at the edge; equal for a free edge
   double deviation_m = 0;                   ///< of the farthest vertex from the straight line
 
+  /// Unit; halves the air between the faces.
+  [[nodiscard]] Eigen::Vector3d outward() const;
   /// A free edge: 2 pi of air about a sheet, open or closed to no thickness.
   [[nodiscard]] bool is_free() const { return normal[0].dot(normal[1]) < -1 + 1e-9; }
 };

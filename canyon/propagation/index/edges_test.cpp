@@ -68,7 +68,7 @@ double total_length(const EdgeSet& set) {
 void expect_consistent(const EdgeSet& set) {
   for (const Edge& e : set.edges()) {
     ASSERT_NEAR(e.direction.norm(), 1, 1e-12);
-    ASSERT_NEAR(e.outward.norm(), 1, 1e-12);
+    ASSERT_NEAR(e.outward().norm(), 1, 1e-12);
     ASSERT_GT(e.length_m, 0);
     ASSERT_GT(e.exterior_rad, kPi);
     const Vector3d into_first = e.normal[0].cross(e.direction), into_second = e.direction.cross(e.normal[1]);
@@ -76,9 +76,9 @@ void expect_consistent(const EdgeSet& set) {
     // of merged edges differ by up to 0.5 deg.
     const Eigen::AngleAxisd half(0.5 * e.exterior_rad, e.direction), whole(e.exterior_rad, e.direction);
     ASSERT_GT((whole * into_first).dot(into_second), std::cos(radians(1)));
-    ASSERT_GT((half * into_first).dot(e.outward), std::cos(radians(1)));
-    ASSERT_GE(e.outward.dot(e.normal[0]), -1e-9);
-    ASSERT_GE(e.outward.dot(e.normal[1]), -1e-9);
+    ASSERT_GT((half * into_first).dot(e.outward()), std::cos(radians(1)));
+    ASSERT_GE(e.outward().dot(e.normal[0]), -1e-9);
+    ASSERT_GE(e.outward().dot(e.normal[1]), -1e-9);
     ASSERT_EQ(e.is_free(), e.exterior_rad > 2 * kPi - 1e-4);
   }
 }
@@ -98,7 +98,7 @@ TEST(EdgeSet, ABoxHasTwelve) {
     EXPECT_NEAR(e.normal[0].dot(e.normal[1]), 0, 1e-9);
     // Outwards is away from the box's middle.
     const Vector3d middle = e.start + 0.5 * e.length_m * e.direction;
-    EXPECT_GT(e.outward.dot(middle - Vector3d(0, 0, 15)), 0);
+    EXPECT_GT(e.outward().dot(middle - Vector3d(0, 0, 15)), 0);
   }
   EXPECT_EQ(lengths, (std::map<int, int>{{20, 4}, {30, 4}, {40, 4}}));
 }

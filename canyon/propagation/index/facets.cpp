@@ -193,6 +193,11 @@ void mark_reflecting(const FacingFacets& facing, const Vector3d& s, double min_c
 FacetSet::FacetSet(const city::Mesh& mesh, bool with_terrain) {
   static std::atomic<std::uint64_t> sets{0};
   number_ = ++sets;
+  find_facets(mesh, with_terrain);
+  order_in_blocks();
+}
+
+void FacetSet::find_facets(const city::Mesh& mesh, bool with_terrain) {
   const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
   std::vector<char> free(count, 0);  // reflects and is in no facet yet
   for (const city::Object& object : mesh.objects) {
@@ -201,6 +206,7 @@ FacetSet::FacetSet(const city::Mesh& mesh, bool with_terrain) {
                           (object.surface == city::Surface::Terrain && with_terrain);
     if (reflects) std::fill_n(free.begin() + object.first_triangle, object.triangle_count, char{1});
   }
+  const Adjacency adjacency(mesh);  // first: what it needs while it is made is large
   std::vector<double> area(count);
   std::vector<Vector3d> normal(count);
   for (std::uint32_t t = 0; t < count; ++t) {
@@ -217,7 +223,7 @@ FacetSet::FacetSet(const city::Mesh& mesh, bool with_terrain) {
   std::iota(seeds.begin(), seeds.end(), 0u);
   std::stable_sort(seeds.begin(), seeds.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return area[a] > area[b]; });
-  const Adjacency adjacency(mesh);
+  flat_.reserve(count);
   std::vector<std::uint32_t> group;
   for (const std::uint32_t seed : seeds) {
     if (free[seed] == 0) continue;
@@ -239,7 +245,7 @@ FacetSet::FacetSet(const city::Mesh& mesh, bool with_terrain) {
     }
     add_facet(mesh, group);
   }
-  order_in_blocks();
+  flat_.shrink_to_fit();
 }
 
 void FacetSet::add_facet(const city::Mesh& mesh, std::vector<std::uint32_t>& group) {
@@ -272,18 +278,17 @@ void FacetSet::add_facet(const city::Mesh& mesh, std::vector<std::uint32_t>& gro
     const auto& c = mesh.triangles[t];
     return mesh.vertices[c[0]] + mesh.vertices[c[1]] + mesh.vertices[c[2]];
   });
+  const bool blocks = facet.count > kFlatBlock, wide_blocks = facet.count > kFlatBlock * kFlatBlock;
   for (std::size_t i = 0; i < group.size(); ++i) {
-    if (i % kFlatBlock == 0) flat_bounds_.emplace_back();
-    if (i % (kFlatBlock * kFlatBlock) == 0) wide_bounds_.emplace_back();
+    if (blocks && i % kFlatBlock == 0) flat_bounds_.emplace_back();
+    if (wide_blocks && i % (kFlatBlock * kFlatBlock) == 0) wide_bounds_.emplace_back();
     FlatTriangle flat;
     flat.triangle = group[i];
     for (std::size_t k = 0; k < 3; ++k) {
       const Vector3d& corner = mesh.vertices[mesh.triangles[group[i]][k]];
       flat.corner[k] = {corner[u], corner[v]};
-      for (FlatBounds* bounds : {&flat_bounds_.back(), &wide_bounds_.back()}) {
-        bounds->min = bounds->min.min(flat.corner[k].array());
-        bounds->max = bounds->max.max(flat.corner[k].array());
-      }
+      if (blocks) flat_bounds_.back().add(flat.corner[k]);
+      if (wide_blocks) wide_bounds_.back().add(flat.corner[k]);
     }
     // Seen along the axis the triangle is turned over where the normal points the other way.
     if (facet.normal[facet.axis] < 0) std::swap(flat.corner[1], flat.corner[2]);
@@ -336,12 +341,14 @@ std::optional<std::uint32_t> FacetSet::triangle_at(const Facet& facet, const Vec
   const auto outside = [&](const FlatBounds& bounds) {
     return (p.array() < bounds.min - kEdgeSlack).any() || (p.array() > bounds.max + kEdgeSlack).any();
   };
+  const bool blocks = facet.count > kFlatBlock, wide_blocks = facet.count > kFlatBlock * kFlatBlock;
   for (std::uint32_t block = 0; block * kFlatBlock < facet.count; ++block) {
-    if (block % kFlatBlock == 0 && outside(wide_bounds_[facet.first_wide_bounds + block / kFlatBlock])) {
+    if (wide_blocks && block % kFlatBlock == 0 &&
+        outside(wide_bounds_[facet.first_wide_bounds + block / kFlatBlock])) {
       block += kFlatBlock - 1;
       continue;
     }
-    if (outside(flat_bounds_[facet.first_bounds + block])) continue;
+    if (blocks && outside(flat_bounds_[facet.first_bounds + block])) continue;
     const std::uint32_t begin = facet.first + block * kFlatBlock;
     const std::uint32_t end = std::min(begin + kFlatBlock, facet.first + facet.count);
     for (std::uint32_t i = begin; i < end; ++i) {
@@ -356,7 +363,7 @@ std::optional<std::uint32_t> FacetSet::triangle_at(const Facet& facet, const Vec
   return found;
 }
 
-std::vector<Vector3d> FacetSet::convex_part(const Facet& facet) const {
+std::size_t FacetSet::convex_part(const Facet& facet, std::array<Vector3d, 4>& corners) const {
   const auto area = [this](std::uint32_t i) {
     const auto& [a, b, c] = flat_[i].corner;
     return side(a, b, c);
@@ -366,7 +373,8 @@ std::vector<Vector3d> FacetSet::convex_part(const Facet& facet) const {
     if (area(i) > area(largest)) largest = i;
   }
   const auto& corner = flat_[largest].corner;
-  std::vector<Vector2d> outline(corner.begin(), corner.end());
+  std::array<Vector2d, 4> outline{corner[0], corner[1], corner[2]};
+  std::size_t count = 3;
   double best = 0;
   for (std::uint32_t i = facet.first; i < facet.first + facet.count; ++i) {
     if (i == largest || area(i) <= best) continue;
@@ -380,22 +388,24 @@ std::vector<Vector3d> FacetSet::convex_part(const Facet& facet) const {
         if (side(c, a, tip) < 0 || side(tip, b, c) < 0) continue;
         best = area(i);
         outline = {a, tip, b, c};
+        count = 4;
       }
     }
   }
   const int u = (facet.axis + 1) % 3, v = (facet.axis + 2) % 3;
-  std::vector<Vector3d> corners;
-  for (const Vector2d& p : outline) {
-    Vector3d at;
+  for (std::size_t k = 0; k < count; ++k) {
+    const Vector2d& p = outline[k];
+    Vector3d& at = corners[k];
     at[u] = p.x();
     at[v] = p.y();
     at[facet.axis] =
         (facet.offset - facet.normal[u] * p.x() - facet.normal[v] * p.y()) / facet.normal[facet.axis];
-    corners.push_back(at);
   }
   // Seen along the axis the facet is turned over where its normal points the other way.
-  if (facet.normal[facet.axis] < 0) std::reverse(corners.begin(), corners.end());
-  return corners;
+  if (facet.normal[facet.axis] < 0) {
+    std::reverse(corners.begin(), corners.begin() + static_cast<std::ptrdiff_t>(count));
+  }
+  return count;
 }
 
 }  // namespace canyon::propagation

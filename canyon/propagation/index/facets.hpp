@@ -87,7 +87,8 @@ class FacetSet {
   /// Corners [m, frame of the mesh] of a convex polygon that the facet's triangles cover without a gap, on
   /// the facet's plane, in turn about its normal: the facet's largest triangle, or that and the neighbour
   /// with which it makes the largest convex quadrilateral. A wall of two triangles is covered whole.
-  [[nodiscard]] std::vector<Eigen::Vector3d> convex_part(const Facet& facet) const;
+  /// @param corners gets them. @return how many: 3 or 4
+  std::size_t convex_part(const Facet& facet, std::array<Eigen::Vector3d, 4>& corners) const;
 
  private:
   /// A triangle on two of the three axes, counter-clockwise there.
@@ -98,15 +99,21 @@ class FacetSet {
   static constexpr std::uint32_t kFlatBlock = 16;  ///< flat triangles in a block, blocks in a wide one
   struct FlatBounds {
     Eigen::Array2d min = Eigen::Array2d::Constant(1e300), max = Eigen::Array2d::Constant(-1e300);
+    void add(const Eigen::Vector2d& point) {
+      min = min.min(point.array());
+      max = max.max(point.array());
+    }
   };
 
+  void find_facets(const city::Mesh& mesh, bool with_terrain);
   void add_facet(const city::Mesh& mesh, std::vector<std::uint32_t>& group);
   void order_in_blocks();
 
   std::uint64_t number_ = 0;
   std::vector<Facet> facets_;
   std::vector<FlatTriangle> flat_;
-  /// Of each block of a facet's flat triangles, from Facet::first_bounds, and of each wide one.
+  /// Of each block of a facet's flat triangles, from Facet::first_bounds, and of each wide one; of facets
+  /// that have several.
   std::vector<FlatBounds> flat_bounds_, wide_bounds_;
   BoundsBlocks blocks_;  ///< of the facets
 };

@@ -191,12 +191,18 @@ double polygon_area(const std::vector<Vector3d>& corners, const Vector3d& normal
   return 0.5 * twice.dot(normal);
 }
 
+std::vector<Vector3d> convex_part(const FacetSet& set, const Facet& facet) {
+  std::array<Vector3d, 4> corners;
+  const std::size_t count = set.convex_part(facet, corners);
+  return {corners.begin(), corners.begin() + static_cast<std::ptrdiff_t>(count)};
+}
+
 TEST(FacetSet, ConvexPartsCoverWallsOfTwoTrianglesWhole) {
   Mesh mesh;
   city::append_box(mesh, "box", Surface::Building, Material::Glass, {-10, -5, 0}, {10, 5, 30}, 0.4);
   const FacetSet set(mesh, false);
   for (const Facet& facet : set.facets()) {
-    const std::vector<Vector3d> corners = set.convex_part(facet);
+    const std::vector<Vector3d> corners = convex_part(set, facet);
     ASSERT_EQ(corners.size(), 4u);
     for (const Vector3d& c : corners) {
       EXPECT_NEAR(facet.normal.dot(c), facet.offset, 1e-9);
@@ -235,7 +241,7 @@ TEST(FacetSet, ConvexPartsAreConvexAndCovered) {
   ASSERT_EQ(set.facets().size(), 22u);
   int quadrilaterals = 0;
   for (const Facet& facet : set.facets()) {
-    const std::vector<Vector3d> corners = set.convex_part(facet);
+    const std::vector<Vector3d> corners = convex_part(set, facet);
     quadrilaterals += corners.size() == 4 ? 1 : 0;
     Vector3d centre = Vector3d::Zero();
     for (const Vector3d& c : corners) centre += c / static_cast<double>(corners.size());

@@ -37,6 +37,13 @@ CANYON_CLONES void narrow(const float* __restrict x, const float* __restrict y, 
   }
 }
 
+/// FacetSet::convex_part(); a triangle has its last corner twice.
+std::size_t corners_of(const FacetSet& set, const Facet& facet, std::array<Vector3d, 4>& corner) {
+  const std::size_t count = set.convex_part(facet, corner);
+  if (count == 3) corner[3] = corner[2];
+  return count;
+}
+
 CANYON_CLONES void merge(const std::uint8_t* __restrict inside, std::size_t count,
                          std::uint8_t* __restrict hidden) {
   for (std::size_t i = 0; i < count; ++i) hidden[i] = static_cast<std::uint8_t>(hidden[i] | inside[i]);
@@ -47,13 +54,13 @@ CANYON_CLONES void merge(const std::uint8_t* __restrict inside, std::size_t coun
 Occluders::Occluders(const FacetSet& set) {
   parts_.reserve(set.facets().size());
   for (const Facet& facet : set.facets()) {
-    const std::vector<Vector3d> corners = set.convex_part(facet);
+    std::array<Vector3d, 4> corner;
+    const std::size_t count = corners_of(set, facet, corner);
     Part part;
     part.centre.setZero();
-    for (const Vector3d& c : corners) part.centre += c / static_cast<double>(corners.size());
-    for (std::size_t k = 0; k < 4; ++k) part.corner[k] = corners[std::min(k, corners.size() - 1)];
-    Vector3d twice_area = (part.corner[1] - part.corner[0]).cross(part.corner[2] - part.corner[0]);
-    twice_area += (part.corner[2] - part.corner[0]).cross(part.corner[3] - part.corner[0]);
+    for (std::size_t k = 0; k < count; ++k) part.centre += corner[k] / static_cast<double>(count);
+    Vector3d twice_area = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
+    twice_area += (corner[2] - corner[0]).cross(corner[3] - corner[0]);
     part.area = static_cast<float>(0.5 * twice_area.norm());
     parts_.push_back(part);
   }
@@ -77,12 +84,13 @@ void Occluders::hidden_regions(const FacetSet& set, const FacingFacets& facing, 
     const Facet& facet = set.facets()[largest[i].second];
     const Part& part = parts_[largest[i].second];
     std::array<Vector3d, 4> corner;
+    (void)corners_of(set, facet, corner);
     bool large = true;
-    for (std::size_t k = 0; k < 4; ++k) {
-      const Vector3d inwards = part.centre - part.corner[k];
+    for (Vector3d& at : corner) {
+      const Vector3d inwards = part.centre - at;
       const double length = inwards.norm();
       large &= length > 4 * margin_m;
-      corner[k] = part.corner[k] + margin_m / length * inwards - antenna;
+      at = at + margin_m / length * inwards - antenna;
     }
     if (!large) continue;
     Hidden region;

@@ -37,8 +37,8 @@ class Occluders {
                       std::size_t count, double margin_m, Scratch& scratch, std::vector<Hidden>& out) const;
 
  private:
+  /// FacetSet::convex_part() of a facet; its corners are computed again where they are needed.
   struct Part {
-    std::array<Eigen::Vector3d, 4> corner;
     Eigen::Vector3d centre;
     float area;
   };
