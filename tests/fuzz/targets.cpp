@@ -324,7 +324,7 @@ void take_commands(const fs::path& path) {
     return made;
   }();
   static const live::Figures figures;
-  live::Commands commands({scenario, receivers, figures, true, [] { return 1.0; }, {}},
+  live::Commands commands({scenario, receivers, figures, true, [] { return 1.0; }},
                           std::make_shared<transport::Link>(std::make_unique<Deaf>()));
   const std::string text = test::read_bytes(path);
   for (const std::string_view line : split(text, '\n')) {
