@@ -165,7 +165,7 @@ std::string expectation_of(const std::vector<validation::RecordingRow>& fitted) 
   validation::Score score;
   for (const validation::RecordingRow& row : fitted) score += validation::score_of(row.headlines);
   return fmt::format(
-      "{} of {} figures lie within their ranges on what calibrated; expect no more of what was held out",
+      "{} of {} figures are within their ranges on the calibrated part; expect no more of the held-out part",
       score.within, score.of);
 }
 
@@ -177,10 +177,9 @@ std::string report_of(const calibration::Calibration& result,
   std::string text = "Receiver:\n\n" + calibration::to_markdown(result.estimates);
   if (!result.notes.empty()) text += "\n";
   for (const std::string& note : result.notes) text += fmt::format("- {}.\n", note);
-  if (after.empty())
-    return text + "\nNothing was held out: figures of what calibrated would prove nothing.\n";
+  if (after.empty()) return text + "\nNothing was held out: figures of the calibrated part prove nothing.\n";
   return fmt::format(
-      "{}\nExpected: {}.\n\n{}\nBy what calibrated nothing:\n\n{}\n{}\nThe recorded first part in the place "
+      "{}\nExpected: {}.\n\n{}\nBy the held-out part:\n\n{}\n{}\nThe recorded first part in the place "
       "of a simulation of the rest, a bound of what calibration can reach:\n\n{}",
       text, expectation_of(fitted), validation::score_card(fitted),
       validation::to_markdown(alternately(before, after)), validation::score_card(after),

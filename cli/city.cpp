@@ -54,7 +54,7 @@ int run_city_info(const CityInfoArguments& arguments) {
     fmt::print("  origin        {:.6f}, {:.6f}, {:.1f} m\n", geodesy::degrees(origin.latitude_rad),
                geodesy::degrees(origin.longitude_rad), origin.height_m);
   } else {
-    fmt::print("  origin        not known (a mesh does not say; --origin, or city.origin in a scenario)\n");
+    fmt::print("  origin        not known (a mesh has none; --origin, or city.origin in a scenario)\n");
   }
   fmt::print("  buildings     {}\n", summary.buildings);
   fmt::print("  triangles     {} ({} terrain)\n", summary.triangles, summary.terrain_triangles);

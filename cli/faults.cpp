@@ -24,7 +24,7 @@ int describe(const std::string& name) {
     if (const std::string values = key.values(); !values.empty()) key.meaning += fmt::format(" ({})", values);
   }
   fmt::print(
-      "{}: {}\n\nKeys below '{}:', beside the fault's own name, from_s, until_s or duration_s, "
+      "{}: {}\n\nKeys below '{}:', in addition to the fault's own name, from_s, until_s or duration_s, "
       "receivers:\n{}\nExample:\nfaults:\n  - {}\n",
       kind.name, kind.summary, kind.name, options::plain_text(keys), kind.example);
   return kOk;

@@ -320,7 +320,7 @@ class MapRun {
     fmt::print("\n");
     print_table({"layer", "unit", "least", "median", "mean", "95 %", "greatest"}, rows);
     if (summary.values == 0) {
-      print_warnings({"no cell was computed: all lie inside buildings, under terrain or outside the area"});
+      print_warnings({"no cell was computed: all are inside buildings, under terrain or outside the area"});
     }
     constexpr std::size_t kListed = 12;
     std::string list;

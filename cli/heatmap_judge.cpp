@@ -42,7 +42,7 @@ class MapComparison : public RecordedDrive {
         map.frame(), map.layers(), altitude(map));
     const validation::MapJudgement figures = validation::judge_map(epochs);
     if (figures.known == 0) {
-      throw InputError(arguments_.map, 0, "knows no place of the drive at its times",
+      throw InputError(arguments_.map, 0, "has no place of the drive at its times",
                        "map the drive's area and its times: --bbox, --times");
     }
     if (!arguments_.out.empty()) write(epochs);

@@ -131,8 +131,8 @@ void add_live(Command& app) {
       .one_of({"json", "binary", "mavlink"});
   command
       .add_option("--stream", arguments.streams, "STREAM",
-                  fmt::format("beside live.streams, [RECEIVER/]FORMAT=ADDRESS. Addresses: {}; behind one may "
-                              "stand ?rate_hz=5&latency_s=0.1&jitter_s=0.02",
+                  fmt::format("added to live.streams: [RECEIVER/]FORMAT=ADDRESS. Addresses: {}; options "
+                              "follow them: ?rate_hz=5&latency_s=0.1&jitter_s=0.02",
                               transport::address_forms()))
       .repeated();
   command.add_option("--control", arguments.control, "ADDRESS",

@@ -108,7 +108,7 @@ void visit_outputs(Visitor& v, HostSettings& settings) {
     v.boolean({"gazebo", "", "canyon.msgs.GnssReceiver on Gazebo transport"}, settings.publish_gazebo);
     v.boolean({"ros", "", "ROS topics, where the plugin is built with ROS"}, settings.publish_ros);
     v.boolean({"px4", "", "sensor_msgs.msgs.SITLGps on Gazebo transport, for PX4's bridge",
-               "false; true beside elements of PX4's gps plugin"},
+               "false; true with elements of PX4's gps plugin"},
               settings.publish_px4);
     v.integer({"nmea_port", "", "TCP port of 127.0.0.1 that serves NMEA 0183; 0: none"}, settings.nmea_port,
               0, 65535);

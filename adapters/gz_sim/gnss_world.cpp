@@ -300,7 +300,7 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
         "them");
   }
   if (element->HasElement("topic")) {
-    settings.warnings.emplace_back("<topic> of <canyon> has no effect here: it belongs into <sensor>");
+    settings.warnings.emplace_back("<topic> of <canyon> has no effect here: it belongs in <sensor>");
   }
   origin = origin_of(ecm);
   if (!origin && !settings.origin) {

@@ -281,7 +281,7 @@ class MeshImport {
     }
     const double distance = (0.5 * (bounds_.min + bounds_.max)).norm();
     if (distance > kLargestCity_m && whole_city_) {
-      throw InputError(path_, 0, fmt::format("the city would lie {:.0f} km from its origin", distance / 1e3),
+      throw InputError(path_, 0, fmt::format("the city would be {:.0f} km from its origin", distance / 1e3),
                        "export it about a local origin, or bring it there with the city's offset");
     }
   }

@@ -559,7 +559,7 @@ TEST_F(MeshFile, WrongUnitsAndPlaces) {
   EXPECT_THAT(error_of(path, options), HasSubstr("the city would be 0.03 m large"));
   // A mesh in grid coordinates of Hong Kong.
   EXPECT_THAT(error_of(write("far.obj", obj(box({836000, 818000, 0}, {836100, 818100, 50})))),
-              HasSubstr("the city would lie 1170 km from its origin"));
+              HasSubstr("the city would be 1170 km from its origin"));
 }
 
 TEST_F(MeshFile, LargeCoordinatesAreSaid) {

@@ -166,7 +166,7 @@ const std::vector<Commands::Impl::Entry>& Commands::Impl::entries() {
       {"help", false, "this list", &Impl::help},
       {"status", false, "time, counts, and the latest fix of every receiver", &Impl::status},
       {"options", false, "a receiver's options as they are: {\"receiver\": NAME}", &Impl::options},
-      {"set", true, "changes them; the receiver begins anew: {\"receiver\": NAME, \"options\": {KEY: VALUE}}",
+      {"set", true, "changes them; the receiver restarts: {\"receiver\": NAME, \"options\": {KEY: VALUE}}",
        &Impl::set},
       {"faults", false, "every receiver's timeline", &Impl::faults},
       {"add_fault", true,

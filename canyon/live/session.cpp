@@ -273,7 +273,7 @@ void Session::Impl::serve() {
     try {
       const std::string fault = receivers[stream->receiver()].add_fault(
           fmt::format("restart: {{kind: {}}}", disturbance::name(*kind)));
-      note(fmt::format("{}: {} start, asked for over its line: fault '{}'", names[stream->receiver()],
+      note(fmt::format("{}: {} start, requested over its line: fault '{}'", names[stream->receiver()],
                        disturbance::name(*kind), fault));
     } catch (const InputError& error) {
       note(fmt::format("{}: no restart: {}", names[stream->receiver()], error.what()));

@@ -21,7 +21,7 @@ void put(Node& section, const std::string& key, const std::string& path, const N
   const auto at = std::find_if(section.entries.begin(), section.entries.end(),
                                [&](const Node::Entry& entry) { return entry.key == name; });
   if (at != section.entries.end() && at->value.kind != Node::Kind::Mapping) {
-    throw document.error(path, name, from.line, "stands as a value and as a section", "keep one of them");
+    throw document.error(path, name, from.line, "is both a value and a section", "keep one of them");
   }
   Node* below = nullptr;
   if (at == section.entries.end()) {

@@ -135,7 +135,7 @@ void Reader::finish() const {
     for (const Node::Entry& entry : section.node->entries) {
       if (used_.count(&entry) != 0) continue;
       throw document_.error(section.path, entry.key, entry.line,
-                            fmt::format("has no effect beside the other {}s here", document_.word),
+                            fmt::format("has no effect with the other {}s here", document_.word),
                             fmt::format("remove it, or see {} for what it belongs to", document_.page));
     }
   }

@@ -93,7 +93,7 @@ class Reader {
     }
     if (!result_.epochs.empty() && *t_ <= result_.epochs.back()) {
       throw file_.error(
-          fmt::format("epoch {} does not lie after the one before", geodesy::format_gpst(*t_, 0)));
+          fmt::format("epoch {} is not after the epoch before it", geodesy::format_gpst(*t_, 0)));
     }
     result_.epochs.push_back(*t_);
   }

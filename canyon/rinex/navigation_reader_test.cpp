@@ -491,7 +491,7 @@ TEST(RinexNavigation, ADamagedRecordIsLostAlone) {
       {"5.153679471970e+03", "5.153679471970e+02", "square root of the semi-major axis 515.368 is outside"},
       {"5.153679471970e+03", "                  ", "square root of the semi-major axis is missing"},
       {"4.320000000000e+04", "7.000000000000e+05", "toe 700000 is outside"},
-      {"4.320000000000e+04", "4.320000000000e+05", "clock epoch and toe lie 60.0 h apart"},
+      {"4.320000000000e+04", "4.320000000000e+05", "clock epoch and toe are 60.0 h apart"},
       {"2.051000000000e+03", "2.061000000000e+03", "week number 2061 does not go with the clock epoch"},
       {"G05 2019 04 28", "G05 2019 14 28", "month 14"},
       {"G05 2019 04 28", "G05 2019 0a 28", "'0a' in the epoch is no number"},

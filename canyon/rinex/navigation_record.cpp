@@ -262,7 +262,7 @@ gnss::KeplerEphemeris decode_kepler(gnss::SatelliteId id, const std::vector<std:
 
   const GpsTime toe = closest_in_cycle(toc, toes, GpsTime::kSecondsPerWeek);
   if (std::abs(toe - toc) > kDay) {
-    throw DamagedRecord{fmt::format("clock epoch and toe lie {:.1f} h apart", std::abs(toe - toc) / 3600)};
+    throw DamagedRecord{fmt::format("clock epoch and toe are {:.1f} h apart", std::abs(toe - toc) / 3600)};
   }
   check_week(f, id.system, toe);
   // Before 0 and beyond a week where the message was sent in the week beside that of toe.

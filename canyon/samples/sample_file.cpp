@@ -66,8 +66,8 @@ Generator make_generator(const simulation::Simulation& simulation, std::size_t r
 BandPlan plan_run(const simulation::Simulation& simulation, const FrontEnd& front_end) {
   front_end.validate();
   if (simulation.epoch_count() < 2) {
-    throw InputError("the run has one epoch, and samples lie between epochs",
-                     "let it be longer, or raise rate_hz");
+    throw InputError("the run has one epoch, and samples are between epochs",
+                     "make it longer, or raise rate_hz");
   }
   if (simulation.navigation().empty()) {
     throw InputError("the sky has no broadcast messages, which signals carry",

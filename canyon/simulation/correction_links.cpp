@@ -60,7 +60,7 @@ void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t
     refuse("which moves, and no network", "leave virtual_station out, or give that receiver a fixed place");
   }
   if (!receivers[*base].fixed && !options.rtk.enabled) {
-    refuse("whose place nobody knows",
+    refuse("whose place is not known",
            "give that receiver fixed: {latitude_deg: ..., longitude_deg: ...}, or this one rtk: true for the "
            "heading of two antennas");
   }

@@ -166,16 +166,16 @@ LiveConfig changed_live_config(const LiveConfig& config, const std::string& text
   for (const char* fixed : {"name", "sky", "start", "base", "geoid_undulation_m"}) {
     const options::Node::Entry* entry = root.find(fixed);
     if (entry == nullptr) continue;
-    throw InputError(name, entry->line, fmt::format("{}: stays as it was when the receiver began", fixed),
-                     "write it at the receiver's place, and begin again");
+    throw InputError(name, entry->line, fmt::format("{}: cannot change while the receiver runs", fixed),
+                     "write it in the receiver's configuration, and restart");
   }
   LiveConfig changed = config;
   RunningConfig running{changed};
   options::read(root, document, running);
   if (changed.receiver.options.corrections.from != config.receiver.options.corrections.from) {
     throw InputError(name, root.find("corrections")->line,
-                     "corrections.from: stays as it was when the receiver began",
-                     "write it at the receiver's place, and begin again");
+                     "corrections.from: cannot change while the receiver runs",
+                     "write it in the receiver's configuration, and restart");
   }
   return changed;
 }

@@ -246,7 +246,7 @@ void LiveReceiver::Impl::look_for_jump(GpsTime t, const AntennaState& antenna) {
   *put_elsewhere = t;
   road->clear();
   warnings.push_back(fmt::format(
-      "the antenna was put {:.0f} m away at {:.1f} s: the receiver begins anew, as by a hot start", way_m,
+      "the antenna was put {:.0f} m away at {:.1f} s: the receiver restarts, as after a hot start", way_m,
       t - start));
 }
 

@@ -34,7 +34,7 @@ Step parse_step(std::string_view text, std::string_view key) {
 Node& entry_of(Node& mapping, const std::string& name, std::string_view key) {
   if (mapping.kind == Node::Kind::Empty) mapping.kind = Node::Kind::Mapping;
   if (mapping.kind != Node::Kind::Mapping) {
-    throw InputError(fmt::format("'{}' leads through a value that is no section, before '{}'", key, name));
+    throw InputError(fmt::format("'{}': the value before '{}' is no section", key, name));
   }
   for (Node::Entry& entry : mapping.entries) {
     if (entry.key == name) return entry.value;

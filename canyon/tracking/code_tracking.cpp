@@ -360,7 +360,7 @@ std::optional<CodeLock> CodeTracker::follow(CodeLoopState& state, std::span<cons
                                             double elapsed_s, double unit_cn0_hz) const {
   if (!std::isfinite(state.delay_m) || !(elapsed_s >= 0) || !std::isfinite(elapsed_s) ||
       !std::isfinite(unit_cn0_hz)) {
-    throw InputError(fmt::format("a code loop at {} m cannot go on by {} s at {} Hz", state.delay_m,
+    throw InputError(fmt::format("a code loop at {} m cannot advance by {} s at {} Hz", state.delay_m,
                                  elapsed_s, unit_cn0_hz),
                      "they must be finite, the time 0 or more");
   }

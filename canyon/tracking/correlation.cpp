@@ -81,7 +81,7 @@ int cells_per_knot(Modulation modulation) {
 void CorrelationOptions::validate() const {
   if (!(chip_rate_hz >= 1e5 && chip_rate_hz <= 1e8)) {
     throw InputError(fmt::format("chip_rate_hz of a signal is {}", chip_rate_hz),
-                     "it must lie in 1e5 to 1e8 chips per second");
+                     "it must be 1e5 to 1e8 chips per second");
   }
   if (std::isinf(bandwidth_hz) && bandwidth_hz > 0) return;
   if (!(bandwidth_hz >= 0.5 * chip_rate_hz && bandwidth_hz <= 1000 * chip_rate_hz)) {

@@ -54,7 +54,7 @@ class ZmqPublisher final : public ByteSink {
       if (zmq_errno() == EINTR) continue;
       throw OutputError(address_, 0,
                         fmt::format("the reader has taken nothing for {} s", patience_.count() * 1e-3),
-                        "let it read, and start both again");
+                        "make it read, and start both again");
     }
   }
   void finish() override { close(); }

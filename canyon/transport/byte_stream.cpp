@@ -93,7 +93,7 @@ void ByteStream::write(std::string_view bytes) {
     if (ready(impl_->socket.native_handle(), POLLOUT, impl_->patience)) continue;
     throw OutputError(impl_->address, 0,
                       fmt::format("the reader has taken nothing for {} s", impl_->patience.count() * 1e-3),
-                      "let it read, and start both again");
+                      "make it read, and start both again");
   }
 }
 

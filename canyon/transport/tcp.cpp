@@ -203,7 +203,7 @@ TcpClient::TcpClient(const HostPort& to, Clock::duration first_pause, Clock::dur
   const auto found = tcp::resolver(io_).resolve(tcp::v4(), to.host, std::to_string(to.port), error);
   if (error) {
     throw InputError(fmt::format("'{}' is no host: {}", to.host, error.message()),
-                     "write HOST:PORT with a host that this machine knows");
+                     "write HOST:PORT with a host that this machine can resolve");
   }
   server_ = found.begin()->endpoint();
 }

@@ -33,7 +33,7 @@ class Terminal : public Transport {
       return serve();
     }
     if (backlog_.size() + bytes.size() > kMaxBacklog) {
-      if (!std::exchange(behind_, true)) notes_.emplace_back("nobody reads: bytes are thrown away");
+      if (!std::exchange(behind_, true)) notes_.emplace_back("no program reads: bytes are dropped");
       backlog_.clear();
     }
     backlog_ += bytes;
@@ -194,7 +194,7 @@ class SerialPort final : public Terminal {
     const int before = std::exchange(baud_, baud);
     device_.close();
     if (!open_port()) return;
-    notes_.push_back(fmt::format("'{}' knows no {} baud: it stays at {}", name_, baud, before));
+    notes_.push_back(fmt::format("'{}' does not support {} baud: it stays at {}", name_, baud, before));
     baud_ = before;
     (void)open_port();
   }

@@ -271,7 +271,7 @@ TEST(Transport, PseudoTerminalGoesOnWithoutReaders) {
   const auto transport = open_transport("pty:");
   (void)transport->take_notes();
   for (int i = 0; i < 1000; ++i) transport->send(std::string(1000, 'x'));
-  EXPECT_THAT(transport->take_notes(), ElementsAre(HasSubstr("nobody reads")));
+  EXPECT_THAT(transport->take_notes(), ElementsAre(HasSubstr("no program reads")));
 }
 
 // Nobody reads: no reader is waited for at the end of a run.

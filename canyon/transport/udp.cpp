@@ -44,7 +44,7 @@ class Udp final : public Transport {
     if (!error) socket_.connect(*found.begin(), error);
     if (error) {
       throw InputError(fmt::format("nothing can be sent to '{}': {}", to.host, error.message()),
-                       "write udp://HOST:PORT with a host that this machine knows");
+                       "write udp://HOST:PORT with a host that this machine can resolve");
     }
     make_our_own(socket_);
   }

@@ -229,7 +229,7 @@ Alignment Aligner::align() {
   const std::optional<std::size_t> start = best_of(coarse_scores, 0);
   if (!start) {
     throw InputError(
-        "the city tells no LOS from NLOS satellites in this part of the recording, however moved",
+        "the city separates no LOS from NLOS satellites in this part of the recording, at any offset",
         "check that trajectory, heights and city belong together");
   }
   Move best = coarse[*start];

@@ -51,7 +51,7 @@ InputError nothing_left(const std::filesystem::path& obs, const std::filesystem:
                        [](const rinex::ObservedSignal& s) { return s.first(); });
   };
   if (std::none_of(recorded.epochs.begin(), recorded.epochs.end(), near_l1)) {
-    return {obs, 0, "it holds no signal near L1, which tell the receiver's clock",
+    return {obs, 0, "it has no signal near L1, which the receiver's clock needs",
             "record one of each system: L1 C/A, E1, B1I or G1"};
   }
   return {obs, 0, "it holds no pseudorange of a satellite above the horizon",
@@ -98,7 +98,7 @@ void add_own_fixes(const std::filesystem::path& nmea, const simulation::Trajecto
         nmea, 0,
         fmt::format("none of its {} fixes ({} to {}) is in the truth", own.fixes.size(),
                     format_gpst(own.fixes.front().first, 0), format_gpst(own.fixes.back().first, 0)),
-        "give what the recorded receiver told during the recording");
+        "give the recorded receiver's own output during the recording");
   }
   recording.warnings.insert(recording.warnings.end(), own.warnings.begin(), own.warnings.end());
 }

@@ -73,7 +73,7 @@ struct Probe::Impl {
 
   [[nodiscard]] Question read(const Json& json) const {
     if (json["type"] != "probe") {
-      throw InputError("this is no message that the server knows", "it answers \"type\": \"probe\"");
+      throw InputError("the server does not know this message", "it answers \"type\": \"probe\"");
     }
     if (json["version"] != output::kViewMessages) {
       throw InputError(fmt::format("the message is not of version {}", output::kViewMessages),
@@ -142,7 +142,7 @@ std::string Probe::answer(const std::string& message) {
   const std::optional<Json> json = Json::try_parse(message);
   const auto id = json ? id_of(*json) : std::nullopt;
   try {
-    if (!json) throw InputError("this is no JSON", "numbers are finite: JSON knows no NaN");
+    if (!json) throw InputError("this is no JSON", "numbers must be finite: JSON has no NaN");
     return impl_->trace(impl_->read(*json), id);
   } catch (const InputError& error) {
     return output::error_message(id, error.what());

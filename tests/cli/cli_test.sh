@@ -628,7 +628,7 @@ calibrate)
   { sed 's/^sky:.*/sky: {navigation: [res\/sky.nav]}/' small.yaml; echo 'receivers: [{name: car, profile: ublox-m8t}]'; } >judge.yaml
   one=(--obs res/receiver.obs --truth truth.csv --format urbannav --no-atmosphere)
   runs 0 "$canyon" calibrate judge.yaml "${one[@]}" -o mine.yaml --markdown table.md --json fit.json
-  says out "| key | profile |" "signal.link.above_minimum_db" "By what calibrated nothing" "| calibrated |" \
+  says out "| key | profile |" "signal.link.above_minimum_db" "By the held-out part" "| calibrated |" \
     "| recorded first half |"
   says table.md "not identified" "KS C/N0 LOS"
   says mine.yaml "description: " "calibrated by" "Not identified by these recordings" "was 1.5;" "as ublox-m8t"
@@ -1323,7 +1323,7 @@ P
   runs 0 "$canyon" heatmap small.yaml --out poor --enu-box=-9,-8,9,8 --layers hdop --format netcdf --quiet
   runs 2 "$canyon" heatmap judge poor/map.nc "${judge[@]:4}"; one_line; says err "no layer horizontal_error_p50"
   runs 0 "$canyon" heatmap small.yaml --out far --enu-box=60,60,70,70 --altitude 2 --layers horizontal_error_p50,horizontal_error_p95 --format netcdf --quiet
-  runs 2 "$canyon" heatmap judge far/map.nc "${judge[@]:4}"; one_line; says err "knows no place"
+  runs 2 "$canyon" heatmap judge far/map.nc "${judge[@]:4}"; one_line; says err "has no place"
   runs 2 "$canyon" heatmap judge absent.nc "${judge[@]:4}"; one_line; says err absent.nc ;;
 study_ranks)
   sed -i '$a receivers: [{name: car}]\nduration_s: 2' small.yaml

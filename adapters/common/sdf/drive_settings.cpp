@@ -83,7 +83,7 @@ void visit(Visitor& v, DriveElements& o) {
   for (const std::string& text : waypoints) o.waypoints.push_back(to_vector(v, "waypoint", text));
   v.number({"speed_mps", "m/s", "along the legs"}, o.legs.speed_mps, {1e-6, 1e5});
   v.number({"hold_s", "s", "time at rest at each waypoint"}, o.legs.hold_s, {0, 1e8});
-  v.boolean({"loop", "", "from the last waypoint straight back to the first; a file begins anew at its end"},
+  v.boolean({"loop", "", "from the last waypoint straight back to the first; a file starts again at its end"},
             o.legs.loop);
   v.boolean(
       {"heading", "", "the model looks in the direction of travel, level; false: it keeps its attitude"},

@@ -152,7 +152,7 @@ void check_sensor(const sdf::ElementPtr& sensor, const std::string& name) {
     throw InputError(name + ": <canyon> is given twice in <sensor>", "put what is in both into one");
   }
   if (own->HasElement("serve")) {
-    throw InputError(name + ": <serve> is inside <canyon>", "it belongs into the system's <plugin>");
+    throw InputError(name + ": <serve> is inside <canyon>", "it belongs in the system's <plugin>");
   }
 }
 

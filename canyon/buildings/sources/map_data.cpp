@@ -12,7 +12,7 @@ void LonLatBox::validate() const {
   const auto check = [](double value, double limit, const char* bound) {
     if (!(std::abs(value) <= limit)) {
       throw InputError(fmt::format("{} bound of the box is {} deg", bound, value),
-                       fmt::format("it must lie within [-{0}, {0}]; a box is west,south,east,north", limit));
+                       fmt::format("it must be within [-{0}, {0}]; a box is west,south,east,north", limit));
     }
   };
   check(west, 180, "west");
@@ -26,9 +26,8 @@ void LonLatBox::validate() const {
   }
   if (!(west < east)) throw InputError(fmt::format("the box has no width: west = east = {}", west));
   if (!(south < north)) {
-    throw InputError(
-        fmt::format("south bound {} of the box does not lie below its north bound {}", south, north),
-        "a box is west,south,east,north");
+    throw InputError(fmt::format("south bound {} of the box is not below its north bound {}", south, north),
+                     "a box is west,south,east,north");
   }
 }
 

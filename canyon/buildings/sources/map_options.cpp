@@ -12,7 +12,7 @@ void HeightDefaults::validate() const {
 void visit(options::Visitor& v, HeightDefaults& o) {
   v.number({"level_height_m", "m", "storey height of a map's buildings with levels and no height"}, o.level_m,
            {0, 20, true});
-  v.number({"default_height_m", "m", "height where a map says neither height, levels nor a known type"},
+  v.number({"default_height_m", "m", "height where a map has neither height, levels nor a known type"},
            o.building_m, {0.1, 1000});
   v.named_numbers({"heights", "m", "heights by building type: [house=7, office=20]", "docs/city.md"},
                   o.by_type, {0.1, 1000}, "TYPE=METRES");

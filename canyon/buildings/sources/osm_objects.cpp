@@ -310,7 +310,7 @@ class ObjectReader {
           fmt::format("node {} is beyond the poles or the antimeridian: latitude {:.7f}, "
                       "longitude {:.7f} deg",
                       node.id(), node.location().lat_without_check(), node.location().lon_without_check()),
-          "latitude must lie within +-90, longitude within +-180");
+          "latitude must be within +-90, longitude within +-180");
     }
     if (wanted) {
       const auto at = static_cast<std::size_t>(found - wanted_.begin());

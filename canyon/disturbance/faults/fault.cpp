@@ -76,7 +76,7 @@ constexpr std::array kKinds{
     FaultKind{"antenna", "a shaded sector of the antenna, a cable that loses, a loose contact",
               "{from_s: 10, antenna: {azimuth_from_deg: 315, azimuth_to_deg: 45, loss_db: 15}}",
               &SettingsOf<AntennaFaultOptions, AntennaFault>::fresh},
-    FaultKind{"restart", "the receiver begins anew: hot, warm or cold", "{from_s: 10, restart: {kind: cold}}",
+    FaultKind{"restart", "the receiver restarts: hot, warm or cold", "{from_s: 10, restart: {kind: cold}}",
               &SettingsOf<RestartOptions, RestartFault>::fresh},
     FaultKind{"scintillation", "a stormy ionosphere: amplitude and phase scintillate",
               "{from_s: 10, scintillation: {s4: 0.8, sigma_phi_rad: 0.5}}",
@@ -108,10 +108,9 @@ void visit_times(options::Visitor& v, Fault& fault) {
     if (duration_s) fault.until_s = fault.from_s + *duration_s;
   }
   if (v.reads() && fault.until_s && *fault.until_s <= fault.from_s) {
-    throw v.fault(
-        v.has("until_s") ? "until_s" : "from_s",
-        fmt::format("the end at {} s is not behind the begin at {} s", *fault.until_s, fault.from_s),
-        "give an until_s above from_s, or duration_s");
+    throw v.fault(v.has("until_s") ? "until_s" : "from_s",
+                  fmt::format("the end at {} s is not after the start at {} s", *fault.until_s, fault.from_s),
+                  "give an until_s above from_s, or duration_s");
   }
 }
 

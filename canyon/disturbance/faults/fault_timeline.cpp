@@ -91,7 +91,7 @@ bool FaultTimeline::add(Fault fault) {
   }
   if (entries_.size() >= kMostFaults) {
     throw InputError(fmt::format("a timeline takes {} faults, ended ones included", kMostFaults),
-                     "begin the run anew");
+                     "restart the run");
   }
   if (surroundings_.sky) fault.check(*surroundings_.sky);
   ++next_;  // whoever it concerns, so that all receivers of a host number alike

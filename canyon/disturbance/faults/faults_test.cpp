@@ -77,7 +77,7 @@ TEST(FaultKinds, EachHasAnExampleThatParsesKeysAndAWayBack) {
 
 TEST(Faults, TellFileLineAndCure) {
   EXPECT_THAT(fault_of("from_s: 3\nuntil_s: 2\noutage: {}"),
-              HasSubstr("command:2: until_s: the end at 2 s is not behind the begin at 3 s"));
+              HasSubstr("command:2: until_s: the end at 2 s is not after the start at 3 s"));
   EXPECT_THAT(fault_of("outage: {}\nclock: {}"), HasSubstr("command:2: clock: conflicts with 'outage'"));
   EXPECT_THAT(fault_of("from_s: 3"), HasSubstr("give the section of its kind"));
   EXPECT_THAT(fault_of("outage:\n  satellites: [G05, X3]"),

@@ -47,12 +47,12 @@ void visit(options::Visitor& v, EphemerisOptions& o) {
   v.number({"radial_m", "m", "position in the message minus the true one, outwards"}, o.radial_m, kOrbit);
   v.number({"along_m", "m", "along the orbit"}, o.along_m, kOrbit);
   v.number({"cross_m", "m", "across the orbit, in the direction of its angular momentum"}, o.cross_m, kOrbit);
-  v.number({"radial_mps", "m/s", "growth of radial_m from the fault's begin on"}, o.radial_mps, kRate);
+  v.number({"radial_mps", "m/s", "growth of radial_m from the fault's start"}, o.radial_mps, kRate);
   v.number({"along_mps", "m/s", "growth of along_m"}, o.along_mps, kRate);
   v.number({"cross_mps", "m/s", "growth of cross_m"}, o.cross_mps, kRate);
   v.number({"clock_offset_s", "s", "error of the satellite's clock: 1e-7 s are 30 m"}, o.clock_offset_s,
            {-1e-2, 1e-2});
-  v.number({"clock_drift", "s/s", "growth of that error from the fault's begin on"}, o.clock_drift,
+  v.number({"clock_drift", "s/s", "growth of that error from the fault's start"}, o.clock_drift,
            {-1e-6, 1e-6});
   v.choice({"clock_in", "",
             "message (the clock is right, its description is wrong) or signal (the clock drifts away, the "

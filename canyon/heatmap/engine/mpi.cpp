@@ -58,7 +58,7 @@ MpiProcesses::MpiProcesses(int* argc, char*** argv) : exceptions_(std::uncaught_
   MPI_Init_thread(argc, argv, MPI_THREAD_SERIALIZED, &provided);
   if (provided < MPI_THREAD_SERIALIZED) {
     MPI_Finalize();
-    throw InputError("the MPI library bears no threads beside it", "use one that was built with threads");
+    throw InputError("the MPI library does not support threads", "use one that was built with threads");
   }
   joined_ = true;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank_);

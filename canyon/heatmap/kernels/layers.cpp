@@ -112,7 +112,7 @@ void visit(options::Visitor& v, LimitOptions& o) {
   v.number({"protection_factor", "",
             "protection level over the larger half axis of the stated standard deviations"},
            o.protection_factor, {0, 100, true});
-  v.choice({"start", "", "time_to_first_fix: the receiver knows nothing (cold) or all (hot)"}, o.start,
+  v.choice({"start", "", "time_to_first_fix: the receiver knows nothing (cold) or everything (hot)"}, o.start,
            kStarts);
   v.integer({"first_fix_s", "s", "time_to_first_fix: longest time of a start"}, o.first_fix_s, 1, 3600);
   v.integer({"rtk_s", "s", "rtk_...: time for which the receiver has corrections"}, o.rtk_s, 1, 3600);

@@ -38,7 +38,7 @@ drawing::Picture draw_map_judgement(const std::string& title, const std::vector<
   }
   constexpr const char* kSubtitle =
       "recorded horizontal errors over the map's 50 % to 95 % at the same places";
-  if (values.empty()) return drawing::draw_notice(title, kSubtitle, "the map knows none of the places");
+  if (values.empty()) return drawing::draw_notice(title, kSubtitle, "the map has none of the places");
   return drawing::render(
       860, 480,
       [&](Canvas& canvas) {

@@ -88,7 +88,7 @@ class Prediction {
   [[nodiscard]] double width() const { return kPredictionLeft + kStrip + unit_ * (x_.high - x_.low) + 410; }
 
   void draw(Canvas& canvas) {
-    drawing::draw_title(canvas, kPredictionLeft, "Measured NLOS errors beside the predicted code delay",
+    drawing::draw_title(canvas, kPredictionLeft, "Measured NLOS errors over the predicted code delay",
                         report_subtitle(input_));
     drawing::Plot strip{{kPredictionLeft, kPredictionTop, kStrip, kSide},
                         {0, 1, false, {}},
