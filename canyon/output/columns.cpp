@@ -414,12 +414,10 @@ constexpr std::array kSatelliteColumns{
         .in_view(F32),
     word(
         "visibility",
-        "`LOS`: direct signal alone; `LOS+multipath`: direct and reflected; `NLOS`: reflected, bent or "
-        "scattered "
-        "alone, and strong enough that the receiver could track it (`signal.lock.tracking_threshold_dbhz`; "
-        "`lock` "
-        "tells whether it does; a receiver without strength tracks whatever arrives); `blocked`: nothing, or "
-        "nothing but what is weaker",
+        "`LOS`: direct signal alone; `LOS+multipath`: direct and reflected; `NLOS`: only reflected, bent or "
+        "scattered signals, strong enough to be tracked (`signal.lock.tracking_threshold_dbhz`; `lock` says "
+        "whether they are; a receiver without strength tracks every signal that arrives); `blocked`: no "
+        "signal, or only weaker ones",
         "never", propagation::Visibility::Blocked,
         [](const Row& r) { return static_cast<std::int64_t>(r.satellite->visibility); },
         [](std::int64_t i) { return propagation::name(static_cast<propagation::Visibility>(i)); })
