@@ -192,7 +192,7 @@ TEST(PreciseSky, NamesFileAndLineOfBadInput) {
   EXPECT_THAT(message(replaced(good, "*  2024  2 29  0 15", "*  2024  2 29  0 x5")),
               StartsWith("made-up.sp3:12: '*  2024  2 29  0 x5"));
   EXPECT_THAT(message(replaced(good, "*  2024  2 29  0 15", "*  2024  2 29  0  0")),
-              HasSubstr("after the one before"));
+              HasSubstr("is not after the epoch before"));
   EXPECT_THAT(message(replaced(good, " 26560.000000", " 2656O.000000")),
               StartsWith("made-up.sp3:9: coordinate '2656O.000000' is not a number"));
   EXPECT_THAT(message(replaced(good, "PG07", "PG7x")), StartsWith("made-up.sp3:9: 'G7x' is not a satellite"));

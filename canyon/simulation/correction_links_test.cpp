@@ -366,7 +366,7 @@ TEST(Corrections, OfAHostNeedABase) {
   EXPECT_THAT(std::string(test::error_of([&] {
                             (void)changed_live_config(config, "corrections: {from: other}", "change");
                           }).what()),
-              HasSubstr("corrections.from: stays"));
+              HasSubstr("corrections.from: cannot change"));
   EXPECT_EQ(changed_live_config(config, "corrections.max_age_s: 5", "change")
                 .receiver.options.corrections.max_age_s,
             5);
