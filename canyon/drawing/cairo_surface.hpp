@@ -61,5 +61,7 @@ inline Surface make_surface(int columns, int rows, const std::vector<std::uint32
 
 /// The pixels of an image of 8-bit RGB, which must have been flushed.
 [[nodiscard]] RgbImage image_of(cairo_surface_t* surface);
+/// The same as PNG, without a copy of them. Throws std::runtime_error where there is no memory.
+[[nodiscard]] std::string encode_png(cairo_surface_t* surface);
 
 }  // namespace canyon::drawing

@@ -180,7 +180,7 @@ std::string render_png(int width_px, int height_px, double scale, const std::fun
   const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width_px, height_px));
   draw_on(surface.get(), scale, width_px / scale, height_px / scale, draw);
   cairo_surface_flush(surface.get());
-  return encode_png(image_of(surface.get()));
+  return encode_png(surface.get());
 }
 
 std::string render_svg(double width, double height, const std::function<void(Canvas&)>& draw) {
