@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/output/stream.hpp"
 
 namespace canyon::adapters {
 namespace {
@@ -55,14 +54,17 @@ class StreamPublisher final : public EpochPublisher {
 
 std::unique_ptr<EpochPublisher> make_stream_publisher(
     const std::string& setting, std::string_view stream,
-    const std::vector<output::ReceiverDescription>& receivers) {
+    const std::vector<output::ReceiverDescription>& receivers, const LinkOpener& open) {
   try {
     output::StreamRequest request = output::parse_stream(stream);
     std::vector<std::string> names;
     for (const output::ReceiverDescription& receiver : receivers) names.push_back(receiver.name);
     if (request.receiver.empty()) request.receiver = names.front();
     const std::size_t r = output::find_receiver(request, names);
-    return std::make_unique<StreamPublisher>(setting, output::open_stream(request, r, receivers[r]));
+    std::shared_ptr<transport::Link> link = open ? open(request) : nullptr;
+    return std::make_unique<StreamPublisher>(
+        setting, link ? output::open_stream(request, r, receivers[r], std::move(link))
+                      : output::open_stream(request, r, receivers[r]));
   } catch (const InputError& e) {
     throw InputError(setting + ": " + e.problem(), e.cure());
   }

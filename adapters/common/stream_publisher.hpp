@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -8,8 +9,13 @@
 #include "adapters/common/epoch_publisher.hpp"
 #include "canyon/options/visitor.hpp"
 #include "canyon/output/encoder.hpp"
+#include "canyon/output/stream.hpp"
+#include "canyon/transport/link.hpp"
 
 namespace canyon::adapters {
+
+/// Opens what a host has of its own, topics: the link of such an address; null: the address is the engine's.
+using LinkOpener = std::function<std::shared_ptr<transport::Link>(const output::StreamRequest& request)>;
 
 /// Epochs in any of the engine's formats by any of its transports: "nmea=tcp://127.0.0.1:10110" (see
 /// output::parse_stream() and transport::open_transport()). Files are whole when it is destroyed. Updates
@@ -17,10 +23,11 @@ namespace canyon::adapters {
 /// @param setting what asked for the stream, for messages: "nmea_port"
 /// @param receivers of the host's receiver, which a stream that names none is of, and of its base, if any:
 /// "base/rtcm=tcp://127.0.0.1:2102"
+/// @param open asked first
 /// Throws InputError, which names `setting`, where the stream cannot be opened.
 [[nodiscard]] std::unique_ptr<EpochPublisher> make_stream_publisher(
     const std::string& setting, std::string_view stream,
-    const std::vector<output::ReceiverDescription>& receivers);
+    const std::vector<output::ReceiverDescription>& receivers, const LinkOpener& open = {});
 
 /// The field of such texts. A reader throws its fault for a format that is not known.
 void visit_streams(options::Visitor& v, const options::Field& field, std::vector<std::string>& streams);

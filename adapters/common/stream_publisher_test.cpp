@@ -73,6 +73,26 @@ TEST_F(StreamPublisher, SendsTheBasesEpochs) {
   }
 }
 
+TEST_F(StreamPublisher, HostsOpenAddressesOfTheirOwn) {
+  struct Collector final : transport::Transport {
+    explicit Collector(std::string& into) : bytes(into) {}
+    void send(std::string_view more) override { bytes += more; }
+    void finish(const std::optional<transport::Correction>& /*correction*/) override {}
+    std::string& bytes;
+  };
+  std::string bytes;
+  const auto open = [&](const output::StreamRequest& request) -> std::shared_ptr<transport::Link> {
+    if (request.address != "topic:nmea") return nullptr;
+    return std::make_shared<transport::Link>(std::make_unique<Collector>(bytes));
+  };
+  make_stream_publisher("streams", "nmea=topic:nmea", {{}}, open)->publish(sample.report);
+  EXPECT_EQ(bytes, output::nmea_epoch(sample.step.epoch));
+  const canyon::test::TemporaryFolder folder;
+  const auto file = folder / "car.nmea";
+  make_stream_publisher("streams", "nmea=file:" + file.string(), {{}}, open)->publish(sample.report);
+  EXPECT_EQ(canyon::test::read_bytes(file), bytes);
+}
+
 TEST_F(StreamPublisher, SaysWhichPortIsTaken) {
   const auto first = make();
   try {

@@ -126,6 +126,8 @@ template <class DiagnosticArray>
     } else {
       say(Status::WARN, "no fix: " + std::string(output::no_fix_reason(fix, epoch->placement)));
     }
+    add("kind of fix", std::string(positioning::name(fix.kind())));
+    if (fix.correction_age_s) add("age of corrections [s]", number(*fix.correction_age_s));
     add("satellites used", std::to_string(output::used_count(fix)));
     add("satellites tracked", std::to_string(epoch->observed.visible));
     add("satellites blocked", std::to_string(epoch->observed.blocked));

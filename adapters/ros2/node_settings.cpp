@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "adapters/common/stream_publisher.hpp"
+#include "adapters/ros2/rtcm_topic.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
@@ -27,11 +28,11 @@ constexpr std::string_view kReceivers = "receivers[].";
 constexpr std::size_t kMaxBytes = std::size_t{16} << 20;
 
 void visit_pose(Visitor& v, NodeSettings& settings) {
-  static constexpr std::string_view kSources[]{"trajectory", "pose", "odometry", "tf"};
+  static constexpr std::string_view kSources[]{"trajectory", "pose", "odometry", "tf", "fixed"};
   v.choice(
       {"source", "",
        "where the truth comes from: the scenario's trajectory; geometry_msgs/PoseStamped on the topic pose; "
-       "nav_msgs/Odometry on the topic odom; tf2"},
+       "nav_msgs/Odometry on the topic odom; tf2; the receiver's `fixed` place, of a base"},
       settings.pose_source, kSources);
   v.number({"timeout_s", "s", "since the last pose came; without truth there is no epoch"},
            settings.pose_timeout_s, {1e-3, 1e6});
@@ -189,6 +190,43 @@ void put(Node& root, const std::string& name, Node value) {
   *at = std::move(value);
 }
 
+void check_topics(const Visitor& v, const NodeSettings& settings) {
+  try {
+    for (const std::string& stream : settings.streams) (void)topic_of_stream(stream);
+  } catch (const InputError& e) {
+    throw v.fault("streams", e.problem(), e.cure());
+  }
+  const std::string& from = settings.world.receivers.front().options.corrections.from;
+  try {
+    if (!relative::is_stream(from) || topic_of(from)) return;
+  } catch (const InputError& e) {
+    throw v.fault("corrections.from", e.problem(), e.cure());
+  }
+  throw v.fault("corrections.from", fmt::format("'{}' is a stream, which this node does not read", from),
+                "name a base, a second receiver of the scenario, or a topic, topic:NAME, or run it by canyon "
+                "live");
+}
+
+void check_fixed(const Visitor& v, const NodeSettings& settings) {
+  const bool fixed = settings.world.receivers.front().fixed.has_value();
+  if (settings.pose_source == PoseSource::Fixed && !fixed) {
+    throw v.fault("pose.source", "the receiver has no fixed place",
+                  "give it fixed.latitude_deg, fixed.longitude_deg and fixed.height_m, or fixed.east_m, "
+                  "fixed.north_m and fixed.up_m");
+  }
+  if (settings.pose_source != PoseSource::Fixed && settings.by_poses() && fixed) {
+    throw v.fault("pose.source", "poses would move the receiver, which is fixed",
+                  "set pose.source: fixed, or leave fixed out");
+  }
+}
+
+/// A base station of rovers that are other nodes.
+bool is_base(const NodeSettings& settings) {
+  return settings.pose_source == PoseSource::Fixed ||
+         std::any_of(settings.streams.begin(), settings.streams.end(),
+                     [](const std::string& stream) { return topic_of_stream(stream).has_value(); });
+}
+
 /// Values by their paths; lists of mappings are left out.
 void flatten(const Node& node, const std::string& path, Parameters& into);
 
@@ -233,6 +271,10 @@ void flatten(const Node& node, const std::string& path, Parameters& into) {
 
 }  // namespace
 
+std::string NodeSettings::corrections_topic() const {
+  return topic_of(world.receivers.front().options.corrections.from).value_or("");
+}
+
 void visit(Visitor& v, NodeSettings& settings) {
   v.file({"scenario", "", "scenario file; parameters override it"}, settings.scenario);
   v.text({"receiver", "", "which of its receivers", "its first"}, settings.receiver);
@@ -242,13 +284,20 @@ void visit(Visitor& v, NodeSettings& settings) {
   v.number({"speed", "", "of the clock that it drives, times real time"}, settings.speed, {0, 1000, true});
   v.integer({"threads", "", "that compute a scenario's own drive ahead; 0: as many as cores"},
             settings.threads, 0, 4096);
-  visit_streams(v,
-                {"streams", "", "FORMAT=ADDRESS, as of canyon simulate --stream: nmea=tcp://127.0.0.1:10110"},
-                settings.streams);
+  visit_streams(
+      v,
+      {"streams", "",
+       "FORMAT=ADDRESS, as of canyon simulate --stream: nmea=tcp://127.0.0.1:10110; rtcm=topic:NAME "
+       "publishes rtcm_msgs/Message"},
+      settings.streams);
   v.section("pose", [&] { visit_pose(v, settings); });
   simulation::ScenarioOfAnyTrajectory any{settings.world};
   visit(v, any);
   if (!v.reads()) return;
+  check_topics(v, settings);
+  check_fixed(v, settings);
+  // As in a scenario with the rover: what its corrections remove is in the base's signals too.
+  if (is_base(settings)) settings.world.sky.errors.enabled.set_default(true);
   if (!settings.by_poses()) {
     v.require("trajectory", "add trajectory: {file: ...}, waypoints or position, or set pose.source");
   } else if (settings.drive_clock) {
@@ -329,12 +378,6 @@ NodeSettings read_settings(const Parameters& given) {
     settings.named = root.find("receivers")->value.items.front().find("name") != nullptr;
   }
   options::read(root, document, settings);
-  const std::string& from = settings.world.receivers.front().options.corrections.from;
-  if (relative::is_stream(from)) {
-    throw InputError(
-        fmt::format("parameter 'corrections.from': '{}' is a stream, which this node does not read", from),
-        "name a base, a second receiver of the scenario, or run it by canyon live");
-  }
   return settings;
 }
 
@@ -345,6 +388,13 @@ Parameters parameters_of(const NodeSettings& settings) {
   // Written out it names no profile, as every key stands below it.
   parameters.erase("profile");
   return parameters;
+}
+
+simulation::Scenario simulated_world(const NodeSettings& settings) {
+  simulation::Scenario world = settings.world;
+  std::string& from = world.receivers.front().options.corrections.from;
+  if (topic_of(from)) from.clear();
+  return world;
 }
 
 simulation::LiveConfig live_config(const NodeSettings& settings, const std::string& own_name) {

@@ -16,7 +16,7 @@
 namespace canyon::adapters::ros2 {
 
 /// Where a receiver's truth comes from.
-enum class PoseSource : std::uint8_t { Trajectory, Pose, Odometry, Tf };
+enum class PoseSource : std::uint8_t { Trajectory, Pose, Odometry, Tf, Fixed };
 
 /// Everything that a receiver's node is given: by a scenario file, and by parameters over it.
 struct NodeSettings {
@@ -41,7 +41,10 @@ struct NodeSettings {
   simulation::Scenario world;
   bool named = false;  ///< `name` was given
 
+  /// Time and place are the host's, not those of the scenario's own drive.
   [[nodiscard]] bool by_poses() const { return pose_source != PoseSource::Trajectory; }
+  /// Topic that the receiver's corrections come by; empty: they do not come by one.
+  [[nodiscard]] std::string corrections_topic() const;
 };
 
 void visit(options::Visitor& v, NodeSettings& settings);
@@ -70,6 +73,9 @@ using Parameters = std::map<std::string, ParameterValue>;
 
 /// The settings as parameters; what has no value is left out.
 [[nodiscard]] Parameters parameters_of(const NodeSettings& settings);
+
+/// The scenario as Simulation takes it, which reads no topic.
+[[nodiscard]] simulation::Scenario simulated_world(const NodeSettings& settings);
 
 /// For a receiver that a host drives. `own_name` names it where nothing else does, and its noise is its own.
 [[nodiscard]] simulation::LiveConfig live_config(const NodeSettings& settings, const std::string& own_name);

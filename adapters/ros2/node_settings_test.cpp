@@ -86,6 +86,35 @@ faults:
               AllOf(HasSubstr("parameter 'corrections.from'"), HasSubstr("is a stream")));
 }
 
+TEST_F(Settings, CorrectionsComeByATopic) {
+  const NodeSettings settings = read_settings({{"scenario", file_}, {"corrections.from", "topic:rtcm"}});
+  EXPECT_EQ(settings.corrections_topic(), "rtcm");
+  EXPECT_EQ(simulated_world(settings).receivers.front().options.corrections.from, "");
+  EXPECT_EQ(live_config(settings, "/first").receiver.options.corrections.from, "topic:rtcm");
+  EXPECT_EQ(read_settings({{"scenario", file_}}).corrections_topic(), "");
+  EXPECT_THAT(fault_of({{"scenario", file_}, {"corrections.from", "topic:rt cm"}}),
+              AllOf(HasSubstr("parameter 'corrections.from'"), HasSubstr("names no topic")));
+  EXPECT_THAT(fault_of({{"scenario", file_}, {"streams", std::vector<std::string>{"nmea=topic:nmea"}}}),
+              AllOf(HasSubstr("parameter 'streams'"), HasSubstr("RTCM 3 alone")));
+}
+
+TEST_F(Settings, AFixedReceiverNeedsNoPoses) {
+  const Parameters base{{"city.open", true},
+                        {"city.origin.latitude_deg", 22.3},
+                        {"city.origin.longitude_deg", 114.17},
+                        {"pose.source", "fixed"},
+                        {"fixed.east_m", 1.0},
+                        {"fixed.north_m", 2.0},
+                        {"fixed.up_m", 3.0}};
+  EXPECT_TRUE(read_settings(base).by_poses());
+  EXPECT_TRUE(read_settings(base).world.sky.errors.enabled);  // as those of its rovers
+  Parameters moved = base;
+  moved["pose.source"] = "pose";
+  EXPECT_THAT(fault_of(moved), AllOf(HasSubstr("parameter 'pose.source'"), HasSubstr("pose.source: fixed")));
+  EXPECT_THAT(fault_of({{"scenario", file_}, {"pose.source", "fixed"}}),
+              AllOf(HasSubstr("parameter 'pose.source'"), HasSubstr("no fixed place")));
+}
+
 TEST_F(Settings, ParametersStandOverTheFile) {
   const NodeSettings settings = read_settings({{"scenario", file_},
                                                {"elevation_mask_deg", 5.0},

@@ -17,10 +17,13 @@
 
 #include "adapters/common/stream_publisher.hpp"
 #include "adapters/common/update_schedule.hpp"
+#include "adapters/ros2/corrected_run.hpp"
 #include "adapters/ros2/node_parameters.hpp"
 #include "adapters/ros2/node_services.hpp"
 #include "adapters/ros2/pose_receiver.hpp"
 #include "adapters/ros2/receiver_topics.hpp"
+#include "adapters/ros2/rtcm_messages.hpp"
+#include "adapters/ros2/rtcm_topic.hpp"
 #include "adapters/ros2/scenario_run.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/time_scales.hpp"
@@ -37,6 +40,19 @@ constexpr double kDefaultRate_hz = 10;
 // How finely time goes: epochs come at most this late.
 constexpr std::int64_t kTick_ns = 10'000'000;
 
+/// Throws InputError for what this build does not have.
+void check_build(const NodeSettings& settings) {
+#ifndef CANYON_WITH_TF2
+  if (settings.pose_source == PoseSource::Tf) {
+    throw InputError("parameter 'pose.source': this build has no tf2", "build it where tf2_ros is found");
+  }
+#endif
+  if (!settings.corrections_topic().empty()) require_rtcm_msgs("parameter 'corrections.from'");
+  for (const std::string& stream : settings.streams) {
+    if (topic_of_stream(stream)) require_rtcm_msgs("parameter 'streams'");
+  }
+}
+
 }  // namespace
 
 struct ReceiverNode::Impl {
@@ -51,7 +67,11 @@ struct ReceiverNode::Impl {
   void cleanup();
   void autostart();
 
+  [[nodiscard]] std::unique_ptr<Drive> make_run() const;
+  void open_streams(const std::vector<output::ReceiverDescription>& receivers);
   void listen();
+  void listen_to_corrections();
+  void on_corrections(std::string_view bytes);
   void on_pose(const std_msgs::msg::Header& header, const geometry_msgs::msg::Pose& pose);
   void look_up();
   void begin_poses();
@@ -62,7 +82,7 @@ struct ReceiverNode::Impl {
   void tick();
   void take_epochs();
   void observe();
-  void publish(const Step* step, std::int64_t stamp_ns, const std::string& reason);
+  void publish(const Step* step, std::int64_t at_ns, const std::string& reason);
   [[nodiscard]] std::int64_t now_ns() const { return node.get_clock()->now().nanoseconds(); }
   void warn(const std::string& message) {
     if (said.insert(message).second) RCLCPP_WARN(node.get_logger(), "%s", message.c_str());
@@ -85,11 +105,11 @@ struct ReceiverNode::Impl {
   std::shared_ptr<const simulation::Simulation> simulation;  // of a scenario's own drive
   std::unique_ptr<ReceiverTopics> topics;
   std::unique_ptr<FaultServices> services;
-  std::unique_ptr<ScenarioRun> run;
+  std::unique_ptr<Drive> run;
   std::optional<PoseReceiver> poses;
   UpdateSchedule schedule{kDefaultRate_hz};
   std::vector<std::unique_ptr<EpochPublisher>> streams;
-  rclcpp::SubscriptionBase::SharedPtr subscription;
+  rclcpp::SubscriptionBase::SharedPtr subscription, corrections;
 #ifdef CANYON_WITH_TF2
   std::unique_ptr<tf2_ros::Buffer> transforms;
   std::unique_ptr<tf2_ros::TransformListener> listener;
@@ -98,6 +118,7 @@ struct ReceiverNode::Impl {
   rclcpp::TimerBase::SharedPtr timer, starter;
   std::optional<std::int64_t> zero_ns;  // of the node's clock, when the drive began
   std::int64_t driven_ns = 0;           // the clock that it drives
+  std::int64_t stamp_ns = 0;            // of the last epoch
   ros_messages::ReceiverHealth health;
   std::set<std::string> said;
   bool failed = false;
@@ -111,23 +132,22 @@ NodeParameters::Open ReceiverNode::Impl::open() const {
 }
 
 void ReceiverNode::Impl::change(const NodeSettings& changed) {
+  check_build(changed);
   if (poses) poses->change(changed);
-  if (simulation) simulation = std::make_shared<simulation::Simulation>(changed.world, scene);
+  if (simulation) simulation = std::make_shared<simulation::Simulation>(simulated_world(changed), scene);
+  const bool elsewhere = changed.corrections_topic() != settings.corrections_topic();
   settings = changed;
+  if (timer && elsewhere) listen_to_corrections();
 }
 
 void ReceiverNode::Impl::configure() {
   settings = parameters.settings();
-#ifndef CANYON_WITH_TF2
-  if (settings.pose_source == PoseSource::Tf) {
-    throw InputError("parameter 'pose.source': this build has no tf2", "build it where tf2_ros is found");
-  }
-#endif
+  check_build(settings);
   std::vector<std::string> warnings = settings.world.warnings;
   scene = std::make_shared<simulation::CityScene>(simulation::load_city(settings.world, warnings));
   double interval_s = 1 / settings.world.rate_hz.value_or(kDefaultRate_hz);
   if (!settings.by_poses()) {
-    simulation = std::make_shared<simulation::Simulation>(settings.world, scene);
+    simulation = std::make_shared<simulation::Simulation>(simulated_world(settings), scene);
     warnings.insert(warnings.end(), simulation->warnings().begin(), simulation->warnings().end());
     interval_s = simulation->interval_s();
   }
@@ -155,17 +175,16 @@ void ReceiverNode::Impl::activate() {
   const auto interval_ns = static_cast<std::int64_t>(schedule.interval_s() * 1e9 + 0.5);
   const std::int64_t tick_ns = std::min(interval_ns, kTick_ns);
   if (simulation) {
-    run = std::make_unique<ScenarioRun>(simulation, settings.threads);
+    run = make_run();
     std::vector<output::ReceiverDescription> receivers;
     for (std::size_t i = 0; i < simulation->scenario().receivers.size(); ++i) {
       receivers.push_back(output::describe_receiver(*simulation, i));
     }
-    for (const std::string& stream : settings.streams) {
-      streams.push_back(make_stream_publisher("parameter 'streams'", stream, receivers));
-    }
+    open_streams(receivers);
   } else {
     listen();
   }
+  listen_to_corrections();
   if (settings.drive_clock) {
     const auto period =
         std::max<std::int64_t>(1, std::llround(static_cast<double>(tick_ns) / settings.speed));
@@ -180,6 +199,7 @@ void ReceiverNode::Impl::activate() {
 void ReceiverNode::Impl::deactivate() {
   timer.reset();
   subscription.reset();
+  corrections.reset();
 #ifdef CANYON_WITH_TF2
   listener.reset();
   transforms.reset();
@@ -204,6 +224,41 @@ void ReceiverNode::Impl::autostart() {
   failed = node.configure().id() != State::PRIMARY_STATE_INACTIVE ||
            node.activate().id() != State::PRIMARY_STATE_ACTIVE;
   if (failed) rclcpp::shutdown(node.get_node_base_interface()->get_context(), "autostart failed");
+}
+
+std::unique_ptr<Drive> ReceiverNode::Impl::make_run() const {
+  if (!settings.corrections_topic().empty()) {
+    return std::make_unique<CorrectedRun>(settings, simulation, scene);
+  }
+  return std::make_unique<ScenarioRun>(simulation, settings.threads);
+}
+
+void ReceiverNode::Impl::open_streams(const std::vector<output::ReceiverDescription>& receivers) {
+  const auto open = [this](const output::StreamRequest& request) -> std::shared_ptr<transport::Link> {
+    const auto topic = topic_of(request.address);
+    if (!topic) return nullptr;
+    return open_rtcm_topic(NodeParts(node), *topic, settings.frame_id, [this] { return stamp_ns; });
+  };
+  for (const std::string& stream : settings.streams) {
+    streams.push_back(make_stream_publisher("parameter 'streams'", stream, receivers, open));
+  }
+}
+
+void ReceiverNode::Impl::listen_to_corrections() {
+  corrections.reset();
+  const std::string topic = settings.corrections_topic();
+  if (topic.empty()) return;
+  corrections = subscribe_to_rtcm(
+      NodeParts(node), topic, [this](std::string_view bytes) { guarded([&] { on_corrections(bytes); }); });
+}
+
+void ReceiverNode::Impl::on_corrections(std::string_view bytes) {
+  if (run) {
+    run->receive_rtcm(bytes, std::max<std::int64_t>(0, driven_ns));
+  } else if (now_ns() != 0) {
+    begin_poses();
+    poses->receive_rtcm(bytes, now_ns() - *zero_ns);
+  }
 }
 
 void ReceiverNode::Impl::listen() {
@@ -236,10 +291,7 @@ void ReceiverNode::Impl::begin_poses() {
       simulated ? std::chrono::duration_cast<std::chrono::nanoseconds>(machine).count() : *zero_ns;
   poses.emplace(settings, scene, settings.world.start.value_or(geodesy::gps_from_unix(unix_ns)),
                 std::string(node.get_fully_qualified_name()));
-  const auto receivers = output::describe_receivers(poses->receiver(), schedule.interval_s());
-  for (const std::string& stream : settings.streams) {
-    streams.push_back(make_stream_publisher("parameter 'streams'", stream, receivers));
-  }
+  open_streams(output::describe_receivers(poses->receiver(), schedule.interval_s()));
 }
 
 void ReceiverNode::Impl::on_pose(const std_msgs::msg::Header& header, const geometry_msgs::msg::Pose& pose) {
@@ -311,7 +363,7 @@ void ReceiverNode::Impl::tick() {
     return;
   }
   if (!zero_ns || now < *zero_ns) {
-    if (zero_ns) run = std::make_unique<ScenarioRun>(simulation, settings.threads);  // time went back
+    if (zero_ns) run = make_run();  // time went back
     zero_ns = now;
   }
   driven_ns = now - *zero_ns;
@@ -325,6 +377,7 @@ void ReceiverNode::Impl::take_epochs() {
     const auto step = run->take();
     if (!step) return;
     health.lateness_s = static_cast<double>(driven_ns - at) * 1e-9;
+    for (const std::string& line : run->take_warnings()) warn(line);
     publish(&*step, *zero_ns + at, "");
   }
   if (!run->finished() || driven_ns < run->next_ns()) return;
@@ -340,14 +393,15 @@ void ReceiverNode::Impl::observe() {
   std::string reason;
   const auto step = poses->observe(elapsed_ns, reason);
   health.compute_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  for (const std::string& line : poses->receiver().take_warnings()) warn(line);
+  for (const std::string& line : poses->take_warnings()) warn(line);
   publish(step ? &*step : nullptr, *zero_ns + elapsed_ns, reason);
 }
 
-void ReceiverNode::Impl::publish(const Step* step, std::int64_t stamp_ns, const std::string& reason) {
+void ReceiverNode::Impl::publish(const Step* step, std::int64_t at_ns, const std::string& reason) {
+  stamp_ns = at_ns;
   health.reason = reason;
   ReceiverReport report;
-  report.sim_time_ns = stamp_ns;
+  report.sim_time_ns = at_ns;
   report.step = step;
   topics->publish(report, settings.frame_id, health);
   for (const auto& stream : streams) {

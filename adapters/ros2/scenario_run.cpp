@@ -5,16 +5,17 @@
 
 namespace canyon::adapters::ros2 {
 
+Drive::Drive(std::shared_ptr<const simulation::Simulation> simulation)
+    : simulation_(std::move(simulation)), interval_ns_(std::llround(simulation_->interval_s() * 1e9)) {}
+
 ScenarioRun::ScenarioRun(std::shared_ptr<const simulation::Simulation> simulation, int threads)
-    : simulation_(std::move(simulation)),
-      interval_ns_(std::llround(simulation_->interval_s() * 1e9)),
-      thread_([this, threads] {
+    : Drive(std::move(simulation)), thread_([this, threads] {
         simulation::RunOptions options;
         options.threads = threads;
         options.stop = &stop_;
         options.block = 8;  // the first epoch shall not wait for many
         try {
-          simulation_->run({this}, options);
+          this->simulation().run({this}, options);
         } catch (...) {
           const std::lock_guard lock(mutex_);
           failure_ = std::current_exception();
@@ -38,7 +39,7 @@ void ScenarioRun::write(const simulation::Epoch& epoch) {
   } else {
     next_.base = std::make_shared<const simulation::LiveReceiver::Step>(std::move(step));
   }
-  if (epoch.receiver + 1 < simulation_->scenario().receivers.size()) return;
+  if (epoch.receiver + 1 < simulation().scenario().receivers.size()) return;
   std::unique_lock lock(mutex_);
   taken_one_.wait(lock, [this] { return stop_ || made_.size() < kAhead; });
   made_.push_back(std::move(next_));
@@ -60,7 +61,7 @@ std::optional<simulation::LiveReceiver::Step> ScenarioRun::take() {
     step = std::move(made_.front());
     made_.pop_front();
   }
-  ++taken_;
+  count_taken();
   taken_one_.notify_all();
   return step;
 }

@@ -8,23 +8,25 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/simulator.hpp"
 
 namespace canyon::adapters::ros2 {
 
-/// A scenario's own drive for a host with a clock: Simulation::run(), with the very numbers of `canyon
-/// simulate`, in a thread of its own that is a few epochs ahead.
-class ScenarioRun final : simulation::EpochSink {
+/// A scenario's own drive for a host with a clock, epoch by epoch.
+class Drive {
  public:
-  /// Begins at once. @param simulation of one receiver, and of its base, if any; @param threads as RunOptions
-  ScenarioRun(std::shared_ptr<const simulation::Simulation> simulation, int threads);
-  /// Ends the thread after the epochs in flight.
-  ~ScenarioRun() override;
-  ScenarioRun(const ScenarioRun&) = delete;
-  ScenarioRun& operator=(const ScenarioRun&) = delete;
+  /// @param simulation of one receiver, and of its base, if any
+  explicit Drive(std::shared_ptr<const simulation::Simulation> simulation);
+  virtual ~Drive() = default;
+  Drive(const Drive&) = delete;
+  Drive& operator=(const Drive&) = delete;
 
   /// Of the next epoch, since the first; one interval after the last where there is none.
   [[nodiscard]] std::int64_t next_ns() const { return static_cast<std::int64_t>(taken_) * interval_ns_; }
@@ -32,9 +34,35 @@ class ScenarioRun final : simulation::EpochSink {
   /// Every epoch has been taken.
   [[nodiscard]] bool finished() const { return taken_ == simulation_->epoch_count(); }
   /// take() has something to say: an epoch, or what the run threw.
-  [[nodiscard]] bool ready();
+  [[nodiscard]] virtual bool ready() = 0;
   /// The next epoch, or nothing where it is not made yet. Throws what the run threw.
-  [[nodiscard]] std::optional<simulation::LiveReceiver::Step> take();
+  [[nodiscard]] virtual std::optional<simulation::LiveReceiver::Step> take() = 0;
+  /// RTCM 3 that comes by a topic, `now_ns` since the first epoch; nothing where no topic is asked for.
+  virtual void receive_rtcm(std::string_view /*bytes*/, std::int64_t /*now_ns*/) {}
+  /// What there is to say since the last call, one line each.
+  [[nodiscard]] virtual std::vector<std::string> take_warnings() { return {}; }
+
+ protected:
+  [[nodiscard]] const simulation::Simulation& simulation() const { return *simulation_; }
+  void count_taken() { ++taken_; }
+
+ private:
+  const std::shared_ptr<const simulation::Simulation> simulation_;
+  const std::int64_t interval_ns_;
+  std::size_t taken_ = 0;
+};
+
+/// Simulation::run(), with the very numbers of `canyon simulate`, in a thread of its own that is a few epochs
+/// ahead.
+class ScenarioRun final : public Drive, simulation::EpochSink {
+ public:
+  /// Begins at once. @param threads as RunOptions
+  ScenarioRun(std::shared_ptr<const simulation::Simulation> simulation, int threads);
+  /// Ends the thread after the epochs in flight.
+  ~ScenarioRun() override;
+
+  [[nodiscard]] bool ready() override;
+  [[nodiscard]] std::optional<simulation::LiveReceiver::Step> take() override;
 
  private:
   static constexpr std::size_t kAhead = 64;
@@ -42,9 +70,6 @@ class ScenarioRun final : simulation::EpochSink {
   void write(const simulation::Epoch& epoch) override;
   void finish() override {}
 
-  const std::shared_ptr<const simulation::Simulation> simulation_;
-  const std::int64_t interval_ns_;
-  std::size_t taken_ = 0;
   std::mutex mutex_;
   std::condition_variable taken_one_;
   simulation::LiveReceiver::Step next_;  // until its base's epoch is there

@@ -81,6 +81,12 @@ void Session::Impl::make_inputs() {
     const receiver::ReceiverOptions& receiver_options = scenario.receivers[r].options;
     const std::string& address = receiver_options.corrections.from;
     if (!relative::is_stream(address)) continue;
+    if (address.starts_with("topic:")) {
+      throw error(
+          fmt::format("receiver '{}' takes corrections from '{}', a topic of ROS 2", names[r], address),
+          "run it as a node of ROS 2 (docs/ros2.md), or name a caster, "
+          "ntrip://USER:PASSWORD@HOST:PORT/MOUNT");
+    }
     inputs[r] = std::make_unique<CorrectionInput>(receiver_options, scenario.seed);
     if (address.starts_with("ntrip://")) inputs[r]->caster = link_of(address);
     (void)link_of(address)->listen([this, r](const transport::Received& received) {

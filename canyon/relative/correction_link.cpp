@@ -27,7 +27,7 @@ void CorrectionOptions::validate() const {
 void visit(options::Visitor& v, CorrectionOptions& o) {
   v.text({"from", "",
           "name of the base, a receiver with `fixed`; canyon live: also the address of a stream of RTCM 3, "
-          "ntrip://USER:PASSWORD@HOST:PORT/MOUNT"},
+          "ntrip://USER:PASSWORD@HOST:PORT/MOUNT; the node of ROS 2: also topic:NAME of rtcm_msgs/Message"},
          o.from);
   v.boolean({"virtual_station", "",
              "virtual reference station: the base's measurements as they would be at the position that the "
@@ -50,7 +50,8 @@ void visit(options::Visitor& v, CorrectionOptions& o) {
 }
 
 bool is_stream(const std::string& from) {
-  return from.find("://") != std::string::npos || from.starts_with("serial:") || from.starts_with("pty:");
+  return from.find("://") != std::string::npos || from.starts_with("serial:") || from.starts_with("pty:") ||
+         from.starts_with("topic:");
 }
 
 CorrectionLink::CorrectionLink(CorrectionOptions options, std::uint64_t seed, const std::string& name)
@@ -59,9 +60,11 @@ CorrectionLink::CorrectionLink(CorrectionOptions options, std::uint64_t seed, co
 void CorrectionLink::send(geodesy::GpsTime time, std::shared_ptr<const Corrections> corrections,
                           const std::optional<Eigen::Vector3d>& receiver_ecef) {
   if (!begin_) begin_ = time;
-  constexpr double kOnTime_s = 1e-6;
-  if (options_.rate_hz > 0 && sent_ && time - *sent_ < 1 / options_.rate_hz - kOnTime_s) return;
-  sent_ = time;
+  // By the times of measurement, since streams arrive with jitter; receivers' clocks are off by milliseconds.
+  constexpr double kOnTime_s = 5e-3;
+  const double since_s = sent_ ? corrections->receiver_time - *sent_ : -1;
+  if (options_.rate_hz > 0 && since_s >= 0 && since_s < 1 / options_.rate_hz - kOnTime_s) return;
+  sent_ = corrections->receiver_time;
   // Drawn for each epoch, so that outages and range do not move the losses.
   const double lost = random_.uniform(), late = random_.uniform();
   const double at_s = time - *begin_;

@@ -172,11 +172,14 @@ struct Simulation::Impl {
     for (ReceiverConfig& receiver : scenario.receivers) decide(receiver.options, environment);
     check_ionosphere(scenario, sky);
     for (const ReceiverConfig& receiver : scenario.receivers) {
-      if (!relative::is_stream(receiver.options.corrections.from)) continue;
-      throw scenario_error(scenario,
-                           fmt::format("receiver '{}' takes corrections from '{}', a stream",
-                                       receiver.options.name, receiver.options.corrections.from),
-                           "run it by canyon live, or name a base of the scenario");
+      const std::string& from = receiver.options.corrections.from;
+      if (!relative::is_stream(from)) continue;
+      throw scenario_error(
+          scenario,
+          fmt::format("receiver '{}' takes corrections from '{}', a stream", receiver.options.name, from),
+          from.starts_with("topic:")
+              ? "run it as a node of ROS 2 (docs/ros2.md), or name a base of the scenario"
+              : "run it by canyon live, or name a base of the scenario");
     }
     (void)CorrectionLinks(scenario.receivers, scenario.seed);
     check_places();
