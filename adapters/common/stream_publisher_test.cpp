@@ -74,8 +74,8 @@ TEST_F(StreamPublisher, SendsTheBasesEpochs) {
 }
 
 TEST_F(StreamPublisher, HostsOpenAddressesOfTheirOwn) {
-  struct Collector final : transport::Transport {
-    explicit Collector(std::string& into) : bytes(into) {}
+  struct AppendedBytes final : transport::Transport {
+    explicit AppendedBytes(std::string& into) : bytes(into) {}
     void send(std::string_view more) override { bytes += more; }
     void finish(const std::optional<transport::Correction>& /*correction*/) override {}
     std::string& bytes;
@@ -83,7 +83,7 @@ TEST_F(StreamPublisher, HostsOpenAddressesOfTheirOwn) {
   std::string bytes;
   const auto open = [&](const output::StreamRequest& request) -> std::shared_ptr<transport::Link> {
     if (request.address != "topic:nmea") return nullptr;
-    return std::make_shared<transport::Link>(std::make_unique<Collector>(bytes));
+    return std::make_shared<transport::Link>(std::make_unique<AppendedBytes>(bytes));
   };
   make_stream_publisher("streams", "nmea=topic:nmea", {{}}, open)->publish(sample.report);
   EXPECT_EQ(bytes, output::nmea_epoch(sample.step.epoch));
