@@ -106,7 +106,7 @@ class Corrections(unittest.TestCase):
             kinds = [m.fix_kind for m in seen]
             self.assertGreater(len(kinds), 35, rover.output())
             self.assertGreater(kinds.count(GnssSatellites.KIND_FIXED), 25, kinds)
-            self.assertNotIn("WARN", rover.output())
+            self.assertNotRegex(rover.output(), r"WARN.*\[receiver\]")  # rcl has warnings of its own
 
 
 if __name__ == "__main__":

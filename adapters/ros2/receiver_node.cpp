@@ -115,7 +115,7 @@ struct ReceiverNode::Impl {
   std::unique_ptr<tf2_ros::TransformListener> listener;
   std::int64_t last_transform_ns = 0;
 #endif
-  rclcpp::TimerBase::SharedPtr timer, starter;
+  rclcpp::TimerBase::SharedPtr timer, starter, listener_starter;
   std::optional<std::int64_t> zero_ns;  // of the node's clock, when the drive began
   std::int64_t driven_ns = 0;           // the clock that it drives
   std::int64_t stamp_ns = 0;            // of the last epoch
@@ -137,7 +137,13 @@ void ReceiverNode::Impl::change(const NodeSettings& changed) {
   if (simulation) simulation = std::make_shared<simulation::Simulation>(simulated_world(changed), scene);
   const bool elsewhere = changed.corrections_topic() != settings.corrections_topic();
   settings = changed;
-  if (timer && elsewhere) listen_to_corrections();
+  if (!timer || !elsewhere) return;
+  // A subscription declares parameters, which none may while others are being set.
+  corrections.reset();
+  listener_starter = node.create_wall_timer(std::chrono::seconds(0), [this] {
+    listener_starter.reset();
+    guarded([this] { listen_to_corrections(); });
+  });
 }
 
 void ReceiverNode::Impl::configure() {
@@ -198,6 +204,7 @@ void ReceiverNode::Impl::activate() {
 
 void ReceiverNode::Impl::deactivate() {
   timer.reset();
+  listener_starter.reset();
   subscription.reset();
   corrections.reset();
 #ifdef CANYON_WITH_TF2
