@@ -16,8 +16,6 @@ namespace {
 
 using geodesy::GpsTime;
 
-constexpr std::string_view kTopic = "topic:";
-
 /// As ROS 2 has it (rmw_validate_full_topic_name(), rcl_validate_topic_name()).
 bool is_topic_name(std::string_view name) {
   if (name.starts_with("~/")) name.remove_prefix(2);
@@ -41,8 +39,8 @@ std::string long_time(double seconds) {
 }  // namespace
 
 std::optional<std::string> topic_of(std::string_view address) {
-  if (!address.starts_with(kTopic)) return std::nullopt;
-  const std::string_view name = address.substr(kTopic.size());
+  if (!address.starts_with(relative::kTopicAddress)) return std::nullopt;
+  const std::string_view name = address.substr(relative::kTopicAddress.size());
   if (!is_topic_name(name)) {
     throw InputError(fmt::format("'{}' names no topic", address),
                      "write topic:NAME, such as topic:rtcm or topic:/ntrip_client/rtcm");

@@ -81,7 +81,7 @@ void Session::Impl::make_inputs() {
     const receiver::ReceiverOptions& receiver_options = scenario.receivers[r].options;
     const std::string& address = receiver_options.corrections.from;
     if (!relative::is_stream(address)) continue;
-    if (address.starts_with("topic:")) {
+    if (address.starts_with(relative::kTopicAddress)) {
       throw error(
           fmt::format("receiver '{}' takes corrections from '{}', a topic of ROS 2", names[r], address),
           "run it as a node of ROS 2 (docs/ros2.md), or name a caster, "

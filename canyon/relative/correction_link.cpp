@@ -51,7 +51,7 @@ void visit(options::Visitor& v, CorrectionOptions& o) {
 
 bool is_stream(const std::string& from) {
   return from.find("://") != std::string::npos || from.starts_with("serial:") || from.starts_with("pty:") ||
-         from.starts_with("topic:");
+         from.starts_with(kTopicAddress);
 }
 
 CorrectionLink::CorrectionLink(CorrectionOptions options, std::uint64_t seed, const std::string& name)

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "canyon/base/random.hpp"
@@ -16,7 +17,7 @@ namespace canyon::relative {
 /// Whose corrections a receiver takes, and what the way of these does to them (docs/corrections.md).
 struct CorrectionOptions {
   /// Name of a reference station of the same run, or the address of a stream of RTCM 3 (is_stream()), which
-  /// `canyon live` reads; empty: none.
+  /// `canyon live` reads, or of a topic (kTopicAddress), which the node of ROS 2 reads; empty: none.
   std::string from;
   /// Older ones are not used [s], (0, 3600]. Default: that of u-blox F9 receivers (HPG interface description,
   /// CFG-NAVSPG-CONSTR_DGNSSTO).
@@ -38,7 +39,10 @@ struct CorrectionOptions {
 };
 /// Its fields.
 void visit(options::Visitor& v, CorrectionOptions& o);
-/// Whether CorrectionOptions::from is an address: "ntrip://...", "tcp-connect://...", "serial:...".
+/// Addresses of topics of ROS 2 begin with it: "topic:NAME".
+inline constexpr std::string_view kTopicAddress = "topic:";
+/// Whether CorrectionOptions::from is an address: "ntrip://...", "tcp-connect://...", "serial:...",
+/// "topic:...".
 [[nodiscard]] bool is_stream(const std::string& from);
 
 /// The way of corrections from a base to one receiver. Same options and seed, same losses.

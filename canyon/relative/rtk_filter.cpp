@@ -188,7 +188,7 @@ void RtkFilter::State::take(const Corrections& corrections, const orbit::Sky& sk
   all.elevation_mask_rad = 0;  // the rover's mask counts
   base = observed_minus_computed(corrections.receiver_time, corrections.observations, sky, all,
                                  corrections.station_ecef);
-  // Beside a moving base the filter follows the baseline: the place goes along with the base'
+  // Beside a moving base the filter follows the baseline: the place goes along with the base's.
   if (started && corrections.moving) position += corrections.station_ecef - base_place;
   if (corrections.moving != moving || (station && *station != corrections.station)) started = false;
   moving = corrections.moving;

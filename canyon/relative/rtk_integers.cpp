@@ -2,6 +2,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
+#include <utility>
+#include <vector>
 
 #include "canyon/relative/integer_least_squares.hpp"
 #include "canyon/relative/rtk_filter_state.hpp"
@@ -190,4 +193,5 @@ std::optional<RtkFilter::State::Fixed> RtkFilter::State::find_among(std::vector<
   }
   return result;
 }
+
 }  // namespace canyon::relative

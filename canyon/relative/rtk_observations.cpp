@@ -1,6 +1,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/positioning/filter_track.hpp"
@@ -197,4 +199,5 @@ void RtkFilter::State::take_velocity(const Fix& alone) {
   }
   state.mirror();
 }
+
 }  // namespace canyon::relative

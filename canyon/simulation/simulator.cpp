@@ -177,7 +177,7 @@ struct Simulation::Impl {
       throw scenario_error(
           scenario,
           fmt::format("receiver '{}' takes corrections from '{}', a stream", receiver.options.name, from),
-          from.starts_with("topic:")
+          from.starts_with(relative::kTopicAddress)
               ? "run it as a node of ROS 2 (docs/ros2.md), or name a base of the scenario"
               : "run it by canyon live, or name a base of the scenario");
     }
