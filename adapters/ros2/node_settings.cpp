@@ -272,6 +272,7 @@ void flatten(const Node& node, const std::string& path, Parameters& into) {
 }  // namespace
 
 std::string NodeSettings::corrections_topic() const {
+  if (world.receivers.empty()) return {};  // nothing is read yet
   return topic_of(world.receivers.front().options.corrections.from).value_or("");
 }
 

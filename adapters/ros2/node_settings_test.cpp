@@ -92,6 +92,7 @@ TEST_F(Settings, CorrectionsComeByATopic) {
   EXPECT_EQ(simulated_world(settings).receivers.front().options.corrections.from, "");
   EXPECT_EQ(live_config(settings, "/first").receiver.options.corrections.from, "topic:rtcm");
   EXPECT_EQ(read_settings({{"scenario", file_}}).corrections_topic(), "");
+  EXPECT_EQ(NodeSettings{}.corrections_topic(), "");  // before a node is configured
   EXPECT_THAT(fault_of({{"scenario", file_}, {"corrections.from", "topic:rt cm"}}),
               AllOf(HasSubstr("parameter 'corrections.from'"), HasSubstr("names no topic")));
   EXPECT_THAT(fault_of({{"scenario", file_}, {"streams", std::vector<std::string>{"nmea=topic:nmea"}}}),
