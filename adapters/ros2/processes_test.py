@@ -241,7 +241,9 @@ class Poses(unittest.TestCase):
         with receiver({**OPEN_FIELD, "pose.source": source}) as node, Listener() as listener:
             fixes = listener.listen(NavSatFix, "/fix")
             reports = listener.listen(DiagnosticArray, "/diagnostics", reliable=True)
-            listener.spin_until(lambda: fixes and reports, "the first epoch")
+            listener.spin_until(lambda: fixes and reports or node.child.poll() is not None, "the first epoch")
+            if "this build has no tf2" in node.output():
+                self.skipTest("this build has no tf2")
             self.assertEqual(fixes[-1].status.status, -1)  # no pose yet
             self.assertTrue(math.isnan(fixes[-1].latitude))
             self.assertEqual(reports[-1].status[0].level, b"\x02")
