@@ -1,6 +1,5 @@
 #include "canyon/relative/integer_least_squares.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,35 +13,84 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// With this success rate, and within so many steps for each variable, the search goes without decorrelation.
-constexpr double kSure = 0.999;
-constexpr Index kShortSearch = 20;
+/// Multiples beyond would grow without bound.
+constexpr double kLargeMultiple = 100;
 
-/// Takes whole multiples of column i off column j, so that |L(i, j)| <= 1/2.
-void reduce(MatrixXd& l, MatrixXd& z, Index i, Index j) {
-  const double multiple = std::round(l(i, j));
-  if (multiple == 0) return;
-  l.col(j).tail(l.rows() - i) -= multiple * l.col(i).tail(l.rows() - i);
-  z.col(j) -= multiple * z.col(i);
-}
-
-/// Exchanges variables j and j + 1. @param swapped_d D of j + 1 behind it
-void exchange(Triangular& f, MatrixXd& z, Index j, double swapped_d) {
-  MatrixXd& l = f.l;
-  const double eta = f.d(j) / swapped_d;
-  const double lambda = f.d(j + 1) * l(j + 1, j) / swapped_d;
-  f.d(j) = eta * f.d(j + 1);
-  f.d(j + 1) = swapped_d;
-  for (Index k = 0; k < j; ++k) {
-    const double upper = l(j, k), lower = l(j + 1, k);
-    l(j, k) = lower - l(j + 1, j) * upper;
-    l(j + 1, k) = eta * upper + lambda * lower;
+/// Q = L^T D L of the last variables of a covariance, as many as are positive definite.
+Triangular triangular(const MatrixXd& covariance) {
+  const Index n = covariance.rows();
+  MatrixXd rest = covariance;
+  Triangular f{MatrixXd::Identity(n, n), VectorXd(n)};
+  for (Index i = n - 1; i >= 0; --i) {
+    const double d = rest(i, i);
+    // What rounding leaves of a variance that others explain is no variance.
+    if (!(d > 1e-14 * covariance(i, i)) || !std::isfinite(d)) {
+      return {f.l.bottomRightCorner(n - 1 - i, n - 1 - i), f.d.tail(n - 1 - i)};
+    }
+    f.d(i) = d;
+    f.l.row(i).head(i) = rest.col(i).head(i).transpose() / d;
+    for (Index j = 0; j < i; ++j) rest.col(j).head(j + 1) -= f.l(i, j) * rest.col(i).head(j + 1);
   }
-  l(j + 1, j) = lambda;
-  const Index below = l.rows() - j - 2;
-  l.col(j).tail(below).swap(l.col(j + 1).tail(below));
-  z.col(j).swap(z.col(j + 1));
+  return f;
 }
+
+/// A change of variables at work.
+struct Basis {
+  Triangular factors;
+  VectorXd z;
+  MatrixXd a_from_z;
+
+  /// Takes whole multiples of column i off column j, so that |L(i, j)| <= 1/2.
+  void reduce(Index i, Index j) {
+    MatrixXd& l = factors.l;
+    const double multiple = std::round(l(i, j));
+    if (multiple == 0) return;
+    l.col(j).tail(l.rows() - i) -= multiple * l.col(i).tail(l.rows() - i);
+    z(j) -= multiple * z(i);
+    a_from_z.col(i) += multiple * a_from_z.col(j);
+  }
+
+  /// Exchanges variables j and j + 1. @param swapped_d D of j + 1 behind it
+  void exchange(Index j, double swapped_d) {
+    auto& [l, d] = factors;
+    const double eta = d(j) / swapped_d;
+    const double lambda = d(j + 1) * l(j + 1, j) / swapped_d;
+    d(j) = eta * d(j + 1);
+    d(j + 1) = swapped_d;
+    for (Index k = 0; k < j; ++k) {
+      const double upper = l(j, k), lower = l(j + 1, k);
+      l(j, k) = lower - l(j + 1, j) * upper;
+      l(j + 1, k) = eta * upper + lambda * lower;
+    }
+    l(j + 1, j) = lambda;
+    const Index below = l.rows() - j - 2;
+    l.col(j).tail(below).swap(l.col(j + 1).tail(below));
+    std::swap(z(j), z(j + 1));
+    a_from_z.col(j).swap(a_from_z.col(j + 1));
+  }
+
+  /// Decorrelates the variables from `first` on, of which those behind `done` are already.
+  void decorrelate(Index first, Index done) {
+    auto& [l, d] = factors;
+    for (Index j = done - 1; j >= first;) {
+      const double apart = l(j + 1, j) - std::round(l(j + 1, j));
+      const double swapped = d(j) + apart * apart * d(j + 1);
+      if (swapped * (1 + 1e-9) >= d(j + 1)) {
+        --j;
+        continue;
+      }
+      // No element of L but the one beside the diagonal decides about an exchange: the others wait until they
+      // are large.
+      reduce(j + 1, j);
+      const Index below = l.rows() - j - 2;
+      if (below > 0 && l.col(j).tail(below).cwiseAbs().maxCoeff() > kLargeMultiple) {
+        for (Index i = j + 2; i < l.rows(); ++i) reduce(i, j);
+      }
+      exchange(j, swapped);
+      j = std::min(j + 1, l.rows() - 2);
+    }
+  }
+};
 
 /// Whole numbers on one level of the search: nearest first, then alternately on both sides.
 struct Level {
@@ -64,13 +112,8 @@ struct Level {
 /// Depth first, from the last and best known variable down.
 class Search {
  public:
-  Search(VectorXd z, const Triangular& factors)
-      : z_(std::move(z)),
-        l_(factors.l),
-        d_(factors.d),
-        n_(z_.size()),
-        shifts_(MatrixXd::Zero(n_ + 1, n_)),
-        whole_(n_) {
+  Search(const VectorXd& z, const Triangular& factors)
+      : z_(z), l_(factors.l), d_(factors.d), n_(z_.size()), shifts_(ByRows::Zero(n_ + 1, n_)), whole_(n_) {
     levels_.resize(static_cast<std::size_t>(n_));
   }
 
@@ -103,22 +146,36 @@ class Search {
     }
   }
 
-  /// All within the second best distance, and within `ratio_limit` times the best; false after `max_nodes`.
-  bool run(int max_nodes, double ratio_limit) {
-    distance[1] = std::min(distance[1], ratio_limit * distance[0]);
-    Index k = n_ - 1;
-    level(k).distance = 0;
-    level(k).begin(z_(k));
+  /// All within the second best distance, and within the highest ratio times the best; false after
+  /// `max_nodes`.
+  bool run(int max_nodes, RatioLimits ratios) {
+    distance[1] = std::min(distance[1], ratios.highest * distance[0]);
+    // Where the two nearest so far are too close to each other, only one that is much nearer helps.
+    const auto is_close = [&] { return distance[1] < ratios.lowest * distance[0]; };
+    const auto radius = [&] { return is_close() ? distance[1] / ratios.lowest : distance[1]; };
+    const auto from_top = [&] {
+      level(n_ - 1).distance = 0;
+      level(n_ - 1).begin(z_(n_ - 1));
+      return n_ - 1;
+    };
+    double within = radius();
+    Index k = from_top();
     for (int nodes = 0; nodes < max_nodes; ++nodes) {
-      if (reached(k) < distance[1]) {
+      if (reached(k) < within) {
         whole_(k) = level(k).whole;
         if (k > 0) {
           descend(k);
           --k;
           continue;
         }
+        const bool was_close = is_close();
         keep(reached(0));
-        level(0).next();
+        within = radius();
+        if (was_close) {
+          k = from_top();  // what was too far for that radius may be the second best
+        } else {
+          level(0).next();
+        }
       } else {
         if (++k == n_) return true;
         level(k).next();
@@ -155,12 +212,13 @@ class Search {
     distance[nearest ? 0 : 1] = at;
   }
 
-  VectorXd z_;
-  const MatrixXd& l_;
+  using ByRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+  const VectorXd& z_;
+  const ByRows l_;
   const VectorXd& d_;
   Index n_;
-  // Row k: what the errors of the levels from k on shift the means of those below by.
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> shifts_;
+  ByRows shifts_;  // row k: what the errors of the levels from k on shift the means of those below by
   std::vector<Level> levels_;
   VectorXd whole_;
 };
@@ -171,42 +229,27 @@ double IntegerSolution::ratio() const {
   return best_distance > 0 ? second_distance / best_distance : std::numeric_limits<double>::infinity();
 }
 
-std::optional<Triangular> triangular(const MatrixXd& covariance) {
-  const Index n = covariance.rows();
-  MatrixXd rest = covariance;
-  Triangular f{MatrixXd::Zero(n, n), VectorXd(n)};
-  for (Index i = n - 1; i >= 0; --i) {
-    const double d = rest(i, i);
-    // What rounding leaves of a variance that others explain is no variance.
-    if (!(d > 1e-14 * covariance(i, i)) || !std::isfinite(d)) return std::nullopt;
-    f.d(i) = d;
-    f.l.row(i).head(i) = rest.row(i).head(i) / d;
-    f.l(i, i) = 1;
-    for (Index j = 0; j < i; ++j) {
-      rest.row(j).head(j + 1) -= f.l(i, j) * d * f.l.row(i).head(j + 1);
-    }
+std::vector<std::optional<Decorrelation>> decorrelate(const VectorXd& real, const MatrixXd& covariance,
+                                                      std::span<const Index> sizes) {
+  constexpr double kLargest = 1e12;  // beyond, doubles lose what is behind the point
+  std::vector<std::optional<Decorrelation>> result(sizes.size());
+  if (!covariance.allFinite() || !real.allFinite() || real.cwiseAbs().maxCoeff() >= kLargest) return result;
+  // The whole part changes nothing, and keeps what is behind the point.
+  const VectorXd origin = real.array().round();
+  Triangular factors = triangular(covariance);
+  const Index n = factors.d.size();
+  Basis basis{std::move(factors), (real - origin).tail(n), MatrixXd::Identity(n, n)};
+  Index done = n - 1;
+  for (std::size_t k = 0; k < sizes.size() && sizes[k] <= n; ++k) {
+    const Index size = sizes[k];
+    basis.decorrelate(n - size, done);
+    done = n - size;
+    result[k] = {{basis.factors.l.bottomRightCorner(size, size), basis.factors.d.tail(size)},
+                 origin.tail(size),
+                 basis.z.tail(size),
+                 basis.a_from_z.bottomRightCorner(size, size)};
   }
-  return f;
-}
-
-std::optional<Decorrelation> decorrelate(const MatrixXd& covariance) {
-  std::optional<Triangular> factors = triangular(covariance);
-  if (!factors) return std::nullopt;
-  const Index n = covariance.rows();
-  MatrixXd z = MatrixXd::Identity(n, n);
-  for (Index j = n - 2; j >= 0;) {
-    const double apart = factors->l(j + 1, j) - std::round(factors->l(j + 1, j));
-    double swapped = factors->d(j) + apart * apart * factors->d(j + 1);
-    if (swapped * (1 + 1e-9) >= factors->d(j + 1)) {
-      --j;
-      continue;
-    }
-    for (Index i = j + 1; i < n; ++i) reduce(factors->l, z, i, j);
-    swapped = factors->d(j) + std::pow(factors->l(j + 1, j), 2) * factors->d(j + 1);
-    exchange(*factors, z, j, swapped);
-    j = std::min(j + 1, n - 2);
-  }
-  return Decorrelation{std::move(*factors), z.transpose()};
+  return result;
 }
 
 double bootstrapped_success(const Triangular& factors) {
@@ -215,40 +258,20 @@ double bootstrapped_success(const Triangular& factors) {
   return success;
 }
 
-std::optional<IntegerSolution> integer_least_squares(const VectorXd& real, const MatrixXd& covariance,
-                                                     double ratio_limit, int max_nodes) {
-  constexpr double kLargest = 1e12;  // beyond, doubles lose what is behind the point
-  if (!covariance.allFinite() || !real.allFinite() || real.cwiseAbs().maxCoeff() >= kLargest) return {};
-  // The whole part changes nothing, and keeps what is behind the point.
-  const VectorXd offset = real.array().round();
-  const Index n = real.size();
-
-  // Where all are known well, the search is short without decorrelation: the best known last.
-  Eigen::PermutationMatrix<Eigen::Dynamic> order(n);
-  order.setIdentity();
-  std::sort(order.indices().data(), order.indices().data() + n,
-            [&](int a, int b) { return covariance(a, a) > covariance(b, b); });
-  const std::optional<Triangular> plain = triangular(order.transpose() * covariance * order);
-  if (!plain) return std::nullopt;
-  if (const double success = bootstrapped_success(*plain); success > kSure) {
-    Search search(order.transpose() * (real - offset), *plain);
-    search.begin();
-    if (search.run(static_cast<int>(kShortSearch * n), ratio_limit)) {
-      return IntegerSolution{offset + order * search.found[0], offset + order * search.found[1],
-                             search.distance[0], search.distance[1], success};
-    }
-  }
-  const std::optional<Decorrelation> by = decorrelate(covariance);
-  if (!by) return std::nullopt;
-  Search search(by->z_from_a * (real - offset), by->factors);
+std::optional<IntegerSolution> integer_least_squares(const Decorrelation& by, RatioLimits ratios,
+                                                     int max_nodes) {
+  Search search(by.z, by.factors);
   search.begin();
-  if (!search.run(max_nodes, ratio_limit)) return std::nullopt;
-  const Eigen::PartialPivLU<MatrixXd> back(by->z_from_a);
-  const auto a_of = [&](const VectorXd& of_z) -> VectorXd {
-    return offset + back.solve(of_z).array().round().matrix();
-  };
-  return IntegerSolution{a_of(search.found[0]), a_of(search.found[1]), search.distance[0], search.distance[1],
-                         bootstrapped_success(by->factors)};
+  if (!search.run(max_nodes, ratios)) return std::nullopt;
+  return IntegerSolution{by.origin + by.a_from_z * search.found[0], by.origin + by.a_from_z * search.found[1],
+                         search.distance[0], search.distance[1], bootstrapped_success(by.factors)};
+}
+
+std::optional<IntegerSolution> integer_least_squares(const VectorXd& real, const MatrixXd& covariance,
+                                                     RatioLimits ratios, int max_nodes) {
+  const Index all[] = {real.size()};
+  const auto by = std::move(decorrelate(real, covariance, all).front());
+  return by ? integer_least_squares(*by, ratios, max_nodes) : std::nullopt;
 }
 
 }  // namespace canyon::relative

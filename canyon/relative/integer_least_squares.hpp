@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <span>
+#include <vector>
 
 namespace canyon::relative {
 
@@ -15,37 +17,54 @@ struct IntegerSolution {
   [[nodiscard]] double ratio() const;
 };
 
-/// Q = L^T D L with L unit lower triangular and D > 0; empty where Q is not positive definite.
+/// Q = L^T D L with L unit lower triangular and D > 0.
 struct Triangular {
   Eigen::MatrixXd l;
   Eigen::VectorXd d;
 };
-[[nodiscard]] std::optional<Triangular> triangular(const Eigen::MatrixXd& covariance);
 
-/// A change of variables z = Z^T a, |det Z| = 1 and whole numbers, under which Q is nearly diagonal and the
-/// last z are the best known; as far as products of L's elements can do it (Teunissen, The least-squares
-/// ambiguity decorrelation adjustment, Journal of Geodesy 70, 1995; greedy order of permutations: Chang, Yang
-/// and Zhou, MLAMBDA, Journal of Geodesy 79, 2005).
+/// A change of variables a = origin + A z, |det A| = 1 and whole numbers, under which Q is nearly diagonal
+/// and the last z are the best known; as far as products of L's elements can do it (Teunissen, The
+/// least-squares ambiguity decorrelation adjustment, Journal of Geodesy 70, 1995; greedy order of
+/// permutations: Chang, Yang and Zhou, MLAMBDA, Journal of Geodesy 79, 2005).
 struct Decorrelation {
-  Triangular factors;        ///< of Z^T Q Z
-  Eigen::MatrixXd z_from_a;  ///< Z^T
+  Triangular factors;      ///< of the covariance of z
+  Eigen::VectorXd origin;  ///< whole numbers
+  Eigen::VectorXd z;       ///< of the real numbers
+  Eigen::MatrixXd a_from_z;
 };
-[[nodiscard]] std::optional<Decorrelation> decorrelate(const Eigen::MatrixXd& covariance);
+/// Of nested sets, each the last `sizes[k]` variables: sizes rise from 1 to n at most, and a set costs what
+/// it adds to the one before.
+/// @param real [n], n >= 1 @param covariance [n, n], symmetric
+/// Those are empty whose covariance is not positive definite; all are where values are not finite or beyond
+/// 1e12.
+[[nodiscard]] std::vector<std::optional<Decorrelation>> decorrelate(const Eigen::VectorXd& real,
+                                                                    const Eigen::MatrixXd& covariance,
+                                                                    std::span<const Eigen::Index> sizes);
 
 /// Probability that rounding one after the other, from the best known on, finds the right numbers:
 /// prod (2 Phi(1 / (2 sigma_i)) - 1) of the conditional deviations. A lower bound of integer least squares'
 /// own, sharp behind decorrelate() (Teunissen, Journal of Geodesy 73, 1999).
 [[nodiscard]] double bootstrapped_success(const Triangular& factors);
 
-/// The two nearest whole vectors by depth-first search in shrinking ellipsoids behind decorrelate().
-/// @param real [n], n >= 1 @param covariance [n, n], symmetric
-/// @param ratio_limit above 1: a second vector beyond so many times the best distance is not searched for;
-/// second_distance then is that bound, and `second` one of the vectors beyond
-/// Empty where the covariance is not positive definite, values are not finite or beyond 1e12, or the search
-/// takes more than `max_nodes` steps: the numbers are then too uncertain to be found.
+/// Where the ratio of the second best distance to the best counts.
+struct RatioLimits {
+  /// 1 or more. A ratio below need not be right, nor the two vectors the nearest: the true ratio is below
+  /// too.
+  double lowest = 1;
+  /// Above `lowest`. A second vector beyond is not searched for: second_distance then is that bound, and
+  /// `second` one of the vectors beyond.
+  double highest = 10;
+};
+/// The two nearest whole vectors by depth-first search in shrinking ellipsoids. Empty where the search takes
+/// more than `max_nodes` steps: the numbers are then too uncertain to be found.
+[[nodiscard]] std::optional<IntegerSolution> integer_least_squares(const Decorrelation& by,
+                                                                   RatioLimits ratios = {},
+                                                                   int max_nodes = 20'000);
+/// Of one set, decorrelated first; empty also where decorrelate() has no answer.
 [[nodiscard]] std::optional<IntegerSolution> integer_least_squares(const Eigen::VectorXd& real,
                                                                    const Eigen::MatrixXd& covariance,
-                                                                   double ratio_limit = 10,
+                                                                   RatioLimits ratios = {},
                                                                    int max_nodes = 20'000);
 
 }  // namespace canyon::relative

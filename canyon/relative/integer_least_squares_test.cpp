@@ -63,7 +63,7 @@ TEST(IntegerLeastSquares, FindsWhatExhaustiveSearchFinds) {
     const MatrixXd q = random_covariance(random, n, 0.4 + 0.6 * (trial % 3), 0.1);
     VectorXd real(n);
     for (int i = 0; i < n; ++i) real(i) = anywhere(random);
-    const auto found = integer_least_squares(real, q, 1e9);
+    const auto found = integer_least_squares(real, q, {1, 1e9});
     ASSERT_TRUE(found);
     EXPECT_NEAR(found->best_distance, distance(real, found->best, q), 1e-6 * (1 + found->best_distance));
     EXPECT_NEAR(found->second_distance, distance(real, found->second, q),
@@ -73,6 +73,35 @@ TEST(IntegerLeastSquares, FindsWhatExhaustiveSearchFinds) {
     EXPECT_NEAR(all[1], found->second_distance, 1e-6 * (1 + all[1])) << trial;
     EXPECT_NE(found->best, found->second);
   }
+}
+
+TEST(IntegerLeastSquares, ALowestRatioChangesNoAnswerAboveIt) {
+  std::mt19937 random(9);
+  std::normal_distribution<double> normal;
+  int above = 0;
+  constexpr int kTrials = 2000;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const int n = 2 + trial % 20;
+    const MatrixXd q = random_covariance(random, n, 3, 0.04);
+    const MatrixXd root = q.llt().matrixL();
+    VectorXd noise(n);
+    for (int i = 0; i < n; ++i) noise(i) = (1 + trial % 2) * normal(random);
+    const VectorXd real = root * noise;
+    const auto exact = integer_least_squares(real, q, {1, 10});
+    const auto limited = integer_least_squares(real, q, {2, 10});
+    ASSERT_TRUE(exact && limited);
+    if (exact->ratio() < 2) {
+      EXPECT_LT(limited->ratio(), 2) << trial;
+      EXPECT_GE(limited->best_distance, exact->best_distance) << trial;
+    } else {
+      ++above;
+      EXPECT_EQ(limited->ratio(), exact->ratio()) << trial;
+      EXPECT_EQ(limited->best, exact->best) << trial;
+      EXPECT_EQ(limited->second_distance, exact->second_distance) << trial;
+    }
+  }
+  EXPECT_GT(above, kTrials / 4);
+  EXPECT_LT(above, 3 * kTrials / 4);
 }
 
 TEST(IntegerLeastSquares, PublishedExample) {
@@ -92,18 +121,30 @@ TEST(IntegerLeastSquares, PublishedExample) {
 TEST(IntegerLeastSquares, DecorrelationKeepsTheVolumeAndTheNumbersWhole) {
   std::mt19937 random(7);
   const MatrixXd q = random_covariance(random, 12, 8, 0.02);
-  const auto by = decorrelate(q);
-  ASSERT_TRUE(by);
-  EXPECT_NEAR(std::abs(by->z_from_a.determinant()), 1, 1e-6);
-  EXPECT_EQ(by->z_from_a, by->z_from_a.array().round().matrix());
-  const MatrixXd of_z = by->z_from_a * q * by->z_from_a.transpose();
-  const MatrixXd again = by->factors.l.transpose() * by->factors.d.asDiagonal() * by->factors.l;
-  EXPECT_LT((of_z - again).cwiseAbs().maxCoeff(), 1e-8 * of_z.cwiseAbs().maxCoeff());
-  for (int j = 0; j < 11; ++j) {  // no exchange of neighbours would make the later one better known
-    const double apart = by->factors.l(j + 1, j) - std::round(by->factors.l(j + 1, j));
-    EXPECT_GE(by->factors.d(j) + apart * apart * by->factors.d(j + 1), by->factors.d(j + 1) * (1 - 1e-6));
+  const VectorXd real = VectorXd::LinSpaced(12, -40.3, 50.2);
+  const Eigen::Index sizes[] = {5, 5, 9, 12};
+  const auto sets = decorrelate(real, q, sizes);
+  ASSERT_EQ(sets.size(), 4);
+  for (std::size_t k = 0; k < sets.size(); ++k) {
+    SCOPED_TRACE(k);
+    const auto& by = sets[k];
+    ASSERT_TRUE(by);
+    const MatrixXd& a = by->a_from_z;
+    ASSERT_EQ(a.rows(), sizes[k]);
+    EXPECT_NEAR(std::abs(a.determinant()), 1, 1e-6);
+    EXPECT_EQ(a, a.array().round().matrix());
+    EXPECT_LT((by->origin + a * by->z - real.tail(sizes[k])).cwiseAbs().maxCoeff(), 1e-9);
+    const MatrixXd expected = q.bottomRightCorner(sizes[k], sizes[k]);
+    const MatrixXd of_z = by->factors.l.transpose() * by->factors.d.asDiagonal() * by->factors.l;
+    EXPECT_LT((a * of_z * a.transpose() - expected).cwiseAbs().maxCoeff(),
+              1e-8 * expected.cwiseAbs().maxCoeff());
+    for (int j = 0; j + 1 < sizes[k];
+         ++j) {  // no exchange of neighbours would make the later one better known
+      const double apart = by->factors.l(j + 1, j) - std::round(by->factors.l(j + 1, j));
+      EXPECT_GE(by->factors.d(j) + apart * apart * by->factors.d(j + 1), by->factors.d(j + 1) * (1 - 1e-6));
+    }
+    EXPECT_LT(by->factors.d.maxCoeff(), expected.diagonal().minCoeff());
   }
-  EXPECT_LT(by->factors.d.maxCoeff(), q.diagonal().minCoeff());
 }
 
 TEST(IntegerLeastSquares, SucceedsAtLeastAsOftenAsTheBootstrappedBound) {
@@ -111,8 +152,8 @@ TEST(IntegerLeastSquares, SucceedsAtLeastAsOftenAsTheBootstrappedBound) {
   std::normal_distribution<double> normal;
   for (const double own : {0.08, 0.15, 0.25}) {
     const MatrixXd q = random_covariance(random, 6, 1.5, own);
-    const auto by = decorrelate(q);
-    const double bound = bootstrapped_success(by->factors);
+    const Eigen::Index all[] = {6};
+    const double bound = bootstrapped_success(decorrelate(VectorXd::Zero(6), q, all).front()->factors);
     const MatrixXd root = q.llt().matrixL();
     int right = 0;
     constexpr int kTrials = 4000;

@@ -10,6 +10,7 @@
 #include "canyon/relative/baseline_state.hpp"
 #include "canyon/relative/differences.hpp"
 #include "canyon/relative/doppler_slips.hpp"
+#include "canyon/relative/integer_least_squares.hpp"
 #include "canyon/relative/rtk_filter.hpp"
 
 namespace canyon::relative {
@@ -74,7 +75,7 @@ struct RtkFilter::State {
     int redundant = 0;   // how many of them
   };
   /// Sum of squares of phases' residuals at a state, each signal's clock estimated, over their variances.
-  [[nodiscard]] double squares_of_residuals(const std::vector<std::size_t>& among,
+  [[nodiscard]] double squares_of_residuals(std::span<const std::size_t> among,
                                             const Eigen::VectorXd& x) const;
   /// What the covariance of a fixed position is to be multiplied by. Of two antennas of a vehicle, which
   /// share all errors but those of loops and echoes: the mean square of residuals at the whole numbers, of
@@ -82,16 +83,32 @@ struct RtkFilter::State {
   double factor_of(const Fixed& fixed);
   /// Candidates by certainty of their phase, best first.
   [[nodiscard]] std::vector<std::size_t> candidates() const;
+  /// Differences of two ambiguities of a signal, those of the less certain satellites first.
+  struct Pairs {
+    std::vector<std::size_t> among;   // differences; the last one of each signal is its reference
+    std::vector<std::size_t> before;  // of each difference, how many pairs are of those before it
+    std::vector<std::pair<Eigen::Index, Eigen::Index>> states;  // an ambiguity's and its reference's
+    std::vector<std::pair<Slot*, Slot*>> slots;                 // likewise
+    Eigen::VectorXd real;
+    Eigen::MatrixXd covariance;
+  };
+  /// The last part of Pairs.
+  struct Set {
+    std::size_t begin = 0;  // its first difference
+    std::size_t pairs = 0;
+  };
+  Pairs pairs_of(std::vector<std::size_t> among);
   /// Whether whole numbers are those of the last fixed position, as far as that had them, and that is most.
-  [[nodiscard]] static bool are_kept(const std::vector<std::pair<Slot*, Slot*>>& slots,
+  [[nodiscard]] static bool are_kept(std::span<const std::pair<Slot*, Slot*>> slots,
                                      const Eigen::VectorXd& whole);
-  void keep(const std::vector<std::pair<Slot*, Slot*>>& slots, const Eigen::VectorXd& whole);
-  /// One search among these differences; empty where there are too few.
-  std::optional<Fixed> search(const std::vector<std::size_t>& among);
+  void keep(std::span<const std::pair<Slot*, Slot*>> slots, const Eigen::VectorXd& whole);
   /// Among all; where that fails without GLONASS, as biases that are stated wrongly spoil it.
   std::optional<Fixed> find_integers();
-  /// Among these, or among the more certain ones.
+  /// Among these, best first; where that fails among the more certain ones. Empty where they are too few.
   std::optional<Fixed> find_among(std::vector<std::size_t> among);
+  Fixed search(const Pairs& pairs, const Set& set, const std::optional<Decorrelation>& by);
+  /// The answer at whole numbers that are accepted.
+  void fix_at(const Pairs& pairs, const Set& set, const Eigen::VectorXd& whole, Fixed& fixed);
 
   // --- the answer
 

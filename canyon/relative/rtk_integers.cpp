@@ -3,10 +3,10 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
-#include "canyon/relative/integer_least_squares.hpp"
 #include "canyon/relative/rtk_filter_state.hpp"
 
 // Whole numbers of cycles: candidates, search, acceptance.
@@ -25,10 +25,15 @@ constexpr int kKeptAfter = 5;
 constexpr double kKeptRatio = 1.5, kKeptShare = 0.75;
 /// Residuals of an epoch alone tell how large errors are where no fewer are redundant.
 constexpr int kFewRedundant = 5;
+constexpr std::size_t kFewestPairs = 4;
+/// Ratios are stated up to this one, as RtkOptions::ratio is.
+constexpr double kHighestRatio = 10;
+/// So many more satellites are left out, search by search.
+constexpr std::size_t kFewer[] = {0, 1, 1, 1, 2, 3};
 
 }  // namespace
 
-double RtkFilter::State::squares_of_residuals(const std::vector<std::size_t>& among,
+double RtkFilter::State::squares_of_residuals(std::span<const std::size_t> among,
                                               const Eigen::VectorXd& x) const {
   struct Sums {
     double weights = 0, values = 0, squares = 0;
@@ -76,7 +81,7 @@ std::vector<std::size_t> RtkFilter::State::candidates() const {
   return result;
 }
 
-bool RtkFilter::State::are_kept(const std::vector<std::pair<Slot*, Slot*>>& slots,
+bool RtkFilter::State::are_kept(std::span<const std::pair<Slot*, Slot*>> slots,
                                 const Eigen::VectorXd& whole) {
   std::size_t known = 0;
   for (std::size_t i = 0; i < slots.size(); ++i) {
@@ -88,7 +93,7 @@ bool RtkFilter::State::are_kept(const std::vector<std::pair<Slot*, Slot*>>& slot
   return known >= kKeptShare * static_cast<double>(slots.size());
 }
 
-void RtkFilter::State::keep(const std::vector<std::pair<Slot*, Slot*>>& slots, const Eigen::VectorXd& whole) {
+void RtkFilter::State::keep(std::span<const std::pair<Slot*, Slot*>> slots, const Eigen::VectorXd& whole) {
   if (!are_kept(slots, whole)) {
     for (Slot& slot : state.slots) slot.whole.reset();
   }
@@ -103,65 +108,77 @@ void RtkFilter::State::keep(const std::vector<std::pair<Slot*, Slot*>>& slots, c
   }
 }
 
-std::optional<RtkFilter::State::Fixed> RtkFilter::State::search(const std::vector<std::size_t>& among) {
-  std::map<const gnss::Signal*, std::size_t> reference;
-  std::vector<std::pair<Index, Index>> pairs;  // of states: an ambiguity and its signal's reference
-  std::vector<std::pair<Slot*, Slot*>> slots;  // the same
-  std::vector<gnss::SatelliteId> satellites;
-  for (const std::size_t i : among) {
+RtkFilter::State::Pairs RtkFilter::State::pairs_of(std::vector<std::size_t> among) {
+  Pairs pairs{std::move(among), {}, {}, {}, {}, {}};
+  std::map<const gnss::Signal*, std::size_t> references;
+  for (const std::size_t i : pairs.among) references[differences[i].rover->signal] = i;
+  for (const std::size_t i : pairs.among) {
     const Difference& d = differences[i];
-    satellites.push_back(d.id());
-    const auto [at, is_new] = reference.emplace(d.rover->signal, i);
-    if (is_new) continue;
-    const std::size_t other = *differences[at->second].slot;
-    pairs.emplace_back(BaselineState::index(*d.slot), BaselineState::index(other));
-    slots.emplace_back(&state.slots[*d.slot], &state.slots[other]);
+    pairs.before.push_back(pairs.states.size());
+    const std::size_t reference = references.at(d.rover->signal);
+    if (i == reference) continue;
+    const std::size_t other = *differences[reference].slot;
+    pairs.states.emplace_back(BaselineState::index(*d.slot), BaselineState::index(other));
+    pairs.slots.emplace_back(&state.slots[*d.slot], &state.slots[other]);
   }
-  std::sort(satellites.begin(), satellites.end());
-  satellites.erase(std::unique(satellites.begin(), satellites.end()), satellites.end());
-  if (static_cast<int>(satellites.size()) < options.min_satellites || pairs.size() < 4) return std::nullopt;
-  const auto n = static_cast<Index>(pairs.size());
-  Eigen::VectorXd real(n);
-  Eigen::MatrixXd q(n, n), with_position(3, n);
+  const auto n = static_cast<Index>(pairs.states.size());
+  pairs.real.resize(n);
+  pairs.covariance.resize(n, n);
   for (Index i = 0; i < n; ++i) {
-    const auto& [a, r] = pairs[static_cast<std::size_t>(i)];
-    real(i) = state.x(a) - state.x(r);
-    with_position.col(i) = state.p.col(a).head<3>() - state.p.col(r).head<3>();
+    const auto& [a, r] = pairs.states[static_cast<std::size_t>(i)];
+    pairs.real(i) = state.x(a) - state.x(r);
     for (Index j = 0; j <= i; ++j) {
-      const auto& [b, s] = pairs[static_cast<std::size_t>(j)];
-      q(i, j) = q(j, i) = state.p(a, b) - state.p(a, s) - state.p(r, b) + state.p(r, s);
+      const auto& [b, s] = pairs.states[static_cast<std::size_t>(j)];
+      pairs.covariance(i, j) = pairs.covariance(j, i) =
+          state.p(a, b) - state.p(a, s) - state.p(r, b) + state.p(r, s);
     }
   }
-  const auto found = integer_least_squares(real, q);
-  if (!found) return Fixed{};
+  return pairs;
+}
+
+RtkFilter::State::Fixed RtkFilter::State::search(const Pairs& pairs, const Set& set,
+                                                 const std::optional<Decorrelation>& by) {
   Fixed fixed;
+  const bool keeps = fixed_in_a_row >= kKeptAfter;
+  // The first set's ratio is stated. Of the others it only has to be large enough.
+  const double lowest = set.begin == 0 ? 1 : keeps ? std::min(options.ratio, kKeptRatio) : options.ratio;
+  const auto found = by ? integer_least_squares(*by, {lowest, kHighestRatio}) : std::nullopt;
+  if (!found) return fixed;
   fixed.ratio = found->ratio();
   const bool proven = fixed.ratio >= options.ratio && found->success >= options.min_success;
-  fixed.accepted =
-      proven || (fixed_in_a_row >= kKeptAfter && fixed.ratio >= kKeptRatio && are_kept(slots, found->best));
-  if (!fixed.accepted) return fixed;
-  keep(slots, found->best);
-  const Eigen::LDLT<Eigen::MatrixXd> factors(q);
-  const Eigen::VectorXd weights = factors.solve(real - found->best);
+  fixed.accepted = proven || (keeps && fixed.ratio >= kKeptRatio &&
+                              are_kept(std::span(pairs.slots).last(set.pairs), found->best));
+  if (fixed.accepted) fix_at(pairs, set, found->best, fixed);
+  return fixed;
+}
+
+void RtkFilter::State::fix_at(const Pairs& pairs, const Set& set, const Eigen::VectorXd& whole,
+                              Fixed& fixed) {
+  keep(std::span(pairs.slots).last(set.pairs), whole);
+  const auto states = std::span(pairs.states).last(set.pairs);
+  const Index n = whole.size();
+  const Eigen::LDLT<Eigen::MatrixXd> factors(pairs.covariance.bottomRightCorner(n, n));
+  const Eigen::VectorXd weights = factors.solve(pairs.real.tail(n) - whole);
   Eigen::VectorXd x = state.x;
+  Eigen::MatrixXd with_position(3, n);
   for (Index i = 0; i < n; ++i) {
-    const auto& [a, r] = pairs[static_cast<std::size_t>(i)];
+    const auto& [a, r] = states[static_cast<std::size_t>(i)];
     x -= weights(i) * (state.p.col(a) - state.p.col(r));
+    with_position.col(i) = state.p.col(a).head<3>() - state.p.col(r).head<3>();
   }
   fixed.position_error = x.segment<3>(BaselineState::kPosition);
-  fixed.redundant = static_cast<int>(pairs.size()) - 3;
-  fixed.squares = squares_of_residuals(among, x);
+  fixed.redundant = static_cast<int>(n) - 3;
+  fixed.squares = squares_of_residuals(std::span(pairs.among).subspan(set.begin), x);
   fixed.covariance = state.p.topLeftCorner<3, 3>() - with_position * factors.solve(with_position.transpose());
-  if (options.integers == Integers::Hold && fixed_in_a_row + 1 >= kHoldAfter) {
-    for (Index i = 0; i < n; ++i) {
-      SparseRow row;
-      row.add(pairs[static_cast<std::size_t>(i)].first, 1);
-      row.add(pairs[static_cast<std::size_t>(i)].second, -1);
-      state.take(row, found->best(i), kHeld_cycles * kHeld_cycles);
-    }
-    state.mirror();
+  if (options.integers != Integers::Hold || fixed_in_a_row + 1 < kHoldAfter) return;
+  for (Index i = 0; i < n; ++i) {
+    const auto& [a, r] = states[static_cast<std::size_t>(i)];
+    SparseRow row;
+    row.add(a, 1);
+    row.add(r, -1);
+    state.take(row, whole(i), kHeld_cycles * kHeld_cycles);
   }
-  return fixed;
+  state.mirror();
 }
 
 std::optional<RtkFilter::State::Fixed> RtkFilter::State::find_integers() {
@@ -178,18 +195,42 @@ std::optional<RtkFilter::State::Fixed> RtkFilter::State::find_integers() {
 }
 
 std::optional<RtkFilter::State::Fixed> RtkFilter::State::find_among(std::vector<std::size_t> among) {
-  std::optional<Fixed> result;
-  for (const std::size_t fewer : {0, 1, 1, 1, 2, 3}) {
-    for (std::size_t k = 0; k < fewer && !among.empty(); ++k) {
-      const gnss::SatelliteId worst = differences[among.back()].id();
-      among.erase(std::remove_if(among.begin(), among.end(),
-                                 [&](std::size_t i) { return differences[i].id() == worst; }),
-                  among.end());
+  // Satellites leave to the front, the least certain first, so that each set is a last part of all.
+  std::vector<gnss::SatelliteId> satellites;
+  for (const std::size_t i : among) satellites.push_back(differences[i].id());
+  std::sort(satellites.begin(), satellites.end());
+  satellites.erase(std::unique(satellites.begin(), satellites.end()), satellites.end());
+  auto remaining = static_cast<int>(satellites.size());
+  std::vector<std::size_t> ordered, begins;
+  for (const std::size_t fewer : kFewer) {
+    for (std::size_t k = 0; k < fewer && !among.empty(); ++k, --remaining) {
+      std::erase_if(among, [&, worst = differences[among.back()].id()](std::size_t i) {
+        if (differences[i].id() != worst) return false;
+        ordered.push_back(i);
+        return true;
+      });
     }
-    std::optional<Fixed> next = search(among);
-    if (!next) break;
-    if (!result || next->accepted) result = next;
-    if (next->accepted || !options.partial) break;
+    if (remaining < options.min_satellites) break;
+    begins.push_back(ordered.size());
+    if (!options.partial) break;
+  }
+  ordered.insert(ordered.end(), among.rbegin(), among.rend());
+  const Pairs all = pairs_of(std::move(ordered));
+
+  std::vector<Set> sets;
+  for (const std::size_t begin : begins) {
+    const Set set{begin, all.states.size() - all.before[begin]};
+    if (set.pairs >= kFewestPairs) sets.push_back(set);
+  }
+  if (sets.empty()) return std::nullopt;
+  std::vector<Index> sizes;
+  for (const Set& set : sets) sizes.insert(sizes.begin(), static_cast<Index>(set.pairs));
+  const auto decorrelated = decorrelate(all.real, all.covariance, sizes);
+  std::optional<Fixed> result;
+  for (std::size_t k = 0; k < sets.size(); ++k) {
+    const Fixed next = search(all, sets[k], decorrelated[sets.size() - 1 - k]);
+    if (!result || next.accepted) result = next;
+    if (next.accepted) break;
   }
   return result;
 }
