@@ -129,8 +129,9 @@ void BaselineState::learn(const BaselineState& other) {
   const Eigen::MatrixXd before = at(p, here, here);
   const Eigen::MatrixXd gain = before.ldlt().solve(at(p, here, all)).transpose();
   x += gain * (at(other.x, there) - at(x, here));
-  p += gain * (at(other.p, there, there) - before) * gain.transpose();
-  p = (0.5 * (p + p.transpose())).eval();
+  const Eigen::MatrixXd changed = gain * (at(other.p, there, there) - before);
+  p.triangularView<Eigen::Lower>() += changed * gain.transpose();
+  mirror();
 }
 
 void BaselineState::take(const SparseRow& row, double value, double variance) {
