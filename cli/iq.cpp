@@ -108,7 +108,6 @@ int run_iq(const IqArguments& arguments) {
     simulation::RunOptions options;
     options.threads = arguments.threads;
     options.stop = &stop_requested;
-    options.block = 16;
     options.progress = progress.callback();
     result = simulation.run(sinks, options);
   }

@@ -496,7 +496,9 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
 
   try {
     // Memory is bounded by the epochs of two blocks.
-    const std::size_t block = std::max<std::size_t>(8, options.block / receiver_count);
+    const std::size_t epochs =
+        options.block > 0 ? options.block : 16 * static_cast<std::size_t>(threads_of(options.threads));
+    const std::size_t block = std::max<std::size_t>(8, epochs / receiver_count);
     for_each_in_order<std::vector<PureEpoch>>(result.planned, block, options.threads, running, pure, observe);
   } catch (...) {
     failure = std::current_exception();

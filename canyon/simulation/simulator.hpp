@@ -27,8 +27,8 @@ struct RunOptions {
   int threads = 0;                          ///< 0: as many as cores; never more than those
   const std::atomic<bool>* stop = nullptr;  ///< set to end after the epochs in flight
   /// Epochs of all receivers that are made together, and once more ahead of what sinks take; at least 8
-  /// instants.
-  std::size_t block = 256;
+  /// instants. 0: 16 for each thread, whose paths fit a cache.
+  std::size_t block = 0;
   /// Called now and then from the calling thread: epochs done, epochs in all.
   std::function<void(std::size_t, std::size_t)> progress;
 };
