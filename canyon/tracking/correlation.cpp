@@ -106,18 +106,21 @@ double sine_integral(double x) {
     return sum;
   }
   // E1(z) = e^-z / (z + 1 - 1 / (z + 3 - 4 / (z + 5 - ...))), z = ia, by Lentz's method.
-  std::complex<double> b(1, a);
-  std::complex<double> c(1e300, 0);
-  std::complex<double> d = 1.0 / b;
-  std::complex<double> h = d;
+  using Complex = std::complex<double>;
+  const auto inverse = [](const Complex& z) { return std::conj(z) / std::norm(z); };
+  Complex b(1, a);
+  Complex c_inverse(0, 0);
+  Complex d = inverse(b);
+  Complex h = d;
   for (int i = 1; i < 500; ++i) {
     const double n = -static_cast<double>(i) * i;
     b += 2.0;
-    d = 1.0 / (n * d + b);
-    c = b + n / c;
-    const std::complex<double> delta = c * d;
+    d = inverse(n * d + b);
+    const Complex c = b + n * c_inverse;
+    c_inverse = inverse(c);
+    const Complex delta = c * d;
     h *= delta;
-    if (std::abs(delta - 1.0) < 1e-16) break;
+    if (std::norm(delta - 1.0) < 1e-32) break;
   }
   const double si = kPi / 2 + std::imag(std::polar(1.0, -a) * h);
   return x < 0 ? -si : si;
