@@ -13,6 +13,11 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+/// With this success rate, and within so many steps for each variable, a search goes without decorrelation.
+constexpr double kSure = 0.999;
+constexpr Index kShortSearch = 20;
+/// Beyond, doubles lose what is behind the point.
+constexpr double kLargest = 1e12;
 /// Multiples beyond would grow without bound.
 constexpr double kLargeMultiple = 100;
 
@@ -223,6 +228,10 @@ class Search {
   VectorXd whole_;
 };
 
+bool are_usable(const VectorXd& real, const MatrixXd& covariance) {
+  return covariance.allFinite() && real.allFinite() && real.cwiseAbs().maxCoeff() < kLargest;
+}
+
 }  // namespace
 
 double IntegerSolution::ratio() const {
@@ -231,9 +240,8 @@ double IntegerSolution::ratio() const {
 
 std::vector<std::optional<Decorrelation>> decorrelate(const VectorXd& real, const MatrixXd& covariance,
                                                       std::span<const Index> sizes) {
-  constexpr double kLargest = 1e12;  // beyond, doubles lose what is behind the point
   std::vector<std::optional<Decorrelation>> result(sizes.size());
-  if (!covariance.allFinite() || !real.allFinite() || real.cwiseAbs().maxCoeff() >= kLargest) return result;
+  if (!are_usable(real, covariance)) return result;
   // The whole part changes nothing, and keeps what is behind the point.
   const VectorXd origin = real.array().round();
   Triangular factors = triangular(covariance);
@@ -267,8 +275,31 @@ std::optional<IntegerSolution> integer_least_squares(const Decorrelation& by, Ra
                          search.distance[0], search.distance[1], bootstrapped_success(by.factors)};
 }
 
+std::optional<IntegerSolution> short_search(const VectorXd& real, const MatrixXd& covariance,
+                                            RatioLimits ratios) {
+  if (!are_usable(real, covariance)) return std::nullopt;
+  const VectorXd origin = real.array().round();
+  const Index n = real.size();
+  // The best known last.
+  Eigen::PermutationMatrix<Eigen::Dynamic> order(n);
+  order.setIdentity();
+  std::sort(order.indices().data(), order.indices().data() + n,
+            [&](int a, int b) { return covariance(a, a) > covariance(b, b); });
+  const Triangular factors = triangular(order.transpose() * covariance * order);
+  if (factors.d.size() < n) return std::nullopt;
+  const double success = bootstrapped_success(factors);
+  if (success <= kSure) return std::nullopt;
+  const VectorXd z = order.transpose() * (real - origin);
+  Search search(z, factors);
+  search.begin();
+  if (!search.run(static_cast<int>(kShortSearch * n), ratios)) return std::nullopt;
+  return IntegerSolution{origin + order * search.found[0], origin + order * search.found[1],
+                         search.distance[0], search.distance[1], success};
+}
+
 std::optional<IntegerSolution> integer_least_squares(const VectorXd& real, const MatrixXd& covariance,
                                                      RatioLimits ratios, int max_nodes) {
+  if (auto found = short_search(real, covariance, ratios)) return found;
   const Index all[] = {real.size()};
   const auto by = std::move(decorrelate(real, covariance, all).front());
   return by ? integer_least_squares(*by, ratios, max_nodes) : std::nullopt;

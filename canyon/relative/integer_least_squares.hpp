@@ -61,7 +61,13 @@ struct RatioLimits {
 [[nodiscard]] std::optional<IntegerSolution> integer_least_squares(const Decorrelation& by,
                                                                    RatioLimits ratios = {},
                                                                    int max_nodes = 20'000);
-/// Of one set, decorrelated first; empty also where decorrelate() has no answer.
+/// The same without decorrelation. Empty also unless the numbers are known so well that this search is short;
+/// those of an open sky are.
+/// @param real [n], n >= 1 @param covariance [n, n], symmetric
+[[nodiscard]] std::optional<IntegerSolution> short_search(const Eigen::VectorXd& real,
+                                                          const Eigen::MatrixXd& covariance,
+                                                          RatioLimits ratios = {});
+/// By short_search() where that has an answer, else decorrelated first; empty also where decorrelate() is.
 [[nodiscard]] std::optional<IntegerSolution> integer_least_squares(const Eigen::VectorXd& real,
                                                                    const Eigen::MatrixXd& covariance,
                                                                    RatioLimits ratios = {},

@@ -106,7 +106,8 @@ struct RtkFilter::State {
   std::optional<Fixed> find_integers();
   /// Among these, best first; where that fails among the more certain ones. Empty where they are too few.
   std::optional<Fixed> find_among(std::vector<std::size_t> among);
-  Fixed search(const Pairs& pairs, const Set& set, const std::optional<Decorrelation>& by);
+  /// What whole numbers of a set say.
+  Fixed answer(const Pairs& pairs, const Set& set, const std::optional<IntegerSolution>& found);
   /// The answer at whole numbers that are accepted.
   void fix_at(const Pairs& pairs, const Set& set, const Eigen::VectorXd& whole, Fixed& fixed);
 

@@ -25,9 +25,8 @@ constexpr int kKeptAfter = 5;
 constexpr double kKeptRatio = 1.5, kKeptShare = 0.75;
 /// Residuals of an epoch alone tell how large errors are where no fewer are redundant.
 constexpr int kFewRedundant = 5;
+/// With fewer whole numbers there is no search.
 constexpr std::size_t kFewestPairs = 4;
-/// Ratios are stated up to this one, as RtkOptions::ratio is.
-constexpr double kHighestRatio = 10;
 /// So many more satellites are left out, search by search.
 constexpr std::size_t kFewer[] = {0, 1, 1, 1, 2, 3};
 
@@ -136,17 +135,13 @@ RtkFilter::State::Pairs RtkFilter::State::pairs_of(std::vector<std::size_t> amon
   return pairs;
 }
 
-RtkFilter::State::Fixed RtkFilter::State::search(const Pairs& pairs, const Set& set,
-                                                 const std::optional<Decorrelation>& by) {
+RtkFilter::State::Fixed RtkFilter::State::answer(const Pairs& pairs, const Set& set,
+                                                 const std::optional<IntegerSolution>& found) {
   Fixed fixed;
-  const bool keeps = fixed_in_a_row >= kKeptAfter;
-  // The first set's ratio is stated. Of the others it only has to be large enough.
-  const double lowest = set.begin == 0 ? 1 : keeps ? std::min(options.ratio, kKeptRatio) : options.ratio;
-  const auto found = by ? integer_least_squares(*by, {lowest, kHighestRatio}) : std::nullopt;
   if (!found) return fixed;
   fixed.ratio = found->ratio();
   const bool proven = fixed.ratio >= options.ratio && found->success >= options.min_success;
-  fixed.accepted = proven || (keeps && fixed.ratio >= kKeptRatio &&
+  fixed.accepted = proven || (fixed_in_a_row >= kKeptAfter && fixed.ratio >= kKeptRatio &&
                               are_kept(std::span(pairs.slots).last(set.pairs), found->best));
   if (fixed.accepted) fix_at(pairs, set, found->best, fixed);
   return fixed;
@@ -215,6 +210,7 @@ std::optional<RtkFilter::State::Fixed> RtkFilter::State::find_among(std::vector<
     if (!options.partial) break;
   }
   ordered.insert(ordered.end(), among.rbegin(), among.rend());
+  if (begins.empty()) return std::nullopt;
   const Pairs all = pairs_of(std::move(ordered));
 
   std::vector<Set> sets;
@@ -223,12 +219,21 @@ std::optional<RtkFilter::State::Fixed> RtkFilter::State::find_among(std::vector<
     if (set.pairs >= kFewestPairs) sets.push_back(set);
   }
   if (sets.empty()) return std::nullopt;
+  std::optional<Fixed> result;
+  if (const auto found = short_search(all.real, all.covariance)) {
+    result = answer(all, sets.front(), found);
+    if (result->accepted) return result;
+    sets.erase(sets.begin());
+  }
   std::vector<Index> sizes;
   for (const Set& set : sets) sizes.insert(sizes.begin(), static_cast<Index>(set.pairs));
   const auto decorrelated = decorrelate(all.real, all.covariance, sizes);
-  std::optional<Fixed> result;
+  const double enough = fixed_in_a_row >= kKeptAfter ? std::min(options.ratio, kKeptRatio) : options.ratio;
   for (std::size_t k = 0; k < sets.size(); ++k) {
-    const Fixed next = search(all, sets[k], decorrelated[sets.size() - 1 - k]);
+    // The first set's ratio is stated. Those of the others only have to be large enough.
+    const auto& by = decorrelated[sets.size() - 1 - k];
+    const auto found = by ? integer_least_squares(*by, {.lowest = result ? enough : 1}) : std::nullopt;
+    const Fixed next = answer(all, sets[k], found);
     if (!result || next.accepted) result = next;
     if (next.accepted) break;
   }
