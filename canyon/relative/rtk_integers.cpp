@@ -191,8 +191,9 @@ std::optional<RtkFilter::State::Fixed> RtkFilter::State::find_integers() {
 
 std::optional<RtkFilter::State::Fixed> RtkFilter::State::find_among(std::vector<std::size_t> among) {
   // Satellites leave to the front, the least certain first, so that each set is a last part of all.
-  std::vector<gnss::SatelliteId> satellites;
-  for (const std::size_t i : among) satellites.push_back(differences[i].id());
+  std::vector<gnss::SatelliteId> satellites(among.size());
+  std::transform(among.begin(), among.end(), satellites.begin(),
+                 [&](std::size_t i) { return differences[i].id(); });
   std::sort(satellites.begin(), satellites.end());
   satellites.erase(std::unique(satellites.begin(), satellites.end()), satellites.end());
   auto remaining = static_cast<int>(satellites.size());
