@@ -1,9 +1,11 @@
 #include "canyon/drawing/canvas.hpp"
 
 #include <cairo-svg.h>
+#include <sys/mman.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 #include <memory>
 #include <string_view>
@@ -31,6 +33,23 @@ void draw_on(cairo_surface_t* surface, double scale, double width, double height
   canvas.rectangle({0, 0, width, height}, kPaper);
   draw(canvas);
   check(cairo_status(context.get()));
+}
+
+struct FreeMemory {
+  void operator()(void* memory) const { std::free(memory); }
+};
+using Memory = std::unique_ptr<void, FreeMemory>;
+
+/// Memory for the pixels of a picture, in pages of 2 MB where the system has them: with pages of 4 kB a tenth
+/// of a picture's time goes into page faults.
+Memory pixel_memory(std::size_t size) {
+  constexpr std::size_t kHugePage = std::size_t{2} << 20;
+  size = (size + kHugePage - 1) / kHugePage * kHugePage;
+  Memory memory(std::aligned_alloc(kHugePage, size));
+#ifdef MADV_HUGEPAGE
+  if (memory) madvise(memory.get(), size, MADV_HUGEPAGE);
+#endif
+  return memory;
 }
 
 /// Cairo names groups "surfaceN" by a count that runs through the whole process; here they are counted within
@@ -177,7 +196,11 @@ void Canvas::clipped(const Rect& r, const std::function<void()>& draw) {
 }
 
 std::string render_png(int width_px, int height_px, double scale, const std::function<void(Canvas&)>& draw) {
-  const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width_px, height_px));
+  const int stride = cairo_format_stride_for_width(CAIRO_FORMAT_RGB24, width_px);
+  const Memory pixels =
+      pixel_memory(static_cast<std::size_t>(std::max(stride, 0)) * static_cast<std::size_t>(height_px));
+  const Surface surface(cairo_image_surface_create_for_data(static_cast<unsigned char*>(pixels.get()),
+                                                            CAIRO_FORMAT_RGB24, width_px, height_px, stride));
   draw_on(surface.get(), scale, width_px / scale, height_px / scale, draw);
   cairo_surface_flush(surface.get());
   return encode_png(surface.get());

@@ -44,12 +44,8 @@ double klobuchar_delay_m(const gnss::Klobuchar& model, geodesy::GpsTime t, const
 
 // Saastamoinen (1972) with the refinements of Davis et al. (1985) in the hydrostatic part; standard
 // atmosphere of 15 deg C and 1013.25 hPa at sea level; mapping 1 / sin(elevation).
-double saastamoinen_delay_m(const geodesy::Geodetic& receiver, double elevation_rad,
-                            double relative_humidity) {
-  if (elevation_rad <= 0 || receiver.height_m < kTroposphereLowest_m ||
-      receiver.height_m > kTroposphereHighest_m) {
-    return 0;
-  }
+double saastamoinen_zenith_m(const geodesy::Geodetic& receiver, double relative_humidity) {
+  if (receiver.height_m < kTroposphereLowest_m || receiver.height_m > kTroposphereHighest_m) return 0;
   const double height = std::max(0.0, receiver.height_m);
   const double pressure_hpa = 1013.25 * std::pow(1 - 2.2557e-5 * height, 5.2568);
   const double temperature_k = 15 - 6.5e-3 * height + 273.16;
@@ -58,7 +54,13 @@ double saastamoinen_delay_m(const geodesy::Geodetic& receiver, double elevation_
   const double gravity = 1 - 0.00266 * std::cos(2 * receiver.latitude_rad) - 0.00028 * height / 1e3;
   const double hydrostatic = 0.0022768 * pressure_hpa / gravity;
   const double wet = 0.002277 * (1255 / temperature_k + 0.05) * vapour_hpa;
-  return (hydrostatic + wet) / std::sin(elevation_rad);
+  return hydrostatic + wet;
+}
+
+double saastamoinen_delay_m(const geodesy::Geodetic& receiver, double elevation_rad,
+                            double relative_humidity) {
+  if (elevation_rad <= 0) return 0;
+  return saastamoinen_zenith_m(receiver, relative_humidity) / std::sin(elevation_rad);
 }
 
 }  // namespace canyon::errors

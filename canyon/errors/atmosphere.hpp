@@ -19,5 +19,7 @@ inline constexpr double kTroposphereLowest_m = -100, kTroposphereHighest_m = 10e
 /// kTroposphereHighest_m.
 [[nodiscard]] double saastamoinen_delay_m(const geodesy::Geodetic& receiver, double elevation_rad,
                                           double relative_humidity = 0.7);
+/// The same at the zenith [m]: the delay is this over sin(elevation).
+[[nodiscard]] double saastamoinen_zenith_m(const geodesy::Geodetic& receiver, double relative_humidity = 0.7);
 
 }  // namespace canyon::errors

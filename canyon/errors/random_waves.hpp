@@ -21,12 +21,8 @@ class RandomWaves {
   [[nodiscard]] double at(geodesy::GpsTime time, const Eigen::Vector3d& place) const;
 
  private:
-  struct Wave {
-    double frequency_radps;
-    Eigen::Vector3d vector_radpm;
-    double phase_rad;
-  };
-  std::array<Wave, 24> waves_;
+  using Waves = std::array<double, 24>;
+  Waves frequency_hz_, x_per_m_, y_per_m_, z_per_m_, phase_turns_;
 };
 
 }  // namespace canyon::errors

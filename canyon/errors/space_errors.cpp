@@ -102,31 +102,36 @@ double SpaceErrors::orbit_clock_m(const orbit::LineOfSight& line, GpsTime recept
           kCross * value(satellite.cross) * cross.dot(line.direction_ecef));
 }
 
-double SpaceErrors::ionosphere_m(const orbit::LineOfSight& line, GpsTime reception,
-                                 const geodesy::Geodetic& place, const Eigen::Vector3d& receiver_ecef) const {
+double SpaceErrors::ionosphere_m(const orbit::LineOfSight& line, const Reception& reception) const {
   if (!klobuchar_) return 0;
-  const double model_m =
-      klobuchar_delay_m(*klobuchar_, reception, place, line.azimuth_rad, line.elevation_rad, gnss::kL1_hz);
+  const double model_m = klobuchar_delay_m(*klobuchar_, reception.time, reception.place, line.azimuth_rad,
+                                           line.elevation_rad, gnss::kL1_hz);
   // |receiver + s direction| = shell.
-  const double up = receiver_ecef.dot(line.direction_ecef);
-  const double s = -up + std::sqrt(up * up + kShell_m * kShell_m - receiver_ecef.squaredNorm());
-  const Eigen::Vector3d pierced = receiver_ecef + s * line.direction_ecef;
+  const Eigen::Vector3d& receiver = reception.receiver_ecef;
+  const double up = receiver.dot(line.direction_ecef);
+  const double s = -up + std::sqrt(up * up + kShell_m * kShell_m - receiver.squaredNorm());
+  const Eigen::Vector3d pierced = receiver + s * line.direction_ecef;
   const double slant = kShell_m / pierced.dot(line.direction_ecef);  // 1 / cos of the angle there
-  const double delay_m = model_m * (1 + options_.ionosphere_share * ionosphere_.at(reception, pierced)) +
-                         slant * kTravelling_m * travelling_.at(reception, pierced);
+  const double delay_m = model_m * (1 + options_.ionosphere_share * ionosphere_.at(reception.time, pierced)) +
+                         slant * kTravelling_m * travelling_.at(reception.time, pierced);
   return std::max(0.0, delay_m);
 }
 
-SpaceDelays SpaceErrors::at(const orbit::LineOfSight& line, GpsTime reception,
-                            const Eigen::Vector3d& receiver_ecef) const {
-  const geodesy::Geodetic place = geodesy::geodetic_from_ecef(receiver_ecef);
+SpaceErrors::Reception SpaceErrors::reception(GpsTime time, const Eigen::Vector3d& receiver_ecef) const {
+  Reception result{time, receiver_ecef, geodesy::geodetic_from_ecef(receiver_ecef)};
+  result.zenith_m = saastamoinen_zenith_m(result.place);
+  result.zenith_error_m = options_.troposphere_m * troposphere_.at(time, receiver_ecef);
+  return result;
+}
+
+SpaceDelays SpaceErrors::at(const orbit::LineOfSight& line, const Reception& reception) const {
   SpaceDelays delays;
-  delays.orbit_clock_m = orbit_clock_m(line, reception);
-  delays.ionosphere_m = ionosphere_m(line, reception, place, receiver_ecef);
+  delays.orbit_clock_m = orbit_clock_m(line, reception.time);
+  delays.ionosphere_m = ionosphere_m(line, reception);
   const double sine = std::sin(line.elevation_rad);
   const double mapping = 1.001 / std::sqrt(0.002001 + sine * sine);  // RTCA DO-229, A.4.2.4
-  delays.troposphere_m = saastamoinen_delay_m(place, line.elevation_rad) +
-                         mapping * options_.troposphere_m * troposphere_.at(reception, receiver_ecef);
+  delays.troposphere_m =
+      (line.elevation_rad > 0 ? reception.zenith_m / sine : 0) + mapping * reception.zenith_error_m;
   return delays;
 }
 

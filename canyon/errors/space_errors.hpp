@@ -64,9 +64,18 @@ class SpaceErrors {
 
   [[nodiscard]] const SpaceErrorOptions& options() const { return options_; }
   [[nodiscard]] bool has_ionosphere() const { return klobuchar_.has_value(); }
-  /// @param line of a satellite at reception; @param receiver_ecef [m]
-  [[nodiscard]] SpaceDelays at(const orbit::LineOfSight& line, geodesy::GpsTime reception,
-                               const Eigen::Vector3d& receiver_ecef) const;
+  /// What all satellites of an epoch share.
+  struct Reception {
+    geodesy::GpsTime time;
+    Eigen::Vector3d receiver_ecef = Eigen::Vector3d::Zero();
+    geodesy::Geodetic place;
+    double zenith_m = 0;        ///< the standard atmosphere's zenith delay
+    double zenith_error_m = 0;  ///< of the troposphere's zenith delay
+  };
+  /// @param receiver_ecef [m]
+  [[nodiscard]] Reception reception(geodesy::GpsTime time, const Eigen::Vector3d& receiver_ecef) const;
+  /// @param line of a satellite at that reception
+  [[nodiscard]] SpaceDelays at(const orbit::LineOfSight& line, const Reception& reception) const;
 
  private:
   struct OfSatellite {
@@ -74,9 +83,7 @@ class SpaceErrors {
     RandomWaves range, along, cross;
   };
   [[nodiscard]] double orbit_clock_m(const orbit::LineOfSight& line, geodesy::GpsTime reception) const;
-  [[nodiscard]] double ionosphere_m(const orbit::LineOfSight& line, geodesy::GpsTime reception,
-                                    const geodesy::Geodetic& place,
-                                    const Eigen::Vector3d& receiver_ecef) const;
+  [[nodiscard]] double ionosphere_m(const orbit::LineOfSight& line, const Reception& reception) const;
 
   SpaceErrorOptions options_;
   std::map<gnss::SatelliteId, OfSatellite> satellites_;

@@ -39,6 +39,11 @@ orbit::LineOfSight line_of(gnss::SatelliteId id, const Eigen::Vector3d& receiver
   return line;
 }
 
+SpaceDelays delays_of(const SpaceErrors& errors, const orbit::LineOfSight& line, GpsTime time,
+                      const Eigen::Vector3d& place) {
+  return errors.at(line, errors.reception(time, place));
+}
+
 double root_mean_square(const std::vector<double>& values) {
   double sum = 0;
   for (const double value : values) sum += value * value;
@@ -65,6 +70,21 @@ TEST(RandomWaves, HaveTheirVarianceAndCorrelation) {
   EXPECT_NEAR(far, 0, 0.05);
 }
 
+TEST(RandomWaves, AreTheSumOfTheirCosines) {
+  const Eigen::Vector3d place(3e6, -2e6, 5e6);
+  RandomStream stream(3, "w");
+  double sum = 0;
+  for (int k = 0; k < 24; ++k) {
+    const double radps = stream.normal() / 3600;
+    Eigen::Vector3d radpm;
+    for (double& each : radpm) each = stream.normal() / 1e6;
+    const double phase_rad = 2 * geodesy::kPi * stream.uniform();
+    sum += std::cos(radps * (kNoon - GpsTime()) + radpm.dot(place) + phase_rad);
+  }
+  const RandomWaves waves(RandomStream(3, "w"), 3600, 1e6);
+  EXPECT_NEAR(waves.at(kNoon, place), sum * std::sqrt(2.0 / 24), 1e-9);
+}
+
 // The published signal-in-space range errors come out, system by system.
 TEST(SpaceErrors, OrbitsAndClocksHaveTheDeviationOfTheirSystem) {
   const Eigen::Vector3d place = kFrame.ecef_from_local({0, 0, 0});
@@ -75,7 +95,7 @@ TEST(SpaceErrors, OrbitsAndClocksHaveTheDeviationOfTheirSystem) {
     std::vector<double> values;
     for (std::uint64_t seed = 1; seed <= 1000; ++seed) {
       const SpaceErrors errors({}, seed, std::vector{id}, {});
-      values.push_back(errors.at(line_of(id, place, 40, 50), kNoon, place).orbit_clock_m);
+      values.push_back(delays_of(errors, line_of(id, place, 40, 50), kNoon, place).orbit_clock_m);
     }
     EXPECT_NEAR(root_mean_square(values) / sigma_m, 1, 0.2) << gnss::to_string(id);
   }
@@ -87,13 +107,13 @@ TEST(SpaceErrors, AreTheSameForAllWhoAsk) {
   const SpaceErrors b({}, 3, std::vector{gnss::SatelliteId{gnss::System::GPS, 2}, id}, kKlobuchar);
   const Eigen::Vector3d place = kFrame.ecef_from_local({0, 0, 0});
   const orbit::LineOfSight line = line_of(id, place, 120, 30);
-  (void)b.at(line, kNoon + 500.0, place);
-  const SpaceDelays first = a.at(line, kNoon, place), second = b.at(line, kNoon, place);
+  (void)delays_of(b, line, kNoon + 500.0, place);
+  const SpaceDelays first = delays_of(a, line, kNoon, place), second = delays_of(b, line, kNoon, place);
   EXPECT_EQ(first.orbit_clock_m, second.orbit_clock_m);
   EXPECT_EQ(first.ionosphere_m, second.ionosphere_m);
   EXPECT_EQ(first.troposphere_m, second.troposphere_m);
   EXPECT_NE(first.ionosphere_m,
-            SpaceErrors({}, 4, std::vector{id}, kKlobuchar).at(line, kNoon, place).ionosphere_m);
+            delays_of(SpaceErrors({}, 4, std::vector{id}, kKlobuchar), line, kNoon, place).ionosphere_m);
 }
 
 // What cancels between a base and a rover: nearly all over 1 km, and not over 50.
@@ -105,7 +125,7 @@ TEST(SpaceErrors, CancelOverShortBaselines) {
     const auto beside_model = [&](const Eigen::Vector3d& place) {
       const orbit::LineOfSight line = line_of(id, place, 120, 40);
       const geodesy::Geodetic at = geodesy::geodetic_from_ecef(place);
-      SpaceDelays delays = errors.at(line, kNoon, place);
+      SpaceDelays delays = delays_of(errors, line, kNoon, place);
       delays.ionosphere_m -= klobuchar_delay_m(kKlobuchar.begin()->second, kNoon, at, line.azimuth_rad,
                                                line.elevation_rad, gnss::kL1_hz);
       delays.troposphere_m -= saastamoinen_delay_m(at, line.elevation_rad);
@@ -134,8 +154,8 @@ TEST(SpaceErrors, HaveNoIonosphereWithoutAModel) {
   const SpaceErrors errors({}, 3, std::vector{id}, {});
   const Eigen::Vector3d place = kFrame.ecef_from_local({0, 0, 0});
   EXPECT_FALSE(errors.has_ionosphere());
-  EXPECT_EQ(errors.at(line_of(id, place, 120, 40), kNoon, place).ionosphere_m, 0);
-  EXPECT_GT(errors.at(line_of(id, place, 120, 40), kNoon, place).troposphere_m, 2);
+  EXPECT_EQ(delays_of(errors, line_of(id, place, 120, 40), kNoon, place).ionosphere_m, 0);
+  EXPECT_GT(delays_of(errors, line_of(id, place, 120, 40), kNoon, place).troposphere_m, 2);
 }
 
 TEST(SpaceErrors, RefuseWhatIsOutOfRange) {

@@ -8,10 +8,10 @@
 #include <cmath>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/simd_clones.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/propagation/index/per_instance.hpp"
-#include "canyon/propagation/index/simd_clones.hpp"
 
 namespace canyon::propagation {
 namespace {

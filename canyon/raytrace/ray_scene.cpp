@@ -32,16 +32,17 @@ std::runtime_error embree_failure(RTCDevice device, const char* what) {
 
 /// A mesh in Embree and what is needed to compute exact ranges.
 struct BuiltMesh {
-  city::Mesh mesh;
+  std::shared_ptr<const city::Mesh> mesh;
   Eigen::AlignedBox3d bounds;
   Vector3d centre = Vector3d::Zero();
   double radius = 0;  ///< of the vertices about the centre
   embree::Scene scene;
 
   BuiltMesh() = default;
-  BuiltMesh(RTCDevice device, const city::Mesh& from, const std::string& name, bool filtered) : mesh(from) {
-    city::check_mesh(mesh, name);
-    for (const Vector3d& v : mesh.vertices) bounds.extend(v);
+  BuiltMesh(RTCDevice device, std::shared_ptr<const city::Mesh> of, const std::string& name, bool filtered)
+      : mesh(std::move(of)) {
+    city::check_mesh(*mesh, name);
+    for (const Vector3d& v : mesh->vertices) bounds.extend(v);
     if (!bounds.isEmpty()) {
       centre = bounds.center();
       radius = 0.5 * bounds.diagonal().norm();
@@ -52,13 +53,13 @@ struct BuiltMesh {
     if (filtered) flags |= embree::kFilterSceneFlag;
     rtcSetSceneFlags(scene.get(), static_cast<RTCSceneFlags>(flags));
     rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_HIGH);
-    if (!mesh.triangles.empty()) attach_triangles(device);
+    if (!mesh->triangles.empty()) attach_triangles(device);
     rtcCommitScene(scene.get());
     if (rtcGetDeviceError(device) != RTC_ERROR_NONE) throw embree_failure(device, "scene not built");
   }
 
   [[nodiscard]] const Vector3d& vertex(std::uint32_t triangle, int corner) const {
-    return mesh.vertices[mesh.triangles[triangle][static_cast<std::size_t>(corner)]];
+    return mesh->vertices[mesh->triangles[triangle][static_cast<std::size_t>(corner)]];
   }
   /// Not unit length: twice the area.
   [[nodiscard]] Vector3d area_normal(std::uint32_t triangle) const {
@@ -70,18 +71,18 @@ struct BuiltMesh {
   void attach_triangles(RTCDevice device) {
     const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* points = static_cast<float*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertices.size()));
+        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh->vertices.size()));
     auto* corners = static_cast<std::uint32_t*>(
         rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                3 * sizeof(std::uint32_t), mesh.triangles.size()));
+                                3 * sizeof(std::uint32_t), mesh->triangles.size()));
     if (points == nullptr || corners == nullptr) {
       rtcReleaseGeometry(geometry);
       throw embree_failure(device, "no memory for the triangles");
     }
-    for (const Vector3d& v : mesh.vertices) {
+    for (const Vector3d& v : mesh->vertices) {
       for (int k = 0; k < 3; ++k) *points++ = static_cast<float>(v[k] - centre[k]);
     }
-    for (const auto& t : mesh.triangles) corners = std::copy(t.begin(), t.end(), corners);
+    for (const auto& t : mesh->triangles) corners = std::copy(t.begin(), t.end(), corners);
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(scene.get(), geometry, 0);
     rtcReleaseGeometry(geometry);
@@ -119,7 +120,9 @@ struct Mover {
 }  // namespace
 
 struct RayScene::Impl {
-  embree::Device device{rtcNewDevice("ignore_config_files=1")};
+  /// Without AVX-512, which rounds otherwise than AVX2 and is no faster: a ray past an edge must not depend
+  /// on the processor. Embree's smaller triangle4i is not watertight.
+  embree::Device device{rtcNewDevice("ignore_config_files=1,max_isa=avx2")};
   BuiltMesh city;
   std::vector<city::Surface> surfaces;               ///< one per triangle of the city
   std::vector<Mover> movers;                         ///< of `placed`, in its order
@@ -127,11 +130,11 @@ struct RayScene::Impl {
   std::vector<PlacedInstance> placed;
   double movers_radius = 0;  ///< of the placed instances about the city's centre
 
-  explicit Impl(const city::Mesh& mesh) {
+  explicit Impl(std::shared_ptr<const city::Mesh> mesh) {
     if (!device) throw std::runtime_error("Embree: no device");
-    city = BuiltMesh(device.get(), mesh, "city", true);
-    surfaces.resize(mesh.triangles.size());
-    for (const city::Object& object : mesh.objects) {
+    city = BuiltMesh(device.get(), std::move(mesh), "city", true);
+    surfaces.resize(city.mesh->triangles.size());
+    for (const city::Object& object : city.mesh->objects) {
       std::fill_n(surfaces.begin() + object.first_triangle, object.triangle_count, object.surface);
     }
   }
@@ -197,7 +200,7 @@ struct RayScene::Impl {
   /// Every triangle of the city on the ray, each once, in no particular order.
   void crossings(const Ray& ray, std::vector<Crossing>& found) const {
     found.clear();
-    if (city.mesh.triangles.empty()) return;
+    if (city.mesh->triangles.empty()) return;
     embree::Query query(
         false,
         [](const RTCFilterFunctionNArguments* arguments) {
@@ -225,7 +228,8 @@ struct RayScene::Impl {
   }
 };
 
-RayScene::RayScene(const city::Mesh& city) : impl_(std::make_unique<Impl>(city)) {}
+RayScene::RayScene(const city::Mesh& city) : RayScene(std::make_shared<const city::Mesh>(city)) {}
+RayScene::RayScene(std::shared_ptr<const city::Mesh> city) : impl_(std::make_unique<Impl>(std::move(city))) {}
 RayScene::~RayScene() = default;
 RayScene::RayScene(RayScene&&) noexcept = default;
 RayScene& RayScene::operator=(RayScene&&) noexcept = default;
@@ -235,7 +239,7 @@ InstanceId RayScene::add_instance(const city::Mesh& mesh) {
   const std::string name = fmt::format("movable instance {}", id);
   if (mesh.triangles.empty()) throw InputError(name + " has no triangles", "give it a mesh");
   auto instance = std::make_unique<Instance>();
-  instance->built = BuiltMesh(impl_->device.get(), mesh, name, false);
+  instance->built = BuiltMesh(impl_->device.get(), std::make_shared<const city::Mesh>(mesh), name, false);
   impl_->instances.push_back(std::move(instance));
   return id;
 }
@@ -279,7 +283,7 @@ void RayScene::commit() {
     // A millionth and a millimetre more than the mesh, for what floats make of it.
     impl_->movers.push_back(
         {centre, built.radius * (1 + 1e-6) + 1e-3, instance->pose.linear().transpose(), &built});
-    impl_->placed.push_back({static_cast<InstanceId>(i + 1), &built.mesh, instance->pose, built.bounds});
+    impl_->placed.push_back({static_cast<InstanceId>(i + 1), built.mesh.get(), instance->pose, built.bounds});
     impl_->movers_radius =
         std::max(impl_->movers_radius, (centre - impl_->city.centre).norm() + built.radius);
   }

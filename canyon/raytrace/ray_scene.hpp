@@ -65,6 +65,8 @@ class RayScene {
   /// Builds the static part once. An empty mesh is an open field: every ray is free. Throws InputError as
   /// city::check_mesh does.
   explicit RayScene(const city::Mesh& city);
+  /// The same without a copy of the mesh, which must not change.
+  explicit RayScene(std::shared_ptr<const city::Mesh> city);
   ~RayScene();
   RayScene(RayScene&&) noexcept;
   RayScene& operator=(RayScene&&) noexcept;

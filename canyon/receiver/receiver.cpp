@@ -10,6 +10,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/disturbance/direct_shadowing.hpp"
+#include "canyon/errors/atmosphere.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/signals.hpp"
@@ -379,23 +380,38 @@ struct Receiver::State {
                                      place, {line.azimuth_rad, line.elevation_rad});
   }
 
+  /// The antenna a time before or after the epoch.
+  struct Beside {
+    double dt_s = 0;
+    Eigen::Vector3d antenna_ecef = Eigen::Vector3d::Zero();
+    geodesy::Geodetic place;
+    Eigen::Matrix3d enu_from_ecef = Eigen::Matrix3d::Identity();
+    double zenith_m = 0;  ///< delay in the troposphere
+  };
+  [[nodiscard]] Beside beside(double dt_s) const {
+    Beside result;
+    result.dt_s = dt_s;
+    result.antenna_ecef = last_antenna + motion.velocity_ecef * dt_s;
+    result.place = geodesy::geodetic_from_ecef(result.antenna_ecef);
+    result.enu_from_ecef = geodesy::enu_from_ecef_rotation(result.place);
+    result.zenith_m = errors::saastamoinen_zenith_m(result.place);
+    return result;
+  }
+
   /// Of the carrier's way through the atmosphere [m/s], by central differences over a second: the ionosphere
   /// advances a carrier.
   [[nodiscard]] double atmosphere_rate_mps(const orbit::LineOfSight& line, double carrier_hz) const {
     if (!options.ionosphere && !options.troposphere) return 0;
-    const auto way_m = [&](double dt_s) {
-      const Eigen::Vector3d antenna = last_antenna + motion.velocity_ecef * dt_s;
-      const geodesy::Geodetic at = geodesy::geodetic_from_ecef(antenna);
+    const auto way_m = [&](const Beside& at) {
       const geodesy::AzimuthElevation look = geodesy::azimuth_elevation_from_enu(
-          geodesy::enu_from_ecef_rotation(at) *
-          (line.position_at_reception_m + line.velocity_at_reception_mps * dt_s - antenna));
-      const auto delay_m = [&](bool ionosphere, bool troposphere) {
-        return positioning::atmosphere_m(ionosphere, troposphere, *klobuchar, line.id.system, carrier_hz,
-                                         now + dt_s, at, look);
-      };
-      return delay_m(false, options.troposphere) - delay_m(options.ionosphere, false);
+          at.enu_from_ecef *
+          (line.position_at_reception_m + line.velocity_at_reception_mps * at.dt_s - at.antenna_ecef));
+      const bool delayed = options.troposphere && look.elevation_rad > 0;
+      return (delayed ? at.zenith_m / std::sin(look.elevation_rad) : 0) -
+             positioning::atmosphere_m(options.ionosphere, false, *klobuchar, line.id.system, carrier_hz,
+                                       now + at.dt_s, at.place, look);
     };
-    return way_m(0.5) - way_m(-0.5);
+    return way_m(after) - way_m(before);
   }
 
   ReceiverOptions options;
@@ -428,6 +444,7 @@ struct Receiver::State {
   std::vector<tracking::ReceivedWave> received_waves;
   tracking::AntennaMotion motion;
   geodesy::Geodetic place;
+  Beside before, after;  ///< by half a second
   const std::map<gnss::System, gnss::Klobuchar>* klobuchar = nullptr;
 };
 
@@ -464,6 +481,8 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
   if (state.signals) state.signals->receive(context.arrival.interference, state.received_waves);
   state.motion.interference = state.received_waves;
   state.place = geodesy::geodetic_from_ecef(antenna.position_ecef);
+  state.before = state.beside(-0.5);
+  state.after = state.beside(0.5);
   state.klobuchar = &context.klobuchar;
 
   epoch.time = time;

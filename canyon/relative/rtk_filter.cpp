@@ -183,11 +183,8 @@ std::optional<positioning::Dop> RtkFilter::State::dop_of(const std::vector<gnss:
   return positioning::dop_of_directions(directions);
 }
 
-void RtkFilter::State::take(const Corrections& corrections, const orbit::Sky& sky) {
-  positioning::FixOptions all = masks;
-  all.elevation_mask_rad = 0;  // the rover's mask counts
-  base = observed_minus_computed(corrections.receiver_time, corrections.observations, sky, all,
-                                 corrections.station_ecef);
+void RtkFilter::State::take(const Corrections& corrections, std::vector<ObservedMinusComputed> of_base) {
+  base = std::move(of_base);
   // Beside a moving base the filter follows the baseline: the place goes along with the base's.
   if (started && corrections.moving) position += corrections.station_ecef - base_place;
   if (corrections.moving != moving || (station && *station != corrections.station)) started = false;
@@ -273,8 +270,12 @@ RtkFilter::RtkFilter(RtkFilter&&) noexcept = default;
 RtkFilter& RtkFilter::operator=(RtkFilter&&) noexcept = default;
 
 void RtkFilter::take(const Corrections& base, const orbit::Sky& sky) {
-  state_->take(base, sky);
-  if (second_) second_->take(base, sky);
+  positioning::FixOptions masks = state_->masks;
+  masks.elevation_mask_rad = 0;  // the rover's mask counts
+  auto of_base =
+      observed_minus_computed(base.receiver_time, base.observations, sky, masks, base.station_ecef);
+  if (second_) second_->take(base, of_base);
+  state_->take(base, std::move(of_base));
 }
 
 std::optional<Fix> RtkFilter::update(geodesy::GpsTime receiver_time, std::span<const SignalMeasurement> rover,

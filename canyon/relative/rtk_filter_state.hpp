@@ -25,7 +25,7 @@ struct RtkFilter::State {
       : options(rtk), masks(fix), max_age_s(longest_s) {
     options.validate();
   }
-  void take(const Corrections& corrections, const orbit::Sky& sky);
+  void take(const Corrections& corrections, std::vector<ObservedMinusComputed> of_base);
   [[nodiscard]] std::optional<positioning::Fix> update(geodesy::GpsTime receiver_time,
                                                        std::span<const SignalMeasurement> rover,
                                                        const orbit::Sky& sky, const positioning::Fix& alone);

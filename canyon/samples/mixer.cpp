@@ -8,16 +8,8 @@
 #include <limits>
 #include <numeric>
 
+#include "canyon/base/simd_clones.hpp"
 #include "canyon/geodesy/constants.hpp"
-
-// The same source for processors with and without AVX2, chosen when the program starts. Neither has fused
-// multiplications, so that both give the same bytes.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
-#define CANYON_CLONES __attribute__((target_clones("avx2", "default")))
-#else
-#define CANYON_CLONES
-#endif
 
 namespace canyon::samples {
 namespace {

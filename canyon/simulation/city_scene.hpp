@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <memory>
 #include <mutex>
 #include <utility>
 #include <vector>
@@ -13,7 +14,8 @@ namespace canyon::simulation {
 
 /// A city and the rays through it. Hosts that move things hold one and share it between environments.
 struct CityScene {
-  explicit CityScene(city::City c) : city(std::move(c)), scene(city.mesh) {}
+  explicit CityScene(city::City c)
+      : city(std::move(c)), scene(std::shared_ptr<const city::Mesh>(std::shared_ptr<void>(), &city.mesh)) {}
   CityScene(const CityScene&) = delete;
   CityScene& operator=(const CityScene&) = delete;
 

@@ -67,8 +67,9 @@ const std::shared_ptr<const errors::SpaceErrors>& Environment::errors() const {
 void Environment::add_errors(propagation::Arrival& arrival, geodesy::GpsTime time,
                              const Eigen::Vector3d& antenna_ecef) const {
   if (!impl_->errors) return;
+  const errors::SpaceErrors::Reception reception = impl_->errors->reception(time, antenna_ecef);
   for (propagation::SatelliteView& view : arrival.views) {
-    view.space = impl_->errors->at(view.line, time, antenna_ecef);
+    view.space = impl_->errors->at(view.line, reception);
   }
 }
 

@@ -24,7 +24,8 @@ std::optional<Carried> carried(gnss::SatelliteId id, GpsTime time, const Eigen::
   if (!line) return std::nullopt;
   Carried result{positioning::pseudorange_m(*line, 0, 0, 0, 0), 0};
   if (environment.errors()) {
-    const errors::SpaceDelays space = environment.errors()->at(*line, time, place);
+    const errors::SpaceErrors& from = *environment.errors();
+    const errors::SpaceDelays space = from.at(*line, from.reception(time, place));
     result.common_m += space.orbit_clock_m + space.troposphere_m;
     result.ionosphere_m = space.ionosphere_m;
   }

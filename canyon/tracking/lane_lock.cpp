@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "canyon/base/simd_clones.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/propagation/index/simd_clones.hpp"
 
 namespace canyon::tracking {
 namespace {

@@ -6,11 +6,11 @@
 #include <limits>
 #include <string>
 
+#include "canyon/base/simd_clones.hpp"
 #include "canyon/heatmap/cells/cell_solution.hpp"
 #include "canyon/positioning/fix.hpp"
 #include "canyon/positioning/protection_level.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
-#include "canyon/propagation/index/simd_clones.hpp"
 
 namespace canyon::heatmap {
 namespace {

@@ -50,10 +50,10 @@ Vector3d error_of(const positioning::Fix& fix, const Vector3d& truth_ecef) {
 
 propagation::Arrival with_space(propagation::Arrival arrival, std::span<const errors::SpaceErrors> space,
                                 std::size_t draw, const propagation::Antenna& antenna) {
-  for (propagation::SatelliteView& view : arrival.views) {
-    view.space.reset();
-    if (!space.empty()) view.space = space[draw].at(view.line, antenna.time, antenna.position_ecef);
-  }
+  for (propagation::SatelliteView& view : arrival.views) view.space.reset();
+  if (space.empty()) return arrival;
+  const auto reception = space[draw].reception(antenna.time, antenna.position_ecef);
+  for (propagation::SatelliteView& view : arrival.views) view.space = space[draw].at(view.line, reception);
   return arrival;
 }
 

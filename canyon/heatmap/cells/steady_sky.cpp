@@ -160,7 +160,9 @@ void SteadySky::fill_lanes(const Input& input, std::size_t bundles, SteadySatell
                                   .advance(0, options.noise.ou.mu_m);
     }
     if (!quiet && !input.space.empty()) {
-      s.error_m[i] += error_m(input.space[d].at(line, input.time, input.centre_ecef), input, line, s);
+      const errors::SpaceErrors& space = input.space[d];
+      const auto reception = space.reception(input.time, input.centre_ecef);
+      s.error_m[i] += error_m(space.at(line, reception), input, line, s);
     }
     if (options.biases.drift_sigma_m > 0) {
       s.error_m[i] += receiver::bias_drift(options, input.seeds[d], *s.signal).advance(0);

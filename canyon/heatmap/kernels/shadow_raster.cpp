@@ -6,7 +6,7 @@
 #include <cstring>
 #include <limits>
 
-#include "canyon/propagation/index/simd_clones.hpp"
+#include "canyon/base/simd_clones.hpp"
 
 namespace canyon::heatmap {
 namespace {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "canyon/base/simd_clones.hpp"
 #include "canyon/propagation/index/compact_order.hpp"
-#include "canyon/propagation/index/simd_clones.hpp"
 
 namespace canyon::propagation {
 namespace {

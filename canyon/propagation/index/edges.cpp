@@ -9,10 +9,10 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/simd_clones.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/mesh_topology.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/propagation/index/simd_clones.hpp"
 
 namespace canyon::propagation {
 namespace {

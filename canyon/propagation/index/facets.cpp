@@ -8,10 +8,10 @@
 #include <tuple>
 #include <utility>
 
+#include "canyon/base/simd_clones.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/propagation/index/compact_order.hpp"
-#include "canyon/propagation/index/simd_clones.hpp"
 
 namespace canyon::propagation {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <functional>
 
-#include "canyon/propagation/index/simd_clones.hpp"
+#include "canyon/base/simd_clones.hpp"
 
 namespace canyon::propagation {
 namespace {
