@@ -3,8 +3,11 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <numeric>
 #include <vector>
+
+#include "canyon/base/simd_clones.hpp"
 
 namespace canyon::relative {
 
@@ -24,6 +27,13 @@ Eigen::MatrixXd at(const Eigen::MatrixXd& from, const std::vector<Index>& rows,
 Eigen::VectorXd at(const Eigen::VectorXd& from, const std::vector<Index>& rows) {
   return Eigen::VectorXd::NullaryExpr(static_cast<Index>(rows.size()),
                                       [&](Index i) { return from(rows[static_cast<std::size_t>(i)]); });
+}
+
+/// p -= gain gain^T in the lower triangle of p, n x n, column by column.
+CANYON_CLONES void subtract_square(const double* __restrict gain, std::ptrdiff_t n, double* __restrict p) {
+  for (std::ptrdiff_t j = 0; j < n; ++j, p += n) {
+    for (std::ptrdiff_t i = j; i < n; ++i) p[i] -= gain[j] * gain[i];
+  }
 }
 
 }  // namespace
@@ -145,7 +155,7 @@ void BaselineState::take(const SparseRow& row, double value, double variance) {
   }
   x += gain_ * (by.value / by.variance);
   gain_ /= std::sqrt(by.variance);
-  for (Index j = 0; j < n; ++j) p.col(j).tail(n - j) -= gain_(j) * gain_.tail(n - j);
+  subtract_square(gain_.data(), n, p.data());
 }
 
 void BaselineState::mirror() {

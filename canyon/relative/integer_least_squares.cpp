@@ -280,6 +280,8 @@ std::optional<IntegerSolution> short_search(const VectorXd& real, const MatrixXd
   if (!are_usable(real, covariance)) return std::nullopt;
   const VectorXd origin = real.array().round();
   const Index n = real.size();
+  // No better than the best known number alone.
+  if (std::erf(1 / std::sqrt(8 * covariance.diagonal().minCoeff())) <= kSure) return std::nullopt;
   // The best known last.
   Eigen::PermutationMatrix<Eigen::Dynamic> order(n);
   order.setIdentity();

@@ -41,6 +41,7 @@ std::vector<ObservedMinusComputed> observed_minus_computed(geodesy::GpsTime rece
   }
   std::vector<RangedSatellite> satellites = ranged_satellites(receiver_time, firsts, sky, {});
   const geodesy::Geodetic geodetic = geodesy::geodetic_from_ecef(place);
+  const double zenith_m = errors::saastamoinen_zenith_m(geodetic);
   const Eigen::Vector3d up = geodesy::enu_from_ecef_rotation(geodetic).row(2).transpose();
 
   // A receiver that states no strength at all is one in the open, as far as is known.
@@ -56,7 +57,7 @@ std::vector<ObservedMinusComputed> observed_minus_computed(geodesy::GpsTime rece
     const double sine = std::clamp(satellite.direction.dot(up), -1.0, 1.0);
     const double elevation_rad = std::asin(sine);
     if (elevation_rad < masks.elevation_mask_rad || elevation_rad <= 0) continue;
-    const double model_m = satellite.range_m + errors::saastamoinen_delay_m(geodetic, elevation_rad);
+    const double model_m = satellite.range_m + zenith_m / std::sin(elevation_rad);
     for (const SignalMeasurement& seen : observations) {
       const Measurement& m = seen.measurement;
       if (m.id != satellite.measured->id) continue;
