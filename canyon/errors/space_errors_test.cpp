@@ -77,7 +77,7 @@ TEST(RandomWaves, AreTheSumOfTheirCosines) {
   for (int k = 0; k < 24; ++k) {
     const double radps = stream.normal() / 3600;
     Eigen::Vector3d radpm;
-    for (double& each : radpm) each = stream.normal() / 1e6;
+    for (int axis = 0; axis < 3; ++axis) radpm[axis] = stream.normal() / 1e6;
     const double phase_rad = 2 * geodesy::kPi * stream.uniform();
     sum += std::cos(radps * (kNoon - GpsTime()) + radpm.dot(place) + phase_rad);
   }

@@ -97,10 +97,10 @@ CANYON_CLONES void mark_boxes(const FloatBeam& beam, const float* __restrict x, 
 /// exponent (Lomont, "Fast inverse square root", 2003). std::sqrt sets errno, which keeps compilers from
 /// making vectors of the loop.
 inline float inverse_root(float x) {
-  std::uint32_t bits;
+  std::uint32_t bits = 0;
   std::memcpy(&bits, &x, 4);
   bits = 0x5f375a86u - (bits >> 1);
-  float y;
+  float y = 0;
   std::memcpy(&y, &bits, 4);
   y *= 1.5f - 0.5f * x * y * y;
   return y * (1.5f - 0.5f * x * y * y);
@@ -167,7 +167,7 @@ void turn(Caps& caps, const Eigen::Matrix3f& rotation) {
 template <typename Visit>
 void for_each_mark(const std::uint8_t* marks, std::size_t count, const Visit& visit) {
   for (std::size_t word = 0; word < count; word += 8) {
-    std::uint64_t eight;
+    std::uint64_t eight = 0;
     std::memcpy(&eight, marks + word, 8);
     for (; eight != 0; eight &= eight - 1) {
       const auto byte = static_cast<std::size_t>(__builtin_ctzll(eight)) / 8;

@@ -281,7 +281,7 @@ void FacetSet::add_facet(const city::Mesh& mesh, std::vector<std::uint32_t>& gro
   const bool blocks = facet.count > kFlatBlock, wide_blocks = facet.count > kFlatBlock * kFlatBlock;
   for (std::size_t i = 0; i < group.size(); ++i) {
     if (blocks && i % kFlatBlock == 0) flat_bounds_.emplace_back();
-    if (wide_blocks && i % (kFlatBlock * kFlatBlock) == 0) wide_bounds_.emplace_back();
+    if (wide_blocks && i % (std::size_t{kFlatBlock} * kFlatBlock) == 0) wide_bounds_.emplace_back();
     FlatTriangle flat;
     flat.triangle = group[i];
     for (std::size_t k = 0; k < 3; ++k) {
