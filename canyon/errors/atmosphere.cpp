@@ -59,8 +59,11 @@ double saastamoinen_zenith_m(const geodesy::Geodetic& receiver, double relative_
 
 double saastamoinen_delay_m(const geodesy::Geodetic& receiver, double elevation_rad,
                             double relative_humidity) {
-  if (elevation_rad <= 0) return 0;
-  return saastamoinen_zenith_m(receiver, relative_humidity) / std::sin(elevation_rad);
+  return slant_delay_m(saastamoinen_zenith_m(receiver, relative_humidity), elevation_rad);
+}
+
+double slant_delay_m(double zenith_m, double elevation_rad) {
+  return elevation_rad > 0 ? zenith_m / std::sin(elevation_rad) : 0;
 }
 
 }  // namespace canyon::errors

@@ -19,7 +19,9 @@ inline constexpr double kTroposphereLowest_m = -100, kTroposphereHighest_m = 10e
 /// kTroposphereHighest_m.
 [[nodiscard]] double saastamoinen_delay_m(const geodesy::Geodetic& receiver, double elevation_rad,
                                           double relative_humidity = 0.7);
-/// The same at the zenith [m]: the delay is this over sin(elevation).
+/// The same at the zenith [m].
 [[nodiscard]] double saastamoinen_zenith_m(const geodesy::Geodetic& receiver, double relative_humidity = 0.7);
+/// A zenith delay as Saastamoinen maps it: over sin(elevation). 0 at or below the horizon.
+[[nodiscard]] double slant_delay_m(double zenith_m, double elevation_rad);
 
 }  // namespace canyon::errors

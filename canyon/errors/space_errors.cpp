@@ -131,7 +131,7 @@ SpaceDelays SpaceErrors::at(const orbit::LineOfSight& line, const Reception& rec
   const double sine = std::sin(line.elevation_rad);
   const double mapping = 1.001 / std::sqrt(0.002001 + sine * sine);  // RTCA DO-229, A.4.2.4
   delays.troposphere_m =
-      (line.elevation_rad > 0 ? reception.zenith_m / sine : 0) + mapping * reception.zenith_error_m;
+      slant_delay_m(reception.zenith_m, line.elevation_rad) + mapping * reception.zenith_error_m;
   return delays;
 }
 

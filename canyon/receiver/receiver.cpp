@@ -406,8 +406,7 @@ struct Receiver::State {
       const geodesy::AzimuthElevation look = geodesy::azimuth_elevation_from_enu(
           at.enu_from_ecef *
           (line.position_at_reception_m + line.velocity_at_reception_mps * at.dt_s - at.antenna_ecef));
-      const bool delayed = options.troposphere && look.elevation_rad > 0;
-      return (delayed ? at.zenith_m / std::sin(look.elevation_rad) : 0) -
+      return (options.troposphere ? errors::slant_delay_m(at.zenith_m, look.elevation_rad) : 0) -
              positioning::atmosphere_m(options.ionosphere, false, *klobuchar, line.id.system, carrier_hz,
                                        now + at.dt_s, at.place, look);
     };
@@ -444,7 +443,7 @@ struct Receiver::State {
   std::vector<tracking::ReceivedWave> received_waves;
   tracking::AntennaMotion motion;
   geodesy::Geodetic place;
-  Beside before, after;  ///< by half a second
+  Beside before, after;  ///< by half a second, where the signals have delays of the atmosphere
   const std::map<gnss::System, gnss::Klobuchar>* klobuchar = nullptr;
 };
 
@@ -481,8 +480,10 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
   if (state.signals) state.signals->receive(context.arrival.interference, state.received_waves);
   state.motion.interference = state.received_waves;
   state.place = geodesy::geodetic_from_ecef(antenna.position_ecef);
-  state.before = state.beside(-0.5);
-  state.after = state.beside(0.5);
+  if (options.ionosphere || options.troposphere) {
+    state.before = state.beside(-0.5);
+    state.after = state.beside(0.5);
+  }
   state.klobuchar = &context.klobuchar;
 
   epoch.time = time;

@@ -57,7 +57,7 @@ std::vector<ObservedMinusComputed> observed_minus_computed(geodesy::GpsTime rece
     const double sine = std::clamp(satellite.direction.dot(up), -1.0, 1.0);
     const double elevation_rad = std::asin(sine);
     if (elevation_rad < masks.elevation_mask_rad || elevation_rad <= 0) continue;
-    const double model_m = satellite.range_m + zenith_m / std::sin(elevation_rad);
+    const double model_m = satellite.range_m + errors::slant_delay_m(zenith_m, elevation_rad);
     for (const SignalMeasurement& seen : observations) {
       const Measurement& m = seen.measurement;
       if (m.id != satellite.measured->id) continue;

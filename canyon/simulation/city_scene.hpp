@@ -14,6 +14,7 @@ namespace canyon::simulation {
 
 /// A city and the rays through it. Hosts that move things hold one and share it between environments.
 struct CityScene {
+  /// The scene borrows the mesh beside it: neither can be moved.
   explicit CityScene(city::City c)
       : city(std::move(c)), scene(std::shared_ptr<const city::Mesh>(std::shared_ptr<void>(), &city.mesh)) {}
   CityScene(const CityScene&) = delete;

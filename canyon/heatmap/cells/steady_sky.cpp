@@ -67,8 +67,11 @@ SteadySky::SteadySky(const simulation::Environment& environment, const receiver:
     lines.push_back(*line);
   }
   const std::vector<errors::SpaceErrors> space = space_of_draws(environment, draws, time, lanes - 1, above);
+  std::vector<errors::SpaceErrors::Reception> receptions;
+  receptions.reserve(space.size());
+  for (const errors::SpaceErrors& each : space) receptions.push_back(each.reception(time, centre_ecef));
 
-  const Input input{environment, options, seeds, space, time, place, centre_ecef, local_from_ecef};
+  const Input input{environment, options, seeds, space, receptions, time, place, local_from_ecef};
   std::vector<std::shared_ptr<const tracking::LaneCodeLock>> locks;
   std::vector<const gnss::Signal*> wanted;
   for (const orbit::LineOfSight& line : lines) {
@@ -160,9 +163,7 @@ void SteadySky::fill_lanes(const Input& input, std::size_t bundles, SteadySatell
                                   .advance(0, options.noise.ou.mu_m);
     }
     if (!quiet && !input.space.empty()) {
-      const errors::SpaceErrors& space = input.space[d];
-      const auto reception = space.reception(input.time, input.centre_ecef);
-      s.error_m[i] += error_m(space.at(line, reception), input, line, s);
+      s.error_m[i] += error_m(input.space[d].at(line, input.receptions[d]), input, line, s);
     }
     if (options.biases.drift_sigma_m > 0) {
       s.error_m[i] += receiver::bias_drift(options, input.seeds[d], *s.signal).advance(0);

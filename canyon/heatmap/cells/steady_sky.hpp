@@ -64,11 +64,11 @@ class SteadySky {
   struct Input {
     const simulation::Environment& environment;
     const receiver::ReceiverOptions& options;
-    const std::vector<std::uint64_t>& seeds;        ///< [draw]
-    const std::vector<errors::SpaceErrors>& space;  ///< [draw], or empty
+    const std::vector<std::uint64_t>& seeds;                        ///< [draw]
+    const std::vector<errors::SpaceErrors>& space;                  ///< [draw], or empty
+    const std::vector<errors::SpaceErrors::Reception>& receptions;  ///< likewise, at the tile's centre
     geodesy::GpsTime time;
     const geodesy::Geodetic& place;  ///< the tile's centre
-    const Eigen::Vector3d& centre_ecef;
     const Eigen::Matrix3d& local_from_ecef;
   };
   [[nodiscard]] SteadySatellite satellite_of(const Input& input, const orbit::LineOfSight& line,
