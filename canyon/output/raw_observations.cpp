@@ -8,8 +8,12 @@
 namespace canyon::output {
 
 RawEpoch RawObservations::next(const receiver::ReceiverEpoch& seen) {
-  RawEpoch epoch{round_to(seen.receiver_time, step_ns_), {}};
-  const double shift_s = epoch.tag - seen.receiver_time;
+  constexpr std::int64_t kMillisecond_ns = 1'000'000;
+  const bool steered = tags_ == Tags::WholeMilliseconds;
+  RawEpoch epoch{steered ? round_to(seen.receiver_time, kMillisecond_ns) : seen.receiver_time, {}};
+  // Of the exact reading: receiver_time has nanoseconds, which are 0.3 m.
+  const double shift_s = steered ? (epoch.tag - seen.time) - seen.clock_bias_s : 0;
+  const double drift = steered ? seen.clock_drift : 0;
   for (const receiver::SatelliteObservation& satellite : seen.satellites) {
     const std::size_t first = epoch.observations.size();
     const auto add = [&](const receiver::SignalObservation& observed, const gnss::Signal& signal) {
@@ -20,6 +24,7 @@ RawEpoch RawObservations::next(const receiver::ReceiverEpoch& seen) {
       o.signal = &signal;
       o.measurement = &m;
       o.pseudorange_m = m.pseudorange_m + geodesy::kSpeedOfLight * shift_s;
+      if (m.doppler_hz) o.doppler_hz = *m.doppler_hz * (1 + drift) + m.carrier_frequency_hz * drift;
       if (const auto link = arcs_.next(m, gnss::index_of(signal))) {
         o.carrier_phase_cycles =
             *m.carrier_phase_cycles + link->alignment_cycles + m.carrier_frequency_hz * shift_s;

@@ -70,7 +70,7 @@ class RinexObservation final : public Encoder {
     if (!position_) position_ = epoch.truth_ecef;
     const RawEpoch raw = observations_.next(epoch.observed);
     if (raw.observations.empty()) return {};
-    const geodesy::GpsTime tag = epoch.observed.stated(raw.tag);
+    const geodesy::GpsTime tag = round_to(epoch.observed.stated(raw.tag), kTagStep_ns);
     std::string text = started_ ? std::string() : header(tag, epoch.observed.time);
     last_ = tag;
     std::map<gnss::SatelliteId, std::map<const gnss::Signal*, const RawObservation*>> satellites;
@@ -107,7 +107,7 @@ class RinexObservation final : public Encoder {
   /// In the order of observation_codes().
   [[nodiscard]] std::string observations(const RawObservation& o) const {
     const positioning::Measurement& m = *o.measurement;
-    const std::string doppler = m.doppler_hz ? observation(*m.doppler_hz) : std::string(kNoObservation);
+    const std::string doppler = o.doppler_hz ? observation(*o.doppler_hz) : std::string(kNoObservation);
     if (!receiver_.signal.enabled) return observation(o.pseudorange_m) + doppler;
     const char strength = m.cn0_dbhz ? static_cast<char>('0' + signal_strength_indicator(*m.cn0_dbhz)) : ' ';
     std::string text = observation(o.pseudorange_m, false, strength);
@@ -198,7 +198,7 @@ class RinexObservation final : public Encoder {
   ReceiverDescription receiver_;
   Version version_;
   std::optional<Eigen::Vector3d> position_;
-  RawObservations observations_{kTagStep_ns};
+  RawObservations observations_{Tags::ClockReading};
   bool started_ = false;
   std::size_t last_position_ = 0;  ///< byte of the TIME OF LAST OBS record
   geodesy::GpsTime last_;

@@ -50,7 +50,7 @@ class Observations {
   [[nodiscard]] std::vector<Satellite> satellites_of(const RawEpoch& raw, gnss::System system) const;
 
   std::map<gnss::SatelliteId, int> glonass_channels_;
-  RawObservations observations_{1'000'000};
+  RawObservations observations_{Tags::WholeMilliseconds};
 };
 
 /// Ephemerides of what a receiver measures: when a satellite's is new, whatever has changed of it, and again

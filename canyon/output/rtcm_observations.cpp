@@ -83,7 +83,7 @@ std::vector<Observations::Satellite> Observations::satellites_of(const RawEpoch&
       cell.range_m = o->pseudorange_m;
       if (o->carrier_phase_cycles) cell.phase_range_m = *o->carrier_phase_cycles * wavelength_m;
       cell.lock_s = o->locked_s;
-      if (m.doppler_hz) cell.rate_mps = -*m.doppler_hz * wavelength_m;
+      if (o->doppler_hz) cell.rate_mps = -*o->doppler_hz * wavelength_m;
       cell.cn0_dbhz = m.cn0_dbhz.value_or(0);
       if (cell.signal != 0) satellite.cells.push_back(cell);
     }

@@ -71,9 +71,13 @@ TEST(Rtcm, OnlyAStationTellsItsPlace) {
   const auto base = format_named("rtcm").make(station);
   EXPECT_EQ(numbers_in(base->encode(epoch)), (std::vector<int>{1005, 1033, 1077, 1087, 1097, 1117, 1127}));
   simulation::Epoch next = epoch;
-  next.observed.time = next.observed.time + 9.9;
+  const auto go_on = [&next](double seconds) {
+    next.observed.time = next.observed.time + seconds;
+    next.observed.receiver_time = next.observed.receiver_time + seconds;
+  };
+  go_on(9.9);
   EXPECT_EQ(numbers_in(base->encode(next)).front(), 1077);
-  next.observed.time = next.observed.time + 0.1;
+  go_on(0.1);
   EXPECT_EQ(numbers_in(base->encode(next)).front(), 1005);
 }
 

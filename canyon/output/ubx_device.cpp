@@ -206,7 +206,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
   ubx::Commands commands_;
   ubx::Generation generation_;
   Subframes subframes_;
-  RawObservations observations_{kTagStep_ns};
+  RawObservations observations_{Tags::ClockReading};
   std::optional<simulation::Epoch> last_;
   RawEpoch raw_;  ///< of last_, whose measurements it points to
   std::optional<GpsTime> first_fix_;

@@ -319,13 +319,13 @@ TEST(UbxDevice, TellsSatellitesAndRawMeasurements) {
       static_cast<std::size_t>(std::count_if(e.observed.satellites.begin(), e.observed.satellites.end(),
                                              [](const auto& s) { return s.measurement.has_value(); }));
   ASSERT_EQ(raw.payload.size(), 16 + 32 * measured);
-  // The clock's reading, 123457 ns ahead, rounded to 100 ns; the range moves by c times the rounding.
-  EXPECT_NEAR(raw.r8(0), 46701.125 + 123.5e-6, 1e-11);
+  // The clock's reading, 123457 ns ahead.
+  EXPECT_NEAR(raw.r8(0), 46701.125 + 123.457e-6, 1e-11);
   EXPECT_EQ(raw.u(8, 2), 2051U);
   EXPECT_EQ(raw.u(10, 1), 18U);
   EXPECT_EQ(raw.u(11, 1), measured);
   EXPECT_EQ(raw.u(13, 1), 1U);
-  EXPECT_NEAR(raw.r8(16), e.observed.satellites[0].measurement->pseudorange_m + 299792458.0 * 43e-9, 1e-6);
+  EXPECT_EQ(raw.r8(16), e.observed.satellites[0].measurement->pseudorange_m);
   EXPECT_EQ(raw.u(16 + 24, 2), 0U) << "its first phase";
   EXPECT_EQ(raw.u(16 + 26, 1), 46U);
   EXPECT_EQ(raw.u(16 + 28, 1), 3U);  // 0.01 cycles in steps of 0.004

@@ -50,6 +50,7 @@ inline simulation::Epoch sample_epoch(geodesy::GpsTime time, const geodesy::Geod
   receiver::ReceiverEpoch& seen = epoch.observed;
   seen.time = time;
   seen.receiver_time = time + 0.00012345678;  // 123456.78 ns: not a multiple of 100
+  seen.clock_bias_s = 0.00012345678;
   seen.satellites = {
       sample_satellite("G05", 45.5, 60.2, Visibility::LOS),
       sample_satellite("G12", 359.7, 30.0, Visibility::LOSMultipath),
