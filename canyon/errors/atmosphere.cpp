@@ -43,14 +43,17 @@ double klobuchar_delay_m(const gnss::Klobuchar& model, geodesy::GpsTime t, const
 }
 
 // Saastamoinen (1972) with the refinements of Davis et al. (1985) in the hydrostatic part; standard
-// atmosphere of 15 deg C and 1013.25 hPa at sea level; mapping 1 / sin(elevation).
+// atmosphere of 15 deg C and 1013.25 hPa at sea level, isothermal above 11 km (ICAO Doc 7488); mapping
+// 1 / sin(elevation). Below sea level and above 100 km, gravity and weather are those of these heights.
 double saastamoinen_zenith_m(const geodesy::Geodetic& receiver, double relative_humidity) {
-  if (receiver.height_m < kTroposphereLowest_m || receiver.height_m > kTroposphereHighest_m) return 0;
-  const double height = std::max(0.0, receiver.height_m);
-  const double pressure_hpa = 1013.25 * std::pow(1 - 2.2557e-5 * height, 5.2568);
-  const double temperature_k = 15 - 6.5e-3 * height + 273.16;
-  const double vapour_hpa =
-      6.108 * relative_humidity * std::exp((17.15 * temperature_k - 4684) / (temperature_k - 38.45));
+  constexpr double kTropopause_m = 11e3, kScaleHeight_m = 6341.6, kHighest_m = 100e3;
+  const double height = std::clamp(receiver.height_m, 0.0, kHighest_m);
+  const double below = std::min(height, kTropopause_m);
+  const double thinner = height > kTropopause_m ? std::exp((kTropopause_m - height) / kScaleHeight_m) : 1;
+  const double pressure_hpa = 1013.25 * std::pow(1 - 2.2557e-5 * below, 5.2568) * thinner;
+  const double temperature_k = 15 - 6.5e-3 * below + 273.16;
+  const double vapour_hpa = 6.108 * relative_humidity *
+                            std::exp((17.15 * temperature_k - 4684) / (temperature_k - 38.45)) * thinner;
   const double gravity = 1 - 0.00266 * std::cos(2 * receiver.latitude_rad) - 0.00028 * height / 1e3;
   const double hydrostatic = 0.0022768 * pressure_hpa / gravity;
   const double wet = 0.002277 * (1255 / temperature_k + 0.05) * vapour_hpa;

@@ -12,11 +12,9 @@ namespace canyon::errors {
                                        const geodesy::Geodetic& receiver, double azimuth_rad,
                                        double elevation_rad, double frequency_hz);
 
-/// Heights that saastamoinen_delay_m() knows [m above the ellipsoid].
-inline constexpr double kTroposphereLowest_m = -100, kTroposphereHighest_m = 10e3;
 /// Saastamoinen troposphere delay [m] in the standard atmosphere with 70 % humidity at the receiver's height
-/// (as RTKLIB's tropmodel). 0 at or below the horizon and beyond kTroposphereLowest_m or
-/// kTroposphereHighest_m.
+/// (as RTKLIB's tropmodel from -100 m to 10 km, where that ends). Continuous in height: below sea level that
+/// of sea level, above 11 km falling by 1/e in 6.3 km. 0 at or below the horizon.
 [[nodiscard]] double saastamoinen_delay_m(const geodesy::Geodetic& receiver, double elevation_rad,
                                           double relative_humidity = 0.7);
 /// The same at the zenith [m].

@@ -60,15 +60,33 @@ TEST(Saastamoinen, IsTwoAndAHalfMetresAtTheZenithOfTheSea) {
   EXPECT_NEAR(saastamoinen_delay_m(sea, radians(30)), 2 * saastamoinen_delay_m(sea, geodesy::kPi / 2), 1e-12);
 }
 
-TEST(Atmosphere, IsNothingBelowTheHorizonAndOutsideTheHeights) {
+TEST(Atmosphere, IsNothingBelowTheHorizon) {
   const GpsTime t = GpsTime::from_week(2051, 0);
   EXPECT_EQ(klobuchar_delay_m(kModel, t, kHongKong, 1, 0, kL1), 0);
   EXPECT_EQ(klobuchar_delay_m(kModel, t, kHongKong, 1, -0.3, kL1), 0);
   EXPECT_EQ(saastamoinen_delay_m(kHongKong, 0), 0);
   EXPECT_EQ(saastamoinen_delay_m(kHongKong, -1), 0);
-  EXPECT_EQ(saastamoinen_delay_m({0.4, 2, -101}, 1), 0);
-  EXPECT_EQ(saastamoinen_delay_m({0.4, 2, 10'001}, 1), 0);
-  EXPECT_GT(saastamoinen_delay_m({0.4, 2, -99}, 1), 2);
+}
+
+// Pressures of the U.S. Standard Atmosphere, 1976, table I: 10 km 264.99 hPa, 15 km 121.11, 20 km 55.29.
+TEST(Saastamoinen, FallsWithTheAirAboveTheReceiver) {
+  const auto dry_zenith_m = [](double height_m) {
+    return saastamoinen_delay_m(Geodetic::from_degrees(45, 0, height_m), geodesy::kPi / 2, 0);
+  };
+  for (const auto& [height_m, pressure_hpa] : {std::pair(10e3, 264.99), {15e3, 121.11}, {20e3, 55.29}}) {
+    EXPECT_NEAR(dry_zenith_m(height_m), 0.0022768 * pressure_hpa, 0.02 * 0.0022768 * pressure_hpa)
+        << height_m;
+  }
+  double before = saastamoinen_zenith_m(Geodetic::from_degrees(22, 114, -500));
+  EXPECT_GT(before, 2.3);
+  for (double height_m = -490; height_m <= 60e3; height_m += 10) {
+    const double here = saastamoinen_zenith_m(Geodetic::from_degrees(22, 114, height_m));
+    EXPECT_LE(here, before) << height_m;
+    EXPECT_GT(here, before - 4.5e-3) << height_m;  // the steepest place is sea level
+    before = here;
+  }
+  EXPECT_GT(before, 0);
+  EXPECT_LT(before, 1e-3);
 }
 
 }  // namespace

@@ -19,10 +19,8 @@ using geodesy::kSpeedOfLight;
 /// of a fix. GPS lets them grow to 1 ms.
 constexpr double kCarried_s = 1.2e-3;
 
-/// A satellite or place at an edge moves the position when it comes or goes, and with it the edge. Places
-/// come to rest within five looks, so that the second number only meets those that never would.
+/// A satellite at the mask moves the position when it comes or goes, and with it the mask.
 constexpr int kMaskLooks = 3;
-constexpr int kTroposphereLooks = 8;
 
 void check(const Measurement& m) {
   const char* bad = nullptr;
@@ -156,11 +154,6 @@ void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& recei
              const std::map<gnss::System, gnss::Klobuchar>& klobuchar, int looks) {
   const geodesy::Geodetic place = geodesy::geodetic_from_ecef(receiver_ecef);
   const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(place);
-  geodesy::Geodetic weather = place;
-  if (looks >= kTroposphereLooks) {
-    weather.height_m =
-        std::clamp(place.height_m, errors::kTroposphereLowest_m, errors::kTroposphereHighest_m);
-  }
   const double sine_of_mask = std::sin(options.elevation_mask_rad);
   const bool corrects = options.correct_ionosphere || options.correct_troposphere;
   const bool weighs = options.weights.weighting == Weighting::Elevation;
@@ -173,14 +166,14 @@ void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& recei
     const geodesy::AzimuthElevation look = geodesy::azimuth_elevation_from_enu(enu);
     const Measurement& m = *satellite.measured;
     if (weighs) satellite.sigma_m = options.weights.sigma_m(m, look.elevation_rad);
-    const auto delay_m = [&](bool ionosphere, bool troposphere, const geodesy::Geodetic& at) {
+    const auto delay_m = [&](bool ionosphere, bool troposphere) {
       return atmosphere_m(
           ionosphere, troposphere, klobuchar, m.id.system,
           m.carrier_frequency_hz > 0 ? m.carrier_frequency_hz : satellite.state.carrier_frequency_hz,
-          receiver_time, at, look);
+          receiver_time, place, look);
     };
-    satellite.atmosphere_m = m.ionosphere_share * delay_m(options.correct_ionosphere, false, place) +
-                             delay_m(false, options.correct_troposphere, weather);
+    satellite.atmosphere_m = m.ionosphere_share * delay_m(options.correct_ionosphere, false) +
+                             delay_m(false, options.correct_troposphere);
   }
 }
 

@@ -81,9 +81,8 @@ struct Clocks {
 void place_satellite(RangedSatellite& satellite, const Eigen::Vector3d& receiver_ecef);
 
 /// Mask, atmosphere and elevation weights at `receiver_ecef`, of satellites that have been placed.
-/// @param looks how often the iteration has looked before. So that no edge keeps it from settling, after
-/// three a satellite that was below the mask stays out, and after eight the troposphere beyond the heights
-/// that saastamoinen_delay_m() knows (0 there) is that of the nearest.
+/// @param looks how often the iteration has looked before. So that the mask does not keep it from settling,
+/// after three a satellite that was below it stays out.
 ///
 /// Throws InputError where options.correct_ionosphere finds no coefficients.
 void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& receiver_ecef,

@@ -191,27 +191,6 @@ TEST(SolveFix, PdopBeyondTheLimitIsNoFix) {
   EXPECT_EQ(weak.rank, any.rank);
 }
 
-// The troposphere's model ends at -100 m. Corrected, these pseudoranges lead below it; not corrected, above.
-// Errors of detours lead there: three epochs of a recorded drive did not settle.
-TEST(SolveFix, SettlesWhereTheTroposphereEnds) {
-  const geodesy::Geodetic below = geodesy::Geodetic::from_degrees(22.3, 114.18, -101);
-  const geodesy::Geodetic edge = geodesy::Geodetic::from_degrees(22.3, 114.18, -100);
-  TestDrive drive(sky(), kTime, below, 7);
-  drive.sigma_m = 0;
-  std::vector<Measurement> measurements = drive.measure();
-  for (Measurement& m : measurements) {
-    m.sigma_m = 1;
-    m.pseudorange_m += errors::saastamoinen_delay_m(edge, drive.elevation_rad(m.id));
-  }
-  FixOptions options;
-  EXPECT_GT(solve_fix(kTime, measurements, sky(), options).position.height_m, -99);
-  options.correct_troposphere = true;
-  const Fix fix = solve_fix(kTime, measurements, sky(), options);
-  ASSERT_TRUE(fix.solved()) << reason(fix.status);
-  EXPECT_NEAR(fix.position.height_m, -101, 1e-3);
-  EXPECT_LE(fix.iterations, 20);
-}
-
 TEST(SolveFix, RefusesACn0ThatIsNoNumber) {
   TestDrive drive(sky(), kTime, kPlace, 6);
   std::vector<Measurement> measurements = drive.measure();

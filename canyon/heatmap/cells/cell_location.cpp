@@ -25,13 +25,6 @@ constexpr double kConverged_m = 1e-6;
 constexpr double kNearlyConverged_m = 0.02;
 /// More than corrections of the atmosphere move a place, of which only the end is known.
 constexpr double kCorrected_m = 500;
-/// Farther from an end of the troposphere's model than this solver's places are off [m].
-constexpr double kBesideEdge_m = 0.01;
-/// A step of positioning::solve_fix() leaves less of the distance than twice TileSolutions::Terms::linear.
-/// Of this much its iterations suffice, whatever way they took to the ninth look.
-constexpr double kQuick = 0.02;
-/// PDOP up to which this solver's places are as good as CellSolver promises.
-constexpr double kWeakest = 100;
 constexpr int kMostPasses = 30;
 
 Eigen::Matrix<double, 6, 1> monomials(const Vector3d& p) {
@@ -64,14 +57,6 @@ class LinesSky final : public orbit::Sky {
  private:
   const std::vector<orbit::LineOfSight>& lines_;
 };
-
-/// By more than so much.
-bool is_within_troposphere(double height_m, double by_m) {
-  return height_m - by_m > errors::kTroposphereLowest_m && height_m + by_m < errors::kTroposphereHighest_m;
-}
-bool is_beyond_troposphere(double height_m, double by_m) {
-  return height_m + by_m < errors::kTroposphereLowest_m || height_m - by_m > errors::kTroposphereHighest_m;
-}
 
 struct Extremes {
   double change_m = std::numeric_limits<double>::infinity();  ///< in the largest component
@@ -171,7 +156,7 @@ std::optional<Vector3d> TileSolutions::converge(const SetSolution& set, const Te
   for (int pass = 0; pass < kMostPasses; ++pass) {
     Vector3d next = terms.constant + terms.linear * x - set.curvature * monomials(x);
     if (delay != nullptr) {
-      *delay = shift_by_troposphere(set, zenith_->nearest(height_m(place + x)), place + x);
+      *delay = shift_by_troposphere(set, (*zenith_)(height_m(place + x)), place + x);
       next -= *delay;
     }
     const double change = (next - x).norm();
@@ -204,41 +189,11 @@ std::optional<Vector3d> TileSolutions::end_of_looks(const SetSolution& set, cons
   Vector3d delay = Vector3d::Zero();
   std::optional<Vector3d> end = converge(set, terms, place, x, troposphere ? &delay : nullptr);
   if (!end) return std::nullopt;
-  const Vector3d last = place + *end, without = last + delay;
-  const double delay_m = delay.lpNorm<1>();
-  Vector3d first = without;
-  double shift_m = delay_m;
-  if (options_.fix.correct_ionosphere) {
-    first += shift_by_ionosphere(set, last);
-    shift_m = (first - last).lpNorm<1>();
-  }
-  if (!clear_of_mask(set, received, last, shift_m)) return std::nullopt;
-  // By far more than `without` is off.
-  if (!troposphere || is_within_troposphere(height_m(without), 1 + 0.1 * delay_m)) return end;
-  return end_beside_troposphere(set, terms, place, *end, delay, first);
-}
-
-std::optional<Vector3d> TileSolutions::end_beside_troposphere(const SetSolution& set, const Terms& terms,
-                                                              const Vector3d& place, const Vector3d& with,
-                                                              const Vector3d& delay,
-                                                              const Vector3d& first) const {
-  // A look from within the model's heights leads to the place with the correction, one from beyond them to
-  // the place without.
-  const std::optional<Vector3d> without = converge(set, terms, place, with + delay, nullptr);
-  if (!without) return std::nullopt;
-  const double bend = terms.linear.norm(), height_without_m = height_m(place + *without);
-  if (is_within_troposphere(height_without_m, kBesideEdge_m)) {
-    // So every way leads to the place with it. Where that is beyond, the ninth look takes the nearest
-    // height.
-    const bool known = is_within_troposphere(height_m(place + with), 0);
-    return known || (bend < kQuick && set.dop.pdop < kWeakest) ? std::optional(with) : std::nullopt;
-  }
-  const double near_m = kBesideEdge_m + 2 * bend * (*without - with).norm();
-  if (!is_beyond_troposphere(height_without_m, near_m)) return std::nullopt;
-  // Where the place with it is beyond as well, every way leads to the place without, else the first look's.
-  const bool both = is_beyond_troposphere(height_m(place + with), near_m);
-  const bool at_first = is_beyond_troposphere(height_m(first), kFirstLook_m * set.dop.pdop);
-  return both || at_first ? without : std::nullopt;
+  const Vector3d last = place + *end;
+  Vector3d shift = delay;
+  if (options_.fix.correct_ionosphere) shift += shift_by_ionosphere(set, last);
+  const double shift_m = shift.lpNorm<1>();
+  return clear_of_mask(set, received, last, shift_m) ? end : std::nullopt;
 }
 
 std::optional<CellFix> TileSolutions::locate(const CellErrors& cell, int draw) {

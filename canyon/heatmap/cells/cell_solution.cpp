@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/random.hpp"
@@ -22,20 +22,35 @@ namespace {
 using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-using errors::kTroposphereHighest_m;
-using errors::kTroposphereLowest_m;
 using geodesy::kSpeedOfLight;
 
 constexpr std::size_t kMostSets = 4096;
 /// PDOPs of one set differ by less within a tile.
 constexpr double kDopChange = 1e-3;
 
-/// Rotation that takes the vectors b to the vectors a (Kabsch, Acta Crystallographica A 32, 1976).
-Matrix3d rotation_between(const Matrix3d& sum_of_a_bt) {
-  const Eigen::JacobiSVD<Matrix3d> svd(sum_of_a_bt, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Vector3d sign(1, 1, 1);
-  if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0) sign.z() = -1;
-  return svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
+/// Right-handed unit axes: the first along a, the third along a x b.
+Matrix3d axes_of(const Vector3d& a, const Vector3d& b) {
+  const Vector3d third = a.cross(b).normalized();
+  Matrix3d axes;
+  axes << a, third.cross(a), third;
+  return axes;
+}
+
+/// Rotation that takes the directions b to the directions a, which are the same but for rounding (Black, A
+/// passive system for determining the attitude of a satellite, AIAA Journal 2, 1964): by the first one and
+/// the one that stands farthest off its line. Its error is theirs over the sine between the two. Identity
+/// where all are parallel.
+Matrix3d rotation_between(std::span<const Vector3d> a, std::span<const Vector3d> b) {
+  std::size_t other = 0;
+  double largest = 1e-6;
+  for (std::size_t i = 1; i < b.size(); ++i) {
+    const double sine = b[0].cross(b[i]).norm();
+    if (sine <= largest) continue;
+    largest = sine;
+    other = i;
+  }
+  if (other == 0) return Matrix3d::Identity();
+  return axes_of(a[0], a[other]) * axes_of(b[0], b[other]).transpose();
 }
 
 std::size_t hash(const SatelliteSet& set) {
@@ -45,17 +60,17 @@ std::size_t hash(const SatelliteSet& set) {
 
 }  // namespace
 
-ZenithDelay::ZenithDelay(const geodesy::Geodetic& place) {
-  const auto steps = static_cast<std::size_t>((kTroposphereHighest_m - kTroposphereLowest_m) / kHeightStep_m);
-  geodesy::Geodetic at = place;
+ZenithDelay::ZenithDelay(const geodesy::Geodetic& place) : place_(place) {
+  const auto steps = static_cast<std::size_t>((kHighest_m - kLowest_m) / kHeightStep_m);
   for (std::size_t i = 0; i <= steps; ++i) {
-    at.height_m = kTroposphereLowest_m + kHeightStep_m * static_cast<double>(i);
-    delay_m_.push_back(errors::saastamoinen_delay_m(at, geodesy::kPi / 2));
+    delay_m_.push_back(beyond(kLowest_m + kHeightStep_m * static_cast<double>(i)));
   }
 }
 
-double ZenithDelay::operator()(double height_m) const {
-  return height_m >= kTroposphereLowest_m && height_m <= kTroposphereHighest_m ? nearest(height_m) : 0;
+double ZenithDelay::beyond(double height_m) const {
+  geodesy::Geodetic at = place_;
+  at.height_m = height_m;
+  return errors::saastamoinen_zenith_m(at);
 }
 
 TileSolutions::TileSolutions(const receiver::ReceiverOptions& options,
@@ -106,15 +121,14 @@ void TileSolutions::place_satellites(const TileSignals& signals) {
   if (options_.troposphere || options_.fix.correct_troposphere) zenith_.emplace(centre);
 
   enu_from_ecef_ = geodesy::enu_from_ecef_rotation(centre);
-  Matrix3d products = Matrix3d::Zero();
+  std::vector<Vector3d> directions;
   double nearest_m = any.range_m;
   for (std::size_t i = 0; i < signals.satellites.size(); ++i) {
     const TileSatellite& s = satellites_.emplace_back(satellite_of(signals.satellites[i]));
-    products += s.direction * signals.directions[i].transpose();
+    directions.push_back(s.direction);
     nearest_m = std::min(nearest_m, s.range_m);
   }
-  // Fewer than two directions leave a turn about them open; then there is no fix that would need it.
-  if (satellites_.size() >= 2) enu_from_city_ = rotation_between(products);
+  enu_from_city_ = rotation_between(directions, signals.directions);
   sine_change_per_m_ = std::max(curvature_east_, curvature_north_) + 1 / nearest_m;
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>
@@ -73,20 +72,20 @@ struct TileSatellite {
 class ZenithDelay {
  public:
   explicit ZenithDelay(const geodesy::Geodetic& place);
-  /// 0 beyond the heights that the model knows.
-  [[nodiscard]] double operator()(double height_m) const;
-  /// There that of the nearest.
-  [[nodiscard]] double nearest(double height_m) const {
-    const double known_m = std::clamp(height_m, errors::kTroposphereLowest_m, errors::kTroposphereHighest_m);
-    const double step = (known_m - errors::kTroposphereLowest_m) / kHeightStep_m;
-    const auto i = std::min(static_cast<std::size_t>(step), delay_m_.size() - 2);
+  [[nodiscard]] double operator()(double height_m) const {
+    if (!(height_m >= kLowest_m && height_m < kHighest_m)) return beyond(height_m);
+    const double step = (height_m - kLowest_m) / kHeightStep_m;
+    const auto i = static_cast<std::size_t>(step);
     const double part = step - static_cast<double>(i);
     return delay_m_[i] + part * (delay_m_[i + 1] - delay_m_[i]);
   }
 
  private:
-  static constexpr double kHeightStep_m = 10;
+  static constexpr double kLowest_m = -100, kHighest_m = 10e3, kHeightStep_m = 10;
+  /// Where there is no table.
+  [[nodiscard]] double beyond(double height_m) const;
 
+  geodesy::Geodetic place_;
   std::vector<double> delay_m_;
 };
 
@@ -134,7 +133,7 @@ struct CellFix {
 };
 
 /// Solutions of one tile at one time. Where a rule of the receiver may go either way between the places that
-/// its iteration passes (mask, height of the troposphere, PDOP), and where the shared solution does not
+/// its iteration passes (mask, PDOP), and where the shared solution does not
 /// converge, positioning::solve_fix() itself solves the cell. Not thread-safe: every call has its own.
 class TileSolutions {
  public:
@@ -205,8 +204,7 @@ class TileSolutions {
                             const SetSolution::Column& sums, const Eigen::Vector3d& place,
                             bool corrected) const;
   /// Solves it from x on. Empty where it does not converge near the ground.
-  /// @param delay where the troposphere is corrected, as at the known height nearest to the place found: what
-  /// that takes out of the error; null: not corrected
+  /// @param delay where the troposphere is corrected: what that takes out of the error; null: not corrected
   [[nodiscard]] std::optional<Eigen::Vector3d> converge(const SetSolution& set, const Terms& terms,
                                                         const Eigen::Vector3d& place, Eigen::Vector3d x,
                                                         Eigen::Vector3d* delay) const;
@@ -217,12 +215,6 @@ class TileSolutions {
                                                             const SatelliteSet& received, const Terms& terms,
                                                             const Eigen::Vector3d& place,
                                                             const Eigen::Vector3d& x) const;
-  /// The same where the place without the troposphere's correction is hardly or not within the heights that
-  /// the troposphere's model knows. @param with the error with the correction @param delay that it takes out
-  /// @param first the place without any correction
-  [[nodiscard]] std::optional<Eigen::Vector3d> end_beside_troposphere(
-      const SetSolution& set, const Terms& terms, const Eigen::Vector3d& place, const Eigen::Vector3d& with,
-      const Eigen::Vector3d& delay, const Eigen::Vector3d& first) const;
   /// All draws together where no edge is near; else false.
   bool converge_draws(const SetSolution& set, const Terms& terms, const CellErrors& cell,
                       const CellFix& undisturbed);

@@ -12,20 +12,14 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/statistics.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/heatmap/cells/cell_method.hpp"
 #include "canyon/heatmap/cells/cell_solution.hpp"
-#include "canyon/heatmap/cells/understood_options.hpp"
+#include "canyon/heatmap/cells/cell_values.hpp"
 #include "canyon/options/values.hpp"
 
 namespace canyon::heatmap {
 namespace {
 
-using positioning::Weighting;
-
-constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
-/// Shared solutions are iterated until they converge. positioning::solve_fix() does so within these bounds:
-/// the last change, times what a metre changes in the atmosphere (6e-3 at 3 deg) and PDOP 100, is below 1 mm.
-constexpr int kIterations = 20;
-constexpr double kConvergence_m = 1e-3;
 /// Cells whose satellites are gathered at once: their bits stay in the first cache.
 constexpr std::size_t kBlock = 512;
 
@@ -37,25 +31,6 @@ bool over_draws(Layer layer) {
 }
 bool of_fix(Layer layer) {
   return info(layer).error && of_solver(layer);
-}
-
-using Values = std::array<float, kLayerCount>;
-
-/// Mean, RMS, p50 and p95, which follow one another in Layer.
-void describe(std::vector<double>& errors, Layer mean, bool quantiles, Values& values) {
-  double sum = 0, squares = 0;
-  for (const double error : errors) {
-    sum += error;
-    squares += error * error;
-  }
-  const auto n = static_cast<double>(errors.size());
-  const auto first = static_cast<std::size_t>(mean);
-  values[first] = static_cast<float>(sum / n);
-  values[first + 1] = static_cast<float>(std::sqrt(squares / n));
-  if (!quantiles) return;
-  std::size_t ranked = 0;
-  values[first + 2] = static_cast<float>(select_quantile(errors, 0.5, ranked));
-  values[first + 3] = static_cast<float>(select_quantile(errors, 0.95, ranked));
 }
 
 /// Satellites received and in line of sight, of a block of cells: two words each.
@@ -99,8 +74,8 @@ class TileCellSolver {
   }
 
   /// All layers of a cell; NaN where it is not Computed.
-  const Values& solve(std::size_t index, const SatelliteSet& received, const SatelliteSet& los) {
-    values_.fill(kNone);
+  const CellValues& solve(std::size_t index, const SatelliteSet& received, const SatelliteSet& los) {
+    values_ = CellValues();
     if (cells_.state[index] != CellState::Computed) return values_;
     cell_.received = received;
     const int direct = los.size();
@@ -110,9 +85,6 @@ class TileCellSolver {
   }
 
  private:
-  void set(Layer layer, double value) {
-    values_[static_cast<std::size_t>(layer)] = static_cast<float>(value);
-  }
   /// Satellites by what arrives of them, and their excesses.
   void count(std::size_t index, const SatelliteSet& los) {
     const int visible = cell_.received.size(), direct = los.size();
@@ -133,12 +105,12 @@ class TileCellSolver {
         cell_.excess_m[k] = excess_m;
       });
     }
-    set(Layer::SatellitesLos, direct);
-    set(Layer::SatellitesVisible, visible);
-    set(Layer::SatellitesBlocked, satellites - visible);
+    values_.set(Layer::SatellitesLos, direct);
+    values_.set(Layer::SatellitesVisible, visible);
+    values_.set(Layer::SatellitesBlocked, satellites - visible);
     if (visible == 0) return;
-    set(Layer::NlosShare, static_cast<float>(visible - direct) / static_cast<float>(visible));
-    if (excesses) set(Layer::LargestExcess, largest);
+    values_.set(Layer::NlosShare, static_cast<float>(visible - direct) / static_cast<float>(visible));
+    if (excesses) values_.set(Layer::LargestExcess, largest);
   }
   /// The fix without noise and those of the draws.
   void locate(std::size_t index, int direct) {
@@ -154,38 +126,21 @@ class TileCellSolver {
     cell_.place =
         solutions_.enu_from_city() * Eigen::Vector3d(column * plane.spacing_m, row * plane.spacing_m, up);
     const std::optional<CellFix> fix = solutions_.locate(cell_);
-    set(Layer::Availability, fix ? 1 : 0);
-    set(Layer::SatellitesUsed, fix ? fix->used : 0);
-    if (draws_ > 0) set(Layer::ProtectedAvailability, 0);
+    values_.set(Layer::Availability, fix ? 1 : 0);
+    values_.set(Layer::SatellitesUsed, fix ? fix->used : 0);
+    if (draws_ > 0) values_.set(Layer::ProtectedAvailability, 0);
     if (!fix) return;
     const Eigen::Vector3d error = solutions_.at_vertical(cell_.place, fix->error);
-    set(Layer::HorizontalError, error.head<2>().norm());
-    set(Layer::VerticalError, error.z());
-    set(Layer::Hdop, fix->dop.hdop);
-    set(Layer::Pdop, fix->dop.pdop);
-    set(Layer::Vdop, fix->dop.vdop);
-    set(Layer::ProtectionLevel, limits_.protection_factor * fix->spread_m);
+    values_.set(Layer::HorizontalError, error.head<2>().norm());
+    values_.set(Layer::VerticalError, error.z());
+    values_.set(Layer::Hdop, fix->dop.hdop);
+    values_.set(Layer::Pdop, fix->dop.pdop);
+    values_.set(Layer::Vdop, fix->dop.vdop);
+    values_.set(Layer::ProtectionLevel, limits_.protection_factor * fix->spread_m);
     if (draws_ == 0) return;
-    solutions_.locate_draws(cell_, *fix, horizontal_m_, vertical_m_);
-    if (horizontal_m_.empty()) return;
-    compare_with_limits(fix->spread_m);
-    describe(horizontal_m_, Layer::HorizontalErrorMean, horizontal_quantiles_, values_);
-    describe(vertical_m_, Layer::VerticalErrorMean, vertical_quantiles_, values_);
-  }
-  /// Before quantiles put the errors in another order.
-  void compare_with_limits(double spread_m) {
-    const double protection_m = limits_.protection_factor * spread_m;
-    const auto share_above = [&](double limit_m) {
-      const auto above = std::count_if(horizontal_m_.begin(), horizontal_m_.end(),
-                                       [limit_m](double error_m) { return error_m > limit_m; });
-      return static_cast<float>(above) / static_cast<float>(horizontal_m_.size());
-    };
-    set(Layer::HorizontalErrorExceedance, share_above(limits_.error_m));
-    set(Layer::MisleadingShare, share_above(protection_m));
-    if (protection_m <= limits_.alert_m) {
-      set(Layer::ProtectedAvailability,
-          static_cast<float>(horizontal_m_.size()) / static_cast<float>(draws_));
-    }
+    solutions_.locate_draws(cell_, *fix, drawn_.horizontal_m, drawn_.vertical_m);
+    drawn_.protection_m.assign(drawn_.horizontal_m.size(), limits_.protection_factor * fix->spread_m);
+    drawn_.describe(limits_, draws_, values_, horizontal_quantiles_, vertical_quantiles_);
   }
 
   const receiver::ReceiverOptions& receiver_;
@@ -196,8 +151,8 @@ class TileCellSolver {
   bool fixes_, horizontal_quantiles_ = false, vertical_quantiles_ = false;
   TileSolutions solutions_;
   CellErrors cell_;
-  std::vector<double> horizontal_m_, vertical_m_;
-  Values values_{};
+  DrawnFixes drawn_;
+  CellValues values_;
 };
 
 }  // namespace
@@ -243,7 +198,9 @@ CellSolver::CellSolver(const receiver::ReceiverOptions& receiver, const DrawOpti
   receiver.validate();
   draws.validate();
   limits.validate();
-  if (!fits(receiver)) {
+  simulation::ReceiverConfig config;
+  config.options = receiver;
+  if (!fits(CellMethod::Shared, config)) {
     throw InputError(fmt::format("receiver '{}' chooses its signals, has signals with a strength, "
                                  "biases, C/N0 weights, RAIM, a position filter, fewer "
                                  "than {} iterations or a convergence above {} m",
@@ -257,22 +214,6 @@ CellSolver::CellSolver(const receiver::ReceiverOptions& receiver, const DrawOpti
 CellSolver::~CellSolver() = default;
 CellSolver::CellSolver(CellSolver&&) noexcept = default;
 CellSolver& CellSolver::operator=(CellSolver&&) noexcept = default;
-
-bool CellSolver::fits(const receiver::ReceiverOptions& receiver) {
-  static constexpr std::string_view kUnderstood =
-      "elevation_mask_deg min_satellites max_pdop max_iterations convergence_m correct_ionosphere "
-      "correct_troposphere weights.weighting weights.elevation_a_m weights.elevation_b_m ionosphere "
-      "troposphere orbit_errors noise.enabled noise.theta_per_s noise.mu_m noise.sigma_m_per_sqrt_s "
-      "noise.drift.enabled noise.drift.below_speed_mps noise.drift.below_los noise.drift.mu_sigma_m";
-  // Signals have no strength here; Heatmap looks at covariance_by_residuals, TileTracer at what is tracked.
-  static constexpr std::string_view kElsewhere =
-      "own_draws tracks leaves_out at_once signal. cn0_mask_dbhz weights.cn0_floor_m2 "
-      "weights.cn0_scale_m2_hz covariance_by_residuals";
-  return differs_only_in(receiver, {kUnderstood, kElsewhere, kWithoutEffect}) && !receiver.signal.enabled &&
-         !receiver.filter.enabled && !receiver.fix.raim.enabled &&
-         receiver.fix.weights.weighting != Weighting::Cn0 && receiver.fix.max_iterations >= kIterations &&
-         receiver.fix.convergence_m <= kConvergence_m;
-}
 
 void CellSolver::solve(const TileCells& cells, const TileSignals& signals, std::span<const Layer> wanted,
                        std::span<const std::span<float>> layers) const {
@@ -289,9 +230,9 @@ void CellSolver::solve(const TileCells& cells, const TileSignals& signals, std::
     for (std::size_t b = 0; b < in_block; ++b) {
       const SatelliteSet received{{block.received[0][b], block.received[1][b]}};
       const SatelliteSet los{{block.los[0][b], block.los[1][b]}};
-      const Values& values = solver.solve(first + b, received, los);
+      const CellValues& values = solver.solve(first + b, received, los);
       for (std::size_t k = 0; k < wanted.size(); ++k) {
-        if (of_solver(wanted[k])) layers[k][first + b] = values[static_cast<std::size_t>(wanted[k])];
+        if (of_solver(wanted[k])) layers[k][first + b] = values.of[static_cast<std::size_t>(wanted[k])];
       }
     }
   }

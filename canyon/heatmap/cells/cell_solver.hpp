@@ -46,8 +46,8 @@ void visit(options::Visitor& v, CellReceiverOptions& o);
 /// what is not linear, until it converges: the curvature of the ranges and of H, the Earth's turning,
 /// weights and atmosphere that follow the place found. Same answers as positioning::solve_fix() within 1 mm
 /// for errors below 1 km and PDOP below 100, weights by elevation below 300 m; DOPs within 1e-3 of
-/// themselves. Cells where one of its rules may go either way (mask, ends of the troposphere's model, PDOP
-/// limit) and those that do not converge are solved by positioning::solve_fix() itself. Const, thread-safe.
+/// themselves. Cells where one of its rules may go either way (mask, PDOP limit) and those that do not
+/// converge are solved by positioning::solve_fix() itself. Const, thread-safe.
 ///
 /// Errors of pseudoranges are excess, the noise's mean, and the atmosphere in the signal less what the fix
 /// takes off. Noise is drawn from the stationary distribution of each satellite's process, drifting mean
@@ -60,9 +60,12 @@ void visit(options::Visitor& v, CellReceiverOptions& o);
 /// American Statistician 50, 1996). Vertical is along the ellipsoid's normal at the cell.
 class CellSolver {
  public:
-  /// For receivers whose signals have no strength (SignalOptions::enabled off), with Sigma, Equal or
-  /// Elevation weights, without RAIM or position filter, that iterate to the end (20 iterations or more,
-  /// convergence 1 mm or less): see fits().
+  /// Shared solutions converge. So does a receiver's iteration within these bounds: the last change, times
+  /// what a metre changes in the atmosphere (6e-3 at 3 deg) and PDOP 100, is below 1 mm.
+  static constexpr int kIterations = 20;          ///< at least
+  static constexpr double kConvergence_m = 1e-3;  ///< at most
+
+  /// For receivers that CellMethod::Shared fits.
   /// @param klobuchar per system, GPS's as fallback; needed where an ionosphere is in the signal or corrected
   /// Throws InputError for bad options, a receiver that does not fit and missing Klobuchar coefficients.
   CellSolver(const receiver::ReceiverOptions& receiver, const DrawOptions& draws,
@@ -70,7 +73,6 @@ class CellSolver {
   ~CellSolver();
   CellSolver(CellSolver&&) noexcept;
   CellSolver& operator=(CellSolver&&) noexcept;
-  [[nodiscard]] static bool fits(const receiver::ReceiverOptions& receiver);
 
   /// layers[k] has one float for each cell, of wanted[k] (SkyView and TimeToFirstFix: left alone); NaN in
   /// cells that are not Computed. Protection levels are those of the weights alone: receivers that scale by

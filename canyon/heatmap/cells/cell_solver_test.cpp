@@ -11,6 +11,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/heatmap/cells/cell_method.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/tile_scene.hpp"
 
@@ -165,7 +166,7 @@ TEST(CellSolver, FindsTheFixOfElevationWeights) {
   EXPECT_LT(agreement.worst_dop, 1e-3);
 }
 
-// In the signal, corrected, both, or the wrong way round; some fixes lie where the troposphere's model ends.
+// In the signal, corrected, both, or the wrong way round; some fixes lie below the sea.
 TEST(CellSolver, FindsTheFixThroughAnAtmosphere) {
   TileScene scene(kThree, Geodetic::from_degrees(22.3, 114.18, 5));
   // IS-GPS-200's order of magnitude; RTKLIB's default set (ionmodel, rtkcmn.c).
@@ -383,9 +384,9 @@ TEST(CellSolver, SolvesForMoreThan64Satellites) {
 
 TEST(CellSolver, SaysWhichReceiversItIsFor) {
   const auto fits = [](auto&& change) {
-    ReceiverOptions options;
-    change(options);
-    return CellSolver::fits(options);
+    simulation::ReceiverConfig receiver;
+    change(receiver.options);
+    return heatmap::fits(CellMethod::Shared, receiver);
   };
   EXPECT_TRUE(fits([](ReceiverOptions&) {}));
   EXPECT_TRUE(fits([](ReceiverOptions& o) { o.fix.weights.weighting = Weighting::Elevation; }));

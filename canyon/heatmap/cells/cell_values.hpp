@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -22,10 +21,9 @@ struct CellValues {
 
   CellValues() { of.fill(std::numeric_limits<float>::quiet_NaN()); }
   void set(Layer layer, double value) { of[static_cast<std::size_t>(layer)] = static_cast<float>(value); }
-  /// Mean, RMS, median and 95th percentile, in this order from `mean` on.
-  void describe(Layer mean, std::vector<double>& errors) {
+  /// Mean, RMS, median and 95th percentile, in this order from `mean` on. @param errors reordered
+  void describe(Layer mean, std::vector<double>& errors, bool quantiles) {
     if (errors.empty()) return;
-    std::sort(errors.begin(), errors.end());
     double sum = 0, squares = 0;
     for (const double error : errors) {
       sum += error;
@@ -35,8 +33,10 @@ struct CellValues {
     const auto first = static_cast<std::size_t>(mean);
     of[first] = static_cast<float>(sum / count);
     of[first + 1] = static_cast<float>(std::sqrt(squares / count));
-    of[first + 2] = static_cast<float>(*quantile(errors, 0.5));
-    of[first + 3] = static_cast<float>(*quantile(errors, 0.95));
+    if (!quantiles) return;
+    std::size_t ranked = 0;
+    of[first + 2] = static_cast<float>(select_quantile(errors, 0.5, ranked));
+    of[first + 3] = static_cast<float>(select_quantile(errors, 0.95, ranked));
   }
 };
 
@@ -52,8 +52,9 @@ struct DrawnFixes {
     protection_m.push_back(
         positioning::horizontal_protection_level_m(covariance_enu, limits.protection_factor));
   }
-  /// Sets all layers over draws but TimeToFirstFix; sorts the errors. @param draws those without a fix too
-  void describe(const LimitOptions& limits, int draws, CellValues& values) {
+  /// Sets all layers over draws but TimeToFirstFix; reorders the errors. @param draws those without a fix too
+  void describe(const LimitOptions& limits, int draws, CellValues& values, bool horizontal_quantiles = true,
+                bool vertical_quantiles = true) {
     const auto fixes = static_cast<double>(horizontal_m.size());
     int beyond = 0, misled = 0, is_protected = 0;
     for (std::size_t i = 0; i < horizontal_m.size(); ++i) {
@@ -65,8 +66,8 @@ struct DrawnFixes {
     if (horizontal_m.empty()) return;
     values.set(Layer::HorizontalErrorExceedance, beyond / fixes);
     values.set(Layer::MisleadingShare, misled / fixes);
-    values.describe(Layer::HorizontalErrorMean, horizontal_m);
-    values.describe(Layer::VerticalErrorMean, vertical_m);
+    values.describe(Layer::HorizontalErrorMean, horizontal_m, horizontal_quantiles);
+    values.describe(Layer::VerticalErrorMean, vertical_m, vertical_quantiles);
   }
 };
 

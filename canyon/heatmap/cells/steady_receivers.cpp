@@ -7,8 +7,8 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/heatmap/cells/cell_method.hpp"
 #include "canyon/heatmap/cells/steady_cell.hpp"
-#include "canyon/heatmap/cells/understood_options.hpp"
 #include "canyon/heatmap/kernels/tile_tasks.hpp"
 
 namespace canyon::heatmap {
@@ -16,32 +16,6 @@ namespace {
 
 using Eigen::Vector3d;
 using propagation::KnownEdge;
-
-/// Fields of a receiver's options that these computations follow.
-constexpr std::string_view kUnderstood =
-    "own_draws tracks leaves_out at_once sigma_factor elevation_mask_deg cn0_mask_dbhz min_satellites "
-    "max_pdop "
-    "correct_ionosphere correct_troposphere covariance_by_residuals weights.weighting "
-    "weights.elevation_a_m weights.elevation_b_m weights.cn0_floor_m2 weights.cn0_scale_m2_hz "
-    "ionosphere troposphere orbit_errors biases.code_m biases.glonass_channel_m biases.drift_sigma_m "
-    "signal.enabled signal.antenna signal.antenna_rows signal.antenna_lower_rows signal.link. "
-    "signal.offset_db signal.installation signal.installation_sigma_db signal.satellite_sigma_db "
-    "signal.strength. signal.shadowing. "
-    "signal.front_end_bandwidth_hz signal.wide_front_end_bandwidth_hz signal.dll.discriminator "
-    "signal.dll.spacing_chips signal.dll.loop_bandwidth_hz signal.dll.integration_s "
-    "signal.lock.acquisition_threshold_dbhz signal.lock.tracking_threshold_dbhz "
-    "signal.cn0_sigma_db signal.cn0_step_db signal.loop_noise noise.enabled noise.theta_per_s "
-    "noise.mu_m noise.sigma_m_per_sqrt_s";
-// Of an epoch that follows another, of carriers, of an iteration, of several signals in the fix, of
-// drifting noise, of interference.
-constexpr std::string_view kOfNoFirstEpoch =
-    "smoothing.method smoothing.window_s ionosphere_sigma_m max_iterations convergence_m "
-    "biases.drift_time_s signal.dll.peak_check_s signal.pll.loop_bandwidth_hz "
-    "signal.pll.integration_s signal.fll.loop_bandwidth_hz signal.fll.integration_s "
-    "signal.fll.noise_factor signal.phase_threshold_dbhz signal.lock.cold_acquisition_s "
-    "signal.lock.reacquisition_s signal.lock.hold_s signal.lock.memory_s signal.lock.warm_start "
-    "noise.drift.below_speed_mps noise.drift.below_los noise.drift.mu_sigma_m "
-    "signal.front_end_compression_dbm";
 
 /// A tile's blocks of cells, each with a node at the computed cell next to its middle.
 struct Blocks {
@@ -113,13 +87,6 @@ struct Blocks {
 
 }  // namespace
 
-bool SteadyReceivers::fits(const simulation::ReceiverConfig& receiver) {
-  const receiver::ReceiverOptions& o = receiver.options;
-  return differs_only_in(o, {kUnderstood, kOfNoFirstEpoch, kWithoutEffect}) && o.signal.enabled &&
-         !o.fix.raim.enabled && !o.filter.enabled && receiver.disturbances.empty() &&
-         !receiver.streets.enabled && receiver.propagation.model == propagation::Model::Specular;
-}
-
 SteadyReceivers::SteadyReceivers(const simulation::Environment& environment,
                                  const propagation::Propagator& propagator,
                                  const simulation::ReceiverConfig& receiver, const DrawOptions& draws,
@@ -132,7 +99,7 @@ SteadyReceivers::SteadyReceivers(const simulation::Environment& environment,
       path_nodes_m_(path_nodes_m) {
   options_.validate();
   draws_.validate();
-  if (!fits(receiver)) {
+  if (!fits(CellMethod::Steady, receiver)) {
     throw InputError("the steady state of this receiver cannot be computed without running it",
                      "run receivers: receivers: run");
   }

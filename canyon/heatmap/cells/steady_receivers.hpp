@@ -9,20 +9,17 @@
 
 namespace canyon::heatmap {
 
-/// Layers of a tile by what the receivers of CellReceivers come to, without running them: the same draws, the
-/// same paths' strengths and random phases, loops where they rest (tracking::LaneCodeLock), the fix linear
-/// about the place (SteadyFix). Paths are traced at one cell of each block of cells (a node) and constructed
-/// anew at the cells about it (Propagator::retrace()): what no node about a cell has is missed there; diffuse
-/// paths are those of the block's node. docs/heatmap-planning.md states what that costs. Directions are
-/// those of a tile's centre. Const, thread-safe.
+/// Layers of a tile as CellReceivers has them, without running receivers: the same draws, the same paths'
+/// strengths and random phases, loops where they rest (tracking::LaneCodeLock), the fix linear about the
+/// place (SteadyFix). Paths are traced at one cell of each block of cells (a node) and constructed anew at
+/// the cells about it (Propagator::retrace()): what no node about a cell has is missed there; diffuse paths
+/// are those of the block's node. docs/heatmap-planning.md states what that costs. Directions are those of a
+/// tile's centre. Const, thread-safe.
 class SteadyReceivers {
  public:
-  /// Signals with strength, the specular model, one signal of each satellite in the fix, neither RAIM nor
-  /// drifting noise, streets nor disturbances; every option that is not listed there at its default.
-  [[nodiscard]] static bool fits(const simulation::ReceiverConfig& receiver);
-
   /// The environment and the propagator must outlive it. @param path_nodes_m most distance of nodes; 0: one
-  /// in every cell. Throws InputError for options that do not validate() and a receiver that does not fit.
+  /// in every cell. Throws InputError for options that do not validate() and a
+  /// receiver that CellMethod::Steady does not fit.
   SteadyReceivers(const simulation::Environment& environment, const propagation::Propagator& propagator,
                   const simulation::ReceiverConfig& receiver, const DrawOptions& draws,
                   const LimitOptions& limits, double path_nodes_m);

@@ -17,6 +17,7 @@
 #include "canyon/base/work_queue.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/heatmap/cells/cell_method.hpp"
 #include "canyon/heatmap/cells/cell_receivers.hpp"
 #include "canyon/heatmap/cells/cell_rtk.hpp"
 #include "canyon/heatmap/cells/steady_receivers.hpp"
@@ -181,10 +182,11 @@ struct Heatmap::Impl {
     if (first_fix) starting.emplace(e, tracer.propagator(), receiver, request.draws, request.limits);
     if (base) rtk.emplace(e, tracer.propagator(), receiver, *base, request.draws, request.limits);
     if (received) {
-      if (receiver.disturbances.empty() && !receiver.streets.enabled && CellSolver::fits(receiver.options) &&
+      if (fits(CellMethod::Shared, receiver) &&
           !(receiver.options.fix.covariance_by_residuals && wants_protection())) {
         solver.emplace(receiver.options, request.draws, e.klobuchar(), request.limits);
-      } else if (request.receivers.model == ReceiverModel::SteadyState && SteadyReceivers::fits(receiver)) {
+      } else if (request.receivers.model == ReceiverModel::SteadyState &&
+                 fits(CellMethod::Steady, receiver)) {
         steady.emplace(e, tracer.propagator(), receiver, request.draws, request.limits,
                        request.receivers.path_nodes_m);
       } else {

@@ -18,6 +18,7 @@
 #include "canyon/base/same_bytes.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "canyon/heatmap/cells/cell_method.hpp"
 #include "canyon/heatmap/cells/cell_receivers.hpp"
 #include "canyon/simulation/correction_links.hpp"
 #include "tests/support/circular_sky.hpp"
@@ -379,7 +380,7 @@ TEST(Heatmap, ReceiversOfTheirOwnForEachCellAgree) {
   ReceiverConfig slow = receiver_of(Model::Mirror);
   slow.options.fix.raim.enabled = true;
   slow.options.fix.raim.sigma_scale = 1e5;
-  EXPECT_FALSE(CellSolver::fits(slow.options));
+  EXPECT_FALSE(fits(CellMethod::Shared, slow));
   Request request = small_request(24);
   request.times.resize(1);
   const CellCheck check = check_cells(downtown(), slow, request, 1);
@@ -491,7 +492,7 @@ TEST(Heatmap, HonoursDisturbances) {
   // A receiver that CellSolver would fit, from whose sky a disturbance takes all satellites but the first
   // three: a fix of two systems needs five.
   ReceiverConfig disturbed = receiver_of(Model::Mirror);
-  ASSERT_TRUE(CellSolver::fits(disturbed.options));
+  ASSERT_TRUE(fits(CellMethod::Shared, disturbed));
   disturbed.disturbances = {test::always("three are left", [](propagation::Arrival& arrival) {
     arrival.views.resize(std::min<std::size_t>(3, arrival.views.size()));
   })};

@@ -15,6 +15,7 @@
 #include "canyon/base/statistics.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "canyon/heatmap/cells/cell_method.hpp"
 #include "canyon/heatmap/engine/engine.hpp"
 #include "canyon/simulation/profile.hpp"
 #include "tests/support/circular_sky.hpp"
@@ -94,7 +95,7 @@ TEST(SteadyReceivers, AreTheReceiversThemselvesWherePathsAreTracedInEveryCell) {
     ReceiverConfig receiver = sold(profile);
     receiver.options.filter = {};
     receiver.options.signal.shadowing.blockage.share = 0;
-    ASSERT_TRUE(SteadyReceivers::fits(receiver));
+    ASSERT_TRUE(fits(CellMethod::Steady, receiver));
     const Values run = sample_map(receiver, kRun, 23, layers, 200);
     const Values steady = sample_map(receiver, {ReceiverModel::SteadyState, 0}, 23, layers, 200);
     ASSERT_GT(run[0].size(), 200U);
@@ -190,16 +191,16 @@ TEST(SteadyReceivers, AreTheSameOnAnyNumberOfThreads) {
 TEST(SteadyReceivers, LeaveOthersToThoseThatRun) {
   ReceiverConfig receiver = sold("ublox-m8t");
   receiver.options.filter = {};
-  EXPECT_TRUE(SteadyReceivers::fits(receiver));
+  EXPECT_TRUE(fits(CellMethod::Steady, receiver));
   ReceiverConfig raim = receiver;
   raim.options.fix.raim.enabled = true;
-  EXPECT_FALSE(SteadyReceivers::fits(raim));
+  EXPECT_FALSE(fits(CellMethod::Steady, raim));
   ReceiverConfig in_street = receiver;
   in_street.streets.enabled = true;
-  EXPECT_FALSE(SteadyReceivers::fits(in_street));
+  EXPECT_FALSE(fits(CellMethod::Steady, in_street));
   ReceiverConfig mirror = receiver;
   mirror.propagation.model = propagation::Model::Mirror;
-  EXPECT_FALSE(SteadyReceivers::fits(mirror));
+  EXPECT_FALSE(fits(CellMethod::Steady, mirror));
   const propagation::Propagator propagator = downtown().make_propagator(raim.propagation);
   EXPECT_THROW(SteadyReceivers(downtown(), propagator, raim, {}, {}, 8), InputError);
   CellReceiverOptions far;

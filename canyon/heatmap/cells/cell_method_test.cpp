@@ -1,4 +1,4 @@
-#include "canyon/heatmap/cells/understood_options.hpp"
+#include "canyon/heatmap/cells/cell_method.hpp"
 
 #include <gtest/gtest.h>
 
@@ -76,26 +76,15 @@ void change_each(const ReceiverOptions& base, const Fits& fits, const Solve& sol
   EXPECT_GT(refused, 5);
 }
 
-// An option that nobody has listed is one of these: whatever is changed, without a list nothing fits.
-TEST(UnderstoodOptions, RefusesEveryFieldThatIsNotListed) {
-  const ReceiverOptions options;
-  EXPECT_TRUE(differs_only_in(options, {}));
-  for (const options::Key& key : options::describe(options).keys) {
-    const ReceiverOptions changed = with(options, key);
-    const std::string section = key.path.substr(0, key.path.find('.') + 1);
-    const std::string_view other = "elevation noise.mu";
-    EXPECT_FALSE(differs_only_in(changed, {})) << key.path;
-    EXPECT_FALSE(differs_only_in(changed, {other})) << key.path;
-    // A pattern's name goes with its rows.
-    if (key.path.find("antenna") == std::string::npos) {
-      EXPECT_TRUE(differs_only_in(changed, {other, key.path})) << key.path;
-    }
-    EXPECT_TRUE(section.empty() || differs_only_in(changed, {section})) << key.path;
+// A new option of receivers: say in cell_method.cpp what a map's cells make of it.
+TEST(CellMethod, KnowsEveryFieldOfReceivers) {
+  for (const CellMethod method : {CellMethod::Shared, CellMethod::Steady}) {
+    EXPECT_EQ(unlisted_fields(method), std::vector<std::string>());
   }
 }
 
-// Every field of a receiver is refused, changes the map, or is named here. @see SteadyReceivers::fits()
-TEST(UnderstoodOptions, OfSteadyReceiversChangeTheMap) {
+// Every field of a receiver is refused, changes the map, or is named here. @see fits()
+TEST(CellMethod, OfSteadyReceiversChangeTheMap) {
   simulation::Environment environment(
       city::synthetic_city({}),
       std::make_shared<test::CircularSky>(std::vector{System::GPS, System::GLONASS, System::Galileo}),
@@ -116,7 +105,7 @@ TEST(UnderstoodOptions, OfSteadyReceiversChangeTheMap) {
   const auto fits = [&](const ReceiverOptions& options) {
     simulation::ReceiverConfig config = receiver;
     config.options = options;
-    return SteadyReceivers::fits(config);
+    return heatmap::fits(CellMethod::Steady, config);
   };
   const auto solve = [&](const ReceiverOptions& options) {
     simulation::ReceiverConfig config = receiver;
@@ -143,7 +132,7 @@ TEST(UnderstoodOptions, OfSteadyReceiversChangeTheMap) {
       "signal.shadowing.obstacle_speed_mps signal.strength.foliage signal.lock.tracking_threshold_dbhz");
 }
 
-TEST(UnderstoodOptions, OfTheCellSolverChangeTheMap) {
+TEST(CellMethod, OfTheCellSolverChangeTheMap) {
   test::TileScene scene({System::GPS, System::Galileo}, geodesy::Geodetic::from_degrees(22.3, 114.18, 30));
   scene.klobuchar = {{System::GPS, {{1e-8, 0, 0, 0}, {9e4, 0, 0, 0}}}};
   scene.lay({-16, -16}, 2, 16, 16, 15);
@@ -159,9 +148,14 @@ TEST(UnderstoodOptions, OfTheCellSolverChangeTheMap) {
   base.noise.drift_enabled = true;
   base.noise.drift_below_los = 9;
   base.fix.weights.weighting = positioning::Weighting::Elevation;
+  const auto fits = [](const ReceiverOptions& options) {
+    simulation::ReceiverConfig config;
+    config.options = options;
+    return heatmap::fits(CellMethod::Shared, config);
+  };
   // Strength and what belongs to it, the clock, warnings, Doppler, what is switched off, how far the
   // iteration goes, the speed that cells do not have, and what TileTracer leaves out.
-  change_each(base, &CellSolver::fits, solve,
+  change_each(base, fits, solve,
               "signal. cn0_mask_dbhz weights.cn0_floor_m2 weights.cn0_scale_m2_hz "
               "own_draws clock. spoofing_check. noise.doppler_sigma_hz position_filter. raim. max_iterations "
               "convergence_m noise.drift.below_speed_mps noise.drift.below_los tracks leaves_out at_once");
