@@ -19,15 +19,21 @@
 #include <optional>
 #include <utility>
 
-#include "adapters/common/link_shapes.hpp"
 #include "adapters/gazebo_classic/ignition_types.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/city/link_shapes.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/mesh_names.hpp"
 
 namespace canyon::adapters::gazebo_classic {
 
+using city::HeightGrid;
+using city::LinkShapes;
+using city::MeshFile;
+using city::MeshNode;
+using city::MeshUse;
+using city::Polyline;
 using Place = LinkShapes::Place;
 using gazebo::msgs::Geometry;
 using gazebo::physics::Base;

@@ -17,15 +17,10 @@ class GzipFile {
   explicit GzipFile(std::filesystem::path path);
 
   /// The next bytes into `to`; returns how many, 0 at the end. Throws InputError, at `line` of the text,
-  /// where the packed data are damaged. Data that end early are no error: see cut_short().
+  /// where the packed data are damaged. Data that end early are not an error: see cut_short().
   [[nodiscard]] std::size_t read(char* to, std::size_t size, int line);
   /// Whether the packed data ended before their end mark; known once read() has returned 0.
   [[nodiscard]] bool cut_short() const { return cut_short_; }
-
-  /// What there is to say of text that was read up to such an end, at its last whole line.
-  [[nodiscard]] static InputError cut_warning(const std::filesystem::path& path, int line) {
-    return {path, line, "the gzip data end early", "read up to here; fetch the file again"};
-  }
 
  private:
   std::filesystem::path path_;

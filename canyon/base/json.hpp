@@ -9,17 +9,18 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 #include <variant>
 #include <vector>
 
 namespace canyon {
 
-/// A text is no JSON, or a value is not of the type that is asked for.
+/// A text is not JSON, or a value is not of the type that is asked for.
 class JsonError : public std::runtime_error {
  public:
   explicit JsonError(const std::string& problem, std::size_t byte = 0)
       : std::runtime_error(problem), byte_(byte) {}
-  /// Where a text ceases to be JSON, counted from 1; 0: the error is none of syntax.
+  /// Where a text ceases to be JSON, counted from 1; 0: the error is not one of syntax.
   [[nodiscard]] std::size_t byte() const { return byte_; }
 
  private:
@@ -39,14 +40,13 @@ class Json {
   using Object = std::vector<Member>;
   enum class Order { AsAdded, ByKey };
 
-  Json() noexcept;
-  Json(std::nullptr_t) noexcept;
-  Json(const char* text);
+  Json(std::nullptr_t = nullptr) noexcept;
   Json(std::string text);
-  Json(std::string_view text);
+  Json(std::string_view text) : Json(std::string(text)) {}
+  Json(const char* text) : Json(std::string(text)) {}
   Json(std::initializer_list<Json> list);
   template <typename T, typename = std::enable_if_t<std::is_arithmetic_v<T>>>
-  Json(T value) : Json(Scalar(stored(value))) {}
+  Json(T value) : Json(Scalar(static_cast<Stored<T>>(value))) {}
   template <typename T>
   Json(const std::vector<T>& values) : Json(array()) {
     for (const T& value : values) push_back(value);
@@ -56,19 +56,19 @@ class Json {
   Json(const std::optional<T>& value) : Json(value ? Json(*value) : Json()) {}
   Json(const Json& other);
   Json(Json&& other) noexcept;
-  Json& operator=(const Json& other);
-  Json& operator=(Json&& other) noexcept;
+  Json& operator=(Json other) noexcept;
   ~Json();
 
   static Json array(std::initializer_list<Json> items = {});
   static Json object();
 
-  /// Of members with the same key the last one counts. Throws JsonError: "parse error at line 1, column 5:
-  /// ...".
+  /// The last of several members with the same key counts. Throws JsonError: "parse error at line 1, column
+  /// 5:
+  /// ...", also for values that are nested deeper than 1,000 levels.
   static Json parse(std::string_view text);
-  /// Empty where the text is no JSON.
+  /// Empty where parse() throws.
   static std::optional<Json> try_parse(std::string_view text);
-  /// Text in UTF-8, on one line, or with each level indented by so many spaces. Bytes that are no UTF-8
+  /// Text in UTF-8, on one line, or with each level indented by so many spaces. Bytes that are not UTF-8
   /// become U+FFFD. Doubles have the fewest digits that read back as the same.
   [[nodiscard]] std::string dump(int indent = -1, Order order = Order::AsAdded) const;
 
@@ -76,9 +76,9 @@ class Json {
   [[nodiscard]] bool is_boolean() const { return holds<bool>(); }
   [[nodiscard]] bool is_integer() const { return holds<std::int64_t>() || holds<std::uint64_t>(); }
   [[nodiscard]] bool is_number() const { return is_integer() || holds<double>(); }
-  [[nodiscard]] bool is_string() const { return holds<std::unique_ptr<std::string>>(); }
-  [[nodiscard]] bool is_array() const { return holds<std::unique_ptr<Array>>(); }
-  [[nodiscard]] bool is_object() const { return holds<std::unique_ptr<Object>>(); }
+  [[nodiscard]] bool is_string() const { return holds<Box<std::string>>(); }
+  [[nodiscard]] bool is_array() const { return holds<Box<Array>>(); }
+  [[nodiscard]] bool is_object() const { return holds<Box<Object>>(); }
 
   /// The value as a bool, a number (doubles are cut to integers), a std::string or a std::vector of these.
   /// Throws JsonError where it is of another type.
@@ -87,9 +87,9 @@ class Json {
     if constexpr (std::is_same_v<T, bool>) {
       return boolean();
     } else if constexpr (std::is_floating_point_v<T>) {
-      return static_cast<T>(number());
+      return static_cast<T>(number<double>());
     } else if constexpr (std::is_integral_v<T>) {
-      return static_cast<T>(integer());
+      return static_cast<T>(number<std::int64_t>());
     } else if constexpr (std::is_same_v<T, std::string>) {
       return text();
     } else {
@@ -102,7 +102,7 @@ class Json {
   [[nodiscard]] const Array& items() const;
   [[nodiscard]] const Object& members() const;
 
-  /// Null pointer where this is no object or has no such member.
+  /// Null pointer where this is not an object or has no such member.
   [[nodiscard]] const Json* find(std::string_view key) const;
   [[nodiscard]] bool contains(std::string_view key) const { return find(key) != nullptr; }
   /// Throws JsonError where it is not there.
@@ -112,16 +112,16 @@ class Json {
   /// Added where it is not there; null becomes an object first. Throws JsonError on anything but an object.
   Json& operator[](std::string_view key);
 
-  /// Of an array; index < size().
+  /// An item of an array; index < size().
   const Json& operator[](std::size_t index) const { return items()[index]; }
   Json& operator[](std::size_t index) { return const_cast<Json&>(items()[index]); }
   [[nodiscard]] Json& back() { return const_cast<Json&>(items().back()); }
   /// Null becomes an array first. Throws JsonError on anything but an array.
   void push_back(Json item);
-  /// Items or members; of null none, of other values one.
+  /// The number of items or members; 0 for null, 1 for other values.
   [[nodiscard]] std::size_t size() const;
   [[nodiscard]] bool empty() const { return size() == 0; }
-  /// The items of an array; none of null. Throws JsonError on anything else.
+  /// The items of an array; null has none. Throws JsonError on anything else.
   [[nodiscard]] auto begin() const { return is_null() ? Array::const_iterator() : items().begin(); }
   [[nodiscard]] auto end() const { return is_null() ? Array::const_iterator() : items().end(); }
 
@@ -130,40 +130,34 @@ class Json {
 
  private:
   class Builder;
-  class Writer;
-  using Scalar = std::variant<bool, std::int64_t, std::uint64_t, double>;
-  explicit Json(Scalar value) noexcept;
+  struct Converter;
+  /// A text or list on the heap, copied with its owner: a Json takes 16 bytes, and files have millions.
   template <typename T>
-  static auto stored(T value) {
-    if constexpr (std::is_same_v<T, bool>) {
-      return value;
-    } else if constexpr (std::is_floating_point_v<T>) {
-      return static_cast<double>(value);
-    } else if constexpr (std::is_signed_v<T>) {
-      return static_cast<std::int64_t>(value);
-    } else {
-      return static_cast<std::uint64_t>(value);
-    }
-  }
+  struct Box : std::unique_ptr<T> {
+    Box(T value) : std::unique_ptr<T>(std::make_unique<T>(std::move(value))) {}
+    Box(const Box& other) : std::unique_ptr<T>(std::make_unique<T>(*other)) {}
+    Box(Box&& other) noexcept = default;
+    Box& operator=(Box&& other) noexcept = default;
+  };
+  using Scalar = std::variant<bool, std::int64_t, std::uint64_t, double>;
+  template <typename T,
+            typename Integer = std::conditional_t<std::is_signed_v<T>, std::int64_t, std::uint64_t>>
+  using Stored = std::conditional_t<std::is_same_v<T, bool>, bool,
+                                    std::conditional_t<std::is_floating_point_v<T>, double, Integer>>;
+  explicit Json(Scalar value) noexcept;
   [[nodiscard]] bool boolean() const;
-  [[nodiscard]] double number() const;
-  [[nodiscard]] std::int64_t integer() const;
-  [[nodiscard]] const char* type() const;
+  template <typename T>
+  [[nodiscard]] T number() const;
+  template <typename T>
+  [[nodiscard]] T& held(const char* wanted) const;
   [[noreturn]] void fail(const char* wanted) const;
   template <typename T>
   [[nodiscard]] bool holds() const {
     return std::holds_alternative<T>(value_);
   }
-  template <typename T>
-  [[nodiscard]] T* held() const {
-    const auto* at = std::get_if<std::unique_ptr<T>>(&value_);
-    return at != nullptr ? at->get() : nullptr;
-  }
-  void move_nested_to(Array& rest);
 
-  /// Mutable: a list in braces is const, and what it holds is moved out of it.
-  mutable std::variant<std::nullptr_t, bool, std::int64_t, std::uint64_t, double,
-                       std::unique_ptr<std::string>, std::unique_ptr<Array>, std::unique_ptr<Object>>
+  std::variant<std::nullptr_t, bool, std::int64_t, std::uint64_t, double, Box<std::string>, Box<Array>,
+               Box<Object>>
       value_;
 };
 

@@ -147,10 +147,20 @@ TEST(Json, AssignsItsOwnPart) {
   EXPECT_EQ(json.dump(), R"({"b":[1,{"b":[1]}]})");
 }
 
+TEST(Json, AListInBracesServesAgain) {
+  const std::initializer_list<Json> items{"a", {1, 2}};
+  const std::initializer_list<Json> pairs{{"name", "rover"}, {"list", {1, {{"b", 2}}}}};
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(Json(items).dump(), R"(["a",[1,2]])");
+    EXPECT_EQ(Json::array(items).dump(), R"(["a",[1,2]])");
+    EXPECT_EQ(Json(pairs).dump(), R"({"name":"rover","list":[1,{"b":2}]})");
+  }
+}
+
 TEST(Json, DepthDoesNotExhaustTheStack) {
-  const std::size_t levels = 1'000'000;
-  const Json deep = Json::parse(std::string(levels, '[') + std::string(levels, ']'));
-  EXPECT_EQ(deep.size(), 1U);
+  const auto nested = [](std::size_t levels) { return std::string(levels, '[') + std::string(levels, ']'); };
+  EXPECT_EQ(Json::parse(nested(1000)).dump(), nested(1000));
+  EXPECT_THAT(problem(nested(1'000'000)), HasSubstr("nested deeper than 1000 levels"));
 }
 
 }  // namespace

@@ -87,7 +87,7 @@ std::optional<double> parse_double(std::string_view text) {
 
 std::optional<long long> parse_integer(std::string_view text) {
   text = trim(text);
-  // from_chars knows no plus; what follows one must be a digit ("+-5" is no number).
+  // from_chars does not read a plus; a digit must follow it ("+-5" is not a number).
   if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
   long long value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);

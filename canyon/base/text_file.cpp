@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "canyon/base/gzip_file.hpp"
-
 namespace canyon {
 
 TextFile::TextFile(const std::filesystem::path& path, std::size_t max_bytes, CutGzip cut) : path_(path) {
@@ -22,8 +20,14 @@ TextFile::TextFile(const std::filesystem::path& path, std::size_t max_bytes, Cut
   }
   // Half a line may read as another number.
   text_.resize(text_.rfind('\n') + 1);
-  const auto lines = std::count(text_.begin(), text_.end(), '\n');
-  cut_warning_ = GzipFile::cut_warning(path, static_cast<int>(lines)).what();
+  note_cut(static_cast<int>(std::count(text_.begin(), text_.end(), '\n')));
+}
+
+TextFile TextFile::streamed(const std::filesystem::path& path) {
+  TextFile file;
+  file.path_ = path;
+  file.rest_.emplace(path);
+  return file;
 }
 
 TextFile TextFile::from_string(std::string text, std::filesystem::path name) {
@@ -33,19 +37,45 @@ TextFile TextFile::from_string(std::string text, std::filesystem::path name) {
   return file;
 }
 
-std::optional<std::string_view> TextFile::peek_line() const {
+void TextFile::note_cut(int line) {
+  cut_warning_ =
+      InputError(path_, line, "the gzip data end early", "read up to here; fetch the file again").what();
+}
+
+std::optional<std::string_view> TextFile::peek_line() {
+  std::size_t searched = position_;
+  end_ = text_.find('\n', searched);
+  while (end_ == std::string::npos && rest_ && text_.size() - position_ <= kLongestLine) {
+    text_.erase(0, position_);
+    position_ = 0;
+    searched = text_.size();
+    char chunk[1 << 15];
+    const std::size_t n = rest_->read(chunk, sizeof chunk, line_);
+    text_.append(chunk, n);
+    if (n == 0) {
+      if (rest_->cut_short()) {
+        text_.clear();  // half a line may read as another number
+        note_cut(line_);
+      }
+      rest_.reset();
+    }
+    end_ = text_.find('\n', searched);
+  }
   if (position_ >= text_.size()) return std::nullopt;
-  std::string_view rest = std::string_view(text_).substr(position_);
-  rest = rest.substr(0, rest.find('\n'));
-  if (!rest.empty() && rest.back() == '\r') rest.remove_suffix(1);
-  return rest;
+  end_ = std::min(end_, text_.size());
+  if (rest_ && end_ - position_ > kLongestLine) {
+    throw InputError(path_, line_ + 1, "line of more than 64 KiB", "this is not a text file");
+  }
+  std::string_view line = std::string_view(text_).substr(position_, end_ - position_);
+  if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+  return line;
 }
 
 std::optional<std::string_view> TextFile::next_line() {
   const std::optional<std::string_view> line = peek_line();
   if (!line) return line;
-  const std::size_t end = text_.find('\n', position_);
-  position_ = end == std::string::npos ? text_.size() : end + 1;
+  last_ = position_;
+  position_ = std::min(end_ + 1, text_.size());
   ++line_;
   return line;
 }

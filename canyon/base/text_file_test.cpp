@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <fstream>
 
-#include "canyon/base/line_stream.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon {
@@ -116,7 +115,7 @@ TEST(TextFile, RefusesGzipThatIsCutShortOrDamaged) {
   EXPECT_THAT(message(folder / "checksum.gz"), HasSubstr("damaged"));
 }
 
-// What zlib can unpack of a file that ends early is a beginning of the text; half a line is dropped.
+// zlib unpacks the beginning of a file that ends early; half a line is dropped.
 TEST(TextFile, ReadsGzipUpToACutWhereAskedTo) {
   const test::TemporaryFolder folder;
   std::string text;
@@ -133,24 +132,57 @@ TEST(TextFile, ReadsGzipUpToACutWhereAskedTo) {
     before = file.text().size();
     EXPECT_EQ(file.text(), text.substr(0, before));
     EXPECT_EQ(file.text().back(), '\n');
-    LineStream stream(folder / "cut.gz");
+    TextFile stream = TextFile::streamed(folder / "cut.gz");
     int lines = 0;
-    while (const auto line = stream.next()) {
+    while (const auto line = stream.next_line()) {
       ++lines;
       ASSERT_EQ(*line, file.next_line());
     }
     EXPECT_EQ(file.next_line(), std::nullopt);
-    EXPECT_TRUE(stream.cut_short());
+    EXPECT_EQ(stream.cut_warning(), file.cut_warning());
     EXPECT_EQ(file.cut_warning(), (folder / "cut.gz").string() + ":" + std::to_string(lines) +
                                       ": the gzip data end early; read up to here; fetch the file again");
   }
   // All of the text, and only the checksum missing.
   write(folder / "cut.gz", packed.substr(0, packed.size() - 8));
   EXPECT_EQ(TextFile(folder / "cut.gz", 1 << 20, CutGzip::ReadToCut).text(), text);
-  LineStream whole(folder / "good.gz");
-  while (whole.next()) {
+  TextFile whole = TextFile::streamed(folder / "good.gz");
+  while (whole.next_line()) {
   }
-  EXPECT_FALSE(whole.cut_short());
+  EXPECT_EQ(whole.cut_warning(), "");
+}
+
+TEST(TextFile, StreamsEveryLineAcrossChunks) {
+  const test::TemporaryFolder folder;
+  const auto expected = [](int i) {
+    return std::to_string(i) + std::string(static_cast<std::size_t>(i % 17), 'x');
+  };
+  std::string text;
+  for (int i = 0; i < 20000; ++i) text += expected(i) + "\r\n";
+  write(folder / "lines.txt", text + "last");
+  TextFile lines = TextFile::streamed(folder / "lines.txt");
+  for (int i = 0; i < 20000; ++i) {
+    if (i % 70 == 0) {
+      ASSERT_EQ(lines.peek_line(), expected(i));
+    }
+    ASSERT_EQ(lines.next_line(), expected(i));
+    ASSERT_EQ(lines.line(), i + 1);
+    if (i % 100 == 0) {
+      lines.unread_line();
+      EXPECT_EQ(lines.line(), i);
+      ASSERT_EQ(lines.next_line(), expected(i));
+    }
+  }
+  EXPECT_EQ(lines.next_line(), "last");
+  EXPECT_EQ(lines.next_line(), std::nullopt);
+  write(folder / "binary", std::string(100'000, 'x'));
+  TextFile binary = TextFile::streamed(folder / "binary");
+  try {
+    (void)binary.next_line();
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("line of more than 64 KiB"));
+  }
 }
 
 }  // namespace

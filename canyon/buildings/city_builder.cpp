@@ -30,7 +30,7 @@ constexpr double kOnGround_m = 0.5;    // parts whose bottom is lower stand on t
 constexpr double kThinnest_m = 0.1;    // solids lower than this are not built
 constexpr double kBeyond_m2 = 4;       // parts beyond their outline by less are how maps are drawn
 
-/// What step one makes of a feature.
+/// A feature after the first step.
 struct Placed {
   std::vector<Polygon2> polygons;
   std::optional<Ground> ground;

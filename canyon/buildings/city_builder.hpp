@@ -15,7 +15,7 @@
 
 namespace canyon::buildings {
 
-/// What became of one map feature, for GeoJSON and checks.
+/// The outcome for one map feature, for GeoJSON and checks.
 struct BuiltFeature {
   std::string id;
   bool built = false;
@@ -27,8 +27,8 @@ struct BuiltFeature {
   std::uint32_t first_object = 0, object_count = 0;  ///< in the city's mesh
 };
 
-/// What was built and every guess in it. Heights, roofs and materials are counted over buildings and parts
-/// built from tags; features with surfaces of their own (CityJSON) are in `surveyed` instead.
+/// Counts of built things and of every guess in them. Heights, roofs and materials are counted over buildings
+/// and parts built from tags; features with surfaces of their own (CityJSON) are in `surveyed` instead.
 struct BuildReport {
   std::size_t buildings = 0, parts = 0, trees = 0, woods = 0;  ///< built
   std::size_t outlines_replaced = 0;  ///< buildings that their parts stand for, not in `buildings`

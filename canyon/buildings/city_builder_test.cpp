@@ -20,6 +20,7 @@
 #include "tests/support/program.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/shared_data.hpp"
+#include "tests/support/solid_check.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::buildings {
@@ -98,7 +99,7 @@ void expect_sound(const BuiltCity& built) {
     double volume = 0, expected = 0;
     for (std::uint32_t k = 0; k < feature.object_count; ++k) {
       const city::Object& object = built.city.mesh.objects.at(feature.first_object + k);
-      const SolidCheck check = check_solid(built.city.mesh, object);
+      const test::SolidCheck check = test::check_solid(built.city.mesh, object);
       EXPECT_TRUE(check.watertight) << object.name;
       EXPECT_GT(check.volume_m3, 0) << object.name;
       volume += check.volume_m3;
@@ -129,7 +130,7 @@ void expect_sound(const BuiltCity& built) {
 double volume_of(const BuiltCity& built, const std::string& name) {
   const city::Object* object = find(built, name);
   if (object == nullptr) return 0;
-  return check_solid(built.city.mesh, *object).volume_m3;
+  return test::check_solid(built.city.mesh, *object).volume_m3;
 }
 
 TEST(CityBuilder, ObjectsHaveWhatTagsSayOfTheirFacades) {
@@ -490,7 +491,7 @@ TEST(CityBuilder, SurfacesAreTakenAsTheyAre) {
   EXPECT_EQ(built.report.surveyed, 1U);
   EXPECT_EQ(built.report.buildings, 1U);
   EXPECT_NEAR(built.city.frame.origin().height_m, 43, 1e-9);  // the ground of the surveyed buildings
-  const SolidCheck check = check_solid(built.city.mesh, *find(built, "GUID_1"));
+  const test::SolidCheck check = test::check_solid(built.city.mesh, *find(built, "GUID_1"));
   EXPECT_TRUE(check.watertight);
   EXPECT_NEAR(check.volume_m3, 1000, 0.2);
   EXPECT_NEAR(box_of(built.city.mesh, *find(built, "GUID_1")).min.z(), 0, 0.001);

@@ -92,7 +92,7 @@ Json properties_of(const city::Mesh& mesh, const BuiltFeature& feature) {
   p["height_source"] = name(shape.height_source);
   p["roof_shape"] = name(shape.roof);
   p["roof_height_m"] = rounded(shape.roof_height_m, 3);
-  // A flat roof's height is no guess.
+  // A flat roof's height is not a guess.
   if (shape.roof != RoofShape::Flat) p["roof_source"] = name(shape.roof_source);
   p["ground_m"] = rounded(feature.ground_m, 3);
   p["facade"] = city::material_name(shape.facade);

@@ -11,7 +11,7 @@
 
 namespace canyon::city {
 
-/// What a facade looks like to radio waves at L band: one word of facade_types().
+/// A facade as radio waves at L band meet it: one word of facade_types().
 struct FacadeType {
   std::string_view name;
   Material material;
@@ -20,7 +20,7 @@ struct FacadeType {
 /// waves and so Material::Metal; tile is a thin skin on reinforced concrete, render one on brickwork.
 [[nodiscard]] std::span<const FacadeType> facade_types();
 
-/// Of what the walls of a city are, where its source does not say so.
+/// Materials of the walls of a city whose source does not state them.
 struct FacadeOptions {
   enum class Named : std::uint8_t {
     BySource,  ///< a map's tags stay, names of a mesh's textures do not

@@ -6,7 +6,8 @@ namespace canyon::city {
 
 enum class Surface : std::uint8_t { Building, Terrain, Foliage, Vehicle };
 
-/// Of facades, roofs and ground; decides reflection strength. `Unknown` counts as concrete.
+/// The material of facades, roofs and ground; it decides the strength of reflections. `Unknown` counts as
+/// concrete.
 enum class Material : std::uint8_t {
   Unknown,
   Concrete,

@@ -12,7 +12,7 @@
 namespace canyon::city {
 
 struct GazeboOptions {
-  /// Of the model and the world: letters, digits, '_', '-' and '.', 1 to 100 of them.
+  /// The name of the model and the world: letters, digits, '_', '-' and '.', 1 to 100 of them.
   std::string name = "canyon_city";
   /// Largest number of triangles in one collision mesh: buildings are grouped by place into links of about
   /// this size. A single larger object stays whole. At least 1.

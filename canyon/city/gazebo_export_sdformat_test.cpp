@@ -1,4 +1,4 @@
-// What Canyon writes for Gazebo, checked by SDFormat's own parser.
+// Canyon's files for Gazebo, checked by SDFormat's own parser.
 
 #include <gtest/gtest.h>
 

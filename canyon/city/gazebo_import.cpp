@@ -17,9 +17,10 @@
 #include "canyon/base/text.hpp"
 #include "canyon/city/gazebo_export.hpp"
 #include "canyon/city/gazebo_names.hpp"
+#include "canyon/city/link_shapes.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/mesh_marks.hpp"
-#include "canyon/city/primitive_meshes.hpp"
+#include "canyon/city/mesh_topology.hpp"
 #include "canyon/geodesy/constants.hpp"
 
 namespace canyon::city {
@@ -80,23 +81,46 @@ std::vector<double> numbers(const Source& source, const Element& element, std::s
   return values;
 }
 
-double positive(const Source& source, const Element& parent, const char* child) {
-  const Element* element = parent.FirstChildElement(child);
-  if (element == nullptr) throw source.error(parent, fmt::format("<{}> without <{}>", parent.Name(), child));
-  const double value = numbers(source, *element, 1, kLargestSize_m)[0];
-  if (!(value > 0))
-    throw source.error(*element, fmt::format("<{}> of {}", child, value), "give a positive length");
-  return value;
-}
-
-Eigen::Vector3d extents(const Source& source, const Element& shape, const char* child) {
+/// Numbers of a shape's child [m].
+std::vector<double> child_numbers(const Source& source, const Element& shape, const char* child,
+                                  std::size_t count) {
   const Element* element = shape.FirstChildElement(child);
   if (element == nullptr) throw source.error(shape, fmt::format("<{}> without <{}>", shape.Name(), child));
-  const std::vector<double> s = numbers(source, *element, 3, kLargestSize_m);
-  if (!(s[0] > 0 && s[1] > 0 && s[2] > 0)) {
-    throw source.error(*element, fmt::format("{} without extent", shape.Name()));
+  return numbers(source, *element, count, kLargestSize_m);
+}
+
+/// Adds a shape without a file; false for any other.
+bool add_primitive(const Source& source, const Element& shape, LinkShapes& shapes,
+                   const LinkShapes::Place& place) {
+  const auto length = [&](const char* child) { return child_numbers(source, shape, child, 1)[0]; };
+  const auto lengths = [&](const char* child) {
+    const std::vector<double> s = child_numbers(source, shape, child, 3);
+    return Eigen::Vector3d(s[0], s[1], s[2]);
+  };
+  const std::string_view kind = shape.Name();
+  if (kind == "box") {
+    shapes.box(place, lengths("size"));
+  } else if (kind == "ellipsoid") {
+    shapes.ellipsoid(place, lengths("radii"));
+  } else if (kind == "capsule") {
+    shapes.capsule(place, length("radius"), length("length"));
+  } else if (kind == "cone") {
+    shapes.cone(place, length("radius"), length("length"));
+  } else if (kind == "cylinder") {
+    shapes.cylinder(place, length("radius"), length("length"));
+  } else if (kind == "sphere") {
+    shapes.sphere(place, length("radius"));
+  } else if (kind == "plane") {
+    // SDF's defaults.
+    const bool has_size = shape.FirstChildElement("size") != nullptr;
+    const std::vector<double> s = has_size ? child_numbers(source, shape, "size", 2) : std::vector{1.0, 1.0};
+    shapes.plane(place,
+                 shape.FirstChildElement("normal") != nullptr ? lengths("normal") : Eigen::Vector3d::UnitZ(),
+                 {s[0], s[1]});
+  } else {
+    return false;
   }
-  return {s[0], s[1], s[2]};
+  return true;
 }
 
 class GazeboImport {
@@ -161,7 +185,7 @@ class GazeboImport {
     }
     tinyxml2::XMLDocument document;
     load(config, document);
-    // Of several the one of the newest SDF version.
+    // The newest SDF version of several.
     std::string best = "model.sdf";
     double newest = -1;
     for (const Element* e = document.RootElement()->FirstChildElement("sdf"); e != nullptr;
@@ -259,7 +283,7 @@ class GazeboImport {
     return result;
   }
 
-  /// Of a world's model; <static> of its include takes the place of its own.
+  /// Whether a world's model is static; <static> of its include takes the place of its own.
   static bool is_static(const Element& model, const Element* include = nullptr) {
     const bool included = include != nullptr && include->FirstChildElement("static") != nullptr;
     return is_true(lower_case(child_text(included ? *include : model, "static")));
@@ -382,38 +406,20 @@ class GazeboImport {
     const Element* shape = geometry.FirstChildElement();
     if (shape == nullptr) return;
     const std::string_view kind = shape->Name();
-    const auto add = [&](const TriangleSet& set) { add_primitive(set, world_from_geometry, name); };
-    if (kind == "box") {
-      add(box_mesh(extents(source, *shape, "size")));
-    } else if (kind == "ellipsoid") {
-      add(ellipsoid_mesh(extents(source, *shape, "radii")));
-    } else if (kind == "capsule") {
-      add(capsule_mesh(positive(source, *shape, "radius"), positive(source, *shape, "length")));
-    } else if (kind == "cone") {
-      add(cone_mesh(positive(source, *shape, "radius"), positive(source, *shape, "length")));
-    } else if (kind == "cylinder") {
-      add(cylinder_mesh(positive(source, *shape, "radius"), positive(source, *shape, "length")));
-    } else if (kind == "sphere") {
-      add(sphere_mesh(positive(source, *shape, "radius")));
-    } else if (kind == "plane") {
-      Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
-      Eigen::Vector2d size = Eigen::Vector2d::Ones();  // SDF's defaults
-      if (const Element* e = shape->FirstChildElement("normal")) {
-        const std::vector<double> n = numbers(source, *e, 3, kLargestSize_m);
-        normal = {n[0], n[1], n[2]};
-        if (!(normal.norm() > 1e-6)) throw source.error(*e, "normal of length 0");
-      }
-      if (const Element* e = shape->FirstChildElement("size")) {
-        const std::vector<double> s = numbers(source, *e, 2, kLargestSize_m);
-        if (!(s[0] > 0 && s[1] > 0)) throw source.error(*e, "plane without extent");
-        size = {s[0], s[1]};
-      }
-      add(plane_mesh(normal.normalized(), size));
-    } else if (kind == "mesh") {
-      read_mesh(source, *shape, world_from_geometry, name);
-    } else if (kind != "empty") {
-      ++left_out_[fmt::format("<{}> geometries", kind)];
+    if (kind == "mesh") return read_mesh(source, *shape, world_from_geometry, name);
+    std::vector<std::string> notes;
+    LinkShapes shapes(notes);
+    if (!add_primitive(source, *shape, shapes, {name})) {
+      if (kind != "empty") ++left_out_[fmt::format("<{}> geometries", kind)];
+      return;
     }
+    const Mesh mesh = shapes.take();
+    if (mesh.objects.empty() && !notes.empty()) {
+      const std::string& line = notes.back();  // "'NAME' is left out: WHY"
+      throw source.error(*shape, fmt::format("<{}>: {}", kind, line.substr(line.rfind(": ") + 2)));
+    }
+    for (std::string& line : notes) note(std::move(line));
+    for (const Object& object : mesh.objects) append(mesh, object, world_from_geometry);
   }
 
   void read_mesh(const Source& source, const Element& shape, Eigen::Affine3d world_from_mesh,
@@ -437,47 +443,29 @@ class GazeboImport {
       found = meshes_.emplace(key, PartFile{read_mesh_part(*path, {}).mesh, has_mesh_mark(*path)}).first;
     }
     const PartFile& part = found->second;
-    for (const Object& object : part.mesh.objects) {
-      std::vector<std::array<std::uint32_t, 3>> triangles(
-          part.mesh.triangles.begin() + object.first_triangle,
-          part.mesh.triangles.begin() + object.first_triangle + object.triangle_count);
-      std::vector<Material> materials(
-          part.mesh.materials.begin() + object.first_triangle,
-          part.mesh.materials.begin() + object.first_triangle + object.triangle_count);
-      const bool terrain = !part.marked && names_terrain(name);
-      if (terrain) materials.assign(materials.size(), Material::Ground);
-      append(part.marked ? object.name : fmt::format("{}::{}", name, object.name),
-             terrain ? Surface::Terrain : object.surface, part.mesh.vertices, std::move(triangles),
-             std::move(materials), world_from_mesh);
+    const bool terrain = !part.marked && split_surface(name).surface == Surface::Terrain;
+    for (Object object : part.mesh.objects) {
+      if (!part.marked) object.name = fmt::format("{}::{}", name, object.name);
+      if (terrain) object.surface = Surface::Terrain;
+      append(part.mesh, object, world_from_mesh, terrain);
     }
   }
 
-  static bool names_terrain(const std::string& name) {
-    return split_surface(name).surface == Surface::Terrain;
-  }
-
-  void add_primitive(const TriangleSet& set, const Eigen::Affine3d& world_from_set, const std::string& name) {
-    const bool terrain = names_terrain(name);
-    append(name, terrain ? Surface::Terrain : Surface::Building, set.vertices, set.triangles,
-           std::vector<Material>(set.triangles.size(), terrain ? Material::Ground : Material::Unknown),
-           world_from_set);
-  }
-
-  void append(std::string name, Surface surface, const std::vector<Eigen::Vector3d>& vertices,
-              TriangleIndices triangles, std::vector<Material> materials,
-              const Eigen::Affine3d& world_from_vertices) {
-    // Only what these triangles use, in order of first use.
+  /// Appends the triangles of an object of `mesh`. @param ground: all of them are of that material
+  void append(const Mesh& mesh, const Object& object, const Eigen::Affine3d& world_from_mesh,
+              bool ground = false) {
+    // The vertices that these triangles use, in order of first use.
     std::vector<Eigen::Vector3d> used;
     std::map<std::uint32_t, std::uint32_t> index_of;
-    const bool mirrored = world_from_vertices.linear().determinant() < 0;
+    const bool mirrored = world_from_mesh.linear().determinant() < 0;
     TriangleIndices kept;
-    std::vector<Material> kept_materials;
-    for (std::size_t t = 0; t < triangles.size(); ++t) {
+    std::vector<Material> materials;
+    for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
       std::array<std::uint32_t, 3> triangle{};
       for (std::size_t i = 0; i < 3; ++i) {
-        const auto [found, added] =
-            index_of.try_emplace(triangles[t][i], static_cast<std::uint32_t>(used.size()));
-        if (added) used.emplace_back(world_from_vertices * vertices[triangles[t][i]]);
+        const std::uint32_t vertex = mesh.triangles[t][i];
+        const auto [found, added] = index_of.try_emplace(vertex, static_cast<std::uint32_t>(used.size()));
+        if (added) used.emplace_back(world_from_mesh * mesh.vertices[vertex]);
         triangle[i] = found->second;
       }
       if (mirrored) std::swap(triangle[1], triangle[2]);
@@ -486,11 +474,11 @@ class GazeboImport {
         continue;
       }
       kept.push_back(triangle);
-      kept_materials.push_back(materials[t]);
+      materials.push_back(ground ? Material::Ground : mesh.materials[t]);
     }
     const std::size_t first = city_.mesh.materials.size();
-    append_object(city_.mesh, std::move(name), surface, Material::Unknown, used, kept);
-    std::copy(kept_materials.begin(), kept_materials.end(),
+    append_object(city_.mesh, object.name, object.surface, Material::Unknown, used, kept);
+    std::copy(materials.begin(), materials.end(),
               city_.mesh.materials.begin() + static_cast<std::ptrdiff_t>(first));
   }
 

@@ -215,7 +215,7 @@ TEST_F(GazeboImport, NamesTheLineOfBadInput) {
   EXPECT_THAT(error(model("m", "0 0 0 0 0 0", "<box/>")), HasSubstr("<box> without <size>"));
   EXPECT_THAT(error(model("m", "0 0 0 0 0 0", "<box><size>1 0 1</size></box>")), HasSubstr("without extent"));
   EXPECT_THAT(error(model("m", "0 0 0 0 0 0", "<sphere><radius>-1</radius></sphere>")),
-              HasSubstr("positive length"));
+              HasSubstr("<sphere>: a sphere without extent"));
   EXPECT_THAT(error(model("m", "0 0 0 0 0 0", "<mesh><uri>none.dae</uri></mesh>")),
               HasSubstr("mesh 'none.dae' is not beside the file"));
   EXPECT_THAT(error("<include><uri>model://none</uri></include>"), HasSubstr("'model://none' is not beside"));

@@ -136,7 +136,7 @@ void check_ply_complete(const std::filesystem::path& path) {
     }
     return;
   }
-  // Behind the last byte there is no place to ask for.
+  // There is no place behind the last byte.
   const std::uintmax_t data = in.eof() ? 0 : size - static_cast<std::uintmax_t>(in.tellg());
   if (data < header.smallest_size) {
     throw InputError(path, 0, fmt::format("has {} of at least {} bytes of data", data, header.smallest_size),

@@ -23,7 +23,7 @@ inline constexpr std::size_t kFlushBytes = std::size_t{1} << 20;
 /// Whether kMeshMark stands in the first 64 KiB. False for a file that cannot be read.
 [[nodiscard]] bool has_mesh_mark(const std::filesystem::path& path);
 
-/// What a format's names may hold.
+/// The characters that a format's names may have.
 enum class NameCharacters : std::uint8_t {
   Utf8,    ///< any text (glTF)
   Word,    ///< no blanks, unique (OBJ ends names at a blank and merges those that are equal)
@@ -42,7 +42,7 @@ struct NodeName {
   std::string name;
   Surface surface = Surface::Building;
 };
-/// What node_names() wrote, undone.
+/// Reads a name that node_names() wrote.
 [[nodiscard]] NodeName read_node_name(std::string_view node_name);
 
 /// The surface that stands before a name, like "foliage:Oak 7", and what follows; a name without one is

@@ -85,7 +85,8 @@ class Surroundings {
 };
 
 /// For each triangle those across edges of exactly two. Two walls that stand on one edge of the base plane
-/// are no neighbours: they are of two extrusions without floors, like a podium and its tower, or two houses.
+/// are not neighbours: they belong to two extrusions without floors, like a podium and its tower, or two
+/// houses.
 std::vector<std::vector<Neighbour>> neighbours_of(const std::vector<Side>& sides,
                                                   const TriangleIndices& triangles,
                                                   const Surroundings& around, bool& manifold) {

@@ -23,7 +23,7 @@ void weld(const std::vector<Eigen::Vector3d>& vertices, TriangleIndices& triangl
 [[nodiscard]] std::vector<std::vector<std::uint32_t>> connected_components(const TriangleIndices& triangles,
                                                                            std::size_t vertex_count);
 
-/// What orient_outwards() found and did to one connected component.
+/// Findings and changes of orient_outwards() in one connected component.
 struct Orientation {
   bool closed = false;     ///< no boundary but in the horizontal plane of its lowest vertex (a missing floor)
   bool manifold = true;    ///< no edge has more than two triangles

@@ -288,7 +288,7 @@ TEST(Session, RefusesSourcesThatDoNotFit) {
   EXPECT_THAT(problem("live: {poses: [{from: 'stdin:'}], streams: [{format: nmea, to: 'pty:'}]}\n"),
               HasSubstr("does not name its receiver"));
   EXPECT_THAT(problem("live: {poses: [{from: 'file:/nowhere'}]}\n"), HasSubstr("/nowhere"));
-  EXPECT_THAT(problem("live: {poses: [{from: 'elsewhere'}]}\n"), HasSubstr("is no address"));
+  EXPECT_THAT(problem("live: {poses: [{from: 'elsewhere'}]}\n"), HasSubstr("is not an address"));
 }
 
 TEST(Session, RefusesSpeedsThatLeadNowhere) {

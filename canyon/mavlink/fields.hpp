@@ -34,7 +34,7 @@ struct Field {
 /// Gathers the fields of a message in the order of its definition: what a message's visit() is given.
 class Fields {
  public:
-  /// A value with a unit. NaN is written as `unknown`, or where there is none as NaN (floats) or 0; values
+  /// A value with a unit. NaN is written as `unknown`, or without one as NaN (floats) or 0; values
   /// beyond the type as its nearest that is not `unknown`.
   void number(Wire type, std::string_view name, double& value, double unit = 1,
               std::optional<double> unknown = std::nullopt) {
@@ -59,7 +59,7 @@ class Fields {
   void whole(std::string_view name, std::uint16_t& value) { add(plain(name, Wire::U16, &value)); }
   void whole(std::string_view name, std::uint8_t& value) { add(plain(name, Wire::U8, &value)); }
   void whole(std::string_view name, std::int8_t& value) { add(plain(name, Wire::I8, &value)); }
-  /// What follows are extensions.
+  /// The fields behind it are extensions.
   void extensions() { extension_ = true; }
 
   [[nodiscard]] std::span<const Field> all() const { return fields_; }

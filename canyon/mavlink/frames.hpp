@@ -14,7 +14,7 @@
 
 namespace canyon::mavlink {
 
-/// What frames depend on beyond their contents; it follows from the fields of a message.
+/// The layout of a message's frames; it follows from the fields.
 struct Layout {
   std::uint32_t id = 0;
   std::string_view name;
@@ -22,7 +22,7 @@ struct Layout {
   std::size_t base_bytes = 0;  ///< of a MAVLink 1 payload
   std::size_t bytes = 0;       ///< with extensions
 };
-/// Of every alternative of Message, in its order.
+/// The layouts of all alternatives of Message, in their order.
 [[nodiscard]] const std::array<Layout, std::variant_size_v<Message>>& layouts();
 
 /// CRC-16/MCRF4XX (X.25's polynomial, bits reflected) of `bytes`, going on from `crc`.
@@ -51,8 +51,8 @@ struct Frame {
 };
 
 /// Finds frames in a stream of bytes that may be cut, mixed with anything, or hostile. Holds at most one
-/// frame's bytes. Frames with a wrong checksum and messages that Canyon does not know are passed over; what
-/// looks like a frame and is none costs no frame behind it. Signatures are passed over unchecked.
+/// frame's bytes. Frames with a wrong checksum and messages that Canyon does not know are passed over; bytes
+/// that only look like a frame cost no frame behind them. Signatures are passed over unchecked.
 class Parser {
  public:
   /// Hands over each frame whose last byte is there, in order.

@@ -165,7 +165,7 @@ TEST(MavlinkFrames, RandomBytesGiveNoFrameAndCostNoneBehindThem) {
   }
   Parser parser;
   EXPECT_LE(received(parser, noise, 33).size(), 2U) << "16 bits of checksum let few pass";
-  // What may have begun as a frame in the noise ends within one frame's length.
+  // A false beginning of a frame in the noise ends within one frame's length.
   const std::string good = encode(mocap(), 9);
   std::string stream = std::string(280, '\0');
   for (int i = 0; i < 10; ++i) stream += good;

@@ -45,7 +45,7 @@ class Reader {
   void read_header() {
     const auto first = file_.next_line();
     if (!first || trim(column(*first, 60, 20)) != "RINEX VERSION / TYPE") {
-      throw file_.error("is no RINEX file: the first line is not 'RINEX VERSION / TYPE'",
+      throw file_.error("is not a RINEX file: the first line is not 'RINEX VERSION / TYPE'",
                         "give a RINEX navigation file, plain or gzip");
     }
     const auto version = parse_double(column(*first, 0, 9));
@@ -58,11 +58,11 @@ class Reader {
     const char type = first->size() > 20 ? (*first)[20] : ' ';
     const bool known = type == 'N' || (version_ == 2 && (type == 'G' || type == 'H'));
     if (!known) {
-      throw file_.error(fmt::format("is no navigation file of a system that Canyon reads (RINEX type '{}')",
-                                    trim(column(*first, 20, 20))),
-                        type == 'O'
-                            ? "this is an observation file; give the navigation file of that day"
-                            : "types N (any version), G and H (version 2, GLONASS and SBAS) are read");
+      throw file_.error(
+          fmt::format("is not a navigation file of a system that Canyon reads (RINEX type '{}')",
+                      trim(column(*first, 20, 20))),
+          type == 'O' ? "this is an observation file; give the navigation file of that day"
+                      : "types N (any version), G and H (version 2, GLONASS and SBAS) are read");
     }
     version2_system_ = type == 'G'   ? gnss::System::GLONASS
                        : type == 'H' ? gnss::System::SBAS
@@ -194,7 +194,7 @@ class Reader {
     if (version_ == 2) {
       const auto number = parse_integer(column(first, 0, 2));
       if (!number || *number < 1) {
-        throw DamagedRecord{fmt::format("'{}' is no satellite number", trim(column(first, 0, 2)))};
+        throw DamagedRecord{fmt::format("'{}' is not a satellite number", trim(column(first, 0, 2)))};
       }
       take(gnss::SatelliteId{version2_system_, static_cast<std::uint8_t>(*number)}, record.lines,
            Message::kUnnamed);
@@ -212,7 +212,7 @@ class Reader {
     const auto words = split_blanks(record.tag);
     const std::string_view kind = words.empty() ? std::string_view() : words[0];
     if (words.size() < 3 || (kind != "EPH" && kind != "ION" && kind != "STO" && kind != "EOP")) {
-      throw DamagedRecord{fmt::format("'> {}' is no record type", record.tag)};
+      throw DamagedRecord{fmt::format("'> {}' is not a record type", record.tag)};
     }
     const std::string_view type = words[2];
     const char system = words[1].front();
@@ -231,7 +231,7 @@ class Reader {
     const bool delays = ((system == 'G' || system == 'J') && (type == "CNAV" || type == "CNV2")) ||
                         (system == 'C' && (type == "CNV1" || type == "CNV2" || type == "CNV3"));
     if (!usable && !delays) {
-      if (!is_upper(system)) throw DamagedRecord{fmt::format("'> {}' is no record type", record.tag)};
+      if (!is_upper(system)) throw DamagedRecord{fmt::format("'> {}' is not a record type", record.tag)};
       return pass_over();
     }
     if (record.lines.empty()) throw rinex::DamagedRecord{"record has no lines"};
@@ -275,7 +275,7 @@ class Reader {
   [[nodiscard]] static gnss::SatelliteId satellite(std::string_view line) {
     const std::string_view name = column(line, 0, 3);
     const auto id = name.empty() || !is_upper(name.front()) ? std::nullopt : gnss::parse_satellite(name);
-    if (!id) throw DamagedRecord{fmt::format("'{}' is no satellite", name)};
+    if (!id) throw DamagedRecord{fmt::format("'{}' is not a satellite", name)};
     return *id;
   }
 

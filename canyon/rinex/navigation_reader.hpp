@@ -13,7 +13,7 @@ namespace canyon::rinex {
 /// SBAS; other systems and record types are counted and reported once each in `warnings`. A damaged record is
 /// a warning with file and line and is left out alone; of many the first twenty are named and the rest
 /// counted. GLONASS epochs are UTC, with the leap seconds of geodesy::leap_seconds(), not the header's. Gzip
-/// data that end early are read up to there, with a warning. Throws InputError where the file is no RINEX
+/// data that end early are read up to there, with a warning. Throws InputError where the file is not RINEX
 /// navigation file or holds no usable record.
 [[nodiscard]] gnss::NavigationData read_rinex_navigation(const std::filesystem::path& path);
 [[nodiscard]] gnss::NavigationData read_rinex_navigation(TextFile file);

@@ -473,7 +473,7 @@ TEST(RinexNavigation, Version4TagAndSatelliteMustAgree) {
   EXPECT_EQ(data.kepler.size(), 1u);
   EXPECT_THAT(data.warnings, ElementsAre(AllOf(HasSubstr("sky.rnx:3:"), HasSubstr("different satellites")),
                                          AllOf(HasSubstr("sky.rnx:12:"), HasSubstr("without its '>' line")),
-                                         AllOf(HasSubstr("sky.rnx:29:"), HasSubstr("no record type")),
+                                         AllOf(HasSubstr("sky.rnx:29:"), HasSubstr("not a record type")),
                                          AllOf(HasSubstr("sky.rnx:30:"), HasSubstr("no lines"))));
 }
 
@@ -484,7 +484,7 @@ TEST(RinexNavigation, ADamagedRecordIsLostAlone) {
   // Each strikes the GPS record, which begins in line 9; all others survive.
   const Case cases[] = {
       {"4.106242470052e-09", "4.1062x2470052e-09",
-       "'4.1062x2470052e-09' in line 2 of the record is no number"},
+       "'4.1062x2470052e-09' in line 2 of the record is not a number"},
       {"5.041313482914e-03", "1.041313482914e+00", "eccentricity 1.04131 is outside"},
       {"5.041313482914e-03", "               nan", "no number"},
       {" 5.041313482914e-03", "-5.041313482914e-03", "eccentricity"},
@@ -494,15 +494,15 @@ TEST(RinexNavigation, ADamagedRecordIsLostAlone) {
       {"4.320000000000e+04", "4.320000000000e+05", "clock epoch and toe are 60.0 h apart"},
       {"2.051000000000e+03", "2.061000000000e+03", "week number 2061 does not go with the clock epoch"},
       {"G05 2019 04 28", "G05 2019 14 28", "month 14"},
-      {"G05 2019 04 28", "G05 2019 0a 28", "'0a' in the epoch is no number"},
+      {"G05 2019 04 28", "G05 2019 0a 28", "'0a' in the epoch is not a number"},
       {"G05 2019 04 28", "G05 1019 04 28", "year 1019"},
       {"G05 2019", "G33 2019", "there is no G33"},
-      {"G05 2019", "G00 2019", "'G00' is no satellite"},
-      {"G05 2019", "?05 2019", "'?05' is no satellite"},
+      {"G05 2019", "G00 2019", "'G00' is not a satellite"},
+      {"G05 2019", "?05 2019", "'?05' is not a satellite"},
       {"     1.812353730202e-06 5.041313482914e-03 9.221956133842e-06 5.153679471970e+03\n", "",
        "7 lines where 8"},
       {"     1.812353730202e-06", "     1.8\n     1.812353730202e-06", "9 lines where 8"},
-      {"9.600000000000e+01", "9.650000000000e+01", "issue of data 96.5 is no whole number"},
+      {"9.600000000000e+01", "9.650000000000e+01", "issue of data 96.5 is not a whole number"},
   };
   for (const Case& c : cases) {
     SCOPED_TRACE(c.warning);
@@ -548,8 +548,8 @@ TEST(RinexNavigation, ManyDamagesAreCounted) {
 }
 
 TEST(RinexNavigation, UnusableFilesAreErrors) {
-  EXPECT_THAT(error_of(""), HasSubstr("is no RINEX file"));
-  EXPECT_THAT(error_of("<html>\n"), AllOf(HasSubstr("sky.rnx:1:"), HasSubstr("is no RINEX file")));
+  EXPECT_THAT(error_of(""), HasSubstr("is not a RINEX file"));
+  EXPECT_THAT(error_of("<html>\n"), AllOf(HasSubstr("sky.rnx:1:"), HasSubstr("is not a RINEX file")));
   EXPECT_THAT(error_of(replaced(kRinex3Sample, "     3.04", "     5.00")),
               HasSubstr("version '5.00' is not supported"));
   EXPECT_THAT(error_of(replaced(kRinex3Sample, "N: GNSS NAV DATA", "OBSERVATION DATA")),

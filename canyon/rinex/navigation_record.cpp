@@ -31,7 +31,7 @@ int parse_int_column(std::string_view line, std::size_t begin, std::size_t lengt
   const std::string_view field = column(line, begin, length);
   const auto value = parse_integer(field);
   if (!value || *value < 0 || *value > 9999) {
-    throw DamagedRecord{fmt::format("{} '{}' in the epoch is no number", what, clip(field))};
+    throw DamagedRecord{fmt::format("{} '{}' in the epoch is not a number", what, clip(field))};
   }
   return static_cast<int>(*value);
 }
@@ -59,7 +59,8 @@ class CheckedFields : public Fields {
   /// A whole number within [low, high]; 0 where blank.
   [[nodiscard]] int integer(std::size_t i, const char* what, double low, double high) const {
     const double value = in_range(optional(i), what, low, high);
-    if (value != std::floor(value)) throw DamagedRecord{fmt::format("{} {} is no whole number", what, value)};
+    if (value != std::floor(value))
+      throw DamagedRecord{fmt::format("{} {} is not a whole number", what, value)};
     return static_cast<int>(value);
   }
 
@@ -106,10 +107,12 @@ void read_state(const CheckedFields& f, Ephemeris& e, const StateBounds& bounds)
     v2 += km_per_s * km_per_s;
   }
   if (r2 < bounds.lowest * bounds.lowest || r2 > bounds.highest * bounds.highest) {
-    throw DamagedRecord{fmt::format("radius {:.0f} km is no {} orbit's", std::sqrt(r2), name(e.id.system))};
+    throw DamagedRecord{
+        fmt::format("radius {:.0f} km is not that of a {} orbit", std::sqrt(r2), name(e.id.system))};
   }
   if (v2 < bounds.slowest * bounds.slowest || v2 > bounds.fastest * bounds.fastest) {
-    throw DamagedRecord{fmt::format("speed {:.1f} km/s is no {} orbit's", std::sqrt(v2), name(e.id.system))};
+    throw DamagedRecord{
+        fmt::format("speed {:.1f} km/s is not that of a {} orbit", std::sqrt(v2), name(e.id.system))};
   }
 }
 
@@ -140,10 +143,10 @@ void check_week(const CheckedFields& f, gnss::System system, GpsTime toe_on_syst
       fmt::format("week number {} does not go with the clock epoch (GPS week {})", week, gps_week)};
 }
 
-/// What RINEX 3.05 and later add to Bn (table A10, broadcast orbit 4): status bits 7 and 8 are 01 for
-/// GLONASS-M and K, the only ones with l(3), bit 2 of the health flags. Bit 1 says that bit 0 is the
-/// almanac's Cn; a satellite that Cn calls out of order (0) is not to be used whatever Bn says (ICD
-/// GLONASS 5.1, table 5.1).
+/// Whether the flags that RINEX 3.05 and later add to Bn (table A10, broadcast orbit 4) call it unfit: status
+/// bits 7 and 8 are 01 for GLONASS-M and K, the only ones with l(3), bit 2 of the health flags. Bit 1 says
+/// that bit 0 is the almanac's Cn; a satellite that Cn calls out of order (0) is not to be used whatever Bn
+/// says (ICD GLONASS 5.1, table 5.1).
 bool calls_unfit(const CheckedFields& f) {
   const double flags = f.optional(18), status = f.optional(15, 1 << 7);
   if (!(flags > 0 && flags < 8)) return false;
@@ -166,7 +169,7 @@ GpsTime parse_epoch(std::string_view line, Layout layout) {
     c.hour = parse_int_column(line, 11, 3, "hour");
     c.minute = parse_int_column(line, 14, 3, "minute");
     const auto value = parse_double(column(line, 17, 5));
-    if (!value) throw DamagedRecord{"second in the epoch is no number"};
+    if (!value) throw DamagedRecord{"second in the epoch is not a number"};
     second = *value;
   } else {
     c.year = parse_int_column(line, 4, 4, "year");
@@ -186,7 +189,7 @@ GpsTime parse_epoch(std::string_view line, Layout layout) {
   try {
     return geodesy::gps_from_calendar(c) + second;
   } catch (const InputError& error) {
-    throw DamagedRecord{fmt::format("epoch is no date: {}", error.problem())};
+    throw DamagedRecord{fmt::format("epoch is not a date: {}", error.problem())};
   }
 }
 
@@ -199,7 +202,7 @@ std::optional<double> Fields::at(std::size_t i) const {
   if (trim(field).empty()) return std::nullopt;
   const auto value = parse_fortran(field);
   if (!value) {
-    throw DamagedRecord{fmt::format("'{}' in line {} of the record is no number", trim(field), line + 1)};
+    throw DamagedRecord{fmt::format("'{}' in line {} of the record is not a number", trim(field), line + 1)};
   }
   return value;
 }

@@ -34,7 +34,7 @@ class Fields {
   /// @param lines outlive the object
   Fields(const std::vector<std::string_view>& lines, Layout layout) : lines_(lines), layout_(layout) {}
 
-  /// Empty where blank or beyond the lines. Throws DamagedRecord for anything that is no number.
+  /// Empty where blank or beyond the lines. Throws DamagedRecord for anything that is not a number.
   [[nodiscard]] std::optional<double> at(std::size_t i) const;
 
  private:

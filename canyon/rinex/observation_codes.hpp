@@ -5,8 +5,8 @@
 
 #include "canyon/gnss/signals.hpp"
 
-// What stands behind the codes of observation files, for RinexObservationReader: RINEX 3.05, tables 4 to 10;
-// 2.11, table A1, and 2.12.
+// Meanings of the codes of observation files, for RinexObservationReader: RINEX 3.05, tables 4 to 10; 2.11,
+// table A1, and 2.12.
 
 namespace canyon::rinex {
 

@@ -64,7 +64,7 @@ std::optional<HeaderRecords::Fault> HeaderRecords::begin(std::string_view line) 
     return Fault{"is in Hatanaka's compressed RINEX", "expand it with crx2rnx"};
   }
   if (label != "RINEX VERSION / TYPE") {
-    return Fault{"is no RINEX file: the first line is not 'RINEX VERSION / TYPE'",
+    return Fault{"is not a RINEX file: the first line is not 'RINEX VERSION / TYPE'",
                  "give a RINEX observation file, plain or gzip"};
   }
   const auto version = parse_double(column(line, 0, 9));
@@ -75,7 +75,7 @@ std::optional<HeaderRecords::Fault> HeaderRecords::begin(std::string_view line) 
   header_.version = *version;
   const std::string_view type = column(line, 20, 1);
   if (type != "O") {
-    return Fault{fmt::format("is no observation file (RINEX type '{}')", trim(column(line, 20, 20))),
+    return Fault{fmt::format("is not an observation file (RINEX type '{}')", trim(column(line, 20, 20))),
                  type == "N" || type == "G" ? "this is a navigation file; give the receiver's observations"
                                             : "give a file of type O"};
   }
@@ -118,7 +118,7 @@ HeaderRecords::Result HeaderRecords::apply(std::string_view line) {
     header_.antenna_delta_hen = delta;
   } else if (label == "INTERVAL") {
     const auto interval = parse_double(column(line, 0, 10));
-    if (!interval || !(*interval >= 0)) return damaged("INTERVAL is no number");
+    if (!interval || !(*interval >= 0)) return damaged("INTERVAL is not a number");
     header_.interval_s.reset();
     if (*interval > 0) header_.interval_s = interval;
   } else if (label == "RCV CLOCK OFFS APPL") {
@@ -127,7 +127,7 @@ HeaderRecords::Result HeaderRecords::apply(std::string_view line) {
     header_.clock_offset_applied = *flag == 1;
   } else if (label == "LEAP SECONDS") {
     const auto leap = parse_integer(column(line, 0, 6));
-    if (!leap || *leap < 0 || *leap > 99) return damaged("LEAP SECONDS is no number from 0 to 99");
+    if (!leap || *leap < 0 || *leap > 99) return damaged("LEAP SECONDS is not a number from 0 to 99");
     header_.leap_seconds = static_cast<int>(*leap);
   } else {
     return {Outcome::Unknown, {}};
@@ -245,7 +245,7 @@ HeaderRecords::Result HeaderRecords::time(std::string_view line, bool first) {
                          static_cast<int>(fields[2]), static_cast<int>(fields[3]),
                          static_cast<int>(fields[4]), *seconds, system.empty() ? header_.time_system : system)
               : std::nullopt;
-  if (!t) return damaged("time in the header is no time");
+  if (!t) return damaged("time in the header is not a time");
   (first ? header_.first : header_.last) = t;
   return {};
 }

@@ -6,9 +6,8 @@
 #include <span>
 #include <utility>
 
-#include "canyon/base/gzip_file.hpp"
-#include "canyon/base/line_stream.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/base/text_file.hpp"
 #include "canyon/rinex/observation_codes.hpp"
 #include "canyon/rinex/observation_fields.hpp"
 #include "canyon/rinex/observation_header.hpp"
@@ -51,7 +50,7 @@ void ObservationOptions::validate() const {
   for (const auto& [system, list] : codes) {
     for (const std::string& code : list) {
       if (code.size() == 2 && is_digit(code[0]) && code[1] >= 'A' && code[1] <= 'Z') continue;
-      throw InputError(fmt::format("codes: '{}' of {} is no observation code", code, gnss::name(system)),
+      throw InputError(fmt::format("codes: '{}' of {} is not an observation code", code, gnss::name(system)),
                        "a code is a band's digit and a capital letter, such as 1C");
     }
     if (list.empty()) {
@@ -75,7 +74,7 @@ std::vector<std::string> ObservationReport::warnings() const {
 }
 
 struct RinexObservationReader::Impl {
-  LineStream lines;
+  TextFile lines;
   ObservationOptions options;
   HeaderRecords records;
   ObservationReport report;
@@ -87,7 +86,7 @@ struct RinexObservationReader::Impl {
   std::vector<std::array<char, 3>> names;  ///< version 2: satellites of the epoch
   std::array<std::array<bool, 100>, gnss::kSystemCount> seen{};
 
-  Impl(LineStream stream, ObservationOptions o) : lines(std::move(stream)), options(std::move(o)) {
+  Impl(TextFile stream, ObservationOptions o) : lines(std::move(stream)), options(std::move(o)) {
     options.validate();
     for (const System s : options.systems) wanted[static_cast<std::size_t>(s)] = true;
     read_header();
@@ -106,10 +105,10 @@ struct RinexObservationReader::Impl {
   // --- header
 
   void read_header() {
-    const auto first = lines.next();
+    const auto first = lines.next_line();
     if (!first) throw InputError(lines.path(), 0, "is empty", "give a RINEX observation file");
     if (const auto fault = records.begin(*first)) throw lines.error(fault->problem, fault->cure);
-    while (const auto line = lines.next()) {
+    while (const auto line = lines.next_line()) {
       const HeaderRecords::Result result = records.apply(*line);
       if (result.outcome == HeaderRecords::Outcome::End) {
         choose_columns();
@@ -210,7 +209,7 @@ struct RinexObservationReader::Impl {
     return result;
   }
 
-  /// What the header has that no signal is read of. Pseudo-observations (channel numbers) are none.
+  /// Lists the header's codes that are not read as a signal, but for pseudo-observations (channel numbers).
   void list_unknown() {
     for (const auto& [letter, types] : records.header().types) {
       for (const std::string& type : types) {
@@ -240,7 +239,7 @@ struct RinexObservationReader::Impl {
 
   std::optional<ObservationEpoch> next() {
     bool lost = false;  // behind a damaged epoch line: what follows belongs to it
-    while (const auto line = lines.next()) {
+    while (const auto line = lines.next_line()) {
       if (is_blank(*line)) continue;
       const std::optional<EpochLine> parsed =
           version2() ? epoch_line2(*line, time_system()) : epoch_line3(*line, time_system());
@@ -277,9 +276,9 @@ struct RinexObservationReader::Impl {
       report.observations += result.signals.size();
       return result;
     }
-    if (lines.cut_short() && !std::exchange(cut, true)) {
+    if (!lines.cut_warning().empty() && !std::exchange(cut, true)) {
       ++report.damaged;
-      report.damages.emplace_back(GzipFile::cut_warning(lines.path(), lines.line()).what());
+      report.damages.push_back(lines.cut_warning());
     }
     return std::nullopt;
   }
@@ -294,12 +293,12 @@ struct RinexObservationReader::Impl {
 
   void read_event(std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) {
-      const auto line = lines.next();
+      const auto line = lines.next_line();
       if (!line) return damaged(lines.line(), "the file ends within an event");
       if (version2() ? epoch_line2(*line, time_system()).has_value()
                      : !line->empty() && line->front() == '>') {
         damaged(lines.line(), "an event has fewer records than it declares");
-        lines.unread();
+        lines.unread_line();
         break;
       }
       const HeaderRecords::Result result = records.apply(*line);
@@ -321,7 +320,7 @@ struct RinexObservationReader::Impl {
         names.push_back({name[0] == ' ' ? implied_system() : name[0], name[1], name[2]});
       }
       if (names.size() == count) return true;
-      const auto next_line = lines.next();
+      const auto next_line = lines.next_line();
       if (!next_line || lines.line() > at + 100 || !is_blank(column(*next_line, 0, 32))) return false;
       line = *next_line;
     }
@@ -353,10 +352,10 @@ struct RinexObservationReader::Impl {
 
   /// False at the end of the file or where the next epoch begins.
   [[nodiscard]] bool read_row3(std::array<char, 3>& name) {
-    const auto line = lines.next();
+    const auto line = lines.next_line();
     if (!line) return false;
     if (!line->empty() && line->front() == '>') {
-      lines.unread();
+      lines.unread_line();
       return false;
     }
     name.fill(' ');
@@ -372,10 +371,10 @@ struct RinexObservationReader::Impl {
     const std::size_t n = types == records.header().types.end() ? 0 : types->second.size();
     const std::size_t needed = (n + kFieldsPerLine2 - 1) / kFieldsPerLine2;
     for (std::size_t i = 0; i < needed; ++i) {
-      const auto line = lines.next();
+      const auto line = lines.next_line();
       if (!line) return false;
       if (epoch_line2(*line, time_system())) {
-        lines.unread();
+        lines.unread_line();
         return false;
       }
       row += line->substr(0, kField * kFieldsPerLine2);
@@ -390,7 +389,8 @@ struct RinexObservationReader::Impl {
       return;
     }
     const auto id = satellite(name);
-    if (!id || id->number >= 100) return damaged(line, fmt::format("'{}' is no satellite", printable(name)));
+    if (!id || id->number >= 100)
+      return damaged(line, fmt::format("'{}' is not a satellite", printable(name)));
     const auto system = static_cast<std::size_t>(id->system);
     if (!wanted[system]) {
       ++report.skipped[fmt::format("observations of {}", gnss::name(id->system))];
@@ -409,7 +409,7 @@ struct RinexObservationReader::Impl {
         const auto measured = read_signal(c, signal);
         if (!measured) {
           epoch.signals.resize(before);
-          return damaged(line, fmt::format("an observation of {} is no number", gnss::to_string(*id)));
+          return damaged(line, fmt::format("an observation of {} is not a number", gnss::to_string(*id)));
         }
         if (*measured && (!best || signal.pseudorange_m)) best = signal;
         if (best && best->pseudorange_m) break;
@@ -430,7 +430,7 @@ struct RinexObservationReader::Impl {
     return result;
   }
 
-  /// Whether anything was measured; empty where a field is no number.
+  /// Whether anything was measured; empty where a field is not a number.
   [[nodiscard]] std::optional<bool> read_signal(const Columns& c, ObservedSignal& signal) const {
     const std::string_view text = row;
     std::array<std::optional<double>, 4> values;
@@ -469,10 +469,10 @@ struct RinexObservationReader::Impl {
 };
 
 RinexObservationReader::RinexObservationReader(const std::filesystem::path& path, ObservationOptions options)
-    : impl_(std::make_unique<Impl>(LineStream(path), std::move(options))) {}
+    : impl_(std::make_unique<Impl>(TextFile::streamed(path), std::move(options))) {}
 RinexObservationReader::RinexObservationReader(std::string text, const std::filesystem::path& name,
                                                ObservationOptions options)
-    : impl_(std::make_unique<Impl>(LineStream::from_string(std::move(text), name), std::move(options))) {}
+    : impl_(std::make_unique<Impl>(TextFile::from_string(std::move(text), name), std::move(options))) {}
 RinexObservationReader::~RinexObservationReader() = default;
 RinexObservationReader::RinexObservationReader(RinexObservationReader&&) noexcept = default;
 RinexObservationReader& RinexObservationReader::operator=(RinexObservationReader&&) noexcept = default;

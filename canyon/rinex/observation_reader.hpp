@@ -23,10 +23,10 @@
 
 namespace canyon::rinex {
 
-/// What was measured of one signal of a satellite at one epoch: all values belong to one code.
+/// The measurements of one signal of a satellite at one epoch: all values belong to one code.
 struct ObservedSignal {
   gnss::SatelliteId id;
-  /// Of gnss::signals_of(): what the code is read as; nullptr counts as the first, the one near L1.
+  /// The entry of gnss::signals_of() that the code is read as; nullptr counts as the first, the one near L1.
   const gnss::Signal* signal = nullptr;
   std::array<char, 3> code{};  ///< band and attribute as RINEX 3 writes them: "1C", "2I"; zero-terminated
   std::optional<double> pseudorange_m;
@@ -57,7 +57,7 @@ struct ObservationEpoch {
   int line = 0;  ///< of the epoch in its file
 };
 
-/// The header, with what header records between the epochs have changed since.
+/// The header, with the changes by header records between the epochs.
 struct ObservationHeader {
   double version = 0;
   char system = 'G';  ///< of the file: a system's letter, M for mixed
@@ -68,7 +68,7 @@ struct ObservationHeader {
   std::optional<double> interval_s;
   std::optional<geodesy::GpsTime> first, last;               ///< TIME OF FIRST, LAST OBS
   std::optional<Eigen::Vector3d> approximate_position_ecef;  ///< [m]; empty where the file says 0 0 0
-  /// Of the antenna reference point from the marker: height, east, north [m].
+  /// The antenna reference point from the marker: height, east, north [m].
   std::optional<Eigen::Vector3d> antenna_delta_hen;
   bool clock_offset_applied = false;  ///< epochs, code and phase are corrected by the clock offset field
   std::map<gnss::SatelliteId, int> glonass_channels;
@@ -123,7 +123,7 @@ struct ObservationReport {
 /// Epoch flags: 0 and 1 are given; 2 to 5 are events whose header records are applied from there on
 /// (observation types, scale factors, positions); 6 (cycle slips) is passed over, as its values repeat
 /// others. Damaged records are counted in report(), with file and line, and left out alone: a satellite's
-/// line with a field that is no number, a satellite twice, an unreadable epoch line with all the
+/// line with a field that is not a number, a satellite twice, an unreadable epoch line with all the
 /// records below it. An epoch whose time does not follow that of the epoch line before is left out. Version
 /// 2's C1 and P1 are given as "1C" and "1P", 2.12's CA as "1C". BeiDou, which 2.12 alone knows, is C2 there,
 /// given as "2I"; older files that have it all the same are read with their C1. Version 2's C2 is L2C ("2X")

@@ -10,7 +10,7 @@ namespace canyon::transport {
 class ByteSink {
  public:
   virtual ~ByteSink() = default;
-  /// Until somebody reads.
+  /// Waits until somebody reads.
   virtual void wait_for_reader() = 0;
   /// Waits for the reader. Throws OutputError where it is gone, or takes nothing for the sink's patience.
   virtual void write(std::string_view bytes) = 0;
@@ -22,12 +22,11 @@ class ByteSink {
 inline constexpr std::chrono::milliseconds kReaderPatience = std::chrono::seconds(30);
 
 [[nodiscard]] bool is_byte_sink(std::string_view address);
-/// Of canyon::io:
-///   tcp://HOST:PORT          ByteStream, which listens
-///   tcp-connect://HOST:PORT  ByteStream, which connects to a reader that listens
-///   zmq://HOST:PORT          ZeroMQ: a publisher for subscribers of all topics, bound there; each write() is
-///   a
-///                            message
+/// Opens (canyon::io):
+///   tcp://HOST:PORT          listens there for the first that connects
+///   tcp-connect://HOST:PORT  connects to a reader that listens
+///   zmq://HOST:PORT          ZeroMQ: a publisher for subscribers of all topics, bound there; each write()
+///                            sends a message
 /// HOST as for open_transport(). Throws InputError for another address and a port that cannot be had,
 /// OutputError where nobody answers.
 [[nodiscard]] std::unique_ptr<ByteSink> open_byte_sink(std::string_view address,

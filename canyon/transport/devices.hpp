@@ -16,7 +16,7 @@
 
 #include "canyon/transport/transport.hpp"
 
-// The transports behind open_transport(), and what they share.
+// The transports behind open_transport(), and their common parts.
 
 namespace canyon::transport {
 
@@ -30,14 +30,14 @@ inline bool would_block(const error_code& error) {
   return error == asio::error::would_block || error == asio::error::try_again;
 }
 
-/// Calls return at once, and programs that this one starts do not inherit it.
+/// Makes its calls return at once, and keeps it from programs that this one starts.
 template <class Device>
 void make_our_own(Device& device) {
   device.non_blocking(true);
   fcntl(device.native_handle(), F_SETFD, FD_CLOEXEC);
 }
 
-/// Sends what a device takes at once of its backlog; false where the device is gone.
+/// Sends the part of a backlog that a device takes at once; false where the device is gone.
 template <class Device>
 bool flush(Device& device, std::string& backlog) {
   error_code error;
@@ -49,7 +49,7 @@ bool flush(Device& device, std::string& backlog) {
   return !error || would_block(error);
 }
 
-/// What was said, up to kMostHeard bytes.
+/// Keeps the bytes that were received, up to kMostReceived.
 class Inbox {
  public:
   void add(std::uint64_t reader, std::string_view bytes) {
@@ -76,7 +76,7 @@ class Inbox {
 
 enum class Line { Open, Ended, Broken };
 
-/// Reads what has come; bounded, so that one who talks without end cannot keep us here.
+/// Reads the bytes that have come; bounded, so that an endless talker cannot hold the caller.
 template <class Device>
 Line listen(Device& device, std::uint64_t reader, Inbox& inbox) {
   std::array<char, 4096> buffer;
@@ -101,7 +101,7 @@ struct NtripAddress {
   std::string user, password;  ///< both empty: the mount point is open
   std::string mount;           ///< letters, digits and . _ - + alone
 
-  /// What Authorization has behind "Basic" (RFC 7617); empty where the mount point is open.
+  /// The credentials behind "Basic" in Authorization (RFC 7617); empty where the mount point is open.
   [[nodiscard]] std::string credentials() const;
 };
 
@@ -116,7 +116,7 @@ class TcpClient final : public Transport {
   explicit TcpClient(const HostPort& to, Clock::duration first_pause = kRetry,
                      Clock::duration longest_pause = kRetry);
 
-  /// What each connection sends first.
+  /// Each connection sends these bytes first.
   void begin(std::string_view bytes) override { first_ = bytes; }
   void send(std::string_view bytes) override;
   void serve() override;
@@ -125,13 +125,13 @@ class TcpClient final : public Transport {
   void finish(const std::optional<Correction>& correction) override;
   [[nodiscard]] std::vector<std::string> take_notes() override { return std::exchange(notes_, {}); }
 
-  /// Neither connected nor about to be.
+  /// Whether it is neither connected nor connecting.
   [[nodiscard]] bool away() const { return state_ == State::Away; }
   [[nodiscard]] std::uint64_t connections() const { return connections_; }  ///< made so far
   [[nodiscard]] std::uint64_t failures() const { return failures_; }        ///< to connect, so far
-  /// Lets go of the server until the pause is over.
+  /// Disconnects until the pause is over.
   void leave();
-  /// The server is a good one: the next pause is the first one again.
+  /// After a good answer: the next pause is the first one again.
   void reset_pause() { pause_ = first_pause_; }
 
  private:
@@ -174,8 +174,11 @@ class TcpClient final : public Transport {
 /// Bytes as one chunk of HTTP/1.1; none are the last chunk (RFC 9112, section 7.1).
 [[nodiscard]] std::string http_chunk(std::string_view bytes);
 
-/// An address to listen at. Throws InputError for what is none of this machine's form.
+/// An address to listen at. Throws InputError for a text that is not an IPv4 address.
 [[nodiscard]] asio::ip::address_v4 listening_address(const HostPort& at);
+/// Where a host listens; looks it up, which waits for the system's resolver. Throws InputError for an unknown
+/// host.
+[[nodiscard]] asio::ip::tcp::endpoint tcp_endpoint(const HostPort& to);
 /// Listens; its calls return at once. Throws InputError where TcpServer() does.
 [[nodiscard]] asio::ip::tcp::acceptor listen_on(asio::io_context& io, const HostPort& at);
 /// "port 10110 of 127.0.0.1 cannot be had: ..."

@@ -32,7 +32,7 @@ NtripAddress ntrip_address(std::string_view address) {
         return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
                std::string_view("._-+").find(c) != std::string_view::npos;
       })) {
-    throw InputError(fmt::format("'{}' is no mount point", parts.mount),
+    throw InputError(fmt::format("'{}' is not a mount point", parts.mount),
                      fmt::format("{}; MOUNT has up to {} letters, digits, and . _ - +", form, kLongest));
   }
   const std::string_view authority = address.substr(begin, slash - begin);
@@ -129,7 +129,7 @@ struct NtripClient::Impl {
   void read_answer() {
     const std::size_t end_of_line = answer.find('\n');
     if (end_of_line == std::string::npos) {
-      if (answer.size() > kLongestAnswer) misunderstood("what answers is no NTRIP caster");
+      if (answer.size() > kLongestAnswer) misunderstood("the answer is not that of an NTRIP caster");
       return;
     }
     const std::string line(trim(std::string_view(answer).substr(0, end_of_line)));
@@ -147,7 +147,7 @@ struct NtripClient::Impl {
     } else if (line.starts_with("ERROR")) {
       misunderstood(fmt::format("the caster says '{}'", printable(line)));
     } else {
-      misunderstood("what answers is no NTRIP caster");
+      misunderstood("the answer is not that of an NTRIP caster");
     }
   }
 
@@ -287,7 +287,7 @@ struct NtripClient::Impl {
     if (!tcp.away()) tcp.leave();
   }
 
-  /// What a caster says, for messages.
+  /// A caster's words, for messages.
   [[nodiscard]] static std::string printable(std::string_view text) {
     std::string shown(text.substr(0, 100));
     std::replace_if(

@@ -6,11 +6,11 @@
 
 namespace canyon::transport {
 
-/// The other end of somebody's NTRIP caster (RTCM 10410.1): takes a mount point's bytes, or brings a stream
-/// there. It asks by revision 2, and by revision 1 where the caster does not understand that. What it loses
-/// it takes up again, after pauses that double.
+/// A client of an NTRIP caster (RTCM 10410.1): receives a mount point's bytes, or sends a stream there. It
+/// asks by revision 2, and by revision 1 where the caster does not understand that. It connects again after
+/// a loss, after pauses that double.
 ///
-/// Whatever a caster sends, kMostReceived bytes, 16 KiB of an answer and 1,000 mount points are kept of it.
+/// It keeps at most kMostReceived bytes of a stream, 16 KiB of an answer and 1,000 mount points.
 class NtripClient final : public Transport {
  public:
   enum class State {
@@ -20,7 +20,7 @@ class NtripClient final : public Transport {
     Stalled,     ///< no byte for Options::patience; connected anew
     Closed,      ///< nobody answers, or the caster has ended the connection; tried again
   };
-  /// Of the last answer: it stays until there is another one.
+  /// The last answer; it stays until there is another one.
   struct Status {
     State state = State::Connecting;
     std::string reason;               ///< "wrong user or password"; empty while connecting and streaming

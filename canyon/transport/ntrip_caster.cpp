@@ -15,11 +15,11 @@ namespace {
 
 namespace http = boost::beast::http;
 
-/// What one address of a caster serves.
+/// A mount point of a caster: one address.
 struct Mount {
   NtripAddress address;
   StreamDescription about;
-  std::string first;  ///< what every client gets first
+  std::string first;  ///< every client gets it first
   Inbox received;
 };
 
@@ -133,7 +133,7 @@ class NtripCaster {
   }
 
   void take(std::uint64_t reader, Visitor& visitor, std::string_view bytes) {
-    // One that sends as much as is kept of all would keep the others' requests away.
+    // A client that fills half of the common inbox would keep the others' requests out.
     if (bytes.size() > kMostReceived / 2) dismiss(reader, visitor, "");
     if (visitor.over) return;
     if (visitor.mount != nullptr) {

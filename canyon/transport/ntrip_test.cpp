@@ -56,7 +56,7 @@ bool serve_until(Transport& served, const std::function<bool()>& holds) {
   return true;
 }
 
-/// What a transport takes until there are `size` bytes, from whomever.
+/// The bytes that a transport receives from all, until there are `size`.
 std::string take(Transport& served, std::size_t size) {
   std::string bytes;
   serve_until(served, [&] {
@@ -66,7 +66,7 @@ std::string take(Transport& served, std::size_t size) {
   return bytes;
 }
 
-/// What a client reads, up to `size` bytes or the end, while the other end is served.
+/// The bytes that a client reads while the other end is served, up to `size` or the end.
 std::string read_while_serving(Transport& served, LocalConnection& client, std::size_t size) {
   auto reader = std::async(std::launch::async, [&] { return client.read(size); });
   while (reader.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready) served.serve();
@@ -207,7 +207,7 @@ TEST(NtripCaster, LetsGoOfClientsThatFloodIt) {
   });
   EXPECT_EQ(read_while_serving(*caster, flood, 1), "");
   over = true;
-  // What it still says is thrown away.
+  // Its further bytes are thrown away.
   while (flooding.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready) caster->serve();
   (void)caster->take_received();
   LocalConnection good = connected(*caster, port, first_revision(kBase, "rover:pw") + kGga, kFirstGrants);
@@ -300,7 +300,7 @@ class ScriptedCaster {
     server_.close(reader_);
     server_.serve();
   }
-  /// What else the client says.
+  /// The client's further bytes.
   std::string take(std::size_t size) { return transport::take(server_, size); }
 
   const int port;
@@ -470,7 +470,7 @@ TEST(NtripClient, LetsGoOfHostileCasters) {
                               return client.status().state == State::Refused;
                             }))
         << attack.begin << attack.more;
-    EXPECT_THAT(client.status().reason, AnyOf(HasSubstr("no NTRIP caster"), HasSubstr("HTTP is broken")));
+    EXPECT_THAT(client.status().reason, AnyOf(HasSubstr("not that of an NTRIP caster"), HasSubstr("HTTP is broken")));
   }
 }
 
@@ -592,13 +592,14 @@ TEST(NtripAddress, RefusesWhatIsNone) {
                   AllOf(HasSubstr("has no mount point"), HasSubstr(form), Not(HasSubstr("secret"))));
     }
     EXPECT_THAT(error_of(std::string(scheme) + "127.0.0.1:2101/A;B"),
-                AllOf(HasSubstr("'A;B' is no mount point"), HasSubstr(form)));
+                AllOf(HasSubstr("'A;B' is not a mount point"), HasSubstr(form)));
     EXPECT_THAT(
         error_of(std::string(scheme) + "rover:secret@127.0.0.1/BASE"),
         AllOf(HasSubstr("no host and port"), HasSubstr("rover:...@127.0.0.1"), Not(HasSubstr("secret"))));
   }
-  EXPECT_THAT(error_of("ntrip://nowhere.invalid:2101/BASE"), HasSubstr("'nowhere.invalid' is no host"));
-  EXPECT_THAT(error_of("ntrip-caster://here:2101/BASE"), HasSubstr("'here' is no address to listen at"));
+  EXPECT_THAT(error_of("ntrip://nowhere.invalid:2101/BASE"),
+              HasSubstr("'nowhere.invalid' is not a known host"));
+  EXPECT_THAT(error_of("ntrip-caster://here:2101/BASE"), HasSubstr("'here' is not an address to listen at"));
 }
 
 TEST(NtripAddress, PasswordsAreNotShown) {

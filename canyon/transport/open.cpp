@@ -22,7 +22,7 @@ class File final : public Transport {
   OutputFile file_;
 };
 
-/// What follows `start` in `text`; empty for other texts.
+/// The rest of a text that begins with `start`; empty for other texts.
 std::optional<std::string_view> behind(std::string_view text, std::string_view start) {
   if (text.substr(0, start.size()) != start) return std::nullopt;
   return text.substr(start.size());
@@ -100,7 +100,7 @@ std::unique_ptr<Transport> open_transport(std::string_view address) {
     }
     return make_serial(std::string(rest->substr(0, at)), *baud);
   }
-  throw InputError(fmt::format("'{}' is no address", hide_password(address)),
+  throw InputError(fmt::format("'{}' is not an address", hide_password(address)),
                    fmt::format("write {}", address_forms()));
 }
 

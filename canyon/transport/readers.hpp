@@ -10,20 +10,20 @@
 
 namespace canyon::transport {
 
-/// What is kept for each of those who send (Received::reader), of kMost at a time: of more the one with the
+/// Keeps a value for each sender (Received::reader), for kMost at a time: beyond that the sender with the
 /// smallest number is forgotten.
 template <typename Kept>
 class Readers {
  public:
   static constexpr std::size_t kMost = 64;
 
-  /// @param fresh what a new reader's is made of
+  /// @param fresh arguments of a new reader's value
   template <typename... Fresh>
   [[nodiscard]] Kept& of(std::uint64_t reader, Fresh&&... fresh) {
     if (kept_.count(reader) == 0 && kept_.size() >= kMost) kept_.erase(kept_.begin());
     return kept_.try_emplace(reader, std::forward<Fresh>(fresh)...).first->second;
   }
-  /// Pairs of a reader and what is kept of it.
+  /// Pairs of a reader and its value.
   [[nodiscard]] auto begin() { return kept_.begin(); }
   [[nodiscard]] auto end() { return kept_.end(); }
 
@@ -31,13 +31,14 @@ class Readers {
   std::map<std::uint64_t, Kept> kept_;
 };
 
-/// Lines of bytes that come cut anywhere.
+/// Joins bytes that are cut anywhere into lines.
 class LineCutter {
  public:
   /// @param longest bytes of a line; longer ones are passed over
   explicit LineCutter(std::size_t longest) : longest_(longest) {}
 
-  /// @param take gets every line that ends here, without its end; of one that was too long nothing
+  /// @param take gets every line that ends here, without its end; nothing in the place of one that was too
+  /// long
   template <typename Take>
   void receive(std::string_view bytes, const Take& take) {
     for (std::size_t end = bytes.find('\n'); end != std::string_view::npos; end = bytes.find('\n')) {
@@ -47,7 +48,7 @@ class LineCutter {
     }
     add(bytes);
   }
-  /// What has no end so far; empty where it is too long.
+  /// The line without an end so far; empty where it is too long.
   [[nodiscard]] const std::string& rest() const { return line_; }
   /// Takes the rest for a line.
   template <typename Take>

@@ -17,7 +17,7 @@ asio::ip::address_v4 listening_address(const HostPort& at) {
   error_code error;
   auto address = asio::ip::make_address_v4(at.host, error);
   if (error) {
-    throw InputError(fmt::format("'{}' is no address to listen at", at.host),
+    throw InputError(fmt::format("'{}' is not an address to listen at", at.host),
                      "write 127.0.0.1 for programs of this machine, or 0.0.0.0 for everybody");
   }
   return address;
@@ -28,6 +28,17 @@ void refuse_port(const HostPort& at, const error_code& error) {
                    error == asio::error::access_denied
                        ? "take one of 1024 to 65535"
                        : "give each receiver a different port that no other program uses");
+}
+
+tcp::endpoint tcp_endpoint(const HostPort& to) {
+  asio::io_context io;
+  error_code error;
+  const auto found = tcp::resolver(io).resolve(tcp::v4(), to.host, std::to_string(to.port), error);
+  if (error) {
+    throw InputError(fmt::format("'{}' is not a known host: {}", to.host, error.message()),
+                     "write HOST:PORT with a host that this machine can resolve");
+  }
+  return found.begin()->endpoint();
 }
 
 tcp::acceptor listen_on(asio::io_context& io, const HostPort& at) {
@@ -47,7 +58,7 @@ tcp::acceptor listen_on(asio::io_context& io, const HostPort& at) {
 
 namespace {
 
-/// An epoch goes out at once; what a reader leaves unread does not grow to the system's megabytes.
+/// Sends an epoch at once, and keeps the system's buffer of unread bytes small.
 void set_up(tcp::socket& socket) {
   error_code error;
   socket.set_option(tcp::no_delay(true), error);
@@ -58,8 +69,8 @@ struct Client {
   tcp::socket socket;
   std::uint64_t number;
   std::string backlog;
-  /// It closed its side: it has no more to say but may still read (`nc` whose input has ended); a send finds
-  /// out. The first to go where there is no room.
+  /// It closed its side but may still read (`nc` whose input has ended); a send finds out. It is the first to
+  /// be dropped for a new client.
   bool silent = false;
   bool leaving = false;  ///< close() was called: it gets its backlog, then the end of the stream
 };
@@ -73,7 +84,7 @@ struct TcpServer::Impl {
   std::vector<Client> clients;
   std::uint64_t accepted = 0;
   Inbox received;
-  std::string first;  ///< what every client gets first
+  std::string first;  ///< every client gets it first
   std::vector<std::string> notes;
   bool full = false;  ///< said so already
 
@@ -94,7 +105,7 @@ struct TcpServer::Impl {
   }
 
   void accept_clients() {
-    // At most as many in one call as may be held, so that one who connects in a loop cannot keep us here.
+    // Bounded, so that a client that connects in a loop cannot hold the caller.
     for (std::size_t i = 0; i < most; ++i) {
       tcp::socket socket(io);
       error_code error;
@@ -149,7 +160,7 @@ void TcpServer::serve() {
     client.silent = line == Line::Ended;
     if (line == Line::Broken || !flush(client.socket, client.backlog)) return true;
     if (!client.leaving || !client.backlog.empty()) return false;
-    // A socket that is closed with bytes unread takes back what the other end has not read yet.
+    // A socket that is closed with unread bytes drops those that the other end has not read yet.
     error_code error;
     client.socket.shutdown(tcp::socket::shutdown_send, error);
     return client.silent;
@@ -196,17 +207,10 @@ std::vector<std::string> TcpServer::take_notes() {
 
 TcpClient::TcpClient(const HostPort& to, Clock::duration first_pause, Clock::duration longest_pause)
     : name_(fmt::format("{}:{}", to.host, to.port)),
+      server_(tcp_endpoint(to)),
       first_pause_(first_pause),
       longest_pause_(longest_pause),
-      pause_(first_pause) {
-  error_code error;
-  const auto found = tcp::resolver(io_).resolve(tcp::v4(), to.host, std::to_string(to.port), error);
-  if (error) {
-    throw InputError(fmt::format("'{}' is no host: {}", to.host, error.message()),
-                     "write HOST:PORT with a host that this machine can resolve");
-  }
-  server_ = found.begin()->endpoint();
-}
+      pause_(first_pause) {}
 
 void TcpClient::send(std::string_view bytes) {
   if (state_ == State::Away) return;

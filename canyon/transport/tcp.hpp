@@ -4,19 +4,19 @@
 
 namespace canyon::transport {
 
-/// Sends one stream to whoever connects to a TCP port, and receives from them. It has no thread and never
-/// waits: the system takes connections at any time, and each call of serve() and send() does what can be done
-/// at once.
+/// Sends one stream to all clients of a TCP port, and receives from them. It has no thread and never waits:
+/// the system takes connections at any time; serve() and send() do the part of the work that needs no
+/// waiting.
 class TcpServer final : public Transport {
  public:
-  /// Listens. Throws InputError for a port outside 1 to 65535, what is no address of this machine, and where
-  /// the system refuses it (in use, reserved).
+  /// Listens. Throws InputError for a port outside 1 to 65535, a host that is not an address of this machine,
+  /// and where the system refuses the port (in use, reserved).
   /// @param most clients at a time
   explicit TcpServer(int port, const std::string& host = "127.0.0.1", std::size_t most = kMaxClients);
   ~TcpServer() override;
 
   void begin(std::string_view bytes) override;
-  /// To every client, whole or, for one that is dropped, cut.
+  /// Sends to every client; a client that is dropped gets a part.
   void send(std::string_view bytes) override;
   void answer(std::uint64_t reader, std::string_view bytes) override;
   void serve() override;
@@ -25,9 +25,9 @@ class TcpServer final : public Transport {
   void finish(const std::optional<Correction>& correction) override;
   [[nodiscard]] std::vector<std::string> take_notes() override;
   [[nodiscard]] std::size_t clients() const;
-  /// Those that are connected, without those that close() was called for.
+  /// The connected clients, without those that close() was called for.
   [[nodiscard]] std::vector<std::uint64_t> readers() const;
-  /// One client gets what was sent to it so far, then the end of the stream; what it says is thrown away.
+  /// Ends one client's stream behind the bytes sent so far; its further bytes are thrown away.
   void close(std::uint64_t reader);
 
  private:

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-/// Bytes to and from anywhere. Nothing here knows what the bytes mean.
+/// Bytes to and from anywhere, whatever they mean.
 namespace canyon::transport {
 
 /// Bytes known only at the end that replace earlier ones, from byte `offset` of all that was sent.
@@ -17,13 +17,13 @@ struct Correction {
   std::string bytes;
 };
 
-/// What somebody at the other end said.
+/// Bytes from somebody at the other end.
 struct Received {
   std::uint64_t reader = 0;  ///< tells those at the other end apart
   std::string bytes;         ///< cut anywhere, but datagrams are whole
 };
 
-/// What is sent, for those that ask before they read.
+/// A description of the stream, for readers that ask before they read.
 struct StreamDescription {
   std::string name;                                   ///< of the receiver, UTF-8
   std::string format;                                 ///< "RTCM 3.3"
@@ -49,32 +49,32 @@ class Transport {
   virtual ~Transport() = default;
   /// Bytes that every reader gets first, also one that comes later. At most once, before send().
   virtual void begin(std::string_view bytes) { send(bytes); }
-  /// An NTRIP caster's source table says it; others ignore it.
+  /// An NTRIP caster puts it in its source table; others ignore it.
   virtual void describe(const StreamDescription& /*stream*/) {}
   /// The bytes of one epoch, to all. Files throw InputError where the disk does not take them.
   virtual void send(std::string_view bytes) = 0;
-  /// To one that sent something; nothing where it is gone.
+  /// Sends to one that sent something; ignored where it is gone.
   virtual void answer(std::uint64_t /*reader*/, std::string_view bytes) { send(bytes); }
-  /// Does what can be done between two epochs: takes new readers, sends on what was kept, listens.
+  /// Works between two epochs: takes new readers, sends kept bytes, listens.
   virtual void serve() {}
-  /// What was received until the last serve().
+  /// The bytes that were received until the last serve().
   [[nodiscard]] virtual std::vector<Received> take_received() { return {}; }
-  /// Of a serial port or a pseudo-terminal with a baud rate, behind what was sent so far; others have none.
+  /// Sets the rate of a serial port or a pseudo-terminal, behind the bytes sent so far; others ignore it.
   virtual void set_baud(int /*baud*/) {}
   /// Adds the descriptors that become readable when there is something for serve() to do; they hold until its
   /// next call.
   virtual void add_handles(std::vector<int>& /*handles*/) const {}
-  /// Nothing more can come: the standard input has ended.
+  /// Whether nothing more can come: the standard input has ended.
   [[nodiscard]] virtual bool ended() const { return false; }
   /// After the last byte. A file appears under its name, corrected; other transports leave a correction out,
   /// and give readers that are behind up to two seconds; one of a pseudo-terminal that has read nothing for
   /// half a second gets none.
   virtual void finish(const std::optional<Correction>& correction) = 0;
-  /// What there is to say since the last call, one line each: readers dropped, a pseudo-terminal's name.
+  /// Notes since the last call, one line each: readers dropped, a pseudo-terminal's name.
   [[nodiscard]] virtual std::vector<std::string> take_notes() { return {}; }
 };
 
-/// Opens the way to an address:
+/// Opens an address:
 ///   file:PATH                      a file that appears whole at finish(), or not at all
 ///   tcp://HOST:PORT                a server for up to kMaxClients clients; HOST is 127.0.0.1, or an address
 ///                                  of this machine (0.0.0.0: all of them), which take_notes() then says
@@ -93,11 +93,11 @@ class Transport {
 ///   ntrip://[USER:PASSWORD@]HOST:PORT/MOUNT, ntrip-source://USER:PASSWORD@HOST:PORT/MOUNT
 ///                                  NtripClient: what a caster sends, or a stream to one
 ///   stdin:                         what comes on the standard input; nothing can be sent there
-/// Throws InputError for what is no address, and where it cannot be opened.
+/// Throws InputError for a text that is not an address, and where it cannot be opened.
 [[nodiscard]] std::unique_ptr<Transport> open_transport(std::string_view address);
 /// Whether an address names a file: only there a format may wait for the end.
 [[nodiscard]] bool is_file_address(std::string_view address);
-/// Whether an address is one that no stream can be sent to.
+/// Whether a stream can only be received from an address.
 [[nodiscard]] bool is_input_address(std::string_view address);
 /// A text with an address in it, for messages: "ntrip://user:...@host:2101/MOUNT".
 [[nodiscard]] std::string hide_password(std::string_view text);

@@ -148,7 +148,7 @@ TEST(TcpServer, TurnsAwayMoreThanItHolds) {
   server.send("x");
   EXPECT_EQ(clients.front().read(1), "x");
 
-  // One that said goodbye makes room.
+  // A client that has closed its side makes room.
   clients.back().end_speech();
   LocalConnection later(port);
   auto reader = std::async(std::launch::async, [&] { return later.read(1); });
@@ -329,7 +329,7 @@ TEST(Transport, SerialPortSpeaksWithTheOtherEnd) {
   close(other_end);
 }
 
-/// What a transport receives within 20 s, at least `size` bytes of it.
+/// The bytes that a transport receives within 20 s, at least `size`.
 std::vector<Received> received_by(Transport& transport, std::size_t size) {
   std::vector<Received> all;
   std::size_t got = 0;
@@ -509,14 +509,14 @@ TEST(Transport, RefusesWhatIsNoAddress) {
     return {};
   };
   for (const char* address : {"", "nonsense", "file:", "tcp:/127.0.0.1:2947", "http://127.0.0.1:80"}) {
-    EXPECT_THAT(problem_of(address), HasSubstr("is no address"));
+    EXPECT_THAT(problem_of(address), HasSubstr("is not an address"));
   }
   for (const char* address : {"tcp://", "tcp://127.0.0.1", "tcp://:2947", "tcp://127.0.0.1:0",
                               "udp://127.0.0.1:65536", "udp://127.0.0.1:x"}) {
     EXPECT_THAT(problem_of(address), HasSubstr("no host and port"));
   }
-  EXPECT_THAT(problem_of("tcp://here:2947"), HasSubstr("'here' is no address to listen at"));
-  EXPECT_THAT(problem_of("tcp-connect://nowhere.invalid:1"), HasSubstr("is no host"));
+  EXPECT_THAT(problem_of("tcp://here:2947"), HasSubstr("'here' is not an address to listen at"));
+  EXPECT_THAT(problem_of("tcp-connect://nowhere.invalid:1"), HasSubstr("is not a known host"));
   EXPECT_THAT(problem_of("serial:/dev/ttyUSB0"), HasSubstr("no device and baud rate"));
   EXPECT_THAT(problem_of("serial:/dev/null/none@9600"), HasSubstr("cannot be opened at 9600 baud"));
   EXPECT_THAT(problem_of("file:/nowhere/at/all"), HasSubstr("cannot be written"));

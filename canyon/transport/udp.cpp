@@ -22,7 +22,7 @@ void cut(std::string_view bytes, const Send& send) {
   }
 }
 
-/// Datagrams that lie there, as many as one call may take.
+/// Takes the datagrams that have come, as many as one call may take.
 template <class Take>
 void receive(udp::socket& socket, const Take& take) {
   std::array<char, 65536> buffer;
@@ -48,7 +48,7 @@ class Udp final : public Transport {
     }
     make_our_own(socket_);
   }
-  /// What the system does not take is lost, as datagrams may be.
+  /// Datagrams that the system does not take are lost.
   void send(std::string_view bytes) override {
     cut(bytes, [this](const asio::const_buffer& datagram) {
       error_code lost;
@@ -119,7 +119,7 @@ class UdpListener final : public Transport {
       socket_.send_to(datagram, peer.at, 0, lost);
     });
   }
-  /// Null where there are too many.
+  /// The peer at an address, a new one where it is not known; null where there are too many.
   Peer* peer_of(const udp::endpoint& from) {
     const auto now = Clock::now();
     const auto found =

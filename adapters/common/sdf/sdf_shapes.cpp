@@ -178,7 +178,8 @@ city::Material material_of(const sdf::Material* material) {
   if (material == nullptr) return city::Material::Unknown;
   const city::Material named = city::material_from_name(material->ScriptName());
   const auto colour = material->Diffuse();
-  return named != city::Material::Unknown ? named : material_by_colour({colour.R(), colour.G(), colour.B()});
+  return named != city::Material::Unknown ? named
+                                          : city::material_by_colour({colour.R(), colour.G(), colour.B()});
 }
 
 std::uint64_t fingerprint(const sdf::Geometry& geometry, const Eigen::Isometry3d& link_from_shape) {

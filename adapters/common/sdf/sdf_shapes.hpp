@@ -8,11 +8,17 @@
 #include <string>
 #include <vector>
 
-#include "adapters/common/link_shapes.hpp"
+#include "canyon/city/link_shapes.hpp"
 
 // Shapes of links that are described by sdformat's classes (12 and newer).
 
 namespace canyon::adapters {
+
+using city::HeightGrid;
+using city::LinkShapes;
+using city::MeshFile;
+using city::MeshNode;
+using city::Polyline;
 
 /// What a host reads and makes for shapes, by its own means. Names of files are as in SDF: `uri` may be
 /// relative to `sdf_file` (sdf::Mesh::FilePath()), which may be empty. Empty results: not found, or it cannot

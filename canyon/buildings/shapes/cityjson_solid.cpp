@@ -81,7 +81,7 @@ IndexRing tidy(IndexRing ring) {
   return ring;
 }
 
-/// Triangles of a polygon in space with its front; empty where it is none.
+/// Triangles of a polygon in space with its front; empty for a ring that is not a polygon.
 std::vector<Triangle> triangles_of(const IndexRing& outer, const std::vector<IndexRing>& inners,
                                    const std::vector<Eigen::Vector3d>& points) {
   if (outer.size() < 3) return {};
@@ -163,7 +163,7 @@ bool append_surfaces(city::Mesh& mesh, const std::string& name, const std::vecto
   }
   if (left_out > 0) {
     notes.push_back(
-        fmt::format("{}: left out {} of {} surfaces that are no polygons", name, left_out, surfaces.size()));
+        fmt::format("{}: left out {} of {} surfaces that are not polygons", name, left_out, surfaces.size()));
   }
   const std::vector<Eigen::Vector3d>& points = welder.points();
   for (const auto& component : city::connected_components(triangles, points.size())) {

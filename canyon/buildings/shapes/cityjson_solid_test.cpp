@@ -158,7 +158,7 @@ TEST(CityJsonSolidTest, OpenAndBrokenSurfacesAreSaid) {
   std::vector<std::string> notes;
   ASSERT_TRUE(append_surfaces(mesh, "open", surfaces, frame(), notes));
   ASSERT_EQ(notes.size(), 2U);
-  EXPECT_EQ(notes[0], "open: left out 3 of 8 surfaces that are no polygons");
+  EXPECT_EQ(notes[0], "open: left out 3 of 8 surfaces that are not polygons");
   EXPECT_EQ(notes[1], "open: its surfaces do not close");
   EXPECT_EQ(mesh.triangles.size(), 10U);
   EXPECT_FALSE(append_surfaces(mesh, "nothing", {surfaces[6]}, frame(), notes));

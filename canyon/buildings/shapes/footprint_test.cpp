@@ -15,8 +15,6 @@
 #include <utility>
 #include <vector>
 
-#include "canyon/buildings/shapes/triangulate.hpp"
-
 namespace canyon::buildings {
 namespace {
 
@@ -48,7 +46,7 @@ double total_area(const std::vector<Polygon2>& polygons) {
                          [](double sum, const Polygon2& p) { return sum + area(p); });
 }
 
-/// What the header promises of every polygon that leaves repair() and the overlays.
+/// Checks the header's promises for polygons of repair() and the overlays.
 void expect_clean(const std::vector<Polygon2>& polygons) {
   for (const Polygon2& polygon : polygons) {
     EXPECT_GT(twice_area(polygon.outer), 0);
@@ -102,7 +100,6 @@ std::vector<Polygon2> repaired(const std::vector<Polygon2>& raw, std::vector<std
   expect_clean(result);
   for (const Polygon2& polygon : result) {
     expect_covers(polygon, triangulate(polygon));
-    expect_covers(polygon, triangulate_by_ears(polygon));
   }
   return result;
 }
@@ -282,7 +279,6 @@ TEST(Footprint, TriangulatesWithTouchingHolesAndCollinearPoints) {
     const auto triangles = triangulate(polygon);
     ASSERT_FALSE(triangles.empty());
     expect_covers(polygon, triangles);
-    expect_covers(polygon, triangulate_by_ears(polygon));
   }
 }
 
@@ -304,7 +300,6 @@ TEST(Footprint, NeverTriangulatesCrossingRings) {
                                   Polygon2{box(0, 0, 10, 10), {reversed(box(5, 5, 15, 8))}},
                                   Polygon2{reversed(box(0, 0, 10, 10)), {}}}) {
     EXPECT_THAT(triangulate(polygon), IsEmpty());
-    EXPECT_THAT(triangulate_by_ears(polygon), IsEmpty());
   }
 }
 

@@ -101,7 +101,7 @@ void append_solid(Mesh& mesh, const std::string& name, city::Surface surface, co
     roof = flat_surface(plan);
   }
 
-  // Where the roof comes down to the bottom there is no wall: both have the same vertex.
+  // A roof that comes down to the bottom has no wall there: both have the same vertex.
   ObjectWriter object(mesh);
   std::vector<std::uint32_t> low(plan.corners.size()), high(roof->vertices.size());
   for (std::size_t i = 0; i < low.size(); ++i) {

@@ -37,13 +37,4 @@ void append_solid(city::Mesh& mesh, const std::string& name, city::Surface surfa
 void append_tree(city::Mesh& mesh, const std::string& name, const Point2& place, double base_m,
                  double height_m, double crown_diameter_m);
 
-/// Volume [m^3] enclosed by an object's triangles (divergence theorem), and whether it is watertight:
-/// directed edges pair off with opposite ones, vertices compared by position. (Four walls may meet in one
-/// edge, where a courtyard touches the outline.) Not watertight without triangles.
-struct SolidCheck {
-  double volume_m3 = 0;
-  bool watertight = false;
-};
-[[nodiscard]] SolidCheck check_solid(const city::Mesh& mesh, const city::Object& object);
-
 }  // namespace canyon::buildings

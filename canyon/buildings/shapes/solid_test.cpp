@@ -14,6 +14,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/city/mesh_topology.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "tests/support/solid_check.hpp"
 
 namespace canyon::buildings::solid_test {
 namespace {
@@ -144,7 +145,7 @@ Shape shape_with(RoofShape roof, double height_m, double roof_height_m) {
 
 struct Built {
   Mesh mesh;
-  SolidCheck check;
+  test::SolidCheck check;
   std::vector<std::string> notes;
 };
 
@@ -153,7 +154,7 @@ Built build(const Polygon2& polygon, const Shape& shape, double base_m = 0, doub
   append_solid(built.mesh, "house", city::Surface::Building, polygon, shape, base_m, bottom_m, built.notes);
   city::check_mesh(built.mesh, "test");
   EXPECT_THAT(built.mesh.objects, SizeIs(1));
-  if (!built.mesh.objects.empty()) built.check = check_solid(built.mesh, built.mesh.objects[0]);
+  if (!built.mesh.objects.empty()) built.check = test::check_solid(built.mesh, built.mesh.objects[0]);
   return built;
 }
 
@@ -442,8 +443,8 @@ TEST(Solid, ObjectsFollowOneAnother) {
                0, 0, notes);
   city::check_mesh(mesh, "three");
   ASSERT_THAT(mesh.objects, SizeIs(3));
-  for (const auto& object : mesh.objects) EXPECT_TRUE(check_solid(mesh, object).watertight);
-  EXPECT_NEAR(check_solid(mesh, mesh.objects[2]).volume_m3, 400, 1e-9);
+  for (const auto& object : mesh.objects) EXPECT_TRUE(test::check_solid(mesh, object).watertight);
+  EXPECT_NEAR(test::check_solid(mesh, mesh.objects[2]).volume_m3, 400, 1e-9);
   EXPECT_EQ(mesh.objects[2].surface, city::Surface::Foliage);
 }
 
@@ -452,7 +453,7 @@ TEST(Solid, ATreeIsATrunkAndACrown) {
   append_tree(mesh, "oak", {1000, 2000}, 50, 12, 6);
   ASSERT_THAT(mesh.objects, SizeIs(1));
   EXPECT_EQ(mesh.objects[0].surface, city::Surface::Foliage);
-  const SolidCheck check = check_solid(mesh, mesh.objects[0]);
+  const test::SolidCheck check = test::check_solid(mesh, mesh.objects[0]);
   EXPECT_TRUE(check.watertight);
   // The crown is inscribed in an ellipsoid of half axes 3, 3 and 4.5 m.
   const double ellipsoid = 4 * M_PI / 3 * 3 * 3 * 4.5;
@@ -467,18 +468,18 @@ TEST(Solid, ATreeIsATrunkAndACrown) {
 TEST(SolidCheck, SeesHolesAndTurnedTriangles) {
   Mesh mesh;
   city::append_box(mesh, "box", city::Surface::Building, Material::Concrete, {0, 0, 0}, {2, 3, 4});
-  EXPECT_TRUE(check_solid(mesh, mesh.objects[0]).watertight);
-  EXPECT_NEAR(check_solid(mesh, mesh.objects[0]).volume_m3, 24, 1e-12);
+  EXPECT_TRUE(test::check_solid(mesh, mesh.objects[0]).watertight);
+  EXPECT_NEAR(test::check_solid(mesh, mesh.objects[0]).volume_m3, 24, 1e-12);
   Mesh turned_triangle = mesh;
   std::swap(turned_triangle.triangles[3][0], turned_triangle.triangles[3][1]);
-  EXPECT_FALSE(check_solid(turned_triangle, mesh.objects[0]).watertight);
+  EXPECT_FALSE(test::check_solid(turned_triangle, mesh.objects[0]).watertight);
   Mesh moved = mesh;  // one corner of one triangle, by a hair
   moved.vertices.push_back(moved.vertices[moved.triangles[5][0]] + Eigen::Vector3d(0, 0, 1e-12));
   moved.triangles[5][0] = static_cast<std::uint32_t>(moved.vertices.size() - 1);
-  EXPECT_FALSE(check_solid(moved, mesh.objects[0]).watertight);
+  EXPECT_FALSE(test::check_solid(moved, mesh.objects[0]).watertight);
   --mesh.objects[0].triangle_count;
-  EXPECT_FALSE(check_solid(mesh, mesh.objects[0]).watertight);
-  EXPECT_FALSE(check_solid(mesh, {"none", city::Surface::Building, 0, 0}).watertight);
+  EXPECT_FALSE(test::check_solid(mesh, mesh.objects[0]).watertight);
+  EXPECT_FALSE(test::check_solid(mesh, {"none", city::Surface::Building, 0, 0}).watertight);
 }
 
 }  // namespace

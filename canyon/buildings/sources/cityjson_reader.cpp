@@ -32,7 +32,7 @@ double lod_of(const Json& geometry) {
   return lod.is_string() ? parse_double(lod.text()).value_or(-1) : -1;
 }
 
-/// A tag's text; empty for what is no scalar.
+/// A tag's text; empty for a value that is not a scalar.
 std::string text_of(const Json& value) {
   if (value.is_string()) return value.text();
   if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
@@ -145,7 +145,7 @@ void Reader::read_header(const Json& root) {
 
 void Reader::read_vertices(const Json& root) {
   const Json& list = root["vertices"];
-  if (!list.is_array()) fail("\"vertices\" is missing or no list");
+  if (!list.is_array()) fail("\"vertices\" is missing or not a list");
   vertices_.clear();
   vertices_.reserve(list.size());
   for (const Json& vertex : list) {
@@ -164,13 +164,13 @@ void Reader::read_vertices(const Json& root) {
 }
 
 std::vector<Eigen::Vector3d> Reader::ring(const std::string& key, const Json& indices) {
-  if (!indices.is_array()) fail_object(key, "a ring is no list of vertex numbers");
+  if (!indices.is_array()) fail_object(key, "a ring is not a list of vertex numbers");
   std::vector<Eigen::Vector3d> points;
   std::size_t last = 0;
   std::size_t first = 0;
   for (const Json& index : indices) {
     if (!index.is_integer())
-      fail_object(key, fmt::format("vertex number {} is no integer", index.dump(-1, Json::Order::ByKey)));
+      fail_object(key, fmt::format("vertex number {} is not an integer", index.dump(-1, Json::Order::ByKey)));
     const auto number = index.get<long long>();
     if (number < 0 || static_cast<std::size_t>(number) >= vertices_.size()) {
       fail_object(key, fmt::format("vertex number {} is out of range (there are {} vertices)", number,
@@ -192,7 +192,7 @@ std::vector<Eigen::Vector3d> Reader::ring(const std::string& key, const Json& in
 }
 
 std::optional<MapSurface> Reader::surface(const std::string& key, const Json& polygon) {
-  if (!polygon.is_array()) fail_object(key, "a surface is no list of rings");
+  if (!polygon.is_array()) fail_object(key, "a surface is not a list of rings");
   MapSurface result;
   bool outer = true;
   for (const Json& indices : polygon) {
@@ -275,13 +275,13 @@ void Reader::add_outline(const std::string& key, const Json& geometry, MapFeatur
 const Json* Reader::choose_geometry(const std::string& key, const Json& object) {
   const Json* geometries = object.find("geometry");
   if (geometries == nullptr) return nullptr;
-  if (!geometries->is_array()) fail_object(key, "\"geometry\" is no list");
+  if (!geometries->is_array()) fail_object(key, "\"geometry\" is not a list");
   static const std::set<std::string> kUsable{"MultiSurface", "CompositeSurface", "Solid", "MultiSolid",
                                              "CompositeSolid"};
   const Json* best = nullptr;
   double best_lod = -1;
   for (const Json& geometry : *geometries) {
-    if (!geometry.is_object()) fail_object(key, "a geometry is no JSON object");
+    if (!geometry.is_object()) fail_object(key, "a geometry is not a JSON object");
     const std::string type = text_of(geometry["type"]);
     if (kUsable.count(type) == 0) {
       ++left_out_["geometries of type " + (type.empty() ? "(none)" : type)];
@@ -322,7 +322,7 @@ void Reader::read_attributes(const Json& object, MapFeature& feature) const {
 }
 
 void Reader::read_object(const std::string& key, const Json& object) {
-  if (!object.is_object()) fail_object(key, "is no JSON object");
+  if (!object.is_object()) fail_object(key, "is not a JSON object");
   const std::string type = text_of(object["type"]);
   const bool part = type == "BuildingPart";
   if (!part && type != "Building") {
@@ -352,7 +352,7 @@ void Reader::read_object(const std::string& key, const Json& object) {
 
 void Reader::read_objects(const Json& root) {
   const Json& objects = root["CityObjects"];
-  if (!objects.is_object()) fail("\"CityObjects\" is missing or no JSON object");
+  if (!objects.is_object()) fail("\"CityObjects\" is missing or not a JSON object");
   read_vertices(root);
   for (const auto& [key, object] : objects.members()) read_object(key, object);
 }

@@ -118,7 +118,7 @@ Geoid::Geoid(const Heights& heights) {
   grid->file = heights.file;
   const gdal::SpatialReference wgs84 = gdal::spatial_reference("EPSG:4979");
   if (ellipsoidal) {
-    // Of another datum perhaps: the difference is some metres and PROJ's Helmert transformation knows it.
+    // The datum may be another one: the difference is some metres, by PROJ's Helmert transformation.
     OSRSetAxisMappingStrategy(reference.get(), OAMS_TRADITIONAL_GIS_ORDER);
     note_ = fmt::format("{}: heights are ellipsoidal by its reference system", file);
     grid->name = "ellipsoidal heights";

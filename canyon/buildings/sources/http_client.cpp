@@ -90,7 +90,7 @@ std::string host_of(const std::string& url) {
       throw InputError(fmt::format("the answer of {} ended early: {}", host, detail), "try again");
     case CURLE_URL_MALFORMAT:
     case CURLE_UNSUPPORTED_PROTOCOL:
-      throw InputError(fmt::format("'{}' is no web address: {}", url, detail),
+      throw InputError(fmt::format("'{}' is not a web address: {}", url, detail),
                        "give one that begins with https:// or http://");
     case CURLE_WRITE_ERROR:
       if (collected.too_large) {

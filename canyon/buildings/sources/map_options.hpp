@@ -9,7 +9,8 @@
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/options/fwd.hpp"
 
-// What to make of maps. Part of canyon::canyon, since scenarios name these; what they steer is in canyon::io.
+// Options for maps. Part of canyon::canyon, since scenarios name them; the code that they steer is in
+// canyon::io.
 
 namespace canyon::buildings {
 
@@ -36,14 +37,14 @@ void visit(options::Visitor& v, HeightDefaults& o);
 
 enum class GeoidModel : std::uint8_t { ByFile, EGM84, EGM96, EGM2008 };
 
-/// What the heights of rasters and CityJSON are above, and where mean sea level is in a city.
+/// The reference of heights in rasters and CityJSON, and mean sea level in a city.
 struct TerrainOptions {
   /// Ellipsoidal height less height above mean sea level [m], within +-150, used as it is for all heights.
   /// Empty: by `geoid`.
   std::optional<double> geoid_undulation_m;
-  /// Of heights whose file names no vertical datum (SRTM .hgt and DTED are EGM96 by their formats), and of
-  /// mean sea level in the city; its grid must be installed. ByFile: heights without a datum are ellipsoidal,
-  /// and mean sea level is what the files' heights are above.
+  /// The geoid of heights whose file names no vertical datum (SRTM .hgt and DTED are EGM96 by their formats),
+  /// and of mean sea level in the city; its grid must be installed. ByFile: heights without a datum are
+  /// ellipsoidal, and mean sea level is the zero of the files' heights.
   GeoidModel geoid = GeoidModel::ByFile;
   /// Throws InputError naming the bound, and where both are given.
   void validate() const;

@@ -44,7 +44,7 @@ std::string sniff_format(const std::filesystem::path& path) {
   std::size_t start = view.substr(0, 3) == "\xEF\xBB\xBF" ? 3 : 0;
   start = view.find_first_not_of(" \t\r\n", start);
   if (start != std::string_view::npos && view[start] == '<') return "osm";
-  throw InputError(path, 0, "is no OpenStreetMap file",
+  throw InputError(path, 0, "is not an OpenStreetMap file",
                    "give an extract as .osm, .osm.gz, .osm.bz2 or .osm.pbf");
 }
 
@@ -109,7 +109,7 @@ void for_each_object(const std::vector<std::filesystem::path>& paths, osmium::os
     } catch (const osmium::invalid_location& error) {
       throw InputError(
           path, 0,
-          fmt::format("holds a coordinate that is no number or beyond the Earth ({})", error.what()));
+          fmt::format("holds a coordinate that is not a number or beyond the Earth ({})", error.what()));
     } catch (const std::exception& error) {
       throw InputError(path, 0, fmt::format("is cut short or damaged ({})", error.what()), "fetch it again");
     }

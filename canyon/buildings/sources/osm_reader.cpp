@@ -128,7 +128,7 @@ class FeatureMaker {
   }
 
  private:
-  /// What type=building relations say of their members.
+  /// Membership in a type=building relation.
   struct Membership {
     OsmId relation = 0;
     bool outline = false, part = false;

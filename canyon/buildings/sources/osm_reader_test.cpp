@@ -412,7 +412,7 @@ TEST_F(OsmReader, BadFilesGiveOneClearError) {
   EXPECT_THAT(problem(folder_ / "nowhere.osm"), HasSubstr("nowhere.osm: does not exist"));
   EXPECT_THAT(problem(folder_.path()), HasSubstr("is a folder"));
   EXPECT_THAT(problem_of_text(""), HasSubstr("is empty"));
-  EXPECT_THAT(problem_of_text("lat,lon\n1,2\n"), HasSubstr("is no OpenStreetMap file"));
+  EXPECT_THAT(problem_of_text("lat,lon\n1,2\n"), HasSubstr("is not an OpenStreetMap file"));
   EXPECT_THAT(problem_of_text("<?xml version='1.0'?><gpx version='1.1'></gpx>"),
               HasSubstr("is XML, but no OpenStreetMap data"));
   EXPECT_THAT(problem_of_text("<html><body>504</body></html>"),

@@ -102,7 +102,7 @@ void check_osm(std::string_view body, const OverpassOptions& options) {
                    (head.substr(start, 5) == "<?xml" || head.substr(start, 4) == "<osm");
   if (!xml) {
     const std::string said = excerpt(body);
-    throw InputError(fmt::format("{} answered with something that is no OpenStreetMap XML{}", options.url,
+    throw InputError(fmt::format("{} answered with something that is not OpenStreetMap XML{}", options.url,
                                  said.empty() ? "" : ": " + said),
                      fmt::format("check the address of the endpoint, {}", kOrFile));
   }
@@ -213,7 +213,7 @@ std::string place_query(const std::vector<std::string_view>& pieces, int timeout
 std::vector<Found> places_of(const std::string& body, const OverpassOptions& options, bool& point) {
   const auto damaged = [&] {
     const std::string said = excerpt(body);
-    return InputError(fmt::format("{} answered with something that is no list of places{}", options.url,
+    return InputError(fmt::format("{} answered with something that is not a list of places{}", options.url,
                                   said.empty() ? "" : ": " + said),
                       "check the address of the endpoint, or give a box");
   };
@@ -257,7 +257,7 @@ std::vector<Found> places_of(const std::string& body, const OverpassOptions& opt
 void OverpassOptions::validate() const {
   const bool web = url.rfind("https://", 0) == 0 || url.rfind("http://", 0) == 0;
   if (!web || std::any_of(url.begin(), url.end(), [](unsigned char c) { return c <= ' ' || c == 0x7f; })) {
-    throw InputError(fmt::format("'{}' is no address of an Overpass endpoint", excerpt(url)),
+    throw InputError(fmt::format("'{}' is not an address of an Overpass endpoint", excerpt(url)),
                      "it looks like https://overpass-api.de/api/interpreter");
   }
   options::check(*this, "download");
@@ -311,7 +311,7 @@ LonLatBox find_place(const std::string& name, const OverpassOptions& options) {
       std::any_of(name.begin(), name.end(), [](unsigned char c) { return c < ' ' || c == 0x7f; });
   if (bad) {
     throw InputError(
-        fmt::format("'{}' is no name of a place", excerpt(name)),
+        fmt::format("'{}' is not a name of a place", excerpt(name)),
         "give a name as the map has it, with larger places after commas: Tsim Sha Tsui, Hong Kong");
   }
   const std::filesystem::path folder = cache_folder(options);

@@ -27,7 +27,7 @@ void visit(options::Visitor& v, OverpassOptions& o);
 /// Downloads buildings, parts and (if asked) foliage of a box as .osm files (one for each tile) in the cache
 /// and returns their paths, for read_osm(); `progress` gets tiles done and in all. Tiles that are there
 /// already are not downloaded again. One request at a time, with a User-Agent that names Canyon. Throws
-/// InputError: offline, refused, timed out, HTTP status, an answer that is no OSM XML or ends early.
+/// InputError: offline, refused, timed out, HTTP status, an answer that is not OSM XML or ends early.
 [[nodiscard]] std::vector<std::filesystem::path> download_osm(
     const LonLatBox& box, const OverpassOptions& options,
     const std::function<void(std::size_t, std::size_t)>& progress = {});

@@ -143,7 +143,7 @@ class Overpass : public ::testing::Test {
     out.timeout_s = 20;
     return out;
   }
-  /// What downloading the box says of a server's answers.
+  /// The message of a download of the box, by a server's answers.
   std::string download_problem(const std::vector<std::string>& replies, int timeout_s = 20) {
     const StoredServer server(replies);
     OverpassOptions asked = options(server);
@@ -226,8 +226,8 @@ TEST_F(Overpass, ARefusalIsNotRepeated) {
 
 TEST_F(Overpass, WhatIsNoWholeMapIsNotKept) {
   EXPECT_THAT(download_problem({reply("200 OK", "<!DOCTYPE html><html><title>Login</title></html>")}),
-              HasSubstr("something that is no OpenStreetMap XML: Login"));
-  EXPECT_THAT(download_problem({reply("200 OK", "")}), HasSubstr("no OpenStreetMap XML"));
+              HasSubstr("something that is not OpenStreetMap XML: Login"));
+  EXPECT_THAT(download_problem({reply("200 OK", "")}), HasSubstr("not OpenStreetMap XML"));
   // The server stops within the document, with and without saying how long it is.
   EXPECT_THAT(download_problem({reply("200 OK", map_.substr(0, map_.size() / 2))}),
               HasSubstr("ends early, after"));
@@ -303,9 +303,9 @@ TEST_F(Overpass, OptionsAreChecked) {
   };
   EXPECT_EQ(said([](OverpassOptions&) {}), "");
   EXPECT_THAT(said([](OverpassOptions& o) { o.url = "file:///etc/passwd"; }),
-              HasSubstr("no address of an Overpass"));
+              HasSubstr("not an address of an Overpass"));
   EXPECT_THAT(said([](OverpassOptions& o) { o.url = "https://a b"; }),
-              HasSubstr("no address of an Overpass"));
+              HasSubstr("not an address of an Overpass"));
   EXPECT_THAT(said([](OverpassOptions& o) { o.timeout_s = 0; }), HasSubstr("timeout_s of the download is 0"));
   EXPECT_THAT(said([](OverpassOptions& o) { o.retries = 11; }), HasSubstr("retries of the download is 11"));
   EXPECT_THAT(said([](OverpassOptions& o) { o.tile_deg = std::numeric_limits<double>::quiet_NaN(); }),
@@ -360,12 +360,12 @@ TEST_F(Overpass, SaysWhyAPlaceHasNoBox) {
       said(
           place(R"({"type":"relation","id":1,"bounds":{"minlat":1,"minlon":179,"maxlat":2,"maxlon":-179}})")),
       HasSubstr("antimeridian"));
-  EXPECT_THAT(said(place(R"({"type":"relation","id":1,"bounds":[1,2]})")), HasSubstr("no list of places"));
-  EXPECT_THAT(said(reply("200 OK", "<html>Login</html>")), HasSubstr("no list of places: Login"));
+  EXPECT_THAT(said(place(R"({"type":"relation","id":1,"bounds":[1,2]})")), HasSubstr("not a list of places"));
+  EXPECT_THAT(said(reply("200 OK", "<html>Login</html>")), HasSubstr("not a list of places: Login"));
   EXPECT_THAT(said(reply("200 OK", R"({"elements":[],"remark":"runtime error: out of memory"})")),
               HasSubstr("gave up: runtime error: out of memory"));
   for (const char* bad : {"", " , ", "a,,b", "a\nb"}) {
-    EXPECT_THAT(said(place(""), bad), HasSubstr("is no name of a place")) << bad;
+    EXPECT_THAT(said(place(""), bad), HasSubstr("is not a name of a place")) << bad;
   }
   EXPECT_THAT(files(), IsEmpty());
 }

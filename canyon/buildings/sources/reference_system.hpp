@@ -12,7 +12,7 @@
 
 namespace canyon::buildings {
 
-/// What OGC's names of reference systems mean to GDAL: "https://www.opengis.net/def/crs/EPSG/0/7415",
+/// GDAL's name for OGC's name of a reference system: "https://www.opengis.net/def/crs/EPSG/0/7415",
 /// "urn:ogc:def:crs:EPSG::7415", "EPSG:7415" give "EPSG:7415"; two of them in one name (crs-compound) give
 /// "EPSG:28992+5709"; OGC's CRS84 and CRS84h are EPSG:4326 and EPSG:4979. Empty for anything else.
 [[nodiscard]] std::string reference_name(std::string_view ogc_name);

@@ -18,7 +18,7 @@ constexpr double kHighest_m = 2000;          // above it a value is a slip
 constexpr double kThinnest_m = 0.1;          // a building lower than this is a slip
 constexpr double kMostLevels = 400;          //
 constexpr double kSlab_m = 0.3;              // thickness of a roof on pillars
-constexpr double kLowestTaggedLevel_m = 2;   // storey heights outside are no sign of how
+constexpr double kLowestTaggedLevel_m = 2;   // storey heights outside do not tell how
 constexpr double kHighestTaggedLevel_m = 8;  // high the storeys are
 
 constexpr std::array<std::pair<RoofShape, std::string_view>, 10> kRoofNames{
@@ -70,7 +70,7 @@ class Tags {
       if (length) {
         warn(fmt::format("{}={} is outside [{}, {}] m; left out", key, shown(value), lowest, kHighest_m));
       } else {
-        warn(fmt::format("{}={} is no length; left out", key, shown(value)));
+        warn(fmt::format("{}={} is not a length; left out", key, shown(value)));
       }
     }
     return {};
@@ -84,7 +84,7 @@ class Tags {
     std::replace(point.begin(), point.end(), ',', '.');
     const std::optional<double> count = parse_double(point);
     if (count && *count >= 0 && *count <= kMostLevels) return count;
-    warn(fmt::format("{}={} is no number of storeys within [0, {}]; left out", key, shown(value),
+    warn(fmt::format("{}={} is not a number of storeys within [0, {}]; left out", key, shown(value),
                      kMostLevels));
     return {};
   }
@@ -141,6 +141,181 @@ std::string building_type(const Tags& tags) {
   return {};
 }
 
+/// Builds a Shape from its tags, in the order in which one depends on another.
+class ShapeReader {
+ public:
+  ShapeReader(const Tags& tags, const HeightDefaults& defaults) : tags_(tags), defaults_(defaults) {
+    shape_.roof = read_roof_shape(tags);
+    height_ = tags.length_m({"height", "building:height", "est_height"}, kThinnest_m);
+    min_height_ = tags.length_m({"min_height", "building:min_height"}, 0);
+    levels_ = tags.levels("building:levels");
+    min_level_ = tags.levels("building:min_level");
+    roof_levels_ = tags.levels("roof:levels").value_or(0);
+    if (pitched()) {
+      roof_height_ = tags.length_m({"roof:height"}, 0);
+    } else if (!tags.text("roof:shape").empty()) {
+      roof_levels_ = 0;
+    }
+  }
+
+  Shape read() {
+    reconcile_tags();
+    set_storey_height();
+    set_height();
+    set_bottom();
+    if (pitched()) set_roof_height();
+    set_bottom_on_pillars();
+    set_roof_direction();
+    shape_.facade = first_material(
+        tags_, {"building:facade:material", "facade:material", "building:material", "building:cladding"});
+    shape_.roof_material = first_material(tags_, {"roof:material", "building:roof:material"});
+    return shape_;
+  }
+
+ private:
+  [[nodiscard]] bool pitched() const { return shape_.roof != RoofShape::Flat; }
+  [[nodiscard]] std::string shown(const char* key) const { return Tags::shown(tags_.text(key)); }
+
+  void reconcile_tags() {
+    if (height_ && min_height_ && *min_height_ > *height_ - kThinnest_m) {
+      tags_.warn(fmt::format("min_height={} reaches height={}; min_height left out", shown("min_height"),
+                             shown("height")));
+      min_height_.reset();
+    }
+    // building:levels counts from the ground, those below building:min_level included; some count otherwise.
+    if (levels_ && min_level_ && *levels_ > 0 && *levels_ <= *min_level_) {
+      tags_.warn(fmt::format(
+          "building:levels={} does not reach above building:min_level={}; taken as the storeys above it",
+          *levels_, *min_level_));
+      *levels_ += *min_level_;
+    }
+  }
+
+  /// The storey height that height and storeys imply where both are tagged, else the default.
+  void set_storey_height() {
+    level_m_ = defaults_.level_m;
+    if (height_ && levels_ && *levels_ > 0) {
+      const double walls_m = *height_ - roof_height_.value_or(0);
+      const double implied_m = walls_m / (*levels_ + (roof_height_ ? 0 : roof_levels_));
+      if (implied_m >= kLowestTaggedLevel_m && implied_m <= kHighestTaggedLevel_m) level_m_ = implied_m;
+    }
+    if (!min_height_ && min_level_ && *min_level_ > 0) min_height_ = *min_level_ * level_m_;
+  }
+
+  void set_height() {
+    if (height_) {
+      shape_.height_m = *height_;
+      shape_.height_source = HeightSource::Tag;
+      return;
+    }
+    if (levels_ && *levels_ + roof_levels_ > 0) {
+      shape_.height_m = height_of_levels();
+      if (shape_.height_m <= kHighest_m) {
+        shape_.height_source = HeightSource::Levels;
+        return;
+      }
+      tags_.warn(fmt::format("storeys and roof add up to {} m; left out", shape_.height_m));
+    }
+    const auto by_type = defaults_.by_type.find(type_);
+    shape_.height_m = by_type != defaults_.by_type.end() ? by_type->second : defaults_.building_m;
+    shape_.height_source = HeightSource::Default;
+  }
+
+  [[nodiscard]] double height_of_levels() const {
+    const double walls_m = *levels_ * defaults_.level_m;
+    if (roof_height_) return walls_m + *roof_height_;
+    if (roof_levels_ > 0 || !pitched()) return walls_m + roof_levels_ * defaults_.level_m;
+    // A roof without a height stands on the storeys: one storey high, at most half of what is below it.
+    const double below_m = walls_m - std::min(walls_m, min_height_.value_or(0));
+    return walls_m + std::min(defaults_.level_m, below_m / 2);
+  }
+
+  void set_bottom() {
+    if (min_height_.value_or(0) > shape_.height_m - kThinnest_m) {
+      if (height_) {  // min_height_ is that of building:min_level: the height is the surer one
+        tags_.warn(fmt::format("building:min_level={} reaches height={}; left out", min_level_.value_or(0),
+                               shown("height")));
+        min_height_.reset();
+      } else {  // all that is known is that something stands above min_height
+        shape_.height_m = min_height_.value_or(0) + std::max(defaults_.level_m, kThinnest_m);
+        shape_.height_source = HeightSource::Default;
+      }
+    }
+    shape_.min_height_m = min_height_.value_or(0);
+  }
+
+  void set_roof_height() {
+    const double most_m = shape_.height_m - shape_.min_height_m;
+    if (roof_height_ && *roof_height_ > most_m * (1 + 1e-9)) {
+      tags_.warn(fmt::format("roof:height={} is higher than the building's {} m; left out",
+                             shown("roof:height"), most_m));
+      roof_height_.reset();
+    }
+    if (roof_height_ && *roof_height_ == 0) {
+      shape_.roof = RoofShape::Flat;
+      shape_.roof_source = HeightSource::Tag;
+      return;
+    }
+    const double default_m = std::min(defaults_.level_m, most_m / 3);
+    const std::optional<double> roof_m = roof_height_ ? roof_height_ : roof_of_levels(most_m, default_m);
+    shape_.roof_source = roof_height_ ? HeightSource::Tag
+                         : roof_m     ? HeightSource::Levels
+                                      : HeightSource::Default;
+    shape_.roof_height_m = std::min(roof_m.value_or(default_m), most_m);
+    // Rounding must not push the eaves below the bottom.
+    while (shape_.height_m - shape_.roof_height_m < shape_.min_height_m) {
+      shape_.roof_height_m = std::nextafter(shape_.roof_height_m, 0.0);
+    }
+  }
+
+  /// The roof's height by its own storeys, else what the building's storeys leave of the height.
+  [[nodiscard]] std::optional<double> roof_of_levels(double most_m, double default_m) const {
+    if (roof_levels_ > 0) {
+      const double wanted_m = roof_levels_ * (height_ ? level_m_ : defaults_.level_m);
+      if (wanted_m <= most_m * (1 + 1e-9)) return wanted_m;
+      tags_.warn(
+          fmt::format("roof:levels={} are higher than the building's {} m; left out", roof_levels_, most_m));
+    } else if (height_ && levels_ && *levels_ > 0) {
+      const double left_m = *height_ - *levels_ * defaults_.level_m;
+      if (left_m >= default_m / 2 && left_m <= most_m / 2) return left_m;  // a plausible share
+    }
+    return std::nullopt;
+  }
+
+  /// A roof on pillars is free below; a bridge between buildings has one storey.
+  void set_bottom_on_pillars() {
+    if (min_height_ || (type_ != "roof" && type_ != "carport" && type_ != "bridge")) return;
+    const double thickness_m = type_ == "bridge" ? defaults_.level_m : kSlab_m;
+    shape_.min_height_m = std::max(0.0, shape_.height_m - shape_.roof_height_m - thickness_m);
+  }
+
+  void set_roof_direction() {
+    std::string_view direction = tags_.text("roof:direction");
+    if (direction.empty()) direction = tags_.text("roof:slope:direction");
+    if (!direction.empty() && direction != "along" && direction != "across") {
+      shape_.roof_direction_rad = parse_direction_rad(direction);
+      if (!shape_.roof_direction_rad) {
+        tags_.warn(fmt::format("roof:direction={} is not a direction; left out", Tags::shown(direction)));
+      }
+    }
+    const std::string_view orientation = tags_.text("roof:orientation");
+    shape_.roof_across = orientation == "across" || direction == "across";
+    if (!orientation.empty() && orientation != "across" && orientation != "along") {
+      tags_.warn(
+          fmt::format("roof:orientation={} is neither along nor across; left out", Tags::shown(orientation)));
+    }
+  }
+
+  const Tags& tags_;
+  const HeightDefaults& defaults_;
+  const std::string type_ = building_type(tags_);
+  // Tags that count; a tag that contradicts another is emptied.
+  std::optional<double> height_, min_height_, levels_, min_level_, roof_height_;
+  double roof_levels_ = 0;
+  double level_m_ = 0;  ///< height of a storey
+  Shape shape_;
+};
+
 }  // namespace
 
 std::string_view name(RoofShape shape) {
@@ -157,152 +332,7 @@ std::string_view name(HeightSource source) {
 
 Shape shape_from_tags(const std::map<std::string, std::string>& raw, const HeightDefaults& defaults,
                       const std::string& id, std::vector<std::string>& warnings) {
-  const Tags tags(raw, id, warnings);
-  const std::string type = building_type(tags);
-  Shape shape;
-  shape.roof = read_roof_shape(tags);
-  const bool pitched = shape.roof != RoofShape::Flat;
-
-  std::optional<double> height = tags.length_m({"height", "building:height", "est_height"}, kThinnest_m);
-  const std::optional<double> min_tag = tags.length_m({"min_height", "building:min_height"}, 0);
-  double min_height = min_tag.value_or(0);
-  bool min_said = min_tag.has_value();
-  std::optional<double> levels = tags.levels("building:levels");
-  const std::optional<double> min_level = tags.levels("building:min_level");
-  double roof_levels = tags.levels("roof:levels").value_or(0);
-  std::optional<double> roof_height;
-  if (pitched) roof_height = tags.length_m({"roof:height"}, 0);
-  if (!pitched && !tags.text("roof:shape").empty()) roof_levels = 0;
-  if (height && min_height > *height - kThinnest_m) {
-    tags.warn(fmt::format("min_height={} reaches height={}; min_height left out",
-                          Tags::shown(tags.text("min_height")), Tags::shown(tags.text("height"))));
-    min_height = 0;
-    min_said = false;
-  }
-  // building:levels counts from the ground, those below building:min_level included; some count otherwise.
-  if (levels && min_level && *levels > 0 && *levels <= *min_level) {
-    tags.warn(fmt::format(
-        "building:levels={} does not reach above building:min_level={}; taken as the storeys above it",
-        *levels, *min_level));
-    *levels += *min_level;
-  }
-
-  // Storey height that the tags themselves imply, where both are there.
-  double level_m = defaults.level_m;
-  if (height && levels && *levels > 0) {
-    const double walls_m = *height - roof_height.value_or(0);
-    const double implied_m = walls_m / (*levels + (roof_height ? 0 : roof_levels));
-    if (implied_m >= kLowestTaggedLevel_m && implied_m <= kHighestTaggedLevel_m) level_m = implied_m;
-  }
-  if (!min_said && min_level && *min_level > 0) {
-    min_height = *min_level * level_m;
-    min_said = true;
-  }
-
-  // Height of the roof as far as tags say it, before the height is known.
-  const double tagged_roof_m = roof_height ? *roof_height : roof_levels * defaults.level_m;
-  const bool roof_tagged = roof_height.has_value() || roof_levels > 0;
-
-  if (height) {
-    shape.height_m = *height;
-    shape.height_source = HeightSource::Tag;
-  } else if (levels && *levels + roof_levels > 0) {
-    const double walls_m = *levels * defaults.level_m;
-    // An unsaid roof stands on the storeys: one storey high, at most half of what is below it.
-    const double below_m = walls_m - std::min(walls_m, min_height);
-    const double roof_m = roof_tagged || !pitched ? tagged_roof_m : std::min(defaults.level_m, below_m / 2);
-    shape.height_m = walls_m + roof_m;
-    shape.height_source = HeightSource::Levels;
-  }
-  if (shape.height_source == HeightSource::Levels && shape.height_m > kHighest_m) {
-    tags.warn(fmt::format("storeys and roof add up to {} m; left out", shape.height_m));
-    shape.height_source = HeightSource::Default;
-  }
-  if (shape.height_source == HeightSource::Default) {
-    const auto by_type = defaults.by_type.find(type);
-    shape.height_m = by_type != defaults.by_type.end() ? by_type->second : defaults.building_m;
-    shape.height_source = HeightSource::Default;
-  }
-  if (min_height > shape.height_m - kThinnest_m) {
-    if (height) {  // by building:min_level: the height is the surer one
-      tags.warn(fmt::format("building:min_level={} reaches height={}; left out", min_level.value_or(0),
-                            Tags::shown(tags.text("height"))));
-      min_height = 0;
-      min_said = false;
-    } else {  // what is known is that something stands above min_height
-      shape.height_m = min_height + std::max(defaults.level_m, kThinnest_m);
-      shape.height_source = HeightSource::Default;
-    }
-  }
-  shape.min_height_m = min_height;
-
-  if (pitched) {
-    const double most_m = shape.height_m - shape.min_height_m;
-    const double default_m = std::min(defaults.level_m, most_m / 3);
-    std::optional<double> roof_m;
-    if (roof_height && *roof_height > most_m * (1 + 1e-9)) {
-      tags.warn(fmt::format("roof:height={} is higher than the building's {} m; left out",
-                            Tags::shown(tags.text("roof:height")), most_m));
-      roof_height.reset();
-    }
-    if (roof_height && *roof_height > 0) {
-      roof_m = roof_height;
-      shape.roof_source = HeightSource::Tag;
-    } else if (!roof_height && roof_levels > 0) {
-      const double wanted_m = roof_levels * (height ? level_m : defaults.level_m);
-      if (wanted_m > most_m * (1 + 1e-9)) {
-        tags.warn(
-            fmt::format("roof:levels={} are higher than the building's {} m; left out", roof_levels, most_m));
-      } else {
-        roof_m = wanted_m;
-        shape.roof_source = HeightSource::Levels;
-      }
-    } else if (!roof_height && height && levels && *levels > 0) {
-      // The roof takes the height that the storeys leave, if that is a plausible share.
-      const double left_m = *height - *levels * defaults.level_m;
-      if (left_m >= default_m / 2 && left_m <= most_m / 2) {
-        roof_m = left_m;
-        shape.roof_source = HeightSource::Levels;
-      }
-    }
-    if (roof_height && *roof_height == 0) {
-      shape.roof = RoofShape::Flat;  // roof:height=0 says so
-      shape.roof_source = HeightSource::Tag;
-    } else {
-      if (!roof_m) shape.roof_source = HeightSource::Default;
-      shape.roof_height_m = std::min(roof_m.value_or(default_m), most_m);
-      // Rounding must not push the eaves below the bottom.
-      while (shape.height_m - shape.roof_height_m < shape.min_height_m) {
-        shape.roof_height_m = std::nextafter(shape.roof_height_m, 0.0);
-      }
-    }
-  }
-
-  // On pillars: free below. A bridge between buildings has one storey.
-  if (!min_said && (type == "roof" || type == "carport" || type == "bridge")) {
-    const double thickness_m = type == "bridge" ? defaults.level_m : kSlab_m;
-    shape.min_height_m = std::max(0.0, shape.height_m - shape.roof_height_m - thickness_m);
-  }
-
-  std::string_view direction = tags.text("roof:direction");
-  if (direction.empty()) direction = tags.text("roof:slope:direction");
-  if (!direction.empty() && direction != "along" && direction != "across") {
-    shape.roof_direction_rad = parse_direction_rad(direction);
-    if (!shape.roof_direction_rad) {
-      tags.warn(fmt::format("roof:direction={} is no direction; left out", Tags::shown(direction)));
-    }
-  }
-  const std::string_view orientation = tags.text("roof:orientation");
-  shape.roof_across = orientation == "across" || direction == "across";
-  if (!orientation.empty() && orientation != "across" && orientation != "along") {
-    tags.warn(
-        fmt::format("roof:orientation={} is neither along nor across; left out", Tags::shown(orientation)));
-  }
-
-  shape.facade = first_material(
-      tags, {"building:facade:material", "facade:material", "building:material", "building:cladding"});
-  shape.roof_material = first_material(tags, {"roof:material", "building:roof:material"});
-  return shape;
+  return ShapeReader(Tags(raw, id, warnings), defaults).read();
 }
 
 city::FacadeMix facades_from_tags(const std::map<std::string, std::string>& tags) {

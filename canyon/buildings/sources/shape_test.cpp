@@ -295,7 +295,7 @@ TEST(ShapeFromTags, LeavesAbsurdValuesOutWithAWarning) {
        9,
        0,
        0,
-       "building:levels='-2' is no number of storeys"},
+       "building:levels='-2' is not a number of storeys"},
       {{{"building", "yes"}, {"building:levels", "2"}, {"building:min_level", "4"}},
        18,
        12,
@@ -337,7 +337,7 @@ TEST(ShapeFromTags, AFurtherTagHelpsWhereTheFirstIsWrong) {
   EXPECT_EQ(warnings.size(), 1U);
 }
 
-// What append_solid() relies on, for any tags whatever.
+// append_solid() relies on these bounds, for any tags.
 TEST(ShapeFromTags, KeepsTheOrderOfHeightsForAnyTags) {
   std::mt19937 random(20240501);
   const std::vector<std::string> keys{"height",      "min_height",    "building:levels", "building:min_level",

@@ -12,7 +12,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/city/primitive_meshes.hpp"
 
-namespace canyon::adapters {
+namespace canyon::city {
 
 /// A plane's sides are cut to this length about its origin, so that a "boundless" one leaves rays exact: see
 /// RayScene's 10 km.
@@ -26,14 +26,14 @@ inline constexpr int kFinestHeightmap = 1'025;
 struct MeshNode {
   std::string name;
   std::vector<Eigen::Vector3d> vertices;  ///< in the file's frame [m]
-  city::TriangleIndices triangles;  ///< those with an index out of range are left out; empty: lines, points
+  TriangleIndices triangles;  ///< those with an index out of range are left out; empty: lines, points
   std::optional<std::array<double, 3>> colour;  ///< diffuse red, green, blue in [0, 1]
 };
 
 /// A mesh file as the host reads it, so that rays meet the triangles that the host shows.
 struct MeshFile {
   std::vector<MeshNode> nodes;  ///< a node of several materials is several of its name, one behind the other
-  bool marked = false;          ///< city::has_mesh_mark()
+  bool marked = false;          ///< has_mesh_mark()
 };
 
 /// What SDF's <mesh> says beside the file.
@@ -65,7 +65,7 @@ class LinkShapes {
   struct Place {
     std::string name;
     Eigen::Affine3d link_from_shape = Eigen::Affine3d::Identity();
-    city::Material material = city::Material::Unknown;
+    Material material = Material::Unknown;
   };
 
   /// What cannot be taken goes to `notes`, one line each: "'NAME' is left out: WHY".
@@ -94,19 +94,19 @@ class LinkShapes {
   /// All shapes [m], in the link's frame, front sides outwards: one object for each primitive, each node of a
   /// mesh, each grid, named as its place (for meshes "::node" follows) or, from files that Canyon wrote, as
   /// they were. Terrain by its name, a building else.
-  [[nodiscard]] city::Mesh take() { return std::move(mesh_); }
+  [[nodiscard]] Mesh take() { return std::move(mesh_); }
 
  private:
   struct Soup;
-  void add(const Place& place, const city::TriangleSet& set, bool orient_it = false);
-  void append(const Place& place, const std::string& object, city::Surface surface, Soup soup,
+  void add(const Place& place, const TriangleSet& set, bool orient_it = false);
+  void append(const Place& place, const std::string& object, Surface surface, Soup soup,
               const Eigen::Affine3d& link_from_soup, bool orient_it);
 
   std::vector<std::string>& notes_;
-  city::Mesh mesh_;
+  Mesh mesh_;
 };
 
 /// By the diffuse colour, which Canyon's own files give each material; Unknown for any other.
-[[nodiscard]] city::Material material_by_colour(const std::array<double, 3>& colour);
+[[nodiscard]] Material material_by_colour(const std::array<double, 3>& colour);
 
-}  // namespace canyon::adapters
+}  // namespace canyon::city

@@ -1,4 +1,4 @@
-#include "adapters/common/link_shapes.hpp"
+#include "canyon/city/link_shapes.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 
 #include "canyon/city/mesh_marks.hpp"
 
-namespace canyon::adapters {
+namespace canyon::city::link_shapes_test {
 namespace {
 
 using Eigen::Affine3d;
@@ -18,7 +18,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 
 /// Triangles' own: positive where front sides look outwards.
-double volume_of(const city::Mesh& mesh) {
+double volume_of(const Mesh& mesh) {
   double volume = 0;
   for (const auto& [a, b, c] : mesh.triangles) {
     volume += mesh.vertices[a].dot(mesh.vertices[b].cross(mesh.vertices[c])) / 6;
@@ -26,7 +26,7 @@ double volume_of(const city::Mesh& mesh) {
   return volume;
 }
 
-Eigen::AlignedBox3d bounds_of(const city::Mesh& mesh) {
+Eigen::AlignedBox3d bounds_of(const Mesh& mesh) {
   Eigen::AlignedBox3d box;
   for (const Vector3d& v : mesh.vertices) box.extend(v);
   return box;
@@ -42,18 +42,18 @@ class LinkShapesTest : public testing::Test {
  protected:
   std::vector<std::string> notes_;
   LinkShapes shapes_{notes_};
-  LinkShapes::Place place_{"house::link::wall", Affine3d::Identity(), city::Material::Brick};
+  LinkShapes::Place place_{"house::link::wall", Affine3d::Identity(), Material::Brick};
 };
 
 TEST_F(LinkShapesTest, PrimitivesLieWhereTheyWerePut) {
   place_.link_from_shape = Eigen::Translation3d(10, 20, 30) *
                            Eigen::AngleAxisd(std::acos(-1) / 2, Vector3d::UnitX());  // z becomes -y
   const auto expect = [&](const Vector3d& half) {
-    const city::Mesh mesh = shapes_.take();
+    const Mesh mesh = shapes_.take();
     ASSERT_EQ(mesh.objects.size(), 1U);
     EXPECT_EQ(mesh.objects[0].name, "house::link::wall");
-    EXPECT_EQ(mesh.objects[0].surface, city::Surface::Building);
-    EXPECT_THAT(mesh.materials, testing::Each(city::Material::Brick));
+    EXPECT_EQ(mesh.objects[0].surface, Surface::Building);
+    EXPECT_THAT(mesh.materials, testing::Each(Material::Brick));
     EXPECT_LT((bounds_of(mesh).min() - Vector3d(10, 20, 30) + half).norm(), 1e-12) << half.transpose();
     EXPECT_LT((bounds_of(mesh).max() - Vector3d(10, 20, 30) - half).norm(), 1e-12) << half.transpose();
   };
@@ -102,9 +102,9 @@ TEST_F(LinkShapesTest, PlanesAreCut) {
 TEST_F(LinkShapesTest, TerrainByItsName) {
   place_.name = "terrain::link::wall";
   shapes_.box(place_, {1, 1, 1});
-  const city::Mesh mesh = shapes_.take();
-  EXPECT_EQ(mesh.objects.at(0).surface, city::Surface::Terrain);
-  EXPECT_THAT(mesh.materials, testing::Each(city::Material::Ground));
+  const Mesh mesh = shapes_.take();
+  EXPECT_EQ(mesh.objects.at(0).surface, Surface::Terrain);
+  EXPECT_THAT(mesh.materials, testing::Each(Material::Ground));
 }
 
 TEST_F(LinkShapesTest, MeshesLookOutwardsHoweverTheyAreScaled) {
@@ -113,7 +113,7 @@ TEST_F(LinkShapesTest, MeshesLookOutwardsHoweverTheyAreScaled) {
   for (auto& triangle : file.nodes[1].triangles) std::swap(triangle[0], triangle[1]);  // turned inside out
   file.nodes[2].triangles.push_back({0, 1, 4});                                        // there is no vertex 4
   shapes_.mesh(place_, file, {{-2, 3, 4}, "", false});
-  const city::Mesh mesh = shapes_.take();
+  const Mesh mesh = shapes_.take();
   ASSERT_EQ(mesh.objects.size(), 2U) << "a node of two materials is one object";
   EXPECT_EQ(mesh.objects[0].name, "house::link::wall::wing");
   EXPECT_EQ(mesh.objects[1].name, "house::link::wall::roof");
@@ -140,15 +140,15 @@ TEST_F(LinkShapesTest, ASubmeshAloneAndCentred) {
 TEST_F(LinkShapesTest, CanyonsOwnFilesKeepWhatTheySay) {
   place_.name = "ground::link::mesh";
   MeshFile file{{corner("foliage:Oak 7"), corner("Tower")}, true};
-  file.nodes[0].colour = city::material_colour(city::Material::Foliage);
+  file.nodes[0].colour = material_colour(Material::Foliage);
   shapes_.mesh(place_, file, {});
-  const city::Mesh mesh = shapes_.take();
+  const Mesh mesh = shapes_.take();
   ASSERT_EQ(mesh.objects.size(), 2U);
   EXPECT_EQ(mesh.objects[0].name, "Oak 7");
-  EXPECT_EQ(mesh.objects[0].surface, city::Surface::Foliage);
-  EXPECT_EQ(mesh.materials.front(), city::Material::Foliage);
-  EXPECT_EQ(mesh.objects[1].surface, city::Surface::Building);
-  EXPECT_EQ(mesh.materials.back(), city::Material::Unknown);
+  EXPECT_EQ(mesh.objects[0].surface, Surface::Foliage);
+  EXPECT_EQ(mesh.materials.front(), Material::Foliage);
+  EXPECT_EQ(mesh.objects[1].surface, Surface::Building);
+  EXPECT_EQ(mesh.materials.back(), Material::Unknown);
 }
 
 TEST_F(LinkShapesTest, EqualPolylinesHaveOneName) {
@@ -183,8 +183,8 @@ TEST_F(LinkShapesTest, RowsOfHeightsRunAsTheHostSays) {
   for (const bool north_first : {true, false}) {
     grid.north_first = north_first;
     shapes_.heights(place_, grid);
-    const city::Mesh mesh = shapes_.take();
-    EXPECT_EQ(mesh.objects.at(0).surface, city::Surface::Terrain);
+    const Mesh mesh = shapes_.take();
+    EXPECT_EQ(mesh.objects.at(0).surface, Surface::Terrain);
     ASSERT_EQ(mesh.triangles.size(), 4U);
     for (const auto& [a, b, c] : mesh.triangles) {
       EXPECT_GT((mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]).z(), 0);
@@ -204,16 +204,16 @@ TEST_F(LinkShapesTest, FineHeightsAreThinned) {
   grid.size = {100, 100};
   grid.height = [](int column, int) { return column; };
   shapes_.heights(place_, grid);
-  const city::Mesh mesh = shapes_.take();
+  const Mesh mesh = shapes_.take();
   EXPECT_EQ(mesh.triangles.size(), 2U * (kFinestHeightmap - 1));
   EXPECT_EQ(bounds_of(mesh).max().z(), grid.columns - 1) << "the last column is kept";
   EXPECT_THAT(notes_, ElementsAre(HasSubstr("2049 x 3 heights, of which each 2th is taken")));
 }
 
 TEST(MaterialByColour, OfEachMaterial) {
-  EXPECT_EQ(material_by_colour(city::material_colour(city::Material::Glass)), city::Material::Glass);
-  EXPECT_EQ(material_by_colour({0.123, 0.9, 0.001}), city::Material::Unknown);
+  EXPECT_EQ(material_by_colour(material_colour(Material::Glass)), Material::Glass);
+  EXPECT_EQ(material_by_colour({0.123, 0.9, 0.001}), Material::Unknown);
 }
 
 }  // namespace
-}  // namespace canyon::adapters
+}  // namespace canyon::city::link_shapes_test

@@ -1,4 +1,4 @@
-#include "adapters/common/link_shapes.hpp"
+#include "canyon/city/link_shapes.hpp"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/mesh_topology.hpp"
 
-namespace canyon::adapters {
+namespace canyon::city {
 
 using Eigen::Affine3d;
 using Eigen::Vector3d;
@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 namespace {
 
 bool names_terrain(const std::string& name) {
-  return city::split_surface(name).surface == city::Surface::Terrain;
+  return split_surface(name).surface == Surface::Terrain;
 }
 
 bool is_extent(double length) {
@@ -31,13 +31,13 @@ bool is_extent(const Vector3d& lengths) {
 }
 
 /// Turns each connected part so that front sides look outwards; upwards where it is terrain.
-void orient(const std::vector<Vector3d>& vertices, city::TriangleIndices& triangles, bool terrain) {
-  const auto components = city::connected_components(triangles, vertices.size());
+void orient(const std::vector<Vector3d>& vertices, TriangleIndices& triangles, bool terrain) {
+  const auto components = connected_components(triangles, vertices.size());
   for (const std::vector<std::uint32_t>& component : components) {
-    city::TriangleIndices part;
+    TriangleIndices part;
     part.reserve(component.size());
     for (const std::uint32_t t : component) part.push_back(triangles[t]);
-    city::orient_outwards(vertices, part);
+    orient_outwards(vertices, part);
     if (terrain) {
       double up = 0;
       for (const auto& [a, b, c] : part) {
@@ -78,10 +78,10 @@ int stride_of(int columns, int rows) {
 /// Triangles of one object to be.
 struct LinkShapes::Soup {
   std::vector<Vector3d> vertices;
-  city::TriangleIndices triangles;
-  std::vector<city::Material> materials;  ///< one per triangle
+  TriangleIndices triangles;
+  std::vector<Material> materials;  ///< one per triangle
 
-  void add(const std::vector<Vector3d>& points, const city::TriangleIndices& corners, city::Material material,
+  void add(const std::vector<Vector3d>& points, const TriangleIndices& corners, Material material,
            const Vector3d& origin = Vector3d::Zero()) {
     const auto first = static_cast<std::uint32_t>(vertices.size());
     for (const Vector3d& point : points) vertices.emplace_back(point - origin);
@@ -101,7 +101,7 @@ void LinkShapes::leave_out(const Place& place, std::string_view why) const {
 }
 
 /// Takes `soup` (in the frame of `link_from_soup`) as one object.
-void LinkShapes::append(const Place& place, const std::string& object, city::Surface surface, Soup soup,
+void LinkShapes::append(const Place& place, const std::string& object, Surface surface, Soup soup,
                         const Affine3d& link_from_soup, bool orient_it) {
   for (Vector3d& v : soup.vertices) v = link_from_soup * v;
   if (link_from_soup.linear().determinant() < 0) {
@@ -116,58 +116,58 @@ void LinkShapes::append(const Place& place, const std::string& object, city::Sur
             place, fmt::format("it reaches farther than {:.0f} km from its link", kLargestShape_m / 1e3));
       }
     }
-    if (city::is_degenerate(soup.vertices[a], soup.vertices[b], soup.vertices[c])) continue;
+    if (is_degenerate(soup.vertices[a], soup.vertices[b], soup.vertices[c])) continue;
     soup.materials[kept] = soup.materials[t];
     soup.triangles[kept++] = soup.triangles[t];
   }
   soup.triangles.resize(kept);
   soup.materials.resize(kept);
-  city::weld(soup.vertices, soup.triangles);
-  if (orient_it) orient(soup.vertices, soup.triangles, surface == city::Surface::Terrain);
+  weld(soup.vertices, soup.triangles);
+  if (orient_it) orient(soup.vertices, soup.triangles, surface == Surface::Terrain);
   const std::size_t first = mesh_.materials.size();
-  city::append_object(mesh_, object, surface, city::Material::Unknown, soup.vertices, soup.triangles);
+  append_object(mesh_, object, surface, Material::Unknown, soup.vertices, soup.triangles);
   std::copy(soup.materials.begin(), soup.materials.end(),
             mesh_.materials.begin() + static_cast<std::ptrdiff_t>(first));
 }
 
-void LinkShapes::add(const Place& place, const city::TriangleSet& set, bool orient_it) {
+void LinkShapes::add(const Place& place, const TriangleSet& set, bool orient_it) {
   const bool terrain = names_terrain(place.name);
   Soup soup;
-  soup.add(set.vertices, set.triangles, terrain ? city::Material::Ground : place.material);
-  append(place, place.name, terrain ? city::Surface::Terrain : city::Surface::Building, std::move(soup),
+  soup.add(set.vertices, set.triangles, terrain ? Material::Ground : place.material);
+  append(place, place.name, terrain ? Surface::Terrain : Surface::Building, std::move(soup),
          place.link_from_shape, orient_it);
 }
 
 void LinkShapes::box(const Place& place, const Vector3d& size) {
   if (!is_extent(size)) return leave_out(place, "a box without extent");
-  add(place, city::box_mesh(size));
+  add(place, box_mesh(size));
 }
 
 void LinkShapes::cylinder(const Place& place, double radius, double length) {
   if (!is_extent(radius) || !is_extent(length)) return leave_out(place, "a cylinder without extent");
-  add(place, city::cylinder_mesh(radius, length));
+  add(place, cylinder_mesh(radius, length));
 }
 
 void LinkShapes::cone(const Place& place, double radius, double length) {
   if (!is_extent(radius) || !is_extent(length)) return leave_out(place, "a cone without extent");
-  add(place, city::cone_mesh(radius, length));
+  add(place, cone_mesh(radius, length));
 }
 
 void LinkShapes::capsule(const Place& place, double radius, double length) {
   if (!is_extent(radius) || !(length == 0 || is_extent(length))) {
     return leave_out(place, "a capsule without extent");
   }
-  add(place, city::capsule_mesh(radius, length));
+  add(place, capsule_mesh(radius, length));
 }
 
 void LinkShapes::sphere(const Place& place, double radius) {
   if (!is_extent(radius)) return leave_out(place, "a sphere without extent");
-  add(place, city::sphere_mesh(radius));
+  add(place, sphere_mesh(radius));
 }
 
 void LinkShapes::ellipsoid(const Place& place, const Vector3d& radii) {
   if (!is_extent(radii)) return leave_out(place, "an ellipsoid without extent");
-  add(place, city::ellipsoid_mesh(radii));
+  add(place, ellipsoid_mesh(radii));
 }
 
 void LinkShapes::plane(const Place& place, const Vector3d& normal, Eigen::Vector2d size) {
@@ -179,7 +179,7 @@ void LinkShapes::plane(const Place& place, const Vector3d& normal, Eigen::Vector
     size = size.cwiseMin(kLargestPlane_m);
     note(place, fmt::format("is a plane cut to {:.0f} km about its origin", kLargestPlane_m / 1e3));
   }
-  add(place, city::plane_mesh(normal.normalized(), size));
+  add(place, plane_mesh(normal.normalized(), size));
 }
 
 void LinkShapes::mesh(const Place& place, const MeshFile& file, const MeshUse& use) {
@@ -205,17 +205,17 @@ void LinkShapes::mesh(const Place& place, const MeshFile& file, const MeshUse& u
         continue;
       }
       const Vector3d origin = chosen && use.center ? middle_of(next->vertices) : Vector3d(Vector3d::Zero());
-      const city::Material material = !file.marked   ? place.material
-                                      : next->colour ? material_by_colour(*next->colour)
-                                                     : city::Material::Unknown;
+      const Material material = !file.marked   ? place.material
+                                : next->colour ? material_by_colour(*next->colour)
+                                               : Material::Unknown;
       soup.add(next->vertices, next->triangles, material, origin);
     }
     if (soup.triangles.empty()) continue;
     ++taken;
-    const city::NodeName node = city::read_node_name(name);
-    const city::Surface surface = terrain ? city::Surface::Terrain : node.surface;
-    if (!file.marked && surface == city::Surface::Terrain) {
-      soup.materials.assign(soup.materials.size(), city::Material::Ground);
+    const NodeName node = read_node_name(name);
+    const Surface surface = terrain ? Surface::Terrain : node.surface;
+    if (!file.marked && surface == Surface::Terrain) {
+      soup.materials.assign(soup.materials.size(), Material::Ground);
     }
     append(place, file.marked ? node.name : fmt::format("{}::{}", place.name, node.name), surface,
            std::move(soup), place.link_from_shape * Eigen::Scaling(use.scale), !file.marked);
@@ -274,21 +274,21 @@ void LinkShapes::heights(const Place& place, const HeightGrid& grid) {
   if (first_row_y < 0) {
     for (auto& triangle : soup.triangles) std::swap(triangle[1], triangle[2]);
   }
-  soup.materials.assign(soup.triangles.size(), city::Material::Ground);
-  append(place, place.name, city::Surface::Terrain, std::move(soup),
+  soup.materials.assign(soup.triangles.size(), Material::Ground);
+  append(place, place.name, Surface::Terrain, std::move(soup),
          place.link_from_shape * Eigen::Translation3d(grid.position), false);
 }
 
-city::Material material_by_colour(const std::array<double, 3>& colour) {
-  for (int m = 0; m <= static_cast<int>(city::Material::Foliage); ++m) {
-    const auto [r, g, b] = city::material_colour(static_cast<city::Material>(m));
+Material material_by_colour(const std::array<double, 3>& colour) {
+  for (int m = 0; m <= static_cast<int>(Material::Foliage); ++m) {
+    const auto [r, g, b] = material_colour(static_cast<Material>(m));
     constexpr double kTolerance = 2e-3;
     if (std::abs(colour[0] - r) < kTolerance && std::abs(colour[1] - g) < kTolerance &&
         std::abs(colour[2] - b) < kTolerance) {
-      return static_cast<city::Material>(m);
+      return static_cast<Material>(m);
     }
   }
-  return city::Material::Unknown;
+  return Material::Unknown;
 }
 
-}  // namespace canyon::adapters
+}  // namespace canyon::city

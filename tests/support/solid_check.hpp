@@ -1,3 +1,5 @@
+#pragma once
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -6,12 +8,18 @@
 #include <utility>
 #include <vector>
 
-#include "canyon/buildings/shapes/solid.hpp"
 #include "canyon/city/city.hpp"
 
-namespace canyon::buildings {
+namespace canyon::test {
 
-SolidCheck check_solid(const city::Mesh& mesh, const city::Object& object) {
+/// Volume [m^3] enclosed by an object's triangles (divergence theorem), and whether it is watertight:
+/// directed edges pair off with opposite ones, vertices compared by position. (Four walls may meet in one
+/// edge, where a courtyard touches the outline.) Not watertight without triangles.
+struct SolidCheck {
+  double volume_m3 = 0;
+  bool watertight = false;
+};
+[[nodiscard]] inline SolidCheck check_solid(const city::Mesh& mesh, const city::Object& object) {
   assert(object.first_triangle + object.triangle_count <= mesh.triangles.size());
   SolidCheck check;
   if (object.triangle_count == 0) return check;
@@ -56,4 +64,4 @@ SolidCheck check_solid(const city::Mesh& mesh, const city::Object& object) {
   return check;
 }
 
-}  // namespace canyon::buildings
+}  // namespace canyon::test
