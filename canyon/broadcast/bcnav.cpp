@@ -52,7 +52,7 @@ void put_utc(Bits& bits, const SystemMessage& message, GpsTime start) {
   put_utc(bits, message.leap_seconds - geodesy::kBdtSecondsOffset, bdt_week(start), 6, 3);
 }
 
-// What is not known is zero: integrity flags and SISMAI (no fault), SISAI, the ionosphere of BDGIM.
+// Unknown fields are zero: integrity flags and SISMAI (no fault), SISAI, the ionosphere of BDGIM.
 constexpr int kIntegrityBits = 3 + 4, kAccuracyBits = 22;
 void put_ionosphere(Bits& bits) {
   bits.put(0, 10).put(0, 64);  // nine coefficients

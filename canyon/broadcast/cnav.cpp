@@ -10,7 +10,7 @@ namespace {
 
 using geodesy::GpsTime;
 
-/// What fields are differences to (IS-GPS-200 tables 30-I and 30-II; IS-QZSS-PNT-005 table 4.3.2-16).
+/// Reference values of difference fields (IS-GPS-200 tables 30-I and 30-II; IS-QZSS-PNT-005 table 4.3.2-16).
 constexpr double kSemiMajorAxis_m = 26'559'710, kSemiMajorAxisOfQzss_m = 42'164'200;
 constexpr double kRightAscensionRate = -2.6e-9 * geodesy::kPi;
 constexpr double kEarthGm = 3.986005e14;  ///< of GPS, 20.3.3.4.3

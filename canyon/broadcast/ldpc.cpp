@@ -15,7 +15,7 @@ struct Table {
   int symbol_bits;
   std::string_view terms;
 };
-/// In the order of LdpcCode.
+/// Codes in the order of LdpcCode.
 constexpr std::array<Table, 6> kTables{{{1, kCnav2Subframe2},
                                         {1, kCnav2Subframe3},
                                         {6, kBcnav1Subframe2},
@@ -43,7 +43,7 @@ constexpr Products kProducts = [] {
 
 using Row = std::vector<std::uint8_t>;
 
-/// Of H = (A | B) the matrix B^-1 A, by which information gives parity.
+/// B^-1 A of H = (A | B), which turns information into parity.
 std::vector<Row> generator(LdpcCode code) {
   const std::vector<std::vector<LdpcTerm>> checks = parity_checks(code);
   const std::size_t n = checks.size();

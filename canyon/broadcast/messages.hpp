@@ -14,7 +14,7 @@
 
 namespace canyon::broadcast {
 
-/// What a system's satellites say of the ionosphere and of UTC.
+/// Ionosphere and UTC in the messages of a system's satellites.
 struct SystemMessage {
   gnss::Klobuchar klobuchar;        ///< GPS, QZSS, BeiDou
   std::array<double, 3> nequick{};  ///< Galileo
@@ -57,7 +57,7 @@ void put_galileo_time(Bits& bits, geodesy::GpsTime start, int week_bits = 12);
 [[nodiscard]] Bits fnav_page(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& message, int type,
                              geodesy::GpsTime start);
 
-/// By what signals are later than the broadcast clock, and TGD [s].
+/// Delays of signals behind the broadcast clock, and TGD [s].
 struct CnavDelays {
   double group_delay_s = 0, l1ca_s = 0, l2c_s = 0, l5_s = 0, l1c_s = 0;
 };
@@ -101,7 +101,7 @@ struct CnavDelays {
 /// Four parity bits of 11 bits, generator x^4 + x + 1 (5.1.3).
 [[nodiscard]] std::uint32_t bch_15_11(std::uint32_t information);
 
-/// By what signals are later than the broadcast clock [s]: pilots of B1C and B2a, B2b.
+/// Delays of signals behind the broadcast clock [s]: pilots of B1C and B2a, B2b.
 struct BcnavDelays {
   double b1c_s = 0, b2a_s = 0, b2b_s = 0;
 };

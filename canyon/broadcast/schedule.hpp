@@ -17,7 +17,7 @@ namespace canyon::broadcast {
 /// of I/NAV that is of the past, where there is any. Null without one.
 [[nodiscard]] const gnss::KeplerEphemeris* sent_ephemeris(const gnss::NavigationData& navigation,
                                                           gnss::SatelliteId id, geodesy::GpsTime t);
-/// What a system's satellites say at `t`.
+/// Content of a system's messages at `t`.
 [[nodiscard]] SystemMessage system_message(const gnss::NavigationData& navigation, gnss::System system,
                                            geodesy::GpsTime t);
 
@@ -29,7 +29,7 @@ struct SentMessage {
   std::vector<std::uint32_t> words;
 };
 
-/// What satellites send when, at their systems' pace: GPS and QZSS a subframe of LNAV every 6 s (1, 2, 3;
+/// Times of satellites' messages, at their systems' pace: GPS and QZSS a subframe of LNAV every 6 s (1, 2, 3;
 /// page 18 of subframe 4 once in 12.5 min), Galileo on E1-B a page of I/NAV every 2 s from odd seconds on
 /// (words 2, 4, 6, ..., 1, 3, 5 in 30 s, spare ones between), BeiDou a subframe of D1 every 6 s or, in
 /// geostationary orbit, a page of D2 every 3 s, GLONASS a string every 2 s (1 to 5 of 15). Almanacs, SBAS and
@@ -43,7 +43,7 @@ class Schedule {
   [[nodiscard]] std::vector<SentMessage> sent(const gnss::NavigationData& navigation, gnss::SatelliteId id,
                                               geodesy::GpsTime from, geodesy::GpsTime to);
 
-  /// From GPS time to the begin of a message of a satellite, less whole messages [ns].
+  /// Offset of the begin of a satellite's messages from GPS time, less whole messages [ns].
   [[nodiscard]] static std::chrono::nanoseconds offset(gnss::SatelliteId id, geodesy::GpsTime time);
 
  private:

@@ -75,7 +75,7 @@ SymbolFrame inav_frame(const std::vector<std::uint32_t>& page, geodesy::GpsTime 
   return frame;
 }
 
-/// By what a signal is later than the clock: what is broadcast for it, else as the ephemeris has it, like
+/// Delay of a signal behind the clock: the one broadcast for it, else that of the ephemeris, like
 /// orbit::BroadcastSky.
 double delay_of(const gnss::NavigationData& navigation, const gnss::KeplerEphemeris& e,
                 std::string_view name) {

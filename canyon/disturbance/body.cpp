@@ -161,7 +161,7 @@ Shade shade(const Body& body, const Sight& ray, double wavelength_m) {
       if (seen.y() > outline.left.y()) outline.left = seen;
     }
   }
-  // Where the ray passes beside the box, its height is taken where it passes the corner.
+  // The height of a ray that passes beside the box is taken where it passes the corner.
   const double inset = 1e-6 * (outline.left.y() - outline.right.y());
   const double offset = std::clamp(0.0, outline.right.y() + inset, outline.left.y() - inset);
   const Vector2d line = ray.from.head<2>() + offset * Vector2d(-ray.along.y(), ray.along.x());

@@ -26,7 +26,7 @@ struct Sight {
   double ahead_m;  ///< horizontal length of the leg
 };
 
-/// What a body leaves of a wave.
+/// Effect of a body on a wave behind it.
 struct Shade {
   double amplitude = 1;  ///< of the field behind it over the field without it
   bool cuts = false;     ///< the ray meets it

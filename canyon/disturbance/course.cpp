@@ -16,7 +16,7 @@ void PlaceOptions::validate() const {
   const int global = latitude_deg.has_value() + longitude_deg.has_value() + height_m.has_value();
   const int local = east_m.has_value() + north_m.has_value() + up_m.has_value();
   if ((global == 3 && local == 0) || (global == 0 && local == 3)) return;
-  throw InputError("a place is not whole",
+  throw InputError("a place lacks coordinates",
                    "give latitude_deg, longitude_deg and height_m, or east_m, north_m and up_m");
 }
 

@@ -16,15 +16,14 @@ struct PlaceOptions {
   std::optional<double> east_m, north_m, up_m;
 
   [[nodiscard]] bool given() const { return latitude_deg || east_m; }
-  /// In the city's frame [m]. @param frame of the city
+  /// Position in the city's frame [m]. @param frame of the city
   [[nodiscard]] Eigen::Vector3d enu(const geodesy::LocalFrame& frame) const;
   /// Throws InputError where it is neither or both, or half of one.
   void validate() const;
 };
-/// Its fields.
 void visit(options::Visitor& v, PlaceOptions& o);
 
-/// Where something stands or drives, as trajectories are written: one place, or straight legs at one speed.
+/// Place or drive of an object, as trajectories are written: one place, or straight legs at one speed.
 struct CourseOptions {
   PlaceOptions position;
   std::vector<PlaceOptions> waypoints;  ///< instead of a position
@@ -33,7 +32,6 @@ struct CourseOptions {
   [[nodiscard]] bool given() const { return position.given() || !waypoints.empty(); }
   void validate() const;
 };
-/// Its fields.
 void visit(options::Visitor& v, CourseOptions& o);
 
 /// A course in the city's frame. It begins at an instant, and ends where its last leg does.

@@ -26,7 +26,7 @@ void DirectShadowing::apply(const propagation::Antenna& antenna, propagation::Ar
             shadowing_.of(geodesy::enu_from_azimuth_elevation(view.line.azimuth_rad, view.line.elevation_rad))
                 .level_db;
       } else {
-        // What the ground reflects came down from as high.
+        // The ground's reflection came down from the same elevation.
         level_db = shadowing_.path_level_db({path.arrival.x(), path.arrival.y(), std::abs(path.arrival.z())});
       }
       if (level_db != 0) path.amplitude_factor *= std::pow(10, level_db / 20);

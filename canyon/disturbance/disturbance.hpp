@@ -10,7 +10,7 @@
 
 namespace canyon::disturbance {
 
-/// What no map and no orbit knows of an epoch: traffic, foliage, jamming, spoofing, a restart. It stands
+/// An effect that no map and no orbit knows: traffic, foliage, jamming, spoofing, a restart. It stands
 /// between what arrives at one antenna and its receiver, offline and live alike, and may have memory. It
 /// overrides apply(), happen() or both.
 class Disturbance {
@@ -29,12 +29,12 @@ class Disturbance {
   /// Order of paths and Visibility are made anew behind the last disturbance. Where arrival.placement is not
   /// Free no path arrives.
   virtual void apply(const propagation::Antenna& /*antenna*/, propagation::Arrival& /*arrival*/) {}
-  /// What happens to the receiver itself at this epoch; called right behind apply(). Clock and date: add to
+  /// Reports events of the receiver itself at this epoch; called right behind apply(). Clock and date: add to
   /// what others did; of several restarts at one epoch the last counts.
   virtual void happen(const propagation::Antenna& /*antenna*/, ReceiverEvents& /*events*/) {}
 };
 
-/// What makes the disturbance of one receiver as it is before the first epoch.
+/// Maker of one receiver's disturbance, in its state before the first epoch.
 struct Source {
   /// Stands for all that `make` depends on but its arguments: "jammer at 114.18, 22.3, 10 W". Sources of one
   /// name are taken as the same where heat maps are stored.

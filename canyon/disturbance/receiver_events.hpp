@@ -9,7 +9,7 @@
 
 namespace canyon::disturbance {
 
-/// What a receiver that begins anew still knows: all; time and place, no ephemerides; nothing.
+/// Knowledge of a receiver that begins anew: all; time and place, no ephemerides; nothing.
 enum class RestartKind : std::uint8_t { Hot, Warm, Cold };
 
 /// A receiver that begins anew.
@@ -20,9 +20,9 @@ struct Restart {
   std::optional<double> ephemeris_s{};  ///< a satellite is tracked for so long before its use; empty: its own
 };
 
-/// What happens to a receiver itself at one epoch, whatever arrives at its antenna.
+/// Events of a receiver itself at one epoch, whatever arrives at its antenna.
 struct ReceiverEvents {
-  /// Of the oscillator, added to the receiver's own clock [s, s/s].
+  /// Offsets of the oscillator, added to the receiver's own clock [s, s/s].
   double clock_bias_s = 0, clock_drift = 0;
   /// Errors of the date that the firmware states: GPS weeks, and seconds of UTC.
   int weeks_off = 0, utc_off_s = 0;

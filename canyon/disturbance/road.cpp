@@ -50,7 +50,7 @@ Road::Point Road::at(double along_m) const {
   assert(leads());
   Point point{place(along_m), {}};
   point.ahead = place(along_m + kChord_m) - place(along_m - kChord_m);
-  // Where the vehicle turned round within the chord.
+  // The vehicle turned round within the chord.
   if (point.ahead.norm() < 0.1 * kChord_m) point.ahead = place(along_m + 0.5) - place(along_m - 0.5);
   const double length = point.ahead.norm();
   point.ahead = length > 0 ? Eigen::Vector2d(point.ahead / length) : Eigen::Vector2d::UnitX();

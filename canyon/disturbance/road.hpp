@@ -20,7 +20,7 @@ class Road {
 
   /// The vehicle's place at a time; times that are not later than the last one change nothing.
   void add(geodesy::GpsTime time, const Eigen::Vector2d& place);
-  /// Where the vehicle looks (unit): the road's direction while it has not moved.
+  /// Sets the vehicle's direction (unit), which is the road's while it has not moved.
   void face(const Eigen::Vector2d& ahead) { facing_ = ahead; }
   void clear();
 

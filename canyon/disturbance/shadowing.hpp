@@ -32,9 +32,9 @@ class Shadowing {
 
   /// @param way_m driven since some origin, not less than at the last call
   void go_to(double way_m);
-  /// Of a satellite, where the antenna went last. @param direction unit, ENU, not below the horizon
+  /// Shadow on a satellite at the last go_to(). @param direction unit, ENU, not below the horizon
   [[nodiscard]] Shadow of(const Eigen::Vector3d& direction);
-  /// What a path loses that is not direct [dB]: blockages take whatever comes from a direction, shadows do
+  /// Level of a path that is not direct [dB]: blockages take all that comes from a direction, shadows do
   /// not.
   [[nodiscard]] double path_level_db(const Eigen::Vector3d& direction);
 

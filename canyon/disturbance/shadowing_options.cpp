@@ -75,7 +75,7 @@ void ShadowingOptions::validate() const {
   options::check(*this, "shadowing");
   if (transition_m > frame_m) {
     throw InputError(fmt::format("transition_m of the shadowing is {}", transition_m),
-                     fmt::format("it must be 0 m to a frame, {:g} m", frame_m));
+                     fmt::format("it runs from 0 m to one frame, {:g} m", frame_m));
   }
   // Of a share above a half frames between blockages are rarer than blockages.
   const double share = blockage_share(), shortest_m = frame_m * std::max(1.0, share / (1 - share));

@@ -7,7 +7,7 @@
 
 namespace canyon::disturbance {
 
-/// Whose numbers.
+/// Source of the numbers.
 enum class ShadowingEnvironment {
   Urban,     ///< as published for streets of a city
   Suburban,  ///< as published for low houses with trees
@@ -36,7 +36,7 @@ struct ShadowingParameters {
 /// from its direction. Defaults are fitted to a recording in which a fifth of all satellites in line of sight
 /// is missing (docs/shadowing.md).
 struct BlockageOptions {
-  /// Of the way, [0, 0.9]; 0: nothing is missing. Empty: as ShadowingOptions::blockage_share() has it.
+  /// Share of the way, [0, 0.9]; 0: nothing is missing. Empty: as ShadowingOptions::blockage_share() has it.
   std::optional<double> share;
   double length_m = 50;  ///< mean length, a frame or more, up to 10,000 [m]
   double mean_db = -40;  ///< [-60, 0]
@@ -94,7 +94,7 @@ void visit_environment(options::Visitor& v, std::string_view key, ShadowingEnvir
 void visit(options::Visitor& v, BlockageOptions& o);
 void visit(options::Visitor& v, ShadowingOptions& o);
 
-/// Of the environment at an elevation [rad]: linear between 40, 60 and 80 deg, held beyond (nothing is
+/// Model of the environment at an elevation [rad]: linear between 40, 60 and 80 deg, held beyond (nothing is
 /// published there). Suburban chains are those of 40 deg everywhere.
 [[nodiscard]] ShadowingParameters shadowing_parameters(const ShadowingOptions& options, double elevation_rad);
 

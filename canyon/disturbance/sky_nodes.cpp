@@ -9,7 +9,7 @@
 namespace canyon::disturbance {
 namespace {
 
-/// In angles: the lattice's spacing, and how far nodes are felt (by exp(-6.25)).
+/// Angles: spacing of the lattice, and reach of a node (exp(-6.25) there).
 constexpr double kSpacing = 1.1;
 constexpr double kReach = 2.5;
 

@@ -24,7 +24,7 @@ namespace canyon::disturbance {
 /// (RMS; 0.15 at worst), by what sums over nodes differ from integrals.
 class SkyNodes {
  public:
-  /// What a direction has of one node's number.
+  /// Share of one node's number in a direction.
   struct Share {
     std::size_t node;  ///< below size()
     double weight;
@@ -37,7 +37,7 @@ class SkyNodes {
   /// Fills `numbers` with one for each node: heads of 64 tossed coins, which are as good as normal where a
   /// dozen nodes are blended (their probabilities differ by less than 0.001), in a tenth of the time.
   static void draw(RandomStream& stream, std::span<double> numbers);
-  /// What a direction (unit, ENU, not below the horizon) has of the nodes' numbers. `shares` is the caller's:
+  /// Shares of nodes' numbers in a direction (unit, ENU, not below the horizon). `shares` is the caller's:
   /// nothing is allocated once it has grown.
   void shares(const Eigen::Vector3d& direction, std::vector<Share>& shares) const;
   /// The number of that direction.

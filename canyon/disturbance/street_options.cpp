@@ -87,7 +87,7 @@ void StreetOptions::validate() const {
   options::check(*this, "streets");
   if (red_s > cycle_s) {
     throw InputError(fmt::format("red_s of the streets is {}", red_s),
-                     fmt::format("it must be 0 s to a cycle, {:g} s", cycle_s));
+                     fmt::format("it runs from 0 s to one cycle, {:g} s", cycle_s));
   }
   if (vehicle_shares.empty()) return;
   double sum = 0;
@@ -95,7 +95,7 @@ void StreetOptions::validate() const {
   for (const VehicleClass& each : kVehicles) names.push_back(each.name);
   for (const auto& [name, share] : vehicle_shares) {
     if (std::find(names.begin(), names.end(), name) == names.end()) {
-      throw InputError(fmt::format("vehicles of the class '{}' are not known", name),
+      throw InputError(fmt::format("the class of vehicles '{}' is not known", name),
                        fmt::format("write {}", fmt::join(names, ", ")));
     }
     sum += share;

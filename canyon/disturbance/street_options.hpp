@@ -12,7 +12,7 @@
 
 namespace canyon::disturbance {
 
-/// Whose vehicles, and on which side of the road they drive.
+/// Region: its vehicles, and the side of the road on which they drive.
 enum class StreetRegion : std::uint8_t {
   Europe,
   Americas,
@@ -20,7 +20,7 @@ enum class StreetRegion : std::uint8_t {
   Tr37885,   ///< the vehicles of 3GPP TR 37.885 V15.3.0, table 6.1.2-1 and option B of 6.1.2: on the right
 };
 
-/// What a street has where its own numbers are not given.
+/// Class of a street, for the numbers that are not given.
 enum class StreetClass : std::uint8_t { Arterial, Street, Residential };
 
 /// Vehicles of one kind: a box, sheet metal below the sill of its windows and glass above.
@@ -32,7 +32,7 @@ struct VehicleClass {
 /// All that there are; docs/streets.md has the source or the range of each number.
 [[nodiscard]] std::span<const VehicleClass> vehicle_classes();
 
-/// What stands and moves in a street and is in no map: traffic and, along the kerbs, trees, signs, awnings
+/// Objects of a street that are in no map: traffic and, along the kerbs, trees, signs, awnings
 /// and footbridges. docs/streets.md says what of it is physics and what is assumed.
 struct StreetOptions {
   bool enabled = false;
@@ -45,14 +45,14 @@ struct StreetOptions {
   std::optional<double> speed_mps;  ///< where nothing is in the way, (0, 50]; empty: by class
   double cycle_s = 90;              ///< of traffic lights, [1, 1000]
   double red_s = 40;                ///< of each cycle, [0, cycle_s]
-  /// Of each side, by class and region where empty: crowns, signs above the road, awnings; and
+  /// Shares of each side, by class and region where empty: crowns, signs above the road, awnings; and
   /// footbridges across; [0, 200], footbridges [0, 20].
   std::optional<double> trees_per_km, signs_per_km, awnings_per_km, footbridges_per_km;
-  /// Of the trajectory's point over the road [m], [0, 1000]; empty: height_above_terrain_m of the trajectory,
+  /// Height of the trajectory over the road [m], [0, 1000]; empty: height_above_terrain_m of the trajectory,
   /// else kAntennaHeight_m.
   std::optional<double> antenna_height_m;
-  /// Of the street where the antenna does not move [deg] from north, clockwise, [0, 360); empty: as the host
-  /// says, else drawn by the seed.
+  /// The street's direction where the antenna does not move [deg], clockwise from north, [0, 360); empty: the
+  /// host's, else drawn by the seed.
   std::optional<double> azimuth_deg;
 
   /// The roof of a car and a magnetic mount: assumed, 1.5 to 2.2 m.
@@ -61,7 +61,6 @@ struct StreetOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Its fields.
 void visit(options::Visitor& v, StreetOptions& o);
 
 /// A street in numbers: what StreetOptions says, and of its class and region what it leaves open.

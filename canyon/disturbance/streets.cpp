@@ -23,7 +23,7 @@ constexpr double kWavelength_m = geodesy::kSpeedOfLight / 1575.42e6;
 // lane: else the way of a cycle of lights may be a whole number of slots, and every red light show the same
 // picture.
 constexpr double kVehicleSlot_m = 15, kGap_m = 2, kMoreSlot_m = 0.3;
-// From the antenna to the vehicles before and behind it: half of a car and the gap.
+// Distance from the antenna to the vehicles before and behind it: half of a car and the gap.
 constexpr double kOwn_m = 2.5 + kGap_m;
 constexpr double kTurnover_m = 300;
 constexpr double kOvertaking = 0.1;
@@ -67,7 +67,7 @@ struct Street::Frame {
   }
 };
 
-/// What a row consists of is in `make`: sets all of the body but place and direction, and says its length
+/// Adds a row of bodies. `make` sets all of a body but place and direction, and returns its length
 /// along the road.
 struct Street::Row {
   std::uint64_t name;
@@ -245,7 +245,7 @@ void Streets::pass(const Vector3d& antenna, propagation::SatelliteView& view, co
       for (int side = 0; side < 4; ++side) {
         auto path = side_reflection(body, side, antenna, satellite, kWavelength_m, least);
         if (!path) continue;
-        // Where strength means nothing, all or nothing.
+        // A path without a strength is kept or removed.
         if (!options_.strength && !body.holds(path->point, 1e-6)) continue;
         if (!options_.strength) path->amplitude_factor = 1;
         paths.push_back(*std::move(path));

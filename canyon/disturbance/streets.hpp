@@ -27,7 +27,7 @@ class Street {
  public:
   Street(const StreetOptions& options, std::uint64_t seed);
 
-  /// What is within kReach_m of the vehicle along the road. @param road may be null
+  /// Bodies within kReach_m of the vehicle along the road. @param road may be null
   /// @param antenna of the receiver: the vehicle's place where the road leads nowhere; its height
   /// @param above_point_m height of the antenna over the trajectory's point
   void near(geodesy::GpsTime time, const Road* road, const Eigen::Vector3d& antenna, double above_point_m,
@@ -55,7 +55,7 @@ struct StreetsOptions {
   StreetOptions street;
   std::shared_ptr<const Road> road;  ///< null: the antenna stands
   double above_point_m = 0;          ///< of the antenna over the road's points (its lever arm)
-  /// What bodies leave of a path they cut stays as a Diffracted one, and weak reflections are added. False,
+  /// The rest of a path that bodies cut stays as a Diffracted one, and weak reflections are added. False,
   /// for receivers to whom strength means nothing: what is cut is gone, and sides reflect where the mirror
   /// point lies on them.
   bool strength = true;

@@ -2,9 +2,9 @@
 
 namespace canyon::errors {
 
-/// What a satellite's signals carry at one place and instant.
+/// Errors from space in a satellite's signals at one place and instant.
 struct SpaceDelays {
-  /// By the satellite's broadcast orbit and clock, in code and phase alike [m].
+  /// Error of the satellite's broadcast orbit and clock, in code and phase alike [m].
   double orbit_clock_m = 0;
   /// The true ionosphere: delay of a code at 1575.42 MHz [m], of others by f^-2, an advance of phases. 0
   /// where no broadcast model is known.

@@ -22,7 +22,7 @@ constexpr double kShell_m = 6371e3 + 350e3;
 /// within the usual 0.1 to 1 TECU, 100 to 300 km and 10 to 60 min.
 constexpr double kTravelling_m = 0.05, kTravellingTime_s = 600, kTravellingLength_m = 4e4;
 
-/// Whether one of its signals belongs to the group, and so the satellite.
+/// Value of the groups that the satellite's first signal belongs to.
 double of_satellite(const gnss::GroupValues& values, gnss::SatelliteId id) {
   return gnss::sum_of(values, id, gnss::signals_of(id.system).front(), GpsTime());
 }

@@ -15,7 +15,7 @@
 #include "canyon/options/switch.hpp"
 #include "canyon/orbit/sky.hpp"
 
-// What a ranging signal carries from space that no receiver knows: errors of broadcast orbits and clocks, and
+// Errors from space in a ranging signal that no receiver knows: of broadcast orbits and clocks, and
 // what the atmosphere delays beside the models that receivers correct by. docs/errors.md has the budget.
 
 namespace canyon::errors {
@@ -29,7 +29,7 @@ struct SpaceErrorOptions {
   gnss::GroupValues orbit_clock_m{{"BeiDou", 1},    {"GLONASS", 2}, {"GPS", 0.6},
                                   {"Galileo", 0.2}, {"QZSS", 0.6},  {"SBAS", 0.6}};
   double orbit_clock_time_s = 3600;  ///< [60, 1e6]; assumed: between two uploads and updates
-  /// Of the broadcast model's slant delay, standard deviation of what it lacks [1], [0, 2]. The model takes
+  /// Standard deviation of the broadcast model's error over its slant delay [1], [0, 2]. The model takes
   /// away at least half of the error's rms (IS-GPS-200, 20.3.3.5.2.5): s / sqrt(1 + s^2) = 0.5 makes 0.58.
   double ionosphere_share = 0.6;
   double ionosphere_time_s = 7200;     ///< [60, 1e6]; assumed
@@ -64,7 +64,7 @@ class SpaceErrors {
 
   [[nodiscard]] const SpaceErrorOptions& options() const { return options_; }
   [[nodiscard]] bool has_ionosphere() const { return klobuchar_.has_value(); }
-  /// What all satellites of an epoch share.
+  /// Data that all satellites of an epoch share.
   struct Reception {
     geodesy::GpsTime time;
     Eigen::Vector3d receiver_ecef = Eigen::Vector3d::Zero();

@@ -68,7 +68,7 @@ struct AzimuthElevation {
   double azimuth_rad = 0;    ///< from north, clockwise, [0, 2 pi); 0 at the zenith
   double elevation_rad = 0;  ///< [-pi/2, pi/2]
 };
-/// Of an ENU vector of any length but zero.
+/// Angles of an ENU vector of any length but zero.
 [[nodiscard]] AzimuthElevation azimuth_elevation_from_enu(const Eigen::Vector3d& enu);
 
 /// ENU yaw (from east, counter-clockwise) of a compass azimuth (from north, clockwise), and back:

@@ -28,7 +28,7 @@ namespace canyon::gnss {
 /// given) zero; without corrections (bit 1) or integrity (2) it may (RINEX 3.05, 5.4.4; message 17).
 [[nodiscard]] bool is_healthy(const SbasEphemeris& ephemeris);
 
-/// How far from toe the message may be used [s].
+/// Span about toe in which a message may be used [s].
 struct Validity {
   double before_s = 0;  ///< t earlier than toe
   double after_s = 0;

@@ -95,7 +95,7 @@ struct Klobuchar {
   std::array<double, 4> beta{};
 };
 
-/// What navigation files say, merged over files. Records of one satellite are ordered by toe; a record that
+/// Content of navigation files, merged. Records of one satellite are ordered by toe; a record that
 /// repeats one already there (same satellite, toe, issue of data, health and, for Galileo, message type) is
 /// dropped.
 struct NavigationData {

@@ -9,40 +9,15 @@
 #include "canyon/base/text.hpp"
 
 namespace canyon::gnss {
+
 char letter(System system) {
-  switch (system) {
-    case System::GPS:
-      return 'G';
-    case System::GLONASS:
-      return 'R';
-    case System::Galileo:
-      return 'E';
-    case System::BeiDou:
-      return 'C';
-    case System::QZSS:
-      return 'J';
-    case System::SBAS:
-      return 'S';
-  }
-  return '?';
+  return "GRECJS"[static_cast<std::size_t>(system)];
 }
 
 std::string_view name(System system) {
-  switch (system) {
-    case System::GPS:
-      return "GPS";
-    case System::GLONASS:
-      return "GLONASS";
-    case System::Galileo:
-      return "Galileo";
-    case System::BeiDou:
-      return "BeiDou";
-    case System::QZSS:
-      return "QZSS";
-    case System::SBAS:
-      return "SBAS";
-  }
-  return "?";
+  constexpr std::array<std::string_view, kSystemCount> kNames{"GPS",    "GLONASS", "Galileo",
+                                                              "BeiDou", "QZSS",    "SBAS"};
+  return kNames[static_cast<std::size_t>(system)];
 }
 
 std::optional<System> system_from_letter(char c) {
@@ -63,7 +38,7 @@ System system_from_name(std::string_view text) {
     list += (list.empty() ? "" : ", ") + candidate;
   }
   const auto near = closest(text, names);
-  throw InputError(fmt::format("\"{}\" is no satellite system", text),
+  throw InputError(fmt::format("\"{}\" is not a satellite system", text),
                    near ? fmt::format("did you mean {}? Systems are {}", *near, list)
                         : fmt::format("systems are {}", list));
 }

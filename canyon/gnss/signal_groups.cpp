@@ -72,7 +72,7 @@ void check_group(std::string_view group) {
     std::array<std::string_view, kSystemCount> systems;
     std::transform(kAllSystems.begin(), kAllSystems.end(), systems.begin(),
                    [](System system) { return gnss::name(system); });
-    throw InputError(fmt::format("'{}' is no group of signals", name),
+    throw InputError(fmt::format("'{}' is not a group of signals", name),
                      fmt::format("groups are systems ({}), signals (L1CA, B1I, ...), and {}; & joins them",
                                  fmt::join(systems, ", "), fmt::join(kinds(), ", ")));
   }));

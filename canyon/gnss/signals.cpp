@@ -72,7 +72,7 @@ constexpr Signal kBeiDou[]{
 constexpr Signal kSbas[]{
     {System::SBAS, "L1CA", "1C", "", kL1, 0, BPSK, 1.023e6, -161, All, None, 2, 0, -1, 1e3}};
 
-/// Whether each row of a table says what no signal does without.
+/// Whether each row of a table has the fields that every signal needs.
 constexpr bool complete(std::span<const Signal> table, System system) {
   for (const Signal& s : table) {
     const bool received = s.carrier_hz > 1e9 && s.chip_rate_hz > 0 && s.minimum_dbw < 0 && s.msm <= 32;
@@ -149,41 +149,14 @@ Block block_at(SatelliteId id, geodesy::GpsTime time) {
 }  // namespace
 
 std::string_view name(Modulation modulation) {
-  switch (modulation) {
-    case Modulation::BPSK:
-      return "BPSK";
-    case Modulation::BOC11:
-      return "BOC(1,1)";
-    case Modulation::CBOCData:
-      return "CBOC+";
-    case Modulation::CBOCPilot:
-      return "CBOC-";
-    case Modulation::TMBOC:
-      return "TMBOC";
-    case Modulation::BOC61:
-      return "BOC(6,1)";
-  }
-  assert(false);
-  return "";
+  constexpr std::string_view kNames[]{"BPSK", "BOC(1,1)", "CBOC+", "CBOC-", "TMBOC", "BOC(6,1)"};
+  return kNames[static_cast<std::size_t>(modulation)];
 }
 
 std::span<const Signal> signals_of(System system) {
-  switch (system) {
-    case System::GPS:
-      return kGps;
-    case System::GLONASS:
-      return kGlonass;
-    case System::Galileo:
-      return kGalileo;
-    case System::BeiDou:
-      return kBeiDou;
-    case System::QZSS:
-      return kQzss;
-    case System::SBAS:
-      return kSbas;
-  }
-  assert(false);
-  return kGps;
+  constexpr std::array<std::span<const Signal>, kSystemCount> kTables{kGps,    kGlonass, kGalileo,
+                                                                      kBeiDou, kQzss,    kSbas};
+  return kTables[static_cast<std::size_t>(system)];
 }
 
 std::size_t index_of(const Signal& signal) {
@@ -235,7 +208,7 @@ std::array<double, kMostSignals> group_delays_s(const KeplerEphemeris& e, bool f
   const std::span<const Signal> signals = signals_of(e.id.system);
   for (std::size_t i = 0; i < signals.size(); ++i) {
     const double ratio = signals.front().carrier_hz / signals[i].carrier_hz;
-    // Of E1 in the message's clock, and from E1 to the others.
+    // Delay of E1 behind the message's clock; the others add theirs to E1.
     const double own = fnav ? e.group_delay[0] : e.group_delay[1];
     switch (signals[i].group_delay) {
       case GroupDelay::Tgd:

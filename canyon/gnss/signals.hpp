@@ -114,7 +114,7 @@ inline constexpr std::string_view kEncrypted = "L2P";
 ///     (IS-GPS-200 20.3.3.3.3.2);
 ///   Galileo: from BGD(E1,E5a) and BGD(E1,E5b) for the clock of F/NAV or I/NAV (OS SIS ICD 5.1.5);
 ///   BeiDou: clock of B3I, TGD1 at B1I and B1C, TGD2 at B2I and B2a (BDS-SIS-ICD-B1I 5.2.4.10).
-/// Where newer messages give a signal's own delay (SignalDelays), that holds instead.
+/// A signal's own delay in newer messages (SignalDelays) holds instead.
 /// @param fnav Galileo: the message's clock is that of F/NAV
 [[nodiscard]] std::array<double, kMostSignals> group_delays_s(const KeplerEphemeris& ephemeris, bool fnav);
 

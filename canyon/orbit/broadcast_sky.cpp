@@ -110,7 +110,7 @@ void set_delays(const std::vector<const gnss::SignalDelays*>& delays, GpsTime t,
   }
 }
 
-// What `f` makes of a record of a satellite.
+// Result of `f` for a record of a satellite.
 template <typename F>
 auto of_record(const gnss::NavigationData& data, gnss::SatelliteId id, const Entry& entry, F f) {
   const auto record = static_cast<std::size_t>(entry.record);

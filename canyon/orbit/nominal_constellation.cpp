@@ -266,7 +266,7 @@ gnss::NavigationData nominal_constellation(GpsTime begin, GpsTime end,
   }
   if (data.empty()) {
     throw InputError("nominal constellation: no system with published slots is chosen",
-                     "choose of GPS, GLONASS, Galileo and BeiDou");
+                     "choose among GPS, GLONASS, Galileo and BeiDou");
   }
   return data;
 }

@@ -28,7 +28,7 @@ struct SatelliteState {
   }
 };
 
-/// Where satellites are: the one question that everything downstream asks of orbits. Implementations are
+/// Positions of satellites: the one question that everything downstream asks of orbits. Implementations are
 /// immutable after construction and thread-safe.
 class Sky {
  public:
@@ -45,7 +45,7 @@ class Sky {
   [[nodiscard]] virtual std::optional<SatelliteState> state(gnss::SatelliteId id,
                                                             geodesy::GpsTime t) const = 0;
 
-  /// Where the answer for `id` at `t` comes from, for people: "hksc1180.19n, toe 2019-04-28T14:00:00 GPST";
+  /// Source of the answer for `id` at `t`, for people: "hksc1180.19n, toe 2019-04-28T14:00:00 GPST";
   /// or why there is none.
   [[nodiscard]] virtual std::string source(gnss::SatelliteId id, geodesy::GpsTime t) const = 0;
 };

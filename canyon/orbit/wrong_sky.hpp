@@ -8,9 +8,9 @@
 
 namespace canyon::orbit {
 
-/// By how much what satellites say of themselves differs from the truth.
+/// Errors of satellites' messages.
 struct MessageError {
-  /// Of the orbit [m] and its rate [m/s]: radial (outwards), along (the way that it flies in inertial space),
+  /// Errors of orbit [m] and rate [m/s]: radial (outwards), along (direction of flight in inertial space),
   /// cross (along the orbit's angular momentum).
   Eigen::Vector3d orbit_m = Eigen::Vector3d::Zero(), orbit_rate_mps = Eigen::Vector3d::Zero();
   double clock_s = 0, clock_drift = 0;  ///< of the clock [s, s/s]

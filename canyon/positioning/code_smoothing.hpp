@@ -45,7 +45,7 @@ class CodeSmoother {
     double pseudorange_m = 0;
     double sigma_m = 0;  ///< of what CodeNoise says alone
   };
-  /// Of an epoch after the last one.
+  /// The smoothed pseudorange of the next epoch.
   /// @param carrier_step_m L_k - L_k-1; empty: begins anew
   [[nodiscard]] Smoothed next(geodesy::GpsTime time, double pseudorange_m,
                               std::optional<double> carrier_step_m, const std::array<CodeNoise, 2>& noise,
@@ -55,7 +55,7 @@ class CodeSmoother {
   std::optional<geodesy::GpsTime> last_;
   int count_ = 0;
   double smoothed_m_ = 0;
-  // Of each part over its own: variance of the smoothed error, covariance with the code's.
+  // Variance of the smoothed error and its covariance with the code's, over each part's own.
   std::array<double, 2> variance_{}, covariance_{};
 };
 

@@ -8,21 +8,8 @@
 namespace canyon::positioning {
 
 std::string_view name(DopRating rating) {
-  switch (rating) {
-    case DopRating::Ideal:
-      return "Ideal";
-    case DopRating::Excellent:
-      return "Excellent";
-    case DopRating::Good:
-      return "Good";
-    case DopRating::Moderate:
-      return "Moderate";
-    case DopRating::Fair:
-      return "Fair";
-    case DopRating::Poor:
-      break;
-  }
-  return "Poor";
+  constexpr std::string_view kNames[]{"Ideal", "Excellent", "Good", "Moderate", "Fair", "Poor"};
+  return kNames[static_cast<std::size_t>(rating)];
 }
 
 DopRating rate_dop(double dop) {
@@ -37,7 +24,7 @@ DopRating rate_dop(double dop) {
 std::optional<Cofactor> cofactor(const Design& design, double threshold) {
   const Eigen::Index unknowns = design.cols();
   if (design.rows() < unknowns) return std::nullopt;
-  LeastSquares least_squares(design);
+  const LeastSquares least_squares(design);
   if (least_squares.rank(threshold) < unknowns) return std::nullopt;
   return least_squares.cofactor();
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/covariance.hpp"
+#include "canyon/positioning/median.hpp"
 
 namespace canyon::positioning {
 
@@ -31,29 +33,62 @@ Eigen::Matrix3d unknown_velocity(const Eigen::Vector3d& position_ecef) {
       geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(position_ecef));
   const Eigen::Vector3d speed(kUnknownSpeedHorizontal_mps, kUnknownSpeedHorizontal_mps,
                               kUnknownSpeedVertical_mps);
-  return enu_from_ecef.transpose() * speed.cwiseAbs2().asDiagonal() * enu_from_ecef;
+  return geodesy::rotated(enu_from_ecef.transpose(), speed.cwiseAbs2().asDiagonal());
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+StateVector times(const StateMatrix& p, const StateVector& h) {
+  StateVector result = StateVector::Zero();
+  for (int j = 0; j < kStates; ++j) {
+    for (int i = 0; i < kStates; ++i) result(i) += p(i, j) * h(j);
+  }
+  return result;
+}
+
+bool Update::take(const Row& row, double gate_sigmas) {
+  StateMatrix& p = track_.p;
+  const StateVector ph = times(p, row.gradient);
+  const double noise = row.sigma * row.sigma;
+  const double variance = row.gradient.dot(ph) + noise;
+  const double innovation = row.innovation - row.gradient.dot(correction_);
+  if (std::abs(innovation) > gate_sigmas * std::sqrt(variance)) return false;
+  const StateVector gain = ph / variance;
+  correction_ += gain * innovation;
+  for (int j = 0; j < kStates; ++j) {
+    for (int i = 0; i < kStates; ++i) p(i, j) -= gain(i) * ph(j);
+  }
+  const StateVector added = noise * gain - times(p, row.gradient);
+  for (int j = 0; j < kStates; ++j) {
+    for (int i = 0; i < kStates; ++i) p(i, j) += added(i) * gain(j);
+  }
+  for (int j = 0; j < kStates; ++j) {
+    for (int i = 0; i < j; ++i) p(i, j) = p(j, i) = (p(i, j) + p(j, i)) / 2;
+  }
+  return true;
 }
 
 void predict(Track& track, double dt, const PositionFilterOptions& options) {
-  StateMatrix f = StateMatrix::Identity();
-  f.block<3, 3>(kPosition, kVelocity).diagonal().setConstant(dt);
-  for (const System system : kConstellations) {
-    if (track.knows(system)) f(clock_of(system), kDrift) = dt;
-  }
   const Eigen::Matrix3d enu_from_ecef =
       geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(track.position()));
   const Eigen::Vector3d density(std::pow(options.acceleration_horizontal, 2),
                                 std::pow(options.acceleration_horizontal, 2),
                                 std::pow(options.acceleration_vertical, 2));
-  const Eigen::Matrix3d acceleration = enu_from_ecef.transpose() * density.asDiagonal() * enu_from_ecef;
-  track.x = f * track.x;
-  track.p = f * track.p * f.transpose();
+  const Eigen::Matrix3d acceleration = geodesy::rotated(enu_from_ecef.transpose(), density.asDiagonal());
+  // The transition matrix is I but for dt from velocity to position, and from drift to clocks.
+  const auto move = [&](int to, int from) {
+    track.x(to) += dt * track.x(from);
+    for (int j = 0; j < kStates; ++j) track.p(to, j) += dt * track.p(from, j);
+  };
+  const auto move_columns = [&](int to, int from) {
+    for (int i = 0; i < kStates; ++i) track.p(i, to) += dt * track.p(i, from);
+  };
+  const auto each = [&](const auto& function) {
+    for (int i = 0; i < 3; ++i) function(kPosition + i, kVelocity + i);
+    for (const System system : kConstellations) {
+      if (track.knows(system)) function(clock_of(system), kDrift);
+    }
+  };
+  each(move);
+  each(move_columns);
   track.p.block<3, 3>(kPosition, kPosition) += acceleration * (dt * dt * dt / 3);
   track.p.block<3, 3>(kPosition, kVelocity) += acceleration * (dt * dt / 2);
   track.p.block<3, 3>(kVelocity, kPosition) += acceleration * (dt * dt / 2);
@@ -109,7 +144,7 @@ void mind_clocks(Track& track, const Epoch& epoch) {
     const Row row = pseudorange_row(track, satellite);
     if (track.knows(system)) {
       common.push_back(row.innovation);
-      variance = std::max(variance, row.gradient.dot(track.p * row.gradient) + row.sigma * row.sigma);
+      variance = std::max(variance, row.gradient.dot(times(track.p, row.gradient)) + row.sigma * row.sigma);
     } else {
       of_new[clock_index(system)].push_back(row.innovation);
     }

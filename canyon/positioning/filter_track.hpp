@@ -11,7 +11,7 @@
 #include "canyon/positioning/positioning_options.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
 
-// What the position filter knows, and its equations. Private to canyon/positioning.
+// State and equations of the position filter. Private to canyon/positioning.
 
 namespace canyon::positioning {
 
@@ -28,7 +28,7 @@ using StateMatrix = Eigen::Matrix<double, kStates, kStates>;
 /// then determine again. 1e-8 of the weight of a pseudorange of 1 m.
 inline constexpr double kUnknown_m = 1e4;
 
-/// Of the clock that a system's satellites have, among kConstellations.
+/// Place of a system's clock among kConstellations.
 inline std::size_t clock_index(gnss::System system) {
   return static_cast<std::size_t>(clock_system(system));
 }
@@ -43,7 +43,7 @@ struct Row {
   double sigma = 1;
 };
 
-/// What is known at an instant.
+/// State of the filter at an instant.
 struct Track {
   geodesy::GpsTime time;
   geodesy::GpsTime measured;  ///< when a measurement last passed the gate
@@ -59,6 +59,10 @@ struct Track {
   [[nodiscard]] bool knows(gnss::System system) const { return known[clock_index(system)]; }
 };
 
+/// P h in ascending order of h's elements, as Eigen sums. Plain loops: Eigen's products of 12 x 12 matrices
+/// take ten seconds to compile.
+[[nodiscard]] StateVector times(const StateMatrix& p, const StateVector& h);
+
 /// Scalar updates at one point of linearisation, by Joseph's form: P = (I - K h) P (I - K h)^T + K R K^T.
 class Update {
  public:
@@ -67,20 +71,7 @@ class Update {
   Update(Track& track, const Update& begun) : track_(track), correction_(begun.correction_) {}
 
   /// False, and nothing changed, where the innovation is beyond `gate_sigmas`.
-  bool take(const Row& row, double gate_sigmas) {
-    const StateVector ph = track_.p * row.gradient;
-    const double noise = row.sigma * row.sigma;
-    const double variance = row.gradient.dot(ph) + noise;
-    const double innovation = row.innovation - row.gradient.dot(correction_);
-    if (std::abs(innovation) > gate_sigmas * std::sqrt(variance)) return false;
-    const StateVector gain = ph / variance;
-    correction_ += gain * innovation;
-    track_.p -= gain * ph.transpose();
-    const StateVector left = track_.p * row.gradient;
-    track_.p += (noise * gain - left) * gain.transpose();
-    track_.p = ((track_.p + track_.p.transpose()) / 2).eval();
-    return true;
-  }
+  bool take(const Row& row, double gate_sigmas);
   /// Instead of what was taken here.
   void adopt(const Update& other) {
     track_.p = other.track_.p;
@@ -103,8 +94,6 @@ struct Epoch {
 
 /// Covariance [m^2/s^2, ECEF] of an unknown velocity.
 [[nodiscard]] Eigen::Matrix3d unknown_velocity(const Eigen::Vector3d& position_ecef);
-/// @param values not empty
-[[nodiscard]] double median(std::vector<double> values);
 
 /// Over dt white acceleration of density q gives position and velocity q dt^3 / 3, q dt^2 / 2, q dt
 /// (Bar-Shalom, Li & Kirubarajan, Estimation with Applications to Tracking and Navigation, eq. 6.2.2-4), and

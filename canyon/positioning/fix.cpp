@@ -7,8 +7,10 @@
 #include <cmath>
 #include <utility>
 
+#include "canyon/base/distributions.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/covariance.hpp"
 #include "canyon/positioning/least_squares.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
 #include "canyon/positioning/raim.hpp"
@@ -122,7 +124,7 @@ class Solver {
     return false;
   }
 
-  /// At the rms of the sigmas of what is used, so that the covariance stays that of the measurements.
+  /// Gives all the rms of their sigmas, so that the covariance stays that of the measurements.
   void weigh_equally() {
     double sum = 0;
     for (const RangedSatellite& satellite : satellites_) {
@@ -164,7 +166,11 @@ class Solver {
       return 0;
     }
     const auto dx = least_squares_.solve(residual_);
-    residual_ -= design_ * dx;
+    for (Eigen::Index i = 0; i < design_.rows(); ++i) {
+      double moved = 0;
+      for (Eigen::Index j = 0; j < dx.size(); ++j) moved += design_(i, j) * dx(j);
+      residual_(i) -= moved;
+    }
     position_ += dx.head<3>();
     for (std::size_t system = 0; system < gnss::kSystemCount; ++system) {
       if (clocks_.column[system] >= 0) clock_m_[system] += dx(clocks_.column[system]);
@@ -191,7 +197,7 @@ class Solver {
     const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(place);
     if (const std::optional<Cofactor> q = cofactor(unit, kRankThreshold)) {
       Cofactor enu = *q;
-      enu.topLeftCorner<3, 3>() = enu_from_ecef * q->topLeftCorner<3, 3>() * enu_from_ecef.transpose();
+      enu.topLeftCorner<3, 3>() = geodesy::rotated(enu_from_ecef, q->topLeftCorner<3, 3>());
       fix.dop = dop_from_cofactor(enu);
     }
     if (!strong_enough(fix.dop, options_)) {
@@ -206,12 +212,9 @@ class Solver {
     for (const RangedSatellite& satellite : satellites_) {
       if (satellite.active) shares(row++) = satellite.measured->stated_share;
     }
-    Cofactor covariance = least_squares_.cofactor();
-    if ((shares.array() != 1).any()) {
-      const Eigen::MatrixXd of_errors = least_squares_.solve_diagonal(shares);
-      covariance = of_errors * of_errors.transpose();
-    }
-    fix.covariance_enu = enu_from_ecef * covariance.topLeftCorner<3, 3>() * enu_from_ecef.transpose();
+    const bool corrected = (shares.array() != 1).any();
+    const Cofactor covariance = corrected ? least_squares_.covariance(shares) : least_squares_.cofactor();
+    fix.covariance_enu = geodesy::rotated(enu_from_ecef, covariance.topLeftCorner<3, 3>());
     if (options_.covariance_by_residuals && rows_ > fix.unknowns) {
       fix.covariance_enu *=
           std::max(1.0, residual_.cwiseQuotient(shares).squaredNorm() / (rows_ - fix.unknowns));
@@ -281,7 +284,7 @@ class Solver {
     return fix;
   }
 
-  /// By normalised residual, of the last step; null where none is checked by the others.
+  /// The satellite of the largest normalised residual in the last step; null where the others check none.
   [[nodiscard]] RangedSatellite* worst_satellite() {
     const std::optional<Eigen::Index> worst = largest_normalised_residual(design_, residual_);
     if (!worst) return nullptr;
@@ -292,7 +295,7 @@ class Solver {
     return nullptr;
   }
 
-  /// By doppler_equation(), linear in velocity and clock drift.
+  /// Solves doppler_equation() for velocity and clock drift.
   void solve_velocity(Fix& fix, const Eigen::Matrix3d& enu_from_ecef) const {
     const auto rows = std::count_if(
         satellites_.begin(), satellites_.end(),
@@ -311,13 +314,12 @@ class Solver {
                   doppler.sigma_mps;
       ++row;
     }
-    LeastSquares least_squares(design);
+    const LeastSquares least_squares(design);
     if (least_squares.rank(kRankThreshold) < 4) return;
     const Eigen::Vector4d x = least_squares.solve(rate);
-    const Eigen::Matrix4d covariance = least_squares.cofactor();
+    const Cofactor covariance = least_squares.cofactor();
     fix.velocity_enu_mps = enu_from_ecef * x.head<3>();
-    fix.velocity_covariance_enu =
-        enu_from_ecef * covariance.topLeftCorner<3, 3>() * enu_from_ecef.transpose();
+    fix.velocity_covariance_enu = geodesy::rotated(enu_from_ecef, covariance.topLeftCorner<3, 3>());
     fix.clock_drift = x(3) / kSpeedOfLight;
   }
 
@@ -343,23 +345,14 @@ std::string_view name(FixStatus status) {
 }
 
 std::string_view reason(FixStatus status) {
-  switch (status) {
-    case FixStatus::NotSolved:
-      return "not solved";
-    case FixStatus::Fix:
-      return "solved";
-    case FixStatus::TooFewSatellites:
-      return "too few satellites";
-    case FixStatus::Singular:
-      return "satellite geometry does not determine a position";
-    case FixStatus::NotConverged:
-      return "least squares found no place near the ground";
-    case FixStatus::WeakGeometry:
-      return "satellite geometry is too weak";
-    case FixStatus::NoSignal:
-      break;
-  }
-  return "antenna inside a building or under the terrain";
+  constexpr std::string_view kReasons[]{"not solved",
+                                        "solved",
+                                        "too few satellites",
+                                        "satellite geometry does not determine a position",
+                                        "least squares found no place near the ground",
+                                        "satellite geometry is too weak",
+                                        "antenna inside a building or under the terrain"};
+  return kReasons[static_cast<std::size_t>(status)];
 }
 
 std::string_view name(FixKind kind) {

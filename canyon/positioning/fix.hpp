@@ -17,7 +17,7 @@
 
 namespace canyon::positioning {
 
-/// What a receiver measures of one signal of a satellite, or makes of two of them. For the fix it refers to
+/// A receiver's measurement of one signal of a satellite, or of a combination of two. In a fix it refers to
 /// the signal near L1: for another the caller takes the difference of group delays off the pseudorange.
 struct Measurement {
   gnss::SatelliteId id;
@@ -38,13 +38,13 @@ struct Measurement {
   std::optional<geodesy::GpsTime> phase_since;
   /// The phase may be off by half a cycle: the channel has not found the sign of the carrier yet.
   bool half_cycle = false;
-  /// How much of the ionosphere's delay at carrier_frequency_hz is in the pseudorange: 1 in one signal, 0 in
+  /// Share of the ionosphere's delay at carrier_frequency_hz in the pseudorange: 1 in one signal, 0 in
   /// the ionosphere-free combination of two, between in others.
   double ionosphere_share = 1;
   /// Deviation over that of the one signal with cn0_dbhz: weights that do not go by sigma_m take it times
   /// this.
   double sigma_factor = 1;
-  /// What is left of the deviation in weights and gates where corrections take a part of the error away, (0,
+  /// Share of the deviation of weights and gates that corrections leave of the error, (0,
   /// 1]: stated covariances go by it.
   double stated_share = 1;
 };
@@ -63,7 +63,7 @@ enum class FixStatus : std::uint8_t {
 /// Reason for people: "too few satellites".
 [[nodiscard]] std::string_view reason(FixStatus status);
 
-/// How a position was made. Output formats map it in canyon/output/ubx/fix_codes.hpp.
+/// Method that made a position. Output formats map it in canyon/output/ubx/fix_codes.hpp.
 enum class FixKind : std::uint8_t {
   None,           ///< there is no position
   Single,         ///< satellites of this epoch, without corrections
@@ -79,7 +79,7 @@ enum class FixKind : std::uint8_t {
   return kind == FixKind::Differential || kind == FixKind::Float || kind == FixKind::Fixed;
 }
 
-/// Where a receiver's antenna is relative to a base's, by their carrier phases.
+/// Position of a receiver's antenna relative to a base's, by their carrier phases.
 struct Baseline {
   FixKind kind = FixKind::Float;                         ///< Float or Fixed
   bool moving_base = false;                              ///< the base's place is its own fix of this epoch
@@ -92,7 +92,7 @@ struct Baseline {
   std::vector<gnss::SatelliteId> used;  ///< ascending
 
   [[nodiscard]] double length_m() const { return vector_enu.norm(); }
-  /// Of the vector, from north clockwise, [0, 2 pi); and upwards [rad].
+  /// Angles of the vector: from north clockwise, [0, 2 pi), and upwards [rad].
   [[nodiscard]] double heading_rad() const;
   [[nodiscard]] double pitch_rad() const;
   /// Their standard deviations, to first order [rad]; of a length of 0 infinite.
@@ -111,7 +111,7 @@ struct [[nodiscard]] Fix {
   std::optional<double> correction_age_s;
   /// Reference station id (RTCM DF003, 0 to 4095) of the base; likewise, and empty where it is not known.
   std::optional<int> correction_station;
-  /// By carrier phases, where the receiver has corrections for them. A moving base gives no position: the fix
+  /// Solution by carrier phases, where the receiver has corrections. A moving base gives no position: the fix
   /// then is Single or Differential beside it.
   std::optional<Baseline> baseline;
   /// NaN unless solved.
@@ -129,7 +129,7 @@ struct [[nodiscard]] Fix {
   std::optional<Dop> dop;
   std::vector<gnss::SatelliteId> used;  ///< ascending; empty unless solved
   std::vector<double> residuals_m;      ///< measured minus computed, one per used
-  /// By RAIM, in the order of exclusion; of a position filter, those that failed its gate, ascending.
+  /// Excluded by RAIM, in that order; by a position filter: those that failed its gate, ascending.
   std::vector<gnss::SatelliteId> excluded;
   /// RAIM's test passed on what is used; empty where it was off or had no redundancy to test.
   std::optional<bool> consistent;
@@ -142,7 +142,7 @@ struct [[nodiscard]] Fix {
   int unknowns = 0;  ///< 3 + constellation clocks
 
   [[nodiscard]] bool solved() const { return status == FixStatus::Fix; }
-  /// By satellites of this epoch.
+  /// Satellites of this epoch are in the position.
   [[nodiscard]] bool measured() const { return solved() && !used.empty(); }
   /// DeadReckoning is a position filter's prediction.
   [[nodiscard]] FixKind kind() const {

@@ -10,8 +10,10 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/covariance.hpp"
 #include "canyon/positioning/filter_track.hpp"
 #include "canyon/positioning/least_squares.hpp"
+#include "canyon/positioning/median.hpp"
 
 namespace canyon::positioning {
 namespace {
@@ -40,7 +42,7 @@ void look_around(Epoch& epoch, const Eigen::Vector3d& position, const FixOptions
   for (RangedSatellite& satellite : epoch.satellites) satellite.sigma_m = std::sqrt(sum / std::max(above, 1));
 }
 
-/// Of satellites whose pseudorange passed.
+/// Counts of Dopplers, of satellites whose pseudorange passed.
 struct Dopplers {
   int considered = 0, taken = 0;
 };
@@ -79,7 +81,7 @@ double stated_variance(const Epoch& epoch) {
   return count > 0 ? sum / count : 1;
 }
 
-/// How much larger the errors of a fix are than its weights say, as its covariance has it (FixOptions).
+/// Ratio of a fix's errors to those that its weights say, as in its covariance (FixOptions).
 double excess_of_residuals(const Epoch& epoch, const Fix& fix, const FixOptions& options) {
   const std::size_t count = fix.residuals_m.size();
   if (!options.covariance_by_residuals || count != fix.used.size() ||
@@ -240,7 +242,7 @@ void add_geometry(Fix& fix, const Track& track, const Epoch& epoch, const Eigen:
   if (const std::optional<Cofactor> q = cofactor(design)) fix.dop = dop_from_cofactor(*q);
 }
 
-/// How much larger the variance of the position is than that of white errors as small as the weights say
+/// Sets the ratio of the position's variance to that of white errors as small as the weights say
 /// (PositionFilterOptions::error_correlation_s). Stays where the measurements have no redundancy.
 void weigh_lasting_errors(Track& track, const Epoch& epoch, const Fix& fix, double dt,
                           const PositionFilterOptions& options, bool by_residuals) {
@@ -259,7 +261,7 @@ void weigh_lasting_errors(Track& track, const Epoch& epoch, const Fix& fix, doub
   if (redundancy < 1) return;
   const double least = stated_variance(epoch);
   double excess = by_residuals ? least * std::max(1.0, squares / static_cast<double>(redundancy)) : least;
-  // What corrections leave of a code's error where no residual shows more is noise.
+  // Corrections leave noise alone of a code's error, unless residuals show more.
   const double noise = by_residuals && least < 1 ? least : 0;
   if (options.error_correlation_s > 0) {
     excess = noise + (excess - noise) / std::tanh(dt / (2 * options.error_correlation_s));
@@ -280,10 +282,9 @@ Fix describe(const Track& track, const Epoch& epoch, const Fix& of) {
   fix.position = geodesy::geodetic_from_ecef(fix.position_ecef);
   const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(fix.position);
   fix.covariance_enu =
-      track.excess * enu_from_ecef * track.p.block<3, 3>(kPosition, kPosition) * enu_from_ecef.transpose();
+      track.excess * geodesy::rotated(enu_from_ecef, track.p.block<3, 3>(kPosition, kPosition));
   fix.velocity_enu_mps = enu_from_ecef * track.velocity();
-  fix.velocity_covariance_enu =
-      enu_from_ecef * track.p.block<3, 3>(kVelocity, kVelocity) * enu_from_ecef.transpose();
+  fix.velocity_covariance_enu = geodesy::rotated(enu_from_ecef, track.p.block<3, 3>(kVelocity, kVelocity));
   fix.clock_drift = track.x(kDrift) / kSpeedOfLight;
   for (const System system : kConstellations) {
     if (track.knows(system)) fix.clock_bias_s[system] = track.x(clock_of(system)) / kSpeedOfLight;

@@ -11,7 +11,7 @@ namespace canyon::positioning {
 
 struct Measurement;
 
-/// How a solver weighs pseudoranges against each other.
+/// Weights of pseudoranges in a solver.
 enum class Weighting : std::uint8_t {
   Sigma,      ///< 1 / sigma^2 of Measurement::sigma_m
   Equal,      ///< all alike, at the rms of Measurement::sigma_m of the satellites used
@@ -21,7 +21,7 @@ enum class Weighting : std::uint8_t {
 /// "sigma", "equal", "elevation", "cn0": the words of scenarios.
 [[nodiscard]] std::string_view name(Weighting weighting);
 
-/// Of a measurement that carries no C/N0.
+/// C/N0 of a measurement that carries none.
 inline constexpr double kUnknownCn0_dbhz = 30;
 
 struct WeightOptions {
@@ -68,7 +68,7 @@ struct FixOptions {
   int min_satellites = 4;
   int max_iterations = 20;      ///< 5 to 1000; from the Earth's centre 6 to 8 are needed
   double convergence_m = 1e-6;  ///< the paper's epsilon, on |dx| (position and clocks); [1e-9, 1]
-  /// By the sky's Klobuchar coefficients, and by Saastamoinen. Left out: as the errors of space are in the
+  /// Models: the sky's Klobuchar coefficients, and Saastamoinen. Left out: as the errors of space are in the
   /// signals (receiver::ReceiverOptions::decide()).
   options::Switch correct_ionosphere = false, correct_troposphere = false;
   /// Satellites weaker than this are not used [dB-Hz]; those without C/N0 are. 0: no mask. [0, 60].

@@ -71,7 +71,7 @@ struct Clocks {
 [[nodiscard]] bool enough_satellites(int satellites, int clocks, const FixOptions& options);
 /// FixOptions::max_pdop. @param dop empty: the geometry is beyond all bounds
 [[nodiscard]] bool strong_enough(const std::optional<Dop>& dop, const FixOptions& options);
-/// Where receivers may be: check_geodetic()'s lower bound (-10 km), and the edge of space (100 km), below
+/// Heights of receivers run from check_geodetic()'s lower bound (-10 km) to the edge of space (100 km), below
 /// every mirrored root of the pseudorange equations.
 [[nodiscard]] bool is_near_ground(double height_m);
 

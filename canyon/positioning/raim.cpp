@@ -1,13 +1,5 @@
 #include "canyon/positioning/raim.hpp"
 
-#include <fmt/format.h>
-
-#include <boost/math/distributions/chi_squared.hpp>
-#include <cmath>
-
-#include "canyon/base/input_error.hpp"
-#include "canyon/positioning/fix.hpp"
-
 namespace canyon::positioning {
 namespace {
 
@@ -16,10 +8,6 @@ constexpr double kUnchecked = 1e-6;
 
 }  // namespace
 
-double chi_square_quantile(double probability, int degrees) {
-  return quantile(complement(boost::math::chi_squared(degrees), probability));
-}
-
 std::optional<Eigen::Index> largest_normalised_residual(const Design& design,
                                                         const Eigen::VectorXd& residual) {
   const std::optional<Cofactor> covariance = cofactor(design, 1e-13);
@@ -27,7 +15,13 @@ std::optional<Eigen::Index> largest_normalised_residual(const Design& design,
   std::optional<Eigen::Index> worst;
   double largest = 0;
   for (Eigen::Index i = 0; i < design.rows(); ++i) {
-    const double q = 1 - design.row(i) * *covariance * design.row(i).transpose();
+    double leverage = 0;
+    for (Eigen::Index j = 0; j < design.cols(); ++j) {
+      double along = 0;
+      for (Eigen::Index k = 0; k < design.cols(); ++k) along += design(i, k) * (*covariance)(k, j);
+      leverage += along * design(i, j);
+    }
+    const double q = 1 - leverage;
     if (q < kUnchecked) continue;
     const double squared = residual(i) * residual(i) / q;
     if (worst && !(squared > largest)) continue;

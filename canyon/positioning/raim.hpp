@@ -7,11 +7,6 @@
 
 namespace canyon::positioning {
 
-/// Value that a chi-square variable of `degrees` degrees of freedom exceeds with `probability`.
-/// @param probability (0, 0.5]
-/// @param degrees 1 to 300
-[[nodiscard]] double chi_square_quantile(double probability, int degrees);
-
 /// Row whose residual is largest beside its own standard deviation: |w_i| = |r_i| / (sigma_i sqrt(q_ii)),
 /// with Q = I - A (A^T A)^-1 A^T (Baarda's w-test; Kuusniemi 2005). Rows that nothing checks (q_ii below
 /// 1e-6: a lone satellite of its clock) are passed over; empty where all are such. Of equal ones the first.

@@ -1,6 +1,5 @@
 #include "canyon/relative/baseline_state.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -8,6 +7,7 @@
 #include <vector>
 
 #include "canyon/base/simd_clones.hpp"
+#include "canyon/relative/triangular.hpp"
 
 namespace canyon::relative {
 
@@ -22,11 +22,6 @@ Eigen::MatrixXd at(const Eigen::MatrixXd& from, const std::vector<Index>& rows,
       static_cast<Index>(rows.size()), static_cast<Index>(columns.size()), [&](Index i, Index j) {
         return from(rows[static_cast<std::size_t>(i)], columns[static_cast<std::size_t>(j)]);
       });
-}
-
-Eigen::VectorXd at(const Eigen::VectorXd& from, const std::vector<Index>& rows) {
-  return Eigen::VectorXd::NullaryExpr(static_cast<Index>(rows.size()),
-                                      [&](Index i) { return from(rows[static_cast<std::size_t>(i)]); });
 }
 
 /// p -= gain gain^T in the lower triangle of p, n x n, column by column.
@@ -113,7 +108,8 @@ BaselineState BaselineState::without_ambiguities() const {
     part.slots.push_back(slots[i]);
     states.push_back(index(i));
   }
-  part.x = at(x, states);
+  part.x.resize(static_cast<Index>(states.size()));
+  for (std::size_t i = 0; i < states.size(); ++i) part.x(static_cast<Index>(i)) = x(states[i]);
   part.p = at(p, states, states);
   return part;
 }
@@ -134,13 +130,21 @@ void BaselineState::learn(const BaselineState& other) {
     if (slots[i].signal == nullptr) add(index(i), index(in_other++));
   }
   // Everything else follows by its covariance with them.
+  Eigen::VectorXd moved = Eigen::VectorXd::Zero(x.size());
   std::vector<Index> all(static_cast<std::size_t>(x.size()));
   std::iota(all.begin(), all.end(), Index{0});
   const Eigen::MatrixXd before = at(p, here, here);
-  const Eigen::MatrixXd gain = before.ldlt().solve(at(p, here, all)).transpose();
-  x += gain * (at(other.x, there) - at(x, here));
-  const Eigen::MatrixXd changed = gain * (at(other.p, there, there) - before);
-  p.triangularView<Eigen::Lower>() += changed * gain.transpose();
+  const Triangular factors = triangular(before);
+  // Those that the others explain come first, and follow.
+  const auto explained = static_cast<std::ptrdiff_t>(here.size()) - factors.d.size();
+  here.erase(here.begin(), here.begin() + explained);
+  there.erase(there.begin(), there.begin() + explained);
+  const Eigen::MatrixXd gain = times_inverse(at(p, all, here), factors);
+  for (std::size_t k = 0; k < here.size(); ++k) {
+    add_multiple(other.x(there[k]) - x(here[k]), &gain(0, static_cast<Index>(k)), x.size(), moved.data());
+  }
+  x += moved;
+  add_product_to_lower(product(gain, at(other.p, there, there) - at(p, here, here)), gain, p);
   mirror();
 }
 

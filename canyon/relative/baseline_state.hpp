@@ -11,7 +11,7 @@
 
 namespace canyon::relative {
 
-/// What the filter estimates beside position, velocity and clock: one number each.
+/// A number that the filter estimates beside position, velocity and clock.
 struct Slot {
   gnss::SatelliteId id;
   const gnss::Signal* signal = nullptr;  ///< of an ambiguity [cycles]; null: the ionosphere's difference [m]
@@ -53,7 +53,7 @@ class BaselineState {
   /// Position and velocity over dt_s [s], with white accelerations; position error is 0 before.
   void move(double dt_s, const Eigen::Matrix3d& acceleration_density_squared);
 
-  /// What an observation of `value` would say: innovation and its variance.
+  /// Innovation of an observation of `value`, and its variance.
   struct Innovation {
     double value = 0, variance = 0;
     [[nodiscard]] double normalised() const;

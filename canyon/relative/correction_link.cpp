@@ -15,7 +15,7 @@ namespace canyon::relative {
 void CorrectionOptions::validate() const {
   options::check(*this, "corrections");
   if (std::adjacent_find(outages_s.begin(), outages_s.end(), std::greater_equal<>()) != outages_s.end()) {
-    throw InputError("outages_s: not beginnings and ends in turn, ascending",
+    throw InputError("outages_s: the times do not ascend",
                      "write [20, 40, 100, 110]: from 20 s to 40 s, and from 100 s to 110 s");
   }
   if (station_error_m.size() > 3) {
@@ -60,7 +60,7 @@ CorrectionLink::CorrectionLink(CorrectionOptions options, std::uint64_t seed, co
 void CorrectionLink::send(geodesy::GpsTime time, std::shared_ptr<const Corrections> corrections,
                           const std::optional<Eigen::Vector3d>& receiver_ecef) {
   if (!begin_) begin_ = time;
-  // By the times of measurement, since streams arrive with jitter; receivers' clocks are off by milliseconds.
+  // Times of measurement decide, since streams arrive with jitter; receivers' clocks are off by milliseconds.
   constexpr double kOnTime_s = 5e-3;
   const double since_s = sent_ ? corrections->receiver_time - *sent_ : -1;
   if (options_.rate_hz > 0 && since_s >= 0 && since_s < 1 / options_.rate_hz - kOnTime_s) return;

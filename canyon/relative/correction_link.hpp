@@ -14,7 +14,7 @@
 
 namespace canyon::relative {
 
-/// Whose corrections a receiver takes, and what the way of these does to them (docs/corrections.md).
+/// The base whose corrections a receiver takes, and the link between them (docs/corrections.md).
 struct CorrectionOptions {
   /// Name of a reference station of the same run, or the address of a stream of RTCM 3 (is_stream()), which
   /// `canyon live` reads, or of a topic (kTopicAddress), which the node of ROS 2 reads; empty: none.
@@ -37,7 +37,6 @@ struct CorrectionOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Its fields.
 void visit(options::Visitor& v, CorrectionOptions& o);
 /// Addresses of topics of ROS 2 begin with it: "topic:NAME".
 inline constexpr std::string_view kTopicAddress = "topic:";
@@ -45,7 +44,7 @@ inline constexpr std::string_view kTopicAddress = "topic:";
 /// "topic:...".
 [[nodiscard]] bool is_stream(const std::string& from);
 
-/// The way of corrections from a base to one receiver. Same options and seed, same losses.
+/// Link that carries corrections from a base to one receiver. The same options and seed give the same losses.
 class CorrectionLink {
  public:
   /// @param name of the receiver, that sets its random draws apart

@@ -14,7 +14,7 @@
 
 namespace canyon::relative {
 
-/// What a receiver measured of one signal.
+/// A receiver's measurement of one signal.
 struct SignalMeasurement {
   const gnss::Signal* signal = nullptr;  ///< of gnss::signals_of()
   positioning::Measurement measurement;
@@ -24,7 +24,7 @@ struct SignalMeasurement {
   bool aligned = true;
 };
 
-/// What has to be added to GLONASS phases [m] so that they refer to the instant of the codes, by RINEX code
+/// Bias to add to GLONASS phases [m] so that they refer to the instant of the codes, by RINEX code
 /// ("1C", "1P", "2C", "2P"): RTCM message 1230, header record GLONASS COD/PHS/BIS. Without an entry it is not
 /// known.
 using GlonassBiases = std::map<std::string, double, std::less<>>;
@@ -39,18 +39,18 @@ inline void align(SignalMeasurement& seen, std::string_view code, const GlonassB
   *m.carrier_phase_cycles += bias_m->second * m.carrier_frequency_hz / geodesy::kSpeedOfLight;
 }
 
-/// What a receiver is given of a reference station, beside what arrives at its own antenna: one epoch of the
+/// Input of a receiver from a reference station, beside the signals at its own antenna: one epoch of the
 /// station as RTCM 3 has it (messages 1005 and MSM).
 struct Corrections {
   int station = 0;  ///< its identification, [0, 4095]; 0 is what the RTCM of a run says
   Eigen::Vector3d station_ecef = Eigen::Vector3d::Zero();  ///< its antenna, as the station states it [m]
   /// The station moves: its place is its own fix of this epoch.
   bool moving = false;
-  /// What the station's clock showed; the pseudoranges hold its error.
+  /// Reading of the station's clock; the pseudoranges hold its error.
   geodesy::GpsTime receiver_time;
   /// Those of a satellite stand together.
   std::vector<SignalMeasurement> observations;
-  /// As the station names them (messages 1007, 1008, 1033); empty: not known.
+  /// Names by the station (messages 1007, 1008, 1033); empty: not known.
   std::string antenna_name = {}, receiver_name = {};
 };
 

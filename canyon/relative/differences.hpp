@@ -20,21 +20,21 @@ struct Difference {
   double age_variance = 0;  // of both [m^2]
   std::optional<geodesy::GpsTime> base_since;
   bool has_phase = false, half_cycle = false, aligned = true;
-  // What the filter made of the phase.
+  // The filter sets these.
   std::optional<std::size_t> slot;
   bool used = false;      // phase
   bool trusted = false;   // within the gate
   double residual_m = 0;  // after the epoch
 
   [[nodiscard]] gnss::SatelliteId id() const { return rover->id; }
-  /// Of the delay at this carrier over that at L1.
+  /// Ratio of the ionosphere's delay at this carrier to that at L1.
   [[nodiscard]] double ionosphere_rate() const;
 };
 
 /// A satellite's signals are together; those of one signal, by their places among the differences.
 using Groups = std::map<const gnss::Signal*, std::vector<std::size_t>>;
 
-/// Of all signals that both measured; they refer to `rover`. `base` is in the order of before().
+/// Differences of all signals that both measured; they refer to `rover`. `base` is in the order of before().
 /// @param phase_sigma_m of a phase at the zenith @param age_s of the base's epoch
 [[nodiscard]] std::vector<Difference> differences_of(std::span<const ObservedMinusComputed> rover,
                                                      std::span<const ObservedMinusComputed> base,

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/positioning/filter_track.hpp"
+#include "canyon/positioning/median.hpp"
 
 namespace canyon::relative {
 

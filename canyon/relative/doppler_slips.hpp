@@ -15,7 +15,7 @@ namespace canyon::relative {
 /// Finds phases of one receiver that moved by something else than their Doppler since the epoch before.
 class DopplerSlips {
  public:
-  /// Of the next epoch, `dt_s` after the last one. @param rover those to look at @param measured all, with
+  /// Takes the next epoch, `dt_s` after the last one. @param rover those to look at @param measured all, with
   /// phase and Doppler. More than four steps must be known: their median is the receiver's clock.
   void update(double dt_s, std::span<const ObservedMinusComputed> rover,
               std::span<const SignalMeasurement> measured);

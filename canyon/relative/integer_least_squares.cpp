@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -13,31 +14,13 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// With this success rate, and within so many steps for each variable, a search goes without decorrelation.
+/// A search goes without decorrelation at this success rate, and within so many steps for each variable.
 constexpr double kSure = 0.999;
 constexpr Index kShortSearch = 20;
 /// Beyond, doubles lose what is behind the point.
 constexpr double kLargest = 1e12;
 /// Multiples beyond would grow without bound.
 constexpr double kLargeMultiple = 100;
-
-/// Q = L^T D L of the last variables of a covariance, as many as are positive definite.
-Triangular triangular(const MatrixXd& covariance) {
-  const Index n = covariance.rows();
-  MatrixXd rest = covariance;
-  Triangular f{MatrixXd::Identity(n, n), VectorXd(n)};
-  for (Index i = n - 1; i >= 0; --i) {
-    const double d = rest(i, i);
-    // What rounding leaves of a variance that others explain is no variance.
-    if (!(d > 1e-14 * covariance(i, i)) || !std::isfinite(d)) {
-      return {f.l.bottomRightCorner(n - 1 - i, n - 1 - i), f.d.tail(n - 1 - i)};
-    }
-    f.d(i) = d;
-    f.l.row(i).head(i) = rest.col(i).head(i).transpose() / d;
-    for (Index j = 0; j < i; ++j) rest.col(j).head(j + 1) -= f.l(i, j) * rest.col(i).head(j + 1);
-  }
-  return f;
-}
 
 /// A change of variables at work.
 struct Basis {
@@ -84,7 +67,7 @@ struct Basis {
         --j;
         continue;
       }
-      // No element of L but the one beside the diagonal decides about an exchange: the others wait until they
+      // Only the element of L beside the diagonal decides about an exchange: the others wait until they
       // are large.
       reduce(j + 1, j);
       const Index below = l.rows() - j - 2;
@@ -271,8 +254,9 @@ std::optional<IntegerSolution> integer_least_squares(const Decorrelation& by, Ra
   Search search(by.z, by.factors);
   search.begin();
   if (!search.run(max_nodes, ratios)) return std::nullopt;
-  return IntegerSolution{by.origin + by.a_from_z * search.found[0], by.origin + by.a_from_z * search.found[1],
-                         search.distance[0], search.distance[1], bootstrapped_success(by.factors)};
+  return IntegerSolution{by.origin + product(by.a_from_z, search.found[0]),
+                         by.origin + product(by.a_from_z, search.found[1]), search.distance[0],
+                         search.distance[1], bootstrapped_success(by.factors)};
 }
 
 std::optional<IntegerSolution> short_search(const VectorXd& real, const MatrixXd& covariance,
@@ -280,23 +264,32 @@ std::optional<IntegerSolution> short_search(const VectorXd& real, const MatrixXd
   if (!are_usable(real, covariance)) return std::nullopt;
   const VectorXd origin = real.array().round();
   const Index n = real.size();
-  // No better than the best known number alone.
+  // The success rate is at most that of the best known number alone.
   if (std::erf(1 / std::sqrt(8 * covariance.diagonal().minCoeff())) <= kSure) return std::nullopt;
   // The best known last.
-  Eigen::PermutationMatrix<Eigen::Dynamic> order(n);
-  order.setIdentity();
-  std::sort(order.indices().data(), order.indices().data() + n,
-            [&](int a, int b) { return covariance(a, a) > covariance(b, b); });
-  const Triangular factors = triangular(order.transpose() * covariance * order);
+  std::vector<Index> order(static_cast<std::size_t>(n));
+  std::iota(order.begin(), order.end(), Index{0});
+  std::sort(order.begin(), order.end(),
+            [&](Index a, Index b) { return covariance(a, a) > covariance(b, b); });
+  const auto place = [&](Index i) { return order[static_cast<std::size_t>(i)]; };
+  MatrixXd ordered(n, n);
+  VectorXd z(n);
+  for (Index i = 0; i < n; ++i) {
+    z(i) = real(place(i)) - origin(place(i));
+    for (Index j = 0; j < n; ++j) ordered(i, j) = covariance(place(i), place(j));
+  }
+  const Triangular factors = triangular(ordered);
   if (factors.d.size() < n) return std::nullopt;
   const double success = bootstrapped_success(factors);
   if (success <= kSure) return std::nullopt;
-  const VectorXd z = order.transpose() * (real - origin);
   Search search(z, factors);
   search.begin();
   if (!search.run(static_cast<int>(kShortSearch * n), ratios)) return std::nullopt;
-  return IntegerSolution{origin + order * search.found[0], origin + order * search.found[1],
-                         search.distance[0], search.distance[1], success};
+  VectorXd found[] = {origin, origin};
+  for (Index i = 0; i < n; ++i) {
+    for (int k = 0; k < 2; ++k) found[k](place(i)) += search.found[k](i);
+  }
+  return IntegerSolution{found[0], found[1], search.distance[0], search.distance[1], success};
 }
 
 std::optional<IntegerSolution> integer_least_squares(const VectorXd& real, const MatrixXd& covariance,

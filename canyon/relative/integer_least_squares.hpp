@@ -5,6 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "canyon/relative/triangular.hpp"
+
 namespace canyon::relative {
 
 /// The whole numbers nearest to real ones in the metric of their covariance.
@@ -17,12 +19,6 @@ struct IntegerSolution {
   [[nodiscard]] double ratio() const;
 };
 
-/// Q = L^T D L with L unit lower triangular and D > 0.
-struct Triangular {
-  Eigen::MatrixXd l;
-  Eigen::VectorXd d;
-};
-
 /// A change of variables a = origin + A z, |det A| = 1 and whole numbers, under which Q is nearly diagonal
 /// and the last z are the best known; as far as products of L's elements can do it (Teunissen, The
 /// least-squares ambiguity decorrelation adjustment, Journal of Geodesy 70, 1995; greedy order of
@@ -33,7 +29,7 @@ struct Decorrelation {
   Eigen::VectorXd z;       ///< of the real numbers
   Eigen::MatrixXd a_from_z;
 };
-/// Of nested sets, each the last `sizes[k]` variables: sizes rise from 1 to n at most, and a set costs what
+/// Decorrelates nested sets, the last `sizes[k]` variables each: sizes rise from 1 to n; a set costs what
 /// it adds to the one before.
 /// @param real [n], n >= 1 @param covariance [n, n], symmetric
 /// Those are empty whose covariance is not positive definite; all are where values are not finite or beyond
@@ -47,7 +43,7 @@ struct Decorrelation {
 /// own, sharp behind decorrelate() (Teunissen, Journal of Geodesy 73, 1999).
 [[nodiscard]] double bootstrapped_success(const Triangular& factors);
 
-/// Where the ratio of the second best distance to the best counts.
+/// Bounds between which the ratio of the second best distance to the best counts.
 struct RatioLimits {
   /// 1 or more. A ratio below need not be right, nor the two vectors the nearest: the true ratio is below
   /// too.
@@ -67,7 +63,7 @@ struct RatioLimits {
 [[nodiscard]] std::optional<IntegerSolution> short_search(const Eigen::VectorXd& real,
                                                           const Eigen::MatrixXd& covariance,
                                                           RatioLimits ratios = {});
-/// By short_search() where that has an answer, else decorrelated first; empty also where decorrelate() is.
+/// Answer of short_search(), else of the search behind decorrelate(); empty also where that is.
 [[nodiscard]] std::optional<IntegerSolution> integer_least_squares(const Eigen::VectorXd& real,
                                                                    const Eigen::MatrixXd& covariance,
                                                                    RatioLimits ratios = {},

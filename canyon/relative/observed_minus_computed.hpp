@@ -31,7 +31,7 @@ struct ObservedMinusComputed {
   bool aligned = true;  ///< SignalMeasurement::aligned
 };
 
-/// Of satellites that the sky knows, at or above the mask of elevation and C/N0, ascending by satellite and
+/// Takes satellites that the sky knows, at or above both masks (elevation, C/N0), ascending by satellite and
 /// signal. @param place of the antenna, ECEF [m]
 /// Throws InputError for measurements that are not numbers.
 [[nodiscard]] std::vector<ObservedMinusComputed> observed_minus_computed(

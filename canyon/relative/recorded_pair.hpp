@@ -14,7 +14,7 @@
 
 namespace canyon::relative {
 
-/// How a recorded rover is solved beside a recorded base.
+/// Options of solving a recorded rover beside a recorded base.
 struct PairOptions {
   RtkOptions rtk;
   positioning::FixOptions fix;       ///< masks, and the fix of single epochs that begins the filter
@@ -27,11 +27,11 @@ struct PairEpoch {
   positioning::Fix fix;
 };
 
-/// What one receiver recorded, in order of time: an observation file, or a stream of RTCM 3
+/// Recording of one receiver, in order of time: an observation file, or a stream of RTCM 3
 /// (rtcm::read_rtcm_corrections()).
 using RecordedEpochs = std::vector<std::shared_ptr<const Corrections>>;
 
-/// Of an observation file. @param biases of its header
+/// Recording of an observation file. @param biases of its header
 /// @param place of its antenna, ECEF [m]; a rover's is not used
 [[nodiscard]] RecordedEpochs recorded_epochs(const std::vector<rinex::ObservationEpoch>& recorded,
                                              const GlonassBiases& biases, const orbit::Sky& sky,
@@ -46,7 +46,7 @@ using RecordedEpochs = std::vector<std::shared_ptr<const Corrections>>;
     const std::map<gnss::System, gnss::Klobuchar>& klobuchar, const PairOptions& options,
     const std::function<void(std::size_t, std::size_t)>& progress = {});
 
-/// As RTKLIB writes solutions (".pos", GPST, degrees, ellipsoidal heights), which rtkplot and others read: a
+/// Writes RTKLIB's format of solutions (".pos", GPST, degrees, ellipsoidal heights), which rtkplot reads: a
 /// header that names `program`, a line for each solved epoch, quality 1 fixed, 2 float, 4 differential, 5
 /// single (RTKLIB 2.4.2 manual, appendix B.1).
 [[nodiscard]] std::string rtklib_solutions(const std::vector<PairEpoch>& epochs, const std::string& program);

@@ -12,6 +12,8 @@
 
 namespace canyon::relative {
 
+class BaselineFilter;
+
 /// One rover's filter: position relative to a base from differences of code and phase, and whole numbers of
 /// cycles among these. Same inputs, same answers. Epochs in order of time.
 ///
@@ -59,9 +61,8 @@ class RtkFilter {
                                                        const orbit::Sky& sky, const positioning::Fix& alone);
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
-  std::unique_ptr<State> second_;  // while the first is float
+  std::unique_ptr<BaselineFilter> filter_;
+  std::unique_ptr<BaselineFilter> second_;  // while the first is float
   geodesy::GpsTime second_began_;
 };
 

@@ -1,4 +1,3 @@
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -7,9 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include "canyon/relative/rtk_filter_state.hpp"
+#include "canyon/relative/baseline_filter.hpp"
 
-// Whole numbers of cycles: candidates, search, acceptance.
+// Whole numbers of cycles of BaselineFilter, which baseline_filter.hpp declares: candidates, search,
+// acceptance.
 
 namespace canyon::relative {
 namespace {
@@ -25,22 +25,29 @@ constexpr int kKeptAfter = 5;
 constexpr double kKeptRatio = 1.5, kKeptShare = 0.75;
 /// Residuals of an epoch alone tell how large errors are where no fewer are redundant.
 constexpr int kFewRedundant = 5;
-/// With fewer whole numbers there is no search.
+/// Least number of whole numbers that are searched for.
 constexpr std::size_t kFewestPairs = 4;
-/// So many more satellites are left out, search by search.
+/// Numbers of further satellites that each search leaves out.
 constexpr std::size_t kFewer[] = {0, 1, 1, 1, 2, 3};
+/// Weight of an epoch in means of squares of whole numbers' residuals.
+constexpr double kFixedWeight = 0.1;
+
+/// Places of two slots' ambiguities in the state.
+std::pair<Index, Index> states_of(const std::pair<std::size_t, std::size_t>& slots) {
+  return {BaselineState::index(slots.first), BaselineState::index(slots.second)};
+}
 
 }  // namespace
 
-double RtkFilter::State::squares_of_residuals(std::span<const std::size_t> among,
-                                              const Eigen::VectorXd& x) const {
+double BaselineFilter::squares_of_residuals(std::span<const std::size_t> among,
+                                            const Eigen::VectorXd& x) const {
   struct Sums {
     double weights = 0, values = 0, squares = 0;
   };
   std::map<const gnss::Signal*, Sums> of_signals;
   for (const std::size_t i : among) {
-    const Difference& d = differences[i];
-    const SparseRow row = row_of(state, d, true);
+    const Difference& d = differences_[i];
+    const SparseRow row = row_of(state_, d, true);
     double residual_m = d.phase_m;
     for (std::size_t k = 0; k < row.count; ++k) residual_m -= row.terms[k].second * x(row.terms[k].first);
     const double weight = 1 / (d.variance + d.age_variance);
@@ -56,132 +63,139 @@ double RtkFilter::State::squares_of_residuals(std::span<const std::size_t> among
   return result;
 }
 
-double RtkFilter::State::factor_of(const Fixed& fixed) {
-  fixed_squares += kSquaresWeight * (fixed.squares - fixed_squares);
-  fixed_redundant += kSquaresWeight * (std::max(0, fixed.redundant) - fixed_redundant);
-  if (!moving || ionosphere_sigma_m > 0) return std::max(1.0, squares);
-  const double lately = (1 + fixed_squares / kSquaresWeight) / (1 + fixed_redundant / kSquaresWeight);
+double BaselineFilter::factor_of(const Fixed& fixed) {
+  fixed_squares_ += kFixedWeight * (fixed.squares - fixed_squares_);
+  fixed_redundant_ += kFixedWeight * (std::max(0, fixed.redundant) - fixed_redundant_);
+  if (!moving_ || ionosphere_sigma_m_ > 0) return std::max(1.0, squares_);
+  const double lately = (1 + fixed_squares_ / kFixedWeight) / (1 + fixed_redundant_ / kFixedWeight);
   return std::max(lately, fixed.squares / std::max(kFewRedundant, fixed.redundant));
 }
 
-std::vector<std::size_t> RtkFilter::State::candidates() const {
+std::vector<std::size_t> BaselineFilter::candidates() const {
   std::vector<std::size_t> result;
-  for (std::size_t i = 0; i < differences.size(); ++i) {
-    const Difference& d = differences[i];
-    const bool integer = d.aligned || options.fix_glonass;
+  for (std::size_t i = 0; i < differences_.size(); ++i) {
+    const Difference& d = differences_[i];
+    const bool integer = d.aligned || options_.fix_glonass;
     if (d.used && d.trusted && integer && !d.half_cycle &&
-        d.rover->elevation_rad >= options.fix_elevation_rad) {
+        d.rover->elevation_rad >= options_.fix_elevation_rad) {
       result.push_back(i);
     }
   }
   std::stable_sort(result.begin(), result.end(), [this](std::size_t a, std::size_t b) {
-    return differences[a].variance < differences[b].variance;
+    return differences_[a].variance < differences_[b].variance;
   });
   return result;
 }
 
-bool RtkFilter::State::are_kept(std::span<const std::pair<Slot*, Slot*>> slots,
-                                const Eigen::VectorXd& whole) {
+bool BaselineFilter::are_kept(std::span<const SlotPair> slots, const Eigen::VectorXd& whole) const {
   std::size_t known = 0;
   for (std::size_t i = 0; i < slots.size(); ++i) {
-    const auto& [slot, reference] = slots[i];
-    if (!slot->whole || !reference->whole) continue;
-    if (*slot->whole - *reference->whole != whole(static_cast<Index>(i))) return false;
+    const auto& slot = state_.slots[slots[i].first].whole;
+    const auto& reference = state_.slots[slots[i].second].whole;
+    if (!slot || !reference) continue;
+    if (*slot - *reference != whole(static_cast<Index>(i))) return false;
     ++known;
   }
   return known >= kKeptShare * static_cast<double>(slots.size());
 }
 
-void RtkFilter::State::keep(std::span<const std::pair<Slot*, Slot*>> slots, const Eigen::VectorXd& whole) {
+void BaselineFilter::keep(std::span<const SlotPair> slots, const Eigen::VectorXd& whole) {
   if (!are_kept(slots, whole)) {
-    for (Slot& slot : state.slots) slot.whole.reset();
+    for (Slot& slot : state_.slots) slot.whole.reset();
   }
   for (std::size_t i = 0; i < slots.size(); ++i) {
-    const auto& [slot, reference] = slots[i];
-    if (!reference->whole && slot->whole) reference->whole = *slot->whole - whole(static_cast<Index>(i));
+    const auto& slot = state_.slots[slots[i].first].whole;
+    auto& reference = state_.slots[slots[i].second].whole;
+    if (!reference && slot) reference = *slot - whole(static_cast<Index>(i));
   }
   for (std::size_t i = 0; i < slots.size(); ++i) {
-    const auto& [slot, reference] = slots[i];
-    if (!reference->whole) reference->whole = 0;
-    slot->whole = *reference->whole + whole(static_cast<Index>(i));
+    auto& reference = state_.slots[slots[i].second].whole;
+    if (!reference) reference = 0;
+    state_.slots[slots[i].first].whole = *reference + whole(static_cast<Index>(i));
   }
 }
 
-RtkFilter::State::Pairs RtkFilter::State::pairs_of(std::vector<std::size_t> among) {
-  Pairs pairs{std::move(among), {}, {}, {}, {}, {}};
+BaselineFilter::Pairs BaselineFilter::pairs_of(std::vector<std::size_t> among) {
+  Pairs pairs{std::move(among), {}, {}, {}, {}};
   std::map<const gnss::Signal*, std::size_t> references;
-  for (const std::size_t i : pairs.among) references[differences[i].rover->signal] = i;
+  for (const std::size_t i : pairs.among) references[differences_[i].rover->signal] = i;
   for (const std::size_t i : pairs.among) {
-    const Difference& d = differences[i];
-    pairs.before.push_back(pairs.states.size());
+    const Difference& d = differences_[i];
+    pairs.before.push_back(pairs.slots.size());
     const std::size_t reference = references.at(d.rover->signal);
     if (i == reference) continue;
-    const std::size_t other = *differences[reference].slot;
-    pairs.states.emplace_back(BaselineState::index(*d.slot), BaselineState::index(other));
-    pairs.slots.emplace_back(&state.slots[*d.slot], &state.slots[other]);
+    pairs.slots.emplace_back(*d.slot, *differences_[reference].slot);
   }
-  const auto n = static_cast<Index>(pairs.states.size());
+  const auto n = static_cast<Index>(pairs.slots.size());
   pairs.real.resize(n);
   pairs.covariance.resize(n, n);
   for (Index i = 0; i < n; ++i) {
-    const auto& [a, r] = pairs.states[static_cast<std::size_t>(i)];
-    pairs.real(i) = state.x(a) - state.x(r);
+    const auto [a, r] = states_of(pairs.slots[static_cast<std::size_t>(i)]);
+    pairs.real(i) = state_.x(a) - state_.x(r);
     for (Index j = 0; j <= i; ++j) {
-      const auto& [b, s] = pairs.states[static_cast<std::size_t>(j)];
+      const auto [b, s] = states_of(pairs.slots[static_cast<std::size_t>(j)]);
       pairs.covariance(i, j) = pairs.covariance(j, i) =
-          state.p(a, b) - state.p(a, s) - state.p(r, b) + state.p(r, s);
+          state_.p(a, b) - state_.p(a, s) - state_.p(r, b) + state_.p(r, s);
     }
   }
   return pairs;
 }
 
-RtkFilter::State::Fixed RtkFilter::State::answer(const Pairs& pairs, const Set& set,
-                                                 const std::optional<IntegerSolution>& found) {
+BaselineFilter::Fixed BaselineFilter::answer(const Pairs& pairs, const Set& set,
+                                             const std::optional<IntegerSolution>& found) {
   Fixed fixed;
   if (!found) return fixed;
   fixed.ratio = found->ratio();
-  const bool proven = fixed.ratio >= options.ratio && found->success >= options.min_success;
-  fixed.accepted = proven || (fixed_in_a_row >= kKeptAfter && fixed.ratio >= kKeptRatio &&
-                              are_kept(std::span(pairs.slots).last(set.pairs), found->best));
+  const bool proven = fixed.ratio >= options_.ratio && found->success >= options_.min_success;
+  fixed.accepted = proven || (fixed_in_a_row_ >= kKeptAfter && fixed.ratio >= kKeptRatio &&
+                              are_kept(std::span<const SlotPair>(pairs.slots).last(set.pairs), found->best));
   if (fixed.accepted) fix_at(pairs, set, found->best, fixed);
   return fixed;
 }
 
-void RtkFilter::State::fix_at(const Pairs& pairs, const Set& set, const Eigen::VectorXd& whole,
-                              Fixed& fixed) {
-  keep(std::span(pairs.slots).last(set.pairs), whole);
-  const auto states = std::span(pairs.states).last(set.pairs);
+void BaselineFilter::fix_at(const Pairs& pairs, const Set& set, const Eigen::VectorXd& whole, Fixed& fixed) {
+  const auto slots = std::span<const SlotPair>(pairs.slots).last(set.pairs);
   const Index n = whole.size();
-  const Eigen::LDLT<Eigen::MatrixXd> factors(pairs.covariance.bottomRightCorner(n, n));
-  const Eigen::VectorXd weights = factors.solve(pairs.real.tail(n) - whole);
-  Eigen::VectorXd x = state.x;
-  Eigen::MatrixXd with_position(3, n);
+  const Triangular factors = triangular(pairs.covariance.bottomRightCorner(n, n));
+  fixed.accepted = factors.d.size() == n;
+  if (!fixed.accepted) return;
+  keep(slots, whole);
+  // Rows: innovations, and covariances of these with the position.
+  Eigen::MatrixXd rows(4, n);
+  rows.row(0) = pairs.real.tail(n) - whole;
   for (Index i = 0; i < n; ++i) {
-    const auto& [a, r] = states[static_cast<std::size_t>(i)];
-    x -= weights(i) * (state.p.col(a) - state.p.col(r));
-    with_position.col(i) = state.p.col(a).head<3>() - state.p.col(r).head<3>();
+    const auto [a, r] = states_of(slots[static_cast<std::size_t>(i)]);
+    rows.col(i).tail<3>() = state_.p.col(a).head<3>() - state_.p.col(r).head<3>();
+  }
+  const Eigen::MatrixXd weights = times_inverse(rows, factors);
+  Eigen::VectorXd x = state_.x;
+  fixed.covariance = state_.p.topLeftCorner<3, 3>();
+  for (Index i = 0; i < n; ++i) {
+    const auto [a, r] = states_of(slots[static_cast<std::size_t>(i)]);
+    add_multiple(-weights(0, i), &state_.p(0, a), x.size(), x.data());
+    add_multiple(weights(0, i), &state_.p(0, r), x.size(), x.data());
+    for (Index j = 0; j < 3; ++j) fixed.covariance.col(j) -= rows(1 + j, i) * weights.col(i).tail<3>();
   }
   fixed.position_error = x.segment<3>(BaselineState::kPosition);
   fixed.redundant = static_cast<int>(n) - 3;
   fixed.squares = squares_of_residuals(std::span(pairs.among).subspan(set.begin), x);
-  fixed.covariance = state.p.topLeftCorner<3, 3>() - with_position * factors.solve(with_position.transpose());
-  if (options.integers != Integers::Hold || fixed_in_a_row + 1 < kHoldAfter) return;
+  if (options_.integers != Integers::Hold || fixed_in_a_row_ + 1 < kHoldAfter) return;
   for (Index i = 0; i < n; ++i) {
-    const auto& [a, r] = states[static_cast<std::size_t>(i)];
+    const auto [a, r] = states_of(slots[static_cast<std::size_t>(i)]);
     SparseRow row;
     row.add(a, 1);
     row.add(r, -1);
-    state.take(row, whole(i), kHeld_cycles * kHeld_cycles);
+    state_.take(row, whole(i), kHeld_cycles * kHeld_cycles);
   }
-  state.mirror();
+  state_.mirror();
 }
 
-std::optional<RtkFilter::State::Fixed> RtkFilter::State::find_integers() {
+std::optional<BaselineFilter::Fixed> BaselineFilter::find_integers() {
   std::vector<std::size_t> among = candidates();
   std::optional<Fixed> result = find_among(among);
   if (result && result->accepted) return result;
   const auto glonass = std::remove_if(among.begin(), among.end(), [&](std::size_t i) {
-    return differences[i].id().system == gnss::System::GLONASS;
+    return differences_[i].id().system == gnss::System::GLONASS;
   });
   if (glonass == among.end()) return result;
   among.erase(glonass, among.end());
@@ -189,26 +203,26 @@ std::optional<RtkFilter::State::Fixed> RtkFilter::State::find_integers() {
   return without && (!result || without->accepted) ? without : result;
 }
 
-std::optional<RtkFilter::State::Fixed> RtkFilter::State::find_among(std::vector<std::size_t> among) {
+std::optional<BaselineFilter::Fixed> BaselineFilter::find_among(std::vector<std::size_t> among) {
   // Satellites leave to the front, the least certain first, so that each set is a last part of all.
   std::vector<gnss::SatelliteId> satellites(among.size());
   std::transform(among.begin(), among.end(), satellites.begin(),
-                 [&](std::size_t i) { return differences[i].id(); });
+                 [&](std::size_t i) { return differences_[i].id(); });
   std::sort(satellites.begin(), satellites.end());
   satellites.erase(std::unique(satellites.begin(), satellites.end()), satellites.end());
   auto remaining = static_cast<int>(satellites.size());
   std::vector<std::size_t> ordered, begins;
   for (const std::size_t fewer : kFewer) {
     for (std::size_t k = 0; k < fewer && !among.empty(); ++k, --remaining) {
-      std::erase_if(among, [&, worst = differences[among.back()].id()](std::size_t i) {
-        if (differences[i].id() != worst) return false;
+      std::erase_if(among, [&, worst = differences_[among.back()].id()](std::size_t i) {
+        if (differences_[i].id() != worst) return false;
         ordered.push_back(i);
         return true;
       });
     }
-    if (remaining < options.min_satellites) break;
+    if (remaining < options_.min_satellites) break;
     begins.push_back(ordered.size());
-    if (!options.partial) break;
+    if (!options_.partial) break;
   }
   ordered.insert(ordered.end(), among.rbegin(), among.rend());
   if (begins.empty()) return std::nullopt;
@@ -216,7 +230,7 @@ std::optional<RtkFilter::State::Fixed> RtkFilter::State::find_among(std::vector<
 
   std::vector<Set> sets;
   for (const std::size_t begin : begins) {
-    const Set set{begin, all.states.size() - all.before[begin]};
+    const Set set{begin, all.slots.size() - all.before[begin]};
     if (set.pairs >= kFewestPairs) sets.push_back(set);
   }
   if (sets.empty()) return std::nullopt;
@@ -229,7 +243,7 @@ std::optional<RtkFilter::State::Fixed> RtkFilter::State::find_among(std::vector<
   std::vector<Index> sizes;
   for (const Set& set : sets) sizes.insert(sizes.begin(), static_cast<Index>(set.pairs));
   const auto decorrelated = decorrelate(all.real, all.covariance, sizes);
-  const double enough = fixed_in_a_row >= kKeptAfter ? std::min(options.ratio, kKeptRatio) : options.ratio;
+  const double enough = fixed_in_a_row_ >= kKeptAfter ? std::min(options_.ratio, kKeptRatio) : options_.ratio;
   for (std::size_t k = 0; k < sets.size(); ++k) {
     // The first set's ratio is stated. Those of the others only have to be large enough.
     const auto& by = decorrelated[sets.size() - 1 - k];

@@ -10,7 +10,7 @@ namespace canyon::relative {
 /// stats-clkstab, 5e-12 s/s.
 inline constexpr double kAgeing_mps = 1.5e-3;
 
-/// What becomes of whole numbers that were found.
+/// Use of whole numbers that were found.
 enum class Integers : std::uint8_t {
   Continuous,     ///< they are searched for at each epoch; the filter goes on with real ones
   Instantaneous,  ///< likewise, and the filter forgets all phases from one epoch to the next
@@ -55,7 +55,6 @@ struct RtkOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Its fields.
 void visit(options::Visitor& v, RtkOptions& o);
 
 }  // namespace canyon::relative

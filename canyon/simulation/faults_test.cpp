@@ -230,7 +230,7 @@ TEST(Faults, OfSatellitesThatTheSkyHasNotAreRefused) {
                 "are satellites of GPS, Galileo"));
   EXPECT_THAT(refused("{ephemeris: {satellites: J02, radial_m: 1}}"), HasSubstr("the sky has no J02"));
   EXPECT_THAT(refused("{spoofing: {position: {east_m: 9, north_m: 0, up_m: 30}, satellites: [G05, E60]}}"),
-              HasSubstr("s.yaml:7: satellites: 'E60' is no satellite"));
+              HasSubstr("s.yaml:7: satellites: 'E60' is not a satellite"));
 }
 
 const std::string kStrength = ", signal: {enabled: true, cn0_sigma_db: 0, lock: {warm_start: true}}";

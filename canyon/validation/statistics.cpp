@@ -1,10 +1,11 @@
 #include "canyon/validation/statistics.hpp"
 
 #include <algorithm>
-#include <boost/math/distributions/normal.hpp>
 #include <cassert>
 #include <cmath>
 #include <numeric>
+
+#include "canyon/base/distributions.hpp"
 
 namespace canyon::validation {
 namespace {
@@ -114,10 +115,6 @@ std::optional<double> kolmogorov_smirnov(std::span<const double> a, std::span<co
     d = std::max(d, std::abs(static_cast<double>(i) / nx - static_cast<double>(j) / ny));
   }
   return d;
-}
-
-double normal_quantile(double p) {
-  return quantile(boost::math::normal(), p);
 }
 
 }  // namespace canyon::validation

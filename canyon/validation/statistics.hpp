@@ -49,7 +49,4 @@ struct Interval {
   double low = 0, high = 0;
 };
 
-/// Quantile of the standard normal, p in (0, 1).
-[[nodiscard]] double normal_quantile(double p);
-
 }  // namespace canyon::validation

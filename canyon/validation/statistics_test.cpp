@@ -105,13 +105,6 @@ TEST(Statistics, KolmogorovSmirnov) {
   EXPECT_EQ(kolmogorov_smirnov(std::array{0.0, 1.0}, std::array{5.0, 6.0}), 1);
 }
 
-TEST(Statistics, Distributions) {
-  // scipy.stats.norm.ppf
-  EXPECT_NEAR(normal_quantile(0.975), 1.959963984540054, 1e-12);
-  EXPECT_NEAR(normal_quantile(1e-6), -4.753424308822899, 1e-11);
-  EXPECT_NEAR(normal_quantile(0.5), 0, 1e-12);
-}
-
 TEST(Statistics, BootstrapCoversTheMean) {
   // 400 independent samples of 60 exponential values of mean 1: 90 % intervals hold 1 in 90 % of the samples,
   // a few per cent less for the skew; two standard deviations of that count are 3 %.

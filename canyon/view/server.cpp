@@ -14,10 +14,17 @@
 #include <thread>
 #include <utility>  // which some of Boost.Asio's headers lack
 
-#include <boost/asio.hpp>
-#include <boost/beast/core.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/thread_pool.hpp>
+#include <boost/beast/core/basic_stream.hpp>
+#include <boost/beast/core/buffers_to_string.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http.hpp>
-#include <boost/beast/websocket.hpp>
+#include <boost/beast/websocket/rfc6455.hpp>
+#include <boost/beast/websocket/stream.hpp>
 
 #include "canyon/base/input_error.hpp"
 
@@ -30,6 +37,10 @@ namespace http = beast::http;
 namespace websocket = beast::websocket;
 using asio::ip::tcp;
 using boost::system::error_code;
+// One executor, and no compression, which the server does not offer: each more takes seconds to compile.
+using Executor = asio::io_context::executor_type;
+using Stream = beast::basic_stream<tcp, Executor>;
+using WebSocket = websocket::stream<Stream, false>;
 
 constexpr std::string_view kFolder = "/view/";
 constexpr const char* kMessages = "/messages";
@@ -78,7 +89,7 @@ class Counted {
 /// A WebSocket client.
 class Socket : public std::enable_shared_from_this<Socket> {
  public:
-  Socket(beast::tcp_stream stream, std::shared_ptr<Shared> shared, std::shared_ptr<Counted> counted)
+  Socket(Stream stream, std::shared_ptr<Shared> shared, std::shared_ptr<Counted> counted)
       : stream_(std::move(stream)), shared_(std::move(shared)), counted_(std::move(counted)) {}
   ~Socket() { shared_->sockets.erase(this); }
   Socket(const Socket&) = delete;
@@ -164,7 +175,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
     beast::get_lowest_layer(stream_).close();
   }
 
-  websocket::stream<beast::tcp_stream> stream_;
+  WebSocket stream_;
   std::shared_ptr<Shared> shared_;
   std::shared_ptr<Counted> counted_;
   beast::flat_buffer buffer_;
@@ -174,7 +185,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
 /// An HTTP connection.
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
-  Connection(tcp::socket socket, std::shared_ptr<Shared> shared)
+  Connection(Stream::socket_type socket, std::shared_ptr<Shared> shared)
       : stream_(std::move(socket)),
         shared_(std::move(shared)),
         counted_(std::make_shared<Counted>(shared_)) {}
@@ -266,7 +277,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (error) return refuse(http::status::not_found, "there is nothing of this name");
     const auto size = file.body().size();
     if (parser_->get().method() == http::verb::head) {
-      auto head = response<http::empty_body>(http::status::ok, type);
+      auto head = response<http::string_body>(http::status::ok, type);
       head.content_length(size);
       return write(std::move(head));
     }
@@ -300,7 +311,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     stream_.close();
   }
 
-  beast::tcp_stream stream_;
+  Stream stream_;
   std::shared_ptr<Shared> shared_;
   std::shared_ptr<Counted> counted_;
   beast::flat_buffer buffer_;
@@ -338,7 +349,7 @@ bool is_served_name(std::string_view name) {
 struct Server::Impl {
   asio::io_context io{1};
   std::shared_ptr<Shared> shared = std::make_shared<Shared>();
-  tcp::acceptor acceptor{io};
+  asio::basic_socket_acceptor<tcp, Executor> acceptor{io};
   asio::steady_timer pause{io};
   asio::thread_pool work{1};  // behind io: what waits there holds connections
   std::thread thread;
@@ -360,7 +371,7 @@ struct Server::Impl {
   }
 
   void accept() {
-    acceptor.async_accept([this](error_code error, tcp::socket socket) {
+    acceptor.async_accept([this](error_code error, Stream::socket_type socket) {
       if (error == asio::error::operation_aborted) return;
       if (error) {  // no descriptor is free: the next try is soon enough
         pause.expires_after(std::chrono::milliseconds(100));

@@ -28,9 +28,9 @@ class FaultSettings {
   virtual void fields(options::Visitor& v) = 0;
   /// Throws InputError naming the field that is out of range.
   virtual void validate() const = 0;
-  /// What it does to one receiver from context.begin on.
+  /// Its effect on one receiver from context.begin on.
   [[nodiscard]] virtual std::unique_ptr<Disturbance> make(const FaultContext& context) const = 0;
-  /// The satellites that it is of; of kinds that know none: empty, all.
+  /// Satellites that it affects; empty: all, or a kind without satellites.
   [[nodiscard]] virtual SatelliteSet satellites() const = 0;
   /// Its own duration [s]; empty: until it is ended.
   [[nodiscard]] virtual std::optional<double> duration_s() const = 0;

@@ -12,7 +12,7 @@
 
 namespace canyon::disturbance {
 
-/// What the effect of one fault on one receiver is made of, beside its own options.
+/// Input of the effect of one fault on one receiver, beside the fault's own options.
 struct FaultContext {
   std::string name;                       ///< of the fault
   geodesy::GpsTime begin;                 ///< its first instant

@@ -16,7 +16,7 @@ constexpr std::size_t kMostFaults = 10'000;
 
 }  // namespace
 
-/// Of one receiver; begins anew with it.
+/// Effects on one receiver; they begin anew with it.
 class FaultTimeline::Effects final : public Disturbance {
  public:
   Effects(std::shared_ptr<const FaultTimeline> timeline, std::uint64_t seed, std::string draws)
@@ -83,7 +83,7 @@ void FaultTimeline::set_surroundings(Surroundings surroundings) {
 
 bool FaultTimeline::add(Fault fault) {
   if (fault.kind == nullptr || !fault.settings) {
-    throw InputError(fmt::format("fault '{}' is of no kind", fault.name), "give the settings of its kind");
+    throw InputError(fmt::format("fault '{}' has no kind", fault.name), "give the settings of its kind");
   }
   const auto same = [&](const Entry& entry) { return entry.fault.name == fault.name; };
   if (std::any_of(entries_.begin(), entries_.end(), same)) {

@@ -9,7 +9,7 @@
 
 namespace canyon::disturbance {
 
-/// What stands in a timeline now.
+/// Content of a timeline.
 struct FaultState {
   std::string name;
   std::string_view kind;
@@ -22,7 +22,7 @@ struct FaultState {
 /// epochs.
 class FaultTimeline {
  public:
-  /// What is around the receiver, for effects that need it.
+  /// Surroundings of the receiver, for effects that need them.
   struct Surroundings {
     std::shared_ptr<const orbit::Sky> sky;
     std::shared_ptr<const city::City> city;
@@ -43,10 +43,10 @@ class FaultTimeline {
   void end(const std::string& name, double at_s);
   [[nodiscard]] std::vector<FaultState> states(double now_s) const;
   [[nodiscard]] bool empty() const { return entries_.empty(); }
-  /// Of the next fault, from 1; with its kind a name that is free.
+  /// Number of the next fault, from 1; it makes a free name behind the fault's kind.
   [[nodiscard]] int next_number() const { return static_cast<int>(next_) + 1; }
 
-  /// What applies a timeline: each fault's effect while its begin <= now < its end, in the timeline's order,
+  /// Source of a timeline: applies each fault's effect while begin <= now < end, in the timeline's order,
   /// made at its first epoch. Sets ReceiverEvents::faults.
   [[nodiscard]] static Source source(std::shared_ptr<const FaultTimeline> timeline);
 

@@ -81,8 +81,8 @@ TEST(Faults, TellFileLineAndCure) {
   EXPECT_THAT(fault_of("outage: {}\nclock: {}"), HasSubstr("command:2: clock: conflicts with 'outage'"));
   EXPECT_THAT(fault_of("from_s: 3"), HasSubstr("give the section of its kind"));
   EXPECT_THAT(fault_of("outage:\n  satellites: [G05, X3]"),
-              HasSubstr("command:2: satellites: 'X3' is no satellite"));
-  EXPECT_THAT(fault_of("outage: {satellites: G40}"), HasSubstr("'G40' is no satellite"));
+              HasSubstr("command:2: satellites: 'X3' is not a satellite"));
+  EXPECT_THAT(fault_of("outage: {satellites: G40}"), HasSubstr("'G40' is not a satellite"));
   EXPECT_THAT(fault_of("time: {}"), HasSubstr("nothing is wrong with the date"));
   EXPECT_THAT(fault_of("outtage: {}"), HasSubstr("did you mean 'outage'?"));
   EXPECT_THAT(fault_of("{name: 'a;b', outage: {}}"), HasSubstr("cannot be used in tables"));

@@ -20,7 +20,6 @@ struct EmissionOptions {
   double power_dbm = 10;         ///< equivalent isotropically radiated, on the beam's axis, [-100, 100]
   void validate() const;
 };
-/// Its fields.
 void visit(options::Visitor& v, EmissionOptions& o);
 
 /// A transmitter that jams.
@@ -33,7 +32,6 @@ struct JammingOptions {
   /// Throws InputError naming what is missing or out of range.
   void validate() const;
 };
-/// Its fields.
 void visit(options::Visitor& v, JammingOptions& o);
 
 /// Adds its emissions to what interferes at the antenna (propagation::Arrival::interference), each as the

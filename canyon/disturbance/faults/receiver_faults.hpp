@@ -12,7 +12,7 @@
 
 namespace canyon::disturbance {
 
-/// Beside what the receiver's own clock does, while it lasts: at its end the clock goes back.
+/// An error beside the receiver's own clock, which ends with the fault.
 struct OscillatorOptions {
   double jump_s = 0;  ///< +-0.1
   double drift = 0;   ///< from the fault's begin on [s/s], +-1e-4
@@ -42,7 +42,7 @@ struct AntennaFaultOptions {
   double period_s = 0, on_s = 1;
   void validate() const;
 
-  /// What C/N0 loses [dB]: of a loss before the amplifier all of it, behind it what Friis' formula says of
+  /// Loss of C/N0 [dB]: the whole loss before the amplifier; behind it that of Friis' formula for
   /// the noise figures in a row (H. T. Friis, Proc. IRE 32(7), 1944), sources at 290 K.
   [[nodiscard]] double cn0_loss_db() const;
 };
@@ -57,7 +57,7 @@ struct RestartOptions {
   /// how long a satellite is then tracked before the fix uses it [s], [0, 1e4].
   std::optional<double> search_s, ephemeris_s;
 
-  /// For which tables name it: both times, or what is usual of the kind (1, 20 and 26 s in all).
+  /// Duration in tables: the sum of both times, or the kind's usual one (1, 20 and 26 s).
   [[nodiscard]] double duration_s() const;
 };
 void visit(options::Visitor& v, RestartOptions& o);

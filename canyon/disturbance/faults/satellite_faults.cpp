@@ -1,14 +1,14 @@
 #include "canyon/disturbance/faults/satellite_faults.hpp"
 
-#include <boost/math/distributions/normal.hpp>
-#include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
 #include <utility>
+
+#include "canyon/base/distributions.hpp"
 
 namespace canyon::disturbance {
 namespace {
 
-/// And not from somebody who copies it.
+/// The path comes from the satellite itself, not from a transmitter that copies it.
 bool from_satellite(const propagation::Path& path) {
   return path.kind != propagation::PathKind::Transmitted;
 }
@@ -155,8 +155,8 @@ double Scintillation::power(double normal) const {
   if (options_.s4 < 1e-3) return 1;
   const double m = 1 / (options_.s4 * options_.s4);
   // The tail that is the smaller keeps its digits.
-  const double tail = boost::math::cdf(boost::math::normal(), -std::abs(normal));
-  return (normal < 0 ? boost::math::gamma_p_inv(m, tail) : boost::math::gamma_q_inv(m, tail)) / m;
+  const double tail = normal_probability(-std::abs(normal));
+  return (normal < 0 ? gamma_quantile(m, tail) : gamma_quantile_above(m, tail)) / m;
 }
 
 void Scintillation::apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) {

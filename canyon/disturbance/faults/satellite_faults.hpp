@@ -28,7 +28,7 @@ enum class ClockFault : std::uint8_t {
   Message,  ///< the clock is right, and its message is wrong
   Signal,   ///< the clock runs off, and nobody says so
 };
-/// What satellites say of themselves differs from where they are. Pseudoranges are true, but for a clock
+/// Satellites' messages differ from the truth. Pseudoranges are true, but for a clock
 /// error of ClockFault::Signal.
 struct EphemerisOptions {
   SatelliteSet satellites;

@@ -36,7 +36,7 @@ void check_satellites(const SatelliteSet& set) {
     const auto id = gnss::parse_satellite(name);
     if (is_system(name) || (id && id->number >= 1 && id->number <= last_number(id->system))) continue;
     throw InputError(
-        fmt::format("'{}' is no satellite", name),
+        fmt::format("'{}' is not a satellite", name),
         "write names such as G05, R12, E11, C30, J02, S23, or systems: GPS, GLONASS, Galileo, BeiDou, QZSS, "
         "SBAS");
   }

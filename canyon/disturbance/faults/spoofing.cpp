@@ -20,7 +20,7 @@ namespace {
 using Eigen::Vector3d;
 using geodesy::kSpeedOfLight;
 
-/// Of a satellite's signal at an isotropic antenna in the clear [dBW]: the default of the link budget.
+/// Power of a satellite's signal at an isotropic antenna in the clear [dBW], by the link budget's defaults.
 double nominal_dbw(const gnss::Signal& signal, double elevation_rad) {
   static const signal::LinkBudgetOptions kLink;
   return signal.minimum_dbw + kLink.above_minimum_db + signal::elevation_rise_db(elevation_rad);
@@ -96,7 +96,7 @@ void visit(options::Visitor& v, SpoofingOptions& o) {
            {0, 90});
 }
 
-/// What all satellites of an epoch have in common.
+/// Data that all satellites of an epoch share.
 struct Spoofing::Scene {
   propagation::Antenna antenna;
   Vector3d antenna_enu;

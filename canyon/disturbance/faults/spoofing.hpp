@@ -13,23 +13,22 @@
 
 namespace canyon::disturbance {
 
-/// How a spoofer draws a receiver away: after a hold its place and its time move, evenly accelerated to a
+/// Course of a spoofer's pull-off: after a hold its place and its time move, evenly accelerated to a
 /// speed, and stop at an offset.
 struct PullOffOptions {
   double hold_s = 10;            ///< [0, 1e5]
   double rate_mps = 1;           ///< (0, 1e4]
   double acceleration_mps2 = 0;  ///< to the rate, [0, 1e3]; 0: at once
-  /// Where it ends [m], [-1e6, 1e6]: of the place, and of the time (a delay of all codes alike).
+  /// Its ends [m], [-1e6, 1e6]: of the place, and of the time (a delay of all codes alike).
   double east_m = 0, north_m = 0, up_m = 0, clock_m = 0;
 
-  /// How far it has come [m], and how fast it is [m/s], `seconds` after it began. @param target_m >= 0
+  /// Way [m] and speed [m/s] `seconds` after it began. @param target_m >= 0
   struct Progress {
     double way_m = 0, speed_mps = 0;
   };
   [[nodiscard]] Progress progress(double seconds, double target_m) const;
   void validate() const;
 };
-/// Its fields.
 void visit(options::Visitor& v, PullOffOptions& o);
 
 /// A transmitter that sends what satellites would.
@@ -66,7 +65,6 @@ struct SpoofingOptions {
   /// Throws InputError naming what is missing or out of range.
   void validate() const;
 };
-/// Its fields.
 void visit(options::Visitor& v, SpoofingOptions& o);
 
 /// Adds a path of kind Transmitted to each satellite that it copies, adds satellites that the antenna does

@@ -20,7 +20,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// What conflicts with the straight line: `along` it from the transmitter, `over` it to the side of the
+/// A point near the straight line: `along` it from the transmitter, `over` it to the side of the
 /// profile [m].
 struct Station {
   double along = 0, over = 0;
@@ -50,7 +50,7 @@ double edge_loss_db(const Station& edge, double length_m, double wavelength_m) {
       propagation::signed_knife_edge_nu(std::max(0.0, detour_m), wavelength_m, edge.over >= 0));
 }
 
-/// From transmitter to antenna, with the axes of its profiles.
+/// Line from transmitter to antenna, with the axes of its profiles.
 struct Line {
   Vector3d from, direction;
   double length_m;
@@ -112,7 +112,7 @@ double obstruction_db(const raytrace::RayScene& rays, const Line& line, double t
   if (last) walls.push_back(line.length_m - last->range_m - kInside_m);
   Station over = equivalent_edge(profile_from_above(rays, line, top_m, walls), line.length_m);
   if (in_sight) {
-    // What is above a clear line is a bridge or a roof over it.
+    // A surface above a clear line is a bridge or a roof over it.
     return over.over < 0 ? edge_loss_db(over, line.length_m, wavelength_m) : 0;
   }
   over.over = std::max(over.over, 0.0);

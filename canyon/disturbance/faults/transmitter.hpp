@@ -13,7 +13,7 @@
 
 namespace canyon::disturbance {
 
-/// Where a transmitter's antenna sends: everywhere alike, or in one beam.
+/// Pattern of a transmitter's antenna: isotropic, or one beam.
 struct BeamOptions {
   /// Half power to half power [deg], (0, 360]; infinite: isotropic.
   double width_deg = std::numeric_limits<double>::infinity();
@@ -22,7 +22,6 @@ struct BeamOptions {
   double front_to_back_db = 20;  ///< of what leaves it far from its axis, [0, 60]
   void validate() const;
 };
-/// Its fields.
 void visit(options::Visitor& v, BeamOptions& o);
 /// Gain over that of the axis [dB], <= 0: a parabola in dB, 12 (angle / width)^2, down to the front-to-back
 /// ratio (the antenna element of 3GPP TR 36.814, table A.2.1.1-2).
@@ -42,7 +41,7 @@ struct TransmitterWay {
   double length_m = 0;
   /// Power at an isotropic antenna over the transmitter's EIRP on the beam's axis [dB].
   double gain_db = 0;
-  /// Of it, what stands in the way takes [dB]: 0 or above; less by some 1 dB beside an edge.
+  /// Its part by obstacles [dB]: 0 or above; less by some 1 dB beside an edge.
   double obstruction_db = 0;
   std::uint64_t reflector = 0;  ///< that it comes by; 0: none
 };

@@ -1,45 +1,56 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <memory>
 #include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "canyon/orbit/sky.hpp"
+#include "canyon/positioning/fix.hpp"
 #include "canyon/relative/baseline_state.hpp"
+#include "canyon/relative/corrections.hpp"
 #include "canyon/relative/differences.hpp"
 #include "canyon/relative/doppler_slips.hpp"
 #include "canyon/relative/integer_least_squares.hpp"
-#include "canyon/relative/rtk_filter.hpp"
+#include "canyon/relative/rtk_options.hpp"
 
 namespace canyon::relative {
 
-/// Weight of an epoch in the mean square of innovations.
-inline constexpr double kSquaresWeight = 0.1;
-
-/// One of RtkFilter's filters. An epoch goes through the steps of update(): rtk_filter.cpp has the epoch and
-/// its answer, rtk_observations.cpp codes, phases and velocity, rtk_integers.cpp whole numbers.
-struct RtkFilter::State {
-  State(const RtkOptions& rtk, const positioning::FixOptions& fix, double longest_s)
-      : options(rtk), masks(fix), max_age_s(longest_s) {
-    options.validate();
-  }
+/// A Kalman filter of one baseline: position, velocity, ambiguities and delays from differences of rover and
+/// base, and whole numbers of cycles. RtkFilter's doc comment has the equations. Epochs in order of time;
+/// copies go on alone.
+///
+/// baseline_filter.cpp has the epoch and its answer, rtk_observations.cpp codes, phases and velocity,
+/// rtk_integers.cpp the whole numbers.
+class BaselineFilter {
+ public:
+  /// @param masks elevation and C/N0 masks @param max_age_s of a base's epoch that is used [s]. Throws
+  /// InputError for options out of range.
+  BaselineFilter(const RtkOptions& options, const positioning::FixOptions& masks, double max_age_s);
+  /// The base's epoch, in the place of the one before. @param of_base its observations, as computed at its
+  /// place
   void take(const Corrections& corrections, std::vector<ObservedMinusComputed> of_base);
+  /// The answer of RtkFilter::update(), of this filter alone.
   [[nodiscard]] std::optional<positioning::Fix> update(geodesy::GpsTime receiver_time,
                                                        std::span<const SignalMeasurement> rover,
                                                        const orbit::Sky& sky, const positioning::Fix& alone);
+  /// The next epoch begins from its fix without phases.
+  void restart() { started_ = false; }
+  /// Epochs up to the last one whose whole numbers were found one after the other.
+  [[nodiscard]] int fixed_in_a_row() const { return fixed_in_a_row_; }
+  [[nodiscard]] const RtkOptions& options() const { return options_; }
+  [[nodiscard]] const positioning::FixOptions& masks() const { return masks_; }
 
-  // --- the epoch
-
-  /// Moves the filter to `time`, or starts it; false where it cannot start.
+ private:
+  /// Moves the filter to `to`, or starts it; false where it cannot start.
   bool go_to(geodesy::GpsTime to, const positioning::Fix& alone);
   /// A first-order process: towards 0, its variance towards what it was before anything was known.
   void decay(Eigen::Index at, double time_s, std::optional<gnss::SatelliteId> of);
-  /// The position's error into the position.
+  /// Moves the position by its estimated error, which is 0 then.
   void apply_position_error() {
-    position += state.x.segment<3>(BaselineState::kPosition);
-    state.x.segment<3>(BaselineState::kPosition).setZero();
+    position_ += state_.x.segment<3>(BaselineState::kPosition);
+    state_.x.segment<3>(BaselineState::kPosition).setZero();
   }
   /// Removes ambiguities of phases that slipped or were not measured for long.
   void remove_slipped();
@@ -55,7 +66,7 @@ struct RtkFilter::State {
   std::vector<std::size_t> ordered(BaselineState& of, const std::vector<std::size_t>& group,
                                    bool phase) const;
   void take_codes();
-  /// How far phases less codes have moved from ambiguities since these started [m]: codes of some receivers
+  /// Movement of phases less codes from ambiguities since these started [m]: codes of some receivers
   /// jump by a millisecond and their phases do not. 0 where it is no more than what is not known of an
   /// ambiguity.
   [[nodiscard]] double code_jump_m(const std::vector<std::size_t>& group) const;
@@ -65,7 +76,7 @@ struct RtkFilter::State {
 
   // --- whole numbers
 
-  /// What a search for whole numbers found.
+  /// Result of a search for whole numbers.
   struct Fixed {
     Eigen::Vector3d position_error = Eigen::Vector3d::Zero();
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
@@ -77,18 +88,19 @@ struct RtkFilter::State {
   /// Sum of squares of phases' residuals at a state, each signal's clock estimated, over their variances.
   [[nodiscard]] double squares_of_residuals(std::span<const std::size_t> among,
                                             const Eigen::VectorXd& x) const;
-  /// What the covariance of a fixed position is to be multiplied by. Of two antennas of a vehicle, which
+  /// Factor on the covariance of a fixed position. For two antennas of a vehicle, which
   /// share all errors but those of loops and echoes: the mean square of residuals at the whole numbers, of
   /// the last epochs or of this one.
   double factor_of(const Fixed& fixed);
   /// Candidates by certainty of their phase, best first.
   [[nodiscard]] std::vector<std::size_t> candidates() const;
+  /// Places of two ambiguities of a signal among the state's slots; the second is the signal's reference.
+  using SlotPair = std::pair<std::size_t, std::size_t>;
   /// Differences of two ambiguities of a signal, those of the less certain satellites first.
   struct Pairs {
     std::vector<std::size_t> among;   // differences; the last one of each signal is its reference
     std::vector<std::size_t> before;  // of each difference, how many pairs are of those before it
-    std::vector<std::pair<Eigen::Index, Eigen::Index>> states;  // an ambiguity's and its reference's
-    std::vector<std::pair<Slot*, Slot*>> slots;                 // likewise
+    std::vector<SlotPair> slots;      // an ambiguity's and its reference's
     Eigen::VectorXd real;
     Eigen::MatrixXd covariance;
   };
@@ -99,21 +111,20 @@ struct RtkFilter::State {
   };
   Pairs pairs_of(std::vector<std::size_t> among);
   /// Whether whole numbers are those of the last fixed position, as far as that had them, and that is most.
-  [[nodiscard]] static bool are_kept(std::span<const std::pair<Slot*, Slot*>> slots,
-                                     const Eigen::VectorXd& whole);
-  void keep(std::span<const std::pair<Slot*, Slot*>> slots, const Eigen::VectorXd& whole);
+  [[nodiscard]] bool are_kept(std::span<const SlotPair> slots, const Eigen::VectorXd& whole) const;
+  void keep(std::span<const SlotPair> slots, const Eigen::VectorXd& whole);
   /// Among all; where that fails without GLONASS, as biases that are stated wrongly spoil it.
   std::optional<Fixed> find_integers();
   /// Among these, best first; where that fails among the more certain ones. Empty where they are too few.
   std::optional<Fixed> find_among(std::vector<std::size_t> among);
-  /// What whole numbers of a set say.
+  /// Tests the whole numbers that were found of a set.
   Fixed answer(const Pairs& pairs, const Set& set, const std::optional<IntegerSolution>& found);
   /// The answer at whole numbers that are accepted.
   void fix_at(const Pairs& pairs, const Set& set, const Eigen::VectorXd& whole, Fixed& fixed);
 
   // --- the answer
 
-  /// What the filter's covariance lacks while its position follows from codes: their echoes last, and average
+  /// Covariance that the filter lacks while its position follows from codes: their echoes last, and average
   /// out as slowly as the ambiguities grow old.
   [[nodiscard]] Eigen::Matrix3d covariance_of_echoes() const;
   [[nodiscard]] std::optional<positioning::Dop> dop_of(const std::vector<gnss::SatelliteId>& used,
@@ -121,32 +132,32 @@ struct RtkFilter::State {
   /// Position, accuracy, baseline and velocity into a fix whose satellites are known.
   void state_answer(const std::optional<Fixed>& fixed, double age_s, positioning::Fix& fix);
 
-  RtkOptions options;
-  positioning::FixOptions masks;
-  double max_age_s;
-  bool started = false, astray = false;
-  std::optional<geodesy::GpsTime> astray_since;
-  geodesy::GpsTime time;
-  double dt_s = 0;
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();
-  BaselineState state;
-  double squares = 1;                             // mean of normalised innovations' squares, of phases
-  double code_squares = 1;                        // and of codes, 1 or more
-  double fixed_squares = 0, fixed_redundant = 0;  // means of Fixed's
-  Eigen::Matrix3d code_covariance = Eigen::Matrix3d::Zero();  // of the codes of the epoch alone
-  int fixed_in_a_row = 0;
-  double ionosphere_sigma_m = 0, troposphere_sigma_m = 0;
-  DopplerSlips doppler_slips;
+  RtkOptions options_;
+  positioning::FixOptions masks_;
+  double max_age_s_;
+  bool started_ = false, astray_ = false;
+  std::optional<geodesy::GpsTime> astray_since_;
+  geodesy::GpsTime time_;
+  double dt_s_ = 0;
+  Eigen::Vector3d position_ = Eigen::Vector3d::Zero();
+  BaselineState state_;
+  double squares_ = 1;                              // mean of normalised innovations' squares, of phases
+  double code_squares_ = 1;                         // and of codes, 1 or more
+  double fixed_squares_ = 0, fixed_redundant_ = 0;  // means of Fixed's
+  Eigen::Matrix3d code_covariance_ = Eigen::Matrix3d::Zero();  // of the codes of the epoch alone
+  int fixed_in_a_row_ = 0;
+  double ionosphere_sigma_m_ = 0, troposphere_sigma_m_ = 0;
+  DopplerSlips doppler_slips_;
 
-  Eigen::Vector3d base_place = Eigen::Vector3d::Zero();
-  bool moving = false;
-  geodesy::GpsTime base_time;  // by its clock
-  std::optional<int> station;
-  std::vector<ObservedMinusComputed> base;
+  Eigen::Vector3d base_place_ = Eigen::Vector3d::Zero();
+  bool moving_ = false;
+  geodesy::GpsTime base_time_;  // by its clock
+  std::optional<int> station_;
+  std::vector<ObservedMinusComputed> base_;
 
-  // Of the epoch in hand.
-  std::vector<Difference> differences;
-  Groups groups;
+  // The epoch's own data.
+  std::vector<Difference> differences_;
+  Groups groups_;
 };
 
 }  // namespace canyon::relative

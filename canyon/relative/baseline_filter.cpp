@@ -1,0 +1,267 @@
+#include "canyon/relative/baseline_filter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "canyon/geodesy/covariance.hpp"
+#include "canyon/geodesy/frames.hpp"
+#include "canyon/positioning/median.hpp"
+
+namespace canyon::relative {
+namespace {
+
+using Eigen::Index;
+using positioning::Fix;
+using positioning::FixKind;
+
+/// Before anything is known [m].
+constexpr double kUnknownPosition_m = 30;
+/// A position less certain than this [m] starts again from a fix.
+constexpr double kLostPosition_m = 100;
+/// A phase that was not measured for so long has slipped [s]; where epochs are farther apart, one that the
+/// last epoch lacked.
+constexpr double kPhaseGap_s = 5, kPhaseGap_epochs = 1.5;
+/// Clocks of receivers differ by milliseconds [s].
+constexpr double kAhead_s = 1;
+/// A moving base must have measured at the rover's epoch [s].
+constexpr double kSameEpoch_s = 0.02;
+/// Two carriers of a satellite move apart by more than this [m] only where one of them slips.
+constexpr double kCarriersPart_m = 0.05;
+/// Delays are estimated over baselines of at least these lengths [m].
+constexpr double kIonosphereFrom_m = 1e3, kTroposphereFrom_m = 5e3;
+/// Time constants of the delays [s].
+constexpr double kIonosphereTime_s = 1200, kTroposphereTime_s = 7200;
+/// Echoes of a moving antenna last about so long [s].
+constexpr double kEchoTime_s = 10;
+/// Obliquity factor of a thin layer at a height of 350 km.
+double obliquity(double elevation_rad) {
+  const double s = 6371.0 / (6371.0 + 350.0) * std::cos(elevation_rad);
+  return 1 / std::sqrt(1 - s * s);
+}
+
+}  // namespace
+
+BaselineFilter::BaselineFilter(const RtkOptions& options, const positioning::FixOptions& masks,
+                               double max_age_s)
+    : options_(options), masks_(masks), max_age_s_(max_age_s) {
+  options_.validate();
+}
+
+bool BaselineFilter::go_to(geodesy::GpsTime to, const Fix& alone) {
+  if (started_ && !(to > time_)) started_ = false;
+  if (started_) {
+    dt_s_ = to - time_;
+    const Eigen::Matrix3d enu = geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(position_));
+    const double h = std::pow(options_.acceleration_horizontal, 2);
+    const double v = std::pow(options_.acceleration_vertical, 2);
+    state_.move(dt_s_, geodesy::rotated(enu.transpose(), Eigen::Vector3d(h, h, v).asDiagonal()));
+    for (std::size_t i = 0; i < state_.slots.size(); ++i) {
+      const Index at = BaselineState::index(i);
+      if (state_.slots[i].signal != nullptr) {
+        state_.p(at, at) += 1e-8 * dt_s_;  // phase wind-up, delays of the hardware [cycles^2]
+      } else {
+        decay(at, kIonosphereTime_s, state_.slots[i].id);
+      }
+    }
+    if (state_.p(BaselineState::kZenith, BaselineState::kZenith) > 0) {
+      decay(BaselineState::kZenith, kTroposphereTime_s, std::nullopt);
+    }
+    apply_position_error();
+    if (astray_) started_ = false;
+  }
+  time_ = to;
+  const bool lost = started_ && state_.p.topLeftCorner<3, 3>().trace() > kLostPosition_m * kLostPosition_m;
+  if (started_ && !lost) return true;
+  if (!alone.solved() && !moving_) return false;
+  if (!started_) {
+    state_ = BaselineState();
+    started_ = true;
+    astray_ = false;
+    dt_s_ = 0;
+    // The sizes of echoes are kept.
+    fixed_in_a_row_ = 0;
+  }
+  // Where epochs lie half a minute apart the position is new each time, and the ambiguities remain.
+  position_ = moving_ ? base_place_ : alone.position_ecef;
+  for (Index i = 0; i < 3; ++i) {
+    state_.reset(BaselineState::kPosition + i, 0, kUnknownPosition_m * kUnknownPosition_m);
+    state_.reset(BaselineState::kVelocity + i, 0, kUnknownPosition_m * kUnknownPosition_m);
+  }
+  return true;
+}
+
+void BaselineFilter::decay(Index at, double time_s, std::optional<gnss::SatelliteId> of) {
+  const double keeps = std::exp(-dt_s_ / time_s);
+  const double sigma = of ? ionosphere_sigma_m_ : troposphere_sigma_m_;
+  state_.x(at) *= keeps;
+  state_.p.row(at) *= keeps;
+  state_.p.col(at) *= keeps;
+  state_.p(at, at) += sigma * sigma * (1 - keeps * keeps);
+}
+
+void BaselineFilter::remove_slipped() {
+  for (std::size_t i = state_.slots.size(); i-- > 0;) {
+    const Slot& slot = state_.slots[i];
+    const bool ambiguity = slot.signal != nullptr;
+    const bool forgotten = ambiguity && options_.integers == Integers::Instantaneous;
+    const double longest_s = ambiguity ? std::max(kPhaseGap_s, kPhaseGap_epochs * dt_s_) : kIonosphereTime_s;
+    if (forgotten || time_ - slot.seen > longest_s) state_.remove(i);
+  }
+  // Slips are told by the channels, by half cycles and by Doppler.
+  for (Difference& d : differences_) {
+    if (!d.has_phase) continue;
+    const auto slot = state_.find(d.id(), d.rover->signal);
+    if (!slot) continue;
+    const Slot& s = state_.slots[*slot];
+    const bool slips = s.rover_since != d.rover->phase_since || s.base_since != d.base_since ||
+                       s.half_cycle != d.half_cycle || doppler_slips_.contains(d.id(), d.rover->signal);
+    if (slips) state_.remove(*slot);
+  }
+}
+
+void BaselineFilter::compare_carriers() {
+  for (std::size_t i = 0; i < differences_.size(); ++i) {
+    const Difference& a = differences_[i];
+    for (std::size_t j = i + 1; j < differences_.size() && differences_[j].id() == a.id(); ++j) {
+      const Difference& b = differences_[j];
+      if (!a.has_phase || !b.has_phase) continue;
+      const auto first = state_.find(a.id(), a.rover->signal), second = state_.find(b.id(), b.rover->signal);
+      if (!first || !second) continue;
+      const double before_m = state_.slots[*first].phase_m - state_.slots[*second].phase_m;
+      if (std::abs(a.phase_m - b.phase_m - before_m) < kCarriersPart_m) continue;
+      state_.remove(std::max(*first, *second));
+      state_.remove(std::min(*first, *second));
+    }
+  }
+}
+
+void BaselineFilter::update_delays() {
+  const double baseline_m = (position_ - base_place_).norm();
+  ionosphere_sigma_m_ =
+      baseline_m < kIonosphereFrom_m ? 0 : std::max(1e-3, options_.ionosphere_gradient * baseline_m);
+  const double height_m = std::abs(geodesy::geodetic_from_ecef(position_).height_m -
+                                   geodesy::geodetic_from_ecef(base_place_).height_m);
+  troposphere_sigma_m_ = baseline_m < kTroposphereFrom_m && height_m < 200
+                             ? 0
+                             : options_.troposphere_gradient * baseline_m + 1e-5 * height_m;
+  if (options_.ionosphere_gradient == 0) ionosphere_sigma_m_ = 0;
+  constexpr Index zenith = BaselineState::kZenith;
+  if (troposphere_sigma_m_ > 0 && state_.p(zenith, zenith) == 0) {
+    state_.reset(zenith, 0, troposphere_sigma_m_ * troposphere_sigma_m_);
+  }
+  if (ionosphere_sigma_m_ == 0) return;
+  for (const Difference& d : differences_) {
+    const auto slot = state_.find(d.id(), nullptr);
+    if (slot) {
+      state_.slots[*slot].seen = time_;
+      continue;
+    }
+    const double sigma = ionosphere_sigma_m_ * obliquity(d.rover->elevation_rad);
+    state_.add({d.id(), nullptr, time_, time_, {}, {}, false, 0, 0}, 0, sigma * sigma);
+  }
+}
+
+Eigen::Matrix3d BaselineFilter::covariance_of_echoes() const {
+  std::vector<double> ages_s;
+  for (const Difference& d : differences_) {
+    if (d.used) ages_s.push_back(time_ - state_.slots[*d.slot].begun);
+  }
+  const double age_s = ages_s.empty() ? 0 : positioning::median(ages_s);
+  return code_squares_ * kEchoTime_s / (kEchoTime_s + age_s) * code_covariance_;
+}
+
+std::optional<positioning::Dop> BaselineFilter::dop_of(const std::vector<gnss::SatelliteId>& used,
+                                                       const Eigen::Matrix3d& enu) const {
+  std::vector<Eigen::Vector3d> directions;
+  for (std::size_t i = 0; i < differences_.size(); ++i) {
+    const bool first = i == 0 || differences_[i - 1].id() != differences_[i].id();
+    if (first && std::binary_search(used.begin(), used.end(), differences_[i].id())) {
+      directions.emplace_back(enu * differences_[i].rover->direction);
+    }
+  }
+  return positioning::dop_of_directions(directions);
+}
+
+void BaselineFilter::take(const Corrections& corrections, std::vector<ObservedMinusComputed> of_base) {
+  base_ = std::move(of_base);
+  // Beside a moving base the filter follows the baseline: the place goes along with the base's.
+  if (started_ && corrections.moving) position_ += corrections.station_ecef - base_place_;
+  if (corrections.moving != moving_ || (station_ && *station_ != corrections.station)) started_ = false;
+  moving_ = corrections.moving;
+  base_place_ = corrections.station_ecef;
+  station_ = corrections.station;
+  base_time_ = corrections.receiver_time;
+}
+
+void BaselineFilter::state_answer(const std::optional<Fixed>& fixed, double age_s, Fix& fix) {
+  const bool is_fixed = fixed && fixed->accepted;
+  fix.status = positioning::FixStatus::Fix;
+  fix.solution = is_fixed ? FixKind::Fixed : FixKind::Float;
+  fix.correction_age_s = age_s;
+  fix.correction_station = station_;
+  const Eigen::Vector3d error =
+      is_fixed ? fixed->position_error : state_.x.segment<3>(BaselineState::kPosition);
+  const Eigen::Matrix3d covariance = is_fixed ? fixed->covariance : state_.p.topLeftCorner<3, 3>();
+  fix.position_ecef = position_ + error;
+  fix.position = geodesy::geodetic_from_ecef(fix.position_ecef);
+  const Eigen::Matrix3d enu = geodesy::enu_from_ecef_rotation(fix.position);
+  fix.covariance_enu = geodesy::rotated(enu, is_fixed ? covariance : covariance + covariance_of_echoes());
+  fix.covariance_enu *= is_fixed ? factor_of(*fixed) : std::max(1.0, squares_);
+  positioning::Baseline& baseline = fix.baseline.emplace();
+  baseline.kind = fix.solution;
+  baseline.moving_base = moving_;
+  baseline.base_ecef = base_place_;
+  baseline.vector_enu = enu * (fix.position_ecef - base_place_);
+  baseline.covariance_enu = fix.covariance_enu;
+  if (fixed && fixed->ratio > 0) baseline.ratio = fixed->ratio;
+  baseline.used = fix.used;
+  if (!moving_) {
+    fix.velocity_enu_mps = enu * state_.x.segment<3>(BaselineState::kVelocity);
+    fix.velocity_covariance_enu =
+        geodesy::rotated(enu, state_.p.block<3, 3>(BaselineState::kVelocity, BaselineState::kVelocity));
+  }
+  fix.dop = dop_of(fix.used, enu);
+  fix.consistent.reset();
+}
+
+std::optional<Fix> BaselineFilter::update(geodesy::GpsTime receiver_time,
+                                          std::span<const SignalMeasurement> rover, const orbit::Sky& sky,
+                                          const Fix& alone) {
+  if (base_.empty()) return std::nullopt;
+  const double age_s = receiver_time - base_time_;
+  if (age_s > (moving_ ? kSameEpoch_s : max_age_s_) || age_s < -kAhead_s) return std::nullopt;
+  if (!go_to(receiver_time, alone)) return std::nullopt;
+  const auto computed = observed_minus_computed(receiver_time, rover, sky, masks_, position_);
+  differences_ = differences_of(computed, base_, options_.phase_sigma_m, std::max(age_s, 0.0));
+  groups_ = groups_of(differences_);
+  doppler_slips_.update(dt_s_, computed, rover);
+  remove_slipped();
+  compare_carriers();
+  update_delays();
+  if (!moving_) take_velocity(alone);
+  take_codes();
+  take_phases();
+
+  Fix fix = alone;
+  fix.used.clear();
+  fix.residuals_m.clear();
+  fix.excluded.clear();
+  for (const Difference& d : differences_) {
+    if (!d.used || (!fix.used.empty() && fix.used.back() == d.id())) continue;
+    fix.used.push_back(d.id());
+    fix.residuals_m.push_back(d.residual_m);
+  }
+  if (fix.used.size() < 4) {
+    fixed_in_a_row_ = 0;
+    return std::nullopt;
+  }
+  const auto fixed = find_integers();
+  fixed_in_a_row_ = fixed && fixed->accepted ? fixed_in_a_row_ + 1 : 0;
+  state_answer(fixed, std::max(age_s, 0.0), fix);
+  apply_position_error();
+  return fix;
+}
+
+}  // namespace canyon::relative
