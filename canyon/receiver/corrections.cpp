@@ -29,8 +29,7 @@ std::shared_ptr<const Corrections> corrections_of(const ReceiverEpoch& station,
     if (seen.measurement) corrections.observations.push_back({seen.signal, *seen.measurement});
   };
   for (const SatelliteObservation& satellite : station.satellites) {
-    add(satellite);
-    for (const SignalObservation& signal : satellite.more) add(signal);
+    satellite.for_each_signal(add);
   }
   if (corrections.observations.empty()) return nullptr;
   return std::make_shared<const Corrections>(std::move(corrections));

@@ -80,8 +80,7 @@ void Ranging::gather(const SatelliteObservation& satellite, geodesy::GpsTime tim
     }
     codes_.push_back(code);
   };
-  take(satellite);
-  for (const SignalObservation& other : satellite.more) take(other);
+  satellite.for_each_signal(take);
 }
 
 /// Leaves what may go into the fix, best first.

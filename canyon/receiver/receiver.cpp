@@ -18,11 +18,10 @@
 #include "canyon/receiver/corrections.hpp"
 #include "canyon/receiver/known_ephemerides.hpp"
 #include "canyon/receiver/receiver_draws.hpp"
-#include "canyon/receiver/signal_delays.hpp"
+#include "canyon/receiver/signal_range.hpp"
 #include "canyon/receiver/spoofing_check.hpp"
 #include "canyon/relative/rtk_filter.hpp"
 #include "canyon/tracking/channel.hpp"
-#include "canyon/tracking/channel_rate.hpp"
 
 namespace canyon::receiver {
 namespace {
@@ -49,6 +48,42 @@ struct Drift {
 struct Tracked {
   tracking::Channel* channel = nullptr;
   tracking::Reception reception;
+};
+
+/// The antenna a time before or after an epoch.
+struct Beside {
+  double dt_s = 0;
+  Eigen::Vector3d antenna_ecef = Eigen::Vector3d::Zero();
+  geodesy::Geodetic place;
+  Eigen::Matrix3d enu_from_ecef = Eigen::Matrix3d::Identity();
+  double zenith_m = 0;  ///< delay in the troposphere
+};
+
+/// An epoch's values that all of its satellites share.
+struct Instant {
+  geodesy::GpsTime time;
+  ClockReading clock;
+  tracking::AntennaMotion motion;
+  geodesy::Geodetic place;
+  const std::map<gnss::System, gnss::Klobuchar>* klobuchar = nullptr;
+  Beside before, after;  ///< by half a second, where the signals have delays of the atmosphere
+};
+
+/// The satellites of an epoch after their channels have received it, in the order of ReceiverEpoch.
+struct Followed {
+  struct Satellite {
+    const propagation::SatelliteView* view;
+    std::size_t first_channel;  ///< in `channels`; those of SatelliteObservation::more come next
+  };
+  std::vector<Satellite> satellites;
+  std::vector<std::optional<Tracked>> channels;  ///< empty where signals have no strength
+  int los = 0;                                   ///< satellites in line of sight above the mask
+};
+
+/// An epoch's measurements as solvers take them.
+struct Solvable {
+  Measurements codes, corrected;
+  std::vector<relative::SignalMeasurement> of_signals;  ///< for the filter of phases alone
 };
 
 bool in_line_of_sight(Visibility visibility) {
@@ -101,46 +136,48 @@ struct Receiver::State {
   }
 
   /// The program's weight of a measurement.
-  void weigh(positioning::Measurement& measurement, double elevation_rad) const {
+  void weigh(positioning::Measurement& measurement, double elevation_rad, geodesy::GpsTime now) const {
     if (!models.sigma_m) return;
     measurement.sigma_m = models.sigma_m(measurement, elevation_rad);
     if (measurement.sigma_m > 0 && std::isfinite(measurement.sigma_m)) return;
     throw error(
+        now,
         fmt::format("the weighting gives {} m for {}", measurement.sigma_m, gnss::to_string(measurement.id)),
         "it must give a standard deviation above 0");
   }
 
   /// The position of an epoch's measurements alone.
-  [[nodiscard]] positioning::Fix solve_alone(geodesy::GpsTime receiver_time, const Measurements& measurements,
-                                             const orbit::Sky& sky) const {
-    if (models.solve) return models.solve(receiver_time, measurements, sky, options.fix, *klobuchar);
-    return solve_fix(receiver_time, measurements, sky, options.fix, *klobuchar);
+  [[nodiscard]] positioning::Fix solve_alone(const ReceiverEpoch& epoch, const Instant& at,
+                                             const Measurements& measurements, const orbit::Sky& sky) const {
+    if (models.solve) return models.solve(epoch.receiver_time, measurements, sky, options.fix, *at.klobuchar);
+    return solve_fix(epoch.receiver_time, measurements, sky, options.fix, *at.klobuchar);
   }
 
   /// The position of an epoch: of its corrected measurements where they have a solution, else of all.
-  [[nodiscard]] positioning::Fix solve(geodesy::GpsTime receiver_time, const Measurements& measurements,
-                                       const Measurements& corrected, const orbit::Sky& sky,
-                                       const std::vector<relative::SignalMeasurement>& of_signals) {
+  [[nodiscard]] positioning::Fix solve(const ReceiverEpoch& epoch, const Instant& at,
+                                       const Solvable& measured, const orbit::Sky& sky) {
+    const geodesy::GpsTime receiver_time = epoch.receiver_time;
     positioning::Fix fix;
-    if (!corrected.empty()) fix = solve_alone(receiver_time, corrected, sky);
+    if (!measured.corrected.empty()) fix = solve_alone(epoch, at, measured.corrected, sky);
     const bool differential = fix.solved();
     if (differential) {
       fix.solution = positioning::FixKind::Differential;
       fix.correction_age_s = corrections.age_s(receiver_time);
       fix.correction_station = corrections.station();
     } else {
-      fix = solve_alone(receiver_time, measurements, sky);
+      fix = solve_alone(epoch, at, measured.codes, sky);
     }
     const positioning::Fix of_epoch = fix;
     if (filter) {
-      fix = filter->update(receiver_time, differential ? corrected : measurements, sky, fix, *klobuchar);
+      fix = filter->update(receiver_time, differential ? measured.corrected : measured.codes, sky, fix,
+                           *at.klobuchar);
     }
     if (!rtk) return fix;
     // Its place is the best to begin from; the epoch's own velocity is new to the filter of phases.
     positioning::Fix begin = fix;
     begin.velocity_enu_mps = of_epoch.velocity_enu_mps;
     begin.velocity_covariance_enu = of_epoch.velocity_covariance_enu;
-    auto relative = rtk->update(receiver_time, of_signals, sky, begin);
+    auto relative = rtk->update(receiver_time, measured.of_signals, sky, begin);
     if (!relative) return fix;
     // Among echoes a float position may be worse than that of codes: by twice the deviation, so that the two
     // do not take turns.
@@ -153,7 +190,7 @@ struct Receiver::State {
   }
 
   /// Begins anew where the epoch says so for the first time.
-  void restart_as(const std::optional<disturbance::Restart>& restart) {
+  void restart_as(const std::optional<disturbance::Restart>& restart, tracking::AntennaMotion& motion) {
     if (!restart || (restarted && restarted->at == restart->at)) return;
     restarted = restart;
     known = KnownEphemerides(*restart, options.signal.lock, signals.has_value(), seed, draws);
@@ -168,13 +205,13 @@ struct Receiver::State {
       searching.lock.warm_start = false;
       signals.emplace(std::move(searching), seed, options.name, draws);
     }
-    motion.first_epoch = now;
+    first_epoch = motion.first_epoch = motion.time;
     motion.epoch_before.reset();
   }
 
-  [[nodiscard]] InputError error(const std::string& problem, const char* cure) const {
+  [[nodiscard]] InputError error(geodesy::GpsTime time, const std::string& problem, const char* cure) const {
     return InputError(
-        fmt::format("receiver '{}' at {}: {}", options.name, geodesy::format_gpst(now), problem), cure);
+        fmt::format("receiver '{}' at {}: {}", options.name, geodesy::format_gpst(time), problem), cure);
   }
 
   [[nodiscard]] disturbance::ReceiverEvents disturb(const propagation::Antenna& antenna,
@@ -191,31 +228,64 @@ struct Receiver::State {
     return events;
   }
 
-  void go_to(const propagation::Antenna& antenna, const Eigen::Matrix3d& ecef_from_enu) {
+  /// Moves antenna and clock on to the epoch.
+  [[nodiscard]] tracking::AntennaMotion go_to(const propagation::Antenna& antenna) {
     const geodesy::GpsTime time = antenna.time;
+    if (!antenna.position_ecef.allFinite()) {
+      throw error(time, "the antenna's position is not finite", "check the trajectory");
+    }
+    if (!antenna.velocity_ecef.allFinite()) {
+      throw error(time, "the antenna's velocity is not finite", "check the trajectory");
+    }
     if (last) {
-      if (time < *last) throw error("time runs backwards", "give epochs in order of time");
+      if (time < *last) throw error(time, "time runs backwards", "give epochs in order of time");
       clock.advance(time - *last);
     } else {
-      motion.first_epoch = time;
+      first_epoch = time;
       last_antenna = antenna.position_ecef;
     }
+    tracking::AntennaMotion motion;
     motion.time = time;
+    motion.first_epoch = first_epoch;
     motion.epoch_before = last;
     motion.step_m = (antenna.position_ecef - last_antenna).norm();
     motion.velocity_ecef = antenna.velocity_ecef;
-    motion.ecef_from_enu = ecef_from_enu;
     last = time;
     last_antenna = antenna.position_ecef;
+    return motion;
+  }
+
+  /// Goes on to an epoch: disturbs its arrival, sets the clock and the bands of `epoch`.
+  [[nodiscard]] Instant begin(const EpochContext& context, ReceiverEpoch& epoch) {
+    Instant at;
+    at.time = epoch.time = context.antenna.time;
+    at.motion = go_to(context.antenna);
+    at.motion.ecef_from_enu = context.arrival.ecef_from_enu;
+    epoch.events = disturb(context.antenna, context.arrival);
+    restart_as(epoch.events.restart, at.motion);
+    at.clock = {clock.bias_s() + epoch.events.clock_bias_s, clock.drift() + epoch.events.clock_drift};
+    if (signals) signals->receive(context.arrival.interference, received_waves);
+    at.motion.interference = received_waves;
+    at.place = geodesy::geodetic_from_ecef(context.antenna.position_ecef);
+    if (options.ionosphere || options.troposphere) {
+      at.before = beside(at.motion, -0.5);
+      at.after = beside(at.motion, 0.5);
+    }
+    at.klobuchar = &context.klobuchar;
+    epoch.clock_bias_s = at.clock.bias_s;
+    epoch.clock_drift = at.clock.drift;
+    epoch.receiver_time = at.time + at.clock.bias_s;
+    epoch.bands = bands(at.motion.interference);
+    return at;
   }
 
   /// The front end around each carrier that is tracked of any system.
-  [[nodiscard]] std::vector<BandState> bands() {
+  [[nodiscard]] std::vector<BandState> bands(std::span<const tracking::ReceivedWave> waves) {
     std::vector<BandState> result;
     if (!signals) return result;
     for (const auto& of_system : tracks) {
       for (const gnss::Signal* signal : of_system) {
-        const auto load = signals->front_end_load(*signal, motion.interference);
+        const auto load = signals->front_end_load(*signal, waves);
         auto found = std::find_if(result.begin(), result.end(), [&](const BandState& band) {
           return band.carrier_hz == signal->carrier_hz;
         });
@@ -231,8 +301,8 @@ struct Receiver::State {
     return result;
   }
 
-  /// Of the receiver's way for a satellite's signal now [m].
-  double bias_m(gnss::SatelliteId id, const gnss::Signal& signal, double carrier_hz) {
+  /// The receiver's own delay of a satellite's signal [m].
+  double bias_m(gnss::SatelliteId id, const gnss::Signal& signal, double carrier_hz, geodesy::GpsTime now) {
     const double bias_m = fixed_bias_m(options.biases, id, signal, carrier_hz, now);
     if (options.biases.drift_sigma_m == 0) return bias_m;
     auto found = drifts.find(&signal);
@@ -244,7 +314,7 @@ struct Receiver::State {
     return bias_m + drift_m;
   }
 
-  SignalNoise& noise_of(gnss::SatelliteId id, const gnss::Signal& signal) {
+  SignalNoise& noise_of(gnss::SatelliteId id, const gnss::Signal& signal, geodesy::GpsTime now) {
     const std::size_t index = gnss::index_of(signal);
     const auto found = noises.find({id, index});
     if (found != noises.end()) return found->second;
@@ -256,10 +326,10 @@ struct Receiver::State {
         .first->second;
   }
 
-  /// What arrives of one signal, through its channel where signals have a strength; empty where they have
-  /// none. Sets the observation's lock, C/N0 and excess.
-  std::optional<Tracked> track(const propagation::SatelliteView& view, bool free, bool received,
-                               SignalObservation& observation) {
+  /// Passes one signal through its channel where signals have a strength; empty where they have none. Sets
+  /// the observation's lock, C/N0 and excess. @param received by a receiver that hears everything
+  std::optional<Tracked> track(const Instant& at, const propagation::SatelliteView& view, bool free,
+                               bool received, SignalObservation& observation) {
     if (!signals) {
       if (received) {
         observation.lock = tracking::LockState::Tracking;
@@ -273,12 +343,12 @@ struct Receiver::State {
                               [&](const tracking::Channel& channel) { return &channel.signal() == &signal; });
     if (found == of_satellite.end()) {
       of_satellite.reserve(tracks[static_cast<std::size_t>(signal.system)].size());  // pointers stay
-      of_satellite.emplace_back(*signals, view.line.id, signal, motion);
+      of_satellite.emplace_back(*signals, view.line.id, signal, at.motion);
       found = of_satellite.end() - 1;
       if (restarted) found->search_for(known.search_s(view.line.id));
     }
     Tracked tracked{&*found, {}};
-    tracked.reception = free ? found->receive(*signals, motion, view) : found->miss(now);
+    tracked.reception = free ? found->receive(*signals, at.motion, view) : found->miss(at.time);
     observation.lock = tracked.reception.lock;
     observation.cn0_dbhz = tracked.reception.cn0_dbhz;
     if (observation.lock == tracking::LockState::Tracking)
@@ -286,17 +356,104 @@ struct Receiver::State {
     return tracked;
   }
 
-  /// Whether any of its signals could be tracked now: not, whether its channel has found it.
+  /// Whether any of its signals is strong enough to be tracked, found by its channel or not.
   [[nodiscard]] bool receives(const SatelliteObservation& satellite) const {
     if (!signals) return true;
-    const auto strong = [&](const SignalObservation& signal) {
-      return signal.cn0_dbhz && *signal.cn0_dbhz >= options.signal.lock.tracking_threshold_dbhz;
-    };
-    return strong(satellite) || std::any_of(satellite.more.begin(), satellite.more.end(), strong);
+    bool strong = false;
+    satellite.for_each_signal([&](const SignalObservation& signal) {
+      strong = strong || (signal.cn0_dbhz && *signal.cn0_dbhz >= options.signal.lock.tracking_threshold_dbhz);
+    });
+    return strong;
   }
 
-  /// Channels of satellites that are below the horizon. `satellites` ascending.
-  void miss_all_but(const std::vector<SatelliteObservation>& satellites) {
+  /// Lists the satellites of an arrival in `epoch`, and passes their signals through their channels.
+  [[nodiscard]] Followed follow(const Instant& at, const propagation::Arrival& arrival,
+                                ReceiverEpoch& epoch) {
+    const bool free = arrival.placement == raytrace::Placement::Free;
+    Followed followed;
+    epoch.satellites.reserve(arrival.views.size());
+    followed.satellites.reserve(arrival.views.size());
+    followed.channels.reserve(arrival.views.size());
+    for (const propagation::SatelliteView& view : arrival.views) {
+      signals_to_track(options, view.line.id, at.time, wanted);
+      if (wanted.empty()) continue;
+      SatelliteObservation& seen = epoch.satellites.emplace_back();
+      seen.id = view.line.id;
+      seen.azimuth_rad = view.line.azimuth_rad;
+      seen.elevation_rad = view.line.elevation_rad;
+      seen.above_mask =
+          view.shown_elevation_rad.value_or(view.line.elevation_rad) >= options.fix.elevation_mask_rad;
+      if (free) seen.visibility = view.paths.visibility;
+      const bool received = seen.visibility != Visibility::Blocked;
+      followed.satellites.push_back({&view, followed.channels.size()});
+      seen.signal = wanted.front();
+      for (std::size_t k = 1; k < wanted.size(); ++k) seen.more.emplace_back().signal = wanted[k];
+      seen.for_each_signal([&](SignalObservation& signal) {
+        followed.channels.push_back(track(at, view, free, received, signal));
+      });
+      if (seen.visibility == Visibility::NLOS && !receives(seen)) seen.visibility = Visibility::Blocked;
+      if (!seen.above_mask) continue;
+      ++(seen.lock == tracking::LockState::Tracking ? epoch.visible : epoch.blocked);
+      if (in_line_of_sight(seen.visibility)) ++followed.los;
+    }
+    return followed;
+  }
+
+  /// Gives the corrections that came with an epoch to what uses them.
+  void take(const EpochContext& context, const orbit::Sky& sky) {
+    if (context.corrections == nullptr) return;
+    if (!context.corrections->moving) {
+      const double apart_m = (context.corrections->station_ecef - context.antenna.position_ecef).norm();
+      corrections.take(
+          *context.corrections, sky, options.fix, context.klobuchar, options.shared_error_m(),
+          apart_m * std::hypot(options.rtk.ionosphere_gradient, options.rtk.troposphere_gradient));
+    }
+    if (rtk) rtk->take(*context.corrections, sky);
+  }
+
+  /// Measures the signals of an epoch's satellites, and makes of them what solvers take.
+  [[nodiscard]] Solvable measure(const Instant& at, const Followed& followed, ReceiverEpoch& epoch) {
+    const bool drifting = options.noise.drifts(at.motion.velocity_ecef.norm(), followed.los);
+    const bool modelled =
+        options.fix.correct_ionosphere && options.ranging.combination == Combination::Uncombined;
+    const CodeCorrections* usable = corrections.age_s(epoch.receiver_time) ? &corrections : nullptr;
+    if (usable != nullptr) epoch.station_offset_m = usable->station_offset_m();
+    Solvable result;
+    result.codes.reserve(followed.satellites.size());
+    for (std::size_t i = 0; i < followed.satellites.size(); ++i) {
+      SatelliteObservation& satellite = epoch.satellites[i];
+      const propagation::SatelliteView& view = *followed.satellites[i].view;
+      std::size_t channel = followed.satellites[i].first_channel;
+      satellite.for_each_signal([&](SignalObservation& signal) {
+        const std::optional<Tracked>& tracked = followed.channels[channel++];
+        if (!satellite.above_mask || signal.lock != tracking::LockState::Tracking) return;
+        signal.measurement = measure(at, view, tracked ? &*tracked : nullptr, drifting, signal);
+      });
+      const double model_m = atmosphere_m(at, modelled, false, view.line, gnss::kL1_hz);
+      const bool readable =
+          satellite.lock == tracking::LockState::Tracking &&
+          (!satellite.cn0_dbhz || *satellite.cn0_dbhz >= options.signal.lock.acquisition_threshold_dbhz);
+      const bool has_ephemeris = known.read(satellite.id, *satellite.signal, readable, at.time);
+      const auto ranged = ranging.next(satellite, view.line.state, at.time, model_m, usable);
+      if (!has_ephemeris) continue;
+      if (rtk) {
+        satellite.for_each_signal([&](const SignalObservation& signal) {
+          if (signal.measurement) result.of_signals.push_back({signal.signal, *signal.measurement});
+        });
+      }
+      if (!ranged) continue;
+      result.codes.push_back(ranged->measurement);
+      weigh(result.codes.back(), satellite.elevation_rad, at.time);
+      satellite.estimated_ionosphere_m = ranged->ionosphere_m;
+      if (!ranged->corrected) continue;
+      result.corrected.push_back(*ranged->corrected);
+      weigh(result.corrected.back(), satellite.elevation_rad, at.time);
+    }
+    return result;
+  }
+
+  /// Tells the channels of satellites that are below the horizon. `satellites` ascending.
+  void miss_all_but(const std::vector<SatelliteObservation>& satellites, geodesy::GpsTime now) {
     auto seen = satellites.begin();
     for (auto& [id, of_satellite] : channels) {
       while (seen != satellites.end() && seen->id < id) ++seen;
@@ -305,8 +462,10 @@ struct Receiver::State {
     }
   }
 
-  positioning::Measurement measure(const propagation::SatelliteView& view, const Tracked* tracked,
-                                   bool drifting, SignalObservation& observation) {
+  /// One signal's measurement. @param tracked null where signals have no strength
+  [[nodiscard]] positioning::Measurement measure(const Instant& at, const propagation::SatelliteView& view,
+                                                 const Tracked* tracked, bool drifting,
+                                                 SignalObservation& observation) {
     const orbit::LineOfSight& line = view.line;
     const gnss::Signal& signal = *observation.signal;
     positioning::Measurement m;
@@ -315,15 +474,15 @@ struct Receiver::State {
 
     double doppler_noise_hz = 0;
     if (options.noise.enabled) {
-      SignalNoise& noise = noise_of(line.id, signal);
+      SignalNoise& noise = noise_of(line.id, signal, at.time);
       const double mean = options.noise.ou.mu_m + (drifting ? noise.drifted_mean_m : 0);
-      observation.noise_m = noise.code.advance(now - noise.last, mean);
-      noise.last = now;
+      observation.noise_m = noise.code.advance(at.time - noise.last, mean);
+      noise.last = at.time;
       doppler_noise_hz = options.noise.doppler_sigma_hz * noise.doppler.normal();
     }
     tracking::LoopErrors loops;
     if (tracked != nullptr) {
-      loops = tracked->channel->sample(*signals, now, *tracked->reception.cn0_dbhz);
+      loops = tracked->channel->sample(*signals, at.time, *tracked->reception.cn0_dbhz);
       m.cn0_dbhz = loops.stated_cn0_dbhz;
       observation.noise_m += loops.code_m;
       doppler_noise_hz += loops.doppler_hz;
@@ -334,61 +493,47 @@ struct Receiver::State {
     m.doppler_sigma_hz = std::hypot(noise_doppler_sigma_hz, loops.doppler_sigma_hz);
     if (m.doppler_sigma_hz == 0) m.doppler_sigma_hz = 0.1;
 
-    const DelaysInSignal delays =
-        delays_in_signal(options, *klobuchar, view, m.carrier_frequency_hz, now, place);
-    observation.ionosphere_m = delays.ionosphere_m;
-    observation.troposphere_m = delays.troposphere_m;
-    observation.orbit_error_m = delays.orbit_error_m;
+    RangeTerms terms;
+    terms.delays = delays_in_signal(options, *at.klobuchar, view, m.carrier_frequency_hz, at.time, at.place);
+    terms.code_excess_m = observation.excess_m;
+    terms.code_noise_m = observation.noise_m;
+    terms.bias_m = observation.bias_m = bias_m(line.id, signal, m.carrier_frequency_hz, at.time);
+    const tracking::TrackedPhase* phase =
+        tracked != nullptr && tracked->reception.phase ? &*tracked->reception.phase : nullptr;
+    if (phase != nullptr) terms.carrier_excess_m = phase->excess_m;
+    const SignalRange range = signal_range(view, signal, m.carrier_frequency_hz, at.clock, terms);
+
+    observation.ionosphere_m = terms.delays.ionosphere_m;
+    observation.troposphere_m = terms.delays.troposphere_m;
+    observation.orbit_error_m = terms.delays.orbit_error_m;
     const double atmosphere = observation.ionosphere_m + observation.troposphere_m;
-    const double corrected = atmosphere_m(options.fix.correct_ionosphere, options.fix.correct_troposphere,
+    const double corrected = atmosphere_m(at, options.fix.correct_ionosphere, options.fix.correct_troposphere,
                                           line, m.carrier_frequency_hz);
     observation.pseudorange_error_m =
         observation.excess_m + observation.noise_m + observation.orbit_error_m + (atmosphere - corrected);
-    m.pseudorange_m =
-        positioning::pseudorange_m(line, observation.excess_m, clock_bias_s, atmosphere, observation.noise_m);
-    observation.bias_m = bias_m(line.id, signal, m.carrier_frequency_hz);
-    m.pseudorange_m += observation.bias_m + observation.orbit_error_m;
-    // For the first one this is 0.
-    m.pseudorange_m += kSpeedOfLight * (line.state.group_delay_of(signal) - line.state.group_delay_s);
+    m.pseudorange_m = range.code_m;
 
-    // -(f/c) dP/dT, T the receiver's clock: dT = (1 + drift) dt.
     assert(!view.paths.paths.empty());
     const propagation::Path& path = view.paths.paths[tracked != nullptr ? tracked->reception.tracked : 0];
-    const double rate = tracking::path_rate_mps(line, motion.velocity_ecef, path, motion.ecef_from_enu) +
-                        kSpeedOfLight * (clock_drift - line.state.clock_drift) +
-                        atmosphere_rate_mps(line, m.carrier_frequency_hz);
-    const double cycles_per_rad = gnss::kL1_hz / m.carrier_frequency_hz / (2 * geodesy::kPi);
-    m.doppler_hz = -m.carrier_frequency_hz / kSpeedOfLight * rate / (1 + clock_drift) -
-                   view.carrier_turn_radps * cycles_per_rad + doppler_noise_hz;
-    if (tracked != nullptr && tracked->reception.phase) {
-      const tracking::TrackedPhase& phase = *tracked->reception.phase;
-      // The ionosphere advances a phase by what it delays a code.
-      const double metres = line.range_m + phase.excess_m +
-                            kSpeedOfLight * (clock_bias_s - line.state.clock_bias_s) +
-                            observation.troposphere_m - observation.ionosphere_m + observation.orbit_error_m;
-      m.carrier_phase_cycles = metres * (m.carrier_frequency_hz / kSpeedOfLight) +
-                               view.carrier_turn_rad * cycles_per_rad + phase.ambiguity + loops.phase_cycles;
+    const double cycles_per_m = m.carrier_frequency_hz / kSpeedOfLight;
+    const SignalRate rate = signal_rate(view, m.carrier_frequency_hz, path, at.motion, at.clock,
+                                        atmosphere_rate_mps(at, line, m.carrier_frequency_hz));
+    m.doppler_hz = -cycles_per_m * rate.carrier_mps + doppler_noise_hz;
+    if (phase != nullptr) {
+      m.carrier_phase_cycles = range.carrier_m * cycles_per_m + phase->ambiguity + loops.phase_cycles;
       m.carrier_phase_sigma_cycles = loops.phase_sigma_cycles;
-      m.phase_since = phase.since;
+      m.phase_since = phase->since;
     }
     return m;
   }
 
-  [[nodiscard]] double atmosphere_m(bool ionosphere, bool troposphere, const orbit::LineOfSight& line,
-                                    double carrier_hz) const {
-    return positioning::atmosphere_m(ionosphere, troposphere, *klobuchar, line.id.system, carrier_hz, now,
-                                     place, {line.azimuth_rad, line.elevation_rad});
+  [[nodiscard]] double atmosphere_m(const Instant& at, bool ionosphere, bool troposphere,
+                                    const orbit::LineOfSight& line, double carrier_hz) const {
+    return positioning::atmosphere_m(ionosphere, troposphere, *at.klobuchar, line.id.system, carrier_hz,
+                                     at.time, at.place, {line.azimuth_rad, line.elevation_rad});
   }
 
-  /// The antenna a time before or after the epoch.
-  struct Beside {
-    double dt_s = 0;
-    Eigen::Vector3d antenna_ecef = Eigen::Vector3d::Zero();
-    geodesy::Geodetic place;
-    Eigen::Matrix3d enu_from_ecef = Eigen::Matrix3d::Identity();
-    double zenith_m = 0;  ///< delay in the troposphere
-  };
-  [[nodiscard]] Beside beside(double dt_s) const {
+  [[nodiscard]] Beside beside(const tracking::AntennaMotion& motion, double dt_s) const {
     Beside result;
     result.dt_s = dt_s;
     result.antenna_ecef = last_antenna + motion.velocity_ecef * dt_s;
@@ -398,19 +543,42 @@ struct Receiver::State {
     return result;
   }
 
-  /// Of the carrier's way through the atmosphere [m/s], by central differences over a second: the ionosphere
-  /// advances a carrier.
-  [[nodiscard]] double atmosphere_rate_mps(const orbit::LineOfSight& line, double carrier_hz) const {
+  /// Rate of the carrier's delay in the atmosphere [m/s], by central differences over a second: the
+  /// ionosphere advances a carrier.
+  [[nodiscard]] double atmosphere_rate_mps(const Instant& at, const orbit::LineOfSight& line,
+                                           double carrier_hz) const {
     if (!options.ionosphere && !options.troposphere) return 0;
-    const auto way_m = [&](const Beside& at) {
+    const auto delay_m = [&](const Beside& there) {
       const geodesy::AzimuthElevation look = geodesy::azimuth_elevation_from_enu(
-          at.enu_from_ecef *
-          (line.position_at_reception_m + line.velocity_at_reception_mps * at.dt_s - at.antenna_ecef));
-      return (options.troposphere ? errors::slant_delay_m(at.zenith_m, look.elevation_rad) : 0) -
-             positioning::atmosphere_m(options.ionosphere, false, *klobuchar, line.id.system, carrier_hz,
-                                       now + at.dt_s, at.place, look);
+          there.enu_from_ecef *
+          (line.position_at_reception_m + line.velocity_at_reception_mps * there.dt_s - there.antenna_ecef));
+      return (options.troposphere ? errors::slant_delay_m(there.zenith_m, look.elevation_rad) : 0) -
+             positioning::atmosphere_m(options.ionosphere, false, *at.klobuchar, line.id.system, carrier_hz,
+                                       at.time + there.dt_s, there.place, look);
     };
-    return way_m(after) - way_m(before);
+    return delay_m(at.after) - delay_m(at.before);
+  }
+
+  [[nodiscard]] ReceiverEpoch observe(const EpochContext& context) {
+    ReceiverEpoch epoch;
+    const Instant at = begin(context, epoch);
+    const orbit::Sky& sky = context.arrival.broadcast ? *context.arrival.broadcast : context.sky;
+    const Followed followed = follow(at, context.arrival, epoch);
+    take(context, sky);
+    const Solvable measured = measure(at, followed, epoch);
+    std::sort(epoch.satellites.begin(), epoch.satellites.end(),
+              [](const SatelliteObservation& a, const SatelliteObservation& b) { return a.id < b.id; });
+    miss_all_but(epoch.satellites, at.time);
+    if (context.arrival.placement == raytrace::Placement::Free) {
+      epoch.fix = solve(epoch, at, measured, sky);
+      for (SatelliteObservation& satellite : epoch.satellites) {
+        satellite.used = std::binary_search(epoch.fix.used.begin(), epoch.fix.used.end(), satellite.id);
+      }
+    } else {
+      epoch.fix.status = positioning::FixStatus::NoSignal;
+    }
+    if (check) epoch.spoofing = check->update(epoch);
+    return epoch;
   }
 
   ReceiverOptions options;
@@ -430,21 +598,16 @@ struct Receiver::State {
   std::optional<positioning::PositionFilter> filter;
   std::optional<relative::RtkFilter> rtk;
   std::optional<SpoofingCheck> check;
+  geodesy::GpsTime first_epoch;  ///< since the last restart
   std::optional<geodesy::GpsTime> last;
   Eigen::Vector3d last_antenna;
   double noise_sigma_m = 0;
   double noise_doppler_sigma_hz = 0;
   std::optional<disturbance::Restart> restarted;
   KnownEphemerides known;  // since then
-
-  // Of the epoch in hand.
-  geodesy::GpsTime now;
-  double clock_bias_s = 0, clock_drift = 0;
+  // Kept for their memory.
   std::vector<tracking::ReceivedWave> received_waves;
-  tracking::AntennaMotion motion;
-  geodesy::Geodetic place;
-  Beside before, after;  ///< by half a second, where the signals have delays of the atmosphere
-  const std::map<gnss::System, gnss::Klobuchar>* klobuchar = nullptr;
+  std::vector<const gnss::Signal*> wanted;
 };
 
 Receiver::Receiver(ReceiverOptions options, std::uint64_t seed,
@@ -459,142 +622,7 @@ const ReceiverOptions& Receiver::options() const {
 }
 
 ReceiverEpoch Receiver::observe(const EpochContext& context) {
-  State& state = *state_;
-  const ReceiverOptions& options = state.options;
-  const propagation::Antenna& antenna = context.antenna;
-  const geodesy::GpsTime time = antenna.time;
-  state.now = time;
-  if (!antenna.position_ecef.allFinite()) {
-    throw state.error("the antenna's position is not finite", "check the trajectory");
-  }
-  if (!antenna.velocity_ecef.allFinite()) {
-    throw state.error("the antenna's velocity is not finite", "check the trajectory");
-  }
-  state.go_to(antenna, context.arrival.ecef_from_enu);
-  ReceiverEpoch epoch;
-  epoch.events = state.disturb(antenna, context.arrival);
-  state.restart_as(epoch.events.restart);
-  state.clock_bias_s = state.clock.bias_s() + epoch.events.clock_bias_s;
-  state.clock_drift = state.clock.drift() + epoch.events.clock_drift;
-  const orbit::Sky& sky = context.arrival.broadcast ? *context.arrival.broadcast : context.sky;
-  if (state.signals) state.signals->receive(context.arrival.interference, state.received_waves);
-  state.motion.interference = state.received_waves;
-  state.place = geodesy::geodetic_from_ecef(antenna.position_ecef);
-  if (options.ionosphere || options.troposphere) {
-    state.before = state.beside(-0.5);
-    state.after = state.beside(0.5);
-  }
-  state.klobuchar = &context.klobuchar;
-
-  epoch.time = time;
-  epoch.clock_bias_s = state.clock_bias_s;
-  epoch.clock_drift = state.clock_drift;
-  epoch.receiver_time = time + state.clock_bias_s;
-  epoch.bands = state.bands();
-  const std::vector<propagation::SatelliteView>& views = context.arrival.views;
-  epoch.satellites.reserve(views.size());
-
-  const bool free = context.arrival.placement == raytrace::Placement::Free;
-  std::vector<std::size_t> view_of;             // of each satellite that is listed
-  std::vector<std::optional<Tracked>> tracked;  // of each signal, in their order
-  view_of.reserve(views.size());
-  tracked.reserve(views.size());
-  std::vector<const gnss::Signal*> wanted;
-  int los = 0;
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    const propagation::SatelliteView& view = views[i];
-    signals_to_track(options, view.line.id, time, wanted);
-    if (wanted.empty()) continue;
-    SatelliteObservation observation;
-    observation.id = view.line.id;
-    observation.azimuth_rad = view.line.azimuth_rad;
-    observation.elevation_rad = view.line.elevation_rad;
-    observation.above_mask =
-        view.shown_elevation_rad.value_or(view.line.elevation_rad) >= options.fix.elevation_mask_rad;
-    if (free) observation.visibility = view.paths.visibility;
-    const bool received = observation.visibility != Visibility::Blocked;  // by whoever receives everything
-    observation.signal = wanted.front();
-    tracked.push_back(state.track(view, free, received, observation));
-    for (std::size_t k = 1; k < wanted.size(); ++k) {
-      observation.more.emplace_back().signal = wanted[k];
-      tracked.push_back(state.track(view, free, received, observation.more.back()));
-    }
-    if (observation.visibility == Visibility::NLOS && !state.receives(observation)) {
-      observation.visibility = Visibility::Blocked;
-    }
-    if (observation.above_mask) {
-      ++(observation.lock == tracking::LockState::Tracking ? epoch.visible : epoch.blocked);
-      if (in_line_of_sight(observation.visibility)) ++los;
-    }
-    view_of.push_back(i);
-    epoch.satellites.push_back(std::move(observation));
-  }
-
-  const bool drifting = options.noise.drifts(antenna.velocity_ecef.norm(), los);
-  Measurements measurements, corrected;
-  std::vector<relative::SignalMeasurement> of_signals;  // for the filter of phases alone
-  measurements.reserve(views.size());
-  if (context.corrections != nullptr) {
-    if (!context.corrections->moving) {
-      const double apart_m = (context.corrections->station_ecef - antenna.position_ecef).norm();
-      state.corrections.take(
-          *context.corrections, sky, options.fix, context.klobuchar, options.shared_error_m(),
-          apart_m * std::hypot(options.rtk.ionosphere_gradient, options.rtk.troposphere_gradient));
-    }
-    if (state.rtk) state.rtk->take(*context.corrections, sky);
-  }
-  const CodeCorrections* corrections =
-      state.corrections.age_s(epoch.receiver_time) ? &state.corrections : nullptr;
-  if (corrections != nullptr) epoch.station_offset_m = corrections->station_offset_m();
-  std::size_t next = 0;
-  for (std::size_t i = 0; i < view_of.size(); ++i) {
-    SatelliteObservation& satellite = epoch.satellites[i];
-    const propagation::SatelliteView& view = views[view_of[i]];
-    const auto measure = [&](SignalObservation& observation) {
-      const std::optional<Tracked>& channel = tracked[next++];
-      if (!satellite.above_mask || observation.lock != tracking::LockState::Tracking) return;
-      observation.measurement = state.measure(view, channel ? &*channel : nullptr, drifting, observation);
-    };
-    measure(satellite);
-    for (SignalObservation& signal : satellite.more) measure(signal);
-    const bool modelled =
-        options.fix.correct_ionosphere && options.ranging.combination == Combination::Uncombined;
-    const double model_m = state.atmosphere_m(modelled, false, view.line, gnss::kL1_hz);
-    const bool readable =
-        satellite.lock == tracking::LockState::Tracking &&
-        (!satellite.cn0_dbhz || *satellite.cn0_dbhz >= options.signal.lock.acquisition_threshold_dbhz);
-    const bool known = state.known.read(satellite.id, *satellite.signal, readable, time);
-    const auto ranged = state.ranging.next(satellite, view.line.state, time, model_m, corrections);
-    if (state.rtk && known) {
-      const auto give = [&](const SignalObservation& signal) {
-        if (signal.measurement) of_signals.push_back({signal.signal, *signal.measurement});
-      };
-      give(satellite);
-      for (const SignalObservation& signal : satellite.more) give(signal);
-    }
-    if (!ranged || !known) continue;
-    measurements.push_back(ranged->measurement);
-    state.weigh(measurements.back(), satellite.elevation_rad);
-    satellite.estimated_ionosphere_m = ranged->ionosphere_m;
-    if (!ranged->corrected) continue;
-    corrected.push_back(*ranged->corrected);
-    state.weigh(corrected.back(), satellite.elevation_rad);
-  }
-  std::sort(epoch.satellites.begin(), epoch.satellites.end(),
-            [](const SatelliteObservation& a, const SatelliteObservation& b) { return a.id < b.id; });
-  state.miss_all_but(epoch.satellites);
-
-  if (!free) {
-    epoch.fix.status = positioning::FixStatus::NoSignal;
-    if (state.check) epoch.spoofing = state.check->update(epoch);
-    return epoch;
-  }
-  epoch.fix = state.solve(epoch.receiver_time, measurements, corrected, sky, of_signals);
-  for (SatelliteObservation& observation : epoch.satellites) {
-    observation.used = std::binary_search(epoch.fix.used.begin(), epoch.fix.used.end(), observation.id);
-  }
-  if (state.check) epoch.spoofing = state.check->update(epoch);
-  return epoch;
+  return state_->observe(context);
 }
 
 }  // namespace canyon::receiver

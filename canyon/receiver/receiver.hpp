@@ -66,6 +66,18 @@ struct SatelliteObservation : SignalObservation {
   std::optional<double> estimated_ionosphere_m;
   /// Beyond the first, in the order of gnss::signals_of(); only with ReceiverOptions::tracks.
   std::vector<SignalObservation> more;
+
+  /// visit(signal) for the first one and each of `more`.
+  template <typename Visit>
+  void for_each_signal(const Visit& visit) const {
+    visit(static_cast<const SignalObservation&>(*this));
+    for (const SignalObservation& other : more) visit(other);
+  }
+  template <typename Visit>
+  void for_each_signal(const Visit& visit) {
+    visit(static_cast<SignalObservation&>(*this));
+    for (SignalObservation& other : more) visit(other);
+  }
 };
 
 /// The front end around one carrier at one epoch.

@@ -20,10 +20,7 @@ bool SpoofingCheck::gain_without_loss(const ReceiverEpoch& epoch) {
       sum += *signal.measurement->cn0_dbhz;
       ++count;
     };
-    for (const SatelliteObservation& satellite : epoch.satellites) {
-      add(satellite);
-      for (const SignalObservation& signal : satellite.more) add(signal);
-    }
+    for (const SatelliteObservation& satellite : epoch.satellites) satellite.for_each_signal(add);
     if (count == 0) continue;
     const double mean_dbhz = sum / count, given_way_db = -20 * std::log10(band.agc());
     const auto [known, fresh] = strengths_.try_emplace(band.carrier_hz, Strength{mean_dbhz, epoch.time});

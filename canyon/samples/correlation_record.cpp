@@ -76,8 +76,7 @@ void CorrelationRecord::write(const simulation::Epoch& epoch) {
       if (signal.signal == signal_ && signal.lock == tracking::LockState::Tracking)
         instant.measured_m = signal.excess_m;
     };
-    take(seen);
-    for (const receiver::SignalObservation& signal : seen.more) take(signal);
+    seen.for_each_signal(take);
   }
   const auto& views = epoch.arrival->views;
   const auto view = std::find_if(views.begin(), views.end(), [&](const propagation::SatelliteView& each) {

@@ -11,7 +11,7 @@
 #include <optional>
 
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/samples/flights.hpp"
+#include "canyon/samples/path_interpolator.hpp"
 
 namespace canyon::samples {
 namespace {
@@ -88,7 +88,7 @@ struct Generator::State {
       unfiltered_im.assign(history, 0);
     }
     block_samples = static_cast<std::size_t>(std::llround(front_end.rate_hz * kBlock_s / kLanes)) * kLanes;
-    flights.emplace(options, seed, klobuchar, front_end, made.rate_hz);
+    interpolator.emplace(options, seed, klobuchar, front_end, made.rate_hz);
   }
 
   void make(const Segment& segment, std::size_t first, std::size_t samples, std::size_t in_segment,
@@ -107,7 +107,7 @@ struct Generator::State {
   std::vector<float> taps;     // of the filter, from both ends alike but for zeros; empty: none
   std::size_t history = 0;     // samples before one that the filter takes
   double lead_s = 0;           // by which they are made ahead of the filter's delay
-  std::optional<Flights> flights;
+  std::optional<PathInterpolator> interpolator;
   tbb::task_arena arena;
   std::size_t block_samples = 0;
 
@@ -127,29 +127,29 @@ void Generator::State::make(const Segment& segment, std::size_t first, std::size
   const double begin = at(begin_s), end = at(end_s), middle = (begin + end) / 2;
   const auto count = static_cast<double>(samples);
   const double least = std::sqrt(kLeastCn0_hz * 2 / made.rate_hz);
-  for (const Segment::Of& of : segment.signals) {
-    const double slot_rate = of.waveform->slot_rate_hz();
-    const double wavelength = kSpeedOfLight / of.carrier_hz;
-    const double offset_hz = of.carrier_hz - made.zero_hz();
-    const auto slot_at = [&](const Flight& flight, double seconds, double s) {
-      return (seconds - flight.code_m.at(s) / kSpeedOfLight) * slot_rate;
+  for (const Segment::Signal& signal : segment.signals) {
+    const double slot_rate = signal.waveform->slot_rate_hz();
+    const double wavelength = kSpeedOfLight / signal.carrier_hz;
+    const double offset_hz = signal.carrier_hz - made.zero_hz();
+    const auto slot_at = [&](const InterpolatedPath& path, double seconds, double s) {
+      return (seconds - path.code_m.at(s) / kSpeedOfLight) * slot_rate;
     };
-    const auto cycles_at = [&](const Flight& flight, double seconds, double s) {
-      return offset_hz * seconds - flight.carrier_m.at(s) / wavelength;
+    const auto cycles_at = [&](const InterpolatedPath& path, double seconds, double s) {
+      return offset_hz * seconds - path.carrier_m.at(s) / wavelength;
     };
     paths.clear();
     double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
-    for (const Flight& flight : of.flights) {
-      Complex amplitude = flight.from + middle * (flight.to - flight.from);
-      if (!flight.fading.empty()) {
-        amplitude *= Complex(flight.fading[std::min(in_segment, flight.fading.size() - 1)]);
+    for (const InterpolatedPath& from : signal.paths) {
+      Complex amplitude = from.from + middle * (from.to - from.from);
+      if (!from.fading.empty()) {
+        amplitude *= Complex(from.fading[std::min(in_segment, from.fading.size() - 1)]);
       }
       if (std::abs(amplitude) < least) continue;
       PathBlock path;
-      path.slot = slot_at(flight, begin_s, begin);
-      path.slots_per_sample = (slot_at(flight, end_s, end) - path.slot) / count;
-      const double cycles = cycles_at(flight, begin_s, begin);
-      path.cycles_per_sample = (cycles_at(flight, end_s, end) - cycles) / count;
+      path.slot = slot_at(from, begin_s, begin);
+      path.slots_per_sample = (slot_at(from, end_s, end) - path.slot) / count;
+      const double cycles = cycles_at(from, begin_s, begin);
+      path.cycles_per_sample = (cycles_at(from, end_s, end) - cycles) / count;
       path.cycles = std::remainder(cycles, 1) + std::arg(amplitude) / kCycle_rad;
       path.amplitude = std::abs(amplitude);
       lowest = std::min(lowest, path.slot);
@@ -161,7 +161,7 @@ void Generator::State::make(const Segment& segment, std::size_t first, std::size
     // Beyond the end for the last samples that are made together.
     const auto length =
         static_cast<std::size_t>(highest - base) + 2 + static_cast<std::size_t>(kMostSlots) * kLanes;
-    of.waveform->send(static_cast<std::int64_t>(base), length, slots);
+    signal.waveform->send(static_cast<std::int64_t>(base), length, slots);
     for (PathBlock& path : paths) {
       path.slot -= base;
       add_path(slots, path, out);
@@ -171,7 +171,7 @@ void Generator::State::make(const Segment& segment, std::size_t first, std::size
   if (made.real) {
     for (float& value : out.re) value *= kSqrt2;
   }
-  if (front_end.noise) add_noise(flights->noise_key() ^ mix64(first + kGolden64), out);
+  if (front_end.noise) add_noise(interpolator->noise_key() ^ mix64(first + kGolden64), out);
 }
 
 void Generator::State::interfere(const Segment& segment, double begin_s, Block& out) const {
@@ -180,7 +180,7 @@ void Generator::State::interfere(const Segment& segment, double begin_s, Block& 
   const auto band = static_cast<std::size_t>(signal::band_of(front_end.centre_hz));
   std::uint64_t number = 0;
   for (const tracking::ReceivedWave& wave : segment.waves) {
-    const std::uint64_t key = mix64(flights->noise_key() + ++number * kGolden64);
+    const std::uint64_t key = mix64(interpolator->noise_key() + ++number * kGolden64);
     const propagation::Spectrum& spectrum = wave.spectrum;
     const double amplitude = std::sqrt(wave.over_noise_hz[band] * 2 / made.rate_hz);
     const double centre_hz = spectrum.centre_hz - made.zero_hz();
@@ -297,8 +297,8 @@ Generator& Generator::operator=(Generator&&) noexcept = default;
 
 void Generator::next(const simulation::Epoch& epoch, const Take& take) {
   State& state = *state_;
-  const std::optional<Segment> segment = state.flights->next(epoch);
-  const double reading_s = state.flights->reading_s();
+  const std::optional<Segment> segment = state.interpolator->next(epoch);
+  const double reading_s = state.interpolator->reading_s();
   if (!state.first_s) state.first_s = reading_s;
   if (!segment) return;
   const auto end =
@@ -308,11 +308,11 @@ void Generator::next(const simulation::Epoch& epoch, const Take& take) {
 
 geodesy::GpsTime Generator::begin() const {
   assert(state_->first_s);
-  return state_->flights->zero() + *state_->first_s;
+  return state_->interpolator->zero() + *state_->first_s;
 }
 
 Generator::Contents Generator::contents() const {
-  return state_->flights->contents();
+  return state_->interpolator->contents();
 }
 
 }  // namespace canyon::samples

@@ -76,7 +76,7 @@ ChannelModel::Kind& ChannelModel::mutable_kind(const gnss::Signal& signal) {
     try {
       auto tracker = shared_code_tracker(correlation_of(signal, options_), options_.dll);
       const double peak = tracker->correlation().value(0);
-      kind = std::make_unique<Kind>(Kind{tracker, *tracker, peak * peak, {}});
+      kind = std::make_unique<Kind>(Kind{std::move(tracker), peak * peak, {}});
     } catch (const InputError& error) {
       throw InputError(fmt::format("receiver '{}', {} {}: {}", receiver_, gnss::name(signal.system),
                                    signal.name, error.problem()),
@@ -127,7 +127,7 @@ double ChannelModel::noise_factor(const gnss::Signal& signal, gnss::SatelliteId 
   if (waves.empty()) return 1;
   const auto band = static_cast<std::size_t>(signal::band_of(signal.carrier_hz));
   Kind& kind = mutable_kind(signal);
-  const Correlation& correlation = kind.tracker.correlation();
+  const Correlation& correlation = kind.tracker->correlation();
   double sum = 0;
   for (const ReceivedWave& wave : waves) {
     if (wave.copy_of == id) continue;
@@ -304,8 +304,8 @@ void Channel::gather(const ChannelModel& model, const AntennaMotion& motion,
 std::optional<CodeLock> Channel::follow_code(const AntennaMotion& motion, const ChannelModel::Kind& kind,
                                              double clear_cn0_dbhz) {
   const double elapsed = motion.epoch_before ? motion.time - *motion.epoch_before : 0;
-  if (!loop_) return kind.tracker.lock(paths_);
-  const auto code = kind.tracker.follow(*loop_, paths_, elapsed, cn0_hz(clear_cn0_dbhz) / kind.peak_power);
+  if (!loop_) return kind.tracker->lock(paths_);
+  const auto code = kind.tracker->follow(*loop_, paths_, elapsed, cn0_hz(clear_cn0_dbhz) / kind.peak_power);
   // The sign of the next peak is another: half a cycle.
   if (loop_->jumped) phase_.reset();
   return code;
@@ -354,12 +354,12 @@ Reception Channel::receive(ChannelModel& model, const AntennaMotion& motion,
   const SignalOptions& options = model.options();
   const ChannelModel::Kind& kind = model.kind(*signal_);
   const double carrier_hz = gnss::carrier_hz(*signal_, view.line.state.carrier_frequency_hz);
-  if (jumped(motion, view.line, kind.tracker.correlation().chip_m())) {
+  if (jumped(motion, view.line, kind.tracker->correlation().chip_m())) {
     loop_.reset();
     phase_.reset();
     fades_.clear();
   }
-  gather(model, motion, view, carrier_hz, kind.tracker);
+  gather(model, motion, view, carrier_hz, *kind.tracker);
 
   Reception result;
   result.tracked = tracked_;
@@ -396,7 +396,7 @@ LoopErrors Channel::sample(ChannelModel& model, geodesy::GpsTime time, double cn
   LoopErrors errors;
   if (options.loop_noise) {
     const double elapsed = sampled_ ? time - *sampled_ : 0;
-    errors.code_sigma_m = dll_jitter_m(model.kind(*signal_).tracker, cn0_dbhz);
+    errors.code_sigma_m = dll_jitter_m(*model.kind(*signal_).tracker, cn0_dbhz);
     errors.doppler_sigma_hz = fll_jitter_hz(options.fll, cn0_dbhz);
     errors.phase_sigma_cycles = pll_jitter_rad(options.pll, cn0_dbhz) / (2 * geodesy::kPi);
     errors.code_m = code_noise_.advance(elapsed, errors.code_sigma_m);

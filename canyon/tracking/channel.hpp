@@ -32,8 +32,7 @@ class ChannelModel {
  public:
   /// One kind of signal in this receiver.
   struct Kind {
-    std::shared_ptr<const CodeTracker> shared;
-    const CodeTracker& tracker = *shared;
+    std::shared_ptr<const CodeTracker> tracker;
     double peak_power = 1;       ///< R(0)^2: of the prompt correlator on a path of power 1
     SpectrumValues separations;  ///< spectral separations that were asked for; not tones'
   };

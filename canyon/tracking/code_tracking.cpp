@@ -12,20 +12,50 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/options/values.hpp"
+#include "canyon/tracking/zero_search.hpp"
 
 namespace canyon::tracking {
 namespace {
 
-constexpr std::size_t kPathsWithoutAllocation = 64;
-constexpr int kMostSamples = 8000;     // of one scan; there are at most three
 constexpr double kStep = 0.25;         // of a time constant, between two looks at the discriminator
 constexpr double kCheckedChips = 1.5;  // before the replica, for earlier paths
 constexpr double kAtRest = 1e-10;      // chips
-constexpr double kSilent = 1e-13;      // D below this share of all power is no pull but rounding
+constexpr double kSilent = ZeroSearch<double>::kSilent;
 
 double sinc(double x) {
   return std::abs(x) < 1e-8 ? 1.0 : std::sin(x) / x;
 }
+
+/// One value for each path, in place for as many as a channel usually has.
+template <typename Value>
+class PerPath {
+ public:
+  explicit PerPath(std::size_t count) {
+    if (count > few_.size()) many_.resize(count);
+    all_ = (many_.empty() ? std::span<Value>(few_) : std::span<Value>(many_)).first(count);
+  }
+  PerPath(const PerPath&) = delete;
+  PerPath& operator=(const PerPath&) = delete;
+  [[nodiscard]] std::span<Value> all() const { return all_; }
+  [[nodiscard]] Value& operator[](std::size_t i) const { return all_[i]; }
+
+ private:
+  std::array<Value, 64> few_;
+  std::vector<Value> many_;
+  std::span<Value> all_;
+};
+
+/// Of averaged paths.
+struct Power {
+  double strongest = 0, total = 0;
+  explicit Power(std::span<const CodeTracker::Averaged> paths) {
+    for (const CodeTracker::Averaged& path : paths) {
+      strongest = std::max(strongest, path.power());
+      total += path.power();
+    }
+  }
+  [[nodiscard]] bool any() const { return strongest > 0 && std::isfinite(total); }
+};
 
 }  // namespace
 
@@ -50,60 +80,12 @@ CorrelatorBank correlator_bank(const DllOptions& options) {
   return {2, {-d / 2, d / 2}, {1, -1}};
 }
 
-/// A path in chips after integration and loop filter.
-struct CodeTracker::Averaged {
-  double delay = 0;
-  std::complex<double> coherent;
-  double incoherent = 0;  // power
-};
-
-/// All paths of an epoch, in place for as many as a channel usually has.
-struct CodeTracker::Gathered {
-  std::array<Averaged, kPathsWithoutAllocation> few;
-  std::vector<Averaged> many;
-  std::span<Averaged> all;
-  double strongest = 0, total = 0;  // power
-};
-
 /// The discriminator, and the power of its correlators together.
 struct CodeTracker::Pull {
   double d = 0;
   double power = 0;
-};
 
-/// D is negative at `low`, positive at `high`.
-struct CodeTracker::Bracket {
-  double low = 0, high = 0;
-  double d_low = 0, d_high = 0;
-};
-
-/// Samples D from a start in one direction, a step at a time, until it has crossed zero upwards (as seen with
-/// rising delay), with at most one sample between that is zero: a stretch without pull is no crossing.
-struct CodeTracker::Scan {
-  Scan(double start, double d, double direction) : at(start), way(direction) { take(d); }
-  /// True when the bracket is found.
-  bool take(double d) {
-    const int sign = d > 0 ? 1 : d < 0 ? -1 : 0;
-    const int wanted = way > 0 ? -1 : 1;
-    if (sign == wanted) {
-      from = at;
-      d_from = d;
-      since = 0;
-    } else if (sign == -wanted && since >= 0 && since <= 1) {
-      bracket = way > 0 ? Bracket{from, at, d_from, d} : Bracket{at, from, d, d_from};
-      return true;
-    } else if (since >= 0) {
-      ++since;
-      if (sign != 0) since = -1;
-    }
-    return false;
-  }
-
-  double at;
-  double way;
-  double from = 0, d_from = 0;
-  int since = -1;  // samples since `from`; -1: none
-  Bracket bracket;
+  [[nodiscard]] bool silent() const { return std::abs(d) <= kSilent * power; }
 };
 
 CodeTracker::CodeTracker(const CorrelationOptions& signal, const DllOptions& loop)
@@ -113,9 +95,8 @@ CodeTracker::CodeTracker(const CorrelationOptions& signal, const DllOptions& loo
   // Features of D: the spacing, knots of R, and the front end's impulse response.
   step_chips_ = std::min(options_.spacing_chips / 8, correlation_.knot_spacing_chips() / 8);
   const Averaged direct{0, {1, 0}, 0};
-  const double early = evaluate(-step_chips_, {&direct, 1});
-  const double late = evaluate(step_chips_, {&direct, 1});
-  if (!(early < 0 && late > 0)) {
+  const Pull early = pull(-step_chips_, {&direct, 1}), late = pull(step_chips_, {&direct, 1});
+  if (!(early.d < 0 && late.d > 0)) {
     throw InputError(fmt::format("correlators {} chips apart do not find the peak of {}",
                                  options_.spacing_chips, name(signal.modulation)),
                      "bring them closer");
@@ -144,15 +125,16 @@ CodeTracker::Averaged CodeTracker::average(const SignalPath& path) const {
                                  path.delay_m, path.amplitude.real(), path.amplitude.imag(), path.fading_hz),
                      "all of them must be finite");
   }
-  Averaged result;
-  result.delay = path.delay_m / correlation_.chip_m();
-  const std::complex<double> kept =
-      path.amplitude * sinc(geodesy::kPi * path.fading_hz * options_.integration_s);
-  const double ratio = 2 * geodesy::kPi * path.fading_hz / (4 * options_.loop_bandwidth_hz);
-  const double share = 1 / (1 + ratio * ratio);
-  result.coherent = std::sqrt(share) * kept;
-  result.incoherent = (1 - share) * std::norm(kept);
-  return result;
+  const Share kept = share(path.fading_hz);
+  return {path.delay_m / correlation_.chip_m(), kept.coherent * path.amplitude,
+          kept.incoherent * std::norm(path.amplitude)};
+}
+
+CodeTracker::Share CodeTracker::share(double fading_hz) const {
+  const double kept = sinc(geodesy::kPi * fading_hz * options_.integration_s);
+  const double ratio = 2 * geodesy::kPi * fading_hz / (4 * options_.loop_bandwidth_hz);
+  const double passed = 1 / (1 + ratio * ratio);
+  return {std::sqrt(passed) * kept, (1 - passed) * kept * kept};
 }
 
 CodeTracker::Pull CodeTracker::pull(double delay_chips, std::span<const Averaged> paths) const {
@@ -164,7 +146,7 @@ CodeTracker::Pull CodeTracker::pull(double delay_chips, std::span<const Averaged
   const bool power = options_.discriminator == Discriminator::EarlyLatePower;
   const auto count = static_cast<std::size_t>(bank_.count);
   for (const Averaged& path : paths) {
-    const double lag = delay_chips - path.delay;
+    const double lag = delay_chips - path.delay_chips;
     std::array<double, 4> r{};
     double x = 0;
     for (std::size_t k = 0; k < count; ++k) {
@@ -197,58 +179,16 @@ CodeTracker::Pull CodeTracker::pull(double delay_chips, std::span<const Averaged
   return result;
 }
 
-void CodeTracker::average(std::span<const SignalPath> paths, Gathered& gathered) const {
-  if (paths.size() > gathered.few.size()) gathered.many.resize(paths.size());
-  gathered.all =
-      (gathered.many.empty() ? std::span<Averaged>(gathered.few) : std::span<Averaged>(gathered.many))
-          .first(paths.size());
-  for (std::size_t i = 0; i < paths.size(); ++i) {
-    gathered.all[i] = average(paths[i]);
-    const double power = std::norm(gathered.all[i].coherent) + gathered.all[i].incoherent;
-    gathered.strongest = std::max(gathered.strongest, power);
-    gathered.total += power;
-  }
-}
-
-double CodeTracker::evaluate(double delay_chips, std::span<const Averaged> paths) const {
-  return pull(delay_chips, paths).d;
-}
-
 CodeLock CodeTracker::prompt(double delay_chips, std::span<const Averaged> paths) const {
   CodeLock lock;
   lock.delay_m = delay_chips * correlation_.chip_m();
   for (const Averaged& path : paths) {
-    const double r = correlation_.value(delay_chips - path.delay);
+    const double r = correlation_.value(delay_chips - path.delay_chips);
     lock.prompt += path.coherent * r;
     lock.prompt_power += path.incoherent * r * r;
   }
   lock.prompt_power += std::norm(lock.prompt);
   return lock;
-}
-
-/// Regula falsi with the Illinois correction, and bisection where that is slow: D may have corners.
-double CodeTracker::refine(const Bracket& bracket, std::span<const Averaged> paths) const {
-  auto [low, high, d_low, d_high] = bracket;
-  const double small = 1e-15 * (d_high - d_low);
-  int side = 0;
-  for (int i = 0; i < 100 && high - low > 1e-10; ++i) {
-    double middle = i % 3 == 2 ? (low + high) / 2 : (low * d_high - high * d_low) / (d_high - d_low);
-    if (!(middle > low && middle < high)) middle = (low + high) / 2;
-    const double d = evaluate(middle, paths);
-    if (std::abs(d) <= small) return middle;
-    if (d > 0) {
-      high = middle;
-      d_high = d;
-      if (side == 1) d_low /= 2;
-      side = 1;
-    } else {
-      low = middle;
-      d_low = d;
-      if (side == -1) d_high /= 2;
-      side = -1;
-    }
-  }
-  return (low + high) / 2;
 }
 
 double CodeTracker::discriminator(double delay_m, std::span<const SignalPath> paths) const {
@@ -258,103 +198,198 @@ double CodeTracker::discriminator(double delay_m, std::span<const SignalPath> pa
   std::vector<Averaged> averaged;
   averaged.reserve(paths.size());
   for (const SignalPath& path : paths) averaged.push_back(average(path));
-  return evaluate(delay_m / correlation_.chip_m(), averaged);
+  return pull(delay_m / correlation_.chip_m(), averaged).d;
 }
+
+/// Looks for the zero that a replica runs into among averaged paths.
+struct CodeTracker::Search {
+  const CodeTracker& tracker;
+  std::span<const Averaged> paths;
+  double least_power;                                                 ///< of the prompt correlator
+  double low = std::numeric_limits<double>::infinity(), high = -low;  ///< the window [chips]
+
+  Search(const CodeTracker& of, std::span<const Averaged> averaged, double strongest)
+      : tracker(of), paths(averaged) {
+    const double r0 = of.correlation_.value(0);
+    least_power = kLeastPrompt * strongest * r0 * r0;
+    for (const Averaged& path : paths) {
+      if (path.power() <= 0) continue;
+      low = std::min(low, path.delay_chips - 1);
+      high = std::max(high, path.delay_chips + 1);
+    }
+  }
+
+  [[nodiscard]] bool inside(double at) const { return at >= low && at <= high; }
+  [[nodiscard]] double look(double at) const {
+    const Pull pulled = tracker.pull(at, paths);
+    return pulled.silent() ? 0 : pulled.d;
+  }
+  [[nodiscard]] std::optional<CodeLock> accepted(double at) const {
+    const CodeLock lock = tracker.prompt(at, paths);
+    if (lock.prompt_power < least_power) return std::nullopt;
+    return lock;
+  }
+  [[nodiscard]] std::optional<CodeLock> finish(ZeroSearch<double>& search) const {
+    using State = ZeroSearch<double>::State;
+    while (search.state == State::Refining || (search.state == State::Scanning && inside(search.at))) {
+      search.take(look(search.at));
+    }
+    if (search.state != State::Found) return std::nullopt;
+    return accepted(search.at);
+  }
+
+  /// Where the loop is driven from `start`. A start without pull is a zero where D rises about it.
+  [[nodiscard]] std::optional<CodeLock> run(double start) const {
+    const double most = tracker.step_chips_;
+    const Pull pulled = tracker.pull(start, paths);
+    ZeroSearch<double> search;
+    if (!pulled.silent()) {
+      search.run(start, pulled.d, tracker.gain_chips_ * pulled.d / pulled.power, most);
+      return finish(search);
+    }
+    for (double step = most / 1024; step <= most; step *= 2) {
+      const double d_low = look(start - step), d_high = look(start + step);
+      if (!(d_low < 0 && d_high > 0)) continue;
+      search.refine(start - step, start + step, d_low, d_high);
+      return finish(search);
+    }
+    return std::nullopt;
+  }
+
+  /// The nearest stable zero to either side.
+  [[nodiscard]] std::optional<CodeLock> nearest(double start) const {
+    using State = ZeroSearch<double>::State;
+    const double step = tracker.step_chips_, d_start = look(start);
+    ZeroSearch<double> later, earlier;
+    later.scan(start, d_start, 1, step, step);
+    earlier.scan(start, d_start, -1, step, step);
+    for (int i = 0; i < ZeroSearch<double>::kMostLooks / 2; ++i) {
+      for (ZeroSearch<double>* search : {&later, &earlier}) {
+        const double at = search->at;
+        if (!inside(at)) continue;
+        const double d = look(at);
+        search->take(d);
+        if (search->state != State::Refining) continue;
+        if (const std::optional<CodeLock> lock = finish(*search)) return lock;
+        search->scan(at, d, search == &later ? 1 : -1, step, step);
+      }
+    }
+    return std::nullopt;
+  }
+
+  /// Where the prompt correlator is strongest, of the paths' delays; of equals the earliest.
+  [[nodiscard]] double peak() const {
+    double peak = 0, peak_power = -1;
+    for (const Averaged& path : paths) {
+      if (path.power() <= 0) continue;
+      const double power = tracker.prompt(path.delay_chips, paths).prompt_power;
+      if (power > peak_power * (1 + 1e-12) ||
+          (power >= peak_power * (1 - 1e-12) && path.delay_chips < peak && peak_power >= 0)) {
+        peak_power = power;
+        peak = path.delay_chips;
+      }
+    }
+    return peak;
+  }
+};
 
 std::optional<CodeLock> CodeTracker::lock(std::span<const SignalPath> paths,
                                           std::optional<double> prior_m) const {
+  const PerPath<Averaged> averaged(paths.size());
+  for (std::size_t i = 0; i < paths.size(); ++i) averaged[i] = average(paths[i]);
+  return lock_averaged(averaged.all(), prior_m);
+}
+
+std::optional<CodeLock> CodeTracker::lock_averaged(std::span<const Averaged> paths,
+                                                   std::optional<double> prior_m) const {
   if (prior_m && !std::isfinite(*prior_m)) {
     throw InputError(fmt::format("the code delay before is {} m", *prior_m), "it must be finite");
   }
-  Gathered gathered;
-  average(paths, gathered);
-  const std::span<const Averaged> all = gathered.all;
-  const double strongest = gathered.strongest;
-  const double total = gathered.total;
-  if (!(strongest > 0) || !std::isfinite(total)) return std::nullopt;
-
-  const double r0 = correlation_.value(0);
-  double earliest = std::numeric_limits<double>::infinity();
-  double latest = -earliest;
-  for (const Averaged& path : all) {
-    // Without power a path has no place either.
-    if (std::norm(path.coherent) + path.incoherent <= 0) continue;
-    earliest = std::min(earliest, path.delay);
-    latest = std::max(latest, path.delay);
+  const Power power(paths);
+  if (!power.any()) return std::nullopt;
+  const Search search(*this, paths, power.strongest);
+  if (prior_m && search.inside(*prior_m / correlation_.chip_m())) {
+    if (const auto lock = search.run(*prior_m / correlation_.chip_m())) return lock;
   }
-  const double window_low = earliest - 1;
-  const double window_high = latest + 1;
-  const double silence =
-      kSilent * (options_.discriminator == Discriminator::Coherent ? std::sqrt(total) : total);
-  const auto sample = [&](double at) {
-    const double d = evaluate(at, all);
-    return std::abs(d) < silence ? 0.0 : d;
-  };
-  const auto accepted = [&](const Bracket& bracket) -> std::optional<CodeLock> {
-    const CodeLock lock = prompt(refine(bracket, all), all);
-    if (lock.prompt_power < kLeastPrompt * strongest * r0 * r0) return std::nullopt;
-    return lock;
-  };
-  const auto inside = [&](double at) { return at >= window_low && at <= window_high; };
-
-  // Where the loop is driven from `start`. Steps begin small, since a prior mostly lies beside its zero, and
-  // zeros may lie close together.
-  const auto follow = [&](double start) -> std::optional<CodeLock> {
-    double step = step_chips_ / 1024;
-    const double d = sample(start);
-    if (d == 0) {
-      for (; step <= step_chips_; step *= 2) {
-        const Bracket around{start - step, start + step, sample(start - step), sample(start + step)};
-        if (around.d_low < 0 && around.d_high > 0) return accepted(around);
-      }
-      return std::nullopt;
-    }
-    Scan scan(start, d, d < 0 ? 1 : -1);
-    for (int i = 0; i < kMostSamples; ++i) {
-      scan.at += scan.way * step;
-      step = std::min(2 * step, step_chips_);
-      if (!inside(scan.at)) break;
-      if (scan.take(sample(scan.at))) return accepted(scan.bracket);
-      if (scan.since < 0) break;
-    }
-    return std::nullopt;
-  };
-  // The nearest stable zero to either side.
-  const auto nearest = [&](double start) -> std::optional<CodeLock> {
-    const double d = sample(start);
-    Scan later(start, d, 1);
-    Scan earlier(start, d, -1);
-    for (int i = 0; i < kMostSamples / 2; ++i) {
-      for (Scan* scan : {&later, &earlier}) {
-        scan->at += scan->way * step_chips_;
-        if (!inside(scan->at) || !scan->take(sample(scan->at))) continue;
-        if (const std::optional<CodeLock> lock = accepted(scan->bracket)) return lock;
-      }
-    }
-    return std::nullopt;
-  };
-
-  if (prior_m) {
-    const double prior = *prior_m / correlation_.chip_m();
-    if (inside(prior)) {
-      if (std::optional<CodeLock> lock = follow(prior)) return lock;
-    }
-  }
-  double peak = 0;
-  double peak_power = -1;
-  for (const Averaged& path : all) {
-    if (std::norm(path.coherent) + path.incoherent <= 0) continue;
-    const double power = prompt(path.delay, all).prompt_power;
-    // Of equals the first: acquisition takes the earlier of two peaks.
-    if (power > peak_power * (1 + 1e-12) ||
-        (power >= peak_power * (1 - 1e-12) && path.delay < peak && peak_power >= 0)) {
-      peak_power = power;
-      peak = path.delay;
-    }
-  }
-  if (std::optional<CodeLock> lock = follow(peak)) return lock;
-  return nearest(peak);
+  const double peak = search.peak();
+  if (const auto lock = search.run(peak)) return lock;
+  return search.nearest(peak);
 }
+
+/// A loop while CodeTracker::follow() moves it: paths as the correlators of a step see them.
+struct CodeTracker::Loop {
+  const CodeTracker& tracker;
+  std::span<const SignalPath> paths;
+  double dt_s = 0;
+  PerPath<Averaged> now;
+  PerPath<std::complex<double>> turns;  ///< in a step
+  bool changing = false;                ///< from step to step
+
+  /// At the first of the steps that end `simulated_s` later with `at_end`: averaged over T, and over a longer
+  /// step, by powers.
+  Loop(const CodeTracker& of, std::span<const SignalPath> all, std::span<const Averaged> at_end,
+       double simulated_s, double step_s)
+      : tracker(of), paths(all), dt_s(step_s), now(all.size()), turns(all.size()) {
+    const double integration_s = of.options_.integration_s;
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+      const SignalPath& path = paths[i];
+      changing = changing || path.drift_mps != 0 || (path.fading_hz != 0 && !path.diffuse);
+      Averaged& averaged = now[i];
+      averaged = at_end[i];
+      turns[i] = {1, 0};
+      averaged.delay_chips -= path.drift_mps * (simulated_s - dt_s / 2) / of.correlation_.chip_m();
+      if (path.diffuse) continue;
+      const double kept = sinc(geodesy::kPi * path.fading_hz * integration_s);
+      const double over_step = dt_s > integration_s ? sinc(geodesy::kPi * path.fading_hz * dt_s) : kept;
+      const double angle = -2 * geodesy::kPi * path.fading_hz;
+      averaged.coherent = path.amplitude * over_step * std::polar(1.0, angle * (simulated_s - dt_s / 2));
+      averaged.incoherent = std::norm(path.amplitude) * std::max(0.0, kept * kept - over_step * over_step);
+      turns[i] = std::polar(1.0, -angle * dt_s);
+    }
+  }
+
+  void go_on() {
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+      now[i].coherent *= turns[i];
+      now[i].delay_chips += paths[i].drift_mps * dt_s / tracker.correlation_.chip_m();
+    }
+  }
+
+  struct Peak {
+    double delay_chips = 0, power = 0;
+  };
+  /// The strongest peak beside the replica that it may rest on by mistake, on one side (-1: early).
+  [[nodiscard]] Peak other_peak(double delay, double side) const {
+    Peak best{delay, 0};
+    const auto look = [&](double at) {
+      const double power = tracker.prompt(at, now.all()).prompt_power;
+      if (power > best.power) best = {at, power};
+    };
+    if (tracker.side_peak_chips_ > 0) look(delay + side * tracker.side_peak_chips_);
+    if (side > 0) return best;
+    const Averaged* strongest = nullptr;
+    for (const Averaged& path : now.all()) {
+      const double before = delay - path.delay_chips;
+      if (before < tracker.options_.spacing_chips || before > kCheckedChips) continue;
+      if (strongest == nullptr || path.power() > strongest->power()) strongest = &path;
+    }
+    if (strongest != nullptr) look(strongest->delay_chips);
+    return best;
+  }
+
+  /// Counts for how long the peak on one side has been the stronger one. Its delay where that is long enough
+  /// for a jump. @param here power at the replica; @param scale from power to that over the noise's in T
+  [[nodiscard]] std::optional<double> compare(double delay, double side, double here, double scale,
+                                              double& seconds) const {
+    const Peak other = other_peak(delay, side);
+    const double there = scale * other.power;
+    const double sigma = std::sqrt(2 * (here + there) + 2);
+    const double wins = 0.5 * std::erfc((here - there) / (sigma * std::sqrt(2.0)));
+    seconds = std::max(0.0, seconds + (2 * wins - 1) * dt_s);
+    if (seconds < tracker.options_.peak_check_s) return std::nullopt;
+    return other.delay_chips;
+  }
+};
 
 std::optional<CodeLock> CodeTracker::follow(CodeLoopState& state, std::span<const SignalPath> paths,
                                             double elapsed_s, double unit_cn0_hz) const {
@@ -366,9 +401,10 @@ std::optional<CodeLock> CodeTracker::follow(CodeLoopState& state, std::span<cons
   }
   state.jumped = false;
   const double chip_m = correlation_.chip_m();
-  Gathered at_end;
-  average(paths, at_end);
-  if (!(at_end.strongest > 0) || !std::isfinite(at_end.total)) return std::nullopt;
+  const PerPath<Averaged> at_end(paths.size());
+  for (std::size_t i = 0; i < paths.size(); ++i) at_end[i] = average(paths[i]);
+  const Power power(at_end.all());
+  if (!power.any()) return std::nullopt;
 
   const double k = 4 * options_.loop_bandwidth_hz;
   const bool checks = std::isfinite(options_.peak_check_s) && (side_peak_chips_ > 0 || paths.size() > 1);
@@ -380,96 +416,36 @@ std::optional<CodeLock> CodeTracker::follow(CodeLoopState& state, std::span<cons
   const int steps = static_cast<int>(std::ceil(simulated_s / longest_s - 1e-9));
   const double dt_s = steps > 0 ? simulated_s / steps : 0;
   const double moves = -std::expm1(-k * dt_s);  // share of a constant error that a step takes away
+  const double scale = unit_cn0_hz * options_.integration_s;
 
-  // Paths as a step's correlators see them: averaged over T, and over a longer step, by powers.
-  Gathered now;
-  if (!at_end.many.empty()) now.many.resize(paths.size());
-  now.all =
-      (now.many.empty() ? std::span<Averaged>(now.few) : std::span<Averaged>(now.many)).first(paths.size());
-  std::array<std::complex<double>, kPathsWithoutAllocation> few_turns;
-  std::vector<std::complex<double>> many_turns(now.many.size());
-  const std::span<std::complex<double>> turns = many_turns.empty()
-                                                    ? std::span<std::complex<double>>(few_turns)
-                                                    : std::span<std::complex<double>>(many_turns);
-  bool changing = false;
-  for (std::size_t i = 0; i < paths.size(); ++i) {
-    const SignalPath& path = paths[i];
-    changing = changing || path.drift_mps != 0 || (path.fading_hz != 0 && !path.diffuse);
-    Averaged& averaged = now.all[i];
-    averaged = at_end.all[i];
-    turns[i] = {1, 0};
-    averaged.delay -= path.drift_mps * (simulated_s - dt_s / 2) / chip_m;
-    if (path.diffuse) continue;
-    const double kept = sinc(geodesy::kPi * path.fading_hz * options_.integration_s);
-    const double over_step =
-        dt_s > options_.integration_s ? sinc(geodesy::kPi * path.fading_hz * dt_s) : kept;
-    const double angle = -2 * geodesy::kPi * path.fading_hz;
-    averaged.coherent = path.amplitude * over_step * std::polar(1.0, angle * (simulated_s - dt_s / 2));
-    averaged.incoherent = std::norm(path.amplitude) * std::max(0.0, kept * kept - over_step * over_step);
-    turns[i] = std::polar(1.0, -angle * dt_s);
-  }
-
-  const auto power_at = [&](double delay) {
-    std::complex<double> sum;
-    double incoherent = 0;
-    for (const Averaged& path : now.all) {
-      const double r = correlation_.value(delay - path.delay);
-      sum += path.coherent * r;
-      incoherent += path.incoherent * r * r;
-    }
-    return std::norm(sum) + incoherent;
-  };
-  const auto mean_power = [](const Averaged& path) { return std::norm(path.coherent) + path.incoherent; };
+  Loop loop(*this, paths, at_end.all(), simulated_s, dt_s);
   double delay = state.delay_m / chip_m;
   for (int i = 0; i < steps; ++i) {
-    const Pull pulled = pull(delay, now.all);
-    bool at_rest = !changing;
-    if (pulled.power > kSilent * at_end.total) {
+    const Pull pulled = pull(delay, loop.now.all());
+    bool at_rest = !loop.changing;
+    if (pulled.power > kSilent * power.total) {
       const double error = std::clamp(gain_chips_ * pulled.d / pulled.power, -0.5, 0.5);
       delay -= moves * error;
       at_rest = at_rest && std::abs(error) < kAtRest;
     }
     if (checks) {
-      // Powers of correlators over T, in units of the noise's.
-      const double scale = unit_cn0_hz * options_.integration_s;
-      const double here = scale * power_at(delay);
-      const auto count = [&](double& seconds, double side) {
-        double best = 0, place = delay;
-        const auto look = [&](double at) {
-          const double there = scale * power_at(at);
-          if (there > best) best = there, place = at;
-        };
-        if (side_peak_chips_ > 0) look(delay + side * side_peak_chips_);
-        const Averaged* strongest = nullptr;
-        for (const Averaged& path : now.all) {
-          const double before = delay - path.delay;
-          if (side > 0 || before < options_.spacing_chips || before > kCheckedChips) continue;
-          if (strongest == nullptr || mean_power(path) > mean_power(*strongest)) strongest = &path;
-        }
-        if (strongest != nullptr) look(strongest->delay);
-        const double sigma = std::sqrt(2 * (here + best) + 2);
-        const double wins = 0.5 * std::erfc((here - best) / (sigma * std::sqrt(2.0)));
-        seconds = std::max(0.0, seconds + (2 * wins - 1) * dt_s);
-        if (seconds < options_.peak_check_s) return false;
-        delay = place;
-        return true;
-      };
-      if (count(state.early_s, -1) || count(state.late_s, 1)) {
+      const double here = scale * prompt(delay, loop.now.all()).prompt_power;
+      std::optional<double> jump = loop.compare(delay, -1, here, scale, state.early_s);
+      if (!jump) jump = loop.compare(delay, 1, here, scale, state.late_s);
+      if (jump) {
+        delay = *jump;
         state.early_s = state.late_s = 0;
         state.jumped = true;
         at_rest = false;
       }
     }
     if (at_rest && state.early_s == 0 && state.late_s == 0) break;
-    for (std::size_t j = 0; j < now.all.size(); ++j) {
-      now.all[j].coherent *= turns[j];
-      now.all[j].delay += paths[j].drift_mps * dt_s / chip_m;
-    }
+    loop.go_on();
   }
   state.delay_m = delay * chip_m;
   const double r0 = correlation_.value(0);
-  const CodeLock lock = prompt(delay, at_end.all);
-  if (lock.prompt_power < kLeastPrompt * at_end.strongest * r0 * r0) return std::nullopt;
+  const CodeLock lock = prompt(delay, at_end.all());
+  if (lock.prompt_power < kLeastPrompt * power.strongest * r0 * r0) return std::nullopt;
   return lock;
 }
 

@@ -123,9 +123,26 @@ class CodeTracker {
   /// where they are at least an eighth of the spacing apart (closer pairs may be passed), and are exact to
   /// 1e-9 chips. Empty: no paths, no power, or no zero with a prompt power above a thousandth of the
   /// strongest path's. Inputs must be finite (InputError). Does not allocate for up to 64 paths; at most
-  /// 25,000 evaluations of D, typically some ten.
+  /// 25,000 evaluations of D, typically some ten (ZeroSearch).
   [[nodiscard]] std::optional<CodeLock> lock(std::span<const SignalPath> paths,
                                              std::optional<double> prior_m = std::nullopt) const;
+
+  /// What integration and loop filter keep of a path that fades with fading_hz: amplitudes times `coherent`
+  /// add up with their phase, powers times `incoherent` without.
+  struct Share {
+    double coherent = 1, incoherent = 0;
+  };
+  [[nodiscard]] Share share(double fading_hz) const;
+  /// A path after both.
+  struct Averaged {
+    double delay_chips = 0;
+    std::complex<double> coherent;
+    double incoherent = 0;  ///< power
+    [[nodiscard]] double power() const { return std::norm(coherent) + incoherent; }
+  };
+  /// lock() on averaged paths.
+  [[nodiscard]] std::optional<CodeLock> lock_averaged(std::span<const Averaged> paths,
+                                                      std::optional<double> prior_m = std::nullopt) const;
 
   /// Moves a loop by its own dynamics over `elapsed_s` >= 0, at whose end `paths` are as given.
   ///
@@ -152,25 +169,24 @@ class CodeTracker {
 
   /// From the main peak of |R| to its neighbours [chips]; 0: there are none above a quarter of it.
   [[nodiscard]] double side_peak_chips() const { return side_peak_chips_; }
+  /// Features of D are no narrower than eight of these [chips].
+  [[nodiscard]] double step_chips() const { return step_chips_; }
+  /// Error of the code [chips] over D / (sum of the correlators' powers), near the peak of a single path.
+  [[nodiscard]] double gain_chips() const { return gain_chips_; }
 
  private:
-  struct Averaged;
-  struct Gathered;
   struct Pull;
+  struct Search;
+  struct Loop;
   [[nodiscard]] Averaged average(const SignalPath& path) const;
-  void average(std::span<const SignalPath> paths, Gathered& gathered) const;
   [[nodiscard]] Pull pull(double delay_chips, std::span<const Averaged> paths) const;
-  [[nodiscard]] double evaluate(double delay_chips, std::span<const Averaged> paths) const;
   [[nodiscard]] CodeLock prompt(double delay_chips, std::span<const Averaged> paths) const;
-  struct Bracket;
-  struct Scan;
-  [[nodiscard]] double refine(const Bracket& bracket, std::span<const Averaged> paths) const;
 
   Correlation correlation_;
   DllOptions options_;
   CorrelatorBank bank_;
   double step_chips_ = 0;
-  double gain_chips_ = 0;  // 1 / slope of the normalised discriminator
+  double gain_chips_ = 0;
   double side_peak_chips_ = 0;
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <span>
@@ -10,9 +11,9 @@
 namespace canyon::tracking {
 
 /// CodeTracker::lock() without a prior for many receivers at once ("lanes"), which receive the same paths
-/// with phases and strengths of their own: eight at a time in single precision, from a table of the
-/// correlation. Delays agree within 1 cm (of a chip of 293 m), prompt powers within 1e-4 of themselves. Where
-/// a lane finds nothing that way, and for other discriminators than early minus late power,
+/// with phases and strengths of their own: the same ZeroSearch, eight at a time in single precision, from a
+/// table of the correlation. Delays agree within 1 cm (of a chip of 293 m), prompt powers within 1e-4 of
+/// themselves. Where a lane finds nothing that way, and for other discriminators than early minus late power,
 /// CodeTracker::lock() itself answers. Const, thread-safe.
 class LaneCodeLock {
  public:
@@ -35,20 +36,16 @@ class LaneCodeLock {
   explicit LaneCodeLock(std::shared_ptr<const CodeTracker> tracker);
 
   [[nodiscard]] const CodeTracker& tracker() const { return *tracker_; }
-  /// What the loop's filter keeps of a path that fades with fading_hz (CodeTracker): amplitudes times
-  /// `coherent` add up with their phase, powers times `incoherent` without.
-  struct Share {
-    double coherent = 1, incoherent = 0;
-  };
-  [[nodiscard]] Share average(double fading_hz) const;
+  using Share = CodeTracker::Share;
+  [[nodiscard]] Share average(double fading_hz) const { return tracker_->share(fading_hz); }
 
   /// @param delay_m, prompt_power [lane]; where a lane has no lock the power is 0
   void lock(const Paths& paths, std::span<float> delay_m, std::span<float> prompt_power) const;
 
  private:
-  struct Group;
-  /// False where lanes of the group did not get there; their power is -1.
-  bool lock_group(const Paths& paths, std::size_t first, Group& group) const;
+  using Lanes = std::array<float, kWidth>;
+  /// Delay [chips] and prompt power of each lane from `first` on; power -1 where a lane found nothing.
+  void lock_group(const Paths& paths, std::size_t first, Lanes& delay, Lanes& power) const;
   void lock_alone(const Paths& paths, std::size_t lane, float& delay_m, float& prompt_power) const;
 
   std::shared_ptr<const CodeTracker> tracker_;

@@ -26,9 +26,9 @@ std::shared_ptr<const tracking::LaneCodeLock> lane_lock_of(
     const tracking::ChannelModel::Kind& kind,
     std::vector<std::shared_ptr<const tracking::LaneCodeLock>>& made) {
   for (const auto& each : made) {
-    if (&each->tracker() == kind.shared.get()) return each;
+    if (&each->tracker() == kind.tracker.get()) return each;
   }
-  return made.emplace_back(std::make_shared<const tracking::LaneCodeLock>(kind.shared));
+  return made.emplace_back(std::make_shared<const tracking::LaneCodeLock>(kind.tracker));
 }
 
 }  // namespace
@@ -83,8 +83,8 @@ SteadySky::SteadySky(const simulation::Environment& environment, const receiver:
     s.peak_power = kind.peak_power;
     if (options.signal.loop_noise) {
       // Of 1 / (C/N0) and its square: both factors follow from two values.
-      const double at_30 = std::pow(tracking::dll_jitter_m(kind.tracker, 30), 2);
-      const double at_20 = std::pow(tracking::dll_jitter_m(kind.tracker, 20), 2);
+      const double at_30 = std::pow(tracking::dll_jitter_m(*kind.tracker, 30), 2);
+      const double at_20 = std::pow(tracking::dll_jitter_m(*kind.tracker, 20), 2);
       s.jitter_2 = (at_20 / 1e-2 - at_30 / 1e-3) / (1e-2 - 1e-3);
       s.jitter_1 = at_30 / 1e-3 - s.jitter_2 * 1e-3;
     }

@@ -11,8 +11,6 @@
 #include "canyon/samples/waveform.hpp"
 #include "canyon/tracking/channel.hpp"
 
-// From what arrives at epochs to what arrives between them.
-
 namespace canyon::samples {
 
 /// Paths keep their amplitude, phase and rates for so long.
@@ -25,32 +23,32 @@ struct Cubic {
 };
 
 /// A path from epoch to epoch.
-struct Flight {
+struct InterpolatedPath {
   Cubic code_m, carrier_m;
   std::complex<double> from, to;            ///< amplitudes over the noise
   std::vector<std::complex<float>> fading;  ///< of each kBlock_s; empty: none
 };
-/// What arrives from epoch to epoch.
+/// The signals that arrive from epoch to epoch.
 struct Segment {
   double begin_s = 0, length_s = 0;  ///< by the receiver's clock, since the whole second
-  struct Of {
+  struct Signal {
     const Waveform* waveform;
     double carrier_hz;
-    std::vector<Flight> flights;
+    std::vector<InterpolatedPath> paths;
   };
-  std::vector<Of> signals;
+  std::vector<Signal> signals;
   std::vector<tracking::ReceivedWave> waves;  ///< jammers, by power over the noise
 };
 
-/// Follows the paths of all signals that a front end carries.
-class Flights {
+/// Interpolates the paths of all signals that a front end carries between epochs.
+class PathInterpolator {
  public:
   /// @param made_hz rate of the samples that are made: amplitudes are over their noise
   /// Throws InputError where the options are out of range, and where signals have no strength.
-  Flights(const receiver::ReceiverOptions& options, std::uint64_t seed,
-          const std::map<gnss::System, gnss::Klobuchar>& klobuchar, const FrontEnd& front_end,
-          double made_hz);
-  ~Flights();
+  PathInterpolator(const receiver::ReceiverOptions& options, std::uint64_t seed,
+                   const std::map<gnss::System, gnss::Klobuchar>& klobuchar, const FrontEnd& front_end,
+                   double made_hz);
+  ~PathInterpolator();
 
   /// From the epoch before to this one; empty at the first one. Waveforms have the symbols of the whole
   /// segment, and stay where they are.
@@ -60,7 +58,7 @@ class Flights {
   /// The whole second that readings count from. Precondition: next() was called.
   [[nodiscard]] geodesy::GpsTime zero() const;
   [[nodiscard]] const Generator::Contents& contents() const;
-  /// Of what is random in samples.
+  /// Key of the samples' random streams.
   [[nodiscard]] std::uint64_t noise_key() const;
 
  private:

@@ -1,0 +1,115 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace canyon::tracking {
+
+/// How a code loop runs into a stable zero of its discriminator D, one evaluation of D at a time: CodeTracker
+/// drives one search in doubles, LaneCodeLock eight side by side in floats. D drives a replica against its
+/// sign; a stable zero is one where D rises with the delay. Delays in chips.
+template <typename Real>
+struct ZeroSearch {
+  enum class State : std::uint8_t { Scanning, Refining, Found, Lost };
+
+  /// |D| below this share of its correlators' power is rounding.
+  static constexpr Real kSilent = sizeof(Real) == sizeof(float) ? Real(3e-6) : Real(1e-13);
+  /// A zero that is known to this is found [chips].
+  static constexpr Real kWidth = sizeof(Real) == sizeof(float) ? Real(1e-5) : Real(1e-10);
+  static constexpr int kMostLooks = 8000;  ///< of one search
+
+  State state = State::Lost;
+  Real at = 0;  ///< where D is to be evaluated next; where Found: the zero
+
+  [[nodiscard]] bool looking() const { return state == State::Scanning || state == State::Refining; }
+
+  /// Scans from `start` in a direction, +1 or -1, D there known.
+  void scan(Real start, Real d, Real direction, Real first_step, Real most_step) {
+    *this = {};
+    state = State::Scanning;
+    way_ = direction;
+    most_step_ = most_step;
+    step_ = std::clamp(first_step, most_step / 1024, most_step);
+    at = start;
+    note(d);
+    at += way_ * step_;
+  }
+  /// Scans the way that D != 0 drives a replica, as far as it does. @param expected distance to the zero,
+  /// were D linear
+  void run(Real start, Real d, Real expected, Real most_step) {
+    scan(start, d, d < 0 ? Real(1) : Real(-1), Real(1.2) * std::abs(expected), most_step);
+    driven_ = true;
+  }
+  /// Between places where D is negative (low) and positive (high).
+  void refine(Real low, Real high, Real d_low, Real d_high) {
+    state = State::Refining;
+    low_ = low, high_ = high, d_low_ = d_low, d_high_ = d_high;
+    side_ = 0;
+    divide();
+  }
+  /// D at `at`; 0 where it is silent.
+  void take(Real d) {
+    ++looks_;
+    if (state == State::Refining) return narrow(d);
+    if (note(d)) return;
+    step_ = std::min(2 * step_, most_step_);
+    at += way_ * step_;
+    if (looks_ >= kMostLooks || (driven_ && since_ < 0)) state = State::Lost;
+  }
+
+ private:
+  /// A look of the scan: true where it has crossed zero upwards, with at most one silent look between; a
+  /// stretch without pull is no crossing.
+  bool note(Real d) {
+    const int sign = d > 0 ? 1 : d < 0 ? -1 : 0;
+    const int wanted = way_ > 0 ? -1 : 1;
+    if (sign == wanted) {
+      from_ = at;
+      d_from_ = d;
+      since_ = 0;
+    } else if (sign == -wanted && since_ >= 0 && since_ <= 1) {
+      way_ > 0 ? refine(from_, at, d_from_, d) : refine(at, from_, d, d_from_);
+      return true;
+    } else if (since_ >= 0) {
+      ++since_;
+      if (sign != 0) since_ = -1;
+    }
+    return false;
+  }
+  /// Regula falsi with the Illinois correction, and bisection where that is slow: D may have corners.
+  void narrow(Real d) {
+    if (d == 0) {
+      state = State::Found;
+      return;
+    }
+    Real& end = d > 0 ? high_ : low_;
+    Real& d_end = d > 0 ? d_high_ : d_low_;
+    Real& d_other = d > 0 ? d_low_ : d_high_;
+    const int side = d > 0 ? 1 : -1;
+    end = at;
+    d_end = d;
+    if (side_ == side) d_other /= 2;
+    side_ = side;
+    divide();
+  }
+  void divide() {
+    at = (low_ + high_) / 2;
+    if (high_ - low_ <= kWidth || refined_ >= 100) {
+      state = State::Found;
+      return;
+    }
+    if (refined_++ % 3 == 2) return;
+    const Real middle = (low_ * d_high_ - high_ * d_low_) / (d_high_ - d_low_);
+    if (middle > low_ && middle < high_) at = middle;
+  }
+
+  bool driven_ = false;  // the scan ends where D no longer drives it on
+  Real way_ = 1, step_ = 0, most_step_ = 0;
+  Real from_ = 0, d_from_ = 0;
+  int since_ = -1;  // looks since `from_`; -1: none
+  Real low_ = 0, high_ = 0, d_low_ = 0, d_high_ = 0;
+  int side_ = 0, refined_ = 0, looks_ = 0;
+};
+
+}  // namespace canyon::tracking
