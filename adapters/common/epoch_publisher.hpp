@@ -9,21 +9,20 @@
 
 namespace canyon::adapters {
 
-/// Who a receiver is in its world; fixed once its plugin is loaded.
+/// Names of a receiver in its world; fixed once its plugin is loaded.
 struct ReceiverIdentity {
   std::string world;   ///< its name
   std::string model;   ///< topmost model that carries it, "iris"
   std::string link;    ///< scoped without the world, "iris::gps0::link"
   std::string parent;  ///< the model right above the link, without scope: "gps0"
-  std::string sensor;  ///< of the sensor it is attached to; empty for a model's plugin
+  std::string sensor;  ///< name of its sensor; empty for a model's plugin
   std::string plugin;  ///< name of the plugin element
 };
 
-/// What a receiver has to say at one update.
+/// A receiver's report of one update.
 struct ReceiverReport {
-  std::int64_t sim_time_ns = 0;  ///< of the host's clock
-  /// Null where the truth has not come (pose_topic silent or too old): there is no epoch, and `reason` says
-  /// why.
+  std::int64_t sim_time_ns = 0;  ///< time of the host's clock
+  /// Null if the truth has not come (pose_topic silent or too old): there is no epoch, for this `reason`.
   const simulation::LiveReceiver::Step* step = nullptr;
   std::string reason;
   Eigen::Vector3d antenna_world_m = Eigen::Vector3d::Zero();                ///< in the host's world frame
@@ -35,7 +34,7 @@ struct ReceiverReport {
   double scan_max_range_m = 0;
 };
 
-/// One way out of a host. Called from one thread at a time, the simulation's or one that it waits for: quick,
+/// An output of a host. Called from one thread at a time, the simulation's or one that it waits for: quick,
 /// and nothing here may throw.
 class EpochPublisher {
  public:
@@ -43,7 +42,7 @@ class EpochPublisher {
   virtual void publish(const ReceiverReport& report) = 0;
   /// The world was reset or time jumped back.
   virtual void reset() {}
-  /// What there is to say since the last call, one line each.
+  /// Notes since the last call, one line each.
   [[nodiscard]] virtual std::vector<std::string> take_notes() { return {}; }
 };
 

@@ -24,17 +24,17 @@ struct ServiceReply {
   std::string message;  ///< as adapters::answer() says it
 };
 
-/// Who answers the services of one receiver, in the thread of their caller.
+/// Answers the services of one receiver, in the thread of their caller.
 struct FaultAnswerer {
   std::function<std::string(const OptionsRequest&)> answer;
-  bool changes = false;       ///< what changes the simulation is allowed
+  bool changes = false;       ///< requests may change the simulation
   std::string allow_by = {};  ///< how somebody allows it, "set the parameter live.changes"
 
-  /// Asks `answer`, unless that may not be.
+  /// Calls `answer` if the request is allowed.
   [[nodiscard]] ServiceReply call(OptionsRequest::Kind kind, const std::string& text) const;
 };
 
-/// Of a simulator's receiver, which `desk` knows by this name; settings say whether changes are allowed.
+/// Answers for a simulator's receiver, which `desk` knows by this name, if settings allow changes.
 [[nodiscard]] FaultAnswerer hosted_faults(std::shared_ptr<OptionsDesk> desk, const std::string& receiver,
                                           const RosSettings& settings);
 

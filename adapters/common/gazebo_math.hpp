@@ -7,7 +7,7 @@
 namespace canyon::adapters {
 
 /// The engine's type of a Pose3d, Quaterniond, Vector3d or Vector2d of Gazebo's mathematics, whose namespace
-/// is ignition::math or gz::math. A pose's quaternion is normalised; what is not finite stays so.
+/// is ignition::math or gz::math. A pose's quaternion is normalised; one that is not finite stays so.
 template <class T>
 [[nodiscard]] auto eigen(const T& t) {
   if constexpr (requires { t.Rot(); }) {

@@ -30,7 +30,7 @@ void add_remapping(const Visitor& v, std::string_view key, std::string_view from
   for (const std::string_view name : {from, to}) {
     const std::size_t home = name.starts_with("~/") ? 2 : name.starts_with('~') ? 1 : 0;
     if (!is_ros_name(name.substr(home))) {
-      throw v.fault(key, fmt::format("'{}' is no name of ROS", name), kRosNameCure);
+      throw v.fault(key, fmt::format("'{}' is not a name of ROS", name), kRosNameCure);
     }
   }
   for (const auto& other : settings.remappings) {
@@ -52,14 +52,14 @@ void visit_ros(Visitor& v, HostSettings& settings) {
     v.text({"namespace", "", "of all ROS topics", "the model's name"}, space);
     if (v.has("namespace") && space != "/" &&
         !is_ros_name(std::string_view(space).substr(0, space.size() - (space.back() == '/' ? 1 : 0)))) {
-      throw v.fault("namespace", fmt::format("'{}' is no namespace of ROS", space), kRosNameCure);
+      throw v.fault("namespace", fmt::format("'{}' is not a namespace of ROS", space), kRosNameCure);
     }
     std::vector<std::string> remappings;
     v.texts({"remapping", "", "FROM:=TO, one element each; '~/out' is the scan"}, remappings);
     for (const std::string& text : remappings) {
       const std::size_t at = text.find(":=");
       if (at == std::string::npos) {
-        throw v.fault("remapping", fmt::format("'{}' is no remapping", text),
+        throw v.fault("remapping", fmt::format("'{}' is not a remapping", text),
                       "write FROM:=TO, as in ~/out:=scan");
       }
       add_remapping(v, "remapping", trim(std::string_view(text).substr(0, at)),
@@ -79,7 +79,7 @@ void visit_origin(Visitor& v, std::optional<geodesy::Geodetic>& origin) {
   std::optional<double> latitude_deg;
   std::optional<double> longitude_deg;
   double height_m = 0;
-  // Without a height of its own an origin lies on the ellipsoid; half a place is none.
+  // An origin without a height lies on the ellipsoid.
   for (const char* key : {"origin_latitude", "origin_longitude", "origin_altitude"}) {
     if (!v.has(key) || (v.has("origin_latitude") && v.has("origin_longitude"))) continue;
     throw v.fault(key, "is given without latitude or longitude",
@@ -159,7 +159,7 @@ void visit(Visitor& v, HostSettings& settings) {
   visit(v, settings.live);
   if (v.reads()) settings.named = v.has("name");
   if (v.has("ray_engine") && settings.ray_engine == RayEngine::Physics &&
-      settings.live.receiver.propagation.model != propagation::Model::Mirror) {
+      settings.live.receiver().propagation.model != propagation::Model::Mirror) {
     throw v.fault("ray_engine", "the physics engine has no facets for the specular model",
                   "set propagation.model to mirror, or ray_engine to embree");
   }

@@ -15,10 +15,10 @@ namespace canyon::adapters {
 
 enum class RayEngine : std::uint8_t { Physics, Embree };
 
-/// What a user sets of one receiver in a host's world, whatever the host's language: ros/namespace,
+/// The settings of one receiver in a host's world: a scenario and what simulators add: ros/namespace,
 /// ros/remapping "from:=to", ros/changes, frame_id, output_type sensor_msgs/LaserScan as RosSettings,
-/// visuals/rays, bubble, bubble_scale, ray_length_m as VisualSettings, and what follows. docs/sdf.md has
-/// the table.
+/// visuals/rays, bubble, bubble_scale, ray_length_m as VisualSettings, and the fields
+/// below. docs/sdf.md has the table.
 struct HostSettings : RosSettings, VisualSettings {
   /// Keys of the scenario: sky, start, rate_hz, seed, and those of a receiver.
   simulation::LiveConfig live;
@@ -46,7 +46,7 @@ struct HostSettings : RosSettings, VisualSettings {
   /// publishers/stream, each FORMAT=ADDRESS (output::parse_stream()).
   std::vector<std::string> streams;
 
-  /// Of the reader, one line each: settings that have no effect, with what to use instead.
+  /// The reader's warnings, one line each: settings without effect, and what to use instead.
   std::vector<std::string> warnings;
 };
 

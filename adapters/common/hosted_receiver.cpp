@@ -84,14 +84,14 @@ HostedReceiver::HostedReceiver(HostSettings settings, const ReceiverIdentity& id
       start_(settings_.live.start.value_or(start_of_world)) {
   // Receivers of one seed have noise of their own by their names.
   if (!settings_.named) {
-    settings_.live.receiver.options.name =
+    settings_.live.receiver().options.name =
         fmt::format("{}/{}/{}", identity.link, identity.sensor, identity.plugin);
   }
   for (const std::string& line : std::exchange(settings_.warnings, {})) this->say(Tone::Warning, line);
   try {
     start_receiver();
     open_streams();
-  } catch (const InputError& e) {  // of a file or an address: say whose
+  } catch (const InputError& e) {  // name the receiver
     throw InputError(fmt::format("{}: {}", name_, e.what()));
   }
 }
@@ -204,7 +204,7 @@ void HostedReceiver::finish() {
 }
 
 void HostedReceiver::observe(const TruePose& truth, ReceiverReport& report) {
-  const Vector3d& lever_arm_m = settings_.live.receiver.lever_arm_m;
+  const Vector3d& lever_arm_m = settings_.live.receiver().lever_arm_m;
   report.antenna_world_m = truth.pose.position_m + truth.pose.attitude * lever_arm_m;
   report.link_attitude_world = truth.pose.attitude;
   const simulation::AntennaState antenna =
@@ -241,7 +241,7 @@ std::vector<double> HostedReceiver::scan(const Vector3d& antenna_enu) const {
     const Vector3d direction = enu_from_ecef * view.line.direction_ecef;
     ranges.push_back(range(direction, std::numeric_limits<double>::infinity()));
     ranges.push_back(
-        range(propagation::mirror_direction(direction), settings_.live.receiver.propagation.max_range_m));
+        range(propagation::mirror_direction(direction), settings_.live.receiver().propagation.max_range_m));
   }
   return ranges;
 }

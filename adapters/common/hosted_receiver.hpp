@@ -39,13 +39,13 @@ namespace canyon::adapters {
 /// time, truth and geometry. For the simulation's thread only.
 class HostedReceiver {
  public:
-  /// Says a line to the simulator's console.
+  /// Writes a line to the simulator's console.
   enum class Tone { Warning, Error };
   using Say = std::function<void(Tone tone, const std::string& line)>;
-  /// Motion in the world's frame at this instant; empty, with `reason`, where there is none.
+  /// Motion in the world's frame at this instant; empty, with `reason`, if there is none.
   using Truth = std::function<std::optional<TruePose>(std::string& reason)>;
 
-  /// @param settings whose warnings are said now
+  /// @param settings their warnings are written now
   /// @param sensor_rate_hz of the sensor that carries it; 0: none
   /// Throws InputError, whose text begins with place_name(), as LiveReceiver does and where a stream cannot
   /// be opened.

@@ -120,7 +120,7 @@ TEST(HostSettings, AreReadFromAnyTree) {
   EXPECT_THAT(settings.streams, ElementsAre("nmea=file:a.nmea"));
   EXPECT_NEAR(geodesy::degrees(settings.origin->latitude_rad), 22.3, 1e-12);
   EXPECT_EQ(settings.live.rate_hz, 5);
-  EXPECT_EQ(settings.live.receiver.lever_arm_m.z(), 0.5);
+  EXPECT_EQ(settings.live.receiver().lever_arm_m.z(), 0.5);
   try {
     (void)settings_of(street_settings("geometry: solid"));
     FAIL();

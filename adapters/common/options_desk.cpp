@@ -31,7 +31,7 @@ std::vector<Line> lines_of(const simulation::LiveConfig& config) {
   return lines;
 }
 
-/// Those that a request means.
+/// The receivers of a request.
 Receivers meant_by(const OptionsRequest& request, const Receivers& receivers) {
   if (receivers.empty()) throw InputError("there is no receiver in this world");
   if (request.receiver.empty()) return receivers;
@@ -65,7 +65,7 @@ std::string get(const OptionsRequest& request, const Receivers& receivers) {
   if (!found) {
     const auto similar = closest(wanted, keys);
     throw InputError(
-        fmt::format("'{}' is no key or section that has a value", wanted),
+        fmt::format("'{}' is not a key or section that has a value", wanted),
         similar ? fmt::format("did you mean '{}'?", *similar) : "an empty request lists all that may change");
   }
   text.pop_back();
@@ -202,7 +202,7 @@ std::string OptionsDesk::ask(OptionsRequest request, std::chrono::milliseconds p
     answered_.wait_for(lock, patience, [&] { return mine->done || closed_; });
     const auto at = std::find(waiting_.begin(), waiting_.end(), mine);
     if (at == waiting_.end()) {
-      // The host's thread has taken it: what it does is said, even if late.
+      // The host's thread has taken it and will answer, even if late.
       answered_.wait(lock, [&] { return mine->done; });
       return mine->answer;
     }

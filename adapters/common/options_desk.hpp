@@ -31,7 +31,8 @@ struct OptionsRequest {
 struct AdjustableReceiver {
   std::string name;
   simulation::LiveReceiver* receiver = nullptr;
-  /// Called behind a change: what the host keeps of receiver->config(), its rate and lever arm, may be new.
+  /// Called after a change: the host's copies of receiver->config(), its rate and lever arm, may be out of
+  /// date.
   std::function<void()> changed = {};
 };
 
@@ -46,13 +47,13 @@ struct AdjustableReceiver {
 [[nodiscard]] std::string answer(const OptionsRequest& request,
                                  const std::vector<AdjustableReceiver>& receivers);
 
-/// Where requests wait for the host's thread.
+/// A queue in which requests wait for the host's thread.
 class OptionsDesk {
  public:
   /// Any thread but the host's: waits for the answer; "refused: ..." where nobody serves within `patience`.
   [[nodiscard]] std::string ask(OptionsRequest request, std::chrono::milliseconds patience);
-  /// The host's thread, at every update, paused or not: answers what waits. Costs nothing where nothing does;
-  /// `receivers` is called only then.
+  /// Answers waiting requests. For the host's thread, at every update, paused or not. `receivers` is called
+  /// only if there are requests.
   void serve(const std::function<std::vector<AdjustableReceiver>()>& receivers);
   /// Nobody serves any longer: all who wait, and who come, are refused.
   void close();

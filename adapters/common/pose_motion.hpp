@@ -15,8 +15,8 @@ using simulation::same_pose;
 using simulation::TruePose;
 using simulation::yaw_of;
 
-/// The motion of a body that a physics engine knows. What the engine has at rest may be moved by something
-/// else, pose by pose: then velocities are differences of its poses.
+/// The motion of a body that a physics engine knows. If something else moves a body that the engine has at
+/// rest, velocities are differences of its poses.
 class EngineMotion {
  public:
   /// `engine`: pose and velocities as the engine has them at `now_ns`; times in order, or begun anew. Empty

@@ -1,14 +1,11 @@
 #include "adapters/common/ray_visuals.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <utility>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/frames.hpp"
 
 namespace canyon::adapters {
@@ -17,7 +14,7 @@ namespace {
 using Eigen::Vector3d;
 using propagation::Visibility;
 
-// In proportion to the length of a ray: what is seen from far away must be thick.
+// In proportion to the length of a ray, so that distant rays stay visible.
 constexpr double kLineRadius = 8e-4, kThinLineRadius = 4e-4, kReflectionRadius = 4e-3,
                  kSatelliteRadius = 2.4e-2;
 constexpr double kLineAlpha = 0.9, kThinLineAlpha = 0.45, kFaintLineAlpha = 0.25, kBubbleAlpha = 0.4;
@@ -168,14 +165,6 @@ std::vector<VisualShape> bubble_shapes(const ReceiverReport& report, double scal
     bubble.colour = drawing::colour_of(Visibility::Blocked).with_alpha(kBubbleAlpha);
   }
   return {bubble};
-}
-
-void validate(const VisualSettings& settings) {
-  for (const auto& [value, key] :
-       {std::pair(settings.bubble_scale, "bubble_scale"), std::pair(settings.ray_length_m, "ray_length_m")}) {
-    if (value > 0 && std::isfinite(value)) continue;
-    throw InputError(fmt::format("visuals/{} is {}", key, value), "give metres above 0");
-  }
 }
 
 std::vector<VisualShape> visual_shapes(const ReceiverReport& report, const VisualSettings& settings) {

@@ -7,7 +7,7 @@
 #include "adapters/common/epoch_publisher.hpp"
 #include "canyon/drawing/palette.hpp"
 
-// What a person sees of a receiver in a host's world, as plain shapes.
+// A receiver in a host's world, drawn as plain shapes.
 
 namespace canyon::adapters {
 
@@ -18,8 +18,8 @@ struct VisualShape {
   std::string name;  ///< unique among the shapes of a receiver, and the same from update to update
   Kind kind = Kind::Sphere;
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< of a cylinder: unit
-  double length = 0;                                ///< of a cylinder: > 0
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< a cylinder's: unit
+  double length = 0;                                ///< a cylinder's: > 0
   double radius = 0;                                ///< > 0
   drawing::Colour colour;                           ///< alpha 1 is opaque
   bool lit = false;  ///< shaded by the scene's lights; otherwise the colour is seen as it is
@@ -29,15 +29,13 @@ struct VisualShape {
 };
 [[nodiscard]] bool same_look(const VisualShape& a, const VisualShape& b);  ///< but for place and size
 
-/// What a user asks to see.
+/// The shapes that a user wants.
 struct VisualSettings {
   bool show_rays = false;     ///< to each satellite: ray_shapes()
   bool show_bubble = false;   ///< about the antenna: bubble_shapes()
   double bubble_scale = 1;    ///< metres of radius for a metre of error; > 0
-  double ray_length_m = 100;  ///< of rays that meet nothing; > 0
+  double ray_length_m = 100;  ///< length of rays that meet nothing; > 0
 };
-/// Throws InputError for a scale or a length that is not above 0 and finite.
-void validate(const VisualSettings& settings);
 
 /// Paths of one satellite that are drawn at most: the shortest.
 inline constexpr std::size_t kMaxDrawnPaths = 3;

@@ -30,13 +30,13 @@ std::string resolve(std::string_view name, const std::string& base, const std::s
   }
   if (!is_ros_name(rest)) {
     throw InputError(
-        fmt::format("<ros><remapping>: '{}' in '{}' is no name of ROS", name, remapping),
+        fmt::format("<ros><remapping>: '{}' in '{}' is not a name of ROS", name, remapping),
         "write FROM:=TO with names of letters, digits, '_' and '/', such as fix:=gps/fix or ~/out:=scan");
   }
   return rest.front() == '/' ? std::string(rest) : *in + '/' + std::string(rest);
 }
 
-/// Link and sensor, or plugin, as a namespace: what makes the topics of several receivers on a model differ.
+/// Link and sensor, or plugin, as a namespace, for topics of several receivers on a model.
 std::string own_namespace(const ReceiverIdentity& identity) {
   std::string base;
   std::string_view rest = identity.link;
@@ -94,7 +94,7 @@ std::string ros_namespace(const ReceiverIdentity& identity, const RosSettings& s
   if (name == "/") return {};
   if (name.back() == '/') name.remove_suffix(1);
   if (!is_ros_name(name)) {
-    throw InputError(fmt::format("<ros><namespace>: '{}' is no name of ROS", settings.ros_namespace),
+    throw InputError(fmt::format("<ros><namespace>: '{}' is not a name of ROS", settings.ros_namespace),
                      "use letters, digits, '_' and '/', such as /car/gnss");
   }
   return name.front() == '/' ? std::string(name) : '/' + std::string(name);

@@ -10,7 +10,7 @@
 
 namespace canyon::adapters {
 
-/// What a host's user says of a receiver's place in ROS.
+/// A user's settings of a receiver's names in ROS.
 struct RosSettings {
   std::string ros_namespace;  ///< empty: the model's name
   /// Each from and to, with ROS's meaning of "~/"; topics without one keep their names.
@@ -43,13 +43,13 @@ struct RosTopics {
 [[nodiscard]] std::string ros_name_part(std::string_view name);
 
 /// The namespace that settings.ros_namespace asks for: absolute, without '/' at the end, "" for the root.
-/// Empty settings: "/" and the model's name. Throws InputError for what is no ROS name.
+/// Empty settings: "/" and the model's name. Throws InputError for an invalid name.
 [[nodiscard]] std::string ros_namespace(const ReceiverIdentity& identity, const RosSettings& settings);
 
 /// Topics in `base` (see ros_namespace()), renamed by settings.remappings. "x" is in `base`, "/x" as it is,
 /// "~/x" in `base` and the plugin's name. A topic goes by its name with or without "~/", and the scan by
-/// "~/out" as well, as in the paper. Throws InputError for names that are none of ROS, and where two topics
-/// would have one name. Remappings of other names add a line to `notes`.
+/// "~/out" as well, as in the paper. Throws InputError for names that ROS does not allow, and where two
+/// topics would have one name. Remappings of other names add a line to `notes`.
 [[nodiscard]] RosTopics ros_topics(const std::string& base, const ReceiverIdentity& identity,
                                    const RosSettings& settings, std::vector<std::string>& notes);
 

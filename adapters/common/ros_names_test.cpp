@@ -114,8 +114,8 @@ TEST(RosTopics, NoteWhatRenamesNothing) {
 }
 
 TEST(RosTopics, RefuseWhatIsNoName) {
-  EXPECT_THAT(error_of({{"fix", ""}}), HasSubstr("'' in 'fix:=' is no name of ROS"));
-  EXPECT_THAT(error_of({{"", "fix"}}), HasSubstr("is no name of ROS"));
+  EXPECT_THAT(error_of({{"fix", ""}}), HasSubstr("'' in 'fix:=' is not a name of ROS"));
+  EXPECT_THAT(error_of({{"", "fix"}}), HasSubstr("is not a name of ROS"));
   EXPECT_THAT(error_of({{"fix", "my fix"}}), HasSubstr("'my fix'"));
   EXPECT_THAT(error_of({{"fix", "~"}}), HasSubstr("'~'"));
   EXPECT_THAT(error_of({{"fix", "~//x"}}), HasSubstr("'~//x'"));

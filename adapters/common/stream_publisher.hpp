@@ -14,13 +14,13 @@
 
 namespace canyon::adapters {
 
-/// Opens what a host has of its own, topics: the link of such an address; null: the address is the engine's.
+/// Opens the link of a host's own address, such as a topic; null: the address is the engine's.
 using LinkOpener = std::function<std::shared_ptr<transport::Link>(const output::StreamRequest& request)>;
 
 /// Epochs in any of the engine's formats by any of its transports: "nmea=tcp://127.0.0.1:10110" (see
 /// output::parse_stream() and transport::open_transport()). Files are whole when it is destroyed. Updates
-/// without an epoch send nothing: a receiver that says nothing is what readers take for a lost one.
-/// @param setting what asked for the stream, for messages: "nmea_port"
+/// without an epoch send nothing: readers take a silent receiver for a lost one.
+/// @param setting the setting of the stream, for messages: "nmea_port"
 /// @param receivers of the host's receiver, which a stream that names none is of, and of its base, if any:
 /// "base/rtcm=tcp://127.0.0.1:2102"
 /// @param open asked first

@@ -5,8 +5,9 @@
 
 namespace canyon::adapters {
 
-/// Which of a world's updates bring an epoch: the first at or after each multiple of the interval, counted
-/// from the world's time 0, so that receivers of one rate share their instants and a reset repeats them.
+/// Chooses the updates of a world that bring an epoch: the first at or after each multiple of the interval,
+/// counted from the world's time 0, so that receivers of one rate share their instants and a reset repeats
+/// them.
 class UpdateSchedule {
  public:
   /// @param rate_hz > 0; rates above the world's give an epoch at each update

@@ -13,11 +13,11 @@ namespace canyon::adapters {
 struct DrivePose {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
-  double yaw_rad = 0;  ///< of the direction of travel, from the x axis counter-clockwise; held at standstill
+  double yaw_rad = 0;         ///< direction of travel, from the x axis counter-clockwise; held at standstill
   double yaw_rate_radps = 0;  ///< counter-clockwise
 };
 
-/// A path through a world's time: what a vehicle on rails follows. Immutable.
+/// The path of a vehicle on rails through a world's time. Immutable.
 class VehicleDrive {
  public:
   struct WaypointOptions {

@@ -11,7 +11,7 @@
 
 namespace canyon::adapters {
 
-/// What was sent of shapes to those who draw them: finds what is new.
+/// Remembers the shapes that were sent to clients, and finds the new ones.
 class VisualLedger {
  public:
   struct Change {
@@ -25,7 +25,7 @@ class VisualLedger {
   /// `next_id` gives every shape, when it is first seen, a number unique in its world.
   explicit VisualLedger(std::function<std::uint32_t()> next_id) : next_id_(std::move(next_id)) {}
 
-  /// From now on these are what is to be seen. What to send: shapes that are new, changed or back
+  /// Replaces the visible shapes. Returns those to send: new, changed or visible again
   /// (`everything`: all of them, whole), and those that are no longer there.
   [[nodiscard]] std::vector<Change> update(const std::vector<VisualShape>& shapes, bool everything);
   /// All shapes ever sent, hidden ones too; from now on nothing was sent.
@@ -41,7 +41,7 @@ class VisualLedger {
   std::map<std::string, Entry> entries_;
 };
 
-/// Of the machine's steady clock.
+/// Time of the machine's steady clock.
 [[nodiscard]] inline double steady_now_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }

@@ -24,7 +24,7 @@ using raytrace::InstanceId;
 constexpr double kReach_m = 10'000;
 /// Static links farther than this from the world's origin are left out.
 constexpr double kLargestWorld_m = 100'000;
-/// Unmoved static models whose shapes are looked at in each step, in turn.
+/// Number of unmoved static models that are checked in each step, in turn.
 constexpr std::size_t kStaticChecks = 16;
 
 using PoseNumbers = std::array<double, 7>;
@@ -111,8 +111,8 @@ struct WorldScene::Impl {
 
   std::shared_ptr<simulation::CityScene> scene;
   std::uint64_t generation = 0;
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< of the static city, ENU
-  double radius = 0;                                 ///< of the static city about it
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< centre of the static city, ENU
+  double radius = 0;                                 ///< radius of the static city about it
 
   std::vector<TrackedModel> models;  ///< in the world's order
   std::vector<Id> ids;               ///< kept for its memory
@@ -143,7 +143,7 @@ struct WorldScene::Impl {
     changed = false;
   }
 
-  // -- what changed in the world ---------------------------------------------------------------------------
+  // -- changes of the world --------------------------------------------------------------------------------
 
   void follow() {
     if (!world->went_on()) return;
@@ -192,7 +192,7 @@ struct WorldScene::Impl {
     tracked.movable = tracked.vehicle || generation > 0;
     if (tracked.name == city::kGroundPlaneModel) {
       tracked.skipped = true;
-      note(fmt::format("'{}', the ground under a city without terrain, is no part of it", tracked.name));
+      note(fmt::format("'{}', the ground under a city without terrain, is not a part of it", tracked.name));
     }
     tracked.structure = world->structure(id);
     tracked.shapes = world->shapes(id);
@@ -228,7 +228,7 @@ struct WorldScene::Impl {
       const std::optional<RigidPose> pose = world->pose(link);
       if (part.mesh.triangles.empty() || !pose) continue;
       if (tracked.vehicle) {
-        // What moves through a city is no building, though it reflects like one.
+        // A moving model is not a building, though it reflects like one.
         for (city::Object& object : part.mesh.objects) {
           if (object.surface == city::Surface::Building) object.surface = city::Surface::Vehicle;
         }
@@ -242,7 +242,7 @@ struct WorldScene::Impl {
     for (TrackedLink& part : tracked.links) add(tracked, part);
   }
 
-  /// Draws the facades of those models that are no vehicles; what dress_facades() says of it.
+  /// Draws the facades of models that are not vehicles; returns the note of dress_facades().
   std::string dress(const std::vector<TrackedModel*>& among) const {
     city::City city;
     std::vector<city::Mesh*> parts;
@@ -274,7 +274,7 @@ struct WorldScene::Impl {
       tracked.shapes = shapes;
       if (!tracked.movable) {
         stale = true;
-        // Once may be an edit; what goes on changing would have the city built in every step.
+        // One change may be an edit; further ones would rebuild the city in every step.
         tracked.movable = ++tracked.reshaped > 1;
       }
       read_shapes(tracked);

@@ -16,17 +16,17 @@
 
 namespace canyon::adapters {
 
-/// Where a host says that its world lies.
+/// The place of a world as its host states it.
 struct HostOrigin {
   geodesy::Geodetic origin;
-  double heading_rad = 0;  ///< of the world's x axis, counter-clockwise from east
+  double heading_rad = 0;  ///< direction of the world's x axis, counter-clockwise from east
 
   /// The world's own axes.
   [[nodiscard]] geodesy::LocalFrame frame() const { return geodesy::LocalFrame(origin, heading_rad); }
   friend bool operator==(const HostOrigin& a, const HostOrigin& b);
 };
 
-/// Where a host's world lies on the Earth: its origin, and its x axis turned counter-clockwise from east.
+/// The place of a host's world on the Earth: its origin, and its x axis turned counter-clockwise from east.
 struct WorldFrame {
   geodesy::LocalFrame enu;
   double heading_rad = 0;
@@ -66,7 +66,7 @@ class HostWorld {
   virtual void links(Id model, std::vector<Id>& ids) = 0;
   /// In the world's frame, as the host has it, finite or not; empty where the link is gone.
   [[nodiscard]] virtual std::optional<RigidPose> pose(Id link) = 0;
-  /// The shapes of a link in its own frame [m], front sides outwards; what cannot be taken goes to `notes`.
+  /// The shapes of a link in its own frame [m], front sides outwards; `notes` name omitted shapes.
   [[nodiscard]] virtual city::Mesh mesh(Id link, std::vector<std::string>& notes) = 0;
 };
 
@@ -76,10 +76,10 @@ class HostWorld {
 class WorldScene {
  public:
   struct Options {
-    std::string name;     ///< of the world, for messages
+    std::string name;     ///< the world's, for messages
     bool visual = false;  ///< visual instead of collision geometry, for messages and to distinguish scenes
     WorldFrame frame;
-    city::FacadeOptions facades = {};  ///< of what stands still, as of a city that is read from a file
+    city::FacadeOptions facades = {};  ///< of static models, as of a city that is read from a file
     std::uint64_t seed = 1;            ///< that draws them
     friend bool operator==(const Options& a, const Options& b);
   };
@@ -93,7 +93,7 @@ class WorldScene {
   /// Looks at the world as it stands: poses of moving models, models that appeared, vanished or changed
   /// shape. Cheap where nothing changed: several receivers call it in one step.
   void follow();
-  /// Brings the scene up to date with what follow() saw; asks the world nothing. `left_out` (empty: none), a
+  /// Applies the changes that follow() saw; asks the world nothing. `left_out` (empty: none), a
   /// topmost model, stays invisible until the next call.
   void show(std::optional<HostWorld::Id> left_out);
   void update(std::optional<HostWorld::Id> left_out) {
@@ -105,7 +105,7 @@ class WorldScene {
   [[nodiscard]] const std::shared_ptr<simulation::CityScene>& scene() const;
   [[nodiscard]] std::uint64_t generation() const;
 
-  /// What there is to say since the last call, one line each: shapes left out, meshes not found.
+  /// Notes since the last call, one line each: shapes left out, meshes not found.
   [[nodiscard]] std::vector<std::string> take_notes();
 
  private:

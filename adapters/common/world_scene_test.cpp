@@ -125,7 +125,7 @@ TEST_F(WorldSceneTest, NoFinitePoseAndTheGroundOfAnExportedCity) {
                   {2, {true, {10, 0, 0}, {2, 2, 2}, std::string(city::kGroundPlaneModel)}}};
   scene->update({});
   EXPECT_EQ(range({0, 0, 0}, {1, 0, 0}), kNothing);
-  EXPECT_THAT(scene->take_notes(), ElementsAre(HasSubstr("is no part of it")));
+  EXPECT_THAT(scene->take_notes(), ElementsAre(HasSubstr("is not a part of it")));
   world->boxes[1].centre.x() = std::nan("");
   scene->update({});
   EXPECT_EQ(range({0, 0, 0}, {0, 1, 0}), kNothing);

@@ -76,7 +76,7 @@ class DrivePlugin final : public gazebo::ModelPlugin {
       const Vector arm = link->WorldPose().Pos() - pose_.Pos();
       link->SetLinearVel(velocity + turning.Cross(arm));
       link->SetAngularVel(turning);
-      // Physics leaves what is disabled where it is, with the velocity it was given.
+      // Physics does not move a disabled link, which keeps its velocity.
       link->SetEnabled(false);
     }
     for (const auto& nested : model.NestedModels()) move_links(*nested, velocity, turning);

@@ -72,7 +72,7 @@ struct GnssSensor::Impl {
   gazebo::transport::NodePtr node;
   std::unique_ptr<PoseSource> pose_source;
   std::unique_ptr<PhysicsRays> physics;
-  std::vector<PhysicsRay> rays;  // of the physics engine, and what they met
+  std::vector<PhysicsRay> rays;  // of the physics engine, with ranges
   std::vector<double> ranges;
   gazebo::physics::ModelPtr left_out;
   std::optional<HostedReceiver> receiver;
@@ -140,7 +140,7 @@ void GnssSensor::Impl::trace_by_physics(const Vector3d& antenna_enu, std::span<c
                                         std::span<propagation::SatellitePaths> result) {
   const Eigen::Matrix3d world_from_enu = receiver->frame().enu_from_world().transpose();
   const Vector3d origin = world_from_enu * antenna_enu;
-  const double mirror_reach_m = receiver->settings().live.receiver.propagation.max_range_m;
+  const double mirror_reach_m = receiver->settings().live.receiver().propagation.max_range_m;
   rays.clear();
   for (const Vector3d& direction : directions) {
     rays.push_back({origin, world_from_enu * direction, kPhysicsReach_m});

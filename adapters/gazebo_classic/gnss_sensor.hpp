@@ -9,7 +9,7 @@
 
 namespace canyon::adapters::gazebo_classic {
 
-/// Where a receiver's plugin is attached in a world.
+/// The place of a receiver's plugin in a world.
 struct Attachment {
   gazebo::physics::WorldPtr world;
   gazebo::physics::LinkPtr link;
@@ -33,8 +33,8 @@ class GnssSensor {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Makes a receiver for a plugin's Load(): what is wrong is said in one message on Gazebo's console, and the
-/// simulation goes on without it. Null then.
+/// Makes a receiver for a plugin's Load(). Null after an error, which is written to Gazebo's console; the
+/// simulation continues.
 [[nodiscard]] std::unique_ptr<GnssSensor> load_gnss_sensor(const Attachment& attachment) noexcept;
 
 }  // namespace canyon::adapters::gazebo_classic

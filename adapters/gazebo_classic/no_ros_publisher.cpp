@@ -1,6 +1,6 @@
 #include "adapters/gazebo_classic/publishers.hpp"
 
-// Where built without ROS 1.
+// Compiled without ROS 1.
 #include <utility>
 
 #ifndef CANYON_WITH_ROS

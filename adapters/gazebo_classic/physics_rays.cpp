@@ -57,7 +57,7 @@ void check(std::span<const PhysicsRay> rays, std::span<double> ranges, const std
   }
 }
 
-/// The collision behind a geometry of ODE; null for what is not Gazebo's.
+/// The collision behind a geometry of ODE; null if it is not Gazebo's.
 const Collision* collision_of(dGeomID geometry) {
   if (dGeomGetClass(geometry) == dGeomTransformClass) geometry = dGeomTransformGetGeom(geometry);
   return static_cast<const ODECollision*>(dGeomGetData(geometry));

@@ -13,11 +13,11 @@
 
 namespace canyon::adapters::gazebo_classic {
 
-/// Where a receiver learns its truth, in Gazebo's world frame.
+/// A source of a receiver's truth, in Gazebo's world frame.
 class PoseSource {
  public:
   virtual ~PoseSource() = default;
-  /// At `now` of simulated time; empty, with `reason`, where there is none.
+  /// The truth at `now` of simulated time; empty, with `reason`, if there is none.
   [[nodiscard]] virtual std::optional<TruePose> at(const gazebo::common::Time& now, std::string& reason) = 0;
   virtual void reset() {}
 };

@@ -42,7 +42,7 @@ MasterAddress master_of_environment() {
   if (uri == nullptr || *uri == '\0') return {"localhost", 11311};  // where roscore listens by itself
   if (auto address = parse_master_uri(uri)) return *address;
   throw InputError(
-      fmt::format("ROS_MASTER_URI is '{}', which is no address of a ROS master", uri),
+      fmt::format("ROS_MASTER_URI is '{}', which is not the address of a ROS master", uri),
       "set it as http://HOST:PORT, or switch ROS off by <publishers><ros>false</ros></publishers>");
 }
 
@@ -65,7 +65,7 @@ struct RosLink::State {
   MasterAddress master;
   int stop_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
 
-  // Of the thread alone.
+  // The thread's own state.
   std::optional<ros::NodeHandle> node;
   std::vector<std::shared_ptr<RosClient>> connected;
   bool said_missing = false;

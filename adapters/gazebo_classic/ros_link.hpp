@@ -31,7 +31,7 @@ class RosClient {
 /// handlers for signals. Ends when nobody holds it.
 class RosLink {
  public:
-  /// Waits for nothing. Throws InputError where ROS_MASTER_URI is no address.
+  /// Waits for nothing. Throws InputError where ROS_MASTER_URI is not an address.
   [[nodiscard]] static std::shared_ptr<RosLink> get();
   /// Waits at most 2 s for the thread to take leave of ROS; a master that hangs is left behind.
   ~RosLink();

@@ -7,7 +7,7 @@
 
 namespace canyon::adapters::gazebo_classic {
 
-/// Where a ROS master listens.
+/// The address of a ROS master.
 struct MasterAddress {
   std::string host;
   std::uint16_t port = 0;

@@ -81,7 +81,7 @@ std::shared_ptr<void> subscribe_ros_pose(const std::string& topic,
     if (!topic.empty() && topic.front() == '~') return nullptr;
     std::string problem;
     if (topic.empty() || !ros::names::validate(topic, problem)) {
-      gzerr << "[canyon] <pose_topic>: '" << topic << "' is no name of a ROS topic: no poses come from ROS"
+      gzerr << "[canyon] <pose_topic>: '" << topic << "' is not a name of a ROS topic: no poses come from ROS"
             << std::endl;
       return nullptr;
     }

@@ -35,7 +35,7 @@ class ReceiverTopics final : public RosClient {
     if (!names_.scan.empty()) made.scan = node.advertise<ros1::LaserScan>(names_.scan, kQueue);
     if (!made.fix || !made.fix_velocity || !made.gnss_multipath || !made.satellites ||
         (!names_.scan.empty() && !made.scan)) {
-      return false;  // the master went away; what was advertised ends with `made`
+      return false;  // the master went away; topics end with `made`
     }
     const std::lock_guard lock(mutex_);
     publishers_ = std::move(made);
@@ -72,7 +72,7 @@ class ReceiverTopics final : public RosClient {
                                    static_cast<std::uint32_t>(report.sim_time_ns % kSecond_ns)},
                                   frame_id_};
     const simulation::Epoch* epoch = report.step != nullptr ? &report.step->epoch : nullptr;
-    // Only what somebody listens to is made.
+    // Messages without subscribers are not made.
     if (publishers_->fix.getNumSubscribers() > 0) {
       publishers_->fix.publish(ros_messages::fix_message<ros1::NavSatFix>(head, epoch));
     }

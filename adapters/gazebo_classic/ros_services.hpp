@@ -8,7 +8,7 @@
 
 #include "adapters/gazebo_classic/ros_link.hpp"
 
-// Of C++17, as ros_services.cpp is.
+// C++17, as ros_services.cpp.
 
 namespace canyon::adapters::gazebo_classic {
 

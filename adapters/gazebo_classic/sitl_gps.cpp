@@ -9,7 +9,7 @@
 #include <cmath>
 
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/geodesy/unix_time.hpp"
 
 namespace canyon::adapters::gazebo_classic {
 namespace {
@@ -94,12 +94,9 @@ std::optional<SitlGps> sitl_gps_of(const ReceiverReport& report) {
   const receiver::ReceiverEpoch& seen = report.step->epoch.observed;
   const positioning::Fix& fix = seen.fix;
   if (!fix.measured() || !fix.velocity_enu_mps) return std::nullopt;
-  constexpr std::int64_t kMicroseconds = 1'000'000;
-  constexpr std::int64_t kGpsEpochUnix_s = 315'964'800;  // 1980-01-06, date -u -d 1980-01-06 +%s
   SitlGps gps;
   gps.time_usec = static_cast<std::uint64_t>(report.sim_time_ns / 1000);
-  gps.time_utc_usec = static_cast<std::uint64_t>(
-      seen.time.nanoseconds() / 1000 + (kGpsEpochUnix_s - geodesy::leap_seconds(seen.time)) * kMicroseconds);
+  gps.time_utc_usec = static_cast<std::uint64_t>(geodesy::unix_from_gps(seen.time) / 1000);
   gps.latitude_deg = geodesy::degrees(fix.position.latitude_rad);
   gps.longitude_deg = geodesy::degrees(fix.position.longitude_rad);
   gps.altitude_m = report.step->epoch.altitude_m();

@@ -14,10 +14,10 @@ class Message;
 
 namespace canyon::adapters::gazebo_classic {
 
-/// What PX4's bridge for Gazebo Classic takes of a GPS: the fields of its sensor_msgs.msgs.SITLGps.
+/// The fields of sensor_msgs.msgs.SITLGps that PX4's bridge for Gazebo Classic reads.
 struct SitlGps {
   std::uint64_t time_usec = 0;      ///< simulated time [us]
-  std::uint64_t time_utc_usec = 0;  ///< of reception, UTC, since 1970-01-01 [us]
+  std::uint64_t time_utc_usec = 0;  ///< time of reception, UTC, since 1970-01-01 [us]
   double latitude_deg = 0;
   double longitude_deg = 0;
   double altitude_m = 0;    ///< above mean sea level
@@ -29,8 +29,7 @@ struct SitlGps {
   double velocity_up_mps = 0;
 };
 
-/// Empty without truth, fix or velocity: the bridge passes every message on as a 3D fix with velocity, and
-/// the message has no word for less.
+/// Empty without truth, fix or velocity, since the bridge takes every message for a 3D fix with velocity.
 [[nodiscard]] std::optional<SitlGps> sitl_gps_of(const ReceiverReport& report);
 
 /// "sensor_msgs.msgs.SITLGps".

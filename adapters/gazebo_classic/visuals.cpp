@@ -18,9 +18,8 @@
 namespace canyon::adapters::gazebo_classic {
 namespace {
 
-constexpr double kUpdateInterval_s = 0.1;  // of wall time: what an eye can follow
-/// Clients cannot ask for what was sent before they came; to those whose arrival goes unnoticed it is sent
-/// again.
+constexpr double kUpdateInterval_s = 0.1;  // of wall time
+/// Everything is sent again after this, for clients whose arrival went unnoticed.
 constexpr double kRepeatInterval_s = 5;
 
 void fill(gazebo::msgs::Visual& message, const VisualLedger::Change& change) {
@@ -54,7 +53,7 @@ class SceneVisuals final : public EpochPublisher {
                const VisualSettings& settings)
       : node_(node),
         world_(identity.world),
-        // Numbered: one that comes in the place of another must not inherit what is being removed.
+        // Numbered, so that a successor does not inherit shapes that are being removed.
         prefix_("gnss_" + identity.model + "_" + std::to_string(gazebo::physics::getUniqueId()) + "_"),
         settings_(settings),
         ledger_([] { return gazebo::physics::getUniqueId(); }),
@@ -155,7 +154,6 @@ class SceneVisuals final : public EpochPublisher {
 std::unique_ptr<EpochPublisher> make_visuals(const gazebo::transport::NodePtr& node,
                                              const ReceiverIdentity& identity,
                                              const VisualSettings& settings) {
-  validate(settings);
   return std::make_unique<SceneVisuals>(node, identity, settings);
 }
 

@@ -6,7 +6,7 @@
 
 namespace canyon::adapters::gz_sim {
 
-/// What Gazebo Sim loads; nothing but GnssWorld.
+/// The system that Gazebo Sim loads; GnssWorld does its work.
 class GnssSystem final : public gz::sim::System,
                          public gz::sim::ISystemConfigure,
                          public gz::sim::ISystemUpdate,

@@ -10,7 +10,7 @@ namespace canyon::adapters::gz_sim {
 
 /// The GNSS receivers of one Gazebo Sim world: those sensors that systems ask it to serve. Systems of one
 /// world share one, since they run on threads of their own but receivers share the world's scene. Throws
-/// nothing: what is wrong is said on Gazebo's console and the simulation continues.
+/// nothing: errors are written to Gazebo's console and the simulation continues.
 class GnssWorld {
  public:
   /// The one of this world.

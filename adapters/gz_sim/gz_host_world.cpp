@@ -47,7 +47,7 @@ void GzHostWorld::models(std::vector<Id>& ids) {
   if (changed_) {
     for (auto& [model, known] : fingerprints_) known.age = kUnsaidAge;
   }
-  // What goes is marked in the step before it is gone.
+  // Entities are marked in the step before they are removed.
   const bool gone = std::any_of(models_.begin(), models_.end(), [&](Id id) { return !ecm_->HasEntity(id); });
   if (std::exchange(models_changed_, false) || gone) {
     models_.clear();

@@ -37,7 +37,7 @@ class GzHostWorld final : public HostWorld {
 
  private:
   [[nodiscard]] const std::vector<Id>& children(Id parent) const;
-  /// What components of a collision or visual say of it.
+  /// Visits the collisions or visuals of a link.
   template <typename Visit>
   void for_each_shape(Id link, const Visit& visit) const;
 

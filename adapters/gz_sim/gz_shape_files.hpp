@@ -12,7 +12,7 @@ namespace canyon::adapters::gz_sim {
 /// Mesh files, extrusions and heightmaps by Gazebo's own readers, found as its physics finds them.
 class GzShapeFiles : public ShapeFiles {
  public:
-  /// Where the world lies, which rasters of heights (DEM) are read with; empty: without.
+  /// The world's place, for rasters of heights (DEM); empty: none.
   void set_world_origin(std::optional<gz::math::SphericalCoordinates> origin) { origin_ = std::move(origin); }
 
   [[nodiscard]] std::optional<MeshFile> mesh(const std::string& uri, const std::string& sdf_file) override;

@@ -17,8 +17,8 @@ namespace canyon::adapters::gz_sim {
 namespace {
 
 constexpr const char* kService = "/marker_array";
-constexpr double kUpdateInterval_s = 0.1;  // of wall time: what an eye can follow
-/// A client whose coming goes unnoticed has everything again after this.
+constexpr double kUpdateInterval_s = 0.1;  // of wall time
+/// Everything is sent again after this, for clients whose arrival went unnoticed.
 constexpr double kRepeatInterval_s = 5;
 /// Between looks for clients; asking the transport before it has listened this long would wait for it.
 constexpr double kLookInterval_s = 1, kFirstLook_s = 2.5;
@@ -114,7 +114,7 @@ class Markers final : public EpochPublisher {
   void update(const std::vector<VisualShape>& shapes, double now) {
     if (*unanswered_) {
       if (now - sent_s_ < kPatience_s) return;
-      everything_ = true;  // what it was sent may be lost
+      everything_ = true;  // its last message may be lost
     }
     if (repeats_.due(now)) everything_ = true;
     gz::msgs::Marker_V message;
@@ -170,7 +170,6 @@ class Markers final : public EpochPublisher {
 
 std::unique_ptr<EpochPublisher> make_markers(const ReceiverIdentity& identity,
                                              const VisualSettings& settings) {
-  validate(settings);
   return std::make_unique<Markers>(identity, settings);
 }
 

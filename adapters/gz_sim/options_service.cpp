@@ -37,7 +37,7 @@ struct OptionsService::Impl {
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
-  /// Of all receivers where `receiver` is empty.
+  /// For all receivers if `receiver` is empty.
   [[nodiscard]] std::string topic(const std::string& receiver, const Service& service) const {
     std::string path = receiver.empty() ? "" : receiver + "/";
     for (std::size_t at = 0; (at = path.find("::", at)) != std::string::npos;) path.replace(at, 2, "/");
@@ -75,7 +75,7 @@ struct OptionsService::Impl {
           {OptionsRequest::Kind::Set, receiver, fmt::format("rate_hz: {}", rate.data())}, kPatience);
       if (said.starts_with("refused")) gzerr << "[canyon] " << receiver << ": set_rate: " << said << "\n";
     };
-    // Of two sensors with one topic the first has it.
+    // If two sensors have one topic, the first has the service.
     if (node.Advertise(sensor_topic + "/set_rate", call)) rates[receiver] = sensor_topic + "/set_rate";
   }
 

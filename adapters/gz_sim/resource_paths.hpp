@@ -6,7 +6,7 @@
 
 namespace canyon::adapters::gz_sim {
 
-/// Where Gazebo Sim looks for what worlds name.
+/// Folders in which Gazebo Sim looks for files that worlds name.
 [[nodiscard]] inline ResourcePaths gazebos_paths() {
   ResourcePaths paths{{}, {}, "GZ_SIM_RESOURCE_PATH"};
   for (const std::string& path : gz::sim::resourcePaths()) {

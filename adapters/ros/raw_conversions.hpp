@@ -76,12 +76,12 @@ class RawObservations {
   output::PhaseArcs arcs_;
 };
 
-/// What diagnostics say of a receiver beside its epoch.
+/// A receiver's state for diagnostics, beside its epoch.
 struct ReceiverHealth {
-  std::string name;       ///< of the node
+  std::string name;       ///< the node's
   std::string receiver;   ///< its profile or name
   std::string reason;     ///< why there is no epoch
-  double lateness_s = 0;  ///< of the last epoch behind the clock
+  double lateness_s = 0;  ///< delay of the last epoch behind the clock
   double compute_s = 0;   ///< wall time of the last epoch in the node's own thread
   bool finished = false;  ///< the drive has ended
 };

@@ -6,37 +6,23 @@
 #include "canyon/simulation/city_scene.hpp"
 
 namespace canyon::adapters::ros2 {
-namespace {
-
-simulation::LiveConfig config_of(const NodeSettings& settings, const simulation::Simulation& simulation) {
-  const simulation::Scenario& world = settings.world;
-  return {world.sky,
-          simulation.begin(),
-          1 / simulation.interval_s(),
-          world.receivers.front(),
-          world.seed,
-          world.faults,
-          {}};
-}
-
-}  // namespace
 
 CorrectedRun::CorrectedRun(const NodeSettings& settings,
                            std::shared_ptr<const simulation::Simulation> simulation,
                            std::shared_ptr<simulation::CityScene> scene)
     : Drive(std::move(simulation)),
       topic_(settings.world.receivers.front().options, settings.world.seed),
-      receiver_(config_of(settings, this->simulation()), std::move(scene), this->simulation().begin()) {}
+      receiver_(simulation::live_config(settings.world, 0, this->simulation().begin(),
+                                        this->simulation().interval_s()),
+                std::move(scene), this->simulation().begin()) {}
 
 std::optional<simulation::LiveReceiver::Step> CorrectedRun::take() {
   if (finished()) return std::nullopt;
   const double seconds = static_cast<double>(next_ns()) * 1e-9;
   const geodesy::GpsTime now = simulation().begin() + seconds;
-  topic_.give(receiver_, now);
   const simulation::AntennaState antenna =
       simulation::antenna_state(simulation().antenna_pose(0, now), receiver_.environment().city().frame);
-  simulation::LiveReceiver::Step step = receiver_.observe(seconds, antenna);
-  topic_.set_place(step.epoch.truth_ecef);
+  simulation::LiveReceiver::Step step = topic_.observe(receiver_, seconds, antenna);
   count_taken();
   return step;
 }

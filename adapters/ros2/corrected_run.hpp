@@ -13,8 +13,8 @@
 
 namespace canyon::adapters::ros2 {
 
-/// A scenario's own drive of a receiver that takes its corrections from a topic: epoch by epoch, each made
-/// when it is taken, since what comes until then belongs to it. Not thread-safe.
+/// A scenario's own drive of a receiver that takes its corrections from a topic. Each epoch is made when it
+/// is taken, from the corrections that have come by then. Not thread-safe.
 class CorrectedRun final : public Drive {
  public:
   /// @param simulation of the same settings, by simulated_world()

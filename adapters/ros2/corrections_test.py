@@ -75,7 +75,7 @@ class Corrections(unittest.TestCase):
                         rogue.publish(Message(message=data))
                         listener.spin_for(0.1)
                 self.drive(listener, poses, seen, rover, GnssSatellites.KIND_FIXED)
-                for text in ("has no bytes", "are no frame of RTCM 3", "200000 bytes and is not read"):
+                for text in ("has no bytes", "are not a frame of RTCM 3", "200000 bytes and is not read"):
                     until(lambda text=text: text in rover.output(), text)
                     self.assertEqual(rover.output().count(text), 1, rover.output())
                 self.assertNotIn("ERROR", base.output())
@@ -87,7 +87,7 @@ class Corrections(unittest.TestCase):
             seen = listener.listen(GnssSatellites, "/satellites")
             poses = listener.node.create_publisher(PoseStamped, "/pose", 10)
             self.drive(listener, poses, seen, rover, GnssSatellites.KIND_SINGLE)
-            self.assertIn("names no topic", listener.set_parameter("/receiver", "corrections.from", "topic:a b"))
+            self.assertIn("does not name a topic", listener.set_parameter("/receiver", "corrections.from", "topic:a b"))
             self.assertEqual(listener.set_parameter("/receiver", "corrections.from", "topic:/base/rtcm"), "")
             self.drive(listener, poses, seen, rover, GnssSatellites.KIND_FIXED)
 

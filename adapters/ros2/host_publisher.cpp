@@ -15,8 +15,7 @@
 namespace canyon::adapters::ros2 {
 namespace {
 
-/// This process and ROS 2, for all receivers: a thread for what nodes have to answer, and the names of topics
-/// that are taken.
+/// ROS 2 in this process, for all receivers: a thread that serves the nodes, and the names of topics in use.
 class Process {
  public:
   static std::shared_ptr<Process> get() {

@@ -119,7 +119,7 @@ void NodeParameters::declare() {
   try {
     shown.merge(parameters_of(settings()));
   } catch (const InputError& e) {
-    // Nothing given is no fault yet: it may come before the node is configured.
+    // Missing parameters may come before the node is configured.
     if (!given_.empty()) RCLCPP_ERROR(node_.get_logger(), "%s", e.what());
   }
   for (const options::Key& key : parameter_keys()) {
@@ -163,7 +163,7 @@ SetParametersResult NodeParameters::check(const std::vector<rclcpp::Parameter>& 
   try {
     owner_.change(read_settings(given));
   } catch (const InputError& e) {
-    // Before the node is configured others may still be missing; what is wrong with these is said at once.
+    // Other parameters may still be missing before the node is configured.
     const bool own = std::any_of(names.begin(), names.end(), [&](const std::string& name) {
       return e.problem().rfind("parameter '" + name + "'", 0) == 0;
     });

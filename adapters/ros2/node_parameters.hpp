@@ -9,10 +9,10 @@
 
 namespace canyon::adapters::ros2 {
 
-/// A node's parameters: NodeSettings declared with descriptors and ranges, and what a user gives of them.
+/// A node's parameters: NodeSettings declared with descriptors and ranges, and their given values.
 class NodeParameters {
  public:
-  /// What a change at run time may touch.
+  /// The parameters that may change at run time.
   enum class Open { All, Receivers, Nothing };
   struct Owner {
     std::function<Open()> open;
@@ -24,7 +24,7 @@ class NodeParameters {
   /// not good an error in the log; settings() throws it again.
   NodeParameters(rclcpp_lifecycle::LifecycleNode& node, Owner owner);
 
-  /// What is given now. Throws InputError.
+  /// The present settings. Throws InputError.
   [[nodiscard]] NodeSettings settings() const { return read_settings(given_); }
   /// The parameters show `settings` from now on, where they are not given.
   void show(const NodeSettings& settings);

@@ -56,7 +56,7 @@ std::vector<Key> make_keys() {
       if (receivers) key.path.erase(0, kReceivers.size());
       const bool files_own = key.path.find("[]") != std::string::npos || key.type == Type::Rows ||
                              key.path.starts_with("outputs");
-      // A scenario says of all receivers what a receiver may say of itself; here there is but one.
+      // Some keys stand at the top of a scenario and at its receivers; here there is one receiver.
       if (!files_own && names.insert(key.path).second) keys.push_back(std::move(key));
     }
   };
@@ -99,7 +99,7 @@ std::optional<Node> node_of(const ParameterValue& value) {
   return std::nullopt;
 }
 
-/// The value below a key of a mapping, made where there is none.
+/// The value below a key of a mapping, made if there is none.
 Node& child_of(Node& mapping, std::string_view key) {
   mapping.kind = Node::Kind::Mapping;
   const auto at = std::find_if(mapping.entries.begin(), mapping.entries.end(),
@@ -109,7 +109,7 @@ Node& child_of(Node& mapping, std::string_view key) {
   return mapping.entries.back().value;
 }
 
-/// Faults that name others go with these. @param base "" or the name of the base that stays beside
+/// Removes faults that name other receivers. @param base name of the base that is kept; empty: none
 void only_faults_of(Node& root, const Node& receiver, const std::string& base) {
   const auto list = std::find_if(root.entries.begin(), root.entries.end(),
                                  [](const Node::Entry& entry) { return entry.key == "faults"; });
@@ -135,8 +135,8 @@ void only_faults_of(Node& root, const Node& receiver, const std::string& base) {
   if (any && faults.empty()) root.entries.erase(list);
 }
 
-/// The one receiver of the tree, made where there is none, and behind it its base; the others go.
-/// @param base whose corrections it takes; empty: as it says itself
+/// Keeps one receiver of the tree, made if there is none, and behind it its base.
+/// @param base the receiver's source of corrections; empty: as its own keys say
 void only_receiver(Node& root, const std::string& name, std::string base) {
   Node& receivers = child_of(root, "receivers");
   if (receivers.kind == Node::Kind::Empty) receivers.kind = Node::Kind::List;
@@ -297,7 +297,7 @@ void visit(Visitor& v, NodeSettings& settings) {
   if (!v.reads()) return;
   check_topics(v, settings);
   check_fixed(v, settings);
-  // As in a scenario with the rover: what its corrections remove is in the base's signals too.
+  // The base's signals have the errors that corrections remove, as in a scenario with the rover.
   if (is_base(settings)) settings.world.sky.errors.enabled.set_default(true);
   if (!settings.by_poses()) {
     v.require("trajectory", "add trajectory: {file: ...}, waypoints or position, or set pose.source");
@@ -399,12 +399,9 @@ simulation::Scenario simulated_world(const NodeSettings& settings) {
 }
 
 simulation::LiveConfig live_config(const NodeSettings& settings, const std::string& own_name) {
-  const simulation::Scenario& world = settings.world;
-  simulation::LiveConfig config{world.sky,    world.start, world.rate_hz, world.receivers.front(), world.seed,
-                                world.faults, {}};
-  if (world.receivers.size() > 1) config.base = world.receivers[1];
-  config.receiver.options.own_draws = true;
-  if (!settings.named) config.receiver.options.name = own_name;
+  simulation::LiveConfig config(settings.world);
+  config.receiver().options.own_draws = true;
+  if (!settings.named) config.receiver().options.name = own_name;
   return config;
 }
 

@@ -15,26 +15,26 @@
 
 namespace canyon::adapters::ros2 {
 
-/// Where a receiver's truth comes from.
+/// The source of a receiver's truth.
 enum class PoseSource : std::uint8_t { Trajectory, Pose, Odometry, Tf, Fixed };
 
-/// Everything that a receiver's node is given: by a scenario file, and by parameters over it.
+/// A scenario, from a file and parameters over it, and what a node of ROS 2 adds.
 struct NodeSettings {
   std::optional<std::filesystem::path> scenario;
-  std::string receiver;  ///< of the scenario's; empty: its first
+  std::string receiver;  ///< name of one of the scenario's; empty: the first
   std::string frame_id = "gnss";
   bool autostart = false;
   bool drive_clock = false;
-  double speed = 1;                  ///< of the driven clock, times real time
+  double speed = 1;                  ///< speed of the driven clock, times real time
   int threads = 1;                   ///< that compute a scenario's own drive; 0: as many as cores
   std::vector<std::string> streams;  ///< each FORMAT=ADDRESS (output::parse_stream())
 
   PoseSource pose_source = PoseSource::Trajectory;
   double pose_timeout_s = 0.5;
   std::string pose_frame = "map";                               ///< that poses are in
-  std::string child_frame = "base_link";                        ///< whose pose it is, with Tf
-  Eigen::Vector3d pose_origin_enu_m = Eigen::Vector3d::Zero();  ///< of pose_frame, in the city's frame
-  double pose_heading_rad = 0;  ///< of its x axis, from east counter-clockwise
+  std::string child_frame = "base_link";                        ///< the vehicle's frame, with Tf
+  Eigen::Vector3d pose_origin_enu_m = Eigen::Vector3d::Zero();  ///< origin of pose_frame, in the city's frame
+  double pose_heading_rad = 0;  ///< direction of its x axis, from east counter-clockwise
 
   /// One receiver and, where it takes corrections of another, that as its base; with poses from outside the
   /// trajectory may be absent.
@@ -49,7 +49,7 @@ struct NodeSettings {
 
 void visit(options::Visitor& v, NodeSettings& settings);
 
-/// A parameter's value, of one of the types that ROS has; nothing: not set.
+/// A parameter's value, of one of ROS's types; std::monostate: not set.
 using ParameterValue = std::variant<std::monostate, bool, std::int64_t, double, std::string,
                                     std::vector<double>, std::vector<std::string>>;
 using Parameters = std::map<std::string, ParameterValue>;
@@ -57,9 +57,9 @@ using Parameters = std::map<std::string, ParameterValue>;
 /// One key a parameter, in the order of visit(): the scenario's keys, those of its receiver without
 /// `receivers[].`. Lists of mappings, tables and `outputs` are the file's alone.
 [[nodiscard]] const std::vector<options::Key>& parameter_keys();
-/// Of these the node's own, which no scenario has.
+/// The node's own keys, which no scenario has.
 [[nodiscard]] std::vector<options::Key> node_keys();
-/// Null for a name that is none.
+/// Null for an unknown name.
 [[nodiscard]] const options::Key* find_parameter(const std::string& name);
 /// The known name that is closest to an unknown one, for people: "did you mean 'elevation_mask_deg'?".
 [[nodiscard]] std::string meant_parameter(const std::string& name);
@@ -71,7 +71,7 @@ using Parameters = std::map<std::string, ParameterValue>;
 /// is not set, are not given. Throws InputError, which names the parameter or the file and line.
 [[nodiscard]] NodeSettings read_settings(const Parameters& given);
 
-/// The settings as parameters; what has no value is left out.
+/// The settings as parameters; those without a value are left out.
 [[nodiscard]] Parameters parameters_of(const NodeSettings& settings);
 
 /// The scenario as Simulation takes it, which reads no topic.

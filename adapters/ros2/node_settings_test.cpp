@@ -76,10 +76,10 @@ faults:
   ASSERT_EQ(settings.world.faults.size(), 1U);
   EXPECT_EQ(settings.world.faults[0].receivers, std::vector<std::string>{"base"});
   const simulation::LiveConfig live = live_config(settings, "/first");
-  ASSERT_TRUE(live.base);
-  EXPECT_EQ(live.base->options.name, "base");
+  ASSERT_NE(live.base(), nullptr);
+  EXPECT_EQ(live.base()->options.name, "base");
   EXPECT_EQ(std::get<double>(parameters_of(settings).at("elevation_mask_deg")), 12);
-  EXPECT_FALSE(live_config(read_settings({{"scenario", file_}}), "/first").base);
+  EXPECT_EQ(live_config(read_settings({{"scenario", file_}}), "/first").base(), nullptr);
   EXPECT_THAT(fault_of({{"scenario", file_}, {"corrections.from", "bass"}}),
               AllOf(HasSubstr("parameter 'corrections.from'"), HasSubstr("'bass'")));
   EXPECT_THAT(fault_of({{"scenario", file_}, {"corrections.from", "ntrip://127.0.0.1:2101/BASE"}}),
@@ -90,11 +90,11 @@ TEST_F(Settings, CorrectionsComeByATopic) {
   const NodeSettings settings = read_settings({{"scenario", file_}, {"corrections.from", "topic:rtcm"}});
   EXPECT_EQ(settings.corrections_topic(), "rtcm");
   EXPECT_EQ(simulated_world(settings).receivers.front().options.corrections.from, "");
-  EXPECT_EQ(live_config(settings, "/first").receiver.options.corrections.from, "topic:rtcm");
+  EXPECT_EQ(live_config(settings, "/first").receiver().options.corrections.from, "topic:rtcm");
   EXPECT_EQ(read_settings({{"scenario", file_}}).corrections_topic(), "");
   EXPECT_EQ(NodeSettings{}.corrections_topic(), "");  // before a node is configured
   EXPECT_THAT(fault_of({{"scenario", file_}, {"corrections.from", "topic:rt cm"}}),
-              AllOf(HasSubstr("parameter 'corrections.from'"), HasSubstr("names no topic")));
+              AllOf(HasSubstr("parameter 'corrections.from'"), HasSubstr("does not name a topic")));
   EXPECT_THAT(fault_of({{"scenario", file_}, {"streams", std::vector<std::string>{"nmea=topic:nmea"}}}),
               AllOf(HasSubstr("parameter 'streams'"), HasSubstr("RTCM 3 alone")));
 }
@@ -141,8 +141,8 @@ TEST_F(Settings, NoFileIsNeeded) {
   EXPECT_FALSE(settings.named);
   EXPECT_TRUE(settings.world.city.open);
   const simulation::LiveConfig live = live_config(settings, "/car/receiver");
-  EXPECT_EQ(live.receiver.options.name, "/car/receiver");
-  EXPECT_TRUE(live.receiver.options.own_draws);
+  EXPECT_EQ(live.receiver().options.name, "/car/receiver");
+  EXPECT_TRUE(live.receiver().options.own_draws);
 }
 
 // The words of the engine, with the parameter's name.

@@ -26,14 +26,14 @@ PoseReceiver::PoseReceiver(const NodeSettings& settings, std::shared_ptr<simulat
 
 simulation::LiveConfig PoseReceiver::config_of(const NodeSettings& settings) const {
   simulation::LiveConfig config = live_config(settings, own_name_);
-  if (config.receiver.fixed) config.receiver.fixed->settle(scene_->city.frame);
+  if (config.receiver().fixed) config.receiver().fixed->settle(scene_->city.frame);
   return config;
 }
 
 void PoseReceiver::make_topic() {
   topic_.reset();
   if (!settings_.corrections_topic().empty()) {
-    topic_.emplace(receiver_.config().receiver.options, settings_.world.seed);
+    topic_.emplace(receiver_.config().receiver().options, settings_.world.seed);
   }
 }
 
@@ -53,12 +53,12 @@ void PoseReceiver::receive_rtcm(std::string_view bytes, std::int64_t now_ns) {
 
 std::optional<simulation::AntennaState> PoseReceiver::antenna_at(std::int64_t now_ns, std::string& reason) {
   if (settings_.pose_source == PoseSource::Fixed) {
-    const geodesy::Geodetic& place = receiver_.config().receiver.fixed->place;
+    const geodesy::Geodetic& place = receiver_.config().receiver().fixed->place;
     return simulation::antenna_state({time_of(now_ns), place}, scene_->city.frame);
   }
   const auto truth = track_.at(now_ns, reason);
   if (!truth) return std::nullopt;
-  return simulation::antenna_of(*truth, receiver_.config().receiver.lever_arm_m, settings_.pose_heading_rad,
+  return simulation::antenna_of(*truth, receiver_.config().receiver().lever_arm_m, settings_.pose_heading_rad,
                                 settings_.pose_origin_enu_m);
 }
 
@@ -66,10 +66,8 @@ std::optional<simulation::LiveReceiver::Step> PoseReceiver::observe(std::int64_t
                                                                     std::string& reason) {
   const auto antenna = antenna_at(now_ns, reason);
   if (!antenna) return std::nullopt;
-  if (topic_) topic_->give(receiver_, time_of(now_ns));
-  auto step = receiver_.observe(static_cast<double>(now_ns) * 1e-9, *antenna);
-  if (topic_) topic_->set_place(step.epoch.truth_ecef);
-  return step;
+  const double seconds = static_cast<double>(now_ns) * 1e-9;
+  return topic_ ? topic_->observe(receiver_, seconds, *antenna) : receiver_.observe(seconds, *antenna);
 }
 
 std::vector<std::string> PoseReceiver::take_warnings() {

@@ -25,7 +25,7 @@ class PoseReceiver {
                geodesy::GpsTime start, std::string own_name);
 
   /// A pose of the vehicle in pose_frame, with the sender's stamp [s], that comes at `now_ns` of the host's
-  /// time. False where it is none: not finite, or its quaternion has no direction.
+  /// time. False if it is not finite or its quaternion has no direction.
   bool add(const RigidPose& pose, double stamp_s, std::int64_t now_ns) {
     return track_.add({pose, stamp_s, {}, {}}, now_ns) != PoseTrack::Taken::NoPose;
   }
@@ -40,7 +40,7 @@ class PoseReceiver {
   /// stay.
   void change(const NodeSettings& settings);
   [[nodiscard]] simulation::LiveReceiver& receiver() { return receiver_; }
-  /// What there is to say since the last call, one line each.
+  /// Warnings since the last call, one line each.
   [[nodiscard]] std::vector<std::string> take_warnings();
 
  private:

@@ -40,7 +40,7 @@ constexpr double kDefaultRate_hz = 10;
 // How finely time goes: epochs come at most this late.
 constexpr std::int64_t kTick_ns = 10'000'000;
 
-/// Throws InputError for what this build does not have.
+/// Throws InputError for settings that this build does not support.
 void check_build(const NodeSettings& settings) {
 #ifndef CANYON_WITH_TF2
   if (settings.pose_source == PoseSource::Tf) {
@@ -87,7 +87,7 @@ struct ReceiverNode::Impl {
   void warn(const std::string& message) {
     if (said.insert(message).second) RCLCPP_WARN(node.get_logger(), "%s", message.c_str());
   }
-  /// What goes wrong in a callback ends the drive, not the container.
+  /// An error in a callback ends the drive, not the container.
   template <class Work>
   void guarded(const Work& work) {
     try {
@@ -269,7 +269,7 @@ void ReceiverNode::Impl::on_corrections(std::string_view bytes) {
 }
 
 void ReceiverNode::Impl::listen() {
-  const auto qos = rclcpp::SensorDataQoS();  // takes what reliable publishers send as well
+  const auto qos = rclcpp::SensorDataQoS();  // takes messages of reliable publishers as well
   if (settings.pose_source == PoseSource::Pose) {
     using Pose = geometry_msgs::msg::PoseStamped;
     subscription = node.create_subscription<Pose>(
@@ -344,7 +344,7 @@ std::string ReceiverNode::Impl::answer_faults(const OptionsRequest& request) {
   }
   if (!poses) return "refused: no receiver runs yet; activate the node";
   simulation::LiveReceiver& receiver = poses->receiver();
-  return answer(request, {{receiver.config().receiver.options.name, &receiver}});
+  return answer(request, {{receiver.config().receiver().options.name, &receiver}});
 }
 
 // Every tick of the clock that this node drives. Time waits for an epoch that is not made yet.

@@ -8,7 +8,7 @@ namespace canyon::adapters::ros2 {
 /// One receiver as a managed node, loaded by itself or into a container
 /// (canyon::adapters::ros2::ReceiverNode). configure reads the parameters and loads the city, activate begins
 /// the drive, or listens to poses. Its parameters are parameter_keys(), its topics stand in docs/ros2.md.
-/// Where the drive has ended it deactivates itself.
+/// It deactivates itself when the drive has ended.
 class ReceiverNode final : public rclcpp_lifecycle::LifecycleNode {
  public:
   explicit ReceiverNode(const rclcpp::NodeOptions& options);

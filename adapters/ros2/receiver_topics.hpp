@@ -18,7 +18,7 @@
 
 namespace canyon::adapters::ros2 {
 
-/// What topics need of a node, be it an rclcpp::Node, a managed one, or one of gazebo_ros.
+/// The parts of a node that topics need: of an rclcpp::Node, a managed one, or one of gazebo_ros.
 struct NodeParts {
   template <class Node>
   explicit NodeParts(Node& node)
@@ -44,8 +44,8 @@ struct TopicNames {
 };
 
 /// A receiver's topics, with the quality of service of sensor data; diagnostics and clock are reliable. A
-/// subscriber that asks for more than is offered is named in the log. Only what somebody listens to is
-/// made.
+/// subscriber that asks for more than is offered is named in the log. Messages without subscribers are
+/// not made.
 class ReceiverTopics {
  public:
   ReceiverTopics(NodeParts node, const TopicNames& names);

@@ -76,7 +76,7 @@ rclcpp::SubscriptionBase::SharedPtr subscribe_to_rtcm(NodeParts node, const std:
   return rclcpp::create_subscription<Message>(
       node.parameters, node.topics, topic, rclcpp::QoS(kDepth),
       [receive = std::move(receive)](const Message& message) {
-        // Of uint8 here, of char there. NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast)
+        // uint8 here, char there. NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast)
         receive({reinterpret_cast<const char*>(message.message.data()), message.message.size()});
       },
       options);

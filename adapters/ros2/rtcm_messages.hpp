@@ -19,7 +19,7 @@ namespace canyon::adapters::ros2 {
 /// Throws InputError where this build has no rtcm_msgs. @param setting that needs it, for the message
 void require_rtcm_msgs(const std::string& setting);
 
-/// Publishes what is sent to the link, whole frames of RTCM 3, as a message a frame.
+/// Publishes whole frames of RTCM 3 that are sent to the link, one message a frame.
 /// @param stamp_ns of the messages
 [[nodiscard]] std::shared_ptr<transport::Link> open_rtcm_topic(NodeParts node, const std::string& topic,
                                                                const std::string& frame_id,

@@ -16,7 +16,7 @@ namespace {
 
 using geodesy::GpsTime;
 
-/// As ROS 2 has it (rmw_validate_full_topic_name(), rcl_validate_topic_name()).
+/// The rules of ROS 2 (rmw_validate_full_topic_name(), rcl_validate_topic_name()).
 bool is_topic_name(std::string_view name) {
   if (name.starts_with("~/")) name.remove_prefix(2);
   if (name.starts_with('/')) name.remove_prefix(1);
@@ -29,7 +29,7 @@ bool is_topic_name(std::string_view name) {
   return std::all_of(parts.begin(), parts.end(), token);
 }
 
-/// "3.2 h", for times that are off by anything.
+/// "3.2 h", for times of any length.
 std::string long_time(double seconds) {
   if (seconds < 600) return fmt::format("{:.0f} s", seconds);
   if (seconds < 48 * 3600) return fmt::format("{:.1f} h", seconds / 3600);
@@ -42,7 +42,7 @@ std::optional<std::string> topic_of(std::string_view address) {
   if (!address.starts_with(relative::kTopicAddress)) return std::nullopt;
   const std::string_view name = address.substr(relative::kTopicAddress.size());
   if (!is_topic_name(name)) {
-    throw InputError(fmt::format("'{}' names no topic", address),
+    throw InputError(fmt::format("'{}' does not name a topic", address),
                      "write topic:NAME, such as topic:rtcm or topic:/ntrip_client/rtcm");
   }
   return std::string(name);
@@ -127,9 +127,10 @@ void RtcmTopic::look_at(const rtcm::DecoderStatus& before, GpsTime now) {
   const rtcm::DecoderStatus& status = decoder_.status();
   const std::uint64_t strange = status.bytes_passed_over - before.bytes_passed_over;
   if (strange > 0) {
-    warn("strange", fmt::format("{} bytes of a message on the topic {} are no frame of RTCM 3, or a damaged "
-                                "one, and are left out; this is the first such message",
-                                strange, topic_));
+    warn("strange",
+         fmt::format("{} bytes of a message on the topic {} are not a frame of RTCM 3, or a damaged "
+                     "one, and are left out; this is the first such message",
+                     strange, topic_));
   }
   if (status.epochs > before.epochs) held_back_since_.reset();
   if (status.epochs_held_back == before.epochs_held_back) return;
@@ -152,10 +153,15 @@ bool RtcmTopic::is_of_now(const relative::Corrections& epoch, GpsTime now) {
   return false;
 }
 
-void RtcmTopic::give(simulation::LiveReceiver& receiver, GpsTime now) {
+simulation::LiveReceiver::Step RtcmTopic::observe(simulation::LiveReceiver& receiver, double seconds,
+                                                  const simulation::AntennaState& antenna) {
+  const GpsTime now = receiver.start() + seconds;
   if (last_ && now < *last_) begin_anew();
   last_ = now;
   if (auto came = link_.take(now)) receiver.give(std::move(came));
+  simulation::LiveReceiver::Step step = receiver.observe(seconds, antenna);
+  place_ecef_ = step.epoch.truth_ecef;
+  return step;
 }
 
 void RtcmTopic::warn(const std::string& fault, const std::string& text) {

@@ -18,10 +18,10 @@
 namespace canyon::adapters::ros2 {
 
 /// The topic of an address "topic:NAME"; empty: it is another address. NAME is absolute ("/base/rtcm"), of
-/// the node's namespace ("rtcm") or of the node ("~/rtcm"). Throws InputError for what no topic can be named.
+/// the node's namespace ("rtcm") or of the node ("~/rtcm"). Throws InputError for an invalid name.
 [[nodiscard]] std::optional<std::string> topic_of(std::string_view address);
 /// The topic of a stream "FORMAT=ADDRESS" (output::parse_stream()); empty: it goes elsewhere. Throws
-/// InputError as topic_of(), and for what a topic cannot carry: other formats than rtcm, virtual stations.
+/// InputError as topic_of(), and for other formats than rtcm and virtual stations.
 [[nodiscard]] std::optional<std::string> topic_of_stream(std::string_view stream);
 
 /// The frames of RTCM 3 one by one, as rtcm_msgs/Message has them. Precondition: `bytes` are whole frames,
@@ -41,11 +41,10 @@ class RtcmTopic {
   /// One message: frames, or pieces of frames that go on in the next message.
   /// @param now GPS time of the receiver
   void receive(std::string_view bytes, geodesy::GpsTime now);
-  /// Gives the receiver what has come by its epoch at `now`. Restarts where time goes back.
-  void give(simulation::LiveReceiver& receiver, geodesy::GpsTime now);
-  /// Where the receiver is, for corrections.range_m [m, ECEF].
-  void set_place(const Eigen::Vector3d& receiver_ecef) { place_ecef_ = receiver_ecef; }
-  /// What was wrong with what came since the last call, one line each. Each fault is said once.
+  /// LiveReceiver::observe() with the corrections that have come by then. Restarts where time goes back.
+  [[nodiscard]] simulation::LiveReceiver::Step observe(simulation::LiveReceiver& receiver, double seconds,
+                                                       const simulation::AntennaState& antenna);
+  /// Faults of the messages since the last call, one line each. Each fault is reported once.
   [[nodiscard]] std::vector<std::string> take_warnings();
 
  private:
@@ -67,7 +66,7 @@ class RtcmTopic {
   relative::CorrectionLink link_;
   std::optional<geodesy::GpsTime> last_, held_back_since_;
   std::optional<Station> station_;
-  std::optional<Eigen::Vector3d> place_ecef_;
+  std::optional<Eigen::Vector3d> place_ecef_;  // of the receiver, for corrections.range_m [m]
   std::set<std::string> said_;
   std::vector<std::string> warnings_;
 };

@@ -89,7 +89,7 @@ TEST_F(Topic, SaysOnceWhatIsNoRtcm) {
     topic_.receive(std::string(3'000'000, '\xD3'), at(i));
   }
   EXPECT_THAT(topic_.take_warnings(),
-              ElementsAre(HasSubstr("has no bytes"), HasSubstr("are no frame of RTCM 3"),
+              ElementsAre(HasSubstr("has no bytes"), HasSubstr("are not a frame of RTCM 3"),
                           HasSubstr("3000000 bytes and is not read")));
   test::Base base;
   topic_.receive(base.bytes(kSecond), at(1));  // what is whole behind it is read

@@ -28,18 +28,18 @@ class Drive {
   Drive(const Drive&) = delete;
   Drive& operator=(const Drive&) = delete;
 
-  /// Of the next epoch, since the first; one interval after the last where there is none.
+  /// Time of the next epoch since the first; one interval after the last if none is left.
   [[nodiscard]] std::int64_t next_ns() const { return static_cast<std::int64_t>(taken_) * interval_ns_; }
   [[nodiscard]] std::int64_t interval_ns() const { return interval_ns_; }
   /// Every epoch has been taken.
   [[nodiscard]] bool finished() const { return taken_ == simulation_->epoch_count(); }
-  /// take() has something to say: an epoch, or what the run threw.
+  /// take() has an epoch, or rethrows the run's exception.
   [[nodiscard]] virtual bool ready() = 0;
-  /// The next epoch, or nothing where it is not made yet. Throws what the run threw.
+  /// The next epoch; empty: it is not made yet. Rethrows the run's exception.
   [[nodiscard]] virtual std::optional<simulation::LiveReceiver::Step> take() = 0;
-  /// RTCM 3 that comes by a topic, `now_ns` since the first epoch; nothing where no topic is asked for.
+  /// RTCM 3 from a topic, `now_ns` since the first epoch.
   virtual void receive_rtcm(std::string_view /*bytes*/, std::int64_t /*now_ns*/) {}
-  /// What there is to say since the last call, one line each.
+  /// Warnings since the last call, one line each.
   [[nodiscard]] virtual std::vector<std::string> take_warnings() { return {}; }
 
  protected:

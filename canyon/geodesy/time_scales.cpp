@@ -7,6 +7,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/geodesy/unix_time.hpp"
 
 namespace canyon::geodesy {
 namespace {
@@ -36,8 +37,9 @@ constexpr void civil_from_days(std::int64_t z, CalendarTime& out) {
   out.year = static_cast<int>(yoe + era * 400 + (out.month <= 2 ? 1 : 0));
 }
 
-constexpr std::int64_t kGpsEpochDays = days_from_civil(1980, 1, 6);
 constexpr std::int64_t kSecondsPerDay = 86'400;
+constexpr std::int64_t kGpsEpochDays = kGpsEpochUnix_s / kSecondsPerDay;
+static_assert(kGpsEpochDays == days_from_civil(1980, 1, 6));
 
 // First UTC day with a new offset (IERS Bulletin C; the offset of 1980-01-06 is 0).
 struct LeapEntry {
@@ -213,9 +215,8 @@ GpsTime gps_from_utc(const CalendarTime& utc) {
 }
 
 GpsTime gps_from_unix(std::int64_t nanoseconds_since_1970) {
-  // 1980-01-06 is day 3657 of POSIX time, which counts no leap seconds.
-  const GpsTime without_leaps = GpsTime::from_nanoseconds(
-      nanoseconds_since_1970 - std::int64_t{3657} * 86400 * GpsTime::kNanosecondsPerSecond);
+  const GpsTime without_leaps =
+      GpsTime::from_nanoseconds(nanoseconds_since_1970 - kGpsEpochUnix_s * GpsTime::kNanosecondsPerSecond);
   // A second on, so that a leap second is over where its repetition is asked for.
   const GpsTime about = without_leaps + std::chrono::seconds(leap_seconds(without_leaps) + 1);
   return without_leaps + std::chrono::seconds(leap_seconds(about));

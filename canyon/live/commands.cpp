@@ -138,7 +138,7 @@ struct Commands::Impl {
         if (state.until_s) each["until_s"] = *state.until_s;
         list.push_back(std::move(each));
       }
-      json["faults"][one->config().receiver.options.name] = std::move(list);
+      json["faults"][one->config().receiver().options.name] = std::move(list);
     }
     return json;
   }
@@ -203,11 +203,11 @@ Commands::~Commands() {
 std::string Commands::answer(std::string_view line) {
   constexpr std::string_view kCure = R"(write {"command": "help"})";
   const std::optional<Json> parsed = Json::try_parse(line);
-  if (!parsed) return one_line(refusal("the line is no JSON", kCure));
+  if (!parsed) return one_line(refusal("the line is not JSON", kCure));
   const Json& command = *parsed;
-  if (!command.is_object()) return one_line(refusal("the line is no JSON object", kCure));
+  if (!command.is_object()) return one_line(refusal("the line is not a JSON object", kCure));
   if (!command.contains("command")) return one_line(refusal("the object has no key 'command'", kCure));
-  if (!command["command"].is_string()) return one_line(refusal("'command' is no text", kCure));
+  if (!command["command"].is_string()) return one_line(refusal("'command' is not a text", kCure));
   const std::string& name = command["command"].text();
   for (const Impl::Entry& entry : Impl::entries()) {
     if (entry.name != name) continue;

@@ -11,13 +11,13 @@
 
 namespace canyon::live {
 
-/// What commands may look at and change.
+/// The state that commands read and change.
 struct CommandContext {
   const simulation::Scenario& scenario;
   std::vector<simulation::LiveReceiver>& receivers;
   const Figures& figures;
   bool changes = false;           ///< may change the simulation
-  std::function<double()> now_s;  ///< of the scenario
+  std::function<double()> now_s;  ///< the scenario's time
 };
 
 /// Commands to a running session: one JSON object a line in, one out, {"ok": true, ...} or {"ok": false,

@@ -71,7 +71,7 @@ std::optional<bool> is_ned(const std::array<MavFrame, N>& frames, int number) {
   return std::nullopt;
 }
 
-/// A time of 0 is none: PX4 leaves HIL_STATE_QUATERNION's so.
+/// A time of 0 is not given: PX4 sends HIL_STATE_QUATERNION so.
 constexpr std::optional<double> us(std::uint64_t time_us) {
   if (time_us == 0) return std::nullopt;
   return static_cast<double>(time_us) * 1e-6;

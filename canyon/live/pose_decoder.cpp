@@ -35,7 +35,7 @@ Matrix3d flu_from(BodyAxes axes) {
 
 namespace {
 
-/// Counts what was no pose.
+/// Counts messages that are not poses.
 class Complaints {
  public:
   void add(std::string why) {
@@ -45,7 +45,8 @@ class Complaints {
   [[nodiscard]] std::string take() {
     if (count_ == 0) return {};
     const std::size_t count = std::exchange(count_, 0);
-    return fmt::format("{} of what came {} no pose: {}", count, count == 1 ? "was" : "were", latest_);
+    return fmt::format("{} {}: {}", count, count == 1 ? "message was not a pose" : "messages were not poses",
+                       latest_);
   }
 
  private:
@@ -92,7 +93,7 @@ class JsonPoses final : public PoseDecoder {
       if (!why.empty()) complaints_.add(why);
     };
     lines.receive(bytes, take);
-    // A datagram may come without an end of line: what is whole counts.
+    // A datagram may come without an end of line.
     const std::string& rest = lines.rest();
     if (!rest.empty() && rest.back() == '}' && Json::try_parse(rest)) lines.finish(take);
   }
@@ -103,7 +104,7 @@ class JsonPoses final : public PoseDecoder {
     const Json& found = object[key];
     if (found.is_null()) return std::nullopt;
     if (found.is_number()) return found.get<double>();
-    why = fmt::format("'{}' is no number", key);
+    why = fmt::format("'{}' is not a number", key);
     return std::nullopt;
   }
   template <int N>
@@ -119,15 +120,15 @@ class JsonPoses final : public PoseDecoder {
       if (good) values[i] = each.get<double>();
     }
     if (good) return values;
-    why = fmt::format("'{}' is no list of {} numbers", key, N);
+    why = fmt::format("'{}' is not a list of {} numbers", key, N);
     return std::nullopt;
   }
 
-  /// What is wrong; empty: nothing.
+  /// The error; empty: none.
   [[nodiscard]] std::string read(std::string_view line,
                                  const std::function<void(const PoseReport&)>& each) const {
     const Json object = Json::try_parse(line).value_or(Json());
-    if (!object.is_object()) return "no JSON object";
+    if (!object.is_object()) return "not a JSON object";
     std::string why;
     PoseReport report;
     if (const Json* id = object.find("id")) {

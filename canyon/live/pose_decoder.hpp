@@ -15,8 +15,8 @@ namespace canyon::live {
 
 /// A received pose, turned to ENU axes of its local frame and FLU axes of the body.
 struct PoseReport {
-  std::string id;                                   ///< of the vehicle; empty: not given
-  std::optional<double> stamp_s;                    ///< of the sender's clock
+  std::string id;                                   ///< the vehicle's; empty: not given
+  std::optional<double> stamp_s;                    ///< on the sender's clock
   std::optional<Eigen::Vector3d> position_m;        ///< in a local frame; or
   std::optional<geodesy::Geodetic> place;           ///< on the Earth, heights as sent
   std::optional<Eigen::Quaterniond> attitude;       ///< local from body
@@ -29,17 +29,16 @@ struct PoseReport {
 class PoseDecoder {
  public:
   virtual ~PoseDecoder() = default;
-  /// @param reader who said it, see transport::Received
+  /// @param reader the sender, see transport::Received
   virtual void receive(std::uint64_t reader, std::string_view bytes,
                        const std::function<void(const PoseReport&)>& each) = 0;
-  /// What to send to somebody who tells no poses yet, so that it does; empty: nothing.
+  /// A request for poses to a silent sender; empty: none.
   [[nodiscard]] virtual std::string request() { return {}; }
-  /// How much was no pose, and why the latest was none; empty: since the last call everything was one.
+  /// The number of messages since the last call that were not poses, and why the latest was not; empty: 0.
   [[nodiscard]] virtual std::string take_complaint() { return {}; }
 };
 
-/// Of PoseSourceOptions::format, with its axes, body and messages. Throws InputError for messages that Canyon
-/// does not know.
+/// The decoder of these options. Throws InputError for messages that Canyon does not know.
 [[nodiscard]] std::unique_ptr<PoseDecoder> make_decoder(const simulation::PoseSourceOptions& options);
 
 /// One pose in the binary form: kBinarySize bytes, little-endian (docs/live.md has the table).

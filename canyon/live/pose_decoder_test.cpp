@@ -116,11 +116,11 @@ TEST(JsonPoses, MayBeOnTheEarth) {
 TEST(JsonPoses, SayWhatIsNone) {
   const auto decoder = make_decoder(options(PoseFormat::Json));
   for (const auto& [line, problem] : std::vector<std::pair<std::string, std::string>>{
-           {"hello\n", "no JSON object"},
-           {"[1, 2]\n", "no JSON object"},
+           {"hello\n", "not a JSON object"},
+           {"[1, 2]\n", "not a JSON object"},
            {"{\"time_s\": 1}\n", "neither 'position_m'"},
-           {"{\"position_m\": [1, 2]}\n", "'position_m' is no list of 3 numbers"},
-           {"{\"position_m\": [1, 2, \"x\"]}\n", "'position_m' is no list of 3 numbers"},
+           {"{\"position_m\": [1, 2]}\n", "'position_m' is not a list of 3 numbers"},
+           {"{\"position_m\": [1, 2, \"x\"]}\n", "'position_m' is not a list of 3 numbers"},
            {"{\"position_m\": [1, 2, 3], \"attitude\": [0, 0, 0, 0]}\n", "no direction"},
            {"{\"latitude_deg\": 91, \"longitude_deg\": 0, \"height_m\": 0}\n", "out of range"},
            {std::string(10'000, '[') + "\n", "more than 4096 bytes"}}) {
@@ -180,7 +180,7 @@ TEST(BinaryPoses, AreFoundAmongRubbish) {
     const auto reports = received(*decoder, bytes + std::string(200, 'C'), step);
     ASSERT_EQ(reports.size(), 2U) << step;
     EXPECT_EQ(*reports[0].position_m, Vector3d(1, 2, 3));
-    EXPECT_THAT(decoder->take_complaint(), HasSubstr("no pose"));
+    EXPECT_THAT(decoder->take_complaint(), HasSubstr("not poses"));
   }
 }
 

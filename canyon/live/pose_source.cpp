@@ -78,47 +78,42 @@ void PoseSource::count(const PoseReport& report, const simulation::ReportedPose&
 void PoseSource::receive(std::uint64_t reader, std::string_view bytes, std::int64_t now_ns,
                          const std::function<void()>& taken) {
   decoder_->receive(reader, bytes, [&](const PoseReport& report) {
-    const auto sent = in_city(report, seconds(now_ns));
-    if (!sent) return;
-    switch (track_.add(*sent, now_ns)) {
-      case simulation::PoseTrack::Taken::Yes:
-        count(report, *sent);
-        if (taken) taken();
-        break;
-      case simulation::PoseTrack::Taken::NoPose:
-        ++not_finite_;
-        break;
-      case simulation::PoseTrack::Taken::Old:
-        // Without stamps two of a vehicle that stands are alike where they are read together.
-        if (report.stamp_s) ++old_;
-        break;
-    }
+    if (take(report, now_ns) && taken) taken();
   });
 }
 
 void PoseSource::receive_log(std::string_view bytes, std::optional<double>& first_stamp_s,
                              const std::function<void(std::int64_t)>& taken) {
   decoder_->receive(0, bytes, [&](const PoseReport& report) {
-    if (!report.stamp_s || !std::isfinite(*report.stamp_s)) {
+    constexpr double kLongest_s = 1e9;
+    const double now_s =
+        report.stamp_s ? *report.stamp_s - first_stamp_s.value_or(*report.stamp_s) : std::nan("");
+    if (!(std::abs(now_s) < kLongest_s)) {
       ++not_finite_;
       return;
     }
     if (!first_stamp_s) first_stamp_s = *report.stamp_s;
-    const double now_s = *report.stamp_s - *first_stamp_s;
-    if (!(std::abs(now_s) < 1e9)) {
-      ++not_finite_;
-      return;
-    }
-    const auto sent = in_city(report, now_s);
-    if (!sent) return;
     const auto now_ns = static_cast<std::int64_t>(std::llround(now_s * 1e9));
-    if (track_.add(*sent, now_ns) != simulation::PoseTrack::Taken::Yes) {
-      ++old_;
-      return;
-    }
-    count(report, *sent);
-    taken(now_ns);
+    if (take(report, now_ns)) taken(now_ns);
   });
+}
+
+bool PoseSource::take(const PoseReport& report, std::int64_t now_ns) {
+  const auto sent = in_city(report, seconds(now_ns));
+  if (!sent) return false;
+  switch (track_.add(*sent, now_ns)) {
+    case simulation::PoseTrack::Taken::Yes:
+      count(report, *sent);
+      return true;
+    case simulation::PoseTrack::Taken::NoPose:
+      ++not_finite_;
+      break;
+    case simulation::PoseTrack::Taken::Old:
+      // Two poses without stamps of a vehicle that stands are alike if they are read together.
+      if (report.stamp_s) ++old_;
+      break;
+  }
+  return false;
 }
 
 std::vector<std::string> PoseSource::take_notes() {

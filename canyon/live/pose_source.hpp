@@ -14,13 +14,12 @@
 
 namespace canyon::live {
 
-/// Of nanoseconds.
+/// Nanoseconds as seconds.
 [[nodiscard]] constexpr double seconds(std::int64_t ns) {
   return static_cast<double>(ns) * 1e-9;
 }
 
-/// Poses of one vehicle from outside, in the city: what a decoder finds, turned, scaled and moved there, and
-/// kept as a track.
+/// Poses of one vehicle from outside: decoded, turned, scaled and moved into the city, and kept as a track.
 class PoseSource {
  public:
   /// @param frame of the city
@@ -41,15 +40,17 @@ class PoseSource {
   [[nodiscard]] simulation::PoseTrack& track() { return track_; }
   /// Poses that were taken so far.
   [[nodiscard]] std::uint64_t count() const { return count_; }
-  /// Of the latest pose that was taken; empty: it had none.
+  /// The stamp of the latest pose that was taken; empty: it had none.
   [[nodiscard]] std::optional<double> last_stamp_s() const { return last_stamp_s_; }
   [[nodiscard]] std::string request() { return decoder_->request(); }
-  /// What there is to say since the last call, one line each: poses that were dropped, or lie far away.
+  /// Notes since the last call, one line each: poses that were dropped, or lie far away.
   [[nodiscard]] std::vector<std::string> take_notes();
 
  private:
   /// In the city; empty: of another vehicle, or none.
   [[nodiscard]] std::optional<simulation::ReportedPose> in_city(const PoseReport& report, double now_s);
+  /// Whether the pose is a new one of this vehicle.
+  bool take(const PoseReport& report, std::int64_t now_ns);
   void count(const PoseReport& report, const simulation::ReportedPose& sent);
 
   simulation::PoseSourceOptions options_;

@@ -1,7 +1,6 @@
 #include "canyon/live/session.hpp"
 
 #include <poll.h>
-#include <tbb/parallel_for.h>
 
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/live/session_impl.hpp"
@@ -11,7 +10,7 @@
 namespace canyon::live {
 namespace {
 
-/// Of Latencies.
+// Latencies: the first step, and the ratio of each to the one before.
 constexpr double kFirstStep_s = 1e-5, kStepRatio = 1.01;
 
 std::int64_t nanoseconds(Clock::duration duration) {
@@ -59,7 +58,8 @@ void Session::Impl::resume(const Vehicle& vehicle) {
   if (!options.resume || !stamp_s || std::exchange(resumed, true)) return;
   constexpr double kLongest_s = 1e9;  // beyond, stamps are dates
   if (!(*stamp_s >= 0 && *stamp_s < kLongest_s)) {
-    note(fmt::format("live.resume has no effect: a pose's stamp of {:.0f} s is no time of a run", *stamp_s));
+    note(fmt::format("live.resume has no effect: a pose's stamp of {:.0f} s is not a time of a run",
+                     *stamp_s));
     return;
   }
   const std::int64_t stamp_ns = std::llround(*stamp_s * 1e9);
@@ -120,7 +120,7 @@ bool Session::Impl::is_due(Vehicle& vehicle, const Schedule& schedule, std::int6
   const std::int64_t at = instant_ns(schedule);
   if (is_over(schedule) || (!by_stamps() && now < at)) return false;
   if (!vehicle.source) {
-    // By stamps, what stands still goes along with what poses move.
+    // By stamps, receivers that stand still follow those that poses move.
     const bool along = by_stamps() && stands_still(vehicle) &&
                        std::any_of(vehicles.begin(), vehicles.end(),
                                    [](const Vehicle& other) { return other.source != nullptr; });
@@ -145,7 +145,7 @@ void Session::Impl::gather(Vehicle& vehicle, std::int64_t now) {
 }
 
 void Session::Impl::gather(Vehicle& vehicle, Schedule& schedule, std::int64_t now) {
-  // What is later than this is left out: nobody wants the past.
+  // Epochs that are later than this are left out.
   constexpr double kLatest_s = 1;
   if (!by_stamps() && !vehicle.log && vehicle.source && seconds(now - instant_ns(schedule)) > kLatest_s) {
     const std::int64_t latest = std::min(last, (now - schedule.offset_ns) / interval_ns);
@@ -166,7 +166,7 @@ void Session::Impl::gather(Vehicle& vehicle, Schedule& schedule, std::int64_t no
       came = wall_of(std::max(*arrival, at));
     }
   }
-  Due epoch{r, seconds(at), {}, came, {}};
+  Due epoch{r, seconds(at), {}, came};
   if (const auto& fixed = scenario.receivers[r].fixed) {
     epoch.antenna = simulation::antenna_state({start + seconds(at), fixed->place}, scene->city.frame);
   } else if (!vehicle.source) {
@@ -192,42 +192,19 @@ void Session::Impl::gather_base_of(std::size_t receiver, std::int64_t until_ns) 
 
 void Session::Impl::compute_and_write() {
   if (due.empty()) return;
-  const auto observe = [this](std::size_t i) {
+  // A receiver may be due twice, where the run is late.
+  std::vector<simulation::DueEpoch> instants;
+  for (const Due& epoch : due) instants.push_back({epoch.receiver, start + epoch.host_s});
+  corrections->observe(instants, true, [this](std::size_t i, auto came) -> simulation::Epoch& {
     Due& epoch = due[i];
     LiveReceiver& receiver = receivers[epoch.receiver];
+    if (came) receiver.give(std::move(came));
     epoch.step = epoch.antenna ? receiver.observe(epoch.host_s, *epoch.antenna) : receiver.lose(epoch.host_s);
-  };
-  // A receiver may be due twice, where the run is late: its epochs stay in order, and behind those of its
-  // base.
-  for (std::size_t begin = 0; begin < due.size();) {
-    std::size_t end = begin;
-    std::vector<bool> seen(receivers.size());
-    for (; end < due.size(); ++end) {
-      const std::size_t r = due[end].receiver;
-      const std::optional<std::size_t> base = corrections->base_of(r);
-      if (seen[r] || (base && seen[*base])) break;
-      seen[r] = true;
-      if (base) {
-        if (auto came = corrections->take(r, start + due[end].host_s)) receivers[r].give(std::move(came));
-      }
-      if (auto& input = inputs[r]) {
-        if (auto came = input->link.take(start + due[end].host_s)) receivers[r].give(std::move(came));
-      }
-    }
-    if (end - begin == 1) {
-      observe(begin);
-    } else {
-      tbb::parallel_for(begin, end, observe);
-    }
-    for (; begin < end; ++begin) {
-      simulation::Epoch& epoch = due[begin].step->epoch;
-      epoch.receiver = due[begin].receiver;
-      corrections->send(epoch);
-    }
-  }
+    return epoch.step.epoch;
+  });
   for (Due& epoch : due) {
-    simulation::Epoch& out = epoch.step->epoch;
-    out.arrival = &epoch.step->arrival;
+    simulation::Epoch& out = epoch.step.epoch;
+    out.arrival = &epoch.step.arrival;
     ++figures.epochs;
     if (by_stamps()) figures.host_s = epoch.host_s;
     if (out.observed.fix.solved()) ++figures.fixes;
@@ -320,7 +297,7 @@ void Session::Impl::wait() const {
     for (const Schedule& schedule : vehicle.receivers) {
       if (is_over(schedule)) continue;
       const Clock::time_point at = wall_of(instant_ns(schedule));
-      // Behind its instant an epoch waits for a pose, which wakes, or for its time to run out.
+      // After its instant an epoch waits for a pose or for the end of wait_s.
       const auto patience =
           std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.wait_s));
       until = std::min(until, at > Clock::now() ? at : at + patience);

@@ -30,22 +30,21 @@ class Latencies {
   double greatest_s_ = 0;
 };
 
-/// What a run has done so far.
+/// Figures of a run so far.
 struct Figures {
-  double host_s = 0;           ///< of the scenario's time
-  std::uint64_t epochs = 0;    ///< of all receivers
-  std::uint64_t fixes = 0;     ///< of them with a fix
-  std::uint64_t no_truth = 0;  ///< of them without a pose in time
+  double host_s = 0;           ///< the scenario's time
+  std::uint64_t epochs = 0;    ///< all receivers'
+  std::uint64_t fixes = 0;     ///< epochs with a fix
+  std::uint64_t no_truth = 0;  ///< epochs without a pose in time
   std::uint64_t missed = 0;    ///< left out because the machine was too slow
   std::uint64_t poses = 0;
-  std::string
-      no_fix;  ///< "rover: too few satellites": of the latest epoch without a fix; empty: all have one
+  std::string no_fix;  ///< the latest epoch without a fix, "rover: too few satellites"; empty: all have one
   Latencies latency;
 };
 
 struct RunOptions {
   const std::atomic<bool>* stop = nullptr;  ///< set: the run ends; null: never
-  /// What there is to say, one line each.
+  /// Takes notes, one line each.
   std::function<void(const std::string&)> note;
   /// Once a second of real time.
   std::function<void(const Figures&)> progress;

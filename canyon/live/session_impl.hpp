@@ -21,7 +21,7 @@
 #include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/simulator.hpp"
 
-// What a session is made of: session_setup.cpp makes it, session.cpp runs it.
+// The state of a session: session_setup.cpp makes it, session.cpp runs it.
 
 namespace canyon::live {
 
@@ -34,7 +34,7 @@ using Clock = std::chrono::steady_clock;
 struct Log {
   std::string text;
   std::size_t at = 0;
-  /// The next line, or so many bytes of what has no lines.
+  /// The next line, or a binary log's next kBinarySize bytes.
   [[nodiscard]] std::string_view next(bool lines) {
     const std::string_view rest = std::string_view(text).substr(at);
     const std::size_t end = lines ? rest.find('\n') : std::string_view::npos;
@@ -49,18 +49,18 @@ struct Log {
 /// When a receiver's epochs are due.
 struct Schedule {
   std::size_t receiver = 0;
-  std::int64_t offset_ns = 0;  ///< of its epochs from whole multiples of the interval
+  std::int64_t offset_ns = 0;  ///< offset of its epochs from whole multiples of the interval
   std::int64_t next = 0;       ///< number of its next epoch
 };
 
-/// What carries antennas: a source of poses and the receivers on it.
+/// A source of poses and the receivers on its vehicle.
 struct Vehicle {
   std::unique_ptr<PoseSource> source;  ///< null: the trajectory, or receivers that stand still
   std::optional<Log> log;
   std::shared_ptr<transport::Link> link;
   int listener = 0;
   std::vector<Schedule> receivers;
-  std::optional<double> first_stamp_s;  ///< of a log, and where stamps are the clock
+  std::optional<double> first_stamp_s;  ///< if a log, or stamps, are the clock
   std::uint64_t asked_at_count = 0;     ///< poses when it was last asked for some
   int silent_s = 0;                     ///< seconds without a pose
 };
@@ -71,15 +71,12 @@ struct Due {
   double host_s = 0;
   std::optional<simulation::AntennaState> antenna;  ///< empty: no truth
   std::optional<Clock::time_point> pose_came;
-  std::optional<LiveReceiver::Step> step;
+  LiveReceiver::Step step = {};
 };
 
 /// Corrections of one receiver that come by a stream of RTCM 3.
 struct CorrectionInput {
-  CorrectionInput(const receiver::ReceiverOptions& options, std::uint64_t seed)
-      : link(options.corrections, seed, options.name) {}
   rtcm::CorrectionsDecoder decoder;
-  relative::CorrectionLink link;
   std::shared_ptr<transport::Link> caster;  ///< that the receiver reports its place to; null: none
   std::optional<GpsTime> reported;
 };
@@ -126,7 +123,7 @@ struct Session::Impl {
   void read_log(Vehicle& vehicle, std::int64_t until_ns);
   [[nodiscard]] bool is_due(Vehicle& vehicle, const Schedule& schedule, std::int64_t now);
   [[nodiscard]] bool ended(const Vehicle& vehicle) const;
-  /// All of those that move, or where nothing does, all.
+  /// Whether all vehicles that move have ended; without any, whether all have.
   [[nodiscard]] bool ended() const;
   [[nodiscard]] bool stands_still(const Vehicle& vehicle) const {
     return !vehicle.receivers.empty() && scenario.receivers[vehicle.receivers.front().receiver].fixed;
@@ -134,7 +131,7 @@ struct Session::Impl {
   /// The epochs of a vehicle that are due.
   void gather(Vehicle& vehicle, std::int64_t now);
   void gather(Vehicle& vehicle, Schedule& schedule, std::int64_t now);
-  /// The epochs up to an instant of the base whose corrections a receiver takes, and of that base's own.
+  /// The epochs of a receiver's base, and of that base's base, up to an instant.
   void gather_base_of(std::size_t receiver, std::int64_t until_ns);
   void compute_and_write();
   /// Sends a GGA sentence to the NTRIP caster whose corrections the receiver takes.
@@ -165,7 +162,7 @@ struct Session::Impl {
   std::vector<std::unique_ptr<output::EncodedStream>> streams;
   std::unique_ptr<Commands> commands;
 
-  // Of a run.
+  // State of a run.
   const RunOptions* run_options = nullptr;
   const std::vector<simulation::EpochSink*>* sinks = nullptr;
   Clock::time_point wall_begin;

@@ -53,19 +53,13 @@ void Session::Impl::set_time() {
 void Session::Impl::make_receivers() {
   corrections.emplace(scenario.receivers, scenario.seed);
   std::shared_ptr<const simulation::BuiltSky> sky;
-  for (const auto& receiver : scenario.receivers) {
-    simulation::LiveConfig config;
-    config.sky = scenario.sky;
-    config.start = start;
-    config.rate_hz = 1e9 / static_cast<double>(interval_ns);
-    config.receiver = receiver;
-    config.seed = scenario.seed;
-    config.faults = scenario.faults;
-    receivers.emplace_back(std::move(config), scene, start, sky);
+  for (std::size_t r = 0; r < scenario.receivers.size(); ++r) {
+    receivers.emplace_back(simulation::live_config(scenario, r, start, seconds(interval_ns)), scene, start,
+                           sky);
     sky = receivers.back().shared_sky();
     // Now, so that the first epoch is not late.
     prepared.push_back(
-        receivers.back().environment().make_propagator(receivers.back().config().receiver.propagation));
+        receivers.back().environment().make_propagator(receivers.back().config().receiver().propagation));
   }
 }
 
@@ -78,8 +72,7 @@ std::shared_ptr<transport::Link> Session::Impl::link_of(const std::string& addre
 void Session::Impl::make_inputs() {
   inputs.resize(receivers.size());
   for (std::size_t r = 0; r < receivers.size(); ++r) {
-    const receiver::ReceiverOptions& receiver_options = scenario.receivers[r].options;
-    const std::string& address = receiver_options.corrections.from;
+    const std::string& address = scenario.receivers[r].options.corrections.from;
     if (!relative::is_stream(address)) continue;
     if (address.starts_with(relative::kTopicAddress)) {
       throw error(
@@ -87,12 +80,12 @@ void Session::Impl::make_inputs() {
           "run it as a node of ROS 2 (docs/ros2.md), or name a caster, "
           "ntrip://USER:PASSWORD@HOST:PORT/MOUNT");
     }
-    inputs[r] = std::make_unique<CorrectionInput>(receiver_options, scenario.seed);
+    inputs[r] = std::make_unique<CorrectionInput>();
     if (address.starts_with("ntrip://")) inputs[r]->caster = link_of(address);
     (void)link_of(address)->listen([this, r](const transport::Received& received) {
       const GpsTime now = start + seconds(now_ns());
       for (auto& epoch : inputs[r]->decoder.feed(received.bytes, now)) {
-        inputs[r]->link.send(now, std::move(epoch), std::nullopt);
+        corrections->send(r, now, std::move(epoch));
       }
     });
   }

@@ -158,7 +158,7 @@ TEST(Session, StandardFormsOfPosesByUdpMoveTheReceiver) {
   EXPECT_GT(figures.poses, 50U);
   EXPECT_GT(figures.fixes, 0U);
   EXPECT_GT(figures.no_truth, 5U);
-  EXPECT_THAT(notes, ::testing::Contains(HasSubstr("no JSON object")));
+  EXPECT_THAT(notes, ::testing::Contains(HasSubstr("not a JSON object")));
   // Silence is no frozen fix.
   const Epoch& last = kept.epochs.back();
   EXPECT_FALSE(last.observed.fix.solved());
@@ -338,9 +338,9 @@ TEST(Session, SaysThatNoPoseHasComeAndWhyThereIsNoFix) {
   {
     test::LocalConnection commands(control);
     // Each kind of a broken command says what is wrong with it.
-    for (const auto& [line, what] : {std::pair("{", "is no JSON"), std::pair("[1]", "is no JSON object"),
+    for (const auto& [line, what] : {std::pair("{", "is not JSON"), std::pair("[1]", "is not a JSON object"),
                                      std::pair("{\"comand\": \"status\"}", "has no key 'command'"),
-                                     std::pair("{\"command\": 3}", "'command' is no text")}) {
+                                     std::pair("{\"command\": 3}", "'command' is not a text")}) {
       commands.say(std::string(line) + "\n");
       EXPECT_THAT(commands.read_some(), HasSubstr(what)) << line;
     }

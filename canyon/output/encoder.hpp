@@ -47,7 +47,7 @@ struct ReceiverDescription {
                                                     const orbit::Sky& sky,
                                                     const gnss::NavigationData& navigation,
                                                     geodesy::GpsTime begin, double interval_s);
-/// Of a host's receiver and, behind it, of its base (LiveConfig::base).
+/// Of a host's receiver and, behind it, of its base (LiveConfig::base()).
 [[nodiscard]] std::vector<ReceiverDescription> describe_receivers(const simulation::LiveReceiver& receiver,
                                                                   double interval_s);
 /// Precondition: `receiver` is an index into simulation.scenario().receivers.

@@ -79,8 +79,8 @@ std::vector<ReceiverDescription> describe_receivers(const simulation::LiveReceiv
     simulation::decide(each.options, errors.get(), *sky.sky);
     return describe_receiver(each, *sky.sky, sky.navigation, receiver.start(), interval_s);
   };
-  std::vector<ReceiverDescription> descriptions{describe(config.receiver)};
-  if (config.base) descriptions.push_back(describe(*config.base));
+  std::vector<ReceiverDescription> descriptions;
+  for (const simulation::ReceiverConfig& each : config.receivers) descriptions.push_back(describe(each));
   return descriptions;
 }
 

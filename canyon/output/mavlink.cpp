@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/geodesy/unix_time.hpp"
 #include "canyon/mavlink/frames.hpp"
 #include "canyon/mavlink/rtcm_data.hpp"
 #include "canyon/output/epoch_values.hpp"
@@ -26,9 +26,7 @@ std::uint8_t fix_type(positioning::FixKind kind) {
 }
 
 std::uint64_t unix_us(geodesy::GpsTime t) {
-  constexpr std::int64_t kGpsEpoch_s = 315'964'800;  // 1980-01-06 in POSIX time
-  return static_cast<std::uint64_t>((kGpsEpoch_s - geodesy::leap_seconds(t)) * 1'000'000 +
-                                    t.nanoseconds() / 1000);
+  return static_cast<std::uint64_t>(geodesy::unix_from_gps(t) / 1000);
 }
 
 double horizontal_sigma_m(const positioning::Fix& fix) {

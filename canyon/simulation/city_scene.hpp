@@ -20,8 +20,8 @@ struct CityScene {
   CityScene(const CityScene&) = delete;
   CityScene& operator=(const CityScene&) = delete;
 
-  /// Those of equal options share what they prepared, which is large. One that nobody has any more is kept
-  /// until the next call. Thread-safe.
+  /// Propagators of equal options share their memory, which is large. Unused ones are kept until the next
+  /// call. Thread-safe.
   [[nodiscard]] propagation::Propagator propagator(const propagation::PropagationOptions& options) {
     const std::lock_guard lock(mutex_);
     const auto equal = [&](const propagation::Propagator& each) { return each.options() == options; };

@@ -1,6 +1,7 @@
 #include "canyon/simulation/correction_links.hpp"
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <utility>
@@ -48,7 +49,7 @@ void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t
   if (!base) {
     std::vector<std::string> names;
     for (const ReceiverConfig& receiver : receivers) names.push_back(receiver.options.name);
-    refuse("which is none", fmt::format("receivers: {}", fmt::join(names, ", ")));
+    refuse("which is not a receiver of the scenario", fmt::format("receivers: {}", fmt::join(names, ", ")));
   }
   if (*base == index) refuse("itself", "name a receiver with a fixed place");
   std::optional<std::size_t> next = base;
@@ -80,7 +81,8 @@ CorrectionLinks::CorrectionLinks(const std::vector<ReceiverConfig>& receivers, s
     base_.push_back(index_of_base(receivers, r));
     fixed_.push_back(receivers[r].fixed.has_value());
     if (receivers[r].options.corrections.virtual_station) virtual_[r].emplace();
-    if (base_.back()) links_[r].emplace(receivers[r].options.corrections, seed, receivers[r].options.name);
+    if (base_.back() || relative::is_stream(receivers[r].options.corrections.from))
+      links_[r].emplace(receivers[r].options.corrections, seed, receivers[r].options.name);
   }
   std::vector<bool> placed(receivers.size());
   while (order_.size() < receivers.size()) {
@@ -91,6 +93,31 @@ CorrectionLinks::CorrectionLinks(const std::vector<ReceiverConfig>& receivers, s
       order_.push_back(r);
       break;
     }
+  }
+}
+
+void CorrectionLinks::observe(std::span<const DueEpoch> due, bool parallel, const Make& make) {
+  std::vector<Epoch*> made(due.size());
+  std::vector<std::shared_ptr<const relative::Corrections>> came(due.size());
+  const auto make_one = [&](std::size_t i) {
+    made[i] = &make(i, std::move(came[i]));
+    made[i]->receiver = due[i].receiver;
+  };
+  for (std::size_t begin = 0; begin < due.size();) {
+    std::size_t end = begin;
+    std::vector<bool> seen(base_.size());
+    for (; end < due.size() && (parallel || end == begin); ++end) {
+      const std::size_t r = due[end].receiver;
+      if (seen[r] || (base_[r] && seen[*base_[r]])) break;
+      seen[r] = true;
+      came[end] = take(r, due[end].time);
+    }
+    if (end - begin == 1) {
+      make_one(begin);
+    } else {
+      tbb::parallel_for(begin, end, make_one);
+    }
+    for (; begin < end; ++begin) send(*made[begin]);
   }
 }
 
@@ -106,7 +133,7 @@ void CorrectionLinks::send(const Epoch& epoch) {
     if (base_[r] != epoch.receiver) continue;
     std::shared_ptr<const relative::Corrections> sent;
     if (virtual_[r]) {
-      // Where it was at its epoch before: it comes behind its base.
+      // The rover's place of its last epoch, since its epoch follows its base's.
       if (const auto moved = virtual_[r]->move(epoch, reported_[r])) sent = corrections_of(*moved);
     } else {
       if (!corrections) corrections = corrections_of(epoch);

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "canyon/relative/correction_link.hpp"
@@ -16,27 +19,46 @@ namespace canyon::simulation {
 /// same noise.
 void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t index);
 
-/// Whether a receiver compares what it measures with a base.
+/// Whether a receiver uses the measurements of a base.
 [[nodiscard]] inline bool has_base(const receiver::ReceiverOptions& options) {
   return options.rtk.enabled || !options.corrections.from.empty();
 }
 
-/// The receiver of the same run whose corrections one takes; empty: it takes none, or those of a stream.
+/// The base of a receiver in the same run; empty: it takes no corrections, or those of a stream.
 [[nodiscard]] std::optional<ReceiverConfig> base_of(const std::vector<ReceiverConfig>& receivers,
                                                     const ReceiverConfig& receiver);
 
-/// What receivers of a run are given of each other.
+/// An epoch of one receiver that a run has to make.
+struct DueEpoch {
+  std::size_t receiver = 0;
+  geodesy::GpsTime time;
+};
+
+/// Makes the epochs of a run's receivers and transports corrections between them.
 class CorrectionLinks {
  public:
   /// Throws as check_corrections(). Call FixedPlace::settle() of fixed places first.
   CorrectionLinks(const std::vector<ReceiverConfig>& receivers, std::uint64_t seed);
 
-  /// The order of computing an epoch: a receiver behind that whose corrections it takes, else as they stand.
+  /// The order of computing an epoch: a base before its rovers, else the scenario's order.
   [[nodiscard]] const std::vector<std::size_t>& order() const { return order_; }
-  /// Whose corrections a receiver takes.
+  /// The receiver whose corrections one takes.
   [[nodiscard]] std::optional<std::size_t> base_of(std::size_t receiver) const { return base_[receiver]; }
+  /// Makes the epoch due[i] from the corrections that have come for it; null: none have. The epoch must live
+  /// until observe() returns.
+  using Make = std::function<Epoch&(std::size_t i, std::shared_ptr<const relative::Corrections>)>;
+  /// The one loop over epochs, which Simulation::run(), live sessions and hosts feed: takes the corrections
+  /// of each epoch, makes it, and sends its own corrections to those that take them. Epochs of a receiver
+  /// must be in order of time, and behind those of its base. Sets Epoch::receiver.
+  /// @param parallel make epochs of receivers that need nothing of each other on several threads
+  void observe(std::span<const DueEpoch> due, bool parallel, const Make& make);
   /// An epoch of Epoch::receiver was made: its corrections are on their way to those that take them.
   void send(const Epoch& epoch);
+  /// Corrections of a stream (relative::is_stream()) that came at `time` for a receiver that takes them.
+  void send(std::size_t receiver, geodesy::GpsTime time,
+            std::shared_ptr<const relative::Corrections> corrections) {
+    links_[receiver]->send(time, std::move(corrections), std::nullopt);
+  }
   /// The latest that has come for a receiver by `time` since the last call; null: none.
   [[nodiscard]] std::shared_ptr<const relative::Corrections> take(std::size_t receiver,
                                                                   geodesy::GpsTime time);

@@ -368,11 +368,13 @@ TEST(Corrections, OfAHostNeedABase) {
                           }).what()),
               HasSubstr("corrections.from: cannot change"));
   EXPECT_EQ(changed_live_config(config, "corrections.max_age_s: 5", "change")
-                .receiver.options.corrections.max_age_s,
+                .receiver()
+                .options.corrections.max_age_s,
             5);
   // What a desk shows it takes back.
-  EXPECT_EQ(changed_live_config(config, running_options(config), "change").receiver.options.corrections.from,
-            "base");
+  EXPECT_EQ(
+      changed_live_config(config, running_options(config), "change").receiver().options.corrections.from,
+      "base");
 }
 
 // Faults name rover and base.

@@ -103,12 +103,7 @@ class Host {
 
  private:
   static LiveConfig config(std::vector<disturbance::Source> disturbances) {
-    const Scenario scenario = street(std::move(disturbances));
-    LiveConfig config;
-    config.sky = scenario.sky;
-    config.receiver = scenario.receivers.front();
-    config.seed = scenario.seed;
-    return config;
+    return LiveConfig(street(std::move(disturbances)));
   }
   static std::shared_ptr<CityScene> scene() { return std::make_shared<CityScene>(city::synthetic_city({})); }
 

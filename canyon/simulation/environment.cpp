@@ -44,6 +44,7 @@ Environment::Environment(std::shared_ptr<CityScene> scene, std::shared_ptr<const
 }
 Environment::~Environment() = default;
 Environment::Environment(Environment&&) noexcept = default;
+Environment& Environment::operator=(Environment&&) noexcept = default;
 
 const city::City& Environment::city() const {
   return impl_->city_scene->city;
@@ -104,7 +105,8 @@ propagation::Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Ve
 
 namespace {
 
-/// Of an antenna up to 0.5 m under the terrain: 1 cm above it. Simulators' vehicles sink into the ground.
+/// Lifts an antenna up to 0.5 m under the terrain to 1 cm above it: simulators' vehicles sink into the
+/// ground.
 std::optional<Eigen::Vector3d> lifted_onto_terrain(const raytrace::RayScene& scene,
                                                    const Eigen::Vector3d& antenna_enu) {
   constexpr double kDeepest_m = 0.5, kClearance_m = 0.01;

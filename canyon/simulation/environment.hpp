@@ -25,7 +25,7 @@ using Tracer =
     std::function<void(const Eigen::Vector3d& antenna_enu, std::span<const Eigen::Vector3d> directions,
                        std::span<propagation::SatellitePaths> result)>;
 
-/// Where an antenna is for the sky, and where its rays start.
+/// The place of an antenna for the sky, and the start of its rays.
 struct Standpoint {
   geodesy::GpsTime time;
   Eigen::Vector3d antenna_ecef;   ///< lines of sight are from here [m]
@@ -33,17 +33,16 @@ struct Standpoint {
   Eigen::Matrix3d ecef_from_enu;  ///< rotation of the city's frame
 };
 
-/// What arrives: `satellites` (ascending) of the sky that stand above the antenna's horizon (elevation > 0),
-/// with the paths that `trace` finds in the city. Inside a building or under terrain nothing is traced, and
-/// every satellite is blocked; else `trace` is called once. Up to 0.5 m under the terrain rays start 1 cm
+/// The arrival of those `satellites` (ascending) of the sky that stand above the antenna's horizon (elevation
+/// > 0), with the paths that `trace` finds in the city. Inside a building or under terrain nothing is traced,
+/// and every satellite is blocked; else `trace` is called once. Up to 0.5 m under the terrain rays start 1 cm
 /// above it. The antenna must be finite (InputError).
 [[nodiscard]] propagation::Arrival make_arrival(const orbit::Sky& sky,
                                                 std::span<const gnss::SatelliteId> satellites,
                                                 const raytrace::RayScene& scene, const Standpoint& standpoint,
                                                 const Tracer& trace);
 
-/// A city and a sky, each of which others may hold as well: const, thread-safe, shared by every receiver and
-/// every worker.
+/// A city and a sky, each of which may be shared. Const and thread-safe.
 class Environment {
  public:
   /// Neither may be null (InputError). Klobuchar coefficients ride along for receivers.
@@ -54,16 +53,16 @@ class Environment {
               std::map<gnss::System, gnss::Klobuchar> klobuchar = {});
   ~Environment();
   Environment(Environment&&) noexcept;
+  Environment& operator=(Environment&&) noexcept;
 
   [[nodiscard]] const city::City& city() const;
   [[nodiscard]] const orbit::Sky& sky() const;
   [[nodiscard]] const std::map<gnss::System, gnss::Klobuchar>& klobuchar() const;
   [[nodiscard]] const raytrace::RayScene& scene() const;
-  /// What arrives carries these from then on (SatelliteView::space). Null: none, as at first and under().
+  /// Arrivals carry these errors from then on (SatelliteView::space). Null: none, as at first and under().
   void set_errors(std::shared_ptr<const errors::SpaceErrors> errors);
   [[nodiscard]] const std::shared_ptr<const errors::SpaceErrors>& errors() const;
-  /// Sets SatelliteView::space of what arrives at a place, where there are errors; for arrivals that
-  /// make_arrival() made.
+  /// Sets SatelliteView::space of an arrival of make_arrival(), if there are errors.
   void add_errors(propagation::Arrival& arrival, geodesy::GpsTime time,
                   const Eigen::Vector3d& antenna_ecef) const;
   /// The same city under another sky; nothing of the city is copied or built.

@@ -17,25 +17,25 @@ namespace canyon::simulation {
 /// One receiver at one instant: truth, observations and fix.
 struct Epoch {
   std::size_t receiver = 0;  ///< index into Simulation::scenario().receivers
-  Pose truth;                ///< of the antenna (lever arm and clamp applied)
+  Pose truth;                ///< the antenna's (lever arm and clamp applied)
   Eigen::Vector3d truth_ecef = Eigen::Vector3d::Zero();
   raytrace::Placement placement = raytrace::Placement::Free;
   receiver::ReceiverEpoch observed;
   /// The disturbed paths of the epoch, in the ENU frame of the city. Valid during EpochSink::write() alone;
-  /// null where the epoch has none.
+  /// null: there are none.
   const propagation::Arrival* arrival = nullptr;
   /// Names of the faults at work, in the order of the timeline.
   std::vector<std::string> faults;
-  /// What the satellites send; valid as long. Null or empty for skies that no message describes.
+  /// The messages that satellites send; valid as long. Null or empty for skies without messages.
   const gnss::NavigationData* navigation = nullptr;
-  /// City and sky that it was made in; valid as long.
+  /// City and sky of the epoch; valid as long.
   const Environment* environment = nullptr;
   /// Fix minus truth in ENU at the truth [m]; NaN without fix.
   Eigen::Vector3d error_enu_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
   /// Height of mean sea level above the ellipsoid as the receiver has it [m]; 0 where none is known.
   double geoid_undulation_m = 0;
 
-  /// Of the fix above mean sea level [m]. Precondition: observed.fix.solved().
+  /// Height of the fix above mean sea level [m]. Precondition: observed.fix.solved().
   [[nodiscard]] double altitude_m() const { return observed.fix.position.height_m - geoid_undulation_m; }
 };
 
@@ -44,9 +44,9 @@ class EpochSink {
  public:
   virtual ~EpochSink() = default;
   virtual void write(const Epoch& epoch) = 0;
-  /// After the last epoch, also after an interruption: what was written becomes whole files.
+  /// Completes the files after the last epoch, also after an interruption.
   virtual void finish() = 0;
-  /// What a user should know of what was written, one line each; asked after finish().
+  /// Warnings about the written files, one line each; asked after finish().
   [[nodiscard]] virtual std::vector<std::string> warnings() const { return {}; }
 };
 

@@ -384,13 +384,8 @@ class Host {
  public:
   explicit Host(const std::string& text) {
     const Scenario scenario = parse_scenario(text, "s.yaml");
-    LiveConfig config;
-    config.sky = scenario.sky;
-    config.receiver = scenario.receivers.front();
-    config.seed = scenario.seed;
-    config.faults = scenario.faults;
-    live_ = std::make_unique<LiveReceiver>(config, std::make_shared<CityScene>(open_field(scenario)),
-                                           *scenario.start);
+    live_ = std::make_unique<LiveReceiver>(
+        LiveConfig(scenario), std::make_shared<CityScene>(open_field(scenario)), *scenario.start);
   }
   Epoch step(double seconds) {
     AntennaState antenna;

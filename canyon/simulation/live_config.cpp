@@ -13,27 +13,26 @@
 namespace canyon::simulation {
 namespace {
 
-/// What of a configuration may change while its receiver runs.
+/// The fields that may change while a receiver runs.
 struct RunningConfig {
   LiveConfig& live;
 };
 
 void visit(options::Visitor& v, RunningConfig& config) {
-  ReceiverConfig& receiver = config.live.receiver;
+  ReceiverConfig& receiver = config.live.receiver();
   visit_rate(v, config.live.rate_hz);
   visit_seed(v, config.live.seed);
   if (v.describes()) visit_profile(v, receiver);
   if (v.has("profile")) {
-    ReceiverConfig other;
-    visit_profile(v, other);
-    other.options.name = receiver.options.name;
-    other.options.own_draws = receiver.options.own_draws;
-    other.options.corrections.from = receiver.options.corrections.from;
-    other.streets = receiver.streets;
-    other.lever_arm_m = receiver.lever_arm_m;
-    other.disturbances = receiver.disturbances;
-    other.models = receiver.models;
-    receiver = std::move(other);
+    const ReceiverConfig before = receiver;
+    visit_profile(v, receiver);
+    receiver.options.name = before.options.name;
+    receiver.options.own_draws = before.options.own_draws;
+    receiver.options.corrections.from = before.options.corrections.from;
+    receiver.streets = before.streets;
+    receiver.lever_arm_m = before.lever_arm_m;
+    receiver.disturbances = before.disturbances;
+    receiver.models = before.models;
   }
   visit(v, receiver);
   v.part("streets", receiver.streets);
@@ -42,8 +41,8 @@ void visit(options::Visitor& v, RunningConfig& config) {
 
 /// A base's own keys; all others are a profile's.
 void visit_base(options::Visitor& v, LiveConfig& config) {
-  if (!v.wants(v.reads() ? v.has("base") : config.base.has_value())) return;
-  ReceiverConfig base = config.base.value_or(ReceiverConfig{});
+  if (!v.wants(v.reads() ? v.has("base") : config.base() != nullptr)) return;
+  ReceiverConfig base = config.base() != nullptr ? *config.base() : ReceiverConfig{};
   // East and north count from the host's origin, which LiveReceiver knows.
   CityConfig of_host;
   of_host.file.emplace();
@@ -60,8 +59,9 @@ void visit_base(options::Visitor& v, LiveConfig& config) {
     visit_fixed(v, base.fixed, of_host);
     if (!v.reads()) return;
     base.options.own_draws = true;
-    config.base = base;
-    if (base.options.name == config.receiver.options.name) {
+    config.receivers.resize(1);
+    config.receivers.push_back(base);
+    if (base.options.name == config.receiver().options.name) {
       throw v.fault("name", fmt::format("'{}' is the receiver's", base.options.name), "give it another one");
     }
   });
@@ -69,18 +69,16 @@ void visit_base(options::Visitor& v, LiveConfig& config) {
 
 void check_base(options::Visitor& v, const LiveConfig& config) {
   if (!v.reads()) return;
-  std::vector<ReceiverConfig> receivers{config.receiver};
-  if (config.base) receivers.push_back(*config.base);
-  const std::string& from = config.receiver.options.corrections.from;
+  const std::string& from = config.receiver().options.corrections.from;
   v.section("corrections", [&] {
     if (relative::is_stream(from)) {
       throw v.fault("from", fmt::format("'{}' is a stream, which hosts do not read", from),
                     "run it by canyon live, or give a base: {fixed: ...} and name that");
     }
     try {
-      check_corrections(receivers, 0);
+      check_corrections(config.receivers, 0);
     } catch (const InputError& e) {
-      throw v.fault("from", e.problem(), config.base ? e.cure() : "add base: {fixed: ...}");
+      throw v.fault("from", e.problem(), config.base() != nullptr ? e.cure() : "add base: {fixed: ...}");
     }
   });
 }
@@ -97,35 +95,38 @@ void visit(options::Visitor& v, LiveConfig& config) {
       {"geoid_undulation_m", "m",
        "height of mean sea level above the ellipsoid in the world, subtracted in NMEA, UBX, MAVLink and GPX",
        "the city's, else 0"},
-      config.geoid_undulation_m, {-150, 150});
-  visit_name_and_profile(v, config.receiver, false);
+      config.city.sea_level.geoid_undulation_m, {-150, 150});
+  ReceiverConfig& receiver = config.receiver();
+  visit_name_and_profile(v, receiver, false);
   // A host's receivers may be on several vehicles, whose errors are not alike.
-  if (v.reads() || v.describes()) config.receiver.options.own_draws = true;
-  visit(v, config.receiver);
-  v.part("streets", config.receiver.streets);
+  if (v.reads() || v.describes()) receiver.options.own_draws = true;
+  visit(v, receiver);
+  v.part("streets", receiver.streets);
   visit_base(v, config);
-  if (v.reads() && has_base(config.receiver.options)) config.sky.errors.enabled.set_default(true);
-  v.validate(config.receiver.options);
+  if (v.reads() && has_base(config.receiver().options)) config.sky.errors.enabled.set_default(true);
+  v.validate(config.receiver().options);
   check_base(v, config);
 }
 
-const options::Description& live_description() {
-  static const options::Description description = options::describe<LiveConfig>();
-  return description;
+LiveConfig live_config(const Scenario& scenario, std::size_t receiver, geodesy::GpsTime start,
+                       double interval_s) {
+  LiveConfig config(scenario);
+  config.start = start;
+  config.rate_hz = 1 / interval_s;
+  config.receivers = {scenario.receivers.at(receiver)};
+  return config;
 }
 
 namespace {
 
-/// With what hosts whose settings have no lists of mappings cannot say.
-struct LiveConfigWithFaults {
-  LiveConfig live;
-};
+/// With the list of mappings that settings of SDF and ROS cannot hold.
+struct LiveConfigWithFaults : LiveConfig {};
 
 void visit(options::Visitor& v, LiveConfigWithFaults& config) {
-  visit(v, config.live);
-  std::vector<std::string> names{config.live.receiver.options.name};
-  if (config.live.base) names.push_back(config.live.base->options.name);
-  disturbance::visit_faults(v, config.live.faults, names);
+  visit(v, static_cast<LiveConfig&>(config));
+  std::vector<std::string> names;
+  for (const ReceiverConfig& receiver : config.receivers) names.push_back(receiver.options.name);
+  disturbance::visit_faults(v, config.faults, names);
 }
 
 }  // namespace
@@ -134,16 +135,13 @@ LiveConfig parse_live_config(const std::string& text, const std::filesystem::pat
   static const options::Description description = options::describe<LiveConfigWithFaults>();
   LiveConfigWithFaults config;
   parse(text, name, description, "scenario", "it needs at least city, sky and trajectory", config);
-  return std::move(config.live);
+  return config;
 }
 
 const options::Description& running_description() {
   static const options::Description description = [] {
-    options::Describer describer;
     LiveConfig defaults;
-    RunningConfig running{defaults};
-    visit(describer, running);
-    return std::move(describer).take();
+    return options::describe(RunningConfig{defaults});
   }();
   return description;
 }
@@ -172,7 +170,7 @@ LiveConfig changed_live_config(const LiveConfig& config, const std::string& text
   LiveConfig changed = config;
   RunningConfig running{changed};
   options::read(root, document, running);
-  if (changed.receiver.options.corrections.from != config.receiver.options.corrections.from) {
+  if (changed.receiver().options.corrections.from != config.receiver().options.corrections.from) {
     throw InputError(name, root.find("corrections")->line,
                      "corrections.from: cannot change while the receiver runs",
                      "write it in the receiver's configuration, and restart");

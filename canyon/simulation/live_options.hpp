@@ -11,14 +11,14 @@
 
 namespace canyon::simulation {
 
-/// How a stream differs from the run that it is of: real receivers give 1 to 25 Hz, 50 to 200 ms late.
+/// How a stream differs from its run. Real receivers send 1 to 25 Hz, 50 to 200 ms late.
 struct StreamOptions {
   std::optional<double>
-      rate_hz;              ///< of the epochs that are sent, those of whole multiples; empty: all of them
+      rate_hz;              ///< rate of the epochs that are sent, those at whole multiples; empty: all epochs
   double latency_s = 0;     ///< from epoch to bytes, mean
-  double jitter_s = 0;      ///< of it, standard deviation; epochs never overtake each other
-  bool ephemerides = true;  ///< in formats of RTCM 3: messages 1019, 1020, 1042, 1044 to 1046
-  /// Of rtcm: each reader gets corrections for the place that its GGA sentences report (VirtualStation).
+  double jitter_s = 0;      ///< standard deviation of the latency; epochs never overtake each other
+  bool ephemerides = true;  ///< RTCM 3 carries messages 1019, 1020, 1042, 1044 to 1046
+  /// With rtcm each reader gets corrections for the place in its GGA sentences (VirtualStation).
   bool virtual_station = false;
 };
 /// Its fields.
@@ -41,26 +41,26 @@ enum class WorldAxes : std::uint8_t { ENU, NED };
 /// Axes of the body for attitudes and angular rates.
 enum class BodyAxes : std::uint8_t { FLU, FRD };
 
-/// Where poses of a vehicle come from, and what they mean in the city.
+/// The source of a vehicle's poses, and their meaning in the city.
 struct PoseSourceOptions {
   /// "trajectory": the scenario's own; "file:PATH": a log; else an address to listen at.
   std::string from = "trajectory";
   PoseFormat format = PoseFormat::Json;
-  std::string id;  ///< of the vehicle, where several send; empty: any sender. MAVLink: the system's number
-  std::vector<std::string> receivers;  ///< whose vehicle it is; empty: all that no other source names
+  std::string id;  ///< the vehicle's, if several send; empty: any sender. MAVLink: the system's number
+  std::vector<std::string> receivers;  ///< on this vehicle; empty: all that no other source names
   std::vector<std::string> messages;   ///< MAVLink messages to take; empty: those that carry the truth
   WorldAxes axes = WorldAxes::ENU;
   BodyAxes body = BodyAxes::FLU;
   /// From a room to the city: place = origin + turn(heading) * scale * place in the room.
   Eigen::Vector3d origin_enu_m = Eigen::Vector3d::Zero();
-  double heading_rad = 0;  ///< of the room's first ENU axis, from east counter-clockwise
+  double heading_rad = 0;  ///< direction of the room's first ENU axis, from east counter-clockwise
   double scale = 1;        ///< metres in the city for one in the room
   PoseTrackOptions track{0.5, 0.04, true};
 };
 /// Its fields.
 void visit(options::Visitor& v, PoseSourceOptions& o);
 
-/// What makes epochs due.
+/// The clock that makes epochs due.
 enum class LiveClock : std::uint8_t {
   Wall,   ///< real time
   Stamps  ///< the poses' own: a simulator that runs slower or faster than real time
@@ -71,14 +71,13 @@ struct LiveOptions {
   std::vector<PoseSourceOptions> poses;  ///< empty: the trajectory
   std::vector<StreamRequest> streams;
   LiveClock clock = LiveClock::Wall;
-  double speed = 1;  ///< of the trajectory and of logs: seconds of the scenario in a second of real time
-  /// Epochs wait so long for a pose of their instant before they go on from the last one [s].
+  double speed = 1;  ///< seconds of the trajectory or of logs in a second of real time
+  /// Time for which epochs wait for a pose of their instant before they extrapolate the last one [s].
   double wait_s = 0.02;
-  /// Epochs of the receivers lie evenly over the interval, not all at one instant: a machine that computes
-  /// them one after the other sends each sooner.
+  /// The receivers' epochs lie evenly over the interval, so that each is sent sooner.
   bool stagger = false;
-  /// The run begins at the stamp of the first pose instead of 0 s: one that is begun anew goes on in time
-  /// with a vehicle that flies on.
+  /// The run begins at the stamp of the first pose instead of 0 s, so that a restarted program continues at
+  /// the vehicle's time.
   bool resume = false;
   std::string control;   ///< address that takes commands; empty: none
   bool changes = false;  ///< commands may change the simulation

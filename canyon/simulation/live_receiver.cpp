@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -12,22 +13,21 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/correction_links.hpp"
-#include "canyon/simulation/fault_surroundings.hpp"
-#include "canyon/simulation/street_sources.hpp"
+#include "canyon/simulation/run_receiver.hpp"
 
 namespace canyon::simulation {
 namespace {
 
 using geodesy::GpsTime;
 
-// Nominal orbits are written for so long, and again when that has passed.
+// Nominal orbits are made for this time, then anew.
 constexpr double kSkySpan_s = 86400;
 
-// Of observe(): what no vehicle does.
+// Limits of a vehicle's motion, see observe().
 constexpr double kSlack_m = 10;
 constexpr double kHardest_mps2 = 200;
 
-/// Restarts a receiver hot at an instant that its host says.
+/// Restarts a receiver hot at an instant that its host states.
 class HotRestart final : public disturbance::Disturbance {
  public:
   /// @param at the latest one; empty: none so far
@@ -36,7 +36,7 @@ class HotRestart final : public disturbance::Disturbance {
   void happen(const propagation::Antenna& /*antenna*/, disturbance::ReceiverEvents& events) override {
     if (!*at_ || (events.restart && events.restart->at >= **at_)) return;
     if (!restart_ || restart_->at != **at_) {
-      // What a fault takes from it is still missing.
+      // A restart of a fault stays as it is, at this instant.
       restart_ = events.restart.value_or(disturbance::Restart{**at_, disturbance::RestartKind::Hot});
       restart_->at = **at_;
     }
@@ -62,40 +62,39 @@ struct LiveReceiver::Impl {
         start(t),
         sky(given ? std::move(given) : make_sky(start)),
         sky_begin(start),
+        environment(simulation::make_environment(scene, *sky, config.sky, config.seed)),
         faults(make_faults()),
         receiver(make_receiver()) {
-    if (config.base) check_base();
-    make_environment();
+    if (config.base() != nullptr) check_base();
     warnings.insert(warnings.end(), sky->warnings.begin(), sky->warnings.end());
-    check(config.receiver);
-    if (config.base) make_base();
+    check(config.receiver());
+    if (config.base() != nullptr) make_base();
   }
 
   [[nodiscard]] receiver::Receiver make_receiver() const {
-    // Streets are those that the vehicle drives along; a base station conflicts with them.
-    std::vector<disturbance::Source> sources = config.receiver.fixed
-                                                   ? config.receiver.disturbances
-                                                   : with_streets(config.receiver, scene->city, road);
-    sources.push_back(disturbance::FaultTimeline::source(faults));
-    sources.push_back({"put elsewhere", [at = put_elsewhere](std::uint64_t /*seed*/, const std::string&) {
-                         return std::make_unique<HotRestart>(at);
-                       }});
-    receiver::ReceiverOptions options = with_surroundings(config.receiver.options, scene->scene, scene->city);
-    decide(options, make_space_errors(config.sky, *sky, config.seed).get(), *sky->sky);
-    return {std::move(options), config.seed, sources, config.receiver.models};
+    return simulation::make_receiver(
+        config.receiver(), config.seed, environment, road,
+        {disturbance::FaultTimeline::source(faults),
+         {"put elsewhere", [at = put_elsewhere](std::uint64_t /*seed*/, const std::string&) {
+            return std::make_unique<HotRestart>(at);
+          }}});
   }
   [[nodiscard]] std::shared_ptr<disturbance::FaultTimeline> make_faults() const {
-    return std::make_shared<disturbance::FaultTimeline>(start, config.faults, config.receiver.options.name);
+    auto made =
+        std::make_shared<disturbance::FaultTimeline>(start, config.faults, config.receiver().options.name);
+    made->set_surroundings(surroundings(scene, sky->sky));
+    return made;
   }
-  /// Of the host's time: of the last step, or of the first one.
+  /// The host's time of the last step, or of the first one.
   [[nodiscard]] double now_s() const { return std::max(last_s, 0.0); }
   [[nodiscard]] std::shared_ptr<const BuiltSky> make_sky(GpsTime from) const;
   void use_sky(std::shared_ptr<const BuiltSky> other, GpsTime from);
   void check(const ReceiverConfig& other) const;
   void check_base() const;
   void make_base();
-  /// The base's epoch of the instant, and what the receiver takes of it.
-  void observe_base(double seconds, Step& step);
+  void make_links();
+  /// The epochs of base and receiver in `step`, whose arrival is there.
+  void observe(double seconds, const Pose& truth, Step& step);
   Epoch observe(const Pose& truth, propagation::Arrival& arrival);
   void make_environment();
   GpsTime go_to(double seconds);
@@ -105,7 +104,7 @@ struct LiveReceiver::Impl {
   void begin_anew();
   void bring_sky_to(GpsTime t);
 
-  /// Where the antenna was at a step.
+  /// The antenna's place at a step.
   struct Place {
     GpsTime time;
     Eigen::Vector3d enu_m;
@@ -117,12 +116,12 @@ struct LiveReceiver::Impl {
   GpsTime start;
   std::shared_ptr<const BuiltSky> sky;
   GpsTime sky_begin;
+  Environment environment;
   std::shared_ptr<disturbance::Road> road = std::make_shared<disturbance::Road>();  // driven so far
   std::shared_ptr<disturbance::FaultTimeline> faults;
   std::shared_ptr<std::optional<GpsTime>> put_elsewhere = std::make_shared<std::optional<GpsTime>>();  // last
   receiver::Receiver receiver;
   Tracer tracer;
-  std::optional<Environment> environment;
   std::optional<propagation::Propagator> propagator;  // made where no tracer stands in for it
   std::optional<Pose> last_truth;
   std::optional<Place> last_place;
@@ -154,53 +153,62 @@ void LiveReceiver::Impl::check(const ReceiverConfig& other) const {
 }
 
 void LiveReceiver::Impl::check_base() const {
-  if (!config.base->fixed) throw InputError("the base has no place", "give it fixed: {east_m: ..., ...}");
-  check_corrections({config.receiver, *config.base}, 0);
+  if (!config.base()->fixed) throw InputError("the base has no place", "give it fixed: {east_m: ..., ...}");
+  check_corrections(config.receivers, 0);
 }
 
 void LiveReceiver::Impl::make_base() {
-  config.base->fixed->settle(scene->city.frame);
+  config.receivers[1].fixed->settle(scene->city.frame);
   LiveConfig of_base = config;
-  of_base.receiver = *config.base;
-  of_base.base.reset();
+  of_base.receivers.erase(of_base.receivers.begin());
   base = std::make_unique<LiveReceiver>(std::move(of_base), scene, start, sky);
   (void)base->take_warnings();  // of the same sky
+  make_links();
 }
 
-void LiveReceiver::Impl::observe_base(double seconds, Step& step) {
+void LiveReceiver::Impl::make_links() {
   if (!base) return;
-  const GpsTime t = start + seconds;
-  Step of_base = base->observe(seconds, antenna_state({t, config.base->fixed->place}, scene->city.frame));
-  of_base.epoch.receiver = 1;
-  if (!links) {
-    ReceiverConfig sender = *config.base;
-    sender.options.corrections = {};
-    links.emplace(std::vector{config.receiver, std::move(sender)}, config.seed);
+  std::vector<ReceiverConfig> receivers = config.receivers;
+  receivers[1].options.corrections = {};
+  links.emplace(receivers, config.seed);
+}
+
+void LiveReceiver::Impl::observe(double seconds, const Pose& truth, Step& step) {
+  if (!base) {
+    step.epoch = observe(truth, step.arrival);
+    return;
   }
-  links->send(of_base.epoch);
-  if (auto came = links->take(0, t)) corrections = std::move(came);
+  const std::array<DueEpoch, 2> due{{{1, truth.time}, {0, truth.time}}};
+  auto of_base = std::make_shared<Step>();
+  links->observe(due, false, [&](std::size_t i, auto came) -> Epoch& {
+    if (due[i].receiver == 1) {
+      *of_base =
+          base->observe(seconds, antenna_state({truth.time, config.base()->fixed->place}, scene->city.frame));
+      return of_base->epoch;
+    }
+    if (came) corrections = std::move(came);
+    return step.epoch = observe(truth, step.arrival);
+  });
   for (std::string& line : base->take_warnings()) {
-    warnings.push_back(fmt::format("{}: {}", config.base->options.name, line));
+    warnings.push_back(fmt::format("{}: {}", config.base()->options.name, line));
   }
-  step.base = std::make_shared<const Step>(std::move(of_base));
+  step.base = std::move(of_base);
 }
 
 Epoch LiveReceiver::Impl::observe(const Pose& truth, propagation::Arrival& arrival) {
   arrival.messages = unowned(sky->navigation);
   const auto given = std::exchange(corrections, nullptr);
-  Epoch epoch = observe_epoch(receiver, truth, arrival, *environment, given.get());
+  Epoch epoch = observe_epoch(receiver, truth, arrival, environment, given.get());
   const auto warning = receiver::wrong_station_warning(epoch.observed.station_offset_m);
   if (warning && !std::exchange(warned_of_station, true)) warnings.push_back(*warning);
-  if (links) links->send(epoch);
-  epoch.navigation = arrival.messages.get();
-  epoch.geoid_undulation_m = config.geoid_undulation_m.value_or(epoch.geoid_undulation_m);
+  epoch.geoid_undulation_m = config.city.sea_level.geoid_undulation_m.value_or(epoch.geoid_undulation_m);
   return epoch;
 }
 
 void LiveReceiver::Impl::begin_anew() {
   road->clear();
   corrections.reset();
-  links.reset();
+  make_links();
   put_elsewhere->reset();
   last_place.reset();
   receiver = make_receiver();
@@ -210,13 +218,12 @@ void LiveReceiver::Impl::begin_anew() {
 
 void LiveReceiver::Impl::make_environment() {
   propagator.reset();
-  environment.emplace(simulation::make_environment(scene, *sky, config.sky, config.seed));
+  environment = simulation::make_environment(scene, *sky, config.sky, config.seed);
   faults->set_surroundings(surroundings(scene, sky->sky));
 }
 
 void LiveReceiver::Impl::restart() {
   faults = make_faults();
-  faults->set_surroundings(surroundings(scene, sky->sky));
   begin_anew();
   if (base) base->restart();
 }
@@ -250,7 +257,7 @@ void LiveReceiver::Impl::look_for_jump(GpsTime t, const AntennaState& antenna) {
       t - start));
 }
 
-// Only nominal orbits can be made for any time; files say what they say.
+// Only nominal orbits can be made for any time.
 void LiveReceiver::Impl::bring_sky_to(GpsTime t) {
   if (!config.sky.nominal) return;
   if (t - sky_begin < 0 || t - sky_begin > kSkySpan_s) use_sky(make_sky(t), t);
@@ -288,17 +295,18 @@ void LiveReceiver::set_tracer(Tracer tracer) {
 }
 
 void LiveReceiver::check(const LiveConfig& config) const {
-  impl_->check(config.receiver);
+  impl_->check(config.receiver());
 }
 
 void LiveReceiver::set_config(LiveConfig config) {
   check(config);
   config.sky = impl_->config.sky;
   config.start = impl_->config.start;
-  config.base = impl_->config.base;
+  config.receivers.resize(1);
+  if (impl_->config.base() != nullptr) config.receivers.push_back(*impl_->config.base());
   impl_->config = std::move(config);
-  impl_->begin_anew();
   impl_->make_environment();
+  impl_->begin_anew();
 }
 
 void LiveReceiver::set_rate(double rate_hz) {
@@ -349,18 +357,18 @@ LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& ant
   }
   const GpsTime t = impl.go_to(seconds);
   impl.look_for_jump(t, antenna);
-  if (impl.config.receiver.streets.enabled) {
+  if (impl.config.receiver().streets.enabled) {
     impl.road->face({std::cos(antenna.yaw_rad), std::sin(antenna.yaw_rad)});
     impl.road->add(t, antenna.position_enu_m.head<2>());
   }
 
   const geodesy::LocalFrame& frame = impl.scene->city.frame;
   if (!impl.tracer && !impl.propagator) {
-    impl.propagator.emplace(impl.environment->make_propagator(impl.config.receiver.propagation));
+    impl.propagator.emplace(impl.environment.make_propagator(impl.config.receiver().propagation));
   }
   Step step;
-  step.arrival = impl.tracer ? impl.environment->arrival(t, antenna.position_enu_m, impl.tracer)
-                             : impl.environment->arrival(t, antenna.position_enu_m, *impl.propagator);
+  step.arrival = impl.tracer ? impl.environment.arrival(t, antenna.position_enu_m, impl.tracer)
+                             : impl.environment.arrival(t, antenna.position_enu_m, *impl.propagator);
   Pose truth;
   truth.time = t;
   truth.position = frame.geodetic_from_local(antenna.position_enu_m);
@@ -370,8 +378,7 @@ LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& ant
   truth.yaw_rad = antenna.yaw_rad;
   truth.yaw_rate_radps = antenna.yaw_rate_radps;
   impl.last_truth = truth;
-  impl.observe_base(seconds, step);
-  step.epoch = impl.observe(truth, step.arrival);
+  impl.observe(seconds, truth, step);
 
   if (step.arrival.views.empty() && !impl.said_empty) {
     impl.said_empty = true;
@@ -382,7 +389,7 @@ LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& ant
 }
 
 const Environment& LiveReceiver::environment() const {
-  return *impl_->environment;
+  return impl_->environment;
 }
 
 void LiveReceiver::give(std::shared_ptr<const relative::Corrections> corrections) {
@@ -400,8 +407,7 @@ LiveReceiver::Step LiveReceiver::lose(double seconds) {
   step.arrival.placement = raytrace::Placement::Unknown;
   step.arrival.ecef_from_enu = frame.ecef_from_local_rotation();
   step.arrival.antenna_enu = frame.local_from_geodetic(truth.position);
-  impl.observe_base(seconds, step);
-  step.epoch = impl.observe(truth, step.arrival);
+  impl.observe(seconds, truth, step);
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   step.epoch.truth.position = {kNan, kNan, kNan};
   step.epoch.truth.velocity_enu_mps.setConstant(kNan);

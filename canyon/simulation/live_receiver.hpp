@@ -18,47 +18,25 @@
 
 namespace canyon::simulation {
 
-/// What a host says of a receiver in a world that it brings itself: a scenario without city and trajectory.
-struct LiveConfig {
-  SkyConfig sky;
-  std::optional<geodesy::GpsTime> start;  ///< of the host's time 0; empty: the host knows
-  std::optional<double> rate_hz;          ///< empty: the host's own
-  ReceiverConfig receiver;
-  std::uint64_t seed = 1;
-  std::vector<disturbance::Fault> faults;  ///< their times count from the host's time 0
-  /// A base station with a fixed place in the host's world: its epochs come with those of the receiver
-  /// (LiveReceiver::Step::base), which takes its corrections where receiver.options.corrections.from names
-  /// it.
-  std::optional<ReceiverConfig> base;
-  /// City::geoid_undulation_m of the host's world; empty: what its scene says.
-  std::optional<double> geoid_undulation_m = {};
-};
-
-/// Reads YAML with the scenario's keys `sky`, `start`, `rate_hz`, `seed`, `faults` and, beside them, those of
-/// one receiver (`receivers[]` in docs/scenario.md) without its brackets, and `base` with `name`, `profile`
-/// and `fixed` of a second one. `name` stands in messages. Relative
-/// paths belong to the folder of `name`. Throws InputError as parse_scenario() does.
+/// Reads YAML with the fields of a LiveConfig and `faults`, whose times count from the host's time 0. `name`
+/// stands in messages. Relative paths belong to the folder of `name`. Throws InputError as parse_scenario()
+/// does.
 [[nodiscard]] LiveConfig parse_live_config(const std::string& text, const std::filesystem::path& name);
-/// Its fields but `faults`; a host reads a tree of its own settings by options::read().
-void visit(options::Visitor& v, LiveConfig& config);
-/// The keys that parse_live_config() knows, with dots: "noise.sigma_m_per_sqrt_s"; `faults` aside.
-[[nodiscard]] const options::Description& live_description();
 
 /// `config` with what a YAML or JSON text changes of it while the receiver runs: any key of
 /// parse_live_config() but `sky`, `start`, `name`, `base`, `corrections.from` and `faults`, nested ("clock:
-/// {bias_s: 1}") or with dots
-/// ("clock.bias_s: 1"). Keys that are absent stay as they are; `profile` sets all those of a receiver but
-/// name, own_draws, corrections.from, lever_arm and streets, and what conflicts with it overrides it. `name`
-/// of the text as for parse_live_config(). Throws InputError as that does.
+/// {bias_s: 1}") or with dots ("clock.bias_s: 1"). Keys that are absent stay as they are; `profile` sets all
+/// those of a receiver but name, own_draws, corrections.from, lever_arm and streets, and what conflicts with
+/// it overrides it. `name` of the text as for parse_live_config(). Throws InputError as that does.
 [[nodiscard]] LiveConfig changed_live_config(const LiveConfig& config, const std::string& text,
                                              const std::filesystem::path& name);
 /// The keys that changed_live_config() knows.
 [[nodiscard]] const options::Description& running_description();
-/// Their values, a line "clock.bias_s: 1" each, which changed_live_config() takes. `profile` is none of them.
+/// Their values, a line "clock.bias_s: 1" each, which changed_live_config() takes. They do not include
+/// `profile`.
 [[nodiscard]] std::string running_options(const LiveConfig& config);
 
-/// The field `start` alone, for what else a host times: a text, or a week and seconds of it. A time without a
-/// zone is a warning.
+/// The field `start`: a text, or a week and seconds of it. A time without a zone is a warning.
 void visit_start(options::Visitor& v, std::optional<geodesy::GpsTime>& start,
                  std::vector<std::string>* warnings = nullptr);
 
@@ -82,7 +60,7 @@ class LiveReceiver {
   [[nodiscard]] const Environment& environment() const;
   /// In use until observe() builds the next one: of nominal skies once a day.
   [[nodiscard]] const BuiltSky& sky() const;
-  /// For further receivers under it.
+  /// The same, for further receivers.
   [[nodiscard]] std::shared_ptr<const BuiltSky> shared_sky() const;
 
   /// The host rebuilt its world: rays go through this one from now on. Before the first step the receiver is
@@ -104,7 +82,7 @@ class LiveReceiver {
   struct Step {
     Epoch epoch;  ///< receiver 0; its own `arrival` is null, `navigation` is arrival.messages
     propagation::Arrival arrival;  ///< the paths behind it, disturbed, in the scene's ENU frame
-    /// Of LiveConfig::base at the same instant, its receiver 1; null without one.
+    /// The base's epoch of the same instant, receiver 1; null without a base.
     std::shared_ptr<const Step> base = nullptr;
   };
   /// One epoch `seconds` of host time after `start`. A time before the last step's begins anew, as
@@ -122,8 +100,8 @@ class LiveReceiver {
   /// Corrections that came since the last step, of a receiver elsewhere or of a stream; used by the next one.
   void give(std::shared_ptr<const relative::Corrections> corrections);
 
-  /// One epoch of an antenna that nobody knows the place of: nothing arrives, no fix; placement is Unknown,
-  /// the true place NaN.
+  /// One epoch of an antenna at an unknown place: no signal, no fix; placement is Unknown, the true place
+  /// NaN.
   [[nodiscard]] Step lose(double seconds);
 
   /// As constructed: faults are those of config() again.
@@ -133,8 +111,7 @@ class LiveReceiver {
   /// `faults:`, YAML or JSON; without `from_s` it begins with the next step. Returns its name; a fault of
   /// other `receivers` does nothing. Throws InputError naming `source`, line and cure.
   std::string add_fault(const std::string& text, const std::string& source = "fault");
-  /// Ends a fault, before the next step. Throws InputError where none of that name is at work or still to
-  /// come.
+  /// Ends a fault before the next step. Throws InputError if no fault of that name is or will be at work.
   void end_fault(const std::string& name);
   [[nodiscard]] std::vector<disturbance::FaultState> faults() const;
 

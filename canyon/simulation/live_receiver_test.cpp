@@ -117,7 +117,7 @@ TEST(LiveReceiver, EpochsSayWhereMeanSeaLevelIs) {
   const Epoch of_city = LiveReceiver(config, scene, *config.start).observe(0, antenna).epoch;
   EXPECT_EQ(of_city.geoid_undulation_m, -2.375);
   EXPECT_EQ(of_city.altitude_m(), of_city.observed.fix.position.height_m + 2.375);
-  config.geoid_undulation_m = 39.6;
+  config.city.sea_level.geoid_undulation_m = 39.6;
   EXPECT_EQ(LiveReceiver(config, scene, *config.start).observe(0, antenna).epoch.geoid_undulation_m, 39.6);
   const Simulation simulation(
       parse_scenario("city: {synthetic: {}}\nstart: 2026-06-01T08:00:00Z\nduration_s: 0\ntrajectory: "
@@ -290,8 +290,8 @@ TEST(LiveReceiver, DopplerOfTwoReflectionsIsTheRateOfTheRange) {
                      {x + 1, 2000, 60});
   }
   LiveConfig config = parse_live_config(std::string(kLive) + "profile: ideal\n", "plugin");
-  config.receiver.propagation.reflection_order = 2;
-  config.receiver.propagation.max_range_m = 500;
+  config.receiver().propagation.reflection_order = 2;
+  config.receiver().propagation.max_range_m = 500;
   LiveReceiver live(config, std::make_shared<CityScene>(std::move(city)), *config.start);
   const Eigen::Vector3d velocity(0.3, 7, 0.1);
   int seen = 0;
@@ -391,7 +391,7 @@ TEST(LiveReceiver, RefusesWhatIsNoPlaceOrTime) {
 
 TEST(LiveReceiver, NeedsIonosphereCoefficientsWhereAskedFor) {
   LiveConfig config = live_config();
-  config.receiver.options.ionosphere = true;
+  config.receiver().options.ionosphere = true;
   // Nominal satellites have standard ones.
   EXPECT_NO_THROW(LiveReceiver(config, wall(), *config.start));
   config.sky = {};
@@ -420,14 +420,14 @@ noise: {sigma_m_per_sqrt_s: 0.7}
   EXPECT_EQ(config.start, GpsTime::from_week(2051, 46701));
   EXPECT_EQ(config.rate_hz, 5.0);
   EXPECT_EQ(config.seed, 42U);
-  EXPECT_EQ(config.geoid_undulation_m, -2.5);
-  EXPECT_EQ(config.receiver.options.name, "left");
-  EXPECT_NEAR(config.receiver.options.fix.elevation_mask_rad, geodesy::radians(12), 1e-12);
-  EXPECT_EQ(config.receiver.options.fix.min_satellites, 5);  // the paper's
-  EXPECT_EQ(config.receiver.lever_arm_m, Eigen::Vector3d(0.1, 0.2, 0.3));
-  EXPECT_EQ(config.receiver.propagation.model, propagation::Model::Specular);
-  EXPECT_EQ(config.receiver.propagation.max_range_m, 99);
-  EXPECT_EQ(config.receiver.options.noise.ou.sigma_m_per_sqrt_s, 0.7);
+  EXPECT_EQ(config.city.sea_level.geoid_undulation_m, -2.5);
+  EXPECT_EQ(config.receiver().options.name, "left");
+  EXPECT_NEAR(config.receiver().options.fix.elevation_mask_rad, geodesy::radians(12), 1e-12);
+  EXPECT_EQ(config.receiver().options.fix.min_satellites, 5);  // the paper's
+  EXPECT_EQ(config.receiver().lever_arm_m, Eigen::Vector3d(0.1, 0.2, 0.3));
+  EXPECT_EQ(config.receiver().propagation.model, propagation::Model::Specular);
+  EXPECT_EQ(config.receiver().propagation.max_range_m, 99);
+  EXPECT_EQ(config.receiver().options.noise.ou.sigma_m_per_sqrt_s, 0.7);
 }
 
 TEST(LiveConfig, TakesNothingOfCityAndTrajectory) {
@@ -435,7 +435,8 @@ TEST(LiveConfig, TakesNothingOfCityAndTrajectory) {
               HasSubstr("city"));
   EXPECT_THAT(error_text([] { (void)parse_live_config("noise: {sigma: 1}\n", "plugin"); }),
               HasSubstr("sigma"));
-  for (const ScenarioKey& key : live_description().keys)
+  const options::Description description = options::describe<LiveConfig>();
+  for (const ScenarioKey& key : description.keys)
     EXPECT_EQ(key.path.find("[]"), std::string::npos) << key.path;
 }
 

@@ -11,7 +11,7 @@
 
 namespace canyon::simulation {
 
-/// What to load for a city file of any kind, by its name, or for a Gazebo model's folder. Throws InputError
+/// The configuration that loads a city file of any kind, or a Gazebo model's folder. Throws InputError
 /// for a name that city_file_kind() does not know, and for an origin beside a file that says its own.
 /// @param origin where a mesh's zero lies, or a map's shall
 [[nodiscard]] CityConfig city_config(const std::filesystem::path& file,

@@ -17,9 +17,9 @@ struct Output {
 /// All that `outputs:` of a scenario may name.
 [[nodiscard]] std::span<const Output> outputs();
 
-/// What a run writes.
+/// The outputs of a run.
 struct OutputConfig {
-  std::set<std::string, std::less<>> names;  ///< of outputs()
+  std::set<std::string, std::less<>> names;  ///< names of outputs()
 
   OutputConfig();  ///< those that scenarios write by default
   [[nodiscard]] bool has(std::string_view name) const { return names.find(name) != names.end(); }

@@ -20,7 +20,7 @@ struct Profile {
 /// Its fields.
 void visit(options::Visitor& v, Profile& profile);
 
-/// Of the built-in ones, that of receivers that scenarios and hosts name no profile for: a common module with
+/// The built-in profile of receivers without a named one: a common module with
 /// its navigation filter. A ReceiverConfig{} of C++ is not it: that tracks whatever arrives.
 inline constexpr std::string_view kDefaultProfile = "ublox-m10";
 

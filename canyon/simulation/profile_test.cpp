@@ -111,9 +111,9 @@ TEST(Profile, ReceiversWithoutOneAreACommonModule) {
     EXPECT_EQ(named(parse_scenario(kScene + receivers, "s.yaml").receivers.front()), module) << receivers;
   }
   LiveConfig live = parse_live_config("seed: 1\n", "host");
-  EXPECT_TRUE(live.receiver.options.own_draws);  // several vehicles
-  live.receiver.options.own_draws = receiver::ReceiverOptions{}.own_draws;
-  EXPECT_EQ(named(live.receiver), module);
+  EXPECT_TRUE(live.receiver().options.own_draws);  // several vehicles
+  live.receiver().options.own_draws = receiver::ReceiverOptions{}.own_draws;
+  EXPECT_EQ(named(live.receiver()), module);
   EXPECT_NE(named(parse_scenario(kScene + "receivers: [{profile: ideal}]\n", "s.yaml").receivers.front()),
             module);
 }
@@ -324,10 +324,10 @@ receivers:
 TEST(Profile, LiveReceiversHaveThem) {
   const LiveConfig config =
       parse_live_config("profile: paper\nelevation_mask_deg: 12\nsignal: {antenna: phone}\n", "plugin");
-  EXPECT_EQ(config.receiver.propagation.model, propagation::Model::Mirror);
-  EXPECT_EQ(config.receiver.options.fix.min_satellites, 5);
-  EXPECT_NEAR(degrees(config.receiver.options.fix.elevation_mask_rad), 12, 1e-12);
-  EXPECT_EQ(config.receiver.options.signal.antenna.name(), "phone");
+  EXPECT_EQ(config.receiver().propagation.model, propagation::Model::Mirror);
+  EXPECT_EQ(config.receiver().options.fix.min_satellites, 5);
+  EXPECT_NEAR(degrees(config.receiver().options.fix.elevation_mask_rad), 12, 1e-12);
+  EXPECT_EQ(config.receiver().options.signal.antenna.name(), "phone");
   EXPECT_THAT(error_of([] { (void)parse_live_config("preset: paper\n", "plugin"); }).what(),
               HasSubstr("did you mean 'profile'?"));
 }

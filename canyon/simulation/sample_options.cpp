@@ -32,7 +32,7 @@ double band_centre_hz(std::string_view band) {
       if (signal.name == band) return signal.carrier_hz;
     }
   }
-  throw InputError(fmt::format("'{}' is no band", band),
+  throw InputError(fmt::format("'{}' is not a band", band),
                    fmt::format("give L1, L2, L5, E5 or a signal: {}", fmt::join(gnss::signal_names(), ", ")));
 }
 

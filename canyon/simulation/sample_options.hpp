@@ -28,7 +28,7 @@ struct SampleOptions {
   double intermediate_hz = 0;            ///< where the centre comes out
   double bandwidth_hz = 0;               ///< two-sided, of a filter in front of the converter; 0: none
   bool real = false;                     ///< samples of one part
-  bool noise = true;                     ///< of the front end
+  bool noise = true;                     ///< the front end's noise
   SampleFormat format = SampleFormat::Int8;
   /// Standard deviation of the noise in each part over the largest value [1], (0, 1]; for float32 over 1.
   /// Empty: 0.25; 2/3 of 2 bits, where the threshold is then one deviation. 1 bit takes none.

@@ -5,6 +5,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "canyon/buildings/sources/map_options.hpp"
@@ -28,27 +29,27 @@
 
 namespace canyon::simulation {
 
-/// What a city file is, by its name.
+/// The kinds of city files, told by their names.
 enum class CityFileKind : std::uint8_t {
   Mesh,    ///< .dae .obj .stl .gltf .glb .ply: needs an origin
   Canyon,  ///< .canyon
   Gazebo,  ///< .world .sdf, or a model's folder
   Map,     ///< .osm, .osm.gz, .osm.bz2, .osm.pbf; CityJSON: .json (.city.json), .jsonl is refused
 };
-/// Empty for a name that ends in none of these.
+/// Empty for a name with another ending.
 [[nodiscard]] std::optional<CityFileKind> city_file_kind(const std::filesystem::path& path);
-/// For messages: the endings of city_file_kind().
+/// The endings that city_file_kind() knows, for messages.
 [[nodiscard]] const char* city_file_endings();
 
-/// Map files and what to make of them.
+/// Map files, and how buildings are made of them.
 struct MapCityConfig {
   std::vector<std::filesystem::path> files;  ///< OpenStreetMap and CityJSON
   std::vector<std::filesystem::path> terrain;
   std::optional<std::array<double, 4>> bbox_deg;  ///< west, south, east, north
-  buildings::BuildOptions build;  ///< its Grid::Utm is for files of other tools, not for simulation
+  buildings::BuildOptions build;                  ///< a simulation does not use its Grid::Utm
 };
 
-/// By its name: CityJSON ends in .json.
+/// Whether the name ends in .json.
 [[nodiscard]] bool is_cityjson(const std::filesystem::path& path);
 
 /// How well the place of a city is known. A run draws its own offset and heading by its seed (load_city()).
@@ -65,12 +66,12 @@ struct CityConfig {
   std::optional<MapCityConfig> map;
   std::optional<city::SyntheticCityOptions> synthetic;
   bool open = false;  ///< no buildings: open sky about `import.origin`
-  /// Of any city: where mean sea level is, if not as the city's file says.
+  /// Where mean sea level is, of any city; by default as the city's file says.
   buildings::TerrainOptions sea_level;
   city::FacadeOptions facades;
   Georeference georeference;
 
-  /// The origin where it is known before anything is read; then it is `import.origin`.
+  /// Whether the origin is known before any file is read; then it is `import.origin`.
   [[nodiscard]] bool origin_known() const { return !file && (!map || map->build.origin); }
 };
 
@@ -94,14 +95,14 @@ struct TrajectoryConfig {
   /// `waypoints`. Where that origin is not known before the city's file is read they stand there as {}:
   /// Simulation puts all of these in place.
   std::vector<std::pair<std::size_t, Eigen::Vector3d>> local_waypoints;
-  /// What a waypoint says of itself, instead of what holds for all.
+  /// A waypoint's own values, in place of those of the trajectory.
   struct Leg {
     std::optional<double> height_above_terrain_m;  ///< at the waypoint; between two the height is linear
     std::optional<double> speed_mps, hold_s;
 
     bool operator==(const Leg&) const = default;
   };
-  std::vector<Leg> legs;  ///< one for each waypoint; empty where none says anything
+  std::vector<Leg> legs;  ///< one for each waypoint; empty: no waypoint has its own values
   double speed_mps = 10;
   double hold_s = 0;
   std::optional<double> acceleration_mps2;  ///< rounds corners and speeds; empty: both change at once
@@ -109,10 +110,10 @@ struct TrajectoryConfig {
   std::optional<double> height_above_terrain_m;  ///< clamps; empty: heights as given
 };
 
-/// Where an antenna stands for good.
+/// The place of an antenna that does not move.
 struct FixedPlace {
   geodesy::Geodetic place;
-  /// East, north, up [m] from the city's origin, where it was given so: settle() makes `place` of it.
+  /// East, north, up [m] from the city's origin, if the place was given so; settle() turns it into `place`.
   std::optional<Eigen::Vector3d> local_m;
 
   void settle(const geodesy::LocalFrame& city) {
@@ -122,14 +123,14 @@ struct FixedPlace {
 
 struct ReceiverConfig {
   receiver::ReceiverOptions options;
-  /// Of a base station's antenna: neither trajectory nor lever arm move it. Scenarios alone have it.
+  /// The place of a base station's antenna, which neither trajectory nor lever arm move.
   std::optional<FixedPlace> fixed;
   propagation::PropagationOptions propagation;            ///< profile, then scenario, then receiver
   Eigen::Vector3d lever_arm_m = Eigen::Vector3d::Zero();  ///< forward, left, up from the reference point
   disturbance::StreetOptions streets;                     ///< one for all receivers of a scenario
-  /// Of a program's own, between what arrives and this receiver, in this order; no scenario file names them.
+  /// A program's own disturbances, applied in this order to what arrives; scenario files cannot name them.
   std::vector<disturbance::Source> disturbances;
-  receiver::ModelSource models;  ///< likewise, in place of the receiver's own weights and position
+  receiver::ModelSource models;  ///< a program's own, in place of the receiver's weights and position
 };
 
 /// A whole scenario, checked. Paths are absolute or relative to the working folder (already resolved against
@@ -146,14 +147,13 @@ struct Scenario {
   std::vector<disturbance::Fault> faults;  ///< their times count from `start`, or the trajectory's first
   std::uint64_t seed = 1;
   OutputConfig outputs;
-  SampleOptions samples;            ///< of the output `samples`, and of `canyon iq`
-  std::optional<LiveOptions> live;  ///< how `canyon live` runs it; others pass it over
-  /// What the file says that may be meant otherwise, one line each.
+  SampleOptions samples;            ///< for the output `samples` and for `canyon iq`
+  std::optional<LiveOptions> live;  ///< used by `canyon live` alone
+  /// Statements of the file that may be mistakes, one line each.
   std::vector<std::string> warnings;
 };
 
-/// Index of the receiver of that name; of the first one where `name` is empty. Throws InputError naming those
-/// that there are.
+/// Index of the receiver of that name; 0 if `name` is empty. Throws InputError naming the known ones.
 [[nodiscard]] std::size_t find_receiver(const Scenario& scenario, const std::string& name);
 
 struct ScenarioReadOptions {
@@ -178,11 +178,11 @@ using ScenarioKey = options::Key;
 [[nodiscard]] const options::Description& scenario_description();
 [[nodiscard]] const std::vector<ScenarioKey>& scenario_keys();
 
-/// Fields as users write them; where one depends on another, a reader checks that as well.
+/// Fields as users write them. Readers check fields that depend on each other.
 void visit(options::Visitor& v, Georeference& o);
 void visit(options::Visitor& v, CityConfig& o);
 void visit(options::Visitor& v, SkyConfig& o);
-/// All but name and profile.
+/// All fields but name and profile.
 void visit(options::Visitor& v, ReceiverConfig& o);
 void visit(options::Visitor& v, OutputConfig& o);
 void visit(options::Visitor& v, Scenario& o);
@@ -191,5 +191,23 @@ struct ScenarioOfAnyTrajectory {
   Scenario& scenario;
 };
 void visit(options::Visitor& v, ScenarioOfAnyTrajectory& o);
+
+/// A scenario of a host that brings city and motion itself, of one receiver and, behind it, the base in the
+/// host's world, if any.
+struct LiveConfig : Scenario {
+  LiveConfig() { receivers.resize(1); }
+  explicit LiveConfig(Scenario scenario) : Scenario(std::move(scenario)) {}
+
+  [[nodiscard]] ReceiverConfig& receiver() { return receivers.front(); }
+  [[nodiscard]] const ReceiverConfig& receiver() const { return receivers.front(); }
+  /// Null: none.
+  [[nodiscard]] const ReceiverConfig* base() const { return receivers.size() > 1 ? &receivers[1] : nullptr; }
+};
+/// The scenario's keys `sky`, `start`, `rate_hz`, `seed` and `geoid_undulation_m`, and beside them those of
+/// the receiver without brackets, and `base` with `name`, `profile` and `fixed`.
+void visit(options::Visitor& v, LiveConfig& o);
+/// A receiver of a scenario as a host drives it, with `start` and `rate_hz` of the host.
+[[nodiscard]] LiveConfig live_config(const Scenario& scenario, std::size_t receiver, geodesy::GpsTime start,
+                                     double interval_s);
 
 }  // namespace canyon::simulation

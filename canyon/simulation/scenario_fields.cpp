@@ -1,4 +1,3 @@
-// The fields of a scenario: its own lists, and around them what depends on more than one field.
 #include "canyon/simulation/scenario_fields.hpp"
 
 #include <fmt/format.h>
@@ -65,7 +64,6 @@ void visit_map(Visitor& v, MapCityConfig& map) {
   visit(v, map.build);
 }
 
-// What a file is, its name's ending says.
 void set_file(Visitor& v, CityConfig& city, const std::filesystem::path& path, std::string_view key) {
   const auto kind = city_file_kind(path);
   if (kind == CityFileKind::Map) {

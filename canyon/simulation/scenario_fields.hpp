@@ -10,7 +10,7 @@
 #include "canyon/options/read.hpp"
 #include "canyon/simulation/scenario.hpp"
 
-// What scenarios, hosts' configurations and profiles share of their fields. Private to canyon/simulation.
+// Fields that scenarios, hosts' configurations and profiles share. Private to canyon/simulation.
 
 namespace canyon::simulation {
 

@@ -9,7 +9,7 @@
 
 namespace canyon::simulation {
 
-/// What is wrong with a scenario, by its file.
+/// An error that names the scenario's file.
 [[nodiscard]] InputError scenario_error(const Scenario& scenario, std::string_view problem,
                                         std::string_view cure);
 

@@ -16,12 +16,11 @@
 #include "canyon/receiver/corrections.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/correction_links.hpp"
-#include "canyon/simulation/fault_surroundings.hpp"
 #include "canyon/simulation/motion/antenna_pose.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
+#include "canyon/simulation/run_receiver.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/scenario_trajectory.hpp"
-#include "canyon/simulation/street_sources.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -30,8 +29,7 @@ using geodesy::format_gpst;
 using geodesy::Geodetic;
 using geodesy::GpsTime;
 
-// A city stands for its surroundings: rays are exact within this of it, and farther away a trajectory has the
-// wrong origin.
+// Farther from the city a trajectory has the wrong origin.
 constexpr double kFarFromCity_m = 10e3;
 constexpr std::size_t kMaxEpochs = 1'000'000'000;
 // Masks below this, but not 0, are more likely radians: 0.17 rad are 10 deg.
@@ -62,8 +60,7 @@ Plan make_plan(const Scenario& scenario) {
   const GpsTime last = plan.trajectory.end();
   plan.begin = first;
   if (scenario.start) {
-    // A start before the trajectory is a mistake where both name a date, and the clock of its times
-    // elsewhere.
+    // A start before a trajectory without dates is the zero of its times.
     if (*scenario.start > last || (*scenario.start < first && file.has_own_dates)) {
       throw scenario_error(
           scenario,
@@ -129,7 +126,7 @@ void check_ionosphere(const Scenario& scenario, const BuiltSky& sky) {
   }
 }
 
-// The answer of the pure part for one receiver at one instant.
+// Result of the pure part for one receiver at one instant.
 struct PureEpoch {
   Pose truth;
   propagation::Arrival arrival;
@@ -230,8 +227,7 @@ void Simulation::Impl::check_near(const city::Box& bounds, const Geodetic& place
           geodesy::degrees(city.frame.origin().longitude_rad)));
 }
 
-// Looks at up to two thousand epochs: the trajectory lies in the city, on its terrain where that is asked
-// for, at a speed that a receiver may have. And at what stands still.
+// Checks up to two thousand epochs of the trajectory: distance to the city, terrain below, speed.
 void Simulation::Impl::check_places() {
   const std::size_t step = std::max<std::size_t>(1, plan.epochs / 2000);
   const city::Box bounds = environment.city().bounds();
@@ -296,15 +292,12 @@ std::vector<receiver::Receiver> Simulation::Impl::make_receivers() const {
   std::vector<receiver::Receiver> receivers;
   const std::shared_ptr<const disturbance::Road> way = road();
   for (const ReceiverConfig& config : scenario.receivers) {
-    // Streets are those of the trajectory; a base station conflicts with them.
-    std::vector<disturbance::Source> sources =
-        config.fixed ? config.disturbances : with_streets(config, environment.city(), way);
+    std::vector<disturbance::Source> sources;
     auto faults =
         std::make_shared<disturbance::FaultTimeline>(plan.begin, scenario.faults, config.options.name);
     faults->set_surroundings(surroundings(city_scene, sky.sky));
     if (!faults->empty()) sources.push_back(disturbance::FaultTimeline::source(faults));
-    receivers.emplace_back(with_surroundings(config.options, environment.scene(), environment.city()),
-                           scenario.seed, sources, config.models);
+    receivers.push_back(make_receiver(config, scenario.seed, environment, way, sources));
   }
   return receivers;
 }
@@ -338,7 +331,7 @@ PureEpoch Simulation::Impl::pure_epoch(std::size_t receiver, GpsTime t) const {
   return pure;
 }
 
-// Of the whole trajectory: it does not depend on which epochs are run.
+// Covers the whole trajectory, so that it does not depend on the epochs that are run.
 std::shared_ptr<const disturbance::Road> Simulation::Impl::road() const {
   const auto streets_on = [](const ReceiverConfig& receiver) { return receiver.streets.enabled; };
   if (std::none_of(scenario.receivers.begin(), scenario.receivers.end(), streets_on)) return nullptr;
@@ -384,6 +377,7 @@ Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth, propagation
                         environment.sky(),
                         environment.klobuchar(),
                         corrections});
+  epoch.navigation = arrival.messages.get();  // disturbances may have replaced them
   epoch.faults = epoch.observed.events.faults;
   if (epoch.observed.fix.solved()) {
     epoch.error_enu_m = enu_from_ecef * (epoch.observed.fix.position_ecef - epoch.truth_ecef);
@@ -473,23 +467,22 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
       broken = nullptr;
     }
   };
+  std::vector<DueEpoch> due;
+  for (const std::size_t r : links.order()) due.push_back({r, {}});
   const auto observe = [&](std::size_t instant, std::vector<PureEpoch>& epochs) {
-    std::vector<std::optional<Epoch>> made(receiver_count);
-    std::size_t written = 0;
-    for (const std::size_t r : links.order()) {
+    for (DueEpoch& each : due) each.time = epochs[each.receiver].truth.time;
+    std::vector<Epoch> made(receiver_count);
+    links.observe(due, false, [&](std::size_t i, const auto& corrections) -> Epoch& {
+      const std::size_t r = due[i].receiver;
       PureEpoch& from = epochs[r];
       from.arrival.messages = unowned(impl.sky.navigation);
-      const auto corrections = links.take(r, from.truth.time);
-      Epoch& epoch = made[r].emplace(
-          observe_epoch(receivers[r], from.truth, from.arrival, impl.environment, corrections.get()));
-      epoch.receiver = r;
-      epoch.arrival = &from.arrival;
-      epoch.navigation = from.arrival.messages.get();
+      made[r] = observe_epoch(receivers[r], from.truth, from.arrival, impl.environment, corrections.get());
+      made[r].arrival = &from.arrival;
       ++placements[r][static_cast<std::size_t>(from.arrival.placement)];
-      if (epoch.observed.station_offset_m) station_offsets[r] = epoch.observed.station_offset_m;
-      links.send(epoch);
-      while (written < receiver_count && made[written]) write(*made[written++]);
-    }
+      if (made[r].observed.station_offset_m) station_offsets[r] = made[r].observed.station_offset_m;
+      return made[r];
+    });
+    for (const Epoch& epoch : made) write(epoch);
     result.epochs = instant + 1;
     progress.report(result.epochs);
   };
@@ -503,7 +496,7 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
   } catch (...) {
     failure = std::current_exception();
   }
-  // Finished epochs are kept. A sink that failed is not finished: its file stays absent.
+  // A sink that failed is not finished, so that its file stays absent.
   for (EpochSink* sink : sinks) {
     if (sink == broken) continue;
     try {

@@ -15,10 +15,9 @@ namespace canyon::simulation {
 
 struct CityScene;
 
-/// The epoch that a receiver makes of what arrives at a known place: measurements, fix, and its error.
-/// Simulation and hosts with a clock of their own share it. `arrival` is disturbed in place. Throws as
-/// Receiver::observe() does.
-/// @param corrections that came since the receiver's epoch before; null: none did
+/// A receiver's epoch at a known place: measurements, fix and its error. Every driver of epochs calls it.
+/// `arrival` is disturbed in place. Throws as Receiver::observe() does.
+/// @param corrections that came since the receiver's last epoch; null: none
 [[nodiscard]] Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth,
                                   propagation::Arrival& arrival, const Environment& environment,
                                   const relative::Corrections* corrections = nullptr);
@@ -26,7 +25,7 @@ struct CityScene;
 struct RunOptions {
   int threads = 0;                          ///< 0: as many as cores; never more than those
   const std::atomic<bool>* stop = nullptr;  ///< set to end after the epochs in flight
-  /// Epochs of all receivers that are made together, and once more ahead of what sinks take; at least 8
+  /// Epochs of all receivers that are computed together; a second block is computed ahead. At least 8
   /// instants. 0: 16 for each thread, whose paths fit a cache.
   std::size_t block = 0;
   /// Called now and then from the calling thread: epochs done, epochs in all.
@@ -39,8 +38,7 @@ struct RunResult {
   bool interrupted = false;
   double wall_s = 0;
   double simulated_s = 0;  ///< epochs times their interval
-  /// What is worth saying about the run, one line each: "rover: 12 epochs with the antenna inside a
-  /// building".
+  /// Warnings, one line each: "rover: 12 epochs with the antenna inside a building".
   std::vector<std::string> warnings;
 };
 
@@ -54,15 +52,15 @@ struct BuiltSky {
 };
 [[nodiscard]] BuiltSky build_sky(const SkyConfig& config, geodesy::GpsTime begin, geodesy::GpsTime end,
                                  const geodesy::Geodetic& place);
-/// The errors of space that receivers under a sky have (SkyConfig::errors); null: none. Of a seed, the same.
+/// The errors of space under a sky (SkyConfig::errors), the same for the same seed; null: none.
 [[nodiscard]] std::shared_ptr<const errors::SpaceErrors> make_space_errors(const SkyConfig& config,
                                                                            const BuiltSky& sky,
                                                                            std::uint64_t seed);
 /// A city under a built sky, with these errors.
 [[nodiscard]] Environment make_environment(std::shared_ptr<CityScene> scene, const BuiltSky& sky,
                                            const SkyConfig& config, std::uint64_t seed);
-/// A receiver's options with what they leave out decided by the errors; and by the sky, whose systems choose
-/// signals of a radio that has not all at once.
+/// Decides options that are left open by the errors, and by the sky, whose systems choose the signals of a
+/// radio that cannot track all at once.
 void decide(receiver::ReceiverOptions& options, const errors::SpaceErrors* errors);
 void decide(receiver::ReceiverOptions& options, const errors::SpaceErrors* errors, const orbit::Sky& sky);
 inline void decide(receiver::ReceiverOptions& options, const Environment& environment) {
@@ -93,15 +91,15 @@ class Simulation {
   [[nodiscard]] double interval_s() const;
   [[nodiscard]] std::size_t epoch_count() const;
 
-  /// Where a receiver's antenna is at `t` (clamp and lever arm applied), and how it moves. Throws InputError
-  /// where the height above terrain is asked for and no terrain is there.
+  /// Place and motion of a receiver's antenna at `t` (clamp and lever arm applied). Throws InputError if the
+  /// height above terrain is asked for and there is no terrain.
   [[nodiscard]] Pose antenna_pose(std::size_t receiver, geodesy::GpsTime t) const;
 
-  /// The pure part runs on `threads`, receivers on the caller, each behind that whose corrections it takes
+  /// The pure part runs on `threads`, receivers on the caller, each after the base whose corrections it takes
   /// (sinks get them as they stand in the scenario): same seed, same bytes. Every call
   /// begins anew. Where a sink or the pure part throws, epochs before it have been written, every other sink
   /// is finished, and the exception goes on to the caller.
-  // What sinks got is often enough. NOLINTNEXTLINE(modernize-use-nodiscard)
+  // Callers may use the sinks alone. NOLINTNEXTLINE(modernize-use-nodiscard)
   RunResult run(const std::vector<EpochSink*>& sinks, const RunOptions& options = {}) const;
 
  private:

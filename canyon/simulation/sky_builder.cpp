@@ -1,4 +1,4 @@
-// From a scenario's `sky:` to a Sky, with what there is to say about how well it fits the run.
+// Builds the Sky of a scenario's `sky:`, with warnings about its fit to the run.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -88,7 +88,7 @@ void report_unusable(const orbit::BroadcastSky& sky, const SkyConfig& config, Gp
     if (line && line->elevation_rad > kWellAboveHorizon_rad) silent.push_back(id);
   }
   if (silent.empty()) return;
-  // By what is wrong: "unhealthy (health 63)" of each, else an example.
+  // By the fault: "unhealthy (health 63)" of each, else an example.
   std::map<std::string, std::vector<gnss::SatelliteId>> by_reason;
   for (const gnss::SatelliteId id : silent) {
     const std::string source = sky.source(id, begin);
@@ -203,7 +203,7 @@ std::shared_ptr<const errors::SpaceErrors> make_space_errors(const SkyConfig& co
   const options::Switch& enabled = config.errors.enabled;
   if (!enabled && (enabled.is_set() || config.navigation.empty())) return nullptr;
   errors::SpaceErrorOptions options = config.errors;
-  // Precise orbits are what receivers go by as well.
+  // Receivers use the precise orbits as well.
   if (config.sp3) options.orbit_clock_m.clear();
   return std::make_shared<const errors::SpaceErrors>(options, seed, sky.sky->satellites(),
                                                      sky.navigation.klobuchar);

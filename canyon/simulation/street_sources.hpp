@@ -12,8 +12,8 @@
 
 namespace canyon::simulation {
 
-/// What ReceiverConfig::streets makes of a city: one that has vegetation of its own gets no further trees,
-/// where their number is not given. Empty: streets are not asked for.
+/// The streets of ReceiverConfig::streets in a city. A city with its own vegetation gets no further trees
+/// unless their number is given. Empty: streets are off.
 /// @param road of the vehicle, in the city's frame; null where nothing moves
 [[nodiscard]] std::optional<disturbance::StreetsOptions> streets_of(
     const ReceiverConfig& receiver, const city::City& city, std::shared_ptr<const disturbance::Road> road);
@@ -27,8 +27,7 @@ namespace canyon::simulation {
 /// inside something; 0 without any. Sixty-four rays each.
 [[nodiscard]] double closed_sky(const raytrace::RayScene& scene, std::span<const Eigen::Vector3d> antennas);
 /// ShadowingEnvironment::Auto of these options made definite, by closed_sky() 2 m above the ground on a grid
-/// of ten by ten places over the city. All hosts call this, so that all have the same; where the antenna is
-/// does not count.
+/// of ten by ten places over the city, independent of the antenna's place.
 [[nodiscard]] receiver::ReceiverOptions with_surroundings(receiver::ReceiverOptions options,
                                                           const raytrace::RayScene& scene,
                                                           const city::City& city);

@@ -105,11 +105,8 @@ TEST(Streets, AreThoseOfASimulationInAHostOnAStraightRoad) {
   Collector offline;
   (void)simulation.run({&offline});
 
-  LiveConfig config;
-  config.sky = scenario.sky;
-  config.receiver = scenario.receivers.front();
-  config.seed = scenario.seed;
-  LiveReceiver live(config, std::make_shared<CityScene>(city::synthetic_city({})), simulation.begin());
+  LiveReceiver live(LiveConfig(scenario), std::make_shared<CityScene>(city::synthetic_city({})),
+                    simulation.begin());
   const auto drive = [&] {
     std::vector<Epoch> epochs;
     for (std::size_t k = 0; k < simulation.epoch_count(); ++k) {

@@ -122,7 +122,7 @@ void trace_places(const Environment& environment, const propagation::Propagator&
   std::vector<geodesy::AzimuthElevation> looks;
   for (const Eigen::Vector3d& direction : directions) {
     if (!direction.allFinite() || std::abs(direction.norm() - 1) > 1e-6) {
-      throw InputError(fmt::format("direction {} is no unit vector", looks.size()),
+      throw InputError(fmt::format("direction {} is not a unit vector", looks.size()),
                        "give east, north and up of length 1");
     }
     looks.push_back(geodesy::azimuth_elevation_from_enu(direction));

@@ -12,7 +12,7 @@
 
 namespace canyon::simulation {
 
-/// What becomes of one satellite's signal on its way to one place.
+/// One satellite's signal at one place.
 struct TracedSatellite {
   double azimuth_rad = 0;    ///< from north, clockwise; NaN where the satellite is not above the horizon
   double elevation_rad = 0;  ///< likewise
@@ -25,14 +25,14 @@ struct TracedSatellite {
 
 /// One path among those of trace_places().
 struct TracedPath {
-  std::uint32_t place = 0, satellite = 0;  ///< indices of what was asked for
+  std::uint32_t place = 0, satellite = 0;  ///< indices of the request
   propagation::Path path;
 };
 
 struct TracePlacesOptions {
   int threads = 0;  ///< 0: as many as cores; never more than those
-  /// Called now and then from the calling thread with places done and in all. What it throws ends the work
-  /// and comes out.
+  /// Called now and then from the calling thread with places done and in all. An exception of it ends the
+  /// work and comes out.
   std::function<void(std::size_t, std::size_t)> progress = {};
   std::vector<TracedPath>* paths = nullptr;  ///< takes all paths, by place, then as `satellites` are given
 };

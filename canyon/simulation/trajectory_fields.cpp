@@ -45,7 +45,7 @@ std::optional<geodesy::LocalFrame> known_frame(Visitor& v, const CityConfig& cit
   return frame;
 }
 
-// What keys say of a place. `height_cure`: instead of a height; empty: it may be left out.
+// A place by its keys. @param height_cure for a missing height; empty: it may be left out
 FixedPlace place_of(Visitor& v, const PlaceKeys& keys, const std::optional<geodesy::LocalFrame>& frame,
                     std::string_view height_cure) {
   const auto height = [&](std::string_view key, const std::optional<double>& value) {

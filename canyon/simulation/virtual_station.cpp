@@ -12,10 +12,10 @@ namespace {
 
 using geodesy::GpsTime;
 
-/// What is in a code and a phase at one place [m].
+/// Parts of a code and a phase at one place [m].
 struct Carried {
   double common_m = 0;      ///< range, clocks, orbit, troposphere
-  double ionosphere_m = 0;  ///< of a code at L1
+  double ionosphere_m = 0;  ///< delay of a code at L1
 };
 
 std::optional<Carried> carried(gnss::SatelliteId id, GpsTime time, const Eigen::Vector3d& place,

@@ -54,15 +54,8 @@ struct Probe::Impl {
        std::shared_ptr<simulation::CityScene> given, std::size_t paths, double last)
       : scene(std::move(given)), paths_per_satellite(paths), last_s(last) {
     std::shared_ptr<const simulation::BuiltSky> sky;
-    for (const simulation::ReceiverConfig& receiver : scenario.receivers) {
-      simulation::LiveConfig config;
-      config.sky = scenario.sky;
-      config.start = begin;
-      config.rate_hz = 1 / interval_s;
-      config.receiver = receiver;
-      config.seed = scenario.seed;
-      config.faults = scenario.faults;
-      receivers.emplace_back(std::move(config), scene, begin, sky);
+    for (std::size_t r = 0; r < scenario.receivers.size(); ++r) {
+      receivers.emplace_back(simulation::live_config(scenario, r, begin, interval_s), scene, begin, sky);
       sky = receivers.back().shared_sky();
     }
     for (const Eigen::Vector3d& vertex : scene->city.mesh.vertices) {
@@ -105,7 +98,7 @@ struct Probe::Impl {
     simulation::LiveReceiver::Step step = receiver.observe(question.time_s, antenna);
     step.epoch.arrival = &step.arrival;
 
-    const receiver::ReceiverOptions& options = receiver.config().receiver.options;
+    const receiver::ReceiverOptions& options = receiver.config().receiver().options;
     output::EpochMessage message;
     message.receiver = options.name;
     message.id = id;

@@ -21,7 +21,7 @@ class Live {
        const std::vector<py::object>& faults, const py::object& models)
       : scene_(std::move(city)) {
     auto config = read_tree<simulation::LiveConfig>(tree_of(settings), "receiver");
-    put_models(models, config.receiver);
+    put_models(models, config.receiver());
     const std::optional<geodesy::GpsTime> begin = start.is_none() ? config.start : time_of(start);
     if (!begin) throw InputError("'start' is missing", "give the instant of the host's time 0");
     {
@@ -67,7 +67,8 @@ class Live {
   EpochPtr kept(LiveReceiver::Step step, bool paths) {
     auto messages = step.arrival.messages;  // those of the sky of this day
     if (!signal_)
-      signal_ = std::make_shared<const tracking::SignalOptions>(receiver_->config().receiver.options.signal);
+      signal_ =
+          std::make_shared<const tracking::SignalOptions>(receiver_->config().receiver().options.signal);
     return std::make_shared<KeptEpoch>(
         std::move(step.epoch), std::move(messages),
         paths ? std::make_shared<const propagation::Arrival>(std::move(step.arrival)) : nullptr, signal_,

@@ -51,7 +51,7 @@ class Samples(unittest.TestCase):
 
     def test_bad_input_is_one_clear_error(self):
         for words, problem in (
-            ({"band": "L9"}, "is no band"),
+            ({"band": "L9"}, "is not a band"),
             ({"centre_hz": 1.5e9}, "carry no signal"),
             ({"rate_hz": 1e3}, "must be at least"),
             ({"real": True}, "intermediate frequency"),

@@ -111,7 +111,7 @@ class Trace(unittest.TestCase):
         wrong("of type <U1", [["a", "b", "c"]], self.sky, NOON)
         wrong("of type complex128", np.zeros((1, 3), complex), self.sky, NOON)
         wrong("3 times for 2 places", np.zeros((2, 3)), self.sky, [NOON] * 3)
-        wrong("is no unit vector", np.zeros((2, 3)), directions=[[0, 0, 2]])
+        wrong("is not a unit vector", np.zeros((2, 3)), directions=[[0, 0, 2]])
         wrong("'X99' is no satellite", np.zeros((2, 3)), self.sky, NOON, satellites=["X99"])
         wrong("is no time", np.zeros((2, 3)), self.sky, {})
         wrong("did you mean 'reflection_order'", np.zeros((2, 3)), self.sky, NOON, propagation={"reflection_ordr": 1})

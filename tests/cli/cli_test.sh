@@ -402,7 +402,7 @@ P
   cmp b.iq c.iq || fail "the filter's bytes depend on the threads"
   says b.sigmf-meta 'Filtered: 2 MHz'
   runs 2 "$canyon" iq small.yaml --out f.iq --rate 2.5e6 --bandwidth 2.4e6; one_line; says err 'needs 1320000 Hz to either side, and 1250000 Hz are there'
-  runs 2 "$canyon" iq small.yaml --out f.iq --band L9; one_line; says err "'L9' is no band"
+  runs 2 "$canyon" iq small.yaml --out f.iq --band L9; one_line; says err "'L9' is not a band"
   runs 2 "$canyon" iq small.yaml --out f.iq --centre-hz 1.5e9; one_line; says err 'carry no signal of the sky'
   runs 2 "$canyon" iq small.yaml --out f.iq --duration 0.5; one_line; says err 'one epoch'
   runs 2 "$canyon" iq small.yaml --out f.iq --rate 1e5; says err '--rate'

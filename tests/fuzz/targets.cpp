@@ -315,12 +315,10 @@ void take_commands(const fs::path& path) {
       "start: 2026-06-01T12:00:00Z\nreceivers: [{name: rover, profile: ideal}]\n",
       "commands", {false});
   static std::vector<simulation::LiveReceiver> receivers = [] {
-    simulation::LiveConfig config;
-    config.sky = scenario.sky;
-    config.receiver = scenario.receivers.front();
     city::City city{"open", geodesy::LocalFrame(test::sample_place()), {}, {}};
     std::vector<simulation::LiveReceiver> made;
-    made.emplace_back(config, std::make_shared<simulation::CityScene>(std::move(city)), *scenario.start);
+    made.emplace_back(simulation::LiveConfig(scenario),
+                      std::make_shared<simulation::CityScene>(std::move(city)), *scenario.start);
     return made;
   }();
   static const live::Figures figures;

@@ -1,4 +1,4 @@
-"""What the example drives of the simulators share: children that end, the truth of a drive, its world, a table of fixes."""
+"""Parts of the simulators' example drives: child processes, the truth of a drive, its world, a table of fixes."""
 import argparse
 import bisect
 import csv

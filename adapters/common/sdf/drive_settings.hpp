@@ -12,7 +12,7 @@
 
 namespace canyon::adapters {
 
-/// What the element of libCanyonDrivePlugin.so says.
+/// The settings in the element of libCanyonDrivePlugin.so.
 struct DriveSettings {
   VehicleDrive drive;
   bool heading = true;  ///< the model looks where it goes; false: it keeps the attitude it was given

@@ -34,7 +34,7 @@ Node scalar(std::string text) {
   return node;
 }
 
-// Models of PX4 and ROS carry them empty, for "the default".
+// Models of PX4 and ROS have empty elements for the default.
 bool may_be_empty(std::string_view path) {
   return path == "robotNamespace" || path == "ros.namespace";
 }

@@ -34,7 +34,7 @@ constexpr OtherName kOtherNames[] = {
     {"update_rate", "rate_hz"},
 };
 
-// Elements of other plugins that users exchange for this one; the error names what serves instead.
+// Elements of other plugins that users exchange for this one; the warning names a replacement.
 struct Foreign {
   const char* name;
   const char* instead;
@@ -62,7 +62,7 @@ constexpr Foreign kForeign[] = {
     {"homeAltitude", kPx4Home, true},
 };
 
-// Of which a plugin has another default or meaning than a file.
+// Keys with another default or meaning in a plugin than in a file.
 struct Difference {
   const char* path;
   const char* default_value;
@@ -104,10 +104,10 @@ std::vector<Key> known_elements() {
   return known;
 }
 
-// True where an element of PX4's gps plugin stands.
+// Whether there is an element of PX4's gps plugin.
 bool take_foreign(PluginElements& elements, std::vector<std::string>& warnings) {
   bool px4 = elements.has("gpsNoise");
-  std::vector<std::pair<std::string, std::string_view>> ignored;  // tags, what serves instead
+  std::vector<std::pair<std::string, std::string_view>> ignored;  // tags and replacements
   for (const Foreign& foreign : kForeign) {
     if (!elements.take(foreign.name)) continue;
     px4 = px4 || foreign.px4;
@@ -123,14 +123,14 @@ bool take_foreign(PluginElements& elements, std::vector<std::string>& warnings) 
   return px4;
 }
 
-// What is no boolean is left for the reader to refuse.
+// Other texts are left for the reader to refuse.
 std::string turned_round(const std::string& text) {
   const std::string small = lower_case(text);
   if (small == "true" || small == "1") return "false";
   return small == "false" || small == "0" ? "true" : text;
 }
 
-// True where the paper's satellites stand, which mean its receiver as well.
+// Whether there are the paper's satellites, which imply its receiver.
 bool take_other_names(PluginElements& elements) {
   const bool paper = elements.has("satAzimuth");
   for (const OtherName& other : kOtherNames) {
@@ -189,11 +189,11 @@ HostSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginPl
   const bool paper = take_other_names(elements);
   std::vector<std::filesystem::path> folders;
   if (!place.folder.empty()) folders.push_back(place.folder);
-  // A model may bring its files along. What was not read from a file has no path, or a name in its place.
+  // A model may bring its files along. Elements that come from no file have no absolute path.
   const std::filesystem::path own(element ? element->FilePath() : "");
   if (own.is_absolute()) folders.push_back(own.parent_path());
   elements.read(settings, folders, place.resources);
-  const bool mirror = settings.live.receiver.propagation.model == propagation::Model::Mirror;
+  const bool mirror = settings.live.receiver().propagation.model == propagation::Model::Mirror;
   if (place.on_ray_sensor && paper && mirror && !elements.has("ray_engine")) {
     settings.ray_engine = RayEngine::Physics;
   }

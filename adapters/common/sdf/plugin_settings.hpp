@@ -11,7 +11,7 @@
 
 namespace canyon::adapters {
 
-/// Where a plugin is attached; decides defaults.
+/// The place of a plugin, which decides defaults.
 struct PluginPlace {
   bool on_ray_sensor = false;
   std::string name;  ///< for messages: "plugin 'gnss' of model 'car'"

@@ -132,12 +132,12 @@ TEST(HostSettings, ThePapersSnippetWorksUnchanged) {
   EXPECT_EQ(s.ros_namespace, "/multipath");
   EXPECT_THAT(s.remappings, ElementsAre(Pair("~/out", "scan")));
   EXPECT_TRUE(s.publish_scan);
-  EXPECT_TRUE(s.live.receiver.options.noise.enabled);
+  EXPECT_TRUE(s.live.receiver().options.noise.enabled);
   EXPECT_THAT(s.live.sky.frozen_azimuth_rad, ElementsAre(2.93, 3.39, 5.56, 0.23, 4.02, 1.38, 2.23, 0.65));
   EXPECT_THAT(s.live.sky.frozen_elevation_rad, ElementsAre(0.78, 0.32, 1.02, 0.90, 0.47, 0.26, 1.09, 0.38));
-  EXPECT_EQ(s.live.receiver.propagation.model, propagation::Model::Mirror);
+  EXPECT_EQ(s.live.receiver().propagation.model, propagation::Model::Mirror);
   // Section III of the paper: 15 deg, more than four satellites; and no strength or filter.
-  const receiver::ReceiverOptions& options = s.live.receiver.options;
+  const receiver::ReceiverOptions& options = s.live.receiver().options;
   EXPECT_NEAR(degrees(options.fix.elevation_mask_rad), 15, 1e-12);
   EXPECT_EQ(options.fix.min_satellites, 5);
   EXPECT_FALSE(options.signal.enabled || options.filter.enabled);
@@ -147,29 +147,29 @@ TEST(HostSettings, ThePapersSnippetWorksUnchanged) {
 }
 
 TEST(HostSettings, DisableNoiseDisablesNoise) {
-  EXPECT_FALSE(read("<disableNoise>1</disableNoise>").live.receiver.options.noise.enabled);
-  EXPECT_FALSE(read("<disableNoise>True</disableNoise>").live.receiver.options.noise.enabled);
-  EXPECT_TRUE(read("<disableNoise>false</disableNoise>").live.receiver.options.noise.enabled);
+  EXPECT_FALSE(read("<disableNoise>1</disableNoise>").live.receiver().options.noise.enabled);
+  EXPECT_FALSE(read("<disableNoise>True</disableNoise>").live.receiver().options.noise.enabled);
+  EXPECT_TRUE(read("<disableNoise>false</disableNoise>").live.receiver().options.noise.enabled);
 }
 
 TEST(HostSettings, ThePapersDefaultsGiveWay) {
   // Not on a ray sensor there are no rays to take over.
   EXPECT_EQ(read(kPaper, false).ray_engine, RayEngine::Embree);
-  EXPECT_EQ(read(kPaper, false).live.receiver.propagation.model, propagation::Model::Mirror);
+  EXPECT_EQ(read(kPaper, false).live.receiver().propagation.model, propagation::Model::Mirror);
   const HostSettings specular = read(kPaper + "<propagation><model>specular</model></propagation>", true);
-  EXPECT_EQ(specular.live.receiver.propagation.model, propagation::Model::Specular);
+  EXPECT_EQ(specular.live.receiver().propagation.model, propagation::Model::Specular);
   EXPECT_EQ(specular.ray_engine, RayEngine::Embree);
   EXPECT_EQ(read(kPaper + "<ray_engine>embree</ray_engine>", true).ray_engine, RayEngine::Embree);
   EXPECT_EQ(read(kPaper + "<propagation><max_range_m>50</max_range_m></propagation>", true).ray_engine,
             RayEngine::Physics);
   const HostSettings phone = read(kPaper + "<profile>phone</profile>", true);
-  EXPECT_TRUE(phone.live.receiver.options.signal.enabled);
+  EXPECT_TRUE(phone.live.receiver().options.signal.enabled);
   EXPECT_EQ(phone.ray_engine, RayEngine::Embree);
   // The scenario's own words for the same satellites ask for nothing of the paper's.
   const HostSettings frozen = read(
       "<sky><frozen><satAzimuth>1 2</satAzimuth><satElevation>0.5 0.6</satElevation></frozen></sky>", true);
   EXPECT_THAT(frozen.live.sky.frozen_azimuth_rad, ElementsAre(1, 2));
-  EXPECT_EQ(frozen.live.receiver.propagation.model, propagation::Model::Specular);
+  EXPECT_EQ(frozen.live.receiver().propagation.model, propagation::Model::Specular);
   EXPECT_EQ(frozen.ray_engine, RayEngine::Embree);
 }
 
@@ -180,9 +180,9 @@ TEST(HostSettings, NothingButDefaults) {
     EXPECT_FALSE(s.live.start);
     EXPECT_FALSE(s.live.rate_hz);
     EXPECT_EQ(s.live.seed, 1U);
-    EXPECT_EQ(s.live.receiver.propagation.model, propagation::Model::Specular);
-    EXPECT_TRUE(s.live.receiver.options.signal.enabled);  // of the profile ublox-m10
-    EXPECT_TRUE(s.live.receiver.options.filter.enabled);
+    EXPECT_EQ(s.live.receiver().propagation.model, propagation::Model::Specular);
+    EXPECT_TRUE(s.live.receiver().options.signal.enabled);  // of the profile ublox-m10
+    EXPECT_TRUE(s.live.receiver().options.filter.enabled);
     EXPECT_FALSE(s.named);
     EXPECT_FALSE(s.origin);
     EXPECT_EQ(s.ray_engine, RayEngine::Embree);
@@ -288,7 +288,7 @@ TEST(HostSettings, EveryElementOfTheScenario) {
   EXPECT_EQ(live.rate_hz, 8);
   EXPECT_EQ(live.seed, 77U);
   EXPECT_TRUE(s.named);
-  const receiver::ReceiverOptions& o = live.receiver.options;
+  const receiver::ReceiverOptions& o = live.receiver().options;
   EXPECT_EQ(o.name, "roof");
   EXPECT_NEAR(degrees(o.fix.elevation_mask_rad), 12.5, 1e-12);
   EXPECT_EQ(o.fix.min_satellites, 6);
@@ -298,7 +298,7 @@ TEST(HostSettings, EveryElementOfTheScenario) {
   EXPECT_TRUE(o.troposphere);
   EXPECT_TRUE(o.fix.correct_ionosphere);
   EXPECT_TRUE(o.fix.correct_troposphere);
-  EXPECT_EQ(live.receiver.lever_arm_m, Eigen::Vector3d(1.5, -0.25, 0.75));
+  EXPECT_EQ(live.receiver().lever_arm_m, Eigen::Vector3d(1.5, -0.25, 0.75));
   EXPECT_EQ(o.clock.bias_s, 0.001);
   EXPECT_EQ(o.clock.drift, 2e-7);
   EXPECT_EQ(o.clock.drift_walk, 3e-9);
@@ -311,7 +311,7 @@ TEST(HostSettings, EveryElementOfTheScenario) {
   EXPECT_EQ(o.noise.drift_below_speed_mps, 0.7);
   EXPECT_EQ(o.noise.drift_below_los, 9);
   EXPECT_EQ(o.noise.drift_mu_sigma_m, 2.5);
-  const propagation::PropagationOptions& p = live.receiver.propagation;
+  const propagation::PropagationOptions& p = live.receiver().propagation;
   EXPECT_EQ(p.model, propagation::Model::Specular);  // beats the profile's
   EXPECT_EQ(p.reflection_order, 0);
   EXPECT_EQ(p.max_range_m, 450);
@@ -327,11 +327,11 @@ TEST(HostSettings, ABaseStandsInTheWorld) {
                  "<up_m>12</up_m></fixed></base><corrections><from>base</from></corrections>"),
           {false, kName, {}})
           .live;
-  ASSERT_TRUE(live.base);
-  EXPECT_EQ(live.base->options.name, "base");
-  EXPECT_EQ(*live.base->fixed->local_m, Eigen::Vector3d(400, -20, 12));
-  EXPECT_TRUE(live.base->options.own_draws);
-  EXPECT_EQ(live.receiver.options.corrections.from, "base");
+  ASSERT_NE(live.base(), nullptr);
+  EXPECT_EQ(live.base()->options.name, "base");
+  EXPECT_EQ(*live.base()->fixed->local_m, Eigen::Vector3d(400, -20, 12));
+  EXPECT_TRUE(live.base()->options.own_draws);
+  EXPECT_EQ(live.receiver().options.corrections.from, "base");
 }
 
 TEST(HostSettings, StartByWeek) {
@@ -368,7 +368,8 @@ TEST(HostSettings, FilesLieBesideTheWorldOrOnGazebosPaths) {
   std::ofstream(folder / "resources/bad.yaml") << "description: d\nmin_satellites: x\n";
   const auto satellites = [&](const std::string& profile) {
     return read("<profile>" + profile + "</profile>", false, folder / "world")
-        .live.receiver.options.fix.min_satellites;
+        .live.receiver()
+        .options.fix.min_satellites;
   };
   EXPECT_EQ(satellites("mine.yaml"), 7);
   EXPECT_EQ(satellites("./mine.yaml"), 7);
@@ -433,14 +434,14 @@ TEST(HostSettings, Px4sGpsPluginNeedsOnlyItsLineExchanged) {
   const HostSettings s = read(children);
   EXPECT_TRUE(s.publish_px4);
   EXPECT_EQ(s.ros_namespace, "");
-  EXPECT_TRUE(s.live.receiver.options.noise.enabled);
+  EXPECT_TRUE(s.live.receiver().options.noise.enabled);
   EXPECT_THAT(s.warnings, ElementsAre(AllOf(HasSubstr("<gpsXYRandomWalk>, <gpsZRandomWalk>"),
                                             HasSubstr("<gpsVZNoiseDensity> without effect"),
                                             HasSubstr("<noise><sigma_m_per_sqrt_s>"))));
   EXPECT_FALSE(read(children + "<publishers><px4>0</px4></publishers>").publish_px4);
   const HostSettings other = read("<gpsNoise>0</gpsNoise><topic>gps1</topic><update_rate>5</update_rate>");
   EXPECT_TRUE(other.publish_px4);
-  EXPECT_FALSE(other.live.receiver.options.noise.enabled);
+  EXPECT_FALSE(other.live.receiver().options.noise.enabled);
   EXPECT_EQ(other.px4_topic, "gps1");
   EXPECT_EQ(other.live.rate_hz, 5);
   EXPECT_THAT(read("<homeLatitude>47</homeLatitude>").warnings,
@@ -454,7 +455,7 @@ TEST(HostSettings, UnknownElementsWarnByNameAndStopNothing) {
       <mu_m>0.5</mu_m></noise>
     <propagation><max_range>5</max_range></propagation>
     <zzz_unheard_of><mu_m>3</mu_m></zzz_unheard_of>)");
-  EXPECT_EQ(s.live.receiver.options.noise.ou.mu_m, 0.5);
+  EXPECT_EQ(s.live.receiver().options.noise.ou.mu_m, 0.5);
   EXPECT_THAT(
       s.warnings,
       ElementsAre(
@@ -478,7 +479,7 @@ struct Wrong {
 TEST(HostSettings, AttributesWarnAndStopNothing) {
   const HostSettings settings =
       read("<noise enabled='false'><theta_per_s unit='1/s'>0.1</theta_per_s></noise><name>roof</name>");
-  EXPECT_EQ(settings.live.receiver.options.noise.ou.theta_per_s, 0.1);
+  EXPECT_EQ(settings.live.receiver().options.noise.ou.theta_per_s, 0.1);
   EXPECT_THAT(settings.warnings,
               ElementsAre("the attribute enabled=\"false\" of <noise> has no effect; write "
                           "<noise><enabled>false</enabled>",
@@ -566,11 +567,11 @@ TEST(HostSettings, WrongValuesNamePluginElementAndCure) {
        "91 is out of range", "90"},
       {"<origin_latitude>91</origin_latitude>", "<origin_latitude>", "without latitude or longitude", "give"},
       {"<origin_altitude>5</origin_altitude>", "<origin_altitude>", "without latitude or longitude", "give"},
-      {"<ros><namespace>a-b</namespace></ros>", "<ros><namespace>", "'a-b' is no namespace", "letters"},
-      {"<robotNamespace>a b</robotNamespace>", "<robotNamespace>", "'a b' is no namespace", "letters"},
-      {"<ros><remapping>fix=gps</remapping></ros>", "<ros><remapping>", "'fix=gps' is no remapping",
+      {"<ros><namespace>a-b</namespace></ros>", "<ros><namespace>", "'a-b' is not a namespace", "letters"},
+      {"<robotNamespace>a b</robotNamespace>", "<robotNamespace>", "'a b' is not a namespace", "letters"},
+      {"<ros><remapping>fix=gps</remapping></ros>", "<ros><remapping>", "'fix=gps' is not a remapping",
        "FROM:=TO"},
-      {"<ros><remapping>fix:=</remapping></ros>", "<ros><remapping>", "'' is no name of ROS", "letters"},
+      {"<ros><remapping>fix:=</remapping></ros>", "<ros><remapping>", "'' is not a name of ROS", "letters"},
       {"<ros><remapping>fix:=a</remapping><remapping>fix:=b</remapping></ros>", "<ros><remapping>",
        "'fix' has a name already, 'a'", "keep one"},
       // The shape of the element.
@@ -642,7 +643,7 @@ sdf::ElementPtr plugin(const options::Key& key, const std::string& value) {
 }
 
 TEST(PluginKeys, HoldEveryKeyOfALiveReceiver) {
-  for (const options::Key& live : simulation::live_description().keys) {
+  for (const options::Key& live : options::describe<simulation::LiveConfig>().keys) {
     EXPECT_THAT(plugin_keys(), testing::Contains(testing::Field(&options::Key::path, live.path)));
   }
 }

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "canyon/base/output_file.hpp"
-#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/geodesy/unix_time.hpp"
 
 namespace canyon::heatmap {
 namespace {
@@ -29,16 +29,15 @@ int locked(const Call& call) {
 }  // namespace
 
 double unix_seconds(geodesy::GpsTime t) {
-  constexpr std::int64_t kGpsEpoch = 315'964'800;  // 1980-01-06 is day 3657
   constexpr std::int64_t kNanoseconds = geodesy::GpsTime::kNanosecondsPerSecond;
-  std::int64_t seconds = t.nanoseconds() / kNanoseconds;
-  std::int64_t rest = t.nanoseconds() % kNanoseconds;
+  const std::int64_t unix_ns = geodesy::unix_from_gps(t);
+  std::int64_t seconds = unix_ns / kNanoseconds;
+  std::int64_t rest = unix_ns % kNanoseconds;
   if (rest < 0) {
     --seconds;
     rest += kNanoseconds;
   }
-  return static_cast<double>(seconds + kGpsEpoch - geodesy::leap_seconds(t)) +
-         static_cast<double>(rest) / kNanoseconds;
+  return static_cast<double>(seconds) + static_cast<double>(rest) / kNanoseconds;
 }
 
 void NetcdfFile::check_written(int status) const {
