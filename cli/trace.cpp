@@ -7,6 +7,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/columns.hpp"
 #include "canyon/output/epoch_values.hpp"
 #include "canyon/signal/path_strength.hpp"
 #include "canyon/simulation/scenario.hpp"
@@ -52,14 +53,51 @@ std::vector<SentSignal> sent_signals(const orbit::LineOfSight& line, geodesy::Gp
   return sent;
 }
 
-/// How much weaker a path leaves the antenna than the unobstructed line of sight would; infinite where
-/// nothing is left of it.
+/// A path's amplitude at the antenna's output over that of the unobstructed line of sight.
+std::complex<double> amplitude(const propagation::Path& path, const orbit::LineOfSight& line,
+                               double carrier_hz, const tracking::SignalOptions& signal) {
+  return signal::path_amplitude(path, line.elevation_rad, carrier_hz, signal.antenna, signal.strength);
+}
+/// Its loss; infinite where nothing is left of the path.
 double loss_db(const propagation::Path& path, const orbit::LineOfSight& line, double carrier_hz,
                const tracking::SignalOptions& signal) {
-  const std::complex<double> amplitude =
-      signal::path_amplitude(path, line.elevation_rad, carrier_hz, signal.antenna, signal.strength);
-  return -20 * std::log10(std::abs(amplitude)) + 0.0;
+  return -20 * std::log10(std::abs(amplitude(path, line, carrier_hz, signal))) + 0.0;
 }
+Json numbers(const Eigen::Vector3d& point) {
+  return Json::array({point.x(), point.y(), point.z()});
+}
+
+/// The columns of a table of results, from `first` on, of which the row has a value; `last` is the last one.
+void put_columns(Json& to, output::TableKind kind, const output::Row& row, std::string_view first,
+                 std::string_view last) {
+  using Kind = output::Column::Kind;
+  bool wanted = false;
+  for (const output::Column& column : output::table(kind).columns) {
+    wanted |= first == column.name;
+    if (!wanted) continue;
+    if (column.kind == Kind::Number) {
+      if (const double value = column.number(row); !std::isnan(value)) to[column.name] = value;
+    } else if (column.kind == Kind::Text) {
+      if (std::string text = column.text(row); !text.empty()) to[column.name] = std::move(text);
+    } else if (column.kind == Kind::Word) {
+      if (const std::int64_t i = column.integer(row); i >= 0) to[column.name] = std::string(column.word(i));
+    } else {
+      to[column.name] = column.integer(row);
+    }
+    if (last == column.name) return;
+  }
+}
+
+/// The satellite as tables of results have it, before a receiver measures anything.
+receiver::SatelliteObservation observation_of(const propagation::SatelliteView& view) {
+  receiver::SatelliteObservation seen;
+  seen.id = view.line.id;
+  seen.azimuth_rad = view.line.azimuth_rad;
+  seen.elevation_rad = view.line.elevation_rad;
+  seen.visibility = view.paths.visibility;
+  return seen;
+}
+
 std::string triple(const Eigen::Vector3d& point) {
   return fmt::format("{:.1f}, {:.1f}, {:.1f}", point.x(), point.y(), point.z());
 }
@@ -87,16 +125,15 @@ int run_trace(const TraceArguments& arguments) {
     out["enu_m"] = {antenna.x(), antenna.y(), antenna.z()};
     out["placement"] = std::string(output::placement_word(arrival.placement));
     out["satellites"] = Json::array();
+    simulation::Epoch nothing;  // the columns of satellites and paths ask no more of it than its time
+    nothing.observed.time = time;
     const tracking::ChannelModel model(signal, site.simulation().scenario().seed, receiver.name);
     for (const propagation::SatelliteView& view : arrival.views) {
       const std::vector<SentSignal> sent = sent_signals(view.line, time, receiver);
-      Json entry{{"sat", gnss::to_string(view.line.id)},
-                 {"azimuth_deg", geodesy::degrees(view.line.azimuth_rad)},
-                 {"elevation_deg", geodesy::degrees(view.line.elevation_rad)},
-                 {"range_m", view.line.range_m},
-                 {"visibility", std::string(propagation::name(view.paths.visibility))},
-                 {"signals", Json::array()},
-                 {"paths", Json::array()}};
+      const receiver::SatelliteObservation seen = observation_of(view);
+      output::Row row{nothing, &seen, &seen};
+      Json entry{{"range_m", view.line.range_m}, {"signals", Json::array()}, {"paths", Json::array()}};
+      put_columns(entry, output::TableKind::Satellites, row, "sat", "visibility");
       for (const SentSignal& s : sent) {
         Json one{{"signal", std::string(s.signal->name)},
                  {"rinex_code", std::string(s.signal->code)},
@@ -108,23 +145,20 @@ int run_trace(const TraceArguments& arguments) {
         entry["signals"].push_back(std::move(one));
       }
       for (const propagation::Path& path : view.paths.paths) {
-        Json one{{"kind", std::string(propagation::name(path.kind))},
-                 {"order", path.order},
-                 {"excess_path_m", path.excess_m}};
+        row.path = &path;
+        row.amplitude = 0;
+        Json one = Json::object();
         if (signal.enabled) {
-          one["loss_db"] = loss_db(path, view.line, view.line.state.carrier_frequency_hz, signal);
+          const double carrier_hz = view.line.state.carrier_frequency_hz;
+          row.amplitude = amplitude(path, view.line, carrier_hz, signal);
           Json& of_signals = one["signal_loss_db"] = Json::object();
           for (const SentSignal& s : sent) {
             of_signals[std::string(s.signal->name)] = loss_db(path, view.line, s.carrier_hz, signal);
           }
         }
+        put_columns(one, output::TableKind::Paths, row, "kind", {});
         if (path.foliage_depth_m > 0) one["foliage_depth_m"] = path.foliage_depth_m;
-        if (path.kind != propagation::PathKind::Direct) {
-          one["point_enu_m"] = {path.point.x(), path.point.y(), path.point.z()};
-        }
-        if (path.kind == propagation::PathKind::Reflected) {
-          one["incidence_deg"] = geodesy::degrees(path.incidence_rad());
-        }
+        if (path.kind != propagation::PathKind::Direct) one["point_enu_m"] = numbers(path.point);
         if (path.kind == propagation::PathKind::Reflected || path.kind == propagation::PathKind::Diffuse) {
           one["instance"] = path.instance;
           one["triangle"] = path.triangle;
@@ -134,7 +168,7 @@ int run_trace(const TraceArguments& arguments) {
         }
         if (path.kind == propagation::PathKind::Diffuse) one["scattered_power"] = path.scattered_power;
         if (path.order == 2) {
-          one["far_point_enu_m"] = {path.far_point.x(), path.far_point.y(), path.far_point.z()};
+          one["far_point_enu_m"] = numbers(path.far_point);
           one["far_incidence_deg"] = geodesy::degrees(path.far_incidence_rad());
           one["far_instance"] = path.far_instance;
           one["far_triangle"] = path.far_triangle;

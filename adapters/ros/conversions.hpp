@@ -84,92 +84,35 @@ void set_header(Header& header, const Head& head) {
   return satellite.above_mask && !satellite.measurement;
 }
 
-/// Constants of a message are members of its type: enumerators in ROS 1, static members in ROS 2.
-template <class Satellite>
+/// A message's constant for a value of the engine's enumeration, whose order the constants have. They are
+/// members of the message's type: enumerators in ROS 1, static members in ROS 2.
+template <class Enum, std::size_t N>
+[[nodiscard]] std::uint8_t code_of(Enum value, const std::uint8_t (&codes)[N]) {
+  const auto place = static_cast<std::size_t>(value);
+  return place < N ? codes[place] : std::uint8_t{255};
+}
+
+template <class M>
 [[nodiscard]] std::uint8_t system_code(gnss::System system) {
-  switch (system) {
-    case gnss::System::GPS:
-      return Satellite::GPS;
-    case gnss::System::GLONASS:
-      return Satellite::GLONASS;
-    case gnss::System::Galileo:
-      return Satellite::GALILEO;
-    case gnss::System::BeiDou:
-      return Satellite::BEIDOU;
-    case gnss::System::QZSS:
-      return Satellite::QZSS;
-    case gnss::System::SBAS:
-      return Satellite::SBAS;
-  }
-  return 255;
+  return code_of(system, {M::GPS, M::GLONASS, M::GALILEO, M::BEIDOU, M::QZSS, M::SBAS});
 }
-
-template <class Satellite>
+template <class M>
 [[nodiscard]] std::uint8_t visibility_code(propagation::Visibility visibility) {
-  switch (visibility) {
-    case propagation::Visibility::LOS:
-      return Satellite::LOS;
-    case propagation::Visibility::LOSMultipath:
-      return Satellite::LOS_MULTIPATH;
-    case propagation::Visibility::NLOS:
-      return Satellite::NLOS;
-    case propagation::Visibility::Blocked:
-      return Satellite::BLOCKED;
-  }
-  return 255;
+  return code_of(visibility, {M::LOS, M::LOS_MULTIPATH, M::NLOS, M::BLOCKED});
 }
-
-template <class Satellite>
+template <class M>
 [[nodiscard]] std::uint8_t lock_code(tracking::LockState lock) {
-  switch (lock) {
-    case tracking::LockState::Searching:
-      return Satellite::SEARCHING;
-    case tracking::LockState::Tracking:
-      return Satellite::TRACKING;
-    case tracking::LockState::Holding:
-      return Satellite::HOLDING;
-  }
-  return 255;
+  return code_of(lock, {M::SEARCHING, M::TRACKING, M::HOLDING});
 }
-
-template <class GnssSatellites>
+template <class M>
 [[nodiscard]] std::uint8_t status_code(positioning::FixStatus status) {
-  switch (status) {
-    case positioning::FixStatus::NotSolved:
-      return GnssSatellites::NOT_SOLVED;
-    case positioning::FixStatus::Fix:
-      return GnssSatellites::FIX;
-    case positioning::FixStatus::TooFewSatellites:
-      return GnssSatellites::TOO_FEW_SATELLITES;
-    case positioning::FixStatus::Singular:
-      return GnssSatellites::SINGULAR;
-    case positioning::FixStatus::NotConverged:
-      return GnssSatellites::NOT_CONVERGED;
-    case positioning::FixStatus::WeakGeometry:
-      return GnssSatellites::WEAK_GEOMETRY;
-    case positioning::FixStatus::NoSignal:
-      return GnssSatellites::NO_SIGNAL;
-  }
-  return 255;
+  return code_of(status, {M::NOT_SOLVED, M::FIX, M::TOO_FEW_SATELLITES, M::SINGULAR, M::NOT_CONVERGED,
+                          M::WEAK_GEOMETRY, M::NO_SIGNAL});
 }
-
-template <class GnssSatellites>
+template <class M>
 [[nodiscard]] std::uint8_t kind_code(positioning::FixKind kind) {
-  switch (kind) {
-    case positioning::FixKind::None:
-      return GnssSatellites::KIND_NONE;
-    case positioning::FixKind::Single:
-      return GnssSatellites::KIND_SINGLE;
-    case positioning::FixKind::Differential:
-      return GnssSatellites::KIND_DIFFERENTIAL;
-    case positioning::FixKind::Float:
-      return GnssSatellites::KIND_FLOAT;
-    case positioning::FixKind::Fixed:
-      return GnssSatellites::KIND_FIXED;
-    case positioning::FixKind::DeadReckoning:
-      return GnssSatellites::KIND_DEAD_RECKONING;
-  }
-  return 255;
+  return code_of(kind, {M::KIND_NONE, M::KIND_SINGLE, M::KIND_DIFFERENTIAL, M::KIND_FLOAT, M::KIND_FIXED,
+                        M::KIND_DEAD_RECKONING});
 }
 
 template <class Satellite>

@@ -611,10 +611,7 @@ double Column::value(const Row& row) const {
   return kNone;
 }
 
-std::string Column::cf_unit() const {
-  if (kind == Kind::Word || kind == Kind::Text) return {};
-  if (std::string_view(standard_name) == "latitude") return "degrees_north";
-  if (std::string_view(standard_name) == "longitude") return "degrees_east";
+std::string cf_unit(std::string_view unit) {
   static constexpr std::array<std::pair<std::string_view, const char*>, 7> kOther{{{"", "1"},
                                                                                    {"satellites", "1"},
                                                                                    {"cycles", "1"},
@@ -625,7 +622,14 @@ std::string Column::cf_unit() const {
   for (const auto& [ours, theirs] : kOther) {
     if (ours == unit) return theirs;
   }
-  return unit;
+  return std::string(unit);
+}
+
+std::string Column::cf_unit() const {
+  if (kind == Kind::Word || kind == Kind::Text) return {};
+  if (std::string_view(standard_name) == "latitude") return "degrees_north";
+  if (std::string_view(standard_name) == "longitude") return "degrees_east";
+  return output::cf_unit(unit);
 }
 
 std::string markdown(const Table& table) {

@@ -17,7 +17,7 @@
 
 namespace canyon::output {
 
-/// What a row of a table is of. Members that the table does not need are null.
+/// The subject of a table's row. Members that the table does not need are null.
 struct Row {
   const simulation::Epoch& epoch;
   const receiver::SatelliteObservation* satellite = nullptr;
@@ -27,6 +27,9 @@ struct Row {
   std::complex<double> amplitude = {};       ///< of the path: first_signal_amplitude()
   std::optional<PhaseArcs::Link> link = {};  ///< of the signal's phase to the one before it
 };
+
+/// A unit as CF and UDUNITS write it: "m s-1" of "m/s", "1" of none.
+[[nodiscard]] std::string cf_unit(std::string_view unit);
 
 /// Type of a column's values in the viewer's chunks, little-endian.
 enum class ViewType : std::uint8_t { F64, F32, I32, U32, U16, U8 };
@@ -85,7 +88,7 @@ struct Column {
   /// The value of a Number, Integer or Word (its index) in units, of Seconds in seconds; NaN: no value, and
   /// of Text.
   [[nodiscard]] double value(const Row& row) const;
-  /// The unit as CF and UDUNITS write it: "m s-1", "1" of numbers without one; empty for words and texts.
+  /// As output::cf_unit(), degrees of latitude and longitude by their names; empty for words and texts.
   [[nodiscard]] std::string cf_unit() const;
 };
 

@@ -363,7 +363,7 @@ TEST(EpochsCsv, StatementOfRaim) {
   EXPECT_EQ(records[2].at("consistent"), "") << "no test was made";
 }
 
-/// That the table stands in a page of docs/ between its marks.
+/// Expects the table in a page of docs/ between its marks.
 void expect_documented(const char* file, const std::string& what, const std::string& table) {
   const std::string page = test::read_bytes(std::filesystem::path(canyon_source_dir) / "docs" / file);
   const std::string begin = "<!-- begin: columns of " + what + " -->\n";
@@ -384,6 +384,7 @@ TEST(Documentation, HasTheTables) {
     const ViewTable& table = view_tables()[i];
     expect_documented("view-format.md", std::string(table.name), markdown(table));
   }
+  expect_documented("outputs.md", "the summary", markdown(summary_figures()));
 }
 
 TEST(Columns, AreNamedOnceAndSayWhatTheyAre) {

@@ -23,7 +23,7 @@ class LiveReceiver;
 
 namespace canyon::output {
 
-/// What a file says of its receiver beyond the epochs.
+/// The receiver of a file or stream, beyond its epochs.
 struct ReceiverDescription {
   std::string name;                                        ///< UTF-8
   std::set<gnss::System> systems = {};                     ///< that may occur; at least those of the epochs
@@ -47,7 +47,7 @@ struct ReceiverDescription {
                                                     const orbit::Sky& sky,
                                                     const gnss::NavigationData& navigation,
                                                     geodesy::GpsTime begin, double interval_s);
-/// Of a host's receiver and, behind it, of its base (LiveConfig::base()).
+/// Describes a host\'s receiver and, behind it, its base (LiveConfig::base()).
 [[nodiscard]] std::vector<ReceiverDescription> describe_receivers(const simulation::LiveReceiver& receiver,
                                                                   double interval_s);
 /// Precondition: `receiver` is an index into simulation.scenario().receivers.

@@ -33,7 +33,7 @@ class EpochRows {
   void add(const simulation::Epoch& epoch, std::size_t number, double time_s, int skyline,
            const ToLocal& local, std::span<const gnss::SatelliteId> satellites);
 
-  /// What an epoch does not say of itself. Places are in the city's frame [m].
+  /// Values that an epoch does not hold. Places are in the city's frame [m].
   struct Shown {
     double time_s = 0;  ///< since the begin of the view
     int skyline = -1;

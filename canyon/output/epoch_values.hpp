@@ -49,8 +49,9 @@ namespace canyon::output {
 /// position is not a fixed one.
 [[nodiscard]] std::optional<bool> wrong_fix(const simulation::Epoch& epoch);
 
-/// Of the vector between two antennas of a vehicle, from the base's to the receiver's, where its ambiguities
-/// are fixed [deg], in [0, 360) also after rounding to `decimals`. Float ones are off by many degrees.
+/// Azimuth of the vector between two antennas of a vehicle, from the base's to the receiver's, if its
+/// ambiguities are fixed [deg], in [0, 360) also after rounding to `decimals`. Float ones are off by many
+/// degrees.
 [[nodiscard]] std::optional<double> heading_deg(const positioning::Fix& fix, int decimals);
 
 /// Degrees of an azimuth [rad], in [0, 360) also after rounding to `decimals`.

@@ -12,13 +12,12 @@
 #include "canyon/output/epoch_values.hpp"
 #include "canyon/output/formats.hpp"
 #include "canyon/output/ubx/fix_codes.hpp"
+#include "canyon/output/ubx/satellite_names.hpp"
 
 namespace canyon::output {
 namespace {
 
 using geodesy::degrees;
-using gnss::System;
-
 constexpr positioning::FixKind kNoFix = positioning::FixKind::None;
 
 std::uint8_t fix_type(positioning::FixKind kind) {
@@ -62,26 +61,6 @@ std::uint8_t satellites(const positioning::Fix& fix) {
   return eight_bits(static_cast<double>(used_count(fix)));
 }
 
-/// 0 for satellites that have none.
-int single_number(gnss::SatelliteId id) {
-  const int n = id.number;
-  switch (id.system) {
-    case System::GPS:
-      return n <= 32 ? n : 0;
-    case System::GLONASS:
-      return n <= 32 ? 64 + n : 0;
-    case System::Galileo:
-      return n <= 36 ? 210 + n : 0;
-    case System::BeiDou:
-      return n <= 5 ? 158 + n : n <= 37 ? 27 + n : 0;
-    case System::QZSS:
-      return n <= 10 ? 192 + n : 0;
-    case System::SBAS:
-      return n >= 20 && n <= 58 ? 100 + n : 0;
-  }
-  return 0;
-}
-
 class MavlinkStream : public Encoder {
  public:
   explicit MavlinkStream(const ReceiverDescription& receiver) : begin_(receiver.begin) {}
@@ -91,8 +70,7 @@ class MavlinkStream : public Encoder {
     const geodesy::GpsTime now = epoch.observed.time;
     std::string bytes;
     if (!last_second_ || now - *last_second_ >= kSecond) {
-      // Where epochs come 1.0000001 s apart, not every second one; where they come 0.4 s apart, 1 s on
-      // average.
+      // Epochs that come 1.0000001 s apart are all sent; those that come 0.4 s apart every 1 s on average.
       const bool goes_on = last_second_ && now - *last_second_ < 2 * kSecond;
       last_second_ = goes_on ? *last_second_ + kSecond : now;
       bytes += frame(mavlink::Heartbeat{});
@@ -122,7 +100,7 @@ class MavlinkStream : public Encoder {
   std::uint8_t sequence_ = 0;
 };
 
-/// Where a fix is, and how well it says so: alike in all messages.
+/// A fix's place and accuracy, which all messages have alike.
 template <typename Message>
 void put_place(const simulation::Epoch& epoch, Message& m) {
   const positioning::Fix& fix = epoch.observed.fix;
@@ -288,7 +266,7 @@ std::optional<mavlink::GpsRtk> gps_rtk(const simulation::Epoch& epoch, geodesy::
 mavlink::GpsStatus gps_status(const simulation::Epoch& epoch) {
   std::vector<const receiver::SatelliteObservation*> tracked;
   for (const auto& satellite : epoch.observed.satellites) {
-    if (satellite.measurement && single_number(satellite.id) != 0) tracked.push_back(&satellite);
+    if (satellite.measurement && ubx::single_number(satellite.id) != 0) tracked.push_back(&satellite);
   }
   std::stable_sort(tracked.begin(), tracked.end(),
                    [](const auto* a, const auto* b) { return a->used > b->used; });
@@ -296,7 +274,7 @@ mavlink::GpsStatus gps_status(const simulation::Epoch& epoch) {
   m.visible = eight_bits(epoch.observed.visible);
   for (std::size_t i = 0; i < std::min(tracked.size(), m.number.size()); ++i) {
     const receiver::SatelliteObservation& satellite = *tracked[i];
-    m.number[i] = static_cast<std::uint8_t>(single_number(satellite.id));
+    m.number[i] = static_cast<std::uint8_t>(ubx::single_number(satellite.id));
     m.used[i] = satellite.used ? 1 : 0;
     m.zenith_deg[i] = eight_bits(90 - degrees(satellite.elevation_rad));
     m.azimuth[i] = eight_bits(wrapped_azimuth_deg(satellite.azimuth_rad, 2) * 255 / 360);

@@ -12,22 +12,22 @@ namespace canyon::output {
 // The yaw is the heading_deg() of two antennas, 360 for north.
 // Altitudes are heights above mean sea level (Epoch::altitude_m()). Satellites are those in the fix.
 
-/// What ArduPilot reads with GPS1_TYPE 14. It goes on with the last velocity where a message says to ignore
+/// ArduPilot reads it with GPS1_TYPE 14. It goes on with the last velocity where a message says to ignore
 /// it: a fix without velocity is sent as no fix.
 [[nodiscard]] mavlink::GpsInput gps_input(const simulation::Epoch& epoch);
 
-/// What PX4 reads from simulators (TCP 4560), and with MAV_USEHILGPS. It takes the velocity of every message
+/// PX4 reads it from simulators (TCP 4560), and with MAV_USEHILGPS. It takes the velocity of every message
 /// for measured: a fix without one is sent as no fix.
 [[nodiscard]] mavlink::HilGps hil_gps(const simulation::Epoch& epoch);
 
-/// What ground stations show of a vehicle's GPS. A fix without velocity has no speed and no course.
+/// Ground stations show it as the vehicle's GPS. A fix without velocity has no speed and no course.
 [[nodiscard]] mavlink::GpsRawInt gps_raw_int(const simulation::Epoch& epoch);
 
-/// The baseline, from the base, axes north, east, down at the antenna; empty where there is none.
+/// The baseline, from the base, axes north, east, down at the antenna; empty: none.
 /// @param begin of the run
 [[nodiscard]] std::optional<mavlink::GpsRtk> gps_rtk(const simulation::Epoch& epoch, geodesy::GpsTime begin);
 
-/// Of the satellites that the receiver tracks, those in the fix first, as many as there is room for. Numbers
+/// The satellites that the receiver tracks, those in the fix first, as many as there is room for. Numbers
 /// are u-blox's single ones (UBX-22008968, 1.5.2, "Satellite numbering"): GPS 1 to 32, SBAS 120 to 158,
 /// Galileo 211 to 246, BeiDou 159 to 163 and 33 to 64, QZSS 193 to 202, GLONASS 65 to 96; satellites beyond
 /// are left out.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <set>
@@ -28,24 +29,19 @@ constexpr double kKnotsPerMps = 3600.0 / 1852.0;
 struct SystemCodes {
   std::string_view talker;
   char system_id;
-  char signal_id;  ///< L1 C/A, G1 C/A, E1, B1I, L1 C/A
+  char signal_id;           ///< L1 C/A, G1 C/A, E1, B1I, L1 C/A
+  int first, last, offset;  ///< satellites that have a number, and its distance from theirs
 };
 
-SystemCodes codes(System system) {
-  switch (system) {
-    case System::GPS:
-    case System::SBAS:
-      return {"GP", '1', '1'};
-    case System::GLONASS:
-      return {"GL", '2', '1'};
-    case System::Galileo:
-      return {"GA", '3', '7'};
-    case System::BeiDou:
-      return {"GB", '4', '1'};
-    case System::QZSS:
-      return {"GQ", '5', '1'};
-  }
-  return {"GN", '0', '0'};
+/// In the order of System.
+const SystemCodes& codes(System system) {
+  static constexpr std::array<SystemCodes, gnss::kSystemCount> kCodes{{{"GP", '1', '1', 1, 32, 0},
+                                                                       {"GL", '2', '1', 1, 32, 64},
+                                                                       {"GA", '3', '7', 1, 36, 0},
+                                                                       {"GB", '4', '1', 1, 63, 0},
+                                                                       {"GQ", '5', '1', 1, 10, 0},
+                                                                       {"GP", '1', '1', 20, 51, 13}}};
+  return kCodes.at(static_cast<std::size_t>(system));
 }
 
 /// NMEA has the satellites of SBAS among GPS's.
@@ -237,33 +233,9 @@ std::string nmea_sentence(std::string_view body) {
 }
 
 std::optional<int> nmea_satellite_number(gnss::SatelliteId id) {
-  const int n = id.number;
-  int first = 1, last = 0, offset = 0;
-  switch (id.system) {
-    case System::GPS:
-      last = 32;
-      break;
-    case System::GLONASS:
-      last = 32;
-      offset = 64;
-      break;
-    case System::Galileo:
-      last = 36;
-      break;
-    case System::BeiDou:
-      last = 63;
-      break;
-    case System::QZSS:
-      last = 10;
-      break;
-    case System::SBAS:
-      first = 20;
-      last = 51;
-      offset = 13;
-      break;
-  }
-  if (n < first || n > last) return std::nullopt;
-  return n + offset;
+  const SystemCodes& system = codes(id.system);
+  if (id.number < system.first || id.number > system.last) return std::nullopt;
+  return id.number + system.offset;
 }
 
 std::string nmea_gga(const simulation::Epoch& epoch) {

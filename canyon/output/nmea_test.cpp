@@ -261,7 +261,7 @@ TEST(Nmea, SignalStrengthOfWhatIsTracked) {
 
 class GpsdDecode : public testing::Test {
  protected:
-  /// What gpsdecode makes of the file that the sink wrote.
+  /// Output of gpsdecode for the file that the sink wrote.
   static std::vector<nlohmann::json> decode(const std::filesystem::path& path) {
     const auto result = test::run_program("gpsdecode < '" + path.string() + "'");
     EXPECT_EQ(result.status, 0);

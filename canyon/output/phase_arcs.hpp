@@ -10,7 +10,7 @@
 
 namespace canyon::output {
 
-/// Where one receiver's carrier phases are continuous, followed from epoch to epoch.
+/// Follows from epoch to epoch where one receiver's carrier phases are continuous.
 class PhaseArcs {
  public:
   /// How a phase continues the satellite's earlier ones.

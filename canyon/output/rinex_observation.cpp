@@ -180,8 +180,8 @@ class RinexObservation final : public Encoder {
     return text;
   }
 
-  /// Of each phase code what was added to align it with the others of its band (3.04, 9.1). Simulated phases
-  /// are aligned as they are: nothing was. Without phases: not known.
+  /// The shift that aligned each phase code with the others of its band (3.04, 9.1). Simulated phases are
+  /// aligned without one; without phases it is not known.
   [[nodiscard]] std::string phase_shifts() const {
     std::string text;
     for (const gnss::System system : receiver_.systems) {

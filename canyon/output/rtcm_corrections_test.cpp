@@ -1,4 +1,4 @@
-// What a receiver's own stream of RTCM comes back as, by CorrectionsDecoder.
+// CorrectionsDecoder reads a receiver's own stream of RTCM back.
 #include <gtest/gtest.h>
 
 #include <algorithm>

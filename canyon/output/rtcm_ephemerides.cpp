@@ -36,8 +36,8 @@ struct Steps {
 constexpr Steps kGps{16, 0x1p-29, 16, 0x1p-5, 16, 16}, kGalileo{16, 0x1p-29, 16, 0x1p-5, 14, 60},
     kBeiDou{18, 0x1p-31, 18, 0x1p-6, 17, 8};
 
-/// What all Keplerian messages have in the same order: Crs to Cus, the square root of the axis, toe, Cic to
-/// OMEGA DOT.
+/// The fields that all Keplerian messages have in the same order: Crs to Cus, the square root of the axis,
+/// toe, Cic to OMEGA DOT.
 void put_orbit(Bits& to, const KeplerEphemeris& e, const Steps& s, double toe_s) {
   to.number(e.crs, s.radius, s.radius_bits)
       .angle(e.mean_motion_difference, 0x1p-43, 16)
@@ -166,7 +166,7 @@ Bits ephemeris(const gnss::GlonassEphemeris& e) {
   const geodesy::CalendarTime tb = geodesy::glonass_from_gps(e.toe),
                               tk = geodesy::glonass_from_gps(e.transmission);
   const int tb_minutes = tb.hour * 60 + tb.minute;
-  // Years count in fours from 1996 on, days from the first of January of such a leap year.
+  // Years are counted in fours from 1996 on, days from the first of January of such a leap year.
   const int four_years = (tb.year - 1996) / 4;
   const GpsTime first_day = geodesy::gps_from_calendar({.year = 1996 + 4 * four_years, .month = 1, .day = 1});
   const GpsTime day = geodesy::gps_from_calendar({.year = tb.year, .month = tb.month, .day = tb.day});
@@ -210,7 +210,7 @@ template <typename Ephemeris>
 void Ephemerides::add_due(const std::vector<Ephemeris>& records, const simulation::Epoch& epoch,
                           std::vector<Bits>& messages) {
   const GpsTime now = epoch.observed.time;
-  // Those that the simulated sky goes by: the nearest in time, the newer one of two.
+  // The simulated sky uses the nearest in time, the newer one of two.
   std::map<Key, const Ephemeris*> nearest;
   for (const auto& satellite : epoch.observed.satellites) {
     if (!measured(satellite)) continue;

@@ -43,7 +43,7 @@ std::uint64_t epoch_time(System system, GpsTime tag) {
     return static_cast<std::uint64_t>(tag.nanosecond_of_week() / kMillisecond_ns);
   geodesy::CalendarTime moscow = geodesy::glonass_from_gps(tag);
   moscow.second = std::min(moscow.second, 59);
-  // Of a week that begins on Sunday, as GPS's does.
+  // Milliseconds of a week that begins on Sunday, as GPS's does.
   const std::int64_t ms = geodesy::gps_from_calendar(moscow).nanosecond_of_week() / kMillisecond_ns;
   constexpr std::int64_t kDay_ms = 86'400'000;
   return static_cast<std::uint64_t>(ms / kDay_ms) << 27 | static_cast<std::uint64_t>(ms % kDay_ms);

@@ -32,7 +32,7 @@ transport::StreamDescription stream_description(const Format& format, const Rece
   return stream;
 }
 
-/// Throws InputError where nobody could say where his station is to be, or no base measures for it.
+/// Throws InputError where no client can state the place of its station, or no base measures for it.
 void check_virtual_station(const StreamRequest& request, const ReceiverDescription& base) {
   const auto refuse = [](std::string_view problem, std::string_view cure) {
     throw InputError(fmt::format("virtual_station: {}", problem), cure);
@@ -45,7 +45,7 @@ void check_virtual_station(const StreamRequest& request, const ReceiverDescripti
            "serve it as ntrip-caster://HOST:PORT/MOUNT or tcp://HOST:PORT");
   }
   if (!base.station_ecef) {
-    refuse(fmt::format("'{}' moves and is no base station", base.name),
+    refuse(fmt::format("'{}' moves and is not a base station", base.name),
            "give that receiver fixed: {latitude_deg: ..., longitude_deg: ...}");
   }
 }
@@ -170,7 +170,7 @@ StreamRequest parse_stream(std::string_view text) {
     request.address.resize(question);
   }
   if (request.format.empty() || request.address.empty()) {
-    throw InputError(fmt::format("'{}' is no stream", text),
+    throw InputError(fmt::format("'{}' is not a stream", text),
                      "write FORMAT=ADDRESS, such as nmea=tcp://127.0.0.1:10110; with several receivers "
                      "RECEIVER/FORMAT=ADDRESS");
   }

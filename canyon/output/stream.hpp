@@ -23,7 +23,7 @@ using simulation::StreamOptions;
 using simulation::StreamRequest;
 
 /// "nmea=tcp://127.0.0.1:10110", with several receivers "rover/nmea=...", with options
-/// "nmea=pty:?rate_hz=5&latency_s=0.1". Throws InputError for what is no request.
+/// "nmea=pty:?rate_hz=5&latency_s=0.1". Throws InputError for other texts.
 [[nodiscard]] StreamRequest parse_stream(std::string_view text);
 
 /// Epochs of one receiver through an encoder to an address.
@@ -47,7 +47,7 @@ class EncodedStream final : public simulation::EpochSink {
   void serve();
   /// The part of serve() that is not the link's.
   void send_due();
-  /// When serve() has the next bytes to send; empty: none wait.
+  /// The instant at which serve() has the next bytes to send; empty: none wait.
   [[nodiscard]] std::optional<Clock::time_point> next_due() const;
   [[nodiscard]] std::vector<std::string> take_notes() { return link_->take_notes(); }
   [[nodiscard]] std::size_t receiver() const { return receiver_; }
@@ -91,7 +91,7 @@ class EncodedStream final : public simulation::EpochSink {
 /// Place of the receiver that a request names among `names`. Throws InputError for an unknown receiver, and
 /// for none with several.
 [[nodiscard]] std::size_t find_receiver(const StreamRequest& request, const std::vector<std::string>& names);
-/// Of a simulation's receiver. Throws InputError also for an unknown receiver, and for none with several.
+/// For a simulation's receiver. Throws InputError also for an unknown receiver, and for none with several.
 [[nodiscard]] std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request,
                                                          const simulation::Simulation& simulation);
 /// A file of a format: open_stream() with "file:".

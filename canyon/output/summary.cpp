@@ -1,3 +1,5 @@
+#include "canyon/output/summary.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,7 +11,6 @@
 #include "canyon/base/statistics.hpp"
 #include "canyon/base/utf8.hpp"
 #include "canyon/output/epoch_values.hpp"
-#include "canyon/output/sinks.hpp"
 
 namespace canyon::output {
 namespace {
@@ -29,19 +30,15 @@ class MeanOf {
   std::size_t count_ = 0;
 };
 
-/// What is kept of one receiver's epochs.
+/// Sums and lists over one receiver's epochs.
 struct Tally {
-  std::size_t epochs = 0, fixes = 0;
+  RunSummary counts;  // the figures that are counts, and the longest outage
   std::vector<double> horizontal_m, vertical_m, hdop;
   double visible = 0, blocked = 0, used = 0;
   std::array<std::size_t, 4> by_visibility{};
   MeanOf cn0_los_dbhz, cn0_nlos_dbhz;
-  std::size_t exclusions = 0, raim_tested = 0, inconsistent = 0;
-  std::array<std::size_t, 6> by_kind{};  // FixKind
-  std::size_t wrong_fixes = 0;
   std::vector<double> fixed_m;
   std::optional<geodesy::GpsTime> first, first_fixed;
-  double longest_outage_s = 0;
   std::optional<geodesy::GpsTime> outage_began;
   std::optional<geodesy::GpsTime> last, last_but_one;
   struct Fault {
@@ -58,10 +55,114 @@ struct Tally {
   }
   void close_outage(geodesy::GpsTime end) {
     if (!outage_began) return;
-    longest_outage_s = std::max(longest_outage_s, end - *outage_began);
+    counts.longest_outage_s = std::max(counts.longest_outage_s, end - *outage_began);
     outage_began.reset();
   }
 };
+
+// --- the figures. Records of studies have them in this order: a new one goes behind the others.
+
+template <auto member>
+double of(const RunSummary& s) {
+  return static_cast<double>(s.*member);
+}
+template <std::size_t RunSummary::*count>
+double share_of_epochs(const RunSummary& s) {
+  return s.epochs > 0 ? static_cast<double>(s.*count) / static_cast<double>(s.epochs) : kNan;
+}
+template <double RunSummary::*value>
+bool known(const RunSummary& s) {
+  return std::isfinite(s.*value);
+}
+bool corrected(const RunSummary& s) {
+  return s.by_fixed + s.by_float + s.by_differential > 0;
+}
+bool ever_fixed(const RunSummary& s) {
+  return s.by_fixed > 0;
+}
+bool excludes(const RunSummary& s) {
+  return s.raim_tested > 0 || s.exclusions > 0;
+}
+bool tested(const RunSummary& s) {
+  return s.raim_tested > 0;
+}
+
+using S = RunSummary;
+// Name, unit, decimals and label in tables for people with its factor, variable in studies, meaning, value,
+// and the runs that have it.
+constexpr std::array kFigures{
+    SummaryFigure{"epochs", "", 0, "epochs", 1, "epochs", "epochs", &of<&S::epochs>},
+    SummaryFigure{"fixes", "", 0, "epochs with fix", 1, "", "epochs with a fix", &of<&S::fixes>},
+    SummaryFigure{"fix_share", "", 1, "epochs with fix", 100, "fix_share", "share of epochs with a fix",
+                  &share_of_epochs<&S::fixes>},
+    SummaryFigure{"longest_outage_s", "s", 1, "longest outage", 1, "longest_outage",
+                  "longest time without a fix", &of<&S::longest_outage_s>},
+    SummaryFigure{"horizontal_p50_m", "m", 3, "horizontal error, median", 1, "horizontal_error_p50",
+                  "median of the horizontal error", &of<&S::horizontal_p50_m>},
+    SummaryFigure{"horizontal_p95_m", "m", 3, "horizontal error, 95 %", 1, "horizontal_error_p95",
+                  "95 % of the horizontal error", &of<&S::horizontal_p95_m>},
+    SummaryFigure{"horizontal_max_m", "m", 3, "horizontal error, largest", 1, "horizontal_error_max",
+                  "largest horizontal error", &of<&S::horizontal_max_m>},
+    SummaryFigure{"vertical_p50_m", "m", 3, "vertical error, median", 1, "vertical_error_p50",
+                  "median of the vertical error without its sign", &of<&S::vertical_p50_m>},
+    SummaryFigure{"vertical_p95_m", "m", 3, "vertical error, 95 %", 1, "vertical_error_p95",
+                  "95 % of the vertical error without its sign", &of<&S::vertical_p95_m>},
+    SummaryFigure{"median_hdop", "", 2, "HDOP, median", 1, "hdop",
+                  "median of the horizontal dilution of precision", &of<&S::median_hdop>},
+    SummaryFigure{"mean_visible", "", 1, "satellites tracked, mean", 1, "satellites_tracked",
+                  "satellites tracked, mean", &of<&S::mean_visible>},
+    SummaryFigure{"mean_blocked", "", 1, "satellites not tracked, mean", 1, "satellites_not_tracked",
+                  "satellites above the mask that are not tracked, mean", &of<&S::mean_blocked>},
+    SummaryFigure{"mean_used", "", 1, "satellites used, mean", 1, "satellites_used",
+                  "satellites used in fixes, mean", &of<&S::mean_used>},
+    SummaryFigure{"los_share", "", 1, "LOS", 100, "los_share",
+                  "share of satellites above the mask in line of sight alone", &of<&S::los_share>},
+    SummaryFigure{"los_multipath_share", "", 1, "LOS+multipath", 100, "los_multipath_share",
+                  "share in line of sight with multipath", &of<&S::los_multipath_share>},
+    SummaryFigure{"nlos_share", "", 1, "NLOS", 100, "nlos_share",
+                  "share without line of sight that are received", &of<&S::nlos_share>},
+    SummaryFigure{"blocked_share", "", 1, "blocked", 100, "blocked_share", "share that is blocked",
+                  &of<&S::blocked_share>},
+    SummaryFigure{"mean_cn0_los_dbhz", "dB-Hz", 1, "C/N0 of LOS, mean", 1, "cn0_los",
+                  "C/N0 of satellites in line of sight, mean", &of<&S::mean_cn0_los_dbhz>,
+                  &known<&S::mean_cn0_los_dbhz>},
+    SummaryFigure{"mean_cn0_nlos_dbhz", "dB-Hz", 1, "C/N0 of NLOS, mean", 1, "cn0_nlos",
+                  "C/N0 of satellites without line of sight, mean", &of<&S::mean_cn0_nlos_dbhz>,
+                  &known<&S::mean_cn0_nlos_dbhz>},
+    SummaryFigure{"exclusions", "", 0, "satellites excluded, in all", 1, "exclusions",
+                  "satellites excluded from fixes, in all", &of<&S::exclusions>, &excludes},
+    SummaryFigure{"raim_tested", "", 0, "", 1, "", "epochs that RAIM tested", &of<&S::raim_tested>},
+    SummaryFigure{"inconsistent", "", 0, "epochs that failed RAIM", 1, "raim_failures",
+                  "epochs that failed RAIM", &of<&S::inconsistent>, &tested},
+    SummaryFigure{"by_fixed", "", 0, "", 1, "", "epochs with a fixed position (RTK)", &of<&S::by_fixed>},
+    SummaryFigure{"by_float", "", 0, "", 1, "", "epochs with a float position", &of<&S::by_float>},
+    SummaryFigure{"by_differential", "", 0, "", 1, "", "epochs with a differential position",
+                  &of<&S::by_differential>},
+    SummaryFigure{"wrong_fixes", "", 0, "", 1, "", "epochs with a fixed position that is wrong",
+                  &of<&S::wrong_fixes>},
+    SummaryFigure{"fixed_share", "", 1, "epochs fixed", 100, "fixed_share",
+                  "share of epochs with a fixed position (RTK)", &share_of_epochs<&S::by_fixed>, &corrected},
+    SummaryFigure{"float_share", "", 1, "epochs float", 100, "float_share",
+                  "share of epochs with a float position", &share_of_epochs<&S::by_float>, &corrected},
+    SummaryFigure{"differential_share", "", 1, "epochs differential", 100, "",
+                  "share of epochs with a differential position", &share_of_epochs<&S::by_differential>,
+                  &corrected},
+    SummaryFigure{"wrong_fix_share", "", 1, "epochs wrongly fixed", 100, "wrong_fix_share",
+                  "share of epochs with a fixed position that is wrong", &share_of_epochs<&S::wrong_fixes>,
+                  &ever_fixed},
+    SummaryFigure{"fixed_p95_m", "m", 3, "horizontal error while fixed, 95 %", 1, "fixed_error_p95",
+                  "95 % of the horizontal error while fixed", &of<&S::fixed_p95_m>, &ever_fixed},
+    SummaryFigure{"first_fixed_s", "s", 1, "time to the first fixed position", 1, "time_to_first_fixed",
+                  "from the first epoch to the first fixed position", &of<&S::first_fixed_s>, &ever_fixed},
+};
+
+/// A cell of the printed table.
+std::string cell(const SummaryFigure& figure, const RunSummary& summary) {
+  const double value = figure.value(summary) * figure.factor;
+  return figure.says_something(summary) && std::isfinite(value)
+             ? fmt::format("{:.{}f}", value, figure.decimals)
+             : std::string("-");
+}
 
 }  // namespace
 
@@ -79,16 +180,20 @@ SummarySink::~SummarySink() = default;
 void SummarySink::write(const simulation::Epoch& epoch) {
   Tally& tally = state_->tallies.at(epoch.receiver);
   const receiver::ReceiverEpoch& seen = epoch.observed;
-  ++tally.epochs;
+  RunSummary& counts = tally.counts;
+  ++counts.epochs;
   if (!tally.first) tally.first = seen.time;
-  ++tally.by_kind.at(static_cast<std::size_t>(seen.fix.kind()));
+  const positioning::FixKind kind = seen.fix.kind();
+  counts.by_fixed += kind == positioning::FixKind::Fixed ? 1 : 0;
+  counts.by_float += kind == positioning::FixKind::Float ? 1 : 0;
+  counts.by_differential += kind == positioning::FixKind::Differential ? 1 : 0;
   if (const std::optional<bool> wrong = wrong_fix(epoch)) {
     if (!tally.first_fixed) tally.first_fixed = seen.time;
-    tally.wrong_fixes += *wrong ? 1 : 0;
+    counts.wrong_fixes += *wrong ? 1 : 0;
     tally.fixed_m.push_back(output::horizontal_m(epoch.error_enu_m));
   }
   if (seen.fix.solved()) {
-    ++tally.fixes;
+    ++counts.fixes;
     tally.horizontal_m.push_back(output::horizontal_m(epoch.error_enu_m));
     tally.vertical_m.push_back(std::abs(epoch.error_enu_m.z()));
     if (seen.fix.dop) tally.hdop.push_back(seen.fix.dop->hdop);
@@ -113,10 +218,10 @@ void SummarySink::write(const simulation::Epoch& epoch) {
       strength.add(*satellite.measurement->cn0_dbhz);
     }
   }
-  tally.exclusions += seen.fix.excluded.size();
+  counts.exclusions += seen.fix.excluded.size();
   if (seen.fix.consistent) {
-    ++tally.raim_tested;
-    if (!*seen.fix.consistent) ++tally.inconsistent;
+    ++counts.raim_tested;
+    counts.inconsistent += *seen.fix.consistent ? 0 : 1;
   }
   tally.last_but_one = tally.last;
   tally.last = seen.time;
@@ -133,17 +238,8 @@ std::vector<RunSummary> SummarySink::summaries() const {
       const double step = tally.last_but_one ? *tally.last - *tally.last_but_one : 0.0;
       tally.close_outage(*tally.last + step);
     }
-    RunSummary s;
+    RunSummary s = std::move(tally.counts);
     s.receiver = state_->names[i];
-    s.epochs = tally.epochs;
-    s.fixes = tally.fixes;
-    const auto of_kind = [&](positioning::FixKind kind) {
-      return tally.by_kind[static_cast<std::size_t>(kind)];
-    };
-    s.by_fixed = of_kind(positioning::FixKind::Fixed);
-    s.by_float = of_kind(positioning::FixKind::Float);
-    s.by_differential = of_kind(positioning::FixKind::Differential);
-    s.wrong_fixes = tally.wrong_fixes;
     s.fixed_p95_m = quantile(tally.fixed_m, 0.95).value_or(kNan);
     s.first_fixed_s = tally.first_fixed ? *tally.first_fixed - *tally.first : kNan;
     s.horizontal_p50_m = quantile(tally.horizontal_m, 0.50).value_or(kNan);
@@ -151,7 +247,7 @@ std::vector<RunSummary> SummarySink::summaries() const {
     s.horizontal_max_m = quantile(tally.horizontal_m, 1.0).value_or(kNan);
     s.vertical_p50_m = quantile(tally.vertical_m, 0.50).value_or(kNan);
     s.vertical_p95_m = quantile(tally.vertical_m, 0.95).value_or(kNan);
-    const double epochs = tally.epochs > 0 ? static_cast<double>(tally.epochs) : kNan;
+    const double epochs = s.epochs > 0 ? static_cast<double>(s.epochs) : kNan;
     s.mean_visible = tally.visible / epochs;
     s.mean_blocked = tally.blocked / epochs;
     s.mean_used = tally.used / epochs;
@@ -168,10 +264,6 @@ std::vector<RunSummary> SummarySink::summaries() const {
     s.median_hdop = quantile(tally.hdop, 0.50).value_or(kNan);
     s.mean_cn0_los_dbhz = tally.cn0_los_dbhz.mean();
     s.mean_cn0_nlos_dbhz = tally.cn0_nlos_dbhz.mean();
-    s.exclusions = tally.exclusions;
-    s.raim_tested = tally.raim_tested;
-    s.inconsistent = tally.inconsistent;
-    s.longest_outage_s = tally.longest_outage_s;
     for (const Tally::Fault& fault : tally.faults) {
       s.faults.push_back({fault.name, fault.epochs, fault.horizontal_m.size(),
                           quantile(fault.horizontal_m, 0.95).value_or(kNan)});
@@ -181,72 +273,34 @@ std::vector<RunSummary> SummarySink::summaries() const {
   return result;
 }
 
+std::span<const SummaryFigure> summary_figures() {
+  return kFigures;
+}
+
+std::string markdown(std::span<const SummaryFigure> figures) {
+  std::string text = "| figure | in studies | unit | meaning |\n|---|---|---|---|\n";
+  for (const SummaryFigure& f : figures) {
+    const std::string kept = *f.kept != '\0' ? fmt::format("`{}` ", f.kept) : std::string();
+    text +=
+        fmt::format("| `{}` | {}| {}{}| {} |\n", f.name, kept, f.unit, *f.unit != '\0' ? " " : "", f.help);
+  }
+  return text;
+}
+
 std::string format_summary_table(const std::vector<RunSummary>& summaries) {
   struct Line {
     std::string label;
     std::function<std::string(const RunSummary&)> cell;
   };
-  const auto number = [](double RunSummary::*member, int decimals, double scale = 1) {
-    return [=](const RunSummary& s) {
-      const double value = s.*member * scale;
-      return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : std::string("-");
-    };
-  };
-  std::vector<Line> lines{
-      {"epochs", [](const RunSummary& s) { return fmt::format("{}", s.epochs); }},
-      {"with fix",
-       [](const RunSummary& s) {
-         if (s.epochs == 0) return std::string("-");
-         const double percent = 100.0 * static_cast<double>(s.fixes) / static_cast<double>(s.epochs);
-         return fmt::format("{} ({:.1f} %)", s.fixes, percent);
-       }},
-      {"longest outage [s]", number(&RunSummary::longest_outage_s, 1)},
-      {"horizontal error, median [m]", number(&RunSummary::horizontal_p50_m, 3)},
-      {"horizontal error, 95 % [m]", number(&RunSummary::horizontal_p95_m, 3)},
-      {"horizontal error, largest [m]", number(&RunSummary::horizontal_max_m, 3)},
-      {"vertical error, median [m]", number(&RunSummary::vertical_p50_m, 3)},
-      {"vertical error, 95 % [m]", number(&RunSummary::vertical_p95_m, 3)},
-      {"HDOP, median", number(&RunSummary::median_hdop, 2)},
-      {"satellites tracked, mean", number(&RunSummary::mean_visible, 1)},
-      {"satellites not tracked, mean", number(&RunSummary::mean_blocked, 1)},
-      {"satellites used, mean", number(&RunSummary::mean_used, 1)},
-      {"LOS [%]", number(&RunSummary::los_share, 1, 100)},
-      {"LOS+multipath [%]", number(&RunSummary::los_multipath_share, 1, 100)},
-      {"NLOS [%]", number(&RunSummary::nlos_share, 1, 100)},
-      {"blocked [%]", number(&RunSummary::blocked_share, 1, 100)},
-  };
-  // What only some receivers have.
-  const auto any = [&](auto has) { return std::any_of(summaries.begin(), summaries.end(), has); };
-  const auto share = [](std::size_t RunSummary::*member) {
-    return [=](const RunSummary& s) {
-      if (s.by_fixed + s.by_float + s.by_differential == 0) return std::string("-");
-      return fmt::format("{:.1f}", 100.0 * static_cast<double>(s.*member) / static_cast<double>(s.epochs));
-    };
-  };
-  if (any([](const RunSummary& s) { return s.by_fixed + s.by_float + s.by_differential > 0; })) {
-    lines.push_back({"fixed [% of epochs]", share(&RunSummary::by_fixed)});
-    lines.push_back({"float [%]", share(&RunSummary::by_float)});
-    lines.push_back({"differential [%]", share(&RunSummary::by_differential)});
+  std::vector<Line> lines;
+  for (const SummaryFigure& figure : kFigures) {
+    const bool wanted =
+        figure.applies == nullptr || std::any_of(summaries.begin(), summaries.end(), figure.applies);
+    if (*figure.label == '\0' || !wanted) continue;
+    const std::string_view unit = figure.printed_unit();
+    lines.push_back({unit.empty() ? figure.label : fmt::format("{} [{}]", figure.label, unit),
+                     [&figure](const RunSummary& s) { return cell(figure, s); }});
   }
-  if (any([](const RunSummary& s) { return s.by_fixed > 0; })) {
-    lines.push_back({"wrongly fixed [%]", share(&RunSummary::wrong_fixes)});
-    lines.push_back({"horizontal error while fixed, 95 % [m]", number(&RunSummary::fixed_p95_m, 3)});
-    lines.push_back({"time to the first fixed position [s]", number(&RunSummary::first_fixed_s, 1)});
-  }
-  if (any([](const RunSummary& s) {
-        return std::isfinite(s.mean_cn0_los_dbhz) || std::isfinite(s.mean_cn0_nlos_dbhz);
-      })) {
-    lines.push_back({"C/N0 of LOS, mean [dB-Hz]", number(&RunSummary::mean_cn0_los_dbhz, 1)});
-    lines.push_back({"C/N0 of NLOS, mean [dB-Hz]", number(&RunSummary::mean_cn0_nlos_dbhz, 1)});
-  }
-  const auto asked = [](const RunSummary& s) { return s.raim_tested > 0 || s.exclusions > 0; };
-  const auto tested = [](const RunSummary& s) { return s.raim_tested > 0; };
-  const auto count = [](auto applies, std::size_t RunSummary::*member) {
-    return [=](const RunSummary& s) { return applies(s) ? fmt::format("{}", s.*member) : std::string("-"); };
-  };
-  // By RAIM, or by the position filter's gate.
-  if (any(asked)) lines.push_back({"satellites excluded, in all", count(asked, &RunSummary::exclusions)});
-  if (any(tested)) lines.push_back({"epochs that failed RAIM", count(tested, &RunSummary::inconsistent)});
   // A fault that two receivers meet stands in one line.
   std::vector<std::string> faults;
   for (const RunSummary& s : summaries) {

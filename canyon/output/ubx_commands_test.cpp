@@ -1,5 +1,5 @@
-// What the device of formats ubx and ubx_m8 answers, after what the drivers of flight controllers send at
-// start.
+// Answers of the device of formats ubx and ubx_m8 to the commands that the drivers of flight controllers send
+// at start.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ using ubx::MessageId;
 using ubx::Payload;
 using Device = test::UbxDevice;
 
-// What PX4's driver sends to a receiver that takes CFG-VALSET, in its order.
+// Commands of PX4's driver to a receiver that takes CFG-VALSET, in its order.
 TEST(UbxDevice, IsConfiguredByPx4AsAnF9) {
   Device device(encode_ubx);
   EXPECT_TRUE(device.accepts(0x068A, values(1, {{0x20520002, 1},
@@ -134,8 +134,8 @@ TEST(UbxDevice, IsConfiguredByPx4AsAnM8) {
   EXPECT_EQ(counts[0x0A09], 50);
 }
 
-// What ArduPilot's driver sends: first its commands at each rate, then a walk over what it finds set
-// otherwise than it wants, by polls.
+// Commands of ArduPilot's driver: first its commands at each rate, then a walk over the settings that it
+// finds otherwise than it wants, by polls.
 TEST(UbxDevice, IsConfiguredByArduPilot) {
   for (const bool f9 : {true, false}) {
     Device device(f9 ? encode_ubx : encode_ubx_m8);

@@ -20,7 +20,7 @@ using geodesy::GpsTime;
 
 constexpr std::int64_t kMillisecond = 1'000'000;
 
-/// What satellites send, as far as a receiver has received whole messages of it.
+/// The messages of satellites that a receiver has received whole.
 class Subframes {
  public:
   /// Messages that ended since the epoch before, of satellites tracked all along.
@@ -146,14 +146,14 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     return text;
   }
 
-  /// Whoever asked for it: the time to the first fix counts from there.
+  /// The time to the first fix counts from a restart, whatever caused it.
   void begin_anew(const std::optional<disturbance::Restart>& restart) {
     if (!restart || restart->at == begin_) return;
     begin_ = restart->at;
     first_fix_.reset();
   }
 
-  /// Of a message by its name; empty where there has been no epoch, or it is no message of an epoch.
+  /// Payload of a message; empty before the first epoch, and for messages that do not come with epochs.
   [[nodiscard]] std::optional<std::string> output(ubx::MessageId id) const override {
     const auto known = ubx::messages();
     const bool is_there = std::any_of(known.begin(), known.end(), [&](const ubx::MessageInfo& info) {

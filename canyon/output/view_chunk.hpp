@@ -24,7 +24,7 @@ class ViewRows {
   /// of their types.
   void add(std::initializer_list<double> values);
   /// A row of a table with columns of output::tables(): values of its own columns, and the row of the others.
-  /// What their texts stand for is noted in `words`.
+  /// `words` takes the texts that indices stand for.
   void add(std::initializer_list<double> own, const Row& row, ViewWords& words);
   /// A row of a table of one column of bytes, as many as each row has.
   void add_bytes(std::string_view bytes);

@@ -24,14 +24,13 @@ struct ReceiverDescription;
 
 /// An epoch on its own, as the page shows it.
 struct EpochMessage {
-  std::string receiver;            ///< its name
-  std::optional<std::int64_t> id;  ///< of the question that it answers
-  Eigen::Vector3d place =
-      Eigen::Vector3d::Zero();                ///< of the antenna, city's frame [m]; NaN where nobody knows
-  double time_s = 0;                          ///< since the begin
-  std::vector<std::string> faults;            ///< at work
-  std::vector<gnss::SatelliteId> satellites;  ///< what the rows' satellites are
-  std::string skyline;                        ///< a row of the table "skylines"; empty: none
+  std::string receiver;                             ///< its name
+  std::optional<std::int64_t> id;                   ///< of the question that it answers
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< of the antenna, city's frame [m]; NaN: not known
+  double time_s = 0;                                ///< since the begin
+  std::vector<std::string> faults;                  ///< at work
+  std::vector<gnss::SatelliteId> satellites;        ///< that the rows count
+  std::string skyline;                              ///< a row of the table "skylines"; empty: none
 };
 /// {"type":"epoch",...}; `rows` is one epoch with its satellites and paths.
 [[nodiscard]] std::string epoch_message(const EpochMessage& message, const EpochRows& rows);

@@ -46,7 +46,7 @@ enum ViewTableIndex : std::uint32_t {
 /// Rows of a Markdown table: column, type, unit, meaning.
 [[nodiscard]] std::string markdown(const ViewTable& table);
 
-/// What indices in columns of texts stand for, in the order of their first use; 0 is the empty text.
+/// Texts that indices in columns stand for, in the order of their first use; 0 is the empty text.
 class ViewWords {
  public:
   [[nodiscard]] std::size_t index(std::string_view column, const std::string& text);

@@ -21,7 +21,7 @@ class VirtualStations {
   /// @param base of the base station that all of them are computed from
   VirtualStations(const Format& format, ReceiverDescription base);
 
-  /// What a reader sent, cut anywhere. Anything but GGA sentences with a fix is ignored.
+  /// Takes bytes from a reader, cut anywhere. Anything but GGA sentences with a fix is ignored.
   void receive(std::uint64_t reader, std::string_view bytes);
   /// The bytes of the base's epoch for each reader that has reported a place.
   [[nodiscard]] std::vector<std::pair<std::uint64_t, std::string>> encode(const simulation::Epoch& epoch);

@@ -17,12 +17,13 @@ namespace canyon::rtcm {
 [[nodiscard]] std::string frame(const broadcast::Bits& message);
 
 /// Finds frames in a stream of bytes that may be cut, damaged, mixed with anything, or hostile. Holds less
-/// than one frame's bytes between two calls. What looks like a frame and is none costs no frame behind it.
+/// than one frame's bytes between two calls. Bytes that look like a frame and are not one cost no frame
+/// behind them.
 class FrameParser {
  public:
   /// Hands over the message of each frame whose last byte is there, in order.
   void receive(std::string_view bytes, const std::function<void(const broadcast::Bits&)>& each);
-  /// What began like a frame, with a wrong checksum.
+  /// Counts bytes that began like a frame and had a wrong checksum.
   [[nodiscard]] std::uint64_t damaged() const { return damaged_; }
   /// Bytes so far that belonged to no frame.
   [[nodiscard]] std::uint64_t passed_over() const { return passed_over_; }

@@ -7,7 +7,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/gnss/satellite_id.hpp"
 
-// What messages of the Multiple Signal type (MSM) have in common: RTCM 10403.3, 3.5.16.
+// Common parts of messages of the Multiple Signal type (MSM): RTCM 10403.3, 3.5.16.
 
 namespace canyon::rtcm {
 
@@ -20,7 +20,7 @@ inline constexpr std::array kMsmSystems{gnss::System::GPS,  gnss::System::GLONAS
 
 /// Place in the mask of satellites (DF394), 1 to 64; 0: none.
 [[nodiscard]] int mask_number(gnss::SatelliteId id);
-/// Of a place in the mask, 1 to 64; empty for reserved ones.
+/// The satellite of a place in the mask, 1 to 64; empty for reserved ones.
 [[nodiscard]] std::optional<gnss::SatelliteId> satellite_at(gnss::System system, int place);
 
 /// RINEX code of a place in the mask of signals (DF395), 1 to 32: "1C"; empty for reserved ones.

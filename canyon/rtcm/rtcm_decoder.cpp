@@ -43,7 +43,7 @@ GpsTime from_glonass(GpsTime now, int day, std::int64_t ms) {
                   : nearest(now, day * kDay_ms + ms + to_gps_ms, kWeek_ms);
 }
 
-/// What is read as a signal: the signal, and the place of a code among those that are.
+/// The signal that a code is read as, and the code's place among all that are read as it.
 struct Reading {
   const gnss::Signal* signal = nullptr;
   int rank = 0;
@@ -134,7 +134,7 @@ class CorrectionsDecoder::Fields {
   int number_ = 0;
 };
 
-/// Of one satellite's signal.
+/// A cell: one satellite's signal.
 struct CorrectionsDecoder::Observation {
   SatelliteId id;
   std::string_view code;  ///< RINEX
@@ -262,7 +262,7 @@ void CorrectionsDecoder::read_biases(Fields& fields) {
   int bit = 3;
   for (const char* code : {"1C", "1P", "2C", "2P"}) {
     if ((mask >> bit-- & 1) == 0) continue;
-    // What phases that are aligned were already given by the station.
+    // The station has already corrected phases that are aligned.
     const auto bias = scaled(fields.take_signed(16), 16, 0.02);
     if (bias) biases[code] = aligned ? 0 : *bias;
   }

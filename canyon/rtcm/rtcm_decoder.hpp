@@ -16,14 +16,14 @@
 
 namespace canyon::rtcm {
 
-/// What a decoder has found so far.
+/// Counts of a decoder so far.
 struct DecoderStatus {
   std::map<int, std::uint64_t> messages;          ///< by number, with a right checksum
   std::map<int, std::uint64_t> messages_unread;   ///< of these, those that the decoder does not read
   std::map<std::string, std::uint64_t> problems;  ///< one sentence each: messages or fields left out
   /// Observations left out, as no signal of gnss::signals_of() has their RINEX code: "G 2W".
   std::map<std::string, std::uint64_t> unknown_codes;
-  std::uint64_t checksum_errors = 0;           ///< what began like a frame, with a wrong checksum
+  std::uint64_t checksum_errors = 0;           ///< began like a frame, with a wrong checksum
   std::uint64_t bytes_passed_over = 0;         ///< that belonged to no frame
   std::uint64_t epochs = 0;                    ///< given
   std::uint64_t epochs_held_back = 0;          ///< not given, as the place of the station was not known yet
@@ -74,7 +74,7 @@ class CorrectionsDecoder {
   class Fields;
   struct Observation;
   using SignalKey = std::pair<gnss::SatelliteId, std::size_t>;  ///< index_of() the signal
-  /// What messages without observations say of it.
+  /// The contents of messages without observations.
   struct Station {
     std::optional<Eigen::Vector3d> place_ecef;
     std::string antenna_name, receiver_name;

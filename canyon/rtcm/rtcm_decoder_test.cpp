@@ -37,7 +37,7 @@ gnss::SatelliteId satellite(const char* name) {
   return *gnss::parse_satellite(name);
 }
 
-/// What a message says of one signal.
+/// One signal of a message.
 struct Cell {
   gnss::SatelliteId id;
   std::string_view code;  ///< RINEX
@@ -659,7 +659,7 @@ TEST(RtcmDecoder, LegacyPhasesGoOnAcrossTheirTurns) {
   }
 }
 
-/// What is compared: the first minute of a recorded base of five systems, three bands.
+/// The compared data: the first minute of a recorded base of five systems, three bands.
 struct Recorded {
   rinex::RinexObservations file;
   std::vector<std::map<System, std::vector<Cell>>> epochs;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kMostStretches = 10'000;
 
-/// What one occasion leaves in one stretch.
+/// Epochs of one noise realization in one stretch.
 struct Passed {
   std::size_t epochs = 0;
   std::vector<double> errors_m;  ///< of those with a fix

@@ -61,7 +61,7 @@ void visit_times(options::Visitor& v, Axis& o) {
   visit_count(v, o.count, "number of values at even distances, instead of step");
 }
 
-/// More are refused by StudyPlan, whatever max_runs is.
+/// StudyPlan refuses more, whatever max_runs is.
 constexpr double kMostValues = 1e12;
 
 std::size_t steps(double span, double step) {
@@ -69,7 +69,7 @@ std::size_t steps(double span, double step) {
 }
 
 std::string number_text(double value) {
-  // 0.1 + 0.2 shall not show: 12 digits are enough for a grid.
+  // 12 digits are enough for a grid, and hide that 0.1 + 0.2 is not 0.3.
   return fmt::format("{:.12g}", value);
 }
 

@@ -49,7 +49,7 @@ struct Axis {
 };
 void visit(options::Visitor& v, Axis& o);
 
-/// Where a run stands on an axis.
+/// The place of a run on an axis.
 struct Level {
   std::size_t index = 0;  ///< of a listed value
   double u = 0;           ///< [0, 1): share of a continuous axis

@@ -19,13 +19,6 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kMostDraws = 2e7;
 constexpr std::uint32_t kLeastResamples = 100;
 
-template <std::size_t I>
-std::optional<double> figure(const ReceiverRecord& record) {
-  const double value = record.figures.at(I);
-  if (!std::isfinite(value)) return std::nullopt;
-  return value;
-}
-
 std::optional<double> available_share(const ReceiverRecord& record) {
   const double epochs = std::accumulate(record.epochs.begin(), record.epochs.end(), 0.0);
   if (epochs == 0) return std::nullopt;
@@ -90,13 +83,24 @@ std::string csv_text(const std::string& text) {
   return quoted + '"';
 }
 
+std::optional<double> Compared::of(const ReceiverRecord& record) const {
+  if (!place) return available_share(record);
+  const double value = record.figures.at(*place);
+  if (!std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
 const std::vector<Compared>& compared_figures() {
-  static const std::vector<Compared> figures{{"available", "%", 100, available_share},
-                                             {"horizontal_error_p50", "m", 1, figure<3>},
-                                             {"horizontal_error_p95", "m", 1, figure<4>},
-                                             {"vertical_error_p95", "m", 1, figure<7>},
-                                             {"satellites_used", "1", 1, figure<11>}};
-  return figures;
+  static const std::vector<Compared> compared = [] {
+    std::vector<Compared> list{{"available", "%", 100, {}}};
+    for (const char* name :
+         {"horizontal_error_p50", "horizontal_error_p95", "vertical_error_p95", "satellites_used"}) {
+      const std::size_t place = figure(name);
+      list.push_back({name, output::cf_unit(figures()[place]->unit), 1, place});
+    }
+    return list;
+  }();
+  return compared;
 }
 
 Comparison compare(const Manifest& manifest, const std::vector<std::optional<RunRecord>>& records) {

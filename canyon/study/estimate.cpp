@@ -17,7 +17,7 @@ double estimated_epochs(const simulation::Scenario& scenario, const Axis* drives
     way_s = trajectory.end() - trajectory.begin();
     rate_hz = scenario.rate_hz.value_or(1 / trajectory.sample_interval_s());
   } else if (way.waypoints.size() > 1) {
-    // Of waypoints in the frame of a city that is not read yet nothing but their distances is known.
+    // Waypoints in the frame of a city that is not read yet give only their distances.
     std::vector<Eigen::Vector3d> places;
     for (const auto& place : way.waypoints) places.push_back(geodesy::ecef_from_geodetic(place));
     for (const auto& [index, local] : way.local_waypoints) places.at(index) = local;

@@ -159,9 +159,9 @@ void Writer::define() {
   std::string coordinates = "seed_of_run";
   for (const Manifest::Coordinate& axis : manifest_.axes) coordinates += " " + axis.name;
   const std::size_t block = std::min(kBlock, runs);
-  for (const Figure& figure : figures()) {
-    figures_.push_back(
-        define(figure.name, NC_DOUBLE, {run_dim_, receiver_dim_}, figure.unit, figure.meaning));
+  for (const output::SummaryFigure* figure : figures()) {
+    figures_.push_back(define(figure->kept, NC_DOUBLE, {run_dim_, receiver_dim_},
+                              output::cf_unit(figure->unit), figure->help));
     file_.put_number(figures_.back(), "_FillValue", kMissing);
     file_.put_text(figures_.back(), "coordinates", coordinates);
     store(figures_.back(), {block, receivers}, block * receivers * 8);

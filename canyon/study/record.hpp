@@ -8,19 +8,14 @@
 #include <vector>
 
 #include "canyon/output/columns.hpp"
-#include "canyon/output/sinks.hpp"
+#include "canyon/output/summary.hpp"
 
 namespace canyon::study {
 
-/// A figure of a run's summary.
-struct Figure {
-  const char* name;  ///< of its variable
-  const char* unit;  ///< as CF and UDUNITS write it
-  const char* meaning;
-  double (*of)(const output::RunSummary& summary);
-};
-/// Those of `canyon simulate`'s table, in the order of records and files.
-[[nodiscard]] std::span<const Figure> figures();
+/// The rows of output::summary_figures() that studies keep, in the order of records and files.
+[[nodiscard]] std::span<const output::SummaryFigure* const> figures();
+/// The place of a figure in that list by SummaryFigure::kept. Precondition: it is there.
+[[nodiscard]] std::size_t figure(std::string_view name);
 
 /// Horizontal errors are counted in bins of a twentieth of a decade from 1 mm to 100 km; the first also has
 /// what is less, the last what is more.
@@ -30,7 +25,7 @@ inline constexpr double kBinsPerDecade = 20, kLeastError_m = 1e-3;
 /// Lower edge of a bin [m]; of kErrorBins the upper edge of the last.
 [[nodiscard]] double error_edge_m(std::size_t bin);
 
-/// Of output::tables(), those that kept epochs have (Column::kept).
+/// The columns of epochs that studies keep (Column::kept).
 [[nodiscard]] std::span<const output::Column* const> kept_columns();
 /// The place of a column in that list by Column::kept. Precondition: it is there.
 [[nodiscard]] std::size_t kept_column(std::string_view name);
@@ -44,7 +39,7 @@ struct KeptEpochs {
   [[nodiscard]] std::size_t size() const { return time_s.size(); }
 };
 
-/// What is kept of one receiver of one run.
+/// The results of one receiver of one run.
 struct ReceiverRecord {
   std::string name;
   std::vector<double> figures;  ///< by figures()

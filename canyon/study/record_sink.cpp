@@ -44,7 +44,7 @@ void RecordSink::write(const simulation::Epoch& epoch) {
 std::vector<ReceiverRecord> RecordSink::take() {
   const std::vector<output::RunSummary> summaries = summary_.summaries();
   for (std::size_t i = 0; i < records_.size(); ++i) {
-    for (const Figure& figure : figures()) records_[i].figures.push_back(figure.of(summaries[i]));
+    for (const auto* figure : figures()) records_[i].figures.push_back(figure->value(summaries[i]));
   }
   return std::move(records_);
 }

@@ -6,7 +6,7 @@
 
 #include "canyon/study/results.hpp"
 
-// What the tables of a study share.
+// Shared by the tables of a study.
 
 namespace canyon::study {
 

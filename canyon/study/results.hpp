@@ -8,8 +8,8 @@
 
 #include "canyon/study/run_store.hpp"
 
-// What a finished study becomes: one NetCDF file, a table, pictures. The same bytes for the same records,
-// whoever computed them in whatever order.
+// Results of a finished study: one NetCDF file, a table, pictures. The same records give the same bytes,
+// in whatever order they were computed.
 
 namespace canyon::study {
 
@@ -26,10 +26,12 @@ struct Estimate {
 };
 /// A figure whose means are compared.
 struct Compared {
-  const char* name;
-  const char* unit;
-  double scale;  ///< from records' figures to the unit
-  std::optional<double> (*of)(const ReceiverRecord& record);
+  std::string name, unit;
+  double scale;                      ///< from of() to the unit
+  std::optional<std::size_t> place;  ///< in figures(); empty: the share of available epochs
+
+  /// Empty where the record has no value.
+  [[nodiscard]] std::optional<double> of(const ReceiverRecord& record) const;
 };
 [[nodiscard]] const std::vector<Compared>& compared_figures();
 
@@ -65,7 +67,7 @@ struct Stretch {
   double from_m = 0, to_m = 0;
   std::size_t epochs = 0;  ///< of all runs
   double available = 0;    ///< share of these with a fix
-  /// Of horizontal errors of all its epochs with a fix [m], with intervals over noise realizations.
+  /// Horizontal errors of all its epochs with a fix [m], with intervals over noise realizations.
   std::optional<Estimate> median, p95;
 };
 /// Errors along the way, in stretches of Manifest::along_m, one list for each group; reads the runs' epochs

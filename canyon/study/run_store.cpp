@@ -96,14 +96,14 @@ bool get_all(std::string_view& bytes, std::vector<T>& values, std::size_t count)
   return true;
 }
 
-/// Of the names of what is kept: other programs of Canyon keep other columns.
+/// Checksum of the names of kept columns: other versions of Canyon keep other columns.
 std::uint32_t kept_names_crc() {
   std::string names;
   for (const output::Column* column : kept_columns()) names.append(column->kept) += '\n';
   return crc_of(names);
 }
 
-/// What is in a file is on the disk.
+/// Flushes a file's contents to the disk.
 void flush_to_disk(const fs::path& path) {
   const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (file < 0) return;
@@ -157,7 +157,7 @@ struct RunStore::Impl {
 
   void open();
   [[noreturn]] void fail(int code) {
-    // What a full disk took of the line goes away again.
+    // Removes the part of the line that a full disk took.
     [[maybe_unused]] const int cut = ::ftruncate(file, static_cast<off_t>(bytes));
     throw OutputError(path, 0, fmt::format("cannot be written: {}", std::strerror(code)),
                       "finished runs are kept: free disk space and run the same command again");
@@ -185,8 +185,8 @@ RunStore::RunStore(fs::path folder, const Manifest& manifest) : impl_(std::make_
     if (there.key == manifest.key) return;
     throw InputError(
         impl_->folder, 0,
-        fmt::format("the runs here are of another study ('{}', {} runs), or of this one before it "
-                    "was changed",
+        fmt::format("the folder has the runs of another study ('{}', {} runs), or of this one before "
+                    "it was changed",
                     there.title, there.runs),
         "give another folder, or remove this one if its results are no longer wanted");
   }
@@ -227,7 +227,7 @@ Manifest read_manifest(const fs::path& folder) {
   try {
     const Json from = Json::parse(TextFile(path).text());
     if (from.at("format") != kFormat || from.at("version") != kVersion) {
-      throw InputError(path, 0, "is of another program or version");
+      throw InputError(path, 0, "is from another program or version");
     }
     Manifest manifest;
     take(from, "key", manifest.key);

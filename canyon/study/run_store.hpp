@@ -10,13 +10,13 @@
 
 namespace canyon::study {
 
-/// What a folder of results is of: what the end of a study needs beside the records themselves.
+/// The study of a folder of results, as far as its end needs it beside the records themselves.
 struct Manifest {
   struct Coordinate {
     std::string name, key;
     enum class Kind : std::uint8_t { Number, Time, Text } kind = Kind::Text;
     bool groups = false;
-    std::vector<std::string> texts, labels;  ///< of what is listed and has other labels than texts
+    std::vector<std::string> texts, labels;  ///< of listed values whose labels differ from their texts
 
     /// A value's text for users.
     [[nodiscard]] std::string label(const std::string& text) const;

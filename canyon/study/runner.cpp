@@ -23,11 +23,11 @@
 namespace canyon::study {
 namespace {
 
-/// Of a triangle with its vertices and its part of the rays' tree, about.
+/// Approximate size of a triangle with its vertices and its part of the rays' tree.
 constexpr double kSourceBytes = 150, kSceneBytes = 600;
 
-/// Things that are made once by their key and kept while they fit; the least recently used go first. Who
-/// still uses a thing keeps it. Thread-safe: who asks for what another thread is making waits.
+/// Things that are made once by their key and kept while they fit; the least recently used go first. A thing
+/// lives on while it is used. Thread-safe: a thread waits for a thing that another one is making.
 template <typename Thing>
 class Shared {
  public:
@@ -179,7 +179,7 @@ std::shared_ptr<simulation::CityScene> RunMaker::Impl::scene(const simulation::S
   return std::const_pointer_cast<simulation::CityScene>(made);
 }
 
-// Skies of files are those of all times, as far as they know one; nominal ones are made for theirs.
+// Skies of files serve all times that they cover; nominal ones are made for the run's time.
 simulation::BuiltSky RunMaker::Impl::sky(const simulation::SkyConfig& config, geodesy::GpsTime begin,
                                          geodesy::GpsTime end, const geodesy::Geodetic& place) const {
   const auto make = [&] {

@@ -81,8 +81,8 @@ TEST(StudyRuns, HaveTheFiguresOfASimulation) {
   const auto summaries = sink.summaries();
   for (std::size_t r = 0; r < 2; ++r) {
     for (std::size_t k = 0; k < figures().size(); ++k) {
-      const double expected = figures()[k].of(summaries[r]), value = record->receivers[r].figures[k];
-      EXPECT_TRUE(expected == value || (std::isnan(expected) && std::isnan(value))) << figures()[k].name;
+      const double expected = figures()[k]->value(summaries[r]), value = record->receivers[r].figures[k];
+      EXPECT_TRUE(expected == value || (std::isnan(expected) && std::isnan(value))) << figures()[k]->kept;
     }
   }
 }
@@ -210,7 +210,7 @@ RunRecord made_up(std::size_t number, const std::string& seed, const std::string
   ReceiverRecord receiver;
   receiver.name = "car";
   receiver.figures.assign(figures().size(), 1);
-  receiver.figures[4] = p95_m;
+  receiver.figures[figure("horizontal_error_p95")] = p95_m;
   receiver.epochs[3] = 10;
   receiver.available[3] = 5;
   record.receivers.push_back(receiver);

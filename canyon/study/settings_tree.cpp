@@ -26,7 +26,7 @@ Step parse_step(std::string_view text, std::string_view key) {
   Step step{std::string(text.substr(0, open)), open != std::string_view::npos, {}};
   if (step.item && text.back() == ']') step.which = text.substr(open + 1, text.size() - open - 2);
   if (step.name.empty() || (step.item && text.back() != ']')) {
-    throw InputError(fmt::format("'{}' is no key", key), "write section.key, list[0].key or list[].key");
+    throw InputError(fmt::format("'{}' is not a key", key), "write section.key, list[0].key or list[].key");
   }
   return step;
 }
@@ -34,7 +34,7 @@ Step parse_step(std::string_view text, std::string_view key) {
 Node& entry_of(Node& mapping, const std::string& name, std::string_view key) {
   if (mapping.kind == Node::Kind::Empty) mapping.kind = Node::Kind::Mapping;
   if (mapping.kind != Node::Kind::Mapping) {
-    throw InputError(fmt::format("'{}': the value before '{}' is no section", key, name));
+    throw InputError(fmt::format("'{}': the value before '{}' is not a section", key, name));
   }
   for (Node::Entry& entry : mapping.entries) {
     if (entry.key == name) return entry.value;
@@ -48,7 +48,7 @@ std::vector<Node*> items_of(Node& list, const Step& step, std::string_view key) 
     list.kind = Node::Kind::List;
     list.items.emplace_back().kind = Node::Kind::Mapping;
   }
-  if (list.kind != Node::Kind::List) throw InputError(fmt::format("'{}': {} is no list", key, step.name));
+  if (list.kind != Node::Kind::List) throw InputError(fmt::format("'{}': {} is not a list", key, step.name));
   std::vector<Node*> chosen;
   const auto index = parse_integer(step.which);
   for (std::size_t i = 0; i < list.items.size(); ++i) {

@@ -13,7 +13,7 @@ namespace canyon::study {
 /// "receivers[0].profile" (the first), "receivers[car].profile" (the one whose name is car),
 /// "receivers[].elevation_mask_deg" (each). Sections that are missing are made; so is the first item of a
 /// list that is missing. Throws InputError, without a file, for an item that is not there and for a way
-/// through a value that is no section.
+/// through a value that is not a section.
 void set_at(options::Node& root, std::string_view key, const options::Node& value);
 
 /// The key as options::Key::path has it: items of lists as "[]".

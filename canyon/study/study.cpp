@@ -25,7 +25,7 @@ constexpr const char* kNeeds = "it needs at least scenario and axes";
 /// So many values of an axis are tried in the scenario before anything runs.
 constexpr std::size_t kMostTried = 1000;
 
-/// What a text does to the bytes of results; the files that it names by what is in them.
+/// Collects the files that options name: the key of a study has their contents in place of their names.
 class FileHasher final : public options::Visitor {
  public:
   std::set<std::string> names;
@@ -142,7 +142,7 @@ StudyPlan StudyPlan::parse(const std::string& text, const std::filesystem::path&
   document.known.emplace_back("axes[].luck");  // read still
   Node root = options::parse_yaml(text, document, kNeeds);
 
-  // Trees that the list of fields does not know become texts on one line there.
+  // The list of fields takes trees that it does not know as texts on one line.
   const Node whole = root;
   bool inside = false;
   for (Node::Entry& entry : root.entries) {
@@ -175,7 +175,7 @@ StudyPlan StudyPlan::parse(const std::string& text, const std::filesystem::path&
   return plan;
 }
 
-// Trees and lines of what visit() knows as texts, and whether the keys are a scenario's.
+// Adds trees and lines to the texts that visit() read, and checks that the keys are a scenario's.
 void StudyPlan::read_axes(const Node& root) {
   const std::vector<std::string> known = simulation::scenario_description().paths();
   const Node& list = root.find("axes")->value;
@@ -195,7 +195,7 @@ void StudyPlan::read_axes(const Node& root) {
       }
       if (axis.key.empty() && axis.trees[k].kind != Node::Kind::Mapping) {
         throw InputError(study_.file, axis.trees[k].line,
-                         fmt::format("axis '{}' has no key, and the value {} is no mapping of keys",
+                         fmt::format("axis '{}' has no key, and the value {} is not a mapping of keys",
                                      axis.name, axis.values[k]),
                          "give the axis a key");
       }
@@ -355,8 +355,8 @@ bool StudyPlan::groups(const Axis& axis) const {
   return !axis.realization && axis.size() > 0 && axis.size() <= kMostGroups;
 }
 
-// Each value of each axis once, the others at their first: what no scenario takes is found before hours of
-// work. Receivers, key and size follow from these scenarios.
+// Tries each value of each axis once, the others at their first, so that a wrong value is found before hours
+// of work. Receivers, key and size follow from these scenarios.
 void StudyPlan::try_values() {
   std::string about = fmt::format(
       "canyon study 1\ndesign {}\nruns {}\nseed {}\nkeep {}\navailable {}\n", static_cast<int>(study_.design),

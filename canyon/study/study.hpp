@@ -42,7 +42,7 @@ struct Study {
 void visit(options::Visitor& v, Study& o);
 [[nodiscard]] const options::Description& study_description();
 
-/// What is known of one run beforehand.
+/// One run before it is made.
 struct Run {
   std::size_t number = 0;
   std::vector<AxisValue> at;  ///< one for each axis
@@ -53,8 +53,8 @@ struct Run {
 /// A study made ready: files found, every value of every axis tried in the scenario, runs counted.
 class StudyPlan {
  public:
-  /// Throws InputError with file and line for what is no study, for a value that the scenario does not take,
-  /// and for a study that is larger than its limits.
+  /// Throws InputError with file and line for a text that is not a study, for a value that the scenario does
+  /// not take, and for a study that is larger than its limits.
   [[nodiscard]] static StudyPlan read(const std::filesystem::path& path);
   [[nodiscard]] static StudyPlan parse(const std::string& text, const std::filesystem::path& name);
 

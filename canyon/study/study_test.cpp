@@ -54,7 +54,7 @@ TEST(SettingsTree, SetsValuesSectionsAndItems) {
   EXPECT_THAT(error_of([&] { set_at(root, "a.b.c", scalar_node("1")); }).what(), HasSubstr("no section"));
 }
 
-// What is written on one line reads back as the same tree.
+// A tree written on one line reads back as the same tree.
 TEST(SettingsTree, FlowTextReadsBack) {
   const options::Node root =
       tree_of("{a: \"x: y\", b: [\"{\", \"say \\\"so\\\"\", \" blank \"], c: -1.5e-3}");

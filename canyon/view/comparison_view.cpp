@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <set>
 #include <vector>
 
@@ -34,10 +35,10 @@ using validation::Comparison;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kEpochsPerBlock = 64;
 constexpr double kSkylineStep_m = 3;
-/// Paths that are known: the direct one.
+/// Only the direct path is known.
 constexpr std::size_t kPathsKept = 1;
 
-/// Of what the header says of a comparison.
+/// Key of the comparison in the header.
 constexpr const char* kKey = "comparison";
 
 enum Side : std::size_t { kRecorded, kSimulated };
@@ -48,19 +49,20 @@ bool is_measured(const ComparedSatellite& s, Side side) {
 double error_of(const ComparedSatellite& s, Side side) {
   return (side == kRecorded ? s.measured_error_m : s.simulated_error_m).value_or(kNone);
 }
-double cn0_of(const ComparedSatellite& s, Side side) {
-  return (side == kRecorded ? s.measured_cn0_dbhz : s.simulated_cn0_dbhz).value_or(kNone);
+std::optional<double> cn0_of(const ComparedSatellite& s, Side side) {
+  return side == kRecorded ? s.measured_cn0_dbhz : s.simulated_cn0_dbhz;
 }
 const validation::ComparedFix& fix_of(const ComparedEpoch& epoch, Side side) {
   return side == kRecorded ? epoch.measured : epoch.simulated;
 }
 
-/// What is known of a satellite, as a receiver's observation; the excess is the predicted one.
+/// A compared satellite as a receiver's observation; the excess is the predicted one.
 receiver::SatelliteObservation observation_of(const ComparedSatellite& s, Side side) {
   receiver::SatelliteObservation seen;
   seen.id = s.id;
   seen.azimuth_rad = s.azimuth_rad;
   seen.elevation_rad = s.elevation_rad;
+  seen.above_mask = true;
   seen.visibility = s.visibility;
   seen.excess_m = side == kSimulated && s.prediction ? s.prediction->excess_m : kNone;
   if (is_measured(s, side)) seen.lock = tracking::LockState::Tracking;
@@ -69,7 +71,7 @@ receiver::SatelliteObservation observation_of(const ComparedSatellite& s, Side s
   return seen;
 }
 
-/// Root mean square of what was added; NaN of nothing.
+/// Root mean square of the added values; NaN without any.
 class MeanSquare {
  public:
   void add(double value) {
@@ -121,7 +123,7 @@ class ComparisonView {
     return median(steps).value_or(1);
   }
 
-  /// Of the true places, from the epoch before to the next.
+  /// Velocity of the true place, from the epoch before to the next.
   [[nodiscard]] Vector3d velocity(std::size_t i) const {
     const std::size_t before = i > 0 ? i - 1 : i, after = std::min(i + 1, input_.count - 1);
     const double step_s = time_s(after) - time_s(before);
@@ -133,7 +135,7 @@ class ComparisonView {
     ReceiverHeader receiver;
     receiver.name = side == kRecorded ? "recorded" : "simulated";
     receiver.strength = std::any_of(comparison_.satellites.begin(), comparison_.satellites.end(),
-                                    [&](const auto& s) { return !std::isnan(cn0_of(s, side)); });
+                                    [&](const auto& s) { return cn0_of(s, side).has_value(); });
     receiver.elevation_mask_deg = input_.elevation_mask_deg;
     receiver.summary = add_epochs(side);
     for (std::size_t i = 0; i < input_.count; i += kEpochsPerBlock) {
@@ -145,78 +147,39 @@ class ComparisonView {
   output::RunSummary add_epochs(Side side) {
     output::EpochRows rows({}, kPathsKept);
     Skylines skylines(kSkylineStep_m);
-    output::RunSummary summary;
-    std::vector<double> horizontal, vertical;
-    double outage_from_s = kNone, used = 0, visible = 0, blocked = 0;
+    output::SummarySink summary(std::vector<std::string>(1));
     double yaw_rad = 0;
     for (std::size_t i = 0; i < input_.count; ++i) {
       const ComparedEpoch& e = epoch(i);
       const validation::ComparedFix& fix = fix_of(e, side);
       simulation::Epoch row;
       row.truth.velocity_enu_mps = velocity(i);
-      // Of a car that stands the heading before it stood.
+      // A car that stands keeps its last heading.
       const Vector3d& v = row.truth.velocity_enu_mps;
       if (v.head<2>().norm() > 0.5) yaw_rad = std::atan2(v.y(), v.x());
       row.truth.yaw_rad = yaw_rad;
       const auto list = satellites(i);
       receiver::ReceiverEpoch& seen = row.observed;
+      seen.time = e.time;
+      for (const ComparedSatellite& s : list) seen.satellites.push_back(observation_of(s, side));
       seen.visible = static_cast<int>(
           std::count_if(list.begin(), list.end(), [&](const auto& s) { return is_measured(s, side); }));
       seen.blocked = static_cast<int>(list.size()) - seen.visible;
       output::EpochRows::Shown shown{time_s(i), skylines.row_at(input_.environment->scene(), e.place_enu_m),
                                      e.place_enu_m};
-      used += fix.used;
-      visible += seen.visible;
-      blocked += seen.blocked;
       if (fix.solved) {
         seen.fix.status = positioning::FixStatus::Fix;
-        seen.fix.used.resize(static_cast<std::size_t>(fix.used));  // so many; which is not said
+        seen.fix.used.resize(static_cast<std::size_t>(fix.used));  // their number; which ones is not known
         row.error_enu_m = fix.error_enu_m;
         shown.fix_m = e.place_enu_m + comparison_.registration.direction_in_city(fix.error_enu_m);
-        horizontal.push_back(fix.error_enu_m.head<2>().norm());
-        vertical.push_back(std::abs(fix.error_enu_m.z()));
-        outage_from_s = kNone;
-      } else {
-        if (std::isnan(outage_from_s)) outage_from_s = time_s(i);
-        summary.longest_outage_s =
-            std::max(summary.longest_outage_s, time_s(i) + header_.interval_s - outage_from_s);
       }
+      summary.write(row);
       rows.add_epoch(row, shown);
     }
-    const auto n = static_cast<double>(input_.count);
-    summary.epochs = input_.count;
-    summary.fixes = horizontal.size();
-    summary.mean_used = used / n;
-    summary.mean_visible = visible / n;
-    summary.mean_blocked = blocked / n;
-    summary.horizontal_max_m =
-        horizontal.empty() ? kNone : *std::max_element(horizontal.begin(), horizontal.end());
-    summary.horizontal_p50_m = quantile(horizontal, 0.5).value_or(kNone);
-    summary.horizontal_p95_m = quantile(horizontal, 0.95).value_or(kNone);
-    summary.vertical_p50_m = quantile(vertical, 0.5).value_or(kNone);
-    summary.vertical_p95_m = quantile(vertical, 0.95).value_or(kNone);
-    summary.median_hdop = kNone;
-    add_shares(summary);
     const std::string file = fmt::format("track-{}.bin.gz", static_cast<std::size_t>(side));
     const std::size_t bytes = output::write_chunk(folder_, file, {&rows.epochs, &skylines.rows()});
     header_.chunks.push_back({file, side, true, 0, input_.count, bytes, 0, 0});
-    return summary;
-  }
-
-  void add_shares(output::RunSummary& summary) const {
-    std::array<double, 4> by_word{};
-    double all = 0;
-    for (std::size_t i = 0; i < input_.count; ++i) {
-      for (const ComparedSatellite& s : satellites(i)) {
-        ++by_word[static_cast<std::size_t>(s.visibility)];
-        ++all;
-      }
-    }
-    for (double& share : by_word) share = all > 0 ? share / all : kNone;
-    summary.los_share = by_word[0];
-    summary.los_multipath_share = by_word[1];
-    summary.nlos_share = by_word[2];
-    summary.blocked_share = by_word[3];
+    return summary.summaries().front();
   }
 
   void add_block(Side side, std::size_t first, std::size_t count) {
@@ -241,7 +204,7 @@ class ComparisonView {
         {file, side, false, first, count, bytes, rows.satellites.size(), rows.paths.size()});
   }
 
-  /// Of the way between epochs of the view, [first, end).
+  /// Length of the path between epochs of the view, [first, end).
   [[nodiscard]] double length_m(std::size_t first, std::size_t end) const {
     double length = 0;
     for (std::size_t i = first + 1; i < end; ++i) {
@@ -250,7 +213,7 @@ class ComparisonView {
     return length;
   }
 
-  /// What both differ by, and the streets.
+  /// Adds the differences of both, and the streets.
   void extend() const {
     output::ViewRows rows(output::kViewComparison);
     for (std::size_t i = 0; i < input_.count; ++i) {
@@ -305,7 +268,7 @@ std::unique_ptr<Probe> comparison_probe(const std::filesystem::path& folder, sim
                                         std::size_t paths_per_satellite) {
   const Json shown = read_header(folder);
   if (!shows_city(shown, scene->city)) {
-    throw InputError(folder, 0, "is of a validation in another city than the scenario's",
+    throw InputError(folder, 0, "shows a validation in another city than the scenario's",
                      "give the scenario that was validated");
   }
   geodesy::GpsTime begin;
@@ -320,7 +283,7 @@ std::unique_ptr<Probe> comparison_probe(const std::filesystem::path& folder, sim
   // The page asks by its receivers' numbers; both sides are compared by one model.
   scenario.receivers.resize(1);
   scenario.receivers.push_back(scenario.receivers.front());
-  scenario.faults = {};  // nor has the simulated side any
+  scenario.faults = {};  // the simulated side has none either
   return std::make_unique<Probe>(scenario, begin, interval_s, std::move(scene), paths_per_satellite);
 }
 

@@ -13,7 +13,7 @@ namespace canyon::view {
 
 class Probe;
 
-/// What a view of a validation shows.
+/// The contents of a view of a validation.
 struct ComparisonInput {
   std::string title;
   const simulation::Environment* environment = nullptr;  ///< not null: city, and rays for skylines

@@ -105,23 +105,29 @@ Json words_json(const output::ViewWords& texts) {
   return words;
 }
 
-Json summary_json(const output::RunSummary& s) {
-  return {{"epochs", s.epochs},
-          {"fixes", s.fixes},
-          {"horizontal_p50_m", s.horizontal_p50_m},
-          {"horizontal_p95_m", s.horizontal_p95_m},
-          {"horizontal_max_m", s.horizontal_max_m},
-          {"vertical_p50_m", s.vertical_p50_m},
-          {"vertical_p95_m", s.vertical_p95_m},
-          {"median_hdop", s.median_hdop},
-          {"mean_used", s.mean_used},
-          {"mean_visible", s.mean_visible},
-          {"mean_blocked", s.mean_blocked},
-          {"los_share", s.los_share},
-          {"los_multipath_share", s.los_multipath_share},
-          {"nlos_share", s.nlos_share},
-          {"blocked_share", s.blocked_share},
-          {"longest_outage_s", s.longest_outage_s}};
+/// The figures that the viewer shows, for people.
+Json figures_json() {
+  Json json = Json::array();
+  for (const output::SummaryFigure& figure : output::summary_figures()) {
+    if (*figure.label == '\0') continue;
+    json.push_back({{"name", figure.name},
+                    {"label", figure.label},
+                    {"unit", figure.printed_unit()},
+                    {"factor", figure.factor},
+                    {"decimals", figure.decimals},
+                    {"about", figure.help}});
+  }
+  return json;
+}
+
+Json summary_json(const output::RunSummary& summary) {
+  Json json;
+  for (const output::SummaryFigure& figure : output::summary_figures()) {
+    if (!figure.says_something(summary)) continue;
+    const double value = figure.value(summary);
+    json[figure.name] = figure.is_count() ? Json(static_cast<std::int64_t>(value)) : Json(value);
+  }
+  return json;
 }
 
 Json receiver_json(const ReceiverHeader& receiver) {
@@ -188,6 +194,7 @@ std::string header_json(const Header& header) {
   json["city"] = city_json(header.city);
   json["words"] = words_json(header.words);
   json["paths_per_satellite"] = header.paths_per_satellite;
+  json["figures"] = figures_json();
   json["receivers"] = Json::array();
   for (const ReceiverHeader& receiver : header.receivers)
     json["receivers"].push_back(receiver_json(receiver));

@@ -28,7 +28,7 @@ struct ChunkEntry {
   std::size_t satellites = 0, paths = 0;  ///< rows
 };
 
-/// When a fault was at work, by the epochs that say so.
+/// The time of a fault, by the epochs at which it was at work.
 struct FaultStretch {
   std::string name;
   double from_s = 0, until_s = 0;  ///< first and last epoch, since the begin
@@ -42,7 +42,7 @@ struct ReceiverHeader {
   output::RunSummary summary;
 };
 
-/// What view.json says; docs/view-format.md and viewer/schema.json define it.
+/// Contents of view.json; docs/view-format.md and viewer/schema.json define it.
 struct Header {
   std::string title;
   bool live = false;  ///< epochs come as messages; no chunks
@@ -52,17 +52,17 @@ struct Header {
   std::size_t paths_per_satellite = 0;  ///< kept at most
   std::vector<ReceiverHeader> receivers;
   std::vector<gnss::SatelliteId> satellites;  ///< ascending
-  output::ViewWords words;                    ///< what texts in the chunks stand for
+  output::ViewWords words;                    ///< texts of indices in the chunks
   std::vector<ChunkEntry> chunks;
 };
 
-/// The header of the view in `folder`, parsed; null where it is no JSON. Throws InputError where it
+/// The header of the view in `folder`, parsed; null where it is not JSON. Throws InputError where it
 /// cannot be read.
 [[nodiscard]] Json read_header(const std::filesystem::path& folder);
 /// Whether such a header is of this city: the same origin, as many triangles.
 [[nodiscard]] bool shows_city(const Json& header, const city::City& city);
 
-/// Of a receiver that has seen nothing yet.
+/// The header of a receiver before its first epoch.
 [[nodiscard]] ReceiverHeader receiver_header(const receiver::ReceiverOptions& options);
 
 /// The JSON, ending with a newline.

@@ -12,7 +12,7 @@ void extend_header(const std::filesystem::path& folder, const std::string& key, 
                    const Json& chunks) {
   Json header = read_header(folder);
   if (!header.contains("chunks")) {
-    throw InputError(folder / kHeaderFile, 0, "is no view of Canyon's", "write it anew");
+    throw InputError(folder / kHeaderFile, 0, "is not a view of Canyon's", "write it anew");
   }
   header[key] = value;
   Json all = Json::array();

@@ -24,7 +24,7 @@ namespace {
 constexpr std::size_t kLongestLine = std::size_t{4} << 20;
 constexpr int kWait_ms = 20;
 
-/// Where a host listens, this one connects.
+/// Connects to the address at which a host listens.
 std::string reader_of(const std::string& address) {
   constexpr std::string_view kServer = "tcp://";
   if (std::string_view(address).substr(0, kServer.size()) != kServer) return address;
@@ -39,7 +39,7 @@ Eigen::Vector3d place_of(const Json& message) {
   return {axis("east_m"), axis("north_m"), axis("up_m")};
 }
 
-/// Where a receiver runs.
+/// An address at which a receiver runs.
 struct Host {
   std::string address;
   std::unique_ptr<transport::Transport> transport;

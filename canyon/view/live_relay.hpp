@@ -23,7 +23,8 @@ class LiveRelay {
   /// have their address behind them, and all times count from the begin that the first host tells
   /// @param header of the city; time and receivers are the hosts' to tell. It is written to `folder` at once
   /// @param scene of the city, for skylines; must outlive it
-  /// Throws InputError for what is no address, or given twice, and where the folder does not take the header.
+  /// Throws InputError for a text that is not an address, one given twice, and where the folder does not take
+  /// the header.
   LiveRelay(std::span<const std::string> addresses, Header header, std::filesystem::path folder,
             const raytrace::RayScene& scene);
   ~LiveRelay();

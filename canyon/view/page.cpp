@@ -20,10 +20,10 @@
 namespace canyon::view {
 namespace {
 
-/// Where a page takes its data; viewer/index.html has it.
+/// The place of a page's data; viewer/index.html has it.
 constexpr std::string_view kMark = "<!--canyon:data-->";
 
-/// Of a gzip file, as its end says (RFC 1952, 2.3.1: ISIZE); empty: it has no end.
+/// Unpacked bytes of a gzip file by its end (RFC 1952, 2.3.1: ISIZE); empty: it has no end.
 std::optional<std::uint32_t> unpacked_bytes(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   std::array<unsigned char, 4> end{};
@@ -61,7 +61,7 @@ std::filesystem::path find_page() {
   if (const char* named = std::getenv("CANYON_VIEWER"); named != nullptr && *named != '\0') return named;
   std::error_code error;
   std::vector<std::filesystem::path> places;
-  // Of an installed program share/ lies beside bin/; of one that was built the source tree has the page.
+  // An installed program has share/ beside bin/; for one that was built the source tree has the page.
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
   if (!error) places.push_back(program.parent_path().parent_path() / "share/canyon/viewer.html");
   places.emplace_back(built_page);
@@ -87,7 +87,7 @@ std::vector<std::string> view_files(const std::filesystem::path& folder) {
       }
     }
   } catch (const JsonError&) {
-    throw InputError(folder / kHeaderFile, 0, "is no view of Canyon's, or a damaged one", again);
+    throw InputError(folder / kHeaderFile, 0, "is not a view of Canyon's, or a damaged one", again);
   }
   return files;
 }
@@ -97,7 +97,7 @@ std::size_t export_page(const std::filesystem::path& page, const std::filesystem
   const std::string html = read_bytes(page);
   const std::size_t mark = html.find(kMark);
   if (mark == std::string::npos) {
-    throw InputError(page, 0, "is no page of Canyon's viewer", "build it anew: ./run view");
+    throw InputError(page, 0, "is not a page of Canyon's viewer", "build it anew: ./run view");
   }
   const std::string header = read_bytes(folder / kHeaderFile);
   const std::vector<std::string> files = view_files(folder);

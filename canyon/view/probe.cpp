@@ -22,7 +22,7 @@ namespace {
 
 /// An antenna may stand so far outside the city [m]: as far as a trajectory may (Simulation).
 constexpr double kReach_m = 10'000;
-/// Of a run whose end nobody knows: three years.
+/// Length of a run without a known end: three years.
 constexpr double kLongest_s = 1e8;
 
 std::optional<std::int64_t> id_of(const Json& json) {
@@ -38,7 +38,7 @@ struct Question {
 
 double number(const Json& json, const char* key, double low, double high) {
   if (!json[key].is_number()) {
-    throw InputError(fmt::format("'{}' is no number", key), "see docs/view-format.md, Messages");
+    throw InputError(fmt::format("'{}' is not a number", key), "see docs/view-format.md, Messages");
   }
   const auto value = json[key].get<double>();
   if (!(value >= low && value <= high)) {
@@ -114,7 +114,7 @@ struct Probe::Impl {
   std::size_t paths_per_satellite;
   std::vector<simulation::LiveReceiver> receivers;
   double last_s;
-  /// Of the city and its origin.
+  /// By the city and its origin.
   Eigen::Vector3d low = Eigen::Vector3d::Zero(), high = Eigen::Vector3d::Zero();
 };
 
@@ -135,7 +135,7 @@ std::string Probe::answer(const std::string& message) {
   const std::optional<Json> json = Json::try_parse(message);
   const auto id = json ? id_of(*json) : std::nullopt;
   try {
-    if (!json) throw InputError("this is no JSON", "numbers must be finite: JSON has no NaN");
+    if (!json) throw InputError("this is not JSON", "numbers must be finite: JSON has no NaN");
     return impl_->trace(impl_->read(*json), id);
   } catch (const InputError& error) {
     return output::error_message(id, error.what());

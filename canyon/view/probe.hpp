@@ -16,7 +16,7 @@ class Probe {
   /// Throws InputError as simulation::LiveReceiver does.
   Probe(const simulation::Simulation& simulation, std::shared_ptr<simulation::CityScene> scene,
         std::size_t paths_per_satellite);
-  /// Of a run whose end nobody knows, from `begin` on. @param scenario whose receivers are those of the page
+  /// For a run without a known end, from `begin` on. @param scenario whose receivers are those of the page
   Probe(const simulation::Scenario& scenario, geodesy::GpsTime begin, double interval_s,
         std::shared_ptr<simulation::CityScene> scene, std::size_t paths_per_satellite);
   ~Probe();
@@ -30,7 +30,7 @@ class Probe {
   std::unique_ptr<Impl> impl_;
 };
 
-/// What is answered where there is nothing to trace with: an "error" that says why.
+/// The answer where nothing can be traced: an "error" that says why.
 [[nodiscard]] std::string no_probe(const std::string& message, std::string_view why);
 
 }  // namespace canyon::view

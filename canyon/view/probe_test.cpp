@@ -206,13 +206,13 @@ TEST_F(ProbeTest, SaysInOneMessageWhatIsWrong) {
   EXPECT_THAT(complaint(changed("receiver", 2)), HasSubstr("'receiver' is 2; it runs from 0 to 1"));
   EXPECT_THAT(complaint(changed("receiver", -1)), HasSubstr("'receiver' is -1"));
   EXPECT_THAT(complaint(changed("receiver", 0.5)), HasSubstr("'receiver' is 0.5"));
-  EXPECT_THAT(complaint(changed("receiver", "plain")), HasSubstr("'receiver' is no number"));
+  EXPECT_THAT(complaint(changed("receiver", "plain")), HasSubstr("'receiver' is not a number"));
   EXPECT_THAT(complaint(changed("time_s", 10.5)), HasSubstr("'time_s' is 10.5; it runs from 0 to 10"));
-  EXPECT_THAT(complaint(changed("time_s", nullptr)), HasSubstr("'time_s' is no number"));
+  EXPECT_THAT(complaint(changed("time_s", nullptr)), HasSubstr("'time_s' is not a number"));
   EXPECT_THAT(complaint(changed("place", {1, 2, 3})), HasSubstr("'place' is missing"));
-  EXPECT_THAT(complaint(placed("up_m", nullptr)), HasSubstr("'up_m' is no number"));
+  EXPECT_THAT(complaint(placed("up_m", nullptr)), HasSubstr("'up_m' is not a number"));
   EXPECT_THAT(complaint(placed("north_m", 1e6)), HasSubstr("'north_m' is 1000000"));
-  EXPECT_THAT(complaint(placed("east_m", "here")), HasSubstr("'east_m' is no number"));
+  EXPECT_THAT(complaint(placed("east_m", "here")), HasSubstr("'east_m' is not a number"));
   EXPECT_EQ(Json::parse(probe_->answer(changed("time_s", 99)))["id"], 7);
   EXPECT_EQ(ask(question({38, 38, 1.5}))["type"], "epoch");  // and goes on
 }

@@ -23,7 +23,7 @@ class RunRelay final : public simulation::EpochSink {
   /// Sends the epoch where its instant is due and a page is connected.
   void write(const simulation::Epoch& epoch) override;
   void finish() override {}
-  /// Of RunOptions::progress.
+  /// Takes RunOptions::progress.
   void progress(std::size_t done, std::size_t planned);
   /// The server's folder holds the whole view: pages load it.
   void finished();

@@ -45,7 +45,7 @@ class RunRelayTest : public testing::Test {
     simulation_->run({view_.get(), &relay}, options);
     relay.finished();
   }
-  /// What a page gets until the run has ended.
+  /// The messages that a page gets until the run has ended.
   static std::vector<Json> receive(test::Listener& page) {
     std::vector<Json> received;
     do {

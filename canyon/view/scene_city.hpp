@@ -19,7 +19,7 @@ struct SceneObject {
   std::string height_source;                          ///< "height", "levels", ...; empty: not known
 };
 
-/// What the header says of a city. Its mesh is a chunk of its own.
+/// A city in the header. Its mesh is a chunk of its own.
 struct SceneCity {
   std::string name;
   geodesy::Geodetic origin;

@@ -44,7 +44,7 @@ class Recorder {
     if (epochs_ - block_begin_ >= options_.epochs_per_block) finish_block();
   }
 
-  /// What is left goes to files.
+  /// Writes the remaining epochs to files.
   void finish() {
     finish_block();
     const std::string file = fmt::format("track-{}.bin.gz", receiver_);
@@ -98,7 +98,7 @@ class Recorder {
   std::optional<double> last_time_s_;
 };
 
-/// What a header says of a run before its first epoch, but for the city's objects.
+/// The header of a run before its first epoch, without the city's objects.
 Header begun(const simulation::Simulation& simulation) {
   const simulation::Scenario& scenario = simulation.scenario();
   const city::City& city = simulation.environment().city();

@@ -10,14 +10,14 @@
 namespace canyon::view {
 
 struct ViewOptions {
-  /// Of each satellite at most so many paths are kept: the first (the direct one where there is one) and the
+  /// At most so many paths are kept for each satellite: the first (the direct one where there is one) and the
   /// strongest, without strength the shortest. [1, 1000]
   std::size_t paths_per_satellite = 12;
   /// Epochs of a receiver that share a file. [1, 100,000]
   std::size_t epochs_per_block = 64;
-  /// Where the antenna has moved by less since the last skyline, that one is shown [m]; >= 0.
+  /// A skyline is shown until the antenna has moved by more than this [m]; >= 0.
   double skyline_step_m = 3;
-  /// Where heights of buildings came from, by objects' names.
+  /// Sources of buildings' heights, by objects' names.
   std::map<std::string, std::string> height_sources;
   /// The header is written at once as that of a live view, for pages that RunRelay shows the run to while it
   /// is computed; at the end the whole one takes its place.

@@ -1,4 +1,4 @@
-"""Canyon: what a GNSS receiver sees in a city.
+"""Canyon: an emulator of what a GNSS receiver sees in a city.
 
 A drive through a made-up downtown, and its error:
 
@@ -17,7 +17,7 @@ A drive through a made-up downtown, and its error:
 
 from __future__ import annotations
 
-from typing import Dict, Tuple
+from typing import Tuple
 
 try:
     import numpy as _numpy  # noqa: F401  _canyon needs it, and says less where it is missing
@@ -25,7 +25,7 @@ except ImportError as error:
     raise ImportError("canyon needs NumPy: 'pip install numpy', or your system's package python3-numpy") from error
 
 from . import _canyon
-from ._canyon import Encoder, Epoch, __version__
+from ._canyon import Encoder, Epoch, __version__, formats
 from .city import PLACEMENTS, City, CityObject
 from .errors import InputError, Interrupted, OutputError
 from .heatmap import CELL_STATES, HeatMap, heatmap, map_layers
@@ -83,16 +83,4 @@ __all__ = [
 ]
 
 MATERIALS: Tuple[str, ...] = tuple(_canyon.material_names())
-"""What the numbers of :attr:`City.materials` mean."""
-
-
-def formats() -> Dict[str, str]:
-    """Formats of results: name to the name of the file in a folder of results (docs/outputs.md).
-
-    Examples
-    --------
-    >>> import canyon
-    >>> canyon.formats()["nmea"]
-    'receiver.nmea'
-    """
-    return _canyon.formats()
+"""Meanings of the numbers of :attr:`City.materials`."""

@@ -11,19 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _canyon
-from .city import City
+from ._canyon import City, Scenario, map_layers
 from .errors import Interrupted
-from .scenario import Scenario, Settings, as_scenario
+from .scenario import Settings
 
 __all__ = ["CELL_STATES", "HeatMap", "heatmap", "map_layers"]
 
 CELL_STATES: Tuple[str, ...] = ("computed", "inside building", "under terrain", "outside area", "no terrain")
-"""What the numbers of :attr:`HeatMap.state` mean; 255: not computed."""
-
-
-def map_layers() -> Dict[str, Tuple[str, str]]:
-    """Layers that maps may have: name to (unit, meaning)."""
-    return _canyon.map_layers()
+"""Meanings of the numbers of :attr:`HeatMap.state`; 255: not computed."""
 
 
 class HeatMap:
@@ -112,7 +107,7 @@ def heatmap(
     threads: int = 0,
     folder: "str | os.PathLike[str] | None" = None,
 ) -> HeatMap:
-    """A map of what a receiver gets at every place.
+    """A map of a receiver's errors, visibility and DOP at every place.
 
     Parameters
     ----------
@@ -121,7 +116,7 @@ def heatmap(
     city : City, optional
         Instead of the scenario's own.
     box : (west_m, south_m, east_m, north_m), optional
-        Part of the city's frame; else all that is built.
+        Part of the city's frame; else the built-up area.
     spacing_m : float
         Width of a cell.
     altitudes_m : float or sequence
@@ -140,7 +135,7 @@ def heatmap(
     path_nodes_m : float
         With "steady_state" receivers take far paths from places so far apart; 0: searched at every cell.
     limits : mapping, optional
-        What layers for planners compare with: "error_m", "alert_m", "protection_factor", "start", "first_fix_s",
+        Limits of layers for planners: "error_m", "alert_m", "protection_factor", "start", "first_fix_s",
         "rtk_s"
         (docs/heatmap-planning.md).
     folder : path, optional
@@ -164,7 +159,7 @@ def heatmap(
     """
     altitudes = [float(altitudes_m)] if np.isscalar(altitudes_m) else [float(a) for a in altitudes_m]  # type: ignore[union-attr,arg-type]
     handle = _canyon.Map(
-        as_scenario(scenario)._handle, None if city is None else city._handle, box, spacing_m, altitudes,
+        scenario, city, box, spacing_m, altitudes,
         altitude_kind, times, list(layers), model or "", receiver, draws, receivers, path_nodes_m, dict(limits or {}),
     )
     kept = None if folder is not None else tempfile.TemporaryDirectory(prefix="canyon-map-")

@@ -31,7 +31,7 @@ def sample_blocks(
     block: int = 1 << 18,
     threads: int = 0,
 ) -> Iterator[NDArray[Any]]:
-    """What a receiver's antenna picks up, block by block, while the engine works a few blocks ahead.
+    """The signal at a receiver's antenna, block by block, while the engine works a few blocks ahead.
 
     Leaving the loop ends the run; a run of any length takes the memory of some blocks. The samples are those of
     ``canyon iq`` before they are quantised. Parameters that are not here are as for :func:`samples`.
@@ -57,17 +57,9 @@ def sample_blocks(
         scenario = scenario.changed(duration_s=duration_s)
     simulation = Simulation(scenario, city)
     number = index_of_receiver(receiver, simulation.receivers)
-    stream = _canyon.SampleStream(
-        simulation._handle, band, centre_hz, rate_hz, if_hz, real, bandwidth_hz, noise, number, block, threads
+    return _canyon.SampleStream(
+        simulation, band, centre_hz, rate_hz, if_hz, real, bandwidth_hz, noise, number, block, threads
     )
-    return _blocks(stream)
-
-
-def _blocks(stream: "_canyon.SampleStream") -> Iterator[NDArray[Any]]:
-    try:
-        yield from stream
-    finally:
-        stream.close()
 
 
 def samples(
@@ -85,9 +77,9 @@ def samples(
     receiver: Union[int, str] = 0,
     threads: int = 0,
 ) -> NDArray[Any]:
-    """What a receiver's antenna picks up in a band: ``complex64``, where noise has the deviation 1 in each part.
+    """The signal at a receiver's antenna in a band: ``complex64``, where noise has the deviation 1 in each part.
 
-    What is left out is as the scenario's ``samples`` say, by default band L1 at 4 million samples per second.
+    Options that are left out are those of the scenario's ``samples``, by default band L1 at 4 million samples per second.
 
     Parameters
     ----------

@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Union
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _canyon
-from .city import City
+from ._canyon import City, Epoch, Scenario, as_scenario
 from .errors import InputError, Interrupted
 from .models import Models
-from .scenario import Scenario, Settings, as_scenario
+from .scenario import Settings
 from .tables import Table
 
 __all__ = ["Correlation", "Epoch", "Run", "Simulation", "correlation", "simulate"]
 
-Epoch = _canyon.Epoch
-
 
 class Correlation(NamedTuple):
-    """What the correlators of a channel see of one satellite. Arrays are NumPy's."""
+    """Outputs of a channel's correlators for one satellite. Arrays are NumPy's."""
 
     time_s: NDArray[np.float64]  #: from the run's beginning [s], (epochs,)
     delay_m: NDArray[np.float64]  #: after the line of sight [m], (delays,)
@@ -30,15 +28,15 @@ class Correlation(NamedTuple):
 
 
 class Run:
-    """What the receivers of a scenario saw, epoch by epoch.
+    """Results of the receivers of a scenario, epoch by epoch.
 
     Attributes
     ----------
     receivers : list of str
     warnings : list of str
-        What is worth saying about the run.
+        Warnings about the run.
     summaries : list of dict
-        Of each receiver: fixes, percentiles of errors [m], shares of satellites [1], ... (docs/outputs.md).
+        Figures of each receiver by the names of docs/outputs.md: fixes, percentiles of errors [m], shares [1], ...
     interrupted : bool
         Whether Ctrl-C ended it early.
     wall_s : float
@@ -87,7 +85,7 @@ class Run:
 
     @property
     def summary(self) -> Dict[str, Any]:
-        """dict: Figures of the first receiver."""
+        """dict: Figures of the first receiver, by the names of docs/outputs.md."""
         return self.summaries[0]
 
     def to_pandas(self, name: str = "epochs", receiver: Union[int, str] = 0) -> Any:
@@ -113,7 +111,7 @@ class Run:
         receiver : int or str
         """
         index = self._index(receiver)
-        self._simulation._handle.write(index, self._epochs[index], os.fspath(path), format or "")
+        self._simulation._write(index, self._epochs[index], path, format or "")
 
     def __len__(self) -> int:
         return len(self._epochs[0])
@@ -123,7 +121,7 @@ class Run:
 
 
 def index_of_receiver(receiver: Union[int, str], known: Sequence[str]) -> int:
-    """Of a number or a name."""
+    """Index of a receiver from its number or name."""
     if isinstance(receiver, str):
         if receiver not in known:
             raise InputError(f"the run has no receiver '{receiver}'", f"it has {', '.join(known)}")
@@ -131,7 +129,7 @@ def index_of_receiver(receiver: Union[int, str], known: Sequence[str]) -> int:
     return range(len(known))[receiver]
 
 
-class Simulation:
+class Simulation(_canyon.Simulation):
     """A scenario made ready: city loaded, sky chosen, trajectory checked against both.
 
     Parameters
@@ -163,48 +161,7 @@ class Simulation:
     ) -> None:
         self.scenario = as_scenario(scenario)
         own = dict(models) if isinstance(models, Mapping) else models
-        self._handle = _canyon.Simulation(self.scenario._handle, None if city is None else city._handle, own)
-
-    @property
-    def receivers(self) -> List[str]:
-        """list of str: Names."""
-        return self._handle.receivers
-
-    @property
-    def warnings(self) -> List[str]:
-        """list of str: What is worth saying before the run."""
-        return self._handle.warnings
-
-    @property
-    def begin(self) -> np.datetime64:
-        """numpy.datetime64: The first epoch, UTC."""
-        return self._handle.begin
-
-    @property
-    def interval_s(self) -> float:
-        """float: From epoch to epoch [s]."""
-        return self._handle.interval_s
-
-    def __len__(self) -> int:
-        return self._handle.epoch_count
-
-    def antenna(self, times: Any, receiver: int = 0) -> NDArray[np.float64]:
-        """Where a receiver's antenna is at times: east, north, up [m], (n, 3)."""
-        return self._handle.antenna_enu(times, receiver)
-
-    def __iter__(self) -> Iterator[Epoch]:
-        return self.stream()
-
-    def stream(self, threads: int = 0, paths: bool = False) -> Iterator[Epoch]:
-        """Epochs of all receivers, one by one, by time and then by receiver, while the engine works ahead.
-
-        Leaving the loop ends the run. Every call begins anew.
-        """
-        stream = self._handle.stream(threads, paths)
-        try:
-            yield from stream
-        finally:
-            stream.close()
+        super().__init__(self.scenario, city, own)
 
     def run(self, threads: int = 0, paths: bool = False, out: "str | os.PathLike[str] | None" = None) -> Run:
         """The whole run.
@@ -223,14 +180,10 @@ class Simulation:
         Interrupted
             On Ctrl-C, with the epochs until then as ``result``; files in `out` are whole.
         """
-        result = Run(self, self._handle.run(threads, paths, "" if out is None else os.fspath(out)))
+        result = Run(self, self._run(threads, paths, out))
         if result.interrupted:
             raise Interrupted(f"interrupted: {len(result)} of {len(self)} epochs finished", result)
         return result
-
-    def encoder(self, format: str, receiver: int = 0) -> "_canyon.Encoder":
-        """Makes bytes of epochs: `begin()`, `encode(epoch)` of each, `end()`. See :func:`canyon.formats`."""
-        return self._handle.encoder(format, receiver)
 
 
 def simulate(
@@ -300,7 +253,7 @@ def correlation(
     >>> seen.values.shape
     (5, 301)
     """
-    found = Simulation(scenario, city)._handle.correlation(
+    found = Simulation(scenario, city)._correlation(
         satellite, signal, receiver, list(delays_m), bandwidth_hz, threads
     )
     if found["interrupted"]:

@@ -8,7 +8,7 @@
 
 namespace canyon::python {
 
-/// What has no value, in arrays of float64.
+/// Stands for a missing value in arrays of float64.
 inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// An array that owns a vector: nothing is copied. @param shape of which the product is the vector's length

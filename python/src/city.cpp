@@ -91,79 +91,166 @@ py::dict summary(const CityScene& self) {
                   "max_enu_m"_a = array_of(s.bounds.max));
 }
 
-py::list objects(const CityScene& self) {
+py::object named_object(const city::Object& object) {
   static constexpr std::array<const char*, 4> kSurfaces{"building", "terrain", "foliage", "vehicle"};
+  return py::module_::import("canyon.city")
+      .attr("CityObject")(object.name, kSurfaces.at(static_cast<std::size_t>(object.surface)),
+                          object.first_triangle, object.triangle_count);
+}
+
+py::list objects(const CityScene& self) {
   py::list list;
-  for (const city::Object& object : self.city.mesh.objects) {
-    list.append(py::make_tuple(object.name, kSurfaces.at(static_cast<std::size_t>(object.surface)),
-                               object.first_triangle, object.triangle_count));
-  }
+  for (const city::Object& object : self.city.mesh.objects) list.append(named_object(object));
   return list;
+}
+
+py::object object_of_triangle(const CityScene& self, std::int64_t triangle) {
+  for (const city::Object& object : self.city.mesh.objects) {
+    const auto first = static_cast<std::int64_t>(object.first_triangle);
+    if (triangle >= first && triangle < first + static_cast<std::int64_t>(object.triangle_count)) {
+      return named_object(object);
+    }
+  }
+  throw py::index_error(fmt::format("triangle {} of {}", triangle, self.city.mesh.triangles.size()));
+}
+
+CityPtr city_of_settings(const py::dict& settings) {
+  const auto config = read_tree<simulation::CityConfig>(tree_of(settings), "city");
+  const py::gil_scoped_release release;
+  return scene_of(simulation::load_city(config, 1));
 }
 
 }  // namespace
 
 void bind_city(py::module_& m) {
-  py::class_<CityScene, CityPtr>(m, "City")
-      .def_static(
-          "from_settings",
-          [](const py::object& settings, std::uint64_t seed) {
-            const auto config = read_tree<simulation::CityConfig>(tree_of(settings), "city");
-            const py::gil_scoped_release release;
-            return scene_of(simulation::load_city(config, seed));
-          },
-          "settings"_a, "seed"_a = 1)
+  py::class_<CityScene, CityPtr>(m, "City",
+                                 R"(A city: static surfaces in the east-north-up frame about its origin [m].
+
+Parameters
+----------
+**settings
+    The keys below ``city:`` in a scenario (docs/scenario.md): ``mesh``, ``file``, ``osm``, ``synthetic``
+    or ``open``, and those that belong to them.
+
+Examples
+--------
+>>> import canyon
+>>> city = canyon.City(
+...     synthetic={"blocks_east": 2, "blocks_north": 2, "seed": 7},
+...     origin={"latitude_deg": 22.3, "longitude_deg": 114.17, "height_m": 0},
+... )
+>>> city.triangles.shape[1], city.vertices.flags.writeable
+(3, False)
+>>> hit = city.cast([0, 0, 2], [1, 0.3, 0.05])
+>>> bool(hit["range_m"][0] > 0)
+True)")
+      .def(py::init([](const py::kwargs& settings) { return city_of_settings(settings); }))
       .def_static(
           "load",
-          [](const std::string& path, const py::object& origin) {
+          [](const std::filesystem::path& path, const py::object& origin) {
             std::optional<geodesy::Geodetic> place;
             if (!origin.is_none()) place = place_of(origin, "origin");
             const py::gil_scoped_release release;
-            return scene_of(simulation::load_city(simulation::city_config(path, place)));
+            return scene_of(simulation::load_city(simulation::city_config(path.string(), place)));
           },
-          "path"_a, "origin"_a = py::none())
+          "path"_a, "origin"_a = py::none(), R"(A city of any file that Canyon reads, by its name.
+
+Parameters
+----------
+path : path
+    OpenStreetMap, CityJSON, mesh, Gazebo world, or Canyon's own file (docs/city.md).
+origin : (latitude_deg, longitude_deg, height_m), optional
+    The place of a mesh's zero, or the zero that a map shall get.)")
+      .def_static(
+          "from_osm",
+          [](const py::object& files, const py::kwargs& settings) {
+            const bool one = py::isinstance<py::str>(files) || py::hasattr(files, "__fspath__");
+            py::dict all("osm"_a = one ? py::list(py::make_tuple(files)) : py::list(files));
+            all.attr("update")(settings);
+            return city_of_settings(all);
+          },
+          "files"_a, R"(A city of OpenStreetMap files.
+
+Parameters
+----------
+files : path or list of paths
+    OpenStreetMap (.osm, .osm.gz, .osm.bz2, .osm.pbf) or CityJSON.
+**settings
+    Further keys below ``city:``: ``origin``, ``bbox``, ``terrain``, ... (docs/city.md).)")
       .def_static(
           "of_scenario",
-          [](const ScenarioTree& scenario) {
+          [](const py::object& scenario) {
+            const ScenarioPtr tree = scenario_of(scenario);
             std::vector<std::string> warnings;
             const py::gil_scoped_release release;
-            return scene_of(simulation::load_city(scenario.scenario, warnings));
+            return scene_of(simulation::load_city(tree->scenario, warnings));
           },
-          "scenario"_a)
+          "scenario"_a, "The city of a scenario: facades drawn and place moved as its seed says.")
       .def(
           "save",
-          [](const CityScene& self, const std::string& path) { city::write_city_file(path, self.city); },
-          "path"_a)
-      .def_property_readonly("name", [](const CityScene& self) { return self.city.name; })
-      .def_property_readonly("notes", [](const CityScene& self) { return self.city.notes; })
-      .def_property_readonly("origin",
-                             [](const CityScene& self) { return degrees_of(self.city.frame.origin()); })
-      .def_property_readonly("summary", &summary)
-      .def_property_readonly("objects", &objects)
-      .def_property_readonly("vertices",
-                             [](const py::object& self) {
-                               const auto& vertices = self.cast<const CityScene&>().city.mesh.vertices;
-                               static const double kNone = 0;
-                               return view_of(vertices.empty() ? &kNone : vertices.front().data(),
-                                              {static_cast<py::ssize_t>(vertices.size()), 3}, self);
-                             })
-      .def_property_readonly("triangles",
-                             [](const py::object& self) {
-                               const auto& triangles = self.cast<const CityScene&>().city.mesh.triangles;
-                               static const std::uint32_t kNone = 0;
-                               return view_of(triangles.empty() ? &kNone : triangles.front().data(),
-                                              {static_cast<py::ssize_t>(triangles.size()), 3}, self);
-                             })
-      .def_property_readonly("materials",
-                             [](const py::object& self) {
-                               const auto& materials = self.cast<const CityScene&>().city.mesh.materials;
-                               static_assert(sizeof(city::Material) == 1);
-                               return view_of(reinterpret_cast<const std::uint8_t*>(materials.data()),
-                                              {static_cast<py::ssize_t>(materials.size())}, self);
-                             })
-      .def("placement", &placements, "places"_a)
-      .def("terrain", &terrain, "places"_a)
-      .def("cast", &cast, "origins"_a, "directions"_a)
+          [](const CityScene& self, const std::filesystem::path& path) {
+            city::write_city_file(path, self.city);
+          },
+          "path"_a, "Writes Canyon's own city file (.canyon), which loads quickly.")
+      .def_property_readonly(
+          "name", [](const CityScene& self) { return self.city.name; },
+          "str: The name that the source gives it.")
+      .def_property_readonly(
+          "notes", [](const CityScene& self) { return self.city.notes; },
+          "list of str: Everything that the import dropped, guessed or repaired.")
+      .def_property_readonly(
+          "origin", [](const CityScene& self) { return degrees_of(self.city.frame.origin()); },
+          "tuple: (latitude_deg, longitude_deg, height_m) of the frame's zero, WGS 84.")
+      .def_property_readonly(
+          "summary", &summary,
+          "dict: buildings, triangles, highest_roof_m, built_area_fraction [1], min_enu_m, max_enu_m, ...")
+      .def_property_readonly("objects", &objects, "list of CityObject: They cover all triangles, in order.")
+      .def_property_readonly(
+          "vertices",
+          [](const py::object& self) {
+            const auto& vertices = self.cast<const CityScene&>().city.mesh.vertices;
+            static const double kNone = 0;
+            return view_of(vertices.empty() ? &kNone : vertices.front().data(),
+                           {static_cast<py::ssize_t>(vertices.size()), 3}, self);
+          },
+          "(n, 3) array [m]: East, north, up. The engine's own memory, read-only.")
+      .def_property_readonly(
+          "triangles",
+          [](const py::object& self) {
+            const auto& triangles = self.cast<const CityScene&>().city.mesh.triangles;
+            static const std::uint32_t kNone = 0;
+            return view_of(triangles.empty() ? &kNone : triangles.front().data(),
+                           {static_cast<py::ssize_t>(triangles.size()), 3}, self);
+          },
+          "(m, 3) array: Indices into :attr:`vertices`, counter-clockwise from outside. Read-only, not "
+          "copied.")
+      .def_property_readonly(
+          "materials",
+          [](const py::object& self) {
+            const auto& materials = self.cast<const CityScene&>().city.mesh.materials;
+            static_assert(sizeof(city::Material) == 1);
+            return view_of(reinterpret_cast<const std::uint8_t*>(materials.data()),
+                           {static_cast<py::ssize_t>(materials.size())}, self);
+          },
+          "(m,) array: Index into :data:`canyon.MATERIALS` of each triangle. Read-only, not copied.")
+      .def("object_of", &object_of_triangle, "triangle"_a,
+           "The CityObject that a triangle belongs to, by its index into :attr:`triangles`.")
+      .def("placement", &placements, "places"_a,
+           "Whether places (n, 3), east, north, up [m], are free, inside a building or under the terrain: "
+           "indices into :data:`canyon.PLACEMENTS`.")
+      .def("terrain", &terrain, "places"_a,
+           "Height of the terrain [m] at places, NaN where there is none. The places' heights do not matter.")
+      .def("cast", &cast, "origins"_a, "directions"_a, R"(First hits of rays.
+
+Parameters
+----------
+origins, directions : (n, 3) array or (3,)
+    As many of both, or one of either. Directions need no unit length.
+
+Returns
+-------
+dict
+    ``range_m`` (n,), NaN without a hit; ``triangle`` (n,), -1 without; ``normal`` (n, 3).)")
       .def(
           "enu_of",
           [](const CityScene& self, const py::object& places) {
@@ -173,7 +260,7 @@ void bind_city(py::module_& m) {
               return self.city.frame.local_from_geodetic(place);
             });
           },
-          "places"_a)
+          "places"_a, "East, north, up [m] of (latitude_deg, longitude_deg, height_m), (3,) or (n, 3).")
       .def(
           "geodetic_of",
           [](const CityScene& self, const py::object& enu) {
@@ -183,7 +270,12 @@ void bind_city(py::module_& m) {
                                      geodesy::degrees(place.longitude_rad), place.height_m);
             });
           },
-          "enu"_a);
+          "enu"_a, "(latitude_deg, longitude_deg, height_m) of east, north, up [m], (3,) or (n, 3).")
+      .def("__repr__", [](const CityScene& self) {
+        return fmt::format("<canyon.City {}: {} triangles>",
+                           py::repr(py::str(self.city.name)).cast<std::string>(),
+                           self.city.mesh.triangles.size());
+      });
   m.def("material_names", [] {
     std::vector<std::string> names;
     for (int i = 0; i <= static_cast<int>(city::Material::Foliage); ++i) {

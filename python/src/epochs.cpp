@@ -73,49 +73,59 @@ void write_epochs(const std::filesystem::path& path, const std::string& format,
 }
 
 void bind_epochs(py::module_& m) {
+  using E = KeptEpoch;
   m.def("columns", &columns_of, "table"_a);
-  py::class_<KeptEpoch, EpochPtr>(m, "Epoch")
-      .def_property_readonly("time", [](const KeptEpoch& e) { return datetime(e.epoch.observed.time); })
-      .def_property_readonly("gps_ns", [](const KeptEpoch& e) { return e.epoch.observed.time.nanoseconds(); })
-      .def_property_readonly("receiver", [](const KeptEpoch& e) { return e.epoch.receiver; })
-      .def_property_readonly("solved", [](const KeptEpoch& e) { return e.epoch.observed.fix.solved(); })
+  py::class_<KeptEpoch, EpochPtr>(m, "Epoch",
+                                  "One receiver at one instant: the truth, and its measurements and fix.")
       .def_property_readonly(
-          "status", [](const KeptEpoch& e) { return std::string(output::status_word(e.epoch.observed.fix)); })
+          "time", [](const E& e) { return datetime(e.epoch.observed.time); }, "True instant, UTC.")
+      .def_property_readonly(
+          "gps_ns", [](const E& e) { return e.epoch.observed.time.nanoseconds(); },
+          "Nanoseconds of GPS time since 1980-01-06.")
+      .def_property_readonly("receiver", [](const E& e) { return e.epoch.receiver; })
+      .def_property_readonly("solved", [](const E& e) { return e.epoch.observed.fix.solved(); })
+      .def_property_readonly(
+          "status", [](const E& e) { return std::string(output::status_word(e.epoch.observed.fix)); })
       .def_property_readonly(
           "reason",
-          [](const KeptEpoch& e) {
+          [](const E& e) {
             const positioning::Fix& fix = e.epoch.observed.fix;
             return fix.solved() ? std::string() : std::string(output::no_fix_reason(fix, e.epoch.placement));
-          })
-      .def_property_readonly("truth", [](const KeptEpoch& e) { return degrees_of(e.epoch.truth.position); })
-      .def_property_readonly("position",
-                             [](const KeptEpoch& e) -> py::object {
-                               if (!e.epoch.observed.fix.solved()) return py::none();
-                               return degrees_of(e.epoch.observed.fix.position);
-                             })
-      .def_property_readonly("position_ecef_m",
-                             [](const KeptEpoch& e) { return array_of(e.epoch.observed.fix.position_ecef); })
-      .def_property_readonly("truth_ecef_m", [](const KeptEpoch& e) { return array_of(e.epoch.truth_ecef); })
-      .def_property_readonly("error_enu_m", [](const KeptEpoch& e) { return array_of(e.epoch.error_enu_m); })
-      .def_property_readonly("covariance_enu_m2",
-                             [](const KeptEpoch& e) { return matrix(e.epoch.observed.fix.covariance_enu); })
-      .def_property_readonly("velocity_enu_mps",
-                             [](const KeptEpoch& e) -> py::object {
-                               const auto& velocity = e.epoch.observed.fix.velocity_enu_mps;
-                               if (!velocity) return py::none();
-                               return array_of(*velocity);
-                             })
-      .def_property_readonly("used",
-                             [](const KeptEpoch& e) { return output::used_count(e.epoch.observed.fix); })
-      .def_property_readonly("visible", [](const KeptEpoch& e) { return e.epoch.observed.visible; })
-      .def_property_readonly("blocked", [](const KeptEpoch& e) { return e.epoch.observed.blocked; })
+          },
+          "Why there is no fix.")
       .def_property_readonly(
-          "placement",
-          [](const KeptEpoch& e) { return std::string(output::placement_word(e.epoch.placement)); })
-      .def_property_readonly("faults", [](const KeptEpoch& e) { return e.epoch.faults; })
+          "truth", [](const E& e) { return degrees_of(e.epoch.truth.position); },
+          "(latitude_deg, longitude_deg, height_m) of the antenna.")
+      .def_property_readonly(
+          "position",
+          [](const E& e) -> py::object {
+            if (!e.epoch.observed.fix.solved()) return py::none();
+            return degrees_of(e.epoch.observed.fix.position);
+          },
+          "(latitude_deg, longitude_deg, height_m) as the receiver believes; None without a fix.")
+      .def_property_readonly("position_ecef_m",
+                             [](const E& e) { return array_of(e.epoch.observed.fix.position_ecef); })
+      .def_property_readonly("truth_ecef_m", [](const E& e) { return array_of(e.epoch.truth_ecef); })
+      .def_property_readonly(
+          "error_enu_m", [](const E& e) { return array_of(e.epoch.error_enu_m); },
+          "Fix minus truth; NaN without a fix.")
+      .def_property_readonly("covariance_enu_m2",
+                             [](const E& e) { return matrix(e.epoch.observed.fix.covariance_enu); })
+      .def_property_readonly("velocity_enu_mps",
+                             [](const E& e) -> py::object {
+                               const auto& velocity = e.epoch.observed.fix.velocity_enu_mps;
+                               return velocity ? py::object(array_of(*velocity)) : py::none();
+                             })
+      .def_property_readonly("used", [](const E& e) { return output::used_count(e.epoch.observed.fix); })
+      .def_property_readonly("visible", [](const E& e) { return e.epoch.observed.visible; })
+      .def_property_readonly("blocked", [](const E& e) { return e.epoch.observed.blocked; })
+      .def_property_readonly(
+          "placement", [](const E& e) { return std::string(output::placement_word(e.epoch.placement)); })
+      .def_property_readonly("faults", [](const E& e) { return e.epoch.faults; })
       .def(
-          "table", [](const EpochPtr& e, const std::string& name) { return table_of({e}, name); }, "name"_a);
-  py::class_<EpochEncoder>(m, "Encoder")
+          "table", [](const EpochPtr& e, const std::string& name) { return table_of({e}, name); }, "name"_a,
+          "Columns of this epoch alone: \"epochs\", \"satellites\", \"signals\", \"paths\".");
+  py::class_<EpochEncoder>(m, "Encoder", "Makes bytes of epochs, as `canyon simulate` writes them.")
       .def("begin", &EpochEncoder::begin)
       .def("encode", &EpochEncoder::encode, "epoch"_a)
       .def("end", &EpochEncoder::end);

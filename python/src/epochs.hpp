@@ -12,7 +12,7 @@ struct KeptEpoch {
   std::shared_ptr<const propagation::Arrival> arrival;  ///< null where nobody asked for paths
   std::shared_ptr<const gnss::NavigationData> messages;
   std::shared_ptr<const tracking::SignalOptions> signal;  ///< of its receiver
-  std::shared_ptr<const void> owner;  ///< of what messages refer to: simulation, live receiver
+  std::shared_ptr<const void> owner;  ///< of the objects that messages refer to: simulation, live receiver
 
   /// @param paths kept as well, some kilobytes; may be null
   KeptEpoch(simulation::Epoch from, std::shared_ptr<const gnss::NavigationData> its_messages,

@@ -20,12 +20,12 @@ namespace {
 /// A map with everything that its writers need.
 class Map {
  public:
-  Map(const ScenarioTree& tree, std::shared_ptr<simulation::CityScene> city, const py::object& box,
+  Map(const py::object& scenario, std::shared_ptr<simulation::CityScene> city, const py::object& box,
       double spacing_m, std::vector<double> altitudes_m, const std::string& altitude_kind,
       const py::object& times, const std::vector<std::string>& layers, const std::string& model,
       const std::string& receiver, int draws, const std::string& receivers, double path_nodes_m,
       const py::dict& limits)
-      : scenario_(tree.scenario), city_(std::move(city)) {
+      : scenario_(scenario_of(scenario)->scenario), city_(std::move(city)) {
     receiver_ = scenario_.receivers[simulation::find_receiver(scenario_, receiver)];
     if (!model.empty()) receiver_ = validation::models_of(receiver_, {model}).front().receiver;
     std::sort(altitudes_m.begin(), altitudes_m.end());
@@ -213,7 +213,7 @@ class Map {
 
 void bind_heatmap(py::module_& m) {
   py::class_<Map>(m, "Map")
-      .def(py::init<const ScenarioTree&, std::shared_ptr<simulation::CityScene>, const py::object&, double,
+      .def(py::init<const py::object&, std::shared_ptr<simulation::CityScene>, const py::object&, double,
                     std::vector<double>, const std::string&, const py::object&,
                     const std::vector<std::string>&, const std::string&, const std::string&, int,
                     const std::string&, double, const py::dict&>(),
@@ -222,14 +222,17 @@ void bind_heatmap(py::module_& m) {
       .def("run", &Map::run, "folder"_a, "threads"_a = 0)
       .def("values", &Map::values)
       .def("write", &Map::write, "path"_a, "format"_a);
-  m.def("map_layers", [] {
-    py::dict layers;
-    for (const heatmap::LayerInfo& info : heatmap::all_layers()) {
-      layers[py::str(std::string(info.name))] =
-          py::make_tuple(std::string(info.unit), std::string(info.long_name));
-    }
-    return layers;
-  });
+  m.def(
+      "map_layers",
+      [] {
+        py::dict layers;
+        for (const heatmap::LayerInfo& info : heatmap::all_layers()) {
+          layers[py::str(std::string(info.name))] =
+              py::make_tuple(std::string(info.unit), std::string(info.long_name));
+        }
+        return layers;
+      },
+      "Layers that maps may have: name to (unit, meaning).");
 }
 
 }  // namespace canyon::python

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <sstream>
+
 #include "canyon/base/input_error.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/live_receiver.hpp"
@@ -17,8 +19,8 @@ using simulation::LiveReceiver;
 /// A receiver of Python's own simulator.
 class Live {
  public:
-  Live(const py::object& settings, std::shared_ptr<simulation::CityScene> city, const py::object& start,
-       const std::vector<py::object>& faults, const py::object& models)
+  Live(std::shared_ptr<simulation::CityScene> city, const py::object& start, const py::object& faults,
+       const py::object& models, const py::kwargs& settings)
       : scene_(std::move(city)) {
     auto config = read_tree<simulation::LiveConfig>(tree_of(settings), "receiver");
     put_models(models, config.receiver());
@@ -28,7 +30,8 @@ class Live {
       const py::gil_scoped_release release;
       receiver_ = std::make_shared<LiveReceiver>(std::move(config), scene_, *begin);
     }
-    for (const py::object& fault : faults) (void)add_fault(fault);
+    if (faults.is_none()) return;
+    for (const py::handle fault : faults) (void)add_fault(py::reinterpret_borrow<py::object>(fault));
   }
 
   EpochPtr observe(double seconds, py::handle position, py::handle velocity, double yaw, double yaw_rate,
@@ -52,14 +55,25 @@ class Live {
                                  : py::module_::import("json").attr("dumps")(fault).cast<std::string>();
     return receiver_->add_fault(text);
   }
-  void change(const py::dict& changes) {
+  void change(const py::object& changes, const py::kwargs& keys) {
+    py::dict all = changes.is_none() ? py::dict() : py::dict(changes);
+    all.attr("update")(keys);
     const std::string text =
-        py::module_::import("json").attr("dumps")(object_of(tree_of(changes))).cast<std::string>();
+        py::module_::import("json").attr("dumps")(object_of(tree_of(all))).cast<std::string>();
     receiver_->set_config(simulation::changed_live_config(receiver_->config(), text, {}));
     signal_.reset();
   }
   [[nodiscard]] std::unique_ptr<EpochEncoder> encoder(const std::string& format, double interval_s) const {
     return std::make_unique<EpochEncoder>(format, output::describe_receivers(*receiver_, interval_s).front());
+  }
+  [[nodiscard]] py::dict options() const {
+    py::dict options;
+    std::istringstream lines(simulation::running_options(receiver_->config()));
+    for (std::string line; std::getline(lines, line);) {
+      const std::size_t colon = line.find(": ");
+      options[py::str(line.substr(0, colon))] = line.substr(colon + 2);
+    }
+    return options;
   }
   LiveReceiver& receiver() { return *receiver_; }
 
@@ -83,22 +97,57 @@ class Live {
 }  // namespace
 
 void bind_live(py::module_& m) {
-  py::class_<Live>(m, "LiveReceiver")
-      .def(py::init<const py::object&, std::shared_ptr<simulation::CityScene>, const py::object&,
-                    const std::vector<py::object>&, const py::object&>(),
-           "settings"_a, "city"_a, "start"_a = py::none(), "faults"_a = std::vector<py::object>{},
-           "models"_a = py::none())
+  py::class_<Live>(m, "LiveReceiver",
+                   R"(A receiver in a world whose time and motion are the caller's. Same steps, same numbers.
+
+Parameters
+----------
+city : City
+start : time, optional
+    Instant of the caller's time 0; else the key ``start`` of `settings`.
+faults : list of dict, optional
+    Items of a scenario's ``faults:``.
+models : Models, optional
+    Own models.
+**settings
+    Keys of one receiver of a scenario (``profile``, ``clock``, ...) and ``sky``, ``seed``, ``start``.
+
+Examples
+--------
+>>> import canyon
+>>> city = canyon.City(open=True, origin={"latitude_deg": 48.1, "longitude_deg": 11.6, "height_m": 520})
+>>> receiver = canyon.LiveReceiver(city, "2026-06-01T08:00:00Z", profile="survey")
+>>> epoch = receiver.observe(0.0, (0, 0, 1.5))
+>>> epoch.solved, epoch.placement
+(True, 'free'))")
+      .def(py::init<std::shared_ptr<simulation::CityScene>, const py::object&, const py::object&,
+                    const py::object&, const py::kwargs&>(),
+           "city"_a, "start"_a = py::none(), py::kw_only(), "faults"_a = py::none(), "models"_a = py::none())
       .def("observe", &Live::observe, "seconds"_a, "position"_a, "velocity"_a = py::none(), "yaw"_a = 0.0,
-           "yaw_rate"_a = 0.0, "paths"_a = false)
-      .def("lose", &Live::lose, "seconds"_a)
-      .def("restart", [](Live& self) { self.receiver().restart(); })
-      .def("change", &Live::change, "changes"_a)
-      .def("add_fault", &Live::add_fault, "fault"_a)
+           "yaw_rate"_a = 0.0, "paths"_a = false, R"(One epoch `seconds` of the caller's time after the start.
+
+`position` is the antenna's, east, north, up [m] of the city, `velocity` likewise [m/s], `yaw` [rad] from
+east counter-clockwise, `yaw_rate` [rad/s]. A time before the last one begins anew; a place that no vehicle
+gets to in one step restarts the receiver hot, with a warning.)")
+      .def("lose", &Live::lose, "seconds"_a,
+           "One epoch of an antenna whose place is not known: no signal, no fix.")
       .def(
-          "end_fault", [](Live& self, const std::string& name) { self.receiver().end_fault(name); }, "name"_a)
-      .def("options", [](Live& self) { return simulation::running_options(self.receiver().config()); })
-      .def("take_warnings", [](Live& self) { return self.receiver().take_warnings(); })
-      .def("encoder", &Live::encoder, "format"_a, "interval_s"_a = 1.0);
+          "restart", [](Live& self) { self.receiver().restart(); }, "As constructed.")
+      .def("change", &Live::change, "changes"_a = py::none(), py::pos_only(),
+           "Other options from the next step on (any key but ``sky``, ``start``, ``name``); begins anew.")
+      .def("add_fault", &Live::add_fault, "fault"_a,
+           "Begins a fault now: an item of a scenario's ``faults:``. Returns its name.")
+      .def(
+          "end_fault", [](Live& self, const std::string& name) { self.receiver().end_fault(name); }, "name"_a,
+          "Ends a fault before the next step.")
+      .def_property_readonly(
+          "options", &Live::options,
+          "dict: Options that :meth:`change` takes, with dots in their names, and their values as text.")
+      .def(
+          "take_warnings", [](Live& self) { return self.receiver().take_warnings(); },
+          "Warnings since the last call.")
+      .def("encoder", &Live::encoder, "format"_a, "interval_s"_a = 1.0,
+           "Makes bytes of epochs: `begin()`, `encode(epoch)` of each, `end()`. See :func:`canyon.formats`.");
 }
 
 }  // namespace canyon::python

@@ -17,7 +17,7 @@ namespace {
 using propagation::Path;
 using propagation::SatelliteView;
 
-/// What Python borrows for one call of apply(). Afterwards it is gone, whoever kept it.
+/// An arrival lent to Python for one call of apply(). Afterwards it is gone, whoever kept it.
 struct Borrowed {
   const propagation::Antenna* antenna;
   propagation::Arrival* arrival;
@@ -30,6 +30,10 @@ struct BorrowedArrival {
       throw InputError("an arrival is lent for the call of apply() alone", "keep copies of its numbers");
     }
     return *borrowed->arrival;
+  }
+  [[nodiscard]] const propagation::Antenna& antenna() const {
+    (void)arrival();
+    return *borrowed->antenna;
   }
 };
 struct LentView {
@@ -112,8 +116,7 @@ signal::AntennaPattern pattern_of(const py::object& antenna) {
   return {"Python's own", rows(1575.42e6), rows(1227.60e6)};
 }
 
-/// What a solver is given, as arrays; satellites stand where they do at transmission, in the axes of
-/// reception.
+/// The input of a solver, as arrays; satellites have their places at transmission, in the axes of reception.
 struct Problem {
   geodesy::GpsTime time;
   std::vector<std::string> satellites;
@@ -267,12 +270,12 @@ void put_models(const py::object& models, simulation::ReceiverConfig& receiver) 
   if (models.is_none()) return;
   for (const char* part : {"disturbances", "antenna", "weighting", "solver"}) {
     if (!py::hasattr(models, part))
-      throw InputError("models are of no kind that is known", "give a canyon.Models");
+      throw InputError("the models are not a canyon.Models", "give a canyon.Models");
   }
   for (const py::handle each : models.attr("disturbances")) {
     const py::object object = py::reinterpret_borrow<py::object>(each);
     if (!py::hasattr(object, "apply") && PyCallable_Check(object.ptr()) == 0) {
-      throw InputError(fmt::format("{} is no disturbance", py::repr(object).cast<std::string>()),
+      throw InputError(fmt::format("{} is not a disturbance", py::repr(object).cast<std::string>()),
                        "it has apply(arrival), or makes one as make(seed, receiver)");
     }
     receiver.disturbances.push_back(source_of(Held(object)));
@@ -281,11 +284,12 @@ void put_models(const py::object& models, simulation::ReceiverConfig& receiver) 
                    solver = models.attr("solver");
   for (const auto& [what, object] : {std::pair("antenna", antenna), std::pair("weighting", weighting)}) {
     if (!object.is_none() && PyCallable_Check(object.ptr()) == 0) {
-      throw InputError(fmt::format("the {} is no function", what), "docs/python.md shows one");
+      throw InputError(fmt::format("the {} is not a function", what), "docs/python.md shows one");
     }
   }
   if (!solver.is_none() && !py::hasattr(solver, "solve") && PyCallable_Check(solver.ptr()) == 0) {
-    throw InputError("the solver is none", "it has solve(problem), or makes one as make(seed, receiver)");
+    throw InputError("the solver has no method solve()",
+                     "it has solve(problem), or makes one as make(seed, receiver)");
   }
   if (!antenna.is_none()) receiver.options.signal.antenna = pattern_of(antenna);
   if (!weighting.is_none() || !solver.is_none()) receiver.models = models_of(weighting, solver);
@@ -308,28 +312,31 @@ void put_models(const py::object& models, std::vector<simulation::ReceiverConfig
 }
 
 void bind_models(py::module_& m) {
-  py::class_<LentPath>(m, "ArrivingPath")
-      .def_property_readonly("kind",
-                             [](const LentPath& p) { return std::string(propagation::name(p.path().kind)); })
-      .def_property_readonly("order", [](const LentPath& p) { return p.path().order; })
-      .def_property_readonly("arrival", [](const LentPath& p) { return array_of(p.path().arrival); })
-      .def_property(
-          "excess_m", [](const LentPath& p) { return p.path().excess_m; },
-          [](const LentPath& p, double v) { p.path().excess_m = finite(v, 0, "an excess path"); })
-      .def_property(
-          "amplitude_factor", [](const LentPath& p) { return p.path().amplitude_factor; },
-          [](const LentPath& p, double v) {
-            p.path().amplitude_factor = finite(v, 0, "an amplitude factor");
-          });
-  py::class_<LentView>(m, "ArrivingSatellite")
-      .def_property_readonly("name", [](const LentView& v) { return gnss::to_string(v.id); })
-      .def_property_readonly("azimuth_rad", [](const LentView& v) { return v.view().line.azimuth_rad; })
-      .def_property_readonly("elevation_rad", [](const LentView& v) { return v.view().line.elevation_rad; })
+  using P = LentPath;
+  using V = LentView;
+  using A = BorrowedArrival;
+  py::class_<P>(m, "ArrivingPath", "A path of a satellite that arrives.")
+      .def_property_readonly("kind", [](const P& p) { return std::string(propagation::name(p.path().kind)); })
+      .def_property_readonly("order", [](const P& p) { return p.path().order; })
       .def_property_readonly(
-          "visibility",
-          [](const LentView& v) { return std::string(propagation::name(v.view().paths.visibility)); })
+          "arrival", [](const P& p) { return array_of(p.path().arrival); },
+          "Unit vector, east, north, up, towards where it comes from.")
+      .def_property(
+          "excess_m", [](const P& p) { return p.path().excess_m; },
+          [](const P& p, double v) { p.path().excess_m = finite(v, 0, "an excess path"); },
+          "Detour [m], at least 0.")
+      .def_property(
+          "amplitude_factor", [](const P& p) { return p.path().amplitude_factor; },
+          [](const P& p, double v) { p.path().amplitude_factor = finite(v, 0, "an amplitude factor"); },
+          "Multiplies the path's amplitude, at least 0.");
+  py::class_<V>(m, "ArrivingSatellite", "A satellite above the horizon of an antenna.")
+      .def_property_readonly("name", [](const V& v) { return gnss::to_string(v.id); })
+      .def_property_readonly("azimuth_rad", [](const V& v) { return v.view().line.azimuth_rad; })
+      .def_property_readonly("elevation_rad", [](const V& v) { return v.view().line.elevation_rad; })
+      .def_property_readonly(
+          "visibility", [](const V& v) { return std::string(propagation::name(v.view().paths.visibility)); })
       .def_property_readonly("paths",
-                             [](const LentView& v) {
+                             [](const V& v) {
                                std::vector<LentPath> paths;
                                for (std::size_t i = 0; i < v.view().paths.paths.size(); ++i)
                                  paths.push_back({v, i});
@@ -337,36 +344,23 @@ void bind_models(py::module_& m) {
                              })
       .def(
           "keep_paths",
-          [](const LentView& v, const std::vector<std::size_t>& indices) {
+          [](const V& v, const std::vector<std::size_t>& indices) {
             std::vector<Path> kept;
             kept.reserve(indices.size());
             for (const std::size_t i : indices) kept.push_back(v.view().paths.paths.at(i));
             v.view().paths.paths = std::move(kept);
           },
-          "indices"_a);
-  py::class_<BorrowedArrival>(m, "Arrival")
-      .def_property_readonly("time",
-                             [](const BorrowedArrival& a) {
-                               (void)a.arrival();
-                               return datetime(a.borrowed->antenna->time);
-                             })
-      .def_property_readonly("gps_ns",
-                             [](const BorrowedArrival& a) {
-                               (void)a.arrival();
-                               return a.borrowed->antenna->time.nanoseconds();
-                             })
-      .def_property_readonly("antenna_enu_m",
-                             [](const BorrowedArrival& a) { return array_of(a.arrival().antenna_enu); })
+          "indices"_a, "These of its paths stay, in this order; the others go.");
+  py::class_<A>(m, "Arrival", "The signals that arrive at an antenna at one instant, valid during one call.")
+      .def_property_readonly("time", [](const A& a) { return datetime(a.antenna().time); })
+      .def_property_readonly("gps_ns", [](const A& a) { return a.antenna().time.nanoseconds(); })
+      .def_property_readonly("antenna_enu_m", [](const A& a) { return array_of(a.arrival().antenna_enu); })
       .def_property_readonly("velocity_ecef_mps",
-                             [](const BorrowedArrival& a) {
-                               (void)a.arrival();
-                               return array_of(a.borrowed->antenna->velocity_ecef);
-                             })
+                             [](const A& a) { return array_of(a.antenna().velocity_ecef); })
       .def_property_readonly(
-          "placement",
-          [](const BorrowedArrival& a) { return std::string(output::placement_word(a.arrival().placement)); })
+          "placement", [](const A& a) { return std::string(output::placement_word(a.arrival().placement)); })
       .def_property_readonly("satellites",
-                             [](const BorrowedArrival& a) {
+                             [](const A& a) {
                                std::vector<LentView> views;
                                for (const SatelliteView& view : a.arrival().views)
                                  views.push_back({a, view.line.id});
@@ -374,16 +368,14 @@ void bind_models(py::module_& m) {
                              })
       .def(
           "remove",
-          [](const BorrowedArrival& a, const std::string& name) {
+          [](const A& a, const std::string& name) {
             const auto id = gnss::parse_satellite(name);
-            if (id)
-              std::erase_if(a.arrival().views,
-                            [&](const SatelliteView& view) { return view.line.id == *id; });
+            if (id) std::erase_if(a.arrival().views, [&](const auto& view) { return view.line.id == *id; });
           },
           "satellite"_a)
       .def(
           "interfere",
-          [](const BorrowedArrival& a, double power_dbw, const py::object& towards, double width_hz) {
+          [](const A& a, double power_dbw, const py::object& towards, double width_hz) {
             propagation::Interference wave;
             wave.spectrum.shape = propagation::Spectrum::Shape::Band;
             wave.spectrum.width_hz = finite(width_hz, 1, "a width in Hz");
@@ -391,17 +383,22 @@ void bind_models(py::module_& m) {
             wave.arrival = vector3(towards, "the direction").normalized();
             a.arrival().interference.push_back(wave);
           },
-          "power_dbw"_a, "towards"_a, "width_hz"_a = 20e6);
-  py::class_<Problem>(m, "Problem")
+          "power_dbw"_a, "towards"_a, "width_hz"_a = 20e6,
+          "Adds noise about L1: its power at an isotropic antenna, and the direction (ENU) it comes from.");
+  py::class_<Problem>(m, "Problem", "Ranges of one epoch, for a solver.")
       .def_property_readonly("time", [](const Problem& p) { return datetime(p.time); })
       .def_property_readonly("gps_ns", [](const Problem& p) { return p.time.nanoseconds(); })
       .def_readonly("satellites", &Problem::satellites)
-      .def_readonly("position_ecef_m", &Problem::position_ecef_m)
-      .def_readonly("range_m", &Problem::range_m)
+      .def_readonly("position_ecef_m", &Problem::position_ecef_m,
+                    "(n, 3): satellites at transmission, in the Earth's axes of reception.")
+      .def_readonly("range_m", &Problem::range_m,
+                    "(n,): pseudoranges less satellite clocks and atmosphere: distance and receiver clock, "
+                    "one a system.")
       .def_readonly("sigma_m", &Problem::sigma_m)
       .def_readonly("cn0_dbhz", &Problem::cn0_dbhz)
       .def_readonly("doppler_hz", &Problem::doppler_hz)
-      .def_readonly("start_ecef_m", &Problem::start_ecef_m);
+      .def_readonly("start_ecef_m", &Problem::start_ecef_m,
+                    "The engine's own least squares; None where that has no solution.");
 }
 
 }  // namespace canyon::python

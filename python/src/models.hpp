@@ -20,7 +20,7 @@ class Held {
 };
 
 /// Puts canyon.Models into a receiver: its disturbances, antenna, weighting and solver. Throws InputError for
-/// what is none of these.
+/// other objects.
 void put_models(const py::object& models, simulation::ReceiverConfig& receiver);
 /// The same of several receivers: one for all, or a dict by name.
 void put_models(const py::object& models, std::vector<simulation::ReceiverConfig>& receivers);

@@ -43,7 +43,7 @@ void raise_as(const char* name, const InputError& error) {
 
 PYBIND11_MODULE(_canyon, m) {
   using namespace canyon::python;
-  m.doc() = "Canyon's engine. Use the package canyon, which shapes these for Python.";
+  m.doc() = "Canyon's engine. Import these from the package canyon.";
   m.attr("__version__") = CANYON_VERSION;
   py::register_exception_translator([](std::exception_ptr failure) {
     try {

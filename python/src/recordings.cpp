@@ -41,11 +41,12 @@ py::object from_json(const std::string& text) {
 /// A recording with its scenario: city, sky, truth.
 class Recorded {
  public:
-  Recorded(const ScenarioTree& tree, const std::string& obs, const std::string& truth,
-           const std::string& truth_format, const std::string& nmea, bool atmosphere)
-      : scenario_(tree.scenario) {
-    if (truth.empty() && !scenario_.trajectory.file) {
-      throw InputError("truth is missing, and the scenario's trajectory is no file",
+  Recorded(const py::object& scenario, const std::filesystem::path& obs,
+           const std::optional<std::filesystem::path>& truth, const std::string& truth_format,
+           bool atmosphere)
+      : scenario_(scenario_of(scenario)->scenario) {
+    if (!truth && !scenario_.trajectory.file) {
+      throw InputError("truth is missing, and the scenario's trajectory is not a file",
                        "give the file of true positions");
     }
     const py::gil_scoped_release release;
@@ -61,18 +62,16 @@ class Recorded {
     warnings_.insert(warnings_.end(), sky.warnings.begin(), sky.warnings.end());
     environment_ = std::make_unique<simulation::Environment>(simulation::make_environment(
         std::make_shared<simulation::CityScene>(std::move(city)), sky, scenario_.sky, scenario_.seed));
-    // What was recorded says which systems the radio had.
+    // The recording shows which systems the radio had.
     for (simulation::ReceiverConfig& receiver : scenario_.receivers) {
       simulation::decide(receiver.options, environment_->errors().get());
     }
     validation::RecordingOptions options;
     options.ionosphere = options.troposphere = atmosphere;
-    if (!nmea.empty()) options.nmea = nmea;
     const std::string own_format = scenario_.trajectory.file ? scenario_.trajectory.format : "csv";
-    recording_ =
-        validation::join_recording(scenario_, *environment_, obs, std::move(recorded),
-                                   truth.empty() ? *scenario_.trajectory.file : std::filesystem::path(truth),
-                                   truth_format.empty() ? own_format : truth_format, options);
+    recording_ = validation::join_recording(scenario_, *environment_, obs, std::move(recorded),
+                                            truth ? *truth : *scenario_.trajectory.file,
+                                            truth_format.empty() ? own_format : truth_format, options);
     warnings_.insert(warnings_.end(), recording_.warnings.begin(), recording_.warnings.end());
   }
 
@@ -97,9 +96,9 @@ class Recorded {
   }
 
   /// Figures of each model on [from, to) of the epochs, as `canyon validate --json` has them.
-  [[nodiscard]] py::object validate(double from, double to, const std::vector<std::string>& keys,
-                                    int threads) const {
-    const auto [first, count] = part(from, to);
+  [[nodiscard]] py::object validate(const std::pair<double, double>& shares,
+                                    const std::vector<std::string>& keys, int threads) const {
+    const auto [first, count] = part(shares.first, shares.second);
     std::vector<validation::Model> models;
     const simulation::ReceiverConfig& receiver = scenario_.receivers.front();
     models.push_back({"", fmt::format("{} (the scenario's)", receiver.options.name), receiver});
@@ -146,7 +145,7 @@ class Recorded {
   /// First epoch and count of shares [from, to) of the recording.
   [[nodiscard]] std::pair<std::size_t, std::size_t> part(double from, double to) const {
     if (!(from >= 0 && from < to && to <= 1)) {
-      throw InputError(fmt::format("the part from {} to {} is none", from, to),
+      throw InputError(fmt::format("the part from {} to {} is not a valid part", from, to),
                        "give shares of the recording, 0 to 1");
     }
     const auto at = [&](double share) {
@@ -195,14 +194,47 @@ py::dict calibrate(const std::vector<const Recorded*>& recordings, double from, 
 }  // namespace
 
 void bind_validation(py::module_& m) {
-  py::class_<Recorded>(m, "Recording")
-      .def(py::init<const ScenarioTree&, const std::string&, const std::string&, const std::string&,
-                    const std::string&, bool>(),
-           "scenario"_a, "obs"_a, "truth"_a = "", "truth_format"_a = "", "nmea"_a = "", "atmosphere"_a = true)
-      .def_property_readonly("epoch_count", &Recorded::epochs)
-      .def_property_readonly("warnings", &Recorded::warnings)
-      .def("align", &Recorded::align, "share"_a, "heading"_a = false, "threads"_a = 0)
-      .def("validate", &Recorded::validate, "begin"_a, "end"_a, "models"_a, "threads"_a = 0);
+  py::class_<Recorded>(m, "Recording",
+                       R"(A recorded drive with its scenario: city, sky, true positions (docs/methods.md).
+
+Parameters
+----------
+scenario : Scenario, dict or path
+obs : path
+    RINEX observations.
+truth : path, optional
+    True positions; else the scenario's trajectory file.
+truth_format : {"csv", "urbannav", "nmea"}, optional
+atmosphere : bool
+    Whether the pseudoranges hold the atmosphere's delays, as those of real receivers do.)")
+      .def(py::init<const py::object&, const std::filesystem::path&,
+                    const std::optional<std::filesystem::path>&, const std::string&, bool>(),
+           "scenario"_a, "obs"_a, "truth"_a = py::none(), "truth_format"_a = "", py::kw_only(),
+           "atmosphere"_a = true)
+      .def("__len__", &Recorded::epochs)
+      .def_property_readonly("warnings", &Recorded::warnings, "list of str: Warnings about the files.")
+      .def("align", &Recorded::align, "share"_a = 0.5, "heading"_a = false, "threads"_a = 0,
+           R"(Moves the city to where the first `share` of the recording fits it best; later calls use that.
+
+Returns
+-------
+dict
+    Offsets, their standard deviations and scores, as `canyon validate --align --json` has them.)")
+      .def("validate", &Recorded::validate, "part"_a = std::pair(0.0, 1.0),
+           "models"_a = std::vector<std::string>(), "threads"_a = 0,
+           R"(Simulates the receiver at the recorded epochs and compares.
+
+Parameters
+----------
+part : (float, float)
+    Shares of the recording that figures are of.
+models : sequence of str
+    Further steps of the ladder: "mirror", "specular", ...
+
+Returns
+-------
+dict
+    As `canyon validate --json` writes it.)");
   m.def("calibrate", &calibrate, "recordings"_a, "begin"_a, "end"_a, "seeds"_a, "threads"_a = 0);
 }
 

@@ -60,7 +60,8 @@ Node tree(py::handle object, const std::string& path, int depth) {
   if (py::isinstance<py::int_>(object)) return scalar(py::str(object).cast<std::string>());
   if (py::isinstance<py::float_>(object)) {
     const double value = object.cast<double>();
-    if (std::isnan(value)) throw value_error(path, "NaN is no value", "give a number, or leave the key out");
+    if (std::isnan(value))
+      throw value_error(path, "NaN is not a value", "give a number, or leave the key out");
     return scalar(options::show(value));
   }
   if (py::isinstance<py::dict>(object)) {
@@ -68,7 +69,7 @@ Node tree(py::handle object, const std::string& path, int depth) {
     node.kind = Node::Kind::Mapping;
     for (const auto& [key, value] : py::reinterpret_borrow<py::dict>(object)) {
       if (!py::isinstance<py::str>(key)) {
-        throw value_error(path, fmt::format("the key {} is no text", py::repr(key).cast<std::string>()),
+        throw value_error(path, fmt::format("the key {} is not a text", py::repr(key).cast<std::string>()),
                           "keys are names, as docs/scenario.md has them");
       }
       const std::string name = key.cast<std::string>();
@@ -91,7 +92,7 @@ Node tree(py::handle object, const std::string& path, int depth) {
   if (py::hasattr(object, "__fspath__")) return scalar(object.attr("__fspath__")().cast<std::string>());
   if (py::hasattr(object, "tolist")) return tree(object.attr("tolist")(), path, depth + 1);
   throw value_error(path,
-                    fmt::format("an object of type '{}' is no setting",
+                    fmt::format("an object of type '{}' is not a setting",
                                 py::type::of(object).attr("__name__").cast<std::string>()),
                     "give text, numbers, booleans, times, paths, and dicts and lists of these");
 }
@@ -134,6 +135,42 @@ py::dict profile_list() {
             .description;
   }
   return profiles;
+}
+
+std::vector<std::string> receiver_names(const ScenarioTree& scenario) {
+  std::vector<std::string> names;
+  for (const auto& receiver : scenario.scenario.receivers) names.push_back(receiver.options.name);
+  return names;
+}
+
+ScenarioPtr parsed_scenario(const std::string& text, const std::filesystem::path& file) {
+  const options::Document document = document_of(file, "scenario", simulation::scenario_description());
+  return std::make_shared<ScenarioTree>(
+      options::parse_yaml(text, document, "it needs at least city, sky and trajectory"), file);
+}
+
+ScenarioPtr loaded_scenario(const std::filesystem::path& path) {
+  const TextFile file(path, kMaxBytes);
+  return parsed_scenario(std::string(file.text()), path);
+}
+
+ScenarioPtr changed_scenario(const ScenarioTree& scenario, const py::object& changes,
+                             const py::kwargs& keys) {
+  Node tree = scenario.tree;
+  if (!changes.is_none()) merge(tree, tree_of(py::dict(changes)));
+  merge(tree, tree_of(keys));
+  return std::make_shared<ScenarioTree>(std::move(tree), scenario.file);
+}
+
+/// A scenario of a dict, of YAML text, or of keys alone.
+ScenarioPtr made_scenario(const py::object& source, const py::kwargs& keys) {
+  if (py::isinstance<py::str>(source)) {
+    const ScenarioPtr scenario = parsed_scenario(source.cast<std::string>(), {});
+    return keys.empty() ? scenario : changed_scenario(*scenario, py::none(), keys);
+  }
+  Node tree = tree_of(source.is_none() ? py::dict() : py::dict(source));
+  merge(tree, tree_of(keys));
+  return std::make_shared<ScenarioTree>(std::move(tree), std::filesystem::path());
 }
 
 }  // namespace
@@ -213,7 +250,7 @@ geodesy::GpsTime time_of(py::handle object) {
   if (is_a(object, "numpy", "datetime64") || is_a(object, "datetime", "datetime")) {
     return geodesy::parse_simulated_time(time_text(object));
   }
-  throw InputError(fmt::format("{} is no time", py::repr(object).cast<std::string>()),
+  throw InputError(fmt::format("{} is not a time", py::repr(object).cast<std::string>()),
                    "give text like '2026-06-01T08:00:00Z', a datetime or a numpy.datetime64");
 }
 
@@ -243,66 +280,124 @@ geodesy::Geodetic place_of(const py::object& object, const char* what) {
   return place;
 }
 
+ScenarioPtr scenario_of(const py::object& object) {
+  if (py::isinstance<ScenarioTree>(object)) return object.cast<ScenarioPtr>();
+  const bool is_text = py::isinstance<py::str>(object);
+  if (py::hasattr(object, "keys") ||
+      (is_text && object.cast<std::string>().find('\n') != std::string::npos)) {
+    return made_scenario(object, {});
+  }
+  return loaded_scenario(object.cast<std::filesystem::path>());
+}
+
 void bind_settings(py::module_& m) {
-  py::class_<ScenarioTree, ScenarioPtr>(m, "Scenario")
+  py::class_<ScenarioTree, ScenarioPtr>(m, "Scenario",
+                                        R"(A checked scenario: city, sky, trajectory, receivers.
+
+Parameters
+----------
+source : dict or str, optional
+    The keys of docs/scenario.md as a dict, or as YAML text. Values may be NumPy scalars and arrays,
+    ``datetime`` and paths. Names of files belong to the working folder.
+**keys
+    Further keys, laid over `source`: mappings key by key, anything else replaced.
+
+Raises
+------
+InputError
+    For unknown keys (with the closest known one), wrong types, values out of range, and missing files.
+
+Examples
+--------
+>>> import canyon
+>>> scenario = canyon.Scenario(
+...     city={"open": True, "origin": {"latitude_deg": 48.1, "longitude_deg": 11.6, "height_m": 520}},
+...     start="2026-06-01T08:00:00Z",
+...     duration_s=10,
+...     trajectory={"position": {"east_m": 0, "north_m": 0, "up_m": 1.5}},
+...     receivers=[{"name": "base", "profile": "survey"}],
+... )
+>>> scenario.receivers
+['base']
+>>> scenario.changed(seed=7).seed
+7)")
+      .def(py::init(&made_scenario), "source"_a = py::none(), py::pos_only())
       .def_static(
-          "from_settings",
-          [](const py::object& settings) {
-            return std::make_shared<ScenarioTree>(tree_of(settings), std::filesystem::path());
+          "load",
+          [](const std::filesystem::path& path, const py::kwargs& changes) {
+            const ScenarioPtr scenario = loaded_scenario(path);
+            return changes.empty() ? scenario : changed_scenario(*scenario, py::none(), changes);
           },
-          "settings"_a)
-      .def_static(
-          "from_text",
-          [](const std::string& text, const std::string& name) {
-            const options::Document document =
-                document_of(name, "scenario", simulation::scenario_description());
-            return std::make_shared<ScenarioTree>(
-                options::parse_yaml(text, document, "it needs at least city, sky and trajectory"), name);
-          },
-          "text"_a, "name"_a = "")
-      .def_static(
-          "from_file",
-          [](const std::string& path) {
-            const TextFile file(path, kMaxBytes);
-            const options::Document document =
-                document_of(path, "scenario", simulation::scenario_description());
-            return std::make_shared<ScenarioTree>(
-                options::parse_yaml(std::string(file.text()), document,
-                                    "it needs at least city, sky and trajectory"),
-                path);
-          },
-          "path"_a)
-      .def(
-          "changed",
-          [](const ScenarioTree& self, const py::dict& changes) {
-            options::Node tree = self.tree;
-            merge(tree, tree_of(changes));
-            return std::make_shared<ScenarioTree>(std::move(tree), self.file);
-          },
-          "changes"_a)
-      .def("settings", [](const ScenarioTree& self) { return object_of(self.tree); })
-      .def("yaml", [](const ScenarioTree& self) { return simulation::scenario_yaml(self.scenario); })
-      .def_property_readonly("file", [](const ScenarioTree& self) { return self.file.string(); })
-      .def_property_readonly("seed", [](const ScenarioTree& self) { return self.scenario.seed; })
-      .def_property_readonly("warnings", [](const ScenarioTree& self) { return self.scenario.warnings; })
-      .def_property_readonly("receivers", [](const ScenarioTree& self) {
-        std::vector<std::string> names;
-        for (const simulation::ReceiverConfig& receiver : self.scenario.receivers) {
-          names.push_back(receiver.options.name);
-        }
-        return names;
+          "path"_a, R"(Reads a scenario file.
+
+Parameters
+----------
+path : path
+    A YAML file; names of files in it belong to its folder.
+**changes
+    Keys laid over the file's, as in :meth:`changed`.)")
+      .def("changed", &changed_scenario, "changes"_a = py::none(), py::pos_only(),
+           "The scenario with other keys: mappings are merged key by key, anything else is replaced.")
+      .def_property_readonly(
+          "settings", [](const ScenarioTree& self) { return py::dict(object_of(self.tree)); },
+          "dict: The keys as they were given, without defaults.")
+      .def_property_readonly(
+          "yaml", [](const ScenarioTree& self) { return simulation::scenario_yaml(self.scenario); },
+          "str: The effective scenario: profiles resolved, every default written out.")
+      .def_property_readonly("receivers", &receiver_names, "list of str: Names of the receivers.")
+      .def_property_readonly(
+          "seed", [](const ScenarioTree& self) { return self.scenario.seed; }, "int: Seed of all noise.")
+      .def_property_readonly(
+          "warnings", [](const ScenarioTree& self) { return self.scenario.warnings; },
+          "list of str: Warnings about keys that may be meant otherwise.")
+      .def("__repr__", [](const ScenarioTree& self) {
+        return fmt::format("<canyon.Scenario of {}: {}>", self.file.empty() ? "settings" : self.file.string(),
+                           fmt::join(receiver_names(self), ", "));
       });
-  m.def("scenario_keys", [] { return keys_of(simulation::scenario_description()); });
-  m.def("fault_kinds", &fault_list);
-  m.def("profiles", &profile_list);
-  m.def("formats", [] {
-    py::dict formats;
-    for (const output::Format& format : output::formats()) {
-      if (format.help.empty()) continue;  // of streams alone
-      formats[py::str(std::string(format.name))] = std::string(format.file);
-    }
-    return formats;
-  });
+  m.def("as_scenario", &scenario_of, "scenario"_a,
+        "A scenario from a scenario, a file's name, YAML text of several lines, or a dict.");
+  m.def(
+      "scenario_keys", [] { return keys_of(simulation::scenario_description()); },
+      R"(All keys of scenarios: path, unit, default, values and meaning of each.
+
+Examples
+--------
+>>> import canyon
+>>> next(key for key in canyon.scenario_keys() if key["path"] == "duration_s")["unit"]
+'s')");
+  m.def("fault_kinds", &fault_list,
+        R"(Kinds of faults (docs/faults.md): name, summary, example and keys of each.
+
+Examples
+--------
+>>> import canyon
+>>> "outage" in [kind["name"] for kind in canyon.fault_kinds()]
+True)");
+  m.def("profiles", &profile_list,
+        R"(The receivers that come with Canyon: name to description (docs/profiles.md).
+
+Examples
+--------
+>>> import canyon
+>>> "ublox-m10" in canyon.profiles()
+True)");
+  m.def(
+      "formats",
+      [] {
+        py::dict formats;
+        for (const output::Format& format : output::formats()) {
+          if (format.help.empty()) continue;  // of streams alone
+          formats[py::str(std::string(format.name))] = std::string(format.file);
+        }
+        return formats;
+      },
+      R"(Formats of results: name to the name of the file in a folder of results (docs/outputs.md).
+
+Examples
+--------
+>>> import canyon
+>>> canyon.formats()["nmea"]
+'receiver.nmea')");
 }
 
 }  // namespace canyon::python

@@ -10,7 +10,7 @@
 namespace canyon::python {
 
 /// A tree of settings of Python's: dict, list, tuple, array, str, bool, int, float, datetime, path, None.
-/// Throws InputError with the key's path for NaN and for what is none of these.
+/// Throws InputError with the key's path for NaN and for other objects.
 [[nodiscard]] options::Node tree_of(py::handle object, const std::string& path = "");
 /// Back again: words that YAML takes for numbers and booleans become these.
 [[nodiscard]] py::object object_of(const options::Node& tree);
@@ -38,6 +38,8 @@ struct ScenarioTree {
   ScenarioTree(options::Node settings, std::filesystem::path from);
 };
 using ScenarioPtr = std::shared_ptr<ScenarioTree>;
+/// A Scenario as it is, or made of a file's name, YAML text of several lines, or a dict.
+[[nodiscard]] ScenarioPtr scenario_of(const py::object& object);
 
 /// "2026-06-01T08:00:00Z", datetime, datetime64 (UTC) or integer nanoseconds of GPS time.
 [[nodiscard]] geodesy::GpsTime time_of(py::handle object);

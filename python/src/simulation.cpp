@@ -50,19 +50,14 @@ class Watch final : public simulation::EpochSink {
   Signals& signals_;
 };
 
-py::dict summary_of(const output::RunSummary& s) {
-  return py::dict("receiver"_a = s.receiver, "epochs"_a = s.epochs, "fixes"_a = s.fixes,
-                  "horizontal_p50_m"_a = s.horizontal_p50_m, "horizontal_p95_m"_a = s.horizontal_p95_m,
-                  "horizontal_max_m"_a = s.horizontal_max_m, "vertical_p50_m"_a = s.vertical_p50_m,
-                  "vertical_p95_m"_a = s.vertical_p95_m, "mean_visible"_a = s.mean_visible,
-                  "mean_blocked"_a = s.mean_blocked, "mean_used"_a = s.mean_used, "los_share"_a = s.los_share,
-                  "los_multipath_share"_a = s.los_multipath_share, "nlos_share"_a = s.nlos_share,
-                  "blocked_share"_a = s.blocked_share, "median_hdop"_a = s.median_hdop,
-                  "mean_cn0_los_dbhz"_a = s.mean_cn0_los_dbhz, "mean_cn0_nlos_dbhz"_a = s.mean_cn0_nlos_dbhz,
-                  "exclusions"_a = s.exclusions, "longest_outage_s"_a = s.longest_outage_s,
-                  "by_fixed"_a = s.by_fixed, "by_float"_a = s.by_float,
-                  "by_differential"_a = s.by_differential, "wrong_fixes"_a = s.wrong_fixes,
-                  "fixed_p95_m"_a = s.fixed_p95_m, "first_fixed_s"_a = s.first_fixed_s);
+py::dict summary_of(const output::RunSummary& summary) {
+  py::dict figures("receiver"_a = summary.receiver);
+  for (const output::SummaryFigure& figure : output::summary_figures()) {
+    const double value = figure.value(summary);
+    figures[figure.name] = figure.is_count() ? py::object(py::int_(static_cast<std::int64_t>(value)))
+                                             : py::object(py::float_(value));
+  }
+  return figures;
 }
 
 std::vector<std::string> names_of(const Simulation& simulation) {
@@ -74,7 +69,8 @@ std::vector<std::string> names_of(const Simulation& simulation) {
 }
 
 /// A whole run: (epochs by receiver, result). Ctrl-C ends it early, with what is done.
-py::dict run(const SimulationPtr& simulation, int threads, bool with_paths, const std::string& folder) {
+py::dict run(const SimulationPtr& simulation, int threads, bool with_paths,
+             const std::optional<std::filesystem::path>& folder) {
   Keeper keeper(simulation, with_paths);
   output::SummarySink figures(names_of(*simulation));
   Signals signals;
@@ -84,12 +80,12 @@ py::dict run(const SimulationPtr& simulation, int threads, bool with_paths, cons
   simulation::RunResult result;
   {
     const py::gil_scoped_release release;
-    if (!folder.empty()) {
-      files = output::make_file_sinks(*simulation, folder);
+    if (folder) {
+      files = output::make_file_sinks(*simulation, *folder);
       for (std::size_t i = 0;
            i < simulation->scenario().receivers.size() && simulation->scenario().outputs.has("pictures");
            ++i) {
-        files.push_back(drawing::make_pictures(*simulation, output::receiver_folder(*simulation, folder, i),
+        files.push_back(drawing::make_pictures(*simulation, output::receiver_folder(*simulation, *folder, i),
                                                i, signals.stop()));
       }
     }
@@ -143,7 +139,8 @@ py::dict correlation(const SimulationPtr& simulation, const std::string& satelli
                      const std::optional<double>& bandwidth_hz, int threads) {
   const auto id = gnss::parse_satellite(satellite);
   if (!id) {
-    throw InputError(fmt::format("'{}' is no satellite", satellite), "satellites are called G05, E11, C23");
+    throw InputError(fmt::format("'{}' is not a satellite", satellite),
+                     "satellites are called G05, E11, C23");
   }
   samples::CorrelationRecord::Options what;
   what.receiver = receiver;
@@ -179,9 +176,9 @@ py::dict correlation(const SimulationPtr& simulation, const std::string& satelli
 }
 
 void write(const SimulationPtr& simulation, std::size_t receiver, const std::vector<EpochPtr>& epochs,
-           const std::string& path, const std::string& format) {
+           const std::filesystem::path& path, const std::string& format) {
   const py::gil_scoped_release release;
-  if (format == "navigation" || (format.empty() && std::filesystem::path(path).extension() == ".nav")) {
+  if (format == "navigation" || (format.empty() && path.extension() == ".nav")) {
     rinex::write_rinex_navigation(path, simulation->navigation());
     return;
   }
@@ -191,7 +188,9 @@ void write(const SimulationPtr& simulation, std::size_t receiver, const std::vec
 }  // namespace
 
 void bind_simulation(py::module_& m) {
-  py::class_<Simulation, SimulationPtr>(m, "Simulation")
+  py::class_<Simulation, SimulationPtr>(
+      m, "Simulation",
+      "The engine's part of :class:`canyon.Simulation`: methods with an underscore serve its functions.")
       .def(py::init([](const ScenarioTree& tree, const std::shared_ptr<simulation::CityScene>& city,
                        const py::object& models) {
              if (!tree.scenario.trajectory.file && tree.scenario.trajectory.waypoints.empty()) {
@@ -208,14 +207,15 @@ void bind_simulation(py::module_& m) {
              return std::make_shared<Simulation>(std::move(scenario), std::move(own));
            }),
            "scenario"_a, "city"_a = nullptr, "models"_a = py::none())
-      .def_property_readonly("epoch_count", &Simulation::epoch_count)
-      .def_property_readonly("interval_s", &Simulation::interval_s)
-      .def_property_readonly("begin", [](const Simulation& self) { return datetime(self.begin()); })
-      .def_property_readonly("warnings", &Simulation::warnings)
-      .def_property_readonly("receivers", &names_of)
-      .def_property_readonly("length_m", [](const Simulation& self) { return self.trajectory().length_m(); })
+      .def("__len__", &Simulation::epoch_count)
+      .def_property_readonly("interval_s", &Simulation::interval_s, "float: From epoch to epoch [s].")
+      .def_property_readonly(
+          "begin", [](const Simulation& self) { return datetime(self.begin()); },
+          "numpy.datetime64: The first epoch, UTC.")
+      .def_property_readonly("warnings", &Simulation::warnings, "list of str: Warnings before the run.")
+      .def_property_readonly("receivers", &names_of, "list of str: Names.")
       .def(
-          "antenna_enu",
+          "antenna",
           [](const Simulation& self, const py::object& times, std::size_t receiver) {
             std::vector<double> places;
             for (const geodesy::GpsTime t : times_of(times)) {
@@ -226,25 +226,30 @@ void bind_simulation(py::module_& m) {
             const auto rows = static_cast<py::ssize_t>(places.size() / 3);
             return owning_array(std::move(places), {rows, 3});
           },
-          "times"_a, "receiver"_a = 0)
-      .def("run", &run, "threads"_a = 0, "paths"_a = false, "folder"_a = "")
-      .def("correlation", &correlation, "satellite"_a, "signal"_a = "", "receiver"_a = 0,
-           "delays_m"_a = std::vector<double>(), "bandwidth_hz"_a = py::none(), "threads"_a = 0)
-      .def("write", &write, "receiver"_a, "epochs"_a, "path"_a, "format"_a = "")
+          "times"_a, "receiver"_a = 0, "Where a receiver's antenna is at times: east, north, up [m], (n, 3).")
+      .def("_run", &run, "threads"_a, "paths"_a, "folder"_a)
+      .def("_correlation", &correlation, "satellite"_a, "signal"_a, "receiver"_a, "delays_m"_a,
+           "bandwidth_hz"_a, "threads"_a)
+      .def("_write", &write, "receiver"_a, "epochs"_a, "path"_a, "format"_a)
       .def(
           "encoder",
           [](const SimulationPtr& self, const std::string& format, std::size_t receiver) {
             return std::make_unique<EpochEncoder>(format, output::describe_receiver(*self, receiver));
           },
-          "format"_a, "receiver"_a = 0)
-      .def("stream", &stream, "threads"_a = 0, "paths"_a = false);
+          "format"_a, "receiver"_a = 0,
+          "Makes bytes of epochs: `begin()`, `encode(epoch)` of each, `end()`. See :func:`canyon.formats`.")
+      .def("stream", &stream, "threads"_a = 0, "paths"_a = false,
+           R"(Epochs of all receivers, one by one, by time and then by receiver, while the engine works ahead.
+
+Leaving the loop ends the run. Every call begins anew.)")
+      .def("__iter__", [](const SimulationPtr& self) { return stream(self, 0, false); });
   using EpochStream = Stream<EpochPtr>;
   py::class_<EpochStream>(m, "Stream")
       .def(
           "__iter__", [](EpochStream& self) -> EpochStream& { return self; },
           py::return_value_policy::reference_internal)
       .def("__next__", &EpochStream::next)
-      .def("close", &EpochStream::close);
+      .def("close", &EpochStream::close, "Ends the run.");
   m.def("table", &table_of, "epochs"_a, "name"_a);
 }
 

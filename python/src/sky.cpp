@@ -47,29 +47,58 @@ py::dict look(const SkyHandle& self, const py::object& when, const py::object& w
 }  // namespace
 
 void bind_sky(py::module_& m) {
-  py::class_<SkyHandle, SkyPtr>(m, "Sky")
-      .def_static(
-          "from_settings",
-          [](const py::object& settings, const py::object& begin, const py::object& end,
-             const py::object& place) {
-            options::Node tree = tree_of(settings);
-            const auto config =
-                tree.kind == options::Node::Kind::Empty || tree.entries.empty()
-                    ? read_tree<simulation::SkyConfig>(tree_of(py::dict("nominal"_a = true)), "sky")
-                    : read_tree<simulation::SkyConfig>(tree, "sky");
-            const geodesy::GpsTime from = time_of(begin), to = end.is_none() ? from : time_of(end);
-            const geodesy::Geodetic seen_from =
-                place.is_none() ? geodesy::Geodetic{} : place_of(place, "place");
-            const py::gil_scoped_release release;
-            auto sky = std::make_shared<SkyHandle>();
-            sky->built = simulation::build_sky(config, from, to, seen_from);
-            sky->satellites = sky->built.sky->satellites();
-            return sky;
-          },
-          "settings"_a, "begin"_a, "end"_a = py::none(), "place"_a = py::none())
-      .def_property_readonly("satellites", [](const SkyHandle& self) { return names_of(self.satellites); })
-      .def_property_readonly("warnings", [](const SkyHandle& self) { return self.built.warnings; })
-      .def("look", &look, "times"_a, "place"_a);
+  py::class_<SkyHandle, SkyPtr>(m, "Sky", R"(Satellites over a span of time.
+
+Parameters
+----------
+begin, end : time
+    Between which it is asked; `end` is `begin` where left out. Text such as ``"2026-06-01T08:00:00Z"``,
+    ``datetime`` or ``numpy.datetime64`` (UTC).
+place : (latitude_deg, longitude_deg, height_m), optional
+    From where frozen satellites are seen.
+**settings
+    The keys below ``sky:`` in a scenario: ``navigation``, ``sp3``, ``nominal``, ``frozen``, ``systems``.
+
+Examples
+--------
+>>> import canyon
+>>> sky = canyon.Sky("2026-06-01T08:00:00Z", systems=["GPS"])
+>>> look = sky.look("2026-06-01T08:00:00Z", (48.1, 11.6, 520))
+>>> look["elevation_rad"].shape == (1, len(sky.satellites))
+True)")
+      .def(py::init([](const py::object& begin, const py::object& end, const py::object& place,
+                       const py::kwargs& settings) {
+             const options::Node tree =
+                 tree_of(settings.empty() ? py::dict("nominal"_a = true) : py::dict(settings));
+             const auto config = read_tree<simulation::SkyConfig>(tree, "sky");
+             const geodesy::GpsTime from = time_of(begin), to = end.is_none() ? from : time_of(end);
+             const geodesy::Geodetic seen_from =
+                 place.is_none() ? geodesy::Geodetic{} : place_of(place, "place");
+             const py::gil_scoped_release release;
+             auto sky = std::make_shared<SkyHandle>();
+             sky->built = simulation::build_sky(config, from, to, seen_from);
+             sky->satellites = sky->built.sky->satellites();
+             return sky;
+           }),
+           "begin"_a, "end"_a = py::none(), "place"_a = py::none())
+      .def_property_readonly(
+          "satellites", [](const SkyHandle& self) { return names_of(self.satellites); },
+          "list of str: \"G01\", \"E05\", ..., those that it may know.")
+      .def_property_readonly(
+          "warnings", [](const SkyHandle& self) { return self.built.warnings; },
+          "list of str: Stale ephemerides and their like.")
+      .def("look", &look, "times"_a, "place"_a, R"(Where all satellites stand, above the horizon or not.
+
+Parameters
+----------
+times : time or sequence of times
+place : (latitude_deg, longitude_deg, height_m)
+
+Returns
+-------
+dict
+    ``azimuth_rad`` (from north, clockwise), ``elevation_rad`` and ``range_m`` of shape
+    (times, satellites), ``position_ecef_m`` with a further axis of 3; NaN without an ephemeris.)");
 }
 
 }  // namespace canyon::python

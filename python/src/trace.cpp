@@ -25,15 +25,18 @@ struct PathRow {
 /// A city with a propagator: what trace() needs made once. The scene outlives what refers to it.
 class Tracer {
  public:
-  Tracer(std::shared_ptr<simulation::CityScene> scene, const py::object& settings)
+  Tracer(std::shared_ptr<simulation::CityScene> scene, const py::kwargs& settings)
       : scene_(std::move(scene)),
         propagator_(scene_->city.mesh, scene_->scene,
-                    settings.is_none()
-                        ? propagation::PropagationOptions{}
-                        : read_tree<propagation::PropagationOptions>(tree_of(settings), "propagation")) {}
+                    read_tree<propagation::PropagationOptions>(tree_of(settings), "propagation")) {}
 
-  py::object at(const SkyPtr& sky, const py::object& where, const py::object& when, const py::object& whom,
-                int threads, bool with_paths) const {
+  /// Satellites of a sky at times, or those that stand in the directions.
+  py::object at(const py::object& where, const SkyPtr& sky, const py::object& when, const py::object& whom,
+                const py::object& directions, int threads, bool with_paths) const {
+    if ((sky == nullptr) == directions.is_none() || (sky != nullptr && when.is_none())) {
+      throw py::type_error("give a sky with times, or directions");
+    }
+    if (sky == nullptr) return towards(where, directions, threads, with_paths);
     const Points places(where, "places");
     const std::vector<geodesy::GpsTime> times = times_of(when);
     std::vector<gnss::SatelliteId> satellites = sky->satellites;
@@ -43,7 +46,8 @@ class Tracer {
         const std::string text = py::str(name).cast<std::string>();
         const auto id = gnss::parse_satellite(text);
         if (!id)
-          throw InputError(fmt::format("'{}' is no satellite", text), "satellites are called G05, E11, C23");
+          throw InputError(fmt::format("'{}' is not a satellite", text),
+                           "satellites are called G05, E11, C23");
         satellites.push_back(*id);
       }
     }
@@ -53,6 +57,7 @@ class Tracer {
     });
   }
 
+ private:
   py::object towards(const py::object& where, const py::object& whither, int threads, bool with_paths) const {
     const Points places(where, "places"), directions(whither, "directions");
     const simulation::Environment environment(scene_, std::make_shared<NoSky>());
@@ -61,7 +66,6 @@ class Tracer {
     });
   }
 
- private:
   class NoSky final : public orbit::Sky {
    public:
     [[nodiscard]] std::vector<gnss::SatelliteId> satellites() const override { return {}; }
@@ -120,12 +124,17 @@ void bind_trace(py::module_& m) {
                        placement, paths);
   PYBIND11_NUMPY_DTYPE(PathRow, place, satellite, kind, order, excess_m, arrival, point, far_point,
                        incidence_rad, foliage_depth_m);
-  py::class_<Tracer>(m, "Tracer")
-      .def(py::init<std::shared_ptr<simulation::CityScene>, const py::object&>(), "city"_a,
-           "propagation"_a = py::none())
-      .def("at", &Tracer::at, "sky"_a, "places"_a, "times"_a, "satellites"_a = py::none(), "threads"_a = 0,
-           "paths"_a = false)
-      .def("towards", &Tracer::towards, "places"_a, "directions"_a, "threads"_a = 0, "paths"_a = false);
+  py::class_<Tracer>(m, "Tracer", R"(Traces satellites in one city. Its facets are prepared once.
+
+Parameters
+----------
+city : City
+**propagation
+    The keys below ``propagation:`` in a scenario: ``model``, ``reflection_order``, ...)")
+      .def(py::init<std::shared_ptr<simulation::CityScene>, const py::kwargs&>(), "city"_a)
+      .def("at", &Tracer::at, "places"_a, "sky"_a = nullptr, "times"_a = py::none(),
+           "satellites"_a = py::none(), "directions"_a = py::none(), "threads"_a = 0, "paths"_a = false,
+           "Traces at places: see :func:`canyon.trace`, whose arguments these are.");
 }
 
 }  // namespace canyon::python

@@ -132,9 +132,9 @@ class Models(unittest.TestCase):
                 canyon.simulate(PLAIN, models=canyon.Models(**models))
             self.assertIn(text, str(caught.exception))
 
-        wrong("is no disturbance", disturbances=[3])
-        wrong("weighting is no function", weighting=3)
-        wrong("the solver is none", solver=3)
+        wrong("is not a disturbance", disturbances=[3])
+        wrong("weighting is not a function", weighting=3)
+        wrong("the solver has no method solve", solver=3)
         wrong("the weighting gives nan m", weighting=lambda *_: float("nan"))
         wrong("is not three numbers", solver=lambda *_: type("S", (), {"solve": lambda self, p: [1, 2]})())
         with self.assertRaises(canyon.InputError):

@@ -9,7 +9,7 @@ import canyon
 
 failed = tried = 0
 for module in [canyon] + [
-    importlib.import_module(f"canyon.{info.name}") for info in pkgutil.iter_modules(canyon.__path__) if info.name != "_canyon"
+    importlib.import_module(f"canyon.{info.name}") for info in pkgutil.iter_modules(canyon.__path__)
 ]:
     result = doctest.testmod(module)
     failed += result.failed

@@ -40,7 +40,7 @@ class Correlation(unittest.TestCase):
         peak = np.abs(seen.values[:, 4:5])
         np.testing.assert_allclose(np.abs(seen.values) / peak, np.tile(1 - np.abs(delays) / chip_m, (3, 1)), atol=1e-9)
         self.assertTrue((peak > 0.3).all())
-        with self.assertRaisesRegex(canyon.InputError, "no satellite"):
+        with self.assertRaisesRegex(canyon.InputError, "not a satellite"):
             canyon.correlation(scenario, "C62")
         with self.assertRaisesRegex(canyon.InputError, "sends no signal"):
             canyon.correlation(scenario, name, signal="E1")
@@ -157,8 +157,8 @@ class BadInput(unittest.TestCase):
         self.wrong("duration_s: NaN", "leave the key out", load(duration_s=float("nan")))
         self.wrong("seed: 'x' is not a whole number", "digits", load(seed="x"))
         self.wrong("receivers[].elevation_mask_deg: 95", "90", load(receivers=[{"elevation_mask_deg": 95}]))
-        self.wrong("is no setting", "numbers", load(duration_s=object()))
-        self.wrong("the key 3 is no text", "names", load(sky={3: 4}))
+        self.wrong("is not a setting", "numbers", load(duration_s=object()))
+        self.wrong("the key 3 is not a text", "names", load(sky={3: 4}))
         loop = {}
         loop["sky"] = loop
         self.wrong("too deep", "dict in itself", lambda: canyon.Scenario(loop))

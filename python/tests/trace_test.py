@@ -57,6 +57,28 @@ class Trace(unittest.TestCase):
         cls.city = canyon.City(**CITY)
         cls.sky = canyon.Sky(NOON, systems=["GPS", "Galileo"])
 
+    def test_paths_have_the_values_of_the_table_of_paths(self):
+        """The columns of docs/outputs.md, of a receiver without a model of its own."""
+        scenario = canyon.Scenario(city=CITY, start=NOON, duration_s=0, sky={"systems": ["GPS"]}, receivers=[{"profile": "ideal"}],
+                                   trajectory={"position": {"east_m": 10, "north_m": 2, "up_m": 2}})
+        city = canyon.City.of_scenario(scenario)
+        simulation = canyon.Simulation(scenario, city)
+        table = simulation.run(paths=True).table("paths")
+        sky = canyon.Sky(NOON, systems=["GPS"])
+        _, rows = canyon.trace(city, simulation.antenna(NOON), sky, NOON, paths=True)
+        self.assertGreater(len(rows), 5)
+        self.assertEqual(list(table["sat"]), [sky.satellites[i] for i in rows["satellite"]])
+        self.assertEqual(list(table["kind"]), [canyon.PATH_KINDS[i] for i in rows["kind"]])
+        np.testing.assert_array_equal(table["order"], rows["order"])
+        bent, twice = rows["kind"] > 0, rows["order"] == 2
+        for column, values in [("excess_path_m", rows["excess_m"]), *zip(("arrival_east", "arrival_north", "arrival_up"), rows["arrival"].T)]:
+            np.testing.assert_allclose(table[column], values, atol=1e-6, err_msg=column)
+        for k, axis in enumerate(("east", "north", "up")):
+            np.testing.assert_allclose(table[f"point_{axis}_m"][bent], rows["point"][bent, k], atol=1e-6)
+            np.testing.assert_allclose(table[f"far_point_{axis}_m"][twice], rows["far_point"][twice, k], atol=1e-6)
+        reflected = np.isfinite(table["incidence_deg"])
+        np.testing.assert_allclose(table["incidence_deg"][reflected], np.degrees(rows["incidence_rad"][reflected]), atol=1e-6)
+
     def test_a_wall_reflects_twice_the_distance(self):
         """A wall d behind an antenna, seen at elevation e square to it: excess 2 d cos(e) (image method)."""
         hit = self.city.cast([0, 0, 2], [1, 0.3, 0.01])
@@ -112,8 +134,8 @@ class Trace(unittest.TestCase):
         wrong("of type complex128", np.zeros((1, 3), complex), self.sky, NOON)
         wrong("3 times for 2 places", np.zeros((2, 3)), self.sky, [NOON] * 3)
         wrong("is not a unit vector", np.zeros((2, 3)), directions=[[0, 0, 2]])
-        wrong("'X99' is no satellite", np.zeros((2, 3)), self.sky, NOON, satellites=["X99"])
-        wrong("is no time", np.zeros((2, 3)), self.sky, {})
+        wrong("'X99' is not a satellite", np.zeros((2, 3)), self.sky, NOON, satellites=["X99"])
+        wrong("is not a time", np.zeros((2, 3)), self.sky, {})
         wrong("did you mean 'reflection_order'", np.zeros((2, 3)), self.sky, NOON, propagation={"reflection_ordr": 1})
 
 

@@ -1399,7 +1399,7 @@ view)
   cp -r v cut; truncate -s -1 cut/track-0.bin.gz; runs 2 "$canyon" view cut; one_line; says err "cut/track-0.bin.gz: is cut off"
   runs 2 "$canyon" view cut --export x.html; one_line; [ ! -e x.html ] || fail "a page of a damaged view"
   rm cut/track-0.bin.gz; runs 2 "$canyon" view cut; one_line; says err "cut/track-0.bin.gz: is missing"
-  truncate -s 500 cut/view.json; runs 2 "$canyon" view cut; one_line; says err "view.json: is no view of Canyon's, or a damaged one"
+  truncate -s 500 cut/view.json; runs 2 "$canyon" view cut; one_line; says err "view.json: is not a view of Canyon's, or a damaged one"
   mkdir empty; runs 2 "$canyon" view empty; one_line; says err "empty: is a folder without a view"
   rm -r res/view; runs 2 "$canyon" view res; one_line; says err "res: is a folder without a view" --view
   runs 2 "$canyon" view small.yaml --live tcp://127.0.0.1:1 --out x; one_line; says err "--live is served"

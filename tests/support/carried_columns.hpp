@@ -20,16 +20,16 @@ using Said = std::variant<double, std::string>;
 template <typename Message>
 using Carried = std::map<std::string, Said (*)(const Message&)>;
 
-/// Every column of a table is either carried, and then the message says what the first row does, or stands
-/// among those that the message lacks. @param relative numbers differ by no more
+/// Every column of a table is either carried, and then the message has the value of a row, or stands among
+/// those that the message lacks. @param relative numbers differ by no more @param number of the row
 template <typename Message>
 void expect_carried(output::TableKind kind, const simulation::Epoch& epoch, const Message& message,
                     const Carried<Message>& carried, const std::set<std::string>& lacks,
-                    double relative = 1e-12) {
+                    double relative = 1e-12, std::size_t number = 0) {
   std::set<std::string> known;
-  bool first = true;
+  std::size_t rows = 0;
   output::TableRows(kind, {}).each(epoch, [&](const output::Row& row) {
-    if (!std::exchange(first, false)) return;
+    if (rows++ != number) return;
     for (const output::Column& column : output::table(kind).columns) {
       known.insert(column.name);
       const auto said = carried.find(column.name);
@@ -45,7 +45,7 @@ void expect_carried(output::TableKind kind, const simulation::Epoch& epoch, cons
       EXPECT_NEAR(std::get<double>(value), expected, relative * std::abs(expected)) << column.name;
     }
   });
-  EXPECT_FALSE(first) << "the epoch has no row";
+  EXPECT_GT(rows, number) << "the epoch has no such row";
   for (const auto& [column, value] : carried) EXPECT_EQ(known.count(column), 1U) << "no column " << column;
   for (const std::string& column : lacks) EXPECT_EQ(known.count(column), 1U) << "no column " << column;
 }

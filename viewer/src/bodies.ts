@@ -84,7 +84,7 @@ export class Bodies {
     }
   }
 
-  /** What a ray meets first of it. */
+  /** The first body that a ray meets. */
   pick(ray: Raycaster): { what: string; distance: number } | null {
     const hit = ray.intersectObject(this.mesh, false)[0];
     if (!hit) return null;

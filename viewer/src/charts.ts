@@ -133,7 +133,7 @@ export class Chart {
     ] };
   }
 
-  /** Of the selected satellite, in the blocks that are loaded. */
+  /** Errors of the selected satellite, in the loaded blocks. */
   private cn0(): Plotted {
     const { state, store, track } = this;
     if (state.satellite === null || !track) return { x: [], unit: 'dB-Hz', series: [], note: 'Select a satellite.' };
@@ -157,7 +157,7 @@ export class Chart {
     ] };
   }
 
-  /** Of the selected satellite at the instant. */
+  /** Correlation function of the selected satellite at the instant. */
   private correlation(): Plotted {
     const { state, store } = this;
     const none = (note: string): Plotted => ({ x: [], unit: '', series: [], note });
@@ -247,7 +247,7 @@ export class Chart {
     u.ctx.restore();
   }
 
-  /** Behind the curves: where there is no fix. */
+  /** Marks outages behind the curves. */
   private drawLosses(u: uPlot): void {
     const { left, top, width, height } = u.bbox;
     const x = (s: number): number => Math.min(left + width, Math.max(left, u.valToPos(s, 'x', true)));

@@ -189,7 +189,7 @@ export class CityMesh {
     }
     const geometry = new BufferGeometry();
     geometry.setAttribute('position', new BufferAttribute(new Float32Array(positions), 3));
-    // Of the light a part only: the colour should show on the dark side, too.
+    // A part of the light only: the colour should show on the dark side, too.
     const paint = new Color(colour).toArray();
     const lights = lightOfTriangles(positions);
     const colours = Float32Array.from(positions, (_, i) => (paint[i % 3] ?? 0) * (0.5 + 0.5 * (lights[3 * Math.floor(i / 9) + (i % 3)] ?? 1)));

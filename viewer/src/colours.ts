@@ -2,7 +2,7 @@
 
 import type { MapLayer } from './format';
 
-/** What a user has chosen of a layer's colours. */
+/** A layer's colours as the user has chosen them. */
 export interface Scale {
   low: number;
   high: number;

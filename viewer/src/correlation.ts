@@ -1,10 +1,10 @@
-// What the correlators of a receiver meet of a satellite: the sum of the correlation functions of its paths, each with its detour,
+// The correlation function of a satellite at a receiver: the sum of the correlation functions of its paths, each with its detour,
 // strength and phase, as `canyon correlation` draws it over time.
 
 import type { Code } from './format';
 import type { SatelliteRow } from './store';
 
-/** Of one instant. Delays are detours after the line of sight [m], magnitudes over those of a clear line of sight. */
+/** The function at one instant. Delays are detours after the line of sight [m], magnitudes over those of a clear line of sight. */
 export interface CorrelationFunction {
   delays: Float64Array;
   magnitudes: Float64Array;

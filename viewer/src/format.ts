@@ -17,23 +17,17 @@ export interface CityObject {
   height_source?: string;
 }
 
-export interface Summary {
-  epochs: number;
-  fixes: number;
-  horizontal_p50_m: number | null;
-  horizontal_p95_m: number | null;
-  horizontal_max_m: number | null;
-  vertical_p50_m: number | null;
-  vertical_p95_m: number | null;
-  median_hdop: number | null;
-  mean_used: number | null;
-  mean_visible: number | null;
-  mean_blocked: number | null;
-  los_share: number | null;
-  los_multipath_share: number | null;
-  nlos_share: number | null;
-  blocked_share: number | null;
-  longest_outage_s: number | null;
+/** Figures of a run by name; null or absent: it has none. */
+export type Summary = { epochs: number } & Record<string, number | null | undefined>;
+
+/** How people read a figure: its value times the factor is in the unit. */
+export interface Figure {
+  name: string;
+  label: string;
+  unit: string;
+  factor: number;
+  decimals: number;
+  about: string;
 }
 
 export interface Receiver {
@@ -44,7 +38,7 @@ export interface Receiver {
   summary: Summary | null;
 }
 
-/** Of a receiver: all its epochs, or satellites and paths of some. */
+/** A receiver's file: all its epochs, or satellites and paths of some. */
 export interface ChunkEntry {
   file: string;
   kind: 'track' | 'block';
@@ -55,14 +49,14 @@ export interface ChunkEntry {
   paths: number;
   bytes: number;
 }
-/** Of a heat map: cells of an altitude, or values of an altitude and a time. */
+/** A heat map's file: cells of an altitude, or values of an altitude and a time. */
 export type MapChunkEntry = { file: string; bytes: number; altitude: number } & (
   { kind: 'map-cells' } | { kind: 'map-values'; time: number });
 
-/** Of a validation: what recorded and simulated differ by, at each epoch. */
+/** A validation's file: the differences of recorded and simulated at each epoch. */
 export interface ComparisonChunkEntry { file: string; bytes: number; kind: 'comparison' }
 
-/** Two receivers of the view beside each other, and the streets of the drive. */
+/** Two receivers of the view to compare, and the streets of the drive. */
 export interface Comparison {
   recorded: number;
   simulated: number;
@@ -79,7 +73,7 @@ export interface MapLayer {
   low: number;
   high: number;
   progression: 'linear' | 'square root' | 'logarithm';
-  /** Of a count: so many steps; 0: continuous. */
+  /** Number of steps of a count; 0: continuous. */
   classes: number;
   colours: string;
   large_is_bad: boolean;
@@ -104,7 +98,7 @@ export interface Code {
   values: number[];
 }
 
-/** What numbers in columns stand for, by the column's name. */
+/** Texts that numbers in columns stand for, by the column's name. */
 export type Words = Record<string, string[] | undefined>;
 
 export interface Header {
@@ -116,6 +110,8 @@ export interface Header {
   city: { name: string; file: string; triangles: number; notes: string[]; objects: CityObject[] };
   words: { status: string[]; placement: string[]; visibility: string[]; lock: string[]; path: string[]; body?: string[] } & Words;
   paths_per_satellite: number;
+  /** Views of earlier versions do not name them. */
+  figures?: Figure[];
   receivers: Receiver[];
   satellites: { id: string; system: string }[];
   codes?: Code[];
@@ -168,7 +164,7 @@ const kTypes = {
 export function decodeChunk(buffer: ArrayBuffer, header: Header): Map<string, Rows> {
   const view = new DataView(buffer);
   const magic = new TextDecoder().decode(new Uint8Array(buffer, 0, 8));
-  if (magic !== 'canyonV1') throw new Error('this is no chunk of "canyon view 1"');
+  if (magic !== 'canyonV1') throw new Error('this is not a chunk of "canyon view 1"');
   const count = view.getUint32(8, true);
   let offset = 16 + 8 * count;
   const result = new Map<string, Rows>();
@@ -188,7 +184,7 @@ export function decodeChunk(buffer: ArrayBuffer, header: Header): Map<string, Ro
   return result;
 }
 
-/** Unpacks gzip. @param name of the file, for what is said of a damaged one */
+/** Unpacks gzip. @param name of the file, for the message about a damaged one */
 export async function gunzip(bytes: Uint8Array<ArrayBuffer>, name: string): Promise<ArrayBuffer> {
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'));
   return new Response(stream).arrayBuffer().catch(() => {

@@ -34,7 +34,7 @@ export class HeatMap {
     this.map = map;
     this.bars = Object.fromEntries(Object.entries(map.colours).map(([name, list]) => [name, list.map(rgb)]));
     this.scales = map.layers.map(({ low, high, colours }) => ({ low, high, colours }));
-    // Of maps of several layers the errors of fixes are what most look for.
+    // Most look for the errors of fixes.
     this.layer = Math.max(0, map.layers.findIndex((l) => l.name === 'horizontal_error'));
     this.mesh = new Mesh(new BufferGeometry(), new MeshBasicMaterial({
       transparent: true, opacity: 0.82, side: DoubleSide, depthWrite: false, toneMapped: false, alphaTest: 0.01, polygonOffset: true,
@@ -54,7 +54,7 @@ export class HeatMap {
     this.shown.push(shown);
   }
 
-  /** Shows what is chosen; loads what that takes. */
+  /** Loads and shows the chosen layer. */
   async show(): Promise<void> {
     const ask = ++this.asked;
     const { altitude, time } = this;
@@ -176,7 +176,7 @@ export class HeatMap {
     const { west_m, south_m, spacing_m } = this.map.grid;
     return [west_m + (column + 0.5) * spacing_m, south_m + (row + 0.5) * spacing_m, this.up(column, row)];
   }
-  /** What the antenna of a cell stands on, and how high above it [m]; above the ellipsoid the ground is not known, and this is 0. */
+  /** The ground below a cell's antenna, and its height above it [m]; above the ellipsoid the ground is not known, and this is 0. */
   footOf(column: number, row: number): { foot: [number, number, number]; height: number } {
     const [east, north, up] = this.centre(column, row);
     const height = this.map.altitude_above === 'terrain' ? this.map.altitudes_m[this.altitude] ?? 0 : 0;
@@ -186,7 +186,7 @@ export class HeatMap {
     return this.map.grid.spacing_m;
   }
 
-  /** What a cell says of a layer: "7.38 m", "no value", "inside a building". */
+  /** A cell's text of a layer: "7.38 m", "no value", "inside a building". */
   text(column: number, row: number, layer = this.layer): string {
     const { columns, rows } = this.map.grid;
     const cell = row * columns + column;

@@ -8,7 +8,7 @@ const kSky = new Color('#ffffff').multiplyScalar(1.8 / Math.PI);
 const kGround = new Color('#b9b0a0').multiplyScalar(0.9 / Math.PI).add(new Color('#ffffff').multiplyScalar(0.9 / Math.PI));
 const kSunAt = [-0.6, -0.8, 1.1].map((v) => v / Math.hypot(0.6, 0.8, 1.1)) as [number, number, number];
 
-/** What a matt surface with this normal (unit, east north up) is multiplied by, linear: sun, sky above and ground below. */
+/** The light on a matt surface with this normal (unit, east north up), a linear factor: sun, sky above and ground below. */
 export function light(x: number, y: number, z: number, result: Color): Color {
   result.lerpColors(kGround, kSky, 0.5 + 0.5 * z);
   const sun = Math.max(0, x * kSunAt[0] + y * kSunAt[1] + z * kSunAt[2]);

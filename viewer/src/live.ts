@@ -1,4 +1,4 @@
-// Follows receivers that run now, or a run that is being computed: the newest epoch is shown until somebody looks at an
+// Follows receivers that run now, or a run that is being computed: it shows the newest epoch until the user chooses an
 // earlier one.
 
 import type { Connection, EpochMessage, HelloMessage, ProgressMessage } from './messages';
@@ -19,7 +19,7 @@ export class Live {
   private placed = true;
   private progress: ProgressMessage | null = null;
   private readonly clock: number;
-  /** Of the receivers, without antennas that are put somewhere. */
+  /** Names of the receivers, without antennas that are put somewhere. */
   private readonly names: string;
 
   /** @param goTo shows a time; @param redraw draws what knows all epochs */
@@ -49,7 +49,7 @@ export class Live {
     why();
   }
 
-  /** Of a run that is being computed. */
+  /** Takes the progress of a run that is being computed. */
   computed(progress: ProgressMessage): void {
     this.progress = progress;
     this.say();

@@ -26,7 +26,7 @@ function by<T extends HTMLElement = HTMLElement>(id: string): T {
   return element as T;
 }
 
-/** Of a heat map's time, since the view's begin. */
+/** Seconds of a heat map's time since the view's begin. */
 function secondsOf(header: Header, time: number): number {
   const seconds = (Date.parse(header.map?.times_utc[time] ?? '') - Date.parse(header.time?.begin_utc ?? '')) / 1000;
   return Number.isFinite(seconds) ? seconds : 0;
@@ -104,7 +104,7 @@ class App {
     state.changed('time');
     this.receiverChanged();
     requestAnimationFrame((t) => this.frame(t));
-    // Whoever waits for the first picture need not wait for the rest of the run.
+    // The first picture does not wait for the rest of the run.
     if (timed) void this.loadAll();
   }
 
@@ -178,7 +178,7 @@ class App {
   }
 
   private lineWasOpen = false;
-  private over = false;  // why has been said
+  private over = false;  // its reason was shown
   private lineChanged(connection: Connection | null): void {
     if (connection && !connection.open) {
       this.probe?.lost();

@@ -111,7 +111,7 @@ export class MapPanel {
     }
   }
 
-  /** What the probe says of a cell, or how to use it. */
+  /** The probe's text of a cell, or how to use it. */
   read(cell: { column: number; row: number } | null): void {
     this.probe.textContent = cell ? this.heat.text(cell.column, cell.row) : 'point at a cell to read it; click for all layers';
     this.probe.classList.toggle('hint', !cell);

@@ -13,7 +13,7 @@ export interface EpochMessage {
   place: { east_m: number | null; north_m: number | null; up_m: number | null };
   faults: string[];
   satellites: string[];
-  /** Of columns of open texts, in place of the header's. */
+  /** Words of columns of open texts, in place of the header's. */
   words?: Record<string, string[]>;
   skyline?: number[];
   chunk: string;
@@ -38,7 +38,7 @@ export interface HelloMessage {
   receivers: { name: string; strength: boolean; elevation_mask_deg: number }[];
 }
 
-/** Of a run that is being computed. */
+/** Progress of a run that is being computed. */
 export interface ProgressMessage {
   type: 'progress';
   version: number;
@@ -63,7 +63,7 @@ export interface ProbeMessage {
   place: { east_m: number; north_m: number; up_m: number };
 }
 
-/** Of satellites that no header names, by RINEX's letter. */
+/** Systems of satellites that the header does not name, by RINEX's letter. */
 const kSystems: Record<string, string> = { G: 'GPS', R: 'GLONASS', E: 'Galileo', C: 'BeiDou', J: 'QZSS', I: 'NavIC', S: 'SBAS' };
 
 /** The tables of an epoch; its satellites and words become places in the header's lists, which take in new ones. */
@@ -105,7 +105,7 @@ export class Connection {
     this.connect();
   }
 
-  /** False where there is no line. */
+  /** False without a connection. */
   send(message: ProbeMessage): boolean {
     if (!this.open || !this.socket) return false;
     this.socket.send(JSON.stringify(message));

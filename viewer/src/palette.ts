@@ -14,7 +14,7 @@ const kKindColours: Readonly<Record<string, string>> = {
 };
 export const kindColour = (kind: string): string => kKindColours[kind] ?? kErrorColour;
 
-/** Of receivers beside each other; shapes differ as well. The first is that of a single one's fixes. */
+/** Colours of several receivers; shapes differ as well. The first is that of a single one's fixes. */
 const kReceiverColours = [kFixColour, '#56B4E9', '#8A6A00', '#7B4BB3'] as const;
 const kReceiverOnDark = [kFixColour, '#56B4E9', '#F0E442', '#B79BE8'] as const;
 export const kShapes = ['disc', 'square', 'diamond', 'triangle'] as const;
@@ -38,7 +38,7 @@ export function receiverColour(receiver: number, theme: Theme): string {
 }
 export const receiverShape = (receiver: number): Shape => kShapes[receiver % kShapes.length] ?? 'disc';
 
-/** What the three-dimensional view and the canvases are painted with. */
+/** Colours of the three-dimensional view and the canvases. */
 export interface Paint {
   sky: string;
   ground: string;
@@ -69,7 +69,7 @@ export const kPaint: Record<Theme, Paint> = {
   },
 };
 
-/** Of facades and roofs, by the words of the header. */
+/** Colours of facades and roofs, by the words of the header. */
 export const kMaterialColours: Record<string, string> = {
   unknown: '#BDBDBD', concrete: '#C9C4BA', glass: '#7FB2D6', brick: '#B5705A', metal: '#8D99A6', stone: '#A89F91',
   wood: '#B98B5E', plaster: '#E2D6C3', ground: '#D8D2C6', foliage: '#6E9B62',

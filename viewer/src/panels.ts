@@ -165,24 +165,13 @@ export class Details {
 
 export function summaryHtml(store: Store, receiver: number): string {
   const run = store.header.receivers[receiver]?.summary;
-  const s = store.header.live || !run?.epochs ? null : run;  // of what is not over, or never ran, there are no figures
+  const s = store.header.live || !run?.epochs ? null : run;  // a run that is not over, or never ran, has no figures
   const city = store.header.city;
   const origin = store.header.frame.origin;
   const buildings = city.objects.filter((o) => o.surface === 'building').length;
-  const share = (v: number | null): string => (v === null ? kMissing : `${fixed(100 * v, 1)} %`);
-  const rows: [string, string, string][] = s ? [
-    ['epochs', 'epochs', `${s.epochs}`],
-    ['fixes', 'with fix', `${s.fixes} (${fixed((100 * s.fixes) / Math.max(1, s.epochs), 1)} %)`],
-    ['longest_outage_s', 'longest outage', `${fixed(s.longest_outage_s, 1)} s`],
-    ['horizontal_p50_m', 'horizontal error, median', `${fixed(s.horizontal_p50_m, 3)} m`],
-    ['horizontal_p95_m', 'horizontal error, 95 %', `${fixed(s.horizontal_p95_m, 3)} m`],
-    ['horizontal_max_m', 'horizontal error, largest', `${fixed(s.horizontal_max_m, 3)} m`],
-    ['vertical_p95_m', 'vertical error, 95 %', `${fixed(s.vertical_p95_m, 3)} m`],
-    ['median_hdop', 'HDOP, median', fixed(s.median_hdop, 2)],
-    ['mean_used', 'satellites used, mean', fixed(s.mean_used, 1)],
-    ['shares', 'LOS, with multipath, NLOS, blocked', `${share(s.los_share)}, ${share(s.los_multipath_share)}, ${share(s.nlos_share)}, ${share(s.blocked_share)}`],
-  ] : [];
-  return `<dl class="pairs">${rows.map(([key, label, value]) => `<dt>${label}</dt><dd data-name="${key}">${value}</dd>`).join('')}
+  const rows = !s ? [] : (store.header.figures ?? []).filter((f) => typeof s[f.name] === 'number').map((f) =>
+    `<dt title="${escaped(f.about)}">${escaped(f.label)}</dt><dd data-name="${f.name}">${fixed((s[f.name] ?? NaN) * f.factor, f.decimals)} ${f.unit}</dd>`);
+  return `<dl class="pairs">${rows.join('')}
     <dt>city</dt><dd>${escaped(city.name)}: ${buildings} buildings, ${city.triangles} triangles</dd>
     <dt>frame</dt><dd>east, north, up [m] about ${fixed(origin.latitude_deg, 6)}°, ${fixed(origin.longitude_deg, 6)}°, ${fixed(origin.height_m, 1)} m (WGS 84)</dd></dl>
     ${city.notes.map((n) => `<p class="hint">${escaped(n)}</p>`).join('')}`;

@@ -76,7 +76,7 @@ export class Probe {
     this.state.changed('time');
   }
 
-  /** Of the run's receiver; a heat map in a scenario's city has none. */
+  /** Track of the run's receiver; a heat map in a scenario's city has none. */
   private get track(): Track | undefined {
     return this.store.tracks[this.base];
   }
@@ -123,7 +123,7 @@ export class Probe {
     return true;
   }
 
-  /** The line broke: what was asked is not answered any more. */
+  /** The connection broke: the question will not be answered. */
   lost(): void {
     this.answered = this.asked;
   }

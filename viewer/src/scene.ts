@@ -216,7 +216,7 @@ export class SceneView {
   /** Takes clicks with Shift, and all while `putting`: a place on the ground or on a building. */
   onPut: ((place: Place) => void) | null = null;
   putting = false;
-  /** Takes clicks on what no map has, with what it is. */
+  /** Takes clicks on bodies, with their names. */
   onBody: ((what: string) => void) | null = null;
 
   private pick(x: number, y: number, shift: boolean): void {
@@ -284,7 +284,7 @@ export class SceneView {
     this.request();
   }
 
-  /** What belongs to an instant. */
+  /** Draws everything that belongs to an instant. */
   update(): void {
     const { state, store } = this;
     const track = store.tracks[state.receiver];

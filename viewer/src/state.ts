@@ -1,4 +1,4 @@
-// What the user has chosen; everything that draws listens to it.
+// The user's choices; everything that draws listens to them.
 
 import type { Theme } from './palette';
 
@@ -28,7 +28,7 @@ export class State {
   speed = 1;
   satellite: number | null = null;
   object: number | null = null;
-  /** Of the heat map. */
+  /** The selected cell of the heat map. */
   cell: { column: number; row: number } | null = null;
   camera: CameraMode = 'follow';
   colour: 'height' | 'material' = 'height';

@@ -1,4 +1,4 @@
-// What is loaded of a run: all epochs of every receiver, and blocks of satellites and paths as they are needed.
+// The loaded part of a run: all epochs of every receiver, and blocks of satellites and paths as they are needed.
 
 import { decodeChunk, Rows, type ChunkEntry, type Header, type MapChunkEntry, type Source, type Values } from './format';
 import { tablesOf, type EpochMessage } from './messages';
@@ -36,7 +36,7 @@ export class Track {
   get size(): number {
     return this.epochs.size;
   }
-  /** Of the true way [m]. */
+  /** The true track [m]. */
   get length(): number {
     let sum = 0;
     for (let i = 1; i < this.size; ++i) {
@@ -73,7 +73,7 @@ export interface PathRow {
   order: number;
   excess: number;
   loss: number;
-  /** Of the carrier against the line of sight's [deg]; NaN where the view does not have it. */
+  /** Phase of the carrier against the line of sight's [deg]; NaN where the view does not have it. */
   phase: number;
   point: [number, number, number] | null;
   far: [number, number, number] | null;
@@ -99,7 +99,7 @@ export interface SatelliteRow {
   paths: PathRow[];
 }
 
-/** What stands or moves about the antenna and is not in the city [m, deg]. */
+/** A thing about the antenna that is not in the city [m, deg]. */
 export interface BodyRow {
   kind: number;
   east: number;
@@ -111,7 +111,7 @@ export interface BodyRow {
   width: number;
 }
 
-/** Of each epoch of a block, and behind the last: its first row. */
+/** The first row of each epoch of a block, and the end of the last. */
 function beginsOf(rows: Rows, entry: ChunkEntry): Uint32Array {
   const epoch = rows.column('epoch');
   const begins = new Uint32Array(entry.epochs + 1).fill(rows.size);
@@ -135,7 +135,7 @@ export class Block {
 
   constructor(readonly entry: ChunkEntry, tables: Map<string, Rows>) {
     const [satellites, paths] = [tables.get('satellites'), tables.get('paths')];
-    if (!satellites || !paths) throw new Error(`${entry.file} is no block`);
+    if (!satellites || !paths) throw new Error(`${entry.file} is not a block`);
     this.satellites = satellites;
     this.paths = paths;
     this.bodies = tables.get('bodies');
@@ -257,7 +257,7 @@ class History {
       let all = this.columns.get(column.name);
       if (!all) this.columns.set(column.name, (all = new (from.constructor as new (n: number) => Values)(2 * this.keep)));
       all[this.end] = from[0] ?? NaN;
-      // Where nobody knows the place it stays the last one that was known.
+      // An unknown place stays the last known one.
       if (kPlace.includes(column.name) && Number.isNaN(all[this.end]) && this.size > 0) all[this.end] = all[this.end - 1] ?? NaN;
     }
     ++this.end;
@@ -292,14 +292,14 @@ class History {
 export class Store {
   readonly header: Header;
   readonly tracks: Track[] = [];
-  /** Of a validation: one row for each epoch. */
+  /** A validation has one row for each epoch. */
   comparison: Rows | null = null;
   private readonly source: Source;
   private readonly blocks = new Map<string, Block>();
   private readonly pending = new Map<string, Promise<Block>>();
   private entries: ChunkEntry[][] = [];
   private readonly slices = new Map<string, Promise<Rows>>();
-  /** Of receivers whose epochs come as messages. */
+  /** Epochs that came as messages, by receiver. */
   private readonly histories: (History | undefined)[] = [];
   private uses = 0;
 
@@ -314,7 +314,7 @@ export class Store {
       .filter((c): c is ChunkEntry => c.kind === 'block' && c.receiver === r).sort((a, b) => a.first_epoch - b.first_epoch));
   }
 
-  /** The whole run takes the place of what came of it as messages; an antenna that was put somewhere stays. */
+  /** Replaces the epochs that came as messages by the whole run; an antenna that was put somewhere stays. */
   async adopt(): Promise<void> {
     const whole = new Store(this.source, await this.source.header());
     await whole.loadTracks();
@@ -336,7 +336,7 @@ export class Store {
       const tables = decodeChunk(await this.source.file(entry.file), this.header);
       const epochs = tables.get('epochs');
       const skylines = tables.get('skylines');
-      if (!epochs || !skylines) throw new Error(`${entry.file} is no track`);
+      if (!epochs || !skylines) throw new Error(`${entry.file} is not a track`);
       this.tracks.push(new Track(epochs, skylines));
     }
     const comparison = this.header.chunks.find((c) => c.kind === 'comparison');
@@ -353,7 +353,6 @@ export class Store {
     this.tracks[receiver] = history.track();
   }
 
-  /** Names of the faults at work. Of views written before epochs had them by the times in the header. */
   /** How a fix was made; empty in views that do not say it. */
   kind(receiver: number, epoch: number): string {
     const kinds = this.header.words.fix_kind;
@@ -367,6 +366,7 @@ export class Store {
     }
     return false;
   }
+  /** Names of the faults at work; views of earlier versions have them by the times in the header. */
   faults(receiver: number, epoch: number): string {
     const track = this.tracks[receiver];
     if (!track) return '';
@@ -496,11 +496,11 @@ export class Store {
     }
   }
 
-  /** Of the heat map: cells of an altitude. */
+  /** The heat map's cells of an altitude. */
   mapCells(altitude: number): Promise<Rows> {
     return this.slice('map_cells', (c) => c.kind === 'map-cells' && c.altitude === altitude);
   }
-  /** Of the heat map: values of an altitude at a time, layer by layer. */
+  /** The heat map's values of an altitude at a time, layer by layer. */
   mapValues(altitude: number, time: number): Promise<Rows> {
     return this.slice('map_values', (c) => c.kind === 'map-values' && c.altitude === altitude && c.time === time);
   }
@@ -512,7 +512,7 @@ export class Store {
     if (!there) {
       there = this.source.file(entry.file).then((bytes) => {
         const rows = decodeChunk(bytes, this.header).get(table);
-        if (!rows) throw new Error(`${entry.file} is no part of a heat map`);
+        if (!rows) throw new Error(`${entry.file} is not a part of a heat map`);
         return rows;
       });
       this.slices.set(entry.file, there);
@@ -526,7 +526,7 @@ export class Store {
     return this.source.file(this.header.city.file);
   }
 
-  /** What stands or moves about the antenna at an epoch; empty while its block is not loaded. */
+  /** Bodies about the antenna at an epoch; empty while its block is not loaded. */
   bodies(receiver: number, epoch: number): BodyRow[] {
     return this.loaded(receiver, epoch)?.bodiesAt(epoch) ?? [];
   }

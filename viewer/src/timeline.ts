@@ -1,4 +1,4 @@
-// The time bar: where the run is, where there is no fix, where faults are at work.
+// The time bar: the run's instant, its outages and its faults.
 
 import { Canvas, kFont } from './canvas';
 import { kErrorColour, kPaint } from './palette';

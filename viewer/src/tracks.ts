@@ -1,4 +1,4 @@
-// What stands in the city all the time: true tracks and fixes, and of a validation the fence of its errors.
+// True tracks and fixes of the whole run, and the fence of a validation's errors.
 
 import { Group } from 'three';
 import { Segments } from './lines';
@@ -8,7 +8,7 @@ import type { State } from './state';
 import type { Store, Track } from './store';
 
 const kRadians = Math.PI / 180;
-/** Of a track. */
+/** Largest number of pieces of a track. */
 const kMostPieces = 6000;
 /** Tracks are drawn without the points that lie so near to their line [m]. */
 const kStraight = 0.1;
@@ -85,7 +85,7 @@ export class Tracks {
     const ink = kPaint[theme].truth;
     const fixEast = track.epochs.column('fix_east_m');
     const fixNorth = track.epochs.column('fix_north_m');
-    // Of a long run not every epoch: more pieces than this nobody sees, and drawing them takes longer than all else.
+    // A long run is drawn without some of its epochs: more pieces are not seen, and drawing them takes longer than all else.
     const step = Math.max(0.3, track.length / kMostPieces);
     /** Lines of epochs that have a place and one colour; they meet where that changes. */
     const pieces = (lines: Segments, at: (i: number) => Place | null, colourOf: (i: number) => string): void => {
@@ -115,7 +115,7 @@ export class Tracks {
     pieces(this.fixes, (i) => (track.fixed(i) ? [fixEast[i] ?? 0, fixNorth[i] ?? 0, (track.up[i] ?? 0) - 0.5] : null), () => colour);
   }
 
-  /** Of a validation: rms of recorded and simulated pseudorange errors, side by side, a metre high for a metre. */
+  /** A validation's rms of recorded and simulated pseudorange errors, side by side, a metre high for a metre. */
   private drawFence(): void {
     const { comparison, header } = this.store;
     const pair = header.comparison;

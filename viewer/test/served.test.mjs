@@ -217,7 +217,7 @@ test('antennas can be put in a validation whose scenario is given', { skip }, as
     '--no-atmosphere', '--report', report, '--view', '--quiet'], { stdio: 'inherit' });
   const other = join(folder, 'other.yaml');
   await writeFile(other, drive.replace('seed: 7', 'seed: 8'));
-  assert.match(await Running.refused(['view', report, '--city', other]), /is of a validation in another city than the scenario's/);
+  assert.match(await Running.refused(['view', report, '--city', other]), /shows a validation in another city than the scenario's/);
   const judged = await Running.start(['view', report, '--city', scenario, '--quiet']);
   const page = await Session.open(judged.address);
   try {

@@ -10,115 +10,46 @@ namespace {
 
 using geodesy::degrees;
 
+/// A message's constant for a value of the engine's enumeration, whose order the constants have.
+template <class Code, class Enum, std::size_t N>
+Code code_of(Enum value, const Code (&codes)[N]) {
+  const auto place = static_cast<std::size_t>(value);
+  return codes[place < N ? place : 0];
+}
+
 msgs::GnssSystem system_of(gnss::System system) {
-  switch (system) {
-    case gnss::System::GPS:
-      break;
-    case gnss::System::GLONASS:
-      return msgs::GLONASS;
-    case gnss::System::Galileo:
-      return msgs::GALILEO;
-    case gnss::System::BeiDou:
-      return msgs::BEIDOU;
-    case gnss::System::QZSS:
-      return msgs::QZSS;
-    case gnss::System::SBAS:
-      return msgs::SBAS;
-  }
-  return msgs::GPS;
+  return code_of(system, {msgs::GPS, msgs::GLONASS, msgs::GALILEO, msgs::BEIDOU, msgs::QZSS, msgs::SBAS});
 }
 
 msgs::GnssSatellite::Visibility visibility_of(propagation::Visibility visibility) {
-  switch (visibility) {
-    case propagation::Visibility::LOS:
-      return msgs::GnssSatellite::LOS;
-    case propagation::Visibility::LOSMultipath:
-      return msgs::GnssSatellite::LOS_MULTIPATH;
-    case propagation::Visibility::NLOS:
-      return msgs::GnssSatellite::NLOS;
-    case propagation::Visibility::Blocked:
-      break;
-  }
-  return msgs::GnssSatellite::BLOCKED;
+  using S = msgs::GnssSatellite;
+  return code_of(visibility, {S::LOS, S::LOS_MULTIPATH, S::NLOS, S::BLOCKED});
 }
 
 msgs::GnssSatellite::Lock lock_of(tracking::LockState lock) {
-  switch (lock) {
-    case tracking::LockState::Searching:
-      break;
-    case tracking::LockState::Tracking:
-      return msgs::GnssSatellite::TRACKING;
-    case tracking::LockState::Holding:
-      return msgs::GnssSatellite::HOLDING;
-  }
-  return msgs::GnssSatellite::SEARCHING;
+  using S = msgs::GnssSatellite;
+  return code_of(lock, {S::SEARCHING, S::TRACKING, S::HOLDING});
 }
 
 msgs::GnssPath::Kind kind_of(propagation::PathKind kind) {
-  switch (kind) {
-    case propagation::PathKind::Direct:
-      break;
-    case propagation::PathKind::Reflected:
-      return msgs::GnssPath::REFLECTED;
-    case propagation::PathKind::Diffracted:
-      return msgs::GnssPath::DIFFRACTED;
-    case propagation::PathKind::Diffuse:
-      return msgs::GnssPath::DIFFUSE;
-    case propagation::PathKind::Transmitted:
-      return msgs::GnssPath::SPOOFED;
-  }
-  return msgs::GnssPath::DIRECT;
+  using P = msgs::GnssPath;
+  return code_of(kind, {P::DIRECT, P::REFLECTED, P::DIFFRACTED, P::DIFFUSE, P::SPOOFED});
 }
 
 msgs::GnssFix::Status status_of(positioning::FixStatus status) {
-  switch (status) {
-    case positioning::FixStatus::NotSolved:
-      break;
-    case positioning::FixStatus::Fix:
-      return msgs::GnssFix::FIX;
-    case positioning::FixStatus::TooFewSatellites:
-      return msgs::GnssFix::TOO_FEW_SATELLITES;
-    case positioning::FixStatus::Singular:
-      return msgs::GnssFix::SINGULAR;
-    case positioning::FixStatus::NotConverged:
-      return msgs::GnssFix::NOT_CONVERGED;
-    case positioning::FixStatus::WeakGeometry:
-      return msgs::GnssFix::WEAK_GEOMETRY;
-    case positioning::FixStatus::NoSignal:
-      return msgs::GnssFix::NO_SIGNAL;
-  }
-  return msgs::GnssFix::NOT_SOLVED;
+  using F = msgs::GnssFix;
+  return code_of(status, {F::NOT_SOLVED, F::FIX, F::TOO_FEW_SATELLITES, F::SINGULAR, F::NOT_CONVERGED,
+                          F::WEAK_GEOMETRY, F::NO_SIGNAL});
 }
 
 msgs::GnssFix::Kind kind_of(positioning::FixKind kind) {
-  switch (kind) {
-    case positioning::FixKind::None:
-      break;
-    case positioning::FixKind::Single:
-      return msgs::GnssFix::SINGLE;
-    case positioning::FixKind::Differential:
-      return msgs::GnssFix::DIFFERENTIAL;
-    case positioning::FixKind::Float:
-      return msgs::GnssFix::FLOAT;
-    case positioning::FixKind::Fixed:
-      return msgs::GnssFix::FIXED;
-    case positioning::FixKind::DeadReckoning:
-      return msgs::GnssFix::DEAD_RECKONING;
-  }
-  return msgs::GnssFix::NONE;
+  using F = msgs::GnssFix;
+  return code_of(kind, {F::NONE, F::SINGLE, F::DIFFERENTIAL, F::FLOAT, F::FIXED, F::DEAD_RECKONING});
 }
 
 msgs::GnssReceiver::Placement placement_of(raytrace::Placement placement) {
-  switch (placement) {
-    case raytrace::Placement::Free:
-    case raytrace::Placement::Unknown:
-      break;
-    case raytrace::Placement::InsideBuilding:
-      return msgs::GnssReceiver::INSIDE_BUILDING;
-    case raytrace::Placement::UnderTerrain:
-      return msgs::GnssReceiver::UNDER_TERRAIN;
-  }
-  return msgs::GnssReceiver::FREE;
+  using R = msgs::GnssReceiver;
+  return code_of(placement, {R::FREE, R::INSIDE_BUILDING, R::UNDER_TERRAIN});
 }
 
 void fill_geodetic(const geodesy::Geodetic& point, msgs::GnssGeodetic& message) {

@@ -180,6 +180,42 @@ TEST(GnssMessage, SaysWhatItLacksOfSatellites) {
                        lacks);
 }
 
+// Points are the city's where the world's axes are east and north.
+TEST(GnssMessage, SaysWhatItLacksOfPaths) {
+  using P = msgs::GnssPath;
+  static const auto of = [](const P& p) {
+    return geodesy::enu_from_azimuth_elevation(p.arrival_azimuth_rad(), p.arrival_elevation_rad());
+  };
+  const test::Carried<P> carried{
+      {"kind", [](const P& p) -> test::Said { return static_cast<double>(p.kind()); }},
+      {"excess_path_m", [](const P& p) -> test::Said { return p.excess_m(); }},
+      {"point_east_m", [](const P& p) -> test::Said { return p.reflection_point_world_m().x(); }},
+      {"point_north_m", [](const P& p) -> test::Said { return p.reflection_point_world_m().y(); }},
+      {"point_up_m", [](const P& p) -> test::Said { return p.reflection_point_world_m().z(); }},
+      {"far_point_east_m", [](const P& p) -> test::Said { return p.far_reflection_point_world_m().x(); }},
+      {"far_point_north_m", [](const P& p) -> test::Said { return p.far_reflection_point_world_m().y(); }},
+      {"far_point_up_m", [](const P& p) -> test::Said { return p.far_reflection_point_world_m().z(); }},
+      {"arrival_east", [](const P& p) -> test::Said { return of(p).x(); }},
+      {"arrival_north", [](const P& p) -> test::Said { return of(p).y(); }},
+      {"arrival_up", [](const P& p) -> test::Said { return of(p).z(); }},
+      {"incidence_deg", [](const P& p) -> test::Said { return geodesy::degrees(p.incidence_rad()); }},
+  };
+  const std::set<std::string> lacks{"gps_week", "gps_tow",   "sat",       "path",     "order",
+                                    "loss_db",  "phase_deg", "reflector", "material", "far_material"};
+  SampleReport sample;
+  sample.report.world_yaw_from_enu_rad = 0;
+  sample.step.epoch.arrival = &sample.step.arrival;
+  msgs::GnssReceiver message;
+  fill_gnss_message(sample_identity(), sample.report, message);
+  std::size_t before = 0;
+  for (const auto& s : message.satellites()) {
+    if (s.id() == "G17") break;
+    before += static_cast<std::size_t>(s.paths_size());
+  }
+  test::expect_carried(output::TableKind::Paths, sample.step.epoch, satellite(message, "G17").paths(0),
+                       carried, lacks, 1e-12, before);
+}
+
 // Numbers are those of SampleReport and tests/support/sample_epochs.hpp.
 TEST(GnssMessage, CarriesTruthAndTime) {
   const SampleReport sample;

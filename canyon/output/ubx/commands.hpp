@@ -15,7 +15,7 @@
 
 namespace canyon::output::ubx {
 
-/// What a device answers polls with.
+/// Answers of a device to polls.
 class Outputs {
  public:
   virtual ~Outputs() = default;
@@ -37,7 +37,7 @@ class Commands {
 
   [[nodiscard]] std::string receive(std::uint64_t reader, std::string_view bytes);
   [[nodiscard]] std::optional<int> take_baud();
-  /// What CFG-RST asked of the receiver since the last call.
+  /// The restart that CFG-RST asked for since the last call.
   [[nodiscard]] std::optional<disturbance::RestartKind> take_restart() {
     return std::exchange(restart_, std::nullopt);
   }

@@ -61,110 +61,25 @@ struct KeyDefault {
 };
 // The groups that flight controllers and gpsd set, with the defaults of UBX-22008968, chapter 6, but for NMEA
 // and the jamming monitor: see docs/outputs.md.
-constexpr KeyDefault kKeys[]{
-    {kRateNavigation, 1},
-    {kRateTimeReference, 1},
-    {kFixMode, 3},
-    {0x2011001c, 0},
-    {kDynamicModel, 0},
-    {0x201100a4, 10},
-    {0x20140011, 3},  // NAVHPG-DGNSSMODE
-    {0x10220001, 0},
-    {0x10220002, 0},
-    {0x10220003, 0},
-    {0x10220004, 0},  // ODO
-    {kJammingMonitor, 1},
-    {0x20030001, 0},
-    {0x20030002, 0},
-    {0x40030003, 0},
-    {0x40030004, 0},
-    {0x40030005, 0},
-    {0x20030006, 0},
-    {0x20030007, 0},
-    {0x20030008, 0},
-    {0x40030009, 0},
-    {0x4003000a, 0},
-    {0x4003000b, 0},
-    {0x2003000c, 0},
-    {0x2003000d, 0},
-    {0x2003000e, 0},
-    {0x4003000f, 0},
-    {0x40030010, 0},
-    {0x40030011, 0},  // TMODE
-    // SIGNAL: systems, then their signals.
-    {0x1031001f, 1},
-    {0x10310020, 1},
-    {0x10310021, 1},
-    {0x10310022, 1},
-    {0x10310024, 1},
-    {0x10310025, 1},
-    {0x10310001, 1},
-    {0x10310003, 1},
-    {0x10310004, 0},
-    {0x10310005, 1},
-    {0x10310007, 1},
-    {0x10310009, 0},
-    {0x1031000a, 1},
-    {0x1031000d, 1},
-    {0x1031000e, 1},
-    {0x1031000f, 0},
-    {0x10310028, 0},
-    {0x10310012, 1},
-    {0x10310014, 0},
-    {0x10310015, 1},
-    {0x10310017, 0},
-    {0x10310018, 1},
-    {0x1031001a, 1},
-    {0x10310026, 0},
-    {0x1031001d, 0},
-    {0x10320001, 0},
-    // Ports: I2C, UART1, UART2, USB, SPI; in, then out: UBX, NMEA, RTCM 3.
-    {0x10510003, 1},
-    {0x10710001, 1},
-    {0x10710002, 1},
-    {0x10710004, 1},
-    {0x10720001, 1},
-    {0x10720002, 0},
-    {0x10720004, 0},
-    {0x20520002, 1},
-    {0x20520003, 0},
-    {0x20520004, 0},
-    {0x10520005, 1},
-    {0x10520006, 0},
-    {0x10730001, 1},
-    {0x10730002, 1},
-    {0x10730004, 1},
-    {kOutputUbx, 1},
-    {kOutputNmea, 1},
-    {0x10740004, 0},
-    {0x40530001, 38400},
-    {0x20530002, 1},
-    {0x20530003, 0},
-    {0x20530004, 0},
-    {0x10530005, 1},
-    {0x10530006, 0},
-    {0x10750001, 0},
-    {0x10750002, 0},
-    {0x10750004, 1},
-    {0x10760001, 0},
-    {0x10760002, 0},
-    {0x10760004, 0},
-    {0x10650001, 1},
-    {0x10770001, 1},
-    {0x10770002, 1},
-    {0x10770004, 1},
-    {0x10780001, 1},
-    {0x10780002, 0},
-    {0x10780004, 0},
-    {0x10640006, 0},
-    {0x20640001, 50},
-    {0x10790001, 1},
-    {0x10790002, 1},
-    {0x10790004, 1},
-    {0x107a0001, 1},
-    {0x107a0002, 0},
-    {0x107a0004, 0},
-};
+constexpr KeyDefault kKeys[]{{kRateNavigation, 1}, {kRateTimeReference, 1}, {kFixMode, 3},
+                             {kDynamicModel, 0},   {0x201100a4, 10},        {0x20140011, 3},
+                             {kJammingMonitor, 1}, {kOutputUbx, 1},         {kOutputNmea, 1},
+                             {0x40530001, 38400},  {0x20640001, 50}};
+// NAVSPG, ODO, TMODE, SIGNAL, and the ports' (I2C, UART1, UART2, USB, SPI) protocols: off and on.
+constexpr std::uint32_t kOff[]{
+    0x2011001c, 0x10220001, 0x10220002, 0x10220003, 0x10220004, 0x20030001, 0x20030002, 0x40030003,
+    0x40030004, 0x40030005, 0x20030006, 0x20030007, 0x20030008, 0x40030009, 0x4003000a, 0x4003000b,
+    0x2003000c, 0x2003000d, 0x2003000e, 0x4003000f, 0x40030010, 0x40030011, 0x10310004, 0x10310009,
+    0x1031000f, 0x10310028, 0x10310014, 0x10310017, 0x10310026, 0x1031001d, 0x10320001, 0x10720002,
+    0x10720004, 0x20520003, 0x20520004, 0x10520006, 0x10740004, 0x20530003, 0x20530004, 0x10530006,
+    0x10750001, 0x10750002, 0x10760001, 0x10760002, 0x10760004, 0x10780002, 0x10780004, 0x10640006,
+    0x107a0002, 0x107a0004};
+constexpr std::uint32_t kOn[]{
+    0x1031001f, 0x10310020, 0x10310021, 0x10310022, 0x10310024, 0x10310025, 0x10310001, 0x10310003,
+    0x10310005, 0x10310007, 0x1031000a, 0x1031000d, 0x1031000e, 0x10310012, 0x10310015, 0x10310018,
+    0x1031001a, 0x10510003, 0x10710001, 0x10710002, 0x10710004, 0x10720001, 0x20520002, 0x10520005,
+    0x10730001, 0x10730002, 0x10730004, 0x20530002, 0x10530005, 0x10750004, 0x10650001, 0x10770001,
+    0x10770002, 0x10770004, 0x10780001, 0x10790001, 0x10790002, 0x10790004, 0x107a0001};
 
 // Out of reach of CFG-VALSET: no key has these high bits.
 constexpr std::uint32_t kOwnRate = 0x80000000;
@@ -189,6 +104,8 @@ int value_size(std::uint32_t key) {
 
 Configuration::Configuration(Generation generation, int period_ms, bool rtk) : generation_(generation) {
   for (const KeyDefault& key : kKeys) values_[key.key] = key.value;
+  for (const std::uint32_t key : kOff) values_[key] = 0;
+  for (const std::uint32_t key : kOn) values_[key] = 1;
   values_[kRateMeasurement] = static_cast<std::uint64_t>(std::clamp(period_ms, 1, 0xFFFF));
   values_[kBaud] = generation == Generation::M8 ? 9600 : 38400;
   for (const MessageInfo& info : kMessages) {
@@ -201,39 +118,16 @@ Configuration::Configuration(Generation generation, int period_ms, bool rtk) : g
   if (generation == Generation::M8) values_[*rate_key(0x0A09, kOwnPort)] = 1;  // has no MON-RF
   if (rtk && generation == Generation::F9) values_[*rate_key(kRelativePosition, kOwnPort)] = 1;
   // Blocks with their defaults: dynModel and fixMode come from the keys.
-  blocks_[0x0624] = Payload()
-                        .u2(0xFFFF)
-                        .u1(0)
-                        .u1(3)
-                        .u4(0)
-                        .u4(10000)
-                        .u1(5)
-                        .u1(0)
-                        .u2(250)
-                        .u2(250)
-                        .u2(100)
-                        .u2(350)
-                        .u1(0)
-                        .u1(60)
-                        .zeros(12)
-                        .bytes();                                     // CFG-NAV5
+  Payload engine;  // CFG-NAV5
+  engine.u2(0xFFFF).u1(0).u1(3).u4(0).u4(10000).u1(5).u1(0).u2(250).u2(250).u2(100).u2(350).u1(0).u1(60);
+  blocks_[0x0624] = engine.zeros(12).bytes();
   blocks_[0x0616] = Payload().u1(1).u1(3).u1(3).u1(0).u4(0).bytes();  // CFG-SBAS
   blocks_[0x0623] = Payload().u2(2).zeros(38).bytes();                // CFG-NAVX5
   blocks_[0x0639] = Payload().u4(0xADE62AD3).u4(0x0000031E).bytes();  // CFG-ITFM, bit 31: on
   blocks_[0x0613] = Payload().u2(0x001B).u2(0x8251).bytes();          // CFG-ANT
-  blocks_[0x0631] = Payload()
-                        .u1(0)
-                        .u1(1)
-                        .u2(0)
-                        .u2(50)
-                        .u2(0)
-                        .u4(1'000'000)
-                        .u4(1'000'000)
-                        .u4(0)
-                        .u4(100'000)
-                        .u4(0)
-                        .u4(0x77)
-                        .bytes();           // CFG-TP5
+  Payload pulse;                                                      // CFG-TP5
+  pulse.u1(0).u1(1).u2(0).u2(50).u2(0).u4(1'000'000).u4(1'000'000).u4(0).u4(100'000).u4(0).u4(0x77);
+  blocks_[0x0631] = pulse.bytes();
   blocks_[0x0671] = std::string(40, '\0');  // CFG-TMODE3
 }
 

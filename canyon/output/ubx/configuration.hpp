@@ -18,10 +18,10 @@ enum class Generation : std::uint8_t { M8, F9 };
 inline constexpr int kPorts = 5;  ///< I2C (DDC), UART1, UART2, USB, SPI
 inline constexpr int kOwnPort = 1;
 
-/// What makes the device send a message.
+/// The cause at which the device sends a message.
 enum class Sent : std::uint8_t {
   Epochs,  ///< every so many epochs
-  Events,  ///< what does not come with epochs, or never comes about here
+  Events,  ///< events that do not come with epochs, or never happen here
   Never    ///< known, not made: a rate other than 0 is refused
 };
 

@@ -7,7 +7,7 @@
 
 namespace canyon::output {
 
-/// What the formats call a kind of fix; docs/outputs.md has the same table.
+/// Names of a kind of fix in the formats; docs/outputs.md has the same table.
 struct FixCodes {
   // NMEA 0183 v4.11; position fix flags as in UBX-22008968, "Position fix flags in NMEA".
   int gga_quality;   ///< GGA, quality indicator
@@ -17,9 +17,9 @@ struct FixCodes {
   // UBX-22008968, 3.15.13. A prediction is valid, too: gnssFixOK says that accuracy keeps the limits.
   std::uint8_t ubx_type;   ///< NAV-PVT fixType; NAV-STATUS, NAV-SOL gpsFix
   std::uint8_t ubx_flags;  ///< NAV-PVT flags: kUbxFixOk, kUbxDifferential, carrSoln in bits 7 and 6
-  /// GPS_FIX_TYPE of MAVLink's common.xml. It has no type for dead reckoning. That is no fix: autopilots'
-  /// drivers make that of u-blox's fix type 1, and go on by their own sensors, which know more than the
-  /// receiver's prediction.
+  /// GPS_FIX_TYPE of MAVLink's common.xml. It has no type for dead reckoning, which is sent as no fix:
+  /// autopilots' drivers make that of u-blox's fix type 1, and go on by their own sensors, which know more
+  /// than the receiver's prediction.
   std::uint8_t mavlink_type;
 };
 

@@ -21,7 +21,7 @@ std::string checksum(std::string_view bytes) {
   return {static_cast<char>(a), static_cast<char>(b)};
 }
 
-/// What Parser makes of the bytes from one that may begin something.
+/// A frame or line at the beginning of bytes, as Parser looks for them.
 struct Found {
   std::size_t length = 0;  ///< 0: not enough yet
   bool good = false;       ///< else these bytes are passed over

@@ -18,9 +18,19 @@ using MessageId = std::uint16_t;
 /// A message's payload in the making. Numbers that a field does not hold become its nearest end.
 class Payload {
  public:
-  Payload& u1(std::uint64_t value) { return put(value, 1); }
-  Payload& u2(std::uint64_t value) { return put(value, 2); }
-  Payload& u4(std::uint64_t value) { return put(value, 4); }
+  /// The low bytes of a whole number, which may be negative.
+  template <typename T>
+  Payload& u1(T value) {
+    return put(static_cast<std::uint64_t>(value), 1);
+  }
+  template <typename T>
+  Payload& u2(T value) {
+    return put(static_cast<std::uint64_t>(value), 2);
+  }
+  template <typename T>
+  Payload& u4(T value) {
+    return put(static_cast<std::uint64_t>(value), 4);
+  }
   /// A number over `step`, to the nearest; NaN is 0.
   Payload& unsigned_field(double value, double step, int bytes);
   Payload& signed_field(double value, double step, int bytes);
@@ -49,7 +59,7 @@ class Payload {
 /// a damaged frame is looked at again from behind its first two bytes. Holds at most kMostBytes.
 class Parser {
  public:
-  /// Longer payloads are no commands.
+  /// Commands have no longer payloads.
   static constexpr std::size_t kMostPayload = 1024;
   static constexpr std::size_t kMostBytes = kMostPayload + 8;
   static constexpr std::size_t kMostLine = 100;

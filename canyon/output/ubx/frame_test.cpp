@@ -41,7 +41,7 @@ TEST(Payload, IsLittleEndianAndStaysInRange) {
 }
 
 TEST(Parser, FindsFramesAndLinesHoweverTheyAreCut) {
-  // What one flight controller's driver sends first: a frame, and u-blox's NMEA command behind it.
+  // One flight controller's driver sends first a frame, and u-blox's NMEA command behind it.
   const std::string text = "noise\xB5" + frame(0x0601, bytes({1, 6, 1})) +
                            "$PUBX,41,1,0023,0001,115200,0*1C\r\n" + frame(0x0A04, "") + "\xB5\x62";
   for (std::size_t size = 1; size <= text.size(); ++size) {

@@ -11,9 +11,9 @@
 #include "canyon/output/ubx/frame.hpp"
 #include "canyon/receiver/receiver.hpp"
 
-// Payloads of what the device sends, field by field as UBX-13003221 (M8) and UBX-22008968 (F9) have them; ID
-// and section at each. Nothing is a position where the fix is not solved: coordinates are 0 then, accuracies
-// their greatest value and DOPs 99.99.
+// Payloads of the messages that the device sends, field by field as UBX-13003221 (M8) and UBX-22008968 (F9)
+// have them; ID and section at each. Nothing is a position where the fix is not solved: coordinates are 0
+// then, accuracies their greatest value and DOPs 99.99.
 
 namespace canyon::output::ubx {
 
@@ -27,7 +27,7 @@ struct RawMeasurement {
   double locked_s = 0;                         ///< since the first phase of its arc
 };
 
-/// What an epoch's messages are made of.
+/// An epoch with everything that its messages need.
 struct Epoch {
   const receiver::ReceiverEpoch& seen;
   geodesy::GpsTime nearest_ms;  ///< seen.time, rounded to a millisecond
@@ -65,7 +65,7 @@ struct ReceivedRtcm {
 [[nodiscard]] std::string nav_svinfo(const Epoch& epoch);
 [[nodiscard]] std::string rxm_rawx(const Epoch& epoch);
 [[nodiscard]] std::string mon_hw(const Epoch& epoch);
-[[nodiscard]] std::string mon_hw2();
+[[nodiscard]] std::string mon_hw2(const Epoch& epoch);
 [[nodiscard]] std::string mon_rf(const Epoch& epoch);
 [[nodiscard]] std::string sec_sig(const Epoch& epoch);
 /// Milliseconds of the GPS week, nearest.

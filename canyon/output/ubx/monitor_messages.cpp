@@ -3,13 +3,13 @@
 
 #include "canyon/output/ubx/messages.hpp"
 
-// u-blox gives these fields no unit but their range; docs/outputs.md states what Canyon makes of them.
+// u-blox gives these fields a range and no unit; docs/outputs.md states how Canyon fills them.
 
 namespace canyon::output::ubx {
 namespace {
 
 struct Band {
-  double interference = 0, tone = 0, agc = 1;  // undisturbed: so are bands that nothing is known of
+  double interference = 0, tone = 0, agc = 1;  // undisturbed, as unknown bands are
   bool known = false;
 };
 
@@ -63,7 +63,7 @@ std::string mon_hw(const Epoch& epoch) {
 
 // 32.16.4, 3.14.4: nothing that Canyon models; a configuration from its own memory, power-on self-test
 // passed.
-std::string mon_hw2() {
+std::string mon_hw2(const Epoch& /*epoch*/) {
   return Payload().zeros(4).u1(111).zeros(23).bytes();
 }
 
@@ -74,7 +74,7 @@ std::string mon_rf(const Epoch& epoch) {
   p.u1(0).u1(second ? 2 : 1).zeros(2);
   for (int block = 0; block < (second ? 2 : 1); ++block) {
     const Band state = band(epoch, block);
-    p.u1(static_cast<std::uint64_t>(block)).u1(jamming_state(epoch, state)).u1(2).u1(1).zeros(4 + 4);
+    p.u1(block).u1(jamming_state(epoch, state)).u1(2).u1(1).zeros(4 + 4);
     p.u2(noise_per_ms(state)).u2(agc_count(state)).u1(jamming_indicator(state)).zeros(4 + 3);
   }
   return p.bytes();

@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
@@ -98,12 +99,10 @@ std::string pvt(const Epoch& epoch) {
   const Quality q = quality_of(fix);
   const geodesy::CalendarTime utc = geodesy::utc_from_gps(epoch.seen.stated_utc());
   Payload p;
-  p.u4(itow(epoch)).u2(static_cast<std::uint64_t>(utc.year)).u1(static_cast<std::uint64_t>(utc.month));
-  p.u1(static_cast<std::uint64_t>(utc.day)).u1(static_cast<std::uint64_t>(utc.hour));
-  p.u1(static_cast<std::uint64_t>(utc.minute)).u1(static_cast<std::uint64_t>(utc.second));
-  p.u1(epoch.time_known ? 0b111 : 0)
-      .unsigned_field(q.time_s, 1e-9, 4)
-      .u4(static_cast<std::uint64_t>(utc.nanosecond));
+  p.u4(itow(epoch)).u2(utc.year).u1(utc.month);
+  p.u1(utc.day).u1(utc.hour);
+  p.u1(utc.minute).u1(utc.second);
+  p.u1(epoch.time_known ? 0b111 : 0).unsigned_field(q.time_s, 1e-9, 4).u4(utc.nanosecond);
   p.u1(codes_of(fix.kind()).ubx_type).u1(flags_of(fix)).u1(epoch.time_known ? 0b11100000 : 0).u1(used(fix));
   p.signed_field(degrees_of(fix, &geodesy::Geodetic::longitude_rad), 1e-7, 4);
   p.signed_field(degrees_of(fix, &geodesy::Geodetic::latitude_rad), 1e-7, 4);
@@ -148,9 +147,8 @@ std::string time_gps(const Epoch& epoch) {
   const geodesy::GpsTime t = epoch.seen.stated_time();
   const geodesy::GpsTime nearest = epoch.nearest_ms;
   Payload p;
-  p.u4(itow(epoch)).u4(static_cast<std::uint64_t>(t.nanoseconds() - nearest.nanoseconds()));
-  p.u2(static_cast<std::uint64_t>(nearest.week()))
-      .u1(static_cast<std::uint64_t>(geodesy::leap_seconds(epoch.seen.time)));
+  p.u4(itow(epoch)).u4(t.nanoseconds() - nearest.nanoseconds());
+  p.u2(nearest.week()).u1(geodesy::leap_seconds(epoch.seen.time));
   p.u1(epoch.time_known ? 0b111 : 0);
   return p.unsigned_field(quality_of(epoch.seen.fix).time_s, 1e-9, 4).bytes();
 }
@@ -160,9 +158,9 @@ std::string time_utc(const Epoch& epoch) {
   const geodesy::CalendarTime utc = geodesy::utc_from_gps(epoch.seen.stated_utc());
   Payload p;
   p.u4(itow(epoch)).unsigned_field(quality_of(epoch.seen.fix).time_s, 1e-9, 4);
-  p.u4(static_cast<std::uint64_t>(utc.nanosecond)).u2(static_cast<std::uint64_t>(utc.year));
+  p.u4(utc.nanosecond).u2(utc.year);
   for (const int value : {utc.month, utc.day, utc.hour, utc.minute, utc.second}) {
-    p.u1(static_cast<std::uint64_t>(value));
+    p.u1(value);
   }
   return p.u1(epoch.time_known ? 0b111 : 0).bytes();
 }
@@ -178,7 +176,7 @@ std::string position(const Epoch& epoch) {
   return p.unsigned_field(q.horizontal_m, 1e-3, 4).unsigned_field(q.vertical_m, 1e-3, 4).bytes();
 }
 
-// NAV-HPPOSLLH, 3.15.8: what is left of the numbers of NAV-POSLLH, in hundredths.
+// NAV-HPPOSLLH, 3.15.8: the numbers of NAV-POSLLH and their remainders, in hundredths.
 std::string precise_position(const Epoch& epoch) {
   const positioning::Fix& fix = epoch.seen.fix;
   const Quality q = quality_of(fix);
@@ -190,9 +188,9 @@ std::string precise_position(const Epoch& epoch) {
                               std::llround(heights_of(epoch)[1] * 1e4) * 10};
   Payload p;
   p.u1(0).zeros(2).u1(fix.solved() ? 0 : 1).u4(itow(epoch));
-  for (const std::int64_t value : values) p.u4(static_cast<std::uint64_t>(value / 100));
-  // Of heights in tenths.
-  for (std::size_t i = 0; i < 4; ++i) p.u1(static_cast<std::uint64_t>(values[i] % 100 / (i < 2 ? 1 : 10)));
+  for (const std::int64_t value : values) p.u4(value / 100);
+  // Heights have tenths.
+  for (std::size_t i = 0; i < 4; ++i) p.u1(values[i] % 100 / (i < 2 ? 1 : 10));
   return p.unsigned_field(q.horizontal_m, 1e-4, 4).unsigned_field(q.vertical_m, 1e-4, 4).bytes();
 }
 
@@ -219,9 +217,8 @@ std::string solution(const Epoch& epoch) {
     }
   }
   Payload p;
-  p.u4(itow(epoch))
-      .u4(static_cast<std::uint64_t>(epoch.seen.stated_time().nanoseconds() - nearest.nanoseconds()));
-  p.u2(static_cast<std::uint64_t>(nearest.week()));
+  p.u4(itow(epoch)).u4(epoch.seen.stated_time().nanoseconds() - nearest.nanoseconds());
+  p.u2(nearest.week());
   p.u1(codes_of(fix.kind()).ubx_type).u1(solution_flags(epoch));
   for (int i = 0; i < 3; ++i) p.signed_field(ecef[i], 0.01, 4);
   p.unsigned_field(q.position_m, 0.01, 4);
@@ -274,15 +271,15 @@ std::string relative_position(const Epoch& epoch) {
   }
   const Eigen::Vector3d& v = b.vector_enu;
   Payload p;
-  p.u1(1).u1(0).u2(static_cast<std::uint64_t>(fix.correction_station.value_or(0))).u4(itow(epoch));
+  p.u1(1).u1(0).u2(fix.correction_station.value_or(0)).u4(itow(epoch));
   std::array<std::int64_t, 4> tenths_mm{};
   const std::array metres{v.y(), v.x(), -v.z(), b.length_m()};
   for (std::size_t i = 0; i < metres.size(); ++i) {
     tenths_mm[i] = std::llround(metres[i] * 1e4);
-    p.u4(static_cast<std::uint64_t>(tenths_mm[i] / 100));
+    p.u4(tenths_mm[i] / 100);
   }
   p.signed_field(heading_deg, 1e-5, 4).zeros(4);
-  for (const std::int64_t value : tenths_mm) p.u1(static_cast<std::uint64_t>(value % 100));
+  for (const std::int64_t value : tenths_mm) p.u1(value % 100);
   for (const Eigen::Index axis : {1, 0, 2}) {
     p.unsigned_field(std::sqrt(b.covariance_enu(axis, axis)), 1e-4, 4);
   }
@@ -296,9 +293,9 @@ std::string relative_position(const Epoch& epoch) {
 std::string rtcm_payload(const ReceivedRtcm& received) {
   const int used = received.used ? (*received.used ? 2 : 1) : 0;
   Payload p;
-  p.u1(2).u1(static_cast<std::uint64_t>((received.crc_failed ? 1 : 0) | used << 1)).u2(0);
-  p.u2(static_cast<std::uint64_t>(received.station.value_or(0xFFFF)));
-  return p.u2(static_cast<std::uint64_t>(received.type)).bytes();
+  p.u1(2).u1((received.crc_failed ? 1 : 0) | used << 1).u2(0);
+  p.u2(received.station.value_or(0xFFFF));
+  return p.u2(received.type).bytes();
 }
 
 std::uint32_t itow(const Epoch& epoch) {
@@ -306,48 +303,30 @@ std::uint32_t itow(const Epoch& epoch) {
 }
 
 std::string payload(MessageId id, const Epoch& epoch) {
-  switch (id) {
-    case 0x0107:
-      return pvt(epoch);
-    case 0x0103:
-      return status(epoch);
-    case 0x0104:
-      return dops(epoch);
-    case 0x0120:
-      return time_gps(epoch);
-    case 0x0121:
-      return time_utc(epoch);
-    case 0x0102:
-      return position(epoch);
-    case 0x0112:
-      return velocity(epoch);
-    case 0x0106:
-      return solution(epoch);
-    case 0x0114:
-      return precise_position(epoch);
-    case 0x0136:
-      return covariance(epoch);
-    case kRelativePosition:
-      return relative_position(epoch);
-    case 0x0135:
-      return nav_sat(epoch);
-    case 0x0130:
-      return nav_svinfo(epoch);
-    case 0x0143:
-      return nav_sig(epoch);
-    case 0x0215:
-      return rxm_rawx(epoch);
-    case 0x0A09:
-      return mon_hw(epoch);
-    case 0x0A0B:
-      return mon_hw2();
-    case 0x0A38:
-      return mon_rf(epoch);
-    case 0x2709:
-      return sec_sig(epoch);
-    default:
-      return Payload().u4(itow(epoch)).bytes();  // NAV-EOE, 3.15.5
+  constexpr std::pair<MessageId, std::string (*)(const Epoch&)> kMakers[]{
+      {0x0107, pvt},
+      {0x0103, status},
+      {0x0104, dops},
+      {0x0120, time_gps},
+      {0x0121, time_utc},
+      {0x0102, position},
+      {0x0112, velocity},
+      {0x0106, solution},
+      {0x0136, covariance},
+      {0x0114, precise_position},
+      {0x0135, nav_sat},
+      {0x0130, nav_svinfo},
+      {0x0143, nav_sig},
+      {0x0215, rxm_rawx},
+      {0x0A09, mon_hw},
+      {0x0A0B, mon_hw2},
+      {0x0A38, mon_rf},
+      {0x2709, sec_sig},
+      {kRelativePosition, relative_position}};
+  for (const auto& [its_id, make] : kMakers) {
+    if (id == its_id) return make(epoch);
   }
+  return Payload().u4(itow(epoch)).bytes();  // NAV-EOE, 3.15.5
 }
 
 }  // namespace canyon::output::ubx

@@ -74,8 +74,8 @@ std::string nav_sat(const Epoch& epoch) {
     ++count;
     const bool used = s.used && epoch.seen.fix.solved();
     list.u1(name->gnss).u1(name->satellite).u1(strength(s));
-    list.u1(static_cast<std::uint64_t>(degrees(s.elevation_rad)));
-    list.u2(static_cast<std::uint64_t>(azimuth_deg(s.azimuth_rad)));
+    list.u1(degrees(s.elevation_rad));
+    list.u2(azimuth_deg(s.azimuth_rad));
     list.signed_field(residual_m(epoch.seen, s.id), 0.1, 2);
     const std::uint64_t corrections_used = corrections(epoch.seen, used);
     // Health, orbit source and ephemeris of what is measured: healthy, known. Corrections are RTCM's.
@@ -114,26 +114,20 @@ std::string nav_sig(const Epoch& epoch) {
   return Payload().u4(itow(epoch)).u1(0).u1(count).zeros(2).raw(list.bytes()).bytes();
 }
 
-// UBX-13003221, 32.17.26; satellites as UBX names them with one number (annex A).
+// UBX-13003221, 32.17.26.
 std::string nav_svinfo(const Epoch& epoch) {
   Payload list;
   std::size_t count = 0;
   for (const SatelliteObservation& s : epoch.seen.satellites) {
-    const auto name = satellite_name(s.id);
-    if (!name || count == kMostEntries) continue;
-    int number = name->satellite;
-    if (s.id.system == gnss::System::Galileo) number += 210;
-    if (s.id.system == gnss::System::BeiDou) number += number <= 5 ? 158 : 27;
-    if (s.id.system == gnss::System::QZSS) number += 192;
-    if (s.id.system == gnss::System::GLONASS) number += 64;
-    if (s.id.system == gnss::System::BeiDou && name->satellite > 37) continue;
+    const int number = single_number(s.id);
+    if (number == 0 || count == kMostEntries) continue;
     const bool used = s.used && epoch.seen.fix.solved();
-    list.u1(count++).u1(static_cast<std::uint64_t>(number));
+    list.u1(count++).u1(number);
     list.u1((used ? 1 : 0) | (corrections(epoch.seen, used) != 0 ? 2 : 0) | (s.measurement ? 0b1100 : 0))
         .u1(quality(s))
         .u1(strength(s));
-    list.u1(static_cast<std::uint64_t>(degrees(s.elevation_rad)));
-    list.u2(static_cast<std::uint64_t>(azimuth_deg(s.azimuth_rad)));
+    list.u1(degrees(s.elevation_rad));
+    list.u2(azimuth_deg(s.azimuth_rad));
     list.signed_field(residual_m(epoch.seen, s.id), 0.01, 4);
   }
   return Payload().u4(itow(epoch)).u1(count).u1(4).zeros(2).raw(list.bytes()).bytes();  // 4: u-blox 8 / M8
@@ -159,7 +153,7 @@ std::string rxm_rawx(const Epoch& epoch) {
         .u1(name->satellite)
         .u1(m8 ? 0 : *signal)
         .u1(frequency(raw.id, epoch.glonass_channels));
-    list.u2(static_cast<std::uint64_t>(std::clamp(std::floor(raw.locked_s * 1e3 + 1e-6), 0.0, 64500.0)));
+    list.u2(std::clamp(std::floor(raw.locked_s * 1e3 + 1e-6), 0.0, 64500.0));
     list.u1(m.cn0_dbhz ? static_cast<std::uint64_t>(std::clamp(std::lround(*m.cn0_dbhz), 0L, 255L)) : 0);
     list.u1(doubling(m.sigma_m, 0.01));
     list.u1(raw.carrier_phase_cycles ? static_cast<std::uint64_t>(std::clamp(
@@ -170,8 +164,8 @@ std::string rxm_rawx(const Epoch& epoch) {
   }
   const geodesy::GpsTime t = epoch.seen.stated(epoch.tag);
   Payload p;
-  p.r8(t.seconds_of_week()).u2(static_cast<std::uint64_t>(t.week()));
-  p.u1(static_cast<std::uint64_t>(geodesy::leap_seconds(epoch.seen.time))).u1(count).u1(1).u1(1).zeros(2);
+  p.r8(t.seconds_of_week()).u2(t.week());
+  p.u1(geodesy::leap_seconds(epoch.seen.time)).u1(count).u1(1).u1(1).zeros(2);
   return p.raw(list.bytes()).bytes();
 }
 

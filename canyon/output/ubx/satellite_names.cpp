@@ -1,31 +1,46 @@
 #include "canyon/output/ubx/satellite_names.hpp"
 
+#include <span>
+
 #include "canyon/gnss/broadcast_messages.hpp"
 
 namespace canyon::output::ubx {
 
 using gnss::System;
 
-std::optional<SatelliteName> satellite_name(gnss::SatelliteId id) {
-  const auto within = [&](std::uint8_t gnss, int last, int offset = 0) -> std::optional<SatelliteName> {
-    if (id.number < 1 || id.number > last) return std::nullopt;
-    return SatelliteName{gnss, static_cast<std::uint8_t>(id.number + offset)};
-  };
-  switch (id.system) {
-    case System::GPS:
-      return within(0, 32);
-    case System::SBAS:
-      return id.number < 20 ? std::nullopt : within(1, 58, 100);
-    case System::Galileo:
-      return within(2, 36);
-    case System::BeiDou:
-      return within(3, 63);
-    case System::QZSS:
-      return within(5, 10);
-    case System::GLONASS:
-      return within(6, 32);
+namespace {
+
+/// Numbers from `first` to `last` of a system, moved by `offset`.
+struct Range {
+  System system;
+  std::uint8_t gnss;
+  int first, last, offset;
+};
+
+std::optional<SatelliteName> name_in(std::span<const Range> ranges, gnss::SatelliteId id) {
+  for (const Range& r : ranges) {
+    if (id.system == r.system && id.number >= r.first && id.number <= r.last) {
+      return SatelliteName{r.gnss, static_cast<std::uint8_t>(id.number + r.offset)};
+    }
   }
   return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<SatelliteName> satellite_name(gnss::SatelliteId id) {
+  static constexpr Range kRanges[]{{System::GPS, 0, 1, 32, 0},     {System::SBAS, 1, 20, 58, 100},
+                                   {System::Galileo, 2, 1, 36, 0}, {System::BeiDou, 3, 1, 63, 0},
+                                   {System::QZSS, 5, 1, 10, 0},    {System::GLONASS, 6, 1, 32, 0}};
+  return name_in(kRanges, id);
+}
+
+int single_number(gnss::SatelliteId id) {
+  static constexpr Range kRanges[]{{System::GPS, 0, 1, 32, 0},       {System::SBAS, 1, 20, 58, 100},
+                                   {System::Galileo, 2, 1, 36, 210}, {System::BeiDou, 3, 1, 5, 158},
+                                   {System::BeiDou, 3, 6, 37, 27},   {System::QZSS, 5, 1, 10, 192},
+                                   {System::GLONASS, 6, 1, 32, 64}};
+  return name_in(kRanges, id).value_or(SatelliteName{}).satellite;
 }
 
 std::optional<std::uint8_t> signal_number(gnss::SatelliteId id, const gnss::Signal& signal) {
