@@ -2,33 +2,79 @@
 
 #include <zlib.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <string>
 #include <system_error>
 #include <utility>
 
+#include "canyon/base/archives.hpp"
+#include "canyon/base/input_file.hpp"
+
 namespace canyon {
+namespace {
+
+constexpr std::size_t kHead = 512;  // bytes that tell what a file is: tar's mark stands at 257
+constexpr std::size_t kLargestUnpacked = std::size_t{1} << 30;
+constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+
+}  // namespace
 
 GzipFile::GzipFile(std::filesystem::path path) : path_(std::move(path)), file_(nullptr, &gzclose) {
+  check_input_file(path_);
   std::error_code ignored;
-  if (std::filesystem::is_directory(path_, ignored)) {
-    throw InputError(path_, 0, "is a folder, not a file");
-  }
+  size_ = std::filesystem::file_size(path_, ignored);
   errno = 0;
   file_.reset(gzopen(path_.c_str(), "rb"));
   if (!file_) {
     const int code = errno;
-    throw InputError(path_, 0,
-                     code == ENOENT
-                         ? "no such file"
-                         : std::string("cannot be opened: ") + std::strerror(code != 0 ? code : EIO),
-                     code == ENOENT ? "check the path (relative paths start at the scenario's folder)" : "");
+    throw InputError(path_, 0, std::string("cannot be opened: ") + std::strerror(code != 0 ? code : EIO));
   }
   gzbuffer(file_.get(), 1U << 17U);
+  ready_.resize(kHead);
+  try {
+    ready_.resize(read_some(ready_.data(), kHead, 0));
+  } catch (const InputError&) {
+    // read() comes upon it again.
+    ready_.clear();
+    gzrewind(file_.get());
+  }
+  if (is_compress(ready_) || is_zip(ready_)) {
+    check_input_file(path_, kLargestUnpacked);
+    std::string packed(size_, '\0');
+    std::copy(ready_.begin(), ready_.end(), packed.begin());
+    for (std::size_t at = ready_.size(); at < packed.size();) {
+      const std::size_t n =
+          read_some(packed.data() + at, std::min<std::size_t>(packed.size() - at, 1U << 30U), 0);
+      if (n == 0) packed.resize(at);
+      at += n;
+    }
+    ready_ = is_zip(packed) ? unpack_zip(path_, packed, kLargestUnpacked)
+                            : unpack_compress(path_, packed, kLargestUnpacked);
+  }
+  const std::string_view head = std::string_view(ready_).substr(0, kHead);
+  if (head.substr(0, kByteOrderMark.size()) == kByteOrderMark) given_ = kByteOrderMark.size();
+  refuse_foreign_bytes(path_, head.substr(given_));
+  if (head.size() > 3 && head.substr(0, 2) == "\xff\xfe" && head[2] != 0 && head[3] == 0)
+    throw InputError(path_, 0, "is text in UTF-16", "save it as UTF-8");
 }
 
 std::size_t GzipFile::read(char* to, std::size_t size, int line) {
+  if (given_ < ready_.size()) {
+    const std::size_t n = ready_.copy(to, size, given_);
+    given_ += n;
+    return n;
+  }
+  const std::size_t n = read_some(to, size, line);
+  unpacked_ += n;
+  if (unpacked_ > kHarmless && unpacked_ / kMostGrowth > size_) {
+    throw InputError(path_, line, "unpacks to more than " + std::to_string(kMostGrowth) + " times its size",
+                     "is it the right file?");
+  }
+  return n;
+}
+
+std::size_t GzipFile::read_some(char* to, std::size_t size, int line) {
   const int n = gzread(file_.get(), to, static_cast<unsigned>(size));
   int code = Z_OK;
   const char* detail = gzerror(file_.get(), &code);

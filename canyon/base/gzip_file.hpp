@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <string>
 
 #include "canyon/base/input_error.hpp"
 
@@ -10,21 +12,34 @@ struct gzFile_s;
 
 namespace canyon {
 
-/// The bytes of a file, unpacked where it is gzip-compressed (recognised by content, not by name).
+/// The bytes of a file, unpacked where it is packed by gzip, by compress (.Z) or as the one file of a zip
+/// archive (recognised by content, not by name), without UTF-8's byte order mark.
 class GzipFile {
  public:
-  /// Throws InputError where the file is missing, a folder or unreadable.
+  /// Above so many bytes, a file that grew by more than `kMostGrowth` as it was unpacked is refused.
+  static constexpr std::uint64_t kHarmless = std::uint64_t{1} << 28;
+  static constexpr std::uint64_t kMostGrowth = 200;
+
+  /// Throws InputError as check_input_file() does, where the file is unreadable, in UTF-16, packed in another
+  /// way, or a web page.
   explicit GzipFile(std::filesystem::path path);
 
   /// The next bytes into `to`; returns how many, 0 at the end. Throws InputError, at `line` of the text,
-  /// where the packed data are damaged. Data that end early are not an error: see cut_short().
+  /// where the packed data are damaged or unpack to absurd sizes. Data that end early are not an error: see
+  /// cut_short().
   [[nodiscard]] std::size_t read(char* to, std::size_t size, int line);
   /// Whether the packed data ended before their end mark; known once read() has returned 0.
   [[nodiscard]] bool cut_short() const { return cut_short_; }
 
  private:
+  std::size_t read_some(char* to, std::size_t size, int line);
+
   std::filesystem::path path_;
   std::unique_ptr<gzFile_s, int (*)(gzFile_s*)> file_;
+  std::uint64_t size_ = 0;      ///< of the file
+  std::uint64_t unpacked_ = 0;  ///< bytes so far
+  std::string ready_;           ///< bytes that read() gives next
+  std::size_t given_ = 0;       ///< of these
   bool cut_short_ = false;
 };
 

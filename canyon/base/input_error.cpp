@@ -1,5 +1,7 @@
 #include "canyon/base/input_error.hpp"
 
+#include "canyon/base/secrets.hpp"
+
 namespace canyon {
 namespace {
 
@@ -25,10 +27,10 @@ InputError::InputError(std::string_view problem, std::string_view cure)
 
 InputError::InputError(const std::filesystem::path& file, int line, std::string_view problem,
                        std::string_view cure)
-    : std::runtime_error(message(file.string(), line, problem, cure)),
+    : std::runtime_error(hide_passwords(message(file.string(), line, problem, cure))),
       file_(file.string()),
       line_(line),
-      problem_(problem),
-      cure_(cure) {}
+      problem_(hide_passwords(problem)),
+      cure_(hide_passwords(cure)) {}
 
 }  // namespace canyon

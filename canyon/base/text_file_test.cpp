@@ -2,11 +2,15 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <zlib.h>
 
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 
+#include "canyon/base/secrets.hpp"
+#include "tests/support/case_file.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon {
@@ -14,6 +18,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 void write(const std::filesystem::path& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary) << bytes;
@@ -183,6 +188,82 @@ TEST(TextFile, StreamsEveryLineAcrossChunks) {
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr("line of more than 64 KiB"));
   }
+}
+
+TEST(TextFile, SkipsAByteOrderMark) {
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "mark.txt";
+  write(path, "\xef\xbb\xbftime\n");
+  EXPECT_EQ(TextFile(path).text(), "time\n");
+  write_gzip(path, "\xef\xbb\xbftime\n");
+  EXPECT_EQ(TextFile(path).text(), "time\n");
+  write(path, "ab");
+  EXPECT_EQ(TextFile(path).text(), "ab");
+  write(path, std::string("\xff\xfet\0i\0", 6));
+  EXPECT_THAT(message(path), HasSubstr("UTF-16"));
+}
+
+// good.n.Z: made by an encoder after compress 4.0, checked with gzip -d; good.n.zip: Python's zipfile.
+TEST(TextFile, ReadsCompressAndZip) {
+  for (const auto& [packed, plain] :
+       {std::pair<const char*, const char*>{"containers/good.n.Z", "text-bom/good.n"},
+        {"containers/good.n.zip", "text-bom/good.n"},
+        {"containers/day1.sp3.Z", "sp3-two-days/day1.sp3"}}) {
+    EXPECT_EQ(TextFile(test::case_file(packed)).text(), TextFile(test::case_file(plain)).text()) << packed;
+  }
+  const std::string whole = [] {
+    std::ifstream in(test::case_file("containers/day1.sp3.Z"), std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  }();
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "damaged.Z";
+  for (std::size_t at = 3; at < whole.size(); at += 7) {
+    std::string damaged = whole;
+    damaged[at] = static_cast<char>(damaged[at] ^ 0x55);
+    write(path, damaged);
+    try {
+      (void)TextFile(path);
+    } catch (const InputError& e) {
+      EXPECT_THAT(e.what(), HasSubstr("damaged.Z: compress data are damaged"));
+    }
+  }
+}
+
+TEST(TextFile, NamesWhatItCannotRead) {
+  EXPECT_THAT(message(test::case_file("containers/page.n")),
+              HasSubstr("is a web page (HTML), not data; the server may want"));
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "file";
+  write(path, "BZh91AY&SY");
+  EXPECT_THAT(message(path), HasSubstr("is packed by bzip2; unpack it first (bunzip2)"));
+  write(path, std::string("\xfd"
+                          "7zXZ\0\0",
+                          7));
+  EXPECT_THAT(message(path), HasSubstr("is packed by xz"));
+  EXPECT_THAT(message("/dev/zero"), HasSubstr("is a pipe or a device"));
+  const auto fifo = folder.path() / "fifo";
+  ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+  EXPECT_THAT(message(fifo), HasSubstr("is a pipe or a device, not a regular file"));
+}
+
+TEST(TextFile, BombsAreRefused) {
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "bomb.gz";
+  gzFile file = gzopen(path.c_str(), "wb9");
+  const std::string zeros(1 << 20, '\0');
+  for (int i = 0; i < 260; ++i) (void)gzwrite(file, zeros.data(), static_cast<unsigned>(zeros.size()));
+  ASSERT_EQ(gzclose(file), Z_OK);
+  EXPECT_THAT(message(path, std::size_t{1} << 31), HasSubstr("unpacks to more than 200 times its size"));
+}
+
+TEST(Secrets, PasswordsOfAddressesAreHidden) {
+  EXPECT_EQ(hide_passwords("poses from ntrip://somebody:SECRET/W@RD@127.0.0.1:9/MOUNT: nobody answers"),
+            "poses from ntrip://somebody:...@127.0.0.1:9/MOUNT: nobody answers");
+  EXPECT_EQ(hide_passwords("'tcp://a:b@h:1' and 'tcp://c:d@h:2'"), "'tcp://a:...@h:1' and 'tcp://c:...@h:2'");
+  for (const char* open :
+       {"write ntrip://[USER:PASSWORD@]HOST:PORT/MOUNT", "tcp://127.0.0.1:1 of me@home", "", "a://"})
+    EXPECT_EQ(hide_passwords(open), open);
+  EXPECT_THAT(InputError("the address 'ntrip://a:SECRET@h' is bad").what(), Not(HasSubstr("SECRET")));
 }
 
 }  // namespace

@@ -17,6 +17,7 @@
 #include "canyon/buildings/shapes/cityjson_solid.hpp"
 #include "canyon/buildings/shapes/outlines.hpp"
 #include "canyon/buildings/shapes/part_assignment.hpp"
+#include "canyon/buildings/shapes/roof_planes.hpp"
 #include "canyon/buildings/shapes/solid.hpp"
 
 namespace canyon::buildings {
@@ -352,9 +353,11 @@ class Builder {
   }
 
   // Solids of one shape over polygons, and the feature's record. False where the shape has no height.
-  bool raise_solids(std::size_t i, Surface surface, const std::vector<Polygon2>& polygons, const Shape& shape,
+  bool raise_solids(std::size_t i, Surface surface, const std::vector<Polygon2>& polygons, Shape shape,
                     const Ground& ground, double base_z) {
     BuiltFeature& built = result_.features[i];
+    if (!polygons.empty() && !set_roof_by_angle(shape, polygons.front().outer))
+      complaints_.add("roof:angle makes a roof higher than the building; left out", built.id);
     built.shape = shape;
     built.ground_m = ground.lowest_height_m;
     built.footprint = to_map(polygons, base_z);
@@ -528,6 +531,10 @@ class Builder {
           "{} of {} heights are guesses: the map has neither heights nor levels there; 'default_height_m', "
           "'heights' by type or another map change them",
           r.heights_default, all));
+    }
+    if (terrain_ != nullptr) {
+      const std::vector<std::string> heights = terrain_->cautions();
+      report().cautions.insert(report().cautions.end(), heights.begin(), heights.end());
     }
     std::set<std::string, std::less<>> types;
     for (const MapFeature& feature : map_.features) {

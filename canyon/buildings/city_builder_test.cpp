@@ -17,6 +17,7 @@
 #include "canyon/buildings/shapes/solid.hpp"
 #include "canyon/buildings/sources/osm_reader.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "tests/support/case_file.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/shared_data.hpp"
@@ -718,6 +719,17 @@ TEST(CityBuilderMoscow, GdalsOsmDriverSeesTheSameHeightsAndFootprints) {
               areas, worst, tagged, levels);
   EXPECT_GT(areas, 600U);
   EXPECT_GT(tagged + levels, 100U);
+}
+
+// tests/data/cases: the gable runs over the shorter side, 0.0002 deg of longitude at 48 N.
+TEST(CityBuilder, RoofAnglesMakeHeights) {
+  const MapData map = read_osm({test::case_file("osm-roof-angle/roof.osm")});
+  const BuiltCity built = build_city(map, nullptr, {});
+  const double width_m = 0.0002 * M_PI / 180 * 6'389'960 * std::cos(48 * M_PI / 180);  // N(48 deg) of WGS 84
+  const Shape& shape = built.features.at(0).shape;
+  EXPECT_NEAR(shape.roof_height_m, width_m / 2, 0.01);
+  EXPECT_NEAR(shape.height_m, 15, 1e-9);
+  EXPECT_EQ(shape.roof_source, HeightSource::Tag);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/input_file.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/same_bytes.hpp"
 #include "canyon/city/city.hpp"
@@ -179,8 +180,7 @@ class CityFileReader {
 
   void load() {
     std::error_code error;
-    if (!std::filesystem::exists(path_, error)) throw InputError(path_, 0, "no such file");
-    if (!std::filesystem::is_regular_file(path_, error)) throw InputError(path_, 0, "is not a file");
+    check_input_file(path_);
     const std::uintmax_t size = std::filesystem::file_size(path_, error);
     std::ifstream in(path_, std::ios::binary);
     if (error || !in) throw InputError(path_, 0, "cannot be read");

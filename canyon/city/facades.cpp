@@ -19,6 +19,13 @@
 namespace canyon::city {
 namespace {
 
+/// What a facade looks like to radio waves at L band: a word of FacadeOptions::shares. Coated glass
+/// (low-emissivity, solar control) is a metal film and so Material::Metal; tile is a thin skin on reinforced
+/// concrete, render one on brickwork.
+struct FacadeType {
+  std::string_view name;
+  Material material;
+};
 constexpr std::array<FacadeType, 9> kTypes{{{"coated_glass", Material::Metal},
                                             {"metal", Material::Metal},
                                             {"glass", Material::Glass},
@@ -112,10 +119,6 @@ double height_of(const Mesh& mesh, const Unit& unit) {
 }
 
 }  // namespace
-
-std::span<const FacadeType> facade_types() {
-  return kTypes;
-}
 
 void FacadeOptions::validate() const {
   options::check(*this, "facades");

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <map>
-#include <span>
 #include <string>
 #include <string_view>
 
@@ -10,15 +9,6 @@
 #include "canyon/options/fwd.hpp"
 
 namespace canyon::city {
-
-/// A facade as radio waves at L band meet it: one word of facade_types().
-struct FacadeType {
-  std::string_view name;
-  Material material;
-};
-/// Words of FacadeOptions::shares. Coated glass (low-emissivity, solar control) is a metal film to radio
-/// waves and so Material::Metal; tile is a thin skin on reinforced concrete, render one on brickwork.
-[[nodiscard]] std::span<const FacadeType> facade_types();
 
 /// Materials of the walls of a city whose source does not state them.
 struct FacadeOptions {

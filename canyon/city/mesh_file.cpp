@@ -18,7 +18,9 @@
 #include <utility>
 #include <vector>
 
+#include "canyon/base/archives.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/input_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/city/mesh_file_format.hpp"
 #include "canyon/city/mesh_marks.hpp"
@@ -79,6 +81,9 @@ double footprint_area(const Box& box) {
   return std::max(0.0, box.max.x() - box.min.x()) * std::max(0.0, box.max.y() - box.min.y());
 }
 
+/// Assimp holds a mesh several times over: larger files would not fit.
+constexpr std::uint64_t kLargestMesh = std::uint64_t{2} << 30;
+
 class MeshImport {
  public:
   MeshImport(const std::filesystem::path& path, const MeshImportOptions& options, bool whole_city)
@@ -88,6 +93,7 @@ class MeshImport {
     options_.validate();
     const std::string extension = check_path();
     if (extension == ".ply") check_ply_complete(path_);
+    if (extension == ".gltf" || extension == ".glb") check_gltf_extensions(path_);
     if (extension == ".stl") check_stl_complete(path_);
     marked_ = has_mesh_mark(path_);
     const aiScene& scene = load();
@@ -145,10 +151,15 @@ class MeshImport {
       throw InputError(path_, 0, fmt::format("unknown mesh format '{}'", extension),
                        "use .dae, .obj, .stl, .gltf, .glb or .ply");
     }
-    std::error_code error;
-    if (!std::filesystem::exists(path_, error)) throw InputError(path_, 0, "no such file");
-    if (!std::filesystem::is_regular_file(path_, error)) throw InputError(path_, 0, "is not a file");
-    if (!std::ifstream(path_, std::ios::binary)) throw InputError(path_, 0, "cannot be read");
+    check_input_file(path_, kLargestMesh);
+    std::ifstream in(path_, std::ios::binary);
+    if (!in) throw InputError(path_, 0, "cannot be read");
+    std::string head(512, '\0');
+    in.read(head.data(), static_cast<std::streamsize>(head.size()));
+    head.resize(static_cast<std::size_t>(in.gcount()));
+    if (is_gzip(head) || is_compress(head) || is_zip(head))
+      throw InputError(path_, 0, "is a packed file, not a mesh", "unpack it first");
+    refuse_foreign_bytes(path_, head);
     return extension;
   }
 
@@ -433,6 +444,54 @@ City read_mesh_city(const std::filesystem::path& path, const MeshImportOptions& 
 
 City read_mesh_part(const std::filesystem::path& path, const MeshImportOptions& options) {
   return MeshImport(path, options, false).read();
+}
+
+std::string up_axis_caution(const City& city, const std::filesystem::path& path,
+                            const MeshImportOptions& options) {
+  const std::string extension = lower_case(path.extension().string());
+  const bool declared = extension != ".obj" && extension != ".stl" && extension != ".ply";
+  if (declared || options.up_axis || has_mesh_mark(path)) return {};
+  const Mesh& mesh = city.mesh;
+  double terrain_area = 0, level_area = 0;
+  // The lowest coordinate of each building, along the axis that would be up and along z.
+  const Eigen::Vector3d file_y =
+      Eigen::AngleAxisd(options.heading_rad, Eigen::Vector3d::UnitZ()) * Eigen::Vector3d::UnitY();
+  std::vector<double> feet_y, feet_z;
+  for (const Object& object : mesh.objects) {
+    double lowest_y = 1e300, lowest_z = 1e300;
+    for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
+      const auto& [a, b, c] = mesh.triangles[t];
+      const Eigen::Vector3d normal =
+          (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]);
+      if (object.surface == Surface::Terrain) {
+        terrain_area += normal.norm();
+        level_area += std::abs(normal.z());
+      }
+      for (const std::uint32_t v : mesh.triangles[t]) {
+        lowest_y = std::min(lowest_y, mesh.vertices[v].dot(file_y));
+        lowest_z = std::min(lowest_z, mesh.vertices[v].z());
+      }
+    }
+    if (object.surface != Surface::Building) continue;
+    feet_y.push_back(lowest_y);
+    feet_z.push_back(lowest_z);
+  }
+  // The largest share of values within 0.5 m of one another.
+  const auto share = [](std::vector<double>& values) {
+    std::sort(values.begin(), values.end());
+    std::size_t most = 0;
+    for (std::size_t i = 0, j = 0; i < values.size(); ++i) {
+      while (j < values.size() && values[j] <= values[i] + 0.5) ++j;
+      most = std::max(most, j - i);
+    }
+    return static_cast<double>(most) / static_cast<double>(values.size());
+  };
+  constexpr double kUpright = 0.3, kMost = 0.75, kFew = 0.5;
+  const bool upright = terrain_area > 0 && level_area < kUpright * terrain_area;
+  const bool beside = feet_y.size() >= 3 && share(feet_y) >= kMost && share(feet_z) < kFew;
+  if (!upright && !beside) return {};
+  return fmt::format("{}: {}; is y the file's up axis? Then set up_axis: Y", path.filename().string(),
+                     upright ? "its terrain stands upright" : "its buildings lie on their sides");
 }
 
 }  // namespace canyon::city

@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <fstream>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <string_view>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
 
 namespace canyon::city {
@@ -165,6 +167,30 @@ void check_stl_complete(const std::filesystem::path& path) {
   std::string text(static_cast<std::size_t>(tail), '\0');
   in.read(text.data(), static_cast<std::streamsize>(tail));
   if (text.find("endsolid") == std::string::npos) throw InputError(path, 0, "has no endsolid", kCutShort);
+}
+
+void check_gltf_extensions(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::string text(std::istreambuf_iterator<char>(in), {});
+  constexpr std::size_t kHeader = 20;  // of GLB: 12 bytes, then length and type of the JSON chunk
+  if (text.size() > kHeader && text.compare(0, 4, "glTF") == 0) {
+    const auto byte = [&text](std::size_t at) { return std::size_t{static_cast<unsigned char>(text[at])}; };
+    const std::size_t length = byte(12) | byte(13) << 8U | byte(14) << 16U | byte(15) << 24U;
+    text = text.substr(kHeader, length);
+  }
+  const std::optional<Json> root = Json::try_parse(text);
+  if (!root || !root->is_object() || !(*root)["extensionsRequired"].is_array())
+    return;  // Assimp says the rest
+  for (const Json& item : (*root)["extensionsRequired"].items()) {
+    const std::string name = item.is_string() ? item.text() : "";
+    const auto only_looks = [&name](std::string_view kind) { return name.substr(4).starts_with(kind); };
+    if (name.size() > 4 &&
+        (only_looks("materials_") || only_looks("texture_") || only_looks("lights_") || only_looks("xmp"))) {
+      continue;
+    }
+    throw InputError(path, 0, fmt::format("requires the extension {}, which is not read here", name),
+                     "export the mesh without compression and quantization");
+  }
 }
 
 }  // namespace canyon::city

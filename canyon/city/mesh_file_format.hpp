@@ -32,4 +32,8 @@ void check_ply_complete(const std::filesystem::path& path);
 /// Throws InputError where an ASCII STL file lacks its "endsolid". Binary files are left to Assimp.
 void check_stl_complete(const std::filesystem::path& path);
 
+/// Throws InputError where a glTF file requires an extension that changes its geometry, such as Draco's or
+/// meshopt's compression (glTF 2.0, 3.12), which Assimp does not look at.
+void check_gltf_extensions(const std::filesystem::path& path);
+
 }  // namespace canyon::city

@@ -15,6 +15,7 @@
 
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "tests/support/case_file.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/shared_data.hpp"
 
@@ -505,7 +506,27 @@ TEST_F(MeshFile, BadPaths) {
   EXPECT_THAT(error_of(write("city.xyz", "hello")),
               HasSubstr("unknown mesh format '.xyz'; use .dae, .obj, .stl, .gltf, .glb or .ply"));
   std::filesystem::create_directories(folder_ / "folder.obj");
-  EXPECT_THAT(error_of(folder_ / "folder.obj"), HasSubstr("is not a file"));
+  EXPECT_THAT(error_of(folder_ / "folder.obj"), HasSubstr("is a folder, not a file"));
+}
+
+// Files of tests/data/cases.
+TEST_F(MeshFile, RequiredExtensionsAreNamed) {
+  EXPECT_THAT(error_of(test::case_file("gltf-meshopt/m.gltf")),
+              HasSubstr("requires the extension EXT_meshopt_compression, which is not read here; export"));
+  EXPECT_THAT(error_of(write("zip.obj", "PK\x03\x04 and so on")), HasSubstr("is a packed file"));
+}
+
+TEST_F(MeshFile, AMeshOnItsSideIsSaid) {
+  const auto caution = [](const char* name, std::optional<char> up_axis = {}) {
+    MeshImportOptions options;
+    options.up_axis = up_axis;
+    const std::filesystem::path path = test::case_file(name);
+    return up_axis_caution(read_mesh_city(path, options), path, options);
+  };
+  EXPECT_THAT(caution("obj-y-up/y_up.obj"),
+              HasSubstr("its terrain stands upright; is y the file's up axis?"));
+  EXPECT_EQ(caution("obj-y-up/z_up.obj"), "");
+  EXPECT_EQ(caution("obj-y-up/y_up.obj", 'Y'), "");
 }
 
 TEST_F(MeshFile, DamagedFiles) {

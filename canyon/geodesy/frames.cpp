@@ -84,11 +84,6 @@ AzimuthElevation azimuth_elevation_from_enu(const Eigen::Vector3d& enu) {
   return result;
 }
 
-double yaw_from_azimuth(double azimuth_rad) {
-  const double yaw = std::remainder(kPi / 2 - azimuth_rad, 2 * kPi);
-  return yaw <= -kPi ? yaw + 2 * kPi : yaw;
-}
-
 double azimuth_from_yaw(double yaw_rad) {
   const double azimuth = std::remainder(kPi / 2 - yaw_rad, 2 * kPi);
   const double wrapped = azimuth < 0 ? azimuth + 2 * kPi : azimuth;

@@ -71,9 +71,7 @@ struct AzimuthElevation {
 /// Angles of an ENU vector of any length but zero.
 [[nodiscard]] AzimuthElevation azimuth_elevation_from_enu(const Eigen::Vector3d& enu);
 
-/// ENU yaw (from east, counter-clockwise) of a compass azimuth (from north, clockwise), and back:
-/// both are pi/2 - x, wrapped to (-pi, pi] and [0, 2 pi).
-[[nodiscard]] double yaw_from_azimuth(double azimuth_rad);
+/// Compass azimuth (from north, clockwise, [0, 2 pi)) of an ENU yaw (from east, counter-clockwise).
 [[nodiscard]] double azimuth_from_yaw(double yaw_rad);
 
 /// Universal Transverse Mercator coordinates, for import and export only: the world of Canyon is ENU.

@@ -7,7 +7,6 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/geodesy/unix_time.hpp"
 
 namespace canyon::geodesy {
 namespace {
@@ -226,10 +225,6 @@ GpsTime gps_from_bdt(int bdt_week, double seconds_of_week) {
   return GpsTime::from_week(bdt_week + kBdtWeekOffset, seconds_of_week) + seconds(kBdtSecondsOffset);
 }
 
-CalendarTime bdt_calendar_from_gps(GpsTime t) {
-  return calendar_from_gps(t - seconds(kBdtSecondsOffset));
-}
-
 CalendarTime glonass_from_gps(GpsTime t) {
   if (in_leap_second(t)) {
     CalendarTime c = calendar_from_gps(t - seconds(leap_seconds(t) + 1) + std::chrono::hours(3));
@@ -237,10 +232,6 @@ CalendarTime glonass_from_gps(GpsTime t) {
     return c;
   }
   return calendar_from_gps(t - seconds(leap_seconds(t)) + std::chrono::hours(3));
-}
-
-GpsTime gps_from_glonass(const CalendarTime& glonasst) {
-  return gps_from_utc(shifted(glonasst, std::chrono::hours(-3)));
 }
 
 GpsTime parse_time(std::string_view whole) {

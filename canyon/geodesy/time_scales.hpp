@@ -40,18 +40,23 @@ struct CalendarTime {
 /// repeated second is its second one.
 [[nodiscard]] GpsTime gps_from_unix(std::int64_t nanoseconds_since_1970);
 
+/// 1980-01-06T00:00:00Z in POSIX time [s], day 3657.
+inline constexpr std::int64_t kGpsEpochUnix_s = 315'964'800;
+
+/// POSIX time [ns] of an instant, which counts no leap seconds. gps_from_unix() is its inverse.
+[[nodiscard]] inline std::int64_t unix_from_gps(GpsTime t) {
+  return t.nanoseconds() + (kGpsEpochUnix_s - leap_seconds(t)) * GpsTime::kNanosecondsPerSecond;
+}
+
 /// BDT runs 14 s behind GPST, its week 0 begins 2006-01-01 00:00:00 UTC, GPS week 1356 (BDS-SIS-ICD
 /// B1I 3.0, 3.3).
 inline constexpr int kBdtWeekOffset = 1356;
 inline constexpr int kBdtSecondsOffset = 14;
 /// @param bdt_week full BeiDou week; @param seconds_of_week [s]. Throws like GpsTime::from_week.
 [[nodiscard]] GpsTime gps_from_bdt(int bdt_week, double seconds_of_week);
-/// BDT as a calendar date (the date that RINEX prints for BeiDou).
-[[nodiscard]] CalendarTime bdt_calendar_from_gps(GpsTime t);
 
 /// GLONASST is UTC(SU) plus 3 h, leap seconds included (ICD GLONASS L1, L2 5.1, 3.3.3).
 [[nodiscard]] CalendarTime glonass_from_gps(GpsTime t);
-[[nodiscard]] GpsTime gps_from_glonass(const CalendarTime& glonasst);
 
 /// ISO 8601 extended date and time, fraction up to 9 digits, comma or point:
 /// "2019-04-28T12:58:03.5Z" and offsets ("+08:00") are UTC; " GPST" or "GPS" behind it marks GPS time; a bare

@@ -31,11 +31,9 @@ TEST(TimeScales, KnownInstant) {
   const GpsTime t = GpsTime::from_week(2051, 46'701);
   EXPECT_EQ(utc_from_gps(t), (CalendarTime{2019, 4, 28, 12, 58, 3, 0}));
   EXPECT_EQ(calendar_from_gps(t), (CalendarTime{2019, 4, 28, 12, 58, 21, 0}));
-  EXPECT_EQ(bdt_calendar_from_gps(t), (CalendarTime{2019, 4, 28, 12, 58, 7, 0}));
   EXPECT_EQ(glonass_from_gps(t), (CalendarTime{2019, 4, 28, 15, 58, 3, 0}));
   EXPECT_EQ(gps_from_utc({2019, 4, 28, 12, 58, 3, 0}), t);
   EXPECT_EQ(gps_from_calendar({2019, 4, 28, 12, 58, 21, 0}), t);
-  EXPECT_EQ(gps_from_glonass({2019, 4, 28, 15, 58, 3, 0}), t);
   EXPECT_EQ(gps_from_bdt(695, 46'687), t);
   EXPECT_EQ(parse_time("2019-04-28T12:58:03Z"), t);
   EXPECT_EQ(format_utc(t), "2019-04-28T12:58:03.000Z");
@@ -113,8 +111,6 @@ TEST(LeapSeconds, EveryTableEntryRoundTripsAtItsBorder) {
     EXPECT_EQ(moscow.minute, 59);
     EXPECT_EQ(moscow.second, 60);
     EXPECT_EQ(moscow.day, leap.day.day);
-    EXPECT_EQ(gps_from_glonass(moscow), midnight - seconds(1));
-    EXPECT_EQ(gps_from_glonass(glonass_from_gps(midnight)), midnight);
   }
 }
 
@@ -148,8 +144,6 @@ TEST(TimeScales, EveryScaleRoundTripsAtRandomNanoseconds) {
     const GpsTime t = GpsTime::from_nanoseconds(instant(random));
     EXPECT_EQ(gps_from_calendar(calendar_from_gps(t)), t);
     EXPECT_EQ(gps_from_utc(utc_from_gps(t)), t);
-    EXPECT_EQ(gps_from_glonass(glonass_from_gps(t)), t);
-    EXPECT_EQ(gps_from_calendar(bdt_calendar_from_gps(t)) + seconds(14), t);
     EXPECT_EQ(parse_time(format_utc(t, 9)), t) << format_utc(t, 9);
     EXPECT_EQ(parse_time(format_gpst(t, 9)), t) << format_gpst(t, 9);
   }
@@ -158,7 +152,6 @@ TEST(TimeScales, EveryScaleRoundTripsAtRandomNanoseconds) {
 TEST(TimeScales, BeiDouTime) {
   // BDS-SIS-ICD B1I, 3.3: BDT 0 is 2006-01-01 00:00:00 UTC.
   EXPECT_EQ(gps_from_bdt(0, 0), parse_time("2006-01-01T00:00:00Z"));
-  EXPECT_EQ(bdt_calendar_from_gps(gps_from_bdt(0, 0)), (CalendarTime{2006, 1, 1, 0, 0, 0, 0}));
   EXPECT_EQ(gps_from_bdt(1, -1), gps_from_bdt(0, 604'799));
   EXPECT_THROW((void)gps_from_bdt(700, 1e300), InputError);
 }
@@ -251,8 +244,6 @@ TEST(CalendarTime, FieldsAreChecked) {
   EXPECT_THROW((void)gps_from_calendar({2019, 4, 30, 0, 0, 0, 1'000'000'000}), InputError);
   EXPECT_THROW((void)gps_from_calendar({2019, 4, 30, 0, 0, 0, -1}), InputError);
   EXPECT_THROW((void)gps_from_utc({2019, 4, 30, 0, -1, 0, 0}), InputError);
-  EXPECT_THROW((void)gps_from_glonass({2019, 4, 30, 25, 0, 0, 0}), InputError);
-  EXPECT_THROW((void)gps_from_glonass({2019, 4, 30, 2, 59, 60, 0}), InputError);
 }
 
 // date -u -d @1556456283.25: 2019-04-28 12:58:03; @1483228799: 2016-12-31 23:59:59, a second before the last

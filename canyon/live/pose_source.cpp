@@ -28,8 +28,12 @@ std::optional<simulation::ReportedPose> PoseSource::in_city(const PoseReport& re
   Eigen::Matrix3d turn;
   double scale = 1;
   if (report.place) {
-    if (!std::isfinite(report.place->height_m)) {
-      sent.pose.position_m.setConstant(report.place->height_m);
+    // An autopilot without a fix says latitude 0, longitude 0.
+    constexpr double kFarFromZero_m = 100e3;
+    const bool zero = report.place->latitude_rad == 0 && report.place->longitude_rad == 0 &&
+                      frame_.local_from_geodetic({0, 0, 0}).norm() > kFarFromZero_m;
+    if (zero || !std::isfinite(report.place->height_m)) {
+      sent.pose.position_m.setConstant(std::nan(""));
       return sent;
     }
     geodesy::Geodetic place = *report.place;

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/secrets.hpp"
 #include "canyon/live/commands.hpp"
 #include "canyon/live/pose_source.hpp"
 #include "canyon/live/session.hpp"
@@ -139,8 +140,9 @@ struct Session::Impl {
   void serve();
   void once_a_second();
   void wait() const;
+  /// Notes may name addresses: their passwords are hidden.
   void note(const std::string& text) const {
-    if (run_options != nullptr && run_options->note) run_options->note(text);
+    if (run_options != nullptr && run_options->note) run_options->note(hide_passwords(text));
   }
 
   simulation::Scenario scenario;

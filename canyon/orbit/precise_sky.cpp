@@ -71,17 +71,48 @@ double carrier_frequency(gnss::SatelliteId id) {
   return l1_frequency_hz(id.system, channel);
 }
 
+/// Files as one, in order of their first epoch.
+Sp3File joined_files(std::vector<Sp3File> files) {
+  std::sort(files.begin(), files.end(),
+            [](const Sp3File& a, const Sp3File& b) { return a.epochs.front() < b.epochs.front(); });
+  Sp3File joined;
+  for (Sp3File& file : files) {
+    joined.epochs.insert(joined.epochs.end(), file.epochs.begin(), file.epochs.end());
+    for (auto& [id, records] : file.records) {
+      std::vector<Sp3Record>& all = joined.records[id];
+      all.insert(all.end(), records.begin(), records.end());
+    }
+  }
+  std::sort(joined.epochs.begin(), joined.epochs.end());
+  joined.epochs.erase(std::unique(joined.epochs.begin(), joined.epochs.end()), joined.epochs.end());
+  for (auto& [id, records] : joined.records) {
+    std::stable_sort(records.begin(), records.end(), [](const Sp3Record& a, const Sp3Record& b) {
+      const auto bad = [](const Sp3Record& r) { return !r.good_position || !r.good_clock; };
+      return a.t < b.t || (a.t == b.t && bad(a) < bad(b));
+    });
+    records.erase(std::unique(records.begin(), records.end(),
+                              [](const Sp3Record& a, const Sp3Record& b) { return a.t == b.t; }),
+                  records.end());
+  }
+  return joined;
+}
+
 }  // namespace
 
 struct PreciseSky::Table {
-  std::filesystem::path path;
-  GpsTime origin;  ///< first epoch; its axes are the common ones
+  std::string names;  ///< of all files
+  GpsTime origin;     ///< first epoch; its axes are the common ones
   GpsTime last;
   double spacing_s = 0;
   std::map<gnss::SatelliteId, TabulatedOrbit> series;
 
-  Table(TextFile file, const std::set<gnss::System>& systems) : path(file.path()) {
-    Sp3File sp3 = read_sp3(file, systems);
+  Table(std::vector<TextFile> files, const std::set<gnss::System>& systems) {
+    std::vector<Sp3File> parts;
+    for (TextFile& file : files) {
+      parts.push_back(read_sp3(file, systems));
+      names += (names.empty() ? "" : ", ") + file.path().filename().string();
+    }
+    Sp3File sp3 = joined_files(std::move(parts));
     origin = sp3.epochs.front();
     last = sp3.epochs.back();
     spacing_s = std::numeric_limits<double>::infinity();
@@ -208,8 +239,17 @@ struct PreciseSky::Table {
 PreciseSky::PreciseSky(const std::filesystem::path& path, std::set<gnss::System> systems)
     : PreciseSky(TextFile(path), std::move(systems)) {}
 
-PreciseSky::PreciseSky(TextFile file, std::set<gnss::System> systems)
-    : table_(std::make_unique<Table>(std::move(file), systems)) {}
+PreciseSky::PreciseSky(const std::vector<std::filesystem::path>& paths, std::set<gnss::System> systems) {
+  std::vector<TextFile> files;
+  for (const auto& path : paths) files.emplace_back(path);
+  table_ = std::make_unique<Table>(std::move(files), systems);
+}
+
+PreciseSky::PreciseSky(TextFile file, std::set<gnss::System> systems) {
+  std::vector<TextFile> files;
+  files.push_back(std::move(file));
+  table_ = std::make_unique<Table>(std::move(files), systems);
+}
 
 PreciseSky::~PreciseSky() = default;
 
@@ -261,7 +301,7 @@ std::optional<SatelliteState> PreciseSky::state(gnss::SatelliteId id, GpsTime t)
 }
 
 std::string PreciseSky::source(gnss::SatelliteId id, GpsTime t) const {
-  const std::string file = table_->path.filename().string();
+  const std::string& file = table_->names;
   const Table::Bracket b = table_->bracket(id, t);
   if (b.series == nullptr) return fmt::format("{}: {} {}", file, to_string(id), b.missing);
   if (!table_->window(b, t)) {

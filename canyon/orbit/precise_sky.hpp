@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 #include <set>
+#include <vector>
 
 #include "canyon/base/text_file.hpp"
 #include "canyon/orbit/sky.hpp"
@@ -33,6 +34,12 @@ class PreciseSky final : public Sky {
                                                         gnss::kConstellations.end()});
   explicit PreciseSky(TextFile file, std::set<gnss::System> systems = {gnss::kConstellations.begin(),
                                                                        gnss::kConstellations.end()});
+  /// Files of several days, in any order, as one: IGS files end at 23:45, so that a run over midnight needs
+  /// two. Of records of one instant that of the earlier file counts, unless it is marked as bad. At least one
+  /// file.
+  explicit PreciseSky(const std::vector<std::filesystem::path>& paths,
+                      std::set<gnss::System> systems = {gnss::kConstellations.begin(),
+                                                        gnss::kConstellations.end()});
   ~PreciseSky() override;
 
   [[nodiscard]] std::vector<gnss::SatelliteId> satellites() const override;

@@ -13,6 +13,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
+#include "tests/support/case_file.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/shared_data.hpp"
 
@@ -206,6 +207,26 @@ TEST(PreciseSky, NamesFileAndLineOfBadInput) {
   none.records = 0;
   EXPECT_THAT(message(none.text()), HasSubstr("holds no epoch"));
   for (std::size_t cut = 0; cut < good.size(); cut += 97) (void)message(good.substr(0, cut));
+}
+
+// Two made-up days of one circular orbit: what one file answers in the evening, two answer as well, and over
+// midnight the orbit keeps its radius (the made-up one within 1.2 km).
+TEST(PreciseSky, FilesOfTwoDaysAreOne) {
+  const std::filesystem::path day1 = test::case_file("sp3-two-days/day1.sp3");
+  const std::filesystem::path day2 = test::case_file("sp3-two-days/day2.sp3");
+  const PreciseSky one(day1);
+  for (const auto& paths : {std::vector{day1, day2}, std::vector{day2, day1, day1}}) {
+    const PreciseSky two(paths);
+    EXPECT_EQ(two.satellites(), one.satellites());
+    const gnss::SatelliteId id = one.satellites().front();
+    const GpsTime evening = parse_time("2024-05-01T20:07:00 GPST");
+    ASSERT_TRUE(one.state(id, evening) && two.state(id, evening));
+    EXPECT_LT((one.state(id, evening)->position_m - two.state(id, evening)->position_m).norm(), 0.01);
+    const GpsTime midnight = parse_time("2024-05-01T23:52:30 GPST");
+    EXPECT_FALSE(one.state(id, midnight));
+    ASSERT_TRUE(two.state(id, midnight));
+    EXPECT_NEAR(two.state(id, midnight)->position_m.norm(), two.state(id, evening)->position_m.norm(), 2000);
+  }
 }
 
 TEST(PreciseSky, TakesTheChosenSystemsOnly) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "canyon/geodesy/constants.hpp"
@@ -17,17 +18,9 @@ std::string_view no_fix_reason(const positioning::Fix& fix, raytrace::Placement 
 }
 
 std::string_view placement_word(raytrace::Placement placement) {
-  switch (placement) {
-    case raytrace::Placement::Free:
-      return "free";
-    case raytrace::Placement::InsideBuilding:
-      return "inside building";
-    case raytrace::Placement::UnderTerrain:
-      return "under terrain";
-    case raytrace::Placement::Unknown:
-      return "unknown";
-  }
-  return "free";
+  static constexpr std::array<std::string_view, 4> kWords{"free", "inside building", "under terrain",
+                                                          "unknown"};
+  return kWords.at(static_cast<std::size_t>(placement));
 }
 
 bool measured(const receiver::SatelliteObservation& satellite) {

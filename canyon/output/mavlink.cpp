@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/unix_time.hpp"
+#include "canyon/geodesy/time_scales.hpp"
 #include "canyon/mavlink/frames.hpp"
 #include "canyon/mavlink/rtcm_data.hpp"
 #include "canyon/output/epoch_values.hpp"

@@ -377,15 +377,6 @@ double Baseline::heading_sigma_rad() const {
   return length_m > 0 ? std::sqrt(variance) / length_m : std::numeric_limits<double>::infinity();
 }
 
-double Baseline::pitch_sigma_rad() const {
-  const double whole_m = vector_enu.norm();
-  const double level_m = vector_enu.head<2>().norm();
-  if (!(level_m > 0)) return std::numeric_limits<double>::infinity();
-  const Eigen::Vector3d across(-vector_enu.x() * vector_enu.z() / level_m,
-                               -vector_enu.y() * vector_enu.z() / level_m, level_m);
-  return std::sqrt(across.dot(covariance_enu * across)) / (whole_m * whole_m);
-}
-
 const gnss::Klobuchar& klobuchar_of(const std::map<System, gnss::Klobuchar>& klobuchar, System system) {
   auto found = klobuchar.find(system);
   if (found == klobuchar.end()) found = klobuchar.find(System::GPS);

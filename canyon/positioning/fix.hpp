@@ -95,9 +95,8 @@ struct Baseline {
   /// Angles of the vector: from north clockwise, [0, 2 pi), and upwards [rad].
   [[nodiscard]] double heading_rad() const;
   [[nodiscard]] double pitch_rad() const;
-  /// Their standard deviations, to first order [rad]; of a length of 0 infinite.
+  /// The heading's standard deviation, to first order [rad]; infinite for a length of 0.
   [[nodiscard]] double heading_sigma_rad() const;
-  [[nodiscard]] double pitch_sigma_rad() const;
 };
 
 /// A position solution. Covariance, DOP and counts all come from the system that made the position.

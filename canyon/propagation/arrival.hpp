@@ -30,10 +30,10 @@ struct SatelliteView {
   /// The elevation that a receiver compares with its mask [rad], if not the true one: the
   /// higher of both where a spoofer shows another place.
   std::optional<double> shown_elevation_rad{};
-  /// What the carrier at 1575.42 MHz turns by on its way, the code not, on all paths [rad], and its rate; of
-  /// other carriers by the inverse of their frequency, as phase scintillation is.
+  /// Phase by which the carrier at 1575.42 MHz, but not the code, turns on all paths [rad], and its rate;
+  /// other carriers turn by the inverse of their frequency, as in phase scintillation.
   double carrier_turn_rad = 0, carrier_turn_radps = 0;
-  /// What the signals carry from space; empty: what broadcast orbits, clocks and models say.
+  /// Errors that the signals carry from space; empty: none beside broadcast orbits, clocks and models.
   std::optional<errors::SpaceDelays> space{};
 
   /// Rate at which the satellite's direction turns in the axes of the Earth [rad/s].
@@ -42,21 +42,21 @@ struct SatelliteView {
   }
 };
 
-/// What arrives at an antenna at one instant.
+/// Everything that arrives at an antenna at one instant.
 struct Arrival {
   raytrace::Placement placement = raytrace::Placement::Free;  ///< anything else: nothing is received
   std::vector<SatelliteView> views;  ///< satellites above the horizon, ascending by id
   /// Rotation of the frame that the views' paths are given in.
   Eigen::Matrix3d ecef_from_enu = Eigen::Matrix3d::Identity();
   Eigen::Vector3d antenna_enu = Eigen::Vector3d::Zero();  ///< the antenna in that frame [m]
-  /// What else comes to the antenna; powers add.
+  /// Other waves at the antenna; powers add.
   std::vector<Interference> interference{};
-  /// What the satellites say of themselves: the fix goes by it. Null: the truth.
+  /// Orbits and clocks that the satellites broadcast, which the fix uses. Null: the true ones.
   std::shared_ptr<const orbit::Sky> broadcast{};
-  /// The messages that say so; null: those of the sky.
+  /// The messages with these; null: those of the sky.
   std::shared_ptr<const gnss::NavigationData> messages{};
-  /// What stands or moves about the antenna and is not in the city, in the paths' frame, for viewers: the
-  /// paths include its effects already.
+  /// Bodies about the antenna that are not in the city, in the paths' frame, for viewers: the paths include
+  /// their effects already.
   std::vector<Body> bodies{};
 };
 

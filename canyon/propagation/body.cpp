@@ -32,15 +32,8 @@ Body body_of(const raytrace::PlacedInstance& instance) {
 }
 
 std::string_view name(Body::Kind kind) {
-  switch (kind) {
-    case Body::Kind::Vehicle:
-      return "vehicle";
-    case Body::Kind::Structure:
-      return "structure";
-    case Body::Kind::Crown:
-      return "crown";
-  }
-  return "vehicle";
+  static constexpr std::string_view kNames[]{"vehicle", "structure", "crown"};
+  return kNames[static_cast<std::size_t>(kind)];
 }
 
 }  // namespace canyon::propagation

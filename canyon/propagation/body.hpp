@@ -8,8 +8,8 @@
 
 namespace canyon::propagation {
 
-/// Something that is in no map: what stands or moves in a street, or a host's moving model. An upright box,
-/// or the crown of a tree. Places in metres, east, north, up.
+/// A body that no map has: it stands or moves in a street, or is a host's moving model. An upright box, or
+/// the crown of a tree. Places in metres, east, north, up.
 struct Body {
   enum class Kind : std::uint8_t { Vehicle, Structure, Crown };
   Kind kind = Kind::Vehicle;

@@ -4,18 +4,18 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <cstring>
 #include <tuple>
 
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/propagation/index/clear_rays.hpp"
 #include "canyon/propagation/index/knife_edge.hpp"
 #include "canyon/propagation/index/per_instance.hpp"
+#include "canyon/propagation/index/set_pose.hpp"
 
 namespace canyon::propagation {
 namespace {
 
-using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 /// Paths of one satellite nearer than this are one.
@@ -25,17 +25,17 @@ constexpr double kStep = 0.05;  // m
 /// A point is lifted by at most this many times the offset, where the faces enclose next to nothing.
 constexpr double kMostLift = 4;
 
-/// A path by the geometry of one edge, before anything that may stand in the way.
+/// A path by the geometry of one edge, before obstacles are looked for.
 struct Candidate {
   std::uint32_t satellite = 0;
   DiffractedPath path;
   Vector3d lifted = Vector3d::Zero();  ///< the point, off the edge
   double offset_m = 0;
   const Edge* edge = nullptr;
-  const Isometry3d* enu_from_set = nullptr;  ///< null for the city
+  SetPose pose;
 };
 
-/// What one trace() needs for a while; kept by each thread so that nothing is allocated once it has grown.
+/// Memory of one trace(); each thread keeps it, so that nothing is allocated once it has grown.
 struct DiffractionScratch {
   NearEdges near;
   std::vector<std::uint8_t> marks;
@@ -90,49 +90,39 @@ struct EdgeDiffraction::Impl {
     });
   }
 
-  void find(const EdgeSet& set, raytrace::InstanceId instance, const Isometry3d* enu_from_set,
-            const Vector3d& antenna, std::span<const Vector3d> directions, std::span<const bool> blocked,
-            DiffractionScratch& s) const;
-  void bend(const EdgeSet& set, std::uint32_t index, raytrace::InstanceId instance,
-            const Isometry3d* enu_from_set, const Vector3d& antenna, const Vector3d& here,
-            std::uint32_t satellite, const Vector3d& towards, bool blocked, DiffractionScratch& s) const;
+  void find(const EdgeSet& set, raytrace::InstanceId instance, const SetPose& pose, const Vector3d& antenna,
+            std::span<const Vector3d> directions, std::span<const bool> blocked, DiffractionScratch& s) const;
+  void bend(const EdgeSet& set, std::uint32_t index, raytrace::InstanceId instance, const SetPose& pose,
+            const Vector3d& antenna, const Vector3d& here, std::uint32_t satellite, const Vector3d& towards,
+            bool blocked, DiffractionScratch& s) const;
   void choose(const Vector3d& antenna, std::span<const Vector3d> directions, DiffractionScratch& s,
               std::span<std::vector<DiffractedPath>> result) const;
   [[nodiscard]] bool is_clear(const Vector3d& antenna, const Vector3d& direction, const Candidate& c) const;
 };
 
-/// Appends what the geometry gives for every edge of one set. `enu_from_set` is null for the city.
-void EdgeDiffraction::Impl::find(const EdgeSet& set, raytrace::InstanceId instance,
-                                 const Isometry3d* enu_from_set, const Vector3d& antenna,
-                                 std::span<const Vector3d> directions, std::span<const bool> blocked,
-                                 DiffractionScratch& s) const {
-  const Vector3d here = enu_from_set != nullptr ? enu_from_set->inverse() * antenna : antenna;
+/// Appends the candidates of every edge of one set.
+void EdgeDiffraction::Impl::find(const EdgeSet& set, raytrace::InstanceId instance, const SetPose& pose,
+                                 const Vector3d& antenna, std::span<const Vector3d> directions,
+                                 std::span<const bool> blocked, DiffractionScratch& s) const {
+  const Vector3d here = pose.moved_back(antenna);
   const double clearance = 2 * scene->surface_offset_m(antenna);
   set.gather(here, options.max_range_m, clearance, s.near);
   if (s.near.edge.empty()) return;
   for (std::size_t i = 0; i < directions.size(); ++i) {
-    const Vector3d towards = enu_from_set != nullptr
-                                 ? Vector3d(enu_from_set->linear().transpose() * directions[i])
-                                 : directions[i];
+    const Vector3d towards = pose.turned_back(directions[i]);
     mark_diffracting(s.near, towards, blocked[i] ? shadow_excess : lit_excess, s.marks);
-    for (std::size_t word = 0; word < s.marks.size(); word += 8) {
-      std::uint64_t eight = 0;
-      std::memcpy(&eight, s.marks.data() + word, 8);
-      if (eight == 0) continue;
-      for (std::size_t k = word; k < word + 8; ++k) {
-        if (s.marks[k] == 0) continue;
-        bend(set, s.near.edge[k], instance, enu_from_set, antenna, here, static_cast<std::uint32_t>(i),
-             towards, blocked[i], s);
-      }
-    }
+    for_each_mark(s.marks.data(), s.marks.size(), [&](std::size_t k) {
+      bend(set, s.near.edge[k], instance, pose, antenna, here, static_cast<std::uint32_t>(i), towards,
+           blocked[i], s);
+    });
   }
 }
 
-/// Appends what the geometry gives for one edge, in doubles. `here` and `towards` in the set's frame.
+/// Appends the candidate of one edge, computed in doubles. `here` and `towards` in the set's frame.
 void EdgeDiffraction::Impl::bend(const EdgeSet& set, std::uint32_t index, raytrace::InstanceId instance,
-                                 const Isometry3d* enu_from_set, const Vector3d& antenna,
-                                 const Vector3d& here, std::uint32_t satellite, const Vector3d& towards,
-                                 bool blocked, DiffractionScratch& s) const {
+                                 const SetPose& pose, const Vector3d& antenna, const Vector3d& here,
+                                 std::uint32_t satellite, const Vector3d& towards, bool blocked,
+                                 DiffractionScratch& s) const {
   const Edge& edge = set.edges()[index];
   const auto at = diffraction_point(edge, here, towards);
   if (!at || at->excess_m > (blocked ? shadow_excess : lit_excess) || at->leg_m > options.max_range_m ||
@@ -143,7 +133,7 @@ void EdgeDiffraction::Impl::bend(const EdgeSet& set, std::uint32_t index, raytra
 
   Candidate& c = s.candidates.emplace_back();
   c.satellite = satellite;
-  c.path.point = enu_from_set != nullptr ? Vector3d(*enu_from_set * at->point) : at->point;
+  c.path.point = pose.moved(at->point);
   c.path.arrival = (c.path.point - antenna) / at->leg_m;
   c.path.excess_m = at->excess_m;
   c.path.bending_rad = at->bending_rad;
@@ -153,11 +143,10 @@ void EdgeDiffraction::Impl::bend(const EdgeSet& set, std::uint32_t index, raytra
   c.path.edge = index;
   c.path.instance = instance;
   const double offset = scene->surface_offset_m(c.path.point) + edge.deviation_m;
-  const Vector3d off = lift(edge, offset);
-  c.lifted = c.path.point + (enu_from_set != nullptr ? Vector3d(enu_from_set->linear() * off) : off);
+  c.lifted = c.path.point + pose.turned(lift(edge, offset));
   c.offset_m = offset;
   c.edge = &edge;
-  c.enu_from_set = enu_from_set;
+  c.pose = pose;
 }
 
 /// Both legs, and the air on the edge's faces: where another body goes on from there there is no edge. A seam
@@ -172,23 +161,20 @@ bool EdgeDiffraction::Impl::is_clear(const Vector3d& antenna, const Vector3d& di
     return false;
   }
   const Edge& edge = *c.edge;
-  const auto turned = [&](const Vector3d& v) -> Vector3d {
-    return c.enu_from_set != nullptr ? Vector3d(c.enu_from_set->linear() * v) : v;
-  };
   if (edge.is_free()) {
     // Across the plane of the sheet, just beyond its rim.
-    const Vector3d across = turned(edge.normal[0]);
+    const Vector3d across = c.pose.turned(edge.normal[0]);
     return !scene->occluded({c.lifted - 2 * c.offset_m * across, across, 4 * c.offset_m});
   }
-  return !scene->occluded({c.lifted, turned(edge.normal[0].cross(edge.direction)), kStep}) &&
-         !scene->occluded({c.lifted, turned(edge.direction.cross(edge.normal[1])), kStep});
+  return !scene->occluded({c.lifted, c.pose.turned(edge.normal[0].cross(edge.direction)), kStep}) &&
+         !scene->occluded({c.lifted, c.pose.turned(edge.direction.cross(edge.normal[1])), kStep});
 }
 
 /// Keeps the strongest clear candidates of each satellite.
 void EdgeDiffraction::Impl::choose(const Vector3d& antenna, std::span<const Vector3d> directions,
                                    DiffractionScratch& s,
                                    std::span<std::vector<DiffractedPath>> result) const {
-  // Weakest last; the rest are not even looked at once a satellite has its paths.
+  // Weakest last: once a satellite has its paths, the rest are not looked at.
   std::sort(s.candidates.begin(), s.candidates.end(), [](const Candidate& a, const Candidate& b) {
     return std::tie(a.satellite, a.path.excess_m, a.path.instance, a.path.edge) <
            std::tie(b.satellite, b.path.excess_m, b.path.instance, b.path.edge);
@@ -207,11 +193,8 @@ void EdgeDiffraction::Impl::choose(const Vector3d& antenna, std::span<const Vect
 EdgeDiffraction::EdgeDiffraction(const city::Mesh& city, const raytrace::RayScene& scene,
                                  DiffractionOptions options) {
   options.validate();
-  impl_ = std::make_unique<Impl>(city, scene, options);
+  impl_ = std::make_shared<const Impl>(city, scene, options);
 }
-EdgeDiffraction::~EdgeDiffraction() = default;
-EdgeDiffraction::EdgeDiffraction(EdgeDiffraction&&) noexcept = default;
-EdgeDiffraction& EdgeDiffraction::operator=(EdgeDiffraction&&) noexcept = default;
 
 const DiffractionOptions& EdgeDiffraction::options() const {
   return impl_->options;
@@ -243,10 +226,7 @@ void EdgeDiffraction::retrace(const Vector3d& antenna, std::span<const Vector3d>
   s.candidates.clear();
   const double clearance = 2 * impl.scene->surface_offset_m(antenna);
   for (const KnownEdge& at : known) {
-    const Edge& edge = impl.city.edges()[at.edge];
-    const Vector3d from = antenna - edge.start;
-    const double above = std::max(edge.normal[0].dot(from), edge.normal[1].dot(from));
-    if (above <= clearance + 2 * edge.deviation_m) continue;
+    if (!impl.city.edges()[at.edge].is_seen_from(antenna, clearance)) continue;
     impl.bend(impl.city, at.edge, 0, nullptr, antenna, antenna, at.satellite, directions[at.satellite],
               blocked[at.satellite], s);
   }

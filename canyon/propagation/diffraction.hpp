@@ -43,9 +43,6 @@ class EdgeDiffraction {
  public:
   /// Throws InputError for options that do not validate().
   EdgeDiffraction(const city::Mesh& city, const raytrace::RayScene& scene, DiffractionOptions options = {});
-  ~EdgeDiffraction();
-  EdgeDiffraction(EdgeDiffraction&&) noexcept;
-  EdgeDiffraction& operator=(EdgeDiffraction&&) noexcept;
 
   [[nodiscard]] const DiffractionOptions& options() const;
   /// The city's edges; DiffractedPath::edge of instance 0 counts these.
@@ -79,7 +76,7 @@ class EdgeDiffraction {
 
  private:
   struct Impl;
-  std::unique_ptr<Impl> impl_;
+  std::shared_ptr<const Impl> impl_;
 };
 
 }  // namespace canyon::propagation

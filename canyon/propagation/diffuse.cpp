@@ -11,6 +11,7 @@
 #include "canyon/base/simd_clones.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/propagation/index/clear_rays.hpp"
 #include "canyon/propagation/index/per_instance.hpp"
 
 namespace canyon::propagation {
@@ -69,8 +70,8 @@ struct Patch {
   Vector3d normal;             ///< unit, to the side that was met
   Vector3d lifted;             ///< the point, off the surface
   double range_m = 0;          ///< from the antenna, straight
-  double detour_m = 0;         ///< of the way over other facades against that
-  double arrival_m = 0;        ///< from the antenna to the first facade on the way
+  double detour_m = 0;         ///< of the path over other facades against that
+  double arrival_m = 0;        ///< from the antenna to the first facade on the path
   double cos_seen = 0;         ///< between the normal and the ray
   double share = 0;            ///< of the power that falls on it at normal incidence
   std::uint32_t triangle = 0;  ///< of the first facade, of `instance`
@@ -78,24 +79,24 @@ struct Patch {
 };
 
 /// From a satellite over a patch to the antenna.
-struct Way {
+struct PatchPath {
   std::uint32_t bin = 0;
   std::uint32_t patch = 0;
   double excess_m = 0;
   double power = 0;
 };
 
-/// Ways [first, last) of one bin.
+/// Paths [first, last) of one bin.
 struct Class {
   std::uint32_t first = 0, last = 0;
   double power = 0;  ///< if all of them were clear
 };
 
-/// What each satellite needs of every patch, as arrays: a patch by itself takes four lines of the cache.
+/// The fields of all patches that each satellite needs, as arrays: a Patch takes four lines of the cache.
 struct PatchArrays {
   std::vector<double> normal_x, normal_y, normal_z, towards_x, towards_y, towards_z, half_range_m, detour_m,
       share;
-  /// Of one satellite: cosine at the patch, excess of its way.
+  /// For one satellite: cosine at the patch, excess of its path.
   std::vector<double> cos_lit, excess_m;
 
   void fill(const std::vector<Patch>& patches) {
@@ -128,24 +129,15 @@ CANYON_CLONES void light(std::size_t count, const double* __restrict nx, const d
   }
 }
 
-/// What one trace() needs for a while; kept by each thread so that nothing is allocated once it has grown.
+/// Memory of one trace(); each thread keeps it, so that nothing is allocated once it has grown.
 struct DiffuseScratch {
   std::vector<Patch> patches;
   PatchArrays arrays;
-  std::vector<Way> found, ways;
-  std::vector<std::uint32_t> ways_of_bin;
+  std::vector<PatchPath> found, paths;
+  std::vector<std::uint32_t> paths_of_bin;
   std::vector<Class> classes;
   std::vector<raytrace::Ray> rays;
-  std::unique_ptr<bool[]> blocked;
-  std::size_t blocked_size = 0;
-
-  std::span<bool> blocked_of(std::size_t count) {
-    if (count > blocked_size) {
-      blocked = std::make_unique<bool[]>(count);
-      blocked_size = count;
-    }
-    return {blocked.get(), count};
-  }
+  Flags blocked;
 };
 
 DiffuseScratch& diffuse_scratch() {
@@ -255,7 +247,7 @@ struct DiffuseScattering::Impl {
   void look_around(const Vector3d& antenna, std::vector<Patch>& patches) const;
   void scatter(const Vector3d& antenna, const Vector3d& direction, DiffuseScratch& s,
                std::vector<DiffusePath>& result) const;
-  [[nodiscard]] DiffusePath sum_up(const Vector3d& antenna, const Vector3d& direction, const Class& ways,
+  [[nodiscard]] DiffusePath sum_up(const Vector3d& antenna, const Vector3d& direction, const Class& of,
                                    DiffuseScratch& s) const;
 };
 
@@ -309,21 +301,21 @@ void DiffuseScattering::Impl::look_around(const Vector3d& antenna, std::vector<P
 
 /// A class as it arrives: power 0 where nothing of it is lit.
 DiffusePath DiffuseScattering::Impl::sum_up(const Vector3d& antenna, const Vector3d& direction,
-                                            const Class& ways, DiffuseScratch& s) const {
+                                            const Class& of, DiffuseScratch& s) const {
   s.rays.clear();
-  for (std::uint32_t k = ways.first; k < ways.last; ++k)
-    s.rays.push_back({s.patches[s.ways[k].patch].lifted, direction});
-  const std::span<bool> blocked = s.blocked_of(s.rays.size());
+  for (std::uint32_t k = of.first; k < of.last; ++k)
+    s.rays.push_back({s.patches[s.paths[k].patch].lifted, direction});
+  const std::span<bool> blocked = s.blocked.resize(s.rays.size());
   scene->occluded(s.rays, blocked);
 
   DiffusePath path;
-  const Way* strongest = nullptr;
-  for (std::uint32_t k = ways.first; k < ways.last; ++k) {
-    if (blocked[k - ways.first]) continue;
-    const Way& way = s.ways[k];
-    path.power += way.power;
-    path.excess_m += way.power * way.excess_m;
-    if (strongest == nullptr || way.power > strongest->power) strongest = &way;
+  const PatchPath* strongest = nullptr;
+  for (std::uint32_t k = of.first; k < of.last; ++k) {
+    if (blocked[k - of.first]) continue;
+    const PatchPath& one = s.paths[k];
+    path.power += one.power;
+    path.excess_m += one.power * one.excess_m;
+    if (strongest == nullptr || one.power > strongest->power) strongest = &one;
   }
   if (strongest == nullptr) return path;
   path.excess_m /= path.power;
@@ -344,40 +336,40 @@ void DiffuseScattering::Impl::scatter(const Vector3d& antenna, const Vector3d& d
         arrays.detour_m.data(), direction.x(), direction.y(), direction.z(), arrays.cos_lit.data(),
         arrays.excess_m.data());
   s.found.clear();
-  s.ways_of_bin.clear();
+  s.paths_of_bin.clear();
   for (std::uint32_t k = 0; k < s.patches.size(); ++k) {
     const double cos_lit = arrays.cos_lit[k];
     if (cos_lit <= 0) continue;
-    Way way;
-    way.patch = k;
-    way.power = arrays.share[k] * cos_lit;
+    PatchPath path;
+    path.patch = k;
+    path.power = arrays.share[k] * cos_lit;
     if (options.lobe_exponent != 0) {
       const Patch& patch = s.patches[k];
       const double cos_psi = 2 * cos_lit * patch.cos_seen + patch.from.dot(direction);
-      way.power *= power(std::max(0.0, 0.5 + 0.5 * cos_psi), options.lobe_exponent) /
-                   (lobe.at(std::min(1.0, cos_lit)) * patch.cos_seen);
+      path.power *= power(std::max(0.0, 0.5 + 0.5 * cos_psi), options.lobe_exponent) /
+                    (lobe.at(std::min(1.0, cos_lit)) * patch.cos_seen);
     }
-    way.excess_m = arrays.excess_m[k];
-    way.bin = static_cast<std::uint32_t>(way.excess_m / options.class_m);
-    if (way.bin >= s.ways_of_bin.size()) s.ways_of_bin.resize(way.bin + 1, 0);
-    ++s.ways_of_bin[way.bin];
-    s.found.push_back(way);
+    path.excess_m = arrays.excess_m[k];
+    path.bin = static_cast<std::uint32_t>(path.excess_m / options.class_m);
+    if (path.bin >= s.paths_of_bin.size()) s.paths_of_bin.resize(path.bin + 1, 0);
+    ++s.paths_of_bin[path.bin];
+    s.found.push_back(path);
   }
   // By bin, then by patch.
   s.classes.clear();
   std::uint32_t first = 0;
-  for (std::uint32_t& ways : s.ways_of_bin) {
+  for (std::uint32_t& paths : s.paths_of_bin) {
     Class of;
     of.first = of.last = first;
-    first += ways;
-    ways = static_cast<std::uint32_t>(s.classes.size());  // from now on the number of the class
+    first += paths;
+    paths = static_cast<std::uint32_t>(s.classes.size());  // from now on the number of the class
     s.classes.push_back(of);
   }
-  s.ways.resize(s.found.size());
-  for (const Way& way : s.found) {
-    Class& of = s.classes[s.ways_of_bin[way.bin]];
-    of.power += way.power;
-    s.ways[of.last++] = way;
+  s.paths.resize(s.found.size());
+  for (const PatchPath& path : s.found) {
+    Class& of = s.classes[s.paths_of_bin[path.bin]];
+    of.power += path.power;
+    s.paths[of.last++] = path;
   }
   std::erase_if(s.classes, [&](const Class& of) { return of.first == of.last || of.power < min_power; });
   // Strongest first, so that rays are cast only for classes that may still be among the strongest.
@@ -388,9 +380,9 @@ void DiffuseScattering::Impl::scatter(const Vector3d& antenna, const Vector3d& d
     return a.power != b.power ? a.power > b.power : a.bin < b.bin;
   };
   const auto most = static_cast<std::size_t>(options.max_paths);
-  for (const Class& ways : s.classes) {
-    if (result.size() == most && ways.power < result.back().power) break;
-    const DiffusePath path = sum_up(antenna, direction, ways, s);
+  for (const Class& of : s.classes) {
+    if (result.size() == most && of.power < result.back().power) break;
+    const DiffusePath path = sum_up(antenna, direction, of, s);
     if (!(path.power > 0 && path.power >= min_power)) continue;
     if (result.size() == most) {
       if (!stronger(path, result.back())) continue;
@@ -405,11 +397,8 @@ void DiffuseScattering::Impl::scatter(const Vector3d& antenna, const Vector3d& d
 DiffuseScattering::DiffuseScattering(const city::Mesh& city, const raytrace::RayScene& scene,
                                      DiffuseOptions options) {
   options.validate();
-  impl_ = std::make_unique<Impl>(city, scene, options);
+  impl_ = std::make_shared<const Impl>(city, scene, options);
 }
-DiffuseScattering::~DiffuseScattering() = default;
-DiffuseScattering::DiffuseScattering(DiffuseScattering&&) noexcept = default;
-DiffuseScattering& DiffuseScattering::operator=(DiffuseScattering&&) noexcept = default;
 
 const DiffuseOptions& DiffuseScattering::options() const {
   return impl_->options;

@@ -25,16 +25,16 @@ namespace canyon::propagation {
 /// thickness (signal::radio_material(), ITU-R P.2040-3) over the half space, within 0.006. 0 for foliage.
 [[nodiscard]] double reflectance(city::Material material);
 
-/// One class of ways from satellite over facades to antenna; point and triangle are of the facade next to the
-/// antenna. Points and directions in the city's ENU frame.
+/// One class of paths from satellite over facades to antenna; point and triangle are of the facade next to
+/// the antenna. Points and directions in the city's ENU frame.
 struct DiffusePath {
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();    ///< on a facade: of the strongest way in the class
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();    ///< on a facade: of the strongest path in the class
   Eigen::Vector3d arrival = Eigen::Vector3d::Zero();  ///< unit, from the antenna towards the point
   double excess_m = 0;                                ///< of the class: mean weighted by power
   double power = 0;            ///< over the line of sight's, at isotropic antennas: sum of the class
   std::uint32_t triangle = 0;  ///< at `point`, of `instance`
   std::uint32_t instance = 0;
-  std::uint32_t bin = 0;  ///< number of the class: floor(excess / class_m) of its ways
+  std::uint32_t bin = 0;  ///< number of the class: floor(excess / class_m) of its paths
 };
 
 /// Effective roughness model (Degli-Esposti et al., 2007), the satellite at infinity: a facade patch of area
@@ -43,15 +43,15 @@ struct DiffusePath {
 ///   dP / P_los = S^2 rho cos(theta_i) cos(theta_s) dA / (pi r^2) = S^2 rho cos(theta_i) d(Omega) / pi,
 /// d(Omega) the solid angle that the antenna sees it in, rho the wall's reflectance; by the directive lobe
 ///   dP / P_los = S^2 rho cos(theta_i) ((1 + cos psi) / 2)^alpha_R / F(theta_i) d(Omega) / cos(theta_s),
-/// psi between the way to the antenna and the specular one, F = lobe_integral(). Either way a patch scatters
-/// S^2 rho of the power that falls on it. So each ray of an even sphere of directions (a golden spiral, fixed
-/// in ENU) stands for its share of solid angle, whatever it meets.
+/// psi between the direction to the antenna and the specular one, F = lobe_integral(). Either way a patch
+/// scatters S^2 rho of the power that falls on it. So each ray of an even sphere of directions (a golden
+/// spiral, fixed in ENU) stands for its share of solid angle, whatever it meets.
 ///
 /// Over several facades: behind each patch a ray goes on once, with the wall's reflectance, as by a mirror
 /// or, for a share S^2 of the rays, by Lambert's law in a direction of an even sequence; what it meets
 /// scatters towards the satellite. Beyond a patch that scattered, walls send on all that they reflect by
-/// Lambert's law: a mirror there is met by one direction alone, and the mean over these carries as much. Ways
-/// of mirrors alone are no diffuse ones (FirstOrderSearch, SecondOrderSearch).
+/// Lambert's law: a mirror there is met by one direction alone, and the mean over these carries as much.
+/// Paths over mirrors alone are not diffuse (FirstOrderSearch, SecondOrderSearch).
 ///
 /// Const, thread-safe; no allocation once its thread's memory and the results have grown. The scene must
 /// outlive it.
@@ -59,22 +59,20 @@ class DiffuseScattering {
  public:
   /// Throws InputError for options that do not validate().
   DiffuseScattering(const city::Mesh& city, const raytrace::RayScene& scene, DiffuseOptions options = {});
-  ~DiffuseScattering();
-  DiffuseScattering(DiffuseScattering&&) noexcept;
-  DiffuseScattering& operator=(DiffuseScattering&&) noexcept;
 
   [[nodiscard]] const DiffuseOptions& options() const;
 
-  /// Of satellites in the given directions (unit, ENU, antenna to satellite) with wanted[i], by excess path,
-  /// at most options().max_paths each; result[i] belongs to directions[i] and is empty where not wanted.
-  /// Wanted directions must be unit to 1e-6 (InputError). Buildings and vehicles scatter, terrain and foliage
-  /// do not; patches must see the satellite. Spans of one length; raytrace::check_place(antenna) passes.
+  /// Classes of satellites in the given directions (unit, ENU, antenna to satellite) with wanted[i], by
+  /// excess, at most options().max_paths each; result[i] belongs to directions[i] and is empty where not
+  /// wanted. Wanted directions must be unit to 1e-6 (InputError). Buildings and vehicles scatter, terrain and
+  /// foliage do not; patches must see the satellite. Spans of one length; raytrace::check_place(antenna)
+  /// passes.
   void trace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
              std::span<const bool> wanted, std::span<std::vector<DiffusePath>> result) const;
 
  private:
   struct Impl;
-  std::unique_ptr<Impl> impl_;
+  std::shared_ptr<const Impl> impl_;
 };
 
 }  // namespace canyon::propagation

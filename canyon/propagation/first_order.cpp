@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <tuple>
 
 #include "canyon/propagation/reflector_id.hpp"
@@ -10,7 +9,6 @@
 namespace canyon::propagation {
 namespace {
 
-using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 /// Facets are gathered for antennas within this of a place, where one follows the other so nearby.
@@ -25,7 +23,7 @@ std::span<const FirstOrderSearch::Found> FirstOrderSearch::trace(const raytrace:
                                                                  const FirstOrderLimits& limits) {
   found_.clear();
   for (const PlacedFacets& set : sets) find(scene, set, antenna, directions, limits);
-  drop_doubles();
+  sort_and_drop_doubles();
   keep_clear(scene, antenna, directions);
   return found_;
 }
@@ -33,89 +31,67 @@ std::span<const FirstOrderSearch::Found> FirstOrderSearch::trace(const raytrace:
 /// Appends what the image construction gives for every facet of one set.
 void FirstOrderSearch::find(const raytrace::RayScene& scene, const PlacedFacets& set, const Vector3d& antenna,
                             std::span<const Vector3d> directions, const FirstOrderLimits& limits) {
-  const Isometry3d* pose = set.enu_from_set;
-  const Vector3d here = pose != nullptr ? pose->inverse() * antenna : antenna;
-  FacingFacets& facing = pose != nullptr ? facing_of_instance_ : facing_of_city_;
-  NearFacets& near = pose != nullptr ? near_in_instance_ : near_in_city_;
+  const SetPose& pose = set.pose;
+  const Vector3d here = pose.moved_back(antenna);
+  FacingFacets& facing = pose.is_own() ? facing_of_city_ : facing_of_instance_;
+  NearFacets& near = pose.is_own() ? near_in_city_ : near_in_instance_;
   if (near.set != set.facets->number() || near.reach_m != limits.reach_m ||
       (here - near.centre).norm() > near.radius_m) {
     // Where the antenna has hardly moved, it will go on like that.
-    const bool again = pose == nullptr && (here - last_antenna_).norm() < kNearby_m / 4;
+    const bool again = pose.is_own() && (here - last_antenna_).norm() < kNearby_m / 4;
     set.facets->gather(here, again ? kNearby_m : 0, limits.reach_m, near);
   }
-  if (pose == nullptr) last_antenna_ = here;
+  if (pose.is_own()) last_antenna_ = here;
   facing.fill(near, here, limits.clearance_m);
   if (facing.facet.empty()) return;
   for (std::size_t i = 0; i < directions.size(); ++i) {
-    const Vector3d towards =
-        pose != nullptr ? Vector3d(pose->linear().transpose() * directions[i]) : directions[i];
+    const Vector3d towards = pose.turned_back(directions[i]);
     mark_reflecting(facing, towards, limits.min_cosine, limits.reach_m, marks_);
-    for (std::size_t word = 0; word < marks_.size(); word += 8) {
-      std::uint64_t eight;
-      std::memcpy(&eight, marks_.data() + word, 8);
-      if (eight == 0) continue;
-      for (std::size_t k = word; k < word + 8; ++k) {
-        if (marks_[k] == 0) continue;
-        // The same again in doubles, with the facet's true outline.
-        const Facet& facet = set.facets->facets()[facing.facet[k]];
-        const double cosine = facet.normal.dot(towards);
-        if (cosine < limits.min_cosine) continue;
-        const double height = facet.normal.dot(here) - facet.offset;
-        if (height <= limits.clearance_m + 2 * facet.deviation) continue;
-        const double leg = height / cosine;
-        if (leg > limits.reach_m) continue;
-        const Vector3d point = here - 2 * height * facet.normal + leg * towards;
-        const auto triangle = set.facets->triangle_at(facet, point);
-        if (!triangle) continue;
+    for_each_mark(marks_.data(), marks_.size(), [&](std::size_t k) {
+      // The same again in doubles, with the facet's true outline.
+      const Facet& facet = set.facets->facets()[facing.facet[k]];
+      const double cosine = facet.normal.dot(towards);
+      if (cosine < limits.min_cosine) return;
+      const double height = facet.normal.dot(here) - facet.offset;
+      if (height <= limits.clearance_m + 2 * facet.deviation) return;
+      const double leg = height / cosine;
+      if (leg > limits.reach_m) return;
+      const Vector3d point = here - 2 * height * facet.normal + leg * towards;
+      const auto triangle = set.facets->triangle_at(facet, point);
+      if (!triangle) return;
 
-        Found& f = found_.emplace_back();
-        f.satellite = static_cast<std::uint32_t>(i);
-        f.cosine = cosine;
-        f.normal = pose != nullptr ? Vector3d(pose->linear() * facet.normal) : facet.normal;
-        f.path.kind = PathKind::Reflected;
-        f.path.order = 1;
-        f.path.excess_m = 2 * height * cosine;
-        f.path.point = pose != nullptr ? Vector3d(*pose * point) : point;
-        f.path.arrival = directions[i] - 2 * cosine * f.normal;
-        f.path.incidence_count = 1;
-        f.path.incidences[0].incidence_rad = std::acos(std::min(1.0, cosine));
-        f.path.triangle = *triangle;
-        f.path.instance = set.instance;
-        f.path.reflector = reflector_id(PathKind::Reflected, {set.instance, facing.facet[k]});
-        f.lift_m = scene.surface_offset_m(f.path.point) + facet.deviation;
-      }
-    }
+      Found& f = found_.emplace_back();
+      f.satellite = static_cast<std::uint32_t>(i);
+      f.cosine = cosine;
+      f.normal = pose.turned(facet.normal);
+      f.path.kind = PathKind::Reflected;
+      f.path.order = 1;
+      f.path.excess_m = 2 * height * cosine;
+      f.path.point = pose.moved(point);
+      f.path.arrival = directions[i] - 2 * cosine * f.normal;
+      f.path.incidence_count = 1;
+      f.path.incidences[0].incidence_rad = std::acos(std::min(1.0, cosine));
+      f.path.triangle = *triangle;
+      f.path.instance = set.instance;
+      f.path.reflector = reflector_id(PathKind::Reflected, {set.instance, facing.facet[k]});
+      f.lift_m = scene.surface_offset_m(f.path.point) + facet.deviation;
+    });
   }
 }
 
 /// Sorts by satellite and excess path, and keeps one of several reflections at the same place of the same
 /// plane: walls that two buildings share, facets that meet where the signal is reflected.
-void FirstOrderSearch::drop_doubles() {
+void FirstOrderSearch::sort_and_drop_doubles() {
   std::sort(found_.begin(), found_.end(), [](const Found& a, const Found& b) {
     return std::tie(a.satellite, a.path.excess_m, a.path.instance, a.path.triangle) <
            std::tie(b.satellite, b.path.excess_m, b.path.instance, b.path.triangle);
   });
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < found_.size(); ++i) {
-    bool seen = false;
-    for (std::size_t k = kept; k-- > 0 && !seen;) {
-      Found& other = found_[k];
-      if (other.satellite != found_[i].satellite ||
-          found_[i].path.excess_m - other.path.excess_m > 2 * kSamePlace) {
-        break;
-      }
-      const Vector3d apart = found_[i].path.point - other.path.point;
-      const double along = kSamePlace / std::min(other.cosine, found_[i].cosine);
-      seen = apart.squaredNorm() < along * along && std::abs(apart.dot(other.normal)) < kSamePlace &&
-             other.normal.dot(found_[i].normal) > kSameNormal;
-      // Which of the two comes first may be a matter of rounding; the reflector's name must not be.
-      if (seen) other.path.reflector = std::min(other.path.reflector, found_[i].path.reflector);
-    }
-    if (seen) continue;
-    if (kept != i) found_[kept] = found_[i];
-    ++kept;
-  }
-  found_.resize(kept);
+  drop_doubles(found_, 2 * kSamePlace, [](const Found& a, const Found& b) {
+    const Vector3d apart = b.path.point - a.path.point;
+    const double along = kSamePlace / std::min(a.cosine, b.cosine);
+    return apart.squaredNorm() < along * along && std::abs(apart.dot(a.normal)) < kSamePlace &&
+           a.normal.dot(b.normal) > kSameNormal;
+  });
 }
 
 /// Keeps what has two clear legs. Points are lifted off their facet, so that the facet does not hide itself;

@@ -43,7 +43,7 @@ class FirstOrderSearch {
  private:
   void find(const raytrace::RayScene& scene, const PlacedFacets& set, const Eigen::Vector3d& antenna,
             std::span<const Eigen::Vector3d> directions, const FirstOrderLimits& limits);
-  void drop_doubles();
+  void sort_and_drop_doubles();
   void keep_clear(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna,
                   std::span<const Eigen::Vector3d> directions);
 

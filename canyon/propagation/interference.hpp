@@ -8,7 +8,7 @@
 
 namespace canyon::propagation {
 
-/// How the power of a wave that is not the wanted one lies over frequencies.
+/// Distribution of an unwanted wave's power over frequencies.
 struct Spectrum {
   enum class Shape : std::uint8_t {
     Band,   ///< flat over width_hz about centre_hz: wide-band noise, matched noise where as wide as a signal
@@ -28,15 +28,15 @@ struct Spectrum {
 
 enum class Polarisation : std::uint8_t { Right, Left, Linear };
 
-/// A wave that arrives at an antenna and is no satellite's: what jams, and what spoofers send.
+/// A wave at the antenna that no satellite sends: a jammer's or a spoofer's.
 struct Interference {
   Spectrum spectrum;
-  /// Of an isotropic antenna of the wave's own polarisation [dBW].
+  /// Power at an isotropic antenna of the wave's own polarisation [dBW].
   double power_dbw = -200;
   Polarisation polarisation = Polarisation::Linear;
   /// Unit, from the antenna towards where it comes from, in the frame of the arrival's paths.
   Eigen::Vector3d arrival = Eigen::Vector3d::UnitZ();
-  /// Whose signal it repeats: to that satellite's channels it is a path, and no noise.
+  /// Satellite whose signal it repeats: for that satellite's channels it is a path, not noise.
   std::optional<gnss::SatelliteId> copy_of{};
 };
 

@@ -21,13 +21,13 @@ struct Incidence {
   double specular_factor = 1;
 };
 
-/// What the strength of a path depends on: any sequence of reflections, one edge, foliage. All empty: the
+/// Geometry that decides a path's strength: any sequence of reflections, one edge, foliage. All empty: the
 /// direct path.
 struct PathGeometry {
   std::array<Incidence, 2> incidences;  ///< in the order from the satellite
   int incidence_count = 0;              ///< 0 to 2
-  /// Of the edge that the ray bends around (signed_knife_edge_nu()): > 0 where it blocks; < 0: the wave that
-  /// an edge beside a clear path adds to it (edge_wave()).
+  /// nu of the edge that the ray bends around (signed_knife_edge_nu()): > 0 where it blocks; < 0: the wave
+  /// that an edge beside a clear path adds to it (edge_wave()).
   std::optional<double> edge_nu;
   /// Radius [m] that the edge is rounded with, >= 0 (rounded_edge_loss_db()); 0: a knife edge. With it count
   /// the angle that the ray is bent by [rad] and the way from antenna to edge [m].

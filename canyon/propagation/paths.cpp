@@ -9,33 +9,13 @@
 namespace canyon::propagation {
 
 std::string_view name(Visibility visibility) {
-  switch (visibility) {
-    case Visibility::LOS:
-      return "LOS";
-    case Visibility::LOSMultipath:
-      return "LOS+multipath";
-    case Visibility::NLOS:
-      return "NLOS";
-    case Visibility::Blocked:
-      break;
-  }
-  return "blocked";
+  static constexpr std::string_view kNames[]{"LOS", "LOS+multipath", "NLOS", "blocked"};
+  return kNames[static_cast<std::size_t>(visibility)];
 }
 
 std::string_view name(PathKind kind) {
-  switch (kind) {
-    case PathKind::Direct:
-      break;
-    case PathKind::Reflected:
-      return "reflected";
-    case PathKind::Diffracted:
-      return "diffracted";
-    case PathKind::Diffuse:
-      return "diffuse";
-    case PathKind::Transmitted:
-      return "spoofed";
-  }
-  return "direct";
+  static constexpr std::string_view kNames[]{"direct", "reflected", "diffracted", "diffuse", "spoofed"};
+  return kNames[static_cast<std::size_t>(kind)];
 }
 
 Eigen::Vector3d antenna_image(const Path& path, const Eigen::Vector3d& antenna, const Eigen::Vector3d& s) {

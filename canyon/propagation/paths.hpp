@@ -14,13 +14,13 @@ enum class PathKind : std::uint8_t {
   Direct,
   Reflected,    ///< by one or two facets, as by mirrors
   Diffracted,   ///< around one edge
-  Diffuse,      ///< scattered by a rough or structured facade: a bundle of ways with one mean detour
+  Diffuse,      ///< scattered by a rough or structured facade: a bundle of waves with one mean detour
   Transmitted,  ///< not from the satellite: a copy of its signal from a transmitter (disturbance::Spoofing)
 };
 /// "direct", "reflected", "diffracted", "diffuse", "spoofed": the words of every output.
 [[nodiscard]] std::string_view name(PathKind kind);
 
-/// One way from satellite to antenna. Directions and points are in the city's ENU frame. `point` and what
+/// One path from satellite to antenna. Directions and points are in the city's ENU frame. `point` and what
 /// belongs to it are of the interaction next to the antenna, `far_point` and its like of the one next to the
 /// satellite, where there are two. Its geometry is what strength depends on; of Diffuse only the excess and
 /// the arrival. A Direct path with foliage_depth_m > 0 comes through vegetation.
@@ -49,7 +49,7 @@ struct Path : PathGeometry {
   // Transmitted: amplitude_factor is over the satellite's clear line of sight in front of the antenna, for a
   // right-hand wave; excess_m may be of either sign and of any size.
   double range_rate_mps = 0;  ///< of range and excess together, as the carrier shows it [m/s]
-  /// What of excess_m only the code has, and its rate: the carrier is shorter by that.
+  /// Part of excess_m that the code alone has, and its rate: the carrier is shorter by that.
   double code_ahead_m = 0, code_ahead_mps = 0;
   std::uint32_t signals = ~0U;  ///< that are sent: bit gnss::index_of(signal)
 
@@ -74,7 +74,7 @@ struct Path : PathGeometry {
 [[nodiscard]] Eigen::Vector3d antenna_image(const Path& path, const Eigen::Vector3d& antenna,
                                             const Eigen::Vector3d& s);
 
-/// Of what arrives, however weak (SatellitePaths), or as a receiver finds it
+/// How a satellite is seen: by all paths, however weak (SatellitePaths), or as a receiver finds it
 /// (receiver::SatelliteObservation).
 enum class Visibility : std::uint8_t {
   LOS,           ///< direct path clear, nothing else arrives
@@ -94,10 +94,10 @@ struct SatellitePaths {
   /// Puts the paths in order, and says the visibility that they make.
   void arrange();
   [[nodiscard]] bool received() const { return visibility != Visibility::Blocked; }
-  /// Excess path [m] of the signal that an ideal receiver tracks, one that receives every path and follows
-  /// the first: 0 with a direct path (through leaves too), else that of the shortest path of any kind, around
-  /// an edge or diffuse, however weak; 0 when blocked. Transmitted ones it does not hear. What a real
-  /// correlator makes of all paths and their strengths is the receiver's signal model.
+  /// Excess path [m] of the signal that an ideal receiver tracks, which receives every path and follows the
+  /// first: 0 with a direct path (through leaves too), else that of the shortest path of any kind, around
+  /// an edge or diffuse, however weak; 0 when blocked. Transmitted ones do not count. A real correlator,
+  /// which weighs all paths by their strengths, is part of the receiver's signal model.
   [[nodiscard]] double tracked_excess_m() const;
 };
 

@@ -37,7 +37,6 @@ struct DiffractionOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Its fields.
 void visit(options::Visitor& v, DiffractionOptions& o);
 
 /// Scattering by facades that are no mirrors: windows, balconies, rough stone. docs/diffuse.md has the
@@ -72,7 +71,6 @@ struct DiffuseOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Its fields.
 void visit(options::Visitor& v, DiffuseOptions& o);
 
 enum class Model : std::uint8_t { Specular, Mirror };
@@ -109,7 +107,6 @@ struct PropagationOptions {
  private:
   static DiffractionOptions default_edges();
 };
-/// Its fields.
 void visit(options::Visitor& v, PropagationOptions& o);
 
 }  // namespace canyon::propagation

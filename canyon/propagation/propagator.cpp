@@ -17,7 +17,6 @@
 namespace canyon::propagation {
 namespace {
 
-using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using raytrace::Ray;
 
@@ -63,7 +62,7 @@ std::vector<std::uint32_t> planes_of(const city::Mesh& mesh) {
   return planes;
 }
 
-/// What is made once of a mesh, as far as the options ask for it.
+/// Structures that are made once of a mesh, as far as the options ask for them.
 struct Prepared {
   std::vector<Skin> skins;
   std::vector<std::uint32_t> planes;
@@ -86,14 +85,14 @@ struct Prepared {
   }
 };
 
-/// A prepared mesh where it stands; the pose is null for the city.
+/// A prepared mesh where it stands.
 struct PlacedSet {
   const Prepared* prepared;
   raytrace::InstanceId instance;
-  const Isometry3d* enu_from_set;
+  SetPose pose;
 };
 
-/// What one trace() needs for a while; kept by each thread so that nothing is allocated once it has grown.
+/// Memory of one trace(); each thread keeps it, so that nothing is allocated once it has grown.
 struct PropagationScratch {
   std::vector<Ray> rays;
   Flags blocked, wanted;
@@ -147,7 +146,7 @@ double mirror_excess_m(double range_m, double elevation_rad) {
 
 namespace {
 
-/// Of a wall of concrete that faces the arrival, until more is known.
+/// The path over a wall of concrete that faces the arrival, until more is known.
 Path mirror_path(const Vector3d& antenna, const Vector3d& direction, double range_m) {
   Path path;
   path.kind = PathKind::Reflected;
@@ -182,7 +181,7 @@ SatellitePaths mirror_paths(const Vector3d& antenna, const Vector3d& direction, 
 struct Propagator::Impl {
   const raytrace::RayScene* scene;
   PropagationOptions options;
-  /// Of the smooth wall's amplitude, what goes on in the mirror direction where walls scatter.
+  /// Share of a smooth wall's amplitude that goes on in the mirror direction where walls scatter.
   double specular_factor;
   // Before `city`: what edges need while they are made is large.
   std::optional<EdgeDiffraction> diffraction;
@@ -238,27 +237,22 @@ void Propagator::Impl::place(PropagationScratch& s) const {
   }
 }
 
-/// Of vegetation on the direct ray; empty where something else stands in it.
+/// Depth of vegetation on the direct ray; empty where something else stands in it.
 std::optional<double> Propagator::Impl::foliage_depth(const Vector3d& antenna, const Vector3d& direction,
                                                       PropagationScratch& s) const {
   const double step = scene->surface_offset_m(antenna);
   double from = step;
   while (const auto hit = scene->cast({antenna, direction}, from)) {
     if (s.prepared(hit->instance).skins[hit->triangle].surface != city::Surface::Foliage) return std::nullopt;
-    // The next one may be at the same place, but a second time there is no going on from it.
+    // The next hit may be at the same place, but a ray cannot go on from there a second time.
     from = hit->range_m > from ? hit->range_m
                                : from + std::max(step, scene->surface_offset_m(antenna + from * direction));
   }
   s.inside.clear();
   for (const PlacedSet& set : s.sets) {
     if (set.prepared->foliage.empty()) continue;
-    const Isometry3d* pose = set.enu_from_set;
-    if (pose == nullptr) {
-      set.prepared->foliage.append_inside(antenna, direction, s.inside);
-    } else {
-      const Vector3d here = pose->linear().transpose() * (antenna - pose->translation());
-      set.prepared->foliage.append_inside(here, pose->linear().transpose() * direction, s.inside);
-    }
+    set.prepared->foliage.append_inside(set.pose.moved_back(antenna), set.pose.turned_back(direction),
+                                        s.inside);
   }
   return covered_length_m(s.inside);
 }
@@ -292,7 +286,7 @@ void Propagator::Impl::add_reflections(const Vector3d& antenna, std::span<const 
   s.placed.clear();
   for (const PlacedSet& set : s.sets) {
     const Prepared& of = *set.prepared;
-    s.placed.push_back({&of.facets, &of.beams, &of.occluders, set.instance, set.enu_from_set});
+    s.placed.push_back({&of.facets, &of.beams, &of.occluders, set.instance, set.pose});
   }
   const double min_cosine = std::max(kMinCosine, std::cos(options.max_incidence_rad));
   const double clearance = 2 * scene->surface_offset_m(antenna);

@@ -53,7 +53,7 @@ class Propagator {
   /// count as beside a clear one.
   ///
   /// Diffuse: DiffuseScattering::trace(), for satellites without a direct path. point and arrival are of the
-  /// strongest way of a class.
+  /// strongest path of a class.
   ///
   /// All: Direct comes first, then by excess path, of equal ones the lower order first. The lists are the
   /// caller's; where they have grown, and for what each thread keeps, nothing is allocated.
@@ -70,7 +70,7 @@ class Propagator {
   void trace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
              std::span<SatellitePaths> result, std::vector<KnownEdge>* edges) const;
 
-  /// Of the paths that trace() finds at this antenna those that change from step to step: direct ones,
+  /// The paths that change from step to step, of those that trace() finds at this antenna: direct ones,
   /// reflections of the first order, and around edges only those that `edges` names (places nearby mostly
   /// have the same). Each path is as trace() has it. Left out are reflections of the second order and diffuse
   /// paths, which cost most. Specular; without movable instances (asserted).
@@ -87,9 +87,9 @@ class Propagator {
 [[nodiscard]] double mirror_excess_m(double range_m, double elevation_rad);
 
 /// The paper's algorithm 2 on ranges that another ray caster measured: LOS where the direct ray is free, else
-/// NLOS by the mirror ray, else blocked. What the ray met is not known: the path is as strong as one by
-/// concrete at the incidence of a vertical wall that faces the arrival, its elevation, and all reflectors
-/// have the same name.
+/// NLOS by the mirror ray, else blocked. The surface that the ray met is unknown: the path is as strong as
+/// one over concrete at the incidence of a vertical wall that faces the arrival, its elevation, and all
+/// reflectors have the same name.
 /// @param direction unit, ENU, antenna to satellite
 /// @param mirror_range_m of the ray at azimuth + 180 deg and the same elevation; empty: it met nothing in
 /// reach

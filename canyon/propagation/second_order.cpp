@@ -9,7 +9,6 @@
 namespace canyon::propagation {
 namespace {
 
-using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
@@ -25,22 +24,6 @@ bool within_bounds(const Facet& facet, const Vector3d& point) {
       return false;
   }
   return true;
-}
-
-Vector3d turned(const Isometry3d* enu_from_set, const Vector3d& v) {
-  return enu_from_set != nullptr ? Vector3d(enu_from_set->linear() * v) : v;
-}
-Vector3d turned_back(const Isometry3d* enu_from_set, const Vector3d& v) {
-  return enu_from_set != nullptr ? Vector3d(enu_from_set->linear().transpose() * v) : v;
-}
-Vector3d moved(const Isometry3d* enu_from_set, const Vector3d& v) {
-  return enu_from_set != nullptr ? Vector3d(*enu_from_set * v) : v;
-}
-/// Poses are rigid (RayScene sees to it).
-Vector3d moved_back(const Isometry3d* enu_from_set, const Vector3d& v) {
-  return enu_from_set != nullptr
-             ? Vector3d(enu_from_set->linear().transpose() * (v - enu_from_set->translation()))
-             : v;
 }
 
 /// Whether a sphere comes into the cone of the beam: its distance from the cone's side is across cos - along
@@ -90,12 +73,12 @@ void SecondOrderSearch::prepare(const raytrace::RayScene& scene, std::span<const
   for (std::size_t i = 0; i < sets.size(); ++i) {
     const PlacedFacets& set = sets[i];
     Around& around = around_[i];
-    around.centre = moved(set.enu_from_set, set.beams->centre());
+    around.centre = set.pose.moved(set.beams->centre());
     const double radius = set.beams->radius(), distance = (around.centre - antenna).norm();
     around.in_reach = radius > 0 && distance <= limits.reach_m + radius;
     around.hidden = false;
     if (!around.in_reach) continue;
-    set.beams->gather(moved_back(set.enu_from_set, antenna), limits.reach_m, around.blocks);
+    set.beams->gather(set.pose.moved_back(antenna), limits.reach_m, around.blocks);
     if (i == 0) {
       // Rays may pass a hair inside an outer edge: four times what a point is lifted from surfaces.
       set.occluders->hidden_regions(*set.facets, *facing_of_city_, antenna, kOccluders,
@@ -112,7 +95,7 @@ void SecondOrderSearch::find_pairs(const raytrace::RayScene& scene, std::span<co
                                    std::span<const Vector3d> directions, const SecondOrderLimits& limits) {
   const PlacedFacets& set = sets[near_set];
   if (!around_[near_set].in_reach || around_[near_set].hidden) return;
-  const Vector3d here = moved_back(set.enu_from_set, antenna);
+  const Vector3d here = set.pose.moved_back(antenna);
   if (near_set == 0) {
     mark_hidden(*facing_of_city_, hidden_regions_, hidden_);
   } else {
@@ -128,11 +111,11 @@ void SecondOrderSearch::find_pairs(const raytrace::RayScene& scene, std::span<co
     near.height = facet.normal.dot(here) - facet.offset;
     if (near.height <= limits.clearance_m + 2 * facet.deviation) continue;
     near.beam = make_beam(facet, here - 2 * near.height * facet.normal, near.height, limits.reach_m);
-    near.normal = turned(set.enu_from_set, facet.normal);
-    near.beam.apex = moved(set.enu_from_set, near.beam.apex);
-    near.beam.axis = turned(set.enu_from_set, near.beam.axis);
+    near.normal = set.pose.turned(facet.normal);
+    near.beam.apex = set.pose.moved(near.beam.apex);
+    near.beam.axis = set.pose.turned(near.beam.axis);
     near.beam.window = near.normal;
-    for (Vector3d& side : near.beam.side) side = turned(set.enu_from_set, side);
+    for (Vector3d& side : near.beam.side) side = set.pose.turned(side);
     if (near_set != 0) near.beam.low_z = -1, near.beam.high_z = 1;
     for (std::size_t i = 0; i < sets.size(); ++i) {
       if (around_[i].in_reach) find_far(scene, near, sets, i, directions, limits);
@@ -146,14 +129,14 @@ void SecondOrderSearch::find_far(const raytrace::RayScene& scene, const Near& ne
                                  std::span<const Vector3d> directions, const SecondOrderLimits& limits) {
   const PlacedFacets& set = sets[far_set];
   Around& around = around_[far_set];
-  const Isometry3d* pose = set.enu_from_set;
-  if (pose != nullptr && !meets(near.beam, around.centre, set.beams->radius() + 1e-3)) return;
+  const SetPose& pose = set.pose;
+  if (!pose.is_own() && !meets(near.beam, around.centre, set.beams->radius() + 1e-3)) return;
   Beam beam = near.beam;
-  beam.apex = moved_back(pose, beam.apex);
-  beam.axis = turned_back(pose, beam.axis);
-  beam.window = turned_back(pose, beam.window);
-  for (Vector3d& side : beam.side) side = turned_back(pose, side);
-  set.beams->find(beam, around.blocks, bins_, pose, matches_);
+  beam.apex = pose.moved_back(beam.apex);
+  beam.axis = pose.turned_back(beam.axis);
+  beam.window = pose.turned_back(beam.window);
+  for (Vector3d& side : beam.side) side = pose.turned_back(side);
+  set.beams->find(beam, around.blocks, bins_, pose.get(), matches_);
   for (const BeamIndex::Match& match : matches_) {
     const Facet& facet = set.facets->facets()[match.facet];
     const double height = facet.normal.dot(beam.apex) - facet.offset;
@@ -162,7 +145,7 @@ void SecondOrderSearch::find_far(const raytrace::RayScene& scene, const Near& ne
       const auto satellite = static_cast<std::size_t>(DirectionBins::kGroup) * match.group +
                              static_cast<std::size_t>(__builtin_ctzll(bits));
       const Vector3d& s = directions[satellite];
-      const Vector3d towards = turned_back(pose, s);
+      const Vector3d towards = pose.turned_back(s);
       // The test that most pairs fail comes first.
       const double far_cosine = facet.normal.dot(towards);
       if (far_cosine < limits.min_cosine) continue;
@@ -171,7 +154,7 @@ void SecondOrderSearch::find_far(const raytrace::RayScene& scene, const Near& ne
       const Vector3d between = towards - 2 * far_cosine * facet.normal;  // the class comment's s'
       const Vector3d far_there = beam.apex + total * between;
       if (!within_bounds(facet, far_there)) continue;
-      const Vector3d onward = turned(pose, between);
+      const Vector3d onward = pose.turned(between);
       const double cosine = near.normal.dot(onward);
       if (cosine < limits.min_cosine) continue;
       const double leg = near.height / cosine;
@@ -179,7 +162,7 @@ void SecondOrderSearch::find_far(const raytrace::RayScene& scene, const Near& ne
       if ((total - leg) * far_cosine <= limits.clearance_m + 2 * facet.deviation) continue;
       if ((total - leg) * cosine <= limits.clearance_m + 2 * near.facet->deviation) continue;
       const Vector3d point = near.beam.apex + leg * onward;
-      const Vector3d there = moved_back(near.set->enu_from_set, point);
+      const Vector3d there = near.set->pose.moved_back(point);
       if (!within_bounds(*near.facet, there)) continue;
       const auto triangle = near.set->facets->triangle_at(*near.facet, there);
       if (!triangle) continue;
@@ -191,7 +174,7 @@ void SecondOrderSearch::find_far(const raytrace::RayScene& scene, const Near& ne
       f.cosine = cosine;
       f.far_cosine = far_cosine;
       f.normal = near.normal;
-      f.far_normal = turned(pose, facet.normal);
+      f.far_normal = pose.turned(facet.normal);
       f.path.kind = PathKind::Reflected;
       f.path.order = 2;
       f.path.excess_m = 2 * near.height * near.normal.dot(s) + 2 * height * far_cosine;
@@ -203,7 +186,7 @@ void SecondOrderSearch::find_far(const raytrace::RayScene& scene, const Near& ne
       f.path.triangle = *triangle;
       f.path.instance = near.set->instance;
       f.path.leg_m = leg;
-      f.path.far_point = moved(pose, far_there);
+      f.path.far_point = pose.moved(far_there);
       f.path.far_triangle = *far_triangle;
       f.path.far_instance = set.instance;
       const auto near_facet = static_cast<std::uint32_t>(near.facet - near.set->facets->facets().data());
@@ -256,23 +239,7 @@ void SecondOrderSearch::sort_and_drop_doubles(const Vector3d& antenna) {
            close(a.path.far_point - b.path.far_point, a.far_normal,
                  (3 * kSamePlace + 2 * turn * leg + 2 * far_turn * total) / far_cosine);
   };
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < found_.size(); ++i) {
-    bool seen = false;
-    for (std::size_t k = kept; k-- > 0 && !seen;) {
-      if (found_[k].satellite != found_[i].satellite ||
-          found_[i].path.excess_m - found_[k].path.excess_m > 4 * kSamePlace) {
-        break;
-      }
-      seen = same(found_[k], found_[i]);
-      // Which of the two comes first may be a matter of rounding; the reflector's name must not be.
-      if (seen) found_[k].path.reflector = std::min(found_[k].path.reflector, found_[i].path.reflector);
-    }
-    if (seen) continue;
-    if (kept != i) found_[kept] = found_[i];
-    ++kept;
-  }
-  found_.resize(kept);
+  drop_doubles(found_, 4 * kSamePlace, same);
 }
 
 }  // namespace canyon::propagation

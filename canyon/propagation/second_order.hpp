@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -11,18 +10,19 @@
 #include "canyon/propagation/index/direction_bins.hpp"
 #include "canyon/propagation/index/facets.hpp"
 #include "canyon/propagation/index/occluders.hpp"
+#include "canyon/propagation/index/set_pose.hpp"
 #include "canyon/propagation/paths.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 
 namespace canyon::propagation {
 
-/// Facets as the second order needs them, and where they stand: null for the frame of the city.
+/// Facets as the second order needs them, and where they stand.
 struct PlacedFacets {
   const FacetSet* facets;
   const BeamIndex* beams;
   const Occluders* occluders;
   raytrace::InstanceId instance;
-  const Eigen::Isometry3d* enu_from_set;
+  SetPose pose;
 };
 
 struct SecondOrderLimits {

@@ -30,7 +30,7 @@ std::runtime_error embree_failure(RTCDevice device, const char* what) {
   return ray.origin.allFinite() && std::abs(ray.direction.squaredNorm() - 1) < 1e-6 && !(ray.max_range_m < 0);
 }
 
-/// A mesh in Embree and what is needed to compute exact ranges.
+/// A mesh in Embree, with its vertices for exact ranges.
 struct BuiltMesh {
   std::shared_ptr<const city::Mesh> mesh;
   Eigen::AlignedBox3d bounds;
@@ -89,7 +89,7 @@ struct BuiltMesh {
   }
 };
 
-/// Nothing of this reaches queries before commit(), so that they see the last commit until then.
+/// Queries see changes to it after commit() alone.
 struct Instance {
   BuiltMesh built;
   Isometry3d pose = Isometry3d::Identity();

@@ -29,7 +29,7 @@ void check_place(const Eigen::Vector3d& place, std::string_view what);
 /// Movable things: 0 is the static city, add_instance() gives 1, 2, ...
 using InstanceId = std::uint32_t;
 
-/// What a ray met first.
+/// The first surface that a ray meets.
 struct Hit {
   double range_m = 0;
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, of the triangle's front side, ENU
@@ -43,7 +43,7 @@ enum class Placement : std::uint8_t {
   Free,
   InsideBuilding,
   UnderTerrain,
-  Unknown  ///< nobody says where; no scene answers this
+  Unknown  ///< the place is not known; no scene answers this
 };
 
 /// A movable mesh where it stands since the last commit.
@@ -97,8 +97,8 @@ class RayScene {
   ///
   /// Inside a building: a roof stands above the point, and on most of seven level rays the walls met from
   /// behind outnumber those met from the front (or the other way round, where a building is inside out).
-  /// Counting every wall on the ray bears walls shared by two buildings, overlapping parts, missing floors
-  /// and single missing walls; the roof keeps streets, courtyards and doubtful walls from being called
+  /// Since every wall on the ray counts, walls shared by two buildings, overlapping parts, missing floors and
+  /// single missing walls do no harm; the roof keeps streets, courtyards and doubtful walls from being called
   /// inside. Under the terrain: a terrain sheet more than 1 mm above the point, and none below it met from
   /// above.
   [[nodiscard]] Placement placement(const Eigen::Vector3d& point) const;

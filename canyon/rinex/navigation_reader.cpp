@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -318,7 +321,45 @@ class Reader {
     }
   }
 
+  /// Orbits keep size, shape and inclination for days: of three records or more, one that is far from their
+  /// median is damaged in a way that its own numbers do not show.
+  void leave_out_contradictions() {
+    constexpr std::size_t kFewest = 3;
+    constexpr double kSqrtA = 10, kEccentricity = 0.01, kInclination_rad = 0.02;
+    std::map<gnss::SatelliteId, std::vector<const gnss::KeplerEphemeris*>> of_satellite;
+    for (const auto& record : data_.kepler) of_satellite[record.id].push_back(&record);
+    const auto median = [](const auto& records, auto value) {
+      std::vector<double> values;
+      for (const auto* record : records) values.push_back(value(*record));
+      const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+      std::nth_element(values.begin(), middle, values.end());
+      return *middle;
+    };
+    std::set<const gnss::KeplerEphemeris*> strays;
+    for (const auto& [id, records] : of_satellite) {
+      if (records.size() < kFewest) continue;
+      const double sqrt_a = median(records, [](const auto& e) { return e.sqrt_a; });
+      const double eccentricity = median(records, [](const auto& e) { return e.eccentricity; });
+      const double inclination = median(records, [](const auto& e) { return e.inclination; });
+      for (const auto* e : records) {
+        if (std::abs(e->sqrt_a - sqrt_a) <= kSqrtA &&
+            std::abs(e->eccentricity - eccentricity) <= kEccentricity &&
+            std::abs(e->inclination - inclination) <= kInclination_rad) {
+          continue;
+        }
+        strays.insert(e);
+        damaged(0, fmt::format("the orbit of {} at {} contradicts its other records", to_string(id),
+                               geodesy::format_gpst(e->toe, 0)));
+      }
+    }
+    std::vector<gnss::KeplerEphemeris> kept;
+    for (const auto& record : data_.kepler)
+      if (strays.count(&record) == 0) kept.push_back(record);
+    data_.kepler = std::move(kept);
+  }
+
   void finish() {
+    leave_out_contradictions();
     if (damages_ > kListedDamages) {
       data_.warnings.push_back(InputError(file_.path(), 0,
                                           fmt::format("{} more damaged records", damages_ - kListedDamages),

@@ -6,6 +6,7 @@
 #include <span>
 #include <utility>
 
+#include "canyon/base/longest_rise.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/rinex/observation_codes.hpp"
@@ -487,6 +488,31 @@ const ObservationReport& RinexObservationReader::report() const {
   return impl_->report;
 }
 
+namespace {
+
+/// An epoch far ahead of its neighbours was taken, for a stream cannot know what follows.
+void leave_out_stray_epochs(const std::filesystem::path& path, RinexObservations& recorded) {
+  std::vector<geodesy::GpsTime> times;
+  for (const ObservationEpoch& epoch : recorded.epochs) times.push_back(epoch.receiver_time);
+  const std::vector<bool> stray = outside_longest_rise(times);
+  std::vector<ObservationEpoch> kept;
+  for (std::size_t i = 0; i < stray.size(); ++i) {
+    ObservationEpoch& epoch = recorded.epochs[i];
+    if (!stray[i]) {
+      kept.push_back(std::move(epoch));
+      continue;
+    }
+    --recorded.report.epochs;
+    recorded.report.observations -= epoch.signals.size();
+    if (++recorded.report.damaged > kListedDamages) continue;
+    recorded.report.damages.emplace_back(
+        InputError(path, epoch.line, "time of the epoch contradicts those around it", "left out").what());
+  }
+  recorded.epochs = std::move(kept);
+}
+
+}  // namespace
+
 RinexObservations read_rinex_observations(const std::filesystem::path& path,
                                           const ObservationOptions& options) {
   RinexObservationReader reader(path, options);
@@ -494,6 +520,7 @@ RinexObservations read_rinex_observations(const std::filesystem::path& path,
   while (auto epoch = reader.next()) result.epochs.push_back(std::move(*epoch));
   result.header = reader.header();
   result.report = reader.report();
+  leave_out_stray_epochs(path, result);
   if (result.report.observations == 0) {
     throw InputError(
         path, 0,

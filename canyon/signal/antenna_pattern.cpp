@@ -43,11 +43,6 @@ void check(const std::vector<PatternPoint>& points, const std::string& name) {
   }
 }
 
-double sum_over_difference_db(double db) {
-  const double ratio = std::pow(10.0, db / 20);
-  return 20 * std::log10((ratio + 1) / (ratio - 1));
-}
-
 }  // namespace
 
 AntennaPattern::AntennaPattern(std::string name, std::vector<PatternPoint> upper,
@@ -132,14 +127,8 @@ AntennaPattern antenna_by_name(std::string_view name) {
 double cross_polar_discrimination_db(double axial_ratio_db) {
   if (!(axial_ratio_db >= 0))
     throw InputError(fmt::format("axial ratio of {} dB", axial_ratio_db), "give 0 dB or more");
-  return sum_over_difference_db(axial_ratio_db);
-}
-
-double axial_ratio_db(double cross_polar_discrimination_db) {
-  if (!(cross_polar_discrimination_db >= 0))
-    throw InputError(fmt::format("cross-polar discrimination of {} dB", cross_polar_discrimination_db),
-                     "give 0 dB or more");
-  return sum_over_difference_db(cross_polar_discrimination_db);
+  const double ratio = std::pow(10.0, axial_ratio_db / 20);
+  return 20 * std::log10((ratio + 1) / (ratio - 1));
 }
 
 }  // namespace canyon::signal

@@ -27,7 +27,7 @@ struct PatternPoint {
   double lhcp_dbic = 0;
 };
 
-/// What an antenna makes of circular waves by elevation, in each band that it is made for; the same at every
+/// An antenna's gains for circular waves by elevation, in each band that it is made for; the same at every
 /// azimuth. Linear in dB between rows, constant beyond the first and the last. Immutable.
 class AntennaPattern {
  public:
@@ -73,9 +73,8 @@ class AntennaPattern {
 
 /// Cross-polar discrimination [dB], RHCP over LHCP gain, of an antenna whose axial ratio is `axial_ratio_db`
 /// >= 0: 20 log10((r + 1) / (r - 1)), r = 10^(AR/20) (C. A. Balanis, Antenna Theory, 2.12; the two circular
-/// amplitudes make the ellipse's axes as sum and difference). Infinite for 0 dB. InputError below 0.
+/// amplitudes make the ellipse's axes as sum and difference). The formula is its own inverse. Infinite for 0
+/// dB. InputError below 0.
 [[nodiscard]] double cross_polar_discrimination_db(double axial_ratio_db);
-/// The inverse: 20 log10((q + 1) / (q - 1)), q = 10^(XPD/20); the formula is its own inverse.
-[[nodiscard]] double axial_ratio_db(double cross_polar_discrimination_db);
 
 }  // namespace canyon::signal

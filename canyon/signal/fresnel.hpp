@@ -37,9 +37,9 @@ struct SlabResponse {
 [[nodiscard]] SlabResponse slab(std::complex<double> eta, double incidence_rad, double thickness_m,
                                 double wavelength_m);
 
-/// What a right-hand circular wave (RHCP, IEEE sense) becomes at a reflection: co in the same hand, cross in
-/// the other. The same two coefficients hold for an incident LHCP wave. Circular axes e_R = (s - j p) /
-/// sqrt(2), e_L = (s + j p) / sqrt(2):
+/// Reflection of a right-hand circular wave (RHCP, IEEE sense): co in the same hand, cross in the other. The
+/// same two coefficients hold for an incident LHCP wave. Circular axes e_R = (s - j p) / sqrt(2), e_L = (s +
+/// j p) / sqrt(2):
 ///   co = (R_perpendicular + R_parallel) / 2,  cross = (R_perpendicular - R_parallel) / 2.
 /// Metal turns RHCP into LHCP (co 0, cross -1); above the Brewster angle co is the stronger one; |co|^2 +
 /// |cross|^2 is the reflected share of the power.

@@ -8,21 +8,20 @@ namespace canyon::signal {
 
 /// From satellite to C/N0 in a clear sky: C/N0 = P + G - 10 log10(k T) - losses.
 struct LinkBudgetOptions {
-  /// Of the signal over its promised minimum [dB], [-10, 20]. GPS L1 C/A may have 0 to 5.5 (at most -153 dBW,
+  /// The signal over its promised minimum [dB], [-10, 20]. GPS L1 C/A may have 0 to 5.5 (at most -153 dBW,
   /// IS-GPS-200 6.3.1).
   double above_minimum_db = 3;
   /// T_a [K] of sky (5), ground and losses (290), [2, 1000]; 211 in a published GPS L1 budget
   /// (docs/propagation.md).
   double antenna_temperature_k = 211;
-  /// Of the receiver with its amplifier [dB], [0, 20]; 1 to 4 (u-blox ZED-F9 integration manual: antenna
-  /// below 4).
+  /// Noise figure of the receiver with its amplifier [dB], [0, 20]; 1 to 4 (u-blox ZED-F9 integration manual:
+  /// antenna below 4).
   double noise_figure_db = 2;
-  /// Of filter, quantisation and correlation [dB], [0, 20]; 0.5 to 2.
+  /// Loss by filter, quantisation and correlation [dB], [0, 20]; 0.5 to 2.
   double implementation_loss_db = 1;
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Its fields.
 void visit(options::Visitor& v, LinkBudgetOptions& o);
 
 /// Rise [dB] of the received power over that at 5 degrees: the satellite's shaped beam less free space. 0 at

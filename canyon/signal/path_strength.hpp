@@ -24,11 +24,10 @@ struct StrengthOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Its fields.
 void visit(options::Visitor& v, StrengthOptions& o);
 
-/// The wave at the antenna over the RHCP wave that arrives on a clear direct path: what reflections, edge and
-/// foliage leave, with the phase of the detour, e^(-2 pi j excess / lambda) (time dependence exp(+j w t)). An
+/// The wave at the antenna over the RHCP wave that arrives on a clear direct path, after reflections, edge
+/// and foliage, with the phase of the detour, e^(-2 pi j excess / lambda) (time dependence exp(+j w t)). An
 /// edge's own detour, lambda nu^2 / 4, is part of edge_wave() and not counted twice. Spreading is that of a
 /// plane wave: a detour of 300 m is 0.1 mdB at 20,000 km. Phases from the orientation of the antenna
 /// (wind-up) are left out. The satellite's own ellipticity (below 1.2 dB on L1, IS-GPS-200 3.3.1.8) too.
@@ -37,13 +36,13 @@ void visit(options::Visitor& v, StrengthOptions& o);
 [[nodiscard]] CircularWave arriving_wave(const propagation::PathGeometry& path, double frequency_hz,
                                          const StrengthOptions& options = {});
 
-/// Output amplitude of an antenna over that of an ideal 0 dBic antenna in a clear RHCP wave. How an antenna
-/// adds its two hands depends on azimuth and is known of none; the magnitude is the mean over azimuth, |a|^2
-/// = G_R |R|^2 + G_L |L|^2, the phase that of sqrt(G_R) R + sqrt(G_L) L.
+/// Output amplitude of an antenna over that of an ideal 0 dBic antenna in a clear RHCP wave. An antenna adds
+/// its two hands in a way that depends on azimuth and that no pattern states; the magnitude is the mean over
+/// azimuth, |a|^2 = G_R |R|^2 + G_L |L|^2, the phase that of sqrt(G_R) R + sqrt(G_L) L.
 [[nodiscard]] std::complex<double> antenna_output(const CircularWave& wave, const AntennaGain& gain);
 
 /// Amplitude [1] of a path at the antenna's output over that of the unobstructed line of sight to the same
-/// satellite at `satellite_elevation_rad`: what multiplies a correlator. 1 for the direct path.
+/// satellite at `satellite_elevation_rad`; correlators are multiplied by it. 1 for the direct path.
 [[nodiscard]] std::complex<double> path_amplitude(const propagation::PathGeometry& path,
                                                   double satellite_elevation_rad, double frequency_hz,
                                                   const AntennaPattern& antenna,
@@ -62,7 +61,7 @@ void visit(options::Visitor& v, StrengthOptions& o);
                                                   const AntennaPattern& antenna,
                                                   const StrengthOptions& options = {});
 
-/// The step from what arrives to what a correlator multiplies: path_amplitude() of each of the view's paths.
+/// path_amplitude() of each of the view's paths.
 /// @param amplitudes replaced; it keeps its memory
 void path_amplitudes(const propagation::SatelliteView& view, double carrier_hz, const AntennaPattern& antenna,
                      const StrengthOptions& options, std::vector<std::complex<double>>& amplitudes);

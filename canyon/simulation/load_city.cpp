@@ -92,6 +92,8 @@ buildings::BuiltCity load_city_with_report(const CityConfig& config,
                                                                        : city::read_city_file(*config.file);
   } else if (config.mesh) {
     loaded.city = city::read_mesh_city(*config.mesh, config.import);
+    const std::string caution = city::up_axis_caution(loaded.city, *config.mesh, config.import);
+    if (!caution.empty()) loaded.report.cautions.push_back(caution);
   } else if (config.synthetic) {
     loaded.city = city::synthetic_city(*config.synthetic);
   } else {

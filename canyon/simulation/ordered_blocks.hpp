@@ -1,6 +1,5 @@
 #pragma once
 
-#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 #include <tbb/task_group.h>
@@ -13,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "canyon/base/input_error.hpp"
+#include "canyon/simulation/threads.hpp"
 
 namespace canyon::simulation {
 
@@ -70,10 +69,7 @@ class OrderedBlock {
 
 /// `threads` of those that there are; 0: as many as cores. Throws InputError where they are out of range.
 [[nodiscard]] inline int threads_of(int threads) {
-  if (threads < 0 || threads > 4096) {
-    throw InputError(fmt::format("{} threads are out of range", threads),
-                     "give 0 (as many as cores) to 4096");
-  }
+  check_threads(threads);
   // More threads than cores bring nothing, and TBB complains about them on stderr.
   const int cores = tbb::this_task_arena::max_concurrency();
   return threads == 0 ? cores : std::min(threads, cores);

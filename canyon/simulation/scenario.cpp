@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <fstream>
 
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
@@ -37,7 +38,8 @@ std::optional<CityFileKind> city_file_kind(const std::filesystem::path& path) {
     return std::any_of(endings.begin(), endings.end(),
                        [&name](const char* ending) { return ends_with(name, ending); });
   };
-  if (any({".osm", ".osm.gz", ".osm.bz2", ".pbf", ".json"})) return CityFileKind::Map;
+  if (any({".osm", ".osm.gz", ".osm.bz2", ".pbf", ".json", ".json.gz", ".jsonl", ".jsonl.gz"}))
+    return CityFileKind::Map;
   if (any({".canyon"})) return CityFileKind::Canyon;
   if (any({".dae", ".obj", ".stl", ".gltf", ".glb", ".ply"})) return CityFileKind::Mesh;
   std::error_code ignored;
@@ -48,7 +50,8 @@ std::optional<CityFileKind> city_file_kind(const std::filesystem::path& path) {
 }
 
 const char* city_file_endings() {
-  return "known are .osm, .osm.gz, .osm.bz2, .osm.pbf, .json (CityJSON), .canyon, .world, .sdf, .dae, .obj, "
+  return "known are .osm, .osm.gz, .osm.bz2, .osm.pbf, .json (CityJSON, Overpass), .jsonl, .canyon, .world, "
+         ".sdf, .dae, .obj, "
          ".stl, .gltf, .glb, .ply";
 }
 
@@ -102,8 +105,17 @@ Scenario read_scenario_with_profile(const std::filesystem::path& path, const std
 }
 
 bool is_cityjson(const std::filesystem::path& path) {
-  const std::string ending = path.extension().string();
-  return ending == ".json" || ending == ".JSON";
+  const std::string name = lower_case(path.filename().string());
+  const auto ends = [&name](const char* ending) { return ends_with(name, ending); };
+  if (ends(".jsonl") || ends(".jsonl.gz") || ends(".json.gz")) return true;
+  if (!ends(".json")) return false;
+  // Overpass writes JSON too.
+  std::string head(4096, '\0');
+  std::ifstream in(path, std::ios::binary);
+  in.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(std::max<std::streamsize>(in.gcount(), 0)));
+  return head.find("CityJSON") != std::string::npos ||
+         (head.find("\"elements\"") == std::string::npos && head.find("Overpass API") == std::string::npos);
 }
 
 std::string scenario_yaml(const Scenario& scenario) {

@@ -22,19 +22,25 @@
 #include "canyon/propagation/propagation_options.hpp"
 #include "canyon/receiver/own_models.hpp"
 #include "canyon/receiver/receiver_options.hpp"
+#include "canyon/samples/options/sample_options.hpp"
 #include "canyon/simulation/live_options.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/outputs.hpp"
-#include "canyon/simulation/sample_options.hpp"
 
 namespace canyon::simulation {
+
+// Programs know them by this namespace, too.
+using samples::band_centre_hz;
+using samples::name;
+using samples::SampleFormat;
+using samples::SampleOptions;
 
 /// The kinds of city files, told by their names.
 enum class CityFileKind : std::uint8_t {
   Mesh,    ///< .dae .obj .stl .gltf .glb .ply: needs an origin
   Canyon,  ///< .canyon
   Gazebo,  ///< .world .sdf, or a model's folder
-  Map,     ///< .osm, .osm.gz, .osm.bz2, .osm.pbf; CityJSON: .json (.city.json), .jsonl is refused
+  Map,     ///< .osm, .osm.gz, .osm.bz2, .osm.pbf; Overpass's .json; CityJSON: .json, .jsonl
 };
 /// Empty for a name with another ending.
 [[nodiscard]] std::optional<CityFileKind> city_file_kind(const std::filesystem::path& path);
@@ -49,7 +55,7 @@ struct MapCityConfig {
   buildings::BuildOptions build;                  ///< a simulation does not use its Grid::Utm
 };
 
-/// Whether the name ends in .json.
+/// Whether the name ends in .json, .json.gz, .jsonl or .jsonl.gz; a .json file that begins as Overpass's is none.
 [[nodiscard]] bool is_cityjson(const std::filesystem::path& path);
 
 /// How well the place of a city is known. A run draws its own offset and heading by its seed (load_city()).
@@ -78,7 +84,7 @@ struct CityConfig {
 /// `sky:` of a scenario. Exactly one source: navigation, sp3, frozen, or (default) nominal.
 struct SkyConfig {
   std::vector<std::filesystem::path> navigation;
-  std::optional<std::filesystem::path> sp3;
+  std::vector<std::filesystem::path> sp3;
   bool nominal = false;
   std::vector<double> frozen_azimuth_rad;
   std::vector<double> frozen_elevation_rad;
@@ -147,7 +153,7 @@ struct Scenario {
   std::vector<disturbance::Fault> faults;  ///< their times count from `start`, or the trajectory's first
   std::uint64_t seed = 1;
   OutputConfig outputs;
-  SampleOptions samples;            ///< for the output `samples` and for `canyon iq`
+  samples::SampleOptions samples;   ///< for the output `samples` and for `canyon iq`
   std::optional<LiveOptions> live;  ///< used by `canyon live` alone
   /// Statements of the file that may be mistakes, one line each.
   std::vector<std::string> warnings;

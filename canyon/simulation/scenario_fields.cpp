@@ -15,6 +15,7 @@
 #include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/profile.hpp"
+#include "canyon/simulation/run_fields.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -86,7 +87,8 @@ void visit_city_source(Visitor& v, CityConfig& city) {
   if (city.map) osm = city.map->files;
   v.one_of({"osm", "file", "mesh", "synthetic", "open"}, kCityCure);
   v.files({"osm", "",
-           "map files, one or a list: .osm, .osm.gz, .osm.bz2, .osm.pbf, CityJSON .json (one of osm, file, "
+           "map files, one or a list: .osm, .osm.gz, .osm.bz2, .osm.pbf, Overpass .json, CityJSON .json, "
+           ".jsonl (one of osm, file, "
            "mesh, synthetic, open)"},
           osm);
   v.file({"file", "",
@@ -225,7 +227,7 @@ void visit(Visitor& v, SkyConfig& sky) {
   v.files({"navigation", "",
            "RINEX navigation files, one or several, plain or gzip (one of navigation, sp3, nominal, frozen)"},
           sky.navigation);
-  v.file({"sp3", "", "precise orbits, SP3-c or SP3-d, plain or gzip"}, sky.sp3);
+  v.files({"sp3", "", "precise orbits, SP3-c or SP3-d, one or several, plain or gzip"}, sky.sp3);
   if (v.wants(sky.nominal || v.has("nominal"))) {
     v.boolean({"nominal", "",
                "the nominal constellations of GPS, GLONASS, Galileo and BeiDou at any date; needs no file",
@@ -237,7 +239,7 @@ void visit(Visitor& v, SkyConfig& sky) {
       throw v.fault("nominal", "false, and no other source",
                     "give one of navigation, sp3 and frozen, or true");
     }
-    sky.nominal = sky.navigation.empty() && !sky.sp3 && !v.has("frozen");
+    sky.nominal = sky.navigation.empty() && sky.sp3.empty() && !v.has("frozen");
   }
   const bool frozen = v.has("frozen") || !sky.frozen_azimuth_rad.empty();
   if (v.wants(frozen)) v.section("frozen", [&] { visit_frozen(v, sky); });
@@ -412,6 +414,12 @@ void visit(Visitor& v, ReceiverConfig& config) {
 
 namespace {
 
+void visit_duration(Visitor& v, std::optional<double>& duration_s) {
+  v.number({"duration_s", "s", "length of the run: epochs from start to start + duration, both included",
+            "the whole trajectory"},
+           duration_s, {0, 1e8});
+}
+
 void visit_streets(Visitor& v, Scenario& scenario) {
   disturbance::StreetOptions streets;
   if (!scenario.receivers.empty()) streets = scenario.receivers.front().streets;
@@ -427,9 +435,7 @@ void visit_scenario(Visitor& v, Scenario& scenario, bool trajectory_needed) {
   if (v.reads() && !v.has("sky")) scenario.sky.nominal = true;
   v.part("sky", scenario.sky);
   visit_start(v, scenario.start, &scenario.warnings);
-  v.number({"duration_s", "s", "length of the run: epochs from start to start + duration, both included",
-            "the whole trajectory"},
-           scenario.duration_s, {0, 1e8});
+  visit_duration(v, scenario.duration_s);
   visit_rate(v, scenario.rate_hz);
   if (v.reads() && trajectory_needed) {
     v.require("trajectory", "add trajectory: {file: ...}, waypoints or position");
@@ -454,6 +460,12 @@ void visit_scenario(Visitor& v, Scenario& scenario, bool trajectory_needed) {
 }
 
 }  // namespace
+
+void visit_run(Visitor& v, Scenario& scenario) {
+  visit_duration(v, scenario.duration_s);
+  visit_rate(v, scenario.rate_hz);
+  visit_seed(v, scenario.seed);
+}
 
 void visit(Visitor& v, Scenario& scenario) {
   visit_scenario(v, scenario, true);

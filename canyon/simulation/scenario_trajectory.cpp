@@ -17,12 +17,16 @@ InputError scenario_error(const Scenario& scenario, std::string_view problem, st
   return {scenario.file, 0, problem, cure};
 }
 
-TrajectoryFile make_trajectory(const Scenario& scenario) {
+TrajectoryFile make_trajectory(const Scenario& scenario, double geoid_undulation_m) {
   const TrajectoryConfig& config = scenario.trajectory;
+  const HeightReading heights{!config.height_above_terrain_m, geoid_undulation_m};
   TrackFile track;
-  if (config.file && is_track_format(config.format)) track = read_track_file(*config.file, config.format);
-  if (config.file && (track.places.empty() || !track.times.empty()))
-    return read_trajectory_file(*config.file, config.format, scenario.start.value_or(GpsTime{}));
+  if (config.file && is_track_format(config.format)) {
+    track = read_track_file(*config.file, config.format, heights);
+    if (!track.times.empty()) return timed_trajectory(*config.file, track);
+  } else if (config.file) {
+    return read_trajectory_file(*config.file, config.format, scenario.start.value_or(GpsTime{}), heights);
+  }
   if (!scenario.start) {
     throw scenario_error(scenario, "'start' is missing, and the trajectory has no times",
                          "add start: 2026-01-01T12:00:00Z");

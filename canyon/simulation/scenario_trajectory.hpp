@@ -13,9 +13,9 @@ namespace canyon::simulation {
 [[nodiscard]] InputError scenario_error(const Scenario& scenario, std::string_view problem,
                                         std::string_view cure);
 
-/// The way that a scenario's trajectory is, waypoints in place. Throws InputError as readers of files do, and
-/// where start or duration_s is needed and absent.
-[[nodiscard]] TrajectoryFile make_trajectory(const Scenario& scenario);
+/// A scenario's trajectory; its waypoints have places. `geoid_undulation_m` is the city's, 0 where it is not
+/// known. Throws InputError as readers of files do, and where start or duration_s is needed and absent.
+[[nodiscard]] TrajectoryFile make_trajectory(const Scenario& scenario, double geoid_undulation_m);
 
 /// Gives waypoints that say how high above the terrain they lie their heights. Throws InputError where no
 /// terrain lies there.

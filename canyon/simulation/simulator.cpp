@@ -51,10 +51,10 @@ struct Plan {
   }
 };
 
-Plan make_plan(const Scenario& scenario) {
+Plan make_plan(const Scenario& scenario, double geoid_undulation_m) {
   if (scenario.receivers.empty())
     throw scenario_error(scenario, "the scenario has no receiver", "give at least one");
-  TrajectoryFile file = make_trajectory(scenario);
+  TrajectoryFile file = make_trajectory(scenario, geoid_undulation_m);
   Plan plan{file.trajectory.with_attitude(scenario.trajectory.attitude), {}, 0, 0, std::move(file.warnings)};
   const GpsTime first = plan.trajectory.begin();
   const GpsTime last = plan.trajectory.end();
@@ -399,7 +399,7 @@ Simulation::Simulation(Scenario scenario, std::shared_ptr<CityScene> scene, cons
   for (ReceiverConfig& receiver : scenario.receivers) {
     if (receiver.fixed) receiver.fixed->settle(city.frame);
   }
-  Plan plan = make_plan(scenario);
+  Plan plan = make_plan(scenario, city.geoid_undulation_m);
   check_city(scenario, city);
   impl_ = std::make_unique<Impl>(std::move(scenario), std::move(scene), std::move(plan), sky);
 }

@@ -111,7 +111,7 @@ TEST(UrbanNavDrive, PreciseOrbitsOfAnotherDayAreRefused) {
   CANYON_SHARED_DATA(data, "hongkong/buildings.dae");
   CANYON_SHARED_DATA(sp3, "orbits/GRG0MGXFIN_20201770000_01D_15M_ORB.SP3.gz");
   SkyConfig config;
-  config.sp3 = sp3;
+  config.sp3 = {sp3};
   const GpsTime drive = GpsTime::from_week(2051, 46701);
   const geodesy::Geodetic place = geodesy::Geodetic::from_degrees(22.3, 114.17, 5);
   EXPECT_THAT(test::error_of([&] { (void)build_sky(config, drive, drive + 60.0, place); }).what(),

@@ -158,7 +158,7 @@ BuiltSky from_navigation(const SkyConfig& config, GpsTime begin, GpsTime end,
 
 BuiltSky from_sp3(const SkyConfig& config, GpsTime begin, GpsTime end) {
   BuiltSky built;
-  auto sky = std::make_shared<orbit::PreciseSky>(*config.sp3, config.systems);
+  auto sky = std::make_shared<orbit::PreciseSky>(config.sp3, config.systems);
   check_systems(*sky, config.systems, built.warnings);
   check_coverage(*sky, begin, end, "precise orbits", sky->span(),
                  "give the orbits of that day or another start", built.warnings);
@@ -170,7 +170,7 @@ BuiltSky from_sp3(const SkyConfig& config, GpsTime begin, GpsTime end) {
 
 BuiltSky build_sky(const SkyConfig& config, GpsTime begin, GpsTime end, const geodesy::Geodetic& place) {
   if (!config.navigation.empty()) return from_navigation(config, begin, end, place);
-  if (config.sp3) return from_sp3(config, begin, end);
+  if (!config.sp3.empty()) return from_sp3(config, begin, end);
   BuiltSky built;
   if (!config.frozen_azimuth_rad.empty()) {
     built.sky =
@@ -204,7 +204,7 @@ std::shared_ptr<const errors::SpaceErrors> make_space_errors(const SkyConfig& co
   if (!enabled && (enabled.is_set() || config.navigation.empty())) return nullptr;
   errors::SpaceErrorOptions options = config.errors;
   // Receivers use the precise orbits as well.
-  if (config.sp3) options.orbit_clock_m.clear();
+  if (!config.sp3.empty()) options.orbit_clock_m.clear();
   return std::make_shared<const errors::SpaceErrors>(options, seed, sky.sky->satellites(),
                                                      sky.navigation.klobuchar);
 }

@@ -40,14 +40,14 @@ constexpr const char* kKmlLine = R"(<kml><Placemark><Point><coordinates>0,0</coo
 TEST(TrackFile, ReadsGpxTracks) {
   const TemporaryFolder folder;
   const TrackFile track = read_track_file(folder.write("a.gpx", kGpx), "gpx");
-  ASSERT_EQ(track.places.size(), 2U);  // the third's time does not follow
+  ASSERT_EQ(track.places.size(), 3U);
   EXPECT_NEAR(geodesy::degrees(track.places[1].longitude_rad), 114.171, 1e-12);
   EXPECT_EQ(track.places[1].height_m, 6.5);
   EXPECT_DOUBLE_EQ(track.times[1] - track.times[0], 10.5);
-  EXPECT_THAT(track.warnings, ::testing::Contains(HasSubstr("1 points whose time")));
-  EXPECT_THAT(track.warnings, ::testing::Contains(HasSubstr("sea level")));
-  const Trajectory drive = read_trajectory(folder.path() / "a.gpx", "gpx", {});
-  EXPECT_DOUBLE_EQ(drive.end() - drive.begin(), 10.5);
+  EXPECT_THAT(track.warnings, ::testing::ElementsAre(HasSubstr("sea level")));
+  const TrajectoryFile drive = read_trajectory_file(folder.path() / "a.gpx", "gpx", {});
+  EXPECT_DOUBLE_EQ(drive.trajectory.end() - drive.trajectory.begin(), 10.5);
+  EXPECT_THAT(drive.warnings, ::testing::Contains(HasSubstr("1 points repeat the time")));
 }
 
 TEST(TrackFile, ReadsKml) {
@@ -71,7 +71,7 @@ TEST(TrackFile, RefusesWhatIsNone) {
   };
   EXPECT_THAT(refused("", "gpx"), HasSubstr("no track point"));
   EXPECT_THAT(refused("a,b,c", "kml"), HasSubstr("no gx:Track"));
-  EXPECT_THAT(refused("<trkpt lat=\"95\" lon=\"0\"/>", "gpx"), HasSubstr("no place"));
+  EXPECT_THAT(refused("<trkpt lat=\"95\" lon=\"0\"/>", "gpx"), HasSubstr("not a place"));
   EXPECT_THAT(refused("\n<trkpt lat=\"x\" lon=\"0\"/>", "gpx"), HasSubstr("bad:2: the latitude 'x'"));
   EXPECT_THAT(refused("<trkpt lat=\"9\"/>", "gpx"), HasSubstr("longitude ''"));
   EXPECT_THAT(refused("<trkpt lat=\"9\" lon=\"0\"", "gpx"), HasSubstr("does not end"));
@@ -83,6 +83,53 @@ TEST(TrackFile, RefusesWhatIsNone) {
   EXPECT_THAT(refused("<gx:coord>1 2</gx:coord>", "kml"), HasSubstr("0 times for 1 places"));
   const auto line = folder.write("b.kml", kKmlLine);
   EXPECT_THAT(error_of([&] { (void)read_trajectory(line, "kml", {}); }).what(), HasSubstr("no times"));
+}
+
+TEST(TrackFile, SegmentsComeInOrderOfTime) {
+  const TemporaryFolder folder;
+  const auto point = [](const char* latitude, const char* second, const std::string& more = {}) {
+    return std::string("<trkpt lat=\"") + latitude + "\" lon=\"11\"><time>2026-06-01T08:00:" + second +
+           "Z</time>" + more + "</trkpt>";
+  };
+  const std::string newer = "<trk><trkseg>" + point("48.1", "30") + point("48.1", "31") + "</trkseg></trk>";
+  const std::string older = "<trk><trkseg>" + point("48", "00", "<fix>none</fix>") +
+                            point("48", "01", "<ele>500</ele>") + point("48", "02") +
+                            "<trkpt lat=\"48\" lon=\"11\"></trkpt></trkseg></trk>";
+  const TrackFile track = read_track_file(folder.write("a.gpx", newer + older), "gpx");
+  ASSERT_EQ(track.times.size(), 4U);
+  EXPECT_DOUBLE_EQ(track.times[3] - track.times[0], 30);
+  EXPECT_EQ(track.places[1].height_m, 500);
+  EXPECT_THAT(track.warnings, ::testing::Contains(HasSubstr("1 points without a fix")));
+  EXPECT_THAT(track.warnings, ::testing::Contains(HasSubstr("1 points without a time")));
+  EXPECT_THAT(track.warnings,
+              ::testing::Contains(HasSubstr("3 points have no height: that of the point before")));
+}
+
+TEST(TrackFile, KmlTracksAndModesOfHeight) {
+  const TemporaryFolder folder;
+  const auto track_of = [](const char* mode, const char* minute) {
+    return std::string("<gx:Track><altitudeMode>") + mode + "</altitudeMode><when>2026-06-01T08:" + minute +
+           ":00Z</when><gx:coord>11 48 500</gx:coord><when>2026-06-01T08:" + minute +
+           ":01Z</when><gx:coord/></gx:Track>";
+  };
+  const auto read = [&](const char* mode) {
+    return read_track_file(folder.write("a.kml", "<gx:MultiTrack>" + track_of(mode, "00") +
+                                                     track_of(mode, "30") + "</gx:MultiTrack>"),
+                           "kml", {true, 47});
+  };
+  const TrackFile absolute = read("absolute");
+  ASSERT_EQ(absolute.times.size(), 2U);
+  EXPECT_DOUBLE_EQ(absolute.times[1] - absolute.times[0], 1800);
+  EXPECT_DOUBLE_EQ(absolute.places[0].height_m, 547);
+  EXPECT_DOUBLE_EQ(read("clampToGround").places[0].height_m, 500);
+  EXPECT_THAT(read("relativeToGround").warnings,
+              ::testing::Contains(HasSubstr("above the ground by the file")));
+  const TrackFile lines =
+      read_track_file(folder.write("b.kml", std::string(kKmlLine) +
+                                                "<LineString><coordinates>1,2,3</coordinates></LineString>"),
+                      "kml");
+  EXPECT_EQ(lines.places.size(), 2U);
+  EXPECT_THAT(lines.warnings, ::testing::Contains(HasSubstr("1 more LineStrings")));
 }
 
 // Without times of its own a path is driven as waypoints are.

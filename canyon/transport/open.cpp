@@ -2,6 +2,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
+#include "canyon/base/secrets.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/transport/devices.hpp"
 #include "canyon/transport/ntrip.hpp"
@@ -49,12 +50,7 @@ bool is_input_address(std::string_view address) {
 }
 
 std::string hide_password(std::string_view text) {
-  const std::size_t begin = text.find("://"), end = text.rfind('@');
-  if (begin == std::string_view::npos || end == std::string_view::npos || end < begin) {
-    return std::string(text);
-  }
-  const std::size_t colon = std::min(text.find(':', begin + 3), end);
-  return fmt::format("{}:...{}", text.substr(0, colon), text.substr(end));
+  return hide_passwords(text);
 }
 
 const char* address_forms() {

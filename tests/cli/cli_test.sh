@@ -133,6 +133,47 @@ odd)
   [ ! -e old ] || fail "a time out of range left results"
   sed 's/^start.*/start: 1980-01-06T00:00:00Z/' small.yaml >first.yaml
   runs 0 "$canyon" simulate first.yaml --out first --quiet ;;
+strangers)
+  # tests/data/cases: the smallest inputs of faults that users of other programs reported.
+  cp -r "$root"/tests/data/cases/* .
+  # field N FILE: the field of each line but the header.
+  field() { tail -n +2 "$2" | cut -d, -f "$1"; }
+  for name in good day-before default-1980 future rollover; do
+    runs 0 "$canyon" simulate nmea-void-date/$name.yaml --out void-$name --quiet
+    cmp void-good/epochs.csv void-$name/epochs.csv || fail "$name: other epochs"
+  done
+  [ "$(wc -l <void-good/epochs.csv)" -eq 31 ] || fail "void dates: not 30 epochs"
+  for case in nmea-gnsslogger/s:5 nmea-two-talkers/s:6 nmea-gga-no-altitude/one:6 nmea-gga-no-altitude/all2d:6 \
+              text-bom/bom:3 text-bom/quoted:3 text-bom/semicolon:3 gpx-geoidheight/s:5; do
+    runs 0 "$canyon" simulate ${case%:*}.yaml --out res --quiet
+    [ "$(field 1 res/epochs.csv | wc -l)" -eq "${case#*:}" ] || fail "$case: $(field 1 res/epochs.csv | wc -l) epochs"
+  done
+  [ "$(field 5 res/epochs.csv | sort -u)" = 547.0000 ] || fail "geoidheight: heights $(field 5 res/epochs.csv | sort -u)"
+  runs 0 "$canyon" simulate csv-ecef/s.yaml --out res; says err "taken as ECEF"
+  runs 0 "$canyon" simulate csv-ecef/advised.yaml --out res; says err "3663 km high"
+  runs 0 "$canyon" simulate gpx-pause/s.yaml --out res --duration 3; says err "pauses 1 time, at most 3591 s"
+  for file in text-bom/good.n text-bom/bom.n containers/good.n.Z containers/good.n.zip; do
+    runs 0 "$canyon" sky --nav $file --at 40,-4,700 --time '2024-05-01T10:00:00 GPST' --all
+    says out G05 329.7
+  done
+  runs 2 "$canyon" sky --nav containers/page.n --at 40,-4,700 --time '2024-05-01T10:00:00 GPST'; one_line; says err "is a web page" "sign in"
+  runs 2 "$canyon" sky --nav /dev/zero --at 40,-4,700 --time '2024-05-01T10:00:00 GPST'; one_line; says err "a device"
+  for name in single list1 list2; do runs 0 "$canyon" simulate sp3-two-days/$name.yaml --out $name --quiet; done
+  cmp single/satellites.csv list1/satellites.csv || fail "a list of one file is not the file"
+  [ "$(field 1 list2/satellites.csv | sort -u | wc -l)" -eq 37 ] || fail "$(field 1 list2/satellites.csv | sort -u | wc -l) epochs over midnight"
+  runs 0 "$canyon" city info cityjsonseq/seq.city.jsonl; grep -vE 'city.json|loaded' out >seq
+  runs 0 "$canyon" city info cityjsonseq/same.city.json; grep -vE 'city.json|loaded' out | cmp - seq || fail "a sequence by another name is another city"
+  runs 0 "$canyon" city info osm-josm-delete/edited.osm; says out "20"; grep -F 80 out && fail "a deleted building stands"
+  runs 0 "$canyon" city info osm-josm-uid/uid.osm
+  runs 0 "$canyon" city info overpass-json/overpass.json
+  runs 0 "$canyon" city build osm-roof-angle/roof.osm -o r.geojson; says r.geojson '"roof_height_m":7.46'
+  runs 2 "$canyon" city info gltf-meshopt/m.gltf; one_line; says err EXT_meshopt_compression
+  runs 0 "$canyon" city info obj-y-up/y_up.obj; says err "stands upright" "up_axis: Y"
+  mkdir t; gzip -dc terrain-impossible/max-N48E011.hgt.gz >t/N48E011.hgt
+  runs 0 "$canyon" city build terrain-impossible/m.osm --terrain t/N48E011.hgt -o c.canyon; says err "posts in use are beyond"
+  runs 0 "$canyon" city info c.canyon; says out 546.1
+  timeout 60 "$canyon" live live-password/live.yaml >out 2>err
+  grep -rF SECRETWORD out err && fail "a password is printed"; says err "ntrip://somebody:...@127.0.0.1:9/MOUNT" ;;
 many)
   # Many receivers: pictures of the first ones, and a table that one can read.
   sed -i 's/outputs:.*/outputs: {pictures: true, nmea: false, rinex_observation: false, kml: false, geojson: false}/' small.yaml
@@ -243,7 +284,7 @@ stream)
   fi ;;
 live)
   for speed in -3 0 nan; do
-    runs 2 "$canyon" live small.yaml --speed $speed; one_line; says err live.speed
+    runs 2 "$canyon" live small.yaml --speed $speed; one_line; says err --speed
   done
   runs 2 "$canyon" live small.yaml --poses udp://127.0.0.1:9001; one_line; says err "an address to send to" udp-listen://
   # Why there is no fix stands in the last line; a terminal that nobody reads holds nothing up.
@@ -390,13 +431,13 @@ P
   runs 0 "$canyon" iq small.yaml --out two.iq --duration 1 --rate 2.5e6 --band L1 --band E1
   [ -s two.L1.iq ] || fail "no two.L1.iq"
   runs 0 "$canyon" iq small.yaml --out r.iq --duration 1 --rate 5e6 --real --if 1.25e6 --format 2bit --agc 0.1
-  says err '1575.420 MHz at 1.25 MHz, 5 Msps real 2bit'
+  says err '1575.420 MHz at 1.25 MHz, 5 Msps real 2bit' 'warning: --if is now --intermediate-hz'
   [ "$(stat -c %s r.iq)" -eq 1250000 ] || fail "r.iq has $(stat -c %s r.iq) bytes"
   says r.sigmf-meta '"core:datatype": "ru8"' '"canyon:bits": 2'
   runs 2 "$canyon" iq small.yaml --out f.iq --real; one_line; says err 'real samples need an intermediate frequency' '1000000 Hz'
-  runs 2 "$canyon" iq small.yaml --out f.iq --real --if 3e6; one_line; says err 'is aliased' '1000000 Hz leaves the widest band'
-  runs 2 "$canyon" iq small.yaml --out f.iq --real --if 2e5; one_line; says err 'too narrow for GPS L1CA' 'now 1000000 Hz'
-  runs 2 "$canyon" iq small.yaml --out f.iq --format 1bit --agc 1; one_line; says err 'it has no level'
+  runs 2 "$canyon" iq small.yaml --out f.iq --real --intermediate-hz 3e6; one_line; says err 'is aliased' '1000000 Hz leaves the widest band'
+  runs 2 "$canyon" iq small.yaml --out f.iq --real --intermediate-hz=2e5; one_line; says err 'too narrow for GPS L1CA' 'now 1000000 Hz'
+  runs 2 "$canyon" iq small.yaml --out f.iq --format 1bit --agc 1; one_line; says err 'has no level'
   runs 0 "$canyon" iq small.yaml --out b.iq --duration 1 --rate 2.5e6 --bandwidth 2e6 --quiet
   runs 0 "$canyon" iq small.yaml --out c.iq --duration 1 --rate 2.5e6 --bandwidth 2e6 --quiet --threads 1
   cmp b.iq c.iq || fail "the filter's bytes depend on the threads"
@@ -740,7 +781,7 @@ P
     [ ! -s err ] || fail "--quiet printed something"
     [ -s $file ] || fail "no $file"
   done
-  runs 2 "$canyon" correlation small.yaml --satellite X1 --out d.png; one_line; says err "'X1' is no satellite"
+  runs 2 "$canyon" correlation small.yaml --satellite X1 --out d.png; one_line; says err "'X1' is not a satellite"
   runs 2 "$canyon" correlation small.yaml --satellite C62 --out d.png; one_line; says err 'the sky has no satellite C62'
   runs 2 "$canyon" correlation small.yaml --satellite "$name" --signal E1 --out d.png; one_line; says err "sends no signal 'E1'"
   runs 2 "$canyon" correlation small.yaml --satellite "$name" --out d.gif; one_line; says err 'no .png, .svg or .csv'
@@ -785,7 +826,7 @@ skyplot)
   runs 2 "$canyon" skyplot small.yaml --frames none --first 9 --last 3; one_line; says err --last
   runs 2 "$canyon" skyplot small.yaml --frames none --every 0; one_line; says err --every
   runs 2 "$canyon" skyplot small.yaml --frames film -o bad.png
-  runs 2 "$canyon" skyplot small.yaml -o bad.png --style round; says err sky fisheye
+  runs 2 "$canyon" skyplot small.yaml -o bad.png --style round; one_line; says err --style sky fisheye
   runs 0 "$canyon" simulate small.yaml --out good --quiet
   sed 's/^sky.*/sky: {navigation: [good\/sky.nav]}/' small.yaml >files.yaml
   runs 0 "$canyon" skyplot files.yaml -o files.png --width 300 --quiet
@@ -911,15 +952,15 @@ bad_scenario)
 bad_trajectory)
   sed '/waypoints/,/speed/d' small.yaml >base.yaml
   with_file() { { cat base.yaml; } | sed "s/^trajectory:.*/trajectory: {file: $1}/" >bad.yaml; }
-  printf 'time,latitude,longitude,height\n0,22.3,114.17,nan\n1,22.3,114.17,2\n' >t.csv; with_file t.csv
+  printf 'time,latitude,longitude,height\n0,22.3,114.17,nan\n1,22.3,114.17,nan\n' >t.csv; with_file t.csv
   runs 2 "$canyon" simulate bad.yaml --out res; one_line; says err t.csv:2:
   printf 'time,latitude,longitude,height\n0,114.17,22.3,2\n1,114.17,22.3,2\n' >t.csv; with_file t.csv
   runs 2 "$canyon" simulate bad.yaml --out res; one_line; says err t.csv:2: "look swapped"
   grep -q NMEA err && fail "swapped columns are taken for NMEA"
   printf 'time,latitude,longitude,height\n0,2230.1,114.17,2\n1,2230.2,114.17,2\n' >t.csv; with_file t.csv
   runs 2 "$canyon" simulate bad.yaml --out res; one_line; says err t.csv:2: latitude
-  printf 'time,latitude,longitude,height\n0,22.3,114.17,2\n5,22.3,114.17,2\n4,22.3,114.17,2\n' >t.csv; with_file t.csv
-  runs 2 "$canyon" simulate bad.yaml --out res; one_line; says err t.csv:4:
+  printf 'time,latitude,longitude,height\n5,22.3,114.17,2\n4,22.3,114.17,2\n3,22.3,114.17,2\n' >t.csv; with_file t.csv
+  runs 2 "$canyon" simulate bad.yaml --out res; one_line; says err t.csv: "sort the points by time"
   printf 'time,latitude,longitude,height\n0,48.1,11.6,2\n5,48.1,11.6,2\n' >t.csv; with_file t.csv
   runs 2 "$canyon" simulate bad.yaml --out res; one_line; says err km
   : >t.csv; with_file t.csv
@@ -1389,7 +1430,7 @@ view)
   runs 2 "$canyon" view map/map.nc --map map/map.nc --out m5; one_line; says err "--map beside a map"
   mkdir report; : >report/report.html; runs 2 "$canyon" view report --out m5; one_line; says err "canyon validate" --view
   # Films: what is missing is said before any work.
-  runs 2 "$canyon" view v --record film.jpg; one_line; says err "no film ends in .jpg"
+  runs 2 "$canyon" view v --record film.jpg; one_line; says err "'.jpg' is not the ending of a film"
   runs 2 "$canyon" view v --record film.webp --record-size 801x600; one_line; says err --record-size
   runs 2 env PATH=/none "$canyon" view v --record film.mp4; one_line; says err ffmpeg
   runs 2 env PATH=/none "$canyon" view v --record film.webp; one_line; says err Node.js

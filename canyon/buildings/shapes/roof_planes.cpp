@@ -101,6 +101,23 @@ RoofRectangle roof_rectangle(const std::vector<Point2>& outer, const Shape& shap
   return fit(hull, across);
 }
 
+bool set_roof_by_angle(Shape& shape, const std::vector<Point2>& outer) {
+  if (!shape.roof_angle_rad) return true;
+  const RoofRectangle rectangle = roof_rectangle(outer, shape);
+  double run_m = rectangle.half_width_m;
+  if (shape.roof == RoofShape::Skillion) run_m *= 2;
+  if (shape.roof == RoofShape::Hipped || shape.roof == RoofShape::Mansard ||
+      shape.roof == RoofShape::Pyramidal) {
+    run_m = std::min(run_m, rectangle.half_length_m);
+  }
+  const double rise_m = run_m * std::tan(*shape.roof_angle_rad);
+  const double added_m = shape.height_source == HeightSource::Levels ? rise_m - shape.roof_height_m : 0;
+  if (shape.height_m + added_m - rise_m < shape.min_height_m) return false;
+  shape.height_m += added_m;
+  shape.roof_height_m = rise_m;
+  return true;
+}
+
 std::vector<RoofPlane> roof_planes(RoofShape shape, const RoofRectangle& rectangle, double rise_m) {
   const double w = rectangle.half_width_m, l = rectangle.half_length_m, run = std::min(w, l), rise = rise_m;
   const Point2& o = rectangle.centre;

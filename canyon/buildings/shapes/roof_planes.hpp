@@ -24,6 +24,12 @@ struct RoofRectangle {
 /// that side. Precondition: at least three points, not all on a line.
 [[nodiscard]] RoofRectangle roof_rectangle(const std::vector<Point2>& outer, const Shape& shape);
 
+/// Sets roof_height_m of a shape with roof_angle_rad: the rise of its slope over the footprint (over the half
+/// width of the rectangle, the whole of it where the roof is skillion, the shorter half where it is hipped,
+/// mansard or pyramidal). The top stays, or where it was made of storeys the eaves do. Returns false, and
+/// changes nothing, where the roof would be higher than the building.
+[[nodiscard]] bool set_roof_by_angle(Shape& shape, const std::vector<Point2>& outer);
+
 /// Height above the eaves [m]: offset + gradient . (p - origin).
 struct RoofPlane {
   Point2 origin = Point2::Zero();

@@ -99,6 +99,13 @@ Json Reader::parse(std::string_view text, int first_line) {
 }
 
 void Reader::read_header(const Json& root) {
+  if (root["type"] == "FeatureCollection" || root["type"] == "Feature") {
+    fail("is GeoJSON, which is not read as a map", "give OpenStreetMap data or CityJSON of the buildings");
+  }
+  if (root["type"] == "CityJSONFeature") {
+    fail("a sequence begins with a CityJSON object, and this is a CityJSONFeature",
+         "give the whole sequence");
+  }
   if (root["type"] != "CityJSON") {
     fail("not CityJSON: no \"type\": \"CityJSON\"", "give a CityJSON file (1.0, 1.1 or 2.0)");
   }

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <fstream>
 #include <new>
+#include <optional>
 #include <osmium/io/any_compression.hpp>
 #include <osmium/io/file.hpp>
 #include <osmium/io/pbf_input.hpp>
@@ -16,7 +17,11 @@
 #include <osmium/osm.hpp>
 #include <string_view>
 
+#include "canyon/base/archives.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/input_file.hpp"
+#include "canyon/base/text_file.hpp"
+#include "canyon/buildings/sources/osm_text.hpp"
 
 namespace canyon::buildings {
 namespace {
@@ -26,10 +31,7 @@ constexpr double kBoxMargin_deg = 0.02;
 
 /// libosmium's name of the format, by content, since downloads lose their suffix.
 std::string sniff_format(const std::filesystem::path& path) {
-  std::error_code code;
-  const auto status = std::filesystem::status(path, code);
-  if (!std::filesystem::exists(status)) throw InputError(path, 0, "does not exist");
-  if (std::filesystem::is_directory(status)) throw InputError(path, 0, "is a folder, not a map file");
+  check_input_file(path);
   std::ifstream in(path, std::ios::binary);
   std::string head(512, '\0');
   in.read(head.data(), static_cast<std::streamsize>(head.size()));
@@ -37,6 +39,8 @@ std::string sniff_format(const std::filesystem::path& path) {
   head.resize(static_cast<std::size_t>(in.gcount()));
   if (head.empty()) throw InputError(path, 0, "is empty", "fetch the map again");
   const std::string_view view(head);
+  if (is_compress(view) || is_zip(view)) throw InputError(path, 0, "is a packed file", "unpack it first");
+  if (view.substr(0, 3) != "BZh") refuse_foreign_bytes(path, view);
   if (view.substr(0, 2) == "\x1f\x8b") return "osm.gz";
   if (view.substr(0, 3) == "BZh") return "osm.bz2";
   // A PBF file begins with the length of a BlobHeader whose type is "OSMHeader".
@@ -44,8 +48,53 @@ std::string sniff_format(const std::filesystem::path& path) {
   std::size_t start = view.substr(0, 3) == "\xEF\xBB\xBF" ? 3 : 0;
   start = view.find_first_not_of(" \t\r\n", start);
   if (start != std::string_view::npos && view[start] == '<') return "osm";
+  if (start != std::string_view::npos && view[start] == '{') return "json";
   throw InputError(path, 0, "is not an OpenStreetMap file",
-                   "give an extract as .osm, .osm.gz, .osm.bz2 or .osm.pbf");
+                   "give an extract as .osm, .osm.gz, .osm.bz2, .osm.pbf or Overpass JSON");
+}
+
+/// A map file, or its text where that had to be changed for libosmium.
+struct MapSource {
+  std::filesystem::path path;
+  std::string format;
+  std::optional<std::string> text;
+};
+
+/// The text of an XML file, unpacked; nothing where it is damaged or too large to be held.
+std::optional<std::string> xml_text(const std::filesystem::path& path, const std::string& format) {
+  constexpr std::size_t kLargest = std::size_t{1} << 28;  // editors save no larger maps
+  try {
+    const osmium::io::File file{std::filesystem::absolute(path).string(), format};
+    const auto packed = osmium::io::CompressionFactory::instance().create_decompressor(
+        file.compression(), osmium::io::detail::open_for_reading(file.filename()));
+    std::string text;
+    for (std::string piece = packed->read(); !piece.empty(); piece = packed->read()) {
+      text += piece;
+      if (text.size() > kLargest) return std::nullopt;
+    }
+    packed->close();
+    return text;
+  } catch (const std::exception&) {
+    return std::nullopt;  // the reader says it
+  }
+}
+
+MapSource open_source(const std::filesystem::path& path) {
+  MapSource source{path, sniff_format(path), {}};
+  if (source.format == "json") {
+    source.text = osm_xml_from_overpass(path, TextFile(path).text());
+    source.format = "osm";
+  } else if (source.format != "pbf") {
+    if (const auto text = xml_text(path, source.format)) {
+      if (text->find("<remark> runtime error") != std::string::npos) {
+        throw InputError(path, 0, "Overpass gave up: a part of the map is missing",
+                         "fetch it again with more time, or in smaller pieces");
+      }
+      source.text = plain_osm_xml(*text);
+      source.format = "osm";
+    }
+  }
+  return source;
 }
 
 /// Throws osmium::pbf_error for a blob without a type: libosmium compares it by a null pointer.
@@ -78,20 +127,21 @@ void check_blob_types(const std::filesystem::path& path) {
   }
 }
 
-/// Calls `use` with each object of the kinds `bits` in each file.
+/// Calls `use` with each object of the kinds `bits` in each file, those that are not visible among them.
 template <typename Use>
-void for_each_object(const std::vector<std::filesystem::path>& paths, osmium::osm_entity_bits::type bits,
+void for_each_object(const std::vector<MapSource>& sources, osmium::osm_entity_bits::type bits,
                      const Use& use) {
-  for (const auto& path : paths) {
-    const std::string format = sniff_format(path);
+  for (const MapSource& source : sources) {
+    const std::filesystem::path& path = source.path;
     try {
-      if (format == "pbf") check_blob_types(path);
+      if (source.format == "pbf") check_blob_types(path);
       // An absolute path, since libosmium reads "-" and "http:" as something else.
-      osmium::io::Reader reader{osmium::io::File{std::filesystem::absolute(path).string(), format}, bits};
+      const osmium::io::File file =
+          source.text ? osmium::io::File{source.text->data(), source.text->size(), source.format}
+                      : osmium::io::File{std::filesystem::absolute(path).string(), source.format};
+      osmium::io::Reader reader{file, bits};
       while (const osmium::memory::Buffer buffer = reader.read()) {
-        for (const auto& object : buffer.select<osmium::OSMObject>()) {
-          if (object.visible()) use(path, object);
-        }
+        for (const auto& object : buffer.select<osmium::OSMObject>()) use(path, object);
       }
       reader.close();
     } catch (const InputError&) {
@@ -136,6 +186,28 @@ bool contains(const std::vector<OsmId>& set, OsmId id) {
   return std::binary_search(set.begin(), set.end(), id);
 }
 
+/// Objects that a history, a change file or an editor says are deleted, by the latest such version.
+class Deletions {
+ public:
+  /// Whether an object is one; it is noted then.
+  bool note(const osmium::OSMObject& object) {
+    if (object.visible()) return false;
+    std::uint32_t& version = versions_[object.id()];
+    version = std::max(version, object.version());
+    return true;
+  }
+  template <typename Object>
+  void apply(std::map<OsmId, Object>& objects) const {
+    for (const auto& [id, version] : versions_) {
+      const auto found = objects.find(id);
+      if (found != objects.end() && found->second.version <= version) objects.erase(found);
+    }
+  }
+
+ private:
+  std::map<OsmId, std::uint32_t> versions_;
+};
+
 /// The place in `objects` for a new version of an object; nullptr where a newer one is already there.
 template <typename Object>
 Object* place_for(std::map<OsmId, Object>& objects, OsmId id, std::uint32_t version) {
@@ -149,7 +221,8 @@ Object* place_for(std::map<OsmId, Object>& objects, OsmId id, std::uint32_t vers
 class ObjectReader {
  public:
   ObjectReader(const std::vector<std::filesystem::path>& paths, const OsmReadOptions& options)
-      : paths_(paths), options_(options) {
+      : options_(options) {
+    for (const auto& path : paths) sources_.push_back(open_source(path));
     if (options.box) {
       wide_ = *options.box;
       wide_.west -= kBoxMargin_deg;
@@ -176,10 +249,12 @@ class ObjectReader {
   }
 
   void read_relations() {
-    for_each_object(paths_, osmium::osm_entity_bits::relation,
+    Deletions deleted;
+    for_each_object(sources_, osmium::osm_entity_bits::relation,
                     [&](const std::filesystem::path&, const osmium::OSMObject& object) {
-                      add_relation(static_cast<const osmium::Relation&>(object));
+                      if (!deleted.note(object)) add_relation(static_cast<const osmium::Relation&>(object));
                     });
+    deleted.apply(objects_.relations);
     for (const auto& [id, relation] : objects_.relations) {
       for (const OsmMember& member : relation.members) {
         if (member.type == 'w') member_ways_.push_back(member.ref);
@@ -213,10 +288,10 @@ class ObjectReader {
   }
 
   void read_nodes_in_box() {
-    for_each_object(paths_, osmium::osm_entity_bits::node,
+    for_each_object(sources_, osmium::osm_entity_bits::node,
                     [&](const std::filesystem::path&, const osmium::OSMObject& object) {
                       const auto& node = static_cast<const osmium::Node&>(object);
-                      if (node.location().valid() && in_wide_box(node.location())) {
+                      if (node.visible() && node.location().valid() && in_wide_box(node.location())) {
                         nodes_in_box_.push_back(node.id());
                       }
                     });
@@ -224,10 +299,12 @@ class ObjectReader {
   }
 
   void read_ways() {
-    for_each_object(paths_, osmium::osm_entity_bits::way,
+    Deletions deleted;
+    for_each_object(sources_, osmium::osm_entity_bits::way,
                     [&](const std::filesystem::path&, const osmium::OSMObject& object) {
-                      add_way(static_cast<const osmium::Way&>(object));
+                      if (!deleted.note(object)) add_way(static_cast<const osmium::Way&>(object));
                     });
+    deleted.apply(objects_.ways);
   }
 
   void add_way(const osmium::Way& way) {
@@ -287,12 +364,14 @@ class ObjectReader {
       wanted_.insert(wanted_.end(), way.nodes.begin(), way.nodes.end());
     }
     make_set(wanted_);
+    Deletions deleted;
     places_.resize(wanted_.size());
     versions_.resize(wanted_.size());
-    for_each_object(paths_, osmium::osm_entity_bits::node,
+    for_each_object(sources_, osmium::osm_entity_bits::node,
                     [&](const std::filesystem::path& path, const osmium::OSMObject& object) {
-                      add_node(path, static_cast<const osmium::Node&>(object));
+                      if (!deleted.note(object)) add_node(path, static_cast<const osmium::Node&>(object));
                     });
+    deleted.apply(objects_.trees);
   }
 
   void add_node(const std::filesystem::path& path, const osmium::Node& node) {
@@ -353,7 +432,7 @@ class ObjectReader {
     }
   }
 
-  const std::vector<std::filesystem::path>& paths_;
+  std::vector<MapSource> sources_;
   const OsmReadOptions& options_;
   LonLatBox wide_;
   OsmObjects objects_;

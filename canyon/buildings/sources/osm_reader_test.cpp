@@ -13,6 +13,7 @@
 #include <osmium/io/xml_output.hpp>
 
 #include "canyon/base/input_error.hpp"
+#include "tests/support/case_file.hpp"
 #include "tests/support/osm_text.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -409,14 +410,13 @@ TEST_F(OsmReader, FoliageThatIsNotAskedForIsCounted) {
 }
 
 TEST_F(OsmReader, BadFilesGiveOneClearError) {
-  EXPECT_THAT(problem(folder_ / "nowhere.osm"), HasSubstr("nowhere.osm: does not exist"));
+  EXPECT_THAT(problem(folder_ / "nowhere.osm"), HasSubstr("nowhere.osm: no such file"));
   EXPECT_THAT(problem(folder_.path()), HasSubstr("is a folder"));
   EXPECT_THAT(problem_of_text(""), HasSubstr("is empty"));
   EXPECT_THAT(problem_of_text("lat,lon\n1,2\n"), HasSubstr("is not an OpenStreetMap file"));
   EXPECT_THAT(problem_of_text("<?xml version='1.0'?><gpx version='1.1'></gpx>"),
               HasSubstr("is XML, but no OpenStreetMap data"));
-  EXPECT_THAT(problem_of_text("<html><body>504</body></html>"),
-              HasSubstr("is XML, but no OpenStreetMap data"));
+  EXPECT_THAT(problem_of_text("<html><body>504</body></html>"), HasSubstr("is a web page"));
   EXPECT_THAT(problem_of_text("<osm version=\"0.6\"></osm>"), HasSubstr("map.osm: holds no building"));
   EXPECT_THAT(problem_of_text(OsmText().square(1, 0, 0, 1, {{"building", "no"}}).text()),
               HasSubstr("holds no building (1 left out, building=no: way/1)"));
@@ -427,6 +427,53 @@ TEST_F(OsmReader, BadFilesGiveOneClearError) {
   OsmReadOptions options;
   options.box = LonLatBox{170, 0, -170, 1};
   EXPECT_THAT(problem(folder_ / "map.osm", options), HasSubstr("antimeridian"));
+}
+
+// Smallest inputs of faults that users of other programs reported; tests/data/cases has where from.
+TEST_F(OsmReader, DoesNotBuildWhatAnEditorDeleted) {
+  EXPECT_THAT(ids(read_osm({test::case_file("osm-josm-delete/edited.osm")})), ElementsAre("way/1"));
+  // A change file and a history say it by visible or by a section; the latest version counts.
+  const std::string whole =
+      OsmText().square(1, 10, 50, 0.001, kBuilding).square(10, 11, 50, 0.001, kBuilding).text();
+  std::ofstream(folder_ / "whole.osm") << whole;
+  const MapData all = read_osm({folder_ / "whole.osm"});
+  ASSERT_EQ(all.features.size(), 2U);
+  std::ofstream(folder_ / "gone.osm") << "<osm version='0.6'><way id='" << all.features[0].id.substr(4)
+                                      << "' version='7' visible='false'/></osm>";
+  EXPECT_THAT(ids(read_osm({folder_ / "whole.osm", folder_ / "gone.osm"})), ElementsAre(all.features[1].id));
+}
+
+TEST_F(OsmReader, UsersDoNotMatter) {
+  const MapData map = read_osm({test::case_file("osm-josm-uid/uid.osm")});
+  ASSERT_EQ(map.features.size(), 1U);
+  EXPECT_EQ(map.features[0].tags.at("height"), "20");
+}
+
+TEST_F(OsmReader, ReadsOverpassJson) {
+  const MapData map = read_osm({test::case_file("overpass-json/overpass.json")});
+  ASSERT_EQ(map.features.size(), 1U);
+  EXPECT_EQ(map.features[0].tags.at("height"), "20");
+  EXPECT_NEAR(area(map.features[0].polygons.at(0).outer), 4e-8, 1e-13);
+  // out geom: places in ways, and in members of relations; a quotation mark in a tag.
+  const auto json = [&](const std::string& elements) {
+    std::ofstream(folder_ / "o.json") << R"({"version": 0.6, "elements": [)" << elements << "]}";
+    return folder_ / "o.json";
+  };
+  const std::string ring =
+      R"("geometry": [{"lat":48,"lon":11},{"lat":48,"lon":11.001},{"lat":48.001,"lon":11.001},{"lat":48,"lon":11}])";
+  const MapData geom =
+      read_osm({json(R"({"type":"way","id":9,"tags":{"building":"yes","name":"a \"b\" & <c>"},)" + ring +
+                     R"(},{"type":"relation","id":4,"tags":{"type":"multipolygon","building":"yes"},)" +
+                     R"("members":[{"type":"way","ref":20,"role":"outer",)" + ring + "}]}")});
+  ASSERT_THAT(ids(geom), ElementsAre("way/9", "relation/4"));
+  EXPECT_EQ(geom.features[0].tags.at("name"), "a \"b\" & <c>");
+  EXPECT_THAT(
+      problem(json(R"({"type":"way","id":9,"center":{"lat":48,"lon":11},"tags":{"building":"yes"}})")),
+      HasSubstr("ask Overpass with 'out geom'"));
+  std::ofstream(folder_ / "o.json") << R"({"elements": [], "remark": "runtime error: Query timed out"})";
+  EXPECT_THAT(problem(folder_ / "o.json"), HasSubstr("Overpass gave up: runtime error"));
+  std::ofstream(folder_ / "o.json") << R"({"a": 1})";
+  EXPECT_THAT(problem(folder_ / "o.json"), HasSubstr("neither CityJSON nor Overpass"));
 }
 
 TEST_F(OsmReader, RefusesPlacesBeyondThePoles) {

@@ -5,11 +5,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <mutex>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 #include "canyon/base/dictionary.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/input_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/buildings/sources/gdal.hpp"
 #include "canyon/buildings/sources/geoid.hpp"
@@ -54,6 +58,12 @@ std::optional<double> metres_of_unit(const std::string& unit, const std::filesys
                    "set the band's unit to metres or feet, or use a height raster");
 }
 
+/// Heights of ground above sea level: the lowest shore is at -430 m, the highest summit at 8,849 m. Others
+/// are fill values that the raster does not declare.
+bool is_possible(double height_m) {
+  return height_m >= -500 && height_m <= 9000;
+}
+
 }  // namespace
 
 struct Raster::Impl {
@@ -70,22 +80,27 @@ struct Raster::Impl {
   gdal::Transformation map_from_wgs84;     ///< null where the raster is in longitude and latitude of WGS 84
   std::optional<Geoid> geoid;
   std::vector<std::string> notes;
-  mutable std::mutex mutex;  ///< over the handles of GDAL and PROJ
+  mutable std::mutex mutex;  ///< over the handles of GDAL and PROJ, and what follows
+  mutable std::map<std::pair<int, int>, std::optional<double>> impossible;  ///< what is taken for such pixels
+  mutable double first_impossible_m = 0;
 
   void open();
   void georeference(const TerrainOptions& options);
   void read_band();
   /// [m], before the geoid; the caller holds the mutex.
   std::optional<double> sample(double x, double y) const;
+  /// Pixels of a window [m], row by row; NaN where there is no data.
+  std::vector<double> window(int left, int top, int columns, int rows) const;
+  std::optional<double> instead_of_impossible(int column, int row) const;
 };
 
 void Raster::Impl::open() {
   static std::once_flag registered;
   std::call_once(registered, GDALAllRegister);
   std::error_code ignored;
-  if (path.string().rfind("/vsi", 0) != 0 && !std::filesystem::exists(path, ignored)) {
-    throw InputError(path, 0, "no such file");
-  }
+  // Some rasters are folders.
+  if (path.string().rfind("/vsi", 0) != 0 && !std::filesystem::is_directory(path, ignored))
+    check_input_file(path);
   const gdal::Quiet quiet;
   // Else the vertical part of the reference system is dropped by some drivers.
   const ConfigOption geotiff("GTIFF_REPORT_COMPD_CS", "YES");
@@ -190,8 +205,32 @@ std::optional<double> Raster::Impl::sample(double x, double y) const {
   const int top = std::min(static_cast<int>(v), std::max(height - 2, 0));
   const int columns = std::min(2, width);
   const int rows = std::min(2, height);
-  std::array<double, 4> values{};
-  std::array<std::uint8_t, 4> valid{255, 255, 255, 255};
+  const std::vector<double> heights = window(left, top, columns, rows);
+  double sum = 0;
+  for (int j = 0; j < rows; ++j) {
+    for (int i = 0; i < columns; ++i) {
+      const double weight_x = columns == 1 ? 1 : i == 0 ? 1 - (u - left) : u - left;
+      const double weight_y = rows == 1 ? 1 : j == 0 ? 1 - (v - top) : v - top;
+      const double weight = weight_x * weight_y;
+      if (weight < 1e-9) continue;  // on a pixel's centre, but for rounding
+      double height_m = heights[static_cast<std::size_t>(j * columns + i)];
+      if (!std::isfinite(height_m)) return std::nullopt;
+      if (!is_possible(height_m)) {
+        if (impossible.empty()) first_impossible_m = height_m;
+        const auto filled = instead_of_impossible(left + i, top + j);
+        if (!filled) return std::nullopt;
+        height_m = *filled;
+      }
+      sum += weight * height_m;
+    }
+  }
+  return sum;
+}
+
+std::vector<double> Raster::Impl::window(int left, int top, int columns, int rows) const {
+  const std::size_t count = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
+  std::vector<double> values(count);
+  std::vector<std::uint8_t> valid(count, 255);
   const gdal::Quiet quiet;
   CPLErr error =
       GDALRasterIO(band, GF_Read, left, top, columns, rows, values.data(), columns, rows, GDT_Float64, 0, 0);
@@ -203,19 +242,29 @@ std::optional<double> Raster::Impl::sample(double x, double y) const {
     throw InputError(path, 0, fmt::format("heights cannot be read ({})", quiet.message()),
                      "is the file cut short? fetch it again");
   }
-  double sum = 0;
-  for (int j = 0; j < rows; ++j) {
-    for (int i = 0; i < columns; ++i) {
-      const double weight_x = columns == 1 ? 1 : i == 0 ? 1 - (u - left) : u - left;
-      const double weight_y = rows == 1 ? 1 : j == 0 ? 1 - (v - top) : v - top;
-      const double weight = weight_x * weight_y;
-      if (weight < 1e-9) continue;  // on a pixel's centre, but for rounding
-      const std::size_t k = static_cast<std::size_t>(j * columns + i);
-      if (valid[k] == 0 || !std::isfinite(values[k])) return std::nullopt;
-      sum += weight * values[k];
+  for (std::size_t k = 0; k < count; ++k)
+    values[k] = valid[k] == 0 ? std::nan("") : values[k] * factor + addend_m;
+  return values;
+}
+
+// The mean of the possible heights on the closest ring of pixels that has any.
+std::optional<double> Raster::Impl::instead_of_impossible(int column, int row) const {
+  const auto [known, fresh] = impossible.try_emplace({column, row});
+  if (!fresh) return known->second;
+  constexpr int kFarthest = 16;
+  for (int ring = 1; ring <= kFarthest; ++ring) {
+    const int left = std::max(0, column - ring), right = std::min(width - 1, column + ring);
+    const int top = std::max(0, row - ring), bottom = std::min(height - 1, row + ring);
+    double sum = 0;
+    int count = 0;
+    for (const double height_m : window(left, top, right - left + 1, bottom - top + 1)) {
+      if (!is_possible(height_m)) continue;  // neither is NaN
+      sum += height_m;
+      ++count;
     }
+    if (count > 0) return known->second = sum / count;
   }
-  return sum * factor + addend_m;
+  return std::nullopt;
 }
 
 Raster::Raster(const std::filesystem::path& path, const TerrainOptions& options)
@@ -231,6 +280,16 @@ Raster::Raster(Raster&&) noexcept = default;
 
 const std::vector<std::string>& Raster::notes() const {
   return impl_->notes;
+}
+
+std::string Raster::caution() const {
+  const std::lock_guard lock(impl_->mutex);
+  if (impl_->impossible.empty()) return {};
+  return fmt::format(
+      "{}: {} of the posts in use are beyond -500 to 9,000 m (such as {:g} m) and are not ground: filled "
+      "from "
+      "those around; declare the no-data value, e.g. with gdal_edit.py -a_nodata",
+      impl_->path.filename().string(), impl_->impossible.size(), impl_->first_impossible_m);
 }
 
 std::optional<double> Raster::geoid_undulation_m(const LonLat& place) const {

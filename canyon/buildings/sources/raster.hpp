@@ -21,11 +21,14 @@ class Raster {
 
   /// Ellipsoidal height [m] at longitude and latitude [deg]: bilinear between pixel centres, constant over
   /// the outermost half pixel. Empty outside the raster and where one of the pixels that count is no-data.
-  /// Throws InputError for a damaged file.
+  /// A pixel beyond -500 to 9,000 m is not ground: it counts as the mean of those around it. Throws
+  /// InputError for a damaged file.
   [[nodiscard]] std::optional<double> height_m(const LonLat& place) const;
   /// Where height_m() answers: ellipsoidal height of mean sea level [m]; empty where heights are ellipsoidal.
   [[nodiscard]] std::optional<double> geoid_undulation_m(const LonLat& place) const;
   [[nodiscard]] const std::vector<std::string>& notes() const;
+  /// A warning about such pixels among those that were asked for; empty where there was none.
+  [[nodiscard]] std::string caution() const;
 
  private:
   struct Impl;

@@ -10,6 +10,7 @@
 
 #include "canyon/base/dictionary.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/geodesy/constants.hpp"
 
 namespace canyon::buildings {
 namespace {
@@ -115,6 +116,21 @@ RoofShape read_roof_shape(const Tags& tags) {
   if (fallback != kRoofFallbacks.end()) return fallback->second;
   tags.warn(fmt::format("roof:shape={} is not known; built flat", Tags::shown(text)));
   return RoofShape::Flat;
+}
+
+/// roof:angle in radians: the slope of the roof's faces.
+std::optional<double> read_roof_angle(const Tags& tags) {
+  std::string text(tags.text("roof:angle").substr(0, 64));
+  if (text.empty()) return std::nullopt;
+  for (const std::string_view unit : {"\xC2\xB0", "degrees", "deg"})
+    if (text.ends_with(unit)) text.resize(text.size() - unit.size());
+  std::replace(text.begin(), text.end(), ',', '.');
+  constexpr double kSteepest_deg = 85;
+  const std::optional<double> angle_deg = parse_double(text);
+  if (angle_deg && *angle_deg > 0 && *angle_deg <= kSteepest_deg) return geodesy::radians(*angle_deg);
+  tags.warn(fmt::format("roof:angle={} is not an angle in (0, {}] deg; left out",
+                        Tags::shown(tags.text("roof:angle")), kSteepest_deg));
+  return std::nullopt;
 }
 
 city::Material first_material(const Tags& tags, std::initializer_list<const char*> keys) {
@@ -258,9 +274,10 @@ class ShapeReader {
     }
     const double default_m = std::min(defaults_.level_m, most_m / 3);
     const std::optional<double> roof_m = roof_height_ ? roof_height_ : roof_of_levels(most_m, default_m);
-    shape_.roof_source = roof_height_ ? HeightSource::Tag
-                         : roof_m     ? HeightSource::Levels
-                                      : HeightSource::Default;
+    if (!roof_height_) shape_.roof_angle_rad = read_roof_angle(tags_);
+    shape_.roof_source = roof_height_ || (!roof_m && shape_.roof_angle_rad) ? HeightSource::Tag
+                         : roof_m                                           ? HeightSource::Levels
+                                                                            : HeightSource::Default;
     shape_.roof_height_m = std::min(roof_m.value_or(default_m), most_m);
     // Rounding must not push the eaves below the bottom.
     while (shape_.height_m - shape_.roof_height_m < shape_.min_height_m) {

@@ -37,6 +37,8 @@ struct Shape {
   RoofShape roof = RoofShape::Flat;
   double roof_height_m = 0;                  ///< part of height_m; 0 for Flat
   std::optional<double> roof_direction_rad;  ///< compass azimuth towards which the roof slopes down
+  /// roof:angle, where no height of the roof is tagged: set_roof_by_angle() makes roof_height_m of it.
+  std::optional<double> roof_angle_rad;
   bool roof_across = false;  ///< roof:orientation=across: the ridge runs across the longer side
   city::Material facade = city::Material::Concrete;
   city::Material roof_material = city::Material::Concrete;
@@ -59,10 +61,11 @@ struct Shape {
 /// building:min_level x storey height (of height and levels where both are tagged); else for building=roof
 /// and carport 0.3 m below the roof's eaves, for building=bridge one storey. roof: unknown shapes are Flat
 /// with a warning, and kin are taken for each other (half-hipped: Hipped; saltbox and crosspitched: Gabled;
-/// conical: Pyramidal; barrel: Round). Its height is roof:height, else roof:levels x storey height, else what
-/// building:levels leave of `height`, else one storey but at most a third of the building. roof:angle is not
-/// read: the footprint is not known here. materials: of the facade building:facade:material, facade:material,
-/// building:material, building:cladding, the first that is known; of the roof roof:material; else Concrete.
+/// conical: Pyramidal; barrel: Round). Its height is roof:height, else by roof:angle (roof_planes.hpp, for
+/// the footprint is not known here), else roof:levels x storey height, else what building:levels leave of
+/// `height`, else one storey but at most a third of the building. materials: of the facade
+/// building:facade:material, facade:material, building:material, building:cladding, the first that is known;
+/// of the roof roof:material; else Concrete.
 ///
 /// The result always has 0 <= min_height_m <= height_m - roof_height_m and min_height_m < height_m.
 [[nodiscard]] Shape shape_from_tags(const std::map<std::string, std::string>& tags,

@@ -279,7 +279,7 @@ TEST(ShapeFromTags, LeavesAbsurdValuesOutWithAWarning) {
   const std::vector<Case> cases{
       {{{"building", "yes"}, {"height", "-5"}}, 9, 0, 0, "height='-5' is outside [0.1, 2000] m"},
       {{{"building", "yes"}, {"height", "5000"}}, 9, 0, 0, "height='5000' is outside"},
-      {{{"building", "yes"}, {"height", "tall"}}, 9, 0, 0, "height='tall' is no length"},
+      {{{"building", "yes"}, {"height", "tall"}}, 9, 0, 0, "height='tall' is not a length"},
       {{{"building", "yes"}, {"height", "0"}}, 9, 0, 0, "height='0' is outside"},
       {{{"building", "yes"}, {"height", "10"}, {"min_height", "12"}},
        10,
@@ -316,7 +316,7 @@ TEST(ShapeFromTags, LeavesAbsurdValuesOutWithAWarning) {
        0,
        3,
        "storeys and roof add up to"},
-      {{{"building", "yes"}, {"roof:direction", "down"}}, 9, 0, 0, "roof:direction='down' is no direction"},
+      {{{"building", "yes"}, {"roof:direction", "down"}}, 9, 0, 0, "roof:direction='down' is not a direction"},
       {{{"building", "yes"}, {"roof:orientation", "up"}}, 9, 0, 0, "roof:orientation='up' is neither"}};
   for (const Case& expected : cases) {
     std::vector<std::string> warnings;

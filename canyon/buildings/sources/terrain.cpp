@@ -38,6 +38,13 @@ const std::vector<std::string>& Terrain::notes() const {
   return impl_->notes;
 }
 
+std::vector<std::string> Terrain::cautions() const {
+  std::vector<std::string> cautions;
+  for (const Raster& raster : impl_->rasters)
+    if (const std::string caution = raster.caution(); !caution.empty()) cautions.push_back(caution);
+  return cautions;
+}
+
 std::optional<double> Terrain::height_m(const LonLat& place) const {
   for (const Raster& raster : impl_->rasters) {
     if (const auto height = raster.height_m(place)) return height;

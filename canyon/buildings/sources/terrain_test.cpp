@@ -97,6 +97,24 @@ class TerrainTest : public ::testing::Test {
   test::TemporaryFolder folder_;
 };
 
+// A fill value that the raster does not declare is not ground: it counts as what lies around it.
+TEST_F(TerrainTest, ImpossibleHeightsAreFilledAndSaid) {
+  for (const double fill : {32767.0, -9999.0, 1e20, -3.4e38}) {
+    SCOPED_TRACE(fill);
+    make_raster(folder_ / "bad.tif", {}, [fill](double x, double y) {
+      return std::abs(x - 114.0495) < 1e-6 && std::abs(y - 22.4505) < 1e-6 ? fill : 500.0;
+    });
+    const Terrain terrain({folder_ / "bad.tif"});
+    EXPECT_TRUE(terrain.cautions().empty());
+    EXPECT_NEAR(terrain.height_m({114.0495, 22.4505}).value_or(0), 500, 1e-6);
+    EXPECT_NEAR(terrain.height_m({114.0499, 22.4501}).value_or(0), 500, 1e-6);
+    ASSERT_EQ(terrain.cautions().size(), 1U);
+    EXPECT_TRUE(contains(terrain.cautions()[0], "bad.tif: 1 of the posts")) << terrain.cautions()[0];
+  }
+  make_raster(folder_ / "all.tif", {}, [](double, double) { return 32767.0; });
+  EXPECT_FALSE(Terrain({folder_ / "all.tif"}).height_m({114.0495, 22.4505}));
+}
+
 TEST_F(TerrainTest, PlaneIsSampledExactly) {
   make_raster(folder_ / "plane.tif", {}, plane);
   const Terrain terrain({folder_ / "plane.tif"});

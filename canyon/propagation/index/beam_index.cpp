@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstring>
 
 #include "canyon/base/simd_clones.hpp"
+#include "canyon/propagation/index/clear_rays.hpp"
 #include "canyon/propagation/index/compact_order.hpp"
 
 namespace canyon::propagation {
@@ -160,19 +160,6 @@ void turn(Caps& caps, const Eigen::Matrix3f& rotation) {
   for (std::size_t i = 0; i < kLanes; ++i) {
     const Eigen::Vector3f v = rotation * Eigen::Vector3f(caps.x[i], caps.y[i], caps.z[i]);
     caps.x[i] = v.x(), caps.y[i] = v.y(), caps.z[i] = v.z();
-  }
-}
-
-/// Calls visit(i) for every i with marks[i] = 1 (not 0); `count` is a multiple of 8.
-template <typename Visit>
-void for_each_mark(const std::uint8_t* marks, std::size_t count, const Visit& visit) {
-  for (std::size_t word = 0; word < count; word += 8) {
-    std::uint64_t eight = 0;
-    std::memcpy(&eight, marks + word, 8);
-    for (; eight != 0; eight &= eight - 1) {
-      const auto byte = static_cast<std::size_t>(__builtin_ctzll(eight)) / 8;
-      visit(word + (std::endian::native == std::endian::little ? byte : 7 - byte));
-    }
   }
 }
 

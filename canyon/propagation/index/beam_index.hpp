@@ -21,7 +21,7 @@ struct Beam {
   double window_m;                      ///< distance of that plane from the apex, > 0
   double reach_m;                       ///< from the apex
   std::array<Eigen::Vector3d, 4> side;  ///< unit, normals of the four planes, inwards
-  /// Of the rays that pass the mirror: the range of their z, in the outer frame.
+  /// Range of z of the rays that pass the mirror, in the outer frame.
   double low_z = -1, high_z = 1;
 };
 
@@ -52,10 +52,10 @@ class BeamIndex {
     void pad();
   };
 
-  /// Trees, by what their facets do to the z of a ray.
+  /// Trees, by the effect of their facets on the z of a ray.
   static constexpr std::size_t kWalls = 0, kLevel = 1, kSloped = 2, kTrees = 3;
 
-  /// The highest levels of the trees about an antenna, and what a search needs for a while.
+  /// The highest levels of the trees about an antenna, and the memory of a search.
   struct Blocks {
     std::vector<std::uint32_t> block;  ///< padded in each tree
     Boxes boxes;
@@ -67,7 +67,7 @@ class BeamIndex {
   BeamIndex() = default;
   explicit BeamIndex(const FacetSet& set);
 
-  /// Of a sphere about all facets, in the set's frame. Nothing: radius 0.
+  /// The sphere about all facets, in the set's frame; radius 0 without facets.
   [[nodiscard]] const Eigen::Vector3d& centre() const { return centre_; }
   [[nodiscard]] double radius() const { return radius_; }
 

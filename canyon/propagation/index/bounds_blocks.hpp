@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cstddef>
 #include <vector>
@@ -13,13 +14,12 @@ class BoundsBlocks {
  public:
   static constexpr std::size_t kBlock = 32;  ///< items in a block, blocks in a super-block
 
-  /// Of the next item.
+  /// Adds the bounds of the next item.
   void append(const Eigen::Vector3d& min, const Eigen::Vector3d& max) {
     if (size_ % kBlock == 0) blocks_.emplace_back();
     if (size_ % (kBlock * kBlock) == 0) super_blocks_.emplace_back();
-    for (Bounds* bounds : {&blocks_.back(), &super_blocks_.back()}) {
-      bounds->min = bounds->min.cwiseMin(min);
-      bounds->max = bounds->max.cwiseMax(max);
+    for (Eigen::AlignedBox3d* bounds : {&blocks_.back(), &super_blocks_.back()}) {
+      bounds->extend(min).extend(max);
     }
     ++size_;
   }
@@ -28,25 +28,22 @@ class BoundsBlocks {
   template <typename Visit>
   void for_each_near(const Eigen::Vector3d& point, double reach2, const Visit& visit) const {
     for (std::size_t s = 0; s < super_blocks_.size(); ++s) {
-      if (squared_distance(point, super_blocks_[s].min, super_blocks_[s].max) > reach2) continue;
+      if (squared_distance(point, super_blocks_[s].min(), super_blocks_[s].max()) > reach2) continue;
       for (std::size_t b = s * kBlock; b < std::min((s + 1) * kBlock, blocks_.size()); ++b) {
-        if (squared_distance(point, blocks_[b].min, blocks_[b].max) > reach2) continue;
+        if (squared_distance(point, blocks_[b].min(), blocks_[b].max()) > reach2) continue;
         for (std::size_t i = b * kBlock; i < std::min((b + 1) * kBlock, size_); ++i) visit(i);
       }
     }
   }
 
-  /// Of a point to bounds; 0 inside.
+  /// Squared distance from a point to bounds; 0 inside.
   [[nodiscard]] static double squared_distance(const Eigen::Vector3d& point, const Eigen::Vector3d& min,
                                                const Eigen::Vector3d& max) {
     return (min - point).cwiseMax(point - max).cwiseMax(0).squaredNorm();
   }
 
  private:
-  struct Bounds {
-    Eigen::Vector3d min = Eigen::Vector3d::Constant(1e300), max = Eigen::Vector3d::Constant(-1e300);
-  };
-  std::vector<Bounds> blocks_, super_blocks_;
+  std::vector<Eigen::AlignedBox3d> blocks_, super_blocks_;
   std::size_t size_ = 0;
 };
 

@@ -1,7 +1,10 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
+#include <cstdint>
+#include <cstring>
 #include <memory>
 #include <span>
 #include <vector>
@@ -9,6 +12,42 @@
 #include "canyon/raytrace/ray_scene.hpp"
 
 namespace canyon::propagation {
+
+/// Calls visit(i) for every i with marks[i] = 1 (not 0); `count` is a multiple of 8.
+template <typename Visit>
+void for_each_mark(const std::uint8_t* marks, std::size_t count, const Visit& visit) {
+  for (std::size_t word = 0; word < count; word += 8) {
+    std::uint64_t eight = 0;
+    std::memcpy(&eight, marks + word, 8);
+    for (; eight != 0; eight &= eight - 1) {
+      const auto byte = static_cast<std::size_t>(__builtin_ctzll(eight)) / 8;
+      visit(word + (std::endian::native == std::endian::little ? byte : 7 - byte));
+    }
+  }
+}
+
+/// Keeps one of several reflections by the same planes: of `found`, by satellite and excess path, the first.
+/// @param reach_m excess paths of the same differ by no more; @param same(kept, other)
+template <typename Found, typename Same>
+void drop_doubles(std::vector<Found>& found, double reach_m, const Same& same) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    bool seen = false;
+    for (std::size_t k = kept; k-- > 0 && !seen;) {
+      if (found[k].satellite != found[i].satellite ||
+          found[i].path.excess_m - found[k].path.excess_m > reach_m) {
+        break;
+      }
+      seen = same(found[k], found[i]);
+      // Which of the two comes first may be a matter of rounding; the reflector's name must not be.
+      if (seen) found[k].path.reflector = std::min(found[k].path.reflector, found[i].path.reflector);
+    }
+    if (seen) continue;
+    if (kept != i) found[kept] = found[i];
+    ++kept;
+  }
+  found.resize(kept);
+}
 
 /// Answers of batched rays. std::vector<bool> cannot be a span of bool.
 class Flags {

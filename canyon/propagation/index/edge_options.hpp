@@ -17,7 +17,6 @@ struct EdgeOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Its fields.
 void visit(options::Visitor& v, EdgeOptions& o);
 
 }  // namespace canyon::propagation

@@ -427,9 +427,7 @@ void EdgeSet::gather(const Vector3d& antenna, double reach_m, double clearance_m
   const double reach2 = reach_m * reach_m;
   blocks_.for_each_near(antenna, reach2, [&](std::size_t i) {
     const Edge& edge = edges_[i];
-    const Vector3d from = antenna - edge.start;
-    const double above = std::max(edge.normal[0].dot(from), edge.normal[1].dot(from));
-    if (above <= clearance_m + 2 * edge.deviation_m || squared_distance(antenna, edge) > reach2) return;
+    if (!edge.is_seen_from(antenna, clearance_m) || squared_distance(antenna, edge) > reach2) return;
     out.append(static_cast<std::uint32_t>(i), edge, antenna);
   });
   out.pad();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -33,9 +34,14 @@ struct Edge {
   [[nodiscard]] Eigen::Vector3d outward() const;
   /// A free edge: 2 pi of air about a sheet, open or closed to no thickness.
   [[nodiscard]] bool is_free() const { return normal[0].dot(normal[1]) < -1 + 1e-9; }
+  /// Whether a place lies more than `clearance_m` + twice the deviation above the plane of a face.
+  [[nodiscard]] bool is_seen_from(const Eigen::Vector3d& place, double clearance_m) const {
+    const Eigen::Vector3d from = place - start;
+    return std::max(normal[0].dot(from), normal[1].dot(from)) > clearance_m + 2 * deviation_m;
+  }
 };
 
-/// The way of a plane wave around an edge.
+/// The path of a plane wave around an edge.
 struct EdgePoint {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< on the edge
   double leg_m = 0;                                 ///< from the antenna to the point, above 0
@@ -56,7 +62,7 @@ struct EdgePoint {
 ///
 /// Empty where the point is beyond the edge's ends (1 nm of slack), where antenna or satellite lie behind
 /// both faces, where the satellite stands within 1e-6 rad of the edge's own direction, or the antenna within
-/// 1 um of its line. Other things in the way are not looked at.
+/// 1 um of its line. Other obstacles are not looked at.
 [[nodiscard]] std::optional<EdgePoint> diffraction_point(const Edge& edge, const Eigen::Vector3d& antenna,
                                                          const Eigen::Vector3d& s);
 
@@ -102,8 +108,7 @@ class EdgeSet {
 
   [[nodiscard]] std::span<const Edge> edges() const { return edges_; }
 
-  /// Edges with a point within `reach_m` of the antenna which it sees from more than `clearance_m` + twice
-  /// their deviation above the plane of at least one face.
+  /// Edges with a point within `reach_m` of the antenna that are seen from there (Edge::is_seen_from()).
   void gather(const Eigen::Vector3d& antenna, double reach_m, double clearance_m, NearEdges& out) const;
 
  private:

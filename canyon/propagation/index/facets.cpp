@@ -10,6 +10,7 @@
 
 #include "canyon/base/simd_clones.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/city/mesh_topology.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/propagation/index/compact_order.hpp"
 
@@ -23,22 +24,6 @@ constexpr double kPlaneTolerance = 0.5e-3;  // m
 const double kNormalTolerance = std::cos(geodesy::radians(0.5));
 constexpr double kEdgeSlack = 1e-9;  // m
 
-/// Vertices at the same place get the same number.
-std::vector<std::uint32_t> weld(const std::vector<Vector3d>& vertices) {
-  std::vector<std::uint32_t> order(vertices.size());
-  std::iota(order.begin(), order.end(), 0u);
-  const auto less = [&](std::uint32_t a, std::uint32_t b) {
-    return std::lexicographical_compare(vertices[a].data(), vertices[a].data() + 3, vertices[b].data(),
-                                        vertices[b].data() + 3);
-  };
-  std::sort(order.begin(), order.end(), less);
-  std::vector<std::uint32_t> place(vertices.size());
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    place[order[i]] = i > 0 && vertices[order[i]] == vertices[order[i - 1]] ? place[order[i - 1]] : order[i];
-  }
-  return place;
-}
-
 struct Edge {
   std::uint32_t low, high, triangle;
 };
@@ -48,12 +33,13 @@ struct Adjacency {
   std::vector<std::uint32_t> offsets, neighbours;
 
   explicit Adjacency(const city::Mesh& mesh) {
-    const std::vector<std::uint32_t> place = weld(mesh.vertices);
+    city::TriangleIndices welded = mesh.triangles;
+    city::weld(mesh.vertices, welded);
     std::vector<Edge> edges;
     edges.reserve(3 * mesh.triangles.size());
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
       for (std::size_t k = 0; k < 3; ++k) {
-        const std::uint32_t a = place[mesh.triangles[t][k]], b = place[mesh.triangles[t][(k + 1) % 3]];
+        const std::uint32_t a = welded[t][k], b = welded[t][(k + 1) % 3];
         edges.push_back({std::min(a, b), std::max(a, b), t});
       }
     }
@@ -287,8 +273,8 @@ void FacetSet::add_facet(const city::Mesh& mesh, std::vector<std::uint32_t>& gro
     for (std::size_t k = 0; k < 3; ++k) {
       const Vector3d& corner = mesh.vertices[mesh.triangles[group[i]][k]];
       flat.corner[k] = {corner[u], corner[v]};
-      if (blocks) flat_bounds_.back().add(flat.corner[k]);
-      if (wide_blocks) wide_bounds_.back().add(flat.corner[k]);
+      if (blocks) flat_bounds_.back().extend(flat.corner[k]);
+      if (wide_blocks) wide_bounds_.back().extend(flat.corner[k]);
     }
     // Seen along the axis the triangle is turned over where the normal points the other way.
     if (facet.normal[facet.axis] < 0) std::swap(flat.corner[1], flat.corner[2]);
@@ -338,8 +324,9 @@ void FacetSet::gather(const Vector3d& centre, double radius_m, double reach_m, N
 std::optional<std::uint32_t> FacetSet::triangle_at(const Facet& facet, const Vector3d& point) const {
   const Vector2d p(point[(facet.axis + 1) % 3], point[(facet.axis + 2) % 3]);
   std::optional<std::uint32_t> found;
-  const auto outside = [&](const FlatBounds& bounds) {
-    return (p.array() < bounds.min - kEdgeSlack).any() || (p.array() > bounds.max + kEdgeSlack).any();
+  const auto outside = [&](const Eigen::AlignedBox2d& bounds) {
+    return (p.array() < bounds.min().array() - kEdgeSlack).any() ||
+           (p.array() > bounds.max().array() + kEdgeSlack).any();
   };
   const bool blocks = facet.count > kFlatBlock, wide_blocks = facet.count > kFlatBlock * kFlatBlock;
   for (std::uint32_t block = 0; block * kFlatBlock < facet.count; ++block) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -46,8 +47,8 @@ struct FacingFacets {
   /// Arrays but `facet` are padded to a multiple of this with facets that match nothing.
   static constexpr std::size_t kLanes = 32;
 
-  /// Those of `near` whose front the antenna sees from more than `clearance_m` + twice their deviation above
-  /// their plane. @param antenna within `near.radius_m` of its centre
+  /// Takes the facets of `near` whose front the antenna sees from more than `clearance_m` + twice their
+  /// deviation above their plane. @param antenna within `near.radius_m` of its centre
   void fill(const NearFacets& near, const Eigen::Vector3d& antenna, double clearance_m);
 };
 
@@ -97,14 +98,6 @@ class FacetSet {
     std::uint32_t triangle = 0;
   };
   static constexpr std::uint32_t kFlatBlock = 16;  ///< flat triangles in a block, blocks in a wide one
-  struct FlatBounds {
-    Eigen::Array2d min = Eigen::Array2d::Constant(1e300), max = Eigen::Array2d::Constant(-1e300);
-    void add(const Eigen::Vector2d& point) {
-      min = min.min(point.array());
-      max = max.max(point.array());
-    }
-  };
-
   void find_facets(const city::Mesh& mesh, bool with_terrain);
   void add_facet(const city::Mesh& mesh, std::vector<std::uint32_t>& group);
   void order_in_blocks();
@@ -112,9 +105,9 @@ class FacetSet {
   std::uint64_t number_ = 0;
   std::vector<Facet> facets_;
   std::vector<FlatTriangle> flat_;
-  /// Of each block of a facet's flat triangles, from Facet::first_bounds, and of each wide one; of facets
-  /// that have several.
-  std::vector<FlatBounds> flat_bounds_, wide_bounds_;
+  /// Bounds of each block of a facet's flat triangles, from Facet::first_bounds, and of each wide block, for
+  /// facets that have several.
+  std::vector<Eigen::AlignedBox2d> flat_bounds_, wide_bounds_;
   BoundsBlocks blocks_;  ///< of the facets
 };
 

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <tuple>
 #include <utility>
 
 #include "canyon/city/city.hpp"
+#include "canyon/city/mesh_topology.hpp"
 
 namespace canyon::propagation {
 namespace {
@@ -25,7 +25,7 @@ struct Crossing {
   bool front = false;
 };
 
-/// Of a triangle, as it runs from position to position.
+/// A side of a triangle, as it runs from position to position.
 struct Boundary {
   std::size_t low, high;
   bool rising;
@@ -50,23 +50,21 @@ bool meet(const Vector3d& origin, const Vector3d& direction, const Triangle& t, 
   return crossing.range_m > 0;
 }
 
-/// Number of the group of each triangle; triangles with a vertex in common are of one group.
-std::vector<std::size_t> groups_of(const std::vector<std::array<std::size_t, 3>>& corners,
-                                   std::size_t positions) {
-  std::vector<std::size_t> parent(positions);
-  std::iota(parent.begin(), parent.end(), std::size_t{0});
-  const auto root = [&](std::size_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
-  for (const auto& c : corners) {
-    parent[root(c[1])] = root(c[0]);
-    parent[root(c[2])] = root(c[0]);
+/// Whether a ray meets bounds, with a micrometre to spare.
+bool meets(const Eigen::AlignedBox3d& bounds, const Vector3d& origin, const Vector3d& direction) {
+  double from = 0, to = 1e300;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double low = bounds.min()[axis] - kSameRange - origin[axis];
+    const double high = bounds.max()[axis] + kSameRange - origin[axis];
+    if (std::abs(direction[axis]) < 1e-12) {
+      if (low > 0 || high < 0) return false;
+      continue;
+    }
+    const double a = low / direction[axis], b = high / direction[axis];
+    from = std::max(from, std::min(a, b));
+    to = std::min(to, std::max(a, b));
   }
-  std::vector<std::size_t> groups;
-  groups.reserve(corners.size());
-  for (const auto& c : corners) groups.push_back(root(c[0]));
-  return groups;
+  return from <= to;
 }
 
 }  // namespace
@@ -84,35 +82,14 @@ double covered_length_m(std::vector<RangeInterval>& intervals) {
   return covered;
 }
 
-void FoliageVolumes::Bounds::add(const Bounds& other) {
-  min = min.cwiseMin(other.min);
-  max = max.cwiseMax(other.max);
-}
-
-/// With a micrometre to spare.
-bool FoliageVolumes::Bounds::met_by(const Vector3d& origin, const Vector3d& direction) const {
-  double from = 0, to = 1e300;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double low = min[axis] - kSameRange - origin[axis], high = max[axis] + kSameRange - origin[axis];
-    if (std::abs(direction[axis]) < 1e-12) {
-      if (low > 0 || high < 0) return false;
-      continue;
-    }
-    const double a = low / direction[axis], b = high / direction[axis];
-    from = std::max(from, std::min(a, b));
-    to = std::min(to, std::max(a, b));
-  }
-  return from <= to;
-}
-
 FoliageVolumes::FoliageVolumes(const city::Mesh& mesh) {
-  std::vector<std::array<std::size_t, 3>> corners;  // numbers of the positions
-  std::size_t position_count = 0;
+  city::TriangleIndices corners;  // numbers of the positions
+  std::uint32_t position_count = 0;
   std::vector<Triangle> triangles;
   for (const city::Object& object : mesh.objects) {
     if (object.surface != city::Surface::Foliage) continue;
-    // Of this object; trees that touch stay two.
-    std::map<std::tuple<double, double, double>, std::size_t> positions;
+    // Each object has its own positions: trees that touch stay two.
+    std::map<std::tuple<double, double, double>, std::uint32_t> positions;
     for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
       auto& corner = corners.emplace_back();
       auto& triangle = triangles.emplace_back();
@@ -125,34 +102,28 @@ FoliageVolumes::FoliageVolumes(const city::Mesh& mesh) {
       }
     }
   }
-  const std::vector<std::size_t> group = groups_of(corners, position_count);
-  std::vector<std::size_t> order(triangles.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return group[a] < group[b]; });
-
   std::vector<Boundary> sides;
-  for (std::size_t i = 0; i < order.size();) {
+  for (const std::vector<std::uint32_t>& group : city::connected_components(corners, position_count)) {
     Volume volume;
-    volume.first = i;
+    volume.first = triangles_.size();
+    volume.count = group.size();
     double six_volumes = 0;
     sides.clear();
-    const Vector3d origin = triangles[order[i]][0];
-    for (; i < order.size() && group[order[i]] == group[order[volume.first]]; ++i) {
-      const Triangle& t = triangles[order[i]];
+    const Vector3d origin = triangles[group.front()][0];
+    for (const std::uint32_t i : group) {
+      const Triangle& t = triangles[i];
       six_volumes += (t[0] - origin).dot((t[1] - origin).cross(t[2] - origin));
       for (std::size_t k = 0; k < 3; ++k) {
-        const std::size_t a = corners[order[i]][k], b = corners[order[i]][(k + 1) % 3];
+        const std::size_t a = corners[i][k], b = corners[i][(k + 1) % 3];
         sides.push_back({std::min(a, b), std::max(a, b), a < b});
       }
+      if (triangles_.size() % kBlock == 0) triangle_blocks_.emplace_back();
       triangles_.push_back(t);
-      if ((triangles_.size() - 1) % kBlock == 0) triangle_blocks_.emplace_back();
       for (const Vector3d& corner : t) {
-        triangle_blocks_.back().add({corner, corner});
-        volume.bounds.add({corner, corner});
+        triangle_blocks_.back().extend(corner);
+        volume.bounds.extend(corner);
       }
     }
-    volume.count = i - volume.first;
     // Closed: every side is run through as often one way as the other.
     volume.closed = true;
     std::sort(sides.begin(), sides.end());
@@ -165,10 +136,11 @@ FoliageVolumes::FoliageVolumes(const city::Mesh& mesh) {
       volume.closed = balance == 0;
     }
     if (volume.closed && six_volumes < 0) {
-      for (std::size_t k = volume.first; k < i; ++k) std::swap(triangles_[k][1], triangles_[k][2]);
+      for (std::size_t k = volume.first; k < triangles_.size(); ++k)
+        std::swap(triangles_[k][1], triangles_[k][2]);
     }
     if (volumes_.size() % kBlock == 0) volume_blocks_.emplace_back();
-    volume_blocks_.back().add(volume.bounds);
+    volume_blocks_.back().extend(volume.bounds);
     volumes_.push_back(volume);
   }
 }
@@ -177,17 +149,17 @@ void FoliageVolumes::append_inside(const Vector3d& origin, const Vector3d& direc
                                    std::vector<RangeInterval>& intervals) const {
   static thread_local std::vector<Crossing> crossings;
   for (std::size_t v = 0; v < volumes_.size(); ++v) {
-    if (v % kBlock == 0 && !volume_blocks_[v / kBlock].met_by(origin, direction)) {
+    if (v % kBlock == 0 && !meets(volume_blocks_[v / kBlock], origin, direction)) {
       v += kBlock - 1;
       continue;
     }
     const Volume& volume = volumes_[v];
-    if (!volume.bounds.met_by(origin, direction)) continue;
+    if (!meets(volume.bounds, origin, direction)) continue;
     crossings.clear();
     const std::size_t end = volume.first + volume.count;
     for (std::size_t i = volume.first; i < end;) {
       const std::size_t block_end = std::min(end, (i / kBlock + 1) * kBlock);
-      if (triangle_blocks_[i / kBlock].met_by(origin, direction)) {
+      if (meets(triangle_blocks_[i / kBlock], origin, direction)) {
         Crossing crossing;
         for (std::size_t t = i; t < block_end; ++t) {
           if (meet(origin, direction, triangles_[t], crossing)) crossings.push_back(crossing);

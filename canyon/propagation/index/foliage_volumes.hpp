@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <cstddef>
 #include <vector>
@@ -40,22 +41,17 @@ class FoliageVolumes {
                      std::vector<RangeInterval>& intervals) const;
 
  private:
-  struct Bounds {
-    Eigen::Vector3d min = Eigen::Vector3d::Constant(1e300), max = Eigen::Vector3d::Constant(-1e300);
-    void add(const Bounds& other);
-    [[nodiscard]] bool met_by(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
-  };
   struct Volume {
-    Bounds bounds;
+    Eigen::AlignedBox3d bounds;
     std::size_t first = 0, count = 0;  ///< of triangles_
     bool closed = false;
   };
   static constexpr std::size_t kBlock = 16;  ///< triangles, and volumes, that share bounds
 
   std::vector<std::array<Eigen::Vector3d, 3>> triangles_;  ///< by volume
-  std::vector<Bounds> triangle_blocks_;                    ///< kBlock each, over volumes' borders
+  std::vector<Eigen::AlignedBox3d> triangle_blocks_;       ///< kBlock each, over volumes' borders
   std::vector<Volume> volumes_;
-  std::vector<Bounds> volume_blocks_;
+  std::vector<Eigen::AlignedBox3d> volume_blocks_;
 };
 
 }  // namespace canyon::propagation

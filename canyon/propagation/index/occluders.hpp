@@ -22,7 +22,7 @@ class Occluders {
     Eigen::Vector3f normal;               ///< of the polygon, towards the antenna
     float height;                         ///< of the antenna over its plane
   };
-  /// What hidden_regions() needs for a while.
+  /// Memory of hidden_regions().
   struct Scratch {
     std::vector<std::pair<float, std::uint32_t>> largest;
   };

@@ -10,11 +10,10 @@
 
 namespace canyon::simulation {
 
-/// Puts a vehicle on the terrain: its reference point `height_m` above the highest sheet there, its climb
-/// that of the terrain along its way. Horizontal place and velocity stay (in the city's frame). In an open
-/// field the ground lies level at the height of the city's origin. False, and the pose as it was, where no
-/// terrain lies.
-/// @param scene of `city`
+/// Puts a vehicle on the terrain: its reference point lies `height_m` above the highest sheet, and it climbs
+/// as the terrain does. Horizontal place and velocity stay (in the city's frame). In an open field the ground
+/// is level at the height of the city's origin. Returns false, and keeps the pose, where there is no terrain.
+/// @param scene the rays of `city`
 [[nodiscard]] bool clamp_to_terrain(Pose& pose, const city::City& city, const raytrace::RayScene& scene,
                                     double height_m);
 
@@ -23,9 +22,8 @@ namespace canyon::simulation {
 [[nodiscard]] Pose mounted_antenna(Pose vehicle, const Eigen::Vector3d& lever_arm_m);
 
 /// Turns the antenna's pattern with a tilted vehicle: elevations at which paths come in (PathGeometry) are
-/// counted from the vehicle's own horizon. What stands in the arrival is all that is turned: paths that
-/// disturbances add afterwards (spoofers, bodies) meet a level antenna. Nothing changes where the pose is
-/// level. @param frame of the city, in which arrivals are given
+/// counted from the vehicle's own horizon. Paths that disturbances add afterwards (spoofers, bodies) meet a
+/// level antenna. A level pose changes nothing. @param frame the city's, in which arrivals are given
 void tilt_antenna(propagation::Arrival& arrival, const Pose& pose, const geodesy::LocalFrame& frame);
 
 }  // namespace canyon::simulation

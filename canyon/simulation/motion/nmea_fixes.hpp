@@ -9,6 +9,7 @@
 
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/geodesy/gps_time.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 
 namespace canyon::simulation {
 
@@ -18,9 +19,13 @@ struct NmeaFixes {
   bool has_own_dates = true;          ///< false: the file has times of day, dates are from `start`
   std::vector<std::string> warnings;  ///< skipped lines, counted by reason
 };
-/// GGA sentences with a fix, dated by RMC or ZDA, else by `start`. Throws InputError as read_trajectory()
-/// does.
-[[nodiscard]] NmeaFixes read_nmea_fixes(const std::filesystem::path& path, geodesy::GpsTime start);
+/// GGA sentences with a fix, dated by valid RMC sentences, else by ZDA, else by `start`. A sentence ends with
+/// its checksum, whatever a logger writes before '$' and behind; in a log with checksums those without one
+/// are damaged. Of sentences of one instant (several talkers) the first counts, and a date that contradicts
+/// those around it does not. Altitudes without a separation are taken by `heights`. Throws InputError as
+/// read_trajectory() does.
+[[nodiscard]] NmeaFixes read_nmea_fixes(const std::filesystem::path& path, geodesy::GpsTime start,
+                                        const HeightReading& heights = {});
 /// The place that one GGA sentence reports; empty for another sentence, a damaged one, and one without a fix.
 [[nodiscard]] std::optional<geodesy::Geodetic> position_of_gga(std::string_view line);
 

@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr std::size_t kMostPoses = 64;
-constexpr double kDrift = 200e-6;  // of a sender's clock, crystals of any kind
+constexpr double kDrift = 200e-6;  // of a sender's clock: more than any crystal's
 
 double seconds(std::int64_t ns) {
   return static_cast<double>(ns) * 1e-9;
@@ -114,7 +114,7 @@ PoseTrack::Taken PoseTrack::add(const ReportedPose& sent, std::int64_t now_ns) {
   const double offset_s = seconds(now_ns) - sent.stamp_s;
   const double aged_s =
       samples_.empty() ? 0 : kDrift * std::max(0.0, seconds(now_ns - samples_.back().arrival_ns));
-  // A clock that was set is another clock.
+  // The sender's clock was set: its offset is not known any more.
   const bool set = std::abs(offset_s - offset_s_) > options_.timeout_s;
   offset_s_ = samples_.empty() || set ? offset_s : std::min(offset_s_ + aged_s, offset_s);
   Sample sample = after_last(sent, *pose, now_ns);
@@ -179,7 +179,7 @@ PoseTrack::Sample PoseTrack::after_last(const ReportedPose& sent, const RigidPos
   const auto from_poses = [&]() -> TruePose {
     if (samples_.empty()) return sample.motion;
     const std::int64_t arrival_step_ns = arrival_ns - samples_.back().arrival_ns;
-    // A difference across a time without truth, or from before a jump back, is no velocity.
+    // Poses on both sides of a pause, or of a jump back, give no velocity.
     if (arrival_step_ns < 0 || arrival_step_ns > timeout_ns_) return sample.motion;
     // The sender's clock, if it runs; several messages may come within one step of simulated time.
     const auto since = [&](const Sample& earlier) {

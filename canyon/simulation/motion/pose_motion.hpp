@@ -17,7 +17,7 @@ struct AntennaState {
   Eigen::Vector3d velocity_enu_mps = Eigen::Vector3d::Zero();
   double yaw_rad = 0;         ///< ENU yaw of the vehicle
   double yaw_rate_radps = 0;  ///< counter-clockwise
-  /// Of a trajectory or a fixed place: it is never put elsewhere (LiveReceiver::observe()).
+  /// The antenna follows a trajectory or stays at a place: it never jumps (LiveReceiver::observe()).
   bool continuous = false;
 };
 
@@ -25,11 +25,11 @@ struct RigidPose {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Quaterniond attitude = Eigen::Quaterniond::Identity();  ///< world from body
 };
-/// Places and quaternions that differ by 1e-6 or less in each component.
+/// Whether places and quaternions differ by 1e-6 or less in each component.
 [[nodiscard]] bool same_pose(const RigidPose& a, const RigidPose& b);
 
-/// From the x axis, counter-clockwise, in (-pi, pi]; of a body that looks straight up or down it says
-/// nothing.
+/// The yaw [rad] of a body's forward axis from the x axis, counter-clockwise, in (-pi, pi]. It has no meaning
+/// where the body looks straight up or down.
 [[nodiscard]] double yaw_of(const Eigen::Quaterniond& attitude);
 
 /// A body's true motion in the frame of a host's world.
@@ -40,22 +40,22 @@ struct TruePose {
 };
 
 /// The antenna of a body: `lever_arm_m` from its origin (forward, left, up), turned with it.
-/// @param enu_from_world of the frame that `body` is given in, about its z axis
-/// @param origin_enu_m where that frame's origin stands in the city
+/// @param heading_rad the turn of the frame of `body` in the city, about z
+/// @param origin_enu_m the place of that frame's origin in the city
 [[nodiscard]] AntennaState antenna_of(const TruePose& body, const Eigen::Vector3d& lever_arm_m,
                                       double heading_rad, const Eigen::Vector3d& origin_enu_m);
 
 /// The same antenna in the city's frame; continuous.
 [[nodiscard]] AntennaState antenna_state(const Pose& antenna, const geodesy::LocalFrame& frame);
 
-/// Faster than this between two poses is no motion but a jump: a model put elsewhere.
+/// Two poses that need a higher speed are a jump: the model was put elsewhere.
 constexpr double kTeleport_mps = 1000;
 
 /// The velocities that lead from one pose to another in `seconds` > 0, in the frame of the poses: along a
 /// straight line, about one axis, the shorter way round. Both zero over jumps faster than kTeleport_mps.
 /// `pose` of the result is `to`.
 [[nodiscard]] TruePose motion_between(const RigidPose& from, const RigidPose& to, double seconds);
-/// Where a body is `seconds` later, or earlier, if its velocities stay.
+/// A body `seconds` later (or earlier, if negative) with the same velocities.
 [[nodiscard]] TruePose moved_on(const TruePose& body, double seconds);
 
 /// `pose` with a unit quaternion. Empty where it is not finite or its quaternion has no direction.
@@ -64,25 +64,24 @@ constexpr double kTeleport_mps = 1000;
 /// A pose as received.
 struct ReportedPose {
   RigidPose pose;
-  double stamp_s = 0;  ///< of the sender's own clock; one that does not run counts as none
+  double stamp_s = 0;  ///< by the sender's clock; a clock that does not run is ignored
   std::optional<Eigen::Vector3d> linear_velocity;   ///< [m/s]; empty: from poses
   std::optional<Eigen::Vector3d> angular_velocity;  ///< [rad/s], in the frame of the pose; empty: from poses
 };
 
 struct PoseTrackOptions {
-  /// A pose counts until so much of the host's time has passed since it came; until then the body goes on as
-  /// it moved.
+  /// Age of the last pose [s of the host's time] up to which the body is assumed to move on.
   double timeout_s = 0.5;
-  /// Where velocities are differences of poses: over so much time at least, which averages the noise of
-  /// measured poses.
+  /// Shortest time over which poses are differenced for a velocity [s]: it averages the noise of measured
+  /// poses.
   double smoothing_s = 0;
-  /// When a pose was true: at its stamp, on the sender's clock as the quickest messages show it, so that what
-  /// comes late is not taken for later (false: when it came).
+  /// True: a pose holds at its stamp, with the sender's clock estimated from the quickest messages, so that a
+  /// late message is not taken for a later pose. False: it holds when it arrives.
   bool by_stamp = false;
 };
 
-/// The motion of a body whose poses come from outside, one by one: late, twice, out of order or not at all.
-/// Poses may come from any thread.
+/// The motion of a body whose poses arrive one by one: late, twice, out of order or not at all. Any thread
+/// may add poses.
 class PoseTrack {
  public:
   /// @param source for messages: "no pose has come on SOURCE yet"
@@ -93,8 +92,8 @@ class PoseTrack {
     NoPose,  ///< not finite, or its quaternion has no direction (proper_pose())
     Old      ///< came before, or is older than the last
   };
-  /// A pose that comes at `now_ns` of the host's time; dropped unless it is taken. A stamp that went back by
-  /// more than the time-out is another run of the sender, and begins anew.
+  /// Adds a pose that arrives at `now_ns` of the host's time, unless it is refused. A stamp that goes back by
+  /// more than the time-out belongs to another run of the sender: the track begins anew.
   Taken add(const ReportedPose& sent, std::int64_t now_ns);
   /// The motion at `now_ns`: between poses by the straight line, behind the last one as moved_on().
   /// Velocities are the sender's where it sends them, else differences of poses, by the sender's stamps where
@@ -124,7 +123,7 @@ class PoseTrack {
   mutable std::mutex mutex_;
   std::deque<Sample> samples_;
   bool clock_runs_ = false;  // the sender's
-  double offset_s_ = 0;      // host's time less the sender's, of the quickest message
+  double offset_s_ = 0;      // host's time minus the sender's, by the quickest message
 };
 
 }  // namespace canyon::simulation

@@ -41,13 +41,13 @@ class FlatFrame {
   geodesy::LocalFrame frame_;
 };
 
-/// A line (no radius) or an arc, driven at most at `limit_mps`.
+/// A line (radius 0) or an arc with its speed limit.
 struct Piece {
   Vector3d from, direction;            // direction: of travel at its beginning, unit
   Vector3d inward = Vector3d::Zero();  // towards the arc's middle, unit
   double radius_m = 0, length_m = 0;
   double limit_mps = 0;
-  double begin_mps = 0, end_mps = 0;  // at most, until the passes have run
+  double begin_mps = 0, end_mps = 0;  // upper bounds until the passes have run
   double hold_s = 0;                  // at its end
   bool rest = false;                  // at its end
 

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -11,6 +13,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/simulation/motion/recorded_path.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -93,7 +96,7 @@ class Tags {
 
 double number(const Tags& tags, std::string_view text, std::string_view what) {
   const auto value = parse_double(text);
-  if (!value) throw tags.error(fmt::format("the {} '{}' is no number", what, text));
+  if (!value) throw tags.error(fmt::format("the {} '{}' is not a number", what, text));
   return *value;
 }
 
@@ -101,7 +104,7 @@ Geodetic place(const Tags& tags, std::string_view latitude, std::string_view lon
   const double latitude_deg = number(tags, latitude, "latitude");
   const double longitude_deg = number(tags, longitude, "longitude");
   if (!(std::abs(latitude_deg) <= 90) || !(std::abs(longitude_deg) <= 180)) {
-    throw tags.error(fmt::format("latitude {}, longitude {} is no place", latitude_deg, longitude_deg),
+    throw tags.error(fmt::format("latitude {}, longitude {} is not a place", latitude_deg, longitude_deg),
                      "they are degrees");
   }
   return Geodetic::from_degrees(latitude_deg, longitude_deg, 0);
@@ -115,67 +118,176 @@ GpsTime instant(const Tags& tags) {
   }
 }
 
-/// Points as they are read, with what each says.
-struct Points {
-  std::vector<Geodetic> places;
-  std::vector<std::optional<GpsTime>> times;
-  std::size_t without_height = 0;
+/// A point as a file has it.
+struct TrackPoint {
+  Geodetic place;                  ///< its height is not set
+  std::optional<double> height_m;  ///< of the file
+  std::optional<double> geoid_m;   ///< the geoid above the ellipsoid there
+  std::optional<GpsTime> time;
+  std::size_t segment = 0;  ///< which of the file's segments it belongs to
+  bool no_fix = false;
 };
 
-void read_gpx(Tags& tags, std::string_view point, Points& points) {
-  bool inside = false, height = false;
+struct TrackPoints {
+  std::vector<TrackPoint> points;
+  std::size_t segments = 0;
+  std::string_view altitude_mode;  ///< KML's
+  std::size_t other_lines = 0;     ///< LineStrings behind the first
+};
+
+void read_gpx(Tags& tags, std::string_view point, TrackPoints& track) {
+  bool inside = false;
   while (tags.next()) {
+    if (tags.name == "trkseg" || tags.name == "rte") ++track.segments;
     if (tags.name == point) {
-      inside = true, height = false;
-      points.places.push_back(place(tags, tags.attribute("lat"), tags.attribute("lon")));
-      points.times.emplace_back();
-      if (!trim(tags.attributes).empty() && trim(tags.attributes).back() == '/')
-        inside = false, ++points.without_height;
-    } else if (inside && tags.name == "ele") {
-      points.places.back().height_m = number(tags, tags.content, "ele");
-      height = true;
-    } else if (inside && tags.name == "time") {
-      points.times.back() = instant(tags);
-    } else if (inside && tags.name.size() == point.size() + 1 && tags.name.front() == '/' &&
+      TrackPoint& added = track.points.emplace_back();
+      added.place = place(tags, tags.attribute("lat"), tags.attribute("lon"));
+      added.segment = track.segments;
+      inside = trim(tags.attributes).empty() || trim(tags.attributes).back() != '/';
+      continue;
+    }
+    if (!inside) continue;
+    TrackPoint& last = track.points.back();
+    if (tags.name == "ele" && !is_missing(tags.content)) {
+      last.height_m = number(tags, tags.content, "ele");
+    } else if (tags.name == "geoidheight" && !is_missing(tags.content)) {
+      last.geoid_m = number(tags, tags.content, "geoidheight");
+    } else if (tags.name == "fix") {
+      last.no_fix = tags.content == "none";
+    } else if (tags.name == "time" && !tags.content.empty()) {
+      last.time = instant(tags);
+    } else if (tags.name.size() == point.size() + 1 && tags.name.front() == '/' &&
                tags.name.substr(1) == point) {
       inside = false;
-      points.without_height += height ? 0 : 1;
     }
   }
 }
 
 /// "longitude,latitude,height" or with blanks between; a height may be absent.
-void add_kml(const Tags& tags, std::string_view text, char separator, Points& points) {
+void add_kml(const Tags& tags, std::string_view text, char separator, TrackPoints& track) {
   const std::vector<std::string_view> fields = separator == ',' ? split(text, ',') : split_blanks(text);
-  if (fields.size() < 2) throw tags.error(fmt::format("'{}' is no place", text), "longitude,latitude,height");
-  points.places.push_back(place(tags, fields[1], fields[0]));
-  points.times.emplace_back();
-  if (fields.size() > 2) {
-    points.places.back().height_m = number(tags, fields[2], "height");
-  } else {
-    ++points.without_height;
+  if (fields.size() < 2) {
+    throw tags.error(fmt::format("'{}' is not a place", text), "write longitude,latitude,height");
   }
+  TrackPoint& added = track.points.emplace_back();
+  added.place = place(tags, fields[1], fields[0]);
+  added.segment = track.segments;
+  if (fields.size() > 2 && !is_missing(fields[2])) added.height_m = number(tags, fields[2], "height");
 }
 
-void read_kml_track(Tags& tags, Points& points) {
+void read_altitude_mode(const Tags& tags, TrackPoints& track) {
+  if (tags.name == "altitudeMode" && !tags.content.empty()) track.altitude_mode = tags.content;
+}
+
+void read_kml_tracks(Tags& tags, TrackPoints& track) {
   std::vector<std::optional<GpsTime>> times;
+  std::vector<bool> has_place;
+  const auto end_of_track = [&] {
+    if (times.size() != has_place.size()) {
+      throw tags.error(fmt::format("gx:Track has {} times for {} places", times.size(), has_place.size()));
+    }
+    std::size_t at =
+        track.points.size() - static_cast<std::size_t>(std::count(has_place.begin(), has_place.end(), true));
+    for (std::size_t i = 0; i < times.size(); ++i)
+      if (has_place[i]) track.points[at++].time = times[i];
+    times.clear();
+    has_place.clear();
+    ++track.segments;
+  };
   while (tags.next()) {
-    if (tags.name == "when") times.emplace_back(instant(tags));
-    if (tags.name == "coord") add_kml(tags, tags.content, ' ', points);
+    if (tags.name == "Track") end_of_track();
+    read_altitude_mode(tags, track);
+    if (tags.name == "when") {
+      times.emplace_back();
+      if (!tags.content.empty()) times.back() = instant(tags);
+    } else if (tags.name == "coord") {
+      has_place.push_back(!tags.content.empty());
+      if (has_place.back()) add_kml(tags, tags.content, ' ', track);
+    }
   }
-  if (points.places.empty()) return;
-  if (times.size() != points.places.size()) {
-    throw tags.error(fmt::format("gx:Track has {} times for {} places", times.size(), points.places.size()));
-  }
-  points.times = std::move(times);
+  end_of_track();
 }
 
-void read_kml_line(Tags& tags, Points& points) {
+void read_kml_line(Tags& tags, TrackPoints& track) {
   bool line = false;
-  while (tags.next() && points.places.empty()) {
-    if (tags.name == "LineString") line = true;
+  while (tags.next()) {
+    if (tags.name == "LineString") {
+      line = track.points.empty();
+      if (!line) ++track.other_lines;
+    }
+    if (line) read_altitude_mode(tags, track);
     if (!line || tags.name != "coordinates") continue;
-    for (const std::string_view tuple : split_blanks(tags.content)) add_kml(tags, tuple, ',', points);
+    for (const std::string_view tuple : split_blanks(tags.content)) add_kml(tags, tuple, ',', track);
+    line = track.points.empty();
+  }
+}
+
+template <typename Predicate>
+std::size_t drop(std::vector<TrackPoint>& points, const Predicate& dropped) {
+  const std::size_t count = points.size();
+  points.erase(std::remove_if(points.begin(), points.end(), dropped), points.end());
+  return count - points.size();
+}
+
+/// Leaves the points with a time, segments in order of their first time; all points where none has one.
+/// Returns whether there are times.
+bool keep_timed(const std::filesystem::path& path, std::vector<TrackPoint>& points, FileNotes& notes) {
+  const std::size_t count = points.size();
+  const auto timed = static_cast<std::size_t>(
+      std::count_if(points.begin(), points.end(), [](const TrackPoint& p) { return p.time.has_value(); }));
+  if (timed == 0) return false;
+  if (2 * timed <= count) {
+    throw InputError(path, 0, fmt::format("{} of {} points have no time", count - timed, count),
+                     "give each a time, or none");
+  }
+  notes.say(drop(points, [](const TrackPoint& p) { return !p.time; }), "points without a time are left out");
+  std::map<std::size_t, GpsTime> begin;
+  for (const TrackPoint& point : points) begin.emplace(point.segment, *point.time);
+  std::stable_sort(points.begin(), points.end(), [&](const TrackPoint& a, const TrackPoint& b) {
+    return begin.at(a.segment) < begin.at(b.segment);
+  });
+  return true;
+}
+
+void set_heights(TrackPoints& track, const HeightReading& heights, FileNotes& notes) {
+  std::vector<TrackPoint>& points = track.points;
+  const bool tied = track.altitude_mode.empty() || track.altitude_mode == "absolute";
+  const double geoid_m = tied ? heights.geoid_undulation_m : 0;
+  const auto known =
+      std::find_if(points.begin(), points.end(), [](const TrackPoint& p) { return p.height_m.has_value(); });
+  const auto above_ellipsoid_m = [&](const TrackPoint& p) {
+    return *p.height_m + p.geoid_m.value_or(geoid_m);
+  };
+  double last_m = known == points.end() ? 0 : above_ellipsoid_m(*known);
+  std::size_t without = 0, by_city = 0;
+  for (TrackPoint& point : points) {
+    if (point.height_m) {
+      last_m = above_ellipsoid_m(point);
+      by_city += point.geoid_m ? 0 : 1;
+    } else {
+      ++without;
+    }
+    point.place.height_m = last_m;
+  }
+  if (!heights.needed) return;
+  notes.say(without, known == points.end() ? "points have no height: 0 is taken"
+                                           : "points have no height: that of the point before is taken");
+  if (track.altitude_mode == "relativeToGround") {
+    notes.say(by_city,
+              "heights are above the ground by the file and are taken as ellipsoidal; "
+              "height_above_terrain_m says it for Canyon");
+  } else if (!tied) {
+    notes.say(by_city,
+              "heights are on no datum by the file (clampToGround) and are taken as ellipsoidal; "
+              "height_above_terrain_m does without them");
+  } else if (geoid_m != 0) {
+    notes.say(
+        by_city,
+        fmt::format("heights are above sea level: the city's geoid undulation, {:.1f} m, is added", geoid_m));
+  } else {
+    notes.say(by_city,
+              "heights are above sea level by the format and are taken as ellipsoidal; "
+              "city.geoid_undulation_m corrects them, height_above_terrain_m does without them");
   }
 }
 
@@ -185,55 +297,50 @@ bool is_track_format(const std::string& format) {
   return format == "gpx" || format == "kml";
 }
 
-TrackFile read_track_file(const std::filesystem::path& path, const std::string& format) {
+TrackFile read_track_file(const std::filesystem::path& path, const std::string& format,
+                          const HeightReading& heights) {
   const TextFile file(path);
-  Points points;
+  TrackPoints track;
   const auto read = [&](const auto& reader) {
-    if (!points.places.empty()) return;
+    if (!track.points.empty()) return;
     Tags tags(file);
     reader(tags);
   };
   if (format == "gpx") {
-    read([&](Tags& tags) { read_gpx(tags, "trkpt", points); });
-    read([&](Tags& tags) { read_gpx(tags, "rtept", points); });
+    read([&](Tags& tags) { read_gpx(tags, "trkpt", track); });
+    read([&](Tags& tags) { read_gpx(tags, "rtept", track); });
   } else {
-    read([&](Tags& tags) { read_kml_track(tags, points); });
-    read([&](Tags& tags) { read_kml_line(tags, points); });
+    read([&](Tags& tags) { read_kml_tracks(tags, track); });
+    read([&](Tags& tags) { read_kml_line(tags, track); });
   }
-  if (points.places.empty()) {
+  if (track.points.empty()) {
     throw InputError(path, 0,
                      format == "gpx" ? "no track point and no route point" : "no gx:Track and no LineString",
                      fmt::format("is it a {} file with a path?", format == "gpx" ? "GPX" : "KML"));
   }
-  const auto timed = static_cast<std::size_t>(std::count_if(
-      points.times.begin(), points.times.end(), [](const auto& time) { return time.has_value(); }));
-  if (timed != 0 && timed != points.places.size()) {
-    throw InputError(
-        path, 0,
-        fmt::format("{} of {} points have no time", points.places.size() - timed, points.places.size()),
-        "give each a time, or none");
+  FileNotes notes(path);
+  const std::size_t no_fix = drop(track.points, [](const TrackPoint& p) { return p.no_fix; });
+  if (track.points.empty()) throw InputError(path, 0, "none of its points has a fix");
+  notes.say(no_fix, "points without a fix are left out");
+  const bool timed = keep_timed(path, track.points, notes);
+  set_heights(track, heights, notes);
+  notes.say(track.other_lines, "more LineStrings are not read: the first one is the path");
+  TrackFile result;
+  for (const TrackPoint& point : track.points) {
+    result.places.push_back(point.place);
+    if (timed) result.times.push_back(*point.time);
   }
-  TrackFile track;
-  std::size_t backwards = 0;
-  for (std::size_t i = 0; i < points.places.size(); ++i) {
-    if (timed != 0) {
-      if (!track.times.empty() && *points.times[i] <= track.times.back()) {
-        ++backwards;
-        continue;
-      }
-      track.times.push_back(*points.times[i]);
-    }
-    track.places.push_back(points.places[i]);
-  }
-  const auto say = [&](std::size_t count, std::string_view what) {
-    if (count > 0) track.warnings.push_back(fmt::format("{}: {} {}", path.string(), count, what));
-  };
-  say(backwards, "points whose time does not follow the one before are left out");
-  say(points.without_height, "points have no height: 0 is taken");
-  say(points.places.size() - points.without_height,
-      "heights are above sea level by the format and are taken as ellipsoidal; height_above_terrain_m does "
-      "without them");
-  return track;
+  result.warnings = notes.take();
+  return result;
+}
+
+TrajectoryFile timed_trajectory(const std::filesystem::path& path, const TrackFile& track) {
+  RecordedPoints points;
+  for (std::size_t i = 0; i < track.places.size(); ++i)
+    points.emplace_back(track.times.at(i), track.places[i]);
+  TrajectoryFile file = recorded_trajectory(std::move(points), true, FileNotes(path));
+  file.warnings.insert(file.warnings.begin(), track.warnings.begin(), track.warnings.end());
+  return file;
 }
 
 }  // namespace canyon::simulation

@@ -7,22 +7,30 @@
 
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/geodesy/gps_time.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 
 namespace canyon::simulation {
 
 /// A path of a GPX or KML file.
 struct TrackFile {
   std::vector<geodesy::Geodetic> places;  ///< at least one; heights as the file has them, 0 where it has none
-  std::vector<geodesy::GpsTime> times;    ///< one for each place, rising; empty where the file has none
+  std::vector<geodesy::GpsTime> times;    ///< one for each place; empty where the file has none
   std::vector<std::string> warnings;
 };
 
-/// "gpx": the points of all tracks, else of all routes (GPX 1.0 and 1.1). "kml": gx:Track with its times,
-/// else the coordinates of the first LineString. Their heights are above sea level by the formats'
-/// definitions and are taken as they are, as heights above the ellipsoid; so say the warnings. Points whose
-/// time does not follow the one before are left out, and counted. Throws InputError with file and line for
-/// what is not such a file, for numbers and times that are none, and where only some points have a time.
-[[nodiscard]] TrackFile read_track_file(const std::filesystem::path& path, const std::string& format);
+/// "gpx": the points of all tracks, else of all routes (GPX 1.0 and 1.1). "kml": all gx:Tracks with their
+/// times, else the coordinates of the first LineString. Segments are put in order of time. Heights are above
+/// sea level by the formats' definitions: a point's `geoidheight` is added, else `heights`' undulation, else
+/// they are taken as ellipsoidal, with a warning (so are KML's unless its altitudeMode is absolute). A point
+/// without a height gets that of the point before. Points with `<fix>none</fix>` and those without a time
+/// among timed ones are left out and counted; times that do not rise stay (recorded_path.hpp). Throws
+/// InputError with file and line for text that is not such a file, for numbers and times that are not valid,
+/// and where only half of the points or fewer have a time.
+[[nodiscard]] TrackFile read_track_file(const std::filesystem::path& path, const std::string& format,
+                                        const HeightReading& heights = {});
+
+/// The path of a track with times.
+[[nodiscard]] TrajectoryFile timed_trajectory(const std::filesystem::path& path, const TrackFile& track);
 
 /// Whether read_track_file() reads this format.
 [[nodiscard]] bool is_track_format(const std::string& format);

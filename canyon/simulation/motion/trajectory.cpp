@@ -36,7 +36,7 @@ Samples straight_samples(GpsTime start, const std::vector<Waypoint>& waypoints) 
       }
       t = t + duration_s;
     }
-    // Two waypoints at one place are one, with the holds of both.
+    // Two waypoints at one place count as one; their holds add up.
     if (samples.empty() || t > samples.back().first) samples.emplace_back(t, waypoint.place);
     t = t + waypoint.hold_s;
     if (t > samples.back().first) samples.emplace_back(t, waypoint.place);
@@ -45,7 +45,7 @@ Samples straight_samples(GpsTime start, const std::vector<Waypoint>& waypoints) 
   return samples;
 }
 
-// Roll and pitch of a vehicle that accelerates so; its yaw is there already.
+// Sets roll and pitch by the acceleration; the yaw is set before.
 void set_attitude(Pose& pose, const Eigen::Vector3d& acceleration_enu, Attitude attitude) {
   const Eigen::Vector3d& v = pose.velocity_enu_mps;
   if (attitude == Attitude::Aircraft) {
@@ -84,6 +84,11 @@ struct Trajectory::Track {
   [[nodiscard]] double spacing(std::size_t i) const { return times[i + 1] - times[i]; }
   [[nodiscard]] bool is_straight(std::size_t segment) const {
     return all_straight || spacing(segment) > kMaxCubicGap_s;
+  }
+  [[nodiscard]] bool is_pause(std::size_t segment) const {
+    constexpr double kStill_m = 1;
+    return !all_straight && spacing(segment) > std::max(kMaxCubicGap_s, 10 * sample_interval_s) &&
+           (positions[segment + 1] - positions[segment]).norm() > kStill_m;
   }
   [[nodiscard]] Eigen::Vector3d chord_velocity(std::size_t segment) const {
     return (positions[segment + 1] - positions[segment]) / spacing(segment);
@@ -167,7 +172,7 @@ void Trajectory::Track::set_held_yaws() {
     }
     held_yaw[i] = yaw;
   }
-  // Before its first movement a vehicle already looks where it will go.
+  // Before its first movement a vehicle looks where it will go.
   if (first_moving < n) std::fill_n(held_yaw.begin(), first_moving, held_yaw[first_moving]);
 }
 
@@ -307,6 +312,19 @@ Trajectory Trajectory::with_attitude(Attitude attitude) const {
   Trajectory tilted = *this;
   tilted.attitude_ = attitude;
   return tilted;
+}
+
+std::vector<std::pair<GpsTime, GpsTime>> Trajectory::pauses() const {
+  std::vector<std::pair<GpsTime, GpsTime>> pauses;
+  for (std::size_t i = 0; i + 1 < track_->times.size(); ++i)
+    if (track_->is_pause(i)) pauses.emplace_back(track_->times[i], track_->times[i + 1]);
+  return pauses;
+}
+
+bool Trajectory::covers(GpsTime t) const {
+  if (t < begin() || t > end()) return false;
+  const auto after = std::lower_bound(track_->times.begin(), track_->times.end(), t);
+  return *after == t || !track_->is_pause(static_cast<std::size_t>(after - track_->times.begin()) - 1);
 }
 
 double Trajectory::length_m() const {

@@ -78,6 +78,11 @@ class Trajectory {
   /// Clamped to [begin, end].
   [[nodiscard]] Pose at(geodesy::GpsTime t) const;
   [[nodiscard]] double length_m() const;
+  /// Begin and end of the pauses of a recording: spacings above ten times the median and `kMaxCubicGap_s`
+  /// between samples more than 1 m apart. Empty for waypoints.
+  [[nodiscard]] std::vector<std::pair<geodesy::GpsTime, geodesy::GpsTime>> pauses() const;
+  /// Whether an instant is in [begin, end] and not inside a pause.
+  [[nodiscard]] bool covers(geodesy::GpsTime t) const;
   /// The same path with Pose::roll_rad and pitch_rad of this kind of vehicle; yaw stays the direction of
   /// travel.
   [[nodiscard]] Trajectory with_attitude(Attitude attitude) const;
@@ -88,22 +93,31 @@ class Trajectory {
   Attitude attitude_ = Attitude::Level;
 };
 
-/// "csv": header or not; columns time, latitude, longitude, height. Time is ISO 8601, or seconds from the
-/// scenario's start. "urbannav": week, tow, latitude, longitude, height. "nmea": GGA with RMC or ZDA for the
-/// date, else the date of `start`. Throws InputError with file and line for text that is not a number,
-/// latitudes in the wrong unit, times that go backwards, or no usable line. A `start` of GpsTime{} means that
-/// none is known: files that need one are refused.
+/// "csv": header or not; columns time, latitude, longitude, height, or time and ECEF x, y, z [m]; commas,
+/// semicolons or tabs between, fields in quotes or not. Time is ISO 8601, or seconds from the scenario's
+/// start. "urbannav": week, tow, latitude, longitude, height. "nmea": GGA with valid RMC or ZDA for the date,
+/// else the date of `start`. "gpx", "kml": track_file.hpp. Throws InputError with file and line for text that
+/// is not a number, latitudes in the wrong unit, times that mostly go backwards, or no usable line. A `start`
+/// of GpsTime{} means that none is known: files that need one are refused.
 [[nodiscard]] Trajectory read_trajectory(const std::filesystem::path& path, const std::string& format,
                                          geodesy::GpsTime start);
 
-/// The same with what there is to say about the file.
+/// A recorded path, and warnings about its file.
 struct TrajectoryFile {
   Trajectory trajectory;
   bool has_own_dates = true;          ///< false: its times are relative to `start`
-  std::vector<std::string> warnings;  ///< skipped lines, counted by reason
+  std::vector<std::string> warnings;  ///< what was left out, counted by reason, and pauses
+};
+/// How heights of a file are taken.
+struct HeightReading {
+  bool needed = true;  ///< false: they will be those of the terrain, and positions without one are kept
+  /// Added to heights above sea level where the file does not say it [m]; 0: not known, they are taken as
+  /// ellipsoidal.
+  double geoid_undulation_m = 0;
 };
 [[nodiscard]] TrajectoryFile read_trajectory_file(const std::filesystem::path& path,
-                                                  const std::string& format, geodesy::GpsTime start);
+                                                  const std::string& format, geodesy::GpsTime start,
+                                                  const HeightReading& heights = {});
 
 /// The formats that read_trajectory knows.
 [[nodiscard]] const std::vector<std::string>& trajectory_formats();

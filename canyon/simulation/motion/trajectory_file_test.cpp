@@ -5,6 +5,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/motion/nmea_fixes.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
+#include "tests/support/case_file.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/simulation_support.hpp"
 
@@ -19,6 +20,7 @@ using test::TemporaryFolder;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using namespace std::string_literals;
 
 const GpsTime kStart = parse_time("2019-04-28T12:58:03Z");
 
@@ -87,10 +89,8 @@ TEST(TrajectoryCsv, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(fault("1975-06-01T00:00:00Z,22.3,114.17,1\n", "csv"), HasSubstr("from 1980-01-06"));
   EXPECT_THAT(fault("0,22.3,11410.2,1\n", "csv"), HasSubstr("ddmm.mm"));
   EXPECT_THAT(fault("0,22.3,114.17\n", "csv"), HasSubstr("3 columns where 4 are needed"));
-  EXPECT_THAT(fault("0,22.3,114.17,1\n2,22.3,114.17,1\n1,22.3,114.17,1\n", "csv"),
-              HasSubstr("track.txt:3: the time 2019-04-28T12:58:22.000 GPST is before the line above"));
-  EXPECT_THAT(fault("0,22.3,114.17,1\n0,22.3,114.17,1\n", "csv"),
-              HasSubstr("track.txt:2: the time 2019-04-28T12:58:21.000 GPST comes twice"));
+  EXPECT_THAT(fault("3,22.3,114.17,1\n2,22.3,114.17,1\n1,22.3,114.17,1\n", "csv"),
+              HasSubstr("the times of 2 of 3 points do not follow the others; sort"));
   EXPECT_THAT(fault("0,22.3,114.17,1\n2019-04-28T12:58:05Z,22.3,114.17,1\n", "csv"),
               HasSubstr("another way"));
   EXPECT_THAT(fault("yesterday,22.3,114.17,1\n", "csv"), HasSubstr("ISO 8601"));
@@ -239,12 +239,175 @@ TEST(TrajectoryNmea, SaysWhatIsWrong) {
   EXPECT_THAT(fault("hello\n", "nmea"), HasSubstr("no usable GGA"));
   EXPECT_THAT(fault(gga("120000", "0"), "nmea"), HasSubstr("1 without fix"));
   EXPECT_THAT(fault(gga("250000"), "nmea"), HasSubstr("'250000' is not hhmmss.ss"));
-  EXPECT_THAT(fault(gga("120000") + gga("120000"), "nmea"),
-              HasSubstr("track.txt:2: the time 2019-04-28T12:00:18.000 GPST comes twice"));
   EXPECT_THAT(fault(sentence("GPGGA,120000,2278.0,N,11410.7,E,1,08,0.9,9.5,M,0,M,,"), "nmea"),
               HasSubstr("ddmm.mmmm"));
   EXPECT_THAT(fault(sentence("GPGGA,120000,2218.0,X,11410.7,E,1,08,0.9,9.5,M,0,M,,"), "nmea"),
               HasSubstr("neither N nor S"));
+}
+
+// --- files of other programs (tests/data/cases)
+// -------------------------------------------------------------
+
+TrajectoryFile read_case(const std::string& name, const std::string& format,
+                         const HeightReading& heights = {}, GpsTime start = {}) {
+  return read_trajectory_file(canyon::test::case_file(name), format, start, heights);
+}
+void expect_path(const TrajectoryFile& file, GpsTime begin, double duration_s, double latitude_deg,
+                 double height_m) {
+  EXPECT_EQ(file.trajectory.begin(), begin);
+  EXPECT_NEAR(file.trajectory.end() - begin, duration_s, 1e-9);
+  EXPECT_NEAR(degrees(file.trajectory.at(begin).position.latitude_rad), 48, 1e-9);
+  EXPECT_NEAR(degrees(file.trajectory.at(begin).position.longitude_rad), 11, 1e-9);
+  EXPECT_NEAR(degrees(file.trajectory.at(file.trajectory.end()).position.latitude_rad), latitude_deg, 1e-9);
+  EXPECT_NEAR(file.trajectory.at(begin).position.height_m, height_m, 1e-6);
+}
+const GpsTime kCases = parse_time("2024-05-01T10:00:00Z");
+
+TEST(TrajectoryCases, AVoidRmcSaysNoDate) {
+  const TrajectoryFile good = read_case("nmea-void-date/good.nmea", "nmea");
+  for (const char* name : {"day-before", "default-1980", "future", "rollover"}) {
+    SCOPED_TRACE(name);
+    const TrajectoryFile file = read_case(std::string("nmea-void-date/") + name + ".nmea", "nmea");
+    EXPECT_EQ(file.trajectory.begin(), kCases);
+    EXPECT_EQ(file.trajectory.end(), good.trajectory.end());
+    EXPECT_DOUBLE_EQ(file.trajectory.end() - file.trajectory.begin(), 29);
+    EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("3 GGA lines without a fix")));
+  }
+}
+
+TEST(TrajectoryCases, NmeaOfLoggersTalkersAndTwoDimensions) {
+  expect_path(read_case("nmea-gnsslogger/log.nmea", "nmea"), kCases, 4, 48.0002, 547);
+  const TrajectoryFile two = read_case("nmea-two-talkers/two.nmea", "nmea");
+  expect_path(two, kCases, 5, 48.00025, 547);
+  EXPECT_THAT(two.warnings, ElementsAre(HasSubstr("6 points repeat the time")));
+  const TrajectoryFile one = read_case("nmea-gga-no-altitude/one.nmea", "nmea");
+  expect_path(one, kCases, 5, 48.00025, 547);
+  EXPECT_THAT(one.warnings, ElementsAre(HasSubstr("1 GGA lines without an altitude")));
+  EXPECT_THAT(
+      error_of([] { (void)read_case("nmea-gga-no-altitude/all2d.nmea", "nmea"); }).what(),
+      testing::AllOf(HasSubstr("none of its 6 fixes has an altitude"), HasSubstr("height_above_terrain_m")));
+  expect_path(read_case("nmea-gga-no-altitude/all2d.nmea", "nmea", {false, 0}), kCases, 5, 48.00025, 0);
+}
+
+TEST(TrajectoryCases, TextOfOfficeProgramsIsRead) {
+  for (const char* name : {"bom", "quoted", "semicolon"})
+    expect_path(read_case(std::string("text-bom/") + name + ".csv", "csv"), kCases, 2, 48.00002, 547);
+  const TrajectoryFile comma = read("time;lat;lon;height\n0;48,5;11,25;547,5\n1;48,5;11,25;547,5\n", "csv");
+  EXPECT_NEAR(degrees(comma.trajectory.at(kStart).position.longitude_rad), 11.25, 1e-12);
+  EXPECT_EQ(comma.trajectory.at(kStart).position.height_m, 547.5);
+  EXPECT_EQ(read("time\tlat\tlon\tx\theight\n0\t48\t11\t3\t5\n", "csv").trajectory.end(), kStart);
+}
+
+// ECEF of the first line by the closed form: 35.274 deg, 137.014 deg, 100 m (as gps-sdr-sim's readme has it).
+TEST(TrajectoryCases, EcefIsReadAndSaid) {
+  const TrajectoryFile file = read_case("csv-ecef/motion.csv", "csv", {}, kCases);
+  const Pose pose = file.trajectory.at(kCases);
+  EXPECT_NEAR(degrees(pose.position.latitude_rad), 35.274, 5e-4);
+  EXPECT_NEAR(degrees(pose.position.longitude_rad), 137.014, 1e-3);
+  EXPECT_NEAR(pose.position.height_m, 100, 1);
+  EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("ECEF")));
+  const TrajectoryFile named = read("t,x,y,z\n0,-3813477.9,3554276.5,3662785.2\n", "csv");
+  EXPECT_NEAR(named.trajectory.at(kStart).position.height_m, pose.position.height_m, 1e-6);
+  EXPECT_THAT(named.warnings, ElementsAre());
+  EXPECT_THAT(read_case("csv-ecef/as_advised.csv", "csv", {}, kCases).warnings,
+              ElementsAre(HasSubstr("3663 km high")));
+  EXPECT_THAT(fault("2051,46701,-3813477.9,3554276.5,3662785.2\n", "urbannav"), HasSubstr("ECEF x, y, z"));
+  EXPECT_THAT(fault("time,lat,lon,h\n0,-3813477.9,3554276.5,3662785.2\n", "csv"), HasSubstr("ECEF x, y, z"));
+  EXPECT_THAT(fault("t,x,y,z\n0,10,20,3\n", "csv"), HasSubstr("from the Earth's centre"));
+}
+
+TEST(TrajectoryCases, PausesAreSaidAndNotCovered) {
+  const TrajectoryFile file = read_case("gpx-pause/pause.gpx", "gpx");
+  EXPECT_THAT(file.warnings, testing::Contains(HasSubstr("pauses 1 time, at most 3591 s")));
+  EXPECT_TRUE(file.trajectory.covers(kCases + 9));
+  EXPECT_FALSE(file.trajectory.covers(kCases + 9.5));
+  EXPECT_FALSE(file.trajectory.covers(kCases + 3599.9));
+  EXPECT_TRUE(file.trajectory.covers(kCases + 3600));
+  EXPECT_FALSE(file.trajectory.covers(kCases + 3700));
+  std::string csv;
+  for (int i = 0; i < 20; ++i)
+    csv += std::to_string(i < 10 ? i : i + 600) + ",48.00" + std::to_string(10 + i) + ",11,5\n";
+  EXPECT_THAT(read(csv, "csv").warnings, ElementsAre(HasSubstr("pauses 1 time, at most 601 s")));
+}
+
+TEST(TrajectoryCases, GpxHeightsTakeTheGeoid) {
+  expect_path(read_case("gpx-geoidheight/t.gpx", "gpx"), kCases, 4, 48.00004, 547);
+  EXPECT_THAT(read_case("gpx-geoidheight/t.gpx", "gpx").warnings, ElementsAre());
+  const TrajectoryFile plain = read_case("gpx-pause/pause.gpx", "gpx", {true, 47});
+  EXPECT_NEAR(plain.trajectory.at(kCases).position.height_m, 547, 1e-9);
+  EXPECT_THAT(plain.warnings, testing::Contains(HasSubstr("geoid undulation, 47.0 m, is added")));
+}
+
+// Siblings of the cases: one wrong record among many.
+TEST(TrajectoryCases, OneWrongRecordCostsOneRecord) {
+  const auto lines = [](int wrong, const std::string& instead) {
+    std::string csv;
+    for (int i = 0; i < 20; ++i) {
+      csv += i == wrong ? instead + "\n" : std::to_string(i) + ",48.00" + std::to_string(10 + i) + ",11,5\n";
+    }
+    return csv;
+  };
+  const auto sound = read(lines(-1, ""), "csv").trajectory;
+  for (const char* wrong :
+       {"7200,48.0017,11,5", "-3600,48.0017,11,5", "7,0,0,0", "7,49.5,11,5", "7,,,", "7,nan,nan,nan",
+        "7,48.0017,11,-9999", "7,48.0017,11,1e20", "7,214.7483647,214.7483647,5", "6,48.0016,11,5"}) {
+    SCOPED_TRACE(wrong);
+    const TrajectoryFile file = read(lines(7, wrong), "csv");
+    EXPECT_EQ(file.trajectory.begin(), sound.begin());
+    EXPECT_EQ(file.trajectory.end(), sound.end());
+    EXPECT_NEAR(file.trajectory.at(kStart + 7).position.latitude_rad,
+                sound.at(kStart + 7).position.latitude_rad, 1e-9);
+    EXPECT_NEAR(file.trajectory.at(kStart + 7).position.height_m, 5, 0.01);
+    EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("left out")));
+  }
+  std::string log = "time,lat,lon,h\n2000-01-01T00:00:00Z,48,11,5\n";
+  for (int i = 10; i < 30; ++i) log += "2024-05-01T10:00:" + std::to_string(i) + "Z,48,11,5\n";
+  EXPECT_EQ(read(log, "csv").trajectory.begin(), kCases + 10);
+  EXPECT_THAT(read(log, "csv").warnings, ElementsAre(HasSubstr("1 points more than 100 days")));
+}
+
+TEST(TrajectoryCases, OneWrongSentenceCostsOneSentence) {
+  const auto rmc = [](const std::string& time, const std::string& date, const char* status = "A") {
+    return sentence("GNRMC," + time + "," + status + ",2218.06932,N,11410.74002,E,0.0,,"s + date + ",,,A");
+  };
+  std::string sound, wrong_date, wrong_time, joined, cut;
+  for (int i = 10; i < 30; ++i) {
+    const std::string time = "1200" + std::to_string(i);
+    const std::string both = gga(time) + rmc(time, "280419");
+    sound += both;
+    wrong_date += gga(time) + rmc(time, i == 10 || i == 20 || i == 21 ? "280818" : "280419");
+    wrong_time += i == 20 ? gga("154500") + rmc(time, "280419") : both;
+    std::string line = both;
+    line.erase(std::remove(line.begin(), line.end(), '\n'), line.end());
+    line.erase(std::remove(line.begin(), line.end(), '\r'), line.end());
+    joined += "12:00:" + std::to_string(i) + " [rx] " + line + " # end\n";
+    cut += i == 20 ? gga(time).substr(0, 58) + "\n" + rmc(time, "280419") : both;
+  }
+  const GpsTime begin = parse_time("2019-04-28T12:00:10Z");
+  for (const std::string& text : {sound, wrong_date, wrong_time, joined, cut}) {
+    const TrajectoryFile file = read(text, "nmea", GpsTime{});
+    EXPECT_EQ(file.trajectory.begin(), begin);
+    EXPECT_DOUBLE_EQ(file.trajectory.end() - begin, 19);
+    EXPECT_NEAR(file.trajectory.at(begin + 10).position.height_m, 9.5 - 2.9, 1e-9);
+  }
+  EXPECT_THAT(read(joined, "nmea", GpsTime{}).warnings, ElementsAre());
+  EXPECT_THAT(read(cut, "nmea", GpsTime{}).warnings, ElementsAre(HasSubstr("1 damaged lines")));
+  // The clock of a receiver without a fix, by ZDA alone, and after a day.
+  const auto zda = [](const std::string& time, const std::string& date) {
+    return sentence("GPZDA," + time + "," + date + ",00,00");
+  };
+  std::string clock;
+  for (int i = 0; i < 9; ++i)
+    clock += gga("12000" + std::to_string(i), "0") + zda("12000" + std::to_string(i), "06,01,1980");
+  for (int i = 10; i < 20; ++i)
+    clock += gga("1200" + std::to_string(i)) + zda("1200" + std::to_string(i), "28,04,2019");
+  EXPECT_EQ(read(clock, "nmea", GpsTime{}).trajectory.begin(), begin);
+  std::string later;
+  for (int i = 10; i < 30; ++i)
+    later += gga("1200" + std::to_string(i)) + rmc("1200" + std::to_string(i), "300419");
+  const TrajectoryFile days = read(sound + later, "nmea", GpsTime{});
+  EXPECT_DOUBLE_EQ(days.trajectory.end() - begin, 2 * 86'400.0 + 19);
+  EXPECT_THAT(days.warnings, ElementsAre());
 }
 
 TEST(TrajectoryFile, DamagedFilesAreReadOrRefused) {

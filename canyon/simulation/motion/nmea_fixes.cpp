@@ -1,0 +1,395 @@
+#include "canyon/simulation/motion/nmea_fixes.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+
+#include "canyon/base/text.hpp"
+#include "canyon/base/text_file.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/simulation/motion/recorded_path.hpp"
+
+namespace canyon::simulation {
+namespace {
+
+using geodesy::Geodetic;
+using geodesy::GpsTime;
+
+constexpr std::int64_t kNanosecondsPerDay = 86'400 * GpsTime::kNanosecondsPerSecond;
+
+struct Sentence {
+  std::vector<std::string_view> fields;  ///< the address first, such as GPGGA
+  bool checked = false;                  ///< has a checksum, and it holds
+
+  [[nodiscard]] bool is(std::string_view type) const {
+    return fields[0].size() == 5 && fields[0].substr(2) == type;
+  }
+  [[nodiscard]] std::string_view field(std::size_t i) const {
+    return i < fields.size() ? trim(fields[i]) : std::string_view();
+  }
+};
+
+/// The text of a sentence before its checksum, where one holds. The two digits behind '*' end a sentence,
+/// whatever a logger writes behind them.
+std::optional<std::string_view> checked_body(std::string_view text) {
+  const auto digit = [](char c) {
+    const char lower = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    if (lower >= '0' && lower <= '9') return static_cast<unsigned>(lower - '0');
+    return lower >= 'a' && lower <= 'f' ? static_cast<unsigned>(lower - 'a') + 10 : 256U;
+  };
+  unsigned sum = 0;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    if (text[at] == '*' && at + 2 < text.size() && digit(text[at + 1]) * 16 + digit(text[at + 2]) == sum)
+      return text.substr(0, at);
+    sum ^= static_cast<unsigned char>(text[at]);
+  }
+  return std::nullopt;
+}
+
+/// The sentences of a line: a logger may write its own text before and behind them, or join several. Returns
+/// how many are damaged: their checksum is wrong, or the next begins before their end.
+template <typename Each>
+std::size_t each_sentence(std::string_view line, const Each& each) {
+  std::size_t damaged = 0;
+  for (std::size_t at = line.find('$'); at != std::string_view::npos;) {
+    const std::size_t next = line.find('$', at + 1);
+    const std::string_view text = line.substr(at + 1, next - at - 1);
+    if (const auto body = checked_body(text)) {
+      each(Sentence{split(*body, ','), true});
+    } else if (next != std::string_view::npos || text.find('*') != std::string_view::npos) {
+      ++damaged;
+    } else {
+      each(Sentence{split(trim(text), ','), false});
+    }
+    at = next;
+  }
+  return damaged;
+}
+
+double nmea_number(const TextFile& file, std::string_view text, std::string_view what) {
+  const std::optional<double> value = parse_double(text);
+  if (!value) throw file.error(fmt::format("the {} '{}' is not a number", what, text));
+  return *value;
+}
+
+/// hhmmss.sss as nanoseconds of the UTC day (a leap second's 235960 comes out as 24 h).
+std::int64_t nmea_time_of_day(const TextFile& file, std::string_view text) {
+  const auto hour = parse_integer(column(text, 0, 2));
+  const auto minute = parse_integer(column(text, 2, 2));
+  const auto second = parse_double(column(text, 4, text.size()));
+  const bool digits =
+      std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c) || c == '.'; });
+  if (!digits || !hour || !minute || !second || *hour > 23 || *minute > 59 || *second >= 61) {
+    throw file.error(fmt::format("the time '{}' is not hhmmss.ss", text));
+  }
+  return (*hour * 3600 + *minute * 60) * GpsTime::kNanosecondsPerSecond + std::llround(*second * 1e9);
+}
+
+double nmea_angle_deg(const TextFile& file, std::string_view value_text, std::string_view side,
+                      std::string_view positive_negative, double limit_deg, std::string_view what) {
+  const double value = nmea_number(file, value_text, what);
+  const double degrees = std::trunc(value / 100);
+  const double minutes = value - 100 * degrees;
+  const double angle = degrees + minutes / 60;
+  if (value < 0 || minutes >= 60 || angle > limit_deg) {
+    throw file.error(fmt::format("the {} '{}' is not ddmm.mmmm", what, value_text));
+  }
+  if (side.size() != 1 || positive_negative.find(side[0]) == std::string_view::npos) {
+    throw file.error(fmt::format("the {}'s side '{}' is neither {} nor {}", what, side, positive_negative[0],
+                                 positive_negative[1]));
+  }
+  return side[0] == positive_negative[0] ? angle : -angle;
+}
+
+/// The fields of a GGA sentence.
+struct Gga {
+  bool fix = false;
+  bool altitude = false;
+  bool separation = false;
+  bool checked = false;
+  int line = 0;
+  std::int64_t time_of_day_ns = 0;
+  Geodetic place;  ///< its height is altitude plus separation; a missing one counts as 0
+};
+constexpr std::size_t kGgaFields = 12;
+
+/// Precondition: at least kGgaFields fields. Without a fix only `checked` and `line` are set.
+Gga read_gga(const TextFile& file, const Sentence& gga) {
+  Gga result;
+  result.checked = gga.checked;
+  result.line = file.line();
+  const auto quality = parse_integer(gga.field(6));
+  result.fix = quality && *quality != 0 && !gga.field(2).empty() && !gga.field(1).empty();
+  if (!result.fix) return result;
+  result.altitude = !gga.field(9).empty();
+  result.separation = !gga.field(11).empty();
+  double height_m = result.altitude ? nmea_number(file, gga.field(9), "altitude") : 0;
+  if (result.separation) height_m += nmea_number(file, gga.field(11), "geoid separation");
+  const double latitude_deg = nmea_angle_deg(file, gga.field(2), gga.field(3), "NS", 90, "latitude");
+  const double longitude_deg = nmea_angle_deg(file, gga.field(4), gga.field(5), "EW", 180, "longitude");
+  result.place = Geodetic::from_degrees(latitude_deg, longitude_deg, height_m);
+  result.time_of_day_ns = nmea_time_of_day(file, gga.field(1));
+  return result;
+}
+
+GpsTime midnight_of(int year, int month, int day) {
+  geodesy::CalendarTime midnight;
+  midnight.year = year;
+  midnight.month = month;
+  midnight.day = day;
+  return geodesy::gps_from_utc(midnight);
+}
+GpsTime midnight_of(GpsTime t) {
+  const geodesy::CalendarTime date = geodesy::utc_from_gps(t);
+  return midnight_of(date.year, date.month, date.day);
+}
+
+/// A sentence that says the date.
+struct Dated {
+  std::size_t before = 0;  ///< the GGA sentence that it stands before
+  std::int64_t time_of_day_ns = 0;
+  GpsTime midnight;
+  bool zda = false;
+  bool checked = false;
+  std::int64_t day = 0;  ///< days from the first date to the day that the log's first GGA would be of
+};
+
+/// The date of a valid RMC, or of a ZDA; nothing of other sentences and of empty fields. An RMC that is not
+/// valid has whatever its receiver believed before its first fix.
+std::optional<Dated> read_date(const TextFile& file, const Sentence& sentence) {
+  std::array<std::string_view, 3> text;  // day, month, year
+  Dated dated;
+  dated.zda = sentence.is("ZDA");
+  dated.checked = sentence.checked;
+  if (sentence.is("RMC")) {
+    const bool valid = sentence.field(2) == "A" || sentence.field(2) == "D";
+    const std::string_view date = sentence.field(9);
+    if (!valid || sentence.field(12) == "N" || date.size() != 6) return std::nullopt;
+    text = {date.substr(0, 2), date.substr(2, 2), date.substr(4, 2)};
+  } else if (dated.zda && !sentence.field(4).empty()) {
+    text = {sentence.field(2), sentence.field(3), sentence.field(4)};
+  } else {
+    return std::nullopt;
+  }
+  if (sentence.field(1).empty()) return std::nullopt;
+  std::array<int, 3> value{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto number = parse_integer(text[k]);
+    if (!number || *number < 0 || *number > 9999) {
+      throw file.error(fmt::format("the date '{}' is not day, month, year", text[k]));
+    }
+    value[k] = static_cast<int>(*number);
+  }
+  if (!dated.zda) value[2] += value[2] < 80 ? 2000 : 1900;
+  dated.time_of_day_ns = nmea_time_of_day(file, sentence.field(1));
+  try {
+    dated.midnight = midnight_of(value[2], value[1], value[0]);
+  } catch (const InputError& e) {
+    throw file.error(e.problem(), e.cure());
+  }
+  return dated;
+}
+
+/// The sentences of a log that have a use.
+struct NmeaLog {
+  std::vector<Gga> ggas;
+  std::vector<Dated> dates;
+  std::size_t damaged = 0, without_fix = 0;
+  std::optional<InputError> first_error;  ///< of a sentence that is whole and makes no sense
+};
+
+NmeaLog read_log(TextFile& file) {
+  NmeaLog log;
+  bool any_checked = false;
+  const auto take = [&](const Sentence& sentence) {
+    const bool gga = sentence.is("GGA");
+    if (!gga && !sentence.is("RMC") && !sentence.is("ZDA")) return;
+    any_checked = any_checked || sentence.checked;
+    if (gga && sentence.fields.size() < kGgaFields) {
+      ++log.damaged;
+      return;
+    }
+    try {
+      if (gga) {
+        log.ggas.push_back(read_gga(file, sentence));
+        log.without_fix += log.ggas.back().fix ? 0 : 1;
+      } else if (auto dated = read_date(file, sentence)) {
+        dated->before = log.ggas.size();
+        log.dates.push_back(*dated);
+      }
+    } catch (const InputError& e) {
+      ++log.damaged;
+      if (!log.first_error) log.first_error = e;
+    }
+  };
+  while (const auto line = file.next_line()) log.damaged += each_sentence(*line, take);
+  if (!any_checked) return log;
+  // Where sentences have checksums, one without is cut short: its last number may be.
+  for (Gga& gga : log.ggas) {
+    if (gga.checked || !gga.fix) continue;
+    gga.fix = false;
+    ++log.damaged;
+  }
+  log.dates.erase(
+      std::remove_if(log.dates.begin(), log.dates.end(), [](const Dated& d) { return !d.checked; }),
+      log.dates.end());
+  return log;
+}
+
+std::int64_t floor_days(std::int64_t ns) {
+  return ns >= 0 ? ns / kNanosecondsPerDay : -((kNanosecondsPerDay - 1 - ns) / kNanosecondsPerDay);
+}
+
+/// The instant with this time of day that lies closest to `near`, both in nanoseconds from one midnight.
+std::int64_t closest(std::int64_t time_of_day_ns, std::int64_t near) {
+  return time_of_day_ns + floor_days(near - time_of_day_ns + kNanosecondsPerDay / 2) * kNanosecondsPerDay;
+}
+
+/// Leaves the dates that can be trusted: RMC's where there are any, else those of ZDA beside a fix (it has no
+/// status); and none that contradicts the majority of the five around it. Returns the midnight from which
+/// Dated::day counts.
+std::optional<GpsTime> trusted_dates(NmeaLog& log, const std::vector<std::int64_t>& since_ns) {
+  std::vector<Dated>& dates = log.dates;
+  const bool rmc = std::any_of(dates.begin(), dates.end(), [](const Dated& d) { return !d.zda; });
+  const auto beside_fix = [&](const Dated& d) {
+    return (d.before > 0 && log.ggas[d.before - 1].fix) ||
+           (d.before < log.ggas.size() && log.ggas[d.before].fix);
+  };
+  dates.erase(std::remove_if(dates.begin(), dates.end(),
+                             [&](const Dated& d) { return d.zda && (rmc || !beside_fix(d)); }),
+              dates.end());
+  if (since_ns.empty()) dates.clear();
+  if (dates.empty()) return std::nullopt;
+  const GpsTime first_midnight = dates.front().midnight;
+  for (Dated& date : dates) {
+    const std::size_t near = std::min(date.before, since_ns.size() - 1);
+    date.day = std::llround((date.midnight - first_midnight) / 86'400.0) -
+               floor_days(closest(date.time_of_day_ns, since_ns[near]));
+  }
+  std::vector<Dated> kept;
+  for (std::size_t i = 0; i < dates.size(); ++i) {
+    const std::size_t from = i < 2 ? 0 : i - 2, to = std::min(dates.size(), i + 3);
+    bool outvoted = false;
+    for (std::size_t k = from; k < to && !outvoted; ++k) {
+      const auto votes = std::count_if(dates.begin() + static_cast<std::ptrdiff_t>(from),
+                                       dates.begin() + static_cast<std::ptrdiff_t>(to),
+                                       [&](const Dated& d) { return d.day == dates[k].day; });
+      outvoted = dates[k].day != dates[i].day && 2 * votes > static_cast<std::ptrdiff_t>(to - from);
+    }
+    if (!outvoted) kept.push_back(dates[i]);
+  }
+  dates = std::move(kept);
+  return first_midnight;
+}
+
+/// Dated::day for a GGA sentence: that of the date before or behind it whose time of day is closer; 0 without
+/// dates.
+std::int64_t day_of(const std::vector<Dated>& dates, std::size_t gga, std::int64_t time_of_day_ns) {
+  if (dates.empty()) return 0;
+  const auto behind = std::upper_bound(dates.begin(), dates.end(), gga,
+                                       [](std::size_t i, const Dated& d) { return i < d.before; });
+  if (behind == dates.begin()) return behind->day;
+  if (behind == dates.end()) return dates.back().day;
+  const auto apart = [&](const Dated& d) {
+    const std::int64_t ns = std::abs(d.time_of_day_ns - time_of_day_ns);
+    return std::min(ns, kNanosecondsPerDay - ns);
+  };
+  return apart(*behind) < apart(*std::prev(behind)) ? behind->day : std::prev(behind)->day;
+}
+
+/// Nanoseconds of each GGA sentence from the midnight before the first fix; sentences without a fix count as
+/// the fix before them.
+std::vector<std::int64_t> unwrapped(const std::vector<Gga>& ggas) {
+  const auto first = std::find_if(ggas.begin(), ggas.end(), [](const Gga& gga) { return gga.fix; });
+  std::int64_t last_ns = first == ggas.end() ? 0 : first->time_of_day_ns;
+  std::vector<std::int64_t> since_ns;
+  since_ns.reserve(ggas.size());
+  for (const Gga& gga : ggas) {
+    if (gga.fix) last_ns = closest(gga.time_of_day_ns, last_ns);
+    since_ns.push_back(last_ns);
+  }
+  return since_ns;
+}
+
+InputError nothing_usable(const TextFile& file, const NmeaLog& log, std::size_t without_altitude) {
+  if (log.first_error) return *log.first_error;
+  if (without_altitude > 0) {
+    return {file.path(), 0, fmt::format("none of its {} fixes has an altitude", without_altitude),
+            "trajectory.height_above_terrain_m does without"};
+  }
+  return {file.path(), 0,
+          fmt::format("no usable GGA sentence ({} without fix, {} damaged or with a wrong checksum)",
+                      log.without_fix, log.damaged),
+          "expected lines like $GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47"};
+}
+
+}  // namespace
+
+NmeaFixes read_nmea_fixes(const std::filesystem::path& path, GpsTime start, const HeightReading& heights) {
+  TextFile file(path);
+  NmeaLog log = read_log(file);
+  const std::vector<std::int64_t> since_ns = unwrapped(log.ggas);
+  const GpsTime first_midnight = trusted_dates(log, since_ns).value_or(midnight_of(start));
+  NmeaFixes result;
+  result.has_own_dates = !log.dates.empty();
+  std::size_t without_altitude = 0, without_separation = 0;
+  double last_height_m = 0;
+  for (std::size_t i = 0; i < log.ggas.size(); ++i) {
+    const Gga& gga = log.ggas[i];
+    if (!gga.fix) continue;
+    if (log.dates.empty() && start == GpsTime{}) {
+      throw InputError(path, gga.line,
+                       "no RMC or ZDA sentence has the date of a fix, and the scenario has no start",
+                       "add 'start: 2026-01-01T12:00:00Z' to the scenario");
+    }
+    without_altitude += gga.altitude ? 0 : 1;
+    if (!gga.altitude && heights.needed) continue;
+    Geodetic place = gga.place;
+    if (!gga.altitude) {
+      place.height_m = last_height_m;
+    } else if (!gga.separation) {
+      ++without_separation;
+      place.height_m += heights.geoid_undulation_m;
+    }
+    last_height_m = place.height_m;
+    const std::int64_t day = day_of(log.dates, i, gga.time_of_day_ns) + floor_days(since_ns[i]);
+    const GpsTime noon =
+        first_midnight + std::chrono::nanoseconds(day * kNanosecondsPerDay + kNanosecondsPerDay / 2);
+    result.fixes.emplace_back(midnight_of(noon) + std::chrono::nanoseconds(gga.time_of_day_ns), place);
+  }
+  if (result.fixes.empty()) throw nothing_usable(file, log, without_altitude);
+  FileNotes notes(path);
+  keep_rising(result.fixes, notes);
+  notes.say(log.damaged, "damaged lines (cut short, or with a wrong checksum or value) skipped");
+  notes.say(log.without_fix, "GGA lines without a fix skipped");
+  notes.say(without_altitude,
+            heights.needed ? "GGA lines without an altitude skipped; height_above_terrain_m does without"
+                           : "GGA lines have no altitude");
+  notes.say(without_separation,
+            heights.geoid_undulation_m != 0
+                ? "GGA lines have no geoid separation: the city's geoid undulation is taken"
+                : "GGA lines have no geoid separation: their altitude is taken as ellipsoidal height");
+  result.warnings = notes.take();
+  return result;
+}
+
+std::optional<Geodetic> position_of_gga(std::string_view line) {
+  std::optional<Geodetic> place;
+  const TextFile text = TextFile::from_string(std::string(line), "GGA");
+  (void)each_sentence(line, [&](const Sentence& sentence) {
+    if (place || !sentence.is("GGA") || sentence.fields.size() < kGgaFields) return;
+    try {
+      const Gga gga = read_gga(text, sentence);
+      if (gga.fix && gga.altitude) place = gga.place;
+    } catch (const InputError&) {
+      return;
+    }
+  });
+  return place;
+}
+
+}  // namespace canyon::simulation
