@@ -36,6 +36,8 @@ class Parser {
       using Target = std::decay_t<decltype(target)>;
       if constexpr (std::is_same_v<Target, bool*>) {
         return app.add_flag(option.names, *target, option.help);
+      } else if constexpr (std::is_same_v<Target, std::function<void()>>) {
+        return app.add_flag_callback(option.names, target, option.help);
       } else if constexpr (std::is_pointer_v<Target>) {
         return app.add_option(option.names, *target, option.help);
       } else {
@@ -50,7 +52,9 @@ class Parser {
     if (option.is_hidden) added->group("");
     for (const std::string& name : option.needed) added->needs(name);
     for (const std::string& name : option.excluded) added->excludes(name);
-    if (!option.words.empty()) added->check(CLI::IsMember(option.words));
+    // A function checks for itself.
+    const bool checked = std::holds_alternative<std::function<void(const Option::Texts&)>>(option.target);
+    if (!option.words.empty() && !checked) added->check(CLI::IsMember(option.words));
     if (option.range) {
       const auto [least, most] = *option.range;
       const bool real = std::holds_alternative<double*>(option.target);
@@ -64,13 +68,33 @@ class Parser {
   std::vector<std::pair<Option*, const CLI::Option*>> options_;
 };
 
+/// The words of a command line with the present names of options in place of former ones.
+std::vector<std::string> with_present_names(const Command& program, int argc, char** argv) {
+  std::vector<std::string> words(argv, argv + argc);
+  const Command* command = &program;
+  for (auto word = words.begin() + 1; word < words.end() && *word != "--"; ++word) {
+    for (const Command& each : command->commands) {
+      if (each.name != *word) continue;
+      command = &each;
+      break;
+    }
+    const std::string name = word->substr(0, word->find('='));
+    for (const Option& option : command->options) {
+      if (std::find(option.former.begin(), option.former.end(), name) == option.former.end()) continue;
+      fmt::print(stderr, "warning: {} is now {}; the old name will go\n", name, option.names);
+      word->replace(0, name.size(), option.names);
+    }
+  }
+  return words;
+}
+
 /// "no command 'simulat'; did you mean 'simulate'?" for the first word that stands where a command is needed
 /// and is none, and likewise for options. Empty where every word is known.
-std::string unknown_word(const Command& program, int argc, char** argv) {
+std::string unknown_word(const Command& program, const std::vector<std::string>& words) {
   const Command* command = &program;
   std::string path = program.name;
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
+  for (auto each_word = words.begin() + 1; each_word < words.end(); ++each_word) {
+    const std::string& word = *each_word;
     std::vector<std::string> known;
     const bool option = word.substr(0, 2) == "--";
     if (option) {
@@ -127,10 +151,12 @@ int run(Command& program, const std::string& version, int argc, char** argv) {
     fmt::print(stderr, "{}", app.help());
     return kBadInput;
   }
+  const std::vector<std::string> words = with_present_names(program, argc, argv);
   try {
-    app.parse(argc, argv);
+    std::vector<std::string> last_first(words.rbegin(), words.rend() - 1);  // as CLI11 takes them
+    app.parse(last_first);
   } catch (const CLI::ParseError& error) {
-    const std::string unknown = unknown_word(program, argc, argv);
+    const std::string unknown = unknown_word(program, words);
     if (error.get_exit_code() != 0 && !unknown.empty()) {
       fmt::print(stderr, "canyon: {}\n", unknown);
       return kBadInput;

@@ -15,13 +15,13 @@ namespace canyon::cli {
 /// Exit codes of every command.
 enum ExitCode : int { kOk = 0, kFailure = 1, kBadInput = 2, kInterrupted = 130 };
 
-/// An option of a command; a flag where its target is a bool; a positional argument where its name begins
-/// with no dash. Parsing writes its value to the target, or gives it to the function.
+/// An option of a command; a flag if its target is a bool or a function without arguments; a positional
+/// argument if its name begins without a dash. Parsing writes the value to the target or calls the function.
 struct Option {
   using Texts = std::vector<std::string>;
-  using Target =
-      std::variant<bool*, int*, std::size_t*, double*, std::string*, Texts*, std::optional<int>*,
-                   std::optional<std::size_t>*, std::optional<double>*, std::function<void(const Texts&)>>;
+  using Target = std::variant<bool*, int*, std::size_t*, double*, std::string*, Texts*, std::optional<int>*,
+                              std::optional<std::size_t>*, std::optional<double>*,
+                              std::function<void(const Texts&)>, std::function<void()>>;
 
   std::string names;  ///< "-o,--out" or "scenario"
   Target target;
@@ -31,8 +31,9 @@ struct Option {
   bool takes_one = false;      ///< of Texts: one in all
   bool one_at_a_time = false;  ///< of Texts: one behind each name
   Texts needed = {}, excluded = {};
+  Texts former = {};  ///< names that it had; they still work, with a warning
   std::optional<std::pair<double, double>> range = {};
-  Texts words = {};    ///< all that it may be; empty: any
+  Texts words = {};    ///< its possible values; empty: any
   bool given = false;  ///< set by run()
 
   Option& required() { return is_required = true, *this; }
@@ -43,6 +44,8 @@ struct Option {
   Option& needs(const std::string& name) { return needed.push_back(name), *this; }
   /// Not beside the option of this name, which was added before.
   Option& excludes(const std::string& name) { return excluded.push_back(name), *this; }
+  /// Had this name before: it still works, with a warning.
+  Option& formerly(const std::string& name) { return former.push_back(name), *this; }
   Option& within(double least, double most) { return range = std::pair(least, most), *this; }
   Option& one_of(Texts texts) { return words = std::move(texts), *this; }
 

@@ -32,7 +32,7 @@ options::Node tree_of(const std::filesystem::path& scenario) {
   return options::parse_yaml(std::string(file.text()), document, "a scenario");
 }
 
-/// What a scenario's file says of its first receiver; empty where it says nothing.
+/// The first receiver in a scenario's file; empty without one.
 options::Node first_receiver(const std::filesystem::path& scenario) {
   const options::Node root = tree_of(scenario);
   const options::Node::Entry* receivers = root.find("receivers");
@@ -72,7 +72,7 @@ class CalibrationDrive : public RecordedDrive {
     d.seed = scenario_.seed;
     return d;
   }
-  /// Keys of `values` that the scenario sets itself, where a profile's would have no effect.
+  /// Warns of keys of `values` that the scenario sets itself and so overrides.
   void warn_of_overrides(const calibration::Values& values) {
     const options::Node receiver = first_receiver(*recorded_.scenario);
     for (const auto& [key, value] : values) {
@@ -160,7 +160,7 @@ std::vector<validation::RecordingRow> alternately(const std::vector<validation::
   return rows;
 }
 
-/// What the part that calibrated lets expect of the one held out, before that is looked at.
+/// The result to expect of the held-out part, by the part that calibrated.
 std::string expectation_of(const std::vector<validation::RecordingRow>& fitted) {
   validation::Score score;
   for (const validation::RecordingRow& row : fitted) score += validation::score_of(row.headlines);
@@ -197,7 +197,7 @@ std::string json_of(const calibration::Calibration& result,
   return json.dump(2) + "\n";
 }
 
-/// All of one profile: that of the command line, else of the first recording.
+/// Gives all recordings one profile: the command line's, else the first recording's.
 std::string unite_profiles(const CalibrateArguments& arguments,
                            std::vector<validation::ListedRecording>& recordings) {
   std::string base = arguments.profile;
@@ -215,7 +215,7 @@ std::string unite_profiles(const CalibrateArguments& arguments,
             "give with --profile the one to calibrate");
       }
       if (!arguments.quiet) {
-        print_warnings({fmt::format("{} has the profile {}: it is taken for a {} here", r.name, own, base)});
+        print_warnings({fmt::format("{} has the profile {}; {} is used here", r.name, own, base)});
       }
     }
   }

@@ -22,7 +22,9 @@ struct CityInfoArguments {
 int run_city_info(const CityInfoArguments& arguments) {
   const simulation::CityConfig config = city_config(arguments.input, arguments.origin);
   const auto begin = std::chrono::steady_clock::now();
-  const city::City city = load_city(config, "building the city", arguments.json).city;
+  const buildings::BuiltCity loaded = load_city(config, "building the city", arguments.json);
+  print_warnings(loaded.report.cautions);
+  const city::City& city = loaded.city;
   const double load_s = seconds_since(begin);
   const city::CitySummary summary = city::summarize(city);
   const geodesy::Geodetic& origin = city.frame.origin();
@@ -105,7 +107,8 @@ void add_city(Command& app) {
   Command& info = command.add_command("info", "size, buildings, georeference and defects of a city");
   CityInfoArguments& arguments = info.run_with(run_city_info);
   info.add_option("input", arguments.input, "FILE",
-                  "city: .canyon, map (.osm .osm.gz .osm.bz2 .osm.pbf, CityJSON .json), mesh (.dae .obj .stl "
+                  "city: .canyon, map (.osm .osm.gz .osm.bz2 .osm.pbf, Overpass .json, CityJSON .json "
+                  ".jsonl), mesh (.dae .obj .stl "
                   ".gltf .glb .ply), Gazebo world or model (.world .sdf, folder), or a scenario: its city")
       .required();
   info.add_option("--origin", arguments.origin, "LAT,LON,HEIGHT",

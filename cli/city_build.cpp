@@ -75,7 +75,8 @@ Output parse_output(const std::string& text, bool from_map) {
   const std::filesystem::path parent = out.path.parent_path();
   std::error_code ignored;
   if (!parent.empty() && !std::filesystem::is_directory(parent, ignored)) {
-    throw InputError(fmt::format("-o {}: there is no folder {}", text, parent.string()), "make it first");
+    throw InputError(fmt::format("-o {}: the folder {} does not exist", text, parent.string()),
+                     "make it first");
   }
   return out;
 }
@@ -127,13 +128,13 @@ simulation::CityConfig make_config(const CityBuildArguments& arguments, const Co
   if (!arguments.inputs.empty() && !is_map(arguments.inputs.front())) {
     const std::string& input = arguments.inputs.front();
     if (arguments.inputs.size() > 1) {
-      throw InputError(fmt::format("{} is no map, and is given with other input", input),
+      throw InputError(fmt::format("{} is not a map and is given with other input", input),
                        "several inputs are for maps; convert other cities one by one");
     }
     for (const char* option :
          {"--bbox", "--terrain", "--level-height", "--default-height", "--height", "--foliage", "--utm"}) {
       if (command.given(option)) {
-        throw InputError(fmt::format("{} has no effect on {}, which is no map", option, input),
+        throw InputError(fmt::format("{} has no effect on {}, which is not a map", option, input),
                          "leave it out");
       }
     }
@@ -146,7 +147,7 @@ simulation::CityConfig make_config(const CityBuildArguments& arguments, const Co
   simulation::MapCityConfig& map = config.map.emplace(arguments.map);
   for (const std::string& input : arguments.inputs) {
     if (!is_map(input)) {
-      throw InputError(fmt::format("{} is no map, and is given with maps", input),
+      throw InputError(fmt::format("{} is not a map and is given with maps", input),
                        simulation::city_file_endings());
     }
     map.files.emplace_back(input);
@@ -159,7 +160,7 @@ simulation::CityConfig make_config(const CityBuildArguments& arguments, const Co
   return config;
 }
 
-// A name that SDF and file names can hold, of a path's stem.
+// The path's stem as a name that SDF and file names can hold.
 std::string model_name(const std::filesystem::path& path) {
   std::string name = path.stem().string();
   std::replace_if(
@@ -273,10 +274,10 @@ int run_city_build(const CityBuildArguments& arguments, const Command& command) 
 void add_city_build(Command& city) {
   auto arguments = std::make_shared<CityBuildArguments>();
   Command& build = city.add_command("build", "build a city from maps, or convert one");
-  build.add_option(
-      "input", arguments->inputs, "INPUT",
-      "maps (.osm .osm.gz .osm.bz2 .osm.pbf, CityJSON .json), or one city (.canyon, mesh, Gazebo "
-      "world or model)");
+  build.add_option("input", arguments->inputs, "INPUT",
+                   "maps (.osm .osm.gz .osm.bz2 .osm.pbf, Overpass .json, CityJSON .json .jsonl), or one "
+                   "city (.canyon, mesh, Gazebo "
+                   "world or model)");
   build
       .add_option("-o,--out", arguments->outputs, "OUT",
                   "output, by its ending: .canyon .glb .obj .dae .geojson .world .sdf; a folder (ends in / "

@@ -11,6 +11,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/geodesy/time_text.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
+#include "canyon/simulation/threads.hpp"
 
 namespace canyon::cli {
 ExitCode exit_code(const InputError& error) {
@@ -47,7 +48,7 @@ void check_trajectory_format(const std::string& format) {
 }
 
 void add_threads(Command& command, int& threads, const std::string& about) {
-  command.add_option("--threads", threads, "N", about).within(0, 1024);
+  command.add_option("--threads", threads, "N", about).within(0, simulation::kMostThreads);
 }
 
 void warn_of_no_zone(std::string_view instant) {

@@ -14,7 +14,7 @@
 
 namespace canyon::cli {
 
-/// kBadInput; kFailure for what the machine refuses (OutputError).
+/// kFailure for an OutputError, else kBadInput.
 [[nodiscard]] ExitCode exit_code(const InputError& error);
 
 /// Each adds a command to the program, or to the command that its argument names.
@@ -58,7 +58,7 @@ void warn_of_no_zone(std::string_view instant);
 /// "GPS,Galileo" -> set; throws InputError naming the known systems.
 [[nodiscard]] std::set<gnss::System> parse_systems(const std::string& text);
 
-/// What `work` returns; what it throws of no file gets the option's name in front.
+/// Returns work(). Puts the option's name in front of an InputError that names no file.
 template <typename Work>
 auto for_option(const std::string& option, const Work& work) {
   try {

@@ -6,21 +6,16 @@
 #include "canyon/drawing/views/correlation_picture.hpp"
 #include "canyon/output/number.hpp"
 #include "canyon/samples/correlation_record.hpp"
-#include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/scenario.hpp"
 #include "cli/commands.hpp"
-#include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
+#include "cli/scenario_run.hpp"
 
 namespace canyon::cli {
 namespace {
 
-struct CorrelationArguments {
-  std::string scenario, out, satellite, signal, receiver;
-  std::optional<double> bandwidth_hz, duration_s, rate_hz;
-  std::optional<std::size_t> seed;
-  int threads = 0;
-  bool quiet = false;
+struct CorrelationArguments : RunArguments {
+  std::string out, satellite, signal, receiver;
+  std::optional<double> bandwidth_hz;
 };
 
 /// A line for each instant and delay.
@@ -41,41 +36,24 @@ std::string csv_of(const samples::CorrelationSeries& series) {
 int run_correlation(const CorrelationArguments& arguments) {
   const std::string ending = lower_case(std::filesystem::path(arguments.out).extension().string());
   if (ending != ".png" && ending != ".svg" && ending != ".csv") {
-    throw InputError(fmt::format("--out '{}' is no .png, .svg or .csv", arguments.out), "name the file so");
+    throw InputError(fmt::format("--out '{}' does not end in .png, .svg or .csv", arguments.out),
+                     "give the file one of these endings");
   }
   const auto satellite = gnss::parse_satellite(arguments.satellite);
   if (!satellite) {
-    throw InputError(fmt::format("'{}' is no satellite", arguments.satellite),
-                     "satellites are called G05, E11, C23");
+    throw InputError(fmt::format("'{}' is not a satellite", arguments.satellite),
+                     "name one as G05, E11 or C23");
   }
-  simulation::Scenario scenario = simulation::read_scenario(arguments.scenario);
-  if (arguments.seed) scenario.seed = *arguments.seed;
-  if (arguments.duration_s) scenario.duration_s = arguments.duration_s;
-  if (arguments.rate_hz) scenario.rate_hz = arguments.rate_hz;
+  const simulation::Scenario scenario = read_scenario(arguments);
   samples::CorrelationRecord::Options options;
   options.receiver = simulation::find_receiver(scenario, arguments.receiver);
   options.satellite = *satellite;
   options.signal = arguments.signal;
   if (arguments.bandwidth_hz) options.bandwidth_hz = *arguments.bandwidth_hz;
 
-  std::vector<std::string> warnings;
-  city::City city = simulation::load_city(scenario, warnings);
-  const simulation::Simulation simulation(scenario, std::move(city));
-  if (!arguments.quiet) {
-    print_warnings(warnings);
-    print_warnings(simulation.warnings());
-  }
-  samples::CorrelationRecord record(simulation, options);
-  const std::atomic<bool>& stop_requested = catch_interrupts();
-  simulation::RunResult result;
-  {
-    Progress progress("epochs", arguments.quiet);
-    simulation::RunOptions run;
-    run.threads = arguments.threads;
-    run.stop = &stop_requested;
-    run.progress = progress.callback();
-    result = simulation.run({&record}, run);
-  }
+  const auto simulation = make_simulation(scenario, arguments.quiet);
+  samples::CorrelationRecord record(*simulation, options);
+  const simulation::RunResult result = run(*simulation, {&record}, arguments, "epochs");
   if (ending == ".csv") {
     write_file(arguments.out, csv_of(record.series()));
   } else {
@@ -103,18 +81,15 @@ void add_correlation(Command& app) {
       "canyon correlation drive.yaml --satellite G05 --out correlation.png\n"
       "FILE.csv has the complex values. docs/iq.md explains the picture.";
   CorrelationArguments& arguments = command.run_with(run_correlation);
-  command.add_option("scenario", arguments.scenario, "SCENARIO", "scenario file (YAML)").required();
+  add_scenario_file(command, arguments.scenario);
   command.add_option("--satellite", arguments.satellite, "NAME", "G05, E11, C23").required();
   command.add_option("-o,--out", arguments.out, "FILE", "picture (.png, .svg) or values (.csv)").required();
   command.add_option("--signal", arguments.signal, "NAME", "L1CA, E5a, B1I ... (that near L1)");
   command.add_option("--receiver", arguments.receiver, "NAME", "one of the scenario's receivers (the first)");
   command.add_option("--bandwidth", arguments.bandwidth_hz, "HZ",
                      "two-sided bandwidth of the front end (no limit)");
-  command.add_option("--seed", arguments.seed, "N", "instead of the scenario's seed");
-  command.add_option("--duration", arguments.duration_s, "S", "instead of the scenario's duration_s");
-  command.add_option("--rate", arguments.rate_hz, "HZ", "instead of the scenario's rate_hz");
-  add_threads(command, arguments.threads);
-  command.add_flag("--quiet", arguments.quiet, "print errors only");
+  add_run_field(command, "--rate", arguments, "rate_hz");
+  add_run_options(command, arguments);
 }
 
 }  // namespace canyon::cli

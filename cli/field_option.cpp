@@ -23,26 +23,26 @@ void set_field(const std::string& flag, const std::string& name, const std::vect
   });
 }
 
-Option& add_option_of(Command& command, const std::string& flag, const options::Description& description,
-                      const std::string& name, std::function<void(const std::vector<std::string>&)> take) {
-  const auto key = std::find_if(description.keys.begin(), description.keys.end(),
-                                [&name](const options::Key& each) { return each.path == name; });
-  assert(key != description.keys.end());
+Option& field_option(Command& command, const FieldFlag& field,
+                     const std::function<void(const std::vector<std::string>&)>& take) {
+  const auto& keys = field.description.keys;
+  const auto key = std::find_if(keys.begin(), keys.end(),
+                                [&field](const options::Key& each) { return each.path == field.name; });
+  assert(key != keys.end());
   std::string help = key->meaning;
+  if (field.is_switch) {
+    const std::function<void()> set = [take] { take({"true"}); };
+    return command.options.emplace_back(Option{field.flag, set, {}, help});
+  }
   if (!key->values().empty()) help += ", " + key->values();
-  if (!key->default_value.empty()) help += " (" + key->default_value + ")";
+  const std::string absent = field.absent != nullptr ? field.absent : key->default_value;
+  if (!absent.empty()) help += " (" + absent + ")";
   std::string unit = key->unit.empty() ? (key->range ? "n" : "text") : key->unit;
   std::transform(unit.begin(), unit.end(), unit.begin(), [](unsigned char c) { return std::toupper(c); });
-  Option& option = command.options.emplace_back(Option{flag, std::move(take), unit, help}).repeated();
-  option.takes_one = key->type != options::Type::Texts;
+  Option& option = command.options.emplace_back(Option{field.flag, take, unit, help}).repeated();
+  option.words = key->words;
+  option.takes_one = key->type != options::Type::Texts && key->type != options::Type::Files;
   return option;
-}
-
-Option& add_field(Command& command, const std::string& flag, const options::Description& description,
-                  const std::string& name, const std::function<void(options::Visitor&)>& visit) {
-  return add_option_of(
-      command, flag, description, name,
-      [flag, name, visit](const std::vector<std::string>& texts) { set_field(flag, name, texts, visit); });
 }
 
 }  // namespace canyon::cli

@@ -7,38 +7,73 @@
 #include "canyon/options/describe.hpp"
 #include "cli/arguments.hpp"
 
+// Options of commands that are fields of structs: the fields' lists have their help, units, ranges and
+// defaults, and check their values. A value that the list refuses is an InputError that names the flag.
+
 namespace canyon::cli {
 
-/// Reads the field `name` from its texts. What its list refuses is an InputError that names the flag.
-void set_field(const std::string& flag, const std::string& name, const std::vector<std::string>& texts,
-               const std::function<void(options::Visitor&)>& visit);
-/// Adds `--flag VALUE` with help, unit, range and default of a field. @param take gets the texts
-Option& add_option_of(Command& command, const std::string& flag, const options::Description& description,
-                      const std::string& name, std::function<void(const std::vector<std::string>&)> take);
-/// Adds `--flag VALUE` for the field `name` of a struct that `visit` visits: help, unit, range and default
-/// are those of its list. What the list refuses is an InputError that names the flag.
-Option& add_field(Command& command, const std::string& flag, const options::Description& description,
-                  const std::string& name, const std::function<void(options::Visitor&)>& visit);
-/// Changes of fields that are read later: what options on the command line put over a file's values.
+/// Changes of fields that are made later: a command line's, to what a file says.
 template <typename Options>
 using Changes = std::vector<std::function<void(Options&)>>;
-/// @param changes gets one that sets the field; must live as long as the command
 template <typename Options>
-Option& add_change(Command& command, const std::string& flag, Changes<Options>& changes,
-                   const std::string& name) {
-  const options::Description description = options::describe<Options>();
-  return add_option_of(command, flag, description, name,
-                       [flag, name, &changes](const std::vector<std::string>& texts) {
-                         changes.push_back([flag, name, texts](Options& fields) {
-                           set_field(flag, name, texts, [&fields](options::Visitor& v) { visit(v, fields); });
-                         });
-                       });
+void make(const Changes<Options>& changes, Options& options) {
+  for (const auto& change : changes) change(options);
 }
+
+/// The list of a struct's fields, or a part of it.
+template <typename Options>
+using FieldList = void (*)(options::Visitor&, Options&);
+template <typename Options>
+void all_fields(options::Visitor& v, Options& options) {
+  visit(v, options);
+}
+
+/// A field and the flag that sets it.
+struct FieldFlag {
+  std::string flag, name;
+  const options::Description& description;
+  const char* absent = nullptr;  ///< what stands for the default in the help, in place of the field's
+  bool is_switch = false;        ///< takes no value and sets a Boolean
+};
+/// Adds the option. @param take gets its texts
+Option& field_option(Command& command, const FieldFlag& field,
+                     const std::function<void(const std::vector<std::string>&)>& take);
+/// Reads the field `name` from its texts.
+void set_field(const std::string& flag, const std::string& name, const std::vector<std::string>& texts,
+               const std::function<void(options::Visitor&)>& visit);
+
+/// Adds `flag` for the field `name` of a struct.
 /// @param fields must live as long as the command
 template <typename Options>
 Option& add_field(Command& command, const std::string& flag, Options& fields, const std::string& name) {
-  return add_field(command, flag, options::describe(fields), name,
-                   [&fields](options::Visitor& v) { visit(v, fields); });
+  const options::Description description = options::describe(fields);
+  return field_option(command, {flag, name, description},
+                      [flag, name, &fields](const std::vector<std::string>& texts) {
+                        set_field(flag, name, texts, [&fields](options::Visitor& v) { visit(v, fields); });
+                      });
+}
+/// The same for a field that is set later.
+/// @param changes gets one that sets the field; must live as long as the command
+template <typename Options>
+Option& add_change(Command& command, const std::string& flag, Changes<Options>& changes,
+                   const std::string& name, FieldList<Options> list = all_fields<Options>,
+                   const char* absent = nullptr, bool is_switch = false) {
+  options::Describer describer;
+  Options defaults;
+  list(describer, defaults);
+  const options::Description description = std::move(describer).take();
+  return field_option(command, {flag, name, description, absent, is_switch},
+                      [flag, name, list, &changes](const std::vector<std::string>& texts) {
+                        changes.push_back([flag, name, list, texts](Options& fields) {
+                          set_field(flag, name, texts, [&](options::Visitor& v) { list(v, fields); });
+                        });
+                      });
+}
+/// The same for a Boolean that the flag alone sets.
+template <typename Options>
+Option& add_switch(Command& command, const std::string& flag, Changes<Options>& changes,
+                   const std::string& name) {
+  return add_change(command, flag, changes, name, all_fields<Options>, nullptr, true);
 }
 
 }  // namespace canyon::cli

@@ -49,7 +49,7 @@ class MapRun {
   int run() {
     read();
     load();
-    // Everything of one run before the next one: cities are large. The first one's stays, for the writers.
+    // Each run ends before the next one begins, because cities are large. The writers need the first one.
     for (int i = 0; i < arguments_.runs; ++i) {
       simulation::Scenario scenario = scenario_;
       scenario.seed += static_cast<std::uint64_t>(i);
@@ -237,7 +237,7 @@ class MapRun {
     heatmap::MapSource source =
         heatmap::map_source(*heatmap_, *stores_.front(), *environment_, receiver_, scenario_);
     if (arguments_.runs > 1) {
-      // All runs are cut alike, so that one map says where the units of each stand.
+      // All runs have the same units, so one map states their places.
       std::vector<std::function<std::optional<heatmap::MapSource::Slice>(std::size_t, std::size_t)>> runs;
       for (const auto& store : stores_) runs.push_back(heatmap::store_slices(*heatmap_, *store));
       source.slice = heatmap::slices_over_runs(std::move(runs), request_.layers, over);

@@ -51,7 +51,7 @@ class MapComparison : public RecordedDrive {
   }
 
  private:
-  /// Maps above the terrain know nothing of heights above the ellipsoid.
+  /// Maps above the terrain have no heights above the ellipsoid.
   [[nodiscard]] std::optional<double> altitude(const heatmap::StoredMap& map) const {
     if (map.altitude_kind() == heatmap::AltitudeKind::Ellipsoid) return std::nullopt;
     return scenario_.trajectory.height_above_terrain_m.value_or(map.altitudes_m().front());
@@ -73,7 +73,7 @@ class MapComparison : public RecordedDrive {
 
 int run_heatmap_judge(const HeatmapJudgeArguments& arguments) {
   if (validation::is_recording_list(arguments.scenario)) {
-    throw InputError(arguments.scenario, 0, "is a list of recordings, and a map is of one city",
+    throw InputError(arguments.scenario, 0, "is a list of recordings, but a map belongs to one city",
                      "give the scenario of one recording, and --obs");
   }
   return unless_interrupted(
@@ -96,7 +96,7 @@ void add_heatmap_judge(Command& heatmap) {
   HeatmapJudgeArguments& arguments = command.run_with(run_heatmap_judge);
   command.add_option("map", arguments.map, "MAP.nc", "the map's NetCDF file").required();
   add_drive_options(command, arguments);
-  // Own fixes are a filter's, and a map's cells have none.
+  // Own fixes come from a position filter, which a map's cells do not have.
   command.options.remove_if([](const Option& option) { return option.has_name("--nmea"); });
   command
       .add_option("--part", arguments.part, "PART",

@@ -78,13 +78,12 @@ std::string bounds_text(const StoredMap& map) {
   return fmt::format("{} to {}", corner(grid.west_m, grid.south_m), corner(grid.east_m(), grid.north_m()));
 }
 
-/// Beyond its lowest and highest altitudes a map speaks for half the step there, and for no more than this
-/// [m].
+/// A map answers beyond its lowest and highest altitude up to half a step, at most this far [m].
 constexpr double kAltitudeReach_m = 5;
-/// Closer than this [m], two altitudes are the same to whoever asks.
+/// Two altitudes closer than this count as equal [m].
 constexpr double kSameAltitude_m = 0.1;
 
-/// The map counts altitudes; without one asked for, its lowest is meant. Says where another one answers.
+/// The altitude of --altitude, else the map's lowest. Warns if another one answers.
 double altitude_of(const HeatmapQueryArguments& arguments, const StoredMap& map) {
   if (!arguments.route.altitude_m) return map.altitudes_m().front();
   const double asked_m = *arguments.route.altitude_m;
@@ -158,13 +157,13 @@ int query_place(const HeatmapQueryArguments& arguments, const StoredMap& map) {
 }
 
 RouteReport report_of(const HeatmapQueryArguments& arguments, const StoredMap& map) {
-  // Times that count from a start count from the map's.
+  // Relative times count from the map's first one.
   const simulation::Trajectory route =
       simulation::read_trajectory(arguments.path, arguments.format, map.times().front());
   heatmap::RouteOptions options = arguments.route;
   if (options.step_m == 0) options.step_m = 0.5 * map.grid().spacing_m;
   if (!arguments.time.empty()) options.start = parse_instant(arguments.time);
-  // A map above terrain knows nothing of a route's heights above the ellipsoid.
+  // A map above terrain has no heights above the ellipsoid, which a route has.
   if (options.altitude_m || map.altitude_kind() == heatmap::AltitudeKind::AboveTerrain) {
     options.altitude_m = altitude_of(arguments, map);
   }
@@ -293,7 +292,7 @@ int query_path(const HeatmapQueryArguments& arguments, const StoredMap& map) {
 
 int run_heatmap_query(const HeatmapQueryArguments& arguments) {
   if (arguments.place.empty() == arguments.path.empty()) {
-    throw InputError("what should be looked up?", "give --at LAT,LON or --path FILE");
+    throw InputError("there is nothing to look up", "give --at LAT,LON or --path FILE");
   }
   check_trajectory_format(arguments.format);
   const StoredMap map(arguments.map);

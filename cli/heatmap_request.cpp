@@ -83,7 +83,7 @@ std::vector<double> parse_altitudes(const std::string& text) {
   for (const std::string_view piece : split(text, ',')) {
     const std::optional<double> value = parse_double(piece);
     if (!value || std::abs(*value) > 1e5) {
-      throw InputError(fmt::format("--altitude '{}' is no list of altitudes", text),
+      throw InputError(fmt::format("--altitude '{}' is not a list of altitudes", text),
                        "give metres, e.g. 15 or 2,15,30");
     }
     altitudes.push_back(*value);
@@ -137,7 +137,7 @@ void choose_area(const HeatmapArguments& arguments, const city::City& city, heat
   request.grid =
       heatmap::Grid::covering(box.min.x(), box.min.y(), box.max.x(), box.max.y(), arguments.grid.spacing_m);
   std::uint32_t size = arguments.grid.tile_size;
-  // Tens of cells a second: what Ctrl-C loses is a tile.
+  // Such cells are slow, tens a second, and Ctrl-C loses a tile.
   if (size == 0 && std::any_of(request.layers.begin(), request.layers.end(), heatmap::runs_on)) size = 16;
   if (size > 0) {
     if (size > 16 && size * arguments.grid.spacing_m > heatmap::kWidestTile_m) {

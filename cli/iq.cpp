@@ -5,29 +5,22 @@
 #include <memory>
 
 #include "canyon/samples/sample_file.hpp"
-#include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/scenario.hpp"
-#include "canyon/simulation/simulator.hpp"
 #include "canyon/transport/byte_sink.hpp"
 #include "cli/commands.hpp"
-#include "cli/field_option.hpp"
-#include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
+#include "cli/scenario_run.hpp"
 
 namespace canyon::cli {
 namespace {
 
-struct IqArguments {
-  std::string scenario, out;
+struct IqArguments : RunArguments {
+  std::string out;
   std::vector<std::string> receivers;
-  std::optional<double> duration_s, epoch_rate_hz;
-  std::optional<std::size_t> seed;
-  Changes<simulation::SampleOptions> changes;
-  int threads = 0;
-  bool real = false, no_noise = false, quiet = false;
+  Changes<samples::SampleOptions> samples;
+  bool no_noise = false;
 };
 
-/// The receivers that are asked for, by their names; without any the only one.
+/// The receivers that --receiver names, else the only one.
 std::vector<std::size_t> chosen_receivers(const IqArguments& arguments,
                                           const simulation::Scenario& scenario) {
   std::vector<std::string> names;
@@ -62,35 +55,20 @@ std::filesystem::path path_of(const IqArguments& arguments, const std::string& r
   return out.parent_path() / (out.stem().string() + "." + receiver + out.extension().string());
 }
 
-simulation::Scenario read_iq_scenario(const IqArguments& arguments) {
-  simulation::Scenario scenario = simulation::read_scenario(arguments.scenario);
-  if (arguments.seed) scenario.seed = *arguments.seed;
-  if (arguments.duration_s) scenario.duration_s = arguments.duration_s;
-  if (arguments.epoch_rate_hz) scenario.rate_hz = arguments.epoch_rate_hz;
-  for (const auto& change : arguments.changes) change(scenario.samples);
-  if (arguments.real) scenario.samples.real = true;
+int run_iq(const IqArguments& arguments) {
+  simulation::Scenario scenario = read_scenario(arguments);
+  make(arguments.samples, scenario.samples);
   if (arguments.no_noise) scenario.samples.noise = false;
   scenario.samples.validate();
-  return scenario;
-}
-
-int run_iq(const IqArguments& arguments) {
-  const simulation::Scenario scenario = read_iq_scenario(arguments);
   const std::vector<std::size_t> receivers = chosen_receivers(arguments, scenario);
-  std::vector<std::string> warnings;
-  city::City city = simulation::load_city(scenario, warnings);
-  const simulation::Simulation simulation(scenario, std::move(city));
-  if (!arguments.quiet) {
-    print_warnings(warnings);
-    print_warnings(simulation.warnings());
-  }
+  const auto simulation = make_simulation(scenario, arguments.quiet);
   std::shared_ptr<transport::ByteSink> to;
   if (transport::is_byte_sink(arguments.out)) to = transport::open_byte_sink(arguments.out);
   std::vector<std::unique_ptr<samples::SampleFile>> files;
   std::vector<simulation::EpochSink*> sinks;
   for (const std::size_t receiver : receivers) {
     const auto path = path_of(arguments, scenario.receivers[receiver].options.name);
-    for (auto& file : samples::make_sample_files(simulation, receiver, path, arguments.threads, to)) {
+    for (auto& file : samples::make_sample_files(*simulation, receiver, path, arguments.threads, to)) {
       note(arguments.quiet, file->about());
       sinks.push_back(file.get());
       files.push_back(std::move(file));
@@ -101,17 +79,7 @@ int run_iq(const IqArguments& arguments) {
     note(arguments.quiet, fmt::format("waiting for a reader of {}", arguments.out));
     to->wait_for_reader();
   }
-  const std::atomic<bool>& stop_requested = catch_interrupts();
-  simulation::RunResult result;
-  {
-    Progress progress("samples", arguments.quiet);
-    simulation::RunOptions options;
-    options.threads = arguments.threads;
-    options.stop = &stop_requested;
-    options.progress = progress.callback();
-    result = simulation.run(sinks, options);
-  }
-  if (!arguments.quiet) print_warnings(result.warnings);
+  const simulation::RunResult result = run(*simulation, sinks, arguments, "samples");
   for (const auto& file : files) {
     const samples::Generator::Contents contents = file->contents();
     std::vector<std::string> counts;
@@ -141,7 +109,7 @@ void add_iq(Command& app) {
       "The scenario's samples: has the defaults of the options below.\n"
       "docs/iq.md plays the file to GNSS-SDR. Do not transmit a file of samples.";
   IqArguments& arguments = command.run_with(run_iq);
-  command.add_option("scenario", arguments.scenario, "SCENARIO", "scenario file (YAML)").required();
+  add_scenario_file(command, arguments.scenario);
   command
       .add_option(
           "-o,--out", arguments.out, "FILE",
@@ -150,14 +118,14 @@ void add_iq(Command& app) {
           "zmq://127.0.0.1:PORT publishes to a subscriber of ZeroMQ")
       .required();
   const auto add = [&](const char* flag, const char* name) -> Option& {
-    return add_change(command, flag, arguments.changes, name);
+    return add_change(command, flag, arguments.samples, name);
   };
   add("--band", "bands");
   add("--centre-hz", "centre_hz").excludes("--band");
   add("--rate", "rate_hz");
-  add("--if", "intermediate_hz");
+  add("--intermediate-hz", "intermediate_hz").formerly("--if");
   add("--bandwidth", "bandwidth_hz");
-  command.add_flag("--real", arguments.real, "real samples, at an intermediate frequency (--if)");
+  add_switch(command, "--real", arguments.samples, "real");
   add("--format", "format");
   add("--noise-level", "noise_level");
   add("--agc", "agc_s");
@@ -166,12 +134,8 @@ void add_iq(Command& app) {
       .add_option("--receiver", arguments.receivers, "NAME",
                   "one of the scenario's receivers; may be repeated")
       .repeated();
-  command.add_option("--seed", arguments.seed, "N", "instead of the scenario's seed");
-  command.add_option("--duration", arguments.duration_s, "S", "instead of the scenario's duration_s");
-  command.add_option("--epoch-rate", arguments.epoch_rate_hz, "HZ",
-                     "rate at which paths are traced, instead of the scenario's rate_hz");
-  add_threads(command, arguments.threads);
-  command.add_flag("--quiet", arguments.quiet, "print errors only");
+  add_run_field(command, "--epoch-rate", arguments, "rate_hz");
+  add_run_options(command, arguments);
 }
 
 }  // namespace canyon::cli

@@ -11,43 +11,31 @@
 #include "canyon/transport/transport.hpp"
 #include "cli/commands.hpp"
 #include "cli/interrupt.hpp"
+#include "cli/scenario_run.hpp"
 
 namespace canyon::cli {
 namespace {
 
-struct LiveArguments {
-  std::string scenario;
+struct LiveArguments : RunArguments {
   std::vector<std::string> poses;
-  std::string pose_format = "json";
+  Changes<simulation::PoseSourceOptions> pose_source;
   std::vector<std::string> streams;
-  std::string control;
-  std::optional<double> speed;
-  std::optional<double> duration_s;
-  std::optional<std::uint64_t> seed;
-  bool changes = false;
+  Changes<simulation::LiveOptions> live;
   bool by_stamps = false;
-  bool quiet = false;
 };
 
 simulation::Scenario read_live_scenario(const LiveArguments& arguments) {
-  simulation::Scenario scenario = simulation::read_scenario(arguments.scenario, {false});
+  simulation::Scenario scenario = read_scenario(arguments, {false});
   simulation::LiveOptions live = scenario.live.value_or(simulation::LiveOptions{});
   if (!arguments.poses.empty()) live.poses.clear();
   for (const std::string& from : arguments.poses) {
     simulation::PoseSourceOptions& source = live.poses.emplace_back();
     source.from = from;
-    using simulation::PoseFormat;
-    source.format = arguments.pose_format == "mavlink"  ? PoseFormat::MAVLink
-                    : arguments.pose_format == "binary" ? PoseFormat::Binary
-                                                        : PoseFormat::Json;
+    make(arguments.pose_source, source);
   }
   for (const std::string& text : arguments.streams) live.streams.push_back(output::parse_stream(text));
-  if (!arguments.control.empty()) live.control = arguments.control;
-  if (arguments.speed) live.speed = *arguments.speed;
-  live.changes = live.changes || arguments.changes;
+  make(arguments.live, live);
   if (arguments.by_stamps) live.clock = simulation::LiveClock::Stamps;
-  if (arguments.seed) scenario.seed = *arguments.seed;
-  if (arguments.duration_s) scenario.duration_s = arguments.duration_s;
   scenario.live = std::move(live);
   return scenario;
 }
@@ -87,7 +75,8 @@ int run_live(const LiveArguments& arguments) {
   note(fmt::format("live        {} {}, an epoch every {} s from {}", scenario.receivers.size(),
                    scenario.receivers.size() == 1 ? "receiver" : "receivers", session.interval_s(),
                    geodesy::format_gpst(session.start(), 0)));
-  for (const auto& source : session.scenario().live->poses) note("poses       from " + source.from);
+  for (const auto& source : session.scenario().live->poses)
+    note("poses       from " + transport::hide_password(source.from));
   for (const auto& stream : session.scenario().live->streams) {
     note(fmt::format("stream      {}{}{} to {}", stream.receiver, stream.receiver.empty() ? "" : "/",
                      stream.format, transport::hide_password(stream.address)));
@@ -118,31 +107,26 @@ void add_live(Command& app) {
   Command& command =
       app.add_command("live", "simulate receivers in real time: poses in, receiver messages out");
   LiveArguments& arguments = command.run_with(run_live);
-  command.add_option("scenario", arguments.scenario, "SCENARIO", "scenario file (YAML) with a key 'live'")
-      .required();
+  add_scenario_file(command, arguments.scenario, "scenario file (YAML) with a key 'live'");
   command
       .add_option("--poses", arguments.poses, "FROM",
                   "source of poses, instead of live.poses: trajectory, file:LOG, stdin:, "
                   "udp-listen://127.0.0.1:PORT, tcp-connect://HOST:PORT, serial:DEVICE@BAUD")
       .repeated();
-  command
-      .add_option("--pose-format", arguments.pose_format, "FORMAT",
-                  "format of --poses: json, binary or mavlink (json)")
-      .one_of({"json", "binary", "mavlink"});
+  add_change(command, "--pose-format", arguments.pose_source, "format");
   command
       .add_option("--stream", arguments.streams, "STREAM",
                   fmt::format("added to live.streams: [RECEIVER/]FORMAT=ADDRESS. Addresses: {}; options "
                               "follow them: ?rate_hz=5&latency_s=0.1&jitter_s=0.02",
                               transport::address_forms()))
       .repeated();
-  command.add_option("--control", arguments.control, "ADDRESS",
-                     "address that takes commands: tcp://127.0.0.1:PORT");
-  command.add_flag("--changes", arguments.changes, "commands may change the simulation");
-  command.add_option("--speed", arguments.speed, "X", "speed of a trajectory or log, relative to real time");
+  add_change(command, "--control", arguments.live, "control");
+  add_switch(command, "--changes", arguments.live, "changes");
+  add_change(command, "--speed", arguments.live, "speed");
   command.add_flag("--stamps", arguments.by_stamps,
                    "use the poses' stamps as the clock instead of real time");
-  command.add_option("--duration", arguments.duration_s, "S", "instead of the scenario's duration_s");
-  command.add_option("--seed", arguments.seed, "N", "instead of the scenario's seed");
+  add_run_field(command, "--duration", arguments, "duration_s");
+  add_run_field(command, "--seed", arguments, "seed");
   command.add_flag("--quiet", arguments.quiet, "print errors only");
   command.footer = "docs/live.md explains poses, streams and commands.";
 }

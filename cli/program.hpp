@@ -8,7 +8,7 @@
 
 namespace canyon::cli {
 
-/// What a program that is run apart from the user's terminal says.
+/// Takes the output of a program that runs without the user's terminal.
 struct ProgramOutput {
   std::filesystem::path complaints;            ///< a file for its standard error
   std::function<void(std::string_view)> line;  ///< called with each line that it prints

@@ -20,7 +20,7 @@
 namespace canyon::cli {
 namespace {
 
-/// A part needs this many epochs to be aligned by or validated.
+/// Aligning and validating need this many epochs.
 constexpr std::size_t kFewestEpochs = 10;
 /// Below this mean AUC the city and the recording have little to do with each other: 0.5 is chance, 0.88 what
 /// a city of OpenStreetMap outlines reached (docs/results.md).
@@ -31,7 +31,7 @@ std::string share_name(double split) {
   return fmt::format("{:.0f} %", 100 * split);
 }
 
-/// What the command line says of a recording, or of all that a list does not say otherwise of.
+/// The recording with the command line's options, where the list does not set them.
 validation::ListedRecording with_options(validation::ListedRecording recording,
                                          const DriveArguments& arguments) {
   recording.align = recording.align || arguments.align;
@@ -50,10 +50,11 @@ void add_drive_options(Command& command, DriveArguments& arguments) {
   command.add_option("--obs", arguments.obs, "FILE",
                      "recorded observations, RINEX 2, 3 or 4 (not with a list)");
   command.add_option("--truth", arguments.truth, "FILE", "true positions (the scenario's trajectory file)");
-  command.add_option(
-      "--format", arguments.format, "FORMAT",
-      "format of the true positions: csv, urbannav or nmea (that of the scenario's trajectory, else csv)");
-  command.add_option("--truth-format", arguments.old_format, {}, {}).excludes("--format").hidden();
+  command
+      .add_option(
+          "--format", arguments.format, "FORMAT",
+          "format of the true positions: csv, urbannav or nmea (that of the scenario's trajectory, else csv)")
+      .formerly("--truth-format");
   command.add_option("--nmea", arguments.nmea, "FILE",
                      "the recorded receiver's own fixes (GGA), compared with the position filter's");
   command.add_flag(
@@ -90,10 +91,6 @@ std::vector<validation::ListedRecording> recordings_of(const DriveArguments& arg
   if (!arguments.truth.empty()) one.truth = arguments.truth;
   if (!arguments.nmea.empty()) one.nmea = arguments.nmea;
   one.truth_format = arguments.format;
-  if (!arguments.old_format.empty()) {
-    one.truth_format = arguments.old_format;
-    if (!arguments.quiet) print_warnings({"--truth-format is now --format; the old name will go"});
-  }
   return {one};
 }
 
@@ -170,7 +167,7 @@ void RecordedDrive::check() {
     truth_ = *recorded_.truth;
   } else {
     if (!scenario_.trajectory.file) {
-      throw InputError(prefix_ + "--truth is missing, and the scenario's trajectory is no file",
+      throw InputError(prefix_ + "--truth is missing, and the scenario's trajectory is not a file",
                        "give the file of true positions");
     }
     truth_ = *scenario_.trajectory.file;
@@ -205,7 +202,7 @@ void RecordedDrive::read() {
   warn(sky.warnings);
   environment_ = std::make_unique<simulation::Environment>(simulation::make_environment(
       std::make_shared<simulation::CityScene>(std::move(city)), sky, scenario_.sky, scenario_.seed));
-  // What was recorded says which systems the radio had.
+  // The systems that were recorded are those of the radio.
   for (simulation::ReceiverConfig& receiver : scenario_.receivers) {
     simulation::decide(receiver.options, environment_->errors().get());
   }

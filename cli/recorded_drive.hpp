@@ -24,9 +24,9 @@ class Progress;
 /// Blocks drawn anew for the intervals of a table of recordings, each with all of its figures.
 inline constexpr int kResamples = 200;
 
-/// What commands that read recordings are told of them.
+/// Arguments of commands that read recordings.
 struct DriveArguments {
-  std::string scenario, obs, truth, format, old_format, nmea, part;
+  std::string scenario, obs, truth, format, nmea, part;
   bool align = false, no_atmosphere = false, quiet = false;
   std::optional<double> split;
   validation::AlignOptions alignment;
@@ -39,7 +39,7 @@ void add_drive_options(Command& command, DriveArguments& arguments);
 [[nodiscard]] std::vector<validation::ListedRecording> recordings_of(const DriveArguments& arguments,
                                                                      bool listed);
 
-/// What `work` returns; where Ctrl-C ended it (Interrupted), says that nothing was written.
+/// Returns work(). If Ctrl-C ends it (Interrupted), says that nothing was written.
 [[nodiscard]] int unless_interrupted(const std::function<int()>& work);
 
 /// One recording with its scenario: city, sky, truth, and the city's place. Tells what it does on standard

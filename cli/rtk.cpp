@@ -167,7 +167,7 @@ void print_kinds(const std::vector<relative::PairEpoch>& epochs,
   print_table({"fix", "epochs", "[%]", "horizontal p50 [m]", "p95 [m]", "vertical p50 [m]", "p95 [m]"}, rows);
 }
 
-/// Of the middle one of the ephemerides: some receivers also write old ones.
+/// The time of the middle one of the ephemerides: some receivers also write old ones.
 GpsTime time_of(const gnss::NavigationData& navigation) {
   std::vector<GpsTime> times;
   for (const auto& ephemeris : navigation.kepler) times.push_back(ephemeris.toe);

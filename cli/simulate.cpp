@@ -17,12 +17,11 @@
 #include "canyon/output/sinks.hpp"
 #include "canyon/output/stream.hpp"
 #include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/scenario.hpp"
-#include "canyon/simulation/simulator.hpp"
 #include "canyon/view/view_sink.hpp"
 #include "cli/commands.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
+#include "cli/scenario_run.hpp"
 
 namespace canyon::cli {
 namespace {
@@ -30,17 +29,10 @@ namespace {
 /// Pictures of a receiver take about a second, its epochs often less.
 constexpr std::size_t kMostDrawn = 16;
 
-struct SimulateArguments {
-  std::string scenario;
+struct SimulateArguments : RunArguments {
   std::string out;
-  std::optional<std::uint64_t> seed;
-  std::optional<double> duration_s;
-  std::optional<double> rate_hz;
-  int threads = 0;
-  bool quiet = false;
   std::vector<std::string> streams;
-  bool realtime = false;
-  bool view = false;
+  bool realtime = false, view = false;
 };
 
 /// How many satellites of which system: "GPS 9, BeiDou 14".
@@ -54,15 +46,15 @@ std::string count_systems(const std::vector<gnss::SatelliteId>& satellites) {
   return text;
 }
 
-/// The files that runs leave in a folder: DIR/.canyon-results lists those of the last one, so that what the
-/// next does not replace can go. Only what is listed and was not changed since is removed.
+/// Removes files of the last run that this one does not replace: those that DIR/.canyon-results lists and
+/// that have not changed since.
 class ResultFiles {
  public:
   /// @param folders where this run writes
   ResultFiles(std::filesystem::path out, std::vector<std::filesystem::path> folders)
       : out_(std::move(out)), folders_(std::move(folders)), before_(times()) {}
 
-  /// Behind the run: how many files of the last one were removed.
+  /// Call it after the run. Removes files of the last run; returns how many.
   std::size_t finish() {
     std::set<std::string> mine;
     for (const auto& [path, time] : times()) {
@@ -113,26 +105,9 @@ class ResultFiles {
   Times before_;
 };
 
-simulation::Scenario read_simulated_scenario(const SimulateArguments& arguments) {
-  simulation::Scenario scenario = simulation::read_scenario(arguments.scenario);
-  if (arguments.seed) scenario.seed = *arguments.seed;
-  if (arguments.duration_s) {
-    if (!(*arguments.duration_s >= 0)) throw InputError("--duration is negative", "give seconds");
-    scenario.duration_s = arguments.duration_s;
-  }
-  if (arguments.rate_hz) {
-    if (!(*arguments.rate_hz > 0 && *arguments.rate_hz <= 1000)) {
-      throw InputError(fmt::format("--rate {} is out of range", *arguments.rate_hz),
-                       "it runs from above 0 to 1000 Hz");
-    }
-    scenario.rate_hz = arguments.rate_hz;
-  }
-  return scenario;
-}
-
 int run_simulate(const SimulateArguments& arguments) {
   const auto note = [&arguments](const std::string& text) { cli::note(arguments.quiet, text); };
-  const simulation::Scenario scenario = read_simulated_scenario(arguments);
+  const simulation::Scenario scenario = read_scenario(arguments);
   make_output_folder(arguments.out);
 
   const auto load_begin = std::chrono::steady_clock::now();
@@ -144,7 +119,7 @@ int run_simulate(const SimulateArguments& arguments) {
                    summary.triangles > 0 ? summary.bounds.max.x() - summary.bounds.min.x() : 0,
                    summary.triangles > 0 ? summary.bounds.max.y() - summary.bounds.min.y() : 0,
                    seconds_since(load_begin)));
-  // What was guessed decides the result: a map says how many of its heights are defaults.
+  // Guessed heights decide the result: a map says how many of its heights are defaults.
   if (scenario.city.map) {
     for (const std::string& line : city.notes) note("            " + line);
   }
@@ -205,22 +180,13 @@ int run_simulate(const SimulateArguments& arguments) {
   for (const auto& sink : sinks) all.push_back(sink.get());
   for (const auto& stream : streams) all.push_back(stream.get());
 
-  simulation::RunResult result;
-  {
-    Progress progress("simulating", arguments.quiet);
-    simulation::RunOptions options;
-    options.threads = arguments.threads;
-    options.stop = &stop_requested;
-    options.progress = progress.callback();
-    result = simulation.run(all, options);
-  }
+  const simulation::RunResult result = run(simulation, all, arguments, "simulating");
   for (std::size_t i = 0; i < streams.size(); ++i) tell_notes(i);
   if (const std::size_t removed = files.finish(); removed > 0) {
     note(fmt::format("removed     {} files that the run before had left in {}", removed, arguments.out));
   }
-  if (!arguments.quiet) print_warnings(result.warnings);
   if (!arguments.quiet) fmt::print("\n{}\n", output::format_summary_table(figures.summaries()));
-  // An end that is asked for while pictures are drawn leaves them out.
+  // An interrupt while pictures are drawn leaves them out.
   if (result.interrupted || (scenario.outputs.has("pictures") && stop_requested.load())) {
     fmt::print(stderr, "canyon: interrupted: {} of {} epochs finished and written to {}{}\n", result.epochs,
                result.planned, arguments.out, scenario.outputs.has("pictures") ? ", without pictures" : "");
@@ -236,13 +202,11 @@ int run_simulate(const SimulateArguments& arguments) {
 void add_simulate(Command& app) {
   Command& command = app.add_command("simulate", "simulate a scenario's receivers and write their outputs");
   SimulateArguments& arguments = command.run_with(run_simulate);
-  command.add_option("scenario", arguments.scenario, "SCENARIO", "scenario file (YAML)").required();
+  add_scenario_file(command, arguments.scenario);
   command.add_option("-o,--out", arguments.out, "DIR", "folder for the results, created if missing")
       .required();
-  command.add_option("--seed", arguments.seed, "N", "instead of the scenario's seed");
-  command.add_option("--duration", arguments.duration_s, "S", "instead of the scenario's duration_s");
-  command.add_option("--rate", arguments.rate_hz, "HZ", "instead of the scenario's rate_hz");
-  add_threads(command, arguments.threads);
+  add_run_field(command, "--rate", arguments, "rate_hz");
+  add_run_options(command, arguments);
   std::string live;
   for (const output::Format& format : output::formats()) {
     if (format.live) live += fmt::format("{}, ", format.name);
@@ -256,7 +220,6 @@ void add_simulate(Command& app) {
       .repeated();
   command.add_flag("--realtime", arguments.realtime, "no faster than the wall clock");
   command.add_flag("--view", arguments.view, "also write DIR/view for 'canyon view DIR'");
-  command.add_flag("--quiet", arguments.quiet, "print errors only");
   command.footer = "Keys of a scenario (docs/scenario.md explains them):\n\n" +
                    options::plain_text(simulation::scenario_keys());
 }

@@ -7,9 +7,8 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/scenario.hpp"
 #include "cli/commands.hpp"
+#include "cli/scenario_run.hpp"
 
 namespace canyon::cli {
 namespace {
@@ -43,9 +42,7 @@ void check_near_city(const Eigen::Vector3d& enu, const city::City& city, const c
 }  // namespace
 
 void add_site_options(Command& command, SiteArguments& arguments) {
-  command
-      .add_option("scenario", arguments.scenario, "SCENARIO", "scenario file: its city, sky and propagation")
-      .required();
+  add_scenario_file(command, arguments.scenario, "scenario file: its city, sky and propagation");
   command.add_option("--at", arguments.place, "LAT,LON,HEIGHT", "antenna (degrees, ellipsoidal metres)");
   command.add_option("--enu", arguments.enu, "E,N,U", "antenna in the city's frame [m]").excludes("--at");
   command.add_option("--time", arguments.time, "T",
@@ -62,11 +59,7 @@ Site::Site(const SiteArguments& arguments) {
   const simulation::Scenario scenario = simulation::read_scenario(arguments.scenario);
   receiver_ =
       for_option("--receiver", [&] { return simulation::find_receiver(scenario, arguments.receiver); });
-  std::vector<std::string> warnings;
-  city::City city = simulation::load_city(scenario, warnings);
-  print_warnings(warnings);
-  simulation_ = std::make_unique<simulation::Simulation>(scenario, std::move(city));
-  print_warnings(simulation_->warnings());
+  simulation_ = make_simulation(scenario, false);
   time_ = time.value_or(simulation_->begin());
   if (place_given()) check_near_city(antenna(time_), environment().city(), enu_ ? "--enu" : "--at");
   if (!time) return;
@@ -80,7 +73,7 @@ geodesy::GpsTime Site::end() const {
 
 void Site::cover(geodesy::GpsTime from, geodesy::GpsTime to) {
   const simulation::SkyConfig& sky = simulation_->scenario().sky;
-  const bool nominal = sky.navigation.empty() && !sky.sp3 && sky.frozen_azimuth_rad.empty();
+  const bool nominal = sky.navigation.empty() && sky.sp3.empty() && sky.frozen_azimuth_rad.empty();
   if (!nominal || (begin() <= from && to <= end())) return;
   const simulation::Environment& known = simulation_->environment();
   simulation::BuiltSky built = simulation::build_sky(sky, from, to, known.city().frame.origin());

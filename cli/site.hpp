@@ -22,12 +22,12 @@ struct SiteArguments {
 /// Adds SCENARIO, --at, --enu, --time and --receiver.
 void add_site_options(Command& command, SiteArguments& arguments);
 
-/// A scenario with its city and sky, and where to look from. Where --at and --enu are missing the antenna is
-/// where the scenario's trajectory has it; where --time is missing it is the scenario's first epoch.
+/// A scenario with its city and sky, and a place to look from: --at, --enu, or the scenario's trajectory. The
+/// time is --time, or the scenario's first epoch.
 class Site {
  public:
-  /// Throws InputError, naming the option, for what is no place, no time or no receiver; arguments are looked
-  /// at before the city is loaded. Prints the simulation's warnings.
+  /// Checks the arguments before it loads the city. Prints the simulation's warnings. Throws InputError that
+  /// names the option for an invalid place, time or receiver.
   explicit Site(const SiteArguments& arguments);
   Site(const Site&) = delete;
   Site& operator=(const Site&) = delete;
@@ -49,9 +49,8 @@ class Site {
   [[nodiscard]] geodesy::GpsTime begin() const { return simulation_->begin(); }
   [[nodiscard]] geodesy::GpsTime end() const;
 
-  /// Nominal constellations are made for the scenario's own time: makes them for [from, to] as well, over the
-  /// same city. Other skies know what their files say; then this does nothing. Throws
-  /// InputError where the span is longer than 60 days.
+  /// Extends nominal constellations, which cover the scenario's time, to [from, to]. Does nothing to other
+  /// skies. Throws InputError if the span is longer than 60 days.
   void cover(geodesy::GpsTime from, geodesy::GpsTime to);
   /// Throws InputError, naming `option`, where no satellite at all has an ephemeris at `t`; warns where the
   /// trajectory ends before `t` or begins after it and no place was given.

@@ -12,7 +12,7 @@ namespace {
 
 struct SkyArguments {
   std::vector<std::string> navigation;
-  std::string sp3;
+  std::vector<std::string> sp3;
   std::string place;
   std::string time;
   std::string systems;
@@ -37,8 +37,8 @@ int run_sky(const SkyArguments& arguments) {
   }
   simulation::SkyConfig config;
   config.navigation.assign(arguments.navigation.begin(), arguments.navigation.end());
-  if (!arguments.sp3.empty()) config.sp3 = arguments.sp3;
-  config.nominal = config.navigation.empty() && !config.sp3;
+  config.sp3.assign(arguments.sp3.begin(), arguments.sp3.end());
+  config.nominal = config.navigation.empty() && config.sp3.empty();
   config.allow_stale = arguments.allow_stale;
   if (!arguments.systems.empty()) config.systems = parse_systems(arguments.systems);
   const simulation::BuiltSky sky = simulation::build_sky(config, time, time, place);
@@ -118,7 +118,7 @@ void add_sky(Command& app) {
   SkyArguments& arguments = command.run_with(run_sky);
   command.add_option("--nav", arguments.navigation, "FILE",
                      "RINEX navigation files (2, 3 or 4; .gz too); without them the nominal constellations");
-  command.add_option("--sp3", arguments.sp3, "FILE", "SP3-c/d precise orbits instead").excludes("--nav");
+  command.add_option("--sp3", arguments.sp3, "FILE...", "SP3-c/d precise orbits instead").excludes("--nav");
   command
       .add_option("--at", arguments.place, "LAT,LON,HEIGHT",
                   "place: latitude and longitude in degrees, ellipsoidal height in metres")

@@ -13,6 +13,7 @@
 #include "canyon/output/number.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "cli/commands.hpp"
+#include "cli/field_option.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
 #include "cli/site.hpp"
@@ -26,9 +27,7 @@ struct SkyplotArguments {
   SiteArguments site;
   std::string out;
   std::string frames;
-  std::string style = "sky";
-  std::string projection = "equidistant";
-  drawing::SkyplotOptions options;  ///< made of the others
+  drawing::SkyplotOptions options;
   double trail_min = 0;
   std::optional<int> width_px;
   double every_s = 1;
@@ -53,7 +52,7 @@ geodesy::GpsTime moment(const std::string& text, geodesy::GpsTime begin, geodesy
   if (text.empty()) return otherwise;
   const std::optional<double> seconds = parse_double(text);
   if (!seconds) return parse_instant(text);
-  if (!(std::abs(*seconds) <= 1e8)) throw InputError(fmt::format("'{}' is no time", text), "give seconds");
+  if (!(std::abs(*seconds) <= 1e8)) throw InputError(fmt::format("'{}' is not a time", text), "give seconds");
   return begin + *seconds;
 }
 
@@ -159,13 +158,10 @@ int draw_frames(const SkyplotArguments& arguments, Site& site) {
 int run_skyplot(const SkyplotArguments& given) {
   SkyplotArguments arguments = given;
   if (arguments.out.empty() == arguments.frames.empty()) {
-    throw InputError("where should the sky be drawn?", "give -o FILE.png, -o FILE.svg or --frames DIR");
+    throw InputError("there is no file or folder to draw to",
+                     "give -o FILE.png, -o FILE.svg or --frames DIR");
   }
   const bool frames = !arguments.frames.empty();
-  if (arguments.style == "fisheye") arguments.options.style = drawing::SkyStyle::Fisheye;
-  if (arguments.projection == "stereographic") {
-    arguments.options.projection = drawing::SkyProjection::Stereographic;
-  }
   if (!frames) arguments.options.sheet.format = format_of(arguments.out);
   arguments.options.sheet.width_px = arguments.width_px.value_or(frames ? kFrameWidth_px : kPictureWidth_px);
   if (!(arguments.trail_min >= 0 && arguments.trail_min <= 1440)) {
@@ -218,12 +214,8 @@ void add_skyplot(Command& app) {
       .add_option("--frames", arguments.frames, "DIR", "instead: frame_000001.png and so on along the drive")
       .excludes("--out")
       .excludes("--time");
-  command.add_option("--style", arguments.style, "STYLE", "sky (a map) or fisheye (a camera) (sky)")
-      .one_of({"sky", "fisheye"});
-  command
-      .add_option("--projection", arguments.projection, "NAME",
-                  "equidistant (even elevations) or stereographic (true shapes) (equidistant)")
-      .one_of({"equidistant", "stereographic"});
+  add_field(command, "--style", arguments.options, "style");
+  add_field(command, "--projection", arguments.options, "projection");
   command.add_option("--trails", arguments.trail_min, "MINUTES",
                      "draw the satellites' tracks of the last minutes at this place [0, 1440] (0)");
   command.add_option("--width", arguments.width_px, "PX",

@@ -35,7 +35,8 @@ Shard parse_shard(const std::string& text) {
   const long long index = parse_integer(parts.front()).value_or(0);
   const long long count = parts.size() == 2 ? parse_integer(parts.back()).value_or(0) : 0;
   if (index < 1 || count < index || count > 1'000'000) {
-    throw InputError(fmt::format("--shard '{}' is no part of a study", text), "give K/N, K from 1 to N: 3/8");
+    throw InputError(fmt::format("--shard '{}' is not a part of a study", text),
+                     "give K/N, K from 1 to N: 3/8");
   }
   return {static_cast<std::size_t>(index - 1), static_cast<std::size_t>(count)};
 }
@@ -162,7 +163,7 @@ int compute(const StudyArguments& arguments, Ranks& ranks) {
   }
   if (!missing.empty()) {
     note(arguments.quiet,
-         fmt::format("shard {} is whole; 'canyon study merge' makes the study of all shards' folders",
+         fmt::format("shard {} is complete; 'canyon study merge' joins the folders of all shards",
                      arguments.shard));
     return kOk;
   }

@@ -36,7 +36,7 @@ struct SentSignal {
   const gnss::Signal* signal;
   double carrier_hz;
 };
-/// Of those that the receiver tracks; all that its antenna receives where it names none of the satellite's
+/// Signals that the receiver tracks, or all that its antenna receives if it tracks none of the satellite's
 /// system.
 std::vector<SentSignal> sent_signals(const orbit::LineOfSight& line, geodesy::GpsTime time,
                                      const receiver::ReceiverOptions& receiver) {

@@ -28,7 +28,7 @@ struct ValidateArguments : DriveArguments {
   int seeds = 1;
 };
 
-/// One recording, judged. Keeps all that is told of it: everything is written at the end.
+/// Judges one recording. Keeps its results until everything is written at the end.
 class Judge : public RecordedDrive {
  public:
   /// Checks that need no city, before one is loaded. @param listed among others, by its name
@@ -68,7 +68,7 @@ class Judge : public RecordedDrive {
     return validation::to_json(figures_,
                                alignment_ ? std::optional(validation::to_json(*alignment_)) : std::nullopt);
   }
-  /// What terminals are told of one recording.
+  /// The figures for a terminal.
   [[nodiscard]] std::string text() const {
     return (alignment_ ? alignment_text() + "\n" : "") + validation::to_text(figures_.front()) +
            (several_models() ? "\n" + markdown() : "") + "\n" + validation::score_card({row()});
@@ -80,7 +80,7 @@ class Judge : public RecordedDrive {
   [[nodiscard]] validation::PooledPart part() const {
     return {&own_, part_.first, part_.count, runs_of_own_};
   }
-  /// In a table of several.
+  /// The row in a table of several recordings.
   [[nodiscard]] validation::RecordingRow row() const {
     validation::RecordingRow row = row_of(prefix_.empty() ? "simulated (recorded)" : recorded_.name,
                                           figures_.front(), own_, runs_of_own_);
@@ -186,7 +186,7 @@ class Judge : public RecordedDrive {
 
 using Judges = std::vector<std::unique_ptr<Judge>>;
 
-/// Classes of several recordings, observations of all of them together.
+/// A row for each class of several recordings, of the observations of all of them.
 std::vector<validation::RecordingRow> pooled_rows(const Judges& judges) {
   std::vector<validation::RecordingRow> rows;
   for (const auto& one : judges) {
@@ -243,7 +243,7 @@ std::string scores_by_seed(const ValidateArguments& arguments, const Judges& fir
   return "\n" + validation::seed_scores(seeds);
 }
 
-/// Everything at the end: an interrupted run leaves nothing.
+/// Writes everything at the end, so that an interrupted run leaves nothing.
 void write(const ValidateArguments& arguments, const Judges& judges, bool listed) {
   const Judge& one = *judges.front();
   const std::string by_seed = scores_by_seed(arguments, judges, listed);

@@ -22,6 +22,7 @@
 #include "cli/commands.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
+#include "cli/scenario_run.hpp"
 #include "cli/view_map.hpp"
 #include "cli/view_record.hpp"
 #include "cli/view_serve.hpp"
@@ -36,9 +37,8 @@ struct ViewArguments {
   std::string map, city;
   std::vector<std::string> live;
   RecordArguments record;
-  std::optional<double> duration_s;
+  RunArguments run;
   std::size_t paths = view::ViewOptions{}.paths_per_satellite;
-  int threads = 0;
   ServeOptions serve;
 };
 
@@ -95,10 +95,7 @@ struct Run {
 
 Run make_run(const ViewArguments& arguments, const std::string& file) {
   simulation::Scenario scenario = simulation::read_scenario(file);
-  if (arguments.duration_s) {
-    if (!(*arguments.duration_s >= 0)) throw InputError("--duration is negative", "give seconds");
-    scenario.duration_s = arguments.duration_s;
-  }
+  make(arguments.run.changes, scenario);
   std::vector<std::string> warnings;
   Run made;
   made.scene = std::make_shared<simulation::CityScene>(simulation::load_city(scenario, warnings));
@@ -114,7 +111,7 @@ Run make_run(const ViewArguments& arguments, const std::string& file) {
 bool compute(const Run& made, const ViewArguments& arguments, simulation::EpochSink& view,
              view::RunRelay* watching = nullptr) {
   simulation::RunOptions run;
-  run.threads = arguments.threads;
+  run.threads = arguments.run.threads;
   run.stop = &catch_interrupts();
   std::vector<simulation::EpochSink*> sinks{&view};
   simulation::RunResult result;
@@ -166,7 +163,7 @@ int serve_run(const ViewArguments& arguments, const std::filesystem::path& page,
   });
 }
 
-/// Who answers pages that put antennas into what is not computed anew.
+/// Answers pages that put antennas into a view that is not computed now.
 struct Antennas {
   std::unique_ptr<view::Probe> probe;
   std::string why_not =
@@ -181,7 +178,7 @@ std::unique_ptr<view::Probe> probe_of_run(const ViewArguments& arguments,
   return std::make_unique<view::Probe>(*made.simulation, made.scene, arguments.paths);
 }
 
-/// Where its city stands is the recording's to tell: none is drawn.
+/// The recording gives the city's place, so none is drawn.
 std::unique_ptr<view::Probe> probe_of_validation(const ViewArguments& arguments,
                                                  const std::filesystem::path& folder) {
   const simulation::Scenario scenario = simulation::read_scenario(arguments.city, {false});
@@ -191,7 +188,7 @@ std::unique_ptr<view::Probe> probe_of_validation(const ViewArguments& arguments,
       arguments.paths);
 }
 
-/// By the scenario of --city, which a finished run or validation must be of.
+/// Uses the scenario of --city, which must be that of the finished run or validation.
 Antennas antennas_in_finished(const ViewArguments& arguments, const std::filesystem::path& folder) {
   Antennas antennas;
   try {
@@ -204,7 +201,7 @@ Antennas antennas_in_finished(const ViewArguments& arguments, const std::filesys
   return antennas;
 }
 
-/// Likewise of a heat map, from its first time on; `header` gets the scenario's receivers.
+/// The same in a heat map, from its first time on; `header` gets the scenario's receivers.
 Antennas antennas_in_map(const ViewArguments& arguments, const ViewedMap& map, view::Header& header) {
   const simulation::Scenario scenario = simulation::read_scenario(arguments.city, {false});
   header.begin = map.begin();
@@ -220,7 +217,7 @@ Antennas antennas_in_map(const ViewArguments& arguments, const ViewedMap& map, v
   return antennas;
 }
 
-/// What a city's view says of it; its mesh goes to the folder.
+/// The header of a city's view. Writes the city's mesh to the folder.
 view::Header city_header(const ViewArguments& arguments, const buildings::BuiltCity& built,
                          const std::filesystem::path& folder) {
   view::Header header;
@@ -229,7 +226,7 @@ view::Header city_header(const ViewArguments& arguments, const buildings::BuiltC
   return header;
 }
 
-/// A city with what hosts send, until Ctrl-C.
+/// Serves a city with the data of hosts, until Ctrl-C.
 void serve_live_city(const ViewArguments& arguments, const buildings::BuiltCity& built) {
   const Workplace workplace("");
   LiveView live{arguments.live, city_header(arguments, built, workplace.path()),
@@ -257,7 +254,7 @@ int run_view(const ViewArguments& arguments) {
     serve_live_city(arguments, built_city());
     return kOk;
   }
-  // The page first: a run of minutes should not end at a viewer that was never built.
+  // The page first: a viewer that was never built should not end a run of minutes.
   const bool paged = serves || filmed || !arguments.exported.empty();
   const std::filesystem::path page = paged ? view::find_page() : "";
   if (filmed) check_record(arguments.record, page);
@@ -268,7 +265,7 @@ int run_view(const ViewArguments& arguments) {
     throw InputError(arguments.input, 0, "is a folder without a view",
                      "write one with 'canyon simulate SCENARIO --out DIR --view', or show the scenario");
   }
-  // Of a page that no canyon serves nobody asks anything.
+  // A page without a server has nobody to ask.
   const bool asked = serves && !arguments.city.empty() && is_scenario(arguments.city);
   Antennas antennas;
   std::optional<Workplace> workplace;
@@ -337,7 +334,7 @@ void add_view(Command& app) {
       "--city", arguments.city, "CITY",
       "that a heat map is shown in: a city, or a scenario, by which antennas can be put in it as "
       "well; of a finished run or a validation its scenario");
-  command.add_option("--duration", arguments.duration_s, "S", "instead of the scenario's duration_s");
+  add_run_field(command, "--duration", arguments.run, "duration_s");
   command
       .add_option(
           "--paths", arguments.paths, "N",
@@ -354,7 +351,7 @@ void add_view(Command& app) {
   command.add_option("--port", arguments.serve.port, "N", "port of 127.0.0.1 to serve at (a free one)")
       .within(0, 65535);
   command.add_flag("--open", arguments.serve.open, "open it in the browser (xdg-open)");
-  add_threads(command, arguments.threads);
+  add_threads(command, arguments.run.threads);
   command.add_flag("--quiet", arguments.serve.quiet, "print errors only");
 }
 

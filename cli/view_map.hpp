@@ -13,7 +13,7 @@ class StoredMap;
 
 namespace canyon::cli {
 
-/// The heat map that `canyon view` is asked for, as what it shows or laid over it.
+/// The heat map of `canyon view`, alone or over a city.
 class ViewedMap {
  public:
   struct Wanted {
@@ -33,7 +33,7 @@ class ViewedMap {
   explicit operator bool() const { return map_ != nullptr; }
   /// The map is all that is viewed.
   [[nodiscard]] bool alone() const { return alone_; }
-  /// That of --city, else an empty field about the map.
+  /// The city of --city, else an empty field about the map.
   [[nodiscard]] const buildings::BuiltCity& city() const { return city_; }
   /// Its first time. Precondition: there is a map.
   [[nodiscard]] geodesy::GpsTime begin() const;
@@ -47,7 +47,7 @@ class ViewedMap {
   buildings::BuiltCity city_;
 };
 
-/// The files of a view to another folder.
+/// Copies the files of a view to another folder.
 void copy_view(const std::filesystem::path& from, const std::filesystem::path& folder);
 
 }  // namespace canyon::cli

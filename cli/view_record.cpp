@@ -30,7 +30,7 @@ Film film_of(const std::string& file) {
   if (ending == ".png" || ending == ".apng") return Film::AnimatedPng;
   if (ending == ".webp") return Film::AnimatedWebp;
   if (ending == ".mp4" || ending == ".webm" || ending == ".gif") return Film::Encoded;
-  throw InputError("--record: no film ends in " + ending,
+  throw InputError(fmt::format("--record: '{}' is not the ending of a film", ending),
                    "give .webp or .png, which need no encoder, .mp4, .webm or .gif, or a folder for frames");
 }
 
@@ -47,7 +47,7 @@ std::pair<int, int> size_of(const std::string& text) {
   // Encoders halve colours in both directions.
   const auto possible = [](long long px) { return px >= 320 && px <= kLargestSide && px % 2 == 0; };
   if (parts.size() != 2 || !possible(width) || !possible(height)) {
-    throw InputError("--record-size is no size: " + text,
+    throw InputError("--record-size is not a size: " + text,
                      fmt::format("give WIDTHxHEIGHT, even, from 320 to {}", kLargestSide));
   }
   return {static_cast<int>(width), static_cast<int>(height)};

@@ -8,7 +8,7 @@
 
 namespace canyon::cli {
 
-/// What `canyon view --record` films: what the page can do by itself, in a headless Chromium.
+/// The film of `canyon view --record`, which a headless Chromium makes of the page.
 struct RecordArguments {
   std::string file;  ///< empty: nothing is filmed
   std::string size = "1280x720";
@@ -21,8 +21,8 @@ struct RecordArguments {
 /// Adds the options.
 void add_record_options(Command& command, RecordArguments& arguments);
 
-/// How a film of this name is made, before any work: throws InputError for a name of another ending, and
-/// where what it takes is not on this machine.
+/// Checks before any work that the film can be made. Throws InputError for an unknown ending and for missing
+/// programs.
 void check_record(const RecordArguments& arguments, const std::filesystem::path& page);
 
 /// Films an exported page. @param viewer the page as it was built, beside what films it

@@ -27,12 +27,12 @@ void announce(const view::Server& server, const ServeOptions& options);
 /// Ctrl-C has ended it. Where it throws pages are sent the reason, and the exception goes on
 int serve(view::Site site, const ServeOptions& options, const std::function<bool(view::Server&)>& work = {});
 
-/// What `canyon view --live` shows.
+/// The view of `canyon view --live`.
 struct LiveView {
   std::vector<std::string> addresses;            ///< of the hosts' streams "view"
   view::Header header;                           ///< of the city, whose mesh is in the folder already
   std::shared_ptr<simulation::CityScene> scene;  ///< the city
-  /// Of the hosts, where it is known: antennas are put by it.
+  /// The hosts' scenario, if known: pages put antennas by it.
   std::optional<simulation::Scenario> scenario = {};
   std::size_t paths_per_satellite = 12;
 };

@@ -1,4 +1,4 @@
-# What canyon::io builds on, shared by the build and by the installed package.
+# The libraries that canyon::io needs, shared by the build and by the installed package.
 # Sets CANYON_IO_LIBRARIES.
 find_package(PkgConfig REQUIRED)
 find_package(CURL REQUIRED)

@@ -216,7 +216,7 @@ function(canyon_discover_tests target prefix)
                      COMMAND ${CMAKE_COMMAND} -D PROGRAM=$<TARGET_FILE:${target}> -D PREFIX=${prefix} -D FILE=${file}
                              -D FOLDER=${canyon_SOURCE_DIR} "-DPROPERTIES=${properties}"
                              -P ${canyon_SOURCE_DIR}/cmake/discover_suites.cmake)
-  # What is not built yet is a test that says so.
+  # A program that is not built yet is a test that fails and says so.
   set(include_file ${CMAKE_CURRENT_BINARY_DIR}/${target}_include.cmake)
   file(WRITE ${include_file} "if(EXISTS \"${file}\")\n  include(\"${file}\")\nelse()\n"
        "  add_test(${prefix}/${target}_NOT_BUILT ${target}_NOT_BUILT)\nendif()\n")

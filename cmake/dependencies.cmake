@@ -1,12 +1,11 @@
-# What Canyon builds on. Everything is a package of Debian 11, Debian 12 and Ubuntu 24.04; `./run` installs it.
+# The libraries that Canyon needs. Each is a package of Debian 11, Debian 12 and Ubuntu 24.04; `./run` installs it.
 find_package(Eigen3 3.3 REQUIRED NO_MODULE)
 find_package(fmt REQUIRED)
 find_package(TBB REQUIRED)
 find_package(yaml-cpp REQUIRED)
 find_package(ZLIB REQUIRED)
-find_package(Boost 1.67 REQUIRED)  # headers: distributions
 find_package(Threads REQUIRED)
-find_package(Boost 1.74 REQUIRED)    # headers only, and none in Canyon's own
+find_package(Boost 1.74 REQUIRED)    # headers only, and none in Canyon's own headers
 set(CANYON_MPI "")
 if(CANYON_BUILD_MPI)
   find_package(MPI REQUIRED COMPONENTS CXX)

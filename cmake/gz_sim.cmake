@@ -6,7 +6,7 @@ elseif(CANYON_BUILD_GZ_SIM STREQUAL "AUTO" OR CANYON_BUILD_GZ_SIM)
   if(CANYON_BUILD_GAZEBO)
     message(FATAL_ERROR "CANYON_BUILD_GAZEBO and CANYON_BUILD_GZ_SIM need build folders of their own")
   endif()
-  # Of Jetty, whose packages carry no number in their names, of Ionic and of Harmonic.
+  # Packages of Jetty (no number in their names), Ionic and Harmonic.
   foreach(release "10 gz-sim gz-plugin sdformat gz-common" "9 gz-sim9 gz-plugin3 sdformat15 gz-common6"
                   "8 gz-sim8 gz-plugin2 sdformat14 gz-common5")
     string(REGEX MATCH "^(.*) (.*) (.*) (.*) (.*)$" names "${release}")
@@ -23,7 +23,7 @@ elseif(CANYON_BUILD_GZ_SIM STREQUAL "AUTO" OR CANYON_BUILD_GZ_SIM)
     find_package(${plugin} REQUIRED COMPONENTS register)
     find_package(${common} REQUIRED COMPONENTS graphics geospatial)
     set(CANYON_GZ_SIM_LIBRARIES ${sim}::core ${plugin}::register ${common}::graphics ${common}::geospatial)
-    # Where gz-sim looks for systems, wherever it is installed.
+    # gz-sim looks for systems here, wherever it is installed.
     get_filename_component(CANYON_GZ_SIM_PLUGINS "${${sim}_DIR}/../../gz-sim-${${sim}_VERSION_MAJOR}/plugins" ABSOLUTE)
     message(STATUS "Gazebo Sim ${${sim}_VERSION}: its systems are built")
     set(CANYON_BUILD_GZ_SIM ON)

@@ -9,7 +9,7 @@ set(CPACK_PACKAGE_CONTACT "Canyon maintainers <maintainers@canyon.invalid>")
 set(CPACK_PACKAGE_VENDOR Canyon)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_COMPONENTS_ALL "")
-# What the packages hold, for the build.
+# Builds the contents of the packages.
 add_custom_target(packaged)
 if(TARGET canyon_cli)
   list(APPEND CPACK_COMPONENTS_ALL command development)
@@ -83,7 +83,7 @@ if(CANYON_BUILD_GAZEBO OR CANYON_BUILD_GZ_SIM)
   endif()
 endif()
 
-# What Debian asks of every package.
+# Debian requires a changelog and a copyright of every package.
 string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC)
 set(doc ${CMAKE_CURRENT_BINARY_DIR}/debian)
 foreach(component IN LISTS CPACK_COMPONENTS_ALL)

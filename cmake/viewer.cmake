@@ -1,7 +1,7 @@
 # The viewer's page is built by Node.js (./run view), never by this build: the program looks for it when it runs. Where it
 # is there it is installed.
 if(TARGET canyon_view_io)
-  # In a file of its own: another clone then knows everything else again.
+  # A file of its own, so that the compiler's cache knows all other files in another clone.
   set(file ${CMAKE_BINARY_DIR}/generated/viewer_page.cpp)
   file(GENERATE OUTPUT ${file} CONTENT "#include \"canyon/view/page.hpp\"\n
 const char* const canyon::view::built_page = \"${CMAKE_CURRENT_SOURCE_DIR}/viewer/dist/viewer.html\";\n")

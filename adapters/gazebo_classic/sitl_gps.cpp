@@ -9,7 +9,7 @@
 #include <cmath>
 
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/unix_time.hpp"
+#include "canyon/geodesy/time_scales.hpp"
 
 namespace canyon::adapters::gazebo_classic {
 namespace {

@@ -15,6 +15,7 @@
 #include "canyon/options/read.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/relative/correction_link.hpp"
+#include "canyon/simulation/threads.hpp"
 
 namespace canyon::adapters::ros2 {
 namespace {
@@ -284,7 +285,7 @@ void visit(Visitor& v, NodeSettings& settings) {
   v.boolean({"drive_clock", "", "publish /clock from 0, and use it"}, settings.drive_clock);
   v.number({"speed", "", "of the clock that it drives, times real time"}, settings.speed, {0, 1000, true});
   v.integer({"threads", "", "that compute a scenario's own drive ahead; 0: as many as cores"},
-            settings.threads, 0, 4096);
+            settings.threads, 0, simulation::kMostThreads);
   visit_streams(
       v,
       {"streams", "",

@@ -48,7 +48,7 @@ void add_unidentifiable(const Values& base, Calibration& result) {
 }  // namespace
 
 Calibration calibrate(const std::vector<Drive>& drives, const CalibrateOptions& options) {
-  if (drives.empty()) throw InputError("there is no recording to calibrate by", "give one");
+  if (drives.empty()) throw InputError("calibration needs a recording", "give one");
   if (options.seeds < 1)
     throw InputError(fmt::format("{} seeds are too few", options.seeds), "give 1 or more");
   for (const Drive& drive : drives) {

@@ -34,7 +34,7 @@ struct Drive {
 struct CalibrateOptions {
   int seeds = 3;    ///< that each receiver is simulated by, from the drive's own on; at least 1
   int threads = 0;  ///< 0: as many as cores
-  /// What is done, steps done and in all; on the calling thread. What it throws ends the work and comes out.
+  /// Called on the calling thread with the task, steps done and steps in all. Its exceptions end the work.
   std::function<void(const std::string&, std::size_t, std::size_t)> progress;
 };
 

@@ -4,13 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/options/dotted.hpp"
 #include "canyon/options/read.hpp"
-#include "canyon/options/values.hpp"
 #include "canyon/simulation/profile.hpp"
 
 namespace canyon::calibration {
@@ -21,28 +20,19 @@ using Verdict = Estimate::Verdict;
 struct Line {
   std::string path, value;
 };
-/// "  a:", "    b: 1" of options::yaml(), values alone with their whole paths.
 std::vector<Line> lines_of(const simulation::ReceiverConfig& receiver) {
   std::vector<Line> lines;
-  std::vector<std::string> sections;
-  std::istringstream text(options::yaml(receiver));
-  for (std::string line; std::getline(text, line);) {
-    const std::size_t indent = line.find_first_not_of(' ');
-    const std::size_t colon = line.find(':');
-    const std::string key = line.substr(indent, colon - indent);
-    sections.resize(indent / 2);
-    if (colon + 1 == line.size()) {
-      sections.push_back(key);
-      continue;
-    }
-    std::string path;
-    for (const std::string& section : sections) path += section + ".";
-    lines.push_back({path + key, line.substr(colon + 2)});
+  options::DottedWriter writer(true);
+  visit(writer, const_cast<simulation::ReceiverConfig&>(receiver));  // it does not change anything
+  const std::string text = std::move(writer).take();
+  for (const std::string_view line : split(text, '\n')) {
+    if (const std::size_t colon = line.find(": "); colon != std::string_view::npos)
+      lines.push_back({std::string(line.substr(0, colon)), std::string(line.substr(colon + 2))});
   }
   return lines;
 }
 
-/// Sections open as they come; the comment may be empty.
+/// Opens sections as lines name them. The comment may be empty.
 class NestedText {
  public:
   void add(const std::string& path, const std::string& value, const std::string& comment = {}) {
@@ -89,32 +79,22 @@ std::string to_string(Verdict verdict) {
   return "not identified";
 }
 
-std::string nested_yaml(const Values& values) {
-  NestedText text;
-  for (const auto& [path, value] : values) text.add(path, value);
-  return text.text();
-}
-
 void set_values(const Values& values, simulation::ReceiverConfig& receiver, const std::string& what) {
   if (values.empty()) return;
   options::Document document;
   document.file = what;
   document.kind = "profile";
   for (const simulation::ScenarioKey& key : simulation::profile_keys()) document.known.push_back(key.path);
-  options::read(options::parse_yaml(nested_yaml(values), document, "keys of a receiver"), document, receiver);
+  std::string text;
+  for (const auto& [path, value] : values) text += fmt::format("{}: {}\n", path, value);
+  const options::Node root = options::parse_yaml(text, document, "keys of a receiver");
+  options::read(options::without_dots(root, document), document, receiver);
 }
 
 Values values_of(const simulation::ReceiverConfig& receiver) {
   Values values;
   for (const Line& line : lines_of(receiver)) values[line.path] = line.value;
   return values;
-}
-
-double number_of(const Values& values, const std::string& key) {
-  const auto at = values.find(key);
-  const auto number = at != values.end() ? parse_double(at->second) : std::nullopt;
-  if (!number) throw InputError(fmt::format("{} of the profile is no number", key), "give it one");
-  return *number;
 }
 
 std::string rounded(double value, double sigma) {

@@ -9,7 +9,7 @@
 
 namespace canyon::calibration {
 
-/// What was learnt of one key of a profile.
+/// The result for one key of a profile.
 struct Estimate {
   enum class Verdict {
     Unidentified,  ///< the recordings say nothing about it, or too little: kept
@@ -29,15 +29,11 @@ struct Estimate {
 
 /// Keys of a profile and their values as YAML.
 using Values = std::map<std::string, std::string>;
-/// A YAML text of keys with dots, nested.
-[[nodiscard]] std::string nested_yaml(const Values& values);
 /// Sets keys of a receiver. Throws InputError as the reader of profiles does; `what` names the text.
 void set_values(const Values& values, simulation::ReceiverConfig& receiver,
                 const std::string& what = "calibrated values");
 /// All keys of a receiver and their values.
 [[nodiscard]] Values values_of(const simulation::ReceiverConfig& receiver);
-/// One of them as a number; throws InputError where it is none.
-[[nodiscard]] double number_of(const Values& values, const std::string& key);
 
 /// A Markdown table of estimates.
 [[nodiscard]] std::string to_markdown(const std::vector<Estimate>& estimates);
@@ -47,7 +43,7 @@ void set_values(const Values& values, simulation::ReceiverConfig& receiver,
 /// A number with as many decimals as its standard deviation deserves: two digits of that.
 [[nodiscard]] std::string rounded(double value, double sigma);
 
-/// What stands in a calibrated profile beside its keys.
+/// The parts of a calibrated profile other than its keys.
 struct ProfileHead {
   std::string description;         ///< one line
   std::string base;                ///< name of the profile that it was made from

@@ -9,7 +9,7 @@
 #include "canyon/gnss/signals.hpp"
 #include "canyon/validation/comparison.hpp"
 
-// What the recorded receiver made of its signals over time. Private to canyon/calibration.
+// The recorded receiver's signals over time. Private to canyon/calibration.
 
 namespace canyon::calibration {
 

@@ -20,7 +20,7 @@ using Verdict = Estimate::Verdict;
 
 /// As validation::never_tracked(): high and clear for a minute.
 constexpr double kHigh_rad = 0.52359877559829887, kClear_s = 60;
-/// Fewer pseudoranges of a signal are no signal that is tracked.
+/// A signal with fewer pseudoranges does not count as tracked.
 constexpr std::size_t kFewestOfSignal = 20;
 
 constexpr std::array<const char*, 9> kGroups{"BeiDou-GEO", "BeiDou-IGSO", "BeiDou-MEO",
@@ -238,7 +238,7 @@ void add_phase_threshold(std::span<const Observed> recorded, const simulation::R
   estimate.interval = fmt::format("{} to {}", rounded(low, half_step), rounded(high, half_step));
   estimate.basis = fmt::format("{} clear signals, {} without a phase, {} on the wrong side", items.size(),
                                items.size() - with, wrong);
-  // A threshold that explains little of what is missing is none.
+  // A threshold that explains few of the missing phases does not count.
   if (2 * static_cast<std::size_t>(wrong) > items.size() - with) {
     estimate.basis += ": strength does not part them";
   } else {

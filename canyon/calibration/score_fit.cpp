@@ -89,7 +89,7 @@ Values values_at(const Axes& axes, const Point& point, const simulation::Receive
 using Distances = std::vector<double>;
 
 Distances distances_of(const validation::Comparison& comparison) {
-  // What a simulated receiver has too few of counts as one that is quite wrong.
+  // A figure without a value, because of too few observations, counts as quite wrong.
   constexpr double kFarthest = 4;
   Distances distances;
   for (const validation::Headline& h : validation::headlines(comparison, 0, comparison.epochs.size())) {
@@ -100,7 +100,7 @@ Distances distances_of(const validation::Comparison& comparison) {
   return distances;
 }
 
-/// What the figures leave of the prior.
+/// The posterior of the axes.
 struct Posterior {
   Point mean{}, sigma{};
 };

@@ -9,7 +9,7 @@
 
 namespace canyon::drawing {
 
-/// Pixels of an opaque PNG. Throws std::runtime_error where the bytes are none. Part of canyon::io.
+/// Pixels of an opaque PNG. Throws std::runtime_error for bytes that are not one. Part of canyon::io.
 [[nodiscard]] RgbImage decode_png(const std::string& png);
 /// As PNG of 8-bit RGB; width and height of at least 1. Throws std::runtime_error where Cairo fails (memory).
 /// Part of canyon::io.
@@ -23,11 +23,11 @@ class AnimatedPng {
   /// @param path appears at commit(), whole or not at all
   /// @param frames as many as will be added, at least 1 (asserted)
   /// @param frame_s how long a frame is seen [s], rounded to milliseconds; [0.001, 65] (asserted)
-  /// Throws InputError where the folder does not take the file.
+  /// Throws InputError where the file cannot be made in its folder.
   AnimatedPng(std::filesystem::path path, std::uint32_t frames, double frame_s);
 
   /// @param png bytes of an opaque PNG, of the same size each time (asserted)
-  /// Throws like OutputFile::write(), and std::runtime_error for bytes that are no PNG.
+  /// Throws like OutputFile::write(), and std::runtime_error for bytes that are not a PNG.
   void add(const std::string& png);
   /// After the last frame (asserted). Throws like OutputFile::commit().
   void commit();

@@ -12,7 +12,7 @@
 
 #include "canyon/drawing/canvas.hpp"
 
-// What the files that call Cairo share. Private to canyon/drawing.
+// Code that the files which call Cairo share. Private to canyon/drawing.
 
 namespace canyon::drawing {
 

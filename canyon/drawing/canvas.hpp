@@ -9,12 +9,12 @@
 
 #include "canyon/drawing/palette.hpp"
 
-// As <cairo.h> says; users of this header need not have it.
+// <cairo.h> declares the same; users of this header need not have it.
 typedef struct _cairo cairo_t;  // NOLINT(bugprone-reserved-identifier)
 
 namespace canyon::drawing {
 
-/// Of a picture: x to the right, y down, in its own units (1/96 inch).
+/// A point of a picture: x to the right, y down, in the picture's units (1/96 inch).
 struct Point {
   double x = 0;
   double y = 0;
@@ -50,7 +50,7 @@ struct TextStyle {
   Align align = Align::Left;
   Level level = Level::Baseline;
   double angle_rad = 0;  ///< clockwise
-  /// A rim of this width keeps text readable on what lies under it.
+  /// Width of a rim that keeps text readable on its ground.
   double halo = 0;
   Colour halo_colour = kPaper;
 };

@@ -23,13 +23,13 @@ struct Plot {
   /// Label of a tick of the x axis; tick_label() where empty.
   std::function<std::string(double)> x_tick_label;
 
-  /// Where a value pair lies; values beyond the axes on the frame.
+  /// The point of a value pair. Values beyond the axes lie on the frame.
   [[nodiscard]] Point at(double x_value, double y_value) const;
-  /// Ground and grid, to lie below what is drawn.
+  /// Draws ground and grid, before the values.
   void draw_ground(Canvas& canvas) const;
-  /// Frame, ticks' labels and the axes' names, to lie above.
+  /// Draws the frame, labels of ticks and the axes' names, after the values.
   void draw_frame(Canvas& canvas) const;
-  /// Why the area is empty, in its middle.
+  /// Writes into the middle of the area why it is empty.
   void draw_note(Canvas& canvas, const std::string& note) const;
 };
 

@@ -18,6 +18,9 @@ namespace canyon::options {
 /// takes it back by way of without_dots().
 class DottedWriter final : public Visitor {
  public:
+  /// @param leave_out_defaults see Visitor::leaves_out_defaults()
+  explicit DottedWriter(bool leave_out_defaults = false) : leave_out_defaults_(leave_out_defaults) {}
+  [[nodiscard]] bool leaves_out_defaults() const override { return leave_out_defaults_; }
   [[nodiscard]] std::string take() && { return std::move(text_); }
 
  protected:
@@ -28,6 +31,7 @@ class DottedWriter final : public Visitor {
   void end() override;
 
  private:
+  bool leave_out_defaults_;
   std::string path_;  // with a dot behind it
   std::string text_;
 };

@@ -153,8 +153,7 @@ Node parse_yaml(const std::string& text, const Document& document, std::string_v
   for (const char c : text) {
     line += c == '\n';
     if ((c >= 0 && c < ' ' && c != '\t' && c != '\n' && c != '\r') || c == 0x7F) {
-      throw InputError(document.file, line,
-                       fmt::format("here is the byte 0x{:02x}, which is no text", static_cast<int>(c)),
+      throw InputError(document.file, line, fmt::format("the byte 0x{:02x} is not text", static_cast<int>(c)),
                        "save the file as plain text in UTF-8");
     }
   }

@@ -39,7 +39,7 @@ void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky
                            const positioning::FixOptions& fix,
                            const std::map<gnss::System, gnss::Klobuchar>& klobuchar, double shared_m,
                            double apart_m) {
-  // Of a code whose deviation is not stated, as in RTCM, or that a survey receiver has at best.
+  // Deviation of a code that states none, as in RTCM, and the best of a survey receiver.
   constexpr double kLeastCode_m = 0.3;
   station_ = corrections.station;
   time_ = corrections.receiver_time;
@@ -66,7 +66,7 @@ void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky
     int count = 0;
   };
   std::array<Mean, gnss::kSystemCount> clocks;
-  // What the atmosphere does below 15 deg would pass for an error of the place.
+  // Errors of the atmosphere below 15 deg would pass for an error of the place.
   const double lowest_sine = std::sin(geodesy::radians(15));
   std::map<std::pair<gnss::SatelliteId, const gnss::Signal*>, Eigen::Vector3d> towards;
   const auto clock_of = [&](gnss::SatelliteId id) -> Mean& {

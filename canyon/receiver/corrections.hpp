@@ -23,9 +23,9 @@ struct ReceiverEpoch;
 [[nodiscard]] std::shared_ptr<const relative::Corrections> corrections_of(
     const ReceiverEpoch& station, const std::optional<Eigen::Vector3d>& place_ecef);
 
-/// Corrections of pseudoranges by the latest epoch of a reference station: what its place and the ephemerides
-/// say of a signal, less what it measured. What errors of orbits, satellite clocks and atmosphere station and
-/// receiver share is in both.
+/// Corrections of pseudoranges by the latest epoch of a reference station: the range of a signal by its place
+/// and the ephemerides, less the measured one. They remove the errors of orbits, satellite clocks and
+/// atmosphere that station and receiver share.
 class CodeCorrections {
  public:
   struct Correction {

@@ -15,8 +15,8 @@
 
 namespace canyon::receiver {
 
-/// What a receiver that began anew finds again, satellite by satellite: how long it searches for each, and
-/// whose ephemerides it has read since.
+/// A receiver's progress after a restart, satellite by satellite: how long it searches for each, and whose
+/// ephemerides it has read since.
 ///
 /// Hot: each is searched for SignalLockOptions::reacquisition_s, and its ephemeris is known. Warm: likewise,
 /// and its ephemeris is read: all of its messages (broadcast::unsent_ephemeris()), while it is tracked
@@ -27,11 +27,11 @@ namespace canyon::receiver {
 /// for 0.8 to 1.6 T. The search's distribution is assumed.
 class KnownEphemerides {
  public:
-  /// All are known.
+  /// Knows all ephemerides.
   KnownEphemerides() = default;
   /// @param channels_search whether the receiver's channels search for search_s(); else a satellite is found
   /// so long after it appears
-  /// @param draws what sets its random draws apart
+  /// @param draws name of its random streams
   KnownEphemerides(const disturbance::Restart& restart, const tracking::SignalLockOptions& lock,
                    bool channels_search, std::uint64_t seed, std::string draws)
       : restart_(restart),
@@ -52,7 +52,8 @@ class KnownEphemerides {
     return (0.4 + 1.85 * uniform) * std::max(1.0, cold_s - 20);
   }
 
-  /// Once an epoch, of each satellite. @param readable it is tracked and strong enough
+  /// Whether a satellite's ephemeris is known; asked once an epoch for each. @param readable it is tracked
+  /// and strong enough
   [[nodiscard]] bool read(gnss::SatelliteId id, const gnss::Signal& signal, bool readable,
                           geodesy::GpsTime now) {
     if (!restart_) return true;

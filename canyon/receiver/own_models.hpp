@@ -10,8 +10,8 @@
 
 namespace canyon::receiver {
 
-/// What a program puts in the place of a receiver's own parts. Empty functions: the receiver's own. Called
-/// once an epoch or more, in order of time, in the thread that calls Receiver::observe().
+/// A program's models in the place of a receiver's own. Empty functions: the receiver's own. Called once an
+/// epoch or more, in order of time, in the thread that calls Receiver::observe().
 struct OwnModels {
   /// Instead of FixOptions::weights, for fix and position filter: standard deviation that a pseudorange is
   /// weighted by [m], > 0 (else InputError). @param elevation_rad true one of the satellite

@@ -18,7 +18,7 @@ namespace {
 using geodesy::kSpeedOfLight;
 using positioning::Measurement;
 
-/// Closer carriers amplify what they do not share tenfold.
+/// Combinations of closer carriers amplify their own errors more than tenfold.
 constexpr double kApart_hz = 100e6;
 
 double squared(double x) {
@@ -83,7 +83,7 @@ void Ranging::gather(const SatelliteObservation& satellite, geodesy::GpsTime tim
   satellite.for_each_signal(take);
 }
 
-/// Leaves what may go into the fix, best first.
+/// Keeps the codes that may go into the fix, best first.
 void Ranging::choose(const gnss::Signal& first) {
   const std::vector<std::string>& uses = options_.uses;
   const auto rank = [&](const Code& code) { return std::find(uses.begin(), uses.end(), code.signal->name); };
@@ -98,7 +98,7 @@ void Ranging::choose(const gnss::Signal& first) {
                    [&](const Code& a, const Code& b) { return rank(a) < rank(b); });
 }
 
-/// How far a carrier went since the epoch before, where it did so in one piece.
+/// Change of a carrier's range since the epoch before, where its phase is continuous.
 std::optional<double> Ranging::step_m(const Carrier& carrier, const Measurement& m) const {
   if (!carrier.phase_m || !m.carrier_phase_cycles || !m.phase_since || *m.phase_since > carrier.time) {
     return std::nullopt;

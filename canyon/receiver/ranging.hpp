@@ -47,13 +47,12 @@ struct RangingOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Its fields.
 void visit(options::Visitor& v, RangingOptions& o);
 
-/// One receiver's way from observations to the measurements of its fix; remembers the smoothed codes.
+/// Turns one receiver's observations into the measurements of its fix; remembers the smoothed codes.
 class Ranging {
  public:
-  /// Of options that validate(): weights, C/N0 mask, and the times of correlation of code errors.
+  /// Takes weights, C/N0 mask and the correlation times of code errors from options that validate().
   explicit Ranging(const ReceiverOptions& options);
 
   struct Ranged {
@@ -64,7 +63,7 @@ class Ranging {
     /// The measurement with corrections; empty without any.
     std::optional<positioning::Measurement> corrected;
   };
-  /// Of an epoch, once; empty where nothing of the satellite goes into the fix.
+  /// A satellite's measurement for the fix, asked for once an epoch; empty where it has none.
   /// @param model_m the ionosphere's delay at 1575.42 MHz that the fix corrects [m]
   /// @param corrections of smoothed codes; null: none
   [[nodiscard]] std::optional<Ranged> next(const SatelliteObservation& satellite,
@@ -88,10 +87,10 @@ class Ranging {
   void gather(const SatelliteObservation& satellite, geodesy::GpsTime time);
   void choose(const gnss::Signal& first);
   void smooth(gnss::SatelliteId id, geodesy::GpsTime time);
-  /// Leaves those that have a correction, corrected; their deviations without what it takes away are
-  /// stated_sigmas_m_.
+  /// Keeps the codes that have a correction, corrected; their deviations without the errors that it removes
+  /// go to stated_sigmas_m_.
   void correct(gnss::SatelliteId id, geodesy::GpsTime time, const CodeCorrections& corrections);
-  /// One measurement of what gather(), smooth(), choose() and correct() left.
+  /// One measurement of the codes that gather(), smooth(), choose() and correct() left.
   [[nodiscard]] std::optional<Ranged> combine(double elevation_rad, const orbit::SatelliteState& state,
                                               double model_m);
   [[nodiscard]] std::optional<double> step_m(const Carrier& carrier, const positioning::Measurement& m) const;
@@ -103,7 +102,7 @@ class Ranging {
   double loop_rate_per_s_;
   double shared_m_;                                                        ///< errors from space in noise_
   std::map<std::pair<gnss::SatelliteId, std::size_t>, Carrier> carriers_;  // and index_of() the signal
-  // Of the satellite in hand, kept for their memory.
+  // Values of the satellite in hand; members for their memory alone.
   std::vector<Code> codes_;
   std::vector<std::optional<double>> steps_m_;
   std::vector<double> stated_sigmas_m_;

@@ -173,14 +173,14 @@ struct Receiver::State {
                            *at.klobuchar);
     }
     if (!rtk) return fix;
-    // Its place is the best to begin from; the epoch's own velocity is new to the filter of phases.
+    // The filter of phases begins from the best place; the epoch's own velocity is news to it.
     positioning::Fix begin = fix;
     begin.velocity_enu_mps = of_epoch.velocity_enu_mps;
     begin.velocity_covariance_enu = of_epoch.velocity_covariance_enu;
     auto relative = rtk->update(receiver_time, measured.of_signals, sky, begin);
     if (!relative) return fix;
-    // Among echoes a float position may be worse than that of codes: by twice the deviation, so that the two
-    // do not take turns.
+    // Among echoes a float position may be worse than that of codes. Twice the deviation is allowed, so that
+    // the two do not take turns.
     constexpr double kWorse = 4;
     const bool better = relative->kind() == positioning::FixKind::Fixed || !fix.measured() ||
                         relative->covariance_enu.trace() < kWorse * fix.covariance_enu.trace();
@@ -279,7 +279,7 @@ struct Receiver::State {
     return at;
   }
 
-  /// The front end around each carrier that is tracked of any system.
+  /// State of the front end around each tracked carrier.
   [[nodiscard]] std::vector<BandState> bands(std::span<const tracking::ReceivedWave> waves) {
     std::vector<BandState> result;
     if (!signals) return result;
@@ -583,9 +583,9 @@ struct Receiver::State {
 
   ReceiverOptions options;
   std::uint64_t seed;
-  std::string draws;  ///< what sets its random draws apart
+  std::string draws;  ///< name of its random streams
   tracking::ReceiverClock clock;
-  /// Of each system, by System.
+  /// Tracked signals of each system, by System.
   std::array<std::vector<const gnss::Signal*>, gnss::kSystemCount> tracks;
   std::map<std::pair<gnss::SatelliteId, std::size_t>, SignalNoise> noises;  // and index_of() its signal
   std::map<const gnss::Signal*, Drift> drifts;  // of biases; signals are gnss::signals_of()'s

@@ -36,7 +36,7 @@ struct SignalObservation {
   /// True C/N0 at the correlator [dB-Hz], tracked or not; empty where nothing arrives or signals have no
   /// strength (SignalOptions::enabled off). What the receiver states of it is Measurement::cn0_dbhz.
   std::optional<double> cn0_dbhz;
-  /// Of the channel; Tracking for everything received where signals have no strength.
+  /// State of the channel; Tracking for everything received where signals have no strength.
   tracking::LockState lock = tracking::LockState::Searching;
   /// Empty where the signal is not tracked or the satellite is below the elevation mask.
   std::optional<positioning::Measurement> measurement;
@@ -85,7 +85,7 @@ struct BandState {
   double carrier_hz = 0;  ///< of the signals there, as gnss::Signal::carrier_hz
   /// Power of interference within the band over the front end's own noise there [1], >= 0.
   double interference_ratio = 0;
-  /// Of it, what stands on single frequencies (tones).
+  /// Part of it on single frequencies (tones).
   double tone_ratio = 0;
 
   /// Gain of the automatic gain control over that without interference, (0, 1]: it holds the level of noise
@@ -93,9 +93,9 @@ struct BandState {
   [[nodiscard]] double agc() const { return 1 / std::sqrt(1 + interference_ratio); }
 };
 
-/// What a receiver thinks of the authenticity of its signals.
+/// A receiver's judgement whether its signals are authentic.
 enum class SpoofingState : std::uint8_t {
-  Unknown,    ///< it does not look
+  Unknown,    ///< it has no checks
   None,       ///< nothing suspicious
   Indicated,  ///< one of its checks failed
   Multiple    ///< both did
@@ -103,7 +103,7 @@ enum class SpoofingState : std::uint8_t {
 
 struct ReceiverEpoch {
   geodesy::GpsTime time;  ///< true reception instant
-  /// What the receiver's clock showed, to the nearest nanosecond; pseudoranges hold the exact reading (a
+  /// Reading of the receiver's clock, to the nearest nanosecond; pseudoranges hold the exact reading (a
   /// satellite moves 2 micrometres in the difference).
   geodesy::GpsTime receiver_time;
   double clock_bias_s = 0;             ///< of the receiver, true
@@ -118,23 +118,23 @@ struct ReceiverEpoch {
   int visible = 0;  ///< tracked, above the mask (at the true place)
   int blocked = 0;  ///< above the mask, not tracked
 
-  /// The GPS time that it states of an instant.
+  /// The GPS time that the receiver states for an instant.
   [[nodiscard]] geodesy::GpsTime stated(geodesy::GpsTime instant) const;
-  /// And of the epoch.
+  /// The same for the epoch.
   [[nodiscard]] geodesy::GpsTime stated_time() const { return stated(time); }
-  /// The instant whose UTC is the one that it states: days behind or ahead by whole weeks, the leap seconds
-  /// those that satellites send today.
+  /// The instant whose UTC the receiver states: off by whole weeks where its date is, with the leap seconds
+  /// that satellites send today.
   [[nodiscard]] geodesy::GpsTime stated_utc() const;
 };
 
-/// What a receiver is given of an epoch.
+/// Inputs of a receiver at an epoch.
 struct EpochContext {
   propagation::Antenna antenna;
   propagation::Arrival& arrival;  ///< as the environment answers; disturbed in place
   const orbit::Sky& sky;          ///< for the fix, where arrival.broadcast is null
   /// Needed where ReceiverOptions::ionosphere or FixOptions::correct_ionosphere is on.
   const std::map<gnss::System, gnss::Klobuchar>& klobuchar;
-  /// Of a reference station, that came since the epoch before; null: none did.
+  /// Corrections of a reference station that came since the epoch before; null: none did.
   const relative::Corrections* corrections = nullptr;
 };
 

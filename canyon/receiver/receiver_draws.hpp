@@ -7,22 +7,22 @@
 #include "canyon/gnss/signals.hpp"
 #include "canyon/receiver/receiver_options.hpp"
 
-// What a receiver makes of its options and seed alone, whatever arrives.
+// Parts of a receiver that follow from its options and seed alone.
 
 namespace canyon::receiver {
 
-/// What sets a receiver's random streams apart, by ReceiverOptions::own_draws: its name, or nothing; that of
-/// kReceiver counts as none.
+/// Name of a receiver's random streams, by ReceiverOptions::own_draws: its own name, or none; kReceiver
+/// counts as none.
 [[nodiscard]] std::string draws_of(const ReceiverOptions& options);
-/// Likewise those of its disturbances.
+/// The same for its disturbances.
 [[nodiscard]] std::string disturbance_draws_of(const ReceiverOptions& options);
-/// What it tracks of a satellite at a time, in the order of gnss::signals_of(). @param found replaced
+/// Signals that it tracks of a satellite at a time, in the order of gnss::signals_of(). @param found replaced
 void signals_to_track(const ReceiverOptions& options, gnss::SatelliteId id, geodesy::GpsTime time,
                       std::vector<const gnss::Signal*>& found);
-/// Of the receiver's way for a satellite's signal [m], as BiasOptions says, without the drift.
+/// The receiver's delay of a satellite's signal [m] by BiasOptions, without the drift.
 [[nodiscard]] double fixed_bias_m(const BiasOptions& options, gnss::SatelliteId id,
                                   const gnss::Signal& signal, double carrier_hz, geodesy::GpsTime time);
-/// The drift of that, where drift_sigma_m is above 0.
+/// The drift of that delay, where drift_sigma_m is above 0.
 [[nodiscard]] tracking::OuProcess bias_drift(const ReceiverOptions& options, std::uint64_t seed,
                                              const gnss::Signal& signal);
 /// Key of a signal's own streams: "/code", "/doppler" and "/mean" behind it.

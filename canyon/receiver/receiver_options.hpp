@@ -37,13 +37,11 @@ struct NoiseOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Its fields.
 void visit(options::Visitor& v, NoiseOptions& o);
 
-/// Delays of the receiver's own ways for signals, in its pseudoranges [m]; what they have in common is its
-/// clock's.
+/// The receiver's own delays of signals in its pseudoranges [m]; their common part belongs to its clock.
 struct BiasOptions {
-  /// Of groups of signals, [-1e4, 1e4]: inter-system ("GLONASS") and inter-frequency ones ("L5").
+  /// Delays of groups of signals, [-1e4, 1e4]: inter-system ("GLONASS") and inter-frequency ones ("L5").
   gnss::GroupValues code_m;
   /// GLONASS: from one frequency channel to the next [m], [-100, 100]; some receivers differ by metres over
   /// the band.
@@ -55,20 +53,18 @@ struct BiasOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Its fields.
 void visit(options::Visitor& v, BiasOptions& o);
 
-/// What a receiver looks at to notice spoofing (SpoofingCheck).
+/// Checks by which a receiver notices spoofing (SpoofingCheck).
 struct SpoofingCheckOptions {
   bool enabled = false;
   double gain_db = 1;  ///< [0.1, 30]
-  /// Of place or clock [m], [1, 1e6]. Echoes that come and go in a street move a fix by tens of metres.
+  /// Jump of place or clock [m], [1, 1e6]. Echoes that come and go in a street move a fix by tens of metres.
   double jump_m = 150;
   double hold_s = 30;  ///< [0, 1e5]
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Its fields.
 void visit(options::Visitor& v, SpoofingCheckOptions& o);
 
 /// A receiver without a name.
@@ -92,11 +88,11 @@ struct ReceiverOptions {
   /// Groups of signals that it does not track all the same: satellites that its firmware leaves out
   /// ("BeiDou-GEO").
   std::vector<std::string> leaves_out;
-  /// What the hardware receives at once near L1.
+  /// Systems that the hardware receives at once near L1.
   AtOnce at_once = AtOnce::All;
   RangingOptions ranging;
   BiasOptions biases;
-  /// Whether what is drawn depends on the receiver's name, beside seed and satellite. Left out: noise, clock
+  /// Whether random draws depend on the receiver's name, beside seed and satellite. Left out: noise, clock
   /// and phases do, shadows and other disturbances do not, so that receivers meet the same streets. True:
   /// shadows do as well, for antennas on different vehicles. False: nothing does, and receivers that differ
   /// in a setting are compared under the same noise realization.
@@ -114,12 +110,12 @@ struct ReceiverOptions {
   /// Delays are in the signal (the fix corrects them where FixOptions says so), and errors of broadcast
   /// orbits and clocks. Left out: as the environment has them.
   options::Switch ionosphere = false, troposphere = false, orbit_errors = false;
-  /// What a receiver takes the errors of its codes to be beside those of its loops: the noise process where
-  /// that is on; under errors of space kSpaceSigma_m that changes over an hour.
+  /// Errors that a receiver assumes in its codes beside those of its loops: the noise process where that is
+  /// on; under errors of space kSpaceSigma_m that changes over an hour.
   [[nodiscard]] positioning::CodeNoise slow_error() const;
-  /// What of it two receivers near each other have in common, a standard deviation [m].
+  /// The part that two receivers near each other have in common, a standard deviation [m].
   [[nodiscard]] double shared_error_m() const;
-  /// Decides what the options leave out. @param space whether the environment has errors of space
+  /// Decides the options that are left out. @param space whether the environment has errors of space
   /// @param with_ionosphere whether these have an ionosphere
   void decide(bool space, bool with_ionosphere);
   /// Sets `tracks` or `leaves_out` to what `at_once` receives of these satellites; nothing where `tracks`
@@ -128,10 +124,10 @@ struct ReceiverOptions {
   /// Throws InputError naming receiver and field that are out of range.
   void validate() const;
 };
-/// Its fields.
 void visit(options::Visitor& v, ReceiverOptions& o);
 
-/// What ReceiverOptions::tracks says of one system, in the order of gnss::signals_of(); may be empty.
+/// Tracked signals of one system by ReceiverOptions::tracks, in the order of gnss::signals_of(); may be
+/// empty.
 [[nodiscard]] std::vector<const gnss::Signal*> tracked_signals(const std::vector<std::string>& tracks,
                                                                gnss::System system);
 

@@ -7,14 +7,14 @@
 
 namespace canyon::receiver {
 
-/// What a receiver alone can notice of being spoofed, from its own measurements and never from the truth:
+/// Signs of spoofing in a receiver's own measurements; the truth is never used:
 /// - its gain control gives way, but signals do not weaken with it, as they do amid noise (D. M. Akos,
 ///   Navigation 59(4), 2012): in a band, 10 log10(1 + interference / noise) is gain_db and more, and the mean
 ///   C/N0 is within half of that of its mean over a minute before;
 /// - the fix's place, or clock, is off what its own velocity, or drift, says since the fix before, at most
 ///   5 s ago, by jump_m and more.
-/// Interference beside a signal's main lobe but within the front end looks like the first; so does a slow
-/// pull-off without much power to neither.
+/// Interference beside a signal's main lobe but within the front end looks like the first; a slow pull-off
+/// without much power shows in neither.
 class SpoofingCheck {
  public:
   explicit SpoofingCheck(const SpoofingCheckOptions& options) : options_(options) {}

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-/// What the interface documents list for each satellite's spreading codes. Octal and hexadecimal numbers
+/// Parameters of each satellite's spreading codes from the interface documents. Octal and hexadecimal numbers
 /// stand as in the documents. For spreading_codes.cpp alone.
 namespace canyon::samples {
 

@@ -14,7 +14,7 @@
 
 namespace canyon::samples {
 
-/// What the correlators of a channel see of one satellite over a run: the sum over its paths of amplitude
+/// Correlation of one satellite's signal in a channel over a run: the sum over its paths of amplitude
 /// times the correlation function of the signal, delayed by the path's detour.
 struct CorrelationSeries {
   struct Arrived {
@@ -46,8 +46,8 @@ class CorrelationRecord final : public simulation::EpochSink {
     double bandwidth_hz = std::numeric_limits<double>::infinity();  ///< two-sided, of the front end
     std::vector<double> delays_m;                                   ///< ascending; empty: -1 to 2 chips
   };
-  /// Throws InputError for a receiver, satellite or signal that there is not, and for delays and bandwidths
-  /// that are no finite, ascending numbers or out of tracking::CorrelationOptions' ranges. The simulation
+  /// Throws InputError for an unknown receiver, satellite or signal, for delays that are not finite and
+  /// ascending, and for a bandwidth out of tracking::CorrelationOptions' range. The simulation
   /// must outlive it.
   CorrelationRecord(const simulation::Simulation& simulation, Options options);
 

@@ -40,7 +40,7 @@ void FrontEnd::validate() const {
         real ? fmt::format("give half the band's width at least, and so much less than {} Hz at most; {} Hz "
                            "leaves the widest band",
                            rate_hz / 2, rate_hz / 4)
-             : "sample faster, or choose a lower one");
+             : "choose a higher sample rate or a lower intermediate frequency");
   }
   if (bandwidth_hz == 0) return;
   if (!(bandwidth_hz >= rate_hz / 50 && kStopLeast * bandwidth_hz <= room_hz())) {

@@ -19,7 +19,7 @@ struct FrontEnd {
   double bandwidth_hz = 0;
   bool noise = true;  ///< its thermal noise
 
-  /// What comes out at 0 Hz.
+  /// The frequency that comes out at 0 Hz.
   [[nodiscard]] double zero_hz() const { return centre_hz - intermediate_hz; }
   /// The band that samples can tell apart: rate_hz about zero_hz(), of real ones rate_hz / 2 above it.
   [[nodiscard]] double lowest_hz() const { return zero_hz() - (real ? 0 : rate_hz / 2); }

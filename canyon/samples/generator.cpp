@@ -50,7 +50,7 @@ class BandNoise {
     for (std::int64_t k = at / kPhases; tap < static_cast<std::int64_t>(taps.size()); --k, tap += kPhases) {
       sum += values_[static_cast<std::size_t>(k)] * static_cast<double>(taps[static_cast<std::size_t>(tap)]);
     }
-    // Of variance 2 at the values, and the taps' energy is that of all phases.
+    // The values have a variance of 2, and the taps the energy of all phases.
     return sum * std::sqrt(kPhases / 2.0);
   }
 
@@ -96,7 +96,7 @@ struct Generator::State {
   void interfere(const Segment& segment, double begin_s, Block& block) const;
   void filter(std::size_t first, std::size_t samples, std::size_t at, Block& block) const;
   void make_blocks(const Segment& segment, std::size_t end, const Take& take);
-  /// Of the samples that are made.
+  /// Time of a sample that is made.
   [[nodiscard]] double made_s(std::size_t number) const {
     return *first_s + static_cast<double>(number) / made.rate_hz + lead_s;
   }

@@ -57,9 +57,9 @@ class Generator {
   using Take = std::function<void(const Block& block, std::size_t samples)>;
   void next(const simulation::Epoch& epoch, const Take& take);
 
-  /// Of the first sample, as the receiver's clock reads. Valid behind the first epoch.
+  /// Reading of the receiver's clock at the first sample. Valid behind the first epoch.
   [[nodiscard]] geodesy::GpsTime begin() const;
-  /// What was in the samples so far.
+  /// Contents of the samples so far.
   struct Contents {
     std::map<std::string, std::size_t> satellites;  ///< by "GPS L1CA", most of an epoch
     std::size_t most_paths = 0;                     ///< of all satellites and signals at an epoch

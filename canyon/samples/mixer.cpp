@@ -146,19 +146,6 @@ float nearest<float>(float scaled) {
   return scaled;
 }
 
-template <typename Value>
-void quantise_to(const float* __restrict re, const float* __restrict im, std::size_t samples, float gain,
-                 Value* __restrict out) {
-  for (std::size_t n = 0; n < samples; ++n) {
-    out[2 * n] = nearest<Value>(re[n] * gain);
-    out[2 * n + 1] = nearest<Value>(im[n] * gain);
-  }
-}
-template <typename Value>
-void quantise_part(const float* __restrict part, std::size_t samples, float gain, Value* __restrict out) {
-  for (std::size_t n = 0; n < samples; ++n) out[n] = nearest<Value>(part[n] * gain);
-}
-
 }  // namespace
 
 void Block::clear(std::size_t samples) {
@@ -216,24 +203,25 @@ void add_noise(std::uint64_t key, Block& block) {
   }
 }
 
-void quantise(const Block& block, std::size_t samples, float gain, std::int8_t* out) {
-  quantise_to(block.re.data(), block.im.data(), samples, gain, out);
+template <typename Value>
+void quantise(const Block& block, std::size_t samples, float gain, Value* out) {
+  const float* __restrict re = block.re.data();
+  const float* __restrict im = block.im.data();
+  for (std::size_t n = 0; n < samples; ++n) {
+    out[2 * n] = nearest<Value>(re[n] * gain);
+    out[2 * n + 1] = nearest<Value>(im[n] * gain);
+  }
 }
-void quantise(const Block& block, std::size_t samples, float gain, std::int16_t* out) {
-  quantise_to(block.re.data(), block.im.data(), samples, gain, out);
+template <typename Value>
+void quantise(const float* part, std::size_t samples, float gain, Value* out) {
+  for (std::size_t n = 0; n < samples; ++n) out[n] = nearest<Value>(part[n] * gain);
 }
-void quantise(const Block& block, std::size_t samples, float gain, float* out) {
-  quantise_to(block.re.data(), block.im.data(), samples, gain, out);
-}
-void quantise(const float* part, std::size_t samples, float gain, std::int8_t* out) {
-  quantise_part(part, samples, gain, out);
-}
-void quantise(const float* part, std::size_t samples, float gain, std::int16_t* out) {
-  quantise_part(part, samples, gain, out);
-}
-void quantise(const float* part, std::size_t samples, float gain, float* out) {
-  quantise_part(part, samples, gain, out);
-}
+template void quantise(const Block&, std::size_t, float, std::int8_t*);
+template void quantise(const Block&, std::size_t, float, std::int16_t*);
+template void quantise(const Block&, std::size_t, float, float*);
+template void quantise(const float*, std::size_t, float, std::int8_t*);
+template void quantise(const float*, std::size_t, float, std::int16_t*);
+template void quantise(const float*, std::size_t, float, float*);
 
 double power(const float* part, std::size_t samples) {
   std::array<double, kLanes> sums{};

@@ -21,8 +21,7 @@ struct Block {
   void clear(std::size_t samples);
 };
 
-/// What a satellite sends during a block, one value a slot (a part of a chip). `im` is empty where it is
-/// real.
+/// A satellite's signal during a block, one value a slot (a part of a chip). `im` is empty where it is real.
 struct Slots {
   std::vector<float> re, im;
 };
@@ -56,15 +55,13 @@ void decimate(const float* in, const std::vector<float>& taps, std::size_t step,
 /// 4.9, kurtosis 3 within 0.01. @param key alike: the same noise
 void add_noise(std::uint64_t key, Block& block);
 
-/// Interleaved samples times `gain`, to the nearest integer, at most +-`full_scale`.
-void quantise(const Block& block, std::size_t samples, float gain, std::int8_t* out);
-void quantise(const Block& block, std::size_t samples, float gain, std::int16_t* out);
-/// As they are, times gain.
-void quantise(const Block& block, std::size_t samples, float gain, float* out);
+/// Interleaved samples times `gain`: to the nearest integer, at most +-the largest one; floats as they are.
+/// @param out std::int8_t, std::int16_t or float
+template <typename Value>
+void quantise(const Block& block, std::size_t samples, float gain, Value* out);
 /// The same of one part.
-void quantise(const float* part, std::size_t samples, float gain, std::int8_t* out);
-void quantise(const float* part, std::size_t samples, float gain, std::int16_t* out);
-void quantise(const float* part, std::size_t samples, float gain, float* out);
+template <typename Value>
+void quantise(const float* part, std::size_t samples, float gain, Value* out);
 /// Mean square of the first samples of a part, summed in one order on every machine.
 [[nodiscard]] double power(const float* part, std::size_t samples);
 

@@ -82,18 +82,18 @@ BandPlan plan_run(const simulation::Simulation& simulation, const FrontEnd& fron
             plan.left_out.empty() ? "" : fmt::format("; too narrow for {}", fmt::join(plan.left_out, ", "))),
         plan.left_out.empty()        ? "choose another band"
         : front_end.bandwidth_hz > 0 ? "give the filter a wider band"
-        : front_end.real ? fmt::format("sample faster, with the intermediate frequency at a quarter of the "
-                                       "rate: now {} Hz",
+        : front_end.real ? fmt::format("choose a higher sample rate, with the intermediate frequency at a "
+                                       "quarter of it: now {} Hz",
                                        front_end.rate_hz / 4)
-                         : "sample faster, and leave the carrier in the middle");
+                         : "choose a higher sample rate, and leave the carrier in the middle");
   }
   return plan;
 }
 
-FrontEnd front_end(const simulation::SampleOptions& samples, const std::string& band) {
+FrontEnd front_end(const SampleOptions& samples, const std::string& band) {
   samples.validate();
   if (band.empty() && !samples.centre_hz) throw InputError("the samples have no band", "give one, e.g. L1");
-  return {band.empty() ? *samples.centre_hz : simulation::band_centre_hz(band),
+  return {band.empty() ? *samples.centre_hz : band_centre_hz(band),
           samples.intermediate_hz,
           samples.rate_hz,
           samples.real,

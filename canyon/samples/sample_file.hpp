@@ -25,8 +25,8 @@ struct BandPlan {
 };
 [[nodiscard]] BandPlan plan_band(const FrontEnd& front_end, std::span<const gnss::SatelliteId> satellites);
 
-/// What the front end carries of a run's sky. Throws InputError where that is nothing, where no message
-/// describes the sky, and where the run has one epoch.
+/// Signals of a run's sky that the front end carries. Throws InputError where that is nothing, where no
+/// message describes the sky, and where the run has one epoch.
 [[nodiscard]] BandPlan plan_run(const simulation::Simulation& simulation, const FrontEnd& front_end);
 /// The generator of a run's receiver. Throws InputError as Generator() does, and where there is no such
 /// receiver.
@@ -35,21 +35,21 @@ struct BandPlan {
 
 /// The front end of one of its bands; about its centre_hz where the band is empty. Throws InputError for an
 /// unknown band and an empty one without a centre.
-[[nodiscard]] FrontEnd front_end(const simulation::SampleOptions& samples, const std::string& band);
+[[nodiscard]] FrontEnd front_end(const SampleOptions& samples, const std::string& band);
 
-/// What a file of samples is.
+/// Options of a file of samples.
 struct SampleFileOptions {
   /// "-": the standard output; a FIFO is written as it is. With `to` a name for messages.
   std::filesystem::path path;
   std::size_t receiver = 0;  ///< of the scenario
   std::string band = "L1";   ///< of front_end()
-  simulation::SampleOptions samples;
+  SampleOptions samples;
   int threads = 0;                               ///< 0: as many as cores
   std::shared_ptr<transport::ByteSink> to = {};  ///< instead of a file
 };
 
-/// Writes the samples of one receiver, and beside them what they are, as SigMF 1.2 (NAME.sigmf-meta). Both
-/// are whole or absent; an interrupted run leaves what was made.
+/// Writes the samples of one receiver, and beside them their metadata as SigMF 1.2 (NAME.sigmf-meta). Both
+/// are whole or absent; an interrupted run leaves the samples made so far.
 class SampleFile final : public simulation::EpochSink {
  public:
   /// Throws InputError for options out of range and where plan_run() does; OutputError where the disk has
@@ -57,7 +57,7 @@ class SampleFile final : public simulation::EpochSink {
   SampleFile(const simulation::Simulation& simulation, SampleFileOptions options);
   ~SampleFile() override;
 
-  /// Of the whole run.
+  /// Size of the whole run.
   [[nodiscard]] std::uintmax_t expected_bytes() const;
   [[nodiscard]] std::uintmax_t samples() const { return samples_; }
   [[nodiscard]] Generator::Contents contents() const { return generator_.contents(); }

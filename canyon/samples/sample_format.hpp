@@ -3,7 +3,7 @@
 #include <string>
 
 #include "canyon/samples/mixer.hpp"
-#include "canyon/simulation/sample_options.hpp"
+#include "canyon/samples/options/sample_options.hpp"
 
 namespace canyon::samples {
 
@@ -13,7 +13,7 @@ namespace canyon::samples {
 /// / 2, so that 00 is 1, 01 is 3, 10 is -3 and 11 is -1, and four values fill a byte from its lowest bits on,
 /// as GNSS-SDR's Two_Bit_Packed_File_Signal_Source reads bytes. OneBit: values 1 (bit 0) and -1 (bit 1),
 /// eight of them in a byte from its lowest bit on.
-using Format = simulation::SampleFormat;
+using Format = SampleFormat;
 /// Bits of a part.
 [[nodiscard]] std::size_t bits(Format format);
 /// Whether parts of other samples share a byte, which SigMF has no data type for.
@@ -32,7 +32,7 @@ class Encoder {
   /// The first samples of a block times `gain`, to the nearest value, beyond the largest one that one.
   /// @param bytes replaced; values that fill no whole byte are kept for the next call
   void encode(const Block& block, std::size_t samples, float gain, std::string& bytes);
-  /// What was kept, filled up with zero bits. @param bytes replaced
+  /// The bits that were kept, filled up with zero bits. @param bytes replaced
   void finish(std::string& bytes);
 
  private:

@@ -305,28 +305,4 @@ double amplitude(const Component& component) {
                    static_cast<double>(on));
 }
 
-double subcarrier(Modulation modulation, double fraction, std::size_t chip) {
-  const double boc11 = fraction < 0.5 ? 1 : -1;
-  const double boc61 = static_cast<int>(fraction * 12) % 2 == 0 ? 1 : -1;
-  switch (modulation) {
-    case Modulation::BPSK:
-      return 1;
-    case Modulation::BOC11:
-      return boc11;
-    // Galileo OS SIS ICD 2.1, 2.3.3.
-    case Modulation::CBOCData:
-      return std::sqrt(10.0 / 11) * boc11 + std::sqrt(1.0 / 11) * boc61;
-    case Modulation::CBOCPilot:
-      return std::sqrt(10.0 / 11) * boc11 - std::sqrt(1.0 / 11) * boc61;
-    case Modulation::TMBOC: {
-      const std::size_t place = chip % 33;
-      return place == 0 || place == 4 || place == 6 || place == 29 ? boc61 : boc11;
-    }
-    case Modulation::BOC61:
-      return boc61;
-  }
-  assert(false);
-  return 0;
-}
-
 }  // namespace canyon::samples

@@ -5,10 +5,13 @@
 #include <vector>
 
 #include "canyon/gnss/signals.hpp"
+#include "canyon/tracking/correlation.hpp"
 
 namespace canyon::samples {
 
-/// One component of a signal: what is multiplied by one sequence of chips. The complex envelope of a signal
+using tracking::subcarrier;
+
+/// One component of a signal, with its own sequence of chips. The complex envelope of a signal
 /// of mean power 1 is the sum over its components of
 ///   amplitude() exp(i phase_rad) chip subcarrier() secondary chip navigation symbol.
 /// Chips and secondary chips count from the beginning of the week of the system's time at transmission
@@ -53,10 +56,5 @@ struct Component {
 /// Factor of a component's chips that are not 0: its mean power is then its share. Of L2C sqrt(2) times the
 /// root of the share, since each component sends half of the time.
 [[nodiscard]] double amplitude(const Component& component);
-
-/// Value of the subcarrier, of mean power 1, at a place within a chip.
-/// @param fraction of the chip, [0, 1)
-/// @param chip index in Component::chips; of TMBOC chips 0, 4, 6 and 29 of 33 are BOC(6,1) (IS-GPS-800, 3.3)
-[[nodiscard]] double subcarrier(gnss::Modulation modulation, double fraction, std::size_t chip);
 
 }  // namespace canyon::samples

@@ -10,25 +10,6 @@
 namespace canyon::samples {
 namespace {
 
-/// Parts of a chip within which the subcarrier keeps its value.
-std::int64_t slots_of(gnss::Modulation modulation) {
-  switch (modulation) {
-    case gnss::Modulation::BPSK:
-      return 1;
-    case gnss::Modulation::BOC11:
-      return 2;
-    case gnss::Modulation::CBOCData:
-    case gnss::Modulation::CBOCPilot:
-    case gnss::Modulation::TMBOC:
-    case gnss::Modulation::BOC61:
-      return 12;
-  }
-  assert(false);
-  return 1;
-}
-/// TMBOC(6,1,4/33) repeats after 33 chips (IS-GPS-800, 3.3).
-constexpr std::int64_t kTmbocChips = 33;
-
 std::int64_t floor_div(std::int64_t a, std::int64_t b) {
   return a / b - (a % b < 0 ? 1 : 0);
 }
@@ -39,12 +20,13 @@ Waveform::Waveform(gnss::SatelliteId id, const gnss::Signal& signal, geodesy::Gp
     : id_(id), signal_(&signal), zero_(zero) {
   std::vector<Component> sent = components(id, signal);
   if (sent.empty()) return;
-  for (const Component& c : sent) slots_per_chip_ = std::max(slots_per_chip_, slots_of(c.modulation));
+  for (const Component& c : sent)
+    slots_per_chip_ = std::max<std::int64_t>(slots_per_chip_, tracking::slots_per_chip(c.modulation));
   slot_rate_hz_ = sent.front().chip_rate_hz * static_cast<double>(slots_per_chip_);
   constexpr std::int64_t kWeek = geodesy::GpsTime::kSecondsPerWeek;
   second_ = zero.nanosecond_of_week() / geodesy::GpsTime::kNanosecondsPerSecond;
   if (id.system == gnss::System::BeiDou) second_ += kWeek - geodesy::kBdtSecondsOffset;
-  // Of an 'X' all components are tracked, else the pilot where there is one.
+  // All components of an 'X' are tracked, else the pilot where there is one.
   const bool all = signal.code.back() == 'X' ||
                    std::all_of(sent.begin(), sent.end(), [](const Component& c) { return c.data; });
   double tracked = 0;
@@ -57,7 +39,7 @@ Waveform::Waveform(gnss::SatelliteId id, const gnss::Signal& signal, geodesy::Gp
     part.re = projected(std::cos(component.phase_rad));
     part.im = projected(std::sin(component.phase_rad));
     complex_ = complex_ || part.im != 0;
-    part.rows = component.modulation == gnss::Modulation::TMBOC ? kTmbocChips : 1;
+    part.rows = tracking::chips_per_pattern(component.modulation);
     for (std::int64_t row = 0; row < part.rows; ++row) {
       for (std::int64_t slot = 0; slot < slots_per_chip_; ++slot) {
         const double fraction = (static_cast<double>(slot) + 0.5) / static_cast<double>(slots_per_chip_);

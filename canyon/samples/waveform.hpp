@@ -10,15 +10,15 @@
 
 namespace canyon::samples {
 
-/// What a satellite sends of one signal: spreading codes, secondary codes, subcarriers and symbols of all of
-/// its components. Slots are equal parts of a chip within which nothing changes, counted from a whole second
+/// One signal of a satellite as it is sent: spreading codes, secondary codes, subcarriers and symbols of all
+/// components. Slots are equal parts of a chip within which nothing changes, counted from a whole second
 /// of the satellite's clock.
 class Waveform {
  public:
   /// @param zero a whole second of GPST
   Waveform(gnss::SatelliteId id, const gnss::Signal& signal, geodesy::GpsTime zero);
 
-  /// The satellite sends no code that is known.
+  /// Whether the satellite sends no known code.
   [[nodiscard]] bool empty() const { return parts_.empty(); }
   [[nodiscard]] double slot_rate_hz() const { return slot_rate_hz_; }
   /// Power of all components over that of those that Signal::code names, what link budgets are for [1], >= 1.

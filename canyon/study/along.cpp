@@ -125,17 +125,13 @@ std::string along_csv(const Comparison& comparison, const std::vector<std::vecto
   std::string text;
   for (const std::string& axis : comparison.axes) text += csv_text(axis) + ",";
   text += "receiver,from_m,to_m,epochs,available,error_p50_m,low,high,error_p95_m,low,high\n";
-  const auto numbers = [](const std::optional<Estimate>& e) {
-    const auto one = [](double v) { return std::isfinite(v) ? fmt::format("{:.6g}", v) : std::string(); };
-    return e ? fmt::format("{},{},{}", one(e->mean), one(e->low), one(e->high)) : std::string(",,");
-  };
   for (std::size_t g = 0; g < along.size(); ++g) {
     const Group& group = comparison.groups[g];
     for (const Stretch& stretch : along[g]) {
       for (const std::string& value : group.at) text += csv_text(value) + ",";
       text += fmt::format("{},{:g},{:g},{},{:.6g},{},{}\n", csv_text(group.receiver), stretch.from_m,
-                          stretch.to_m, stretch.epochs, stretch.available, numbers(stretch.median),
-                          numbers(stretch.p95));
+                          stretch.to_m, stretch.epochs, stretch.available, csv_interval(stretch.median),
+                          csv_interval(stretch.p95));
     }
   }
   return text;

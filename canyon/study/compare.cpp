@@ -83,6 +83,11 @@ std::string csv_text(const std::string& text) {
   return quoted + '"';
 }
 
+std::string csv_interval(const std::optional<Estimate>& e) {
+  const auto one = [](double v) { return std::isfinite(v) ? fmt::format("{:.6g}", v) : std::string(); };
+  return e ? fmt::format("{},{},{}", one(e->mean), one(e->low), one(e->high)) : std::string(",,");
+}
+
 std::optional<double> Compared::of(const ReceiverRecord& record) const {
   if (!place) return available_share(record);
   const double value = record.figures.at(*place);
@@ -160,17 +165,13 @@ std::string comparison_csv(const Manifest& manifest, const Comparison& compariso
   std::string text;
   for (const std::string& axis : comparison.axes) text += csv_text(axis) + ",";
   text += "receiver,runs,figure,unit,mean,low,high,difference,difference_low,difference_high\n";
-  const auto numbers = [](const std::optional<Estimate>& e) {
-    const auto one = [](double v) { return std::isfinite(v) ? fmt::format("{:.6g}", v) : std::string(); };
-    return e ? fmt::format("{},{},{}", one(e->mean), one(e->low), one(e->high)) : std::string(",,");
-  };
   (void)manifest;
   for (const Group& group : comparison.groups) {
     for (std::size_t k = 0; k < group.estimates.size(); ++k) {
       for (const std::string& value : group.at) text += csv_text(value) + ",";
       const Compared& figure = compared_figures()[k];
       text += fmt::format("{},{},{},{},{},{}\n", csv_text(group.receiver), group.runs, figure.name,
-                          figure.unit, numbers(group.estimates[k]), numbers(group.differences[k]));
+                          figure.unit, csv_interval(group.estimates[k]), csv_interval(group.differences[k]));
     }
   }
   return text;

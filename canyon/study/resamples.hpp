@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,5 +18,7 @@ using Resamples = std::vector<std::vector<std::uint32_t>>;
 
 /// A field of a CSV line, in quotes where it needs them.
 [[nodiscard]] std::string csv_text(const std::string& text);
+/// Mean, low and high as three fields of a CSV line; a field without a value is empty.
+[[nodiscard]] std::string csv_interval(const std::optional<Estimate>& estimate);
 
 }  // namespace canyon::study

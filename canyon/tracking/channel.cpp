@@ -51,7 +51,7 @@ double remembered(SpectrumValues& known, const propagation::Spectrum& spectrum, 
   return known.emplace_back(spectrum, compute()).second;
 }
 
-/// What sets a signal's draws apart from others': of the one near L1 the satellite alone.
+/// Name of a signal's random streams: for the one near L1 the satellite alone.
 std::string draws_of(gnss::SatelliteId id, const gnss::Signal& signal) {
   return gnss::index_of(signal) == 0 ? gnss::to_string(id)
                                      : fmt::format("{}/{}", gnss::to_string(id), signal.name);

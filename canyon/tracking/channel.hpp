@@ -17,17 +17,17 @@
 
 namespace canyon::tracking {
 
-/// What interferes, behind an antenna.
+/// An interference behind an antenna.
 struct ReceivedWave {
   propagation::Spectrum spectrum;
   std::optional<gnss::SatelliteId> copy_of;
   std::array<double, 2> over_noise_hz{};  ///< I / N0 [Hz] in the bands of antennas, by signal::Band
 };
 
-/// Numbers by what interferes, centre_hz counted from a carrier.
+/// A number for each spectrum of interference, centre_hz counted from a carrier.
 using SpectrumValues = std::vector<std::pair<propagation::Spectrum, double>>;
 
-/// What the channels of one receiver share: options, phases of paths, a code loop for each kind of signal.
+/// The common part of one receiver's channels: options, phases of paths, a code loop for each kind of signal.
 class ChannelModel {
  public:
   /// One kind of signal in this receiver.
@@ -38,8 +38,7 @@ class ChannelModel {
   };
 
   /// Throws InputError where options.validate() does.
-  /// @param receiver its name in messages; @param draws what sets its random streams apart from those of
-  /// others
+  /// @param receiver its name in messages; @param draws name of its random streams
   ChannelModel(SignalOptions options, std::uint64_t seed, std::string receiver, std::string draws = {});
 
   [[nodiscard]] const SignalOptions& options() const { return options_; }
@@ -52,24 +51,25 @@ class ChannelModel {
                                       double offset_db) const {
     return signal::los_cn0_dbhz(signal, elevation_rad, options_.antenna, options_.link) + offset_db;
   }
-  /// What a satellite's signal has over the link budget in a clear line of sight [dB]:
+  /// Offset of a satellite's signal from the link budget in a clear line of sight [dB]:
   /// SignalOptions::offset_db and installation, N(0, installation_sigma_db) by seed and receiver, and N(0,
   /// satellite_sigma_db) by seed and satellite.
   [[nodiscard]] double offset_db(gnss::SatelliteId id, const gnss::Signal& signal,
                                  geodesy::GpsTime time) const;
-  /// What interferes behind this receiver's antenna. @param received replaced; it keeps its memory
+  /// Interference behind this receiver's antenna. @param received replaced; it keeps its memory
   void receive(std::span<const propagation::Interference> waves, std::vector<ReceivedWave>& received) const;
-  /// Amplitude gain (0, 1] left to the signals of a band beside what saturates the stages before the filter
-  /// (small_signal_gain()).
+  /// Amplitude gain (0, 1] that waves which saturate the stages before the filter leave to the signals of a
+  /// band (small_signal_gain()).
   [[nodiscard]] double gain_beside(std::span<const ReceivedWave> waves, signal::Band band) const;
   /// Power of noise and interference together over noise alone behind a correlator [1], >= 1: 1 + sum of (I /
   /// N0) kappa / R(0) (spectral_separation_per_hz(); J. W. Betz, Navigation 48(4), 2001), over the power gain
-  /// of gain_beside(), so that C/N0 less this is the effective C/N0. @param id whose copies do not count
+  /// of gain_beside(), so that C/N0 less this is the effective C/N0. @param id satellite whose copies do not
+  /// count
   /// @param carrier_hz of the satellite; @param received_hz the same as it arrives
   [[nodiscard]] double noise_factor(const gnss::Signal& signal, gnss::SatelliteId id, double carrier_hz,
                                     double received_hz, std::span<const ReceivedWave> waves);
-  /// What the front end around a signal's carrier meets, over its own noise [1]. Without a filter it is taken
-  /// as four chip rates wide.
+  /// Interference in the front end around a signal's carrier over its own noise [1]. Without a filter the
+  /// front end is taken as four chip rates wide.
   struct FrontEndLoad {
     double interference = 0;
     double tones = 0;  ///< of it
@@ -105,14 +105,14 @@ struct AntennaMotion {
   std::span<const ReceivedWave> interference;                   ///< for the epoch alone
 };
 
-/// Accumulated carrier phase of a channel, as far as it is no geometric range or clock.
+/// Accumulated carrier phase of a channel beyond geometric range and clocks.
 struct TrackedPhase {
   double excess_m = 0;     ///< of the carrier over the geometric range, multipath included
   double ambiguity = 0;    ///< a whole number [cycles]
   geodesy::GpsTime since;  ///< continuous since then
 };
 
-/// What a channel made of one epoch's paths.
+/// Result of a channel at one epoch.
 struct Reception {
   LockState lock = LockState::Searching;
   std::optional<double> cn0_dbhz;  ///< true one at the correlator; empty: no signal
@@ -145,7 +145,7 @@ class Channel {
   /// As SignalLock::search_for().
   void search_for(double seconds) { lock_.search_for(seconds); }
 
-  /// What arrives at motion.time, after the last call. Needs the paths of this channel's satellite.
+  /// Processes the paths of this channel's satellite at motion.time, after the last call.
   [[nodiscard]] Reception receive(ChannelModel& model, const AntennaMotion& motion,
                                   const propagation::SatelliteView& view);
   /// Nothing arrives: below the horizon, antenna inside a building.
@@ -154,7 +154,7 @@ class Channel {
   [[nodiscard]] LoopErrors sample(ChannelModel& model, geodesy::GpsTime time, double cn0_dbhz);
 
  private:
-  /// Of the last epoch with a signal.
+  /// Line of sight at the last epoch with a signal.
   struct Geometry {
     geodesy::GpsTime time;
     double range_m = 0, rate_mps = 0;
@@ -190,7 +190,7 @@ class Channel {
   RandomStream cn0_noise_;
   LoopNoise code_noise_, doppler_noise_, phase_noise_;
   std::optional<geodesy::GpsTime> sampled_;
-  // Of the epoch in hand, kept for their memory.
+  // Values of the epoch in hand; members for their memory alone.
   std::vector<std::complex<double>> amplitudes_;
   std::vector<SignalPath> paths_;
   std::vector<double> rates_mps_;

@@ -63,7 +63,7 @@ std::complex<double> PathFades::draw() {
 std::complex<double> PathFades::fixed(const PathPhases& phases, std::uint64_t reflector) {
   const Fade* known = before(reflector, false);
   const std::complex<double> value =
-      known != nullptr ? known->value : std::polar(1.0, phases.phase_rad(satellite_, reflector, 0, 1));
+      known != nullptr ? known->value : std::polar(1.0, phases.phase_rad(satellite_, reflector));
   now_.push_back({reflector, false, value});
   return value;
 }

@@ -10,9 +10,9 @@
 
 namespace canyon::tracking {
 
-/// Way of an antenna [wavelengths] over which a diffuse bundle's amplitude falls to 1/e of its
-/// autocorrelation: J0(2 pi d / wavelength) = 1/e, of waves from all around (R. H. Clarke, Bell System
-/// Technical Journal 47(6), 1968).
+/// Distance that an antenna moves [wavelengths] until the autocorrelation of a diffuse bundle's amplitude
+/// falls to 1/e: J0(2 pi d / wavelength) = 1/e, of waves from all around (R. H. Clarke, Bell System Technical
+/// Journal 47(6), 1968).
 inline constexpr double kCoherenceWavelengths = 0.27884;
 
 /// A process of unit power with autocorrelation Re[e^(-s |tau|)], s = 1/tau_c - j 2 pi f: a bundle of waves
@@ -25,8 +25,8 @@ inline constexpr double kCoherenceWavelengths = 0.27884;
 /// k = 4 Bn; for tau_c infinite it is that of docs/tracking.md, 1 / (1 + (2 pi f / 4 Bn)^2).
 [[nodiscard]] double filtered_share(std::complex<double> s_per_s, double loop_bandwidth_hz);
 
-/// A bundle as a code loop meets it that knows single waves only (CodeTracker): one that fades with
-/// `frequency_hz`, low enough for the loss of its integration to be undone.
+/// A bundle as a single wave for a code loop (CodeTracker): it fades with `frequency_hz`, low enough for the
+/// loss of its integration to be undone.
 struct BundleShare {
   double frequency_hz = 0;
   double coherent = 1;    ///< share of the power that passes the loop's filter
@@ -38,13 +38,13 @@ struct BundleShare {
     return integrated * (coherent * present + (1 - coherent));
   }
 };
-/// Of a process with the bundle's Doppler spread.
+/// Shares of a process with the bundle's Doppler spread.
 [[nodiscard]] BundleShare bundle_share(std::complex<double> s_per_s, double loop_bandwidth_hz,
                                        double integration_s);
 
 /// Random factors of one satellite's paths, kept while a path is there: of a mirror e^(j phi0)
 /// (PathPhases), of a diffuse bundle a complex Gaussian of mean power 1 (its amplitude is Rayleigh's), a
-/// Gauss-Markov process over the antenna's way.
+/// Gauss-Markov process over the antenna's path.
 class PathFades {
  public:
   /// @param satellite "G05"; `stream` is used for bundles alone

@@ -13,7 +13,6 @@ struct ClockOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Its fields.
 void visit(options::Visitor& v, ClockOptions& o);
 
 /// The two states of the clock, stepped exactly: over dt the drift gains N(0, q dt), the bias drift dt plus

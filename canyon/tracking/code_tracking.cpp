@@ -45,7 +45,7 @@ class PerPath {
   std::span<Value> all_;
 };
 
-/// Of averaged paths.
+/// Power of averaged paths.
 struct Power {
   double strongest = 0, total = 0;
   explicit Power(std::span<const CodeTracker::Averaged> paths) {
@@ -60,18 +60,8 @@ struct Power {
 }  // namespace
 
 std::string_view name(Discriminator discriminator) {
-  switch (discriminator) {
-    case Discriminator::Coherent:
-      return "coherent";
-    case Discriminator::EarlyLatePower:
-      return "early-late power";
-    case Discriminator::DotProduct:
-      return "dot product";
-    case Discriminator::DoubleDelta:
-      return "double delta";
-  }
-  assert(false);
-  return "";
+  static constexpr std::string_view kNames[]{"coherent", "early-late power", "dot product", "double delta"};
+  return kNames[static_cast<std::size_t>(discriminator)];
 }
 
 CorrelatorBank correlator_bank(const DllOptions& options) {

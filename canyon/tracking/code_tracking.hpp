@@ -50,7 +50,6 @@ struct DllOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Its fields.
 void visit(options::Visitor& v, DllOptions& o);
 
 /// The correlators whose weighted sum, times P*, is the discriminator (EarlyLatePower: E - L).
@@ -61,7 +60,7 @@ struct CorrelatorBank {
 };
 [[nodiscard]] CorrelatorBank correlator_bank(const DllOptions& options);
 
-/// One way from satellite to antenna as a receiver's channel sees it.
+/// One path from satellite to antenna as a receiver's channel sees it.
 struct SignalPath {
   double delay_m = 0;                       ///< against the direct path, >= 0 for a detour
   std::complex<double> amplitude = {1, 0};  ///< any common unit; |.|^2 is power, arg the carrier phase
@@ -73,7 +72,7 @@ struct SignalPath {
   bool diffuse = false;
 };
 
-/// What a code loop keeps between epochs.
+/// State of a code loop between epochs.
 struct CodeLoopState {
   double delay_m = 0;  ///< of the replica against the direct path
   /// For how long the peak before (early) or behind (late) has been stronger than the one tracked, less the
@@ -127,8 +126,8 @@ class CodeTracker {
   [[nodiscard]] std::optional<CodeLock> lock(std::span<const SignalPath> paths,
                                              std::optional<double> prior_m = std::nullopt) const;
 
-  /// What integration and loop filter keep of a path that fades with fading_hz: amplitudes times `coherent`
-  /// add up with their phase, powers times `incoherent` without.
+  /// Shares of a path that fades with fading_hz after integration and loop filter: amplitudes times
+  /// `coherent` add up with their phase, powers times `incoherent` without.
   struct Share {
     double coherent = 1, incoherent = 0;
   };
@@ -151,9 +150,9 @@ class CodeTracker {
   /// Bn, in steps of T or, where that is longer, a quarter of the time constant 1 / k, each exact for a
   /// constant e. e = D / (sum of the correlators' powers), scaled to unit slope at the peak of a single path
   /// and cut at half a chip. Each path's phase turns with fading_hz and its delay drifts with drift_mps, so
-  /// that the loop itself filters what fades; what turns within a step is averaged before. Of a long time the
-  /// last 12 / k are simulated, more than a loop remembers. Statistics do not depend on how time is cut into
-  /// calls.
+  /// that the loop itself filters what fades; what turns within a step is averaged before. Only the last
+  /// 12 / k of a long time are simulated, more than a loop remembers. Statistics do not depend on how time is
+  /// cut into calls.
   ///
   /// Throughout, the power at the replica is compared with that at other peaks, once on the early and once on
   /// the late side: the neighbouring peak of the correlation function, and, early, the strongest path that is

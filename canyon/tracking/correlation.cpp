@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <complex>
 
@@ -21,62 +22,59 @@ using Pulse = std::array<double, kCells>;
 constexpr double kTableChips = 4;
 constexpr double kStepsPerCycle = 32;
 
-/// BOC(1,1) and BOC(6,1) with the given amplitudes.
-Pulse boc_pulse(double amplitude11, double amplitude61) {
-  Pulse pulse{};
-  for (int i = 0; i < kCells; ++i) {
-    pulse[static_cast<std::size_t>(i)] =
-        (i < kCells / 2 ? amplitude11 : -amplitude11) + (i % 2 == 0 ? amplitude61 : -amplitude61);
-  }
-  return pulse;
-}
-
-/// Adds weight * R(k / 12 chip), k = 0 ... 12, of one pulse.
-void add_correlation(const Pulse& pulse, double weight, std::array<double, kCells + 1>& sum) {
-  for (std::size_t lag = 0; lag <= kCells; ++lag) {
-    double r = 0;
-    for (std::size_t i = lag; i < kCells; ++i) r += pulse[i] * pulse[i - lag];
-    sum[lag] += weight * r / kCells;
-  }
-}
-
+/// R(k / 12 chip), k = 0 ... 12. Chips of TMBOC's two kinds meet only their own at the peak.
 std::array<double, kCells + 1> correlation_of(Modulation modulation) {
   std::array<double, kCells + 1> r{};
-  switch (modulation) {
-    case Modulation::BPSK: {
-      Pulse pulse;
-      pulse.fill(1);
-      add_correlation(pulse, 1, r);
-      break;
+  const int chips = chips_per_pattern(modulation);
+  for (int chip = 0; chip < chips; ++chip) {
+    Pulse pulse;
+    for (std::size_t i = 0; i < kCells; ++i) {
+      pulse[i] =
+          subcarrier(modulation, (static_cast<double>(i) + 0.5) / kCells, static_cast<std::size_t>(chip));
     }
-    case Modulation::BOC11:
-      add_correlation(boc_pulse(1, 0), 1, r);
-      break;
-    // Galileo OS SIS ICD 2.3.3: alpha = sqrt(10/11), beta = sqrt(1/11).
-    case Modulation::CBOCData:
-      add_correlation(boc_pulse(std::sqrt(10.0 / 11), std::sqrt(1.0 / 11)), 1, r);
-      break;
-    case Modulation::CBOCPilot:
-      add_correlation(boc_pulse(std::sqrt(10.0 / 11), -std::sqrt(1.0 / 11)), 1, r);
-      break;
-    // IS-GPS-800, 3.3: 4 chips of 33 are BOC(6,1); chips of either kind meet only their own at the peak.
-    case Modulation::TMBOC:
-      add_correlation(boc_pulse(1, 0), 29.0 / 33, r);
-      add_correlation(boc_pulse(0, 1), 4.0 / 33, r);
-      break;
-    case Modulation::BOC61:
-      add_correlation(boc_pulse(0, 1), 1, r);
-      break;
+    for (std::size_t lag = 0; lag <= kCells; ++lag) {
+      double sum = 0;
+      for (std::size_t i = lag; i < kCells; ++i) sum += pulse[i] * pulse[i - lag];
+      r[lag] += sum / kCells / chips;
+    }
   }
   return r;
 }
 
-int cells_per_knot(Modulation modulation) {
-  if (modulation == Modulation::BPSK) return kCells;
-  return modulation == Modulation::BOC11 ? kCells / 2 : 1;
+}  // namespace
+
+int slots_per_chip(Modulation modulation) {
+  if (modulation == Modulation::BPSK) return 1;
+  return modulation == Modulation::BOC11 ? 2 : 12;
 }
 
-}  // namespace
+int chips_per_pattern(Modulation modulation) {
+  return modulation == Modulation::TMBOC ? 33 : 1;
+}
+
+double subcarrier(Modulation modulation, double fraction, std::size_t chip) {
+  const double boc11 = fraction < 0.5 ? 1 : -1;
+  const double boc61 = static_cast<int>(fraction * 12) % 2 == 0 ? 1 : -1;
+  switch (modulation) {
+    case Modulation::BPSK:
+      return 1;
+    case Modulation::BOC11:
+      return boc11;
+    // Galileo OS SIS ICD 2.1, 2.3.3.
+    case Modulation::CBOCData:
+      return std::sqrt(10.0 / 11) * boc11 + std::sqrt(1.0 / 11) * boc61;
+    case Modulation::CBOCPilot:
+      return std::sqrt(10.0 / 11) * boc11 - std::sqrt(1.0 / 11) * boc61;
+    case Modulation::TMBOC: {
+      const std::size_t place = chip % 33;
+      return place == 0 || place == 4 || place == 6 || place == 29 ? boc61 : boc11;
+    }
+    case Modulation::BOC61:
+      return boc61;
+  }
+  assert(false);
+  return 0;
+}
 
 void CorrelationOptions::validate() const {
   if (!(chip_rate_hz >= 1e5 && chip_rate_hz <= 1e8)) {
@@ -130,7 +128,7 @@ Correlation::Correlation(const CorrelationOptions& options) : options_(options) 
   options_.validate();
   chip_m_ = geodesy::kSpeedOfLight / options_.chip_rate_hz;
   const std::array<double, kCells + 1> r = correlation_of(options_.modulation);
-  const int stride = cells_per_knot(options_.modulation);
+  const int stride = kCells / slots_per_chip(options_.modulation);
   knot_spacing_ = static_cast<double>(stride) / kCells;
   for (int i = 0; i <= kCells; i += stride) knot_values_.push_back(r[static_cast<std::size_t>(i)]);
 

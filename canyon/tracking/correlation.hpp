@@ -12,6 +12,15 @@ namespace canyon::tracking {
 using gnss::Modulation;
 using gnss::name;
 
+/// Equal parts of a chip within which the subcarrier keeps its value: 1, 2 or 12.
+[[nodiscard]] int slots_per_chip(Modulation modulation);
+/// Chips after which the pattern of subcarriers repeats: 33 of TMBOC(6,1,4/33) (IS-GPS-800, 3.3), else 1.
+[[nodiscard]] int chips_per_pattern(Modulation modulation);
+/// Value of the subcarrier, of mean power 1, at a place within a chip.
+/// @param fraction of the chip, [0, 1)
+/// @param chip index in the code; of TMBOC chips 0, 4, 6 and 29 of 33 are BOC(6,1) (IS-GPS-800, 3.3)
+[[nodiscard]] double subcarrier(Modulation modulation, double fraction, std::size_t chip);
+
 struct CorrelationOptions {
   Modulation modulation = Modulation::BPSK;
   /// Chips per second, [1e5, 1e8]: 1.023e6 for C/A and E1, 2.046e6 for B1I, 0.511e6 for GLONASS L1OF, 10.23e6
@@ -64,7 +73,7 @@ class Correlation {
   [[nodiscard]] double density(double frequency) const;
   /// Metres of light in one chip: 293.05 m for 1.023 Mchip/s.
   [[nodiscard]] double chip_m() const { return chip_m_; }
-  /// Chips between knots of the infinite-bandwidth form: 1 (BPSK), 1/2 (BOC(1,1)), 1/12 (the others).
+  /// Chips between knots of the infinite-bandwidth form: 1 / slots_per_chip().
   [[nodiscard]] double knot_spacing_chips() const { return knot_spacing_; }
 
  private:

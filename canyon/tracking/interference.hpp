@@ -6,7 +6,7 @@
 
 namespace canyon::tracking {
 
-/// Spectral separation coefficient [1/Hz] of what interferes with a signal: the integral over the front end's
+/// Spectral separation coefficient [1/Hz] of an interference with a signal: the integral over the front end's
 /// band of both power spectral densities, each of unit power over all frequencies (J. W. Betz, Navigation
 /// 48(4), 2001; Kaplan & Hegarty, 2nd ed. 2006, 6.3: 1 / (Q Rc)). Codes have the smooth spectra of their
 /// chips.
@@ -19,9 +19,10 @@ namespace canyon::tracking {
 [[nodiscard]] double spectral_separation_per_hz(const Correlation& signal, double carrier_hz,
                                                 const propagation::Spectrum& interference);
 
-/// Of a tone's power through a correlator over the smooth spectrum's: a code that repeats has lines, and over
-/// an integration T the tone hits them or falls between. For random codes of `line_hz` between lines, N = T
-/// line_hz repetitions: sin^2(pi d T) / (N sin^2(pi d / line_hz)), d from tone to carrier; mean 1, most N.
+/// Power of a tone behind a correlator over that with a smooth spectrum: a code that repeats has lines, and
+/// over an integration T the tone hits them or falls between. For random codes of `line_hz` between lines, N
+/// = T line_hz repetitions: sin^2(pi d T) / (N sin^2(pi d / line_hz)), d from tone to carrier; mean 1, most
+/// N.
 [[nodiscard]] double line_factor(double offset_hz, double line_hz, double integration_s);
 
 /// Share of its power [0, 1] within a band.

@@ -17,7 +17,7 @@ using Lanes = std::array<float, kWidth>;
 constexpr float kStepsPerChip = 512;
 constexpr float kReach = 4;  // chips; beyond it R is as at its end
 
-/// What correlators of eight replicas see of all paths.
+/// Correlators of eight replicas, summed over all paths.
 struct Sums {
   Lanes early_re, early_im, late_re, late_im, early, late;
 };

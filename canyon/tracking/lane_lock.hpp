@@ -19,7 +19,7 @@ class LaneCodeLock {
  public:
   static constexpr std::size_t kWidth = 8;
 
-  /// What arrives after integration and loop filter: see average().
+  /// Paths after integration and loop filter: see average().
   struct Paths {
     std::size_t lanes = 0;           ///< a multiple of kWidth
     std::vector<float> delay_chips;  ///< [path]

@@ -32,7 +32,6 @@ struct PllOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Its fields.
 void visit(options::Visitor& v, PllOptions& o);
 /// Standard deviation of an arctangent (Costas) phase lock loop's error from thermal noise [rad]:
 /// sqrt(Bn / (C/N0) (1 + 1 / (2 T C/N0))) (Kaplan & Hegarty, 2nd ed. 2006, section 5.6.1.1). Times
@@ -46,7 +45,6 @@ struct FllOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Its fields.
 void visit(options::Visitor& v, FllOptions& o);
 /// Standard deviation of a frequency lock loop's error from thermal noise [Hz]:
 /// sqrt(4 F Bn / (C/N0) (1 + 1 / (T C/N0))) / (2 pi T) (Kaplan & Hegarty, 2nd ed. 2006, section 5.6.2).

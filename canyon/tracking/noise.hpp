@@ -19,7 +19,6 @@ struct OuOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Its fields.
 void visit(options::Visitor& v, OuOptions& o);
 
 class OuProcess {

@@ -2,24 +2,16 @@
 
 #include <fmt/format.h>
 
-#include <cassert>
 #include <cmath>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/options/values.hpp"
 
 namespace canyon::tracking {
+
 std::string_view name(LockState state) {
-  switch (state) {
-    case LockState::Searching:
-      return "searching";
-    case LockState::Tracking:
-      return "tracking";
-    case LockState::Holding:
-      return "holding";
-  }
-  assert(false);
-  return "";
+  static constexpr std::string_view kNames[]{"searching", "tracking", "holding"};
+  return kNames[static_cast<std::size_t>(state)];
 }
 
 SignalLock::SignalLock(const SignalLockOptions& options) : options_(options) {

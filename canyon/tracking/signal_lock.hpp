@@ -35,7 +35,6 @@ struct SignalLockOptions {
   /// Throws InputError naming the field that is out of range. Times are at most 1e8 s.
   void validate() const;
 };
-/// Its fields.
 void visit(options::Visitor& v, SignalLockOptions& o);
 
 enum class LockState : std::uint8_t {

@@ -63,19 +63,9 @@ CorrelationOptions correlation_of(const gnss::Signal& signal, const SignalOption
 }
 
 double installation_db(Installation installation) {
-  switch (installation) {
-    case Installation::Nominal:
-    case Installation::Drone:
-      break;
-    case Installation::Roof:
-      return -1;
-    case Installation::RoofWithSplitter:
-    case Installation::Dashboard:
-      return -9;
-    case Installation::Handheld:
-      return -3;
-  }
-  return 0;
+  // Nominal, Roof, RoofWithSplitter, Dashboard, Handheld, Drone.
+  static constexpr double kDb[]{0, -1, -9, -9, -3, 0};
+  return kDb[static_cast<std::size_t>(installation)];
 }
 
 void SignalOptions::validate() const {

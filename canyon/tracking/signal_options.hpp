@@ -14,7 +14,7 @@
 
 namespace canyon::tracking {
 
-/// Where the antenna is mounted: what its surroundings take from the link budget [dB], by calibrations of
+/// Where the antenna is mounted: the loss by its surroundings in the link budget [dB], by calibrations of
 /// recordings (docs/profiles.md).
 enum class Installation { Nominal, Roof, RoofWithSplitter, Dashboard, Handheld, Drone };
 /// Added to the C/N0 of all signals [dB].
@@ -27,8 +27,8 @@ struct SignalOptions {
   signal::AntennaPattern antenna = signal::patch_antenna();
   signal::LinkBudgetOptions link;
   Installation installation = Installation::Nominal;
-  /// Standard deviation [dB] of what one installation has over installation_db(), drawn by seed and receiver;
-  /// [0, 20].
+  /// Standard deviation [dB] of one installation about installation_db(), drawn by seed and receiver; [0,
+  /// 20].
   double installation_sigma_db = 0;
   /// Added to the link budget's C/N0 of groups of signals [dB], [-30, 30]: satellites differ from the minimum
   /// that their interface documents promise, and receivers between bands.
@@ -37,7 +37,7 @@ struct SignalOptions {
   /// and age. [0, 10].
   double satellite_sigma_db = 0;
   signal::StrengthOptions strength;
-  /// Of the direct path, by what the map lacks (disturbance::DirectShadowing).
+  /// Shadowing of the direct path by bodies that the map lacks (disturbance::DirectShadowing).
   disturbance::ShadowingOptions shadowing;
   /// Two-sided bandwidth [Hz] of the front end, an ideal filter, [1.023e6, 511e6]; infinite: none.
   double front_end_bandwidth_hz = std::numeric_limits<double>::infinity();
@@ -66,7 +66,6 @@ struct SignalOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Its fields.
 void visit(options::Visitor& v, SignalOptions& o);
 
 /// A signal through the front end of these options.

@@ -146,7 +146,7 @@ class Comparer {
     }
   }
 
-  /// What was measured, beside it.
+  /// Adds the measured part.
   Comparison finish() {
     std::size_t next = 0;
     const PseudorangeErrors errors = remove_receiver_clock(
@@ -230,7 +230,7 @@ class Comparer {
     return s;
   }
 
-  /// What was simulated of one signal, to the satellite's own.
+  /// Adds one simulated signal to its satellite.
   void add_simulated(const orbit::LineOfSight& line, const receiver::SignalObservation& o,
                      ComparedSatellite& satellite) const {
     if (!o.measurement) return;
@@ -376,13 +376,13 @@ class Comparer {
     }
   }
 
-  /// What an epoch's pseudoranges of a system are about [m].
+  /// The value about which an epoch's pseudoranges of a system lie [m].
   static double clock_of(const PseudorangeErrors& errors, std::size_t epoch, gnss::System system) {
     const auto bias = errors.inter_system_bias_m.find(system);
     return errors.clocks[epoch].bias_m + (bias != errors.inter_system_bias_m.end() ? bias->second : 0);
   }
 
-  /// Of each further signal, measured and simulated.
+  /// Removes the bias of each further signal, measured and simulated.
   void remove_biases() {
     for (std::optional<double> ComparedSignal::*error :
          {&ComparedSignal::measured_error_m, &ComparedSignal::simulated_error_m}) {

@@ -39,7 +39,7 @@ struct Registration {
                                   const Eigen::Vector2d& pivot) const;
 };
 
-/// What all comparisons of one recording share: built once.
+/// The part that all comparisons of one recording share.
 struct Recording {
   PseudorangeResiduals residuals;  ///< by epoch, all satellites above the horizon
   /// Antenna of residuals.epochs in the city's ENU frame and its velocity, height as the scenario says: above

@@ -19,7 +19,7 @@
 namespace canyon::validation {
 namespace {
 
-/// Of NLOS observations with a prediction of one kind.
+/// NLOS observations with a prediction of one kind.
 struct ExplainedSample {
   std::vector<double> predicted, measured, difference;
   void add(double prediction_m, double error_m) {
@@ -90,7 +90,7 @@ class Collector {
         for (std::size_t i = epochs_[e].first; i < epochs_[e].first + epochs_[e].count; ++i) {
           add_measured(comparison.satellites[i], static_cast<std::uint32_t>(e));
           for (const Comparison& run : runs_)
-            add_simulated(!comparison.satellites[i].clear, run.satellites[i]);
+            sample_.add_simulated(!comparison.satellites[i].clear, run.satellites[i]);
         }
       }
     }
@@ -100,13 +100,12 @@ class Collector {
     for (const ComparedFix& fix : simulated_fixes(first, count)) {
       if (fix.solved) used_simulated_.push_back(fix.used);
     }
-    for (TrackedShare& share : tracked_) share_among(runs_.size(), share);
   }
 
   [[nodiscard]] Figures figures(const FigureOptions& options) const {
     Figures f = headline_figures();
     f.by_cn0 = separation(weakness_.nlos(), weakness_.los());
-    f.by_error = separation(error_.nlos(), error_.los());
+    f.by_error = separation(sample_.error.nlos(), sample_.error.los());
     f.bands = bands_;
     for (std::size_t b = 0; b < f.bands.size(); ++b) {
       f.bands[b].by_cn0 = separation(band_weakness_[b].nlos(), band_weakness_[b].los());
@@ -118,22 +117,17 @@ class Collector {
     return f;
   }
 
-  /// Those that headlines are of.
+  /// The figures that headlines use.
   [[nodiscard]] Figures headline_figures() const {
     Figures f;
     f.epochs = epochs_.size();
     f.runs = runs_.size();
-    f.los = error_.los().size();
-    f.nlos = error_.nlos().size();
-    f.tracked_los = tracked_[0];
-    f.tracked_nlos = tracked_[1];
+    f.los = sample_.error.los().size();
+    f.nlos = sample_.error.nlos().size();
+    sample_.write(f, runs_.size());
     for (std::size_t k = 0; k < kinds_.size(); ++k) {
       f.explained.push_back(explained_[k].figures(kinds_[k], f.nlos));
     }
-    f.error_los_m = pair_of(error_.los(), simulated_error_.los());
-    f.error_nlos_m = pair_of(error_.nlos(), simulated_error_.nlos());
-    f.cn0_los_dbhz = pair_of(cn0_.los(), simulated_cn0_.los());
-    f.cn0_nlos_dbhz = pair_of(cn0_.nlos(), simulated_cn0_.nlos());
     f.used = pair_of(used_measured_, used_simulated_);
     f.measured = position_figures(measured_fixes(first_, epochs_.size()));
     f.simulated = position_figures(simulated_fixes(first_, epochs_.size()));
@@ -141,32 +135,21 @@ class Collector {
   }
 
  private:
-  /// Of epochs_[e].
+  /// How often epochs_[e] counts.
   [[nodiscard]] std::uint16_t times_of(std::size_t e) const { return times_.empty() ? 1 : times_[e]; }
-
-  void add_simulated(bool nlos, const ComparedSatellite& s) {
-    if (s.simulated) ++tracked_[nlos ? 1 : 0].simulated;
-    if (s.simulated_error_m) simulated_error_.add(nlos, *s.simulated_error_m);
-    if (s.simulated && s.simulated_cn0_dbhz) simulated_cn0_.add(nlos, *s.simulated_cn0_dbhz);
-  }
 
   void add_measured(const ComparedSatellite& s, std::uint32_t epoch) {
     const bool nlos = !s.clear;
-    TrackedShare& share = tracked_[nlos ? 1 : 0];
-    ++share.satellites;
-    if (s.measured) ++share.measured;
+    sample_.add_measured(nlos, s);
     if (!s.measured_error_m) return;
-
     const double error_m = *s.measured_error_m;
     const std::size_t b = band(geodesy::degrees(s.elevation_rad));
-    error_.add(nlos, error_m);
     ranked_error_.push_back({error_m, nlos, epoch});
     if (b < bands_.size()) {
       ++(nlos ? bands_[b].nlos : bands_[b].los);
       band_error_[b].add(nlos, error_m);
     }
     if (s.measured_cn0_dbhz) {
-      cn0_.add(nlos, *s.measured_cn0_dbhz);
       weakness_.add(nlos, -*s.measured_cn0_dbhz);
       ranked_weakness_.push_back({-*s.measured_cn0_dbhz, nlos, epoch});
       if (b < bands_.size()) band_weakness_[b].add(nlos, -*s.measured_cn0_dbhz);
@@ -192,7 +175,9 @@ class Collector {
 
   void add_segments(Figures& f) const {
     constexpr std::size_t kFewest = 10;
+    std::size_t street = 0;
     for (const Segment& whole : comparison_.segments) {
+      ++street;
       Segment segment = whole;
       segment.first = std::max(whole.first, first_);
       const std::size_t end = std::min(whole.first + whole.count, first_ + epochs_.size());
@@ -203,7 +188,7 @@ class Collector {
         segment.length_m +=
             (comparison_.epochs[e].place_enu_m - comparison_.epochs[e - 1].place_enu_m).head<2>().norm();
       }
-      f.segments.push_back({segment, position_figures(measured_fixes(segment.first, segment.count)),
+      f.segments.push_back({street, segment, position_figures(measured_fixes(segment.first, segment.count)),
                             position_figures(simulated_fixes(segment.first, segment.count))});
     }
   }
@@ -248,8 +233,8 @@ class Collector {
   std::array<ExplainedSample, 5> explained_;
   std::vector<Band> bands_{{10, 30, 0, 0, {}, {}}, {30, 50, 0, 0, {}, {}}, {50, 90, 0, 0, {}, {}}};
   std::array<ByView, 3> band_error_, band_weakness_;
-  ByView error_, weakness_, cn0_, simulated_error_, simulated_cn0_;
-  std::array<TrackedShare, 2> tracked_;
+  ObservationSample sample_;
+  ByView weakness_;
   std::vector<double> used_measured_, used_simulated_;
   std::vector<RankedSample::Item> ranked_error_, ranked_weakness_;
 };
@@ -276,11 +261,6 @@ DistributionPair pair_of(std::span<const double> measured, std::span<const doubl
   pair.simulated = five_quantiles(simulated);
   pair.ks = kolmogorov_smirnov(measured, simulated);
   return pair;
-}
-
-void share_among(std::size_t runs, TrackedShare& share) {
-  share.simulated =
-      static_cast<std::size_t>(std::lround(static_cast<double>(share.simulated) / static_cast<double>(runs)));
 }
 
 double TrackedShare::measured_ratio() const {

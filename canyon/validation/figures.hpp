@@ -23,11 +23,17 @@ struct DistributionPair {
   std::optional<double> ks;                       ///< Kolmogorov-Smirnov distance
 };
 
-/// Of LOS and NLOS satellites (the city's word) above the mask.
+/// LOS or NLOS satellites (the city's word) above the mask.
 struct TrackedShare {
   std::size_t satellites = 0, measured = 0, simulated = 0;
   [[nodiscard]] double measured_ratio() const;   ///< 0 without satellites
   [[nodiscard]] double simulated_ratio() const;  ///< likewise
+};
+
+/// Satellites and observations of one signal, by the city's word.
+struct ObservationFigures {
+  TrackedShare tracked_los, tracked_nlos;  ///< of satellites that send it
+  DistributionPair error_los_m, error_nlos_m, cn0_los_dbhz, cn0_nlos_dbhz;
 };
 
 /// NLOS observations explained by paths of one kind and order ("all": of any).
@@ -74,13 +80,10 @@ struct PhaseFigures {
   [[nodiscard]] std::optional<double> time_between_slips_s() const;  ///< time_s / slips; empty without slips
 };
 
-/// One signal of one system. Where the recording has it and the simulated receiver tracks it not, or the
-/// other way round, all but these two words are empty.
-struct SignalFigures {
+/// One signal of one system. Has no observations unless it is both recorded and tracked.
+struct SignalFigures : ObservationFigures {
   const gnss::Signal* signal = nullptr;
-  bool recorded = false, tracked = false;  ///< Comparison::recorded, tracked
-  TrackedShare tracked_los, tracked_nlos;  ///< of satellites that send it
-  DistributionPair error_los_m, error_nlos_m, cn0_los_dbhz, cn0_nlos_dbhz;
+  bool recorded = false, tracked = false;        ///< Comparison::recorded, tracked
   PhaseFigures measured_phase, simulated_phase;  ///< of several runs: of all together
   [[nodiscard]] bool judged() const { return recorded && tracked; }
   [[nodiscard]] std::string name() const;  ///< "GPS L2C"
@@ -94,13 +97,14 @@ struct OwnFixFigures {
 };
 
 struct SegmentFigures {
+  std::size_t street = 0;  ///< number of the whole recording's segment, from 1
   Segment segment;
   PositionFigures measured, simulated;
 };
 
 /// Everything that `canyon validate` states of one model on one part of a recording. Measured observations
 /// are those with an error: not gross, at an epoch with a clock.
-struct Figures {
+struct Figures : ObservationFigures {  ///< of each system's first signal
   std::string model;
   std::string part;  ///< "second half: 12:52:00 to 12:56:24 GPST, 243 epochs"
   std::size_t epochs = 0;
@@ -109,9 +113,8 @@ struct Figures {
   std::optional<Separation> by_cn0, by_error;                  ///< NLOS: weak, late
   std::optional<Interval> by_cn0_interval, by_error_interval;  ///< 95 %, blocks of time
   std::vector<Band> bands;                                     ///< 10-30, 30-50, 50-90 deg
-  TrackedShare tracked_los, tracked_nlos;
-  std::vector<Explained> explained;  ///< the last one is "all"
-  DistributionPair error_los_m, error_nlos_m, cn0_los_dbhz, cn0_nlos_dbhz, used;
+  std::vector<Explained> explained;                            ///< the last one is "all"
+  DistributionPair used;                                       ///< satellites in fixes
   PositionFigures measured, simulated;
   std::vector<SegmentFigures> segments;  ///< of at least 10 epochs
   std::vector<SignalFigures> signals;    ///< by system, then in the order of gnss::signals_of()
@@ -163,8 +166,8 @@ struct Headline {
   std::optional<double> measured, simulated;
   std::optional<Interval> measured_interval, simulated_interval;  ///< 95 %, blocks of time
 };
-/// Without intervals, always the same ones in the same order, those of own fixes at the end where there are
-/// any.
+/// Headlines without intervals, always the same ones in the same order; those of own fixes, if any, come
+/// last.
 [[nodiscard]] std::vector<Headline> headlines(const Figures& figures);
 /// headlines() of figures() of these epochs, without the figures that no headline is of.
 [[nodiscard]] std::vector<Headline> headlines(const Comparison& comparison, std::size_t first,
@@ -180,8 +183,7 @@ struct Headline {
 void add_intervals(std::vector<Headline>& headlines_of_all, const Comparison& comparison, std::size_t first,
                    std::size_t count, const FigureOptions& options, std::span<const Comparison> runs = {});
 
-/// What is pooled of one recording: epochs [first, first + count) and, where there are any, the runs that its
-/// simulated values are of.
+/// Epochs [first, first + count) of one recording, and the runs of its simulated values, if any.
 struct PooledPart {
   const Comparison* comparison = nullptr;
   std::size_t first = 0, count = 0;
@@ -210,7 +212,16 @@ struct Pooled {
 /// from. `alignment_json`, an object by itself, goes under "alignment".
 [[nodiscard]] std::string to_json(const std::vector<Figures>& models,
                                   const std::optional<std::string>& alignment_json);
-/// A table for terminals, one model.
+/// A table for people: the first cell of a row names it, "-" stands where there is no value.
+struct FigureTable {
+  std::string title;  ///< empty: it belongs to the table before
+  std::vector<std::string> head;
+  std::vector<std::vector<std::string>> rows;
+  std::string note;  ///< a sentence; empty: none
+};
+/// Tables of one model's figures, for terminals and for the report.
+[[nodiscard]] std::vector<FigureTable> figure_tables(const Figures& figures);
+/// The tables as text for terminals.
 [[nodiscard]] std::string to_text(const Figures& figures);
 /// A Markdown table, one row for each model, of the figures that docs/results.md states.
 [[nodiscard]] std::string to_markdown(const std::vector<Figures>& models);

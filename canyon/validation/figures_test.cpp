@@ -330,7 +330,7 @@ TEST(Figures, FurtherSignalsByHand) {
 
   const std::string text = to_text(f);
   EXPECT_THAT(text, HasSubstr("GPS L2C"));
-  EXPECT_THAT(text, HasSubstr("  GPS L5                recorded, not tracked by the simulated receiver\n"));
+  EXPECT_THAT(text, HasSubstr("  GPS L5       yes                        no\n"));
   const json parsed = json::parse(to_json({f}, {})).at("models")[0].at("signals");
   EXPECT_EQ(parsed[1].at("signal"), "L2C");
   EXPECT_EQ(parsed[1].at("distributions").at("los_error_m").at("simulated").at("p50"), 15);

@@ -1,18 +1,23 @@
 // Figures as JSON, for terminals and for documents.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "canyon/base/json.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/gnss/signals.hpp"
+#include "canyon/output/number.hpp"
 #include "canyon/validation/alignment.hpp"
 #include "canyon/validation/figures.hpp"
 #include "canyon/validation/recording_table.hpp"
 
 namespace canyon::validation {
 namespace {
+
+using Row = std::vector<std::string>;
+const std::string kNone = "-";
 
 Json quantiles_json(const std::array<double, 5>& values, bool any) {
   Json json = Json::object();
@@ -88,17 +93,25 @@ Json json_of(const PhaseFigures& p) {
           {"time_between_slips_s", p.time_between_slips_s()}};
 }
 
+Json tracked_json(const ObservationFigures& f) {
+  return {{"los", json_of(f.tracked_los)}, {"nlos", json_of(f.tracked_nlos)}};
+}
+
+Json distributions_json(const ObservationFigures& f) {
+  return {{"los_error_m", json_of(f.error_los_m)},
+          {"nlos_error_m", json_of(f.error_nlos_m)},
+          {"los_cn0_dbhz", json_of(f.cn0_los_dbhz)},
+          {"nlos_cn0_dbhz", json_of(f.cn0_nlos_dbhz)}};
+}
+
 Json json_of(const SignalFigures& f) {
   Json json{{"system", std::string(gnss::name(f.signal->system))},
             {"signal", std::string(f.signal->name)},
             {"recorded", f.recorded},
             {"tracked_by_the_simulated", f.tracked}};
   if (!f.judged()) return json;
-  json["tracked"] = {{"los", json_of(f.tracked_los)}, {"nlos", json_of(f.tracked_nlos)}};
-  json["distributions"] = {{"los_error_m", json_of(f.error_los_m)},
-                           {"nlos_error_m", json_of(f.error_nlos_m)},
-                           {"los_cn0_dbhz", json_of(f.cn0_los_dbhz)},
-                           {"nlos_cn0_dbhz", json_of(f.cn0_nlos_dbhz)}};
+  json["tracked"] = tracked_json(f);
+  json["distributions"] = distributions_json(f);
   json["carrier_phase"] = {{"measured", json_of(f.measured_phase)},
                            {"simulated", json_of(f.simulated_phase)}};
   return json;
@@ -118,14 +131,11 @@ Json json_of(const Figures& f) {
                                        {"by_cn0", json_of(band.by_cn0, "threshold_dbhz", -1, {})},
                                        {"by_error", json_of(band.by_error, "threshold_m", 1, {})}});
   }
-  json["tracked"] = {{"los", json_of(f.tracked_los)}, {"nlos", json_of(f.tracked_nlos)}};
+  json["tracked"] = tracked_json(f);
   json["explained"] = Json::array();
   for (const Explained& e : f.explained) json["explained"].push_back(json_of(e));
-  json["distributions"] = {{"los_error_m", json_of(f.error_los_m)},
-                           {"nlos_error_m", json_of(f.error_nlos_m)},
-                           {"los_cn0_dbhz", json_of(f.cn0_los_dbhz)},
-                           {"nlos_cn0_dbhz", json_of(f.cn0_nlos_dbhz)},
-                           {"satellites_used", json_of(f.used)}};
+  json["distributions"] = distributions_json(f);
+  json["distributions"]["satellites_used"] = json_of(f.used);
   json["position"] = {{"measured", json_of(f.measured)}, {"simulated", json_of(f.simulated)}};
   if (f.own_fixes) {
     json["own_fixes"] = {{"own", json_of(f.own_fixes->own)},
@@ -151,99 +161,198 @@ Json json_of(const Figures& f) {
   return json;
 }
 
-/// "-" where there is nothing.
 std::string shown(const std::optional<double>& value, int decimals) {
-  return value && std::isfinite(*value) ? fmt::format("{:.{}f}", *value, decimals) : "-";
+  const std::string text = value ? output::fixed(*value, decimals) : "";
+  return text.empty() ? kNone : text;
+}
+std::string share_of(std::size_t part, std::size_t all) {
+  return shown(
+      all > 0 ? std::optional(100.0 * static_cast<double>(part) / static_cast<double>(all)) : std::nullopt,
+      1);
+}
+std::string from_to(double low, double high, int decimals) {
+  return fmt::format("{} to {}", shown(low, decimals), shown(high, decimals));
+}
+std::string spearman_text(const Explained& e) {
+  return e.correlation ? shown(e.correlation->rho, 2) : kNone;
 }
 
-std::string interval_text(const std::optional<Interval>& interval) {
-  return interval ? fmt::format(" [{:.3f}, {:.3f}]", interval->low, interval->high) : "";
-}
-
-std::string separation_line(const char* what, const std::optional<Separation>& s,
-                            const std::optional<Interval>& interval, double sign, const char* rule,
-                            const char* unit) {
-  if (!s) return fmt::format("  {:<22}-\n", what);
-  return fmt::format(
-      "  {:<22}AUC {:.3f}{}, balanced accuracy {:.3f}{}\n", what, s->auc, interval_text(interval),
-      s->balanced_accuracy,
-      std::isfinite(s->threshold) ? fmt::format(" {} {:.1f} {}", rule, sign * s->threshold, unit) : "");
-}
-
-std::string distribution_line(const char* what, const DistributionPair& pair) {
-  const auto five = [](const std::array<double, 5>& values, std::size_t n) {
-    std::string text = fmt::format("{:>6}", n);
-    for (const double v : values) text += n > 0 ? fmt::format(" {:>7.1f}", v) : fmt::format(" {:>7}", "-");
-    return text;
+std::vector<FigureTable> separation_tables(const Figures& f) {
+  const auto row = [](const char* name, const std::optional<Separation>& s, const std::optional<Interval>& i,
+                      const char* unit) {
+    if (!s) return Row{name, kNone, kNone, kNone, kNone};
+    const std::string threshold = shown(std::abs(s->threshold), 1);
+    return Row{name, shown(s->auc, 3), i ? from_to(i->low, i->high, 3) : kNone,
+               shown(s->balanced_accuracy, 3), threshold == kNone ? kNone : threshold + " " + unit};
   };
-  return fmt::format("  {:<22}{:<10}{}\n  {:<22}{:<10}{}   KS {}\n", what, "measured",
-                     five(pair.measured, pair.measured_n), "", "simulated",
-                     five(pair.simulated, pair.simulated_n), shown(pair.ks, 3));
+  FigureTable bands{"", {"Elevation", "LOS", "NLOS", "AUC by C/N0", "AUC by error"}, {}, ""};
+  for (const Band& b : f.bands) {
+    bands.rows.push_back({fmt::format("{:.0f} to {:.0f} deg", b.low_deg, b.high_deg), fmt::to_string(b.los),
+                          fmt::to_string(b.nlos), shown(auc_of(b.by_cn0), 3), shown(auc_of(b.by_error), 3)});
+  }
+  return {{"LOS and NLOS separated",
+           {"By", "AUC", "95 % interval", "Balanced accuracy", "at a threshold of"},
+           {row("C/N0 (NLOS is weaker)", f.by_cn0, f.by_cn0_interval, "dB-Hz"),
+            row("Pseudorange error (NLOS is later)", f.by_error, f.by_error_interval, "m")},
+           ""},
+          bands};
 }
 
-std::string position_line(const char* what, const PositionFigures& p) {
-  const double share =
-      p.epochs > 0 ? 100.0 * static_cast<double>(p.fixes) / static_cast<double>(p.epochs) : 0;
-  if (p.fixes == 0) return fmt::format("  {:<22}no fix in {} epochs\n", what, p.epochs);
-  return fmt::format(
-      "  {:<22}{:.1f} % of {} epochs, {}horizontal p50 {:.1f} p95 {:.1f} m, vertical p50 "
-      "{:.1f} p95 {:.1f} m\n",
-      what, share, p.epochs,
-      std::isfinite(p.mean_used) ? fmt::format("{:.1f} satellites; ", p.mean_used) : "", p.horizontal_m[2],
-      p.horizontal_m[4], p.vertical_m[2], p.vertical_m[4]);
+FigureTable tracked_table(const char* title, const ObservationFigures& f) {
+  const auto row = [](const char* name, const TrackedShare& t) {
+    return Row{name, fmt::to_string(t.satellites), share_of(t.measured, t.satellites),
+               share_of(t.simulated, t.satellites)};
+  };
+  return {title,
+          {"The city says", "Satellites", "Recorded [%]", "Simulated [%]"},
+          {row("LOS", f.tracked_los), row("NLOS", f.tracked_nlos)},
+          ""};
 }
 
-std::string tracked_line(const char* what, const TrackedShare& share) {
-  return fmt::format("  {:<22}{:.3f} and {:.3f} of {}\n", what, share.measured_ratio(),
-                     share.simulated_ratio(), share.satellites);
+FigureTable explained_table(const Figures& f) {
+  FigureTable table{"NLOS observations that a modelled path explains",
+                    {"Path", "n", "Share [%]", "Median |difference| [m]", "Spearman", "95 % interval"},
+                    {},
+                    ""};
+  for (const Explained& e : f.explained) {
+    table.rows.push_back({e.kind, fmt::to_string(e.n), shown(100 * e.share, 1),
+                          shown(e.median_difference_m, 1), spearman_text(e),
+                          e.correlation ? from_to(e.correlation->low, e.correlation->high, 2) : kNone});
+  }
+  return table;
 }
 
-std::string distributions_head(const std::string& what) {
-  return fmt::format("\n{:<34}{:>6} {:>7} {:>7} {:>7} {:>7} {:>7}\n", what, "n", "p5", "p25", "p50", "p75",
-                     "p95");
+void add_distribution(FigureTable& table, const std::string& name, const DistributionPair& d) {
+  const auto row = [&](const std::string& who, std::size_t n, const std::array<double, 5>& q,
+                       const std::string& ks) {
+    Row& cells = table.rows.emplace_back(Row{name + who, fmt::to_string(n)});
+    for (const double value : q) cells.push_back(n > 0 ? shown(value, 1) : kNone);
+    cells.push_back(ks);
+  };
+  row(", measured", d.measured_n, d.measured, "");
+  row(", simulated", d.simulated_n, d.simulated, shown(d.ks, 3));
 }
 
-/// Of signals beyond the first, which the other figures are of.
-std::string further_signals(const Figures& f) {
-  std::string text, one_sided;
+FigureTable distributions_table(const std::string& title, const ObservationFigures& f) {
+  FigureTable table{title, {"Quantity", "n", "p5", "p25", "p50", "p75", "p95", "KS"}, {}, ""};
+  add_distribution(table, "LOS pseudorange error [m]", f.error_los_m);
+  add_distribution(table, "NLOS pseudorange error [m]", f.error_nlos_m);
+  add_distribution(table, "LOS C/N0 [dB-Hz]", f.cn0_los_dbhz);
+  add_distribution(table, "NLOS C/N0 [dB-Hz]", f.cn0_nlos_dbhz);
+  return table;
+}
+
+/// Signals beyond the first, which the other figures are of; then those that one side alone has.
+void add_further_signals(const Figures& f, std::vector<FigureTable>& tables) {
+  FigureTable one_sided{"Signals not judged", {"Signal", "Recorded", "Tracked by the simulated"}, {}, ""};
   for (const SignalFigures& s : f.signals) {
     if (!s.judged()) {
-      one_sided += fmt::format("  {:<22}{}\n", s.name(),
-                               s.recorded ? "recorded, not tracked by the simulated receiver"
-                                          : "tracked by the simulated receiver, not recorded");
+      one_sided.rows.push_back({s.name(), s.recorded ? "yes" : "no", s.tracked ? "yes" : "no"});
     } else if (!s.first()) {
-      text += distributions_head(s.name());
-      text += distribution_line("LOS error [m]", s.error_los_m);
-      text += distribution_line("NLOS error [m]", s.error_nlos_m);
-      text += distribution_line("LOS C/N0 [dB-Hz]", s.cn0_los_dbhz);
-      text += distribution_line("NLOS C/N0 [dB-Hz]", s.cn0_nlos_dbhz);
-      text += tracked_line("tracked LOS", s.tracked_los);
-      text += tracked_line("tracked NLOS", s.tracked_nlos);
+      tables.push_back(distributions_table(s.name(), s));
+      tables.push_back(tracked_table("", s));
     }
   }
-  return text + (one_sided.empty() ? "" : "\nSignals not judged\n" + one_sided);
+  tables.push_back(one_sided);
 }
 
-std::string phase_lines(const Figures& f) {
-  std::string text;
-  const auto line = [](const std::string& what, const char* side, const PhaseFigures& p) {
-    if (p.los.with_phase + p.nlos.with_phase == 0) return fmt::format("  {:<22}{:<10}no phase\n", what, side);
-    const auto mm = [](const PhaseView& v) {
-      return shown(v.noise_m ? std::optional(1e3 * *v.noise_m) : std::nullopt, 1);
-    };
-    return fmt::format("  {:<22}{:<10}{:>7} {:>7} {:>9} {:>7} {:>8} {:>7}\n", what, side,
-                       shown(p.los.share(), 3), shown(p.nlos.share(), 3), shown(p.time_between_slips_s(), 1),
-                       p.slips, mm(p.los), mm(p.nlos));
-  };
+FigureTable phase_table(const Figures& f) {
+  FigureTable table{"Carrier phase",
+                    {"Signal", "LOS with phase [%]", "NLOS with phase [%]", "Between cycle slips [s]",
+                     "Cycle slips", "LOS noise [mm]", "NLOS noise [mm]"},
+                    {},
+                    ""};
   for (const SignalFigures& s : f.signals) {
-    if (!s.judged()) continue;
-    text += line(s.name(), "measured", s.measured_phase) + line("", "simulated", s.simulated_phase);
+    for (const auto& [who, p] :
+         {std::pair(", measured", &s.measured_phase), {", simulated", &s.simulated_phase}}) {
+      if (!s.judged() || p->los.with_phase + p->nlos.with_phase == 0) continue;
+      const auto mm = [](const PhaseView& v) { return v.noise_m ? shown(1e3 * *v.noise_m, 1) : kNone; };
+      table.rows.push_back({s.name() + who, share_of(p->los.with_phase, p->los.observations),
+                            share_of(p->nlos.with_phase, p->nlos.observations),
+                            shown(p->time_between_slips_s(), 1), fmt::to_string(p->slips), mm(p->los),
+                            mm(p->nlos)});
+    }
   }
-  if (text.empty()) return "";
-  return fmt::format("\n{:<34}{:>15} {:>17} {:>16}\n  {:<32}{:>7} {:>7} {:>9} {:>7} {:>8} {:>7}\n",
-                     "Carrier phase", "with phase", "between slips", "noise [mm]", "", "LOS", "NLOS", "[s]",
-                     "slips", "LOS", "NLOS") +
-         text;
+  return table;
+}
+
+Row quantiles_row(const char* name, const PositionFigures& p, const std::array<double, 5>& q) {
+  Row row{name};
+  for (const double value : q) row.push_back(p.fixes > 0 ? shown(value, 1) : kNone);
+  return row;
+}
+
+std::vector<FigureTable> position_tables(const Figures& f) {
+  const Row head{"Error [m]", "p5", "p25", "p50", "p75", "p95"};
+  const auto availability = [](const char* name, const PositionFigures& p) {
+    return Row{name, fmt::to_string(p.epochs), fmt::to_string(p.fixes), share_of(p.fixes, p.epochs),
+               p.fixes > 0 ? shown(p.mean_used, 1) : kNone};
+  };
+  std::vector<FigureTable> tables{
+      {"Position, by the same solver on both",
+       head,
+       {quantiles_row("Horizontal, measured", f.measured, f.measured.horizontal_m),
+        quantiles_row("Horizontal, simulated", f.simulated, f.simulated.horizontal_m),
+        quantiles_row("Vertical, measured", f.measured, f.measured.vertical_m),
+        quantiles_row("Vertical, simulated", f.simulated, f.simulated.vertical_m)},
+       fmt::format("Horizontal, simulated over measured: p50 {}, p95 {}.", shown(error_ratio(f, 2), 2),
+                   shown(error_ratio(f, 4), 2))},
+      {"",
+       {"Fixes", "Epochs", "With a fix", "[%]", "Mean satellites used"},
+       {availability("Measured", f.measured), availability("Simulated", f.simulated)},
+       ""}};
+  if (!f.own_fixes) return tables;
+  const OwnFixFigures& own = *f.own_fixes;
+  tables.push_back(
+      {"The recorded receiver's own fixes, and the position filter's",
+       head,
+       {quantiles_row("Horizontal, own", own.own, own.own.horizontal_m),
+        quantiles_row("Horizontal, measured, filter", own.measured, own.measured.horizontal_m),
+        quantiles_row("Horizontal, simulated, filter", own.simulated, own.simulated.horizontal_m)},
+       ""});
+  return tables;
+}
+
+FigureTable segments_table(const Figures& f) {
+  FigureTable table{"By street",
+                    {"Street", "Heading [deg]", "Length [m]", "Epochs", "Fixes [%]", "p50 [m]", "p95 [m]",
+                     "Satellites used"},
+                    {},
+                    f.segments.empty() ? "No stretch of one street has enough epochs."
+                                       : "Pairs are measured / simulated; errors are horizontal."};
+  for (const SegmentFigures& s : f.segments) {
+    const auto both = [&s](const auto& of) { return of(s.measured) + " / " + of(s.simulated); };
+    const auto quantile_of = [&both](std::size_t q) {
+      return both(
+          [q](const PositionFigures& p) { return p.fixes > 0 ? shown(p.horizontal_m[q], 1) : kNone; });
+    };
+    table.rows.push_back({fmt::to_string(s.street), shown(s.segment.heading_deg, 0),
+                          shown(s.segment.length_m, 0), fmt::to_string(s.measured.epochs),
+                          both([](const PositionFigures& p) { return share_of(p.fixes, p.epochs); }),
+                          quantile_of(2), quantile_of(4), both([](const PositionFigures& p) {
+                            return p.fixes > 0 ? shown(p.mean_used, 1) : kNone;
+                          })});
+  }
+  return table;
+}
+
+/// A table for terminals: the first column to the left, the others to the right.
+std::string text_of(const FigureTable& table) {
+  std::vector<Row> lines{table.head};
+  lines.insert(lines.end(), table.rows.begin(), table.rows.end());
+  std::vector<std::size_t> widths(table.head.size());
+  for (const Row& line : lines) {
+    for (std::size_t k = 0; k < line.size(); ++k) widths[k] = std::max(widths[k], line[k].size());
+  }
+  std::string text;
+  if (!table.title.empty()) text += "\n" + table.title + "\n";
+  for (const Row& line : table.rows.empty() ? std::vector<Row>() : lines) {
+    text += fmt::format("  {:<{}}", line[0], widths[0]);
+    for (std::size_t k = 1; k < line.size(); ++k) text += fmt::format("  {:>{}}", line[k], widths[k]);
+    text.resize(text.find_last_not_of(' ') + 1);
+    text += "\n";
+  }
+  return table.note.empty() ? text : text + fmt::format("  {}\n", table.note);
 }
 
 }  // namespace
@@ -291,59 +400,25 @@ std::string never_tracked_text(const Figures& f) {
   return fmt::format("never tracked above 30 deg in clear view{}:{}", f.left_out ? ", left out" : "", text);
 }
 
+std::vector<FigureTable> figure_tables(const Figures& f) {
+  std::vector<FigureTable> tables = separation_tables(f);
+  tables.push_back(tracked_table("Tracked satellites above the mask", f));
+  if (!f.never_tracked.empty()) tables.back().note = "Satellites " + never_tracked_text(f) + ".";
+  tables.push_back(explained_table(f));
+  tables.push_back(distributions_table("Distributions", f));
+  add_distribution(tables.back(), "Satellites used", f.used);
+  add_further_signals(f, tables);
+  tables.push_back(phase_table(f));
+  for (FigureTable& table : position_tables(f)) tables.push_back(std::move(table));
+  tables.push_back(segments_table(f));
+  std::erase_if(tables, [](const FigureTable& table) { return table.rows.empty() && table.note.empty(); });
+  return tables;
+}
+
 std::string to_text(const Figures& f) {
-  std::string text = fmt::format("{}\n{}\n\n", f.model, f.part);
-  const std::size_t all = f.los + f.nlos;
-  text += fmt::format("LOS and NLOS by the city: {} observations, {:.1f} % NLOS\n", all,
-                      all > 0 ? 100.0 * static_cast<double>(f.nlos) / static_cast<double>(all) : 0);
-  text += separation_line("by C/N0", f.by_cn0, f.by_cn0_interval, -1, "below", "dB-Hz");
-  text += separation_line("by pseudorange error", f.by_error, f.by_error_interval, 1, "above", "m");
-  for (const Band& band : f.bands) {
-    text += fmt::format("  {:>2.0f} to {:.0f} deg           AUC by C/N0 {}, by error {} ({} LOS, {} NLOS)\n",
-                        band.low_deg, band.high_deg, shown(auc_of(band.by_cn0), 3),
-                        shown(auc_of(band.by_error), 3), band.los, band.nlos);
-  }
-  text += "\nTracked satellites, measured and simulated\n";
-  text += tracked_line("LOS", f.tracked_los) + tracked_line("NLOS", f.tracked_nlos);
-  if (!f.never_tracked.empty()) text += "  " + never_tracked_text(f) + "\n";
-  text += "\nMeasured NLOS errors explained by the model's paths\n";
-  for (const Explained& e : f.explained) {
-    if (e.n == 0 && e.kind != "all") continue;
-    text += fmt::format("  {:<22}{:>5} ({:>4.1f} %), |error - delay| median {} m, Spearman {}\n", e.kind, e.n,
-                        100 * e.share, shown(e.median_difference_m, 1),
-                        e.correlation ? fmt::format("{:.2f}", e.correlation->rho) : "-");
-  }
-  text += distributions_head("Distributions");
-  text += distribution_line("LOS error [m]", f.error_los_m);
-  text += distribution_line("NLOS error [m]", f.error_nlos_m);
-  text += distribution_line("LOS C/N0 [dB-Hz]", f.cn0_los_dbhz);
-  text += distribution_line("NLOS C/N0 [dB-Hz]", f.cn0_nlos_dbhz);
-  text += distribution_line("satellites used", f.used);
-  text += further_signals(f) + phase_lines(f);
-  text += "\nFixes by the same solver\n";
-  text += position_line("measured", f.measured);
-  text += position_line("simulated", f.simulated);
-  text += fmt::format("  {:<22}p50 {}, p95 {}\n", "simulated / measured", shown(error_ratio(f, 2), 2),
-                      shown(error_ratio(f, 4), 2));
-  if (f.own_fixes) {
-    text += "\nThe recorded receiver's own fixes, and the position filter's\n";
-    text += position_line("own", f.own_fixes->own);
-    text += position_line("measured, filter", f.own_fixes->measured);
-    text += position_line("simulated, filter", f.own_fixes->simulated);
-  }
-  if (!f.segments.empty()) text += "\nStreet segments (horizontal error p50, p95)\n";
-  for (const SegmentFigures& s : f.segments) {
-    const auto fifty = [](const PositionFigures& p) {
-      return p.fixes > 0
-                 ? fmt::format("{:>5.1f} {:>6.1f} m, {:>3.0f} %", p.horizontal_m[2], p.horizontal_m[4],
-                               100.0 * static_cast<double>(p.fixes) / static_cast<double>(p.epochs))
-                 : std::string("no fix");
-    };
-    text +=
-        fmt::format("  epochs {:>5} to {:>5}, {:>4.0f} m towards {:>3.0f} deg: measured {}; simulated {}\n",
-                    s.segment.first, s.segment.first + s.segment.count - 1, s.segment.length_m,
-                    s.segment.heading_deg, fifty(s.measured), fifty(s.simulated));
-  }
+  std::string text = fmt::format("{}\n{}\n\nLOS and NLOS by the city: {} observations, {} % NLOS\n", f.model,
+                                 f.part, f.los + f.nlos, share_of(f.nlos, f.los + f.nlos));
+  for (const FigureTable& table : figure_tables(f)) text += text_of(table);
   return text;
 }
 
@@ -361,19 +436,19 @@ std::string to_markdown(const std::vector<Figures>& models) {
     const Explained none;
     const Explained& all = f.explained.empty() ? none : f.explained.back();
     const bool fixes = f.simulated.fixes > 0 && f.measured.fixes > 0;
-    text += fmt::format(
-        "| {} | {} | {} | {} | {} | {} | {}, {} | {}, {} | {} | {} | {} | {} | {} |\n",
-        markdown_cell(f.model), shown(auc_of(f.by_cn0), 3), shown(auc_of(f.by_error), 3),
-        f.nlos > 0 ? fmt::format("{:.1f} %", 100 * all.share) : "-", shown(all.median_difference_m, 1),
-        all.correlation ? fmt::format("{:.2f}", all.correlation->rho) : "-", shown(f.error_los_m.ks, 2),
-        shown(f.error_nlos_m.ks, 2), shown(f.cn0_los_dbhz.ks, 2), shown(f.cn0_nlos_dbhz.ks, 2),
-        versus(f.tracked_los.satellites > 0, f.tracked_los.simulated_ratio(), f.tracked_los.measured_ratio(),
-               2),
-        versus(f.tracked_nlos.satellites > 0, f.tracked_nlos.simulated_ratio(),
-               f.tracked_nlos.measured_ratio(), 2),
-        versus(fixes, f.simulated.mean_used, f.measured.mean_used, 1),
-        versus(fixes, f.simulated.horizontal_m[2], f.measured.horizontal_m[2], 1),
-        versus(fixes, f.simulated.horizontal_m[4], f.measured.horizontal_m[4], 1));
+    text +=
+        fmt::format("| {} | {} | {} | {} | {} | {} | {}, {} | {}, {} | {} | {} | {} | {} | {} |\n",
+                    markdown_cell(f.model), shown(auc_of(f.by_cn0), 3), shown(auc_of(f.by_error), 3),
+                    f.nlos > 0 ? fmt::format("{:.1f} %", 100 * all.share) : "-",
+                    shown(all.median_difference_m, 1), spearman_text(all), shown(f.error_los_m.ks, 2),
+                    shown(f.error_nlos_m.ks, 2), shown(f.cn0_los_dbhz.ks, 2), shown(f.cn0_nlos_dbhz.ks, 2),
+                    versus(f.tracked_los.satellites > 0, f.tracked_los.simulated_ratio(),
+                           f.tracked_los.measured_ratio(), 2),
+                    versus(f.tracked_nlos.satellites > 0, f.tracked_nlos.simulated_ratio(),
+                           f.tracked_nlos.measured_ratio(), 2),
+                    versus(fixes, f.simulated.mean_used, f.measured.mean_used, 1),
+                    versus(fixes, f.simulated.horizontal_m[2], f.measured.horizontal_m[2], 1),
+                    versus(fixes, f.simulated.horizontal_m[4], f.measured.horizontal_m[4], 1));
   }
   return text + "\nSimulated, with measured in brackets, where both are given.\n";
 }

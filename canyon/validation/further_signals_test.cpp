@@ -185,9 +185,10 @@ TEST(FurtherSignals, OfOneSideAloneAreSaid) {
   const Figures f = all_figures(fewer), f_all = all_figures(all);
   const std::string text = to_text(f);
   EXPECT_THAT(text, HasSubstr("\nSignals not judged\n"
-                              "  GPS L1C               tracked by the simulated receiver, not recorded\n"
-                              "  GPS L5                recorded, not tracked by the simulated receiver\n"
-                              "  Galileo E5a           recorded, not tracked by the simulated receiver\n"));
+                              "  Signal       Recorded  Tracked by the simulated\n"
+                              "  GPS L1C            no                       yes\n"
+                              "  GPS L5            yes                        no\n"
+                              "  Galileo E5a       yes                        no\n"));
   EXPECT_EQ(f.error_los_m.ks, f_all.error_los_m.ks);
   const auto l2c = [](const Figures& figures) {
     return *std::find_if(figures.signals.begin(), figures.signals.end(),

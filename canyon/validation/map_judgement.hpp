@@ -38,7 +38,7 @@ struct MapEpoch {
 struct JudgedValue {
   double value = 0, low = 0, high = 0;
 };
-/// Of epochs with a recorded fix and the map's errors.
+/// Epochs with a recorded fix and the map's errors.
 struct MapStratum {
   std::string name;  ///< "all", "map's best third", ...
   std::size_t epochs = 0;

@@ -21,7 +21,7 @@ struct Model {
 /// one has shadowing where `receiver` has. Numbers that a step does not switch are `receiver`'s.
 [[nodiscard]] std::vector<Model> model_ladder(const simulation::ReceiverConfig& receiver);
 
-/// Those of the ladder with these keys, in the ladder's order. Throws InputError for a key it does not have,
+/// The ladder's models with these keys, in the ladder's order. Throws InputError for a key it does not have,
 /// naming those there are.
 [[nodiscard]] std::vector<Model> models_of(const simulation::ReceiverConfig& receiver,
                                            const std::vector<std::string>& keys);

@@ -68,7 +68,7 @@ std::vector<std::string> PseudorangeResiduals::warnings() const {
   const auto count = [&lines](std::size_t n, const char* what) {
     if (n > 0) lines.push_back(fmt::format("{} {}", n, what));
   };
-  count(epochs_outside_truth, "epochs outside the truth's span left out");
+  count(epochs_outside_truth, "epochs outside the truth's span, or in a pause of it, left out");
   count(without_pseudorange, "signals without a pseudorange left out");
   count(below_mask, "pseudoranges of satellites below the mask left out");
   for (const auto& [id, n] : without_ephemeris) {
@@ -184,7 +184,7 @@ PseudorangeResiduals pseudorange_residuals(std::span<const rinex::ObservationEpo
       epoch.reception = reception;
       if (converged) break;
     }
-    if (epoch.reception < truth.begin() || epoch.reception > truth.end()) {
+    if (!truth.covers(epoch.reception)) {
       ++result.epochs_outside_truth;
       continue;
     }

@@ -66,7 +66,7 @@ struct PseudorangeResiduals {
   /// Of the others, by epoch: with the delays of their own carriers and group delays, but a constant that the
   /// receiver adds to each signal (its inter-frequency bias). No clock is estimated from them.
   std::vector<PseudorangeResidual> further;
-  // What was left out:
+  // Observations that were left out:
   std::size_t epochs_outside_truth = 0;
   std::size_t without_pseudorange = 0;
   std::size_t below_mask = 0;

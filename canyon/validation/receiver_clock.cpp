@@ -349,7 +349,7 @@ class ClockEstimator {
 
   void mark_jumps() {
     constexpr double kMillisecond_m = kSpeedOfLight * 1e-3;
-    // Steering that is no whole millisecond is none; what is left of a jump is noise and the drift's changes.
+    // Steering is in whole milliseconds; the rest of a jump is noise and changes of the drift.
     constexpr double kSlack = 0.02;
     // Most epochs have no jump: their median is the drift.
     std::vector<double> rates;
@@ -396,7 +396,8 @@ void visit(options::Visitor& v, ClockOptions& o) {
   v.number({"variance_scale_m2_hz", "m^2 Hz", "times 10^(-C/N0 / 10)"}, o.variance_scale_m2_hz, {0, 1e9});
   v.number({"huber", "", "residuals beyond this number of standard deviations weigh less"}, o.huber,
            {0.5, 10});
-  v.number({"gross_m", "m", "farther from the epoch's median is no measurement"}, o.gross_m, {1e3, 1e5});
+  v.number({"gross_m", "m", "a value farther from the epoch's median is not a measurement"}, o.gross_m,
+           {1e3, 1e5});
 }
 
 PseudorangeErrors remove_receiver_clock(const PseudorangeResiduals& residuals, const ClearView& clear_view,

@@ -84,10 +84,12 @@ std::vector<positioning::Measurement> measurements_of(const PseudorangeResiduals
 
 /// Errors of the positions that the recorded receiver itself reported.
 void add_own_fixes(const std::filesystem::path& nmea, const simulation::Trajectory& truth,
-                   const Eigen::Vector3d& lever_arm_m, Recording& recording) {
-  simulation::NmeaFixes own = simulation::read_nmea_fixes(nmea, recording.residuals.epochs.front().reception);
+                   const Eigen::Vector3d& lever_arm_m, const simulation::HeightReading& heights,
+                   Recording& recording) {
+  simulation::NmeaFixes own =
+      simulation::read_nmea_fixes(nmea, recording.residuals.epochs.front().reception, heights);
   for (const auto& [time, place] : own.fixes) {
-    if (time < truth.begin() || time > truth.end()) continue;
+    if (!truth.covers(time)) continue;
     const geodesy::Geodetic antenna = simulation::mounted_antenna(truth.at(time), lever_arm_m).position;
     recording.own_fixes.push_back(
         {time, geodesy::enu_from_ecef_rotation(antenna) *
@@ -136,7 +138,9 @@ Recording join_recording(const simulation::Scenario& scenario, const simulation:
   // NMEA has times of day: the recording has the day.
   const GpsTime first = recorded.epochs.front().receiver_time;
   const GpsTime start = scenario.start.value_or(truth_format == "nmea" ? first : GpsTime{});
-  simulation::TrajectoryFile path = simulation::read_trajectory_file(truth, truth_format, start);
+  const double geoid_m = environment.city().geoid_undulation_m;
+  simulation::TrajectoryFile path = simulation::read_trajectory_file(
+      truth, truth_format, start, {!scenario.trajectory.height_above_terrain_m, geoid_m});
   recording.warnings.insert(recording.warnings.end(), path.warnings.begin(), path.warnings.end());
 
   const Eigen::Vector3d& lever_arm_m = scenario.receivers.front().lever_arm_m;
@@ -174,7 +178,7 @@ Recording join_recording(const simulation::Scenario& scenario, const simulation:
     recording.measurements.push_back(
         measurements_of(residuals, epoch, recorded.epochs[epoch.recorded], environment.sky()));
   }
-  if (options.nmea) add_own_fixes(*options.nmea, path.trajectory, lever_arm_m, recording);
+  if (options.nmea) add_own_fixes(*options.nmea, path.trajectory, lever_arm_m, {true, geoid_m}, recording);
   return recording;
 }
 

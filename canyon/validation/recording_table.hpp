@@ -15,12 +15,12 @@ struct RecordingRow {
   std::string name;            ///< "tst", "all mass market"
   std::string receiver_class;  ///< may be empty
   std::vector<Headline> headlines;
-  // Of a recording:
+  // A recording has:
   std::string report;         ///< address of its own report; empty: it has none
   std::string part;           ///< Figures::part
   std::string never_tracked;  ///< never_tracked_text()
   std::string figures_json;   ///< to_json() of its models, alone
-  // Of a class:
+  // A class has:
   std::vector<std::string> pooled;  ///< the names of what is pooled
 };
 

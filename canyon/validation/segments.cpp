@@ -16,7 +16,7 @@ constexpr double kShortest_m = 50;
 /// Steps shorter than this give no direction [m]: the noise of a truth of centimetres at standstill.
 constexpr double kStep_m = 0.3;
 
-/// Of two directions of any length but zero.
+/// The angle between two directions of any length but zero.
 double angle_between(const Vector2d& a, const Vector2d& b) {
   return std::abs(std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b)));
 }

@@ -15,7 +15,7 @@
 namespace canyon::validation {
 namespace {
 
-/// What one receiver's phases of one signal say.
+/// One receiver's phases of one signal.
 struct PhaseSample {
   std::array<std::size_t, 2> observations{}, with_phase{};
   std::size_t slips = 0;
@@ -123,7 +123,7 @@ class PhaseWalk {
     bool nlos;
     PhaseSample* sample;
   };
-  /// What the estimate follows closer than this says nothing of noise.
+  /// A value that the estimate follows closer than this tells nothing about noise.
   static constexpr double kLeastRoom = 0.3;
 
   double interval_s_;
@@ -140,12 +140,6 @@ void each_signal(const ComparedSatellite& satellite, Visit visit) {
   visit(static_cast<const ComparedSignal&>(satellite));
   for (const ComparedSignal& s : satellite.more) visit(s);
 }
-
-/// Of one signal, both receivers.
-struct SignalSample {
-  std::array<TrackedShare, 2> tracked;
-  ByView error, cn0, simulated_error, simulated_cn0;
-};
 
 }  // namespace
 
@@ -165,6 +159,35 @@ std::string SignalFigures::name() const {
 
 bool SignalFigures::first() const {
   return gnss::index_of(*signal) == 0;
+}
+
+void ObservationSample::add_measured(bool nlos, const ComparedSignal& s) {
+  TrackedShare& share = tracked[nlos ? 1 : 0];
+  ++share.satellites;
+  if (s.measured) ++share.measured;
+  if (!s.measured_error_m) return;
+  error.add(nlos, *s.measured_error_m);
+  if (s.measured_cn0_dbhz) cn0.add(nlos, *s.measured_cn0_dbhz);
+}
+
+void ObservationSample::add_simulated(bool nlos, const ComparedSignal& s) {
+  if (!s.simulated) return;
+  ++tracked[nlos ? 1 : 0].simulated;
+  if (s.simulated_error_m) simulated_error.add(nlos, *s.simulated_error_m);
+  if (s.simulated_cn0_dbhz) simulated_cn0.add(nlos, *s.simulated_cn0_dbhz);
+}
+
+void ObservationSample::write(ObservationFigures& to, std::size_t runs) const {
+  to.tracked_los = tracked[0];
+  to.tracked_nlos = tracked[1];
+  for (TrackedShare* share : {&to.tracked_los, &to.tracked_nlos}) {
+    share->simulated = static_cast<std::size_t>(
+        std::lround(static_cast<double>(share->simulated) / static_cast<double>(runs)));
+  }
+  to.error_los_m = pair_of(error.los(), simulated_error.los());
+  to.error_nlos_m = pair_of(error.nlos(), simulated_error.nlos());
+  to.cn0_los_dbhz = pair_of(cn0.los(), simulated_cn0.los());
+  to.cn0_nlos_dbhz = pair_of(cn0.nlos(), simulated_cn0.nlos());
 }
 
 std::vector<SignalFigures> signal_figures(const Comparison& comparison, std::size_t first, std::size_t count,
@@ -189,7 +212,7 @@ std::vector<SignalFigures> signal_figures(const Comparison& comparison, std::siz
     steps.push_back(comparison.epochs[e].time - comparison.epochs[e - 1].time);
   }
   const double interval_s = median(steps).value_or(1);
-  std::map<const gnss::Signal*, SignalSample> samples;
+  std::map<const gnss::Signal*, ObservationSample> samples;
   PhaseSamples measured_phases, simulated_phases;
 
   PhaseWalk measured(interval_s, measured_phases);
@@ -200,12 +223,7 @@ std::vector<SignalFigures> signal_figures(const Comparison& comparison, std::siz
       const ComparedSatellite& satellite = comparison.satellites[i];
       const bool nlos = !satellite.clear;
       each_signal(satellite, [&](const ComparedSignal& s) {
-        SignalSample& sample = samples[s.signal];
-        TrackedShare& share = sample.tracked[nlos ? 1 : 0];
-        ++share.satellites;
-        if (s.measured) ++share.measured;
-        if (s.measured_error_m) sample.error.add(nlos, *s.measured_error_m);
-        if (s.measured_error_m && s.measured_cn0_dbhz) sample.cn0.add(nlos, *s.measured_cn0_dbhz);
+        samples[s.signal].add_measured(nlos, s);
         if (s.measured) measured.observe(satellite, s.signal, nlos, s.measured_phase, s.measured_cn0_dbhz);
       });
     }
@@ -220,10 +238,7 @@ std::vector<SignalFigures> signal_figures(const Comparison& comparison, std::siz
         const bool nlos = !comparison.satellites[i].clear;
         each_signal(run.satellites[i], [&](const ComparedSignal& s) {
           if (!s.simulated) return;
-          SignalSample& sample = samples[s.signal];
-          ++sample.tracked[nlos ? 1 : 0].simulated;
-          if (s.simulated_error_m) sample.simulated_error.add(nlos, *s.simulated_error_m);
-          if (s.simulated_cn0_dbhz) sample.simulated_cn0.add(nlos, *s.simulated_cn0_dbhz);
+          samples[s.signal].add_simulated(nlos, s);
           simulated.observe(run.satellites[i], s.signal, nlos, s.simulated_phase, s.simulated_cn0_dbhz);
         });
       }
@@ -233,14 +248,7 @@ std::vector<SignalFigures> signal_figures(const Comparison& comparison, std::siz
 
   for (SignalFigures& f : result) {
     if (!f.judged()) continue;
-    SignalSample& sample = samples[f.signal];
-    for (TrackedShare& share : sample.tracked) share_among(runs.size(), share);
-    f.tracked_los = sample.tracked[0];
-    f.tracked_nlos = sample.tracked[1];
-    f.error_los_m = pair_of(sample.error.los(), sample.simulated_error.los());
-    f.error_nlos_m = pair_of(sample.error.nlos(), sample.simulated_error.nlos());
-    f.cn0_los_dbhz = pair_of(sample.cn0.los(), sample.simulated_cn0.los());
-    f.cn0_nlos_dbhz = pair_of(sample.cn0.nlos(), sample.simulated_cn0.nlos());
+    samples[f.signal].write(f, runs.size());
     f.measured_phase = measured_phases[f.signal].figures(interval_s);
     f.simulated_phase = simulated_phases[f.signal].figures(interval_s);
   }

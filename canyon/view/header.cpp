@@ -1,6 +1,7 @@
 #include "canyon/view/header.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "canyon/base/json.hpp"
@@ -22,17 +23,8 @@ namespace {
 constexpr int kCodeSteps = 12;
 
 std::string_view surface_word(city::Surface surface) {
-  switch (surface) {
-    case city::Surface::Building:
-      return "building";
-    case city::Surface::Terrain:
-      return "terrain";
-    case city::Surface::Foliage:
-      return "foliage";
-    case city::Surface::Vehicle:
-      return "vehicle";
-  }
-  return "building";
+  static constexpr std::array<std::string_view, 4> kWords{"building", "terrain", "foliage", "vehicle"};
+  return kWords.at(static_cast<std::size_t>(surface));
 }
 
 /// To a millimetre, so that large cities stay short.

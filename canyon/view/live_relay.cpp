@@ -13,6 +13,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
+#include "canyon/base/secrets.hpp"
 #include "canyon/output/view_messages.hpp"
 #include "canyon/transport/readers.hpp"
 #include "canyon/transport/transport.hpp"
@@ -107,7 +108,8 @@ struct LiveRelay::Impl {
       for (const Json& receiver : said.at("receivers")) {
         ReceiverHeader& one = merged.receivers.emplace_back();
         const auto name = receiver.at("name").get<std::string>();
-        one.name = taken.insert(name).second ? name : fmt::format("{} ({})", name, host.address);
+        one.name =
+            taken.insert(name).second ? name : fmt::format("{} ({})", name, hide_passwords(host.address));
         one.strength = receiver.at("strength").get<bool>();
         one.elevation_mask_deg = receiver.at("elevation_mask_deg").get<double>();
         names.back()[name] = one.name;
@@ -147,7 +149,7 @@ struct LiveRelay::Impl {
   }
 
   void complain(Host& host, const char* what) {
-    if (host.complaint != what) notes.push_back(fmt::format("{}: {}", host.address, what));
+    if (host.complaint != what) notes.push_back(hide_passwords(fmt::format("{}: {}", host.address, what)));
     host.complaint = what;
   }
 
@@ -197,7 +199,7 @@ std::optional<Header> LiveRelay::take_header() {
 std::vector<std::string> LiveRelay::take_notes() {
   for (const Host& host : impl_->hosts) {
     for (const std::string& note : host.transport->take_notes()) {
-      impl_->notes.push_back(fmt::format("{}: {}", host.address, note));
+      impl_->notes.push_back(hide_passwords(fmt::format("{}: {}", host.address, note)));
     }
   }
   return std::exchange(impl_->notes, {});

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -27,7 +28,7 @@ using heatmap::StoredMap;
 constexpr double kNoHeight = std::numeric_limits<double>::quiet_NaN();
 /// Places of one frame that are nearer than this in another are the same [m].
 constexpr double kSamePlace_m = 0.05;
-/// Colours of a bar: between them nobody sees a step.
+/// Colours of a bar: so many show no steps.
 constexpr int kColours = 65;
 
 std::string hex(const drawing::Colour& colour) {
@@ -42,15 +43,8 @@ Json bar(drawing::Colour (*colours)(double)) {
 }
 
 std::string_view progression_word(ColourScale::Progression progression) {
-  switch (progression) {
-    case ColourScale::Progression::Linear:
-      return "linear";
-    case ColourScale::Progression::SquareRoot:
-      return "square root";
-    case ColourScale::Progression::Logarithm:
-      return "logarithm";
-  }
-  return "linear";
+  static constexpr std::array<std::string_view, 3> kWords{"linear", "square root", "logarithm"};
+  return kWords.at(static_cast<std::size_t>(progression));
 }
 
 std::string_view bar_word(const heatmap::LayerStyle& style) {
@@ -105,7 +99,7 @@ bool has_terrain(const city::City& city) {
                      [](const city::Object& o) { return o.surface == city::Surface::Terrain; });
 }
 
-/// Writes chunks and collects what the header says of them.
+/// Writes chunks and collects their entries in the header.
 class Writer {
  public:
   Writer(const StoredMap& map, const std::filesystem::path& folder)
@@ -117,7 +111,7 @@ class Writer {
     const double altitude_m = map_.altitudes_m()[altitude];
     for_each_cell([&](const Eigen::Vector2d& centre) {
       const auto answer = map_.at(centre, altitude_m, map_.times().front());
-      // To a centimetre: a slope that nobody sees packs badly.
+      // To a centimetre: finer slopes are not seen and pack badly.
       const double up_m = cell_height(map_, centre, altitude_m, terrain);
       cells.add({static_cast<double>(answer->state), std::round(up_m * 100) / 100});
     });

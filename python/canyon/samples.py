@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any, Iterator, Optional, Union
 
 import numpy as np
@@ -22,7 +23,7 @@ def sample_blocks(
     band: Optional[str] = None,
     centre_hz: Optional[float] = None,
     rate_hz: Optional[float] = None,
-    if_hz: Optional[float] = None,
+    intermediate_hz: Optional[float] = None,
     real: Optional[bool] = None,
     bandwidth_hz: Optional[float] = None,
     noise: Optional[bool] = None,
@@ -30,6 +31,7 @@ def sample_blocks(
     receiver: Union[int, str] = 0,
     block: int = 1 << 18,
     threads: int = 0,
+    if_hz: Optional[float] = None,
 ) -> Iterator[NDArray[Any]]:
     """The signal at a receiver's antenna, block by block, while the engine works a few blocks ahead.
 
@@ -52,13 +54,16 @@ def sample_blocks(
     >>> [len(block) for block in canyon.sample_blocks(scenario, rate_hz=2e6, duration_s=1, block=750_000)][:2]
     [750000, 750000]
     """
+    if if_hz is not None:
+        warnings.warn("if_hz is now intermediate_hz; the old name will go", FutureWarning, stacklevel=2)
+        intermediate_hz = if_hz
     scenario = as_scenario(scenario)
     if duration_s is not None:
         scenario = scenario.changed(duration_s=duration_s)
     simulation = Simulation(scenario, city)
     number = index_of_receiver(receiver, simulation.receivers)
     return _canyon.SampleStream(
-        simulation, band, centre_hz, rate_hz, if_hz, real, bandwidth_hz, noise, number, block, threads
+        simulation, band, centre_hz, rate_hz, intermediate_hz, real, bandwidth_hz, noise, number, block, threads
     )
 
 
@@ -69,13 +74,14 @@ def samples(
     band: Optional[str] = None,
     centre_hz: Optional[float] = None,
     rate_hz: Optional[float] = None,
-    if_hz: Optional[float] = None,
+    intermediate_hz: Optional[float] = None,
     real: Optional[bool] = None,
     bandwidth_hz: Optional[float] = None,
     noise: Optional[bool] = None,
     duration_s: Optional[float] = None,
     receiver: Union[int, str] = 0,
     threads: int = 0,
+    if_hz: Optional[float] = None,
 ) -> NDArray[Any]:
     """The signal at a receiver's antenna in a band: ``complex64``, where noise has the deviation 1 in each part.
 
@@ -89,8 +95,8 @@ def samples(
         Another centre than a band's [Hz].
     rate_hz : float, optional
         Samples per second of the receiver's clock.
-    if_hz : float, optional
-        Where the centre comes out [Hz].
+    intermediate_hz : float, optional
+        Where the centre comes out [Hz]. ``if_hz`` is its former name.
     real : bool, optional
         Samples of one part, ``float32``; they need an intermediate frequency.
     bandwidth_hz : float, optional
@@ -120,7 +126,7 @@ def samples(
     (dtype('complex64'), True)
     """
     blocks = sample_blocks(
-        scenario, city, band=band, centre_hz=centre_hz, rate_hz=rate_hz, if_hz=if_hz, real=real,
-        bandwidth_hz=bandwidth_hz, noise=noise, duration_s=duration_s, receiver=receiver, threads=threads,
+        scenario, city, band=band, centre_hz=centre_hz, rate_hz=rate_hz, intermediate_hz=intermediate_hz, real=real,
+        bandwidth_hz=bandwidth_hz, noise=noise, duration_s=duration_s, receiver=receiver, threads=threads, if_hz=if_hz,
     )
     return np.concatenate(list(blocks))

@@ -212,7 +212,7 @@ class Map {
 }  // namespace
 
 void bind_heatmap(py::module_& m) {
-  py::class_<Map>(m, "Map")
+  py::class_<Map>(m, "Map", "A heat map of Python's, and its writers.")
       .def(py::init<const py::object&, std::shared_ptr<simulation::CityScene>, const py::object&, double,
                     std::vector<double>, const std::string&, const py::object&,
                     const std::vector<std::string>&, const std::string&, const std::string&, int,

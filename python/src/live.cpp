@@ -67,13 +67,13 @@ class Live {
     return std::make_unique<EpochEncoder>(format, output::describe_receivers(*receiver_, interval_s).front());
   }
   [[nodiscard]] py::dict options() const {
-    py::dict options;
+    py::dict values;
     std::istringstream lines(simulation::running_options(receiver_->config()));
     for (std::string line; std::getline(lines, line);) {
       const std::size_t colon = line.find(": ");
-      options[py::str(line.substr(0, colon))] = line.substr(colon + 2);
+      values[py::str(line.substr(0, colon))] = line.substr(colon + 2);
     }
-    return options;
+    return values;
   }
   LiveReceiver& receiver() { return *receiver_; }
 

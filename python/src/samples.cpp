@@ -63,7 +63,7 @@ py::object array_of_samples(SampleVector&& values, bool real) {
 class SampleStream {
  public:
   SampleStream(const SimulationPtr& simulation, const std::string& band, std::size_t receiver,
-               const simulation::SampleOptions& samples, std::size_t size, int threads)
+               const samples::SampleOptions& samples, std::size_t size, int threads)
       : real_(samples.real) {
     if (size == 0) throw InputError("blocks of 0 samples never end", "give 1 or more");
     const samples::FrontEnd about = samples::front_end(samples, band);
@@ -87,13 +87,13 @@ class SampleStream {
 }  // namespace
 
 void bind_samples(py::module_& m) {
-  py::class_<SampleStream>(m, "SampleStream")
+  py::class_<SampleStream>(m, "SampleStream", "Samples of a run, block by block.")
       .def(py::init([](const SimulationPtr& simulation, const std::optional<std::string>& band,
                        std::optional<double> centre_hz, std::optional<double> rate_hz,
                        std::optional<double> intermediate_hz, std::optional<bool> real,
                        std::optional<double> bandwidth_hz, std::optional<bool> noise, std::size_t receiver,
                        std::size_t size, int threads) {
-             simulation::SampleOptions samples = simulation->scenario().samples;
+             samples::SampleOptions samples = simulation->scenario().samples;
              if (band) samples.bands = {*band}, samples.centre_hz.reset();
              if (centre_hz) samples.centre_hz = centre_hz;
              samples.rate_hz = rate_hz.value_or(samples.rate_hz);
@@ -109,7 +109,7 @@ void bind_samples(py::module_& m) {
              return std::make_unique<SampleStream>(simulation, samples.centre_hz ? "" : samples.bands.front(),
                                                    receiver, samples, size, threads);
            }),
-           "simulation"_a, "band"_a, "centre_hz"_a, "rate_hz"_a, "if_hz"_a, "real"_a, "bandwidth_hz"_a,
+           "simulation"_a, "band"_a, "centre_hz"_a, "rate_hz"_a, "intermediate_hz"_a, "real"_a, "bandwidth_hz"_a,
            "noise"_a, "receiver"_a, "size"_a, "threads"_a)
       .def(
           "__iter__", [](SampleStream& self) -> SampleStream& { return self; },

@@ -21,8 +21,6 @@ namespace {
 using options::Node;
 constexpr int kDeepest = 100;
 constexpr std::size_t kMaxBytes = std::size_t{16} << 20;
-// 1970 to 1980 [s].
-constexpr std::int64_t kUnixOfGps_s = 315'964'800;
 
 std::string with(const std::string& path, const std::string& key) {
   return path.empty() ? key : path + "." + key;
@@ -240,7 +238,7 @@ ScenarioTree::ScenarioTree(options::Node settings, std::filesystem::path from)
 
 std::int64_t unix_ns(geodesy::GpsTime t) {
   return t.nanoseconds() +
-         (kUnixOfGps_s - geodesy::leap_seconds(t)) * geodesy::GpsTime::kNanosecondsPerSecond;
+         (geodesy::kGpsEpochUnix_s - geodesy::leap_seconds(t)) * geodesy::GpsTime::kNanosecondsPerSecond;
 }
 
 geodesy::GpsTime time_of(py::handle object) {

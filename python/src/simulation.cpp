@@ -244,7 +244,7 @@ void bind_simulation(py::module_& m) {
 Leaving the loop ends the run. Every call begins anew.)")
       .def("__iter__", [](const SimulationPtr& self) { return stream(self, 0, false); });
   using EpochStream = Stream<EpochPtr>;
-  py::class_<EpochStream>(m, "Stream")
+  py::class_<EpochStream>(m, "Stream", "Epochs of a run, one by one.")
       .def(
           "__iter__", [](EpochStream& self) -> EpochStream& { return self; },
           py::return_value_policy::reference_internal)

@@ -27,12 +27,17 @@ class Samples(unittest.TestCase):
         self.assertAlmostEqual(float(np.mean(np.abs(noise) ** 2)), 2, places=2)
 
     def test_real_samples_are_of_one_part(self):
-        real = canyon.samples(SCENARIO, rate_hz=8e6, if_hz=2e6, real=True, bandwidth_hz=2.5e6, duration_s=1)
+        real = canyon.samples(SCENARIO, rate_hz=8e6, intermediate_hz=2e6, real=True, bandwidth_hz=2.5e6, duration_s=1)
         self.assertEqual(real.dtype, np.float32)
         density = np.abs(np.fft.rfft(real[: 1 << 22])) ** 2
         within = density[(1 << 19) : 3 << 19].sum()  # 1 to 3 MHz of 4
         self.assertGreater(within / density.sum(), 0.6)  # 0.5 without a filter
         self.assertLess(density[int(3.9 / 4 * (1 << 21)) :].sum() / density.sum(), 1e-5)
+
+    def test_the_former_name_of_the_intermediate_frequency_warns(self):
+        with self.assertWarnsRegex(FutureWarning, "if_hz is now intermediate_hz"):
+            former = canyon.samples(SCENARIO, rate_hz=2e6, if_hz=2e5)
+        np.testing.assert_array_equal(former, canyon.samples(SCENARIO, rate_hz=2e6, intermediate_hz=2e5))
 
     def test_the_scenario_says_what_is_left_out(self):
         scenario = {**SCENARIO, "samples": {"bands": ["L2"], "rate_hz": 2e6, "noise": False}}
@@ -55,7 +60,7 @@ class Samples(unittest.TestCase):
             ({"centre_hz": 1.5e9}, "carry no signal"),
             ({"rate_hz": 1e3}, "must be at least"),
             ({"real": True}, "intermediate frequency"),
-            ({"real": True, "if_hz": 3e6}, "aliased"),
+            ({"real": True, "intermediate_hz": 3e6}, "aliased"),
             ({"bandwidth_hz": 4e6}, "to either side"),
             ({"receiver": "bus"}, "no receiver 'bus'"),
             ({"duration_s": 0.5}, "one epoch"),

@@ -80,8 +80,7 @@ def described():
         text = text_of(thing) if node.name not in OWN else None
         if text:
             indent = "\n" + " " * (node.col_offset + 4)
-            lines = text.replace("\n", indent).replace(indent + indent[1:], indent)
-            lines = re.sub(r"\n +(?=\n|$)", "\n", lines) + (indent if "\n" in text else "")
+            lines = re.sub(r"\n +(?=\n|$)", "\n", text.replace("\n", indent)) + (indent if "\n" in text else "")
             node.body.insert(0, ast.Expr(ast.Constant(lines)))
         if isinstance(node, ast.ClassDef) or not text:
             node.body = node.body or [ast.Expr(ast.Constant(...))]

@@ -363,7 +363,8 @@ TEST(HostSettings, FilesLieBesideTheWorldOrOnGazebosPaths) {
   EXPECT_THAT(sky(navigation("package://nav_data/a.rnx") + "<allow_stale>1</allow_stale>").navigation,
               ElementsAre(folder / "ros/nav_data/a.rnx"));
   EXPECT_TRUE(sky(navigation("far.rnx") + "<allow_stale>1</allow_stale>").allow_stale);
-  EXPECT_EQ(sky("<sp3>model://site/orbits.sp3</sp3>").sp3, folder / "models/site/orbits.sp3");
+  EXPECT_EQ(sky("<sp3>model://site/orbits.sp3</sp3>").sp3,
+            std::vector<std::filesystem::path>{folder / "models/site/orbits.sp3"});
   std::ofstream(folder / "world/mine.yaml") << "description: d\nmin_satellites: 7\n";
   std::ofstream(folder / "resources/bad.yaml") << "description: d\nmin_satellites: x\n";
   const auto satellites = [&](const std::string& profile) {

@@ -9,7 +9,7 @@
 
 namespace canyon::drawing {
 
-/// From where a city is looked at; see CityPictureOptions for the bounds.
+/// The direction of the viewer; see CityPictureOptions for the bounds.
 struct ViewDirection {
   double elevation_rad = 0;  ///< of the viewer above the horizon, [0, pi/2]; pi/2 looks straight down
   double azimuth_rad = 0;    ///< compass direction in which the viewer is, seen from the city
@@ -29,9 +29,9 @@ class CityCamera {
 
   /// Through a place of the picture; starts in front of all points.
   [[nodiscard]] raytrace::Ray ray(double x, double y) const;
-  /// Where a place is seen; empty behind the eye. ray() of it meets the place, to rounding.
+  /// The pixel of a place; empty behind the eye. ray() of the pixel meets the place, to rounding.
   [[nodiscard]] std::optional<Point> pixel(const Eigen::Vector3d& place) const;
-  /// Metres that a pixel is across, at the middle of the points.
+  /// Width of a pixel [m] at the middle of the points.
   [[nodiscard]] double metres_per_pixel() const { return metres_per_pixel_; }
   /// Unit vector from the city to the viewer.
   [[nodiscard]] const Eigen::Vector3d& towards_viewer() const { return back_; }

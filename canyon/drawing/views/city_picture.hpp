@@ -19,8 +19,8 @@ struct PictureFocus {
 struct CityPictureOptions {
   int width_px = 1600;   ///< [320, 16384]
   int height_px = 1000;  ///< [240, 16384]
-  /// Of the viewer above the horizon; [0, 90]. 90 is a map: parallel rays, north up whatever the azimuth,
-  /// axes in metres, scale bar and north arrow.
+  /// Elevation of the viewer above the horizon; [0, 90]. 90 draws a map: parallel rays, north up at any
+  /// azimuth, axes in metres, scale bar and north arrow.
   double elevation_deg = 35;
   double azimuth_deg = 215;  ///< compass direction in which the viewer is; [-360, 360]
   /// Opening angle across the whole picture, [0, 90]; 0 draws with parallel rays, as maps are whatever this

@@ -22,11 +22,11 @@ constexpr double kGroundMargin = 0.12;
 
 /// Share of the light on open level ground that comes from the sky; the rest is the sun's.
 constexpr double kSky = 0.54;
-/// Reach of what takes sky from a place: walls close by, and whole blocks.
+/// Distances within which surfaces hide the sky of a place: walls close by, and whole blocks.
 constexpr double kNear_m = 7, kFar_m = 30;
 /// Ground fades out between these shares of the city's size beyond its bounds.
 constexpr double kFadeBegin = 0.06, kFadeEnd = 0.5;
-/// How much darker a pixel on the edge of a surface is: neighbours of one colour stay apart.
+/// Darkening of a pixel on the edge of a surface, so that neighbours of one colour stay apart.
 constexpr double kEdgeInk = 0.10;
 
 /// Numbers on a regular grid over the plane, read bilinearly; beyond the rim the rim's value holds.
@@ -204,7 +204,7 @@ CityRenderer::Impl::Impl(const city::Mesh& of)
   }
 }
 
-/// Heights of the ground and of what stands on it, on a grid.
+/// Heights of the ground and of the buildings on it, on a grid.
 void CityRenderer::Impl::survey() {
   const Eigen::Vector2d margin = Eigen::Vector2d::Constant(2 * kFar_m);
   ground = Grid(bounds.min.head<2>() - margin, bounds.max.head<2>() + margin);

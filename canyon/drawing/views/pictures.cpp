@@ -61,7 +61,7 @@ class Snapshots {
   std::size_t stride_ = 1;
 };
 
-/// Behind a subtitle; of many names the first.
+/// The end of a subtitle that names the first four faults.
 std::string faults_text(const std::vector<std::string>& faults) {
   if (faults.empty()) return {};
   constexpr std::size_t kMost = 4;

@@ -37,7 +37,7 @@ void draw_fisheye_notes(Canvas& canvas, const Point& at) {
   canvas.text({at.x, at.y + 96}, "west is RIGHT", {.size = 12, .level = Level::Middle});
 }
 
-/// Why nothing is received, across the disc.
+/// Writes across the disc why nothing is received.
 void draw_placement(Canvas& canvas, raytrace::Placement placement) {
   if (placement == raytrace::Placement::Free) return;
   const std::string text = fmt::format(
@@ -155,7 +155,7 @@ void draw_reflections(Canvas& canvas, const SkyLens& lens, const SkyDrawing& dra
   }
 }
 
-/// All but the background, which `draw_background` puts on the disc.
+/// Draws everything but the background; `draw_background` puts it on the disc.
 void draw_sheet(Canvas& canvas, const SkyDrawing& drawing, const SkyLens& lens,
                 const std::function<void(Canvas&)>& draw_background) {
   const bool fisheye = lens.looking_up;

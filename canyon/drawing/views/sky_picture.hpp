@@ -77,7 +77,7 @@ inline constexpr double kSkySheetAspect = 836.0 / 990.0;
 /// draw_sky() as one file; bytes of it. Throws InputError for a sheet that does not validate().
 [[nodiscard]] std::string draw_sky(const SkyDrawing& drawing, const SkySheet& sheet);
 
-/// What render_sky() needs; none may be null.
+/// The surroundings of a place, for render_sky(); no pointer may be null.
 struct SkySurroundings {
   const raytrace::RayScene* scene = nullptr;
   const city::Mesh* mesh = nullptr;

@@ -16,9 +16,9 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr std::uint32_t kNothing = 0xFFFFFFFFU;
-/// Of distance and height: how fast surfaces fade, how fast streets lighten upwards.
+/// Distance over which surfaces fade, their largest fading, and height over which streets lighten upwards.
 constexpr double kHaze_m = 450, kMostHaze = 0.6, kStreetDepth_m = 14;
-/// How much darker a wall's line, and the edge between two surfaces.
+/// Darkening of a wall's line, and of the edge between two surfaces.
 constexpr double kLineInk = 0.22, kSkyEdgeInk = 0.16;
 /// Lines fade where a pixel is as tall as this share of their spacing.
 constexpr double kFinestLines = 0.2;
@@ -30,7 +30,7 @@ struct Palette {
   Light ground = linear(rgb(0xA9A48F)), foliage = linear(kFoliage), vehicle = linear(rgb(0x5B6672));
 };
 
-/// What a ray met, enough to distinguish neighbours; in floats, as there is one for each pixel.
+/// The surface that a ray met, in enough detail to distinguish neighbours. Floats, since each pixel has one.
 struct Sample {
   Light light;
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();
@@ -115,8 +115,8 @@ bool crease(const Sample& a, const Sample& b) {
   return a.object != kNothing && b.object != kNothing && differ(a, b);
 }
 
-/// How strongly the line at the nearest multiple of kWallLines_m shows in a pixel at `height_m`, over which
-/// heights change by `span_m`: [0, 1].
+/// Strength, [0, 1], of the line at the nearest multiple of kWallLines_m in a pixel at `height_m`, over which
+/// heights change by `span_m`.
 double line_share(double height_m, double span_m) {
   if (!(span_m > 0)) return 0;
   const double away_px = std::abs(height_m - kWallLines_m * std::round(height_m / kWallLines_m)) / span_m;

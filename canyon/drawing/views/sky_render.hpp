@@ -11,13 +11,13 @@ namespace canyon::drawing {
 
 /// On walls a thin line marks every so many metres of height above the antenna.
 inline constexpr double kWallLines_m = 10;
-/// Of walls in full light.
+/// Colour of walls in full light.
 inline constexpr Colour kSkyWall = rgb(0xCBBCA8);
 
-/// What an upward camera sees: open sky paler towards the horizon, surfaces lit from the south-west, darker
-/// towards the ground and paler with distance, with a line every kWallLines_m of height. Paper outside the
-/// lens's disc. Casts a ray for each pixel, more where neighbours differ; rows in parallel, the same pixels
-/// on any number of threads.
+/// Draws the view of an upward camera: open sky is paler towards the horizon; surfaces are lit from the
+/// south-west, darker towards the ground and paler with distance, with a line every kWallLines_m of height.
+/// Pixels outside the lens's disc are paper. Casts a ray for each pixel, more where neighbours differ; rows
+/// in parallel, the same pixels on any number of threads.
 /// @param scene with its movable things as of its last commit()
 /// @param mesh the static city that the scene was built from
 /// @param antenna_enu finite, in the city's frame [m]; directions are taken in that frame as well, whose

@@ -159,7 +159,7 @@ SkyDrawing make_sky_drawing(const simulation::Environment& environment,
     }
     for (const propagation::Path& path : view.paths.paths) {
       if (path.kind == propagation::PathKind::Direct || !view.paths.received()) continue;
-      // The wave of an edge beside a clear path comes from where that does.
+      // The wave of an edge beside a clear path comes from the same direction as that path.
       const bool clear = view.paths.visibility != propagation::Visibility::NLOS;
       if (path.kind == propagation::PathKind::Diffracted && clear) continue;
       const geodesy::AzimuthElevation from = geodesy::azimuth_elevation_from_enu(path.arrival);

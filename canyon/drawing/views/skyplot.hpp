@@ -31,8 +31,8 @@ struct SkyplotOptions {
 /// Its fields.
 void visit(options::Visitor& v, SkyplotOptions& o);
 
-/// What a picture of the sky at a place and time shows: satellites above the horizon with their visibility,
-/// reflections and tracks, the silhouette, title and subtitle. Nothing is made up where there is nothing:
+/// Contents of a picture of the sky at a place and time: satellites above the horizon with their visibility,
+/// reflections and tracks, the silhouette, title and subtitle. Nothing is made up:
 /// without a satellite the list is empty; in a building every satellite is blocked and `placement` says so.
 /// @param antenna_enu in the city's frame [m], finite (InputError)
 /// @param propagator of this environment

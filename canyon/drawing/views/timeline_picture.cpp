@@ -56,7 +56,7 @@ class Timeline {
     draw_faults(canvas, {error, satellites, hdop});
   }
 
-  /// Of their rows, above everything else.
+  /// Height of the rows of faults, which lie above everything else.
   [[nodiscard]] static double faults_height(const TimelineDrawing& drawing) {
     if (drawing.faults.empty()) return 0;
     return kFaultRow * static_cast<double>(std::min(drawing.faults.size(), kMostFaultRows)) + 12;
@@ -294,7 +294,7 @@ class Timeline {
                 {.size = 12, .align = Align::Centre, .level = Level::Top});
   }
 
-  /// Beside an area, so far below its upper edge.
+  /// Draws a label beside an area, at this distance below its upper edge.
   static void draw_swatch(Canvas& canvas, const Rect& area, double below, const Colour& colour,
                           const std::string& label) {
     const double x = area.right() + 22, y = area.y + below;

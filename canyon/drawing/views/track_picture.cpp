@@ -207,7 +207,7 @@ class TrackMap {
   }
 
   void draw_fixes(Canvas& canvas) {
-    // Large errors on top: they are what one looks for.
+    // Large errors lie on top, since readers look for them.
     std::vector<const TrackPoint*> dots;
     for (const TrackPoint& p : drawing_.points) {
       if (p.fix) dots.push_back(&p);

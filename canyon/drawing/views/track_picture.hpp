@@ -39,8 +39,8 @@ struct TrackDrawing {
 /// reach beyond it are not cut off. Returns the highest roof seen [m]; 0 where there is none.
 double draw_buildings(Canvas& canvas, const Rect& area, const city::Mesh& mesh, const city::Box& extent);
 
-/// Where a point of the plane lies on `area`, which shows `extent`, north up. Scales of both axes are equal
-/// when their shapes are.
+/// The point of `area` at which a point of the plane lies; `area` shows `extent`, north up. Both axes have
+/// one scale when area and extent have the same shape.
 [[nodiscard]] Point map_point(const Rect& area, const city::Box& extent, const Eigen::Vector2d& east_north);
 
 }  // namespace canyon::drawing

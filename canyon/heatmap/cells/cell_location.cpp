@@ -134,7 +134,7 @@ Vector3d TileSolutions::error(const SetSolution& set, const SetSolution::Column&
 TileSolutions::Terms TileSolutions::terms(const SetSolution& set, const Vector3d& error,
                                           const SetSolution::Column& sums, const Vector3d& place,
                                           bool corrected) const {
-  // Of x = error + bend (place + x) - turning x - (curvature(place + x) - curvature(place)).
+  // Terms of x = error + bend (place + x) - turning x - (curvature(place + x) - curvature(place)).
   Terms terms;
   terms.linear = Eigen::Map<const Matrix3d>(sums.data() + 3);
   terms.constant = error + terms.linear * place;

@@ -133,28 +133,14 @@ void CellReceivers::solve_without_noise(const propagation::Antenna& antenna,
       measurements.push_back(ranged->measurement);
     }
   }
-  values.set(Layer::SatellitesLos, los);
-  values.set(Layer::SatellitesVisible, epoch.visible);
-  values.set(Layer::SatellitesBlocked, epoch.blocked);
-  if (epoch.visible > 0) {
-    values.set(Layer::NlosShare, static_cast<double>(nlos) / epoch.visible);
-    values.set(Layer::LargestExcess, largest_excess_m);
-  }
+  values.set_satellites(los, epoch.visible, epoch.blocked, nlos, largest_excess_m);
   const positioning::Fix fix = positioning::solve_fix(epoch.receiver_time, measurements, environment_->sky(),
                                                       options_.fix, environment_->klobuchar());
   values.set(Layer::Availability, fix.solved() ? 1 : 0);
   values.set(Layer::SatellitesUsed, static_cast<double>(fix.used.size()));
   if (!fix.solved()) return;
-  const Vector3d error = error_of(fix, antenna.position_ecef);
-  values.set(Layer::HorizontalError, error.head<2>().norm());
-  values.set(Layer::VerticalError, error.z());
-  if (fix.dop) {
-    values.set(Layer::Hdop, fix.dop->hdop);
-    values.set(Layer::Pdop, fix.dop->pdop);
-    values.set(Layer::Vdop, fix.dop->vdop);
-  }
-  values.set(Layer::ProtectionLevel,
-             positioning::horizontal_protection_level_m(fix.covariance_enu, limits_.protection_factor));
+  values.set_fix(error_of(fix, antenna.position_ecef), fix.dop,
+                 positioning::horizontal_protection_level_m(fix.covariance_enu, limits_.protection_factor));
 }
 
 std::vector<disturbance::Source> CellReceivers::disturbances_at(const Vector3d& place) const {
@@ -257,9 +243,7 @@ void CellReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::sp
         solve_without_noise(antenna, arrival, values);
         if (draws) draw(antenna, arrival, space, statistics, values);
       }
-      for (std::size_t k = 0; k < wanted.size(); ++k) {
-        if (of_solver(wanted[k])) layers[k][i] = values.of[static_cast<std::size_t>(wanted[k])];
-      }
+      values.store(wanted, layers, i);
     }
   });
 }

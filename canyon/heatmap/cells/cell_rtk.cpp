@@ -127,9 +127,7 @@ void CellRtk::solve(const TileCells& cells, geodesy::GpsTime time, std::span<con
     for (std::size_t i = row * cells.tile.columns; i < (row + 1) * cells.tile.columns; ++i) {
       CellValues values;
       if (cells.state[i] == CellState::Computed) solve_cell(time, cells.place(i), space, sent, values);
-      for (std::size_t k = 0; k < wanted.size(); ++k) {
-        if (of_rtk(wanted[k])) layers[k][i] = values.of[static_cast<std::size_t>(wanted[k])];
-      }
+      values.store<of_rtk>(wanted, layers, i);
     }
   });
 }

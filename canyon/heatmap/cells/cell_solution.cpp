@@ -270,7 +270,7 @@ void TileSolutions::linearise(SetSolution& solution, const std::vector<Row>& row
     solution.troposphere_slope -= gain_of_error * s.sine_slope.transpose() / (s.sine * s.sine);
     atmosphere(row) = ionosphere_left * s.ionosphere_m + troposphere_left * zenith / s.sine;
   }
-  // Of the residuals (I - unit k) m.
+  // The bend follows the residuals (I - unit k) m.
   const Eigen::MatrixXd bend_of_error = bend - (bend * unit) * k;
   const double mean = options_.noise.enabled ? options_.noise.ou.mu_m : 0;
   solution.columns.assign(satellites_.size(), SetSolution::Column::Zero());

@@ -18,8 +18,8 @@
 #include "canyon/positioning/dop.hpp"
 #include "canyon/receiver/receiver.hpp"
 
-// Position solutions of a tile's cells: what CellSolver shares among them. Places and errors are ENU of the
-// tile's centre [m].
+// Position solutions that CellSolver shares among a tile's cells. Places and errors are ENU of the tile's
+// centre [m].
 
 namespace canyon::heatmap {
 
@@ -104,7 +104,7 @@ struct SetSolution {
   double margin = 0;            ///< sine of the lowest received satellite's elevation above the mask's
   std::vector<Column> columns;  ///< [satellite]; 0 for those not used
   Column constant;              ///< by the noise's mean; the bend's part of the atmosphere as well
-  /// Of the ranges, as quadratic forms of the place: x x, y y, z z, x y, x z, y z.
+  /// Curvature of the ranges, as quadratic forms of the place: x x, y y, z z, x y, x z, y z.
   Eigen::Matrix<double, 3, 6, Eigen::DontAlign> curvature;
   Matrix3 turning;
   Eigen::Vector3d ionosphere;
@@ -165,9 +165,9 @@ class TileSolutions {
   void trim();
 
  private:
-  /// By positioning::solve_fix(), as the receiver.
+  /// Solves the cell by positioning::solve_fix(), as the receiver does.
   [[nodiscard]] std::optional<CellFix> solve_alone(const CellErrors& cell, int draw) const;
-  /// Of a set, from the cache.
+  /// The solution of a set, from the cache.
   const SetSolution& solution(const SatelliteSet& set);
   void solve(SetSolution& solution, const SatelliteSet& set) const;
   /// A satellite of a set that has a clock, and its column.
@@ -175,14 +175,14 @@ class TileSolutions {
     std::size_t satellite;
     int clock;
   };
-  /// What follows of the set's solution: columns, constant, curvature, turning and atmosphere.
+  /// Fills in columns, constant, curvature, turning and atmosphere of a set's solution.
   /// @param fix factorised @param covariance its covariance()
   void linearise(SetSolution& solution, const std::vector<Row>& rows, const LinearFix& fix,
                  const Eigen::Matrix3d& covariance) const;
   void add_noise(SetSolution& solution, const std::vector<Row>& rows, bool drifting) const;
   void grow();
   [[nodiscard]] SetSolution::Column sum(const SetSolution& set, const CellErrors& cell) const;
-  /// What the atmosphere shifts a place by.
+  /// The shift of a place by the atmosphere.
   [[nodiscard]] Eigen::Vector3d shift_by_ionosphere(const SetSolution& set,
                                                     const Eigen::Vector3d& place) const {
     return set.ionosphere + set.ionosphere_slope * place;
@@ -191,7 +191,7 @@ class TileSolutions {
                                                      const Eigen::Vector3d& place) const {
     return zenith_m * (set.troposphere + set.troposphere_slope * place);
   }
-  /// By pseudorange errors and the signals' atmosphere.
+  /// The place's error by pseudorange errors and the signals' atmosphere.
   [[nodiscard]] Eigen::Vector3d error(const SetSolution& set, const SetSolution::Column& sums,
                                       const Eigen::Vector3d& place) const;
   /// The error x of a place solves x = constant + linear x - curvature(x), less the troposphere's correction.
@@ -215,16 +215,15 @@ class TileSolutions {
                                                             const SatelliteSet& received, const Terms& terms,
                                                             const Eigen::Vector3d& place,
                                                             const Eigen::Vector3d& x) const;
-  /// All draws together where no edge is near; else false.
+  /// Solves all draws together. False, without an answer, where an edge is near.
   bool converge_draws(const SetSolution& set, const Terms& terms, const CellErrors& cell,
                       const CellFix& undisturbed);
   [[nodiscard]] double height_m(const Eigen::Vector3d& place) const {
     return height_m_ + place.z() +
            0.5 * (place.x() * place.x() * curvature_east_ + place.y() * place.y() * curvature_north_);
   }
-  /// Surely every received satellite is above the mask wherever the receiver looked whose fix converges at a
-  /// place.
-  /// @param shift_m what corrections moved it by
+  /// Whether every received satellite is surely above the mask at all places at which a receiver looks whose
+  /// fix converges at `place`. @param shift_m distance by which corrections moved the place
   [[nodiscard]] bool clear_of_mask(const SetSolution& set, const SatelliteSet& received,
                                    const Eigen::Vector3d& place, double shift_m) const {
     const double around_m = kFirstLook_m * set.dop.pdop + shift_m;
@@ -237,7 +236,7 @@ class TileSolutions {
     const auto d = static_cast<std::size_t>(draw), n = static_cast<std::size_t>(draws_);
     return {set.noise[d], set.noise[n + d], set.noise[2 * n + d]};
   }
-  /// Of a satellite, without its mean.
+  /// A satellite's drawn noise without its mean.
   [[nodiscard]] double drawn_noise_m(std::size_t satellite, std::size_t draw, bool drifting) const {
     const auto draws = static_cast<std::size_t>(draws_);
     const double drift = drifting ? noise_m_[(satellites_.size() + satellite) * draws + draw] : 0;

@@ -8,6 +8,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/statistics.hpp"
@@ -105,12 +106,8 @@ class TileCellSolver {
         cell_.excess_m[k] = excess_m;
       });
     }
-    values_.set(Layer::SatellitesLos, direct);
-    values_.set(Layer::SatellitesVisible, visible);
-    values_.set(Layer::SatellitesBlocked, satellites - visible);
-    if (visible == 0) return;
-    values_.set(Layer::NlosShare, static_cast<float>(visible - direct) / static_cast<float>(visible));
-    if (excesses) values_.set(Layer::LargestExcess, largest);
+    values_.set_satellites(direct, visible, satellites - visible, visible - direct,
+                           excesses ? std::optional(largest) : std::nullopt);
   }
   /// The fix without noise and those of the draws.
   void locate(std::size_t index, int direct) {
@@ -130,16 +127,11 @@ class TileCellSolver {
     values_.set(Layer::SatellitesUsed, fix ? fix->used : 0);
     if (draws_ > 0) values_.set(Layer::ProtectedAvailability, 0);
     if (!fix) return;
-    const Eigen::Vector3d error = solutions_.at_vertical(cell_.place, fix->error);
-    values_.set(Layer::HorizontalError, error.head<2>().norm());
-    values_.set(Layer::VerticalError, error.z());
-    values_.set(Layer::Hdop, fix->dop.hdop);
-    values_.set(Layer::Pdop, fix->dop.pdop);
-    values_.set(Layer::Vdop, fix->dop.vdop);
-    values_.set(Layer::ProtectionLevel, limits_.protection_factor * fix->spread_m);
+    const double protection_m = limits_.protection_factor * fix->spread_m;
+    values_.set_fix(solutions_.at_vertical(cell_.place, fix->error), fix->dop, protection_m);
     if (draws_ == 0) return;
     solutions_.locate_draws(cell_, *fix, drawn_.horizontal_m, drawn_.vertical_m);
-    drawn_.protection_m.assign(drawn_.horizontal_m.size(), limits_.protection_factor * fix->spread_m);
+    drawn_.protection_m.assign(drawn_.horizontal_m.size(), protection_m);
     drawn_.describe(limits_, draws_, values_, horizontal_quantiles_, vertical_quantiles_);
   }
 
@@ -230,10 +222,7 @@ void CellSolver::solve(const TileCells& cells, const TileSignals& signals, std::
     for (std::size_t b = 0; b < in_block; ++b) {
       const SatelliteSet received{{block.received[0][b], block.received[1][b]}};
       const SatelliteSet los{{block.los[0][b], block.los[1][b]}};
-      const CellValues& values = solver.solve(first + b, received, los);
-      for (std::size_t k = 0; k < wanted.size(); ++k) {
-        if (of_solver(wanted[k])) layers[k][first + b] = values.of[static_cast<std::size_t>(wanted[k])];
-      }
+      solver.solve(first + b, received, los).store(wanted, layers, first + b);
     }
   }
 }

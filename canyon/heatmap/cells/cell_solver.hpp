@@ -22,7 +22,7 @@ struct DrawOptions {
 /// Its fields.
 void visit(options::Visitor& v, DrawOptions& o);
 
-/// How receivers whose signals have strength stand in cells.
+/// Computation of receivers whose signals have strength.
 enum class ReceiverModel : std::uint8_t {
   SteadyState,  ///< of their loops and fix, computed without running them (SteadyReceivers), where that fits
   Run,          ///< each is run (CellReceivers): some hundred times slower, and the reference of the other
@@ -53,8 +53,8 @@ void visit(options::Visitor& v, CellReceiverOptions& o);
 /// takes off. Noise is drawn from the stationary distribution of each satellite's process, drifting mean
 /// included (the cell's receiver is at rest), by a stream of its own for each satellite and time: values do
 /// not depend on how a grid is cut into tiles, but for the directions, which are those of a tile's centre.
-/// What noise does to the curvature of H and to weights is left out (1e-4 of it for an error of 1 km, weights
-/// by elevation 1e-2).
+/// The effect of noise on the curvature of H and on weights is left out (1e-4 of it for an error of 1 km,
+/// weights by elevation 1e-2).
 ///
 /// Layers over draws are over those draws that have a fix. Quantiles are definition 7 of Hyndman and Fan (The
 /// American Statistician 50, 1996). Vertical is along the ellipsoid's normal at the cell.

@@ -5,12 +5,14 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <string>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "canyon/base/statistics.hpp"
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/heatmap/cells/cell_solver.hpp"
+#include "canyon/positioning/dop.hpp"
 #include "canyon/positioning/protection_level.hpp"
 
 namespace canyon::heatmap {
@@ -21,6 +23,35 @@ struct CellValues {
 
   CellValues() { of.fill(std::numeric_limits<float>::quiet_NaN()); }
   void set(Layer layer, double value) { of[static_cast<std::size_t>(layer)] = static_cast<float>(value); }
+  /// @param nlos of the tracked ones, without a direct path @param largest_excess_m empty: not known
+  void set_satellites(int los, int visible, int blocked, int nlos, std::optional<double> largest_excess_m) {
+    set(Layer::SatellitesLos, los);
+    set(Layer::SatellitesVisible, visible);
+    set(Layer::SatellitesBlocked, blocked);
+    if (visible == 0) return;
+    set(Layer::NlosShare, static_cast<double>(nlos) / visible);
+    if (largest_excess_m) set(Layer::LargestExcess, *largest_excess_m);
+  }
+  /// The fix without noise.
+  void set_fix(const Eigen::Vector3d& error_enu_m, const std::optional<positioning::Dop>& dop,
+               double protection_m) {
+    set(Layer::HorizontalError, error_enu_m.head<2>().norm());
+    set(Layer::VerticalError, error_enu_m.z());
+    if (dop) {
+      set(Layer::Hdop, dop->hdop);
+      set(Layer::Pdop, dop->pdop);
+      set(Layer::Vdop, dop->vdop);
+    }
+    set(Layer::ProtectionLevel, protection_m);
+  }
+  /// Writes the wanted layers for which Mine() is true to a cell; leaves the others alone.
+  template <bool (*Mine)(Layer) = of_solver>
+  void store(std::span<const Layer> wanted, std::span<const std::span<float>> layers,
+             std::size_t cell) const {
+    for (std::size_t k = 0; k < wanted.size(); ++k) {
+      if (Mine(wanted[k])) layers[k][cell] = of[static_cast<std::size_t>(wanted[k])];
+    }
+  }
   /// Mean, RMS, median and 95th percentile, in this order from `mean` on. @param errors reordered
   void describe(Layer mean, std::vector<double>& errors, bool quantiles) {
     if (errors.empty()) return;

@@ -43,7 +43,7 @@ class LinearFix {
   [[nodiscard]] bool factorise();
   /// x for the errors of all rows.
   [[nodiscard]] Unknowns solve() const { return substitute(right_); }
-  /// What x changes by per metre of error of a row.
+  /// The change of x for each metre of error of a row.
   [[nodiscard]] Unknowns gain(const Eigen::Vector3d& direction, int clock, double weight) const {
     Unknowns right{};
     add_error(right, direction, clock, weight, 1);

@@ -21,7 +21,7 @@ std::complex<double> phasor(double turns) {
   return std::polar(1.0, -2 * geodesy::kPi * (turns - std::trunc(turns)));
 }
 
-/// What cells take from a node.
+/// Whether cells take a path from their node.
 bool is_far(const Path& path) {
   return path.kind == PathKind::Diffuse || path.order >= 2;
 }
@@ -294,24 +294,13 @@ void SteadyCell::measure(std::size_t satellite) {
 }
 
 void SteadyCell::locate(bool statistics, CellValues& values) {
-  values.set(Layer::SatellitesLos, los_);
-  values.set(Layer::SatellitesVisible, visible_);
-  values.set(Layer::SatellitesBlocked, blocked_);
-  if (visible_ > 0) {
-    values.set(Layer::NlosShare, static_cast<double>(nlos_) / visible_);
-    values.set(Layer::LargestExcess, largest_excess_m_);
-  }
+  values.set_satellites(los_, visible_, blocked_, nlos_, largest_excess_m_);
   const SteadyFix::Answer quiet = fix_.solve(ranges_[0], true);
   values.set(Layer::Availability, quiet.solved ? 1 : 0);
   values.set(Layer::SatellitesUsed, quiet.used);
   if (quiet.solved) {
-    values.set(Layer::HorizontalError, quiet.error.head<2>().norm());
-    values.set(Layer::VerticalError, quiet.error.z());
-    values.set(Layer::Hdop, quiet.dop.hdop);
-    values.set(Layer::Pdop, quiet.dop.pdop);
-    values.set(Layer::Vdop, quiet.dop.vdop);
-    values.set(Layer::ProtectionLevel,
-               positioning::horizontal_protection_level_m(quiet.covariance, limits_.protection_factor));
+    values.set_fix(quiet.error, quiet.dop,
+                   positioning::horizontal_protection_level_m(quiet.covariance, limits_.protection_factor));
   }
   if (ranges_.size() == 1) return;
   DrawnFixes fixes;

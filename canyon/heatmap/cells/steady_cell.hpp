@@ -25,7 +25,7 @@ struct NodePath {
   Eigen::Vector3f arrival;
 };
 
-/// What was traced at one cell.
+/// Paths and edges that were found at one cell.
 struct PathNode {
   Eigen::Vector3d place = Eigen::Vector3d::Zero();
   std::vector<propagation::KnownEdge> edges;  ///< ascending
@@ -87,7 +87,7 @@ class SteadyCell {
   std::unordered_map<std::uint64_t, Reflector> reflectors_;
   std::unordered_map<std::uint64_t, std::vector<float>> blockages_;
   std::vector<std::vector<float>> direct_factors_;  // [satellite][lane]
-  // Of the cell in hand, kept for their memory.
+  // Values of the current cell; members, so that their memory is used again.
   std::vector<propagation::SatellitePaths> traced_;
   std::vector<CellPath> paths_;
   tracking::LaneCodeLock::Paths lanes_;

@@ -9,6 +9,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/heatmap/cells/cell_method.hpp"
 #include "canyon/heatmap/cells/steady_cell.hpp"
+#include "canyon/heatmap/kernels/bins.hpp"
 #include "canyon/heatmap/kernels/tile_tasks.hpp"
 
 namespace canyon::heatmap {
@@ -80,8 +81,7 @@ struct Blocks {
       const PathNode& other = nodes[static_cast<std::size_t>(v) * across + static_cast<std::size_t>(u)];
       known.insert(known.end(), other.edges.begin(), other.edges.end());
     }
-    std::sort(known.begin(), known.end());
-    known.erase(std::unique(known.begin(), known.end()), known.end());
+    sort_unique(known);
   }
 };
 
@@ -149,9 +149,7 @@ void SteadyReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::
               solver.solve(cells.place(i), known, blocks.nodes[block], statistics, values);
             }
           }
-          for (std::size_t k = 0; k < wanted.size(); ++k) {
-            if (of_solver(wanted[k])) layers[k][i] = values.of[static_cast<std::size_t>(wanted[k])];
-          }
+          values.store(wanted, layers, i);
         });
       }
     }

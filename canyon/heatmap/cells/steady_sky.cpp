@@ -82,7 +82,7 @@ SteadySky::SteadySky(const simulation::Environment& environment, const receiver:
     s.code = lane_lock_of(kind, locks);
     s.peak_power = kind.peak_power;
     if (options.signal.loop_noise) {
-      // Of 1 / (C/N0) and its square: both factors follow from two values.
+      // The variance is linear in 1 / (C/N0) and its square: both factors follow from two values.
       const double at_30 = std::pow(tracking::dll_jitter_m(*kind.tracker, 30), 2);
       const double at_20 = std::pow(tracking::dll_jitter_m(*kind.tracker, 20), 2);
       s.jitter_2 = (at_20 / 1e-2 - at_30 / 1e-3) / (1e-2 - 1e-3);
@@ -94,7 +94,7 @@ SteadySky::SteadySky(const simulation::Environment& environment, const receiver:
   }
 }
 
-/// What all lanes have in common; its pseudorange's error goes to all of them.
+/// The values that all lanes have in common.
 SteadySatellite SteadySky::satellite_of(const Input& input, const orbit::LineOfSight& line,
                                         const gnss::Signal& signal) const {
   const receiver::ReceiverOptions& options = input.options;
@@ -123,7 +123,7 @@ SteadySatellite SteadySky::satellite_of(const Input& input, const orbit::LineOfS
   return s;
 }
 
-/// Of the pseudorange, beside the models of the atmosphere.
+/// The pseudorange's error that the models of the atmosphere do not explain.
 double SteadySky::error_m(const errors::SpaceDelays& space, const Input& input,
                           const orbit::LineOfSight& line, const SteadySatellite& s) {
   const receiver::ReceiverOptions& options = input.options;
@@ -138,7 +138,7 @@ double SteadySky::error_m(const errors::SpaceDelays& space, const Input& input,
          (options.troposphere ? beside_model(false, space.troposphere_m) : 0);
 }
 
-/// What the receiver of each lane draws.
+/// Fills in the random values of each lane's receiver.
 void SteadySky::fill_lanes(const Input& input, std::size_t bundles, SteadySatellite& s) {
   const receiver::ReceiverOptions& options = input.options;
   const orbit::LineOfSight& line = s.line;

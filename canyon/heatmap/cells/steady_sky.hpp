@@ -34,7 +34,7 @@ struct SteadySatellite {
   std::vector<double> error_m;        ///< [lane] of the pseudorange, but for paths and code loop
   std::vector<double> code_normal;    ///< [lane] code loop's noise over its deviation
   std::vector<double> cn0_noise_db;   ///< [lane] of the stated C/N0
-  /// Of diffuse bundles in their order, [bundle][lane]: unit phasor, and power over its mean.
+  /// Unit phasors of diffuse bundles in their order, and their power over its mean; [bundle][lane].
   std::vector<float> fade_re, fade_im, fade_power;
 };
 
@@ -56,7 +56,8 @@ class SteadySky {
   [[nodiscard]] bool has_blockages() const { return has_blockages_; }
   /// Shadows of each draw; a task has a copy of its own.
   [[nodiscard]] const std::vector<disturbance::Shadowing>& shadowings() const { return shadowings_; }
-  /// What blockages leave of amplitudes that arrive from a direction (unit, ENU). @param factor padded()
+  /// Factors by which blockages reduce amplitudes that arrive from a direction (unit, ENU).
+  /// @param factor padded()
   void blockages_of(const Eigen::Vector3d& arrival, std::vector<disturbance::Shadowing>& shadowings,
                     float* factor) const;
 

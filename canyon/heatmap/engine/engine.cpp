@@ -27,6 +27,7 @@
 #include "canyon/receiver/receiver_draws.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/simulation/street_sources.hpp"
+#include "canyon/simulation/threads.hpp"
 
 namespace canyon::heatmap {
 namespace {
@@ -409,10 +410,7 @@ Heatmap::Impl::Missing Heatmap::Impl::missing_in(const TileStore& store) const {
 RunResult Heatmap::run(TileStore& store, const RunOptions& options) const {
   const Impl& impl = *impl_;
   const Clock::time_point started = Clock::now();
-  if (options.threads < 0 || options.threads > 4096) {
-    throw InputError(fmt::format("{} threads are out of range", options.threads),
-                     "give 0 (as many as cores) to 4096");
-  }
+  simulation::check_threads(options.threads);
   assert(options.processes >= 1 && (options.processes == 1 || options.next));
 
   const Impl::Missing missing = impl.missing_in(store);

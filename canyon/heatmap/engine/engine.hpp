@@ -58,7 +58,8 @@ class TileStore {
   /// Whether a unit of work (tile and chunk of times) is there. Its head and length are checked (InputError
   /// where they are wrong), its values' checksum only by load().
   [[nodiscard]] bool has(std::size_t unit) const;
-  /// Writes a unit, whole or not at all. Throws InputError where the disk does not take it; others are kept.
+  /// Writes a unit, whole or not at all. Throws InputError where the disk is full or cannot be written to;
+  /// other units are kept.
   void save(std::size_t unit, const TileValues& values);
   /// Empty where it is not there; a damaged file is an InputError that names it.
   [[nodiscard]] std::optional<TileValues> load(std::size_t unit) const;
@@ -77,9 +78,9 @@ struct RunOptions {
   /// share (of several an equal one, until it has done more). From any thread, but one call at a time; in
   /// order; at the beginning, at the end, and at most ten times a second between.
   std::function<void(std::size_t, std::size_t)> progress;
-  /// Of several processes over one store: their number, and the next place over all of them in the queue of
-  /// missing units (WorkQueue). begin_queue() is called once before, by all: each must have the same queue,
-  /// so none may begin before the last has made it (MpiProcesses::begin_queue()).
+  /// Several processes may compute one store. This is their number; `next` gives the next place in their
+  /// common queue of missing units (WorkQueue). All processes call begin_queue() once before: each must have
+  /// the same queue, so none may begin before the last has made it (MpiProcesses::begin_queue()).
   int processes = 1;
   std::function<void()> begin_queue;
   std::function<std::size_t()> next;
@@ -122,7 +123,7 @@ class Heatmap {
   };
   /// @param i below unit_count() (asserted)
   [[nodiscard]] Unit unit(std::size_t i) const;
-  /// The unit that has a time of a tile.
+  /// The unit that contains a time of a tile.
   [[nodiscard]] std::size_t unit_of(std::size_t tile, std::size_t time) const;
   /// Hash of everything that values depend on: request, receiver, propagation, `input_key`, and the cut into
   /// units. 32 hexadecimal digits.
@@ -132,7 +133,7 @@ class Heatmap {
   [[nodiscard]] TileValues compute(std::size_t unit) const;
   /// Computes what `store` does not have yet, in order, of several processes what this one takes. Ends
   /// early, with all finished units saved, when `stop` is set; throws InputError for options out of range, a
-  /// damaged unit, and a disk that takes no more.
+  /// damaged unit, and a full disk.
   RunResult run(TileStore& store, const RunOptions& options = {}) const;
 
  private:

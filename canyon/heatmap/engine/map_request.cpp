@@ -39,7 +39,7 @@ double parse_step(std::string_view text) {
   const std::optional<double> value = parse_double(number);
   const double seconds = value.value_or(0) * unit_s;
   if (!value || !(seconds >= 0.001 && seconds <= 1e7)) {
-    throw InputError(fmt::format("'{}' is no step", text),
+    throw InputError(fmt::format("'{}' is not a valid step", text),
                      "give seconds, or a number with s, min or h behind it, e.g. 15min; from 1 ms up");
   }
   return seconds;
@@ -53,7 +53,8 @@ GpsTime parse_moment(std::string_view text, std::optional<GpsTime> start) {
                      "add start to the scenario, or give instants, e.g. 2026-03-01T10:00:00Z");
   }
   if (!(std::abs(*seconds) <= 1e8)) {
-    throw InputError(fmt::format("'{}' is no time", text), "give an instant, or seconds from the start");
+    throw InputError(fmt::format("'{}' is not a valid time", text),
+                     "give an instant, or seconds from the start");
   }
   return *start + *seconds;
 }

@@ -9,7 +9,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/heatmap/engine/engine.hpp"
 
-/// What a Request is made of, for hosts that ask people: boxes, times, and checks against the city.
+// Boxes, times and checks against the city: hosts make a Request of a user's input with them.
 namespace canyon::heatmap {
 
 /// A box in the city's east-north plane [m].

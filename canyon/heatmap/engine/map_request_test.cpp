@@ -34,7 +34,7 @@ TEST(MapRequest, ReadsTimes) {
   EXPECT_THAT(fault("soon"), HasSubstr("soon"));
   EXPECT_THAT(fault("0/60"), HasSubstr("day/STEP"));
   EXPECT_THAT(fault("60/0/10"), HasSubstr("before they begin"));
-  EXPECT_THAT(fault("0/60/fast"), HasSubstr("'fast' is no step"));
+  EXPECT_THAT(fault("0/60/fast"), HasSubstr("'fast' is not a valid step"));
   EXPECT_THAT(fault("day/0.1"), HasSubstr("861640"));
   EXPECT_THAT(fault("600", std::nullopt), HasSubstr("start"));
   EXPECT_THAT(fault("1975-01-01T00:00:00Z"), HasSubstr("1980-01-06"));

@@ -72,7 +72,7 @@ std::vector<std::string> write_map_pictures(const std::filesystem::path& folder,
 /// asked for, the last ones kept (64 MiB). Thread-safe (one thread reads at a time). Part of canyon::io.
 class StoredMap {
  public:
-  /// Throws InputError for a file that is missing, damaged or no map of Canyon's.
+  /// Throws InputError for a file that is missing, damaged or not a map of Canyon.
   explicit StoredMap(const std::filesystem::path& netcdf);
   ~StoredMap();
   StoredMap(StoredMap&&) noexcept;

@@ -15,7 +15,7 @@ namespace canyon::heatmap {
 /// The layer that shows best whether a cell has a fix: Availability, else an error or a DOP (NaN without),
 /// else SatellitesUsed (0 without). Index into `layers`; empty where there is none of them.
 [[nodiscard]] std::optional<std::size_t> fix_layer(std::span<const Layer> layers);
-/// What a value of such a layer says: share of the time with a fix [1].
+/// The share of the time with a fix [1] that a value of such a layer states.
 [[nodiscard]] double fix_share(Layer layer, float value);
 
 /// Counts values as they come, in bounded memory (2 MiB), and gives quantiles of them: each value is rounded

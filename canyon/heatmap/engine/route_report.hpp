@@ -13,7 +13,7 @@
 #include "canyon/heatmap/kernels/layers.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 
-// What a map says of a route, for planners.
+// Figures of a route on a map, for planners.
 
 namespace canyon::heatmap {
 

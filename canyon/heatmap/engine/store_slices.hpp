@@ -17,11 +17,11 @@ namespace canyon::heatmap {
 [[nodiscard]] std::function<std::optional<MapSource::Slice>(std::size_t, std::size_t)> store_slices(
     const Heatmap& heatmap, const TileStore& store);
 
-/// What is made of several maps, cell by cell.
+/// The statistic over several maps, cell by cell.
 enum class OverRuns : std::uint8_t {
   Mean,
-  /// What 95 % of the runs do not fall short of: the 95th percentile, of layers where more is better the 5th
-  /// (definition 7 of Hyndman and Fan 1996).
+  /// The value that 95 % of the runs reach or are better than: the 95th percentile, or the 5th of layers
+  /// where more is better (definition 7 of Hyndman and Fan 1996).
   P95,
 };
 /// MapSource::slice over maps of one request that differ in their seed, each a slice of its own: over the

@@ -203,7 +203,7 @@ Header TileStore::Impl::read_header(std::FILE* file, std::size_t unit) const {
   Header header;
   if (std::fread(&header, sizeof header, 1, file) != 1) throw damaged(name, "it is cut short");
   if (header.magic != kMagic || header.byte_order != kByteOrder) {
-    throw damaged(name, "it is no tile of this program on this kind of machine");
+    throw damaged(name, "it is not a tile that this program wrote on this kind of machine");
   }
   if (header.header_crc != crc_of(header)) throw damaged(name, "the checksum of its head is wrong");
   if (header.version != static_cast<std::uint32_t>(kVersion) || header.key != key_hash) {

@@ -72,7 +72,7 @@ const Json& Reader::member(const Json& object, const char* key) const {
 }
 
 std::string Reader::type_of(const Json& object) const {
-  if (!object.is_object()) fail("is no GeoJSON object", "give a GeoJSON file of polygons");
+  if (!object.is_object()) fail("is not a GeoJSON object", "give a GeoJSON file of polygons");
   const Json& type = member(object, "type");
   if (!type.is_string()) fail("the \"type\" of a GeoJSON object is not a text");
   return type.text();
@@ -105,7 +105,7 @@ void Reader::take_geometry(const Json& geometry) {
     if (!parts.is_array()) fail("\"geometries\" is not a list");
     for (const Json& part : parts) take_geometry(part);
   } else {
-    fail(fmt::format("a {} bounds no area", type), "give Polygon and MultiPolygon features only");
+    fail(fmt::format("a {} has no area", type), "give Polygon and MultiPolygon features only");
   }
 }
 
@@ -236,7 +236,7 @@ Area Reader::read() {
     try {
       return Json::parse(file.text());
     } catch (const JsonError& error) {  // also of numbers beyond a double's
-      fail(std::string("is no JSON: ") + error.what());
+      fail(std::string("is not valid JSON: ") + error.what());
     }
   }();
   if (!json["crs"].is_null()) {

@@ -102,12 +102,13 @@ TEST(ReadArea, LongSidesFollowTheParallel) {
 }
 
 TEST(ReadArea, RefusesWithFileAndCure) {
-  EXPECT_THAT(problem("{\"type\": "), HasSubstr("area.geojson: is no JSON: parse error at line 1, column 1"));
-  EXPECT_THAT(problem("[1, 2]"), HasSubstr("is no GeoJSON object"));
+  EXPECT_THAT(problem("{\"type\": "),
+              HasSubstr("area.geojson: is not valid JSON: parse error at line 1, column 1"));
+  EXPECT_THAT(problem("[1, 2]"), HasSubstr("is not a GeoJSON object"));
   EXPECT_THAT(problem("{}"), HasSubstr("a GeoJSON object has no \"type\""));
   EXPECT_THAT(problem(features("")), HasSubstr("has no polygon"));
   EXPECT_THAT(problem(feature(R"({"type": "Point", "coordinates": [114.17, 22.3]})")),
-              HasSubstr("a Point bounds no area; give Polygon and MultiPolygon features only"));
+              HasSubstr("a Point has no area; give Polygon and MultiPolygon features only"));
   EXPECT_THAT(problem(polygon("[[114.17, 22.3], [114.18, 22.3], [114.17, 22.3]]")),
               HasSubstr("a ring of polygon 1 has 3 positions; give at least four"));
   EXPECT_THAT(problem(polygon("[[114.17, 22.3], [114.18, 22.3], [114.18, 22.4], [114.17, 22.4]]")),

@@ -41,21 +41,31 @@ class NetcdfFile {
   /// writing
   void set_storage(int variable, const std::vector<std::size_t>& chunk, int deflate_level,
                    std::size_t cache_bytes);
-  void put_text(int variable, const std::string& name, std::string_view text);
-  void put_number(int variable, const std::string& name, double value);
-  void put_integer(int variable, const std::string& name, int value);
-  void put_float(int variable, const std::string& name, float value);
-  void put_long(int variable, const std::string& name, std::int64_t value);
-  void put_bytes(int variable, const std::string& name, const std::vector<signed char>& values);
+  void put_text(int variable, const std::string& name, std::string_view text) {
+    put(variable, name, NC_CHAR, text.size(), text.data());
+  }
+  void put_number(int variable, const std::string& name, double value) {
+    put(variable, name, NC_DOUBLE, 1, &value);
+  }
+  void put_integer(int variable, const std::string& name, int value) {
+    put(variable, name, NC_INT, 1, &value);
+  }
+  void put_float(int variable, const std::string& name, float value) {
+    put(variable, name, NC_FLOAT, 1, &value);
+  }
+  void put_long(int variable, const std::string& name, std::int64_t value) {
+    put(variable, name, NC_INT64, 1, &value);
+  }
+  void put_bytes(int variable, const std::string& name, const std::vector<signed char>& values) {
+    put(variable, name, NC_BYTE, values.size(), values.data());
+  }
   void end_definitions();
 
-  // Values of a box [start, start + count).
+  // Values of a box [start, start + count): float, double, signed char or std::int64_t; characters are
+  // written alone.
   using Index = std::vector<std::size_t>;
-  void write(int variable, const Index& start, const Index& count, const float* values);
-  void write(int variable, const Index& start, const Index& count, const double* values);
-  void write(int variable, const Index& start, const Index& count, const signed char* values);
-  void write(int variable, const Index& start, const Index& count, const std::int64_t* values);
-  void write(int variable, const Index& start, const Index& count, const char* characters);
+  template <typename T>
+  void write(int variable, const Index& start, const Index& count, const T* values);
   void close();
 
   // Reading; empty where there is no such thing (of that type).
@@ -66,19 +76,17 @@ class NetcdfFile {
   [[nodiscard]] std::optional<double> number(int variable, const std::string& name) const;
   [[nodiscard]] std::optional<std::string> text(int variable, const std::string& name) const;
   void set_cache(int variable, std::size_t bytes) const;
-  void read(int variable, const Index& start, const Index& count, float* values) const;
-  void read(int variable, const Index& start, const Index& count, double* values) const;
-  void read(int variable, const Index& start, const Index& count, signed char* values) const;
-  void read(int variable, const Index& start, const Index& count, std::int64_t* values) const;
+  template <typename T>
+  void read(int variable, const Index& start, const Index& count, T* values) const;
 
-  /// CRC-32 (zlib's) of values as they lie in memory, those of `before` continued.
-  [[nodiscard]] static std::int64_t checksum(std::span<const float> values, std::int64_t before = 0);
-  [[nodiscard]] static std::int64_t checksum(std::span<const signed char> values, std::int64_t before = 0);
+  /// CRC-32 (zlib's) of values as they lie in memory, continuing that of `before`.
+  [[nodiscard]] static std::int64_t checksum(std::span<const std::byte> values, std::int64_t before = 0);
 
   [[nodiscard]] const std::filesystem::path& path() const { return shown_; }
 
  private:
   explicit NetcdfFile(std::filesystem::path shown) : shown_(std::move(shown)) {}
+  void put(int variable, const std::string& name, nc_type type, std::size_t count, const void* values);
   void check_written(int status) const;
   void check_read(int status) const;
 

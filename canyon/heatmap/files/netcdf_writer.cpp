@@ -61,7 +61,7 @@ class NetcdfWriter {
   void step() {
     if (source_.progress) source_.progress(++done_, steps_);
   }
-  /// Of a variable over (y, x) and `outer` dimensions in front.
+  /// Sets the storage of a variable over (y, x) and `outer` dimensions in front.
   void store_by_tile(int variable, std::size_t outer, std::size_t value_size);
 
   const MapSource& source_;
@@ -330,10 +330,10 @@ void NetcdfWriter::write_tile(std::size_t i) {
         const std::span<const float> values(slice->values.data() + (k * altitudes + a) * cells, cells);
         file_.write(layers_[k], {time, a, tile.first_row, tile.first_column}, {1, 1, tile.rows, tile.columns},
                     values.data());
-        checksum = NetcdfFile::checksum(values, checksum);
+        checksum = NetcdfFile::checksum(std::as_bytes(values), checksum);
       }
       checksums[time * altitudes + a] =
-          NetcdfFile::checksum(std::span<const signed char>(state.data() + a * cells, cells), checksum);
+          NetcdfFile::checksum(std::as_bytes(std::span(state).subspan(a * cells, cells)), checksum);
     }
   }
   file_.write(checksum_, {i, 0, 0}, {1, request_.times.size(), altitudes}, checksums.data());

@@ -34,7 +34,7 @@ struct StoredMap::Impl {
   explicit Impl(const std::filesystem::path& path) : file(NetcdfFile::open(path)) {}
 
   [[noreturn]] void refuse(const std::string& what) const {
-    throw InputError(file.path(), 0, "is no heat map of Canyon's: " + what,
+    throw InputError(file.path(), 0, "is not a heat map of Canyon: " + what,
                      "give the NetCDF file that canyon heatmap wrote");
   }
   double required(const char* name) const {
@@ -126,7 +126,7 @@ void StoredMap::Impl::read_axes() {
   if (altitudes_m.size() > (std::size_t{1} << 20)) refuse("it has too many altitudes");
   file.read(over(layout::kAltitude, {layout::kAltitude}), {0}, {altitudes_m.size()}, altitudes_m.data());
   for (const double altitude : altitudes_m) {
-    if (!std::isfinite(altitude)) refuse("its altitudes make no sense");
+    if (!std::isfinite(altitude)) refuse("its altitudes are not finite");
   }
   const std::optional<std::string> kind = file.text(NC_GLOBAL, layout::kAltitudeKind);
   if (!kind || (*kind != layout::kEllipsoid && *kind != layout::kAboveTerrain)) {
@@ -159,7 +159,8 @@ void StoredMap::Impl::check(const Piece& piece) const {
   file.read(checksum, {piece.tile, piece.time, piece.altitude}, {1, 1, 1}, &wanted);
   const bool none =
       std::all_of(piece.values.begin(), piece.values.end(), [](float v) { return std::isnan(v); });
-  const std::int64_t found = NetcdfFile::checksum(piece.state, NetcdfFile::checksum(piece.values));
+  const std::int64_t found = NetcdfFile::checksum(
+      std::as_bytes(std::span(piece.state)), NetcdfFile::checksum(std::as_bytes(std::span(piece.values))));
   if (wanted < 0 ? !none : wanted != found) {
     throw InputError(file.path(), 0, fmt::format("tile {} is damaged", piece.tile),
                      "write the map again with canyon heatmap");

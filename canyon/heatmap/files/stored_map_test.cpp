@@ -181,7 +181,7 @@ TEST(StoredMap, RefusesWhatIsNoMap) {
     foreign.close();
   }
   EXPECT_THAT(problem(folder / "foreign.nc"),
-              HasSubstr("foreign.nc: is no heat map of Canyon's: its attribute canyon_map is missing"));
+              HasSubstr("foreign.nc: is not a heat map of Canyon: its attribute canyon_map is missing"));
   {
     NetcdfFile later = NetcdfFile::create(folder / "later.nc", folder / "later.nc");
     later.put_integer(NC_GLOBAL, "canyon_map", 2);

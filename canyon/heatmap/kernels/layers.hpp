@@ -41,7 +41,7 @@ enum class Layer : std::uint8_t {
   /// From a start without knowledge to the first fix, median over the draws [s]; NaN where half of them or
   /// more have none within LimitOptions::first_fix_s.
   TimeToFirstFix,
-  // Of a receiver with RTK at rest that takes its base's corrections for LimitOptions::rtk_s from then on:
+  // Layers of a receiver with RTK that is at rest and takes its base's corrections for LimitOptions::rtk_s:
   RtkFixedShare,     ///< share of the epochs of all draws whose solution is fixed [1]
   RtkTimeToFix,      ///< median over the draws [s]; NaN where half of them or more have no fixed solution
   RtkFixedErrorP95,  ///< 95th percentile of the horizontal error while fixed [m]; NaN without
@@ -63,11 +63,11 @@ enum class StartKind : std::uint8_t {
   Cold,  ///< signals are measured after SignalLockOptions::cold_acquisition_s
   Hot,   ///< after SignalLockOptions::reacquisition_s
 };
-/// What layers for planners compare with.
+/// Limits with which layers for planners compare.
 struct LimitOptions {
   double error_m = 10;  ///< of HorizontalErrorExceedance; (0, 1e6]
-  /// Of ProtectedAvailability; (0, 1e6]. Default: horizontal alert limit of APV-I and LPV approaches (ICAO
-  /// Annex 10 volume I, table 3.7.2.4-1).
+  /// Alert limit of ProtectedAvailability; (0, 1e6]. Default: horizontal alert limit of APV-I and LPV
+  /// approaches (ICAO Annex 10 volume I, table 3.7.2.4-1).
   double alert_m = 40;
   /// K of protection levels, (0, 100]. Default: K_H,PA of RTCA DO-229D appendix J.2.1; K_H,NPA is 6.18.
   double protection_factor = 6.0;
@@ -94,17 +94,19 @@ void visit(options::Visitor& v, LimitOptions& o);
 [[nodiscard]] constexpr bool of_solver(Layer layer) {
   return layer != Layer::SkyView && !runs_on(layer);
 }
-/// Whether large values are good ones. Of VerticalError neither are; false.
+/// Whether large values are good. False for VerticalError, whose large values of both signs are bad.
 [[nodiscard]] constexpr bool more_is_better(Layer layer) {
   return layer == Layer::Availability || layer == Layer::ProtectedAvailability || layer == Layer::SkyView ||
          layer == Layer::SatellitesLos || layer == Layer::SatellitesVisible ||
          layer == Layer::SatellitesUsed || layer == Layer::RtkFixedShare;
 }
-/// By its name, upper or lower case; InputError, with the closest one, for another. "all" is not one.
+/// The layer with this name, in upper or lower case. Throws InputError with the closest name for an unknown
+/// one; "all" is not a layer.
 [[nodiscard]] Layer layer_by_name(std::string_view name);
-/// What a layer compares with, for people: "more than 10 m, of the draws with a fix"; empty for most.
+/// The limit with which a layer compares, for people: "more than 10 m, of the draws with a fix"; empty for
+/// most.
 [[nodiscard]] std::string limits_text(Layer layer, const LimitOptions& limits);
-/// What "all" means to people: those that one look at each cell gives, all that do not run on.
+/// Layers that "all" selects: those that one epoch in each cell gives, all that do not run on.
 [[nodiscard]] std::vector<Layer> layers_of_one_look();
 /// HorizontalError, SatellitesVisible, Hdop: the paper's panels.
 [[nodiscard]] std::vector<Layer> default_layers();

@@ -9,6 +9,7 @@
 
 #include "canyon/city/mesh_topology.hpp"
 #include "canyon/city/planar.hpp"
+#include "canyon/heatmap/kernels/bins.hpp"
 
 namespace canyon::heatmap {
 namespace {
@@ -209,8 +210,7 @@ Solids find_solids(const city::Mesh& mesh) {
     city::TriangleIndices own(first, first + object.triangle_count);
     used.clear();
     for (const auto& t : own) used.insert(used.end(), t.begin(), t.end());
-    std::sort(used.begin(), used.end());
-    used.erase(std::unique(used.begin(), used.end()), used.end());
+    sort_unique(used);
     std::vector<Vector3d> vertices;
     for (const std::uint32_t v : used) vertices.push_back(mesh.vertices[v]);
     for (auto& t : own) {

@@ -94,24 +94,15 @@ Interiors::Interiors(const city::Mesh& mesh) {
   if (triangles_.empty()) return;
 
   band_m_ = std::max((north_m - south_m_) / kBands, 1e-3);
-  const auto for_each_band = [&](const Triangle& triangle, const auto& call) {
-    const auto& corner = triangle.corner;
+  const auto bands_of = [&](std::uint32_t t, const auto& call) {
+    const auto& corner = triangles_[t].corner;
     const auto [low, high] = std::minmax({corner[0][1], corner[1][1], corner[2][1]});
     const auto band = [&](double y) {
       return std::min(kBands - 1, static_cast<std::size_t>(std::max(0.0, (y - south_m_) / band_m_)));
     };
     for (std::size_t b = band(low); b <= band(high); ++b) call(b);
   };
-  first_.assign(kBands + 1, 0);
-  for (const Triangle& triangle : triangles_) {
-    for_each_band(triangle, [&](std::size_t b) { ++first_[b + 1]; });
-  }
-  for (std::size_t b = 1; b < first_.size(); ++b) first_[b] += first_[b - 1];
-  in_bands_.resize(first_.back());
-  std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
-  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
-    for_each_band(triangles_[t], [&](std::size_t b) { in_bands_[next[b]++] = t; });
-  }
+  bands_.fill(kBands, static_cast<std::uint32_t>(triangles_.size()), bands_of);
 }
 
 std::vector<Interiors::End> Interiors::ends(double z) const {
@@ -143,12 +134,9 @@ void Interiors::for_each_segment(const CellPlane& plane, double margin_m, const 
     return static_cast<std::size_t>(std::clamp((y - south_m_) / band_m_, 0.0, kBands - 1.0));
   };
   const std::size_t first_band = band(south_m), last_band = band(north_m);
-  std::vector<std::uint32_t> near(in_bands_.begin() + first_[first_band],
-                                  in_bands_.begin() + first_[last_band + 1]);
-  if (first_band != last_band) {
-    std::sort(near.begin(), near.end());
-    near.erase(std::unique(near.begin(), near.end()), near.end());
-  }
+  std::vector<std::uint32_t> near;
+  bands_.append(first_band, last_band, near);
+  if (first_band != last_band) sort_unique(near);
   for (const std::uint32_t t : near) {
     const auto& corner = triangles_[t].corner;
     const std::array above{is_above(corner[0], z), is_above(corner[1], z), is_above(corner[2], z)};
@@ -230,8 +218,7 @@ std::vector<std::uint32_t> Interiors::on_surfaces(const CellPlane& plane, double
       }
     }
   });
-  std::sort(cells.begin(), cells.end());
-  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+  sort_unique(cells);
   return cells;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "canyon/city/fwd.hpp"
+#include "canyon/heatmap/kernels/bins.hpp"
 #include "canyon/heatmap/kernels/shadows.hpp"
 
 namespace canyon::heatmap {
@@ -58,7 +59,7 @@ class Interiors {
   };
   std::vector<Triangle> triangles_;
   double south_m_ = 0, band_m_ = 1;
-  std::vector<std::uint32_t> first_, in_bands_;
+  Bins bands_;
   /// Edges that more triangles run along in one direction than in the other; upwards.
   struct OpenEdge {
     std::array<double, 3> low, high;

@@ -56,23 +56,14 @@ TerrainHeights::TerrainHeights(const city::Mesh& mesh) {
   for (std::size_t k = 0; k < 2; ++k) {
     bins_[k] = static_cast<std::uint32_t>(extent[static_cast<Eigen::Index>(k)] / bin_size_m_) + 1;
   }
-  const auto for_each_bin = [&](const Triangle& triangle, const auto& call) {
-    const Bounds bounds = bounds_of(triangle);
+  const auto bins_of = [&](std::uint32_t t, const auto& call) {
+    const Bounds bounds = bounds_of(triangles_[t]);
     const auto low = bin(bounds.min), high = bin(bounds.max);
     for (std::uint32_t y = low[1]; y <= high[1]; ++y) {
       for (std::uint32_t x = low[0]; x <= high[0]; ++x) call(std::size_t{y} * bins_[0] + x);
     }
   };
-  first_.assign(std::size_t{bins_[0]} * bins_[1] + 1, 0);
-  for (const Triangle& triangle : triangles_) {
-    for_each_bin(triangle, [&](std::size_t b) { ++first_[b + 1]; });
-  }
-  for (std::size_t b = 1; b < first_.size(); ++b) first_[b] += first_[b - 1];
-  in_bins_.resize(first_.back());
-  std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
-  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
-    for_each_bin(triangles_[t], [&](std::size_t b) { in_bins_[next[b]++] = t; });
-  }
+  in_bins_.fill(std::size_t{bins_[0]} * bins_[1], static_cast<std::uint32_t>(triangles_.size()), bins_of);
 }
 
 std::array<std::uint32_t, 2> TerrainHeights::bin(const Vector2d& point) const {
@@ -94,11 +85,9 @@ void TerrainHeights::heights(const Grid& grid, const Tile& tile, std::span<doubl
   std::vector<std::uint32_t> near;
   for (std::uint32_t y = low[1]; y <= high[1]; ++y) {
     const std::size_t row = std::size_t{y} * bins_[0];
-    near.insert(near.end(), in_bins_.begin() + first_[row + low[0]],
-                in_bins_.begin() + first_[row + high[0] + 1]);
+    in_bins_.append(row + low[0], row + high[0], near);
   }
-  std::sort(near.begin(), near.end());
-  near.erase(std::unique(near.begin(), near.end()), near.end());
+  sort_unique(near);
   for (const std::uint32_t t : near) draw(triangles_[t], grid, tile, heights);
 }
 

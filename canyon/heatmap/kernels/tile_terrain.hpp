@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "canyon/city/fwd.hpp"
+#include "canyon/heatmap/kernels/bins.hpp"
 #include "canyon/heatmap/kernels/grid.hpp"
 
 namespace canyon::heatmap {
@@ -31,11 +32,11 @@ class TerrainHeights {
   [[nodiscard]] std::array<std::uint32_t, 2> bin(const Eigen::Vector2d& point) const;
 
   std::vector<Triangle> triangles_;
-  /// Bins of a regular grid over the terrain; bin b has triangles in_bins_[first_[b]] on.
+  // A regular grid of bins over the terrain.
   Eigen::Vector2d corner_ = Eigen::Vector2d::Zero();
   double bin_size_m_ = 1;
   std::array<std::uint32_t, 2> bins_{1, 1};
-  std::vector<std::uint32_t> first_, in_bins_;
+  Bins in_bins_;  ///< triangles
 };
 
 }  // namespace canyon::heatmap

@@ -18,8 +18,8 @@ namespace canyon::heatmap {
 
 enum class CellVisibility : std::uint8_t { Blocked = 0, LOS = 1, NLOS = 2 };
 
-/// What arrives at the cells of one tile, altitude and time. Satellites are those above the mask at the
-/// tile's centre, their directions taken from there (a tile of 256 m: within 1e-5 rad of a cell's own).
+/// Signals that arrive at the cells of one tile, altitude and time. Satellites are those above the mask at
+/// the tile's centre. Directions are those at the centre (a tile of 256 m: within 1e-5 rad of a cell's own).
 struct TileSignals {
   std::vector<orbit::LineOfSight> satellites;  ///< ascending by id, seen from the tile's centre
   std::vector<Eigen::Vector3d> directions;     ///< unit, ENU of the city

@@ -8,7 +8,7 @@
 
 namespace canyon::heatmap {
 
-/// What a pixel of a map shows.
+/// The content of a pixel of a map.
 enum class Shade : std::uint8_t {
   Value,
   NoValue,  ///< computed, but NaN: no fix, or nothing received

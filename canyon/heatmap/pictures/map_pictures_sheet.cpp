@@ -40,7 +40,7 @@ double map_width_for(std::size_t columns) {
   return columns == 1 ? 600 : columns == 2 ? 430 : 286;
 }
 
-/// Of pixels without a value; patterns, so that no colour of a map is taken for one of them.
+/// Pixels without a value have patterns, so that no colour of a map is taken for one of them.
 std::uint32_t pixel_of(Shade shade, std::uint32_t x, std::uint32_t y) {
   static const std::uint32_t paper = packed(kPaper), building = packed(kBuilding),
                              underground = packed(kUnderground), stripe = packed(drawing::kSkyBlue),

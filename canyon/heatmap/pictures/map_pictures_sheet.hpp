@@ -17,8 +17,8 @@ namespace canyon::heatmap {
 
 inline constexpr std::size_t kMostPanels = 6;
 
-/// Where things lie on sheets of up to six panels, all of one size: in a row up to three, else in two. In
-/// units of the canvas, but for pixels of the stills.
+/// Places of the parts of a sheet. A sheet has up to six panels of one size: up to three in one row, more in
+/// two rows. Lengths are in units of the canvas, pixels are those of the stills.
 class SheetLayout {
  public:
   /// @param layers of the fullest sheet, [1, kMostPanels]
@@ -29,7 +29,6 @@ class SheetLayout {
   [[nodiscard]] double height(std::size_t panels) const;
   /// The map of a panel, whole units.
   [[nodiscard]] drawing::Rect map(std::size_t panel) const;
-  [[nodiscard]] int title_lines() const { return title_lines_; }
   [[nodiscard]] double legend_top(std::size_t panels) const;
 
   /// Extent of a map [m, ENU]: the grid, with paper around it where it is very slim. z is 0.
@@ -38,7 +37,7 @@ class SheetLayout {
   [[nodiscard]] const RasterSize& map_pixels() const { return map_pixels_; }
   [[nodiscard]] const RasterSize& grid_pixels() const { return grid_pixels_; }
   [[nodiscard]] const std::array<std::uint32_t, 2>& grid_corner() const { return grid_corner_; }
-  /// Of a layer: not more than cells, not more than pixels.
+  /// Size of a layer's raster: at most the grid's cells, at most the map's pixels.
   [[nodiscard]] RasterSize raster_size() const { return raster_size_; }
 
  private:
@@ -54,7 +53,7 @@ class SheetLayout {
 using Outlines = std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>>;
 [[nodiscard]] Outlines building_outlines(const city::Mesh& mesh, const city::Box& extent);
 
-/// How much of each pixel of a map outlines cover, 0 to 255.
+/// The part of each pixel of a map that outlines cover, 0 to 255.
 [[nodiscard]] std::vector<std::uint8_t> outline_coverage(const Outlines& outlines, const SheetLayout& layout,
                                                          double pixels_per_unit);
 
@@ -71,7 +70,7 @@ struct Sheet {
     const ColourScale* scale = nullptr;
   };
   std::vector<Panel> panels;
-  /// On any picture of this sheet, so that an animation's legend rests.
+  /// Shades on any picture of this sheet, so that an animation's legend does not change.
   ShadesSeen seen{};
   std::string no_value = "no fix";  ///< what NoValue means
   const std::vector<std::uint8_t>* outlines = nullptr;

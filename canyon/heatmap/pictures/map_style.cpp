@@ -16,7 +16,7 @@ using drawing::rgb;
 constexpr double kRobustShare = 0.98;
 /// A scale's end that is more than this times the median leaves most of a linear map in one colour.
 constexpr double kSkewed = 6;
-/// Of a scale's end: what is smaller is zero to the eye.
+/// A scale's end that is smaller than this is drawn as zero.
 constexpr double kNearZero = 1e-3;
 constexpr int kMostClasses = 10;
 /// The darkest of inferno: nearly black would hide outlines and the hue.

@@ -10,8 +10,8 @@
 #include "canyon/heatmap/engine/map_summary.hpp"
 #include "canyon/heatmap/kernels/layers.hpp"
 
-// How a layer's values become colours. Bright is good and dark is bad on every map but those of signed
-// values, in colour, to colour-blind eyes and in grey.
+// Colours of a layer's values. Bright is good and dark is bad on every map, except on maps of signed values.
+// This holds in colour, for colour-blind people and in grey.
 
 namespace canyon::heatmap {
 
@@ -25,7 +25,7 @@ namespace canyon::heatmap {
 /// for signed values. Grey shows how far from zero, not to which side.
 [[nodiscard]] drawing::Colour orange_purple(double t);
 
-/// What a layer's values are, to the eye.
+/// The kind of a layer's values, which decides about scale and colours.
 enum class ValueKind : std::uint8_t {
   Length,  ///< [m], from 0
   SignedLength,
@@ -41,14 +41,15 @@ struct LayerStyle {
 };
 [[nodiscard]] LayerStyle style_of(Layer layer);
 
-/// DOPs above are drawn as this one: a fix with them says little.
+/// Larger DOPs are drawn as this one: a fix with them says little.
 inline constexpr double kLargestDrawnDop = 20;
 
-/// Values to colours, and what a colour bar says of it.
+/// Maps values to colours, and has the labels of the colour bar.
 struct ColourScale {
   LayerStyle style;
   double low = 0, high = 1;  ///< of values, in the layer's unit
-  /// What goes evenly along the bar; others than the value itself where few values are far above the others.
+  /// The function of the value that is linear along the bar: the value itself, or its square root or
+  /// logarithm where few values are far above the others.
   enum class Progression : std::uint8_t { Linear, SquareRoot, Logarithm };
   Progression progression = Progression::Linear;
   int classes = 0;                    ///< of a Count; 0: continuous
@@ -60,7 +61,7 @@ struct ColourScale {
 
   /// Position on the bar, clamped. NaN goes to 0.
   [[nodiscard]] double at(double value) const;
-  /// Of a position on the bar: one colour for each class.
+  /// The colour at a position on the bar: one colour for each class.
   [[nodiscard]] drawing::Colour colour_at(double position) const;
   [[nodiscard]] drawing::Colour colour(double value) const { return colour_at(at(value)); }
 };

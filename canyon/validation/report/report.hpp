@@ -10,8 +10,8 @@
 
 namespace canyon::validation {
 
-/// What a report shows. There is at least one model, and the comparison has epochs [first, first + count)
-/// (asserted); everything may be empty otherwise, and the report then says so.
+/// The contents of a report. There is at least one model, and the comparison has epochs [first, first +
+/// count) (asserted); everything may be empty otherwise, and the report then says so.
 struct ReportInput {
   std::string title;                                     ///< the scenario's name
   const city::City* city = nullptr;                      ///< not null

@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdint>
 #include <functional>
 #include <optional>
 
@@ -67,17 +65,8 @@ std::string number(double value, int decimals) {
   const std::string text = output::fixed(value, decimals);
   return text.empty() ? kNone : text;
 }
-std::string number(const std::optional<double>& value, int decimals) {
-  return value ? number(*value, decimals) : kNone;
-}
-std::string count(std::size_t n) {
-  return fmt::format("{}", n);
-}
-std::string percent(double share) {
-  return number(100 * share, 1);
-}
 std::string share_of(std::size_t part, std::size_t all) {
-  return all > 0 ? percent(static_cast<double>(part) / static_cast<double>(all)) : kNone;
+  return all > 0 ? number(100 * (static_cast<double>(part) / static_cast<double>(all)), 1) : kNone;
 }
 
 std::string table(const Row& head, const std::vector<Row>& rows) {
@@ -245,190 +234,15 @@ std::string pictures(const std::vector<ReportFigure>& figures) {
   return html;
 }
 
-std::string separation_tables(const Figures& f) {
-  std::string html = heading(3, "LOS and NLOS separated");
-  const auto interval = [](const std::optional<Interval>& i) {
-    return i ? fmt::format("{} to {}", number(i->low, 3), number(i->high, 3)) : std::string(kNone);
-  };
-  const auto row = [&](const std::string& name, const std::optional<Separation>& s,
-                       const std::optional<Interval>& i, const std::string& unit) {
-    if (!s) return Row{name, kNone, kNone, kNone, kNone};
-    const std::string threshold =
-        std::isfinite(s->threshold) ? number(std::abs(s->threshold), 1) + " " + unit : std::string(kNone);
-    return Row{name, number(s->auc, 3), interval(i), number(s->balanced_accuracy, 3), threshold};
-  };
-  html += table({"By", "AUC", "95 % interval", "Balanced accuracy", "at a threshold of"},
-                {row("C/N0 (NLOS is weaker)", f.by_cn0, f.by_cn0_interval, "dB-Hz"),
-                 row("Pseudorange error (NLOS is later)", f.by_error, f.by_error_interval, "m")});
-  std::vector<Row> bands;
-  for (const Band& b : f.bands) {
-    bands.push_back({fmt::format("{:.0f}\u00B0 to {:.0f}\u00B0", b.low_deg, b.high_deg), count(b.los),
-                     count(b.nlos), b.by_cn0 ? number(b.by_cn0->auc, 3) : kNone,
-                     b.by_error ? number(b.by_error->auc, 3) : kNone});
+std::string html_of(const FigureTable& figures) {
+  std::vector<Row> rows{figures.head};
+  rows.insert(rows.end(), figures.rows.begin(), figures.rows.end());
+  for (Row& row : rows) {
+    for (std::string& cell : row) cell = cell == "-" ? kNone : xml_escaped(cell);
   }
-  if (!bands.empty()) html += table({"Elevation", "LOS", "NLOS", "AUC by C/N0", "AUC by error"}, bands);
-  return html;
-}
-
-std::string shares_table(const TrackedShare& los, const TrackedShare& nlos) {
-  const auto row = [](const std::string& name, const TrackedShare& t) {
-    const bool any = t.satellites > 0;
-    return Row{name, count(t.satellites), any ? percent(t.measured_ratio()) : kNone,
-               any ? percent(t.simulated_ratio()) : kNone};
-  };
-  return table({"The city says", "Satellites", "Recorded [%]", "Simulated [%]"},
-               {row("LOS", los), row("NLOS", nlos)});
-}
-
-std::string tracked_table(const Figures& f) {
-  std::string html =
-      heading(3, "Tracked satellites above the mask") + shares_table(f.tracked_los, f.tracked_nlos);
-  if (!f.never_tracked.empty()) html += paragraph("Satellites " + never_tracked_text(f) + ".");
-  return html;
-}
-
-std::string explained_table(const Figures& f) {
-  std::vector<Row> rows;
-  for (const Explained& e : f.explained) {
-    rows.push_back({xml_escaped(e.kind), count(e.n), percent(e.share), number(e.median_difference_m, 1),
-                    e.correlation ? number(e.correlation->rho, 2) : kNone,
-                    e.correlation ? fmt::format("{} to {}", number(e.correlation->low, 2),
-                                                number(e.correlation->high, 2))
-                                  : kNone});
-  }
-  return heading(3, "NLOS observations that a modelled path explains") +
-         table({"Path", "n", "Share [%]", "Median |difference| [m]", "Spearman", "95 % interval"}, rows);
-}
-
-void add_distribution(std::vector<Row>& rows, const std::string& name, const DistributionPair& d,
-                      int decimals) {
-  const auto row = [&](const std::string& who, std::size_t n, const std::array<double, 5>& q,
-                       const std::string& ks) {
-    Row cells{who, count(n)};
-    for (const double value : q) cells.push_back(n > 0 ? number(value, decimals) : kNone);
-    cells.push_back(ks);
-    rows.push_back(cells);
-  };
-  row(name + ", measured", d.measured_n, d.measured, "");
-  row(name + ", simulated", d.simulated_n, d.simulated, number(d.ks, 3));
-}
-
-std::string distribution_rows(const std::vector<Row>& rows) {
-  return table({"Quantity", "n", "p5", "p25", "p50", "p75", "p95", "KS"}, rows);
-}
-
-/// Signals beyond the first, of which the other tables are.
-std::string signals_tables(const Figures& f) {
-  std::string html, one_sided;
-  for (const SignalFigures& s : f.signals) {
-    if (!s.judged()) {
-      one_sided +=
-          paragraph(s.name() + (s.recorded ? " was recorded, and the simulated receiver does not track it."
-                                           : " was not recorded; the simulated receiver tracks it."));
-      continue;
-    }
-    if (s.first()) continue;
-    std::vector<Row> rows;
-    add_distribution(rows, "LOS pseudorange error [m]", s.error_los_m, 1);
-    add_distribution(rows, "NLOS pseudorange error [m]", s.error_nlos_m, 1);
-    add_distribution(rows, "LOS C/N0 [dB-Hz]", s.cn0_los_dbhz, 1);
-    add_distribution(rows, "NLOS C/N0 [dB-Hz]", s.cn0_nlos_dbhz, 1);
-    html += heading(3, s.name()) + distribution_rows(rows) + shares_table(s.tracked_los, s.tracked_nlos);
-  }
-  return html + one_sided;
-}
-
-std::string phase_table(const Figures& f) {
-  std::vector<Row> rows;
-  for (const SignalFigures& s : f.signals) {
-    const auto add = [&](const char* who, const PhaseFigures& p) {
-      if (p.los.with_phase + p.nlos.with_phase == 0) return;
-      const auto share = [](const PhaseView& v) { return v.share() ? percent(*v.share()) : kNone; };
-      const auto mm = [](const PhaseView& v) { return v.noise_m ? number(1e3 * *v.noise_m, 1) : kNone; };
-      rows.push_back({s.name() + who, share(p.los), share(p.nlos), number(p.time_between_slips_s(), 1),
-                      count(p.slips), mm(p.los), mm(p.nlos)});
-    };
-    add(", measured", s.measured_phase);
-    add(", simulated", s.simulated_phase);
-  }
-  if (rows.empty()) return "";
-  return heading(3, "Carrier phase") +
-         table({"Signal", "LOS with phase [%]", "NLOS with phase [%]", "Between cycle slips [s]",
-                "Cycle slips", "LOS noise [mm]", "NLOS noise [mm]"},
-               rows);
-}
-
-std::string distributions_table(const Figures& f) {
-  std::vector<Row> rows;
-  const auto add = [&rows](const std::string& name, const DistributionPair& d, int decimals) {
-    add_distribution(rows, name, d, decimals);
-  };
-  add("LOS pseudorange error [m]", f.error_los_m, 1);
-  add("NLOS pseudorange error [m]", f.error_nlos_m, 1);
-  add("LOS C/N0 [dB-Hz]", f.cn0_los_dbhz, 1);
-  add("NLOS C/N0 [dB-Hz]", f.cn0_nlos_dbhz, 1);
-  add("Satellites used", f.used, 1);
-  return heading(3, "Distributions") + distribution_rows(rows);
-}
-
-std::string position_table(const Figures& f) {
-  std::vector<Row> rows;
-  const auto row = [&](const std::string& name, const PositionFigures& p, const std::array<double, 5>& q) {
-    Row cells{name};
-    for (const double value : q) cells.push_back(p.fixes > 0 ? number(value, 1) : kNone);
-    rows.push_back(cells);
-  };
-  row("Horizontal, measured", f.measured, f.measured.horizontal_m);
-  row("Horizontal, simulated", f.simulated, f.simulated.horizontal_m);
-  row("Vertical, measured", f.measured, f.measured.vertical_m);
-  row("Vertical, simulated", f.simulated, f.simulated.vertical_m);
-  const auto availability = [](const std::string& name, const PositionFigures& p) {
-    return Row{name, count(p.epochs), count(p.fixes), share_of(p.fixes, p.epochs),
-               p.fixes > 0 ? number(p.mean_used, 1) : kNone};
-  };
-  const Row head{"Error [m]", "p5", "p25", "p50", "p75", "p95"};
-  std::string html = heading(3, "Position, by the same solver on both") + table(head, rows) +
-                     table({"Fixes", "Epochs", "With a fix", "[%]", "Mean satellites used"},
-                           {availability("Measured", f.measured), availability("Simulated", f.simulated)});
-  if (!f.own_fixes) return html;
-  rows.clear();
-  row("Horizontal, the recorded receiver's own", f.own_fixes->own, f.own_fixes->own.horizontal_m);
-  row("Horizontal, measured, position filter", f.own_fixes->measured, f.own_fixes->measured.horizontal_m);
-  row("Horizontal, simulated, position filter", f.own_fixes->simulated, f.own_fixes->simulated.horizontal_m);
-  return html + heading(3, "The recorded receiver's own fixes, and the position filter's") +
-         table(head, rows);
-}
-
-std::string segments_table(const ReportInput& input) {
-  const Figures& f = input.models.front();
-  std::string html = heading(3, "By street");
-  if (f.segments.empty()) return html + paragraph("No stretch of one street has enough epochs.");
-  const auto& all = input.comparison->segments;
-  std::vector<Row> rows;
-  for (const SegmentFigures& s : f.segments) {
-    // Numbered as in the picture of errors: by the whole drive's segments.
-    const auto of = std::find_if(all.begin(), all.end(), [&](const Segment& whole) {
-      return s.segment.first >= whole.first && s.segment.first < whole.first + whole.count;
-    });
-    const auto quantile_of = [](const PositionFigures& p, std::size_t q) {
-      return p.fixes > 0 ? number(p.horizontal_m[q], 1) : kNone;
-    };
-    const auto both = [](const std::string& m, const std::string& simulated) {
-      return m + " / " + simulated;
-    };
-    rows.push_back(
-        {of == all.end() ? kNone : fmt::format("{}", of - all.begin() + 1),
-         number(s.segment.heading_deg, 0) + "\u00B0", number(s.segment.length_m, 0), count(s.measured.epochs),
-         both(share_of(s.measured.fixes, s.measured.epochs), share_of(s.simulated.fixes, s.simulated.epochs)),
-         both(quantile_of(s.measured, 2), quantile_of(s.simulated, 2)),
-         both(quantile_of(s.measured, 4), quantile_of(s.simulated, 4)),
-         both(s.measured.fixes > 0 ? number(s.measured.mean_used, 1) : kNone,
-              s.simulated.fixes > 0 ? number(s.simulated.mean_used, 1) : kNone)});
-  }
-  html += paragraph("Pairs are measured / simulated; errors are horizontal.");
-  return html + table({"Street", "Heading", "Length [m]", "Epochs", "Fixes [%]", "p50 [m]", "p95 [m]",
-                       "Satellites used"},
-                      rows);
+  std::string html = figures.title.empty() ? "" : heading(3, figures.title);
+  if (!figures.rows.empty()) html += table(rows.front(), {rows.begin() + 1, rows.end()});
+  return figures.note.empty() ? html : html + paragraph(figures.note);
 }
 
 std::string notes(const std::vector<std::string>& lines) {
@@ -476,10 +290,8 @@ std::string report_html(const ReportInput& input, const std::vector<ReportFigure
   html += summary(input) + targets_table(input) + models_table(input) + alignment_section(input) +
           pictures(figures);
   html += heading(2, fmt::format("All figures of \u201C{}\u201D", own.model));
-  html += separation_tables(own) + tracked_table(own) + explained_table(own) + distributions_table(own) +
-          signals_tables(own) + phase_table(own) + position_table(own) + segments_table(input) +
-          notes(input.notes);
-  return html + kPageEnd;
+  for (const FigureTable& figures_of : figure_tables(own)) html += html_of(figures_of);
+  return html + notes(input.notes) + kPageEnd;
 }
 
 }  // namespace canyon::validation

@@ -127,7 +127,7 @@ Figures sample_figures(const std::string& model) {
   f.used = {60, 58, {8, 9, 10, 11, 12}, {8, 9, 9, 10, 11}, 0.2};
   f.measured = {60, 57, 10.1, {2, 5, 10, 18, 40}, {1, 5, 12, 25, 60}};
   f.simulated = {60, 58, 9.3, {2, 4, 9, 15, 24}, {1, 4, 10, 20, 50}};
-  f.segments = {{{60, 20, 60, 90}, f.measured, f.simulated}};
+  f.segments = {{1, {60, 20, 60, 90}, f.measured, f.simulated}};
   return f;
 }
 
@@ -331,7 +331,7 @@ TEST_F(ReportTest, SignalsAndTheirPhases) {
   expect_whole_files();
   EXPECT_THAT(html(), HasSubstr("<h3>GPS L2C</h3>"));
   EXPECT_THAT(html(), HasSubstr("<th scope=\"row\">LOS</th><td>40</td><td>75.0</td><td>77.5</td>"));
-  EXPECT_THAT(html(), HasSubstr("GPS L5 was recorded, and the simulated receiver does not track it."));
+  EXPECT_THAT(html(), HasSubstr("<th scope=\"row\">GPS L5</th><td>yes</td><td>no</td>"));
   EXPECT_THAT(html(),
               HasSubstr("<th scope=\"row\">GPS L1CA, measured</th><td>75.0</td><td>25.0</td><td>25.0</td>"
                         "<td>7</td><td>2.1</td><td>\u2013</td>"));

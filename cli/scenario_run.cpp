@@ -1,0 +1,59 @@
+#include "cli/scenario_run.hpp"
+
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/run_fields.hpp"
+#include "cli/commands.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/progress.hpp"
+
+namespace canyon::cli {
+
+void add_scenario_file(Command& command, std::string& scenario, const char* about) {
+  command.add_option("scenario", scenario, "SCENARIO", about).required();
+}
+
+void add_run_field(Command& command, const std::string& flag, RunArguments& arguments,
+                   const std::string& name) {
+  add_change(command, flag, arguments.changes, name, simulation::visit_run, "the scenario's");
+}
+
+void add_run_options(Command& command, RunArguments& arguments) {
+  add_run_field(command, "--seed", arguments, "seed");
+  add_run_field(command, "--duration", arguments, "duration_s");
+  add_threads(command, arguments.threads);
+  command.add_flag("--quiet", arguments.quiet, "print errors only");
+}
+
+simulation::Scenario read_scenario(const RunArguments& arguments, simulation::ScenarioReadOptions options) {
+  simulation::Scenario scenario = simulation::read_scenario(arguments.scenario, options);
+  make(arguments.changes, scenario);
+  return scenario;
+}
+
+std::unique_ptr<simulation::Simulation> make_simulation(const simulation::Scenario& scenario, bool quiet) {
+  std::vector<std::string> warnings;
+  city::City city = simulation::load_city(scenario, warnings);
+  auto simulation = std::make_unique<simulation::Simulation>(scenario, std::move(city));
+  if (quiet) return simulation;
+  print_warnings(warnings);
+  print_warnings(simulation->warnings());
+  return simulation;
+}
+
+simulation::RunResult run(const simulation::Simulation& simulation,
+                          const std::vector<simulation::EpochSink*>& sinks, const RunArguments& arguments,
+                          const char* doing) {
+  simulation::RunResult result;
+  {
+    Progress progress(doing, arguments.quiet);
+    simulation::RunOptions options;
+    options.threads = arguments.threads;
+    options.stop = &catch_interrupts();
+    options.progress = progress.callback();
+    result = simulation.run(sinks, options);
+  }
+  if (!arguments.quiet) print_warnings(result.warnings);
+  return result;
+}
+
+}  // namespace canyon::cli

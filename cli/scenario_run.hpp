@@ -1,0 +1,39 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
+#include "cli/field_option.hpp"
+
+namespace canyon::cli {
+
+/// Arguments of commands that run a scenario.
+struct RunArguments {
+  std::string scenario;
+  Changes<simulation::Scenario> changes;
+  int threads = 0;
+  bool quiet = false;
+};
+/// Adds SCENARIO.
+void add_scenario_file(Command& command, std::string& scenario, const char* about = "scenario file (YAML)");
+/// Adds `flag` for a field of the scenario's run (simulation::visit_run()).
+void add_run_field(Command& command, const std::string& flag, RunArguments& arguments,
+                   const std::string& name);
+/// Adds --seed, --duration, --threads and --quiet.
+void add_run_options(Command& command, RunArguments& arguments);
+
+/// The scenario with the command line's changes.
+[[nodiscard]] simulation::Scenario read_scenario(const RunArguments& arguments,
+                                                 simulation::ScenarioReadOptions options = {});
+/// Loads the city and makes the scenario ready to run. Prints warnings.
+[[nodiscard]] std::unique_ptr<simulation::Simulation> make_simulation(const simulation::Scenario& scenario,
+                                                                      bool quiet);
+/// Runs it until its end or Ctrl-C, with a progress line. @param doing what the line says
+[[nodiscard]] simulation::RunResult run(const simulation::Simulation& simulation,
+                                        const std::vector<simulation::EpochSink*>& sinks,
+                                        const RunArguments& arguments, const char* doing);
+
+}  // namespace canyon::cli
