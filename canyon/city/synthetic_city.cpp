@@ -207,9 +207,9 @@ class Downtown {
   }
 
   Material random_material() {
-    static constexpr std::array kMaterials{Material::Concrete, Material::Concrete, Material::Glass,
-                                           Material::Brick, Material::Stone};
-    return kMaterials[random_.next() % kMaterials.size()];
+    static constexpr std::array kChoices{Material::Concrete, Material::Concrete, Material::Glass,
+                                         Material::Brick, Material::Stone};
+    return kChoices[random_.next() % kChoices.size()];
   }
 
   void add_building(std::string name, const Rectangle& lot) {

@@ -23,7 +23,7 @@ using Eigen::Vector3d;
 constexpr double kConverged_m = 1e-6;
 /// A change after which the next one is none.
 constexpr double kNearlyConverged_m = 0.02;
-/// More than corrections of the atmosphere move a place, of which only the end is known.
+/// Corrections of the atmosphere move a place by less than this [m]; only the end of the move is known.
 constexpr double kCorrected_m = 500;
 constexpr int kMostPasses = 30;
 
@@ -33,7 +33,7 @@ Eigen::Matrix<double, 6, 1> monomials(const Vector3d& p) {
   return m;
 }
 
-/// Satellites as they are seen from a tile: near its time, in every place of it.
+/// Satellites as seen from a tile: valid near its time, at every place in it.
 class LinesSky final : public orbit::Sky {
  public:
   /// @param lines must outlive it

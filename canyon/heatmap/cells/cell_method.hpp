@@ -20,9 +20,8 @@ enum class CellMethod : std::uint8_t {
 /// or the option changes no fix of a receiver that stands in a cell and has no epoch before.
 [[nodiscard]] bool fits(CellMethod method, const simulation::ReceiverConfig& receiver);
 
-/// Fields of receiver::ReceiverOptions, by path, of which cell_method.cpp does not say what the method makes
-/// of them, or says it twice. A new option is among them until it is listed, and a receiver that sets it runs
-/// until then.
+/// Paths of the fields of receiver::ReceiverOptions that cell_method.cpp does not list for the method, or
+/// lists twice. A new option is among them until it is listed; until then a receiver that sets it runs.
 [[nodiscard]] std::vector<std::string> unlisted_fields(CellMethod method);
 
 }  // namespace canyon::heatmap

@@ -24,14 +24,16 @@ namespace {
 using Eigen::Vector3d;
 using propagation::Visibility;
 
-/// Signals beyond the first, where no fix takes them: what the first is measured at does not depend on them.
+/// Removes signals beyond the first where no fix takes them: the first signal's measurement does not depend
+/// on them.
 void leave_out_unused_signals(receiver::ReceiverOptions& options) {
   if (options.ranging.combination != receiver::Combination::First || !options.ranging.uses.empty()) return;
   const std::vector<std::string> tracks = options.tracks;
   std::erase_if(options.tracks, [&](const std::string& name) {
     return std::all_of(gnss::kAllSystems.begin(), gnss::kAllSystems.end(), [&](gnss::System system) {
       const auto tracked = receiver::tracked_signals(tracks, system);
-      // All satellites send the one near L1; another as the first may be the first of some alone.
+      // All satellites send the signal near L1; another first signal may be the first of some satellites
+      // alone.
       const bool near_l1 = !tracked.empty() && tracked.front() == &gnss::signals_of(system).front();
       return std::none_of(tracked.begin(), tracked.end(), [&](const gnss::Signal* signal) {
         return signal->name == name && (signal == tracked.front() || !near_l1);
@@ -204,7 +206,7 @@ double CellReceivers::first_fix_at(geodesy::GpsTime time, const Vector3d& place,
     }
   }
   if (times_s.size() <= half) return std::numeric_limits<double>::quiet_NaN();
-  // Those without a fix so far have none before the others.
+  // Receivers without a fix so far find theirs after the others.
   times_s.resize(starting.size(), times_s.back());
   return *median(times_s);
 }

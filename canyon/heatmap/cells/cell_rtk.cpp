@@ -51,7 +51,7 @@ CellRtk::CellRtk(const simulation::Environment& environment, const propagation::
   assert(base_.fixed);
   draws_.validate();
   limits_.validate();
-  // Each is some kilobytes, and all are kept for the cells of a tile.
+  // An epoch takes some kilobytes, and all are kept for the cells of a tile.
   constexpr std::int64_t kMostEpochs = 100'000;
   const std::int64_t epochs = std::int64_t{draws_.draws} * (limits_.rtk_s + 1);
   if (epochs > kMostEpochs) {

@@ -36,10 +36,13 @@ Matrix3d axes_of(const Vector3d& a, const Vector3d& b) {
   return axes;
 }
 
-/// Rotation that takes the directions b to the directions a, which are the same but for rounding (Black, A
-/// passive system for determining the attitude of a satellite, AIAA Journal 2, 1964): by the first one and
-/// the one that stands farthest off its line. Its error is theirs over the sine between the two. Identity
-/// where all are parallel.
+std::size_t hash(const SatelliteSet& set) {
+  return static_cast<std::size_t>(
+      mix64(set.bits[0] + kGolden64 * (set.bits[1] + (set.drifting ? 1 : 0) + 1)));
+}
+
+}  // namespace
+
 Matrix3d rotation_between(std::span<const Vector3d> a, std::span<const Vector3d> b) {
   std::size_t other = 0;
   double largest = 1e-6;
@@ -52,13 +55,6 @@ Matrix3d rotation_between(std::span<const Vector3d> a, std::span<const Vector3d>
   if (other == 0) return Matrix3d::Identity();
   return axes_of(a[0], a[other]) * axes_of(b[0], b[other]).transpose();
 }
-
-std::size_t hash(const SatelliteSet& set) {
-  return static_cast<std::size_t>(
-      mix64(set.bits[0] + kGolden64 * (set.bits[1] + (set.drifting ? 1 : 0) + 1)));
-}
-
-}  // namespace
 
 ZenithDelay::ZenithDelay(const geodesy::Geodetic& place) : place_(place) {
   const auto steps = static_cast<std::size_t>((kHighest_m - kLowest_m) / kHeightStep_m);

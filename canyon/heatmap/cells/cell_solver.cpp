@@ -86,12 +86,12 @@ class TileCellSolver {
   }
 
  private:
-  /// Satellites by what arrives of them, and their excesses.
+  /// Counts satellites by the paths that arrive from them, and gathers their excesses.
   void count(std::size_t index, const SatelliteSet& los) {
     const int visible = cell_.received.size(), direct = los.size();
     const auto satellites = static_cast<int>(signals_.satellites.size());
     cell_.excesses = 0;
-    // In line of sight there is none.
+    // A satellite in line of sight has no excess.
     double largest = direct > 0 ? 0 : -std::numeric_limits<double>::infinity();
     const bool excesses = !signals_.excess_m.empty();
     if (excesses) {
@@ -114,7 +114,7 @@ class TileCellSolver {
     solutions_.trim();
     constexpr double kSpeed_mps = 0;
     cell_.received.drifting = receiver_.noise.drifts(kSpeed_mps, direct);
-    // From the tile's centre, where directions are from.
+    // The place from the tile's centre, at which the directions are taken.
     const CellPlane& plane = cells_.plane;
     const double column = static_cast<double>(index % plane.columns) - 0.5 * (plane.columns - 1);
     const std::size_t northward = index / plane.columns;
@@ -163,7 +163,7 @@ void CellReceiverOptions::validate() const {
 }
 
 void visit(options::Visitor& v, CellReceiverOptions& o) {
-  // Before it was steady_state, users wrote "settled": it is read still, and keys of stores keep it.
+  // The name of steady_state was "settled": it is still read, and keys of stores keep it.
   static constexpr std::string_view kRead[]{"steady_state", "run", "settled"}, kInKeys[]{"settled", "run"};
   const std::span<const std::string_view> read(kRead), in_keys(kInKeys);
   v.choice({"model", "",

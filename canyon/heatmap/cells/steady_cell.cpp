@@ -26,7 +26,8 @@ bool is_far(const Path& path) {
   return path.kind == PathKind::Diffuse || path.order >= 2;
 }
 
-/// Directions that a blockage is asked for once: 1.4 deg apart, blockages are alike within 10 deg.
+/// Steps of the directions for which a blockage is computed: 1.4 deg, since blockages are alike within 10
+/// deg.
 constexpr double kArrivalSteps = 40;
 
 }  // namespace
@@ -168,7 +169,7 @@ void SteadyCell::gather(std::size_t satellite, std::span<const NodePath> far, co
   }
 }
 
-/// In each lane the carrier of the strongest path is followed.
+/// Each lane follows the carrier of its strongest path.
 void SteadyCell::follow_strongest() {
   const auto lanes = static_cast<std::size_t>(sky_.lanes());
   std::array<float, 64> strongest;
@@ -216,7 +217,7 @@ void SteadyCell::fill_lanes(const SteadySatellite& s) {
           const std::complex<double> unit = p.amplitude / std::sqrt(power) * std::sqrt(bundle.coherent);
           c_re = static_cast<float>(unit.real());
           c_im = static_cast<float>(unit.imag());
-          // The integration's loss is in the share, once.
+          // The share contains the integration's loss once.
           coherent = static_cast<float>(bundle.coherent);
           incoherent = 1 - coherent;
         } else {
@@ -246,7 +247,7 @@ void SteadyCell::fill_lanes(const SteadySatellite& s) {
   }
 }
 
-/// Each lane's measurement of one satellite, and what the one without noise counts.
+/// Adds each lane's measurement of one satellite, and counts the satellite by the lane without noise.
 void SteadyCell::measure(std::size_t satellite) {
   const SteadySatellite& s = sky_.satellites()[satellite];
   const tracking::SignalLockOptions& lock = options_.signal.lock;
@@ -325,7 +326,7 @@ void SteadyCell::solve(const Vector3d& place, bool statistics, CellValues& value
   compute(Vector3d::Zero(), node, statistics, values);
 }
 
-/// A cell whose own paths are traced.
+/// Solves a cell whose own paths are traced.
 void SteadyCell::compute(const Vector3d& from_node, const PathNode& node, bool statistics,
                          CellValues& values) {
   const std::span<const NodePath> far = node.paths;

@@ -21,8 +21,8 @@ struct SteadyRange {
 };
 
 /// positioning::solve_fix() about the true place, where it is linear (LinearFix), with its rules for clocks,
-/// satellites that are too few and PDOP. What is left out: the curvature of the ranges, 0.3 m for an error of
-/// 3 km, and what the place found does to mask, weights and atmosphere. Not thread-safe.
+/// satellites that are too few and PDOP. It leaves out the curvature of the ranges, 0.3 m for an error of
+/// 3 km, and the effect of the place found on mask, weights and atmosphere. Not thread-safe.
 class SteadyFix {
  public:
   struct Answer {

@@ -12,9 +12,9 @@ namespace canyon::heatmap {
 /// Layers of a tile as CellReceivers has them, without running receivers: the same draws, the same paths'
 /// strengths and random phases, loops where they rest (tracking::LaneCodeLock), the fix linear about the
 /// place (SteadyFix). Paths are traced at one cell of each block of cells (a node) and constructed anew at
-/// the cells about it (Propagator::retrace()): what no node about a cell has is missed there; diffuse paths
-/// are those of the block's node. docs/heatmap-planning.md states what that costs. Directions are those of a
-/// tile's centre. Const, thread-safe.
+/// the cells about it (Propagator::trace_near()): paths that no node about a cell has are missed there;
+/// diffuse paths are those of the block's node. docs/heatmap-planning.md states what that costs. Directions
+/// are those of a tile's centre. Const, thread-safe.
 class SteadyReceivers {
  public:
   /// The environment and the propagator must outlive it. @param path_nodes_m most distance of nodes; 0: one

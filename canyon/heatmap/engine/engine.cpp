@@ -35,9 +35,9 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-/// Part of the key: raised when the same request gives other values than before.
+/// Part of the key: raised when the same request gives values that differ from those of before.
 constexpr int kValuesVersion = 2;
-/// So many units suffice to keep threads and ranks busy and to lose little when killed.
+/// This many units keep threads and ranks busy, and a killed run loses little.
 constexpr std::size_t kManyUnits = 256;
 
 /// Cells done, reported to one callback from many threads.
@@ -55,7 +55,7 @@ class Progress {
     last_ = now;
     callback();
   }
-  /// Whatever the time is.
+  /// Reports at any time.
   void report() {
     if (!callback_) return;
     const std::lock_guard lock(mutex_);
@@ -72,7 +72,7 @@ class Progress {
   Clock::time_point last_ = Clock::now();
 };
 
-/// Line of sight alone needs no receiver.
+/// Counts the satellites in line of sight, which needs no receiver.
 void count_los(const TileCells& cells, const TileSignals& signals, std::span<float> result) {
   for (std::size_t i = 0; i < result.size(); ++i) {
     if (cells.state[i] != CellState::Computed) continue;
@@ -319,8 +319,8 @@ std::string Heatmap::key() const {
       (impl_->environment->errors() ? options::exact_text(impl_->environment->errors()->options()) : ""));
 }
 
-/// All times of a unit at one altitude. Ends early where `go_on`, asked after each finished time, says so,
-/// and within a time where `stopped` does.
+/// Computes all times of a unit at one altitude. Ends early where `go_on`, called after each finished time,
+/// is false, and within a time where `stopped` is true.
 void Heatmap::Impl::compute_altitude(const Unit& unit, std::size_t altitude, const TileCells& cells,
                                      const std::function<bool()>& stopped, const std::function<bool()>& go_on,
                                      TileValues& result) const {

@@ -22,10 +22,10 @@ using geodesy::GpsTime;
 constexpr std::size_t kMostTimes = 100'000;
 /// Rays are exact within this distance of a city (RayScene).
 constexpr double kFarFromCity_m = 10'000;
-/// Bare terrain about a city that is of its map.
+/// Width of bare terrain about the buildings that belongs to a city's map.
 constexpr double kRim_m = 150;
 
-/// Seconds, or with a unit behind: "90", "90s", "15min", "2h".
+/// A step in seconds or with a unit behind it: "90", "90s", "15min", "2h".
 double parse_step(std::string_view text) {
   std::string_view number = trim(text);
   double unit_s = 1;
@@ -66,7 +66,7 @@ std::vector<GpsTime> time_range(GpsTime from, GpsTime end, double step_s, bool i
                                  geodesy::format_utc(from, 0)),
                      "give START/END/STEP with START first");
   }
-  // The last one too where the step falls on it but for rounding.
+  // The end is included where a step falls on it but for rounding.
   const double steps = (end - from) / step_s;
   const double count = included ? std::floor(steps + 1e-6) + 1 : std::max(1.0, std::ceil(steps - 1e-6));
   if (count > static_cast<double>(kMostTimes)) {

@@ -53,7 +53,7 @@ bool MpiProcesses::built_in() {
 
 MpiProcesses::MpiProcesses(int* argc, char*** argv) : exceptions_(std::uncaught_exceptions()) {
   if (!is_launched()) return;
-  // The library's own error handler stays: it ends the job, saying why.
+  // The library's own error handler stays: it ends the job and says why.
   int provided = MPI_THREAD_SINGLE;
   MPI_Init_thread(argc, argv, MPI_THREAD_SERIALIZED, &provided);
   if (provided < MPI_THREAD_SERIALIZED) {

@@ -8,7 +8,7 @@
 namespace canyon::heatmap {
 
 /// The processes that compute one map together, started by mpirun or a scheduler: a thin wrapper of MPI, so
-/// that nothing else knows it. Without CANYON_BUILD_MPI, or where nothing started the process as one of
+/// that no other code calls MPI. Without CANYON_BUILD_MPI, or where nothing started the process as one of
 /// several, it is alone: rank 0 of 1.
 ///
 /// Ranks share nothing but a folder of results (rank 0 opens it, then a barrier, then the others) and the
@@ -20,12 +20,12 @@ class MpiProcesses {
   /// Whether this build knows MPI.
   [[nodiscard]] static bool built_in();
 
-  /// Joins the others. One in the life of a process. Throws InputError where the MPI library cannot bear
-  /// threads beside it.
+  /// Joins the other processes. A process may make one object in its life. Throws InputError where the MPI
+  /// library does not support threads.
   /// @param argc, @param argv of main(), for what launchers add to them; null: unknown
   MpiProcesses(int* argc, char*** argv);
-  /// Leaves, once all ranks do. Behind an exception, the others would wait for this one for ever: the whole
-  /// job is ended, as by abort(1); a caller that reports why catches it before.
+  /// Leaves when all ranks do. During an exception the other ranks would wait for this one for ever, so the
+  /// whole job ends, as by abort(1); a caller that reports the reason catches the exception before.
   ~MpiProcesses();
   MpiProcesses(const MpiProcesses&) = delete;
   MpiProcesses& operator=(const MpiProcesses&) = delete;

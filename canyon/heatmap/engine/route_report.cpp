@@ -21,7 +21,7 @@ using geodesy::GpsTime;
 constexpr double kChord_s = 0.25;
 constexpr double kMostChords = 2e6, kMostStations = 1e7;
 
-/// The way as a polyline, with what the trajectory says at its corners.
+/// The way as a polyline, with the trajectory's times and heights at its corners.
 struct Way {
   struct Corner {
     double way_m = 0, seconds = 0, height_m = 0;
@@ -97,7 +97,7 @@ RouteStretch stretch(std::size_t first, std::size_t count, double piece_m) {
 
 void find_worst(RouteReport& report, double piece_m, double stretch_m) {
   const std::vector<RouteStation>& stations = report.stations;
-  // A stretch of so many stations is at least as long as asked for, where the way is.
+  // A stretch of this many stations is at least as long as `stretch_m`, if the way is.
   const std::size_t window =
       piece_m > 0 ? std::clamp<std::size_t>(static_cast<std::size_t>(std::ceil(stretch_m / piece_m - 1e-9)),
                                             1, stations.size())

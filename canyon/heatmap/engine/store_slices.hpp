@@ -31,7 +31,7 @@ enum class OverRuns : std::uint8_t {
     std::vector<std::function<std::optional<MapSource::Slice>(std::size_t, std::size_t)>> runs,
     std::vector<Layer> layers, OverRuns what);
 
-/// The whole map as writers see it: store_slices(), and what it is a map of. `history` is left to the caller.
+/// The whole map as writers see it: store_slices(), and a description of it. The caller sets `history`.
 /// `scenario` is the one that `environment` was made of, for the names of what was computed. All must outlive
 /// it. Not thread-safe.
 [[nodiscard]] MapSource map_source(const Heatmap& heatmap, const TileStore& store,

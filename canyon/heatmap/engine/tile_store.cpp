@@ -165,7 +165,7 @@ void TileStore::Impl::write_manifest(const std::string& description) const {
   file.commit();
 }
 
-/// Removes what killed runs left behind, but nothing that another process may be writing.
+/// Removes temporary files of killed runs, except those that another process may be writing.
 void TileStore::Impl::sweep() const {
   std::error_code ignored;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {

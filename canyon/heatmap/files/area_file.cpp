@@ -149,7 +149,7 @@ Eigen::Vector2d Reader::plane_from_degrees(const Eigen::Vector2d& lon_lat) const
       .head<2>();
 }
 
-/// `from` and what lies between it and `to`.
+/// Appends `from` and points between it and `to`.
 void Reader::append_line(Ring& ring, const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
   for (const Eigen::Vector2d& end : {from, to}) {
     const Eigen::Vector3d place =
@@ -190,7 +190,7 @@ void take_rings(OGRGeometryH geometry, Area& area) {
   }
 }
 
-/// Area's even-odd rule would take what two polygons share for a hole, so they become one.
+/// Joins all polygons, since Area's even-odd rule would take the common part of two polygons for a hole.
 Area Reader::joined() const {
   Area area;
   if (polygons_.size() == 1) {
@@ -240,7 +240,7 @@ Area Reader::read() {
     }
   }();
   if (!json["crs"].is_null()) {
-    // Withdrawn by RFC 7946, 4, yet written by many tools.
+    // RFC 7946, 4, withdrew this member, but many tools write it.
     const std::string text = json["crs"].dump(-1, Json::Order::ByKey);
     if (text.find("CRS84") == std::string::npos && text.find("4326") == std::string::npos) {
       fail("its coordinates are not WGS 84: " + text.substr(0, 120),

@@ -206,7 +206,7 @@ void GeotiffWriter::gather(std::size_t time) {
   std::array<double, 6> transform = map_from_pixel;
   failures.check(GDALSetGeoTransform(dataset.get(), transform.data()) == CE_None, folder_);
   failures.check(GDALSetProjection(dataset.get(), wkt_.c_str()) == CE_None, folder_);
-  // One nodata value for all bands of a TIFF; what is never written reads as it.
+  // All bands of a TIFF have one nodata value; cells that are never written have it.
   failures.check(GDALSetRasterNoDataValue(GDALGetRasterBand(dataset.get(), 1),
                                           std::numeric_limits<double>::quiet_NaN()) == CE_None,
                  folder_);

@@ -98,9 +98,10 @@ void NetcdfFile::check_read(int status) const {
 }
 
 NetcdfFile NetcdfFile::create(const std::filesystem::path& at, const std::filesystem::path& shown) {
-  // A file that a full disk keeps HDF5 (1.10) from closing stays in its tables half released, and when the
-  // program ends HDF5 falls over it. So HDF5 shall do nothing then: all files here are closed by hand. No
-  // effect where the program has used HDF5 before. Looked up by name, since only libnetcdf links HDF5.
+  // Where a full disk keeps HDF5 (1.10) from closing a file, the file stays half released in its tables, and
+  // HDF5 crashes when the program ends. So HDF5's clean-up at exit is switched off: all files here are closed
+  // by hand. This has no effect where the program has used HDF5 before. The function is looked up by name,
+  // since only libnetcdf links HDF5.
   static const bool left_alone = [] {
     using Function = int (*)();
     const auto leave = reinterpret_cast<Function>(dlsym(RTLD_DEFAULT, "H5dont_atexit"));

@@ -19,15 +19,15 @@ namespace canyon::heatmap {
 /// Seconds since 1970-01-01 00:00:00 UTC without leap seconds, as CF's standard calendar counts them.
 [[nodiscard]] double unix_seconds(geodesy::GpsTime t);
 
-/// An open NetCDF file. The library is not thread-safe: every call of all files goes through one lock. What
-/// fails is an InputError that names the file. Part of canyon::io.
+/// An open NetCDF file. The library is not thread-safe: every call of all files goes through one lock.
+/// Failures are InputErrors that name the file. Part of canyon::io.
 class NetcdfFile {
  public:
   /// Makes `at`, anew; `shown` is its name in messages.
   [[nodiscard]] static NetcdfFile create(const std::filesystem::path& at, const std::filesystem::path& shown);
   /// For reading.
   [[nodiscard]] static NetcdfFile open(const std::filesystem::path& path);
-  /// Without close(), writing is given up in silence.
+  /// Without close() before, failures of writing are not reported.
   ~NetcdfFile();
   NetcdfFile(NetcdfFile&& other) noexcept;
   NetcdfFile& operator=(NetcdfFile&&) = delete;

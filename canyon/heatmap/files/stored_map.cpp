@@ -100,7 +100,7 @@ void StoredMap::Impl::read_grid() {
   if (columns > kMost || rows > kMost) refuse("its grid makes no sense");
   grid.columns = static_cast<std::uint32_t>(columns);
   grid.rows = static_cast<std::uint32_t>(rows);
-  // A part cut out by another tool has our attributes and other axes.
+  // A part that another tool cut out has these attributes and other axes.
   const auto expect = [&](const char* axis, std::size_t at, double wanted) {
     double found = 0;
     file.read(over(axis, {axis}), {at}, {1}, &found);
@@ -290,7 +290,7 @@ std::optional<StoredMap::Answer> StoredMap::at(const Eigen::Vector2d& enu, doubl
   }
   const signed char state = piece.state[cell];
   if (state > static_cast<signed char>(CellState::NoTerrain)) impl_->refuse("a cell has an unknown state");
-  // Not computed: no values, and no reason other than that.
+  // A cell that was not computed has no values and no other state.
   answer.state = state < 0 ? CellState::Computed : static_cast<CellState>(state);
   answer.time = impl_->times[*time_index];
   answer.altitude_m = impl_->altitudes_m[altitude];

@@ -58,9 +58,9 @@ struct Grid {
 /// Its fields.
 void visit(options::Visitor& v, Grid& o);
 
-/// Polygons that cells must lie in (centres, even-odd rule, holes as further rings), ENU of the city [m].
-/// Rings close by themselves; a last corner that repeats the first does no harm. Points on an edge are on
-/// either side of it, the same one for all questions.
+/// Polygons in which cells must lie (centres, even-odd rule, holes as further rings), ENU of the city [m].
+/// Rings need not be closed; a last corner that repeats the first is allowed. Points on an edge are on
+/// either side of it, on the same one for all calls.
 struct Area {
   std::vector<std::vector<Eigen::Vector2d>> rings;
 

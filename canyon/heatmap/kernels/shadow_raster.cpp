@@ -26,9 +26,9 @@ constexpr ByteOfBits kBytes = make_bytes();
 
 }  // namespace
 
-// Both spans of doubles and their way to whole numbers, four rows at a time. A cell is at least the first
-// when it is not below u: the whole part of u + 1 is that but where u is whole to the last bit, which is the
-// margin's affair.
+// Computes the ends of spans in doubles and rounds them, four rows at a time. The first cell is the least one
+// that is not below u: the whole part of u + 1, except where u is whole to the last bit; the margin covers
+// that.
 CANYON_CLONES
 void row_spans(const RowBounds& bounds, int row, int count, int* first, int* last) {
   const RowBounds b = bounds;

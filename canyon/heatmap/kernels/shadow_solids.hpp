@@ -8,7 +8,7 @@
 
 namespace canyon::heatmap {
 
-/// A part of a mesh that encloses space: whoever goes in comes out again through a front side.
+/// A part of a mesh that encloses space: a line that goes in comes out again through a front side.
 struct Solid {
   city::Box bounds;
   /// It has no floor: its boundary lies in the horizontal plane of its lowest vertex.
@@ -30,8 +30,8 @@ struct Solids {
 /// On such a part a half-line that rises meets a front side from behind if it meets any triangle at all and
 /// did not start under a missing floor: the winding number falls to 0 at infinity, only such a crossing
 /// lowers it, and none but it is left where the half-line begins inside. So the triangles whose front looks
-/// towards a satellite suffice for its shadow. Anything else, and parts of more than 4,096 triangles, is no
-/// solid: a matter of speed, never of the answer.
+/// towards a satellite suffice for its shadow. All other parts, and parts of more than 4,096 triangles, are
+/// not treated as solids; that costs time and does not change the answer.
 /// @param mesh as city::check_mesh() demands
 [[nodiscard]] Solids find_solids(const city::Mesh& mesh);
 

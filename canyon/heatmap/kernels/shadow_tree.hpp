@@ -19,8 +19,8 @@ struct ShadowReach {
   Eigen::Vector2d shear;     ///< horizontal way per metre of height, direction.xy / direction.z
   double highest = 0;        ///< above the plane; may be infinite
 
-  /// Whether a box may. Exact by the separating axes of a rectangle and a box swept along the shear, but for
-  /// rounding on its edges, where it says yes.
+  /// Whether a box may throw a shadow. Exact by the separating axes of a rectangle and a box swept along the
+  /// shear, but for rounding on its edges, where the answer is true.
   [[nodiscard]] bool meets(const Eigen::Vector3d& low, const Eigen::Vector3d& high) const {
     const double top = std::min(high.z() - z, highest), base = std::max(low.z() - z, 0.0);
     if (!(high.z() > z) || base > highest) return false;
@@ -45,7 +45,7 @@ class ShadowTree {
  public:
   explicit ShadowTree(const city::Mesh& mesh);
 
-  /// The triangles in the order that visit() speaks of.
+  /// The triangles in the order of visit().
   [[nodiscard]] const std::vector<std::uint32_t>& order() const { return order_; }
 
   /// Calls leaf(first, count) for runs of order() that hold every triangle which may reach.

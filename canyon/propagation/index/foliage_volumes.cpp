@@ -51,7 +51,7 @@ bool meet(const Vector3d& origin, const Vector3d& direction, const Triangle& t, 
 }
 
 /// Whether a ray meets bounds, with a micrometre to spare.
-bool meets(const Eigen::AlignedBox3d& bounds, const Vector3d& origin, const Vector3d& direction) {
+bool meets_bounds(const Eigen::AlignedBox3d& bounds, const Vector3d& origin, const Vector3d& direction) {
   double from = 0, to = 1e300;
   for (int axis = 0; axis < 3; ++axis) {
     const double low = bounds.min()[axis] - kSameRange - origin[axis];
@@ -149,17 +149,17 @@ void FoliageVolumes::append_inside(const Vector3d& origin, const Vector3d& direc
                                    std::vector<RangeInterval>& intervals) const {
   static thread_local std::vector<Crossing> crossings;
   for (std::size_t v = 0; v < volumes_.size(); ++v) {
-    if (v % kBlock == 0 && !meets(volume_blocks_[v / kBlock], origin, direction)) {
+    if (v % kBlock == 0 && !meets_bounds(volume_blocks_[v / kBlock], origin, direction)) {
       v += kBlock - 1;
       continue;
     }
     const Volume& volume = volumes_[v];
-    if (!meets(volume.bounds, origin, direction)) continue;
+    if (!meets_bounds(volume.bounds, origin, direction)) continue;
     crossings.clear();
     const std::size_t end = volume.first + volume.count;
     for (std::size_t i = volume.first; i < end;) {
       const std::size_t block_end = std::min(end, (i / kBlock + 1) * kBlock);
-      if (meets(triangle_blocks_[i / kBlock], origin, direction)) {
+      if (meets_bounds(triangle_blocks_[i / kBlock], origin, direction)) {
         Crossing crossing;
         for (std::size_t t = i; t < block_end; ++t) {
           if (meet(origin, direction, triangles_[t], crossing)) crossings.push_back(crossing);
