@@ -1,3 +1,4 @@
+// Declared in cli/commands.hpp.
 #include "canyon/calibration/calibrate.hpp"
 #include "canyon/base/json.hpp"
 

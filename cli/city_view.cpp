@@ -1,3 +1,4 @@
+// Declared in cli/city_commands.hpp.
 #include <fmt/format.h>
 
 #include "canyon/base/input_error.hpp"

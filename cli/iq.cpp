@@ -1,3 +1,4 @@
+// Declared in cli/commands.hpp.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// No header declares it: the program begins here.
 #include <fmt/format.h>
 
 #include <cstdio>

@@ -1,3 +1,4 @@
+// Declared in cli/view_serve.hpp.
 #include <fmt/format.h>
 #include <sys/resource.h>
 

@@ -95,6 +95,17 @@ for source in $(printf '%s\n' "${sources[@]}" | grep '^canyon/.*\.cpp$'); do
   [ ! -e "$header" ] || [ "$(grep -m1 '^#include' "$source")" = "#include \"$header\"" ] ||
     breach "$source: its own header comes first: so it is proved to compile alone"
 done
+# A source without a header of its name says at its beginning where it is declared.
+while IFS= read -r source; do
+  [ ! -e "${source%cpp}hpp" ] || continue
+  said=$(head -3 "$source" | sed -nE 's|^// Declared in ([a-z0-9_/]+[.]hpp)[.]$|\1|p')
+  if [ -n "$said" ]; then
+    [ -e "$said" ] || breach "$source: it says that $said declares it, which is not there"
+  else
+    head -3 "$source" | grep -q '^// No header declares it: ' ||
+      breach "$source: no header of its name: begin it with '// Declared in FOLDER/NAME.hpp.'"
+  fi
+done < <(find canyon cli adapters python/src -name '*.cpp' ! -name '*_test.cpp' ! -name '*_bench.cpp' ! -path '*/testing/*' 2>/dev/null | sort)
 grep_each "not ASCII" '[^ -~	]' $(printf '%s\n' "${sources[@]}")
 grep_each "a test may not sleep" 'sleep_for|usleep\(|[^_a-z]sleep\(' $(printf '%s\n' "${sources[@]}" | grep '_test\.cpp$')
 

@@ -13,7 +13,7 @@ wanted=()
 # plant FILE TEXT: a new file with that text; its name gets a number.
 plant() {
   local file=${1/planted/planted_${#wanted[@]}}
-  printf '%s\n' "$2" >"$copy/$file"
+  { [[ $file != *.cpp ]] || echo '// No header declares it: a planted file.'; printf '%s\n' "$2"; } >"$copy/$file"
   wanted+=("$file")
 }
 plant canyon/geodesy/planted.cpp '#include "canyon/orbit/sky.hpp"'
@@ -45,6 +45,8 @@ plant canyon/city/planted_test.cpp 'std::this_thread::sleep_for(1s);'
 plant canyon/city/planted.cpp '#include "canyon/canyon.hpp"'
 plant adapters/common/planted.hpp '#include <sdf/sdf.hh>'
 plant adapters/common/planted.cpp '#include "adapters/common/sdf/plugin_settings.hpp"'
+echo 'int undeclared;' >"$copy/canyon/city/undeclared.cpp" && wanted+=(canyon/city/undeclared.cpp)
+echo '// Declared in canyon/city/absent.hpp.' >"$copy/canyon/city/misdeclared.cpp" && wanted+=(canyon/city/misdeclared.cpp)
 plant canyon/planted.md '[a page](absent.md)'
 plant canyon/planted.md '[a heading](#absent)'
 # add FILE TEXT NAMED: a line more in a file that is there; the lint must name NAMED.

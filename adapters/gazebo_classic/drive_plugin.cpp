@@ -1,3 +1,4 @@
+// No header declares it: Gazebo loads it by name.
 // Moves its model along a path of simulated time, whatever the physics would do with it: a vehicle on rails.
 #include <Eigen/Geometry>
 #include <exception>

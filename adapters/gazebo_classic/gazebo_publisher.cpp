@@ -1,3 +1,4 @@
+// Declared in adapters/gazebo_classic/publishers.hpp.
 #include <gazebo/msgs/MsgFactory.hh>
 #include <gazebo/transport/transport.hh>
 

@@ -1,3 +1,4 @@
+// Declared in adapters/gazebo_classic/pose_source.hpp.
 #include <fmt/format.h>
 
 #include <boost/weak_ptr.hpp>

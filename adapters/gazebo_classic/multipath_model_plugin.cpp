@@ -1,3 +1,4 @@
+// No header declares it: Gazebo loads it by name.
 // The same receiver for a model without a sensor: <plugin> right under <model>. Element <link> names the link
 // that carries the antenna; without it the model's first.
 #include <gazebo/common/Console.hh>

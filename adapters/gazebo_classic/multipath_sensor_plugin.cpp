@@ -1,3 +1,4 @@
+// No header declares it: Gazebo loads it by name.
 // The paper's plugin: a GNSS receiver on a sensor (ray, gps, any other) of a link.
 #include <fmt/format.h>
 

@@ -1,3 +1,4 @@
+// Declared in adapters/gazebo_classic/publishers.hpp.
 #include "adapters/gazebo_classic/publishers.hpp"
 
 // Compiled without ROS 1.

@@ -1,3 +1,4 @@
+// Declared in adapters/gazebo_classic/publishers.hpp.
 #include <gazebo/common/Console.hh>
 #include <gazebo/transport/transport.hh>
 

@@ -1,3 +1,4 @@
+// Declared in adapters/gazebo_classic/publishers.hpp.
 #include <ros/publisher.h>
 
 #include <exception>

@@ -1,3 +1,4 @@
+// Declared in adapters/gazebo_classic/pose_source.hpp.
 #include <atomic>
 #include <cstdint>
 #include <gazebo/common/Console.hh>

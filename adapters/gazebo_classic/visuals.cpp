@@ -1,3 +1,4 @@
+// Declared in adapters/gazebo_classic/publishers.hpp.
 #include <Eigen/Geometry>
 #include <exception>
 #include <gazebo/common/Console.hh>

@@ -1,3 +1,4 @@
+// No header declares it: Gazebo loads it by name.
 #include <gz/plugin/Register.hh>
 #include <gz/sim/System.hh>
 #include <memory>

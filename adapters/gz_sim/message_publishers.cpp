@@ -1,3 +1,4 @@
+// Declared in adapters/gz_sim/publishers.hpp.
 #include <fmt/format.h>
 #include <gz/msgs/navsat.pb.h>
 

@@ -1,3 +1,4 @@
+// Declared in canyon/broadcast/messages.hpp.
 #include <cmath>
 
 #include "canyon/broadcast/accuracy_index.hpp"

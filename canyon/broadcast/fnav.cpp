@@ -1,3 +1,4 @@
+// Declared in canyon/broadcast/messages.hpp.
 #include "canyon/broadcast/accuracy_index.hpp"
 #include "canyon/broadcast/messages.hpp"
 #include "canyon/gnss/broadcast_messages.hpp"

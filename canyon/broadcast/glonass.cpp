@@ -1,3 +1,4 @@
+// Declared in canyon/broadcast/messages.hpp.
 #include "canyon/broadcast/messages.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 

@@ -1,3 +1,4 @@
+// Declared in canyon/broadcast/messages.hpp.
 #include <array>
 #include <bit>
 #include <cmath>

@@ -1,3 +1,4 @@
+// Declared in canyon/city/gazebo_export.hpp.
 #include <fmt/format.h>
 #include <tinyxml2.h>
 

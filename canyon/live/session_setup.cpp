@@ -1,3 +1,4 @@
+// Declared in canyon/live/session_impl.hpp.
 #include "canyon/base/text_file.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/live/session_impl.hpp"

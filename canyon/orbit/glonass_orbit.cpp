@@ -1,3 +1,4 @@
+// Declared in canyon/orbit/broadcast_sky.hpp.
 #include <algorithm>
 #include <array>
 #include <cmath>

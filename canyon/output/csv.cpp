@@ -1,3 +1,4 @@
+// Declared in canyon/output/formats.hpp.
 #include <fmt/format.h>
 
 #include <iterator>

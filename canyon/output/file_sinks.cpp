@@ -1,3 +1,4 @@
+// Declared in canyon/output/sinks.hpp.
 #include <cctype>
 #include <set>
 #include <utility>

@@ -1,3 +1,4 @@
+// Declared in canyon/output/rtcm.hpp.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>

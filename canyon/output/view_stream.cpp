@@ -1,3 +1,4 @@
+// Declared in canyon/output/formats.hpp.
 #include <memory>
 #include <utility>
 

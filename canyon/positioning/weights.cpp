@@ -1,4 +1,5 @@
-// Weights of pseudoranges; declared in fix.hpp.
+// Declared in canyon/positioning/positioning_options.hpp.
+// Weights of pseudoranges.
 
 #include <fmt/format.h>
 

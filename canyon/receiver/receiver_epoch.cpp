@@ -1,3 +1,4 @@
+// Declared in canyon/receiver/receiver.hpp.
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/receiver/receiver.hpp"
 

@@ -1,3 +1,4 @@
+// Declared in canyon/relative/baseline_filter.hpp.
 #include <algorithm>
 #include <cmath>
 #include <map>

@@ -1,3 +1,4 @@
+// Declared in canyon/relative/baseline_filter.hpp.
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// Declared in canyon/rinex/navigation_reader.hpp.
 #include <fmt/format.h>
 
 #include <algorithm>

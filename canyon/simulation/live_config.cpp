@@ -1,3 +1,4 @@
+// Declared in canyon/simulation/live_receiver.hpp.
 #include <fmt/format.h>
 
 #include <utility>

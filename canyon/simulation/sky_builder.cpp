@@ -1,3 +1,4 @@
+// Declared in canyon/simulation/simulator.hpp.
 // Builds the Sky of a scenario's `sky:`, with warnings about its fit to the run.
 #include <fmt/format.h>
 

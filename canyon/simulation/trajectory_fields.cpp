@@ -1,3 +1,4 @@
+// Declared in canyon/simulation/scenario_fields.hpp.
 // The fields of places and ways: trajectory, waypoints, fixed antennas.
 #include <fmt/format.h>
 

@@ -1,3 +1,4 @@
+// Declared in canyon/study/results.hpp.
 #include <fmt/format.h>
 
 #include <algorithm>

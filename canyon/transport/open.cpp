@@ -1,3 +1,4 @@
+// Declared in canyon/transport/transport.hpp.
 #include <fmt/format.h>
 
 #include "canyon/base/input_error.hpp"

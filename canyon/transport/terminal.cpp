@@ -1,3 +1,4 @@
+// Declared in canyon/transport/devices.hpp.
 #include <fmt/format.h>
 #include <poll.h>
 #include <stdlib.h>

@@ -1,3 +1,4 @@
+// Declared in canyon/validation/figures.hpp.
 // Figures as JSON, for terminals and for documents.
 #include <fmt/format.h>
 

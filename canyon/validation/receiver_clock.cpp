@@ -1,3 +1,4 @@
+// Declared in canyon/validation/pseudorange_errors.hpp.
 // Step two of pseudorange_errors.hpp: receiver clock and inter-system biases.
 
 #include <Eigen/Core>

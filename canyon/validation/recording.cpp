@@ -1,3 +1,4 @@
+// Declared in canyon/validation/comparison.hpp.
 // A recording and its truth, brought to a scenario's sky and city.
 #include <fmt/format.h>
 

@@ -1,3 +1,4 @@
+// Declared in python/src/binding.hpp.
 #include "python/src/binding.hpp"
 
 #include "canyon/base/input_error.hpp"

@@ -1,3 +1,4 @@
+// Declared in python/src/binding.hpp.
 #include <fmt/format.h>
 
 #include <complex>

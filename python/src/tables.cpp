@@ -1,3 +1,4 @@
+// Declared in python/src/epochs.hpp.
 #include <fmt/format.h>
 
 #include <algorithm>

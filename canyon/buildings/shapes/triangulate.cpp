@@ -1,3 +1,4 @@
+// Declared in canyon/buildings/shapes/footprint.hpp.
 #include "canyon/buildings/shapes/footprint.hpp"
 
 #include <algorithm>

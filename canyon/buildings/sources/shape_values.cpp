@@ -1,3 +1,4 @@
+// Declared in canyon/buildings/sources/shape.hpp.
 // Single tag values: lengths, directions, materials.
 #include <algorithm>
 #include <array>

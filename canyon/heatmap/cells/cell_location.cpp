@@ -1,4 +1,5 @@
-// Places found by the solutions of a tile; declared in cell_solution.hpp.
+// Declared in canyon/heatmap/cells/cell_solution.hpp.
+// Places found by the solutions of a tile.
 
 #include <algorithm>
 #include <cassert>

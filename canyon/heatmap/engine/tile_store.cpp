@@ -1,3 +1,4 @@
+// Declared in canyon/heatmap/engine/engine.hpp.
 // Finished units of a heat map in a folder: TileStore of engine.hpp.
 #include <fmt/format.h>
 #include <zlib.h>

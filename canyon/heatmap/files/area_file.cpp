@@ -1,3 +1,4 @@
+// Declared in canyon/heatmap/kernels/grid.hpp.
 #include <fmt/format.h>
 #include <ogr_api.h>
 

@@ -1,3 +1,4 @@
+// Declared in canyon/heatmap/engine/map_source.hpp.
 #include <cpl_string.h>
 #include <fmt/format.h>
 #include <gdal.h>

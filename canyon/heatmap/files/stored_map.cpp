@@ -1,3 +1,4 @@
+// Declared in canyon/heatmap/engine/map_source.hpp.
 #include <fmt/format.h>
 
 #include <algorithm>

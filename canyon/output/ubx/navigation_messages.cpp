@@ -1,3 +1,4 @@
+// Declared in canyon/output/ubx/messages.hpp.
 #include <algorithm>
 #include <array>
 #include <cmath>

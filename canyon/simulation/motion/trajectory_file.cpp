@@ -1,3 +1,4 @@
+// Declared in canyon/simulation/motion/trajectory.hpp.
 // read_trajectory() (trajectory.hpp), and the readers of CSV and UrbanNav's truth files.
 #include <fmt/format.h>
 

@@ -1,3 +1,4 @@
+// Declared in canyon/validation/report/report_pictures.hpp.
 #include <fmt/format.h>
 
 #include <algorithm>
