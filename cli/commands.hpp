@@ -25,6 +25,7 @@ void add_sky(Command& app);
 void add_trace(Command& app);
 void add_skyplot(Command& app);
 void add_city(Command& app);
+void add_check(Command& app);
 void add_profiles(Command& app);
 void add_scenario(Command& app);
 void add_faults(Command& app);

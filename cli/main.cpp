@@ -18,6 +18,7 @@ int main(int argc, char** argv) {
   add_trace(program);
   add_skyplot(program);
   add_city(program);
+  add_check(program);
   add_scenario(program);
   add_faults(program);
   add_profiles(program);

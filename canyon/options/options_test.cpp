@@ -263,7 +263,7 @@ TEST(ParseYaml, RefusesBytesThatAreNoText) {
       ADD_FAILURE() << static_cast<int>(bad);
     } catch (const InputError& error) {
       EXPECT_EQ(error.line(), 2);
-      EXPECT_NE(error.problem().find("no text"), std::string::npos);
+      EXPECT_NE(error.problem().find("is not text"), std::string::npos);
     }
   }
 }

@@ -11,6 +11,7 @@
 
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/gnss/broadcast_messages.hpp"
 #include "canyon/rinex/fields.hpp"
 #include "canyon/rinex/navigation_record.hpp"
 
@@ -327,7 +328,11 @@ class Reader {
     constexpr std::size_t kFewest = 3;
     constexpr double kSqrtA = 10, kEccentricity = 0.01, kInclination_rad = 0.02;
     std::map<gnss::SatelliteId, std::vector<const gnss::KeplerEphemeris*>> of_satellite;
-    for (const auto& record : data_.kepler) of_satellite[record.id].push_back(&record);
+    for (const auto& record : data_.kepler) {
+      // Elements of geostationary orbits are nearly undefined: inclinations of C05 differ by 3 deg within a
+      // day.
+      if (!gnss::is_beidou_geo(record.id)) of_satellite[record.id].push_back(&record);
+    }
     const auto median = [](const auto& records, auto value) {
       std::vector<double> values;
       for (const auto* record : records) values.push_back(value(*record));

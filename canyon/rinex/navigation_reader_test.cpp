@@ -160,7 +160,7 @@ TEST(RinexNavigation, Sbas) {
 
 TEST(RinexNavigation, DamagedSbas) {
   for (const auto& [from, to, warning] : std::vector<std::array<std::string, 3>>{
-           {" 3.594460008000e+04", " 3.594460008000e+03", "no SBAS orbit"},
+           {" 3.594460008000e+04", " 3.594460008000e+03", "not that of a SBAS orbit"},
            {" 2.204414000000e+04", "                   ", "position Y is missing"},
            {" 1.250000000000e-03", " 1.250000000000e+00", "velocity X 1.25 is outside"},
            {" 9.313225746155e-09", " 9.313225746155e-03", "clock bias aGf0"},
@@ -486,7 +486,7 @@ TEST(RinexNavigation, ADamagedRecordIsLostAlone) {
       {"4.106242470052e-09", "4.1062x2470052e-09",
        "'4.1062x2470052e-09' in line 2 of the record is not a number"},
       {"5.041313482914e-03", "1.041313482914e+00", "eccentricity 1.04131 is outside"},
-      {"5.041313482914e-03", "               nan", "no number"},
+      {"5.041313482914e-03", "               nan", "not a number"},
       {" 5.041313482914e-03", "-5.041313482914e-03", "eccentricity"},
       {"5.153679471970e+03", "5.153679471970e+02", "square root of the semi-major axis 515.368 is outside"},
       {"5.153679471970e+03", "                  ", "square root of the semi-major axis is missing"},
@@ -515,9 +515,9 @@ TEST(RinexNavigation, ADamagedRecordIsLostAlone) {
 
 TEST(RinexNavigation, DamagedGlonass) {
   for (const auto& [from, to, warning] : std::vector<std::array<std::string, 3>>{
-           {" 1.090894238281e+04", " 1.090894238281e+03", "no GLONASS orbit"},
+           {" 1.090894238281e+04", " 1.090894238281e+03", "not that of a GLONASS orbit"},
            {" 5.000000000000e+00", " 1.500000000000e+01", "frequency number 15"},
-           {" 2.795855522156e+00", " 4.995855522156e+00", "no GLONASS orbit"},
+           {" 2.795855522156e+00", " 4.995855522156e+00", "not that of a GLONASS orbit"},
            {"R07", "R28", "there is no R28"}}) {
     const gnss::NavigationData data = read(replaced(kRinex3Sample, from, to));
     EXPECT_TRUE(data.glonass.empty());

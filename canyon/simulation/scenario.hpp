@@ -55,7 +55,8 @@ struct MapCityConfig {
   buildings::BuildOptions build;                  ///< a simulation does not use its Grid::Utm
 };
 
-/// Whether the name ends in .json, .json.gz, .jsonl or .jsonl.gz; a .json file that begins as Overpass's is none.
+/// Whether the name ends in .json, .json.gz, .jsonl or .jsonl.gz; a .json file that begins as Overpass's is
+/// none.
 [[nodiscard]] bool is_cityjson(const std::filesystem::path& path);
 
 /// How well the place of a city is known. A run draws its own offset and heading by its seed (load_city()).

@@ -91,7 +91,7 @@ TEST(StudyRuns, RecordsReadBack) {
   const auto record = RunMaker(make_plan()).make(0, 1);
   ASSERT_TRUE(record);
   EXPECT_EQ(to_line(from_line(to_line(*record))), to_line(*record));
-  EXPECT_THAT(error_of([] { (void)from_line("{\"run\": 1}"); }).what(), HasSubstr("no record"));
+  EXPECT_THAT(error_of([] { (void)from_line("{\"run\": 1}"); }).what(), HasSubstr("is not a record"));
 }
 
 TEST(StudyRuns, BytesDoNotDependOnThreadsOrShards) {

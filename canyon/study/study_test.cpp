@@ -51,7 +51,8 @@ TEST(SettingsTree, SetsValuesSectionsAndItems) {
   EXPECT_EQ(flow_text(root),
             "{a: {b: 2, new: {deep: 3}}, list: [{name: x, k: 7, m: {p: [1, 2]}}, {name: y, k: 8}]}");
   EXPECT_THAT(error_of([&] { set_at(root, "list[5].k", scalar_node("1")); }).what(), HasSubstr("no item 5"));
-  EXPECT_THAT(error_of([&] { set_at(root, "a.b.c", scalar_node("1")); }).what(), HasSubstr("no section"));
+  EXPECT_THAT(error_of([&] { set_at(root, "a.b.c", scalar_node("1")); }).what(),
+              HasSubstr("is not a section"));
 }
 
 // A tree written on one line reads back as the same tree.

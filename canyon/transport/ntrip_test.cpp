@@ -470,7 +470,8 @@ TEST(NtripClient, LetsGoOfHostileCasters) {
                               return client.status().state == State::Refused;
                             }))
         << attack.begin << attack.more;
-    EXPECT_THAT(client.status().reason, AnyOf(HasSubstr("not that of an NTRIP caster"), HasSubstr("HTTP is broken")));
+    EXPECT_THAT(client.status().reason,
+                AnyOf(HasSubstr("not that of an NTRIP caster"), HasSubstr("HTTP is broken")));
   }
 }
 

@@ -110,8 +110,8 @@ void bind_samples(py::module_& m) {
              return std::make_unique<SampleStream>(simulation, samples.centre_hz ? "" : samples.bands.front(),
                                                    receiver, samples, size, threads);
            }),
-           "simulation"_a, "band"_a, "centre_hz"_a, "rate_hz"_a, "intermediate_hz"_a, "real"_a, "bandwidth_hz"_a,
-           "noise"_a, "receiver"_a, "size"_a, "threads"_a)
+           "simulation"_a, "band"_a, "centre_hz"_a, "rate_hz"_a, "intermediate_hz"_a, "real"_a,
+           "bandwidth_hz"_a, "noise"_a, "receiver"_a, "size"_a, "threads"_a)
       .def(
           "__iter__", [](SampleStream& self) -> SampleStream& { return self; },
           py::return_value_policy::reference_internal)

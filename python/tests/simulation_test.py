@@ -40,7 +40,7 @@ class Correlation(unittest.TestCase):
         peak = np.abs(seen.values[:, 4:5])
         np.testing.assert_allclose(np.abs(seen.values) / peak, np.tile(1 - np.abs(delays) / chip_m, (3, 1)), atol=1e-9)
         self.assertTrue((peak > 0.3).all())
-        with self.assertRaisesRegex(canyon.InputError, "not a satellite"):
+        with self.assertRaisesRegex(canyon.InputError, "the sky has no satellite C62"):
             canyon.correlation(scenario, "C62")
         with self.assertRaisesRegex(canyon.InputError, "sends no signal"):
             canyon.correlation(scenario, name, signal="E1")

@@ -133,6 +133,18 @@ odd)
   [ ! -e old ] || fail "a time out of range left results"
   sed 's/^start.*/start: 1980-01-06T00:00:00Z/' small.yaml >first.yaml
   runs 0 "$canyon" simulate first.yaml --out first --quiet ;;
+check)
+  # Each kind of file that the cases have, by one command.
+  cp -r "$root"/tests/data/cases/* .
+  runs 0 "$canyon" check nmea-gnsslogger/log.nmea; says out 'recorded path (nmea)' '2024-05-01' 'good for'
+  runs 0 "$canyon" check gpx-pause/pause.gpx; says out 'recorded path (gpx)' 'pauses 1 time'
+  runs 0 "$canyon" check text-bom/bom.csv text-bom/bom.n sp3-two-days/day1.sp3 osm-josm-delete/edited.osm
+  says out 'recorded path (csv)' 'RINEX navigation' 'GPS 1' 'SP3 precise orbits' 'buildings     1'
+  runs 0 "$canyon" check nmea-gga-no-altitude/all2d.nmea; says out 'it has no heights'
+  runs 2 "$canyon" check containers/page.n text-bom/bom.n; says err 'is a web page'; says out 'RINEX navigation'
+  printf 'what is this' >unknown; runs 2 "$canyon" check unknown; one_line; says err 'is not a kind of file that is known'
+  runs 2 "$canyon" check containers/page.n text-bom/bom.csv --json
+  python3 -c 'import json; a, b = json.load(open("out")); assert not a["usable"] and b["kind"] == "recorded path (csv)", (a, b)' ;;
 strangers)
   # tests/data/cases: the smallest inputs of faults that users of other programs reported.
   cp -r "$root"/tests/data/cases/* .
@@ -160,7 +172,7 @@ strangers)
   runs 2 "$canyon" sky --nav /dev/zero --at 40,-4,700 --time '2024-05-01T10:00:00 GPST'; one_line; says err "a device"
   for name in single list1 list2; do runs 0 "$canyon" simulate sp3-two-days/$name.yaml --out $name --quiet; done
   cmp single/satellites.csv list1/satellites.csv || fail "a list of one file is not the file"
-  [ "$(field 1 list2/satellites.csv | sort -u | wc -l)" -eq 37 ] || fail "$(field 1 list2/satellites.csv | sort -u | wc -l) epochs over midnight"
+  [ "$(field 2 list2/satellites.csv | sort -u | wc -l)" -eq 37 ] || fail "$(field 2 list2/satellites.csv | sort -u | wc -l) epochs over midnight"
   runs 0 "$canyon" city info cityjsonseq/seq.city.jsonl; grep -vE 'city.json|loaded' out >seq
   runs 0 "$canyon" city info cityjsonseq/same.city.json; grep -vE 'city.json|loaded' out | cmp - seq || fail "a sequence by another name is another city"
   runs 0 "$canyon" city info osm-josm-delete/edited.osm; says out "20"; grep -F 80 out && fail "a deleted building stands"
@@ -505,7 +517,7 @@ validate)
   sed 's/^sky:.*/sky: {navigation: [res\/sky.nav]}/' small.yaml >judge.yaml
   judge=("$canyon" validate judge.yaml --obs res/receiver.obs --truth truth.csv --format urbannav --no-atmosphere)
   runs 0 "${judge[@]}" --json figures.json --markdown table.md --report rep --view
-  says out "whole recording" "epochs" AUC "Tracked satellites" "Fixes by the same solver"
+  says out "whole recording" "epochs" AUC "Tracked satellites" "by the same solver on both"
   python3 - <<'P' || fail "figures.json is not what was simulated"
 import json
 f = json.load(open("figures.json"))["models"][0]
@@ -554,10 +566,10 @@ P
   sed 's/C2L/C9Z/' two/receiver.obs >unknown.obs
   sed 's/^sky:.*/sky: {navigation: [two\/sky.nav]}/' small.yaml >two.yaml
   runs 0 "$canyon" validate two.yaml --obs two/receiver.obs "${judge[@]:5}"
-  says out "GPS L2C" "Carrier phase" "GPS L1CA" "between slips"
+  says out "GPS L2C" "Carrier phase" "GPS L1CA" "Between cycle slips"
   runs 0 "$canyon" validate two.yaml --obs unknown.obs "${judge[@]:5}"
   says err "1 codes of G not known: 9Z"
-  says out "Signals not judged" "GPS L2C               tracked by the simulated receiver, not recorded"
+  says out "Signals not judged" "Tracked by the simulated"
   runs 2 "${judge[@]}" --runs 3; one_line; says err --runs georeference
   # The part that figures are of.
   runs 0 "${judge[@]}" --part first --json - --quiet
@@ -784,7 +796,7 @@ P
   runs 2 "$canyon" correlation small.yaml --satellite X1 --out d.png; one_line; says err "'X1' is not a satellite"
   runs 2 "$canyon" correlation small.yaml --satellite C62 --out d.png; one_line; says err 'the sky has no satellite C62'
   runs 2 "$canyon" correlation small.yaml --satellite "$name" --signal E1 --out d.png; one_line; says err "sends no signal 'E1'"
-  runs 2 "$canyon" correlation small.yaml --satellite "$name" --out d.gif; one_line; says err 'no .png, .svg or .csv'
+  runs 2 "$canyon" correlation small.yaml --satellite "$name" --out d.gif; one_line; says err 'does not end in .png, .svg or .csv'
   [ ! -e d.png ] || fail "a refused run left a file"
   ;;
 skyplot)
@@ -1157,7 +1169,7 @@ F
   runs 2 "$canyon" study merge a d --out e; one_line; says err "a shard of another study"
   runs 2 "$canyon" study merge . --out e; one_line; says err "holds no study"
   runs 2 "$canyon" study study.yaml; one_line; says err "--out is missing"
-  runs 2 "$canyon" study study.yaml --out x --shard 3/2; one_line; says err "no part of a study"
+  runs 2 "$canyon" study study.yaml --out x --shard 3/2; one_line; says err "not a part of a study"
   runs 2 "$canyon" study study.yaml --print-run 6; one_line; says err "runs 0 to 5"
   sed 's/seeds: 3/seed: 3/' study.yaml >bad.yaml
   runs 2 "$canyon" study bad.yaml --dry-run; one_line; says err "bad.yaml:3"
@@ -1458,7 +1470,7 @@ view)
   runs 2 "$canyon" view v --city other.yaml; one_line; says err "v: is of a run with other walls than the scenario's"
   runs 2 "$canyon" view v --city block.osm; one_line; says err "--city without a heat map or a finished run"
   runs 2 "$canyon" view nothing.yaml --export x.html; one_line
-  echo hello >page.html; runs 2 "$canyon" view v --export x.html; one_line; says err "no page of Canyon's viewer"
+  echo hello >page.html; runs 2 "$canyon" view v --export x.html; one_line; says err "is not a page of Canyon's viewer"
   export CANYON_VIEWER=none.html; runs 2 "$canyon" view v --export x.html; one_line; [ ! -e x.html ] || fail "half a page" ;;
 *) echo "no case '$case'"; exit 2 ;;
 esac

@@ -17,6 +17,7 @@
 #include "canyon/base/random.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/heatmap/cells/cell_method.hpp"
 #include "canyon/heatmap/engine/engine.hpp"
 #include "canyon/orbit/nominal_constellation.hpp"
 #include "canyon/orbit/sky.hpp"
@@ -390,7 +391,7 @@ void judge_case(int number, const std::filesystem::path& folder, Count& count) {
   test::Recorder recorder;
   simulation.run({&recorder});
   const heatmap::Heatmap map(simulation.environment(), receiver, drawn.request, "property");
-  count.by_receivers += heatmap::CellSolver::fits(receiver.options) ? 0 : 1;
+  count.by_receivers += heatmap::fits(heatmap::CellMethod::Shared, receiver) ? 0 : 1;
 
   std::vector<std::string> problems;
   const heatmap::Grid& grid = drawn.request.grid;

@@ -41,7 +41,7 @@ TEST(SignalFiles, ObservationsComeBack) {
   ASSERT_EQ(file.epochs.size(), 3U);
   for (std::size_t i = 0; i < 3; ++i) {
     const receiver::ReceiverEpoch& seen = epochs[i].observed;
-    const double shift_s = file.epochs[i].receiver_time - seen.receiver_time;
+    EXPECT_LE(std::abs(file.epochs[i].receiver_time - seen.receiver_time), 50.1e-9);
     std::map<gnss::SatelliteId, rinex::ObservedSignal> read;
     for (const auto& signal : file.epochs[i].signals) read[signal.id] = signal;
     EXPECT_EQ(read.size(), 10U);
@@ -51,7 +51,7 @@ TEST(SignalFiles, ObservationsComeBack) {
       const positioning::Measurement& m = *satellite.measurement;
       const rinex::ObservedSignal& s = read[satellite.id];
       EXPECT_EQ(std::string_view(s.code.data()), gnss::signals_of(satellite.id.system).front().code);
-      EXPECT_NEAR(s.pseudorange_m.value(), m.pseudorange_m + geodesy::kSpeedOfLight * shift_s, 0.6e-3);
+      EXPECT_NEAR(s.pseudorange_m.value(), m.pseudorange_m, 0.6e-3);
       EXPECT_NEAR(s.doppler_hz.value(), *m.doppler_hz, 0.6e-3);
       EXPECT_NEAR(s.cn0_dbhz.value(), *m.cn0_dbhz, 0.6e-3);
       EXPECT_FALSE(s.cn0_from_indicator);

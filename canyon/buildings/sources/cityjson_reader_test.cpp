@@ -314,12 +314,14 @@ TEST_F(CityJsonTest, BadInputIsOneClearError) {
   EXPECT_TRUE(contains(error_of("<osm/>"), "city.json:1: not JSON"));
   EXPECT_TRUE(contains(error_of(""), "ends early"));
   EXPECT_TRUE(contains(error_of("[1,2]"), "not CityJSON"));
-  EXPECT_TRUE(contains(error_of(R"({"type":"FeatureCollection"})"), "not CityJSON"));
+  EXPECT_TRUE(
+      contains(error_of(R"({"type":"FeatureCollection"})"), "is GeoJSON, which is not read as a map"));
   EXPECT_TRUE(contains(error_of(replaced(good, "[0,3,2,1]", "[0,3,2,10]")),
                        "city object \"house\": vertex number 10 is out of range (there are 10 vertices)"));
   EXPECT_TRUE(contains(error_of(replaced(good, "[0,3,2,1]", "[0,3,2,-1]")), "vertex number -1"));
   EXPECT_TRUE(contains(error_of(replaced(good, "[0,3,2,1]", "[0,3,2,1.5]")), "\"house\": vertex number 1.5"));
-  EXPECT_TRUE(contains(error_of(replaced(good, "[[0,3,2,1]]", "[0,3,2,1]")), "\"house\": a ring is not a list"));
+  EXPECT_TRUE(
+      contains(error_of(replaced(good, "[[0,3,2,1]]", "[0,3,2,1]")), "\"house\": a ring is not a list"));
   EXPECT_TRUE(contains(error_of(replaced(good, "[[0,1,1,1,1,2,2]]", "[[3,1,1,1,1,2,2]]")),
                        "\"house\": semantic number 3 is out of range"));
   EXPECT_TRUE(contains(error_of(replaced(good, "\"boundaries\"", "\"bounds\"")), "no boundaries"));

@@ -316,7 +316,11 @@ TEST(ShapeFromTags, LeavesAbsurdValuesOutWithAWarning) {
        0,
        3,
        "storeys and roof add up to"},
-      {{{"building", "yes"}, {"roof:direction", "down"}}, 9, 0, 0, "roof:direction='down' is not a direction"},
+      {{{"building", "yes"}, {"roof:direction", "down"}},
+       9,
+       0,
+       0,
+       "roof:direction='down' is not a direction"},
       {{{"building", "yes"}, {"roof:orientation", "up"}}, 9, 0, 0, "roof:orientation='up' is neither"}};
   for (const Case& expected : cases) {
     std::vector<std::string> warnings;

@@ -312,7 +312,7 @@ TEST_F(TerrainTest, SrtmTileIsReadAndIsEgm96) {
     std::ofstream out(path, std::ios::binary);
     for (int row = 0; row < 1201; ++row) {
       for (int column = 0; column < 1201; ++column) {
-        const int height = row == 1200 && column == 1200 ? -32768 : column - 2 * row + 500;
+        const int height = row == 1200 && column == 1200 ? -32768 : column - 2 * row + 2500;
         out.put(static_cast<char>((height >> 8) & 0xff)).put(static_cast<char>(height & 0xff));
       }
     }
@@ -321,9 +321,9 @@ TEST_F(TerrainTest, SrtmTileIsReadAndIsEgm96) {
   options.geoid_undulation_m = 0;
   const Terrain raw({path}, options);
   // Post (column, row) stands at longitude 114 + column / 1200, latitude 23 - row / 1200.
-  EXPECT_NEAR(raw.height_m({114 + 300 / 1200.0, 23 - 500 / 1200.0}).value(), 300 - 1000 + 500, 1e-6);
-  EXPECT_NEAR(raw.height_m({114 + 300.25 / 1200.0, 23 - 500.5 / 1200.0}).value(), 300.25 - 1001 + 500, 1e-6);
-  EXPECT_NEAR(raw.height_m({114, 23}).value(), 500, 1e-6);
+  EXPECT_NEAR(raw.height_m({114 + 300 / 1200.0, 23 - 500 / 1200.0}).value(), 300 - 1000 + 2500, 1e-6);
+  EXPECT_NEAR(raw.height_m({114 + 300.25 / 1200.0, 23 - 500.5 / 1200.0}).value(), 300.25 - 1001 + 2500, 1e-6);
+  EXPECT_NEAR(raw.height_m({114, 23}).value(), 2500, 1e-6);
   EXPECT_FALSE(raw.height_m({115, 22}));  // the void
   try {
     const Terrain terrain({path});
@@ -372,7 +372,7 @@ TEST_F(TerrainTest, SheetFollowsTheEllipsoidOverTenKilometres) {
 
 TEST_F(TerrainTest, SlopesAreMetOnTheFramesVerticalLine) {
   make_raster(folder_ / "steep.tif", {},
-              [](double x, double y) { return 100000 * (x - 114.1) + 50000 * (y - 22.42); });
+              [](double x, double y) { return 3600 + 100000 * (x - 114.1) + 50000 * (y - 22.42); });
   const Terrain terrain({folder_ / "steep.tif"});  // about 0.97 and 0.45 m per metre
   const geodesy::LocalFrame frame(Geodetic::from_degrees(22.42, 114.1, 0));
   for (const Eigen::Vector2d& place :

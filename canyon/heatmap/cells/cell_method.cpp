@@ -31,7 +31,7 @@ constexpr Fields kShared{
     "noise.drift.",
     "own_draws tracks leaves_out at_once signal. cn0_mask_dbhz weights.cn0_floor_m2 weights.cn0_scale_m2_hz "
     "covariance_by_residuals clock. noise.doppler_sigma_hz spoofing_check. raim. position_filter.",
-    ""};
+    "combination uses ionosphere_sigma_m sigma_factor smoothing. corrections. rtk. biases."};
 
 // Options of later epochs, carriers, iterations, several signals in the fix and interference are skipped.
 constexpr Fields kSteady{
@@ -54,7 +54,7 @@ constexpr Fields kSteady{
     "signal.lock.hold_s signal.lock.memory_s signal.lock.warm_start noise.drift.below_speed_mps "
     "noise.drift.below_los noise.drift.mu_sigma_m signal.front_end_compression_dbm clock. "
     "noise.doppler_sigma_hz spoofing_check. raim. position_filter.",
-    ""};
+    "combination uses corrections. rtk. noise.drift.enabled"};
 
 const Fields& fields_of(CellMethod method) {
   return method == CellMethod::Shared ? kShared : kSteady;

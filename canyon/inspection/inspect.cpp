@@ -1,0 +1,292 @@
+#include "canyon/inspection/inspect.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <set>
+
+#include "canyon/base/gzip_file.hpp"
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/city/city.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/heatmap/engine/map_source.hpp"
+#include "canyon/orbit/precise_sky.hpp"
+#include "canyon/rinex/navigation_reader.hpp"
+#include "canyon/rinex/observation_reader.hpp"
+#include "canyon/rtcm/rtcm_decoder.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
+#include "canyon/simulation/scenario.hpp"
+
+namespace canyon::inspection {
+namespace {
+
+using geodesy::GpsTime;
+
+std::string span_text(GpsTime first, GpsTime last) {
+  return fmt::format("{} to {} ({:.0f} s)", geodesy::format_gpst(first, 0), geodesy::format_gpst(last, 0),
+                     last - first);
+}
+
+std::string place_text(const geodesy::Geodetic& place) {
+  return fmt::format("{:.6f}, {:.6f} deg, {:.1f} m", geodesy::degrees(place.latitude_rad),
+                     geodesy::degrees(place.longitude_rad), place.height_m);
+}
+
+/// "GPS 9, BeiDou 12".
+std::string satellites_text(const std::set<gnss::SatelliteId>& satellites) {
+  std::map<gnss::System, int> count;
+  for (const gnss::SatelliteId id : satellites) ++count[id.system];
+  std::vector<std::string> parts;
+  for (const auto& [system, n] : count) parts.push_back(fmt::format("{} {}", gnss::name(system), n));
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+/// The unpacked beginning of a file.
+std::string head_of(const std::filesystem::path& path) {
+  GzipFile file(path);
+  std::string head(8192, '\0');
+  head.resize(file.read(head.data(), head.size(), 0));
+  return head;
+}
+
+FileReport inspect_scenario(const std::filesystem::path& path) {
+  const simulation::Scenario scenario = simulation::read_scenario(path, {false});
+  FileReport report{"scenario", {}, scenario.warnings, {"canyon simulate FILE --out DIR"}};
+  std::vector<std::string> receivers;
+  for (const simulation::ReceiverConfig& receiver : scenario.receivers) {
+    receivers.push_back(receiver.options.name);
+  }
+  report.contents.emplace_back("receivers", fmt::format("{}", fmt::join(receivers, ", ")));
+  if (scenario.start) report.contents.emplace_back("start", geodesy::format_gpst(*scenario.start, 0));
+  report.contents.emplace_back("faults", fmt::format("{}", scenario.faults.size()));
+  return report;
+}
+
+FileReport inspect_city(const std::filesystem::path& path) {
+  const simulation::CityConfig config = simulation::city_config(path);
+  const city::City city = simulation::load_city_with_report(config).city;
+  const city::CitySummary summary = city::summarize(city);
+  FileReport report{config.mesh ? "city (mesh)" : "city", {}, city.notes, {"city: in a scenario"}};
+  report.contents.emplace_back("buildings", fmt::format("{}", summary.buildings));
+  report.contents.emplace_back("triangles",
+                               fmt::format("{} ({} terrain)", summary.triangles, summary.terrain_triangles));
+  if (summary.triangles > 0) {
+    const Eigen::Vector3d size = summary.bounds.max - summary.bounds.min;
+    report.contents.emplace_back(
+        "extent", fmt::format("{:.0f} m east-west, {:.0f} m north-south, {:.1f} to {:.1f} m high", size.x(),
+                              size.y(), summary.bounds.min.z(), summary.bounds.max.z()));
+    report.contents.emplace_back("highest roof", fmt::format("{:.1f} m", summary.highest_roof_m));
+  }
+  report.contents.emplace_back(
+      "origin", config.mesh ? "not in the file: city.origin" : place_text(city.frame.origin()));
+  return report;
+}
+
+FileReport inspect_map(const std::filesystem::path& path) {
+  const heatmap::StoredMap map(path);
+  FileReport report{"heat map of Canyon", {}, {}, {"canyon heatmap query FILE", "canyon view FILE"}};
+  std::vector<std::string> layers;
+  for (const heatmap::Layer layer : map.layers()) layers.emplace_back(heatmap::info(layer).name);
+  report.contents.emplace_back("layers", fmt::format("{}", fmt::join(layers, ", ")));
+  if (!map.times().empty())
+    report.contents.emplace_back("time", span_text(map.times().front(), map.times().back()));
+  report.contents.emplace_back("altitudes", fmt::format("{} m", fmt::join(map.altitudes_m(), ", ")));
+  report.contents.emplace_back("origin", place_text(map.frame().origin()));
+  return report;
+}
+
+FileReport inspect_observations(const std::filesystem::path& path) {
+  rinex::ObservationOptions options;
+  options.all_signals = true;
+  const rinex::RinexObservations file = rinex::read_rinex_observations(path, options);
+  std::set<gnss::SatelliteId> satellites;
+  std::map<std::string, std::set<std::string>> signals;
+  for (const rinex::ObservationEpoch& epoch : file.epochs) {
+    for (const rinex::ObservedSignal& signal : epoch.signals) {
+      satellites.insert(signal.id);
+      signals[std::string(gnss::name(signal.id.system))].insert(signal.code.data());
+    }
+  }
+  FileReport report{fmt::format("RINEX {:.2f} observations", file.header.version),
+                    {},
+                    file.report.warnings(),
+                    {"canyon validate SCENARIO --obs FILE", "canyon rtk --rover FILE"}};
+  if (!file.epochs.empty()) {
+    report.contents.emplace_back(
+        "time", span_text(file.epochs.front().receiver_time, file.epochs.back().receiver_time));
+  }
+  report.contents.emplace_back("epochs", fmt::format("{}", file.epochs.size()));
+  report.contents.emplace_back("satellites", satellites_text(satellites));
+  std::vector<std::string> parts;
+  for (const auto& [system, codes] : signals)
+    parts.push_back(fmt::format("{} {}", system, fmt::join(codes, " ")));
+  report.contents.emplace_back("signals", fmt::format("{}", fmt::join(parts, ", ")));
+  if (!file.header.receiver.empty()) report.contents.emplace_back("receiver", file.header.receiver);
+  if (file.header.approximate_position_ecef) {
+    report.contents.emplace_back(
+        "place", place_text(geodesy::geodetic_from_ecef(*file.header.approximate_position_ecef)));
+  }
+  return report;
+}
+
+FileReport inspect_navigation(const std::filesystem::path& path) {
+  const gnss::NavigationData data = rinex::read_rinex_navigation(path);
+  std::set<gnss::SatelliteId> satellites;
+  std::optional<GpsTime> first, last;
+  std::size_t records = 0;
+  const auto add = [&](gnss::SatelliteId id, GpsTime toe) {
+    satellites.insert(id);
+    first = first ? std::min(*first, toe) : toe;
+    last = last ? std::max(*last, toe) : toe;
+    ++records;
+  };
+  for (const auto& e : data.kepler) add(e.id, e.toe);
+  for (const auto& e : data.glonass) add(e.id, e.toe);
+  for (const auto& e : data.sbas) add(e.id, e.toe);
+  FileReport report{"RINEX navigation (broadcast ephemerides)",
+                    {},
+                    data.warnings,
+                    {"sky: {navigation: [FILE]} in a scenario", "canyon sky --nav FILE"}};
+  if (first) report.contents.emplace_back("ephemerides of", span_text(*first, *last));
+  report.contents.emplace_back("records", fmt::format("{}", records));
+  report.contents.emplace_back("satellites", satellites_text(satellites));
+  report.contents.emplace_back("ionosphere",
+                               data.klobuchar.empty() ? "no coefficients" : "Klobuchar coefficients");
+  return report;
+}
+
+FileReport inspect_precise(const std::filesystem::path& path) {
+  const orbit::PreciseSky sky(path);
+  const std::vector<gnss::SatelliteId> ids = sky.satellites();
+  return {"SP3 precise orbits",
+          {{"time", span_text(sky.span().first, sky.span().second)},
+           {"satellites", satellites_text({ids.begin(), ids.end()})}},
+          {},
+          {"sky: {sp3: [FILE]} in a scenario", "canyon sky --sp3 FILE"}};
+}
+
+FileReport inspect_rtcm(const std::filesystem::path& path) {
+  const rtcm::RtcmCorrections file =
+      rtcm::read_rtcm_corrections(path, geodesy::gps_from_calendar({2026, 1, 1, 0, 0, 0, 0}), {}, false);
+  FileReport report{"RTCM 3", {}, {}, {"canyon rtk --base FILE"}};
+  std::set<gnss::SatelliteId> satellites;
+  for (const auto& epoch : file.epochs) {
+    for (const relative::SignalMeasurement& seen : epoch->observations)
+      satellites.insert(seen.measurement.id);
+  }
+  std::vector<std::string> messages;
+  for (const auto& [number, count] : file.status.messages)
+    messages.push_back(fmt::format("{} ({})", number, count));
+  report.contents.emplace_back("epochs", fmt::format("{} (the file has no date)", file.epochs.size()));
+  report.contents.emplace_back("satellites", satellites_text(satellites));
+  report.contents.emplace_back("messages", fmt::format("{}", fmt::join(messages, ", ")));
+  const Eigen::Vector3d place =
+      file.epochs.empty() ? Eigen::Vector3d::Zero().eval() : file.epochs.back()->station_ecef;
+  if (!place.isZero())
+    report.contents.emplace_back("station", place_text(geodesy::geodetic_from_ecef(place)));
+  for (const auto& [problem, count] : file.status.problems)
+    report.skipped.push_back(fmt::format("{}: {}", problem, count));
+  if (file.status.checksum_errors > 0) {
+    report.skipped.push_back(fmt::format("{} frames with a wrong checksum", file.status.checksum_errors));
+  }
+  if (file.status.bytes_passed_over > 0) {
+    report.skipped.push_back(fmt::format("{} bytes that belong to no frame", file.status.bytes_passed_over));
+  }
+  return report;
+}
+
+/// @param start an instant for files without dates
+FileReport inspect_path(const std::filesystem::path& path, const std::string& format) {
+  const GpsTime start = geodesy::gps_from_calendar({2026, 1, 1, 0, 0, 0, 0});
+  std::vector<std::string> skipped;
+  const simulation::TrajectoryFile file = [&] {
+    try {
+      return simulation::read_trajectory_file(path, format, start);
+    } catch (const InputError&) {
+      simulation::HeightReading without;
+      without.needed = false;
+      try {
+        simulation::TrajectoryFile flat = simulation::read_trajectory_file(path, format, start, without);
+        skipped.emplace_back("it has no heights: give trajectory.height_above_terrain_m");
+        return flat;
+      } catch (const InputError&) {
+      }
+      throw;
+    }
+  }();
+  const simulation::Trajectory& trajectory = file.trajectory;
+  skipped.insert(skipped.end(), file.warnings.begin(), file.warnings.end());
+  FileReport report{fmt::format("recorded path ({})", format),
+                    {},
+                    std::move(skipped),
+                    {fmt::format("trajectory: {{file: FILE, format: {}}} in a scenario", format),
+                     "canyon validate SCENARIO --truth FILE"}};
+  report.contents.emplace_back(
+      "time", file.has_own_dates
+                  ? span_text(trajectory.begin(), trajectory.end())
+                  : fmt::format("{:.0f} s, without a date", trajectory.end() - trajectory.begin()));
+  report.contents.emplace_back("interval", fmt::format("{:g} s", trajectory.sample_interval_s()));
+  report.contents.emplace_back("length", fmt::format("{:.0f} m", trajectory.length_m()));
+  report.contents.emplace_back("first place", place_text(trajectory.at(trajectory.begin()).position));
+  report.contents.emplace_back("last place", place_text(trajectory.at(trajectory.end()).position));
+  return report;
+}
+
+/// Columns without names: as CSV, else as UrbanNav's.
+FileReport inspect_columns(const std::filesystem::path& path) {
+  try {
+    return inspect_path(path, "csv");
+  } catch (const InputError&) {
+    try {
+      return inspect_path(path, "urbannav");
+    } catch (const InputError&) {
+    }
+    throw;
+  }
+}
+
+bool is_scenario_name(const std::filesystem::path& path) {
+  return path.extension() == ".yaml" || path.extension() == ".yml";
+}
+
+}  // namespace
+
+FileReport inspect_file(const std::filesystem::path& path) {
+  if (is_scenario_name(path)) return inspect_scenario(path);
+  if (std::filesystem::is_directory(path) || simulation::city_file_kind(path)) return inspect_city(path);
+  if (path.extension() == ".nc") return inspect_map(path);
+  const std::string head = head_of(path);
+  const std::string_view text(head);
+  const std::string_view line = text.substr(0, text.find('\n'));
+  const auto has = [&](std::string_view word) { return text.find(word) != std::string_view::npos; };
+  if (line.size() > 20 && line.find("RINEX VERSION / TYPE") != std::string_view::npos) {
+    return line[20] == 'O' ? inspect_observations(path) : inspect_navigation(path);
+  }
+  if (line.find("CRINEX VERS") != std::string_view::npos) return inspect_observations(path);
+  if (line.size() > 1 && line[0] == '#' && line[1] >= 'a' && line[1] <= 'd') return inspect_precise(path);
+  if (has("<gpx")) return inspect_path(path, "gpx");
+  if (has("<kml")) return inspect_path(path, "kml");
+  if (text.starts_with("\xB5\x62")) {
+    throw InputError(path, 0, "is a log of a u-blox receiver (UBX), which is not read",
+                     "convert it to RINEX, for instance by RTKLIB's convbin");
+  }
+  if (text.starts_with('\xD3') || has(std::string_view("\xD3\x00", 2))) return inspect_rtcm(path);
+  for (const std::string_view talker : {"$GP", "$GN", "$GL", "$GA", "$GB", "$BD", "$GQ", "$QZ"}) {
+    if (has(talker)) return inspect_path(path, "nmea");
+  }
+  const bool is_text = std::none_of(text.begin(), text.end(), [](char c) { return c == '\0'; });
+  if (is_text && text.find_first_of(",;\t") != std::string_view::npos) return inspect_columns(path);
+  throw InputError(
+      path, 0, "is not a kind of file that is known",
+      fmt::format(
+          "known are scenarios (.yaml), cities ({}), RINEX, SP3, RTCM 3, NMEA, GPX, KML, CSV and heat "
+          "maps (.nc)",
+          simulation::city_file_endings()));
+}
+
+}  // namespace canyon::inspection

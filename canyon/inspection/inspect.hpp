@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace canyon::inspection {
+
+/// What a file of any kind holds, as the readers of Canyon find it.
+struct FileReport {
+  std::string kind;                                           ///< "RINEX 3.03 observations"
+  std::vector<std::pair<std::string, std::string>> contents;  ///< names and values, for people
+  std::vector<std::string> skipped;                           ///< left out or doubtful, one line each
+  std::vector<std::string> uses;                              ///< keys and options that take the file
+};
+
+/// Reads a whole file by the reader for its content (for cities and scenarios: for its name): scenarios,
+/// cities, navigation and observation files of RINEX, SP3, RTCM 3, recorded paths (NMEA, GPX, KML, CSV) and
+/// heat maps. Part of canyon::io. Throws InputError, with the reader's words, for a file that none of them
+/// can use.
+[[nodiscard]] FileReport inspect_file(const std::filesystem::path& path);
+
+}  // namespace canyon::inspection

@@ -1,0 +1,68 @@
+// Declared in cli/commands.hpp.
+#include <fmt/format.h>
+
+#include "canyon/base/json.hpp"
+#include "canyon/inspection/inspect.hpp"
+#include "cli/commands.hpp"
+
+namespace canyon::cli {
+namespace {
+
+struct CheckArguments {
+  std::vector<std::string> files;
+  bool json = false;
+};
+
+Json json_of(const std::string& file, const inspection::FileReport& report) {
+  Json contents;
+  for (const auto& [name, value] : report.contents) contents[name] = value;
+  return {{"file", file},
+          {"usable", true},
+          {"kind", report.kind},
+          {"contents", std::move(contents)},
+          {"skipped", report.skipped},
+          {"uses", report.uses}};
+}
+
+void print(const std::string& file, const inspection::FileReport& report) {
+  fmt::print("{}\n  {:<14}{}\n", file, "kind", report.kind);
+  for (const auto& [name, value] : report.contents) fmt::print("  {:<14}{}\n", name, value);
+  for (const std::string& line : report.skipped) fmt::print("  {:<14}{}\n", "note", line);
+  for (const std::string& line : report.uses) fmt::print("  {:<14}{}\n", "good for", line);
+}
+
+int run_check(const CheckArguments& arguments) {
+  ExitCode worst = kOk;
+  Json all = Json::array();
+  for (const std::string& file : arguments.files) {
+    try {
+      const inspection::FileReport report = inspection::inspect_file(file);
+      if (arguments.json)
+        all.push_back(json_of(file, report));
+      else
+        print(file, report);
+    } catch (const InputError& error) {
+      worst = exit_code(error);
+      if (arguments.json) {
+        all.push_back({{"file", file}, {"usable", false}, {"problem", error.what()}});
+      } else {
+        fmt::print(stderr, "canyon: {}\n", error.what());
+      }
+    }
+  }
+  if (arguments.json) fmt::print("{}\n", all.dump(2));
+  return worst;
+}
+
+}  // namespace
+
+void add_check(Command& app) {
+  Command& command = app.add_command(
+      "check", "say what files are, what they hold, what was left out, and what they are good for");
+  CheckArguments& arguments = command.run_with(run_check);
+  command.add_option("files", arguments.files, "FILE...", "files of any kind that Canyon reads").required();
+  command.add_flag("--json", arguments.json, "print JSON");
+  command.footer = "Exit status 2 where a file cannot be used.";
+}
+
+}  // namespace canyon::cli
