@@ -15,7 +15,6 @@
 #include "adapters/common/testing/hand_made_sky.hpp"
 #include "adapters/gazebo_classic/publishers.hpp"
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
-#include "canyon/base/input_error.hpp"
 
 namespace canyon::adapters::gazebo_classic {
 namespace {
@@ -235,14 +234,6 @@ TEST_F(Visuals, KeepTheirRate) {
   const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   ASSERT_TRUE(client.sees("G05.direct"));
   EXPECT_LE(client.count_of("G05.direct"), 1 + took_s / 0.1);
-}
-
-TEST_F(Visuals, RefuseSizesThatAreNone) {
-  settings_.bubble_scale = 0;
-  EXPECT_THROW((void)make_visuals(node_, identity_, settings_), InputError);
-  settings_.bubble_scale = 1;
-  settings_.ray_length_m = -3;
-  EXPECT_THROW((void)make_visuals(node_, identity_, settings_), InputError);
 }
 
 }  // namespace

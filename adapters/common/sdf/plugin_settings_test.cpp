@@ -564,6 +564,7 @@ TEST(HostSettings, WrongValuesNamePluginElementAndCure) {
        "'1.5' is not a whole number", ""},
       {"<visuals><bubble_scale>0</bubble_scale></visuals>", "<visuals><bubble_scale>", "out of range", ""},
       {"<visuals><ray_length_m>1e6</ray_length_m></visuals>", "<visuals><ray_length_m>", "out of range", ""},
+      {"<visuals><ray_length_m>-3</ray_length_m></visuals>", "<visuals><ray_length_m>", "out of range", ""},
       {"<origin_latitude>91</origin_latitude><origin_longitude>0</origin_longitude>", "<origin_latitude>",
        "91 is out of range", "90"},
       {"<origin_latitude>91</origin_latitude>", "<origin_latitude>", "without latitude or longitude", "give"},
