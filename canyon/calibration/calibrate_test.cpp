@@ -85,7 +85,7 @@ TEST(Calibrate, KnownReceiverComesBack) {
     shadowed(receiver);
     tracking::SignalOptions& signal = receiver.options.signal;
     signal.link.above_minimum_db -= 5;
-    signal.shadowing.blockage.share = 0.2;
+    signal.shadowing.skyline.share = 0.4;
     signal.lock.tracking_threshold_dbhz = 16;
     signal.cn0_step_db = 0.25;
   });
@@ -94,14 +94,14 @@ TEST(Calibrate, KnownReceiverComesBack) {
   const Calibration c = calibrate({drive});
   print(c);
   expect_known(c, "signal.link.above_minimum_db", 1.5 - 5, 2.5);
-  expect_known(c, "signal.shadowing.blockage.share", 0.2, 0.15);
+  expect_known(c, "signal.shadowing.skyline.share", 0.4, 0.2);
   expect_known(c, "signal.lock.tracking_threshold_dbhz", 16, 4);
   EXPECT_EQ(of(c, "signal.cn0_step_db").after, "0.25");
   EXPECT_EQ(of(c, "tracks").verdict, Verdict::Agrees);
   EXPECT_EQ(of(c, "leaves_out").verdict, Verdict::Agrees);
 }
 
-// Above the roofs nothing is lost, and without shadows blockages have no effect: of these keys nothing is
+// Above the roofs nothing is lost, and without shadows obstacles have no effect: of these keys nothing is
 // known, and that is said.
 TEST(Calibrate, WhatNothingTellsIsSaid) {
   const test::SimulatedRecording recorded({}, plain_receiver, "min_height_m: 1, max_height_m: 1.2");
@@ -109,7 +109,7 @@ TEST(Calibrate, WhatNothingTellsIsSaid) {
   options.seeds = 1;
   const Calibration c = calibrate({drive_of(recorded)}, options);
   print(c);
-  for (const char* key : {"signal.shadowing.blockage.share", "signal.lock.tracking_threshold_dbhz",
+  for (const char* key : {"signal.shadowing.skyline.share", "signal.lock.tracking_threshold_dbhz",
                           "signal.lock.acquisition_threshold_dbhz", "signal.phase_threshold_dbhz"}) {
     EXPECT_EQ(of(c, key).verdict, Verdict::Unidentified) << key;
     EXPECT_FALSE(of(c, key).basis.empty()) << key;

@@ -15,7 +15,7 @@ struct FitDrive {
   std::set<gnss::SatelliteId> leave_out;
 };
 
-/// Adds level, share of blockages and tracking threshold. The receiver is simulated along the drives at the
+/// Adds level, share of obstacles and tracking threshold. The receiver is simulated along the drives at the
 /// nodes of a grid of the three, by several seeds each. Figures of the score card are linear between nodes.
 /// The values are the means of the density
 ///

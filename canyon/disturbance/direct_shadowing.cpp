@@ -8,7 +8,9 @@ namespace canyon::disturbance {
 
 DirectShadowing::DirectShadowing(const ShadowingOptions& options, std::uint64_t seed,
                                  const std::string& receiver)
-    : obstacle_speed_mps_(options.obstacle_speed_mps), shadowing_(options, seed, receiver) {}
+    : obstacle_speed_mps_(options.obstacle_speed_mps),
+      shadowing_(options, seed, receiver),
+      skyline_(options, seed, receiver) {}
 
 void DirectShadowing::apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) {
   if (before_) {
@@ -18,16 +20,18 @@ void DirectShadowing::apply(const propagation::Antenna& antenna, propagation::Ar
   before_ = antenna;
   shadowing_.go_to(way_m_);
   if (arrival.placement != raytrace::Placement::Free) return;
+  skyline_.go_to(arrival.antenna_enu.head<2>(), arrival.height_above_ground_m, antenna.time);
   for (propagation::SatelliteView& view : arrival.views) {
     for (propagation::Path& path : view.paths.paths) {
-      double level_db = 0;
+      const bool from_surface = path.kind != propagation::PathKind::Direct &&
+                                path.kind != propagation::PathKind::Transmitted && path.arrival.z() > 0;
+      double level_db = from_surface
+                            ? skyline_.level_db(path.arrival, (path.point - arrival.antenna_enu).norm())
+                            : skyline_.level_db(path.arrival);
       if (path.kind == propagation::PathKind::Direct) {
-        level_db =
+        level_db +=
             shadowing_.of(geodesy::enu_from_azimuth_elevation(view.line.azimuth_rad, view.line.elevation_rad))
                 .level_db;
-      } else {
-        // The ground's reflection came down from the same elevation.
-        level_db = shadowing_.path_level_db({path.arrival.x(), path.arrival.y(), std::abs(path.arrival.z())});
       }
       if (level_db != 0) path.amplitude_factor *= std::pow(10, level_db / 20);
     }

@@ -5,13 +5,14 @@
 
 #include "canyon/disturbance/disturbance.hpp"
 #include "canyon/disturbance/shadowing.hpp"
+#include "canyon/disturbance/skyline.hpp"
 
 namespace canyon::disturbance {
 
-/// Shadowing of every satellite's direct path along the way of one antenna; reflections and bent paths keep
-/// their strength but behind blockages, which take all that arrives from their direction. What casts shadows
-/// moves too (ShadowingOptions::obstacle_speed_mps). Antennas of one seed and name that drive the same way
-/// meet the same shadows.
+/// What the map lacks, at one antenna: shadows on every satellite's direct path (Shadowing), and obstacles on
+/// all paths by their direction of arrival (Skyline). What casts shadows moves too
+/// (ShadowingOptions::obstacle_speed_mps). Antennas of one seed and name that drive the same way meet the
+/// same shadows.
 class DirectShadowing : public Disturbance {
  public:
   /// Throws InputError where options.validate() does.
@@ -22,6 +23,7 @@ class DirectShadowing : public Disturbance {
  private:
   double obstacle_speed_mps_;
   Shadowing shadowing_;
+  Skyline skyline_;
   std::optional<propagation::Antenna> before_;
   double way_m_ = 0;
 };

@@ -13,10 +13,8 @@ constexpr int kFarthest = 4096;
 
 }  // namespace
 
-FrameStates::FrameStates(const SkyNodes& nodes, double common, std::uint64_t seed, std::string_view key)
-    : size_(nodes.size() + 1),
-      of_common_(std::sqrt(common)),
-      of_nodes_(std::sqrt(1 - common)),
+FrameStates::FrameStates(const SkyNodes& nodes, std::uint64_t seed, std::string_view key)
+    : size_(nodes.size()),
       root_(RandomStream(seed, key).next()),
       frames_(kSlots, std::numeric_limits<std::int64_t>::min()),
       numbers_(kSlots * size_) {}
@@ -26,11 +24,10 @@ double FrameStates::uniform(std::int64_t frame, std::span<const SkyNodes::Share>
   const std::span<double> numbers = std::span(numbers_).subspan(slot * size_, size_);
   if (frames_[slot] != frame) {
     RandomStream stream(mix64(root_ + kGolden64 * static_cast<std::uint64_t>(frame)), "frame");
-    SkyNodes::draw(stream, numbers.first(size_ - 1));
-    numbers.back() = stream.normal();
+    SkyNodes::draw(stream, numbers);
     frames_[slot] = frame;
   }
-  const double z = of_nodes_ * SkyNodes::blend(shares, numbers) + of_common_ * numbers.back();
+  const double z = SkyNodes::blend(shares, numbers);
   return 0.5 * std::erfc(-z * std::sqrt(0.5));
 }
 

@@ -12,8 +12,7 @@ namespace canyon::disturbance {
 /// Two states, on and off, along frames of a way and over the sky: in each direction a Markov chain with one
 /// step a frame, and alike in directions close to each other.
 ///
-/// Each frame has a draw of SkyNodes and a normal number that the whole sky has in common. Their sum z at a
-/// direction, u = P(normal < z), turns the state on
+/// Each frame has a draw of SkyNodes. Its number z at a direction, u = P(normal < z), turns the state on
 /// where it was off and u < enter, and leaves it on where u < 1 - leave. Steps at one direction are
 /// independent, so that states last geometric numbers of frames. Where u is below or above both bounds the
 /// state does not depend on the one before: going back to such a frame finds the stationary chain's state
@@ -28,8 +27,7 @@ class FrameStates {
     bool now = false, before = false;  ///< in the frame, and in the one before it
   };
 
-  /// @param common share of the sum's variance that the whole sky has in common, [0, 1]
-  FrameStates(const SkyNodes& nodes, double common, std::uint64_t seed, std::string_view key);
+  FrameStates(const SkyNodes& nodes, std::uint64_t seed, std::string_view key);
 
   /// @param frame any number; @param shares of the direction. Chains that forget in more than 4,096 frames
   /// are taken as drawn anew that far back.
@@ -40,8 +38,7 @@ class FrameStates {
   /// P(normal < z) of a direction's number in a frame.
   [[nodiscard]] double uniform(std::int64_t frame, std::span<const SkyNodes::Share> shares);
 
-  std::size_t size_;  // of a draw: its nodes' numbers, then the common one
-  double of_common_, of_nodes_;
+  std::size_t size_;  // of a draw
   std::uint64_t root_;
   /// Draws of the latest frames, in the slots of their numbers.
   std::vector<std::int64_t> frames_;

@@ -9,14 +9,9 @@ namespace canyon::disturbance {
 Shadowing::Shadowing(const ShadowingOptions& options, std::uint64_t seed, const std::string& key)
     : options_((options.validate(), options)),
       nodes_(options.shared_angle_rad),
-      shadows_(nodes_, 0, seed, key + "/shadow"),
-      blockages_(nodes_, options.blockage.shared_by_all, seed, key + "/blockage"),
+      shadows_(nodes_, seed, key + "/shadow"),
       levels_stream_(seed, key + "/shadow level"),
       levels_(nodes_.size()) {
-  const BlockageOptions& blockage = options_.blockage;
-  block_.leave = options_.frame_m / blockage.length_m;
-  blocked_share_ = options_.blockage_share();
-  block_.enter = block_.leave * blocked_share_ / (1 - blocked_share_);
   SkyNodes::draw(levels_stream_, levels_);
   RandomStream stream(seed, key + "/shadow place");
   origin_m_ = stream.uniform() * options_.frame_m;
@@ -46,14 +41,6 @@ double Shadowing::passed(FrameStates::States states, double into_m) const {
   return states.now ? turned : 1 - turned;
 }
 
-Shadowing::Blockage Shadowing::blockage(const Place& here) {
-  const BlockageOptions& o = options_.blockage;
-  if (blocked_share_ == 0) return {};
-  const FrameStates::States states = blockages_.at(here.frame, shares_, block_);
-  return {passed(states, here.into_m), o.mean_db + o.sigma_db * SkyNodes::blend(shares_, levels_),
-          states.now};
-}
-
 Shadowing::Shadow Shadowing::of(const Eigen::Vector3d& direction) {
   nodes_.shares(direction, shares_);
   const Place here = place(direction);
@@ -62,16 +49,7 @@ Shadowing::Shadow Shadowing::of(const Eigen::Vector3d& direction) {
   const double share = passed(states, here.into_m);
   const double mean = p.clear_mean_db + share * (p.shadowed_mean_db - p.clear_mean_db);
   const double sigma = p.clear_sigma_db + share * (p.shadowed_sigma_db - p.clear_sigma_db);
-  const double level_db = mean + sigma * SkyNodes::blend(shares_, levels_);
-  const Blockage behind = blockage(here);
-  return {level_db + behind.share * (behind.level_db - level_db), states.now, behind.now};
-}
-
-double Shadowing::path_level_db(const Eigen::Vector3d& direction) {
-  if (blocked_share_ == 0) return 0;
-  nodes_.shares(direction, shares_);
-  const Blockage behind = blockage(place(direction));
-  return behind.share * behind.level_db;
+  return {mean + sigma * SkyNodes::blend(shares_, levels_), states.now};
 }
 
 }  // namespace canyon::disturbance

@@ -23,7 +23,7 @@ class Shadowing {
  public:
   struct Shadow {
     double level_db = 0;  ///< to be added to the direct signal's; mostly below 0
-    bool shadowed = false, blocked = false;
+    bool shadowed = false;
   };
 
   /// @param key names its random streams
@@ -34,9 +34,6 @@ class Shadowing {
   void go_to(double way_m);
   /// Shadow on a satellite at the last go_to(). @param direction unit, ENU, not below the horizon
   [[nodiscard]] Shadow of(const Eigen::Vector3d& direction);
-  /// Level of a path that is not direct [dB]: blockages take all that comes from a direction, shadows do
-  /// not.
-  [[nodiscard]] double path_level_db(const Eigen::Vector3d& direction);
 
  private:
   /// Way in a direction's frames: those of all begin somewhere else, as shadows fall from some distance.
@@ -45,21 +42,12 @@ class Shadowing {
     double into_m;
   };
   [[nodiscard]] Place place(const Eigen::Vector3d& direction) const;
-  struct Blockage {
-    double share = 0;  ///< how far it has come about, [0, 1]
-    double level_db = 0;
-    bool now = false;
-  };
-  /// At the direction that shares_ is of.
-  [[nodiscard]] Blockage blockage(const Place& here);
   /// How far a state has come about: 0 off, 1 on, between them over the transition.
   [[nodiscard]] double passed(FrameStates::States states, double into_m) const;
 
   ShadowingOptions options_;
   SkyNodes nodes_;
-  FrameStates shadows_, blockages_;
-  double blocked_share_ = 0;
-  FrameStates::Steps block_;
+  FrameStates shadows_;
   RandomStream levels_stream_;
   std::vector<double> levels_;  // of the nodes, unit variance
   Eigen::Vector3d axis_;        // along which shadows move as satellites do

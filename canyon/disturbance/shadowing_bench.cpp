@@ -1,5 +1,6 @@
 // Time of the shadows of one epoch.
 #include "canyon/disturbance/shadowing.hpp"
+#include "canyon/disturbance/skyline.hpp"
 
 #include <benchmark/benchmark.h>
 
@@ -21,15 +22,9 @@ std::vector<Eigen::Vector3d> sky() {
   return directions;
 }
 
-ShadowingOptions options(bool blockages) {
-  ShadowingOptions result;
-  if (blockages) result.blockage.share = 0.2;
-  return result;
-}
-
-/// 31 satellites; driven each epoch [m], with blockages or without.
+/// 31 satellites; driven each epoch [m].
 void shadows_of_an_epoch(benchmark::State& state) {
-  Shadowing shadowing(options(state.range(1) != 0), 1, "bench");
+  Shadowing shadowing({}, 1, "bench");
   const std::vector<Eigen::Vector3d> directions = sky();
   double way_m = 0;
   for (auto _ : state) {
@@ -39,29 +34,35 @@ void shadows_of_an_epoch(benchmark::State& state) {
       benchmark::DoNotOptimize(shadowing.of(direction).level_db);
   }
 }
-BENCHMARK(shadows_of_an_epoch)->ArgsProduct({{0, 1, 10}, {0, 1}});
+BENCHMARK(shadows_of_an_epoch)->Arg(0)->Arg(1)->Arg(10);
 
 /// The first epoch goes back to where each satellite's state was decided.
 void shadows_of_the_first_epoch(benchmark::State& state) {
   const std::vector<Eigen::Vector3d> directions = sky();
   for (auto _ : state) {
-    Shadowing shadowing(options(true), 1, "bench");
+    Shadowing shadowing({}, 1, "bench");
     for (const Eigen::Vector3d& direction : directions)
       benchmark::DoNotOptimize(shadowing.of(direction).level_db);
   }
 }
 BENCHMARK(shadows_of_the_first_epoch);
 
-/// Blockages of 31 paths that are not direct.
-void blockages_of_paths(benchmark::State& state) {
-  Shadowing shadowing(options(true), 1, "bench");
+/// Obstacles at a place, for this number of paths.
+void obstacles_of_an_epoch(benchmark::State& state) {
+  ShadowingOptions dense;
+  dense.environment = ShadowingEnvironment::Dense;
+  Skyline skyline(dense, 1, "bench");
   const std::vector<Eigen::Vector3d> directions = sky();
+  geodesy::GpsTime time = geodesy::GpsTime::from_week(2300, 0);
+  double way_m = 0;
   for (auto _ : state) {
-    for (const Eigen::Vector3d& direction : directions)
-      benchmark::DoNotOptimize(shadowing.path_level_db(direction));
+    skyline.go_to({way_m += 10, 0}, 2, time = time + 1);
+    for (std::int64_t i = 0; i < state.range(0); ++i) {
+      benchmark::DoNotOptimize(skyline.level_db(directions[static_cast<std::size_t>(i % 31)]));
+    }
   }
 }
-BENCHMARK(blockages_of_paths);
+BENCHMARK(obstacles_of_an_epoch)->Arg(0)->Arg(31)->Arg(310);
 
 }  // namespace
 }  // namespace canyon::disturbance

@@ -26,6 +26,20 @@ constexpr std::array<Row, 3> kSuburban{{{40, -1.0, 0.5, -3.7, 0.98, 0.8177, 0.17
                                         {60, -0.3, 0.91, -2.0, 0.5, 0.8177, 0.1715, 0.1544, 0.7997},
                                         {80, -0.4, 0.58, -2.5, 0.2, 0.8177, 0.1715, 0.1544, 0.7997}}};
 
+/// Obstacles of dense surroundings (docs/shadowing.md). Others have none, but with these numbers if a share
+/// is given.
+constexpr SkylineNumbers kDense{.share = 0.4,
+                                .height_m = 18,
+                                .distance_m = 8,
+                                .distance_sigma = 0.4,
+                                .foliage_share = 0.2,
+                                .crown_m = 5,
+                                .edge_radius_m = 1,
+                                .length_m = 25,
+                                .width_rad = 0.5235987755982988,  // 30 deg
+                                .moving_share = 0.15,
+                                .moving_s = 20};
+
 ShadowingParameters of_row(const Row& row) {
   return {row.mean1_db,
           row.sigma1_db,
@@ -66,9 +80,10 @@ ShadowingParameters shadowing_parameters(const ShadowingOptions& options, double
   return suburban ? interpolated(kSuburban, elevation_deg) : interpolated(kUrban, elevation_deg);
 }
 
-ShadowingEnvironment of_surroundings(double closed_sky) {
+ShadowingEnvironment of_surroundings(double closed_sky, bool outlines) {
   if (closed_sky < 0.02) return ShadowingEnvironment::Open;
-  return closed_sky < 0.07 ? ShadowingEnvironment::Suburban : ShadowingEnvironment::Urban;
+  if (closed_sky < 0.07) return ShadowingEnvironment::Suburban;
+  return outlines && closed_sky >= 0.15 ? ShadowingEnvironment::Dense : ShadowingEnvironment::Urban;
 }
 
 void ShadowingOptions::validate() const {
@@ -77,33 +92,57 @@ void ShadowingOptions::validate() const {
     throw InputError(fmt::format("transition_m of the shadowing is {}", transition_m),
                      fmt::format("it runs from 0 m to one frame, {:g} m", frame_m));
   }
-  // Of a share above a half frames between blockages are rarer than blockages.
-  const double share = blockage_share(), shortest_m = frame_m * std::max(1.0, share / (1 - share));
-  if (share > 0 && blockage.length_m < shortest_m * (1 - 1e-9)) {
-    throw InputError(fmt::format("length_m of the blockage is {}", blockage.length_m),
-                     fmt::format("with its share of {:g} and frames of {:g} m it must be {:g} m or more",
-                                 share, frame_m, shortest_m));
-  }
 }
 
-void visit(options::Visitor& v, BlockageOptions& o) {
-  v.number({"share", "",
-            "share of the way on which objects that maps lack block the direct signal; left out: 0.2 in "
-            "dense surroundings, else 0"},
-           o.share, {0, 0.9});
-  v.number({"length_m", "m", "mean length of a blockage"}, o.length_m, {0.1, 10e3});
-  v.number({"mean_db", "dB", "mean level behind a blockage"}, o.mean_db, {-60, 0});
-  v.number({"sigma_db", "dB", "standard deviation of that level"}, o.sigma_db, {0, 20});
-  v.number({"shared_by_all", "", "share of the variance that all satellites have in common"}, o.shared_by_all,
+void SkylineOptions::validate() const {
+  options::check(*this, "skyline");
+}
+
+SkylineNumbers skyline_numbers(const ShadowingOptions& options) {
+  const SkylineOptions& o = options.skyline;
+  SkylineNumbers n = kDense;
+  n.share = o.share.value_or(options.environment == ShadowingEnvironment::Dense ? n.share : 0);
+  n.height_m = o.height_m.value_or(n.height_m);
+  n.distance_m = o.distance_m.value_or(n.distance_m);
+  n.distance_sigma = o.distance_sigma.value_or(n.distance_sigma);
+  n.foliage_share = o.foliage_share.value_or(n.foliage_share);
+  n.crown_m = o.crown_m.value_or(n.crown_m);
+  n.edge_radius_m = o.edge_radius_m.value_or(n.edge_radius_m);
+  n.length_m = o.length_m.value_or(n.length_m);
+  n.width_rad = o.width_deg ? geodesy::radians(*o.width_deg) : n.width_rad;
+  n.moving_share = o.moving_share.value_or(n.moving_share);
+  n.moving_s = o.moving_s.value_or(n.moving_s);
+  return n;
+}
+
+void visit(options::Visitor& v, SkylineOptions& o) {
+  v.number(
+      {"share", "",
+       "share of azimuths with an obstacle that the map lacks; left out: 0.4 in dense surroundings, else 0"},
+      o.share, {0, 1});
+  v.number({"height_m", "m", "mean height of obstacles above 2 m; left out: 18"}, o.height_m, {0, 100, true});
+  v.number({"distance_m", "m", "median distance of obstacles; left out: 8"}, o.distance_m, {1, 100});
+  v.number({"distance_sigma", "", "standard deviation of the logarithm of distances; left out: 0.4"},
+           o.distance_sigma, {0, 2});
+  v.number({"foliage_share", "", "share of obstacles that are vegetation; left out: 0.2"}, o.foliage_share,
            {0, 1});
+  v.number({"crown_m", "m", "width of a crown; left out: 5"}, o.crown_m, {0, 100, true});
+  v.number({"edge_radius_m", "m", "radius that the edges of obstacles are rounded with; left out: 1"},
+           o.edge_radius_m, {0, 10});
+  v.number({"length_m", "m", "way after which other obstacles are met; left out: 25"}, o.length_m, {1, 1000});
+  v.number({"width_deg", "deg", "angle of azimuth after which other obstacles are seen; left out: 30"},
+           o.width_deg, {5, 90});
+  v.number({"moving_share", "",
+            "share of the variance of heights that changes with time, by traffic; left out: 0.15"},
+           o.moving_share, {0, 1});
+  v.number({"moving_s", "s", "time in which that part changes; left out: 20"}, o.moving_s, {0.1, 1e4});
 }
 
 void visit_environment(options::Visitor& v, std::string_view key, ShadowingEnvironment& environment) {
   static constexpr std::string_view kEnvironments[]{"urban", "suburban", "custom", "dense", "open", "auto"};
   v.choice({key, "",
-            "statistics of shadows: urban, suburban, dense (urban, with a fifth of the way blocked), open "
-            "(none) or "
-            "custom; auto: open, suburban or urban by the city"},
+            "statistics of shadows: urban, suburban, dense (urban, with many obstacles that the map lacks), "
+            "open (none) or custom; auto: open, suburban, urban or dense by the city"},
            environment, kEnvironments);
 }
 
@@ -120,7 +159,7 @@ void visit(options::Visitor& v, ShadowingOptions& o) {
     v.number({"enter", "", "probability that shadow follows a clear frame"}, o.custom.enter, {0, 1});
     v.number({"leave", "", "probability that a clear frame follows shadow"}, o.custom.leave, {0, 1, true});
   });
-  v.part("blockage", o.blockage);
+  v.part("skyline", o.skyline);
   v.angle({"shared_angle_deg", "deg", "angle between satellites whose shadows have a correlation of 0.6"},
           o.shared_angle_rad, {5, 60});
   v.number({"frame_m", "m", "length of a frame; states last whole frames"}, o.frame_m, {0.1, 1000});

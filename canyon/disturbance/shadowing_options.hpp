@@ -31,19 +31,42 @@ struct ShadowingParameters {
   [[nodiscard]] double shadowed_share() const { return enter / (enter + leave); }
 };
 
-/// Where a map lacks what blocks altogether: footbridges, buses, canopies, whole buildings. A state beside
-/// the two of ShadowingParameters, by a chain of its own; in it this is the level, of all paths that arrive
-/// from its direction. Defaults are fitted to a recording in which a fifth of all satellites in line of sight
-/// is missing (docs/shadowing.md).
-struct BlockageOptions {
-  /// Share of the way, [0, 0.9]; 0: nothing is missing. Empty: as ShadowingOptions::blockage_share() has it.
-  std::optional<double> share;
-  double length_m = 50;  ///< mean length, a frame or more, up to 10,000 [m]
-  double mean_db = -40;  ///< [-60, 0]
-  double sigma_db = 12;  ///< [0, 20]
-  /// Share of the variance of what drives the chain that the whole sky has in common [1], [0, 1]: bridges and
-  /// buses take many satellites at once.
-  double shared_by_all = 0.7;
+/// Obstacles that a map lacks, in numbers (docs/shadowing.md has where they come from).
+struct SkylineNumbers {
+  double share;           ///< of azimuths with an obstacle
+  double height_m;        ///< mean of heights above kBase_m: a gamma distribution of shape 2
+  double distance_m;      ///< median of distances: log-normal
+  double distance_sigma;  ///< standard deviation of the distances' logarithm
+  double foliage_share;   ///< of obstacles that are vegetation; the others have an edge
+  double crown_m;         ///< width of a crown
+  double edge_radius_m;   ///< that edges are rounded with; 0: knife edges
+  double length_m;        ///< way after which other obstacles are met
+  double width_rad;       ///< azimuth after which other obstacles are seen
+  double moving_share;    ///< of the variance of heights: changes with time, by traffic
+  double moving_s;        ///< time in which that part changes
+
+  /// Height above the ground at which obstacles begin [m]: the roof of a car.
+  static constexpr double kBase_m = 2;
+};
+
+/// Obstacles that a map lacks: trees, awnings, signs, footbridges, buses, podiums, people. They stand about
+/// the antenna at a distance, up to a height, in a share of the azimuths, and are fixed in the world. An
+/// antenna above their tops sees over them. Whatever is left out is that of the environment
+/// (skyline_numbers()).
+struct SkylineOptions {
+  std::optional<double> share;           ///< [0, 1]
+  std::optional<double> height_m;        ///< (0, 100] [m]
+  std::optional<double> distance_m;      ///< [1, 100] [m]
+  std::optional<double> distance_sigma;  ///< [0, 2]
+  std::optional<double> foliage_share;   ///< [0, 1]
+  std::optional<double> crown_m;         ///< (0, 100] [m]
+  std::optional<double> edge_radius_m;   ///< [0, 10] [m]
+  std::optional<double> length_m;        ///< [1, 1000] [m]
+  std::optional<double> width_deg;       ///< [5, 90] [deg]
+  std::optional<double> moving_share;    ///< [0, 1]
+  std::optional<double> moving_s;        ///< [0.1, 1e4] [s]
+
+  void validate() const;
 };
 
 /// Shadow by what no map has: vehicles, trees, poles, signs, people, bridges, edges that a city's mesh lacks.
@@ -57,7 +80,7 @@ struct ShadowingOptions {
   bool enabled = false;
   ShadowingEnvironment environment = ShadowingEnvironment::Urban;
   ShadowingParameters custom;  ///< at every elevation; used with ShadowingEnvironment::Custom
-  BlockageOptions blockage;
+  SkylineOptions skyline;
   /// Satellites this far apart share shadows with a correlation of exp(-1/2) [rad], 5 to 60 deg.
   double shared_angle_rad = 0.17453292519943295;  // 10 deg
   /// Length of a frame [m], [0.1, 1000]: states last whole frames.
@@ -78,20 +101,20 @@ struct ShadowingOptions {
 
   /// Whether anything is ever shadowed.
   [[nodiscard]] bool active() const { return enabled && environment != ShadowingEnvironment::Open; }
-  /// BlockageOptions::share; where it is empty 0.2 in dense surroundings, else 0.
-  [[nodiscard]] double blockage_share() const {
-    return blockage.share.value_or(environment == ShadowingEnvironment::Dense ? 0.2 : 0);
-  }
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
+/// SkylineOptions, and of the environment what they leave out.
+[[nodiscard]] SkylineNumbers skyline_numbers(const ShadowingOptions& options);
+
 /// ShadowingEnvironment::Auto made definite.
 /// @param closed_sky share of directions from 15 to 60 deg that the city hides, [0, 1]: below 0.02 open,
-/// below 0.07 suburban, else urban; Dense must be said (docs/shadowing.md)
-[[nodiscard]] ShadowingEnvironment of_surroundings(double closed_sky);
+/// below 0.07 suburban, else urban; from 0.15 on dense (docs/shadowing.md)
+/// @param outlines whether the map has outlines of buildings with flat roofs, and nothing else
+[[nodiscard]] ShadowingEnvironment of_surroundings(double closed_sky, bool outlines);
 /// Their fields. The environment is one of a scenario as well, by the key `surroundings`.
 void visit_environment(options::Visitor& v, std::string_view key, ShadowingEnvironment& environment);
-void visit(options::Visitor& v, BlockageOptions& o);
+void visit(options::Visitor& v, SkylineOptions& o);
 void visit(options::Visitor& v, ShadowingOptions& o);
 
 /// Model of the environment at an elevation [rad]: linear between 40, 60 and 80 deg, held beyond (nothing is

@@ -44,7 +44,6 @@ class One {
     return last_.level_db;
   }
   [[nodiscard]] bool shadowed() const { return last_.shadowed; }
-  [[nodiscard]] bool blocked() const { return last_.blocked; }
 
  private:
   Shadowing shadowing_;
@@ -52,18 +51,15 @@ class One {
   Shadowing::Shadow last_;
 };
 
-TEST(ShadowingOptions, SurroundingsSetShadowsAndBlockages) {
+TEST(ShadowingOptions, SurroundingsFollowTheSkyAndTheMap) {
   using E = ShadowingEnvironment;
-  EXPECT_EQ(of_surroundings(0), E::Open);
-  EXPECT_EQ(of_surroundings(0.05), E::Suburban);
-  EXPECT_EQ(of_surroundings(0.3), E::Urban);
+  EXPECT_EQ(of_surroundings(0, true), E::Open);
+  EXPECT_EQ(of_surroundings(0.05, true), E::Suburban);
+  EXPECT_EQ(of_surroundings(0.1, true), E::Urban);
+  EXPECT_EQ(of_surroundings(0.3, true), E::Dense);
+  EXPECT_EQ(of_surroundings(0.3, false), E::Urban);
   ShadowingOptions options;
   options.enabled = true;
-  EXPECT_EQ(options.blockage_share(), 0);
-  options.environment = E::Dense;
-  EXPECT_EQ(options.blockage_share(), 0.2);
-  options.blockage.share = 0.1;
-  EXPECT_EQ(options.blockage_share(), 0.1);
   options.environment = E::Open;
   EXPECT_FALSE(options.active());
 }
@@ -362,8 +358,7 @@ TEST(Shadowing, StatesCorrelateOverTheWay) {
 }
 
 TEST(Shadowing, DoesNotDependOnWhoElseIsAsked) {
-  ShadowingOptions options = custom(0.2, 0.3);
-  options.blockage = {0.2, 12};
+  const ShadowingOptions options = custom(0.2, 0.3);
   Shadowing alone(options, 8, "test"), forward(options, 8, "test"), backward(options, 8, "test");
   std::vector<Eigen::Vector3d> sky;
   for (int i = 0; i < 12; ++i) sky.push_back(direction_deg(137.5 * i, 5 + 7 * i));
@@ -379,52 +374,6 @@ TEST(Shadowing, DoesNotDependOnWhoElseIsAsked) {
       EXPECT_EQ(alone.of(sky[5]).level_db, there[5]) << i;
     }
   }
-}
-
-// --- blockage
-
-TEST(Shadowing, BlockagesHaveTheirShareLengthAndLevel) {
-  ShadowingOptions options = custom(0.1, 0.15);
-  options.blockage = {0.25, 22, -30, 3};
-  options.transition_m = 0;
-  One one(options, 4);
-  int blocked = 0, begun = 0, shadowed = 0;
-  double sum = 0, square = 0;
-  constexpr int kFrames = 60000;
-  for (int i = 0; i < kFrames; ++i) {
-    const bool before = one.blocked();
-    const double level = one.level_db(4.4 * i);
-    if (!one.blocked()) continue;
-    begun += !before;
-    ++blocked;
-    shadowed += one.shadowed();
-    sum += level;
-    square += level * level;
-  }
-  // Blockages of five frames in the mean: some 3,000, of geometric lengths.
-  EXPECT_NEAR(blocked / double{kFrames}, 0.25, 0.02);
-  EXPECT_NEAR(4.4 * blocked / begun, 22, 4.5 * 22 / std::sqrt(begun));
-  EXPECT_NEAR(shadowed / double(blocked), 0.4, 0.04);  // the two do not know of each other
-  const double mean = sum / blocked;
-  EXPECT_NEAR(mean, -30, 0.2);
-  EXPECT_NEAR(std::sqrt(square / blocked - mean * mean), 3, 0.15);
-}
-
-TEST(Shadowing, WithoutBlockageIsTheSameAsBefore) {
-  ShadowingOptions with = custom(0.1, 0.15);
-  with.blockage.share = 0.2;
-  One one(with, 6), other(custom(0.1, 0.15), 6);
-  int same = 0;
-  for (int i = 0; i < 1000; ++i) {
-    const double level = one.level_db(20.0 * i);
-    const double without = other.level_db(20.0 * i);
-    EXPECT_FALSE(other.blocked());
-    EXPECT_EQ(one.shadowed(), other.shadowed());
-    same += level == without;
-  }
-  // But in blockages, and in the frame behind each for the half that it passes over.
-  EXPECT_GT(same, 650);
-  EXPECT_LT(same, 850);
 }
 
 TEST(ShadowingOptions, NamesTheFieldThatIsOutOfRange) {
@@ -443,15 +392,6 @@ TEST(ShadowingOptions, NamesTheFieldThatIsOutOfRange) {
   EXPECT_THAT(message([](O& o) { o.correlation_m = 0; }), HasSubstr("correlation_m"));
   EXPECT_THAT(message([](O& o) { o.obstacle_distance_m = -1; }), HasSubstr("obstacle_distance_m"));
   EXPECT_THAT(message([](O& o) { o.shared_angle_rad = 0.05; }), HasSubstr("shared_angle_rad"));
-  EXPECT_THAT(message([](O& o) { o.blockage.shared_by_all = 1.1; }), HasSubstr("shared_by_all"));
-  EXPECT_THAT(message([](O& o) { o.blockage.share = 0.95; }), HasSubstr("share"));
-  EXPECT_THAT(message([](O& o) { o.blockage.mean_db = 1; }), HasSubstr("mean_db"));
-  EXPECT_THAT(message([](O& o) { o.blockage.sigma_db = -1; }), HasSubstr("sigma_db"));
-  EXPECT_THAT(message([](O& o) { o.blockage.length_m = 0; }), HasSubstr("length_m"));
-  // Blockages last a frame at least, and where they take most of the way, so do the gaps between them.
-  EXPECT_EQ(message([](O& o) { o.blockage = {0.75, 13.2}; }), "");
-  EXPECT_THAT(message([](O& o) { o.blockage = {0.75, 13.1}; }), HasSubstr("13.2 m or more"));
-  EXPECT_THAT(message([](O& o) { o.blockage = {0.1, 4.3}; }), HasSubstr("4.4 m or more"));
 }
 
 }  // namespace

@@ -50,8 +50,11 @@ class SkyNodes {
 };
 
 /// One of SkyNodes::draw()'s.
+[[nodiscard]] inline double coins(std::uint64_t bits) {
+  return (std::popcount(bits) - 32) / 4.0;
+}
 [[nodiscard]] inline double coins(RandomStream& stream) {
-  return (std::popcount(stream.next()) - 32) / 4.0;
+  return coins(stream.next());
 }
 
 }  // namespace canyon::disturbance

@@ -142,6 +142,11 @@ std::optional<std::string> closest_key(const std::string& key, const std::vector
 }
 
 std::string meant(const std::string& key, const std::vector<std::string>& known) {
+  // Keys of version 1.0 whose model is gone.
+  if (key == "blockage") {
+    return "obstacles that maps lack are 'skyline' now: write skyline: {share: S}, S twice the share of "
+           "blockages";
+  }
   const auto similar = closest_key(key, known);
   return similar ? fmt::format("did you mean '{}'?", *similar)
                  : fmt::format("known here: {}", fmt::join(known, ", "));

@@ -414,10 +414,12 @@ constexpr std::array kSatelliteColumns{
         .in_view(F32),
     word(
         "visibility",
-        "`LOS`: direct signal alone; `LOS+multipath`: direct and reflected; `NLOS`: only reflected, bent or "
-        "scattered signals, strong enough to be tracked (`signal.lock.tracking_threshold_dbhz`; `lock` says "
-        "whether they are; a receiver without strength tracks every signal that arrives); `blocked`: no "
-        "signal, or only weaker ones",
+        "`LOS`: the direct signal can be tracked (it reaches `signal.lock.tracking_threshold_dbhz` by "
+        "itself, "
+        "and no other path is stronger), and nothing else arrives; `LOS+multipath`: others arrive as well; "
+        "`NLOS`: only reflected, bent or scattered signals can be tracked (`lock` says whether they are; a "
+        "receiver without strength tracks every signal that arrives); `blocked`: no signal, or only weaker "
+        "ones",
         "never", propagation::Visibility::Blocked,
         [](const Row& r) { return static_cast<std::int64_t>(r.satellite->visibility); },
         [](std::int64_t i) { return propagation::name(static_cast<propagation::Visibility>(i)); })
@@ -454,6 +456,23 @@ constexpr std::array kSatelliteColumns{
          [](const Row& r) { return std::string(signal_of(r).name); })
         .not_in_csv()
         .in_view(U8),
+    word(
+        "map_visibility", "`visibility` by the map alone, however weak the signals are", "never",
+        propagation::Visibility::Blocked,
+        [](const Row& r) { return static_cast<std::int64_t>(r.satellite->map_visibility); },
+        [](std::int64_t i) { return propagation::name(static_cast<propagation::Visibility>(i)); }),
+    number("obstacles_db", "dB", 2,
+           "what shadows and obstacles that the map lacks take from the direct signal; 0 without one",
+           "never", [](const Row& r) { return r.satellite->obstacles_db; }),
+    word(
+        "tracked_path", "path whose carrier is followed: `direct`, `reflected`, `diffracted` ...",
+        "nothing arrives", propagation::PathKind::Transmitted,
+        [](const Row& r) -> std::int64_t {
+          return r.satellite->tracked_path ? static_cast<std::int64_t>(*r.satellite->tracked_path) : -1;
+        },
+        [](std::int64_t i) -> std::string_view {
+          return i < 0 ? "" : propagation::name(static_cast<propagation::PathKind>(i));
+        }),
 };
 
 constexpr std::array kSignalColumns{

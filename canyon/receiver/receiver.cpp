@@ -330,7 +330,9 @@ struct Receiver::State {
   /// the observation's lock, C/N0 and excess. @param received by a receiver that hears everything
   std::optional<Tracked> track(const Instant& at, const propagation::SatelliteView& view, bool free,
                                bool received, SignalObservation& observation) {
+    if (!view.paths.paths.empty()) observation.tracked_path = view.paths.paths.front().kind;
     if (!signals) {
+      observation.direct = in_line_of_sight(view.paths.visibility);
       if (received) {
         observation.lock = tracking::LockState::Tracking;
         observation.excess_m = view.paths.tracked_excess_m();
@@ -351,19 +353,26 @@ struct Receiver::State {
     tracked.reception = free ? found->receive(*signals, at.motion, view) : found->miss(at.time);
     observation.lock = tracked.reception.lock;
     observation.cn0_dbhz = tracked.reception.cn0_dbhz;
+    if (free && !view.paths.paths.empty()) {
+      observation.tracked_path = view.paths.paths[tracked.reception.tracked].kind;
+      observation.direct = observation.tracked_path == propagation::PathKind::Direct &&
+                           *tracked.reception.direct_cn0_dbhz >= options.signal.lock.tracking_threshold_dbhz;
+    }
     if (observation.lock == tracking::LockState::Tracking)
       observation.excess_m = tracked.reception.code_delay_m;
     return tracked;
   }
 
-  /// Whether any of its signals is strong enough to be tracked, found by its channel or not.
-  [[nodiscard]] bool receives(const SatelliteObservation& satellite) const {
-    if (!signals) return true;
-    bool strong = false;
+  /// SatelliteObservation::visibility, of its signals that are found by their channels or not.
+  [[nodiscard]] Visibility visibility_of(const SatelliteObservation& satellite) const {
+    if (!signals) return satellite.map_visibility;
+    bool strong = false, direct = false;
     satellite.for_each_signal([&](const SignalObservation& signal) {
       strong = strong || (signal.cn0_dbhz && *signal.cn0_dbhz >= options.signal.lock.tracking_threshold_dbhz);
+      direct = direct || signal.direct;
     });
-    return strong;
+    if (direct) return satellite.map_visibility;
+    return strong ? Visibility::NLOS : Visibility::Blocked;
   }
 
   /// Lists the satellites of an arrival in `epoch`, and passes their signals through their channels.
@@ -383,15 +392,18 @@ struct Receiver::State {
       seen.elevation_rad = view.line.elevation_rad;
       seen.above_mask =
           view.shown_elevation_rad.value_or(view.line.elevation_rad) >= options.fix.elevation_mask_rad;
-      if (free) seen.visibility = view.paths.visibility;
-      const bool received = seen.visibility != Visibility::Blocked;
+      if (free) seen.map_visibility = view.paths.visibility;
+      const bool received = seen.map_visibility != Visibility::Blocked;
+      if (in_line_of_sight(seen.map_visibility)) {
+        seen.obstacles_db = -20 * std::log10(view.paths.paths.front().amplitude_factor);
+      }
       followed.satellites.push_back({&view, followed.channels.size()});
       seen.signal = wanted.front();
       for (std::size_t k = 1; k < wanted.size(); ++k) seen.more.emplace_back().signal = wanted[k];
       seen.for_each_signal([&](SignalObservation& signal) {
         followed.channels.push_back(track(at, view, free, received, signal));
       });
-      if (seen.visibility == Visibility::NLOS && !receives(seen)) seen.visibility = Visibility::Blocked;
+      seen.visibility = visibility_of(seen);
       if (!seen.above_mask) continue;
       ++(seen.lock == tracking::LockState::Tracking ? epoch.visible : epoch.blocked);
       if (in_line_of_sight(seen.visibility)) ++followed.los;

@@ -36,6 +36,10 @@ struct SignalObservation {
   /// True C/N0 at the correlator [dB-Hz], tracked or not; empty where nothing arrives or signals have no
   /// strength (SignalOptions::enabled off). What the receiver states of it is Measurement::cn0_dbhz.
   std::optional<double> cn0_dbhz;
+  /// Path whose carrier is followed; empty where nothing arrives.
+  std::optional<propagation::PathKind> tracked_path;
+  /// Whether that is the direct path, by itself strong enough to be tracked.
+  bool direct = false;
   /// State of the channel; Tracking for everything received where signals have no strength.
   tracking::LockState lock = tracking::LockState::Searching;
   /// Empty where the signal is not tracked or the satellite is below the elevation mask.
@@ -55,10 +59,15 @@ struct SatelliteObservation : SignalObservation {
   gnss::SatelliteId id;
   double azimuth_rad = 0;    ///< true
   double elevation_rad = 0;  ///< true
-  /// As this receiver finds it. SatellitePaths::visibility says what arrives, however weak; here NLOS is
-  /// Blocked where signals have a strength and none of this satellite's reaches the tracking threshold
-  /// (tracking::SignalLockOptions).
+  /// As this receiver finds it. Where signals have a strength it is LOS or LOSMultipath if it follows the
+  /// direct path of one of its signals, and that reaches the tracking threshold by itself
+  /// (tracking::SignalLockOptions); else NLOS if one of its signals reaches that, else Blocked.
   propagation::Visibility visibility = propagation::Visibility::Blocked;
+  /// By the map and the bodies about the antenna, however weak: SatellitePaths::visibility.
+  propagation::Visibility map_visibility = propagation::Visibility::Blocked;
+  /// What obstacles that the map lacks take from its direct path [dB], >= 0 where they weaken it; 0 without
+  /// one.
+  double obstacles_db = 0;
   bool above_mask = false;
   bool used = false;  ///< in the fix
   /// Slant delay of the ionosphere at 1575.42 MHz that the receiver estimates (Ranging::Ranged::ionosphere_m)

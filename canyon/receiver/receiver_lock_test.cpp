@@ -170,14 +170,16 @@ TEST(ReceiverLock, EchoesTooWeakToTrackAreBlocked) {
   EXPECT_EQ(kept.visibility, Visibility::NLOS);
   EXPECT_FALSE(kept.measurement);
   EXPECT_EQ(seen(lock.acquisition_threshold_dbhz + 0.1).visibility, Visibility::NLOS);
-  // A direct path stays one: leaves and shadows weaken it.
+  // A direct path that leaves and shadows weaken too much is none, but to the map.
   Receiver shaded(options, 1);
   const SatelliteObservation direct = observe_one(shaded, 0, [](const orbit::LineOfSight& line) {
     Path path = direct_path(line);
     path.amplitude_factor = 1e-3;
     return std::vector{path};
   });
-  EXPECT_EQ(direct.visibility, Visibility::LOS);
+  EXPECT_EQ(direct.visibility, Visibility::Blocked);
+  EXPECT_EQ(direct.map_visibility, Visibility::LOS);
+  EXPECT_NEAR(direct.obstacles_db, 60, 1e-9);
   EXPECT_FALSE(direct.measurement);
   // Whoever receives everything tracks what arrives.
   options = plain();

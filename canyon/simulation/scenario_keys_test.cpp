@@ -65,8 +65,9 @@ std::vector<std::string> scenarios_with_every_key() {
       "drift: {enabled: false, below_speed_mps: 0.5, below_los: 5, mu_sigma_m: 2}}";
   const std::string shadowing =
       "{enabled: true, environment: custom, custom: {clear_mean_db: -1, clear_sigma_db: 1, shadowed_mean_db: "
-      "-7, shadowed_sigma_db: 3, enter: 0.1, leave: 0.2}, blockage: {share: 0.1, length_m: 30, mean_db: -20, "
-      "sigma_db: 5, shared_by_all: 0.2}, shared_angle_deg: 20, frame_m: 4, transition_m: 2, correlation_m: "
+      "-7, shadowed_sigma_db: 3, enter: 0.1, leave: 0.2}, skyline: {share: 0.1, height_m: 5, distance_m: 6, "
+      "distance_sigma: 0.3, foliage_share: 0.5, crown_m: 3, edge_radius_m: 0.5, length_m: 10, width_deg: 25, "
+      "moving_share: 0.1, moving_s: 5}, shared_angle_deg: 20, frame_m: 4, transition_m: 2, correlation_m: "
       "2, "
       "obstacle_distance_m: 5, obstacle_speed_mps: 1}";
   return {

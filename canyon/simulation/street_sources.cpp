@@ -1,5 +1,6 @@
 #include "canyon/simulation/street_sources.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <utility>
 
@@ -48,6 +49,30 @@ double closed_sky(const raytrace::RayScene& scene, std::span<const Eigen::Vector
   return rays > 0 ? static_cast<double>(hidden) / static_cast<double>(rays) : 0;
 }
 
+namespace {
+
+/// Whether roofs are flat and vegetation is missing, as in maps that were made of outlines.
+bool has_outlines_alone(const city::City& city) {
+  constexpr double kFlat = 0.996;  // cosine of 5 deg
+  double flat_m2 = 0, sloped_m2 = 0;
+  for (const city::Object& object : city.mesh.objects) {
+    if (object.surface == city::Surface::Foliage) return false;
+    if (object.surface != city::Surface::Building) continue;
+    for (std::uint32_t i = 0; i < object.triangle_count; ++i) {
+      const auto& [a, b, c] = city.mesh.triangles[object.first_triangle + i];
+      const std::vector<Eigen::Vector3d>& at = city.mesh.vertices;
+      const Eigen::Vector3d twice = (at[b] - at[a]).cross(at[c] - at[a]);
+      if (twice.z() > kFlat * twice.norm())
+        flat_m2 += twice.norm() / 2;
+      else if (twice.z() > 0.1 * twice.norm())
+        sloped_m2 += twice.norm() / 2;
+    }
+  }
+  return sloped_m2 < 0.05 * flat_m2;
+}
+
+}  // namespace
+
 receiver::ReceiverOptions with_surroundings(receiver::ReceiverOptions options,
                                             const raytrace::RayScene& scene, const city::City& city) {
   disturbance::ShadowingOptions& shadowing = options.signal.shadowing;
@@ -61,7 +86,7 @@ receiver::ReceiverOptions with_surroundings(receiver::ReceiverOptions options,
     const Eigen::Vector2d at = box.min.head<2>() + share.cwiseProduct((box.max - box.min).head<2>());
     places.emplace_back(at.x(), at.y(), scene.terrain_height(at.x(), at.y()).value_or(box.min.z()) + 2);
   }
-  shadowing.environment = disturbance::of_surroundings(closed_sky(scene, places));
+  shadowing.environment = disturbance::of_surroundings(closed_sky(scene, places), has_outlines_alone(city));
   return options;
 }
 

@@ -14,6 +14,7 @@
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/live_receiver.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/simulation_support.hpp"
 
 namespace canyon::simulation::street_sources_test {
@@ -185,11 +186,21 @@ TEST(Surroundings, AreThoseOfTheCityAboutTheAntenna) {
     return with_surroundings(options, rays, about).signal.shadowing.environment;
   };
   options.signal.shadowing.environment = ShadowingEnvironment::Auto;
-  EXPECT_EQ(of(scene, city), ShadowingEnvironment::Urban);
+  EXPECT_EQ(of(scene, city), ShadowingEnvironment::Dense);  // outlines with flat roofs
+  city::City green = city;
+  green.mesh.objects.push_back({"trees", city::Surface::Foliage, 0, 0});
+  EXPECT_EQ(of(scene, green), ShadowingEnvironment::Urban);
   const city::City field;
   EXPECT_EQ(of(raytrace::RayScene(field.mesh), field), ShadowingEnvironment::Open);
   options.signal.shadowing.environment = ShadowingEnvironment::Dense;
   EXPECT_EQ(of(scene, city), ShadowingEnvironment::Dense);
+}
+
+TEST(Shadowing, SaysWhatReplacedBlockages) {
+  const std::string refused = canyon::test::refusal(
+      [] { (void)street(true, "[{name: car, signal: {shadowing: {blockage: {share: 0.2}}}}]"); });
+  EXPECT_THAT(refused, testing::HasSubstr("unknown key 'blockage'"));
+  EXPECT_THAT(refused, testing::HasSubstr("skyline: {share: S}"));
 }
 
 }  // namespace canyon::simulation::street_sources_test

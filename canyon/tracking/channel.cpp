@@ -367,6 +367,9 @@ Reception Channel::receive(ChannelModel& model, const AntennaMotion& motion,
   const double noise = model.noise_factor(*signal_, id_, carrier_hz, received_hz, motion.interference);
   const double clear_cn0_dbhz =
       model.clear_cn0_dbhz(*signal_, view.line.elevation_rad, offset_db_) - 10 * std::log10(noise);
+  if (view.paths.paths.front().kind == PathKind::Direct) {
+    result.direct_cn0_dbhz = clear_cn0_dbhz + 10 * std::log10(std::norm(amplitudes_.front()));
+  }
   const std::optional<CodeLock> code = follow_code(motion, kind, clear_cn0_dbhz);
   if (code && code->prompt_power > 0) {
     result.cn0_dbhz = clear_cn0_dbhz + 10 * std::log10(code->prompt_power / kind.peak_power);

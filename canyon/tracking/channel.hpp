@@ -115,9 +115,10 @@ struct TrackedPhase {
 /// Result of a channel at one epoch.
 struct Reception {
   LockState lock = LockState::Searching;
-  std::optional<double> cn0_dbhz;  ///< true one at the correlator; empty: no signal
-  double code_delay_m = 0;         ///< of the code loop against the direct path; 0 without a signal
-  std::size_t tracked = 0;         ///< which path's carrier is followed; with a signal
+  std::optional<double> cn0_dbhz;         ///< true one at the correlator; empty: no signal
+  double code_delay_m = 0;                ///< of the code loop against the direct path; 0 without a signal
+  std::size_t tracked = 0;                ///< which path's carrier is followed; with a signal
+  std::optional<double> direct_cn0_dbhz;  ///< of the direct path alone; empty without one
   /// While Tracking, at SignalOptions::phase_threshold_dbhz or above, and not on a diffuse bundle.
   std::optional<TrackedPhase> phase;
 };

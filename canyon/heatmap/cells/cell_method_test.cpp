@@ -95,7 +95,7 @@ TEST(CellMethod, OfSteadyReceiversChangeTheMap) {
   simulation::ReceiverConfig receiver =
       simulation::parse_profile(std::string(simulation::built_in_profile("ublox-m8t").text), "p").receiver;
   receiver.options.filter = {};
-  receiver.options.signal.shadowing.blockage.share = 0.2;
+  receiver.options.signal.shadowing.skyline.share = 0.5;
   receiver.options.signal.shadowing.environment = disturbance::ShadowingEnvironment::Suburban;
   const propagation::Propagator propagator = environment.make_propagator(receiver.propagation);
   const TileTracer tracer(environment, receiver.propagation, 0.1);

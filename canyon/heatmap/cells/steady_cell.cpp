@@ -29,6 +29,8 @@ bool is_far(const Path& path) {
 /// Steps of the directions for which a blockage is computed: 1.4 deg, since blockages are alike within 10
 /// deg.
 constexpr double kArrivalSteps = 40;
+/// Legs are rounded to steps of a fifth.
+constexpr double kLegSteps = 5;
 
 }  // namespace
 
@@ -42,7 +44,7 @@ SteadyCell::SteadyCell(const SteadySky& sky, const propagation::Propagator& prop
       ecef_from_enu_(ecef_from_enu),
       noise_sigma_m_(options.noise.enabled ? options.noise.ou.standard_deviation_m() : 0),
       fix_(sky.satellites(), options.fix),
-      shadowings_(sky.shadowings()),
+      skylines_(sky.skylines()),
       traced_(sky.satellites().size()),
       delay_m_(sky.padded()),
       power_(sky.padded()),
@@ -71,23 +73,20 @@ PathNode SteadyCell::trace(const Vector3d& place) {
                                              options_.signal.antenna, options_.signal.strength);
       far.reflector = path.reflector;
       far.arrival = path.arrival.cast<float>();
+      far.leg_m = static_cast<float>((path.point - place).norm());
     }
   }
   return node;
 }
 
 std::pair<SteadyCell::Reflector&, bool> SteadyCell::reflector(std::uint64_t key, std::size_t satellite,
-                                                              std::uint64_t name, const Vector3d& arrival) {
+                                                              std::uint64_t name) {
   const auto [found, made] = reflectors_.try_emplace(mix64(key + kGolden64 * (satellite + 1)));
   Reflector& r = found->second;
   if (!made) return {r, false};
   r.re.resize(sky_.padded());
   r.im.resize(sky_.padded());
   sky_.phases_of(satellite, name, r.re.data(), r.im.data());
-  if (sky_.has_blockages()) {
-    r.factor.resize(sky_.padded(), 1);
-    sky_.blockages_of(arrival, shadowings_, r.factor.data());
-  }
   return {r, true};
 }
 
@@ -96,7 +95,7 @@ const SteadyCell::Reflector& SteadyCell::reflector(std::size_t satellite, const 
   for (int i = 0; i < path.incidence_count; ++i) {
     key = mix64(key + static_cast<std::uint64_t>(path.incidences[static_cast<std::size_t>(i)].material) + 1);
   }
-  const auto [r, made] = reflector(key, satellite, path.reflector, path.arrival);
+  const auto [r, made] = reflector(key, satellite, path.reflector);
   if (!made) return r;
   const SteadySatellite& s = sky_.satellites()[satellite];
   Path without_detour = path;
@@ -106,18 +105,40 @@ const SteadyCell::Reflector& SteadyCell::reflector(std::size_t satellite, const 
   return r;
 }
 
-const float* SteadyCell::blockage(const Vector3d& arrival) {
-  if (!sky_.has_blockages()) return nullptr;
+void SteadyCell::stand_at(const Vector3d& place, double height_above_ground_m) {
+  if (skylines_.empty()) return;
+  obstacles_.clear();
+  for (disturbance::Skyline& skyline : skylines_) {
+    skyline.go_to(place.head<2>(), height_above_ground_m, sky_.time());
+  }
+  for (std::size_t k = 0; k < direct_factors_.size(); ++k) {
+    const SteadySatellite& satellite = sky_.satellites()[k];
+    for (std::size_t d = 0; d < skylines_.size(); ++d) {
+      const double level_db = skylines_[d].level_db(satellite.direction);
+      direct_factors_[k][d + 1] =
+          static_cast<float>(satellite.direct_factor[d + 1] * std::pow(10, level_db / 20));
+    }
+  }
+}
+
+const float* SteadyCell::obstacles(const Vector3d& arrival, double leg_m) {
+  if (skylines_.empty()) return nullptr;
   std::uint64_t key = 0;
   Vector3d rounded;
   for (int axis = 0; axis < 3; ++axis) {
     rounded[axis] = std::round(arrival[axis] * kArrivalSteps);
     key = 128 * key + static_cast<std::uint64_t>(rounded[axis] + kArrivalSteps);
   }
-  const auto [found, made] = blockages_.try_emplace(key);
+  // The ground's reflection comes from where its obstacle is.
+  const double steps = arrival.z() > 0 ? std::round(std::log(std::clamp(leg_m, 1.0, 1e3)) * kLegSteps) : 1e3;
+  key = 4096 * key + static_cast<std::uint64_t>(steps);
+  const auto [found, made] = obstacles_.try_emplace(key);
   if (made) {
     found->second.resize(sky_.padded(), 1);
-    sky_.blockages_of(rounded.normalized(), shadowings_, found->second.data());
+    for (std::size_t d = 0; d + 1 < static_cast<std::size_t>(sky_.lanes()); ++d) {
+      found->second[d + 1] = static_cast<float>(
+          std::pow(10, skylines_[d].level_db(rounded.normalized(), std::exp(steps / kLegSteps)) / 20));
+    }
   }
   return found->second.data();
 }
@@ -135,13 +156,12 @@ void SteadyCell::gather(std::size_t satellite, std::span<const NodePath> far, co
       p.amplitude = r.amplitude * phasor(path.excess_m / s.wavelength_m);
       p.re = r.re.data();
       p.im = r.im.data();
-      if (!r.factor.empty()) p.factor = r.factor.data();
     } else {
       p.amplitude = signal::path_amplitude(path, s.line.elevation_rad, s.carrier_hz, options_.signal.antenna,
                                            options_.signal.strength);
     }
-    if (path.kind == PathKind::Direct) p.factor = direct_factors_[satellite].data();
-    if (path.kind == PathKind::Diffracted) p.factor = blockage(path.arrival);
+    p.factor = path.kind == PathKind::Direct ? direct_factors_[satellite].data()
+                                             : obstacles(path.arrival, (path.point - place_).norm());
   }
   std::size_t bundles = 0;
   for (const NodePath& path : far) {
@@ -153,18 +173,17 @@ void SteadyCell::gather(std::size_t satellite, std::span<const NodePath> far, co
     p.rate_mps = path.rate_mps;
     p.amplitude = path.amplitude * phasor(longer_m / s.wavelength_m);
     p.diffuse = path.diffuse;
+    p.factor = obstacles(arrival, path.leg_m);
     if (path.diffuse) {
-      p.factor = blockage(arrival);
       const std::size_t at = bundles++ * sky_.padded();
       assert(at < s.fade_re.size());
       p.re = s.fade_re.data() + at;
       p.im = s.fade_im.data() + at;
       p.power = s.fade_power.data() + at;
     } else {
-      const Reflector& r = reflector(path.reflector, satellite, path.reflector, arrival).first;
+      const Reflector& r = reflector(path.reflector, satellite, path.reflector).first;
       p.re = r.re.data();
       p.im = r.im.data();
-      if (!r.factor.empty()) p.factor = r.factor.data();
     }
   }
 }
@@ -316,11 +335,13 @@ void SteadyCell::locate(bool statistics, CellValues& values) {
 
 void SteadyCell::solve(const Vector3d& place, std::span<const propagation::KnownEdge> edges,
                        const PathNode& node, bool statistics, CellValues& values) {
+  place_ = place;
   propagator_.trace_near(place, sky_.directions(), edges, traced_);
   compute(place - node.place, node, statistics, values);
 }
 
 void SteadyCell::solve(const Vector3d& place, bool statistics, CellValues& values) {
+  place_ = place;
   const PathNode node = trace(place);
   for (propagation::SatellitePaths& satellite : traced_) std::erase_if(satellite.paths, is_far);
   compute(Vector3d::Zero(), node, statistics, values);

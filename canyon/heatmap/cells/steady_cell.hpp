@@ -23,6 +23,7 @@ struct NodePath {
   std::complex<double> amplitude;  ///< signal::path_amplitude()
   std::uint64_t reflector = 0;
   Eigen::Vector3f arrival;
+  float leg_m = 0;  ///< to the surface that it comes from
 };
 
 /// Paths and edges that were found at one cell.
@@ -40,6 +41,8 @@ class SteadyCell {
              const receiver::ReceiverOptions& options, const LimitOptions& limits,
              const Eigen::Matrix3d& ecef_from_enu);
 
+  /// Unmapped obstacles of the next cells are those about this place: a cell, or one within a few metres.
+  void stand_at(const Eigen::Vector3d& place, double height_above_ground_m);
   [[nodiscard]] PathNode trace(const Eigen::Vector3d& place);
   /// @param edges that may bend signals here, ascending; @param node next to the place
   /// @param statistics whether layers over draws are wanted
@@ -62,14 +65,14 @@ class SteadyCell {
   struct Reflector {
     std::complex<double> amplitude;  ///< without the detour's phase: alike wherever a facet is seen
     std::vector<float> re, im;
-    std::vector<float> factor;  ///< by blockages; empty: 1
   };
   void gather(std::size_t satellite, std::span<const NodePath> far, const Eigen::Vector3d& from_node);
   const Reflector& reflector(std::size_t satellite, const propagation::Path& path);
-  /// One with that key, without an amplitude. @param arrival unit, ENU
-  std::pair<Reflector&, bool> reflector(std::uint64_t key, std::size_t satellite, std::uint64_t name,
-                                        const Eigen::Vector3d& arrival);
-  const float* blockage(const Eigen::Vector3d& arrival);
+  /// One with that key, without an amplitude.
+  std::pair<Reflector&, bool> reflector(std::uint64_t key, std::size_t satellite, std::uint64_t name);
+  /// What obstacles at the present stand leave of amplitudes that arrive from a direction, in each lane.
+  /// Null: everything. @param arrival unit, ENU; @param leg_m as Skyline::level_db(), in steps of a fifth
+  const float* obstacles(const Eigen::Vector3d& arrival, double leg_m);
   void follow_strongest();
   void fill_lanes(const SteadySatellite& satellite);
   void measure(std::size_t satellite);
@@ -83,11 +86,13 @@ class SteadyCell {
   Eigen::Matrix3d ecef_from_enu_;
   double noise_sigma_m_ = 0;
   SteadyFix fix_;
-  std::vector<disturbance::Shadowing> shadowings_;
+  std::vector<disturbance::Skyline> skylines_;  // [draw]
   std::unordered_map<std::uint64_t, Reflector> reflectors_;
-  std::unordered_map<std::uint64_t, std::vector<float>> blockages_;
+  std::unordered_map<std::uint64_t, std::vector<float>>
+      obstacles_;                                   // by rounded arrival, of the present stand
   std::vector<std::vector<float>> direct_factors_;  // [satellite][lane]
   // Values of the current cell; members, so that their memory is used again.
+  Eigen::Vector3d place_ = Eigen::Vector3d::Zero();
   std::vector<propagation::SatellitePaths> traced_;
   std::vector<CellPath> paths_;
   tracking::LaneCodeLock::Paths lanes_;

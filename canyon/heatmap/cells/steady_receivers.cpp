@@ -120,6 +120,11 @@ void SteadyReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::
   const Eigen::Matrix3d ecef_from_enu = environment_->city().frame.ecef_from_local_rotation();
   const auto task = [&] { return SteadyCell(sky, *propagator_, options_, limits_, ecef_from_enu); };
 
+  const auto stand = [&](SteadyCell& solver, const Vector3d& place) {
+    const auto ground_m = environment_->scene().terrain_height(place.x(), place.y());
+    solver.stand_at(place, ground_m ? place.z() - *ground_m : 0);
+  };
+
   Blocks blocks(cells, path_nodes_m_);
   const std::size_t none = cells.tile.cells();
   const bool only_nodes = blocks.size == 1;
@@ -136,6 +141,7 @@ void SteadyReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::
     SteadyCell solver = task();
     std::vector<KnownEdge> known;
     for (std::size_t block = row * blocks.across; block < (row + 1) * blocks.across; ++block) {
+      if (const std::size_t at = blocks.middle(cells, block); at != none) stand(solver, cells.place(at));
       for (int quadrant = 0; quadrant < 4; ++quadrant) {
         bool gathered = false;
         blocks.for_each(block, quadrant, [&](std::size_t i) {

@@ -38,7 +38,8 @@ SteadySky::SteadySky(const simulation::Environment& environment, const receiver:
                      geodesy::GpsTime time)
     : lanes_(lanes),
       padded_((static_cast<std::size_t>(lanes) + tracking::LaneCodeLock::kWidth - 1) /
-              tracking::LaneCodeLock::kWidth * tracking::LaneCodeLock::kWidth) {
+              tracking::LaneCodeLock::kWidth * tracking::LaneCodeLock::kWidth),
+      time_(time) {
   const geodesy::LocalFrame& frame = environment.city().frame;
   const Vector3d centre_ecef = frame.ecef_from_local(centre);
   const geodesy::Geodetic place = geodesy::geodetic_from_ecef(centre_ecef);
@@ -48,15 +49,16 @@ SteadySky::SteadySky(const simulation::Environment& environment, const receiver:
   // Lane 0 has the phases of draw 0.
   const int models = std::max(1, lanes - 1);
   std::vector<std::uint64_t> seeds;
+  std::vector<disturbance::Shadowing> shadowings;
   for (int d = 0; d < models; ++d) {
     seeds.push_back(seed_of(draws, time, d));
     models_.emplace_back(options.signal, seeds.back(), options.name, key);
     if (options.signal.shadowing.active()) {
-      shadowings_.emplace_back(options.signal.shadowing, seeds.back(), key);
-      shadowings_.back().go_to(0);
+      shadowings.emplace_back(options.signal.shadowing, seeds.back(), key);
+      skylines_.emplace_back(options.signal.shadowing, seeds.back(), key);
+      if (skylines_.back().empty()) skylines_.clear();
     }
   }
-  has_blockages_ = options.signal.shadowing.active() && options.signal.shadowing.blockage_share() > 0;
 
   std::vector<gnss::SatelliteId> above;
   std::vector<orbit::LineOfSight> lines;
@@ -71,7 +73,7 @@ SteadySky::SteadySky(const simulation::Environment& environment, const receiver:
   receptions.reserve(space.size());
   for (const errors::SpaceErrors& each : space) receptions.push_back(each.reception(time, centre_ecef));
 
-  const Input input{environment, options, seeds, space, receptions, time, place, local_from_ecef};
+  const Input input{environment, options, seeds, space, receptions, shadowings, time, place, local_from_ecef};
   std::vector<std::shared_ptr<const tracking::LaneCodeLock>> locks;
   std::vector<const gnss::Signal*> wanted;
   for (const orbit::LineOfSight& line : lines) {
@@ -155,8 +157,9 @@ void SteadySky::fill_lanes(const Input& input, std::size_t bundles, SteadySatell
     const double offset_db = quiet ? gnss::sum_of(options.signal.offset_db, line.id, *s.signal, input.time)
                                    : model.offset_db(line.id, *s.signal, input.time);
     s.clear_cn0_hz[i] = tracking::cn0_hz(model.clear_cn0_dbhz(*s.signal, line.elevation_rad, offset_db));
-    s.direct_factor[i] =
-        quiet || shadowings_.empty() ? 1 : std::pow(10, shadowings_[d].of(look).level_db / kAmplitudePerDb);
+    s.direct_factor[i] = quiet || input.shadowings.empty()
+                             ? 1
+                             : std::pow(10, input.shadowings[d].of(look).level_db / kAmplitudePerDb);
     if (options.noise.enabled) {
       s.error_m[i] += quiet ? options.noise.ou.mu_m
                             : receiver::pseudorange_noise(options, input.seeds[d], line.id, *s.signal)
@@ -198,16 +201,6 @@ void SteadySky::phases_of(std::size_t satellite, std::uint64_t reflector, float*
         models_[d].fades(s.line.id, *s.signal).fixed(models_[d].phases(), reflector);
     re[lane] = static_cast<float>(phase.real());
     im[lane] = static_cast<float>(phase.imag());
-  }
-}
-
-void SteadySky::blockages_of(const Vector3d& arrival, std::vector<disturbance::Shadowing>& shadowings,
-                             float* factor) const {
-  const Vector3d from(arrival.x(), arrival.y(), std::abs(arrival.z()));
-  factor[0] = 1;
-  for (int lane = 1; lane < lanes_; ++lane) {
-    const double level_db = shadowings[static_cast<std::size_t>(lane - 1)].path_level_db(from);
-    factor[lane] = static_cast<float>(std::pow(10, level_db / kAmplitudePerDb));
   }
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "canyon/disturbance/shadowing.hpp"
+#include "canyon/disturbance/skyline.hpp"
 #include "canyon/errors/space_errors.hpp"
 #include "canyon/heatmap/cells/cell_solver.hpp"
 #include "canyon/heatmap/kernels/tile_tracer.hpp"
@@ -52,14 +53,9 @@ class SteadySky {
   [[nodiscard]] std::size_t padded() const { return padded_; }
   /// e^(j phi0) of a reflector in each lane. @param re, im padded() each
   void phases_of(std::size_t satellite, std::uint64_t reflector, float* re, float* im) const;
-  /// Whether paths that are not direct are shadowed as well.
-  [[nodiscard]] bool has_blockages() const { return has_blockages_; }
-  /// Shadows of each draw; a task has a copy of its own.
-  [[nodiscard]] const std::vector<disturbance::Shadowing>& shadowings() const { return shadowings_; }
-  /// Factors by which blockages reduce amplitudes that arrive from a direction (unit, ENU).
-  /// @param factor padded()
-  void blockages_of(const Eigen::Vector3d& arrival, std::vector<disturbance::Shadowing>& shadowings,
-                    float* factor) const;
+  /// Skyline of each draw, at no place yet; empty where there are no obstacles. A task has a copy of its own.
+  [[nodiscard]] const std::vector<disturbance::Skyline>& skylines() const { return skylines_; }
+  [[nodiscard]] geodesy::GpsTime time() const { return time_; }
 
  private:
   struct Input {
@@ -68,6 +64,7 @@ class SteadySky {
     const std::vector<std::uint64_t>& seeds;                        ///< [draw]
     const std::vector<errors::SpaceErrors>& space;                  ///< [draw], or empty
     const std::vector<errors::SpaceErrors::Reception>& receptions;  ///< likewise, at the tile's centre
+    std::vector<disturbance::Shadowing>& shadowings;                ///< [draw], or empty
     geodesy::GpsTime time;
     const geodesy::Geodetic& place;  ///< the tile's centre
     const Eigen::Matrix3d& local_from_ecef;
@@ -80,11 +77,11 @@ class SteadySky {
 
   int lanes_;
   std::size_t padded_;
-  bool has_blockages_ = false;
+  geodesy::GpsTime time_;
   std::vector<SteadySatellite> satellites_;
   std::vector<Eigen::Vector3d> directions_;
-  std::vector<tracking::ChannelModel> models_;      // [draw]
-  std::vector<disturbance::Shadowing> shadowings_;  // [draw]
+  std::vector<tracking::ChannelModel> models_;  // [draw]
+  std::vector<disturbance::Skyline> skylines_;  // [draw]
 };
 
 }  // namespace canyon::heatmap

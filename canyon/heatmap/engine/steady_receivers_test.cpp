@@ -33,7 +33,7 @@ constexpr geodesy::GpsTime kTime = CircularSky::kEpoch + std::chrono::hours(5);
 ReceiverConfig sold(const char* profile) {
   ReceiverConfig receiver =
       simulation::parse_profile(std::string(simulation::built_in_profile(profile).text), profile).receiver;
-  receiver.options.signal.shadowing.blockage.share = 0.2;
+  receiver.options.signal.shadowing.skyline.share = 0.4;
   return receiver;
 }
 
@@ -81,8 +81,8 @@ double mean(const std::vector<double>& values) {
 constexpr CellReceiverOptions kRun{ReceiverModel::Run, 0};
 
 // The reference is receiver::Receiver, in every cell and draw. Paths traced at every cell: what is left are
-// single precision, directions of the tile's centre and the linear fix. Without blockages, which edges and
-// facades ask for in steps of 1.4 deg.
+// single precision, directions of the tile's centre and the linear fix. Without obstacles that the map lacks, which
+// paths ask for in steps of 1.4 deg.
 TEST(SteadyReceivers, AreTheReceiversThemselvesWherePathsAreTracedInEveryCell) {
   const std::vector<Layer> layers{
       Layer::HorizontalError,      Layer::VerticalError,       Layer::Hdop,
@@ -94,7 +94,7 @@ TEST(SteadyReceivers, AreTheReceiversThemselvesWherePathsAreTracedInEveryCell) {
   for (const char* profile : {"ublox-m8t", "phone"}) {
     ReceiverConfig receiver = sold(profile);
     receiver.options.filter = {};
-    receiver.options.signal.shadowing.blockage.share = 0;
+    receiver.options.signal.shadowing.skyline.share = 0;
     ASSERT_TRUE(fits(CellMethod::Steady, receiver));
     const Values run = sample_map(receiver, kRun, 23, layers, 200);
     const Values steady = sample_map(receiver, {ReceiverModel::SteadyState, 0}, 23, layers, 200);

@@ -1,0 +1,129 @@
+#include "canyon/disturbance/skyline.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "canyon/base/random.hpp"
+#include "canyon/disturbance/sky_nodes.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/propagation/index/knife_edge.hpp"
+#include "canyon/signal/foliage.hpp"
+
+namespace canyon::disturbance {
+namespace {
+
+constexpr double kL1_hz = 1575.42e6;
+constexpr double kL1Wavelength_m = geodesy::kSpeedOfLight / kL1_hz;
+/// Fields of numbers that do not depend on each other.
+enum Field : std::uint64_t { kHeight, kMovingHeight, kDistance, kKind };
+
+double upper_tail(double z) {
+  return 0.5 * std::erfc(z * std::sqrt(0.5));
+}
+
+/// x with (1 + x) exp(-x) = p: the upper quantile of a gamma distribution of shape 2 and scale 1.
+double gamma2_upper_quantile(double p) {
+  if (p >= 1) return 0;
+  double x = p > 0.5 ? std::sqrt(2 * (1 - p)) : -std::log(p) + std::log1p(-std::log(p));
+  for (int i = 0; i < 4; ++i) x += ((1 + x) * std::exp(-x) - p) / (x * std::exp(-x));
+  return x;
+}
+
+/// Share of the way from one lattice point to the next, with no slope at either.
+double eased(double share) {
+  return share * share * (3 - 2 * share);
+}
+
+}  // namespace
+
+Skyline::Skyline(const ShadowingOptions& options, std::uint64_t seed, const std::string& key)
+    : numbers_((options.skyline.validate(), skyline_numbers(options))),
+      root_(RandomStream(seed, key + "/skyline").next()),
+      nodes_(static_cast<std::size_t>(std::round(2 * geodesy::kPi / numbers_.width_rad))) {}
+
+double Skyline::number(std::uint64_t field, std::size_t node, std::int64_t slot) const {
+  const std::uint64_t of_node =
+      mix64(root_ + kGolden64 * (field + 16 * node) + mix64(static_cast<std::uint64_t>(slot) + kGolden64));
+  // Lattices of the nodes begin at places of their own.
+  const double length_m = numbers_.length_m;
+  const double x = place_.x() / length_m + static_cast<double>(of_node >> 44U) / 0x1p20;
+  const double y = place_.y() / length_m + static_cast<double>((of_node >> 24U) & 0xfffffU) / 0x1p20;
+  const double column = std::floor(x), row = std::floor(y);
+  const double along = eased(x - column), across = eased(y - row);
+  double sum = 0, square = 0;
+  for (int corner = 0; corner < 4; ++corner) {
+    const int right = corner & 1, up = corner >> 1;
+    const double weight = (right != 0 ? along : 1 - along) * (up != 0 ? across : 1 - across);
+    const auto i = static_cast<std::uint64_t>(static_cast<std::int64_t>(column) + right);
+    const auto j = static_cast<std::uint64_t>(static_cast<std::int64_t>(row) + up);
+    const std::uint64_t bits = mix64(mix64(of_node + kGolden64 * i) + kGolden64 * j);
+    sum += weight * coins(bits);
+    square += weight * weight;
+  }
+  return sum / std::sqrt(square);
+}
+
+void Skyline::go_to(const Eigen::Vector2d& place, double height_m, geodesy::GpsTime time) {
+  place_ = place;
+  height_m_ = height_m;
+  if (empty()) return;
+  const double slots = static_cast<double>(time.nanoseconds()) * 1e-9 / numbers_.moving_s;
+  const auto slot = static_cast<std::int64_t>(std::floor(slots));
+  const double later = geodesy::kPi / 2 * (slots - std::floor(slots));
+  const double moving = std::sqrt(numbers_.moving_share), fixed = std::sqrt(1 - numbers_.moving_share);
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    nodes_[k].height = fixed * number(kHeight, k, 0);
+    if (moving > 0) {
+      nodes_[k].height += moving * (std::cos(later) * number(kMovingHeight, k, slot) +
+                                    std::sin(later) * number(kMovingHeight, k, slot + 1));
+    }
+    nodes_[k].distance = number(kDistance, k, 0);
+    nodes_[k].kind = number(kKind, k, 0);
+  }
+}
+
+Skyline::Obstacle Skyline::obstacle(double azimuth_rad) const {
+  const double turns = azimuth_rad / (2 * geodesy::kPi);
+  const double at = (turns - std::floor(turns)) * static_cast<double>(nodes_.size());
+  const std::size_t before = static_cast<std::size_t>(at) % nodes_.size(),
+                    after = (before + 1) % nodes_.size();
+  const double between = geodesy::kPi / 2 * (at - std::floor(at));
+  const double w0 = std::cos(between), w1 = std::sin(between);
+  const Node &a = nodes_[before], &b = nodes_[after];
+  const double tail = upper_tail(w0 * a.height + w1 * b.height);
+  if (tail >= numbers_.share) return {0, numbers_.distance_m, false};
+  const double distance_m =
+      numbers_.distance_m * std::exp(numbers_.distance_sigma * (w0 * a.distance + w1 * b.distance));
+  const double top_m =
+      SkylineNumbers::kBase_m + 0.5 * numbers_.height_m * gamma2_upper_quantile(tail / numbers_.share);
+  return {(top_m - height_m_) / distance_m, distance_m,
+          upper_tail(w0 * a.kind + w1 * b.kind) < numbers_.foliage_share};
+}
+
+double Skyline::top_rad(double azimuth_rad) const {
+  return empty() ? 0 : std::max(0.0, std::atan(obstacle(azimuth_rad).slope));
+}
+
+double Skyline::level_db(const Eigen::Vector3d& arrival, double leg_m) const {
+  if (empty()) return 0;
+  const double level = arrival.head<2>().norm(), up = std::abs(arrival.z());
+  if (level < 1e-6) return 0;
+  const Obstacle o = obstacle(std::atan2(arrival.x(), arrival.y()));
+  if (o.slope <= 0 || o.distance_m > leg_m * level) return 0;
+  const double elevation = std::atan2(up, level), below = std::atan(o.slope) - elevation;
+  if (o.foliage) {
+    if (below <= 0) return 0;
+    // Through the crown: in at its top, out on its far side.
+    const double depth_m =
+        std::min(o.distance_m * (o.slope - up / level) / std::max(up, 0.1), numbers_.crown_m / level);
+    return -signal::foliage_loss_db(signal::FoliageModel::SlantPath, depth_m, kL1_hz, elevation);
+  }
+  const double nu = std::copysign(std::sqrt(2 * o.distance_m / kL1Wavelength_m), below) * std::abs(below);
+  const double of_round_edge_db =
+      below > 0
+          ? propagation::rounded_edge_loss_db(numbers_.edge_radius_m, o.distance_m, below, kL1Wavelength_m)
+          : 0;
+  return -propagation::approximate_knife_edge_loss_db(nu) - of_round_edge_db;
+}
+
+}  // namespace canyon::disturbance
