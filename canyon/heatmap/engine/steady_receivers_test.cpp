@@ -81,8 +81,8 @@ double mean(const std::vector<double>& values) {
 constexpr CellReceiverOptions kRun{ReceiverModel::Run, 0};
 
 // The reference is receiver::Receiver, in every cell and draw. Paths traced at every cell: what is left are
-// single precision, directions of the tile's centre and the linear fix. Without obstacles that the map lacks, which
-// paths ask for in steps of 1.4 deg.
+// single precision, directions of the tile's centre and the linear fix. Without obstacles that the map lacks,
+// which paths ask for in steps of 1.4 deg.
 TEST(SteadyReceivers, AreTheReceiversThemselvesWherePathsAreTracedInEveryCell) {
   const std::vector<Layer> layers{
       Layer::HorizontalError,      Layer::VerticalError,       Layer::Hdop,
@@ -115,7 +115,8 @@ TEST(SteadyReceivers, AreTheReceiversThemselvesWherePathsAreTracedInEveryCell) {
 }
 
 // With nodes 6 m apart: medians and 95th percentiles of errors over places within 5 % (12 % for the 95 % of
-// the 95 %), availability within 1 %. docs/heatmap-planning.md has the same over larger samples, and for Hong Kong.
+// the 95 %), availability within 1 %. docs/heatmap-planning.md has the same over larger samples, and for Hong
+// Kong.
 TEST(SteadyReceivers, HoldTheirBoundsBetweenNodes) {
   const std::vector<Layer> layers{Layer::HorizontalErrorP50, Layer::HorizontalErrorP95,
                                   Layer::HorizontalErrorMean, Layer::VerticalErrorP50, Layer::Availability};
