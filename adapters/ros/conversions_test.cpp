@@ -521,7 +521,8 @@ TYPED_TEST(Conversions, SatellitesSayWhatTheyLackOfSatellites) {
       {"phase_lock_s", [](const S& s) -> test::Said { return s.phase_lock; }},
       {"excluded", [](const S& s) -> test::Said { return s.excluded ? 1.0 : 0.0; }},
   };
-  const std::set<std::string> lacks{"gps_week", "gps_tow", "sigma_m", "cycle_slip", "signal"};
+  const std::set<std::string> lacks{"gps_week", "gps_tow",        "sigma_m",      "cycle_slip",
+                                    "signal",   "map_visibility", "obstacles_db", "tracked_path"};
   const simulation::Epoch epoch =
       test::sample_signal_epoch(test::sample_time(), test::sample_time() - 12.5, {1, 2, 3});
   const auto message = satellites_message<M>(sample_head(), &epoch);

@@ -172,7 +172,8 @@ TEST(GnssMessage, SaysWhatItLacksOfSatellites) {
       {"phase_lock_s", [](const S& s) -> test::Said { return s.phase_lock_s(); }},
       {"excluded", [](const S& s) -> test::Said { return s.excluded() ? 1.0 : 0.0; }},
   };
-  const std::set<std::string> lacks{"gps_week", "gps_tow", "residual_m", "cycle_slip", "signal"};
+  const std::set<std::string> lacks{"gps_week", "gps_tow",        "residual_m",   "cycle_slip",
+                                    "signal",   "map_visibility", "obstacles_db", "tracked_path"};
   const SampleReport sample;
   msgs::GnssReceiver message;
   fill_gnss_message(sample_identity(), sample.report, message);
