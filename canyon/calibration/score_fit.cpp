@@ -54,8 +54,8 @@ Axes axes_of(const simulation::ReceiverConfig& receiver) {
   const double level_db = signal.link.above_minimum_db, threshold = signal.lock.tracking_threshold_dbhz;
   return {axis_of("signal.link.above_minimum_db", "dB", level_db, 5,
                   {level_db - 8, level_db - 4, level_db, level_db + 4, level_db + 8}, -10, 20, 1),
-          axis_of("signal.shadowing.skyline.share", "", disturbance::skyline_numbers(signal.shadowing).share, 0.2,
-                  {0, 0.4, 0.8}, 0, 1, 0.05),
+          axis_of("signal.shadowing.skyline.share", "", disturbance::skyline_numbers(signal.shadowing).share,
+                  0.2, {0, 0.4, 0.8}, 0, 1, 0.05),
           axis_of("signal.lock.tracking_threshold_dbhz", "dB-Hz", threshold, 4,
                   {threshold - 8, threshold, threshold + 8}, 0, 100, 1)};
 }
