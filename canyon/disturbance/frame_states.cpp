@@ -1,7 +1,6 @@
 #include "canyon/disturbance/frame_states.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace canyon::disturbance {
@@ -27,8 +26,7 @@ double FrameStates::uniform(std::int64_t frame, std::span<const SkyNodes::Share>
     SkyNodes::draw(stream, numbers);
     frames_[slot] = frame;
   }
-  const double z = SkyNodes::blend(shares, numbers);
-  return 0.5 * std::erfc(-z * std::sqrt(0.5));
+  return upper_tail(-SkyNodes::blend(shares, numbers));
 }
 
 bool FrameStates::state(std::int64_t frame, std::span<const SkyNodes::Share> shares, Steps steps) {

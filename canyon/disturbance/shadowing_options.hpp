@@ -12,9 +12,9 @@ enum class ShadowingEnvironment {
   Urban,     ///< as published for streets of a city
   Suburban,  ///< as published for low houses with trees
   Custom,    ///< ShadowingOptions::custom
-  Dense,     ///< Urban, and a fifth of the way behind what the map lacks (BlockageOptions)
+  Dense,     ///< Urban, and a skyline of obstacles that the map lacks (SkylineOptions)
   Open,      ///< nothing casts a shadow
-  Auto,      ///< Open, Suburban or Urban by the city, see of_surroundings(); Urban where nobody looks
+  Auto,      ///< Open, Suburban, Urban or Dense by the city, see of_surroundings(); else Urban
 };
 
 /// Level of the direct signal [dB] against a clear line of sight, log-normal in each of two states, and the

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -48,6 +49,11 @@ class SkyNodes {
   double count_;  // of the whole lattice, of which nodes_ are the upper part
   std::vector<Eigen::Vector3d> nodes_;
 };
+
+/// P(normal > z), of a standard normal number.
+[[nodiscard]] inline double upper_tail(double z) {
+  return 0.5 * std::erfc(z * std::sqrt(0.5));
+}
 
 /// One of SkyNodes::draw()'s.
 [[nodiscard]] inline double coins(std::uint64_t bits) {

@@ -17,10 +17,6 @@ constexpr double kL1Wavelength_m = geodesy::kSpeedOfLight / kL1_hz;
 /// Fields of numbers that do not depend on each other.
 enum Field : std::uint64_t { kHeight, kMovingHeight, kDistance, kKind };
 
-double upper_tail(double z) {
-  return 0.5 * std::erfc(z * std::sqrt(0.5));
-}
-
 /// x with (1 + x) exp(-x) = p: the upper quantile of a gamma distribution of shape 2 and scale 1.
 double gamma2_upper_quantile(double p) {
   if (p >= 1) return 0;

@@ -26,8 +26,8 @@ bool is_far(const Path& path) {
   return path.kind == PathKind::Diffuse || path.order >= 2;
 }
 
-/// Steps of the directions for which a blockage is computed: 1.4 deg, since blockages are alike within 10
-/// deg.
+/// Steps of the directions for which obstacles are computed: 1.4 deg, since obstacles are alike within tens
+/// of degrees of azimuth.
 constexpr double kArrivalSteps = 40;
 /// Legs are rounded to steps of a fifth.
 constexpr double kLegSteps = 5;
@@ -106,7 +106,6 @@ const SteadyCell::Reflector& SteadyCell::reflector(std::size_t satellite, const 
 }
 
 void SteadyCell::stand_at(const Vector3d& place, double height_above_ground_m) {
-  if (skylines_.empty()) return;
   obstacles_.clear();
   for (disturbance::Skyline& skyline : skylines_) {
     skyline.go_to(place.head<2>(), height_above_ground_m, sky_.time());

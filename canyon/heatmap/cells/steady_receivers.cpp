@@ -121,6 +121,7 @@ void SteadyReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::
   const auto task = [&] { return SteadyCell(sky, *propagator_, options_, limits_, ecef_from_enu); };
 
   const auto stand = [&](SteadyCell& solver, const Vector3d& place) {
+    if (sky.skylines().empty()) return;
     const auto ground_m = environment_->scene().terrain_height(place.x(), place.y());
     solver.stand_at(place, ground_m ? place.z() - *ground_m : 0);
   };

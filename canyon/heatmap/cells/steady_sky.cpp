@@ -50,13 +50,13 @@ SteadySky::SteadySky(const simulation::Environment& environment, const receiver:
   const int models = std::max(1, lanes - 1);
   std::vector<std::uint64_t> seeds;
   std::vector<disturbance::Shadowing> shadowings;
+  const bool obstacles = disturbance::skyline_numbers(options.signal.shadowing).share > 0;
   for (int d = 0; d < models; ++d) {
     seeds.push_back(seed_of(draws, time, d));
     models_.emplace_back(options.signal, seeds.back(), options.name, key);
     if (options.signal.shadowing.active()) {
       shadowings.emplace_back(options.signal.shadowing, seeds.back(), key);
-      skylines_.emplace_back(options.signal.shadowing, seeds.back(), key);
-      if (skylines_.back().empty()) skylines_.clear();
+      if (obstacles) skylines_.emplace_back(options.signal.shadowing, seeds.back(), key);
     }
   }
 
