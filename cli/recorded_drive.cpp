@@ -9,9 +9,9 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/rinex/observation_reader.hpp"
 #include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/georeference.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/profile.hpp"
-#include "canyon/simulation/simulator.hpp"
 #include "canyon/validation/figures.hpp"
 #include "cli/commands.hpp"
 #include "cli/field_option.hpp"
@@ -198,10 +198,10 @@ void RecordedDrive::read() {
   const geodesy::GpsTime last = recorded.epochs.back().receiver_time;
 
   city::City city = simulation::load_city(scenario_.city, scenario_.seed);
-  simulation::BuiltSky sky = simulation::build_sky(scenario_.sky, first, last, city.frame.origin());
-  warn(sky.warnings);
+  sky_ = simulation::build_sky(scenario_.sky, first, last, city.frame.origin());
+  warn(sky_.warnings);
   environment_ = std::make_unique<simulation::Environment>(simulation::make_environment(
-      std::make_shared<simulation::CityScene>(std::move(city)), sky, scenario_.sky, scenario_.seed));
+      std::make_shared<simulation::CityScene>(std::move(city)), sky_, scenario_.sky, scenario_.seed));
   // The systems that were recorded are those of the radio.
   for (simulation::ReceiverConfig& receiver : scenario_.receivers) {
     simulation::decide(receiver.options, environment_->errors().get());
@@ -220,6 +220,15 @@ void RecordedDrive::read() {
   notes_.push_back(fmt::format("truth {}", truth_.string()));
   if (recorded_.nmea) notes_.push_back(fmt::format("own fixes {}", recorded_.nmea->string()));
   notes_.push_back("canyon " CANYON_VERSION);
+}
+
+validation::Registration RecordedDrive::registration(const simulation::Georeference& georeference,
+                                                     std::uint64_t seed) const {
+  const auto shift = simulation::draw_city_shift(georeference, seed);
+  if (!shift) return registration();
+  const city::Box bounds = environment_->city().bounds();
+  return registration().then(shift->east_m, shift->north_m, shift->heading_rad,
+                             0.5 * (bounds.min + bounds.max).head<2>());
 }
 
 /// The first part aligns the city; figures are of the part that is asked for.

@@ -11,6 +11,7 @@
 
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "canyon/validation/alignment.hpp"
 #include "canyon/validation/recording_list.hpp"
 #include "canyon/validation/recording_table.hpp"
@@ -77,12 +78,16 @@ class RecordedDrive {
   [[nodiscard]] validation::Registration registration() const {
     return alignment_ ? alignment_->registration : validation::Registration{};
   }
+  /// registration(), moved as a georeference draws it by a seed.
+  [[nodiscard]] validation::Registration registration(const simulation::Georeference& georeference,
+                                                      std::uint64_t seed) const;
 
   validation::ListedRecording recorded_;
   std::string prefix_;  ///< of messages, among several recordings
   const std::atomic<bool>& stop_;
   simulation::Scenario scenario_;
   validation::AlignOptions align_options_;
+  simulation::BuiltSky sky_;
   std::unique_ptr<simulation::Environment> environment_;
   validation::Recording recording_;
   Part first_part_;  ///< that aligns the city

@@ -5,9 +5,7 @@
 
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/simulation/georeference.hpp"
 #include "canyon/validation/comparison.hpp"
 #include "canyon/validation/figures.hpp"
 #include "canyon/validation/models.hpp"
@@ -16,15 +14,16 @@
 #include "canyon/validation/score_card.hpp"
 #include "canyon/view/comparison_view.hpp"
 #include "cli/commands.hpp"
+#include "cli/ensemble.hpp"
 #include "cli/progress.hpp"
 #include "cli/recorded_drive.hpp"
 
 namespace canyon::cli {
 namespace {
 
-struct ValidateArguments : DriveArguments {
-  std::string report, models, json, markdown;
-  bool ladder = false, all_satellites = false, view = false;
+struct ValidateArguments : EnsembleArguments {
+  std::string report, models;
+  bool ladder = false, view = false;
   std::optional<int> runs;
   int seeds = 1;
 };
@@ -146,7 +145,7 @@ class Judge : public RecordedDrive {
       for (int run = 0; run < moved; ++run) {
         ++done_runs;
         const std::uint64_t seed = scenario_.seed + static_cast<std::uint64_t>(run);
-        runs.push_back(simulate(moved_by_chance(registration, seed), seed));
+        runs.push_back(simulate(this->registration(scenario_.city.georeference, seed), seed));
       }
       validation::Figures& f = figures_.emplace_back(validation::figures(
           comparison, part_.first, part_.count,
@@ -165,16 +164,6 @@ class Judge : public RecordedDrive {
       own_ = std::move(comparison);
       runs_of_own_ = std::move(runs);
     }
-  }
-
-  /// Where one run's city stands, as the scenario's georeference draws it.
-  [[nodiscard]] validation::Registration moved_by_chance(const validation::Registration& registration,
-                                                         std::uint64_t seed) const {
-    const auto shift = simulation::draw_city_shift(scenario_.city.georeference, seed);
-    if (!shift) return registration;
-    const city::Box bounds = environment_->city().bounds();
-    return registration.then(shift->east_m, shift->north_m, shift->heading_rad,
-                             0.5 * (bounds.min + bounds.max).head<2>());
   }
 
   const ValidateArguments& arguments_;
@@ -289,6 +278,7 @@ void write(const ValidateArguments& arguments, const Judges& judges, bool listed
 }
 
 int run_validate(const ValidateArguments& given) {
+  if (given.draws) return run_ensemble(given);
   ValidateArguments arguments = given;
   if (arguments.seeds > 1 && !arguments.seed) arguments.seed = 1;
   if (arguments.view && arguments.report.empty()) {
@@ -349,6 +339,7 @@ void add_validate(Command& app) {
           "--seeds", arguments.seeds, "N",
           "simulate N seeds from --seed (1) on and add their scores; all other figures are of the first seed")
       .within(1, 1000);
+  add_ensemble_options(command, arguments);
   command.add_flag("--quiet", arguments.quiet, "print errors only (and what --json - asks for)");
   command.footer =
       "The error of each recorded pseudorange follows from the true positions; the city's rays tell which\n"

@@ -11,6 +11,7 @@
 #include "canyon/geodesy/time_text.hpp"
 #include "canyon/options/folder_name.hpp"
 #include "canyon/study/settings_tree.hpp"
+#include "canyon/unknowns/unknowns.hpp"
 
 namespace canyon::study {
 namespace {
@@ -68,6 +69,22 @@ std::size_t steps(double span, double step) {
   return static_cast<std::size_t>(std::min(std::max(0.0, span / step), kMostValues));
 }
 
+void visit_unknowns(options::Visitor& v, Axis& o) {
+  std::uint32_t draws = o.count.value_or(0);
+  v.integer({"unknowns", "",
+             "number of draws of what the scenario leaves open: level of installations, obstacles, facades, "
+             "place of the map",
+             "none"},
+            draws, 1, kMost);
+  if (v.reads()) o.kind = Axis::Kind::Unknowns, o.count = draws;
+  v.texts({"known", "", "unknowns that are not drawn: level, skyline, facades, map", "none"}, o.known);
+  try {
+    for (const std::string& name : o.known) (void)unknowns::unknown_of(name);
+  } catch (const InputError& e) {
+    throw v.fault("known", e.problem(), e.cure());
+  }
+}
+
 std::string number_text(double value) {
   // 12 digits are enough for a grid, and hide that 0.1 + 0.2 is not 0.3.
   return fmt::format("{:.12g}", value);
@@ -94,8 +111,8 @@ void visit(options::Visitor& v, Axis& o) {
        "or a section (city, faults). Left out: each value is a mapping of such keys",
        "none"},
       o.key);
-  v.one_of({"values", "range", "times", "seeds", "drives"},
-           "give one of values, range, times, seeds and drives");
+  v.one_of({"values", "range", "times", "seeds", "drives", "unknowns"},
+           "give one of values, range, times, seeds, drives and unknowns");
   if (v.wants(o.kind == Axis::Kind::Values || v.has("values"))) {
     v.texts({"values", "", "list of values for the key", "none"}, o.values);
     v.texts({"labels", "", "label of each value, for tables and pictures", "the values"}, o.labels);
@@ -113,6 +130,9 @@ void visit(options::Visitor& v, Axis& o) {
     v.integer({"seeds", "", "number of noise realizations: seed 1, 2, ...", "none"}, seeds, 1, kMost);
     if (v.reads()) o.kind = Axis::Kind::Seeds, o.count = seeds;
   }
+  if (v.wants(v.reads() ? v.has("unknowns") : o.kind == Axis::Kind::Unknowns)) {
+    visit_unknowns(v, o);
+  }
   if (v.wants(v.reads() ? v.has("drives") : o.kind == Axis::Kind::Drives)) {
     v.section("drives", [&] { visit(v, o.drives); });
     if (v.reads()) o.kind = Axis::Kind::Drives;
@@ -124,26 +144,27 @@ void visit(options::Visitor& v, Axis& o) {
   v.boolean({as_before ? "luck" : "realization", "",
              "its values are occasions (times, seeds, drives) over which settings are compared: each "
              "occasion has its own random numbers, shared by all settings",
-             "true of times, seeds and drives"},
+             "true of times, seeds, drives and unknowns"},
             o.realization);
   v.boolean({"crossed", "", "in a sample: run every value at every point, instead of drawing one"},
             o.crossed);
   if (!v.reads()) return;
 
-  const bool own_key =
-      o.kind == Axis::Kind::Times || o.kind == Axis::Kind::Seeds || o.kind == Axis::Kind::Drives;
+  const bool own_key = o.kind != Axis::Kind::Values && o.kind != Axis::Kind::Range;
   if (own_key && !o.key.empty()) {
-    throw v.fault("key", "times, seeds and drives have their own", "leave it out");
+    throw v.fault("key", "times, seeds, drives and unknowns have their own", "leave it out");
   }
   if (o.kind == Axis::Kind::Times) o.key = "start";
   if (o.kind == Axis::Kind::Seeds) o.key = "seed";
+  if (o.kind == Axis::Kind::Unknowns) o.key = Axis::kUnknowns;
   if (o.kind == Axis::Kind::Range && o.key.empty()) throw v.fault("key", "is missing", "name what it sets");
   if (!o.labels.empty() && o.labels.size() != o.values.size()) {
     throw v.fault("labels", fmt::format("{} for {} values", o.labels.size(), o.values.size()),
                   "give one for each value, or none");
   }
   if (o.name.empty()) {
-    o.name = o.kind == Axis::Kind::Drives ? "drive" : o.key.substr(o.key.rfind('.') + 1);
+    o.name = o.key.substr(o.key.rfind('.') + 1);
+    if (o.kind == Axis::Kind::Drives) o.name = "drive";
     if (o.name.find('[') != std::string::npos) o.name.erase(o.name.find('['));
     if (o.name.empty()) throw v.fault("name", "is missing", "name an axis whose values are several keys");
   }
@@ -159,6 +180,7 @@ std::size_t Axis::size() const {
     case Kind::Values:
       return values.size();
     case Kind::Seeds:
+    case Kind::Unknowns:
       return count.value_or(1);
     case Kind::Drives:
       return drives.count;
@@ -191,6 +213,7 @@ AxisValue value_at(const Axis& axis, const Level& level) {
       return value;
     case Axis::Kind::Seeds:
     case Axis::Kind::Drives:
+    case Axis::Kind::Unknowns:
       value.text = fmt::format("{}", level.index + 1);
       break;
     case Axis::Kind::Range: {
@@ -217,7 +240,7 @@ AxisValue value_at(const Axis& axis, const Level& level) {
 std::vector<std::pair<std::string, const options::Node*>> settings_of(const Axis& axis,
                                                                       const AxisValue& value) {
   std::vector<std::pair<std::string, const options::Node*>> settings;
-  if (axis.kind == Axis::Kind::Drives) return settings;
+  if (axis.kind == Axis::Kind::Drives || axis.kind == Axis::Kind::Unknowns) return settings;
   if (!axis.key.empty()) {
     settings.emplace_back(axis.key, &value.tree);
   } else {

@@ -24,7 +24,7 @@ void visit(options::Visitor& v, DriveOptions& o);
 
 /// One thing that a study varies.
 struct Axis {
-  enum class Kind : std::uint8_t { Values, Range, Times, Seeds, Drives };
+  enum class Kind : std::uint8_t { Values, Range, Times, Seeds, Drives, Unknowns };
 
   std::string name;  ///< of its coordinate; by default the key's last word
   std::string key;   ///< of the scenario; empty: each value is a mapping of keys
@@ -34,13 +34,16 @@ struct Axis {
   std::vector<options::Node> trees;    ///< of `values`
   double from = 0, to = 0;             ///< Range
   std::optional<double> step;          ///< Range; Times [s]
-  std::optional<std::uint32_t> count;  ///< Range, Times, Seeds
+  std::optional<std::uint32_t> count;  ///< Range, Times, Seeds, Unknowns
   geodesy::GpsTime first;              ///< Times
   double span_s = 0;                   ///< Times: first and all before first + span
+  std::vector<std::string> known;      ///< Unknowns: names of those that are not drawn
   DriveOptions drives;
   bool realization = false;  ///< chooses a run's noise realization, not its settings
   bool crossed = false;      ///< in a sample: every value at every point
   int line = 0;
+
+  static constexpr const char* kUnknowns = "unknowns";  ///< `key` of Unknowns
 
   /// How many values are listed; 0 where it is continuous.
   [[nodiscard]] std::size_t size() const;

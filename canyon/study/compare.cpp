@@ -7,9 +7,11 @@
 #include <map>
 #include <numeric>
 
+#include "canyon/base/predictive.hpp"
 #include "canyon/base/random.hpp"
 #include "canyon/base/statistics.hpp"
 #include "canyon/base/utf8.hpp"
+#include "canyon/study/axis.hpp"
 #include "canyon/study/resamples.hpp"
 
 namespace canyon::study {
@@ -59,6 +61,59 @@ std::optional<Estimate> estimate(const std::vector<double>& values, const Resamp
 
 std::string number(double value, int decimals) {
   return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : "-";
+}
+
+/// Columns of equal width, the first `words` to the left; a rule below the header.
+std::string aligned(const std::vector<std::vector<std::string>>& rows, std::size_t words) {
+  std::string text;
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    std::string line;
+    for (std::size_t c = 0; c < rows.front().size(); ++c) {
+      std::size_t width = 0;
+      for (const auto& row : rows) width = std::max(width, display_width(row[c]));
+      const std::string blanks(width - display_width(rows[r][c]), ' ');
+      line += (c > 0 ? "  " : "") + (c < words ? rows[r][c] + blanks : blanks + rows[r][c]);
+    }
+    while (!line.empty() && line.back() == ' ') line.pop_back();
+    text += line + '\n';
+    if (r == 0) text += std::string(line.size(), '-') + '\n';
+  }
+  return text;
+}
+
+std::vector<double> values_of(const Group& group, const Compared& compared) {
+  std::vector<double> values;
+  for (const ReceiverRecord* record : group.records) {
+    const auto value = record != nullptr ? compared.of(*record) : std::nullopt;
+    if (value) values.push_back(*value * compared.scale);
+  }
+  return values;
+}
+
+/// What one run can be expected to have: median and intervals of the runs of each group.
+std::string spread_text(const Comparison& comparison, std::size_t shown) {
+  std::vector<std::vector<std::string>> rows{comparison.axes};
+  std::vector<std::string>& header = rows.front();
+  header.emplace_back("receiver");
+  const std::size_t words = header.size();
+  for (const char* column : {"error, median [m]", "50 %", "90 %", "error, 95 % [m]", "50 %", "90 %"})
+    header.emplace_back(column);
+  for (std::size_t i = 0; i < shown; ++i) {
+    const Group& group = comparison.groups[i];
+    std::vector<std::string> row = group.at;
+    row.push_back(group.receiver);
+    for (const std::size_t k : {std::size_t{1}, std::size_t{2}}) {
+      const std::vector<double> values = values_of(group, compared_figures()[k]);
+      const auto at = [&values](double p) {
+        return number(values.size() > 1 ? predictive_quantile(values, p) : kNan, 2);
+      };
+      row.push_back(at(0.5));
+      row.push_back(at(0.25) + ".." + at(0.75));
+      row.push_back(at(0.05) + ".." + at(0.95));
+    }
+    rows.push_back(std::move(row));
+  }
+  return aligned(rows, words) + "medians of runs, and the intervals that hold half and 90 % of them\n";
 }
 
 }  // namespace
@@ -205,26 +260,16 @@ std::string comparison_text(const Manifest& manifest, const Comparison& comparis
     row.push_back(interval(group.differences[2], 2));
     rows.push_back(std::move(row));
   }
-  std::string text;
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    std::string line;
-    for (std::size_t c = 0; c < header.size(); ++c) {
-      std::size_t width = 0;
-      for (const auto& row : rows) width = std::max(width, display_width(row[c]));
-      const std::string blanks(width - display_width(rows[r][c]), ' ');
-      line += (c > 0 ? "  " : "") + (c < words ? rows[r][c] + blanks : blanks + rows[r][c]);
-    }
-    while (!line.empty() && line.back() == ' ') line.pop_back();
-    text += line + '\n';
-    if (r == 0) text += std::string(line.size(), '-') + '\n';
-  }
+  std::string text = aligned(rows, words);
   if (shown < comparison.groups.size()) {
     text += fmt::format("(and {} more groups, in table.csv)\n", comparison.groups.size() - shown);
   }
   text += fmt::format(
       "means over runs; in brackets {:.0f} % intervals (bootstrap over {})\n", manifest.confidence * 100,
       manifest.realizations.empty() ? "runs" : fmt::format("{}", fmt::join(manifest.realizations, ", ")));
-  return text;
+  const bool unknowns = std::any_of(manifest.axes.begin(), manifest.axes.end(),
+                                    [](const auto& axis) { return axis.key == Axis::kUnknowns; });
+  return unknowns ? text + "\n" + spread_text(comparison, shown) : text;
 }
 
 }  // namespace canyon::study

@@ -154,6 +154,11 @@ std::shared_ptr<simulation::CityScene> RunMaker::Impl::scene(const simulation::S
                                                              bool drawn) const {
   simulation::CityConfig plain = scenario.city;
   plain.georeference = {};
+  // A source knows whether facades are drawn, and not which.
+  if (plain.facades.drawn()) {
+    plain.facades.mix = city::FacadeOptions().mix;
+    plain.facades.shares.clear();
+  }
   const std::string source_key = options::exact_text(plain);
   const simulation::Georeference& place = scenario.city.georeference;
   const bool by_seed = scenario.city.facades.drawn() || place.sigma_m > 0 || place.heading_sigma_rad > 0;

@@ -7,11 +7,11 @@
 #include <set>
 #include <utility>
 
+#include "canyon/base/sample_design.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/options/read.hpp"
 #include "canyon/options/values.hpp"
-#include "canyon/study/design.hpp"
 #include "canyon/study/estimate.hpp"
 #include "canyon/study/settings_tree.hpp"
 
@@ -101,7 +101,7 @@ void visit(options::Visitor& v, Study& o) {
     throw v.fault("design", "a sample needs 'runs'", "give the number of points");
   }
   std::set<std::string> names;
-  std::size_t drives = 0;
+  std::size_t drives = 0, unknowns = 0;
   for (const Axis& axis : o.axes) {
     if (!names.insert(axis.name).second) {
       throw v.fault("axes", fmt::format("'{}' names two axes", axis.name), "give each its own name");
@@ -111,6 +111,7 @@ void visit(options::Visitor& v, Study& o) {
                     "give step or count, or draw a sample (design: random)");
     }
     drives += axis.kind == Axis::Kind::Drives ? 1 : 0;
+    unknowns += axis.kind == Axis::Kind::Unknowns ? 1 : 0;
   }
   if (o.along_m && o.keep != Keep::Epochs) {
     throw v.fault("along_m", "needs every epoch", "add keep: epochs");
@@ -119,6 +120,7 @@ void visit(options::Visitor& v, Study& o) {
     throw v.fault("along_m", "needs one way for all runs, and an axis draws drives", "leave one of them out");
   }
   if (drives > 1) throw v.fault("axes", "two axes draw drives", "keep one");
+  if (unknowns > 1) throw v.fault("axes", "two axes draw unknowns", "keep one");
 }
 
 const options::Description& study_description() {
@@ -237,8 +239,14 @@ void StudyPlan::make_points() {
   size_ = static_cast<std::size_t>(runs);
   for (std::size_t i = 0; i < study_.axes.size(); ++i) {
     const Axis& axis = study_.axes[i];
+    if (axis.kind == Axis::Kind::Unknowns) {
+      std::vector<unknowns::Unknown> known;
+      for (const std::string& name : axis.known) known.push_back(unknowns::unknown_of(name));
+      draws_.emplace(study_.seed, axis.size(), std::move(known));
+    }
     if (grid || axis.crossed) continue;
-    samples_[i] = draw_sample(study_.seed, axis.name, points_, study_.design == Design::LatinHypercube);
+    samples_[i] = draw_sample(RandomStream(study_.seed, "study axis " + axis.name), points_,
+                              study_.design == Design::LatinHypercube);
   }
 }
 
@@ -337,10 +345,18 @@ simulation::Scenario StudyPlan::scenario(const Run& run) const {
   } else {
     options::read(root, from, scenario);
   }
+  draw_unknowns(run, scenario);
   if (!run.realization.empty()) {
     scenario.seed = fnv1a(fmt::format("{}\n{}", scenario.seed, run.realization)) & 0x7fffffffffffffffU;
   }
   return scenario;
+}
+
+void StudyPlan::draw_unknowns(const Run& run, simulation::Scenario& scenario) const {
+  for (std::size_t i = 0; i < run.at.size(); ++i) {
+    if (study_.axes[i].kind != Axis::Kind::Unknowns) continue;
+    draws_->apply(static_cast<std::size_t>(*parse_integer(run.at[i].text)) - 1, scenario);
+  }
 }
 
 const Axis* StudyPlan::drives() const {
@@ -383,7 +399,8 @@ void StudyPlan::try_values() {
   for (std::size_t i = 0; i < study_.axes.size(); ++i) {
     const Axis& axis = study_.axes[i];
     about += options::exact_text(axis);
-    if (axis.kind == Axis::Kind::Seeds || axis.kind == Axis::Kind::Drives) continue;
+    const bool draws = axis.kind == Axis::Kind::Drives || axis.kind == Axis::Kind::Unknowns;
+    if (axis.kind == Axis::Kind::Seeds || draws) continue;
     const bool values = axis.kind == Axis::Kind::Values;
     const std::size_t n = axis.size(), tries = values ? std::min(n, kMostTried) : 2;
     for (std::size_t k = 1; k < tries; ++k) {

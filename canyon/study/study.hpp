@@ -10,6 +10,7 @@
 #include "canyon/options/describe.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/study/axis.hpp"
+#include "canyon/unknowns/unknowns.hpp"
 
 namespace canyon::study {
 
@@ -83,12 +84,14 @@ class StudyPlan {
   void try_values();
   void check_size() const;
   [[nodiscard]] options::Document document(const std::vector<AxisValue>& at) const;
+  void draw_unknowns(const Run& run, simulation::Scenario& scenario) const;
 
   Study study_;
   options::Node base_;  // the scenario's tree
   std::filesystem::path base_file_;
   std::vector<std::vector<double>> samples_;  // [axis][point], of axes that are drawn
   std::size_t points_ = 1, size_ = 0;
+  std::optional<unknowns::Draws> draws_;  // of an axis of unknowns
   std::vector<std::string> receivers_;
   std::string key_;
   double bytes_ = 0, epochs_ = 0;

@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <set>
 
-#include "canyon/study/design.hpp"
 #include "canyon/study/runner.hpp"
 #include "canyon/study/settings_tree.hpp"
 #include "tests/support/simulation_support.hpp"
@@ -106,22 +105,41 @@ TEST(Study, RangesAndTimes) {
   EXPECT_DOUBLE_EQ(*last - *first, 86400 - 900);
 }
 
-// McKay, Beckman and Conover's definition: of n points each stratum of each axis has exactly one.
-TEST(Study, LatinHypercubeHasOnePointInEachStratum) {
-  constexpr std::size_t kN = 101;
-  const std::vector<double> a = draw_sample(3, "a", kN, true), b = draw_sample(3, "b", kN, true);
-  for (const auto* axis : {&a, &b}) {
-    std::set<std::size_t> strata;
-    for (const double u : *axis) strata.insert(static_cast<std::size_t>(u * kN));
-    EXPECT_EQ(strata.size(), kN);
-    EXPECT_EQ(*strata.rbegin(), kN - 1);
+// Draws of unknowns are occasions: settings share them, and what a setting says narrows them.
+TEST(Study, DrawsUnknowns) {
+  const StudyPlan plan = StudyPlan::parse(R"(scenario:
+  city: {synthetic: {}, origin: {latitude_deg: 22.3, longitude_deg: 114.17}}
+  sky: {nominal: true, systems: [GPS]}
+  start: 2026-06-01T08:00:00Z
+  duration_s: 3
+  trajectory: {position: {east_m: 0, north_m: 0, up_m: 2}}
+  receivers: [{profile: ublox-m8t}]
+axes:
+  - {unknowns: 4}
+  - {key: "receivers[0].signal.installation", values: [nominal, roof]}
+)",
+                                          "study.yaml");
+  ASSERT_EQ(plan.size(), 8U);
+  EXPECT_FALSE(plan.groups(plan.study().axes[0]));
+  std::set<double> levels, skylines;
+  for (std::size_t i = 0; i < plan.size(); i += 2) {
+    const simulation::Scenario nominal = plan.scenario(plan.run(i)), roof = plan.scenario(plan.run(i + 1));
+    EXPECT_EQ(nominal.seed, roof.seed);
+    const auto& signal = nominal.receivers[0].options.signal;
+    const auto& said = roof.receivers[0].options.signal;
+    EXPECT_EQ(signal.shadowing.skyline.share, said.shadowing.skyline.share);
+    EXPECT_EQ(nominal.city.facades.shares, roof.city.facades.shares);
+    EXPECT_NE(signal.link.above_minimum_db, said.link.above_minimum_db);
+    levels.insert(signal.link.above_minimum_db);
+    skylines.insert(signal.shadowing.skyline.share.value());
   }
-  EXPECT_NE(a, b);
-  EXPECT_EQ(a, draw_sample(3, "a", kN, true));
-  // Alone, all strata of 101 are hit with probability 101!/101^101 = 1e-43.
-  std::set<std::size_t> strata;
-  for (const double u : draw_sample(3, "a", kN, false)) strata.insert(static_cast<std::size_t>(u * kN));
-  EXPECT_LT(strata.size(), kN);
+  EXPECT_EQ(levels.size(), 4U);
+  EXPECT_EQ(skylines.size(), 4U);
+  EXPECT_THAT(error_of([] { (void)plan_of("axes: [{unknowns: 2, known: [levl]}]"); }).what(),
+              HasSubstr("there is no unknown 'levl'"));
+  EXPECT_THAT(
+      error_of([] { (void)plan_of("axes: [{unknowns: 2, name: a}, {unknowns: 3, name: b}]"); }).what(),
+      HasSubstr("two axes draw unknowns"));
 }
 
 // In a sample listed axes are drawn in equal shares, crossed ones stand at every point.

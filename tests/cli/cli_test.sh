@@ -559,6 +559,15 @@ P
   grep -q georeference unsure.yaml || sed 's/^city:$/city:\n  georeference: {sigma_m: 3}/' judge.yaml >unsure.yaml
   runs 0 "$canyon" validate unsure.yaml "${judge[@]:3}" --runs 3 --json - --quiet
   python3 -c 'import json; f = json.load(open("out"))["models"][0]; p = f["position"]; assert f["runs"] == 3 and p["simulated"]["epochs"] == 3 * p["measured"]["epochs"], f' || fail "--runs 3 is not three cities"
+  # Draws of what nobody said.
+  sed 's/profile: ideal/profile: ublox-m8t/' judge.yaml >open.yaml
+  runs 0 "$canyon" validate open.yaml "${judge[@]:3}" --ensemble 3 --json e.json --csv e.csv --markdown e.md --quiet
+  says e.md "level: -10 to 6 dB" "skyline: 0 to 0.8" "| within the 90 % interval |"; says e.csv "open,horizontal_p50_m,3,"
+  python3 -c 'import json; e = json.load(open("e.json")); d = e["recordings"][0]["draws"]; assert len({x["unknowns"]["level"] for x in d}) == 3 and e["coverage"]["figures"] == 5, e' || fail "e.json is not of three draws"
+  runs 0 "$canyon" validate open.yaml "${judge[@]:3}" --ensemble 2 --known level,facades; says out "skyline" "satellites used"
+  ! grep -q "^- level" out || fail "a known level was drawn"
+  runs 2 "$canyon" validate open.yaml "${judge[@]:3}" --ensemble 2 --known levl; one_line; says err "no unknown 'levl'"
+  runs 2 "$canyon" validate open.yaml "${judge[@]:3}" --unsaid; says err "--unsaid requires --ensemble"
   # Two bands, and a receiver that tracks another second one; a code that does not exist.
   cp small.yaml ideal.yaml
   sed -i 's/^receivers:.*/receivers: [{name: car, profile: survey, tracks: [L1CA, L2C], noise: {enabled: false}}]/' small.yaml

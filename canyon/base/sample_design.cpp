@@ -1,14 +1,11 @@
-#include "canyon/study/design.hpp"
+#include "canyon/base/sample_design.hpp"
 
 #include <numeric>
 #include <utility>
 
-#include "canyon/base/random.hpp"
+namespace canyon {
 
-namespace canyon::study {
-
-std::vector<double> draw_sample(std::uint64_t seed, const std::string& axis, std::size_t n, bool latin) {
-  RandomStream random(seed, "study axis " + axis);
+std::vector<double> draw_sample(RandomStream random, std::size_t n, bool latin) {
   std::vector<double> shares(n);
   for (double& share : shares) share = random.uniform();
   if (!latin) return shares;
@@ -23,4 +20,4 @@ std::vector<double> draw_sample(std::uint64_t seed, const std::string& axis, std
   return shares;
 }
 
-}  // namespace canyon::study
+}  // namespace canyon

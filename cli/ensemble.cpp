@@ -1,0 +1,215 @@
+#include "cli/ensemble.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "canyon/base/output_file.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/calibration/calibrate.hpp"
+#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/unknowns/unknowns.hpp"
+#include "canyon/validation/ensemble.hpp"
+#include "cli/commands.hpp"
+#include "cli/progress.hpp"
+
+namespace canyon::cli {
+namespace {
+
+using Known = std::vector<unknowns::Unknown>;
+using Told = std::function<void(std::size_t, std::size_t)>;
+
+Known known_of(const EnsembleArguments& arguments) {
+  Known known;
+  if (arguments.known.empty()) return known;
+  for (const std::string_view name : split(arguments.known, ',')) {
+    known.push_back(unknowns::unknown_of(trim(name)));
+  }
+  return known;
+}
+
+bool is_known(const Known& known, unknowns::Unknown unknown) {
+  return std::find(known.begin(), known.end(), unknown) != known.end();
+}
+
+/// One recording, simulated by the settings as they are and by draws. Only the part that figures are of is
+/// simulated.
+class EnsembleDrive : public RecordedDrive {
+ public:
+  EnsembleDrive(const EnsembleArguments& arguments, const validation::ListedRecording& recording, bool listed)
+      : RecordedDrive(arguments, recording, listed), arguments_(arguments) {
+    if (arguments.unsaid) unknowns::forget(scenario_);
+  }
+
+  void start(const Known& known) {
+    load();
+    source_ = simulation::load_city_source(scenario_.city);
+    recording_ = calibration::part_of(recording_, part_.first, part_.count);
+    place_map(known);
+    options_.threads = arguments_.threads;
+    row_.name = prefix_.empty() ? scenario_.file.stem().string() : recorded_.name;
+    row_.unknowns = unknowns::priors_of(scenario_, known);
+    simulate_point();
+  }
+
+  /// @param told of the epochs
+  void draw(const unknowns::Draws& draws, std::size_t k, const Told& told) {
+    simulation::Scenario scenario = scenario_;
+    scenario.seed += k + 1;
+    validation::EnsembleRow::Draw draw;
+    draw.values = draws.apply(k, scenario);
+    const validation::Registration place = registration(scenario.city.georeference, scenario.seed);
+    scenario.city.georeference = {};
+    std::vector<std::string> ignored;
+    const simulation::Environment environment = simulation::make_environment(
+        std::make_shared<simulation::CityScene>(simulation::draw_city(source_, scenario, ignored)), sky_,
+        scenario.sky, scenario.seed);
+    options_.progress = told;
+    const validation::Comparison run = validation::compare(recording_, scenario.receivers.front(),
+                                                           environment, place, scenario.seed, options_);
+    draw.headlines = headlines({&run, 1});
+    row_.draws.push_back(std::move(draw));
+  }
+
+  /// Forgets draws beyond the first `count`.
+  void keep(std::size_t count) { row_.draws.resize(count); }
+  [[nodiscard]] const validation::EnsembleRow& row() const { return row_; }
+
+ private:
+  /// The place of the map is known as well as its alignment says, unless that is not to be known.
+  void place_map(const Known& known) {
+    simulation::Georeference& georeference = scenario_.city.georeference;
+    if (is_known(known, unknowns::Unknown::Map))
+      georeference = {};
+    else if (alignment_ && georeference.sigma_m == 0 && !arguments_.unsaid)
+      georeference.sigma_m = std::hypot(alignment_->sigma_east_m, alignment_->sigma_north_m) / std::sqrt(2.0);
+  }
+
+  void simulate_point() {
+    Progress progress(fmt::format("{}simulating as it is", prefix_), arguments_.quiet);
+    options_.progress = progress_of(progress);
+    const auto simulate = [&] {
+      return validation::compare(recording_, scenario_.receivers.front(), *environment_, registration(),
+                                 scenario_.seed, options_);
+    };
+    point_ = simulate();
+    if (!arguments_.all_satellites) {
+      for (const validation::NeverTracked& s : validation::never_tracked(point_))
+        options_.leave_out.insert(s.id);
+      if (!options_.leave_out.empty()) point_ = simulate();
+    }
+    row_.part = validation::describe_part(point_, 0, part_.count, part_.name);
+    row_.point = headlines({});
+  }
+
+  /// Of these runs, by the classes of satellites of the city as it is.
+  [[nodiscard]] std::vector<validation::Headline> headlines(
+      std::span<const validation::Comparison> runs) const {
+    validation::FigureOptions options;
+    options.resamples = 0;
+    return validation::headlines(validation::figures(point_, 0, part_.count, "", options, runs));
+  }
+
+  const EnsembleArguments& arguments_;
+  city::City source_;
+  validation::CompareOptions options_;
+  validation::Comparison point_;
+  validation::EnsembleRow row_;
+};
+
+using Drives = std::vector<std::unique_ptr<EnsembleDrive>>;
+
+/// Draws of all drives, one after the other, so that an interrupted run has the same of each.
+/// @return whether it was interrupted
+bool draw_all(const EnsembleArguments& arguments, const unknowns::Draws& draws, const Drives& drives) {
+  const std::atomic<bool>& stop = catch_interrupts();
+  Progress progress("drawing unknowns", arguments.quiet, "runs");
+  const std::size_t total = draws.size() * drives.size();
+  progress.update(0, total);
+  const Told told = [&stop](std::size_t, std::size_t) {
+    if (stop.load()) throw Interrupted{};
+  };
+  std::size_t done = 0;
+  for (std::size_t k = 0; k < draws.size(); ++k) {
+    try {
+      for (const auto& drive : drives) {
+        drive->draw(draws, k, told);
+        progress.update(++done, total);
+      }
+    } catch (const Interrupted&) {
+      if (k < 2) throw;
+      for (const auto& drive : drives) drive->keep(k);
+      return true;
+    }
+  }
+  return false;
+}
+
+void write_ensemble(const EnsembleArguments& arguments, const Drives& drives) {
+  std::vector<validation::EnsembleRow> rows;
+  for (const auto& drive : drives) rows.push_back(drive->row());
+  const std::string markdown = validation::ensemble_markdown(rows);
+  if (!arguments.markdown.empty()) write_file(arguments.markdown, markdown);
+  if (!arguments.csv.empty()) write_file(arguments.csv, validation::ensemble_csv(rows));
+  if (arguments.json == "-") {
+    fmt::print("{}", validation::ensemble_json(rows));
+    return;
+  }
+  if (!arguments.json.empty()) write_file(arguments.json, validation::ensemble_json(rows));
+  if (!arguments.quiet) fmt::print("\n{}", markdown);
+}
+
+}  // namespace
+
+int run_ensemble(const EnsembleArguments& arguments) {
+  return unless_interrupted([&] {
+    const Known known = known_of(arguments);
+    const bool listed = validation::is_recording_list(arguments.scenario);
+    Drives drives;
+    for (const validation::ListedRecording& recording : recordings_of(arguments, listed)) {
+      drives.push_back(std::make_unique<EnsembleDrive>(arguments, recording, listed));
+    }
+    for (const auto& drive : drives) drive->start(known);
+    const auto count = static_cast<std::size_t>(*arguments.draws);
+    const unknowns::Draws draws(arguments.seed.value_or(1), count, known);
+    const bool interrupted = draw_all(arguments, draws, drives);
+    write_ensemble(arguments, drives);
+    if (!interrupted) return kOk;
+    fmt::print(stderr, "canyon: interrupted: {} of {} draws were made; the results are of these\n",
+               drives.front()->row().draws.size(), count);
+    return kInterrupted;
+  });
+}
+
+void add_ensemble_options(Command& command, EnsembleArguments& arguments) {
+  command
+      .add_option("--ensemble", arguments.draws, "N",
+                  "simulate each recording N times with draws of what its scenario leaves open (level of the "
+                  "installation, obstacles, facades, place of the map, seed), and print intervals of the "
+                  "figures")
+      .within(2, 1000)
+      .excludes("--seeds")
+      .excludes("--runs")
+      .excludes("--models")
+      .excludes("--ladder")
+      .excludes("--report");
+  command
+      .add_flag("--unsaid", arguments.unsaid,
+                "forget what scenarios say about installation, surroundings, obstacles and facades")
+      .needs("--ensemble");
+  command
+      .add_option("--known", arguments.known, "LIST",
+                  fmt::format("unknowns that are not drawn, of {}", fmt::join(unknowns::names(), ", ")))
+      .needs("--ensemble");
+  command.add_option("--csv", arguments.csv, "FILE", "write the intervals as CSV, a line for each figure")
+      .needs("--ensemble");
+}
+
+}  // namespace canyon::cli

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "cli/recorded_drive.hpp"
+
+namespace canyon::cli {
+
+/// Arguments of `canyon validate` that draws of unknowns have as well, and their own.
+struct EnsembleArguments : DriveArguments {
+  std::string json, markdown;
+  bool all_satellites = false;
+  std::optional<int> draws;
+  std::string known, csv;
+  bool unsaid = false;
+};
+/// Adds --ensemble, --unsaid, --known and --csv.
+void add_ensemble_options(Command& command, EnsembleArguments& arguments);
+
+/// Simulates each recording with draws of what its scenario leaves open, and writes the intervals of its
+/// figures beside the recorded ones. After Ctrl-C the draws that all recordings have are written.
+int run_ensemble(const EnsembleArguments& arguments);
+
+}  // namespace canyon::cli
