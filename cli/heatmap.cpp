@@ -139,6 +139,10 @@ class MapRun {
     request_.draws = {arguments_.noise.draws, scenario_.seed};
     request_.receivers = arguments_.receivers;
     request_.limits = arguments_.limits;
+    request_.motion = scenario_.map;
+    if (arguments_.motion.motion != simulation::Motion::Auto) {
+      request_.motion.motion = arguments_.motion.motion;
+    }
     request_.times = for_option(
         "--times", [&] { return heatmap::parse_times(arguments_.times, scenario_start(scenario_)); });
     std::string instants = arguments_.times;
@@ -291,7 +295,9 @@ class MapRun {
               const std::vector<std::string>& files, heatmap::OverRuns over) const {
     const auto cells = static_cast<double>(summary.cells);
     const auto in = [&](heatmap::CellState state) { return static_cast<double>(summary.in_state(state)); };
-    std::vector<std::vector<std::string>> figures{{"cells (times altitudes)", short_count(cells)}};
+    std::vector<std::vector<std::string>> figures{
+        {"receiver", simulation::describe(heatmap_->request().motion)},
+        {"cells (times altitudes)", short_count(cells)}};
     if (over == heatmap::OverRuns::Mean) {
       figures.push_back({"computed now",
                          fmt::format("{} in {:.2f} s, {} cells/s",
@@ -427,6 +433,7 @@ void add_heatmap(Command& app) {
   add_field(command, "--draws", arguments.noise, "draws");
   add_field(command, "--receivers", arguments.receivers, "model");
   add_field(command, "--path-nodes", arguments.receivers, "path_nodes_m");
+  add_field(command, "--motion", arguments.motion, "motion");
   add_field(command, "--error-limit", arguments.limits, "error_m");
   add_field(command, "--alert-limit", arguments.limits, "alert_m");
   add_field(command, "--protection-factor", arguments.limits, "protection_factor");

@@ -135,6 +135,7 @@ int query_place(const HeatmapQueryArguments& arguments, const StoredMap& map) {
              {"longitude_deg", geodesy::degrees(place.longitude_rad)},
              {"enu_m", {enu.x(), enu.y()}},
              {"altitude_m", answer->altitude_m},
+             {"motion", map.motion()},
              {"time_utc", geodesy::format_utc(answer->time)},
              {"state", state_word(answer->state)},
              {"values", Json::object()}};
@@ -144,9 +145,9 @@ int query_place(const HeatmapQueryArguments& arguments, const StoredMap& map) {
     fmt::print("{}\n", out.dump(2, Json::Order::ByKey));
     return kOk;
   }
-  fmt::print("{:.7f}, {:.7f} (east {:.2f}, north {:.2f} m), {}, {}: {}\n\n",
+  fmt::print("{:.7f}, {:.7f} (east {:.2f}, north {:.2f} m), {}, {}, receiver {}: {}\n\n",
              geodesy::degrees(place.latitude_rad), geodesy::degrees(place.longitude_rad), enu.x(), enu.y(),
-             altitude_text(map, answer->altitude_m), geodesy::format_utc(answer->time, 0),
+             altitude_text(map, answer->altitude_m), geodesy::format_utc(answer->time, 0), map.motion(),
              state_word(answer->state));
   std::vector<std::vector<std::string>> rows;
   for (std::size_t k = 0; k < map.layers().size(); ++k) {
@@ -213,7 +214,8 @@ Json stretch_json(const std::optional<heatmap::RouteStretch>& stretch) {
 }
 
 void print_json(const RouteReport& report, const StoredMap& map) {
-  Json out{{"length_m", report.length_m},
+  Json out{{"motion", map.motion()},
+           {"length_m", report.length_m},
            {"duration_s", report.duration_s},
            {"summary", one_line(report)},
            {"stations_known", report.known},
@@ -276,7 +278,8 @@ int query_path(const HeatmapQueryArguments& arguments, const StoredMap& map) {
                     figure(layer.median), figure(layer.p95), figure(layer.greatest)});
   }
   print_table({"along the way", "unit", "mean", "median", "95 %", "greatest"}, rows);
-  fmt::print("\nmap                  {}, {}\n", altitudes_text(map), times_text(map));
+  fmt::print("\nmap                  {}, {}, receiver {}\n", altitudes_text(map), times_text(map),
+             map.motion());
   if (report.worst) {
     fmt::print("worst stretch        {} m at {}\n", figure(*report.worst_error_m),
                stretch_text(*report.worst, report, map));

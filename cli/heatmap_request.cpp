@@ -206,6 +206,9 @@ std::string command_of(const HeatmapArguments& arguments, const heatmap::Request
     add("--receivers", request.receivers.model == heatmap::ReceiverModel::Run ? "run" : "steady_state");
     add("--path-nodes", fmt::format("{:g}", request.receivers.path_nodes_m));
   }
+  if (arguments.motion.motion != simulation::Motion::Auto) {
+    add("--motion", std::string(simulation::name(arguments.motion.motion)));
+  }
   const auto has = [&request](heatmap::Layer layer) {
     return std::find(request.layers.begin(), request.layers.end(), layer) != request.layers.end();
   };

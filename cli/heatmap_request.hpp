@@ -18,6 +18,7 @@ struct HeatmapArguments {
   heatmap::DrawOptions noise;
   heatmap::CellReceiverOptions receivers;
   heatmap::LimitOptions limits;
+  simulation::MapOptions motion;
   std::string altitudes = "15", altitude_kind = "terrain";
   std::string times, layers, formats = "all", model, receiver;
   std::optional<std::uint64_t> seed;

@@ -1,5 +1,7 @@
 #include "cli/view_map.hpp"
 
+#include <fmt/format.h>
+
 #include "canyon/base/input_error.hpp"
 #include "canyon/heatmap/engine/map_source.hpp"
 #include "canyon/view/map_view.hpp"
@@ -24,7 +26,7 @@ ViewedMap::ViewedMap(const Wanted& wanted)
     throw InputError("--map over a finished run needs its city", "give --city the run's scenario");
   }
   map_ = std::make_unique<heatmap::StoredMap>(file);
-  name_ = std::filesystem::path(file).stem().string();
+  name_ = fmt::format("{}, receiver {}", std::filesystem::path(file).stem().string(), map_->motion());
   const std::string city = !wanted.city.empty() ? wanted.city : alone_ ? "" : wanted.input;
   if (city.empty()) {
     city_.city = view::field_of(*map_);

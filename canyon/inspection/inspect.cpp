@@ -96,6 +96,7 @@ FileReport inspect_map(const std::filesystem::path& path) {
   if (!map.times().empty())
     report.contents.emplace_back("time", span_text(map.times().front(), map.times().back()));
   report.contents.emplace_back("altitudes", fmt::format("{} m", fmt::join(map.altitudes_m(), ", ")));
+  report.contents.emplace_back("receiver", map.motion());
   report.contents.emplace_back("origin", place_text(map.frame().origin()));
   return report;
 }

@@ -24,6 +24,7 @@
 #include "canyon/receiver/receiver_options.hpp"
 #include "canyon/samples/options/sample_options.hpp"
 #include "canyon/simulation/live_options.hpp"
+#include "canyon/simulation/map_motion.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/outputs.hpp"
 
@@ -154,6 +155,7 @@ struct Scenario {
   std::vector<disturbance::Fault> faults;  ///< their times count from `start`, or the trajectory's first
   std::uint64_t seed = 1;
   OutputConfig outputs;
+  MapOptions map;                   ///< for `canyon heatmap`
   samples::SampleOptions samples;   ///< for the output `samples` and for `canyon iq`
   std::optional<LiveOptions> live;  ///< used by `canyon live` alone
   /// Statements of the file that may be mistakes, one line each.

@@ -452,6 +452,7 @@ void visit_scenario(Visitor& v, Scenario& scenario, bool trajectory_needed) {
   disturbance::visit_faults(v, scenario.faults, names);
   visit_seed(v, scenario.seed);
   visit_outputs(v, scenario.outputs);
+  v.part("map", scenario.map);
   v.part("samples", scenario.samples);
   if (!v.wants(v.reads() ? v.has("live") : scenario.live.has_value())) return;
   LiveOptions live = scenario.live.value_or(LiveOptions{});

@@ -85,6 +85,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "rinex_observation: true, "
       "rinex4_observation: true, "
       "rinex_navigation: true, kml: true, geojson: true, gpx: true, samples: true, pictures: true}\n"
+      "map: {motion: driving, pace_mps: 5}\n"
       "samples: {bands: [L1, E5a], rate_hz: 2e6, intermediate_hz: 5e5, bandwidth_hz: 1e6, real: true, noise: "
       "false, format: 2bit, noise_level: 0.5, agc_s: 1}\n"
       "live: {poses: [{from: 'stdin:', format: mavlink, id: a, receivers: [rover], messages: [SIM_STATE], "

@@ -55,6 +55,7 @@ class Map {
     request_.receivers = read_tree<heatmap::CellReceiverOptions>(
         tree_of(py::dict("model"_a = receivers, "path_nodes_m"_a = path_nodes_m)), "receivers of a map");
     request_.limits = read_tree<heatmap::LimitOptions>(tree_of(limits), "limits of a map");
+    request_.motion = scenario_.map;
     std::optional<heatmap::EnuBox> area;
     if (!box.is_none()) {
       const py::array_t<double> sides = py::array_t<double>::ensure(box);

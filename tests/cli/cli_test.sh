@@ -324,7 +324,8 @@ sky)
   runs 2 "$canyon" sky --nav absent.20n --at 22.3,114.17,10 --time 2026-03-01T10:00:00Z; one_line; says err absent.20n ;;
 demo)
   runs 0 "$canyon" demo --out here
-  says out "horizontal error, median [m]" "canyon simulate here/demo.yaml --out here/mine"
+  says out "horizontal error, median [m]" "canyon simulate here/demo.yaml --out here/mine" "driving at 8 m/s"
+  runs 0 "$canyon" heatmap query here/heatmap/map.nc --at 22.3,114.17; says out "receiver driving at 8 m/s"
   for file in demo.yaml epochs.csv track.png heatmap/map.nc; do [ -s "here/$file" ] || fail "no here/$file"; done
   cmp -s here/demo.yaml "$root/examples/synthetic_drive.yaml" || fail "demo.yaml is not the example"
   runs 0 "$canyon" simulate here/demo.yaml --out here/mine
@@ -1035,7 +1036,7 @@ interrupt)
 heatmap)
   runs 0 "$canyon" heatmap --help
   says out --out --bbox --enu-box --area --spacing --altitude --altitude-kind --times --layers --format --model \
-    --receiver --draws --seed --threads --tile --keep-tiles --large horizontal_error_p95 sky_view query mpirun
+    --receiver --draws --motion --seed --threads --tile --keep-tiles --large horizontal_error_p95 sky_view query mpirun
   # The whole city in all formats: files, table, nothing left behind.
   runs 0 "$canyon" heatmap small.yaml --out map --spacing 4 --threads 1
   says out "inside buildings" "availability of a fix" "cells/s" horizontal_error satellites_visible hdop median "95 %"
@@ -1192,7 +1193,7 @@ heatmap_query)
   runs 0 "$canyon" simulate small.yaml --out drive --quiet
   awk -F, 'NR > 1 {print $1 "," $2 "," $3 "," $4 "," $5}' drive/epochs.csv >truth.csv
   runs 0 "$canyon" heatmap query map/map.nc --path truth.csv --format urbannav
-  says out "along the way" horizontal_error_mean "worst stretch" "m expected" "a fix on" "120 m in 20 s"
+  says out "along the way" horizontal_error_mean "worst stretch" "m expected" "a fix on" "120 m in 20 s" "receiver standing"
   runs 0 "$canyon" heatmap query map/map.nc --path truth.csv --format urbannav --speed 2 --altitude 15 --stretch 20 --json
   python3 - <<'P' || fail "the route's JSON is not what was asked for"
 import json
@@ -1330,6 +1331,7 @@ P
   fi
   runs 0 "$canyon" "${box[@]}" --out t --layers time_to_first_fix --draws 3 --start hot --quiet
   runs 2 "$canyon" heatmap small.yaml --out bad --error-limit 0; one_line; says err error_m
+  runs 2 "$canyon" heatmap small.yaml --out bad --motion driving; one_line; says err "no position filter" "--motion standing"
   runs 2 "$canyon" heatmap small.yaml --out bad --start tepid; one_line; says err tepid "cold"
   # Runs: the mean over cities drawn anew, and their 95 %; the same bytes on any number of threads.
   sed '/^city/d' small.yaml >runs.yaml

@@ -36,13 +36,14 @@ constexpr double kLegSteps = 5;
 
 SteadyCell::SteadyCell(const SteadySky& sky, const propagation::Propagator& propagator,
                        const receiver::ReceiverOptions& options, const LimitOptions& limits,
-                       const Eigen::Matrix3d& ecef_from_enu)
+                       const Eigen::Matrix3d& ecef_from_enu, bool moves)
     : sky_(sky),
       propagator_(propagator),
       options_(options),
       limits_(limits),
       ecef_from_enu_(ecef_from_enu),
       noise_sigma_m_(options.noise.enabled ? options.noise.ou.standard_deviation_m() : 0),
+      moves_(moves),
       fix_(sky.satellites(), options.fix),
       skylines_(sky.skylines()),
       traced_(sky.satellites().size()),
@@ -320,6 +321,11 @@ void SteadyCell::locate(bool statistics, CellValues& values) {
   if (quiet.solved) {
     values.set_fix(quiet.error, quiet.dop,
                    positioning::horizontal_protection_level_m(quiet.covariance, limits_.protection_factor));
+  }
+  if (moves_) {
+    fixes_.clear();
+    for (const std::vector<SteadyRange>& ranges : ranges_) fixes_.push_back(fix_.solve(ranges, true));
+    return;
   }
   if (ranges_.size() == 1) return;
   DrawnFixes fixes;

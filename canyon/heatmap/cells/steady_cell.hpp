@@ -37,9 +37,10 @@ struct PathNode {
 class SteadyCell {
  public:
   /// The references must outlive it. @param ecef_from_enu of the city
+  /// @param moves its fixes() are wanted, and layers over draws are not set
   SteadyCell(const SteadySky& sky, const propagation::Propagator& propagator,
              const receiver::ReceiverOptions& options, const LimitOptions& limits,
-             const Eigen::Matrix3d& ecef_from_enu);
+             const Eigen::Matrix3d& ecef_from_enu, bool moves = false);
 
   /// Unmapped obstacles of the next cells are those about this place: a cell, or one within a few metres.
   void stand_at(const Eigen::Vector3d& place, double height_above_ground_m);
@@ -50,6 +51,8 @@ class SteadyCell {
              const PathNode& node, bool statistics, CellValues& values);
   /// A cell that is its own node.
   void solve(const Eigen::Vector3d& place, bool statistics, CellValues& values);
+  /// Of the cell solved last, by lane.
+  [[nodiscard]] const std::vector<SteadyFix::Answer>& fixes() const { return fixes_; }
 
  private:
   /// A path as the lanes' channels meet it. Null: 1 in all lanes.
@@ -85,6 +88,7 @@ class SteadyCell {
   const LimitOptions& limits_;
   Eigen::Matrix3d ecef_from_enu_;
   double noise_sigma_m_ = 0;
+  bool moves_;
   SteadyFix fix_;
   std::vector<disturbance::Skyline> skylines_;  // [draw]
   std::unordered_map<std::uint64_t, Reflector> reflectors_;
@@ -99,6 +103,7 @@ class SteadyCell {
   std::vector<float> delay_m_, power_;
   std::vector<std::size_t> tracked_;              // [lane] index of the path whose carrier is followed
   std::vector<std::vector<SteadyRange>> ranges_;  // [lane]
+  std::vector<SteadyFix::Answer> fixes_;          // [lane]
   int los_ = 0, nlos_ = 0, visible_ = 0, blocked_ = 0;
   double largest_excess_m_ = 0;
 };

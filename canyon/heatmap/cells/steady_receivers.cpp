@@ -90,13 +90,15 @@ struct Blocks {
 SteadyReceivers::SteadyReceivers(const simulation::Environment& environment,
                                  const propagation::Propagator& propagator,
                                  const simulation::ReceiverConfig& receiver, const DrawOptions& draws,
-                                 const LimitOptions& limits, double path_nodes_m)
+                                 const LimitOptions& limits, double path_nodes_m,
+                                 const std::optional<Movement>& movement)
     : environment_(&environment),
       propagator_(&propagator),
       options_(receiver.options),
       draws_(draws),
       limits_(limits),
-      path_nodes_m_(path_nodes_m) {
+      path_nodes_m_(path_nodes_m),
+      movement_(movement) {
   options_.validate();
   draws_.validate();
   if (!fits(CellMethod::Steady, receiver)) {
@@ -118,7 +120,11 @@ void SteadyReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::
   const SteadySky sky(*environment_, options_, propagation.diffuse ? propagation.scattering.max_paths : 0,
                       draws_, draws ? draws_.draws + 1 : 1, centre, time);
   const Eigen::Matrix3d ecef_from_enu = environment_->city().frame.ecef_from_local_rotation();
-  const auto task = [&] { return SteadyCell(sky, *propagator_, options_, limits_, ecef_from_enu); };
+  const auto task = [&] {
+    return SteadyCell(sky, *propagator_, options_, limits_, ecef_from_enu, movement_.has_value());
+  };
+  std::optional<MovingFixes> moving;
+  if (movement_) moving.emplace(cells, static_cast<std::size_t>(sky.lanes()), *movement_);
 
   const auto stand = [&](SteadyCell& solver, const Vector3d& place) {
     if (sky.skylines().empty()) return;
@@ -155,12 +161,21 @@ void SteadyReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::
               gathered = true;
               solver.solve(cells.place(i), known, blocks.nodes[block], statistics, values);
             }
+            if (moving) moving->set(i, solver.fixes());
           }
           values.store(wanted, layers, i);
         });
       }
     }
   });
+  if (!moving) return;
+  moving->filter();
+  for (std::size_t i = 0; i < none; ++i) {
+    if (cells.state[i] != CellState::Computed) continue;
+    CellValues values;
+    moving->describe(i, limits_, statistics, values);
+    values.store<of_motion>(wanted, layers, i);
+  }
 }
 
 }  // namespace canyon::heatmap

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "canyon/heatmap/cells/cell_solver.hpp"
+#include "canyon/heatmap/cells/moving_fixes.hpp"
 #include "canyon/heatmap/kernels/tile_tracer.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario.hpp"
@@ -19,10 +21,11 @@ class SteadyReceivers {
  public:
   /// The environment and the propagator must outlive it. @param path_nodes_m most distance of nodes; 0: one
   /// in every cell. Throws InputError for options that do not validate() and a
-  /// receiver that CellMethod::Steady does not fit.
+  /// receiver that CellMethod::Steady does not fit. @param movement empty: the receiver stands in each cell
   SteadyReceivers(const simulation::Environment& environment, const propagation::Propagator& propagator,
                   const simulation::ReceiverConfig& receiver, const DrawOptions& draws,
-                  const LimitOptions& limits, double path_nodes_m);
+                  const LimitOptions& limits, double path_nodes_m,
+                  const std::optional<Movement>& movement = {});
 
   /// As CellReceivers::solve(); TimeToFirstFix is left alone as well.
   void solve(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
@@ -35,6 +38,7 @@ class SteadyReceivers {
   DrawOptions draws_;
   LimitOptions limits_;
   double path_nodes_m_;
+  std::optional<Movement> movement_;
 };
 
 }  // namespace canyon::heatmap

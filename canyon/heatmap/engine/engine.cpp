@@ -147,6 +147,7 @@ void visit(options::Visitor& v, Request& o) {
   v.part("draws", o.draws);
   v.part("receivers", o.receivers);
   v.part("limits", o.limits);
+  visit(v, o.motion);
 }
 
 struct Heatmap::Impl {
@@ -155,6 +156,7 @@ struct Heatmap::Impl {
   Request request;
   std::string input_key;
   std::optional<simulation::ReceiverConfig> base;  ///< of layers of RTK
+  positioning::PositionFilterOptions filter;       ///< of a receiver that moves
   TileTracer tracer;
   std::optional<CellSolver> solver;
   std::optional<CellReceivers> receivers;
@@ -166,12 +168,14 @@ struct Heatmap::Impl {
   std::optional<CellRtk> rtk;
 
   Impl(const simulation::Environment& e, simulation::ReceiverConfig r,
-       std::optional<simulation::ReceiverConfig> b, Request q, std::string k)
+       std::optional<simulation::ReceiverConfig> b, Request q, std::string k,
+       const positioning::PositionFilterOptions& f)
       : environment(&e),
         receiver(std::move(r)),
         request(std::move(q)),
         input_key(std::move(k)),
         base(std::move(b)),
+        filter(f),
         tracer(e, receiver.propagation, receiver.options.fix.elevation_mask_rad,
                first_signal_of(receiver.options)) {
     for (std::size_t i = 0; i < request.layers.size(); ++i) {
@@ -188,8 +192,10 @@ struct Heatmap::Impl {
         solver.emplace(receiver.options, request.draws, e.klobuchar(), request.limits);
       } else if (request.receivers.model == ReceiverModel::SteadyState &&
                  fits(CellMethod::Steady, receiver)) {
+        std::optional<Movement> movement;
+        if (request.motion.moves()) movement = {request.motion, filter};
         steady.emplace(e, tracer.propagator(), receiver, request.draws, request.limits,
-                       request.receivers.path_nodes_m);
+                       request.receivers.path_nodes_m, movement);
       } else {
         receivers.emplace(e, tracer.propagator(), receiver, request.draws, request.limits);
       }
@@ -256,6 +262,28 @@ Request checked(Request request, const simulation::ReceiverConfig& receiver) {
   return request;
 }
 
+/// Where the lowest altitude above the terrain is below this, a receiver drives [m].
+constexpr double kDriven_m = 5;
+
+/// Decides Motion::Auto. @param receiver as it stands in a cell @param filtered whether it has a filter
+void choose_motion(Request& request, const simulation::ReceiverConfig& receiver, bool filtered) {
+  simulation::Motion& motion = request.motion.motion;
+  const bool can_move =
+      filtered && request.receivers.model == ReceiverModel::SteadyState && fits(CellMethod::Steady, receiver);
+  if (request.motion.moves() && !can_move) {
+    throw InputError(fmt::format("the receiver '{}' of the map cannot move: {}", receiver.options.name,
+                                 filtered ? "it is run in each cell" : "it has no position filter"),
+                     "give --motion standing, or a receiver with position_filter: {enabled: true} whose "
+                     "steady state is computed");
+  }
+  if (motion != simulation::Motion::Auto) return;
+  const bool low =
+      request.altitude_kind == AltitudeKind::AboveTerrain && request.altitudes_m.front() < kDriven_m;
+  motion = !can_move || receiver.fixed ? simulation::Motion::Standing
+           : low                       ? simulation::Motion::Driving
+                                       : simulation::Motion::Flying;
+}
+
 }  // namespace
 
 Heatmap::Heatmap(const simulation::Environment& environment, simulation::ReceiverConfig receiver,
@@ -279,11 +307,13 @@ Heatmap::Heatmap(const simulation::Environment& environment, simulation::Receive
   receiver.options =
       simulation::with_surroundings(std::move(receiver.options), environment.scene(), environment.city());
   simulation::decide(receiver.options, environment);
-  receiver.options.filter = {};  // each cell stands by itself, without an epoch before
+  // Each cell stands by itself, without an epoch before; MovingFixes joins them.
+  const positioning::PositionFilterOptions filter = std::exchange(receiver.options.filter, {});
   positioning::Weighting& weighting = receiver.options.fix.weights.weighting;
   if (weighting == positioning::Weighting::Cn0 && !receiver.options.signal.enabled) {
     weighting = positioning::Weighting::Equal;  // signals without C/N0 weigh alike
   }
+  choose_motion(request, receiver, filter.enabled);
   if (base) {
     base->fixed->settle(environment.city().frame);
     base->options =
@@ -291,7 +321,7 @@ Heatmap::Heatmap(const simulation::Environment& environment, simulation::Receive
     simulation::decide(base->options, environment);
   }
   impl_ = std::make_unique<Impl>(environment, std::move(receiver), std::move(base), std::move(request),
-                                 std::move(input_key));
+                                 std::move(input_key), filter);
 }
 Heatmap::~Heatmap() = default;
 Heatmap::Heatmap(Heatmap&&) noexcept = default;
@@ -316,7 +346,8 @@ std::string Heatmap::key() const {
                   impl_->input_key) +
       canonical_text(impl_->request, impl_->receiver, impl_->environment->klobuchar(),
                      impl_->base ? &*impl_->base : nullptr) +
-      (impl_->environment->errors() ? options::exact_text(impl_->environment->errors()->options()) : ""));
+      (impl_->environment->errors() ? options::exact_text(impl_->environment->errors()->options()) : "") +
+      (impl_->steady && impl_->request.motion.moves() ? options::exact_text(impl_->filter) : ""));
 }
 
 /// Computes all times of a unit at one altitude. Ends early where `go_on`, called after each finished time,

@@ -15,6 +15,7 @@
 #include "canyon/heatmap/kernels/tile_tracer.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/fwd.hpp"
+#include "canyon/simulation/map_motion.hpp"
 
 namespace canyon::heatmap {
 
@@ -29,6 +30,7 @@ struct Request {
   DrawOptions draws;
   CellReceiverOptions receivers;
   LimitOptions limits;
+  simulation::MapOptions motion{simulation::Motion::Standing};
   /// Throws InputError for empty, unordered, repeated or not finite values.
   void validate() const;
 };
@@ -104,6 +106,8 @@ class Heatmap {
   /// Any propagation model and receiver: a receiver that CellSolver fits is solved by it, another by a
   /// receiver::Receiver of its own for each cell and draw (slow; CellReceivers). Throws InputError for what
   /// does not validate().
+  /// Motion::Auto becomes one of the others: receivers in steady state with a position filter move, unless
+  /// their place is fixed; InputError for another that is asked to.
   /// @param environment must outlive it, and has no movable instances
   /// @param input_key identifies city and sky for the store's key (files and options)
   /// @param base whose corrections the receiver takes in layers of RTK, at a fixed place; InputError where
@@ -113,6 +117,7 @@ class Heatmap {
   ~Heatmap();
   Heatmap(Heatmap&&) noexcept;
 
+  /// With the motion chosen.
   [[nodiscard]] const Request& request() const;
   /// Work is cut into units: a tile with a chunk of times, tile by tile. There are at least 256 where tiles
   /// times times are as many.

@@ -75,6 +75,7 @@ TEST(HeatmapKey, ChangesWithEverythingThatValuesDependOn) {
   options::Document document;
   document.known = options::describe(request).paths();
   for (const options::Key& each : options::describe(request).keys) {
+    if (each.path == "motion") continue;  // only that of receivers with a filter may differ
     with_request(each.path.c_str(), [&](Request& r) {
       options::read(options::parse_yaml(nested(each.path, another_value(each)), document, ""), document, r);
     });

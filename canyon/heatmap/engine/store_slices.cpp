@@ -134,7 +134,9 @@ MapSource map_source(const Heatmap& heatmap, const TileStore& store,
   MapSource source;
   source.request = &heatmap.request();
   source.frame = environment.city().frame;
-  source.title = fmt::format("GNSS heat map of {}", environment.city().name);
+  const std::string motion = simulation::describe(heatmap.request().motion);
+  source.title = fmt::format("GNSS heat map of {}, receiver {}", environment.city().name, motion);
+  source.attributes["motion"] = motion;
   const propagation::PropagationOptions& paths = receiver.propagation;
   source.attributes["receiver"] = receiver.options.name;
   source.attributes["propagation_model"] =

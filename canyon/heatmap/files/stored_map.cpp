@@ -71,6 +71,7 @@ struct StoredMap::Impl {
   std::vector<double> altitudes_m;
   AltitudeKind altitude_kind = AltitudeKind::AboveTerrain;
   std::vector<Layer> layers;
+  std::string motion;
   std::vector<int> variables;  ///< of the layers
   int state = 0, checksum = 0;
   std::mutex mutex;         ///< over `pieces`
@@ -211,6 +212,7 @@ StoredMap::StoredMap(const std::filesystem::path& netcdf) : impl_(std::make_uniq
   impl_->read_grid();
   impl_->read_axes();
   impl_->find_layers();
+  impl_->motion = impl_->file.text(NC_GLOBAL, "motion").value_or("standing");
 }
 
 StoredMap::~StoredMap() = default;
@@ -233,6 +235,9 @@ AltitudeKind StoredMap::altitude_kind() const {
 }
 const std::vector<Layer>& StoredMap::layers() const {
   return impl_->layers;
+}
+const std::string& StoredMap::motion() const {
+  return impl_->motion;
 }
 
 namespace {
