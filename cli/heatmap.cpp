@@ -139,8 +139,11 @@ class MapRun {
     request_.draws = {arguments_.noise.draws, scenario_.seed};
     request_.receivers = arguments_.receivers;
     request_.limits = arguments_.limits;
-    request_.times = for_option(
-        "--times", [&] { return heatmap::parse_times(arguments_.times, scenario_start(scenario_)); });
+    std::vector<std::string> of_trajectory;
+    request_.times = for_option("--times", [&] {
+      return heatmap::parse_times(arguments_.times, scenario_start(scenario_, of_trajectory));
+    });
+    warn(of_trajectory);
     std::string instants = arguments_.times;
     std::replace(instants.begin(), instants.end(), '/', ',');
     for (const std::string_view piece : split(instants, ',')) {
