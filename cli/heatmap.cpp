@@ -143,8 +143,11 @@ class MapRun {
     if (arguments_.motion.motion != simulation::Motion::Auto) {
       request_.motion.motion = arguments_.motion.motion;
     }
-    request_.times = for_option(
-        "--times", [&] { return heatmap::parse_times(arguments_.times, scenario_start(scenario_)); });
+    std::vector<std::string> of_trajectory;
+    request_.times = for_option("--times", [&] {
+      return heatmap::parse_times(arguments_.times, scenario_start(scenario_, of_trajectory));
+    });
+    warn(of_trajectory);
     std::string instants = arguments_.times;
     std::replace(instants.begin(), instants.end(), '/', ',');
     for (const std::string_view piece : split(instants, ',')) {

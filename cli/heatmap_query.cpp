@@ -160,8 +160,9 @@ int query_place(const HeatmapQueryArguments& arguments, const StoredMap& map) {
 
 RouteReport report_of(const HeatmapQueryArguments& arguments, const StoredMap& map) {
   // Relative times count from the map's first one.
-  const simulation::Trajectory route =
-      simulation::read_trajectory(arguments.path, arguments.format, map.times().front());
+  const simulation::TrajectoryFile route =
+      simulation::read_trajectory_file(arguments.path, arguments.format, map.times().front());
+  print_warnings(route.warnings);
   heatmap::RouteOptions options = arguments.route;
   if (options.step_m == 0) options.step_m = 0.5 * map.grid().spacing_m;
   if (!arguments.time.empty()) options.start = parse_instant(arguments.time);
@@ -171,7 +172,7 @@ RouteReport report_of(const HeatmapQueryArguments& arguments, const StoredMap& m
   }
   return heatmap::report_route(
       [&map](const Vector2d& enu, double altitude_m, GpsTime time) { return map.at(enu, altitude_m, time); },
-      map.frame(), map.layers(), route, options);
+      map.frame(), map.layers(), route.trajectory, options);
 }
 
 std::string stretch_text(const heatmap::RouteStretch& stretch, const RouteReport& report,

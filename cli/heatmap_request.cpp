@@ -98,11 +98,14 @@ heatmap::AltitudeKind parse_altitude_kind(const std::string& text) {
   throw InputError(fmt::format("--altitude-kind '{}' is not known", text), "give terrain or ellipsoid");
 }
 
-std::optional<GpsTime> scenario_start(const simulation::Scenario& scenario) {
+std::optional<GpsTime> scenario_start(const simulation::Scenario& scenario,
+                                      std::vector<std::string>& warnings) {
   if (scenario.start) return scenario.start;
   if (!scenario.trajectory.file) return std::nullopt;
-  return simulation::read_trajectory(*scenario.trajectory.file, scenario.trajectory.format, GpsTime{})
-      .begin();
+  simulation::TrajectoryFile file =
+      simulation::read_trajectory_file(*scenario.trajectory.file, scenario.trajectory.format, GpsTime{});
+  warnings = std::move(file.warnings);
+  return file.trajectory.begin();
 }
 
 simulation::ReceiverConfig choose_receiver(const simulation::Scenario& scenario, const std::string& name,

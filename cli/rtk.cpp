@@ -122,8 +122,9 @@ std::function<std::optional<Geodetic>(geodesy::GpsTime)> read_truth(const RtkArg
     return [place](geodesy::GpsTime) { return std::optional(place); };
   }
   check_trajectory_format(arguments.truth_format);
-  auto path = simulation::read_trajectory(arguments.truth, arguments.truth_format, start);
-  return [path](geodesy::GpsTime time) -> std::optional<Geodetic> {
+  const auto file = simulation::read_trajectory_file(arguments.truth, arguments.truth_format, start);
+  print_warnings(file.warnings);
+  return [path = file.trajectory](geodesy::GpsTime time) -> std::optional<Geodetic> {
     if (time < path.begin() || time > path.end()) return std::nullopt;
     return path.at(time).position;
   };

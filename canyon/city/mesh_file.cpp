@@ -92,7 +92,7 @@ class MeshImport {
   City read() {
     options_.validate();
     const std::string extension = check_path();
-    if (extension == ".ply") check_ply_complete(path_);
+    if (extension == ".ply") check_ply(path_);
     if (extension == ".gltf" || extension == ".glb") check_gltf_extensions(path_);
     if (extension == ".stl") check_stl_complete(path_);
     marked_ = has_mesh_mark(path_);

@@ -26,19 +26,6 @@ std::string read_head(const std::filesystem::path& path, std::size_t bytes) {
   return head;
 }
 
-std::uintmax_t ply_type_size(std::string_view type) {
-  if (type == "char" || type == "uchar" || type == "int8" || type == "uint8") return 1;
-  if (type == "short" || type == "ushort" || type == "int16" || type == "uint16") return 2;
-  if (type == "double" || type == "float64") return 8;
-  return 4;
-}
-
-struct PlyHeader {
-  bool ascii = false;
-  std::uintmax_t elements = 0;       ///< one line each in an ASCII file
-  std::uintmax_t smallest_size = 0;  ///< of a binary file's data
-};
-
 }  // namespace
 
 FileFrame collada_frame(const std::filesystem::path& path) {
@@ -86,64 +73,6 @@ Eigen::Matrix3d z_up_from(UpAxis up) {
   if (up == UpAxis::Y) r << 1, 0, 0, 0, 0, -1, 0, 1, 0;
   if (up == UpAxis::X) r << 0, -1, 0, 0, 0, -1, 1, 0, 0;
   return r;
-}
-
-void check_ply_complete(const std::filesystem::path& path) {
-  std::error_code error;
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
-  if (error) return;  // Assimp says what is wrong
-  std::ifstream in(path, std::ios::binary);
-  PlyHeader header;
-  std::uintmax_t count = 0;
-  bool faces = false;
-  bool ended = false;
-  std::string line;
-  for (int number = 1; std::getline(in, line); ++number) {
-    const auto words = split_blanks(line);
-    if (number == 1 && trim(line) != "ply") return;  // Assimp says what it is not
-    if (words.empty()) continue;
-    if (words[0] == "format" && words.size() > 1) header.ascii = words[1] == "ascii";
-    if (words[0] == "element" && words.size() > 2) {
-      const std::optional<long long> value = parse_integer(words[2]);
-      if (!value || *value < 0) {
-        throw InputError(path, number, fmt::format("'{}' {} elements", words[2], words[1]),
-                         "export it again");
-      }
-      count = static_cast<std::uintmax_t>(*value);
-      // Each takes a byte at least; more would overflow the sums below.
-      if (count > size) {
-        throw InputError(path, number, fmt::format("promises {} elements in {} bytes", count, size),
-                         kCutShort);
-      }
-      faces = words[1] == "face";
-      header.elements += count;
-    }
-    if (words[0] == "property" && words.size() > 2) {
-      const bool list = words[1] == "list" && words.size() > 4;
-      const std::uintmax_t each = list ? ply_type_size(words[2]) + (faces ? 3 * ply_type_size(words[3]) : 0)
-                                       : ply_type_size(words[1]);
-      header.smallest_size += count * each;
-    }
-    if (words[0] == "end_header") {
-      ended = true;
-      break;
-    }
-  }
-  if (!ended) throw InputError(path, 0, "has no end_header", kCutShort);
-  if (header.ascii) {
-    std::uintmax_t lines = 0;
-    while (lines < header.elements && std::getline(in, line)) lines += trim(line).empty() ? 0U : 1U;
-    if (lines < header.elements) {
-      throw InputError(path, 0, fmt::format("has {} of {} lines of data", lines, header.elements), kCutShort);
-    }
-    return;
-  }
-  // There is no place behind the last byte.
-  const std::uintmax_t data = in.eof() ? 0 : size - static_cast<std::uintmax_t>(in.tellg());
-  if (data < header.smallest_size) {
-    throw InputError(path, 0, fmt::format("has {} of at least {} bytes of data", data, header.smallest_size),
-                     kCutShort);
-  }
 }
 
 void check_stl_complete(const std::filesystem::path& path) {

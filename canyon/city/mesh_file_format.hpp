@@ -24,10 +24,10 @@ struct FileFrame {
 /// "up_axis"; glTF 2.0, 3.4).
 [[nodiscard]] Eigen::Matrix3d z_up_from(UpAxis up);
 
-/// Throws InputError where a PLY file is shorter than its header promises, which Assimp does not notice:
-/// ASCII files by lines, binary ones by bytes (lists of faces counted as triangles, so a file of larger
-/// polygons may pass).
-void check_ply_complete(const std::filesystem::path& path);
+/// Throws InputError for a PLY file that is no whole mesh, which Assimp does not notice or survive: data
+/// shorter than the header promises, types and counts that are none, coordinates that are not finite, faces
+/// without vertices or with vertices that are not there.
+void check_ply(const std::filesystem::path& path);
 
 /// Throws InputError where an ASCII STL file lacks its "endsolid". Binary files are left to Assimp.
 void check_stl_complete(const std::filesystem::path& path);

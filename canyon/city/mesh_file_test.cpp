@@ -109,6 +109,28 @@ std::string ply(const Soup& soup) {
   return text;
 }
 
+std::string ply_binary(const Soup& soup) {
+  std::string text = ply({});
+  const auto put = [&text](auto value) {
+    char bytes[sizeof value];
+    std::memcpy(bytes, &value, sizeof value);
+    text.append(bytes, sizeof value);
+  };
+  const auto replace = [&text](std::string_view from, const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+  };
+  replace("ascii", "binary_little_endian");
+  replace("vertex 0", "vertex " + std::to_string(soup.vertices.size()));
+  replace("face 0", "face " + std::to_string(soup.triangles.size()));
+  for (const auto& v : soup.vertices)
+    for (int k = 0; k < 3; ++k) put(static_cast<float>(v[k]));
+  for (const auto& t : soup.triangles) {
+    put(std::uint8_t{3});
+    for (const std::uint32_t i : t) put(static_cast<std::int32_t>(i));
+  }
+  return text;
+}
+
 std::string stl_ascii(const Soup& soup) {
   std::string text = "solid house\n";
   for (const auto& t : soup.triangles) {
@@ -540,6 +562,25 @@ TEST_F(MeshFile, DamagedFiles) {
   const std::string points = ply(box());
   EXPECT_THAT(error_of(write("cut.ply", points.substr(0, points.size() - 60))),
               HasSubstr("cut.ply: has 13 of 20 lines"));
+  const auto damaged = [&](std::string_view from, std::string_view to) {
+    std::string text = points;
+    return error_of(write("bad.ply", text.replace(text.find(from), from.size(), to)));
+  };
+  const std::size_t faces = points.find("\n3 ");
+  const std::string face = points.substr(faces, points.find('\n', faces + 1) - faces);
+  EXPECT_THAT(damaged(face, "\n3 0 1 8"), HasSubstr("bad.ply:18: face 0 names vertex 8 of 8"));
+  EXPECT_THAT(damaged(face, "\n3 0 1 -1"), HasSubstr("names vertex -1 of 8"));
+  EXPECT_THAT(damaged(face, "\n0"), HasSubstr("face 0 has vertex_indices in a list of 0"));
+  EXPECT_THAT(damaged(face, "\n3 0 one 2"), HasSubstr("'one' where a number is needed"));
+  EXPECT_THAT(damaged("end_header\n", "end_header\nnan"), HasSubstr("vertex 0 has the coordinate x = nan"));
+  EXPECT_THAT(damaged("list uchar int", "list float int"), HasSubstr("bad.ply:8: is no property"));
+  const std::string soup = ply_binary(box());
+  expect_box(read_mesh_city(write("b.ply", soup), {}));
+  std::string far = soup, long_list = soup;
+  far[far.size() - 1] = '\x40';  // the high byte of the last vertex of the last face
+  EXPECT_THAT(error_of(write("far.ply", far)), HasSubstr("far.ply: face 11 names vertex "));
+  long_list[long_list.size() - 13] = '\xff';
+  EXPECT_THAT(error_of(write("long.ply", long_list)), HasSubstr("long.ply: ends within its data"));
   // 2^61 elements of 8 bytes are 2^64 bytes: 0 to a counter of 64 bits.
   EXPECT_THAT(error_of(write("many.ply",
                              "ply\nformat binary_little_endian 1.0\nelement vertex 2305843009213693952\n"

@@ -133,10 +133,13 @@ class MavlinkPoses final : public PoseDecoder {
   }
   void place(PoseReport& report, std::string_view name, double latitude_deg, double longitude_deg,
              double height_m) {
-    if (on_earth(latitude_deg, longitude_deg)) {
+    // Autopilots without a fix send 0, 0 or the largest integers.
+    if (latitude_deg == 0 && longitude_deg == 0) {
+      complaint_ = fmt::format("{} at latitude 0, longitude 0, as before a fix", name);
+    } else if (on_earth(latitude_deg, longitude_deg) && std::isfinite(height_m)) {
       report.place = geodesy::Geodetic::from_degrees(latitude_deg, longitude_deg, height_m);
     } else {
-      complaint_ = fmt::format("{} with a latitude or longitude out of range", name);
+      complaint_ = fmt::format("{} with a latitude, longitude or height out of range", name);
     }
   }
 

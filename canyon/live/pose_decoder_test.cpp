@@ -267,6 +267,15 @@ TEST(MavlinkPoses, WithoutTimesAVehicleMayStand) {
   EXPECT_TRUE(source.take_notes().empty());
 }
 
+TEST(MavlinkPoses, PlacesBeforeAFixAreNone) {
+  const auto decoder = make_decoder(options(PoseFormat::MAVLink));
+  mavlink::HilStateQuaternion state;
+  state.ned_from_frd = to_mavlink(skew());
+  state.altitude_m = 37;
+  for (const PoseReport& report : received(*decoder, frame(state))) EXPECT_FALSE(report.place);
+  EXPECT_THAT(decoder->take_complaint(), HasSubstr("before a fix"));
+}
+
 TEST(MavlinkPoses, OdometrySaysItsFrames) {
   const auto decoder = make_decoder(options(PoseFormat::MAVLink));
   mavlink::Odometry m;

@@ -14,6 +14,7 @@ namespace {
 using test::error_of;
 using test::TemporaryFolder;
 using ::testing::HasSubstr;
+using namespace std::string_literals;
 
 // A track as the GPX 1.1 schema has it (topografix.com/GPX/1/1), with what must be passed over around it.
 constexpr const char* kGpx = R"(<?xml version="1.0"?>
@@ -103,6 +104,42 @@ TEST(TrackFile, SegmentsComeInOrderOfTime) {
   EXPECT_THAT(track.warnings, ::testing::Contains(HasSubstr("1 points without a time")));
   EXPECT_THAT(track.warnings,
               ::testing::Contains(HasSubstr("3 points have no height: that of the point before")));
+}
+
+TEST(TrackFile, OneWrongValueCostsOnePoint) {
+  const TemporaryFolder folder;
+  const auto read = [&](const std::string& wrong, const std::string& format) {
+    std::string text;
+    for (int i = 10; i < 16; ++i) {
+      const std::string n = std::to_string(i);
+      if (i == 12) {
+        text += wrong;
+      } else if (format == "gpx") {
+        text += "<trkpt lat=\"48.00" + n + "\" lon=\"11\"><ele>5</ele><time>2026-06-01T08:00:" + n +
+                "Z</time></trkpt>\n";
+      } else {
+        text += "<when>2026-06-01T08:00:" + n + "Z</when><gx:coord>11 48.00" + n + " 5</gx:coord>\n";
+      }
+    }
+    if (format == "kml") text = "<gx:Track>" + text + "</gx:Track>";
+    return read_trajectory_file(folder.write("a", text), format, {});
+  };
+  const std::string time = "<time>2026-06-01T08:00:12Z</time>";
+  const std::string when = "<when>2026-06-01T08:00:12Z</when>";
+  for (const auto& [wrong, format] :
+       {std::pair("<trkpt lat=\"91\" lon=\"11\">" + time + "</trkpt>", "gpx"),
+        std::pair("<trkpt lat=\"48\" lo=\"11\">" + time + "</trkpt>", "gpx"),
+        std::pair("<trkpt lat=\"48\" lon=\"11\"><time>noon</time></trkpt>"s, "gpx"),
+        std::pair("<trkpt lat=\"48\" lon=\"11\"><ele>x</ele>" + time + "</trkpt>", "gpx"),
+        std::pair(when + "<gx:coord>11 91 5</gx:coord>", "kml"),
+        std::pair("<when>noon</when><gx:coord>11 48 5</gx:coord>"s, "kml")}) {
+    const TrajectoryFile file = read(wrong, format);
+    EXPECT_DOUBLE_EQ(file.trajectory.end() - file.trajectory.begin(), 5) << wrong;
+    EXPECT_THAT(file.warnings, ::testing::Contains(::testing::AllOf(HasSubstr("a:3: "),
+                                                                    HasSubstr("this record is left out"))))
+        << wrong;
+  }
+  EXPECT_THAT(error_of([&] { (void)read(when, "kml"); }).what(), HasSubstr("6 times for 5 places"));
 }
 
 TEST(TrackFile, KmlTracksAndModesOfHeight) {

@@ -89,7 +89,7 @@ void add_own_fixes(const std::filesystem::path& nmea, const simulation::Trajecto
                    Recording& recording) {
   simulation::NmeaFixes own =
       simulation::read_nmea_fixes(nmea, recording.residuals.epochs.front().reception, heights);
-  for (const auto& [time, place] : own.fixes) {
+  for (const auto& [time, place, line] : own.fixes) {
     if (!truth.covers(time)) continue;
     const geodesy::Geodetic antenna = simulation::mounted_antenna(truth.at(time), lever_arm_m).position;
     recording.own_fixes.push_back(
@@ -100,7 +100,7 @@ void add_own_fixes(const std::filesystem::path& nmea, const simulation::Trajecto
     throw InputError(
         nmea, 0,
         fmt::format("none of its {} fixes ({} to {}) is in the truth", own.fixes.size(),
-                    format_gpst(own.fixes.front().first, 0), format_gpst(own.fixes.back().first, 0)),
+                    format_gpst(own.fixes.front().time, 0), format_gpst(own.fixes.back().time, 0)),
         "give the recorded receiver's own output during the recording");
   }
   recording.warnings.insert(recording.warnings.end(), own.warnings.begin(), own.warnings.end());

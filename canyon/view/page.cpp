@@ -13,6 +13,7 @@
 
 #include "canyon/base/base64.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/input_file.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/view/header.hpp"
@@ -49,11 +50,9 @@ std::string for_script(const std::string& json) {
 }  // namespace
 
 std::string read_bytes(const std::filesystem::path& path) {
+  check_input_file(path);
   std::ifstream in(path, std::ios::binary);
-  std::error_code error;
-  if (!in || std::filesystem::is_directory(path, error)) {
-    throw InputError(path, 0, "cannot be read", "check its name and permissions");
-  }
+  if (!in) throw InputError(path, 0, "cannot be read", "check its name and permissions");
   return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 

@@ -43,8 +43,9 @@ class Run:
         How long the engine took [s].
     """
 
-    def __init__(self, simulation: "Simulation", result: Dict[str, Any]) -> None:
+    def __init__(self, simulation: "Simulation", result: Dict[str, Any], paths: bool = False) -> None:
         self._simulation = simulation
+        self._paths = paths
         self._epochs: List[List[Epoch]] = result["epochs"]
         self.receivers = simulation.receivers
         self.summaries: List[Dict[str, Any]] = result["summaries"]
@@ -65,11 +66,13 @@ class Run:
         Parameters
         ----------
         name : {"epochs", "satellites", "signals", "paths"}
-            Paths are there where the run kept them (``paths=True``).
+            Paths are there where the run kept them (``paths=True``); else :class:`canyon.InputError`.
         receiver : int or str
             Index or name.
         """
         index = self._index(receiver)
+        if name == "paths" and not self._paths:
+            raise InputError("the run did not keep its paths", "run it with paths=True")
         columns = _canyon.table(self._epochs[index], name)
         return Table(name, columns, {"receiver": self.receivers[index], "source": f"Canyon {_canyon.__version__}"})
 
@@ -82,6 +85,16 @@ class Run:
     def satellites(self) -> Table:
         """Table: Every satellite above the horizon at every epoch of the first receiver."""
         return self.table("satellites")
+
+    @property
+    def signals(self) -> Table:
+        """Table: Every signal of the first receiver's satellites at every epoch."""
+        return self.table("signals")
+
+    @property
+    def paths(self) -> Table:
+        """Table: Every path to the first receiver at every epoch; of a run with ``paths=True``."""
+        return self.table("paths")
 
     @property
     def summary(self) -> Dict[str, Any]:
@@ -180,7 +193,7 @@ class Simulation(_canyon.Simulation):
         Interrupted
             On Ctrl-C, with the epochs until then as ``result``; files in `out` are whole.
         """
-        result = Run(self, self._run(threads, paths, out))
+        result = Run(self, self._run(threads, paths, out), paths)
         if result.interrupted:
             raise Interrupted(f"interrupted: {len(result)} of {len(self)} epochs finished", result)
         return result

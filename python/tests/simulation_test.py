@@ -84,6 +84,14 @@ class Run(unittest.TestCase):
                     np.testing.assert_allclose(table[column], written, rtol=1e-15, atol=0.51 * 10.0**-digits, err_msg=column)
                 self.assertTrue(all(table.column_attributes(column)["long_name"] for column in table))
 
+    def test_paths_that_were_not_kept_are_an_error(self):
+        with self.assertRaisesRegex(canyon.InputError, "paths=True"):
+            self.run_.to_pandas("paths")
+        with self.assertRaisesRegex(canyon.InputError, "paths=True"):
+            self.run_.paths
+        self.assertGreater(self.run_.signals.rows, 0)
+        self.assertGreater(canyon.simulate(self.scenario, paths=True).paths.rows, 0)
+
     def test_stream_is_the_run(self):
         streamed = [epoch.error_enu_m for epoch in canyon.Simulation(self.scenario)]
         kept = [epoch.error_enu_m for epoch in self.run_.epochs_of("car")]

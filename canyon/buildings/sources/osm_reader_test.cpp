@@ -197,12 +197,17 @@ TEST_F(OsmReader, LeavesOutAndCountsWhatDoesNotStandThere) {
                                         {{"abandoned:building", "house"}},
                                         {{"building", "yes"}, {"razed", "yes"}},
                                         {{"building", "no"}},
-                                        {{"building:part", "yes"}, {"indoor", "room"}}};
+                                        {{"building:part", "yes"}, {"indoor", "room"}},
+                                        {{"building", "ruins"}},
+                                        {{"building", "construction"}, {"construction", "house"}},
+                                        {{"building", "yes"}, {"end_date", "2011-05"}}};
   const std::vector<OsmText::Tags> there{{{"building", "yes"}, {"layer", "-1"}, {"height", "12"}},
                                          {{"building", "yes"}, {"layer", "-1"}, {"building:levels", "2"}},
                                          {{"building", "yes"}, {"layer", "1"}},
                                          {{"building", "new"}, {"demolished:building", "old"}},
-                                         {{"building", "yes"}, {"indoor", "no"}}};
+                                         {{"building", "yes"}, {"indoor", "no"}},
+                                         {{"disused:building", "factory"}},
+                                         {{"building", "construction"}, {"height", "12"}}};
   std::int64_t id = 0;
   for (const auto* list : {&gone, &there}) {
     for (const OsmText::Tags& tags : *list) {
@@ -211,11 +216,13 @@ TEST_F(OsmReader, LeavesOutAndCountsWhatDoesNotStandThere) {
     }
   }
   const MapData map = read(text);
-  EXPECT_THAT(ids(map), ElementsAre("way/10", "way/11", "way/12", "way/13", "way/14"));
+  EXPECT_THAT(ids(map), ElementsAre("way/13", "way/14", "way/15", "way/16", "way/17", "way/18", "way/19"));
   EXPECT_THAT(map.warnings,
               ElementsAre("1 left out, building=no: way/8",
                           "4 left out, demolished or not built: way/4, way/5, way/6, way/7",
-                          "1 left out, indoor: way/9", "3 left out, underground: way/1, way/2, way/3"));
+                          "2 left out, in ruins or under construction, without a height: way/10, way/11",
+                          "1 left out, indoor: way/9", "3 left out, underground: way/1, way/2, way/3",
+                          "1 left out, with an end_date: way/12"));
 }
 
 TEST_F(OsmReader, SkipsWhatIsIncompleteByName) {

@@ -15,6 +15,11 @@ constexpr std::array<std::string_view, 12> kLifecyclePrefixes{
     "dismantled", "proposed", "planned", "construction", "historic",  "ruined"};
 constexpr std::array<std::string_view, 9> kGoneValues{
     "demolished", "razed", "removed", "destroyed", "dismantled", "collapsed", "proposed", "planned", "was"};
+// Of what stands, no more than a stated height is known.
+constexpr std::array<std::string_view, 4> kUnfinishedValues{"construction", "ruins", "ruin", "foundation"};
+
+/// A building that nobody uses stands (OSM wiki, "Key:disused:*").
+constexpr const char* kDisused = "disused:building";
 
 std::string_view get(const TagMap& tags, const char* key) {
   const auto found = tags.find(key);
@@ -56,6 +61,11 @@ std::string reason_to_leave_out(const TagMap& tags, std::string_view value) {
   for (const std::string_view gone : kGoneValues) {
     if (get(tags, std::string(gone).c_str()) == "yes") return "demolished or not built";
   }
+  const bool unfinished =
+      std::find(kUnfinishedValues.begin(), kUnfinishedValues.end(), value) != kUnfinishedValues.end();
+  if (unfinished && !positive(get(tags, "height")) && !positive(get(tags, "building:levels")))
+    return "in ruins or under construction, without a height";
+  if (!get(tags, "end_date").empty()) return "with an end_date";
   const std::string_view indoor = get(tags, "indoor");
   if ((!indoor.empty() && indoor != "no") || get(tags, "location") == "indoor") return "indoor";
   if (underground(tags)) return "underground";
@@ -65,12 +75,14 @@ std::string reason_to_leave_out(const TagMap& tags, std::string_view value) {
 }  // namespace
 
 bool key_matters(std::string_view key, bool foliage) {
-  if (key == "building" || key == "building:part" || !lifecycle_prefix(key).empty()) return true;
+  if (key == "building" || key == "building:part" || key == kDisused || !lifecycle_prefix(key).empty())
+    return true;
   return foliage && (key == "natural" || key == "landuse");
 }
 
 OsmClass classify(const TagMap& tags, bool foliage) {
-  const std::string_view building = get(tags, "building");
+  std::string_view building = get(tags, "building");
+  if (building.empty()) building = get(tags, kDisused);
   const std::string_view part = get(tags, "building:part");
   if (!building.empty() && building != "no") {
     return {FeatureKind::Building, reason_to_leave_out(tags, building)};

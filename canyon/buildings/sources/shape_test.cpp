@@ -56,6 +56,8 @@ TEST(ParseLength, ReadsTheUnitsOfTheMap) {
                                                           {"6\"", 0.1524},
                                                           {"3\xE2\x80\xB2 6\xE2\x80\xB3", 1.0668},
                                                           {"540 M", 540},
+                                                          {"~30", 30},
+                                                          {"ca. 12'6\"", 3.81},
                                                           {"1 mi", 1609.344}};
   for (const auto& [text, metres] : cases) {
     const auto length = parse_length_m(text);
@@ -66,8 +68,8 @@ TEST(ParseLength, ReadsTheUnitsOfTheMap) {
 
 TEST(ParseLength, RefusesWhatIsNoSingleLength) {
   for (const char* text :
-       {"",    " ",   "m",    "high",   "12 storeys", "12-15",  "~12", "12;15", "1,500", "1.2.3",    "nan",
-        "inf", "1e3", "0x10", "3'13\"", "3'-6\"",     "3'6\"7", "'",   "--3",   "3 6",   "12 m high"}) {
+       {"",    " ",   "m",    "high",   "12 storeys", "12-15",  "~", "12;15", "1,500", "1.2.3",    "nan",
+        "inf", "1e3", "0x10", "3'13\"", "3'-6\"",     "3'6\"7", "'", "--3",   "3 6",   "12 m high"}) {
     EXPECT_FALSE(parse_length_m(text)) << text;
   }
   EXPECT_FALSE(parse_length_m(std::string(1000, '9')));

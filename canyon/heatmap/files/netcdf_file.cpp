@@ -12,6 +12,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "canyon/base/input_file.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 
@@ -114,9 +115,7 @@ NetcdfFile NetcdfFile::create(const std::filesystem::path& at, const std::filesy
 }
 
 NetcdfFile NetcdfFile::open(const std::filesystem::path& path) {
-  std::error_code ignored;
-  if (!std::filesystem::exists(path, ignored)) throw InputError(path, 0, "no such file");
-  if (std::filesystem::is_directory(path, ignored)) throw InputError(path, 0, "is a folder");
+  check_input_file(path);
   NetcdfFile file(path);
   file.check_read(call(nc_open, path.c_str(), NC_NOWRITE, &file.id_));
   return file;

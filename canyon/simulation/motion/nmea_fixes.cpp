@@ -125,8 +125,12 @@ Gga read_gga(const TextFile& file, const Sentence& gga) {
   const auto quality = parse_integer(gga.field(6));
   result.fix = quality && *quality != 0 && !gga.field(2).empty() && !gga.field(1).empty();
   if (!result.fix) return result;
-  result.altitude = !gga.field(9).empty();
-  result.separation = !gga.field(11).empty();
+  result.altitude = !is_missing(gga.field(9));
+  result.separation = !is_missing(gga.field(11));
+  for (const std::size_t unit : {std::size_t{10}, std::size_t{12}}) {
+    if (gga.field(unit).empty() || lower_case(gga.field(unit)) == "m") continue;
+    throw file.error(fmt::format("the unit '{}' of a height is not M", gga.field(unit)), "GGA has metres");
+  }
   double height_m = result.altitude ? nmea_number(file, gga.field(9), "altitude") : 0;
   if (result.separation) height_m += nmea_number(file, gga.field(11), "geoid separation");
   const double latitude_deg = nmea_angle_deg(file, gga.field(2), gga.field(3), "NS", 90, "latitude");
@@ -198,8 +202,8 @@ std::optional<Dated> read_date(const TextFile& file, const Sentence& sentence) {
 struct NmeaLog {
   std::vector<Gga> ggas;
   std::vector<Dated> dates;
-  std::size_t damaged = 0, without_fix = 0;
-  std::optional<InputError> first_error;  ///< of a sentence that is whole and makes no sense
+  Counted damaged, without_fix;
+  BadRecords bad;  ///< sentences that are whole and make no sense
 };
 
 NmeaLog read_log(TextFile& file) {
@@ -210,29 +214,29 @@ NmeaLog read_log(TextFile& file) {
     if (!gga && !sentence.is("RMC") && !sentence.is("ZDA")) return;
     any_checked = any_checked || sentence.checked;
     if (gga && sentence.fields.size() < kGgaFields) {
-      ++log.damaged;
+      log.damaged.add(file.line());
       return;
     }
-    try {
+    log.bad.guard([&] {
       if (gga) {
         log.ggas.push_back(read_gga(file, sentence));
-        log.without_fix += log.ggas.back().fix ? 0 : 1;
+        if (!log.ggas.back().fix) log.without_fix.add(file.line());
       } else if (auto dated = read_date(file, sentence)) {
         dated->before = log.ggas.size();
         log.dates.push_back(*dated);
       }
-    } catch (const InputError& e) {
-      ++log.damaged;
-      if (!log.first_error) log.first_error = e;
-    }
+    });
   };
-  while (const auto line = file.next_line()) log.damaged += each_sentence(*line, take);
+  while (const auto line = file.next_line()) {
+    for (std::size_t damaged = each_sentence(*line, take); damaged > 0; --damaged)
+      log.damaged.add(file.line());
+  }
   if (!any_checked) return log;
   // Where sentences have checksums, one without is cut short: its last number may be.
   for (Gga& gga : log.ggas) {
     if (gga.checked || !gga.fix) continue;
     gga.fix = false;
-    ++log.damaged;
+    log.damaged.add(gga.line);
   }
   log.dates.erase(
       std::remove_if(log.dates.begin(), log.dates.end(), [](const Dated& d) { return !d.checked; }),
@@ -316,14 +320,14 @@ std::vector<std::int64_t> unwrapped(const std::vector<Gga>& ggas) {
 }
 
 InputError nothing_usable(const TextFile& file, const NmeaLog& log, std::size_t without_altitude) {
-  if (log.first_error) return *log.first_error;
+  if (log.bad.first()) return *log.bad.first();
   if (without_altitude > 0) {
     return {file.path(), 0, fmt::format("none of its {} fixes has an altitude", without_altitude),
             "trajectory.height_above_terrain_m does without"};
   }
   return {file.path(), 0,
           fmt::format("no usable GGA sentence ({} without fix, {} damaged or with a wrong checksum)",
-                      log.without_fix, log.damaged),
+                      log.without_fix.count, log.damaged.count),
           "expected lines like $GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47"};
 }
 
@@ -336,7 +340,7 @@ NmeaFixes read_nmea_fixes(const std::filesystem::path& path, GpsTime start, cons
   const GpsTime first_midnight = trusted_dates(log, since_ns).value_or(midnight_of(start));
   NmeaFixes result;
   result.has_own_dates = !log.dates.empty();
-  std::size_t without_altitude = 0, without_separation = 0;
+  Counted without_altitude, without_separation;
   double last_height_m = 0;
   for (std::size_t i = 0; i < log.ggas.size(); ++i) {
     const Gga& gga = log.ggas[i];
@@ -346,25 +350,27 @@ NmeaFixes read_nmea_fixes(const std::filesystem::path& path, GpsTime start, cons
                        "no RMC or ZDA sentence has the date of a fix, and the scenario has no start",
                        "add 'start: 2026-01-01T12:00:00Z' to the scenario");
     }
-    without_altitude += gga.altitude ? 0 : 1;
+    if (!gga.altitude) without_altitude.add(gga.line);
     if (!gga.altitude && heights.needed) continue;
     Geodetic place = gga.place;
     if (!gga.altitude) {
       place.height_m = last_height_m;
     } else if (!gga.separation) {
-      ++without_separation;
+      without_separation.add(gga.line);
       place.height_m += heights.geoid_undulation_m;
     }
     last_height_m = place.height_m;
     const std::int64_t day = day_of(log.dates, i, gga.time_of_day_ns) + floor_days(since_ns[i]);
     const GpsTime noon =
         first_midnight + std::chrono::nanoseconds(day * kNanosecondsPerDay + kNanosecondsPerDay / 2);
-    result.fixes.emplace_back(midnight_of(noon) + std::chrono::nanoseconds(gga.time_of_day_ns), place);
+    result.fixes.push_back(
+        {midnight_of(noon) + std::chrono::nanoseconds(gga.time_of_day_ns), place, gga.line});
   }
-  if (result.fixes.empty()) throw nothing_usable(file, log, without_altitude);
+  if (result.fixes.empty()) throw nothing_usable(file, log, without_altitude.count);
   FileNotes notes(path);
+  log.bad.say(result.fixes.size(), notes);
   keep_rising(result.fixes, notes);
-  notes.say(log.damaged, "damaged lines (cut short, or with a wrong checksum or value) skipped");
+  notes.say(log.damaged, "damaged lines (cut short, or with a wrong checksum) skipped");
   notes.say(log.without_fix, "GGA lines without a fix skipped");
   notes.say(without_altitude,
             heights.needed ? "GGA lines without an altitude skipped; height_above_terrain_m does without"

@@ -9,13 +9,14 @@
 
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/geodesy/gps_time.hpp"
+#include "canyon/simulation/motion/recorded_path.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 
 namespace canyon::simulation {
 
 /// Positions that a receiver reported.
 struct NmeaFixes {
-  std::vector<std::pair<geodesy::GpsTime, geodesy::Geodetic>> fixes;  ///< in order of time, at least one
+  RecordedPoints fixes;               ///< in order of time, at least one
   bool has_own_dates = true;          ///< false: the file has times of day, dates are from `start`
   std::vector<std::string> warnings;  ///< skipped lines, counted by reason
 };

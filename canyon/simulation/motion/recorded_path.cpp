@@ -20,6 +20,9 @@ constexpr double kFarDate_s = 100 * 86'400.0;
 constexpr double kJump_mps = 1000;
 constexpr double kNearZero_m = 10e3;
 constexpr double kHigh_m = 50e3;
+constexpr double kSpike_m = 15;
+constexpr double kSpike_mps2 = 20;
+constexpr double kOneVehicle_m = 100;
 
 double distance_m(const Geodetic& a, const Geodetic& b) {
   return (geodesy::ecef_from_geodetic(a) - geodesy::ecef_from_geodetic(b)).norm();
@@ -29,24 +32,91 @@ bool is_zero(const Geodetic& place) {
   return std::abs(place.latitude_rad) < 1e-9 && std::abs(place.longitude_rad) < 1e-9;
 }
 
-/// Removes the points that are marked; returns how many.
-std::size_t erase_marked(RecordedPoints& points, const std::vector<bool>& marked) {
+/// Removes the points that are marked.
+Counted erase_marked(RecordedPoints& points, const std::vector<bool>& marked) {
+  Counted erased;
   std::size_t kept = 0;
-  for (std::size_t i = 0; i < points.size(); ++i)
-    if (!marked[i]) points[kept++] = points[i];
-  const std::size_t erased = points.size() - kept;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (marked[i]) {
+      erased.add(points[i].line);
+    } else {
+      points[kept++] = points[i];
+    }
+  }
   points.resize(kept);
   return erased;
 }
 
-std::size_t leave_out_far_dates(RecordedPoints& points) {
+/// Distances of points from the straight way between two others.
+class Deviations {
+ public:
+  explicit Deviations(const RecordedPoints& points) : points_(points) {
+    for (const auto& point : points) ecef_.push_back(geodesy::ecef_from_geodetic(point.place));
+  }
+  /// Of point b from the way from a to c, at b's time [m].
+  [[nodiscard]] double m(std::size_t a, std::size_t b, std::size_t c) const {
+    const double share = (points_[b].time - points_[a].time) / (points_[c].time - points_[a].time);
+    return (ecef_[b] - ecef_[a] - share * (ecef_[c] - ecef_[a])).norm();
+  }
+  /// Whether the way a, b, c is beyond what vehicles do: `m` needs more than kSpike_mps2.
+  [[nodiscard]] bool impossible(std::size_t a, std::size_t b, std::size_t c, double limit_m) const {
+    const double product_s2 = (points_[b].time - points_[a].time) * (points_[c].time - points_[b].time);
+    const double off_m = m(a, b, c);
+    return off_m > limit_m && 2 * off_m > kSpike_mps2 * product_s2;
+  }
+
+ private:
+  const RecordedPoints& points_;
+  std::vector<Eigen::Vector3d> ecef_;
+};
+
+/// Whether point i of n is off while the points around it lie on one way without it.
+bool is_spike(const Deviations& off, std::size_t i, std::size_t n, double limit_m) {
+  constexpr double kCalm = 0.25;
+  if (i == 0 || i + 1 == n) {
+    const std::size_t next = i == 0 ? 1 : n - 2;
+    if (!off.impossible(next - 1, next, next + 1, limit_m) || is_spike(off, next, n, limit_m)) return false;
+    const double calm_m = i == 0 ? off.m(1, 2, 3) : off.m(n - 4, n - 3, n - 2);
+    return calm_m < kCalm * off.m(next - 1, next, next + 1);
+  }
+  if (!off.impossible(i - 1, i, i + 1, limit_m)) return false;
+  const double off_m = kCalm * off.m(i - 1, i, i + 1);
+  return (i < 2 || off.m(i - 2, i - 1, i + 1) < off_m) && (i + 2 >= n || off.m(i - 1, i + 1, i + 2) < off_m);
+}
+
+void leave_out_spikes(RecordedPoints& points, FileNotes& notes) {
+  const std::size_t n = points.size();
+  if (n < 5) return;
+  const Deviations off(points);
+  std::vector<double> all_m;
+  for (std::size_t i = 1; i + 1 < n; ++i) all_m.push_back(off.m(i - 1, i, i + 1));
+  const auto middle = all_m.begin() + static_cast<std::ptrdiff_t>(all_m.size() / 2);
+  std::nth_element(all_m.begin(), middle, all_m.end());
+  const double limit_m = std::max(kSpike_m, 10 * *middle);
+  std::size_t jumps = 0;
+  std::vector<bool> marked(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    marked[i] = is_spike(off, i, n, limit_m);
+    if (i > 0 && i + 1 < n && off.impossible(i - 1, i, i + 1, kSpike_m)) ++jumps;
+  }
+  if (2 * jumps > n) {
+    notes.say(
+        fmt::format("most points are off the way between their neighbours, by {:.0f} m: is it of "
+                    "several receivers? keep one",
+                    *middle));
+  }
+  notes.say(erase_marked(points, marked),
+            "points are left out: they are far off the way from the point before to the one behind");
+}
+
+Counted leave_out_far_dates(RecordedPoints& points) {
   std::vector<GpsTime> times;
   times.reserve(points.size());
-  for (const auto& point : points) times.push_back(point.first);
+  for (const auto& point : points) times.push_back(point.time);
   const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
   std::nth_element(times.begin(), middle, times.end());
   std::vector<bool> far(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) far[i] = std::abs(points[i].first - *middle) > kFarDate_s;
+  for (std::size_t i = 0; i < points.size(); ++i) far[i] = std::abs(points[i].time - *middle) > kFarDate_s;
   return erase_marked(points, far);
 }
 
@@ -54,11 +124,39 @@ std::size_t leave_out_far_dates(RecordedPoints& points) {
 std::vector<std::size_t> stretch_ends(const RecordedPoints& points) {
   std::vector<std::size_t> ends;
   for (std::size_t i = 1; i < points.size(); ++i) {
-    const double limit_m = kJump_mps * (points[i].first - points[i - 1].first);
-    if (distance_m(points[i].second, points[i - 1].second) > limit_m) ends.push_back(i);
+    const double limit_m = kJump_mps * (points[i].time - points[i - 1].time);
+    if (distance_m(points[i].place, points[i - 1].place) > limit_m) ends.push_back(i);
   }
   ends.push_back(points.size());
   return ends;
+}
+
+void leave_out_jumps(RecordedPoints& points, FileNotes& notes) {
+  const std::vector<std::size_t> ends = stretch_ends(points);
+  if (ends.size() == 1) return;
+  std::vector<bool> marked(points.size());
+  const auto size = [&](std::size_t k) { return ends[k] - (k == 0 ? 0 : ends[k - 1]); };
+  constexpr std::size_t kMuchLonger = 4;
+  for (std::size_t k = 0; k < ends.size(); ++k) {
+    const std::size_t from = ends[k] - size(k);
+    bool stray = false;
+    if (k == 0 || k + 1 == ends.size()) {
+      stray = size(k == 0 ? 1 : k - 1) >= kMuchLonger * size(k);
+    } else if (size(k) <= std::max(size(k - 1), size(k + 1))) {
+      const RecordedPoint& before = points[from - 1];
+      const RecordedPoint& after = points[ends[k]];
+      stray = distance_m(before.place, after.place) <= kJump_mps * (after.time - before.time) / 2;
+    }
+    std::fill(marked.begin() + static_cast<std::ptrdiff_t>(from),
+              marked.begin() + static_cast<std::ptrdiff_t>(ends[k]), stray);
+  }
+  // Two vehicles in one file jump all the time: neither is the stray.
+  if (4 * static_cast<std::size_t>(std::count(marked.begin(), marked.end(), true)) > points.size()) {
+    notes.say(ends.size() - 1, "times the path jumps at more than 1000 m/s: is it of several vehicles?");
+    return;
+  }
+  notes.say(erase_marked(points, marked),
+            "points are left out: they are reached or left at more than 1000 m/s, unlike those around them");
 }
 
 void note_pauses(const Trajectory& trajectory, FileNotes& notes) {
@@ -91,88 +189,105 @@ void FileNotes::say(std::size_t count, std::string_view what) {
   if (count > 0) say(fmt::format("{} {}", count, what));
 }
 
+void FileNotes::say(const Counted& counted, std::string_view what) {
+  if (counted.count == 0) return;
+  warnings_.emplace_back(InputError(path_, counted.line, fmt::format("{} {}", counted.count, what)).what());
+}
+
+void BadRecords::add(const InputError& error, std::size_t count) {
+  if (!first_) first_ = error;
+  count_ += count;
+}
+
+void BadRecords::say(std::size_t good, FileNotes& notes) const {
+  if (!first_) return;
+  if (good == 0) throw *first_;
+  const std::string cure = first_->cure();
+  if (good <= count_) {
+    throw InputError(
+        first_->file(), first_->line(),
+        fmt::format("{} (the first of {} bad records of {})", first_->problem(), count_, count_ + good),
+        cure);
+  }
+  notes.warn(InputError(first_->file(), first_->line(), first_->problem(),
+                        count_ == 1 ? std::string("this record is left out")
+                                    : fmt::format("{} such records are left out, this is the first", count_))
+                 .what());
+}
+
 void FileNotes::say(std::string_view what) {
   warnings_.push_back(fmt::format("{}: {}", path_.string(), what));
 }
 
 void keep_rising(RecordedPoints& points, FileNotes& notes) {
-  const auto falls = [](const auto& a, const auto& b) { return b.first <= a.first; };
+  const auto falls = [](const auto& a, const auto& b) { return b.time <= a.time; };
   if (points.empty()) return;
   notes.say(leave_out_far_dates(points), "points more than 100 days from the others are left out");
   if (std::adjacent_find(points.begin(), points.end(), falls) == points.end()) return;
   std::vector<GpsTime> times;
-  for (const auto& point : points) times.push_back(point.first);
+  for (const auto& point : points) times.push_back(point.time);
   const std::vector<bool> outside = outside_longest_rise(times);
   const std::size_t count = points.size();
   RecordedPoints kept = points;
-  const std::size_t erased = erase_marked(kept, outside);
-  std::size_t repeated = 0;
+  (void)erase_marked(kept, outside);
+  Counted repeated, backwards, elsewhere;
   for (std::size_t i = 0; i < count; ++i) {
     if (!outside[i]) continue;
-    const auto same = std::lower_bound(kept.begin(), kept.end(), points[i].first,
-                                       [](const auto& point, GpsTime time) { return point.first < time; });
-    if (same != kept.end() && same->first == points[i].first) ++repeated;
+    const auto same = std::lower_bound(kept.begin(), kept.end(), points[i].time,
+                                       [](const auto& point, GpsTime time) { return point.time < time; });
+    const bool repeats = same != kept.end() && same->time == points[i].time;
+    (repeats ? repeated : backwards).add(points[i].line);
+    if (repeats && distance_m(same->place, points[i].place) > kOneVehicle_m) elsewhere.add(points[i].line);
   }
-  const std::size_t backwards = erased - repeated;
-  if (2 * backwards > count) {
-    throw InputError(notes.path(), 0,
-                     fmt::format("the times of {} of {} points do not follow the others", backwards, count),
-                     "sort the points by time");
+  if (2 * backwards.count > count) {
+    throw InputError(
+        notes.path(), backwards.line,
+        fmt::format("the times of {} of {} points do not follow the others", backwards.count, count),
+        "sort the points by time");
   }
   notes.say(repeated, "points repeat the time of another and are left out");
+  notes.say(
+      elsewhere,
+      "of them are more than 100 m from the point that is kept: keep one receiver, if these are several");
   notes.say(backwards, "points whose time does not follow the one before are left out");
   points = std::move(kept);
 }
 
-void leave_out_strays(RecordedPoints& points, FileNotes& notes) {
-  std::vector<bool> marked(points.size());
-  const auto elsewhere = std::count_if(points.begin(), points.end(), [](const auto& point) {
-    return distance_m(point.second, Geodetic{0, 0, point.second.height_m}) > kNearZero_m;
+std::vector<bool> zero_places(const std::vector<Geodetic>& places) {
+  std::vector<bool> marked(places.size());
+  const bool elsewhere = std::any_of(places.begin(), places.end(), [](const Geodetic& place) {
+    return distance_m(place, Geodetic{0, 0, place.height_m}) > kNearZero_m;
   });
-  for (std::size_t i = 0; i < points.size() && elsewhere > 0; ++i) marked[i] = is_zero(points[i].second);
-  notes.say(erase_marked(points, marked),
+  if (elsewhere) std::transform(places.begin(), places.end(), marked.begin(), is_zero);
+  return marked;
+}
+
+void leave_out_strays(RecordedPoints& points, FileNotes& notes) {
+  std::vector<Geodetic> places;
+  for (const auto& point : points) places.push_back(point.place);
+  notes.say(erase_marked(points, zero_places(places)),
             "points at latitude 0, longitude 0 are left out: receivers without a fix report that");
 
-  const std::vector<std::size_t> ends = stretch_ends(points);
-  if (ends.size() == 1) return;
-  marked.assign(points.size(), false);
-  const auto size = [&](std::size_t k) { return ends[k] - (k == 0 ? 0 : ends[k - 1]); };
-  constexpr std::size_t kMuchLonger = 4;
-  for (std::size_t k = 0; k < ends.size(); ++k) {
-    const std::size_t from = ends[k] - size(k);
-    bool stray = false;
-    if (k == 0 || k + 1 == ends.size()) {
-      stray = size(k == 0 ? 1 : k - 1) >= kMuchLonger * size(k);
-    } else if (size(k) <= std::max(size(k - 1), size(k + 1))) {
-      const auto& [time_before, place_before] = points[from - 1];
-      const auto& [time_after, place_after] = points[ends[k]];
-      stray = distance_m(place_before, place_after) <= kJump_mps * (time_after - time_before) / 2;
-    }
-    std::fill(marked.begin() + static_cast<std::ptrdiff_t>(from),
-              marked.begin() + static_cast<std::ptrdiff_t>(ends[k]), stray);
-  }
-  // Two vehicles in one file jump all the time: neither is the stray.
-  if (4 * static_cast<std::size_t>(std::count(marked.begin(), marked.end(), true)) > points.size()) {
-    notes.say(ends.size() - 1, "times the path jumps at more than 1000 m/s: is it of several vehicles?");
-    return;
-  }
-  notes.say(erase_marked(points, marked),
-            "points are left out: they are reached or left at more than 1000 m/s, unlike those around them");
+  leave_out_jumps(points, notes);
+  leave_out_spikes(points, notes);
 }
 
 TrajectoryFile recorded_trajectory(RecordedPoints points, bool has_own_dates, FileNotes notes) {
   keep_rising(points, notes);
   leave_out_strays(points, notes);
   const auto highest = std::max_element(points.begin(), points.end(), [](const auto& a, const auto& b) {
-    return a.second.height_m < b.second.height_m;
+    return a.place.height_m < b.place.height_m;
   });
-  if (highest->second.height_m > kHigh_m) {
+  if (highest->place.height_m > kHigh_m) {
     notes.say(
         fmt::format("the path is up to {:.0f} km high: heights are metres above the ellipsoid; ECEF "
                     "coordinates belong in columns x, y, z of format csv",
-                    highest->second.height_m / 1e3));
+                    highest->place.height_m / 1e3));
   }
-  Trajectory trajectory(std::move(points));
+  std::vector<std::pair<GpsTime, Geodetic>> samples;
+  samples.reserve(points.size());
+  for (const RecordedPoint& point : points) samples.emplace_back(point.time, point.place);
+  Trajectory trajectory(std::move(samples));
   note_pauses(trajectory, notes);
   return {std::move(trajectory), has_own_dates, notes.take()};
 }

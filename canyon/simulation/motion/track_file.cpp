@@ -74,6 +74,7 @@ class Tags {
   [[nodiscard]] InputError error(std::string_view problem, std::string_view cure = {}) const {
     return {file_.path(), line_, problem, cure};
   }
+  [[nodiscard]] int line() const { return line_; }
 
  private:
   bool skip(std::size_t open, std::string_view begin, std::string_view end) {
@@ -120,113 +121,172 @@ GpsTime instant(const Tags& tags) {
 
 /// A point as a file has it.
 struct TrackPoint {
+  int line = 0;
   Geodetic place;                  ///< its height is not set
   std::optional<double> height_m;  ///< of the file
   std::optional<double> geoid_m;   ///< the geoid above the ellipsoid there
   std::optional<GpsTime> time;
   std::size_t segment = 0;  ///< which of the file's segments it belongs to
   bool no_fix = false;
+  bool bad = false;                ///< it has a value that cannot be
+  std::string_view altitude_mode;  ///< KML's
 };
 
 struct TrackPoints {
   std::vector<TrackPoint> points;
+  BadRecords bad;
   std::size_t segments = 0;
-  std::string_view altitude_mode;  ///< KML's
-  std::size_t other_lines = 0;     ///< LineStrings behind the first
+
+  TrackPoint& add(const Tags& tags) {
+    TrackPoint& added = points.emplace_back();
+    added.line = tags.line();
+    added.segment = segments;
+    return added;
+  }
+  /// Calls `read` for a value of a point; the point is bad where it throws InputError.
+  template <typename Read>
+  void guard(TrackPoint& point, const Read& read) {
+    const std::size_t before = bad.count();
+    if (!point.bad) bad.guard(read);
+    point.bad = point.bad || bad.count() > before;
+  }
+  std::size_t other_lines = 0;  ///< LineStrings behind the first
 };
+
+void read_gpx_value(const Tags& tags, TrackPoint& point) {
+  if (tags.name == "ele" && !is_missing(tags.content)) {
+    point.height_m = number(tags, tags.content, "ele");
+  } else if (tags.name == "geoidheight" && !is_missing(tags.content)) {
+    point.geoid_m = number(tags, tags.content, "geoidheight");
+  } else if (tags.name == "fix") {
+    point.no_fix = tags.content == "none";
+  } else if (tags.name == "time" && !tags.content.empty()) {
+    point.time = instant(tags);
+  }
+}
 
 void read_gpx(Tags& tags, std::string_view point, TrackPoints& track) {
   bool inside = false;
   while (tags.next()) {
     if (tags.name == "trkseg" || tags.name == "rte") ++track.segments;
+    const bool end =
+        tags.name.size() == point.size() + 1 && tags.name.front() == '/' && tags.name.substr(1) == point;
     if (tags.name == point) {
-      TrackPoint& added = track.points.emplace_back();
-      added.place = place(tags, tags.attribute("lat"), tags.attribute("lon"));
-      added.segment = track.segments;
+      TrackPoint& added = track.add(tags);
+      track.guard(added, [&] { added.place = place(tags, tags.attribute("lat"), tags.attribute("lon")); });
       inside = trim(tags.attributes).empty() || trim(tags.attributes).back() != '/';
-      continue;
-    }
-    if (!inside) continue;
-    TrackPoint& last = track.points.back();
-    if (tags.name == "ele" && !is_missing(tags.content)) {
-      last.height_m = number(tags, tags.content, "ele");
-    } else if (tags.name == "geoidheight" && !is_missing(tags.content)) {
-      last.geoid_m = number(tags, tags.content, "geoidheight");
-    } else if (tags.name == "fix") {
-      last.no_fix = tags.content == "none";
-    } else if (tags.name == "time" && !tags.content.empty()) {
-      last.time = instant(tags);
-    } else if (tags.name.size() == point.size() + 1 && tags.name.front() == '/' &&
-               tags.name.substr(1) == point) {
+    } else if (end) {
+      if (!inside) track.bad.add(tags.error(fmt::format("a {} ends that did not begin", point)));
       inside = false;
+    } else if (inside) {
+      TrackPoint& last = track.points.back();
+      track.guard(last, [&] { read_gpx_value(tags, last); });
     }
   }
 }
 
 /// "longitude,latitude,height" or with blanks between; a height may be absent.
-void add_kml(const Tags& tags, std::string_view text, char separator, TrackPoints& track) {
+void read_kml_place(const Tags& tags, std::string_view text, char separator, TrackPoint& point) {
   const std::vector<std::string_view> fields = separator == ',' ? split(text, ',') : split_blanks(text);
-  if (fields.size() < 2) {
+  if (fields.size() < 2 || fields.size() > 3) {
     throw tags.error(fmt::format("'{}' is not a place", text), "write longitude,latitude,height");
   }
-  TrackPoint& added = track.points.emplace_back();
-  added.place = place(tags, fields[1], fields[0]);
-  added.segment = track.segments;
-  if (fields.size() > 2 && !is_missing(fields[2])) added.height_m = number(tags, fields[2], "height");
+  point.place = place(tags, fields[1], fields[0]);
+  if (fields.size() > 2 && !is_missing(fields[2])) point.height_m = number(tags, fields[2], "height");
 }
 
-void read_altitude_mode(const Tags& tags, TrackPoints& track) {
-  if (tags.name == "altitudeMode" && !tags.content.empty()) track.altitude_mode = tags.content;
+void read_altitude_mode(const Tags& tags, std::string_view& mode) {
+  if (tags.name == "altitudeMode" && !tags.content.empty()) mode = tags.content;
 }
 
-void read_kml_tracks(Tags& tags, TrackPoints& track) {
-  std::vector<std::optional<GpsTime>> times;
-  std::vector<bool> has_place;
-  const auto end_of_track = [&] {
-    if (times.size() != has_place.size()) {
-      throw tags.error(fmt::format("gx:Track has {} times for {} places", times.size(), has_place.size()));
-    }
-    std::size_t at =
-        track.points.size() - static_cast<std::size_t>(std::count(has_place.begin(), has_place.end(), true));
-    for (std::size_t i = 0; i < times.size(); ++i)
-      if (has_place[i]) track.points[at++].time = times[i];
-    times.clear();
-    has_place.clear();
-    ++track.segments;
-  };
-  while (tags.next()) {
-    if (tags.name == "Track") end_of_track();
-    read_altitude_mode(tags, track);
+/// The times and places of one gx:Track.
+class KmlTrack {
+ public:
+  explicit KmlTrack(TrackPoints& track) : track_(track) {}
+
+  void read(const Tags& tags) {
+    read_altitude_mode(tags, mode_);
     if (tags.name == "when") {
-      times.emplace_back();
-      if (!tags.content.empty()) times.back() = instant(tags);
+      ++times_;
+      TrackPoint& point = at(tags, times_);
+      track_.guard(point, [&] {
+        if (!tags.content.empty()) point.time = instant(tags);
+      });
     } else if (tags.name == "coord") {
-      has_place.push_back(!tags.content.empty());
-      if (has_place.back()) add_kml(tags, tags.content, ' ', track);
+      ++places_;
+      TrackPoint& point = at(tags, places_);
+      // Without a place it is as without a fix.
+      point.no_fix = tags.content.empty();
+      track_.guard(point, [&] {
+        if (!tags.content.empty()) read_kml_place(tags, tags.content, ' ', point);
+      });
     }
   }
-  end_of_track();
+  /// Takes the points over. Which time belongs to which place is not known where the numbers differ.
+  void end(const Tags& tags) {
+    if (times_ != places_) {
+      track_.bad.add(tags.error(fmt::format("gx:Track has {} times for {} places", times_, places_)),
+                     points_.size());
+      for (TrackPoint& point : points_) point.bad = true;
+    }
+    for (TrackPoint& point : points_) {
+      point.segment = track_.segments;
+      point.altitude_mode = mode_;
+      track_.points.push_back(point);
+    }
+    ++track_.segments;
+    points_.clear();
+    times_ = places_ = 0;
+    mode_ = {};
+  }
+
+ private:
+  TrackPoint& at(const Tags& tags, std::size_t number) {
+    if (number > points_.size()) points_.emplace_back().line = tags.line();
+    return points_[number - 1];
+  }
+
+  TrackPoints& track_;
+  std::vector<TrackPoint> points_;
+  std::size_t times_ = 0, places_ = 0;
+  std::string_view mode_;
+};
+
+void read_kml_tracks(Tags& tags, TrackPoints& track) {
+  KmlTrack one(track);
+  while (tags.next()) {
+    if (tags.name == "Track") one.end(tags);
+    one.read(tags);
+  }
+  one.end(tags);
 }
 
 void read_kml_line(Tags& tags, TrackPoints& track) {
   bool line = false;
+  std::string_view mode;
   while (tags.next()) {
     if (tags.name == "LineString") {
       line = track.points.empty();
       if (!line) ++track.other_lines;
     }
-    if (line) read_altitude_mode(tags, track);
+    if (line) read_altitude_mode(tags, mode);
     if (!line || tags.name != "coordinates") continue;
-    for (const std::string_view tuple : split_blanks(tags.content)) add_kml(tags, tuple, ',', track);
+    for (const std::string_view tuple : split_blanks(tags.content)) {
+      TrackPoint& point = track.add(tags);
+      point.altitude_mode = mode;
+      track.guard(point, [&] { read_kml_place(tags, tuple, ',', point); });
+    }
     line = track.points.empty();
   }
 }
 
 template <typename Predicate>
-std::size_t drop(std::vector<TrackPoint>& points, const Predicate& dropped) {
-  const std::size_t count = points.size();
+Counted drop(std::vector<TrackPoint>& points, const Predicate& dropped) {
+  Counted counted;
+  for (const TrackPoint& point : points)
+    if (dropped(point)) counted.add(point.line);
   points.erase(std::remove_if(points.begin(), points.end(), dropped), points.end());
-  return count - points.size();
+  return counted;
 }
 
 /// Leaves the points with a time, segments in order of their first time; all points where none has one.
@@ -249,43 +309,57 @@ bool keep_timed(const std::filesystem::path& path, std::vector<TrackPoint>& poin
   return true;
 }
 
+void leave_out_zeros(std::vector<TrackPoint>& points, FileNotes& notes) {
+  std::vector<Geodetic> places;
+  for (const TrackPoint& point : points) places.push_back(point.place);
+  const std::vector<bool> zero = zero_places(places);
+  for (std::size_t i = 0; i < points.size(); ++i) points[i].bad = zero[i];
+  notes.say(drop(points, [](const TrackPoint& p) { return p.bad; }),
+            "points at latitude 0, longitude 0 are left out");
+}
+
+/// What a height is above.
+enum class Above : std::uint8_t { Sea, Ground, Unsaid };
+
+Above above(const TrackPoint& point) {
+  if (point.altitude_mode.empty() || point.altitude_mode == "absolute") return Above::Sea;
+  return point.altitude_mode == "relativeToGround" ? Above::Ground : Above::Unsaid;
+}
+
 void set_heights(TrackPoints& track, const HeightReading& heights, FileNotes& notes) {
   std::vector<TrackPoint>& points = track.points;
-  const bool tied = track.altitude_mode.empty() || track.altitude_mode == "absolute";
-  const double geoid_m = tied ? heights.geoid_undulation_m : 0;
   const auto known =
       std::find_if(points.begin(), points.end(), [](const TrackPoint& p) { return p.height_m.has_value(); });
   const auto above_ellipsoid_m = [&](const TrackPoint& p) {
-    return *p.height_m + p.geoid_m.value_or(geoid_m);
+    return *p.height_m + p.geoid_m.value_or(above(p) == Above::Sea ? heights.geoid_undulation_m : 0);
   };
   double last_m = known == points.end() ? 0 : above_ellipsoid_m(*known);
-  std::size_t without = 0, by_city = 0;
+  Counted without, sea, ground, unsaid;
   for (TrackPoint& point : points) {
     if (point.height_m) {
       last_m = above_ellipsoid_m(point);
-      by_city += point.geoid_m ? 0 : 1;
+      const Above datum = above(point);
+      if (!point.geoid_m)
+        (datum == Above::Sea ? sea : datum == Above::Ground ? ground : unsaid).add(point.line);
     } else {
-      ++without;
+      without.add(point.line);
     }
     point.place.height_m = last_m;
   }
   if (!heights.needed) return;
   notes.say(without, known == points.end() ? "points have no height: 0 is taken"
                                            : "points have no height: that of the point before is taken");
-  if (track.altitude_mode == "relativeToGround") {
-    notes.say(by_city,
-              "heights are above the ground by the file and are taken as ellipsoidal; "
-              "height_above_terrain_m says it for Canyon");
-  } else if (!tied) {
-    notes.say(by_city,
-              "heights are on no datum by the file (clampToGround) and are taken as ellipsoidal; "
-              "height_above_terrain_m does without them");
-  } else if (geoid_m != 0) {
-    notes.say(
-        by_city,
-        fmt::format("heights are above sea level: the city's geoid undulation, {:.1f} m, is added", geoid_m));
+  notes.say(ground,
+            "heights are above the ground by the file and are taken as ellipsoidal; "
+            "height_above_terrain_m says it for Canyon");
+  notes.say(unsaid,
+            "heights are on no datum by the file (clampToGround) and are taken as ellipsoidal; "
+            "height_above_terrain_m does without them");
+  if (heights.geoid_undulation_m != 0) {
+    notes.say(sea, fmt::format("heights are above sea level: the city's geoid undulation, {:.1f} m, is added",
+                               heights.geoid_undulation_m));
   } else {
-    notes.say(by_city,
+    notes.say(sea,
               "heights are above sea level by the format and are taken as ellipsoidal; "
               "city.geoid_undulation_m corrects them, height_above_terrain_m does without them");
   }
@@ -319,15 +393,19 @@ TrackFile read_track_file(const std::filesystem::path& path, const std::string& 
                      fmt::format("is it a {} file with a path?", format == "gpx" ? "GPX" : "KML"));
   }
   FileNotes notes(path);
-  const std::size_t no_fix = drop(track.points, [](const TrackPoint& p) { return p.no_fix; });
+  (void)drop(track.points, [](const TrackPoint& p) { return p.bad; });
+  track.bad.say(track.points.size(), notes);
+  const Counted no_fix = drop(track.points, [](const TrackPoint& p) { return p.no_fix; });
   if (track.points.empty()) throw InputError(path, 0, "none of its points has a fix");
   notes.say(no_fix, "points without a fix are left out");
   const bool timed = keep_timed(path, track.points, notes);
+  if (!timed) leave_out_zeros(track.points, notes);
   set_heights(track, heights, notes);
   notes.say(track.other_lines, "more LineStrings are not read: the first one is the path");
   TrackFile result;
   for (const TrackPoint& point : track.points) {
     result.places.push_back(point.place);
+    result.lines.push_back(point.line);
     if (timed) result.times.push_back(*point.time);
   }
   result.warnings = notes.take();
@@ -337,7 +415,7 @@ TrackFile read_track_file(const std::filesystem::path& path, const std::string& 
 TrajectoryFile timed_trajectory(const std::filesystem::path& path, const TrackFile& track) {
   RecordedPoints points;
   for (std::size_t i = 0; i < track.places.size(); ++i)
-    points.emplace_back(track.times.at(i), track.places[i]);
+    points.push_back({track.times.at(i), track.places[i], track.lines[i]});
   TrajectoryFile file = recorded_trajectory(std::move(points), true, FileNotes(path));
   file.warnings.insert(file.warnings.begin(), track.warnings.begin(), track.warnings.end());
   return file;

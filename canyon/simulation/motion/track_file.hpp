@@ -15,6 +15,7 @@ namespace canyon::simulation {
 struct TrackFile {
   std::vector<geodesy::Geodetic> places;  ///< at least one; heights as the file has them, 0 where it has none
   std::vector<geodesy::GpsTime> times;    ///< one for each place; empty where the file has none
+  std::vector<int> lines;                 ///< of the file, one for each place
   std::vector<std::string> warnings;
 };
 
@@ -23,9 +24,10 @@ struct TrackFile {
 /// sea level by the formats' definitions: a point's `geoidheight` is added, else `heights`' undulation, else
 /// they are taken as ellipsoidal, with a warning (so are KML's unless its altitudeMode is absolute). A point
 /// without a height gets that of the point before. Points with `<fix>none</fix>` and those without a time
-/// among timed ones are left out and counted; times that do not rise stay (recorded_path.hpp). Throws
-/// InputError with file and line for text that is not such a file, for numbers and times that are not valid,
-/// and where only half of the points or fewer have a time.
+/// among timed ones, and those with a number or time that is not valid, are left out and counted, as are
+/// gx:Tracks whose times and places differ in number; times that do not rise stay (recorded_path.hpp). Throws
+/// InputError with file and line for text that is not such a file, and where only half of the points or fewer
+/// are valid or have a time.
 [[nodiscard]] TrackFile read_track_file(const std::filesystem::path& path, const std::string& format,
                                         const HeightReading& heights = {});
 

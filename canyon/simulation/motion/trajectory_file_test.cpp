@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <tuple>
+
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/motion/nmea_fixes.hpp"
@@ -99,7 +101,6 @@ TEST(TrajectoryCsv, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(fault("", "csv"), HasSubstr("no position"));
   EXPECT_THAT(fault("time,latitude,longitude,height\n", "csv"), HasSubstr("no position"));
   EXPECT_THAT(fault("time,latitude,height\n1,2,3\n", "csv"), HasSubstr("no column 'longitude'"));
-  EXPECT_THAT(fault("time,lat_rad,lon_rad,height\n1,0.2,1,3\n", "csv"), HasSubstr("radians"));
   EXPECT_THAT(fault("0,22.3,114.17,1\n", "igc"), HasSubstr("'igc' is unknown"));
   EXPECT_THAT(error_of([] { (void)read_trajectory("/nowhere/track.csv", "csv", kStart); }).what(),
               HasSubstr("/nowhere/track.csv"));
@@ -185,9 +186,9 @@ TEST(TrajectoryNmea, FixesAreThoseOfTheLines) {
   ASSERT_EQ(own.fixes.size(), 2U);
   EXPECT_FALSE(own.has_own_dates);
   EXPECT_THAT(own.warnings, ElementsAre(HasSubstr("1 GGA lines without a fix")));
-  EXPECT_EQ(own.fixes[1].first, parse_time("2019-04-28T12:00:09Z"));
-  EXPECT_NEAR(degrees(own.fixes[1].second.latitude_rad), 22 + 18.06932 / 60, 1e-12);
-  EXPECT_NEAR(own.fixes[1].second.height_m, 9.5 - 2.9, 1e-9);
+  EXPECT_EQ(own.fixes[1].time, parse_time("2019-04-28T12:00:09Z"));
+  EXPECT_NEAR(degrees(own.fixes[1].place.latitude_rad), 22 + 18.06932 / 60, 1e-12);
+  EXPECT_NEAR(own.fixes[1].place.height_m, 9.5 - 2.9, 1e-9);
 }
 
 TEST(TrajectoryNmea, OneGgaSentenceHasAPlace) {
@@ -350,7 +351,9 @@ TEST(TrajectoryCases, OneWrongRecordCostsOneRecord) {
   const auto sound = read(lines(-1, ""), "csv").trajectory;
   for (const char* wrong :
        {"7200,48.0017,11,5", "-3600,48.0017,11,5", "7,0,0,0", "7,49.5,11,5", "7,,,", "7,nan,nan,nan",
-        "7,48.0017,11,-9999", "7,48.0017,11,1e20", "7,214.7483647,214.7483647,5", "6,48.0016,11,5"}) {
+        "7,48.0017,11,-9999", "7,48.0017,11,1e20", "7,214.7483647,214.7483647,5", "6,48.0016,11,5",
+        "7,91,11,5", "7,48.0017,x,5", "seven,48.0017,11,5", "7,48.0017", "7,48.0017,11,5,,", "7,48.0027,11,5",
+        "7,48.0017,11,500", "1e9,48.0017,11,5"}) {
     SCOPED_TRACE(wrong);
     const TrajectoryFile file = read(lines(7, wrong), "csv");
     EXPECT_EQ(file.trajectory.begin(), sound.begin());
@@ -358,12 +361,15 @@ TEST(TrajectoryCases, OneWrongRecordCostsOneRecord) {
     EXPECT_NEAR(file.trajectory.at(kStart + 7).position.latitude_rad,
                 sound.at(kStart + 7).position.latitude_rad, 1e-9);
     EXPECT_NEAR(file.trajectory.at(kStart + 7).position.height_m, 5, 0.01);
-    EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("left out")));
+    EXPECT_THAT(file.warnings,
+                ElementsAre(testing::AllOf(HasSubstr("track.txt:8: "), HasSubstr("left out"))));
   }
+  std::string ends = lines(0, "0,48.0110,11,5");
+  EXPECT_EQ(read(ends, "csv").trajectory.begin(), kStart + 1);
   std::string log = "time,lat,lon,h\n2000-01-01T00:00:00Z,48,11,5\n";
   for (int i = 10; i < 30; ++i) log += "2024-05-01T10:00:" + std::to_string(i) + "Z,48,11,5\n";
   EXPECT_EQ(read(log, "csv").trajectory.begin(), kCases + 10);
-  EXPECT_THAT(read(log, "csv").warnings, ElementsAre(HasSubstr("1 points more than 100 days")));
+  EXPECT_THAT(read(log, "csv").warnings, ElementsAre(HasSubstr("track.txt:2: 1 points more than 100 days")));
 }
 
 TEST(TrajectoryCases, OneWrongSentenceCostsOneSentence) {
@@ -408,6 +414,63 @@ TEST(TrajectoryCases, OneWrongSentenceCostsOneSentence) {
   const TrajectoryFile days = read(sound + later, "nmea", GpsTime{});
   EXPECT_DOUBLE_EQ(days.trajectory.end() - begin, 2 * 86'400.0 + 19);
   EXPECT_THAT(days.warnings, ElementsAre());
+}
+
+// What headers and values say about units, sides, clocks and fixes.
+TEST(TrajectoryCsv, HeadersAndValuesAreUsed) {
+  const std::pair<const char*, const char*> same[] = {
+      {"t,lat [deg],lon [deg],altitude_ft", "0,-33.5,151.25,328.0839895"},
+      {"t,latitude (rad),longitude (rad),height (km)", "0,-0.584685299418,2.639810493641,0.1"},
+      {"time_ms,lat_e7,lon_e7,alt_mm", "0,-335000000,1512500000,100000"},
+      {"timestampMillis,LatitudeDegrees,LongitudeDegrees,AltitudeMeters", "0,-33.5,151.25,100"},
+      {"t,lat,N/S,lon,E/W,height", "0,33.5,S,151.25,E,100"},
+      {"t,LATITUDE N/S,LONGITUDE E/W,height", "0,33.5S,151.25E,100"},
+      {"t,lat,lon,height", "0,33\xC2\xB0 30' S,151 15.0 E,100"},
+      {"t,lat_ddmm,lat_dir,lon_ddmm,lon_dir,h", "0,3330.0,S,15115.0,E,100"},
+      {"t,lat,lon,alt_msl,geoid_height", "0,-33.5,151.25,78,22"},
+      {"t,lat,lon,alt,ellipsoidal_height", "0,-33.5,151.25,78,100"},
+      {"#height,lon,lat,time", "100,151.25,-33.5,0"},
+      {"t;lat;lon;height", "0;-33,5;151,25;100,0"}};
+  for (const auto& [header, line] : same) {
+    SCOPED_TRACE(header);
+    const TrajectoryFile file = read(std::string(header) + "\n" + line + "\n", "csv");
+    const geodesy::Geodetic place = file.trajectory.at(kStart).position;
+    EXPECT_EQ(file.trajectory.begin(), kStart);
+    EXPECT_NEAR(degrees(place.latitude_rad), -33.5, 1e-9);
+    EXPECT_NEAR(degrees(place.longitude_rad), 151.25, 1e-9);
+    EXPECT_NEAR(place.height_m, 100, 1e-5);
+    EXPECT_THAT(file.warnings, ElementsAre());
+  }
+  EXPECT_THAT(read("t,lat,lon,alt_msl\n0,48,11,5\n", "csv").warnings, ElementsAre(HasSubstr("sea level")));
+  EXPECT_EQ(read("gpst,lat,lon,h\n2019-04-28T12:58:21,48,11,5\n", "csv").trajectory.begin(), kStart);
+  EXPECT_EQ(read("date,time,lat,lon,h\n2019/04/28,125803,48,11,5\n", "csv").trajectory.begin(), kStart);
+  EXPECT_THAT(fault("utc,lat,lon,h\n125803,48,11,5\n", "csv"),
+              testing::AllOf(HasSubstr("'125803' in column 'utc'"), HasSubstr("rename the column time_s")));
+  for (const char* other : {"date,time_s,lat,lon,h\n28.04.19,0,48,11,5\n",
+                            "date,time,lat,lon,h\n28.04.19,2019-04-28T12:58:21 GPST,48,11,5\n"})
+    EXPECT_EQ(read(other, "csv").trajectory.begin(), kStart) << other;
+  EXPECT_THAT(fault("date,time,lat,lon,h\n28.04.19,125803,48,11,5\n", "csv"), HasSubstr("known forms"));
+  EXPECT_THAT(fault("t,lat_rad,lon_rad,h\n0,48,11,5\n", "csv"),
+              HasSubstr("48 in column 'lat_rad' is 2750.2 deg"));
+  EXPECT_THAT(fault("t,lat_furlong,lon,h\n0,48,11,5\n", "csv"), HasSubstr("no column 'latitude'"));
+  EXPECT_THAT(fault("t,lat,lon,height_above_ground\n0,48,11,5\n", "csv"), HasSubstr("no column 'height'"));
+  EXPECT_THAT(fault("t,lat,NS,lon,h\n0,-48,N,11,5\n", "csv"), HasSubstr("'-48' with the side 'N'"));
+  EXPECT_THAT(fault("t,lat,lon,h\n0,48,5,11,25,547,5\n", "csv"), HasSubstr("decimal commas"));
+  EXPECT_THAT(fault("0,48,5,11,25,547,5\n", "csv"), HasSubstr("decimal commas"));
+}
+
+TEST(TrajectoryCsv, ColumnsOfFixesAreHeard) {
+  for (const auto& [name, none, good] :
+       {std::tuple("fix", "0", "1"), std::tuple("fix_type", "1", "3"), std::tuple("valid", "false", "true"),
+        std::tuple("status", "-1", "0"), std::tuple("status", "V", "A")}) {
+    std::string text = std::string("t,lat,lon,h,") + name + "\n";
+    for (int i = 0; i < 9; ++i)
+      text += std::to_string(i) + ",48.00" + std::to_string(10 + i) + ",11,5," + (i < 3 ? none : good) + "\n";
+    const TrajectoryFile file = read(text, "csv");
+    EXPECT_EQ(file.trajectory.begin(), kStart + 3) << name;
+    EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("track.txt:2: 3 lines without a fix"))) << name;
+  }
+  EXPECT_THAT(fault("t,lat,lon,h,fix\n0,48,11,5,none\n", "csv"), HasSubstr("none of 1 lines has a fix"));
 }
 
 TEST(TrajectoryFile, DamagedFilesAreReadOrRefused) {

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "canyon/base/text_file.hpp"
+#include "canyon/geodesy/gps_time.hpp"
+#include "canyon/simulation/motion/recorded_path.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
+
+/// What readers of text columns share.
+namespace canyon::simulation {
+
+/// A field as a number; a comma counts as the decimal point where it does not separate columns.
+[[nodiscard]] std::optional<double> field_number(std::string_view text);
+/// The same, or an InputError that names `what`.
+[[nodiscard]] double to_number(const TextFile& file, std::string_view text, std::string_view what);
+
+/// Whether three numbers are a place near the ground in ECEF [m].
+[[nodiscard]] bool looks_like_ecef(double x, double y, double z);
+
+/// Blank lines and comments.
+[[nodiscard]] bool is_skipped(std::string_view line);
+
+/// Fields of a line by RFC 4180, without blanks and quotes around them.
+[[nodiscard]] std::vector<std::string_view> csv_fields(std::string_view line, char separator);
+/// Whether fields are names of columns: some begin with a letter, none with a digit.
+[[nodiscard]] bool is_csv_header(const std::vector<std::string_view>& fields);
+
+/// The points of a file of columns. A record without a position, or with one that cannot be, is left out and
+/// counted.
+class ColumnPoints {
+ public:
+  using Coordinates = std::array<std::string_view, 3>;
+
+  ColumnPoints(const TextFile& file, const HeightReading& heights) : file_(file), heights_(heights) {}
+
+  /// `ecef`: the coordinates are x, y, z [m]; else latitude and longitude [deg] and height [m].
+  void add(geodesy::GpsTime time, Coordinates text, bool ecef);
+  void skip_missing() { missing_.add(file_.line()); }
+  void skip_no_fix() { no_fix_.add(file_.line()); }
+  /// Calls `read`; counts a record that it refuses by an InputError.
+  template <typename Read>
+  void guard(const Read& read) {
+    bad_.guard(read);
+  }
+
+  /// Throws where there are none, or where no more than half of the records are good. `expected` describes a
+  /// line.
+  [[nodiscard]] TrajectoryFile take(bool has_own_dates, FileNotes notes, std::string_view expected);
+
+ private:
+  const TextFile& file_;
+  HeightReading heights_;
+  RecordedPoints points_;
+  std::string last_height_;
+  Counted missing_, no_fix_;
+  BadRecords bad_;
+  std::optional<InputError> first_missing_;
+};
+
+/// "csv" of read_trajectory().
+[[nodiscard]] TrajectoryFile read_csv_track(TextFile& file, geodesy::GpsTime start,
+                                            const HeightReading& heights);
+
+}  // namespace canyon::simulation

@@ -1,0 +1,262 @@
+#include "canyon/simulation/motion/csv_columns.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <map>
+
+#include "canyon/base/text.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/simulation/motion/column_points.hpp"
+
+namespace canyon::simulation {
+namespace {
+
+using Words = std::vector<std::string>;
+
+bool is_one_of(std::string_view word, std::initializer_list<std::string_view> words) {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+/// The words of a column's name in lower case: "AltitudeMeters", "alt [m]" and "alt_m" have two.
+Words words_of(std::string_view name) {
+  Words words(1);
+  const auto type = [&](std::size_t i) { return i < name.size() ? static_cast<unsigned char>(name[i]) : 0; };
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    if (name.compare(i, 2, "\xC2\xB0") == 0) {  // the degree sign
+      words.emplace_back("deg");
+      words.emplace_back();
+      ++i;
+      continue;
+    }
+    const bool begins = std::isupper(type(i)) != 0 && i > 0 && std::islower(type(i - 1)) != 0;
+    if ((begins || std::isalnum(type(i)) == 0) && !words.back().empty()) words.emplace_back();
+    if (std::isalnum(type(i)) != 0) words.back() += static_cast<char>(std::tolower(type(i)));
+  }
+  if (words.back().empty()) words.pop_back();
+  return words;
+}
+
+enum class Kind : std::uint8_t { Other, Time, Latitude, Longitude, Height, X, Y, Z };
+
+Kind kind_of(std::string_view word, bool first) {
+  if (is_one_of(word, {"time", "timestamp", "datetime"}) || (first && word == "t")) return Kind::Time;
+  if (is_one_of(word, {"lat", "latitude"})) return Kind::Latitude;
+  if (is_one_of(word, {"lon", "lng", "long", "longitude"})) return Kind::Longitude;
+  if (is_one_of(word, {"height", "alt", "altitude", "elevation", "ele", "hae"}) || (first && word == "h"))
+    return Kind::Height;
+  if (word == "x") return Kind::X;
+  if (word == "y") return Kind::Y;
+  return word == "z" ? Kind::Z : Kind::Other;
+}
+
+std::optional<double> unit_of(std::string_view word, Kind kind) {
+  static const std::map<std::string_view, double> kAngles{{"deg", 1},
+                                                          {"degree", 1},
+                                                          {"degrees", 1},
+                                                          {"rad", geodesy::degrees(1.0)},
+                                                          {"radian", geodesy::degrees(1.0)},
+                                                          {"radians", geodesy::degrees(1.0)},
+                                                          {"e7", 1e-7},
+                                                          {"1e7", 1e-7},
+                                                          {"dege7", 1e-7},
+                                                          {"ddmm", 1},
+                                                          {"nmea", 1},
+                                                          {"dms", 1}};
+  static const std::map<std::string_view, double> kLengths{
+      {"m", 1},     {"meter", 1},  {"meters", 1},  {"metre", 1},     {"metres", 1},   {"km", 1000},
+      {"cm", 0.01}, {"mm", 0.001}, {"ft", 0.3048}, {"foot", 0.3048}, {"feet", 0.3048}};
+  static const std::map<std::string_view, double> kTimes{{"s", 1},
+                                                         {"sec", 1},
+                                                         {"secs", 1},
+                                                         {"second", 1},
+                                                         {"seconds", 1},
+                                                         {"ms", 1e-3},
+                                                         {"msec", 1e-3},
+                                                         {"millis", 1e-3},
+                                                         {"milliseconds", 1e-3},
+                                                         {"us", 1e-6},
+                                                         {"usec", 1e-6},
+                                                         {"micros", 1e-6},
+                                                         {"microseconds", 1e-6},
+                                                         {"ns", 1e-9},
+                                                         {"nanos", 1e-9},
+                                                         {"nanoseconds", 1e-9}};
+  const auto& units = kind == Kind::Time                                  ? kTimes
+                      : kind == Kind::Latitude || kind == Kind::Longitude ? kAngles
+                                                                          : kLengths;
+  const auto found = units.find(word);
+  return found == units.end() ? std::nullopt : std::optional<double>(found->second);
+}
+
+struct Named {
+  Kind kind = Kind::Other;
+  CsvColumn column;
+  CsvClock clock = CsvClock::Unsaid;
+};
+
+/// What a name says; of the kind Other where it says anything that is not known ("speed", "relative").
+Named read_name(std::size_t index, std::string_view name) {
+  Named named;
+  named.column.index = index;
+  named.column.name = std::string(trim(name));
+  const Words words = words_of(name);
+  for (std::size_t i = 0; i < words.size() && named.kind == Kind::Other; ++i)
+    named.kind = kind_of(words[i], i == 0);
+  const bool clock_alone = words.size() == 1 && is_one_of(words[0], {"utc", "gpst"});
+  if (clock_alone) named.kind = Kind::Time;
+  if (named.kind == Kind::Other) return named;
+  const bool angle = named.kind == Kind::Latitude || named.kind == Kind::Longitude;
+  std::size_t kinds = 0;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const std::string& word = words[i];
+    if (kind_of(word, i == 0) != Kind::Other) {
+      if (word == "hae") named.column.ellipsoid = true;
+      if (++kinds > 1) return {};
+    } else if (const auto unit = unit_of(word, named.kind)) {
+      named.column.scale = *unit;
+      named.column.unit = true;
+      named.column.minutes = named.column.minutes || is_one_of(word, {"ddmm", "nmea"});
+    } else if (named.kind == Kind::Time && is_one_of(word, {"utc", "gpst", "gps"})) {
+      named.clock = word == "utc" ? CsvClock::Utc : CsvClock::Gps;
+    } else if (named.kind == Kind::Time && word == "date") {
+      continue;
+    } else if (named.kind == Kind::Height &&
+               is_one_of(word, {"msl", "amsl", "orthometric", "sea", "level"})) {
+      named.column.sea_level = true;
+    } else if (named.kind == Kind::Height && is_one_of(word, {"ellipsoid", "ellipsoidal", "wgs84"})) {
+      named.column.ellipsoid = true;
+    } else if (!is_one_of(word,
+                          {"gps", "gnss", "ecef", "wgs84", "position", "pos", "decimal", "above", "mean"}) &&
+               !(angle && is_one_of(word, {"n", "s", "e", "w"}))) {
+      return {};
+    }
+  }
+  return named;
+}
+
+/// Whether a name is that of a column that says if there is a fix, and the least number that says so.
+std::optional<double> least_number(const Words& words) {
+  const std::string name = fmt::format("{}", fmt::join(words, ""));
+  if (is_one_of(name, {"fixtype", "gpsfixtype"})) return 2;
+  if (is_one_of(name, {"status", "gpsstatus", "fixstatus", "navstatus"})) return 0;  // ROS: -1 is no fix
+  if (is_one_of(name, {"fix", "gpsfix", "fixquality", "quality", "gpsquality", "qual", "q", "valid",
+                       "isvalid", "fixvalid", "gpsvalid", "gnssfixok", "fixok", "hasfix"}))
+    return 1;
+  return std::nullopt;
+}
+
+/// Takes the sign of N, S, E, W (or a word that begins so); 0 for anything else.
+int side_sign(std::string_view side, bool latitude) {
+  if (side.empty()) return 0;
+  const char c = static_cast<char>(std::toupper(static_cast<unsigned char>(side.front())));
+  if (c == (latitude ? 'N' : 'E')) return 1;
+  return c == (latitude ? 'S' : 'W') ? -1 : 0;
+}
+
+}  // namespace
+
+CsvColumns::CsvColumns() {
+  for (std::size_t k = 0; k < 3; ++k) place[k].index = k + 1;
+}
+
+CsvColumns::CsvColumns(const TextFile& file, const std::vector<std::string_view>& header, char between)
+    : separator(between), count(header.size()) {
+  std::map<Kind, Named> found;
+  for (std::size_t i = 0; i < header.size(); ++i) {
+    const Words words = words_of(header[i]);
+    const std::string joined = fmt::format("{}", fmt::join(words, ""));
+    const Named named = read_name(i, header[i]);
+    if (named.kind != Kind::Other) {
+      const auto at = found.find(named.kind);
+      if (at == found.end() || (named.column.ellipsoid && !at->second.column.ellipsoid))
+        found[named.kind] = named;
+    } else if (const auto least = least_number(words); least && !fix) {
+      fix = i;
+      least_fix = *least;
+    } else if (is_one_of(joined, {"date", "utcdate", "dateutc"})) {
+      date = i;
+    } else if (is_one_of(joined,
+                         {"geoid", "undulation", "geoidheight", "geoidundulation", "geoidseparation"})) {
+      geoid = i;
+    } else if (is_one_of(joined, {"ns", "nors", "latdir", "latref", "lathemisphere", "latituderef",
+                                  "latitudedir", "latitudehemisphere", "latns", "latitudens"})) {
+      latitude_side = i;
+    } else if (is_one_of(joined, {"ew", "eorw", "londir", "lonref", "lonhemisphere", "longituderef",
+                                  "longitudedir", "longitudehemisphere", "lonew", "longitudeew"})) {
+      longitude_side = i;
+    }
+  }
+  const auto require = [&](Kind kind, std::string_view name) {
+    const auto at = found.find(kind);
+    if (at != found.end()) return at->second;
+    throw file.error(
+        fmt::format("the header has no column '{}'", name),
+        "name the columns time, latitude, longitude, height, or time, x, y, z (ECEF), with units "
+        "such as _deg, _rad, _e7, _m, _ft; commas, semicolons or tabs between");
+  };
+  const Named named_time = require(Kind::Time, "time");
+  time = named_time.column;
+  clock = named_time.clock;
+  // A date beside seconds from the start is another column.
+  if (time.unit || lower_case(time.name) == "t") date.reset();
+  ecef = found.count(Kind::Latitude) == 0 && found.count(Kind::X) > 0 && found.count(Kind::Y) > 0 &&
+         found.count(Kind::Z) > 0;
+  place[0] = require(ecef ? Kind::X : Kind::Latitude, "latitude").column;
+  place[1] = require(ecef ? Kind::Y : Kind::Longitude, "longitude").column;
+  place[2] = require(ecef ? Kind::Z : Kind::Height, "height").column;
+}
+
+bool names_positions(const std::vector<std::string_view>& fields) {
+  std::size_t places = 0;
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    const Kind kind = read_name(i, fields[i]).kind;
+    if (kind != Kind::Other && kind != Kind::Time) ++places;
+  }
+  return places >= 3;
+}
+
+std::optional<double> angle_deg(std::string_view text, std::string_view side, bool latitude, bool minutes) {
+  std::string rest(trim(text));
+  int sign = 0;
+  if (!side.empty()) {
+    sign = side_sign(trim(side), latitude);
+    if (sign == 0) return std::nullopt;
+  }
+  for (const std::size_t at : {std::size_t{0}, rest.size() - 1}) {
+    if (rest.empty() || std::isalpha(static_cast<unsigned char>(rest[at])) == 0) continue;
+    const int own = side_sign(std::string_view(rest).substr(at, 1), latitude);
+    if (own == 0 || (sign != 0 && own != sign)) return std::nullopt;
+    sign = own;
+    rest.erase(at, 1);
+    break;
+  }
+  if (const auto plain = field_number(rest); plain && !minutes) {
+    if (sign > 0 && *plain < 0) return std::nullopt;
+    return sign < 0 ? -std::abs(*plain) : *plain;
+  }
+  for (const std::string_view mark : {"\xC2\xB0", "\xE2\x80\xB2", "\xE2\x80\xB3", "'", "\"", ":"}) {
+    for (std::size_t at = rest.find(mark); at != std::string::npos; at = rest.find(mark, at))
+      rest.replace(at, mark.size(), " ");
+  }
+  const std::vector<std::string_view> parts = split_blanks(rest);
+  if (parts.empty() || parts.size() > 3) return std::nullopt;
+  double angle = 0, unit = 1;
+  for (std::size_t k = 0; k < parts.size(); ++k, unit /= 60) {
+    const auto value = field_number(parts[k]);
+    if (!value || (k > 0 && !(*value >= 0 && *value < 60))) return std::nullopt;
+    angle += std::abs(*value) * unit;
+  }
+  if (minutes && parts.size() == 1) {
+    const double degrees = std::trunc(angle / 100), over = angle - 100 * degrees;
+    if (over >= 60) return std::nullopt;
+    angle = degrees + over / 60;
+  }
+  const bool negative = parts.front().front() == '-';
+  if (sign > 0 && negative) return std::nullopt;
+  return sign < 0 || negative ? -angle : angle;
+}
+
+}  // namespace canyon::simulation

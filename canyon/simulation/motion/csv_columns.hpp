@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "canyon/base/text_file.hpp"
+
+/// What the header of a CSV file of positions says about its columns.
+namespace canyon::simulation {
+
+/// A column that is read.
+struct CsvColumn {
+  std::size_t index = 0;
+  std::string name;        ///< as in the header; empty without one
+  double scale = 1;        ///< to degrees, metres or seconds
+  bool unit = false;       ///< whether the header names a unit
+  bool minutes = false;    ///< angles as degrees and minutes in one number, ddmm.mmmm
+  bool sea_level = false;  ///< a height above sea level, by its name
+  bool ellipsoid = false;  ///< a height above the ellipsoid, by its name
+};
+
+/// Whose clock the header says that times show.
+enum class CsvClock : std::uint8_t { Unsaid, Utc, Gps };
+
+struct CsvColumns {
+  char separator = ',';
+  CsvColumn time, place[3];  ///< latitude, longitude, height, or x, y, z
+  bool ecef = false;
+  CsvClock clock = CsvClock::Unsaid;
+  std::optional<std::size_t> date, latitude_side, longitude_side, geoid;
+  std::optional<std::size_t> fix;  ///< a column that says whether there is a fix
+  double least_fix = 1;            ///< a smaller number in it says that there is none
+  std::size_t count = 0;           ///< of columns; 0: not known yet
+
+  /// Columns in the order time, latitude, longitude, height.
+  CsvColumns();
+  /// Throws InputError where a column is missing or in a unit that is none of its kind.
+  CsvColumns(const TextFile& file, const std::vector<std::string_view>& header, char separator);
+};
+
+/// Whether fields name a latitude or x among columns.
+[[nodiscard]] bool names_positions(const std::vector<std::string_view>& fields);
+
+/// Degrees of "48.1", "48.1N", "S 33 51.5", "48 07'02.3\"N"; with `minutes` also of 4807.038. `side` is a
+/// field with N, S, E or W, or empty. Empty for what is none, or whose sign and side contradict.
+[[nodiscard]] std::optional<double> angle_deg(std::string_view text, std::string_view side, bool latitude,
+                                              bool minutes);
+
+}  // namespace canyon::simulation

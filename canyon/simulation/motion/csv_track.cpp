@@ -1,0 +1,298 @@
+// Declared in canyon/simulation/motion/column_points.hpp.
+// The reader of CSV files of positions.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "canyon/base/text.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/geodesy/time_text.hpp"
+#include "canyon/simulation/motion/column_points.hpp"
+#include "canyon/simulation/motion/csv_columns.hpp"
+
+namespace canyon::simulation {
+namespace {
+
+using geodesy::GpsTime;
+using Fields = std::vector<std::string_view>;
+
+/// The separator of a file by its first line: commas may be decimal points where there are enough semicolons
+/// or tabs.
+char separator_of(std::string_view line) {
+  for (const char separator : {';', '\t'})
+    if (std::count(line.begin(), line.end(), separator) >= 3) return separator;
+  return ',';
+}
+
+/// "2024-05-01" of that, of 2024/05/01 and of 20240501; empty for other texts: 01.05.24 may be of three
+/// kinds.
+std::string iso_date(std::string_view text) {
+  std::string date(trim(text));
+  std::replace(date.begin(), date.end(), '/', '-');
+  if (date.size() == 8 && parse_integer(date))
+    date = date.substr(0, 4) + "-" + date.substr(4, 2) + "-" + date.substr(6);
+  return date.size() == 10 && date[4] == '-' && date[7] == '-' ? date : std::string();
+}
+
+/// Reads the times of a file: all are seconds from `start`, or all are dates.
+class CsvTimes {
+ public:
+  CsvTimes(const TextFile& file, const CsvColumns& columns, GpsTime start, FileNotes& notes)
+      : file_(file), columns_(columns), start_(start), notes_(notes) {}
+
+  GpsTime read(const Fields& fields) {
+    const std::string_view text = fields[columns_.time.index];
+    const bool has_date = !iso_date(text.substr(0, 10)).empty();
+    if (columns_.date && !has_date) return dated(on_date(fields[*columns_.date], text));
+    const std::optional<double> seconds = field_number(text);
+    const Kind kind = seconds ? Kind::FromStart : Kind::Dates;
+    if (kind_ != Kind::Unknown && kind_ != kind) {
+      throw file_.error(fmt::format("the time '{}' is written in another way than above", text),
+                        "use seconds from the start or ISO 8601 throughout");
+    }
+    const GpsTime time =
+        seconds ? from_start(*seconds * columns_.time.scale, text) : dated(std::string(text));
+    kind_ = kind;
+    return time;
+  }
+  [[nodiscard]] bool relative() const { return kind_ == Kind::FromStart; }
+
+ private:
+  enum class Kind : std::uint8_t { Unknown, FromStart, Dates };
+
+  [[nodiscard]] std::string on_date(std::string_view date_text, std::string_view time_text) const {
+    const std::string date = iso_date(date_text);
+    std::string time(trim(time_text));
+    const bool digits = time.size() >= 6 && std::all_of(time.begin(), time.begin() + 6,
+                                                        [](unsigned char c) { return std::isdigit(c) != 0; });
+    if (digits) time = time.substr(0, 2) + ":" + time.substr(2, 2) + ":" + time.substr(4);
+    if (date.empty() || time.find(':') == std::string::npos) {
+      throw file_.error(
+          fmt::format("the date '{}' and the time '{}' are not known forms", date_text, time_text),
+          "write 2024-05-01 and 12:00:00 in columns 'date' and 'time', or one column of ISO 8601");
+    }
+    return date + "T" + time;
+  }
+  [[nodiscard]] GpsTime from_start(double seconds, std::string_view text) const {
+    if (columns_.clock != CsvClock::Unsaid) {
+      throw file_.error(
+          fmt::format("the time '{}' in column '{}' is neither seconds from the start nor ISO 8601", text,
+                      columns_.time.name),
+          "write ISO 8601 times, or rename the column time_s: seconds from the scenario's start");
+    }
+    if (start_ == GpsTime{}) {
+      throw file_.error("times are seconds from the start, and the scenario has no start",
+                        "add 'start: 2026-01-01T12:00:00Z' to the scenario, or write ISO 8601 times");
+    }
+    if (std::abs(seconds) > 1e7) {
+      throw file_.error(fmt::format("the time {} s is out of range", text),
+                        "times are seconds from the scenario's start (not Unix time), or ISO 8601");
+    }
+    return start_ + seconds;
+  }
+  [[nodiscard]] GpsTime dated(std::string text) {
+    if (!geodesy::names_time_scale(text)) {
+      if (columns_.clock == CsvClock::Gps) {
+        text += " GPST";
+      } else if (columns_.clock == CsvClock::Unsaid && !std::exchange(warned_, true)) {
+        notes_.warn(file_.error(fmt::format("the time {} names no zone", text), "such times are taken as UTC")
+                        .what());
+      }
+    }
+    try {
+      return geodesy::parse_simulated_time(text);
+    } catch (const InputError& e) {
+      bool written = true;
+      try {
+        (void)geodesy::parse_time(text);
+      } catch (const InputError&) {
+        written = false;
+      }
+      throw file_.error(
+          written ? e.problem() : fmt::format("the time '{}' is neither a number nor ISO 8601", text),
+          e.cure().empty() ? e.problem() : e.cure());
+    }
+  }
+
+  const TextFile& file_;
+  const CsvColumns& columns_;
+  GpsTime start_;
+  FileNotes& notes_;
+  Kind kind_ = Kind::Unknown;
+  bool warned_ = false;
+};
+
+/// Whether a field of the column CsvColumns::fix says that there is no fix. An empty one says nothing.
+bool says_no_fix(std::string_view text, double least) {
+  const std::string word = lower_case(trim(text));
+  if (const auto number = parse_double(word)) return *number < least;
+  for (const std::string_view none :
+       {"none", "no", "no fix", "nofix", "no_fix", "no-fix", "invalid", "not valid", "false", "void", "v",
+        "n", "no solution", "no gps", "no_gps", "nan"})
+    if (word == none) return true;
+  return false;
+}
+
+class CsvReader {
+ public:
+  CsvReader(TextFile& file, GpsTime start, const HeightReading& heights)
+      : file_(file),
+        heights_(heights),
+        notes_(file.path()),
+        times_(file, columns_, start, notes_),
+        points_(file, heights) {}
+
+  TrajectoryFile read() {
+    while (const auto line = file_.next_line()) {
+      if (trim(*line).empty() || line == header_) continue;
+      if (is_skipped(*line) || trim(*line).front() == '%') {
+        read_comment(*line);
+        continue;
+      }
+      if (first_ && !header_) columns_.separator = separator_of(*line);
+      const Fields fields = csv_fields(*line, columns_.separator);
+      if (std::exchange(first_, false) && (is_csv_header(fields) || names_positions(fields))) {
+        columns_ = CsvColumns(file_, fields, columns_.separator);
+        header_ = *line;
+        continue;
+      }
+      if (std::exchange(first_data_, false)) look_at(fields);
+      points_.guard([&] { read_record(fields); });
+    }
+    note_heights();
+    return points_.take(!times_.relative(), std::move(notes_), "'time, latitude, longitude, height'");
+  }
+
+ private:
+  /// A comment above the data may be the header.
+  void read_comment(std::string_view line) {
+    if (!first_) return;
+    line.remove_prefix(line.find_first_not_of("#% \t") == std::string_view::npos
+                           ? line.size()
+                           : line.find_first_not_of("#% \t"));
+    const char separator = separator_of(line);
+    const Fields fields = csv_fields(line, separator);
+    if (!names_positions(fields)) return;
+    columns_ = CsvColumns(file_, fields, separator);
+    header_ = line;
+    first_ = false;
+  }
+
+  /// The first line of data.
+  void look_at(const Fields& fields) {
+    if (header_) {
+      // A separator may end each line.
+      if (fields.size() == columns_.count + 1 && fields.back().empty()) ++columns_.count;
+      return;
+    }
+    columns_.count = std::max<std::size_t>(fields.size(), 4);
+    if (fields.size() < 4) return;
+    const auto x = field_number(fields[1]), y = field_number(fields[2]), z = field_number(fields[3]);
+    columns_.ecef = x && y && z && looks_like_ecef(*x, *y, *z);
+    if (columns_.ecef) notes_.say("columns 2 to 4 are taken as ECEF x, y, z in metres");
+    const auto whole = [](std::string_view field) { return parse_integer(field).has_value(); };
+    if (columns_.separator == ',' && fields.size() > 6 &&
+        std::all_of(fields.begin() + 1, fields.begin() + 7, whole)) {
+      throw file_.error("whole numbers in all columns look like numbers with decimal commas",
+                        "write points, put semicolons between the columns, or name the columns");
+    }
+  }
+
+  void read_record(const Fields& fields) {
+    if (fields.size() != columns_.count) {
+      throw file_.error(
+          fmt::format("{} columns where {} are needed", fields.size(), columns_.count),
+          "columns are time, latitude, longitude, height, as many in each line as in the first, with commas, "
+          "semicolons or tabs between; decimal commas need semicolons or tabs");
+    }
+    if (columns_.fix && says_no_fix(fields[*columns_.fix], columns_.least_fix)) {
+      points_.skip_no_fix();
+      return;
+    }
+    if (is_missing(fields[columns_.time.index])) {
+      points_.skip_missing();
+      return;
+    }
+    std::array<std::string, 3> text;
+    for (std::size_t k = 0; k < 3; ++k) text[k] = converted(k, fields);
+    points_.add(times_.read(fields), {text[0], text[1], text[2]}, columns_.ecef);
+  }
+
+  /// A coordinate in degrees or metres. What needs no conversion stays, with its faults.
+  [[nodiscard]] std::string converted(std::size_t k, const Fields& fields) const {
+    const CsvColumn& column = columns_.place[k];
+    const std::string_view text = fields[column.index];
+    if (is_missing(text)) return std::string(text);
+    const std::optional<double> plain = field_number(text);
+    if (k == 2 || columns_.ecef) {
+      double value = to_number(file_, text, columns_.ecef ? "coordinate" : "height") * column.scale;
+      if (adds_geoid() && k == 2) {
+        if (is_missing(fields[*columns_.geoid])) return {};
+        value += to_number(file_, fields[*columns_.geoid], "geoid height");
+      } else if (k == 2 && column.sea_level) {
+        value += heights_.geoid_undulation_m;
+      } else if (column.scale == 1) {
+        return std::string(text);
+      }
+      return fmt::format("{:.6f}", value);
+    }
+    const auto side_index = k == 0 ? columns_.latitude_side : columns_.longitude_side;
+    if (plain && column.scale == 1 && !column.minutes && !side_index) return std::string(text);
+    const std::string_view side = side_index ? fields[*side_index] : std::string_view();
+    if (side_index && trim(side).empty()) return {};
+    const auto angle = angle_deg(text, side, k == 0, column.minutes);
+    if (!angle) {
+      throw file_.error(
+          fmt::format("the {} '{}' {}is no angle", k == 0 ? "latitude" : "longitude", trim(text),
+                      side_index ? fmt::format("with the side '{}' ", trim(side)) : std::string()),
+          "write 48.1, -48.1, 48.1S or 48 06 00 S");
+    }
+    const double value_deg = *angle * column.scale;
+    if (column.unit && std::abs(value_deg) > 360) {
+      throw file_.error(fmt::format("{} in column '{}' is {:.1f} deg", trim(text), column.name, value_deg),
+                        "name the column by the unit that it has");
+    }
+    return fmt::format("{:.12f}", value_deg);
+  }
+  [[nodiscard]] bool adds_geoid() const {
+    const CsvColumn& height = columns_.place[2];
+    const std::string name = lower_case(height.name);
+    return columns_.geoid && !columns_.ecef && !height.ellipsoid &&
+           (height.sea_level || name.find("alt") != std::string::npos ||
+            name.find("ele") != std::string::npos);
+  }
+  void note_heights() {
+    if (!columns_.place[2].sea_level || adds_geoid() || !heights_.needed) return;
+    notes_.say(heights_.geoid_undulation_m != 0
+                   ? fmt::format("heights are above sea level by the header: the city's geoid undulation, "
+                                 "{:.1f} m, is added",
+                                 heights_.geoid_undulation_m)
+                   : std::string("heights are above sea level by the header and are taken as ellipsoidal; "
+                                 "city.geoid_undulation_m corrects them, height_above_terrain_m does without "
+                                 "them"));
+  }
+
+  TextFile& file_;
+  HeightReading heights_;
+  FileNotes notes_;
+  CsvColumns columns_;
+  CsvTimes times_;
+  ColumnPoints points_;
+  std::optional<std::string> header_;
+  bool first_ = true, first_data_ = true;
+};
+
+}  // namespace
+
+TrajectoryFile read_csv_track(TextFile& file, GpsTime start, const HeightReading& heights) {
+  return CsvReader(file, start, heights).read();
+}
+
+}  // namespace canyon::simulation

@@ -1,0 +1,136 @@
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <string>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
+#include "tests/support/simulation_support.hpp"
+
+// Small files of each format with a byte left out or a line doubled: they give the same path, a warning, an
+// error, or a path within noise.
+namespace canyon::simulation::damaged_tracks_test {
+namespace {
+
+using geodesy::GpsTime;
+using test::TemporaryFolder;
+
+constexpr double kNoise_m = 30;  // recorded_path.hpp: a first or last point off by 30 m may stay
+const GpsTime kStart = geodesy::parse_time("2024-05-01T10:00:10Z");
+
+std::string with_checksum(const std::string& body) {
+  unsigned sum = 0;
+  for (const char c : body) sum ^= static_cast<unsigned char>(c);
+  return fmt::format("${}*{:02X}\n", body, sum);
+}
+
+std::string file_of(const std::string& format, int count) {
+  std::string text;
+  for (int i = 0; i < count; ++i) {
+    const double latitude = 48.13714 + 1.1e-4 * i, longitude = 11.57537 + 0.7e-4 * i,
+                 height = 565.4 + 0.3 * i;
+    const std::string time = fmt::format("2024-05-01T10:00:{}Z", 10 + i);
+    if (format == "csv") {
+      text += fmt::format("{},{:.6f},{:.6f},{:.2f}\n", time, latitude, longitude, height);
+    } else if (format == "urbannav") {
+      text += fmt::format("2312,{},{:.8f},{:.8f},{:.3f}\n", 295228 + i, latitude, longitude, height);
+    } else if (format == "gpx") {
+      text += fmt::format("<trkpt lat=\"{:.6f}\" lon=\"{:.6f}\"><ele>{:.1f}</ele><time>{}</time></trkpt>\n",
+                          latitude, longitude, height, time);
+    } else if (format == "kml") {
+      text += fmt::format("<when>{}</when>\n<gx:coord>{:.6f} {:.6f} {:.1f}</gx:coord>\n", time, longitude,
+                          latitude, height);
+    } else {
+      text +=
+          with_checksum(fmt::format("GNGGA,1000{}.00,4808.{:05d},N,01134.{:05d},E,1,12,0.8,{:.1f},M,45.6,M,,",
+                                    10 + i, 22840 + 660 * i, 52220 + 420 * i, height - 45.6));
+      text += with_checksum(
+          fmt::format("GNRMC,1000{}.00,A,4808.22840,N,01134.52220,E,21.1,32.6,010524,,,A", 10 + i));
+    }
+  }
+  if (format == "csv") return "time,latitude,longitude,height\n" + text;
+  if (format == "gpx") return "<gpx version=\"1.1\"><trk><trkseg>\n" + text + "</trkseg></trk></gpx>\n";
+  if (format == "kml")
+    return "<kml><gx:Track><altitudeMode>absolute</altitudeMode>\n" + text + "</gx:Track></kml>\n";
+  return text;
+}
+
+struct Outcomes {
+  int same = 0, noise = 0, warned = 0, refused = 0, silent = 0;
+  std::string first_silent;
+};
+
+class Judge {
+ public:
+  explicit Judge(std::string format)
+      : format_(std::move(format)), text_(file_of(format_, 12)), sound_(read(text_)) {}
+
+  void judge(const std::string& text, const std::string& what) {
+    try {
+      const TrajectoryFile file = read(text);
+      const double off_m = difference_m(file);
+      if (off_m < 1e-6) {
+        ++outcomes_.same;
+      } else if (file.warnings.size() > sound_.warnings.size()) {
+        ++outcomes_.warned;
+      } else if (off_m < kNoise_m) {
+        ++outcomes_.noise;
+      } else {
+        if (outcomes_.silent++ == 0) outcomes_.first_silent = fmt::format("{}: {:.0f} m", what, off_m);
+      }
+    } catch (const InputError&) {
+      ++outcomes_.refused;
+    }
+  }
+  Outcomes run() {
+    for (std::size_t at = 0; at < text_.size(); at += 3) {
+      std::string text = text_;
+      text.erase(at, 1);
+      judge(text, fmt::format("{} without byte {} ({})", format_, at, text_.substr(at, 12)));
+    }
+    for (std::size_t at = 0; at < text_.size(); at = text_.find('\n', at) + 1) {
+      std::string text = text_;
+      text.insert(at, text_.substr(at, text_.find('\n', at) + 1 - at));
+      judge(text, fmt::format("{} with the line at {} twice", format_, at));
+    }
+    return outcomes_;
+  }
+
+ private:
+  TrajectoryFile read(const std::string& text) const {
+    return read_trajectory_file(folder_.write("track", text), format_, kStart);
+  }
+  /// The largest at the sound file's instants; a path that begins or ends elsewhere is off by its way.
+  [[nodiscard]] double difference_m(const TrajectoryFile& file) const {
+    double off_m = 0;
+    const Trajectory& sound = sound_.trajectory;
+    const auto place = [](const Trajectory& t, GpsTime at) {
+      return geodesy::ecef_from_geodetic(t.at(at).position);
+    };
+    for (double t = 0; t < 12; t += 1)
+      off_m = std::max(off_m, (place(file.trajectory, kStart + t) - place(sound, kStart + t)).norm());
+    return std::max({off_m, 15 * std::abs(file.trajectory.begin() - sound.begin()),
+                     15 * std::abs(file.trajectory.end() - sound.end())});
+  }
+
+  TemporaryFolder folder_;
+  std::string format_, text_;
+  TrajectoryFile sound_;
+  Outcomes outcomes_;
+};
+
+TEST(DamagedTracks, NoneMovesSilently) {
+  for (const std::string& format : trajectory_formats()) {
+    const Outcomes outcomes = Judge(format).run();
+    EXPECT_EQ(outcomes.silent, 0) << outcomes.first_silent;
+    EXPECT_GT(outcomes.warned, 10) << format;
+    std::printf("%s: same %d, within noise %d, warned %d, refused %d, silent %d\n", format.c_str(),
+                outcomes.same, outcomes.noise, outcomes.warned, outcomes.refused, outcomes.silent);
+  }
+}
+
+}  // namespace
+}  // namespace canyon::simulation::damaged_tracks_test
