@@ -96,9 +96,10 @@ class Trajectory {
 /// "csv": header or not; columns time, latitude, longitude, height, or time and ECEF x, y, z [m]; commas,
 /// semicolons or tabs between, fields in quotes or not. Time is ISO 8601, or seconds from the scenario's
 /// start. "urbannav": week, tow, latitude, longitude, height. "nmea": GGA with valid RMC or ZDA for the date,
-/// else the date of `start`. "gpx", "kml": track_file.hpp. Throws InputError with file and line for text that
-/// is not a number, latitudes in the wrong unit, times that mostly go backwards, or no usable line. A `start`
-/// of GpsTime{} means that none is known: files that need one are refused.
+/// else the date of `start`. "gpx", "kml": track_file.hpp. "gnsslogger": android_fixes.hpp. Throws InputError
+/// with file and line for text that is not a number, latitudes in the wrong unit, times that mostly go
+/// backwards, or no usable line. A `start` of GpsTime{} means that none is known: files that need one are
+/// refused.
 [[nodiscard]] Trajectory read_trajectory(const std::filesystem::path& path, const std::string& format,
                                          geodesy::GpsTime start);
 
