@@ -324,7 +324,9 @@ void add_heatmap_query(Command& heatmap) {
   command.add_option("--at", arguments.place, "LAT,LON", "a place [deg]");
   command.add_option("--path", arguments.path, "FILE", "a route with times and positions").excludes("--at");
   command
-      .add_option("--format", arguments.format, "FORMAT", "format of the route: csv, urbannav or nmea (csv)")
+      .add_option(
+          "--format", arguments.format, "FORMAT",
+          fmt::format("format of the route: {} (csv)", fmt::join(simulation::trajectory_formats(), ", ")))
       .needs("--path");
   arguments.route.step_m = 0;
   add_field(command, "--altitude", arguments.route, "altitude_m");

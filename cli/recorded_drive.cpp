@@ -11,6 +11,7 @@
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/georeference.hpp"
 #include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/profile.hpp"
 #include "canyon/validation/figures.hpp"
 #include "cli/commands.hpp"
@@ -47,13 +48,15 @@ void add_drive_options(Command& command, DriveArguments& arguments) {
       .add_option("scenario", arguments.scenario, "SCENARIO|LIST",
                   "scenario file: city, sky and first receiver; or a list of recordings, each with its own")
       .required();
-  command.add_option("--obs", arguments.obs, "FILE",
-                     "recorded observations, RINEX 2, 3 or 4 (not with a list)");
+  command.add_option(
+      "--obs", arguments.obs, "FILE",
+      "recorded observations: RINEX 2, 3 or 4, or a log of Android's GnssLogger (not with a list)");
   command.add_option("--truth", arguments.truth, "FILE", "true positions (the scenario's trajectory file)");
   command
       .add_option(
           "--format", arguments.format, "FORMAT",
-          "format of the true positions: csv, urbannav or nmea (that of the scenario's trajectory, else csv)")
+          fmt::format("format of the true positions: {} (that of the scenario's trajectory, else csv)",
+                      fmt::join(simulation::trajectory_formats(), ", ")))
       .formerly("--truth-format");
   command.add_option("--nmea", arguments.nmea, "FILE",
                      "the recorded receiver's own fixes (GGA), compared with the position filter's");
@@ -193,7 +196,7 @@ void RecordedDrive::read() {
   rinex::ObservationOptions wanted;
   wanted.systems = scenario_.sky.systems;
   wanted.all_signals = true;
-  auto recorded = rinex::read_rinex_observations(*recorded_.obs, wanted);
+  auto recorded = rinex::read_observations(*recorded_.obs, wanted);
   const geodesy::GpsTime first = recorded.epochs.front().receiver_time;
   const geodesy::GpsTime last = recorded.epochs.back().receiver_time;
 

@@ -69,7 +69,7 @@ Recording read(const std::string& path, const RtkArguments& arguments, const gns
     rinex::ObservationOptions wanted;
     wanted.all_signals = true;
     wanted.systems = systems;
-    recording.rinex = rinex::read_rinex_observations(path, wanted);
+    recording.rinex = rinex::read_observations(path, wanted);
     print_warnings(recording.rinex.report.warnings());
     return recording;
   }
@@ -244,8 +244,9 @@ void add_rtk(Command& app) {
   relative::PairOptions& options = arguments.options;
   options.fix.correct_troposphere = true;
   command
-      .add_option("rover", arguments.rover, "ROVER",
-                  "observations of the rover: RINEX 2, 3, 4, or RTCM 3 (.gz too)")
+      .add_option(
+          "rover", arguments.rover, "ROVER",
+          "observations of the rover: RINEX 2, 3, 4, RTCM 3, or a log of Android's GnssLogger (.gz too)")
       .required();
   command.add_option("base", arguments.base, "BASE", "observations of the base, in the same formats")
       .required();

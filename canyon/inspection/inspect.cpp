@@ -15,6 +15,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/heatmap/engine/map_source.hpp"
 #include "canyon/orbit/precise_sky.hpp"
+#include "canyon/rinex/android_log.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/rinex/observation_reader.hpp"
 #include "canyon/rtcm/rtcm_decoder.hpp"
@@ -104,19 +105,22 @@ FileReport inspect_map(const std::filesystem::path& path) {
 FileReport inspect_observations(const std::filesystem::path& path) {
   rinex::ObservationOptions options;
   options.all_signals = true;
-  const rinex::RinexObservations file = rinex::read_rinex_observations(path, options);
+  const rinex::RinexObservations file = rinex::read_observations(path, options);
   std::set<gnss::SatelliteId> satellites;
   std::map<std::string, std::set<std::string>> signals;
+  std::size_t judged = 0, multipath = 0;
   for (const rinex::ObservationEpoch& epoch : file.epochs) {
     for (const rinex::ObservedSignal& signal : epoch.signals) {
       satellites.insert(signal.id);
       signals[std::string(gnss::name(signal.id.system))].insert(signal.code.data());
+      judged += signal.multipath ? 1 : 0;
+      multipath += signal.multipath.value_or(false) ? 1 : 0;
     }
   }
-  FileReport report{fmt::format("RINEX {:.2f} observations", file.header.version),
+  FileReport report{file.header.format + " observations",
                     {},
                     file.report.warnings(),
-                    {"canyon validate SCENARIO --obs FILE", "canyon rtk --rover FILE"}};
+                    {"canyon validate SCENARIO --obs FILE", "canyon rtk FILE BASE"}};
   if (!file.epochs.empty()) {
     report.contents.emplace_back(
         "time", span_text(file.epochs.front().receiver_time, file.epochs.back().receiver_time));
@@ -127,6 +131,11 @@ FileReport inspect_observations(const std::filesystem::path& path) {
   for (const auto& [system, codes] : signals)
     parts.push_back(fmt::format("{} {}", system, fmt::join(codes, " ")));
   report.contents.emplace_back("signals", fmt::format("{}", fmt::join(parts, ", ")));
+  if (judged > 0) {
+    report.contents.emplace_back(
+        "multipath", fmt::format("seen by the receiver itself in {} of {} observations that it judged",
+                                 multipath, judged));
+  }
   if (!file.header.receiver.empty()) report.contents.emplace_back("receiver", file.header.receiver);
   if (file.header.approximate_position_ecef) {
     report.contents.emplace_back(
@@ -251,6 +260,19 @@ FileReport inspect_columns(const std::filesystem::path& path) {
   }
 }
 
+/// A log of Android's GnssLogger: its observations, else its fixes, else its NMEA sentences.
+FileReport inspect_android(const std::filesystem::path& path) {
+  const std::map<std::string, std::size_t> kinds = rinex::android_log_kinds(path);
+  const bool raw = kinds.count("Raw") > 0, fixes = kinds.count("Fix") > 0;
+  FileReport report = raw || (!fixes && kinds.count("NMEA") == 0)
+                          ? inspect_observations(path)
+                          : inspect_path(path, fixes ? "gnsslogger" : "nmea");
+  report.contents.emplace_back("lines", rinex::android_log_kinds_text(path));
+  if (raw && fixes)
+    report.uses.emplace_back("trajectory: {file: FILE, format: gnsslogger} in a scenario (its fixes)");
+  return report;
+}
+
 bool is_scenario_name(const std::filesystem::path& path) {
   return path.extension() == ".yaml" || path.extension() == ".yml";
 }
@@ -269,6 +291,7 @@ FileReport inspect_file(const std::filesystem::path& path) {
     return line[20] == 'O' ? inspect_observations(path) : inspect_navigation(path);
   }
   if (line.find("CRINEX VERS") != std::string_view::npos) return inspect_observations(path);
+  if (rinex::is_android_log(path)) return inspect_android(path);
   if (line.size() > 1 && line[0] == '#' && line[1] >= 'a' && line[1] <= 'd') return inspect_precise(path);
   if (has("<gpx")) return inspect_path(path, "gpx");
   if (has("<kml")) return inspect_path(path, "kml");
@@ -282,12 +305,10 @@ FileReport inspect_file(const std::filesystem::path& path) {
   }
   const bool is_text = std::none_of(text.begin(), text.end(), [](char c) { return c == '\0'; });
   if (is_text && text.find_first_of(",;\t") != std::string_view::npos) return inspect_columns(path);
-  throw InputError(
-      path, 0, "is not a kind of file that is known",
-      fmt::format(
-          "known are scenarios (.yaml), cities ({}), RINEX, SP3, RTCM 3, NMEA, GPX, KML, CSV and heat "
-          "maps (.nc)",
-          simulation::city_file_endings()));
+  throw InputError(path, 0, "is not a kind of file that is known",
+                   fmt::format("known are scenarios (.yaml), cities ({}), RINEX, SP3, RTCM 3, NMEA, "
+                               "GnssLogger, GPX, KML, CSV and heat maps (.nc)",
+                               simulation::city_file_endings()));
 }
 
 }  // namespace canyon::inspection

@@ -73,6 +73,7 @@ std::optional<HeaderRecords::Fault> HeaderRecords::begin(std::string_view line) 
                  "versions 2.x, 3.x and 4.x are read"};
   }
   header_.version = *version;
+  header_.format = fmt::format("RINEX {:.2f}", *version);
   const std::string_view type = column(line, 20, 1);
   if (type != "O") {
     return Fault{fmt::format("is not an observation file (RINEX type '{}')", trim(column(line, 20, 20))),

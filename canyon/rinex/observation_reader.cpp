@@ -6,11 +6,11 @@
 #include <span>
 #include <utility>
 
-#include "canyon/base/longest_rise.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/rinex/observation_codes.hpp"
 #include "canyon/rinex/observation_fields.hpp"
+#include "canyon/rinex/observation_file.hpp"
 #include "canyon/rinex/observation_header.hpp"
 
 namespace canyon::rinex {
@@ -97,11 +97,7 @@ struct RinexObservationReader::Impl {
 
   [[nodiscard]] const std::string& time_system() const { return records.header().time_system; }
 
-  void damaged(int line, std::string_view what) {
-    ++report.damaged;
-    if (report.damages.size() >= kListedDamages) return;
-    report.damages.emplace_back(InputError(lines.path(), line, what, "left out").what());
-  }
+  void damaged(int line, std::string_view what) { note_damage(report, lines.path(), line, what); }
 
   // --- header
 
@@ -143,7 +139,7 @@ struct RinexObservationReader::Impl {
       const std::span<const gnss::Signal> signals = gnss::signals_of(system);
       for (const gnss::Signal& signal : signals.first(options.all_signals ? signals.size() : 1)) {
         SignalColumns& of_signal = columns[index].emplace_back(SignalColumns{&signal, {}});
-        for (const std::string& code : codes_of(signal)) {
+        for (const std::string& code : wanted_codes(options, signal, records.header().version)) {
           const Columns found = columns_of(system, code);
           if (found.at[0] >= 0) of_signal.codes.push_back(found);
         }
@@ -160,16 +156,6 @@ struct RinexObservationReader::Impl {
                     listed.empty() ? "none" : listed.substr(0, 200)),
         options.all_signals ? "choose other systems or codes"
                             : "record L1-band pseudoranges, or choose other systems or codes");
-  }
-
-  [[nodiscard]] std::vector<std::string> codes_of(const gnss::Signal& signal) const {
-    const double version = records.header().version;
-    if (gnss::index_of(signal) == 0) {
-      const auto own = options.codes.find(signal.system);
-      if (own != options.codes.end()) return own->second;
-      if (!options.all_signals) return default_codes(signal.system, version);
-    }
-    return signal_codes(signal, version);
   }
 
   /// Rows of version2_types() that hold for a system in this file.
@@ -417,11 +403,8 @@ struct RinexObservationReader::Impl {
       }
       if (best) epoch.signals.push_back(*best);
     }
-    if (epoch.signals.size() == before) ++report.skipped["satellites without " + wanted_words()];
-  }
-
-  [[nodiscard]] std::string wanted_words() const {
-    return options.all_signals ? "an observation of a known signal" : "an L1-band observation";
+    if (epoch.signals.size() == before)
+      ++report.skipped[fmt::format("satellites without {}", wanted_words(options))];
   }
 
   static std::string printable(std::string_view text) {
@@ -488,31 +471,6 @@ const ObservationReport& RinexObservationReader::report() const {
   return impl_->report;
 }
 
-namespace {
-
-/// An epoch far ahead of its neighbours was taken, for a stream cannot know what follows.
-void leave_out_stray_epochs(const std::filesystem::path& path, RinexObservations& recorded) {
-  std::vector<geodesy::GpsTime> times;
-  for (const ObservationEpoch& epoch : recorded.epochs) times.push_back(epoch.receiver_time);
-  const std::vector<bool> stray = outside_longest_rise(times);
-  std::vector<ObservationEpoch> kept;
-  for (std::size_t i = 0; i < stray.size(); ++i) {
-    ObservationEpoch& epoch = recorded.epochs[i];
-    if (!stray[i]) {
-      kept.push_back(std::move(epoch));
-      continue;
-    }
-    --recorded.report.epochs;
-    recorded.report.observations -= epoch.signals.size();
-    if (++recorded.report.damaged > kListedDamages) continue;
-    recorded.report.damages.emplace_back(
-        InputError(path, epoch.line, "time of the epoch contradicts those around it", "left out").what());
-  }
-  recorded.epochs = std::move(kept);
-}
-
-}  // namespace
-
 RinexObservations read_rinex_observations(const std::filesystem::path& path,
                                           const ObservationOptions& options) {
   RinexObservationReader reader(path, options);
@@ -520,16 +478,7 @@ RinexObservations read_rinex_observations(const std::filesystem::path& path,
   while (auto epoch = reader.next()) result.epochs.push_back(std::move(*epoch));
   result.header = reader.header();
   result.report = reader.report();
-  leave_out_stray_epochs(path, result);
-  if (result.report.observations == 0) {
-    throw InputError(
-        path, 0,
-        result.report.damaged > 0
-            ? "no observation can be read: " + result.report.damages.front()
-            : fmt::format("holds no {} of a wanted system",
-                          options.all_signals ? "observation of a known signal" : "L1-band observation"),
-        "fetch the file again or give another");
-  }
+  finish_observations(path, options, result);
   return result;
 }
 

@@ -40,6 +40,8 @@ struct ObservedSignal {
   /// ambiguity, bit 2 antispoofing (2.x) or BOC-tracking of an MBOC signal (3.x). It may be set where the
   /// phase itself is missing.
   std::uint8_t loss_of_lock = 0;
+  /// The receiver's own judgement whether it sees multipath, in formats that have one.
+  std::optional<bool> multipath;
 
   /// Whether it is the one near L1.
   [[nodiscard]] bool first() const {
@@ -59,8 +61,9 @@ struct ObservationEpoch {
 
 /// The header, with the changes by header records between the epochs.
 struct ObservationHeader {
-  double version = 0;
-  char system = 'G';  ///< of the file: a system's letter, M for mixed
+  std::string format;  ///< for people: "RINEX 3.03"
+  double version = 0;  ///< of RINEX, whose codes the signals have
+  char system = 'G';   ///< of the file: a system's letter, M for mixed
   std::string program, marker, receiver, antenna;
   /// Observation types in column order, by system letter; version 2: one list under ' '.
   std::map<char, std::vector<std::string>> types;
@@ -162,5 +165,10 @@ struct RinexObservations {
 /// Throws InputError as the reader does, and where the file holds no observation at all.
 [[nodiscard]] RinexObservations read_rinex_observations(const std::filesystem::path& path,
                                                         const ObservationOptions& options = {});
+
+/// Observations of a receiver in whichever format the file has, by its content: RINEX, or a text log of
+/// Android's GnssLogger (android_observations.hpp). Throws InputError as the readers do.
+[[nodiscard]] RinexObservations read_observations(const std::filesystem::path& path,
+                                                  const ObservationOptions& options = {});
 
 }  // namespace canyon::rinex

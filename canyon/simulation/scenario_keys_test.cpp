@@ -83,7 +83,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "gps_input: true, hil_gps: true, gps_raw_int: true, gps_rtcm_data: true, rtcm: true, ubx: true, "
       "ubx_m8: true, "
       "rinex_observation: true, "
-      "rinex4_observation: true, "
+      "rinex4_observation: true, gnsslogger: true, "
       "rinex_navigation: true, kml: true, geojson: true, gpx: true, samples: true, pictures: true}\n"
       "map: {motion: driving, pace_mps: 5}\n"
       "samples: {bands: [L1, E5a], rate_hz: 2e6, intermediate_hz: 5e5, bandwidth_hz: 1e6, real: true, noise: "

@@ -128,8 +128,7 @@ void visit_trajectory(Visitor& v, TrajectoryConfig& config, const CityConfig& ci
         {"format", "",
          "csv: time (ISO 8601, or seconds from start), latitude, longitude [deg], height [m]; urbannav: GPS "
          "week, time of week, latitude, longitude, height; nmea: GGA with RMC or ZDA; gpx, kml: with times, "
-         "or "
-         "driven as waypoints are"},
+         "or driven as waypoints are; gnsslogger: the fixes in a log of Android's app"},
         config.format, formats);
   }
   static constexpr std::array<std::string_view, 3> kAttitudes{"level", "aircraft", "multirotor"};

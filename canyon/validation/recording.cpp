@@ -113,7 +113,7 @@ Recording read_recording(const simulation::Scenario& scenario, const simulation:
                          const std::string& truth_format, const RecordingOptions& options) {
   rinex::ObservationOptions wanted;
   wanted.all_signals = true;
-  return join_recording(scenario, environment, obs, rinex::read_rinex_observations(obs, wanted), truth,
+  return join_recording(scenario, environment, obs, rinex::read_observations(obs, wanted), truth,
                         truth_format, options);
 }
 

@@ -37,7 +37,7 @@ void visit(options::Visitor& v, ListedRecording& r) {
   if (v.reads()) options::check_folder_name(v, "name", r.name);
   v.text({"class", "", "of its receiver: recordings of one class are pooled", "none"}, r.receiver_class);
   v.file({"scenario", "", "city, sky and first receiver"}, r.scenario);
-  v.file({"obs", "", "recorded observations, RINEX 2, 3 or 4"}, r.obs);
+  v.file({"obs", "", "recorded observations: RINEX 2, 3 or 4, or a log of Android's GnssLogger"}, r.obs);
   v.file({"truth", "", "true positions", "the scenario's trajectory file"}, r.truth);
   const std::vector<std::string>& formats = simulation::trajectory_formats();
   v.word({"truth_format", "", "of the true positions", "that of the scenario's trajectory, else csv"},

@@ -689,10 +689,10 @@ class Recording:
     ----------
     scenario : Scenario, dict or path
     obs : path
-        RINEX observations.
+        Observations: RINEX, or a log of Android's GnssLogger.
     truth : path, optional
         True positions; else the scenario's trajectory file.
-    truth_format : {"csv", "urbannav", "nmea"}, optional
+    truth_format : {"csv", "urbannav", "nmea", "gpx", "kml", "gnsslogger"}, optional
     atmosphere : bool
         Whether the pseudoranges hold the atmosphere's delays, as those of real receivers do.
     """

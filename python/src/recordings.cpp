@@ -54,7 +54,7 @@ class Recorded {
     rinex::ObservationOptions wanted;
     wanted.systems = scenario_.sky.systems;
     wanted.all_signals = true;
-    rinex::RinexObservations recorded = rinex::read_rinex_observations(obs, wanted);
+    rinex::RinexObservations recorded = rinex::read_observations(obs, wanted);
     city::City city = simulation::load_city(scenario_.city, scenario_.seed);
     simulation::BuiltSky sky =
         simulation::build_sky(scenario_.sky, recorded.epochs.front().receiver_time,
@@ -202,10 +202,10 @@ Parameters
 ----------
 scenario : Scenario, dict or path
 obs : path
-    RINEX observations.
+    Observations: RINEX, or a log of Android's GnssLogger.
 truth : path, optional
     True positions; else the scenario's trajectory file.
-truth_format : {"csv", "urbannav", "nmea"}, optional
+truth_format : {"csv", "urbannav", "nmea", "gpx", "kml", "gnsslogger"}, optional
 atmosphere : bool
     Whether the pseudoranges hold the atmosphere's delays, as those of real receivers do.)")
       .def(py::init<const py::object&, const std::filesystem::path&,

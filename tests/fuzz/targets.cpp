@@ -29,6 +29,7 @@
 #include "canyon/orbit/precise_sky.hpp"
 #include "canyon/output/formats.hpp"
 #include "canyon/output/ubx/frame.hpp"
+#include "canyon/rinex/android_observations.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/rinex/observation_reader.hpp"
 #include "canyon/rtcm/rtcm_decoder.hpp"
@@ -383,6 +384,22 @@ std::vector<std::string> ubx_seeds() {
           "$PUBX,41,1,0023,0001,115200,0*1C\r\n"};
 }
 
+/// Two epochs of GPS, GLONASS and Galileo, and a fix.
+std::string android_log() {
+  return "# Version: v3.0.6.4 Platform: 14 Manufacturer: Acme Model: One\n"
+         "# Raw,TimeNanos,FullBiasNanos,BiasNanos,HardwareClockDiscontinuityCount,Svid,State,"
+         "ReceivedSvTimeNanos,Cn0DbHz,PseudorangeRateMetersPerSecond,AccumulatedDeltaRangeState,"
+         "AccumulatedDeltaRangeMeters,CarrierFrequencyHz,ConstellationType,CodeType\n"
+         "# Fix,Provider,LatitudeDegrees,LongitudeDegrees,AltitudeMeters,UnixTimeMillis\n"
+         "Raw,100000000000,-1398498900000000000,0.5,3,5,16399,212399925000000,41.5,-350.2,25,-1234.5,"
+         "1575420030,1,C\n"
+         "Raw,100000000000,-1398498900000000000,0.5,3,7,32897,50381925000000,41.5,-350.2,25,-1234.5,"
+         "1600312500,3,C\n"
+         "Fix,GPS,48.0,11.0,547.0,1714474782000\n"
+         "Raw,101000000000,-1398498900000000040,0.7,3,12,3072,25000000,41.5,-350.2,25,-1234.5,"
+         "1575420030,6,C\n";
+}
+
 }  // namespace
 
 const std::vector<Target>& targets() {
@@ -397,6 +414,14 @@ const std::vector<Target>& targets() {
          (void)rinex::read_rinex_observations(path);
        },
        {observations3(), observations2()}},
+      {"android_log",
+       "gnss_log.txt",
+       [](const fs::path& path) {
+         rinex::ObservationOptions options;
+         options.all_signals = true;
+         (void)rinex::read_android_observations(path, options);
+       },
+       {android_log()}},
       {"ubx", "commands.ubx", receive_ubx, ubx_seeds()},
       {"rtcm",
        "base.rtcm3",

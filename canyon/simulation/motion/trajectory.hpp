@@ -96,9 +96,9 @@ class Trajectory {
 /// "csv": header or not; columns time, latitude, longitude, height, or time and ECEF x, y, z [m]; commas,
 /// semicolons or tabs between, fields in quotes or not. Time is ISO 8601, or seconds from the scenario's
 /// start. "urbannav": week, tow, latitude, longitude, height. "nmea": GGA with valid RMC or ZDA for the date,
-/// else the date of `start`. "gpx", "kml": track_file.hpp. A record that is not valid is left out, with a
-/// warning. Throws InputError with file and line where half of the records or more are not, times mostly go
-/// backwards, or no line is usable. A `start` of GpsTime{} means that none is known.
+/// else the date of `start`. "gpx", "kml": track_file.hpp. "gnsslogger":
+/// android_fixes.hpp. A record that is not valid is left out, with a warning. Throws InputError with file and
+/// line where half of the records or more are not, times mostly go backwards, or no line is usable. A `start` of GpsTime{} means that none is known.
 [[nodiscard]] Trajectory read_trajectory(const std::filesystem::path& path, const std::string& format,
                                          geodesy::GpsTime start);
 

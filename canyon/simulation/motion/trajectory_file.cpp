@@ -8,6 +8,7 @@
 
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
+#include "canyon/simulation/motion/android_fixes.hpp"
 #include "canyon/simulation/motion/column_points.hpp"
 #include "canyon/simulation/motion/nmea_fixes.hpp"
 #include "canyon/simulation/motion/recorded_path.hpp"
@@ -82,7 +83,7 @@ TrajectoryFile read_urbannav(TextFile& file, const HeightReading& heights) {
 }  // namespace
 
 const std::vector<std::string>& trajectory_formats() {
-  static const std::vector<std::string> formats{"csv", "urbannav", "nmea", "gpx", "kml"};
+  static const std::vector<std::string> formats{"csv", "urbannav", "nmea", "gpx", "kml", "gnsslogger"};
   return formats;
 }
 
@@ -91,7 +92,7 @@ TrajectoryFile read_trajectory_file(const std::filesystem::path& path, const std
   if (std::find(trajectory_formats().begin(), trajectory_formats().end(), format) ==
       trajectory_formats().end()) {
     throw InputError(fmt::format("trajectory format '{}' is unknown", format),
-                     "it is csv, urbannav, nmea, gpx or kml");
+                     fmt::format("it is one of {}", fmt::join(trajectory_formats(), ", ")));
   }
   if (is_track_format(format)) {
     const TrackFile track = read_track_file(path, format, heights);
@@ -100,6 +101,7 @@ TrajectoryFile read_trajectory_file(const std::filesystem::path& path, const std
     }
     return timed_trajectory(path, track);
   }
+  if (format == "gnsslogger") return read_android_fixes(path, heights);
   if (format == "nmea") {
     NmeaFixes nmea = read_nmea_fixes(path, start, heights);
     TrajectoryFile file = recorded_trajectory(std::move(nmea.fixes), nmea.has_own_dates, FileNotes(path));

@@ -1,0 +1,108 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "canyon/base/text_file.hpp"
+
+// Text logs of Android's GnssLogger: its LOGGING_FORMAT.md, and the documentation of android.location's
+// GnssMeasurement and GnssClock, whose values and bits the columns have.
+
+namespace canyon::rinex {
+
+/// Bits of the column State, and the numbers of ConstellationType.
+namespace android {
+enum State : std::uint32_t {
+  kCodeLock = 1U << 0U,
+  kBitSync = 1U << 1U,
+  kSubframeSync = 1U << 2U,
+  kTowDecoded = 1U << 3U,
+  kMillisecondAmbiguous = 1U << 4U,
+  kSymbolSync = 1U << 5U,
+  kGlonassStringSync = 1U << 6U,
+  kGlonassTimeOfDayDecoded = 1U << 7U,
+  kD2BitSync = 1U << 8U,
+  kD2SubframeSync = 1U << 9U,
+  kE1CodeLock = 1U << 10U,
+  kE1SecondaryCodeLock = 1U << 11U,
+  kE1PageSync = 1U << 12U,
+  kTowKnown = 1U << 14U,
+  kGlonassTimeOfDayKnown = 1U << 15U,
+  kSecondaryCodeLock = 1U << 16U,
+};
+/// Bits of the column AccumulatedDeltaRangeState.
+enum DeltaRangeState : std::uint32_t {
+  kValid = 1,
+  kReset = 2,
+  kCycleSlip = 4,
+  kHalfCycleResolved = 8,
+  kHalfCycleReported = 16
+};
+enum Constellation : std::uint8_t {
+  kGps = 1,
+  kSbas = 2,
+  kGlonass = 3,
+  kQzss = 4,
+  kBeiDou = 5,
+  kGalileo = 6,
+  kNavIc = 7
+};
+/// QZSS's numbers are PRNs: that of J01 plus so many. GLONASS satellites whose slot is not known have their
+/// frequency channel plus 100.
+inline constexpr int kQzssOffset = 192;
+}  // namespace android
+
+/// Whether a file begins as a log of GnssLogger: with a comment that names columns of "Raw", "Fix" or
+/// "Status", or with a line of "Raw". Throws InputError where it cannot be read.
+[[nodiscard]] bool is_android_log(const std::filesystem::path& path);
+
+/// How many lines of each kind ("Raw", "Fix", "Status") a log has.
+[[nodiscard]] std::map<std::string, std::size_t> android_log_kinds(const std::filesystem::path& path);
+/// "Fix 243, Status 80"; "no line" for an empty log.
+[[nodiscard]] std::string android_log_kinds_text(const std::filesystem::path& path);
+
+/// The lines of one kind in such a log. Versions of the app differ in columns and their order: the header
+/// names them ("# Raw,utcTimeMillis,TimeNanos,...") and may come again.
+class AndroidLog {
+ public:
+  /// @param columns wanted, by name; names of older versions stand behind '|'. Both must outlive this.
+  AndroidLog(TextFile file, std::string_view kind, std::span<const std::string_view> columns)
+      : file_(std::move(file)), kind_(kind), names_(columns) {}
+
+  /// Goes to the next line of the kind; false at the end. Throws InputError for one before any header.
+  [[nodiscard]] bool next();
+
+  /// Field of a column (index into `columns`) without blanks; empty where line or header does not have it.
+  [[nodiscard]] std::string_view text(std::size_t column) const;
+  /// Empty for a field that is empty or no such number.
+  [[nodiscard]] std::optional<long long> integer(std::size_t column) const;
+  [[nodiscard]] std::optional<double> number(std::size_t column) const;
+  /// Name of a column, as the newest version of the app has it.
+  [[nodiscard]] std::string_view name(std::size_t column) const;
+  /// Whether the header has it.
+  [[nodiscard]] bool has(std::size_t column) const { return column < at_.size() && at_[column] >= 0; }
+
+  [[nodiscard]] const TextFile& file() const { return file_; }
+  /// "Google Pixel 7" and "v3.0.6.4", where the header says it.
+  [[nodiscard]] const std::string& device() const { return device_; }
+  [[nodiscard]] const std::string& version() const { return version_; }
+
+ private:
+  void read_columns(std::string_view line);
+  void read_version(std::string_view comment);
+
+  TextFile file_;
+  std::string_view kind_;
+  std::span<const std::string_view> names_;
+  std::vector<int> at_;  ///< place of each column in a line; -1: not there
+  std::vector<std::string_view> fields_;
+  std::string device_, version_;
+};
+
+}  // namespace canyon::rinex
