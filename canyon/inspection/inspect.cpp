@@ -166,7 +166,7 @@ FileReport inspect_precise(const std::filesystem::path& path) {
   return {"SP3 precise orbits",
           {{"time", span_text(sky.span().first, sky.span().second)},
            {"satellites", satellites_text({ids.begin(), ids.end()})}},
-          {},
+          sky.warnings(),
           {"sky: {sp3: [FILE]} in a scenario", "canyon sky --sp3 FILE"}};
 }
 

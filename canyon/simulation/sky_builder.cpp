@@ -160,6 +160,7 @@ BuiltSky from_navigation(const SkyConfig& config, GpsTime begin, GpsTime end,
 BuiltSky from_sp3(const SkyConfig& config, GpsTime begin, GpsTime end) {
   BuiltSky built;
   auto sky = std::make_shared<orbit::PreciseSky>(config.sp3, config.systems);
+  built.warnings = sky->warnings();
   check_systems(*sky, config.systems, built.warnings);
   check_coverage(*sky, begin, end, "precise orbits", sky->span(),
                  "give the orbits of that day or another start", built.warnings);
