@@ -8,9 +8,9 @@
 #include "canyon/base/statistics.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/orbit/navigation_review.hpp"
 #include "canyon/receiver/corrections.hpp"
 #include "canyon/relative/recorded_pair.hpp"
-#include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/rtcm/rtcm_decoder.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario.hpp"
@@ -181,7 +181,7 @@ GpsTime time_of(const gnss::NavigationData& navigation) {
 int run_rtk(const RtkArguments& arguments) {
   simulation::SkyConfig config;
   config.navigation.assign(arguments.navigation.begin(), arguments.navigation.end());
-  const gnss::NavigationData navigation = rinex::read_rinex_navigation(config.navigation);
+  const gnss::NavigationData navigation = orbit::read_navigation(config.navigation);
   const auto rover = read(arguments.rover, arguments, navigation, time_of(navigation), false);
   const GpsTime first = rover.first();
   config.allow_stale = arguments.allow_stale;

@@ -14,8 +14,8 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/heatmap/engine/map_source.hpp"
+#include "canyon/orbit/navigation_review.hpp"
 #include "canyon/orbit/precise_sky.hpp"
-#include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/rinex/observation_reader.hpp"
 #include "canyon/rtcm/rtcm_decoder.hpp"
 #include "canyon/simulation/load_city.hpp"
@@ -135,7 +135,7 @@ FileReport inspect_observations(const std::filesystem::path& path) {
 }
 
 FileReport inspect_navigation(const std::filesystem::path& path) {
-  const gnss::NavigationData data = rinex::read_rinex_navigation(path);
+  const gnss::NavigationData data = orbit::read_navigation({path});
   std::set<gnss::SatelliteId> satellites;
   std::optional<GpsTime> first, last;
   std::size_t records = 0;

@@ -10,9 +10,9 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
 #include "canyon/orbit/frozen_sky.hpp"
+#include "canyon/orbit/navigation_review.hpp"
 #include "canyon/orbit/nominal_constellation.hpp"
 #include "canyon/orbit/precise_sky.hpp"
-#include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/simulation/require_satellites.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
@@ -139,7 +139,7 @@ void report_stale(const orbit::BroadcastSky& sky, const SkyConfig& config, GpsTi
 BuiltSky from_navigation(const SkyConfig& config, GpsTime begin, GpsTime end,
                          const geodesy::Geodetic& place) {
   BuiltSky built;
-  built.navigation = rinex::read_rinex_navigation(config.navigation);
+  built.navigation = orbit::read_navigation(config.navigation);
   built.warnings = built.navigation.warnings;
   // Most receivers do not range to SBAS: it has to be named.
   if (config.systems.count(gnss::System::SBAS) == 0) built.navigation.sbas.clear();
