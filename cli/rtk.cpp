@@ -78,7 +78,10 @@ Recording read(const std::string& path, const RtkArguments& arguments, const gns
                                  [&](const gnss::GlonassEphemeris& e) { return e.id == id; });
     return of == navigation.glonass.end() ? std::nullopt : std::optional(of->channel);
   };
-  for (const auto& epoch : rtcm::read_rtcm_corrections(path, around, channel, needs_place).epochs) {
+  const rtcm::RtcmCorrections corrections = rtcm::read_rtcm_corrections(path, around, channel, needs_place);
+  for (const auto& [problem, count] : corrections.status.problems)
+    print_warnings({fmt::format("{}: {} ({} times)", path, problem, count)});
+  for (const auto& epoch : corrections.epochs) {
     relative::Corrections wanted = *epoch;
     std::erase_if(wanted.observations, [&](const relative::SignalMeasurement& seen) {
       return systems.count(seen.measurement.id.system) == 0;
