@@ -8,9 +8,9 @@
 #include "canyon/base/statistics.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/orbit/navigation_review.hpp"
 #include "canyon/receiver/corrections.hpp"
 #include "canyon/relative/recorded_pair.hpp"
-#include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/rtcm/rtcm_decoder.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario.hpp"
@@ -78,7 +78,10 @@ Recording read(const std::string& path, const RtkArguments& arguments, const gns
                                  [&](const gnss::GlonassEphemeris& e) { return e.id == id; });
     return of == navigation.glonass.end() ? std::nullopt : std::optional(of->channel);
   };
-  for (const auto& epoch : rtcm::read_rtcm_corrections(path, around, channel, needs_place).epochs) {
+  const rtcm::RtcmCorrections corrections = rtcm::read_rtcm_corrections(path, around, channel, needs_place);
+  for (const auto& [problem, count] : corrections.status.problems)
+    print_warnings({fmt::format("{}: {} ({} times)", path, problem, count)});
+  for (const auto& epoch : corrections.epochs) {
     relative::Corrections wanted = *epoch;
     std::erase_if(wanted.observations, [&](const relative::SignalMeasurement& seen) {
       return systems.count(seen.measurement.id.system) == 0;
@@ -182,7 +185,7 @@ GpsTime time_of(const gnss::NavigationData& navigation) {
 int run_rtk(const RtkArguments& arguments) {
   simulation::SkyConfig config;
   config.navigation.assign(arguments.navigation.begin(), arguments.navigation.end());
-  const gnss::NavigationData navigation = rinex::read_rinex_navigation(config.navigation);
+  const gnss::NavigationData navigation = orbit::read_navigation(config.navigation);
   const auto rover = read(arguments.rover, arguments, navigation, time_of(navigation), false);
   const GpsTime first = rover.first();
   config.allow_stale = arguments.allow_stale;

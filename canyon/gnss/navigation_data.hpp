@@ -41,6 +41,7 @@ struct KeplerEphemeris {
   int data_sources = 0;       ///< Galileo: bits of I/NAV (0, 2, 9) and F/NAV (1, 8); GPS: codes on L2
   int l2p_flag = 0;           ///< GPS
   int source = 0;             ///< index into NavigationData::sources
+  int line = 0;               ///< in its file; 0: not of a file
 };
 
 /// GLONASS broadcast ephemeris (PZ-90.11, taken as WGS 84: the difference is centimetres).
@@ -58,6 +59,7 @@ struct GlonassEphemeris {
   double age_days = 0;
   double group_delay_difference_s = 0;  ///< delta tau n, L2 minus L1; 0 where the file does not say
   int source = 0;
+  int line = 0;  ///< in its file; 0: not of a file
 };
 
 /// Navigation message of a geostationary SBAS satellite (message 9, RTCA DO-229 A.4.4.11); WGS 84, GPST.
@@ -74,6 +76,7 @@ struct SbasEphemeris {
   double accuracy_m = 0;  ///< URA
   int iodn = 0;           ///< issue of data
   int source = 0;
+  int line = 0;  ///< in its file; 0: not of a file
 };
 
 /// Room for the signals of one system; the tables of signals.cpp assert that they have it.

@@ -14,9 +14,9 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/heatmap/engine/map_source.hpp"
+#include "canyon/orbit/navigation_review.hpp"
 #include "canyon/orbit/precise_sky.hpp"
 #include "canyon/rinex/android_log.hpp"
-#include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/rinex/observation_reader.hpp"
 #include "canyon/rtcm/rtcm_decoder.hpp"
 #include "canyon/simulation/load_city.hpp"
@@ -145,7 +145,7 @@ FileReport inspect_observations(const std::filesystem::path& path) {
 }
 
 FileReport inspect_navigation(const std::filesystem::path& path) {
-  const gnss::NavigationData data = rinex::read_rinex_navigation(path);
+  const gnss::NavigationData data = orbit::read_navigation({path});
   std::set<gnss::SatelliteId> satellites;
   std::optional<GpsTime> first, last;
   std::size_t records = 0;
@@ -176,7 +176,7 @@ FileReport inspect_precise(const std::filesystem::path& path) {
   return {"SP3 precise orbits",
           {{"time", span_text(sky.span().first, sky.span().second)},
            {"satellites", satellites_text({ids.begin(), ids.end()})}},
-          {},
+          sky.warnings(),
           {"sky: {sp3: [FILE]} in a scenario", "canyon sky --sp3 FILE"}};
 }
 

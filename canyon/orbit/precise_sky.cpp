@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <map>
 #include <utility>
 
@@ -103,22 +102,21 @@ struct PreciseSky::Table {
   std::string names;  ///< of all files
   GpsTime origin;     ///< first epoch; its axes are the common ones
   GpsTime last;
-  double spacing_s = 0;
+  double spacing_s = 0;  ///< of epochs; of files with several the longest
   std::map<gnss::SatelliteId, TabulatedOrbit> series;
+  std::vector<std::string> warnings;
 
   Table(std::vector<TextFile> files, const std::set<gnss::System>& systems) {
     std::vector<Sp3File> parts;
     for (TextFile& file : files) {
       parts.push_back(read_sp3(file, systems));
+      spacing_s = std::max(spacing_s, parts.back().step_s);
+      warnings.insert(warnings.end(), parts.back().warnings.begin(), parts.back().warnings.end());
       names += (names.empty() ? "" : ", ") + file.path().filename().string();
     }
     Sp3File sp3 = joined_files(std::move(parts));
     origin = sp3.epochs.front();
     last = sp3.epochs.back();
-    spacing_s = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 1; i < sp3.epochs.size(); ++i) {
-      spacing_s = std::min(spacing_s, sp3.epochs[i] - sp3.epochs[i - 1]);
-    }
     for (auto& [id, records] : sp3.records) {
       TabulatedOrbit& s = series[id];
       s.carrier_frequency_hz = carrier_frequency(id);
@@ -309,6 +307,10 @@ std::string PreciseSky::source(gnss::SatelliteId id, GpsTime t) const {
                        kPoints);
   }
   return fmt::format("{}, record {}", file, geodesy::format_gpst(b.series->records[b.low].t, 0));
+}
+
+const std::vector<std::string>& PreciseSky::warnings() const {
+  return table_->warnings;
 }
 
 std::pair<GpsTime, GpsTime> PreciseSky::span() const {

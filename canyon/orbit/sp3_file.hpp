@@ -1,8 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <filesystem>
 #include <map>
 #include <set>
+#include <string>
 #include <vector>
 
 #include "canyon/base/text_file.hpp"
@@ -20,15 +22,27 @@ struct Sp3Record {
   bool good_clock = true;
   /// Since the record before, or at this one (flags M and E).
   bool maneuver = false, clock_event = false;
+  int line = 0;
 };
 
 /// An SP3-c or SP3-d file ("The Extended Standard Product 3 Orbit Format", IGS 2016) as it is written.
 struct Sp3File {
   std::vector<geodesy::GpsTime> epochs;                         ///< ascending
   std::map<gnss::SatelliteId, std::vector<Sp3Record>> records;  ///< ascending in time
+  double step_s = 0;                                            ///< the most frequent one between epochs
+  std::vector<std::string> warnings;                            ///< one line each
 };
 
-/// Reads the P records of `systems`. Throws InputError as PreciseSky says.
+/// Reads the P records of `systems`; epochs out of order and records that contradict those around them are
+/// left out, with warnings. Throws InputError as PreciseSky says.
 [[nodiscard]] Sp3File read_sp3(TextFile& file, const std::set<gnss::System>& systems);
+
+/// Leaves out the records that contradict the others of their satellite, and marks where orbits and clocks
+/// jump. Positions are judged by gravity (Earth's mass and J2): of three records in a row the middle one is
+/// where the outer ones and their accelerations put it, within 10 m and six times what is usual for the
+/// satellite, at most 1e-4 m/s^2 of acceleration unexplained (some 20 m in steps of 5 min, 90 m of 15 min).
+/// Clocks are judged likewise by straight lines, within 100 ns. Throws InputError where most satellites of
+/// the file do not move as satellites do, or have no clock.
+void review_sp3(Sp3File& sp3, const std::filesystem::path& path);
 
 }  // namespace canyon::orbit

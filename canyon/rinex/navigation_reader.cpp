@@ -3,12 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
-#include <set>
 #include <string>
 #include <utility>
 
+#include "canyon/base/record_notes.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/broadcast_messages.hpp"
@@ -60,17 +59,17 @@ class Reader {
     version_ = static_cast<int>(*version);
     layout_ = version_ == 2 ? Layout::kVersion2 : Layout::kVersion3;
     const char type = first->size() > 20 ? (*first)[20] : ' ';
-    const bool known = type == 'N' || (version_ == 2 && (type == 'G' || type == 'H'));
+    const std::optional<gnss::System> of_type = version2_system(type);
+    const bool known = type == 'N' || (version_ == 2 && of_type);
     if (!known) {
       throw file_.error(
           fmt::format("is not a navigation file of a system that Canyon reads (RINEX type '{}')",
                       trim(column(*first, 20, 20))),
-          type == 'O' ? "this is an observation file; give the navigation file of that day"
-                      : "types N (any version), G and H (version 2, GLONASS and SBAS) are read");
+          type == 'O'
+              ? "this is an observation file; give the navigation file of that day"
+              : "types N (any version), G, H, E and J (version 2: GLONASS, SBAS, Galileo, QZSS) are read");
     }
-    version2_system_ = type == 'G'   ? gnss::System::GLONASS
-                       : type == 'H' ? gnss::System::SBAS
-                                     : gnss::System::GPS;
+    version2_system_ = of_type.value_or(gnss::System::GPS);
     beidou_only_ = version_ == 3 && first->size() > 40 && (*first)[40] == 'C';
 
     while (const auto line = file_.next_line()) {
@@ -88,6 +87,23 @@ class Reader {
     }
     throw InputError(file_.path(), 0, "RINEX header has no END OF HEADER",
                      "the file is cut short: fetch it again");
+  }
+
+  /// 2.11, tables A3, A10 and A15; 2.12: E, or L as in the names of files, and J.
+  static std::optional<gnss::System> version2_system(char type) {
+    switch (type) {
+      case 'G':
+        return gnss::System::GLONASS;
+      case 'H':
+        return gnss::System::SBAS;
+      case 'E':
+      case 'L':
+        return gnss::System::Galileo;
+      case 'J':
+        return gnss::System::QZSS;
+      default:
+        return std::nullopt;
+    }
   }
 
   void read_ionosphere(std::string_view line) {
@@ -147,12 +163,15 @@ class Reader {
   }
 
   void read_records() {
+    // RTKLIB writes 2.12 of Galileo and QZSS with version 3's records.
+    if (const auto first = file_.peek_line(); first && gnss::parse_satellite(column(*first, 0, 3)))
+      layout_ = Layout::kVersion3;
     while (auto line = file_.next_line()) {
       if (trim(*line).empty()) continue;
       RawRecord record;
       record.line = file_.line();
       if (!begins_record(*line)) {
-        damaged(record.line, "lines that belong to no record");
+        notes_.add(record.line, "lines that belong to no record", kCure);
         skip_rest();
         continue;
       }
@@ -181,7 +200,7 @@ class Reader {
           take_version2_or_3(record);
         }
       } catch (const DamagedRecord& reason) {
-        damaged(record.line, reason.reason);
+        notes_.add(record.line, reason.reason, kCure);
       }
     }
   }
@@ -195,12 +214,12 @@ class Reader {
 
   void take_version2_or_3(const RawRecord& record) {
     const std::string_view first = record.lines.front();
-    if (version_ == 2) {
+    if (layout_ == Layout::kVersion2) {
       const auto number = parse_integer(column(first, 0, 2));
       if (!number || *number < 1) {
         throw DamagedRecord{fmt::format("'{}' is not a satellite number", trim(column(first, 0, 2)))};
       }
-      take(gnss::SatelliteId{version2_system_, static_cast<std::uint8_t>(*number)}, record.lines,
+      take(gnss::SatelliteId{version2_system_, static_cast<std::uint8_t>(*number)}, record,
            Message::kUnnamed);
       return;
     }
@@ -208,7 +227,7 @@ class Reader {
       ++skipped_[fmt::format("records of system {}", first[0])];
       return;
     }
-    take(satellite(first), record.lines, Message::kUnnamed);
+    take(satellite(first), record, Message::kUnnamed);
   }
 
   void take_version4(const RawRecord& record, bool tagged) {
@@ -248,10 +267,7 @@ class Reader {
       data_.signal_delays.push_back(decode_signal_delays(id, record.lines, type));
       return;
     }
-    take(id, record.lines,
-         type == "INAV"   ? Message::kInav
-         : type == "FNAV" ? Message::kFnav
-                          : Message::kUnnamed);
+    take(id, record, type == "INAV" ? Message::kInav : type == "FNAV" ? Message::kFnav : Message::kUnnamed);
   }
 
   /// RINEX 4 ION: Klobuchar (LNAV, D1D2) and NeQuick-G (IFNV). False for models that Canyon does not keep.
@@ -283,7 +299,8 @@ class Reader {
     return *id;
   }
 
-  void take(gnss::SatelliteId id, const std::vector<std::string_view>& lines, Message message) {
+  void take(gnss::SatelliteId id, const RawRecord& record, Message message) {
+    const std::vector<std::string_view>& lines = record.lines;
     const auto [first, last] = satellite_numbers(id.system);
     if (id.number < first || id.number > last) {
       throw DamagedRecord{fmt::format("there is no {}: {} numbers run from {} to {}", to_string(id),
@@ -298,88 +315,79 @@ class Reader {
     }
     if (glonass) {
       data_.glonass.push_back(decode_glonass(id, lines, layout_));
+      data_.glonass.back().line = record.line;
     } else if (id.system == gnss::System::SBAS) {
       data_.sbas.push_back(decode_sbas(id, lines, layout_));
+      data_.sbas.back().line = record.line;
     } else {
       data_.kepler.push_back(decode_kepler(id, lines, layout_, message));
+      data_.kepler.back().line = record.line;
     }
   }
 
   // --- end
   // --------------------------------------------------------------------------------------------------
 
-  void warn(std::string_view what) {
-    data_.warnings.push_back(InputError(file_.path(), file_.line(), what).what());
-  }
+  void warn(std::string_view what) { notes_.say(file_.line(), what); }
 
-  void damaged(int line, std::string_view what) {
-    ++damages_;
-    if (damages_ > kListedDamages) return;
-    data_.warnings.push_back(InputError(file_.path(), line, what, "record left out").what());
-    if (first_damage_line_ == 0) {
-      first_damage_line_ = line;
-      first_damage_ = what;
-    }
-  }
-
-  /// Orbits keep size, shape and inclination for days: of three records or more, one that is far from their
-  /// median is damaged in a way that its own numbers do not show.
-  void leave_out_contradictions() {
-    constexpr std::size_t kFewest = 3;
-    constexpr double kSqrtA = 10, kEccentricity = 0.01, kInclination_rad = 0.02;
-    std::map<gnss::SatelliteId, std::vector<const gnss::KeplerEphemeris*>> of_satellite;
-    for (const auto& record : data_.kepler) {
-      // Elements of geostationary orbits are nearly undefined: inclinations of C05 differ by 3 deg within a
-      // day.
-      if (!gnss::is_beidou_geo(record.id)) of_satellite[record.id].push_back(&record);
-    }
-    const auto median = [](const auto& records, auto value) {
-      std::vector<double> values;
-      for (const auto* record : records) values.push_back(value(*record));
-      const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-      std::nth_element(values.begin(), middle, values.end());
-      return *middle;
+  /// Few records dated days from all others: a wrong date. They would stretch the span of the file. Of
+  /// GLONASS and SBAS alone: the other systems' have toe and week against which each is checked, so that one
+  /// of days before is what a satellite sent.
+  void leave_out_far_dates() {
+    std::vector<geodesy::GpsTime> times;
+    const auto add = [&times](const auto& records) {
+      for (const auto& e : records) times.push_back(e.toe);
     };
-    std::set<const gnss::KeplerEphemeris*> strays;
-    for (const auto& [id, records] : of_satellite) {
-      if (records.size() < kFewest) continue;
-      const double sqrt_a = median(records, [](const auto& e) { return e.sqrt_a; });
-      const double eccentricity = median(records, [](const auto& e) { return e.eccentricity; });
-      const double inclination = median(records, [](const auto& e) { return e.inclination; });
-      for (const auto* e : records) {
-        if (std::abs(e->sqrt_a - sqrt_a) <= kSqrtA &&
-            std::abs(e->eccentricity - eccentricity) <= kEccentricity &&
-            std::abs(e->inclination - inclination) <= kInclination_rad) {
-          continue;
-        }
-        strays.insert(e);
-        damaged(0, fmt::format("the orbit of {} at {} contradicts its other records", to_string(id),
-                               geodesy::format_gpst(e->toe, 0)));
-      }
+    add(data_.kepler);
+    add(data_.glonass);
+    add(data_.sbas);
+    const Group group = largest_group(std::move(times));
+    const auto leave_out = [this, &group](auto& records) {
+      std::erase_if(records, [&](const auto& e) {
+        if (e.toe >= group.first && e.toe <= group.last) return false;
+        notes_.add(e.line,
+                   fmt::format("{} is dated {}, days from the {} other records ({} to {})", to_string(e.id),
+                               geodesy::format_gpst(e.toe, 0), group.size,
+                               geodesy::format_gpst(group.first, 0), geodesy::format_gpst(group.last, 0)),
+                   kCure);
+        return true;
+      });
+    };
+    leave_out(data_.glonass);
+    leave_out(data_.sbas);
+  }
+
+  struct Group {
+    geodesy::GpsTime first, last;
+    std::size_t size = 0;
+  };
+  /// The times that lie close together, with all others unless these are few.
+  static Group largest_group(std::vector<geodesy::GpsTime> times) {
+    constexpr double kApart_s = 2 * 86'400;
+    if (times.empty()) return {};
+    std::sort(times.begin(), times.end());
+    std::vector<Group> groups;
+    for (const geodesy::GpsTime t : times) {
+      if (groups.empty() || t - groups.back().last > kApart_s) groups.push_back({t, t, 0});
+      groups.back().last = t;
+      ++groups.back().size;
     }
-    std::vector<gnss::KeplerEphemeris> kept;
-    for (const auto& record : data_.kepler)
-      if (strays.count(&record) == 0) kept.push_back(record);
-    data_.kepler = std::move(kept);
+    std::size_t most = 0;
+    for (const Group& group : groups) most = std::max(most, group.size);
+    const std::size_t few = std::max<std::size_t>(most / 10, most >= 3 ? 1 : 0);
+    const auto is_few = [few](const Group& group) { return group.size <= few; };
+    groups.erase(std::remove_if(groups.begin(), groups.end(), is_few), groups.end());
+    std::size_t kept = 0;
+    for (const Group& group : groups) kept += group.size;
+    return {groups.front().first, groups.back().last, kept};
   }
 
   void finish() {
-    leave_out_contradictions();
-    if (damages_ > kListedDamages) {
-      data_.warnings.push_back(InputError(file_.path(), 0,
-                                          fmt::format("{} more damaged records", damages_ - kListedDamages),
-                                          "left out as well")
-                                   .what());
-    }
-    for (const auto& [what, count] : skipped_) {
-      data_.warnings.push_back(
-          InputError(file_.path(), 0, fmt::format("{} {} skipped", count, what), "Canyon does not use them")
-              .what());
-    }
+    leave_out_far_dates();
     if (data_.empty()) {
-      throw InputError(file_.path(), first_damage_line_,
-                       damages_ > 0
-                           ? fmt::format("no usable ephemeris: {}", first_damage_)
+      throw InputError(file_.path(), notes_.first_line(),
+                       notes_.count() > 0
+                           ? fmt::format("no usable ephemeris: {}", notes_.first())
                            : std::string("holds no ephemeris of GPS, GLONASS, Galileo, BeiDou, QZSS or SBAS"),
                        "fetch the file again or give another");
     }
@@ -388,6 +396,12 @@ class Reader {
       if (beta != beta_.end()) data_.klobuchar[system] = gnss::Klobuchar{alpha, beta->second};
     }
     check_leap_seconds();
+    for (std::string& line : notes_.take()) data_.warnings.push_back(std::move(line));
+    for (const auto& [what, count] : skipped_) {
+      data_.warnings.push_back(
+          InputError(file_.path(), 0, fmt::format("{} {} skipped", count, what), "Canyon does not use them")
+              .what());
+    }
     // Orders the records and drops repeats within the file.
     gnss::NavigationData ordered;
     ordered.merge(std::move(data_));
@@ -399,14 +413,16 @@ class Reader {
     const geodesy::GpsTime t = data_.glonass.front().toe;
     const int table = geodesy::leap_seconds(t);
     if (*data_.leap_seconds == table) return;
-    data_.warnings.push_back(InputError(file_.path(), 0,
-                                        fmt::format("header has {} leap seconds, the table for {} has {}",
-                                                    *data_.leap_seconds, geodesy::format_gpst(t, 0), table),
-                                        "GLONASS times follow the table")
-                                 .what());
+    notes_.say(0,
+               fmt::format("header has {} leap seconds, the table for {} has {}", *data_.leap_seconds,
+                           geodesy::format_gpst(t, 0), table),
+               "GLONASS times follow the table");
   }
 
+  static constexpr const char* kCure = "record left out";
+
   TextFile file_;
+  RecordNotes notes_{file_.path()};
   gnss::NavigationData data_;
   int version_ = 0;
   Layout layout_ = Layout::kVersion3;
@@ -415,9 +431,6 @@ class Reader {
   std::map<gnss::System, std::array<double, 4>> alpha_;
   std::map<gnss::System, std::array<double, 4>> beta_;
   std::map<std::string, int> skipped_;
-  std::size_t damages_ = 0;
-  int first_damage_line_ = 0;
-  std::string first_damage_;
 };
 
 }  // namespace

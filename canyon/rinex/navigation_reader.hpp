@@ -8,13 +8,14 @@
 
 namespace canyon::rinex {
 
-/// Reads a RINEX navigation file: 2.x (GPS "N", GLONASS "G", SBAS "H"), 3.x, and 4.00 where the record is the
-/// same message (LNAV, INAV, FNAV, D1, D2, FDMA, SBAS). Plain or gzip. GPS, Galileo, BeiDou, GLONASS, QZSS,
-/// SBAS; other systems and record types are counted and reported once each in `warnings`. A damaged record is
-/// a warning with file and line and is left out alone; of many the first twenty are named and the rest
-/// counted. GLONASS epochs are UTC, with the leap seconds of geodesy::leap_seconds(), not the header's. Gzip
-/// data that end early are read up to there, with a warning. Throws InputError where the file is not RINEX
-/// navigation file or holds no usable record.
+/// Reads a RINEX navigation file: 2.x (GPS "N", GLONASS "G", SBAS "H", Galileo "E" or "L", QZSS "J"), 3.x,
+/// and 4.00 where the record is the same message (LNAV, INAV, FNAV, D1, D2, FDMA, SBAS). Plain or gzip. GPS,
+/// Galileo, BeiDou, GLONASS, QZSS, SBAS; other systems and record types are counted and reported once each in
+/// `warnings`. A damaged record is a warning with file and line and is left out alone, and so are few records
+/// of GLONASS and SBAS, which have no week, that are dated days from all others of the file; of many the
+/// first twenty are named and the rest counted. GLONASS epochs are UTC, with the leap seconds of
+/// geodesy::leap_seconds(), not the header's. Gzip data that end early are read up to there, with a warning.
+/// Throws InputError where the file is not RINEX navigation file or holds no usable record.
 [[nodiscard]] gnss::NavigationData read_rinex_navigation(const std::filesystem::path& path);
 [[nodiscard]] gnss::NavigationData read_rinex_navigation(TextFile file);
 /// Several files, merged.

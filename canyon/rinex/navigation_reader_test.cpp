@@ -13,6 +13,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/broadcast_messages.hpp"
 #include "canyon/gnss/signals.hpp"
+#include "tests/support/observation_text.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/rinex_sample.hpp"
 #include "tests/support/shared_data.hpp"
@@ -492,6 +493,9 @@ TEST(RinexNavigation, ADamagedRecordIsLostAlone) {
       {"5.153679471970e+03", "                  ", "square root of the semi-major axis is missing"},
       {"4.320000000000e+04", "7.000000000000e+05", "toe 700000 is outside"},
       {"4.320000000000e+04", "4.320000000000e+05", "clock epoch and toe are 60.0 h apart"},
+      {"4.320000000000e+04", "6.120000000000e+04", "clock epoch and toe are 5.0 h apart"},
+      {"9.659928182326e-01", "9.659928182326e-02", "i0 0.0965993 is outside"},
+      {"5.153679471970e+03", "6.493025479471e+03", "square root of the semi-major axis 6493.03 is outside"},
       {"2.051000000000e+03", "2.061000000000e+03", "week number 2061 does not go with the clock epoch"},
       {"G05 2019 04 28", "G05 2019 14 28", "month 14"},
       {"G05 2019 04 28", "G05 2019 0a 28", "'0a' in the epoch is not a number"},
@@ -518,6 +522,9 @@ TEST(RinexNavigation, DamagedGlonass) {
            {" 1.090894238281e+04", " 1.090894238281e+03", "not that of a GLONASS orbit"},
            {" 5.000000000000e+00", " 1.500000000000e+01", "frequency number 15"},
            {" 2.795855522156e+00", " 4.995855522156e+00", "not that of a GLONASS orbit"},
+           {" 2.288353955078e+04", "-2.288353955078e+04",
+            "are not those of a GLONASS orbit: it would climb by"},
+           {" 1.407806396484e+00", "-1.407806396484e+00", "are not those of a GLONASS orbit"},
            {"R07", "R28", "there is no R28"}}) {
     const gnss::NavigationData data = read(replaced(kRinex3Sample, from, to));
     EXPECT_TRUE(data.glonass.empty());
@@ -545,6 +552,66 @@ TEST(RinexNavigation, ManyDamagesAreCounted) {
   const gnss::NavigationData data = read(text);
   ASSERT_EQ(data.warnings.size(), 21u);
   EXPECT_THAT(data.warnings.back(), HasSubstr("30 more damaged records"));
+}
+
+TEST(RinexNavigation, FewRecordsDatedDaysFromTheOthersAreLeftOut) {
+  // GLONASS records have no week that would contradict.
+  const std::string later = replaced(kR07, "R07 2019 04 28", "R07 2031 04 28");
+  const gnss::NavigationData data = read(kRinex3Sample + later);
+  EXPECT_EQ(data.glonass.size(), 1U);
+  EXPECT_EQ(data.kepler.size(), 5U);
+  ASSERT_EQ(data.warnings.size(), 1U);
+  EXPECT_THAT(data.warnings[0], AllOf(HasSubstr("R07 is dated 2031-04-28"), HasSubstr("record left out")));
+  EXPECT_THAT(data.warnings[0],
+              HasSubstr(fmt::format("sky.rnx:{}: ",
+                                    1 + std::count(kRinex3Sample.begin(), kRinex3Sample.end(), '\n'))));
+  // As many of either day: none is the wrong one.
+  EXPECT_EQ(read(kRinex3Header + kR07 + later).glonass.size(), 2U);
+}
+
+// 2.12: as 2.11's GPS, with the values of the system's own table.
+TEST(RinexNavigation, Version2GalileoAndQzss) {
+  const auto version2 = [](const std::string& record, const char* type) {
+    std::string text =
+        test::header_line(fmt::format("     2.12           {}", type), "RINEX VERSION / TYPE") +
+        test::header_line("", "END OF HEADER");
+    for (std::size_t at = 0, line = 0; at < record.size(); ++line) {
+      const std::size_t end = record.find('\n', at);
+      // "E11 2019 04 28 11 50 00" becomes "11 19  4 28 11 50  0.0", others lose a blank.
+      text += line == 0 ? record.substr(1, 2) + " " + record.substr(6, 2) + " " + record.substr(9, 2) + " " +
+                              record.substr(12, 2) + " " + record.substr(15, 2) + " " + record.substr(18, 2) +
+                              " " + record.substr(21, 2) + ".0" + record.substr(23, end - 22)
+                        : record.substr(at + 1, end - at);
+      at = end + 1;
+    }
+    return text;
+  };
+  for (const auto& [record, type] : {std::pair(kE11, "E"), std::pair(kE11, "L"), std::pair(kJ02, "J")}) {
+    const gnss::NavigationData old = read(version2(record, type));
+    const gnss::NavigationData now = read(kRinex3Header + record);
+    ASSERT_EQ(old.kepler.size(), 1U);
+    EXPECT_THAT(old.warnings, IsEmpty());
+    EXPECT_EQ(old.kepler[0].id, now.kepler[0].id);
+    EXPECT_EQ(old.kepler[0].toe, now.kepler[0].toe);
+    EXPECT_EQ(old.kepler[0].mean_anomaly, now.kepler[0].mean_anomaly);
+    EXPECT_EQ(old.kepler[0].group_delay, now.kepler[0].group_delay);
+    EXPECT_EQ(old.kepler[0].transmission, now.kepler[0].transmission);
+  }
+}
+
+// As RTKLIB's convbin writes it: 2.12 by its header, the records are version 3's.
+TEST(RinexNavigation, Version2WithRecordsOfVersion3) {
+  for (const std::string& record : {kE11, kJ02}) {
+    const gnss::NavigationData old =
+        read(test::header_line("     2.12           N: GNSS NAV DATA    E: Galileo", "RINEX VERSION / TYPE") +
+             test::header_line("", "END OF HEADER") + record);
+    ASSERT_EQ(old.kepler.size(), 1U);
+    EXPECT_THAT(old.warnings, IsEmpty());
+    const gnss::KeplerEphemeris now = read(kRinex3Header + record).kepler[0];
+    EXPECT_EQ(old.kepler[0].id, now.id);
+    EXPECT_EQ(old.kepler[0].toe, now.toe);
+    EXPECT_EQ(old.kepler[0].mean_anomaly, now.mean_anomaly);
+  }
 }
 
 TEST(RinexNavigation, UnusableFilesAreErrors) {

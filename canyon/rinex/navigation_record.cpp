@@ -116,6 +116,44 @@ void read_state(const CheckedFields& f, Ephemeris& e, const StateBounds& bounds)
   }
 }
 
+/// GLONASS orbits are circles within 1 %: a lost sign or a wrong digit of one component makes another orbit.
+void require_circle(const gnss::GlonassEphemeris& e) {
+  const auto& p = e.position_m;
+  const double vx = e.velocity_mps[0] - geodesy::kPz90RotationRate * p[1];
+  const double vy = e.velocity_mps[1] + geodesy::kPz90RotationRate * p[0];
+  const double vz = e.velocity_mps[2];
+  const double radius = std::hypot(p[0], p[1], p[2]), speed = std::hypot(vx, vy, vz);
+  const double climb = (p[0] * vx + p[1] * vy + p[2] * vz) / radius;
+  const double circular = std::sqrt(geodesy::kPz90Mu / radius);
+  constexpr double kAllowed = 0.05;
+  if (std::abs(climb) <= kAllowed * circular && std::abs(speed - circular) <= kAllowed * circular) return;
+  throw DamagedRecord{
+      fmt::format("position and velocity are not those of a GLONASS orbit: it would climb by "
+                  "{:.2f} km/s and fly at {:.2f} km/s",
+                  climb / 1e3, speed / 1e3)};
+}
+
+/// Orbits that a system has, with a margin: square root of the semi-major axis [sqrt(m)], largest
+/// eccentricity, inclination [rad]. BeiDou and QZSS have geostationary satellites.
+struct OrbitBounds {
+  double least_sqrt_a, most_sqrt_a, eccentricity, least_inclination, most_inclination;
+};
+OrbitBounds orbit_bounds(gnss::System system) {
+  switch (system) {
+    case gnss::System::Galileo:  // two satellites have an eccentricity of 0.17
+      return {5200, 5500, 0.25, 0.8, 1.1};
+    case gnss::System::BeiDou:
+      return {5200, 6600, 0.1, -0.2, 1.2};
+    case gnss::System::QZSS:
+      return {6400, 6600, 0.15, -0.2, 1};
+    case gnss::System::GPS:
+    case gnss::System::GLONASS:
+    case gnss::System::SBAS:
+      break;
+  }
+  return {5100, 5200, 0.05, 0.8, 1.2};
+}
+
 /// The instant closest to `near` that has `seconds` in its cycle of `period` seconds (week or day).
 GpsTime closest_in_cycle(GpsTime near, double seconds, std::int64_t period_s) {
   const std::int64_t period = period_s * GpsTime::kNanosecondsPerSecond;
@@ -224,6 +262,7 @@ gnss::KeplerEphemeris decode_kepler(gnss::SatelliteId id, const std::vector<std:
   const GpsTime toc = parse_epoch(lines.front(), layout);  // on the system's scale until the end
   constexpr double kTurn = 2 * geodesy::kPi;
 
+  const OrbitBounds orbit = orbit_bounds(id.system);
   gnss::KeplerEphemeris e;
   e.id = id;
   e.af0 = f.required(0, "clock bias af0", 0.07);
@@ -234,14 +273,14 @@ gnss::KeplerEphemeris decode_kepler(gnss::SatelliteId id, const std::vector<std:
   e.mean_motion_difference = f.required(5, "delta n", 1e-6);
   e.mean_anomaly = f.required(6, "M0", kTurn);
   e.cuc = f.required(7, "Cuc", 1e-3);
-  e.eccentricity = f.required(8, "eccentricity", 0, 0.5);
+  e.eccentricity = f.required(8, "eccentricity", 0, orbit.eccentricity);
   e.cus = f.required(9, "Cus", 1e-3);
-  e.sqrt_a = f.required(10, "square root of the semi-major axis", 4500, 8192);
+  e.sqrt_a = f.required(10, "square root of the semi-major axis", orbit.least_sqrt_a, orbit.most_sqrt_a);
   const double toes = f.required(11, "toe", 0, kWeek - 1);
   e.cic = f.required(12, "Cic", 1e-3);
   e.right_ascension = f.required(13, "OMEGA0", kTurn);
   e.cis = f.required(14, "Cis", 1e-3);
-  e.inclination = f.required(15, "i0", geodesy::kPi);
+  e.inclination = f.required(15, "i0", orbit.least_inclination, orbit.most_inclination);
   e.crc = f.required(16, "Crc", 1e4);
   e.argument_of_perigee = f.required(17, "omega", kTurn);
   e.right_ascension_rate = f.required(18, "OMEGA DOT", 1e-5);
@@ -264,7 +303,8 @@ gnss::KeplerEphemeris decode_kepler(gnss::SatelliteId id, const std::vector<std:
   }
 
   const GpsTime toe = closest_in_cycle(toc, toes, GpsTime::kSecondsPerWeek);
-  if (std::abs(toe - toc) > kDay) {
+  constexpr double kLongestFit_s = 4 * 3600;
+  if (std::abs(toe - toc) > kLongestFit_s) {
     throw DamagedRecord{fmt::format("clock epoch and toe are {:.1f} h apart", std::abs(toe - toc) / 3600)};
   }
   check_week(f, id.system, toe);
@@ -335,6 +375,7 @@ gnss::GlonassEphemeris decode_glonass(gnss::SatelliteId id, const std::vector<st
   e.frequency_bias = f.required(1, "frequency bias GammaN", 1e-8);
   // Circular orbits of 25,500 km, 2.6 to 4.5 km/s in the rotating frame.
   read_state(f, e, {3e4, 10, 1e-7, 2.4e4, 2.7e4, 2, 5});
+  require_circle(e);
   e.health = f.integer(6, "health", 0, 255);
   e.channel = f.integer(10, "frequency number", -7, 255);
   if (e.channel > 128) e.channel -= 256;  // some receivers write the byte unsigned

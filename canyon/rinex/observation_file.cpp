@@ -2,12 +2,48 @@
 
 #include <fmt/format.h>
 
-#include "canyon/base/longest_rise.hpp"
+#include <algorithm>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/stray_times.hpp"
 #include "canyon/rinex/android_log.hpp"
 #include "canyon/rinex/android_observations.hpp"
 #include "canyon/rinex/fields.hpp"
 
 namespace canyon::rinex {
+
+void ObservationOptions::validate() const {
+  if (systems.empty()) throw InputError("systems: none is given", "name at least one satellite system");
+  for (const auto& [system, list] : codes) {
+    for (const std::string& code : list) {
+      if (code.size() == 2 && is_digit(code[0]) && code[1] >= 'A' && code[1] <= 'Z') continue;
+      throw InputError(fmt::format("codes: '{}' of {} is not an observation code", code, gnss::name(system)),
+                       "a code is a band's digit and a capital letter, such as 1C");
+    }
+    if (list.empty()) {
+      throw InputError(fmt::format("codes: none is given for {}", gnss::name(system)), "name at least one");
+    }
+  }
+}
+
+std::vector<std::string> ObservationReport::warnings() const {
+  std::vector<std::string> lines = damages;
+  if (damaged > damages.size()) {
+    lines.push_back(fmt::format("{} more damaged records, left out as well", damaged - damages.size()));
+  }
+  for (const ImpossibleValues& each : impossible) {
+    if (each.count > 0)
+      lines.push_back(each.first + (each.count > 1 ? fmt::format(" ({} in all)", each.count) : ""));
+  }
+  for (const auto& [what, count] : skipped) lines.push_back(fmt::format("{} {} skipped", count, what));
+  for (const auto& [letter, codes] : unknown_codes) {
+    lines.push_back(fmt::format("{} {}{} not known: {}", codes.size(),
+                                letter == ' ' ? "types of observation" : "codes of ",
+                                letter == ' ' ? "" : std::string(1, letter), fmt::join(codes, " ")));
+  }
+  return lines;
+}
 
 std::vector<std::string> wanted_codes(const ObservationOptions& options, const gnss::Signal& signal,
                                       double version) {
@@ -37,7 +73,7 @@ void finish_observations(const std::filesystem::path& path, const ObservationOpt
                          RinexObservations& recorded) {
   std::vector<geodesy::GpsTime> times;
   for (const ObservationEpoch& epoch : recorded.epochs) times.push_back(epoch.receiver_time);
-  const std::vector<bool> stray = outside_longest_rise(times);
+  const std::vector<bool> stray = geodesy::stray_times(times);
   std::vector<ObservationEpoch> kept;
   for (std::size_t i = 0; i < stray.size(); ++i) {
     ObservationEpoch& epoch = recorded.epochs[i];

@@ -60,9 +60,6 @@ std::optional<GpsTime> gps_time(int year, int month, int day, int hour, int minu
 
 std::optional<HeaderRecords::Fault> HeaderRecords::begin(std::string_view line) {
   const std::string_view label = trim(column(line, kLabel, 20));
-  if (label == "CRINEX VERS   / TYPE") {
-    return Fault{"is in Hatanaka's compressed RINEX", "expand it with crx2rnx"};
-  }
   if (label != "RINEX VERSION / TYPE") {
     return Fault{"is not a RINEX file: the first line is not 'RINEX VERSION / TYPE'",
                  "give a RINEX observation file, plain or gzip"};

@@ -8,6 +8,7 @@
 
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
+#include "canyon/rinex/compact_lines.hpp"
 #include "canyon/rinex/observation_codes.hpp"
 #include "canyon/rinex/observation_fields.hpp"
 #include "canyon/rinex/observation_file.hpp"
@@ -44,38 +45,21 @@ struct SignalColumns {
 
 constexpr std::string_view kKinds = "CLDS";
 
+/// What receivers on and near the Earth measure; fill values and other units lie outside. Pseudoranges with
+/// clocks that are off by up to a quarter of a second.
+struct Plausible {
+  const char *what, *unit;
+  double least, most;
+};
+constexpr std::array<Plausible, 4> kPlausible{{{"pseudorange", "m", 1e7, 1e8},
+                                               {"carrier phase", "cycles", -1e11, 1e11},
+                                               {"Doppler", "Hz", -1e5, 1e5},
+                                               {"C/N0", "dB-Hz", 0, 80}}};
+
 }  // namespace
 
-void ObservationOptions::validate() const {
-  if (systems.empty()) throw InputError("systems: none is given", "name at least one satellite system");
-  for (const auto& [system, list] : codes) {
-    for (const std::string& code : list) {
-      if (code.size() == 2 && is_digit(code[0]) && code[1] >= 'A' && code[1] <= 'Z') continue;
-      throw InputError(fmt::format("codes: '{}' of {} is not an observation code", code, gnss::name(system)),
-                       "a code is a band's digit and a capital letter, such as 1C");
-    }
-    if (list.empty()) {
-      throw InputError(fmt::format("codes: none is given for {}", gnss::name(system)), "name at least one");
-    }
-  }
-}
-
-std::vector<std::string> ObservationReport::warnings() const {
-  std::vector<std::string> lines = damages;
-  if (damaged > damages.size()) {
-    lines.push_back(fmt::format("{} more damaged records, left out as well", damaged - damages.size()));
-  }
-  for (const auto& [what, count] : skipped) lines.push_back(fmt::format("{} {} skipped", count, what));
-  for (const auto& [letter, codes] : unknown_codes) {
-    lines.push_back(fmt::format("{} {}{} not known: {}", codes.size(),
-                                letter == ' ' ? "types of observation" : "codes of ",
-                                letter == ' ' ? "" : std::string(1, letter), fmt::join(codes, " ")));
-  }
-  return lines;
-}
-
 struct RinexObservationReader::Impl {
-  TextFile lines;
+  CompactLines lines;
   ObservationOptions options;
   HeaderRecords records;
   ObservationReport report;
@@ -105,6 +89,10 @@ struct RinexObservationReader::Impl {
     const auto first = lines.next_line();
     if (!first) throw InputError(lines.path(), 0, "is empty", "give a RINEX observation file");
     if (const auto fault = records.begin(*first)) throw lines.error(fault->problem, fault->cure);
+    read_header_lines();
+  }
+
+  void read_header_lines() {
     while (const auto line = lines.next_line()) {
       const HeaderRecords::Result result = records.apply(*line);
       if (result.outcome == HeaderRecords::Outcome::End) {
@@ -115,6 +103,20 @@ struct RinexObservationReader::Impl {
     }
     throw InputError(lines.path(), 0, "RINEX header has no END OF HEADER",
                      "the file is cut short: fetch it again");
+  }
+
+  static bool is_first_line(std::string_view line) {
+    return trim(column(line, 60, 20)) == "RINEX VERSION / TYPE";
+  }
+  /// Files that were joined by cat have headers between the epochs.
+  void read_another_header(std::string_view first) {
+    records = {};
+    if (const auto fault = records.begin(first)) throw lines.error(fault->problem, fault->cure);
+    read_header_lines();
+  }
+
+  void note_expansion() {
+    for (const CompactLines::Damage& damage : lines.damages()) damaged(damage.line, damage.what);
   }
 
   void note(const HeaderRecords::Result& result) {
@@ -227,7 +229,13 @@ struct RinexObservationReader::Impl {
   std::optional<ObservationEpoch> next() {
     bool lost = false;  // behind a damaged epoch line: what follows belongs to it
     while (const auto line = lines.next_line()) {
+      note_expansion();
       if (is_blank(*line)) continue;
+      if (is_first_line(*line)) {
+        read_another_header(*line);
+        lost = false;
+        continue;
+      }
       const std::optional<EpochLine> parsed =
           version2() ? epoch_line2(*line, time_system()) : epoch_line3(*line, time_system());
       if (!parsed) {
@@ -263,6 +271,7 @@ struct RinexObservationReader::Impl {
       report.observations += result.signals.size();
       return result;
     }
+    note_expansion();
     if (!lines.cut_warning().empty() && !std::exchange(cut, true)) {
       ++report.damaged;
       report.damages.push_back(lines.cut_warning());
@@ -271,7 +280,7 @@ struct RinexObservationReader::Impl {
   }
 
   bool follows(geodesy::GpsTime t, int line) {
-    const bool later = !previous || t > *previous;
+    const bool later = options.any_order || !previous || t > *previous;
     // Compared with the line before, taken or not: one damaged time must not silence the rest.
     previous = t;
     if (!later) damaged(line, "time of the epoch does not follow the one before");
@@ -393,7 +402,7 @@ struct RinexObservationReader::Impl {
         ObservedSignal signal;
         signal.id = *id;
         signal.signal = of_signal.signal;
-        const auto measured = read_signal(c, signal);
+        const auto measured = read_signal(c, line, signal);
         if (!measured) {
           epoch.signals.resize(before);
           return damaged(line, fmt::format("an observation of {} is not a number", gnss::to_string(*id)));
@@ -415,7 +424,7 @@ struct RinexObservationReader::Impl {
   }
 
   /// Whether anything was measured; empty where a field is not a number.
-  [[nodiscard]] std::optional<bool> read_signal(const Columns& c, ObservedSignal& signal) const {
+  [[nodiscard]] std::optional<bool> read_signal(const Columns& c, int line, ObservedSignal& signal) {
     const std::string_view text = row;
     std::array<std::optional<double>, 4> values;
     for (std::size_t kind = 0; kind < 4; ++kind) {
@@ -424,7 +433,14 @@ struct RinexObservationReader::Impl {
       const Field field = parse_field(column(text, kField * static_cast<std::size_t>(c.at[kind]), 14), value);
       if (field == Field::Bad) return std::nullopt;
       // RINEX writes what is missing as blank or 0.0; a Doppler of 0 is a value.
-      if (field == Field::Number && (value != 0 || kind == 2)) values[kind] = value / c.factor[kind];
+      if (field != Field::Number || (value == 0 && kind != 2)) continue;
+      value /= c.factor[kind];
+      const Plausible& range = kPlausible[kind];
+      if (value >= range.least && value <= range.most) {
+        values[kind] = value;
+      } else {
+        note_impossible(kind, line, signal.id, value);
+      }
     }
     signal.code = c.code;
     signal.pseudorange_m = values[0];
@@ -442,6 +458,17 @@ struct RinexObservationReader::Impl {
       }
     }
     return values[0] || values[1] || values[2] || values[3];
+  }
+
+  void note_impossible(std::size_t kind, int line, SatelliteId id, double value) {
+    ImpossibleValues& of_kind = report.impossible[kind];
+    if (++of_kind.count > 1) return;
+    const Plausible& range = kPlausible[kind];
+    of_kind.first =
+        InputError(lines.path(), line,
+                   fmt::format("{} has a {} of {:.10g} {}", to_string(id), range.what, value, range.unit),
+                   fmt::format("values outside {:g} to {:g} are left out", range.least, range.most))
+            .what();
   }
 
   [[nodiscard]] std::optional<int> indicator(int field, std::size_t offset) const {
@@ -473,7 +500,9 @@ const ObservationReport& RinexObservationReader::report() const {
 
 RinexObservations read_rinex_observations(const std::filesystem::path& path,
                                           const ObservationOptions& options) {
-  RinexObservationReader reader(path, options);
+  ObservationOptions any_order = options;
+  any_order.any_order = true;
+  RinexObservationReader reader(path, any_order);
   RinexObservations result;
   while (auto epoch = reader.next()) result.epochs.push_back(std::move(*epoch));
   result.header = reader.header();

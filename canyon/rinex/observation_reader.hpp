@@ -85,6 +85,8 @@ struct ObservationOptions {
   std::set<gnss::System> systems{gnss::kAllSystems.begin(), gnss::kAllSystems.end()};
   /// Every signal that gnss::signals_of() knows, by signal_codes(); else of each satellite the one near L1.
   bool all_signals = false;
+  /// Epochs in any order of time: for who sees all of them, and knows by that which times are wrong.
+  bool any_order = false;
   /// L1-band codes, best first, for systems that shall not have default_codes(). The pseudorange of the first
   /// one that a satellite has at an epoch is taken, and phase, Doppler and C/N0 of the same.
   std::map<gnss::System, std::vector<std::string>> codes;
@@ -103,6 +105,12 @@ struct ObservationOptions {
 /// has the table.
 [[nodiscard]] std::vector<std::string> signal_codes(const gnss::Signal& signal, double version);
 
+/// Values that no receiver measures.
+struct ImpossibleValues {
+  std::size_t count = 0;
+  std::string first;  ///< file, line, satellite and value
+};
+
 /// Counts and warnings about a file, as far as it was read.
 struct ObservationReport {
   std::size_t epochs = 0;                      ///< given (flags 0 and 1)
@@ -110,6 +118,7 @@ struct ObservationReport {
   std::array<std::size_t, 7> flags{};          ///< epoch records by flag, 0 to 6, those left out included
   std::size_t damaged = 0;                     ///< lines or records left out
   std::vector<std::string> damages;            ///< the first twenty: file, line and reason
+  std::array<ImpossibleValues, 4> impossible;  ///< pseudoranges, phases, Dopplers, C/N0: left out alone
   std::map<std::string, std::size_t> skipped;  ///< "observations of system I": records passed over
   /// With all signals: codes in the header of which no signal is known, as versions 3 and 4 write them, of
   /// wanted systems by letter. Version 2, whose types are all systems': types, under ' '.
@@ -119,8 +128,9 @@ struct ObservationReport {
   [[nodiscard]] std::vector<std::string> warnings() const;
 };
 
-/// Reads observation files of RINEX 2.00 to 2.12, 3.x and 4.x, plain or gzip, epoch by epoch in memory that
-/// does not grow with the file. Of each satellite the L1-band single-frequency set, or all signals
+/// Reads observation files of RINEX 2.00 to 2.12, 3.x and 4.x, plain, gzip or in Hatanaka's compression,
+/// epoch by epoch in memory that does not grow with the file. Files that were joined, headers included, are
+/// read as one. Of each satellite the L1-band single-frequency set, or all signals
 /// (ObservationOptions::all_signals).
 ///
 /// Epoch flags: 0 and 1 are given; 2 to 5 are events whose header records are applied from there on
@@ -134,8 +144,8 @@ struct ObservationReport {
 /// and strength of version 2 are those of the band, whichever pseudorange it has them beside.
 class RinexObservationReader {
  public:
-  /// Reads the header. Throws InputError where the file is missing, no RINEX observation file (Hatanaka
-  /// compression included), of an unknown version or time system, or has no pseudorange that is wanted.
+  /// Reads the header. Throws InputError where the file is missing, no RINEX observation file, of an
+  /// unknown version or time system, or has no pseudorange that is wanted.
   explicit RinexObservationReader(const std::filesystem::path& path, ObservationOptions options = {});
   /// Text in memory; `name` stands for its path in messages.
   RinexObservationReader(std::string text, const std::filesystem::path& name,

@@ -219,11 +219,16 @@ ObservationOptions all_signals() {
   return options;
 }
 
+/// A pseudorange, named by what it has beyond 20,000 km.
+std::string code(double more_m) {
+  return field(2e7 + more_m);
+}
+
 std::vector<std::string> names_of(const ObservationEpoch& epoch) {
   std::vector<std::string> names;
   for (const ObservedSignal& s : epoch.signals) {
     names.push_back(fmt::format("{} {} {} {:.0f}", gnss::to_string(s.id), s.signal->name, s.code.data(),
-                                *s.pseudorange_m));
+                                *s.pseudorange_m - 2e7));
   }
   return names;
 }
@@ -278,10 +283,10 @@ TEST(RinexObservation, AllSignals) {
                            header_line("E    2 C8X C5Q", "SYS / # / OBS TYPES") +
                            header_line("", "END OF HEADER") + epoch3(34, 4) +
                            // L5, P(Y) on L2, L2C, C/A, L1C, a code that does not exist, phase of L5.
-                           "G05" + field(5) + field(20) + field(2) + field(1) + field(11) + field(9) +
-                           field(55, '1') + "\n" + "G06" + blank_field() + field(20) + blank_field() +
-                           blank_field() + field(11) + "\n" + "C06" + field(1) + field(7) + field(6) + "\n" +
-                           "E08" + field(8) + field(5) + "\n";
+                           "G05" + code(5) + code(20) + code(2) + code(1) + code(11) + code(9) +
+                           field(55, '1') + "\n" + "G06" + blank_field() + code(20) + blank_field() +
+                           blank_field() + code(11) + "\n" + "C06" + code(1) + code(7) + code(6) + "\n" +
+                           "E08" + code(8) + code(5) + "\n";
   const auto file = read(text, all_signals());
   EXPECT_THAT(names_of(file.epochs.at(0)),
               ElementsAre("G05 L1CA 1C 1", "G05 L1C 1L 11", "G05 L2C 2X 2", "G05 L5 5X 5", "G05 L2P 2W 20",
@@ -303,8 +308,8 @@ TEST(RinexObservation, AllSignals) {
   EXPECT_THAT(one.report.warnings(), ElementsAre("1 satellites without an L1-band observation skipped"));
 
   // A damaged field takes all of the satellite's signals with it.
-  EXPECT_THAT(names_of(read(text + epoch3(35, 2) + "G05" + field(5) + field(20) + field(2) + field(1) +
-                                "      x       \n" + "E08" + field(8) + field(5) + "\n",
+  EXPECT_THAT(names_of(read(text + epoch3(35, 2) + "G05" + code(5) + code(20) + code(2) + code(1) +
+                                "      x       \n" + "E08" + code(8) + code(5) + "\n",
                             all_signals())
                            .epochs.at(1)),
               ElementsAre("E08 E5a 5Q 5"));
@@ -327,12 +332,12 @@ TEST(RinexObservation, Version4) {
           header_line("G    8 C1C L1C D1C S1C C5Q L5Q D5Q S5Q", "SYS / # / OBS TYPES") +
           header_line("G L5Q -0.25000", "SYS / PHASE SHIFT") +
           header_line("  2022     6     8    12    44   34.0000000     GPS", "TIME OF FIRST OBS") +
-          header_line("", "END OF HEADER") + "> 2022 06 08 12 44 34.0000000  0  1\n" + "G05" + field(2.1e7) +
-          field(1.1e8, ' ', '7') + field(-12.5) + field(45) + field(2.2e7) + field(8.2e7, '2') +
-          field(-9.25) + field(47) + "\n",
+          header_line("", "END OF HEADER") + "> 2022 06 08 12 44 34.0000000  0  1\n" + "G05" + code(1) +
+          field(1.1e8, ' ', '7') + field(-12.5) + field(45) + code(2) + field(8.2e7, '2') + field(-9.25) +
+          field(47) + "\n",
       all_signals());
   EXPECT_EQ(file.header.version, 4.0);
-  ASSERT_THAT(names_of(file.epochs.at(0)), ElementsAre("G05 L1CA 1C 21000000", "G05 L5 5Q 22000000"));
+  ASSERT_THAT(names_of(file.epochs.at(0)), ElementsAre("G05 L1CA 1C 1", "G05 L5 5Q 2"));
   const ObservedSignal& l5 = file.epochs[0].signals[1];
   EXPECT_EQ(l5.carrier_phase_cycles, 8.2e7);
   EXPECT_EQ(l5.loss_of_lock, 2);
@@ -348,7 +353,8 @@ TEST(RinexObservation, AllSignalsOfVersion2) {
     std::string header = fmt::format("{:6}", types_of.size()), fields;
     for (std::size_t i = 0; i < types_of.size(); ++i) {
       header += fmt::format("{:>6}", types_of[i]);
-      fields += field(1 + static_cast<double>(i));
+      const auto value = 1 + static_cast<double>(i);
+      fields += types_of[i][0] == 'L' || types_of[i][0] == 'S' ? field(value) : code(value);
       if (i % 5 == 4 || i + 1 == types_of.size()) fields += "\n";
     }
     return read(
@@ -475,6 +481,61 @@ TEST(RinexObservation, DamagedVersion2FindsItsWayBack) {
                           HasSubstr("'G?5' is not a satellite")));
 }
 
+TEST(RinexObservation, ImpossibleValuesAreLeftOutAlone) {
+  const auto file = read(test::observations3() + epoch3(34, 2) + "G05" + field(1e9) + field(1.1e8) +
+                         field(1e6) + field(999) + "\nG06" + field(20604.864) + blank_field() + field(-100) +
+                         field(-1) + "\n" + epoch3(35, 1) + kG05);
+  ASSERT_THAT(file.epochs, SizeIs(2));
+  ASSERT_THAT(file.epochs[0].signals, SizeIs(2));
+  const ObservedSignal& g05 = file.epochs[0].signals[0];
+  EXPECT_EQ(g05.pseudorange_m, std::nullopt);
+  EXPECT_EQ(g05.carrier_phase_cycles, 1.1e8);
+  EXPECT_EQ(g05.doppler_hz, std::nullopt);
+  EXPECT_EQ(g05.cn0_dbhz, std::nullopt);
+  EXPECT_EQ(file.epochs[0].signals[1].doppler_hz, -100);
+  EXPECT_THAT(
+      file.report.warnings(),
+      ElementsAre(HasSubstr("some.obs:22: G05 has a pseudorange of 1000000000 m; values outside 1e+07 to "
+                            "1e+08 are left out (2 in all)"),
+                  HasSubstr("some.obs:22: G05 has a Doppler of 1000000 Hz"),
+                  HasSubstr("some.obs:22: G05 has a C/N0 of 999 dB-Hz")));
+}
+
+// One wrong date costs its epoch, wherever it is, and stretches nothing.
+TEST(RinexObservation, OneWrongDateCostsItsEpoch) {
+  const TemporaryFolder folder;
+  for (const std::size_t wrong : {0, 7, 19}) {
+    for (const char* date : {"> 2031 04 28", "> 2019 04 29", "> 2011 04 28"}) {
+      std::string text = test::observations3();
+      for (int k = 0; k < 20; ++k) {
+        std::string epoch = epoch3(k, 1);
+        if (static_cast<std::size_t>(k) == wrong) epoch.replace(0, 12, date);
+        text += epoch + kG05;
+      }
+      const auto path = folder.path() / "dates.obs";
+      std::ofstream(path, std::ios::trunc) << text;
+      const RinexObservations file = read_rinex_observations(path);
+      EXPECT_THAT(file.epochs, SizeIs(19)) << wrong << date;
+      EXPECT_LT(file.epochs.back().receiver_time - file.epochs.front().receiver_time, 20);
+      EXPECT_THAT(file.report.warnings(),
+                  ElementsAre(HasSubstr(fmt::format("dates.obs:{}: time of the epoch", 21 + 2 * wrong))));
+    }
+  }
+}
+
+// The second file has its types in another order.
+TEST(RinexObservation, FilesJoinedWithTheirHeaders) {
+  const auto file =
+      read(test::observations3() + epoch3(34, 1) + kG05 +
+           header_line("     3.04           OBSERVATION DATA    M: MIXED", "RINEX VERSION / TYPE") +
+           header_line("G    2 S1C C1C", "SYS / # / OBS TYPES") + header_line("", "END OF HEADER") +
+           epoch3(35, 1) + "G05" + field(41) + field(2.1e7) + "\n");
+  ASSERT_THAT(file.epochs, SizeIs(2));
+  EXPECT_EQ(file.epochs[1].signals.at(0).pseudorange_m, 2.1e7);
+  EXPECT_EQ(file.epochs[1].signals.at(0).cn0_dbhz, 41);
+  EXPECT_THAT(file.report.warnings(), IsEmpty());
+}
+
 TEST(RinexObservation, ManyDamagesAreCounted) {
   std::string text = test::observations3();
   for (int i = 0; i < 30; ++i) text += "> damaged\n";
@@ -490,8 +551,8 @@ TEST(RinexObservation, WrongFilesAreOneError) {
   };
   EXPECT_THAT(what(""), HasSubstr("some.obs: is empty"));
   EXPECT_THAT(what("week,tow\n"), HasSubstr("some.obs:1: is not a RINEX file: the first line is not"));
-  EXPECT_THAT(what(header_line("1.0                 COMPACT RINEX FORMAT", "CRINEX VERS   / TYPE")),
-              HasSubstr("Hatanaka's compressed RINEX; expand it with crx2rnx"));
+  EXPECT_THAT(what(header_line("4.0                 COMPACT RINEX FORMAT", "CRINEX VERS   / TYPE")),
+              HasSubstr("version '4.0' of Hatanaka's compression is not read; versions 1.0 and 3.0"));
   EXPECT_THAT(what(header_line("     3.04           N: GNSS NAV DATA    G", "RINEX VERSION / TYPE")),
               HasSubstr("this is a navigation file"));
   EXPECT_THAT(what(header_line("     5.00           OBSERVATION DATA", "RINEX VERSION / TYPE")),

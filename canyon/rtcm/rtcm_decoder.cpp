@@ -7,7 +7,6 @@
 #include <cmath>
 #include <utility>
 
-#include "canyon/base/gzip_file.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/rinex/observation_reader.hpp"
@@ -179,7 +178,8 @@ void CorrectionsDecoder::read(const Bits& message, GpsTime now, Epochs& complete
   if (number == 1005 || number == 1006) return read_place(fields);
   if (number == 1007 || number == 1008 || number == 1033) return read_names(fields);
   if (number == 1230) return read_biases(fields);
-  if (number == 1004 || number == 1012) return read_legacy(fields, now, complete);
+  if (number == 1002 || number == 1004 || number == 1010 || number == 1012)
+    return read_legacy(fields, now, complete);
   if (number == 1020) {
     const auto id = satellite_at(System::GLONASS, fields.count(6));
     const int channel = fields.count(5) - 7;
@@ -441,16 +441,18 @@ void CorrectionsDecoder::read_msm(Fields& fields, GpsTime now, Epochs& complete)
   if (!more) give(complete);
 }
 
-// 3.5.1 and 3.5.5, tables 3.5-2, 3.5-5, 3.5-10, 3.5-12.
+// 3.5.1 and 3.5.5, tables 3.5-2, 3.5-3, 3.5-5, 3.5-10, 3.5-11, 3.5-12.
 void CorrectionsDecoder::read_legacy(Fields& fields, GpsTime now, Epochs& complete) {
-  const bool glonass = fields.number() == 1012;
+  const bool glonass = fields.number() >= 1010;
+  const bool two_bands = fields.number() == 1004 || fields.number() == 1012;
   const System system = glonass ? System::GLONASS : System::GPS;
   const int station = fields.count(12);
   const auto ms = static_cast<std::int64_t>(fields.take(glonass ? 27 : 30));
   const bool more = fields.take(1) != 0;
   const int count = fields.count(5);
   fields.take(1 + 3);  // DF007, DF008; DF036, DF037
-  if (fields.missing() || fields.lacks(static_cast<std::size_t>(count) * (glonass ? 130 : 125)))
+  if (fields.missing() ||
+      fields.lacks(static_cast<std::size_t>(count) * ((glonass ? 79 : 74) + (two_bands ? 51 : 0))))
     return problem(fields, "shorter than its satellites need");
   if (ms >= (glonass ? kDay_ms + 1000 : kWeek_ms)) return problem(fields, "the time is beyond its period");
   observe(station);
@@ -469,11 +471,11 @@ void CorrectionsDecoder::read_legacy(Fields& fields, GpsTime now, Epochs& comple
     const int lock1 = fields.count(7);
     const double range_m = modulo + fields.count(glonass ? 7 : 8) * unit_m;
     const int cn0_1 = fields.count(8);
-    const int code2 = fields.count(2);
-    const auto difference = scaled(fields.take_signed(14), 14, 0.02);
-    const auto phase2 = scaled(fields.take_signed(20), 20, 0.0005);
-    const int lock2 = fields.count(7);
-    const int cn0_2 = fields.count(8);
+    const int code2 = two_bands ? fields.count(2) : 0;
+    const auto difference = two_bands ? scaled(fields.take_signed(14), 14, 0.02) : std::nullopt;
+    const auto phase2 = two_bands ? scaled(fields.take_signed(20), 20, 0.0005) : std::nullopt;
+    const int lock2 = two_bands ? fields.count(7) : 0;
+    const int cn0_2 = two_bands ? fields.count(8) : 0;
     if (!sv) {
       problem(fields, "a satellite's number is reserved");
       continue;
@@ -499,35 +501,6 @@ void CorrectionsDecoder::read_legacy(Fields& fields, GpsTime now, Epochs& comple
           lock2, cn0_2);
   }
   if (!more) give(complete);
-}
-
-RtcmCorrections read_rtcm_corrections(const std::filesystem::path& path, GpsTime now,
-                                      CorrectionsDecoder::ChannelTable glonass_channel, bool needs_place) {
-  GzipFile file(path);
-  CorrectionsDecoder decoder(std::move(glonass_channel), needs_place);
-  RtcmCorrections read;
-  const auto take = [&](const CorrectionsDecoder::Epochs& epochs) {
-    for (const auto& epoch : epochs) {
-      // One that is given again has more in it.
-      const bool again = !read.epochs.empty() && read.epochs.back()->receiver_time == epoch->receiver_time;
-      if (again) read.epochs.pop_back();
-      read.epochs.push_back(epoch);
-    }
-  };
-  std::array<char, 4096> block{};
-  while (const std::size_t n = file.read(block.data(), block.size(), 0)) {
-    take(decoder.feed({block.data(), n}, decoder.status().last_epoch.value_or(now)));
-  }
-  take(decoder.finish());
-  read.status = decoder.status();
-  if (!read.epochs.empty()) return read;
-  if (read.status.messages.empty())
-    throw InputError(path, 0, "no message of RTCM 3 is in it", "give a recorded stream of RTCM 3");
-  if (read.status.epochs_held_back > 0)
-    throw InputError(path, 0, "the station's place is not in it",
-                     "have the base send message 1005 or 1006, or give its place (--base-position)");
-  throw InputError(path, 0, "no observations of a base are in it",
-                   "have the base send MSM4 to MSM7 (1074 to 1127), 1004 or 1012, and record again");
 }
 
 }  // namespace canyon::rtcm

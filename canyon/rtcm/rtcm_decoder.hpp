@@ -38,12 +38,13 @@ struct DecoderStatus {
 ///   1230         GLONASS code-phase biases, which are added to the phases; phases begin anew where they
 ///                change
 ///   1020         GLONASS frequency channels
-///   1004, 1012   observations of GPS and GLONASS, L1 and L2
+///   1002, 1010, 1004, 1012   observations of GPS and GLONASS, of L1, of L1 and L2
 ///   1074 to 1077, 1084 to 1087, ..., 1124 to 1127   MSM4 to MSM7 of GPS, GLONASS, Galileo, SBAS, QZSS,
 ///   BeiDou
-/// and counts all others. Where the station of the observations states no place, names or biases, those of
-/// one that never observes are taken: some bases and casters number these messages otherwise. Whatever the
-/// bytes are, it throws nothing and its memory is bounded.
+/// and counts all others: of pseudoranges, 1001, 1003, 1009, 1011 and MSM1 to MSM3 leave the whole
+/// milliseconds out. Where the station of the observations states no place, names or biases, those of one
+/// that never observes are taken: some bases and casters number these messages otherwise. Whatever the bytes
+/// are, it throws nothing and its memory is bounded.
 ///
 /// Measurements have the default standard deviations: RTCM has none. A satellite's code that is read as a
 /// signal is the best one that it has, in the order of rinex::signal_codes(). Measurement::phase_since is
@@ -127,8 +128,8 @@ struct RtcmCorrections {
   CorrectionsDecoder::Epochs epochs;
   DecoderStatus status;
 };
-/// A stream that was recorded, plain or gzip-compressed; each epoch once. Throws InputError where the file
-/// cannot be read, and where no epoch is in it.
+/// A stream that was recorded, plain or gzip-compressed; each epoch once, without those whose times
+/// contradict the others. Throws InputError where the file cannot be read, and where no epoch is in it.
 /// @param now a time within half a week of the first messages
 [[nodiscard]] RtcmCorrections read_rtcm_corrections(const std::filesystem::path& path, geodesy::GpsTime now,
                                                     CorrectionsDecoder::ChannelTable glonass_channel = {},

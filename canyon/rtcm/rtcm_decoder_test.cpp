@@ -594,12 +594,13 @@ TEST(RtcmDecoder, HostileBytesNeverCrash) {
   EXPECT_EQ(epochs.size(), 1U);
 }
 
-/// 1004 (GPS) or 1012 (GLONASS): of each satellite the cells of 1C, and of L2 where it has that.
+/// 1004 (GPS) or 1012 (GLONASS): of each satellite the cells of 1C, and of L2 where it has that. Of one band:
+/// 1002, 1010.
 Bits legacy(System system, GpsTime time, const std::map<gnss::SatelliteId, std::vector<Cell>>& satellites,
-            bool more) {
+            bool more, bool two_bands = true) {
   const bool glonass = system == System::GLONASS;
   Bits bits;
-  bits.put(glonass ? 1012 : 1004, 12).put(7, 12);
+  bits.put((glonass ? 1010 : 1002) + (two_bands ? 2 : 0), 12).put(7, 12);
   const std::uint64_t stated = time_field(system, time);
   bits.put(glonass ? stated & ((1U << 27) - 1) : stated, glonass ? 27 : 30);
   bits.put(more ? 1 : 0, 1).put(satellites.size(), 5).put(0, 4);
@@ -627,7 +628,9 @@ Bits legacy(System system, GpsTime time, const std::map<gnss::SatelliteId, std::
     bits.put(id.number, 6).put(0, 1);
     if (glonass) bits.put(static_cast<std::uint64_t>(one.extended), 5);
     bits.put(rest, glonass ? 25 : 24).put(phase(one, carrier_hz(0)), 20).put(lock(one.lock_s), 7);
-    bits.put(whole, glonass ? 7 : 8).positive(one.cn0_dbhz, 0.25, 8).put(0, 2);
+    bits.put(whole, glonass ? 7 : 8).positive(one.cn0_dbhz, 0.25, 8);
+    if (!two_bands) continue;
+    bits.put(0, 2);
     if (cells.size() < 2) {
       bits.put(none(14), 14).put(none(20), 20).put(0, 7).put(0, 8);
       continue;
@@ -656,6 +659,26 @@ TEST(RtcmDecoder, LegacyPhasesGoOnAcrossTheirTurns) {
     }
     EXPECT_EQ(*m.phase_since, kTime - 10);
     last_m = phase_m;
+  }
+}
+
+TEST(RtcmDecoder, LegacyMessagesOfOneBand) {
+  for (const char* name : {"G07", "R07"}) {
+    std::vector<positioning::Measurement> measured;
+    for (const bool two_bands : {true, false}) {
+      CorrectionsDecoder decoder;
+      (void)decode(decoder, frame(place()));
+      const Cell cell = some_cell(name, "1C", 10);
+      const auto epochs =
+          decode(decoder, frame(legacy(cell.id.system, kTime, {{cell.id, {cell}}}, false, two_bands)));
+      ASSERT_EQ(epochs.size(), 1U) << name;
+      ASSERT_EQ(epochs[0]->observations.size(), 1U);
+      measured.push_back(epochs[0]->observations[0].measurement);
+    }
+    EXPECT_EQ(measured[0].id, measured[1].id);
+    EXPECT_EQ(measured[0].pseudorange_m, measured[1].pseudorange_m);
+    EXPECT_EQ(measured[0].carrier_phase_cycles, measured[1].carrier_phase_cycles);
+    EXPECT_EQ(measured[0].cn0_dbhz, measured[1].cn0_dbhz);
   }
 }
 
@@ -794,22 +817,26 @@ TEST(RtcmDecoder, LegacyMessagesOfARecordedBaseAsRtklibReadsThem) {
   CANYON_NEEDS_PROGRAM("convbin");
   CANYON_SHARED_DATA(path, "rtk-nagoya-20240624/base.obs");
   const Recorded base = recorded(path);
-  std::string bytes = frame(place());
-  std::size_t signals = 0;
-  for (std::size_t k = 0; k < base.epochs.size(); ++k) {
-    for (const System system : {System::GPS, System::GLONASS}) {
-      std::map<gnss::SatelliteId, std::vector<Cell>> satellites;
-      for (const Cell& cell : base.epochs[k].at(system)) {
-        if (cell.code == "1C") satellites[cell.id].push_back(cell);
-        // One of L2 has a place: P(Y) is left out.
-        if (cell.code.front() == '2' && cell.code != "2W" && satellites.count(cell.id) > 0 && cell.phase_m)
-          satellites[cell.id].push_back(cell);
+  for (const bool two_bands : {true, false}) {
+    std::string bytes = frame(place());
+    std::size_t signals = 0;
+    for (std::size_t k = 0; k < base.epochs.size(); ++k) {
+      for (const System system : {System::GPS, System::GLONASS}) {
+        std::map<gnss::SatelliteId, std::vector<Cell>> satellites;
+        for (const Cell& cell : base.epochs[k].at(system)) {
+          if (cell.code == "1C") satellites[cell.id].push_back(cell);
+          // One of L2 has a place: P(Y) is left out.
+          if (two_bands && cell.code.front() == '2' && cell.code != "2W" && satellites.count(cell.id) > 0 &&
+              cell.phase_m)
+            satellites[cell.id].push_back(cell);
+        }
+        for (const auto& [id, cells] : satellites) signals += cells.size();
+        bytes += frame(
+            legacy(system, base.file.epochs[k].receiver_time, satellites, system == System::GPS, two_bands));
       }
-      for (const auto& [id, cells] : satellites) signals += cells.size();
-      bytes += frame(legacy(system, base.file.epochs[k].receiver_time, satellites, system == System::GPS));
     }
+    compare_with_rtklib(bytes, base, true, signals);
   }
-  compare_with_rtklib(bytes, base, true, signals);
 }
 
 TEST(RtcmDecoder, FilesWithoutCorrectionsSayWhatIsMissing) {

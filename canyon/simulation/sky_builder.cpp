@@ -10,9 +10,9 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
 #include "canyon/orbit/frozen_sky.hpp"
+#include "canyon/orbit/navigation_review.hpp"
 #include "canyon/orbit/nominal_constellation.hpp"
 #include "canyon/orbit/precise_sky.hpp"
-#include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/simulation/require_satellites.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
@@ -139,7 +139,7 @@ void report_stale(const orbit::BroadcastSky& sky, const SkyConfig& config, GpsTi
 BuiltSky from_navigation(const SkyConfig& config, GpsTime begin, GpsTime end,
                          const geodesy::Geodetic& place) {
   BuiltSky built;
-  built.navigation = rinex::read_rinex_navigation(config.navigation);
+  built.navigation = orbit::read_navigation(config.navigation);
   built.warnings = built.navigation.warnings;
   // Most receivers do not range to SBAS: it has to be named.
   if (config.systems.count(gnss::System::SBAS) == 0) built.navigation.sbas.clear();
@@ -160,6 +160,7 @@ BuiltSky from_navigation(const SkyConfig& config, GpsTime begin, GpsTime end,
 BuiltSky from_sp3(const SkyConfig& config, GpsTime begin, GpsTime end) {
   BuiltSky built;
   auto sky = std::make_shared<orbit::PreciseSky>(config.sp3, config.systems);
+  built.warnings = sky->warnings();
   check_systems(*sky, config.systems, built.warnings);
   check_coverage(*sky, begin, end, "precise orbits", sky->span(),
                  "give the orbits of that day or another start", built.warnings);

@@ -84,9 +84,9 @@ std::string sp3() {
       "#dP2024  2 29  0  0  0.00000000      14 ORBIT IGS20 FIT  XXX\n"
       "%c M  cc GPS ccc cccc cccc cccc cccc ccccc ccccc ccccc ccccc\n";
   for (int k = 0; k < 14; ++k) {
-    text +=
-        fmt::format("*  2024  2 29 {:2} {:2}  0.00000000\nPG07{:14.6f}{:14.6f}{:14.6f}{:14.6f}\n", k / 4,
-                    15 * (k % 4), 26560 * std::cos(0.13 * k), 26560 * std::sin(0.13 * k), 0.0, 100 + 0.9 * k);
+    text += fmt::format("*  2024  2 29 {:2} {:2}  0.00000000\nPG07{:14.6f}{:14.6f}{:14.6f}{:14.6f}\n", k / 4,
+                        15 * (k % 4), 26560 * std::cos(0.065643 * k), 26560 * std::sin(0.065643 * k), 0.0,
+                        100 + 0.9 * k);
   }
   return text + "EOF\n";
 }

@@ -1,0 +1,166 @@
+#include "canyon/orbit/navigation_review.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "canyon/base/record_notes.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/gnss/broadcast_messages.hpp"
+#include "canyon/orbit/broadcast_sky.hpp"
+#include "canyon/rinex/navigation_reader.hpp"
+
+namespace canyon::orbit {
+namespace {
+
+/// How far apart in time two records may be to be compared, and how much they may differ: ten times what
+/// those of real days do.
+struct Likeness {
+  double longest_s, step_s, distance_m;
+  int power;
+  [[nodiscard]] double allowed_m(double gap_s) const {
+    return distance_m * (1 + std::pow(gap_s / step_s, power));
+  }
+};
+Likeness likeness(const gnss::KeplerEphemeris&) {
+  return {86'400, 7200, 50, 3};
+}
+Likeness likeness(const gnss::GlonassEphemeris&) {
+  return {3 * 3600, 1800, 30, 2};
+}
+Likeness likeness(const gnss::SbasEphemeris&) {
+  return {3600, 300, 1000, 2};
+}
+
+/// What two records say of one instant.
+struct Difference {
+  double position_m = 0, clock_s = 0;
+  bool orbit_fits = false, clock_fits = false;
+  [[nodiscard]] bool fits() const { return orbit_fits && clock_fits; }
+};
+
+template <typename Ephemeris>
+std::optional<Difference> difference(const Ephemeris& a, const Ephemeris& b) {
+  const double gap_s = std::abs(b.toe - a.toe);
+  const Likeness like = likeness(a);
+  if (gap_s > like.longest_s) return std::nullopt;
+  const geodesy::GpsTime middle = a.toe + (b.toe - a.toe) / 2;
+  const SatelliteState x = propagate(a, middle), y = propagate(b, middle);
+  constexpr double kClock_s = 0.2e-6;
+  Difference d{(x.position_m - y.position_m).norm(), std::abs(x.clock_bias_s - y.clock_bias_s)};
+  d.orbit_fits = d.position_m <= like.allowed_m(gap_s);
+  d.clock_fits = d.clock_s <= kClock_s * (1 + gap_s / like.step_s);
+  return d;
+}
+
+class NavigationReview {
+ public:
+  NavigationReview(gnss::NavigationData& data, std::vector<std::filesystem::path> sources)
+      : data_(data), sources_(std::move(sources)), notes_({}) {
+    for (std::size_t i = sources_.size(); i < data.sources.size(); ++i)
+      sources_.emplace_back(data.sources[i]);
+  }
+
+  void run() {
+    review(data_.kepler);
+    review(data_.glonass);
+    review(data_.sbas);
+    const std::vector<std::string> own = notes_.take();
+    data_.warnings.insert(data_.warnings.end(), own.begin(), own.end());
+  }
+
+ private:
+  /// Records in order of satellite and time.
+  template <typename Ephemeris>
+  void review(std::vector<Ephemeris>& records) {
+    std::vector<std::uint8_t> gone(records.size());
+    for (std::size_t begin = 0, end = 0; begin < records.size(); begin = end) {
+      std::vector<std::size_t> healthy;
+      for (end = begin; end < records.size() && records[end].id == records[begin].id; ++end)
+        if (is_healthy(records[end])) healthy.push_back(end);
+      review_satellite(records, healthy, gone);
+    }
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < records.size(); ++i)
+      if (gone[i] == 0) records[kept++] = records[i];
+    records.erase(records.begin() + static_cast<std::ptrdiff_t>(kept), records.end());
+  }
+
+  template <typename Ephemeris>
+  void review_satellite(const std::vector<Ephemeris>& records, const std::vector<std::size_t>& of_satellite,
+                        std::vector<std::uint8_t>& gone) {
+    constexpr std::size_t kReach = 2;
+    const std::size_t n = of_satellite.size();
+    std::vector<std::optional<Difference>> nearest(n);  // to a record that it contradicts
+    std::vector<std::size_t> against(n);
+    std::vector<bool> supported(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      for (std::size_t k = i + 1; k < std::min(i + 1 + kReach, n); ++k) {
+        const auto d = difference(records[of_satellite[i]], records[of_satellite[k]]);
+        if (!d) continue;
+        if (d->fits()) {
+          supported[i] = supported[k] = true;
+          continue;
+        }
+        for (const auto& [one, other] : {std::pair(i, k), std::pair(k, i)}) {
+          if (nearest[one] && (supported[against[one]] || !supported[other])) continue;
+          nearest[one] = d;
+          against[one] = other;
+        }
+      }
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+      if (supported[i] || !nearest[i]) continue;
+      const Ephemeris& e = records[of_satellite[i]];
+      const std::string what = fmt::format("the {} of {} at {} contradicts its other records by {}",
+                                           nearest[i]->orbit_fits ? "clock" : "orbit", to_string(e.id),
+                                           geodesy::format_gpst(e.toe, 0), size_text(*nearest[i]));
+      if (any_supported_near(supported, i, kReach)) {
+        gone[of_satellite[i]] = 1;
+        notes_.add(place(e), what, "record left out");
+      } else if (against[i] > i) {
+        notes_.say(place(e), what, "no third record says which one is right: both are used");
+      }
+    }
+  }
+
+  static bool any_supported_near(const std::vector<bool>& supported, std::size_t i, std::size_t reach) {
+    for (std::size_t k = i - std::min(i, reach); k <= std::min(i + reach, supported.size() - 1); ++k)
+      if (supported[k]) return true;
+    return false;
+  }
+
+  static std::string size_text(const Difference& d) {
+    return d.orbit_fits ? fmt::format("{:.3g} us", d.clock_s * 1e6)
+                        : fmt::format("{:.3g} km", d.position_m / 1e3);
+  }
+
+  template <typename Ephemeris>
+  [[nodiscard]] RecordPlace place(const Ephemeris& e) const {
+    const auto source = static_cast<std::size_t>(e.source);
+    return {source < sources_.size() ? sources_[source] : std::filesystem::path(), e.line};
+  }
+
+  gnss::NavigationData& data_;
+  std::vector<std::filesystem::path> sources_;
+  RecordNotes notes_;
+};
+
+}  // namespace
+
+void review_navigation(gnss::NavigationData& data, const std::vector<std::filesystem::path>& sources) {
+  NavigationReview(data, sources).run();
+}
+
+gnss::NavigationData read_navigation(const std::vector<std::filesystem::path>& paths) {
+  gnss::NavigationData data = rinex::read_rinex_navigation(paths);
+  review_navigation(data, paths);
+  return data;
+}
+
+}  // namespace canyon::orbit

@@ -1,0 +1,64 @@
+// Declared in canyon/rtcm/rtcm_decoder.hpp.
+#include <array>
+#include <utility>
+
+#include "canyon/base/gzip_file.hpp"
+#include "canyon/geodesy/stray_times.hpp"
+#include "canyon/rtcm/rtcm_decoder.hpp"
+
+namespace canyon::rtcm {
+
+using geodesy::GpsTime;
+
+namespace {
+
+/// One wrong time must not stretch the recording.
+void leave_out_stray_epochs(RtcmCorrections& read) {
+  std::vector<GpsTime> times;
+  for (const auto& epoch : read.epochs) times.push_back(epoch->receiver_time);
+  const std::vector<bool> stray = geodesy::stray_times(times);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < stray.size(); ++i) {
+    if (!stray[i]) {
+      read.epochs[kept++] = read.epochs[i];
+      continue;
+    }
+    ++read.status.problems["the time of an epoch contradicts those around it"];
+  }
+  read.epochs.resize(kept);
+}
+
+}  // namespace
+
+RtcmCorrections read_rtcm_corrections(const std::filesystem::path& path, GpsTime now,
+                                      CorrectionsDecoder::ChannelTable glonass_channel, bool needs_place) {
+  GzipFile file(path);
+  CorrectionsDecoder decoder(std::move(glonass_channel), needs_place);
+  RtcmCorrections read;
+  const auto take = [&](const CorrectionsDecoder::Epochs& epochs) {
+    for (const auto& epoch : epochs) {
+      // One that is given again has more in it.
+      const bool again = !read.epochs.empty() && read.epochs.back()->receiver_time == epoch->receiver_time;
+      if (again) read.epochs.pop_back();
+      read.epochs.push_back(epoch);
+    }
+  };
+  std::array<char, 4096> block{};
+  while (const std::size_t n = file.read(block.data(), block.size(), 0)) {
+    take(decoder.feed({block.data(), n}, decoder.status().last_epoch.value_or(now)));
+  }
+  take(decoder.finish());
+  read.status = decoder.status();
+  leave_out_stray_epochs(read);
+  if (!read.epochs.empty()) return read;
+  if (read.status.messages.empty())
+    throw InputError(path, 0, "no message of RTCM 3 is in it", "give a recorded stream of RTCM 3");
+  if (read.status.epochs_held_back > 0)
+    throw InputError(path, 0, "the station's place is not in it",
+                     "have the base send message 1005 or 1006, or give its place (--base-position)");
+  throw InputError(
+      path, 0, "no observations of a base are in it",
+      "have the base send MSM4 to MSM7 (1074 to 1127), 1002, 1004, 1010 or 1012, and record again");
+}
+
+}  // namespace canyon::rtcm
