@@ -9,6 +9,7 @@
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
+#include "canyon/simulation/street_sources.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/simulation_support.hpp"
 #include "tests/support/source_dir.hpp"
@@ -31,6 +32,16 @@ const char* const kExample = "examples/urbannav_tst.yaml";
 Scenario example(const std::string& keys = {}) {
   const TextFile file(std::filesystem::path(canyon_source_dir) / kExample);
   return parse_scenario(std::string(file.text()) + keys, canyon::test::shared_data("urbannav_tst.yaml"));
+}
+
+// 8 % of the area of its roofs slopes, by tags of OpenStreetMap.
+TEST(UrbanNavDrive, StreetsAreDenseByTheMap) {
+  CANYON_SHARED_DATA(data, "hongkong/buildings.dae");
+  const city::City city = load_city(example().city);
+  receiver::ReceiverOptions options;
+  options.signal.shadowing.enabled = true;
+  EXPECT_EQ(with_surroundings(options, raytrace::RayScene(city.mesh), city).signal.shadowing.environment,
+            disturbance::ShadowingEnvironment::Dense);
 }
 
 TEST(UrbanNavDrive, RunsEndToEnd) {

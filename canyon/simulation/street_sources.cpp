@@ -51,7 +51,8 @@ double closed_sky(const raytrace::RayScene& scene, std::span<const Eigen::Vector
 
 namespace {
 
-/// Whether roofs are flat and vegetation is missing, as in maps that were made of outlines.
+/// Whether most roofs are flat and vegetation is missing, as in maps that were made of outlines. In those of
+/// OpenStreetMap few houses have a tag of their roof (Tsim Sha Tsui: 8 % of the area).
 bool has_outlines_alone(const city::City& city) {
   constexpr double kFlat = 0.996;  // cosine of 5 deg
   double flat_m2 = 0, sloped_m2 = 0;
@@ -68,7 +69,7 @@ bool has_outlines_alone(const city::City& city) {
         sloped_m2 += twice.norm() / 2;
     }
   }
-  return sloped_m2 < 0.05 * flat_m2;
+  return sloped_m2 < 0.2 * (flat_m2 + sloped_m2);
 }
 
 }  // namespace
