@@ -26,6 +26,7 @@
 #include "canyon/live/commands.hpp"
 #include "canyon/live/pose_source.hpp"
 #include "canyon/mavlink/frames.hpp"
+#include "canyon/orbit/navigation_review.hpp"
 #include "canyon/orbit/precise_sky.hpp"
 #include "canyon/output/formats.hpp"
 #include "canyon/output/ubx/frame.hpp"
@@ -76,6 +77,16 @@ std::string observations2() {
   const std::string satellite =
       test::field(1e8) + test::blank_field() + test::field(2e7) + "\n" + test::field(-10) + "\n";
   return test::observations2() + " 19  4 28 12 44 34.0000000  0  2G 5R 6\n" + satellite + satellite;
+}
+
+/// In Hatanaka's compression: differences of the first to the third order.
+std::string compact_observations() {
+  return test::header_line("3.0                 COMPACT RINEX FORMAT", "CRINEX VERS   / TYPE") +
+         test::header_line("", "CRINEX PROG / DATE") + test::observations3() +
+         "> 2019 04 28 12 44 34.0000000  0  2      G05R07\n\n"
+         "3&20604864859 3&108280000250 3&-812500 3&44000            7\n3&21000000000\n"
+         "                    5\n3&-100000000\n650125 3416750 250 0\n1000\n"
+         "                    6\n0\n-125 250 0 0\n-25\n";
 }
 
 /// A satellite on a circle, one record every quarter of an hour.
@@ -189,7 +200,7 @@ std::function<void(const fs::path&)> trajectory(const char* format) {
 
 /// Read back what was read: it must be a file of its own format, or one that cannot be written.
 void read_navigation(const fs::path& path) {
-  const gnss::NavigationData data = rinex::read_rinex_navigation(path);
+  const gnss::NavigationData data = orbit::read_navigation({path});
   (void)rinex::read_rinex_navigation(
       TextFile::from_string(rinex::format_rinex_navigation(data), "again.rnx"));
 }
@@ -413,7 +424,7 @@ const std::vector<Target>& targets() {
          (void)rinex::read_rinex_observations(path, options);
          (void)rinex::read_rinex_observations(path);
        },
-       {observations3(), observations2()}},
+       {observations3(), observations2(), compact_observations()}},
       {"android_log",
        "gnss_log.txt",
        [](const fs::path& path) {
