@@ -331,9 +331,10 @@ void add_calibrate(Command& app) {
   command.add_option("--markdown", arguments.markdown, "FILE", "write the tables as Markdown");
   command.add_flag("--quiet", arguments.quiet, "print errors only (and what --json - asks for)");
   command.footer =
-      "Estimates from the recording: tracked signals and orbits, step of C/N0. By simulation of the figures\n"
-      "of the score card: level of C/N0, share of obstacles, tracking threshold. A key keeps the profile's\n"
-      "value if the recording says nothing about it; comments in the file give the source of each number.\n"
+      "Estimates from the recording: tracked signals and orbits, step of C/N0. By simulation, from which\n"
+      "satellites are tracked and their C/N0: level, share of obstacles, tracking threshold. A key keeps\n"
+      "the profile's value if the recording says nothing about it; comments in the file give the source\n"
+      "of each number.\n"
       "Use it as 'profile: ./FILE.yaml'.\n"
       "docs/calibration.md explains the method.";
 }

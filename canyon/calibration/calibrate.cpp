@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/calibration/likelihood_fit.hpp"
 #include "canyon/calibration/plain.hpp"
-#include "canyon/calibration/score_fit.hpp"
 #include "canyon/validation/epoch_interval.hpp"
 #include "canyon/validation/ranked_sample.hpp"
 
@@ -27,11 +27,11 @@ simulation::ReceiverConfig of_all_systems(simulation::ReceiverConfig receiver) {
   return receiver;
 }
 
-/// Keys that the figures of the score card hardly show.
+/// Keys that tracked satellites and their C/N0 hardly show.
 void add_unidentifiable(const Values& base, Calibration& result) {
   for (const auto& [key, why] :
        {std::pair("signal.offset_db", "needs many satellites of each system in clear view"),
-        {"signal.lock.acquisition_threshold_dbhz", "acts on the figures as the tracking threshold does"},
+        {"signal.lock.acquisition_threshold_dbhz", "acts as the tracking threshold does"},
         {"signal.dll.loop_bandwidth_hz", "errors show the echoes more than the loop"},
         {"signal.dll.spacing_chips", "errors show the echoes more than the loop"},
         {"noise.sigma_m_per_sqrt_s", "errors from space replace it where there are navigation files"},
@@ -90,7 +90,7 @@ Calibration calibrate(const std::vector<Drive>& drives, const CalibrateOptions& 
   add_tracked(recorded, skies, receiver, result);
   add_step(recorded, receiver, result);
   add_phase_threshold(recorded, receiver, draws, result);
-  add_score_fit(fit_drives, options, result);
+  add_likelihood_fit(fit_drives, options, result);
   add_unidentifiable(values_of(receiver), result);
   return result;
 }

@@ -40,6 +40,7 @@ TEST(UrbanNavDrive, StreetsAreDenseByTheMap) {
   const city::City city = load_city(example().city);
   receiver::ReceiverOptions options;
   options.signal.shadowing.enabled = true;
+  options.signal.shadowing.environment = disturbance::ShadowingEnvironment::Auto;
   EXPECT_EQ(with_surroundings(options, raytrace::RayScene(city.mesh), city).signal.shadowing.environment,
             disturbance::ShadowingEnvironment::Dense);
 }

@@ -43,6 +43,9 @@ std::string file_of(const std::string& format, int count) {
     } else if (format == "kml") {
       text += fmt::format("<when>{}</when>\n<gx:coord>{:.6f} {:.6f} {:.1f}</gx:coord>\n", time, longitude,
                           latitude, height);
+    } else if (format == "gnsslogger") {
+      text += fmt::format("Fix,GPS,{:.6f},{:.6f},{:.2f},14.5,3.0,32.6,{}\n", latitude, longitude, height,
+                          1714557610000 + 1000LL * i);
     } else {
       text +=
           with_checksum(fmt::format("GNGGA,1000{}.00,4808.{:05d},N,01134.{:05d},E,1,12,0.8,{:.1f},M,45.6,M,,",
@@ -52,6 +55,11 @@ std::string file_of(const std::string& format, int count) {
     }
   }
   if (format == "csv") return "time,latitude,longitude,height\n" + text;
+  if (format == "gnsslogger") {
+    return "# Fix,Provider,LatitudeDegrees,LongitudeDegrees,AltitudeMeters,SpeedMps,AccuracyMeters,"
+           "BearingDegrees,UnixTimeMillis\n" +
+           text;
+  }
   if (format == "gpx") return "<gpx version=\"1.1\"><trk><trkseg>\n" + text + "</trkseg></trk></gpx>\n";
   if (format == "kml")
     return "<kml><gx:Track><altitudeMode>absolute</altitudeMode>\n" + text + "</gx:Track></kml>\n";

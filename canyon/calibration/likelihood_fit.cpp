@@ -1,15 +1,18 @@
-#include "canyon/calibration/score_fit.hpp"
+#include "canyon/calibration/likelihood_fit.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
+#include <optional>
 #include <utility>
 
+#include "canyon/geodesy/constants.hpp"
 #include "canyon/options/values.hpp"
-#include "canyon/validation/figures.hpp"
-#include "canyon/validation/score_card.hpp"
+#include "canyon/validation/comparison.hpp"
+#include "canyon/validation/epoch_interval.hpp"
 
 namespace canyon::calibration {
 namespace {
@@ -20,9 +23,9 @@ constexpr const char* kAcquisitionKey = "signal.lock.acquisition_threshold_dbhz"
 constexpr std::size_t kAxes = 3;
 /// Simulated epochs that are held at a time: some 300 MB.
 constexpr std::size_t kEpochsAtOnce = 60'000;
-/// Deviation of the distance of a figure that the right receiver has, in units of its range: halves of a
-/// drive differ, and models are wrong somewhere.
-constexpr double kSigma = 1.4;
+/// Time [s] over which the observations of one satellite count as one: what is in the way, and what a model
+/// has wrong, stay.
+constexpr double kCorrelated_s = 60;
 /// A key is not identified where the figures move the prior by less than this, of its deviation.
 constexpr double kMoved = 0.1;
 /// So near to the profile's value, of the deviation, it stays.
@@ -85,19 +88,66 @@ Values values_at(const Axes& axes, const Point& point, const simulation::Receive
   return values;
 }
 
-/// validation::range_distance() of the score card's figures, of one drive and seed.
-using Distances = std::vector<double>;
+/// Observations of one class of satellites: tracked or not, and C/N0 of the tracked ones in bins.
+struct Counts {
+  static constexpr std::size_t kBins = 34;
+  static constexpr double kBin_dB = 2;
+  double tracked = 0, untracked = 0;
+  std::array<double, kBins> cn0{};
 
-Distances distances_of(const validation::Comparison& comparison) {
-  // A figure without a value, because of too few observations, counts as quite wrong.
-  constexpr double kFarthest = 4;
-  Distances distances;
-  for (const validation::Headline& h : validation::headlines(comparison, 0, comparison.epochs.size())) {
-    if (!validation::has_range(h)) continue;
-    const double distance = validation::range_distance(h).value_or(kFarthest);
-    distances.push_back(std::clamp(distance, -kFarthest, kFarthest));
+  void add(bool is_tracked, const std::optional<double>& cn0_dbhz) {
+    (is_tracked ? tracked : untracked) += 1;
+    if (!is_tracked || !cn0_dbhz) return;
+    cn0.at(static_cast<std::size_t>(std::clamp(*cn0_dbhz / kBin_dB, 0.0, kBins - 1.0))) += 1;
   }
-  return distances;
+  void add(const Counts& other, double weight) {
+    tracked += weight * other.tracked;
+    untracked += weight * other.untracked;
+    for (std::size_t i = 0; i < kBins; ++i) cn0.at(i) += weight * other.cn0.at(i);
+  }
+};
+/// Classes: hidden or clear by the map, in four bands of elevation.
+using Classes = std::array<Counts, 8>;
+
+/// The recorded and the simulated observations of a comparison.
+struct Sides {
+  Classes recorded, simulated;
+};
+
+Sides sides_of(const validation::Comparison& comparison) {
+  constexpr std::array kBorders_deg = {30, 45, 60};
+  Sides sides;
+  for (const validation::ComparedSatellite& s : comparison.satellites) {
+    std::size_t of = s.clear ? 4 : 0;
+    for (const double border : kBorders_deg) of += geodesy::degrees(s.elevation_rad) >= border ? 1 : 0;
+    sides.recorded.at(of).add(s.measured, s.measured_cn0_dbhz);
+    sides.simulated.at(of).add(s.simulated, s.simulated_cn0_dbhz);
+  }
+  return sides;
+}
+
+/// Logarithm of the probability of what was recorded under a model's shares and densities, each epoch by
+/// `weight`.
+double log_likelihood(const Counts& recorded, const Counts& model, double weight) {
+  // One observation of each kind more, so that no share is 0 or 1.
+  const double tracked = weight * model.tracked + 1, untracked = weight * model.untracked + 1;
+  double sum = recorded.tracked * std::log(tracked / (tracked + untracked)) +
+               recorded.untracked * std::log(untracked / (tracked + untracked));
+  // A triangle over 5 bins, about 2 dB; and a twentieth of the density is even.
+  constexpr std::array kTriangle = {1 / 9.0, 2 / 9.0, 3 / 9.0, 2 / 9.0, 1 / 9.0};
+  constexpr double kEven = 0.05;
+  const double all = std::accumulate(model.cn0.begin(), model.cn0.end(), 0.0);
+  for (std::size_t i = 0; i < Counts::kBins; ++i) {
+    if (recorded.cn0.at(i) == 0) continue;
+    double near = 0;
+    for (std::size_t k = 0; k < kTriangle.size(); ++k) {
+      if (i + k >= 2 && i + k - 2 < Counts::kBins) near += kTriangle.at(k) * model.cn0.at(i + k - 2);
+    }
+    sum += recorded.cn0.at(i) *
+           std::log((weight * (1 - kEven) * near + (weight * kEven * all + 1) / Counts::kBins) /
+                    (weight * all + 1));
+  }
+  return weight * sum;
 }
 
 /// The posterior of the axes.
@@ -105,7 +155,7 @@ struct Posterior {
   Point mean{}, sigma{};
 };
 
-/// Figures at the nodes, of each drive and seed; linear between the nodes.
+/// Observations at the nodes, of each drive; shares and densities are linear between the nodes.
 class Grid {
  public:
   explicit Grid(Axes axes) : axes_(std::move(axes)) {
@@ -116,19 +166,19 @@ class Grid {
   [[nodiscard]] const Axes& axes() const { return axes_; }
   /// The nodes.
   [[nodiscard]] const std::vector<Point>& points() const { return points_; }
-  /// @param of_nodes in the order of points() @param weight against one simulation of one drive
-  void add_run(std::vector<Distances> of_nodes, double weight) {
-    runs_.push_back({std::move(of_nodes), weight});
+  /// @param of_nodes in the order of points() @param weight of one epoch
+  void add_drive(Classes recorded, std::vector<Classes> of_nodes, double weight) {
+    drives_.push_back({recorded, std::move(of_nodes), weight});
   }
 
-  /// By the figures; or by the priors alone.
-  [[nodiscard]] Posterior posterior(bool by_figures) const {
+  /// By the observations; or by the priors alone.
+  [[nodiscard]] Posterior posterior(bool by_observations) const {
     std::array<std::vector<double>, kAxes> lists;
     for (std::size_t a = 0; a < kAxes; ++a) lists.at(a) = between(axes_.at(a));
     const std::vector<Point> points = points_of(lists);
     std::vector<double> exponents;
     for (const Point& point : points) {
-      double squares = by_figures ? misfit(point) / (kSigma * kSigma) : 0;
+      double squares = by_observations ? -2 * log_likelihood_at(point) : 0;
       for (std::size_t a = 0; a < kAxes; ++a)
         squares += std::pow((point.at(a) - axes_.at(a).profile) / axes_.at(a).deviation, 2);
       exponents.push_back(-0.5 * squares);
@@ -154,18 +204,18 @@ class Grid {
   }
 
  private:
-  struct Run {
-    std::vector<Distances> of_nodes;
+  struct Observations {
+    Classes recorded;
+    std::vector<Classes> of_nodes;
     double weight = 1;
   };
 
-  /// Sum of the figures' squares, weighted.
-  [[nodiscard]] double misfit(const Point& point) const {
+  [[nodiscard]] double log_likelihood_at(const Point& point) const {
     std::array<std::pair<std::size_t, double>, kAxes> places;
     for (std::size_t a = 0; a < kAxes; ++a) places.at(a) = place(axes_.at(a).nodes, point.at(a));
     double sum = 0;
-    for (const Run& run : runs_) {
-      Distances distances(run.of_nodes.front().size());
+    for (const Observations& drive : drives_) {
+      Classes model;
       for (std::size_t corner = 0; corner < (std::size_t{1} << kAxes); ++corner) {
         double weight = 1;
         std::size_t node = 0;
@@ -176,9 +226,10 @@ class Grid {
           node = node * axes_.at(a).nodes.size() + below + (upper && share > 0 ? 1 : 0);
         }
         if (weight == 0) continue;
-        for (std::size_t f = 0; f < distances.size(); ++f) distances[f] += weight * run.of_nodes[node][f];
+        for (std::size_t c = 0; c < model.size(); ++c) model.at(c).add(drive.of_nodes[node].at(c), weight);
       }
-      for (const double distance : distances) sum += run.weight * distance * distance;
+      for (std::size_t c = 0; c < model.size(); ++c)
+        sum += log_likelihood(drive.recorded.at(c), model.at(c), drive.weight);
     }
     return sum;
   }
@@ -199,20 +250,20 @@ class Grid {
 
   Axes axes_;
   std::vector<Point> points_;
-  std::vector<Run> runs_;
+  std::vector<Observations> drives_;
 };
 
-/// Figures of the drive at all points by the first seed, then by the second and so on.
-std::vector<Distances> simulate(const FitDrive& of, const Grid& grid, const Values& known,
-                                const CalibrateOptions& options) {
+/// Observations of the drive at all points, of all seeds together.
+std::vector<Sides> simulate(const FitDrive& of, const Grid& grid, const Values& known,
+                            const CalibrateOptions& options) {
   const Drive& drive = *of.drive;
   const std::vector<Point>& points = grid.points();
   const std::size_t at_once =
       std::max<std::size_t>(1, kEpochsAtOnce / drive.recording.residuals.epochs.size());
   const std::size_t count = static_cast<std::size_t>(options.seeds) * points.size();
-  std::vector<Distances> distances;
-  while (distances.size() < count) {
-    const std::size_t first = distances.size(), size = std::min(count - first, at_once);
+  std::vector<Sides> sides(points.size());
+  for (std::size_t first = 0; first < count;) {
+    const std::size_t size = std::min(count - first, at_once);
     std::vector<simulation::ReceiverConfig> receivers(size, drive.receiver);
     std::vector<validation::SeededReceiver> seeded;
     for (std::size_t i = 0; i < size; ++i) {
@@ -230,24 +281,33 @@ std::vector<Distances> simulate(const FitDrive& of, const Grid& grid, const Valu
     };
     for (const validation::Comparison& comparison :
          validation::compare(drive.recording, seeded, *drive.environment, drive.registration, compare)) {
-      distances.push_back(distances_of(comparison));
+      const Sides own = sides_of(comparison);
+      Sides& of_point = sides[first++ % points.size()];
+      of_point.recorded = own.recorded;
+      for (std::size_t c = 0; c < own.simulated.size(); ++c)
+        of_point.simulated.at(c).add(own.simulated.at(c), 1);
     }
   }
-  return distances;
+  return sides;
 }
 
 }  // namespace
 
-void add_score_fit(std::span<const FitDrive> drives, const CalibrateOptions& options, Calibration& result) {
+void add_likelihood_fit(std::span<const FitDrive> drives, const CalibrateOptions& options,
+                        Calibration& result) {
   simulation::ReceiverConfig receiver = drives.front().drive->receiver;
   set_values(result.values, receiver);
   const Values before = values_of(receiver);
   Grid grid(axes_of(receiver));
   for (const FitDrive& drive : drives) {
-    const std::vector<Distances> all = simulate(drive, grid, result.values, options);
-    const auto nodes = static_cast<std::ptrdiff_t>(grid.points().size());
-    for (auto begin = all.begin(); begin != all.end(); begin += nodes)
-      grid.add_run({begin, begin + nodes}, 1.0 / options.seeds);
+    const std::vector<Sides> sides = simulate(drive, grid, result.values, options);
+    std::vector<Classes> of_nodes;
+    for (const Sides& side : sides) of_nodes.push_back(side.simulated);
+    std::vector<geodesy::GpsTime> times;
+    for (const validation::ResidualEpoch& epoch : drive.drive->recording.residuals.epochs)
+      times.push_back(epoch.reception);
+    grid.add_drive(sides.front().recorded, std::move(of_nodes),
+                   std::min(1.0, validation::interval_of(times) / kCorrelated_s));
   }
   const Posterior prior = grid.posterior(false), known = grid.posterior(true);
   Point after = known.mean;
@@ -257,12 +317,12 @@ void add_score_fit(std::span<const FitDrive> drives, const CalibrateOptions& opt
     Estimate e{axis.key, axis.unit, options::show(axis.profile), {}, {}, {}, {}, {}};
     e.after = e.before;
     if (std::abs(mean - prior.mean.at(a)) < kMoved * open && std::abs(sigma - open) < kMoved * open) {
-      e.basis = "the figures of the score card hardly depend on it";
+      e.basis = "which satellites are tracked, and their C/N0, hardly depend on it";
     } else {
       e.recorded = rounded(mean, sigma);
       e.interval = fmt::format("{} to {}", rounded(std::max(mean - 2 * sigma, axis.nodes.front()), sigma),
                                rounded(std::min(mean + 2 * sigma, axis.nodes.back()), sigma));
-      e.basis = "figures of the score card, by simulation";
+      e.basis = "which satellites are tracked, and their C/N0, by simulation";
       e.verdict = std::abs(mean - axis.profile) < kAgrees * sigma ? Verdict::Agrees : Verdict::Fitted;
     }
     if (e.verdict == Verdict::Fitted) {

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <set>
+#include <span>
+
+#include "canyon/calibration/calibrate.hpp"
+
+// The keys that are fitted to which satellites are tracked, and to their C/N0. Private to canyon/calibration.
+
+namespace canyon::calibration {
+
+/// A drive, and the satellites that are left out of what is simulated.
+struct FitDrive {
+  const Drive* drive = nullptr;
+  std::set<gnss::SatelliteId> leave_out;
+};
+
+/// Adds level, share of obstacles and tracking threshold. The receiver is simulated along the drives at the
+/// nodes of a grid of the three, by several seeds each. Shares of tracked satellites and densities of their
+/// C/N0, by what the map says and by elevation, are linear between nodes. The values are the means of the
+/// density
+///
+///   exp(log-likelihood of what was recorded - 1/2 sum over keys of ((x - profile's) / prior's deviation)^2)
+///
+/// (docs/calibration.md). @param result its values are set already for what is simulated
+void add_likelihood_fit(std::span<const FitDrive> drives, const CalibrateOptions& options,
+                        Calibration& result);
+
+}  // namespace canyon::calibration
