@@ -80,7 +80,8 @@ Recording read(const std::string& path, const RtkArguments& arguments, const gns
   };
   const rtcm::RtcmCorrections corrections = rtcm::read_rtcm_corrections(path, around, channel, needs_place);
   for (const auto& [problem, count] : corrections.status.problems)
-    print_warnings({fmt::format("{}: {} ({} times)", path, problem, count)});
+    print_warnings(
+        {fmt::format("{}: {}{}", path, problem, count > 1 ? fmt::format(" ({} times)", count) : "")});
   for (const auto& epoch : corrections.epochs) {
     relative::Corrections wanted = *epoch;
     std::erase_if(wanted.observations, [&](const relative::SignalMeasurement& seen) {
