@@ -39,7 +39,7 @@ void visit(options::Visitor& v, SpaceErrorOptions& o) {
       v,
       {"enabled", "",
        "errors that broadcast orbits, clocks and atmosphere models leave, shared by all receivers",
-       "true with navigation files or corrections"},
+       "true with nominal satellites, navigation files or corrections"},
       o.enabled);
   gnss::visit_group_values(v, {"orbit_clock_m", "m", "rms range error of broadcast orbits and clocks"},
                            o.orbit_clock_m, {0, 1e4});

@@ -21,7 +21,7 @@
 namespace canyon::errors {
 
 struct SpaceErrorOptions {
-  /// Left out: on with navigation files, and where a scenario has a receiver that takes corrections.
+  /// Left out: on with nominal satellites and navigation files, and where a receiver takes corrections.
   options::Switch enabled = false;
   /// Error of a range by broadcast orbit and clock, standard deviation by groups of signals [m], [0, 1e4].
   /// Defaults: global mean signal-in-space range errors of 2017 (O. Montenbruck, P. Steigenberger,

@@ -70,7 +70,7 @@ struct Setting {
 simulation::Scenario scenario(const Setting& setting) {
   simulation::Scenario made = simulation::parse_scenario(
       "city: {open: true, origin: {latitude_deg: 48, longitude_deg: 11, height_m: 500}}\n"
-      "sky: {nominal: true, systems: [GPS]}\n"
+      "sky: {nominal: true, systems: [GPS], errors: {enabled: false}}\n"
       "start: 2026-06-01T08:00:00Z\n"
       "rate_hz: " +
           std::to_string(setting.rate_hz) +

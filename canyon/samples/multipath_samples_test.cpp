@@ -124,7 +124,8 @@ TEST(MultipathSamples, CodeErrorsAreThoseOfTheCodeLoopsModel) {
       const double excess_m = (std::round(about_m / wavelength) + turn) * wavelength;
       simulation::Scenario scenario = simulation::parse_scenario(
           "city: {open: true, origin: {latitude_deg: 48, longitude_deg: 11, height_m: 500}}\n"
-          "sky: {nominal: true, systems: [GPS]}\nstart: 2026-06-01T08:00:00Z\nrate_hz: 20\nduration_s: 0.1\n"
+          "sky: {nominal: true, systems: [GPS], errors: {enabled: false}}\n"
+          "start: 2026-06-01T08:00:00Z\nrate_hz: 20\nduration_s: 0.1\n"
           "trajectory: {waypoints: [{east_m: 0, north_m: 0, up_m: 2}], hold_s: 1}\n"
           "receivers: [{name: rx, signal: {enabled: true}}]\n",
           "test.yaml");

@@ -438,6 +438,19 @@ struct NavigationFile {
   std::filesystem::path path;
 };
 
+TEST(BuildSky, OfBroadcastOrbitsHasErrorsFromSpace) {
+  const auto has_errors = [](const std::string& sky) {
+    const Simulation simulation = simulation_of(kOpen + "start: 2026-06-01T08:00:00Z\nduration_s: 0\n" + sky +
+                                                "trajectory: {position: {east_m: 0, north_m: 0, up_m: 2}}\n");
+    return simulation.environment().errors() != nullptr;
+  };
+  EXPECT_TRUE(has_errors(""));
+  EXPECT_TRUE(has_errors("sky: {nominal: true}\n"));
+  EXPECT_FALSE(has_errors("sky: {nominal: true, errors: {enabled: false}}\n"));
+  EXPECT_FALSE(
+      has_errors("sky: {frozen: {satAzimuth: [0, 1.5, 3, 4.5], satElevation: [0.5, 1, 0.7, 1.2]}}\n"));
+}
+
 TEST(BuildSky, ATrajectoryOutsideTheEphemeridesNamesBothSpansAndTheCure) {
   const NavigationFile file;
   EXPECT_THAT(

@@ -41,7 +41,7 @@ with tempfile.TemporaryDirectory() as name:
 
     settings = base.changed(receivers=[{"name": "car", "profile": "ublox-m8t"}]).settings
     settings["sky"] = {"navigation": [folder / "sky.nav"]}
-    recording = canyon.Recording(settings, folder / "drive.obs", folder / "truth.csv", "urbannav", atmosphere=False)
+    recording = canyon.Recording(settings, folder / "drive.obs", folder / "truth.csv", "urbannav")
     print(f"{len(recording)} epochs")
     fit = canyon.calibrate(recording, (0, 0.5), seeds=2)
     for estimate in fit.estimates:
@@ -53,7 +53,7 @@ with tempfile.TemporaryDirectory() as name:
     (folder / "mine.yaml").write_text(fit.profile)
     for profile in ["ublox-m8t", str(folder / "mine.yaml")]:
         settings["receivers"] = [{"name": "car", "profile": profile}]
-        recording = canyon.Recording(settings, folder / "drive.obs", folder / "truth.csv", "urbannav", atmosphere=False)
+        recording = canyon.Recording(settings, folder / "drive.obs", folder / "truth.csv", "urbannav")
         figures = recording.validate((0.5, 1.0))["models"][0]
         ks = figures["distributions"]["los_cn0_dbhz"]["ks"]
         print(f"{pathlib.Path(profile).name:10} distance of the C/N0 in sight, simulated from recorded (Kolmogorov-Smirnov): {ks:.2f}")

@@ -134,7 +134,7 @@ propagation: {{diffuse: {{enabled: false}}, diffraction: {{enabled: false}}}}
 TEST(Doppler, IsTheRateOfTheCarrierThroughTheAtmosphere) {
   const std::vector<receiver::ReceiverEpoch> epochs = run(R"(
 city: {open: true, origin: {latitude_deg: 22.3, longitude_deg: 114.17}}
-sky: {nominal: true, systems: [GPS]}
+sky: {nominal: true, systems: [GPS], errors: {enabled: false}}
 start: 2026-03-01T10:00:00Z
 trajectory: {position: {east_m: 0, north_m: 0, up_m: 2}}
 duration_s: 600

@@ -39,7 +39,8 @@ std::string open_sky(const std::string& sky, const std::string& receivers, int d
          std::to_string(duration_s) + "\noutputs: {pictures: false, signals_csv: true}\n";
 }
 const std::string kNominal =
-    "sky: {nominal: true, systems: [GPS, GLONASS, Galileo, BeiDou]}\nstart: 2026-03-01T10:00:00Z\n";
+    "sky: {nominal: true, systems: [GPS, GLONASS, Galileo, BeiDou], errors: {enabled: false}}\nstart: "
+    "2026-03-01T10:00:00Z\n";
 const std::string kClean =
     "noise: {enabled: false}, signal: {loop_noise: false, cn0_sigma_db: 0, shadowing: {enabled: false}}, ";
 
@@ -98,7 +99,8 @@ TEST(Signals, DifferByTheIonosphereAndTheirGroupDelaysAlone) {
 TEST(Signals, IonosphereFreeFixesForgetTheIonosphereAndTripleTheNoise) {
   const test::TemporaryFolder folder;
   const auto epochs = test::run_and_write(
-      test::prepare(open_sky("sky: {nominal: true, systems: [GPS, Galileo]}\nstart: 2026-03-01T10:00:00Z\n",
+      test::prepare(open_sky("sky: {nominal: true, systems: [GPS, Galileo], errors: {enabled: "
+                             "false}}\nstart: 2026-03-01T10:00:00Z\n",
                              "{name: both, profile: ideal, elevation_mask_deg: 10, noise: {enabled: false}, "
                              "ionosphere: true, tracks: [L1CA, L2C, E1, E5a], "
                              "combination: "
@@ -390,7 +392,8 @@ TEST(Signals, AreCombinedAndSmoothedInFixes) {
   const std::string clean = "ionosphere: true, noise: {enabled: false}, tracks: [L1CA, L2C, E1, E5a]";
   const auto epochs = test::run_and_write(
       test::prepare(
-          open_sky("sky: {nominal: true, systems: [GPS, Galileo]}\nstart: 2026-03-01T10:00:00Z\n",
+          open_sky("sky: {nominal: true, systems: [GPS, Galileo], errors: {enabled: false}}\nstart: "
+                   "2026-03-01T10:00:00Z\n",
                    "{name: one, profile: ideal, elevation_mask_deg: 10, " + clean +
                        "}, {name: all, profile: ideal, elevation_mask_deg: 10, " + clean +
                        ", combination: uncombined, ionosphere_sigma_m: 100}, {name: modelled, profile: "

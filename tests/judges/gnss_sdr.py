@@ -70,7 +70,7 @@ LATITUDE, LONGITUDE, HEIGHT = 48.1, 11.5, 502.0
 
 SCENARIO = '''\
 city: {{open: true, origin: {{latitude_deg: {latitude}, longitude_deg: {longitude}, height_m: {ground}}}}}
-sky: {{nominal: true, systems: [{systems}]}}
+sky: {{nominal: true, systems: [{systems}], errors: {{enabled: false}}}}
 start: {start}
 rate_hz: 2
 duration_s: {seconds}

@@ -16,7 +16,7 @@ import gnss_sdr
 
 SCENARIO = '''\
 city: {{open: true, origin: {{latitude_deg: 48.1, longitude_deg: 11.5, height_m: 500}}}}
-sky: {{nominal: true, systems: [GPS]}}
+sky: {{nominal: true, systems: [GPS], errors: {{enabled: false}}}}
 start: 2026-06-01T08:00:00Z
 rate_hz: 10
 duration_s: {seconds}

@@ -20,7 +20,7 @@ DOWNTOWN = '''\
 city:
   synthetic: {blocks_east: 8, blocks_north: 8, block_size_m: 60, street_width_m: 16, min_height_m: 12, max_height_m: 200, seed: 7}
   origin: {latitude_deg: 22.3, longitude_deg: 114.17, height_m: 0}
-sky: {nominal: true, systems: [GPS]}
+sky: {nominal: true, systems: [GPS], errors: {enabled: false}}
 start: 2026-06-01T08:00:00Z
 duration_s: 200
 trajectory:

@@ -21,7 +21,7 @@ import gnss_sdr
 WALL = 'o wall\nv -30 -2000 0\nv -30 2000 0\nv -30 2000 60\nv -30 -2000 60\nf 1 2 3 4\n'
 SCENARIO = '''\
 city: {{mesh: wall.obj, origin: {{latitude_deg: 48.1, longitude_deg: 11.5, height_m: 500}}}}
-sky: {{nominal: true, systems: [GPS]}}
+sky: {{nominal: true, systems: [GPS], errors: {{enabled: false}}}}
 start: 2026-06-01T08:00:00Z
 rate_hz: 10
 duration_s: 100
