@@ -429,6 +429,28 @@ void visit_streets(Visitor& v, Scenario& scenario) {
   for (ReceiverConfig& receiver : scenario.receivers) receiver.streets = streets;
 }
 
+/// Values of noise have no effect where errors from space replace it (ReceiverOptions::decide()) and nobody
+/// says that both are wanted.
+void warn_of_idle_noise(Visitor& v, Scenario& scenario) {
+  const SkyConfig& sky = scenario.sky;
+  const options::Switch& errors = sky.errors.enabled;
+  const bool space = errors || (!errors.is_set() && (sky.nominal || !sky.navigation.empty()));
+  if (!v.reads() || !space) return;
+  std::vector<std::string> idle;
+  const bool of_all = v.has("noise");
+  const auto look = [&](const ReceiverConfig& config) {
+    if ((of_all || v.has("noise")) && !config.options.noise.enabled.is_set())
+      idle.push_back(config.options.name);
+  };
+  if (!v.has("receivers")) look(scenario.receivers.front());
+  v.list("receivers", scenario.receivers, look);
+  if (idle.empty()) return;
+  scenario.warnings.push_back(
+      fmt::format("noise of {} has no effect, because errors from space replace it; add enabled: true to it, "
+                  "or sky: {{errors: {{enabled: false}}}}",
+                  fmt::join(idle, ", ")));
+}
+
 void visit_scenario(Visitor& v, Scenario& scenario, bool trajectory_needed) {
   v.require("city", "add city: {osm: ...}, city: {mesh: ..., origin: ...}, or city: {synthetic: {}}");
   v.part("city", scenario.city);
@@ -447,6 +469,7 @@ void visit_scenario(Visitor& v, Scenario& scenario, bool trajectory_needed) {
                                [](const ReceiverConfig& receiver) { return has_base(receiver.options); })) {
     scenario.sky.errors.enabled.set_default(true);
   }
+  warn_of_idle_noise(v, scenario);
   std::vector<std::string> names;
   for (const ReceiverConfig& receiver : scenario.receivers) names.push_back(receiver.options.name);
   disturbance::visit_faults(v, scenario.faults, names);

@@ -486,5 +486,25 @@ TEST(Scenario, WarnsOfAStartWithoutAZone) {
               AllOf(StartsWith("s.yaml:2:"), HasSubstr("1980-01-06")));
 }
 
+TEST(Scenario, WarnsOfNoiseThatErrorsFromSpaceReplace) {
+  const auto warnings = [](const std::string& keys) {
+    return parse_scenario(
+               kCity +
+                   "start: 2026-06-01T12:00:00Z\ntrajectory: {position: {east_m: 1, north_m: 2, up_m: 3}}\n" +
+                   keys,
+               "s.yaml")
+        .warnings;
+  };
+  const std::string sigma = "noise: {sigma_m_per_sqrt_s: 0.5}";
+  EXPECT_THAT(warnings(sigma), ElementsAre(HasSubstr("noise of rover has no effect")));
+  EXPECT_THAT(warnings("receivers: [{name: a, " + sigma + "}, {name: b}]"),
+              ElementsAre(HasSubstr("noise of a has no effect")));
+  EXPECT_THAT(warnings("receivers: [{name: a, noise: {enabled: true, sigma_m_per_sqrt_s: 0.5}}]"),
+              ElementsAre());
+  EXPECT_THAT(warnings("receivers: [{name: a, profile: paper, " + sigma + "}]"), ElementsAre());
+  EXPECT_THAT(warnings(sigma + "\nsky: {nominal: true, errors: {enabled: false}}"), ElementsAre());
+  EXPECT_THAT(warnings(""), ElementsAre());
+}
+
 }  // namespace
 }  // namespace canyon::simulation::scenario_test
