@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -302,10 +303,12 @@ void add_likelihood_fit(std::span<const FitDrive> drives, const CalibrateOptions
   for (const FitDrive& drive : drives) {
     const std::vector<Sides> sides = simulate(drive, grid, result.values, options);
     std::vector<Classes> of_nodes;
-    for (const Sides& side : sides) of_nodes.push_back(side.simulated);
+    std::transform(sides.begin(), sides.end(), std::back_inserter(of_nodes),
+                   [](const Sides& side) { return side.simulated; });
+    const std::vector<validation::ResidualEpoch>& epochs = drive.drive->recording.residuals.epochs;
     std::vector<geodesy::GpsTime> times;
-    for (const validation::ResidualEpoch& epoch : drive.drive->recording.residuals.epochs)
-      times.push_back(epoch.reception);
+    std::transform(epochs.begin(), epochs.end(), std::back_inserter(times),
+                   [](const validation::ResidualEpoch& epoch) { return epoch.reception; });
     grid.add_drive(sides.front().recorded, std::move(of_nodes),
                    std::min(1.0, validation::interval_of(times) / kCorrelated_s));
   }
