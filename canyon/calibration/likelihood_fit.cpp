@@ -110,21 +110,31 @@ struct Counts {
 /// Classes: hidden or clear by the map, in four bands of elevation.
 using Classes = std::array<Counts, 8>;
 
-/// The recorded and the simulated observations of a comparison.
-struct Sides {
-  Classes recorded, simulated;
+/// A drive's observations, recorded and simulated at the nodes.
+struct Observations {
+  Classes recorded{};
+  std::vector<Classes> of_nodes;  ///< of all seeds together
+  double weight = 1;              ///< of one epoch
 };
 
-Sides sides_of(const validation::Comparison& comparison) {
+/// The class of a satellite, hidden ones first.
+std::size_t class_of(const validation::ComparedSatellite& s) {
   constexpr std::array kBorders_deg = {30, 45, 60};
-  Sides sides;
-  for (const validation::ComparedSatellite& s : comparison.satellites) {
-    std::size_t of = s.clear ? 4 : 0;
-    for (const double border : kBorders_deg) of += geodesy::degrees(s.elevation_rad) >= border ? 1 : 0;
-    sides.recorded.at(of).add(s.measured, s.measured_cn0_dbhz);
-    sides.simulated.at(of).add(s.simulated, s.simulated_cn0_dbhz);
-  }
-  return sides;
+  std::size_t of = s.clear ? 4 : 0;
+  for (const double border : kBorders_deg) of += geodesy::degrees(s.elevation_rad) >= border ? 1 : 0;
+  return of;
+}
+
+Classes recorded_in(const validation::Comparison& comparison) {
+  Classes classes;
+  for (const validation::ComparedSatellite& s : comparison.satellites)
+    classes.at(class_of(s)).add(s.measured, s.measured_cn0_dbhz);
+  return classes;
+}
+
+void add_simulated(const validation::Comparison& comparison, Classes& classes) {
+  for (const validation::ComparedSatellite& s : comparison.satellites)
+    classes.at(class_of(s)).add(s.simulated, s.simulated_cn0_dbhz);
 }
 
 /// Logarithm of the probability of what was recorded under a model's shares and densities, each epoch by
@@ -167,10 +177,8 @@ class Grid {
   [[nodiscard]] const Axes& axes() const { return axes_; }
   /// The nodes.
   [[nodiscard]] const std::vector<Point>& points() const { return points_; }
-  /// @param of_nodes in the order of points() @param weight of one epoch
-  void add_drive(Classes recorded, std::vector<Classes> of_nodes, double weight) {
-    drives_.push_back({recorded, std::move(of_nodes), weight});
-  }
+  /// @param drive its nodes in the order of points()
+  void add(Observations drive) { drives_.push_back(std::move(drive)); }
 
   /// By the observations; or by the priors alone.
   [[nodiscard]] Posterior posterior(bool by_observations) const {
@@ -205,12 +213,6 @@ class Grid {
   }
 
  private:
-  struct Observations {
-    Classes recorded;
-    std::vector<Classes> of_nodes;
-    double weight = 1;
-  };
-
   [[nodiscard]] double log_likelihood_at(const Point& point) const {
     std::array<std::pair<std::size_t, double>, kAxes> places;
     for (std::size_t a = 0; a < kAxes; ++a) places.at(a) = place(axes_.at(a).nodes, point.at(a));
@@ -254,15 +256,16 @@ class Grid {
   std::vector<Observations> drives_;
 };
 
-/// Observations of the drive at all points, of all seeds together.
-std::vector<Sides> simulate(const FitDrive& of, const Grid& grid, const Values& known,
-                            const CalibrateOptions& options) {
+/// Observations of the drive at all points of the grid.
+Observations simulate(const FitDrive& of, const Grid& grid, const Values& known,
+                      const CalibrateOptions& options) {
   const Drive& drive = *of.drive;
   const std::vector<Point>& points = grid.points();
-  const std::size_t at_once =
-      std::max<std::size_t>(1, kEpochsAtOnce / drive.recording.residuals.epochs.size());
+  const std::vector<validation::ResidualEpoch>& recorded_epochs = drive.recording.residuals.epochs;
+  const std::size_t at_once = std::max<std::size_t>(1, kEpochsAtOnce / recorded_epochs.size());
   const std::size_t count = static_cast<std::size_t>(options.seeds) * points.size();
-  std::vector<Sides> sides(points.size());
+  Observations observations;
+  observations.of_nodes.resize(points.size());
   for (std::size_t first = 0; first < count;) {
     const std::size_t size = std::min(count - first, at_once);
     std::vector<simulation::ReceiverConfig> receivers(size, drive.receiver);
@@ -282,14 +285,15 @@ std::vector<Sides> simulate(const FitDrive& of, const Grid& grid, const Values& 
     };
     for (const validation::Comparison& comparison :
          validation::compare(drive.recording, seeded, *drive.environment, drive.registration, compare)) {
-      const Sides own = sides_of(comparison);
-      Sides& of_point = sides[first++ % points.size()];
-      of_point.recorded = own.recorded;
-      for (std::size_t c = 0; c < own.simulated.size(); ++c)
-        of_point.simulated.at(c).add(own.simulated.at(c), 1);
+      if (first == 0) observations.recorded = recorded_in(comparison);
+      add_simulated(comparison, observations.of_nodes[first++ % points.size()]);
     }
   }
-  return sides;
+  std::vector<geodesy::GpsTime> times;
+  std::transform(recorded_epochs.begin(), recorded_epochs.end(), std::back_inserter(times),
+                 [](const validation::ResidualEpoch& epoch) { return epoch.reception; });
+  observations.weight = std::min(1.0, validation::interval_of(times) / kCorrelated_s);
+  return observations;
 }
 
 }  // namespace
@@ -300,18 +304,7 @@ void add_likelihood_fit(std::span<const FitDrive> drives, const CalibrateOptions
   set_values(result.values, receiver);
   const Values before = values_of(receiver);
   Grid grid(axes_of(receiver));
-  for (const FitDrive& drive : drives) {
-    const std::vector<Sides> sides = simulate(drive, grid, result.values, options);
-    std::vector<Classes> of_nodes;
-    std::transform(sides.begin(), sides.end(), std::back_inserter(of_nodes),
-                   [](const Sides& side) { return side.simulated; });
-    const std::vector<validation::ResidualEpoch>& epochs = drive.drive->recording.residuals.epochs;
-    std::vector<geodesy::GpsTime> times;
-    std::transform(epochs.begin(), epochs.end(), std::back_inserter(times),
-                   [](const validation::ResidualEpoch& epoch) { return epoch.reception; });
-    grid.add_drive(sides.front().recorded, std::move(of_nodes),
-                   std::min(1.0, validation::interval_of(times) / kCorrelated_s));
-  }
+  for (const FitDrive& drive : drives) grid.add(simulate(drive, grid, result.values, options));
   const Posterior prior = grid.posterior(false), known = grid.posterior(true);
   Point after = known.mean;
   for (std::size_t a = 0; a < kAxes; ++a) {
