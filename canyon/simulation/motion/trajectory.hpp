@@ -98,7 +98,8 @@ class Trajectory {
 /// start. "urbannav": week, tow, latitude, longitude, height. "nmea": GGA with valid RMC or ZDA for the date,
 /// else the date of `start`. "gpx", "kml": track_file.hpp. "gnsslogger":
 /// android_fixes.hpp. A record that is not valid is left out, with a warning. Throws InputError with file and
-/// line where half of the records or more are not, times mostly go backwards, or no line is usable. A `start` of GpsTime{} means that none is known.
+/// line where half of the records or more are not, times mostly go backwards, or no line is usable. A `start`
+/// of GpsTime{} means that none is known.
 [[nodiscard]] Trajectory read_trajectory(const std::filesystem::path& path, const std::string& format,
                                          geodesy::GpsTime start);
 
