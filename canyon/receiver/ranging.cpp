@@ -41,20 +41,24 @@ void RangingOptions::validate() const {
 
 void visit(options::Visitor& v, RangingOptions& o) {
   static constexpr std::string_view kCombinations[]{"first", "ionosphere_free", "uncombined"};
+  v.effect(options::Effect::Run);
   v.choice({"combination", "",
             "pseudoranges of the fix: first (the first signal); ionosphere_free (combination of two); "
             "uncombined (ionospheric delays are estimated)"},
            o.combination, kCombinations);
   gnss::visit_signals(v, {"uses", "", "signals used in the fix, best first; left out: all tracked signals"},
                       o.uses);
+  v.effect(options::Effect::Later);
   v.number({"ionosphere_sigma_m", "m",
             "uncombined: standard deviation of the slant delay at L1 after the model's correction"},
            o.ionosphere_sigma_m, {0, 1000, true});
+  v.effect(options::Effect::FirstFix);
   gnss::visit_group_values(
       v,
       {"sigma_factor", "",
        "factors on the standard deviations of groups of signals in the fix: [GLONASS=1.5, L5=0.5]"},
       o.sigma_factor, {0, 1000, true});
+  v.effect(options::Effect::Later);
   v.part("smoothing", o.smoothing);
 }
 

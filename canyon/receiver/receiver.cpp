@@ -103,12 +103,8 @@ struct Receiver::State {
         corrections(options.corrections) {
     options.validate();
     const std::string around = disturbance_draws_of(options);
-    noise_sigma_m = options.slow_error().sigma_m;
-    if (options.noise.enabled) {
-      if (options.noise.drift_enabled)
-        noise_sigma_m = std::hypot(noise_sigma_m, options.noise.drift_mu_sigma_m);
-      noise_doppler_sigma_hz = options.noise.doppler_sigma_hz;
-    }
+    noise_sigma_m = options.stated_noise_m();
+    if (options.noise.enabled) noise_doppler_sigma_hz = options.noise.doppler_sigma_hz;
     for (const gnss::System system : gnss::kAllSystems) {
       tracks[static_cast<std::size_t>(system)] = receiver::tracked_signals(options.tracks, system);
     }

@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/options/values.hpp"
 
 namespace canyon::receiver {
+
+using options::Effect;
 
 bool NoiseOptions::drifts(double speed_mps, int los) const {
   return enabled && drift_enabled && (speed_mps < drift_below_speed_mps || los < drift_below_los);
@@ -21,8 +24,10 @@ void visit(options::Visitor& v, NoiseOptions& o) {
   options::visit_switch(
       v, {"enabled", "", "noise on pseudoranges and Doppler; left out: false under sky.errors"}, o.enabled);
   visit(v, o.ou);
+  v.effect(Effect::Later);
   v.number({"doppler_sigma_hz", "Hz", "standard deviation of white noise on Doppler"}, o.doppler_sigma_hz,
            {0, 1e6});
+  v.effect(Effect::FirstFix);
   v.section("drift", [&] {
     v.boolean({"enabled", "",
                "the paper's drift mode: at low speed or with few satellites in line of sight, means move "
@@ -50,6 +55,7 @@ void visit(options::Visitor& v, BiasOptions& o) {
   v.number({"drift_sigma_m", "m",
             "standard deviation of each system's drift about these biases, a first-order process"},
            o.drift_sigma_m, {0, 1000});
+  v.effect(Effect::Later);
   v.number({"drift_time_s", "s", "its time constant"}, o.drift_time_s, {1, 1e6});
 }
 
@@ -143,6 +149,11 @@ double ReceiverOptions::shared_error_m() const {
   return noise.enabled ? 0 : slow_error().sigma_m;
 }
 
+double ReceiverOptions::stated_noise_m() const {
+  const double drift_m = noise.enabled && noise.drift_enabled ? noise.drift_mu_sigma_m : 0;
+  return std::hypot(slow_error().sigma_m, drift_m);
+}
+
 void ReceiverOptions::choose_signals(std::span<const gnss::SatelliteId> sky) {
   if (!tracks.empty() || at_once == AtOnce::All) return;
   if (at_once == AtOnce::BeiDouByB1C) {
@@ -175,6 +186,7 @@ std::vector<const gnss::Signal*> tracked_signals(const std::vector<std::string>&
 }
 
 void visit(options::Visitor& v, ReceiverOptions& o) {
+  v.effect(Effect::FirstFix);
   options::visit_switch(v,
                         {"own_draws", "",
                          "what is drawn for this receiver alone: true: noise, clock, phases and shadows; "
@@ -195,6 +207,7 @@ void visit(options::Visitor& v, ReceiverOptions& o) {
            o.at_once, kAtOnce);
   visit(v, o.ranging);
   visit(v, o.fix);
+  v.effect(Effect::FirstFix);
   options::visit_switch(
       v,
       {"ionosphere", "",
@@ -213,13 +226,18 @@ void visit(options::Visitor& v, ReceiverOptions& o) {
       {"orbit_errors", "",
        "add errors of broadcast orbits and clocks to the signals; left out: true with sky.errors"},
       o.orbit_errors);
+  v.effect(Effect::Later);
   v.part("position_filter", o.filter);
+  v.effect(Effect::Run);
   v.part("corrections", o.corrections);
   v.part("rtk", o.rtk);
+  v.effect(Effect::Later);
   v.part("clock", o.clock);
+  v.effect(Effect::FirstFix);
   v.part("biases", o.biases);
   v.part("signal", o.signal);
   v.part("noise", o.noise);
+  v.effect(Effect::Later);
   v.part("spoofing_check", o.spoofing_check);
 }
 

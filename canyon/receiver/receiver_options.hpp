@@ -115,6 +115,8 @@ struct ReceiverOptions {
   [[nodiscard]] positioning::CodeNoise slow_error() const;
   /// The part that two receivers near each other have in common, a standard deviation [m].
   [[nodiscard]] double shared_error_m() const;
+  /// Standard deviation that a pseudorange states beside that of its loop [m]; 0: none.
+  [[nodiscard]] double stated_noise_m() const;
   /// Decides the options that are left out. @param space whether the environment has errors of space
   /// @param with_ionosphere whether these have an ionosphere
   void decide(bool space, bool with_ionosphere);

@@ -476,6 +476,7 @@ void visit(options::Visitor& v, DllOptions& o) {
       o.spacing_chips, {0.001, 1, true});
   v.number({"loop_bandwidth_hz", "Hz", "one-sided noise bandwidth"}, o.loop_bandwidth_hz, {0, 50, true});
   v.number({"integration_s", "s", "coherent integration"}, o.integration_s, {0, 10, true});
+  v.effect(options::Effect::Later);
   v.number(
       {"peak_check_s", "s",
        "time for which another correlation peak must be stronger before the loop jumps to it; none: never"},

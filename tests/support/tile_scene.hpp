@@ -14,7 +14,7 @@
 #include "canyon/errors/atmosphere.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
-#include "canyon/heatmap/cells/cell_solver.hpp"
+#include "canyon/heatmap/cells/shared_cells.hpp"
 #include "canyon/heatmap/kernels/tile_tracer.hpp"
 #include "canyon/orbit/sky.hpp"
 #include "canyon/receiver/receiver.hpp"
@@ -133,11 +133,11 @@ struct TileScene {
 
 using Maps = std::vector<std::vector<float>>;
 /// -77 where nothing was written.
-inline Maps solve(const heatmap::CellSolver& solver, const heatmap::TileCells& cells,
-                  const heatmap::TileSignals& signals, const std::vector<heatmap::Layer>& wanted) {
-  Maps maps(wanted.size(), std::vector<float>(cells.state.size(), -77));
+inline Maps solve(const heatmap::SharedReceiver& receiver, const TileScene& scene,
+                  const std::vector<heatmap::Layer>& wanted) {
+  Maps maps(wanted.size(), std::vector<float>(scene.cells.state.size(), -77));
   const std::vector<std::span<float>> spans(maps.begin(), maps.end());
-  solver.solve(cells, signals, wanted, spans);
+  heatmap::solve_shared(receiver, scene.cells, scene.time, scene.signals, wanted, spans);
   return maps;
 }
 

@@ -1,27 +1,45 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "canyon/heatmap/cells/cell_solver.hpp"
+#include "canyon/heatmap/cells/moving_fixes.hpp"
 #include "canyon/simulation/scenario.hpp"
 
 namespace canyon::heatmap {
 
-/// How a map finds a receiver's fixes in its cells, cheapest first.
+/// What the cells of a map leave out of a receiver, most first.
 enum class CellMethod : std::uint8_t {
-  Shared,  ///< CellSolver: cells that receive the same satellites share one solution; signals without
-           ///< strength
-  Steady,  ///< SteadyReceivers: the steady state of loops and fix
-  Run,     ///< CellReceivers: a receiver runs in each cell; fits every receiver
+  Shared,  ///< strength of signals and loops: cells that receive the same satellites share one fix
+  Steady,  ///< the time until loops and fix rest
+  Run,     ///< nothing
 };
 
-/// Whether a method gives the fixes of this receiver: it follows each option that differs from its default,
-/// or the option changes no fix of a receiver that stands in a cell and has no epoch before.
-[[nodiscard]] bool fits(CellMethod method, const simulation::ReceiverConfig& receiver);
+/// The most that a receiver's cells can leave out. The receiver's options answer by options::Effect: a field
+/// that has not its default and does not say that cells follow it makes the receiver run.
+[[nodiscard]] CellMethod cell_method(const simulation::ReceiverConfig& receiver);
 
-/// Paths of the fields of receiver::ReceiverOptions that cell_method.cpp does not list for the method, or
-/// lists twice. A new option is among them until it is listed; until then a receiver that sets it runs.
-[[nodiscard]] std::vector<std::string> unlisted_fields(CellMethod method);
+/// Paths of the fields of receivers that say no options::Effect.
+[[nodiscard]] std::vector<std::string> unsaid_fields();
+
+/// The receiver of a map and how its cells are computed.
+struct CellReceiver {
+  const simulation::ReceiverConfig& config;
+  const simulation::ReceiverConfig* base = nullptr;  ///< at a fixed place, settled, for layers of RTK
+  DrawOptions draws;
+  CellReceiverOptions how;
+  LimitOptions limits;
+  std::optional<Movement> movement;  ///< of Steady
+};
+/// Solvers that give the layers together, but for SkyView. The environment and the tracer must outlive them.
+/// Throws InputError for options that do not validate().
+[[nodiscard]] std::vector<std::unique_ptr<const CellSolver>> cell_solvers(
+    const simulation::Environment& environment, const TileTracer& tracer, const CellReceiver& receiver,
+    std::span<const Layer> layers);
 
 }  // namespace canyon::heatmap

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <iostream>
 #include <string>
@@ -11,6 +12,8 @@
 #include "canyon/base/text.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "canyon/heatmap/cells/cell_receivers.hpp"
+#include "canyon/heatmap/cells/shared_cells.hpp"
 #include "canyon/heatmap/cells/steady_receivers.hpp"
 #include "canyon/options/read.hpp"
 #include "canyon/simulation/profile.hpp"
@@ -55,85 +58,160 @@ bool is_listed(std::string_view path, std::string_view list) {
   return false;
 }
 
-/// Changes each field in turn. Those that `fits` accepts must change the map, but the listed ones.
-/// @param solve the map of options that fit
-template <typename Fits, typename Solve>
-void change_each(const ReceiverOptions& base, const Fits& fits, const Solve& solve,
-                 std::string_view without_effect) {
-  ASSERT_TRUE(fits(base));
+CellMethod method_of(const ReceiverOptions& options) {
+  simulation::ReceiverConfig config;
+  config.options = options;
+  config.propagation.model = propagation::Model::Specular;
+  return cell_method(config);
+}
+
+/// Changes each field in turn. Those with which cells leave out as much as before must change the map where
+/// they are of the first fix, but the listed ones.
+template <typename Solve>
+void change_each(const ReceiverOptions& base, const Solve& solve, std::string_view without_effect) {
+  const CellMethod method = method_of(base);
   const Maps before = solve(base);
   int refused = 0, moved = 0, unmoved = 0;
   for (const options::Key& key : options::describe(base).keys) {
     const ReceiverOptions changed = with(base, key);
-    if (!fits(changed)) {
+    if (method_of(changed) != method) {
       ++refused;
       continue;
     }
     const bool moves = !same(solve(changed), before);
     ++(moves ? moved : unmoved);
-    EXPECT_NE(moves, is_listed(key.path, without_effect)) << key.path << (moves ? " moves" : " is ignored");
+    const bool expected = key.effect == options::Effect::FirstFix && !is_listed(key.path, without_effect);
+    EXPECT_EQ(moves, expected) << key.path << (moves ? " moves" : " is ignored");
   }
-  std::cout << moved << " fields change the map, " << unmoved << " do not, " << refused << " are refused\n";
+  std::cout << moved << " fields change the map, " << unmoved << " do not, " << refused
+            << " take another method\n";
   EXPECT_GT(refused, 5);
 }
 
-// A new option of receivers: say in cell_method.cpp what a map's cells make of it.
+// A new option of receivers: say by Visitor::effect() what it changes.
 TEST(CellMethod, KnowsEveryFieldOfReceivers) {
-  for (const CellMethod method : {CellMethod::Shared, CellMethod::Steady}) {
-    EXPECT_EQ(unlisted_fields(method), std::vector<std::string>());
-  }
+  EXPECT_EQ(unsaid_fields(), std::vector<std::string>());
 }
 
-// Every field of a receiver is refused, changes the map, or is named here. @see fits()
-TEST(CellMethod, OfSteadyReceiversChangeTheMap) {
-  simulation::Environment environment(
-      city::synthetic_city({}),
-      std::make_shared<test::CircularSky>(std::vector{System::GPS, System::GLONASS, System::Galileo}),
-      {{System::GPS, {{1e-8, 0, 0, 0}, {9e4, 0, 0, 0}}}});
-  environment.set_errors(std::make_shared<errors::SpaceErrors>(
-      errors::SpaceErrorOptions(), 1, environment.sky().satellites(), environment.klobuchar()));
-  simulation::ReceiverConfig receiver =
-      simulation::parse_profile(std::string(simulation::built_in_profile("ublox-m8t").text), "p").receiver;
-  receiver.options.filter = {};
-  receiver.options.signal.shadowing.skyline.share = 0.5;
-  receiver.options.signal.shadowing.environment = disturbance::ShadowingEnvironment::Suburban;
-  const propagation::Propagator propagator = environment.make_propagator(receiver.propagation);
-  const TileTracer tracer(environment, receiver.propagation, 0.1);
-  Grid grid = Grid::covering(-24, -24, 24, 24, 6);
-  const TileCells cells = tracer.cells(grid, grid.tile(0), nullptr, 2, AltitudeKind::AboveTerrain);
-  DrawOptions draws;
-  draws.draws = 4;
-  const auto fits = [&](const ReceiverOptions& options) {
-    simulation::ReceiverConfig config = receiver;
-    config.options = options;
-    return heatmap::fits(CellMethod::Steady, config);
+TEST(CellMethod, FollowsTheOptions) {
+  const auto method = [](auto&& change) {
+    ReceiverOptions options;
+    change(options);
+    return method_of(options);
   };
-  const auto solve = [&](const ReceiverOptions& options) {
-    simulation::ReceiverConfig config = receiver;
+  using positioning::Weighting;
+  EXPECT_EQ(method([](ReceiverOptions&) {}), CellMethod::Shared);
+  EXPECT_EQ(method([](ReceiverOptions& o) { o.fix.weights.weighting = Weighting::Elevation; }),
+            CellMethod::Shared);
+  EXPECT_EQ(method([](ReceiverOptions& o) { o.fix.weights.weighting = Weighting::Cn0; }), CellMethod::Run);
+  EXPECT_EQ(method([](ReceiverOptions& o) { o.tracks = {"L1CA"}; }), CellMethod::Shared);
+  EXPECT_EQ(method([](ReceiverOptions& o) { o.biases.glonass_channel_m = 1; }), CellMethod::Shared);
+  EXPECT_EQ(method([](ReceiverOptions& o) { o.clock.drift = 1e-7; }), CellMethod::Shared);
+  EXPECT_EQ(method([](ReceiverOptions& o) { o.fix.max_iterations = 19; }), CellMethod::Run);
+  EXPECT_EQ(method([](ReceiverOptions& o) { o.fix.raim.false_alarm = 1e-3; }), CellMethod::Shared);
+  EXPECT_EQ(method([](ReceiverOptions& o) { o.signal.enabled = true; }), CellMethod::Steady);
+  for (const bool strength : {false, true}) {
+    const auto runs = [&](auto&& change) {
+      return method([&](ReceiverOptions& o) {
+               o.signal.enabled = strength;
+               change(o);
+             }) == CellMethod::Run;
+    };
+    EXPECT_TRUE(runs([](ReceiverOptions& o) { o.fix.raim.enabled = true; }));
+    EXPECT_TRUE(runs([](ReceiverOptions& o) { o.filter.enabled = true; }));
+    EXPECT_TRUE(runs([](ReceiverOptions& o) { o.rtk.enabled = true; }));
+    EXPECT_TRUE(runs([](ReceiverOptions& o) { o.ranging.uses = {"L1CA"}; }));
+    EXPECT_TRUE(
+        runs([](ReceiverOptions& o) { o.ranging.combination = receiver::Combination::IonosphereFree; }));
+    EXPECT_EQ(runs([](ReceiverOptions& o) { o.noise.drift_enabled = true; }), strength);
+  }
+  simulation::ReceiverConfig in_street;
+  in_street.streets.enabled = true;
+  EXPECT_EQ(cell_method(in_street), CellMethod::Run);
+}
+
+/// The middle of a city, as a receiver with strength has it at 64 cells.
+class Downtown {
+ public:
+  Downtown() {
+    environment_.set_errors(std::make_shared<errors::SpaceErrors>(
+        errors::SpaceErrorOptions(), 1, environment_.sky().satellites(), environment_.klobuchar()));
+    receiver_ =
+        simulation::parse_profile(std::string(simulation::built_in_profile("ublox-m8t").text), "p").receiver;
+    receiver_.options.filter = {};
+    receiver_.options.signal.shadowing.skyline.share = 0.5;
+    receiver_.options.signal.shadowing.environment = disturbance::ShadowingEnvironment::Suburban;
+    draws_.draws = 4;
+  }
+  [[nodiscard]] const ReceiverOptions& options() const { return receiver_.options; }
+  [[nodiscard]] Maps steady(const ReceiverOptions& options) const {
+    const propagation::Propagator propagator = environment_.make_propagator(receiver_.propagation);
+    return solve(SteadyReceivers(environment_, propagator, config(options), draws_, {}, 6));
+  }
+  [[nodiscard]] Maps run(const ReceiverOptions& options) const {
+    const propagation::Propagator propagator = environment_.make_propagator(receiver_.propagation);
+    return solve(CellReceivers(environment_, propagator, config(options), draws_));
+  }
+
+ private:
+  [[nodiscard]] simulation::ReceiverConfig config(const ReceiverOptions& options) const {
+    simulation::ReceiverConfig config = receiver_;
     config.options = options;
+    return config;
+  }
+  [[nodiscard]] Maps solve(const CellSolver& solver) const {
+    const TileTracer tracer(environment_, receiver_.propagation, 0.1);
+    Grid grid = Grid::covering(-24, -24, 24, 24, 6);
+    const TileCells cells = tracer.cells(grid, grid.tile(0), nullptr, 2, AltitudeKind::AboveTerrain);
     Maps maps(kLayers.size(), std::vector<float>(cells.state.size()));
     const std::vector<std::span<float>> spans(maps.begin(), maps.end());
-    SteadyReceivers(environment, propagator, config, draws, {}, 6)
-        .solve(cells, test::CircularSky::kEpoch + std::chrono::hours(5), kLayers, spans);
+    EXPECT_TRUE(solver.solve(cells, test::CircularSky::kEpoch + std::chrono::hours(5), kLayers, spans, {}));
     return maps;
-  };
-  // The name, which is none; carriers, epochs that follow, Doppler and warnings; then what is switched off
-  // here, what the clock of a system takes, the band that is not tracked, motion, foliage, and a threshold
-  // below all signals of these cells.
-  change_each(
-      receiver.options, fits, solve,
-      "own_draws at_once clock. spoofing_check. signal.pll. signal.fll. signal.phase_threshold_dbhz "
-      "signal.dll.peak_check_s signal.lock.cold_acquisition_s signal.lock.reacquisition_s "
-      "signal.lock.hold_s signal.lock.memory_s signal.lock.warm_start noise.doppler_sigma_hz smoothing. "
-      "max_iterations convergence_m biases.drift_time_s position_filter. raim. noise.drift. "
-      "ionosphere_sigma_m weights.elevation_a_m weights.elevation_b_m signal.shadowing.custom. "
-      "biases.code_m biases.drift_sigma_m signal.antenna_lower_rows "
-      "signal.wide_front_end_bandwidth_hz signal.front_end_compression_dbm noise.mu_m "
-      "signal.shadowing.correlation_m "
-      "signal.shadowing.obstacle_speed_mps signal.strength.foliage signal.lock.tracking_threshold_dbhz");
+  }
+
+  simulation::Environment environment_{
+      city::synthetic_city({}),
+      std::make_shared<test::CircularSky>(std::vector{System::GPS, System::GLONASS, System::Galileo}),
+      {{System::GPS, {{1e-8, 0, 0, 0}, {9e4, 0, 0, 0}}}}};
+  simulation::ReceiverConfig receiver_;
+  DrawOptions draws_;
+};
+
+// What options::Effect::Later promises, of receivers that run.
+TEST(CellMethod, LaterFieldsDoNotChangeAFirstFix) {
+  const Downtown downtown;
+  const Maps before = downtown.run(downtown.options());
+  int fields = 0;
+  for (const options::Key& key : options::describe(downtown.options()).keys) {
+    if (key.effect != options::Effect::Later) continue;
+    ++fields;
+    const Maps after = downtown.run(with(downtown.options(), key));
+    double worst = 0;
+    for (std::size_t l = 0; l < kLayers.size(); ++l) {
+      for (std::size_t i = 0; i < before[l].size(); ++i) {
+        ASSERT_EQ(std::isnan(before[l][i]), std::isnan(after[l][i])) << key.path;
+        if (std::isnan(before[l][i])) continue;
+        worst = std::max(worst, std::abs(double{after[l][i]} - double{before[l][i]}));
+      }
+    }
+    EXPECT_LT(worst, 0.01) << key.path;
+  }
+  EXPECT_GT(fields, 25);
 }
 
-TEST(CellMethod, OfTheCellSolverChangeTheMap) {
+TEST(CellMethod, OfSteadyReceiversChangeTheMap) {
+  const Downtown downtown;
+  // The name, which is none; then what is switched off here, what the clock of a system takes, the band that
+  // is not tracked, motion, foliage, and a threshold below all signals of these cells.
+  change_each(
+      downtown.options(), [&](const ReceiverOptions& options) { return downtown.steady(options); },
+      "own_draws at_once noise.drift. weights.elevation_a_m weights.elevation_b_m signal.shadowing.custom. "
+      "biases.code_m biases.drift_sigma_m signal.antenna_lower_rows signal.wide_front_end_bandwidth_hz "
+      "noise.mu_m signal.shadowing.correlation_m signal.shadowing.obstacle_speed_mps "
+      "signal.strength.foliage signal.lock.tracking_threshold_dbhz");
+}
+
+TEST(CellMethod, OfSharedCellsChangeTheMap) {
   test::TileScene scene({System::GPS, System::Galileo}, geodesy::Geodetic::from_degrees(22.3, 114.18, 30));
   scene.klobuchar = {{System::GPS, {{1e-8, 0, 0, 0}, {9e4, 0, 0, 0}}}};
   scene.lay({-16, -16}, 2, 16, 16, 15);
@@ -142,24 +220,19 @@ TEST(CellMethod, OfTheCellSolverChangeTheMap) {
   DrawOptions draws;
   draws.draws = 4;
   const auto solve = [&](const ReceiverOptions& options) {
-    return test::solve(CellSolver(options, draws, scene.klobuchar), scene.cells, scene.signals, kLayers);
+    return test::solve(SharedReceiver{options, draws, scene.klobuchar, {}}, scene, kLayers);
   };
   ReceiverOptions base;
   base.fix.max_iterations = 30;
   base.noise.drift_enabled = true;
   base.noise.drift_below_los = 9;
   base.fix.weights.weighting = positioning::Weighting::Elevation;
-  const auto fits = [](const ReceiverOptions& options) {
-    simulation::ReceiverConfig config;
-    config.options = options;
-    return heatmap::fits(CellMethod::Shared, config);
-  };
-  // Strength and what belongs to it, the clock, warnings, Doppler, what is switched off, how far the
-  // iteration goes, the speed that cells do not have, and what TileTracer leaves out.
-  change_each(base, fits, solve,
-              "signal. cn0_mask_dbhz weights.cn0_floor_m2 weights.cn0_scale_m2_hz "
-              "own_draws clock. spoofing_check. noise.doppler_sigma_hz position_filter. raim. max_iterations "
-              "convergence_m noise.drift.below_speed_mps noise.drift.below_los tracks leaves_out at_once");
+  // Strength and what belongs to it, residuals, the name, GLONASS, the speed that cells do not have, and what
+  // TileTracer leaves out.
+  change_each(base, solve,
+              "signal. cn0_mask_dbhz weights.cn0_floor_m2 weights.cn0_scale_m2_hz covariance_by_residuals "
+              "own_draws biases.glonass_channel_m noise.drift.below_speed_mps noise.drift.below_los "
+              "elevation_mask_deg tracks leaves_out at_once");
 }
 
 }  // namespace

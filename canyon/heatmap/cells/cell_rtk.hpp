@@ -1,16 +1,12 @@
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
 
-#include "canyon/heatmap/cells/cell_solver.hpp"
 #include "canyon/heatmap/cells/cell_values.hpp"
-#include "canyon/heatmap/kernels/tile_tracer.hpp"
+#include "canyon/heatmap/cells/receiver_draws.hpp"
 #include "canyon/relative/corrections.hpp"
-#include "canyon/simulation/environment.hpp"
-#include "canyon/simulation/scenario.hpp"
 
 namespace canyon::heatmap {
 
@@ -21,18 +17,18 @@ namespace canyon::heatmap {
 /// come as relative::CorrectionOptions say. Const, thread-safe.
 ///
 /// Some thousand times slower than one look: each second is traced, and each draw has a filter of its own.
-class CellRtk {
+class CellRtk final : public CellSolver {
  public:
-  /// The environment and the propagator must outlive it. @param base with a fixed place, settled
-  /// Throws InputError for options that do not validate().
+  /// As ReceiverDraws. @param base with a fixed place, settled. Throws InputError for too many epochs of it.
   CellRtk(const simulation::Environment& environment, const propagation::Propagator& propagator,
           const simulation::ReceiverConfig& receiver, const simulation::ReceiverConfig& base,
           const DrawOptions& draws, const LimitOptions& limits);
+  CellRtk(const CellRtk&) = delete;
+  CellRtk& operator=(const CellRtk&) = delete;
 
-  /// As CellSolver::solve(), for the layers of_rtk(); others are left alone.
-  /// @param stop asked after each row of cells; true leaves the rest
-  void solve(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
-             std::span<const std::span<float>> layers, const std::function<bool()>& stop) const;
+  [[nodiscard]] bool solve(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
+                           std::span<const std::span<float>> layers,
+                           const std::function<bool()>& stop) const override;
 
  private:
   using Corrections = std::shared_ptr<const relative::Corrections>;
@@ -43,11 +39,9 @@ class CellRtk {
                   std::span<const errors::SpaceErrors> space, std::span<const std::vector<Corrections>> sent,
                   CellValues& values) const;
 
-  const simulation::Environment* environment_;
-  const propagation::Propagator* propagator_;
-  simulation::ReceiverConfig receiver_, base_;
   propagation::Propagator base_propagator_;
-  DrawOptions draws_;
+  ReceiverDraws rovers_, bases_;
+  geodesy::Geodetic base_place_;
   LimitOptions limits_;
 };
 

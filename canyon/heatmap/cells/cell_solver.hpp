@@ -1,15 +1,14 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
 
-#include "canyon/gnss/navigation_data.hpp"
 #include "canyon/heatmap/kernels/layers.hpp"
 #include "canyon/heatmap/kernels/tile_tracer.hpp"
-#include "canyon/receiver/receiver.hpp"
+#include "canyon/options/fwd.hpp"
 
 namespace canyon::heatmap {
 
@@ -39,53 +38,28 @@ struct CellReceiverOptions {
 /// Its fields.
 void visit(options::Visitor& v, CellReceiverOptions& o);
 
-/// Layers of a tile from its signals. Cells that receive the same satellites share one solution matrix: with
-/// directions H of the used satellites and their weights W, the error of a fix is
-///   dx = K m,  K = (H^T W H)^-1 H^T W
-/// (Misra and Enge, Global Positioning System, 2nd ed. 2011, section 6.1), m the pseudorange errors; then
-/// what is not linear, until it converges: the curvature of the ranges and of H, the Earth's turning,
-/// weights and atmosphere that follow the place found. Same answers as positioning::solve_fix() within 1 mm
-/// for errors below 1 km and PDOP below 100, weights by elevation below 300 m; DOPs within 1e-3 of
-/// themselves. Cells where one of its rules may go either way (mask, PDOP limit) and those that do not
-/// converge are solved by positioning::solve_fix() itself. Const, thread-safe.
-///
-/// Errors of pseudoranges are excess, the noise's mean, and the atmosphere in the signal less what the fix
-/// takes off. Noise is drawn from the stationary distribution of each satellite's process, drifting mean
-/// included (the cell's receiver is at rest), by a stream of its own for each satellite and time: values do
-/// not depend on how a grid is cut into tiles, but for the directions, which are those of a tile's centre.
-/// The effect of noise on the curvature of H and on weights is left out (1e-4 of it for an error of 1 km,
-/// weights by elevation 1e-2).
+/// Gives layers of a tile's cells at one time. Each kind computes a part of a receiver and leaves out what
+/// cell_method() says that the receiver's cells do not need. Directions are those of the tile's centre but
+/// where receivers run. Work is spread over the calling task arena's threads; values do not depend on them,
+/// nor on how a grid is cut into tiles, but for the directions. Const, thread-safe.
 ///
 /// Layers over draws are over those draws that have a fix. Quantiles are definition 7 of Hyndman and Fan (The
-/// American Statistician 50, 1996). Vertical is along the ellipsoid's normal at the cell.
+/// American Statistician 50, 1996). Vertical is along the ellipsoid's normal.
 class CellSolver {
  public:
-  /// Shared solutions converge. So does a receiver's iteration within these bounds: the last change, times
-  /// what a metre changes in the atmosphere (6e-3 at 3 deg) and PDOP 100, is below 1 mm.
-  static constexpr int kIterations = 20;          ///< at least
-  static constexpr double kConvergence_m = 1e-3;  ///< at most
+  virtual ~CellSolver() = default;
+  /// layers[k] has one float for each cell, of wanted[k]. Those that the solver does not give are left alone;
+  /// of the others, cells that are not Computed are NaN.
+  /// @param stop asked by slow solvers; true leaves the rest
+  /// @returns false: stopped, cells are missing
+  [[nodiscard]] virtual bool solve(const TileCells& cells, geodesy::GpsTime time,
+                                   std::span<const Layer> wanted, std::span<const std::span<float>> layers,
+                                   const std::function<bool()>& stop) const = 0;
 
-  /// For receivers that CellMethod::Shared fits.
-  /// @param klobuchar per system, GPS's as fallback; needed where an ionosphere is in the signal or corrected
-  /// Throws InputError for bad options, a receiver that does not fit and missing Klobuchar coefficients.
-  CellSolver(const receiver::ReceiverOptions& receiver, const DrawOptions& draws,
-             const std::map<gnss::System, gnss::Klobuchar>& klobuchar = {}, const LimitOptions& limits = {});
-  ~CellSolver();
-  CellSolver(CellSolver&&) noexcept;
-  CellSolver& operator=(CellSolver&&) noexcept;
-
-  /// layers[k] has one float for each cell, of wanted[k] (SkyView and TimeToFirstFix: left alone); NaN in
-  /// cells that are not Computed. Protection levels are those of the weights alone: receivers that scale by
-  /// their residuals (FixOptions::covariance_by_residuals) are not for these.
-  /// @param signals of at most 128 satellites, else InputError. Excess is needed for errors (asserted);
-  /// without it LargestExcess is NaN, and DOPs, counts and availability are those of a receiver that finds
-  /// itself at the cell (which matters for a satellite at the very mask alone).
-  void solve(const TileCells& cells, const TileSignals& signals, std::span<const Layer> wanted,
-             std::span<const std::span<float>> layers) const;
-
- private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+ protected:
+  CellSolver() = default;
+  CellSolver(const CellSolver&) = default;
+  CellSolver& operator=(const CellSolver&) = default;
 };
 
 }  // namespace canyon::heatmap

@@ -3,15 +3,15 @@
 #include <Eigen/Core>
 #include <array>
 #include <cmath>
-#include <cstdint>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "canyon/base/statistics.hpp"
-#include "canyon/geodesy/gps_time.hpp"
 #include "canyon/heatmap/cells/cell_solver.hpp"
+#include "canyon/heatmap/kernels/tile_tasks.hpp"
 #include "canyon/positioning/dop.hpp"
 #include "canyon/positioning/protection_level.hpp"
 
@@ -102,7 +102,26 @@ struct DrawnFixes {
   }
 };
 
-/// Seed of the receiver of one draw at a time: the same at all cells.
-[[nodiscard]] std::uint64_t seed_of(const DrawOptions& draws, geodesy::GpsTime time, int draw);
+/// The layers over draws but TimeToFirstFix.
+[[nodiscard]] inline bool over_draws(Layer layer) {
+  return info(layer).draws && of_solver(layer);
+}
+
+/// Fills in the layers Mine() of a tile, each row a task; solve_cell(place, values) gives those of a computed
+/// cell. @param stop asked before each row; empty: never @returns false: stopped
+template <bool (*Mine)(Layer), class SolveCell>
+bool solve_rows(const TileCells& cells, std::span<const Layer> wanted,
+                std::span<const std::span<float>> layers, const std::function<bool()>& stop,
+                const SolveCell& solve_cell) {
+  spread(cells.tile.rows, [&](std::size_t row) {
+    if (stop && stop()) return;
+    for (std::size_t i = row * cells.tile.columns; i < (row + 1) * cells.tile.columns; ++i) {
+      CellValues values;
+      if (cells.state[i] == CellState::Computed) solve_cell(cells.place(i), values);
+      values.store<Mine>(wanted, layers, i);
+    }
+  });
+  return !stop || !stop();
+}
 
 }  // namespace canyon::heatmap

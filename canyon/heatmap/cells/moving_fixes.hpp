@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
+#include "canyon/heatmap/cells/cell_fix.hpp"
 #include "canyon/heatmap/cells/cell_values.hpp"
-#include "canyon/heatmap/cells/steady_fix.hpp"
 #include "canyon/heatmap/kernels/tile_tracer.hpp"
 #include "canyon/positioning/positioning_options.hpp"
 #include "canyon/simulation/map_motion.hpp"
@@ -35,7 +35,7 @@ class MovingFixes {
   MovingFixes(const TileCells& cells, std::size_t lanes, const Movement& movement);
 
   /// Fixes of a cell in all lanes; of different cells from any thread.
-  void set(std::size_t cell, const std::vector<SteadyFix::Answer>& answers);
+  void set(std::size_t cell, const std::vector<CellFix::Answer>& answers);
   /// Once, when all cells are set.
   void filter();
   /// Sets the layers of_motion(), when filtered.

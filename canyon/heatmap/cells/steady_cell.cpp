@@ -44,7 +44,7 @@ SteadyCell::SteadyCell(const SteadySky& sky, const propagation::Propagator& prop
       ecef_from_enu_(ecef_from_enu),
       noise_sigma_m_(options.noise.enabled ? options.noise.ou.standard_deviation_m() : 0),
       moves_(moves),
-      fix_(sky.satellites(), options.fix),
+      fix_(sky.fix_satellites(), options.fix),
       skylines_(sky.skylines()),
       traced_(sky.satellites().size()),
       delay_m_(sky.padded()),
@@ -281,7 +281,6 @@ void SteadyCell::measure(std::size_t satellite) {
   }
   positioning::Measurement m;
   m.sigma_factor = s.sigma_factor;
-  const bool equal = options_.fix.weights.weighting == positioning::Weighting::Equal;
   bool tracks = false, keeps_track = false;
   for (std::size_t i = 0; i < ranges_.size(); ++i) {
     if (!(power_[i] > 0)) continue;
@@ -301,10 +300,8 @@ void SteadyCell::measure(std::size_t satellite) {
     m.sigma_m = std::hypot(noise_sigma_m_, jitter_m);
     if (m.sigma_m == 0) m.sigma_m = 1;
     m.sigma_m *= s.sigma_factor;
-    const double sigma_m = equal ? 1 : options_.fix.weights.sigma_m(m, s.line.elevation_rad);
-    ranges_[i].push_back({static_cast<std::uint32_t>(satellite),
-                          static_cast<double>(delay_m_[i]) + s.error_m[i] + s.code_normal[i] * jitter_m,
-                          1 / (sigma_m * sigma_m), m.sigma_m * m.sigma_m});
+    const double error_m = static_cast<double>(delay_m_[i]) + s.error_m[i] + s.code_normal[i] * jitter_m;
+    ranges_[i].push_back(cell_range(satellite, error_m, m, s.line.elevation_rad, options_.fix.weights));
   }
   los_ += direct ? 1 : 0;
   ++(tracks ? visible_ : blocked_);
@@ -315,7 +312,7 @@ void SteadyCell::measure(std::size_t satellite) {
 
 void SteadyCell::locate(bool statistics, CellValues& values) {
   values.set_satellites(los_, visible_, blocked_, nlos_, largest_excess_m_);
-  const SteadyFix::Answer quiet = fix_.solve(ranges_[0], true);
+  const CellFix::Answer quiet = fix_.solve(ranges_[0], true);
   values.set(Layer::Availability, quiet.solved ? 1 : 0);
   values.set(Layer::SatellitesUsed, quiet.used);
   if (quiet.solved) {
@@ -324,13 +321,13 @@ void SteadyCell::locate(bool statistics, CellValues& values) {
   }
   if (moves_) {
     fixes_.clear();
-    for (const std::vector<SteadyRange>& ranges : ranges_) fixes_.push_back(fix_.solve(ranges, true));
+    for (const std::vector<CellRange>& ranges : ranges_) fixes_.push_back(fix_.solve(ranges, true));
     return;
   }
   if (ranges_.size() == 1) return;
   DrawnFixes fixes;
   for (std::size_t i = 1; i < ranges_.size(); ++i) {
-    const SteadyFix::Answer answer = fix_.solve(ranges_[i], statistics);
+    const CellFix::Answer answer = fix_.solve(ranges_[i], statistics);
     if (answer.solved) fixes.add(answer.error, answer.covariance, limits_);
   }
   const auto draws = static_cast<int>(ranges_.size()) - 1;
@@ -356,7 +353,7 @@ void SteadyCell::solve(const Vector3d& place, bool statistics, CellValues& value
 void SteadyCell::compute(const Vector3d& from_node, const PathNode& node, bool statistics,
                          CellValues& values) {
   const std::span<const NodePath> far = node.paths;
-  for (std::vector<SteadyRange>& ranges : ranges_) ranges.clear();
+  for (std::vector<CellRange>& ranges : ranges_) ranges.clear();
   los_ = nlos_ = visible_ = blocked_ = 0;
   largest_excess_m_ = 0;
   std::size_t first = 0;

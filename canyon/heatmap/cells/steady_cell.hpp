@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "canyon/heatmap/cells/cell_fix.hpp"
 #include "canyon/heatmap/cells/cell_values.hpp"
-#include "canyon/heatmap/cells/steady_fix.hpp"
 #include "canyon/heatmap/cells/steady_sky.hpp"
 #include "canyon/propagation/propagator.hpp"
 
@@ -52,7 +52,7 @@ class SteadyCell {
   /// A cell that is its own node.
   void solve(const Eigen::Vector3d& place, bool statistics, CellValues& values);
   /// Of the cell solved last, by lane.
-  [[nodiscard]] const std::vector<SteadyFix::Answer>& fixes() const { return fixes_; }
+  [[nodiscard]] const std::vector<CellFix::Answer>& fixes() const { return fixes_; }
 
  private:
   /// A path as the lanes' channels meet it. Null: 1 in all lanes.
@@ -89,7 +89,7 @@ class SteadyCell {
   Eigen::Matrix3d ecef_from_enu_;
   double noise_sigma_m_ = 0;
   bool moves_;
-  SteadyFix fix_;
+  CellFix fix_;
   std::vector<disturbance::Skyline> skylines_;  // [draw]
   std::unordered_map<std::uint64_t, Reflector> reflectors_;
   std::unordered_map<std::uint64_t, std::vector<float>>
@@ -101,9 +101,9 @@ class SteadyCell {
   std::vector<CellPath> paths_;
   tracking::LaneCodeLock::Paths lanes_;
   std::vector<float> delay_m_, power_;
-  std::vector<std::size_t> tracked_;              // [lane] index of the path whose carrier is followed
-  std::vector<std::vector<SteadyRange>> ranges_;  // [lane]
-  std::vector<SteadyFix::Answer> fixes_;          // [lane]
+  std::vector<std::size_t> tracked_;            // [lane] index of the path whose carrier is followed
+  std::vector<std::vector<CellRange>> ranges_;  // [lane]
+  std::vector<CellFix::Answer> fixes_;          // [lane]
   int los_ = 0, nlos_ = 0, visible_ = 0, blocked_ = 0;
   double largest_excess_m_ = 0;
 };

@@ -5,9 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/heatmap/cells/cell_method.hpp"
 #include "canyon/heatmap/cells/steady_cell.hpp"
 #include "canyon/heatmap/kernels/bins.hpp"
 #include "canyon/heatmap/kernels/tile_tasks.hpp"
@@ -101,17 +99,14 @@ SteadyReceivers::SteadyReceivers(const simulation::Environment& environment,
       movement_(movement) {
   options_.validate();
   draws_.validate();
-  if (!fits(CellMethod::Steady, receiver)) {
-    throw InputError("the steady state of this receiver cannot be computed without running it",
-                     "run receivers: receivers: run");
-  }
 }
 
-void SteadyReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
-                            std::span<const std::span<float>> layers) const {
+bool SteadyReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
+                            std::span<const std::span<float>> layers,
+                            const std::function<bool()>& /*stop*/) const {
   assert(wanted.size() == layers.size());
   const auto has = [&](const auto& is) { return std::any_of(wanted.begin(), wanted.end(), is); };
-  const bool statistics = has([](Layer layer) { return info(layer).draws && of_solver(layer); });
+  const bool statistics = has(over_draws);
   const bool draws = statistics || has([](Layer layer) { return layer == Layer::Availability; });
   const double half = cells.plane.spacing_m / 2;
   const Vector3d centre(cells.plane.first.x() + half * (cells.tile.columns - 1),
@@ -168,7 +163,7 @@ void SteadyReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::
       }
     }
   });
-  if (!moving) return;
+  if (!moving) return true;
   moving->filter();
   for (std::size_t i = 0; i < none; ++i) {
     if (cells.state[i] != CellState::Computed) continue;
@@ -176,6 +171,7 @@ void SteadyReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::
     moving->describe(i, limits_, statistics, values);
     values.store<of_motion>(wanted, layers, i);
   }
+  return true;
 }
 
 }  // namespace canyon::heatmap

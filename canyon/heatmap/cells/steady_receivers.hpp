@@ -13,23 +13,24 @@ namespace canyon::heatmap {
 
 /// Layers of a tile as CellReceivers has them, without running receivers: the same draws, the same paths'
 /// strengths and random phases, loops where they rest (tracking::LaneCodeLock), the fix linear about the
-/// place (SteadyFix). Paths are traced at one cell of each block of cells (a node) and constructed anew at
+/// place (CellFix). Paths are traced at one cell of each block of cells (a node) and constructed anew at
 /// the cells about it (Propagator::trace_near()): paths that no node about a cell has are missed there;
 /// diffuse paths are those of the block's node. docs/heatmap-planning.md states what that costs. Directions
 /// are those of a tile's centre. Const, thread-safe.
-class SteadyReceivers {
+class SteadyReceivers final : public CellSolver {
  public:
-  /// The environment and the propagator must outlive it. @param path_nodes_m most distance of nodes; 0: one
-  /// in every cell. Throws InputError for options that do not validate() and a
-  /// receiver that CellMethod::Steady does not fit. @param movement empty: the receiver stands in each cell
+  /// The environment and the propagator must outlive it. @param receiver for which CellMethod::Steady holds
+  /// @param path_nodes_m most distance of nodes; 0: one in every cell
+  /// @param movement empty: the receiver stands in each cell. Throws InputError for options that do not
+  /// validate().
   SteadyReceivers(const simulation::Environment& environment, const propagation::Propagator& propagator,
                   const simulation::ReceiverConfig& receiver, const DrawOptions& draws,
                   const LimitOptions& limits, double path_nodes_m,
                   const std::optional<Movement>& movement = {});
 
-  /// As CellReceivers::solve(); TimeToFirstFix is left alone as well.
-  void solve(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
-             std::span<const std::span<float>> layers) const;
+  [[nodiscard]] bool solve(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
+                           std::span<const std::span<float>> layers,
+                           const std::function<bool()>& stop) const override;
 
  private:
   const simulation::Environment* environment_;

@@ -9,6 +9,7 @@
 #include "canyon/disturbance/skyline.hpp"
 #include "canyon/errors/space_errors.hpp"
 #include "canyon/heatmap/cells/cell_solver.hpp"
+#include "canyon/heatmap/cells/tile_errors.hpp"
 #include "canyon/heatmap/kernels/tile_tracer.hpp"
 #include "canyon/receiver/receiver.hpp"
 #include "canyon/simulation/environment.hpp"
@@ -22,7 +23,6 @@ namespace canyon::heatmap {
 struct SteadySatellite {
   orbit::LineOfSight line;    ///< from the tile's centre
   Eigen::Vector3d direction;  ///< unit, ENU of the city
-  Eigen::Vector3d local;      ///< unit, ENU of the tile's centre
   double turning_radps = 0;   ///< SatelliteView::turning_radps()
   const gnss::Signal* signal = nullptr;
   double carrier_hz = 0, wavelength_m = 0;
@@ -47,6 +47,7 @@ class SteadySky {
             geodesy::GpsTime time);
 
   [[nodiscard]] const std::vector<SteadySatellite>& satellites() const { return satellites_; }
+  [[nodiscard]] const std::vector<FixSatellite>& fix_satellites() const { return fix_satellites_; }
   [[nodiscard]] const std::vector<Eigen::Vector3d>& directions() const { return directions_; }
   [[nodiscard]] int lanes() const { return lanes_; }
   /// A multiple of LaneCodeLock::kWidth.
@@ -58,27 +59,23 @@ class SteadySky {
   [[nodiscard]] geodesy::GpsTime time() const { return time_; }
 
  private:
-  struct Input {
-    const simulation::Environment& environment;
-    const receiver::ReceiverOptions& options;
-    const std::vector<std::uint64_t>& seeds;                        ///< [draw]
-    const std::vector<errors::SpaceErrors>& space;                  ///< [draw], or empty
-    const std::vector<errors::SpaceErrors::Reception>& receptions;  ///< likewise, at the tile's centre
-    std::vector<disturbance::Shadowing>& shadowings;                ///< [draw], or empty
-    geodesy::GpsTime time;
-    const geodesy::Geodetic& place;  ///< the tile's centre
-    const Eigen::Matrix3d& local_from_ecef;
+  struct Draws {
+    std::vector<std::uint64_t> seeds;                        ///< [draw]
+    std::vector<errors::SpaceErrors> space;                  ///< [draw], or empty
+    std::vector<errors::SpaceErrors::Reception> receptions;  ///< likewise, at the tile's centre
+    std::vector<disturbance::Shadowing> shadowings;          ///< [draw], or empty
   };
-  [[nodiscard]] SteadySatellite satellite_of(const Input& input, const orbit::LineOfSight& line,
-                                             const gnss::Signal& signal) const;
-  [[nodiscard]] static double error_m(const errors::SpaceDelays& space, const Input& input,
-                                      const orbit::LineOfSight& line, const SteadySatellite& s);
-  void fill_lanes(const Input& input, std::size_t bundles, SteadySatellite& s);
+  /// Code loops that are made already.
+  using Locks = std::vector<std::shared_ptr<const tracking::LaneCodeLock>>;
+  [[nodiscard]] SteadySatellite satellite_of(const TileErrors& common, const orbit::LineOfSight& line,
+                                             Locks& locks);
+  void fill_lanes(const TileErrors& common, Draws& draws, std::size_t bundles, SteadySatellite& s);
 
   int lanes_;
   std::size_t padded_;
   geodesy::GpsTime time_;
   std::vector<SteadySatellite> satellites_;
+  std::vector<FixSatellite> fix_satellites_;
   std::vector<Eigen::Vector3d> directions_;
   std::vector<tracking::ChannelModel> models_;  // [draw]
   std::vector<disturbance::Skyline> skylines_;  // [draw]

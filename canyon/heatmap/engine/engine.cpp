@@ -18,9 +18,6 @@
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/heatmap/cells/cell_method.hpp"
-#include "canyon/heatmap/cells/cell_receivers.hpp"
-#include "canyon/heatmap/cells/cell_rtk.hpp"
-#include "canyon/heatmap/cells/steady_receivers.hpp"
 #include "canyon/heatmap/engine/engine_key.hpp"
 #include "canyon/heatmap/kernels/tile_tasks.hpp"
 #include "canyon/options/values.hpp"
@@ -36,7 +33,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 /// Part of the key: raised when the same request gives values that differ from those of before.
-constexpr int kValuesVersion = 2;
+constexpr int kValuesVersion = 3;
 /// This many units keep threads and ranks busy, and a killed run loses little.
 constexpr std::size_t kManyUnits = 256;
 
@@ -71,17 +68,6 @@ class Progress {
   std::size_t done_ = 0;
   Clock::time_point last_ = Clock::now();
 };
-
-/// Counts the satellites in line of sight, which needs no receiver.
-void count_los(const TileCells& cells, const TileSignals& signals, std::span<float> result) {
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    if (cells.state[i] != CellState::Computed) continue;
-    int los = 0;
-    for (const std::vector<CellVisibility>& visibility : signals.visibility)
-      los += visibility[i] == CellVisibility::LOS;
-    result[i] = static_cast<float>(los);
-  }
-}
 
 template <class Values, class Less>
 bool is_ascending(const Values& values, const Less& less) {
@@ -158,14 +144,9 @@ struct Heatmap::Impl {
   std::optional<simulation::ReceiverConfig> base;  ///< of layers of RTK
   positioning::PositionFilterOptions filter;       ///< of a receiver that moves
   TileTracer tracer;
-  std::optional<CellSolver> solver;
-  std::optional<CellReceivers> receivers;
-  std::optional<SteadyReceivers> steady;
+  std::vector<std::unique_ptr<const CellSolver>> solvers;
+  std::optional<std::size_t> sky_view;  ///< its place among the layers
   std::size_t tiles = 0, times_per_unit = 1, chunks = 1;
-  bool received = false;  ///< some layer asks for what arrives beyond the line of sight
-  std::optional<std::size_t> los, sky_view, first_fix;
-  std::optional<CellReceivers> starting;  ///< of first_fix
-  std::optional<CellRtk> rtk;
 
   Impl(const simulation::Environment& e, simulation::ReceiverConfig r,
        std::optional<simulation::ReceiverConfig> b, Request q, std::string k,
@@ -178,37 +159,17 @@ struct Heatmap::Impl {
         filter(f),
         tracer(e, receiver.propagation, receiver.options.fix.elevation_mask_rad,
                first_signal_of(receiver.options)) {
-    for (std::size_t i = 0; i < request.layers.size(); ++i) {
-      received |= info(request.layers[i]).received && of_solver(request.layers[i]);
-      if (request.layers[i] == Layer::SatellitesLos) los = i;
-      if (request.layers[i] == Layer::SkyView) sky_view = i;
-      if (request.layers[i] == Layer::TimeToFirstFix) first_fix = i;
-    }
-    if (first_fix) starting.emplace(e, tracer.propagator(), receiver, request.draws, request.limits);
-    if (base) rtk.emplace(e, tracer.propagator(), receiver, *base, request.draws, request.limits);
-    if (received) {
-      if (fits(CellMethod::Shared, receiver) &&
-          !(receiver.options.fix.covariance_by_residuals && wants_protection())) {
-        solver.emplace(receiver.options, request.draws, e.klobuchar(), request.limits);
-      } else if (request.receivers.model == ReceiverModel::SteadyState &&
-                 fits(CellMethod::Steady, receiver)) {
-        std::optional<Movement> movement;
-        if (request.motion.moves()) movement = {request.motion, filter};
-        steady.emplace(e, tracer.propagator(), receiver, request.draws, request.limits,
-                       request.receivers.path_nodes_m, movement);
-      } else {
-        receivers.emplace(e, tracer.propagator(), receiver, request.draws, request.limits);
-      }
-    }
+    std::optional<Movement> movement;
+    if (request.motion.moves()) movement = {request.motion, filter};
+    solvers = cell_solvers(
+        e, tracer,
+        {receiver, base ? &*base : nullptr, request.draws, request.receivers, request.limits, movement},
+        request.layers);
+    const auto found = std::find(request.layers.begin(), request.layers.end(), Layer::SkyView);
+    if (found != request.layers.end()) sky_view = static_cast<std::size_t>(found - request.layers.begin());
     cut();
   }
 
-  [[nodiscard]] bool wants_protection() const {
-    return std::any_of(request.layers.begin(), request.layers.end(), [](Layer layer) {
-      return layer == Layer::ProtectionLevel || layer == Layer::ProtectedAvailability ||
-             layer == Layer::MisleadingShare;
-    });
-  }
   void cut();
   [[nodiscard]] Unit unit(std::size_t i) const;
   [[nodiscard]] std::size_t slices(const Unit& unit) const {
@@ -268,8 +229,8 @@ constexpr double kDriven_m = 5;
 /// Decides Motion::Auto. @param receiver as it stands in a cell @param filtered whether it has a filter
 void choose_motion(Request& request, const simulation::ReceiverConfig& receiver, bool filtered) {
   simulation::Motion& motion = request.motion.motion;
-  const bool can_move =
-      filtered && request.receivers.model == ReceiverModel::SteadyState && fits(CellMethod::Steady, receiver);
+  const bool can_move = filtered && request.receivers.model == ReceiverModel::SteadyState &&
+                        cell_method(receiver) == CellMethod::Steady;
   if (request.motion.moves() && !can_move) {
     throw InputError(fmt::format("the receiver '{}' of the map cannot move: {}", receiver.options.name,
                                  filtered ? "it is run in each cell" : "it has no position filter"),
@@ -347,7 +308,7 @@ std::string Heatmap::key() const {
       canonical_text(impl_->request, impl_->receiver, impl_->environment->klobuchar(),
                      impl_->base ? &*impl_->base : nullptr) +
       (impl_->environment->errors() ? options::exact_text(impl_->environment->errors()->options()) : "") +
-      (impl_->steady && impl_->request.motion.moves() ? options::exact_text(impl_->filter) : ""));
+      (impl_->request.motion.moves() ? options::exact_text(impl_->filter) : ""));
 }
 
 /// Computes all times of a unit at one altitude. Ends early where `go_on`, called after each finished time,
@@ -367,29 +328,12 @@ void Heatmap::Impl::compute_altitude(const Unit& unit, std::size_t altitude, con
       std::copy(first.begin(), first.end(), slice(*sky_view, t).begin());
     }
   }
-  const bool signals_wanted = solver.has_value() || (los.has_value() && !receivers && !steady);
-  TileSignals signals;
   std::vector<std::span<float>> layers(request.layers.size());
   for (std::size_t t = 0; t < unit.times; ++t) {
     const geodesy::GpsTime time = request.times[unit.first_time + t];
     for (std::size_t k = 0; k < layers.size(); ++k) layers[k] = slice(k, t);
-    if (signals_wanted) tracer.trace(cells, time, received, signals);
-    if (solver) {
-      solver->solve(cells, signals, request.layers, layers);
-    } else if (receivers) {
-      receivers->solve(cells, time, request.layers, layers);
-    } else if (steady) {
-      steady->solve(cells, time, request.layers, layers);
-    } else if (los) {
-      count_los(cells, signals, layers[*los]);
-    }
-    if (starting) {
-      starting->first_fix(cells, time, layers[*first_fix], stopped);
-      if (stopped()) return;  // cells are missing
-    }
-    if (rtk) {
-      rtk->solve(cells, time, request.layers, layers, stopped);
-      if (stopped()) return;
+    for (const std::unique_ptr<const CellSolver>& solver : solvers) {
+      if (!solver->solve(cells, time, request.layers, layers, stopped)) return;
     }
     if (!go_on()) return;
   }

@@ -103,9 +103,8 @@ class Heatmap {
   /// at most: InputError).
   static constexpr std::size_t kUnitBytes = std::size_t{32} << 20, kMostBytesATime = std::size_t{256} << 20;
 
-  /// Any propagation model and receiver: a receiver that CellSolver fits is solved by it, another by a
-  /// receiver::Receiver of its own for each cell and draw (slow; CellReceivers). Throws InputError for what
-  /// does not validate().
+  /// Any propagation model and receiver: cells leave out what cell_method() says, and else run a
+  /// receiver::Receiver each (slow). Throws InputError for what does not validate().
   /// Motion::Auto becomes one of the others: receivers in steady state with a position filter move, unless
   /// their place is fixed; InputError for another that is asked to.
   /// @param environment must outlive it, and has no movable instances

@@ -135,8 +135,8 @@ TEST(Heatmap, FollowsWhatTheReceiverTracks) {
       tracer.cells(request.grid, request.grid.tile(0), nullptr, 2, AltitudeKind::AboveTerrain);
   std::vector<std::vector<float>> expected(request.layers.size(), std::vector<float>(cells.state.size()));
   const std::vector<std::span<float>> spans(expected.begin(), expected.end());
-  CellReceivers(environment, tracer.propagator(), receiver, request.draws)
-      .solve(cells, kTime, request.layers, spans);
+  EXPECT_TRUE(CellReceivers(environment, tracer.propagator(), receiver, request.draws)
+                  .solve(cells, kTime, request.layers, spans, {}));
   int compared = 0;
   for (std::size_t l = 0; l < expected.size(); ++l) {
     for (std::size_t i = 0; i < cells.state.size(); ++i) {
@@ -380,7 +380,7 @@ TEST(Heatmap, ReceiversOfTheirOwnForEachCellAgree) {
   ReceiverConfig slow = receiver_of(Model::Mirror);
   slow.options.fix.raim.enabled = true;
   slow.options.fix.raim.sigma_scale = 1e5;
-  EXPECT_FALSE(fits(CellMethod::Shared, slow));
+  EXPECT_EQ(cell_method(slow), CellMethod::Run);
   Request request = small_request(24);
   request.times.resize(1);
   const CellCheck check = check_cells(downtown(), slow, request, 1);
@@ -489,10 +489,10 @@ TEST(Heatmap, RtkLayersAreThoseOfAReceiverBesideItsBase) {
 }
 
 TEST(Heatmap, HonoursDisturbances) {
-  // A receiver that CellSolver would fit, from whose sky a disturbance takes all satellites but the first
+  // A receiver whose cells would share fixes, from whose sky a disturbance takes all satellites but the first
   // three: a fix of two systems needs five.
   ReceiverConfig disturbed = receiver_of(Model::Mirror);
-  ASSERT_TRUE(fits(CellMethod::Shared, disturbed));
+  ASSERT_EQ(cell_method(disturbed), CellMethod::Shared);
   disturbed.disturbances = {test::always("three are left", [](propagation::Arrival& arrival) {
     arrival.views.resize(std::min<std::size_t>(3, arrival.views.size()));
   })};
@@ -623,7 +623,7 @@ TEST(Heatmap, LineOfSightAndSkyNeedNoReceiver) {
   request.layers = {Layer::SkyView, Layer::SatellitesLos};
   ReceiverConfig receiver = receiver_of(Model::Specular);
   const std::vector<float> alone = computed(Heatmap(downtown(), receiver, request, ""));
-  receiver.options.signal.enabled = true;  // what CellSolver does not fit makes no difference here
+  receiver.options.signal.enabled = true;  // which makes no difference here
   EXPECT_TRUE(same_bits(computed(Heatmap(downtown(), receiver, request, "")), alone));
   request.layers = {Layer::SkyView, Layer::SatellitesLos, Layer::Hdop};
   const std::vector<float> with_others = computed(map_of(Model::Mirror, request));

@@ -95,7 +95,7 @@ TEST(SteadyReceivers, AreTheReceiversThemselvesWherePathsAreTracedInEveryCell) {
     ReceiverConfig receiver = sold(profile);
     receiver.options.filter = {};
     receiver.options.signal.shadowing.skyline.share = 0;
-    ASSERT_TRUE(fits(CellMethod::Steady, receiver));
+    ASSERT_EQ(cell_method(receiver), CellMethod::Steady);
     const Values run = sample_map(receiver, kRun, 23, layers, 200);
     const Values steady = sample_map(receiver, {ReceiverModel::SteadyState, 0}, 23, layers, 200);
     ASSERT_GT(run[0].size(), 200U);
@@ -194,18 +194,16 @@ TEST(SteadyReceivers, AreTheSameOnAnyNumberOfThreads) {
 TEST(SteadyReceivers, LeaveOthersToThoseThatRun) {
   ReceiverConfig receiver = sold("ublox-m8t");
   receiver.options.filter = {};
-  EXPECT_TRUE(fits(CellMethod::Steady, receiver));
+  EXPECT_EQ(cell_method(receiver), CellMethod::Steady);
   ReceiverConfig raim = receiver;
   raim.options.fix.raim.enabled = true;
-  EXPECT_FALSE(fits(CellMethod::Steady, raim));
+  EXPECT_EQ(cell_method(raim), CellMethod::Run);
   ReceiverConfig in_street = receiver;
   in_street.streets.enabled = true;
-  EXPECT_FALSE(fits(CellMethod::Steady, in_street));
+  EXPECT_EQ(cell_method(in_street), CellMethod::Run);
   ReceiverConfig mirror = receiver;
   mirror.propagation.model = propagation::Model::Mirror;
-  EXPECT_FALSE(fits(CellMethod::Steady, mirror));
-  const propagation::Propagator propagator = downtown().make_propagator(raim.propagation);
-  EXPECT_THROW(SteadyReceivers(downtown(), propagator, raim, {}, {}, 8), InputError);
+  EXPECT_EQ(cell_method(mirror), CellMethod::Run);
   CellReceiverOptions far;
   far.path_nodes_m = 101;
   EXPECT_THROW(far.validate(), InputError);

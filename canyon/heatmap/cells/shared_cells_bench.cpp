@@ -1,6 +1,6 @@
 // Time of the cells of a map from what arrives at them: layers of one fix, layers over 64 draws of noise, and
 // positioning::solve_fix() at each cell for comparison.
-#include "canyon/heatmap/cells/cell_solver.hpp"
+#include "canyon/heatmap/cells/shared_cells.hpp"
 
 #include <benchmark/benchmark.h>
 
@@ -58,12 +58,12 @@ const test::TileScene& scene(bool many) {
 
 double solve_s(const test::TileScene& scene, const receiver::ReceiverOptions& options,
                const std::vector<Layer>& wanted) {
-  const CellSolver solver(options, {});
+  const SharedReceiver receiver{options, {}, {}, {}};
   std::vector<std::vector<float>> maps(wanted.size(), std::vector<float>(scene.cells.state.size()));
   const std::vector<std::span<float>> spans(maps.begin(), maps.end());
   // Of the processor: others may use it as well.
   const std::clock_t start = std::clock();
-  solver.solve(scene.cells, scene.signals, wanted, spans);
+  solve_shared(receiver, scene.cells, scene.time, scene.signals, wanted, spans);
   benchmark::DoNotOptimize(maps.front().front());
   return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
 }
