@@ -3,6 +3,7 @@
 
 #include <chrono>
 
+#include "canyon/base/file_kind.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/load_city.hpp"
@@ -73,10 +74,6 @@ int run_city_info(const CityInfoArguments& arguments) {
 }
 
 }  // namespace
-
-bool is_scenario(const std::filesystem::path& path) {
-  return path.extension() == ".yaml" || path.extension() == ".yml";
-}
 
 simulation::CityConfig city_config(const std::string& input, const std::string& origin) {
   if (is_scenario(input)) {

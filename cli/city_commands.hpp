@@ -14,9 +14,6 @@ namespace canyon::cli {
 void add_city_build(Command& city);
 void add_city_view(Command& city);
 
-/// By the ending of its name: .yaml or .yml.
-[[nodiscard]] bool is_scenario(const std::filesystem::path& path);
-
 /// The city of a file of any kind, of a Gazebo model's folder, or of a scenario. `origin` ("LAT,LON,HEIGHT"
 /// or empty) is for meshes and maps. Throws InputError where it stands beside a file that says its own.
 [[nodiscard]] simulation::CityConfig city_config(const std::string& input, const std::string& origin);

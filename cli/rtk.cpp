@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "canyon/base/gzip_file.hpp"
+#include "canyon/base/file_kind.hpp"
 #include "canyon/base/statistics.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
@@ -50,14 +50,6 @@ struct Recording {
   }
 };
 
-/// Whether it holds RTCM 3: RINEX begins with a line that says so.
-bool is_rtcm(const std::string& path) {
-  GzipFile file(path);
-  std::string head(4096, ' ');
-  head.resize(file.read(head.data(), head.size(), 0));
-  return head.substr(0, 80).find("RINEX") == std::string::npos && head.find('\xd3') != std::string::npos;
-}
-
 /// @param around a time within half a week of the recording, which RTCM does not state
 Recording read(const std::string& path, const RtkArguments& arguments, const gnss::NavigationData& navigation,
                GpsTime around, bool needs_place) {
@@ -65,7 +57,7 @@ Recording read(const std::string& path, const RtkArguments& arguments, const gns
                                              ? std::set(gnss::kAllSystems.begin(), gnss::kAllSystems.end())
                                              : parse_systems(arguments.systems);
   Recording recording;
-  if (!is_rtcm(path)) {
+  if (file_kind(std::filesystem::path(path)) != FileKind::Rtcm) {
     rinex::ObservationOptions wanted;
     wanted.all_signals = true;
     wanted.systems = systems;

@@ -106,6 +106,7 @@ std::vector<std::size_t> unfinished(const std::vector<std::optional<study::RunRe
 int compute(const StudyArguments& arguments, Ranks& ranks) {
   const Shard shard = parse_shard(arguments.shard);
   const study::StudyPlan plan = study::StudyPlan::read(arguments.study);
+  if (ranks.rank() == 0) print_warnings(plan.warnings());
   if (arguments.print_run) {
     if (*arguments.print_run >= plan.size()) {
       throw InputError(

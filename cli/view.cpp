@@ -7,6 +7,7 @@
 #include <system_error>
 #include <thread>
 
+#include "canyon/base/file_kind.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/output/sinks.hpp"
 #include "canyon/simulation/city_scene.hpp"

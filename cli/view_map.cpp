@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "canyon/base/file_kind.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/heatmap/engine/map_source.hpp"
 #include "canyon/view/map_view.hpp"

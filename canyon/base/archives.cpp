@@ -1,5 +1,6 @@
 #include "canyon/base/archives.hpp"
 
+#include <bzlib.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -110,11 +111,51 @@ std::optional<std::string> inflated(std::string_view packed, std::size_t size) {
 bool is_gzip(std::string_view head) {
   return head.substr(0, 2) == "\x1f\x8b"sv;
 }
+bool is_bzip2(std::string_view head) {
+  return head.size() > 3 && head.substr(0, 3) == "BZh" && head[3] >= '1' && head[3] <= '9';
+}
 bool is_compress(std::string_view head) {
   return head.substr(0, 2) == "\x1f\x9d"sv;
 }
 bool is_zip(std::string_view head) {
   return head.substr(0, 4) == "PK\x03\x04"sv;
+}
+
+bool is_unpacked_whole(std::string_view head) {
+  return is_bzip2(head) || is_compress(head) || is_zip(head);
+}
+
+std::string unpack(const std::filesystem::path& path, std::string_view packed) {
+  const auto largest = static_cast<std::size_t>(std::min<std::uint64_t>(
+      kLargestUnpacked, std::max<std::uint64_t>(kHarmlessSize, kMostGrowth * packed.size())));
+  if (is_zip(packed)) return unpack_zip(path, packed, largest);
+  return is_bzip2(packed) ? unpack_bzip2(path, packed, largest) : unpack_compress(path, packed, largest);
+}
+
+std::string unpack_bzip2(const std::filesystem::path& path, std::string_view packed, std::size_t largest) {
+  std::string text;
+  std::string block(std::size_t{1} << 16, '\0');
+  do {
+    bz_stream stream{};
+    if (BZ2_bzDecompressInit(&stream, 0, 0) != BZ_OK) throw damaged(path, "bzip2");
+    stream.next_in = const_cast<char*>(packed.data());
+    stream.avail_in = static_cast<unsigned>(packed.size());
+    int code = BZ_OK;
+    bool goes_on = true;
+    while (code == BZ_OK && goes_on && text.size() <= largest) {
+      stream.next_out = block.data();
+      stream.avail_out = static_cast<unsigned>(block.size());
+      code = BZ2_bzDecompress(&stream);
+      // Without an end mark the data are cut short: nothing comes any more.
+      goes_on = stream.avail_in > 0 || stream.avail_out == 0;
+      text.append(block, 0, block.size() - stream.avail_out);
+    }
+    packed.remove_prefix(packed.size() - stream.avail_in);
+    BZ2_bzDecompressEnd(&stream);
+    if (text.size() > largest) throw too_large(path, largest);
+    if (code != BZ_STREAM_END) throw damaged(path, "bzip2");
+  } while (is_bzip2(packed));
+  return text;
 }
 
 std::string unpack_compress(const std::filesystem::path& path, std::string_view packed, std::size_t largest) {
@@ -186,8 +227,7 @@ std::string unpack_zip(const std::filesystem::path& path, std::string_view archi
 }
 
 void refuse_foreign_bytes(const std::filesystem::path& path, std::string_view head) {
-  const std::pair<std::string_view, const char*> archives[] = {{"BZh"sv, "bzip2; bunzip2"},
-                                                               {"\xfd"
+  const std::pair<std::string_view, const char*> archives[] = {{"\xfd"
                                                                 "7zXZ\0"sv,
                                                                 "xz; unxz"},
                                                                {"\x28\xb5\x2f\xfd"sv, "Zstandard; unzstd"},

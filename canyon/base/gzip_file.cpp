@@ -15,7 +15,6 @@ namespace canyon {
 namespace {
 
 constexpr std::size_t kHead = 512;  // bytes that tell what a file is: tar's mark stands at 257
-constexpr std::size_t kLargestUnpacked = std::size_t{1} << 30;
 constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
 
 }  // namespace
@@ -39,7 +38,7 @@ GzipFile::GzipFile(std::filesystem::path path) : path_(std::move(path)), file_(n
     ready_.clear();
     gzrewind(file_.get());
   }
-  if (is_compress(ready_) || is_zip(ready_)) {
+  if (is_unpacked_whole(ready_)) {
     check_input_file(path_, kLargestUnpacked);
     std::string packed(size_, '\0');
     std::copy(ready_.begin(), ready_.end(), packed.begin());
@@ -49,8 +48,7 @@ GzipFile::GzipFile(std::filesystem::path path) : path_(std::move(path)), file_(n
       if (n == 0) packed.resize(at);
       at += n;
     }
-    ready_ = is_zip(packed) ? unpack_zip(path_, packed, kLargestUnpacked)
-                            : unpack_compress(path_, packed, kLargestUnpacked);
+    ready_ = unpack(path_, packed);
   }
   const std::string_view head = std::string_view(ready_).substr(0, kHead);
   if (head.substr(0, kByteOrderMark.size()) == kByteOrderMark) given_ = kByteOrderMark.size();
@@ -67,7 +65,7 @@ std::size_t GzipFile::read(char* to, std::size_t size, int line) {
   }
   const std::size_t n = read_some(to, size, line);
   unpacked_ += n;
-  if (unpacked_ > kHarmless && unpacked_ / kMostGrowth > size_) {
+  if (unpacked_ > kHarmlessSize && unpacked_ / kMostGrowth > size_) {
     throw InputError(path_, line, "unpacks to more than " + std::to_string(kMostGrowth) + " times its size",
                      "is it the right file?");
   }

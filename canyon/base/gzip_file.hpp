@@ -12,14 +12,10 @@ struct gzFile_s;
 
 namespace canyon {
 
-/// The bytes of a file, unpacked where it is packed by gzip, by compress (.Z) or as the one file of a zip
-/// archive (recognised by content, not by name), without UTF-8's byte order mark.
+/// The bytes of a file, unpacked where it is packed by gzip, by bzip2, by compress (.Z) or as the one file of
+/// a zip archive (recognised by content, not by name), without UTF-8's byte order mark.
 class GzipFile {
  public:
-  /// Above so many bytes, a file that grew by more than `kMostGrowth` as it was unpacked is refused.
-  static constexpr std::uint64_t kHarmless = std::uint64_t{1} << 28;
-  static constexpr std::uint64_t kMostGrowth = 200;
-
   /// Throws InputError as check_input_file() does, where the file is unreadable, in UTF-16, packed in another
   /// way, or a web page.
   explicit GzipFile(std::filesystem::path path);

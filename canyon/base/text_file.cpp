@@ -38,8 +38,7 @@ TextFile TextFile::from_string(std::string text, std::filesystem::path name) {
 }
 
 void TextFile::note_cut(int line) {
-  cut_warning_ =
-      InputError(path_, line, "the gzip data end early", "read up to here; fetch the file again").what();
+  cut_warning_ = InputError(path_, line, "the gzip data end early", "read up to here; fetch the file again");
 }
 
 std::optional<std::string_view> TextFile::peek_line() {

@@ -39,9 +39,9 @@ class TextFile {
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
   /// All of the text; not of a streamed file.
   [[nodiscard]] std::string_view text() const { return text_; }
-  /// "FILE:LINE: the gzip data end early ..." where they did; else empty. A streamed file has it once
-  /// next_line() has given nothing.
-  [[nodiscard]] const std::string& cut_warning() const { return cut_warning_; }
+  /// "FILE:LINE: the gzip data end early ..." where they did. A streamed file has it once next_line() has
+  /// given nothing.
+  [[nodiscard]] const std::optional<InputError>& cut_warning() const { return cut_warning_; }
 
   /// The next line without its end, or nothing at the end of the file.
   [[nodiscard]] std::optional<std::string_view> next_line();
@@ -68,7 +68,7 @@ class TextFile {
   std::filesystem::path path_;
   std::optional<GzipFile> rest_;  ///< what a streamed file has not put into text_
   std::string text_;
-  std::string cut_warning_;
+  std::optional<InputError> cut_warning_;
   std::size_t position_ = 0;  ///< of the next line in text_
   std::size_t end_ = 0;       ///< of the line that peek_line() gave last
   std::size_t last_ = 0;      ///< begin of the line that next_line() gave last

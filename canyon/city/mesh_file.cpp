@@ -157,7 +157,7 @@ class MeshImport {
     std::string head(512, '\0');
     in.read(head.data(), static_cast<std::streamsize>(head.size()));
     head.resize(static_cast<std::size_t>(in.gcount()));
-    if (is_gzip(head) || is_compress(head) || is_zip(head))
+    if (is_gzip(head) || is_unpacked_whole(head))
       throw InputError(path_, 0, "is a packed file, not a mesh", "unpack it first");
     refuse_foreign_bytes(path_, head);
     return extension;

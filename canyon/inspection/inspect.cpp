@@ -7,9 +7,8 @@
 #include <optional>
 #include <set>
 
-#include "canyon/base/gzip_file.hpp"
+#include "canyon/base/file_kind.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/text.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
@@ -45,14 +44,6 @@ std::string satellites_text(const std::set<gnss::SatelliteId>& satellites) {
   std::vector<std::string> parts;
   for (const auto& [system, n] : count) parts.push_back(fmt::format("{} {}", gnss::name(system), n));
   return fmt::format("{}", fmt::join(parts, ", "));
-}
-
-/// The unpacked beginning of a file.
-std::string head_of(const std::filesystem::path& path) {
-  GzipFile file(path);
-  std::string head(8192, '\0');
-  head.resize(file.read(head.data(), head.size(), 0));
-  return head;
 }
 
 FileReport inspect_scenario(const std::filesystem::path& path) {
@@ -273,42 +264,39 @@ FileReport inspect_android(const std::filesystem::path& path) {
   return report;
 }
 
-bool is_scenario_name(const std::filesystem::path& path) {
-  return path.extension() == ".yaml" || path.extension() == ".yml";
-}
-
 }  // namespace
 
 FileReport inspect_file(const std::filesystem::path& path) {
-  if (is_scenario_name(path)) return inspect_scenario(path);
+  if (is_scenario(path)) return inspect_scenario(path);
   if (std::filesystem::is_directory(path) || simulation::city_file_kind(path)) return inspect_city(path);
   if (path.extension() == ".nc") return inspect_map(path);
-  const std::string head = head_of(path);
-  const std::string_view text(head);
-  const std::string_view line = text.substr(0, text.find('\n'));
-  const auto has = [&](std::string_view word) { return text.find(word) != std::string_view::npos; };
-  if (line.size() > 20 && line.find("RINEX VERSION / TYPE") != std::string_view::npos) {
-    return line[20] == 'O' ? inspect_observations(path) : inspect_navigation(path);
+  const FileKind kind = file_kind(path);
+  switch (kind) {
+    case FileKind::RinexObservation:
+      return inspect_observations(path);
+    case FileKind::RinexNavigation:
+      return inspect_navigation(path);
+    case FileKind::GnssLogger:
+      return inspect_android(path);
+    case FileKind::Sp3:
+      return inspect_precise(path);
+    case FileKind::Rtcm:
+      return inspect_rtcm(path);
+    case FileKind::Gpx:
+    case FileKind::Kml:
+    case FileKind::Nmea:
+      return inspect_path(path, std::string(trajectory_format(kind)));
+    case FileKind::Columns:
+      return inspect_columns(path);
+    case FileKind::Ubx:
+    case FileKind::Other:
+      break;
   }
-  if (line.find("CRINEX VERS") != std::string_view::npos) return inspect_observations(path);
-  if (rinex::is_android_log(path)) return inspect_android(path);
-  if (line.size() > 1 && line[0] == '#' && line[1] >= 'a' && line[1] <= 'd') return inspect_precise(path);
-  if (has("<gpx")) return inspect_path(path, "gpx");
-  if (has("<kml")) return inspect_path(path, "kml");
-  if (text.starts_with("\xB5\x62")) {
-    throw InputError(path, 0, "is a log of a u-blox receiver (UBX), which is not read",
-                     "convert it to RINEX, for instance by RTKLIB's convbin");
-  }
-  if (text.starts_with('\xD3') || has(std::string_view("\xD3\x00", 2))) return inspect_rtcm(path);
-  for (const std::string_view talker : {"$GP", "$GN", "$GL", "$GA", "$GB", "$BD", "$GQ", "$QZ"}) {
-    if (has(talker)) return inspect_path(path, "nmea");
-  }
-  const bool is_text = std::none_of(text.begin(), text.end(), [](char c) { return c == '\0'; });
-  if (is_text && text.find_first_of(",;\t") != std::string_view::npos) return inspect_columns(path);
-  throw InputError(path, 0, "is not a kind of file that is known",
-                   fmt::format("known are scenarios (.yaml), cities ({}), RINEX, SP3, RTCM 3, NMEA, "
-                               "GnssLogger, GPX, KML, CSV and heat maps (.nc)",
-                               simulation::city_file_endings()));
+  const InputError unknown(path, 0, "is not a kind of file that is known",
+                           fmt::format("known are scenarios (.yaml), cities ({}), RINEX, SP3, RTCM 3, NMEA, "
+                                       "GnssLogger, GPX, KML, CSV and heat maps (.nc)",
+                                       simulation::city_file_endings()));
+  throw explained(unknown, path, FileKind::Columns);
 }
 
 }  // namespace canyon::inspection

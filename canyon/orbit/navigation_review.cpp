@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "canyon/base/record_notes.hpp"
+#include "canyon/base/take_out.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/broadcast_messages.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
@@ -61,7 +62,7 @@ std::optional<Difference> difference(const Ephemeris& a, const Ephemeris& b) {
 class NavigationReview {
  public:
   NavigationReview(gnss::NavigationData& data, std::vector<std::filesystem::path> sources)
-      : data_(data), sources_(std::move(sources)), notes_({}) {
+      : data_(data), sources_(std::move(sources)) {
     for (std::size_t i = sources_.size(); i < data.sources.size(); ++i)
       sources_.emplace_back(data.sources[i]);
   }
@@ -70,7 +71,7 @@ class NavigationReview {
     review(data_.kepler);
     review(data_.glonass);
     review(data_.sbas);
-    const std::vector<std::string> own = notes_.take();
+    const std::vector<std::string> own = notes_.lines();
     data_.warnings.insert(data_.warnings.end(), own.begin(), own.end());
   }
 
@@ -85,10 +86,7 @@ class NavigationReview {
         if (is_healthy(records[end])) healthy.push_back(end);
       review_satellite(records, healthy, gone);
     }
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < records.size(); ++i)
-      if (gone[i] == 0) records[kept++] = records[i];
-    records.erase(records.begin() + static_cast<std::ptrdiff_t>(kept), records.end());
+    take_out(records, gone, [](const Ephemeris&) {});
   }
 
   template <typename Ephemeris>
@@ -122,9 +120,9 @@ class NavigationReview {
                                            geodesy::format_gpst(e.toe, 0), size_text(*nearest[i]));
       if (any_supported_near(supported, i, kReach)) {
         gone[of_satellite[i]] = 1;
-        notes_.add(place(e), what, "record left out");
+        notes_.bad(remark(e, what), 1, "record left out");
       } else if (against[i] > i) {
-        notes_.say(place(e), what, "no third record says which one is right: both are used");
+        notes_.say(remark(e, what, "no third record says which one is right: both are used"));
       }
     }
   }
@@ -141,9 +139,10 @@ class NavigationReview {
   }
 
   template <typename Ephemeris>
-  [[nodiscard]] RecordPlace place(const Ephemeris& e) const {
+  [[nodiscard]] InputError remark(const Ephemeris& e, std::string_view what,
+                                  std::string_view cure = {}) const {
     const auto source = static_cast<std::size_t>(e.source);
-    return {source < sources_.size() ? sources_[source] : std::filesystem::path(), e.line};
+    return {source < sources_.size() ? sources_[source] : std::filesystem::path(), e.line, what, cure};
   }
 
   gnss::NavigationData& data_;

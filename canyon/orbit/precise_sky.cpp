@@ -8,6 +8,7 @@
 #include <map>
 #include <utility>
 
+#include "canyon/base/file_kind.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/orbit/reference_orbit.hpp"
@@ -109,9 +110,10 @@ struct PreciseSky::Table {
   Table(std::vector<TextFile> files, const std::set<gnss::System>& systems) {
     std::vector<Sp3File> parts;
     for (TextFile& file : files) {
-      parts.push_back(read_sp3(file, systems));
+      parts.push_back(read_as(FileKind::Sp3, file.path(), [&] { return read_sp3(file, systems); }));
       spacing_s = std::max(spacing_s, parts.back().step_s);
-      warnings.insert(warnings.end(), parts.back().warnings.begin(), parts.back().warnings.end());
+      const std::vector<std::string> lines = parts.back().notes.lines();
+      warnings.insert(warnings.end(), lines.begin(), lines.end());
       names += (names.empty() ? "" : ", ") + file.path().filename().string();
     }
     Sp3File sp3 = joined_files(std::move(parts));

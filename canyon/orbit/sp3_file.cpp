@@ -7,26 +7,25 @@
 #include <optional>
 #include <string_view>
 
-#include "canyon/base/longest_rise.hpp"
 #include "canyon/base/record_notes.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/geodesy/stray_times.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/rinex/fields.hpp"
 
 namespace canyon::orbit {
 namespace {
 
-using geodesy::CalendarTime;
 using geodesy::GpsTime;
 
 // Clocks from here on stand for "unknown" (999999.999999).
 constexpr double kBadClock_us = 999'999;
-// So few epochs in a row apart from the others are wrong dates.
-constexpr std::size_t kFewEpochs = 3;
 
 class Reader {
  public:
-  Reader(TextFile& file, const std::set<gnss::System>& systems)
-      : file_(file), systems_(systems), left_out_(file.path()) {}
+  Reader(TextFile& file, const std::set<gnss::System>& systems) : file_(file), systems_(systems) {
+    result_.notes = RecordNotes(file.path());
+  }
 
   Sp3File read() {
     read_first_line();
@@ -84,67 +83,33 @@ class Reader {
   void read_time_system(std::string_view line) {
     if (!time_system_.empty()) return;
     time_system_ = column(line, 9, 3);
-    for (const char* known : {"GPS", "GAL", "QZS", "IRN", "BDT", "TAI", "UTC", "GLO"}) {
-      if (time_system_ == known) return;
-    }
+    if (rinex::is_time_system(time_system_)) return;
     throw file_.error(fmt::format("time system '{}' is not known", time_system_),
                       "known are GPS, GAL, QZS, IRN, BDT, TAI, UTC and GLO");
   }
 
-  [[nodiscard]] GpsTime gps_time(const CalendarTime& c) const {
-    if (time_system_ == "UTC" || time_system_ == "GLO") return geodesy::gps_from_utc(c);  // GLO: GLONASS UTC
-    const GpsTime t = geodesy::gps_from_calendar(c);
-    if (time_system_ == "BDT") return t + std::chrono::seconds(geodesy::kBdtSecondsOffset);
-    if (time_system_ == "TAI") return t - std::chrono::seconds(19);
-    return t;
+  /// The time in columns 4 to 31, as in the first line and in those of epochs.
+  [[nodiscard]] std::optional<GpsTime> time_of(std::string_view line) const {
+    if (time_system_.empty()) throw file_.error("an epoch before the time system (%c)");
+    return rinex::time_in(line, {{{3, 4}, {8, 2}, {11, 2}, {14, 2}, {17, 2}, {20, 11}}}, time_system_);
   }
 
-  /// The time in columns 4 to 31, as in the first line and in those of epochs.
-  [[nodiscard]] GpsTime time_of(std::string_view line) const {
-    if (time_system_.empty()) throw file_.error("an epoch before the time system (%c)");
-    const auto integer = [&](std::size_t begin, std::size_t length) {
-      const std::optional<long long> value = parse_integer(column(line, begin, length));
-      if (!value || *value < 0 || *value > 9999) throw bad_epoch(line);
-      return static_cast<int>(*value);
-    };
-    const std::optional<double> second = parse_double(column(line, 20, 11));
-    if (!second || *second < 0 || *second >= 61) throw bad_epoch(line);
-    CalendarTime c;
-    c.year = integer(3, 4);
-    c.month = integer(8, 2);
-    c.day = integer(11, 2);
-    c.hour = integer(14, 2);
-    c.minute = integer(17, 2);
-    c.second = static_cast<int>(*second);
-    try {
-      return gps_time(c) + (*second - c.second);
-    } catch (const InputError& e) {
-      throw file_.error(e.problem(), e.cure());
-    }
-  }
+  [[nodiscard]] RecordNotes& notes() { return result_.notes; }
 
   void read_epoch(std::string_view line) {
-    const GpsTime t = time_of(line);
-    if (epochs_.empty()) compare_first_line(t);
-    epochs_.push_back(t);
-    epoch_lines_.push_back(file_.line());
+    const auto t = time_of(line);
+    if (!t) throw file_.error(fmt::format("'{}' is not an epoch", trim(line)));
+    if (epochs_.empty()) compare_first_line(*t);
+    epochs_.push_back({*t, file_.line(), epochs_.size()});
   }
 
   void compare_first_line(GpsTime t) {
-    try {
-      const GpsTime stated = time_of(first_line_);
-      if (stated == t) return;
-      left_out_.say(file_.line(),
-                    fmt::format("the first epoch is {}, but the first line of the file says {}",
-                                geodesy::format_gpst(t, 0), geodesy::format_gpst(stated, 0)),
-                    "the lines of epochs count");
-    } catch (const InputError&) {
-      // Not a time: only the lines of epochs count.
-    }
-  }
-
-  [[nodiscard]] InputError bad_epoch(std::string_view line) const {
-    return file_.error(fmt::format("'{}' is not an epoch", trim(line)));
+    const auto stated = time_of(first_line_);
+    if (!stated || *stated == t) return;
+    notes().say(file_.line(),
+                fmt::format("the first epoch is {}, but the first line of the file says {}",
+                            geodesy::format_gpst(t, 0), geodesy::format_gpst(*stated, 0)),
+                "the lines of epochs count");
   }
 
   void read_position(std::string_view line) {
@@ -160,7 +125,7 @@ class Reader {
     }
     if (systems_.count(id->system) == 0) return;
     Sp3Record record;
-    record.t = epochs_.back();
+    record.t = epochs_.back().t;
     record.line = file_.line();
     for (std::size_t i = 0; i < 3; ++i) {
       record.position_m[static_cast<Eigen::Index>(i)] = number(line, 4 + 14 * i, "coordinate") * 1e3;
@@ -192,68 +157,52 @@ class Reader {
   Sp3File finish() {
     if (epochs_.empty()) throw file_.error("holds no epoch");
     if (records_.empty()) throw file_.error("holds no satellite of the chosen systems");
-    leave_out_epochs();
-    compare_announced();
+    const std::vector<bool> stray = leave_out_epochs();
+    compare_announced(stray.size());
     for (const auto& [id, records] : records_) {
       for (const Read& read : records)
-        if (!stray_[read.epoch]) result_.records[id].push_back(read.record);
+        if (!stray[read.epoch]) result_.records[id].push_back(read.record);
     }
     if (result_.records.empty()) throw file_.error("holds no satellite of the chosen systems");
-    result_.warnings = left_out_.take();
-    review_sp3(result_, file_.path());
+    review_sp3(result_);
     return std::move(result_);
   }
 
-  /// Epochs whose times do not rise, and few that stand apart from the others.
-  void leave_out_epochs() {
-    stray_ = outside_longest_rise(epochs_);
-    std::vector<std::size_t> rising;
-    for (std::size_t i = 0; i < epochs_.size(); ++i) {
-      if (!stray_[i]) {
-        rising.push_back(i);
-        continue;
-      }
-      left_out_.add(epoch_lines_[i], fmt::format("epoch {} is not in order with those around it",
-                                                 geodesy::format_gpst(epochs_[i], 0)));
-    }
-    if (2 * rising.size() < epochs_.size()) {
-      throw InputError(file_.path(), epoch_lines_.front(), "the epochs are not in the order of time",
+  /// Epochs whose times do not rise, and few that stand apart from the others by holes that no polynomial
+  /// bridges. Returns which are left out.
+  [[nodiscard]] std::vector<bool> leave_out_epochs() {
+    result_.step_s = most_frequent_step();
+    std::vector<bool> stray(epochs_.size());
+    const geodesy::StandsApart apart{2.5 * result_.step_s, 4};
+    geodesy::leave_out_stray_times(
+        epochs_, [](const Epoch& epoch) { return epoch.t; },
+        [&](const Epoch& epoch) {
+          stray[epoch.number] = true;
+          notes().bad(epoch.line,
+                      fmt::format("epoch {} contradicts those around it", geodesy::format_gpst(epoch.t, 0)));
+        },
+        {&apart, 1});
+    if (2 * epochs_.size() < stray.size()) {
+      throw InputError(file_.path(), notes().first_bad()->line(), "the epochs are not in the order of time",
                        "sort them, or fetch the file again");
     }
-    const double step_s = most_frequent_step(rising);
-    std::size_t begin = 0, longest = 0;
-    std::vector<std::pair<std::size_t, std::size_t>> runs;  // without holes that no polynomial bridges
-    for (std::size_t i = 1; i <= rising.size(); ++i) {
-      if (i < rising.size() && epochs_[rising[i]] - epochs_[rising[i - 1]] <= 2.5 * step_s) continue;
-      runs.emplace_back(begin, i);
-      longest = std::max(longest, i - begin);
-      begin = i;
-    }
-    for (const auto& [from, to] : runs) {
-      if (to - from > kFewEpochs || to - from == longest) continue;
-      for (std::size_t i = from; i < to; ++i) {
-        stray_[rising[i]] = true;
-        left_out_.add(epoch_lines_[rising[i]],
-                      fmt::format("epoch {} stands apart from the others of the file",
-                                  geodesy::format_gpst(epochs_[rising[i]], 0)));
-      }
-    }
-    for (const std::size_t i : rising)
-      if (!stray_[i]) result_.epochs.push_back(epochs_[i]);
-    result_.step_s = step_s;
+    for (const Epoch& epoch : epochs_) result_.epochs.push_back(epoch.t);
+    return stray;
   }
 
-  [[nodiscard]] double most_frequent_step(const std::vector<std::size_t>& rising) const {
+  [[nodiscard]] double most_frequent_step() const {
     std::map<std::int64_t, int> counts;
-    for (std::size_t i = 1; i < rising.size(); ++i)
-      ++counts[epochs_[rising[i]].nanoseconds() - epochs_[rising[i - 1]].nanoseconds()];
+    for (std::size_t i = 1; i < epochs_.size(); ++i) {
+      const std::int64_t step = epochs_[i].t.nanoseconds() - epochs_[i - 1].t.nanoseconds();
+      if (step > 0) ++counts[step];
+    }
     const auto most = std::max_element(counts.begin(), counts.end(),
                                        [](const auto& a, const auto& b) { return a.second < b.second; });
     return most == counts.end() ? 0 : static_cast<double>(most->first) * 1e-9;
   }
 
   /// What the header says of epochs, against what is there.
-  void compare_announced() {
+  void compare_announced(std::size_t count) {
     const std::vector<GpsTime>& epochs = result_.epochs;
     if (epochs.size() < 2) return;
     const auto all =
@@ -261,25 +210,29 @@ class Reader {
     if (all > epochs.size()) {
       std::size_t i = 1;
       while (i + 1 < epochs.size() && epochs[i] - epochs[i - 1] <= 1.5 * result_.step_s) ++i;
-      left_out_.say(0,
-                    fmt::format("{} epochs are missing, the first after {}", all - epochs.size(),
-                                geodesy::format_gpst(epochs[i - 1], 0)),
-                    "no orbit reaches over more than one missing epoch");
+      notes().say(0,
+                  fmt::format("{} epochs are missing, the first after {}", all - epochs.size(),
+                              geodesy::format_gpst(epochs[i - 1], 0)),
+                  "no orbit reaches over more than one missing epoch");
     }
-    if (announced_ > epochs_.size()) {
-      left_out_.say(
-          1, fmt::format("the header announces {} epochs, and there are {}", announced_, epochs_.size()),
-          "the file may be cut short");
+    if (announced_ > count) {
+      notes().say(1, fmt::format("the header announces {} epochs, and there are {}", announced_, count),
+                  "the file may be cut short");
     }
     if (announced_step_s_ > 0 && std::abs(announced_step_s_ - result_.step_s) > 1e-3) {
-      left_out_.say(2,
-                    fmt::format("the header says an interval of {:g} s, and the epochs are {:g} s apart",
-                                announced_step_s_, result_.step_s),
-                    "the lines of epochs count");
+      notes().say(2,
+                  fmt::format("the header says an interval of {:g} s, and the epochs are {:g} s apart",
+                              announced_step_s_, result_.step_s),
+                  "the lines of epochs count");
     }
   }
 
-  /// A record of an epoch, the number of which is that in epochs_.
+  struct Epoch {
+    GpsTime t;
+    int line = 0;
+    std::size_t number = 0;  ///< in the file, from 0
+  };
+  /// A record of an epoch, the number of which is Epoch::number.
   struct Read {
     Sp3Record record;
     std::size_t epoch = 0;
@@ -287,13 +240,10 @@ class Reader {
 
   TextFile& file_;
   const std::set<gnss::System>& systems_;
-  RecordNotes left_out_;
   std::string time_system_, first_line_;
   std::size_t announced_ = 0;  ///< epochs
   double announced_step_s_ = 0;
-  std::vector<GpsTime> epochs_;
-  std::vector<int> epoch_lines_;
-  std::vector<bool> stray_;  ///< by epoch
+  std::vector<Epoch> epochs_;
   std::map<gnss::SatelliteId, std::vector<Read>> records_;
   Sp3File result_;
 };

@@ -1,12 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <filesystem>
 #include <map>
 #include <set>
-#include <string>
 #include <vector>
 
+#include "canyon/base/record_notes.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/gnss/satellite_id.hpp"
@@ -30,7 +29,7 @@ struct Sp3File {
   std::vector<geodesy::GpsTime> epochs;                         ///< ascending
   std::map<gnss::SatelliteId, std::vector<Sp3Record>> records;  ///< ascending in time
   double step_s = 0;                                            ///< the most frequent one between epochs
-  std::vector<std::string> warnings;                            ///< one line each
+  RecordNotes notes;
 };
 
 /// Reads the P records of `systems`; epochs out of order and records that contradict those around them are
@@ -43,6 +42,6 @@ struct Sp3File {
 /// satellite, at most 1e-4 m/s^2 of acceleration unexplained (some 20 m in steps of 5 min, 90 m of 15 min).
 /// Clocks are judged likewise by straight lines, within 100 ns. Throws InputError where most satellites of
 /// the file do not move as satellites do, or have no clock.
-void review_sp3(Sp3File& sp3, const std::filesystem::path& path);
+void review_sp3(Sp3File& sp3);
 
 }  // namespace canyon::orbit

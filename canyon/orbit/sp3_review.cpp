@@ -8,7 +8,8 @@
 #include <optional>
 #include <utility>
 
-#include "canyon/base/record_notes.hpp"
+#include "canyon/base/statistics.hpp"
+#include "canyon/base/take_out.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/orbit/sky.hpp"
@@ -149,7 +150,7 @@ std::pair<double, double> radii(gnss::System system) {
 
 class Sp3Review {
  public:
-  Sp3Review(Sp3File& sp3, const std::filesystem::path& path) : sp3_(sp3), path_(path), notes_(path) {}
+  explicit Sp3Review(Sp3File& sp3) : sp3_(sp3), notes_(sp3.notes) {}
 
   void run() {
     require_kilometres();
@@ -160,15 +161,13 @@ class Sp3Review {
       ++hopeless;
       const Sp3Record first = records.front();
       records.clear();
-      notes_.add(first.line, fmt::format("{} does not move as a satellite does", to_string(id)),
+      notes_.bad(first.line, fmt::format("{} does not move as a satellite does", to_string(id)),
                  "the satellite is left out");
     }
     require_orbits(hopeless);
     report_strays();
     require_clocks();
     for (auto& [id, records] : sp3_.records) review_clocks(id, records);
-    const std::vector<std::string> own = notes_.take();
-    sp3_.warnings.insert(sp3_.warnings.end(), own.begin(), own.end());
   }
 
  private:
@@ -180,15 +179,14 @@ class Sp3Review {
       for (const Sp3Record& r : records)
         if (r.good_position) all_m.push_back(r.position_m.norm());
     }
-    if (all_m.empty()) return;
-    const auto middle = all_m.begin() + static_cast<std::ptrdiff_t>(all_m.size() / 2);
-    std::nth_element(all_m.begin(), middle, all_m.end());
+    const std::optional<double> middle = median(all_m);
+    if (!middle) return;
     constexpr double kNearest_m = 20e6, kFarthest_m = 50e6;
     if (*middle >= kNearest_m && *middle <= kFarthest_m) return;
     const auto as = [&](double factor) {
       return *middle * factor >= kNearest_m && *middle * factor <= kFarthest_m;
     };
-    throw InputError(path_, first_record().line,
+    throw InputError(notes_.path(), first_record().line,
                      fmt::format("the satellites are {:.6g} km from the Earth's centre{}", *middle / 1e3,
                                  as(1e-3)  ? ": the positions are in metres"
                                  : as(1e3) ? ": the positions are in thousands of kilometres"
@@ -197,29 +195,17 @@ class Sp3Review {
   }
 
   void leave_out_radii(gnss::SatelliteId id, std::vector<Sp3Record>& records) {
-    const auto [nearest, farthest] = radii(id.system);
-    std::vector<Sp3Record> kept;
-    std::vector<const Sp3Record*> wrong;
-    for (const Sp3Record& r : records) {
+    const std::pair<double, double> range = radii(id.system);
+    const auto within = [&](double radius) { return radius >= range.first && radius <= range.second; };
+    std::erase_if(records, [&](const Sp3Record& r) {
       const double radius = r.position_m.norm();
-      if (!r.good_position || (radius >= nearest && radius <= farthest)) {
-        kept.push_back(r);
-      } else {
-        wrong.push_back(&r);
-      }
-    }
-    if (wrong.empty()) return;
-    const double radius = wrong.front()->position_m.norm();
-    const bool metres = radius * 1e-3 >= nearest && radius * 1e-3 <= farthest;
-    notes_.add(wrong.front()->line,
-               fmt::format("{} is {:.6g} km from the Earth's centre, which no {} satellite is{}{}",
-                           named(id, wrong), radius / 1e3, name(id.system), metres ? " (in metres?)" : "",
-                           wrong.size() > 1 ? fmt::format(" ({} epochs in all)", wrong.size()) : ""));
-    records = std::move(kept);
-  }
-
-  static std::string named(gnss::SatelliteId id, const std::vector<const Sp3Record*>& records) {
-    return fmt::format("{} at {}", to_string(id), geodesy::format_gpst(records.front()->t, 0));
+      if (!r.good_position || within(radius)) return false;
+      notes_.bad(r.line,
+                 fmt::format("{} at {} is {:.6g} km from the Earth's centre, which no {} satellite is{}",
+                             to_string(id), geodesy::format_gpst(r.t, 0), radius / 1e3, name(id.system),
+                             within(radius * 1e-3) ? " (in metres?)" : ""));
+      return true;
+    });
   }
 
   /// False where most positions contradict one another.
@@ -264,7 +250,7 @@ class Sp3Review {
                                          const std::vector<Eigen::Vector3d>& places,
                                          const std::vector<Eigen::Vector3d>& pulls,
                                          const std::array<std::size_t, 3>& at, double usual) const {
-    const auto [a, b, c] = at;
+    const std::size_t a = at[0], b = at[1], c = at[2];
     const double before = records[b].t - records[a].t, after = records[c].t - records[b].t;
     const double longer = std::max(before, after), all = before + after;
     if (longer > 2.5 * sp3_.step_s) return std::nullopt;
@@ -292,10 +278,7 @@ class Sp3Review {
     for (std::size_t i = 1; i + 1 < chain.size(); ++i) {
       if (const auto miss = judge(chain[i - 1], chain[i], chain[i + 1])) all.push_back(miss->distance);
     }
-    if (all.empty()) return 0;
-    const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
-    std::nth_element(all.begin(), middle, all.end());
-    return *middle;
+    return median(all).value_or(0);
   }
 
   void take_away(gnss::SatelliteId id, std::vector<Sp3Record>& records, const std::vector<Stray>& strays) {
@@ -305,10 +288,7 @@ class Sp3Review {
       const Sp3Record& r = records[stray.record];
       strays_of_epoch_[r.t].push_back({id, r.line, stray.distance});
     }
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < records.size(); ++i)
-      if (!gone[i]) records[kept++] = records[i];
-    records.resize(kept);
+    take_out(records, gone, [](const Sp3Record&) {});
   }
 
   void require_orbits(std::size_t hopeless) {
@@ -318,34 +298,30 @@ class Sp3Review {
     }
     const std::size_t all = sp3_.records.size();
     throw InputError(
-        path_, notes_.first_line(),
-        hopeless > 0 ? fmt::format("the positions of {} of {} satellites do not move as satellites "
-                                   "do from epoch to epoch",
-                                   hopeless, all)
-                     : notes_.first(),
+        notes_.path(), notes_.first_bad() ? notes_.first_bad()->line() : 0,
+        hopeless > 0         ? fmt::format("the positions of {} of {} satellites do not move as satellites "
+                                                   "do from epoch to epoch",
+                                           hopeless, all)
+        : notes_.first_bad() ? notes_.first_bad()->problem()
+                             : std::string(),
         "SP3 has kilometres in Earth-fixed axes at the times of its epochs: fetch the file again");
   }
 
   void report_strays() {
-    std::map<gnss::SatelliteId, std::vector<std::pair<GpsTime, StrayPosition>>> of_satellite;
     for (const auto& [t, strays] : strays_of_epoch_) {
       constexpr std::size_t kFewest = 3;
       if (strays.size() >= kFewest && 2 * strays.size() > sp3_.records.size()) {
-        notes_.add(
-            strays.front().line,
-            fmt::format("epoch {} contradicts those around it: the positions of {} satellites do not fit "
-                        "its time",
-                        geodesy::format_gpst(t, 0), strays.size()));
+        notes_.bad(strays.front().line,
+                   fmt::format("epoch {} contradicts those around it: the positions of {} satellites do not "
+                               "fit its time",
+                               geodesy::format_gpst(t, 0), strays.size()));
         continue;
       }
-      for (const StrayPosition& stray : strays) of_satellite[stray.id].emplace_back(t, stray);
-    }
-    for (const auto& [id, strays] : of_satellite) {
-      notes_.add(
-          strays.front().second.line,
-          fmt::format("the position of {} at {} contradicts those around it by {:.3g} km{}", to_string(id),
-                      geodesy::format_gpst(strays.front().first, 0), strays.front().second.distance_m / 1e3,
-                      strays.size() > 1 ? fmt::format(" ({} epochs in all)", strays.size()) : ""));
+      for (const StrayPosition& stray : strays) {
+        notes_.bad(stray.line,
+                   fmt::format("the position of {} at {} contradicts those around it by {:.3g} km",
+                               to_string(stray.id), geodesy::format_gpst(t, 0), stray.distance_m / 1e3));
+      }
     }
   }
 
@@ -360,7 +336,8 @@ class Sp3Review {
     }
     if (without.empty()) return;
     if (without.size() == sp3_.records.size()) {
-      throw InputError(path_, line, "no satellite has a clock (999999.999999 and blank stand for none)",
+      throw InputError(notes_.path(), line,
+                       "no satellite has a clock (999999.999999 and blank stand for none)",
                        "give a file with clocks");
     }
     notes_.say(line, fmt::format("no clock of {}", fmt::join(without, ", ")),
@@ -391,19 +368,17 @@ class Sp3Review {
     const auto stray_clocks = take_out_strays(chain);
     if (!stray_clocks) {
       for (Sp3Record& r : records) r.good_clock = false;
-      notes_.add(records.front().line,
+      notes_.bad(records.front().line,
                  fmt::format("the clock of {} jumps from record to record", to_string(id)),
                  "the satellite is left out");
       return;
     }
     strays.insert(strays.end(), stray_clocks->begin(), stray_clocks->end());
-    for (const Stray& stray : strays) records[stray.record].good_clock = false;
-    if (!strays.empty()) {
-      const Sp3Record& r = records[strays.front().record];
-      notes_.add(r.line,
-                 fmt::format("the clock of {} at {} contradicts those around it by {:.3g} us{}",
-                             to_string(id), geodesy::format_gpst(r.t, 0), strays.front().distance * 1e6,
-                             strays.size() > 1 ? fmt::format(" ({} epochs in all)", strays.size()) : ""));
+    for (const Stray& stray : strays) {
+      Sp3Record& r = records[stray.record];
+      r.good_clock = false;
+      notes_.bad(r.line, fmt::format("the clock of {} at {} contradicts those around it by {:.3g} us",
+                                     to_string(id), geodesy::format_gpst(r.t, 0), stray.distance * 1e6));
     }
     for (std::size_t i = 0; i < chain.size(); ++i) {
       if (!chain.jumps_behind(i)) continue;
@@ -423,15 +398,14 @@ class Sp3Review {
   };
 
   Sp3File& sp3_;
-  const std::filesystem::path& path_;
-  RecordNotes notes_;
+  RecordNotes& notes_;
   std::map<GpsTime, std::vector<StrayPosition>> strays_of_epoch_;
 };
 
 }  // namespace
 
-void review_sp3(Sp3File& sp3, const std::filesystem::path& path) {
-  Sp3Review(sp3, path).run();
+void review_sp3(Sp3File& sp3) {
+  Sp3Review(sp3).run();
 }
 
 }  // namespace canyon::orbit

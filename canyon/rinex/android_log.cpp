@@ -3,14 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 
 #include "canyon/base/text.hpp"
 
 namespace canyon::rinex {
 namespace {
-
-constexpr std::array<std::string_view, 3> kTellingKinds{"Raw", "Fix", "Status"};
 
 bool is_letter(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
@@ -39,20 +36,6 @@ bool names_columns(std::string_view line) {
 }
 
 }  // namespace
-
-bool is_android_log(const std::filesystem::path& path) {
-  GzipFile file(path);
-  std::string head(std::size_t{1} << 14, '\0');
-  head.resize(file.read(head.data(), head.size(), 0));
-  for (const std::string_view line : split(head, '\n')) {
-    const auto comment = comment_of(line);
-    const std::string_view kind = kind_of(comment.value_or(line));
-    if (!comment && kind == "Raw") return true;
-    if (comment && std::find(kTellingKinds.begin(), kTellingKinds.end(), kind) != kTellingKinds.end())
-      return true;
-  }
-  return false;
-}
 
 std::map<std::string, std::size_t> android_log_kinds(const std::filesystem::path& path) {
   std::map<std::string, std::size_t> kinds;

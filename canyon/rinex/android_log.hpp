@@ -4,11 +4,11 @@
 #include <filesystem>
 #include <map>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 
 // Text logs of Android's GnssLogger: its LOGGING_FORMAT.md, and the documentation of android.location's
@@ -58,10 +58,6 @@ enum Constellation : std::uint8_t {
 inline constexpr int kQzssOffset = 192;
 }  // namespace android
 
-/// Whether a file begins as a log of GnssLogger: with a comment that names columns of "Raw", "Fix" or
-/// "Status", or with a line of "Raw". Throws InputError where it cannot be read.
-[[nodiscard]] bool is_android_log(const std::filesystem::path& path);
-
 /// How many lines of each kind ("Raw", "Fix", "Status") a log has.
 [[nodiscard]] std::map<std::string, std::size_t> android_log_kinds(const std::filesystem::path& path);
 /// "Fix 243, Status 80"; "no line" for an empty log.
@@ -71,14 +67,15 @@ inline constexpr int kQzssOffset = 192;
 /// names them ("# Raw,utcTimeMillis,TimeNanos,...") and may come again.
 class AndroidLog {
  public:
-  /// @param columns wanted, by name; names of older versions stand behind '|'. Both must outlive this.
-  AndroidLog(TextFile file, std::string_view kind, std::span<const std::string_view> columns)
-      : file_(std::move(file)), kind_(kind), names_(columns) {}
+  /// @param columns wanted, by name, with blanks between; names of older versions stand behind '|'. Both
+  /// texts must outlive this.
+  AndroidLog(TextFile file, std::string_view kind, std::string_view columns)
+      : file_(std::move(file)), kind_(kind), names_(split_blanks(columns)) {}
 
   /// Goes to the next line of the kind; false at the end. Throws InputError for one before any header.
   [[nodiscard]] bool next();
 
-  /// Field of a column (index into `columns`) without blanks; empty where line or header does not have it.
+  /// Field of a column (number among `columns`) without blanks; empty where line or header does not have it.
   [[nodiscard]] std::string_view text(std::size_t column) const;
   /// Empty for a field that is empty or no such number.
   [[nodiscard]] std::optional<long long> integer(std::size_t column) const;
@@ -99,7 +96,7 @@ class AndroidLog {
 
   TextFile file_;
   std::string_view kind_;
-  std::span<const std::string_view> names_;
+  std::vector<std::string_view> names_;
   std::vector<int> at_;  ///< place of each column in a line; -1: not there
   std::vector<std::string_view> fields_;
   std::string device_, version_;

@@ -40,25 +40,12 @@ enum Column : std::size_t {
   CodeType,
   Multipath
 };
-constexpr std::string_view kColumns[] = {"TimeNanos",
-                                         "FullBiasNanos",
-                                         "BiasNanos",
-                                         "HardwareClockDiscontinuityCount",
-                                         "Svid",
-                                         "ConstellationType",
-                                         "State",
-                                         "ReceivedSvTimeNanos",
-                                         "ReceivedSvTimeUncertaintyNanos",
-                                         "TimeOffsetNanos",
-                                         "Cn0DbHz",
-                                         "PseudorangeRateMetersPerSecond",
-                                         "PseudorangeRateUncertaintyMetersPerSecond",
-                                         "AccumulatedDeltaRangeState",
-                                         "AccumulatedDeltaRangeMeters",
-                                         "AccumulatedDeltaRangeUncertaintyMeters",
-                                         "CarrierFrequencyHz",
-                                         "CodeType",
-                                         "MultipathIndicator"};
+constexpr std::string_view kColumns =
+    "TimeNanos FullBiasNanos BiasNanos HardwareClockDiscontinuityCount Svid ConstellationType State "
+    "ReceivedSvTimeNanos ReceivedSvTimeUncertaintyNanos TimeOffsetNanos Cn0DbHz "
+    "PseudorangeRateMetersPerSecond PseudorangeRateUncertaintyMetersPerSecond AccumulatedDeltaRangeState "
+    "AccumulatedDeltaRangeMeters AccumulatedDeltaRangeUncertaintyMeters CarrierFrequencyHz CodeType "
+    "MultipathIndicator";
 
 constexpr std::int64_t kMillisecond_ns = 1'000'000;
 constexpr std::int64_t kSecond_ns = GpsTime::kNanosecondsPerSecond;
@@ -124,7 +111,9 @@ struct HeldBias {
 class AndroidReader {
  public:
   AndroidReader(const std::filesystem::path& path, const ObservationOptions& options)
-      : log_(TextFile::streamed(path), "Raw", kColumns), options_(options) {
+      : log_(TextFile::streamed(path), "Raw", kColumns),
+        options_(options),
+        result_{{}, {}, ObservationReport(path)} {
     options_.validate();
   }
 
@@ -134,10 +123,7 @@ class AndroidReader {
       if (const std::string problem = take(); !problem.empty()) damaged(problem);
     }
     end_epoch();
-    if (!log_.file().cut_warning().empty()) {
-      ++result_.report.damaged;
-      result_.report.damages.push_back(log_.file().cut_warning());
-    }
+    if (log_.file().cut_warning()) result_.report.notes.say(*log_.file().cut_warning());
     if (lines_ == 0) {
       throw InputError(log_.file().path(), 0,
                        fmt::format("is a log of Android's GnssLogger without a line of 'Raw' (it has {})",
@@ -154,10 +140,8 @@ class AndroidReader {
   }
 
  private:
-  void damaged(std::string_view what) {
-    note_damage(result_.report, log_.file().path(), log_.file().line(), what);
-  }
-  void skip(std::string what) { ++result_.report.skipped[std::move(what)]; }
+  void damaged(std::string_view what) { result_.report.notes.bad(log_.file().line(), what); }
+  void skip(std::string_view what) { result_.report.notes.skip(log_.file().line(), what); }
 
   [[nodiscard]] std::string no_number(Column column) const {
     return fmt::format("{} '{}' is not a number", log_.name(column), log_.text(column).substr(0, 40));
@@ -169,7 +153,7 @@ class AndroidReader {
       if (!log_.integer(column)) return no_number(column);
     }
     if (log_.text(FullBiasNanos).empty()) {
-      skip("lines of a phone that does not know the time (no FullBiasNanos)");
+      skip("line of a phone that does not know the time (no FullBiasNanos)");
       return {};
     }
     if (!log_.integer(FullBiasNanos)) return no_number(FullBiasNanos);
@@ -181,7 +165,7 @@ class AndroidReader {
     const long long constellation = *log_.integer(Constellation);
     const auto system = system_of(constellation);
     if (!system || options_.systems.count(*system) == 0) {
-      skip(system ? fmt::format("observations of {}", gnss::name(*system))
+      skip(system ? fmt::format("observation of {}", gnss::name(*system))
                   : other_constellation(constellation));
       return {};
     }
@@ -189,9 +173,9 @@ class AndroidReader {
   }
 
   static std::string other_constellation(long long number) {
-    if (number == android::kSbas) return "observations of SBAS";
-    if (number == android::kNavIc) return "observations of NavIC";
-    return fmt::format("observations of constellation {}", number);
+    if (number == android::kSbas) return "observation of SBAS";
+    if (number == android::kNavIc) return "observation of NavIC";
+    return fmt::format("observation of constellation {}", number);
   }
 
   // --- epochs
@@ -250,7 +234,7 @@ class AndroidReader {
     const long long svid = *log_.integer(Svid);
     const long long number = svid - (system == System::QZSS && svid > 0 ? android::kQzssOffset : 0);
     if (system == System::GLONASS && number >= 93 && number <= 106) {
-      skip("observations of GLONASS satellites whose slot is not known");
+      skip("observation of a GLONASS satellite whose slot is not known");
       return {};
     }
     if (number < 1 || number > (system == System::BeiDou ? 63 : 40)) {
@@ -258,7 +242,7 @@ class AndroidReader {
     }
     const auto state = static_cast<std::uint32_t>(*log_.integer(State));
     if ((state & (android::kCodeLock | android::kE1CodeLock)) == 0) {
-      skip("lines without code lock");
+      skip("line without code lock");
       return {};
     }
     ObservedSignal signal;
@@ -294,7 +278,7 @@ class AndroidReader {
       return true;
     }
     if (!options_.all_signals) {
-      skip("lines of other signals than that near L1");
+      skip("line of another signal than that near L1");
     } else {
       result_.report.unknown_codes[gnss::letter(found.id.system)].insert(
           known ? nearest->code.front() + std::string(type.substr(0, 8))
@@ -333,7 +317,7 @@ class AndroidReader {
       if (log_.number(RateUncertainty).value_or(0) <= kMaxRate_mps) {
         signal.doppler_hz = -*rate_mps / wavelength_m;
       } else {
-        skip(fmt::format("Doppler values with an uncertainty above {:g} m/s", kMaxRate_mps));
+        skip(fmt::format("Doppler value with an uncertainty above {:g} m/s", kMaxRate_mps));
       }
     }
     const auto phase = static_cast<std::uint32_t>(log_.integer(DeltaRangeState).value_or(0));
@@ -357,11 +341,11 @@ class AndroidReader {
       return s.systems.find(gnss::letter(system)) != std::string_view::npos && (state & s.states) != 0;
     });
     if (span == std::end(kSpans) || (state & android::kMillisecondAmbiguous) != 0) {
-      skip("pseudoranges whose State leaves the satellite's time open");
+      skip("pseudorange whose State leaves the satellite's time open");
       return {};
     }
     if (log_.number(ReceivedSvTimeUncertainty).value_or(0) > kMaxTime_ns) {
-      skip(fmt::format("pseudoranges with an uncertainty above {:g} ns", kMaxTime_ns));
+      skip(fmt::format("pseudorange with an uncertainty above {:g} ns", kMaxTime_ns));
       return {};
     }
     const std::int64_t sent_ns = *log_.integer(ReceivedSvTimeNanos);

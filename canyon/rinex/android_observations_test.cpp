@@ -136,7 +136,7 @@ TEST_F(AndroidObservations, GivePseudorangesOfEverySystem) {
       line_of(4, 194, 16'384 + 1, kWeek_ns, "1575420000", "C"),
       line_of(1, 9, 4 + 1, kWeek_ns % (6 * kSecond_ns), "1575420000", "C"),
   });
-  EXPECT_EQ(file.report.damaged, 0U);
+  EXPECT_EQ(file.report.notes.bad_count(), 0U);
   EXPECT_EQ(file.header.format, "Android GnssLogger");
   EXPECT_EQ(file.header.receiver, "Acme One 2");
   ASSERT_THAT(file.epochs, SizeIs(1));
@@ -210,10 +210,10 @@ TEST_F(AndroidObservations, HaveNoPseudorangeThatTheStateLeavesOpen) {
     EXPECT_EQ(s.pseudorange_m.has_value(), s.id.number == 1) << gnss::to_string(s.id);
     EXPECT_EQ(s.cn0_dbhz, 41.5);
   }
-  EXPECT_EQ(file.report.damaged, 0U);
+  EXPECT_EQ(file.report.notes.bad_count(), 0U);
   const std::vector<std::string> warnings = file.report.warnings();
   EXPECT_THAT(warnings, SizeIs(5)) << fmt::format("{}", fmt::join(warnings, "\n"));
-  EXPECT_THAT(fmt::format("{}", fmt::join(warnings, "\n")), HasSubstr("1 lines without code lock"));
+  EXPECT_THAT(fmt::format("{}", fmt::join(warnings, "\n")), HasSubstr("line without code lock"));
 }
 
 TEST_F(AndroidObservations, GivePhaseAndDopplerByTheWavelength) {
@@ -269,13 +269,14 @@ TEST_F(AndroidObservations, LoseBadLinesAlone) {
   EXPECT_EQ(file.epochs[0].signals[0].id.number, 1);
   EXPECT_EQ(file.epochs[0].signals[1].id.number, 7);
   EXPECT_FALSE(file.epochs[1].power_failure);
-  EXPECT_EQ(file.report.damaged, 8U);
+  EXPECT_EQ(file.report.notes.bad_count(), 8U);
   EXPECT_EQ(file.report.epochs, 2U);
   EXPECT_EQ(file.report.observations, 3U);
-  EXPECT_THAT(file.report.damages,
+  EXPECT_THAT(file.report.notes.lines(),
               testing::Contains(HasSubstr("gnss_log.txt:8: ReceivedSvTimeNanos '2.1E14' is not a number")));
-  EXPECT_THAT(file.report.damages, testing::Contains(HasSubstr(":10: ReceivedSvTimeNanos 212000000000000 of "
-                                                               "G04 gives an impossible travel time")));
+  EXPECT_THAT(file.report.notes.lines(),
+              testing::Contains(HasSubstr(":10: ReceivedSvTimeNanos 212000000000000 of "
+                                          "G04 gives an impossible travel time")));
 }
 
 TEST_F(AndroidObservations, KeepTheBetterOfTwoCodes) {

@@ -56,7 +56,7 @@ void CompactLines::Arc::go_on(std::int64_t difference) {
   }
 }
 
-CompactLines::CompactLines(TextFile file) : file_(std::move(file)) {}
+CompactLines::CompactLines(TextFile file, RecordNotes& notes) : file_(std::move(file)), notes_(notes) {}
 
 void CompactLines::begin() {
   begun_ = true;
@@ -98,16 +98,8 @@ void CompactLines::unread_line() {
   line_ = next_ > 0 ? ready_[next_ - 1].line : ready_[next_].line - 1;
 }
 
-std::vector<CompactLines::Damage> CompactLines::damages() {
-  return std::exchange(damages_, {});
-}
-
 void CompactLines::put(std::string line) {
   ready_.push_back({std::move(line), file_.line()});
-}
-
-void CompactLines::damaged(std::string what) {
-  damages_.push_back({file_.line(), std::move(what)});
 }
 
 void CompactLines::expand_header() {

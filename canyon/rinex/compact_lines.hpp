@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "canyon/base/record_notes.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/rinex/observation_header.hpp"
 
@@ -18,11 +19,12 @@ namespace canyon::rinex {
 /// The lines of an observation file, plain or in Hatanaka's compression, which is expanded: "A Compression
 /// Format and Tools for GNSS Observation Data" (Y. Hatanaka, Bulletin of the Geospatial Information Authority
 /// of Japan 55, 2008), versions 1.0 (of RINEX 2) and 3.0 (of RINEX 3 and 4). Lines are numbered as in the
-/// file. A value whose difference has no value before it is blank until its arc begins anew; damages() says
-/// so.
+/// file. A value whose difference has no value before it is blank until its arc begins anew; the notes
+/// say so.
 class CompactLines {
  public:
-  explicit CompactLines(TextFile file);
+  /// @param notes outlive this
+  CompactLines(TextFile file, RecordNotes& notes);
 
   /// As of TextFile; throws InputError for other versions of the compression.
   [[nodiscard]] std::optional<std::string_view> next_line();
@@ -30,17 +32,10 @@ class CompactLines {
   void unread_line();
   [[nodiscard]] int line() const { return compact_ ? line_ : file_.line(); }
   [[nodiscard]] const std::filesystem::path& path() const { return file_.path(); }
-  [[nodiscard]] const std::string& cut_warning() const { return file_.cut_warning(); }
+  [[nodiscard]] const std::optional<InputError>& cut_warning() const { return file_.cut_warning(); }
   [[nodiscard]] InputError error(std::string_view problem, std::string_view cure = {}) const {
     return {path(), line(), problem, cure};
   }
-
-  struct Damage {
-    int line = 0;
-    std::string what;
-  };
-  /// Those since the last call.
-  [[nodiscard]] std::vector<Damage> damages();
 
  private:
   /// The values of one observation that follow one another, as differences up to an order.
@@ -67,9 +62,10 @@ class CompactLines {
   [[nodiscard]] bool begins_epoch(std::string_view line) const;
   void put(std::string line);
   void put_epoch_line(std::string_view names, std::size_t count);
-  void damaged(std::string what);
+  void damaged(std::string_view what) { notes_.bad(file_.line(), what); }
 
   TextFile file_;
+  RecordNotes& notes_;
   bool begun_ = false, compact_ = false, version2_ = false;
   HeaderRecords header_;
   bool in_header_ = true;
@@ -83,7 +79,6 @@ class CompactLines {
   std::vector<Line> ready_;
   std::size_t next_ = 0;
   int line_ = 0;
-  std::vector<Damage> damages_;
 };
 
 }  // namespace canyon::rinex

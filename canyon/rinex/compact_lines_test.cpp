@@ -150,15 +150,17 @@ class Compressor {
   std::map<std::string, std::pair<std::vector<Arc>, std::string>> satellites_;
 };
 
-std::vector<std::string> all_lines(const std::string& text,
-                                   std::vector<CompactLines::Damage>* damages = nullptr) {
-  CompactLines source(TextFile::from_string(text, "some.crx"));
+std::vector<std::string> all_lines(const std::string& text, RecordNotes& notes) {
+  CompactLines source(TextFile::from_string(text, "some.crx"), notes);
   std::vector<std::string> lines;
   while (const auto line = source.next_line()) {
     lines.emplace_back(line->substr(0, line->find_last_not_of(' ') + 1));
   }
-  if (damages != nullptr) *damages = source.damages();
   return lines;
+}
+std::vector<std::string> all_lines(const std::string& text) {
+  RecordNotes notes;
+  return all_lines(text, notes);
 }
 
 /// Twenty epochs of satellites that come and go, with values missing here and there.
@@ -219,9 +221,9 @@ TEST(CompactLines, GiveBackWhatWasCompressed) {
       const std::string compact =
           Compressor(version2).compress(text, {{' ', 10}, {'G', 14}, {'R', 4}, {'E', 4}, {'C', 4}});
       ASSERT_LT(compact.size(), text.size());
-      std::vector<CompactLines::Damage> damages;
-      ASSERT_EQ(all_lines(compact, &damages), all_lines(text)) << version2 << seed;
-      EXPECT_TRUE(damages.empty());
+      RecordNotes notes;
+      ASSERT_EQ(all_lines(compact, notes), all_lines(text)) << version2 << seed;
+      EXPECT_THAT(notes.lines(), testing::IsEmpty());
     }
   }
 }
@@ -248,17 +250,15 @@ TEST(CompactLines, DifferencesAddUp) {
 
 TEST(CompactLines, DamageCostsAnArcOrTheEpochsToTheNextWholeOne) {
   const std::string begin = "> 2019 04 28 12 44 30.0000000  0  1      G05\n\n3&20000000000 3&50000\n";
-  std::vector<CompactLines::Damage> damages;
+  RecordNotes notes("some.crx"), more("some.crx");
   EXPECT_THAT(
-      all_lines(with(begin + "                    1\n\n1x00 10\n                    2\n\n10 20\n"), &damages)
+      all_lines(with(begin + "                    1\n\n1x00 10\n                    2\n\n10 20\n"), notes)
           .back(),
       "G05                        50.040");
-  ASSERT_EQ(damages.size(), 2U);
-  EXPECT_EQ(damages[0].line, 11);
-  EXPECT_THAT(damages[0].what, HasSubstr("a compressed value of G05 is damaged"));
-  EXPECT_EQ(all_lines(with(begin + "                                  9\n\n1\n" + begin), &damages).size(),
-            7U);
-  EXPECT_THAT(damages.front().what, HasSubstr("epoch line is damaged"));
+  EXPECT_THAT(notes.lines(),
+              ElementsAre("some.crx:11: a compressed value of G05 is damaged (the first of 2); left out"));
+  EXPECT_EQ(all_lines(with(begin + "                                  9\n\n1\n" + begin), more).size(), 7U);
+  EXPECT_THAT(more.lines(), ElementsAre(HasSubstr("epoch line is damaged")));
   const auto read_version = [](const std::string& version) {
     std::string text = with("");
     text.replace(0, 3, version);

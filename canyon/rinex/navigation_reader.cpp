@@ -7,8 +7,10 @@
 #include <string>
 #include <utility>
 
+#include "canyon/base/file_kind.hpp"
 #include "canyon/base/record_notes.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/geodesy/stray_times.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/broadcast_messages.hpp"
 #include "canyon/rinex/fields.hpp"
@@ -34,7 +36,7 @@ class Reader {
 
   gnss::NavigationData read() {
     data_.sources.push_back(file_.path().filename().string());
-    if (!file_.cut_warning().empty()) data_.warnings.push_back(file_.cut_warning());
+    if (file_.cut_warning()) notes_.say(*file_.cut_warning());
     read_header();
     read_records();
     finish();
@@ -171,7 +173,7 @@ class Reader {
       RawRecord record;
       record.line = file_.line();
       if (!begins_record(*line)) {
-        notes_.add(record.line, "lines that belong to no record", kCure);
+        notes_.bad(record.line, "lines that belong to no record", kCure);
         skip_rest();
         continue;
       }
@@ -200,7 +202,7 @@ class Reader {
           take_version2_or_3(record);
         }
       } catch (const DamagedRecord& reason) {
-        notes_.add(record.line, reason.reason, kCure);
+        notes_.bad(record.line, reason.reason, kCure);
       }
     }
   }
@@ -223,10 +225,8 @@ class Reader {
            Message::kUnnamed);
       return;
     }
-    if (other_system(first.substr(0, 3))) {
-      ++skipped_[fmt::format("records of system {}", first[0])];
-      return;
-    }
+    if (other_system(first.substr(0, 3)))
+      return pass_over_record(record.line, fmt::format("record of system {}", first[0]));
     take(satellite(first), record, Message::kUnnamed);
   }
 
@@ -240,7 +240,7 @@ class Reader {
     const std::string_view type = words[2];
     const char system = words[1].front();
     const auto pass_over = [&] {
-      ++skipped_[fmt::format("{} records of system {}, {}", kind, system, type)];
+      pass_over_record(record.line, fmt::format("{} record of system {}, {}", kind, system, type));
     };
     if (kind == "ION") {
       if (!take_ionosphere(record, system, type)) pass_over();
@@ -328,6 +328,9 @@ class Reader {
   // --- end
   // --------------------------------------------------------------------------------------------------
 
+  void pass_over_record(int line, std::string_view what) {
+    notes_.skip(line, what, "left out: Canyon does not use them");
+  }
   void warn(std::string_view what) { notes_.say(file_.line(), what); }
 
   /// Few records dated days from all others: a wrong date. They would stretch the span of the file. Of
@@ -341,14 +344,23 @@ class Reader {
     add(data_.kepler);
     add(data_.glonass);
     add(data_.sbas);
-    const Group group = largest_group(std::move(times));
-    const auto leave_out = [this, &group](auto& records) {
+    if (times.empty()) return;
+    std::sort(times.begin(), times.end());
+    constexpr double kApart_s = 2 * 86'400;
+    std::vector<bool> far(times.size());
+    geodesy::mark_apart(times, {kApart_s, 4, 1}, far);
+    geodesy::mark_apart(times, {kApart_s, 11, times.size()}, far);
+    const auto first = std::find(far.begin(), far.end(), false);
+    const auto last = std::find(far.rbegin(), far.rend(), false);
+    const geodesy::GpsTime begin = times[static_cast<std::size_t>(first - far.begin())];
+    const geodesy::GpsTime end = times[static_cast<std::size_t>(far.rend() - last) - 1];
+    const auto leave_out = [&](auto& records) {
       std::erase_if(records, [&](const auto& e) {
-        if (e.toe >= group.first && e.toe <= group.last) return false;
-        notes_.add(e.line,
-                   fmt::format("{} is dated {}, days from the {} other records ({} to {})", to_string(e.id),
-                               geodesy::format_gpst(e.toe, 0), group.size,
-                               geodesy::format_gpst(group.first, 0), geodesy::format_gpst(group.last, 0)),
+        if (e.toe >= begin && e.toe <= end) return false;
+        notes_.bad(e.line,
+                   fmt::format("{} is dated {}, days from the other records ({} to {})", to_string(e.id),
+                               geodesy::format_gpst(e.toe, 0), geodesy::format_gpst(begin, 0),
+                               geodesy::format_gpst(end, 0)),
                    kCure);
         return true;
       });
@@ -357,37 +369,12 @@ class Reader {
     leave_out(data_.sbas);
   }
 
-  struct Group {
-    geodesy::GpsTime first, last;
-    std::size_t size = 0;
-  };
-  /// The times that lie close together, with all others unless these are few.
-  static Group largest_group(std::vector<geodesy::GpsTime> times) {
-    constexpr double kApart_s = 2 * 86'400;
-    if (times.empty()) return {};
-    std::sort(times.begin(), times.end());
-    std::vector<Group> groups;
-    for (const geodesy::GpsTime t : times) {
-      if (groups.empty() || t - groups.back().last > kApart_s) groups.push_back({t, t, 0});
-      groups.back().last = t;
-      ++groups.back().size;
-    }
-    std::size_t most = 0;
-    for (const Group& group : groups) most = std::max(most, group.size);
-    const std::size_t few = std::max<std::size_t>(most / 10, most >= 3 ? 1 : 0);
-    const auto is_few = [few](const Group& group) { return group.size <= few; };
-    groups.erase(std::remove_if(groups.begin(), groups.end(), is_few), groups.end());
-    std::size_t kept = 0;
-    for (const Group& group : groups) kept += group.size;
-    return {groups.front().first, groups.back().last, kept};
-  }
-
   void finish() {
     leave_out_far_dates();
     if (data_.empty()) {
-      throw InputError(file_.path(), notes_.first_line(),
-                       notes_.count() > 0
-                           ? fmt::format("no usable ephemeris: {}", notes_.first())
+      const std::optional<InputError>& bad = notes_.first_bad();
+      throw InputError(file_.path(), bad ? bad->line() : 0,
+                       bad ? fmt::format("no usable ephemeris: {}", bad->problem())
                            : std::string("holds no ephemeris of GPS, GLONASS, Galileo, BeiDou, QZSS or SBAS"),
                        "fetch the file again or give another");
     }
@@ -396,12 +383,7 @@ class Reader {
       if (beta != beta_.end()) data_.klobuchar[system] = gnss::Klobuchar{alpha, beta->second};
     }
     check_leap_seconds();
-    for (std::string& line : notes_.take()) data_.warnings.push_back(std::move(line));
-    for (const auto& [what, count] : skipped_) {
-      data_.warnings.push_back(
-          InputError(file_.path(), 0, fmt::format("{} {} skipped", count, what), "Canyon does not use them")
-              .what());
-    }
+    data_.warnings = notes_.lines();
     // Orders the records and drops repeats within the file.
     gnss::NavigationData ordered;
     ordered.merge(std::move(data_));
@@ -430,7 +412,6 @@ class Reader {
   bool beidou_only_ = false;
   std::map<gnss::System, std::array<double, 4>> alpha_;
   std::map<gnss::System, std::array<double, 4>> beta_;
-  std::map<std::string, int> skipped_;
 };
 
 }  // namespace
@@ -440,7 +421,9 @@ gnss::NavigationData read_rinex_navigation(TextFile file) {
 }
 
 gnss::NavigationData read_rinex_navigation(const std::filesystem::path& path) {
-  return read_rinex_navigation(TextFile(path, std::size_t{1} << 31, CutGzip::ReadToCut));
+  return read_as(FileKind::RinexNavigation, path, [&] {
+    return read_rinex_navigation(TextFile(path, std::size_t{1} << 31, CutGzip::ReadToCut));
+  });
 }
 
 gnss::NavigationData read_rinex_navigation(const std::vector<std::filesystem::path>& paths) {

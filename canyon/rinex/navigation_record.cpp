@@ -6,11 +6,11 @@
 #include <cmath>
 #include <limits>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/signals.hpp"
+#include "canyon/rinex/fields.hpp"
 
 namespace canyon::rinex {
 namespace {
@@ -22,19 +22,6 @@ constexpr double kDay = 86'400;
 constexpr double kWeek = 604'800;
 // Both 9.999e8 and 0.9999e9 stand for "unknown" in transmission times and in RINEX 3.05's GLONASS fields.
 constexpr double kUnknown = 9e8;
-
-std::string clip(std::string_view field) {
-  return std::string(trim(field));
-}
-
-int parse_int_column(std::string_view line, std::size_t begin, std::size_t length, const char* what) {
-  const std::string_view field = column(line, begin, length);
-  const auto value = parse_integer(field);
-  if (!value || *value < 0 || *value > 9999) {
-    throw DamagedRecord{fmt::format("{} '{}' in the epoch is not a number", what, clip(field))};
-  }
-  return static_cast<int>(*value);
-}
 
 /// Fields with the range that the ICD's field can hold, rounded up.
 class CheckedFields : public Fields {
@@ -196,39 +183,13 @@ bool calls_unfit(const CheckedFields& f) {
 }  // namespace
 
 GpsTime parse_epoch(std::string_view line, Layout layout) {
-  geodesy::CalendarTime c;
-  double second = 0;
-  if (layout == Layout::kVersion2) {
-    c.year = parse_int_column(line, 2, 3, "year");
-    // RINEX 2.11, table A3: 80-99 are 1980-1999, 00-79 are 2000-2079.
-    if (c.year < 100) c.year += c.year < 80 ? 2000 : 1900;
-    c.month = parse_int_column(line, 5, 3, "month");
-    c.day = parse_int_column(line, 8, 3, "day");
-    c.hour = parse_int_column(line, 11, 3, "hour");
-    c.minute = parse_int_column(line, 14, 3, "minute");
-    const auto value = parse_double(column(line, 17, 5));
-    if (!value) throw DamagedRecord{"second in the epoch is not a number"};
-    second = *value;
-  } else {
-    c.year = parse_int_column(line, 4, 4, "year");
-    c.month = parse_int_column(line, 8, 3, "month");
-    c.day = parse_int_column(line, 11, 3, "day");
-    c.hour = parse_int_column(line, 14, 3, "hour");
-    c.minute = parse_int_column(line, 17, 3, "minute");
-    second = parse_int_column(line, 20, 3, "second");
-  }
-  // Some writers round 59.99 up to 60.0.
-  if (!(second >= 0 && second <= 60)) {
-    throw DamagedRecord{fmt::format("second {} in the epoch is outside 0 to 60", second)};
-  }
-  if (c.year < 1980 || c.year > 2199) {
-    throw DamagedRecord{fmt::format("year {} in the epoch is outside 1980 to 2199", c.year)};
-  }
-  try {
-    return geodesy::gps_from_calendar(c) + second;
-  } catch (const InputError& error) {
-    throw DamagedRecord{fmt::format("epoch is not a date: {}", error.problem())};
-  }
+  const TimeColumns columns = layout == Layout::kVersion2
+                                  ? TimeColumns{{{2, 3}, {5, 3}, {8, 3}, {11, 3}, {14, 3}, {17, 5}}}
+                                  : TimeColumns{{{4, 4}, {8, 3}, {11, 3}, {14, 3}, {17, 3}, {20, 3}}};
+  if (const auto epoch = time_in(line, columns, "GPS")) return *epoch;
+  const std::size_t begin = columns.front().begin, end = columns.back().begin + columns.back().width;
+  throw DamagedRecord{
+      fmt::format("the epoch '{}' is not a date and a time", column(line, begin, end - begin))};
 }
 
 std::optional<double> Fields::at(std::size_t i) const {

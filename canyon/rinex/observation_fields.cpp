@@ -3,14 +3,15 @@
 #include <algorithm>
 
 #include "canyon/base/text.hpp"
-#include "canyon/rinex/observation_header.hpp"
 
 namespace canyon::rinex {
 namespace {
 
 /// Where the parts of an epoch line stand.
 struct EpochColumns {
-  std::size_t date, year_width, seconds, flag, clock, clock_width;
+  TimeColumns time;
+  std::size_t flag;
+  FieldColumns clock;
 };
 
 std::optional<EpochLine> epoch_fields(std::string_view line, const EpochColumns& at,
@@ -22,23 +23,12 @@ std::optional<EpochLine> epoch_fields(std::string_view line, const EpochColumns&
   result.flag = flag[0] - '0';
   result.count = static_cast<std::size_t>(*count);
   const bool event = result.flag >= 2 && result.flag <= 5;
-  if (is_blank(column(line, at.date, at.flag - at.date))) return event ? std::optional(result) : std::nullopt;
-  int fields[5];
-  std::size_t begin = at.date;
-  for (std::size_t i = 0; i < 5; ++i) {
-    const std::size_t width = i == 0 ? at.year_width : 3;
-    const auto value = parse_integer(column(line, begin, width));
-    if (!value || *value < 0 || *value > 9999) return std::nullopt;
-    fields[i] = static_cast<int>(*value);
-    begin += width;
-  }
-  double seconds = 0;
-  if (parse_field(column(line, at.seconds, 11), seconds) != Field::Number) return std::nullopt;
-  result.time =
-      gps_time(full_year(fields[0]), fields[1], fields[2], fields[3], fields[4], seconds, time_system);
+  const std::size_t date = at.time.front().begin;
+  if (is_blank(column(line, date, at.flag - date))) return event ? std::optional(result) : std::nullopt;
+  result.time = time_in(line, at.time, time_system);
   if (!result.time) return std::nullopt;
   double offset = 0;
-  if (!event && parse_field(column(line, at.clock, at.clock_width), offset) == Field::Number) {
+  if (!event && parse_field(column(line, at.clock.begin, at.clock.width), offset) == Field::Number) {
     result.clock_offset_s = offset;
   }
   return result;
@@ -89,13 +79,15 @@ std::optional<EpochLine> epoch_line2(std::string_view line, std::string_view tim
       line[12] != ' ' || !is_blank(line.substr(26, 2))) {
     return std::nullopt;
   }
-  return epoch_fields(line, {1, 2, 15, 28, 68, 12}, time_system);
+  constexpr TimeColumns kTime{{{1, 2}, {3, 3}, {6, 3}, {9, 3}, {12, 3}, {15, 11}}};
+  return epoch_fields(line, {kTime, 28, {68, 12}}, time_system);
 }
 
 // RINEX 3.05, table A3: '>',1X,I4,4(1X,I2.2),F11.7,2X,I1,I3,6X,F15.12
 std::optional<EpochLine> epoch_line3(std::string_view line, std::string_view time_system) {
   if (line.empty() || line[0] != '>') return std::nullopt;
-  return epoch_fields(line, {2, 4, 18, 31, 41, 15}, time_system);
+  constexpr TimeColumns kTime{{{2, 4}, {6, 3}, {9, 3}, {12, 3}, {15, 3}, {18, 11}}};
+  return epoch_fields(line, {kTime, 31, {41, 15}}, time_system);
 }
 
 }  // namespace canyon::rinex

@@ -16,10 +16,6 @@ namespace canyon::rinex {
 [[nodiscard]] std::vector<std::string> wanted_codes(const ObservationOptions& options,
                                                     const gnss::Signal& signal, double version);
 
-/// Counts a line or record that is left out, and lists the first ones.
-void note_damage(ObservationReport& report, const std::filesystem::path& path, int line,
-                 std::string_view what);
-
 /// "an L1-band observation", "an observation of a known signal".
 [[nodiscard]] std::string_view wanted_words(const ObservationOptions& options);
 

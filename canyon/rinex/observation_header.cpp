@@ -4,14 +4,11 @@
 
 #include <cmath>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/rinex/fields.hpp"
 
 namespace canyon::rinex {
 namespace {
-
-using geodesy::GpsTime;
 
 constexpr std::size_t kLabel = 60;
 
@@ -25,10 +22,6 @@ std::optional<Eigen::Vector3d> three_numbers(std::string_view line) {
   return v;
 }
 
-bool known_time_system(std::string_view name) {
-  return name == "GPS" || name == "GLO" || name == "GAL" || name == "QZS" || name == "IRN" || name == "BDT";
-}
-
 HeaderRecords::Result damaged(std::string_view reason) {
   return {HeaderRecords::Outcome::Damaged, std::string(reason)};
 }
@@ -37,26 +30,6 @@ HeaderRecords::Result fatal(std::string_view reason) {
 }
 
 }  // namespace
-
-int full_year(int year) {
-  if (year >= 100) return year;
-  return year < 80 ? 2000 + year : 1900 + year;
-}
-
-std::optional<GpsTime> gps_time(int year, int month, int day, int hour, int minute, double seconds,
-                                std::string_view time_system) {
-  // Converters that round print 60.0000000; a leap second of GLONASS's UTC is 60 as well.
-  if (!(seconds >= 0 && seconds < 61) || year < 1980 || year > 2200) return std::nullopt;
-  geodesy::CalendarTime c;
-  c.year = year, c.month = month, c.day = day, c.hour = hour, c.minute = minute, c.second = 0;
-  try {
-    const GpsTime minute_begin =
-        time_system == "GLO" ? geodesy::gps_from_utc(c) : geodesy::gps_from_calendar(c);
-    return minute_begin + seconds + (time_system == "BDT" ? geodesy::kBdtSecondsOffset : 0.0);
-  } catch (const InputError&) {
-    return std::nullopt;
-  }
-}
 
 std::optional<HeaderRecords::Fault> HeaderRecords::begin(std::string_view line) {
   const std::string_view label = trim(column(line, kLabel, 20));
@@ -228,21 +201,11 @@ HeaderRecords::Result HeaderRecords::glonass_biases(std::string_view line) {
 HeaderRecords::Result HeaderRecords::time(std::string_view line, bool first) {
   const std::string_view system = trim(column(line, 48, 3));
   if (!system.empty()) {
-    if (!known_time_system(system)) return fatal(fmt::format("time system '{}' is unknown", system));
+    if (!is_time_system(system)) return fatal(fmt::format("time system '{}' is unknown", system));
     if (first) header_.time_system = system;
   }
-  long long fields[5];
-  for (std::size_t i = 0; i < 5; ++i) {
-    const auto value = parse_integer(column(line, 6 * i, 6));
-    if (!value || *value < 0 || *value > 9999) return damaged("time in the header is damaged");
-    fields[i] = *value;
-  }
-  const auto seconds = parse_double(column(line, 30, 13));
-  const auto t =
-      seconds ? gps_time(full_year(static_cast<int>(fields[0])), static_cast<int>(fields[1]),
-                         static_cast<int>(fields[2]), static_cast<int>(fields[3]),
-                         static_cast<int>(fields[4]), *seconds, system.empty() ? header_.time_system : system)
-              : std::nullopt;
+  constexpr TimeColumns kColumns{{{0, 6}, {6, 6}, {12, 6}, {18, 6}, {24, 6}, {30, 13}}};
+  const auto t = time_in(line, kColumns, system.empty() ? header_.time_system : system);
   if (!t) return damaged("time in the header is not a time");
   (first ? header_.first : header_.last) = t;
   return {};

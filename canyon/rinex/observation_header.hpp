@@ -48,12 +48,4 @@ class HeaderRecords {
   std::size_t factor_wanted_ = 0;  ///< types still to come
 };
 
-/// An instant of a file's time system (ObservationHeader::time_system) from its calendar fields; seconds may
-/// reach 61. Empty where a field is out of range or the time system is unknown.
-[[nodiscard]] std::optional<geodesy::GpsTime> gps_time(int year, int month, int day, int hour, int minute,
-                                                       double seconds, std::string_view time_system);
-
-/// Two-digit years are 1980 to 2079 (RINEX 2.11, table A2).
-[[nodiscard]] int full_year(int year);
-
 }  // namespace canyon::rinex

@@ -6,6 +6,7 @@
 #include <span>
 #include <utility>
 
+#include "canyon/base/file_kind.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/rinex/compact_lines.hpp"
@@ -59,10 +60,10 @@ constexpr std::array<Plausible, 4> kPlausible{{{"pseudorange", "m", 1e7, 1e8},
 }  // namespace
 
 struct RinexObservationReader::Impl {
+  ObservationReport report;
   CompactLines lines;
   ObservationOptions options;
   HeaderRecords records;
-  ObservationReport report;
   std::array<std::vector<SignalColumns>, gnss::kSystemCount> columns;  ///< as gnss::signals_of()
   std::array<bool, gnss::kSystemCount> wanted{};
   bool cut = false;  ///< the gzip data ended early, and the report says so
@@ -71,7 +72,8 @@ struct RinexObservationReader::Impl {
   std::vector<std::array<char, 3>> names;  ///< version 2: satellites of the epoch
   std::array<std::array<bool, 100>, gnss::kSystemCount> seen{};
 
-  Impl(TextFile stream, ObservationOptions o) : lines(std::move(stream)), options(std::move(o)) {
+  Impl(TextFile stream, ObservationOptions o)
+      : report(stream.path()), lines(std::move(stream), report.notes), options(std::move(o)) {
     options.validate();
     for (const System s : options.systems) wanted[static_cast<std::size_t>(s)] = true;
     read_header();
@@ -81,7 +83,8 @@ struct RinexObservationReader::Impl {
 
   [[nodiscard]] const std::string& time_system() const { return records.header().time_system; }
 
-  void damaged(int line, std::string_view what) { note_damage(report, lines.path(), line, what); }
+  void damaged(int line, std::string_view what) { report.notes.bad(line, what); }
+  void skip(std::string_view what) { report.notes.skip(lines.line(), what); }
 
   // --- header
 
@@ -113,10 +116,6 @@ struct RinexObservationReader::Impl {
     records = {};
     if (const auto fault = records.begin(first)) throw lines.error(fault->problem, fault->cure);
     read_header_lines();
-  }
-
-  void note_expansion() {
-    for (const CompactLines::Damage& damage : lines.damages()) damaged(damage.line, damage.what);
   }
 
   void note(const HeaderRecords::Result& result) {
@@ -229,7 +228,6 @@ struct RinexObservationReader::Impl {
   std::optional<ObservationEpoch> next() {
     bool lost = false;  // behind a damaged epoch line: what follows belongs to it
     while (const auto line = lines.next_line()) {
-      note_expansion();
       if (is_blank(*line)) continue;
       if (is_first_line(*line)) {
         read_another_header(*line);
@@ -271,11 +269,7 @@ struct RinexObservationReader::Impl {
       report.observations += result.signals.size();
       return result;
     }
-    note_expansion();
-    if (!lines.cut_warning().empty() && !std::exchange(cut, true)) {
-      ++report.damaged;
-      report.damages.push_back(lines.cut_warning());
-    }
+    if (lines.cut_warning() && !std::exchange(cut, true)) report.notes.say(*lines.cut_warning());
     return std::nullopt;
   }
 
@@ -380,18 +374,12 @@ struct RinexObservationReader::Impl {
   }
 
   void take(std::string_view name, int line, ObservationEpoch& epoch) {
-    if (other_system(name)) {
-      ++report.skipped[fmt::format("observations of system {}", name[0])];
-      return;
-    }
+    if (other_system(name)) return skip(fmt::format("observation of system {}", name[0]));
     const auto id = satellite(name);
     if (!id || id->number >= 100)
       return damaged(line, fmt::format("'{}' is not a satellite", printable(name)));
     const auto system = static_cast<std::size_t>(id->system);
-    if (!wanted[system]) {
-      ++report.skipped[fmt::format("observations of {}", gnss::name(id->system))];
-      return;
-    }
+    if (!wanted[system]) return skip(fmt::format("observation of {}", gnss::name(id->system)));
     if (std::exchange(seen[system][id->number], true)) {
       return damaged(line, fmt::format("{} twice in one epoch", gnss::to_string(*id)));
     }
@@ -412,8 +400,7 @@ struct RinexObservationReader::Impl {
       }
       if (best) epoch.signals.push_back(*best);
     }
-    if (epoch.signals.size() == before)
-      ++report.skipped[fmt::format("satellites without {}", wanted_words(options))];
+    if (epoch.signals.size() == before) skip(fmt::format("satellite without {}", wanted_words(options)));
   }
 
   static std::string printable(std::string_view text) {
@@ -461,14 +448,10 @@ struct RinexObservationReader::Impl {
   }
 
   void note_impossible(std::size_t kind, int line, SatelliteId id, double value) {
-    ImpossibleValues& of_kind = report.impossible[kind];
-    if (++of_kind.count > 1) return;
     const Plausible& range = kPlausible[kind];
-    of_kind.first =
-        InputError(lines.path(), line,
-                   fmt::format("{} has a {} of {:.10g} {}", to_string(id), range.what, value, range.unit),
-                   fmt::format("values outside {:g} to {:g} are left out", range.least, range.most))
-            .what();
+    report.notes.skip(
+        line, fmt::format("'{}' has a {} of {:.10g} {}", to_string(id), range.what, value, range.unit),
+        fmt::format("values outside {:g} to {:g} are left out", range.least, range.most));
   }
 
   [[nodiscard]] std::optional<int> indicator(int field, std::size_t offset) const {
@@ -502,7 +485,8 @@ RinexObservations read_rinex_observations(const std::filesystem::path& path,
                                           const ObservationOptions& options) {
   ObservationOptions any_order = options;
   any_order.any_order = true;
-  RinexObservationReader reader(path, any_order);
+  RinexObservationReader reader =
+      read_as(FileKind::RinexObservation, path, [&] { return RinexObservationReader(path, any_order); });
   RinexObservations result;
   while (auto epoch = reader.next()) result.epochs.push_back(std::move(*epoch));
   result.header = reader.header();

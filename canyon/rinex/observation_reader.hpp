@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "canyon/base/record_notes.hpp"
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/gnss/satellite_id.hpp"
 #include "canyon/gnss/signals.hpp"
@@ -105,26 +106,19 @@ struct ObservationOptions {
 /// has the table.
 [[nodiscard]] std::vector<std::string> signal_codes(const gnss::Signal& signal, double version);
 
-/// Values that no receiver measures.
-struct ImpossibleValues {
-  std::size_t count = 0;
-  std::string first;  ///< file, line, satellite and value
-};
-
 /// Counts and warnings about a file, as far as it was read.
 struct ObservationReport {
-  std::size_t epochs = 0;                      ///< given (flags 0 and 1)
-  std::size_t observations = 0;                ///< signals given
-  std::array<std::size_t, 7> flags{};          ///< epoch records by flag, 0 to 6, those left out included
-  std::size_t damaged = 0;                     ///< lines or records left out
-  std::vector<std::string> damages;            ///< the first twenty: file, line and reason
-  std::array<ImpossibleValues, 4> impossible;  ///< pseudoranges, phases, Dopplers, C/N0: left out alone
-  std::map<std::string, std::size_t> skipped;  ///< "observations of system I": records passed over
+  explicit ObservationReport(std::filesystem::path path = {}) : notes(std::move(path)) {}
+
+  std::size_t epochs = 0;              ///< given (flags 0 and 1)
+  std::size_t observations = 0;        ///< signals given
+  std::array<std::size_t, 7> flags{};  ///< epoch records by flag, 0 to 6, those left out included
+  RecordNotes notes;                   ///< damaged records; what is passed over; impossible values
   /// With all signals: codes in the header of which no signal is known, as versions 3 and 4 write them, of
   /// wanted systems by letter. Version 2, whose types are all systems': types, under ' '.
   std::map<char, std::set<std::string>> unknown_codes;
 
-  /// One line each: damages, how many more there are, what was skipped, codes that are not known.
+  /// One line each: notes, and codes that are not known.
   [[nodiscard]] std::vector<std::string> warnings() const;
 };
 

@@ -10,26 +10,6 @@ namespace canyon::rtcm {
 
 using geodesy::GpsTime;
 
-namespace {
-
-/// One wrong time must not stretch the recording.
-void leave_out_stray_epochs(RtcmCorrections& read) {
-  std::vector<GpsTime> times;
-  for (const auto& epoch : read.epochs) times.push_back(epoch->receiver_time);
-  const std::vector<bool> stray = geodesy::stray_times(times);
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < stray.size(); ++i) {
-    if (!stray[i]) {
-      read.epochs[kept++] = read.epochs[i];
-      continue;
-    }
-    ++read.status.problems["the time of an epoch contradicts those around it"];
-  }
-  read.epochs.resize(kept);
-}
-
-}  // namespace
-
 RtcmCorrections read_rtcm_corrections(const std::filesystem::path& path, GpsTime now,
                                       CorrectionsDecoder::ChannelTable glonass_channel, bool needs_place) {
   GzipFile file(path);
@@ -49,7 +29,10 @@ RtcmCorrections read_rtcm_corrections(const std::filesystem::path& path, GpsTime
   }
   take(decoder.finish());
   read.status = decoder.status();
-  leave_out_stray_epochs(read);
+  // One wrong time must not stretch the recording.
+  geodesy::leave_out_stray_times(
+      read.epochs, [](const auto& epoch) { return epoch->receiver_time; },
+      [&](const auto&) { ++read.status.problems["the time of an epoch contradicts those around it"]; });
   if (!read.epochs.empty()) return read;
   if (read.status.messages.empty())
     throw InputError(path, 0, "no message of RTCM 3 is in it", "give a recorded stream of RTCM 3");

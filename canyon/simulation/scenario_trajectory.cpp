@@ -23,7 +23,7 @@ TrajectoryFile make_trajectory(const Scenario& scenario, double geoid_undulation
   TrackFile track;
   if (config.file && is_track_format(config.format)) {
     track = read_track_file(*config.file, config.format, heights);
-    if (!track.times.empty()) return timed_trajectory(*config.file, track);
+    if (!track.times.empty()) return timed_trajectory(std::move(track));
   } else if (config.file) {
     return read_trajectory_file(*config.file, config.format, scenario.start.value_or(GpsTime{}), heights);
   }
@@ -46,7 +46,7 @@ TrajectoryFile make_trajectory(const Scenario& scenario, double geoid_undulation
         {config.waypoints[i], leg.speed_mps.value_or(config.speed_mps), leg.hold_s.value_or(config.hold_s)});
   }
   return {Trajectory::from_waypoints(*scenario.start, waypoints, config.acceleration_mps2), false,
-          std::move(track.warnings)};
+          track.notes.lines()};
 }
 
 void put_on_terrain(Scenario& scenario, const CityScene& scene) {

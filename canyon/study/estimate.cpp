@@ -6,14 +6,18 @@
 
 namespace canyon::study {
 
-double estimated_epochs(const simulation::Scenario& scenario, const Axis* drives) {
+double estimated_epochs(const simulation::Scenario& scenario, const Axis* drives,
+                        std::vector<std::string>& warnings) {
   const simulation::TrajectoryConfig& way = scenario.trajectory;
   double way_s = scenario.duration_s.value_or(0), rate_hz = scenario.rate_hz.value_or(1);
   if (drives != nullptr) {
     way_s = drives->drives.length_m / drives->drives.speed_mps;
   } else if (way.file) {
-    const simulation::Trajectory trajectory =
-        simulation::read_trajectory(*way.file, way.format, scenario.start.value_or(geodesy::GpsTime{}));
+    const simulation::HeightReading heights{!way.height_above_terrain_m};
+    const simulation::TrajectoryFile file = simulation::read_trajectory_file(
+        *way.file, way.format, scenario.start.value_or(geodesy::GpsTime{}), heights);
+    warnings.insert(warnings.end(), file.warnings.begin(), file.warnings.end());
+    const simulation::Trajectory& trajectory = file.trajectory;
     way_s = trajectory.end() - trajectory.begin();
     rate_hz = scenario.rate_hz.value_or(1 / trajectory.sample_interval_s());
   } else if (way.waypoints.size() > 1) {

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/study/axis.hpp"
 
@@ -10,6 +13,8 @@ namespace canyon::study {
 inline constexpr double kBytesOfSummary = 1000, kBytesOfEpoch = 76;
 
 /// Epochs of a run, about: by duration_s, or the length of the way. @param drives of the study, or null
-[[nodiscard]] double estimated_epochs(const simulation::Scenario& scenario, const Axis* drives);
+/// @param warnings receives those about the file of a trajectory
+[[nodiscard]] double estimated_epochs(const simulation::Scenario& scenario, const Axis* drives,
+                                      std::vector<std::string>& warnings);
 
 }  // namespace canyon::study

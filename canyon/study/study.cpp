@@ -413,7 +413,7 @@ void StudyPlan::try_values() {
     scenarios = replaced(scenarios, name, hash_text(TextFile(name).text()));
   }
   key_ = hash_text(about + scenarios);
-  epochs_ = estimated_epochs(plain, drives());
+  epochs_ = estimated_epochs(plain, drives(), warnings_);
   bytes_ = static_cast<double>(size_) * static_cast<double>(receivers_.size()) *
            (kBytesOfSummary + (study_.keep == Keep::Epochs ? kBytesOfEpoch * epochs_ : 0));
 }

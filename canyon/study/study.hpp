@@ -72,6 +72,8 @@ class StudyPlan {
   /// Bytes of the results, about.
   [[nodiscard]] double estimated_bytes() const { return bytes_; }
   [[nodiscard]] double epochs_per_run() const { return epochs_; }
+  /// About the file of the trajectory, one line each.
+  [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
   /// The axis of drives, or nothing.
   [[nodiscard]] const Axis* drives() const;
   /// Whether runs are grouped by this axis for comparisons: it holds settings, and each of its
@@ -95,6 +97,7 @@ class StudyPlan {
   std::vector<std::string> receivers_;
   std::string key_;
   double bytes_ = 0, epochs_ = 0;
+  std::vector<std::string> warnings_;
 };
 
 }  // namespace canyon::study

@@ -103,7 +103,8 @@ void add_own_fixes(const std::filesystem::path& nmea, const simulation::Trajecto
                     format_gpst(own.fixes.front().time, 0), format_gpst(own.fixes.back().time, 0)),
         "give the recorded receiver's own output during the recording");
   }
-  recording.warnings.insert(recording.warnings.end(), own.warnings.begin(), own.warnings.end());
+  const std::vector<std::string> warnings = own.notes.lines();
+  recording.warnings.insert(recording.warnings.end(), warnings.begin(), warnings.end());
 }
 
 }  // namespace

@@ -38,10 +38,6 @@ const Range* range_of(std::string_view key) {
 
 }  // namespace
 
-bool has_range(const Headline& headline) {
-  return range_of(headline.key) != nullptr;
-}
-
 std::optional<double> range_distance(const Headline& h) {
   const Range* range = range_of(h.key);
   if (range == nullptr || !h.simulated || (range->of != Of::Value && !h.measured)) return std::nullopt;

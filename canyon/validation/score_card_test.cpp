@@ -44,8 +44,7 @@ TEST(ScoreCard, DistancesByHand) {
   EXPECT_NEAR(distance("spearman", {}, 0.6), 1, 1e-12);
   EXPECT_NEAR(distance("median_difference_m", {}, 25.0), 2.5, 1e-12);
   EXPECT_EQ(range_distance(headline("tracked_los", {}, 1.0)), std::nullopt) << "not recorded";
-  EXPECT_TRUE(has_range(headline("tracked_los", {}, {})));
-  EXPECT_FALSE(has_range(headline("cn0_los_dbhz", 40.0, 40.0)));
+  EXPECT_EQ(range_distance(headline("cn0_los_dbhz", 40.0, 40.0)), std::nullopt) << "has no range";
 }
 
 TEST(ScoreCard, CountsRecordingsAndLeavesPooledRowsOut) {

@@ -1,5 +1,6 @@
 #include "tests/fuzz/targets.hpp"
 
+#include <bzlib.h>
 #include <fmt/format.h>
 #include <zlib.h>
 
@@ -12,6 +13,8 @@
 #include <osmium/io/writer.hpp>
 #include <osmium/io/xml_input.hpp>
 
+#include "canyon/base/archives.hpp"
+#include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/buildings/sources/cityjson_reader.hpp"
@@ -40,6 +43,7 @@
 #include "canyon/study/study.hpp"
 #include "canyon/validation/recording_list.hpp"
 #include "canyon/view/probe.hpp"
+#include "tests/support/case_file.hpp"
 #include "tests/support/cityjson_house.hpp"
 #include "tests/support/observation_text.hpp"
 #include "tests/support/osm_text.hpp"
@@ -209,6 +213,33 @@ void read_sp3(const fs::path& path) {
   const orbit::PreciseSky sky(path);
   const auto [begin, end] = sky.span();
   for (const gnss::SatelliteId id : sky.satellites()) (void)sky.state(id, begin + (end - begin) / 2);
+}
+
+/// Whatever packed it: to the end, or up to the sizes that are refused.
+void read_packed(const fs::path& path) {
+  GzipFile file(path);
+  std::string block(std::size_t{1} << 16, '\0');
+  std::size_t size = 0;
+  while (const std::size_t n = file.read(block.data(), block.size(), 1)) size += n;
+  if (size > kLargestUnpacked) std::abort();
+}
+
+/// The same text, packed by gzip, bzip2, compress and zip.
+std::vector<std::string> archives() {
+  const std::string text = "some text, and some text, and some text\n";
+  std::vector<std::string> seeds{text, written("seed.gz", [&](const fs::path& path) {
+                                   gzFile file = gzopen(path.c_str(), "wb");
+                                   (void)gzwrite(file, text.data(), static_cast<unsigned>(text.size()));
+                                   (void)gzclose(file);
+                                 })};
+  std::string packed(1000, '\0'), plain = text;
+  auto size = static_cast<unsigned>(packed.size());
+  (void)BZ2_bzBuffToBuffCompress(packed.data(), &size, plain.data(), static_cast<unsigned>(plain.size()), 1,
+                                 0, 0);
+  seeds.push_back(packed.substr(0, size));
+  for (const char* name : {"containers/good.n.Z", "containers/good.n.zip"})
+    seeds.push_back(test::read_bytes(test::case_file(name)));
+  return seeds;
 }
 
 /// A frame of each message, whole and mixed with what is none.
@@ -480,6 +511,8 @@ const std::vector<Target>& targets() {
        {"time,latitude,longitude,height\n2019-04-28T12:58:03Z,22.30,114.17,5.5\n2019-04-28T12:58:04.5Z,22.31,"
         "114.18,6\n",
         "# relative\n0,22.3,114.17,5\n0.5,22.3,114.1701,5\n"}},
+      {"gnsslogger", "gnss_log.txt", trajectory("gnsslogger"), {android_log()}},
+      {"archives", "packed", read_packed, archives()},
       {"urbannav",
        "track.csv",
        trajectory("urbannav"),

@@ -39,10 +39,10 @@ std::string sniff_format(const std::filesystem::path& path) {
   head.resize(static_cast<std::size_t>(in.gcount()));
   if (head.empty()) throw InputError(path, 0, "is empty", "fetch the map again");
   const std::string_view view(head);
-  if (is_compress(view) || is_zip(view)) throw InputError(path, 0, "is a packed file", "unpack it first");
-  if (view.substr(0, 3) != "BZh") refuse_foreign_bytes(path, view);
-  if (view.substr(0, 2) == "\x1f\x8b") return "osm.gz";
-  if (view.substr(0, 3) == "BZh") return "osm.bz2";
+  if (is_gzip(view)) return "osm.gz";
+  if (is_bzip2(view)) return "osm.bz2";
+  if (is_unpacked_whole(view)) throw InputError(path, 0, "is a packed file", "unpack it first");
+  refuse_foreign_bytes(path, view);
   // A PBF file begins with the length of a BlobHeader whose type is "OSMHeader".
   if (view[0] == '\0' && view.substr(0, 64).find("OSMHeader") != std::string_view::npos) return "pbf";
   std::size_t start = view.substr(0, 3) == "\xEF\xBB\xBF" ? 3 : 0;

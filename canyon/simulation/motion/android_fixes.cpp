@@ -15,9 +15,9 @@ namespace canyon::simulation {
 namespace {
 
 enum FixColumn : std::size_t { Provider, Latitude, Longitude, Altitude, UnixMillis };
-constexpr std::string_view kFixColumns[] = {"Provider", "LatitudeDegrees|Latitude",
-                                            "LongitudeDegrees|Longitude", "AltitudeMeters|Altitude",
-                                            "UnixTimeMillis|(UTC)TimeInMs|utcTimeMillis"};
+constexpr std::string_view kFixColumns =
+    "Provider LatitudeDegrees|Latitude LongitudeDegrees|Longitude AltitudeMeters|Altitude "
+    "UnixTimeMillis|(UTC)TimeInMs|utcTimeMillis";
 
 /// Best first, with the names that versions of the app have.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 3> kProviders{
@@ -49,13 +49,12 @@ std::optional<RecordedPoint> point_of(const rinex::AndroidLog& log, std::optiona
 
 TrajectoryFile read_android_fixes(const std::filesystem::path& path, const HeightReading& heights) {
   std::array<RecordedPoints, kProviders.size()> points;
-  std::size_t others = 0;
-  BadRecords bad;
+  RecordNotes notes(path);
   rinex::AndroidLog log(TextFile::streamed(path), "Fix", kFixColumns);
   while (log.next()) {
     const auto provider = provider_of(log.text(Provider));
     if (!provider) {
-      ++others;
+      notes.skip(log.file().line(), "fix of a provider that is not known");
       continue;
     }
     RecordedPoints& of = points[*provider];
@@ -64,19 +63,18 @@ TrajectoryFile read_android_fixes(const std::filesystem::path& path, const Heigh
     if (const auto point = point_of(log, instead_m)) {
       of.push_back(*point);
     } else {
-      bad.add(log.file().error("a fix whose time, latitude, longitude or altitude is missing or not valid"));
+      notes.bad(log.file().line(),
+                "a fix whose time, latitude, longitude or altitude is missing or not valid");
     }
   }
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (points[i].empty()) continue;
-    FileNotes notes(path);
-    bad.say(points[0].size() + points[1].size() + points[2].size(), notes);
-    notes.say(others, "fixes of providers that are not known are left out");
-    if (i > 0) notes.say(fmt::format("it has no fix of GPS: those of {} are taken", kProviders[i].first));
-    if (!log.file().cut_warning().empty()) notes.warn(log.file().cut_warning());
+    notes.require_most(points[0].size() + points[1].size() + points[2].size());
+    if (i > 0) notes.say(0, fmt::format("it has no fix of GPS: those of {} are taken", kProviders[i].first));
+    if (log.file().cut_warning()) notes.say(*log.file().cut_warning());
     return recorded_trajectory(std::move(points[i]), true, std::move(notes));
   }
-  if (bad.first()) throw *bad.first();
+  notes.require_most(0);
   throw InputError(
       path, 0, fmt::format("has no usable line of 'Fix' (it has {})", rinex::android_log_kinds_text(path)),
       "switch fixes (locations) on in the app");

@@ -148,7 +148,7 @@ void ColumnPoints::add(GpsTime time, Coordinates text, bool ecef) {
       text[k] = points_.empty() ? "0" : std::string_view(last_height_);
       break;
     }
-    missing_.add(file_.line());
+    skip_missing();
     if (!first_missing_) {
       first_missing_ = file_.error(
           fmt::format("the {} '{}' is not a number",
@@ -160,20 +160,16 @@ void ColumnPoints::add(GpsTime time, Coordinates text, bool ecef) {
   last_height_ = text[2];
 }
 
-TrajectoryFile ColumnPoints::take(bool has_own_dates, FileNotes notes, std::string_view expected) {
-  bad_.say(points_.size(), notes);
-  if (points_.empty()) {
-    if (no_fix_.count > 0) {
-      throw InputError(file_.path(), no_fix_.line,
-                       fmt::format("none of {} lines has a fix by the file's own column", no_fix_.count),
-                       "leave the column out if it means something else");
-    }
-    if (first_missing_) throw *first_missing_;
-    throw InputError(file_.path(), 0, "no position in it", fmt::format("expected lines of {}", expected));
+TrajectoryFile ColumnPoints::take(bool has_own_dates, std::string_view expected) {
+  notes_.require_most(points_.size());
+  if (!points_.empty()) return recorded_trajectory(std::move(points_), has_own_dates, std::move(notes_));
+  if (const std::size_t no_fix = notes_.count(kNoFix); no_fix > 0) {
+    throw InputError(file_.path(), 0,
+                     fmt::format("none of {} lines has a fix by the file's own column", no_fix),
+                     "leave the column out if it means something else");
   }
-  notes.say(missing_, "lines without a time or a position are left out");
-  notes.say(no_fix_, "lines without a fix, by the file's own column, are left out");
-  return recorded_trajectory(std::move(points_), has_own_dates, std::move(notes));
+  if (first_missing_) throw InputError(*first_missing_);
+  throw InputError(file_.path(), 0, "no position in it", fmt::format("expected lines of {}", expected));
 }
 
 }  // namespace canyon::simulation

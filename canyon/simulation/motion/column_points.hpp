@@ -35,29 +35,27 @@ class ColumnPoints {
  public:
   using Coordinates = std::array<std::string_view, 3>;
 
-  ColumnPoints(const TextFile& file, const HeightReading& heights) : file_(file), heights_(heights) {}
+  ColumnPoints(const TextFile& file, const HeightReading& heights, RecordNotes& notes)
+      : file_(file), heights_(heights), notes_(notes) {}
 
   /// `ecef`: the coordinates are x, y, z [m]; else latitude and longitude [deg] and height [m].
   void add(geodesy::GpsTime time, Coordinates text, bool ecef);
-  void skip_missing() { missing_.add(file_.line()); }
-  void skip_no_fix() { no_fix_.add(file_.line()); }
-  /// Calls `read`; counts a record that it refuses by an InputError.
-  template <typename Read>
-  void guard(const Read& read) {
-    bad_.guard(read);
-  }
+  void skip_missing() { notes_.skip(file_.line(), kMissing); }
+  void skip_no_fix() { notes_.skip(file_.line(), kNoFix); }
 
   /// Throws where there are none, or where no more than half of the records are good. `expected` describes a
   /// line.
-  [[nodiscard]] TrajectoryFile take(bool has_own_dates, FileNotes notes, std::string_view expected);
+  [[nodiscard]] TrajectoryFile take(bool has_own_dates, std::string_view expected);
 
  private:
+  static constexpr std::string_view kMissing = "line without a time or a position";
+  static constexpr std::string_view kNoFix = "line without a fix, by the file's own column";
+
   const TextFile& file_;
   HeightReading heights_;
+  RecordNotes& notes_;
   RecordedPoints points_;
   std::string last_height_;
-  Counted missing_, no_fix_;
-  BadRecords bad_;
   std::optional<InputError> first_missing_;
 };
 

@@ -44,7 +44,7 @@ std::string iso_date(std::string_view text) {
 /// Reads the times of a file: all are seconds from `start`, or all are dates.
 class CsvTimes {
  public:
-  CsvTimes(const TextFile& file, const CsvColumns& columns, GpsTime start, FileNotes& notes)
+  CsvTimes(const TextFile& file, const CsvColumns& columns, GpsTime start, RecordNotes& notes)
       : file_(file), columns_(columns), start_(start), notes_(notes) {}
 
   GpsTime read(const Fields& fields) {
@@ -102,8 +102,8 @@ class CsvTimes {
       if (columns_.clock == CsvClock::Gps) {
         text += " GPST";
       } else if (columns_.clock == CsvClock::Unsaid && !std::exchange(warned_, true)) {
-        notes_.warn(file_.error(fmt::format("the time {} names no zone", text), "such times are taken as UTC")
-                        .what());
+        notes_.say(
+            file_.error(fmt::format("the time {} names no zone", text), "such times are taken as UTC"));
       }
     }
     try {
@@ -124,7 +124,7 @@ class CsvTimes {
   const TextFile& file_;
   const CsvColumns& columns_;
   GpsTime start_;
-  FileNotes& notes_;
+  RecordNotes& notes_;
   Kind kind_ = Kind::Unknown;
   bool warned_ = false;
 };
@@ -147,7 +147,7 @@ class CsvReader {
         heights_(heights),
         notes_(file.path()),
         times_(file, columns_, start, notes_),
-        points_(file, heights) {}
+        points_(file, heights, notes_) {}
 
   TrajectoryFile read() {
     while (const auto line = file_.next_line()) {
@@ -164,10 +164,10 @@ class CsvReader {
         continue;
       }
       if (std::exchange(first_data_, false)) look_at(fields);
-      points_.guard([&] { read_record(fields); });
+      notes_.guard([&] { read_record(fields); });
     }
     note_heights();
-    return points_.take(!times_.relative(), std::move(notes_), "'time, latitude, longitude, height'");
+    return points_.take(!times_.relative(), "'time, latitude, longitude, height'");
   }
 
  private:
@@ -196,7 +196,7 @@ class CsvReader {
     if (fields.size() < 4) return;
     const auto x = field_number(fields[1]), y = field_number(fields[2]), z = field_number(fields[3]);
     columns_.ecef = x && y && z && looks_like_ecef(*x, *y, *z);
-    if (columns_.ecef) notes_.say("columns 2 to 4 are taken as ECEF x, y, z in metres");
+    if (columns_.ecef) notes_.say(0, "columns 2 to 4 are taken as ECEF x, y, z in metres");
     const auto whole = [](std::string_view field) { return parse_integer(field).has_value(); };
     if (columns_.separator == ',' && fields.size() > 6 &&
         std::all_of(fields.begin() + 1, fields.begin() + 7, whole)) {
@@ -270,7 +270,8 @@ class CsvReader {
   }
   void note_heights() {
     if (!columns_.place[2].sea_level || adds_geoid() || !heights_.needed) return;
-    notes_.say(heights_.geoid_undulation_m != 0
+    notes_.say(0,
+               heights_.geoid_undulation_m != 0
                    ? fmt::format("heights are above sea level by the header: the city's geoid undulation, "
                                  "{:.1f} m, is added",
                                  heights_.geoid_undulation_m)
@@ -281,7 +282,7 @@ class CsvReader {
 
   TextFile& file_;
   HeightReading heights_;
-  FileNotes notes_;
+  RecordNotes notes_;
   CsvColumns columns_;
   CsvTimes times_;
   ColumnPoints points_;

@@ -111,19 +111,20 @@ struct Gga {
   bool altitude = false;
   bool separation = false;
   bool checked = false;
+  long long quality = 0;
   int line = 0;
   std::int64_t time_of_day_ns = 0;
   Geodetic place;  ///< its height is altitude plus separation; a missing one counts as 0
 };
 constexpr std::size_t kGgaFields = 12;
 
-/// Precondition: at least kGgaFields fields. Without a fix only `checked` and `line` are set.
+/// Precondition: at least kGgaFields fields. Without a fix only `checked`, `quality` and `line` are set.
 Gga read_gga(const TextFile& file, const Sentence& gga) {
   Gga result;
   result.checked = gga.checked;
   result.line = file.line();
-  const auto quality = parse_integer(gga.field(6));
-  result.fix = quality && *quality != 0 && !gga.field(2).empty() && !gga.field(1).empty();
+  result.quality = parse_integer(gga.field(6)).value_or(0);
+  result.fix = result.quality != 0 && !gga.field(2).empty() && !gga.field(1).empty();
   if (!result.fix) return result;
   result.altitude = !is_missing(gga.field(9));
   result.separation = !is_missing(gga.field(11));
@@ -202,25 +203,27 @@ std::optional<Dated> read_date(const TextFile& file, const Sentence& sentence) {
 struct NmeaLog {
   std::vector<Gga> ggas;
   std::vector<Dated> dates;
-  Counted damaged, without_fix;
-  BadRecords bad;  ///< sentences that are whole and make no sense
+  RecordNotes notes;  ///< bad: sentences that are whole and make no sense
 };
+constexpr std::string_view kDamaged = "damaged sentence (cut short, or with a wrong checksum)";
+constexpr std::string_view kWithoutFix = "GGA sentence without a fix";
 
 NmeaLog read_log(TextFile& file) {
   NmeaLog log;
+  log.notes = RecordNotes(file.path());
   bool any_checked = false;
   const auto take = [&](const Sentence& sentence) {
     const bool gga = sentence.is("GGA");
     if (!gga && !sentence.is("RMC") && !sentence.is("ZDA")) return;
     any_checked = any_checked || sentence.checked;
     if (gga && sentence.fields.size() < kGgaFields) {
-      log.damaged.add(file.line());
+      log.notes.skip(file.line(), kDamaged);
       return;
     }
-    log.bad.guard([&] {
+    log.notes.guard([&] {
       if (gga) {
         log.ggas.push_back(read_gga(file, sentence));
-        if (!log.ggas.back().fix) log.without_fix.add(file.line());
+        if (!log.ggas.back().fix) log.notes.skip(file.line(), kWithoutFix);
       } else if (auto dated = read_date(file, sentence)) {
         dated->before = log.ggas.size();
         log.dates.push_back(*dated);
@@ -229,14 +232,14 @@ NmeaLog read_log(TextFile& file) {
   };
   while (const auto line = file.next_line()) {
     for (std::size_t damaged = each_sentence(*line, take); damaged > 0; --damaged)
-      log.damaged.add(file.line());
+      log.notes.skip(file.line(), kDamaged);
   }
   if (!any_checked) return log;
   // Where sentences have checksums, one without is cut short: its last number may be.
   for (Gga& gga : log.ggas) {
     if (gga.checked || !gga.fix) continue;
     gga.fix = false;
-    log.damaged.add(gga.line);
+    log.notes.skip(gga.line, kDamaged);
   }
   log.dates.erase(
       std::remove_if(log.dates.begin(), log.dates.end(), [](const Dated& d) { return !d.checked; }),
@@ -319,15 +322,20 @@ std::vector<std::int64_t> unwrapped(const std::vector<Gga>& ggas) {
   return since_ns;
 }
 
+/// What NMEA 0183 calls the positions of a quality that no receiver measured.
+std::string_view unmeasured(long long quality) {
+  return quality == 6 ? "estimated" : quality == 7 ? "entered by hand" : quality == 8 ? "simulated" : "";
+}
+
 InputError nothing_usable(const TextFile& file, const NmeaLog& log, std::size_t without_altitude) {
-  if (log.bad.first()) return *log.bad.first();
+  if (log.notes.first_bad()) return *log.notes.first_bad();
   if (without_altitude > 0) {
     return {file.path(), 0, fmt::format("none of its {} fixes has an altitude", without_altitude),
             "trajectory.height_above_terrain_m does without"};
   }
   return {file.path(), 0,
           fmt::format("no usable GGA sentence ({} without fix, {} damaged or with a wrong checksum)",
-                      log.without_fix.count, log.damaged.count),
+                      log.notes.count(kWithoutFix), log.notes.count(kDamaged)),
           "expected lines like $GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47"};
 }
 
@@ -340,7 +348,7 @@ NmeaFixes read_nmea_fixes(const std::filesystem::path& path, GpsTime start, cons
   const GpsTime first_midnight = trusted_dates(log, since_ns).value_or(midnight_of(start));
   NmeaFixes result;
   result.has_own_dates = !log.dates.empty();
-  Counted without_altitude, without_separation;
+  std::size_t without_altitude = 0;
   double last_height_m = 0;
   for (std::size_t i = 0; i < log.ggas.size(); ++i) {
     const Gga& gga = log.ggas[i];
@@ -350,13 +358,24 @@ NmeaFixes read_nmea_fixes(const std::filesystem::path& path, GpsTime start, cons
                        "no RMC or ZDA sentence has the date of a fix, and the scenario has no start",
                        "add 'start: 2026-01-01T12:00:00Z' to the scenario");
     }
-    if (!gga.altitude) without_altitude.add(gga.line);
-    if (!gga.altitude && heights.needed) continue;
+    if (const auto how = unmeasured(gga.quality); !how.empty())
+      log.notes.skip(gga.line,
+                     fmt::format("GGA sentence whose position is {} (quality {})", how, gga.quality),
+                     "it is taken");
+    if (!gga.altitude) {
+      ++without_altitude;
+      log.notes.skip(
+          gga.line, "GGA sentence without an altitude",
+          heights.needed ? "left out; height_above_terrain_m does without" : "its position is taken");
+      if (heights.needed) continue;
+    }
     Geodetic place = gga.place;
     if (!gga.altitude) {
       place.height_m = last_height_m;
     } else if (!gga.separation) {
-      without_separation.add(gga.line);
+      log.notes.skip(gga.line, "GGA sentence without a geoid separation",
+                     heights.geoid_undulation_m != 0 ? "the city's geoid undulation is taken"
+                                                     : "its altitude is taken as ellipsoidal height");
       place.height_m += heights.geoid_undulation_m;
     }
     last_height_m = place.height_m;
@@ -366,20 +385,10 @@ NmeaFixes read_nmea_fixes(const std::filesystem::path& path, GpsTime start, cons
     result.fixes.push_back(
         {midnight_of(noon) + std::chrono::nanoseconds(gga.time_of_day_ns), place, gga.line});
   }
-  if (result.fixes.empty()) throw nothing_usable(file, log, without_altitude.count);
-  FileNotes notes(path);
-  log.bad.say(result.fixes.size(), notes);
-  keep_rising(result.fixes, notes);
-  notes.say(log.damaged, "damaged lines (cut short, or with a wrong checksum) skipped");
-  notes.say(log.without_fix, "GGA lines without a fix skipped");
-  notes.say(without_altitude,
-            heights.needed ? "GGA lines without an altitude skipped; height_above_terrain_m does without"
-                           : "GGA lines have no altitude");
-  notes.say(without_separation,
-            heights.geoid_undulation_m != 0
-                ? "GGA lines have no geoid separation: the city's geoid undulation is taken"
-                : "GGA lines have no geoid separation: their altitude is taken as ellipsoidal height");
-  result.warnings = notes.take();
+  if (result.fixes.empty()) throw nothing_usable(file, log, without_altitude);
+  log.notes.require_most(result.fixes.size());
+  keep_rising(result.fixes, log.notes);
+  result.notes = std::move(log.notes);
   return result;
 }
 

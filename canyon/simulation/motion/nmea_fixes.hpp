@@ -2,10 +2,7 @@
 
 #include <filesystem>
 #include <optional>
-#include <string>
 #include <string_view>
-#include <utility>
-#include <vector>
 
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/geodesy/gps_time.hpp"
@@ -16,9 +13,9 @@ namespace canyon::simulation {
 
 /// Positions that a receiver reported.
 struct NmeaFixes {
-  RecordedPoints fixes;               ///< in order of time, at least one
-  bool has_own_dates = true;          ///< false: the file has times of day, dates are from `start`
-  std::vector<std::string> warnings;  ///< skipped lines, counted by reason
+  RecordedPoints fixes;       ///< in order of time, at least one
+  bool has_own_dates = true;  ///< false: the file has times of day, dates are from `start`
+  RecordNotes notes;
 };
 /// GGA sentences with a fix, dated by valid RMC sentences, else by ZDA, else by `start`. A sentence ends with
 /// its checksum, whatever a logger writes before '$' and behind; in a log with checksums those without one

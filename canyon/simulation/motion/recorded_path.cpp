@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/longest_rise.hpp"
+#include "canyon/base/statistics.hpp"
+#include "canyon/base/take_out.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 
@@ -32,19 +35,10 @@ bool is_zero(const Geodetic& place) {
   return std::abs(place.latitude_rad) < 1e-9 && std::abs(place.longitude_rad) < 1e-9;
 }
 
-/// Removes the points that are marked.
-Counted erase_marked(RecordedPoints& points, const std::vector<bool>& marked) {
-  Counted erased;
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (marked[i]) {
-      erased.add(points[i].line);
-    } else {
-      points[kept++] = points[i];
-    }
-  }
-  points.resize(kept);
-  return erased;
+/// Leaves out the points that are marked.
+void leave_out(RecordedPoints& points, const std::vector<bool>& marked, std::string_view why,
+               RecordNotes& notes) {
+  take_out(points, marked, [&](const RecordedPoint& point) { notes.skip(point.line, why); });
 }
 
 /// Distances of points from the straight way between two others.
@@ -84,15 +78,14 @@ bool is_spike(const Deviations& off, std::size_t i, std::size_t n, double limit_
   return (i < 2 || off.m(i - 2, i - 1, i + 1) < off_m) && (i + 2 >= n || off.m(i - 1, i + 1, i + 2) < off_m);
 }
 
-void leave_out_spikes(RecordedPoints& points, FileNotes& notes) {
+void leave_out_spikes(RecordedPoints& points, RecordNotes& notes) {
   const std::size_t n = points.size();
   if (n < 5) return;
   const Deviations off(points);
   std::vector<double> all_m;
   for (std::size_t i = 1; i + 1 < n; ++i) all_m.push_back(off.m(i - 1, i, i + 1));
-  const auto middle = all_m.begin() + static_cast<std::ptrdiff_t>(all_m.size() / 2);
-  std::nth_element(all_m.begin(), middle, all_m.end());
-  const double limit_m = std::max(kSpike_m, 10 * *middle);
+  const double middle_m = *median(all_m);
+  const double limit_m = std::max(kSpike_m, 10 * middle_m);
   std::size_t jumps = 0;
   std::vector<bool> marked(n);
   for (std::size_t i = 0; i < n; ++i) {
@@ -100,16 +93,14 @@ void leave_out_spikes(RecordedPoints& points, FileNotes& notes) {
     if (i > 0 && i + 1 < n && off.impossible(i - 1, i, i + 1, kSpike_m)) ++jumps;
   }
   if (2 * jumps > n) {
-    notes.say(
-        fmt::format("most points are off the way between their neighbours, by {:.0f} m: is it of "
-                    "several receivers? keep one",
-                    *middle));
+    notes.say(0, fmt::format("most points are off the way between their neighbours, by {:.0f} m: is it of "
+                             "several receivers? keep one",
+                             middle_m));
   }
-  notes.say(erase_marked(points, marked),
-            "points are left out: they are far off the way from the point before to the one behind");
+  leave_out(points, marked, "point far off the way from the one before to the one behind", notes);
 }
 
-Counted leave_out_far_dates(RecordedPoints& points) {
+void leave_out_far_dates(RecordedPoints& points, RecordNotes& notes) {
   std::vector<GpsTime> times;
   times.reserve(points.size());
   for (const auto& point : points) times.push_back(point.time);
@@ -117,7 +108,7 @@ Counted leave_out_far_dates(RecordedPoints& points) {
   std::nth_element(times.begin(), middle, times.end());
   std::vector<bool> far(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) far[i] = std::abs(points[i].time - *middle) > kFarDate_s;
-  return erase_marked(points, far);
+  leave_out(points, far, "point more than 100 days from the others", notes);
 }
 
 /// Ends of stretches that no jump interrupts: of each the index behind its last point.
@@ -131,7 +122,7 @@ std::vector<std::size_t> stretch_ends(const RecordedPoints& points) {
   return ends;
 }
 
-void leave_out_jumps(RecordedPoints& points, FileNotes& notes) {
+void leave_out_jumps(RecordedPoints& points, RecordNotes& notes) {
   const std::vector<std::size_t> ends = stretch_ends(points);
   if (ends.size() == 1) return;
   std::vector<bool> marked(points.size());
@@ -152,24 +143,24 @@ void leave_out_jumps(RecordedPoints& points, FileNotes& notes) {
   }
   // Two vehicles in one file jump all the time: neither is the stray.
   if (4 * static_cast<std::size_t>(std::count(marked.begin(), marked.end(), true)) > points.size()) {
-    notes.say(ends.size() - 1, "times the path jumps at more than 1000 m/s: is it of several vehicles?");
+    notes.say(0, fmt::format("{} times the path jumps at more than 1000 m/s", ends.size() - 1),
+              "is it of several vehicles?");
     return;
   }
-  notes.say(erase_marked(points, marked),
-            "points are left out: they are reached or left at more than 1000 m/s, unlike those around them");
+  leave_out(points, marked, "point reached or left at more than 1000 m/s, unlike those around it", notes);
 }
 
-void note_pauses(const Trajectory& trajectory, FileNotes& notes) {
+void note_pauses(const Trajectory& trajectory, RecordNotes& notes) {
   const auto pauses = trajectory.pauses();
   if (pauses.empty()) return;
   const auto longest = *std::max_element(pauses.begin(), pauses.end(), [](const auto& a, const auto& b) {
     return a.second - a.first < b.second - b.first;
   });
   notes.say(
-      fmt::format("the recording pauses {} {}, at most {:.0f} s from {}: such a gap is driven straight; "
-                  "start and duration_s choose a part without it",
-                  pauses.size(), pauses.size() == 1 ? "time" : "times", longest.second - longest.first,
-                  geodesy::format_gpst(longest.first, 0)));
+      0, fmt::format("the recording pauses {} {}, at most {:.0f} s from {}: such a gap is driven straight; "
+                     "start and duration_s choose a part without it",
+                     pauses.size(), pauses.size() == 1 ? "time" : "times", longest.second - longest.first,
+                     geodesy::format_gpst(longest.first, 0)));
 }
 
 }  // namespace
@@ -185,72 +176,38 @@ bool is_missing(std::string_view text) {
   return std::abs(*value) >= 1e19;
 }
 
-void FileNotes::say(std::size_t count, std::string_view what) {
-  if (count > 0) say(fmt::format("{} {}", count, what));
-}
-
-void FileNotes::say(const Counted& counted, std::string_view what) {
-  if (counted.count == 0) return;
-  warnings_.emplace_back(InputError(path_, counted.line, fmt::format("{} {}", counted.count, what)).what());
-}
-
-void BadRecords::add(const InputError& error, std::size_t count) {
-  if (!first_) first_ = error;
-  count_ += count;
-}
-
-void BadRecords::say(std::size_t good, FileNotes& notes) const {
-  if (!first_) return;
-  if (good == 0) throw *first_;
-  const std::string cure = first_->cure();
-  if (good <= count_) {
-    throw InputError(
-        first_->file(), first_->line(),
-        fmt::format("{} (the first of {} bad records of {})", first_->problem(), count_, count_ + good),
-        cure);
-  }
-  notes.warn(InputError(first_->file(), first_->line(), first_->problem(),
-                        count_ == 1 ? std::string("this record is left out")
-                                    : fmt::format("{} such records are left out, this is the first", count_))
-                 .what());
-}
-
-void FileNotes::say(std::string_view what) {
-  warnings_.push_back(fmt::format("{}: {}", path_.string(), what));
-}
-
-void keep_rising(RecordedPoints& points, FileNotes& notes) {
+void keep_rising(RecordedPoints& points, RecordNotes& notes) {
   const auto falls = [](const auto& a, const auto& b) { return b.time <= a.time; };
   if (points.empty()) return;
-  notes.say(leave_out_far_dates(points), "points more than 100 days from the others are left out");
+  leave_out_far_dates(points, notes);
   if (std::adjacent_find(points.begin(), points.end(), falls) == points.end()) return;
   std::vector<GpsTime> times;
   for (const auto& point : points) times.push_back(point.time);
-  const std::vector<bool> outside = outside_longest_rise(times);
   const std::size_t count = points.size();
-  RecordedPoints kept = points;
-  (void)erase_marked(kept, outside);
-  Counted repeated, backwards, elsewhere;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (!outside[i]) continue;
-    const auto same = std::lower_bound(kept.begin(), kept.end(), points[i].time,
-                                       [](const auto& point, GpsTime time) { return point.time < time; });
-    const bool repeats = same != kept.end() && same->time == points[i].time;
-    (repeats ? repeated : backwards).add(points[i].line);
-    if (repeats && distance_m(same->place, points[i].place) > kOneVehicle_m) elsewhere.add(points[i].line);
+  RecordedPoints outside;
+  take_out(points, outside_longest_rise(times),
+           [&](const RecordedPoint& point) { outside.push_back(point); });
+  std::optional<int> backwards;  // line of the first
+  std::size_t backwards_count = 0;
+  for (const RecordedPoint& point : outside) {
+    const auto same = std::lower_bound(points.begin(), points.end(), point.time,
+                                       [](const auto& kept, GpsTime time) { return kept.time < time; });
+    if (same == points.end() || same->time != point.time) {
+      backwards = backwards.value_or(point.line);
+      ++backwards_count;
+      notes.skip(point.line, "point whose time does not follow the one before");
+    } else if (distance_m(same->place, point.place) <= kOneVehicle_m) {
+      notes.skip(point.line, "point that repeats the time of another");
+    } else {
+      notes.skip(point.line, "point that repeats the time of another more than 100 m away",
+                 "left out: keep one receiver, if these are several");
+    }
   }
-  if (2 * backwards.count > count) {
-    throw InputError(
-        notes.path(), backwards.line,
-        fmt::format("the times of {} of {} points do not follow the others", backwards.count, count),
-        "sort the points by time");
-  }
-  notes.say(repeated, "points repeat the time of another and are left out");
-  notes.say(
-      elsewhere,
-      "of them are more than 100 m from the point that is kept: keep one receiver, if these are several");
-  notes.say(backwards, "points whose time does not follow the one before are left out");
-  points = std::move(kept);
+  if (2 * backwards_count <= count) return;
+  throw InputError(
+      notes.path(), *backwards,
+      fmt::format("the times of {} of {} points do not follow the others", backwards_count, count),
+      "sort the points by time");
 }
 
 std::vector<bool> zero_places(const std::vector<Geodetic>& places) {
@@ -262,34 +219,31 @@ std::vector<bool> zero_places(const std::vector<Geodetic>& places) {
   return marked;
 }
 
-void leave_out_strays(RecordedPoints& points, FileNotes& notes) {
+void leave_out_strays(RecordedPoints& points, RecordNotes& notes) {
   std::vector<Geodetic> places;
   for (const auto& point : points) places.push_back(point.place);
-  notes.say(erase_marked(points, zero_places(places)),
-            "points at latitude 0, longitude 0 are left out: receivers without a fix report that");
-
+  leave_out(points, zero_places(places), kZeroPlace, notes);
   leave_out_jumps(points, notes);
   leave_out_spikes(points, notes);
 }
 
-TrajectoryFile recorded_trajectory(RecordedPoints points, bool has_own_dates, FileNotes notes) {
+TrajectoryFile recorded_trajectory(RecordedPoints points, bool has_own_dates, RecordNotes notes) {
   keep_rising(points, notes);
   leave_out_strays(points, notes);
   const auto highest = std::max_element(points.begin(), points.end(), [](const auto& a, const auto& b) {
     return a.place.height_m < b.place.height_m;
   });
   if (highest->place.height_m > kHigh_m) {
-    notes.say(
-        fmt::format("the path is up to {:.0f} km high: heights are metres above the ellipsoid; ECEF "
-                    "coordinates belong in columns x, y, z of format csv",
-                    highest->place.height_m / 1e3));
+    notes.say(0, fmt::format("the path is up to {:.0f} km high: heights are metres above the ellipsoid; ECEF "
+                             "coordinates belong in columns x, y, z of format csv",
+                             highest->place.height_m / 1e3));
   }
   std::vector<std::pair<GpsTime, Geodetic>> samples;
   samples.reserve(points.size());
   for (const RecordedPoint& point : points) samples.emplace_back(point.time, point.place);
   Trajectory trajectory(std::move(samples));
   note_pauses(trajectory, notes);
-  return {std::move(trajectory), has_own_dates, notes.take()};
+  return {std::move(trajectory), has_own_dates, notes.lines()};
 }
 
 }  // namespace canyon::simulation

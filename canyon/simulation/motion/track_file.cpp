@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/take_out.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/geodesy/time_scales.hpp"
@@ -134,7 +135,7 @@ struct TrackPoint {
 
 struct TrackPoints {
   std::vector<TrackPoint> points;
-  BadRecords bad;
+  RecordNotes notes;
   std::size_t segments = 0;
 
   TrackPoint& add(const Tags& tags) {
@@ -146,11 +147,10 @@ struct TrackPoints {
   /// Calls `read` for a value of a point; the point is bad where it throws InputError.
   template <typename Read>
   void guard(TrackPoint& point, const Read& read) {
-    const std::size_t before = bad.count();
-    if (!point.bad) bad.guard(read);
-    point.bad = point.bad || bad.count() > before;
+    const std::size_t before = notes.bad_count();
+    if (!point.bad) notes.guard(read);
+    point.bad = point.bad || notes.bad_count() > before;
   }
-  std::size_t other_lines = 0;  ///< LineStrings behind the first
 };
 
 void read_gpx_value(const Tags& tags, TrackPoint& point) {
@@ -176,7 +176,7 @@ void read_gpx(Tags& tags, std::string_view point, TrackPoints& track) {
       track.guard(added, [&] { added.place = place(tags, tags.attribute("lat"), tags.attribute("lon")); });
       inside = trim(tags.attributes).empty() || trim(tags.attributes).back() != '/';
     } else if (end) {
-      if (!inside) track.bad.add(tags.error(fmt::format("a {} ends that did not begin", point)));
+      if (!inside) track.notes.bad(tags.error(fmt::format("a {} ends that did not begin", point)));
       inside = false;
     } else if (inside) {
       TrackPoint& last = track.points.back();
@@ -225,8 +225,8 @@ class KmlTrack {
   /// Takes the points over. Which time belongs to which place is not known where the numbers differ.
   void end(const Tags& tags) {
     if (times_ != places_) {
-      track_.bad.add(tags.error(fmt::format("gx:Track has {} times for {} places", times_, places_)),
-                     points_.size());
+      track_.notes.bad(tags.error(fmt::format("gx:Track has {} times for {} places", times_, places_)),
+                       points_.size());
       for (TrackPoint& point : points_) point.bad = true;
     }
     for (TrackPoint& point : points_) {
@@ -267,7 +267,7 @@ void read_kml_line(Tags& tags, TrackPoints& track) {
   while (tags.next()) {
     if (tags.name == "LineString") {
       line = track.points.empty();
-      if (!line) ++track.other_lines;
+      if (!line) track.notes.skip(tags.line(), "another LineString", "not read: the first one is the path");
     }
     if (line) read_altitude_mode(tags, mode);
     if (!line || tags.name != "coordinates") continue;
@@ -281,17 +281,18 @@ void read_kml_line(Tags& tags, TrackPoints& track) {
 }
 
 template <typename Predicate>
-Counted drop(std::vector<TrackPoint>& points, const Predicate& dropped) {
-  Counted counted;
-  for (const TrackPoint& point : points)
-    if (dropped(point)) counted.add(point.line);
-  points.erase(std::remove_if(points.begin(), points.end(), dropped), points.end());
-  return counted;
+void leave_out(std::vector<TrackPoint>& points, const Predicate& dropped, std::string_view why,
+               RecordNotes& notes) {
+  std::erase_if(points, [&](const TrackPoint& point) {
+    if (!dropped(point)) return false;
+    notes.skip(point.line, why);
+    return true;
+  });
 }
 
 /// Leaves the points with a time, segments in order of their first time; all points where none has one.
 /// Returns whether there are times.
-bool keep_timed(const std::filesystem::path& path, std::vector<TrackPoint>& points, FileNotes& notes) {
+bool keep_timed(const std::filesystem::path& path, std::vector<TrackPoint>& points, RecordNotes& notes) {
   const std::size_t count = points.size();
   const auto timed = static_cast<std::size_t>(
       std::count_if(points.begin(), points.end(), [](const TrackPoint& p) { return p.time.has_value(); }));
@@ -300,7 +301,8 @@ bool keep_timed(const std::filesystem::path& path, std::vector<TrackPoint>& poin
     throw InputError(path, 0, fmt::format("{} of {} points have no time", count - timed, count),
                      "give each a time, or none");
   }
-  notes.say(drop(points, [](const TrackPoint& p) { return !p.time; }), "points without a time are left out");
+  leave_out(
+      points, [](const TrackPoint& p) { return !p.time; }, "point without a time", notes);
   std::map<std::size_t, GpsTime> begin;
   for (const TrackPoint& point : points) begin.emplace(point.segment, *point.time);
   std::stable_sort(points.begin(), points.end(), [&](const TrackPoint& a, const TrackPoint& b) {
@@ -309,13 +311,10 @@ bool keep_timed(const std::filesystem::path& path, std::vector<TrackPoint>& poin
   return true;
 }
 
-void leave_out_zeros(std::vector<TrackPoint>& points, FileNotes& notes) {
+void leave_out_zeros(std::vector<TrackPoint>& points, RecordNotes& notes) {
   std::vector<Geodetic> places;
   for (const TrackPoint& point : points) places.push_back(point.place);
-  const std::vector<bool> zero = zero_places(places);
-  for (std::size_t i = 0; i < points.size(); ++i) points[i].bad = zero[i];
-  notes.say(drop(points, [](const TrackPoint& p) { return p.bad; }),
-            "points at latitude 0, longitude 0 are left out");
+  take_out(points, zero_places(places), [&](const TrackPoint& p) { notes.skip(p.line, kZeroPlace); });
 }
 
 /// What a height is above.
@@ -326,7 +325,26 @@ Above above(const TrackPoint& point) {
   return point.altitude_mode == "relativeToGround" ? Above::Ground : Above::Unsaid;
 }
 
-void set_heights(TrackPoints& track, const HeightReading& heights, FileNotes& notes) {
+/// What becomes of a height that is above something else than the ellipsoid.
+void note_height(const TrackPoint& point, const HeightReading& heights, RecordNotes& notes) {
+  const double undulation_m = heights.geoid_undulation_m;
+  switch (above(point)) {
+    case Above::Ground:
+      return notes.skip(point.line, "height above the ground by the file",
+                        "taken as ellipsoidal; height_above_terrain_m says it for Canyon");
+    case Above::Unsaid:
+      return notes.skip(point.line, "height on no datum by the file (clampToGround)",
+                        "taken as ellipsoidal; height_above_terrain_m does without it");
+    case Above::Sea:
+      return notes.skip(point.line, "height above sea level by the format",
+                        undulation_m != 0
+                            ? fmt::format("the city's geoid undulation, {:.1f} m, is added", undulation_m)
+                            : "taken as ellipsoidal; city.geoid_undulation_m corrects it, "
+                              "height_above_terrain_m does without it");
+  }
+}
+
+void set_heights(TrackPoints& track, const HeightReading& heights) {
   std::vector<TrackPoint>& points = track.points;
   const auto known =
       std::find_if(points.begin(), points.end(), [](const TrackPoint& p) { return p.height_m.has_value(); });
@@ -334,34 +352,16 @@ void set_heights(TrackPoints& track, const HeightReading& heights, FileNotes& no
     return *p.height_m + p.geoid_m.value_or(above(p) == Above::Sea ? heights.geoid_undulation_m : 0);
   };
   double last_m = known == points.end() ? 0 : above_ellipsoid_m(*known);
-  Counted without, sea, ground, unsaid;
   for (TrackPoint& point : points) {
-    if (point.height_m) {
-      last_m = above_ellipsoid_m(point);
-      const Above datum = above(point);
-      if (!point.geoid_m)
-        (datum == Above::Sea ? sea : datum == Above::Ground ? ground : unsaid).add(point.line);
-    } else {
-      without.add(point.line);
-    }
+    if (point.height_m) last_m = above_ellipsoid_m(point);
     point.place.height_m = last_m;
-  }
-  if (!heights.needed) return;
-  notes.say(without, known == points.end() ? "points have no height: 0 is taken"
-                                           : "points have no height: that of the point before is taken");
-  notes.say(ground,
-            "heights are above the ground by the file and are taken as ellipsoidal; "
-            "height_above_terrain_m says it for Canyon");
-  notes.say(unsaid,
-            "heights are on no datum by the file (clampToGround) and are taken as ellipsoidal; "
-            "height_above_terrain_m does without them");
-  if (heights.geoid_undulation_m != 0) {
-    notes.say(sea, fmt::format("heights are above sea level: the city's geoid undulation, {:.1f} m, is added",
-                               heights.geoid_undulation_m));
-  } else {
-    notes.say(sea,
-              "heights are above sea level by the format and are taken as ellipsoidal; "
-              "city.geoid_undulation_m corrects them, height_above_terrain_m does without them");
+    if (!heights.needed) continue;
+    if (point.height_m) {
+      if (!point.geoid_m) note_height(point, heights, track.notes);
+    } else {
+      track.notes.skip(point.line, "point without a height",
+                       known == points.end() ? "0 is taken" : "that of the point before is taken");
+    }
   }
 }
 
@@ -375,6 +375,7 @@ TrackFile read_track_file(const std::filesystem::path& path, const std::string& 
                           const HeightReading& heights) {
   const TextFile file(path);
   TrackPoints track;
+  track.notes = RecordNotes(path);
   const auto read = [&](const auto& reader) {
     if (!track.points.empty()) return;
     Tags tags(file);
@@ -392,33 +393,29 @@ TrackFile read_track_file(const std::filesystem::path& path, const std::string& 
                      format == "gpx" ? "no track point and no route point" : "no gx:Track and no LineString",
                      fmt::format("is it a {} file with a path?", format == "gpx" ? "GPX" : "KML"));
   }
-  FileNotes notes(path);
-  (void)drop(track.points, [](const TrackPoint& p) { return p.bad; });
-  track.bad.say(track.points.size(), notes);
-  const Counted no_fix = drop(track.points, [](const TrackPoint& p) { return p.no_fix; });
+  std::erase_if(track.points, [](const TrackPoint& p) { return p.bad; });
+  track.notes.require_most(track.points.size());
+  leave_out(
+      track.points, [](const TrackPoint& p) { return p.no_fix; }, "point without a fix", track.notes);
   if (track.points.empty()) throw InputError(path, 0, "none of its points has a fix");
-  notes.say(no_fix, "points without a fix are left out");
-  const bool timed = keep_timed(path, track.points, notes);
-  if (!timed) leave_out_zeros(track.points, notes);
-  set_heights(track, heights, notes);
-  notes.say(track.other_lines, "more LineStrings are not read: the first one is the path");
+  const bool timed = keep_timed(path, track.points, track.notes);
+  if (!timed) leave_out_zeros(track.points, track.notes);
+  set_heights(track, heights);
   TrackFile result;
   for (const TrackPoint& point : track.points) {
     result.places.push_back(point.place);
     result.lines.push_back(point.line);
     if (timed) result.times.push_back(*point.time);
   }
-  result.warnings = notes.take();
+  result.notes = std::move(track.notes);
   return result;
 }
 
-TrajectoryFile timed_trajectory(const std::filesystem::path& path, const TrackFile& track) {
+TrajectoryFile timed_trajectory(TrackFile track) {
   RecordedPoints points;
   for (std::size_t i = 0; i < track.places.size(); ++i)
     points.push_back({track.times.at(i), track.places[i], track.lines[i]});
-  TrajectoryFile file = recorded_trajectory(std::move(points), true, FileNotes(path));
-  file.warnings.insert(file.warnings.begin(), track.warnings.begin(), track.warnings.end());
-  return file;
+  return recorded_trajectory(std::move(points), true, std::move(track.notes));
 }
 
 }  // namespace canyon::simulation

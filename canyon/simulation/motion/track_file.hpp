@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "canyon/base/record_notes.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
@@ -16,7 +17,7 @@ struct TrackFile {
   std::vector<geodesy::Geodetic> places;  ///< at least one; heights as the file has them, 0 where it has none
   std::vector<geodesy::GpsTime> times;    ///< one for each place; empty where the file has none
   std::vector<int> lines;                 ///< of the file, one for each place
-  std::vector<std::string> warnings;
+  RecordNotes notes;
 };
 
 /// "gpx": the points of all tracks, else of all routes (GPX 1.0 and 1.1). "kml": all gx:Tracks with their
@@ -32,7 +33,7 @@ struct TrackFile {
                                         const HeightReading& heights = {});
 
 /// The path of a track with times.
-[[nodiscard]] TrajectoryFile timed_trajectory(const std::filesystem::path& path, const TrackFile& track);
+[[nodiscard]] TrajectoryFile timed_trajectory(TrackFile track);
 
 /// Whether read_track_file() reads this format.
 [[nodiscard]] bool is_track_format(const std::string& format);

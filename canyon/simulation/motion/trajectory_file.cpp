@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "canyon/base/file_kind.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/simulation/motion/android_fixes.hpp"
@@ -67,7 +68,8 @@ void read_urbannav_line(const TextFile& file, std::string_view line, std::size_t
 }
 
 TrajectoryFile read_urbannav(TextFile& file, const HeightReading& heights) {
-  ColumnPoints points(file, heights);
+  RecordNotes notes(file.path());
+  ColumnPoints points(file, heights, notes);
   bool first = true;
   std::size_t columns = 0;
   while (const auto line = file.next_line()) {
@@ -75,9 +77,27 @@ TrajectoryFile read_urbannav(TextFile& file, const HeightReading& heights) {
     const std::vector<std::string_view> fields = split(*line, ',');
     if (std::exchange(first, false) && is_csv_header(fields)) continue;
     if (columns == 0) columns = fields.size();
-    points.guard([&] { read_urbannav_line(file, *line, columns, points); });
+    notes.guard([&] { read_urbannav_line(file, *line, columns, points); });
   }
-  return points.take(true, FileNotes(file.path()), "'GPS week, time of week, latitude, longitude, height'");
+  return points.take(true, "'GPS week, time of week, latitude, longitude, height'");
+}
+
+TrajectoryFile read_known_format(const std::filesystem::path& path, const std::string& format, GpsTime start,
+                                 const HeightReading& heights) {
+  if (is_track_format(format)) {
+    TrackFile track = read_track_file(path, format, heights);
+    if (track.times.empty()) {
+      throw InputError(path, 0, "the path has no times", "name it in a scenario, with trajectory.speed_mps");
+    }
+    return timed_trajectory(std::move(track));
+  }
+  if (format == "gnsslogger") return read_android_fixes(path, heights);
+  if (format == "nmea") {
+    NmeaFixes nmea = read_nmea_fixes(path, start, heights);
+    return recorded_trajectory(std::move(nmea.fixes), nmea.has_own_dates, std::move(nmea.notes));
+  }
+  TextFile file(path);
+  return format == "csv" ? read_csv_track(file, start, heights) : read_urbannav(file, heights);
 }
 
 }  // namespace
@@ -94,22 +114,8 @@ TrajectoryFile read_trajectory_file(const std::filesystem::path& path, const std
     throw InputError(fmt::format("trajectory format '{}' is unknown", format),
                      fmt::format("it is one of {}", fmt::join(trajectory_formats(), ", ")));
   }
-  if (is_track_format(format)) {
-    const TrackFile track = read_track_file(path, format, heights);
-    if (track.times.empty()) {
-      throw InputError(path, 0, "the path has no times", "name it in a scenario, with trajectory.speed_mps");
-    }
-    return timed_trajectory(path, track);
-  }
-  if (format == "gnsslogger") return read_android_fixes(path, heights);
-  if (format == "nmea") {
-    NmeaFixes nmea = read_nmea_fixes(path, start, heights);
-    TrajectoryFile file = recorded_trajectory(std::move(nmea.fixes), nmea.has_own_dates, FileNotes(path));
-    file.warnings.insert(file.warnings.begin(), nmea.warnings.begin(), nmea.warnings.end());
-    return file;
-  }
-  TextFile file(path);
-  return format == "csv" ? read_csv_track(file, start, heights) : read_urbannav(file, heights);
+  return read_as(kind_of_trajectory(format), path,
+                 [&] { return read_known_format(path, format, start, heights); });
 }
 
 Trajectory read_trajectory(const std::filesystem::path& path, const std::string& format, GpsTime start) {

@@ -1,0 +1,171 @@
+#include "canyon/base/file_kind.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <iterator>
+#include <string>
+
+#include "canyon/base/gzip_file.hpp"
+#include "canyon/base/text.hpp"
+
+namespace canyon {
+namespace {
+
+bool has(std::string_view head, std::string_view word) {
+  return head.find(word) != std::string_view::npos;
+}
+
+std::string_view first_line(std::string_view head) {
+  return head.substr(0, head.find('\n'));
+}
+
+/// The type in a RINEX header's first line; 0 for another text.
+char rinex_type(std::string_view head) {
+  const std::string_view line = first_line(head);
+  if (has(line, "CRINEX VERS")) return 'O';
+  return line.size() > 20 && has(line, "RINEX VERSION / TYPE") ? line[20] : '\0';
+}
+
+bool is_observation(std::string_view head) {
+  return rinex_type(head) == 'O';
+}
+bool is_navigation(std::string_view head) {
+  return rinex_type(head) != '\0' && rinex_type(head) != 'O';
+}
+
+/// A comment that names columns of "Raw", "Fix" or "Status", or a line of "Raw".
+bool is_gnss_logger(std::string_view head) {
+  const auto lines = split(head, '\n');
+  return std::any_of(lines.begin(), lines.end(), [](std::string_view line) {
+    line = trim(line);
+    if (line.starts_with("Raw,")) return true;
+    if (!line.starts_with('#')) return false;
+    const std::string_view comment = trim(line.substr(1));
+    return comment.starts_with("Raw,") || comment.starts_with("Fix,") || comment.starts_with("Status,");
+  });
+}
+
+bool is_sp3(std::string_view head) {
+  return head.size() > 2 && head[0] == '#' && head[1] >= 'a' && head[1] <= 'd' &&
+         (head[2] == 'P' || head[2] == 'V');
+}
+
+bool is_gpx(std::string_view head) {
+  return has(head, "<gpx");
+}
+bool is_kml(std::string_view head) {
+  return has(head, "<kml");
+}
+
+bool is_ubx(std::string_view head) {
+  return head.starts_with("\xB5\x62");
+}
+
+/// A preamble and the six zero bits behind it.
+bool is_rtcm(std::string_view head) {
+  for (std::size_t at = head.find('\xD3'); at != std::string_view::npos; at = head.find('\xD3', at + 1))
+    if (at + 1 < head.size() && static_cast<unsigned char>(head[at + 1]) < 4) return true;
+  return false;
+}
+
+/// "$GPGGA," and any other address of letters.
+bool is_nmea(std::string_view head) {
+  for (std::size_t at = head.find('$'); at != std::string_view::npos; at = head.find('$', at + 1)) {
+    const std::string_view address = head.substr(at + 1, head.find_first_of(",\n", at) - at - 1);
+    if (address.size() >= 4 && address.size() <= 8 &&
+        std::all_of(address.begin(), address.end(), [](unsigned char c) { return std::isupper(c) != 0; }))
+      return true;
+  }
+  return false;
+}
+
+bool is_columns(std::string_view head) {
+  return !has(head, std::string_view("\0", 1)) && head.find_first_of(",;\t") != std::string_view::npos;
+}
+
+/// In the order in which they are asked: text of one kind may stand in another.
+struct Row {
+  FileKind kind;
+  bool (*is)(std::string_view head);
+  std::string_view name, format, use;
+};
+constexpr Row kKinds[] = {
+    {FileKind::RinexObservation, is_observation, "a RINEX observation file", "",
+     "canyon validate --obs and canyon rtk take it"},
+    {FileKind::RinexNavigation, is_navigation, "a RINEX navigation file", "",
+     "a scenario's sky takes it: sky: {navigation: [FILE]}"},
+    {FileKind::GnssLogger, is_gnss_logger, "a log of Android's GnssLogger", "gnsslogger",
+     "canyon validate --obs takes its observations, format gnsslogger its fixes"},
+    {FileKind::Sp3, is_sp3, "an SP3 file", "", "a scenario's sky takes it: sky: {sp3: [FILE]}"},
+    {FileKind::Gpx, is_gpx, "a GPX file", "gpx", "as a trajectory its format is gpx"},
+    {FileKind::Kml, is_kml, "a KML file", "kml", "as a trajectory its format is kml"},
+    {FileKind::Ubx, is_ubx, "a log of a u-blox receiver (UBX)", "",
+     "convert it to RINEX, for instance by RTKLIB's convbin"},
+    {FileKind::Rtcm, is_rtcm, "a stream of RTCM 3", "", "canyon rtk takes it as the base"},
+    {FileKind::Nmea, is_nmea, "a log of NMEA sentences", "nmea", "as a trajectory its format is nmea"},
+    {FileKind::Columns, is_columns, "a text of columns", "", ""},
+};
+
+/// The unpacked beginning of a file.
+std::string head_of(const std::filesystem::path& path) {
+  GzipFile file(path);
+  std::string head(std::size_t{1} << 14, '\0');
+  std::size_t size = 0;
+  while (const std::size_t n = file.read(head.data() + size, head.size() - size, 0)) size += n;
+  head.resize(size);
+  return head;
+}
+
+const Row* row_of(FileKind kind) {
+  const auto* const at =
+      std::find_if(std::begin(kKinds), std::end(kKinds), [kind](const Row& row) { return row.kind == kind; });
+  return at == std::end(kKinds) ? nullptr : at;
+}
+
+}  // namespace
+
+bool is_scenario(const std::filesystem::path& path) {
+  return path.extension() == ".yaml" || path.extension() == ".yml";
+}
+
+FileKind kind_of_head(std::string_view head) {
+  const auto* const at =
+      std::find_if(std::begin(kKinds), std::end(kKinds), [head](const Row& row) { return row.is(head); });
+  return at == std::end(kKinds) ? FileKind::Other : at->kind;
+}
+
+FileKind file_kind(const std::filesystem::path& path) {
+  return kind_of_head(head_of(path));
+}
+
+std::string_view name(FileKind kind) {
+  const Row* row = row_of(kind);
+  return row == nullptr ? "a file of another kind" : row->name;
+}
+
+std::string_view trajectory_format(FileKind kind) {
+  const Row* row = row_of(kind);
+  return row == nullptr ? std::string_view() : row->format;
+}
+
+FileKind kind_of_trajectory(std::string_view format) {
+  const auto* const at = std::find_if(std::begin(kKinds), std::end(kKinds),
+                                      [format](const Row& row) { return row.format == format; });
+  return at == std::end(kKinds) ? FileKind::Columns : at->kind;
+}
+
+InputError explained(const InputError& fault, const std::filesystem::path& path, FileKind wanted) {
+  std::string head;
+  try {
+    head = head_of(path);
+  } catch (const InputError&) {
+    return fault;
+  }
+  const FileKind kind = kind_of_head(head);
+  const bool of_any_text = wanted == FileKind::Columns;
+  if (kind == FileKind::Other || kind == FileKind::Columns || (!of_any_text && row_of(wanted)->is(head)))
+    return fault;
+  return {path, 0, "is " + std::string(name(kind)) + ", not " + std::string(name(wanted)), row_of(kind)->use};
+}
+
+}  // namespace canyon

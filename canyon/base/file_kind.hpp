@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string_view>
+
+#include "canyon/base/input_error.hpp"
+
+namespace canyon {
+
+/// What a file of measurements is, by its first bytes.
+enum class FileKind : std::uint8_t {
+  Other,
+  RinexObservation,  ///< plain or in Hatanaka's compression
+  RinexNavigation,
+  GnssLogger,
+  Sp3,
+  Gpx,
+  Kml,
+  Ubx,
+  Rtcm,
+  Nmea,
+  Columns  ///< text with commas, semicolons or tabs
+};
+
+/// Whether a file is a scenario, by the ending of its name: .yaml or .yml.
+[[nodiscard]] bool is_scenario(const std::filesystem::path& path);
+
+/// @param head the first bytes, unpacked: 16 KiB suffice
+[[nodiscard]] FileKind kind_of_head(std::string_view head);
+/// Of a file, plain or packed. Throws InputError as GzipFile does.
+[[nodiscard]] FileKind file_kind(const std::filesystem::path& path);
+
+/// "an SP3 file", for messages.
+[[nodiscard]] std::string_view name(FileKind kind);
+/// Its format as a trajectory; empty where it is none, and for columns.
+[[nodiscard]] std::string_view trajectory_format(FileKind kind);
+/// The kind of the files of a trajectory format; columns for any other.
+[[nodiscard]] FileKind kind_of_trajectory(std::string_view format);
+
+/// What to say of a file that a reader of `wanted` refuses by `fault`: that it is of another kind, where it
+/// is, and what takes it; else `fault`. Precondition: not FileKind::Other.
+[[nodiscard]] InputError explained(const InputError& fault, const std::filesystem::path& path,
+                                   FileKind wanted);
+
+/// Calls `read`, which reads a file of kind `wanted`; its InputError is explained().
+template <typename Read>
+auto read_as(FileKind wanted, const std::filesystem::path& path, const Read& read) {
+  try {
+    return read();
+  } catch (const InputError& fault) {
+    throw explained(fault, path, wanted);
+  }
+}
+
+}  // namespace canyon

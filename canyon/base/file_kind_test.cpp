@@ -1,0 +1,77 @@
+#include "canyon/base/file_kind.hpp"
+
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <string>
+#include <utility>
+
+#include "tests/support/temporary_folder.hpp"
+
+namespace canyon {
+namespace {
+
+using namespace std::string_view_literals;
+
+TEST(FileKind, ByTheFirstBytes) {
+  const std::pair<std::string_view, FileKind> heads[] = {
+      {"     3.04           OBSERVATION DATA    M                   RINEX VERSION / TYPE\n",
+       FileKind::RinexObservation},
+      {"3.0                 COMPACT RINEX FORMAT                    CRINEX VERS   / TYPE\n",
+       FileKind::RinexObservation},
+      {"     2.11           NAVIGATION DATA                         RINEX VERSION / TYPE\n",
+       FileKind::RinexNavigation},
+      {"#dP2024  2 29  0  0  0.00000000      96 ORBIT IGS20\n", FileKind::Sp3},
+      {"# Header\n#\n# Fix,Provider,LatitudeDegrees\n", FileKind::GnssLogger},
+      {"Raw,utcTimeMillis,TimeNanos\n", FileKind::GnssLogger},
+      {"<?xml version=\"1.0\"?>\n<gpx version=\"1.1\">", FileKind::Gpx},
+      {"<kml xmlns:gx=\"http://www.google.com/kml/ext/2.2\">", FileKind::Kml},
+      {"\xB5\x62\x01\x07", FileKind::Ubx},
+      {"\xD3\x00\x13\x3E\xD7"sv, FileKind::Rtcm},
+      {"noise\xD3\x01\x13"sv, FileKind::Rtcm},
+      {"[12:00] $GPGGA,123519,4807.038,N\n", FileKind::Nmea},
+      {"$PUBX,00,1\n", FileKind::Nmea},
+      {"time,lat,lon,height\n0,22.3,114.17,5\n", FileKind::Columns},
+      {"# a comment, of a table\n1;2;3\n", FileKind::Columns},
+      {"it costs $5\n", FileKind::Other},
+      {"\0,1"sv, FileKind::Other},
+      {"", FileKind::Other}};
+  for (const auto& [head, kind] : heads) EXPECT_EQ(kind_of_head(head), kind) << head;
+}
+
+TEST(FileKind, OfTrajectories) {
+  EXPECT_EQ(trajectory_format(FileKind::Gpx), "gpx");
+  EXPECT_EQ(trajectory_format(FileKind::Sp3), "");
+  EXPECT_EQ(trajectory_format(FileKind::Other), "");
+  EXPECT_EQ(kind_of_trajectory("gnsslogger"), FileKind::GnssLogger);
+  EXPECT_EQ(kind_of_trajectory("csv"), FileKind::Columns);
+  EXPECT_EQ(kind_of_trajectory("urbannav"), FileKind::Columns);
+}
+
+TEST(FileKind, ReadersSayWhatAFileIsInstead) {
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "track";
+  const auto message = [&](FileKind wanted) -> std::string {
+    try {
+      read_as(wanted, path, [&]() -> int { throw InputError(path, 3, "is bad"); });
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  std::ofstream(path) << "<gpx></gpx>";
+  EXPECT_EQ(message(FileKind::Sp3),
+            path.string() + ": is a GPX file, not an SP3 file; as a trajectory its format is gpx");
+  EXPECT_EQ(message(FileKind::Gpx), path.string() + ":3: is bad");
+  std::ofstream(path) << "1,2,3\n";
+  EXPECT_EQ(message(FileKind::Sp3), path.string() + ":3: is bad") << "columns may be anything";
+  // A log with lines of both is of the kind that was asked for.
+  std::ofstream(path) << "# Raw,TimeNanos\nNMEA,$GPGGA,123519\n";
+  EXPECT_EQ(message(FileKind::Nmea), path.string() + ":3: is bad");
+  EXPECT_EQ(read_as(FileKind::Sp3, path, [] { return 7; }), 7);
+  std::filesystem::remove(path);
+  EXPECT_EQ(message(FileKind::Sp3), path.string() + ":3: is bad");
+}
+
+}  // namespace
+}  // namespace canyon

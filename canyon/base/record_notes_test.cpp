@@ -1,0 +1,62 @@
+#include "canyon/base/record_notes.hpp"
+
+#include <gmock/gmock.h>
+
+namespace canyon {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+TEST(RecordNotes, CountRecordsByReason) {
+  RecordNotes notes("a.txt");
+  EXPECT_THAT(notes.lines(), IsEmpty());
+  notes.bad(3, "the height '12x' of G05 is not a number");
+  notes.bad(4, "the height 'y' of G05 is not a number");
+  notes.skip(5, "point without a fix");
+  notes.bad(6, "epoch 2024-02-29T05:00:00 (7 of 9) is wrong", "gone");
+  notes.bad(7, "the height 'z' of G06 is not a number");
+  notes.skip(8, "point without a fix");
+  notes.bad(9, "epoch 2024-02-29T05:15:00 (-2.5 of 9) is wrong", "gone");
+  notes.say(0, "it has no heights", "0 is taken");
+  EXPECT_THAT(notes.lines(),
+              ElementsAre("a.txt:3: the height '12x' of G05 is not a number (the first of 2); left out",
+                          "a.txt:5: point without a fix (the first of 2); left out",
+                          "a.txt:6: epoch 2024-02-29T05:00:00 (7 of 9) is wrong (the first of 2); gone",
+                          "a.txt:7: the height 'z' of G06 is not a number; left out",
+                          "a.txt: it has no heights; 0 is taken"));
+  EXPECT_EQ(notes.bad_count(), 5U);
+  EXPECT_EQ(notes.count("point without a fix"), 2U);
+  EXPECT_EQ(notes.count("another reason"), 0U);
+}
+
+TEST(RecordNotes, ListTwentyReasonsWhyRecordsAreBad) {
+  RecordNotes notes("a.txt");
+  for (char c = 'a'; c <= 'z'; ++c)
+    for (int i = 0; i < 2; ++i) notes.bad(1, std::string("reason ") + c);
+  const std::vector<std::string> lines = notes.lines();
+  ASSERT_EQ(lines.size(), RecordNotes::kListed + 1);
+  EXPECT_EQ(lines.back(), "a.txt: 12 more damaged records; left out");
+}
+
+TEST(RecordNotes, RefuseAFileWhoseRecordsAreMostlyBad) {
+  RecordNotes notes("a.txt");
+  EXPECT_NO_THROW(notes.require_most(0));
+  notes.guard([] { throw InputError("a.txt", 2, "it is wrong", "mend it"); });
+  notes.guard([] {});
+  notes.bad(5, "it is wrong too");
+  EXPECT_NO_THROW(notes.require_most(3));
+  const auto what = [&](std::size_t good) -> std::string {
+    try {
+      notes.require_most(good);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  EXPECT_EQ(what(2), "a.txt:2: it is wrong (the first of 2 bad records of 4); mend it");
+  EXPECT_EQ(what(0), "a.txt:2: it is wrong; mend it");
+}
+
+}  // namespace
+}  // namespace canyon
