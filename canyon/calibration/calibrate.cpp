@@ -31,7 +31,6 @@ simulation::ReceiverConfig of_all_systems(simulation::ReceiverConfig receiver) {
 void add_unidentifiable(const Values& base, Calibration& result) {
   for (const auto& [key, why] :
        {std::pair("signal.offset_db", "needs many satellites of each system in clear view"),
-        {"signal.lock.acquisition_threshold_dbhz", "acts as the tracking threshold does"},
         {"signal.dll.loop_bandwidth_hz", "errors show the echoes more than the loop"},
         {"signal.dll.spacing_chips", "errors show the echoes more than the loop"},
         {"noise.sigma_m_per_sqrt_s", "errors from space replace it where there are navigation files"},
@@ -90,6 +89,7 @@ Calibration calibrate(const std::vector<Drive>& drives, const CalibrateOptions& 
   add_tracked(recorded, skies, receiver, result);
   add_step(recorded, receiver, result);
   add_phase_threshold(recorded, receiver, draws, result);
+  add_lock_thresholds(recorded, receiver, draws, result);
   add_likelihood_fit(fit_drives, options, result);
   add_unidentifiable(values_of(receiver), result);
   return result;

@@ -85,7 +85,7 @@ TEST(Calibrate, KnownReceiverComesBack) {
     shadowed(receiver);
     tracking::SignalOptions& signal = receiver.options.signal;
     signal.link.above_minimum_db -= 5;
-    signal.shadowing.skyline.share = 0.4;
+    signal.shadowing.skyline.share = 0.3;
     signal.lock.tracking_threshold_dbhz = 16;
     signal.cn0_step_db = 0.25;
   });
@@ -94,8 +94,10 @@ TEST(Calibrate, KnownReceiverComesBack) {
   const Calibration c = calibrate({drive});
   print(c);
   expect_known(c, "signal.link.above_minimum_db", 1.5 - 5, 2.5);
-  expect_known(c, "signal.shadowing.skyline.share", 0.4, 0.25);
-  expect_known(c, "signal.lock.tracking_threshold_dbhz", 16, 4);
+  expect_known(c, "signal.shadowing.skyline.share", 0.3, 0.25);
+  expect_known(c, "signal.lock.tracking_threshold_dbhz", 16, 1);
+  // The level has risen when a signal is measured again.
+  EXPECT_NEAR(*parse_double(of(c, "signal.lock.acquisition_threshold_dbhz").recorded), 25, 2);
   EXPECT_EQ(of(c, "signal.cn0_step_db").after, "0.25");
   EXPECT_EQ(of(c, "tracks").verdict, Verdict::Agrees);
   EXPECT_EQ(of(c, "leaves_out").verdict, Verdict::Agrees);

@@ -20,8 +20,7 @@ namespace {
 
 using Verdict = Estimate::Verdict;
 
-constexpr const char* kAcquisitionKey = "signal.lock.acquisition_threshold_dbhz";
-constexpr std::size_t kAxes = 3;
+constexpr std::size_t kAxes = 2;
 /// Simulated epochs that are held at a time: some 300 MB.
 constexpr std::size_t kEpochsAtOnce = 60'000;
 /// Time [s] over which the observations of one satellite count as one: what is in the way, and what a model
@@ -55,13 +54,11 @@ Axis axis_of(const char* key, const char* unit, double profile, double deviation
 
 Axes axes_of(const simulation::ReceiverConfig& receiver) {
   const tracking::SignalOptions& signal = receiver.options.signal;
-  const double level_db = signal.link.above_minimum_db, threshold = signal.lock.tracking_threshold_dbhz;
+  const double level_db = signal.link.above_minimum_db;
   return {axis_of("signal.link.above_minimum_db", "dB", level_db, 5,
                   {level_db - 8, level_db - 4, level_db, level_db + 4, level_db + 8}, -10, 20, 1),
           axis_of("signal.shadowing.skyline.share", "", disturbance::skyline_numbers(signal.shadowing).share,
-                  0.2, {0, 0.4, 0.8}, 0, 1, 0.05),
-          axis_of("signal.lock.tracking_threshold_dbhz", "dB-Hz", threshold, 4,
-                  {threshold - 8, threshold, threshold + 8}, 0, 100, 1)};
+                  0.2, {0, 0.4, 0.8}, 0, 1, 0.05)};
 }
 
 /// Points of the product of lists, the last one fastest.
@@ -80,12 +77,9 @@ std::vector<Point> points_of(const std::array<std::vector<double>, kAxes>& lists
   return points;
 }
 
-Values values_at(const Axes& axes, const Point& point, const simulation::ReceiverConfig& receiver) {
+Values values_at(const Axes& axes, const Point& point) {
   Values values;
   for (std::size_t a = 0; a < kAxes; ++a) values[axes.at(a).key] = options::show(point.at(a));
-  // It is no lower than the tracking threshold.
-  if (point.back() > receiver.options.signal.lock.acquisition_threshold_dbhz)
-    values[kAcquisitionKey] = values[axes.back().key];
   return values;
 }
 
@@ -273,7 +267,7 @@ Observations simulate(const FitDrive& of, const Grid& grid, const Values& known,
     for (std::size_t i = 0; i < size; ++i) {
       const std::size_t k = first + i;
       set_values(known, receivers[i]);
-      set_values(values_at(grid.axes(), points[k % points.size()], receivers[i]), receivers[i]);
+      set_values(values_at(grid.axes(), points[k % points.size()]), receivers[i]);
       seeded.push_back({&receivers[i], drive.seed + k / points.size()});
     }
     validation::CompareOptions compare;
@@ -302,11 +296,9 @@ void add_likelihood_fit(std::span<const FitDrive> drives, const CalibrateOptions
                         Calibration& result) {
   simulation::ReceiverConfig receiver = drives.front().drive->receiver;
   set_values(result.values, receiver);
-  const Values before = values_of(receiver);
   Grid grid(axes_of(receiver));
   for (const FitDrive& drive : drives) grid.add(simulate(drive, grid, result.values, options));
   const Posterior prior = grid.posterior(false), known = grid.posterior(true);
-  Point after = known.mean;
   for (std::size_t a = 0; a < kAxes; ++a) {
     const Axis& axis = grid.axes().at(a);
     const double mean = known.mean.at(a), sigma = known.sigma.at(a), open = prior.sigma.at(a);
@@ -323,22 +315,8 @@ void add_likelihood_fit(std::span<const FitDrive> drives, const CalibrateOptions
     }
     if (e.verdict == Verdict::Fitted) {
       e.after = result.values[axis.key] = e.recorded;
-    } else {
-      after.at(a) = axis.profile;
     }
     result.estimates.push_back(std::move(e));
-  }
-  const Values values = values_at(grid.axes(), after, receiver);
-  if (const auto raised = values.find(kAcquisitionKey); raised != values.end()) {
-    result.values[raised->first] = result.values[grid.axes().back().key];
-    result.estimates.push_back({raised->first,
-                                "dB-Hz",
-                                before.at(raised->first),
-                                result.values[raised->first],
-                                result.values[raised->first],
-                                {},
-                                Verdict::Fitted,
-                                "no lower than the tracking threshold"});
   }
 }
 

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "canyon/base/statistics.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/gnss/signal_groups.hpp"
 #include "canyon/options/values.hpp"
@@ -22,6 +23,16 @@ using Verdict = Estimate::Verdict;
 constexpr double kHigh_rad = 0.52359877559829887, kClear_s = 60;
 /// A signal with fewer pseudoranges does not count as tracked.
 constexpr std::size_t kFewestOfSignal = 20;
+
+/// Of the C/N0 of hidden satellites this share lies below the tracking threshold, by the noise of C/N0; and
+/// of the first ones behind gaps below that of acquisition.
+constexpr double kWeakestShare = 0.01, kWeakestFoundShare = 0.1;
+/// Signals whose last C/N0 is so near to the threshold are lost by it.
+constexpr double kNear_dB = 4;
+constexpr long kFewestLosses = 10;
+/// Loops coast for less than that; fewer gaps do not show a threshold.
+constexpr double kGap_s = 3;
+constexpr std::size_t kFewestGaps = 20;
 
 constexpr std::array<const char*, 9> kGroups{"BeiDou-GEO", "BeiDou-IGSO", "BeiDou-MEO",
                                              "BeiDou-2",   "BeiDou-3",    "GPS-IIR",
@@ -97,6 +108,83 @@ void add_leaves_out(std::span<const Observed> recorded, std::span<const std::set
   estimate.basis = basis.empty() ? "every group that is high and clear for a minute is tracked"
                                  : fmt::format("{}", fmt::join(basis, "; "));
   conclude(std::move(estimate), receiver.options.leaves_out, after, result);
+}
+
+/// A stated C/N0 and its epoch, counted over all recordings.
+struct Stated {
+  double cn0_dbhz = 0;
+  std::size_t epoch = 0;
+};
+
+/// The C/N0 of satellites' first signals about the limits of lock.
+struct LockRecord {
+  std::vector<Stated> hidden;  ///< of satellites that the map hides
+  std::vector<Stated> last;    ///< before a signal is lost
+  std::vector<Stated> found;   ///< first ones behind gaps
+};
+
+LockRecord lock_record(std::span<const Observed> recorded) {
+  LockRecord record;
+  std::size_t offset = 0;
+  for (const Observed& e : recorded) {
+    for (const Series& series : e.series) {
+      if (!series.first()) continue;
+      const Sample *before = nullptr, *tracked = nullptr;  // of the epoch before, and the last one tracked
+      for (const Sample& s : series.samples) {
+        if (before != nullptr && before->epoch + 1 != s.epoch) tracked = nullptr;
+        if (s.tracked && s.cn0_dbhz) {
+          const Stated stated{*s.cn0_dbhz, offset + s.epoch};
+          if (!s.clear) record.hidden.push_back(stated);
+          if (tracked != nullptr && e.times[s.epoch] - e.times[tracked->epoch] > kGap_s)
+            record.found.push_back(stated);
+          tracked = &s;
+        } else if (tracked != nullptr && tracked == before) {
+          record.last.push_back({*tracked->cn0_dbhz, offset + tracked->epoch});
+        }
+        before = &s;
+      }
+    }
+    offset += e.times.size();
+  }
+  return record;
+}
+
+std::vector<double> cn0_of(const std::vector<Stated>& all) {
+  std::vector<double> values;
+  for (const Stated& s : all) values.push_back(s.cn0_dbhz);
+  return values;
+}
+
+/// A quantile of stated C/N0, with its bootstrap interval.
+Estimate threshold_of(const std::vector<Stated>& all, double share, const char* key, double before,
+                      std::span<const std::vector<std::uint16_t>> draws) {
+  Estimate estimate{key, "dB-Hz", options::show(before), options::show(before), {}, {}, {}, {}};
+  const auto value = quantile(cn0_of(all), share);
+  if (!value) return estimate;
+  std::vector<double> drawn;
+  for (const auto& weights : draws) {
+    std::vector<double> values;
+    for (const Stated& s : all) values.insert(values.end(), weights[s.epoch], s.cn0_dbhz);
+    if (const auto of_draw = quantile(values, share)) drawn.push_back(*of_draw);
+  }
+  constexpr double kHalfStep = 0.5;  // stated C/N0 are steps of a decibel
+  const double low = quantile(drawn, 0.025).value_or(*value) - kHalfStep,
+               high = quantile(drawn, 0.975).value_or(*value) + kHalfStep;
+  estimate.recorded = rounded(*value, kHalfStep);
+  estimate.interval = fmt::format("{} to {}", rounded(low, kHalfStep), rounded(high, kHalfStep));
+  estimate.verdict = before < low || before > high ? Verdict::Fitted : Verdict::Agrees;
+  return estimate;
+}
+
+/// Adds an estimate; the profile's value stays where it agrees or nothing is identified.
+void add_if(bool identified, Estimate estimate, Calibration& result) {
+  if (!identified) {
+    estimate.verdict = Verdict::Unidentified;
+    estimate.recorded.clear();
+    estimate.interval.clear();
+  }
+  if (estimate.verdict == Verdict::Fitted) estimate.after = result.values[estimate.key] = estimate.recorded;
+  result.estimates.push_back(std::move(estimate));
 }
 
 }  // namespace
@@ -249,6 +337,41 @@ void add_phase_threshold(std::span<const Observed> recorded, const simulation::R
     }
   }
   result.estimates.push_back(estimate);
+}
+
+void add_lock_thresholds(std::span<const Observed> recorded, const simulation::ReceiverConfig& receiver,
+                         std::span<const std::vector<std::uint16_t>> draws, Calibration& result) {
+  const tracking::SignalLockOptions& lock = receiver.options.signal.lock;
+  const LockRecord record = lock_record(recorded);
+  const auto lost_near = [&record](double threshold) {
+    return std::count_if(record.last.begin(), record.last.end(),
+                         [=](const Stated& s) { return s.cn0_dbhz <= threshold + kNear_dB; });
+  };
+
+  Estimate tracking = threshold_of(record.hidden, kWeakestShare, "signal.lock.tracking_threshold_dbhz",
+                                   lock.tracking_threshold_dbhz, draws);
+  const auto weakest = quantile(cn0_of(record.hidden), kWeakestShare);
+  const auto lost = weakest ? lost_near(*weakest) : 0;
+  tracking.basis = fmt::format("{} C/N0 of hidden satellites, {} losses from within {:g} dB of their weakest",
+                               record.hidden.size(), lost, kNear_dB);
+  // Where signals are not lost from there, the receiver has not shown how weak they may be.
+  add_if(lost >= kFewestLosses, std::move(tracking), result);
+  const double lowest = *parse_double(result.estimates.back().after);
+
+  Estimate acquisition =
+      threshold_of(record.found, kWeakestFoundShare, "signal.lock.acquisition_threshold_dbhz",
+                   lock.acquisition_threshold_dbhz, draws);
+  acquisition.basis = fmt::format("the first C/N0 behind {} gaps", record.found.size());
+  bool identified = record.found.size() >= kFewestGaps;
+  const bool fitted = identified && acquisition.verdict == Verdict::Fitted;
+  if ((fitted ? *parse_double(acquisition.recorded) : lock.acquisition_threshold_dbhz) < lowest) {
+    identified = true;
+    acquisition.recorded = options::show(lowest);
+    acquisition.interval.clear();
+    acquisition.verdict = Verdict::Fitted;
+    acquisition.basis = "no lower than the tracking threshold";
+  }
+  add_if(identified, std::move(acquisition), result);
 }
 
 }  // namespace canyon::calibration

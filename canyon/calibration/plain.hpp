@@ -25,4 +25,9 @@ void add_step(std::span<const Observed> recorded, const simulation::ReceiverConf
 void add_phase_threshold(std::span<const Observed> recorded, const simulation::ReceiverConfig& receiver,
                          std::span<const std::vector<std::uint16_t>> draws, Calibration& result);
 
+/// Adds `signal.lock.tracking_threshold_dbhz` and `signal.lock.acquisition_threshold_dbhz`: the weakest
+/// signals of hidden satellites that are measured, and the weakest that are found again behind gaps.
+void add_lock_thresholds(std::span<const Observed> recorded, const simulation::ReceiverConfig& receiver,
+                         std::span<const std::vector<std::uint16_t>> draws, Calibration& result);
+
 }  // namespace canyon::calibration
