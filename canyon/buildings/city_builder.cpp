@@ -185,6 +185,7 @@ class Builder {
       built.reason = said;
       for (const std::string& note : notes) complaints_.add("repaired, " + note, feature.id);
     }
+    if (has_spike(placed.polygons)) complaints_.add("outline with a long spike: damaged?", feature.id);
     placed.ground = ground_along(feature.polygons, map_frame_, terrain_ != nullptr);
     if (!placed.ground) {
       placed.polygons.clear();

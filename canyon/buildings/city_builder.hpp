@@ -77,7 +77,7 @@ struct BuiltCity {
 /// Trees of a row stand 8 m apart; woods are flat-topped volumes over the mean ground of their outline.
 ///
 /// `progress` is called with features done and in all. Throws InputError where nothing can be built, where
-/// features lie on both sides of the antimeridian or more than 200 km from the origin, and where the terrain
+/// features lie more than 200 km from the origin, and where the terrain
 /// does not cover the features and the margin about them.
 [[nodiscard]] BuiltCity build_city(const MapData& map, const Terrain* terrain, const BuildOptions& options,
                                    const std::function<void(std::size_t, std::size_t)>& progress = {});

@@ -22,6 +22,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/input_file.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/city/mesh_doubts.hpp"
 #include "canyon/city/mesh_file_format.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/mesh_names.hpp"
@@ -92,9 +93,7 @@ class MeshImport {
   City read() {
     options_.validate();
     const std::string extension = check_path();
-    if (extension == ".ply") check_ply(path_);
-    if (extension == ".gltf" || extension == ".glb") check_gltf_extensions(path_);
-    if (extension == ".stl") check_stl_complete(path_);
+    check_format(extension);
     marked_ = has_mesh_mark(path_);
     const aiScene& scene = load();
     FileFrame frame;
@@ -122,6 +121,7 @@ class MeshImport {
     city.frame = geodesy::LocalFrame(options_.origin);
     note(fmt::format("{} triangles in {} nodes; 1 unit is {} m, {} up", read_, nodes_.size(),
                      frame.metres_per_unit * options_.scale, "XYZ"[static_cast<int>(frame.up)]));
+    std::for_each(doubts_.begin(), doubts_.end(), [this](const std::string& doubt) { note(doubt); });
     if (degenerate_ > 0)
       note(fmt::format("{} degenerate triangles (area below 1e-8 m^2) dropped", degenerate_));
     if (largest_coordinate_ > kFinestCoordinate) {
@@ -163,6 +163,15 @@ class MeshImport {
     return extension;
   }
 
+  /// What Assimp does not notice or survive.
+  void check_format(const std::string& extension) {
+    if (extension == ".ply") check_ply(path_);
+    if (extension == ".stl") check_stl(path_);
+    if (extension == ".obj") doubts_ = check_obj(path_);
+    if (extension == ".gltf" || extension == ".glb") doubts_ = check_gltf(path_);
+    if (extension == ".dae") doubts_ = check_collada(path_);
+  }
+
   const aiScene& load() {
     importer_.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
     importer_.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
@@ -172,8 +181,12 @@ class MeshImport {
                                      aiComponent_CAMERAS);
     // Only Canyon's own: other programs' names may be empty or repeat where their ids do not.
     if (marked_) importer_.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, true);
-    const aiScene* scene = importer_.ReadFile(
-        path_.string(), aiProcess_RemoveComponent | aiProcess_Triangulate | aiProcess_SortByPType);
+    const aiScene* scene = importer_.ReadFile(path_.string(), 0);
+    if (scene != nullptr) {
+      if (!marked_) add_face_doubts(*scene, doubts_);
+      scene = importer_.ApplyPostProcessing(aiProcess_RemoveComponent | aiProcess_Triangulate |
+                                            aiProcess_SortByPType);
+    }
     if (scene == nullptr) {
       std::string reason = importer_.GetErrorString();
       std::replace(reason.begin(), reason.end(), '\n', ' ');
@@ -429,7 +442,7 @@ class MeshImport {
   Assimp::Importer importer_;
   std::vector<Material> materials_;
   std::vector<Node> nodes_;
-  std::vector<std::string> notes_;
+  std::vector<std::string> notes_, doubts_;
   Box bounds_;
   std::size_t read_ = 0;
   std::size_t degenerate_ = 0;
@@ -444,54 +457,6 @@ City read_mesh_city(const std::filesystem::path& path, const MeshImportOptions& 
 
 City read_mesh_part(const std::filesystem::path& path, const MeshImportOptions& options) {
   return MeshImport(path, options, false).read();
-}
-
-std::string up_axis_caution(const City& city, const std::filesystem::path& path,
-                            const MeshImportOptions& options) {
-  const std::string extension = lower_case(path.extension().string());
-  const bool declared = extension != ".obj" && extension != ".stl" && extension != ".ply";
-  if (declared || options.up_axis || has_mesh_mark(path)) return {};
-  const Mesh& mesh = city.mesh;
-  double terrain_area = 0, level_area = 0;
-  // The lowest coordinate of each building, along the axis that would be up and along z.
-  const Eigen::Vector3d file_y =
-      Eigen::AngleAxisd(options.heading_rad, Eigen::Vector3d::UnitZ()) * Eigen::Vector3d::UnitY();
-  std::vector<double> feet_y, feet_z;
-  for (const Object& object : mesh.objects) {
-    double lowest_y = 1e300, lowest_z = 1e300;
-    for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
-      const auto& [a, b, c] = mesh.triangles[t];
-      const Eigen::Vector3d normal =
-          (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]);
-      if (object.surface == Surface::Terrain) {
-        terrain_area += normal.norm();
-        level_area += std::abs(normal.z());
-      }
-      for (const std::uint32_t v : mesh.triangles[t]) {
-        lowest_y = std::min(lowest_y, mesh.vertices[v].dot(file_y));
-        lowest_z = std::min(lowest_z, mesh.vertices[v].z());
-      }
-    }
-    if (object.surface != Surface::Building) continue;
-    feet_y.push_back(lowest_y);
-    feet_z.push_back(lowest_z);
-  }
-  // The largest share of values within 0.5 m of one another.
-  const auto share = [](std::vector<double>& values) {
-    std::sort(values.begin(), values.end());
-    std::size_t most = 0;
-    for (std::size_t i = 0, j = 0; i < values.size(); ++i) {
-      while (j < values.size() && values[j] <= values[i] + 0.5) ++j;
-      most = std::max(most, j - i);
-    }
-    return static_cast<double>(most) / static_cast<double>(values.size());
-  };
-  constexpr double kUpright = 0.3, kMost = 0.75, kFew = 0.5;
-  const bool upright = terrain_area > 0 && level_area < kUpright * terrain_area;
-  const bool beside = feet_y.size() >= 3 && share(feet_y) >= kMost && share(feet_z) < kFew;
-  if (!upright && !beside) return {};
-  return fmt::format("{}: {}; is y the file's up axis? Then set up_axis: Y", path.filename().string(),
-                     upright ? "its terrain stands upright" : "its buildings lie on their sides");
 }
 
 }  // namespace canyon::city

@@ -22,9 +22,9 @@ namespace canyon::city {
 /// The same for a part of a scene: of any size up to 200 km, and anywhere within 1,000 km.
 [[nodiscard]] City read_mesh_part(const std::filesystem::path& path, const MeshImportOptions& options);
 
-/// A warning where a mesh whose format has no up axis (OBJ, STL, PLY; no `up_axis` given) seems to lie on its
-/// side: its terrain stands upright, or at least three quarters of three or more buildings start at one plane
-/// to the north or south and few on one level. Empty otherwise.
+/// A warning where a mesh (no `up_axis` given) seems to lie on its side, by its format (OBJ, STL, PLY: z up;
+/// glTF: y) or by its own word (COLLADA): its terrain stands upright, or at least three quarters of three or
+/// more buildings start at one plane to the north or south and few on one level. Empty otherwise.
 [[nodiscard]] std::string up_axis_caution(const City& city, const std::filesystem::path& path,
                                           const MeshImportOptions& options);
 

@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
+#include <string>
+#include <vector>
 
 namespace canyon::city {
 
@@ -29,11 +31,22 @@ struct FileFrame {
 /// without vertices or with vertices that are not there.
 void check_ply(const std::filesystem::path& path);
 
-/// Throws InputError where an ASCII STL file lacks its "endsolid". Binary files are left to Assimp.
-void check_stl_complete(const std::filesystem::path& path);
+/// Throws InputError where an ASCII STL file lacks its "endsolid" or has a facet without three corners of
+/// three numbers. Binary files are left to Assimp.
+void check_stl(const std::filesystem::path& path);
+
+/// Throws InputError for vertices and faces of an OBJ file that have no numbers or name vertices that are not
+/// there. Returns what may be damage, one line each: lines that are not OBJ, vertices without a face.
+[[nodiscard]] std::vector<std::string> check_obj(const std::filesystem::path& path);
 
 /// Throws InputError where a glTF file requires an extension that changes its geometry, such as Draco's or
-/// meshopt's compression (glTF 2.0, 3.12), which Assimp does not look at.
-void check_gltf_extensions(const std::filesystem::path& path);
+/// meshopt's compression (glTF 2.0, 3.12), which Assimp does not look at, and where accessors, buffer views
+/// or indices reach beyond what they refer to. Returns what may be damage, one line each: positions beyond
+/// their stated bounds, meshes in no scene, accessors without use, members that glTF does not have.
+[[nodiscard]] std::vector<std::string> check_gltf(const std::filesystem::path& path);
+
+/// Throws InputError where counts of a COLLADA file do not agree with its arrays, and for references to what
+/// is not there: Assimp 5.2 reads beyond its memory. Returns a line for geometries that no node shows.
+[[nodiscard]] std::vector<std::string> check_collada(const std::filesystem::path& path);
 
 }  // namespace canyon::city

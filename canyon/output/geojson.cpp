@@ -1,4 +1,5 @@
 // Declared in canyon/output/formats.hpp.
+#include <optional>
 #include <utility>
 
 #include "canyon/base/json.hpp"
@@ -37,7 +38,7 @@ class GeoJson final : public Encoder {
   std::string begin() override { return "{\"type\":\"FeatureCollection\",\"features\":["; }
   std::string encode(const simulation::Epoch& epoch) override {
     const receiver::ReceiverEpoch& seen = epoch.observed;
-    truth_.push_back(coordinates(epoch.truth.position));
+    add_truth(epoch.truth.position);
     Json properties{{"kind", seen.fix.solved() ? "fix" : "outage"},
                     {"name", name_},
                     {"time", geodesy::format_utc(seen.time)},
@@ -62,11 +63,16 @@ class GeoJson final : public Encoder {
 
   std::string end() override {
     std::string text;
-    if (!truth_.empty()) {
-      const bool line = truth_.size() > 1;  // a LineString needs two positions (RFC 7946, 3.1.4)
-      Json place = line ? std::move(truth_) : std::move(truth_[0]);
-      text = next(feature({{"kind", "truth"}, {"name", name_}, {"stroke", colour(kTruthRgb)}},
-                          line ? "LineString" : "Point", std::move(place)));
+    if (last_) {
+      const Json properties{{"kind", "truth"}, {"name", name_}, {"stroke", colour(kTruthRgb)}};
+      lines_.push_back(std::move(line_));
+      if (lines_.size() > 1) {
+        text = next(feature(properties, "MultiLineString", std::move(lines_)));
+      } else if (lines_[0].size() > 1) {
+        text = next(feature(properties, "LineString", std::move(lines_[0])));
+      } else {  // a LineString needs two positions (RFC 7946, 3.1.4)
+        text = next(feature(properties, "Point", std::move(lines_[0][0])));
+      }
     }
     return text + "\n]}\n";
   }
@@ -76,8 +82,19 @@ class GeoJson final : public Encoder {
     return (std::exchange(first_, false) ? "\n" : ",\n") + feature.dump();
   }
 
+  /// The line is cut at the antimeridian (RFC 7946, 3.1.9).
+  void add_truth(const geodesy::Geodetic& place) {
+    if (const auto crossing = last_ ? antimeridian_crossing(*last_, place) : std::nullopt) {
+      line_.push_back(coordinates((*crossing)[0]));
+      lines_.push_back(std::exchange(line_, Json::array({coordinates((*crossing)[1])})));
+    }
+    line_.push_back(coordinates(place));
+    last_ = place;
+  }
+
   std::string name_;
-  Json truth_ = Json::array();
+  Json lines_ = Json::array(), line_ = Json::array();  ///< of the truth: whole ones, and the present one
+  std::optional<geodesy::Geodetic> last_;
   bool first_ = true;
 };
 

@@ -48,15 +48,19 @@ std::string style(std::string_view id, std::string_view rgb, double width) {
       id, colour, colour, width);
 }
 
-/// Connected stretches of a track; a stretch of one epoch is a point.
+/// Connected stretches of a track, cut at the antimeridian; a stretch of one epoch is a point.
 class Stretches {
  public:
   void add(const geodesy::Geodetic& point) {
-    if (!open_) stretches_.emplace_back();
-    open_ = true;
+    if (!last_) stretches_.emplace_back();
+    if (const auto crossing = last_ ? antimeridian_crossing(*last_, point) : std::nullopt) {
+      stretches_.back() += kml_coordinates((*crossing)[0]) + '\n';
+      stretches_.push_back(kml_coordinates((*crossing)[1]) + '\n');
+    }
     stretches_.back() += kml_coordinates(point) + '\n';
+    last_ = point;
   }
-  void interrupt() { open_ = false; }
+  void interrupt() { last_.reset(); }
   [[nodiscard]] bool empty() const { return stretches_.empty(); }
   [[nodiscard]] std::string geometry() const {
     std::string text = "<MultiGeometry>\n";
@@ -74,7 +78,7 @@ class Stretches {
 
  private:
   std::vector<std::string> stretches_;
-  bool open_ = false;
+  std::optional<geodesy::Geodetic> last_;  ///< of the present stretch
 };
 
 class Kml final : public Encoder {

@@ -1,5 +1,6 @@
 #include "canyon/output/track.hpp"
 
+#include <cmath>
 #include <limits>
 
 #include "canyon/geodesy/constants.hpp"
@@ -28,6 +29,21 @@ std::size_t error_class(double horizontal_m) {
 std::string kml_coordinates(const geodesy::Geodetic& point) {
   return fixed(geodesy::degrees(point.longitude_rad), 9) + ',' +
          fixed(geodesy::degrees(point.latitude_rad), 9) + ',' + fixed(point.height_m, 3);
+}
+
+std::optional<std::array<geodesy::Geodetic, 2>> antimeridian_crossing(const geodesy::Geodetic& from,
+                                                                      const geodesy::Geodetic& to) {
+  const double apart = to.longitude_rad - from.longitude_rad;
+  if (std::abs(apart) <= geodesy::kPi) return std::nullopt;
+  const double edge = std::copysign(geodesy::kPi, from.longitude_rad);
+  const double share = (edge - from.longitude_rad) / (apart + 2 * edge);
+  geodesy::Geodetic last = from;
+  last.longitude_rad = edge;
+  last.latitude_rad += share * (to.latitude_rad - from.latitude_rad);
+  last.height_m += share * (to.height_m - from.height_m);
+  geodesy::Geodetic first = last;
+  first.longitude_rad = -edge;
+  return std::array{last, first};
 }
 
 }  // namespace canyon::output

@@ -105,6 +105,36 @@ TEST(Kml, ColoursFixesByTheirKind) {
   EXPECT_EQ(occurrences(text, "fix_differential"), 0U);
 }
 
+/// Three epochs across the antimeridian, on the equator, 22 m apart; the middle one 5 m short of it.
+std::vector<simulation::Epoch> run_across_the_antimeridian() {
+  std::vector<simulation::Epoch> epochs;
+  for (const double longitude : {179.99975, 179.99995, -179.99985}) {
+    epochs.push_back(test::sample_epoch(test::sample_time() + static_cast<double>(epochs.size()),
+                                        geodesy::Geodetic::from_degrees(0, longitude, 10), {0, 0, 0}, true));
+  }
+  return epochs;
+}
+
+TEST(Kml, IsCutAtTheAntimeridian) {
+  const test::TemporaryFolder folder;
+  feed(*open_file("kml", folder / "track.kml", 0, {"rover"}), run_across_the_antimeridian());
+  const std::string text = test::read_bytes(folder / "track.kml");
+  EXPECT_THAT(text, HasSubstr("\n179.999950000,0.000000000,10.000\n180.000000000,0.000000000,10.000\n"
+                              "</coordinates></LineString>"));
+  EXPECT_THAT(text, HasSubstr("<coordinates>\n-180.000000000,0.000000000,10.000\n"
+                              "-179.999850000,0.000000000,10.000\n</coordinates></LineString>"));
+}
+
+// RFC 7946, 3.1.9.
+TEST(GeoJson, IsCutAtTheAntimeridian) {
+  const test::TemporaryFolder folder;
+  feed(*open_file("geojson", folder / "track.geojson", 0, {"rover"}), run_across_the_antimeridian());
+  const auto truth =
+      nlohmann::json::parse(test::read_bytes(folder / "track.geojson")).at("features").at(3).at("geometry");
+  EXPECT_EQ(truth, nlohmann::json::parse(R"({"type":"MultiLineString","coordinates":[
+    [[179.99975,0,10],[179.99995,0,10],[180,0,10]],[[-180,0,10],[-179.99985,0,10]]]})"));
+}
+
 TEST(Kml, EmptyRun) {
   const test::TemporaryFolder folder;
   feed(*open_file("kml", folder / "track.kml", 0, {"rover"}), {});

@@ -3,11 +3,13 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/buildings/sources/cityjson_reader.hpp"
 #include "canyon/buildings/sources/geoid.hpp"
 #include "canyon/buildings/sources/osm_reader.hpp"
 #include "canyon/city/city_file.hpp"
 #include "canyon/city/gazebo_export.hpp"
+#include "canyon/city/mesh_doubts.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/constants.hpp"
@@ -20,14 +22,10 @@ namespace {
 constexpr double kMaxLod = 2.3;
 
 bool touches(const buildings::MapFeature& feature, const buildings::LonLatBox& box) {
-  buildings::LonLat low = buildings::LonLat::Constant(1e9), high = -low;
-  for (const buildings::MapSurface& surface : feature.surfaces) {
-    for (const Eigen::Vector3d& corner : surface.outer) {
-      low = low.cwiseMin(corner.head<2>());
-      high = high.cwiseMax(corner.head<2>());
-    }
-  }
-  return low.x() <= box.east && high.x() >= box.west && low.y() <= box.north && high.y() >= box.south;
+  const buildings::LonLatBox whole = box.unwrapped();
+  return Eigen::AlignedBox2d(Eigen::Vector2d(whole.west, whole.south),
+                             Eigen::Vector2d(whole.east, whole.north))
+      .intersects(feature.bounds());
 }
 
 buildings::MapData read_maps(const MapCityConfig& config, const buildings::TerrainOptions& heights) {
@@ -53,10 +51,12 @@ buildings::MapData read_maps(const MapCityConfig& config, const buildings::Terra
     buildings::MapData next = buildings::read_cityjson(path, kMaxLod, heights);
     if (!map.geoid_undulation_m) map.geoid_undulation_m = next.geoid_undulation_m;
     map.source += (map.source.empty() ? "" : ", ") + next.source;
-    map.min = map.min.cwiseMin(next.min);
-    map.max = map.max.cwiseMax(next.max);
     map.warnings.insert(map.warnings.end(), next.warnings.begin(), next.warnings.end());
+    if (map.bounds.isEmpty()) map.bounds = next.bounds;
+    const double longitude = box ? box->middle_longitude() : map.bounds.center().x();
     for (buildings::MapFeature& feature : next.features) {
+      feature.bring_near(longitude);
+      map.bounds.extend(feature.bounds());
       if (!box || touches(feature, *box)) map.features.push_back(std::move(feature));
     }
   }
@@ -101,6 +101,8 @@ buildings::BuiltCity load_city_with_report(const CityConfig& config,
     config.import.validate();
     loaded.city.frame = geodesy::LocalFrame(config.import.origin);
   }
+  for (std::string& line : city::implausible_objects(loaded.city.mesh))
+    loaded.report.cautions.push_back(std::move(line));
   const geodesy::Geodetic& origin = loaded.city.frame.origin();
   if (config.sea_level.geoid_undulation_m) {
     loaded.city.geoid_undulation_m = *config.sea_level.geoid_undulation_m;
@@ -115,6 +117,11 @@ buildings::BuiltCity load_city_with_report(const CityConfig& config,
 CityConfig city_config(const std::filesystem::path& file, const std::optional<geodesy::Geodetic>& origin) {
   CityConfig config;
   const std::optional<CityFileKind> kind = city_file_kind(file);
+  const std::string extension = lower_case(file.extension().string());
+  if (extension == ".gml" || extension == ".citygml") {
+    throw InputError(file, 0, "is CityGML, which is not read",
+                     "convert it to CityJSON, e.g. with citygml-tools to-cityjson");
+  }
   if (!kind) throw InputError(file, 0, "no kind of city ends so", city_file_endings());
   switch (*kind) {
     case CityFileKind::Map:

@@ -56,7 +56,9 @@ void visit_map(Visitor& v, MapCityConfig& map) {
       {"bbox", "deg", "[west, south, east, north]: only what touches this box of a map", "the whole map"},
       box, kLongitude_deg);
   if (v.reads() && !box.empty()) {
-    if (box.size() != 4 || !(box[0] < box[2]) || !(box[1] < box[3]) || box[1] < -90 || box[3] > 90) {
+    // West above east: across the antimeridian.
+    const bool wide = box.size() == 4 && !(box[0] < box[2]) && !(box[0] > box[2] + 180);
+    if (box.size() != 4 || wide || !(box[1] < box[3]) || box[1] < -90 || box[3] > 90) {
       throw v.fault("bbox", "is not a box",
                     "give [west, south, east, north] in degrees, west below east and south below north");
     }

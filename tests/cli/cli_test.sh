@@ -939,7 +939,7 @@ bad_city)
   runs 2 "$canyon" city build block.osm -o no/c.glb; one_line; says err no/c.glb
   runs 2 "$canyon" city build block.osm wall.obj -o c.glb; one_line; says err wall.obj
   runs 2 "$canyon" city build block.osm -o c.glb --bbox 1,2,3; one_line; says err WEST
-  runs 2 "$canyon" city build block.osm -o c.glb --bbox 179,1,-179,2; one_line; says err antimeridian
+  runs 2 "$canyon" city build block.osm -o c.glb --bbox 2,1,-2,2; one_line; says err "east bound"
   runs 2 "$canyon" city build block.osm -o c.glb --bbox 1,2,3,4; one_line; says err "in the box"
   runs 2 "$canyon" city build block.osm -o c.glb --origin 0,0,0; one_line; says err km bbox
   runs 2 "$canyon" city build block.osm -o c.glb --height house; one_line; says err TYPE=METRES

@@ -81,6 +81,18 @@ IndexRing tidy(IndexRing ring) {
   return ring;
 }
 
+/// How far a ring's corners are off its plane [m].
+double off_plane_m(const IndexRing& ring, const std::vector<Eigen::Vector3d>& points) {
+  const Eigen::Vector3d normal = twice_area_vector(ring, points).normalized();
+  double low = 0, high = 0;
+  for (const std::uint32_t i : ring) {
+    const double off = normal.dot(points[i] - points[ring[0]]);
+    low = std::min(low, off);
+    high = std::max(high, off);
+  }
+  return high - low;
+}
+
 /// Triangles of a polygon in space with its front; empty for a ring that is not a polygon.
 std::vector<Triangle> triangles_of(const IndexRing& outer, const std::vector<IndexRing>& inners,
                                    const std::vector<Eigen::Vector3d>& points) {
@@ -148,13 +160,15 @@ bool append_surfaces(city::Mesh& mesh, const std::string& name, const std::vecto
   };
   std::vector<Triangle> triangles;
   std::vector<city::Material> materials;
-  std::size_t left_out = 0;
+  std::size_t left_out = 0, bent = 0;
   for (const MapSurface& surface : surfaces) {
     const IndexRing outer = ring_of(surface.outer);
     std::vector<IndexRing> inners;
     for (const auto& inner : surface.inners) inners.push_back(ring_of(inner));
     const std::vector<Triangle> made = triangles_of(outer, inners, welder.points());
     if (made.empty()) ++left_out;
+    constexpr double kFlat_m = 0.5;
+    if (made.size() > 1 && off_plane_m(outer, welder.points()) > kFlat_m) ++bent;
     triangles.insert(triangles.end(), made.begin(), made.end());
     const city::Material material = surface.semantic == "RoofSurface" ? roof
                                     : surface.semantic == "Window"    ? city::Material::Glass
@@ -164,6 +178,10 @@ bool append_surfaces(city::Mesh& mesh, const std::string& name, const std::vecto
   if (left_out > 0) {
     notes.push_back(
         fmt::format("{}: left out {} of {} surfaces that are not polygons", name, left_out, surfaces.size()));
+  }
+  if (bent > 0) {
+    notes.push_back(fmt::format("{}: {} of {} surfaces are more than 0.5 m off their planes", name, bent,
+                                surfaces.size()));
   }
   const std::vector<Eigen::Vector3d>& points = welder.points();
   for (const auto& component : city::connected_components(triangles, points.size())) {

@@ -21,13 +21,7 @@ Eigen::AlignedBox2d bounds_of(const MapData& map, bool foliage) {
   Eigen::AlignedBox2d bounds;
   for (const MapFeature& feature : map.features) {
     if (!foliage && feature.kind != FeatureKind::Building && feature.kind != FeatureKind::Part) continue;
-    for (const MapPolygon& polygon : feature.polygons) {
-      for (const LonLat& place : polygon.outer) bounds.extend(place);
-    }
-    for (const LonLat& place : feature.line) bounds.extend(place);
-    for (const MapSurface& surface : feature.surfaces) {
-      for (const Eigen::Vector3d& corner : surface.outer) bounds.extend(LonLat(corner.head<2>()));
-    }
+    bounds.extend(feature.bounds());
   }
   return bounds;
 }
@@ -55,12 +49,6 @@ Geodetic choose_origin(const MapData& map, const Terrain* terrain, const std::op
   if (bounds.isEmpty()) {
     throw InputError(fmt::format("{}: there is nothing to build", map.source), "give a map with buildings");
   }
-  if (bounds.sizes().x() > 180) {
-    throw InputError(
-        fmt::format("{}: the features lie on both sides of the antimeridian (longitudes {:.3f} to {:.3f})",
-                    map.source, bounds.min().x(), bounds.max().x()),
-        "build the two sides apart, each with its --bbox");
-  }
   // Trees and woods do not move the origin: with and without them a city stays in place.
   const Eigen::AlignedBox2d built = bounds_of(map, false);
   const LonLat middle = (built.isEmpty() ? bounds : built).center();
@@ -68,7 +56,7 @@ Geodetic choose_origin(const MapData& map, const Terrain* terrain, const std::op
   if (wanted) {
     origin = *wanted;
   } else {
-    origin = Geodetic::from_degrees(middle.y(), middle.x(), 0);
+    origin = Geodetic::from_degrees(middle.y(), longitude_near(middle.x(), 0), 0);
     if (terrain == nullptr) {
       origin.height_m = surveyed_ground_m(map).value_or(0);
     } else if (const std::optional<double> height = terrain->height_m(middle)) {
@@ -122,6 +110,20 @@ std::optional<std::size_t> SameOutlines::add(std::size_t item, const std::vector
   }
   alike.push_back(std::move(next));
   return std::nullopt;
+}
+
+bool has_spike(const std::vector<Polygon2>& polygons) {
+  constexpr double kLong_m = 50, kSharp = 0.9962;  // cosine of 5 deg
+  for (const Polygon2& polygon : polygons) {
+    const std::vector<Point2>& ring = polygon.outer;
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      const Point2 before = ring[(i + ring.size() - 1) % ring.size()] - ring[i];
+      const Point2 behind = ring[(i + 1) % ring.size()] - ring[i];
+      const double shorter = std::min(before.norm(), behind.norm());
+      if (shorter > kLong_m && before.dot(behind) > kSharp * before.norm() * behind.norm()) return true;
+    }
+  }
+  return false;
 }
 
 std::vector<LonLat> tree_places(const MapFeature& feature) {

@@ -18,7 +18,7 @@ namespace canyon::buildings {
 inline constexpr double kFarthest_m = 200e3;
 
 /// `wanted`, or the place that BuildOptions::origin describes. Throws InputError for a map without any place,
-/// features on both sides of the antimeridian or beyond kFarthest_m, and a terrain without a height there.
+/// features beyond kFarthest_m, and a terrain without a height there.
 [[nodiscard]] geodesy::Geodetic choose_origin(const MapData& map, const Terrain* terrain,
                                               const std::optional<geodesy::Geodetic>& wanted);
 
@@ -38,6 +38,9 @@ class SameOutlines {
   };
   std::unordered_map<std::size_t, std::vector<Seen>> by_hash_;
 };
+
+/// Whether a corner is sharper than 5 deg between sides of 50 m and more: a point of the map is damaged.
+[[nodiscard]] bool has_spike(const std::vector<Polygon2>& polygons);
 
 /// Trees of a row stand this far apart, the first at its beginning; at most 10,000 of a row.
 inline constexpr double kTreeSpacing_m = 8;

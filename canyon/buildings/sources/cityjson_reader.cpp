@@ -81,6 +81,7 @@ class Reader {
   Eigen::Vector3d translate_ = Eigen::Vector3d::Zero();
   std::vector<Eigen::Vector3d> vertices_;  ///< lon, lat [deg], ellipsoidal height [m]; NaN where impossible
   std::vector<bool> beyond_poles_;
+  std::optional<double> longitude_;  ///< of the first vertex: others are within 180 deg of it
   MapData data_;
   Counts left_out_;
 };
@@ -133,6 +134,10 @@ void Reader::read_header(const Json& root) {
     if (!scale_.allFinite() || !translate_.allFinite() || !(scale_.array() != 0).all()) {
       fail("transform.scale must not be zero");
     }
+    if (scale_.x() != scale_.y()) {
+      data_.warnings.push_back(fmt::format("{}: transform.scale is {} along x and {} along y: damaged?",
+                                           path_.filename().string(), scale_.x(), scale_.y()));
+    }
   } else if (number.rfind("1.0", 0) != 0) {
     fail("no transform, which CityJSON 1.1 and later require");
   }
@@ -168,6 +173,10 @@ void Reader::read_vertices(const Json& root) {
     for (std::size_t i = 0; i < vertices_.size(); ++i) beyond_poles_[i] = std::abs(vertices_[i].y()) > 90;
   }
   system_->to_wgs84(vertices_);
+  for (Eigen::Vector3d& vertex : vertices_) {
+    if (!longitude_ && vertex.allFinite()) longitude_ = vertex.x();
+    if (longitude_) vertex.x() = longitude_near(vertex.x(), *longitude_);
+  }
 }
 
 std::vector<Eigen::Vector3d> Reader::ring(const std::string& key, const Json& indices) {
@@ -388,19 +397,17 @@ void Reader::finish() {
     fail(fmt::format("has no Building or BuildingPart with a geometry up to LoD {}", max_lod_),
          "give a CityJSON file of buildings, or a higher max LoD");
   }
-  const auto widen = [this](const LonLat& point) {
-    data_.min = data_.min.cwiseMin(point);
-    data_.max = data_.max.cwiseMax(point);
-  };
-  for (const MapFeature& feature : data_.features) {
-    for (const MapPolygon& polygon : feature.polygons)
-      std::for_each(polygon.outer.begin(), polygon.outer.end(), widen);
-    for (const MapSurface& made : feature.surfaces) {
-      for (const auto& point : made.outer) widen(point.head<2>());
-    }
+  for (const MapFeature& feature : data_.features) data_.bounds.extend(feature.bounds());
+  const LonLat middle = data_.bounds.center();
+  if (!system_->in_area_of_use(middle)) {
+    data_.warnings.push_back(
+        fmt::format("{}: lies at longitude {:.4f}, latitude {:.4f}, outside the area that its reference "
+                    "system is made for; check "
+                    "metadata.referenceSystem and transform.translate",
+                    path_.filename().string(), middle.x(), middle.y()));
   }
   if (system_->geoid().above_sea_level()) {
-    data_.geoid_undulation_m = system_->geoid().undulation_m(0.5 * (data_.min + data_.max));
+    data_.geoid_undulation_m = system_->geoid().undulation_m(middle);
   }
 }
 

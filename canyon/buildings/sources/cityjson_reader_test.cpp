@@ -108,8 +108,8 @@ TEST_F(CityJsonTest, SolidInUtmStandsWhereItShould) {
   EXPECT_NEAR(ridge.z(), 509, 1e-6);
   // The grid is turned by 1.9 deg: its corners are the westernmost and northernmost in this order.
   const auto north = geodesy::geodetic_from_utm({32, true, 691000, 5334008});
-  EXPECT_NEAR(data.min.x(), 11.567052874164, 1e-9);
-  EXPECT_NEAR(data.max.y(), geodesy::degrees(north.latitude_rad), 1e-8);
+  EXPECT_NEAR(data.bounds.min().x(), 11.567052874164, 1e-9);
+  EXPECT_NEAR(data.bounds.max().y(), geodesy::degrees(north.latitude_rad), 1e-8);
   EXPECT_TRUE(any_contains(data.warnings, "taken as ellipsoidal"));
   EXPECT_EQ(data.source, "city.json");
 }

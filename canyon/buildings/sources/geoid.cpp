@@ -160,14 +160,14 @@ double Geoid::undulation_m(const LonLat& place) const {
   const std::lock_guard lock(grid_->mutex);
   if (grid_->geographiclib) {
     try {
-      return (*grid_->geographiclib)(place.y(), place.x());
+      return (*grid_->geographiclib)(place.y(), longitude_near(place.x(), 0));
     } catch (const GeographicLib::GeographicErr& e) {
       throw InputError(grid_->file, 0, fmt::format("geoid of {}: {}", grid_->name, e.what()), kGridCure);
     }
   }
   // A point on the ellipsoid lies N below the geoid. Foot systems answer in feet.
   const gdal::Quiet quiet;
-  double x = place.x();
+  double x = longitude_near(place.x(), 0);
   double y = place.y();
   double z = 0;
   int ok = 0;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "canyon/base/input_error.hpp"
@@ -19,15 +20,56 @@ void LonLatBox::validate() const {
   check(south, 90, "south");
   check(east, 180, "east");
   check(north, 90, "north");
-  if (west > east) {
+  if (west > east && east + 360 - west > 180) {
     throw InputError(fmt::format("west bound {} of the box is east of its east bound {}", west, east),
-                     "a box is west,south,east,north; where it crosses the antimeridian, build its two sides "
-                     "apart");
+                     "a box is west,south,east,north");
   }
-  if (!(west < east)) throw InputError(fmt::format("the box has no width: west = east = {}", west));
+  if (west == east) throw InputError(fmt::format("the box has no width: west = east = {}", west));
   if (!(south < north)) {
     throw InputError(fmt::format("south bound {} of the box is not below its north bound {}", south, north),
                      "a box is west,south,east,north");
+  }
+}
+
+LonLatBox LonLatBox::unwrapped() const {
+  LonLatBox box = *this;
+  if (west > east) box.east += 360;
+  return box;
+}
+
+double LonLatBox::middle_longitude() const {
+  return 0.5 * (west + unwrapped().east);
+}
+
+double longitude_near(double longitude, double other) {
+  return longitude - 360 * std::round((longitude - other) / 360);
+}
+
+Eigen::AlignedBox2d MapFeature::bounds() const {
+  Eigen::AlignedBox2d box;
+  for (const MapPolygon& polygon : polygons)
+    for (const LonLat& place : polygon.outer) box.extend(place);
+  for (const LonLat& place : line) box.extend(place);
+  for (const MapSurface& surface : surfaces)
+    for (const Eigen::Vector3d& corner : surface.outer) box.extend(LonLat(corner.head<2>()));
+  return box;
+}
+
+void MapFeature::bring_near(double longitude) {
+  const double middle = bounds().center().x();
+  const double turns = longitude_near(middle, longitude) - middle;
+  if (turns == 0) return;
+  const auto turn = [turns](auto& places) {
+    for (auto& place : places) place.x() += turns;
+  };
+  turn(line);
+  for (MapPolygon& polygon : polygons) {
+    turn(polygon.outer);
+    std::for_each(polygon.inners.begin(), polygon.inners.end(), turn);
+  }
+  for (MapSurface& surface : surfaces) {
+    turn(surface.outer);
+    std::for_each(surface.inners.begin(), surface.inners.end(), turn);
   }
 }
 

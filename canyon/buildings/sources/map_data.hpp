@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -9,8 +10,12 @@
 
 namespace canyon::buildings {
 
-/// Longitude and latitude [deg], WGS 84, in x and y.
+/// Longitude and latitude [deg], WGS 84, in x and y. Longitudes of one map are within 180 deg of one another,
+/// so that those of a map on the antimeridian may be beyond +-180.
 using LonLat = Eigen::Vector2d;
+
+/// The longitude [deg], give or take whole turns, that is within 180 deg of `other`.
+[[nodiscard]] double longitude_near(double longitude, double other);
 
 /// A closed ring without the repeated last point; any orientation, as the map has it.
 using MapRing = std::vector<LonLat>;
@@ -46,6 +51,11 @@ struct MapFeature {
   /// id of the building (or type=building relation) that this part, or outline, belongs to, where the map
   /// says so.
   std::string belongs_to;
+
+  /// Of its outer rings, its line and its surfaces [deg]; empty without any.
+  [[nodiscard]] Eigen::AlignedBox2d bounds() const;
+  /// Adds whole turns to its longitudes, which brings its middle near `longitude` [deg].
+  void bring_near(double longitude);
 };
 
 /// The features of map files that a city is built from, merged over files: in a fixed order (by kind of OSM
@@ -55,20 +65,20 @@ struct MapData {
   std::vector<MapFeature> features;
   std::vector<std::string> warnings;  ///< one line each, with ids; repeated kinds are counted
   std::size_t foliage_left_out = 0;   ///< trees, tree rows and woods that were not asked for
-  /// Bounds of all features [deg]; min > max when there is none.
-  LonLat min = LonLat::Constant(1e9);
-  LonLat max = LonLat::Constant(-1e9);
+  Eigen::AlignedBox2d bounds;         ///< of all features [deg]
   /// Ellipsoidal height of mean sea level in the middle of the bounds [m], where the file says what its
   /// heights are above.
   std::optional<double> geoid_undulation_m;
 };
 
-/// West, south, east, north [deg].
+/// West, south, east, north [deg]; west > east for a box across the antimeridian (RFC 7946, 5.2).
 struct LonLatBox {
   double west = -180, south = -90, east = 180, north = 90;
-  /// Throws InputError naming the bound; boxes across the antimeridian (west > east) are refused with the
-  /// cure to build the two sides apart.
+  /// Throws InputError naming the bound; a box across the antimeridian is at most 180 deg wide.
   void validate() const;
+  /// The same box with west < east, which may be beyond 180.
+  [[nodiscard]] LonLatBox unwrapped() const;
+  [[nodiscard]] double middle_longitude() const;
 };
 
 }  // namespace canyon::buildings

@@ -15,6 +15,7 @@
 #include <osmium/io/reader.hpp>
 #include <osmium/io/xml_input.hpp>
 #include <osmium/osm.hpp>
+#include <stdexcept>
 #include <string_view>
 
 #include "canyon/base/archives.hpp"
@@ -60,40 +61,56 @@ struct MapSource {
   std::optional<std::string> text;
 };
 
-/// The text of an XML file, unpacked; nothing where it is damaged or too large to be held.
-std::optional<std::string> xml_text(const std::filesystem::path& path, const std::string& format) {
+/// Calls `use` with one piece of a file's text after the other, unpacked. Throws what libosmium throws.
+template <typename Use>
+void for_each_piece(const std::filesystem::path& path, const std::string& format, const Use& use) {
+  const osmium::io::File file{std::filesystem::absolute(path).string(), format};
+  const auto packed = osmium::io::CompressionFactory::instance().create_decompressor(
+      file.compression(), osmium::io::detail::open_for_reading(file.filename()));
+  for (std::string piece = packed->read(); !piece.empty(); piece = packed->read()) use(piece);
+  packed->close();
+}
+
+/// The text of an XML file that libosmium would not read as it is meant, made plain; empty for others, which
+/// may be larger than memory, and for damaged ones, which the reader refuses.
+std::optional<std::string> odd_xml(const std::filesystem::path& path, const std::string& format) {
+  constexpr std::size_t kLongestTag = 4096;
   constexpr std::size_t kLargest = std::size_t{1} << 28;  // editors save no larger maps
+  bool odd = false, gave_up = false;
+  std::string text;
   try {
-    const osmium::io::File file{std::filesystem::absolute(path).string(), format};
-    const auto packed = osmium::io::CompressionFactory::instance().create_decompressor(
-        file.compression(), osmium::io::detail::open_for_reading(file.filename()));
-    std::string text;
-    for (std::string piece = packed->read(); !piece.empty(); piece = packed->read()) {
+    for_each_piece(path, format, [&](const std::string& piece) {
+      text.erase(0, text.size() - std::min(text.size(), kLongestTag));
       text += piece;
-      if (text.size() > kLargest) return std::nullopt;
+      odd = odd || needs_plain_xml(std::string_view(text).substr(0, text.rfind('<')));
+      gave_up = gave_up || text.find("<remark> runtime error") != std::string::npos;
+    });
+    text.clear();
+    if (odd && !gave_up) {
+      for_each_piece(path, format, [&](const std::string& piece) {
+        text += piece;
+        if (text.size() > kLargest) throw std::length_error("not the work of an editor");
+      });
     }
-    packed->close();
-    return text;
   } catch (const std::exception&) {
-    return std::nullopt;  // the reader says it
+    return std::nullopt;
   }
+  if (gave_up) {
+    throw InputError(path, 0, "Overpass gave up: a part of the map is missing",
+                     "fetch it again with more time, or in smaller pieces");
+  }
+  if (!odd) return std::nullopt;
+  return plain_osm_xml(text);
 }
 
 MapSource open_source(const std::filesystem::path& path) {
   MapSource source{path, sniff_format(path), {}};
   if (source.format == "json") {
     source.text = osm_xml_from_overpass(path, TextFile(path).text());
-    source.format = "osm";
   } else if (source.format != "pbf") {
-    if (const auto text = xml_text(path, source.format)) {
-      if (text->find("<remark> runtime error") != std::string::npos) {
-        throw InputError(path, 0, "Overpass gave up: a part of the map is missing",
-                         "fetch it again with more time, or in smaller pieces");
-      }
-      source.text = plain_osm_xml(*text);
-      source.format = "osm";
-    }
+    source.text = odd_xml(path, source.format);
   }
+  if (source.text) source.format = "osm";
   return source;
 }
 
@@ -224,7 +241,8 @@ class ObjectReader {
       : options_(options) {
     for (const auto& path : paths) sources_.push_back(open_source(path));
     if (options.box) {
-      wide_ = *options.box;
+      wide_ = options.box->unwrapped();
+      middle_longitude_ = options.box->middle_longitude();
       wide_.west -= kBoxMargin_deg;
       wide_.south -= kBoxMargin_deg;
       wide_.east += kBoxMargin_deg;
@@ -282,7 +300,7 @@ class ObjectReader {
   }
 
   [[nodiscard]] bool in_wide_box(const osmium::Location& location) const {
-    const double lon = location.lon_without_check();
+    const double lon = longitude_near(location.lon_without_check(), *middle_longitude_);
     const double lat = location.lat_without_check();
     return lon >= wide_.west && lon <= wide_.east && lat >= wide_.south && lat <= wide_.north;
   }
@@ -308,6 +326,8 @@ class ObjectReader {
   }
 
   void add_way(const osmium::Way& way) {
+    for (const osmium::Tag& tag : way.tags())
+      if (!misspelt_key(tag.key()).empty()) objects_.misspelt[tag.key()].push_back(way.id());
     const bool member = contains(member_ways_, way.id());
     const bool foliage = is_foliage_left_out(way.tags());
     if (!member && !foliage && !tags_matter(way.tags(), options_.foliage)) return;
@@ -406,7 +426,7 @@ class ObjectReader {
       OsmTree* place = place_for(objects_.trees, node.id(), node.version());
       if (place == nullptr) return;
       place->tags = std::move(tags);
-      place->place = LonLat(node.location().lon(), node.location().lat());
+      place->place = place_of(node.location());
     } else if (*kind.kind == FeatureKind::Building && kind.left_out.empty()) {
       objects_.building_nodes.push_back(fmt::format("node/{}", node.id()));
     }
@@ -420,13 +440,19 @@ class ObjectReader {
     return found != places_in_ways_.end() && found->second.valid() ? found->second : osmium::Location();
   }
 
+  /// Longitudes near the middle of the box, else near the first place that is asked for.
+  [[nodiscard]] LonLat place_of(const osmium::Location& location) {
+    if (!middle_longitude_) middle_longitude_ = location.lon();
+    return {longitude_near(location.lon(), *middle_longitude_), location.lat()};
+  }
+
   void resolve() {
     for (auto& [id, way] : objects_.ways) {
       way.places.reserve(way.nodes.size());
       for (const OsmId node : way.nodes) {
         const osmium::Location location = location_of(node);
         if (location.is_undefined()) break;
-        way.places.emplace_back(location.lon(), location.lat());
+        way.places.push_back(place_of(location));
       }
       if (way.places.size() != way.nodes.size()) way.places.clear();
     }
@@ -434,7 +460,8 @@ class ObjectReader {
 
   std::vector<MapSource> sources_;
   const OsmReadOptions& options_;
-  LonLatBox wide_;
+  LonLatBox wide_;                          ///< unwrapped
+  std::optional<double> middle_longitude_;  ///< [deg]
   OsmObjects objects_;
   std::vector<OsmId> member_ways_;   ///< sorted
   std::vector<OsmId> nodes_in_box_;  ///< sorted

@@ -60,27 +60,6 @@ struct Candidate {
   std::string left_out;
 };
 
-struct Bounds {
-  LonLat min = LonLat::Constant(1e9);
-  LonLat max = LonLat::Constant(-1e9);
-  void add(const LonLat& point) {
-    min = min.cwiseMin(point);
-    max = max.cwiseMax(point);
-  }
-  [[nodiscard]] bool meets(const Bounds& other) const {
-    return (min.array() <= other.max.array()).all() && (other.min.array() <= max.array()).all();
-  }
-};
-
-Bounds bounds_of(const MapFeature& feature) {
-  Bounds bounds;
-  for (const MapPolygon& polygon : feature.polygons) {
-    for (const LonLat& point : polygon.outer) bounds.add(point);
-  }
-  for (const LonLat& point : feature.line) bounds.add(point);
-  return bounds;
-}
-
 class FeatureMaker {
  public:
   FeatureMaker(OsmObjects objects, const OsmReadOptions& options)
@@ -102,26 +81,27 @@ class FeatureMaker {
     }
     std::move(ways_.begin(), ways_.end(), std::back_inserter(all));
     std::move(multipolygons_.begin(), multipolygons_.end(), std::back_inserter(all));
-    drop_across_antimeridian(all);
     if (options_.box) keep_in_box(all);
 
     MapData map;
-    Bounds bounds;
     for (Candidate& candidate : all) {
       if (!candidate.left_out.empty()) {
         tally_.add("left out, " + candidate.left_out, candidate.feature.id);
         continue;
       }
-      const Bounds own = bounds_of(candidate.feature);
-      bounds.add(own.min);
-      bounds.add(own.max);
+      map.bounds.extend(candidate.feature.bounds());
       map.features.push_back(std::move(candidate.feature));
+    }
+    for (const auto& [key, ways] : objects_.misspelt) {
+      for (const OsmId way : ways) {
+        tally_.add(fmt::format("ways with the key '{}', which means nothing; did the map mean '{}'?", key,
+                               misspelt_key(key)),
+                   way_name(way));
+      }
     }
     for (const std::string& node : objects_.building_nodes) {
       tally_.add("points tagged building, left out since they have no outline", node);
     }
-    map.min = bounds.min;
-    map.max = bounds.max;
     map.warnings = tally_.lines();
     map.foliage_left_out = objects_.foliage_left_out;
     return map;
@@ -300,41 +280,28 @@ class FeatureMaker {
     }
   }
 
-  void drop_across_antimeridian(std::vector<Candidate>& all) {
-    all.erase(std::remove_if(all.begin(), all.end(),
-                             [&](const Candidate& candidate) {
-                               const Bounds bounds = bounds_of(candidate.feature);
-                               if (bounds.max.x() - bounds.min.x() <= 180) return false;
-                               tally_.add("features across the antimeridian, left out", candidate.feature.id);
-                               return true;
-                             }),
-              all.end());
-  }
-
   /// Keeps what touches the box, and the parts of buildings that do, so that no building is cut.
   void keep_in_box(std::vector<Candidate>& all) const {
     std::set<std::string> relations;
-    std::vector<Bounds> on_the_edge;
+    const LonLatBox box = options_.box->unwrapped();
+    const Eigen::AlignedBox2d bounds(LonLat(box.west, box.south), LonLat(box.east, box.north));
+    std::vector<Eigen::AlignedBox2d> on_the_edge;
     std::vector<char> keep(all.size());
     for (std::size_t i = 0; i < all.size(); ++i) {
       const MapFeature& feature = all[i].feature;
-      keep[i] = touches(feature, *options_.box) ? 1 : 0;
+      keep[i] = touches(feature, box) ? 1 : 0;
       if (keep[i] == 0 || feature.kind != FeatureKind::Building) continue;
       if (!feature.belongs_to.empty()) relations.insert(feature.belongs_to);
-      const Bounds bounds = bounds_of(feature);
-      if (bounds.min.x() < options_.box->west || bounds.max.x() > options_.box->east ||
-          bounds.min.y() < options_.box->south || bounds.max.y() > options_.box->north) {
-        on_the_edge.push_back(bounds);
-      }
+      if (!bounds.contains(feature.bounds())) on_the_edge.push_back(feature.bounds());
     }
     std::vector<Candidate> kept;
     for (std::size_t i = 0; i < all.size(); ++i) {
       const MapFeature& feature = all[i].feature;
       if (keep[i] == 0 && feature.kind == FeatureKind::Part) {
-        const Bounds bounds = bounds_of(feature);
+        const Eigen::AlignedBox2d own = feature.bounds();
         keep[i] = relations.count(feature.belongs_to) > 0 ||
                   std::any_of(on_the_edge.begin(), on_the_edge.end(),
-                              [&](const Bounds& building) { return building.meets(bounds); });
+                              [&](const Eigen::AlignedBox2d& building) { return building.intersects(own); });
       }
       if (keep[i] != 0) kept.push_back(std::move(all[i]));
     }

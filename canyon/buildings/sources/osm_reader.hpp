@@ -22,9 +22,9 @@ struct OsmReadOptions {
 ///
 /// Left out, and counted in `warnings`: underground (location=underground, layer < 0 without height or
 /// building:levels that show a building above ground), demolished, razed, abandoned-in-name
-/// (demolished:building, ...), building=no, indoor features, features across the antimeridian, points tagged
-/// building. Incomplete relations and ways with missing nodes are skipped with a warning that names the id
-/// (the first twenty of a kind). Rings that cross are kept as they are, for repair().
+/// (demolished:building, ...), building=no, indoor features, points tagged building. Incomplete relations and
+/// ways with missing nodes are skipped with a warning that names the id (the first twenty of a kind). Rings
+/// that cross are kept as they are, for repair().
 ///
 /// With a box, features that touch it are whole, and the parts of buildings that do are kept too (those
 /// within 0.02 deg of the box). Memory goes with what is kept, not with the file.

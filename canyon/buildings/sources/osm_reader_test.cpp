@@ -88,8 +88,8 @@ TEST_F(OsmReader, ReadsClosedWaysWithTheirTags) {
   ASSERT_EQ(house.polygons[0].outer.size(), 4U);  // the repeated last point is gone
   EXPECT_DOUBLE_EQ(house.polygons[0].outer[0].x(), 114.1);
   EXPECT_DOUBLE_EQ(house.polygons[0].outer[0].y(), 22.3);
-  EXPECT_TRUE(map.min.isApprox(LonLat(114.1, 22.3), 1e-12));
-  EXPECT_TRUE(map.max.isApprox(LonLat(114.202, 22.402), 1e-12));
+  EXPECT_TRUE(map.bounds.min().isApprox(LonLat(114.1, 22.3), 1e-12));
+  EXPECT_TRUE(map.bounds.max().isApprox(LonLat(114.202, 22.402), 1e-12));
 }
 
 TEST_F(OsmReader, JoinsMultipolygonsOfSeveralOutersAndInners) {
@@ -432,8 +432,8 @@ TEST_F(OsmReader, BadFilesGiveOneClearError) {
   EXPECT_THAT(problem_of_text("<osm version=\"0.5\"></osm>"), HasSubstr("map.osm"));
   EXPECT_THROW((void)read_osm({}), InputError);
   OsmReadOptions options;
-  options.box = LonLatBox{170, 0, -170, 1};
-  EXPECT_THAT(problem(folder_ / "map.osm", options), HasSubstr("antimeridian"));
+  options.box = LonLatBox{10, 0, 9, 1};
+  EXPECT_THAT(problem(folder_ / "map.osm", options), HasSubstr("west bound 10 of the box is east of"));
 }
 
 // Smallest inputs of faults that users of other programs reported; tests/data/cases has where from.
@@ -492,15 +492,48 @@ TEST_F(OsmReader, RefusesPlacesBeyondThePoles) {
               HasSubstr("map.osm"));
 }
 
-TEST_F(OsmReader, SkipsFeaturesAcrossTheAntimeridian) {
-  const MapData map = read(OsmText()
-                               .square(1, 179.99, -17, 0.001, kBuilding)
-                               .node(1, 179.9999, -17)
-                               .node(2, -179.9999, -17)
-                               .node(3, -179.9999, -16.9999)
-                               .way(2, {1, 2, 3, 1}, kBuilding));
-  EXPECT_THAT(ids(map), ElementsAre("way/1"));
-  EXPECT_THAT(map.warnings, ElementsAre("1 features across the antimeridian, left out: way/2"));
+// Two buildings, one of which the antimeridian cuts, a multipolygon across it with a courtyard, and one
+// beyond.
+OsmText across_the_antimeridian() {
+  OsmText text;
+  text.square(11, 179.99, -17, 0.001, kBuilding)
+      .node(1, 179.9999, -17)
+      .node(2, -179.9999, -17)
+      .node(3, -179.9999, -16.9999)
+      .way(2, {1, 2, 3, 1}, kBuilding)
+      .node(4, 179.999, -17.002)
+      .node(5, -179.999, -17.002)
+      .node(6, -179.999, -17.001)
+      .node(7, 179.999, -17.001)
+      .way(3, {4, 5, 6, 7, 4})
+      .node(8, 179.9995, -17.0018)
+      .node(9, -179.9995, -17.0018)
+      .node(10, -179.9995, -17.0012)
+      .way(4, {8, 9, 10, 8})
+      .square(12, -179.98, -17, 0.001, kBuilding)
+      .relation(9, {{"way", 3, "outer"}, {"way", 4, "inner"}},
+                {{"type", "multipolygon"}, {"building", "yes"}});
+  return text;
+}
+
+TEST_F(OsmReader, ReadsAcrossTheAntimeridian) {
+  const MapData map = read(across_the_antimeridian());
+  EXPECT_THAT(ids(map), ElementsAre("way/2", "way/11", "way/12", "relation/9"));
+  EXPECT_THAT(map.warnings, ElementsAre());
+  EXPECT_NEAR(map.bounds.min().x(), 179.99, 1e-9);
+  EXPECT_NEAR(map.bounds.max().x(), 180.021, 1e-9);
+  ASSERT_EQ(map.features[3].polygons.size(), 1U);
+  EXPECT_EQ(map.features[3].polygons[0].inners.size(), 1U);
+  EXPECT_NEAR(map.features[3].bounds().sizes().x(), 0.002, 1e-9);
+}
+
+TEST_F(OsmReader, TakesABoxAcrossTheAntimeridian) {
+  OsmReadOptions options;
+  options.box = LonLatBox{179.9995, -17.1, -179.9, -16.9};
+  const auto path = across_the_antimeridian().write(folder_ / "map.osm");
+  EXPECT_THAT(ids(read_osm({path}, options)), ElementsAre("way/2", "way/12", "relation/9"));
+  options.box = LonLatBox{-179.985, -17.1, -179.9, -16.9};
+  EXPECT_THAT(ids(read_osm({path}, options)), ElementsAre("way/12"));
 }
 
 TEST_F(OsmReader, TakesPlacesWrittenInWays) {

@@ -1,6 +1,7 @@
 #include "canyon/buildings/sources/osm_rings.hpp"
 
 #include <algorithm>
+#include <cmath>
 // GCC sees a user name of size 0 in libosmium's packed objects once all is inlined.
 #if defined(__GNUC__) && __GNUC__ >= 11
 #pragma GCC diagnostic push
@@ -17,35 +18,44 @@
 namespace canyon::buildings {
 namespace {
 
-MapRing ring_of(const osmium::NodeRefList& nodes) {
+/// libosmium's places are within +-180 deg: those of a map on the antimeridian are handed to it turned by so
+/// many degrees.
+double turn_for_osmium(const RingMembers& members) {
+  for (const auto& [way, role] : members)
+    for (const LonLat& place : way->places)
+      if (std::abs(place.x()) > 180) return std::copysign(180, place.x());
+  return 0;
+}
+
+MapRing ring_of(const osmium::NodeRefList& nodes, double turn) {
   MapRing ring;
   ring.reserve(nodes.size());
-  for (const osmium::NodeRef& node : nodes) ring.emplace_back(node.lon(), node.lat());
+  for (const osmium::NodeRef& node : nodes) ring.emplace_back(node.lon() + turn, node.lat());
   if (ring.size() > 1 && ring.front() == ring.back()) ring.pop_back();
   return ring;
 }
 
 /// libosmium's form of a way: the assembler takes no other.
-std::size_t append_way(osmium::memory::Buffer& buffer, OsmId id, const OsmWay& way) {
+std::size_t append_way(osmium::memory::Buffer& buffer, OsmId id, const OsmWay& way, double turn) {
   {
     osmium::builder::WayBuilder builder(buffer);
     builder.set_id(id);
     osmium::builder::WayNodeListBuilder nodes(builder);
     for (std::size_t i = 0; i < way.nodes.size(); ++i) {
       nodes.add_node_ref(
-          osmium::NodeRef(way.nodes[i], osmium::Location(way.places[i].x(), way.places[i].y())));
+          osmium::NodeRef(way.nodes[i], osmium::Location(way.places[i].x() - turn, way.places[i].y())));
     }
   }
   return buffer.commit();
 }
 
-std::vector<MapPolygon> polygons_of(const osmium::memory::Buffer& buffer) {
+std::vector<MapPolygon> polygons_of(const osmium::memory::Buffer& buffer, double turn) {
   std::vector<MapPolygon> polygons;
   for (const auto& area : buffer.select<osmium::Area>()) {
     for (const auto& outer : area.outer_rings()) {
       MapPolygon polygon;
-      polygon.outer = ring_of(outer);
-      for (const auto& inner : area.inner_rings(outer)) polygon.inners.push_back(ring_of(inner));
+      polygon.outer = ring_of(outer, turn);
+      for (const auto& inner : area.inner_rings(outer)) polygon.inners.push_back(ring_of(inner, turn));
       polygons.push_back(std::move(polygon));
     }
   }
@@ -124,6 +134,7 @@ MapRing ring_of(const OsmWay& way, std::string& problem) {
 std::vector<MapPolygon> assemble(OsmId id, const RingMembers& members, std::string& note) {
   osmium::memory::Buffer ways(4096, osmium::memory::Buffer::auto_grow::yes);
   std::vector<std::size_t> offsets;
+  const double turn = turn_for_osmium(members);
   for (std::size_t i = 0; i < members.size(); ++i) {
     // The assembler takes a way once; ids only need to differ as the ways do.
     const auto same = std::find_if(members.begin(), members.begin() + static_cast<std::ptrdiff_t>(i),
@@ -131,7 +142,7 @@ std::vector<MapPolygon> assemble(OsmId id, const RingMembers& members, std::stri
     if (same != members.begin() + static_cast<std::ptrdiff_t>(i)) {
       offsets.push_back(offsets[static_cast<std::size_t>(same - members.begin())]);
     } else {
-      offsets.push_back(append_way(ways, static_cast<OsmId>(i + 1), *members[i].first));
+      offsets.push_back(append_way(ways, static_cast<OsmId>(i + 1), *members[i].first, turn));
     }
   }
   osmium::memory::Buffer relations(4096, osmium::memory::Buffer::auto_grow::yes);
@@ -152,7 +163,7 @@ std::vector<MapPolygon> assemble(OsmId id, const RingMembers& members, std::stri
   osmium::area::Assembler assembler(config);
   osmium::memory::Buffer areas(4096, osmium::memory::Buffer::auto_grow::yes);
   if (assembler(relations.get<const osmium::Relation>(0), pointers, areas)) {
-    std::vector<MapPolygon> polygons = polygons_of(areas);
+    std::vector<MapPolygon> polygons = polygons_of(areas, turn);
     if (!polygons.empty()) return polygons;
   }
   std::vector<MapPolygon> polygons = by_roles(members);

@@ -11,6 +11,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/base/utf8.hpp"
 
 namespace canyon::buildings {
@@ -50,6 +51,7 @@ class OverpassXml {
       if (element["type"] == "way") ways_.insert(element["id"].get<std::int64_t>());
     for (const Json& element : elements.items()) {
       const Json& type = element["type"];
+      check_members(element);
       if (type == "node") add_node(element);
       if (type == "way") add_way(element["id"].get<std::int64_t>(), element);
       if (type == "relation") add_relation(element);
@@ -59,6 +61,21 @@ class OverpassXml {
   [[nodiscard]] std::size_t ways_without_nodes() const { return without_nodes_; }
 
  private:
+  /// Throws JsonError for an element of no type that Overpass has, and for members that stand for others.
+  static void check_members(const Json& element) {
+    static const std::vector<std::string> kTypes{"node", "way", "relation", "area", "count", "timeline"};
+    static const std::vector<std::string> kMembers{"type",    "id",       "tags", "nodes",
+                                                   "members", "geometry", "lat",  "lon"};
+    const std::string type = element["type"].is_string() ? element["type"].text() : "";
+    if (std::find(kTypes.begin(), kTypes.end(), type) == kTypes.end())
+      throw JsonError(fmt::format("an element is of type '{}'", type));
+    for (const auto& [key, value] : element.members()) {
+      const bool known = std::find(kMembers.begin(), kMembers.end(), key) != kMembers.end();
+      const auto meant = known || key.size() < 3 ? std::nullopt : closest(key, kMembers);
+      if (meant && !element.contains(*meant))
+        throw JsonError(fmt::format("an element has no '{}', but '{}'", *meant, key));
+    }
+  }
   void add_tags(const Json& element) {
     if (!element["tags"].is_object()) return;
     for (const auto& [key, value] : element["tags"].members()) {
@@ -70,6 +87,7 @@ class OverpassXml {
     const Json& version = element["version"];
     xml_ += fmt::format("<{} id=\"{}\" version=\"{}\"", kind, id,
                         version.is_integer() ? version.get<std::int64_t>() : 1);
+    if (element["visible"] == false) xml_ += " visible=\"false\"";
   }
   void add_node(const Json& node) {
     open("node", node["id"].get<std::int64_t>(), node);
@@ -91,6 +109,8 @@ class OverpassXml {
     xml_ += ">";
     const bool listed = nodes.is_array();
     const std::size_t count = listed ? nodes.size() : geometry.is_array() ? geometry.size() : 0;
+    if (listed && geometry.is_array() && geometry.size() != count)
+      throw JsonError(fmt::format("way {} has {} nodes and {} places", id, count, geometry.size()));
     if (count == 0) ++without_nodes_;
     for (std::size_t i = 0; i < count; ++i) {
       // Null: a node outside the box that was asked for.
@@ -170,6 +190,21 @@ std::string plain_osm_xml(std::string_view xml) {
     }
   }
   return plain;
+}
+
+bool needs_plain_xml(std::string_view xml) {
+  const auto any = [xml](std::string_view name, const auto& is_odd) {
+    for (std::size_t at = xml.find(name); at != std::string_view::npos; at = xml.find(name, at + 1)) {
+      const std::string_view rest = xml.substr(at + name.size());
+      if (rest.empty() || is_odd(rest.substr(1, rest.find(rest.front(), 1) - 1))) return true;
+    }
+    return false;
+  };
+  // 2^31 has ten digits.
+  const auto is_long = [](std::string_view number) { return number.size() > 9; };
+  const auto is_no_time = [](std::string_view time) { return time.size() != 20 || time.back() != 'Z'; };
+  return xml.find(" action=") != std::string_view::npos || any(" uid=", is_long) ||
+         any(" changeset=", is_long) || any(" timestamp=", is_no_time);
 }
 
 std::string osm_xml_from_overpass(const std::filesystem::path& path, std::string_view json) {

@@ -12,6 +12,9 @@ namespace canyon::buildings {
 /// their numbers. Text that is not XML comes back as it is.
 [[nodiscard]] std::string plain_osm_xml(std::string_view xml);
 
+/// Whether plain_osm_xml() would change what libosmium reads of this piece of a file.
+[[nodiscard]] bool needs_plain_xml(std::string_view xml);
+
 /// Overpass JSON (`out body` with nodes, or `out geom`) as OSM XML. Ways without node ids get ids of their
 /// own, and members of relations with a geometry become ways. Throws InputError where the text is not
 /// Overpass JSON, where the server gave up (`remark`), and where ways have no geometry.

@@ -142,6 +142,12 @@ std::string map_query(const LonLatBox& box, const OverpassOptions& options) {
 }
 
 std::vector<LonLatBox> tiles_of(const LonLatBox& box, double tile_deg) {
+  if (box.west > box.east) {
+    std::vector<LonLatBox> tiles = tiles_of({box.west, box.south, 180, box.north}, tile_deg);
+    const std::vector<LonLatBox> others = tiles_of({-180, box.south, box.east, box.north}, tile_deg);
+    tiles.insert(tiles.end(), others.begin(), others.end());
+    return tiles;
+  }
   const auto pieces = [&](double extent) { return std::max(1.0, std::ceil(extent / tile_deg - 1e-9)); };
   const double columns = pieces(box.east - box.west);
   const double rows = pieces(box.north - box.south);
@@ -186,10 +192,12 @@ std::string quoted(std::string_view text) {
 struct Found {
   std::string name;
   LonLatBox box;
-  [[nodiscard]] double extent() const { return (box.east - box.west) * (box.north - box.south); }
+  [[nodiscard]] double extent() const { return (box.unwrapped().east - box.west) * (box.north - box.south); }
   [[nodiscard]] bool holds(const LonLatBox& other) const {
-    const double lon = (other.west + other.east) / 2, lat = (other.south + other.north) / 2;
-    return lon >= box.west && lon <= box.east && lat >= box.south && lat <= box.north;
+    const LonLatBox whole = box.unwrapped();
+    const double lon = longitude_near(other.middle_longitude(), box.middle_longitude());
+    const double lat = (other.south + other.north) / 2;
+    return lon >= whole.west && lon <= whole.east && lat >= whole.south && lat <= whole.north;
   }
 };
 

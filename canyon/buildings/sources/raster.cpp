@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fstream>
 #include <map>
 #include <mutex>
 #include <system_error>
@@ -58,6 +59,8 @@ std::optional<double> metres_of_unit(const std::string& unit, const std::filesys
                    "set the band's unit to metres or feet, or use a height raster");
 }
 
+constexpr double kMetresPerDegree = 111'320;  // of latitude
+
 /// Heights of ground above sea level: the lowest shore is at -430 m, the highest summit at 8,849 m. Others
 /// are fill values that the raster does not declare.
 bool is_possible(double height_m) {
@@ -83,6 +86,8 @@ struct Raster::Impl {
   mutable std::mutex mutex;  ///< over the handles of GDAL and PROJ, and what follows
   mutable std::map<std::pair<int, int>, std::optional<double>> impossible;  ///< what is taken for such pixels
   mutable double first_impossible_m = 0;
+  double post_spacing_m = 0;                            ///< the smaller of the two
+  mutable std::map<std::pair<int, int>, double> steep;  ///< drops between neighbours that no ground has [m]
 
   void open();
   void georeference(const TerrainOptions& options);
@@ -92,6 +97,10 @@ struct Raster::Impl {
   /// Pixels of a window [m], row by row; NaN where there is no data.
   std::vector<double> window(int left, int top, int columns, int rows) const;
   std::optional<double> instead_of_impossible(int column, int row) const;
+  /// Posts 10 m and more apart are means of the ground about them: no such ground is steeper than 5 in 1.
+  void note_steepness(int left, int top, const std::vector<double>& heights) const;
+  /// Throws InputError for an ASCII grid without as many numbers as its header says, which GDAL shifts.
+  void check_ascii_grid() const;
 };
 
 void Raster::Impl::open() {
@@ -175,6 +184,10 @@ void Raster::Impl::georeference(const TerrainOptions& options) {
   heights.file = path;
   heights.reference = reference;
   const std::string driver = GDALGetDriverShortName(GDALGetDatasetDriver(dataset.get()));
+  if (driver == "AAIGrid") check_ascii_grid();
+  const double unit_m = degrees ? kMetresPerDegree : OSRGetLinearUnits(map.get(), nullptr);
+  post_spacing_m = unit_m * std::min(std::hypot(map_from_pixel[1], map_from_pixel[4]),
+                                     std::hypot(map_from_pixel[2], map_from_pixel[5]));
   // SRTM: heights above EGM96 (USGS, SRTM collection user guide, section 3.0); DTED: above mean sea level as
   // EGM96 gives it (MIL-PRF-89020B, 3.5).
   if (driver == "SRTMHGT" || driver == "DTED") heights.prescribed = "EPSG:4326+5773";
@@ -206,6 +219,7 @@ std::optional<double> Raster::Impl::sample(double x, double y) const {
   const int columns = std::min(2, width);
   const int rows = std::min(2, height);
   const std::vector<double> heights = window(left, top, columns, rows);
+  note_steepness(left, top, heights);
   double sum = 0;
   for (int j = 0; j < rows; ++j) {
     for (int i = 0; i < columns; ++i) {
@@ -225,6 +239,31 @@ std::optional<double> Raster::Impl::sample(double x, double y) const {
     }
   }
   return sum;
+}
+
+void Raster::Impl::note_steepness(int left, int top, const std::vector<double>& heights) const {
+  constexpr double kLeastSpacing_m = 10, kSteepest = 5;
+  if (post_spacing_m < kLeastSpacing_m) return;
+  const auto [low, high] = std::minmax_element(heights.begin(), heights.end());
+  const bool possible = std::all_of(heights.begin(), heights.end(), is_possible);
+  if (possible && *high - *low > kSteepest * post_spacing_m) steep.try_emplace({left, top}, *high - *low);
+}
+
+void Raster::Impl::check_ascii_grid() const {
+  std::ifstream in(path, std::ios::binary);
+  std::size_t words = 0;
+  bool header = true;
+  for (std::string line; std::getline(in, line);) {
+    const auto pieces = split_blanks(line);
+    // Its lines begin with a name; NaN may be among the numbers.
+    header = header && !pieces.empty() && !parse_double(pieces[0]) && lower_case(pieces[0]) != "nan";
+    if (!header) words += pieces.size();
+  }
+  const std::size_t posts = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  if (words != posts) {
+    throw InputError(path, 0, fmt::format("has {} of {} heights", words, posts),
+                     "export or copy it again: it is damaged");
+  }
 }
 
 std::vector<double> Raster::Impl::window(int left, int top, int columns, int rows) const {
@@ -282,14 +321,25 @@ const std::vector<std::string>& Raster::notes() const {
   return impl_->notes;
 }
 
-std::string Raster::caution() const {
+std::vector<std::string> Raster::cautions() const {
   const std::lock_guard lock(impl_->mutex);
-  if (impl_->impossible.empty()) return {};
-  return fmt::format(
-      "{}: {} of the posts in use are beyond -500 to 9,000 m (such as {:g} m) and are not ground: filled "
-      "from "
-      "those around; declare the no-data value, e.g. with gdal_edit.py -a_nodata",
-      impl_->path.filename().string(), impl_->impossible.size(), impl_->first_impossible_m);
+  const std::string name = impl_->path.filename().string();
+  std::vector<std::string> lines;
+  if (!impl_->impossible.empty()) {
+    lines.push_back(
+        fmt::format("{}: {} of the posts in use are beyond -500 to 9,000 m (such as {:g} m) and are not "
+                    "ground: filled from "
+                    "those around; declare the no-data value, e.g. with gdal_edit.py -a_nodata",
+                    name, impl_->impossible.size(), impl_->first_impossible_m));
+  }
+  if (!impl_->steep.empty()) {
+    double highest = 0;
+    for (const auto& [at, drop_m] : impl_->steep) highest = std::max(highest, drop_m);
+    lines.push_back(fmt::format(
+        "{}: heights differ by up to {:.0f} m between posts {:.0f} m apart, at {} places in use; damaged?",
+        name, highest, impl_->post_spacing_m, impl_->steep.size()));
+  }
+  return lines;
 }
 
 std::optional<double> Raster::geoid_undulation_m(const LonLat& place) const {
@@ -302,7 +352,7 @@ std::optional<double> Raster::height_m(const LonLat& place) const {
   std::optional<double> height;
   {
     const std::lock_guard lock(impl_->mutex);
-    double x = place.x();
+    double x = longitude_near(place.x(), 0);
     double y = place.y();
     if (impl_->map_from_wgs84) {
       const gdal::Quiet quiet;
@@ -312,8 +362,7 @@ std::optional<double> Raster::height_m(const LonLat& place) const {
       }
     }
     if (impl_->degrees) {
-      const double middle = 0.5 * (impl_->first_x + impl_->last_x);
-      x -= 360 * std::round((x - middle) / 360);
+      x = longitude_near(x, 0.5 * (impl_->first_x + impl_->last_x));
     }
     height = impl_->sample(x, y);
   }

@@ -27,8 +27,9 @@ class Raster {
   /// Where height_m() answers: ellipsoidal height of mean sea level [m]; empty where heights are ellipsoidal.
   [[nodiscard]] std::optional<double> geoid_undulation_m(const LonLat& place) const;
   [[nodiscard]] const std::vector<std::string>& notes() const;
-  /// A warning about such pixels among those that were asked for; empty where there was none.
-  [[nodiscard]] std::string caution() const;
+  /// Warnings about such pixels among those that were asked for, and about neighbours 10 m and more apart
+  /// that differ by more than five times their distance.
+  [[nodiscard]] std::vector<std::string> cautions() const;
 
  private:
   struct Impl;

@@ -47,6 +47,12 @@ ReferenceSystem::ReferenceSystem(const std::filesystem::path& file, const std::s
                      fmt::format("the reference system {} is neither projected nor geographic", name),
                      "convert the file to a projected reference system");
   }
+  LonLatBox area;
+  const char* area_name = nullptr;
+  if (OSRGetAreaOfUse(map.get(), &area.west, &area.south, &area.east, &area.north, &area_name) != 0 &&
+      area.west >= -180) {
+    area_of_use_ = area;
+  }
   const gdal::SpatialReference wgs84 = gdal::spatial_reference("EPSG:4326");
   if (OSRIsSame(map.get(), wgs84.get()) == 0) {
     // The horizontal part goes alone: with heights whose grid is missing, PROJ would drop the shift between
@@ -81,6 +87,14 @@ ReferenceSystem::ReferenceSystem(const std::filesystem::path& file, const std::s
                                    metres_per_unit_));
     }
   }
+}
+
+bool ReferenceSystem::in_area_of_use(const LonLat& place) const {
+  if (!area_of_use_) return true;
+  const LonLatBox area = area_of_use_->unwrapped();
+  const double longitude = longitude_near(place.x(), area_of_use_->middle_longitude());
+  return longitude >= area.west - 1 && longitude <= area.east + 1 && place.y() >= area.south - 1 &&
+         place.y() <= area.north + 1;
 }
 
 void ReferenceSystem::to_wgs84(std::vector<Eigen::Vector3d>& points) const {

@@ -9,6 +9,7 @@
 
 #include "canyon/buildings/sources/gdal.hpp"
 #include "canyon/buildings/sources/geoid.hpp"
+#include "canyon/buildings/sources/map_data.hpp"
 
 namespace canyon::buildings {
 
@@ -31,6 +32,10 @@ class ReferenceSystem {
   /// (beyond the projection's reach).
   void to_wgs84(std::vector<Eigen::Vector3d>& points) const;
 
+  /// Whether a place lies where the system is meant to be used (EPSG's area of use), or within a degree of
+  /// it; true where that is not known.
+  [[nodiscard]] bool in_area_of_use(const LonLat& place) const;
+
   [[nodiscard]] const Geoid& geoid() const { return *geoid_; }
   [[nodiscard]] bool geographic() const { return geographic_; }
   [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
@@ -38,6 +43,7 @@ class ReferenceSystem {
  private:
   gdal::Transformation wgs84_from_map_;  ///< null where the coordinates are longitude and latitude already
   std::optional<Geoid> geoid_;
+  std::optional<LonLatBox> area_of_use_;
   double metres_per_unit_ = 1;
   bool geographic_ = false;
   std::vector<std::string> notes_;

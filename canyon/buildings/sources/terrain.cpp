@@ -40,8 +40,10 @@ const std::vector<std::string>& Terrain::notes() const {
 
 std::vector<std::string> Terrain::cautions() const {
   std::vector<std::string> cautions;
-  for (const Raster& raster : impl_->rasters)
-    if (const std::string caution = raster.caution(); !caution.empty()) cautions.push_back(caution);
+  for (const Raster& raster : impl_->rasters) {
+    const std::vector<std::string> own = raster.cautions();
+    cautions.insert(cautions.end(), own.begin(), own.end());
+  }
   return cautions;
 }
 

@@ -36,7 +36,8 @@ class Terrain {
   [[nodiscard]] std::optional<double> geoid_undulation_m(const LonLat& place) const;
   /// Lines for people: which geoid was added and why, or that heights were taken as ellipsoidal.
   [[nodiscard]] const std::vector<std::string>& notes() const;
-  /// Warnings about impossible heights among those that were asked for, of each raster that has any.
+  /// Warnings about impossible heights and slopes among those that were asked for, of each raster that has
+  /// any.
   [[nodiscard]] std::vector<std::string> cautions() const;
 
   /// Appends a triangulated sheet over [min, max] (east, north [m]) of `frame`, posts at most `spacing_m`

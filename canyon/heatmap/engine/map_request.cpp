@@ -108,15 +108,18 @@ class Hash {
 
 EnuBox enu_box(const std::array<double, 4>& degrees, const geodesy::LocalFrame& frame) {
   const auto [west, south, east, north] = degrees;
-  if (!(west < east && south < north)) {
+  // West above east: across the antimeridian (RFC 7946, 5.2).
+  const double last = west > east ? east + 360 : east;
+  if (!(west < last && (last <= 180 || last - west <= 180) && south < north)) {
     throw InputError(fmt::format("the box {},{},{},{} is reversed or empty", west, south, east, north),
                      "give WEST,SOUTH,EAST,NORTH in degrees with west below east and south below north");
   }
   // Around the corners and the middles of the sides: meridians converge, and parallels are curved.
   EnuBox result{Vector2d::Constant(1e300), Vector2d::Constant(-1e300)};
   for (const double latitude : {south, 0.5 * (south + north), north}) {
-    for (const double longitude : {west, 0.5 * (west + east), east}) {
-      const auto place = geodesy::Geodetic::from_degrees(latitude, longitude, frame.origin().height_m);
+    for (const double longitude : {west, 0.5 * (west + last), last}) {
+      const auto place = geodesy::Geodetic::from_degrees(
+          latitude, longitude > 180 ? longitude - 360 : longitude, frame.origin().height_m);
       geodesy::check_geodetic(place, "box");
       const Vector2d enu = frame.local_from_geodetic(place).head<2>();
       result.min = result.min.cwiseMin(enu);
