@@ -74,10 +74,6 @@ int run_city_info(const CityInfoArguments& arguments) {
 
 }  // namespace
 
-bool is_scenario(const std::filesystem::path& path) {
-  return path.extension() == ".yaml" || path.extension() == ".yml";
-}
-
 simulation::CityConfig city_config(const std::string& input, const std::string& origin) {
   if (is_scenario(input)) {
     if (!origin.empty()) {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 
+#include "canyon/inspection/inspect.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "cli/commands.hpp"
@@ -14,8 +15,7 @@ namespace canyon::cli {
 void add_city_build(Command& city);
 void add_city_view(Command& city);
 
-/// By the ending of its name: .yaml or .yml.
-[[nodiscard]] bool is_scenario(const std::filesystem::path& path);
+using inspection::is_scenario;
 
 /// The city of a file of any kind, of a Gazebo model's folder, or of a scenario. `origin` ("LAT,LON,HEIGHT"
 /// or empty) is for meshes and maps. Throws InputError where it stands beside a file that says its own.

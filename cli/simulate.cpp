@@ -18,6 +18,7 @@
 #include "canyon/output/sinks.hpp"
 #include "canyon/output/stream.hpp"
 #include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/receiver_names.hpp"
 #include "canyon/view/view_sink.hpp"
 #include "cli/commands.hpp"
 #include "cli/interrupt.hpp"
@@ -36,7 +37,7 @@ struct SimulateArguments : RunArguments {
   bool realtime = false, view = false;
 };
 
-/// How many satellites of which system: "GPS 9, BeiDou 14".
+/// Numbers of satellites by system: "GPS 9, BeiDou 14".
 std::string count_systems(const std::vector<gnss::SatelliteId>& satellites) {
   std::string text;
   for (const gnss::System system : gnss::kAllSystems) {
@@ -165,10 +166,7 @@ int run_simulate(const SimulateArguments& arguments) {
     streams.push_back(output::open_stream(output::parse_stream(text), simulation));
     tell_notes(streams.size() - 1);
   }
-  std::vector<std::string> names;
-  for (const simulation::ReceiverConfig& receiver : scenario.receivers)
-    names.push_back(receiver.options.name);
-  output::SummarySink figures(names);
+  output::SummarySink figures(simulation::receiver_names(scenario.receivers));
   output::RealTimePacer pacer(&stop_requested, [&] {
     for (std::size_t i = 0; i < streams.size(); ++i) {
       streams[i]->serve();

@@ -93,7 +93,7 @@ int run_sky(const SkyArguments& arguments) {
   fmt::print("{} ({}) at {:.6f}, {:.6f}, {:.1f} m\n\n", geodesy::format_gpst(time, 0),
              geodesy::format_utc(time, 0), geodesy::degrees(place.latitude_rad),
              geodesy::degrees(place.longitude_rad), place.height_m);
-  std::vector<std::vector<std::string>> rows;
+  std::vector<TextRow> rows;
   const auto add = [&rows](const Row& row) {
     rows.push_back({gnss::to_string(row.id),
                     row.line ? fmt::format("{:.1f}", geodesy::degrees(row.line->azimuth_rad)) : "-",

@@ -198,18 +198,17 @@ int run_trace(const TraceArguments& arguments) {
     }
     return text;
   };
-  std::vector<std::vector<std::string>> rows;
+  std::vector<TextRow> rows;
   for (const propagation::SatelliteView& view : arrival.views) {
-    std::vector<std::string> row{gnss::to_string(view.line.id),
-                                 fmt::format("{:.1f}", geodesy::degrees(view.line.azimuth_rad)),
-                                 fmt::format("{:.1f}", geodesy::degrees(view.line.elevation_rad)),
-                                 std::string(propagation::name(view.paths.visibility))};
+    TextRow row{gnss::to_string(view.line.id), fmt::format("{:.1f}", geodesy::degrees(view.line.azimuth_rad)),
+                fmt::format("{:.1f}", geodesy::degrees(view.line.elevation_rad)),
+                std::string(propagation::name(view.paths.visibility))};
     if (view.paths.paths.empty()) {
       row.insert(row.end(), signal.enabled ? 5 : 4, "-");
       rows.push_back(row);
     }
     for (const propagation::Path& path : view.paths.paths) {
-      std::vector<std::string> line = row;
+      TextRow line = row;
       line.push_back(kind_text(path));
       line.push_back(fmt::format("{:.2f}", path.excess_m));
       if (signal.enabled) line.push_back(loss_text(path, view.line));
@@ -218,7 +217,7 @@ int run_trace(const TraceArguments& arguments) {
       rows.push_back(std::move(line));
       row = {"", "", "", ""};
       if (path.order == 2) {
-        std::vector<std::string> before{"", "", "", "", "  before that", ""};
+        TextRow before{"", "", "", "", "  before that", ""};
         if (signal.enabled) before.emplace_back();
         before.push_back(triple(path.far_point));
         before.push_back(angle(path.far_incidence_rad()));

@@ -21,6 +21,7 @@
 #include "canyon/rtcm/rtcm_decoder.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
+#include "canyon/simulation/receiver_names.hpp"
 #include "canyon/simulation/scenario.hpp"
 
 namespace canyon::inspection {
@@ -58,10 +59,7 @@ std::string head_of(const std::filesystem::path& path) {
 FileReport inspect_scenario(const std::filesystem::path& path) {
   const simulation::Scenario scenario = simulation::read_scenario(path, {false});
   FileReport report{"scenario", {}, scenario.warnings, {"canyon simulate FILE --out DIR"}};
-  std::vector<std::string> receivers;
-  for (const simulation::ReceiverConfig& receiver : scenario.receivers) {
-    receivers.push_back(receiver.options.name);
-  }
+  const std::vector<std::string> receivers = simulation::receiver_names(scenario.receivers);
   report.contents.emplace_back("receivers", fmt::format("{}", fmt::join(receivers, ", ")));
   if (scenario.start) report.contents.emplace_back("start", geodesy::format_gpst(*scenario.start, 0));
   report.contents.emplace_back("faults", fmt::format("{}", scenario.faults.size()));
@@ -273,14 +271,14 @@ FileReport inspect_android(const std::filesystem::path& path) {
   return report;
 }
 
-bool is_scenario_name(const std::filesystem::path& path) {
+}  // namespace
+
+bool is_scenario(const std::filesystem::path& path) {
   return path.extension() == ".yaml" || path.extension() == ".yml";
 }
 
-}  // namespace
-
 FileReport inspect_file(const std::filesystem::path& path) {
-  if (is_scenario_name(path)) return inspect_scenario(path);
+  if (is_scenario(path)) return inspect_scenario(path);
   if (std::filesystem::is_directory(path) || simulation::city_file_kind(path)) return inspect_city(path);
   if (path.extension() == ".nc") return inspect_map(path);
   const std::string head = head_of(path);

@@ -15,6 +15,9 @@ struct FileReport {
   std::vector<std::string> uses;                              ///< keys and options that take the file
 };
 
+/// Whether the name of a file is that of a scenario: .yaml or .yml.
+[[nodiscard]] bool is_scenario(const std::filesystem::path& path);
+
 /// Reads a whole file by the reader for its content (for cities and scenarios: for its name): scenarios,
 /// cities, navigation and observation files of RINEX, SP3, RTCM 3, logs of Android's GnssLogger, recorded
 /// paths (NMEA, GPX, KML, CSV) and heat maps. Part of canyon::io. Throws InputError, with the reader's words,

@@ -19,8 +19,8 @@ namespace canyon::validation {
 [[nodiscard]] std::optional<bool> within_range(const Headline& headline);
 /// Whether it is one of the twelve.
 [[nodiscard]] bool has_range(const Headline& headline);
-/// How far a headline is from a perfect simulation, in units of its range: within it from -1 to 1. Signed for
-/// differences and ratios (of their logarithm), for others from 0. Empty as within_range().
+/// Distance of a headline from a perfect simulation, in units of its range: within it from -1 to 1. Signed
+/// for differences and ratios (of their logarithm), for others from 0. Empty as within_range().
 [[nodiscard]] std::optional<double> range_distance(const Headline& headline);
 
 struct Score {
