@@ -197,6 +197,25 @@ std::string unite_profiles(const CalibrateArguments& arguments,
   return base;
 }
 
+/// The profile of what was estimated, as text. @param base as unite_profiles() gives it
+/// @param by what the recordings' calibrated parts are called
+std::string profile_of(const calibration::Calibration& result, const std::string& base,
+                       const simulation::ReceiverConfig& receiver, const std::vector<std::string>& by) {
+  simulation::Profile profile{"calibrated", receiver};
+  profile.receiver.options.name = simulation::ReceiverConfig().options.name;
+  if (!base.empty()) profile = base_profile(base);
+  calibration::set_values(result.values, profile.receiver);
+  calibration::ProfileHead head;
+  head.base = base.empty()                        ? "the scenario"
+              : simulation::is_profile_path(base) ? std::filesystem::path(base).filename().string()
+                                                  : base;
+  head.description = fmt::format("{}, calibrated by {}", profile.description, fmt::join(by, ", "));
+  head.notes = {fmt::format("Written by canyon calibrate {} from {}; docs/calibration.md describes it.",
+                            CANYON_VERSION, head.base)};
+  for (const std::string& note : result.notes) head.notes.push_back(note + ".");
+  return calibration::profile_text(profile.receiver, result.estimates, head);
+}
+
 int calibrate(const CalibrateArguments& given) {
   CalibrateArguments arguments = given;
   const bool whole = arguments.calibrate_by == "all";
@@ -244,19 +263,7 @@ int calibrate(const CalibrateArguments& given) {
   }
   if (!fitted.empty()) note(arguments.quiet, "expected    " + expectation_of(fitted));
 
-  simulation::Profile profile{"calibrated", parts.front().receiver};
-  profile.receiver.options.name = simulation::ReceiverConfig().options.name;
-  if (!base.empty()) profile = base_profile(base);
-  calibration::set_values(result.values, profile.receiver);
-  calibration::ProfileHead head;
-  head.base = base.empty()                        ? "the scenario"
-              : simulation::is_profile_path(base) ? std::filesystem::path(base).filename().string()
-                                                  : base;
-  head.description = fmt::format("{}, calibrated by {}", profile.description, fmt::join(by, ", "));
-  head.notes = {fmt::format("Written by canyon calibrate {} from {}; docs/calibration.md describes it.",
-                            CANYON_VERSION, head.base)};
-  for (const std::string& note : result.notes) head.notes.push_back(note + ".");
-  out.write(calibration::profile_text(profile.receiver, result.estimates, head));
+  out.write(profile_of(result, base, parts.front().receiver, by));
   out.commit();
   const std::string report = report_of(result, fitted, before, after, bound);
   const auto json = [&] { return json_of(result, alternately(before, after)); };

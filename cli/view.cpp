@@ -214,23 +214,45 @@ void serve_live_city(const ViewArguments& arguments, const buildings::BuiltCity&
   serve_live(std::move(live), workplace.path(), arguments.serve);
 }
 
+/// Throws InputError for options that do not go together. @param serves the view is served, not written
+void check_together(const ViewArguments& arguments, bool serves) {
+  if (!serves && (arguments.serve.open || arguments.serve.port != 0)) {
+    throw InputError("--open and --port are of a view that is served, --export, --out and --record write one",
+                     "leave one or the other out");
+  }
+  if (!arguments.live.empty() && (!serves || !arguments.map.empty() || !arguments.city.empty())) {
+    throw InputError("--live is served, not written, in the city of WHAT",
+                     "leave --export, --out, --record, --map and --city out");
+  }
+}
+
+/// Writes the page and the film that are asked for of the view in `folder`.
+void write_pages(const ViewArguments& arguments, const std::filesystem::path& page,
+                 const std::filesystem::path& folder) {
+  const bool quiet = arguments.serve.quiet;
+  if (!arguments.exported.empty()) {
+    const std::size_t bytes = view::export_page(page, folder, arguments.exported);
+    if (!quiet) {
+      fmt::print(stderr, "{}: {:.2f} MB, opens from disk\n", arguments.exported,
+                 static_cast<double>(bytes) / 1e6);
+    }
+  }
+  if (arguments.record.file.empty()) return;
+  const Workplace film("");
+  view::export_page(page, folder, film.path() / "scene.html");
+  record_page(arguments.record, page, film.path() / "scene.html", film.path(), quiet);
+}
+
 int run_view(const ViewArguments& given) {
   ViewArguments arguments = given;
   arguments.run.quiet = arguments.serve.quiet;
   const bool filmed = !arguments.record.file.empty();
   const bool serves = arguments.exported.empty() && arguments.out.empty() && !filmed;
-  if (!serves && (arguments.serve.open || arguments.serve.port != 0)) {
-    throw InputError("--open and --port are of a view that is served, --export, --out and --record write one",
-                     "leave one or the other out");
-  }
+  check_together(arguments, serves);
   const auto built_city = [&] {
     return load_city(city_config(arguments.input, ""), "building the city", arguments.serve.quiet);
   };
   if (!arguments.live.empty()) {
-    if (!serves || !arguments.map.empty() || !arguments.city.empty()) {
-      throw InputError("--live is served, not written, in the city of WHAT",
-                       "leave --export, --out, --record, --map and --city out");
-    }
     serve_live_city(arguments, built_city());
     return kOk;
   }
@@ -273,18 +295,7 @@ int run_view(const ViewArguments& given) {
     if (map) map.add_to(folder);
   }
   if (asked && finished) antennas = antennas_in_finished(arguments, folder);
-  if (!arguments.exported.empty()) {
-    const std::size_t bytes = view::export_page(page, folder, arguments.exported);
-    if (!arguments.serve.quiet) {
-      fmt::print(stderr, "{}: {:.2f} MB, opens from disk\n", arguments.exported,
-                 static_cast<double>(bytes) / 1e6);
-    }
-  }
-  if (filmed) {
-    const Workplace film("");
-    view::export_page(page, folder, film.path() / "scene.html");
-    record_page(arguments.record, page, film.path() / "scene.html", film.path(), arguments.serve.quiet);
-  }
+  write_pages(arguments, page, folder);
   if (interrupted) return kInterrupted;
   if (!serves) return kOk;
   return serve({view::read_bytes(page), folder,
