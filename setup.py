@@ -32,7 +32,10 @@ class BuildByCMake(build_ext):
                 check=True,
             )
         subprocess.run(["cmake", "--build", str(build), "--target", "canyon_python"], check=True)
-        shutil.copyfile(build / "python" / "canyon" / target.name, target)
+        built = build / "python" / "canyon"
+        shutil.copyfile(built / target.name, target)
+        if not self.inplace:  # the source keeps its stub, which has the types alone
+            shutil.copyfile(built / "_canyon.pyi", target.with_name("_canyon.pyi"))
 
 
 setup(

@@ -22,7 +22,7 @@ namespace canyon::cli {
 namespace {
 
 struct CalibrateArguments : DriveArguments {
-  std::string out, profile, calibrate_by = "first", json, markdown;
+  std::string out, profile, calibrate_by = "first";
 };
 
 options::Node tree_of(const std::filesystem::path& scenario) {
@@ -96,47 +96,20 @@ class CalibrationDrive : public RecordedDrive {
     validation::RecordingRow bound;  ///< the part that calibrated itself, beside the one held out
   };
   [[nodiscard]] Rows validate(const std::string& called, const calibration::Calibration* calibrated,
-                              int threads, bool quiet) {
+                              bool quiet) {
     simulation::ReceiverConfig receiver = scenario_.receivers.front();
     if (calibrated != nullptr) calibration::set_values(calibrated->values, receiver);
     Progress progress(fmt::format("{}judging: {}", prefix_, called), quiet);
-    validation::CompareOptions options;
-    options.threads = threads;
-    options.progress = progress_of(progress);
-    if (never_) {
-      for (const validation::NeverTracked& s : *never_) options.leave_out.insert(s.id);
-    }
-    const auto compare = [&] {
-      return validation::compare(recording_, receiver, *environment_, registration(), scenario_.seed,
-                                 options);
-    };
-    validation::Comparison comparison = compare();
-    if (!never_) {
-      never_ = validation::never_tracked(comparison);
-      for (const validation::NeverTracked& s : *never_) options.leave_out.insert(s.id);
-      if (!never_->empty()) comparison = compare();
-    }
-    const auto figures_of = [&](const Part& part) {
-      validation::Figures figures =
-          validation::figures(comparison, part.first, part.count,
-                              validation::describe_part(comparison, part.first, part.count, part.name));
-      figures.never_tracked = *never_;
-      figures.left_out = true;
-      return figures;
-    };
+    compare_.progress = progress_of(progress);
+    const validation::Comparison comparison = simulate(receiver);
     Rows rows;
     rows.fitted.name = prefix_ + "calibrated by";
-    rows.fitted.headlines = validation::headlines(figures_of(first_part_));
+    rows.fitted.headlines = validation::headlines(figures_of(comparison, first_part_));
     rows.bound.name = fmt::format("{}recorded {}", prefix_, first_part_.name);
     rows.bound.headlines = validation::headlines_by_other_part(comparison, part_.first, part_.count,
                                                                first_part_.first, first_part_.count);
-    validation::Figures figures = figures_of(part_);
-    if (recorded_.nmea) {
-      options.position_filter = true;
-      figures.own_fixes = validation::own_fix_figures(
-          validation::own_fixes_of(recording_, comparison, part_.first, part_.count), compare(), part_.first,
-          part_.count);
-    }
+    validation::Figures figures = figures_of(comparison, part_);
+    add_own_fixes(figures, comparison, receiver);
     rows.held_out = row_of(prefix_ + called, figures, comparison, {});
     rows.held_out.figures_json = validation::to_json({figures}, std::nullopt);
     return rows;
@@ -146,9 +119,6 @@ class CalibrationDrive : public RecordedDrive {
     return recorded_.name.empty() ? part : fmt::format("{} ({})", recorded_.name, part);
   }
   [[nodiscard]] const std::atomic<bool>& stop() const { return stop_; }
-
- private:
-  std::optional<std::vector<validation::NeverTracked>> never_;  ///< by the profile as it was
 };
 
 std::vector<validation::RecordingRow> alternately(const std::vector<validation::RecordingRow>& before,
@@ -227,6 +197,25 @@ std::string unite_profiles(const CalibrateArguments& arguments,
   return base;
 }
 
+/// The profile of what was estimated, as text. @param base as unite_profiles() gives it
+/// @param by what the recordings' calibrated parts are called
+std::string profile_of(const calibration::Calibration& result, const std::string& base,
+                       const simulation::ReceiverConfig& receiver, const std::vector<std::string>& by) {
+  simulation::Profile profile{"calibrated", receiver};
+  profile.receiver.options.name = simulation::ReceiverConfig().options.name;
+  if (!base.empty()) profile = base_profile(base);
+  calibration::set_values(result.values, profile.receiver);
+  calibration::ProfileHead head;
+  head.base = base.empty()                        ? "the scenario"
+              : simulation::is_profile_path(base) ? std::filesystem::path(base).filename().string()
+                                                  : base;
+  head.description = fmt::format("{}, calibrated by {}", profile.description, fmt::join(by, ", "));
+  head.notes = {fmt::format("Written by canyon calibrate {} from {}; docs/calibration.md describes it.",
+                            CANYON_VERSION, head.base)};
+  for (const std::string& note : result.notes) head.notes.push_back(note + ".");
+  return calibration::profile_text(profile.receiver, result.estimates, head);
+}
+
 int calibrate(const CalibrateArguments& given) {
   CalibrateArguments arguments = given;
   const bool whole = arguments.calibrate_by == "all";
@@ -239,11 +228,7 @@ int calibrate(const CalibrateArguments& given) {
   const bool listed = validation::is_recording_list(arguments.scenario);
   std::vector<validation::ListedRecording> recordings = recordings_of(arguments, listed);
   const std::string base = unite_profiles(arguments, recordings);
-  std::vector<std::unique_ptr<CalibrationDrive>> drives;
-  drives.reserve(recordings.size());
-  for (const validation::ListedRecording& recording : recordings) {
-    drives.push_back(std::make_unique<CalibrationDrive>(arguments, recording, listed));
-  }
+  const auto drives = drives_of<CalibrationDrive>(arguments, recordings, listed);
   OutputFile out(arguments.out);
 
   std::vector<calibration::Drive> parts;
@@ -270,36 +255,19 @@ int calibrate(const CalibrateArguments& given) {
   for (const auto& drive : drives) {
     drive->warn_of_overrides(result.values);
     if (whole) continue;
-    before.push_back(drive->validate("before", nullptr, arguments.threads, arguments.quiet).held_out);
-    CalibrationDrive::Rows rows = drive->validate("calibrated", &result, arguments.threads, arguments.quiet);
+    before.push_back(drive->validate("before", nullptr, arguments.quiet).held_out);
+    CalibrationDrive::Rows rows = drive->validate("calibrated", &result, arguments.quiet);
     fitted.push_back(std::move(rows.fitted));
     after.push_back(std::move(rows.held_out));
     bound.push_back(std::move(rows.bound));
   }
   if (!fitted.empty()) note(arguments.quiet, "expected    " + expectation_of(fitted));
 
-  simulation::Profile profile{"calibrated", parts.front().receiver};
-  profile.receiver.options.name = simulation::ReceiverConfig().options.name;
-  if (!base.empty()) profile = base_profile(base);
-  calibration::set_values(result.values, profile.receiver);
-  calibration::ProfileHead head;
-  head.base = base.empty()                        ? "the scenario"
-              : simulation::is_profile_path(base) ? std::filesystem::path(base).filename().string()
-                                                  : base;
-  head.description = fmt::format("{}, calibrated by {}", profile.description, fmt::join(by, ", "));
-  head.notes = {fmt::format("Written by canyon calibrate {} from {}; docs/calibration.md describes it.",
-                            CANYON_VERSION, head.base)};
-  for (const std::string& note : result.notes) head.notes.push_back(note + ".");
-  out.write(calibration::profile_text(profile.receiver, result.estimates, head));
+  out.write(profile_of(result, base, parts.front().receiver, by));
   out.commit();
   const std::string report = report_of(result, fitted, before, after, bound);
-  if (!arguments.markdown.empty()) write_file(arguments.markdown, report);
-  if (arguments.json == "-") {
-    fmt::print("{}", json_of(result, alternately(before, after)));
-    return kOk;
-  }
-  if (!arguments.json.empty()) write_file(arguments.json, json_of(result, alternately(before, after)));
-  if (arguments.quiet) return kOk;
+  const auto json = [&] { return json_of(result, alternately(before, after)); };
+  if (!write_results(arguments, report, json)) return kOk;
   for (const auto& drive : drives) fmt::print("{}", drive->alignment_line());
   fmt::print("\n{}", report);
   std::fflush(stdout);

@@ -5,9 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/base/utf8.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/geodesy/time_text.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
@@ -68,38 +66,8 @@ std::set<gnss::System> parse_systems(const std::string& text) {
   return systems;
 }
 
-void print_table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows) {
-  std::vector<std::size_t> widths;
-  widths.reserve(header.size());
-  for (const std::string& cell : header) widths.push_back(display_width(cell));
-  for (const auto& row : rows) {
-    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], display_width(row[i]));
-  }
-  // Numbers to the right, words to the left.
-  std::vector<bool> right(header.size(), true);
-  for (const auto& row : rows) {
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      right[i] = right[i] && (row[i].empty() || row[i] == "-" || parse_double(row[i]));
-    }
-  }
-  const auto print = [&widths, &right](const std::vector<std::string>& row) {
-    std::string line;
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      const std::string padding(widths[i] - display_width(row[i]), ' ');
-      if (i > 0) line += "  ";
-      line += right[i] ? padding + row[i] : row[i] + padding;
-    }
-    while (!line.empty() && line.back() == ' ') line.pop_back();
-    fmt::print("{}\n", line);
-  };
-  print(header);
-  for (const auto& row : rows) print(row);
-}
-
-void write_file(const std::filesystem::path& path, const std::string& bytes) {
-  OutputFile file(path);
-  file.write(bytes);
-  file.commit();
+void print_table(const TextRow& head, const std::vector<TextRow>& rows) {
+  fmt::print("{}", text_table(head, rows));
 }
 
 void print_warnings(const std::vector<std::string>& warnings) {

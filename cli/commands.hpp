@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/output_file.hpp"
+#include "canyon/base/table_text.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/gnss/satellite_id.hpp"
@@ -70,11 +72,8 @@ auto for_option(const std::string& option, const Work& work) {
   }
 }
 
-/// Prints rows under a header to standard output, columns aligned: numbers to the right, words to the left.
-void print_table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows);
-
-/// Writes a file, whole or not at all. Throws as OutputFile does.
-void write_file(const std::filesystem::path& path, const std::string& bytes);
+/// Prints text_table() to standard output.
+void print_table(const TextRow& head, const std::vector<TextRow>& rows);
 
 /// Writes "warning: ..." lines to standard error.
 void print_warnings(const std::vector<std::string>& warnings);

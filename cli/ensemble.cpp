@@ -53,7 +53,6 @@ class EnsembleDrive : public RecordedDrive {
     source_ = simulation::load_city_source(scenario_.city);
     recording_ = calibration::part_of(recording_, part_.first, part_.count);
     place_map(known);
-    options_.threads = arguments_.threads;
     row_.name = prefix_.empty() ? scenario_.file.stem().string() : recorded_.name;
     row_.unknowns = unknowns::priors_of(scenario_, known);
     simulate_point();
@@ -71,9 +70,9 @@ class EnsembleDrive : public RecordedDrive {
     const simulation::Environment environment = simulation::make_environment(
         std::make_shared<simulation::CityScene>(simulation::draw_city(source_, scenario, ignored)), sky_,
         scenario.sky, scenario.seed);
-    options_.progress = told;
-    const validation::Comparison run = validation::compare(recording_, scenario.receivers.front(),
-                                                           environment, place, scenario.seed, options_);
+    compare_.progress = told;
+    const validation::Comparison run =
+        simulate(scenario.receivers.front(), environment, place, scenario.seed);
     draw.headlines = headlines({&run, 1});
     row_.draws.push_back(std::move(draw));
   }
@@ -94,22 +93,13 @@ class EnsembleDrive : public RecordedDrive {
 
   void simulate_point() {
     Progress progress(fmt::format("{}simulating as it is", prefix_), arguments_.quiet);
-    options_.progress = progress_of(progress);
-    const auto simulate = [&] {
-      return validation::compare(recording_, scenario_.receivers.front(), *environment_, registration(),
-                                 scenario_.seed, options_);
-    };
-    point_ = simulate();
-    if (!arguments_.all_satellites) {
-      for (const validation::NeverTracked& s : validation::never_tracked(point_))
-        options_.leave_out.insert(s.id);
-      if (!options_.leave_out.empty()) point_ = simulate();
-    }
+    compare_.progress = progress_of(progress);
+    point_ = simulate(scenario_.receivers.front());
     row_.part = validation::describe_part(point_, 0, part_.count, part_.name);
     row_.point = headlines({});
   }
 
-  /// Of these runs, by the classes of satellites of the city as it is.
+  /// Headlines of these runs, by the classes of satellites of the city as it is.
   [[nodiscard]] std::vector<validation::Headline> headlines(
       std::span<const validation::Comparison> runs) const {
     validation::FigureOptions options;
@@ -119,7 +109,6 @@ class EnsembleDrive : public RecordedDrive {
 
   const EnsembleArguments& arguments_;
   city::City source_;
-  validation::CompareOptions options_;
   validation::Comparison point_;
   validation::EnsembleRow row_;
 };
@@ -156,14 +145,10 @@ void write_ensemble(const EnsembleArguments& arguments, const Drives& drives) {
   std::vector<validation::EnsembleRow> rows;
   for (const auto& drive : drives) rows.push_back(drive->row());
   const std::string markdown = validation::ensemble_markdown(rows);
-  if (!arguments.markdown.empty()) write_file(arguments.markdown, markdown);
   if (!arguments.csv.empty()) write_file(arguments.csv, validation::ensemble_csv(rows));
-  if (arguments.json == "-") {
-    fmt::print("{}", validation::ensemble_json(rows));
-    return;
+  if (write_results(arguments, markdown, [&rows] { return validation::ensemble_json(rows); })) {
+    fmt::print("\n{}", markdown);
   }
-  if (!arguments.json.empty()) write_file(arguments.json, validation::ensemble_json(rows));
-  if (!arguments.quiet) fmt::print("\n{}", markdown);
 }
 
 }  // namespace
@@ -172,10 +157,7 @@ int run_ensemble(const EnsembleArguments& arguments) {
   return unless_interrupted([&] {
     const Known known = known_of(arguments);
     const bool listed = validation::is_recording_list(arguments.scenario);
-    Drives drives;
-    for (const validation::ListedRecording& recording : recordings_of(arguments, listed)) {
-      drives.push_back(std::make_unique<EnsembleDrive>(arguments, recording, listed));
-    }
+    const Drives drives = drives_of<EnsembleDrive>(arguments, recordings_of(arguments, listed), listed);
     for (const auto& drive : drives) drive->start(known);
     const auto count = static_cast<std::size_t>(*arguments.draws);
     const unknowns::Draws draws(arguments.seed.value_or(1), count, known);

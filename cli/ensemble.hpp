@@ -9,8 +9,6 @@ namespace canyon::cli {
 
 /// Arguments of `canyon validate` that draws of unknowns have as well, and their own.
 struct EnsembleArguments : DriveArguments {
-  std::string json, markdown;
-  bool all_satellites = false;
   std::optional<int> draws;
   std::string known, csv;
   bool unsaid = false;

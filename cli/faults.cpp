@@ -9,7 +9,7 @@ namespace canyon::cli {
 namespace {
 
 int list() {
-  std::vector<std::vector<std::string>> rows;
+  std::vector<TextRow> rows;
   for (const disturbance::FaultKind& kind : disturbance::fault_kinds()) {
     rows.push_back({std::string(kind.name), std::string(kind.summary)});
   }

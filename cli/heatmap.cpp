@@ -298,9 +298,8 @@ class MapRun {
               const std::vector<std::string>& files, heatmap::OverRuns over) const {
     const auto cells = static_cast<double>(summary.cells);
     const auto in = [&](heatmap::CellState state) { return static_cast<double>(summary.in_state(state)); };
-    std::vector<std::vector<std::string>> figures{
-        {"receiver", simulation::describe(heatmap_->request().motion)},
-        {"cells (times altitudes)", short_count(cells)}};
+    std::vector<TextRow> figures{{"receiver", simulation::describe(heatmap_->request().motion)},
+                                 {"cells (times altitudes)", short_count(cells)}};
     if (over == heatmap::OverRuns::Mean) {
       figures.push_back({"computed now",
                          fmt::format("{} in {:.2f} s, {} cells/s",
@@ -320,7 +319,7 @@ class MapRun {
                                                                : "95 % over runs";
     fmt::print("\n");
     print_table({name, ""}, figures);
-    std::vector<std::vector<std::string>> rows;
+    std::vector<TextRow> rows;
     for (const heatmap::LayerSummary& layer : summary.layers) {
       const heatmap::LayerInfo& about = heatmap::info(layer.layer);
       rows.push_back({std::string(about.name), std::string(about.unit), number(layer.least, 2),

@@ -29,11 +29,8 @@ class MapComparison : public RecordedDrive {
     validation::Comparison comparison;
     {
       Progress progress("solving the recorded fixes", arguments_.quiet);
-      validation::CompareOptions options;
-      options.threads = arguments_.threads;
-      options.progress = progress_of(progress);
-      comparison = validation::compare(recording_, scenario_.receivers.front(), *environment_, registration(),
-                                       scenario_.seed, options);
+      compare_.progress = progress_of(progress);
+      comparison = simulate(scenario_.receivers.front(), *environment_, registration(), scenario_.seed);
     }
     const std::vector<validation::MapEpoch> epochs = validation::map_epochs(
         comparison, part_.first, part_.count, environment_->city().frame,

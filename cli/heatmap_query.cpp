@@ -149,7 +149,7 @@ int query_place(const HeatmapQueryArguments& arguments, const StoredMap& map) {
              geodesy::degrees(place.latitude_rad), geodesy::degrees(place.longitude_rad), enu.x(), enu.y(),
              altitude_text(map, answer->altitude_m), geodesy::format_utc(answer->time, 0), map.motion(),
              state_word(answer->state));
-  std::vector<std::vector<std::string>> rows;
+  std::vector<TextRow> rows;
   for (std::size_t k = 0; k < map.layers().size(); ++k) {
     const heatmap::LayerInfo& about = heatmap::info(map.layers()[k]);
     rows.push_back({std::string(about.name), figure(answer->values[k]), std::string(about.unit)});
@@ -272,7 +272,7 @@ int query_path(const HeatmapQueryArguments& arguments, const StoredMap& map) {
     return fmt::format("{:.1f} %",
                        100 * static_cast<double>(count) / static_cast<double>(report.stations.size()));
   };
-  std::vector<std::vector<std::string>> rows;
+  std::vector<TextRow> rows;
   for (const heatmap::RouteLayer& layer : report.layers) {
     const heatmap::LayerInfo& about = heatmap::info(layer.layer);
     rows.push_back({std::string(about.name), std::string(about.unit), figure(layer.mean),

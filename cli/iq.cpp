@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "canyon/samples/sample_file.hpp"
+#include "canyon/simulation/receiver_names.hpp"
 #include "canyon/transport/byte_sink.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
@@ -24,23 +25,15 @@ struct IqArguments : RunArguments {
 /// The receivers that --receiver names, else the only one.
 std::vector<std::size_t> chosen_receivers(const IqArguments& arguments,
                                           const simulation::Scenario& scenario) {
-  std::vector<std::string> names;
-  for (const simulation::ReceiverConfig& receiver : scenario.receivers)
-    names.push_back(receiver.options.name);
   std::vector<std::size_t> chosen;
   for (const std::string& name : arguments.receivers) {
-    const auto found = std::find(names.begin(), names.end(), name);
-    if (found == names.end()) {
-      throw InputError(fmt::format("--receiver '{}' is not in the scenario", name),
-                       fmt::format("give {}", fmt::join(names, ", ")));
-    }
-    chosen.push_back(static_cast<std::size_t>(found - names.begin()));
+    chosen.push_back(for_option("--receiver", [&] { return simulation::find_receiver(scenario, name); }));
   }
   if (!chosen.empty()) return chosen;
-  if (names.size() > 1) {
-    throw InputError(
-        fmt::format("the scenario has {} receivers", names.size()),
-        fmt::format("choose by --receiver, which may be given again: {}", fmt::join(names, ", ")));
+  if (scenario.receivers.size() > 1) {
+    throw InputError(fmt::format("the scenario has {} receivers", scenario.receivers.size()),
+                     fmt::format("choose by --receiver, which may be given again: {}",
+                                 fmt::join(simulation::receiver_names(scenario.receivers), ", ")));
   }
   return {0};
 }
@@ -62,7 +55,7 @@ int run_iq(const IqArguments& arguments) {
   if (arguments.no_noise) scenario.samples.noise = false;
   scenario.samples.validate();
   const std::vector<std::size_t> receivers = chosen_receivers(arguments, scenario);
-  const auto simulation = make_simulation(scenario, arguments.quiet);
+  const auto simulation = make_ready(scenario, arguments.quiet).simulation;
   std::shared_ptr<transport::ByteSink> to;
   if (transport::is_byte_sink(arguments.out)) to = transport::open_byte_sink(arguments.out);
   std::vector<std::unique_ptr<samples::SampleFile>> files;

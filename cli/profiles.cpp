@@ -12,7 +12,7 @@ int run_profiles(const std::string& name) {
     fmt::print("{}", simulation::built_in_profile(name).text);
     return kOk;
   }
-  std::vector<std::vector<std::string>> rows;
+  std::vector<TextRow> rows;
   for (const simulation::BuiltInProfile& profile : simulation::built_in_profiles()) {
     const std::string profile_name(profile.name);
     rows.push_back(

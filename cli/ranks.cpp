@@ -12,7 +12,8 @@
 namespace canyon::cli {
 namespace {
 
-/// How many processes a launcher started, by the variables of Open MPI and of MPICH's and Slurm's PMI.
+/// The number of processes that a launcher started, by the variables of Open MPI and of MPICH's and Slurm's
+/// PMI.
 long long launched() {
   for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"}) {
     const char* text = std::getenv(name);

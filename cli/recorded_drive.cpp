@@ -13,7 +13,6 @@
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/profile.hpp"
-#include "canyon/validation/figures.hpp"
 #include "cli/commands.hpp"
 #include "cli/field_option.hpp"
 #include "cli/progress.hpp"
@@ -97,6 +96,17 @@ std::vector<validation::ListedRecording> recordings_of(const DriveArguments& arg
   return {one};
 }
 
+bool write_results(const DriveArguments& arguments, const std::string& markdown,
+                   const std::function<std::string()>& json) {
+  if (!arguments.markdown.empty()) write_file(arguments.markdown, markdown);
+  if (arguments.json == "-") {
+    fmt::print("{}", json());
+    return false;
+  }
+  if (!arguments.json.empty()) write_file(arguments.json, json());
+  return !arguments.quiet;
+}
+
 int unless_interrupted(const std::function<int()>& work) {
   try {
     return work();
@@ -148,6 +158,43 @@ std::function<void(std::size_t, std::size_t)> RecordedDrive::progress_of(Progres
   };
 }
 
+validation::Comparison RecordedDrive::simulate(const simulation::ReceiverConfig& receiver) {
+  const auto simulated = [&] { return simulate(receiver, *environment_, registration(), scenario_.seed); };
+  validation::Comparison comparison = simulated();
+  if (never_tracked_) return comparison;
+  never_tracked_ = validation::never_tracked(comparison);
+  if (arguments_.all_satellites || never_tracked_->empty()) return comparison;
+  for (const validation::NeverTracked& s : *never_tracked_) compare_.leave_out.insert(s.id);
+  return simulated();
+}
+
+validation::Comparison RecordedDrive::simulate(const simulation::ReceiverConfig& receiver,
+                                               const simulation::Environment& environment,
+                                               const validation::Registration& place,
+                                               std::uint64_t seed) const {
+  return validation::compare(recording_, receiver, environment, place, seed, compare_);
+}
+
+validation::Figures RecordedDrive::figures_of(const validation::Comparison& comparison, const Part& part,
+                                              const std::vector<validation::Comparison>& runs) const {
+  validation::Figures figures =
+      validation::figures(comparison, part.first, part.count,
+                          validation::describe_part(comparison, part.first, part.count, part.name), {}, runs);
+  figures.never_tracked = never_tracked_.value_or(std::vector<validation::NeverTracked>());
+  figures.left_out = !arguments_.all_satellites;
+  return figures;
+}
+
+void RecordedDrive::add_own_fixes(validation::Figures& figures, const validation::Comparison& comparison,
+                                  const simulation::ReceiverConfig& receiver) {
+  if (!recorded_.nmea) return;
+  compare_.position_filter = true;
+  figures.own_fixes =
+      validation::own_fix_figures(validation::own_fixes_of(recording_, comparison, part_.first, part_.count),
+                                  simulate(receiver), part_.first, part_.count);
+  compare_.position_filter = false;
+}
+
 validation::RecordingRow RecordedDrive::row_of(const std::string& name, const validation::Figures& figures,
                                                const validation::Comparison& comparison,
                                                const std::vector<validation::Comparison>& runs) const {
@@ -189,6 +236,7 @@ void RecordedDrive::check() {
   align_options_.heading = recorded_.align_heading;
   align_options_.threads = arguments_.threads;
   align_options_.seed = scenario_.seed;
+  compare_.threads = arguments_.threads;
 }
 
 void RecordedDrive::read() {

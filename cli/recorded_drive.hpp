@@ -13,6 +13,7 @@
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/validation/alignment.hpp"
+#include "canyon/validation/figures.hpp"
 #include "canyon/validation/recording_list.hpp"
 #include "canyon/validation/recording_table.hpp"
 #include "cli/arguments.hpp"
@@ -28,7 +29,8 @@ inline constexpr int kResamples = 200;
 /// Arguments of commands that read recordings.
 struct DriveArguments {
   std::string scenario, obs, truth, format, nmea, part;
-  bool align = false, no_atmosphere = false, quiet = false;
+  std::string json, markdown;  ///< files for the results; "-" is standard output
+  bool align = false, no_atmosphere = false, all_satellites = false, quiet = false;
   std::optional<double> split;
   validation::AlignOptions alignment;
   std::optional<std::uint64_t> seed;
@@ -39,6 +41,11 @@ void add_drive_options(Command& command, DriveArguments& arguments);
 /// The recordings of a list, or the one that the command line names.
 [[nodiscard]] std::vector<validation::ListedRecording> recordings_of(const DriveArguments& arguments,
                                                                      bool listed);
+
+/// Writes the results to --markdown and --json. Returns whether they are to be printed for people as well:
+/// not with --json - or --quiet.
+[[nodiscard]] bool write_results(const DriveArguments& arguments, const std::string& markdown,
+                                 const std::function<std::string()>& json);
 
 /// Returns work(). If Ctrl-C ends it (Interrupted), says that nothing was written.
 [[nodiscard]] int unless_interrupted(const std::function<int()>& work);
@@ -71,6 +78,21 @@ class RecordedDrive {
   void note(const std::string& text) const;
   void warn(const std::vector<std::string>& lines);
   [[nodiscard]] std::function<void(std::size_t, std::size_t)> progress_of(Progress& progress) const;
+  /// Simulates a receiver at the recording's epochs, by compare_, in the aligned city. The first call finds
+  /// the satellites that the recording never tracks; from then on they are left out, unless --all-satellites
+  /// keeps them.
+  [[nodiscard]] validation::Comparison simulate(const simulation::ReceiverConfig& receiver);
+  /// The same by another city, place of it and seed, with the satellites left out that are known by then.
+  [[nodiscard]] validation::Comparison simulate(const simulation::ReceiverConfig& receiver,
+                                                const simulation::Environment& environment,
+                                                const validation::Registration& place,
+                                                std::uint64_t seed) const;
+  /// Figures of a part of such a comparison. @param runs as for validation::figures()
+  [[nodiscard]] validation::Figures figures_of(const validation::Comparison& comparison, const Part& part,
+                                               const std::vector<validation::Comparison>& runs = {}) const;
+  /// Adds those of the recorded receiver's own fixes, where the recording has them.
+  void add_own_fixes(validation::Figures& figures, const validation::Comparison& comparison,
+                     const simulation::ReceiverConfig& receiver);
   /// Its row in a table of several recordings, but for report and JSON.
   [[nodiscard]] validation::RecordingRow row_of(const std::string& name, const validation::Figures& figures,
                                                 const validation::Comparison& comparison,
@@ -95,6 +117,7 @@ class RecordedDrive {
   std::string aligned_by_;
   std::optional<validation::Alignment> alignment_;
   std::vector<std::string> notes_;
+  validation::CompareOptions compare_;
 
  private:
   [[nodiscard]] simulation::Scenario read_scenario() const;
@@ -105,6 +128,19 @@ class RecordedDrive {
 
   std::filesystem::path truth_;
   std::string format_;
+  std::optional<std::vector<validation::NeverTracked>> never_tracked_;  ///< once they are known
 };
+
+/// A drive for each of these recordings.
+template <typename Drive, typename Arguments>
+std::vector<std::unique_ptr<Drive>> drives_of(const Arguments& arguments,
+                                              const std::vector<validation::ListedRecording>& recordings,
+                                              bool listed) {
+  std::vector<std::unique_ptr<Drive>> drives;
+  for (const validation::ListedRecording& recording : recordings) {
+    drives.push_back(std::make_unique<Drive>(arguments, recording, listed));
+  }
+  return drives;
+}
 
 }  // namespace canyon::cli

@@ -148,7 +148,7 @@ void print_kinds(const std::vector<relative::PairEpoch>& epochs,
     errors.horizontal.push_back(error.head<2>().norm());
     errors.vertical.push_back(std::abs(error.z()));
   }
-  std::vector<std::vector<std::string>> rows;
+  std::vector<TextRow> rows;
   for (const FixKind kind : kKinds) {
     const Errors& errors = by_kind[kind];
     if (errors.count == 0) continue;

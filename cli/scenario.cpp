@@ -8,18 +8,17 @@
 namespace canyon::cli {
 namespace {
 
+int show(const std::string& file) {
+  fmt::print("{}", simulation::scenario_yaml(simulation::read_scenario(file, {false})));
+  return kOk;
+}
+
 void add_show(Command& group) {
-  const auto file = std::make_shared<std::string>();
   Command& command =
       group.add_command("show", "print the effective scenario: profiles resolved, every default written out");
-  command.add_option("scenario", *file, "SCENARIO", "scenario file (YAML)").required();
+  std::string& file = command.run_with(show);
+  command.add_option("scenario", file, "SCENARIO", "scenario file (YAML)").required();
   command.footer = "The output is a scenario that gives the same files, equal to the byte.";
-  command.action = [file] {
-    simulation::ScenarioReadOptions options;
-    options.trajectory_needed = false;
-    fmt::print("{}", simulation::scenario_yaml(simulation::read_scenario(*file, options)));
-    return kOk;
-  };
 }
 
 void add_schema(Command& group) {

@@ -30,26 +30,29 @@ simulation::Scenario read_scenario(const RunArguments& arguments, simulation::Sc
   return scenario;
 }
 
-std::unique_ptr<simulation::Simulation> make_simulation(const simulation::Scenario& scenario, bool quiet) {
+ReadyRun make_ready(const simulation::Scenario& scenario, bool quiet) {
   std::vector<std::string> warnings;
-  city::City city = simulation::load_city(scenario, warnings);
-  auto simulation = std::make_unique<simulation::Simulation>(scenario, std::move(city));
-  if (quiet) return simulation;
+  ReadyRun ready;
+  ready.scene = std::make_shared<simulation::CityScene>(simulation::load_city(scenario, warnings));
+  ready.simulation = std::make_unique<simulation::Simulation>(scenario, ready.scene);
+  if (quiet) return ready;
   print_warnings(warnings);
-  print_warnings(simulation->warnings());
-  return simulation;
+  print_warnings(ready.simulation->warnings());
+  return ready;
 }
 
 simulation::RunResult run(const simulation::Simulation& simulation,
                           const std::vector<simulation::EpochSink*>& sinks, const RunArguments& arguments,
-                          const char* doing) {
+                          const char* doing, simulation::RunOptions options) {
   simulation::RunResult result;
   {
     Progress progress(doing, arguments.quiet);
-    simulation::RunOptions options;
     options.threads = arguments.threads;
     options.stop = &catch_interrupts();
-    options.progress = progress.callback();
+    options.progress = [&progress, also = options.progress](std::size_t done, std::size_t planned) {
+      progress.update(done, planned);
+      if (also) also(done, planned);
+    };
     result = simulation.run(sinks, options);
   }
   if (!arguments.quiet) print_warnings(result.warnings);

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "cli/field_option.hpp"
@@ -28,12 +29,18 @@ void add_run_options(Command& command, RunArguments& arguments);
 /// The scenario with the command line's changes.
 [[nodiscard]] simulation::Scenario read_scenario(const RunArguments& arguments,
                                                  simulation::ScenarioReadOptions options = {});
+/// A scenario made ready to run.
+struct ReadyRun {
+  std::shared_ptr<simulation::CityScene> scene;
+  std::unique_ptr<simulation::Simulation> simulation;
+};
 /// Loads the city and makes the scenario ready to run. Prints warnings.
-[[nodiscard]] std::unique_ptr<simulation::Simulation> make_simulation(const simulation::Scenario& scenario,
-                                                                      bool quiet);
+[[nodiscard]] ReadyRun make_ready(const simulation::Scenario& scenario, bool quiet);
 /// Runs it until its end or Ctrl-C, with a progress line. @param doing what the line says
+/// @param options whose threads and stop are set here; its progress is called beside the line
 [[nodiscard]] simulation::RunResult run(const simulation::Simulation& simulation,
                                         const std::vector<simulation::EpochSink*>& sinks,
-                                        const RunArguments& arguments, const char* doing);
+                                        const RunArguments& arguments, const char* doing,
+                                        simulation::RunOptions options = {});
 
 }  // namespace canyon::cli

@@ -18,6 +18,7 @@
 #include "canyon/output/sinks.hpp"
 #include "canyon/output/stream.hpp"
 #include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/receiver_names.hpp"
 #include "canyon/view/view_sink.hpp"
 #include "cli/commands.hpp"
 #include "cli/interrupt.hpp"
@@ -36,7 +37,7 @@ struct SimulateArguments : RunArguments {
   bool realtime = false, view = false;
 };
 
-/// How many satellites of which system: "GPS 9, BeiDou 14".
+/// Numbers of satellites by system: "GPS 9, BeiDou 14".
 std::string count_systems(const std::vector<gnss::SatelliteId>& satellites) {
   std::string text;
   for (const gnss::System system : gnss::kAllSystems) {
@@ -106,11 +107,9 @@ class ResultFiles {
   Times before_;
 };
 
-int run_simulate(const SimulateArguments& arguments) {
-  const auto note = [&arguments](const std::string& text) { cli::note(arguments.quiet, text); };
-  const simulation::Scenario scenario = read_scenario(arguments);
-  make_output_folder(arguments.out);
-
+/// Loads the city and makes the scenario ready to run. Says what city, sky and trajectory are.
+std::unique_ptr<simulation::Simulation> make_simulation(const simulation::Scenario& scenario, bool quiet) {
+  const auto note = [quiet](const std::string& text) { cli::note(quiet, text); };
   const auto load_begin = std::chrono::steady_clock::now();
   std::vector<std::string> warnings;
   city::City city = simulation::load_city(scenario, warnings);
@@ -124,15 +123,47 @@ int run_simulate(const SimulateArguments& arguments) {
   if (scenario.city.map) {
     for (const std::string& line : city.notes) note("            " + line);
   }
-  const simulation::Simulation simulation(scenario, std::move(city));
-  note(fmt::format("sky         {}", count_systems(simulation.environment().sky().satellites())));
-  note(fmt::format("trajectory  {:.0f} m, {} epochs every {} s from {}", simulation.trajectory().length_m(),
-                   simulation.epoch_count(), simulation.interval_s(),
-                   geodesy::format_gpst(simulation.begin(), 0)));
-  if (!arguments.quiet) {
+  auto simulation = std::make_unique<simulation::Simulation>(scenario, std::move(city));
+  note(fmt::format("sky         {}", count_systems(simulation->environment().sky().satellites())));
+  note(fmt::format("trajectory  {:.0f} m, {} epochs every {} s from {}", simulation->trajectory().length_m(),
+                   simulation->epoch_count(), simulation->interval_s(),
+                   geodesy::format_gpst(simulation->begin(), 0)));
+  if (!quiet) {
     print_warnings(warnings);
-    print_warnings(simulation.warnings());
+    print_warnings(simulation->warnings());
   }
+  return simulation;
+}
+
+/// Everything that the run writes to its folder.
+std::vector<std::unique_ptr<simulation::EpochSink>> make_sinks(const simulation::Simulation& simulation,
+                                                               const SimulateArguments& arguments) {
+  const simulation::Scenario& scenario = simulation.scenario();
+  std::vector<std::unique_ptr<simulation::EpochSink>> sinks =
+      output::make_file_sinks(simulation, arguments.out);
+  if (scenario.outputs.has("pictures")) {
+    const std::size_t drawn = std::min(scenario.receivers.size(), kMostDrawn);
+    for (std::size_t i = 0; i < drawn; ++i) {
+      sinks.push_back(drawing::make_pictures(
+          simulation, output::receiver_folder(simulation, arguments.out, i), i, &catch_interrupts()));
+    }
+    if (drawn < scenario.receivers.size()) {
+      note(arguments.quiet,
+           fmt::format("pictures    of the first {} of {} receivers", drawn, scenario.receivers.size()));
+    }
+  }
+  if (arguments.view) {
+    sinks.push_back(view::make_view(simulation, std::filesystem::path(arguments.out) / "view"));
+  }
+  return sinks;
+}
+
+int run_simulate(const SimulateArguments& arguments) {
+  const auto note = [&arguments](const std::string& text) { cli::note(arguments.quiet, text); };
+  const simulation::Scenario scenario = read_scenario(arguments);
+  make_output_folder(arguments.out);
+  const std::unique_ptr<simulation::Simulation> made = make_simulation(scenario, arguments.quiet);
+  const simulation::Simulation& simulation = *made;
 
   std::vector<std::filesystem::path> folders{arguments.out, std::filesystem::path(arguments.out) / "view"};
   for (std::size_t i = 0; i < scenario.receivers.size(); ++i) {
@@ -140,21 +171,7 @@ int run_simulate(const SimulateArguments& arguments) {
   }
   ResultFiles files(arguments.out, folders);
   const std::atomic<bool>& stop_requested = catch_interrupts();
-  std::vector<std::unique_ptr<simulation::EpochSink>> sinks =
-      output::make_file_sinks(simulation, arguments.out);
-  if (scenario.outputs.has("pictures")) {
-    const std::size_t drawn = std::min(scenario.receivers.size(), kMostDrawn);
-    for (std::size_t i = 0; i < drawn; ++i) {
-      sinks.push_back(drawing::make_pictures(
-          simulation, output::receiver_folder(simulation, arguments.out, i), i, &stop_requested));
-    }
-    if (drawn < scenario.receivers.size()) {
-      note(fmt::format("pictures    of the first {} of {} receivers", drawn, scenario.receivers.size()));
-    }
-  }
-  if (arguments.view) {
-    sinks.push_back(view::make_view(simulation, std::filesystem::path(arguments.out) / "view"));
-  }
+  const auto sinks = make_sinks(simulation, arguments);
   std::vector<std::unique_ptr<output::EncodedStream>> streams;
   const auto tell_notes = [&](std::size_t i) {
     for (const std::string& line : streams[i]->take_notes()) {
@@ -165,10 +182,7 @@ int run_simulate(const SimulateArguments& arguments) {
     streams.push_back(output::open_stream(output::parse_stream(text), simulation));
     tell_notes(streams.size() - 1);
   }
-  std::vector<std::string> names;
-  for (const simulation::ReceiverConfig& receiver : scenario.receivers)
-    names.push_back(receiver.options.name);
-  output::SummarySink figures(names);
+  output::SummarySink figures(simulation::receiver_names(scenario.receivers));
   output::RealTimePacer pacer(&stop_requested, [&] {
     for (std::size_t i = 0; i < streams.size(); ++i) {
       streams[i]->serve();

@@ -27,7 +27,20 @@ struct Row {
   gnss::SatelliteId id;
   std::optional<orbit::LineOfSight> line;
   std::string source;
+  bool above_mask = false;
 };
+
+Json row_json(const Row& row) {
+  Json json{{"sat", gnss::to_string(row.id)}, {"above_mask", row.above_mask}, {"source", row.source}};
+  if (!row.line) return json;
+  const Eigen::Vector3d& p = row.line->state.position_m;
+  json["azimuth_deg"] = geodesy::degrees(row.line->azimuth_rad);
+  json["elevation_deg"] = geodesy::degrees(row.line->elevation_rad);
+  json["range_m"] = row.line->range_m;
+  json["position_ecef_m"] = {p.x(), p.y(), p.z()};
+  json["clock_bias_s"] = row.line->state.clock_bias_s;
+  return json;
+}
 
 int run_sky(const SkyArguments& arguments) {
   const geodesy::Geodetic place = parse_place(arguments.place, "--at");
@@ -45,46 +58,25 @@ int run_sky(const SkyArguments& arguments) {
   const simulation::BuiltSky sky = simulation::build_sky(config, time, time, place);
 
   const Eigen::Vector3d antenna = geodesy::ecef_from_geodetic(place);
-  std::vector<Row> up;
-  std::vector<Row> down;
-  std::vector<Row> absent;
+  std::vector<Row> up, down, absent;
   for (const gnss::SatelliteId id : sky.sky->satellites()) {
     Row row{id, orbit::line_of_sight(*sky.sky, id, time, antenna), sky.sky->source(id, time)};
-    if (!row.line) {
-      absent.push_back(std::move(row));
-    } else if (geodesy::degrees(row.line->elevation_rad) >= arguments.mask_deg) {
-      up.push_back(std::move(row));
-    } else {
-      down.push_back(std::move(row));
-    }
+    row.above_mask = row.line.has_value() && geodesy::degrees(row.line->elevation_rad) >= arguments.mask_deg;
+    (row.above_mask ? up : row.line ? down : absent).push_back(std::move(row));
   }
-
+  std::vector<Row> shown = up;
+  if (arguments.all) {
+    for (const auto* more : {&down, &absent}) shown.insert(shown.end(), more->begin(), more->end());
+  }
   if (arguments.json) {
-    Json out;
-    out["time_gpst"] = geodesy::format_gpst(time);
-    out["time_utc"] = geodesy::format_utc(time);
-    out["latitude_deg"] = geodesy::degrees(place.latitude_rad);
-    out["longitude_deg"] = geodesy::degrees(place.longitude_rad);
-    out["height_m"] = place.height_m;
-    out["satellites"] = Json::array();
-    const auto add = [&out](const Row& row, bool visible) {
-      Json entry{{"sat", gnss::to_string(row.id)}, {"above_mask", visible}, {"source", row.source}};
-      if (row.line) {
-        entry["azimuth_deg"] = geodesy::degrees(row.line->azimuth_rad);
-        entry["elevation_deg"] = geodesy::degrees(row.line->elevation_rad);
-        entry["range_m"] = row.line->range_m;
-        const Eigen::Vector3d& p = row.line->state.position_m;
-        entry["position_ecef_m"] = {p.x(), p.y(), p.z()};
-        entry["clock_bias_s"] = row.line->state.clock_bias_s;
-      }
-      out["satellites"].push_back(std::move(entry));
-    };
-    for (const Row& row : up) add(row, true);
-    if (arguments.all) {
-      for (const Row& row : down) add(row, false);
-      for (const Row& row : absent) add(row, false);
-    }
-    out["warnings"] = sky.warnings;
+    Json out{{"time_gpst", geodesy::format_gpst(time)},
+             {"time_utc", geodesy::format_utc(time)},
+             {"latitude_deg", geodesy::degrees(place.latitude_rad)},
+             {"longitude_deg", geodesy::degrees(place.longitude_rad)},
+             {"height_m", place.height_m},
+             {"satellites", Json::array()},
+             {"warnings", sky.warnings}};
+    for (const Row& row : shown) out["satellites"].push_back(row_json(row));
     fmt::print("{}\n", out.dump(2, Json::Order::ByKey));
     return kOk;
   }
@@ -93,17 +85,12 @@ int run_sky(const SkyArguments& arguments) {
   fmt::print("{} ({}) at {:.6f}, {:.6f}, {:.1f} m\n\n", geodesy::format_gpst(time, 0),
              geodesy::format_utc(time, 0), geodesy::degrees(place.latitude_rad),
              geodesy::degrees(place.longitude_rad), place.height_m);
-  std::vector<std::vector<std::string>> rows;
-  const auto add = [&rows](const Row& row) {
-    rows.push_back({gnss::to_string(row.id),
-                    row.line ? fmt::format("{:.1f}", geodesy::degrees(row.line->azimuth_rad)) : "-",
-                    row.line ? fmt::format("{:.1f}", geodesy::degrees(row.line->elevation_rad)) : "-",
-                    row.line ? fmt::format("{:.1f}", row.line->range_m / 1e3) : "-", row.source});
-  };
-  for (const Row& row : up) add(row);
-  if (arguments.all) {
-    for (const Row& row : down) add(row);
-    for (const Row& row : absent) add(row);
+  std::vector<TextRow> rows;
+  for (const Row& row : shown) {
+    const auto cell = [&row](double value) { return row.line ? fmt::format("{:.1f}", value) : "-"; };
+    const orbit::LineOfSight line = row.line.value_or(orbit::LineOfSight());
+    rows.push_back({gnss::to_string(row.id), cell(geodesy::degrees(line.azimuth_rad)),
+                    cell(geodesy::degrees(line.elevation_rad)), cell(line.range_m / 1e3), row.source});
   }
   print_table({"sat", "azimuth [deg]", "elevation [deg]", "range [km]", "source"}, rows);
   fmt::print("\n{} satellites above {} deg, {} below, {} without a valid ephemeris{}\n", up.size(),

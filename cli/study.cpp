@@ -52,7 +52,7 @@ std::string list_of(const std::vector<std::size_t>& numbers) {
 }
 
 void tell_plan(const study::StudyPlan& plan) {
-  std::vector<std::vector<std::string>> rows;
+  std::vector<TextRow> rows;
   for (const study::Axis& axis : plan.study().axes) {
     const std::size_t n = axis.size();
     const std::string first = study::value_at(axis, {0, 0}).label;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "canyon/base/json.hpp"
 #include "canyon/city/city.hpp"
@@ -106,130 +107,149 @@ std::string angle(double rad) {
   return fmt::format("{:.1f}", geodesy::degrees(rad));
 }
 
+/// Everything that arrives at the site's antenna at its time.
+struct Look {
+  explicit Look(const Site& of)
+      : site(of),
+        time(of.time()),
+        antenna(of.antenna(time)),
+        place(of.environment().city().frame.geodetic_from_local(antenna)),
+        arrival(of.environment().arrival(time, antenna, of.make_propagator())),
+        receiver(of.receiver_config().options),
+        signal(receiver.signal) {}
+
+  const Site& site;
+  geodesy::GpsTime time;
+  Eigen::Vector3d antenna;
+  geodesy::Geodetic place;
+  propagation::Arrival arrival;
+  const receiver::ReceiverOptions& receiver;
+  const tracking::SignalOptions& signal;
+};
+
+/// @param row of the path's satellite; gets the path
+Json path_json(const Look& look, const propagation::SatelliteView& view, const propagation::Path& path,
+               const std::vector<SentSignal>& sent, output::Row& row) {
+  using propagation::PathKind;
+  row.path = &path;
+  row.amplitude = 0;
+  Json json = Json::object();
+  if (look.signal.enabled) {
+    row.amplitude = amplitude(path, view.line, view.line.state.carrier_frequency_hz, look.signal);
+    Json& of_signals = json["signal_loss_db"] = Json::object();
+    for (const SentSignal& s : sent) {
+      of_signals[std::string(s.signal->name)] = loss_db(path, view.line, s.carrier_hz, look.signal);
+    }
+  }
+  put_columns(json, output::TableKind::Paths, row, "kind", {});
+  if (path.foliage_depth_m > 0) json["foliage_depth_m"] = path.foliage_depth_m;
+  if (path.kind != PathKind::Direct) json["point_enu_m"] = numbers(path.point);
+  if (path.kind == PathKind::Reflected || path.kind == PathKind::Diffuse) {
+    json["instance"] = path.instance;
+    json["triangle"] = path.triangle;
+  }
+  if (path.kind == PathKind::Diffracted && path.edge_nu) json["edge_nu"] = *path.edge_nu;
+  if (path.kind == PathKind::Diffuse) json["scattered_power"] = path.scattered_power;
+  if (path.order == 2) {
+    json["far_point_enu_m"] = numbers(path.far_point);
+    json["far_incidence_deg"] = geodesy::degrees(path.far_incidence_rad());
+    json["far_instance"] = path.far_instance;
+    json["far_triangle"] = path.far_triangle;
+  }
+  return json;
+}
+
+Json satellite_json(const Look& look, const propagation::SatelliteView& view,
+                    const tracking::ChannelModel& model) {
+  simulation::Epoch nothing;  // the columns of satellites and paths ask no more of it than its time
+  nothing.observed.time = look.time;
+  const std::vector<SentSignal> sent = sent_signals(view.line, look.time, look.receiver);
+  const receiver::SatelliteObservation seen = observation_of(view);
+  output::Row row{nothing, &seen, &seen};
+  Json json{{"range_m", view.line.range_m}, {"signals", Json::array()}, {"paths", Json::array()}};
+  put_columns(json, output::TableKind::Satellites, row, "sat", "visibility");
+  for (const SentSignal& s : sent) {
+    Json one{{"signal", std::string(s.signal->name)},
+             {"rinex_code", std::string(s.signal->code)},
+             {"carrier_hz", s.carrier_hz}};
+    if (look.signal.enabled) {
+      one["clear_cn0_dbhz"] = model.clear_cn0_dbhz(*s.signal, view.line.elevation_rad,
+                                                   model.offset_db(view.line.id, *s.signal, look.time));
+    }
+    json["signals"].push_back(std::move(one));
+  }
+  for (const propagation::Path& path : view.paths.paths) {
+    json["paths"].push_back(path_json(look, view, path, sent, row));
+  }
+  return json;
+}
+
+void print_json(const Look& look) {
+  Json out{{"time_gpst", geodesy::format_gpst(look.time)},
+           {"latitude_deg", geodesy::degrees(look.place.latitude_rad)},
+           {"longitude_deg", geodesy::degrees(look.place.longitude_rad)},
+           {"height_m", look.place.height_m},
+           {"enu_m", numbers(look.antenna)},
+           {"placement", std::string(output::placement_word(look.arrival.placement))},
+           {"satellites", Json::array()}};
+  const tracking::ChannelModel model(look.signal, look.site.simulation().scenario().seed, look.receiver.name);
+  for (const propagation::SatelliteView& view : look.arrival.views) {
+    out["satellites"].push_back(satellite_json(look, view, model));
+  }
+  fmt::print("{}\n", out.dump(2, Json::Order::ByKey));
+}
+
+/// One number a path, or with `tracks` one for each signal.
+std::string loss_text(const Look& look, const propagation::Path& path, const orbit::LineOfSight& line) {
+  if (look.receiver.tracks.empty()) {
+    return fmt::format("{:.1f}", loss_db(path, line, line.state.carrier_frequency_hz, look.signal));
+  }
+  std::string text;
+  for (const SentSignal& s : sent_signals(line, look.time, look.receiver)) {
+    text += fmt::format("{}{} {:.1f}", text.empty() ? "" : ", ", s.signal->name,
+                        loss_db(path, line, s.carrier_hz, look.signal));
+  }
+  return text;
+}
+
+/// A line for each path of a satellite, and one for the reflection before a path's last.
+void add_rows(const Look& look, const propagation::SatelliteView& view, std::vector<TextRow>& rows) {
+  const bool strength = look.signal.enabled;
+  TextRow row{gnss::to_string(view.line.id), angle(view.line.azimuth_rad), angle(view.line.elevation_rad),
+              std::string(propagation::name(view.paths.visibility))};
+  if (view.paths.paths.empty()) {
+    row.insert(row.end(), strength ? 5 : 4, "-");
+    rows.push_back(row);
+  }
+  for (const propagation::Path& path : view.paths.paths) {
+    TextRow& line = rows.emplace_back(std::exchange(row, {"", "", "", ""}));
+    line.insert(line.end(), {kind_text(path), fmt::format("{:.2f}", path.excess_m)});
+    if (strength) line.push_back(loss_text(look, path, view.line));
+    line.push_back(path.kind == propagation::PathKind::Direct ? "-" : triple(path.point));
+    line.push_back(path.kind == propagation::PathKind::Reflected ? angle(path.incidence_rad()) : "-");
+    if (path.order != 2) continue;
+    TextRow& before = rows.emplace_back(TextRow{"", "", "", "", "  before that", ""});
+    if (strength) before.emplace_back();
+    before.insert(before.end(), {triple(path.far_point), angle(path.far_incidence_rad())});
+  }
+}
+
 int run_trace(const TraceArguments& arguments) {
   const Site site(arguments.site);
-  const simulation::Environment& environment = site.environment();
-  const geodesy::GpsTime time = site.time();
-  const Eigen::Vector3d antenna = site.antenna(time);
-  const propagation::Propagator propagator = site.make_propagator();
-  const propagation::Arrival arrival = environment.arrival(time, antenna, propagator);
-  const geodesy::Geodetic place = environment.city().frame.geodetic_from_local(antenna);
-  const receiver::ReceiverOptions& receiver = site.receiver_config().options;
-  const tracking::SignalOptions& signal = receiver.signal;
-
+  const Look look(site);
   if (arguments.json) {
-    Json out;
-    out["time_gpst"] = geodesy::format_gpst(time);
-    out["latitude_deg"] = geodesy::degrees(place.latitude_rad);
-    out["longitude_deg"] = geodesy::degrees(place.longitude_rad);
-    out["height_m"] = place.height_m;
-    out["enu_m"] = {antenna.x(), antenna.y(), antenna.z()};
-    out["placement"] = std::string(output::placement_word(arrival.placement));
-    out["satellites"] = Json::array();
-    simulation::Epoch nothing;  // the columns of satellites and paths ask no more of it than its time
-    nothing.observed.time = time;
-    const tracking::ChannelModel model(signal, site.simulation().scenario().seed, receiver.name);
-    for (const propagation::SatelliteView& view : arrival.views) {
-      const std::vector<SentSignal> sent = sent_signals(view.line, time, receiver);
-      const receiver::SatelliteObservation seen = observation_of(view);
-      output::Row row{nothing, &seen, &seen};
-      Json entry{{"range_m", view.line.range_m}, {"signals", Json::array()}, {"paths", Json::array()}};
-      put_columns(entry, output::TableKind::Satellites, row, "sat", "visibility");
-      for (const SentSignal& s : sent) {
-        Json one{{"signal", std::string(s.signal->name)},
-                 {"rinex_code", std::string(s.signal->code)},
-                 {"carrier_hz", s.carrier_hz}};
-        if (signal.enabled) {
-          one["clear_cn0_dbhz"] = model.clear_cn0_dbhz(*s.signal, view.line.elevation_rad,
-                                                       model.offset_db(view.line.id, *s.signal, time));
-        }
-        entry["signals"].push_back(std::move(one));
-      }
-      for (const propagation::Path& path : view.paths.paths) {
-        row.path = &path;
-        row.amplitude = 0;
-        Json one = Json::object();
-        if (signal.enabled) {
-          const double carrier_hz = view.line.state.carrier_frequency_hz;
-          row.amplitude = amplitude(path, view.line, carrier_hz, signal);
-          Json& of_signals = one["signal_loss_db"] = Json::object();
-          for (const SentSignal& s : sent) {
-            of_signals[std::string(s.signal->name)] = loss_db(path, view.line, s.carrier_hz, signal);
-          }
-        }
-        put_columns(one, output::TableKind::Paths, row, "kind", {});
-        if (path.foliage_depth_m > 0) one["foliage_depth_m"] = path.foliage_depth_m;
-        if (path.kind != propagation::PathKind::Direct) one["point_enu_m"] = numbers(path.point);
-        if (path.kind == propagation::PathKind::Reflected || path.kind == propagation::PathKind::Diffuse) {
-          one["instance"] = path.instance;
-          one["triangle"] = path.triangle;
-        }
-        if (path.kind == propagation::PathKind::Diffracted && path.edge_nu) {
-          one["edge_nu"] = *path.edge_nu;
-        }
-        if (path.kind == propagation::PathKind::Diffuse) one["scattered_power"] = path.scattered_power;
-        if (path.order == 2) {
-          one["far_point_enu_m"] = numbers(path.far_point);
-          one["far_incidence_deg"] = geodesy::degrees(path.far_incidence_rad());
-          one["far_instance"] = path.far_instance;
-          one["far_triangle"] = path.far_triangle;
-        }
-        entry["paths"].push_back(std::move(one));
-      }
-      out["satellites"].push_back(std::move(entry));
-    }
-    fmt::print("{}\n", out.dump(2, Json::Order::ByKey));
+    print_json(look);
     return kOk;
   }
-
   fmt::print("{} at {:.7f}, {:.7f}, {:.2f} m (east {:.2f}, north {:.2f}, up {:.2f} m), {}\n\n",
-             geodesy::format_gpst(time), geodesy::degrees(place.latitude_rad),
-             geodesy::degrees(place.longitude_rad), place.height_m, antenna.x(), antenna.y(), antenna.z(),
-             output::placement_word(arrival.placement));
-  // One number a path, or with `tracks` one for each signal.
-  const auto loss_text = [&](const propagation::Path& path, const orbit::LineOfSight& line) {
-    if (receiver.tracks.empty()) {
-      return fmt::format("{:.1f}", loss_db(path, line, line.state.carrier_frequency_hz, signal));
-    }
-    std::string text;
-    for (const SentSignal& s : sent_signals(line, time, receiver)) {
-      text += fmt::format("{}{} {:.1f}", text.empty() ? "" : ", ", s.signal->name,
-                          loss_db(path, line, s.carrier_hz, signal));
-    }
-    return text;
-  };
-  std::vector<std::vector<std::string>> rows;
-  for (const propagation::SatelliteView& view : arrival.views) {
-    std::vector<std::string> row{gnss::to_string(view.line.id),
-                                 fmt::format("{:.1f}", geodesy::degrees(view.line.azimuth_rad)),
-                                 fmt::format("{:.1f}", geodesy::degrees(view.line.elevation_rad)),
-                                 std::string(propagation::name(view.paths.visibility))};
-    if (view.paths.paths.empty()) {
-      row.insert(row.end(), signal.enabled ? 5 : 4, "-");
-      rows.push_back(row);
-    }
-    for (const propagation::Path& path : view.paths.paths) {
-      std::vector<std::string> line = row;
-      line.push_back(kind_text(path));
-      line.push_back(fmt::format("{:.2f}", path.excess_m));
-      if (signal.enabled) line.push_back(loss_text(path, view.line));
-      line.push_back(path.kind == propagation::PathKind::Direct ? "-" : triple(path.point));
-      line.push_back(path.kind == propagation::PathKind::Reflected ? angle(path.incidence_rad()) : "-");
-      rows.push_back(std::move(line));
-      row = {"", "", "", ""};
-      if (path.order == 2) {
-        std::vector<std::string> before{"", "", "", "", "  before that", ""};
-        if (signal.enabled) before.emplace_back();
-        before.push_back(triple(path.far_point));
-        before.push_back(angle(path.far_incidence_rad()));
-        rows.push_back(std::move(before));
-      }
-    }
-  }
-  std::vector<std::string> head{"sat",        "azimuth [deg]", "elevation [deg]",
-                                "visibility", "path",          "excess [m]"};
-  if (signal.enabled) head.push_back("loss [dB]");
+             geodesy::format_gpst(look.time), geodesy::degrees(look.place.latitude_rad),
+             geodesy::degrees(look.place.longitude_rad), look.place.height_m, look.antenna.x(),
+             look.antenna.y(), look.antenna.z(), output::placement_word(look.arrival.placement));
+  TextRow head{"sat", "azimuth [deg]", "elevation [deg]", "visibility", "path", "excess [m]"};
+  if (look.signal.enabled) head.emplace_back("loss [dB]");
   head.insert(head.end(), {"point (ENU) [m]", "incidence [deg]"});
+  std::vector<TextRow> rows;
+  for (const propagation::SatelliteView& view : look.arrival.views) add_rows(look, view, rows);
   print_table(head, rows);
   return kOk;
 }

@@ -116,51 +116,28 @@ class Judge : public RecordedDrive {
   }
 
   void compare() {
-    const validation::Registration registration = this->registration();
-    std::vector<validation::NeverTracked> never;
-    validation::CompareOptions options;
-    options.threads = arguments_.threads;
     for (const validation::Model& model : models_) {
       Progress progress(fmt::format("{}simulating: {}", prefix_, model.name), arguments_.quiet);
-      options.name = model.name;
+      compare_.name = model.name;
       const int moved = model.moved_city ? runs_ : 0;
       int done_runs = 0;
       const auto told = progress_of(progress);
-      options.progress = [&](std::size_t done, std::size_t total) {
+      compare_.progress = [&](std::size_t done, std::size_t total) {
         told(static_cast<std::size_t>(done_runs) * total + done, static_cast<std::size_t>(moved + 1) * total);
       };
-      const auto simulate = [&](const validation::Registration& place, std::uint64_t seed) {
-        return validation::compare(recording_, model.receiver, *environment_, place, seed, options);
-      };
-      validation::Comparison comparison = simulate(registration, scenario_.seed);
-      const bool own = figures_.empty();
-      if (own) {
-        never = validation::never_tracked(comparison);
-        if (!arguments_.all_satellites && !never.empty()) {
-          for (const validation::NeverTracked& s : never) options.leave_out.insert(s.id);
-          comparison = simulate(registration, scenario_.seed);
-        }
-      }
+      validation::Comparison comparison = simulate(model.receiver);
       std::vector<validation::Comparison> runs;
       for (int run = 0; run < moved; ++run) {
         ++done_runs;
         const std::uint64_t seed = scenario_.seed + static_cast<std::uint64_t>(run);
-        runs.push_back(simulate(this->registration(scenario_.city.georeference, seed), seed));
+        runs.push_back(
+            simulate(model.receiver, *environment_, registration(scenario_.city.georeference, seed), seed));
       }
-      validation::Figures& f = figures_.emplace_back(validation::figures(
-          comparison, part_.first, part_.count,
-          validation::describe_part(comparison, part_.first, part_.count, part_.name), {}, runs));
-      f.never_tracked = never;
-      f.left_out = !arguments_.all_satellites;
+      const bool own = figures_.empty();
+      validation::Figures& f = figures_.emplace_back(figures_of(comparison, part_, runs));
       if (!own) continue;
       if (alignment_) aligned_by_ = validation::describe_part(comparison, 0, first_part_.count, aligned_by_);
-      if (recorded_.nmea) {
-        options.position_filter = true;
-        f.own_fixes = validation::own_fix_figures(
-            validation::own_fixes_of(recording_, comparison, part_.first, part_.count),
-            simulate(registration, scenario_.seed), part_.first, part_.count);
-        options.position_filter = false;
-      }
+      add_own_fixes(f, comparison, model.receiver);
       own_ = std::move(comparison);
       runs_of_own_ = std::move(runs);
     }
@@ -223,11 +200,8 @@ std::string scores_by_seed(const ValidateArguments& arguments, const Judges& fir
     again.ladder = false;
     again.models.clear();
     note(arguments.quiet, fmt::format("seed        {} ({} of {})", *again.seed, k + 1, arguments.seeds));
-    Judges judges;
-    for (const validation::ListedRecording& recording : recordings_of(again, listed)) {
-      judges.push_back(std::make_unique<Judge>(again, recording, listed));
-      judges.back()->run();
-    }
+    const Judges judges = drives_of<Judge>(again, recordings_of(again, listed), listed);
+    for (const auto& judge : judges) judge->run();
     seeds.push_back({*again.seed, rows_of(judges)});
   }
   return "\n" + validation::seed_scores(seeds);
@@ -261,14 +235,8 @@ void write(const ValidateArguments& arguments, const Judges& judges, bool listed
     }
     cli::note(arguments.quiet, fmt::format("report in {}", arguments.report));
   }
-  if (!arguments.markdown.empty()) write_file(arguments.markdown, markdown);
   const auto json = [&] { return listed ? validation::to_json(rows) : one.json(); };
-  if (arguments.json == "-") {
-    fmt::print("{}", json());
-    return;
-  }
-  if (!arguments.json.empty()) write_file(arguments.json, json());
-  if (arguments.quiet) return;
+  if (!write_results(arguments, markdown, json)) return;
   if (!listed) {
     fmt::print("{}{}", one.text(), by_seed);
     return;
@@ -286,10 +254,7 @@ int run_validate(const ValidateArguments& given) {
   }
   return unless_interrupted([&] {
     const bool listed = validation::is_recording_list(arguments.scenario);
-    Judges judges;
-    for (const validation::ListedRecording& recording : recordings_of(arguments, listed)) {
-      judges.push_back(std::make_unique<Judge>(arguments, recording, listed));
-    }
+    const Judges judges = drives_of<Judge>(arguments, recordings_of(arguments, listed), listed);
     if (!arguments.report.empty()) {
       make_output_folder(arguments.report);
       for (const auto& judge : judges) {

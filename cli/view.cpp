@@ -89,50 +89,27 @@ std::map<std::string, std::string> height_sources(const buildings::BuiltCity& bu
   return sources;
 }
 
-/// A scenario made ready to run.
-struct Run {
-  std::shared_ptr<simulation::CityScene> scene;
-  std::unique_ptr<simulation::Simulation> simulation;
-};
-
-Run make_run(const ViewArguments& arguments, const std::string& file) {
-  simulation::Scenario scenario = simulation::read_scenario(file);
-  make(arguments.run.changes, scenario);
-  std::vector<std::string> warnings;
-  Run made;
-  made.scene = std::make_shared<simulation::CityScene>(simulation::load_city(scenario, warnings));
-  made.simulation = std::make_unique<simulation::Simulation>(scenario, made.scene);
-  if (!arguments.serve.quiet) {
-    print_warnings(warnings);
-    print_warnings(made.simulation->warnings());
-  }
-  return made;
+ReadyRun ready(const ViewArguments& arguments, const std::string& scenario) {
+  RunArguments run = arguments.run;
+  run.scenario = scenario;
+  return make_ready(read_scenario(run), arguments.run.quiet);
 }
 
 /// Runs it into the view's folder; pages that `watching` has see it meanwhile. False where Ctrl-C ended it.
-bool compute(const Run& made, const ViewArguments& arguments, simulation::EpochSink& view,
-             view::RunRelay* watching = nullptr) {
-  simulation::RunOptions run;
-  run.threads = arguments.run.threads;
-  run.stop = &catch_interrupts();
+bool compute(const simulation::Simulation& simulation, const ViewArguments& arguments,
+             simulation::EpochSink& view, view::RunRelay* watching = nullptr) {
   std::vector<simulation::EpochSink*> sinks{&view};
-  simulation::RunResult result;
-  {
-    Progress progress("simulating", arguments.serve.quiet);
-    run.progress = progress.callback();
-    if (watching != nullptr) {
-      sinks.push_back(watching);
-      // Epochs come as they are made, not by the hundred.
-      const std::size_t receivers = made.simulation->scenario().receivers.size();
-      run.block = 4 * receivers * std::max(1U, std::thread::hardware_concurrency());
-      run.progress = [&](std::size_t done, std::size_t planned) {
-        progress.update(done, planned);
-        watching->progress(done, planned);
-      };
-    }
-    result = made.simulation->run(sinks, run);
+  simulation::RunOptions options;
+  if (watching != nullptr) {
+    sinks.push_back(watching);
+    // Epochs come as they are made, not by the hundred.
+    const std::size_t receivers = simulation.scenario().receivers.size();
+    options.block = 4 * receivers * std::max(1U, std::thread::hardware_concurrency());
+    options.progress = [watching](std::size_t done, std::size_t planned) {
+      watching->progress(done, planned);
+    };
   }
-  if (!arguments.serve.quiet) print_warnings(result.warnings);
+  const simulation::RunResult result = run(simulation, sinks, arguments.run, "simulating", options);
   if (!result.interrupted) return true;
   fmt::print(stderr, "canyon: interrupted: {} of {} epochs {}\n", result.epochs, result.planned,
              watching == nullptr ? "are in the view" : "were computed");
@@ -148,7 +125,7 @@ view::ViewOptions view_options(const ViewArguments& arguments) {
 /// Serves a scenario until Ctrl-C, from before its first epoch is computed.
 int serve_run(const ViewArguments& arguments, const std::filesystem::path& page,
               const std::filesystem::path& folder, const ViewedMap& map) {
-  const Run made = make_run(arguments, arguments.input);
+  const ReadyRun made = ready(arguments, arguments.input);
   view::ViewOptions options = view_options(arguments);
   options.watched = true;
   const auto sink = view::make_view(*made.simulation, folder, options);
@@ -158,7 +135,7 @@ int serve_run(const ViewArguments& arguments, const std::filesystem::path& page,
                   [&probe](const std::string& message) { return probe.answer(message); }};
   return serve(std::move(site), arguments.serve, [&](view::Server& server) {
     view::RunRelay relay(*made.simulation, server, arguments.paths);
-    if (!compute(made, arguments, *sink, &relay)) return false;
+    if (!compute(*made.simulation, arguments, *sink, &relay)) return false;
     if (map) map.add_to(folder);
     relay.finished();
     return true;
@@ -175,7 +152,7 @@ struct Antennas {
 
 std::unique_ptr<view::Probe> probe_of_run(const ViewArguments& arguments,
                                           const std::filesystem::path& folder) {
-  const Run made = make_run(arguments, arguments.city);
+  const ReadyRun made = ready(arguments, arguments.city);
   view::check_run(folder, *made.simulation);
   return std::make_unique<view::Probe>(*made.simulation, made.scene, arguments.paths);
 }
@@ -238,21 +215,45 @@ void serve_live_city(const ViewArguments& arguments, const buildings::BuiltCity&
   serve_live(std::move(live), workplace.path(), arguments.serve);
 }
 
-int run_view(const ViewArguments& arguments) {
-  const bool filmed = !arguments.record.file.empty();
-  const bool serves = arguments.exported.empty() && arguments.out.empty() && !filmed;
+/// Throws InputError for options that do not go together. @param serves the view is served, not written
+void check_together(const ViewArguments& arguments, bool serves) {
   if (!serves && (arguments.serve.open || arguments.serve.port != 0)) {
     throw InputError("--open and --port are of a view that is served, --export, --out and --record write one",
                      "leave one or the other out");
   }
+  if (!arguments.live.empty() && (!serves || !arguments.map.empty() || !arguments.city.empty())) {
+    throw InputError("--live is served, not written, in the city of WHAT",
+                     "leave --export, --out, --record, --map and --city out");
+  }
+}
+
+/// Writes the page and the film that are asked for of the view in `folder`.
+void write_pages(const ViewArguments& arguments, const std::filesystem::path& page,
+                 const std::filesystem::path& folder) {
+  const bool quiet = arguments.serve.quiet;
+  if (!arguments.exported.empty()) {
+    const std::size_t bytes = view::export_page(page, folder, arguments.exported);
+    if (!quiet) {
+      fmt::print(stderr, "{}: {:.2f} MB, opens from disk\n", arguments.exported,
+                 static_cast<double>(bytes) / 1e6);
+    }
+  }
+  if (arguments.record.file.empty()) return;
+  const Workplace film("");
+  view::export_page(page, folder, film.path() / "scene.html");
+  record_page(arguments.record, page, film.path() / "scene.html", film.path(), quiet);
+}
+
+int run_view(const ViewArguments& given) {
+  ViewArguments arguments = given;
+  arguments.run.quiet = arguments.serve.quiet;
+  const bool filmed = !arguments.record.file.empty();
+  const bool serves = arguments.exported.empty() && arguments.out.empty() && !filmed;
+  check_together(arguments, serves);
   const auto built_city = [&] {
     return load_city(city_config(arguments.input, ""), "building the city", arguments.serve.quiet);
   };
   if (!arguments.live.empty()) {
-    if (!serves || !arguments.map.empty() || !arguments.city.empty()) {
-      throw InputError("--live is served, not written, in the city of WHAT",
-                       "leave --export, --out, --record, --map and --city out");
-    }
     serve_live_city(arguments, built_city());
     return kOk;
   }
@@ -284,9 +285,9 @@ int run_view(const ViewArguments& arguments) {
       copy_view(*finished, folder);
     } else if (is_scenario(arguments.input)) {
       if (serves) return serve_run(arguments, page, folder, map);
-      const Run made = make_run(arguments, arguments.input);
+      const ReadyRun made = ready(arguments, arguments.input);
       const auto sink = view::make_view(*made.simulation, folder, view_options(arguments));
-      interrupted = !compute(made, arguments, *sink);
+      interrupted = !compute(*made.simulation, arguments, *sink);
     } else {
       view::Header header = city_header(arguments, map.alone() ? map.city() : built_city(), folder);
       if (asked && map.alone()) antennas = antennas_in_map(arguments, map, header);
@@ -295,18 +296,7 @@ int run_view(const ViewArguments& arguments) {
     if (map) map.add_to(folder);
   }
   if (asked && finished) antennas = antennas_in_finished(arguments, folder);
-  if (!arguments.exported.empty()) {
-    const std::size_t bytes = view::export_page(page, folder, arguments.exported);
-    if (!arguments.serve.quiet) {
-      fmt::print(stderr, "{}: {:.2f} MB, opens from disk\n", arguments.exported,
-                 static_cast<double>(bytes) / 1e6);
-    }
-  }
-  if (filmed) {
-    const Workplace film("");
-    view::export_page(page, folder, film.path() / "scene.html");
-    record_page(arguments.record, page, film.path() / "scene.html", film.path(), arguments.serve.quiet);
-  }
+  write_pages(arguments, page, folder);
   if (interrupted) return kInterrupted;
   if (!serves) return kOk;
   return serve({view::read_bytes(page), folder,

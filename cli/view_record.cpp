@@ -172,9 +172,7 @@ void record_page(const RecordArguments& arguments, const fs::path& viewer, const
       break;
     }
     case Film::AnimatedWebp: {
-      OutputFile out(arguments.file);
-      out.write(view::read_bytes(webp));
-      out.commit();
+      write_file(arguments.file, view::read_bytes(webp));
       break;
     }
     case Film::Encoded:

@@ -12,6 +12,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/gnss/satellite_id.hpp"
 #include "canyon/output/epoch_values.hpp"
+#include "canyon/positioning/residual.hpp"
 #include "canyon/simulation/simulator.hpp"
 
 // Epochs as ROS messages. Templates over the message types, so that ROS 1 and ROS 2 share them and tests need
@@ -136,10 +137,7 @@ template <class Satellite>
   message.noise = static_cast<float>(measured ? seen.noise_m : kNaN);
   message.pseudorange_error = static_cast<float>(measured ? seen.pseudorange_error_m : kNaN);
   message.used = seen.used;
-  message.residual = static_cast<float>(kNaN);
-  const auto found = std::find(fix.used.begin(), fix.used.end(), seen.id);
-  const auto index = static_cast<std::size_t>(found - fix.used.begin());
-  if (index < fix.residuals_m.size()) message.residual = static_cast<float>(fix.residuals_m[index]);
+  message.residual = static_cast<float>(positioning::residual_m(fix, seen.id).value_or(kNaN));
   message.lock = lock_code<Satellite>(seen.lock);
   message.true_cn0 = static_cast<float>(seen.cn0_dbhz.value_or(kNaN));
   const bool phase = measured && measured->carrier_phase_cycles;

@@ -51,6 +51,9 @@ class OutputFile {
   std::FILE* file_ = nullptr;
 };
 
+/// Writes a whole file. Throws as OutputFile does.
+void write_file(const std::filesystem::path& path, std::string_view bytes);
+
 /// Creates the folder (with parents) where needed and proves that files can be made in it.
 /// Throws InputError otherwise.
 void make_output_folder(const std::filesystem::path& folder);

@@ -120,6 +120,14 @@ TEST(OutputFile, MovesWithItsDuty) {
   EXPECT_EQ(test::read_bytes(folder / "a.txt"), "one two");
 }
 
+TEST(OutputFile, IsWrittenInOneCall) {
+  const test::TemporaryFolder folder;
+  write_file(folder / "a.txt", "one");
+  write_file(folder / "a.txt", "two");
+  EXPECT_EQ(test::read_bytes(folder / "a.txt"), "two");
+  EXPECT_THROW(write_file(folder / "missing/a.txt", "three"), InputError);
+}
+
 TEST(OutputFile, MakesFoldersWithParents) {
   const test::TemporaryFolder folder;
   make_output_folder(folder / "a/b/c");

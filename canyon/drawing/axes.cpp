@@ -79,6 +79,15 @@ double Scale::at(double value) const {
   return std::clamp(std::log(value / low) / std::log(high / low), 0.0, 1.0);
 }
 
+Scale decade_scale(double low, double high) {
+  Scale scale;
+  scale.logarithmic = true;
+  scale.low = std::pow(10, std::floor(std::log10(low) + kSlack));
+  scale.high = std::pow(10, std::ceil(std::log10(high) - kSlack));
+  for (double tick = scale.low; tick < 1.5 * scale.high; tick *= 10) scale.ticks.push_back(tick);
+  return scale;
+}
+
 Scale make_scale(std::vector<double> values, double tail) {
   values.erase(
       std::remove_if(values.begin(), values.end(), [](double v) { return !std::isfinite(v) || v < 0; }),

@@ -31,6 +31,9 @@ struct Scale {
   [[nodiscard]] double at(double value) const;
 };
 
+/// A logarithmic scale over the whole decades that hold [low, high]; 0 < low < high.
+[[nodiscard]] Scale decade_scale(double low, double high);
+
 /// A scale for values >= 0 that shows all but the smallest and largest `tail` share (0 to 0.5) of them. Not
 /// finite ones are passed over; [0, 1] where nothing is left.
 [[nodiscard]] Scale make_scale(std::vector<double> values, double tail);

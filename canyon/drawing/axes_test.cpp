@@ -63,6 +63,16 @@ TEST(Axes, WideValuesGetALogarithmicScale) {
   EXPECT_FALSE(scale.ticks.empty());
 }
 
+TEST(Axes, DecadesHoldTheirEnds) {
+  const Scale scale = decade_scale(0.3, 40);
+  EXPECT_TRUE(scale.logarithmic);
+  EXPECT_DOUBLE_EQ(scale.low, 0.1);
+  EXPECT_DOUBLE_EQ(scale.high, 100);
+  EXPECT_EQ(scale.ticks.size(), 4U);
+  EXPECT_DOUBLE_EQ(decade_scale(0.1, 100).low, 0.1) << "ends that are decades stay";
+  EXPECT_DOUBLE_EQ(decade_scale(0.1, 100).high, 100);
+}
+
 TEST(Axes, NoValues) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const auto& values :

@@ -43,9 +43,7 @@ std::size_t write_frames(const std::filesystem::path& folder, std::size_t count,
     });
     for (std::size_t i = 0; i < size; ++i) {
       if (failures[i]) std::rethrow_exception(failures[i]);
-      OutputFile file(folder / frame_name(written));
-      file.write(frames[i]);
-      file.commit();
+      write_file(folder / frame_name(written), frames[i]);
       ++written;
     }
     if (options.progress) options.progress(written, count);

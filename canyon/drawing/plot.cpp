@@ -115,6 +115,12 @@ void draw_mark(Canvas& canvas, const Point& at, Mark mark, double radius, const 
   }
 }
 
+std::function<void(Canvas&, const Point&)> line_mark(const Stroke& stroke) {
+  return [stroke](Canvas& canvas, const Point& at) {
+    canvas.polyline({{at.x - 13, at.y}, {at.x + 13, at.y}}, stroke);
+  };
+}
+
 Rect legend_size(Canvas& canvas, const std::vector<LegendEntry>& entries, double text_size) {
   double widest = 0;
   for (const LegendEntry& entry : entries) {
@@ -138,6 +144,16 @@ Rect draw_legend(Canvas& canvas, const Point& at, const std::vector<LegendEntry>
     y += line_height(text_size);
   }
   return box;
+}
+
+double draw_legend_row(Canvas& canvas, Point at, const std::vector<LegendEntry>& entries) {
+  const TextStyle style{.size = 11.5, .level = Level::Middle};
+  for (const LegendEntry& entry : entries) {
+    entry.mark(canvas, {at.x + 13, at.y});
+    canvas.text({at.x + kSwatch, at.y}, entry.label, style);
+    at.x += kSwatch + canvas.text_width(entry.label, style) + 20;
+  }
+  return at.x;
 }
 
 Picture draw_notice(const std::string& title, const std::string& subtitle, const std::string& notice) {

@@ -43,12 +43,17 @@ struct LegendEntry {
       mark;  ///< drawn about this point, at most 13 to each side; or none
   std::string label;
 };
+/// A mark for LegendEntry: a piece of a line.
+[[nodiscard]] std::function<void(Canvas&, const Point&)> line_mark(const Stroke& stroke);
 /// Size of a legend with these entries.
 [[nodiscard]] Rect legend_size(Canvas& canvas, const std::vector<LegendEntry>& entries,
                                double text_size = 11.5);
 /// A box of entries, one below the other; its upper left corner at `at`. Returns where it lies.
 Rect draw_legend(Canvas& canvas, const Point& at, const std::vector<LegendEntry>& entries,
                  double text_size = 11.5);
+
+/// Entries side by side; `at` is the left end, in the middle of their height. Returns the x behind the last.
+double draw_legend_row(Canvas& canvas, Point at, const std::vector<LegendEntry>& entries);
 
 /// A picture that holds nothing but its title and the reason.
 [[nodiscard]] Picture draw_notice(const std::string& title, const std::string& subtitle,

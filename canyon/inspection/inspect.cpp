@@ -20,6 +20,7 @@
 #include "canyon/rtcm/rtcm_decoder.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
+#include "canyon/simulation/receiver_names.hpp"
 #include "canyon/simulation/scenario.hpp"
 
 namespace canyon::inspection {
@@ -49,10 +50,7 @@ std::string satellites_text(const std::set<gnss::SatelliteId>& satellites) {
 FileReport inspect_scenario(const std::filesystem::path& path) {
   const simulation::Scenario scenario = simulation::read_scenario(path, {false});
   FileReport report{"scenario", {}, scenario.warnings, {"canyon simulate FILE --out DIR"}};
-  std::vector<std::string> receivers;
-  for (const simulation::ReceiverConfig& receiver : scenario.receivers) {
-    receivers.push_back(receiver.options.name);
-  }
+  const std::vector<std::string> receivers = simulation::receiver_names(scenario.receivers);
   report.contents.emplace_back("receivers", fmt::format("{}", fmt::join(receivers, ", ")));
   if (scenario.start) report.contents.emplace_back("start", geodesy::format_gpst(*scenario.start, 0));
   report.contents.emplace_back("faults", fmt::format("{}", scenario.faults.size()));

@@ -8,11 +8,13 @@
 #include <limits>
 #include <utility>
 
+#include "canyon/base/table_text.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/gnss/signals.hpp"
 #include "canyon/output/epoch_values.hpp"
 #include "canyon/output/path_loss.hpp"
+#include "canyon/positioning/residual.hpp"
 
 namespace canyon::output {
 namespace {
@@ -110,14 +112,6 @@ double clock(const Row& row) {
   const auto& biases = fix_of(row).clock_bias_s;
   const auto bias = biases.find(system);
   return bias != biases.end() ? solved(row, bias->second) : kNone;
-}
-double residual(const Row& row) {
-  const positioning::Fix& fix = fix_of(row);
-  const auto used = std::lower_bound(fix.used.begin(), fix.used.end(), row.satellite->id);
-  const auto index = static_cast<std::size_t>(used - fix.used.begin());
-  const bool known =
-      fix.solved() && used != fix.used.end() && *used == row.satellite->id && index < fix.residuals_m.size();
-  return known ? fix.residuals_m[index] : kNone;
 }
 const gnss::Signal& signal_of(const Row& row) {
   return row.signal->signal != nullptr ? *row.signal->signal
@@ -443,7 +437,9 @@ constexpr std::array kSatelliteColumns{
     kDoppler,
     kCarrier,
     kSigma,
-    number("residual_m", "m", 4, "measured minus computed, in the fix", "not used", &residual).in_view(F32),
+    number("residual_m", "m", 4, "measured minus computed, in the fix", "not used",
+           [](const Row& r) { return positioning::residual_m(fix_of(r), r.satellite->id).value_or(kNone); })
+        .in_view(F32),
     kCn0.in_view(F32),
     kTrueCn0.in_view(F32),
     kLock.in_view(U8),
@@ -652,12 +648,11 @@ std::string Column::cf_unit() const {
 }
 
 std::string markdown(const Table& table) {
-  std::string text = "| column | unit | meaning | empty |\n|---|---|---|---|\n";
+  std::vector<TextRow> rows;
   for (const Column& c : table.columns) {
-    if (c.csv)
-      text += fmt::format("| `{}` | {}{}| {} | {} |\n", c.name, c.unit, *c.unit ? " " : "", c.help, c.empty);
+    if (c.csv) rows.push_back({fmt::format("`{}`", c.name), c.unit, c.help, c.empty});
   }
-  return text;
+  return markdown_table({"column", "unit", "meaning", "empty"}, rows);
 }
 
 TableRows::TableRows(TableKind kind, tracking::SignalOptions signal)

@@ -68,7 +68,7 @@ class Encoder {
   [[nodiscard]] virtual std::string end() { return {}; }
   [[nodiscard]] virtual std::optional<Correction> correction() { return std::nullopt; }
 
-  /// How many of the `bytes` that encode() made make a datagram, where there are datagrams; at least 1.
+  /// Number of the `bytes` of encode() that make a datagram, where there are datagrams; at least 1.
   [[nodiscard]] virtual std::size_t datagram(std::string_view bytes) const { return bytes.size(); }
 
   /// Bytes that came from the other end, cut anywhere; returns what is to be answered at once.
@@ -82,7 +82,7 @@ class Encoder {
   [[nodiscard]] virtual std::vector<std::shared_ptr<const relative::Corrections>> take_corrections() {
     return {};
   }
-  /// How the other end asked the receiver to restart since the last call. The caller restarts it.
+  /// The restart that the other end asked for since the last call. The caller restarts it.
   [[nodiscard]] virtual std::optional<disturbance::RestartKind> take_restart() { return std::nullopt; }
 };
 

@@ -9,6 +9,7 @@
 #include "canyon/output/stream.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/samples/sample_file.hpp"
+#include "canyon/simulation/receiver_names.hpp"
 #include "canyon/simulation/scenario.hpp"
 
 namespace canyon::output {
@@ -57,8 +58,7 @@ std::vector<std::string> receiver_folder_names(const std::vector<std::string>& r
 
 std::filesystem::path receiver_folder(const simulation::Simulation& simulation,
                                       const std::filesystem::path& folder, std::size_t receiver) {
-  std::vector<std::string> names;
-  for (const auto& config : simulation.scenario().receivers) names.push_back(config.options.name);
+  const auto names = simulation::receiver_names(simulation.scenario().receivers);
   return names.size() == 1 ? folder : folder / receiver_folder_names(names).at(receiver);
 }
 

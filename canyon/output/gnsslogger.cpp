@@ -59,7 +59,7 @@ int constellation_of(System system) {
   return 0;
 }
 
-/// Of a signal that is tracked and whose satellite's time is decoded.
+/// State bits of a signal that is tracked and whose satellite's time is decoded.
 std::uint32_t state_of(const gnss::Signal& signal) {
   constexpr std::uint32_t kWeek = android::kCodeLock | android::kBitSync | android::kSubframeSync |
                                   android::kTowDecoded | android::kTowKnown | android::kSymbolSync;

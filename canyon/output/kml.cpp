@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::string_view kFaultRgb = "cc79a7";
 
-/// How lines of fixes look by kind; dead reckoning goes on as the kind before it.
+/// Styles of lines of fixes by kind; dead reckoning goes on as the kind before it.
 struct KindStyle {
   positioning::FixKind kind;
   std::string_view id, rgb;

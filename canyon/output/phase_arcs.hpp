@@ -13,7 +13,7 @@ namespace canyon::output {
 /// Follows from epoch to epoch where one receiver's carrier phases are continuous.
 class PhaseArcs {
  public:
-  /// How a phase continues the satellite's earlier ones.
+  /// The link of a phase to the satellite's earlier ones.
   struct Link {
     /// Not continuous with the satellite's phase before: cycles were lost in between. False for the
     /// satellite's first phase, which has nothing before it.

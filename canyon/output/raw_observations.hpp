@@ -13,7 +13,7 @@ namespace canyon::output {
 /// Decimals of RINEX's tags.
 inline constexpr std::int64_t kTagStep_ns = 100;
 
-/// How an epoch's tag follows the receiver's clock.
+/// The rule by which an epoch's tag follows the receiver's clock.
 enum class Tags {
   /// The clock's reading; the format rounds it. The observations hold the clock's whole bias and drift. A
   /// rounding

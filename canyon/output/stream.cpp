@@ -13,6 +13,7 @@
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/options/describe.hpp"
 #include "canyon/options/read.hpp"
+#include "canyon/simulation/receiver_names.hpp"
 #include "canyon/simulation/scenario.hpp"
 
 namespace canyon::output {
@@ -224,9 +225,8 @@ std::size_t find_receiver(const StreamRequest& request, const std::vector<std::s
 
 std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request,
                                            const simulation::Simulation& simulation) {
-  std::vector<std::string> names;
-  for (const auto& config : simulation.scenario().receivers) names.push_back(config.options.name);
-  const std::size_t receiver = find_receiver(request, names);
+  const std::size_t receiver =
+      find_receiver(request, simulation::receiver_names(simulation.scenario().receivers));
   return open_stream(request, receiver, describe_receiver(simulation, receiver));
 }
 

@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "canyon/base/statistics.hpp"
-#include "canyon/base/utf8.hpp"
+#include "canyon/base/table_text.hpp"
 #include "canyon/output/epoch_values.hpp"
 
 namespace canyon::output {
@@ -278,13 +278,12 @@ std::span<const SummaryFigure> summary_figures() {
 }
 
 std::string markdown(std::span<const SummaryFigure> figures) {
-  std::string text = "| figure | in studies | unit | meaning |\n|---|---|---|---|\n";
+  std::vector<TextRow> rows;
   for (const SummaryFigure& f : figures) {
-    const std::string kept = *f.kept != '\0' ? fmt::format("`{}` ", f.kept) : std::string();
-    text +=
-        fmt::format("| `{}` | {}| {}{}| {} |\n", f.name, kept, f.unit, *f.unit != '\0' ? " " : "", f.help);
+    const std::string kept = *f.kept != '\0' ? fmt::format("`{}`", f.kept) : std::string();
+    rows.push_back({fmt::format("`{}`", f.name), kept, f.unit, f.help});
   }
-  return text;
+  return markdown_table({"figure", "in studies", "unit", "meaning"}, rows);
 }
 
 std::string format_summary_table(const std::vector<RunSummary>& summaries) {
@@ -327,36 +326,18 @@ std::string format_summary_table(const std::vector<RunSummary>& summaries) {
          })});
   }
   constexpr std::size_t kPerBlock = 4;  // receivers side by side on 80 to 100 columns
-  std::size_t label_width = 0;
-  for (const Line& line : lines) label_width = std::max(label_width, display_width(line.label));
-
   std::string text;
   const std::size_t shown = std::min(summaries.size(), kMostSummarized);
   for (std::size_t first = 0; first < shown; first += kPerBlock) {
-    const std::size_t end = std::min(first + kPerBlock, shown);
-    if (first > 0) text += '\n';
-    std::vector<std::size_t> widths;
-    for (std::size_t i = first; i < end; ++i) {
-      std::size_t width = display_width(summaries[i].receiver);
-      for (const Line& line : lines) width = std::max(width, line.cell(summaries[i]).size());
-      widths.push_back(width);
+    const auto receivers = std::span(summaries).subspan(first, std::min(kPerBlock, shown - first));
+    TextRow head{""};
+    for (const RunSummary& s : receivers) head.push_back(s.receiver);
+    std::vector<TextRow> rows;
+    for (const Line& line : lines) {
+      TextRow& row = rows.emplace_back(TextRow{line.label});
+      for (const RunSummary& s : receivers) row.push_back(line.cell(s));
     }
-    const auto row = [&](std::string_view label, const std::function<std::string(const RunSummary&)>& cell) {
-      text += label;
-      text.append(label_width - display_width(label), ' ');
-      for (std::size_t i = first; i < end; ++i) {
-        const std::string value = cell(summaries[i]);
-        text.append(2 + widths[i - first] - display_width(value), ' ');
-        text += value;
-      }
-      text += '\n';
-    };
-    row("", [](const RunSummary& s) { return s.receiver; });
-    std::size_t rule = label_width;
-    for (const std::size_t width : widths) rule += 2 + width;
-    text.append(rule, '-');
-    text += '\n';
-    for (const Line& line : lines) row(line.label, line.cell);
+    text += (first > 0 ? "\n" : "") + text_table(head, rows, {1, "", true});
   }
   if (shown < summaries.size()) text += fmt::format("\n(and {} more receivers)\n", summaries.size() - shown);
   return text;

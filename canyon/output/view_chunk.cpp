@@ -95,9 +95,7 @@ std::string encode_chunk(const std::vector<const ViewRows*>& tables) {
 std::size_t write_chunk(const std::filesystem::path& folder, const std::string& name,
                         const std::vector<const ViewRows*>& tables) {
   const std::string bytes = encode_chunk(tables);
-  OutputFile file(folder / name);
-  file.write(gzip(bytes));
-  file.commit();
+  write_file(folder / name, gzip(bytes));
   return bytes.size();
 }
 

@@ -6,6 +6,8 @@
 #include <array>
 #include <cstddef>
 
+#include "canyon/base/table_text.hpp"
+
 namespace canyon::output {
 namespace {
 
@@ -111,15 +113,14 @@ std::span<const ViewTable> view_tables() {
 }
 
 std::string markdown(const ViewTable& table) {
-  std::string text = "| column | type | unit | meaning |\n|---|---|---|---|\n";
+  std::vector<TextRow> rows;
   for (const ViewColumn& c : table.columns) {
     const bool indexed =
         c.from != nullptr && (c.from->kind == Column::Kind::Word || c.from->kind == Column::Kind::Text);
-    text +=
-        fmt::format("| `{}` | {} | {}{}| {}{} |\n", c.name, name(c.type), c.unit, c.unit.empty() ? "" : " ",
-                    indexed ? fmt::format("index into `words.{}`: ", c.name) : "", c.about);
+    rows.push_back({fmt::format("`{}`", c.name), std::string(name(c.type)), std::string(c.unit),
+                    (indexed ? fmt::format("index into `words.{}`: ", c.name) : "") + std::string(c.about)});
   }
-  return text;
+  return markdown_table({"column", "type", "unit", "meaning"}, rows);
 }
 
 std::size_t ViewWords::index(std::string_view column, const std::string& text) {

@@ -154,9 +154,7 @@ std::string format_rinex_navigation(const gnss::NavigationData& data) {
 
 void write_rinex_navigation(const std::filesystem::path& path, const gnss::NavigationData& data) {
   const std::string text = format_rinex_navigation(data);
-  OutputFile file(path);
-  file.write(text);
-  file.commit();
+  write_file(path, text);
 }
 
 }  // namespace canyon::rinex

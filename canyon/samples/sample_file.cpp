@@ -256,9 +256,7 @@ void SampleFile::finish() {
     return;
   }
   file_->commit();
-  OutputFile meta(std::filesystem::path(options_.path).replace_extension(".sigmf-meta"));
-  meta.write(metadata());
-  meta.commit();
+  write_file(std::filesystem::path(options_.path).replace_extension(".sigmf-meta"), metadata());
 }
 
 std::string SampleFile::about() const {

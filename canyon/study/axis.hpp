@@ -45,7 +45,7 @@ struct Axis {
 
   static constexpr const char* kUnknowns = "unknowns";  ///< `key` of Unknowns
 
-  /// How many values are listed; 0 where it is continuous.
+  /// Number of listed values; 0 where it is continuous.
   [[nodiscard]] std::size_t size() const;
   /// Whether values are numbers (of Kind::Times: seconds).
   [[nodiscard]] bool is_numeric() const;

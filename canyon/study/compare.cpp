@@ -10,7 +10,7 @@
 #include "canyon/base/predictive.hpp"
 #include "canyon/base/random.hpp"
 #include "canyon/base/statistics.hpp"
-#include "canyon/base/utf8.hpp"
+#include "canyon/base/table_text.hpp"
 #include "canyon/study/axis.hpp"
 #include "canyon/study/resamples.hpp"
 
@@ -63,24 +63,6 @@ std::string number(double value, int decimals) {
   return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : "-";
 }
 
-/// Columns of equal width, the first `words` to the left; a rule below the header.
-std::string aligned(const std::vector<std::vector<std::string>>& rows, std::size_t words) {
-  std::string text;
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    std::string line;
-    for (std::size_t c = 0; c < rows.front().size(); ++c) {
-      std::size_t width = 0;
-      for (const auto& row : rows) width = std::max(width, display_width(row[c]));
-      const std::string blanks(width - display_width(rows[r][c]), ' ');
-      line += (c > 0 ? "  " : "") + (c < words ? rows[r][c] + blanks : blanks + rows[r][c]);
-    }
-    while (!line.empty() && line.back() == ' ') line.pop_back();
-    text += line + '\n';
-    if (r == 0) text += std::string(line.size(), '-') + '\n';
-  }
-  return text;
-}
-
 std::vector<double> values_of(const Group& group, const Compared& compared) {
   std::vector<double> values;
   for (const ReceiverRecord* record : group.records) {
@@ -90,30 +72,27 @@ std::vector<double> values_of(const Group& group, const Compared& compared) {
   return values;
 }
 
-/// What one run can be expected to have: median and intervals of the runs of each group.
+/// Median and intervals of the runs of each group: what to expect of one run.
 std::string spread_text(const Comparison& comparison, std::size_t shown) {
-  std::vector<std::vector<std::string>> rows{comparison.axes};
-  std::vector<std::string>& header = rows.front();
-  header.emplace_back("receiver");
-  const std::size_t words = header.size();
-  for (const char* column : {"error, median [m]", "50 %", "90 %", "error, 95 % [m]", "50 %", "90 %"})
-    header.emplace_back(column);
+  TextRow head = comparison.axes;
+  head.emplace_back("receiver");
+  const std::size_t words = head.size();
+  head.insert(head.end(), {"error, median [m]", "50 %", "90 %", "error, 95 % [m]", "50 %", "90 %"});
+  std::vector<TextRow> rows;
   for (std::size_t i = 0; i < shown; ++i) {
     const Group& group = comparison.groups[i];
-    std::vector<std::string> row = group.at;
+    TextRow& row = rows.emplace_back(group.at);
     row.push_back(group.receiver);
     for (const std::size_t k : {std::size_t{1}, std::size_t{2}}) {
       const std::vector<double> values = values_of(group, compared_figures()[k]);
       const auto at = [&values](double p) {
         return number(values.size() > 1 ? predictive_quantile(values, p) : kNan, 2);
       };
-      row.push_back(at(0.5));
-      row.push_back(at(0.25) + ".." + at(0.75));
-      row.push_back(at(0.05) + ".." + at(0.95));
+      row.insert(row.end(), {at(0.5), at(0.25) + ".." + at(0.75), at(0.05) + ".." + at(0.95)});
     }
-    rows.push_back(std::move(row));
   }
-  return aligned(rows, words) + "medians of runs, and the intervals that hold half and 90 % of them\n";
+  return text_table(head, rows, {words, "", true}) +
+         "medians of runs, and the intervals that hold half and 90 % of them\n";
 }
 
 }  // namespace
@@ -235,13 +214,12 @@ std::string comparison_csv(const Manifest& manifest, const Comparison& compariso
 
 std::string comparison_text(const Manifest& manifest, const Comparison& comparison) {
   constexpr std::size_t kMostShown = 40;
-  std::vector<std::vector<std::string>> rows;
-  std::vector<std::string> header = comparison.axes;
-  for (const char* word : {"receiver", "runs"}) header.emplace_back(word);
-  const std::size_t words = header.size();
-  header.insert(header.end(),
-                {"available [%]", "error, median [m]", "error, 95 % [m]", "95 %, to the first [m]"});
-  rows.push_back(header);
+  TextRow head = comparison.axes;
+  head.insert(head.end(), {"receiver", "runs"});
+  const std::size_t words = head.size();
+  head.insert(head.end(),
+              {"available [%]", "error, median [m]", "error, 95 % [m]", "95 %, to the first [m]"});
+  std::vector<TextRow> rows;
   const auto interval = [](const std::optional<Estimate>& e, int decimals) {
     if (!e) return std::string("-");
     if (!std::isfinite(e->low)) return number(e->mean, decimals);
@@ -251,16 +229,12 @@ std::string comparison_text(const Manifest& manifest, const Comparison& comparis
   const std::size_t shown = std::min(kMostShown, comparison.groups.size());
   for (std::size_t i = 0; i < shown; ++i) {
     const Group& group = comparison.groups[i];
-    std::vector<std::string> row = group.at;
-    row.push_back(group.receiver);
-    row.push_back(fmt::format("{}", group.runs));
-    row.push_back(interval(group.estimates[0], 1));
-    row.push_back(interval(group.estimates[1], 2));
-    row.push_back(interval(group.estimates[2], 2));
-    row.push_back(interval(group.differences[2], 2));
-    rows.push_back(std::move(row));
+    TextRow& row = rows.emplace_back(group.at);
+    row.insert(row.end(), {group.receiver, fmt::format("{}", group.runs), interval(group.estimates[0], 1),
+                           interval(group.estimates[1], 2), interval(group.estimates[2], 2),
+                           interval(group.differences[2], 2)});
   }
-  std::string text = aligned(rows, words);
+  std::string text = text_table(head, rows, {words, "", true});
   if (shown < comparison.groups.size()) {
     text += fmt::format("(and {} more groups, in table.csv)\n", comparison.groups.size() - shown);
   }

@@ -60,12 +60,7 @@ Scale error_scale(const Comparison& comparison, std::size_t drawn) {
     if (!begun && below > 1e-3 * total) low = error_edge_m(i), begun = true;
     if (below <= (1 - 1e-3) * total) high = error_edge_m(std::min(i + 2, kErrorBins));
   }
-  Scale scale;
-  scale.logarithmic = true;
-  scale.low = std::pow(10, std::floor(std::log10(low) + 1e-9));
-  scale.high = std::pow(10, std::ceil(std::log10(std::max(high, low * 10)) - 1e-9));
-  for (double tick = scale.low; tick < scale.high * 1.5; tick *= 10) scale.ticks.push_back(tick);
-  return scale;
+  return drawing::decade_scale(low, std::max(high, low * 10));
 }
 
 Scale share_scale(double high = 1) {
@@ -247,10 +242,7 @@ class Sheet {
   void legend(Canvas& canvas, const Plot& plot) const {
     std::vector<drawing::LegendEntry> entries;
     for (std::size_t g = 0; g < drawn_; ++g) {
-      entries.push_back({[g](Canvas& c, const Point& p) {
-                           c.polyline({{p.x - 13, p.y}, {p.x + 13, p.y}}, stroke_of(g));
-                         },
-                         name_of(comparison_.groups[g])});
+      entries.push_back({drawing::line_mark(stroke_of(g)), name_of(comparison_.groups[g])});
     }
     if (!entries.empty()) drawing::draw_legend(canvas, {plot.area.x, plot.area.bottom() + 52}, entries);
   }
@@ -311,10 +303,12 @@ class Sheet {
   std::size_t drawn_;
 };
 
-void put(const std::filesystem::path& path, const std::string& bytes) {
-  OutputFile file(path);
-  file.write(bytes);
-  file.commit();
+/// Writes a picture as PNG and SVG; returns the files' names.
+std::vector<std::string> put(const std::filesystem::path& folder, const std::string& name,
+                             const drawing::Picture& picture) {
+  write_file(folder / (name + ".png"), picture.png);
+  write_file(folder / (name + ".svg"), picture.svg);
+  return {name + ".png", name + ".svg"};
 }
 
 }  // namespace
@@ -322,10 +316,7 @@ void put(const std::filesystem::path& path, const std::string& bytes) {
 std::vector<std::string> write_along_pictures(const std::filesystem::path& folder, const Manifest& manifest,
                                               const Comparison& comparison,
                                               const std::vector<std::vector<Stretch>>& along) {
-  const drawing::Picture picture = Sheet(manifest, comparison).along(along);
-  put(folder / "along.png", picture.png);
-  put(folder / "along.svg", picture.svg);
-  return {"along.png", "along.svg"};
+  return put(folder, "along", Sheet(manifest, comparison).along(along));
 }
 
 std::vector<std::string> write_study_pictures(const std::filesystem::path& folder, const Manifest& manifest,
@@ -335,10 +326,7 @@ std::vector<std::string> write_study_pictures(const std::filesystem::path& folde
   for (const auto& [name, picture] :
        {std::pair{"errors", sheet.errors()}, std::pair{"boxes", sheet.boxes()},
         std::pair{"availability", sheet.availability()}, std::pair{"distributions", sheet.distributions()}}) {
-    for (const auto& [ending, bytes] : {std::pair{".png", &picture.png}, std::pair{".svg", &picture.svg}}) {
-      names.push_back(name + std::string(ending));
-      put(folder / names.back(), *bytes);
-    }
+    for (std::string& file : put(folder, name, picture)) names.push_back(std::move(file));
   }
   return names;
 }

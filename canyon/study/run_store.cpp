@@ -190,9 +190,7 @@ RunStore::RunStore(fs::path folder, const Manifest& manifest) : impl_(std::make_
                     there.title, there.runs),
         "give another folder, or remove this one if its results are no longer wanted");
   }
-  OutputFile file(impl_->folder / kManifest);
-  file.write(to_json(manifest).dump(1) + "\n");
-  file.commit();
+  write_file(impl_->folder / kManifest, to_json(manifest).dump(1) + "\n");
 }
 
 RunStore::~RunStore() {

@@ -16,6 +16,7 @@
 #include "canyon/base/work_queue.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/receiver_names.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/study/drives.hpp"
 #include "canyon/study/record_sink.hpp"
@@ -228,9 +229,7 @@ std::optional<RunRecord> RunMaker::make(std::size_t number, int threads,
   try {
     simulation::Scenario scenario = this->scenario(number);
     record.seed = scenario.seed;
-    std::vector<std::string> names;
-    for (const simulation::ReceiverConfig& receiver : scenario.receivers)
-      names.push_back(receiver.options.name);
+    const std::vector<std::string> names = simulation::receiver_names(scenario.receivers);
     auto scene = impl_->scene(scenario);
     const simulation::Simulation simulation(
         std::move(scenario), std::move(scene),

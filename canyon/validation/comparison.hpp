@@ -95,8 +95,8 @@ struct ComparedSatellite : ComparedSignal {
   gnss::SatelliteId id;
   double azimuth_rad = 0, elevation_rad = 0;
   bool clear = false;  ///< the city says that the direct path is (Visibility LOS or LOSMultipath)
-  /// Of what arrives according to the city, not of what the simulated receiver could track: classes must not
-  /// depend on the model that is validated with them.
+  /// The visibility by what arrives according to the city, not by what the simulated receiver could track:
+  /// classes must not depend on the model that is validated with them.
   propagation::Visibility visibility = propagation::Visibility::Blocked;
   /// The path that explains an NLOS signal: the strongest at the antenna where signals have strength, else
   /// the shortest; and the code delay [m] that the receiver model makes of all paths, noise left out. Given

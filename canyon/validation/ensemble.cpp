@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <tuple>
 
 #include "canyon/base/json.hpp"
 #include "canyon/base/predictive.hpp"
+#include "canyon/base/table_text.hpp"
 #include "canyon/validation/recording_table.hpp"
 #include "canyon/validation/score_card.hpp"
 
@@ -35,12 +37,6 @@ double interval_score(const Five& five, double truth) {
          2.5;
 }
 
-const Headline* headline_with(const std::vector<Headline>& headlines, const std::string& key) {
-  const auto at =
-      std::find_if(headlines.begin(), headlines.end(), [&key](const Headline& h) { return h.key == key; });
-  return at != headlines.end() ? &*at : nullptr;
-}
-
 /// The distance from the recorded value in units of the range, as the point's headline has it.
 std::optional<double> distance_of(const Headline& point, double simulated) {
   Headline h = point;
@@ -59,10 +55,6 @@ void add_scores(const Headline& point, const std::vector<double>& values, Ensemb
   if (const auto distance = range_distance(point)) figure.point_score = std::abs(*distance);
 }
 
-std::string interval_cell(const Interval& interval, int decimals) {
-  return fmt::format("{:.{}f} to {:.{}f}", interval.low, decimals, interval.high, decimals);
-}
-
 std::string percent(std::size_t part, std::size_t all) {
   const double share = all > 0 ? 100.0 * static_cast<double>(part) / static_cast<double>(all) : 0;
   return fmt::format("{:.0f} %", share);
@@ -71,17 +63,18 @@ std::string percent(std::size_t part, std::size_t all) {
 std::string table_of(const EnsembleRow& row) {
   std::string text = fmt::format("{}: {}; {} draws\n\n", row.name, row.part, row.draws.size());
   for (const std::string& unknown : row.unknowns) text += fmt::format("- {}\n", unknown);
-  text +=
-      "\n| figure | recorded | as it is | median | 50 % | 90 % | within |\n|---|---|---|---|---|---|---|\n";
+  std::vector<TextRow> lines;
   for (const EnsembleFigure& f : ensemble_figures(row)) {
-    text += fmt::format("| {} | {:.{}f} | {} | {:.{}f} | {} | {} | {} |\n", f.title, f.recorded, f.decimals,
-                        f.point ? fmt::format("{:.{}f}", *f.point, f.decimals) : "-", f.median, f.decimals,
-                        interval_cell(f.half, f.decimals), interval_cell(f.most, f.decimals),
-                        f.within_half()   ? "50 %"
-                        : f.within_most() ? "90 %"
-                                          : "no");
+    const auto number = [&f](double value) { return fmt::format("{:.{}f}", value, f.decimals); };
+    const auto ends = [&number](const Interval& i) { return number(i.low) + " to " + number(i.high); };
+    lines.push_back({f.title, number(f.recorded), f.point ? number(*f.point) : "-", number(f.median),
+                     ends(f.half), ends(f.most),
+                     f.within_half()   ? "50 %"
+                     : f.within_most() ? "90 %"
+                                       : "no"});
   }
-  return text + "\n";
+  return text + "\n" +
+         markdown_table({"figure", "recorded", "as it is", "median", "50 %", "90 %", "within"}, lines) + "\n";
 }
 
 Json ends_json(const Interval& interval) {
@@ -152,20 +145,21 @@ std::string ensemble_markdown(const std::vector<EnsembleRow>& rows) {
   std::string text;
   for (const EnsembleRow& row : rows) text += table_of(row);
   const Coverage sum = coverage(rows);
-  text += fmt::format("| of {} recorded figures | | goal |\n|---|---|---|\n", sum.figures);
-  text += fmt::format("| within the 50 % interval | {} ({}) | 35 to 65 % |\n", sum.within_half,
-                      percent(sum.within_half, sum.figures));
-  text += fmt::format("| within the 90 % interval | {} ({}) | 80 to 97 % |\n", sum.within_most,
-                      percent(sum.within_most, sum.figures));
+  std::vector<TextRow> lines;
+  for (const auto& [share, within, goal] :
+       {std::tuple("50", sum.within_half, "35 to 65 %"), std::tuple("90", sum.within_most, "80 to 97 %")}) {
+    lines.push_back({fmt::format("within the {} % interval", share),
+                     fmt::format("{} ({})", within, percent(within, sum.figures)), goal});
+  }
   if (sum.widest_p50 > 0) {
-    text += fmt::format("| widest 90 % interval of p50, ratio of its ends | {:.1f} | at most 4 |\n",
-                        sum.widest_p50);
+    lines.push_back({"widest 90 % interval of p50, ratio of its ends", fmt::format("{:.1f}", sum.widest_p50),
+                     "at most 4"});
   }
   if (sum.scored > 0) {
-    text += fmt::format("| interval score, in ranges of the score card | {:.2f} | below {:.2f}, as it is |\n",
-                        sum.score, sum.point_score);
+    lines.push_back({"interval score, in ranges of the score card", fmt::format("{:.2f}", sum.score),
+                     fmt::format("below {:.2f}, as it is", sum.point_score)});
   }
-  return text;
+  return text + markdown_table({fmt::format("of {} recorded figures", sum.figures), "", "goal"}, lines);
 }
 
 std::string ensemble_csv(const std::vector<EnsembleRow>& rows) {

@@ -135,7 +135,7 @@ class Collector {
   }
 
  private:
-  /// How often epochs_[e] counts.
+  /// Number of times that epochs_[e] counts.
   [[nodiscard]] std::uint16_t times_of(std::size_t e) const { return times_.empty() ? 1 : times_[e]; }
 
   void add_measured(const ComparedSatellite& s, std::uint32_t epoch) {

@@ -7,17 +7,17 @@
 #include <utility>
 
 #include "canyon/base/json.hpp"
+#include "canyon/base/table_text.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/gnss/signals.hpp"
 #include "canyon/output/number.hpp"
 #include "canyon/validation/alignment.hpp"
 #include "canyon/validation/figures.hpp"
-#include "canyon/validation/recording_table.hpp"
 
 namespace canyon::validation {
 namespace {
 
-using Row = std::vector<std::string>;
+using Row = TextRow;
 const std::string kNone = "-";
 
 Json quantiles_json(const std::array<double, 5>& values, bool any) {
@@ -339,20 +339,9 @@ FigureTable segments_table(const Figures& f) {
 
 /// A table for terminals: the first column to the left, the others to the right.
 std::string text_of(const FigureTable& table) {
-  std::vector<Row> lines{table.head};
-  lines.insert(lines.end(), table.rows.begin(), table.rows.end());
-  std::vector<std::size_t> widths(table.head.size());
-  for (const Row& line : lines) {
-    for (std::size_t k = 0; k < line.size(); ++k) widths[k] = std::max(widths[k], line[k].size());
-  }
   std::string text;
   if (!table.title.empty()) text += "\n" + table.title + "\n";
-  for (const Row& line : table.rows.empty() ? std::vector<Row>() : lines) {
-    text += fmt::format("  {:<{}}", line[0], widths[0]);
-    for (std::size_t k = 1; k < line.size(); ++k) text += fmt::format("  {:>{}}", line[k], widths[k]);
-    text.resize(text.find_last_not_of(' ') + 1);
-    text += "\n";
-  }
+  if (!table.rows.empty()) text += text_table(table.head, table.rows, {1, "  "});
   return table.note.empty() ? text : text + fmt::format("  {}\n", table.note);
 }
 
@@ -424,34 +413,33 @@ std::string to_text(const Figures& f) {
 }
 
 std::string to_markdown(const std::vector<Figures>& models) {
-  std::string text =
-      "| model | AUC C/N0 | AUC error | NLOS explained | median difference [m] | Spearman | KS error LOS, "
-      "NLOS "
-      "| KS C/N0 LOS, NLOS | tracked LOS | tracked NLOS | satellites used | horizontal p50 [m] | p95 [m] |\n"
-      "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   const auto versus = [](bool both, double simulated, double measured, int decimals) {
-    return both ? fmt::format("{:.{}f} ({:.{}f})", simulated, decimals, measured, decimals)
-                : std::string("-");
+    return both ? fmt::format("{:.{}f} ({:.{}f})", simulated, decimals, measured, decimals) : kNone;
   };
+  const auto share = [&versus](const TrackedShare& tracked) {
+    return versus(tracked.satellites > 0, tracked.simulated_ratio(), tracked.measured_ratio(), 2);
+  };
+  const auto two = [](const DistributionPair& los, const DistributionPair& nlos) {
+    return fmt::format("{}, {}", shown(los.ks, 2), shown(nlos.ks, 2));
+  };
+  std::vector<TextRow> rows;
   for (const Figures& f : models) {
     const Explained none;
     const Explained& all = f.explained.empty() ? none : f.explained.back();
     const bool fixes = f.simulated.fixes > 0 && f.measured.fixes > 0;
-    text +=
-        fmt::format("| {} | {} | {} | {} | {} | {} | {}, {} | {}, {} | {} | {} | {} | {} | {} |\n",
-                    markdown_cell(f.model), shown(auc_of(f.by_cn0), 3), shown(auc_of(f.by_error), 3),
-                    f.nlos > 0 ? fmt::format("{:.1f} %", 100 * all.share) : "-",
-                    shown(all.median_difference_m, 1), spearman_text(all), shown(f.error_los_m.ks, 2),
-                    shown(f.error_nlos_m.ks, 2), shown(f.cn0_los_dbhz.ks, 2), shown(f.cn0_nlos_dbhz.ks, 2),
-                    versus(f.tracked_los.satellites > 0, f.tracked_los.simulated_ratio(),
-                           f.tracked_los.measured_ratio(), 2),
-                    versus(f.tracked_nlos.satellites > 0, f.tracked_nlos.simulated_ratio(),
-                           f.tracked_nlos.measured_ratio(), 2),
+    rows.push_back({f.model, shown(auc_of(f.by_cn0), 3), shown(auc_of(f.by_error), 3),
+                    f.nlos > 0 ? fmt::format("{:.1f} %", 100 * all.share) : kNone,
+                    shown(all.median_difference_m, 1), spearman_text(all), two(f.error_los_m, f.error_nlos_m),
+                    two(f.cn0_los_dbhz, f.cn0_nlos_dbhz), share(f.tracked_los), share(f.tracked_nlos),
                     versus(fixes, f.simulated.mean_used, f.measured.mean_used, 1),
                     versus(fixes, f.simulated.horizontal_m[2], f.measured.horizontal_m[2], 1),
-                    versus(fixes, f.simulated.horizontal_m[4], f.measured.horizontal_m[4], 1));
+                    versus(fixes, f.simulated.horizontal_m[4], f.measured.horizontal_m[4], 1)});
   }
-  return text + "\nSimulated, with measured in brackets, where both are given.\n";
+  return markdown_table({"model", "AUC C/N0", "AUC error", "NLOS explained", "median difference [m]",
+                         "Spearman", "KS error LOS, NLOS", "KS C/N0 LOS, NLOS", "tracked LOS", "tracked NLOS",
+                         "satellites used", "horizontal p50 [m]", "p95 [m]"},
+                        rows) +
+         "\nSimulated, with measured in brackets, where both are given.\n";
 }
 
 }  // namespace canyon::validation

@@ -37,7 +37,7 @@ bool is_comparable(const MapEpoch& epoch) {
   return epoch.known && epoch.solved && std::isfinite(epoch.p50_m) && std::isfinite(epoch.p95_m);
 }
 
-/// How often each epoch is drawn, by resample.
+/// Number of times that each epoch is drawn, by resample.
 using Draws = std::vector<std::vector<std::uint16_t>>;
 
 Draws draw(const std::vector<MapEpoch>& epochs) {

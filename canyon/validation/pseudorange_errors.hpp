@@ -20,7 +20,7 @@
 #include "canyon/rinex/observation_reader.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 
-// How wrong each recorded pseudorange was, the receiver's place being known. With docs/receiver.md's equation
+// The error of each recorded pseudorange, the receiver's place being known. With docs/receiver.md's equation
 //
 //   P = r + c (b - (dts - tgd)) + I + S + isb + error,
 //
@@ -63,8 +63,9 @@ struct ResidualEpoch {
 struct PseudorangeResiduals {
   std::vector<ResidualEpoch> epochs;              ///< with at least one observation, in the order given
   std::vector<PseudorangeResidual> observations;  ///< of satellites' first signals, by epoch
-  /// Of the others, by epoch: with the delays of their own carriers and group delays, but a constant that the
-  /// receiver adds to each signal (its inter-frequency bias). No clock is estimated from them.
+  /// Observations of the other signals, by epoch: with the delays of their own carriers and group delays, but
+  /// a constant that the receiver adds to each signal (its inter-frequency bias). No clock is estimated from
+  /// them.
   std::vector<PseudorangeResidual> further;
   // Observations that were left out:
   std::size_t epochs_outside_truth = 0;

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "canyon/base/json.hpp"
+#include "canyon/base/table_text.hpp"
 
 namespace canyon::validation {
 namespace {
@@ -38,12 +39,6 @@ std::string pair_text(const Headline& h, const Number& measured, const Number& s
 
 }  // namespace
 
-std::string markdown_cell(const std::string& text) {
-  std::string safe;
-  for (const char c : text) safe += c == '|' ? std::string("\\|") : std::string(1, c);
-  return safe;
-}
-
 std::string value_text(const Headline& h) {
   return pair_text(h, h.measured, h.simulated,
                    [&h](double value) { return fmt::format("{:.{}f}", value, h.decimals); });
@@ -55,20 +50,20 @@ std::string interval_text(const Headline& h) {
   });
 }
 
-std::vector<std::string> titles_of(const std::vector<RecordingRow>& rows) {
-  std::vector<std::string> titles;
+std::vector<Headline> headlines_of(const std::vector<RecordingRow>& rows) {
+  std::vector<Headline> all;
   for (const RecordingRow& row : rows) {
     for (const Headline& h : row.headlines) {
-      if (std::find(titles.begin(), titles.end(), h.title) == titles.end()) titles.push_back(h.title);
+      if (headline_with(all, h.key) == nullptr) all.push_back(h);
     }
   }
-  return titles;
+  return all;
 }
 
-const Headline* headline_of(const RecordingRow& row, const std::string& title) {
-  const auto at = std::find_if(row.headlines.begin(), row.headlines.end(),
-                               [&title](const Headline& h) { return h.title == title; });
-  return at != row.headlines.end() ? &*at : nullptr;
+const Headline* headline_with(const std::vector<Headline>& headlines, std::string_view key) {
+  const auto at =
+      std::find_if(headlines.begin(), headlines.end(), [key](const Headline& h) { return h.key == key; });
+  return at != headlines.end() ? &*at : nullptr;
 }
 
 std::string description_of(const RecordingRow& row) {
@@ -81,26 +76,23 @@ std::string description_of(const RecordingRow& row) {
 }
 
 std::string to_markdown(const std::vector<RecordingRow>& rows) {
-  const std::vector<std::string> titles = titles_of(rows);
-  std::string text = "| recording |", rule = "|---|";
-  for (const std::string& title : titles) {
-    text += fmt::format(" {} |", title);
-    rule += "---|";
-  }
-  text += "\n" + rule + "\n";
+  const std::vector<Headline> columns = headlines_of(rows);
+  TextRow head{"recording"};
+  for (const Headline& column : columns) head.push_back(column.title);
+  std::vector<TextRow> lines;
   for (const RecordingRow& row : rows) {
     const auto line = [&](const std::string& name, std::string (*show)(const Headline&)) {
-      text += fmt::format("| {} |", markdown_cell(name));
-      for (const std::string& title : titles) {
-        const Headline* h = headline_of(row, title);
-        text += fmt::format(" {} |", h != nullptr ? show(*h) : "-");
+      TextRow& cells = lines.emplace_back(TextRow{name});
+      for (const Headline& column : columns) {
+        const Headline* h = headline_with(row.headlines, column.key);
+        cells.push_back(h != nullptr ? show(*h) : "-");
       }
-      text += "\n";
     };
     line(row.name, value_text);
     line("95 %", interval_text);
   }
-  text += "\nSimulated, with measured in brackets, where both are given.\n\n";
+  std::string text =
+      markdown_table(head, lines) + "\nSimulated, with measured in brackets, where both are given.\n\n";
   for (const RecordingRow& row : rows) text += fmt::format("- {}\n", description_of(row));
   return text;
 }

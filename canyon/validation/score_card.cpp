@@ -7,6 +7,8 @@
 #include <cmath>
 #include <string_view>
 
+#include "canyon/base/table_text.hpp"
+
 namespace canyon::validation {
 namespace {
 
@@ -34,6 +36,19 @@ const Range* range_of(std::string_view key) {
   const auto at =
       std::find_if(kRanges.begin(), kRanges.end(), [key](const Range& r) { return r.key == key; });
   return at != kRanges.end() ? &*at : nullptr;
+}
+
+std::string text_of(const Score& score) {
+  return fmt::format("{} of {}", score.within, score.of);
+}
+
+/// The value with its interval, and whether it lies in its range.
+std::string judged_text(const Headline& h, bool within) {
+  std::string text = value_text(h);
+  if (const auto& i = h.simulated_interval) {
+    text += fmt::format(", {:.{}f} to {:.{}f}", i->low, h.decimals, i->high, h.decimals);
+  }
+  return text + (within ? ": yes" : ": no");
 }
 
 }  // namespace
@@ -71,26 +86,27 @@ Score score_of(const std::vector<Headline>& headlines) {
 }
 
 std::string seed_scores(const std::vector<SeedRows>& seeds) {
-  std::string text = "| seed |", rule = "|---|", lines;
+  TextRow head{"seed"};
+  std::vector<TextRow> lines;
   Score sum;
   for (const SeedRows& each : seeds) {
     Score all;
-    lines += fmt::format("| {} |", each.seed);
+    TextRow& line = lines.emplace_back(TextRow{fmt::format("{}", each.seed)});
     for (const RecordingRow& row : each.rows) {
       if (!row.pooled.empty()) continue;
       const Score score = score_of(row.headlines);
-      lines += fmt::format(" {} of {} |", score.within, score.of);
+      line.push_back(text_of(score));
       all += score;
-      if (&each != &seeds.front()) continue;
-      text += fmt::format(" {} |", markdown_cell(row.name));
-      rule += "---|";
+      if (&each == &seeds.front()) head.push_back(row.name);
     }
-    lines += fmt::format(" {} of {} |\n", all.within, all.of);
+    line.push_back(text_of(all));
     sum += all;
   }
+  head.emplace_back("all");
   const double mean = sum.of > 0 ? 100.0 * static_cast<double>(sum.within) / static_cast<double>(sum.of) : 0;
-  return fmt::format("{} all |\n{}---|\n{}\nMean of {} seeds: {:.0f} % of the figures within their ranges.\n",
-                     text, rule, lines, seeds.size(), mean);
+  return markdown_table(head, lines) +
+         fmt::format("\nMean of {} seeds: {:.0f} % of the figures within their ranges.\n", seeds.size(),
+                     mean);
 }
 
 std::string score_card(const std::vector<RecordingRow>& rows) {
@@ -98,36 +114,28 @@ std::string score_card(const std::vector<RecordingRow>& rows) {
   for (const RecordingRow& row : rows) {
     if (row.pooled.empty()) recordings.push_back(&row);
   }
-  std::string text = "| figure | range |", rule = "|---|---|", sums = "| within their ranges | |";
+  TextRow head{"figure", "range"}, sums{"within their ranges", ""};
   Score all;
   for (const RecordingRow* row : recordings) {
-    text += fmt::format(" {} |", markdown_cell(row->name));
-    rule += "---|";
+    head.push_back(row->name);
     const Score score = score_of(row->headlines);
-    sums += fmt::format(" {} of {} |", score.within, score.of);
+    sums.push_back(text_of(score));
     all += score;
   }
-  text += "\n" + rule + "\n";
+  std::vector<TextRow> lines;
   for (const Range& range : kRanges) {
-    std::string title, cells;
+    TextRow line{"", std::string(range.text)};
     for (const RecordingRow* row : recordings) {
-      const auto h = std::find_if(row->headlines.begin(), row->headlines.end(),
-                                  [&range](const Headline& each) { return each.key == range.key; });
-      const auto within = h != row->headlines.end() ? within_range(*h) : std::nullopt;
-      if (!within) {
-        cells += " - |";
-        continue;
-      }
-      title = h->title;
-      cells += " " + value_text(*h);
-      if (const auto& i = h->simulated_interval) {
-        cells += fmt::format(", {:.{}f} to {:.{}f}", i->low, h->decimals, i->high, h->decimals);
-      }
-      cells += *within ? ": yes |" : ": no |";
+      const Headline* h = headline_with(row->headlines, range.key);
+      const auto within = h != nullptr ? within_range(*h) : std::nullopt;
+      if (within) line.front() = h->title;
+      line.push_back(within ? judged_text(*h, *within) : "-");
     }
-    if (!title.empty()) text += fmt::format("| {} | {} |{}\n", title, range.text, cells);
+    if (!line.front().empty()) lines.push_back(std::move(line));
   }
-  return text + sums + fmt::format("\n\nScore: {} of {} figures within their ranges.\n", all.within, all.of);
+  lines.push_back(std::move(sums));
+  return markdown_table(head, lines) +
+         fmt::format("\nScore: {} of {} figures within their ranges.\n", all.within, all.of);
 }
 
 }  // namespace canyon::validation

@@ -17,8 +17,8 @@ namespace canyon::validation {
 /// satellites used within 1, Spearman at least 0.6, median difference at most 10 m, p50 and p95 of fixes 0.7
 /// to 1.4 of the recorded ones. Empty for others, and where a value is missing.
 [[nodiscard]] std::optional<bool> within_range(const Headline& headline);
-/// How far a headline is from a perfect simulation, in units of its range: within it from -1 to 1. Signed for
-/// differences and ratios (of their logarithm), for others from 0. Empty as within_range().
+/// Distance of a headline from a perfect simulation, in units of its range: within it from -1 to 1. Signed
+/// for differences and ratios (of their logarithm), for others from 0. Empty as within_range().
 [[nodiscard]] std::optional<double> range_distance(const Headline& headline);
 
 struct Score {

@@ -38,7 +38,8 @@ struct Separation {
   /// positive.
   double threshold = -std::numeric_limits<double>::infinity();
 };
-/// How well a score separates positives (expected to score high) from negatives. Empty where a side has none.
+/// The separation by a score of positives (expected to score high) from negatives. Empty where a side has
+/// none.
 [[nodiscard]] std::optional<Separation> separation(std::span<const double> positives,
                                                    std::span<const double> negatives);
 

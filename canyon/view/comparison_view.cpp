@@ -22,7 +22,7 @@
 #include "canyon/view/header.hpp"
 #include "canyon/view/header_extension.hpp"
 #include "canyon/view/probe.hpp"
-#include "canyon/view/skyline.hpp"
+#include "canyon/view/recorder.hpp"
 
 namespace canyon::view {
 namespace {
@@ -33,8 +33,6 @@ using validation::ComparedSatellite;
 using validation::Comparison;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t kEpochsPerBlock = 64;
-constexpr double kSkylineStep_m = 3;
 /// Only the direct path is known.
 constexpr std::size_t kPathsKept = 1;
 
@@ -102,7 +100,9 @@ class ComparisonView {
     header_.interval_s = interval_s();
     header_.paths_per_satellite = kPathsKept;
     header_.satellites.assign(ids_.begin(), ids_.end());
-    for (const Side side : {kRecorded, kSimulated}) add_receiver(side);
+    const auto words = std::make_shared<output::ViewWords>();
+    for (const Side side : {kRecorded, kSimulated}) add_receiver(side, words);
+    header_.words = *words;
     write_header(header_, folder_);
     extend();
   }
@@ -131,77 +131,70 @@ class ComparisonView {
     return (epoch(after).place_enu_m - epoch(before).place_enu_m) / step_s;
   }
 
-  void add_receiver(Side side) {
-    ReceiverHeader receiver;
+  void add_receiver(Side side, const std::shared_ptr<output::ViewWords>& words) {
+    ReceiverHeader& receiver = header_.receivers.emplace_back();
     receiver.name = side == kRecorded ? "recorded" : "simulated";
     receiver.strength = std::any_of(comparison_.satellites.begin(), comparison_.satellites.end(),
                                     [&](const auto& s) { return cn0_of(s, side).has_value(); });
     receiver.elevation_mask_deg = input_.elevation_mask_deg;
-    receiver.summary = add_epochs(side);
-    for (std::size_t i = 0; i < input_.count; i += kEpochsPerBlock) {
-      add_block(side, i, std::min(kEpochsPerBlock, input_.count - i));
-    }
-    header_.receivers.push_back(std::move(receiver));
-  }
-
-  output::RunSummary add_epochs(Side side) {
-    output::EpochRows rows({}, kPathsKept);
-    Skylines skylines(kSkylineStep_m);
+    ViewOptions options;
+    options.paths_per_satellite = kPathsKept;
+    Recorder recorder(folder_, side, options, {}, input_.environment->scene(), words);
     output::SummarySink summary(std::vector<std::string>(1));
     double yaw_rad = 0;
     for (std::size_t i = 0; i < input_.count; ++i) {
-      const ComparedEpoch& e = epoch(i);
-      const validation::ComparedFix& fix = fix_of(e, side);
-      simulation::Epoch row;
-      row.truth.velocity_enu_mps = velocity(i);
-      // A car that stands keeps its last heading.
-      const Vector3d& v = row.truth.velocity_enu_mps;
-      if (v.head<2>().norm() > 0.5) yaw_rad = std::atan2(v.y(), v.x());
-      row.truth.yaw_rad = yaw_rad;
-      const auto list = satellites(i);
-      receiver::ReceiverEpoch& seen = row.observed;
-      seen.time = e.time;
-      for (const ComparedSatellite& s : list) seen.satellites.push_back(observation_of(s, side));
-      seen.visible = static_cast<int>(
-          std::count_if(list.begin(), list.end(), [&](const auto& s) { return is_measured(s, side); }));
-      seen.blocked = static_cast<int>(list.size()) - seen.visible;
-      output::EpochRows::Shown shown{time_s(i), skylines.row_at(input_.environment->scene(), e.place_enu_m),
-                                     e.place_enu_m};
-      if (fix.solved) {
-        seen.fix.status = positioning::FixStatus::Fix;
-        seen.fix.used.resize(static_cast<std::size_t>(fix.used));  // their number; which ones is not known
-        row.error_enu_m = fix.error_enu_m;
-        shown.fix_m = e.place_enu_m + comparison_.registration.direction_in_city(fix.error_enu_m);
-      }
+      const simulation::Epoch row = add_epoch(side, i, recorder, yaw_rad);
       summary.write(row);
-      rows.add_epoch(row, shown);
+      recorder.end_epoch({}, time_s(i));
     }
-    const std::string file = fmt::format("track-{}.bin.gz", static_cast<std::size_t>(side));
-    const std::size_t bytes = output::write_chunk(folder_, file, {&rows.epochs, &skylines.rows()});
-    header_.chunks.push_back({file, side, true, 0, input_.count, bytes, 0, 0});
-    return summary.summaries().front();
+    receiver.summary = summary.summaries().front();
+    recorder.finish(header_);
   }
 
-  void add_block(Side side, std::size_t first, std::size_t count) {
-    output::EpochRows rows({}, kPathsKept);
+  /// Adds an epoch and its satellites. @param yaw_rad of the epoch before, and then of this one
+  simulation::Epoch add_epoch(Side side, std::size_t i, Recorder& recorder, double& yaw_rad) const {
+    const ComparedEpoch& e = epoch(i);
+    const validation::ComparedFix& fix = fix_of(e, side);
+    simulation::Epoch row;
+    row.truth.velocity_enu_mps = velocity(i);
+    // A car that stands keeps its last heading.
+    const Vector3d& v = row.truth.velocity_enu_mps;
+    if (v.head<2>().norm() > 0.5) yaw_rad = std::atan2(v.y(), v.x());
+    row.truth.yaw_rad = yaw_rad;
+    const auto list = satellites(i);
+    receiver::ReceiverEpoch& seen = row.observed;
+    seen.time = e.time;
+    for (const ComparedSatellite& s : list) seen.satellites.push_back(observation_of(s, side));
+    seen.visible = static_cast<int>(
+        std::count_if(list.begin(), list.end(), [&](const auto& s) { return is_measured(s, side); }));
+    seen.blocked = static_cast<int>(list.size()) - seen.visible;
+    output::EpochRows::Shown shown{time_s(i), recorder.skyline(e.place_enu_m), e.place_enu_m};
+    add_satellites(side, i, recorder.rows(), seen);
+    if (fix.solved) {
+      seen.fix.status = positioning::FixStatus::Fix;
+      seen.fix.used.resize(static_cast<std::size_t>(fix.used));  // their number; which ones is not known
+      row.error_enu_m = fix.error_enu_m;
+      shown.fix_m = e.place_enu_m + comparison_.registration.direction_in_city(fix.error_enu_m);
+    }
+    recorder.rows().add_epoch(row, shown);
+    return row;
+  }
+
+  void add_satellites(Side side, std::size_t i, output::EpochRows& rows,
+                      const receiver::ReceiverEpoch& seen) const {
     const simulation::Epoch epoch;  // says nothing of satellites
     const propagation::Path direct;
-    for (std::size_t i = first; i < first + count; ++i) {
-      for (const ComparedSatellite& s : satellites(i)) {
-        const receiver::SatelliteObservation seen = observation_of(s, side);
-        const output::Row row{epoch, &seen, &seen, &direct};
-        if (s.clear) rows.add_path(row);
-        const bool used = side == kRecorded ? s.used_measured : s.used_simulated;
-        rows.add_satellite(
-            row, i, static_cast<std::size_t>(std::distance(ids_.begin(), ids_.find(s.id))),
-            output::kAboveMask | (used ? output::kUsed : 0) | (is_measured(s, side) ? output::kMeasured : 0),
-            s.clear ? 1 : 0);
-      }
+    const auto list = satellites(i);
+    for (std::size_t k = 0; k < list.size(); ++k) {
+      const ComparedSatellite& s = list[k];
+      const output::Row row{epoch, &seen.satellites[k], &seen.satellites[k], &direct};
+      if (s.clear) rows.add_path(row);
+      const bool used = side == kRecorded ? s.used_measured : s.used_simulated;
+      rows.add_satellite(
+          row, i, static_cast<std::size_t>(std::distance(ids_.begin(), ids_.find(s.id))),
+          output::kAboveMask | (used ? output::kUsed : 0) | (is_measured(s, side) ? output::kMeasured : 0),
+          s.clear ? 1 : 0);
     }
-    const std::string file = fmt::format("block-{}-{:05}.bin.gz", static_cast<std::size_t>(side), first);
-    const std::size_t bytes = output::write_chunk(folder_, file, {&rows.satellites, &rows.paths});
-    header_.chunks.push_back(
-        {file, side, false, first, count, bytes, rows.satellites.size(), rows.paths.size()});
   }
 
   /// Length of the path between epochs of the view, [first, end).

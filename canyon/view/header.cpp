@@ -215,9 +215,7 @@ ReceiverHeader receiver_header(const receiver::ReceiverOptions& options) {
 }
 
 void write_header(const Header& header, const std::filesystem::path& folder) {
-  OutputFile file(folder / kHeaderFile);
-  file.write(header_json(header));
-  file.commit();
+  write_file(folder / kHeaderFile, header_json(header));
 }
 
 }  // namespace canyon::view

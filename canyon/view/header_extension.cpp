@@ -22,9 +22,7 @@ void extend_header(const std::filesystem::path& folder, const std::string& key, 
   }
   for (const Json& chunk : chunks) all.push_back(chunk);
   header["chunks"] = std::move(all);
-  OutputFile file(folder / kHeaderFile);
-  file.write(header.dump() + "\n");
-  file.commit();
+  write_file(folder / kHeaderFile, header.dump() + "\n");
 }
 
 }  // namespace canyon::view

@@ -68,9 +68,7 @@ SceneCity write_city(const city::City& city, const std::map<std::string, std::st
   for (const city::Object& object : city::objects_with_triangles(city.mesh)) {
     scene.objects.push_back(describe(city.mesh, object, height_sources));
   }
-  OutputFile file(folder / kCityChunk);
-  file.write(output::gzip(glb_of(city, folder)));
-  file.commit();
+  write_file(folder / kCityChunk, output::gzip(glb_of(city, folder)));
   return scene;
 }
 

@@ -54,7 +54,7 @@ using Text = std::shared_ptr<const std::string>;
 
 class Socket;
 
-/// What all connections know; used on the server's thread alone, but for the counters.
+/// State that all connections share; used on the server's thread alone, but for the counters.
 struct Shared {
   Site site;
   ServerOptions options;
@@ -202,7 +202,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
           error.category() != make_error_code(http::error::bad_method).category()) {
         return self->close();
       }
-      self->refuse(http::status::bad_request, "this is no request that Canyon takes", true);
+      self->refuse(http::status::bad_request, "Canyon does not take this request", true);
     });
   }
 

@@ -25,7 +25,7 @@ struct ServerOptions {
   void validate() const;
 };
 
-/// What a server gives out.
+/// The contents of a server.
 struct Site {
   std::string page;              ///< HTML, under "/"
   std::filesystem::path folder;  ///< its plain files under "/view/NAME"; nothing below it, and no links
@@ -52,7 +52,7 @@ class Server {
   [[nodiscard]] int port() const;
   /// "http://127.0.0.1:PORT/"
   [[nodiscard]] std::string address() const;
-  /// What a WebSocket client gets first, one that comes later as well. From any thread.
+  /// Sets the messages that each WebSocket client gets first, one that comes later as well. From any thread.
   void greet(std::vector<std::string> messages);
   /// A message to every WebSocket client. Returns at once; a client that does not read loses the oldest.
   /// From any thread.

@@ -11,92 +11,14 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
-#include "canyon/output/epoch_rows.hpp"
 #include "canyon/output/sinks.hpp"
-#include "canyon/output/view_chunk.hpp"
+#include "canyon/simulation/receiver_names.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/view/header.hpp"
-#include "canyon/view/skyline.hpp"
+#include "canyon/view/recorder.hpp"
 
 namespace canyon::view {
 namespace {
-
-/// The rows of one receiver.
-class Recorder {
- public:
-  Recorder(const simulation::Simulation& simulation, std::filesystem::path folder, std::size_t receiver,
-           const ViewOptions& options, std::shared_ptr<output::ViewWords> words)
-      : simulation_(simulation),
-        folder_(std::move(folder)),
-        receiver_(receiver),
-        options_(options),
-        rows_(simulation.scenario().receivers.at(receiver).options.signal, options.paths_per_satellite,
-              std::move(words)) {}
-
-  void write(const simulation::Epoch& epoch, const std::vector<gnss::SatelliteId>& satellites) {
-    const Eigen::Vector3d antenna = frame().local_from_ecef(epoch.truth_ecef);
-    const double time_s = epoch.observed.time - simulation_.begin();
-    add_faults(epoch.faults, time_s);
-    rows_.add(
-        epoch, epochs_, time_s, skylines_.row_at(simulation_.environment().scene(), antenna),
-        [this](const Eigen::Vector3d& ecef) { return frame().local_from_ecef(ecef); }, satellites);
-    ++epochs_;
-    if (epochs_ - block_begin_ >= options_.epochs_per_block) finish_block();
-  }
-
-  /// Writes the remaining epochs to files.
-  void finish() {
-    finish_block();
-    const std::string file = fmt::format("track-{}.bin.gz", receiver_);
-    put(file, {&rows_.epochs, &skylines_.rows()}, {file, receiver_, true, 0, epochs_});
-  }
-
-  [[nodiscard]] const std::vector<FaultStretch>& faults() const { return faults_; }
-  [[nodiscard]] const std::vector<ChunkEntry>& chunks() const { return chunks_; }
-
- private:
-  [[nodiscard]] const geodesy::LocalFrame& frame() const { return simulation_.environment().city().frame; }
-
-  /// Beside the epoch before, a fault goes on; else a new stretch begins.
-  void add_faults(const std::vector<std::string>& names, double time_s) {
-    for (const std::string& name : names) {
-      const auto open = std::find_if(faults_.rbegin(), faults_.rend(),
-                                     [&](const FaultStretch& f) { return f.name == name; });
-      if (open != faults_.rend() && last_time_s_ && open->until_s == *last_time_s_) {
-        open->until_s = time_s;
-      } else {
-        faults_.push_back({name, time_s, time_s});
-      }
-    }
-    last_time_s_ = time_s;
-  }
-
-  void finish_block() {
-    if (epochs_ == block_begin_) return;
-    const std::string file = fmt::format("block-{}-{:05}.bin.gz", receiver_, block_begin_);
-    put(file, {&rows_.satellites, &rows_.paths, &rows_.bodies},
-        {file, receiver_, false, block_begin_, epochs_ - block_begin_, 0, rows_.satellites.size(),
-         rows_.paths.size()});
-    for (output::ViewRows* rows : {&rows_.satellites, &rows_.paths, &rows_.bodies}) rows->clear();
-    block_begin_ = epochs_;
-  }
-
-  void put(const std::string& name, const std::vector<const output::ViewRows*>& tables, ChunkEntry entry) {
-    entry.bytes = output::write_chunk(folder_, name, tables);
-    chunks_.push_back(std::move(entry));
-  }
-
-  const simulation::Simulation& simulation_;
-  std::filesystem::path folder_;
-  std::size_t receiver_;
-  const ViewOptions& options_;
-  std::vector<FaultStretch> faults_;
-  std::vector<ChunkEntry> chunks_;
-  output::EpochRows rows_;
-  Skylines skylines_{options_.skyline_step_m};
-  std::size_t epochs_ = 0, block_begin_ = 0;
-  std::optional<double> last_time_s_;
-};
 
 /// The header of a run before its first epoch, without the city's objects.
 Header begun(const simulation::Simulation& simulation) {
@@ -114,25 +36,22 @@ Header begun(const simulation::Simulation& simulation) {
   return header;
 }
 
-std::vector<std::string> receiver_names(const simulation::Simulation& simulation) {
-  std::vector<std::string> names;
-  for (const auto& receiver : simulation.scenario().receivers) names.push_back(receiver.options.name);
-  return names;
-}
-
 class View final : public simulation::EpochSink {
  public:
   View(const simulation::Simulation& simulation, std::filesystem::path folder, ViewOptions options)
-      : folder_(std::move(folder)),
+      : simulation_(simulation),
+        folder_(std::move(folder)),
         options_(std::move(options)),
-        figures_(receiver_names(simulation)),
+        figures_(simulation::receiver_names(simulation.scenario().receivers)),
         header_(begun(simulation)) {
     options_.validate();
     make_output_folder(folder_);
     header_.city = write_city(simulation.environment().city(), options_.height_sources, folder_);
     header_.paths_per_satellite = options_.paths_per_satellite;
     for (std::size_t i = 0; i < simulation.scenario().receivers.size(); ++i) {
-      recorders_.push_back(std::make_unique<Recorder>(simulation, folder_, i, options_, words_));
+      recorders_.push_back(std::make_unique<Recorder>(folder_, i, options_,
+                                                      simulation.scenario().receivers[i].options.signal,
+                                                      simulation.environment().scene(), words_));
     }
     if (!options_.watched) return;
     Header live = header_;
@@ -141,7 +60,13 @@ class View final : public simulation::EpochSink {
   }
 
   void write(const simulation::Epoch& epoch) override {
-    recorders_.at(epoch.receiver)->write(epoch, header_.satellites);
+    Recorder& recorder = *recorders_.at(epoch.receiver);
+    const geodesy::LocalFrame& frame = simulation_.environment().city().frame;
+    const auto local = [&frame](const Eigen::Vector3d& ecef) { return frame.local_from_ecef(ecef); };
+    const double time_s = epoch.observed.time - simulation_.begin();
+    recorder.rows().add(epoch, recorder.epoch(), time_s, recorder.skyline(local(epoch.truth_ecef)), local,
+                        header_.satellites);
+    recorder.end_epoch(epoch.faults, time_s);
     figures_.write(epoch);
   }
 
@@ -150,17 +75,15 @@ class View final : public simulation::EpochSink {
     figures_.finish();
     std::vector<output::RunSummary> summaries = figures_.summaries();
     for (std::size_t i = 0; i < recorders_.size(); ++i) {
-      Recorder& recorder = *recorders_[i];
-      recorder.finish();
-      header_.receivers[i].faults = recorder.faults();
+      recorders_[i]->finish(header_);
       header_.receivers[i].summary = std::move(summaries.at(i));
-      header_.chunks.insert(header_.chunks.end(), recorder.chunks().begin(), recorder.chunks().end());
     }
     header_.words = *words_;
     write_header(header_, folder_);
   }
 
  private:
+  const simulation::Simulation& simulation_;
   std::filesystem::path folder_;
   ViewOptions options_;
   output::SummarySink figures_;

@@ -13,6 +13,7 @@
 #include "canyon/geodesy/time_text.hpp"
 #include "canyon/output/formats.hpp"
 #include "canyon/simulation/profile.hpp"
+#include "canyon/simulation/receiver_names.hpp"
 #include "python/src/arrays.hpp"
 
 namespace canyon::python {
@@ -135,10 +136,8 @@ py::dict profile_list() {
   return profiles;
 }
 
-std::vector<std::string> receiver_names(const ScenarioTree& scenario) {
-  std::vector<std::string> names;
-  for (const auto& receiver : scenario.scenario.receivers) names.push_back(receiver.options.name);
-  return names;
+std::vector<std::string> names_in(const ScenarioTree& scenario) {
+  return simulation::receiver_names(scenario.scenario.receivers);
 }
 
 ScenarioPtr parsed_scenario(const std::string& text, const std::filesystem::path& file) {
@@ -342,7 +341,7 @@ path : path
       .def_property_readonly(
           "yaml", [](const ScenarioTree& self) { return simulation::scenario_yaml(self.scenario); },
           "str: The effective scenario: profiles resolved, every default written out.")
-      .def_property_readonly("receivers", &receiver_names, "list of str: Names of the receivers.")
+      .def_property_readonly("receivers", &names_in, "list of str: Names of the receivers.")
       .def_property_readonly(
           "seed", [](const ScenarioTree& self) { return self.scenario.seed; }, "int: Seed of all noise.")
       .def_property_readonly(
@@ -350,7 +349,7 @@ path : path
           "list of str: Warnings about keys that may be meant otherwise.")
       .def("__repr__", [](const ScenarioTree& self) {
         return fmt::format("<canyon.Scenario of {}: {}>", self.file.empty() ? "settings" : self.file.string(),
-                           fmt::join(receiver_names(self), ", "));
+                           fmt::join(names_in(self), ", "));
       });
   m.def("as_scenario", &scenario_of, "scenario"_a,
         "A scenario from a scenario, a file's name, YAML text of several lines, or a dict.");

@@ -10,6 +10,7 @@
 #include "canyon/samples/correlation_record.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/receiver_names.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "python/src/arrays.hpp"
 #include "python/src/epochs.hpp"
@@ -62,11 +63,7 @@ py::dict summary_of(const output::RunSummary& summary) {
 }
 
 std::vector<std::string> names_of(const Simulation& simulation) {
-  std::vector<std::string> names;
-  for (const simulation::ReceiverConfig& receiver : simulation.scenario().receivers) {
-    names.push_back(receiver.options.name);
-  }
-  return names;
+  return simulation::receiver_names(simulation.scenario().receivers);
 }
 
 /// A whole run: (epochs by receiver, result). Ctrl-C ends it early, with what is done.

@@ -1,7 +1,4 @@
-"""Compares python/canyon/_canyon.pyi with the extension module: the same names, the same parameters, the same texts.
-
-With --write it puts the module's docstrings into the stub.
-"""
+"""Compares python/canyon/_canyon.pyi with the extension module: the same names, the same parameters."""
 
 import ast
 import inspect
@@ -12,15 +9,10 @@ from pathlib import Path
 
 from canyon import _canyon
 
-STUB = Path(__file__).resolve().parents[1] / "canyon" / "_canyon.pyi"
-OWN = {"__init__", "__len__", "__iter__", "__next__"}
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from describe_stub import OWN, STUB, described, signature_and_text, stub_with_texts  # noqa: E402
+
 TEXT = ast.parse(STUB.read_text(encoding="utf-8"))
-
-
-def signature_and_text(doc):
-    """A docstring of pybind11's apart: "name(parameters) -> type", and its text."""
-    head, _, text = (doc or "").partition("\n")
-    return head, text.strip() or None
 
 
 def parameters(head):
@@ -51,40 +43,6 @@ def declared(function):
 def members(cls):
     """Functions and properties of a class of the module."""
     return {n: v for n, v in vars(cls).items() if n in OWN or (not n.startswith("__") and n != "_pybind11_conduit_v1_")}
-
-
-def texts():
-    """Each class and function of the stub with its object in the module."""
-    for node in TEXT.body:
-        if isinstance(node, (ast.ClassDef, ast.FunctionDef)):
-            yield node, getattr(_canyon, node.name)
-            for inner in getattr(node, "body", []):
-                if isinstance(inner, ast.FunctionDef) and not any("setter" in ast.unparse(d) for d in inner.decorator_list):
-                    yield inner, vars(getattr(_canyon, node.name)).get(inner.name)
-
-
-def text_of(thing):
-    if isinstance(thing, staticmethod):
-        thing = thing.__func__
-    doc = thing.__doc__
-    if isinstance(thing, (type, property)):
-        return doc.strip() if doc else None
-    return signature_and_text(doc)[1]
-
-
-def described():
-    """The stub with the module's texts."""
-    for node, thing in texts():
-        if ast.get_docstring(node) is not None:
-            del node.body[0]
-        text = text_of(thing) if node.name not in OWN else None
-        if text:
-            indent = "\n" + " " * (node.col_offset + 4)
-            lines = re.sub(r"\n +(?=\n|$)", "\n", text.replace("\n", indent)) + (indent if "\n" in text else "")
-            node.body.insert(0, ast.Expr(ast.Constant(lines)))
-        if isinstance(node, ast.ClassDef) or not text:
-            node.body = node.body or [ast.Expr(ast.Constant(...))]
-    return ast.unparse(ast.fix_missing_locations(TEXT)) + "\n"
 
 
 class Stub(unittest.TestCase):
@@ -120,18 +78,17 @@ class Stub(unittest.TestCase):
             found, wanted = found[:-1], wanted[:-1]
         self.assertEqual(wanted, [f for f in found if not f[0].startswith("arg")], name)
 
-    def test_has_the_texts_of_the_module(self):
-        text = STUB.read_text(encoding="utf-8")
-        self.assertEqual(ast.dump(ast.parse(described())), ast.dump(ast.parse(text)), "run python/tests/stub_test.py --write")
+    def test_the_built_stub_has_the_texts_of_the_module_as_well(self):
+        built = Path(_canyon.__file__).with_name("_canyon.pyi").read_text(encoding="utf-8")
+        self.assertEqual(built, stub_with_texts(_canyon))
+        cls = next(n for n in ast.parse(built).body if isinstance(n, ast.ClassDef) and n.name == "Scenario")
+        self.assertEqual(ast.get_docstring(cls), inspect.getdoc(_canyon.Scenario))
 
     def test_every_public_class_and_function_has_a_text(self):
-        for node, thing in texts():
+        for node, thing in described(TEXT, _canyon):
             if isinstance(node, ast.ClassDef):
                 self.assertTrue(inspect.getdoc(thing), node.name)
 
 
 if __name__ == "__main__":
-    if "--write" in sys.argv:
-        STUB.write_text(described(), encoding="utf-8")
-    else:
-        unittest.main()
+    unittest.main()

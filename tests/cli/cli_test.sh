@@ -463,7 +463,7 @@ P
   runs 2 "$canyon" iq small.yaml --out f.iq --centre-hz 1.5e9; one_line; says err 'carry no signal of the sky'
   runs 2 "$canyon" iq small.yaml --out f.iq --duration 0.5; one_line; says err 'one epoch'
   runs 2 "$canyon" iq small.yaml --out f.iq --rate 1e5; says err '--rate'
-  runs 2 "$canyon" iq small.yaml --out f.iq --receiver nobody; one_line; says err "'nobody' is not in the scenario"
+  runs 2 "$canyon" iq small.yaml --out f.iq --receiver nobody; one_line; says err "the scenario has no receiver 'nobody'"
   runs 2 "$canyon" iq small.yaml --out absent/f.iq; one_line; says err absent
   { cat small.yaml; echo 'receivers: [{name: p, profile: paper}]'; } >paper.yaml
   runs 2 "$canyon" iq paper.yaml --out f.iq; one_line; says err 'have no strength'

@@ -170,7 +170,7 @@ struct CityRenderer::Impl {
   [[nodiscard]] Light paint(const raytrace::Hit& hit, const Vector3d& p, const Style& style) const;
   /// Share of the sky that is seen from a place, roughly.
   [[nodiscard]] double open_sky(const Vector3d& p) const;
-  /// How far beyond the bounds a place lies, seen from above; 0 within.
+  /// Horizontal distance of a place from the bounds; 0 within.
   [[nodiscard]] double outside_m(const Vector3d& p) const {
     const Eigen::Vector2d q = p.head<2>();
     return (bounds.min.head<2>() - q).cwiseMax(q - bounds.max.head<2>()).cwiseMax(0.0).norm();

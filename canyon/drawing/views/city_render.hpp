@@ -15,7 +15,7 @@ struct Sun {
   double elevation_rad = 0;  ///< above the horizon, (0, pi/2]
 };
 
-/// How far above the ground places are drawn, and by which colours.
+/// Heights above the ground of the places that are drawn, and their colours.
 struct HeightColours {
   double highest_m = 1;  ///< end of the scale
   double exponent = 1;   ///< (0, 1]; below 1 spends more colours on low buildings

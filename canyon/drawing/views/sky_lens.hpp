@@ -9,7 +9,7 @@
 
 namespace canyon::drawing {
 
-/// How far from the middle a direction lies, by its angle z from the zenith, as a share of the radius.
+/// Distance of a direction from the middle, by its angle z from the zenith, as a share of the radius.
 enum class SkyProjection : std::uint8_t {
   Equidistant,    ///< 2 z / pi: elevation falls evenly towards the rim
   Stereographic,  ///< tan(z / 2): angles on the sky keep their size, small shapes their form

@@ -6,6 +6,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/ubx/messages.hpp"
 #include "canyon/output/ubx/satellite_names.hpp"
+#include "canyon/positioning/residual.hpp"
 
 namespace canyon::output::ubx {
 namespace {
@@ -34,15 +35,6 @@ std::uint64_t strength(const SignalObservation& signal) {
 std::uint64_t quality(const SignalObservation& signal) {
   if (!signal.measurement) return 1;
   return signal.measurement->carrier_phase_cycles ? 7 : 4;
-}
-
-double residual_m(const receiver::ReceiverEpoch& seen, gnss::SatelliteId id) {
-  const auto& used = seen.fix.used;
-  const auto at = std::lower_bound(used.begin(), used.end(), id);
-  const auto i = static_cast<std::size_t>(at - used.begin());
-  return seen.fix.solved() && at != used.end() && *at == id && i < seen.fix.residuals_m.size()
-             ? seen.fix.residuals_m[i]
-             : 0;
 }
 
 /// freqId: of GLONASS the channel + 7.
@@ -77,7 +69,7 @@ std::string nav_sat(const Epoch& epoch) {
     list.u1(name->gnss).u1(name->satellite).u1(strength(s));
     list.u1(degrees(s.elevation_rad));
     list.u2(azimuth_deg(s.azimuth_rad));
-    list.signed_field(residual_m(epoch.seen, s.id), 0.1, 2);
+    list.signed_field(positioning::residual_m(epoch.seen.fix, s.id).value_or(0), 0.1, 2);
     const std::uint64_t corrections_used = corrections(epoch.seen, used);
     // Health, orbit source and ephemeris of what is measured: healthy, known. Corrections are RTCM's.
     list.u4(quality(s) | (used ? 1 << 3 : 0) | (s.measurement ? 1 << 4 | 1 << 8 | 1 << 11 : 0) |
@@ -98,7 +90,7 @@ std::string nav_sig(const Epoch& epoch) {
       if (!number || count == kMostEntries) return;
       ++count;
       list.u1(name->gnss).u1(name->satellite).u1(*number).u1(frequency(s.id, epoch.glonass_channels));
-      list.signed_field(used ? residual_m(epoch.seen, s.id) : 0, 0.1, 2)
+      list.signed_field(used ? positioning::residual_m(epoch.seen.fix, s.id).value_or(0) : 0, 0.1, 2)
           .u1(strength(signal))
           .u1(quality(signal));
       const std::uint64_t corrections_used = corrections(epoch.seen, used);
@@ -129,7 +121,7 @@ std::string nav_svinfo(const Epoch& epoch) {
         .u1(strength(s));
     list.u1(degrees(s.elevation_rad));
     list.u2(azimuth_deg(s.azimuth_rad));
-    list.signed_field(residual_m(epoch.seen, s.id), 0.01, 4);
+    list.signed_field(positioning::residual_m(epoch.seen.fix, s.id).value_or(0), 0.01, 4);
   }
   return Payload().u4(itow(epoch)).u1(count).u1(4).zeros(2).raw(list.bytes()).bytes();  // 4: u-blox 8 / M8
 }

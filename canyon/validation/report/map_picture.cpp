@@ -14,15 +14,9 @@ using drawing::Plot;
 using drawing::Point;
 
 /// Whole decades that hold all values but a hundredth at each end.
-drawing::Scale decades(std::vector<double> values) {
-  drawing::Scale scale;
-  scale.logarithmic = true;
+drawing::Scale decades(const std::vector<double>& values) {
   const double low = std::max(0.01, quantile(values, 0.01).value_or(0.1));
-  const double high = std::max(10 * low, quantile(values, 0.99).value_or(100));
-  scale.low = std::pow(10, std::floor(std::log10(low)));
-  scale.high = std::pow(10, std::ceil(std::log10(high)));
-  for (double tick = scale.low; tick < 1.5 * scale.high; tick *= 10) scale.ticks.push_back(tick);
-  return scale;
+  return drawing::decade_scale(low, std::max(10 * low, quantile(values, 0.99).value_or(100)));
 }
 
 }  // namespace

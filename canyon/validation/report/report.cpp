@@ -84,9 +84,7 @@ void write_report(const std::filesystem::path& folder, const ReportInput& input)
 
 void write_overview(const std::filesystem::path& folder, const std::string& title,
                     const std::vector<RecordingRow>& rows, const std::vector<std::string>& notes) {
-  OutputFile file(folder / "report.html");
-  file.write(overview_html(title, rows, notes));
-  file.commit();
+  write_file(folder / "report.html", overview_html(title, rows, notes));
 }
 
 }  // namespace canyon::validation

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -82,11 +81,9 @@ void draw_cdf(Canvas& canvas, const Rect& area, const std::string& title, const 
     if (!middle) return name + ": " + nothing;
     return fmt::format("{}: n {}, median {} m", name, values.size(), output::fixed(*middle, 1));
   };
-  const auto line = [](const drawing::Stroke& stroke) {
-    return [stroke](Canvas& c, const Point& p) { c.polyline({{p.x - 13, p.y}, {p.x + 13, p.y}}, stroke); };
-  };
-  std::vector<drawing::LegendEntry> entries{{line(kMeasuredLine), label("measured", pair.measured)},
-                                            {line(kSimulatedLine), label("simulated", pair.simulated)}};
+  std::vector<drawing::LegendEntry> entries{
+      {drawing::line_mark(kMeasuredLine), label("measured", pair.measured)},
+      {drawing::line_mark(kSimulatedLine), label("simulated", pair.simulated)}};
   if (const auto ks = kolmogorov_smirnov(pair.measured, pair.simulated)) {
     entries.push_back({{}, fmt::format("KS distance {}", output::fixed(*ks, 3))});
   }
@@ -204,14 +201,10 @@ drawing::Picture draw_report_cn0(const ReportInput& input) {
         drawing::draw_mark(c, p, shape, 4.5, colour);
       };
     };
-    double at_x = 84;
-    const auto entry = [&](const auto& draw, const std::string& label) {
-      draw(canvas, {at_x + 10, 530});
-      canvas.text({at_x + 26, 530}, label, {.size = 12, .level = drawing::Level::Middle});
-      at_x += 26 + canvas.text_width(label, {.size = 12}) + 30;
-    };
-    entry(mark(drawing::Mark::Disc, kMeasured, {}), "measured");
-    entry(mark(drawing::Mark::Triangle, kSimulated, {4, 2}), "simulated");
+    const double at_x =
+        drawing::draw_legend_row(canvas, {84, 530},
+                                 {{mark(drawing::Mark::Disc, kMeasured, {}), "measured"},
+                                  {mark(drawing::Mark::Triangle, kSimulated, {4, 2}), "simulated"}});
     canvas.text({at_x, 530}, "mark: median, bar: quartiles; bins with fewer than 5 values are left out",
                 {.size = 12, .colour = drawing::kFaintInk, .level = drawing::Level::Middle});
   });

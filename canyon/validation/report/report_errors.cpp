@@ -183,38 +183,26 @@ class ErrorsAlong {
   }
 
   void draw_key(Canvas& canvas) const {
-    double x = kLeft;
-    const double y = 90;
-    const auto entry = [&](const std::function<void(Point)>& mark, const std::string& label) {
-      const drawing::TextStyle style{.size = 12, .level = drawing::Level::Middle};
-      mark({x + 12, y});
-      canvas.text({x + 32, y}, label, style);
-      x += 32 + canvas.text_width(label, style) + 28;
-    };
-    entry(
-        [&](Point p) {
-          for (const double dx : {-9.0, 0.0, 9.0}) canvas.circle({p.x + dx, p.y}, 2.4, kMeasured);
-        },
-        "measured");
-    entry(
-        [&](Point p) {
-          canvas.polyline({{p.x - 13, p.y}, {p.x + 13, p.y}}, {kSimulated, 1.6, {5, 2}});
-        },
-        "simulated");
+    std::vector<drawing::LegendEntry> entries{{[](Canvas& c, const Point& p) {
+                                                 for (const double dx : {-9.0, 0.0, 9.0})
+                                                   c.circle({p.x + dx, p.y}, 2.4, kMeasured);
+                                               },
+                                               "measured"},
+                                              {drawing::line_mark({kSimulated, 1.6, {5, 2}}), "simulated"}};
     if (input_.comparison->segments.size() > 1) {
-      entry(
-          [&](Point p) {
-            canvas.polyline({{p.x, p.y - 8}, {p.x, p.y + 8}}, {drawing::kFaintInk, 1, {2, 3}});
-          },
-          "another street");
+      entries.push_back({[](Canvas& c, const Point& p) {
+                           c.polyline({{p.x, p.y - 8}, {p.x, p.y + 8}}, {drawing::kFaintInk, 1, {2, 3}});
+                         },
+                         "another street"});
     }
     if (input_.count < epochs_.size()) {
-      entry(
-          [&](Point p) {
-            canvas.rectangle({p.x - 12, p.y - 7, 24, 14}, kOutside, drawing::Stroke{drawing::kRule, 0.8});
-          },
-          "not in the figures");
+      entries.push_back(
+          {[](Canvas& c, const Point& p) {
+             c.rectangle({p.x - 12, p.y - 7, 24, 14}, kOutside, drawing::Stroke{drawing::kRule, 0.8});
+           },
+           "not in the figures"});
     }
+    drawing::draw_legend_row(canvas, {kLeft, 90}, entries);
   }
 
   const ReportInput& input_;

@@ -263,10 +263,10 @@ std::string overview_html(const std::string& title, const std::vector<RecordingR
                                       : fmt::format("<a href=\"{}\">{}</a>", xml_escaped(row.report), name));
   }
   std::vector<Row> cells;
-  for (const std::string& headline : titles_of(rows)) {
-    Row row{xml_escaped(headline)};
+  for (const Headline& headline : headlines_of(rows)) {
+    Row row{xml_escaped(headline.title)};
     for (const RecordingRow& of : rows) {
-      const Headline* h = headline_of(of, headline);
+      const Headline* h = headline_with(of.headlines, headline.key);
       row.push_back(h == nullptr ? kNone
                                  : fmt::format("{}<br />[{}]", xml_escaped(value_text(*h)),
                                                xml_escaped(interval_text(*h))));

@@ -4,7 +4,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <functional>
 #include <utility>
 #include <vector>
 
@@ -138,31 +137,16 @@ class TrackMaps {
 
   /// Legend of the marks, one row at the foot.
   void draw_marks(Canvas& canvas) const {
-    double x = kTrackLeft;
-    const double y = height() - 18;
-    const auto entry = [&](const std::function<void(Point)>& mark, const std::string& label) {
-      const drawing::TextStyle style{.size = 11.5, .level = drawing::Level::Middle};
-      mark({x + 10, y});
-      canvas.text({x + 28, y}, label, style);
-      x += 28 + canvas.text_width(label, style) + 26;
+    const auto mark = [](drawing::Mark shape, const drawing::Colour& colour) {
+      return [=](Canvas& c, const Point& p) { drawing::draw_mark(c, p, shape, 4, colour); };
     };
-    entry(
-        [&](Point p) {
-          canvas.polyline({{p.x - 10, p.y}, {p.x + 10, p.y}}, {drawing::kInk, 1.8});
-        },
-        "true track");
-    entry([&](Point p) { drawing::draw_mark(canvas, p, drawing::Mark::Disc, 4, kMeasured); }, "measured fix");
-    entry([&](Point p) { drawing::draw_mark(canvas, p, drawing::Mark::Triangle, 4, kSimulated); },
-          "simulated fix");
-    entry(
-        [&](Point p) {
-          canvas.polyline({{p.x - 10, p.y}, {p.x + 10, p.y}}, {drawing::kFaintInk, 0.9});
-        },
-        "error, from the true place to the fix");
-    if (somewhere_no_fix()) {
-      entry([&](Point p) { drawing::draw_mark(canvas, p, drawing::Mark::Cross, 4, drawing::kInk); },
-            "no fix");
-    }
+    std::vector<drawing::LegendEntry> entries{
+        {drawing::line_mark({drawing::kInk, 1.8}), "true track"},
+        {mark(drawing::Mark::Disc, kMeasured), "measured fix"},
+        {mark(drawing::Mark::Triangle, kSimulated), "simulated fix"},
+        {drawing::line_mark({drawing::kFaintInk, 0.9}), "error, from the true place to the fix"}};
+    if (somewhere_no_fix()) entries.push_back({mark(drawing::Mark::Cross, drawing::kInk), "no fix"});
+    drawing::draw_legend_row(canvas, {kTrackLeft, height() - 18}, entries);
   }
   [[nodiscard]] bool somewhere_no_fix() const {
     const auto begin = input_.comparison->epochs.begin() + static_cast<std::ptrdiff_t>(input_.first);

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "canyon/output/epoch_rows.hpp"
+#include "canyon/view/header.hpp"
+#include "canyon/view/skyline.hpp"
+#include "canyon/view/view_sink.hpp"
+
+namespace canyon::view {
+
+/// The files of one receiver of a view: blocks of its satellites and paths as they fill, and at the end all
+/// of its epochs. `scene` must outlive it.
+class Recorder {
+ public:
+  /// @param words that receivers of a view share
+  Recorder(std::filesystem::path folder, std::size_t receiver, const ViewOptions& options,
+           const tracking::SignalOptions& signal, const raytrace::RayScene& scene,
+           std::shared_ptr<output::ViewWords> words)
+      : folder_(std::move(folder)),
+        receiver_(receiver),
+        epochs_per_block_(options.epochs_per_block),
+        scene_(scene),
+        rows_(signal, options.paths_per_satellite, std::move(words)),
+        skylines_(options.skyline_step_m) {}
+
+  /// Takes the rows of the next epoch. end_epoch() follows.
+  [[nodiscard]] output::EpochRows& rows() { return rows_; }
+  /// The next epoch's number.
+  [[nodiscard]] std::size_t epoch() const { return epochs_; }
+  /// The row of its skyline. @param antenna in the city's frame [m]
+  [[nodiscard]] int skyline(const Eigen::Vector3d& antenna) { return skylines_.row_at(scene_, antenna); }
+  /// @param faults at work, @param time_s since the view's begin
+  void end_epoch(const std::vector<std::string>& faults, double time_s);
+  /// Writes the remaining rows to files, and tells the header's receiver and list of chunks of all.
+  void finish(Header& header);
+
+ private:
+  void finish_block();
+  void put(const std::vector<const output::ViewRows*>& tables, ChunkEntry entry);
+
+  std::filesystem::path folder_;
+  std::size_t receiver_, epochs_per_block_;
+  const raytrace::RayScene& scene_;
+  output::EpochRows rows_;
+  Skylines skylines_;
+  std::vector<FaultStretch> faults_;
+  std::vector<ChunkEntry> chunks_;
+  std::size_t epochs_ = 0, block_begin_ = 0;
+  std::optional<double> last_time_s_;
+};
+
+}  // namespace canyon::view
