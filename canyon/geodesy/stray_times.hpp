@@ -32,6 +32,7 @@ template <typename Record, typename TimeOf, typename Taken>
 void leave_out_stray_times(std::vector<Record>& records, const TimeOf& time_of, const Taken& taken,
                            std::span<const StandsApart> rules = kStandsApart) {
   std::vector<GpsTime> times;
+  times.reserve(records.size());
   for (const Record& record : records) times.push_back(time_of(record));
   take_out(records, stray_times(times, rules), taken);
 }

@@ -43,6 +43,7 @@ std::string satellites_text(const std::set<gnss::SatelliteId>& satellites) {
   std::map<gnss::System, int> count;
   for (const gnss::SatelliteId id : satellites) ++count[id.system];
   std::vector<std::string> parts;
+  parts.reserve(count.size());
   for (const auto& [system, n] : count) parts.push_back(fmt::format("{} {}", gnss::name(system), n));
   return fmt::format("{}", fmt::join(parts, ", "));
 }
@@ -117,6 +118,7 @@ FileReport inspect_observations(const std::filesystem::path& path) {
   report.contents.emplace_back("epochs", fmt::format("{}", file.epochs.size()));
   report.contents.emplace_back("satellites", satellites_text(satellites));
   std::vector<std::string> parts;
+  parts.reserve(signals.size());
   for (const auto& [system, codes] : signals)
     parts.push_back(fmt::format("{} {}", system, fmt::join(codes, " ")));
   report.contents.emplace_back("signals", fmt::format("{}", fmt::join(parts, ", ")));

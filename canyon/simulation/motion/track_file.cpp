@@ -313,6 +313,7 @@ bool keep_timed(const std::filesystem::path& path, std::vector<TrackPoint>& poin
 
 void leave_out_zeros(std::vector<TrackPoint>& points, RecordNotes& notes) {
   std::vector<Geodetic> places;
+  places.reserve(points.size());
   for (const TrackPoint& point : points) places.push_back(point.place);
   take_out(points, zero_places(places), [&](const TrackPoint& p) { notes.skip(p.line, kZeroPlace); });
 }
