@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
-#include "canyon/buildings/city_builder.hpp"
+#include <set>
+
+#include "canyon/base/text.hpp"
 
 namespace canyon::buildings {
 
@@ -30,6 +32,49 @@ std::vector<std::string> Complaints::lines() const {
   }
   if (further_ > 0) lines.push_back(fmt::format("{} further remarks of other kinds", further_));
   return lines;
+}
+
+void count_guesses(BuildReport& report, const Shape& shape, bool facade_known) {
+  switch (shape.height_source) {
+    case HeightSource::Tag:
+      ++report.heights_tagged;
+      break;
+    case HeightSource::Levels:
+      ++report.heights_from_levels;
+      break;
+    case HeightSource::Default:
+      ++report.heights_default;
+      break;
+  }
+  if (shape.roof != RoofShape::Flat && shape.roof_source == HeightSource::Default) ++report.roofs_default;
+  if (!facade_known) ++report.materials_default;
+}
+
+void add_cautions(BuildReport& report, const MapData& map, const HeightDefaults& heights) {
+  const std::size_t all =
+      report.heights_tagged + report.heights_from_levels + report.heights_default + report.surveyed;
+  if (2 * report.heights_default > all) {
+    report.cautions.insert(
+        report.cautions.begin(),
+        fmt::format(
+            "{} of {} heights are guesses: the map has neither heights nor levels there; 'default_height_m', "
+            "'heights' by type or another map change them",
+            report.heights_default, all));
+  }
+  std::set<std::string, std::less<>> types;
+  for (const MapFeature& feature : map.features) {
+    for (const char* key : {"building", "building:part"}) {
+      if (const auto tag = feature.tags.find(key); tag != feature.tags.end()) types.insert(tag->second);
+    }
+  }
+  const HeightDefaults known;
+  for (const auto& [type, height_m] : known.by_type) types.insert(type);
+  for (const auto& [type, height_m] : heights.by_type) {
+    if (types.count(type) > 0) continue;
+    const auto meant = closest(type, {types.begin(), types.end()});
+    report.cautions.push_back(fmt::format("heights: the map has no building of type '{}'{}", type,
+                                          meant ? fmt::format("; did you mean '{}'?", *meant) : ""));
+  }
 }
 
 std::string format_report(const BuildReport& r) {

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "canyon/buildings/city_builder.hpp"
+
 namespace canyon::buildings {
 
 /// Gathers what is to be said of single features: of each kind one line with the first few ids and how many
@@ -28,5 +30,12 @@ class Complaints {
   std::map<std::string, std::size_t> index_;
   std::size_t further_ = 0;
 };
+
+/// Counts where the height, roof and facade of something built from tags are from.
+void count_guesses(BuildReport& report, const Shape& shape, bool facade_known);
+
+/// Adds what is to be said of the city as a whole: mostly guessed heights, heights for types of buildings
+/// that the map does not have.
+void add_cautions(BuildReport& report, const MapData& map, const HeightDefaults& heights);
 
 }  // namespace canyon::buildings

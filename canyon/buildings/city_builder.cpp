@@ -7,11 +7,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
-#include <set>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/text.hpp"
 #include "canyon/buildings/build_report.hpp"
+#include "canyon/buildings/feature_tags.hpp"
 #include "canyon/buildings/ground.hpp"
 #include "canyon/buildings/map_frame.hpp"
 #include "canyon/buildings/shapes/cityjson_solid.hpp"
@@ -44,25 +43,6 @@ bool is_area(const MapFeature& feature) {
          feature.kind == FeatureKind::Wood;
 }
 
-bool has_any(const std::map<std::string, std::string>& tags, std::initializer_list<const char*> keys) {
-  return std::any_of(keys.begin(), keys.end(), [&tags](const char* key) { return tags.count(key) > 0; });
-}
-
-void inherit(std::map<std::string, std::string>& tags, const std::map<std::string, std::string>& from,
-             std::initializer_list<const char*> keys) {
-  if (has_any(tags, keys)) return;
-  for (const char* key : keys) {
-    const auto found = from.find(key);
-    if (found != from.end()) tags.insert(*found);
-  }
-}
-
-constexpr auto kHeightKeys = {"height", "building:height", "est_height", "building:levels"};
-constexpr auto kFacadeKeys = {"building:facade:material", "facade:material", "building:material",
-                              "building:cladding"};
-constexpr auto kUseKeys = {"building", "function", "start_date"};
-constexpr auto kRoofKeys = {"roof:material", "building:roof:material"};
-
 class Builder {
  public:
   Builder(const MapData& map, const Terrain* terrain, const BuildOptions& options,
@@ -72,7 +52,8 @@ class Builder {
         options_(options),
         progress_(progress),
         map_frame_(choose_origin(map, terrain, options.origin), options.grid, terrain),
-        placed_(map.features.size()) {}
+        placed_(map.features.size()),
+        tags_(map, options.heights) {}
 
   BuiltCity run() {
     result_.city.name = map_.source;
@@ -199,17 +180,12 @@ class Builder {
     return map_.features[i].surfaces.empty() && !placed_[i].polygons.empty();
   }
 
-  [[nodiscard]] Shape shape_of(std::size_t i) const {
-    std::vector<std::string> ignored;
-    return shape_from_tags(map_.features[i].tags, options_.heights, map_.features[i].id, ignored);
-  }
-
   // Some buildings are mapped twice (a way and a relation, or two uploads). Those at different heights stay.
   void drop_duplicates() {
     SameOutlines seen;
     for (std::size_t i = 0; i < placed_.size(); ++i) {
       if (map_.features[i].kind != FeatureKind::Building || !stands_by_tags(i)) continue;
-      const auto same = seen.add(i, placed_[i].polygons, shape_of(i).min_height_m);
+      const auto same = seen.add(i, placed_[i].polygons, tags_.shape(i).min_height_m);
       if (!same) continue;
       placed_[i].polygons.clear();
       skip(i, "the same outline as another building");
@@ -236,6 +212,7 @@ class Builder {
     for (std::size_t p = 0; p < parts.size(); ++p) {
       if (!assigned[p]) continue;
       placed_[part_index[p]].building = building_index[*assigned[p]];
+      tags_.set_building(part_index[p], building_index[*assigned[p]]);
       placed_[building_index[*assigned[p]]].parts.push_back(part_index[p]);
     }
   }
@@ -267,73 +244,21 @@ class Builder {
     }
     built.object_count = static_cast<std::uint32_t>(mesh().objects.size()) - built.first_object;
     built.built = built.object_count > 0;
-    const city::FacadeMix facades = facades_of(i);
+    const city::FacadeMix facades = tags_.facades(i);
     for (std::uint32_t k = 0; k < built.object_count; ++k) {
       mesh().objects[built.first_object + k].facades = facades;
     }
   }
 
-  // Tags of a part, with what it takes from its building.
-  [[nodiscard]] std::map<std::string, std::string> part_tags(std::size_t i, bool& inherited) const {
-    std::map<std::string, std::string> tags = map_.features[i].tags;
-    inherited = false;
-    if (!placed_[i].building) return tags;
-    const auto& from = map_.features[*placed_[i].building].tags;
-    if (!has_any(tags, kHeightKeys)) {
-      inherit(tags, from, kHeightKeys);
-      inherited = has_any(tags, kHeightKeys);
-    }
-    inherit(tags, from, kFacadeKeys);
-    inherit(tags, from, kRoofKeys);
-    return tags;
-  }
-
-  [[nodiscard]] city::FacadeMix facades_of(std::size_t i) const {
-    std::map<std::string, std::string> tags = map_.features[i].tags;
-    if (placed_[i].building) {
-      for (const char* key : kUseKeys) inherit(tags, map_.features[*placed_[i].building].tags, {key});
-    }
-    return facades_from_tags(tags);
-  }
-
-  [[nodiscard]] Shape part_shape(std::size_t i) const {
-    bool inherited = false;
-    std::vector<std::string> ignored;
-    return shape_from_tags(part_tags(i, inherited), options_.heights, map_.features[i].id, ignored);
-  }
-
-  [[nodiscard]] static bool facade_known(const std::map<std::string, std::string>& tags) {
-    return std::any_of(kFacadeKeys.begin(), kFacadeKeys.end(), [&tags](const char* key) {
-      const auto found = tags.find(key);
-      return found != tags.end() && material_from_tag(found->second) != city::Material::Unknown;
-    });
-  }
-
   [[nodiscard]] Shape read_shape(const std::map<std::string, std::string>& tags, const std::string& id) {
     std::vector<std::string> said;
     Shape shape = shape_from_tags(tags, options_.heights, id, said);
-    if (!facade_known(tags)) shape.facade = options_.untagged_facade;
+    if (!is_facade_known(tags)) shape.facade = options_.untagged_facade;
     for (const std::string& line : said) {
       const std::size_t colon = line.find(": ");
       complaints_.add(colon == std::string::npos ? line : line.substr(colon + 2), id);
     }
     return shape;
-  }
-
-  void count_guesses(const Shape& shape, const std::map<std::string, std::string>& tags) {
-    switch (shape.height_source) {
-      case HeightSource::Tag:
-        ++report().heights_tagged;
-        break;
-      case HeightSource::Levels:
-        ++report().heights_from_levels;
-        break;
-      case HeightSource::Default:
-        ++report().heights_default;
-        break;
-    }
-    if (shape.roof != RoofShape::Flat && shape.roof_source == HeightSource::Default) ++report().roofs_default;
-    if (!facade_known(tags)) ++report().materials_default;
   }
 
   [[nodiscard]] std::vector<MapPolygon> to_map(const std::vector<Polygon2>& polygons, double z) const {
@@ -390,7 +315,7 @@ class Builder {
       bool on_ground = false;
       std::vector<Polygon2> covered;
       for (const std::size_t p : placed.parts) {
-        const Shape part = part_shape(p);
+        const Shape part = tags_.shape(p);
         covered.insert(covered.end(), placed_[p].polygons.begin(), placed_[p].polygons.end());
         lowest_bottom = std::min(lowest_bottom, part.min_height_m);
         if (part.min_height_m < kOnGround_m) {
@@ -425,14 +350,14 @@ class Builder {
       std::string& reason = result_.features[i].reason;
       reason += fmt::format("{}beside or below {} parts", reason.empty() ? "" : "; ", placed.parts.size());
     }
-    count_guesses(shape, feature.tags);
+    count_guesses(report(), shape, is_facade_known(feature.tags));
   }
 
   void raise_part(std::size_t i) {
     const MapFeature& feature = map_.features[i];
     const Placed& placed = placed_[i];
     bool inherited = false;
-    const std::map<std::string, std::string> tags = part_tags(i, inherited);
+    const std::map<std::string, std::string> tags = tags_.of(i, &inherited);
     const Shape shape = read_shape(tags, feature.id);
     // All parts of a building stand on its base, so that they stack.
     const double base_z =
@@ -450,15 +375,15 @@ class Builder {
       complaints_.add("part reaches beyond its outline", feature.id);
     }
     if (inherited) ++report().heights_inherited;
-    count_guesses(shape, tags);
+    count_guesses(report(), shape, is_facade_known(tags));
   }
 
   void raise_surfaces(std::size_t i) {
     const MapFeature& feature = map_.features[i];
     std::vector<std::string> notes;
     const std::size_t first_vertex = mesh().vertices.size();
-    const Shape tagged = shape_of(i);
-    const city::Material facade = facade_known(feature.tags) ? tagged.facade : options_.untagged_facade;
+    const Shape tagged = tags_.shape(i);
+    const city::Material facade = is_facade_known(feature.tags) ? tagged.facade : options_.untagged_facade;
     const bool added = append_surfaces(mesh(), feature.id, feature.surfaces, map_frame_.frame(), notes,
                                        facade, tagged.roof_material);
     if (map_frame_.grid() == Grid::Utm) {
@@ -524,35 +449,6 @@ class Builder {
 
   // --- the end ---------------------------------------------------------------------------------------
 
-  void add_cautions() {
-    const BuildReport& r = report();
-    const std::size_t all = r.heights_tagged + r.heights_from_levels + r.heights_default + r.surveyed;
-    if (2 * r.heights_default > all) {
-      report().cautions.push_back(fmt::format(
-          "{} of {} heights are guesses: the map has neither heights nor levels there; 'default_height_m', "
-          "'heights' by type or another map change them",
-          r.heights_default, all));
-    }
-    if (terrain_ != nullptr) {
-      const std::vector<std::string> heights = terrain_->cautions();
-      report().cautions.insert(report().cautions.end(), heights.begin(), heights.end());
-    }
-    std::set<std::string, std::less<>> types;
-    for (const MapFeature& feature : map_.features) {
-      for (const char* key : {"building", "building:part"}) {
-        if (const auto tag = feature.tags.find(key); tag != feature.tags.end()) types.insert(tag->second);
-      }
-    }
-    const HeightDefaults known;
-    for (const auto& [type, height_m] : known.by_type) types.insert(type);
-    for (const auto& [type, height_m] : options_.heights.by_type) {
-      if (types.count(type) > 0) continue;
-      const auto meant = closest(type, {types.begin(), types.end()});
-      report().cautions.push_back(fmt::format("heights: the map has no building of type '{}'{}", type,
-                                              meant ? fmt::format("; did you mean '{}'?", *meant) : ""));
-    }
-  }
-
   void finish() {
     check_mesh(mesh(), map_.source);
     std::vector<std::string>& warnings = report().warnings;
@@ -560,7 +456,8 @@ class Builder {
     const std::vector<std::string> own = complaints_.lines();
     warnings.insert(warnings.end(), own.begin(), own.end());
     report().foliage_left_out = map_.foliage_left_out;
-    add_cautions();
+    if (terrain_ != nullptr) report().cautions = terrain_->cautions();
+    add_cautions(report(), map_, options_.heights);
     std::vector<std::string>& notes = result_.city.notes;
     const std::string text = format_report(report());
     for (std::size_t begin = 0; begin < text.size();) {
@@ -585,6 +482,7 @@ class Builder {
   const std::function<void(std::size_t, std::size_t)>& progress_;
   MapFrame map_frame_;
   std::vector<Placed> placed_;
+  FeatureTags tags_;
   Eigen::AlignedBox2d enu_bounds_;
   Complaints complaints_;
   BuiltCity result_;

@@ -146,7 +146,7 @@ class MeshImport {
   void note(std::string line) { notes_.push_back(std::move(line)); }
 
   [[nodiscard]] std::string check_path() const {
-    const std::string extension = lower_case(path_.extension().string());
+    std::string extension = lower_case(path_.extension().string());
     if (std::find(kExtensions.begin(), kExtensions.end(), extension) == kExtensions.end()) {
       throw InputError(path_, 0, fmt::format("unknown mesh format '{}'", extension),
                        "use .dae, .obj, .stl, .gltf, .glb or .ply");
