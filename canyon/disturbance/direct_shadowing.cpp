@@ -23,8 +23,8 @@ void DirectShadowing::apply(const propagation::Antenna& antenna, propagation::Ar
   skyline_.go_to(arrival.antenna_enu.head<2>(), arrival.height_above_ground_m, antenna.time);
   for (propagation::SatelliteView& view : arrival.views) {
     for (propagation::Path& path : view.paths.paths) {
-      const bool from_surface = path.kind != propagation::PathKind::Direct &&
-                                path.kind != propagation::PathKind::Transmitted && path.arrival.z() > 0;
+      const bool from_surface =
+          path.kind != propagation::PathKind::Direct && path.kind != propagation::PathKind::Transmitted;
       double level_db = from_surface
                             ? skyline_.level_db(path.arrival, (path.point - arrival.antenna_enu).norm())
                             : skyline_.level_db(path.arrival);

@@ -105,7 +105,9 @@ double Skyline::level_db(const Eigen::Vector3d& arrival, double leg_m) const {
   const double level = arrival.head<2>().norm(), up = std::abs(arrival.z());
   if (level < 1e-6) return 0;
   const Obstacle o = obstacle(std::atan2(arrival.x(), arrival.y()));
-  if (o.slope <= 0 || o.distance_m > leg_m * level) return 0;
+  // The ground reflects behind its obstacle.
+  const bool from_surface = arrival.z() > 0;
+  if (o.slope <= 0 || (from_surface && o.distance_m > leg_m * level)) return 0;
   const double elevation = std::atan2(up, level), below = std::atan(o.slope) - elevation;
   if (o.foliage) {
     if (below <= 0) return 0;

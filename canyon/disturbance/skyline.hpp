@@ -31,8 +31,8 @@ class Skyline {
   void go_to(const Eigen::Vector2d& place, double height_m, geodesy::GpsTime time);
   /// What the obstacles take from a path at the place of the last go_to() [dB], at most 0.
   /// @param arrival direction that the path comes from: unit, ENU; below the horizon as above it
-  /// @param leg_m from the antenna to the surface that the path comes from: obstacles behind it do not count.
-  /// Infinite for direct paths, and for those by way of the ground
+  /// @param leg_m from the antenna to the surface that the path comes from: obstacles behind it do not count,
+  /// but for the ground's reflection, which comes from below the horizon. Infinite for direct paths
   [[nodiscard]] double level_db(const Eigen::Vector3d& arrival,
                                 double leg_m = std::numeric_limits<double>::infinity()) const;
   /// Elevation of the obstacle's top in an azimuth (clockwise from north) [rad], [0, pi/2); 0 without one.

@@ -5,6 +5,7 @@
 
 #include "canyon/heatmap/cells/cell_receivers.hpp"
 #include "canyon/heatmap/cells/cell_rtk.hpp"
+#include "canyon/heatmap/cells/cell_values.hpp"
 #include "canyon/heatmap/cells/shared_cells.hpp"
 #include "canyon/heatmap/cells/steady_receivers.hpp"
 #include "canyon/options/describe.hpp"
@@ -19,10 +20,6 @@ constexpr int kIterations = 20;
 
 bool is_followed(Effect effect) {
   return effect == Effect::FirstFix || effect == Effect::Later;
-}
-
-bool needs_signals(Layer layer) {
-  return info(layer).received && of_solver(layer);
 }
 
 bool needs_protection(Layer layer) {

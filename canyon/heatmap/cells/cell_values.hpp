@@ -102,6 +102,10 @@ struct DrawnFixes {
   }
 };
 
+/// The layers of a solver that need more than the line of sight.
+[[nodiscard]] inline bool needs_signals(Layer layer) {
+  return info(layer).received && of_solver(layer);
+}
 /// The layers over draws but TimeToFirstFix.
 [[nodiscard]] inline bool over_draws(Layer layer) {
   return info(layer).draws && of_solver(layer);

@@ -106,6 +106,7 @@ class SharedTile {
         draws_(std::any_of(wanted.begin(), wanted.end(), over_draws)
                    ? static_cast<std::size_t>(receiver.draws.draws)
                    : 0),
+        signals_wanted_(std::any_of(wanted.begin(), wanted.end(), needs_signals)),
         fixes_(std::any_of(wanted.begin(), wanted.end(), needs_fix)),
         errors_{receiver.options, receiver.klobuchar, time,
                 signals.satellites.empty() ? geodesy::Geodetic() : seen_from(signals.satellites.front())},
@@ -134,6 +135,10 @@ class SharedTile {
   const CellValues& solve(std::size_t index, SatelliteSet received, const SatelliteSet& los) {
     values_ = CellValues();
     if (cells_.state[index] != CellState::Computed) return values_;
+    if (!signals_wanted_) {
+      values_.set(Layer::SatellitesLos, los.size());
+      return values_;
+    }
     const int visible = received.size(), direct = los.size();
     const bool excesses = !signals_.excess_m.empty();
     received.drifting = receiver_.options.noise.drifts(0, direct);
@@ -249,7 +254,7 @@ class SharedTile {
   const TileCells& cells_;
   const TileSignals& signals_;
   std::size_t draws_;
-  bool fixes_, horizontal_quantiles_ = false, vertical_quantiles_ = false;
+  bool signals_wanted_, fixes_, horizontal_quantiles_ = false, vertical_quantiles_ = false;
   TileErrors errors_;
   CellFix fix_;
   std::vector<CellRange> ranges_;  // [satellite] without excess and noise
@@ -292,9 +297,7 @@ bool SharedCells::solve(const TileCells& cells, geodesy::GpsTime time, std::span
                         std::span<const std::span<float>> layers,
                         const std::function<bool()>& /*stop*/) const {
   static thread_local TileSignals signals;  // kept for its memory
-  const bool excess = std::any_of(wanted.begin(), wanted.end(),
-                                  [](Layer layer) { return info(layer).received && of_solver(layer); });
-  tracer_->trace(cells, time, excess, signals);
+  tracer_->trace(cells, time, std::any_of(wanted.begin(), wanted.end(), needs_signals), signals);
   solve_shared(receiver_, cells, time, signals, wanted, layers);
   return true;
 }

@@ -42,7 +42,7 @@ SteadyCell::SteadyCell(const SteadySky& sky, const propagation::Propagator& prop
       options_(options),
       limits_(limits),
       ecef_from_enu_(ecef_from_enu),
-      noise_sigma_m_(options.noise.enabled ? options.noise.ou.standard_deviation_m() : 0),
+      noise_sigma_m_(options.stated_noise_m()),
       moves_(moves),
       fix_(sky.fix_satellites(), options.fix),
       skylines_(sky.skylines()),
@@ -129,8 +129,7 @@ const float* SteadyCell::obstacles(const Vector3d& arrival, double leg_m) {
     rounded[axis] = std::round(arrival[axis] * kArrivalSteps);
     key = 128 * key + static_cast<std::uint64_t>(rounded[axis] + kArrivalSteps);
   }
-  // The ground's reflection comes from where its obstacle is.
-  const double steps = arrival.z() > 0 ? std::round(std::log(std::clamp(leg_m, 1.0, 1e3)) * kLegSteps) : 1e3;
+  const double steps = std::round(std::log(std::clamp(leg_m, 1.0, 1e3)) * kLegSteps);
   key = 4096 * key + static_cast<std::uint64_t>(steps);
   const auto [found, made] = obstacles_.try_emplace(key);
   if (made) {
