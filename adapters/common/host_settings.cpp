@@ -4,7 +4,6 @@
 
 #include <string_view>
 
-#include "adapters/common/stream_publisher.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/propagation/propagator.hpp"
 
@@ -13,14 +12,6 @@ namespace {
 
 using options::Field;
 using options::Visitor;
-
-// A topic or a frame.
-void visit_word(Visitor& v, const Field& field, std::string& value) {
-  v.text(field, value);
-  if (v.reads() && split_blanks(value).size() > 1) {
-    throw v.fault(field.name, fmt::format("'{}' has blanks in it", value), "write one word");
-  }
-}
 
 constexpr const char* kRosNameCure =
     "ROS names have letters, digits, '_' and '/', and begin with a letter, '/' or '~'";
@@ -71,7 +62,6 @@ void visit_ros(Visitor& v, HostSettings& settings) {
   v.text({"topicName", "", "publishes the scan on this ROS topic"}, scan_topic);
   if (!scan_topic.empty()) add_remapping(v, "topicName", "~/out", scan_topic, settings);
   if (v.reads()) settings.publish_scan = !scan.empty() || !scan_topic.empty();
-  visit_word(v, {"frame_id", "", "of all ROS messages", "the link's name"}, settings.frame_id);
 }
 
 void visit_origin(Visitor& v, std::optional<geodesy::Geodetic>& origin) {
@@ -101,9 +91,6 @@ void visit_outputs(Visitor& v, HostSettings& settings) {
               "frame",
               "Gazebo's own truth"},
              settings.pose_topic);
-  v.number(
-      {"pose_timeout_s", "s", "of simulated time since the last pose came; without truth there is no epoch"},
-      settings.pose_timeout_s, {1e-3, 1e6});
   v.section("publishers", [&] {
     v.boolean({"gazebo", "", "canyon.msgs.GnssReceiver on Gazebo transport"}, settings.publish_gazebo);
     v.boolean({"ros", "", "ROS topics, where the plugin is built with ROS"}, settings.publish_ros);
@@ -112,11 +99,6 @@ void visit_outputs(Visitor& v, HostSettings& settings) {
               settings.publish_px4);
     v.integer({"nmea_port", "", "TCP port of 127.0.0.1 that serves NMEA 0183; 0: none"}, settings.nmea_port,
               0, 65535);
-    visit_streams(
-        v,
-        {"stream", "",
-         "FORMAT=ADDRESS, one element each, as of canyon simulate --stream: nmea=tcp://127.0.0.1:10110"},
-        settings.streams);
   });
   visit_word(v,
              {"topic", "", "last part of PX4's topic ~/MODEL/link/TOPIC",
@@ -139,6 +121,9 @@ void visit(Visitor& v, HostSettings& settings) {
   static constexpr std::string_view kEngines[]{"physics", "embree"};
   static constexpr std::string_view kServed[]{"marked", "all"};
   static constexpr std::string_view kGeometries[]{"collision", "visual"};
+  visit_host(v, settings, settings.frame_id);
+  v.other_name("pose_timeout_s", "pose.timeout_s");
+  v.other_name("publishers.stream", "streams");
   visit_ros(v, settings);
   visit_origin(v, settings.origin);
   v.choice(

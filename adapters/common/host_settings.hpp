@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "adapters/common/host_options.hpp"
 #include "adapters/common/ray_visuals.hpp"
 #include "adapters/common/ros_names.hpp"
 #include "canyon/city/facades.hpp"
@@ -15,15 +16,11 @@ namespace canyon::adapters {
 
 enum class RayEngine : std::uint8_t { Physics, Embree };
 
-/// The settings of one receiver in a host's world: a scenario and what simulators add: ros/namespace,
-/// ros/remapping "from:=to", ros/changes, frame_id, output_type sensor_msgs/LaserScan as RosSettings,
+/// The settings of one receiver in a simulator's world: those of every host and what simulators add:
+/// ros/namespace, ros/remapping "from:=to", ros/changes, output_type sensor_msgs/LaserScan as RosSettings,
 /// visuals/rays, bubble, bubble_scale, ray_length_m as VisualSettings, and the fields
 /// below. docs/sdf.md has the table.
-struct HostSettings : RosSettings, VisualSettings {
-  /// Keys of the scenario: sky, start, rate_hz, seed, and those of a receiver.
-  simulation::LiveConfig live;
-  bool named = false;  ///< `name` stands; where not, live.receiver.options.name is not the user's
-
+struct HostSettings : HostOptions, RosSettings, VisualSettings {
   /// origin_latitude [deg], origin_longitude [deg], origin_altitude [m]; empty: the world's
   /// spherical_coordinates.
   std::optional<geodesy::Geodetic> origin;
@@ -35,16 +32,13 @@ struct HostSettings : RosSettings, VisualSettings {
   std::string link;                          ///< link; the plugin of a model reads it for itself
   bool serve_all = false;                    ///< serve: marked or all
 
-  std::string pose_topic;       ///< pose_topic: truth from outside instead of the host's
-  double pose_timeout_s = 0.5;  ///< pose_timeout_s, of simulated time; > 0
+  std::string pose_topic;  ///< pose_topic: truth from outside instead of the host's
 
   bool publish_gazebo = true;  ///< publishers/gazebo
   bool publish_ros = true;     ///< publishers/ros
   bool publish_px4 = false;    ///< publishers/px4; on where elements of PX4's own gps plugin stand
   std::string px4_topic;       ///< topic; empty: the name of the model right above the link
   int nmea_port = 0;           ///< publishers/nmea_port; 0: none
-  /// publishers/stream, each FORMAT=ADDRESS (output::parse_stream()).
-  std::vector<std::string> streams;
 
   /// The reader's warnings, one line each: settings without effect, and what to use instead.
   std::vector<std::string> warnings;

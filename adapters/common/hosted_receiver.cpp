@@ -80,7 +80,7 @@ HostedReceiver::HostedReceiver(HostSettings settings, const ReceiverIdentity& id
       frame_(frame),
       say_(std::move(say)),
       sensor_rate_hz_(sensor_rate_hz),
-      schedule_(rate_hz()),
+      schedule_(1 / rate_hz()),
       start_(settings_.live.start.value_or(start_of_world)) {
   // Receivers of one seed have noise of their own by their names.
   if (!settings_.named) {
@@ -103,7 +103,7 @@ void HostedReceiver::open_streams() {
                               descriptions));
   }
   for (const std::string& stream : settings_.streams) {
-    add(make_stream_publisher("publishers.stream", stream, descriptions));
+    add(make_stream_publisher("streams", stream, descriptions));
   }
 }
 
@@ -150,7 +150,7 @@ void HostedReceiver::set_tracer(simulation::Tracer tracer, std::function<std::ve
 AdjustableReceiver HostedReceiver::adjustable(const std::string& name) {
   return {name, &*receiver_, [this] {
             settings_.live = receiver_->config();
-            schedule_.set_rate(rate_hz());
+            schedule_.set_interval(1 / rate_hz());
           }};
 }
 
@@ -163,7 +163,7 @@ void HostedReceiver::reset() {
 bool HostedReceiver::due(std::int64_t now_ns) {
   if (now_ns < last_ns_) went_back_ = true;
   last_ns_ = now_ns;
-  return schedule_.due(now_ns);
+  return schedule_.step(now_ns);
 }
 
 // Callbacks of simulators must not throw.

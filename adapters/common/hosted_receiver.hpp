@@ -12,9 +12,9 @@
 #include "adapters/common/host_settings.hpp"
 #include "adapters/common/options_desk.hpp"
 #include "adapters/common/pose_motion.hpp"
-#include "adapters/common/update_schedule.hpp"
 #include "adapters/common/world_scene.hpp"
 #include "canyon/output/encoder.hpp"
+#include "canyon/simulation/epoch_schedule.hpp"
 
 namespace canyon::adapters {
 
@@ -102,7 +102,7 @@ class HostedReceiver {
   WorldFrame frame_;
   Say say_;
   double sensor_rate_hz_;
-  UpdateSchedule schedule_;
+  simulation::EpochSchedule schedule_;
   geodesy::GpsTime start_;
   std::shared_ptr<WorldScene> scene_;
   std::optional<HostWorld::Id> own_model_;

@@ -11,8 +11,8 @@ CorrectedRun::CorrectedRun(const NodeSettings& settings,
                            std::shared_ptr<const simulation::Simulation> simulation,
                            std::shared_ptr<simulation::CityScene> scene)
     : Drive(std::move(simulation)),
-      topic_(settings.world.receivers.front().options, settings.world.seed),
-      receiver_(simulation::live_config(settings.world, 0, this->simulation().begin(),
+      topic_(settings.live.receivers.front().options, settings.live.seed),
+      receiver_(simulation::live_config(settings.live, 0, this->simulation().begin(),
                                         this->simulation().interval_s()),
                 std::move(scene), this->simulation().begin()) {}
 

@@ -13,6 +13,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/options/read.hpp"
+#include "canyon/options/settings_tree.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/relative/correction_link.hpp"
 #include "canyon/simulation/threads.hpp"
@@ -35,8 +36,6 @@ void visit_pose(Visitor& v, NodeSettings& settings) {
        "where the truth comes from: the scenario's trajectory; geometry_msgs/PoseStamped on the topic pose; "
        "nav_msgs/Odometry on the topic odom; tf2; the receiver's `fixed` place, of a base"},
       settings.pose_source, kSources);
-  v.number({"timeout_s", "s", "since the last pose came; without truth there is no epoch"},
-           settings.pose_timeout_s, {1e-3, 1e6});
   v.text({"frame", "", "that poses are in: z up"}, settings.pose_frame);
   v.text({"child_frame", "", "of the vehicle, where source is tf"}, settings.child_frame);
   v.number({"east_m", "m", "where that frame's origin is in the city, from the city's: eastwards"},
@@ -47,11 +46,15 @@ void visit_pose(Visitor& v, NodeSettings& settings) {
           settings.pose_heading_rad, {-360, 360});
 }
 
+const options::Description& description() {
+  return options::description_of<NodeSettings>();
+}
+
 std::vector<Key> make_keys() {
   std::vector<Key> keys;
   std::set<std::string> names;
   const auto add = [&](bool receivers) {
-    for (const Key& each : options::describe<NodeSettings>().keys) {
+    for (const Key& each : description().keys) {
       Key key = each;
       if (key.path.starts_with(kReceivers) != receivers) continue;
       if (receivers) key.path.erase(0, kReceivers.size());
@@ -66,32 +69,23 @@ std::vector<Key> make_keys() {
   return keys;
 }
 
-const std::vector<std::string>& known_paths() {
-  static const std::vector<std::string> paths = options::describe<NodeSettings>().paths();
-  return paths;
-}
-
 /// As a text that readers take; a list's texts one by one. Empty: not given.
 std::optional<Node> node_of(const ParameterValue& value) {
-  const auto scalar = [](std::string text) {
-    Node node;
-    node.kind = Node::Kind::Scalar;
-    node.text = std::move(text);
-    return node;
-  };
-  const auto list = [&scalar](const auto& items, const auto& text) -> std::optional<Node> {
+  using options::scalar_node;
+  const auto list = [](const auto& items, const auto& text) -> std::optional<Node> {
     if (items.empty()) return std::nullopt;
     Node node;
     node.kind = Node::Kind::List;
-    for (const auto& item : items) node.items.push_back(scalar(text(item)));
+    for (const auto& item : items) node.items.push_back(scalar_node(text(item)));
     return node;
   };
-  if (const auto* flag = std::get_if<bool>(&value)) return scalar(*flag ? "true" : "false");
-  if (const auto* integer = std::get_if<std::int64_t>(&value)) return scalar(fmt::format("{}", *integer));
-  if (const auto* number = std::get_if<double>(&value)) return scalar(options::show(*number));
+  if (const auto* flag = std::get_if<bool>(&value)) return scalar_node(*flag ? "true" : "false");
+  if (const auto* integer = std::get_if<std::int64_t>(&value))
+    return scalar_node(fmt::format("{}", *integer));
+  if (const auto* number = std::get_if<double>(&value)) return scalar_node(options::show(*number));
   if (const auto* text = std::get_if<std::string>(&value)) {
     if (text->empty()) return std::nullopt;
-    return scalar(*text);
+    return scalar_node(*text);
   }
   if (const auto* numbers = std::get_if<std::vector<double>>(&value)) return list(*numbers, options::show);
   if (const auto* texts = std::get_if<std::vector<std::string>>(&value)) {
@@ -197,7 +191,7 @@ void check_topics(const Visitor& v, const NodeSettings& settings) {
   } catch (const InputError& e) {
     throw v.fault("streams", e.problem(), e.cure());
   }
-  const std::string& from = settings.world.receivers.front().options.corrections.from;
+  const std::string& from = settings.live.receiver().options.corrections.from;
   try {
     if (!relative::is_stream(from) || topic_of(from)) return;
   } catch (const InputError& e) {
@@ -209,7 +203,7 @@ void check_topics(const Visitor& v, const NodeSettings& settings) {
 }
 
 void check_fixed(const Visitor& v, const NodeSettings& settings) {
-  const bool fixed = settings.world.receivers.front().fixed.has_value();
+  const bool fixed = settings.live.receiver().fixed.has_value();
   if (settings.pose_source == PoseSource::Fixed && !fixed) {
     throw v.fault("pose.source", "the receiver has no fixed place",
                   "give it fixed.latitude_deg, fixed.longitude_deg and fixed.height_m, or fixed.east_m, "
@@ -273,33 +267,25 @@ void flatten(const Node& node, const std::string& path, Parameters& into) {
 }  // namespace
 
 std::string NodeSettings::corrections_topic() const {
-  if (world.receivers.empty()) return {};  // nothing is read yet
-  return topic_of(world.receivers.front().options.corrections.from).value_or("");
+  return topic_of(live.receiver().options.corrections.from).value_or("");
 }
 
 void visit(Visitor& v, NodeSettings& settings) {
   v.file({"scenario", "", "scenario file; parameters override it"}, settings.scenario);
   v.text({"receiver", "", "which of its receivers", "its first"}, settings.receiver);
-  v.text({"frame_id", "", "of all messages: the antenna's frame"}, settings.frame_id);
   v.boolean({"autostart", "", "configures and activates itself"}, settings.autostart);
   v.boolean({"drive_clock", "", "publish /clock from 0, and use it"}, settings.drive_clock);
   v.number({"speed", "", "of the clock that it drives, times real time"}, settings.speed, {0, 1000, true});
   v.integer({"threads", "", "that compute a scenario's own drive ahead; 0: as many as cores"},
             settings.threads, 0, simulation::kMostThreads);
-  visit_streams(
-      v,
-      {"streams", "",
-       "FORMAT=ADDRESS, as of canyon simulate --stream: nmea=tcp://127.0.0.1:10110; rtcm=topic:NAME "
-       "publishes rtcm_msgs/Message"},
-      settings.streams);
-  v.section("pose", [&] { visit_pose(v, settings); });
-  simulation::ScenarioOfAnyTrajectory any{settings.world};
+  visit_host(v, settings, settings.frame_id, [&] { visit_pose(v, settings); });
+  simulation::ScenarioOfAnyTrajectory any{settings.live};
   visit(v, any);
   if (!v.reads()) return;
   check_topics(v, settings);
   check_fixed(v, settings);
   // The base's signals have the errors that corrections remove, as in a scenario with the rover.
-  if (is_base(settings)) settings.world.sky.errors.enabled.set_default(true);
+  if (is_base(settings)) settings.live.sky.errors.enabled.set_default(true);
   if (!settings.by_poses()) {
     v.require("trajectory", "add trajectory: {file: ...}, waypoints or position, or set pose.source");
   } else if (settings.drive_clock) {
@@ -337,13 +323,13 @@ std::string meant_parameter(const std::string& name) {
 }
 
 bool is_receivers(const std::string& name) {
-  const std::vector<std::string>& paths = known_paths();
+  const std::vector<std::string> paths = description().paths();
   return std::find(paths.begin(), paths.end(), std::string(kReceivers) + name) != paths.end();
 }
 
 NodeSettings read_settings(const Parameters& given) {
   options::Document document;
-  document.known = known_paths();
+  document.set_keys(description());
   document.fault = [&](const std::string& path, const std::string& key, int line, std::string_view problem,
                        std::string_view cure) {
     std::string name = path.empty() ? key : key.empty() ? path : path + "." + key;
@@ -365,7 +351,7 @@ NodeSettings read_settings(const Parameters& given) {
     document.file = file;
     const TextFile text(file, kMaxBytes);
     root = options::parse_yaml(std::string(text.text()), document, "it needs at least city and trajectory");
-    settings.world.file = file;
+    settings.live.file = file;
   }
   if (root.kind == Node::Kind::Mapping) {
     only_receiver(root, text_of("receiver"), text_of("corrections.from"));
@@ -393,14 +379,14 @@ Parameters parameters_of(const NodeSettings& settings) {
 }
 
 simulation::Scenario simulated_world(const NodeSettings& settings) {
-  simulation::Scenario world = settings.world;
+  simulation::Scenario world = settings.live;
   std::string& from = world.receivers.front().options.corrections.from;
   if (topic_of(from)) from.clear();
   return world;
 }
 
 simulation::LiveConfig live_config(const NodeSettings& settings, const std::string& own_name) {
-  simulation::LiveConfig config(settings.world);
+  simulation::LiveConfig config = settings.live;
   config.receiver().options.own_draws = true;
   if (!settings.named) config.receiver().options.name = own_name;
   return config;

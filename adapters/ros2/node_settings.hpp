@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "adapters/common/host_options.hpp"
 #include "canyon/options/describe.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/scenario.hpp"
@@ -18,28 +19,22 @@ namespace canyon::adapters::ros2 {
 /// The source of a receiver's truth.
 enum class PoseSource : std::uint8_t { Trajectory, Pose, Odometry, Tf, Fixed };
 
-/// A scenario, from a file and parameters over it, and what a node of ROS 2 adds.
-struct NodeSettings {
+/// The settings of every host, whose scenario comes from a file and parameters over it, and what a node of
+/// ROS 2 adds. With poses from outside the trajectory may be absent.
+struct NodeSettings : HostOptions {
   std::optional<std::filesystem::path> scenario;
   std::string receiver;  ///< name of one of the scenario's; empty: the first
   std::string frame_id = "gnss";
   bool autostart = false;
   bool drive_clock = false;
-  double speed = 1;                  ///< speed of the driven clock, times real time
-  int threads = 1;                   ///< that compute a scenario's own drive; 0: as many as cores
-  std::vector<std::string> streams;  ///< each FORMAT=ADDRESS (output::parse_stream())
+  double speed = 1;  ///< speed of the driven clock, times real time
+  int threads = 1;   ///< that compute a scenario's own drive; 0: as many as cores
 
   PoseSource pose_source = PoseSource::Trajectory;
-  double pose_timeout_s = 0.5;
   std::string pose_frame = "map";                               ///< that poses are in
   std::string child_frame = "base_link";                        ///< the vehicle's frame, with Tf
   Eigen::Vector3d pose_origin_enu_m = Eigen::Vector3d::Zero();  ///< origin of pose_frame, in the city's frame
   double pose_heading_rad = 0;  ///< direction of its x axis, from east counter-clockwise
-
-  /// One receiver and, where it takes corrections of another, that as its base; with poses from outside the
-  /// trajectory may be absent.
-  simulation::Scenario world;
-  bool named = false;  ///< `name` was given
 
   /// Time and place are the host's, not those of the scenario's own drive.
   [[nodiscard]] bool by_poses() const { return pose_source != PoseSource::Trajectory; }

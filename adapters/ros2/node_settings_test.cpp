@@ -47,16 +47,16 @@ class Settings : public testing::Test {
 TEST_F(Settings, AFileAloneIsTheScenarioOfItsFirstReceiver) {
   const NodeSettings settings = read_settings({{"scenario", file_}});
   const simulation::Scenario alone = simulation::read_scenario(file_);
-  EXPECT_EQ(options::exact_text(settings.world.sky), options::exact_text(alone.sky));
-  ASSERT_EQ(settings.world.receivers.size(), 1U);
-  EXPECT_EQ(options::exact_text(settings.world.receivers[0]), options::exact_text(alone.receivers[0]));
+  EXPECT_EQ(options::exact_text(settings.live.sky), options::exact_text(alone.sky));
+  ASSERT_EQ(settings.live.receivers.size(), 1U);
+  EXPECT_EQ(options::exact_text(settings.live.receivers[0]), options::exact_text(alone.receivers[0]));
   EXPECT_TRUE(settings.named);
 }
 
 TEST_F(Settings, ReceiverChoosesAndOthersGo) {
   const NodeSettings settings = read_settings({{"scenario", file_}, {"receiver", "second"}});
-  ASSERT_EQ(settings.world.receivers.size(), 1U);
-  EXPECT_EQ(settings.world.receivers[0].options.name, "second");
+  ASSERT_EQ(settings.live.receivers.size(), 1U);
+  EXPECT_EQ(settings.live.receivers[0].options.name, "second");
   EXPECT_THAT(fault_of({{"scenario", file_}, {"receiver", "third"}}), HasSubstr("it has first, second"));
 }
 
@@ -71,10 +71,10 @@ faults:
 )";
   const Parameters given{{"scenario", file_}, {"corrections.from", "base"}};
   const NodeSettings settings = read_settings(given);
-  ASSERT_EQ(settings.world.receivers.size(), 2U);
-  EXPECT_EQ(settings.world.receivers[0].options.name, "first");
-  ASSERT_EQ(settings.world.faults.size(), 1U);
-  EXPECT_EQ(settings.world.faults[0].receivers, std::vector<std::string>{"base"});
+  ASSERT_EQ(settings.live.receivers.size(), 2U);
+  EXPECT_EQ(settings.live.receivers[0].options.name, "first");
+  ASSERT_EQ(settings.live.faults.size(), 1U);
+  EXPECT_EQ(settings.live.faults[0].receivers, std::vector<std::string>{"base"});
   const simulation::LiveConfig live = live_config(settings, "/first");
   ASSERT_NE(live.base(), nullptr);
   EXPECT_EQ(live.base()->options.name, "base");
@@ -108,7 +108,7 @@ TEST_F(Settings, AFixedReceiverNeedsNoPoses) {
                         {"fixed.north_m", 2.0},
                         {"fixed.up_m", 3.0}};
   EXPECT_TRUE(read_settings(base).by_poses());
-  EXPECT_TRUE(read_settings(base).world.sky.errors.enabled);  // as those of its rovers
+  EXPECT_TRUE(read_settings(base).live.sky.errors.enabled);  // as those of its rovers
   Parameters moved = base;
   moved["pose.source"] = "pose";
   EXPECT_THAT(fault_of(moved), AllOf(HasSubstr("parameter 'pose.source'"), HasSubstr("pose.source: fixed")));
@@ -125,11 +125,11 @@ TEST_F(Settings, ParametersStandOverTheFile) {
                                                {"sky.systems", std::vector<std::string>{"GPS", "Galileo"}},
                                                {"max_pdop", "none"},
                                                {"profile", ""}});
-  EXPECT_NEAR(settings.world.receivers[0].options.fix.elevation_mask_rad, 5 * M_PI / 180, 1e-15);
-  EXPECT_FALSE(settings.world.receivers[0].options.noise.enabled);
-  EXPECT_EQ(settings.world.seed, 42U);
-  EXPECT_EQ(settings.world.sky.systems.size(), 2U);
-  EXPECT_EQ(*settings.world.start - *read_settings({{"scenario", file_}}).world.start, 3600);
+  EXPECT_NEAR(settings.live.receivers[0].options.fix.elevation_mask_rad, 5 * M_PI / 180, 1e-15);
+  EXPECT_FALSE(settings.live.receivers[0].options.noise.enabled);
+  EXPECT_EQ(settings.live.seed, 42U);
+  EXPECT_EQ(settings.live.sky.systems.size(), 2U);
+  EXPECT_EQ(*settings.live.start - *read_settings({{"scenario", file_}}).live.start, 3600);
 }
 
 TEST_F(Settings, NoFileIsNeeded) {
@@ -139,7 +139,7 @@ TEST_F(Settings, NoFileIsNeeded) {
                                                {"pose.source", "odometry"}});
   EXPECT_TRUE(settings.by_poses());
   EXPECT_FALSE(settings.named);
-  EXPECT_TRUE(settings.world.city.open);
+  EXPECT_TRUE(settings.live.city.open);
   const simulation::LiveConfig live = live_config(settings, "/car/receiver");
   EXPECT_EQ(live.receiver().options.name, "/car/receiver");
   EXPECT_TRUE(live.receiver().options.own_draws);

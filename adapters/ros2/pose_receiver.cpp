@@ -33,7 +33,7 @@ simulation::LiveConfig PoseReceiver::config_of(const NodeSettings& settings) con
 void PoseReceiver::make_topic() {
   topic_.reset();
   if (!settings_.corrections_topic().empty()) {
-    topic_.emplace(receiver_.config().receiver().options, settings_.world.seed);
+    topic_.emplace(receiver_.config().receiver().options, settings_.live.seed);
   }
 }
 

@@ -28,8 +28,8 @@ NodeSettings open_field(const Parameters& more = {}) {
 
 PoseReceiver make(const NodeSettings& settings) {
   std::vector<std::string> warnings;
-  return {settings, std::make_shared<simulation::CityScene>(simulation::load_city(settings.world, warnings)),
-          *settings.world.start, "/receiver"};
+  return {settings, std::make_shared<simulation::CityScene>(simulation::load_city(settings.live, warnings)),
+          *settings.live.start, "/receiver"};
 }
 
 Eigen::Quaterniond yaw(double radians) {

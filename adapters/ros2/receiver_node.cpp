@@ -16,7 +16,6 @@
 #endif
 
 #include "adapters/common/stream_publisher.hpp"
-#include "adapters/common/update_schedule.hpp"
 #include "adapters/ros2/corrected_run.hpp"
 #include "adapters/ros2/node_parameters.hpp"
 #include "adapters/ros2/node_services.hpp"
@@ -28,6 +27,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/encoder.hpp"
+#include "canyon/simulation/epoch_schedule.hpp"
 #include "canyon/simulation/load_city.hpp"
 
 namespace canyon::adapters::ros2 {
@@ -107,7 +107,7 @@ struct ReceiverNode::Impl {
   std::unique_ptr<FaultServices> services;
   std::unique_ptr<Drive> run;
   std::optional<PoseReceiver> poses;
-  UpdateSchedule schedule{kDefaultRate_hz};
+  simulation::EpochSchedule schedule{1 / kDefaultRate_hz};
   std::vector<std::unique_ptr<EpochPublisher>> streams;
   rclcpp::SubscriptionBase::SharedPtr subscription, corrections;
 #ifdef CANYON_WITH_TF2
@@ -149,25 +149,25 @@ void ReceiverNode::Impl::change(const NodeSettings& changed) {
 void ReceiverNode::Impl::configure() {
   settings = parameters.settings();
   check_build(settings);
-  std::vector<std::string> warnings = settings.world.warnings;
-  scene = std::make_shared<simulation::CityScene>(simulation::load_city(settings.world, warnings));
-  double interval_s = 1 / settings.world.rate_hz.value_or(kDefaultRate_hz);
+  std::vector<std::string> warnings = settings.live.warnings;
+  scene = std::make_shared<simulation::CityScene>(simulation::load_city(settings.live, warnings));
+  double interval_s = 1 / settings.live.rate_hz.value_or(kDefaultRate_hz);
   if (!settings.by_poses()) {
     simulation = std::make_shared<simulation::Simulation>(simulated_world(settings), scene);
     warnings.insert(warnings.end(), simulation->warnings().begin(), simulation->warnings().end());
     interval_s = simulation->interval_s();
   }
-  schedule = UpdateSchedule(1 / interval_s);
+  schedule = simulation::EpochSchedule(interval_s);
   TopicNames names;
   if (settings.drive_clock) names.clock = "/clock";
   topics = std::make_unique<ReceiverTopics>(NodeParts(node), names);
-  const bool changes = settings.world.live && settings.world.live->changes;
+  const bool changes = settings.live.live && settings.live.live->changes;
   services = std::make_unique<FaultServices>(
       node, FaultAnswerer{[this](const OptionsRequest& request) { return answer_faults(request); }, changes,
                           "set the parameter live.changes before the node is configured"});
   health = {};
   health.name = node.get_name();
-  health.receiver = settings.world.receivers.front().options.name;
+  health.receiver = settings.live.receivers.front().options.name;
   parameters.show(settings);
   for (const std::string& line : warnings) warn(line);
   RCLCPP_INFO(node.get_logger(), "city '%s' with %zu triangles, %g epochs a second", scene->city.name.c_str(),
@@ -178,8 +178,7 @@ void ReceiverNode::Impl::activate() {
   zero_ns.reset();
   driven_ns = -1;
   health.finished = false;
-  const auto interval_ns = static_cast<std::int64_t>(schedule.interval_s() * 1e9 + 0.5);
-  const std::int64_t tick_ns = std::min(interval_ns, kTick_ns);
+  const std::int64_t tick_ns = std::min(schedule.interval_ns(), kTick_ns);
   if (simulation) {
     run = make_run();
     std::vector<output::ReceiverDescription> receivers;
@@ -296,7 +295,7 @@ void ReceiverNode::Impl::begin_poses() {
   const auto machine = std::chrono::system_clock::now().time_since_epoch();
   const auto unix_ns =
       simulated ? std::chrono::duration_cast<std::chrono::nanoseconds>(machine).count() : *zero_ns;
-  poses.emplace(settings, scene, settings.world.start.value_or(geodesy::gps_from_unix(unix_ns)),
+  poses.emplace(settings, scene, settings.live.start.value_or(geodesy::gps_from_unix(unix_ns)),
                 std::string(node.get_fully_qualified_name()));
   open_streams(output::describe_receivers(poses->receiver(), schedule.interval_s()));
 }
@@ -366,7 +365,7 @@ void ReceiverNode::Impl::tick() {
   if (!run) {
     begin_poses();
     look_up();
-    if (schedule.due(now - *zero_ns)) observe();
+    if (schedule.step(now - *zero_ns)) observe();
     return;
   }
   if (!zero_ns || now < *zero_ns) {

@@ -70,13 +70,13 @@ class Topic : public testing::Test {
       : settings_(test::open_field(
             {{"pose.source", "pose"}, {"rtk.enabled", true}, {"corrections.from", "topic:rtcm"}})) {}
 
-  [[nodiscard]] GpsTime at(double seconds) const { return *settings_.world.start + seconds; }
+  [[nodiscard]] GpsTime at(double seconds) const { return *settings_.live.start + seconds; }
   [[nodiscard]] const receiver::ReceiverOptions& options() const {
-    return settings_.world.receivers.front().options;
+    return settings_.live.receivers.front().options;
   }
 
   NodeSettings settings_;
-  RtcmTopic topic_{settings_.world.receivers.front().options, 1};
+  RtcmTopic topic_{settings_.live.receivers.front().options, 1};
 };
 
 TEST_F(Topic, SaysOnceWhatIsNoRtcm) {

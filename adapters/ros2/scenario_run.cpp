@@ -1,12 +1,12 @@
 #include "adapters/ros2/scenario_run.hpp"
 
-#include <cmath>
 #include <utility>
 
 namespace canyon::adapters::ros2 {
 
 Drive::Drive(std::shared_ptr<const simulation::Simulation> simulation)
-    : simulation_(std::move(simulation)), interval_ns_(std::llround(simulation_->interval_s() * 1e9)) {}
+    : simulation_(std::move(simulation)),
+      schedule_(simulation_->interval_s(), static_cast<std::int64_t>(simulation_->epoch_count())) {}
 
 ScenarioRun::ScenarioRun(std::shared_ptr<const simulation::Simulation> simulation, int threads)
     : Drive(std::move(simulation)), thread_([this, threads] {

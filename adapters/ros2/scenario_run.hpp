@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "canyon/simulation/epoch_schedule.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/simulator.hpp"
 
@@ -29,10 +30,10 @@ class Drive {
   Drive& operator=(const Drive&) = delete;
 
   /// Time of the next epoch since the first; one interval after the last if none is left.
-  [[nodiscard]] std::int64_t next_ns() const { return static_cast<std::int64_t>(taken_) * interval_ns_; }
-  [[nodiscard]] std::int64_t interval_ns() const { return interval_ns_; }
+  [[nodiscard]] std::int64_t next_ns() const { return schedule_.next_ns(); }
+  [[nodiscard]] std::int64_t interval_ns() const { return schedule_.interval_ns(); }
   /// Every epoch has been taken.
-  [[nodiscard]] bool finished() const { return taken_ == simulation_->epoch_count(); }
+  [[nodiscard]] bool finished() const { return schedule_.over(); }
   /// take() has an epoch, or rethrows the run's exception.
   [[nodiscard]] virtual bool ready() = 0;
   /// The next epoch; empty: it is not made yet. Rethrows the run's exception.
@@ -44,12 +45,11 @@ class Drive {
 
  protected:
   [[nodiscard]] const simulation::Simulation& simulation() const { return *simulation_; }
-  void count_taken() { ++taken_; }
+  void count_taken() { (void)schedule_.take(); }
 
  private:
   const std::shared_ptr<const simulation::Simulation> simulation_;
-  const std::int64_t interval_ns_;
-  std::size_t taken_ = 0;
+  simulation::EpochSchedule schedule_;
 };
 
 /// Simulation::run(), with the very numbers of `canyon simulate`, in a thread of its own that is a few epochs

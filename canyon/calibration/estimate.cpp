@@ -8,8 +8,9 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/options/dotted.hpp"
 #include "canyon/options/read.hpp"
+#include "canyon/options/settings_tree.hpp"
+#include "canyon/options/values.hpp"
 #include "canyon/simulation/profile.hpp"
 
 namespace canyon::calibration {
@@ -22,9 +23,7 @@ struct Line {
 };
 std::vector<Line> lines_of(const simulation::ReceiverConfig& receiver) {
   std::vector<Line> lines;
-  options::DottedWriter writer(true);
-  visit(writer, const_cast<simulation::ReceiverConfig&>(receiver));  // it does not change anything
-  const std::string text = std::move(writer).take();
+  const std::string text = options::dotted(receiver, true);
   for (const std::string_view line : split(text, '\n')) {
     if (const std::size_t colon = line.find(": "); colon != std::string_view::npos)
       lines.push_back({std::string(line.substr(0, colon)), std::string(line.substr(colon + 2))});

@@ -160,6 +160,9 @@ void visit(options::Visitor& v, ShadowingOptions& o) {
     v.number({"leave", "", "probability that a clear frame follows shadow"}, o.custom.leave, {0, 1, true});
   });
   v.part("skyline", o.skyline);
+  v.replaced("blockage",
+             "obstacles that maps lack are 'skyline' now: write skyline: {share: S}, S twice the share of "
+             "blockages");
   v.angle({"shared_angle_deg", "deg", "angle between satellites whose shadows have a correlation of 0.6"},
           o.shared_angle_rad, {5, 60});
   v.number({"frame_m", "m", "length of a frame; states last whole frames"}, o.frame_m, {0.1, 1000});

@@ -45,9 +45,9 @@ void Session::Impl::begin_clock() {
         start - geodesy::gps_from_unix(std::chrono::duration_cast<std::chrono::nanoseconds>(utc).count());
     // The scenario's second may have passed while the city was read.
     wall_begin += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(ahead_s));
-    const auto late = static_cast<std::int64_t>(std::ceil(-ahead_s * 1e9 / static_cast<double>(interval_ns)));
+    const auto late = static_cast<std::int64_t>(std::ceil(-ahead_s / schedule.interval_s()));
     for (Vehicle& vehicle : vehicles) {
-      for (Schedule& schedule : vehicle.receivers) schedule.next = std::max<std::int64_t>(0, late);
+      for (Schedule& each : vehicle.receivers) each.epochs.go_to(late);
     }
   }
   next_second = Clock::now() + std::chrono::seconds(1);
@@ -64,14 +64,9 @@ void Session::Impl::resume(const Vehicle& vehicle) {
   }
   const std::int64_t stamp_ns = std::llround(*stamp_s * 1e9);
   if (!by_stamps()) wall_begin -= std::chrono::nanoseconds(stamp_ns - now_ns());
-  std::int64_t left_out = 0;
-  for (Vehicle& each : vehicles) {
-    for (Schedule& schedule : each.receivers) {
-      const std::int64_t next = std::max<std::int64_t>(0, (stamp_ns - schedule.offset_ns) / interval_ns);
-      left_out = next - std::exchange(schedule.next, next);
-    }
+  for (Vehicle& moved : vehicles) {
+    for (Schedule& each : moved.receivers) each.epochs.begin_at(stamp_ns);
   }
-  if (last != std::numeric_limits<std::int64_t>::max()) last += left_out;
   note(fmt::format("the time is {:.1f} s ({}), by the first pose's stamp", *stamp_s,
                    geodesy::format_gpst(start + *stamp_s, 1)));
 }
@@ -99,10 +94,10 @@ bool Session::Impl::ended(const Vehicle& vehicle) const {
   const auto all = [&](auto&& holds) {
     return std::all_of(vehicle.receivers.begin(), vehicle.receivers.end(), holds);
   };
-  if (all([&](const Schedule& schedule) { return is_over(schedule); })) return true;
+  if (all([](const Schedule& each) { return each.epochs.over(); })) return true;
   if (vehicle.log) {
-    return vehicle.log->ended() && all([&](const Schedule& schedule) {
-             return is_over(schedule) || !vehicle.source->track().reaches(instant_ns(schedule));
+    return vehicle.log->ended() && all([&](const Schedule& each) {
+             return each.epochs.over() || !vehicle.source->track().reaches(each.epochs.next_ns());
            });
   }
   return vehicle.link && vehicle.link->transport().ended() && by_stamps();
@@ -116,9 +111,9 @@ bool Session::Impl::ended() const {
   });
 }
 
-bool Session::Impl::is_due(Vehicle& vehicle, const Schedule& schedule, std::int64_t now) {
-  const std::int64_t at = instant_ns(schedule);
-  if (is_over(schedule) || (!by_stamps() && now < at)) return false;
+bool Session::Impl::is_due(Vehicle& vehicle, const simulation::EpochSchedule& epochs, std::int64_t now) {
+  const std::int64_t at = epochs.next_ns();
+  if (epochs.over() || (!by_stamps() && now < at)) return false;
   if (!vehicle.source) {
     // By stamps, receivers that stand still follow those that poses move.
     const bool along = by_stamps() && stands_still(vehicle) &&
@@ -135,26 +130,23 @@ bool Session::Impl::is_due(Vehicle& vehicle, const Schedule& schedule, std::int6
 }
 
 void Session::Impl::gather(Vehicle& vehicle, std::int64_t now) {
-  for (Schedule& schedule : vehicle.receivers) {
+  for (Schedule& each : vehicle.receivers) {
     // In real time one at a time: links are served, and others' epochs sent, before the next one.
-    while (is_due(vehicle, schedule, now)) {
-      gather(vehicle, schedule, now);
+    while (is_due(vehicle, each.epochs, now)) {
+      gather(vehicle, each, now);
       if (!by_stamps()) break;
     }
   }
 }
 
-void Session::Impl::gather(Vehicle& vehicle, Schedule& schedule, std::int64_t now) {
+void Session::Impl::gather(Vehicle& vehicle, Schedule& of, std::int64_t now) {
   // Epochs that are later than this are left out.
   constexpr double kLatest_s = 1;
-  if (!by_stamps() && !vehicle.log && vehicle.source && seconds(now - instant_ns(schedule)) > kLatest_s) {
-    const std::int64_t latest = std::min(last, (now - schedule.offset_ns) / interval_ns);
-    figures.missed += static_cast<std::uint64_t>(latest - schedule.next);
-    schedule.next = latest;
+  if (!by_stamps() && !vehicle.log && vehicle.source && seconds(now - of.epochs.next_ns()) > kLatest_s) {
+    figures.missed += static_cast<std::uint64_t>(of.epochs.catch_up(now));
   }
-  const std::int64_t at = instant_ns(schedule);
-  ++schedule.next;
-  const std::size_t r = schedule.receiver;
+  const std::int64_t at = of.epochs.take();
+  const std::size_t r = of.receiver;
   gather_base_of(r, at);
   if (vehicle.source) stamped_ns = std::max(stamped_ns, at);
   std::string reason;
@@ -183,9 +175,9 @@ void Session::Impl::gather_base_of(std::size_t receiver, std::int64_t until_ns) 
   const std::optional<std::size_t> base = corrections->base_of(receiver);
   if (!base) return;
   for (Vehicle& vehicle : vehicles) {
-    for (Schedule& schedule : vehicle.receivers) {
-      if (schedule.receiver != *base) continue;
-      while (!is_over(schedule) && instant_ns(schedule) <= until_ns) gather(vehicle, schedule, until_ns);
+    for (Schedule& each : vehicle.receivers) {
+      if (each.receiver != *base) continue;
+      while (!each.epochs.over() && each.epochs.next_ns() <= until_ns) gather(vehicle, each, until_ns);
     }
   }
 }
@@ -294,9 +286,9 @@ void Session::Impl::wait() const {
   for (const Vehicle& vehicle : vehicles) {
     if (by_stamps() && !vehicle.link && !ended(vehicle)) return;
     if (by_stamps()) continue;
-    for (const Schedule& schedule : vehicle.receivers) {
-      if (is_over(schedule)) continue;
-      const Clock::time_point at = wall_of(instant_ns(schedule));
+    for (const Schedule& each : vehicle.receivers) {
+      if (each.epochs.over()) continue;
+      const Clock::time_point at = wall_of(each.epochs.next_ns());
       // After its instant an epoch waits for a pose or for the end of wait_s.
       const auto patience =
           std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.wait_s));
@@ -324,7 +316,7 @@ geodesy::GpsTime Session::start() const {
   return impl_->start;
 }
 double Session::interval_s() const {
-  return seconds(impl_->interval_ns);
+  return impl_->schedule.interval_s();
 }
 const simulation::Scenario& Session::scenario() const {
   return impl_->scenario;

@@ -20,6 +20,7 @@
 #include "canyon/rtcm/rtcm_decoder.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/correction_links.hpp"
+#include "canyon/simulation/epoch_schedule.hpp"
 #include "canyon/simulation/simulator.hpp"
 
 // The state of a session: session_setup.cpp makes it, session.cpp runs it.
@@ -47,11 +48,10 @@ struct Log {
   [[nodiscard]] bool ended() const { return at == text.size(); }
 };
 
-/// When a receiver's epochs are due.
+/// A receiver's epochs.
 struct Schedule {
   std::size_t receiver = 0;
-  std::int64_t offset_ns = 0;  ///< offset of its epochs from whole multiples of the interval
-  std::int64_t next = 0;       ///< number of its next epoch
+  simulation::EpochSchedule epochs;
 };
 
 /// A source of poses and the receivers on its vehicle.
@@ -115,14 +115,10 @@ struct Session::Impl {
   /// With LiveOptions::resume, at a vehicle's pose: moves the run's time to the stamp of the first of all.
   void resume(const Vehicle& vehicle);
   [[nodiscard]] std::int64_t now_ns() const;
-  [[nodiscard]] std::int64_t instant_ns(const Schedule& schedule) const {
-    return schedule.next * interval_ns + schedule.offset_ns;
-  }
-  [[nodiscard]] bool is_over(const Schedule& schedule) const { return schedule.next > last; }
   [[nodiscard]] Clock::time_point wall_of(std::int64_t host_ns) const;
   [[nodiscard]] bool by_stamps() const { return options.clock == LiveClock::Stamps; }
   void read_log(Vehicle& vehicle, std::int64_t until_ns);
-  [[nodiscard]] bool is_due(Vehicle& vehicle, const Schedule& schedule, std::int64_t now);
+  [[nodiscard]] bool is_due(Vehicle& vehicle, const simulation::EpochSchedule& epochs, std::int64_t now);
   [[nodiscard]] bool ended(const Vehicle& vehicle) const;
   /// Whether all vehicles that move have ended; without any, whether all have.
   [[nodiscard]] bool ended() const;
@@ -131,7 +127,7 @@ struct Session::Impl {
   }
   /// The epochs of a vehicle that are due.
   void gather(Vehicle& vehicle, std::int64_t now);
-  void gather(Vehicle& vehicle, Schedule& schedule, std::int64_t now);
+  void gather(Vehicle& vehicle, Schedule& of, std::int64_t now);
   /// The epochs of a receiver's base, and of that base's base, up to an instant.
   void gather_base_of(std::size_t receiver, std::int64_t until_ns);
   void compute_and_write();
@@ -151,9 +147,8 @@ struct Session::Impl {
   std::vector<std::string> names;
   std::unique_ptr<simulation::Simulation> trajectory;  // null: poses come from outside
   GpsTime start;
-  std::int64_t interval_ns = 0;
-  std::int64_t last = std::numeric_limits<std::int64_t>::max();  // number of the last epoch
-  bool now_starts = false;                                       // at the next full second
+  simulation::EpochSchedule schedule{1};  // of every receiver, but for its offset
+  bool now_starts = false;                // at the next full second
   bool resumed = false;
   std::vector<LiveReceiver> receivers;
   std::vector<propagation::Propagator> prepared;  // that receivers will ask for

@@ -28,15 +28,18 @@ void Session::Impl::set_time() {
     }
     trajectory = std::make_unique<simulation::Simulation>(std::move(of_trajectory), scene);
     start = trajectory->begin();
-    interval_ns = std::llround(trajectory->interval_s() * 1e9);
-    last = static_cast<std::int64_t>(trajectory->epoch_count()) - 1;
+    schedule = simulation::EpochSchedule(trajectory->interval_s(),
+                                         static_cast<std::int64_t>(trajectory->epoch_count()));
   } else {
     if (!scenario.start)
       throw error("'start' is missing", "give the time of the first pose, or leave the trajectory out");
     start = *scenario.start;
-    interval_ns = std::llround(1e9 / scenario.rate_hz.value_or(10));
-    if (scenario.duration_s)
-      last = static_cast<std::int64_t>(std::floor(*scenario.duration_s * 1e9 + 0.5)) / interval_ns;
+    const double interval_s = 1 / scenario.rate_hz.value_or(10);
+    schedule = simulation::EpochSchedule(interval_s);
+    if (scenario.duration_s) {
+      const double count = simulation::EpochSchedule::count_within(*scenario.duration_s, interval_s);
+      schedule = simulation::EpochSchedule(interval_s, static_cast<std::int64_t>(count));
+    }
   }
   const bool real = std::any_of(options.poses.begin(), options.poses.end(), [](const auto& source) {
     return source.from != kTrajectory && !source.from.starts_with(kFile);
@@ -55,7 +58,7 @@ void Session::Impl::make_receivers() {
   corrections.emplace(scenario.receivers, scenario.seed);
   std::shared_ptr<const simulation::BuiltSky> sky;
   for (std::size_t r = 0; r < scenario.receivers.size(); ++r) {
-    receivers.emplace_back(simulation::live_config(scenario, r, start, seconds(interval_ns)), scene, start,
+    receivers.emplace_back(simulation::live_config(scenario, r, start, schedule.interval_s()), scene, start,
                            sky);
     sky = receivers.back().shared_sky();
     // Now, so that the first epoch is not late.
@@ -106,8 +109,9 @@ void Session::Impl::make_vehicles() {
     }
     driver[r] = &from;
     const auto n = static_cast<std::int64_t>(names.size());
-    const std::int64_t offset_ns = options.stagger ? interval_ns * static_cast<std::int64_t>(r) / n : 0;
-    vehicle.receivers.push_back({r, offset_ns, 0});
+    const std::int64_t offset_ns =
+        options.stagger ? schedule.interval_ns() * static_cast<std::int64_t>(r) / n : 0;
+    vehicle.receivers.push_back({r, schedule.behind(offset_ns)});
   };
   for (const simulation::PoseSourceOptions& source : options.poses) {
     Vehicle& vehicle = vehicles.emplace_back();
@@ -160,7 +164,7 @@ void Session::Impl::make_vehicles() {
   for (std::size_t r = 0; r < names.size(); ++r) {
     if (driver[r] != nullptr) continue;
     if (scenario.receivers[r].fixed) {
-      vehicles.emplace_back().receivers.push_back({r, 0, 0});
+      vehicles.emplace_back().receivers.push_back({r, schedule});
       continue;
     }
     throw error(fmt::format("live.poses: nothing moves receiver '{}'", names[r]),
@@ -175,7 +179,7 @@ void Session::Impl::open_streams() {
       const std::size_t r = output::find_receiver(request, names);
       const simulation::BuiltSky& sky = receivers[r].sky();
       const output::ReceiverDescription description = output::describe_receiver(
-          scenario.receivers[r], *sky.sky, sky.navigation, start, seconds(interval_ns));
+          scenario.receivers[r], *sky.sky, sky.navigation, start, schedule.interval_s());
       streams.push_back(output::open_stream(request, r, description, link_of(request.address)));
     } catch (const InputError& e) {
       if (!e.file().empty()) throw;

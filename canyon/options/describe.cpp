@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <utility>
 
@@ -108,6 +109,17 @@ std::string Key::values() const {
   return range ? range->interval() : "";
 }
 
+void Description::add_other_name(const std::string& name, const std::string& path, std::string_view effect) {
+  const auto known = std::find_if(keys.begin(), keys.end(), [&](const Key& key) { return key.path == path; });
+  assert(known != keys.end());
+  Key key = *known;
+  key.path = name;
+  key.default_value.clear();
+  key.meaning = fmt::format("the same as {}{}", path, effect);
+  keys.push_back(std::move(key));
+  other_names.emplace_back(name, path);
+}
+
 std::vector<std::string> Description::paths() const {
   std::vector<std::string> result;
   for (const Key& key : keys) result.push_back(key.path);
@@ -120,6 +132,14 @@ void Describer::one_of(std::initializer_list<std::string_view> keys, std::string
 
 void Describer::require(std::string_view key, std::string_view /*cure*/) {
   description_.required_sections[path_].emplace_back(key);
+}
+
+void Describer::replaced(std::string_view key, std::string_view cure) {
+  description_.replaced.emplace(join_path(path_, key), cure);
+}
+
+void Describer::other_name(std::string_view name, std::string_view path) {
+  other_names_.emplace_back(join_path(path_, name), join_path(path_, path));
 }
 
 void Describer::field(const Field& field, Value& value) {
@@ -164,6 +184,7 @@ void Describer::end() {
 }
 
 Description Describer::take() && {
+  for (const auto& [name, path] : other_names_) description_.add_other_name(name, path);
   return std::move(description_);
 }
 

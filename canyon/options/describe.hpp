@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "canyon/options/visitor.hpp"
@@ -37,6 +38,12 @@ struct Description {
   std::vector<Key> keys;
   std::vector<Alternatives> alternatives;
   std::map<std::string, std::vector<std::string>> required_sections;  ///< by the section they stand in
+  std::map<std::string, std::string> replaced;  ///< cures by the paths of Visitor::replaced()
+  /// Names and paths of Visitor::other_name(). `keys` has them at its end.
+  std::vector<std::pair<std::string, std::string>> other_names;
+
+  /// Adds another name of the key `path`. @param effect that it has besides, for tables
+  void add_other_name(const std::string& name, const std::string& path, std::string_view effect = {});
 
   [[nodiscard]] std::vector<std::string> paths() const;
 };
@@ -46,6 +53,8 @@ class Describer final : public Visitor {
   [[nodiscard]] Purpose purpose() const override { return Purpose::Describe; }
   void one_of(std::initializer_list<std::string_view> keys, std::string_view cure) override;
   void require(std::string_view key, std::string_view cure) override;
+  void replaced(std::string_view key, std::string_view cure) override;
+  void other_name(std::string_view name, std::string_view path) override;
   [[nodiscard]] Description take() &&;
 
  protected:
@@ -60,6 +69,7 @@ class Describer final : public Visitor {
   std::string path_;
   std::vector<std::string> parents_;
   std::vector<std::string> required_;  // paths
+  std::vector<std::pair<std::string, std::string>> other_names_;
 };
 
 /// Of the defaults in `options`.
@@ -68,6 +78,13 @@ template <typename Options>
   Describer describer;
   visit(describer, options);
   return std::move(describer).take();
+}
+
+/// Of a struct's own defaults, made once.
+template <typename Options>
+[[nodiscard]] const Description& description_of() {
+  static const Description description = describe<Options>();
+  return description;
 }
 
 /// Rows of a Markdown table: key, unit, default, values, meaning.

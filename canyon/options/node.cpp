@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "canyon/base/text.hpp"
+#include "canyon/options/describe.hpp"
 
 namespace canyon::options {
 namespace {
@@ -111,6 +112,13 @@ const Node::Entry* Node::find(std::string_view key) const {
   return it == entries.end() ? nullptr : &*it;
 }
 
+const Node::Entry* Node::find_path(std::string_view path) const {
+  const std::size_t dot = path.find('.');
+  const Entry* entry = find(path.substr(0, dot));
+  return entry == nullptr || dot == std::string_view::npos ? entry
+                                                           : entry->value.find_path(path.substr(dot + 1));
+}
+
 InputError Document::error(const std::string& path, const std::string& key, int line,
                            std::string_view problem, std::string_view cure) const {
   if (fault) return fault(path, key, line, problem, cure);
@@ -130,26 +138,25 @@ std::vector<std::string> Document::keys_of(const std::string& path) const {
 }
 
 std::optional<std::string> closest_key(const std::string& key, const std::vector<std::string>& known) {
-  // A word for the same thing that no spelling leads from.
-  static const std::vector<std::pair<std::string, std::string>> kMeant{{"preset", "profile"}};
-  for (const auto& [word, meant] : kMeant) {
-    if (key == word && std::find(known.begin(), known.end(), meant) != known.end()) return meant;
-  }
   for (const std::string& candidate : known) {
     if (without_unit(candidate) == without_unit(key)) return candidate;
   }
   return closest(key, known);
 }
 
-std::string meant(const std::string& key, const std::vector<std::string>& known) {
-  // Keys of version 1.0 whose model is gone.
-  if (key == "blockage") {
-    return "obstacles that maps lack are 'skyline' now: write skyline: {share: S}, S twice the share of "
-           "blockages";
-  }
-  const auto similar = closest_key(key, known);
+void Document::set_keys(const Description& description) {
+  known = description.paths();
+  replaced = description.replaced;
+  other_names = description.other_names;
+}
+
+std::string Document::cure_of(const std::string& path, const std::string& key) const {
+  const auto other = replaced.find(path.empty() ? key : fmt::format("{}.{}", path, key));
+  if (other != replaced.end()) return other->second;
+  const std::vector<std::string> here = keys_of(path);
+  const auto similar = closest_key(key, here);
   return similar ? fmt::format("did you mean '{}'?", *similar)
-                 : fmt::format("known here: {}", fmt::join(known, ", "));
+                 : fmt::format("known here: {}", fmt::join(here, ", "));
 }
 
 Node parse_yaml(const std::string& text, const Document& document, std::string_view needs) {

@@ -2,9 +2,11 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
@@ -25,6 +27,8 @@ struct Node {
 
   /// The first entry of this key of a mapping, or null.
   [[nodiscard]] const Entry* find(std::string_view key) const;
+  /// The entry of a dotted key, or null; there is no way through lists.
+  [[nodiscard]] const Entry* find_path(std::string_view path) const;
 };
 struct Node::Entry {
   std::string key;
@@ -32,15 +36,18 @@ struct Node::Entry {
   Node value;
 };
 
+struct Description;
 struct Place;
 /// What a Reader must know of the text around a tree. The functions let a host use its own terms.
 struct Document {
-  std::filesystem::path file;             ///< names of files belong to its folder
-  std::string kind = "scenario";          ///< what the text is, in messages
-  std::string word = "key";               ///< what its author calls a key
-  std::string page = "docs/scenario.md";  ///< that explains its keys
-  std::vector<std::string> known;         ///< paths of all keys: "receivers[].clock.bias_s"
-  bool digits_are_booleans = false;       ///< true, false, 1 and 0 in any case of letters, not YAML's words
+  std::filesystem::path file;                        ///< names of files belong to its folder
+  std::string kind = "scenario";                     ///< what the text is, in messages
+  std::string word = "key";                          ///< what its author calls a key
+  std::string page = "docs/scenario.md";             ///< that explains its keys
+  std::vector<std::string> known;                    ///< paths of all keys: "receivers[].clock.bias_s"
+  std::map<std::string, std::string> replaced = {};  ///< Description::replaced
+  std::vector<std::pair<std::string, std::string>> other_names = {};  ///< Description::other_names
+  bool digits_are_booleans = false;  ///< true, false, 1 and 0 in any case of letters, not YAML's words
   /// A fault of the key `path`, or of the section `path` where `key` is empty.
   /// Default: InputError(file, line, "KEY: problem", cure).
   std::function<InputError(const std::string& path, const std::string& key, int line,
@@ -52,6 +59,10 @@ struct Document {
 
   [[nodiscard]] InputError error(const std::string& path, const std::string& key, int line,
                                  std::string_view problem, std::string_view cure = {}) const;
+  /// Sets `known`, `replaced` and `other_names`.
+  void set_keys(const Description& description);
+  /// What to do about a key of section `path` that is not known.
+  [[nodiscard]] std::string cure_of(const std::string& path, const std::string& key) const;
   /// The keys that may stand in section `path`, in the order of `known`.
   [[nodiscard]] std::vector<std::string> keys_of(const std::string& path) const;
 };
@@ -59,8 +70,6 @@ struct Document {
 /// The closest of `known` to a key that is not among them, its unit aside.
 [[nodiscard]] std::optional<std::string> closest_key(const std::string& key,
                                                      const std::vector<std::string>& known);
-/// The same as a cure for people.
-[[nodiscard]] std::string meant(const std::string& key, const std::vector<std::string>& known);
 
 /// A tree of a YAML text. `needs` says what an empty text lacks. Throws InputError with file and line for
 /// broken syntax, an empty text, more than one document, and for trees of more than 2 million nodes or 100

@@ -9,6 +9,7 @@
 #include "canyon/options/describe.hpp"
 #include "canyon/options/node.hpp"
 #include "canyon/options/read.hpp"
+#include "canyon/options/settings_tree.hpp"
 #include "canyon/options/values.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/spoiled_options.hpp"
@@ -64,6 +65,9 @@ void visit(Visitor& v, Car& o) {
   v.words({"extras", "", "built in"}, o.extras, kExtras);
   v.integer({"serial", "", ""}, o.serial, 0, 9);
   v.part("spare", o.spare);
+  v.replaced("tyre", "the spare one is 'spare'");
+  v.other_name("spare_m", "spare.radius_m");
+  v.other_name("old.owner", "owners");
   v.list("wheels", o.wheels, [&](Wheel& wheel) { visit(v, wheel); });
 }
 
@@ -78,10 +82,8 @@ template <typename Options>
 Options read_text(const std::string& text) {
   Document document;
   document.file = "g.yaml";
-  document.known = describe<Options>().paths();
-  const Node root = parse_yaml(text, document, "");
   Options options;
-  read(root, document, options);
+  read_yaml(text, document, "", options);
   return options;
 }
 
@@ -104,6 +106,18 @@ TEST(Options, ReadersFillWhatIsThereAndLeaveTheRest) {
   EXPECT_EQ(car.wheels[1].radius_m, 1);
 }
 
+TEST(Options, OtherNamesAreTheKeys) {
+  const Car car = read_text<Car>("spare_m: 0.5\nold: {owner: [Ann, Bo]}\n");
+  EXPECT_EQ(car.spare.radius_m, 0.5);
+  EXPECT_THAT(car.owners, ::testing::ElementsAre("Ann", "Bo"));
+  EXPECT_EQ(read_text<Garage>("car: {spare_m: 0.5}").car.spare.radius_m, 0.5);
+  EXPECT_EQ(fault("doors: 4\nspare_m: 3\n"),
+            "g.yaml:2: radius_m: 3 is out of range; it is above 0 and at most 2");
+  EXPECT_EQ(fault("spare: {radius_m: 1}\nspare_m: 1\n"),
+            "g.yaml:2: spare_m: conflicts with 'spare.radius_m'; keep one");
+  EXPECT_EQ(describe<Car>().keys.back().meaning, "the same as owners");
+}
+
 TEST(Options, ReadersNameFileLineAndCure) {
   EXPECT_EQ(fault("doors: 4\nspeed_mps: 101\n"),
             "g.yaml:2: speed_mps: 101 is out of range; it is at least 0 and at most 100");
@@ -112,6 +126,9 @@ TEST(Options, ReadersNameFileLineAndCure) {
   EXPECT_THAT(fault("serial: 1"), HasSubstr("unknown key 'serial'"));
   EXPECT_THAT(fault("spare: {radius: 1}"),
               HasSubstr("unknown key 'radius' in 'spare'; did you mean 'radius_m'"));
+  EXPECT_EQ(fault("tyre: {}"), "g.yaml:1: unknown key 'tyre'; the spare one is 'spare'");
+  EXPECT_EQ(fault<Garage>("car: {tyre: {}}"),
+            "g.yaml:1: unknown key 'tyre' in 'car'; the spare one is 'spare'");
   EXPECT_THAT(fault("wheels: [{}, {radius_m: 3}]"), HasSubstr("g.yaml:1: radius_m: 3"));
   EXPECT_THAT(fault("electric: TrUe"), HasSubstr("'TrUe' is neither true nor false"));
   // What ranges cannot say, at the section's line.
@@ -266,6 +283,32 @@ TEST(ParseYaml, RefusesBytesThatAreNoText) {
       EXPECT_NE(error.problem().find("is not text"), std::string::npos);
     }
   }
+}
+
+Node tree_of(const std::string& yaml) {
+  Document document;
+  document.file = "text";
+  return parse_yaml(yaml, document, "");
+}
+
+TEST(SettingsTree, SetsValuesSectionsAndItems) {
+  Node root = tree_of("{a: {b: 1}, list: [{name: x, k: 1}, {name: y}]}");
+  set_at(root, "a.b", scalar_node("2"));
+  set_at(root, "a.new.deep", scalar_node("3"));
+  set_at(root, "list[].k", scalar_node("7"));
+  set_at(root, "list[y].k", scalar_node("8"));
+  set_at(root, "list[0].m", tree_of("{p: [1, 2]}"));
+  EXPECT_EQ(flow_text(root),
+            "{a: {b: 2, new: {deep: 3}}, list: [{name: x, k: 7, m: {p: [1, 2]}}, {name: y, k: 8}]}");
+  EXPECT_THAT(test::refusal([&] { set_at(root, "list[5].k", scalar_node("1")); }), HasSubstr("no item 5"));
+  EXPECT_THAT(test::refusal([&] { set_at(root, "a.b.c", scalar_node("1")); }), HasSubstr("is not a section"));
+}
+
+// A tree written on one line reads back as the same tree.
+TEST(SettingsTree, FlowTextReadsBack) {
+  const Node root = tree_of("{a: \"x: y\", b: [\"{\", \"say \\\"so\\\"\", \" blank \"], c: -1.5e-3}");
+  EXPECT_EQ(flow_text(tree_of(flow_text(root))), flow_text(root));
+  EXPECT_EQ(tree_of(flow_text(root)).find("a")->value.text, "x: y");
 }
 
 }  // namespace

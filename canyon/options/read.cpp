@@ -6,10 +6,18 @@
 #include <cassert>
 #include <utility>
 
+#include "canyon/options/settings_tree.hpp"
+
 namespace canyon::options {
 
 Reader::Reader(const Node& root, const Document& document) : document_(document) {
-  enter(root, "", root.line);
+  if (document.other_names.empty()) {
+    enter(root, "", root.line);
+    return;
+  }
+  renamed_ = root;
+  use_keys(renamed_, document);
+  enter(renamed_, "", root.line);
 }
 
 void Reader::enter(const Node& node, std::string path, int line) {
@@ -30,7 +38,7 @@ void Reader::enter(const Node& node, std::string path, int line) {
     if (std::find(known.begin(), known.end(), entry.key) == known.end()) {
       const std::string where = section.path.empty() ? "" : fmt::format(" in '{}'", section.path);
       throw InputError(document_.file, entry.line, fmt::format("unknown key '{}'{}", entry.key, where),
-                       meant(entry.key, known));
+                       document_.cure_of(section.path, entry.key));
     }
     const Node::Entry* first = node.find(entry.key);
     if (first != &entry) {

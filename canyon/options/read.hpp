@@ -1,10 +1,14 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <set>
 #include <string>
+#include <string_view>
+#include <type_traits>
 #include <vector>
 
+#include "canyon/options/describe.hpp"
 #include "canyon/options/node.hpp"
 #include "canyon/options/visitor.hpp"
 
@@ -16,7 +20,8 @@ namespace canyon::options {
 /// key `enabled` may be a word in its place: "rtk: true" is "rtk: {enabled: true}".
 class Reader final : public Visitor {
  public:
-  /// Both must outlive the reader. Throws InputError for a tree that is no mapping.
+  /// Both must outlive the reader. Throws InputError for a tree that is no mapping, and for a key that stands
+  /// by its other name, too.
   Reader(const Node& root, const Document& document);
 
   [[nodiscard]] Purpose purpose() const override { return Purpose::Read; }
@@ -49,6 +54,7 @@ class Reader final : public Visitor {
   [[nodiscard]] std::string path_of(std::string_view key) const;
 
   const Document& document_;
+  Node renamed_;  // the tree, where the document has other names
   std::vector<Section> sections_;
   std::vector<Section> entered_;  // each once, in the order of reading
   std::set<const Node::Entry*> used_;
@@ -61,6 +67,20 @@ void read(const Node& root, const Document& document, Options& options) {
   Reader reader(root, document);
   visit(reader, options);
   reader.finish();
+}
+
+/// Reads a YAML text into a struct. @param document its keys, where it has none, are those of
+/// description_of()
+/// @param needs as parse_yaml() @param change of what was written, before it is read
+template <typename Options>
+void read_yaml(const std::string& text, Document document, std::string_view needs, Options& options,
+               const std::function<void(Node&)>& change = {}) {
+  if constexpr (std::is_default_constructible_v<Options>) {
+    if (document.known.empty()) document.set_keys(description_of<Options>());
+  }
+  Node root = parse_yaml(text, document, needs);
+  if (change) change(root);
+  read(root, document, options);
 }
 
 }  // namespace canyon::options

@@ -39,6 +39,7 @@ bool Writer::begin(std::string_view name) {
 }
 
 std::optional<std::size_t> Writer::begin_list(std::string_view name, std::size_t count) {
+  if (form_ == Form::Dotted) return std::nullopt;
   path_.push_back({std::string(name)});
   return count;
 }
@@ -48,10 +49,11 @@ void Writer::begin_item(std::size_t index) {
 }
 
 void Writer::field(const Field& field, Value& value) {
-  if (form_ == Form::Lines) {
+  if (form_ != Form::Lines && (!value.given() || field.help.empty())) return;
+  if (form_ != Form::Yaml) {
     for (const Level& level : path_) text_ += level.name + ".";
-    text_ += fmt::format("{}: {}\n", field.name, value.exact());
-  } else if (value.given() && !field.help.empty()) {
+    text_ += fmt::format("{}: {}\n", field.name, form_ == Form::Lines ? value.exact() : value.text());
+  } else {
     write_line(fmt::format("{}: {}", field.name, value.text()));
   }
 }

@@ -26,13 +26,14 @@ class Checker final : public Visitor {
 };
 
 /// Writes every value, one "path: value" a line, numbers so that they read back the same to the bit, or the
-/// text that a Reader takes back.
+/// text that a Reader takes back, by way of without_dots() if it is of "section.key: value" lines.
 class Writer final : public Visitor {
  public:
-  enum class Form { Lines, Yaml };
-  explicit Writer(Form form) : form_(form) {}
+  enum class Form { Lines, Yaml, Dotted };
+  /// @param leave_out_defaults see Visitor::leaves_out_defaults()
+  Writer(Form form, bool leave_out_defaults) : form_(form), leave_out_defaults_(leave_out_defaults) {}
   [[nodiscard]] std::string take() && { return std::move(text_); }
-  [[nodiscard]] bool leaves_out_defaults() const override { return form_ == Form::Yaml; }
+  [[nodiscard]] bool leaves_out_defaults() const override { return leave_out_defaults_; }
 
  protected:
   void field(const Field& field, Value& value) override;
@@ -49,6 +50,7 @@ class Writer final : public Visitor {
   void write_line(const std::string& line);
 
   Form form_;
+  bool leave_out_defaults_;
   std::string text_;
   std::vector<Level> path_;
 };
@@ -64,7 +66,7 @@ void check(const Options& options, std::string_view what = {}) {
 /// Every field, one a line: equal for equal options, and for no others.
 template <typename Options>
 [[nodiscard]] std::string exact_text(const Options& options) {
-  Writer writer(Writer::Form::Lines);
+  Writer writer(Writer::Form::Lines, false);
   visit(writer, const_cast<Options&>(options));
   return std::move(writer).take();
 }
@@ -72,7 +74,16 @@ template <typename Options>
 /// A YAML text that reads back the same.
 template <typename Options>
 [[nodiscard]] std::string yaml(const Options& options) {
-  Writer writer(Writer::Form::Yaml);
+  Writer writer(Writer::Form::Yaml, true);
+  visit(writer, const_cast<Options&>(options));
+  return std::move(writer).take();
+}
+
+/// A line "section.key: value" for every field that has a value, but those of lists, whose items have no
+/// names.
+template <typename Options>
+[[nodiscard]] std::string dotted(const Options& options, bool leave_out_defaults = false) {
+  Writer writer(Writer::Form::Dotted, leave_out_defaults);
   visit(writer, const_cast<Options&>(options));
   return std::move(writer).take();
 }

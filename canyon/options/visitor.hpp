@@ -230,6 +230,10 @@ class Visitor {
   virtual void one_of(std::initializer_list<std::string_view> /*keys*/, std::string_view /*cure*/ = {}) {}
   /// This key must stand here.
   virtual void require(std::string_view /*key*/, std::string_view /*cure*/ = {}) {}
+  /// A key of this section that is no more, or a wrong word for another: who writes it is told `cure`.
+  virtual void replaced(std::string_view /*key*/, std::string_view /*cure*/) {}
+  /// Another name, a path from this section, of the key `path`: readers take it as that key.
+  virtual void other_name(std::string_view /*name*/, std::string_view /*path*/) {}
   /// The key stands in the section that is read.
   [[nodiscard]] virtual bool has(std::string_view /*key*/) const { return false; }
   [[nodiscard]] virtual bool is_section(std::string_view /*key*/) const { return false; }

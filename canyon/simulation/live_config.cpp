@@ -4,8 +4,9 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/options/dotted.hpp"
 #include "canyon/options/folder_name.hpp"
+#include "canyon/options/settings_tree.hpp"
+#include "canyon/options/values.hpp"
 #include "canyon/relative/correction_link.hpp"
 #include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/live_receiver.hpp"
@@ -13,6 +14,12 @@
 
 namespace canyon::simulation {
 namespace {
+
+void warn_of_idle_noise(const options::Visitor& v, LiveConfig& config) {
+  if (v.reads() && v.has("noise") && has_idle_noise(config.sky, config.receiver())) {
+    config.warnings.push_back(idle_noise_warning({}));
+  }
+}
 
 /// The fields that may change while a receiver runs.
 struct RunningConfig {
@@ -38,6 +45,7 @@ void visit(options::Visitor& v, RunningConfig& config) {
   visit(v, receiver);
   v.part("streets", receiver.streets);
   v.validate(receiver.options);
+  warn_of_idle_noise(v, config.live);
 }
 
 /// A base's own keys; all others are a profile's.
@@ -89,7 +97,7 @@ void check_base(options::Visitor& v, const LiveConfig& config) {
 void visit(options::Visitor& v, LiveConfig& config) {
   if (v.reads() && !v.has("sky")) config.sky.nominal = true;
   v.part("sky", config.sky);
-  visit_start(v, config.start);
+  visit_start(v, config.start, &config.warnings);
   visit_rate(v, config.rate_hz);
   visit_seed(v, config.seed);
   v.number(
@@ -105,6 +113,7 @@ void visit(options::Visitor& v, LiveConfig& config) {
   v.part("streets", receiver.streets);
   visit_base(v, config);
   if (v.reads() && has_base(config.receiver().options)) config.sky.errors.enabled.set_default(true);
+  warn_of_idle_noise(v, config);
   v.validate(config.receiver().options);
   check_base(v, config);
 }
@@ -115,6 +124,7 @@ LiveConfig live_config(const Scenario& scenario, std::size_t receiver, geodesy::
   config.start = start;
   config.rate_hz = 1 / interval_s;
   config.receivers = {scenario.receivers.at(receiver)};
+  config.warnings.clear();  // they are the scenario's, and said once
   return config;
 }
 
@@ -133,9 +143,8 @@ void visit(options::Visitor& v, LiveConfigWithFaults& config) {
 }  // namespace
 
 LiveConfig parse_live_config(const std::string& text, const std::filesystem::path& name) {
-  static const options::Description description = options::describe<LiveConfigWithFaults>();
   LiveConfigWithFaults config;
-  parse(text, name, description, "scenario", "it needs at least city, sky and trajectory", config);
+  options::read_yaml(text, document_of(name), "it needs at least a key of a receiver", config);
   return config;
 }
 
@@ -148,18 +157,13 @@ const options::Description& running_description() {
 }
 
 std::string running_options(const LiveConfig& config) {
-  options::DottedWriter writer;
-  RunningConfig running{const_cast<LiveConfig&>(config)};  // it does not change anything
-  visit(writer, running);
-  return std::move(writer).take();
+  return options::dotted(RunningConfig{const_cast<LiveConfig&>(config)});  // which changes nothing
 }
 
 LiveConfig changed_live_config(const LiveConfig& config, const std::string& text,
                                const std::filesystem::path& name) {
-  options::Document document;
-  document.file = name;
-  document.kind = "change";
-  document.known = running_description().paths();
+  options::Document document = document_of(name, "change");
+  document.set_keys(running_description());
   const options::Node root =
       options::without_dots(options::parse_yaml(text, document, "write KEY: VALUE"), document);
   for (const char* fixed : {"name", "sky", "start", "base", "geoid_undulation_m"}) {
@@ -169,6 +173,7 @@ LiveConfig changed_live_config(const LiveConfig& config, const std::string& text
                      "write it in the receiver's configuration, and restart");
   }
   LiveConfig changed = config;
+  changed.warnings.clear();
   RunningConfig running{changed};
   options::read(root, document, running);
   if (changed.receiver().options.corrections.from != config.receiver().options.corrections.from) {

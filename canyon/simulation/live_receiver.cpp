@@ -66,6 +66,7 @@ struct LiveReceiver::Impl {
         faults(make_faults()),
         receiver(make_receiver()) {
     if (config.base() != nullptr) check_base();
+    warnings = config.warnings;
     warnings.insert(warnings.end(), sky->warnings.begin(), sky->warnings.end());
     check(config.receiver());
     if (config.base() != nullptr) make_base();
@@ -302,6 +303,7 @@ void LiveReceiver::set_config(LiveConfig config) {
   check(config);
   config.sky = impl_->config.sky;
   config.start = impl_->config.start;
+  impl_->warnings.insert(impl_->warnings.end(), config.warnings.begin(), config.warnings.end());
   config.receivers.resize(1);
   if (impl_->config.base() != nullptr) config.receivers.push_back(*impl_->config.base());
   impl_->config = std::move(config);

@@ -19,8 +19,8 @@
 namespace canyon::simulation {
 
 /// Reads YAML with the fields of a LiveConfig and `faults`, whose times count from the host's time 0. `name`
-/// stands in messages. Relative paths belong to the folder of `name`. Throws InputError as parse_scenario()
-/// does.
+/// stands in messages; Scenario::warnings has what may be a mistake. Relative paths belong to the folder of
+/// `name`. Throws InputError as parse_scenario() does.
 [[nodiscard]] LiveConfig parse_live_config(const std::string& text, const std::filesystem::path& name);
 
 /// `config` with what a YAML or JSON text changes of it while the receiver runs: any key of
@@ -115,7 +115,8 @@ class LiveReceiver {
   void end_fault(const std::string& name);
   [[nodiscard]] std::vector<disturbance::FaultState> faults() const;
 
-  /// Warnings since the last call, one line each: stale ephemerides, the end of the orbits.
+  /// Warnings since the last call, one line each: those of the configuration, stale ephemerides, the end of
+  /// the orbits.
   [[nodiscard]] std::vector<std::string> take_warnings();
 
  private:

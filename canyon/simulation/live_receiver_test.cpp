@@ -430,6 +430,29 @@ noise: {sigma_m_per_sqrt_s: 0.7}
   EXPECT_EQ(config.receiver().options.noise.ou.sigma_m_per_sqrt_s, 0.7);
 }
 
+TEST(LiveConfig, WarnsOfNoiseThatErrorsFromSpaceReplace) {
+  constexpr const char* kWarning = "noise has no effect, because errors from space replace it";
+  const LiveConfig config = parse_live_config(std::string(kLive) + "noise: {mu_m: 1}\n", "plugin");
+  EXPECT_THAT(config.warnings, ::testing::ElementsAre(HasSubstr(kWarning)));
+  LiveReceiver receiver(config, downtown(), *config.start);
+  EXPECT_THAT(receiver.take_warnings(), ::testing::ElementsAre(HasSubstr(kWarning)));
+  // Nor does it while the receiver runs.
+  receiver.set_config(changed_live_config(config, "noise.mu_m: 2", "request"));
+  EXPECT_THAT(receiver.take_warnings(), ::testing::ElementsAre(HasSubstr(kWarning)));
+  receiver.set_config(changed_live_config(config, "seed: 3", "request"));
+  EXPECT_THAT(receiver.take_warnings(), ::testing::IsEmpty());
+
+  const auto warnings = [](const std::string& more) {
+    return parse_live_config("start: 2026-06-01T08:00:00Z\n" + more, "plugin").warnings;
+  };
+  EXPECT_THAT(warnings("noise: {enabled: true, mu_m: 1}\n"), ::testing::IsEmpty());
+  EXPECT_THAT(warnings("noise: {mu_m: 1}\nsky: {errors: {enabled: false}}\n"), ::testing::IsEmpty());
+  EXPECT_THAT(warnings("noise: {mu_m: 1}\nsky: {frozen: {satAzimuth: [1], satElevation: [1]}}\n"),
+              ::testing::IsEmpty());
+  EXPECT_THAT(parse_live_config("start: 2026-06-01T08:00:00\n", "plugin").warnings,
+              ::testing::ElementsAre(HasSubstr("names no zone")));
+}
+
 TEST(LiveConfig, TakesNothingOfCityAndTrajectory) {
   EXPECT_THAT(error_text([] { (void)parse_live_config("city: {open: true}\n", "plugin"); }),
               HasSubstr("city"));

@@ -20,8 +20,7 @@ bool ends_with(std::string_view text, std::string_view end) {
 }  // namespace
 
 const std::vector<ScenarioKey>& profile_keys() {
-  static const options::Description description = options::describe<ReceiverConfig>();
-  return description.keys;
+  return options::description_of<ReceiverConfig>().keys;
 }
 
 void visit(options::Visitor& v, Profile& profile) {
@@ -48,9 +47,8 @@ bool is_profile_path(std::string_view text) {
 }
 
 Profile parse_profile(const std::string& text, const std::filesystem::path& name) {
-  static const options::Description description = options::describe<Profile>();
   Profile profile;
-  parse(text, name, description, "profile", "it needs at least description: ...", profile);
+  options::read_yaml(text, document_of(name, "profile"), "it needs at least description: ...", profile);
   return profile;
 }
 

@@ -8,6 +8,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/options/settings_tree.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/simulation/profile.hpp"
 #include "canyon/simulation/scenario_fields.hpp"
@@ -20,14 +21,6 @@ constexpr const char* kNeeds = "it needs at least city, sky and trajectory";
 
 bool ends_with(const std::string& text, std::string_view end) {
   return text.size() > end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
-
-/// The entry of a mapping, made where it has none.
-options::Node& entry_of(options::Node& mapping, const std::string& key) {
-  if (mapping.find(key) == nullptr) mapping.entries.push_back({key, mapping.line, {}});
-  return std::find_if(mapping.entries.begin(), mapping.entries.end(),
-                      [&key](const options::Node::Entry& entry) { return entry.key == key; })
-      ->value;
 }
 
 }  // namespace
@@ -59,11 +52,13 @@ Scenario parse_scenario(const std::string& text, const std::filesystem::path& na
                         const ScenarioReadOptions& options) {
   Scenario scenario;
   scenario.file = name;
+  options::Document document = document_of(name);
+  document.set_keys(scenario_description());
   if (options.trajectory_needed) {
-    parse(text, name, scenario_description(), "scenario", kNeeds, scenario);
+    options::read_yaml(text, document, kNeeds, scenario);
   } else {
     ScenarioOfAnyTrajectory any{scenario};
-    parse(text, name, scenario_description(), "scenario", kNeeds, any);
+    options::read_yaml(text, document, kNeeds, any);
   }
   return scenario;
 }
@@ -85,22 +80,16 @@ Scenario read_scenario(const std::filesystem::path& path, const ScenarioReadOpti
 }
 
 Scenario read_scenario_with_profile(const std::filesystem::path& path, const std::string& profile) {
-  using options::Node;
   const TextFile file(path, kMaxBytes);
   Scenario scenario;
   scenario.file = path;
-  const auto change = [&profile](Node& root) {
-    if (root.kind != Node::Kind::Mapping) return;
-    Node& receivers = entry_of(root, "receivers");
-    if (receivers.kind == Node::Kind::Empty) receivers.kind = Node::Kind::List;
-    if (receivers.kind != Node::Kind::List) return;
-    if (receivers.items.empty()) receivers.items.emplace_back().kind = Node::Kind::Mapping;
-    if (receivers.items.front().kind != Node::Kind::Mapping) return;
-    Node& value = entry_of(receivers.items.front(), "profile");
-    value.kind = Node::Kind::Scalar;
-    value.text = profile;
+  const auto change = [&profile](options::Node& root) {
+    try {
+      options::set_at(root, "receivers[0].profile", options::scalar_node(profile));
+    } catch (const InputError&) {  // the reader names what is not a list or a section
+    }
   };
-  parse(std::string(file.text()), path, scenario_description(), "scenario", kNeeds, scenario, change);
+  options::read_yaml(std::string(file.text()), document_of(path), kNeeds, scenario, change);
   return scenario;
 }
 
@@ -123,8 +112,7 @@ std::string scenario_yaml(const Scenario& scenario) {
 }
 
 const options::Description& scenario_description() {
-  static const options::Description description = options::describe<Scenario>();
-  return description;
+  return options::description_of<Scenario>();
 }
 
 const std::vector<ScenarioKey>& scenario_keys() {

@@ -93,6 +93,13 @@ struct SkyConfig {
   std::set<gnss::System> systems{gnss::kConstellations.begin(), gnss::kConstellations.end()};
   bool allow_stale = false;
   errors::SpaceErrorOptions errors;
+
+  /// Whether signals have the errors of space: as `errors` says, else where the satellites' ephemerides are
+  /// broadcast ones.
+  [[nodiscard]] bool has_errors(bool broadcast) const {
+    return errors.enabled || (broadcast && !errors.enabled.is_set());
+  }
+  [[nodiscard]] bool has_errors() const { return has_errors(nominal || !navigation.empty()); }
 };
 
 struct TrajectoryConfig {

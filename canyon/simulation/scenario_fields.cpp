@@ -18,6 +18,14 @@
 #include "canyon/simulation/run_fields.hpp"
 
 namespace canyon::simulation {
+
+options::Document document_of(const std::filesystem::path& name, const char* kind) {
+  options::Document document;
+  document.file = name;
+  document.kind = kind;
+  return document;
+}
+
 namespace {
 
 using geodesy::Geodetic;
@@ -381,6 +389,7 @@ void visit_receivers(Visitor& v, std::vector<ReceiverConfig>& receivers, const C
 }  // namespace
 
 void visit_profile(Visitor& v, ReceiverConfig& config) {
+  v.replaced("preset", "did you mean 'profile'?");
   std::optional<std::string> profile;
   // Every key is written out below it; this one sets no list and no table that keys could only add to.
   if (!v.reads()) profile = kDefaultProfile;  // which sets no options::Switch
@@ -388,6 +397,17 @@ void visit_profile(Visitor& v, ReceiverConfig& config) {
           kDefaultProfile},
          profile);
   if (v.reads()) config = profile_of(v, profile.value_or(std::string(kDefaultProfile)));
+}
+
+bool has_idle_noise(const SkyConfig& sky, const ReceiverConfig& receiver) {
+  return sky.has_errors() && !receiver.options.noise.enabled.is_set();
+}
+
+std::string idle_noise_warning(const std::vector<std::string>& names) {
+  return fmt::format(
+      "noise{}{} has no effect, because errors from space replace it; set noise.enabled: true for both, or "
+      "sky.errors.enabled: false",
+      names.empty() ? "" : " of ", fmt::join(names, ", "));
 }
 
 void visit_name_and_profile(Visitor& v, ReceiverConfig& config, bool several) {
@@ -431,26 +451,17 @@ void visit_streets(Visitor& v, Scenario& scenario) {
   for (ReceiverConfig& receiver : scenario.receivers) receiver.streets = streets;
 }
 
-/// Values of noise have no effect where errors from space replace it (ReceiverOptions::decide()) and nobody
-/// says that both are wanted.
-void warn_of_idle_noise(Visitor& v, Scenario& scenario) {
-  const SkyConfig& sky = scenario.sky;
-  const options::Switch& errors = sky.errors.enabled;
-  const bool space = errors || (!errors.is_set() && (sky.nominal || !sky.navigation.empty()));
-  if (!v.reads() || !space) return;
+void warn_of_idle_noises(Visitor& v, Scenario& scenario) {
+  if (!v.reads()) return;
   std::vector<std::string> idle;
   const bool of_all = v.has("noise");
-  const auto look = [&](const ReceiverConfig& config) {
-    if ((of_all || v.has("noise")) && !config.options.noise.enabled.is_set())
-      idle.push_back(config.options.name);
+  const auto look = [&](const ReceiverConfig& receiver) {
+    if ((of_all || v.has("noise")) && has_idle_noise(scenario.sky, receiver))
+      idle.push_back(receiver.options.name);
   };
   if (!v.has("receivers")) look(scenario.receivers.front());
   v.list("receivers", scenario.receivers, look);
-  if (idle.empty()) return;
-  scenario.warnings.push_back(
-      fmt::format("noise of {} has no effect, because errors from space replace it; add enabled: true to it, "
-                  "or sky: {{errors: {{enabled: false}}}}",
-                  fmt::join(idle, ", ")));
+  if (!idle.empty()) scenario.warnings.push_back(idle_noise_warning(idle));
 }
 
 void visit_scenario(Visitor& v, Scenario& scenario, bool trajectory_needed) {
@@ -471,7 +482,7 @@ void visit_scenario(Visitor& v, Scenario& scenario, bool trajectory_needed) {
                                [](const ReceiverConfig& receiver) { return has_base(receiver.options); })) {
     scenario.sky.errors.enabled.set_default(true);
   }
-  warn_of_idle_noise(v, scenario);
+  warn_of_idle_noises(v, scenario);
   std::vector<std::string> names;
   for (const ReceiverConfig& receiver : scenario.receivers) names.push_back(receiver.options.name);
   disturbance::visit_faults(v, scenario.faults, names);

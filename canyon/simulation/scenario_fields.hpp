@@ -1,7 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 
@@ -26,22 +25,15 @@ void visit_fixed(options::Visitor& v, std::optional<FixedPlace>& fixed, const Ci
 /// Name and profile, which a reader lets stand for the defaults of all other fields. `several`: a name is
 /// needed.
 void visit_name_and_profile(options::Visitor& v, ReceiverConfig& config, bool several);
+/// Whether `noise` of a receiver has no effect, because errors from space replace it
+/// (ReceiverOptions::decide()) and nobody says that both are wanted.
+[[nodiscard]] bool has_idle_noise(const SkyConfig& sky, const ReceiverConfig& receiver);
+/// The warning where `noise` was given all the same. @param names of the receivers; empty: there is but one
+[[nodiscard]] std::string idle_noise_warning(const std::vector<std::string>& names);
 /// A reader sets the whole config by the profile that stands there, or by the default one.
 void visit_profile(options::Visitor& v, ReceiverConfig& config);
 
-/// Reads a YAML text into `options`. Throws InputError with file and line. @param change of what was written,
-/// before it is read
-template <typename Options>
-void parse(const std::string& text, const std::filesystem::path& name,
-           const options::Description& description, const char* kind, const char* needs, Options& options,
-           const std::function<void(options::Node&)>& change = {}) {
-  options::Document document;
-  document.file = name;
-  document.kind = kind;
-  document.known = description.paths();
-  options::Node root = options::parse_yaml(text, document, needs);
-  if (change) change(root);
-  options::read(root, document, options);
-}
+/// Of a text of this kind. `name` stands in messages.
+[[nodiscard]] options::Document document_of(const std::filesystem::path& name, const char* kind = "scenario");
 
 }  // namespace canyon::simulation

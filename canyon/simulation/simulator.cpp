@@ -16,6 +16,7 @@
 #include "canyon/receiver/corrections.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/correction_links.hpp"
+#include "canyon/simulation/epoch_schedule.hpp"
 #include "canyon/simulation/motion/antenna_pose.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
 #include "canyon/simulation/run_receiver.hpp"
@@ -41,13 +42,13 @@ constexpr double kFastest_mps = 515;
 struct Plan {
   Trajectory trajectory;
   GpsTime begin;
-  std::int64_t interval_ns = 0;
-  std::size_t epochs = 0;
+  EpochSchedule schedule{1};  // from `begin`
   std::vector<std::string> warnings;
 
-  [[nodiscard]] GpsTime end() const { return at(epochs - 1); }
+  [[nodiscard]] std::size_t epochs() const { return static_cast<std::size_t>(schedule.count()); }
+  [[nodiscard]] GpsTime end() const { return at(epochs() - 1); }
   [[nodiscard]] GpsTime at(std::size_t k) const {
-    return begin + std::chrono::nanoseconds(static_cast<std::int64_t>(k) * interval_ns);
+    return begin + std::chrono::nanoseconds(schedule.at_ns(static_cast<std::int64_t>(k)));
   }
 };
 
@@ -55,7 +56,10 @@ Plan make_plan(const Scenario& scenario, double geoid_undulation_m) {
   if (scenario.receivers.empty())
     throw scenario_error(scenario, "the scenario has no receiver", "give at least one");
   TrajectoryFile file = make_trajectory(scenario, geoid_undulation_m);
-  Plan plan{file.trajectory.with_attitude(scenario.trajectory.attitude), {}, 0, 0, std::move(file.warnings)};
+  Plan plan{file.trajectory.with_attitude(scenario.trajectory.attitude),
+            {},
+            EpochSchedule(1),
+            std::move(file.warnings)};
   const GpsTime first = plan.trajectory.begin();
   const GpsTime last = plan.trajectory.end();
   plan.begin = first;
@@ -75,7 +79,6 @@ Plan make_plan(const Scenario& scenario, double geoid_undulation_m) {
     throw scenario_error(scenario, fmt::format("an epoch every {} s cannot be simulated", interval_s),
                          "give a rate_hz from 1e-6 to 1e6");
   }
-  plan.interval_ns = std::llround(interval_s * 1e9);
   double duration_s = last - plan.begin;
   if (scenario.duration_s) {
     if (!(*scenario.duration_s >= 0)) {
@@ -89,13 +92,12 @@ Plan make_plan(const Scenario& scenario, double geoid_undulation_m) {
     }
     duration_s = std::min(duration_s, *scenario.duration_s);
   }
-  // In nanoseconds, with half of one for the rounding of duration_s.
-  const double steps = std::floor((duration_s * 1e9 + 0.5) / static_cast<double>(plan.interval_ns));
-  if (steps >= static_cast<double>(kMaxEpochs)) {
-    throw scenario_error(scenario, fmt::format("{:.0f} epochs are too many", steps + 1),
+  const double epochs = EpochSchedule::count_within(duration_s, interval_s);
+  if (epochs > static_cast<double>(kMaxEpochs)) {
+    throw scenario_error(scenario, fmt::format("{:.0f} epochs are too many", epochs),
                          fmt::format("lower rate_hz or duration_s: at most {} epochs", kMaxEpochs));
   }
-  plan.epochs = static_cast<std::size_t>(steps) + 1;
+  plan.schedule = EpochSchedule(interval_s, static_cast<std::int64_t>(epochs));
   return plan;
 }
 
@@ -229,10 +231,10 @@ void Simulation::Impl::check_near(const city::Box& bounds, const Geodetic& place
 
 // Checks up to two thousand epochs of the trajectory: distance to the city, terrain below, speed.
 void Simulation::Impl::check_places() {
-  const std::size_t step = std::max<std::size_t>(1, plan.epochs / 2000);
+  const std::size_t step = std::max<std::size_t>(1, plan.epochs() / 2000);
   const city::Box bounds = environment.city().bounds();
   bool fast = false;
-  for (std::size_t k = 0; k < plan.epochs; k += step) {
+  for (std::size_t k = 0; k < plan.epochs(); k += step) {
     const Pose pose = plan.trajectory.at(plan.at(k));
     const double speed_mps = pose.velocity_enu_mps.norm();
     if (speed_mps > kFastest_mps && !std::exchange(fast, true)) {
@@ -282,7 +284,7 @@ void Simulation::Impl::check_faults() {
                       "and ephemeris_s",
                       fault.name, *fault.until_s, *own_s));
     }
-    if (plan.at(plan.epochs - 1) >= plan.begin + fault.from_s) continue;
+    if (plan.at(plan.epochs() - 1) >= plan.begin + fault.from_s) continue;
     warnings.push_back(
         fmt::format("fault '{}' begins after {} s, when the run has ended", fault.name, fault.from_s));
   }
@@ -424,10 +426,10 @@ GpsTime Simulation::begin() const {
   return impl_->plan.begin;
 }
 double Simulation::interval_s() const {
-  return static_cast<double>(impl_->plan.interval_ns) * 1e-9;
+  return impl_->plan.schedule.interval_s();
 }
 std::size_t Simulation::epoch_count() const {
-  return impl_->plan.epochs;
+  return impl_->plan.epochs();
 }
 
 Pose Simulation::antenna_pose(std::size_t receiver, GpsTime t) const {
@@ -442,7 +444,7 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
   const auto started = std::chrono::steady_clock::now();
   const std::size_t receiver_count = impl.scenario.receivers.size();
   RunResult result;
-  result.planned = impl.plan.epochs;
+  result.planned = impl.plan.epochs();
 
   std::vector<receiver::Receiver> receivers = impl.make_receivers();
   CorrectionLinks links(impl.scenario.receivers, impl.scenario.seed);

@@ -202,8 +202,7 @@ void require_satellites(const orbit::Sky& sky, std::span<const GpsTime> times) {
 
 std::shared_ptr<const errors::SpaceErrors> make_space_errors(const SkyConfig& config, const BuiltSky& sky,
                                                              std::uint64_t seed) {
-  const options::Switch& enabled = config.errors.enabled;
-  if (!enabled && (enabled.is_set() || sky.navigation.empty())) return nullptr;
+  if (!config.has_errors(!sky.navigation.empty())) return nullptr;
   errors::SpaceErrorOptions options = config.errors;
   // Receivers use the precise orbits as well.
   if (!config.sp3.empty()) options.orbit_clock_m.clear();

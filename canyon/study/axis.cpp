@@ -10,7 +10,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/geodesy/time_text.hpp"
 #include "canyon/options/folder_name.hpp"
-#include "canyon/study/settings_tree.hpp"
+#include "canyon/options/settings_tree.hpp"
 #include "canyon/unknowns/unknowns.hpp"
 
 namespace canyon::study {
@@ -233,7 +233,7 @@ AxisValue value_at(const Axis& axis, const Level& level) {
     }
   }
   if (value.label.empty()) value.label = value.text;
-  value.tree = scalar_node(value.text, axis.line);
+  value.tree = options::scalar_node(value.text, axis.line);
   return value;
 }
 

@@ -15,7 +15,6 @@
 #include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text_file.hpp"
-#include "canyon/study/settings_tree.hpp"
 
 namespace canyon::study {
 namespace {

@@ -11,14 +11,16 @@
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/options/read.hpp"
+#include "canyon/options/settings_tree.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/study/estimate.hpp"
-#include "canyon/study/settings_tree.hpp"
 
 namespace canyon::study {
 namespace {
 
 using options::Node;
+using options::plain_key;
+using options::scalar_node;
 
 constexpr std::size_t kMaxBytes = std::size_t{16} << 20;
 constexpr const char* kNeeds = "it needs at least scenario and axes";
@@ -283,7 +285,7 @@ options::Document StudyPlan::document(const std::vector<AxisValue>& at) const {
   options::Document document;
   document.file = base_file_;
   document.kind = "scenario";
-  document.known = simulation::scenario_description().paths();
+  document.set_keys(simulation::scenario_description());
   // Key -> axis, the last one that sets it.
   std::vector<std::pair<std::string, std::string>> set;
   for (std::size_t i = 0; i < at.size(); ++i) {

@@ -9,7 +9,6 @@
 #include <set>
 
 #include "canyon/study/runner.hpp"
-#include "canyon/study/settings_tree.hpp"
 #include "tests/support/simulation_support.hpp"
 #include "tests/support/source_dir.hpp"
 
@@ -32,34 +31,6 @@ constexpr const char* kScenario = R"(scenario:
 
 StudyPlan plan_of(const std::string& rest) {
   return StudyPlan::parse(kScenario + rest, "study.yaml");
-}
-
-options::Node tree_of(const std::string& yaml) {
-  options::Document document;
-  document.file = "text";
-  return options::parse_yaml(yaml, document, "");
-}
-
-TEST(SettingsTree, SetsValuesSectionsAndItems) {
-  options::Node root = tree_of("{a: {b: 1}, list: [{name: x, k: 1}, {name: y}]}");
-  set_at(root, "a.b", scalar_node("2"));
-  set_at(root, "a.new.deep", scalar_node("3"));
-  set_at(root, "list[].k", scalar_node("7"));
-  set_at(root, "list[y].k", scalar_node("8"));
-  set_at(root, "list[0].m", tree_of("{p: [1, 2]}"));
-  EXPECT_EQ(flow_text(root),
-            "{a: {b: 2, new: {deep: 3}}, list: [{name: x, k: 7, m: {p: [1, 2]}}, {name: y, k: 8}]}");
-  EXPECT_THAT(error_of([&] { set_at(root, "list[5].k", scalar_node("1")); }).what(), HasSubstr("no item 5"));
-  EXPECT_THAT(error_of([&] { set_at(root, "a.b.c", scalar_node("1")); }).what(),
-              HasSubstr("is not a section"));
-}
-
-// A tree written on one line reads back as the same tree.
-TEST(SettingsTree, FlowTextReadsBack) {
-  const options::Node root =
-      tree_of("{a: \"x: y\", b: [\"{\", \"say \\\"so\\\"\", \" blank \"], c: -1.5e-3}");
-  EXPECT_EQ(flow_text(tree_of(flow_text(root))), flow_text(root));
-  EXPECT_EQ(tree_of(flow_text(root)).find("a")->value.text, "x: y");
 }
 
 TEST(Study, ErrorsAlongAWayNeedEpochsAndOneWay) {

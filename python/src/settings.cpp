@@ -217,7 +217,7 @@ options::Document document_of(const std::filesystem::path& file, const std::stri
   options::Document document;
   document.file = file;
   document.kind = kind;
-  document.known = description.paths();
+  document.set_keys(description);
   document.fault = [file](const std::string& path, const std::string& key, int line, std::string_view problem,
                           std::string_view cure) {
     const std::string name = line > 0 || key.empty() ? key : with(path, key);

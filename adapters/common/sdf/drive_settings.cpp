@@ -108,19 +108,22 @@ VehicleDrive along_file(const PluginElements& elements, const DriveElements& giv
 
 }  // namespace
 
-std::vector<options::Key> drive_keys() {
-  std::vector<options::Key> keys = options::describe<DriveElements>().keys;
-  const auto start =
-      std::find_if(keys.begin(), keys.end(), [](const options::Key& key) { return key.path == "start"; });
-  start->default_value = "the file's first time";
-  start->meaning = "time at simulated time 0; the receiver's `start` should be the same";
-  return keys;
+const options::Description& drive_description() {
+  static const options::Description description = [] {
+    options::Description made = options::describe<DriveElements>();
+    const auto start = std::find_if(made.keys.begin(), made.keys.end(),
+                                    [](const options::Key& key) { return key.path == "start"; });
+    start->default_value = "the file's first time";
+    start->meaning = "time at simulated time 0; the receiver's `start` should be the same";
+    return made;
+  }();
+  return description;
 }
 
 DriveSettings read_drive_settings(const sdf::ElementPtr& element, const std::string& name,
                                   const std::filesystem::path& folder, const ResourcePaths& resources,
                                   const geodesy::LocalFrame& world) {
-  const PluginElements elements(element, name, drive_keys());
+  const PluginElements elements(element, name, drive_description());
   std::vector<std::string> warnings = elements.warnings();
   DriveElements given;
   std::vector<std::filesystem::path> folders;

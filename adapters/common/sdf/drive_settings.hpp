@@ -29,7 +29,7 @@ struct DriveSettings {
                                                 const ResourcePaths& resources,
                                                 const geodesy::LocalFrame& world);
 
-/// One row per element for docs and tests.
-[[nodiscard]] std::vector<options::Key> drive_keys();
+/// A key per element, for docs and tests.
+[[nodiscard]] const options::Description& drive_description();
 
 }  // namespace canyon::adapters

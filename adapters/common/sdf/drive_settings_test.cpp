@@ -111,7 +111,7 @@ TEST_F(DriveElementTest, WarnsOfUnknownElements) {
 
 TEST(DriveKeys, DocumentationHasTheSameTable) {
   const std::string page = canyon::test::read_bytes(std::filesystem::path(canyon_source_dir) / "docs/sdf.md");
-  const std::string table = options::markdown(drive_keys());
+  const std::string table = options::markdown(drive_description().keys);
   EXPECT_NE(page.find(table), std::string::npos) << table;
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "canyon/base/text.hpp"
+#include "canyon/options/settings_tree.hpp"
 
 namespace canyon::adapters {
 namespace {
@@ -27,13 +28,6 @@ std::string text_of(const sdf::ElementPtr& element) {
   return value ? std::string(trim(value->GetAsString())) : "";
 }
 
-Node scalar(std::string text) {
-  Node node;
-  node.kind = Node::Kind::Scalar;
-  node.text = std::move(text);
-  return node;
-}
-
 // Models of PX4 and ROS have empty elements for the default.
 bool may_be_empty(std::string_view path) {
   return path == "robotNamespace" || path == "ros.namespace";
@@ -41,9 +35,10 @@ bool may_be_empty(std::string_view path) {
 
 }  // namespace
 
-PluginElements::PluginElements(const sdf::ElementPtr& plugin, std::string plugin_name, std::vector<Key> known)
-    : plugin_name_(std::move(plugin_name)), known_(std::move(known)) {
-  for (const Key& key : known_) document_.known.push_back(key.path);
+PluginElements::PluginElements(const sdf::ElementPtr& plugin, std::string plugin_name,
+                               const options::Description& known)
+    : plugin_name_(std::move(plugin_name)), known_(known.keys) {
+  document_.set_keys(known);
   document_.word = "element";
   document_.page = "docs/sdf.md";
   document_.digits_are_booleans = true;
@@ -51,6 +46,7 @@ PluginElements::PluginElements(const sdf::ElementPtr& plugin, std::string plugin
   if (!plugin) return;
   warn_attributes(plugin, "");
   convert(plugin, "", "", root_);
+  warn_replaced();
 }
 
 InputError PluginElements::error(const std::string& tag, std::string_view problem,
@@ -101,15 +97,15 @@ void PluginElements::convert(const sdf::ElementPtr& parent, const std::string& p
       if (!list) {
         throw error(tag, "is given twice", section ? "put what is in both into one" : "keep one");
       }
-      earlier->value.items.push_back(scalar(text));
+      earlier->value.items.push_back(options::scalar_node(text));
       continue;
     }
     tags_.push_back(tag);
-    to.entries.push_back({name, static_cast<int>(tags_.size()), scalar(text)});
+    to.entries.push_back({name, static_cast<int>(tags_.size()), options::scalar_node(text)});
     Node& value = to.entries.back().value;
     if (list) {
       value.kind = Node::Kind::List;
-      value.items.push_back(scalar(text));
+      value.items.push_back(options::scalar_node(text));
     } else if (section) {
       value.kind = Node::Kind::Mapping;
       convert(child, child_path + ".", tag, value);
@@ -131,6 +127,10 @@ void PluginElements::warn_attributes(const sdf::ElementPtr& element, const std::
 }
 
 void PluginElements::warn_unknown(const std::string& name, const std::string& path, const std::string& tags) {
+  if (document_.replaced.contains(path + name)) {
+    replaced_.emplace_back(path + name, fmt::format("{}<{}>", tags, name));
+    return;
+  }
   std::string meant;
   for (const Key& key : known_) {  // the right name in the wrong place
     const std::string_view last = std::string_view(key.path).substr(key.path.find_last_of('.') + 1);
@@ -146,15 +146,25 @@ void PluginElements::warn_unknown(const std::string& name, const std::string& pa
                                   meant.empty() ? "" : fmt::format("; did you mean {}?", meant)));
 }
 
-const Node::Entry* PluginElements::find(std::string_view path) const {
-  const Node* node = &root_;
-  const Node::Entry* entry = nullptr;
-  for (const std::string_view name : split(path, '.')) {
-    entry = node->find(name);
-    if (entry == nullptr) return nullptr;
-    node = &entry->value;
+void PluginElements::warn_replaced() {
+  std::vector<std::pair<std::string, std::string>> lines;  // tags and their cure
+  for (const auto& [path, tag] : replaced_) {
+    const std::string& cure = document_.replaced.at(path);
+    const auto same =
+        std::find_if(lines.begin(), lines.end(), [&](const auto& line) { return line.second == cure; });
+    if (same == lines.end()) {
+      lines.emplace_back(tag, cure);
+    } else {
+      same->first += ", " + tag;
+    }
   }
-  return entry;
+  for (const auto& [tags, cure] : lines)
+    warnings_.push_back(fmt::format("{} without effect: {}", tags, cure));
+}
+
+bool PluginElements::has_replaced(std::string_view path) const {
+  return std::any_of(replaced_.begin(), replaced_.end(),
+                     [&](const auto& each) { return each.first == path; });
 }
 
 std::optional<std::string> PluginElements::take(const std::string& name) {
@@ -166,24 +176,8 @@ std::optional<std::string> PluginElements::take(const std::string& name) {
 }
 
 void PluginElements::put(std::string_view path, const std::string& text, const std::string& tag) {
-  if (const Node::Entry* there = find(path)) {
-    const std::string& other = tags_[static_cast<std::size_t>(there->line) - 1];
-    throw error(tag, fmt::format("conflicts with {}", other), "keep one");
-  }
   tags_.push_back(tag);
-  Node* node = &root_;
-  for (const std::string_view name : split(path, '.')) {
-    const auto there = std::find_if(node->entries.begin(), node->entries.end(),
-                                    [&](const Node::Entry& entry) { return entry.key == name; });
-    node->kind = Node::Kind::Mapping;
-    if (there == node->entries.end()) {
-      node->entries.push_back({std::string(name), static_cast<int>(tags_.size()), {}});
-      node = &node->entries.back().value;
-    } else {
-      node = &there->value;
-    }
-  }
-  *node = scalar(text);
+  options::set_at(root_, path, options::scalar_node(text, static_cast<int>(tags_.size())));
 }
 
 Document PluginElements::document(const std::vector<std::filesystem::path>& folders,

@@ -5,6 +5,7 @@
 #include <sdf/sdf.hh>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "adapters/common/resource_files.hpp"
@@ -19,15 +20,17 @@ namespace canyon::adapters {
 class PluginElements {
  public:
   /// `known`: every element by its dotted path ("noise.enabled"); those of several texts or files may be
-  /// repeated. Others become warnings, and so do attributes, but a plugin's name and file and those with a
-  /// namespace. Throws InputError for an element that is given twice and may not, is
-  /// empty, or has text where elements belong or the other way round.
-  PluginElements(const sdf::ElementPtr& plugin, std::string plugin_name, std::vector<options::Key> known);
+  /// repeated. Others become warnings, with the cures of Description::replaced, and so do attributes, but a
+  /// plugin's name and file and those with a namespace. Throws InputError for an element that is given twice
+  /// and may not, is empty, or has text where elements belong or the other way round.
+  PluginElements(const sdf::ElementPtr& plugin, std::string plugin_name, const options::Description& known);
 
-  [[nodiscard]] bool has(std::string_view path) const { return find(path) != nullptr; }
+  [[nodiscard]] bool has(std::string_view path) const { return root_.find_path(path) != nullptr; }
+  /// Whether an element of Description::replaced stands there.
+  [[nodiscard]] bool has_replaced(std::string_view path) const;
   /// The text of an element right below the plugin's, which is then gone.
   [[nodiscard]] std::optional<std::string> take(const std::string& name);
-  /// Adds an element that was given by another one, `tag`. Throws InputError where it stands already.
+  /// Adds an element that another one, `tag`, gives.
   void put(std::string_view path, const std::string& text, const std::string& tag);
 
   /// Has visit(Visitor&, Options&) read the elements. Names of files belong to `folders`, then to
@@ -41,7 +44,7 @@ class PluginElements {
   /// `tag`: "<noise><enabled>"
   [[nodiscard]] InputError error(const std::string& tag, std::string_view problem,
                                  std::string_view cure) const;
-  /// Elements of unknown name, a line each.
+  /// Elements of unknown name, a line each, then those that are replaced, a line for each cure.
   [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:
@@ -49,7 +52,7 @@ class PluginElements {
                options::Node& to);
   void warn_attributes(const sdf::ElementPtr& element, const std::string& tags);
   void warn_unknown(const std::string& name, const std::string& path, const std::string& tags);
-  [[nodiscard]] const options::Node::Entry* find(std::string_view path) const;
+  void warn_replaced();
   [[nodiscard]] options::Document document(const std::vector<std::filesystem::path>& folders,
                                            const ResourcePaths& resources) const;
 
@@ -57,7 +60,8 @@ class PluginElements {
   std::vector<options::Key> known_;
   options::Document document_;
   options::Node root_;
-  std::vector<std::string> tags_;  // by the "line" of a node, from 1
+  std::vector<std::string> tags_;                              // by the "line" of a node, from 1
+  std::vector<std::pair<std::string, std::string>> replaced_;  // paths and tags, in their order
   std::vector<std::string> warnings_;
 };
 

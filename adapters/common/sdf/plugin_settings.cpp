@@ -34,11 +34,10 @@ constexpr OtherName kOtherNames[] = {
     {"update_rate", "rate_hz"},
 };
 
-// Elements of other plugins that users exchange for this one; the warning names a replacement.
+// Elements of other plugins that users exchange for this one, and what takes their place.
 struct Foreign {
   const char* name;
-  const char* instead;
-  bool px4;
+  const char* cure;
 };
 constexpr const char* kPx4Noise =
     "<noise><sigma_m_per_sqrt_s> and <noise><theta_per_s> shape the noise of pseudoranges here, "
@@ -46,20 +45,15 @@ constexpr const char* kPx4Noise =
 constexpr const char* kPx4Home =
     "the world's spherical_coordinates, or <origin_latitude>, <origin_longitude> and <origin_altitude>, say "
     "the origin here";
-constexpr Foreign kForeign[] = {
-    {"offsetTopicName", "the offsets are in range_offset of the ROS topic gnss_multipath", false},
-    {"satRayTopicName", "<visuals><rays>true</rays></visuals> shows the rays", false},
-    {"errorScale", "errors are in metres as they are; <visuals><bubble_scale> scales what is shown of them",
-     false},
-    {"gpsXYRandomWalk", kPx4Noise, true},
-    {"gpsZRandomWalk", kPx4Noise, true},
-    {"gpsXYNoiseDensity", kPx4Noise, true},
-    {"gpsZNoiseDensity", kPx4Noise, true},
-    {"gpsVXYNoiseDensity", kPx4Noise, true},
-    {"gpsVZNoiseDensity", kPx4Noise, true},
-    {"homeLatitude", kPx4Home, true},
-    {"homeLongitude", kPx4Home, true},
-    {"homeAltitude", kPx4Home, true},
+constexpr Foreign kPx4[] = {
+    {"gpsXYRandomWalk", kPx4Noise},  {"gpsZRandomWalk", kPx4Noise},     {"gpsXYNoiseDensity", kPx4Noise},
+    {"gpsZNoiseDensity", kPx4Noise}, {"gpsVXYNoiseDensity", kPx4Noise}, {"gpsVZNoiseDensity", kPx4Noise},
+    {"homeLatitude", kPx4Home},      {"homeLongitude", kPx4Home},       {"homeAltitude", kPx4Home},
+};
+constexpr Foreign kPrototypes[] = {
+    {"offsetTopicName", "the offsets are in range_offset of the ROS topic gnss_multipath"},
+    {"satRayTopicName", "<visuals><rays>true</rays></visuals> shows the rays"},
+    {"errorScale", "errors are in metres as they are; <visuals><bubble_scale> scales what is shown of them"},
 };
 
 // Keys with another default or meaning in a plugin than in a file.
@@ -78,49 +72,29 @@ constexpr Difference kDifferences[] = {
     {"profile", "ublox-m10; paper with satAzimuth"},
 };
 
-std::vector<Key> make_keys() {
-  std::vector<Key> keys = options::describe<HostSettings>().keys;
-  const auto at = [&keys](std::string_view path) {
-    return std::find_if(keys.begin(), keys.end(), [path](const Key& key) { return key.path == path; });
-  };
+options::Description make_description() {
+  options::Description description = options::describe<HostSettings>();
   for (const Difference& difference : kDifferences) {
-    const auto key = at(difference.path);
+    const auto key = std::find_if(description.keys.begin(), description.keys.end(),
+                                  [&](const Key& each) { return each.path == difference.path; });
     key->default_value = difference.default_value;
     if (difference.meaning != nullptr) key->meaning = difference.meaning;
   }
-  for (const OtherName& other : kOtherNames) {
-    Key key = *at(other.path);
-    key.path = other.name;
-    key.default_value.clear();
-    key.meaning = fmt::format("the same as {}{}", other.path, other.effect);
-    keys.push_back(std::move(key));
-  }
-  return keys;
+  for (const OtherName& other : kOtherNames) description.add_other_name(other.name, other.path, other.effect);
+  for (const Foreign& foreign : kPx4) description.replaced.emplace(foreign.name, foreign.cure);
+  for (const Foreign& foreign : kPrototypes) description.replaced.emplace(foreign.name, foreign.cure);
+  return description;
 }
 
-std::vector<Key> known_elements() {
-  std::vector<Key> known = plugin_keys();
-  for (const Foreign& foreign : kForeign) known.push_back({foreign.name, "", "", ""});
-  return known;
+const options::Description& plugin_description() {
+  static const options::Description description = make_description();
+  return description;
 }
 
-// Whether there is an element of PX4's gps plugin.
-bool take_foreign(PluginElements& elements, std::vector<std::string>& warnings) {
-  bool px4 = elements.has("gpsNoise");
-  std::vector<std::pair<std::string, std::string_view>> ignored;  // tags and replacements
-  for (const Foreign& foreign : kForeign) {
-    if (!elements.take(foreign.name)) continue;
-    px4 = px4 || foreign.px4;
-    const std::string tag = fmt::format("<{}>", foreign.name);
-    if (!ignored.empty() && ignored.back().second == foreign.instead) {
-      ignored.back().first += ", " + tag;  // one warning for all that one answer serves
-    } else {
-      ignored.emplace_back(tag, foreign.instead);
-    }
-  }
-  for (const auto& [tags, instead] : ignored)
-    warnings.push_back(fmt::format("{} without effect: {}", tags, instead));
-  return px4;
+bool is_for_px4(const PluginElements& elements) {
+  return elements.has("gpsNoise") ||
+         std::any_of(std::begin(kPx4), std::end(kPx4),
+                     [&](const Foreign& foreign) { return elements.has_replaced(foreign.name); });
 }
 
 // Other texts are left for the reader to refuse.
@@ -128,19 +102,6 @@ std::string turned_round(const std::string& text) {
   const std::string small = lower_case(text);
   if (small == "true" || small == "1") return "false";
   return small == "false" || small == "0" ? "true" : text;
-}
-
-// Whether there are the paper's satellites, which imply its receiver.
-bool take_other_names(PluginElements& elements) {
-  const bool paper = elements.has("satAzimuth");
-  for (const OtherName& other : kOtherNames) {
-    const auto text = elements.take(other.name);
-    if (!text) continue;
-    const bool turn = std::string_view(other.name) == "disableNoise";
-    elements.put(other.path, turn ? turned_round(*text) : *text, fmt::format("<{}>", other.name));
-  }
-  if (paper && !elements.has("profile")) elements.put("profile", "paper", "<satAzimuth>");
-  return paper;
 }
 
 }  // namespace
@@ -177,16 +138,19 @@ sdf::ElementPtr with_defaults(const sdf::ElementPtr& own, const sdf::ElementPtr&
 }
 
 const std::vector<Key>& plugin_keys() {
-  static const std::vector<Key> keys = make_keys();
-  return keys;
+  return plugin_description().keys;
 }
 
 HostSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginPlace& place) {
-  PluginElements elements(element, place.name, known_elements());
+  PluginElements elements(element, place.name, plugin_description());
   HostSettings settings;
   settings.warnings = elements.warnings();
-  settings.publish_px4 = take_foreign(elements, settings.warnings);
-  const bool paper = take_other_names(elements);
+  settings.publish_px4 = is_for_px4(elements);
+  const bool paper = elements.has("satAzimuth");  // the paper's satellites imply its receiver
+  if (paper && !elements.has("profile")) elements.put("profile", "paper", "<satAzimuth>");
+  if (const auto disabled = elements.take("disableNoise")) {
+    elements.put("disableNoise", turned_round(*disabled), "<disableNoise>");
+  }
   std::vector<std::filesystem::path> folders;
   if (!place.folder.empty()) folders.push_back(place.folder);
   // A model may bring its files along. Elements that come from no file have no absolute path.

@@ -25,8 +25,8 @@ inline NodeSettings open_field(const Parameters& more) {
 
 inline PoseReceiver make_receiver(const NodeSettings& settings, const std::string& name) {
   std::vector<std::string> warnings;
-  return {settings, std::make_shared<simulation::CityScene>(simulation::load_city(settings.world, warnings)),
-          *settings.world.start, name};
+  return {settings, std::make_shared<simulation::CityScene>(simulation::load_city(settings.live, warnings)),
+          *settings.live.start, name};
 }
 
 /// A base station of that field, with its RTCM 3.

@@ -211,11 +211,9 @@ Fault parse_fault(const std::string& text, const std::string& source, double now
   document.file = source;
   document.kind = "fault";
   document.page = "docs/faults.md";
-  document.known = options::describe<Fault>().paths();
   Fault fault;
   fault.from_s = now_s;
-  options::read(options::parse_yaml(text, document, "it needs the section of its kind, such as 'outage: {}'"),
-                document, fault);
+  options::read_yaml(text, document, "it needs the section of its kind, such as 'outage: {}'", fault);
   if (fault.name.empty()) fault.name = fmt::format("{} {}", fault.kind->name, number);
   return fault;
 }

@@ -1,18 +1,17 @@
-#include "canyon/study/settings_tree.hpp"
+#include "canyon/options/settings_tree.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 
-namespace canyon::study {
+namespace canyon::options {
 namespace {
-
-using options::Node;
 
 /// One step of a key: "receivers[0]" is {"receivers", true, "0"}.
 struct Step {
@@ -31,7 +30,7 @@ Step parse_step(std::string_view text, std::string_view key) {
   return step;
 }
 
-Node& entry_of(Node& mapping, const std::string& name, std::string_view key) {
+Node& entry_of(Node& mapping, const std::string& name, std::string_view key, int line) {
   if (mapping.kind == Node::Kind::Empty) mapping.kind = Node::Kind::Mapping;
   if (mapping.kind != Node::Kind::Mapping) {
     throw InputError(fmt::format("'{}': the value before '{}' is not a section", key, name));
@@ -39,7 +38,7 @@ Node& entry_of(Node& mapping, const std::string& name, std::string_view key) {
   for (Node::Entry& entry : mapping.entries) {
     if (entry.key == name) return entry.value;
   }
-  mapping.entries.push_back({name, mapping.line, {}});
+  mapping.entries.push_back({name, line > 0 ? line : mapping.line, {}});
   return mapping.entries.back().value;
 }
 
@@ -68,7 +67,7 @@ std::vector<Node*> items_of(Node& list, const Step& step, std::string_view key) 
 void set_from(Node& node, const std::vector<std::string_view>& steps, std::size_t i, std::string_view key,
               const Node& value) {
   const Step step = parse_step(steps[i], key);
-  Node& below = entry_of(node, step.name, key);
+  Node& below = entry_of(node, step.name, key, value.line);
   std::vector<Node*> targets{&below};
   if (step.item) targets = items_of(below, step, key);
   for (Node* target : targets) {
@@ -78,6 +77,53 @@ void set_from(Node& node, const std::vector<std::string_view>& steps, std::size_
       set_from(*target, steps, i + 1, key, value);
     }
   }
+}
+
+/// set_at(), whose error is one of the document.
+void set_key(Node& root, const std::string& path, const Node& value, const Document& document) {
+  try {
+    set_at(root, path, value);
+  } catch (const InputError& e) {
+    throw document.error("", path, value.line, e.problem(), e.cure());
+  }
+}
+
+void put_without_dots(Node& root, const std::string& path, const Node::Entry& from,
+                      const Document& document) {
+  const Node::Entry* there = root.find_path(path);
+  const bool section = from.value.kind == Node::Kind::Mapping;
+  if (there != nullptr && (there->value.kind == Node::Kind::Mapping) != section) {
+    throw document.error("", path, from.line, "is both a value and a section", "keep one of them");
+  }
+  if (there != nullptr && !section) {
+    throw document.error("", path, from.line, fmt::format("comes twice, first in line {}", there->line),
+                         "remove one of them");
+  }
+  for (const Node::Entry& entry : from.value.entries) {
+    put_without_dots(root, fmt::format("{}.{}", path, entry.key), entry, document);
+  }
+  Node value = from.value;
+  value.line = from.line;
+  if (!section || (there == nullptr && value.entries.empty())) set_key(root, path, value, document);
+}
+
+/// Takes the value of a dotted key out of a mapping, and sections that it leaves empty. The value has the
+/// line of its key.
+std::optional<Node> take_path(Node& mapping, std::string_view path) {
+  const std::size_t dot = path.find('.');
+  const auto at = std::find_if(mapping.entries.begin(), mapping.entries.end(),
+                               [&](const Node::Entry& entry) { return entry.key == path.substr(0, dot); });
+  if (at == mapping.entries.end()) return std::nullopt;
+  std::optional<Node> taken;
+  if (dot == std::string_view::npos) {
+    taken = std::move(at->value);
+    taken->line = at->line;
+  } else {
+    taken = take_path(at->value, path.substr(dot + 1));
+    if (!taken || !at->value.entries.empty()) return taken;
+  }
+  mapping.entries.erase(at);
+  return taken;
 }
 
 /// Plain where YAML takes it for the same text whatever stands around it.
@@ -108,6 +154,26 @@ std::string scalar_text(const std::string& text) {
 
 void set_at(Node& root, std::string_view key, const Node& value) {
   set_from(root, split(key, '.'), 0, key, value);
+}
+
+Node without_dots(const Node& root, const Document& document) {
+  if (root.kind != Node::Kind::Mapping) return root;
+  Node result;
+  result.kind = Node::Kind::Mapping;
+  result.line = root.line;
+  for (const Node::Entry& entry : root.entries) put_without_dots(result, entry.key, entry, document);
+  return result;
+}
+
+void use_keys(Node& root, const Document& document) {
+  for (const auto& [name, path] : document.other_names) {
+    const bool both = root.find_path(path) != nullptr;
+    const std::optional<Node> value = take_path(root, name);
+    if (!value) continue;
+    if (both)
+      throw document.error("", name, value->line, fmt::format("conflicts with '{}'", path), "keep one");
+    set_key(root, path, *value, document);
+  }
 }
 
 std::string plain_key(std::string_view key) {
@@ -148,4 +214,4 @@ Node scalar_node(std::string text, int line) {
   return node;
 }
 
-}  // namespace canyon::study
+}  // namespace canyon::options
