@@ -299,8 +299,8 @@ void add_calibrate(Command& app) {
   command.add_option("--markdown", arguments.markdown, "FILE", "write the tables as Markdown");
   command.add_flag("--quiet", arguments.quiet, "print errors only (and what --json - asks for)");
   command.footer =
-      "Estimates from the recording: tracked signals and orbits, step of C/N0. By simulation, from which\n"
-      "satellites are tracked and their C/N0: level, share of obstacles, tracking threshold. A key keeps\n"
+      "Estimates from the recording: tracked signals and orbits, step of C/N0, thresholds of lock. By\n"
+      "simulation, from which satellites are tracked and their C/N0: level, share of obstacles. A key keeps\n"
       "the profile's value if the recording says nothing about it; comments in the file give the source\n"
       "of each number.\n"
       "Use it as 'profile: ./FILE.yaml'.\n"
