@@ -137,6 +137,7 @@ std::vector<std::unique_ptr<Drive>> drives_of(const Arguments& arguments,
                                               const std::vector<validation::ListedRecording>& recordings,
                                               bool listed) {
   std::vector<std::unique_ptr<Drive>> drives;
+  drives.reserve(recordings.size());
   for (const validation::ListedRecording& recording : recordings) {
     drives.push_back(std::make_unique<Drive>(arguments, recording, listed));
   }
