@@ -58,6 +58,7 @@ std::vector<std::unique_ptr<receiver::Receiver>> ReceiverDraws::receivers_at(
     geodesy::GpsTime time, const Vector3d& place, const receiver::ReceiverOptions& options) const {
   const std::vector<disturbance::Source> disturbances = disturbances_at(place);
   std::vector<std::unique_ptr<receiver::Receiver>> receivers;
+  receivers.reserve(static_cast<std::size_t>(draws_.draws));
   for (int d = 0; d < draws_.draws; ++d) {
     receivers.push_back(std::make_unique<receiver::Receiver>(options, seed(time, d), disturbances));
   }

@@ -171,6 +171,31 @@ TEST(SteadyReceivers, HaveErrorsFromSpaceInEachDraw) {
   EXPECT_LT(map(ReceiverModel::SteadyState)[1], 0.7F * steady[1]);
 }
 
+// Measurements state errors from space beside their noise, which weights by sigma and protection levels
+// follow.
+TEST(SteadyReceivers, StateErrorsFromSpace) {
+  simulation::Environment environment(
+      city::City{}, std::make_shared<CircularSky>(std::vector{gnss::System::GPS, gnss::System::Galileo}),
+      {{gnss::System::GPS, {{1e-8, 0, 0, 0}, {9e4, 0, 0, 0}}}});
+  environment.set_errors(std::make_shared<errors::SpaceErrors>(
+      errors::SpaceErrorOptions(), 1, environment.sky().satellites(), environment.klobuchar()));
+  ReceiverConfig receiver = sold("ublox-m10");
+  receiver.options.fix.weights.weighting = positioning::Weighting::Sigma;
+  Request request;
+  request.grid = Grid::covering(0, 0, 2, 2, 2);
+  request.times = {kTime};
+  request.altitudes_m = {2};
+  request.altitude_kind = AltitudeKind::Ellipsoid;
+  request.layers = {Layer::ProtectionLevel};
+  const auto level_m = [&](ReceiverModel model) {
+    request.receivers = {model, 0};
+    return Heatmap(environment, receiver, request, "").compute(0).values[0];
+  };
+  const float run_m = level_m(ReceiverModel::Run);
+  EXPECT_GT(run_m, 3);  // 6 of a deviation of 1 m
+  EXPECT_NEAR(level_m(ReceiverModel::SteadyState), run_m, 0.01F * run_m);
+}
+
 TEST(SteadyReceivers, AreTheSameOnAnyNumberOfThreads) {
   Request request;
   request.grid = Grid::covering(-40, -40, 40, 40, 2);
