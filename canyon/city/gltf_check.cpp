@@ -132,8 +132,9 @@ class GltfCheck {
       if (!bytes) throw fault(fmt::format("buffer {} is not base64", index));
       found->second = *bytes;
     } else {
-      std::ifstream in(path_.parent_path() / uri.text(), std::ios::binary);
-      if (!in) return {};
+      const std::filesystem::path file = path_.parent_path() / uri.text();
+      if (!check_companion(file)) return {};
+      std::ifstream in(file, std::ios::binary);
       found->second.assign(std::istreambuf_iterator<char>(in), {});
     }
     if (found->second.size() < length)

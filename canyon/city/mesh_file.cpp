@@ -82,9 +82,6 @@ double footprint_area(const Box& box) {
   return std::max(0.0, box.max.x() - box.min.x()) * std::max(0.0, box.max.y() - box.min.y());
 }
 
-/// Assimp holds a mesh several times over: larger files would not fit.
-constexpr std::uint64_t kLargestMesh = std::uint64_t{2} << 30;
-
 class MeshImport {
  public:
   MeshImport(const std::filesystem::path& path, const MeshImportOptions& options, bool whole_city)

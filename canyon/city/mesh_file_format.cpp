@@ -7,8 +7,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/input_file.hpp"
 #include "canyon/base/text.hpp"
 
 namespace canyon::city {
@@ -23,6 +25,13 @@ std::string read_head(const std::filesystem::path& path, std::size_t bytes) {
 }
 
 }  // namespace
+
+bool check_companion(const std::filesystem::path& path) {
+  std::error_code code;
+  if (!std::filesystem::exists(path, code)) return false;
+  check_input_file(path, kLargestMesh);
+  return true;
+}
 
 FileFrame collada_frame(const std::filesystem::path& path) {
   FileFrame frame{1, UpAxis::Y};

@@ -26,6 +26,13 @@ struct FileFrame {
 /// "up_axis"; glTF 2.0, 3.4).
 [[nodiscard]] Eigen::Matrix3d z_up_from(UpAxis up);
 
+/// The largest file of a mesh, or that a mesh names [bytes]. Assimp holds a mesh several times over.
+inline constexpr std::uint64_t kLargestMesh = std::uint64_t{2} << 30;
+
+/// Whether a file that a mesh file names (buffer, library of materials) is there. Throws InputError where it
+/// is no regular file, which Assimp would read for ever, or larger than kLargestMesh.
+bool check_companion(const std::filesystem::path& path);
+
 /// Throws InputError for a PLY file that is no whole mesh, which Assimp does not notice or survive: data
 /// shorter than the header promises, types and counts that are none, coordinates that are not finite, faces
 /// without vertices or with vertices that are not there.

@@ -324,6 +324,13 @@ TEST_F(MeshFile, GltfIsYUpMetres) {
   expect_box(read_mesh_city(write("a.glb", glb(y_up(box()))), {}));
 }
 
+TEST_F(MeshFile, DevicesThatAMeshNamesAreNotRead) {
+  EXPECT_THAT(error_of(write("a.gltf", gltf_json(y_up(box()), "/dev/zero"))),
+              HasSubstr("/dev/zero: is a pipe or a device"));
+  EXPECT_THAT(error_of(write("a.obj", "mtllib none.mtl /dev/zero\n" + obj(box()))),
+              HasSubstr("/dev/zero: is a pipe or a device"));
+}
+
 TEST_F(MeshFile, UpAxisOption) {
   MeshImportOptions options;
   options.up_axis = 'Y';

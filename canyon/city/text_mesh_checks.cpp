@@ -33,6 +33,8 @@ class ObjCheck {
         take_vertex(words);
       } else if (words[0] == "f" || words[0] == "l" || words[0] == "p") {
         for (std::size_t i = 1; i < words.size(); ++i) take_corner(words[i]);
+      } else if (words[0] == "mtllib") {
+        for (std::size_t i = 1; i < words.size(); ++i) check_companion(path_.parent_path() / words[i]);
       } else if (!is_keyword(words[0])) {
         if (foreign_++ == 0) first_foreign_ = fmt::format("line {}: '{}'", line_, trim(text_).substr(0, 40));
       }

@@ -275,9 +275,14 @@ void read_mesh_parts(const fs::path& path) {
   if (text.rfind("ply", 0) == 0) {
     city::check_ply(path);
   } else if (text.rfind("solid", 0) == 0) {
-    city::check_stl_complete(path);
+    city::check_stl(path);
   } else if (text.rfind('<', 0) == 0) {
     (void)city::collada_frame(path);
+    (void)city::check_collada(path);
+  } else if (text.rfind("glTF", 0) == 0 || text.rfind('{', 0) == 0) {
+    (void)city::check_gltf(path);
+  } else if (text.rfind("v ", 0) == 0) {
+    (void)city::check_obj(path);
   } else {
     (void)city::read_node_name(text);
   }
@@ -493,7 +498,8 @@ const std::vector<Target>& targets() {
       {"mesh",
        "mesh.dae",
        read_mesh_parts,
-       {mesh("seed.dae"), kPly, "solid a\nendsolid a\n", "foliage:Oak_x0020_7"}},
+       {mesh("seed.dae"), mesh("seed.glb"), kPly, "solid a\nendsolid a\n",
+        "v 0 0 0\nv 9 0 0\nv 9 9 0\nf 1 2 3\n", "foliage:Oak_x0020_7"}},
       {"sdf", "some.world", [](const fs::path& path) { (void)city::read_gazebo_world(path); }, {kWorld}},
       {"scenario",
        "some.yaml",
