@@ -117,7 +117,12 @@ struct Commands::Impl {
                        R"(write {"command": "set", "receiver": "rover", "options": {"clock.bias_s": 1}})");
     }
     simulation::LiveReceiver& changed = receiver(command);
-    changed.set_config(simulation::changed_live_config(changed.config(), *text, {}));
+    simulation::LiveConfig config = simulation::changed_live_config(changed.config(), *text, {});
+    if (config.rate_hz != changed.config().rate_hz) {
+      throw InputError("rate_hz: cannot change while the session runs",
+                       "write it in the scenario, and start again");
+    }
+    changed.set_config(std::move(config));
     return {{"ok", true}};
   }
   /// The receivers that a command is for: the one that it names, or all.

@@ -198,6 +198,9 @@ TEST(Session, SendsStreamsAndTakesCommands) {
     EXPECT_THAT(answer(R"({"command": "options"})")["options"].get<std::string>(),
                 HasSubstr("clock.bias_s: 0.001"));
     EXPECT_EQ(answer(R"({"command": "set", "options": {"clock.bias_s": "x"}})")["ok"], false);
+    // All receivers of a session share its schedule of epochs.
+    EXPECT_THAT(answer(R"({"command": "set", "options": {"rate_hz": 5}})").dump(),
+                HasSubstr("rate_hz: cannot change while the session runs"));
     EXPECT_EQ(answer(R"({"command": "stop"})")["ok"], true);
   }
   server.join();
