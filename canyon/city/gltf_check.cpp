@@ -16,6 +16,7 @@
 #include <string_view>
 #include <vector>
 
+#include "canyon/base/base64.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/city/mesh_file_format.hpp"
@@ -29,25 +30,6 @@ constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 std::uint32_t word_at(std::string_view bytes, std::size_t at) {
   const auto byte = [&](std::size_t i) { return std::uint32_t{static_cast<unsigned char>(bytes[at + i])}; };
   return byte(0) | byte(1) << 8U | byte(2) << 16U | byte(3) << 24U;
-}
-
-/// RFC 4648, section 4; empty where a character is none of its alphabet.
-std::optional<std::string> from_base64(std::string_view text) {
-  std::string bytes;
-  std::uint32_t bits = 0;
-  int count = 0;
-  while (!text.empty() && text.back() == '=') text.remove_suffix(1);
-  for (const char c : text) {
-    constexpr std::string_view kAlphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    const std::size_t value = kAlphabet.find(c);
-    if (value == std::string_view::npos) return std::nullopt;
-    bits = bits << 6U | static_cast<std::uint32_t>(value);
-    count += 6;
-    if (count < 8) continue;
-    count -= 8;
-    bytes += static_cast<char>(bits >> static_cast<unsigned>(count) & 0xFFU);
-  }
-  return bytes;
 }
 
 class GltfCheck {
