@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "canyon/base/output_file.hpp"
-#include "canyon/base/text.hpp"
 #include "canyon/calibration/calibrate.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/load_city.hpp"
@@ -25,15 +24,6 @@ namespace {
 
 using Known = std::vector<unknowns::Unknown>;
 using Told = std::function<void(std::size_t, std::size_t)>;
-
-Known known_of(const EnsembleArguments& arguments) {
-  Known known;
-  if (arguments.known.empty()) return known;
-  for (const std::string_view name : split(arguments.known, ',')) {
-    known.push_back(unknowns::unknown_of(trim(name)));
-  }
-  return known;
-}
 
 bool is_known(const Known& known, unknowns::Unknown unknown) {
   return std::find(known.begin(), known.end(), unknown) != known.end();
@@ -155,7 +145,7 @@ void write_ensemble(const EnsembleArguments& arguments, const Drives& drives) {
 
 int run_ensemble(const EnsembleArguments& arguments) {
   return unless_interrupted([&] {
-    const Known known = known_of(arguments);
+    const Known known = unknowns::unknowns_of(arguments.known);
     const bool listed = validation::is_recording_list(arguments.scenario);
     const Drives drives = drives_of<EnsembleDrive>(arguments, recordings_of(arguments, listed), listed);
     for (const auto& drive : drives) drive->start(known);
@@ -168,6 +158,12 @@ int run_ensemble(const EnsembleArguments& arguments) {
                drives.front()->row().draws.size(), count);
     return kInterrupted;
   });
+}
+
+Option& add_known(Command& command, std::string& known) {
+  return command.add_option(
+      "--known", known, "LIST",
+      fmt::format("unknowns that are not drawn, of {}", fmt::join(unknowns::names(), ", ")));
 }
 
 void add_ensemble_options(Command& command, EnsembleArguments& arguments) {
@@ -186,10 +182,7 @@ void add_ensemble_options(Command& command, EnsembleArguments& arguments) {
       .add_flag("--unsaid", arguments.unsaid,
                 "forget what scenarios say about installation, surroundings, obstacles and facades")
       .needs("--ensemble");
-  command
-      .add_option("--known", arguments.known, "LIST",
-                  fmt::format("unknowns that are not drawn, of {}", fmt::join(unknowns::names(), ", ")))
-      .needs("--ensemble");
+  add_known(command, arguments.known).needs("--ensemble");
   command.add_option("--csv", arguments.csv, "FILE", "write the intervals as CSV, a line for each figure")
       .needs("--ensemble");
 }

@@ -13,6 +13,8 @@ struct EnsembleArguments : DriveArguments {
   std::string known, csv;
   bool unsaid = false;
 };
+/// Adds --known, a list of names for unknowns::unknowns_of().
+Option& add_known(Command& command, std::string& known);
 /// Adds --ensemble, --unsaid, --known and --csv.
 void add_ensemble_options(Command& command, EnsembleArguments& arguments);
 

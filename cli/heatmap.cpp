@@ -19,8 +19,10 @@
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/require_satellites.hpp"
 #include "canyon/simulation/simulator.hpp"
+#include "canyon/unknowns/unknowns.hpp"
 #include "canyon/validation/models.hpp"
 #include "cli/commands.hpp"
+#include "cli/ensemble.hpp"
 #include "cli/field_option.hpp"
 #include "cli/heatmap_request.hpp"
 #include "cli/interrupt.hpp"
@@ -51,16 +53,17 @@ class MapRun {
     read();
     load();
     // Each run ends before the next one begins, because cities are large. The writers need the first one.
-    for (int i = 0; i < arguments_.runs; ++i) {
-      simulation::Scenario scenario = scenario_;
-      scenario.seed += static_cast<std::uint64_t>(i);
+    for (int i = 0; i < runs(); ++i) {
+      const simulation::Scenario scenario = scenario_of(i);
+      const simulation::ReceiverConfig receiver =
+          choose_receiver(scenario, arguments_.receiver, arguments_.model);
       std::vector<std::string> drawn;
-      std::unique_ptr<simulation::Environment> environment = environment_of(scenario, drawn);
+      std::unique_ptr<simulation::Environment> environment = environment_of(scenario, i + 1 == runs(), drawn);
       if (i == 0) warn(drawn);
       heatmap::Request request = request_;
       request.draws.seed = scenario.seed;
-      const auto base = simulation::base_of(scenario.receivers, receiver_);
-      auto heatmap = std::make_unique<heatmap::Heatmap>(*environment, receiver_, request,
+      const auto base = simulation::base_of(scenario.receivers, receiver);
+      auto heatmap = std::make_unique<heatmap::Heatmap>(*environment, receiver, request,
                                                         heatmap::input_key(*environment, request.times),
                                                         base ? &*base : nullptr);
       // The first rank makes the folder, or refuses one of another map; then the others find it.
@@ -92,16 +95,13 @@ class MapRun {
       note(fmt::format("resumed     {} of {} tiles were there", result_.resumed, tiles()));
     }
     try {
-      write(arguments_.out, heatmap::OverRuns::Mean);
-      if (arguments_.runs > 1) {
-        write(fs::path(arguments_.out) / "p95", heatmap::OverRuns::P95);
-      }
+      for (const heatmap::OverRuns over : statistics()) write(over);
     } catch (const Interrupted&) {
       return tell_interrupted();
     }
     if (!arguments_.keep_tiles) {
       for (const auto& store : stores_) store->remove();
-      if (arguments_.runs > 1) {
+      if (several()) {
         std::error_code ignored;  // of another program's files in it
         fs::remove(fs::path(arguments_.out) / "tiles", ignored);
       }
@@ -109,12 +109,33 @@ class MapRun {
     return kOk;
   }
 
+  [[nodiscard]] int runs() const { return run_count(arguments_); }
+  [[nodiscard]] bool several() const { return runs() > 1; }
+  /// The scenario of one run: with another seed, and with a draw of what is unknown.
+  [[nodiscard]] simulation::Scenario scenario_of(int run) const {
+    simulation::Scenario scenario = scenario_;
+    scenario.seed += static_cast<std::uint64_t>(run);
+    if (draws_) draws_->apply(static_cast<std::size_t>(run), scenario);
+    return scenario;
+  }
+  /// The maps to write, of which the first one is that of --out itself.
+  [[nodiscard]] std::vector<heatmap::OverRuns> statistics() const {
+    if (draws_) return {0.5, 0.05, 0.25, 0.75, 0.95};
+    if (several()) return {std::nullopt, 0.95};
+    return {std::nullopt};
+  }
+  /// "mean of 3 runs", "median of 20 draws of unknowns", "95 % of 20 draws of unknowns".
+  [[nodiscard]] std::string name_of(heatmap::OverRuns over) const {
+    if (!several()) return "map";
+    const std::string what = !over ? "mean" : *over == 0.5 ? "median" : fmt::format("{:.0f} %", 100 * *over);
+    return fmt::format("{} of {} {}", what, runs(), draws_ ? "draws of unknowns" : "runs");
+  }
   [[nodiscard]] fs::path tiles_of(int run) const {
     const fs::path tiles = fs::path(arguments_.out) / "tiles";
-    return arguments_.runs == 1 ? tiles : tiles / fmt::format("run-{:04}", run + 1);
+    return !several() ? tiles : tiles / fmt::format("run-{:04}", run + 1);
   }
   [[nodiscard]] std::size_t tiles() const {
-    return heatmap_->unit_count() * static_cast<std::size_t>(arguments_.runs);
+    return heatmap_->unit_count() * static_cast<std::size_t>(runs());
   }
 
   [[nodiscard]] bool quiet() const { return arguments_.quiet || ranks_.rank() > 0; }
@@ -158,8 +179,18 @@ class MapRun {
       throw InputError(fmt::format("--runs {} is out of range", arguments_.runs),
                        fmt::format("give 1 to {}", kMostRuns));
     }
+    draw_unknowns();
     make_output_folder(arguments_.out);
-    if (arguments_.runs > 1) make_output_folder(fs::path(arguments_.out) / "tiles");
+    if (several()) make_output_folder(fs::path(arguments_.out) / "tiles");
+  }
+
+  void draw_unknowns() {
+    if (!arguments_.unknowns) return;
+    const auto known = for_option("--known", [&] { return unknowns::unknowns_of(arguments_.known); });
+    for (const std::string& prior : unknowns::priors_of(scenario_, known)) {
+      note(fmt::format("unknown     {}", prior));
+    }
+    draws_.emplace(scenario_.seed, static_cast<std::size_t>(*arguments_.unknowns), known);
   }
 
   void load() {
@@ -195,8 +226,8 @@ class MapRun {
 
   /// The city as one run draws it, under the sky of all.
   [[nodiscard]] std::unique_ptr<simulation::Environment> environment_of(const simulation::Scenario& scenario,
+                                                                        bool last,
                                                                         std::vector<std::string>& drawn) {
-    const bool last = scenario.seed + 1 == scenario_.seed + static_cast<std::uint64_t>(arguments_.runs);
     city::City city = simulation::draw_city(last ? std::move(city_) : city::City(city_), scenario, drawn);
     return std::make_unique<simulation::Environment>(simulation::make_environment(
         std::make_shared<simulation::CityScene>(std::move(city)), sky_, scenario.sky, scenario.seed));
@@ -213,8 +244,7 @@ class MapRun {
 
   [[nodiscard]] heatmap::RunResult compute(const heatmap::Heatmap& heatmap, heatmap::TileStore& store,
                                            int run) {
-    Progress progress(arguments_.runs == 1 ? std::string("mapping")
-                                           : fmt::format("mapping {} of {}", run + 1, arguments_.runs),
+    Progress progress(several() ? fmt::format("mapping {} of {}", run + 1, runs()) : std::string("mapping"),
                       quiet(), "cells");
     heatmap::RunOptions options;
     options.threads = arguments_.threads;
@@ -244,16 +274,18 @@ class MapRun {
   [[nodiscard]] heatmap::MapSource source(heatmap::OverRuns over) const {
     heatmap::MapSource source =
         heatmap::map_source(*heatmap_, *stores_.front(), *environment_, receiver_, scenario_);
-    if (arguments_.runs > 1) {
+    if (several()) {
       // All runs have the same units, so one map states their places.
-      std::vector<std::function<std::optional<heatmap::MapSource::Slice>(std::size_t, std::size_t)>> runs;
-      for (const auto& store : stores_) runs.push_back(heatmap::store_slices(*heatmap_, *store));
-      source.slice = heatmap::slices_over_runs(std::move(runs), request_.layers, over);
-      const bool mean = over == heatmap::OverRuns::Mean;
-      source.title += fmt::format(", {} {} runs", mean ? "mean of" : "95 % over", arguments_.runs);
-      source.attributes["runs"] = std::to_string(arguments_.runs);
+      std::vector<std::function<std::optional<heatmap::MapSource::Slice>(std::size_t, std::size_t)>> slices;
+      for (const auto& store : stores_) slices.push_back(heatmap::store_slices(*heatmap_, *store));
+      source.slice = heatmap::slices_over_runs(std::move(slices), request_.layers, over);
+      source.title += ", " + name_of(over);
+      source.attributes["runs"] = std::to_string(runs());
       source.attributes.erase("georeference");
-      source.over_runs = mean ? "mean" : "percentile (95th, of layers where more is better the 5th)";
+      source.over_runs =
+          over ? fmt::format("percentile ({:.0f}th, of layers where more is better the {:.0f}th)",
+                             100 * *over, 100 - 100 * *over)
+               : "mean";
     }
     source.history = command_of(arguments_, request_);
     source.source = "Canyon " CANYON_VERSION;
@@ -264,7 +296,10 @@ class MapRun {
     return source;
   }
 
-  void write(const fs::path& folder, heatmap::OverRuns over) const {
+  void write(heatmap::OverRuns over) const {
+    const bool first = over == statistics().front();
+    const fs::path folder =
+        first ? fs::path(arguments_.out) : fs::path(arguments_.out) / fmt::format("p{:02.0f}", 100 * *over);
     make_output_folder(folder);
     heatmap::MapSource map = source(over);
     const auto with_progress = [&](const char* what, auto&& writer) {
@@ -300,7 +335,7 @@ class MapRun {
     const auto in = [&](heatmap::CellState state) { return static_cast<double>(summary.in_state(state)); };
     std::vector<TextRow> figures{{"receiver", simulation::describe(heatmap_->request().motion)},
                                  {"cells (times altitudes)", short_count(cells)}};
-    if (over == heatmap::OverRuns::Mean) {
+    if (over == statistics().front()) {
       figures.push_back({"computed now",
                          fmt::format("{} in {:.2f} s, {} cells/s",
                                      short_count(static_cast<double>(result_.cells_computed)), result_.wall_s,
@@ -314,11 +349,8 @@ class MapRun {
       if (in(state) > 0) figures.push_back({what, percent(in(state), cells)});
     }
     if (summary.availability) figures.push_back({"availability of a fix", percent(*summary.availability, 1)});
-    const std::string name = arguments_.runs == 1              ? "map"
-                             : over == heatmap::OverRuns::Mean ? "mean of runs"
-                                                               : "95 % over runs";
     fmt::print("\n");
-    print_table({name, ""}, figures);
+    print_table({name_of(over), ""}, figures);
     std::vector<TextRow> rows;
     for (const heatmap::LayerSummary& layer : summary.layers) {
       const heatmap::LayerInfo& about = heatmap::info(layer.layer);
@@ -348,6 +380,7 @@ class MapRun {
   heatmap::Request request_;
   simulation::Scenario scenario_;
   simulation::ReceiverConfig receiver_;
+  std::optional<unknowns::Draws> draws_;
   city::City city_;  ///< as its source gives it
   simulation::BuiltSky sky_;
   std::unique_ptr<simulation::Environment> environment_;  ///< of the first run, as the map
@@ -446,6 +479,15 @@ void add_heatmap(Command& app) {
   command.add_option("--runs", arguments.runs, "N",
                      "number of maps with consecutive seeds, for which facades, the city's position and all "
                      "noise are drawn again; map is their mean, p95/map their 95 % quantile (1)");
+  command
+      .add_option(
+          "--unknowns", arguments.unknowns, "N",
+          "number of maps, each with a draw of what the scenario leaves open (level of the "
+          "installation, obstacles, facades, position of the city) and a seed of its own; map is their "
+          "median, p05, p25, p75 and p95 bound the intervals that hold 50 and 90 % of them")
+      .within(2, kMostRuns)
+      .excludes("--runs");
+  add_known(command, arguments.known).needs("--unknowns");
   add_threads(command, arguments.threads);
   arguments.grid.tile_size = 0;
   add_field(command, "--tile", arguments.grid, "tile_size");

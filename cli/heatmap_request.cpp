@@ -154,12 +154,16 @@ void choose_area(const HeatmapArguments& arguments, const city::City& city, heat
   }
 }
 
+int run_count(const HeatmapArguments& arguments) {
+  return arguments.unknowns.value_or(arguments.runs);
+}
+
 void check_size(const HeatmapArguments& arguments, const heatmap::Request& request) {
-  const double values = heatmap::value_count(request) * arguments.runs;
+  const double values = heatmap::value_count(request) * run_count(arguments);
   const std::string what =
       fmt::format("{} x {} cells, {} altitude(s), {} time(s), {} layer(s) and {} run(s) are {} values",
                   request.grid.columns, request.grid.rows, request.altitudes_m.size(), request.times.size(),
-                  request.layers.size(), arguments.runs, short_count(values));
+                  request.layers.size(), run_count(arguments), short_count(values));
   const char* cure =
       "take a larger --spacing, a smaller box or fewer times; --large computes it all the same";
   if (arguments.large) return;
@@ -230,6 +234,8 @@ std::string command_of(const HeatmapArguments& arguments, const heatmap::Request
     add("--rtk-time", std::to_string(limits.rtk_s));
   }
   if (arguments.runs > 1) add("--runs", std::to_string(arguments.runs));
+  if (arguments.unknowns) add("--unknowns", std::to_string(*arguments.unknowns));
+  add("--known", arguments.known);
   add("--seed", std::to_string(request.draws.seed));
   if (arguments.grid.tile_size > 0) add("--tile", std::to_string(arguments.grid.tile_size));
   return text;

@@ -23,6 +23,8 @@ struct HeatmapArguments {
   std::string times, layers, formats = "all", model, receiver;
   std::optional<std::uint64_t> seed;
   int runs = 1;
+  std::optional<int> unknowns;  ///< draws of what the scenario leaves open, instead of runs
+  std::string known;            ///< of these
   int threads = 0;
   bool keep_tiles = false, large = false, quiet = false;
 };
@@ -51,6 +53,8 @@ inline constexpr double kMostValues = 1e10;
                                                          const std::string& name, const std::string& model);
 /// Sets grid and area: the box or polygon asked for, else the whole city.
 void choose_area(const HeatmapArguments& arguments, const city::City& city, heatmap::Request& request);
+/// How many maps are computed.
+[[nodiscard]] int run_count(const HeatmapArguments& arguments);
 /// Throws where the map is larger than kMostValues or than what is free where `out` lies, unless --large.
 void check_size(const HeatmapArguments& arguments, const heatmap::Request& request);
 

@@ -12,6 +12,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/random.hpp"
 #include "canyon/base/sample_design.hpp"
+#include "canyon/base/text.hpp"
 
 namespace canyon::unknowns {
 namespace {
@@ -162,6 +163,13 @@ Unknown unknown_of(std::string_view name) {
   if (at != kNames.end()) return static_cast<Unknown>(at - kNames.begin());
   throw InputError(fmt::format("there is no unknown '{}'", name),
                    fmt::format("write {}", fmt::join(kNames, ", ")));
+}
+
+std::vector<Unknown> unknowns_of(std::string_view list) {
+  std::vector<Unknown> unknowns;
+  if (list.empty()) return unknowns;
+  for (const std::string_view name : split(list, ',')) unknowns.push_back(unknown_of(trim(name)));
+  return unknowns;
 }
 
 std::vector<std::string_view> names() {

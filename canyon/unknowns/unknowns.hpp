@@ -20,6 +20,8 @@ enum class Unknown : std::uint8_t { Level, Skyline, Facades, Map };
 [[nodiscard]] std::string_view name_of(Unknown unknown);
 /// Throws InputError for other names.
 [[nodiscard]] Unknown unknown_of(std::string_view name);
+/// Of names with commas between them; none of an empty text. Throws InputError for other names.
+[[nodiscard]] std::vector<Unknown> unknowns_of(std::string_view list);
 [[nodiscard]] std::vector<std::string_view> names();
 
 /// Unknowns of a scenario but for those in `known`, each with the distribution that it is drawn from: "level:

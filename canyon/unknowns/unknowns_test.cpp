@@ -95,6 +95,8 @@ TEST(Unknowns, ForgottenScenariosSayNothing) {
 
 TEST(Unknowns, NamesAreChecked) {
   EXPECT_EQ(unknown_of("map"), Unknown::Map);
+  EXPECT_EQ(unknowns_of("level, map"), (std::vector{Unknown::Level, Unknown::Map}));
+  EXPECT_TRUE(unknowns_of("").empty());
   try {
     (void)unknown_of("mapp");
     FAIL();

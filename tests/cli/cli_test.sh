@@ -1341,7 +1341,7 @@ P
   echo 'city: {synthetic: {blocks_east: 3, blocks_north: 3, seed: 2}, georeference: {sigma_m: 3}}' >>runs.yaml
   many=(heatmap runs.yaml --enu-box=-40,-8,40,8 --spacing 4 --tile 16 --altitude 2 --format netcdf,png
     --layers satellites_los,horizontal_error)
-  runs 0 "$canyon" "${many[@]}" --runs 3 --out r --threads 1; says out "mean of runs" "95 % over runs"
+  runs 0 "$canyon" "${many[@]}" --runs 3 --out r --threads 1; says out "mean of 3 runs" "95 % of 3 runs"
   for f in map.nc map.png p95/map.nc p95/map.png; do [ -s r/$f ] || fail "no r/$f"; done
   [ ! -e r/tiles ] || fail "the tiles were left"
   runs 0 "$canyon" "${many[@]}" --runs 3 --out r2 --threads 2 --quiet; diff -r r r2 || fail "other bytes on another number of threads"
@@ -1359,7 +1359,23 @@ assert abs(sum(one) / 3 - mean) < 1e-5, (one, mean)
 low, middle = sorted(one)[:2]
 assert abs(low + 0.1 * (middle - low) - p95) < 1e-5, (one, p95)
 P
-  runs 2 "$canyon" "${many[@]}" --runs 0 --out bad; one_line; says err --runs ;;
+  runs 2 "$canyon" "${many[@]}" --runs 0 --out bad; one_line; says err --runs
+  # Draws of what is unknown: their median and the bounds of intervals, in order in every cell.
+  runs 0 "$canyon" "${many[@]}" --unknowns 4 --out u --threads 1
+  says out "median of 4 draws of unknowns" "95 % of 4 draws of unknowns"; says err "unknown     facades: coated"
+  for p in p05 p25 . p75 p95; do
+    runs 0 "$canyon" heatmap query u/$p/map.nc --at 22.3,114.17006 --json; cp out u/$p/at.json
+  done
+  python3 - <<'P' || fail "bounds of draws are not in order, or all alike"
+import json
+at = [json.load(open(f"u/{p}/at.json"))["values"]["horizontal_error"] for p in ("p05", "p25", ".", "p75", "p95")]
+assert at == sorted(at) and at[0] < at[-1], at
+P
+  runs 0 "$canyon" "${many[@]}" --unknowns 4 --known facades --out k --quiet
+  cmp -s u/map.nc k/map.nc && fail "--known changes nothing"
+  runs 2 "$canyon" "${many[@]}" --unknowns 1 --out bad; says err --unknowns
+  runs 2 "$canyon" "${many[@]}" --unknowns 4 --known roofs --out bad; one_line; says err --known facades
+  runs 2 "$canyon" "${many[@]}" --unknowns 4 --runs 4 --out bad; says err --runs --unknowns ;;
 heatmap_judge)
   # Canyon's own receiver as the recorded one, beside a map of it: its errors are those of the simulation, and the
   # table counts them.

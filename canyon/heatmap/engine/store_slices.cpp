@@ -117,10 +117,10 @@ std::function<std::optional<MapSource::Slice>(std::size_t, std::size_t)> slices_
       }
       if (values.empty()) continue;
       double value = 0;
-      if (what == OverRuns::Mean) {
-        for (const double each : values) value += each / static_cast<double>(values.size());
+      if (what) {
+        value = *quantile(values, more_is_better(layers[i / plane]) ? 1 - *what : *what);
       } else {
-        value = *quantile(values, more_is_better(layers[i / plane]) ? 0.05 : 0.95);
+        for (const double each : values) value += each / static_cast<double>(values.size());
       }
       result.values[i] = static_cast<float>(value);
     }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <optional>
 #include <vector>
@@ -17,13 +16,10 @@ namespace canyon::heatmap {
 [[nodiscard]] std::function<std::optional<MapSource::Slice>(std::size_t, std::size_t)> store_slices(
     const Heatmap& heatmap, const TileStore& store);
 
-/// The statistic over several maps, cell by cell.
-enum class OverRuns : std::uint8_t {
-  Mean,
-  /// The value that 95 % of the runs reach or are better than: the 95th percentile, or the 5th of layers
-  /// where more is better (definition 7 of Hyndman and Fan 1996).
-  P95,
-};
+/// The statistic over several maps, cell by cell: the value that this share of the runs [0, 1] reach or are
+/// better than, which is that quantile, or one less it of layers where more is better (definition 7 of
+/// Hyndman and Fan 1996). Empty: the mean.
+using OverRuns = std::optional<double>;
 /// MapSource::slice over maps of one request that differ in their seed, each a slice of its own: over the
 /// runs that have a value there; states are the first run's that computed the cell, else the first's. Empty
 /// where any of them is. Memory: a slice of each run.

@@ -121,17 +121,20 @@ TEST(SlicesOverRuns, AreMeansAndTheBadEnd) {
       return std::optional(slice);
     });
   }
-  const auto mean = slices_over_runs(runs, layers, OverRuns::Mean)(0, 0).value();
+  const auto mean = slices_over_runs(runs, layers, std::nullopt)(0, 0).value();
   EXPECT_FLOAT_EQ(mean.values[0], 3);
   EXPECT_FLOAT_EQ(mean.values[1], 2.5);
   EXPECT_TRUE(std::isnan(mean.values[2]));
   EXPECT_EQ(mean.state[2], CellState::Computed);
-  const auto p95 = slices_over_runs(runs, layers, OverRuns::P95)(0, 0).value();
+  const auto p95 = slices_over_runs(runs, layers, 0.95)(0, 0).value();
   EXPECT_FLOAT_EQ(p95.values[0], 4.8F);
   EXPECT_FLOAT_EQ(p95.values[1], 3.85F);
   EXPECT_FLOAT_EQ(p95.values[3], 1.2F);
+  const auto p25 = slices_over_runs(runs, layers, 0.25)(0, 0).value();
+  EXPECT_FLOAT_EQ(p25.values[0], 2);
+  EXPECT_FLOAT_EQ(p25.values[3], 4);
   runs.emplace_back([](std::size_t, std::size_t) { return std::nullopt; });
-  EXPECT_FALSE(slices_over_runs(runs, layers, OverRuns::Mean)(0, 0));
+  EXPECT_FALSE(slices_over_runs(runs, layers, std::nullopt)(0, 0));
 }
 
 TEST_F(StoreSlices, PassOnThatATileIsDamaged) {
