@@ -79,8 +79,7 @@ Calibration calibrate(const std::vector<Drive>& drives, const CalibrateOptions& 
       fit.leave_out.insert(s.id);
     // Blocks of all drives, one behind the other.
     const std::vector<geodesy::GpsTime>& times = recorded.back().times;
-    const Draws own =
-        validation::block_draws(times.size(), validation::epochs_in(kBlock_s, times), kResamples, drive.seed);
+    const Draws own = validation::draws_in_time(times, kBlock_s, kResamples, drive.seed);
     for (std::size_t k = 0; k < draws.size(); ++k)
       draws[k].insert(draws[k].end(), own[k].begin(), own[k].end());
   }

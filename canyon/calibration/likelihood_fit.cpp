@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -283,10 +282,7 @@ Observations simulate(const FitDrive& of, const Grid& grid, const Values& known,
       add_simulated(comparison, observations.of_nodes[first++ % points.size()]);
     }
   }
-  std::vector<geodesy::GpsTime> times;
-  std::transform(recorded_epochs.begin(), recorded_epochs.end(), std::back_inserter(times),
-                 [](const validation::ResidualEpoch& epoch) { return epoch.reception; });
-  observations.weight = std::min(1.0, validation::interval_of(times) / kCorrelated_s);
+  observations.weight = std::min(1.0, validation::interval_of(recorded_epochs) / kCorrelated_s);
   return observations;
 }
 

@@ -21,6 +21,7 @@
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/epoch_schedule.hpp"
+#include "canyon/simulation/receiver_names.hpp"
 #include "canyon/simulation/simulator.hpp"
 
 // The state of a session: session_setup.cpp makes it, session.cpp runs it.
@@ -86,11 +87,11 @@ struct Session::Impl {
   Impl(simulation::Scenario s, std::shared_ptr<simulation::CityScene> city)
       : scenario(std::move(s)),
         options(scenario.live.value_or(simulation::LiveOptions{})),
-        scene(std::move(city)) {
+        scene(std::move(city)),
+        names(simulation::receiver_names(scenario.receivers)) {
     if (!scene) throw InputError("a live session needs a scene");
     options::check(options, "live.");
     for (auto& receiver : scenario.receivers) {
-      names.push_back(receiver.options.name);
       if (receiver.fixed) receiver.fixed->settle(scene->city.frame);
     }
     if (options.poses.empty()) options.poses.emplace_back();

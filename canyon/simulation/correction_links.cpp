@@ -8,6 +8,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/receiver/corrections.hpp"
+#include "canyon/simulation/receiver_names.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -47,9 +48,8 @@ void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t
   };
   const std::optional<std::size_t> base = index_of_base(receivers, index);
   if (!base) {
-    std::vector<std::string> names;
-    for (const ReceiverConfig& receiver : receivers) names.push_back(receiver.options.name);
-    refuse("which is not a receiver of the scenario", fmt::format("receivers: {}", fmt::join(names, ", ")));
+    refuse("which is not a receiver of the scenario",
+           fmt::format("receivers: {}", fmt::join(receiver_names(receivers), ", ")));
   }
   if (*base == index) refuse("itself", "name a receiver with a fixed place");
   std::optional<std::size_t> next = base;

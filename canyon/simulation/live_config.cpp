@@ -10,6 +10,7 @@
 #include "canyon/relative/correction_link.hpp"
 #include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/live_receiver.hpp"
+#include "canyon/simulation/receiver_names.hpp"
 #include "canyon/simulation/scenario_fields.hpp"
 
 namespace canyon::simulation {
@@ -135,9 +136,7 @@ struct LiveConfigWithFaults : LiveConfig {};
 
 void visit(options::Visitor& v, LiveConfigWithFaults& config) {
   visit(v, static_cast<LiveConfig&>(config));
-  std::vector<std::string> names;
-  for (const ReceiverConfig& receiver : config.receivers) names.push_back(receiver.options.name);
-  disturbance::visit_faults(v, config.faults, names);
+  disturbance::visit_faults(v, config.faults, receiver_names(config.receivers));
 }
 
 }  // namespace

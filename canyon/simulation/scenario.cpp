@@ -11,6 +11,7 @@
 #include "canyon/options/settings_tree.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/simulation/profile.hpp"
+#include "canyon/simulation/receiver_names.hpp"
 #include "canyon/simulation/scenario_fields.hpp"
 
 namespace canyon::simulation {
@@ -65,11 +66,9 @@ Scenario parse_scenario(const std::string& text, const std::filesystem::path& na
 
 std::size_t find_receiver(const Scenario& scenario, const std::string& name) {
   if (name.empty()) return 0;
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < scenario.receivers.size(); ++i) {
-    names.push_back(scenario.receivers[i].options.name);
-    if (names.back() == name) return i;
-  }
+  const std::vector<std::string> names = receiver_names(scenario.receivers);
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
   throw InputError(fmt::format("the scenario has no receiver '{}'", name),
                    fmt::format("it has {}", fmt::join(names, ", ")));
 }

@@ -15,6 +15,7 @@
 #include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/profile.hpp"
+#include "canyon/simulation/receiver_names.hpp"
 #include "canyon/simulation/run_fields.hpp"
 
 namespace canyon::simulation {
@@ -483,9 +484,7 @@ void visit_scenario(Visitor& v, Scenario& scenario, bool trajectory_needed) {
     scenario.sky.errors.enabled.set_default(true);
   }
   warn_of_idle_noises(v, scenario);
-  std::vector<std::string> names;
-  for (const ReceiverConfig& receiver : scenario.receivers) names.push_back(receiver.options.name);
-  disturbance::visit_faults(v, scenario.faults, names);
+  disturbance::visit_faults(v, scenario.faults, receiver_names(scenario.receivers));
   visit_seed(v, scenario.seed);
   visit_outputs(v, scenario.outputs);
   v.part("map", scenario.map);

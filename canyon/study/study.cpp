@@ -142,7 +142,7 @@ StudyPlan StudyPlan::parse(const std::string& text, const std::filesystem::path&
   document.file = name;
   document.kind = "study";
   document.page = "docs/study.md";
-  document.known = study_description().paths();
+  document.set_keys(study_description());
   document.known.emplace_back("axes[].luck");  // read still
   Node root = options::parse_yaml(text, document, kNeeds);
 

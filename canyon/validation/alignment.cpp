@@ -44,7 +44,6 @@ class Aligner {
           std::size_t first, std::size_t count, const AlignOptions& options)
       : recording_(recording), environment_(environment), options_(options), first_(first) {
     const PseudorangeResiduals& all = recording.residuals;
-    std::vector<geodesy::GpsTime> times;
     for (std::size_t e = first; e < first + count; ++e) {
       ResidualEpoch epoch = all.epochs[e];
       const std::size_t at = part_.observations.size();
@@ -58,7 +57,6 @@ class Aligner {
       if (epoch.count == 0) continue;
       part_.epochs.push_back(epoch);
       epoch_of_.push_back(e);
-      times.push_back(epoch.reception);
       pivot_ += recording.places[e].enu_m.head<2>();
     }
     if (part_.epochs.empty()) {
@@ -67,8 +65,7 @@ class Aligner {
     }
     pivot_ /= static_cast<double>(part_.epochs.size());
     draws_.emplace_back(part_.epochs.size(), std::uint16_t{1});
-    for (auto& draw : block_draws(part_.epochs.size(), epochs_in(options.block_s, times), options.resamples,
-                                  options.seed)) {
+    for (auto& draw : draws_in_time(part_.epochs, options.block_s, options.resamples, options.seed)) {
       draws_.push_back(std::move(draw));
     }
     rotation_ = environment.city().frame.ecef_from_local_rotation().transpose();

@@ -487,9 +487,7 @@ std::vector<Comparison> compare(const Recording& recording, std::span<const Seed
 }
 
 std::vector<NeverTracked> never_tracked(const Comparison& comparison, double elevation_rad, double clear_s) {
-  std::vector<geodesy::GpsTime> times;
-  for (const ComparedEpoch& epoch : comparison.epochs) times.push_back(epoch.time);
-  const double interval_s = interval_of(times);
+  const double interval_s = interval_of(comparison.epochs);
   std::map<gnss::SatelliteId, double> untracked_s;
   std::set<gnss::SatelliteId> tracked;
   for (const ComparedSatellite& s : comparison.satellites) {

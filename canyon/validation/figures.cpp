@@ -58,9 +58,7 @@ PositionFigures position_figures(std::span<const ComparedFix> fixes) {
 
 std::vector<std::vector<std::uint16_t>> draws_of(std::span<const ComparedEpoch> epochs,
                                                  const FigureOptions& options) {
-  std::vector<geodesy::GpsTime> times;
-  for (const ComparedEpoch& epoch : epochs) times.push_back(epoch.time);
-  return block_draws(epochs.size(), epochs_in(options.block_s, times), options.resamples, options.seed);
+  return draws_in_time(epochs, options.block_s, options.resamples, options.seed);
 }
 
 /// 95 %; empty where half of the draws have no value or more.
@@ -468,11 +466,7 @@ Pooled pool(std::span<const PooledPart> parts) {
   std::size_t most_runs = 0;
   for (const PooledPart& part : parts) {
     assert(part.first + part.count <= part.comparison->epochs.size());
-    std::vector<geodesy::GpsTime> times;
-    for (std::size_t e = 0; e < part.count; ++e) {
-      times.push_back(part.comparison->epochs[part.first + e].time);
-    }
-    intervals_s.push_back(interval_of(times));
+    intervals_s.push_back(interval_of(std::span(part.comparison->epochs).subspan(part.first, part.count)));
     most_runs = std::max(most_runs, part.runs.size());
   }
   const double step_s = intervals_s.empty() ? 0 : *std::max_element(intervals_s.begin(), intervals_s.end());

@@ -41,10 +41,7 @@ bool is_comparable(const MapEpoch& epoch) {
 using Draws = std::vector<std::vector<std::uint16_t>>;
 
 Draws draw(const std::vector<MapEpoch>& epochs) {
-  std::vector<geodesy::GpsTime> times;
-  times.reserve(epochs.size());
-  for (const MapEpoch& epoch : epochs) times.push_back(epoch.time);
-  return block_draws(epochs.size(), epochs_in(kBlock_s, times), kResamples, 1);
+  return draws_in_time(epochs, kBlock_s, kResamples, 1);
 }
 
 /// The share of a stratum's epochs that `is` true of, over all resamples.

@@ -10,6 +10,7 @@
 #include "canyon/gnss/signals.hpp"
 #include "canyon/positioning/least_squares.hpp"
 #include "canyon/positioning/positioning_options.hpp"
+#include "canyon/validation/epoch_interval.hpp"
 #include "canyon/validation/statistics.hpp"
 
 namespace canyon::validation {
@@ -207,11 +208,7 @@ std::vector<SignalFigures> signal_figures(const Comparison& comparison, std::siz
   }
   if (result.empty()) return result;
 
-  std::vector<double> steps;
-  for (std::size_t e = first + 1; e < first + count; ++e) {
-    steps.push_back(comparison.epochs[e].time - comparison.epochs[e - 1].time);
-  }
-  const double interval_s = median(steps).value_or(1);
+  const double interval_s = interval_of(std::span(comparison.epochs).subspan(first, count));
   std::map<const gnss::Signal*, ObservationSample> samples;
   PhaseSamples measured_phases, simulated_phases;
 

@@ -13,12 +13,12 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
-#include "canyon/base/statistics.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/output/epoch_rows.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/tracking/signal_lock.hpp"
+#include "canyon/validation/epoch_interval.hpp"
 #include "canyon/view/header.hpp"
 #include "canyon/view/header_extension.hpp"
 #include "canyon/view/probe.hpp"
@@ -97,7 +97,8 @@ class ComparisonView {
     header_.title = input_.title;
     header_.city = write_city(input_.environment->city(), {}, folder_);
     header_.begin = epoch(0).time;
-    header_.interval_s = interval_s();
+    header_.interval_s =
+        validation::interval_of(std::span(comparison_.epochs).subspan(input_.first, input_.count));
     header_.paths_per_satellite = kPathsKept;
     header_.satellites.assign(ids_.begin(), ids_.end());
     const auto words = std::make_shared<output::ViewWords>();
@@ -114,13 +115,6 @@ class ComparisonView {
   [[nodiscard]] double time_s(std::size_t i) const { return epoch(i).time - epoch(0).time; }
   [[nodiscard]] std::span<const ComparedSatellite> satellites(std::size_t i) const {
     return std::span(comparison_.satellites).subspan(epoch(i).first, epoch(i).count);
-  }
-
-  /// The median of what lies between epochs [s].
-  [[nodiscard]] double interval_s() const {
-    std::vector<double> steps;
-    for (std::size_t i = 1; i < input_.count; ++i) steps.push_back(time_s(i) - time_s(i - 1));
-    return median(steps).value_or(1);
   }
 
   /// Velocity of the true place, from the epoch before to the next.

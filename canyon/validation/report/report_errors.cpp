@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/validation/epoch_interval.hpp"
 #include "canyon/validation/report/report_pictures.hpp"
 #include "canyon/validation/report/report_samples.hpp"
 
@@ -26,9 +27,7 @@ constexpr drawing::Colour kOutside = drawing::rgb(0xE4E4E8);
 class ErrorsAlong {
  public:
   explicit ErrorsAlong(const ReportInput& input) : input_(input), epochs_(input.comparison->epochs) {
-    std::vector<double> steps;
-    for (std::size_t e = 1; e < epochs_.size(); ++e) steps.push_back(epochs_[e].time - epochs_[e - 1].time);
-    step_s_ = std::max(1e-3, median(steps).value_or(1));
+    step_s_ = std::max(1e-3, interval_of(epochs_));
     const geodesy::CalendarTime t = geodesy::calendar_from_gps(epochs_.front().time);
     start_s_ = t.hour * 3600.0 + t.minute * 60.0 + t.second + static_cast<double>(t.nanosecond) * 1e-9;
     time_.low = start_s_ - 0.5 * step_s_;
