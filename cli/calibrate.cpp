@@ -5,12 +5,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 
 #include "canyon/base/output_file.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/options/node.hpp"
+#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/profile.hpp"
+#include "canyon/unknowns/unknowns.hpp"
 #include "canyon/validation/figures.hpp"
 #include "canyon/validation/recording_table.hpp"
 #include "canyon/validation/score_card.hpp"
@@ -56,10 +61,39 @@ simulation::Profile base_profile(const std::string& name) {
   return simulation::parse_profile(std::string(simulation::built_in_profile(name).text), name);
 }
 
+/// Shares of buildings with coated glass that a receiver is simulated with.
+constexpr std::array kCoatedGlass = {0.0, 0.35, 0.7};
+
+/// The share that was fitted.
+std::optional<double> fitted_glass(const calibration::Calibration& result) {
+  if (!result.coated_glass || result.coated_glass->verdict != calibration::Estimate::Verdict::Fitted)
+    return {};
+  return parse_double(result.coated_glass->after);
+}
+
+/// What the scenario is to say about its city; empty where it may stay as it is.
+std::string scenario_lines(const calibration::Calibration& result) {
+  const auto share = fitted_glass(result);
+  if (!share) return "";
+  std::string text;
+  for (const auto& [facade, part] : unknowns::facades_with(*share)) {
+    text += fmt::format("{}{}={:.0f}", text.empty() ? "" : ", ", facade, 100 * part);
+  }
+  return fmt::format("city: {{facades: {{shares: [{}]}}}}", text);
+}
+
 /// One recording: its first part calibrates, the rest validates.
 class CalibrationDrive : public RecordedDrive {
  public:
   using RecordedDrive::RecordedDrive;
+
+  /// Reads everything, and draws the city with several shares of coated glass if the scenario leaves them
+  /// open.
+  void load_cities() {
+    load();
+    if (!unknowns::leaves_facades_open(scenario_)) return;
+    for (const double share : kCoatedGlass) cities_.push_back(city_with(share));
+  }
 
   [[nodiscard]] calibration::Drive drive(bool whole) const {
     calibration::Drive d;
@@ -71,6 +105,8 @@ class CalibrationDrive : public RecordedDrive {
     d.receiver = scenario_.receivers.front();
     d.systems = scenario_.sky.systems;
     d.seed = scenario_.seed;
+    for (std::size_t i = 0; i < cities_.size(); ++i)
+      d.facades.push_back({kCoatedGlass.at(i), cities_[i].get()});
     return d;
   }
   /// Warns of keys of `values` that the scenario sets itself and so overrides.
@@ -98,7 +134,11 @@ class CalibrationDrive : public RecordedDrive {
   [[nodiscard]] Rows validate(const std::string& called, const calibration::Calibration* calibrated,
                               bool quiet) {
     simulation::ReceiverConfig receiver = scenario_.receivers.front();
-    if (calibrated != nullptr) calibration::set_values(calibrated->values, receiver);
+    if (calibrated != nullptr) {
+      calibration::set_values(calibrated->values, receiver);
+      cities_.clear();
+      if (const auto share = fitted_glass(*calibrated)) environment_ = city_with(*share);
+    }
     Progress progress(fmt::format("{}judging: {}", prefix_, called), quiet);
     compare_.progress = progress_of(progress);
     const validation::Comparison comparison = simulate(receiver);
@@ -119,6 +159,17 @@ class CalibrationDrive : public RecordedDrive {
     return recorded_.name.empty() ? part : fmt::format("{} ({})", recorded_.name, part);
   }
   [[nodiscard]] const std::atomic<bool>& stop() const { return stop_; }
+
+ private:
+  [[nodiscard]] std::unique_ptr<simulation::Environment> city_with(double coated_glass) const {
+    simulation::CityConfig config = scenario_.city;
+    config.facades.shares = unknowns::facades_with(coated_glass);
+    auto scene = std::make_shared<simulation::CityScene>(simulation::load_city(config, scenario_.seed));
+    return std::make_unique<simulation::Environment>(
+        simulation::make_environment(std::move(scene), sky_, scenario_.sky, scenario_.seed));
+  }
+
+  std::vector<std::unique_ptr<simulation::Environment>> cities_;  ///< by kCoatedGlass
 };
 
 std::vector<validation::RecordingRow> alternately(const std::vector<validation::RecordingRow>& before,
@@ -146,6 +197,12 @@ std::string report_of(const calibration::Calibration& result,
                       const std::vector<validation::RecordingRow>& after,
                       const std::vector<validation::RecordingRow>& bound) {
   std::string text = "Receiver:\n\n" + calibration::to_markdown(result.estimates);
+  if (result.coated_glass) {
+    text += "\nCity:\n\n" + calibration::to_markdown({*result.coated_glass});
+    if (const std::string lines = scenario_lines(result); !lines.empty()) {
+      text += fmt::format("\nThe scenario, not the profile, states it: `{}`\n", lines);
+    }
+  }
   if (!result.notes.empty()) text += "\n";
   for (const std::string& note : result.notes) text += fmt::format("- {}.\n", note);
   if (after.empty()) return text + "\nNothing was held out: figures of the calibrated part prove nothing.\n";
@@ -161,6 +218,7 @@ std::string json_of(const calibration::Calibration& result,
                     const std::vector<validation::RecordingRow>& rows) {
   Json json;
   json["estimates"] = Json::parse(calibration::to_json(result.estimates));
+  if (result.coated_glass) json["city"] = Json::parse(calibration::to_json({*result.coated_glass}));
   json["notes"] = result.notes;
   json["values"] = Json::object();
   for (const auto& [key, value] : result.values) json["values"][key] = value;
@@ -212,6 +270,9 @@ std::string profile_of(const calibration::Calibration& result, const std::string
   head.description = fmt::format("{}, calibrated by {}", profile.description, fmt::join(by, ", "));
   head.notes = {fmt::format("Written by canyon calibrate {} from {}; docs/calibration.md describes it.",
                             CANYON_VERSION, head.base)};
+  if (const std::string lines = scenario_lines(result); !lines.empty()) {
+    head.notes.push_back(fmt::format("Its place, by the same recordings, in the scenario: {}", lines));
+  }
   for (const std::string& note : result.notes) head.notes.push_back(note + ".");
   return calibration::profile_text(profile.receiver, result.estimates, head);
 }
@@ -234,7 +295,7 @@ int calibrate(const CalibrateArguments& given) {
   std::vector<calibration::Drive> parts;
   std::vector<std::string> by;
   for (const auto& drive : drives) {
-    drive->load();
+    drive->load_cities();
     parts.push_back(drive->drive(whole));
     by.push_back(drive->calibrated_by(whole));
   }

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -15,6 +16,12 @@
 
 namespace canyon::calibration {
 
+/// A drive's city with facades drawn anew.
+struct Facades {
+  double coated_glass = 0;                               ///< share of buildings that have it
+  const simulation::Environment* environment = nullptr;  ///< must outlive the call
+};
+
 /// A recording that calibrates.
 struct Drive {
   std::string name;
@@ -24,6 +31,7 @@ struct Drive {
   simulation::ReceiverConfig receiver;  ///< the profile, with what the scenario overrides
   std::set<gnss::System> systems;       ///< that the scenario's sky was asked for
   std::uint64_t seed = 1;
+  std::vector<Facades> facades;  ///< by share, ascending; empty: those of `environment` are known
 };
 
 /// Epochs [first, first + count) of a recording alone, own fixes of that time included: nothing of the rest
@@ -42,6 +50,9 @@ struct Calibration {
   std::vector<Estimate> estimates;
   std::vector<std::string> notes;  ///< what the profile cannot have, one line each
   Values values;                   ///< keys of the profile that are set
+  /// Share of buildings with coated glass: of the city, not of the profile. Empty where the scenarios state
+  /// their facades.
+  std::optional<Estimate> coated_glass;
 };
 /// Estimates what shows in the recording itself, then the keys that the figures of the score card show
 /// (docs/calibration.md). One set of values for all drives. Throws InputError where there are no drives, or

@@ -103,6 +103,41 @@ TEST(Calibrate, KnownReceiverComesBack) {
   EXPECT_EQ(of(c, "leaves_out").verdict, Verdict::Agrees);
 }
 
+// Coated glass on 70 % of the buildings, or on none: the share is found by other draws of each building's
+// facade. Where facades are known, nothing is said about them.
+TEST(Calibrate, FacadesOfThePlaceComeBack) {
+  const auto scattering = [](simulation::ReceiverConfig& receiver) {
+    plain_receiver(receiver);
+    receiver.propagation.diffuse = true;
+  };
+  const auto shares = [](double coated) -> test::SimulatedRecording::Facades {
+    return {{"coated_glass", coated}, {"concrete", 1 - coated}};
+  };
+  CalibrateOptions options;
+  options.seeds = 1;
+  double found[2] = {};
+  for (const bool coated : {false, true}) {
+    const test::SimulatedRecording recorded({}, scattering, "min_height_m: 12, max_height_m: 90",
+                                            shares(coated ? 0.7 : 0));
+    Drive drive = drive_of(recorded, scattering);
+    EXPECT_FALSE(calibrate({drive}, options).coated_glass);
+    std::vector<std::unique_ptr<simulation::Environment>> cities;
+    for (const double share : {0.0, 0.35, 0.7}) {
+      cities.push_back(recorded.environment_with(shares(share), 2));
+      drive.facades.push_back({share, cities.back().get()});
+    }
+    const Calibration c = calibrate({drive}, options);
+    ASSERT_TRUE(c.coated_glass);
+    std::printf("coated glass %g: %s (%s)\n", coated ? 0.7 : 0, c.coated_glass->recorded.c_str(),
+                c.coated_glass->interval.c_str());
+    EXPECT_EQ(c.coated_glass->key, "city.facades.shares.coated_glass");
+    EXPECT_EQ(c.values.count(c.coated_glass->key), 0U);  // no key of a profile
+    found[coated ? 1 : 0] = *parse_double(c.coated_glass->recorded);
+  }
+  EXPECT_LT(found[0], 0.3);
+  EXPECT_GT(found[1], 0.4);
+}
+
 // Above the roofs nothing is lost, and without shadows obstacles have no effect: of these keys nothing is
 // known, and that is said.
 TEST(Calibrate, WhatNothingTellsIsSaid) {

@@ -19,7 +19,10 @@ namespace {
 
 using Verdict = Estimate::Verdict;
 
-constexpr std::size_t kAxes = 2;
+/// The first axis is of the city, the others are keys of a profile.
+constexpr std::size_t kAxes = 3, kFacades = 0;
+/// Shares of buildings with coated glass before and its deviation: urban_stock has 0.14 (docs/city.md).
+constexpr double kCoatedGlass = 0.14, kCoatedGlassDeviation = 0.2;
 /// Simulated epochs that are held at a time: some 300 MB.
 constexpr std::size_t kEpochsAtOnce = 60'000;
 /// Time [s] over which the observations of one satellite count as one: what is in the way, and what a model
@@ -51,10 +54,25 @@ Axis axis_of(const char* key, const char* unit, double profile, double deviation
   return axis;
 }
 
-Axes axes_of(const simulation::ReceiverConfig& receiver) {
+/// The shares of coated glass that all drives have; one where facades are known.
+std::vector<double> coated_shares(std::span<const FitDrive> drives) {
+  std::vector<double> shares;
+  for (const Facades& each : drives.front().drive->facades) shares.push_back(each.coated_glass);
+  for (const FitDrive& of : drives) {
+    const bool same =
+        std::equal(shares.begin(), shares.end(), of.drive->facades.begin(), of.drive->facades.end(),
+                   [](double share, const Facades& facades) { return share == facades.coated_glass; });
+    if (!same) return {kCoatedGlass};
+  }
+  return shares.empty() ? std::vector{kCoatedGlass} : shares;
+}
+
+Axes axes_of(const simulation::ReceiverConfig& receiver, const std::vector<double>& coated_glass) {
   const tracking::SignalOptions& signal = receiver.options.signal;
   const double level_db = signal.link.above_minimum_db;
-  return {axis_of("signal.link.above_minimum_db", "dB", level_db, 5,
+  return {axis_of("city.facades.shares.coated_glass", "", kCoatedGlass, kCoatedGlassDeviation, coated_glass,
+                  0, 1, 0.05),
+          axis_of("signal.link.above_minimum_db", "dB", level_db, 5,
                   {level_db - 8, level_db - 4, level_db, level_db + 4, level_db + 8}, -10, 20, 1),
           axis_of("signal.shadowing.skyline.share", "", disturbance::skyline_numbers(signal.shadowing).share,
                   0.2, {0, 0.4, 0.8}, 0, 1, 0.05)};
@@ -78,30 +96,48 @@ std::vector<Point> points_of(const std::array<std::vector<double>, kAxes>& lists
 
 Values values_at(const Axes& axes, const Point& point) {
   Values values;
-  for (std::size_t a = 0; a < kAxes; ++a) values[axes.at(a).key] = options::show(point.at(a));
+  for (std::size_t a = 0; a < kAxes; ++a) {
+    if (a != kFacades) values[axes.at(a).key] = options::show(point.at(a));
+  }
   return values;
 }
 
-/// Observations of one class of satellites: tracked or not, and C/N0 of the tracked ones in bins.
-struct Counts {
+/// A histogram; values outside count in the last bin of their side.
+struct Histogram {
   static constexpr std::size_t kBins = 34;
-  static constexpr double kBin_dB = 2;
-  double tracked = 0, untracked = 0;
-  std::array<double, kBins> cn0{};
+  std::array<double, kBins> counts{};
 
-  void add(bool is_tracked, const std::optional<double>& cn0_dbhz) {
+  /// @param bin in bins, from the begin of the first one
+  void add(double bin) { counts.at(static_cast<std::size_t>(std::clamp(bin, 0.0, kBins - 1.0))) += 1; }
+  void add(const Histogram& other, double weight) {
+    for (std::size_t i = 0; i < kBins; ++i) counts.at(i) += weight * other.counts.at(i);
+  }
+};
+
+/// Observations of one class of satellites: tracked or not, and of the tracked ones C/N0 in bins of 2 dB and
+/// pseudorange errors, which are evenly spaced up to some 3 m and by their logarithm above.
+struct Counts {
+  static constexpr double kBin_dB = 2, kBinsOfError = 4, kLinear_m = 3;
+  double tracked = 0, untracked = 0;
+  Histogram cn0, error;
+
+  void add(bool is_tracked, const std::optional<double>& cn0_dbhz, const std::optional<double>& error_m) {
     (is_tracked ? tracked : untracked) += 1;
-    if (!is_tracked || !cn0_dbhz) return;
-    cn0.at(static_cast<std::size_t>(std::clamp(*cn0_dbhz / kBin_dB, 0.0, kBins - 1.0))) += 1;
+    if (!is_tracked) return;
+    if (cn0_dbhz) cn0.add(*cn0_dbhz / kBin_dB);
+    if (error_m) error.add(Histogram::kBins / 2.0 + kBinsOfError * std::asinh(*error_m / kLinear_m));
   }
   void add(const Counts& other, double weight) {
     tracked += weight * other.tracked;
     untracked += weight * other.untracked;
-    for (std::size_t i = 0; i < kBins; ++i) cn0.at(i) += weight * other.cn0.at(i);
+    cn0.add(other.cn0, weight);
+    error.add(other.error, weight);
   }
 };
 /// Classes: hidden or clear by the map, in four bands of elevation.
 using Classes = std::array<Counts, 8>;
+/// Errors of clear satellites show the receiver's noise, which is not fitted.
+constexpr std::size_t kHiddenClasses = 4;
 
 /// A drive's observations, recorded and simulated at the nodes.
 struct Observations {
@@ -113,7 +149,7 @@ struct Observations {
 /// The class of a satellite, hidden ones first.
 std::size_t class_of(const validation::ComparedSatellite& s) {
   constexpr std::array kBorders_deg = {30, 45, 60};
-  std::size_t of = s.clear ? 4 : 0;
+  std::size_t of = s.clear ? kHiddenClasses : 0;
   for (const double border : kBorders_deg) of += geodesy::degrees(s.elevation_rad) >= border ? 1 : 0;
   return of;
 }
@@ -121,36 +157,45 @@ std::size_t class_of(const validation::ComparedSatellite& s) {
 Classes recorded_in(const validation::Comparison& comparison) {
   Classes classes;
   for (const validation::ComparedSatellite& s : comparison.satellites)
-    classes.at(class_of(s)).add(s.measured, s.measured_cn0_dbhz);
+    classes.at(class_of(s)).add(s.measured, s.measured_cn0_dbhz, s.measured_error_m);
   return classes;
 }
 
 void add_simulated(const validation::Comparison& comparison, Classes& classes) {
   for (const validation::ComparedSatellite& s : comparison.satellites)
-    classes.at(class_of(s)).add(s.simulated, s.simulated_cn0_dbhz);
+    classes.at(class_of(s)).add(s.simulated, s.simulated_cn0_dbhz, s.simulated_error_m);
+}
+
+/// Logarithm of the probability of recorded values under the density of a model's, each epoch of which counts
+/// by `weight`.
+double log_density(const Histogram& recorded, const Histogram& model, double weight) {
+  // A triangle over 5 bins; and a twentieth of the density is even.
+  constexpr std::array kTriangle = {1 / 9.0, 2 / 9.0, 3 / 9.0, 2 / 9.0, 1 / 9.0};
+  constexpr double kEven = 0.05;
+  const double all = std::accumulate(model.counts.begin(), model.counts.end(), 0.0);
+  double sum = 0;
+  for (std::size_t i = 0; i < Histogram::kBins; ++i) {
+    if (recorded.counts.at(i) == 0) continue;
+    double near = 0;
+    for (std::size_t k = 0; k < kTriangle.size(); ++k) {
+      if (i + k >= 2 && i + k - 2 < Histogram::kBins) near += kTriangle.at(k) * model.counts.at(i + k - 2);
+    }
+    sum += recorded.counts.at(i) *
+           std::log((weight * (1 - kEven) * near + (weight * kEven * all + 1) / Histogram::kBins) /
+                    (weight * all + 1));
+  }
+  return sum;
 }
 
 /// Logarithm of the probability of what was recorded under a model's shares and densities, each epoch by
-/// `weight`.
-double log_likelihood(const Counts& recorded, const Counts& model, double weight) {
+/// `weight`. @param errors whether pseudorange errors count
+double log_likelihood(const Counts& recorded, const Counts& model, double weight, bool errors) {
   // One observation of each kind more, so that no share is 0 or 1.
   const double tracked = weight * model.tracked + 1, untracked = weight * model.untracked + 1;
   double sum = recorded.tracked * std::log(tracked / (tracked + untracked)) +
-               recorded.untracked * std::log(untracked / (tracked + untracked));
-  // A triangle over 5 bins, about 2 dB; and a twentieth of the density is even.
-  constexpr std::array kTriangle = {1 / 9.0, 2 / 9.0, 3 / 9.0, 2 / 9.0, 1 / 9.0};
-  constexpr double kEven = 0.05;
-  const double all = std::accumulate(model.cn0.begin(), model.cn0.end(), 0.0);
-  for (std::size_t i = 0; i < Counts::kBins; ++i) {
-    if (recorded.cn0.at(i) == 0) continue;
-    double near = 0;
-    for (std::size_t k = 0; k < kTriangle.size(); ++k) {
-      if (i + k >= 2 && i + k - 2 < Counts::kBins) near += kTriangle.at(k) * model.cn0.at(i + k - 2);
-    }
-    sum += recorded.cn0.at(i) *
-           std::log((weight * (1 - kEven) * near + (weight * kEven * all + 1) / Counts::kBins) /
-                    (weight * all + 1));
-  }
+               recorded.untracked * std::log(untracked / (tracked + untracked)) +
+               log_density(recorded.cn0, model.cn0, weight);
+  if (errors) sum += log_density(recorded.error, model.error, weight);
   return weight * sum;
 }
 
@@ -225,7 +270,7 @@ class Grid {
         for (std::size_t c = 0; c < model.size(); ++c) model.at(c).add(drive.of_nodes[node].at(c), weight);
       }
       for (std::size_t c = 0; c < model.size(); ++c)
-        sum += log_likelihood(drive.recorded.at(c), model.at(c), drive.weight);
+        sum += log_likelihood(drive.recorded.at(c), model.at(c), drive.weight, c < kHiddenClasses);
     }
     return sum;
   }
@@ -249,41 +294,90 @@ class Grid {
   std::vector<Observations> drives_;
 };
 
-/// Observations of the drive at all points of the grid.
-Observations simulate(const FitDrive& of, const Grid& grid, const Values& known,
-                      const CalibrateOptions& options) {
-  const Drive& drive = *of.drive;
-  const std::vector<Point>& points = grid.points();
-  const std::vector<validation::ResidualEpoch>& recorded_epochs = drive.recording.residuals.epochs;
-  const std::size_t at_once = std::max<std::size_t>(1, kEpochsAtOnce / recorded_epochs.size());
-  const std::size_t count = static_cast<std::size_t>(options.seeds) * points.size();
-  Observations observations;
-  observations.of_nodes.resize(points.size());
-  for (std::size_t first = 0; first < count;) {
-    const std::size_t size = std::min(count - first, at_once);
-    std::vector<simulation::ReceiverConfig> receivers(size, drive.receiver);
-    std::vector<validation::SeededReceiver> seeded;
-    for (std::size_t i = 0; i < size; ++i) {
-      const std::size_t k = first + i;
-      set_values(known, receivers[i]);
-      set_values(values_at(grid.axes(), points[k % points.size()]), receivers[i]);
-      seeded.push_back({&receivers[i], drive.seed + k / points.size()});
+/// Simulates a drive at all points of the grid.
+class NodeRun {
+ public:
+  NodeRun(const FitDrive& of, const Grid& grid, const Values& known, const CalibrateOptions& options)
+      : of_(of),
+        drive_(*of.drive),
+        grid_(grid),
+        known_(known),
+        options_(options),
+        in_city_(grid.points().size() / grid.axes().at(kFacades).nodes.size()) {}
+
+  Observations run() {
+    observations_.of_nodes.resize(grid_.points().size());
+    for (std::size_t node = 0; node < grid_.points().size(); node += in_city_) {
+      const bool known = in_city_ == grid_.points().size();
+      run_city(node, known ? *drive_.environment : *drive_.facades.at(node / in_city_).environment);
     }
-    validation::CompareOptions compare;
-    compare.threads = options.threads;
-    compare.leave_out = of.leave_out;
-    compare.progress = [&](std::size_t done, std::size_t epochs) {
-      if (options.progress)
-        options.progress(drive.name + ": simulating receivers", first * epochs + done * size, count * epochs);
-    };
-    for (const validation::Comparison& comparison :
-         validation::compare(drive.recording, seeded, *drive.environment, drive.registration, compare)) {
-      if (first == 0) observations.recorded = recorded_in(comparison);
-      add_simulated(comparison, observations.of_nodes[first++ % points.size()]);
+    observations_.weight = std::min(1.0, validation::interval_of(epochs()) / kCorrelated_s);
+    return std::move(observations_);
+  }
+
+ private:
+  [[nodiscard]] const std::vector<validation::ResidualEpoch>& epochs() const {
+    return drive_.recording.residuals.epochs;
+  }
+
+  /// The nodes of one city, from `first_node` on, by all seeds. Rays are traced once for all that are held.
+  void run_city(std::size_t first_node, const simulation::Environment& environment) {
+    const std::size_t at_once = std::max<std::size_t>(1, kEpochsAtOnce / epochs().size());
+    const std::size_t count = static_cast<std::size_t>(options_.seeds) * in_city_;
+    for (std::size_t first = 0; first < count; first += at_once) {
+      const std::size_t size = std::min(count - first, at_once);
+      std::vector<simulation::ReceiverConfig> receivers(size, drive_.receiver);
+      std::vector<validation::SeededReceiver> seeded;
+      for (std::size_t i = 0; i < size; ++i) {
+        const std::size_t k = first + i;
+        set_values(known_, receivers[i]);
+        set_values(values_at(grid_.axes(), grid_.points()[first_node + k % in_city_]), receivers[i]);
+        seeded.push_back({&receivers[i], drive_.seed + k / in_city_});
+      }
+      validation::CompareOptions compare;
+      compare.threads = options_.threads;
+      compare.leave_out = of_.leave_out;
+      compare.progress = [&](std::size_t done, std::size_t) {
+        if (!options_.progress) return;
+        const std::size_t before = first_node * static_cast<std::size_t>(options_.seeds) + first;
+        const std::size_t all = grid_.points().size() * static_cast<std::size_t>(options_.seeds);
+        options_.progress(drive_.name + ": simulating receivers", before * epochs().size() + done * size,
+                          all * epochs().size());
+      };
+      std::size_t k = first;
+      for (const validation::Comparison& comparison :
+           validation::compare(drive_.recording, seeded, environment, drive_.registration, compare)) {
+        if (first_node + k == 0) observations_.recorded = recorded_in(comparison);
+        add_simulated(comparison, observations_.of_nodes[first_node + k++ % in_city_]);
+      }
     }
   }
-  observations.weight = std::min(1.0, validation::interval_of(recorded_epochs) / kCorrelated_s);
-  return observations;
+
+  const FitDrive& of_;
+  const Drive& drive_;
+  const Grid& grid_;
+  const Values& known_;
+  const CalibrateOptions& options_;
+  std::size_t in_city_;  ///< nodes with the same facades
+  Observations observations_;
+};
+
+/// What the observations say of one axis.
+Estimate estimate_of(const Axis& axis, std::size_t a, const Posterior& prior, const Posterior& known) {
+  const double mean = known.mean.at(a), sigma = known.sigma.at(a), open = prior.sigma.at(a);
+  Estimate e{axis.key, axis.unit, options::show(axis.profile), {}, {}, {}, {}, {}};
+  e.after = e.before;
+  if (std::abs(mean - prior.mean.at(a)) < kMoved * open && std::abs(sigma - open) < kMoved * open) {
+    e.basis = "which satellites are tracked, and their C/N0, hardly depend on it";
+    return e;
+  }
+  e.recorded = rounded(mean, sigma);
+  e.interval = fmt::format("{} to {}", rounded(std::max(mean - 2 * sigma, axis.nodes.front()), sigma),
+                           rounded(std::min(mean + 2 * sigma, axis.nodes.back()), sigma));
+  e.basis = "which satellites are tracked, and their C/N0, by simulation";
+  e.verdict = std::abs(mean - axis.profile) < kAgrees * sigma ? Verdict::Agrees : Verdict::Fitted;
+  if (e.verdict == Verdict::Fitted) e.after = e.recorded;
+  return e;
 }
 
 }  // namespace
@@ -292,26 +386,17 @@ void add_likelihood_fit(std::span<const FitDrive> drives, const CalibrateOptions
                         Calibration& result) {
   simulation::ReceiverConfig receiver = drives.front().drive->receiver;
   set_values(result.values, receiver);
-  Grid grid(axes_of(receiver));
-  for (const FitDrive& drive : drives) grid.add(simulate(drive, grid, result.values, options));
+  Grid grid(axes_of(receiver, coated_shares(drives)));
+  for (const FitDrive& drive : drives) grid.add(NodeRun(drive, grid, result.values, options).run());
   const Posterior prior = grid.posterior(false), known = grid.posterior(true);
   for (std::size_t a = 0; a < kAxes; ++a) {
     const Axis& axis = grid.axes().at(a);
-    const double mean = known.mean.at(a), sigma = known.sigma.at(a), open = prior.sigma.at(a);
-    Estimate e{axis.key, axis.unit, options::show(axis.profile), {}, {}, {}, {}, {}};
-    e.after = e.before;
-    if (std::abs(mean - prior.mean.at(a)) < kMoved * open && std::abs(sigma - open) < kMoved * open) {
-      e.basis = "which satellites are tracked, and their C/N0, hardly depend on it";
-    } else {
-      e.recorded = rounded(mean, sigma);
-      e.interval = fmt::format("{} to {}", rounded(std::max(mean - 2 * sigma, axis.nodes.front()), sigma),
-                               rounded(std::min(mean + 2 * sigma, axis.nodes.back()), sigma));
-      e.basis = "which satellites are tracked, and their C/N0, by simulation";
-      e.verdict = std::abs(mean - axis.profile) < kAgrees * sigma ? Verdict::Agrees : Verdict::Fitted;
+    Estimate e = estimate_of(axis, a, prior, known);
+    if (a == kFacades) {
+      if (axis.nodes.size() > 1) result.coated_glass = std::move(e);
+      continue;
     }
-    if (e.verdict == Verdict::Fitted) {
-      e.after = result.values[axis.key] = e.recorded;
-    }
+    if (e.verdict == Verdict::Fitted) result.values[axis.key] = e.after;
     result.estimates.push_back(std::move(e));
   }
 }

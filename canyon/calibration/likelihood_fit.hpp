@@ -15,10 +15,10 @@ struct FitDrive {
   std::set<gnss::SatelliteId> leave_out;
 };
 
-/// Adds level, share of obstacles and tracking threshold. The receiver is simulated along the drives at the
-/// nodes of a grid of the three, by several seeds each. Shares of tracked satellites and densities of their
-/// C/N0, by what the map says and by elevation, are linear between nodes. The values are the means of the
-/// density
+/// Adds level and share of obstacles, and finds the share of coated glass where the drives have cities with
+/// several. The receiver is simulated along the drives at the nodes of a grid of them, by several seeds each.
+/// Shares of tracked satellites and densities of their C/N0, by what the map says and by elevation, are
+/// linear between nodes. The values are the means of the density
 ///
 ///   exp(log-likelihood of what was recorded - 1/2 sum over keys of ((x - profile's) / prior's deviation)^2)
 ///

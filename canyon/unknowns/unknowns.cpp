@@ -76,9 +76,7 @@ std::optional<Distribution> skyline_of(const ReceiverConfig& receiver) {
 
 /// Of the share of buildings with coated glass: from traditional to thermally_efficient ones.
 std::optional<Distribution> facades_of(const Scenario& scenario) {
-  const city::FacadeOptions& facades = scenario.city.facades;
-  const bool said = facades.mix != city::FacadeMix::ByBuilding || !facades.shares.empty();
-  if (scenario.city.open || said) return std::nullopt;
+  if (!leaves_facades_open(scenario)) return std::nullopt;
   return Distribution{
       fmt::format("coated glass on 0 to {:g} of buildings, median {:.3g}", kMostCoated, 0.25 * kMostCoated),
       [](double share) { return kMostCoated * share * share; }};
@@ -120,19 +118,6 @@ std::vector<Drawn> all_of(const Scenario& scenario, const std::vector<Unknown>& 
   return all;
 }
 
-/// The mix of facades with that share of coated glass, as thermally_efficient and traditional ones make it.
-std::map<std::string, double> facades_with(double coated_glass) {
-  city::FacadeOptions options;
-  options.mix = city::FacadeMix::ThermallyEfficient;
-  const std::map<std::string, double> efficient = city::facade_shares(options);
-  options.mix = city::FacadeMix::Traditional;
-  const double weight = coated_glass / efficient.at("coated_glass");
-  std::map<std::string, double> shares;
-  for (const auto& [name, share] : efficient) shares[name] += weight * share;
-  for (const auto& [name, share] : city::facade_shares(options)) shares[name] += (1 - weight) * share;
-  return shares;
-}
-
 void set(const Drawn& drawn, double value, Scenario& scenario) {
   tracking::SignalOptions& signal = scenario.receivers.at(drawn.receiver).options.signal;
   switch (drawn.unknown) {
@@ -153,6 +138,23 @@ void set(const Drawn& drawn, double value, Scenario& scenario) {
 }
 
 }  // namespace
+
+std::map<std::string, double> facades_with(double coated_glass) {
+  city::FacadeOptions options;
+  options.mix = city::FacadeMix::ThermallyEfficient;
+  const std::map<std::string, double> efficient = city::facade_shares(options);
+  options.mix = city::FacadeMix::Traditional;
+  const double weight = coated_glass / efficient.at("coated_glass");
+  std::map<std::string, double> shares;
+  for (const auto& [name, share] : efficient) shares[name] += weight * share;
+  for (const auto& [name, share] : city::facade_shares(options)) shares[name] += (1 - weight) * share;
+  return shares;
+}
+
+bool leaves_facades_open(const Scenario& scenario) {
+  const city::FacadeOptions& facades = scenario.city.facades;
+  return !scenario.city.open && facades.mix == city::FacadeMix::ByBuilding && facades.shares.empty();
+}
 
 std::string_view name_of(Unknown unknown) {
   return kNames.at(static_cast<std::size_t>(unknown));

@@ -48,6 +48,12 @@ class Draws {
   std::vector<std::vector<double>> shares_;  // [unknown][draw]
 };
 
+/// Shares of facades (city::FacadeOptions::shares) with that share of coated glass, [0, 0.7]: between
+/// traditional and thermally_efficient buildings.
+[[nodiscard]] std::map<std::string, double> facades_with(double coated_glass);
+/// Whether a scenario says nothing about the facades of its city.
+[[nodiscard]] bool leaves_facades_open(const simulation::Scenario& scenario);
+
 /// Takes from a scenario what it says about installations, surroundings, obstacles and facades.
 void forget(simulation::Scenario& scenario);
 

@@ -6,9 +6,11 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 
+#include "canyon/city/facades.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
@@ -25,11 +27,13 @@ namespace canyon::test {
 class SimulatedRecording {
  public:
   using Change = std::function<void(simulation::ReceiverConfig&)>;
+  using Facades = std::map<std::string, double>;
 
   /// @param moved where the city truly stands, from its map; @param change of the recording receiver
-  /// @param heights of its houses
+  /// @param heights of its houses; @param facades shares of their facades, of the truth alone
   explicit SimulatedRecording(const validation::Registration& moved = {}, const Change& change = {},
-                              const std::string& heights = "min_height_m: 12, max_height_m: 90") {
+                              const std::string& heights = "min_height_m: 12, max_height_m: 90",
+                              const Facades& facades = {}) {
     simulation::Scenario scenario = simulation::parse_scenario(R"(
 city: {synthetic: {blocks_east: 6, blocks_north: 6, seed: 7, )" + heights +
                                                                    R"(},
@@ -49,7 +53,7 @@ receivers: [{name: car, profile: ideal, elevation_mask_deg: 10}]
     if (change) change(scenario.receivers.front());
     scenario.receivers.front().options.own_draws = false;
     const city::City map = city::synthetic_city(*scenario.city.synthetic);
-    city::City truth = map;
+    city::City truth = dressed(map, facades, 1);
     const Eigen::Rotation2Dd turn(moved.heading_rad);
     for (Eigen::Vector3d& v : truth.mesh.vertices) {
       v.head<2>() =
@@ -63,10 +67,10 @@ receivers: [{name: car, profile: ideal, elevation_mask_deg: 10}]
     TruthFile truth_file(truth_csv);
     simulation.run({rinex.get(), nmea_file.get(), &truth_file, &epochs_});
     scenario_ = scenario;
-    environment_ = std::make_unique<simulation::Environment>(
-        map,
+    sky_ =
         simulation::build_sky(scenario.sky, simulation.begin(), simulation.begin() + 300, map.frame.origin())
-            .sky);
+            .sky;
+    environment_ = std::make_unique<simulation::Environment>(map, sky_);
   }
 
   [[nodiscard]] validation::Recording read() const {
@@ -78,6 +82,11 @@ receivers: [{name: car, profile: ideal, elevation_mask_deg: 10}]
   [[nodiscard]] const simulation::Scenario& scenario() const { return scenario_; }
   /// With the map's city, where it is drawn.
   [[nodiscard]] const simulation::Environment& environment() const { return *environment_; }
+  /// The same with facades drawn.
+  [[nodiscard]] std::unique_ptr<simulation::Environment> environment_with(const Facades& facades,
+                                                                          std::uint64_t seed) const {
+    return std::make_unique<simulation::Environment>(dressed(environment_->city(), facades, seed), sky_);
+  }
   [[nodiscard]] const std::vector<simulation::Epoch>& epochs() const { return epochs_.all; }
 
  private:
@@ -88,6 +97,14 @@ receivers: [{name: car, profile: ideal, elevation_mask_deg: 10}]
                               nmea = folder_ / "car.nmea";
 
  private:
+  static city::City dressed(city::City city, const Facades& shares, std::uint64_t seed) {
+    if (shares.empty()) return city;
+    city::FacadeOptions options;
+    options.shares = shares;
+    (void)city::dress_facades(city, options, false, seed);
+    return city;
+  }
+
   struct TruthFile final : simulation::EpochSink {
     explicit TruthFile(const std::filesystem::path& path) : out(path) {
       out << "time,latitude_deg,longitude_deg,height_m\n";
@@ -109,6 +126,7 @@ receivers: [{name: car, profile: ideal, elevation_mask_deg: 10}]
 
   Kept epochs_;
   simulation::Scenario scenario_;
+  std::shared_ptr<const orbit::Sky> sky_;
   std::unique_ptr<simulation::Environment> environment_;
 };
 
