@@ -361,7 +361,8 @@ void add_calibrate(Command& app) {
   command.add_flag("--quiet", arguments.quiet, "print errors only (and what --json - asks for)");
   command.footer =
       "Estimates from the recording: tracked signals and orbits, step of C/N0, thresholds of lock. By\n"
-      "simulation, from which satellites are tracked and their C/N0: level, share of obstacles. A key keeps\n"
+      "simulation, from tracked satellites, their C/N0 and errors of hidden ones: level, share of obstacles,\n"
+      "and facades of the place, which the report gives as a line for the scenario. A key keeps\n"
       "the profile's value if the recording says nothing about it; comments in the file give the source\n"
       "of each number.\n"
       "Use it as 'profile: ./FILE.yaml'.\n"

@@ -368,13 +368,13 @@ Estimate estimate_of(const Axis& axis, std::size_t a, const Posterior& prior, co
   Estimate e{axis.key, axis.unit, options::show(axis.profile), {}, {}, {}, {}, {}};
   e.after = e.before;
   if (std::abs(mean - prior.mean.at(a)) < kMoved * open && std::abs(sigma - open) < kMoved * open) {
-    e.basis = "which satellites are tracked, and their C/N0, hardly depend on it";
+    e.basis = "tracked satellites, C/N0 and errors hardly depend on it";
     return e;
   }
   e.recorded = rounded(mean, sigma);
   e.interval = fmt::format("{} to {}", rounded(std::max(mean - 2 * sigma, axis.nodes.front()), sigma),
                            rounded(std::min(mean + 2 * sigma, axis.nodes.back()), sigma));
-  e.basis = "which satellites are tracked, and their C/N0, by simulation";
+  e.basis = "tracked satellites, their C/N0, errors of hidden ones, by simulation";
   e.verdict = std::abs(mean - axis.profile) < kAgrees * sigma ? Verdict::Agrees : Verdict::Fitted;
   if (e.verdict == Verdict::Fitted) e.after = e.recorded;
   return e;

@@ -5,7 +5,7 @@
 
 #include "canyon/calibration/calibrate.hpp"
 
-// The keys that are fitted to which satellites are tracked, and to their C/N0. Private to canyon/calibration.
+// What is fitted to which satellites are tracked, to their C/N0 and to errors of hidden ones. Private to canyon/calibration.
 
 namespace canyon::calibration {
 
