@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "canyon/validation/figures.hpp"
+#include "canyon/validation/headlines.hpp"
 
 // Recorded figures beside the distribution of simulated ones, over draws of what is unknown.
 

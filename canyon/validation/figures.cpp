@@ -13,6 +13,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/validation/epoch_interval.hpp"
+#include "canyon/validation/headlines.hpp"
 #include "canyon/validation/ranked_sample.hpp"
 #include "canyon/validation/signal_figures.hpp"
 
@@ -337,65 +338,6 @@ OwnFixFigures own_fix_figures(std::span<const ComparedFix> own, const Comparison
   OwnFixFigures f{position_figures(own), position_figures(measured), position_figures(simulated)};
   f.own.mean_used = std::numeric_limits<double>::quiet_NaN();
   return f;
-}
-
-std::vector<Headline> headlines(const Figures& f) {
-  constexpr std::size_t kMedian = 2, kP95 = 4;  // of kQuantiles
-  using Number = std::optional<double>;
-  std::vector<Headline> result;
-  const auto pair = [&result](const char* key, const char* title, int decimals, Number measured,
-                              Number simulated) {
-    result.push_back({key, title, decimals, true, measured, simulated, {}, {}});
-  };
-  const auto one = [&result](const char* key, const char* title, int decimals, Number value) {
-    result.push_back({key, title, decimals, false, {}, value, {}, {}});
-  };
-  const auto horizontal = [](const PositionFigures& p, std::size_t quantile) {
-    return p.fixes > 0 ? Number(p.horizontal_m[quantile]) : Number();
-  };
-  const auto middle = [](const std::array<double, 5>& at, std::size_t n) {
-    return n > 0 ? Number(at[kMedian]) : Number();
-  };
-  const auto tracked = [&pair](const char* key, const char* title, const TrackedShare& share) {
-    const bool any = share.satellites > 0;
-    pair(key, title, 2, any ? Number(share.measured_ratio()) : Number(),
-         any ? Number(share.simulated_ratio()) : Number());
-  };
-  const auto less = [](const Number& a, const Number& b) { return a && b ? Number(*a - *b) : Number(); };
-
-  pair("horizontal_p50_m", "horizontal p50 [m]", 1, horizontal(f.measured, kMedian),
-       horizontal(f.simulated, kMedian));
-  pair("horizontal_p95_m", "p95 [m]", 1, horizontal(f.measured, kP95), horizontal(f.simulated, kP95));
-  tracked("tracked_los", "tracked LOS", f.tracked_los);
-  tracked("tracked_nlos", "tracked NLOS", f.tracked_nlos);
-  const DistributionPair &los = f.cn0_los_dbhz, &nlos = f.cn0_nlos_dbhz;
-  const Number los_measured = middle(los.measured, los.measured_n),
-               los_simulated = middle(los.simulated, los.simulated_n),
-               nlos_measured = middle(nlos.measured, nlos.measured_n),
-               nlos_simulated = middle(nlos.simulated, nlos.simulated_n);
-  pair("cn0_los_dbhz", "C/N0 LOS [dB-Hz]", 1, los_measured, los_simulated);
-  pair("cn0_nlos_dbhz", "C/N0 NLOS [dB-Hz]", 1, nlos_measured, nlos_simulated);
-  pair("cn0_los_less_nlos_db", "LOS less NLOS [dB]", 1, less(los_measured, nlos_measured),
-       less(los_simulated, nlos_simulated));
-  one("ks_cn0_los", "KS C/N0 LOS", 2, los.ks);
-  one("ks_cn0_nlos", "KS C/N0 NLOS", 2, nlos.ks);
-  one("ks_error_los", "KS error LOS", 2, f.error_los_m.ks);
-  one("ks_error_nlos", "KS error NLOS", 2, f.error_nlos_m.ks);
-  pair("satellites_used", "satellites used", 1,
-       f.measured.fixes > 0 ? Number(f.measured.mean_used) : Number(),
-       f.simulated.fixes > 0 ? Number(f.simulated.mean_used) : Number());
-  const Explained none;
-  const Explained& all = f.explained.empty() ? none : f.explained.back();
-  one("spearman", "Spearman", 2, all.correlation ? Number(all.correlation->rho) : Number());
-  one("median_difference_m", "median difference [m]", 1, all.median_difference_m);
-  if (f.own_fixes) {
-    const OwnFixFigures& o = *f.own_fixes;
-    pair("own_fix_p50_m", "filter p50 (own fixes) [m]", 1, horizontal(o.own, kMedian),
-         horizontal(o.simulated, kMedian));
-    pair("own_fix_p95_m", "filter p95 (own fixes) [m]", 1, horizontal(o.own, kP95),
-         horizontal(o.simulated, kP95));
-  }
-  return result;
 }
 
 std::vector<Headline> headlines(const Comparison& comparison, std::size_t first, std::size_t count) {

@@ -157,32 +157,6 @@ void visit(options::Visitor& v, FigureOptions& o);
 [[nodiscard]] OwnFixFigures own_fix_figures(std::span<const ComparedFix> own, const Comparison& filtered,
                                             std::size_t first, std::size_t count);
 
-/// One of the figures that stand for a recording in a table of several.
-struct Headline {
-  std::string key;    ///< "horizontal_p50_m"
-  std::string title;  ///< "horizontal p50 [m]"
-  int decimals = 1;   ///< that it is written with
-  bool pair = true;   ///< recorded and simulated have one each; false: `simulated` is of both together
-  std::optional<double> measured, simulated;
-  std::optional<Interval> measured_interval, simulated_interval;  ///< 95 %, blocks of time
-};
-/// Headlines without intervals, always the same ones in the same order; those of own fixes, if any, come
-/// last.
-[[nodiscard]] std::vector<Headline> headlines(const Figures& figures);
-/// headlines() of figures() of these epochs, without the figures that no headline is of.
-[[nodiscard]] std::vector<Headline> headlines(const Comparison& comparison, std::size_t first,
-                                              std::size_t count);
-/// The recording's own epochs [other_first, other_first + other_count) in the place of the simulated ones:
-/// what a part of a recording says of another, as a bound of what can be learnt from it. Without explanations
-/// of single errors.
-[[nodiscard]] std::vector<Headline> headlines_by_other_part(const Comparison& comparison, std::size_t first,
-                                                            std::size_t count, std::size_t other_first,
-                                                            std::size_t other_count);
-/// Their intervals: the figures anew from blocks of epochs drawn with replacement. Own fixes get none. @param
-/// headlines_of_all of these epochs and runs, as for figures()
-void add_intervals(std::vector<Headline>& headlines_of_all, const Comparison& comparison, std::size_t first,
-                   std::size_t count, const FigureOptions& options, std::span<const Comparison> runs = {});
-
 /// Epochs [first, first + count) of one recording, and the runs of its simulated values, if any.
 struct PooledPart {
   const Comparison* comparison = nullptr;
@@ -199,9 +173,6 @@ struct Pooled {
 [[nodiscard]] Pooled pool(std::span<const PooledPart> parts);
 
 [[nodiscard]] std::optional<double> auc_of(const std::optional<Separation>& separation);
-/// Horizontal errors of fixes at kQuantiles[quantile], simulated over measured; empty where either has no
-/// fix.
-[[nodiscard]] std::optional<double> error_ratio(const Figures& figures, std::size_t quantile);
 /// "reflected 1", "reflected 2", "diffracted", "diffuse": the words of Explained::kind.
 [[nodiscard]] std::string path_words(const ComparedSatellite::Prediction& prediction);
 

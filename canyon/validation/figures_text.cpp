@@ -13,6 +13,7 @@
 #include "canyon/output/number.hpp"
 #include "canyon/validation/alignment.hpp"
 #include "canyon/validation/figures.hpp"
+#include "canyon/validation/headlines.hpp"
 
 namespace canyon::validation {
 namespace {
@@ -289,6 +290,10 @@ std::vector<FigureTable> position_tables(const Figures& f) {
     return Row{name, fmt::to_string(p.epochs), fmt::to_string(p.fixes), share_of(p.fixes, p.epochs),
                p.fixes > 0 ? shown(p.mean_used, 1) : kNone};
   };
+  const auto ratio = [&f](std::string_view key) {
+    const FigureInfo& info = *figure_info(key);
+    return shown(info.range.compared(info.value(f, Side::Measured), info.value(f, Side::Simulated)), 2);
+  };
   std::vector<FigureTable> tables{
       {"Position, by the same solver on both",
        head,
@@ -296,8 +301,8 @@ std::vector<FigureTable> position_tables(const Figures& f) {
         quantiles_row("Horizontal, simulated", f.simulated, f.simulated.horizontal_m),
         quantiles_row("Vertical, measured", f.measured, f.measured.vertical_m),
         quantiles_row("Vertical, simulated", f.simulated, f.simulated.vertical_m)},
-       fmt::format("Horizontal, simulated over measured: p50 {}, p95 {}.", shown(error_ratio(f, 2), 2),
-                   shown(error_ratio(f, 4), 2))},
+       fmt::format("Horizontal, simulated over measured: p50 {}, p95 {}.", ratio("horizontal_p50_m"),
+                   ratio("horizontal_p95_m"))},
       {"",
        {"Fixes", "Epochs", "With a fix", "[%]", "Mean satellites used"},
        {availability("Measured", f.measured), availability("Simulated", f.simulated)},
@@ -349,11 +354,6 @@ std::string text_of(const FigureTable& table) {
 
 std::optional<double> auc_of(const std::optional<Separation>& s) {
   return s ? std::optional(s->auc) : std::nullopt;
-}
-
-std::optional<double> error_ratio(const Figures& f, std::size_t quantile) {
-  if (f.measured.fixes == 0 || f.simulated.fixes == 0 || !(f.measured.horizontal_m[quantile] > 0)) return {};
-  return f.simulated.horizontal_m[quantile] / f.measured.horizontal_m[quantile];
 }
 
 std::string to_json(const std::vector<Figures>& models, const std::optional<std::string>& alignment_json) {
@@ -413,33 +413,38 @@ std::string to_text(const Figures& f) {
 }
 
 std::string to_markdown(const std::vector<Figures>& models) {
-  const auto versus = [](bool both, double simulated, double measured, int decimals) {
-    return both ? fmt::format("{:.{}f} ({:.{}f})", simulated, decimals, measured, decimals) : kNone;
+  struct Column {
+    std::string_view key, also = {}, title_of_both = {};
   };
-  const auto share = [&versus](const TrackedShare& tracked) {
-    return versus(tracked.satellites > 0, tracked.simulated_ratio(), tracked.measured_ratio(), 2);
+  static constexpr std::array kColumns{Column{"auc_cn0"},
+                                       Column{"auc_error"},
+                                       Column{"nlos_explained"},
+                                       Column{"median_difference_m"},
+                                       Column{"spearman"},
+                                       Column{"ks_error_los", "ks_error_nlos", "KS error LOS, NLOS"},
+                                       Column{"ks_cn0_los", "ks_cn0_nlos", "KS C/N0 LOS, NLOS"},
+                                       Column{"tracked_los"},
+                                       Column{"tracked_nlos"},
+                                       Column{"satellites_used"},
+                                       Column{"horizontal_p50_m"},
+                                       Column{"horizontal_p95_m"}};
+  const auto cell = [](std::string_view key, const Figures& f) {
+    const FigureInfo& info = *figure_info(key);
+    if (info.kind != FigureInfo::Kind::Target) return value_text(headline(info, f));
+    const Target target{&info, info.value(f, Side::Simulated)};
+    return target.value ? target.value_text() : kNone;
   };
-  const auto two = [](const DistributionPair& los, const DistributionPair& nlos) {
-    return fmt::format("{}, {}", shown(los.ks, 2), shown(nlos.ks, 2));
-  };
+  TextRow head{"model"};
   std::vector<TextRow> rows;
-  for (const Figures& f : models) {
-    const Explained none;
-    const Explained& all = f.explained.empty() ? none : f.explained.back();
-    const bool fixes = f.simulated.fixes > 0 && f.measured.fixes > 0;
-    rows.push_back({f.model, shown(auc_of(f.by_cn0), 3), shown(auc_of(f.by_error), 3),
-                    f.nlos > 0 ? fmt::format("{:.1f} %", 100 * all.share) : kNone,
-                    shown(all.median_difference_m, 1), spearman_text(all), two(f.error_los_m, f.error_nlos_m),
-                    two(f.cn0_los_dbhz, f.cn0_nlos_dbhz), share(f.tracked_los), share(f.tracked_nlos),
-                    versus(fixes, f.simulated.mean_used, f.measured.mean_used, 1),
-                    versus(fixes, f.simulated.horizontal_m[2], f.measured.horizontal_m[2], 1),
-                    versus(fixes, f.simulated.horizontal_m[4], f.measured.horizontal_m[4], 1)});
+  for (const Figures& f : models) rows.push_back({f.model});
+  for (const Column& column : kColumns) {
+    const bool both = !column.also.empty();
+    head.emplace_back(both ? column.title_of_both : figure_info(column.key)->title);
+    for (std::size_t i = 0; i < models.size(); ++i) {
+      rows[i].push_back(cell(column.key, models[i]) + (both ? ", " + cell(column.also, models[i]) : ""));
+    }
   }
-  return markdown_table({"model", "AUC C/N0", "AUC error", "NLOS explained", "median difference [m]",
-                         "Spearman", "KS error LOS, NLOS", "KS C/N0 LOS, NLOS", "tracked LOS", "tracked NLOS",
-                         "satellites used", "horizontal p50 [m]", "p95 [m]"},
-                        rows) +
-         "\nSimulated, with measured in brackets, where both are given.\n";
+  return markdown_table(head, rows) + "\nSimulated, with measured in brackets, where both are given.\n";
 }
 
 }  // namespace canyon::validation

@@ -29,26 +29,7 @@ Json headlines_json(const std::vector<Headline>& headlines) {
   return json;
 }
 
-/// Both numbers of a headline as `show` writes one.
-template <typename Number, typename Show>
-std::string pair_text(const Headline& h, const Number& measured, const Number& simulated, const Show& show) {
-  const auto shown = [&show](const Number& value) { return value ? show(*value) : std::string("-"); };
-  if (!h.pair || (!measured && !simulated)) return shown(simulated);
-  return fmt::format("{} ({})", shown(simulated), shown(measured));
-}
-
 }  // namespace
-
-std::string value_text(const Headline& h) {
-  return pair_text(h, h.measured, h.simulated,
-                   [&h](double value) { return fmt::format("{:.{}f}", value, h.decimals); });
-}
-
-std::string interval_text(const Headline& h) {
-  return pair_text(h, h.measured_interval, h.simulated_interval, [&h](const Interval& i) {
-    return fmt::format("{:.{}f} to {:.{}f}", i.low, h.decimals, i.high, h.decimals);
-  });
-}
 
 std::vector<Headline> headlines_of(const std::vector<RecordingRow>& rows) {
   std::vector<Headline> all;
@@ -58,12 +39,6 @@ std::vector<Headline> headlines_of(const std::vector<RecordingRow>& rows) {
     }
   }
   return all;
-}
-
-const Headline* headline_with(const std::vector<Headline>& headlines, std::string_view key) {
-  const auto at =
-      std::find_if(headlines.begin(), headlines.end(), [key](const Headline& h) { return h.key == key; });
-  return at != headlines.end() ? &*at : nullptr;
 }
 
 std::string description_of(const RecordingRow& row) {

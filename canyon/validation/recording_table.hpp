@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "canyon/validation/figures.hpp"
+#include "canyon/validation/headlines.hpp"
 
 // The table of several recordings that `canyon validate LIST.yaml` prints.
 
@@ -25,14 +25,8 @@ struct RecordingRow {
   std::vector<std::string> pooled;  ///< the names of what is pooled
 };
 
-/// "2.3 (8.5)": simulated, with measured in brackets; "-" for what there is not. Interval: "1.9 to 3.1 (6.0
-/// to 9.2)".
-[[nodiscard]] std::string value_text(const Headline& headline);
-[[nodiscard]] std::string interval_text(const Headline& headline);
 /// The headlines of all rows, the first of each key, in their order.
 [[nodiscard]] std::vector<Headline> headlines_of(const std::vector<RecordingRow>& rows);
-/// The headline with that key; null where there is none.
-[[nodiscard]] const Headline* headline_with(const std::vector<Headline>& headlines, std::string_view key);
 
 /// One line of what a row is of: "tst (mass market): second half: ... 242 epochs; never tracked ...".
 [[nodiscard]] std::string description_of(const RecordingRow& row);

@@ -2,41 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <string_view>
-
 #include "canyon/base/table_text.hpp"
 
 namespace canyon::validation {
 namespace {
-
-struct Range {
-  std::string_view key, text;
-  enum class Of { Difference, Ratio, Value } of;
-  double low;  ///< of a ratio; of a value that of a perfect simulation
-  double end;  ///< of the range
-};
-using Of = Range::Of;
-constexpr std::array<Range, 12> kRanges{{{"horizontal_p50_m", "0.7 to 1.4 of recorded", Of::Ratio, 0.7, 1.4},
-                                         {"horizontal_p95_m", "0.7 to 1.4 of recorded", Of::Ratio, 0.7, 1.4},
-                                         {"tracked_los", "within 0.1", Of::Difference, 0, 0.1},
-                                         {"tracked_nlos", "within 0.1", Of::Difference, 0, 0.1},
-                                         {"cn0_los_less_nlos_db", "within 2", Of::Difference, 0, 2},
-                                         {"ks_cn0_los", "at most 0.2", Of::Value, 0, 0.2},
-                                         {"ks_cn0_nlos", "at most 0.2", Of::Value, 0, 0.2},
-                                         {"ks_error_los", "at most 0.2", Of::Value, 0, 0.2},
-                                         {"ks_error_nlos", "at most 0.2", Of::Value, 0, 0.2},
-                                         {"satellites_used", "within 1", Of::Difference, 0, 1},
-                                         {"spearman", "at least 0.6", Of::Value, 1, 0.6},
-                                         {"median_difference_m", "at most 10", Of::Value, 0, 10}}};
-
-const Range* range_of(std::string_view key) {
-  const auto at =
-      std::find_if(kRanges.begin(), kRanges.end(), [key](const Range& r) { return r.key == key; });
-  return at != kRanges.end() ? &*at : nullptr;
-}
 
 std::string text_of(const Score& score) {
   return fmt::format("{} of {}", score.within, score.of);
@@ -54,25 +23,14 @@ std::string judged_text(const Headline& h, bool within) {
 }  // namespace
 
 std::optional<double> range_distance(const Headline& h) {
-  const Range* range = range_of(h.key);
-  if (range == nullptr || !h.simulated || (range->of != Of::Value && !h.measured)) return std::nullopt;
-  switch (range->of) {
-    case Of::Difference:
-      return (*h.simulated - *h.measured) / range->end;
-    case Of::Ratio: {
-      const double ratio = *h.simulated / *h.measured;
-      return std::log(ratio) / (ratio < 1 ? -std::log(range->low) : std::log(range->end));
-    }
-    case Of::Value:
-      break;
-  }
-  return (*h.simulated - range->low) / (range->end - range->low);
+  const FigureInfo* info = figure_info(h.key);
+  const auto compared = info != nullptr ? info->range.compared(h.measured, h.simulated) : std::nullopt;
+  return compared ? std::optional(info->range.distance(*compared)) : std::nullopt;
 }
 
 std::optional<bool> within_range(const Headline& h) {
   const std::optional<double> distance = range_distance(h);
-  const double rounding = 1e-9;
-  return distance ? std::optional(std::abs(*distance) <= 1 + rounding) : std::nullopt;
+  return distance ? std::optional(is_within(*distance)) : std::nullopt;
 }
 
 Score score_of(const std::vector<Headline>& headlines) {
@@ -123,10 +81,11 @@ std::string score_card(const std::vector<RecordingRow>& rows) {
     all += score;
   }
   std::vector<TextRow> lines;
-  for (const Range& range : kRanges) {
-    TextRow line{"", std::string(range.text)};
+  for (const FigureInfo& info : figure_infos()) {
+    const bool ratio = info.range.of == Range::Of::Ratio;
+    TextRow line{"", info.range.text() + (ratio ? " of recorded" : "")};
     for (const RecordingRow* row : recordings) {
-      const Headline* h = headline_with(row->headlines, range.key);
+      const Headline* h = headline_with(row->headlines, info.key);
       const auto within = h != nullptr ? within_range(*h) : std::nullopt;
       if (within) line.front() = h->title;
       line.push_back(within ? judged_text(*h, *within) : "-");

@@ -28,7 +28,7 @@ struct ReportInput {
 /// error along the drive), `error_cdf` (LOS and NLOS pseudorange errors, horizontal error), `prediction`
 /// (measured NLOS error against predicted delay by path kind), `cn0` (C/N0 by elevation, LOS and NLOS,
 /// measured and simulated), `sky` (one epoch's satellites by measured C/N0 over the city's mask). The page
-/// is well-formed XML as well, and compares the figures with the goals of targets() (report_targets.hpp). All
+/// is well-formed XML as well, and compares the figures with the goals of targets() (headlines.hpp). All
 /// files appear together, whole, or none; the same bytes for the same input. Throws InputError where `folder`
 /// cannot be written to. Part of canyon::io.
 void write_report(const std::filesystem::path& folder, const ReportInput& input);

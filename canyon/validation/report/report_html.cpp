@@ -14,7 +14,6 @@
 #include "canyon/output/number.hpp"
 #include "canyon/output/track.hpp"
 #include "canyon/validation/report/report_samples.hpp"
-#include "canyon/validation/report/report_targets.hpp"
 
 namespace canyon::validation {
 namespace {
@@ -118,7 +117,8 @@ std::string summary(const ReportInput& input) {
 std::string targets_table(const ReportInput& input) {
   std::vector<Row> rows;
   for (const Target& t : targets(input.models.front())) {
-    rows.push_back({xml_escaped(t.name), xml_escaped(t.wanted), xml_escaped(t.value_text()), verdict(t)});
+    rows.push_back({xml_escaped(std::string(t.info->target)), xml_escaped(t.wanted()),
+                    xml_escaped(t.value_text()), verdict(t)});
   }
   return heading(2, "Targets") + table({"Figure", "Target", "Reached", "Verdict"}, rows);
 }
@@ -131,7 +131,7 @@ std::string models_table(const ReportInput& input) {
   for (const Figures& f : input.models) all.push_back(targets(f));
   std::vector<Row> rows;
   for (std::size_t k = 0; k < all.front().size(); ++k) {
-    Row row{xml_escaped(all.front()[k].name), xml_escaped(all.front()[k].wanted)};
+    Row row{xml_escaped(std::string(all.front()[k].info->target)), xml_escaped(all.front()[k].wanted())};
     for (const auto& model : all) {
       const char* symbol = !model[k].value ? "" : model[k].reached() ? "\u2713 " : "\u2717 ";
       row.push_back(symbol + xml_escaped(model[k].value ? model[k].value_text() : kNone));

@@ -20,7 +20,6 @@
 #include "canyon/validation/report/report_html.hpp"
 #include "canyon/validation/report/report_pictures.hpp"
 #include "canyon/validation/report/report_samples.hpp"
-#include "canyon/validation/report/report_targets.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/png_pixels.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -475,21 +474,28 @@ TEST(ReportSamples, TheRichestEpochIsNearestToTheMiddle) {
 
 TEST(Targets, BoundsAreTheStatedOnes) {
   Figures f = sample_figures("model");
-  const auto value_of = [&f](std::size_t k) { return targets(f)[k]; };
-  EXPECT_TRUE(value_of(0).reached());
+  const auto target = [&f](std::string_view key) {
+    const std::vector<Target> all = targets(f);
+    return *std::find_if(all.begin(), all.end(), [key](const Target& t) { return t.info->key == key; });
+  };
+  EXPECT_TRUE(target("auc_cn0").reached());
   f.by_cn0->auc = 0.8799;
-  EXPECT_FALSE(value_of(0).reached());
+  EXPECT_FALSE(target("auc_cn0").reached());
   // 420 and 430 of 450: 0.0222 fewer. 150 and 210 of 300: 0.2 fewer.
-  EXPECT_NEAR(*value_of(9).value, -10.0 / 450, 1e-12);
-  EXPECT_TRUE(value_of(9).reached());
-  EXPECT_NEAR(*value_of(10).value, -0.2, 1e-12);
-  EXPECT_FALSE(value_of(10).reached());
-  EXPECT_NEAR(*value_of(11).value, -0.8, 1e-12);
-  EXPECT_EQ(value_of(11).value_text(), "-0.80");
-  EXPECT_NEAR(*value_of(12).value, 0.9, 1e-12);
-  EXPECT_TRUE(value_of(12).reached());
-  EXPECT_NEAR(*value_of(13).value, 0.6, 1e-12);
-  EXPECT_FALSE(value_of(13).reached());
+  EXPECT_NEAR(*target("tracked_los").value, -10.0 / 450, 1e-12);
+  EXPECT_TRUE(target("tracked_los").reached());
+  EXPECT_NEAR(*target("tracked_nlos").value, -0.2, 1e-12);
+  EXPECT_FALSE(target("tracked_nlos").reached());
+  EXPECT_NEAR(*target("satellites_used").value, -0.8, 1e-12);
+  EXPECT_EQ(target("satellites_used").value_text(), "-0.80");
+  EXPECT_NEAR(*target("horizontal_p50_m").value, 0.9, 1e-12);
+  EXPECT_TRUE(target("horizontal_p50_m").reached());
+  EXPECT_NEAR(*target("horizontal_p95_m").value, 0.6, 1e-12);
+  EXPECT_FALSE(target("horizontal_p95_m").reached());
+  EXPECT_EQ(target("nlos_explained").wanted(), "at least 80 %");
+  EXPECT_EQ(target("median_difference_m").wanted(), "at most 6 m");
+  EXPECT_EQ(target("satellites_used").wanted(), "within 1");
+  EXPECT_EQ(target("horizontal_p50_m").wanted(), "0.8 to 1.25");
   const auto empty = targets(Figures{});
   EXPECT_TRUE(
       std::none_of(empty.begin(), empty.end(), [](const Target& t) { return t.value || t.reached(); }));

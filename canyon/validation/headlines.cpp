@@ -1,0 +1,219 @@
+#include "canyon/validation/headlines.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "canyon/output/number.hpp"
+
+namespace canyon::validation {
+namespace {
+
+using Number = std::optional<double>;
+using Kind = FigureInfo::Kind;
+using Of = Range::Of;
+
+constexpr std::size_t kMedian = 2, kP95 = 4;
+static_assert(kQuantiles[kMedian] == 0.5 && kQuantiles[kP95] == 0.95);
+
+const PositionFigures& position(const Figures& f, Side side) {
+  return side == Side::Measured ? f.measured : f.simulated;
+}
+Number horizontal(const PositionFigures& p, std::size_t quantile) {
+  return p.fixes > 0 ? Number(p.horizontal_m.at(quantile)) : std::nullopt;
+}
+template <std::size_t kQuantile>
+Number horizontal(const Figures& f, Side side) {
+  return horizontal(position(f, side), kQuantile);
+}
+template <std::size_t kQuantile>
+Number own_horizontal(const Figures& f, Side side) {
+  return horizontal(side == Side::Measured ? f.own_fixes->own : f.own_fixes->simulated, kQuantile);
+}
+Number satellites_used(const Figures& f, Side side) {
+  const PositionFigures& p = position(f, side);
+  return p.fixes > 0 ? Number(p.mean_used) : std::nullopt;
+}
+
+template <auto kShare>
+Number tracked(const Figures& f, Side side) {
+  const TrackedShare& share = f.*kShare;
+  if (share.satellites == 0) return std::nullopt;
+  return side == Side::Measured ? share.measured_ratio() : share.simulated_ratio();
+}
+template <auto kQuantity>
+Number middle(const Figures& f, Side side) {
+  const DistributionPair& pair = f.*kQuantity;
+  const bool measured = side == Side::Measured;
+  if ((measured ? pair.measured_n : pair.simulated_n) == 0) return std::nullopt;
+  return (measured ? pair.measured : pair.simulated)[kMedian];
+}
+template <auto kQuantity>
+Number distance(const Figures& f, Side /*both*/) {
+  return (f.*kQuantity).ks;
+}
+template <auto kSeparation>
+Number auc(const Figures& f, Side /*both*/) {
+  return auc_of(f.*kSeparation);
+}
+Number los_less_nlos(const Figures& f, Side side) {
+  const Number los = middle<&Figures::cn0_los_dbhz>(f, side), nlos = middle<&Figures::cn0_nlos_dbhz>(f, side);
+  return los && nlos ? Number(*los - *nlos) : std::nullopt;
+}
+
+Number explained_share(const Figures& f, Side /*both*/) {
+  return f.nlos > 0 && !f.explained.empty() ? Number(100 * f.explained.back().share) : std::nullopt;
+}
+Number spearman_of(const Figures& f, Side /*both*/) {
+  if (f.explained.empty() || !f.explained.back().correlation) return std::nullopt;
+  return f.explained.back().correlation->rho;
+}
+Number median_difference(const Figures& f, Side /*both*/) {
+  return f.explained.empty() ? std::nullopt : f.explained.back().median_difference_m;
+}
+
+constexpr Range kSure{Of::Value, 1, 0.88};
+constexpr Range kDistance{Of::Value, 0, 0.2}, kNearDistance{Of::Value, 0, 0.15};
+constexpr Range kTenth{Of::Difference, 0, 0.1};
+constexpr Range kRatio{Of::Ratio, 0.7, 1.4}, kNearRatio{Of::Ratio, 0.8, 1.25};
+
+/// A row of the table, its target last.
+constexpr FigureInfo row(std::string_view key, std::string_view title, int decimals, Kind kind,
+                         FigureInfo::Value value, Range range = {}, std::string_view target = {},
+                         Range target_range = {}, int target_decimals = 3) {
+  return {key, title, decimals, kind, value, range, target, target_range, target_decimals};
+}
+
+constexpr Kind kTarget = Kind::Target, kBoth = Kind::Both, kPair = Kind::Pair, kOwn = Kind::OwnFixes;
+constexpr std::array kFigures{
+    row("auc_cn0", "AUC C/N0", 3, kTarget, auc<&Figures::by_cn0>, {}, "LOS and NLOS separated by C/N0, AUC",
+        kSure),
+    row("auc_error", "AUC error", 3, kTarget, auc<&Figures::by_error>, {},
+        "LOS and NLOS separated by pseudorange error, AUC", kSure),
+    row("nlos_explained", "NLOS explained", 1, kTarget, explained_share, {},
+        "Tracked NLOS observations with a modelled path", {Of::Value, 100, 80, " %"}, 1),
+    row("horizontal_p50_m", "horizontal p50 [m]", 1, kPair, horizontal<kMedian>, kRatio,
+        "Horizontal error p50, simulated over measured", kNearRatio),
+    row("horizontal_p95_m", "p95 [m]", 1, kPair, horizontal<kP95>, kRatio,
+        "Horizontal error p95, simulated over measured", kNearRatio),
+    row("tracked_los", "tracked LOS", 2, kPair, tracked<&Figures::tracked_los>, kTenth,
+        "LOS tracked ratio, simulated less measured", kTenth),
+    row("tracked_nlos", "tracked NLOS", 2, kPair, tracked<&Figures::tracked_nlos>, kTenth,
+        "NLOS tracked ratio, simulated less measured", kTenth),
+    row("cn0_los_dbhz", "C/N0 LOS [dB-Hz]", 1, kPair, middle<&Figures::cn0_los_dbhz>),
+    row("cn0_nlos_dbhz", "C/N0 NLOS [dB-Hz]", 1, kPair, middle<&Figures::cn0_nlos_dbhz>),
+    row("cn0_los_less_nlos_db", "LOS less NLOS [dB]", 1, kPair, los_less_nlos, {Of::Difference, 0, 2}),
+    row("ks_cn0_los", "KS C/N0 LOS", 2, kBoth, distance<&Figures::cn0_los_dbhz>, kDistance,
+        "LOS C/N0, KS distance", kNearDistance),
+    row("ks_cn0_nlos", "KS C/N0 NLOS", 2, kBoth, distance<&Figures::cn0_nlos_dbhz>, kDistance,
+        "NLOS C/N0, KS distance", kNearDistance),
+    row("ks_error_los", "KS error LOS", 2, kBoth, distance<&Figures::error_los_m>, kDistance,
+        "LOS pseudorange error, KS distance", kNearDistance),
+    row("ks_error_nlos", "KS error NLOS", 2, kBoth, distance<&Figures::error_nlos_m>, kDistance,
+        "NLOS pseudorange error, KS distance", kNearDistance),
+    row("satellites_used", "satellites used", 1, kPair, satellites_used, {Of::Difference, 0, 1},
+        "Mean satellites used, simulated less measured", {Of::Difference, 0, 1}, 2),
+    row("spearman", "Spearman", 2, kBoth, spearman_of, {Of::Value, 1, 0.6},
+        "NLOS, Spearman correlation of error and predicted delay", {Of::Value, 1, 0.75}),
+    row("median_difference_m", "median difference [m]", 1, kBoth, median_difference, {Of::Value, 0, 10},
+        "NLOS, median of |error - predicted delay|", {Of::Value, 0, 6, " m"}, 2),
+    row("own_fix_p50_m", "filter p50 (own fixes) [m]", 1, kOwn, own_horizontal<kMedian>),
+    row("own_fix_p95_m", "filter p95 (own fixes) [m]", 1, kOwn, own_horizontal<kP95>)};
+
+/// Both numbers of a headline as `show` writes one.
+template <typename Value, typename Show>
+std::string pair_text(const Headline& h, const Value& measured, const Value& simulated, const Show& show) {
+  const auto shown = [&show](const Value& value) { return value ? show(*value) : std::string("-"); };
+  if (!h.pair || (!measured && !simulated)) return shown(simulated);
+  return fmt::format("{} ({})", shown(simulated), shown(measured));
+}
+
+}  // namespace
+
+std::optional<double> Range::compared(const Number& measured, const Number& simulated) const {
+  if (of == Of::Nothing || !simulated) return std::nullopt;
+  if (of == Of::Value) return simulated;
+  if (!measured || (of == Of::Ratio && !(*measured > 0))) return std::nullopt;
+  return of == Of::Difference ? *simulated - *measured : *simulated / *measured;
+}
+
+double Range::distance(double compared) const {
+  if (of != Of::Ratio) return (compared - low) / (end - low);
+  return std::log(compared) / (compared < 1 ? -std::log(low) : std::log(end));
+}
+
+bool is_within(double distance) {
+  const double rounding = 1e-9;
+  return std::abs(distance) <= 1 + rounding;
+}
+
+std::string Range::text() const {
+  if (of == Of::Ratio) return fmt::format("{} to {}", low, end);
+  const char* const words = of == Of::Difference ? "within" : low > end ? "at least" : "at most";
+  return fmt::format("{} {}{}", words, end, unit);
+}
+
+std::span<const FigureInfo> figure_infos() {
+  return kFigures;
+}
+
+const FigureInfo* figure_info(std::string_view key) {
+  const auto at =
+      std::find_if(kFigures.begin(), kFigures.end(), [key](const auto& i) { return i.key == key; });
+  return at != kFigures.end() ? &*at : nullptr;
+}
+
+Headline headline(const FigureInfo& info, const Figures& f) {
+  Headline h;
+  h.key = info.key;
+  h.title = info.title;
+  h.decimals = info.decimals;
+  h.pair = info.kind == Kind::Pair || info.kind == Kind::OwnFixes;
+  if (h.pair) h.measured = info.value(f, Side::Measured);
+  h.simulated = info.value(f, Side::Simulated);
+  return h;
+}
+
+std::vector<Headline> headlines(const Figures& f) {
+  std::vector<Headline> result;
+  for (const FigureInfo& info : kFigures) {
+    const bool shown = info.kind != Kind::Target && (info.kind != Kind::OwnFixes || f.own_fixes);
+    if (shown) result.push_back(headline(info, f));
+  }
+  return result;
+}
+
+const Headline* headline_with(const std::vector<Headline>& headlines, std::string_view key) {
+  const auto at =
+      std::find_if(headlines.begin(), headlines.end(), [key](const Headline& h) { return h.key == key; });
+  return at != headlines.end() ? &*at : nullptr;
+}
+
+std::string value_text(const Headline& h) {
+  return pair_text(h, h.measured, h.simulated,
+                   [&h](double value) { return fmt::format("{:.{}f}", value, h.decimals); });
+}
+
+std::string interval_text(const Headline& h) {
+  return pair_text(h, h.measured_interval, h.simulated_interval, [&h](const Interval& i) {
+    return fmt::format("{:.{}f} to {:.{}f}", i.low, h.decimals, i.high, h.decimals);
+  });
+}
+
+std::string Target::value_text() const {
+  if (!value) return "no value";
+  return output::fixed(*value, info->target_decimals) + std::string(info->target_range.unit);
+}
+
+std::vector<Target> targets(const Figures& f) {
+  std::vector<Target> result;
+  for (const FigureInfo& info : kFigures) {
+    if (info.target.empty()) continue;
+    result.push_back(
+        {&info, info.target_range.compared(info.value(f, Side::Measured), info.value(f, Side::Simulated))});
+  }
+  return result;
+}
+
+}  // namespace canyon::validation

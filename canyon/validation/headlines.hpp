@@ -1,0 +1,108 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "canyon/validation/figures.hpp"
+
+// The figures that stand for a recording: one table has their names, values, ranges and targets. Tables of
+// recordings and models, the score card and the report read it.
+
+namespace canyon::validation {
+
+/// Where a simulated figure should lie.
+struct Range {
+  enum class Of { Nothing, Value, Difference, Ratio };  ///< the figure, less the recorded one, or over it
+
+  Of of = Of::Nothing;
+  double low = 0;  ///< of a ratio; of a value that of a perfect simulation
+  double end = 0;
+  std::string_view unit = {};  ///< behind a number: " m"
+
+  /// The value, difference or ratio; empty where there is no range or a figure is missing.
+  [[nodiscard]] std::optional<double> compared(const std::optional<double>& measured,
+                                               const std::optional<double>& simulated) const;
+  /// Distance of a compared() value from a perfect simulation, in units of the range: within it from -1 to 1.
+  /// Signed for differences and ratios (of their logarithm), for others from 0.
+  [[nodiscard]] double distance(double compared) const;
+  /// "at most 0.2", "0.7 to 1.4", "at least 80 %".
+  [[nodiscard]] std::string text() const;
+};
+/// Whether a Range::distance() lies in the range.
+[[nodiscard]] bool is_within(double distance);
+
+enum class Side { Measured, Simulated };
+
+/// A figure and what it is compared with: the score card's range, the report's target (docs/results.md).
+struct FigureInfo {
+  /// Of a target alone; of measured and simulated together, such as a distance; one of each; one of each, of
+  /// recordings that have fixes of their own.
+  enum class Kind { Target, Both, Pair, OwnFixes };
+  using Value = std::optional<double> (*)(const Figures& figures, Side side);
+
+  std::string_view key, title;
+  int decimals = 1;
+  Kind kind = Kind::Both;
+  Value value = nullptr;
+  Range range = {};
+  std::string_view target = {};  ///< its name; empty: none
+  Range target_range = {};
+  int target_decimals = 3;
+};
+/// All, in the order of tables.
+[[nodiscard]] std::span<const FigureInfo> figure_infos();
+/// Null where there is no such figure.
+[[nodiscard]] const FigureInfo* figure_info(std::string_view key);
+
+/// One of the figures that stand for a recording in a table of several.
+struct Headline {
+  std::string key;    ///< "horizontal_p50_m"
+  std::string title;  ///< "horizontal p50 [m]"
+  int decimals = 1;   ///< that it is written with
+  bool pair = true;   ///< recorded and simulated have one each; false: `simulated` is of both together
+  std::optional<double> measured, simulated;
+  std::optional<Interval> measured_interval, simulated_interval;  ///< 95 %, blocks of time
+};
+[[nodiscard]] Headline headline(const FigureInfo& info, const Figures& figures);
+/// Headlines without intervals, always the same ones in the same order; those of own fixes, if any, come
+/// last.
+[[nodiscard]] std::vector<Headline> headlines(const Figures& figures);
+/// headlines() of figures() of these epochs, without the figures that no headline is of.
+[[nodiscard]] std::vector<Headline> headlines(const Comparison& comparison, std::size_t first,
+                                              std::size_t count);
+/// The recording's own epochs [other_first, other_first + other_count) in the place of the simulated ones:
+/// what a part of a recording says of another, as a bound of what can be learnt from it. Without explanations
+/// of single errors.
+[[nodiscard]] std::vector<Headline> headlines_by_other_part(const Comparison& comparison, std::size_t first,
+                                                            std::size_t count, std::size_t other_first,
+                                                            std::size_t other_count);
+/// Their intervals: the figures anew from blocks of epochs drawn with replacement. Own fixes get none. @param
+/// headlines_of_all of these epochs and runs, as for figures()
+void add_intervals(std::vector<Headline>& headlines_of_all, const Comparison& comparison, std::size_t first,
+                   std::size_t count, const FigureOptions& options, std::span<const Comparison> runs = {});
+/// The headline with that key; null where there is none.
+[[nodiscard]] const Headline* headline_with(const std::vector<Headline>& headlines, std::string_view key);
+/// "2.3 (8.5)": simulated, with measured in brackets; "-" for what there is not. Interval: "1.9 to 3.1 (6.0
+/// to 9.2)".
+[[nodiscard]] std::string value_text(const Headline& headline);
+[[nodiscard]] std::string interval_text(const Headline& headline);
+
+/// A figure that a simulation of a recorded drive should reach, and what it reached.
+struct Target {
+  const FigureInfo* info = nullptr;
+  std::optional<double> value;  ///< empty: the recording or the model gives none
+
+  [[nodiscard]] bool reached() const { return value && is_within(info->target_range.distance(*value)); }
+  /// "at least 0.88", "at most 6 m".
+  [[nodiscard]] std::string wanted() const { return info->target_range.text(); }
+  /// "0.912", "83.1 %"; "no value".
+  [[nodiscard]] std::string value_text() const;
+};
+/// All targets, in the order of reports.
+[[nodiscard]] std::vector<Target> targets(const Figures& figures);
+
+}  // namespace canyon::validation
