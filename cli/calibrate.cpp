@@ -87,14 +87,6 @@ class CalibrationDrive : public RecordedDrive {
  public:
   using RecordedDrive::RecordedDrive;
 
-  /// Reads everything, and draws the city with several shares of coated glass if the scenario leaves them
-  /// open.
-  void load_cities() {
-    load();
-    if (!unknowns::leaves_facades_open(scenario_)) return;
-    for (const double share : kCoatedGlass) cities_.push_back(city_with(share));
-  }
-
   [[nodiscard]] calibration::Drive drive(bool whole) const {
     calibration::Drive d;
     d.name = recorded_.name;
@@ -105,8 +97,10 @@ class CalibrationDrive : public RecordedDrive {
     d.receiver = scenario_.receivers.front();
     d.systems = scenario_.sky.systems;
     d.seed = scenario_.seed;
-    for (std::size_t i = 0; i < cities_.size(); ++i)
-      d.facades.push_back({kCoatedGlass.at(i), cities_[i].get()});
+    if (unknowns::leaves_facades_open(scenario_)) {
+      for (const double share : kCoatedGlass)
+        d.facades.push_back({share, [=, this] { return city_with(share); }});
+    }
     return d;
   }
   /// Warns of keys of `values` that the scenario sets itself and so overrides.
@@ -136,7 +130,6 @@ class CalibrationDrive : public RecordedDrive {
     simulation::ReceiverConfig receiver = scenario_.receivers.front();
     if (calibrated != nullptr) {
       calibration::set_values(calibrated->values, receiver);
-      cities_.clear();
       if (const auto share = fitted_glass(*calibrated)) environment_ = city_with(*share);
     }
     Progress progress(fmt::format("{}judging: {}", prefix_, called), quiet);
@@ -168,8 +161,6 @@ class CalibrationDrive : public RecordedDrive {
     return std::make_unique<simulation::Environment>(
         simulation::make_environment(std::move(scene), sky_, scenario_.sky, scenario_.seed));
   }
-
-  std::vector<std::unique_ptr<simulation::Environment>> cities_;  ///< by kCoatedGlass
 };
 
 std::vector<validation::RecordingRow> alternately(const std::vector<validation::RecordingRow>& before,
@@ -295,7 +286,7 @@ int calibrate(const CalibrateArguments& given) {
   std::vector<calibration::Drive> parts;
   std::vector<std::string> by;
   for (const auto& drive : drives) {
-    drive->load_cities();
+    drive->load();
     parts.push_back(drive->drive(whole));
     by.push_back(drive->calibrated_by(whole));
   }
@@ -361,7 +352,8 @@ void add_calibrate(Command& app) {
   command.add_flag("--quiet", arguments.quiet, "print errors only (and what --json - asks for)");
   command.footer =
       "Estimates from the recording: tracked signals and orbits, step of C/N0, thresholds of lock. By\n"
-      "simulation, from tracked satellites, their C/N0 and errors of hidden ones: level, share of obstacles,\n"
+      "simulation, from tracked satellites, their C/N0 and errors of hidden ones: level, share of "
+      "obstacles,\n"
       "and facades of the place, which the report gives as a line for the scenario. A key keeps\n"
       "the profile's value if the recording says nothing about it; comments in the file give the source\n"
       "of each number.\n"

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -18,8 +19,9 @@ namespace canyon::calibration {
 
 /// A drive's city with facades drawn anew.
 struct Facades {
-  double coated_glass = 0;                               ///< share of buildings that have it
-  const simulation::Environment* environment = nullptr;  ///< must outlive the call
+  double coated_glass = 0;  ///< share of buildings that have it
+  /// Makes it when it is needed, so that one city is held at a time.
+  std::function<std::unique_ptr<simulation::Environment>()> make;
 };
 
 /// A recording that calibrates.

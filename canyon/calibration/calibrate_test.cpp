@@ -121,10 +121,8 @@ TEST(Calibrate, FacadesOfThePlaceComeBack) {
                                             shares(coated ? 0.7 : 0));
     Drive drive = drive_of(recorded, scattering);
     EXPECT_FALSE(calibrate({drive}, options).coated_glass);
-    std::vector<std::unique_ptr<simulation::Environment>> cities;
     for (const double share : {0.0, 0.35, 0.7}) {
-      cities.push_back(recorded.environment_with(shares(share), 2));
-      drive.facades.push_back({share, cities.back().get()});
+      drive.facades.push_back({share, [&, share] { return recorded.environment_with(shares(share), 2); }});
     }
     const Calibration c = calibrate({drive}, options);
     ASSERT_TRUE(c.coated_glass);

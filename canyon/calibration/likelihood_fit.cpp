@@ -308,8 +308,11 @@ class NodeRun {
   Observations run() {
     observations_.of_nodes.resize(grid_.points().size());
     for (std::size_t node = 0; node < grid_.points().size(); node += in_city_) {
-      const bool known = in_city_ == grid_.points().size();
-      run_city(node, known ? *drive_.environment : *drive_.facades.at(node / in_city_).environment);
+      if (in_city_ == grid_.points().size()) {
+        run_city(node, *drive_.environment);
+      } else {
+        run_city(node, *drive_.facades.at(node / in_city_).make());
+      }
     }
     observations_.weight = std::min(1.0, validation::interval_of(epochs()) / kCorrelated_s);
     return std::move(observations_);

@@ -5,7 +5,8 @@
 
 #include "canyon/calibration/calibrate.hpp"
 
-// What is fitted to which satellites are tracked, to their C/N0 and to errors of hidden ones. Private to canyon/calibration.
+// What is fitted to which satellites are tracked, to their C/N0 and to errors of hidden ones. Private to
+// canyon/calibration.
 
 namespace canyon::calibration {
 
