@@ -1425,7 +1425,7 @@ heatmap_ranks)
   runs 0 "$canyon" "${map[@]}" --out lost; says err "resumed     $n of "
   diff -rq whole lost || fail "other bytes after a lost rank"
   # Bad input ends all of them, with one cause.
-  runs 2 "${ranks[@]}" "$canyon" heatmap small.yaml --out bad --layers hdpo; says err "canyon: --layers" "mean hdop" ;;
+  runs 2 "${ranks[@]}" "$canyon" heatmap small.yaml --out bad --layers hdpo; says err "canyon: --layers" "mean 'hdop'" ;;
 view)
   # The page is the viewer's matter (viewer/test/); here a stand-in takes the data.
   echo '<html><body><!--canyon:data--></body></html>' >page.html; export CANYON_VIEWER=$PWD/page.html
