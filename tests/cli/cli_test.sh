@@ -1232,7 +1232,7 @@ heatmap_bad)
   bad() { runs 2 "$canyon" heatmap small.yaml --out res "$@"; one_line; }
   runs 2 "$canyon" heatmap; one_line; says err SCENARIO
   runs 2 "$canyon" heatmap small.yaml; one_line; says err --out
-  bad --layers hdpo; says err --layers hdpo "mean hdop"
+  bad --layers hdpo; says err --layers hdpo "mean 'hdop'"
   bad --format tiff; says err --format geotiff
   bad --bbox 114.2,22.3,114.1,22.4; says err --bbox reversed
   bad --bbox 11,48,11.1,48.1; says err --bbox outside "the city reaches"
