@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <type_traits>
 
-#include "canyon/base/text.hpp"
+#include "canyon/base/named.hpp"
 
 namespace canyon::cli {
 namespace {
@@ -121,9 +121,9 @@ std::string unknown_word(const Command& program, const std::vector<std::string>&
       if (known.empty() || command->action) continue;
     }
     const std::string what = fmt::format("no {} '{}'", option ? "option" : "command", word);
+    if (!option) return fmt::format("{}; {}", what, known_names(word, known));
     const auto meant = closest(word, known);
     if (meant) return fmt::format("{}; did you mean '{}'?", what, *meant);
-    if (!option) return fmt::format("{}; it is one of {}", what, fmt::join(known, ", "));
     return fmt::format("{}; see {} --help", what, path);
   }
   return {};

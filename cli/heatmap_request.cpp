@@ -7,7 +7,7 @@
 #include <cmath>
 #include <system_error>
 
-#include "canyon/base/text.hpp"
+#include "canyon/base/named.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/validation/models.hpp"
@@ -47,10 +47,7 @@ HeatmapFormats parse_formats(const std::string& text) {
   for (const std::string_view piece : split(text, ',')) {
     const std::string name = lower_case(trim(piece));
     if (std::find(known.begin(), known.end(), name) == known.end()) {
-      const auto meant = closest(name, known);
-      throw InputError(fmt::format("--format: '{}' is not known", name),
-                       meant ? fmt::format("did you mean '{}'?", *meant)
-                             : std::string("give netcdf, geotiff, png or all"));
+      throw InputError(fmt::format("--format: '{}' is not known", name), known_names(name, known));
     }
     formats.netcdf = formats.netcdf || name == "netcdf" || name == "all";
     formats.geotiff = formats.geotiff || name == "geotiff" || name == "all";

@@ -7,12 +7,10 @@
 #include <cstdio>
 
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/rinex/observation_reader.hpp"
-#include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/georeference.hpp"
-#include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/profile.hpp"
+#include "canyon/validation/recorded_scene.hpp"
 #include "cli/commands.hpp"
 #include "cli/field_option.hpp"
 #include "cli/progress.hpp"
@@ -212,18 +210,8 @@ validation::RecordingRow RecordedDrive::row_of(const std::string& name, const va
 
 void RecordedDrive::check() {
   warn(scenario_.warnings);
-  format_ = recorded_.truth_format;
-  if (recorded_.truth) {
-    truth_ = *recorded_.truth;
-  } else {
-    if (!scenario_.trajectory.file) {
-      throw InputError(prefix_ + "--truth is missing, and the scenario's trajectory is not a file",
-                       "give the file of true positions");
-    }
-    truth_ = *scenario_.trajectory.file;
-  }
-  if (format_.empty()) format_ = scenario_.trajectory.file ? scenario_.trajectory.format : "csv";
-  check_trajectory_format(format_);
+  validation::settle_truth(scenario_, recorded_, prefix_ + "--truth");
+  check_trajectory_format(recorded_.truth_format);
   if (recorded_.split && !recorded_.align && arguments_.part.empty()) {
     throw InputError(prefix_ + "--split without --align: there is nothing to align",
                      "add --align or --part, or leave --split out: figures are of the whole recording");
@@ -240,35 +228,18 @@ void RecordedDrive::check() {
 }
 
 void RecordedDrive::read() {
-  // The sky is built for the recording's time: the scenario's own trajectory is not simulated.
-  rinex::ObservationOptions wanted;
-  wanted.systems = scenario_.sky.systems;
-  wanted.all_signals = true;
-  auto recorded = rinex::read_observations(*recorded_.obs, wanted);
-  const geodesy::GpsTime first = recorded.epochs.front().receiver_time;
-  const geodesy::GpsTime last = recorded.epochs.back().receiver_time;
-
-  city::City city = simulation::load_city(scenario_.city, scenario_.seed);
-  sky_ = simulation::build_sky(scenario_.sky, first, last, city.frame.origin());
+  validation::RecordedScene scene =
+      validation::read_recorded_scene(scenario_, recorded_, !arguments_.no_atmosphere);
+  sky_ = std::move(scene.sky);
+  environment_ = std::move(scene.environment);
+  recording_ = std::move(scene.recording);
   warn(sky_.warnings);
-  environment_ = std::make_unique<simulation::Environment>(simulation::make_environment(
-      std::make_shared<simulation::CityScene>(std::move(city)), sky_, scenario_.sky, scenario_.seed));
-  // The systems that were recorded are those of the radio.
-  for (simulation::ReceiverConfig& receiver : scenario_.receivers) {
-    simulation::decide(receiver.options, environment_->errors().get());
-  }
-
-  validation::RecordingOptions options;
-  options.ionosphere = options.troposphere = !arguments_.no_atmosphere;
-  options.nmea = recorded_.nmea;
-  recording_ = validation::join_recording(scenario_, *environment_, *recorded_.obs, std::move(recorded),
-                                          truth_, format_, options);
   warn(recording_.warnings);
   const validation::PseudorangeResiduals& residuals = recording_.residuals;
   note(fmt::format("recording   {} epochs, {} pseudoranges", residuals.epochs.size(),
                    residuals.observations.size() + residuals.further.size()));
   notes_.push_back(fmt::format("observations {}", recorded_.obs->string()));
-  notes_.push_back(fmt::format("truth {}", truth_.string()));
+  notes_.push_back(fmt::format("truth {}", recorded_.truth->string()));
   if (recorded_.nmea) notes_.push_back(fmt::format("own fixes {}", recorded_.nmea->string()));
   notes_.push_back("canyon " CANYON_VERSION);
 }
@@ -325,10 +296,10 @@ void RecordedDrive::align() {
   }
   const double sigma_m = std::max(alignment_->sigma_east_m, alignment_->sigma_north_m);
   if (alignment_->score < kTellingScore || sigma_m > align_options_.reach_m / 4) {
-    warn({fmt::format(
-        "the recording does not determine the place of the city (mean AUC {:.2f}, +- {:.1f} m): check the "
-        "scenario's origin and offset, or search farther with --reach {:g}",
-        alignment_->score, sigma_m, std::min(200.0, 4 * align_options_.reach_m))});
+    warn(
+        {fmt::format("the recording does not determine the place of the city (mean AUC {:.2f}, +- {:.1f} m): "
+                     "check the scenario's origin and offset, or search farther with --reach {:g}",
+                     alignment_->score, sigma_m, std::min(200.0, 4 * align_options_.reach_m))});
   }
 }
 

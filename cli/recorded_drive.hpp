@@ -126,8 +126,6 @@ class RecordedDrive {
   void choose_parts();
   void align();
 
-  std::filesystem::path truth_;
-  std::string format_;
   std::optional<std::vector<validation::NeverTracked>> never_tracked_;  ///< once they are known
 };
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/named.hpp"
 #include "canyon/base/text.hpp"
 
 namespace canyon::adapters {
@@ -40,8 +41,7 @@ Receivers meant_by(const OptionsRequest& request, const Receivers& receivers) {
     if (each.name == request.receiver) return {each};
     names.push_back(each.name);
   }
-  throw InputError(fmt::format("there is no receiver '{}'", request.receiver),
-                   fmt::format("those here are {}", fmt::join(names, ", ")));
+  throw unknown_name("receiver", request.receiver, names);
 }
 
 std::string get(const OptionsRequest& request, const Receivers& receivers) {

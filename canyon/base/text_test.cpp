@@ -5,6 +5,10 @@
 
 #include <clocale>
 #include <limits>
+#include <string>
+#include <vector>
+
+#include "canyon/base/named.hpp"
 
 namespace canyon {
 namespace {
@@ -88,6 +92,28 @@ TEST(Text, ClosestFindsSlipsOfThePen) {
   EXPECT_EQ(closest("system", keys), "systems");
   EXPECT_EQ(closest("trajectory", keys), std::nullopt);
   EXPECT_EQ(closest("seed", {}), std::nullopt);
+}
+
+TEST(Named, AnUnknownNameIsAnErrorWithTheCloseOneAndTheKnown) {
+  struct Entry {
+    std::string name;
+    int value;
+  };
+  std::vector<Entry> table{{"hdop", 1}, {"vdop", 2}};
+  EXPECT_EQ(entry_named(table, "vdop", "layer").value, 2);
+  const auto message = [&](const char* name) {
+    try {
+      (void)entry_named(table, name, "layer");
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("found");
+  };
+  EXPECT_EQ(message("hdob"), "there is no layer 'hdob'; did you mean 'hdop'? known: hdop, vdop");
+  EXPECT_EQ(message("elevation"), "there is no layer 'elevation'; known: hdop, vdop");
+  // A long list is no help beside the close name.
+  while (table.size() < 21) table.push_back({"number " + std::to_string(table.size()), 0});
+  EXPECT_EQ(message("hdob"), "there is no layer 'hdob'; did you mean 'hdop'?");
 }
 
 TEST(Text, LowerCaseTouchesAsciiLettersOnly) {

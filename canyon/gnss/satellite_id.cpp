@@ -5,7 +5,7 @@
 #include <cctype>
 #include <vector>
 
-#include "canyon/base/input_error.hpp"
+#include "canyon/base/named.hpp"
 #include "canyon/base/text.hpp"
 
 namespace canyon::gnss {
@@ -30,17 +30,11 @@ std::optional<System> system_from_letter(char c) {
 System system_from_name(std::string_view text) {
   const std::string wanted = lower_case(trim(text));
   std::vector<std::string> names;
-  std::string list;
   for (const System system : kAllSystems) {
-    const std::string candidate(name(system));
-    if (lower_case(candidate) == wanted) return system;
-    names.push_back(candidate);
-    list += (list.empty() ? "" : ", ") + candidate;
+    names.emplace_back(name(system));
+    if (lower_case(names.back()) == wanted) return system;
   }
-  const auto near = closest(text, names);
-  throw InputError(fmt::format("\"{}\" is not a satellite system", text),
-                   near ? fmt::format("did you mean {}? Systems are {}", *near, list)
-                        : fmt::format("systems are {}", list));
+  throw unknown_name("satellite system", text, names);
 }
 
 std::string to_string(SatelliteId id) {

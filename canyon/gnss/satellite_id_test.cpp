@@ -68,7 +68,7 @@ TEST(SatelliteId, SystemNamesAreForgivingAndHelpful) {
     (void)system_from_name("Galilo");
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("did you mean Galileo"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("did you mean 'Galileo'?"));
     EXPECT_THAT(error.what(), testing::HasSubstr("GPS, GLONASS, Galileo, BeiDou, QZSS"));
   }
 }

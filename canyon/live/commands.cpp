@@ -8,7 +8,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
-#include "canyon/base/text.hpp"
+#include "canyon/base/named.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/epoch_values.hpp"
@@ -176,8 +176,7 @@ const std::vector<Commands::Impl::Entry>& Commands::Impl::entries() {
       {"faults", false, "every receiver's timeline", &Impl::faults},
       {"add_fault", true,
        "puts a fault on the timeline, from now on without 'from_s': {\"fault\": {\"duration_s\": 10, KIND: "
-       "{...}}}; "
-       "'canyon faults list' has the kinds",
+       "{...}}}; 'canyon faults list' has the kinds",
        &Impl::add_fault},
       {"end_fault", true, "ends one: {\"name\": NAME}", &Impl::end_fault},
       {"stop", true, "ends the run", &Impl::end}};
@@ -230,10 +229,7 @@ std::string Commands::answer(std::string_view line) {
   }
   std::vector<std::string> known;
   for (const Impl::Entry& entry : Impl::entries()) known.emplace_back(entry.name);
-  const auto meant = closest(name, known);
-  return one_line(refusal(fmt::format("no command '{}'", name),
-                          meant ? fmt::format("did you mean '{}'?", *meant)
-                                : fmt::format("it is one of {}", fmt::join(known, ", "))));
+  return one_line(refusal(fmt::format("no command '{}'", name), known_names(name, known)));
 }
 
 void Commands::keep(const simulation::Epoch& epoch) {

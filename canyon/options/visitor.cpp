@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "canyon/base/text.hpp"
+#include "canyon/base/named.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/options/node.hpp"
 
@@ -188,10 +188,7 @@ std::filesystem::path read_file(const std::string& text, const Place& place) {
 /// Throws InputError where `text` is none of `known`.
 void require_word(const std::string& text, const std::vector<std::string>& known, const Place& place) {
   if (std::find(known.begin(), known.end(), text) != known.end()) return;
-  const auto similar = closest(text, known);
-  throw place.error(fmt::format("'{}' is unknown", text),
-                    (similar ? fmt::format("did you mean '{}'? ", *similar) : "") +
-                        fmt::format("known: {}", fmt::join(known, ", ")));
+  throw place.error(fmt::format("'{}' is unknown", text), known_names(text, known));
 }
 
 std::string read_word(const Node& node, const std::vector<std::string>& words, const Place& place) {

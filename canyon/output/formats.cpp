@@ -1,13 +1,9 @@
 #include "canyon/output/formats.hpp"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "canyon/base/input_error.hpp"
-#include "canyon/base/text.hpp"
+#include "canyon/base/named.hpp"
 #include "canyon/receiver/receiver_draws.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/scenario.hpp"
@@ -26,15 +22,7 @@ std::span<const Format> formats() {
 }
 
 const Format& format_named(std::string_view name) {
-  std::vector<std::string> known;
-  for (const Format& format : kFormats) {
-    if (format.name == name) return format;
-    known.emplace_back(format.name);
-  }
-  const auto similar = closest(std::string(name), known);
-  throw InputError(fmt::format("there is no output format '{}'", name),
-                   fmt::format("{}known: {}", similar ? fmt::format("did you mean '{}'? ", *similar) : "",
-                               fmt::join(known, ", ")));
+  return entry_named(kFormats, name, "output format");
 }
 
 ReceiverDescription describe_receiver(const simulation::ReceiverConfig& receiver, const orbit::Sky& sky,

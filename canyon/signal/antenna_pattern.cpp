@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/text.hpp"
+#include "canyon/base/named.hpp"
 #include "canyon/geodesy/constants.hpp"
 
 namespace canyon::signal {
@@ -118,10 +118,7 @@ AntennaPattern antenna_by_name(std::string_view name) {
   if (name == "dual_patch") return dual_patch_antenna();
   if (name == "survey") return survey_antenna();
   if (name == "phone") return phone_antenna();
-  const auto meant = closest(name, {antenna_names().begin(), antenna_names().end()});
-  throw InputError(fmt::format("antenna '{}' is not known", name),
-                   meant ? fmt::format("did you mean '{}'?", *meant)
-                         : fmt::format("choose one of {}", fmt::join(antenna_names(), ", ")));
+  throw unknown_name("antenna", name, {antenna_names().begin(), antenna_names().end()});
 }
 
 double cross_polar_discrimination_db(double axial_ratio_db) {

@@ -1,12 +1,8 @@
 #include "canyon/simulation/outputs.hpp"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <vector>
 
-#include "canyon/base/input_error.hpp"
-#include "canyon/base/text.hpp"
+#include "canyon/base/named.hpp"
 #include "canyon/simulation/scenario_fields.hpp"
 
 namespace canyon::simulation {
@@ -32,15 +28,7 @@ OutputConfig::OutputConfig() {
 }
 
 void OutputConfig::validate() const {
-  std::vector<std::string> known;
-  for (const Output& output : outputs()) known.emplace_back(output.name);
-  for (const std::string& name : names) {
-    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-    const auto similar = closest(name, known);
-    throw InputError(fmt::format("there is no output '{}'", name),
-                     fmt::format("{}known: {}", similar ? fmt::format("did you mean '{}'? ", *similar) : "",
-                                 fmt::join(known, ", ")));
-  }
+  for (const std::string& name : names) (void)entry_named(outputs(), name, "output");
 }
 
 void visit(options::Visitor& v, OutputConfig& o) {

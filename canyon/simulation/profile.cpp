@@ -2,11 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <optional>
-
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/text.hpp"
+#include "canyon/base/named.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/simulation/scenario_fields.hpp"
 
@@ -36,10 +33,8 @@ const BuiltInProfile& built_in_profile(std::string_view name) {
     if (profile.name == name) return profile;
     names.emplace_back(profile.name);
   }
-  const std::optional<std::string> similar = closest(name, names);
   throw InputError(fmt::format("'{}' is unknown", name),
-                   (similar ? fmt::format("did you mean '{}'? ", *similar) : "") +
-                       fmt::format("known: {}, or a file of your own: ./my.yaml", fmt::join(names, ", ")));
+                   known_names(name, names) + ", or a file of your own: ./my.yaml");
 }
 
 bool is_profile_path(std::string_view text) {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <fstream>
 
-#include "canyon/base/text.hpp"
+#include "canyon/base/named.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/options/settings_tree.hpp"
@@ -45,8 +45,7 @@ std::optional<CityFileKind> city_file_kind(const std::filesystem::path& path) {
 
 const char* city_file_endings() {
   return "known are .osm, .osm.gz, .osm.bz2, .osm.pbf, .json (CityJSON, Overpass), .jsonl, .canyon, .world, "
-         ".sdf, .dae, .obj, "
-         ".stl, .gltf, .glb, .ply";
+         ".sdf, .dae, .obj, .stl, .gltf, .glb, .ply";
 }
 
 Scenario parse_scenario(const std::string& text, const std::filesystem::path& name,
@@ -69,8 +68,7 @@ std::size_t find_receiver(const Scenario& scenario, const std::string& name) {
   const std::vector<std::string> names = receiver_names(scenario.receivers);
   const auto found = std::find(names.begin(), names.end(), name);
   if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
-  throw InputError(fmt::format("the scenario has no receiver '{}'", name),
-                   fmt::format("it has {}", fmt::join(names, ", ")));
+  throw InputError(fmt::format("the scenario has no receiver '{}'", name), known_names(name, names));
 }
 
 Scenario read_scenario(const std::filesystem::path& path, const ScenarioReadOptions& options) {

@@ -1,11 +1,8 @@
 #include "canyon/validation/models.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
-#include "canyon/base/input_error.hpp"
-#include "canyon/base/text.hpp"
+#include "canyon/base/named.hpp"
 
 namespace canyon::validation {
 
@@ -46,11 +43,7 @@ std::vector<Model> models_of(const simulation::ReceiverConfig& receiver,
   std::vector<std::string> known;
   for (const Model& model : ladder) known.push_back(model.key);
   for (const std::string& key : keys) {
-    if (std::find(known.begin(), known.end(), key) != known.end()) continue;
-    const auto meant = closest(key, known);
-    throw InputError(fmt::format("there is no model '{}'", key),
-                     meant ? fmt::format("did you mean '{}'?", *meant)
-                           : fmt::format("there are {}", fmt::join(known, ", ")));
+    if (std::find(known.begin(), known.end(), key) == known.end()) throw unknown_name("model", key, known);
   }
   std::vector<Model> chosen;
   for (const Model& model : ladder) {

@@ -20,7 +20,6 @@
 #include "canyon/tracking/signal_lock.hpp"
 #include "canyon/validation/epoch_interval.hpp"
 #include "canyon/view/header.hpp"
-#include "canyon/view/header_extension.hpp"
 #include "canyon/view/probe.hpp"
 #include "canyon/view/recorder.hpp"
 

@@ -69,5 +69,10 @@ struct Header {
 [[nodiscard]] std::string header_json(const Header& header);
 /// Writes it to `folder`, whole or not at all.
 void write_header(const Header& header, const std::filesystem::path& folder);
+/// Puts more into the header of the view in `folder`: a key with its value, and chunks, which take the place
+/// of those of the same kinds that are there. Throws InputError where the folder has no view or does not take
+/// the file.
+void extend_header(const std::filesystem::path& folder, const std::string& key, const Json& value,
+                   const Json& chunks);
 
 }  // namespace canyon::view

@@ -17,7 +17,7 @@
 #include "canyon/output/view_chunk.hpp"
 #include "canyon/output/view_tables.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
-#include "canyon/view/header_extension.hpp"
+#include "canyon/view/header.hpp"
 
 namespace canyon::view {
 namespace {

@@ -5,13 +5,11 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/calibration/calibrate.hpp"
-#include "canyon/rinex/observation_reader.hpp"
-#include "canyon/simulation/city_scene.hpp"
-#include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/profile.hpp"
 #include "canyon/validation/alignment.hpp"
 #include "canyon/validation/figures.hpp"
 #include "canyon/validation/models.hpp"
+#include "canyon/validation/recorded_scene.hpp"
 #include "python/src/settings.hpp"
 
 namespace canyon::python {
@@ -46,37 +44,19 @@ class Recorded {
            const std::optional<std::filesystem::path>& truth, const std::string& truth_format,
            bool atmosphere)
       : scenario_(scenario_of(scenario)->scenario) {
-    if (!truth && !scenario_.trajectory.file) {
-      throw InputError("truth is missing, and the scenario's trajectory is not a file",
-                       "give the file of true positions");
-    }
+    validation::ListedRecording files;
+    files.obs = obs;
+    files.truth = truth;
+    files.truth_format = truth_format;
+    validation::settle_truth(scenario_, files, "truth");
     const py::gil_scoped_release release;
-    rinex::ObservationOptions wanted;
-    wanted.systems = scenario_.sky.systems;
-    wanted.all_signals = true;
-    rinex::RinexObservations recorded = rinex::read_observations(obs, wanted);
-    city::City city = simulation::load_city(scenario_.city, scenario_.seed);
-    simulation::BuiltSky sky =
-        simulation::build_sky(scenario_.sky, recorded.epochs.front().receiver_time,
-                              recorded.epochs.back().receiver_time, city.frame.origin());
+    scene_ = validation::read_recorded_scene(scenario_, files, atmosphere);
     warnings_ = scenario_.warnings;
-    warnings_.insert(warnings_.end(), sky.warnings.begin(), sky.warnings.end());
-    environment_ = std::make_unique<simulation::Environment>(simulation::make_environment(
-        std::make_shared<simulation::CityScene>(std::move(city)), sky, scenario_.sky, scenario_.seed));
-    // The recording shows which systems the radio had.
-    for (simulation::ReceiverConfig& receiver : scenario_.receivers) {
-      simulation::decide(receiver.options, environment_->errors().get());
-    }
-    validation::RecordingOptions options;
-    options.ionosphere = options.troposphere = atmosphere;
-    const std::string own_format = scenario_.trajectory.file ? scenario_.trajectory.format : "csv";
-    recording_ = validation::join_recording(scenario_, *environment_, obs, std::move(recorded),
-                                            truth ? *truth : *scenario_.trajectory.file,
-                                            truth_format.empty() ? own_format : truth_format, options);
-    warnings_.insert(warnings_.end(), recording_.warnings.begin(), recording_.warnings.end());
+    for (const auto* more : {&scene_.sky.warnings, &scene_.recording.warnings})
+      warnings_.insert(warnings_.end(), more->begin(), more->end());
   }
 
-  [[nodiscard]] std::size_t epochs() const { return recording_.residuals.epochs.size(); }
+  [[nodiscard]] std::size_t epochs() const { return scene_.recording.residuals.epochs.size(); }
   [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
 
   py::object align(double share, bool heading, int threads) {
@@ -88,7 +68,7 @@ class Recorded {
     const std::string text = interruptible([&](const auto& look) {
       options.progress = [&](std::size_t, std::size_t) { look(); };
       const validation::Alignment found =
-          validation::align(recording_, *environment_,
+          validation::align(scene_.recording, *scene_.environment,
                             scenario_.receivers.front().options.fix.elevation_mask_rad, 0, count, options);
       registration_ = found.registration;
       return validation::to_json(found);
@@ -106,23 +86,26 @@ class Recorded {
     for (validation::Model& more : validation::models_of(receiver, keys)) models.push_back(std::move(more));
     const std::string text = interruptible([&, first = first, count = count](const auto& look) {
       std::vector<validation::Figures> figures;
+      std::vector<validation::NeverTracked> never;
       validation::CompareOptions options;
       options.threads = threads;
       options.progress = [&](std::size_t, std::size_t) { look(); };
       for (const validation::Model& model : models) {
         options.name = model.name;
         const auto compare = [&] {
-          return validation::compare(recording_, model.receiver, *environment_, registration_, scenario_.seed,
-                                     options);
+          return validation::compare(scene_.recording, model.receiver, *scene_.environment, registration_,
+                                     scenario_.seed, options);
         };
         validation::Comparison comparison = compare();
         if (figures.empty()) {
-          const auto never = validation::never_tracked(comparison);
+          never = validation::never_tracked(comparison);
           for (const validation::NeverTracked& s : never) options.leave_out.insert(s.id);
           if (!never.empty()) comparison = compare();
         }
         figures.push_back(validation::figures(comparison, first, count,
                                               validation::describe_part(comparison, first, count, "part")));
+        figures.back().never_tracked = never;
+        figures.back().left_out = true;
       }
       return validation::to_json(figures, std::nullopt);
     });
@@ -133,8 +116,8 @@ class Recorded {
     const auto [first, count] = part(from, to);
     calibration::Drive d;
     d.name = "recording";
-    d.environment = environment_.get();
-    d.recording = calibration::part_of(recording_, first, count);
+    d.environment = scene_.environment.get();
+    d.recording = calibration::part_of(scene_.recording, first, count);
     d.registration = registration_;
     d.receiver = scenario_.receivers.front();
     d.systems = scenario_.sky.systems;
@@ -161,8 +144,7 @@ class Recorded {
   }
 
   simulation::Scenario scenario_;
-  std::unique_ptr<simulation::Environment> environment_;
-  validation::Recording recording_;
+  validation::RecordedScene scene_;
   validation::Registration registration_;
   std::vector<std::string> warnings_;
 };

@@ -1232,7 +1232,7 @@ heatmap_bad)
   bad() { runs 2 "$canyon" heatmap small.yaml --out res "$@"; one_line; }
   runs 2 "$canyon" heatmap; one_line; says err SCENARIO
   runs 2 "$canyon" heatmap small.yaml; one_line; says err --out
-  bad --layers hdpo; says err --layers hdpo "mean hdop"
+  bad --layers hdpo; says err --layers hdpo "mean 'hdop'"
   bad --format tiff; says err --format geotiff
   bad --bbox 114.2,22.3,114.1,22.4; says err --bbox reversed
   bad --bbox 11,48,11.1,48.1; says err --bbox outside "the city reaches"
@@ -1441,7 +1441,7 @@ heatmap_ranks)
   runs 0 "$canyon" "${map[@]}" --out lost; says err "resumed     $n of "
   diff -rq whole lost || fail "other bytes after a lost rank"
   # Bad input ends all of them, with one cause.
-  runs 2 "${ranks[@]}" "$canyon" heatmap small.yaml --out bad --layers hdpo; says err "canyon: --layers" "mean hdop" ;;
+  runs 2 "${ranks[@]}" "$canyon" heatmap small.yaml --out bad --layers hdpo; says err "canyon: --layers" "mean 'hdop'" ;;
 view)
   # The page is the viewer's matter (viewer/test/); here a stand-in takes the data.
   echo '<html><body><!--canyon:data--></body></html>' >page.html; export CANYON_VIEWER=$PWD/page.html

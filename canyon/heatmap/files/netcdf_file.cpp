@@ -31,38 +31,19 @@ int call(const Function& function, const Arguments&... arguments) {
   return function(arguments...);
 }
 
-// The library's functions for each type in memory.
+// The library's functions of reading for each type in memory.
 static_assert(sizeof(long long) == sizeof(std::int64_t));
 template <typename T>
 using InLibrary = std::conditional_t<std::is_same_v<T, std::int64_t>, long long, T>;
 
-constexpr auto put_for(const float* /*type*/) {
-  return nc_put_vara_float;
-}
-constexpr auto put_for(const double* /*type*/) {
-  return nc_put_vara_double;
-}
-constexpr auto put_for(const signed char* /*type*/) {
-  return nc_put_vara_schar;
-}
-constexpr auto put_for(const long long* /*type*/) {
-  return nc_put_vara_longlong;
-}
-constexpr auto put_for(const char* /*type*/) {
-  return nc_put_vara_text;
-}
-constexpr auto get_for(const float* /*type*/) {
-  return nc_get_vara_float;
-}
-constexpr auto get_for(const double* /*type*/) {
-  return nc_get_vara_double;
-}
-constexpr auto get_for(const signed char* /*type*/) {
-  return nc_get_vara_schar;
-}
-constexpr auto get_for(const long long* /*type*/) {
-  return nc_get_vara_longlong;
-}
+template <typename T>
+constexpr auto kGet = nc_get_vara_float;
+template <>
+constexpr auto kGet<double> = nc_get_vara_double;
+template <>
+constexpr auto kGet<signed char> = nc_get_vara_schar;
+template <>
+constexpr auto kGet<long long> = nc_get_vara_longlong;
 
 }  // namespace
 
@@ -159,16 +140,9 @@ void NetcdfFile::end_definitions() {
   check_written(call(nc_enddef, id_));
 }
 
-template <typename T>
-void NetcdfFile::write(int variable, const Index& start, const Index& count, const T* values) {
-  const auto* const from = reinterpret_cast<const InLibrary<T>*>(values);
-  check_written(call(put_for(from), id_, variable, start.data(), count.data(), from));
+void NetcdfFile::write(int variable, const Index& start, const Index& count, const void* values) {
+  check_written(call(nc_put_vara, id_, variable, start.data(), count.data(), values));
 }
-template void NetcdfFile::write(int, const Index&, const Index&, const float*);
-template void NetcdfFile::write(int, const Index&, const Index&, const double*);
-template void NetcdfFile::write(int, const Index&, const Index&, const signed char*);
-template void NetcdfFile::write(int, const Index&, const Index&, const std::int64_t*);
-template void NetcdfFile::write(int, const Index&, const Index&, const char*);
 
 void NetcdfFile::close() {
   check_written(call(nc_close, std::exchange(id_, -1)));
@@ -240,8 +214,9 @@ void NetcdfFile::set_cache(int variable, std::size_t bytes) const {
 
 template <typename T>
 void NetcdfFile::read(int variable, const Index& start, const Index& count, T* values) const {
-  auto* const to = reinterpret_cast<InLibrary<T>*>(values);
-  check_read(call(get_for(to), id_, variable, start.data(), count.data(), to));
+  using InFile = InLibrary<T>;
+  check_read(
+      call(kGet<InFile>, id_, variable, start.data(), count.data(), reinterpret_cast<InFile*>(values)));
 }
 template void NetcdfFile::read(int, const Index&, const Index&, float*) const;
 template void NetcdfFile::read(int, const Index&, const Index&, double*) const;

@@ -61,11 +61,10 @@ class NetcdfFile {
   }
   void end_definitions();
 
-  // Values of a box [start, start + count): float, double, signed char or std::int64_t; characters are
-  // written alone.
+  // Values of a box [start, start + count).
   using Index = std::vector<std::size_t>;
-  template <typename T>
-  void write(int variable, const Index& start, const Index& count, const T* values);
+  /// @param values of the type that the variable is defined with
+  void write(int variable, const Index& start, const Index& count, const void* values);
   void close();
 
   // Reading; empty where there is no such thing (of that type).
@@ -76,6 +75,7 @@ class NetcdfFile {
   [[nodiscard]] std::optional<double> number(int variable, const std::string& name) const;
   [[nodiscard]] std::optional<std::string> text(int variable, const std::string& name) const;
   void set_cache(int variable, std::size_t bytes) const;
+  /// @param values float, double, signed char or std::int64_t, whatever the variable's type
   template <typename T>
   void read(int variable, const Index& start, const Index& count, T* values) const;
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <cassert>
 
-#include "canyon/base/input_error.hpp"
+#include "canyon/base/named.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/options/values.hpp"
 
@@ -86,17 +86,7 @@ const LayerInfo& info(Layer layer) {
 }
 
 Layer layer_by_name(std::string_view name) {
-  const std::string word = lower_case(trim(name));
-  std::vector<std::string> names;
-  for (const LayerInfo& each : kLayers) {
-    if (each.name == word) return each.layer;
-    names.emplace_back(each.name);
-  }
-  const auto meant = closest(word, names);
-  std::string all;
-  for (const std::string& each : names) all += (all.empty() ? "" : ", ") + each;
-  throw InputError(fmt::format("there is no layer '{}'", name),
-                   meant ? fmt::format("did you mean {}?", *meant) : "layers are " + all);
+  return entry_named(kLayers, lower_case(trim(name)), "layer").layer;
 }
 
 void LimitOptions::validate() const {

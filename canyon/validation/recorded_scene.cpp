@@ -1,0 +1,50 @@
+#include "canyon/validation/recorded_scene.hpp"
+
+#include <string>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/rinex/observation_reader.hpp"
+#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/scenario.hpp"
+
+namespace canyon::validation {
+
+void settle_truth(const simulation::Scenario& scenario, ListedRecording& files, std::string_view option) {
+  const simulation::TrajectoryConfig& trajectory = scenario.trajectory;
+  if (files.truth_format.empty()) files.truth_format = trajectory.file ? trajectory.format : "csv";
+  if (files.truth) return;
+  if (!trajectory.file) {
+    throw InputError(std::string(option) + " is missing, and the scenario's trajectory is not a file",
+                     "give the file of true positions");
+  }
+  files.truth = trajectory.file;
+}
+
+RecordedScene read_recorded_scene(simulation::Scenario& scenario, const ListedRecording& files,
+                                  bool atmosphere) {
+  rinex::ObservationOptions wanted;
+  wanted.systems = scenario.sky.systems;
+  wanted.all_signals = true;
+  rinex::RinexObservations recorded = rinex::read_observations(*files.obs, wanted);
+  city::City city = simulation::load_city(scenario.city, scenario.seed);
+  RecordedScene scene;
+  // The sky is of the recording's time: the scenario's own trajectory is not simulated.
+  scene.sky = simulation::build_sky(scenario.sky, recorded.epochs.front().receiver_time,
+                                    recorded.epochs.back().receiver_time, city.frame.origin());
+  scene.environment = std::make_unique<simulation::Environment>(simulation::make_environment(
+      std::make_shared<simulation::CityScene>(std::move(city)), scene.sky, scenario.sky, scenario.seed));
+  // The systems that were recorded are those of the radio.
+  for (simulation::ReceiverConfig& receiver : scenario.receivers) {
+    simulation::decide(receiver.options, scene.environment->errors().get());
+  }
+  RecordingOptions options;
+  options.ionosphere = options.troposphere = atmosphere;
+  options.nmea = files.nmea;
+  scene.recording = join_recording(scenario, *scene.environment, *files.obs, std::move(recorded),
+                                   *files.truth, files.truth_format, options);
+  return scene;
+}
+
+}  // namespace canyon::validation

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <memory>
+#include <string_view>
+
+#include "canyon/simulation/simulator.hpp"
+#include "canyon/validation/comparison.hpp"
+#include "canyon/validation/recording_list.hpp"
+
+// Part of canyon::io.
+
+namespace canyon::validation {
+
+/// A recording in its scenario's city, under the sky of its time.
+struct RecordedScene {
+  simulation::BuiltSky sky;
+  std::unique_ptr<simulation::Environment> environment;
+  Recording recording;
+};
+
+/// Fills in the true positions' file and format where `files` leaves them to the scenario. Throws InputError,
+/// naming the `option` that gives them, where the scenario's trajectory is not a file.
+void settle_truth(const simulation::Scenario& scenario, ListedRecording& files, std::string_view option);
+
+/// Loads the scenario's city and reads the observations and, after settle_truth(), the true positions. What
+/// the scenario's receivers leave to the sky's errors is decided (simulation::decide()). Throws InputError as
+/// read_recording(), simulation::load_city() and simulation::build_sky() do.
+[[nodiscard]] RecordedScene read_recorded_scene(simulation::Scenario& scenario, const ListedRecording& files,
+                                                bool atmosphere);
+
+}  // namespace canyon::validation
