@@ -202,7 +202,11 @@ std::string unpack_compress(const std::filesystem::path& path, std::string_view 
 }
 
 std::string unpack_zip(const std::filesystem::path& path, std::string_view archive, std::size_t largest) {
-  const std::vector<ZipEntry> entries = zip_entries(archive);
+  std::vector<ZipEntry> entries = zip_entries(archive);
+  // A KMZ file has its icons and pictures beside the KML file.
+  if (lower_case(path.extension().string()) == ".kmz") {
+    std::erase_if(entries, [](const ZipEntry& entry) { return !lower_case(entry.name).ends_with(".kml"); });
+  }
   if (entries.empty()) throw damaged(path, "zip");
   if (entries.size() > 1) {
     throw InputError(path, 0, "is a zip archive of " + std::to_string(entries.size()) + " files",
@@ -241,6 +245,8 @@ void refuse_foreign_bytes(const std::filesystem::path& path, std::string_view he
   }
   if (head.size() > 262 && head.substr(257, 5) == "ustar")
     throw InputError(path, 0, "is a tar archive", "unpack it and name one of its files");
+  if (head.starts_with("version https://git-lfs"))
+    throw InputError(path, 0, "is a pointer of Git LFS, not the data", "run git lfs pull in its repository");
   const std::string text = lower_case(trim(head.substr(0, 64)));
   if (text.starts_with("<!doctype html") || text.starts_with("<html"))
     throw InputError(

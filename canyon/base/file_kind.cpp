@@ -79,6 +79,10 @@ bool is_nmea(std::string_view head) {
   return false;
 }
 
+bool is_json(std::string_view head) {
+  return trim(head).starts_with('{');
+}
+
 bool is_columns(std::string_view head) {
   return !has(head, std::string_view("\0", 1)) && head.find_first_of(",;\t") != std::string_view::npos;
 }
@@ -103,6 +107,8 @@ constexpr Row kKinds[] = {
      "convert it to RINEX, for instance by RTKLIB's convbin"},
     {FileKind::Rtcm, is_rtcm, "a stream of RTCM 3", "", "canyon rtk takes it as the base"},
     {FileKind::Nmea, is_nmea, "a log of NMEA sentences", "nmea", "as a trajectory its format is nmea"},
+    {FileKind::Json, is_json, "JSON (such as GeoJSON)", "",
+     "as a recorded path write GPX or CSV, for instance by ogr2ogr; maps end in .json or .jsonl"},
     {FileKind::Columns, is_columns, "a text of columns", "", ""},
 };
 
@@ -161,6 +167,7 @@ InputError explained(const InputError& fault, const std::filesystem::path& path,
   } catch (const InputError&) {
     return fault;
   }
+  if (head.empty()) return {path, 0, "is empty", "fetch the file again"};
   const FileKind kind = kind_of_head(head);
   const bool of_any_text = wanted == FileKind::Columns;
   if (kind == FileKind::Other || kind == FileKind::Columns || (!of_any_text && row_of(wanted)->is(head)))

@@ -20,6 +20,7 @@ enum class FileKind : std::uint8_t {
   Ubx,
   Rtcm,
   Nmea,
+  Json,
   Columns  ///< text with commas, semicolons or tabs
 };
 

@@ -3,6 +3,15 @@
 #include <algorithm>
 
 namespace canyon {
+namespace {
+
+/// Gives text from `from` on that has carriage returns alone, as old spreadsheets write them, line ends.
+void end_lines(std::string& text, std::size_t from) {
+  if (text.find('\n', from) != std::string::npos) return;
+  std::replace(text.begin() + static_cast<std::ptrdiff_t>(from), text.end(), '\r', '\n');
+}
+
+}  // namespace
 
 TextFile::TextFile(const std::filesystem::path& path, std::size_t max_bytes, CutGzip cut) : path_(path) {
   GzipFile file(path);
@@ -14,6 +23,7 @@ TextFile::TextFile(const std::filesystem::path& path, std::size_t max_bytes, Cut
                        "is it the right file?");
     }
   }
+  end_lines(text_, 0);
   if (!file.cut_short()) return;
   if (cut == CutGzip::Refuse) {
     throw InputError(path, 0, "gzip data is damaged or cut short", "fetch the file again");
@@ -34,6 +44,7 @@ TextFile TextFile::from_string(std::string text, std::filesystem::path name) {
   TextFile file;
   file.text_ = std::move(text);
   file.path_ = std::move(name);
+  end_lines(file.text_, 0);
   return file;
 }
 
@@ -51,6 +62,7 @@ std::optional<std::string_view> TextFile::peek_line() {
     char chunk[1 << 15];
     const std::size_t n = rest_->read(chunk, sizeof chunk, line_);
     text_.append(chunk, n);
+    end_lines(text_, searched);
     if (n == 0) {
       if (rest_->cut_short()) {
         text_.clear();  // half a line may read as another number

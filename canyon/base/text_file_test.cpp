@@ -66,6 +66,21 @@ TEST(TextFile, ALastLineEndMakesNoEmptyLine) {
   EXPECT_EQ(TextFile::from_string("", "a.txt").next_line(), std::nullopt);
 }
 
+TEST(TextFile, CarriageReturnsAloneEndLines) {
+  const test::TemporaryFolder temporary;
+  write(temporary.path() / "a.csv", "one\rtwo\r\rfour");
+  TextFile streamed = TextFile::streamed(temporary.path() / "a.csv");
+  TextFile whole(temporary.path() / "a.csv");
+  for (TextFile* file : {&streamed, &whole}) {
+    EXPECT_EQ(file->next_line(), "one");
+    EXPECT_EQ(file->next_line(), "two");
+    EXPECT_EQ(file->next_line(), "");
+    EXPECT_EQ(file->next_line(), "four");
+    EXPECT_EQ(file->line(), 4);
+    EXPECT_FALSE(file->next_line());
+  }
+}
+
 TEST(TextFile, ReadsPlainAndGzipWhateverTheName) {
   const test::TemporaryFolder folder;
   std::string text;

@@ -268,7 +268,7 @@ FileReport inspect_android(const std::filesystem::path& path) {
 
 FileReport inspect_file(const std::filesystem::path& path) {
   if (is_scenario(path)) return inspect_scenario(path);
-  if (std::filesystem::is_directory(path) || simulation::city_file_kind(path)) return inspect_city(path);
+  if (simulation::city_file_kind(path)) return inspect_city(path);
   if (path.extension() == ".nc") return inspect_map(path);
   const FileKind kind = file_kind(path);
   switch (kind) {
@@ -289,6 +289,7 @@ FileReport inspect_file(const std::filesystem::path& path) {
     case FileKind::Columns:
       return inspect_columns(path);
     case FileKind::Ubx:
+    case FileKind::Json:
     case FileKind::Other:
       break;
   }

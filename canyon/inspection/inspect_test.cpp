@@ -156,7 +156,16 @@ TEST_F(Inspect, RefusesWhatNoReaderTakes) {
   EXPECT_THAT(fault("a.ubx", "\xB5\x62\x01\x07"), HasSubstr("a.ubx: is a log of a u-blox receiver (UBX)"));
   EXPECT_THAT(fault("a", "what is this"), HasSubstr("a: is not a kind of file that is known; known are"));
   EXPECT_THAT(fault("a", "what, is this"), HasSubstr("the header has no column 'time'"));
-  EXPECT_THAT(fault("a", ""), HasSubstr("is not a kind of file that is known"));
+  EXPECT_THAT(fault("a", ""), HasSubstr("a: is empty"));
+  EXPECT_THAT(fault("a.geojson", R"({"type": "FeatureCollection"})"), HasSubstr("is JSON (such as GeoJSON)"));
+  EXPECT_THAT(fault("a.n", "version https://git-lfs.github.com/spec/v1\noid sha256:4d\n"),
+              HasSubstr("is a pointer of Git LFS, not the data"));
+  try {
+    (void)inspect_file(folder_);
+    ADD_FAILURE() << "a folder";
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.problem(), "is a folder, not a file");
+  }
   EXPECT_THAT(fault("a.html", "<!DOCTYPE html><html>"), HasSubstr("is a web page (HTML), not data"));
   EXPECT_THROW((void)inspect_file(folder_ / "nowhere"), InputError);
 }

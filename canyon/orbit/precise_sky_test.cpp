@@ -23,7 +23,10 @@ namespace {
 using geodesy::GpsTime;
 using geodesy::kSpeedOfLight;
 using geodesy::parse_time;
+using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsSupersetOf;
 using ::testing::StartsWith;
 
 constexpr const char* kPrecise = "orbits/GRG0MGXFIN_20201770000_01D_15M_ORB.SP3.gz";
@@ -98,6 +101,10 @@ const gnss::SatelliteId kG07{gnss::System::GPS, 7};
 
 std::string message(const std::string& text) {
   return test::refusal([&] { const PreciseSky sky(TextFile::from_string(text, "made-up.sp3")); });
+}
+
+std::vector<std::string> warnings(const std::string& text) {
+  return PreciseSky(TextFile::from_string(text, "made-up.sp3")).warnings();
 }
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
@@ -326,17 +333,19 @@ TEST(PreciseSky, NamesFileAndLineOfBadInput) {
   EXPECT_THAT(message(""), HasSubstr("is not an SP3 file"));
   EXPECT_THAT(message("RINEX\n"), StartsWith("made-up.sp3:1: is not an SP3 file"));
   EXPECT_THAT(message(replaced(good, "#dP", "#aP")), StartsWith("made-up.sp3:1: SP3-a is not read"));
-  EXPECT_THAT(message(good.substr(0, good.size() - 4)), HasSubstr("cut short"));
-  EXPECT_THAT(message(good.substr(0, good.size() / 2)), HasSubstr("made-up.sp3:"));
-  EXPECT_THAT(message(replaced(good, "*  2024  2 29  0  0", "*  2024  2 30  0  0")),
-              HasSubstr("made-up.sp3:8: '*  2024  2 30  0  0  0.00000000' is not an epoch"));
-  EXPECT_THAT(message(replaced(good, "*  2024  2 29  0 15", "*  2024  2 29  0 x5")),
-              StartsWith("made-up.sp3:12: '*  2024  2 29  0 x5"));
-  EXPECT_THAT(message(replaced(good, " 26560.000000", " 2656O.000000")),
-              StartsWith("made-up.sp3:9: coordinate '2656O.000000' is not a number"));
-  EXPECT_THAT(message(replaced(good, "PG07", "PG7x")), StartsWith("made-up.sp3:9: 'G7x' is not a satellite"));
-  EXPECT_THAT(message(replaced(good, "*  2024  2 29  0  0  0.00000000\n", "")),
-              StartsWith("made-up.sp3:8: a position before the first epoch"));
+  EXPECT_THAT(warnings(good.substr(0, good.size() - 4)), ElementsAre(HasSubstr("ends without the line EOF")));
+  EXPECT_THAT(warnings(good.substr(0, good.size() / 2)),
+              IsSupersetOf({HasSubstr("ends without the line EOF"), HasSubstr("announces 40 epochs")}));
+  EXPECT_THAT(warnings(replaced(good, "*  2024  2 29  0  0", "*  2024  2 30  0  0")),
+              Contains(HasSubstr("made-up.sp3:8: '*  2024  2 30  0  0  0.00000000' is not an epoch")));
+  EXPECT_THAT(warnings(replaced(good, "*  2024  2 29  0 15", "*  2024  2 29  0 x5")),
+              Contains(StartsWith("made-up.sp3:12: '*  2024  2 29  0 x5")));
+  EXPECT_THAT(warnings(replaced(good, " 26560.000000", " 2656O.000000")),
+              Contains(StartsWith("made-up.sp3:9: coordinate '2656O.000000' is not a number")));
+  EXPECT_THAT(warnings(replaced(good, "PG07", "PG7x")),
+              Contains(StartsWith("made-up.sp3:9: 'G7x' is not a satellite")));
+  EXPECT_THAT(warnings(replaced(good, "*  2024  2 29  0  0  0.00000000\n", "")),
+              Contains(StartsWith("made-up.sp3:8: a position before the first epoch")));
   EXPECT_THAT(message(replaced(good, "PG07", "PS07")), "");
   MadeUp sbas;
   sbas.satellite = "S07";

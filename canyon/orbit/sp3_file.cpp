@@ -30,6 +30,7 @@ class Reader {
   Sp3File read() {
     read_first_line();
     while (const std::optional<std::string_view> line = file_.next_line()) {
+      const bool cut = !file_.text().ends_with('\n') && !file_.peek_line();
       if (line->substr(0, 3) == "EOF") {
         if (!another_follows()) return finish();
         continue;
@@ -39,15 +40,19 @@ class Reader {
         if (const auto step = parse_double(column(*line, 24, 14))) announced_step_s_ = *step;
       } else if (line->substr(0, 2) == "%c") {
         read_time_system(*line);
+      } else if (cut) {
+        break;  // half a line may read as another number
       } else if (kind == '*') {
-        read_epoch(*line);
-      } else if (kind == 'P') {
-        read_position(*line);
+        in_epoch_ = false;
+        notes().guard([&] { read_epoch(*line); });
+      } else if (kind == 'P' && (in_epoch_ || epochs_.empty())) {
+        notes().guard([&] { read_position(*line); });
       }
       // Satellite lists, accuracies, comments, velocities (V) and correlations (EP, EV) hold nothing needed
       // here.
     }
-    throw file_.error("ends without the line EOF", "the file is cut short: fetch it again");
+    notes().say(file_.line(), "ends without the line EOF", "the file may be cut short: fetch it again");
+    return finish();
   }
 
  private:
@@ -101,6 +106,7 @@ class Reader {
     if (!t) throw file_.error(fmt::format("'{}' is not an epoch", trim(line)));
     if (epochs_.empty()) compare_first_line(*t);
     epochs_.push_back({*t, file_.line(), epochs_.size()});
+    in_epoch_ = true;
   }
 
   void compare_first_line(GpsTime t) {
@@ -155,6 +161,9 @@ class Reader {
   }
 
   Sp3File finish() {
+    std::size_t good = epochs_.size();
+    for (const auto& [id, records] : records_) good += records.size();
+    notes().require_most(good);
     if (epochs_.empty()) throw file_.error("holds no epoch");
     if (records_.empty()) throw file_.error("holds no satellite of the chosen systems");
     const std::vector<bool> stray = leave_out_epochs();
@@ -244,6 +253,7 @@ class Reader {
   std::size_t announced_ = 0;  ///< epochs
   double announced_step_s_ = 0;
   std::vector<Epoch> epochs_;
+  bool in_epoch_ = false;  ///< the last line of an epoch could be read
   std::map<gnss::SatelliteId, std::vector<Read>> records_;
   Sp3File result_;
 };

@@ -37,7 +37,7 @@ class Reader {
   gnss::NavigationData read() {
     data_.sources.push_back(file_.path().filename().string());
     if (file_.cut_warning()) notes_.say(*file_.cut_warning());
-    read_header();
+    read_header(file_.next_line());
     read_records();
     finish();
     return std::move(data_);
@@ -47,9 +47,12 @@ class Reader {
   // --- header
   // -----------------------------------------------------------------------------------------------
 
-  void read_header() {
-    const auto first = file_.next_line();
-    if (!first || trim(column(*first, 60, 20)) != "RINEX VERSION / TYPE") {
+  static bool is_first_line(std::string_view line) {
+    return trim(column(line, 60, 20)) == "RINEX VERSION / TYPE";
+  }
+
+  void read_header(std::optional<std::string_view> first) {
+    if (!first || !is_first_line(*first)) {
       throw file_.error("is not a RINEX file: the first line is not 'RINEX VERSION / TYPE'",
                         "give a RINEX navigation file, plain or gzip");
     }
@@ -74,6 +77,13 @@ class Reader {
     version2_system_ = of_type.value_or(gnss::System::GPS);
     beidou_only_ = version_ == 3 && first->size() > 40 && (*first)[40] == 'C';
 
+    read_header_lines();
+    // RTKLIB writes 2.12 of Galileo and QZSS with version 3's records.
+    if (const auto record = file_.peek_line(); record && gnss::parse_satellite(column(*record, 0, 3)))
+      layout_ = Layout::kVersion3;
+  }
+
+  void read_header_lines() {
     while (const auto line = file_.next_line()) {
       const std::string_view label = trim(column(*line, 60, 20));
       if (label == "END OF HEADER") return;
@@ -165,11 +175,12 @@ class Reader {
   }
 
   void read_records() {
-    // RTKLIB writes 2.12 of Galileo and QZSS with version 3's records.
-    if (const auto first = file_.peek_line(); first && gnss::parse_satellite(column(*first, 0, 3)))
-      layout_ = Layout::kVersion3;
     while (auto line = file_.next_line()) {
       if (trim(*line).empty()) continue;
+      if (is_first_line(*line)) {  // files that were joined by cat
+        read_header(line);
+        continue;
+      }
       RawRecord record;
       record.line = file_.line();
       if (!begins_record(*line)) {
@@ -191,7 +202,7 @@ class Reader {
       while (const auto next = file_.peek_line()) {
         // The satellite's line right behind '>' is part of the record.
         const bool own = tagged && record.lines.empty() && begins_satellite(*next);
-        if (begins_record(*next) && !own) break;
+        if ((begins_record(*next) && !own) || is_first_line(*next)) break;
         record.lines.push_back(*file_.next_line());
       }
       while (!record.lines.empty() && trim(record.lines.back()).empty()) record.lines.pop_back();
@@ -209,7 +220,7 @@ class Reader {
 
   void skip_rest() {
     while (const auto next = file_.peek_line()) {
-      if (begins_record(*next)) return;
+      if (begins_record(*next) || is_first_line(*next)) return;
       (void)file_.next_line();
     }
   }

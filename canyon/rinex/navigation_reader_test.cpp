@@ -54,6 +54,24 @@ std::string error_of(const std::string& text) {
   return test::refusal([&] { (void)read(text); });
 }
 
+// As cat joins them: no record is lost at the joint.
+TEST(RinexNavigation, FilesThatWereJoined) {
+  const gnss::NavigationData once = read(kRinex3Sample);
+  const gnss::NavigationData data = read(kRinex3Sample + replaced(kRinex3Header, "3.04 ", "3.05 ") +
+                                         replaced(kG05, "G05", "G07") + kRinex3Sample);
+  EXPECT_THAT(data.warnings, IsEmpty());
+  EXPECT_EQ(data.kepler.size(), once.kepler.size() + 1);
+  EXPECT_EQ(data.glonass.size(), once.glonass.size());
+  EXPECT_EQ(kepler(data, {gnss::System::GPS, 7}).af0, kepler(once, {gnss::System::GPS, 5}).af0);
+}
+
+// Of one time and issue, but with another orbit: both stay for the review, an exact repeat does not.
+TEST(RinexNavigation, ARepeatWithOtherDataStays) {
+  const std::string other = replaced(kG05, "-2.157708626665", "-2.257708626665");
+  EXPECT_EQ(read(kRinex3Header + kG05 + kG05).kepler.size(), 1U);
+  EXPECT_EQ(read(kRinex3Header + kG05 + other).kepler.size(), 2U);
+}
+
 TEST(RinexNavigation, Version3GpsRecordFieldByField) {
   const gnss::NavigationData data = read(kRinex3Sample);
   EXPECT_THAT(data.warnings, IsEmpty());

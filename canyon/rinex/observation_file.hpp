@@ -19,8 +19,8 @@ namespace canyon::rinex {
 /// "an L1-band observation", "an observation of a known signal".
 [[nodiscard]] std::string_view wanted_words(const ObservationOptions& options);
 
-/// Leaves out epochs whose times contradict those around them, which a stream cannot know. Throws InputError
-/// where no observation is left.
+/// Leaves out epochs whose times contradict those around them, and single pseudoranges and carrier phases
+/// that do by more than 1 km, which a stream cannot know. Throws InputError where no observation is left.
 void finish_observations(const std::filesystem::path& path, const ObservationOptions& options,
                          RinexObservations& recorded);
 

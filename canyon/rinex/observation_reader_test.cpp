@@ -9,6 +9,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "tests/support/observation_text.hpp"
 #include "tests/support/shared_data.hpp"
@@ -565,6 +566,33 @@ TEST(RinexObservation, WrongFilesAreOneError) {
   EXPECT_THAT(what(header_line("     3.04           OBSERVATION DATA", "RINEX VERSION / TYPE") +
                    header_line("  2019     4    28    12    44   34.0000000     XYZ", "TIME OF FIRST OBS")),
               HasSubstr("time system 'XYZ' is unknown"));
+}
+
+// One code and one phase that no motion explains, a slip of the phase, and an error as a reflection makes it.
+TEST(RinexObservation, SinglePseudorangesThatContradictAreLeftOut) {
+  const TemporaryFolder folder;
+  const double wavelength_m = geodesy::kSpeedOfLight / gnss::l1_frequency_hz(gnss::System::GPS);
+  std::string text = test::observations3();
+  for (int i = 0; i < 10; ++i) {
+    const double range_m = 2.1e7 + 700.0 * i + 0.2 * i * i;
+    const double code_m = range_m + (i == 3 ? 12e3 : i == 8 ? 400 : 0);
+    const double phase_m = range_m + (i == 5 ? -9e3 : i > 6 ? 5e3 : 0);
+    text += fmt::format("> 2019 04 28 12 44 {:2}.0000000  0  1\nG05{}{}\n", 34 + i, field(code_m),
+                        field(phase_m / wavelength_m));
+  }
+  const auto file = read_rinex_observations(folder.write("a.obs", text));
+  ASSERT_THAT(file.epochs, SizeIs(10));
+  for (std::size_t i = 0; i < 10; ++i) {
+    const ObservedSignal& signal = file.epochs[i].signals.at(0);
+    EXPECT_EQ(signal.pseudorange_m.has_value(), i != 3) << i;
+    EXPECT_EQ(signal.carrier_phase_cycles.has_value(), i != 5) << i;
+  }
+  EXPECT_THAT(
+      file.report.notes.lines(),
+      ElementsAre(HasSubstr("the pseudorange of 'G05 1C' at 2019-04-28T12:44:37.0 GPST contradicts those "
+                            "around it by 12.0 km; left out"),
+                  HasSubstr("the carrier phase of 'G05 1C' at 2019-04-28T12:44:39.0 GPST contradicts those "
+                            "around it by 9.0 km; left out")));
 }
 
 // As a plain file that is cut behind a line: the epochs that are whole, and a warning.

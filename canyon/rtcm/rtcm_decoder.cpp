@@ -188,6 +188,11 @@ void CorrectionsDecoder::read(const Bits& message, GpsTime now, Epochs& complete
   }
   if (number >= 1071 && number <= 1127 && number % 10 >= 4 && number % 10 <= 7)
     return read_msm(fields, now, complete);
+  if (number >= 1071 && number <= 1127 && number % 10 >= 1 && number % 10 <= 3) {
+    // RTCM 10403.3, 3.5.16: the whole milliseconds stand in MSM4 to MSM7 alone.
+    problem(fields,
+            "its ranges are modulo one light millisecond (300 km) and are not used; ask for MSM4 to MSM7");
+  }
   ++status_.messages_unread[number];
 }
 

@@ -521,19 +521,23 @@ TEST(RtcmDecoder, BrokenContentIsCountedAndCostsNothingElse) {
   late.put(1077, 12).put(7, 12).put(604'800'000, 30).put(0, 19).put(0, 64).put(0, 32);
   Bits unread;
   unread.put(1013, 12).put(0, 40);
+  Bits compact;
+  compact.put(1073, 12).put(7, 12).put(0, 145);
   std::string bytes = frame(place());
-  for (const Bits& bits : {cut, empty, wide, late, unread, Bits(), good}) bytes += frame(bits);
+  for (const Bits& bits : {cut, empty, wide, late, unread, Bits(), compact, good}) bytes += frame(bits);
   const auto epochs = decode(decoder, bytes);
   ASSERT_EQ(epochs.size(), 1U);
   EXPECT_EQ(epochs[0]->observations.size(), 2U);
   std::vector<std::string> problems;
   for (const auto& [sentence, count] : decoder.status().problems) problems.push_back(sentence);
   EXPECT_EQ(problems, (std::vector<std::string>{"a message is too short for its number and station",
+                                                "message 1073: its ranges are modulo one light millisecond "
+                                                "(300 km) and are not used; ask for MSM4 to MSM7",
                                                 "message 1077: shorter than its masks require",
                                                 "message 1077: the masks have more than 64 cells",
                                                 "message 1077: the time is beyond its period",
                                                 "message 1077: there is no cell in its masks"}));
-  EXPECT_EQ(decoder.status().messages_unread, (std::map<int, std::uint64_t>{{1013, 1}}));
+  EXPECT_EQ(decoder.status().messages_unread, (std::map<int, std::uint64_t>{{1013, 1}, {1073, 1}}));
 }
 
 TEST(RtcmDecoder, EverySingleWrongBitIsRefused) {

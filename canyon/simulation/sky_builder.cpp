@@ -60,6 +60,14 @@ void check_coverage(const orbit::Sky& sky, GpsTime begin, GpsTime end, std::stri
                     std::vector<std::string>& warnings) {
   const std::vector<gnss::SatelliteId> ids = sky.satellites();
   if (count_states(sky, ids, begin) == 0) {
+    const auto unhealthy = [&](gnss::SatelliteId id) {
+      return sky.source(id, begin).find("unhealthy (") != std::string::npos;
+    };
+    if (std::any_of(ids.begin(), ids.end(), unhealthy)) {
+      throw InputError(fmt::format("no satellite can be used at {}: those with an ephemeris are unhealthy",
+                                   format_gpst(begin, 0)),
+                       "give navigation files in which they are healthy");
+    }
     throw InputError(fmt::format("the time asked for ({}) is outside the {} ({})", span_text(begin, end),
                                  what, span_text(span.first, span.second)),
                      cure);

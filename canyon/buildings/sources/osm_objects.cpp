@@ -235,6 +235,13 @@ Object* place_for(std::map<OsmId, Object>& objects, OsmId id, std::uint32_t vers
   return &at->second;
 }
 
+constexpr const char* kGivenTwice = "given twice in one version with other contents: the first counts";
+
+/// Objects without tags stand beside others of theirs in extracts of several parts.
+bool tags_contradict(const TagMap& one, const TagMap& other) {
+  return !one.empty() && !other.empty() && one != other;
+}
+
 class ObjectReader {
  public:
   ObjectReader(const std::vector<std::filesystem::path>& paths, const OsmReadOptions& options)
@@ -261,6 +268,11 @@ class ObjectReader {
   }
 
  private:
+  void remark(const char* what, const osmium::OSMObject& object) {
+    objects_.remarks.emplace_back(
+        what, fmt::format("{}/{}", osmium::item_type_to_name(object.type()), object.id()));
+  }
+
   [[nodiscard]] bool is_foliage_left_out(const osmium::TagList& tags) const {
     return !options_.foliage && (tags.has_tag("natural", "tree") || tags.has_tag("natural", "tree_row") ||
                                  tags.has_tag("natural", "wood") || tags.has_tag("landuse", "forest"));
@@ -290,7 +302,13 @@ class ObjectReader {
     OsmClass kind = classify(tags, options_.foliage);
     if (multipolygon && !kind.kind && !says_nothing(tags)) return;
     OsmRelation* place = place_for(objects_.relations, relation.id(), relation.version());
-    if (place == nullptr) return;
+    if (place == nullptr) {
+      const OsmRelation& other = objects_.relations.at(relation.id());
+      if (other.version == relation.version() &&
+          (other.members.size() != relation.members().size() || tags_contradict(other.tags, tags)))
+        remark(kGivenTwice, relation);
+      return;
+    }
     place->tags = std::move(tags);
     place->kind = std::move(kind);
     place->multipolygon = multipolygon;
@@ -350,7 +368,11 @@ class ObjectReader {
       if (!member) return;
     }
     OsmWay* place = place_for(objects_.ways, way.id(), way.version());
-    if (place != nullptr) *place = std::move(fresh);
+    if (place != nullptr) {
+      *place = std::move(fresh);
+    } else if (const OsmWay& other = objects_.ways.at(way.id()); other.version == fresh.version) {
+      if (other.nodes != fresh.nodes || tags_contradict(other.tags, fresh.tags)) remark(kGivenTwice, way);
+    }
   }
 
   /// Members of relations were kept wherever they are.
@@ -388,13 +410,13 @@ class ObjectReader {
     places_.resize(wanted_.size());
     versions_.resize(wanted_.size());
     for_each_object(sources_, osmium::osm_entity_bits::node,
-                    [&](const std::filesystem::path& path, const osmium::OSMObject& object) {
-                      if (!deleted.note(object)) add_node(path, static_cast<const osmium::Node&>(object));
+                    [&](const std::filesystem::path&, const osmium::OSMObject& object) {
+                      if (!deleted.note(object)) add_node(static_cast<const osmium::Node&>(object));
                     });
     deleted.apply(objects_.trees);
   }
 
-  void add_node(const std::filesystem::path& path, const osmium::Node& node) {
+  void add_node(const osmium::Node& node) {
     const auto found = std::lower_bound(wanted_.begin(), wanted_.end(), node.id());
     const bool wanted = found != wanted_.end() && *found == node.id();
     const bool tagged = !node.tags().empty() && tags_matter(node.tags(), options_.foliage);
@@ -403,16 +425,12 @@ class ObjectReader {
       ++objects_.foliage_left_out;
     }
     if ((!wanted && !tagged) || node.location().is_undefined()) return;
-    if (!node.location().valid()) {
-      throw InputError(
-          path, 0,
-          fmt::format("node {} is beyond the poles or the antimeridian: latitude {:.7f}, "
-                      "longitude {:.7f} deg",
-                      node.id(), node.location().lat_without_check(), node.location().lon_without_check()),
-          "latitude must be within +-90, longitude within +-180");
-    }
+    if (!node.location().valid())
+      return remark("nodes beyond the poles or the antimeridian (longitude 180 deg), left out", node);
     if (wanted) {
       const auto at = static_cast<std::size_t>(found - wanted_.begin());
+      if (places_[at].is_defined() && node.version() == versions_[at] && places_[at] != node.location())
+        remark(kGivenTwice, node);
       if (places_[at].is_undefined() || node.version() > versions_[at]) {
         places_[at] = node.location();
         versions_[at] = node.version();
@@ -428,7 +446,7 @@ class ObjectReader {
       place->tags = std::move(tags);
       place->place = place_of(node.location());
     } else if (*kind.kind == FeatureKind::Building && kind.left_out.empty()) {
-      objects_.building_nodes.push_back(fmt::format("node/{}", node.id()));
+      remark("points tagged building, left out since they have no outline", node);
     }
   }
 

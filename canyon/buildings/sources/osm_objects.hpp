@@ -5,6 +5,7 @@
 #include <map>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "canyon/buildings/sources/osm_reader.hpp"
@@ -49,9 +50,9 @@ struct OsmObjects {
   std::map<OsmId, OsmTree> trees;
   std::map<OsmId, OsmWay> ways;
   std::map<OsmId, OsmRelation> relations;
-  std::map<std::string, std::vector<OsmId>> misspelt;  ///< ways by their keys that misspelt_key() knows
-  std::vector<std::string> building_nodes;             ///< ids of points tagged building
-  std::size_t foliage_left_out = 0;                    ///< trees, tree rows and woods, where none are wanted
+  std::map<std::string, std::vector<OsmId>> misspelt;        ///< ways by their keys that misspelt_key() knows
+  std::vector<std::pair<std::string, std::string>> remarks;  ///< what is said of an object, and its id
+  std::size_t foliage_left_out = 0;  ///< trees, tree rows and woods, where none are wanted
 };
 
 /// Reads in passes (relations, ways, nodes), so that memory goes with what is wanted, not with the files.

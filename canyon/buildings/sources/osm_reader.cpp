@@ -89,7 +89,14 @@ class FeatureMaker {
         tally_.add("left out, " + candidate.left_out, candidate.feature.id);
         continue;
       }
-      map.bounds.extend(candidate.feature.bounds());
+      const Eigen::AlignedBox2d bounds = candidate.feature.bounds();
+      constexpr double kLargest_deg = 0.2;
+      if (candidate.feature.kind == FeatureKind::Building && !bounds.isEmpty() &&
+          bounds.sizes().maxCoeff() > kLargest_deg) {
+        tally_.add("buildings of more than 20 km, left out: a corner is wrong", candidate.feature.id);
+        continue;
+      }
+      map.bounds.extend(bounds);
       map.features.push_back(std::move(candidate.feature));
     }
     for (const auto& [key, ways] : objects_.misspelt) {
@@ -99,9 +106,7 @@ class FeatureMaker {
                    way_name(way));
       }
     }
-    for (const std::string& node : objects_.building_nodes) {
-      tally_.add("points tagged building, left out since they have no outline", node);
-    }
+    for (const auto& [what, id] : objects_.remarks) tally_.add(what, id);
     map.warnings = tally_.lines();
     map.foliage_left_out = objects_.foliage_left_out;
     return map;

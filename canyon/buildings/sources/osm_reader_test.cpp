@@ -26,6 +26,7 @@ using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::IsSupersetOf;
 using ::testing::Not;
 using ::testing::StartsWith;
 
@@ -483,13 +484,36 @@ TEST_F(OsmReader, ReadsOverpassJson) {
   EXPECT_THAT(problem(folder_ / "o.json"), HasSubstr("neither CityJSON nor Overpass"));
 }
 
-TEST_F(OsmReader, RefusesPlacesBeyondThePoles) {
+TEST_F(OsmReader, OneWrongPlaceCostsOneBuilding) {
   OsmText text;
   text.node(1, 10, 89.9999).node(2, 10.001, 90.5).node(3, 10, 90.5).way(4, {1, 2, 3, 1}, kBuilding);
-  const std::string what = problem(text.write(folder_ / "map.osm"));
-  EXPECT_THAT(what, HasSubstr("map.osm: node 2 is beyond the poles or the antimeridian: latitude 90.5"));
+  text.node(11, 10, 48).node(12, 10.001, 48).node(13, 10, 48.001).way(14, {11, 12, 13, 11}, kBuilding);
+  text.node(22, 0, 0).way(24, {11, 12, 22, 11}, kBuilding);
+  const MapData map = read_osm({text.write(folder_ / "map.osm")});
+  ASSERT_EQ(map.features.size(), 1U);
+  EXPECT_EQ(map.features[0].id, "way/14");
+  EXPECT_THAT(
+      map.warnings,
+      IsSupersetOf({HasSubstr("nodes beyond the poles or the antimeridian (longitude 180 deg), left out"),
+                    HasSubstr("buildings of more than 20 km, left out: a corner is wrong: way/24")}));
   EXPECT_THAT(problem_of_text("<osm version=\"0.6\"><node id=\"1\" lat=\"north\" lon=\"1\"/></osm>"),
               HasSubstr("map.osm"));
+}
+
+TEST_F(OsmReader, SaysWhatIsGivenTwiceWithOtherContents) {
+  OsmText text;
+  text.node(11, 10, 48).node(12, 10.001, 48).node(13, 10, 48.001).way(14, {11, 12, 13, 11}, kBuilding);
+  const auto path = text.write(folder_ / "map.osm");
+  const auto other = folder_ / "other.osm";
+  OsmText moved;
+  moved.node(11, 10, 48).node(12, 10.002, 48).node(13, 10, 48.001).way(14, {11, 12, 13, 12, 11}, kBuilding);
+  moved.write(other);
+  EXPECT_THAT(read_osm({path, path}).warnings, Not(Contains(HasSubstr("given twice"))));
+  const MapData map = read_osm({path, other});
+  ASSERT_EQ(map.features.size(), 1U);
+  EXPECT_NEAR(map.features[0].bounds().max().x(), 10.001, 1e-9);
+  EXPECT_THAT(map.warnings, Contains(HasSubstr("2 given twice in one version with other contents: the first "
+                                               "counts: way/14, node/12")));
 }
 
 // Two buildings, one of which the antimeridian cuts, a multipolygon across it with a courtyard, and one

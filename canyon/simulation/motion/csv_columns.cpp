@@ -121,6 +121,8 @@ Named read_name(std::size_t index, std::string_view name) {
       named.column.minutes = named.column.minutes || is_one_of(word, {"ddmm", "nmea"});
     } else if (named.kind == Kind::Time && is_one_of(word, {"utc", "gpst", "gps"})) {
       named.clock = word == "utc" ? CsvClock::Utc : CsvClock::Gps;
+    } else if (named.kind == Kind::Time && is_one_of(word, {"unix", "posix", "epoch"})) {
+      named.clock = CsvClock::Unix;
     } else if (named.kind == Kind::Time && word == "date") {
       continue;
     } else if (named.kind == Kind::Height &&

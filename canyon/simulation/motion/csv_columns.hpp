@@ -23,7 +23,7 @@ struct CsvColumn {
 };
 
 /// Whose clock the header says that times show.
-enum class CsvClock : std::uint8_t { Unsaid, Utc, Gps };
+enum class CsvClock : std::uint8_t { Unsaid, Utc, Gps, Unix };
 
 struct CsvColumns {
   char separator = ',';

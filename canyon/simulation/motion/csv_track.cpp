@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "canyon/base/text.hpp"
+#include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/geodesy/time_text.hpp"
 #include "canyon/simulation/motion/column_points.hpp"
@@ -52,6 +53,7 @@ class CsvTimes {
     const bool has_date = !iso_date(text.substr(0, 10)).empty();
     if (columns_.date && !has_date) return dated(on_date(fields[*columns_.date], text));
     const std::optional<double> seconds = field_number(text);
+    if (seconds && columns_.clock == CsvClock::Unix) return from_unix(*seconds * columns_.time.scale, text);
     const Kind kind = seconds ? Kind::FromStart : Kind::Dates;
     if (kind_ != Kind::Unknown && kind_ != kind) {
       throw file_.error(fmt::format("the time '{}' is written in another way than above", text),
@@ -80,6 +82,16 @@ class CsvTimes {
     }
     return date + "T" + time;
   }
+  [[nodiscard]] GpsTime from_unix(double seconds, std::string_view text) {
+    constexpr double kYear2100 = 4.1e9;
+    if (!(seconds > 0 && seconds < kYear2100)) {
+      throw file_.error(fmt::format("the time '{}' in column '{}' is no Unix time of 1970 to 2100", text,
+                                    columns_.time.name),
+                        "name the column by the unit that it has: unix_time_s, unix_time_ms, _us, _ns");
+    }
+    kind_ = Kind::Dates;
+    return geodesy::gps_from_unix(std::llround(seconds * 1e9));
+  }
   [[nodiscard]] GpsTime from_start(double seconds, std::string_view text) const {
     if (columns_.clock != CsvClock::Unsaid) {
       throw file_.error(
@@ -92,8 +104,10 @@ class CsvTimes {
                         "add 'start: 2026-01-01T12:00:00Z' to the scenario, or write ISO 8601 times");
     }
     if (std::abs(seconds) > 1e7) {
-      throw file_.error(fmt::format("the time {} s is out of range", text),
-                        "times are seconds from the scenario's start (not Unix time), or ISO 8601");
+      throw file_.error(
+          fmt::format("the time {} s is out of range", text),
+          "times are seconds from the scenario's start, or ISO 8601; Unix time stands in a column "
+          "unix_time_s, unix_time_ms, unix_time_us or unix_time_ns");
     }
     return start_ + seconds;
   }
@@ -152,31 +166,47 @@ class CsvReader {
   TrajectoryFile read() {
     while (const auto line = file_.next_line()) {
       if (trim(*line).empty() || line == header_) continue;
-      if (is_skipped(*line) || trim(*line).front() == '%') {
+      if (is_skipped(*line) || trim(*line).front() == '%' || trim(*line).starts_with("//")) {
         read_comment(*line);
         continue;
       }
       if (first_ && !header_) columns_.separator = separator_of(*line);
       const Fields fields = csv_fields(*line, columns_.separator);
-      if (std::exchange(first_, false) && (is_csv_header(fields) || names_positions(fields))) {
-        columns_ = CsvColumns(file_, fields, columns_.separator);
-        header_ = *line;
+      if (is_csv_header(fields) ? first_ || names_positions(fields) : first_ && names_positions(fields)) {
+        read_header(*line, fields);
         continue;
       }
+      first_ = false;
+      if (no_header_) throw InputError(*no_header_);
       if (std::exchange(first_data_, false)) look_at(fields);
       notes_.guard([&] { read_record(fields); });
     }
+    if (no_header_) throw InputError(*no_header_);
     note_heights();
+    if (maybe_radians_) {
+      notes_.say(0, "all latitudes and longitudes are below pi",
+                 "if they are radians, name the columns latitude_rad and longitude_rad");
+    }
     return points_.take(!times_.relative(), "'time, latitude, longitude, height'");
   }
 
  private:
+  /// A header, above the data or where files were joined; or a title above it.
+  void read_header(std::string_view line, const Fields& fields) {
+    no_header_.reset();
+    try {
+      columns_ = CsvColumns(file_, fields, columns_.separator);
+      header_ = line;
+      first_ = false;
+    } catch (const InputError& e) {
+      no_header_ = e;
+    }
+  }
+
   /// A comment above the data may be the header.
   void read_comment(std::string_view line) {
     if (!first_) return;
-    line.remove_prefix(line.find_first_not_of("#% \t") == std::string_view::npos
-                           ? line.size()
-                           : line.find_first_not_of("#% \t"));
+    line.remove_prefix(std::min(line.find_first_not_of("#%/ \t"), line.size()));
     const char separator = separator_of(line);
     const Fields fields = csv_fields(line, separator);
     if (!names_positions(fields)) return;
@@ -222,6 +252,11 @@ class CsvReader {
     }
     std::array<std::string, 3> text;
     for (std::size_t k = 0; k < 3; ++k) text[k] = converted(k, fields);
+    constexpr double kHigh_m = 50e3;
+    const auto latitude = field_number(text[0]), longitude = field_number(text[1]);
+    maybe_radians_ = maybe_radians_ && !columns_.ecef && !columns_.place[0].unit && latitude && longitude &&
+                     std::abs(*latitude) < geodesy::kPi / 2 && std::abs(*longitude) < geodesy::kPi &&
+                     std::abs(field_number(text[2]).value_or(0)) < kHigh_m;
     points_.add(times_.read(fields), {text[0], text[1], text[2]}, columns_.ecef);
   }
 
@@ -287,7 +322,8 @@ class CsvReader {
   CsvTimes times_;
   ColumnPoints points_;
   std::optional<std::string> header_;
-  bool first_ = true, first_data_ = true;
+  std::optional<InputError> no_header_;  ///< why the lines above are no header
+  bool first_ = true, first_data_ = true, maybe_radians_ = true;
 };
 
 }  // namespace

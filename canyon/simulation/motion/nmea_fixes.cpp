@@ -105,39 +105,70 @@ double nmea_angle_deg(const TextFile& file, std::string_view value_text, std::st
   return side[0] == positive_negative[0] ? angle : -angle;
 }
 
-/// The fields of a GGA sentence.
+/// A sentence that has a position, and where its fields are; 0: it has no such field.
+struct Kind {
+  std::string_view name;
+  std::size_t fields, time, latitude, status, mode, satellites, altitude, separation;
+};
+/// NMEA 0183, in the order of what they say: the first kind that has a fix in a log is read.
+constexpr std::array<Kind, 4> kKinds{{{"GGA", 12, 1, 2, 0, 0, 7, 9, 11},
+                                      {"GNS", 11, 1, 2, 0, 6, 7, 9, 10},
+                                      {"RMC", 10, 1, 3, 2, 12, 0, 0, 0},
+                                      {"GLL", 7, 5, 1, 6, 7, 0, 0, 0}}};
+
+/// The sentence of a position.
 struct Gga {
   bool fix = false;
   bool altitude = false;
   bool separation = false;
   bool checked = false;
+  bool no_satellites = false;  ///< says that none is used
   long long quality = 0;
   int line = 0;
   std::int64_t time_of_day_ns = 0;
   Geodetic place;  ///< its height is altitude plus separation; a missing one counts as 0
 };
-constexpr std::size_t kGgaFields = 12;
 
-/// Precondition: at least kGgaFields fields. Without a fix only `checked`, `quality` and `line` are set.
-Gga read_gga(const TextFile& file, const Sentence& gga) {
+/// Whether RMC's or GLL's status says that there is no fix.
+bool is_void(std::string_view status, std::string_view mode) {
+  return (status != "A" && status != "D") || mode == "N";
+}
+
+/// GGA's quality; of other sentences that of their modes, each of a system: 0 for none.
+long long quality_of(const Kind& kind, const Sentence& sentence) {
+  if (kind.name == "GGA") return parse_integer(sentence.field(6)).value_or(0);
+  const std::string_view mode = sentence.field(kind.mode);
+  if (kind.status != 0 && is_void(sentence.field(kind.status), mode)) return 0;
+  if (kind.status != 0 && mode.empty()) return 1;  // before version 2.3
+  if (mode.find_first_of("ADFPR") != std::string_view::npos) return 1;
+  const std::size_t unmeasured = std::string_view("EMS").find(mode.empty() ? ' ' : mode.front());
+  return unmeasured == std::string_view::npos ? 0 : 6 + static_cast<long long>(unmeasured);
+}
+
+/// Precondition: at least Kind::fields fields. Without a fix only `checked`, `quality` and `line` are set.
+Gga read_position(const TextFile& file, const Kind& kind, const Sentence& sentence) {
   Gga result;
-  result.checked = gga.checked;
+  result.checked = sentence.checked;
   result.line = file.line();
-  result.quality = parse_integer(gga.field(6)).value_or(0);
-  result.fix = result.quality != 0 && !gga.field(2).empty() && !gga.field(1).empty();
+  result.quality = quality_of(kind, sentence);
+  const auto field = [&](std::size_t i) { return i == 0 ? std::string_view() : sentence.field(i); };
+  const std::string_view time = field(kind.time), latitude = field(kind.latitude);
+  result.fix = result.quality != 0 && !latitude.empty() && !time.empty();
   if (!result.fix) return result;
-  result.altitude = !is_missing(gga.field(9));
-  result.separation = !is_missing(gga.field(11));
+  result.no_satellites = parse_integer(field(kind.satellites)) == 0;
+  result.altitude = !is_missing(field(kind.altitude));
+  result.separation = !is_missing(field(kind.separation));
   for (const std::size_t unit : {std::size_t{10}, std::size_t{12}}) {
-    if (gga.field(unit).empty() || lower_case(gga.field(unit)) == "m") continue;
-    throw file.error(fmt::format("the unit '{}' of a height is not M", gga.field(unit)), "GGA has metres");
+    if (kind.name != "GGA" || field(unit).empty() || lower_case(field(unit)) == "m") continue;
+    throw file.error(fmt::format("the unit '{}' of a height is not M", field(unit)), "GGA has metres");
   }
-  double height_m = result.altitude ? nmea_number(file, gga.field(9), "altitude") : 0;
-  if (result.separation) height_m += nmea_number(file, gga.field(11), "geoid separation");
-  const double latitude_deg = nmea_angle_deg(file, gga.field(2), gga.field(3), "NS", 90, "latitude");
-  const double longitude_deg = nmea_angle_deg(file, gga.field(4), gga.field(5), "EW", 180, "longitude");
+  double height_m = result.altitude ? nmea_number(file, field(kind.altitude), "altitude") : 0;
+  if (result.separation) height_m += nmea_number(file, field(kind.separation), "geoid separation");
+  const double latitude_deg = nmea_angle_deg(file, latitude, field(kind.latitude + 1), "NS", 90, "latitude");
+  const double longitude_deg =
+      nmea_angle_deg(file, field(kind.latitude + 2), field(kind.latitude + 3), "EW", 180, "longitude");
   result.place = Geodetic::from_degrees(latitude_deg, longitude_deg, height_m);
-  result.time_of_day_ns = nmea_time_of_day(file, gga.field(1));
+  result.time_of_day_ns = nmea_time_of_day(file, time);
   return result;
 }
 
@@ -171,9 +202,8 @@ std::optional<Dated> read_date(const TextFile& file, const Sentence& sentence) {
   dated.zda = sentence.is("ZDA");
   dated.checked = sentence.checked;
   if (sentence.is("RMC")) {
-    const bool valid = sentence.field(2) == "A" || sentence.field(2) == "D";
     const std::string_view date = sentence.field(9);
-    if (!valid || sentence.field(12) == "N" || date.size() != 6) return std::nullopt;
+    if (is_void(sentence.field(2), sentence.field(12)) || date.size() != 6) return std::nullopt;
     text = {date.substr(0, 2), date.substr(2, 2), date.substr(4, 2)};
   } else if (dated.zda && !sentence.field(4).empty()) {
     text = {sentence.field(2), sentence.field(3), sentence.field(4)};
@@ -199,52 +229,110 @@ std::optional<Dated> read_date(const TextFile& file, const Sentence& sentence) {
   return dated;
 }
 
+/// An RMC or GLL sentence that says that there is no fix.
+struct Void {
+  std::size_t before = 0;  ///< the position that it stands before
+  std::string time;
+  bool checked = false;
+};
+
 /// The sentences of a log that have a use.
 struct NmeaLog {
+  const Kind* kind = nullptr;  ///< of the positions
   std::vector<Gga> ggas;
   std::vector<Dated> dates;
+  std::vector<Void> voids;
   RecordNotes notes;  ///< bad: sentences that are whole and make no sense
+
+  void leave_out(Gga& gga, std::string_view why) {
+    gga.fix = false;
+    notes.skip(gga.line, why);
+  }
+  /// "GGA sentence without a fix".
+  [[nodiscard]] std::string sentence(std::string_view what) const {
+    return fmt::format("{} sentence {}", kind->name, what);
+  }
+  [[nodiscard]] bool has_fix() const {
+    return std::any_of(ggas.begin(), ggas.end(), [](const Gga& gga) { return gga.fix; });
+  }
 };
 constexpr std::string_view kDamaged = "damaged sentence (cut short, or with a wrong checksum)";
-constexpr std::string_view kWithoutFix = "GGA sentence without a fix";
+constexpr std::string_view kWithoutFix = "without a fix";
 
-NmeaLog read_log(TextFile& file) {
-  NmeaLog log;
-  log.notes = RecordNotes(file.path());
-  bool any_checked = false;
-  const auto take = [&](const Sentence& sentence) {
-    const bool gga = sentence.is("GGA");
-    if (!gga && !sentence.is("RMC") && !sentence.is("ZDA")) return;
-    any_checked = any_checked || sentence.checked;
-    if (gga && sentence.fields.size() < kGgaFields) {
-      log.notes.skip(file.line(), kDamaged);
-      return;
+void take_sentence(const TextFile& file, const Sentence& sentence, NmeaLog& log) {
+  const bool position = sentence.is(log.kind->name);
+  if (position && sentence.fields.size() < log.kind->fields) return log.notes.skip(file.line(), kDamaged);
+  log.notes.guard([&] {
+    if (position) {
+      log.ggas.push_back(read_position(file, *log.kind, sentence));
+      if (!log.ggas.back().fix) log.notes.skip(file.line(), log.sentence(kWithoutFix));
     }
+    if (auto dated = read_date(file, sentence)) {
+      dated->before = log.ggas.size();
+      log.dates.push_back(*dated);
+    }
+  });
+  for (const Kind& kind : kKinds) {
+    if (position || kind.status == 0 || !sentence.is(kind.name) || sentence.field(kind.time).empty())
+      continue;
+    if (is_void(sentence.field(kind.status), sentence.field(kind.mode)))
+      log.voids.push_back({log.ggas.size(), std::string(sentence.field(kind.time)), sentence.checked});
+  }
+}
+
+/// Leaves out positions beside a sentence that says that there is no fix at their time. What no receiver
+/// measured is not one for these sentences, and stays.
+void leave_out_voids(const TextFile& file, NmeaLog& log) {
+  for (const Void& none : log.voids) {
     log.notes.guard([&] {
-      if (gga) {
-        log.ggas.push_back(read_gga(file, sentence));
-        if (!log.ggas.back().fix) log.notes.skip(file.line(), kWithoutFix);
-      } else if (auto dated = read_date(file, sentence)) {
-        dated->before = log.ggas.size();
-        log.dates.push_back(*dated);
+      const std::int64_t time = nmea_time_of_day(file, none.time);
+      for (std::size_t k = none.before - std::min<std::size_t>(none.before, 1);
+           k < std::min(none.before + 1, log.ggas.size()); ++k) {
+        Gga& gga = log.ggas[k];
+        if (gga.fix && gga.quality < 6 && gga.time_of_day_ns == time)
+          log.leave_out(gga, log.sentence("of an instant that RMC or GLL calls void"));
       }
     });
+  }
+}
+
+NmeaLog read_log(const std::filesystem::path& path, const Kind& positions) {
+  TextFile file(path);
+  NmeaLog log;
+  log.kind = &positions;
+  log.notes = RecordNotes(path);
+  bool any_checked = false;
+  const auto take = [&](const Sentence& sentence) {
+    const bool used = sentence.is("ZDA") || std::any_of(kKinds.begin(), kKinds.end(), [&](const Kind& kind) {
+                        return sentence.is(kind.name);
+                      });
+    if (!used) return;
+    any_checked = any_checked || sentence.checked;
+    take_sentence(file, sentence, log);
   };
   while (const auto line = file.next_line()) {
     for (std::size_t damaged = each_sentence(*line, take); damaged > 0; --damaged)
       log.notes.skip(file.line(), kDamaged);
   }
-  if (!any_checked) return log;
-  // Where sentences have checksums, one without is cut short: its last number may be.
-  for (Gga& gga : log.ggas) {
-    if (gga.checked || !gga.fix) continue;
-    gga.fix = false;
-    log.notes.skip(gga.line, kDamaged);
+  if (any_checked) {
+    // Where sentences have checksums, one without is cut short: its last number may be.
+    for (Gga& gga : log.ggas)
+      if (!gga.checked && gga.fix) log.leave_out(gga, kDamaged);
+    std::erase_if(log.dates, [](const Dated& d) { return !d.checked; });
+    std::erase_if(log.voids, [](const Void& v) { return !v.checked; });
   }
-  log.dates.erase(
-      std::remove_if(log.dates.begin(), log.dates.end(), [](const Dated& d) { return !d.checked; }),
-      log.dates.end());
+  leave_out_voids(file, log);
   return log;
+}
+
+/// Of the first kind of sentence that has a fix; of GGA where none has.
+NmeaLog read_log(const std::filesystem::path& path) {
+  NmeaLog first = read_log(path, kKinds.front());
+  for (std::size_t k = 1; k < kKinds.size() && !first.has_fix(); ++k) {
+    NmeaLog log = read_log(path, kKinds[k]);
+    if (log.has_fix()) return log;
+  }
+  return first;
 }
 
 std::int64_t floor_days(std::int64_t ns) {
@@ -327,23 +415,24 @@ std::string_view unmeasured(long long quality) {
   return quality == 6 ? "estimated" : quality == 7 ? "entered by hand" : quality == 8 ? "simulated" : "";
 }
 
-InputError nothing_usable(const TextFile& file, const NmeaLog& log, std::size_t without_altitude) {
+InputError nothing_usable(const NmeaLog& log, std::size_t without_altitude) {
   if (log.notes.first_bad()) return *log.notes.first_bad();
   if (without_altitude > 0) {
-    return {file.path(), 0, fmt::format("none of its {} fixes has an altitude", without_altitude),
+    return {log.notes.path(), 0, fmt::format("none of its {} fixes has an altitude", without_altitude),
             "trajectory.height_above_terrain_m does without"};
   }
-  return {file.path(), 0,
-          fmt::format("no usable GGA sentence ({} without fix, {} damaged or with a wrong checksum)",
-                      log.notes.count(kWithoutFix), log.notes.count(kDamaged)),
-          "expected lines like $GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47"};
+  return {
+      log.notes.path(), 0,
+      fmt::format("no usable GGA sentence ({} without fix, {} damaged or with a wrong checksum), and no GNS, "
+                  "RMC or GLL sentence with a fix",
+                  log.notes.count(log.sentence(kWithoutFix)), log.notes.count(kDamaged)),
+      "expected lines like $GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47"};
 }
 
 }  // namespace
 
 NmeaFixes read_nmea_fixes(const std::filesystem::path& path, GpsTime start, const HeightReading& heights) {
-  TextFile file(path);
-  NmeaLog log = read_log(file);
+  NmeaLog log = read_log(path);
   const std::vector<std::int64_t> since_ns = unwrapped(log.ggas);
   const GpsTime first_midnight = trusted_dates(log, since_ns).value_or(midnight_of(start));
   NmeaFixes result;
@@ -360,12 +449,14 @@ NmeaFixes read_nmea_fixes(const std::filesystem::path& path, GpsTime start, cons
     }
     if (const auto how = unmeasured(gga.quality); !how.empty())
       log.notes.skip(gga.line,
-                     fmt::format("GGA sentence whose position is {} (quality {})", how, gga.quality),
+                     log.sentence(fmt::format("whose position is {} (quality {})", how, gga.quality)),
                      "it is taken");
+    else if (gga.no_satellites)
+      log.notes.skip(gga.line, log.sentence("with a fix of 0 satellites"), "it is taken");
     if (!gga.altitude) {
       ++without_altitude;
       log.notes.skip(
-          gga.line, "GGA sentence without an altitude",
+          gga.line, log.sentence("without an altitude"),
           heights.needed ? "left out; height_above_terrain_m does without" : "its position is taken");
       if (heights.needed) continue;
     }
@@ -373,7 +464,7 @@ NmeaFixes read_nmea_fixes(const std::filesystem::path& path, GpsTime start, cons
     if (!gga.altitude) {
       place.height_m = last_height_m;
     } else if (!gga.separation) {
-      log.notes.skip(gga.line, "GGA sentence without a geoid separation",
+      log.notes.skip(gga.line, log.sentence("without a geoid separation"),
                      heights.geoid_undulation_m != 0 ? "the city's geoid undulation is taken"
                                                      : "its altitude is taken as ellipsoidal height");
       place.height_m += heights.geoid_undulation_m;
@@ -385,7 +476,7 @@ NmeaFixes read_nmea_fixes(const std::filesystem::path& path, GpsTime start, cons
     result.fixes.push_back(
         {midnight_of(noon) + std::chrono::nanoseconds(gga.time_of_day_ns), place, gga.line});
   }
-  if (result.fixes.empty()) throw nothing_usable(file, log, without_altitude);
+  if (result.fixes.empty()) throw nothing_usable(log, without_altitude);
   log.notes.require_most(result.fixes.size());
   keep_rising(result.fixes, log.notes);
   result.notes = std::move(log.notes);
@@ -396,9 +487,10 @@ std::optional<Geodetic> position_of_gga(std::string_view line) {
   std::optional<Geodetic> place;
   const TextFile text = TextFile::from_string(std::string(line), "GGA");
   (void)each_sentence(line, [&](const Sentence& sentence) {
-    if (place || !sentence.is("GGA") || sentence.fields.size() < kGgaFields) return;
+    const Kind& gga_kind = kKinds.front();
+    if (place || !sentence.is(gga_kind.name) || sentence.fields.size() < gga_kind.fields) return;
     try {
-      const Gga gga = read_gga(text, sentence);
+      const Gga gga = read_position(text, gga_kind, sentence);
       if (gga.fix && gga.altitude) place = gga.place;
     } catch (const InputError&) {
       return;

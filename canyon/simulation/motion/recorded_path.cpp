@@ -150,6 +150,23 @@ void leave_out_jumps(RecordedPoints& points, RecordNotes& notes) {
   leave_out(points, marked, "point reached or left at more than 1000 m/s, unlike those around it", notes);
 }
 
+/// The greatest step that no vehicle of this path makes: a wrong place for long, heights of a first fix.
+void note_leaps(const RecordedPoints& points, RecordNotes& notes) {
+  constexpr double kLeap_mps = 100, kUnlike = 10;
+  std::vector<double> speeds;
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    speeds.push_back(distance_m(points[i].place, points[i - 1].place) /
+                     (points[i].time - points[i - 1].time));
+  }
+  if (speeds.empty()) return;
+  const auto fastest = std::max_element(speeds.begin(), speeds.end());
+  const auto i = static_cast<std::size_t>(fastest - speeds.begin()) + 1;
+  if (*fastest <= kLeap_mps || *fastest <= kUnlike * *median(speeds)) return;
+  notes.say(points[i].line, fmt::format("the path leaps {:.0f} m in {:g} s to here: is a part of it wrong?",
+                                        distance_m(points[i].place, points[i - 1].place),
+                                        points[i].time - points[i - 1].time));
+}
+
 void note_pauses(const Trajectory& trajectory, RecordNotes& notes) {
   const auto pauses = trajectory.pauses();
   if (pauses.empty()) return;
@@ -230,6 +247,7 @@ void leave_out_strays(RecordedPoints& points, RecordNotes& notes) {
 TrajectoryFile recorded_trajectory(RecordedPoints points, bool has_own_dates, RecordNotes notes) {
   keep_rising(points, notes);
   leave_out_strays(points, notes);
+  note_leaps(points, notes);
   const auto highest = std::max_element(points.begin(), points.end(), [](const auto& a, const auto& b) {
     return a.place.height_m < b.place.height_m;
   });

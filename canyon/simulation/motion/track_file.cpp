@@ -23,9 +23,9 @@ using geodesy::Geodetic;
 using geodesy::GpsTime;
 
 /// The tags of an XML text one after the other, each with the text behind it. Names are without their prefix
-/// ("gx:coord" is "coord"), "/name" where an element ends. What stands in comments, declarations and CDATA is
-/// passed over. (Ends of elements with a prefix are "/".) Nothing is nested here, so no depth of a file can
-/// do harm.
+/// ("gx:coord" is "coord"), "/name" where an element ends. What stands in comments and declarations is passed
+/// over; CDATA is text. (Ends of elements with a prefix are "/".) Nothing is nested here, so no depth of a
+/// file can do harm.
 class Tags {
  public:
   explicit Tags(const TextFile& file) : file_(file), text_(file.text()) {}
@@ -49,8 +49,13 @@ class Tags {
         name = name.front() == '/' ? std::string_view("/") : name.substr(colon + 1);
       }
       at_ = close + 1;
-      const std::size_t behind = text_.find('<', at_);
-      content = trim(text_.substr(at_, (behind == std::string_view::npos ? text_.size() : behind) - at_));
+      content = text_until("<");
+      constexpr std::string_view kCdata = "<![CDATA[";
+      if (content.empty() &&
+          text_.compare(at_ = std::min(text_.find('<', at_), text_.size()), kCdata.size(), kCdata) == 0) {
+        at_ += kCdata.size();
+        content = text_until("]]>");
+      }
       return true;
     }
   }
@@ -78,6 +83,9 @@ class Tags {
   [[nodiscard]] int line() const { return line_; }
 
  private:
+  [[nodiscard]] std::string_view text_until(std::string_view end) const {
+    return trim(text_.substr(at_, std::min(text_.find(end, at_), text_.size()) - at_));
+  }
   bool skip(std::size_t open, std::string_view begin, std::string_view end) {
     if (text_.compare(open, begin.size(), begin) != 0) return false;
     const std::size_t close = text_.find(end, open + begin.size());
@@ -166,8 +174,11 @@ void read_gpx_value(const Tags& tags, TrackPoint& point) {
 }
 
 void read_gpx(Tags& tags, std::string_view point, TrackPoints& track) {
-  bool inside = false;
+  bool inside = false, extension = false;
   while (tags.next()) {
+    // What a program adds to a point may have names of GPX's own.
+    if (tags.name == "extensions") extension = !trim(tags.attributes).ends_with('/');
+    if (tags.name == "/extensions" || tags.name == point) extension = false;
     if (tags.name == "trkseg" || tags.name == "rte") ++track.segments;
     const bool end =
         tags.name.size() == point.size() + 1 && tags.name.front() == '/' && tags.name.substr(1) == point;
@@ -178,7 +189,7 @@ void read_gpx(Tags& tags, std::string_view point, TrackPoints& track) {
     } else if (end) {
       if (!inside) track.notes.bad(tags.error(fmt::format("a {} ends that did not begin", point)));
       inside = false;
-    } else if (inside) {
+    } else if (inside && !extension) {
       TrackPoint& last = track.points.back();
       track.guard(last, [&] { read_gpx_value(tags, last); });
     }
@@ -254,11 +265,35 @@ class KmlTrack {
 
 void read_kml_tracks(Tags& tags, TrackPoints& track) {
   KmlTrack one(track);
+  bool inside = false;
   while (tags.next()) {
-    if (tags.name == "Track") one.end(tags);
-    one.read(tags);
+    // Points of placemarks have a "when", too.
+    if (tags.name == "Placemark") inside = false;
+    if (tags.name == "Track") {
+      one.end(tags);
+      inside = true;
+    }
+    if (inside) one.read(tags);
   }
   one.end(tags);
+}
+
+/// Placemarks of points with times.
+void read_kml_points(Tags& tags, TrackPoints& track) {
+  std::optional<GpsTime> time;
+  std::string_view mode, inside;
+  while (tags.next()) {
+    if (tags.name == "Placemark") time.reset();
+    if (tags.name == "Point" || tags.name == "TimeStamp") inside = tags.name;
+    if (tags.name == "Point") mode = {};
+    read_altitude_mode(tags, mode);
+    if (tags.name == "when" && inside == "TimeStamp") track.notes.guard([&] { time = instant(tags); });
+    if (tags.name != "coordinates" || inside != "Point" || !time) continue;
+    TrackPoint& point = track.add(tags);
+    point.time = time;
+    point.altitude_mode = mode;
+    track.guard(point, [&] { read_kml_place(tags, tags.content, ',', point); });
+  }
 }
 
 void read_kml_line(Tags& tags, TrackPoints& track) {
@@ -309,6 +344,26 @@ bool keep_timed(const std::filesystem::path& path, std::vector<TrackPoint>& poin
     return begin.at(a.segment) < begin.at(b.segment);
   });
   return true;
+}
+
+/// Segments without times are one path: says how far apart they are.
+void note_joints(const std::vector<TrackPoint>& points, RecordNotes& notes) {
+  std::size_t joints = 0, longest = 0;
+  double longest_m = 0;
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    if (points[i].segment == points[i - 1].segment) continue;
+    ++joints;
+    const double gap_m =
+        (geodesy::ecef_from_geodetic(points[i].place) - geodesy::ecef_from_geodetic(points[i - 1].place))
+            .norm();
+    if (gap_m > longest_m) longest = i;
+    longest_m = std::max(longest_m, gap_m);
+  }
+  if (joints == 0) return;
+  notes.say(points[longest].line,
+            fmt::format("the path has {} segments without times: they are joined straight, "
+                        "over at most {:.0f} m",
+                        joints + 1, longest_m));
 }
 
 void leave_out_zeros(std::vector<TrackPoint>& points, RecordNotes& notes) {
@@ -387,11 +442,13 @@ TrackFile read_track_file(const std::filesystem::path& path, const std::string& 
     read([&](Tags& tags) { read_gpx(tags, "rtept", track); });
   } else {
     read([&](Tags& tags) { read_kml_tracks(tags, track); });
+    read([&](Tags& tags) { read_kml_points(tags, track); });
     read([&](Tags& tags) { read_kml_line(tags, track); });
   }
   if (track.points.empty()) {
     throw InputError(path, 0,
-                     format == "gpx" ? "no track point and no route point" : "no gx:Track and no LineString",
+                     format == "gpx" ? "no track point and no route point"
+                                     : "no gx:Track, no points with times and no LineString",
                      fmt::format("is it a {} file with a path?", format == "gpx" ? "GPX" : "KML"));
   }
   std::erase_if(track.points, [](const TrackPoint& p) { return p.bad; });
@@ -400,7 +457,10 @@ TrackFile read_track_file(const std::filesystem::path& path, const std::string& 
       track.points, [](const TrackPoint& p) { return p.no_fix; }, "point without a fix", track.notes);
   if (track.points.empty()) throw InputError(path, 0, "none of its points has a fix");
   const bool timed = keep_timed(path, track.points, track.notes);
-  if (!timed) leave_out_zeros(track.points, track.notes);
+  if (!timed) {
+    leave_out_zeros(track.points, track.notes);
+    note_joints(track.points, track.notes);
+  }
   set_heights(track, heights);
   TrackFile result;
   for (const TrackPoint& point : track.points) {

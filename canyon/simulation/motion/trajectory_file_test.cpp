@@ -1,11 +1,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <tuple>
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/motion/nmea_fixes.hpp"
+#include "canyon/simulation/motion/track_file.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "tests/support/case_file.hpp"
 #include "tests/support/shared_data.hpp"
@@ -19,6 +23,7 @@ using geodesy::GpsTime;
 using geodesy::parse_time;
 using test::error_of;
 using test::TemporaryFolder;
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -98,7 +103,7 @@ TEST(TrajectoryCsv, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(fault("yesterday,22.3,114.17,1\n", "csv"), HasSubstr("ISO 8601"));
   EXPECT_THAT(fault("0,22.3,114.17,1\n", "csv", GpsTime{}), HasSubstr("no start"));
   EXPECT_THAT(fault("1556456283,22.3,114.17,1\n", "csv"), HasSubstr("Unix time"));
-  EXPECT_THAT(fault("", "csv"), HasSubstr("no position"));
+  EXPECT_THAT(fault("\n", "csv"), HasSubstr("no position"));
   EXPECT_THAT(fault("time,latitude,longitude,height\n", "csv"), HasSubstr("no position"));
   EXPECT_THAT(fault("time,latitude,height\n1,2,3\n", "csv"), HasSubstr("no column 'longitude'"));
   EXPECT_THAT(fault("0,22.3,114.17,1\n", "igc"), HasSubstr("'igc' is unknown"));
@@ -482,6 +487,115 @@ TEST(TrajectoryCsv, ColumnsOfFixesAreHeard) {
         << name;
   }
   EXPECT_THAT(fault("t,lat,lon,h,fix\n0,48,11,5,none\n", "csv"), HasSubstr("none of 1 lines has a fix"));
+}
+
+// A straight way north, one point a second: what each kind of file says of it.
+constexpr int kStraight = 10;
+std::string straight_line(int i, const char* pattern) {
+  return fmt::format(fmt::runtime(pattern), fmt::arg("i", i), fmt::arg("lat", 48 + 1e-4 * i),
+                     fmt::arg("min", 0.006 * i));
+}
+std::string straight(const char* pattern) {
+  std::string text;
+  for (int i = 0; i < kStraight; ++i) text += straight_line(i, pattern);
+  return text;
+}
+void expect_straight(const TrajectoryFile& file, double height_m, int first = 0) {
+  const Trajectory& path = file.trajectory;
+  EXPECT_NEAR(path.end() - path.begin(), kStraight - 1 - first, 1e-6);
+  for (int i = first; i < kStraight; ++i) {
+    const geodesy::Geodetic place = path.at(path.begin() + (i - first)).position;
+    EXPECT_NEAR(degrees(place.latitude_rad), 48 + 1e-4 * i, 1e-7);
+    EXPECT_NEAR(degrees(place.longitude_rad), 11, 1e-7);
+    EXPECT_NEAR(place.height_m, height_m, 1e-6);
+  }
+}
+
+TEST(TrajectoryNmea, OtherSentencesHavePlacesWhereNoGgaHas) {
+  const std::string rmc = "$GPRMC,10001{i},A,48{min:07.4f},N,01100.0000,E,22.4,0.0,010524,,,A\n";
+  expect_straight(
+      read(straight(("$GNGNS,10001{i},48{min:07.4f},N,01100.0000,E,AN,08,0.9,500.0,47.0,,\n" + rmc).c_str()),
+           "nmea"),
+      547);
+  const TemporaryFolder folder;
+  HeightReading flat;
+  flat.needed = false;
+  const TrajectoryFile file =
+      read_trajectory_file(folder.write("a.nmea", straight(rmc.c_str())), "nmea", {}, flat);
+  EXPECT_EQ(file.trajectory.begin(), parse_time("2024-05-01T10:00:10Z"));
+  expect_straight(file, 0);
+  expect_straight(read_trajectory_file(
+                      folder.write("b.nmea", straight("$GPGLL,48{min:07.4f},N,01100.0000,E,10001{i},A,A\n")),
+                      "nmea", kStart, flat),
+                  0);
+  EXPECT_THAT(fault(straight(rmc.c_str()), "nmea"), HasSubstr("none of its 10 fixes has an altitude"));
+  EXPECT_THAT(fault("$GPGSV,1,1,01,02,10,100,40\n", "nmea"),
+              HasSubstr("no GNS, RMC or GLL sentence with a fix"));
+}
+
+TEST(TrajectoryNmea, AVoidSentenceOfTheSameTimeIsHeard) {
+  std::string text;
+  for (int i = 0; i < kStraight; ++i) {
+    text += straight_line(i, "$GPGGA,10001{i},48{min:07.4f},N,01100.0000,E,1,00,0.9,500.0,M,47.0,M,,\n");
+    text += straight_line(i, i < 3 ? "$GPRMC,10001{i},V,48{min:07.4f},N,01100.0000,E,,,010524,,,N\n"
+                                   : "$GPRMC,10001{i},A,48{min:07.4f},N,01100.0000,E,,,010524,,,A\n");
+  }
+  const TrajectoryFile file = read(text, "nmea");
+  expect_straight(file, 547, 3);
+  EXPECT_THAT(file.warnings,
+              ElementsAre(HasSubstr("of an instant that RMC or GLL calls void (the first of 3)"),
+                          HasSubstr("with a fix of 0 satellites (the first of 7); it is taken")));
+}
+
+TEST(TrajectoryCsv, HeadersStandAnywhere) {
+  const std::string line = "2024-05-01T10:00:1{i}Z,{lat:.7f},11,500\n";
+  const std::string header = "time,latitude,longitude,height\n";
+  expect_straight(read("My flight log\n\n" + header + straight(line.c_str()), "csv"), 500);
+  expect_straight(read("// a comment\n" + header + straight(line.c_str()), "csv"), 500);
+  std::string joined = header, returns = header + straight(line.c_str());
+  for (int i = 0; i < kStraight; ++i) {
+    if (i == 4) joined += "time,longitude,latitude,height\n";
+    joined += straight_line(i, i < 4 ? line.c_str() : "2024-05-01T10:00:1{i}Z,11,{lat:.7f},500\n");
+  }
+  expect_straight(read(joined, "csv"), 500);
+  std::replace(returns.begin(), returns.end(), '\n', '\r');
+  expect_straight(read(returns, "csv"), 500);
+}
+
+TEST(TrajectoryCsv, UnixTimesAndRadiansByTheirNames) {
+  const TrajectoryFile file = read(
+      "unix_time_ms,latitude,longitude,height\n" + straight("171455761{i}000,{lat:.7f},11,500\n"), "csv", {});
+  EXPECT_EQ(file.trajectory.begin(), parse_time("2024-05-01T10:00:10Z"));
+  expect_straight(file, 500);
+  EXPECT_THAT(fault("unix_time_s,latitude,longitude,height\n1714557610000,48,11,500\n", "csv"),
+              HasSubstr("is no Unix time of 1970 to 2100"));
+  EXPECT_THAT(read("0,0.837,0.192,500\n1,0.837,0.192,500\n", "csv").warnings,
+              ElementsAre(HasSubstr("if they are radians, name the columns latitude_rad")));
+}
+
+TEST(TrajectoryFile, LeapsAreSaid) {
+  std::string text = straight("1{i},{lat:.7f},11,500\n");
+  for (int i = 0; i < 4; ++i) text = fmt::format("{},48,11,0\n", 9 - i) + text;
+  EXPECT_THAT(read(text, "csv").warnings, ElementsAre(HasSubstr("the path leaps 500 m in 1 s to here")));
+}
+
+TEST(TrajectoryTracks, ExtensionsPointsAndParts) {
+  const auto gpx = [](const std::string& points) {
+    return "<gpx><trk><trkseg>" + points + "</trkseg></trk></gpx>";
+  };
+  const std::string point =
+      "<trkpt lat='{lat:.7f}' lon='11'><ele>500</ele><time><![CDATA[2024-05-01T10:00:1{i}Z]]></time>"
+      "<extensions><ele>9</ele><time>2001-01-01T00:00:00Z</time></extensions></trkpt>";
+  expect_straight(read(gpx(straight(point.c_str())), "gpx"), 500);
+  const std::string placemark =
+      "<Placemark><TimeStamp><when>2024-05-01T10:00:1{i}Z</when></TimeStamp>"
+      "<Point><coordinates>11,{lat:.7f},500</coordinates></Point></Placemark>";
+  expect_straight(read("<kml><Document>" + straight(placemark.c_str()) + "</Document></kml>", "kml"), 500);
+  const TemporaryFolder folder;
+  const auto path =
+      folder.write("a.gpx", gpx("<trkpt lat='48' lon='11'/></trkseg><trkseg><trkpt lat='48.01' lon='11'/>"));
+  EXPECT_THAT(read_track_file(path, "gpx", {}).notes.lines(),
+              Contains(HasSubstr("2 segments without times: they are joined straight, over at most 1112 m")));
 }
 
 TEST(TrajectoryFile, DamagedFilesAreReadOrRefused) {
