@@ -6,8 +6,12 @@ namespace canyon {
 namespace {
 
 /// Gives text from `from` on that has carriage returns alone, as old spreadsheets write them, line ends.
+/// Bytes with other control characters are not text and stay.
 void end_lines(std::string& text, std::size_t from) {
-  if (text.find('\n', from) != std::string::npos) return;
+  const auto is_no_text = [](char c) {
+    return static_cast<unsigned char>(c) < ' ' && c != '\r' && c != '\t' && c != '\f';
+  };
+  if (std::any_of(text.begin() + static_cast<std::ptrdiff_t>(from), text.end(), is_no_text)) return;
   std::replace(text.begin() + static_cast<std::ptrdiff_t>(from), text.end(), '\r', '\n');
 }
 

@@ -79,6 +79,10 @@ TEST(TextFile, CarriageReturnsAloneEndLines) {
     EXPECT_EQ(file->line(), 4);
     EXPECT_FALSE(file->next_line());
   }
+  // Bytes that are no text, as a study keeps them, stay.
+  const std::string bytes("one\rtwo\0", 8);
+  write(temporary.path() / "a.bin", bytes);
+  EXPECT_EQ(TextFile(temporary.path() / "a.bin").text(), bytes);
 }
 
 TEST(TextFile, ReadsPlainAndGzipWhateverTheName) {

@@ -63,7 +63,8 @@ namespace {
 
 /// Leaves out single pseudoranges, and single carrier phases, that contradict their neighbours by kilometres:
 /// code minus phase leaves the way between the epochs before and behind, which agree. Reflections do not move
-/// a code so far from its phase, and a slip of the phase stays.
+/// a code so far from its phase. A slip of the phase stays, and a phase whose receiver says that it begins
+/// anew.
 class Contradictions {
  public:
   explicit Contradictions(RinexObservations& recorded) : recorded_(recorded) {}
@@ -116,6 +117,7 @@ class Contradictions {
       return false;
     const bool code = std::abs(off_m([](const Seen& seen) { return seen.range_m(); })) >
                       std::abs(off_m([](const Seen& seen) { return seen.phase_m; }));
+    if (!code && ((here.signal->loss_of_lock | behind.signal->loss_of_lock) & 1) != 0) return false;
     recorded_.report.notes.bad(here.epoch->line,
                                fmt::format("the {} of '{} {}' at {} contradicts those around it by {:.1f} km",
                                            code ? "pseudorange" : "carrier phase", to_string(here.signal->id),

@@ -81,7 +81,8 @@ TEST(TrackFile, RefusesWhatIsNone) {
                       "<trkpt lat=\"9\" lon=\"0\"></trkpt>",
                       "gpx"),
               HasSubstr("1 of 2 points have no time"));
-  EXPECT_THAT(refused("<gx:coord>1 2</gx:coord>", "kml"), HasSubstr("0 times for 1 places"));
+  EXPECT_THAT(refused("<gx:Track><gx:coord>1 2</gx:coord></gx:Track>", "kml"),
+              HasSubstr("0 times for 1 places"));
   const auto line = folder.write("b.kml", kKmlLine);
   EXPECT_THAT(error_of([&] { (void)read_trajectory(line, "kml", {}); }).what(), HasSubstr("no times"));
 }
