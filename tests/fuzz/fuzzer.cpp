@@ -6,6 +6,9 @@
 #include <fstream>
 
 #include "tests/fuzz/targets.hpp"
+#include "tests/support/source_dir.hpp"
+
+const char* const canyon_source_dir = CANYON_SOURCE_DIR;
 
 namespace {
 
