@@ -12,8 +12,6 @@
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/options/node.hpp"
-#include "canyon/simulation/city_scene.hpp"
-#include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/profile.hpp"
 #include "canyon/unknowns/unknowns.hpp"
 #include "canyon/validation/figures.hpp"
@@ -87,7 +85,8 @@ class CalibrationDrive : public RecordedDrive {
  public:
   using RecordedDrive::RecordedDrive;
 
-  [[nodiscard]] calibration::Drive drive(bool whole) const {
+  /// It must outlive what is returned.
+  [[nodiscard]] calibration::Drive drive(bool whole) {
     calibration::Drive d;
     d.name = recorded_.name;
     d.environment = environment_.get();
@@ -154,12 +153,10 @@ class CalibrationDrive : public RecordedDrive {
   [[nodiscard]] const std::atomic<bool>& stop() const { return stop_; }
 
  private:
-  [[nodiscard]] std::unique_ptr<simulation::Environment> city_with(double coated_glass) const {
-    simulation::CityConfig config = scenario_.city;
-    config.facades.shares = unknowns::facades_with(coated_glass);
-    auto scene = std::make_shared<simulation::CityScene>(simulation::load_city(config, scenario_.seed));
-    return std::make_unique<simulation::Environment>(
-        simulation::make_environment(std::move(scene), sky_, scenario_.sky, scenario_.seed));
+  [[nodiscard]] std::unique_ptr<simulation::Environment> city_with(double coated_glass) {
+    simulation::Scenario scenario = scenario_;
+    scenario.city.facades.shares = unknowns::facades_with(coated_glass);
+    return drawn_environment(std::move(scenario));
   }
 };
 

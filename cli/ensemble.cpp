@@ -12,8 +12,6 @@
 
 #include "canyon/base/output_file.hpp"
 #include "canyon/calibration/calibrate.hpp"
-#include "canyon/simulation/city_scene.hpp"
-#include "canyon/simulation/load_city.hpp"
 #include "canyon/unknowns/unknowns.hpp"
 #include "canyon/validation/ensemble.hpp"
 #include "cli/commands.hpp"
@@ -40,7 +38,6 @@ class EnsembleDrive : public RecordedDrive {
 
   void start(const Known& known) {
     load();
-    source_ = simulation::load_city_source(scenario_.city);
     recording_ = calibration::part_of(recording_, part_.first, part_.count);
     place_map(known);
     row_.name = prefix_.empty() ? scenario_.file.stem().string() : recorded_.name;
@@ -55,14 +52,10 @@ class EnsembleDrive : public RecordedDrive {
     validation::EnsembleRow::Draw draw;
     draw.values = draws.apply(k, scenario);
     const validation::Registration place = registration(scenario.city.georeference, scenario.seed);
-    scenario.city.georeference = {};
-    std::vector<std::string> ignored;
-    const simulation::Environment environment = simulation::make_environment(
-        std::make_shared<simulation::CityScene>(simulation::draw_city(source_, scenario, ignored)), sky_,
-        scenario.sky, scenario.seed);
+    const auto environment = drawn_environment(scenario);
     compare_.progress = told;
     const validation::Comparison run =
-        simulate(scenario.receivers.front(), environment, place, scenario.seed);
+        simulate(scenario.receivers.front(), *environment, place, scenario.seed);
     draw.headlines = headlines({&run, 1});
     row_.draws.push_back(std::move(draw));
   }
@@ -98,7 +91,6 @@ class EnsembleDrive : public RecordedDrive {
   }
 
   const EnsembleArguments& arguments_;
-  city::City source_;
   validation::Comparison point_;
   validation::EnsembleRow row_;
 };

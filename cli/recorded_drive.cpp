@@ -7,7 +7,9 @@
 #include <cstdio>
 
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/georeference.hpp"
+#include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/profile.hpp"
 #include "canyon/validation/recorded_scene.hpp"
@@ -171,6 +173,15 @@ validation::Comparison RecordedDrive::simulate(const simulation::ReceiverConfig&
                                                const validation::Registration& place,
                                                std::uint64_t seed) const {
   return validation::compare(recording_, receiver, environment, place, seed, compare_);
+}
+
+std::unique_ptr<simulation::Environment> RecordedDrive::drawn_environment(simulation::Scenario scenario) {
+  if (!city_source_) city_source_ = simulation::load_city_source(scenario_.city);
+  scenario.city.georeference = {};
+  std::vector<std::string> ignored;
+  return std::make_unique<simulation::Environment>(simulation::make_environment(
+      std::make_shared<simulation::CityScene>(simulation::draw_city(*city_source_, scenario, ignored)), sky_,
+      scenario.sky, scenario.seed));
 }
 
 validation::Figures RecordedDrive::figures_of(const validation::Comparison& comparison, const Part& part,

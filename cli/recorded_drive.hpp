@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "canyon/city/city.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
@@ -97,6 +98,9 @@ class RecordedDrive {
   [[nodiscard]] validation::RecordingRow row_of(const std::string& name, const validation::Figures& figures,
                                                 const validation::Comparison& comparison,
                                                 const std::vector<validation::Comparison>& runs) const;
+  /// The city as a scenario draws it by its seed, where the map has it, under the recording's sky. The first
+  /// call reads the city's files again; all others draw from that.
+  [[nodiscard]] std::unique_ptr<simulation::Environment> drawn_environment(simulation::Scenario scenario);
   [[nodiscard]] validation::Registration registration() const {
     return alignment_ ? alignment_->registration : validation::Registration{};
   }
@@ -126,6 +130,7 @@ class RecordedDrive {
   void choose_parts();
   void align();
 
+  std::optional<city::City> city_source_;                               ///< once a city is drawn of it
   std::optional<std::vector<validation::NeverTracked>> never_tracked_;  ///< once they are known
 };
 
