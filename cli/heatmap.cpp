@@ -19,7 +19,6 @@
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/require_satellites.hpp"
 #include "canyon/simulation/simulator.hpp"
-#include "canyon/unknowns/unknowns.hpp"
 #include "canyon/validation/models.hpp"
 #include "cli/commands.hpp"
 #include "cli/ensemble.hpp"
@@ -53,12 +52,13 @@ class MapRun {
     read();
     load();
     // Each run ends before the next one begins, because cities are large. The writers need the first one.
-    for (int i = 0; i < runs(); ++i) {
-      const simulation::Scenario scenario = scenario_of(i);
+    for (int i = 0; i < runs_->count(); ++i) {
+      const simulation::Scenario scenario = runs_->scenario(i);
       const simulation::ReceiverConfig receiver =
           choose_receiver(scenario, arguments_.receiver, arguments_.model);
       std::vector<std::string> drawn;
-      std::unique_ptr<simulation::Environment> environment = environment_of(scenario, i + 1 == runs(), drawn);
+      std::unique_ptr<simulation::Environment> environment =
+          environment_of(scenario, i + 1 == runs_->count(), drawn);
       if (i == 0) warn(drawn);
       heatmap::Request request = request_;
       request.draws.seed = scenario.seed;
@@ -95,13 +95,13 @@ class MapRun {
       note(fmt::format("resumed     {} of {} tiles were there", result_.resumed, tiles()));
     }
     try {
-      for (const heatmap::OverRuns over : statistics()) write(over);
+      for (const heatmap::OverRuns over : runs_->statistics()) write(over);
     } catch (const Interrupted&) {
       return tell_interrupted();
     }
     if (!arguments_.keep_tiles) {
       for (const auto& store : stores_) store->remove();
-      if (several()) {
+      if (runs_->several()) {
         std::error_code ignored;  // of another program's files in it
         fs::remove(fs::path(arguments_.out) / "tiles", ignored);
       }
@@ -109,33 +109,12 @@ class MapRun {
     return kOk;
   }
 
-  [[nodiscard]] int runs() const { return run_count(arguments_); }
-  [[nodiscard]] bool several() const { return runs() > 1; }
-  /// The scenario of one run: with another seed, and with a draw of what is unknown.
-  [[nodiscard]] simulation::Scenario scenario_of(int run) const {
-    simulation::Scenario scenario = scenario_;
-    scenario.seed += static_cast<std::uint64_t>(run);
-    if (draws_) draws_->apply(static_cast<std::size_t>(run), scenario);
-    return scenario;
-  }
-  /// The maps to write, of which the first one is that of --out itself.
-  [[nodiscard]] std::vector<heatmap::OverRuns> statistics() const {
-    if (draws_) return {0.5, 0.05, 0.25, 0.75, 0.95};
-    if (several()) return {std::nullopt, 0.95};
-    return {std::nullopt};
-  }
-  /// "mean of 3 runs", "median of 20 draws of unknowns", "95 % of 20 draws of unknowns".
-  [[nodiscard]] std::string name_of(heatmap::OverRuns over) const {
-    if (!several()) return "map";
-    const std::string what = !over ? "mean" : *over == 0.5 ? "median" : fmt::format("{:.0f} %", 100 * *over);
-    return fmt::format("{} of {} {}", what, runs(), draws_ ? "draws of unknowns" : "runs");
-  }
   [[nodiscard]] fs::path tiles_of(int run) const {
     const fs::path tiles = fs::path(arguments_.out) / "tiles";
-    return !several() ? tiles : tiles / fmt::format("run-{:04}", run + 1);
+    return !runs_->several() ? tiles : tiles / fmt::format("run-{:04}", run + 1);
   }
   [[nodiscard]] std::size_t tiles() const {
-    return heatmap_->unit_count() * static_cast<std::size_t>(runs());
+    return heatmap_->unit_count() * static_cast<std::size_t>(runs_->count());
   }
 
   [[nodiscard]] bool quiet() const { return arguments_.quiet || ranks_.rank() > 0; }
@@ -179,18 +158,10 @@ class MapRun {
       throw InputError(fmt::format("--runs {} is out of range", arguments_.runs),
                        fmt::format("give 1 to {}", kMostRuns));
     }
-    draw_unknowns();
+    runs_.emplace(arguments_, scenario_);
+    for (const std::string& prior : runs_->priors()) note(fmt::format("unknown     {}", prior));
     make_output_folder(arguments_.out);
-    if (several()) make_output_folder(fs::path(arguments_.out) / "tiles");
-  }
-
-  void draw_unknowns() {
-    if (!arguments_.unknowns) return;
-    const auto known = for_option("--known", [&] { return unknowns::unknowns_of(arguments_.known); });
-    for (const std::string& prior : unknowns::priors_of(scenario_, known)) {
-      note(fmt::format("unknown     {}", prior));
-    }
-    draws_.emplace(scenario_.seed, static_cast<std::size_t>(*arguments_.unknowns), known);
+    if (runs_->several()) make_output_folder(fs::path(arguments_.out) / "tiles");
   }
 
   void load() {
@@ -244,8 +215,9 @@ class MapRun {
 
   [[nodiscard]] heatmap::RunResult compute(const heatmap::Heatmap& heatmap, heatmap::TileStore& store,
                                            int run) {
-    Progress progress(several() ? fmt::format("mapping {} of {}", run + 1, runs()) : std::string("mapping"),
-                      quiet(), "cells");
+    Progress progress(
+        runs_->several() ? fmt::format("mapping {} of {}", run + 1, runs_->count()) : std::string("mapping"),
+        quiet(), "cells");
     heatmap::RunOptions options;
     options.threads = arguments_.threads;
     options.stop = &stop_;
@@ -274,13 +246,13 @@ class MapRun {
   [[nodiscard]] heatmap::MapSource source(heatmap::OverRuns over) const {
     heatmap::MapSource source =
         heatmap::map_source(*heatmap_, *stores_.front(), *environment_, receiver_, scenario_);
-    if (several()) {
+    if (runs_->several()) {
       // All runs have the same units, so one map states their places.
       std::vector<std::function<std::optional<heatmap::MapSource::Slice>(std::size_t, std::size_t)>> slices;
       for (const auto& store : stores_) slices.push_back(heatmap::store_slices(*heatmap_, *store));
       source.slice = heatmap::slices_over_runs(std::move(slices), request_.layers, over);
-      source.title += ", " + name_of(over);
-      source.attributes["runs"] = std::to_string(runs());
+      source.title += ", " + runs_->name_of(over);
+      source.attributes["runs"] = std::to_string(runs_->count());
       source.attributes.erase("georeference");
       source.over_runs =
           over ? fmt::format("percentile ({:.0f}th, of layers where more is better the {:.0f}th)",
@@ -297,7 +269,7 @@ class MapRun {
   }
 
   void write(heatmap::OverRuns over) const {
-    const bool first = over == statistics().front();
+    const bool first = over == runs_->statistics().front();
     const fs::path folder =
         first ? fs::path(arguments_.out) : fs::path(arguments_.out) / fmt::format("p{:02.0f}", 100 * *over);
     make_output_folder(folder);
@@ -335,7 +307,7 @@ class MapRun {
     const auto in = [&](heatmap::CellState state) { return static_cast<double>(summary.in_state(state)); };
     std::vector<TextRow> figures{{"receiver", simulation::describe(heatmap_->request().motion)},
                                  {"cells (times altitudes)", short_count(cells)}};
-    if (over == statistics().front()) {
+    if (over == runs_->statistics().front()) {
       figures.push_back({"computed now",
                          fmt::format("{} in {:.2f} s, {} cells/s",
                                      short_count(static_cast<double>(result_.cells_computed)), result_.wall_s,
@@ -350,7 +322,7 @@ class MapRun {
     }
     if (summary.availability) figures.push_back({"availability of a fix", percent(*summary.availability, 1)});
     fmt::print("\n");
-    print_table({name_of(over), ""}, figures);
+    print_table({runs_->name_of(over), ""}, figures);
     std::vector<TextRow> rows;
     for (const heatmap::LayerSummary& layer : summary.layers) {
       const heatmap::LayerInfo& about = heatmap::info(layer.layer);
@@ -380,7 +352,7 @@ class MapRun {
   heatmap::Request request_;
   simulation::Scenario scenario_;
   simulation::ReceiverConfig receiver_;
-  std::optional<unknowns::Draws> draws_;
+  std::optional<MapRuns> runs_;
   city::City city_;  ///< as its source gives it
   simulation::BuiltSky sky_;
   std::unique_ptr<simulation::Environment> environment_;  ///< of the first run, as the map

@@ -155,6 +155,36 @@ int run_count(const HeatmapArguments& arguments) {
   return arguments.unknowns.value_or(arguments.runs);
 }
 
+MapRuns::MapRuns(const HeatmapArguments& arguments, const simulation::Scenario& scenario)
+    : count_(run_count(arguments)),
+      scenario_(scenario),
+      known_(for_option("--known", [&] { return unknowns::unknowns_of(arguments.known); })) {
+  if (arguments.unknowns) draws_.emplace(scenario.seed, static_cast<std::size_t>(count_), known_);
+}
+
+std::vector<std::string> MapRuns::priors() const {
+  return draws_ ? unknowns::priors_of(scenario_, known_) : std::vector<std::string>();
+}
+
+simulation::Scenario MapRuns::scenario(int run) const {
+  simulation::Scenario scenario = scenario_;
+  scenario.seed += static_cast<std::uint64_t>(run);
+  if (draws_) draws_->apply(static_cast<std::size_t>(run), scenario);
+  return scenario;
+}
+
+std::vector<heatmap::OverRuns> MapRuns::statistics() const {
+  if (draws_) return {0.5, 0.05, 0.25, 0.75, 0.95};
+  if (several()) return {std::nullopt, 0.95};
+  return {std::nullopt};
+}
+
+std::string MapRuns::name_of(heatmap::OverRuns over) const {
+  if (!several()) return "map";
+  const std::string what = !over ? "mean" : *over == 0.5 ? "median" : fmt::format("{:.0f} %", 100 * *over);
+  return fmt::format("{} of {} {}", what, count_, draws_ ? "draws of unknowns" : "runs");
+}
+
 void check_size(const HeatmapArguments& arguments, const heatmap::Request& request) {
   const double values = heatmap::value_count(request) * run_count(arguments);
   const std::string what =

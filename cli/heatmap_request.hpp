@@ -6,7 +6,9 @@
 #include <vector>
 
 #include "canyon/heatmap/engine/map_request.hpp"
+#include "canyon/heatmap/engine/store_slices.hpp"
 #include "canyon/simulation/scenario.hpp"
+#include "canyon/unknowns/unknowns.hpp"
 
 namespace canyon::cli {
 
@@ -53,6 +55,28 @@ inline constexpr double kMostValues = 1e10;
                                                          const std::string& name, const std::string& model);
 /// Sets grid and area: the box or polygon asked for, else the whole city.
 void choose_area(const HeatmapArguments& arguments, const city::City& city, heatmap::Request& request);
+/// The maps that are computed: by consecutive seeds (--runs), or by draws of what is unknown (--unknowns).
+class MapRuns {
+ public:
+  MapRuns(const HeatmapArguments& arguments, const simulation::Scenario& scenario);
+
+  [[nodiscard]] int count() const { return count_; }
+  [[nodiscard]] bool several() const { return count_ > 1; }
+  /// What is drawn, each with its distribution.
+  [[nodiscard]] std::vector<std::string> priors() const;
+  /// The scenario of a run: with another seed, and with a draw of what is unknown.
+  [[nodiscard]] simulation::Scenario scenario(int run) const;
+  /// The maps to write, of which the first one is that of --out itself.
+  [[nodiscard]] std::vector<heatmap::OverRuns> statistics() const;
+  /// "mean of 3 runs", "median of 20 draws of unknowns", "95 % of 20 draws of unknowns".
+  [[nodiscard]] std::string name_of(heatmap::OverRuns over) const;
+
+ private:
+  int count_;
+  simulation::Scenario scenario_;
+  std::vector<unknowns::Unknown> known_;
+  std::optional<unknowns::Draws> draws_;
+};
 /// How many maps are computed.
 [[nodiscard]] int run_count(const HeatmapArguments& arguments);
 /// Throws where the map is larger than kMostValues or than what is free where `out` lies, unless --large.
