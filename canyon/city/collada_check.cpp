@@ -19,7 +19,7 @@
 namespace canyon::city {
 namespace {
 
-using Node = tinyxml2::XMLElement;
+using Element = tinyxml2::XMLElement;
 
 /// Attributes that the schema requires, of elements that meshes, nodes and their looks are made of.
 const std::map<std::string_view, std::vector<const char*>>& required_attributes() {
@@ -74,14 +74,14 @@ class ColladaCheck {
                        fmt::format("is not well-formed XML ({})", document.ErrorName()),
                        "export it again, or check it with xmllint --noout");
     }
-    const Node& root = *document.RootElement();
+    const Element& root = *document.RootElement();
     check_attributes(root);
-    for (const Node* library = root.FirstChildElement("library_geometries"); library != nullptr;
+    for (const Element* library = root.FirstChildElement("library_geometries"); library != nullptr;
          library = library->NextSiblingElement("library_geometries")) {
-      for (const Node* geometry = library->FirstChildElement("geometry"); geometry != nullptr;
+      for (const Element* geometry = library->FirstChildElement("geometry"); geometry != nullptr;
            geometry = geometry->NextSiblingElement("geometry")) {
         geometries_.insert(attribute(*geometry, "id"));
-        if (const Node* mesh = geometry->FirstChildElement("mesh")) check_mesh(*mesh);
+        if (const Element* mesh = geometry->FirstChildElement("mesh")) check_mesh(*mesh);
       }
     }
     check_instances(root);
@@ -96,17 +96,17 @@ class ColladaCheck {
   }
 
  private:
-  [[nodiscard]] InputError fault(const Node& at, std::string_view what) const {
+  [[nodiscard]] InputError fault(const Element& at, std::string_view what) const {
     return {path_, at.GetLineNum(), fmt::format("<{}> {}", at.Name(), what),
             "export or copy it again: it is damaged"};
   }
 
-  static std::string attribute(const Node& node, const char* name) {
+  static std::string attribute(const Element& node, const char* name) {
     const char* value = node.Attribute(name);
     return value == nullptr ? "" : value;
   }
 
-  [[nodiscard]] std::size_t count_of(const Node& node, const char* name, std::size_t otherwise) const {
+  [[nodiscard]] std::size_t count_of(const Element& node, const char* name, std::size_t otherwise) const {
     const std::string text = attribute(node, name);
     if (text.empty()) return otherwise;
     const std::optional<long long> value = parse_integer(text);
@@ -114,12 +114,12 @@ class ColladaCheck {
     return static_cast<std::size_t>(*value);
   }
 
-  static std::vector<std::string_view> words_of(const Node& node) {
+  static std::vector<std::string_view> words_of(const Element& node) {
     const char* text = node.GetText();
     return text == nullptr ? std::vector<std::string_view>{} : split_blanks(text);
   }
 
-  [[nodiscard]] std::vector<std::size_t> indices_of(const Node& node) const {
+  [[nodiscard]] std::vector<std::size_t> indices_of(const Element& node) const {
     std::vector<std::size_t> indices;
     for (const std::string_view word : words_of(node)) {
       const std::optional<long long> value = parse_integer(word);
@@ -129,7 +129,7 @@ class ColladaCheck {
     return indices;
   }
 
-  void check_attributes(const Node& node) {
+  void check_attributes(const Element& node) {
     const auto required = required_attributes().find(node.Name());
     if (required != required_attributes().end()) {
       const bool parameter = required->first == "param" && node.Attribute("ref") != nullptr;
@@ -137,20 +137,20 @@ class ColladaCheck {
         if (node.Attribute(name) == nullptr && !parameter)
           throw fault(node, fmt::format("has no '{}'", name));
     }
-    for (const Node* e = node.FirstChildElement(); e != nullptr; e = e->NextSiblingElement())
+    for (const Element* e = node.FirstChildElement(); e != nullptr; e = e->NextSiblingElement())
       check_attributes(*e);
   }
 
-  void check_mesh(const Node& mesh) {
+  void check_mesh(const Element& mesh) {
     sources_.clear();
     axes_.clear();
-    for (const Node* source = mesh.FirstChildElement("source"); source != nullptr;
+    for (const Element* source = mesh.FirstChildElement("source"); source != nullptr;
          source = source->NextSiblingElement("source")) {
       check_source(*source);
     }
-    const Node* vertices = mesh.FirstChildElement("vertices");
+    const Element* vertices = mesh.FirstChildElement("vertices");
     if (vertices != nullptr) {
-      for (const Node* input = vertices->FirstChildElement("input"); input != nullptr;
+      for (const Element* input = vertices->FirstChildElement("input"); input != nullptr;
            input = input->NextSiblingElement("input")) {
         const std::size_t count = elements_of(*input);
         if (attribute(*input, "semantic") != "POSITION") continue;
@@ -158,15 +158,15 @@ class ColladaCheck {
         nameless_ += axes_[attribute(*input, "source").substr(1)] == "XYZ" ? 0U : 1U;
       }
     }
-    for (const Node* e = mesh.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+    for (const Element* e = mesh.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
       const std::string_view kind = e->Name();
       if (kind != "source" && kind != "vertices" && kind != "extra") check_faces(*e, kind);
     }
   }
 
-  void check_source(const Node& source) {
+  void check_source(const Element& source) {
     if (source.Attribute("id") == nullptr) throw fault(source, "has no 'id'");
-    const Node* array = source.FirstChildElement("float_array");
+    const Element* array = source.FirstChildElement("float_array");
     if (array == nullptr) return;
     const std::vector<std::string_view> words = words_of(*array);
     const std::size_t stated = count_of(*array, "count", words.size());
@@ -174,8 +174,8 @@ class ColladaCheck {
       throw fault(*array, fmt::format("has {} of {} numbers", words.size(), stated));
     for (const std::string_view word : words)
       if (!parse_double(word)) throw fault(*array, fmt::format("has '{}' where a number is needed", word));
-    const Node* technique = source.FirstChildElement("technique_common");
-    const Node* accessor = technique == nullptr ? nullptr : technique->FirstChildElement("accessor");
+    const Element* technique = source.FirstChildElement("technique_common");
+    const Element* accessor = technique == nullptr ? nullptr : technique->FirstChildElement("accessor");
     if (accessor == nullptr) throw fault(source, "has no accessor");
     const std::size_t count = count_of(*accessor, "count", 0), stride = count_of(*accessor, "stride", 1);
     const std::size_t offset = count_of(*accessor, "offset", 0);
@@ -186,24 +186,24 @@ class ColladaCheck {
       throw fault(*accessor, fmt::format("names '{}'", attribute(*accessor, "source")));
     sources_[attribute(source, "id")] = count;
     std::string& axes = axes_[attribute(source, "id")];
-    for (const Node* param = accessor->FirstChildElement("param"); param != nullptr;
+    for (const Element* param = accessor->FirstChildElement("param"); param != nullptr;
          param = param->NextSiblingElement("param")) {
       axes += attribute(*param, "name");
     }
   }
 
   /// Of the source that an input names.
-  [[nodiscard]] std::size_t elements_of(const Node& input) const {
+  [[nodiscard]] std::size_t elements_of(const Element& input) const {
     const std::string name = attribute(input, "source");
     const auto found = name.empty() ? sources_.end() : sources_.find(name.substr(1));
     if (found == sources_.end()) throw fault(input, fmt::format("names '{}', which is not there", name));
     return found->second;
   }
 
-  void check_faces(const Node& faces, std::string_view kind) {
+  void check_faces(const Element& faces, std::string_view kind) {
     std::size_t stride = 0;
     std::map<std::size_t, std::size_t> limits;  // by offset
-    for (const Node* input = faces.FirstChildElement("input"); input != nullptr;
+    for (const Element* input = faces.FirstChildElement("input"); input != nullptr;
          input = input->NextSiblingElement("input")) {
       const std::size_t offset = count_of(*input, "offset", 0);
       stride = std::max(stride, offset + 1);
@@ -212,7 +212,7 @@ class ColladaCheck {
     const std::size_t count = count_of(faces, "count", 0);
     const bool whole = kind == "triangles" || kind == "polylist" || kind == "lines";
     std::size_t corners = (kind == "lines" ? 2 : 3) * count;
-    const Node* vcount = faces.FirstChildElement("vcount");
+    const Element* vcount = faces.FirstChildElement("vcount");
     if (kind == "polylist" && vcount != nullptr) {
       const std::vector<std::size_t> sizes = indices_of(*vcount);
       if (sizes.size() != count)
@@ -221,7 +221,7 @@ class ColladaCheck {
       for (const std::size_t size : sizes) corners += size;
     }
     std::size_t pieces = 0;
-    for (const Node* p = faces.FirstChildElement("p"); p != nullptr;
+    for (const Element* p = faces.FirstChildElement("p"); p != nullptr;
          p = p->NextSiblingElement("p"), ++pieces) {
       const std::vector<std::size_t> indices = indices_of(*p);
       if (stride == 0 || indices.size() % stride != 0 || (whole && indices.size() != corners * stride)) {
@@ -239,8 +239,8 @@ class ColladaCheck {
       throw fault(faces, fmt::format("has {} <p> for {} of them", pieces, count));
   }
 
-  void check_instances(const Node& parent) {
-    for (const Node* e = parent.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+  void check_instances(const Element& parent) {
+    for (const Element* e = parent.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
       const std::string_view kind = e->Name();
       if (kind == "library_geometries") continue;
       if (kind == "skin") shown_.insert(attribute(*e, "source").substr(1));

@@ -17,7 +17,7 @@ namespace {
 using Triangle = std::array<std::uint32_t, 3>;
 using Edge = std::uint64_t;  ///< directed: first corner in the upper half
 
-Edge edge(std::uint32_t from, std::uint32_t to) {
+Edge sorted_edge(std::uint32_t from, std::uint32_t to) {
   return (static_cast<Edge>(from) << 32) | to;
 }
 
@@ -77,12 +77,12 @@ bool covers(const Corners& corners, const std::vector<Triangle>& triangles) {
   left.reserve(3 * triangles.size());
   for (const Triangle& t : triangles) {
     if (turn(corners.points[t[0]], corners.points[t[1]], corners.points[t[2]]) <= 0) return false;
-    for (std::size_t k = 0; k < 3; ++k) left.push_back(edge(t[k], t[(k + 1) % 3]));
+    for (std::size_t k = 0; k < 3; ++k) left.push_back(sorted_edge(t[k], t[(k + 1) % 3]));
   }
   right.reserve(left.size());
   for (const auto& [begin, end] : corners.rings) {
     for (std::uint32_t i = begin; i < end; ++i) {
-      right.push_back(edge(corners.first[i], corners.first[i + 1 < end ? i + 1 : begin]));
+      right.push_back(sorted_edge(corners.first[i], corners.first[i + 1 < end ? i + 1 : begin]));
     }
   }
   // Directed triangle edges must be the ring edges and, beside them, pairs of opposites.
