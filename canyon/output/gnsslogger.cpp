@@ -61,17 +61,17 @@ int constellation_of(System system) {
 
 /// State bits of a signal that is tracked and whose satellite's time is decoded.
 std::uint32_t state_of(const gnss::Signal& signal) {
-  constexpr std::uint32_t kWeek = android::kCodeLock | android::kBitSync | android::kSubframeSync |
-                                  android::kTowDecoded | android::kTowKnown | android::kSymbolSync;
+  constexpr std::uint32_t kWeekKnown = android::kCodeLock | android::kBitSync | android::kSubframeSync |
+                                       android::kTowDecoded | android::kTowKnown | android::kSymbolSync;
   switch (signal.system) {
     case System::GLONASS:
       return android::kCodeLock | android::kBitSync | android::kSymbolSync | android::kGlonassStringSync |
              android::kGlonassTimeOfDayDecoded | android::kGlonassTimeOfDayKnown;
     case System::Galileo:
-      if (signal.code.front() != '1') return kWeek | android::kSecondaryCodeLock;
-      return kWeek | android::kE1CodeLock | android::kE1SecondaryCodeLock | android::kE1PageSync;
+      if (signal.code.front() != '1') return kWeekKnown | android::kSecondaryCodeLock;
+      return kWeekKnown | android::kE1CodeLock | android::kE1SecondaryCodeLock | android::kE1PageSync;
     default:
-      return kWeek;
+      return kWeekKnown;
   }
 }
 

@@ -38,7 +38,7 @@ std::size_t shown(const CorrelationSeries& series) {
   return best;
 }
 
-Colour colour_of(propagation::PathKind kind) {
+Colour path_colour(propagation::PathKind kind) {
   switch (kind) {
     case propagation::PathKind::Direct:
       return kGreen;
@@ -121,7 +121,7 @@ void draw_instant(Canvas& canvas, const CorrelationSeries& series, const trackin
           [&](std::size_t k) {
             return std::abs(path.amplitude * shape.value((delays[k] - path.excess_m) / shape.chip_m()));
           },
-          {colour_of(path.kind), path.kind == propagation::PathKind::Direct ? 1.6 : 1.0});
+          {path_colour(path.kind), path.kind == propagation::PathKind::Direct ? 1.6 : 1.0});
     }
     curve([&](std::size_t k) { return magnitude(instant, k); }, {kInk, 2.4});
     if (!std::isnan(instant.measured_m)) {
@@ -142,7 +142,7 @@ void draw_instant(Canvas& canvas, const CorrelationSeries& series, const trackin
                                    {propagation::PathKind::Diffuse, "scattering"}}) {
     const bool any = std::any_of(instant.paths.begin(), instant.paths.end(),
                                  [&, k = kind](const auto& path) { return path.kind == k; });
-    if (any) entries.push_back({stroke_of(colour_of(kind), 1.4), name});
+    if (any) entries.push_back({stroke_of(path_colour(kind), 1.4), name});
   }
   const Rect size = legend_size(canvas, entries);
   draw_legend(canvas, {area.x + area.width - size.width - 10, area.y + 10}, entries);

@@ -17,7 +17,7 @@ namespace {
 constexpr double kTimelineWidth = 1200;
 constexpr double kTimelineHeight = 800;
 constexpr double kStrengthHeight = 170;  // more, with C/N0
-constexpr double kLeft = 84;
+constexpr double kPlotLeft = 84;
 constexpr double kPlotWidth = 940;
 constexpr double kFaultRow = 18;
 constexpr Colour kFault = rgb(0xCC79A7);
@@ -36,11 +36,11 @@ class Timeline {
   }
 
   void draw(Canvas& canvas) {
-    draw_title(canvas, kLeft, drawing_.title, drawing_.subtitle);
+    draw_title(canvas, kPlotLeft, drawing_.title, drawing_.subtitle);
     const double down = faults_height(drawing_);
-    const Rect error{kLeft, 92 + down, kPlotWidth, 260};
-    const Rect satellites{kLeft, 392 + down, kPlotWidth, 170};
-    const Rect hdop{kLeft, 602 + down, kPlotWidth, 130};
+    const Rect error{kPlotLeft, 92 + down, kPlotWidth, 260};
+    const Rect satellites{kPlotLeft, 392 + down, kPlotWidth, 170};
+    const Rect hdop{kPlotLeft, 602 + down, kPlotWidth, 130};
     draw_values(canvas, error, "Horizontal error [m]", kBlue,
                 [](const TimelinePoint& p) { return p.error_m; });
     draw_satellites(canvas, satellites);
@@ -48,7 +48,7 @@ class Timeline {
     if (!has_strength(drawing_)) {
       draw_times(canvas, hdop, {error, satellites, hdop});
     } else {
-      const Rect strength{kLeft, hdop.bottom() + 40, kPlotWidth, kStrengthHeight - 40};
+      const Rect strength{kPlotLeft, hdop.bottom() + 40, kPlotWidth, kStrengthHeight - 40};
       draw_strength(canvas, strength);
       draw_times(canvas, strength, {error, satellites, hdop, strength});
     }
@@ -100,7 +100,7 @@ class Timeline {
   }
 
   void draw_faults(Canvas& canvas, const std::vector<Rect>& areas) const {
-    Rect row{kLeft, 92, kPlotWidth, kFaultRow - 4};
+    Rect row{kPlotLeft, 92, kPlotWidth, kFaultRow - 4};
     for (std::size_t i = 0; i < std::min(drawing_.faults.size(), kMostFaultRows); ++i) {
       const TimelineFault& fault = drawing_.faults[i];
       for (const auto& [first, last] : fault.stretches) {

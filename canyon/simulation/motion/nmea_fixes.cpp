@@ -106,15 +106,15 @@ double nmea_angle_deg(const TextFile& file, std::string_view value_text, std::st
 }
 
 /// A sentence that has a position, and where its fields are; 0: it has no such field.
-struct Kind {
+struct SentenceKind {
   std::string_view name;
   std::size_t fields, time, latitude, status, mode, satellites, altitude, separation;
 };
 /// NMEA 0183, in the order of what they say: the first kind that has a fix in a log is read.
-constexpr std::array<Kind, 4> kKinds{{{"GGA", 12, 1, 2, 0, 0, 7, 9, 11},
-                                      {"GNS", 11, 1, 2, 0, 6, 7, 9, 10},
-                                      {"RMC", 10, 1, 3, 2, 12, 0, 0, 0},
-                                      {"GLL", 7, 5, 1, 6, 7, 0, 0, 0}}};
+constexpr std::array<SentenceKind, 4> kKinds{{{"GGA", 12, 1, 2, 0, 0, 7, 9, 11},
+                                              {"GNS", 11, 1, 2, 0, 6, 7, 9, 10},
+                                              {"RMC", 10, 1, 3, 2, 12, 0, 0, 0},
+                                              {"GLL", 7, 5, 1, 6, 7, 0, 0, 0}}};
 
 /// The sentence of a position.
 struct Gga {
@@ -135,7 +135,7 @@ bool is_void(std::string_view status, std::string_view mode) {
 }
 
 /// GGA's quality; of other sentences that of their modes, each of a system: 0 for none.
-long long quality_of(const Kind& kind, const Sentence& sentence) {
+long long quality_of(const SentenceKind& kind, const Sentence& sentence) {
   if (kind.name == "GGA") return parse_integer(sentence.field(6)).value_or(0);
   const std::string_view mode = sentence.field(kind.mode);
   if (kind.status != 0 && is_void(sentence.field(kind.status), mode)) return 0;
@@ -145,8 +145,9 @@ long long quality_of(const Kind& kind, const Sentence& sentence) {
   return unmeasured == std::string_view::npos ? 0 : 6 + static_cast<long long>(unmeasured);
 }
 
-/// Precondition: at least Kind::fields fields. Without a fix only `checked`, `quality` and `line` are set.
-Gga read_position(const TextFile& file, const Kind& kind, const Sentence& sentence) {
+/// Precondition: at least SentenceKind::fields fields. Without a fix only `checked`, `quality` and `line` are
+/// set.
+Gga read_position(const TextFile& file, const SentenceKind& kind, const Sentence& sentence) {
   Gga result;
   result.checked = sentence.checked;
   result.line = file.line();
@@ -238,7 +239,7 @@ struct Void {
 
 /// The sentences of a log that have a use.
 struct NmeaLog {
-  const Kind* kind = nullptr;  ///< of the positions
+  const SentenceKind* kind = nullptr;  ///< of the positions
   std::vector<Gga> ggas;
   std::vector<Dated> dates;
   std::vector<Void> voids;
@@ -272,7 +273,7 @@ void take_sentence(const TextFile& file, const Sentence& sentence, NmeaLog& log)
       log.dates.push_back(*dated);
     }
   });
-  for (const Kind& kind : kKinds) {
+  for (const SentenceKind& kind : kKinds) {
     if (position || kind.status == 0 || !sentence.is(kind.name) || sentence.field(kind.time).empty())
       continue;
     if (is_void(sentence.field(kind.status), sentence.field(kind.mode)))
@@ -296,16 +297,16 @@ void leave_out_voids(const TextFile& file, NmeaLog& log) {
   }
 }
 
-NmeaLog read_log(const std::filesystem::path& path, const Kind& positions) {
+NmeaLog read_log(const std::filesystem::path& path, const SentenceKind& positions) {
   TextFile file(path);
   NmeaLog log;
   log.kind = &positions;
   log.notes = RecordNotes(path);
   bool any_checked = false;
   const auto take = [&](const Sentence& sentence) {
-    const bool used = sentence.is("ZDA") || std::any_of(kKinds.begin(), kKinds.end(), [&](const Kind& kind) {
-                        return sentence.is(kind.name);
-                      });
+    const bool used =
+        sentence.is("ZDA") || std::any_of(kKinds.begin(), kKinds.end(),
+                                          [&](const SentenceKind& kind) { return sentence.is(kind.name); });
     if (!used) return;
     any_checked = any_checked || sentence.checked;
     take_sentence(file, sentence, log);
@@ -487,7 +488,7 @@ std::optional<Geodetic> position_of_gga(std::string_view line) {
   std::optional<Geodetic> place;
   const TextFile text = TextFile::from_string(std::string(line), "GGA");
   (void)each_sentence(line, [&](const Sentence& sentence) {
-    const Kind& gga_kind = kKinds.front();
+    const SentenceKind& gga_kind = kKinds.front();
     if (place || !sentence.is(gga_kind.name) || sentence.fields.size() < gga_kind.fields) return;
     try {
       const Gga gga = read_position(text, gga_kind, sentence);
