@@ -39,6 +39,7 @@ int run_city_view(const CityViewArguments& arguments) {
   }
   const buildings::BuiltCity loaded =
       load_city(city_config(arguments.input, ""), "building the city", arguments.quiet);
+  print_warnings(loaded.report.cautions);
   drawing::draw_city(loaded.city, arguments.out, picture);
   return kOk;
 }

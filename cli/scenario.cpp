@@ -4,12 +4,13 @@
 #include "canyon/options/describe.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "cli/commands.hpp"
+#include "cli/scenario_run.hpp"
 
 namespace canyon::cli {
 namespace {
 
 int show(const std::string& file) {
-  fmt::print("{}", simulation::scenario_yaml(simulation::read_scenario(file, {false})));
+  print_scenario(simulation::read_scenario(file, {false}));
   return kOk;
 }
 
@@ -18,7 +19,9 @@ void add_show(Command& group) {
       group.add_command("show", "print the effective scenario: profiles resolved, every default written out");
   std::string& file = command.run_with(show);
   command.add_option("scenario", file, "SCENARIO", "scenario file (YAML)").required();
-  command.footer = "The output is a scenario that gives the same files, equal to the byte.";
+  command.footer =
+      "The output is a scenario that gives the same files, equal to the byte. Passwords of addresses are "
+      "left out.";
 }
 
 void add_schema(Command& group) {

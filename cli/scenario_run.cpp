@@ -1,5 +1,8 @@
 #include "cli/scenario_run.hpp"
 
+#include <fmt/format.h>
+
+#include "canyon/base/secrets.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/run_fields.hpp"
 #include "cli/commands.hpp"
@@ -28,6 +31,13 @@ simulation::Scenario read_scenario(const RunArguments& arguments, simulation::Sc
   simulation::Scenario scenario = simulation::read_scenario(arguments.scenario, options);
   make(arguments.changes, scenario);
   return scenario;
+}
+
+void print_scenario(const simulation::Scenario& scenario) {
+  const std::string yaml = simulation::scenario_yaml(scenario), shown = hide_passwords(yaml);
+  fmt::print("{}", shown);
+  if (shown != yaml)
+    print_warnings({"passwords of addresses are shown as '...'; write them again to run it"});
 }
 
 ReadyRun make_ready(const simulation::Scenario& scenario, bool quiet) {

@@ -29,6 +29,8 @@ void add_run_options(Command& command, RunArguments& arguments);
 /// The scenario with the command line's changes.
 [[nodiscard]] simulation::Scenario read_scenario(const RunArguments& arguments,
                                                  simulation::ScenarioReadOptions options = {});
+/// Prints a scenario as YAML, without the passwords and keys of its addresses; says so where it has any.
+void print_scenario(const simulation::Scenario& scenario);
 /// A scenario made ready to run.
 struct ReadyRun {
   std::shared_ptr<simulation::CityScene> scene;

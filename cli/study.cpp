@@ -12,6 +12,7 @@
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
 #include "cli/ranks.hpp"
+#include "cli/scenario_run.hpp"
 
 namespace canyon::cli {
 namespace {
@@ -112,7 +113,7 @@ int compute(const StudyArguments& arguments, Ranks& ranks) {
       throw InputError(
           fmt::format("--print-run {}: the study has runs 0 to {}", *arguments.print_run, plan.size() - 1));
     }
-    fmt::print("{}", simulation::scenario_yaml(study::RunMaker(plan).scenario(*arguments.print_run)));
+    print_scenario(study::RunMaker(plan).scenario(*arguments.print_run));
     return kOk;
   }
   if (arguments.dry_run) {

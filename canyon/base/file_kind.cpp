@@ -57,14 +57,16 @@ bool is_kml(std::string_view head) {
   return has(head, "<kml");
 }
 
-bool is_ubx(std::string_view head) {
-  return head.starts_with("\xB5\x62");
-}
-
-/// A preamble and the six zero bits behind it.
+/// A preamble, the six zero bits behind it and the number of a message; other bytes have the first two.
 bool is_rtcm(std::string_view head) {
-  for (std::size_t at = head.find('\xD3'); at != std::string_view::npos; at = head.find('\xD3', at + 1))
-    if (at + 1 < head.size() && static_cast<unsigned char>(head[at + 1]) < 4) return true;
+  if (head.starts_with("\xB5\x62")) return false;
+  const auto byte = [head](std::size_t at) { return static_cast<unsigned char>(head[at]); };
+  for (std::size_t at = head.find('\xD3'); at != std::string_view::npos; at = head.find('\xD3', at + 1)) {
+    if (at + 1 >= head.size() || byte(at + 1) > 3) continue;
+    if (at + 4 >= head.size()) return true;
+    const int number = byte(at + 3) << 4 | byte(at + 4) >> 4;
+    if ((number > 1000 && number < 1305) || (number > 4000 && number < 4096)) return true;
+  }
   return false;
 }
 
@@ -79,12 +81,27 @@ bool is_nmea(std::string_view head) {
   return false;
 }
 
+/// A log with sentences between its messages is one of NMEA for all readers.
+bool is_ubx(std::string_view head) {
+  return head.starts_with("\xB5\x62") && !is_nmea(head);
+}
+
 bool is_json(std::string_view head) {
   return trim(head).starts_with('{');
 }
 
+/// A line of four numbers and more, perhaps behind a date, with blanks between.
+bool is_blank_separated(std::string_view line) {
+  const auto words = split_blanks(line);
+  return std::count_if(words.begin(), words.end(), [](auto word) { return parse_double(word).has_value(); }) >
+         3;
+}
+
 bool is_columns(std::string_view head) {
-  return !has(head, std::string_view("\0", 1)) && head.find_first_of(",;\t") != std::string_view::npos;
+  if (has(head, std::string_view("\0", 1))) return false;
+  const auto lines = split(head, '\n');
+  return head.find_first_of(",;\t") != std::string_view::npos ||
+         std::any_of(lines.begin(), lines.end(), is_blank_separated);
 }
 
 /// In the order in which they are asked: text of one kind may stand in another.

@@ -86,4 +86,20 @@ std::size_t GzipFile::read_some(char* to, std::size_t size, int line) {
   return static_cast<std::size_t>(n < 0 ? 0 : n);
 }
 
+std::string read_bytes(const std::filesystem::path& path, std::size_t max_bytes) {
+  GzipFile file(path);
+  std::string bytes;
+  char buffer[1 << 16];
+  while (const std::size_t n = file.read(buffer, sizeof buffer, 0)) {
+    bytes.append(buffer, n);
+    if (bytes.size() > max_bytes) {
+      throw InputError(path, 0, "holds more than " + std::to_string(max_bytes >> 20) + " MiB",
+                       "is it the right file?");
+    }
+  }
+  if (file.cut_short())
+    throw InputError(path, 0, "gzip data is damaged or cut short", "fetch the file again");
+  return bytes;
+}
+
 }  // namespace canyon

@@ -39,4 +39,9 @@ class GzipFile {
   bool cut_short_ = false;
 };
 
+/// All bytes of a file, unpacked as GzipFile does. Throws InputError as it does, for packed data that end
+/// early and for more than `max_bytes`.
+[[nodiscard]] std::string read_bytes(const std::filesystem::path& path,
+                                     std::size_t max_bytes = std::size_t{1} << 31);
+
 }  // namespace canyon

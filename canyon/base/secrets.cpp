@@ -2,7 +2,37 @@
 
 #include <algorithm>
 
+#include "canyon/base/text.hpp"
+
 namespace canyon {
+namespace {
+
+/// Whether a key of an address's query stands for a secret: "api_key", "access_token", "sig".
+bool is_secret(std::string_view key) {
+  const std::string word = lower_case(key);
+  const auto has = [&word](std::string_view part) { return word.find(part) != std::string::npos; };
+  return word.ends_with("key") || has("token") || has("secret") || has("passw") || has("pwd") ||
+         has("auth") || has("credential") || has("signature") || word == "sig" || word == "pass";
+}
+
+/// A host, path and query with "..." for the values of secret keys.
+std::string hide_keys(std::string_view word) {
+  const std::size_t query = word.find('?');
+  if (query == std::string_view::npos) return std::string(word);
+  std::string shown(word.substr(0, query));
+  for (std::size_t at = query; at < word.size();) {
+    const std::size_t end = std::min(word.find_first_of("&;#", at + 1), word.size());
+    const std::string_view pair = word.substr(at, end - at);  // with the character before it
+    const std::size_t equals = pair.find('=');
+    const bool secret = equals != std::string_view::npos && is_secret(pair.substr(1, equals - 1));
+    shown += secret ? pair.substr(0, equals + 1) : pair;
+    if (secret) shown += "...";
+    at = end;
+  }
+  return shown;
+}
+
+}  // namespace
 
 std::string hide_passwords(std::string_view text) {
   constexpr std::string_view kScheme = "://", kExplained = "USER:PASSWORD";
@@ -16,11 +46,11 @@ std::string hide_passwords(std::string_view text) {
     const std::size_t host = word.rfind('@');
     shown += text.substr(at, secret - at);
     if (host == std::string_view::npos || word.find(kExplained) < host) {
-      shown += word;
+      shown += hide_keys(word);
     } else {
       shown += word.substr(0, std::min(word.find(':'), host));
       shown += ":...";
-      shown += word.substr(host);
+      shown += hide_keys(word.substr(host));
     }
     at = end;
   }

@@ -5,14 +5,19 @@
 namespace canyon {
 namespace {
 
-/// Gives text from `from` on that has carriage returns alone, as old spreadsheets write them, line ends.
-/// Bytes with other control characters are not text and stay.
-void end_lines(std::string& text, std::size_t from) {
+/// Whether carriage returns alone end the lines of a text, as old spreadsheets write them. Bytes with other
+/// control characters are not text.
+bool has_lone_returns(std::string_view text) {
   const auto is_no_text = [](char c) {
     return static_cast<unsigned char>(c) < ' ' && c != '\r' && c != '\t' && c != '\f';
   };
-  if (std::any_of(text.begin() + static_cast<std::ptrdiff_t>(from), text.end(), is_no_text)) return;
-  std::replace(text.begin() + static_cast<std::ptrdiff_t>(from), text.end(), '\r', '\n');
+  return text.find('\r') != std::string_view::npos && std::none_of(text.begin(), text.end(), is_no_text);
+}
+
+/// Makes the carriage returns of a text line ends from `from` on; one before a line feed stays.
+void end_lines(std::string& text, std::size_t from) {
+  for (std::size_t at = text.find('\r', from); at != std::string::npos; at = text.find('\r', at + 1))
+    if (at + 1 == text.size() || text[at + 1] != '\n') text[at] = '\n';
 }
 
 }  // namespace
@@ -27,7 +32,7 @@ TextFile::TextFile(const std::filesystem::path& path, std::size_t max_bytes, Cut
                        "is it the right file?");
     }
   }
-  end_lines(text_, 0);
+  if (has_lone_returns(text_)) end_lines(text_, 0);
   if (!file.cut_short()) return;
   if (cut == CutGzip::Refuse) {
     throw InputError(path, 0, "gzip data is damaged or cut short", "fetch the file again");
@@ -48,7 +53,7 @@ TextFile TextFile::from_string(std::string text, std::filesystem::path name) {
   TextFile file;
   file.text_ = std::move(text);
   file.path_ = std::move(name);
-  end_lines(file.text_, 0);
+  if (has_lone_returns(file.text_)) end_lines(file.text_, 0);
   return file;
 }
 
@@ -66,7 +71,14 @@ std::optional<std::string_view> TextFile::peek_line() {
     char chunk[1 << 15];
     const std::size_t n = rest_->read(chunk, sizeof chunk, line_);
     text_.append(chunk, n);
-    end_lines(text_, searched);
+    // The first piece decides for all: a later one may have a single long line.
+    if (first_piece_) lone_returns_ = has_lone_returns(text_.substr(0, text_.size() - 1));
+    first_piece_ = false;
+    if (lone_returns_) {
+      // A line feed behind the last carriage return belongs to it.
+      if (n > 0 && text_.back() == '\r') text_.append(chunk, rest_->read(chunk, 1, line_));
+      end_lines(text_, searched);
+    }
     if (n == 0) {
       if (rest_->cut_short()) {
         text_.clear();  // half a line may read as another number

@@ -18,7 +18,8 @@ enum class CutGzip : std::uint8_t {
 };
 
 /// The lines of a text file, plain or gzip-compressed (recognised by content, not by name), with the place of
-/// each for error messages. CR before LF is dropped. The one place that opens text files.
+/// each for error messages. CR before LF is dropped; CR alone
+/// ends the lines of a text without LF. The one place that opens text files.
 class TextFile {
  public:
   /// A longer line of a streamed file is refused [bytes].
@@ -73,6 +74,8 @@ class TextFile {
   std::size_t end_ = 0;       ///< of the line that peek_line() gave last
   std::size_t last_ = 0;      ///< begin of the line that next_line() gave last
   int line_ = 0;
+  bool first_piece_ = true;    ///< of a streamed file
+  bool lone_returns_ = false;  ///< carriage returns alone end its lines
 };
 
 }  // namespace canyon

@@ -317,6 +317,10 @@ TEST(Secrets, PasswordsOfAddressesAreHidden) {
   EXPECT_EQ(hide_passwords("poses from ntrip://somebody:SECRET/W@RD@127.0.0.1:9/MOUNT: nobody answers"),
             "poses from ntrip://somebody:...@127.0.0.1:9/MOUNT: nobody answers");
   EXPECT_EQ(hide_passwords("'tcp://a:b@h:1' and 'tcp://c:d@h:2'"), "'tcp://a:...@h:1' and 'tcp://c:...@h:2'");
+  EXPECT_EQ(hide_passwords("https://h/api?box=1,2&api_key=SECRET&Token=SECRET#top answered"),
+            "https://h/api?box=1,2&api_key=...&Token=...#top answered");
+  EXPECT_EQ(hide_passwords("http://me:SECRET@h/i?password=SECRET&rate=1"),
+            "http://me:...@h/i?password=...&rate=1");
   for (const char* open :
        {"write ntrip://[USER:PASSWORD@]HOST:PORT/MOUNT", "tcp://127.0.0.1:1 of me@home", "", "a://"})
     EXPECT_EQ(hide_passwords(open), open);

@@ -1,5 +1,5 @@
 // Declared in canyon/live/session_impl.hpp.
-#include "canyon/base/text_file.hpp"
+#include "canyon/base/gzip_file.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/live/session_impl.hpp"
 
@@ -136,7 +136,7 @@ void Session::Impl::make_vehicles() {
     vehicle.source = std::make_unique<PoseSource>(source, scene->city.frame, scene->city.geoid_undulation_m);
     if (source.from.starts_with(kFile)) {
       vehicle.log.emplace();
-      vehicle.log->text = TextFile(source.from.substr(kFile.size())).text();
+      vehicle.log->text = read_bytes(source.from.substr(kFile.size()));
       continue;
     }
     const bool shared = std::any_of(options.streams.begin(), options.streams.end(),

@@ -12,6 +12,7 @@
 #include <mutex>
 #include <utility>
 
+#include "canyon/base/gzip_file.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text_file.hpp"
@@ -294,11 +295,11 @@ std::vector<std::optional<RunRecord>> read_records(const fs::path& folder, std::
 
 void read_epochs(const fs::path& folder, RunRecord& record) {
   const fs::path path = epochs_path(folder, record.number);
-  const TextFile file(path);
+  const std::string all = read_bytes(path);
   const auto damaged = [&] {
     return InputError(path, 0, "is damaged", "remove the folder and run the study again");
   };
-  std::string_view bytes = file.text();
+  std::string_view bytes = all;
   std::uint32_t crc = 0, names = 0;
   std::uint64_t number = 0, receivers = 0;
   if (!get(bytes, crc) || crc_of(bytes) != crc || !get(bytes, number) || !get(bytes, receivers) ||
