@@ -75,7 +75,7 @@ TEST(TrackFile, RefusesWhatIsNone) {
   EXPECT_THAT(refused("<trkpt lat=\"95\" lon=\"0\"/>", "gpx"), HasSubstr("not a place"));
   EXPECT_THAT(refused("\n<trkpt lat=\"x\" lon=\"0\"/>", "gpx"), HasSubstr("bad:2: the latitude 'x'"));
   EXPECT_THAT(refused("<trkpt lat=\"9\"/>", "gpx"), HasSubstr("longitude ''"));
-  EXPECT_THAT(refused("<trkpt lat=\"9\" lon=\"0\"", "gpx"), HasSubstr("does not end"));
+  EXPECT_THAT(refused("<trkpt lat=\"9\" lon=\"0\"", "gpx"), HasSubstr("no track point"));
   EXPECT_THAT(refused("<trkpt lat=\"9\" lon=\"0\"><time>then</time></trkpt>", "gpx"), HasSubstr("then"));
   EXPECT_THAT(refused("<trkpt lat=\"9\" lon=\"0\"><time>2026-01-01T00:00:00Z</time></trkpt>"
                       "<trkpt lat=\"9\" lon=\"0\"></trkpt>",

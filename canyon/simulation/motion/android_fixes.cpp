@@ -35,7 +35,7 @@ std::optional<std::size_t> provider_of(std::string_view text) {
 std::optional<RecordedPoint> point_of(const rinex::AndroidLog& log, std::optional<double> height_m) {
   const auto latitude_deg = log.number(Latitude), longitude_deg = log.number(Longitude);
   const auto unix_ms = log.integer(UnixMillis);
-  if (!is_missing(log.text(Altitude))) height_m = log.number(Altitude);
+  if (!is_missing_height(log.text(Altitude))) height_m = log.number(Altitude);
   if (!latitude_deg || !longitude_deg || !unix_ms || !height_m) return std::nullopt;
   constexpr long long kLatest_ms = 9'000'000'000'000;  // the year 2255
   if (*unix_ms <= 0 || *unix_ms > kLatest_ms || std::abs(*height_m) > 1e6) return std::nullopt;

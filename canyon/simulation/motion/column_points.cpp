@@ -29,6 +29,25 @@ double to_number(const TextFile& file, std::string_view text, std::string_view w
   return *value;
 }
 
+GpsTime time_of_week(const TextFile& file, std::string_view week_text, double tow_s) {
+  const double week = to_number(file, week_text, "GPS week");
+  if (week != std::floor(week) || week < 0 || week > 9999) {
+    throw file.error(
+        fmt::format("the GPS week '{}' is not a whole number of weeks since 1980", trim(week_text)),
+        "a position has GPS week, time of week, latitude, longitude, height");
+  }
+  constexpr double kFirstRollover = 1024;
+  if (week < kFirstRollover) {
+    throw file.error(fmt::format("the GPS week {} is before 1999; it seems to be counted modulo 1,024", week),
+                     fmt::format("write full weeks: {} is in 2019 to 2038", week + 2 * kFirstRollover));
+  }
+  if (!(tow_s >= 0 && tow_s < static_cast<double>(GpsTime::kSecondsPerWeek))) {
+    throw file.error(fmt::format("the time of week {} s is out of range", tow_s),
+                     "it runs from 0 to 604800 s");
+  }
+  return GpsTime::from_week(static_cast<int>(week), tow_s);
+}
+
 bool looks_like_ecef(double x, double y, double z) {
   const double norm_m = std::hypot(x, y, z);
   return norm_m > 6.3e6 && norm_m < 6.5e6 && (std::abs(x) > 360 || std::abs(y) > 360);
@@ -143,7 +162,7 @@ Geodetic ecef_place(const TextFile& file, const Coordinates& text) {
 
 void ColumnPoints::add(GpsTime time, Coordinates text, bool ecef) {
   for (std::size_t k = 0; k < 3; ++k) {
-    if (!is_missing(text[k])) continue;
+    if (!(k == 2 && !ecef ? is_missing_height(text[k]) : is_missing(text[k]))) continue;
     if (k == 2 && !ecef && !heights_.needed) {
       text[k] = points_.empty() ? "0" : std::string_view(last_height_);
       break;

@@ -18,6 +18,10 @@ namespace canyon::simulation {
 /// The same, or an InputError that names `what`.
 [[nodiscard]] double to_number(const TextFile& file, std::string_view text, std::string_view what);
 
+/// An instant by the GPS week, counted since 1980, and the seconds in it; an InputError where there is none,
+/// and for weeks before 1999, which are counted modulo 1,024.
+[[nodiscard]] geodesy::GpsTime time_of_week(const TextFile& file, std::string_view week, double tow_s);
+
 /// Whether three numbers are a place near the ground in ECEF [m].
 [[nodiscard]] bool looks_like_ecef(double x, double y, double z);
 

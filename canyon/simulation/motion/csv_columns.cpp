@@ -10,6 +10,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/motion/column_points.hpp"
+#include "canyon/simulation/motion/csv_times.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -43,9 +44,10 @@ enum class Kind : std::uint8_t { Other, Time, Latitude, Longitude, Height, X, Y,
 
 Kind kind_of(std::string_view word, bool first) {
   if (is_one_of(word, {"time", "timestamp", "datetime"}) || (first && word == "t")) return Kind::Time;
+  if (first && word == "hae") return Kind::Height;
   if (is_one_of(word, {"lat", "latitude"})) return Kind::Latitude;
   if (is_one_of(word, {"lon", "lng", "long", "longitude"})) return Kind::Longitude;
-  if (is_one_of(word, {"height", "alt", "altitude", "elevation", "ele", "hae"}) || (first && word == "h"))
+  if (is_one_of(word, {"height", "alt", "altitude", "elevation", "ele"}) || (first && word == "h"))
     return Kind::Height;
   if (word == "x") return Kind::X;
   if (word == "y") return Kind::Y;
@@ -112,8 +114,9 @@ Named read_name(std::size_t index, std::string_view name) {
   std::size_t kinds = 0;
   for (std::size_t i = 0; i < words.size(); ++i) {
     const std::string& word = words[i];
-    if (kind_of(word, i == 0) != Kind::Other) {
-      if (word == "hae") named.column.ellipsoid = true;
+    if (named.kind == Kind::Height && is_one_of(word, {"hae", "ell", "ellipsoid", "ellipsoidal", "wgs84"})) {
+      named.column.ellipsoid = true;
+    } else if (kind_of(word, i == 0) != Kind::Other) {
       if (++kinds > 1) return {};
     } else if (const auto unit = unit_of(word, named.kind)) {
       named.column.scale = *unit;
@@ -128,10 +131,8 @@ Named read_name(std::size_t index, std::string_view name) {
     } else if (named.kind == Kind::Height &&
                is_one_of(word, {"msl", "amsl", "orthometric", "sea", "level"})) {
       named.column.sea_level = true;
-    } else if (named.kind == Kind::Height && is_one_of(word, {"ellipsoid", "ellipsoidal", "wgs84"})) {
-      named.column.ellipsoid = true;
-    } else if (!is_one_of(word,
-                          {"gps", "gnss", "ecef", "wgs84", "position", "pos", "decimal", "above", "mean"}) &&
+    } else if (!is_one_of(word, {"gps", "gnss", "ecef", "wgs84", "position", "pos", "decimal", "above",
+                                 "mean", "field", "data", "fix", "navsatfix"}) &&
                !(angle && is_one_of(word, {"n", "s", "e", "w"}))) {
       return {};
     }
@@ -142,12 +143,35 @@ Named read_name(std::size_t index, std::string_view name) {
 /// Whether a name is that of a column that says if there is a fix, and the least number that says so.
 std::optional<double> least_number(const Words& words) {
   const std::string name = fmt::format("{}", fmt::join(words, ""));
-  if (is_one_of(name, {"fixtype", "gpsfixtype"})) return 2;
-  if (is_one_of(name, {"status", "gpsstatus", "fixstatus", "navstatus"})) return 0;  // ROS: -1 is no fix
+  if (is_one_of(name, {"fixtype", "gpsfixtype", "fixmode", "gpsmode", "gnssmode"})) return 2;
+  // ROS: -1 is no fix.
+  if (is_one_of(name, {"status", "gpsstatus", "fixstatus", "navstatus", "statusstatus", "fieldstatusstatus"}))
+    return 0;
   if (is_one_of(name, {"fix", "gpsfix", "fixquality", "quality", "gpsquality", "qual", "q", "valid",
-                       "isvalid", "fixvalid", "gpsvalid", "gnssfixok", "fixok", "hasfix"}))
+                       "isvalid", "fixvalid", "gpsvalid", "gnssfixok", "fixok", "hasfix", "provider"}))
     return 1;
   return std::nullopt;
+}
+
+/// Columns of the GPS week and of the time in it: what the name says of units; ms of ArduPilot and of UBX.
+bool names_week(std::string_view joined) {
+  return is_one_of(joined, {"week", "gpsweek", "wn", "wnc", "gwk", "gpswn", "weekno", "gpsweekno",
+                            "weeknumber", "gpsweeknumber"});
+}
+std::optional<double> time_of_week_unit_s(std::string_view joined) {
+  if (is_one_of(joined, {"gms", "itow", "itowms", "towms", "gpstowms", "gpsms", "weekms"})) return 1e-3;
+  if (is_one_of(joined, {"tow", "tows", "towsec", "gpstow", "gpstows", "sow", "gpssow", "gpsseconds",
+                         "gpssec", "gpss", "secondsofweek", "secondofweek", "secofweek", "timeofweek",
+                         "timeofweeks", "gpstimeofweek", "weekseconds"}))
+    return 1;
+  return std::nullopt;
+}
+
+/// How surely a name is that of the time: a clock's time in a unit beats seconds since anything.
+int rank(const Named& named) {
+  if (named.kind == Kind::Height) return named.column.ellipsoid ? 1 : 0;
+  if (named.kind != Kind::Time) return 0;
+  return named.clock == CsvClock::Unix || (named.clock == CsvClock::Utc && named.column.unit) ? 1 : 0;
 }
 
 /// Takes the sign of N, S, E, W (or a word that begins so); 0 for anything else.
@@ -167,24 +191,34 @@ CsvColumns::CsvColumns() {
 CsvColumns::CsvColumns(const TextFile& file, const std::vector<std::string_view>& header, char between)
     : separator(between), count(header.size()) {
   std::map<Kind, Named> found;
+  std::optional<CsvColumn> tow;
+  bool ardupilot = false;
   for (std::size_t i = 0; i < header.size(); ++i) {
     const Words words = words_of(header[i]);
     const std::string joined = fmt::format("{}", fmt::join(words, ""));
     const Named named = read_name(i, header[i]);
     if (named.kind != Kind::Other) {
       const auto at = found.find(named.kind);
-      if (at == found.end() || (named.column.ellipsoid && !at->second.column.ellipsoid))
-        found[named.kind] = named;
+      if (at == found.end() || rank(named) > rank(at->second)) found[named.kind] = named;
     } else if (const auto least = least_number(words); least && !fix) {
       fix = i;
       least_fix = *least;
+    } else if (names_week(joined)) {
+      ardupilot = ardupilot || joined == "gwk";
+      week = i;
+    } else if (const auto unit_s = time_of_week_unit_s(joined)) {
+      tow = CsvColumn{i, std::string(trim(header[i])), *unit_s, true};
+    } else if (is_one_of(joined, {"numsats", "nsats", "nsat", "numsv", "sats", "satellites", "satellitesused",
+                                  "numsatellites", "numberofsatellites", "satsused", "ns"})) {
+      satellites = i;
+      if (joined == "ns") latitude_side = i;  // or north, south
     } else if (is_one_of(joined, {"date", "utcdate", "dateutc"})) {
       date = i;
     } else if (is_one_of(joined,
                          {"geoid", "undulation", "geoidheight", "geoidundulation", "geoidseparation"})) {
       geoid = i;
-    } else if (is_one_of(joined, {"ns", "nors", "latdir", "latref", "lathemisphere", "latituderef",
-                                  "latitudedir", "latitudehemisphere", "latns", "latitudens"})) {
+    } else if (is_one_of(joined, {"nors", "latdir", "latref", "lathemisphere", "latituderef", "latitudedir",
+                                  "latitudehemisphere", "latns", "latitudens"})) {
       latitude_side = i;
     } else if (is_one_of(joined, {"ew", "eorw", "londir", "lonref", "lonhemisphere", "longituderef",
                                   "longitudedir", "longitudehemisphere", "lonew", "longitudeew"})) {
@@ -199,6 +233,10 @@ CsvColumns::CsvColumns(const TextFile& file, const std::vector<std::string_view>
         "name the columns time, latitude, longitude, height, or time, x, y, z (ECEF), with units "
         "such as _deg, _rad, _e7, _m, _ft; commas, semicolons or tabs between");
   };
+  // Its Status 1 is no fix.
+  if (ardupilot && fix && least_fix == 0) least_fix = 2;
+  time_of_week = week && tow;
+  if (time_of_week) found[Kind::Time] = {Kind::Time, *tow};
   const Named named_time = require(Kind::Time, "time");
   time = named_time.column;
   clock = named_time.clock;
@@ -209,6 +247,26 @@ CsvColumns::CsvColumns(const TextFile& file, const std::vector<std::string_view>
   place[0] = require(ecef ? Kind::X : Kind::Latitude, "latitude").column;
   place[1] = require(ecef ? Kind::Y : Kind::Longitude, "longitude").column;
   place[2] = require(ecef ? Kind::Z : Kind::Height, "height").column;
+}
+
+char separator_of(std::string_view line) {
+  for (const char separator : {';', '\t'})
+    if (std::count(line.begin(), line.end(), separator) >= 3) return separator;
+  return line.find(',') == std::string_view::npos && split_blanks(line).size() > 3 ? ' ' : ',';
+}
+
+std::vector<std::string_view> fields_of(std::string_view line, const CsvColumns& columns) {
+  if (columns.separator != ' ') return csv_fields(line, columns.separator);
+  std::vector<std::string_view> fields = split_blanks(line);
+  if (fields.size() < 2 || columns.date || columns.week) return fields;
+  const bool date = !iso_date(fields[0]).empty() && fields[1].find(':') != std::string_view::npos;
+  const bool one_more = columns.count > 0 && fields.size() == columns.count + 1;
+  if (date || (one_more && columns.time.index == 0 && parse_integer(fields[0]))) {
+    const char* const end = fields[1].data() + fields[1].size();
+    fields[1] = {fields[0].data(), static_cast<std::size_t>(end - fields[0].data())};
+    fields.erase(fields.begin());
+  }
+  return fields;
 }
 
 bool names_positions(const std::vector<std::string_view>& fields) {

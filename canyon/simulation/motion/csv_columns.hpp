@@ -22,24 +22,35 @@ struct CsvColumn {
   bool ellipsoid = false;  ///< a height above the ellipsoid, by its name
 };
 
+/// The separator between the columns of a line: semicolons or tabs where there are three of them (commas may
+/// then be decimal points), else commas, else blanks.
+[[nodiscard]] char separator_of(std::string_view line);
+
 /// Whose clock the header says that times show.
 enum class CsvClock : std::uint8_t { Unsaid, Utc, Gps, Unix };
 
 struct CsvColumns {
   char separator = ',';
-  CsvColumn time, place[3];  ///< latitude, longitude, height, or x, y, z
+  CsvColumn time, place[3];         ///< latitude, longitude, height, or x, y, z
+  std::optional<std::size_t> week;  ///< of GPS; `time` is then the time of week
+  bool time_of_week = false;        ///< `time` is the time of week by its name
   bool ecef = false;
   CsvClock clock = CsvClock::Unsaid;
   std::optional<std::size_t> date, latitude_side, longitude_side, geoid;
-  std::optional<std::size_t> fix;  ///< a column that says whether there is a fix
-  double least_fix = 1;            ///< a smaller number in it says that there is none
-  std::size_t count = 0;           ///< of columns; 0: not known yet
+  std::optional<std::size_t> fix;         ///< a column that says whether there is a fix
+  double least_fix = 1;                   ///< a smaller number in it says that there is none
+  std::optional<std::size_t> satellites;  ///< how many are used; "ns" may be this or the latitude's side
+  std::size_t count = 0;                  ///< of columns; 0: not known yet
 
   /// Columns in the order time, latitude, longitude, height.
   CsvColumns();
   /// Throws InputError where a column is missing or in a unit that is none of its kind.
   CsvColumns(const TextFile& file, const std::vector<std::string_view>& header, char separator);
 };
+
+/// The fields of a line of these columns. Where blanks are between, a date and the time behind it, or a GPS
+/// week and the time of week, are one field for a header with one name for both.
+[[nodiscard]] std::vector<std::string_view> fields_of(std::string_view line, const CsvColumns& columns);
 
 /// Whether fields name a latitude or x among columns.
 [[nodiscard]] bool names_positions(const std::vector<std::string_view>& fields);

@@ -13,10 +13,9 @@
 
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/time_scales.hpp"
-#include "canyon/geodesy/time_text.hpp"
 #include "canyon/simulation/motion/column_points.hpp"
 #include "canyon/simulation/motion/csv_columns.hpp"
+#include "canyon/simulation/motion/csv_times.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -24,132 +23,13 @@ namespace {
 using geodesy::GpsTime;
 using Fields = std::vector<std::string_view>;
 
-/// The separator of a file by its first line: commas may be decimal points where there are enough semicolons
-/// or tabs.
-char separator_of(std::string_view line) {
-  for (const char separator : {';', '\t'})
-    if (std::count(line.begin(), line.end(), separator) >= 3) return separator;
-  return ',';
-}
-
-/// "2024-05-01" of that, of 2024/05/01 and of 20240501; empty for other texts: 01.05.24 may be of three
-/// kinds.
-std::string iso_date(std::string_view text) {
-  std::string date(trim(text));
-  std::replace(date.begin(), date.end(), '/', '-');
-  if (date.size() == 8 && parse_integer(date))
-    date = date.substr(0, 4) + "-" + date.substr(4, 2) + "-" + date.substr(6);
-  return date.size() == 10 && date[4] == '-' && date[7] == '-' ? date : std::string();
-}
-
-/// Reads the times of a file: all are seconds from `start`, or all are dates.
-class CsvTimes {
- public:
-  CsvTimes(const TextFile& file, const CsvColumns& columns, GpsTime start, RecordNotes& notes)
-      : file_(file), columns_(columns), start_(start), notes_(notes) {}
-
-  GpsTime read(const Fields& fields) {
-    const std::string_view text = fields[columns_.time.index];
-    const bool has_date = !iso_date(text.substr(0, 10)).empty();
-    if (columns_.date && !has_date) return dated(on_date(fields[*columns_.date], text));
-    const std::optional<double> seconds = field_number(text);
-    if (seconds && columns_.clock == CsvClock::Unix) return from_unix(*seconds * columns_.time.scale, text);
-    const Kind kind = seconds ? Kind::FromStart : Kind::Dates;
-    if (kind_ != Kind::Unknown && kind_ != kind) {
-      throw file_.error(fmt::format("the time '{}' is written in another way than above", text),
-                        "use seconds from the start or ISO 8601 throughout");
-    }
-    const GpsTime time =
-        seconds ? from_start(*seconds * columns_.time.scale, text) : dated(std::string(text));
-    kind_ = kind;
-    return time;
-  }
-  [[nodiscard]] bool relative() const { return kind_ == Kind::FromStart; }
-
- private:
-  enum class Kind : std::uint8_t { Unknown, FromStart, Dates };
-
-  [[nodiscard]] std::string on_date(std::string_view date_text, std::string_view time_text) const {
-    const std::string date = iso_date(date_text);
-    std::string time(trim(time_text));
-    const bool digits = time.size() >= 6 && std::all_of(time.begin(), time.begin() + 6,
-                                                        [](unsigned char c) { return std::isdigit(c) != 0; });
-    if (digits) time = time.substr(0, 2) + ":" + time.substr(2, 2) + ":" + time.substr(4);
-    if (date.empty() || time.find(':') == std::string::npos) {
-      throw file_.error(
-          fmt::format("the date '{}' and the time '{}' are not known forms", date_text, time_text),
-          "write 2024-05-01 and 12:00:00 in columns 'date' and 'time', or one column of ISO 8601");
-    }
-    return date + "T" + time;
-  }
-  [[nodiscard]] GpsTime from_unix(double seconds, std::string_view text) {
-    constexpr double kYear2100 = 4.1e9;
-    if (!(seconds > 0 && seconds < kYear2100)) {
-      throw file_.error(fmt::format("the time '{}' in column '{}' is no Unix time of 1970 to 2100", text,
-                                    columns_.time.name),
-                        "name the column by the unit that it has: unix_time_s, unix_time_ms, _us, _ns");
-    }
-    kind_ = Kind::Dates;
-    return geodesy::gps_from_unix(std::llround(seconds * 1e9));
-  }
-  [[nodiscard]] GpsTime from_start(double seconds, std::string_view text) const {
-    if (columns_.clock != CsvClock::Unsaid) {
-      throw file_.error(
-          fmt::format("the time '{}' in column '{}' is neither seconds from the start nor ISO 8601", text,
-                      columns_.time.name),
-          "write ISO 8601 times, or rename the column time_s: seconds from the scenario's start");
-    }
-    if (start_ == GpsTime{}) {
-      throw file_.error("times are seconds from the start, and the scenario has no start",
-                        "add 'start: 2026-01-01T12:00:00Z' to the scenario, or write ISO 8601 times");
-    }
-    if (std::abs(seconds) > 1e7) {
-      throw file_.error(
-          fmt::format("the time {} s is out of range", text),
-          "times are seconds from the scenario's start, or ISO 8601; Unix time stands in a column "
-          "unix_time_s, unix_time_ms, unix_time_us or unix_time_ns");
-    }
-    return start_ + seconds;
-  }
-  [[nodiscard]] GpsTime dated(std::string text) {
-    if (!geodesy::names_time_scale(text)) {
-      if (columns_.clock == CsvClock::Gps) {
-        text += " GPST";
-      } else if (columns_.clock == CsvClock::Unsaid && !std::exchange(warned_, true)) {
-        notes_.say(
-            file_.error(fmt::format("the time {} names no zone", text), "such times are taken as UTC"));
-      }
-    }
-    try {
-      return geodesy::parse_simulated_time(text);
-    } catch (const InputError& e) {
-      bool written = true;
-      try {
-        (void)geodesy::parse_time(text);
-      } catch (const InputError&) {
-        written = false;
-      }
-      throw file_.error(
-          written ? e.problem() : fmt::format("the time '{}' is neither a number nor ISO 8601", text),
-          e.cure().empty() ? e.problem() : e.cure());
-    }
-  }
-
-  const TextFile& file_;
-  const CsvColumns& columns_;
-  GpsTime start_;
-  RecordNotes& notes_;
-  Kind kind_ = Kind::Unknown;
-  bool warned_ = false;
-};
-
 /// Whether a field of the column CsvColumns::fix says that there is no fix. An empty one says nothing.
 bool says_no_fix(std::string_view text, double least) {
   const std::string word = lower_case(trim(text));
   if (const auto number = parse_double(word)) return *number < least;
   for (const std::string_view none :
        {"none", "no", "no fix", "nofix", "no_fix", "no-fix", "invalid", "not valid", "false", "void", "v",
-        "n", "no solution", "no gps", "no_gps", "nan"})
+        "n", "no solution", "no gps", "no_gps", "nan", "network"})
     if (word == none) return true;
   return false;
 }
@@ -170,8 +50,8 @@ class CsvReader {
         read_comment(*line);
         continue;
       }
-      if (first_ && !header_) columns_.separator = separator_of(*line);
-      const Fields fields = csv_fields(*line, columns_.separator);
+      if (first_data_ && (!header_ || commented_)) columns_.separator = separator_of(*line);
+      const Fields fields = fields_of(*line, columns_);
       if (is_csv_header(fields) ? first_ || names_positions(fields) : first_ && names_positions(fields)) {
         read_header(*line, fields);
         continue;
@@ -183,6 +63,7 @@ class CsvReader {
     }
     if (no_header_) throw InputError(*no_header_);
     note_heights();
+    times_.note_late_start();
     if (maybe_radians_) {
       notes_.say(0, "all latitudes and longitudes are below pi",
                  "if they are radians, name the columns latitude_rad and longitude_rad");
@@ -207,12 +88,14 @@ class CsvReader {
   void read_comment(std::string_view line) {
     if (!first_) return;
     line.remove_prefix(std::min(line.find_first_not_of("#%/ \t"), line.size()));
-    const char separator = separator_of(line);
-    const Fields fields = csv_fields(line, separator);
+    CsvColumns comment;
+    comment.separator = separator_of(line);
+    const Fields fields = fields_of(line, comment);
     if (!names_positions(fields)) return;
-    columns_ = CsvColumns(file_, fields, separator);
+    columns_ = CsvColumns(file_, fields, comment.separator);
     header_ = line;
     first_ = false;
+    commented_ = true;
   }
 
   /// The first line of data.
@@ -246,6 +129,8 @@ class CsvReader {
       points_.skip_no_fix();
       return;
     }
+    if (columns_.satellites && parse_double(fields[*columns_.satellites]) == 0)
+      notes_.skip(file_.line(), "line with 0 satellites, by the file's own column", "it is taken");
     if (is_missing(fields[columns_.time.index])) {
       points_.skip_missing();
       return;
@@ -278,7 +163,9 @@ class CsvReader {
       }
       return fmt::format("{:.6f}", value);
     }
-    const auto side_index = k == 0 ? columns_.latitude_side : columns_.longitude_side;
+    auto side_index = k == 0 ? columns_.latitude_side : columns_.longitude_side;
+    if (side_index && side_index == columns_.satellites && parse_double(fields[*side_index]))
+      side_index.reset();
     if (plain && column.scale == 1 && !column.minutes && !side_index) return std::string(text);
     const std::string_view side = side_index ? fields[*side_index] : std::string_view();
     if (side_index && trim(side).empty()) return {};
@@ -324,6 +211,7 @@ class CsvReader {
   std::optional<std::string> header_;
   std::optional<InputError> no_header_;  ///< why the lines above are no header
   bool first_ = true, first_data_ = true, maybe_radians_ = true;
+  bool commented_ = false;  ///< the header is a comment: its separator may be another than that of the data
 };
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/simulation/motion/nmea_sentences.hpp"
 #include "canyon/simulation/motion/recorded_path.hpp"
 
 namespace canyon::simulation {
@@ -20,55 +21,6 @@ using geodesy::Geodetic;
 using geodesy::GpsTime;
 
 constexpr std::int64_t kNanosecondsPerDay = 86'400 * GpsTime::kNanosecondsPerSecond;
-
-struct Sentence {
-  std::vector<std::string_view> fields;  ///< the address first, such as GPGGA
-  bool checked = false;                  ///< has a checksum, and it holds
-
-  [[nodiscard]] bool is(std::string_view type) const {
-    return fields[0].size() == 5 && fields[0].substr(2) == type;
-  }
-  [[nodiscard]] std::string_view field(std::size_t i) const {
-    return i < fields.size() ? trim(fields[i]) : std::string_view();
-  }
-};
-
-/// The text of a sentence before its checksum, where one holds. The two digits behind '*' end a sentence,
-/// whatever a logger writes behind them.
-std::optional<std::string_view> checked_body(std::string_view text) {
-  const auto digit = [](char c) {
-    const char lower = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    if (lower >= '0' && lower <= '9') return static_cast<unsigned>(lower - '0');
-    return lower >= 'a' && lower <= 'f' ? static_cast<unsigned>(lower - 'a') + 10 : 256U;
-  };
-  unsigned sum = 0;
-  for (std::size_t at = 0; at < text.size(); ++at) {
-    if (text[at] == '*' && at + 2 < text.size() && digit(text[at + 1]) * 16 + digit(text[at + 2]) == sum)
-      return text.substr(0, at);
-    sum ^= static_cast<unsigned char>(text[at]);
-  }
-  return std::nullopt;
-}
-
-/// The sentences of a line: a logger may write its own text before and behind them, or join several. Returns
-/// how many are damaged: their checksum is wrong, or the next begins before their end.
-template <typename Each>
-std::size_t each_sentence(std::string_view line, const Each& each) {
-  std::size_t damaged = 0;
-  for (std::size_t at = line.find('$'); at != std::string_view::npos;) {
-    const std::size_t next = line.find('$', at + 1);
-    const std::string_view text = line.substr(at + 1, next - at - 1);
-    if (const auto body = checked_body(text)) {
-      each(Sentence{split(*body, ','), true});
-    } else if (next != std::string_view::npos || text.find('*') != std::string_view::npos) {
-      ++damaged;
-    } else {
-      each(Sentence{split(trim(text), ','), false});
-    }
-    at = next;
-  }
-  return damaged;
-}
 
 double nmea_number(const TextFile& file, std::string_view text, std::string_view what) {
   const std::optional<double> value = parse_double(text);
@@ -108,21 +60,23 @@ double nmea_angle_deg(const TextFile& file, std::string_view value_text, std::st
 /// A sentence that has a position, and where its fields are; 0: it has no such field.
 struct SentenceKind {
   std::string_view name;
-  std::size_t fields, time, latitude, status, mode, satellites, altitude, separation;
+  std::size_t fields, time, latitude, status, mode, satellites, dilution, altitude, separation;
 };
 /// NMEA 0183, in the order of what they say: the first kind that has a fix in a log is read.
-constexpr std::array<SentenceKind, 4> kKinds{{{"GGA", 12, 1, 2, 0, 0, 7, 9, 11},
-                                              {"GNS", 11, 1, 2, 0, 6, 7, 9, 10},
-                                              {"RMC", 10, 1, 3, 2, 12, 0, 0, 0},
-                                              {"GLL", 7, 5, 1, 6, 7, 0, 0, 0}}};
+constexpr std::array<SentenceKind, 4> kKinds{{{"GGA", 12, 1, 2, 0, 0, 7, 8, 9, 11},
+                                              {"GNS", 11, 1, 2, 0, 6, 7, 8, 9, 10},
+                                              {"RMC", 10, 1, 3, 2, 12, 0, 0, 0, 0},
+                                              {"GLL", 7, 5, 1, 6, 7, 0, 0, 0, 0}}};
 
 /// The sentence of a position.
 struct Gga {
   bool fix = false;
   bool altitude = false;
   bool separation = false;
+  bool zero_separation = false;
   bool checked = false;
   bool no_satellites = false;  ///< says that none is used
+  bool diluted = false;        ///< has a dilution of precision that stands for none, such as 99.99
   long long quality = 0;
   int line = 0;
   std::int64_t time_of_day_ns = 0;
@@ -135,7 +89,7 @@ bool is_void(std::string_view status, std::string_view mode) {
 }
 
 /// GGA's quality; of other sentences that of their modes, each of a system: 0 for none.
-long long quality_of(const SentenceKind& kind, const Sentence& sentence) {
+long long quality_of(const SentenceKind& kind, const NmeaSentence& sentence) {
   if (kind.name == "GGA") return parse_integer(sentence.field(6)).value_or(0);
   const std::string_view mode = sentence.field(kind.mode);
   if (kind.status != 0 && is_void(sentence.field(kind.status), mode)) return 0;
@@ -147,7 +101,7 @@ long long quality_of(const SentenceKind& kind, const Sentence& sentence) {
 
 /// Precondition: at least SentenceKind::fields fields. Without a fix only `checked`, `quality` and `line` are
 /// set.
-Gga read_position(const TextFile& file, const SentenceKind& kind, const Sentence& sentence) {
+Gga read_position(const TextFile& file, const SentenceKind& kind, const NmeaSentence& sentence) {
   Gga result;
   result.checked = sentence.checked;
   result.line = file.line();
@@ -157,14 +111,20 @@ Gga read_position(const TextFile& file, const SentenceKind& kind, const Sentence
   result.fix = result.quality != 0 && !latitude.empty() && !time.empty();
   if (!result.fix) return result;
   result.no_satellites = parse_integer(field(kind.satellites)) == 0;
-  result.altitude = !is_missing(field(kind.altitude));
+  constexpr double kNoDilution = 50;
+  result.diluted = parse_double(field(kind.dilution)).value_or(0) >= kNoDilution;
+  result.altitude = !is_missing_height(field(kind.altitude));
   result.separation = !is_missing(field(kind.separation));
   for (const std::size_t unit : {std::size_t{10}, std::size_t{12}}) {
     if (kind.name != "GGA" || field(unit).empty() || lower_case(field(unit)) == "m") continue;
     throw file.error(fmt::format("the unit '{}' of a height is not M", field(unit)), "GGA has metres");
   }
   double height_m = result.altitude ? nmea_number(file, field(kind.altitude), "altitude") : 0;
-  if (result.separation) height_m += nmea_number(file, field(kind.separation), "geoid separation");
+  if (result.separation) {
+    const double separation_m = nmea_number(file, field(kind.separation), "geoid separation");
+    result.zero_separation = separation_m == 0;
+    height_m += separation_m;
+  }
   const double latitude_deg = nmea_angle_deg(file, latitude, field(kind.latitude + 1), "NS", 90, "latitude");
   const double longitude_deg =
       nmea_angle_deg(file, field(kind.latitude + 2), field(kind.latitude + 3), "EW", 180, "longitude");
@@ -197,7 +157,7 @@ struct Dated {
 
 /// The date of a valid RMC, or of a ZDA; nothing of other sentences and of empty fields. An RMC that is not
 /// valid has whatever its receiver believed before its first fix.
-std::optional<Dated> read_date(const TextFile& file, const Sentence& sentence) {
+std::optional<Dated> read_date(const TextFile& file, const NmeaSentence& sentence) {
   std::array<std::string_view, 3> text;  // day, month, year
   Dated dated;
   dated.zda = sentence.is("ZDA");
@@ -260,7 +220,7 @@ struct NmeaLog {
 constexpr std::string_view kDamaged = "damaged sentence (cut short, or with a wrong checksum)";
 constexpr std::string_view kWithoutFix = "without a fix";
 
-void take_sentence(const TextFile& file, const Sentence& sentence, NmeaLog& log) {
+void take_sentence(const TextFile& file, const NmeaSentence& sentence, NmeaLog& log) {
   const bool position = sentence.is(log.kind->name);
   if (position && sentence.fields.size() < log.kind->fields) return log.notes.skip(file.line(), kDamaged);
   log.notes.guard([&] {
@@ -303,7 +263,7 @@ NmeaLog read_log(const std::filesystem::path& path, const SentenceKind& position
   log.kind = &positions;
   log.notes = RecordNotes(path);
   bool any_checked = false;
-  const auto take = [&](const Sentence& sentence) {
+  const auto take = [&](const NmeaSentence& sentence) {
     const bool used =
         sentence.is("ZDA") || std::any_of(kKinds.begin(), kKinds.end(),
                                           [&](const SentenceKind& kind) { return sentence.is(kind.name); });
@@ -312,7 +272,7 @@ NmeaLog read_log(const std::filesystem::path& path, const SentenceKind& position
     take_sentence(file, sentence, log);
   };
   while (const auto line = file.next_line()) {
-    for (std::size_t damaged = each_sentence(*line, take); damaged > 0; --damaged)
+    for (std::size_t damaged = each_nmea_sentence(*line, take); damaged > 0; --damaged)
       log.notes.skip(file.line(), kDamaged);
   }
   if (any_checked) {
@@ -364,7 +324,7 @@ std::optional<GpsTime> trusted_dates(NmeaLog& log, const std::vector<std::int64_
   for (Dated& date : dates) {
     const std::size_t near = std::min(date.before, since_ns.size() - 1);
     date.day = std::llround((date.midnight - first_midnight) / 86'400.0) -
-               floor_days(closest(date.time_of_day_ns, since_ns[near]));
+               floor_days(closest(date.time_of_day_ns, since_ns[near]) - date.time_of_day_ns);
   }
   std::vector<Dated> kept;
   for (std::size_t i = 0; i < dates.size(); ++i) {
@@ -454,6 +414,8 @@ NmeaFixes read_nmea_fixes(const std::filesystem::path& path, GpsTime start, cons
                      "it is taken");
     else if (gga.no_satellites)
       log.notes.skip(gga.line, log.sentence("with a fix of 0 satellites"), "it is taken");
+    else if (gga.diluted)
+      log.notes.skip(gga.line, log.sentence("with a dilution of precision of 50 or more"), "it is taken");
     if (!gga.altitude) {
       ++without_altitude;
       log.notes.skip(
@@ -469,9 +431,16 @@ NmeaFixes read_nmea_fixes(const std::filesystem::path& path, GpsTime start, cons
                      heights.geoid_undulation_m != 0 ? "the city's geoid undulation is taken"
                                                      : "its altitude is taken as ellipsoidal height");
       place.height_m += heights.geoid_undulation_m;
+    } else if (gga.zero_separation && heights.geoid_undulation_m != 0) {
+      log.notes.skip(gga.line, log.sentence("with a geoid separation of 0"),
+                     fmt::format("its altitude is taken as ellipsoidal height; the city's geoid undulation "
+                                 "is {:.1f} m",
+                                 heights.geoid_undulation_m));
     }
     last_height_m = place.height_m;
-    const std::int64_t day = day_of(log.dates, i, gga.time_of_day_ns) + floor_days(since_ns[i]);
+    // A leap second's time of day is beyond the day that it belongs to.
+    const std::int64_t day =
+        day_of(log.dates, i, gga.time_of_day_ns) + floor_days(since_ns[i] - gga.time_of_day_ns);
     const GpsTime noon =
         first_midnight + std::chrono::nanoseconds(day * kNanosecondsPerDay + kNanosecondsPerDay / 2);
     result.fixes.push_back(
@@ -487,7 +456,7 @@ NmeaFixes read_nmea_fixes(const std::filesystem::path& path, GpsTime start, cons
 std::optional<Geodetic> position_of_gga(std::string_view line) {
   std::optional<Geodetic> place;
   const TextFile text = TextFile::from_string(std::string(line), "GGA");
-  (void)each_sentence(line, [&](const Sentence& sentence) {
+  (void)each_nmea_sentence(line, [&](const NmeaSentence& sentence) {
     const SentenceKind& gga_kind = kKinds.front();
     if (place || !sentence.is(gga_kind.name) || sentence.fields.size() < gga_kind.fields) return;
     try {

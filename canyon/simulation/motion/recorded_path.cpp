@@ -150,14 +150,46 @@ void leave_out_jumps(RecordedPoints& points, RecordNotes& notes) {
   leave_out(points, marked, "point reached or left at more than 1000 m/s, unlike those around it", notes);
 }
 
-/// The greatest step that no vehicle of this path makes: a wrong place for long, heights of a first fix.
-void note_leaps(const RecordedPoints& points, RecordNotes& notes) {
-  constexpr double kLeap_mps = 100, kUnlike = 10;
+/// [m/s], between neighbours; times rise.
+std::vector<double> step_speeds(const RecordedPoints& points) {
   std::vector<double> speeds;
   for (std::size_t i = 1; i < points.size(); ++i) {
     speeds.push_back(distance_m(points[i].place, points[i - 1].place) /
                      (points[i].time - points[i - 1].time));
   }
+  return speeds;
+}
+
+/// Satellites in low orbits fly at 7.8 km/s.
+void require_possible(const RecordedPoints& points, const RecordNotes& notes) {
+  constexpr double kFastest_mps = 15e3;
+  const std::vector<double> speeds = step_speeds(points);
+  if (speeds.size() < 2 || *median(speeds) < kFastest_mps) return;
+  throw InputError(
+      notes.path(), points[1].line,
+      fmt::format("most steps of the path are faster than anything moves: half of them by {:.3g} "
+                  "km/s and more",
+                  *median(speeds) / 1e3),
+      "latitudes and longitudes are degrees, times seconds (not days or ms); local metres are "
+      "waypoints east_m, north_m, up_m; of several receivers keep one");
+}
+
+/// A path in relative times that creeps: they may be milliseconds.
+void note_slowness(const RecordedPoints& points, RecordNotes& notes) {
+  constexpr double kSlow_mps = 0.1, kLong_m = 20;
+  const std::vector<double> speeds = step_speeds(points);
+  if (speeds.size() < 2) return;
+  const double fastest = *std::max_element(speeds.begin(), speeds.end());
+  if (fastest >= kSlow_mps || distance_m(points.front().place, points.back().place) < kLong_m) return;
+  notes.say(0, fmt::format("the path never moves faster than {:.2g} m/s, in {:.0f} s: are its times in "
+                           "milliseconds? name the column time_ms",
+                           fastest, points.back().time - points.front().time));
+}
+
+/// The greatest step that no vehicle of this path makes: a wrong place for long, heights of a first fix.
+void note_leaps(const RecordedPoints& points, RecordNotes& notes) {
+  constexpr double kLeap_mps = 100, kUnlike = 10;
+  const std::vector<double> speeds = step_speeds(points);
   if (speeds.empty()) return;
   const auto fastest = std::max_element(speeds.begin(), speeds.end());
   const auto i = static_cast<std::size_t>(fastest - speeds.begin()) + 1;
@@ -191,6 +223,12 @@ bool is_missing(std::string_view text) {
   for (const double fill : {-9999.0, -99999.0, -32768.0, 32767.0, 214.7483647})
     if (*value == fill) return true;
   return std::abs(*value) >= 1e19;
+}
+
+bool is_missing_height(std::string_view text) {
+  if (is_missing(text)) return true;
+  const std::optional<double> value = parse_double(text);
+  return value && (*value == -999 || *value == 9999 || *value == 99'999 || *value == 999'999);
 }
 
 void keep_rising(RecordedPoints& points, RecordNotes& notes) {
@@ -246,8 +284,10 @@ void leave_out_strays(RecordedPoints& points, RecordNotes& notes) {
 
 TrajectoryFile recorded_trajectory(RecordedPoints points, bool has_own_dates, RecordNotes notes) {
   keep_rising(points, notes);
+  require_possible(points, notes);
   leave_out_strays(points, notes);
   note_leaps(points, notes);
+  if (!has_own_dates) note_slowness(points, notes);
   const auto highest = std::max_element(points.begin(), points.end(), [](const auto& a, const auto& b) {
     return a.place.height_m < b.place.height_m;
   });

@@ -22,6 +22,8 @@ using RecordedPoints = std::vector<RecordedPoint>;
 /// Whether a recorder says by this text that it has no value: nothing, a word such as nan, or a fill value
 /// (-9999, -99999, -32768, 32767, above 1e19, and 2^31 - 1 in units of 1e-7 of MAVLink and UBX).
 [[nodiscard]] bool is_missing(std::string_view text);
+/// The same for a height, also by -999, 9999, 99999 and 999999.
+[[nodiscard]] bool is_missing_height(std::string_view text);
 
 /// Leaves out the fewest points so that times rise strictly: one wrong time costs one point. Points more than
 /// 100 days from the median time go first (a receiver's default date). Of points at one instant the first
@@ -42,8 +44,9 @@ inline constexpr std::string_view kZeroPlace =
 /// Marks positions at latitude 0, longitude 0 in a path elsewhere: receivers without a fix report that.
 [[nodiscard]] std::vector<bool> zero_places(const std::vector<geodesy::Geodetic>& places);
 
-/// The path of recorded points after keep_rising() and leave_out_strays(), with notes about pauses and
-/// heights above 50 km. Precondition: at least one point.
+/// The path of recorded points after keep_rising() and leave_out_strays(), with notes about pauses, heights
+/// above 50 km and times that may be in another unit. Throws InputError where half of the steps or more are
+/// faster than any vehicle's: coordinates or times are in another unit. Precondition: at least one point.
 [[nodiscard]] TrajectoryFile recorded_trajectory(RecordedPoints points, bool has_own_dates,
                                                  RecordNotes notes);
 

@@ -14,7 +14,9 @@
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/geodesy/time_text.hpp"
 #include "canyon/simulation/motion/recorded_path.hpp"
+#include "canyon/simulation/motion/xml_tags.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -22,95 +24,13 @@ namespace {
 using geodesy::Geodetic;
 using geodesy::GpsTime;
 
-/// The tags of an XML text one after the other, each with the text behind it. Names are without their prefix
-/// ("gx:coord" is "coord"), "/name" where an element ends. What stands in comments and declarations is passed
-/// over; CDATA is text. (Ends of elements with a prefix are "/".) Nothing is nested here, so no depth of a
-/// file can do harm.
-class Tags {
- public:
-  explicit Tags(const TextFile& file) : file_(file), text_(file.text()) {}
-
-  std::string_view name, attributes, content;
-
-  bool next() {
-    for (;;) {
-      const std::size_t open = text_.find('<', at_);
-      if (open == std::string_view::npos) return false;
-      if (skip(open, "<!--", "-->") || skip(open, "<![CDATA[", "]]>") || skip(open, "<?", "?>")) continue;
-      const std::size_t close = text_.find('>', open);
-      if (close == std::string_view::npos) throw error("a tag does not end");
-      count_lines(open);
-      std::string_view tag = text_.substr(open + 1, close - open - 1);
-      name = tag.substr(0, tag.find_first_of(" \t\r\n"));
-      attributes = tag.substr(name.size());
-      if (!name.empty() && name.back() == '/') name.remove_suffix(1);
-      const std::size_t colon = name.find(':');
-      if (colon != std::string_view::npos) {
-        name = name.front() == '/' ? std::string_view("/") : name.substr(colon + 1);
-      }
-      at_ = close + 1;
-      content = text_until("<");
-      constexpr std::string_view kCdata = "<![CDATA[";
-      if (content.empty() &&
-          text_.compare(at_ = std::min(text_.find('<', at_), text_.size()), kCdata.size(), kCdata) == 0) {
-        at_ += kCdata.size();
-        content = text_until("]]>");
-      }
-      return true;
-    }
-  }
-
-  /// The value of an attribute of this tag; empty where it has none.
-  [[nodiscard]] std::string_view attribute(std::string_view key) const {
-    for (std::size_t at = attributes.find(key); at != std::string_view::npos;
-         at = attributes.find(key, at + 1)) {
-      std::size_t from = at + key.size();
-      const bool begins = at > 0 && (attributes[at - 1] == ' ' || attributes[at - 1] == '\t' ||
-                                     attributes[at - 1] == '\n' || attributes[at - 1] == '\r');
-      from = attributes.find_first_not_of(" \t\r\n", from);
-      if (!begins || from == std::string_view::npos || attributes[from] != '=') continue;
-      from = attributes.find_first_of("\"'", from);
-      if (from == std::string_view::npos) return {};
-      const std::size_t to = attributes.find(attributes[from], from + 1);
-      return to == std::string_view::npos ? std::string_view() : attributes.substr(from + 1, to - from - 1);
-    }
-    return {};
-  }
-
-  [[nodiscard]] InputError error(std::string_view problem, std::string_view cure = {}) const {
-    return {file_.path(), line_, problem, cure};
-  }
-  [[nodiscard]] int line() const { return line_; }
-
- private:
-  [[nodiscard]] std::string_view text_until(std::string_view end) const {
-    return trim(text_.substr(at_, std::min(text_.find(end, at_), text_.size()) - at_));
-  }
-  bool skip(std::size_t open, std::string_view begin, std::string_view end) {
-    if (text_.compare(open, begin.size(), begin) != 0) return false;
-    const std::size_t close = text_.find(end, open + begin.size());
-    at_ = close == std::string_view::npos ? text_.size() : close + end.size();
-    return true;
-  }
-  void count_lines(std::size_t to) {
-    line_ += static_cast<int>(std::count(text_.begin() + static_cast<std::ptrdiff_t>(counted_),
-                                         text_.begin() + static_cast<std::ptrdiff_t>(to), '\n'));
-    counted_ = to;
-  }
-
-  const TextFile& file_;
-  std::string_view text_;
-  std::size_t at_ = 0, counted_ = 0;
-  int line_ = 1;
-};
-
-double number(const Tags& tags, std::string_view text, std::string_view what) {
+double number(const XmlTags& tags, std::string_view text, std::string_view what) {
   const auto value = parse_double(text);
   if (!value) throw tags.error(fmt::format("the {} '{}' is not a number", what, text));
   return *value;
 }
 
-Geodetic place(const Tags& tags, std::string_view latitude, std::string_view longitude) {
+Geodetic place(const XmlTags& tags, std::string_view latitude, std::string_view longitude) {
   const double latitude_deg = number(tags, latitude, "latitude");
   const double longitude_deg = number(tags, longitude, "longitude");
   if (!(std::abs(latitude_deg) <= 90) || !(std::abs(longitude_deg) <= 180)) {
@@ -120,13 +40,26 @@ Geodetic place(const Tags& tags, std::string_view latitude, std::string_view lon
   return Geodetic::from_degrees(latitude_deg, longitude_deg, 0);
 }
 
-GpsTime instant(const Tags& tags) {
+GpsTime instant(const XmlTags& tags, RecordNotes& notes) {
+  if (!geodesy::names_time_scale(tags.content))
+    notes.skip(tags.line(), "time without a zone", "taken as UTC");
   try {
     return geodesy::parse_time(tags.content);
   } catch (const InputError& e) {
     throw tags.error(e.problem(), e.cure());
   }
 }
+
+/// What KML says of the heights of a geometry.
+struct KmlAltitude {
+  std::string_view mode;
+  double offset_m = 0;  ///< to be added
+
+  void read(const XmlTags& tags) {
+    if (tags.name == "altitudeMode" && !tags.content.empty()) mode = tags.content;
+    if (tags.name == "altitudeOffset") offset_m = number(tags, tags.content, "altitudeOffset");
+  }
+};
 
 /// A point as a file has it.
 struct TrackPoint {
@@ -137,8 +70,9 @@ struct TrackPoint {
   std::optional<GpsTime> time;
   std::size_t segment = 0;  ///< which of the file's segments it belongs to
   bool no_fix = false;
-  bool bad = false;                ///< it has a value that cannot be
-  std::string_view altitude_mode;  ///< KML's
+  bool flat = false;  ///< a fix of two dimensions
+  bool bad = false;   ///< it has a value that cannot be
+  KmlAltitude kml;
 };
 
 struct TrackPoints {
@@ -146,7 +80,7 @@ struct TrackPoints {
   RecordNotes notes;
   std::size_t segments = 0;
 
-  TrackPoint& add(const Tags& tags) {
+  TrackPoint& add(const XmlTags& tags) {
     TrackPoint& added = points.emplace_back();
     added.line = tags.line();
     added.segment = segments;
@@ -161,19 +95,22 @@ struct TrackPoints {
   }
 };
 
-void read_gpx_value(const Tags& tags, TrackPoint& point) {
-  if (tags.name == "ele" && !is_missing(tags.content)) {
+void read_gpx_value(const XmlTags& tags, TrackPoint& point, RecordNotes& notes) {
+  if (tags.name == "ele" && !is_missing_height(tags.content)) {
     point.height_m = number(tags, tags.content, "ele");
   } else if (tags.name == "geoidheight" && !is_missing(tags.content)) {
     point.geoid_m = number(tags, tags.content, "geoidheight");
   } else if (tags.name == "fix") {
     point.no_fix = tags.content == "none";
+    point.flat = tags.content == "2d";
   } else if (tags.name == "time" && !tags.content.empty()) {
-    point.time = instant(tags);
+    point.time = instant(tags, notes);
   }
+  // A fix of two dimensions measures no height.
+  if (point.flat && point.height_m == 0) point.height_m.reset();
 }
 
-void read_gpx(Tags& tags, std::string_view point, TrackPoints& track) {
+void read_gpx(XmlTags& tags, std::string_view point, TrackPoints& track) {
   bool inside = false, extension = false;
   while (tags.next()) {
     // What a program adds to a point may have names of GPX's own.
@@ -191,23 +128,21 @@ void read_gpx(Tags& tags, std::string_view point, TrackPoints& track) {
       inside = false;
     } else if (inside && !extension) {
       TrackPoint& last = track.points.back();
-      track.guard(last, [&] { read_gpx_value(tags, last); });
+      track.guard(last, [&] { read_gpx_value(tags, last, track.notes); });
     }
   }
+  // The file ends within it.
+  if (inside) track.points.pop_back();
 }
 
 /// "longitude,latitude,height" or with blanks between; a height may be absent.
-void read_kml_place(const Tags& tags, std::string_view text, char separator, TrackPoint& point) {
+void read_kml_place(const XmlTags& tags, std::string_view text, char separator, TrackPoint& point) {
   const std::vector<std::string_view> fields = separator == ',' ? split(text, ',') : split_blanks(text);
   if (fields.size() < 2 || fields.size() > 3) {
     throw tags.error(fmt::format("'{}' is not a place", text), "write longitude,latitude,height");
   }
   point.place = place(tags, fields[1], fields[0]);
-  if (fields.size() > 2 && !is_missing(fields[2])) point.height_m = number(tags, fields[2], "height");
-}
-
-void read_altitude_mode(const Tags& tags, std::string_view& mode) {
-  if (tags.name == "altitudeMode" && !tags.content.empty()) mode = tags.content;
+  if (fields.size() > 2 && !is_missing_height(fields[2])) point.height_m = number(tags, fields[2], "height");
 }
 
 /// The times and places of one gx:Track.
@@ -215,13 +150,13 @@ class KmlTrack {
  public:
   explicit KmlTrack(TrackPoints& track) : track_(track) {}
 
-  void read(const Tags& tags) {
-    read_altitude_mode(tags, mode_);
+  void read(const XmlTags& tags) {
+    track_.notes.guard([&] { altitude_.read(tags); });
     if (tags.name == "when") {
       ++times_;
       TrackPoint& point = at(tags, times_);
       track_.guard(point, [&] {
-        if (!tags.content.empty()) point.time = instant(tags);
+        if (!tags.content.empty()) point.time = instant(tags, track_.notes);
       });
     } else if (tags.name == "coord") {
       ++places_;
@@ -234,7 +169,7 @@ class KmlTrack {
     }
   }
   /// Takes the points over. Which time belongs to which place is not known where the numbers differ.
-  void end(const Tags& tags) {
+  void end(const XmlTags& tags) {
     if (times_ != places_) {
       track_.notes.bad(tags.error(fmt::format("gx:Track has {} times for {} places", times_, places_)),
                        points_.size());
@@ -242,17 +177,17 @@ class KmlTrack {
     }
     for (TrackPoint& point : points_) {
       point.segment = track_.segments;
-      point.altitude_mode = mode_;
+      point.kml = altitude_;
       track_.points.push_back(point);
     }
     ++track_.segments;
     points_.clear();
     times_ = places_ = 0;
-    mode_ = {};
+    altitude_ = {};
   }
 
  private:
-  TrackPoint& at(const Tags& tags, std::size_t number) {
+  TrackPoint& at(const XmlTags& tags, std::size_t number) {
     if (number > points_.size()) points_.emplace_back().line = tags.line();
     return points_[number - 1];
   }
@@ -260,10 +195,10 @@ class KmlTrack {
   TrackPoints& track_;
   std::vector<TrackPoint> points_;
   std::size_t times_ = 0, places_ = 0;
-  std::string_view mode_;
+  KmlAltitude altitude_;
 };
 
-void read_kml_tracks(Tags& tags, TrackPoints& track) {
+void read_kml_tracks(XmlTags& tags, TrackPoints& track) {
   KmlTrack one(track);
   bool inside = false;
   while (tags.next()) {
@@ -279,36 +214,51 @@ void read_kml_tracks(Tags& tags, TrackPoints& track) {
 }
 
 /// Placemarks of points with times.
-void read_kml_points(Tags& tags, TrackPoints& track) {
+void read_kml_points(XmlTags& tags, TrackPoints& track) {
   std::optional<GpsTime> time;
-  std::string_view mode, inside;
+  KmlAltitude altitude;
+  std::string_view inside;
   while (tags.next()) {
     if (tags.name == "Placemark") time.reset();
-    if (tags.name == "Point" || tags.name == "TimeStamp") inside = tags.name;
-    if (tags.name == "Point") mode = {};
-    read_altitude_mode(tags, mode);
-    if (tags.name == "when" && inside == "TimeStamp") track.notes.guard([&] { time = instant(tags); });
+    if (tags.name == "Point" || tags.name == "TimeStamp" || tags.name == "TimeSpan") inside = tags.name;
+    if (tags.name == "Point") altitude = {};
+    track.notes.guard([&] {
+      altitude.read(tags);
+      if ((tags.name == "when" && inside == "TimeStamp") || (tags.name == "begin" && inside == "TimeSpan"))
+        time = instant(tags, track.notes);
+    });
     if (tags.name != "coordinates" || inside != "Point" || !time) continue;
     TrackPoint& point = track.add(tags);
     point.time = time;
-    point.altitude_mode = mode;
+    point.kml = altitude;
     track.guard(point, [&] { read_kml_place(tags, tags.content, ',', point); });
   }
 }
 
-void read_kml_line(Tags& tags, TrackPoints& track) {
+/// "11.0,48.0,500 ..." of "11.0, 48.0, 500 ...", which some programs write.
+std::string without_blanks_behind_commas(std::string_view text) {
+  std::string result;
+  for (const char c : text) {
+    const bool blank = c == ' ' || c == '\t';
+    if (!blank || result.empty() || result.back() != ',') result += c;
+  }
+  return result;
+}
+
+void read_kml_line(XmlTags& tags, TrackPoints& track) {
   bool line = false;
-  std::string_view mode;
+  KmlAltitude altitude;
   while (tags.next()) {
     if (tags.name == "LineString") {
       line = track.points.empty();
       if (!line) track.notes.skip(tags.line(), "another LineString", "not read: the first one is the path");
     }
-    if (line) read_altitude_mode(tags, mode);
+    if (line) track.notes.guard([&] { altitude.read(tags); });
     if (!line || tags.name != "coordinates") continue;
-    for (const std::string_view tuple : split_blanks(tags.content)) {
+    const std::string places = without_blanks_behind_commas(tags.content);
+    for (const std::string_view tuple : split_blanks(places)) {
       TrackPoint& point = track.add(tags);
-      point.altitude_mode = mode;
+      point.kml = altitude;
       track.guard(point, [&] { read_kml_place(tags, tuple, ',', point); });
     }
     line = track.points.empty();
@@ -377,8 +327,8 @@ void leave_out_zeros(std::vector<TrackPoint>& points, RecordNotes& notes) {
 enum class Above : std::uint8_t { Sea, Ground, Unsaid };
 
 Above above(const TrackPoint& point) {
-  if (point.altitude_mode.empty() || point.altitude_mode == "absolute") return Above::Sea;
-  return point.altitude_mode == "relativeToGround" ? Above::Ground : Above::Unsaid;
+  if (point.kml.mode.empty() || point.kml.mode == "absolute") return Above::Sea;
+  return point.kml.mode == "relativeToGround" ? Above::Ground : Above::Unsaid;
 }
 
 /// What becomes of a height that is above something else than the ellipsoid.
@@ -400,12 +350,28 @@ void note_height(const TrackPoint& point, const HeightReading& heights, RecordNo
   }
 }
 
+/// The geoid is smooth: where some points have its height, the others take the one before.
+void fill_geoid(std::vector<TrackPoint>& points, RecordNotes& notes) {
+  const auto known =
+      std::find_if(points.begin(), points.end(), [](const TrackPoint& p) { return p.geoid_m.has_value(); });
+  if (known == points.end()) return;
+  double last_m = *known->geoid_m;
+  for (TrackPoint& point : points) {
+    if (!point.geoid_m && point.height_m)
+      notes.skip(point.line, "point without a geoidheight", "that of the point before is taken");
+    last_m = point.geoid_m.value_or(last_m);
+    point.geoid_m = last_m;
+  }
+}
+
 void set_heights(TrackPoints& track, const HeightReading& heights) {
   std::vector<TrackPoint>& points = track.points;
+  if (heights.needed) fill_geoid(points, track.notes);
   const auto known =
       std::find_if(points.begin(), points.end(), [](const TrackPoint& p) { return p.height_m.has_value(); });
   const auto above_ellipsoid_m = [&](const TrackPoint& p) {
-    return *p.height_m + p.geoid_m.value_or(above(p) == Above::Sea ? heights.geoid_undulation_m : 0);
+    return *p.height_m + p.kml.offset_m +
+           p.geoid_m.value_or(above(p) == Above::Sea ? heights.geoid_undulation_m : 0);
   };
   double last_m = known == points.end() ? 0 : above_ellipsoid_m(*known);
   for (TrackPoint& point : points) {
@@ -434,16 +400,23 @@ TrackFile read_track_file(const std::filesystem::path& path, const std::string& 
   track.notes = RecordNotes(path);
   const auto read = [&](const auto& reader) {
     if (!track.points.empty()) return;
-    Tags tags(file);
+    XmlTags tags(file);
     reader(tags);
   };
   if (format == "gpx") {
-    read([&](Tags& tags) { read_gpx(tags, "trkpt", track); });
-    read([&](Tags& tags) { read_gpx(tags, "rtept", track); });
+    read([&](XmlTags& tags) { read_gpx(tags, "trkpt", track); });
+    read([&](XmlTags& tags) { read_gpx(tags, "rtept", track); });
   } else {
-    read([&](Tags& tags) { read_kml_tracks(tags, track); });
-    read([&](Tags& tags) { read_kml_points(tags, track); });
-    read([&](Tags& tags) { read_kml_line(tags, track); });
+    read([&](XmlTags& tags) { read_kml_tracks(tags, track); });
+    read([&](XmlTags& tags) { read_kml_points(tags, track); });
+    read([&](XmlTags& tags) { read_kml_line(tags, track); });
+  }
+  if (ends_early(file.text(), format)) {
+    track.notes.say(static_cast<int>(std::count(file.text().begin(), file.text().end(), '\n')) + 1,
+                    fmt::format("the file ends without </{}>", format),
+                    "read up to there; it is cut short: copy it again");
+    // Half a number may read as another one.
+    if (format == "kml" && !track.points.empty()) track.points.pop_back();
   }
   if (track.points.empty()) {
     throw InputError(path, 0,

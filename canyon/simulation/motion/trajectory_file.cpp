@@ -53,18 +53,8 @@ void read_urbannav_line(const TextFile& file, std::string_view line, std::size_t
         fmt::format("{} columns where {} are needed", fields.size(), std::max<std::size_t>(columns, 5)),
         "columns are GPS week, time of week, latitude, longitude, height");
   }
-  const double week = to_number(file, fields[0], "GPS week");
-  if (week != std::floor(week) || week < 0 || week > 9999) {
-    throw file.error(
-        fmt::format("the GPS week '{}' is not a whole number of weeks since 1980", trim(fields[0])),
-        "format urbannav is: GPS week, time of week, latitude, longitude, height");
-  }
-  const double tow = to_number(file, fields[1], "time of week");
-  if (tow < 0 || tow >= static_cast<double>(GpsTime::kSecondsPerWeek)) {
-    throw file.error(fmt::format("the time of week {} s is out of range", trim(fields[1])),
-                     "it runs from 0 to 604800 s");
-  }
-  points.add(GpsTime::from_week(static_cast<int>(week), tow), {fields[2], fields[3], fields[4]}, false);
+  const GpsTime time = time_of_week(file, fields[0], to_number(file, fields[1], "time of week"));
+  points.add(time, {fields[2], fields[3], fields[4]}, false);
 }
 
 TrajectoryFile read_urbannav(TextFile& file, const HeightReading& heights) {

@@ -102,7 +102,7 @@ TEST(TrajectoryCsv, SaysWhatIsWrongAndWhere) {
               HasSubstr("another way"));
   EXPECT_THAT(fault("yesterday,22.3,114.17,1\n", "csv"), HasSubstr("ISO 8601"));
   EXPECT_THAT(fault("0,22.3,114.17,1\n", "csv", GpsTime{}), HasSubstr("no start"));
-  EXPECT_THAT(fault("1556456283,22.3,114.17,1\n", "csv"), HasSubstr("Unix time"));
+  EXPECT_THAT(fault("15564562,22.3,114.17,1\n", "csv"), HasSubstr("time_ms, time_us"));
   EXPECT_THAT(fault("\n", "csv"), HasSubstr("no position"));
   EXPECT_THAT(fault("time,latitude,longitude,height\n", "csv"), HasSubstr("no position"));
   EXPECT_THAT(fault("time,latitude,height\n1,2,3\n", "csv"), HasSubstr("no column 'longitude'"));
@@ -545,6 +545,31 @@ TEST(TrajectoryNmea, AVoidSentenceOfTheSameTimeIsHeard) {
   EXPECT_THAT(file.warnings,
               ElementsAre(HasSubstr("of an instant that RMC or GLL calls void (the first of 3)"),
                           HasSubstr("with a fix of 0 satellites (the first of 7); it is taken")));
+}
+
+TEST(TrajectoryNmea, ALeapSecondIsAnInstant) {
+  std::string text = "$GPRMC,235955,A,4800.0000,N,01100.0000,E,,,311216,,,A\n";
+  const char* times[] = {"235957", "235958", "235959", "235960", "000000", "000001"};
+  for (const char* time : times)
+    text += fmt::format("$GPGGA,{},4800.0000,N,01100.0000,E,1,10,0.9,500.0,M,47.0,M,,\n", time);
+  const TrajectoryFile file = read(text, "nmea");
+  EXPECT_THAT(file.warnings, ElementsAre());
+  // 17 leap seconds before that one, 18 behind it.
+  EXPECT_EQ(file.trajectory.begin(), parse_time("2017-01-01T00:00:14 GPST"));
+  EXPECT_EQ(file.trajectory.end(), parse_time("2017-01-01T00:00:19 GPST"));
+}
+
+TEST(TrajectoryNmea, ValuesThatStandForNone) {
+  const std::string line = "$GPGGA,10001{i},48{min:07.4f},N,01100.0000,E,1,08,99.99,500.0,M,0.0,M,,\n";
+  HeightReading heights;
+  heights.geoid_undulation_m = 47;
+  const TemporaryFolder folder;
+  const TrajectoryFile file =
+      read_trajectory_file(folder.write("a.nmea", straight(line.c_str())), "nmea", kStart, heights);
+  EXPECT_THAT(file.warnings,
+              ElementsAre(HasSubstr("dilution of precision of 50 or more (the first of 10)"),
+                          HasSubstr("a geoid separation of 0 (the first of 10); its altitude is "
+                                    "taken as ellipsoidal height; the city's")));
 }
 
 TEST(TrajectoryCsv, HeadersStandAnywhere) {
