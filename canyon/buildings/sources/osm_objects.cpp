@@ -21,6 +21,7 @@
 #include "canyon/base/archives.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/input_file.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/buildings/sources/osm_text.hpp"
 
@@ -71,6 +72,12 @@ void for_each_piece(const std::filesystem::path& path, const std::string& format
   packed->close();
 }
 
+bool has_error_remark(std::string_view text) {
+  constexpr std::string_view kRemark = "<remark>";
+  const std::size_t at = text.find(kRemark);
+  return at != std::string_view::npos && trim(text.substr(at + kRemark.size())).starts_with("runtime error");
+}
+
 /// The text of an XML file that libosmium would not read as it is meant, made plain; empty for others, which
 /// may be larger than memory, and for damaged ones, which the reader refuses.
 std::optional<std::string> odd_xml(const std::filesystem::path& path, const std::string& format) {
@@ -83,7 +90,7 @@ std::optional<std::string> odd_xml(const std::filesystem::path& path, const std:
       text.erase(0, text.size() - std::min(text.size(), kLongestTag));
       text += piece;
       odd = odd || needs_plain_xml(std::string_view(text).substr(0, text.rfind('<')));
-      gave_up = gave_up || text.find("<remark> runtime error") != std::string::npos;
+      gave_up = gave_up || has_error_remark(text);
     });
     text.clear();
     if (odd && !gave_up) {

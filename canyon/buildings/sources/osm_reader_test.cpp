@@ -226,6 +226,52 @@ TEST_F(OsmReader, LeavesOutAndCountsWhatDoesNotStandThere) {
                           "1 left out, with an end_date: way/12"));
 }
 
+TEST_F(OsmReader, MarksOfWhatIsGoneOrBelowInOtherWords) {
+  const std::vector<OsmText::Tags> gone{{{"building", "No"}},
+                                        {{"building", "false"}},
+                                        {{"building", "yes"}, {"demolished", "2019"}},
+                                        {{"building", "yes"}, {"razed", "1990s"}},
+                                        {{"building", "yes"}, {"level", "-1"}},
+                                        {{"building", "yes"}, {"level", "-2;-1"}},
+                                        {{"building", "yes"}, {"level", "-3--1"}},
+                                        {{"building", "yes"}, {"building:levels", "-2"}},
+                                        {{"building", "yes"}, {"max_level", "-1"}},
+                                        {{"building", "yes"}, {"underground", "yes"}},
+                                        {{"building", "yes"}, {"location", "below_ground"}}};
+  const std::vector<OsmText::Tags> there{{{"building", "yes"}, {"demolished", "no"}},
+                                         {{"building", "yes"}, {"level", "-1;0"}},
+                                         {{"building", "yes"}, {"level", "-1"}, {"height", "9"}},
+                                         {{"building", "yes"}, {"planned", "solar roof"}}};
+  OsmText text;
+  std::int64_t id = 0;
+  for (const auto* list : {&gone, &there}) {
+    for (const OsmText::Tags& tags : *list) {
+      ++id;
+      text.square(id, 10 + 0.01 * static_cast<double>(id), 50, 0.001, tags);
+    }
+  }
+  const MapData map = read(text);
+  EXPECT_THAT(ids(map), ElementsAre("way/12", "way/13", "way/14", "way/15"));
+  EXPECT_THAT(map.warnings, IsSupersetOf({HasSubstr("2 left out, building=no"),
+                                          HasSubstr("2 left out, demolished or not built: way/3, way/4"),
+                                          HasSubstr("7 left out, underground")}));
+}
+
+TEST_F(OsmReader, AnUnfinishedAnswerOfOverpassIsRefused) {
+  const std::string map = OsmText().square(1, 10, 50, 0.001, kBuilding).text();
+  for (const char* remark :
+       {"<remark> runtime error: Query timed out</remark>", "<remark>\nruntime error: out of memory"})
+    EXPECT_THAT(problem_of_text(std::string(map).insert(map.find("<node"), remark)),
+                HasSubstr("Overpass gave up"));
+}
+
+TEST_F(OsmReader, SwappedLettersOfAKeyAreSaid) {
+  OsmText text;
+  text.square(1, 10, 50, 0.001, {{"building", "yes"}, {"heigth", "33"}});
+  EXPECT_THAT(read(text).warnings,
+              ElementsAre(HasSubstr("'heigth', which means nothing; did the map mean 'height'?")));
+}
+
 TEST_F(OsmReader, SkipsWhatIsIncompleteByName) {
   OsmText text;
   text.square(1, 10, 50, 0.001, kBuilding);

@@ -13,8 +13,10 @@ namespace {
 constexpr std::array<std::string_view, 12> kLifecyclePrefixes{
     "demolished", "razed",    "removed", "destroyed",    "abandoned", "was",
     "dismantled", "proposed", "planned", "construction", "historic",  "ruined"};
-constexpr std::array<std::string_view, 9> kGoneValues{
-    "demolished", "razed", "removed", "destroyed", "dismantled", "collapsed", "proposed", "planned", "was"};
+// Values of the key "building", and keys of their own ("demolished=2019").
+constexpr std::array<std::string_view, 6> kGoneValues{"demolished", "razed",      "removed",
+                                                      "destroyed",  "dismantled", "collapsed"};
+constexpr std::array<std::string_view, 3> kNotThereValues{"proposed", "planned", "was"};
 // Of what stands, no more than a stated height is known.
 constexpr std::array<std::string_view, 4> kUnfinishedValues{"construction", "ruins", "ruin", "foundation"};
 
@@ -43,24 +45,47 @@ std::string_view lifecycle_prefix(std::string_view key) {
              : std::string_view();
 }
 
+bool is_no(std::string_view value) {
+  const std::string word = lower_case(value);
+  return word == "no" || word == "false" || word == "0" || word == "none";
+}
+
+/// Whether "-1", "-2;-1" and "-2--1" lists storeys, and none above the ground.
+bool all_below_ground(std::string_view levels) {
+  const auto pieces = split(levels, ';');
+  return !levels.empty() && std::all_of(pieces.begin(), pieces.end(), [](std::string_view piece) {
+    piece = trim(piece);
+    const std::size_t range = piece.find('-', 1);
+    const auto first = parse_double(piece.substr(0, range));
+    const auto last = range == std::string_view::npos ? first : parse_double(piece.substr(range + 1));
+    return first && last && *first < 0 && *last < 0;
+  });
+}
+
 bool underground(const TagMap& tags) {
-  if (get(tags, "location") == "underground" || get(tags, "parking") == "underground") return true;
+  const std::string_view location = get(tags, "location");
+  if (location == "underground" || location == "below_ground" || location == "subsurface") return true;
+  if (get(tags, "parking") == "underground" || get(tags, "underground") == "yes") return true;
   const bool above = positive(get(tags, "height")) || positive(get(tags, "building:levels"));
   if (above) return false;
   const std::optional<double> layer = parse_double(get(tags, "layer"));
   if (layer && *layer < 0) return true;
+  for (const char* key : {"level", "max_level", "building:levels"})
+    if (all_below_ground(get(tags, key))) return true;
   const std::optional<double> levels = parse_double(get(tags, "building:levels"));
   return levels && *levels == 0 && positive(get(tags, "building:levels:underground")) &&
          !positive(get(tags, "roof:levels"));
 }
 
 std::string reason_to_leave_out(const TagMap& tags, std::string_view value) {
-  if (std::find(kGoneValues.begin(), kGoneValues.end(), value) != kGoneValues.end()) {
+  const auto says = [&](const auto& words, const auto& of_own) {
+    return std::any_of(words.begin(), words.end(), [&](std::string_view word) {
+      return value == word || of_own(get(tags, std::string(word).c_str()));
+    });
+  };
+  if (says(kGoneValues, [](std::string_view own) { return !own.empty() && !is_no(own); }) ||
+      says(kNotThereValues, [](std::string_view own) { return own == "yes"; }))
     return "demolished or not built";
-  }
-  for (const std::string_view gone : kGoneValues) {
-    if (get(tags, std::string(gone).c_str()) == "yes") return "demolished or not built";
-  }
   const bool unfinished =
       std::find(kUnfinishedValues.begin(), kUnfinishedValues.end(), value) != kUnfinishedValues.end();
   if (unfinished && !positive(get(tags, "height")) && !positive(get(tags, "building:levels")))
@@ -84,16 +109,16 @@ OsmClass classify(const TagMap& tags, bool foliage) {
   std::string_view building = get(tags, "building");
   if (building.empty()) building = get(tags, kDisused);
   const std::string_view part = get(tags, "building:part");
-  if (!building.empty() && building != "no") {
+  if (!building.empty() && !is_no(building)) {
     return {FeatureKind::Building, reason_to_leave_out(tags, building)};
   }
-  if (!part.empty() && part != "no") return {FeatureKind::Part, reason_to_leave_out(tags, part)};
+  if (!part.empty() && !is_no(part)) return {FeatureKind::Part, reason_to_leave_out(tags, part)};
   for (const auto& [key, value] : tags) {
-    if (!lifecycle_prefix(key).empty() && trim(value) != "no") {
+    if (!lifecycle_prefix(key).empty() && !is_no(trim(value))) {
       return {FeatureKind::Building, "demolished or not built"};
     }
   }
-  if (building == "no") return {FeatureKind::Building, "building=no"};
+  if (!building.empty()) return {FeatureKind::Building, "building=no"};
   if (foliage) {
     const std::string_view natural = get(tags, "natural");
     if (natural == "wood" || get(tags, "landuse") == "forest") return {FeatureKind::Wood, {}};
@@ -125,6 +150,9 @@ std::string_view misspelt_key(std::string_view key) {
            key[key.size() - 1 - alike_behind] == known[known.size() - 1 - alike_behind])
       ++alike_behind;
     if (alike + alike_behind + 1 == longer) return known;
+    const bool swapped = longer == shorter && alike + alike_behind + 2 == longer &&
+                         key[alike] == known[alike + 1] && key[alike + 1] == known[alike];
+    if (swapped) return known;
   }
   return {};
 }

@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kHighest_m = 2000;          // above it a value is a slip
 constexpr double kThinnest_m = 0.1;          // a building lower than this is a slip
-constexpr double kMostLevels = 400;          //
+constexpr double kMostLevels = 200;          // the highest building has 163
 constexpr double kSlab_m = 0.3;              // thickness of a roof on pillars
 constexpr double kLowestTaggedLevel_m = 2;   // storey heights outside do not tell how
 constexpr double kHighestTaggedLevel_m = 8;  // high the storeys are
@@ -198,12 +198,24 @@ class ShapeReader {
                              shown("height")));
       min_height_.reset();
     }
+    warn_of_storeys();
     // building:levels counts from the ground, those below building:min_level included; some count otherwise.
     if (levels_ && min_level_ && *levels_ > 0 && *levels_ <= *min_level_) {
       tags_.warn(fmt::format(
           "building:levels={} does not reach above building:min_level={}; taken as the storeys above it",
           *levels_, *min_level_));
       *levels_ += *min_level_;
+    }
+  }
+
+  /// A height that storeys contradict may be in feet, or above the sea.
+  void warn_of_storeys() const {
+    constexpr double kFew = 4, kHighStorey_m = 12, kLowStorey_m = 1.5;
+    if (!height_ || !levels_ || *levels_ < kFew) return;
+    const double storey_m = (*height_ - min_height_.value_or(0)) / (*levels_ - min_level_.value_or(0));
+    if (storey_m > 0 && (storey_m > kHighStorey_m || storey_m < kLowStorey_m)) {
+      tags_.warn(fmt::format("height={} and building:levels={} make storeys of {:.1f} m; the height is taken",
+                             shown("height"), *levels_, storey_m));
     }
   }
 

@@ -313,7 +313,7 @@ TEST(ShapeFromTags, LeavesAbsurdValuesOutWithAWarning) {
        0,
        3,
        "roof:levels=9 are higher than the building's 12 m"},
-      {{{"building", "yes"}, {"building:levels", "399"}, {"roof:shape", "dome"}, {"roof:height", "1900"}},
+      {{{"building", "yes"}, {"building:levels", "199"}, {"roof:shape", "dome"}, {"roof:height", "1900"}},
        9,
        0,
        3,
@@ -334,6 +334,22 @@ TEST(ShapeFromTags, LeavesAbsurdValuesOutWithAWarning) {
     EXPECT_THAT(warnings[0], StartsWith("way/7: "));
     EXPECT_THAT(warnings[0], HasSubstr(expected.warning));
   }
+}
+
+TEST(ShapeFromTags, StoreysThatContradictTheHeightAreSaid) {
+  const auto warnings_of = [](const char* height, const char* levels) {
+    std::vector<std::string> warnings;
+    const Shape shape =
+        read({{"building", "yes"}, {"height", height}, {"building:levels", levels}}, &warnings);
+    EXPECT_EQ(shape.height_source, HeightSource::Tag);
+    return warnings;
+  };
+  EXPECT_THAT(warnings_of("300", "10"),
+              ElementsAre("way/7: height='300' and building:levels=10 make storeys of "
+                          "30.0 m; the height is taken"));
+  EXPECT_THAT(warnings_of("12", "30"), ElementsAre(HasSubstr("storeys of 0.4 m")));
+  EXPECT_THAT(warnings_of("30", "10"), IsEmpty());
+  EXPECT_THAT(warnings_of("25", "1"), IsEmpty()) << "a hall";
 }
 
 TEST(ShapeFromTags, AFurtherTagHelpsWhereTheFirstIsWrong) {

@@ -167,6 +167,24 @@ TEST_F(TerrainTest, RotatedRasterAndLongitudesPast180) {
   EXPECT_NEAR(terrain.height_m({-74.9, 40.9}).value(), 1 + 40.9, 1e-9);
 }
 
+TEST_F(TerrainTest, AcrossTheAntimeridian) {
+  const auto east_of_180 = [](double x) { return x < 0 ? x + 180 : x - 180; };
+  const auto height = [&](double x, double y) { return 100 + 1000 * east_of_180(x) + 500 * (y + 16.8); };
+  Made made;
+  made.north = -16.7;
+  made.west = 179.9;
+  make_raster(folder_ / "one.tif", made, height);
+  made.west = 179.8;
+  make_raster(folder_ / "west.tif", made, height);
+  made.west = -180;
+  make_raster(folder_ / "east.tif", made, height);
+  const Terrain one({folder_ / "one.tif"}), two({folder_ / "west.tif", folder_ / "east.tif"});
+  for (const double x : {179.95, 179.98, -179.98, -179.95}) {
+    EXPECT_NEAR(one.height_m({x, -16.8}).value(), 100 + 1000 * east_of_180(x), 1e-6) << x;
+    EXPECT_NEAR(two.height_m({x, -16.8}).value(), 100 + 1000 * east_of_180(x), 1e-6) << x;
+  }
+}
+
 TEST_F(TerrainTest, NoDataIsNoAnswerAndTheNextRasterIsAsked) {
   Made made;
   made.type = GDT_Float32;
