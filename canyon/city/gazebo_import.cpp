@@ -138,13 +138,19 @@ class GazeboImport {
     if (world != nullptr) {
       if (world->NextSiblingElement("world") != nullptr) note("only the first of several worlds is read");
       read_origin(source, *world);
+      read_state(source, *world);
       read_models(source, *world, Eigen::Affine3d::Identity(), "", 0, true);
     } else {
       note("no spherical_coordinates: the origin is latitude 0, longitude 0, height 0");
       read_models(source, sdf, Eigen::Affine3d::Identity(), "", 0);
     }
     if (city_.mesh.triangles.empty()) {
-      throw InputError(path_, 0, "holds no triangle",
+      std::string why;
+      for (const auto& [what, count] : left_out_)
+        why += fmt::format("{}{} {}", why.empty() ? "" : ", ", count, what);
+      throw InputError(path_, 0,
+                       why.empty() ? "holds no triangle"
+                                   : fmt::format("holds no triangle that is read; not read are {}", why),
                        moving_.empty()
                            ? "give its links collisions or visuals"
                            : "give the models of the city <static>true</static>: others can move");
@@ -158,12 +164,29 @@ class GazeboImport {
     if (degenerate_ > 0)
       note(fmt::format("{} degenerate triangles (area below 1e-8 m^2) dropped", degenerate_));
     for (const auto& [what, count] : left_out_) note(fmt::format("{} {} left out", count, what));
+    if (moved_ > 0) note(fmt::format("{} models stand where the world's <state> says", moved_));
     check_mesh(city_.mesh, city_.name);
     return std::move(city_);
   }
 
  private:
   void note(std::string line) { city_.notes.push_back(std::move(line)); }
+
+  /// Gazebo Classic saves where models stood; it puts them there again.
+  void read_state(const Source& source, const Element& world) {
+    const Element* const state = world.FirstChildElement("state");
+    if (state == nullptr) return;
+    for (const Element* e = state->FirstChildElement("model"); e != nullptr;
+         e = e->NextSiblingElement("model"))
+      if (e->FirstChildElement("pose") != nullptr) state_[attribute(*e, "name")] = pose_of(source, *e);
+  }
+  /// The pose of a world's model: its own, or that of the state.
+  Eigen::Affine3d placed(const std::string& name, const Eigen::Affine3d& own, int depth) {
+    const auto found = depth == 0 ? state_.find(name) : state_.end();
+    if (found == state_.end() || found->second.isApprox(own, 1e-9)) return own;
+    ++moved_;
+    return found->second;
+  }
 
   void note_moving() {
     if (moving_.empty()) return;
@@ -305,7 +328,9 @@ class GazeboImport {
           moving_.push_back(attribute(*e, "name"));
           continue;
         }
-        read_model(source, *e, world_from_parent * pose_of(source, *e), scope, attribute(*e, "name"), depth);
+        const std::string name = attribute(*e, "name");
+        read_model(source, *e, world_from_parent * placed(name, pose_of(source, *e), depth), scope, name,
+                   depth);
       } else if (kind == "include") {
         read_include(source, *e, world_from_parent, scope, depth, only_static);
       } else if (kind == "actor" || kind == "population" || kind == "road") {
@@ -362,8 +387,8 @@ class GazeboImport {
       throw source.error(include, "placement_frame", "give the pose instead");
     }
     // A pose of the include takes the place of the model's own.
-    const bool placed = include.FirstChildElement("pose") != nullptr;
-    const Eigen::Affine3d pose = placed ? pose_of(source, include) : pose_of(included, *model);
+    const bool own = include.FirstChildElement("pose") != nullptr;
+    const Eigen::Affine3d pose = own ? pose_of(source, include) : pose_of(included, *model);
     std::string name = child_text(include, "name");
     if (name.empty()) name = attribute(*model, "name");
     if (only_static && !is_static(*model, &include)) {
@@ -375,7 +400,7 @@ class GazeboImport {
                          fmt::format("models are nested or included more than {} deep", kDeepestNesting),
                          "look for a model that includes itself");
     }
-    read_model(included, *model, world_from_parent * pose, scope, name, depth + 1);
+    read_model(included, *model, world_from_parent * placed(name, pose, depth), scope, name, depth + 1);
   }
 
   /// Where a URI's file or folder lies, if it does.
@@ -494,7 +519,9 @@ class GazeboImport {
   std::map<std::string, Source> sources_;
   std::map<std::string, PartFile> meshes_;
   std::map<std::string, std::size_t> left_out_;
-  std::vector<std::string> moving_;  ///< names of the world's models that are not static
+  std::vector<std::string> moving_;               ///< names of the world's models that are not static
+  std::map<std::string, Eigen::Affine3d> state_;  ///< poses of the world's models
+  std::size_t moved_ = 0;                         ///< models that it moves
   std::size_t degenerate_ = 0;
 };
 

@@ -186,6 +186,21 @@ TEST_F(GazeboImport, SaysWhatItLeavesOut) {
   EXPECT_THAT(city.notes, Contains(HasSubstr("1 <actor> left out")));
 }
 
+TEST_F(GazeboImport, SaysWhatItCouldNotReadWhereNothingIsLeft) {
+  EXPECT_THAT(error(model("m", "0 0 0 0 0 0", "<polyline><point>0 0</point><height>3</height></polyline>")),
+              HasSubstr("holds no triangle that is read; not read are 1 <polyline> geometries"));
+}
+
+TEST_F(GazeboImport, ModelsStandWhereTheSavedStateSays) {
+  const std::string state =
+      "<state world_name='w'><model name='a'><pose>300 0 3 0 0 0</pose></model>"
+      "<model name='b'><pose>50 0 3 0 0 0</pose></model></state>";
+  const City city = world(model("a", "100 0 3 0 0 0", kBox) + model("b", "50 0 3 0 0 0", kBox) + state);
+  EXPECT_NEAR(city.bounds().min.x(), 49, 1e-9);
+  EXPECT_NEAR(city.bounds().max.x(), 301, 1e-9);
+  EXPECT_THAT(city.notes, Contains("1 models stand where the world's <state> says"));
+}
+
 TEST_F(GazeboImport, OfAWorldOnlyWhatIsStatic) {
   const std::string car = "<model name='car'><link name='l'><collision name='c'><geometry>" +
                           std::string(kBox) + "</geometry></collision></link></model>";

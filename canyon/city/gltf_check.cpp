@@ -49,6 +49,9 @@ class GltfCheck {
     if (!root || !root->is_object()) return {};  // Assimp says the rest
     root_ = &*root;
     check_extensions();
+    if (list("extensions").contains("CESIUM_RTC")) {
+      notes_.emplace_back("its place on the Earth (CESIUM_RTC) is not read: the city stands at city.origin");
+    }
     try {
       check_meshes();
       check_nodes();
@@ -230,6 +233,14 @@ class GltfCheck {
       for (const Json& node : item("scenes", number(*root_, "scene", 0))["nodes"])
         visit_node(node.get<std::size_t>());
     }
+    if (repeated_ > 0) {
+      notes_.push_back(fmt::format(
+          "{} nodes stand at many places by EXT_mesh_gpu_instancing, which is not read: each is built once; "
+          "export the instances as nodes",
+          repeated_));
+    }
+    if (hidden_ > 0)
+      notes_.push_back(fmt::format("{} nodes are hidden by KHR_node_visibility, and are built", hidden_));
     const auto count_unused = [&](const char* key, std::string_view what) {
       const std::size_t all = list(key).is_array() ? list(key).size() : 0, unused = all - used_[key].size();
       if (unused > 0) notes_.push_back(fmt::format("{} of {} {} {}", unused, all, key, what));
@@ -252,6 +263,9 @@ class GltfCheck {
     know(node, "nodes",
          {"camera", "children", "skin", "matrix", "mesh", "rotation", "scale", "translation", "weights"});
     if (const std::size_t mesh = number(node, "mesh", kNone); mesh != kNone) item("meshes", mesh);
+    const Json& extensions = node["extensions"];
+    repeated_ += extensions.contains("EXT_mesh_gpu_instancing") ? 1U : 0U;
+    hidden_ += extensions["KHR_node_visibility"]["visible"] == false ? 1U : 0U;
     for (const Json& child : node["children"]) visit_node(child.get<std::size_t>());
   }
 
@@ -269,6 +283,7 @@ class GltfCheck {
   std::map<std::string, std::set<std::size_t>> used_;  ///< by list
   std::map<std::size_t, std::size_t> taken_;           ///< bytes of buffer views that accessors take
   std::map<std::string, std::string> unknown_;         ///< keys, and whose they are
+  std::size_t repeated_ = 0, hidden_ = 0;              ///< nodes
   std::vector<std::string> notes_;
 };
 

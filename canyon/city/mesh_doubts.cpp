@@ -128,6 +128,13 @@ std::vector<std::string> implausible_objects(const Mesh& mesh) {
   if (!named.empty())
     lines.push_back(fmt::format("{}: {:.0f} m high, as no building is; is the unit right? scale corrects it",
                                 named, highest));
+  constexpr double kLowest_m = 1;
+  const double tallest = *std::max_element(heights.begin(), heights.end());
+  if (objects.size() > 2 && tallest > 0 && tallest < kLowest_m) {
+    lines.push_back(
+        fmt::format("the highest of {} objects is {:.2g} m high; is the unit right? scale corrects it",
+                    objects.size(), tallest));
+  }
   if (objects.size() < 4) return lines;
   constexpr double kWide_m = 500, kFar_m = 5000, kTimes = 20;
   const double usual = median(widths);

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "canyon/city/city.hpp"
+#include "canyon/city/mesh_doubts.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "tests/support/case_file.hpp"
 #include "tests/support/refusal.hpp"
@@ -543,6 +544,38 @@ TEST_F(MeshFile, RequiredExtensionsAreNamed) {
   EXPECT_THAT(error_of(test::case_file("gltf-meshopt/m.gltf")),
               HasSubstr("requires the extension EXT_meshopt_compression, which is not read here; export"));
   EXPECT_THAT(error_of(write("zip.obj", "PK\x03\x04 and so on")), HasSubstr("is a packed file"));
+}
+
+TEST_F(MeshFile, SaysWhichExtensionsOfGltfItDoesNotRead) {
+  write("box.bin", gltf_buffer(y_up(box())));
+  const std::string json = gltf_json(y_up(box()), "box.bin");
+  const auto notes_of = [&](const std::string& from, const std::string& to) {
+    std::string changed = json;
+    changed.replace(changed.find(from), from.size(), to);
+    return read_mesh_city(write("a.gltf", changed), {}).notes;
+  };
+  const std::string node = R"({"mesh":0,)";
+  EXPECT_THAT(notes_of(node, node + R"("extensions":{"EXT_mesh_gpu_instancing":{"attributes":{}}},)"),
+              Contains(HasSubstr("1 nodes stand at many places by EXT_mesh_gpu_instancing")));
+  EXPECT_THAT(notes_of(node, node + R"("extensions":{"KHR_node_visibility":{"visible":false}},)"),
+              Contains(HasSubstr("1 nodes are hidden by KHR_node_visibility, and are built")));
+  EXPECT_THAT(notes_of(R"("scene":0,)", R"("scene":0,"extensions":{"CESIUM_RTC":{"center":[1,2,3]}},)"),
+              Contains(HasSubstr("(CESIUM_RTC) is not read")));
+}
+
+TEST(ImplausibleObjects, AreInAnotherUnitWhereAllAreLow) {
+  const auto doubts = [](double height) {
+    Mesh mesh;
+    for (int i = 0; i < 3; ++i) {
+      const double x = 10.0 * i;
+      append_object(mesh, "b", Surface::Building, Material::Brick,
+                    {{x, 0, 0}, {x + 5, 0, 0}, {x + 5, 0, height}}, {{0, 1, 2}});
+    }
+    return implausible_objects(mesh);
+  };
+  EXPECT_THAT(doubts(0.3), ::testing::ElementsAre(
+                               HasSubstr("the highest of 3 objects is 0.3 m high; is the unit right?")));
+  EXPECT_TRUE(doubts(3).empty());
 }
 
 TEST_F(MeshFile, AMeshOnItsSideIsSaid) {
