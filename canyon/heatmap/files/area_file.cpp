@@ -55,7 +55,7 @@ class Reader {
   [[nodiscard]] Ring take_ring(const Json& positions) const;
   [[nodiscard]] Eigen::Vector2d take_position(const Json& position) const;
   [[nodiscard]] Eigen::Vector2d plane_from_degrees(const Eigen::Vector2d& lon_lat) const;
-  void append_line(Ring& ring, const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;
+  void append_line(Ring& ring, const Eigen::Vector2d& from, const Eigen::Vector2d& end) const;
   [[nodiscard]] Area joined() const;
   void check_near(const Area& area) const;
 
@@ -136,7 +136,8 @@ Eigen::Vector2d Reader::take_position(const Json& position) const {
     fail("a position is not a list of longitude and latitude", "give [longitude, latitude] in degrees");
   }
   Eigen::Vector2d place(position[0].get<double>(), position[1].get<double>());
-  if (!(std::abs(place.x()) <= 180) || !(std::abs(place.y()) <= 90)) {
+  // Beyond 180 deg: some programs do not cut polygons at the antimeridian.
+  if (!(std::abs(place.x()) <= 360) || !(std::abs(place.y()) <= 90)) {
     fail(fmt::format("[{}, {}] is not a longitude and latitude", place.x(), place.y()),
          "give WGS 84 degrees, the longitude first; convert other systems with ogr2ogr -t_srs EPSG:4326");
   }
@@ -150,13 +151,15 @@ Eigen::Vector2d Reader::plane_from_degrees(const Eigen::Vector2d& lon_lat) const
       .head<2>();
 }
 
-/// Appends `from` and points between it and `to`.
-void Reader::append_line(Ring& ring, const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
-  for (const Eigen::Vector2d& end : {from, to}) {
+/// Appends `from` and points between it and `end`.
+void Reader::append_line(Ring& ring, const Eigen::Vector2d& from, const Eigen::Vector2d& end) const {
+  // The short way, also across the antimeridian.
+  const Eigen::Vector2d to(from.x() + std::remainder(end.x() - from.x(), 360.0), end.y());
+  for (const Eigen::Vector2d& corner : {from, to}) {
     const Eigen::Vector3d place =
-        frame_.local_from_geodetic(geodesy::Geodetic::from_degrees(end.y(), end.x(), 0));
+        frame_.local_from_geodetic(geodesy::Geodetic::from_degrees(corner.y(), corner.x(), 0));
     if (place.norm() > kFarthestMetres) {
-      fail(fmt::format("[{}, {}] is {:.0f} km from the city", end.x(), end.y(), place.norm() / 1000),
+      fail(fmt::format("[{}, {}] is {:.0f} km from the city", corner.x(), corner.y(), place.norm() / 1000),
            "give an area about the city, positions as [longitude, latitude]");
     }
   }

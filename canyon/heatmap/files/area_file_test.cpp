@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -59,6 +60,27 @@ TEST(ReadArea, CornersLieWhereTheyAre) {
   EXPECT_NEAR(low.x(), -east, 0.005);
   EXPECT_NEAR(high.y(), north, 0.005);
   EXPECT_NEAR(low.y(), -north, 0.005);
+}
+
+TEST(ReadArea, AcrossTheAntimeridian) {
+  const geodesy::LocalFrame frame(geodesy::Geodetic::from_degrees(-16.8, 180, 0));
+  const auto ring = [](double west, double east) {
+    return fmt::format("[[{0},-16.85],[{1},-16.85],[{1},-16.75],[{0},-16.75],[{0},-16.85]]", west, east);
+  };
+  const std::string ways[] = {polygon(ring(179.95, 180.05)), polygon(ring(179.95, -179.95)),
+                              polygon(ring(-180.05, -179.95)),
+                              R"({"type": "MultiPolygon", "coordinates": [[)" + ring(179.95, 180) + "],[" +
+                                  ring(-180, -179.95) + "]]}"};
+  const test::TemporaryFolder folder;
+  // 0.05 deg are 5.3 km east.
+  for (const std::string& way : ways) {
+    std::ofstream(folder / "area.geojson") << way;
+    const Area area = read_area(folder / "area.geojson", frame);
+    for (const double east : {-5200, -2600, -10, 10, 2600, 5200})
+      EXPECT_TRUE(area.contains({east, 1000})) << way;
+    for (const double east : {-5500, 5500}) EXPECT_FALSE(area.contains({east, 1000})) << way;
+    EXPECT_FALSE(area.contains({0, 5700})) << way;
+  }
 }
 
 TEST(ReadArea, HolesAreOutside) {
