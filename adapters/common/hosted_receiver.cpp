@@ -10,6 +10,7 @@
 
 #include "adapters/common/stream_publisher.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/secrets.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/city_scene.hpp"
 
@@ -120,7 +121,7 @@ double HostedReceiver::rate_hz() const {
 }
 
 void HostedReceiver::say(Tone tone, const std::string& line) {
-  if (said_.insert(line).second) say_(tone, fmt::format("{}: {}", name_, line));
+  if (said_.insert(line).second) say_(tone, hide_passwords(fmt::format("{}: {}", name_, line)));
 }
 
 void HostedReceiver::add(std::unique_ptr<EpochPublisher> publisher) {

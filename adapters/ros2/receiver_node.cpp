@@ -25,6 +25,7 @@
 #include "adapters/ros2/rtcm_topic.hpp"
 #include "adapters/ros2/scenario_run.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/secrets.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/encoder.hpp"
 #include "canyon/simulation/epoch_schedule.hpp"
@@ -85,7 +86,7 @@ struct ReceiverNode::Impl {
   void publish(const Step* step, std::int64_t at_ns, const std::string& reason);
   [[nodiscard]] std::int64_t now_ns() const { return node.get_clock()->now().nanoseconds(); }
   void warn(const std::string& message) {
-    if (said.insert(message).second) RCLCPP_WARN(node.get_logger(), "%s", message.c_str());
+    if (said.insert(message).second) RCLCPP_WARN(node.get_logger(), "%s", hide_passwords(message).c_str());
   }
   /// An error in a callback ends the drive, not the container.
   template <class Work>

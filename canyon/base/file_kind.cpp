@@ -86,6 +86,19 @@ bool is_ubx(std::string_view head) {
   return head.starts_with("\xB5\x62") && !is_nmea(head);
 }
 
+/// The two lines of a satellite's elements.
+bool is_elements(std::string_view head) {
+  constexpr std::size_t kLength = 69;
+  const auto lines = split(head, '\n');
+  for (std::size_t i = 0; i + 1 < lines.size(); ++i) {
+    const std::string_view first = trim(lines[i]), second = trim(lines[i + 1]);
+    if (first.size() == kLength && second.size() == kLength && first.starts_with("1 ") &&
+        second.starts_with("2 "))
+      return true;
+  }
+  return false;
+}
+
 bool is_json(std::string_view head) {
   return trim(head).starts_with('{');
 }
@@ -124,6 +137,8 @@ constexpr Row kKinds[] = {
      "convert it to RINEX, for instance by RTKLIB's convbin"},
     {FileKind::Rtcm, is_rtcm, "a stream of RTCM 3", "", "canyon rtk takes it as the base"},
     {FileKind::Nmea, is_nmea, "a log of NMEA sentences", "nmea", "as a trajectory its format is nmea"},
+    {FileKind::Elements, is_elements, "a list of orbital elements (TLE)", "",
+     "they are not read: give RINEX navigation files or SP3 files of the day"},
     {FileKind::Json, is_json, "JSON (such as GeoJSON)", "",
      "as a recorded path write GPX or CSV, for instance by ogr2ogr; maps end in .json or .jsonl"},
     {FileKind::Columns, is_columns, "a text of columns", "", ""},

@@ -20,8 +20,9 @@ enum class FileKind : std::uint8_t {
   Ubx,
   Rtcm,
   Nmea,
+  Elements,  ///< TLE
   Json,
-  Columns  ///< text with commas, semicolons or tabs
+  Columns  ///< text with commas, semicolons, tabs or blanks
 };
 
 /// Whether a file is a scenario, by the ending of its name: .yaml or .yml.

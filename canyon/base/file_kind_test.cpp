@@ -34,6 +34,10 @@ TEST(FileKind, ByTheFirstBytes) {
       {"\xD3\x01\x13\x20\x20$GNGGA,123519,4807.038,N\r\n", FileKind::Nmea},
       {"[12:00] $GPGGA,123519,4807.038,N\n", FileKind::Nmea},
       {"$PUBX,00,1\n", FileKind::Nmea},
+      {"GPS BIIA-10 (PRN 32)\n"
+       "1 20959U 90103A   12306.12345678  .00000012  00000-0  10000-3 0  1234\n"
+       "2 20959  54.5000 200.0000 0100000 100.0000 260.0000  2.00560000 12345\n",
+       FileKind::Elements},
       {"time,lat,lon,height\n0,22.3,114.17,5\n", FileKind::Columns},
       {"# a comment, of a table\n1;2;3\n", FileKind::Columns},
       {"%  GPST  latitude(deg)\n2024/05/01 10:00:00.000  48.1  11.5  500.0  5  12\n", FileKind::Columns},

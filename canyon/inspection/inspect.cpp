@@ -289,6 +289,7 @@ FileReport inspect_file(const std::filesystem::path& path) {
     case FileKind::Columns:
       return inspect_columns(path);
     case FileKind::Ubx:
+    case FileKind::Elements:
     case FileKind::Json:
     case FileKind::Other:
       break;

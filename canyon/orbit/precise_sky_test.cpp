@@ -303,6 +303,32 @@ TEST(PreciseSky, LeavesOutClocksThatContradictTheOthers) {
   EXPECT_THAT(message(none.text()), HasSubstr("no satellite has a clock"));
 }
 
+// Zeros stand for a position that the writer did not have.
+TEST(PreciseSky, SaysWhichSatellitesHaveNoPosition) {
+  std::string text = MadeUp().text();
+  const std::string zero = "PG08      0.000000      0.000000      0.000000    100.000000\n";
+  for (std::size_t at = text.find("\nPG07"); at != std::string::npos;
+       at = text.find("\nPG07", at + zero.size() + 2))
+    text.insert(at + 1, zero);
+  const PreciseSky sky(TextFile::from_string(text, "made-up.sp3"));
+  EXPECT_THAT(sky.warnings(),
+              ::testing::Contains(HasSubstr("no position of G08; these satellites are left out")));
+  EXPECT_TRUE(sky.state(kG07, kFirst + 10 * 900));
+}
+
+TEST(PreciseSky, LinesThatLostTheirFirstCharacterAreSaid) {
+  const std::string text = MadeUp().text();
+  const auto warnings_without = [&](std::string_view mark) {
+    std::string changed = text;
+    std::size_t at = 0;
+    for (int k = 0; k < 10; ++k) at = changed.find(mark, at + 1);
+    changed.erase(at + 1, 1);
+    return PreciseSky(TextFile::from_string(changed, "made-up.sp3")).warnings();
+  };
+  EXPECT_THAT(warnings_without("\nPG07"), ::testing::Contains(HasSubstr("line of no kind that SP3 has")));
+  EXPECT_THAT(warnings_without("\n*"), ::testing::Contains(HasSubstr("line without a mark")));
+}
+
 // A change of velocity of 1 m/s: the orbit behind it is another one.
 TEST(PreciseSky, DoesNotAnswerAcrossManeuversThatAreNotMarked) {
   MadeUp file;

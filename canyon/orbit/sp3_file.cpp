@@ -47,6 +47,11 @@ class Reader {
         notes().guard([&] { read_epoch(*line); });
       } else if (kind == 'P' && (in_epoch_ || epochs_.empty())) {
         notes().guard([&] { read_position(*line); });
+      } else if (!epochs_.empty() && std::string_view("PVE/%+#i ").find(kind) == std::string_view::npos) {
+        notes().bad(file_.line(), "line of no kind that SP3 has");
+      } else if (!epochs_.empty() && kind == ' ' && !trim(*line).empty()) {
+        in_epoch_ = false;  // an epoch that has lost its mark: what follows is of another time
+        notes().bad(file_.line(), "line without a mark, with all positions to the next epoch");
       }
       // Satellite lists, accuracies, comments, velocities (V) and correlations (EP, EV) hold nothing needed
       // here.
@@ -141,6 +146,8 @@ class Reader {
     const std::string_view clock = trim(column(line, 46, 14));
     const bool absent = clock.find_first_not_of('*') == std::string_view::npos;
     const double clock_us = absent ? kBadClock_us : number(line, 46, "clock");
+    if (std::abs(clock_us) > kBadClock_us + 1)
+      throw file_.error(fmt::format("the clock of {}, {:.0f} us, is impossible", to_string(*id), clock_us));
     record.good_clock = std::abs(clock_us) < kBadClock_us;
     record.clock_bias_s = clock_us * 1e-6;
     record.clock_event = column(line, 74, 1) == "E";

@@ -325,15 +325,28 @@ class Sp3Review {
     }
   }
 
-  void require_clocks() {
-    std::vector<std::string> without;
-    int line = 0;
+  /// Satellites none of whose records is good, and the line of the first record.
+  template <typename Good>
+  [[nodiscard]] std::pair<std::vector<std::string>, int> without_any(const Good& good) const {
+    std::pair<std::vector<std::string>, int> without;
     for (const auto& [id, records] : sp3_.records) {
-      if (std::any_of(records.begin(), records.end(), [](const Sp3Record& r) { return r.good_clock; }))
-        continue;
-      if (without.empty()) line = records.front().line;
-      without.push_back(to_string(id));
+      if (records.empty() || std::any_of(records.begin(), records.end(), good)) continue;
+      if (without.first.empty()) without.second = records.front().line;
+      without.first.push_back(to_string(id));
     }
+    return without;
+  }
+
+  void note_places() {
+    const auto [without, line] = without_any([](const Sp3Record& r) { return r.good_position; });
+    if (without.empty() || without.size() == sp3_.records.size()) return;
+    notes_.say(line, fmt::format("no position of {}", fmt::join(without, ", ")),
+               "these satellites are left out");
+  }
+
+  void require_clocks() {
+    note_places();
+    const auto [without, line] = without_any([](const Sp3Record& r) { return r.good_clock; });
     if (without.empty()) return;
     if (without.size() == sp3_.records.size()) {
       throw InputError(notes_.path(), line,

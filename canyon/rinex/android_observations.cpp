@@ -23,6 +23,7 @@ enum Column : std::size_t {
   TimeNanos,
   FullBiasNanos,
   BiasNanos,
+  BiasUncertainty,
   DiscontinuityCount,
   Svid,
   Constellation,
@@ -41,7 +42,8 @@ enum Column : std::size_t {
   Multipath
 };
 constexpr std::string_view kColumns =
-    "TimeNanos FullBiasNanos BiasNanos HardwareClockDiscontinuityCount Svid ConstellationType State "
+    "TimeNanos FullBiasNanos BiasNanos BiasUncertaintyNanos HardwareClockDiscontinuityCount Svid "
+    "ConstellationType State "
     "ReceivedSvTimeNanos ReceivedSvTimeUncertaintyNanos TimeOffsetNanos Cn0DbHz "
     "PseudorangeRateMetersPerSecond PseudorangeRateUncertaintyMetersPerSecond AccumulatedDeltaRangeState "
     "AccumulatedDeltaRangeMeters AccumulatedDeltaRangeUncertaintyMeters CarrierFrequencyHz CodeType "
@@ -55,9 +57,10 @@ constexpr double kVersion = 3.05;
 constexpr std::int64_t kEarliest_ns = 1024 * GpsTime::kNanosecondsPerWeek;  ///< 1999
 /// Beyond it the phone's estimate of its clock began anew, whatever its count of discontinuities says.
 constexpr std::int64_t kHeldWithin_ns = 10 * kMillisecond_ns;
-/// Limits of uncertainties: ProcessGnssMeas.m of Google's GPS measurement tools for times and rates; a delta
-/// range that is known to a wavelength at best is no phase.
-constexpr double kMaxTime_ns = 500, kMaxRate_mps = 10, kMaxDeltaRange_m = 0.3;
+/// Limits of uncertainties: ProcessGnssMeas.m and SetDataFilter.m of Google's GPS measurement tools for times,
+/// rates and the clock's bias, which a phone guesses to seconds before its first fix; a delta range that is
+/// known to a wavelength at best is no phase.
+constexpr double kMaxBias_ns = 1e7, kMaxTime_ns = 500, kMaxRate_mps = 10, kMaxDeltaRange_m = 0.3;
 /// Least to greatest travel times with the clock's 10 ms: 64 ms from a GLONASS satellite in the zenith, 140
 /// ms from an inclined geosynchronous one at the horizon. Their middle resolves open times.
 constexpr std::int64_t kLeast_ns = 50 * kMillisecond_ns, kGreatest_ns = 150 * kMillisecond_ns;
@@ -157,6 +160,10 @@ class AndroidReader {
       return {};
     }
     if (!log_.integer(FullBiasNanos)) return no_number(FullBiasNanos);
+    if (log_.number(BiasUncertainty).value_or(0) > kMaxBias_ns) {
+      skip("line of a phone that knows its clock no better than to 10 ms (BiasUncertaintyNanos)");
+      return {};
+    }
     for (const Column column : {BiasNanos, TimeOffsetNanos, Cn0, Rate, DeltaRange, CarrierFrequency}) {
       if (!log_.text(column).empty() && !log_.number(column)) return no_number(column);
     }

@@ -122,6 +122,18 @@ class AndroidObservations : public testing::Test {
   TemporaryFolder folder_;
 };
 
+// Before its first fix.
+TEST_F(AndroidObservations, APhoneThatGuessesItsClockSaysNothing) {
+  std::vector<std::string> columns = kNew;
+  columns.emplace_back("BiasUncertaintyNanos");
+  const RinexObservations file =
+      read({with(gps_line(5), "BiasUncertaintyNanos", "2.5E9"),
+            with(gps_line(5, kSecond_ns), "BiasUncertaintyNanos", "14.2"), gps_line(5, 2 * kSecond_ns)},
+           columns);
+  EXPECT_THAT(file.epochs, SizeIs(2));
+  EXPECT_THAT(file.report.warnings(), ElementsAre(HasSubstr("knows its clock no better than to 10 ms")));
+}
+
 // One travel time in the time of each system: GLONASST is UTC + 3 h (18 leap seconds), BDT 14 s behind.
 TEST_F(AndroidObservations, GivePseudorangesOfEverySystem) {
   constexpr std::int64_t kWeek_ns = kNow_ns % GpsTime::kNanosecondsPerWeek - kTravel_ns;

@@ -324,6 +324,7 @@ class Reader {
       throw DamagedRecord{
           fmt::format("record of {} has {} lines where {} belong", to_string(id), lines.size(), needed)};
     }
+    require_columns(lines, layout_);
     if (glonass) {
       data_.glonass.push_back(decode_glonass(id, lines, layout_));
       data_.glonass.back().line = record.line;

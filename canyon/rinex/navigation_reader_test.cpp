@@ -234,7 +234,7 @@ TEST(RinexNavigation, FormatVariantsReadTheSame) {
   EXPECT_EQ(format_rinex_navigation(read(replaced(kRinex3Sample, "3.601800000000e+04 4.000000000000e+00",
                                                   "3.601800000000e+04 4.000000000000e+00 rubbish"))),
             plain);
-  EXPECT_EQ(kepler(read(replaced(kRinex3Sample, " 3.410605131648e-13", "0.499063314480-269")),
+  EXPECT_EQ(kepler(read(replaced(kRinex3Sample, " 3.410605131648e-13", " 0.499063314480-269")),
                    {gnss::System::GPS, 5})
                 .af1,
             4.99063314480e-270);
@@ -254,7 +254,7 @@ TEST(RinexNavigation, WeekRolloverIsJudgedByTheClockEpoch) {
   // Clock epoch late on Saturday, toe at the start of the next week, message sent before.
   std::string record = replaced(kG05, "2019 04 28 12 00 00", "2019 04 27 23 59 44");
   record = replaced(record, "4.320000000000e+04", "0.000000000000e+00");
-  for (const char* sent : {"5.976000000000e+05", "-7.20000000000e+03"}) {
+  for (const char* sent : {"5.976000000000e+05", "-7.200000000000e+03"}) {
     for (const char* week :
          {"2.051000000000e+03", "2.050000000000e+03", "3.000000000000e+00"}) {  // 3 is 2051 mod 1024
       std::string text = replaced(record, "2.051000000000e+03", week);
@@ -525,6 +525,10 @@ TEST(RinexNavigation, ADamagedRecordIsLostAlone) {
        "7 lines where 8"},
       {"     1.812353730202e-06", "     1.8\n     1.812353730202e-06", "9 lines where 8"},
       {"9.600000000000e+01", "9.650000000000e+01", "issue of data 96.5 is not a whole number"},
+      {"     9.659928182326e-01", "    9.659928182326e-01",
+       "line 5 of the record has lost or gained a character"},
+      {"5.153679471970e+03", "5.15367947197e+03", "line 3 of the record has lost or gained a character"},
+      {"     4.320000000000e+04", "   -4.320000000000e+04", "line 4 of the record begins in its indentation"},
   };
   for (const Case& c : cases) {
     SCOPED_TRACE(c.warning);

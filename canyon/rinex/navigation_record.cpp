@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
@@ -204,6 +206,33 @@ std::optional<double> Fields::at(std::size_t i) const {
     throw DamagedRecord{fmt::format("'{}' in line {} of the record is not a number", trim(field), line + 1)};
   }
   return value;
+}
+
+void require_columns(const std::vector<std::string_view>& lines, Layout layout) {
+  const std::size_t indent = layout == Layout::kVersion2 ? 3 : 4;
+  std::map<std::size_t, std::size_t> counts;      // by offset of the exponent
+  std::map<std::size_t, std::size_t> first_line;  // where an offset comes first
+  for (std::size_t line = 0; line < lines.size(); ++line) {
+    if (line > 0 && !trim(column(lines[line], 0, indent)).empty())
+      throw DamagedRecord{fmt::format("line {} of the record begins in its indentation", line + 1)};
+    for (std::size_t place = line == 0 ? 1 : 0; place < 4; ++place) {
+      const std::string_view field = column(lines[line], indent + place * kFieldWidth, kFieldWidth);
+      const std::size_t exponent = field.find_first_of("DEde");
+      if (exponent == std::string_view::npos) continue;
+      ++counts[exponent];
+      first_line.emplace(exponent, line);
+    }
+  }
+  constexpr std::size_t kMany = 8;
+  const auto usual = std::max_element(counts.begin(), counts.end(),
+                                      [](const auto& a, const auto& b) { return a.second < b.second; });
+  std::size_t all = 0;
+  for (const auto& [offset, count] : counts) all += count;
+  if (all < kMany || 4 * usual->second < 3 * all) return;  // another program's columns
+  for (const auto& [offset, line] : first_line) {
+    if (offset == usual->first) continue;
+    throw DamagedRecord{fmt::format("line {} of the record has lost or gained a character", line + 1)};
+  }
 }
 
 std::pair<int, int> satellite_numbers(gnss::System system) {

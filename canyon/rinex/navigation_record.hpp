@@ -42,6 +42,11 @@ class Fields {
   Layout layout_;
 };
 
+/// Throws DamagedRecord where a record's columns are not as FORTRAN writes them: something stands in the
+/// indentation, or the exponents of few numbers stand elsewhere in their fields than those of the others. A
+/// lost character shifts what follows, which still reads as numbers, without their signs.
+void require_columns(const std::vector<std::string_view>& lines, Layout layout);
+
 /// First and last number of a system's satellites that RINEX files may name; a record beyond is damaged.
 [[nodiscard]] std::pair<int, int> satellite_numbers(gnss::System system);
 

@@ -82,7 +82,12 @@ HeaderRecords::Result HeaderRecords::apply(std::string_view line) {
     const auto position = three_numbers(line);
     if (!position) return damaged("APPROX POSITION XYZ is not three numbers");
     header_.approximate_position_ecef.reset();
-    if (position->norm() > 0) header_.approximate_position_ecef = position;
+    constexpr double kLowest_m = 6.3e6, kHighest_m = 5e7;
+    const double radius_m = position->norm();
+    if (radius_m == 0) return {};
+    if (radius_m < kLowest_m || radius_m > kHighest_m)
+      return damaged(fmt::format("APPROX POSITION XYZ is {:.0f} km from the Earth's centre", radius_m / 1e3));
+    header_.approximate_position_ecef = position;
   } else if (label == "ANTENNA: DELTA H/E/N") {
     const auto delta = three_numbers(line);
     if (!delta) return damaged("ANTENNA: DELTA H/E/N is not three numbers");

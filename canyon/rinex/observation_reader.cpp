@@ -69,6 +69,7 @@ struct RinexObservationReader::Impl {
   bool cut = false;  ///< the gzip data ended early, and the report says so
   std::optional<geodesy::GpsTime> previous;
   std::string row;                         ///< a satellite's fields without its name
+  std::size_t in_columns = 0, beside = 0;  ///< fields whose decimal point is where F14.3 has it, and others
   std::vector<std::array<char, 3>> names;  ///< version 2: satellites of the epoch
   std::array<std::array<bool, 100>, gnss::kSystemCount> seen{};
 
@@ -113,9 +114,19 @@ struct RinexObservationReader::Impl {
   }
   /// Files that were joined by cat have headers between the epochs.
   void read_another_header(std::string_view first) {
+    const auto before = records.header().approximate_position_ecef;
     records = {};
     if (const auto fault = records.begin(first)) throw lines.error(fault->problem, fault->cure);
     read_header_lines();
+    note_move(before);
+  }
+
+  void note_move(const std::optional<Eigen::Vector3d>& before) {
+    constexpr double kFar_m = 100;
+    const auto& now = records.header().approximate_position_ecef;
+    if (!before || !now || (*now - *before).norm() < kFar_m) return;
+    report.notes.skip(lines.line(), "APPROX POSITION XYZ is more than 100 m from the one before",
+                      "the last one is taken; give one file for each site, if these are several");
   }
 
   void note(const HeaderRecords::Result& result) {
@@ -228,7 +239,7 @@ struct RinexObservationReader::Impl {
   std::optional<ObservationEpoch> next() {
     bool lost = false;  // behind a damaged epoch line: what follows belongs to it
     while (const auto line = lines.next_line()) {
-      if (is_blank(*line)) continue;
+      if (is_blank(*line) || trim(column(*line, 60, 20)) == "COMMENT") continue;
       if (is_first_line(*line)) {
         read_another_header(*line);
         lost = false;
@@ -247,6 +258,9 @@ struct RinexObservationReader::Impl {
       ++report.flags[static_cast<std::size_t>(parsed->flag)];
       const EpochLine epoch = *parsed;
       if (epoch.flag >= 2 && epoch.flag <= 5) {
+        constexpr int kNewSite = 3;
+        if (epoch.flag == kNewSite)
+          report.notes.skip(lines.line(), "event of a new site", "the epochs of all sites are taken");
         read_event(epoch.count);
         continue;
       }
@@ -282,6 +296,7 @@ struct RinexObservationReader::Impl {
   }
 
   void read_event(std::size_t count) {
+    const auto before = records.header().approximate_position_ecef;
     for (std::size_t i = 0; i < count; ++i) {
       const auto line = lines.next_line();
       if (!line) return damaged(lines.line(), "the file ends within an event");
@@ -296,6 +311,7 @@ struct RinexObservationReader::Impl {
       note(result);
     }
     choose_columns();
+    note_move(before);
   }
 
   /// Version 2: the epoch's satellites, on this line and those that continue it.
@@ -393,7 +409,8 @@ struct RinexObservationReader::Impl {
         const auto measured = read_signal(c, line, signal);
         if (!measured) {
           epoch.signals.resize(before);
-          return damaged(line, fmt::format("an observation of {} is not a number", gnss::to_string(*id)));
+          return damaged(
+              line, fmt::format("an observation of {} is not a number in its columns", gnss::to_string(*id)));
         }
         if (*measured && (!best || signal.pseudorange_m)) best = signal;
         if (best && best->pseudorange_m) break;
@@ -417,8 +434,9 @@ struct RinexObservationReader::Impl {
     for (std::size_t kind = 0; kind < 4; ++kind) {
       if (c.at[kind] < 0) continue;
       double value = 0;
-      const Field field = parse_field(column(text, kField * static_cast<std::size_t>(c.at[kind]), 14), value);
-      if (field == Field::Bad) return std::nullopt;
+      const std::string_view digits = column(text, kField * static_cast<std::size_t>(c.at[kind]), 14);
+      const Field field = parse_field(digits, value);
+      if (field == Field::Bad || (field == Field::Number && is_shifted(digits))) return std::nullopt;
       // RINEX writes what is missing as blank or 0.0; a Doppler of 0 is a value.
       if (field != Field::Number || (value == 0 && kind != 2)) continue;
       value /= c.factor[kind];
@@ -445,6 +463,14 @@ struct RinexObservationReader::Impl {
       }
     }
     return values[0] || values[1] || values[2] || values[3];
+  }
+
+  /// Whether a lost or added character has moved a field of a file that has F14.3 throughout.
+  [[nodiscard]] bool is_shifted(std::string_view digits) {
+    constexpr std::size_t kPoint = 10, kFewOf = 20;
+    const bool there = digits.find('.') == kPoint;
+    ++(there ? in_columns : beside);
+    return !there && in_columns > 2 && in_columns > kFewOf * (beside - 1);
   }
 
   void note_impossible(std::size_t kind, int line, SatelliteId id, double value) {

@@ -459,14 +459,15 @@ TEST(RinexObservation, DamagedLinesAreLeftOutAlone) {
   ASSERT_THAT(file.epochs, SizeIs(4));
   ASSERT_THAT(file.epochs[0].signals, SizeIs(2));
   EXPECT_EQ(file.epochs[0].signals[1].id, (SatelliteId{System::GPS, 8}));
-  EXPECT_THAT(file.report.notes.lines(),
-              ElementsAre(HasSubstr("some.obs:23: an observation of G06 is not a number; left out"),
-                          HasSubstr("some.obs:24: '@12' is not a satellite"),
-                          HasSubstr("some.obs:25: G05 twice in one epoch"),
-                          HasSubstr("some.obs:27: no epoch line, with all that follows to the next one (the "
-                                    "first of 2); left out"),
-                          HasSubstr("some.obs:29: time of the epoch does not follow"),
-                          HasSubstr("the epoch of line 31 ends after 1 of 3 satellites (the first of 2)")));
+  EXPECT_THAT(
+      file.report.notes.lines(),
+      ElementsAre(HasSubstr("some.obs:23: an observation of G06 is not a number in its columns; left out"),
+                  HasSubstr("some.obs:24: '@12' is not a satellite"),
+                  HasSubstr("some.obs:25: G05 twice in one epoch"),
+                  HasSubstr("some.obs:27: no epoch line, with all that follows to the next one (the "
+                            "first of 2); left out"),
+                  HasSubstr("some.obs:29: time of the epoch does not follow"),
+                  HasSubstr("the epoch of line 31 ends after 1 of 3 satellites (the first of 2)")));
   EXPECT_EQ(file.report.notes.bad_count(), 8U);
 }
 
@@ -536,6 +537,48 @@ TEST(RinexObservation, FilesJoinedWithTheirHeaders) {
   EXPECT_EQ(file.epochs[1].signals.at(0).pseudorange_m, 2.1e7);
   EXPECT_EQ(file.epochs[1].signals.at(0).cn0_dbhz, 41);
   EXPECT_THAT(file.report.warnings(), IsEmpty());
+}
+
+// A lost digit moves the rest of the row, which still reads as numbers.
+TEST(RinexObservation, RowsThatLostACharacterAreLeftOut) {
+  const std::string row = kG05;
+  for (const char* digits : {"20604864.859", "108279273.141"}) {
+    std::string cut = row;
+    cut.erase(cut.find(digits) + 2, 1);
+    const auto file =
+        read(test::observations3() + epoch3(34, 1) + row + epoch3(35, 1) + cut + epoch3(36, 1) + row);
+    ASSERT_THAT(file.epochs, SizeIs(3));
+    EXPECT_THAT(file.epochs[1].signals, SizeIs(0)) << digits;
+    EXPECT_THAT(file.report.warnings(),
+                ElementsAre(HasSubstr("some.obs:24: an observation of G05 is not a number in its columns")));
+  }
+}
+
+TEST(RinexObservation, AnotherSiteInOneFileIsSaid) {
+  const std::string moved = header_line(" -2419215.8865  5385498.5603  2406403.6314", "APPROX POSITION XYZ");
+  const auto file = read(test::observations3() + epoch3(34, 1) + kG05 + epoch3(35, 1, 3) + moved +
+                         header_line("joined here", "COMMENT") + epoch3(36, 1) + kG05);
+  EXPECT_THAT(file.epochs, SizeIs(2));
+  EXPECT_NEAR(file.header.approximate_position_ecef.value().z(), 2406403.6314, 1e-4);
+  EXPECT_THAT(file.report.warnings(),
+              ElementsAre(HasSubstr("event of a new site; the epochs of all sites are taken"),
+                          HasSubstr("more than 100 m from the one before; the last one is taken")));
+  const auto joined =
+      read(test::observations3() + epoch3(34, 1) + kG05 +
+           header_line("     3.04           OBSERVATION DATA    M: MIXED", "RINEX VERSION / TYPE") + moved +
+           header_line("G    2 S1C C1C", "SYS / # / OBS TYPES") + header_line("", "END OF HEADER") +
+           epoch3(35, 1) + "G05" + field(41) + field(2.1e7) + "\n");
+  EXPECT_THAT(joined.report.warnings(), ElementsAre(HasSubstr("more than 100 m from the one before")));
+}
+
+TEST(RinexObservation, APlaceOnNoEarthIsNone) {
+  std::string text = test::observations3();
+  const std::string place = " -2419215.8865  5385498.5603  2405403.6314";
+  text.replace(text.find(place), place.size(), "       22.3000      114.1700        5.0000");
+  const auto file = read(text + epoch3(34, 1) + kG05);
+  EXPECT_FALSE(file.header.approximate_position_ecef);
+  EXPECT_THAT(file.report.warnings(),
+              ElementsAre(HasSubstr("APPROX POSITION XYZ is 0 km from the Earth's centre")));
 }
 
 TEST(RinexObservation, ManyDamagesAreCounted) {

@@ -12,6 +12,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/rollover.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/receiver/corrections.hpp"
 #include "canyon/simulation/city_scene.hpp"
@@ -66,11 +67,11 @@ Plan make_plan(const Scenario& scenario, double geoid_undulation_m) {
   if (scenario.start) {
     // A start before a trajectory without dates is the zero of its times.
     if (*scenario.start > last || (*scenario.start < first && file.has_own_dates)) {
-      throw scenario_error(
-          scenario,
-          fmt::format("the start {} is outside the trajectory ({} to {})", format_gpst(*scenario.start, 3),
-                      format_gpst(first, 3), format_gpst(last, 3)),
-          "choose a start within it, or leave it out");
+      throw scenario_error(scenario,
+                           fmt::format("the start {} is outside the trajectory ({} to {}){}",
+                                       format_gpst(*scenario.start, 3), format_gpst(first, 3),
+                                       format_gpst(last, 3), geodesy::rollover_text(first, *scenario.start)),
+                           "choose a start within it, or leave it out");
     }
     plan.begin = std::max(*scenario.start, first);
   }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/rollover.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
 #include "canyon/orbit/frozen_sky.hpp"
@@ -68,9 +69,10 @@ void check_coverage(const orbit::Sky& sky, GpsTime begin, GpsTime end, std::stri
                                    format_gpst(begin, 0)),
                        "give navigation files in which they are healthy");
     }
-    throw InputError(fmt::format("the time asked for ({}) is outside the {} ({})", span_text(begin, end),
-                                 what, span_text(span.first, span.second)),
-                     cure);
+    throw InputError(
+        fmt::format("the time asked for ({}) is outside the {} ({}){}", span_text(begin, end), what,
+                    span_text(span.first, span.second), geodesy::rollover_text(begin, span.second)),
+        cure);
   }
   const std::vector<GpsTime> times = probes(begin, end);
   for (const GpsTime t : times) {

@@ -7,7 +7,6 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <set>
 #include <string>
@@ -19,6 +18,7 @@
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "tests/support/cityjson_house.hpp"
+#include "tests/support/damages.hpp"
 #include "tests/support/osm_text.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -27,6 +27,9 @@
 namespace canyon::damaged_cities_test {
 namespace {
 
+using test::DamageCounts;
+using test::Damages;
+using test::Outcome;
 using test::TemporaryFolder;
 
 struct House {
@@ -330,11 +333,6 @@ std::string ascii_grid() {
   return text;
 }
 
-struct Outcomes {
-  int same = 0, small = 0, remarked = 0, refused = 0;
-  std::vector<std::string> silent_ones;
-};
-
 /// What a reader says beside the city: its remarks without their numbers.
 std::vector<std::string> remarks_of(const buildings::BuiltCity& built) {
   std::vector<std::string> remarks = built.report.cautions;
@@ -385,62 +383,35 @@ double farthest(const std::vector<Eigen::Vector3d>& from, const std::vector<Eige
   return most;
 }
 
-class Judge {
+class DamagedCity {
  public:
-  Judge(std::string name, std::string text) : name_(std::move(name)), text_(std::move(text)) {
+  DamagedCity(std::string name, std::string text) : name_(std::move(name)), text_(std::move(text)) {
     const buildings::BuiltCity sound = read(text_);
     sound_ = measure(sound.city);
     remarks_ = remarks_of(sound);
   }
 
-  void judge(const std::string& text, std::string what) {
-    std::replace(what.begin(), what.end(), '\n', '|');
-    try {
-      const buildings::BuiltCity built = read(text);
-      const Measure now = measure(built.city);
-      const double moved_m =
-          std::max(farthest(now.corners, sound_.corners), farthest(sound_.corners, now.corners));
-      double area = 0;
-      for (std::size_t i = 0; i < 4; ++i)
-        area = std::max(area, std::abs(now.area[i] - sound_.area[i]) / std::max(1.0, sound_.area[i]));
-      const bool like = now.objects == sound_.objects;
-      if (like && moved_m < 0.001 && area < 1e-4) {
-        ++outcomes_.same;
-      } else if (like && moved_m < 1 && area < 0.01) {
-        ++outcomes_.small;
-      } else if (remarks_of(built) != remarks_) {
-        ++outcomes_.remarked;
-      } else {
-        outcomes_.silent_ones.push_back(fmt::format("{}: moved {:.1f} m, {} buildings, area {:.3f}", what,
-                                                    moved_m, now.objects[0], area));
-      }
-    } catch (const InputError&) {
-      ++outcomes_.refused;
-    }
-  }
-
-  Outcomes run() {
-    for (std::size_t at = 0; at < text_.size(); at += 3) {
-      std::string text = text_;
-      text.erase(at, 1);
-      judge(text, fmt::format("{} without byte {} ({})", name_, at, text_.substr(at < 20 ? 0 : at - 20, 40)));
-    }
-    for (std::size_t at = 0; at < text_.size();) {
-      const std::size_t next =
-          text_.find('\n', at) == std::string::npos ? text_.size() : text_.find('\n', at) + 1;
-      const std::string line = text_.substr(at, next - at);
-      std::string text = text_;
-      text.insert(at, line);
-      judge(text, fmt::format("{} with a line twice ({})", name_, line));
-      text = text_;
-      text.erase(at, line.size());
-      judge(text, fmt::format("{} without a line ({})", name_, line));
-      at = next;
-    }
-    return outcomes_;
+  DamageCounts run() {
+    constexpr std::size_t kEvery = 3;
+    return Damages(name_, text_, kEvery, true).run([this](const std::string& text) { return judge(text); });
   }
 
  private:
+  [[nodiscard]] Damages::Judgement judge(const std::string& text) const {
+    const buildings::BuiltCity built = read(text);
+    const Measure now = measure(built.city);
+    const double moved_m =
+        std::max(farthest(now.corners, sound_.corners), farthest(sound_.corners, now.corners));
+    double area = 0;
+    for (std::size_t i = 0; i < 4; ++i)
+      area = std::max(area, std::abs(now.area[i] - sound_.area[i]) / std::max(1.0, sound_.area[i]));
+    const bool like = now.objects == sound_.objects;
+    if (like && moved_m < 0.001 && area < 1e-4) return {Outcome::Same, {}};
+    if (like && moved_m < 1 && area < 0.01) return {Outcome::Noise, {}};
+    if (remarks_of(built) != remarks_) return {Outcome::Said, {}};
+    return {Outcome::Same,
+            fmt::format("moved {:.1f} m, {} buildings, area {:.3f}", moved_m, now.objects[0], area)};
+  }
   [[nodiscard]] buildings::BuiltCity read(const std::string& text) const {
     const bool terrain = name_.ends_with(".asc");
     const auto path = folder_ / (terrain ? "heights.asc" : name_);
@@ -464,7 +435,6 @@ class Judge {
   std::string name_, text_;
   Measure sound_;
   std::vector<std::string> remarks_;
-  Outcomes outcomes_;
 };
 
 struct File {
@@ -476,12 +446,10 @@ struct File {
 
 void check(const std::vector<File>& files) {
   for (const File& file : files) {
-    const Outcomes o = Judge(file.name, file.text).run();
-    EXPECT_LE(o.silent_ones.size(), static_cast<std::size_t>(file.silent))
-        << testing::PrintToString(o.silent_ones);
-    EXPECT_GT(o.remarked + o.refused, 100) << file.name;
-    std::printf("%s: %zu bytes; same %d, within 1 m %d, remarked %d, refused %d, silent %zu\n", file.name,
-                file.text.size(), o.same, o.small, o.remarked, o.refused, o.silent_ones.size());
+    const DamageCounts counts = DamagedCity(file.name, file.text).run();
+    EXPECT_LE(counts.silent.size(), static_cast<std::size_t>(file.silent))
+        << testing::PrintToString(counts.silent);
+    EXPECT_GT(counts.said + counts.refused, 100) << file.name;
   }
 }
 

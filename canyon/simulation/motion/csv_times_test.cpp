@@ -111,6 +111,10 @@ TEST(CsvTimes, FilesOfRtklib) {
   expect_ten(
       read(ten(header, "2024/05/01 10:00:0{i}.000   {lat}   11.000000000   547.0000   1  12   0.0100"), {}),
       547);
+  const TrajectoryFile geodetic = read(ten("% (lat/lon/height=WGS84/geodetic,Q=1:fix)\n" + header,
+                                           "2024/05/01 10:00:0{i}.000  {lat} 11 500 1 12 0"),
+                                       {});
+  EXPECT_THAT(geodetic.warnings, ElementsAre(HasSubstr("heights are above sea level by the header")));
   const std::string commas = "%  UTC,latitude(deg),longitude(deg),height(m),Q,ns,sdn(m)";
   expect_ten(read(ten(commas, "2024/05/01 10:00:0{i}.000,{lat},11.000000000,547.0000,1,12,0.0100"), {}), 547);
 }

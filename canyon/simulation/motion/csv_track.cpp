@@ -87,12 +87,16 @@ class CsvReader {
   /// A comment above the data may be the header.
   void read_comment(std::string_view line) {
     if (!first_) return;
+    // RTKLIB: "% (lat/lon/height=WGS84/geodetic,Q=1:fix,...)".
+    if (line.find("height=") != std::string_view::npos && line.find("/geodetic") != std::string_view::npos)
+      above_geoid_ = true;
     line.remove_prefix(std::min(line.find_first_not_of("#%/ \t"), line.size()));
     CsvColumns comment;
     comment.separator = separator_of(line);
     const Fields fields = fields_of(line, comment);
     if (!names_positions(fields)) return;
     columns_ = CsvColumns(file_, fields, comment.separator);
+    columns_.place[2].sea_level = columns_.place[2].sea_level || above_geoid_;
     header_ = line;
     first_ = false;
     commented_ = true;
@@ -211,7 +215,8 @@ class CsvReader {
   std::optional<std::string> header_;
   std::optional<InputError> no_header_;  ///< why the lines above are no header
   bool first_ = true, first_data_ = true, maybe_radians_ = true;
-  bool commented_ = false;  ///< the header is a comment: its separator may be another than that of the data
+  bool above_geoid_ = false;  ///< heights are, by a comment above the header
+  bool commented_ = false;    ///< the header is a comment: its separator may be another than that of the data
 };
 
 }  // namespace

@@ -2,12 +2,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdio>
 #include <string>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
+#include "tests/support/damages.hpp"
 #include "tests/support/simulation_support.hpp"
 
 // Small files of each format with a byte left out or a line doubled: they give the same path, a warning, an
@@ -15,6 +15,8 @@
 namespace canyon::simulation::damaged_tracks_test {
 namespace {
 
+using canyon::test::Damages;
+using canyon::test::Outcome;
 using geodesy::GpsTime;
 using test::TemporaryFolder;
 
@@ -66,49 +68,26 @@ std::string file_of(const std::string& format, int count) {
   return text;
 }
 
-struct Outcomes {
-  int same = 0, noise = 0, warned = 0, refused = 0, silent = 0;
-  std::string first_silent;
-};
-
-class Judge {
+class DamagedTrack {
  public:
-  explicit Judge(std::string format)
+  explicit DamagedTrack(std::string format)
       : format_(std::move(format)), text_(file_of(format_, 12)), sound_(read(text_)) {}
 
-  void judge(const std::string& text, const std::string& what) {
-    try {
-      const TrajectoryFile file = read(text);
-      const double off_m = difference_m(file);
-      if (off_m < 1e-6) {
-        ++outcomes_.same;
-      } else if (file.warnings.size() > sound_.warnings.size()) {
-        ++outcomes_.warned;
-      } else if (off_m < kNoise_m) {
-        ++outcomes_.noise;
-      } else {
-        if (outcomes_.silent++ == 0) outcomes_.first_silent = fmt::format("{}: {:.0f} m", what, off_m);
-      }
-    } catch (const InputError&) {
-      ++outcomes_.refused;
-    }
-  }
-  Outcomes run() {
-    for (std::size_t at = 0; at < text_.size(); at += 3) {
-      std::string text = text_;
-      text.erase(at, 1);
-      judge(text, fmt::format("{} without byte {} ({})", format_, at, text_.substr(at, 12)));
-    }
-    for (std::size_t at = 0; at < text_.size(); at = text_.find('\n', at) + 1) {
-      std::string text = text_;
-      text.insert(at, text_.substr(at, text_.find('\n', at) + 1 - at));
-      judge(text, fmt::format("{} with the line at {} twice", format_, at));
-    }
-    return outcomes_;
+  /// @param every how many bytes lie between those that are left out in turn
+  canyon::test::DamageCounts run(std::size_t every) {
+    return Damages(format_, text_, every).run([this](const std::string& text) { return judge(text); });
   }
 
  private:
-  TrajectoryFile read(const std::string& text) const {
+  [[nodiscard]] Damages::Judgement judge(const std::string& text) const {
+    const TrajectoryFile file = read(text);
+    const double off_m = difference_m(file);
+    if (off_m < 1e-6) return {Outcome::Same, {}};
+    if (file.warnings.size() > sound_.warnings.size()) return {Outcome::Said, {}};
+    if (off_m < kNoise_m) return {Outcome::Noise, {}};
+    return {Outcome::Same, fmt::format("{:.0f} m", off_m)};
+  }
+  [[nodiscard]] TrajectoryFile read(const std::string& text) const {
     return read_trajectory_file(folder_.write("track", text), format_, kStart);
   }
   /// The largest at the sound file's instants; a path that begins or ends elsewhere is off by its way.
@@ -127,16 +106,14 @@ class Judge {
   TemporaryFolder folder_;
   std::string format_, text_;
   TrajectoryFile sound_;
-  Outcomes outcomes_;
 };
 
 TEST(DamagedTracks, NoneMovesSilently) {
+  constexpr std::size_t kEvery = 3;
   for (const std::string& format : trajectory_formats()) {
-    const Outcomes outcomes = Judge(format).run();
-    EXPECT_EQ(outcomes.silent, 0) << outcomes.first_silent;
-    EXPECT_GT(outcomes.warned, 10) << format;
-    std::printf("%s: same %d, within noise %d, warned %d, refused %d, silent %d\n", format.c_str(),
-                outcomes.same, outcomes.noise, outcomes.warned, outcomes.refused, outcomes.silent);
+    const canyon::test::DamageCounts counts = DamagedTrack(format).run(kEvery);
+    EXPECT_EQ(counts.silent.size(), 0U) << testing::PrintToString(counts.silent);
+    EXPECT_GT(counts.said, 10) << format;
   }
 }
 

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+
+namespace canyon::test {
+
+/// What a reader makes of a damaged file.
+enum class Outcome {
+  Same,    ///< the data of the sound file
+  Noise,   ///< within the noise
+  Said,    ///< other data, with a remark
+  Refused  ///< an InputError
+};
+
+struct DamageCounts {
+  int files = 0, same = 0, noise = 0, said = 0, refused = 0;
+  std::vector<std::string> silent;  ///< other data without a word
+
+  [[nodiscard]] std::string text() const {
+    return fmt::format("{} damages: same {}, within noise {}, said {}, refused {}, silent {}", files, same,
+                       noise, said, refused, silent.size());
+  }
+};
+
+/// Damages a text in turn: every `every`-th byte left out; every line twice; and, with `lines_out`, every
+/// line left out. `judge` says the outcome of a damaged text, or what changed silently.
+class Damages {
+ public:
+  struct Judgement {
+    Outcome outcome = Outcome::Same;
+    std::string silent;  ///< not empty: other data without a word
+  };
+  using Judge = std::function<Judgement(const std::string& text)>;
+
+  explicit Damages(std::string name, std::string text, std::size_t every = 1, bool lines_out = false)
+      : name_(std::move(name)), text_(std::move(text)), every_(every), lines_out_(lines_out) {}
+
+  [[nodiscard]] DamageCounts run(const Judge& judge) const {
+    DamageCounts counts;
+    for (std::size_t at = 0; at < text_.size(); at += every_) {
+      std::string text = text_;
+      text.erase(at, 1);
+      count(counts, judge, text,
+            fmt::format("without byte {} ({})", at, text_.substr(at < 20 ? 0 : at - 20, 40)));
+    }
+    for (std::size_t at = 0; at < text_.size();) {
+      const std::size_t end = std::min(text_.find('\n', at), text_.size() - 1) + 1;
+      const std::string line = text_.substr(at, end - at);
+      std::string text = text_;
+      text.insert(at, line);
+      count(counts, judge, text, fmt::format("with a line twice ({})", line));
+      if (lines_out_) {
+        text = text_;
+        text.erase(at, line.size());
+        count(counts, judge, text, fmt::format("without a line ({})", line));
+      }
+      at = end;
+    }
+    std::printf("%s, %zu bytes, every %zu: %s\n", name_.c_str(), text_.size(), every_, counts.text().c_str());
+    return counts;
+  }
+
+ private:
+  void count(DamageCounts& counts, const Judge& judge, const std::string& text, std::string what) const {
+    ++counts.files;
+    Judgement judgement;
+    try {
+      judgement = judge(text);
+    } catch (const InputError&) {
+      judgement.outcome = Outcome::Refused;
+    }
+    if (!judgement.silent.empty()) {
+      std::replace(what.begin(), what.end(), '\n', '|');
+      counts.silent.push_back(fmt::format("{} {}: {}", name_, what, judgement.silent));
+      return;
+    }
+    counts.same += judgement.outcome == Outcome::Same ? 1 : 0;
+    counts.noise += judgement.outcome == Outcome::Noise ? 1 : 0;
+    counts.said += judgement.outcome == Outcome::Said ? 1 : 0;
+    counts.refused += judgement.outcome == Outcome::Refused ? 1 : 0;
+  }
+
+  std::string name_, text_;
+  std::size_t every_;
+  bool lines_out_;
+};
+
+}  // namespace canyon::test
