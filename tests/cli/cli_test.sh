@@ -188,7 +188,30 @@ strangers)
   runs 0 "$canyon" city build terrain-impossible/m.osm --terrain t/N48E011.hgt -o c.canyon; says err "posts in use are beyond"
   runs 0 "$canyon" city info c.canyon; says out 546.1
   timeout 60 "$canyon" live live-password/live.yaml >out 2>err
-  grep -rF SECRETWORD out err && fail "a password is printed"; says err "ntrip://somebody:...@127.0.0.1:9/MOUNT" ;;
+  grep -rF SECRETWORD out err && fail "a password is printed"; says err "ntrip://somebody:...@127.0.0.1:9/MOUNT"
+  runs 0 "$canyon" scenario show live-password/live.yaml; says err "passwords of addresses are shown as '...'"
+  grep -rF SECRETWORD out err && fail "a password is printed"; says out "ntrip://somebody:...@127.0.0.1:9/MOUNT"
+  runs 0 "$canyon" city view obj-y-up/y_up.obj -o y_up.png; says err "stands upright" ;;
+antimeridian)
+  # Three buildings over 320 m and the ground 200 m about them, at 180 deg: longitudes on both sides, and a box in two ways of writing.
+  { echo '<osm version="0.6">'; n=0
+    for east in 179.9990 -179.9996 -179.9984; do
+      for corner in "0 0" "4 0" "4 4" "0 4"; do
+        set -- $corner; n=$((n + 1))
+        echo "<node id=\"$n\" version=\"1\" lat=\"$(python3 -c "print(-16.8 + $2 * 1e-4)")\" lon=\"$(python3 -c "print($east + $1 * 1e-4)")\"/>"
+      done
+      echo "<way id=\"$n\" version=\"1\"><nd ref=\"$((n - 3))\"/><nd ref=\"$((n - 2))\"/><nd ref=\"$((n - 1))\"/><nd ref=\"$n\"/><nd ref=\"$((n - 3))\"/><tag k=\"building\" v=\"yes\"/><tag k=\"height\" v=\"30\"/></way>"
+    done; echo '</osm>'; } >m.osm
+  sed 's/^city.*/city: {osm: m.osm}/' small.yaml >s.yaml
+  runs 0 "$canyon" city info m.osm; says out "buildings     3" "720 m east-west"
+  for box in 179.9985,-16.801,-179.9975,-16.799 179.9985,-16.801,180.0025,-16.799; do
+    runs 0 "$canyon" heatmap s.yaml --bbox $box --spacing 10 --format netcdf --out map-$box --quiet
+    for place in -16.7998,179.9995 -16.7998,-179.9990; do
+      runs 0 "$canyon" heatmap query map-$box/map.nc --at=$place; cat out >>values-$box
+    done
+  done
+  cmp values-* || fail "the two boxes give other maps"
+  says values-179.9985,-16.801,-179.9975,-16.799 "-179.9990000" computed ;;
 many)
   # Many receivers: pictures of the first ones, and a table that one can read.
   sed -i 's/outputs:.*/outputs: {pictures: true, nmea: false, rinex_observation: false, kml: false, geojson: false}/' small.yaml
