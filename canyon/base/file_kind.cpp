@@ -51,10 +51,10 @@ bool is_sp3(std::string_view head) {
 }
 
 bool is_gpx(std::string_view head) {
-  return has(head, "<gpx");
+  return has(head, "<gpx") || has(head, ":gpx ");
 }
 bool is_kml(std::string_view head) {
-  return has(head, "<kml");
+  return has(head, "<kml") || has(head, ":kml ");
 }
 
 /// A preamble, the six zero bits behind it and the number of a message; other bytes have the first two.
@@ -99,6 +99,28 @@ bool is_elements(std::string_view head) {
   return false;
 }
 
+bool is_sbf(std::string_view head) {
+  return head.starts_with("$@") && !is_nmea(head);
+}
+bool is_novatel(std::string_view head) {
+  return head.starts_with("\xAA\x44\x12") || head.starts_with("\xAA\x44\x13");
+}
+bool is_ulog(std::string_view head) {
+  return head.starts_with("ULog\x01");
+}
+bool is_data_flash(std::string_view head) {
+  return head.starts_with("\xA3\x95");
+}
+bool is_ros_bag(std::string_view head) {
+  return head.starts_with("#ROSBAG") || head.starts_with("\x89MCAP");
+}
+bool is_database(std::string_view head) {
+  return head.starts_with("SQLite format 3");
+}
+bool is_xml(std::string_view head) {
+  return trim(head).starts_with('<');
+}
+
 bool is_json(std::string_view head) {
   return trim(head).starts_with('{');
 }
@@ -135,12 +157,26 @@ constexpr Row kKinds[] = {
     {FileKind::Kml, is_kml, "a KML file", "kml", "as a trajectory its format is kml"},
     {FileKind::Ubx, is_ubx, "a log of a u-blox receiver (UBX)", "",
      "convert it to RINEX, for instance by RTKLIB's convbin"},
+    {FileKind::Sbf, is_sbf, "a log of a Septentrio receiver (SBF)", "",
+     "convert it to RINEX or NMEA, for instance by RTKLIB's convbin"},
+    {FileKind::NovAtel, is_novatel, "a log of a NovAtel receiver", "",
+     "convert it to RINEX, for instance by RTKLIB's convbin"},
+    {FileKind::ULog, is_ulog, "a log of PX4 (ULog)", "",
+     "ulog2csv of pyulog writes the table vehicle_gps_position, which is a path of format csv"},
+    {FileKind::DataFlash, is_data_flash, "a log of ArduPilot (DataFlash)", "",
+     "mavlogdump.py --format csv --types GPS writes a path of format csv"},
+    {FileKind::RosBag, is_ros_bag, "a bag of ROS", "",
+     "rostopic echo -b FILE -p /TOPIC writes a path of format csv"},
+    {FileKind::Database, is_database, "a database (SQLite)", "",
+     "export its table as CSV, or its layer as GPX by ogr2ogr"},
     {FileKind::Rtcm, is_rtcm, "a stream of RTCM 3", "", "canyon rtk takes it as the base"},
     {FileKind::Nmea, is_nmea, "a log of NMEA sentences", "nmea", "as a trajectory its format is nmea"},
     {FileKind::Elements, is_elements, "a list of orbital elements (TLE)", "",
      "they are not read: give RINEX navigation files or SP3 files of the day"},
     {FileKind::Json, is_json, "JSON (such as GeoJSON)", "",
      "as a recorded path write GPX or CSV, for instance by ogr2ogr; maps end in .json or .jsonl"},
+    {FileKind::Xml, is_xml, "XML of another kind", "",
+     "a map needs its ending (.osm); convert a recorded path to GPX, for instance by gpsbabel"},
     {FileKind::Columns, is_columns, "a text of columns", "", ""},
 };
 
@@ -202,7 +238,10 @@ InputError explained(const InputError& fault, const std::filesystem::path& path,
   if (head.empty()) return {path, 0, "is empty", "fetch the file again"};
   const FileKind kind = kind_of_head(head);
   const bool of_any_text = wanted == FileKind::Columns;
-  if (kind == FileKind::Other || kind == FileKind::Columns || (!of_any_text && row_of(wanted)->is(head)))
+  const bool both_xml =
+      kind == FileKind::Xml && (wanted == FileKind::Gpx || wanted == FileKind::Kml);  // a part of one
+  if (kind == FileKind::Other || kind == FileKind::Columns || both_xml ||
+      (!of_any_text && row_of(wanted)->is(head)))
     return fault;
   return {path, 0, "is " + std::string(name(kind)) + ", not " + std::string(name(wanted)), row_of(kind)->use};
 }

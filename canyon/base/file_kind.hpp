@@ -20,7 +20,14 @@ enum class FileKind : std::uint8_t {
   Ubx,
   Rtcm,
   Nmea,
-  Elements,  ///< TLE
+  Elements,   ///< TLE
+  Sbf,        ///< of Septentrio's receivers
+  NovAtel,    ///< binary, of NovAtel's receivers
+  ULog,       ///< of PX4
+  DataFlash,  ///< of ArduPilot
+  RosBag,     ///< of ROS 1, or MCAP
+  Database,   ///< SQLite: bags of ROS 2, GeoPackage
+  Xml,        ///< that is no other kind
   Json,
   Columns  ///< text with commas, semicolons, tabs or blanks
 };

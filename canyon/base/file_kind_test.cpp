@@ -42,6 +42,13 @@ TEST(FileKind, ByTheFirstBytes) {
       {"# a comment, of a table\n1;2;3\n", FileKind::Columns},
       {"%  GPST  latitude(deg)\n2024/05/01 10:00:00.000  48.1  11.5  500.0  5  12\n", FileKind::Columns},
       {"a story of 3 bears and 2 men\n", FileKind::Other},
+      {"$@\x01\x02\xAB\x0F"sv, FileKind::Sbf},
+      {"\xAA\x44\x12\x1C"sv, FileKind::NovAtel},
+      {"ULog\x01\x12\x35\x01"sv, FileKind::ULog},
+      {"\xA3\x95\x80\x80"sv, FileKind::DataFlash},
+      {"#ROSBAG V2.0\nE"sv, FileKind::RosBag},
+      {"SQLite format 3\0"sv, FileKind::Database},
+      {"<?xml version=\"1.0\"?>\n<TrainingCenterDatabase a=\"b, c\">", FileKind::Xml},
       {"it costs $5\n", FileKind::Other},
       {"\0,1"sv, FileKind::Other},
       {"", FileKind::Other}};

@@ -288,10 +288,7 @@ FileReport inspect_file(const std::filesystem::path& path) {
       return inspect_path(path, std::string(trajectory_format(kind)));
     case FileKind::Columns:
       return inspect_columns(path);
-    case FileKind::Ubx:
-    case FileKind::Elements:
-    case FileKind::Json:
-    case FileKind::Other:
+    default:
       break;
   }
   const InputError unknown(path, 0, "is not a kind of file that is known",
