@@ -73,11 +73,12 @@ struct Gga {
   bool fix = false;
   bool altitude = false;
   bool separation = false;
-  bool zero_separation = false;
+  bool zero_altitude = false, zero_separation = false;
   bool checked = false;
   bool no_satellites = false;  ///< says that none is used
   bool diluted = false;        ///< has a dilution of precision that stands for none, such as 99.99
   long long quality = 0;
+  long long dimensions = 0;  ///< the best mode of the GSA sentences behind it: 1 no fix, 2 or 3 dimensions
   int line = 0;
   std::int64_t time_of_day_ns = 0;
   Geodetic place;  ///< its height is altitude plus separation; a missing one counts as 0
@@ -120,6 +121,7 @@ Gga read_position(const TextFile& file, const SentenceKind& kind, const NmeaSent
     throw file.error(fmt::format("the unit '{}' of a height is not M", field(unit)), "GGA has metres");
   }
   double height_m = result.altitude ? nmea_number(file, field(kind.altitude), "altitude") : 0;
+  result.zero_altitude = result.altitude && height_m == 0;
   if (result.separation) {
     const double separation_m = nmea_number(file, field(kind.separation), "geoid separation");
     result.zero_separation = separation_m == 0;
@@ -233,6 +235,10 @@ void take_sentence(const TextFile& file, const NmeaSentence& sentence, NmeaLog& 
       log.dates.push_back(*dated);
     }
   });
+  if (sentence.is("GSA") && !log.ggas.empty()) {
+    long long& dimensions = log.ggas.back().dimensions;
+    dimensions = std::max(dimensions, parse_integer(sentence.field(2)).value_or(0));
+  }
   for (const SentenceKind& kind : kKinds) {
     if (position || kind.status == 0 || !sentence.is(kind.name) || sentence.field(kind.time).empty())
       continue;
@@ -257,6 +263,16 @@ void leave_out_voids(const TextFile& file, NmeaLog& log) {
   }
 }
 
+/// Leaves out positions that all GSA sentences behind them call no fix, and altitudes of 0 that two
+/// dimensions do not measure.
+void hear_dimensions(NmeaLog& log) {
+  for (Gga& gga : log.ggas) {
+    if (!gga.fix || gga.quality >= 6) continue;
+    if (gga.dimensions == 1) log.leave_out(gga, log.sentence("of an instant that GSA calls without a fix"));
+    if (gga.dimensions == 2 && gga.zero_altitude) gga.altitude = false;
+  }
+}
+
 NmeaLog read_log(const std::filesystem::path& path, const SentenceKind& positions) {
   TextFile file(path);
   NmeaLog log;
@@ -264,9 +280,9 @@ NmeaLog read_log(const std::filesystem::path& path, const SentenceKind& position
   log.notes = RecordNotes(path);
   bool any_checked = false;
   const auto take = [&](const NmeaSentence& sentence) {
-    const bool used =
-        sentence.is("ZDA") || std::any_of(kKinds.begin(), kKinds.end(),
-                                          [&](const SentenceKind& kind) { return sentence.is(kind.name); });
+    const bool used = sentence.is("ZDA") || sentence.is("GSA") ||
+                      std::any_of(kKinds.begin(), kKinds.end(),
+                                  [&](const SentenceKind& kind) { return sentence.is(kind.name); });
     if (!used) return;
     any_checked = any_checked || sentence.checked;
     take_sentence(file, sentence, log);
@@ -283,6 +299,7 @@ NmeaLog read_log(const std::filesystem::path& path, const SentenceKind& position
     std::erase_if(log.voids, [](const Void& v) { return !v.checked; });
   }
   leave_out_voids(file, log);
+  hear_dimensions(log);
   return log;
 }
 

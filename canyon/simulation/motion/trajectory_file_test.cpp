@@ -559,6 +559,24 @@ TEST(TrajectoryNmea, ALeapSecondIsAnInstant) {
   EXPECT_EQ(file.trajectory.end(), parse_time("2017-01-01T00:00:19 GPST"));
 }
 
+TEST(TrajectoryNmea, GsaSaysHowManyDimensionsAFixHas) {
+  std::string text;
+  for (int i = 0; i < kStraight; ++i) {
+    const bool first = i < 3, flat = i == 3;
+    text +=
+        straight_line(i, flat ? "$GNGGA,10001{i},48{min:07.4f},N,01100.0000,E,1,08,0.9,0.0,M,47.0,M,,\n"
+                              : "$GNGGA,10001{i},48{min:07.4f},N,01100.0000,E,1,08,0.9,500.0,M,47.0,M,,\n");
+    // One without satellites of a system says nothing of the fix.
+    text += first ? "$GNGSA,A,1,,,,,,,,,,,,,99.9,99.9,99.9\n" : "$GNGSA,A,1,,,,,,,,,,,,,1.9,0.9,1.7\n";
+    if (!first) text += fmt::format("$GNGSA,A,{},01,02,03,,,,,,,,,,1.9,0.9,1.7\n", flat ? 2 : 3);
+  }
+  const TrajectoryFile file = read(text, "nmea");
+  expect_straight(file, 547, 4);
+  EXPECT_THAT(file.warnings,
+              ElementsAre(HasSubstr("of an instant that GSA calls without a fix (the first of 3)"),
+                          HasSubstr("GGA sentence without an altitude")));
+}
+
 TEST(TrajectoryNmea, ValuesThatStandForNone) {
   const std::string line = "$GPGGA,10001{i},48{min:07.4f},N,01100.0000,E,1,08,99.99,500.0,M,0.0,M,,\n";
   HeightReading heights;
