@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -20,6 +21,35 @@ enum class Field : std::uint8_t { Blank, Number, Bad };
 /// 15 digits, being the quotient of two integers that doubles hold; anything else is parse_double()'s.
 /// `value` is set for Number only.
 [[nodiscard]] Field parse_field(std::string_view text, double& value);
+
+/// Kinds of observations: pseudorange, phase, Doppler, C/N0.
+inline constexpr std::string_view kObservationKinds = "CLDS";
+
+/// What receivers on and near the Earth measure; fill values and other units lie outside. Pseudoranges with
+/// clocks that are off by up to a quarter of a second.
+struct Plausible {
+  const char *what, *unit;
+  double least, most;
+};
+inline constexpr std::array<Plausible, 4> kPlausibleValues{{{"pseudorange", "m", 1e7, 1e8},
+                                                            {"carrier phase", "cycles", -1e11, 1e11},
+                                                            {"Doppler", "Hz", -1e5, 1e5},
+                                                            {"C/N0", "dB-Hz", 0, 80}}};
+
+/// Where the decimal points of a file's fields stand: F14.3 puts them in one column.
+class DecimalColumns {
+ public:
+  /// Whether a lost or added character has moved a field; never where other fields of the file differ, too.
+  [[nodiscard]] bool is_shifted(std::string_view digits) {
+    constexpr std::size_t kPoint = 10, kFew = 2, kFewOf = 20;
+    const bool there = digits.find('.') == kPoint;
+    ++(there ? there_ : elsewhere_);
+    return !there && there_ > kFew && there_ > kFewOf * (elsewhere_ - 1);
+  }
+
+ private:
+  std::size_t there_ = 0, elsewhere_ = 0;
+};
 
 struct EpochLine {
   int flag = 0;           ///< 0 to 6

@@ -44,19 +44,6 @@ struct SignalColumns {
   std::vector<Columns> codes;  ///< best first
 };
 
-constexpr std::string_view kKinds = "CLDS";
-
-/// What receivers on and near the Earth measure; fill values and other units lie outside. Pseudoranges with
-/// clocks that are off by up to a quarter of a second.
-struct Plausible {
-  const char *what, *unit;
-  double least, most;
-};
-constexpr std::array<Plausible, 4> kPlausible{{{"pseudorange", "m", 1e7, 1e8},
-                                               {"carrier phase", "cycles", -1e11, 1e11},
-                                               {"Doppler", "Hz", -1e5, 1e5},
-                                               {"C/N0", "dB-Hz", 0, 80}}};
-
 }  // namespace
 
 struct RinexObservationReader::Impl {
@@ -68,8 +55,8 @@ struct RinexObservationReader::Impl {
   std::array<bool, gnss::kSystemCount> wanted{};
   bool cut = false;  ///< the gzip data ended early, and the report says so
   std::optional<geodesy::GpsTime> previous;
-  std::string row;                         ///< a satellite's fields without its name
-  std::size_t in_columns = 0, beside = 0;  ///< fields whose decimal point is where F14.3 has it, and others
+  std::string row;  ///< a satellite's fields without its name
+  DecimalColumns decimals;
   std::vector<std::array<char, 3>> names;  ///< version 2: satellites of the epoch
   std::array<std::array<bool, 100>, gnss::kSystemCount> seen{};
 
@@ -199,9 +186,10 @@ struct RinexObservationReader::Impl {
       });
       if (old == nullptr) return result;
     }
-    for (std::size_t kind = 0; kind < kKinds.size(); ++kind) {
-      std::string type = kKinds[kind] + code;
-      if (old != nullptr) type = kind == 0 ? std::string(old->range) : std::string{kKinds[kind], old->band};
+    for (std::size_t kind = 0; kind < kObservationKinds.size(); ++kind) {
+      std::string type = kObservationKinds[kind] + code;
+      if (old != nullptr)
+        type = kind == 0 ? std::string(old->range) : std::string{kObservationKinds[kind], old->band};
       result.at[kind] = place(type);
       if (result.at[kind] >= 0) result.factor[kind] = records.factor(letter, type);
     }
@@ -212,7 +200,7 @@ struct RinexObservationReader::Impl {
   void list_unknown() {
     for (const auto& [letter, types] : records.header().types) {
       for (const std::string& type : types) {
-        if (kKinds.find(type[0]) == std::string_view::npos && type[0] != 'P') continue;
+        if (kObservationKinds.find(type[0]) == std::string_view::npos && type[0] != 'P') continue;
         bool any_wanted = false, known = false;
         for (const System system : gnss::kAllSystems) {
           if (!wanted[static_cast<std::size_t>(system)]) continue;
@@ -436,11 +424,11 @@ struct RinexObservationReader::Impl {
       double value = 0;
       const std::string_view digits = column(text, kField * static_cast<std::size_t>(c.at[kind]), 14);
       const Field field = parse_field(digits, value);
-      if (field == Field::Bad || (field == Field::Number && is_shifted(digits))) return std::nullopt;
+      if (field == Field::Bad || (field == Field::Number && decimals.is_shifted(digits))) return std::nullopt;
       // RINEX writes what is missing as blank or 0.0; a Doppler of 0 is a value.
       if (field != Field::Number || (value == 0 && kind != 2)) continue;
       value /= c.factor[kind];
-      const Plausible& range = kPlausible[kind];
+      const Plausible& range = kPlausibleValues[kind];
       if (value >= range.least && value <= range.most) {
         values[kind] = value;
       } else {
@@ -465,16 +453,8 @@ struct RinexObservationReader::Impl {
     return values[0] || values[1] || values[2] || values[3];
   }
 
-  /// Whether a lost or added character has moved a field of a file that has F14.3 throughout.
-  [[nodiscard]] bool is_shifted(std::string_view digits) {
-    constexpr std::size_t kPoint = 10, kFewOf = 20;
-    const bool there = digits.find('.') == kPoint;
-    ++(there ? in_columns : beside);
-    return !there && in_columns > 2 && in_columns > kFewOf * (beside - 1);
-  }
-
   void note_impossible(std::size_t kind, int line, SatelliteId id, double value) {
-    const Plausible& range = kPlausible[kind];
+    const Plausible& range = kPlausibleValues[kind];
     report.notes.skip(
         line, fmt::format("'{}' has a {} of {:.10g} {}", to_string(id), range.what, value, range.unit),
         fmt::format("values outside {:g} to {:g} are left out", range.least, range.most));
