@@ -43,7 +43,8 @@ Words words_of(std::string_view name) {
 enum class Kind : std::uint8_t { Other, Time, Latitude, Longitude, Height, X, Y, Z };
 
 Kind kind_of(std::string_view word, bool first) {
-  if (is_one_of(word, {"time", "timestamp", "datetime"}) || (first && word == "t")) return Kind::Time;
+  if (is_one_of(word, {"time", "timestamp", "datetime", "gpstime", "utctime"}) || (first && word == "t"))
+    return Kind::Time;
   if (first && word == "hae") return Kind::Height;
   if (is_one_of(word, {"lat", "latitude"})) return Kind::Latitude;
   if (is_one_of(word, {"lon", "lng", "long", "longitude"})) return Kind::Longitude;
@@ -114,6 +115,8 @@ Named read_name(std::size_t index, std::string_view name) {
   std::size_t kinds = 0;
   for (std::size_t i = 0; i < words.size(); ++i) {
     const std::string& word = words[i];
+    if (word == "gpstime") named.clock = CsvClock::Gps;
+    if (word == "utctime") named.clock = CsvClock::Utc;
     if (named.kind == Kind::Height && is_one_of(word, {"hae", "ell", "ellipsoid", "ellipsoidal", "wgs84"})) {
       named.column.ellipsoid = true;
     } else if (kind_of(word, i == 0) != Kind::Other) {
@@ -252,7 +255,13 @@ CsvColumns::CsvColumns(const TextFile& file, const std::vector<std::string_view>
 char separator_of(std::string_view line) {
   for (const char separator : {';', '\t'})
     if (std::count(line.begin(), line.end(), separator) >= 3) return separator;
-  return line.find(',') == std::string_view::npos && split_blanks(line).size() > 3 ? ' ' : ',';
+  const std::vector<std::string_view> words = split_blanks(line);
+  if (line.find(',') != std::string_view::npos || words.size() < 4) return ',';
+  // A title has words, too.
+  const auto numbers =
+      std::count_if(words.begin(), words.end(), [](auto word) { return field_number(word).has_value(); });
+  const bool begins_number = std::string_view("+-.0123456789").find(words[0][0]) != std::string_view::npos;
+  return (numbers > 2 && begins_number) || names_positions(words) ? ' ' : ',';
 }
 
 std::vector<std::string_view> fields_of(std::string_view line, const CsvColumns& columns) {

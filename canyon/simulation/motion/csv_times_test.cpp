@@ -149,6 +149,19 @@ TEST(CsvColumns, FilesOfOtherPrograms) {
   const TrajectoryFile none = read(ten("time,lat,lon,height,nsats", "2024-05-01T10:00:0{i}Z,{lat},11,547,0"));
   EXPECT_THAT(none.warnings, ElementsAre(HasSubstr("line with 0 satellites, by the file's own column (the "
                                                    "first of 10); it is taken")));
+  // Inertial Explorer: a title of many lines, units below the names.
+  const TrajectoryFile post = read(ten("Project:     drive\nProgram:     Inertial Explorer Version "
+                                       "8.80\nDatum:       WGS84, (processing datum)\n\n"
+                                       "  Week   GPSTime       Latitude      Longitude        H-Ell\n"
+                                       " (weeks)  (sec)          (Deg)          (Deg)          (m)",
+                                       " 2312 29521{i}.000  {lat}  11.0000000  547.000"),
+                                   {});
+  EXPECT_EQ(post.trajectory.begin(), kFirst + -8);
+  EXPECT_NEAR(post.trajectory.at(kFirst).position.height_m, 547, 1e-3);
+  EXPECT_THAT(post.warnings, IsEmpty());
+  // A title is no line of columns.
+  expect_ten(read(ten("My flight of 1 May 2024\ntime,lat,lon,height", "2024-05-01T10:00:0{i}Z,{lat},11,547")),
+             547);
   // A header in a comment, with another separator than the data.
   expect_ten(read(ten("# time lat lon height", "2024-05-01T10:00:0{i}Z,{lat},11,547")), 547);
 }

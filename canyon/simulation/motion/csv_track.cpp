@@ -56,6 +56,10 @@ class CsvReader {
         read_header(*line, fields);
         continue;
       }
+      const bool units = first_data_ && header_ && std::all_of(fields.begin(), fields.end(), [](auto field) {
+                           return !field.empty() && (field.front() == '(' || field.front() == '[');
+                         });
+      if (units) continue;
       first_ = false;
       if (no_header_) throw InputError(*no_header_);
       if (std::exchange(first_data_, false)) look_at(fields);
