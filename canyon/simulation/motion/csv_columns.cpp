@@ -257,11 +257,8 @@ char separator_of(std::string_view line) {
     if (std::count(line.begin(), line.end(), separator) >= 3) return separator;
   const std::vector<std::string_view> words = split_blanks(line);
   if (line.find(',') != std::string_view::npos || words.size() < 4) return ',';
-  // A title has words, too.
-  const auto numbers =
-      std::count_if(words.begin(), words.end(), [](auto word) { return field_number(word).has_value(); });
-  const bool begins_number = std::string_view("+-.0123456789").find(words[0][0]) != std::string_view::npos;
-  return (numbers > 2 && begins_number) || names_positions(words) ? ' ' : ',';
+  // Numbers alone may be anything, such as bytes in hexadecimal.
+  return names_positions(words) || !iso_date(words[0]).empty() ? ' ' : ',';
 }
 
 std::vector<std::string_view> fields_of(std::string_view line, const CsvColumns& columns) {

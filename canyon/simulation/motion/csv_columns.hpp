@@ -23,7 +23,7 @@ struct CsvColumn {
 };
 
 /// The separator between the columns of a line: semicolons or tabs where there are three of them (commas may
-/// then be decimal points), else commas, else blanks between names of columns or numbers.
+/// then be decimal points), else commas, else blanks between names of columns or behind a date.
 [[nodiscard]] char separator_of(std::string_view line);
 
 /// Whose clock the header says that times show.

@@ -50,7 +50,11 @@ class CsvReader {
         read_comment(*line);
         continue;
       }
-      if (first_data_ && (!header_ || commented_)) columns_.separator = separator_of(*line);
+      if (first_data_ && (!header_ || commented_)) {
+        const bool blanks =
+            commented_ && columns_.separator == ' ' && line->find(',') == std::string_view::npos;
+        columns_.separator = blanks ? ' ' : separator_of(*line);
+      }
       const Fields fields = fields_of(*line, columns_);
       if (is_csv_header(fields) ? first_ || names_positions(fields) : first_ && names_positions(fields)) {
         read_header(*line, fields);
