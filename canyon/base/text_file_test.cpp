@@ -313,6 +313,41 @@ TEST(TextFile, BombsAreRefused) {
   EXPECT_THAT(message(path, std::size_t{1} << 31), HasSubstr("unpacks to more than 256 MiB"));
 }
 
+// A streamed file comes in pieces of 32 KiB: line ends must not depend on where these end.
+TEST(TextFile, LineEndsAtTheEndOfAPiece) {
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "file";
+  constexpr std::size_t kPiece = std::size_t{1} << 15;
+  const auto lines_of = [&] {
+    std::vector<std::size_t> lengths;
+    TextFile file = TextFile::streamed(path);
+    while (const auto line = file.next_line()) lengths.push_back(line->size());
+    return lengths;
+  };
+  using testing::ElementsAre;
+  write(path, std::string(kPiece - 1, 'a') + "\r\nb\r\n");
+  EXPECT_THAT(lines_of(), ElementsAre(kPiece - 1, 1));
+  // Carriage returns alone, one of them the last character of a piece, one before it.
+  for (const std::size_t length : {kPiece - 5, kPiece - 4, kPiece - 3}) {
+    write(path, "ab\r" + std::string(length, 'a') + "\rcde\rf");
+    EXPECT_THAT(lines_of(), ElementsAre(2, length, 3, 1));
+  }
+  // A line feed behind a carriage return at the end of a piece, in a file whose first piece has none.
+  write(path, "ab\r" + std::string(kPiece - 4, 'a') + "\r\ncde\r\n");
+  EXPECT_THAT(lines_of(), ElementsAre(2, kPiece - 4, 3));
+}
+
+TEST(ReadBytes, KeepsBytes) {
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "file";
+  const std::string bytes("a\rb\0c\r\n\xff", 8);
+  write(path, bytes);
+  EXPECT_EQ(read_bytes(path), bytes);
+  write(path, bzip2(bytes));
+  EXPECT_EQ(read_bytes(path), bytes);
+  EXPECT_THROW((void)read_bytes(path, 7), InputError);
+}
+
 TEST(Secrets, PasswordsOfAddressesAreHidden) {
   EXPECT_EQ(hide_passwords("poses from ntrip://somebody:SECRET/W@RD@127.0.0.1:9/MOUNT: nobody answers"),
             "poses from ntrip://somebody:...@127.0.0.1:9/MOUNT: nobody answers");
