@@ -62,8 +62,10 @@ Geodetic choose_origin(const MapData& map, const Terrain* terrain, const std::op
     } else if (const std::optional<double> height = terrain->height_m(middle)) {
       origin.height_m = *height;
     } else {
-      throw InputError(fmt::format("the terrain has no height at the middle of the map ({:.6f}, {:.6f})",
-                                   middle.y(), middle.x()),
+      std::string why;  // fill values, another unit
+      for (const std::string& caution : terrain->cautions()) why += "; " + caution;
+      throw InputError(fmt::format("the terrain has no height at the middle of the map ({:.6f}, {:.6f}){}",
+                                   middle.y(), middle.x(), why),
                        "give rasters that cover the buildings, or an origin with its height");
     }
   }

@@ -165,6 +165,7 @@ class ShapeReader {
     height_ = tags.length_m({"height", "building:height", "est_height"}, kThinnest_m);
     min_height_ = tags.length_m({"min_height", "building:min_height"}, 0);
     levels_ = tags.levels("building:levels");
+    if (!levels_) levels_ = tags.levels("building:levels:aboveground");
     min_level_ = tags.levels("building:min_level");
     roof_levels_ = tags.levels("roof:levels").value_or(0);
     if (pitched()) {

@@ -352,6 +352,13 @@ TEST(ShapeFromTags, StoreysThatContradictTheHeightAreSaid) {
   EXPECT_THAT(warnings_of("25", "1"), IsEmpty()) << "a hall";
 }
 
+TEST(ShapeFromTags, StoreysAboveGroundAreStoreys) {
+  EXPECT_DOUBLE_EQ(read({{"building", "yes"}, {"building:levels:aboveground", "11"}}).height_m, 33);
+  EXPECT_DOUBLE_EQ(
+      read({{"building", "yes"}, {"building:levels", "2"}, {"building:levels:aboveground", "11"}}).height_m,
+      6);
+}
+
 TEST(ShapeFromTags, AFurtherTagHelpsWhereTheFirstIsWrong) {
   std::vector<std::string> warnings;
   const Shape shape = read({{"building", "yes"}, {"height", "?"}, {"est_height", "25"}}, &warnings);
