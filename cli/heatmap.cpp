@@ -166,7 +166,9 @@ class MapRun {
 
   void load() {
     const auto begin = std::chrono::steady_clock::now();
-    city_ = simulation::load_city_source(scenario_.city);
+    std::vector<std::string> warnings;
+    city_ = simulation::load_city_source(scenario_.city, warnings);
+    print_warnings(warnings);
     const city::City& city = city_;
     if (!scenario_.city.open && city.mesh.triangles.empty()) {
       throw InputError(scenario_.file, 0,

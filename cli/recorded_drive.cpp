@@ -244,6 +244,7 @@ void RecordedDrive::read() {
   sky_ = std::move(scene.sky);
   environment_ = std::move(scene.environment);
   recording_ = std::move(scene.recording);
+  warn(scene.warnings);
   warn(sky_.warnings);
   warn(recording_.warnings);
   const validation::PseudorangeResiduals& residuals = recording_.residuals;

@@ -60,12 +60,15 @@ FileReport inspect_scenario(const std::filesystem::path& path) {
 
 FileReport inspect_city(const std::filesystem::path& path) {
   const simulation::CityConfig config = simulation::city_config(path);
-  const city::City city = simulation::load_city_with_report(config).city;
+  const buildings::BuiltCity loaded = simulation::load_city_with_report(config);
+  const city::City& city = loaded.city;
   const city::CitySummary summary = city::summarize(city);
   FileReport report{config.mesh ? "city (mesh)" : "city", {}, city.notes, {"city: in a scenario"}};
   report.contents.emplace_back("buildings", fmt::format("{}", summary.buildings));
   report.contents.emplace_back("triangles",
                                fmt::format("{} ({} terrain)", summary.triangles, summary.terrain_triangles));
+  const std::vector<std::string>& cautions = loaded.report.cautions;
+  report.skipped.insert(report.skipped.begin(), cautions.begin(), cautions.end());
   if (summary.triangles > 0) {
     const Eigen::Vector3d size = summary.bounds.max - summary.bounds.min;
     report.contents.emplace_back(

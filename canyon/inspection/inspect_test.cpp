@@ -150,6 +150,8 @@ TEST_F(Inspect, ScenariosAndCities) {
   const FileReport mesh = inspect_file(folder_ / "some.obj");
   EXPECT_EQ(mesh.kind, "city (mesh)");
   EXPECT_EQ(value(mesh, "origin"), "not in the file: city.origin");
+  EXPECT_THAT(inspect_file(test::case_file("obj-y-up/y_up.obj")).skipped,
+              Contains(HasSubstr("stands upright")));
 }
 
 TEST_F(Inspect, RefusesWhatNoReaderTakes) {

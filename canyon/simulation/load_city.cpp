@@ -161,8 +161,19 @@ city::City draw_facades(city::City city, const CityConfig& config, std::uint64_t
 
 }  // namespace
 
+city::City load_city_source(const CityConfig& config, std::vector<std::string>& warnings) {
+  buildings::BuiltCity built = load_for_run(config);
+  warnings.insert(warnings.end(), built.report.cautions.begin(), built.report.cautions.end());
+  return std::move(built.city);
+}
+
 city::City load_city_source(const CityConfig& config) {
-  return load_for_run(config).city;
+  std::vector<std::string> ignored;
+  return load_city_source(config, ignored);
+}
+
+city::City load_city(const CityConfig& config, std::uint64_t seed, std::vector<std::string>& warnings) {
+  return draw_facades(load_city_source(config, warnings), config, seed);
 }
 
 city::City load_city(const CityConfig& config, std::uint64_t seed) {

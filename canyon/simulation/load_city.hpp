@@ -31,6 +31,10 @@ namespace canyon::simulation {
 /// The two halves of load_city(), for many runs over one source: what is read once, and what each run draws
 /// by its seed.
 [[nodiscard]] city::City load_city_source(const CityConfig& config);
+/// The same, and load_city(), with the cautions of the source (BuildReport) appended to `warnings`.
+[[nodiscard]] city::City load_city_source(const CityConfig& config, std::vector<std::string>& warnings);
+[[nodiscard]] city::City load_city(const CityConfig& config, std::uint64_t seed,
+                                   std::vector<std::string>& warnings);
 [[nodiscard]] city::City draw_city(city::City source, const Scenario& scenario,
                                    std::vector<std::string>& warnings);
 

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/validation/comparison.hpp"
@@ -16,6 +18,7 @@ struct RecordedScene {
   simulation::BuiltSky sky;
   std::unique_ptr<simulation::Environment> environment;
   Recording recording;
+  std::vector<std::string> warnings;  ///< of the city
 };
 
 /// Fills in the true positions' file and format where `files` leaves them to the scenario. Throws InputError,

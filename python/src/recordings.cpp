@@ -52,7 +52,7 @@ class Recorded {
     const py::gil_scoped_release release;
     scene_ = validation::read_recorded_scene(scenario_, files, atmosphere);
     warnings_ = scenario_.warnings;
-    for (const auto* more : {&scene_.sky.warnings, &scene_.recording.warnings})
+    for (const auto* more : {&scene_.warnings, &scene_.sky.warnings, &scene_.recording.warnings})
       warnings_.insert(warnings_.end(), more->begin(), more->end());
   }
 

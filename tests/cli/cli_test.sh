@@ -191,7 +191,10 @@ strangers)
   grep -rF SECRETWORD out err && fail "a password is printed"; says err "ntrip://somebody:...@127.0.0.1:9/MOUNT"
   runs 0 "$canyon" scenario show live-password/live.yaml; says err "passwords of addresses are shown as '...'"
   grep -rF SECRETWORD out err && fail "a password is printed"; says out "ntrip://somebody:...@127.0.0.1:9/MOUNT"
-  runs 0 "$canyon" city view obj-y-up/y_up.obj -o y_up.png; says err "stands upright" ;;
+  runs 0 "$canyon" city view obj-y-up/y_up.obj -o y_up.png; says err "stands upright"
+  sed 's/^city.*/city: {mesh: obj-y-up\/y_up.obj, origin: {latitude_deg: 48, longitude_deg: 11, height_m: 0}}/' small.yaml >y_up.yaml
+  runs 0 "$canyon" heatmap y_up.yaml --out y_up --spacing 40 --format netcdf --quiet; says err "stands upright"
+  runs 0 "$canyon" check obj-y-up/y_up.obj; says out "stands upright" ;;
 antimeridian)
   # Three buildings over 320 m and the ground 200 m about them, at 180 deg: longitudes on both sides, and a box in two ways of writing.
   { echo '<osm version="0.6">'; n=0
