@@ -103,6 +103,8 @@ void read_gpx_value(const XmlTags& tags, TrackPoint& point, RecordNotes& notes) 
   } else if (tags.name == "fix") {
     point.no_fix = tags.content == "none";
     point.flat = tags.content == "2d";
+  } else if (tags.name == "sat" && tags.content == "0") {
+    notes.skip(tags.line(), "point of a fix with 0 satellites", "it is taken");
   } else if (tags.name == "time" && !tags.content.empty()) {
     point.time = instant(tags, notes);
   }

@@ -75,6 +75,8 @@ TEST_F(TrackReader, ReadsACutFileToItsLastWholePoint) {
 TEST_F(TrackReader, GpxSaysWhatItsValuesAreWorth) {
   EXPECT_THAT(read(gpx(point(0, "", "") + point(1, "", ""))).notes.lines(),
               Contains(HasSubstr("time without a zone (the first of 2); taken as UTC")));
+  EXPECT_THAT(read(gpx(point(0, "<sat>0</sat>") + point(1, "<sat>7</sat>"))).notes.lines(),
+              Contains(HasSubstr("point of a fix with 0 satellites; it is taken")));
   // Two dimensions: no height was measured.
   const TrackFile flat =
       read(gpx(point(0, "<ele>0</ele><fix>2d</fix>") + point(1, "<fix>2d</fix><ele>0.0</ele>") +
