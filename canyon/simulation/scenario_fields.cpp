@@ -478,6 +478,7 @@ void visit_scenario(Visitor& v, Scenario& scenario, bool trajectory_needed) {
   }
   v.section("trajectory", [&] { visit_trajectory(v, scenario.trajectory, scenario.city); });
   visit_receivers(v, scenario.receivers, scenario.city);
+  v.part("sensors", scenario.sensors);
   visit_streets(v, scenario);
   if (v.reads() && std::any_of(scenario.receivers.begin(), scenario.receivers.end(),
                                [](const ReceiverConfig& receiver) { return has_base(receiver.options); })) {

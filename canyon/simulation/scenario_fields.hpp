@@ -33,7 +33,7 @@ void visit_name_and_profile(options::Visitor& v, ReceiverConfig& config, bool se
 /// A reader sets the whole config by the profile that stands there, or by the default one.
 void visit_profile(options::Visitor& v, ReceiverConfig& config);
 
-/// Of a text of this kind. `name` stands in messages.
+/// The document of a text of this kind. `name` stands in messages.
 [[nodiscard]] options::Document document_of(const std::filesystem::path& name, const char* kind = "scenario");
 
 }  // namespace canyon::simulation

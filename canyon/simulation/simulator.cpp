@@ -184,12 +184,14 @@ struct Simulation::Impl {
     check_places();
     check_masks();
     check_faults();
+    if (scenario.sensors.imu) smooth_motion();
     for (const ReceiverConfig& receiver : scenario.receivers) {
       propagators.push_back(environment.make_propagator(receiver.propagation));
     }
   }
 
   void check_places();
+  void smooth_motion();
   void check_masks();
   [[nodiscard]] std::size_t count_above(const Geodetic& place, double elevation_rad) const;
   void check_faults();
@@ -246,6 +248,29 @@ void Simulation::Impl::check_places() {
     if (scenario.trajectory.height_above_terrain_m) (void)vehicle_pose(plan.at(k));
   }
   // A base may stand anywhere: beyond the city it has an open sky.
+}
+
+// Inertial sensors need a motion with a continuous acceleration: recorded positions and the height over a
+// terrain become one.
+void Simulation::Impl::smooth_motion() {
+  std::optional<double>& clamped = scenario.trajectory.height_above_terrain_m;
+  if (plan.trajectory.smooth() && (!clamped || plan.trajectory.length_m() == 0)) return;
+  const TrajectoryConfig& config = scenario.trajectory;
+  if (!config.waypoints.empty() && !config.acceleration_mps2) {
+    throw scenario_error(scenario, "sensors.imu: the trajectory changes its speed and direction at once",
+                         "give trajectory.acceleration_mps2, e.g. 2");
+  }
+  const Trajectory smooth = plan.trajectory.smoothed([this](GpsTime t) { return vehicle_pose(t); });
+  double most_m = 0;
+  const std::size_t step = std::max<std::size_t>(1, plan.epochs() / 2000);
+  for (std::size_t k = 0; k < plan.epochs(); k += step) {
+    const auto at = [&](const Pose& pose) { return geodesy::ecef_from_geodetic(pose.position); };
+    most_m = std::max(most_m, (at(smooth.at(plan.at(k))) - at(vehicle_pose(plan.at(k)))).norm());
+  }
+  warnings.push_back(fmt::format(
+      "sensors.imu: the trajectory is smoothed over about a second; it moves by up to {:.2f} m", most_m));
+  plan.trajectory = smooth;
+  clamped.reset();
 }
 
 std::size_t Simulation::Impl::count_above(const Geodetic& place, double elevation_rad) const {
@@ -430,6 +455,10 @@ double Simulation::interval_s() const {
 }
 std::size_t Simulation::epoch_count() const {
   return impl_->plan.epochs();
+}
+
+Pose Simulation::vehicle_pose(GpsTime t) const {
+  return impl_->vehicle_pose(t);
 }
 
 Pose Simulation::antenna_pose(std::size_t receiver, GpsTime t) const {

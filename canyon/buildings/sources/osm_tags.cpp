@@ -15,7 +15,7 @@ constexpr std::array<std::string_view, 12> kLifecyclePrefixes{
     "dismantled", "proposed", "planned", "construction", "historic",  "ruined"};
 constexpr std::array<std::string_view, 9> kGoneValues{
     "demolished", "razed", "removed", "destroyed", "dismantled", "collapsed", "proposed", "planned", "was"};
-// Of what stands, no more than a stated height is known.
+// Only a stated height is known of these.
 constexpr std::array<std::string_view, 4> kUnfinishedValues{"construction", "ruins", "ruin", "foundation"};
 
 /// A building that nobody uses stands (OSM wiki, "Key:disused:*").

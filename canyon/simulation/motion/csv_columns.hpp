@@ -8,7 +8,7 @@
 
 #include "canyon/base/text_file.hpp"
 
-/// What the header of a CSV file of positions says about its columns.
+/// Columns of a CSV file of positions, by its header.
 namespace canyon::simulation {
 
 /// A column that is read.
@@ -22,7 +22,7 @@ struct CsvColumn {
   bool ellipsoid = false;  ///< a height above the ellipsoid, by its name
 };
 
-/// Whose clock the header says that times show.
+/// The clock of the times, by the header.
 enum class CsvClock : std::uint8_t { Unsaid, Utc, Gps, Unix };
 
 struct CsvColumns {
