@@ -196,7 +196,9 @@ TEST(InertialRun, NeedsASmoothMotion) {
       simulate(std::string("{") + kWay + ", acceleration_mps2: 2, height_above_terrain_m: 1.5}");
   EXPECT_TRUE(clamped.trajectory().smooth());
   EXPECT_NEAR(clamped.vehicle_pose(clamped.begin() + 4.0).position.height_m, 6.5, 0.01);
-  EXPECT_THAT(clamped.warnings(), ::testing::Contains(::testing::HasSubstr("the trajectory is smoothed")));
+  EXPECT_THAT(clamped.warnings(),
+              ::testing::Contains(::testing::HasSubstr(
+                  "the trajectory is smoothed over about a second; it moves by up to 0.0")));
 }
 
 TEST(InertialRun, OptionsAreChecked) {
