@@ -198,7 +198,7 @@ TEST(InertialRun, NeedsASmoothMotion) {
   EXPECT_NEAR(clamped.vehicle_pose(clamped.begin() + 4.0).position.height_m, 6.5, 0.01);
   EXPECT_THAT(clamped.warnings(),
               ::testing::Contains(::testing::HasSubstr(
-                  "the trajectory is smoothed over about a second; it moves by up to 0.0")));
+                  "the trajectory is smoothed over about a second; it moves by up to 0.1")));
 }
 
 TEST(InertialRun, OptionsAreChecked) {
