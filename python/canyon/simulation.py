@@ -232,7 +232,7 @@ class Simulation(_canyon.Simulation):
         >>> still.specific_force.shape
         (200, 3)
         >>> still.specific_force[0].round(3).tolist()
-        [0.0, -0.0, 9.808]
+        [0.0, 0.0, 9.807]
         """
         found = self._imu()
         if found.pop("interrupted"):
