@@ -69,7 +69,7 @@ std::optional<double> fitted_glass(const calibration::Calibration& result) {
   return parse_double(result.coated_glass->after);
 }
 
-/// What the scenario is to say about its city; empty where it may stay as it is.
+/// The lines that the scenario needs about its city; empty where it may stay as it is.
 std::string scenario_lines(const calibration::Calibration& result) {
   const auto share = fitted_glass(result);
   if (!share) return "";

@@ -62,7 +62,7 @@ class MapRuns {
 
   [[nodiscard]] int count() const { return count_; }
   [[nodiscard]] bool several() const { return count_ > 1; }
-  /// What is drawn, each with its distribution.
+  /// The unknowns that are drawn, each with its distribution.
   [[nodiscard]] std::vector<std::string> priors() const;
   /// The scenario of a run: with another seed, and with a draw of what is unknown.
   [[nodiscard]] simulation::Scenario scenario(int run) const;

@@ -27,7 +27,7 @@ struct Stamp {
   std::uint32_t nanosec = 0;  ///< [0, 1e9)
 };
 
-/// What goes into a header.
+/// The fields of a header.
 struct Head {
   Stamp stamp;
   std::string frame_id;  ///< of the antenna

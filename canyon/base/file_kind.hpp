@@ -8,7 +8,7 @@
 
 namespace canyon {
 
-/// What a file of measurements is, by its first bytes.
+/// The kind of a file of measurements, by its first bytes.
 enum class FileKind : std::uint8_t {
   Other,
   RinexObservation,  ///< plain or in Hatanaka's compression
@@ -37,7 +37,7 @@ enum class FileKind : std::uint8_t {
 
 /// @param head the first bytes, unpacked: 16 KiB suffice
 [[nodiscard]] FileKind kind_of_head(std::string_view head);
-/// Of a file, plain or packed. Throws InputError as GzipFile does.
+/// The kind of a file, plain or packed. Throws InputError as GzipFile does.
 [[nodiscard]] FileKind file_kind(const std::filesystem::path& path);
 
 /// "an SP3 file", for messages.
@@ -47,8 +47,8 @@ enum class FileKind : std::uint8_t {
 /// The kind of the files of a trajectory format; columns for any other.
 [[nodiscard]] FileKind kind_of_trajectory(std::string_view format);
 
-/// What to say of a file that a reader of `wanted` refuses by `fault`: that it is of another kind, where it
-/// is, and what takes it; else `fault`. Precondition: not FileKind::Other.
+/// The message for a file that a reader of `wanted` refuses by `fault`: it names the other kind that the file
+/// is and what takes it; else it is `fault`. Precondition: not FileKind::Other.
 [[nodiscard]] InputError explained(const InputError& fault, const std::filesystem::path& path,
                                    FileKind wanted);
 

@@ -13,11 +13,11 @@
 
 namespace canyon {
 
-/// What a reader leaves out of its files or doubts: one line for each reason, with the first place and how
-/// many there are. Reasons that differ in numbers and in quoted texts alone are one.
+/// Notes about records that a reader leaves out or doubts: one line for each reason, with the first place and
+/// how many there are. Reasons that differ in numbers and in quoted texts alone are one.
 class RecordNotes {
  public:
-  /// Of the reasons why records are bad the first twenty are listed; the records of the rest are counted.
+  /// The first twenty reasons why records are bad are listed; the records of the rest are counted.
   static constexpr std::size_t kListed = 20;
   static constexpr std::string_view kLeftOut = "left out";
 

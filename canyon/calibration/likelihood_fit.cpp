@@ -365,7 +365,7 @@ class NodeRun {
   Observations observations_;
 };
 
-/// What the observations say of one axis.
+/// The estimate of one axis from the observations.
 Estimate estimate_of(const Axis& axis, std::size_t a, const Posterior& prior, const Posterior& known) {
   const double mean = known.mean.at(a), sigma = known.sigma.at(a), open = prior.sigma.at(a);
   Estimate e{axis.key, axis.unit, options::show(axis.profile), {}, {}, {}, {}, {}};

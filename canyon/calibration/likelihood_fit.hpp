@@ -5,7 +5,7 @@
 
 #include "canyon/calibration/calibrate.hpp"
 
-// What is fitted to which satellites are tracked, to their C/N0 and to errors of hidden ones. Private to
+// The fit to which satellites are tracked, to their C/N0 and to errors of hidden ones. Private to
 // canyon/calibration.
 
 namespace canyon::calibration {

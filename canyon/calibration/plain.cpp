@@ -24,8 +24,8 @@ constexpr double kHigh_rad = 0.52359877559829887, kClear_s = 60;
 /// A signal with fewer pseudoranges does not count as tracked.
 constexpr std::size_t kFewestOfSignal = 20;
 
-/// Of the C/N0 of hidden satellites this share lies below the tracking threshold, by the noise of C/N0; and
-/// of the first ones behind gaps below that of acquisition.
+/// Share of the C/N0 values of hidden satellites that lie below the tracking threshold, by the noise of C/N0;
+/// and share of the first values behind gaps that lie below the acquisition threshold.
 constexpr double kWeakestShare = 0.01, kWeakestFoundShare = 0.1;
 /// Signals whose last C/N0 is so near to the threshold are lost by it.
 constexpr double kNear_dB = 4;

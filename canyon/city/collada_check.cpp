@@ -192,7 +192,7 @@ class ColladaCheck {
     }
   }
 
-  /// Of the source that an input names.
+  /// Number of elements of the source that an input names.
   [[nodiscard]] std::size_t elements_of(const Element& input) const {
     const std::string name = attribute(input, "source");
     const auto found = name.empty() ? sources_.end() : sources_.find(name.substr(1));

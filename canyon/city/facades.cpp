@@ -19,7 +19,7 @@
 namespace canyon::city {
 namespace {
 
-/// What a facade looks like to radio waves at L band: a word of FacadeOptions::shares. Coated glass
+/// The kind of a facade to radio waves at L band: a word of FacadeOptions::shares. Coated glass
 /// (low-emissivity, solar control) is a metal film and so Material::Metal; tile is a thin skin on reinforced
 /// concrete, render one on brickwork.
 struct FacadeType {

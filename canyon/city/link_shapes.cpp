@@ -62,8 +62,8 @@ Vector3d middle_of(const std::vector<Vector3d>& vertices) {
   return 0.5 * (low + high);
 }
 
-/// Of a grid that is too fine: each how manieth height is taken. It divides both sides, so that the last row
-/// and column are kept.
+/// Step between the heights that are taken of a grid that is too fine. It divides both sides, so that the
+/// last row and column are kept.
 int stride_of(int columns, int rows) {
   int stride = 1;
   for (int n = 2; n < std::min(columns, rows) && (std::max(columns, rows) - 1) / stride >= kFinestHeightmap;

@@ -36,7 +36,7 @@ struct MeshFile {
   bool marked = false;          ///< has_mesh_mark()
 };
 
-/// What SDF's <mesh> says beside the file.
+/// Options of SDF's <mesh> beside the file.
 struct MeshUse {
   Eigen::Vector3d scale = Eigen::Vector3d::Ones();  ///< negative: mirrored
   std::string submesh;                              ///< only nodes of this name; empty: all
@@ -68,7 +68,7 @@ class LinkShapes {
     Material material = Material::Unknown;
   };
 
-  /// What cannot be taken goes to `notes`, one line each: "'NAME' is left out: WHY".
+  /// Shapes that cannot be taken are named in `notes`, one line each: "'NAME' is left out: WHY".
   explicit LinkShapes(std::vector<std::string>& notes) : notes_(notes) {}
 
   // SDF's shapes about their origins, axis z [m]. Those without extent are left out.

@@ -160,7 +160,7 @@ class MeshImport {
     return extension;
   }
 
-  /// What Assimp does not notice or survive.
+  /// Checks for faults that Assimp does not notice or survive.
   void check_format(const std::string& extension) {
     if (extension == ".ply") check_ply(path_);
     if (extension == ".stl") check_stl(path_);

@@ -29,7 +29,7 @@ class Skyline {
   /// Moves the antenna. Calls may come in any order of time and place.
   /// @param place east, north in the city's frame [m]; @param height_m of the antenna above the ground [m]
   void go_to(const Eigen::Vector2d& place, double height_m, geodesy::GpsTime time);
-  /// What the obstacles take from a path at the place of the last go_to() [dB], at most 0.
+  /// The level that the obstacles leave of a path at the place of the last go_to() [dB], at most 0.
   /// @param arrival direction that the path comes from: unit, ENU; below the horizon as above it
   /// @param leg_m from the antenna to the surface that the path comes from: obstacles behind it do not count,
   /// but for the ground's reflection, which comes from below the horizon. Infinite for direct paths

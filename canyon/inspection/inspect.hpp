@@ -7,7 +7,7 @@
 
 namespace canyon::inspection {
 
-/// What a file of any kind holds, as the readers of Canyon find it.
+/// The contents of a file of any kind, as the readers of Canyon find them.
 struct FileReport {
   std::string kind;                                           ///< "RINEX 3.03 observations"
   std::vector<std::pair<std::string, std::string>> contents;  ///< names and values, for people

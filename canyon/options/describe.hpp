@@ -68,11 +68,10 @@ class Describer final : public Visitor {
   Description description_;
   std::string path_;
   std::vector<std::string> parents_;
-  std::vector<std::string> required_;  // paths
   std::vector<std::pair<std::string, std::string>> other_names_;
 };
 
-/// Of the defaults in `options`.
+/// The description of a struct, with the defaults in `options`.
 template <typename Options>
 [[nodiscard]] Description describe(Options options = {}) {
   Describer describer;
@@ -80,7 +79,7 @@ template <typename Options>
   return std::move(describer).take();
 }
 
-/// Of a struct's own defaults, made once.
+/// The description of a struct with its own defaults, made once.
 template <typename Options>
 [[nodiscard]] const Description& description_of() {
   static const Description description = describe<Options>();

@@ -38,7 +38,7 @@ struct Node::Entry {
 
 struct Description;
 struct Place;
-/// What a Reader must know of the text around a tree. The functions let a host use its own terms.
+/// Facts that a Reader must know about the text around a tree. The functions let a host use its own terms.
 struct Document {
   std::filesystem::path file;                        ///< names of files belong to its folder
   std::string kind = "scenario";                     ///< what the text is, in messages

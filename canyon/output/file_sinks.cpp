@@ -5,6 +5,7 @@
 
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/output/inertial_files.hpp"
 #include "canyon/output/sinks.hpp"
 #include "canyon/output/stream.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
@@ -45,7 +46,8 @@ std::string safe_name(const std::string& name) {
 
 std::vector<std::string> receiver_folder_names(const std::vector<std::string>& receiver_names) {
   // Letters of either case count as one name: not every file system distinguishes them.
-  std::set<std::string> taken{"sky.nav"};
+  std::set<std::string> taken{"sky.nav",         "imu.csv",          "motion.csv",
+                              "kf_gins_imu.txt", "kf_gins_gnss.txt", "kf_gins_truth.nav"};
   std::vector<std::string> folders;
   for (const std::string& name : receiver_names) {
     const std::string safe = safe_name(name);
@@ -82,6 +84,8 @@ std::vector<std::unique_ptr<simulation::EpochSink>> make_file_sinks(const simula
   if (wanted.has("rinex_navigation") && !simulation.navigation().empty()) {
     sinks.push_back(std::make_unique<NavigationFile>(folder / "sky.nav", simulation.navigation()));
   }
+  if (simulation.scenario().sensors.imu && (wanted.has("imu") || wanted.has("kf_gins")))
+    sinks.push_back(make_inertial_files(simulation, folder));
   return sinks;
 }
 

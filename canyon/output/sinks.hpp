@@ -21,9 +21,9 @@ namespace canyon::output {
 
 /// All the files that the scenario's `outputs:` asks for, into `folder`. With one receiver the names are
 /// plain (epochs.csv, satellites.csv, receiver.nmea, receiver.obs, sky.nav, track.kml, track.geojson); with
-/// several each receiver has a folder of its name (sky.nav stays in `folder`; it is left out for skies
-/// without broadcast records). Pictures are canyon::io's (pictures.hpp). `simulation` must outlive the sinks.
-/// Throws InputError where a folder or file cannot be made.
+/// several each receiver has a folder of its name (sky.nav, imu.csv and motion.csv stay in `folder`; sky.nav
+/// is left out for skies without broadcast records). Pictures are canyon::io's (pictures.hpp). `simulation`
+/// must outlive the sinks. Throws InputError where a folder or file cannot be made.
 [[nodiscard]] std::vector<std::unique_ptr<simulation::EpochSink>> make_file_sinks(
     const simulation::Simulation& simulation, const std::filesystem::path& folder);
 

@@ -66,7 +66,7 @@ constexpr double kMaxBias_ns = 1e7, kMaxTime_ns = 500, kMaxRate_mps = 10, kMaxDe
 constexpr std::int64_t kLeast_ns = 50 * kMillisecond_ns, kGreatest_ns = 150 * kMillisecond_ns;
 constexpr std::int64_t kUsual_ns = 86 * kMillisecond_ns;
 constexpr double kGreatestRate_mps = 1e4, kGreatestCn0 = 70;
-/// Of a carrier from that of the nearest signal: GLONASS's channels reach 4 MHz.
+/// Distance of a carrier from that of the nearest signal: GLONASS's channels reach 4 MHz.
 constexpr double kSameCarrier_hz = 5e6;
 constexpr std::uint8_t kLostLock = 1, kHalfCycle = 2;
 

@@ -24,7 +24,7 @@ namespace canyon::rinex {
 struct FieldColumns {
   std::size_t begin, width;
 };
-/// Of year, month, day, hour, minute and second.
+/// The instant of year, month, day, hour, minute and second.
 using TimeColumns = std::array<FieldColumns, 6>;
 /// An instant of a time system. Years of two digits are 1980 to 2079 (RINEX 2.11, table A2), seconds may
 /// reach

@@ -7,7 +7,7 @@
 
 #include "canyon/rinex/observation_reader.hpp"
 
-// What the readers of recorded observations share, whatever their format.
+// Functions that the readers of recorded observations share, whatever their format.
 
 namespace canyon::rinex {
 

@@ -18,6 +18,7 @@
 #include "canyon/errors/space_errors.hpp"
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/gnss/satellite_id.hpp"
+#include "canyon/inertial/imu_options.hpp"
 #include "canyon/options/describe.hpp"
 #include "canyon/propagation/propagation_options.hpp"
 #include "canyon/receiver/own_models.hpp"
@@ -155,10 +156,11 @@ struct Scenario {
   CityConfig city;
   SkyConfig sky;
   TrajectoryConfig trajectory;
-  std::optional<geodesy::GpsTime> start;   ///< where empty: the trajectory file's first time
-  std::optional<double> duration_s;        ///< empty: the whole trajectory
-  std::optional<double> rate_hz;           ///< empty: the trajectory file's own rate (1 Hz for waypoints)
-  std::vector<ReceiverConfig> receivers;   ///< at least one
+  std::optional<geodesy::GpsTime> start;  ///< where empty: the trajectory file's first time
+  std::optional<double> duration_s;       ///< empty: the whole trajectory
+  std::optional<double> rate_hz;          ///< empty: the trajectory file's own rate (1 Hz for waypoints)
+  std::vector<ReceiverConfig> receivers;  ///< at least one
+  inertial::SensorOptions sensors;
   std::vector<disturbance::Fault> faults;  ///< their times count from `start`, or the trajectory's first
   std::uint64_t seed = 1;
   OutputConfig outputs;

@@ -25,6 +25,9 @@ void visit_fixed(options::Visitor& v, std::optional<FixedPlace>& fixed, const Ci
 /// Name and profile, which a reader lets stand for the defaults of all other fields. `several`: a name is
 /// needed.
 void visit_name_and_profile(options::Visitor& v, ReceiverConfig& config, bool several);
+/// The list of receivers, with their profiles, below the scenario's own sections propagation, noise,
+/// surroundings and shadowing.
+void visit_receivers(options::Visitor& v, std::vector<ReceiverConfig>& receivers, const CityConfig& city);
 /// Whether `noise` of a receiver has no effect, because errors from space replace it
 /// (ReceiverOptions::decide()) and nobody says that both are wanted.
 [[nodiscard]] bool has_idle_noise(const SkyConfig& sky, const ReceiverConfig& receiver);
@@ -33,7 +36,7 @@ void visit_name_and_profile(options::Visitor& v, ReceiverConfig& config, bool se
 /// A reader sets the whole config by the profile that stands there, or by the default one.
 void visit_profile(options::Visitor& v, ReceiverConfig& config);
 
-/// Of a text of this kind. `name` stands in messages.
+/// The document of a text of this kind. `name` stands in messages.
 [[nodiscard]] options::Document document_of(const std::filesystem::path& name, const char* kind = "scenario");
 
 }  // namespace canyon::simulation

@@ -84,7 +84,8 @@ std::vector<std::string> scenarios_with_every_key() {
       "ubx_m8: true, "
       "rinex_observation: true, "
       "rinex4_observation: true, gnsslogger: true, "
-      "rinex_navigation: true, kml: true, geojson: true, gpx: true, samples: true, pictures: true}\n"
+      "rinex_navigation: true, imu: true, kf_gins: true, kml: true, geojson: true, gpx: true, samples: true, "
+      "pictures: true}\n"
       "map: {motion: driving, pace_mps: 5}\n"
       "samples: {bands: [L1, E5a], rate_hz: 2e6, intermediate_hz: 5e5, bandwidth_hz: 1e6, real: true, noise: "
       "false, format: 2bit, noise_level: 0.5, agc_s: 1}\n"
@@ -166,6 +167,15 @@ std::vector<std::string> scenarios_with_every_key() {
       "default_height_m: 9, heights: [house=7], foliage: true, terrain_margin_m: 100, "
       "terrain_spacing_m: 10, tree_height_m: 9, tree_crown_m: 4, wood_height_m: 10}\n"
       "trajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n",
+      "city: {open: true, origin: {latitude_deg: 1, longitude_deg: 2}}\n"
+      "trajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n"
+      "sensors: {imu: {profile: tactical, rate_hz: 200, axes: frd, position: {forward_m: 1, left_m: 2, up_m: "
+      "3}, orientation: {roll_deg: 1, pitch_deg: 2, yaw_deg: 3}, gyroscope: {angle_random_walk_deg_sqrt_h: "
+      "0.1, bias_instability_deg_h: 1, rate_random_walk_deg_h_sqrt_h: 1, turn_on_bias_deg_s: 0.1, scale_ppm: "
+      "100, misalignment_deg: 0.1, g_sensitivity_deg_h_g: 1, resolution_deg_s: 0.01, range_deg_s: 500}, "
+      "accelerometer: {velocity_random_walk_mps_sqrt_h: 0.1, bias_instability_mg: 0.1, "
+      "acceleration_random_walk_mg_sqrt_h: 0.1, turn_on_bias_mg: 1, scale_ppm: 100, misalignment_deg: 0.1, "
+      "resolution_mg: 0.1, range_g: 8}, time_offset_s: 0.01, time_jitter_s: 0.001, lost: 0.01}}\n",
       "city: {file: c.canyon, geoid: EGM96}\ntrajectory: {position: {latitude_deg: 1, longitude_deg: 2, "
       "height_m: 3}}\n",
       "city: {open: true, origin: {latitude_deg: 1, longitude_deg: 2}}\n"

@@ -12,14 +12,13 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/rollover.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/receiver/corrections.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/correction_links.hpp"
-#include "canyon/simulation/epoch_schedule.hpp"
 #include "canyon/simulation/motion/antenna_pose.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
+#include "canyon/simulation/run_plan.hpp"
 #include "canyon/simulation/run_receiver.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/scenario_trajectory.hpp"
@@ -33,74 +32,11 @@ using geodesy::GpsTime;
 
 // Farther from the city a trajectory has the wrong origin.
 constexpr double kFarFromCity_m = 10e3;
-constexpr std::size_t kMaxEpochs = 1'000'000'000;
 // Masks below this, but not 0, are more likely radians: 0.17 rad are 10 deg.
 constexpr double kLeastMask_deg = 1;
 // Civil receivers end their service above 1,000 knots (the export limit of the Missile Technology Control
 // Regime's annex, item 11.A.3: 600 m/s; receivers keep to the older 1,000 knots).
 constexpr double kFastest_mps = 515;
-
-struct Plan {
-  Trajectory trajectory;
-  GpsTime begin;
-  EpochSchedule schedule{1};  // from `begin`
-  std::vector<std::string> warnings;
-
-  [[nodiscard]] std::size_t epochs() const { return static_cast<std::size_t>(schedule.count()); }
-  [[nodiscard]] GpsTime end() const { return at(epochs() - 1); }
-  [[nodiscard]] GpsTime at(std::size_t k) const {
-    return begin + std::chrono::nanoseconds(schedule.at_ns(static_cast<std::int64_t>(k)));
-  }
-};
-
-Plan make_plan(const Scenario& scenario, double geoid_undulation_m) {
-  if (scenario.receivers.empty())
-    throw scenario_error(scenario, "the scenario has no receiver", "give at least one");
-  TrajectoryFile file = make_trajectory(scenario, geoid_undulation_m);
-  Plan plan{file.trajectory.with_attitude(scenario.trajectory.attitude),
-            {},
-            EpochSchedule(1),
-            std::move(file.warnings)};
-  const GpsTime first = plan.trajectory.begin();
-  const GpsTime last = plan.trajectory.end();
-  plan.begin = first;
-  if (scenario.start) {
-    // A start before a trajectory without dates is the zero of its times.
-    if (*scenario.start > last || (*scenario.start < first && file.has_own_dates)) {
-      throw scenario_error(scenario,
-                           fmt::format("the start {} is outside the trajectory ({} to {}){}",
-                                       format_gpst(*scenario.start, 3), format_gpst(first, 3),
-                                       format_gpst(last, 3), geodesy::rollover_text(first, *scenario.start)),
-                           "choose a start within it, or leave it out");
-    }
-    plan.begin = std::max(*scenario.start, first);
-  }
-  const double interval_s = scenario.rate_hz ? 1 / *scenario.rate_hz : plan.trajectory.sample_interval_s();
-  if (!(interval_s >= 1e-6) || !(interval_s <= 1e6)) {
-    throw scenario_error(scenario, fmt::format("an epoch every {} s cannot be simulated", interval_s),
-                         "give a rate_hz from 1e-6 to 1e6");
-  }
-  double duration_s = last - plan.begin;
-  if (scenario.duration_s) {
-    if (!(*scenario.duration_s >= 0)) {
-      throw scenario_error(scenario, fmt::format("duration_s: {} s is out of range", *scenario.duration_s),
-                           "it is 0 or more");
-    }
-    if (*scenario.duration_s > duration_s + 1e-9) {
-      plan.warnings.push_back(
-          fmt::format("the trajectory ends {} s after the start, before the duration of {} s", duration_s,
-                      *scenario.duration_s));
-    }
-    duration_s = std::min(duration_s, *scenario.duration_s);
-  }
-  const double epochs = EpochSchedule::count_within(duration_s, interval_s);
-  if (epochs > static_cast<double>(kMaxEpochs)) {
-    throw scenario_error(scenario, fmt::format("{:.0f} epochs are too many", epochs),
-                         fmt::format("lower rate_hz or duration_s: at most {} epochs", kMaxEpochs));
-  }
-  plan.schedule = EpochSchedule(interval_s, static_cast<std::int64_t>(epochs));
-  return plan;
-}
 
 // Horizontal distance [m] from a point to the city's bounds; 0 inside.
 double distance_to(const city::Box& box, const Eigen::Vector3d& point) {
@@ -160,7 +96,7 @@ class Progress {
 }  // namespace
 
 struct Simulation::Impl {
-  Impl(Scenario s, std::shared_ptr<CityScene> scene, Plan p, const SkyBuilder& build)
+  Impl(Scenario s, std::shared_ptr<CityScene> scene, RunPlan p, const SkyBuilder& build)
       : scenario(std::move(s)),
         plan(std::move(p)),
         sky(build(scenario.sky, plan.begin, plan.end(), plan.trajectory.at(plan.begin).position)),
@@ -185,12 +121,14 @@ struct Simulation::Impl {
     check_places();
     check_masks();
     check_faults();
+    if (scenario.sensors.imu) smooth_motion();
     for (const ReceiverConfig& receiver : scenario.receivers) {
       propagators.push_back(environment.make_propagator(receiver.propagation));
     }
   }
 
   void check_places();
+  void smooth_motion();
   void check_masks();
   [[nodiscard]] std::size_t count_above(const Geodetic& place, double elevation_rad) const;
   void check_faults();
@@ -204,7 +142,7 @@ struct Simulation::Impl {
       const std::vector<std::array<std::size_t, 3>>& counts) const;
 
   Scenario scenario;
-  Plan plan;
+  RunPlan plan;
   BuiltSky sky;
   std::vector<std::string> warnings;
   std::shared_ptr<CityScene> city_scene;
@@ -247,6 +185,33 @@ void Simulation::Impl::check_places() {
     if (scenario.trajectory.height_above_terrain_m) (void)vehicle_pose(plan.at(k));
   }
   // A base may stand anywhere: beyond the city it has an open sky.
+}
+
+// Inertial sensors need a motion with a continuous acceleration: recorded positions and the height over a
+// terrain become one.
+void Simulation::Impl::smooth_motion() {
+  std::optional<double>& clamped = scenario.trajectory.height_above_terrain_m;
+  if (plan.trajectory.smooth() && (!clamped || plan.trajectory.length_m() == 0)) return;
+  const TrajectoryConfig& config = scenario.trajectory;
+  if (!config.waypoints.empty() && !config.acceleration_mps2) {
+    throw scenario_error(scenario, "sensors.imu: the trajectory changes its speed and direction at once",
+                         "give trajectory.acceleration_mps2, e.g. 2");
+  }
+  const Trajectory smooth = plan.trajectory.smoothed([this](GpsTime t) { return vehicle_pose(t); });
+  double most_m = 0;
+  const std::size_t step = std::max<std::size_t>(1, plan.epochs() / 2000);
+  for (std::size_t k = 0; k < plan.epochs(); k += step) {
+    const auto at = [&](const Pose& pose) { return geodesy::ecef_from_geodetic(pose.position); };
+    most_m = std::max(most_m, (at(smooth.at(plan.at(k))) - at(vehicle_pose(plan.at(k)))).norm());
+  }
+  const std::string between = config.file ? fmt::format("interpolated between positions {:.3g} s apart and ",
+                                                        smooth.sample_interval_s())
+                                          : "";
+  warnings.push_back(
+      fmt::format("sensors.imu: the trajectory is {}smoothed over about a second; it moves by up to {:.2f} m",
+                  between, most_m));
+  plan.trajectory = smooth;
+  clamped.reset();
 }
 
 std::size_t Simulation::Impl::count_above(const Geodetic& place, double elevation_rad) const {
@@ -402,7 +367,7 @@ Simulation::Simulation(Scenario scenario, std::shared_ptr<CityScene> scene, cons
   for (ReceiverConfig& receiver : scenario.receivers) {
     if (receiver.fixed) receiver.fixed->settle(city.frame);
   }
-  Plan plan = make_plan(scenario, city.geoid_undulation_m);
+  RunPlan plan = make_plan(scenario, city.geoid_undulation_m);
   check_city(scenario, city);
   impl_ = std::make_unique<Impl>(std::move(scenario), std::move(scene), std::move(plan), sky);
 }
@@ -431,6 +396,10 @@ double Simulation::interval_s() const {
 }
 std::size_t Simulation::epoch_count() const {
   return impl_->plan.epochs();
+}
+
+Pose Simulation::vehicle_pose(GpsTime t) const {
+  return impl_->vehicle_pose(t);
 }
 
 Pose Simulation::antenna_pose(std::size_t receiver, GpsTime t) const {

@@ -91,8 +91,9 @@ class Simulation {
   [[nodiscard]] double interval_s() const;
   [[nodiscard]] std::size_t epoch_count() const;
 
-  /// Place and motion of a receiver's antenna at `t` (clamp and lever arm applied). Throws InputError if the
-  /// height above terrain is asked for and there is no terrain.
+  /// Place and motion of the vehicle and of a receiver's antenna at `t` (clamp and lever arm applied). Throws
+  /// InputError if the height above terrain is asked for and there is no terrain.
+  [[nodiscard]] Pose vehicle_pose(geodesy::GpsTime t) const;
   [[nodiscard]] Pose antenna_pose(std::size_t receiver, geodesy::GpsTime t) const;
 
   /// The pure part runs on `threads`, receivers on the caller, each after the base whose corrections it takes

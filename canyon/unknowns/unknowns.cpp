@@ -41,7 +41,7 @@ Distribution uniform(double low, double high, const char* unit) {
           [=](double share) { return low + share * (high - low); }};
 }
 
-/// Of the level, about what the receiver's settings make it.
+/// The distribution of the level, about what the receiver's settings make it.
 std::optional<Distribution> level_of(const ReceiverConfig& receiver) {
   const tracking::SignalOptions& signal = receiver.options.signal;
   if (!signal.enabled) return std::nullopt;
@@ -54,7 +54,7 @@ std::optional<Distribution> level_of(const ReceiverConfig& receiver) {
                       }};
 }
 
-/// Of the share of azimuths with an obstacle.
+/// The distribution of the share of azimuths with an obstacle.
 std::optional<Distribution> skyline_of(const ReceiverConfig& receiver) {
   const tracking::SignalOptions& signal = receiver.options.signal;
   if (!signal.enabled || !signal.shadowing.active() || signal.shadowing.skyline.share) return std::nullopt;
@@ -74,7 +74,8 @@ std::optional<Distribution> skyline_of(const ReceiverConfig& receiver) {
   return std::nullopt;
 }
 
-/// Of the share of buildings with coated glass: from traditional to thermally_efficient ones.
+/// The distribution of the share of buildings with coated glass: from traditional to thermally_efficient
+/// ones.
 std::optional<Distribution> facades_of(const Scenario& scenario) {
   if (!leaves_facades_open(scenario)) return std::nullopt;
   return Distribution{
@@ -82,7 +83,7 @@ std::optional<Distribution> facades_of(const Scenario& scenario) {
       [](double share) { return kMostCoated * share * share; }};
 }
 
-/// Of the standard deviation of the map's place, which a run draws from: one value.
+/// The standard deviation of the map's place, which a run draws from: one value.
 std::optional<Distribution> map_of(const Scenario& scenario) {
   const simulation::CityConfig& city = scenario.city;
   if (city.open || city.synthetic) return std::nullopt;

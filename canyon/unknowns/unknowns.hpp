@@ -9,7 +9,8 @@
 
 #include "canyon/simulation/scenario.hpp"
 
-// What the author of a scenario does not know and does not say, drawn from priors (docs/study.md).
+// Properties that the author of a scenario does not know and does not say, drawn from priors
+// (docs/study.md).
 
 namespace canyon::unknowns {
 
@@ -20,7 +21,7 @@ enum class Unknown : std::uint8_t { Level, Skyline, Facades, Map };
 [[nodiscard]] std::string_view name_of(Unknown unknown);
 /// Throws InputError for other names.
 [[nodiscard]] Unknown unknown_of(std::string_view name);
-/// Of names with commas between them; none of an empty text. Throws InputError for other names.
+/// The unknowns of names with commas between them; none for an empty text. Throws InputError for other names.
 [[nodiscard]] std::vector<Unknown> unknowns_of(std::string_view list);
 [[nodiscard]] std::vector<std::string_view> names();
 

@@ -39,8 +39,8 @@ enum class Side { Measured, Simulated };
 
 /// A figure and what it is compared with: the score card's range, the report's target (docs/results.md).
 struct FigureInfo {
-  /// Of a target alone; of measured and simulated together, such as a distance; one of each; one of each, of
-  /// recordings that have fixes of their own.
+  /// A figure of a target alone; of measured and simulated together, such as a distance; one for each; one
+  /// for each in recordings that have fixes of their own.
   enum class Kind { Target, Both, Pair, OwnFixes };
   using Value = std::optional<double> (*)(const Figures& figures, Side side);
 

@@ -34,7 +34,7 @@ from .models import Arrival, Disturbance, Models, Problem, Solver
 from .recordings import Calibration, Recording, calibrate
 from .samples import sample_blocks, samples
 from .scenario import Scenario, fault_kinds, profiles, scenario_keys
-from .simulation import Correlation, Run, Simulation, correlation, simulate
+from .simulation import Correlation, Inertial, Run, Simulation, correlation, simulate
 from .sky import PATH_KINDS, VISIBILITIES, Sky, Tracer, trace
 from .tables import Table
 
@@ -55,6 +55,7 @@ __all__ = [
     "CityObject",
     "Encoder",
     "Correlation",
+    "Inertial",
     "Epoch",
     "InputError",
     "Interrupted",

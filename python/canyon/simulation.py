@@ -15,7 +15,7 @@ from .models import Models
 from .scenario import Settings
 from .tables import Table
 
-__all__ = ["Correlation", "Epoch", "Run", "Simulation", "correlation", "simulate"]
+__all__ = ["Correlation", "Epoch", "Inertial", "Run", "Simulation", "correlation", "simulate"]
 
 
 class Correlation(NamedTuple):
@@ -25,6 +25,20 @@ class Correlation(NamedTuple):
     delay_m: NDArray[np.float64]  #: after the line of sight [m], (delays,)
     values: NDArray[np.complex128]  #: over a clear line of sight at an antenna without a pattern, (epochs, delays)
     measured_m: NDArray[np.float64]  #: where the code loop is [m], (epochs,); NaN while the signal is not tracked
+
+
+class Inertial(NamedTuple):
+    """Samples of an inertial sensor, n of them. Arrays are NumPy's; axes are the sensor's (``sensors.imu.axes``)."""
+
+    time_s: NDArray[np.float64]  #: end of the sample's interval, from the run's beginning [s], (n,)
+    stated_s: NDArray[np.float64]  #: the time that the sensor states [s], (n,); NaN where the sample is lost
+    specific_force: NDArray[np.float64]  #: measured [m/s^2], (n, 3); NaN where the sample is lost
+    angular_rate: NDArray[np.float64]  #: measured [rad/s], (n, 3); NaN where the sample is lost
+    true_specific_force: NDArray[np.float64]  #: mean over the interval [m/s^2], (n, 3)
+    true_angular_rate: NDArray[np.float64]  #: mean over the interval, against inertial space [rad/s], (n, 3)
+    place: NDArray[np.float64]  #: of the sensor at `time_s`: latitude, longitude [deg], height [m], (n, 3)
+    velocity: NDArray[np.float64]  #: east, north, up [m/s], (n, 3)
+    attitude: NDArray[np.float64]  #: roll (left side up), pitch (nose up), heading from north, clockwise [deg], (n, 3)
 
 
 class Run:
@@ -197,6 +211,33 @@ class Simulation(_canyon.Simulation):
         if result.interrupted:
             raise Interrupted(f"interrupted: {len(result)} of {len(self)} epochs finished", result)
         return result
+
+    def imu(self) -> Inertial:
+        """The samples of the scenario's ``sensors.imu`` over the run, and the true motion.
+
+        Raises
+        ------
+        InputError
+            Where the scenario has no ``sensors.imu``.
+
+        Examples
+        --------
+        >>> import canyon
+        >>> still = canyon.Simulation({
+        ...     "city": {"open": True, "origin": {"latitude_deg": 48.1, "longitude_deg": 11.6, "height_m": 520}},
+        ...     "start": "2026-06-01T08:00:00Z", "duration_s": 2,
+        ...     "trajectory": {"position": {"east_m": 0, "north_m": 0, "up_m": 1.5}},
+        ...     "sensors": {"imu": {"profile": "ideal", "rate_hz": 100}},
+        ... }).imu()
+        >>> still.specific_force.shape
+        (200, 3)
+        >>> still.specific_force[0].round(3).tolist()
+        [0.0, 0.0, 9.807]
+        """
+        found = self._imu()
+        if found.pop("interrupted"):
+            raise KeyboardInterrupt
+        return Inertial(**found)
 
 
 def simulate(

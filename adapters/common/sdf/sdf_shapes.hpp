@@ -42,7 +42,8 @@ class ShapeFiles {
 void add_shape(LinkShapes& link, const LinkShapes::Place& place, const sdf::Geometry& geometry,
                ShapeFiles* files);
 
-/// Of a visual, by its script's name, else by its diffuse colour (see material_by_colour()); null: Unknown.
+/// The material of a visual, by its script's name, else by its diffuse colour (see material_by_colour());
+/// null: Unknown.
 [[nodiscard]] city::Material material_of(const sdf::Material* material);
 
 /// Changes where the kind, size, scale, mesh or place of a shape changes. Contents of files are not looked

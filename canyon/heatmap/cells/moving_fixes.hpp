@@ -42,7 +42,7 @@ class MovingFixes {
   void describe(std::size_t cell, const LimitOptions& limits, bool statistics, CellValues& values) const;
 
  private:
-  /// Of one cell and lane. When filtered `east_m` is the horizontal error and `north_m` 0.
+  /// The fix of one cell and lane. When filtered `east_m` is the horizontal error and `north_m` 0.
   struct Fix {
     float east_m = 0, north_m = 0, up_m = 0;
     float horizontal_m2 = 0, vertical_m2 = 0;  ///< variances; 0: no fix

@@ -44,8 +44,9 @@ class ReceiverDraws {
     return space_of_draws(*environment_, draws_, time, count, environment_->sky().satellites());
   }
 
-  /// What a receiver at a place meets. Each draw has a street of its own (ReceiverConfig::streets), as an
-  /// antenna in one of its lanes sees it; its height over the road is that over the terrain.
+  /// The disturbances that a receiver at a place meets. Each draw has a street of its own
+  /// (ReceiverConfig::streets), as an antenna in one of its lanes sees it; its height over the road is that
+  /// over the terrain.
   [[nodiscard]] std::vector<disturbance::Source> disturbances_at(const Eigen::Vector3d& place) const;
   /// The disturbances but the street.
   [[nodiscard]] const std::vector<disturbance::Source>& disturbances() const { return disturbances_; }

@@ -232,7 +232,7 @@ class SharedTile {
     return receiver::bias_drift(receiver_.options, seed, signal).advance(0);
   }
 
-  /// What each draw has beside range_of().
+  /// The noise of each draw beside range_of().
   void draw_noise(std::size_t satellite, const gnss::Signal& signal) {
     const receiver::ReceiverOptions& options = receiver_.options;
     const receiver::NoiseOptions& noise = options.noise;

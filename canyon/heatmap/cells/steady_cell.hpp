@@ -51,7 +51,7 @@ class SteadyCell {
              const PathNode& node, bool statistics, CellValues& values);
   /// A cell that is its own node.
   void solve(const Eigen::Vector3d& place, bool statistics, CellValues& values);
-  /// Of the cell solved last, by lane.
+  /// Fixes of the cell that was solved last, by lane.
   [[nodiscard]] const std::vector<CellFix::Answer>& fixes() const { return fixes_; }
 
  private:
@@ -73,8 +73,9 @@ class SteadyCell {
   const Reflector& reflector(std::size_t satellite, const propagation::Path& path);
   /// One with that key, without an amplitude.
   std::pair<Reflector&, bool> reflector(std::uint64_t key, std::size_t satellite, std::uint64_t name);
-  /// What obstacles at the present stand leave of amplitudes that arrive from a direction, in each lane.
-  /// Null: everything. @param arrival unit, ENU; @param leg_m as Skyline::level_db(), in steps of a fifth
+  /// Factors of amplitudes behind obstacles at the present stand, for paths that arrive from a direction, in
+  /// each lane. Null: everything. @param arrival unit, ENU; @param leg_m as Skyline::level_db(), in steps of
+  /// a fifth
   const float* obstacles(const Eigen::Vector3d& arrival, double leg_m);
   void follow_strongest();
   void fill_lanes(const SteadySatellite& satellite);

@@ -11,7 +11,7 @@
 
 namespace canyon::heatmap {
 
-/// What the pseudoranges of all cells of a tile have in common: values at its centre.
+/// Errors that the pseudoranges of all cells of a tile have in common: values at its centre.
 struct TileErrors {
   const receiver::ReceiverOptions& options;
   const std::map<gnss::System, gnss::Klobuchar>& klobuchar;

@@ -10,7 +10,7 @@
 #include "canyon/simulation/motion/recorded_path.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 
-/// What readers of text columns share.
+/// Functions that readers of text columns share.
 namespace canyon::simulation {
 
 /// A field as a number; a comma counts as the decimal point where it does not separate columns.

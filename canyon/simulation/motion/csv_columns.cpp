@@ -100,7 +100,7 @@ struct Named {
   CsvClock clock = CsvClock::Unsaid;
 };
 
-/// What a name says; of the kind Other where it says anything that is not known ("speed", "relative").
+/// The meaning of a name; of the kind Other where it says anything that is not known ("speed", "relative").
 Named read_name(std::size_t index, std::string_view name) {
   Named named;
   named.column.index = index;

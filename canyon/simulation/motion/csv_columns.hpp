@@ -8,7 +8,7 @@
 
 #include "canyon/base/text_file.hpp"
 
-/// What the header of a CSV file of positions says about its columns.
+/// Columns of a CSV file of positions, by its header.
 namespace canyon::simulation {
 
 /// A column that is read.
@@ -26,7 +26,7 @@ struct CsvColumn {
 /// then be decimal points), else commas, else blanks between names of columns or behind a date.
 [[nodiscard]] char separator_of(std::string_view line);
 
-/// Whose clock the header says that times show.
+/// The clock of the times, by the header.
 enum class CsvClock : std::uint8_t { Unsaid, Utc, Gps, Unix };
 
 struct CsvColumns {

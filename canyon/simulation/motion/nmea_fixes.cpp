@@ -303,7 +303,7 @@ NmeaLog read_log(const std::filesystem::path& path, const SentenceKind& position
   return log;
 }
 
-/// Of the first kind of sentence that has a fix; of GGA where none has.
+/// The log of the first kind of sentence that has a fix; that of GGA where none has.
 NmeaLog read_log(const std::filesystem::path& path) {
   NmeaLog first = read_log(path, kKinds.front());
   for (std::size_t k = 1; k < kKinds.size() && !first.has_fix(); ++k) {
@@ -388,7 +388,7 @@ std::vector<std::int64_t> unwrapped(const std::vector<Gga>& ggas) {
   return since_ns;
 }
 
-/// What NMEA 0183 calls the positions of a quality that no receiver measured.
+/// NMEA 0183's word for positions of a quality that no receiver measured.
 std::string_view unmeasured(long long quality) {
   return quality == 6 ? "estimated" : quality == 7 ? "entered by hand" : quality == 8 ? "simulated" : "";
 }

@@ -47,7 +47,7 @@ class Deviations {
   explicit Deviations(const RecordedPoints& points) : points_(points) {
     for (const auto& point : points) ecef_.push_back(geodesy::ecef_from_geodetic(point.place));
   }
-  /// Of point b from the way from a to c, at b's time [m].
+  /// Distance of point b from the way from a to c, at b's time [m].
   [[nodiscard]] double m(std::size_t a, std::size_t b, std::size_t c) const {
     const double share = (points_[b].time - points_[a].time) / (points_[c].time - points_[a].time);
     return (ecef_[b] - ecef_[a] - share * (ecef_[c] - ecef_[a])).norm();

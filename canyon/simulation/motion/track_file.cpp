@@ -115,7 +115,7 @@ void read_gpx_value(const XmlTags& tags, TrackPoint& point, RecordNotes& notes) 
 void read_gpx(XmlTags& tags, std::string_view point, TrackPoints& track) {
   bool inside = false, extension = false;
   while (tags.next()) {
-    // What a program adds to a point may have names of GPX's own.
+    // Extensions that a program adds to a point may have names of GPX's own.
     if (tags.name == "extensions") extension = !trim(tags.attributes).ends_with('/');
     if (tags.name == "/extensions" || tags.name == point) extension = false;
     if (tags.name == "trkseg" || tags.name == "rte") ++track.segments;
@@ -325,7 +325,7 @@ void leave_out_zeros(std::vector<TrackPoint>& points, RecordNotes& notes) {
   take_out(points, zero_places(places), [&](const TrackPoint& p) { notes.skip(p.line, kZeroPlace); });
 }
 
-/// What a height is above.
+/// The surface that a height is above.
 enum class Above : std::uint8_t { Sea, Ground, Unsaid };
 
 Above above(const TrackPoint& point) {
@@ -333,7 +333,7 @@ Above above(const TrackPoint& point) {
   return point.kml.mode == "relativeToGround" ? Above::Ground : Above::Unsaid;
 }
 
-/// What becomes of a height that is above something else than the ellipsoid.
+/// Notes how a height that is above something else than the ellipsoid is taken.
 void note_height(const TrackPoint& point, const HeightReading& heights, RecordNotes& notes) {
   const double undulation_m = heights.geoid_undulation_m;
   switch (above(point)) {

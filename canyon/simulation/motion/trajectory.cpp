@@ -46,7 +46,7 @@ Samples straight_samples(GpsTime start, const std::vector<Waypoint>& waypoints) 
 }
 
 // Sets roll and pitch by the acceleration; the yaw is set before.
-void set_attitude(Pose& pose, const Eigen::Vector3d& acceleration_enu, Attitude attitude) {
+void set_attitude(Pose& pose, Attitude attitude) {
   const Eigen::Vector3d& v = pose.velocity_enu_mps;
   if (attitude == Attitude::Aircraft) {
     const double level_mps = v.head<2>().norm();
@@ -54,11 +54,25 @@ void set_attitude(Pose& pose, const Eigen::Vector3d& acceleration_enu, Attitude 
     pose.roll_rad = -std::atan(level_mps * pose.yaw_rate_radps / kGravity_mps2);
     pose.pitch_rad = std::atan2(v.z(), level_mps);
   } else if (attitude == Attitude::Multirotor) {
-    const Eigen::Vector3d up = (acceleration_enu + kGravity_mps2 * Eigen::Vector3d::UnitZ()).normalized();
+    const Eigen::Vector3d up =
+        (pose.acceleration_enu_mps2 + kGravity_mps2 * Eigen::Vector3d::UnitZ()).normalized();
     const double c = std::cos(pose.yaw_rad), s = std::sin(pose.yaw_rad);
     pose.roll_rad = -std::asin(std::clamp(-s * up.x() + c * up.y(), -1.0, 1.0));
     pose.pitch_rad = std::atan2(-(c * up.x() + s * up.y()), up.z());
   }
+}
+
+/// The heading of a smooth motion: of travel, and towards rest more and more the one that it turns through
+/// there. Twice continuously differentiable.
+void set_smooth_yaw(Pose& pose, double yaw_rad, double yaw_rate_radps) {
+  const Eigen::Vector2d v = pose.velocity_enu_mps.head<2>(), a = pose.acceleration_enu_mps2.head<2>();
+  const Eigen::Vector2d held(std::cos(yaw_rad), std::sin(yaw_rad));
+  const double share = 2 * std::exp(-v.squaredNorm());  // m/s: below 1e-6 from 4 m/s on
+  const Eigen::Vector2d sum = v + share * held;
+  const Eigen::Vector2d rate =
+      a + share * (yaw_rate_radps * Eigen::Vector2d(-held.y(), held.x()) - 2 * v.dot(a) * held);
+  pose.yaw_rad = std::atan2(sum.y(), sum.x());
+  pose.yaw_rate_radps = (sum.x() * rate.y() - sum.y() * rate.x()) / sum.squaredNorm();
 }
 
 }  // namespace
@@ -78,6 +92,9 @@ struct Trajectory::Track {
   std::vector<double> held_yaw;             // per sample: yaw while standing from there on
   double sample_interval_s = 1;
   bool all_straight = false;
+  std::optional<SmoothMotion> motion;  // in `frame`, seconds from `motion_begin`, instead of the samples
+  GpsTime motion_begin;
+  double length_m = 0;
 
   Track(const std::vector<std::pair<GpsTime, Geodetic>>& samples, bool straight);
 
@@ -97,6 +114,7 @@ struct Trajectory::Track {
   void set_held_yaws();
   [[nodiscard]] Pose at(GpsTime t, Attitude attitude) const;
   [[nodiscard]] Pose in_segment(std::size_t segment, GpsTime t, Attitude attitude) const;
+  [[nodiscard]] Pose in_motion(GpsTime t, Attitude attitude) const;
 };
 
 Trajectory::Track::Track(const std::vector<std::pair<GpsTime, Geodetic>>& samples, bool straight)
@@ -117,6 +135,7 @@ Trajectory::Track::Track(const std::vector<std::pair<GpsTime, Geodetic>>& sample
   frame = geodesy::LocalFrame(places.front());
   positions.reserve(places.size());
   for (const Geodetic& place : places) positions.push_back(frame.local_from_geodetic(place));
+  for (std::size_t i = 0; i + 1 < positions.size(); ++i) length_m += (positions[i + 1] - positions[i]).norm();
   set_velocities();
   set_held_yaws();
 }
@@ -214,10 +233,11 @@ Pose Trajectory::Track::in_segment(std::size_t i, GpsTime t, Attitude attitude) 
   const Eigen::Matrix3d enu_from_frame =
       geodesy::enu_from_ecef_rotation(pose.position) * frame.ecef_from_local_rotation();
   pose.velocity_enu_mps = enu_from_frame * velocity;
+  pose.acceleration_enu_mps2 = enu_from_frame * acceleration;
   if (straight) pose.velocity_enu_mps.z() = (places[i + 1].height_m - places[i].height_m) / h;
 
   const Eigen::Vector3d& v = pose.velocity_enu_mps;
-  const Eigen::Vector3d a = enu_from_frame * acceleration;
+  const Eigen::Vector3d& a = pose.acceleration_enu_mps2;
   const double speed_squared = v.head<2>().squaredNorm();
   if (speed_squared >= kStandstill_mps * kStandstill_mps) {
     pose.yaw_rad = std::atan2(v.y(), v.x());
@@ -225,12 +245,27 @@ Pose Trajectory::Track::in_segment(std::size_t i, GpsTime t, Attitude attitude) 
   } else {
     pose.yaw_rad = held_yaw[i];
   }
-  set_attitude(pose, a, attitude);
+  set_attitude(pose, attitude);
+  return pose;
+}
+
+Pose Trajectory::Track::in_motion(GpsTime t, Attitude attitude) const {
+  const SmoothMotion::Point point = motion->at(t - motion_begin);
+  Pose pose;
+  pose.time = t;
+  pose.position = frame.geodetic_from_local(point.position);
+  const Eigen::Matrix3d enu_from_frame =
+      geodesy::enu_from_ecef_rotation(pose.position) * frame.ecef_from_local_rotation();
+  pose.velocity_enu_mps = enu_from_frame * point.velocity;
+  pose.acceleration_enu_mps2 = enu_from_frame * point.acceleration;
+  set_smooth_yaw(pose, point.yaw_rad, point.yaw_rate_radps);
+  set_attitude(pose, attitude);
   return pose;
 }
 
 Pose Trajectory::Track::at(GpsTime t, Attitude attitude) const {
   t = std::clamp(t, times.front(), times.back());
+  if (motion) return in_motion(t, attitude);
   if (times.size() == 1) {
     Pose pose;
     pose.time = t;
@@ -276,12 +311,57 @@ Trajectory Trajectory::from_waypoints(GpsTime start, const std::vector<Waypoint>
       throw InputError(fmt::format("hold_s: {} s is out of range", w.hold_s), "it runs from 0 to 1e8 s");
     }
   }
-  Samples samples = acceleration_mps2 && waypoints.size() > 1
-                        ? smooth_samples(start, waypoints, *acceleration_mps2)
-                        : straight_samples(start, waypoints);
-  Trajectory trajectory(Samples{samples.front()});
-  trajectory.track_ = std::make_shared<Track>(std::move(samples), !acceleration_mps2);
+  Trajectory trajectory(Samples{{start, waypoints.front().place}});
+  if (acceleration_mps2 && waypoints.size() > 1) {
+    SmoothDrive drive = smooth_drive(waypoints, *acceleration_mps2);
+    if (drive.length_m > 0) {
+      auto track = std::make_shared<Track>(
+          Samples{{start, waypoints.front().place}, {start + drive.duration_s, waypoints.back().place}},
+          true);
+      track->motion = std::move(drive.motion);
+      track->motion_begin = start;
+      track->length_m = drive.length_m;
+      trajectory.track_ = std::move(track);
+      return trajectory;
+    }
+  }
+  trajectory.track_ = std::make_shared<Track>(straight_samples(start, waypoints), true);
   return trajectory;
+}
+
+bool Trajectory::smooth() const {
+  return track_->motion || track_->length_m == 0;
+}
+
+Trajectory Trajectory::smoothed(const std::function<Pose(GpsTime)>& pose) const {
+  auto track = std::make_shared<Track>(*track_);
+  if (begin() == end()) return *this;
+  const Pose first = pose(begin()), last = pose(end());
+  track->frame = geodesy::LocalFrame(first.position);
+  const double duration_s = end() - begin();
+  double yaw = first.yaw_rad;
+  const auto way = [&](double t) {
+    const Pose at = t < 0 ? first : t > duration_s ? last : pose(begin() + t);
+    MotionKnot knot{track->frame.local_from_geodetic(at.position)};
+    const double beyond_s = t - std::clamp(t, 0.0, duration_s);
+    if (beyond_s != 0) {
+      const Eigen::Matrix3d frame_from_enu = track->frame.ecef_from_local_rotation().transpose() *
+                                             geodesy::enu_from_ecef_rotation(at.position).transpose();
+      knot.position += beyond_s * (frame_from_enu * at.velocity_enu_mps);
+    }
+    constexpr double kMoving_mps = 1;
+    if (at.velocity_enu_mps.head<2>().norm() > kMoving_mps)
+      yaw += std::remainder(at.yaw_rad - yaw, 2 * geodesy::kPi);
+    knot.yaw_rad = yaw;
+    return knot;
+  };
+  SmoothMotion motion;
+  motion.add(0, duration_s, way);
+  track->motion = std::move(motion);
+  track->motion_begin = begin() + (-SmoothMotion::kReach_s);
+  Trajectory smooth = *this;
+  smooth.track_ = std::move(track);
+  return smooth;
 }
 
 Trajectory Trajectory::fixed(GpsTime start, const Geodetic& place, double duration_s) {
@@ -328,11 +408,7 @@ bool Trajectory::covers(GpsTime t) const {
 }
 
 double Trajectory::length_m() const {
-  double length = 0;
-  for (std::size_t i = 0; i + 1 < track_->positions.size(); ++i) {
-    length += (track_->positions[i + 1] - track_->positions[i]).norm();
-  }
-  return length;
+  return track_->length_m;
 }
 
 }  // namespace canyon::simulation

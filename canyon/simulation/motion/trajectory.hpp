@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,6 +18,9 @@ struct Pose {
   geodesy::GpsTime time;
   geodesy::Geodetic position;
   Eigen::Vector3d velocity_enu_mps = Eigen::Vector3d::Zero();
+  /// The second derivative of the place in axes fixed to the Earth, turned to ENU [m/s^2]; 0 on straight
+  /// legs.
+  Eigen::Vector3d acceleration_enu_mps2 = Eigen::Vector3d::Zero();
   double yaw_rad = 0;         ///< ENU yaw of the direction of travel; the last moving one at standstill
   double yaw_rate_radps = 0;  ///< counter-clockwise; 0 at standstill and at corners of straight legs
   double roll_rad = 0;  ///< about the forward axis, the left side up; 0 unless the trajectory has an attitude
@@ -44,7 +48,8 @@ struct Waypoint {
 /// on ENU positions about the first sample, velocities from the parabola through three samples: central
 /// differences where they are evenly spaced); between samples more than `kMaxCubicGap_s` apart the path is
 /// straight and its height above the ellipsoid linear. It passes through every sample exactly. Error of the
-/// cubic for a path with bounded third derivative j and spacing h: below 0.05 j h^3. Immutable, thread-safe.
+/// cubic for a path with bounded third derivative j and spacing h: below 0.05 j h^3. A smooth path
+/// (from_waypoints() with an acceleration, smoothed()) is a SmoothMotion. Immutable, thread-safe.
 class Trajectory {
  public:
   static constexpr double kMaxCubicGap_s = 5;
@@ -59,14 +64,15 @@ class Trajectory {
                                                  const std::vector<geodesy::Geodetic>& waypoints,
                                                  double speed_mps, double hold_s = 0);
   /// The same with a speed for each leg and a hold for each waypoint. With an acceleration [m/s^2, (0, 100]]
-  /// the drive is smooth: ends and holds are reached at rest, speeds change no faster than that, and corners
-  /// without a hold are cut by arcs on which v^2 / r stays within it. An arc is as wide as the legs' speed
-  /// needs and takes at most 45 % of the shorter leg; where that is too little, the speed is lowered. Turns
-  /// of more than 170 deg are driven to and from at rest.
+  /// the drive is smooth (SmoothMotion): it begins and ends at rest and rests for each hold; neither speeds
+  /// nor the acceleration, along and across together, are exceeded, and its jerk is at most twice the
+  /// acceleration over SmoothMotion::kBox_s. Corners without a hold are cut by arcs at constant speed, as
+  /// wide as the legs' speed needs and at most 45 % of the shorter leg; where that is too little, the speed
+  /// is lowered. Turns of more than 170 deg are driven to and from at rest. At rest the vehicle turns by 1
+  /// rad/s on the spot towards its next leg.
   [[nodiscard]] static Trajectory from_waypoints(geodesy::GpsTime start,
                                                  const std::vector<Waypoint>& waypoints,
                                                  std::optional<double> acceleration_mps2);
-  static constexpr double kSmooth_s = 0.1;
   /// One place for `duration_s`.
   [[nodiscard]] static Trajectory fixed(geodesy::GpsTime start, const geodesy::Geodetic& place,
                                         double duration_s);
@@ -86,6 +92,12 @@ class Trajectory {
   /// The same path with Pose::roll_rad and pitch_rad of this kind of vehicle; yaw stays the direction of
   /// travel.
   [[nodiscard]] Trajectory with_attitude(Attitude attitude) const;
+  /// Whether it is a SmoothMotion, or at rest: its acceleration is continuous.
+  [[nodiscard]] bool smooth() const;
+  /// Smooth poses over the same span: a SmoothMotion of `pose`, sampled every SmoothMotion::kStep_s. Headings
+  /// below 1 m/s are held. The path differs from that of the poses by up to SmoothMotion::kVariance_s2 / 2
+  /// times their acceleration.
+  [[nodiscard]] Trajectory smoothed(const std::function<Pose(geodesy::GpsTime)>& pose) const;
 
  private:
   struct Track;

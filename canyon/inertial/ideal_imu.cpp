@@ -1,0 +1,109 @@
+#include "canyon/inertial/ideal_imu.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/normal_gravity.hpp"
+
+namespace canyon::inertial {
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+/// The rotation vector of a small turn.
+Vector3d turn_of(const Matrix3d& rotation) {
+  // Half of the antisymmetric part is the axis times the sine of the angle.
+  const Vector3d sine = 0.5 * Vector3d(rotation(2, 1) - rotation(1, 2), rotation(0, 2) - rotation(2, 0),
+                                       rotation(1, 0) - rotation(0, 1));
+  const double s = sine.norm();
+  return s > 0 ? (std::asin(std::min(1.0, s)) / s) * sine : sine;
+}
+
+}  // namespace
+
+IdealImu::IdealImu(const ImuOptions& options, BodyMotion motion, double step_s)
+    : motion_(std::move(motion)), step_s_(step_s), position_m_(options.position_m) {
+  const auto about = [](double angle_deg, const Vector3d& axis) {
+    return AngleAxisd(geodesy::radians(angle_deg), axis);
+  };
+  body_from_sensor_ =
+      (about(options.yaw_deg, Vector3d::UnitZ()) * about(-options.pitch_deg, Vector3d::UnitY()) *
+       about(options.roll_deg, Vector3d::UnitX()))
+          .toRotationMatrix();
+  if (options.axes == ImuAxes::Frd) body_from_sensor_ *= Vector3d(1, -1, -1).asDiagonal();
+}
+
+const BodyState& IdealImu::body(std::int64_t index) {
+  // From -2 on.
+  auto& kept = bodies_.at(static_cast<std::size_t>((index + kKept) % kKept));
+  if (!kept || kept->first != index)
+    kept = {index, motion_(std::round(static_cast<double>(index) * step_s_ * 1e9) / 1e9)};
+  return kept->second;
+}
+
+ImuState IdealImu::at(std::int64_t index) {
+  auto& kept = states_.at(static_cast<std::size_t>(index % kKept));
+  if (kept && kept->first == index) return kept->second;
+  const BodyState& body = this->body(index);
+  const auto attitude = [this, index](std::int64_t off) -> const Matrix3d& {
+    return this->body(index + off).ecef_from_body;
+  };
+  // Turns from the attitude now, in the body's axes.
+  const auto turn = [&](std::int64_t off) {
+    return turn_of(body.ecef_from_body.transpose() * attitude(off));
+  };
+  const Vector3d rate = (turn(-2) - 8 * turn(-1) + 8 * turn(1) - turn(2)) / (12 * step_s_);
+
+  ImuState state;
+  state.sensor.ecef_from_body = body.ecef_from_body * body_from_sensor_;
+  // The arm from the vehicle's point, and its derivatives.
+  const Vector3d arm = body.ecef_from_body * position_m_;
+  state.sensor.position_m = body.position_m + arm;
+  state.sensor.velocity_mps = body.velocity_mps + body.ecef_from_body * rate.cross(position_m_);
+  Vector3d second = Vector3d::Zero();
+  if (!position_m_.isZero(0)) {
+    const auto moved = [&](std::int64_t off) -> Vector3d { return attitude(off) * position_m_ - arm; };
+    second = (-moved(-2) + 16 * moved(-1) + 16 * moved(1) - moved(2)) / (12 * step_s_ * step_s_);
+  }
+  state.sensor.acceleration_mps2 = body.acceleration_mps2 + second;
+
+  const Vector3d earth(0, 0, geodesy::kEarthRotationRate);
+  const Vector3d force = state.sensor.acceleration_mps2 + 2 * earth.cross(state.sensor.velocity_mps) -
+                         geodesy::normal_gravity(state.sensor.position_m);
+  const Matrix3d sensor_from_ecef = state.sensor.ecef_from_body.transpose();
+  state.input.specific_force_mps2 = sensor_from_ecef * force;
+  state.input.angular_rate_radps = sensor_from_ecef * earth + body_from_sensor_.transpose() * rate;
+  kept = {index, state};
+  return state;
+}
+
+ImuInput IdealImu::mean(std::int64_t from, std::int64_t to) {
+  ImuInput sum;  // over 3 / step_s_
+  const Vector3d earth(0, 0, geodesy::kEarthRotationRate);
+  for (std::int64_t i = from; i <= to; ++i) {
+    const double weight = i == from || i == to ? 1 : (i - from) % 2 == 1 ? 4 : 2;
+    const ImuState state = at(i);
+    sum.specific_force_mps2 += weight * state.input.specific_force_mps2;
+    sum.angular_rate_radps += weight * (state.sensor.ecef_from_body.transpose() * earth);
+  }
+  const auto turn = [this](std::int64_t i) {
+    return turn_of(body(i).ecef_from_body.transpose() * body(i + 1).ecef_from_body);
+  };
+  // Turns of the body, from attitude to attitude, less what a moving axis adds to them (coning).
+  Vector3d turned = Vector3d::Zero(), before = turn(from - 1), now = turn(from);
+  for (std::int64_t i = from; i < to; ++i) {
+    const Vector3d after = turn(i + 1);
+    turned += now - now.cross(after - before) / 24;
+    before = now;
+    now = after;
+  }
+  const auto steps = static_cast<double>(to - from);
+  return {sum.specific_force_mps2 / (3 * steps),
+          sum.angular_rate_radps / (3 * steps) + body_from_sensor_.transpose() * turned / (steps * step_s_)};
+}
+
+}  // namespace canyon::inertial

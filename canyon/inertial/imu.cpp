@@ -1,0 +1,79 @@
+#include "canyon/inertial/imu.hpp"
+
+#include <cmath>
+#include <string>
+
+namespace canyon::inertial {
+namespace {
+
+using Eigen::Vector3d;
+
+Vector3d normals(RandomStream& random) {
+  const double x = random.normal(), y = random.normal();
+  return {x, y, random.normal()};
+}
+
+// The sum of the Allan variances of the processes (IEEE Std 952-1997, C.1.6) with deviation 1, between 6 and
+// 5,000 s: within 4 % of this.
+constexpr double kAllanOfLadder = 0.597;
+
+}  // namespace
+
+FlickerNoise::FlickerNoise(double floor, RandomStream& random) : sigma_(floor / std::sqrt(kAllanOfLadder)) {
+  for (Vector3d& value : values_) value = sigma_ > 0 ? Vector3d(sigma_ * normals(random)) : Vector3d::Zero();
+}
+
+Vector3d FlickerNoise::next(double dt_s, RandomStream& random) {
+  Vector3d sum = Vector3d::Zero();
+  if (!(sigma_ > 0)) return sum;
+  double time_constant_s = 1;
+  for (Vector3d& value : values_) {
+    const double keep = std::exp(-dt_s / time_constant_s);
+    value = keep * value + sigma_ * std::sqrt(1 - keep * keep) * normals(random);
+    sum += value;
+    time_constant_s *= 10;
+  }
+  return sum;
+}
+
+Triad::Triad(const TriadNumbers& numbers, RandomStream& random)
+    : numbers_(numbers),
+      matrix_(Eigen::Matrix3d::Identity()),
+      bias_(numbers.turn_on * normals(random)),
+      per_force_(numbers.per_force * normals(random)),
+      flicker_(numbers.flicker, random) {
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    for (Eigen::Index k = 0; k < 3; ++k)
+      matrix_(i, k) += (i == k ? numbers.scale : numbers.misalignment) * random.normal();
+  }
+}
+
+Vector3d Triad::measure(const Vector3d& mean, const Vector3d& force, double dt_s, RandomStream& random) {
+  Vector3d value = matrix_ * mean + bias_ + per_force_.cwiseProduct(force) + flicker_.next(dt_s, random);
+  if (numbers_.white > 0) value += numbers_.white / std::sqrt(dt_s) * normals(random);
+  if (numbers_.walk > 0) bias_ += numbers_.walk * std::sqrt(dt_s) * normals(random);
+  if (numbers_.resolution > 0)
+    value = (value / numbers_.resolution).array().round().matrix() * numbers_.resolution;
+  return value.cwiseMax(-numbers_.range).cwiseMin(numbers_.range);
+}
+
+Imu::Imu(const ImuOptions& options, std::uint64_t seed, std::string_view name)
+    : options_(options),
+      random_(seed, "imu/" + std::string(name)),
+      gyroscope_(imu_numbers(options).gyroscope, random_),
+      accelerometer_(imu_numbers(options).accelerometer, random_) {
+  options.validate();
+}
+
+std::optional<ImuSample> Imu::measure(const ImuInput& mean, double time_s, double dt_s) {
+  ImuSample sample;
+  const Vector3d& force = mean.specific_force_mps2;
+  sample.measured.angular_rate_radps = gyroscope_.measure(mean.angular_rate_radps, force, dt_s, random_);
+  sample.measured.specific_force_mps2 = accelerometer_.measure(force, force, dt_s, random_);
+  sample.time_s = time_s + options_.time_offset_s;
+  if (options_.time_jitter_s > 0) sample.time_s += options_.time_jitter_s * random_.normal();
+  if (options_.lost > 0 && random_.uniform() < options_.lost) return std::nullopt;
+  return sample;
+}
+
+}  // namespace canyon::inertial

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+
+#include "canyon/options/fwd.hpp"
+
+namespace canyon::inertial {
+
+/// Classes of sensors, which give the numbers that are not stated; docs/imu.md has their sources.
+enum class ImuProfile : std::uint8_t { Ideal, Consumer, Automotive, Tactical };
+/// Axes of the samples: forward, left, up (ROS) or forward, right, down (aviation).
+enum class ImuAxes : std::uint8_t { Flu, Frd };
+
+/// Errors of three gyroscopes; empty: by the profile. Standard deviations where a number differs from axis
+/// to axis.
+struct GyroscopeOptions {
+  std::optional<double> angle_random_walk_deg_sqrt_h;   ///< white noise of the rate
+  std::optional<double> bias_instability_deg_h;         ///< lowest Allan deviation
+  std::optional<double> rate_random_walk_deg_h_sqrt_h;  ///< of the bias
+  std::optional<double> turn_on_bias_deg_s;
+  std::optional<double> scale_ppm, misalignment_deg;
+  std::optional<double> g_sensitivity_deg_h_g;          ///< of an axis to the specific force along it
+  std::optional<double> resolution_deg_s, range_deg_s;  ///< 0: not rounded; infinity: no limit
+};
+
+/// Errors of three accelerometers, likewise.
+struct AccelerometerOptions {
+  std::optional<double> velocity_random_walk_mps_sqrt_h;
+  std::optional<double> bias_instability_mg;
+  std::optional<double> acceleration_random_walk_mg_sqrt_h;
+  std::optional<double> turn_on_bias_mg;
+  std::optional<double> scale_ppm, misalignment_deg;
+  std::optional<double> resolution_mg, range_g;
+};
+
+/// An inertial measurement unit on the vehicle: gyroscopes and accelerometers at one point.
+struct ImuOptions {
+  ImuProfile profile = ImuProfile::Automotive;
+  double rate_hz = 100;  ///< [1, 10,000]
+  ImuAxes axes = ImuAxes::Flu;
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< forward, left, up from the trajectory's point
+  /// How the sensor is turned against the vehicle [deg]: roll, pitch, yaw; yaw is turned first.
+  double roll_deg = 0, pitch_deg = 0, yaw_deg = 0;
+  GyroscopeOptions gyroscope;
+  AccelerometerOptions accelerometer;
+  double time_offset_s = 0, time_jitter_s = 0;  ///< of the stated times, [-10, 10], [0, 1]
+  double lost = 0;                              ///< share of samples, [0, 1)
+
+  void validate() const;
+};
+
+/// Errors of three equal sensors in SI units.
+struct TriadNumbers {
+  double white = 0;         ///< density of the white noise [unit / sqrt(Hz)]
+  double flicker = 0;       ///< lowest Allan deviation of the 1/f noise [unit]
+  double walk = 0;          ///< density of the bias's rate [unit / s / sqrt(Hz)]
+  double turn_on = 0;       ///< [unit]
+  double scale = 0;         ///< relative
+  double misalignment = 0;  ///< [rad]
+  double per_force = 0;     ///< [unit / (m/s^2)]
+  double resolution = 0;    ///< [unit]; 0: not rounded
+  double range = 0;         ///< [unit]; infinity: none
+};
+struct ImuNumbers {
+  TriadNumbers gyroscope;      ///< rad/s
+  TriadNumbers accelerometer;  ///< m/s^2
+};
+/// The numbers of the options, those of the profile where they are empty.
+[[nodiscard]] ImuNumbers imu_numbers(const ImuOptions& options);
+
+/// Standard gravity [m/s^2], CGPM 1901: 1 g of data sheets.
+inline constexpr double kStandardGravity = 9.80665;
+
+/// Sensors of the vehicle beside its receivers.
+struct SensorOptions {
+  std::optional<ImuOptions> imu;
+};
+
+void visit(options::Visitor& v, ImuOptions& o);
+void visit(options::Visitor& v, SensorOptions& o);
+
+}  // namespace canyon::inertial

@@ -1,0 +1,168 @@
+#include "canyon/output/inertial_files.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "canyon/base/output_file.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/output/number.hpp"
+#include "canyon/simulation/inertial_run.hpp"
+#include "canyon/simulation/scenario.hpp"
+
+namespace canyon::output {
+namespace {
+
+using Eigen::Vector3d;
+using simulation::InertialSample;
+
+/// A layout of files.
+class Layout {
+ public:
+  virtual ~Layout() = default;
+  virtual void add(const InertialSample& sample) = 0;
+  virtual void add_fix(const simulation::Epoch& /*epoch*/) {}
+  virtual void commit() = 0;
+};
+
+class CsvLayout final : public Layout {
+ public:
+  CsvLayout(const std::filesystem::path& folder, inertial::ImuAxes axes, geodesy::GpsTime begin)
+      : axes_(axes), begin_(begin), imu_(folder / "imu.csv"), motion_(folder / "motion.csv") {
+    const std::string input =
+        "specific_force_x_mps2,specific_force_y_mps2,specific_force_z_mps2,angular_rate_x_radps,"
+        "angular_rate_y_radps,angular_rate_z_radps\n";
+    imu_.write("gps_week,gps_tow," + input);
+    motion_.write(
+        "gps_week,gps_tow,latitude_deg,longitude_deg,height_m,velocity_east_mps,velocity_north_mps,"
+        "velocity_up_mps,roll_deg,pitch_deg,heading_deg," +
+        input);
+  }
+
+  void add(const InertialSample& sample) override {
+    if (sample.sample) {
+      begin_line(begin_ + sample.sample->time_s);
+      end_line(sample.sample->measured, imu_);
+    }
+    begin_line(sample.time);
+    const simulation::SensorMotion motion(sample.truth.sensor, axes_);
+    for (const Vector3d& values : {motion.place_deg_m, motion.velocity_enu_mps, motion.attitude_deg})
+      append(values);
+    end_line(sample.truth.input, motion_);
+  }
+  void commit() override {
+    imu_.commit();
+    motion_.commit();
+  }
+
+ private:
+  void begin_line(geodesy::GpsTime time) {
+    line_ = fmt::format("{},{}", time.week(), seconds_of_week(time, 9));
+  }
+  void append(const Vector3d& v) {
+    for (const double value : {v.x(), v.y(), v.z()}) fmt::format_to(std::back_inserter(line_), ",{}", value);
+  }
+  void end_line(const inertial::ImuInput& input, OutputFile& file) {
+    append(input.specific_force_mps2);
+    append(input.angular_rate_radps);
+    line_ += '\n';
+    file.write(line_);
+  }
+
+  inertial::ImuAxes axes_;
+  geodesy::GpsTime begin_;
+  OutputFile imu_, motion_;
+  std::string line_;
+};
+
+/// Increments with forward-right-down axes, fixes and truth; times are seconds of the week.
+class KfGinsLayout final : public Layout {
+ public:
+  KfGinsLayout(const std::filesystem::path& folder, const inertial::ImuOptions& options,
+               geodesy::GpsTime begin)
+      : axes_(options.axes),
+        interval_s_(1 / options.rate_hz),
+        begin_(begin),
+        imu_(folder / "kf_gins_imu.txt"),
+        gnss_(folder / "kf_gins_gnss.txt"),
+        truth_(folder / "kf_gins_truth.nav") {}
+
+  void add(const InertialSample& sample) override {
+    if (sample.sample) {
+      const Vector3d signs(1, axes_ == inertial::ImuAxes::Flu ? -1 : 1,
+                           axes_ == inertial::ImuAxes::Flu ? -1 : 1);
+      const inertial::ImuInput& measured = sample.sample->measured;
+      const Vector3d turn = interval_s_ * signs.cwiseProduct(measured.angular_rate_radps);
+      const Vector3d push = interval_s_ * signs.cwiseProduct(measured.specific_force_mps2);
+      imu_.write(fmt::format("{} {:.15e} {:.15e} {:.15e} {:.15e} {:.15e} {:.15e}\n",
+                             seconds_of_week(begin_ + sample.sample->time_s, 9), turn.x(), turn.y(), turn.z(),
+                             push.x(), push.y(), push.z()));
+    }
+    const simulation::SensorMotion motion(sample.truth.sensor, axes_);
+    truth_.write(fmt::format("{} {} {:.12f} {:.12f} {:.6f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n",
+                             sample.time.week(), seconds_of_week(sample.time, 9), motion.place_deg_m.x(),
+                             motion.place_deg_m.y(), motion.place_deg_m.z(), motion.velocity_enu_mps.y(),
+                             motion.velocity_enu_mps.x(), -motion.velocity_enu_mps.z(),
+                             motion.attitude_deg.x(), motion.attitude_deg.y(), motion.attitude_deg.z()));
+  }
+  void add_fix(const simulation::Epoch& epoch) override {
+    const positioning::Fix& fix = epoch.observed.fix;
+    if (epoch.receiver != 0 || !fix.solved()) return;
+    const auto sigma_m = [&fix](int axis) { return std::sqrt(fix.covariance_enu(axis, axis)); };
+    gnss_.write(fmt::format("{} {:.12f} {:.12f} {:.6f} {:.6f} {:.6f} {:.6f}\n",
+                            seconds_of_week(epoch.truth.time, 9), geodesy::degrees(fix.position.latitude_rad),
+                            geodesy::degrees(fix.position.longitude_rad), fix.position.height_m, sigma_m(1),
+                            sigma_m(0), sigma_m(2)));
+  }
+  void commit() override {
+    imu_.commit();
+    gnss_.commit();
+    truth_.commit();
+  }
+
+ private:
+  inertial::ImuAxes axes_;
+  double interval_s_;
+  geodesy::GpsTime begin_;
+  OutputFile imu_, gnss_, truth_;
+};
+
+class InertialFiles final : public simulation::EpochSink {
+ public:
+  InertialFiles(const simulation::Simulation& simulation, const std::filesystem::path& folder)
+      : run_(*simulation.scenario().sensors.imu, simulation.scenario().seed, simulation.begin(),
+             [&simulation](geodesy::GpsTime t) { return simulation.vehicle_pose(t); }) {
+    const inertial::ImuOptions& options = *simulation.scenario().sensors.imu;
+    const simulation::OutputConfig& wanted = simulation.scenario().outputs;
+    if (wanted.has("imu"))
+      layouts_.push_back(std::make_unique<CsvLayout>(folder, options.axes, simulation.begin()));
+    if (wanted.has("kf_gins"))
+      layouts_.push_back(std::make_unique<KfGinsLayout>(folder, options, simulation.begin()));
+  }
+
+  void write(const simulation::Epoch& epoch) override {
+    while (const auto sample = run_.next(epoch.truth.time)) {
+      for (const auto& layout : layouts_) layout->add(*sample);
+    }
+    for (const auto& layout : layouts_) layout->add_fix(epoch);
+  }
+  void finish() override {
+    for (const auto& layout : layouts_) layout->commit();
+  }
+
+ private:
+  simulation::InertialRun run_;
+  std::vector<std::unique_ptr<Layout>> layouts_;
+};
+
+}  // namespace
+
+std::unique_ptr<simulation::EpochSink> make_inertial_files(const simulation::Simulation& simulation,
+                                                           const std::filesystem::path& folder) {
+  return std::make_unique<InertialFiles>(simulation, folder);
+}
+
+}  // namespace canyon::output

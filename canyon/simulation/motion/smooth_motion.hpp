@@ -1,0 +1,60 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <vector>
+
+#include "canyon/simulation/motion/uniform_spline.hpp"
+
+namespace canyon::simulation {
+
+/// A place and a heading before they are smoothed.
+struct MotionKnot {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< in any Cartesian frame [m]
+  double yaw_rad = 0;                                  ///< continuous: no jumps of 2 pi
+};
+
+/// A motion whose acceleration is continuous and twice differentiable, in a Cartesian frame: stretches of
+/// movement with rest between them.
+///
+/// Each stretch is a way through time whose mean is taken twice over kBox_s, then a B-spline with knots
+/// kStep_s apart. These are means over time with weights that are not negative, so that neither speed nor
+/// acceleration exceed those of the way, and the jerk is at most the largest step of its acceleration over
+/// kBox_s. The path cuts a corner of acceleration a by up to kVariance_s2 a / 2. Immutable, thread-safe.
+class SmoothMotion {
+ public:
+  static constexpr double kStep_s = 0.1;
+  static constexpr int kBox = 9;  ///< steps of a mean, odd
+  static constexpr double kBox_s = kBox * kStep_s;
+  /// The means reach so far [s]: the motion of a stretch begins and ends this much outside of its way.
+  static constexpr double kReach_s = (kBox - 1 + 3) * kStep_s;
+  /// Variance of the weights: of two boxes of nine steps and a quintic spline.
+  static constexpr double kVariance_s2 = (2 * (kBox * kBox - 1) / 12.0 + 0.5) * kStep_s * kStep_s;
+
+  struct Point {
+    Eigen::Vector3d position, velocity, acceleration;  ///< [m, m/s, m/s^2]
+    double yaw_rad, yaw_rate_radps;
+  };
+
+  /// Adds a stretch that moves from `begin_s` on. Precondition: `begin_s` is not before end_s().
+  /// @param way where it is at seconds after its own begin; asked within [-kReach_s, duration_s + kReach_s]
+  /// @param duration_s of the way; the stretch lasts 2 kReach_s longer
+  void add(double begin_s, double duration_s, const std::function<MotionKnot(double)>& way);
+
+  /// End of the last stretch; 0 without any.
+  [[nodiscard]] double end_s() const { return stretches_.empty() ? 0 : stretches_.back().end_s; }
+  /// Before, behind and between stretches it rests. Precondition: there is a stretch.
+  [[nodiscard]] Point at(double t_s) const;
+  /// Bytes of the control points.
+  [[nodiscard]] std::size_t points() const { return points_; }
+
+ private:
+  struct Stretch {
+    double begin_s, end_s;
+    UniformSpline spline;
+  };
+  std::vector<Stretch> stretches_;
+  std::size_t points_ = 0;
+};
+
+}  // namespace canyon::simulation
