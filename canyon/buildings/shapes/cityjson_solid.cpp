@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "canyon/buildings/shapes/footprint.hpp"
+#include "canyon/buildings/shapes/openings.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/mesh_topology.hpp"
 
@@ -146,22 +147,45 @@ bool watertight(const std::vector<Triangle>& triangles) {
 
 }  // namespace
 
+namespace {
+
+std::vector<LocalSurface> surfaces_in(const std::vector<MapSurface>& surfaces,
+                                      const geodesy::LocalFrame& frame) {
+  const auto ring = [&](const std::vector<Eigen::Vector3d>& points) {
+    std::vector<Eigen::Vector3d> local;
+    local.reserve(points.size());
+    for (const Eigen::Vector3d& p : points)
+      local.push_back(frame.local_from_geodetic(geodesy::Geodetic::from_degrees(p.y(), p.x(), p.z())));
+    return local;
+  };
+  std::vector<LocalSurface> result;
+  result.reserve(surfaces.size());
+  for (const MapSurface& surface : surfaces) {
+    LocalSurface& next = result.emplace_back();
+    next.outer = ring(surface.outer);
+    for (const auto& inner : surface.inners) next.inners.push_back(ring(inner));
+    next.semantic = surface.semantic;
+  }
+  cut_openings(result);
+  return result;
+}
+
+}  // namespace
+
 bool append_surfaces(city::Mesh& mesh, const std::string& name, const std::vector<MapSurface>& surfaces,
                      const geodesy::LocalFrame& frame, std::vector<std::string>& notes, city::Material facade,
                      city::Material roof) {
   Welder welder;
   const auto ring_of = [&](const std::vector<Eigen::Vector3d>& points) {
     IndexRing ring;
-    for (const Eigen::Vector3d& p : points) {
-      ring.push_back(
-          welder.add(frame.local_from_geodetic(geodesy::Geodetic::from_degrees(p.y(), p.x(), p.z()))));
-    }
+    for (const Eigen::Vector3d& p : points) ring.push_back(welder.add(p));
     return tidy(std::move(ring));
   };
   std::vector<Triangle> triangles;
   std::vector<city::Material> materials;
+  std::vector<bool> open;  // of the triangles: nothing is there
   std::size_t left_out = 0, bent = 0;
-  for (const MapSurface& surface : surfaces) {
+  for (const LocalSurface& surface : surfaces_in(surfaces, frame)) {
     const IndexRing outer = ring_of(surface.outer);
     std::vector<IndexRing> inners;
     for (const auto& inner : surface.inners) inners.push_back(ring_of(inner));
@@ -174,6 +198,7 @@ bool append_surfaces(city::Mesh& mesh, const std::string& name, const std::vecto
                                     : surface.semantic == "Window"    ? city::Material::Glass
                                                                       : facade;
     materials.insert(materials.end(), made.size(), material);
+    open.insert(open.end(), made.size(), surface.semantic == "ClosureSurface");
   }
   if (left_out > 0) {
     notes.push_back(
@@ -196,7 +221,7 @@ bool append_surfaces(city::Mesh& mesh, const std::string& name, const std::vecto
   std::vector<city::Material> kept_materials;
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     const auto& [a, b, c] = triangles[t];
-    if (city::is_degenerate(points[a], points[b], points[c])) continue;
+    if (open[t] || city::is_degenerate(points[a], points[b], points[c])) continue;
     kept.push_back(triangles[t]);
     kept_materials.push_back(materials[t]);
   }
