@@ -10,6 +10,7 @@
 
 #include "canyon/base/dictionary.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
 
@@ -74,6 +75,7 @@ CityModel::CityModel(const CityReadOptions& options) : options_(options) {
 void CityModel::begin_file(const std::filesystem::path& file) {
   finish_file();
   file_ = file;
+  handedness_ = nullptr;
   ++files_;
   left_out_before_ = left_out_;
   said_before_ = said_;
@@ -135,14 +137,22 @@ Eigen::Vector3d CityModel::east_first(std::size_t index, const Eigen::Vector3d& 
       return system.reference.finds(swap ? LonLat(point.y(), point.x()) : LonLat(point.x(), point.y()));
     };
     const bool by_authority = !system.east_first && system.reference.north_first();
-    if (plausible(by_authority)) {
-      system.swap = by_authority;
-    } else if (!system.east_first && plausible(!by_authority)) {
-      system.swap = !by_authority;
-      warn(fmt::format("coordinates have {} first, against the order of {}'s axes, and are read so",
-                       by_authority ? "east or longitude" : "north or latitude", system.name));
-    } else {
-      return by_authority ? Eigen::Vector3d(point.y(), point.x(), point.z()) : point;
+    const bool likely = plausible(by_authority);
+    const bool other = !system.east_first && plausible(!by_authority);
+    if (!likely && !other) return by_authority ? Eigen::Vector3d(point.y(), point.x(), point.z()) : point;
+    // Many files put east first whatever the authority says.
+    const bool unsure = likely && other && by_authority;
+    const int told = unsure && handedness_ ? handedness_() : 0;
+    system.swap = told != 0 ? told < 0 : likely ? by_authority : !by_authority;
+    if (*system.swap != by_authority) {
+      warn(fmt::format("coordinates have {} first, against the order of {}'s axes, and are read so{}",
+                       by_authority ? "east or longitude" : "north or latitude", system.name,
+                       told != 0 ? ": its roofs look up then" : ""));
+    } else if (unsure && told == 0) {
+      warn(fmt::format(
+          "coordinates are read with north or latitude first, the order of {}'s axes; the other one has "
+          "a place, too",
+          system.name));
     }
   }
   return *system.swap ? Eigen::Vector3d(point.y(), point.x(), point.z()) : point;
@@ -265,6 +275,15 @@ void CityModel::add_building(CityObject object, bool part) {
   keep(std::move(feature), object);
 }
 
+bool CityModel::leaves_out_low(const MapFeature& feature) {
+  constexpr double kLowest_m = 1;  // what is lower hides nothing from an antenna
+  const auto height = feature.tags.find("height");
+  const auto value = height == feature.tags.end() ? std::nullopt : parse_double(height->second);
+  if (!value || *value >= kLowest_m) return false;
+  leave_out("plants lower than 1 m");
+  return true;
+}
+
 void CityModel::add_tree(CityObject object) {
   const Eigen::AlignedBox3d extent = extent_of(object.surfaces);
   MapFeature feature;
@@ -290,7 +309,7 @@ void CityModel::add_tree(CityObject object) {
     feature.tags.emplace("height", fmt::format("{:.2f}", extent.sizes().z()));
     feature.tags.emplace("diameter_crown", fmt::format("{:.2f}", crown_m));
   }
-  keep(std::move(feature), object);
+  if (!leaves_out_low(feature)) keep(std::move(feature), object);
 }
 
 void CityModel::add_wood(CityObject object) {
@@ -307,7 +326,7 @@ void CityModel::add_wood(CityObject object) {
   const double thick_m = extent_of(object.surfaces).sizes().z();
   constexpr double kThick_m = 1;  // a flat one on a slope has its height from an attribute
   if (thick_m >= kThick_m) feature.tags.emplace("height", fmt::format("{:.2f}", thick_m));
-  keep(std::move(feature), object);
+  if (!leaves_out_low(feature)) keep(std::move(feature), object);
 }
 
 void CityModel::finish_file() {

@@ -3,10 +3,12 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "canyon/buildings/sources/city_attributes.hpp"
@@ -56,6 +58,10 @@ class CityModel {
   [[nodiscard]] const ReferenceSystem& reference(std::size_t system) const {
     return systems_[system].reference;
   }
+  /// Who tells whether the file's objects have east first (1), north first (-1), or neither (0): asked where
+  /// the authority lists north first and both orders have a place in the system's area of use.
+  using Handedness = std::function<int()>;
+  void ask_handedness(Handedness handedness) { handedness_ = std::move(handedness); }
   /// East (or longitude) first, as the file's order of axes is. That order is decided once for a file and
   /// system, by the first point whose place tells it.
   [[nodiscard]] Eigen::Vector3d east_first(std::size_t system, const Eigen::Vector3d& point);
@@ -92,6 +98,7 @@ class CityModel {
   void add_building(CityObject object, bool part);
   void add_tree(CityObject object);
   void add_wood(CityObject object);
+  [[nodiscard]] bool leaves_out_low(const MapFeature& feature);
   void keep(MapFeature feature, const CityObject& object);
   [[nodiscard]] bool in_box(const Eigen::AlignedBox2d& bounds) const;
   void finish_file();
@@ -109,6 +116,7 @@ class CityModel {
   std::map<std::string, CityAttributes> tags_of_wholes_;  ///< of the file's objects that have parts
   std::set<std::string> seen_;                            ///< id and place of the features of other files
   Counts left_out_, said_, kinds_;
+  Handedness handedness_;
   Counts left_out_before_, said_before_, kinds_before_;
   std::size_t files_ = 0, outside_ = 0, repeated_ = 0;
 };

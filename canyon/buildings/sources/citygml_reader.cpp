@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <cstddef>
+#include <cstdlib>
 #include <memory>
 #include <set>
 #include <string>
@@ -10,6 +11,7 @@
 
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/buildings/sources/gml_faces.hpp"
 #include "canyon/buildings/sources/gml_objects.hpp"
 
 namespace canyon::buildings {
@@ -39,6 +41,20 @@ bool reaches_box(const GmlEnvelope& envelope, CityModel& model) {
       .intersects(bounds);
 }
 
+/// The handedness() of most of a file's first objects.
+int handedness_of(const std::filesystem::path& file, const OpenBytes& open) {
+  constexpr int kObjects = 100;
+  int asked = 0, sum = 0;
+  GmlSink sink;
+  sink.envelope = [](const GmlEnvelope&) { return true; };
+  sink.member = [&](const GmlElement& object) {
+    sum += handedness(object);
+    return ++asked < kObjects;
+  };
+  read_gml(file, open(), sink);
+  return 2 * std::abs(sum) > asked ? (sum > 0 ? 1 : -1) : 0;
+}
+
 /// Copies the elements with those ids into the library.
 void find_ids(const GmlElement& element, const std::set<std::string>& wanted, GmlLibrary& library) {
   if (!element.id.empty() && wanted.count(element.id) > 0) library.emplace(element.id, element);
@@ -57,7 +73,10 @@ class References {
       const std::size_t before = library.size();
       GmlSink sink;
       sink.envelope = [](const GmlEnvelope&) { return true; };
-      sink.member = [&](const GmlElement& object) { find_ids(object, wanted, library); };
+      sink.member = [&](const GmlElement& object) {
+        find_ids(object, wanted, library);
+        return true;
+      };
       read_gml(file_, open_(), sink);
       if (library.size() == before) break;
       wanted.clear();
@@ -90,13 +109,14 @@ bool read_citygml(const std::filesystem::path& file, const OpenBytes& open, City
   bool reached = true;
   std::size_t number = 0;
   const GmlLibrary none;
+  model.ask_handedness([&] { return handedness_of(file, open); });
   GmlSink sink;
   sink.envelope = [&](const GmlEnvelope& envelope) { return reached = reaches_box(envelope, model); };
   sink.member = [&](const GmlElement& object) {
     const std::size_t own = number++;
     if (!is_gml_object(object.name)) {
       model.leave_out("city objects of type " + object.name);
-      return;
+      return true;
     }
     std::set<std::string> missing = missing_references(object, none);
     if (missing.empty()) {
@@ -105,6 +125,7 @@ bool read_citygml(const std::filesystem::path& file, const OpenBytes& open, City
       wanted.merge(missing);
       waiting.insert(own);
     }
+    return true;
   };
   read_gml(file, open(), sink);
   if (!reached || waiting.empty()) return reached;
@@ -113,6 +134,7 @@ bool read_citygml(const std::filesystem::path& file, const OpenBytes& open, City
   sink.envelope = [](const GmlEnvelope&) { return true; };
   sink.member = [&](const GmlElement& object) {
     if (waiting.count(number++) > 0) read_gml_object(object, library, model);
+    return true;
   };
   read_gml(file, open(), sink);
   return true;

@@ -20,8 +20,8 @@ namespace canyon::buildings {
 /// of triangles MapData::relief. Everything else is counted in warnings.
 ///
 /// Coordinates are in the order of the authority's axes (latitude first for EPSG:6697), or in the other one
-/// where only that lies in the system's area of use (a warning says so). Heights become ellipsoidal as Geoid
-/// has it.
+/// where only that lies in the system's area of use, or where both do and only then roofs look up (a warning
+/// says so). Heights become ellipsoidal as Geoid has it.
 ///
 /// Throws InputError with the line: read_gml()'s cases, no or unknown reference system while
 /// ModelOptions::crs is not given either, no object that can be built.

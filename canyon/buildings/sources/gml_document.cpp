@@ -219,7 +219,7 @@ class GmlParser {
     // CityModel / cityObjectMember / object
     if (stack_.size() == 2) {
       if (is_one_of(parent.name, {"cityObjectMember", "featureMember", "featureMembers", "member"}))
-        sink_.member(std::move(element));
+        ended_ = !sink_.member(std::move(element));
       return;
     }
     if (stack_.size() < 2) return;

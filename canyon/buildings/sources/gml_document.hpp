@@ -44,7 +44,7 @@ using ByteReader = std::function<std::size_t(char* to, std::size_t size)>;
 /// What is done with a document's parts as they are read.
 struct GmlSink {
   std::function<bool(const GmlEnvelope&)> envelope;  ///< false ends the reading
-  std::function<void(GmlElement)> member;            ///< an object of the model
+  std::function<bool(GmlElement)> member;            ///< an object of the model; false likewise
 };
 
 /// Reads a document with expat, one object of the model at a time: memory holds the largest of them.

@@ -50,15 +50,18 @@ FaceKey key_of(const GmlFace& face) {
           face.placement};
 }
 
-/// Newell's area, in the square of the coordinates' unit; good for comparing.
+/// By Newell's method, in the square of the coordinates' unit.
+Eigen::Vector3d twice_area_vector(const GmlFace& face) {
+  const std::vector<Eigen::Vector3d>& ring = face.polygon->rings.front();
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  for (std::size_t i = 2; i < ring.size(); ++i) normal += (ring[i - 1] - ring[0]).cross(ring[i] - ring[0]);
+  return face.reversed ? Eigen::Vector3d(-normal) : normal;
+}
+
+/// Good for comparing.
 double area_of(const std::vector<GmlFace>& faces) {
   double sum = 0;
-  for (const GmlFace& face : faces) {
-    const std::vector<Eigen::Vector3d>& ring = face.polygon->rings.front();
-    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-    for (std::size_t i = 2; i < ring.size(); ++i) normal += (ring[i - 1] - ring[0]).cross(ring[i] - ring[0]);
-    sum += normal.norm();
-  }
+  for (const GmlFace& face : faces) sum += twice_area_vector(face).norm();
   return sum;
 }
 
@@ -168,6 +171,27 @@ void GmlFaces::collect_implicit(const GmlElement& geometry, GmlFace like, int de
   for (const char* name : {"relativeGMLGeometry", "relativeGeometry"}) {
     if (const GmlElement* relative = geometry.child(name)) collect(*relative, like, depth + 1, faces);
   }
+}
+
+int handedness(const GmlElement& object) {
+  const GmlLibrary none;
+  GmlFaces faces(object, none);
+  double thematic = 0, volume = 0;
+  for (const auto& [lod, detail] : faces.details_of(object)) {
+    for (const GmlFace& face : detail.thematic) {
+      const double up = twice_area_vector(face).z();
+      if (face.semantic == "RoofSurface") thematic += up;
+      if (face.semantic == "GroundSurface") thematic -= up;
+    }
+    if (lod == 0 || detail.own.empty() || detail.own.front().polygon->rings.front().empty()) continue;
+    const Eigen::Vector3d about = detail.own.front().polygon->rings.front().front();
+    for (const GmlFace& face : detail.own) {
+      const std::vector<Eigen::Vector3d>& ring = face.polygon->rings.front();
+      if (!ring.empty()) volume += twice_area_vector(face).dot(ring.front() - about);
+    }
+  }
+  const double told = thematic != 0 ? thematic : volume;
+  return told > 0 ? 1 : told < 0 ? -1 : 0;
 }
 
 std::vector<GmlFace> merged_faces(const GmlDetail& detail) {

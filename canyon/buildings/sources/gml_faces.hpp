@@ -62,6 +62,11 @@ class GmlFaces {
   std::size_t external_ = 0;
 };
 
+/// Whether the coordinates of an object's faces are right-handed in the order that the file has them, which
+/// is that of east, north, up: its roofs look up and its grounds down then, and its solids have a positive
+/// volume. 1: they are; -1: they are left-handed (north, east, up); 0: it does not tell.
+[[nodiscard]] int handedness(const GmlElement& object);
+
 /// The faces of a level of detail, each polygon once: the thematic surfaces, and what the object's own
 /// geometry has beside them. Where both are shells of their own, the larger one.
 [[nodiscard]] std::vector<GmlFace> merged_faces(const GmlDetail& detail);

@@ -50,8 +50,7 @@ TEST(Tin, TerrainOfAReliefHasItsTrianglesFrontSidesUp) {
   terrain.append(mesh, frame, {-1000, -1000}, {1000, 1000}, 20);
   ASSERT_EQ(mesh.triangles.size(), 18U);
   for (const auto& [a, b, c] : mesh.triangles) {
-    const Eigen::Vector3d p = mesh.vertices[a].cast<double>(), q = mesh.vertices[b].cast<double>(),
-                          r = mesh.vertices[c].cast<double>();
+    const Eigen::Vector3d p = mesh.vertices[a], q = mesh.vertices[b], r = mesh.vertices[c];
     EXPECT_GT((q - p).cross(r - p).z(), 0);
   }
   EXPECT_EQ(mesh.objects.at(0).surface, city::Surface::Terrain);
