@@ -57,7 +57,8 @@ TEST(LoadCity, KindsOfFilesByTheirNames) {
 TEST(LoadCity, CityModelsByTheirContent) {
   const test::TemporaryFolder folder;
   const std::filesystem::path file = folder / "tile.dat";
-  std::ofstream(file) << test::citygml(test::citygml_member(test::gml_building("a")), "");
+  std::ofstream(file) << canyon::test::citygml(canyon::test::citygml_member(canyon::test::gml_building("a")),
+                                               "");
   EXPECT_EQ(city_file_kind(file), CityFileKind::Map);
   CityConfig config = city_config(file);
   EXPECT_THROW((void)load_city(config), InputError);
@@ -72,14 +73,14 @@ TEST(LoadCity, CityModelsByTheirContent) {
 // A relief is the ground where no raster is; trees stand on it, at their own height where the model has one.
 TEST(LoadCity, ReliefAndTreesOfACityModel) {
   const test::TemporaryFolder folder;
-  std::ofstream(folder / "c.gml") << test::citygml(
-      test::citygml_member(test::gml_building("a")) +
-      test::citygml_member(
+  std::ofstream(folder / "c.gml") << canyon::test::citygml(
+      canyon::test::citygml_member(canyon::test::gml_building("a")) +
+      canyon::test::citygml_member(
           "<veg:SolitaryVegetationObject gml:id=\"t\"><veg:height>12</veg:height>"
           "<veg:lod1ImplicitRepresentation><core:ImplicitGeometry><core:referencePoint><gml:Point>"
           "<gml:pos>691030 5334000 500.5</gml:pos></gml:Point></core:referencePoint>"
           "</core:ImplicitGeometry></veg:lod1ImplicitRepresentation></veg:SolitaryVegetationObject>") +
-      test::citygml_member(
+      canyon::test::citygml_member(
           "<dem:TINRelief gml:id=\"r\"><dem:lod>1</dem:lod><dem:tin><gml:TriangulatedSurface>"
           "<gml:trianglePatches><gml:Triangle><gml:exterior><gml:LinearRing><gml:posList>"
           "690500 5333500 499 692000 5333500 499 690500 5335000 499 690500 5333500 499"

@@ -184,13 +184,22 @@ bool append_surfaces(city::Mesh& mesh, const std::string& name, const std::vecto
   std::vector<Triangle> triangles;
   std::vector<city::Material> materials;
   std::vector<bool> open;  // of the triangles: nothing is there
-  std::size_t left_out = 0, bent = 0;
-  for (const LocalSurface& surface : surfaces_in(surfaces, frame)) {
-    const IndexRing outer = ring_of(surface.outer);
+  std::size_t left_out = 0, bent = 0, repaired = 0;
+  const auto triangulated = [&](const LocalSurface& surface, const IndexRing& outer) {
     std::vector<IndexRing> inners;
     for (const auto& inner : surface.inners) inners.push_back(ring_of(inner));
-    const std::vector<Triangle> made = triangles_of(outer, inners, welder.points());
-    if (made.empty()) ++left_out;
+    return triangles_of(outer, inners, welder.points());
+  };
+  for (const LocalSurface& surface : surfaces_in(surfaces, frame)) {
+    const IndexRing outer = ring_of(surface.outer);
+    std::vector<Triangle> made = triangulated(surface, outer);
+    if (made.empty()) {
+      for (const LocalSurface& piece : mended(surface)) {
+        const std::vector<Triangle> more = triangulated(piece, ring_of(piece.outer));
+        made.insert(made.end(), more.begin(), more.end());
+      }
+      ++(made.empty() ? left_out : repaired);
+    }
     constexpr double kFlat_m = 0.5;
     if (made.size() > 1 && off_plane_m(outer, welder.points()) > kFlat_m) ++bent;
     triangles.insert(triangles.end(), made.begin(), made.end());
@@ -199,6 +208,10 @@ bool append_surfaces(city::Mesh& mesh, const std::string& name, const std::vecto
                                                                       : facade;
     materials.insert(materials.end(), made.size(), material);
     open.insert(open.end(), made.size(), surface.semantic == "ClosureSurface");
+  }
+  if (repaired > 0) {
+    notes.push_back(fmt::format("{}: repaired {} of {} surfaces whose rings cross or touch", name, repaired,
+                                surfaces.size()));
   }
   if (left_out > 0) {
     notes.push_back(

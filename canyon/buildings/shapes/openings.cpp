@@ -84,7 +84,25 @@ std::vector<Polygon2> openings_in(const LocalSurface& wall, const FacePlane& pla
   return found;
 }
 
+void append_pieces(const FacePlane& plane, const std::vector<Polygon2>& pieces, const std::string& semantic,
+                   std::vector<LocalSurface>& to) {
+  for (const Polygon2& piece : pieces) {
+    LocalSurface& next = to.emplace_back();
+    next.outer = plane.lifted(piece.outer);
+    for (const auto& hole : piece.holes) next.inners.push_back(plane.lifted(hole));
+    next.semantic = semantic;
+  }
+}
+
 }  // namespace
+
+std::vector<LocalSurface> mended(const LocalSurface& surface) {
+  if (surface.outer.size() < 3 || area_vector(surface.outer).norm() < 1e-6) return {};
+  const FacePlane plane(surface.outer);
+  std::vector<LocalSurface> pieces;
+  append_pieces(plane, flat_polygons(plane, surface), surface.semantic, pieces);
+  return pieces;
+}
 
 void cut_openings(std::vector<LocalSurface>& surfaces) {
   std::vector<const LocalSurface*> openings;
@@ -105,12 +123,7 @@ void cut_openings(std::vector<LocalSurface>& surfaces) {
       cut.push_back(surface);
       continue;
     }
-    for (const Polygon2& piece : subtract(flat_polygons(plane, surface), unite(holes))) {
-      LocalSurface& next = cut.emplace_back();
-      next.outer = plane.lifted(piece.outer);
-      for (const auto& hole : piece.holes) next.inners.push_back(plane.lifted(hole));
-      next.semantic = surface.semantic;
-    }
+    append_pieces(plane, subtract(flat_polygons(plane, surface), unite(holes)), surface.semantic, cut);
   }
   surfaces = std::move(cut);
 }

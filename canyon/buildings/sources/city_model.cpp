@@ -65,6 +65,26 @@ std::vector<MapPolygon> outlines_of(const std::vector<MapSurface>& surfaces) {
   return outlines;
 }
 
+/// How many buildings and parts have what facades are drawn by.
+std::string attributes_line(const MapData& data) {
+  std::size_t all = 0, uses = 0, years = 0, structures = 0, materials = 0;
+  for (const MapFeature& feature : data.features) {
+    const bool part = feature.kind == FeatureKind::Part;
+    if (!part && feature.kind != FeatureKind::Building) continue;
+    ++all;
+    const auto own = feature.tags.find(part ? "building:part" : "building");
+    const auto whole = feature.tags.find("building");
+    uses += (own != feature.tags.end() && own->second != "yes") ||
+            (whole != feature.tags.end() && whole->second != "yes");
+    years += feature.tags.count("start_date");
+    structures += feature.tags.count("building:structure");
+    materials += feature.tags.count("building:material");
+  }
+  return fmt::format(
+      "attributes  of {} buildings and parts {} have a use, {} a year, {} a structure, {} a material", all,
+      uses, years, structures, materials);
+}
+
 }  // namespace
 
 CityModel::CityModel(const CityReadOptions& options) : options_(options) {
@@ -385,6 +405,7 @@ void CityModel::describe(MapData& data) const {
         "reference   {} ({}){}", system.name, system.reference.title(),
         files_ > 1 ? fmt::format(" of {} file{}", system.files, system.files == 1 ? "" : "s") : ""));
   }
+  data.contents.push_back(attributes_line(data));
   if (!data.relief.empty())
     data.contents.push_back(fmt::format("relief      {} surfaces of the ground", data.relief.size()));
   if (outside_ > 0) data.contents.push_back(fmt::format("box         {} objects outside left out", outside_));

@@ -362,6 +362,26 @@ TEST_F(CityGmlTest, VegetationAndRelief) {
   EXPECT_THAT(data.warnings, Contains(HasSubstr("left out 1 city objects of type Road")));
 }
 
+// Extensions wrap their attributes (PLATEAU's uro), generic ones have names.
+TEST_F(CityGmlTest, AttributesOfExtensionsAndGenericOnes) {
+  const MapData data = read_object(gml_building(
+      "a", gml_house(),
+      "<bldg:usage>401</bldg:usage><bldg:measuredHeight uom=\"m\">-9999</bldg:measuredHeight>"
+      "<gen:intAttribute name=\"yearOfConstruction\"><gen:value>1971</gen:value></gen:intAttribute>"
+      "<uro:buildingDetailAttribute><uro:BuildingDetailAttribute><uro:buildingStructureType "
+      "codeSpace=\"x.xml\">606</uro:buildingStructureType></uro:BuildingDetailAttribute></"
+      "uro:buildingDetailAttribute>"));
+  const auto& tags = data.features.at(0).tags;
+  EXPECT_EQ(tags.at("building"), "office");
+  EXPECT_EQ(tags.at("building:structure"), "masonry");
+  EXPECT_EQ(tags.at("building:material"), "brick");
+  EXPECT_EQ(tags.at("start_date"), "1971");
+  EXPECT_EQ(tags.count("height"), 0U);
+  EXPECT_THAT(
+      data.contents,
+      Contains(HasSubstr("of 1 buildings and parts 1 have a use, 1 a year, 1 a structure, 1 a material")));
+}
+
 TEST_F(CityGmlTest, Version3) {
   const std::string text =
       "<CityModel xmlns=\"http://www.opengis.net/citygml/3.0\" xmlns:gml=\"http://www.opengis.net/gml/3.2\">"
@@ -405,6 +425,8 @@ TEST_F(CityGmlTest, BadInputIsOneClearError) {
   EXPECT_THAT(error_of(good.substr(0, good.size() / 2)), HasSubstr("is cut short"));
   EXPECT_THAT(error_of(good.substr(0, good.size() / 2)), HasSubstr("city.gml:"));
   EXPECT_THAT(error_of(""), HasSubstr("is cut short"));
+  EXPECT_THAT(error_of("<?xml version=\"1.0\" encoding=\"Shift_JIS\"?><CityModel/>"),
+              HasSubstr("save it as UTF-8"));
   EXPECT_THAT(error_of("<osm/>"), HasSubstr("its first element is osm"));
   EXPECT_THAT(error_of("<!DOCTYPE a [<!ENTITY lol \"lol\">]><CityModel>&lol;</CityModel>"),
               HasSubstr("declares the entity 'lol'"));

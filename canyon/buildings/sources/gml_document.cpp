@@ -99,6 +99,7 @@ class GmlParser {
     const XML_Error code = XML_GetErrorCode(parser_.get());
     if (at_end || code == XML_ERROR_NO_ELEMENTS || code == XML_ERROR_UNCLOSED_TOKEN)
       fail("is cut short", "fetch the file again");
+    if (code == XML_ERROR_UNKNOWN_ENCODING) fail("is in an encoding that is not read", "save it as UTF-8");
     fail(fmt::format("is not well-formed XML ({})", XML_ErrorString(code)),
          "fetch the file again, or export it again");
   }
