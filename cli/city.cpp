@@ -21,12 +21,15 @@ struct CityInfoArguments {
   std::string input;
   std::string origin;
   buildings::ModelOptions model;
+  buildings::TerrainOptions sea_level;
   bool json = false;
 };
 
 int run_city_info(const CityInfoArguments& arguments) {
   simulation::CityConfig config = city_config(arguments.input, arguments.origin);
   set_model(config, arguments.model);
+  if (arguments.sea_level.geoid_undulation_m || arguments.sea_level.geoid != buildings::GeoidModel::ByFile)
+    config.sea_level = arguments.sea_level;
   const auto begin = std::chrono::steady_clock::now();
   const buildings::BuiltCity loaded = load_city(config, "building the city", arguments.json);
   print_warnings(loaded.report.cautions);
@@ -129,6 +132,8 @@ void add_city(Command& app) {
   info.add_option("--origin", arguments.origin, "LAT,LON,HEIGHT",
                   "origin of a mesh or a map (degrees, metres)");
   add_model_options(info, arguments.model);
+  add_field(info, "--geoid-undulation", arguments.sea_level, "geoid_undulation_m");
+  add_field(info, "--geoid", arguments.sea_level, "geoid");
   info.add_flag("--json", arguments.json, "print JSON");
   add_city_build(command);
   add_city_view(command);

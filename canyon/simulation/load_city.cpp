@@ -1,5 +1,8 @@
 #include "canyon/simulation/load_city.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
@@ -87,6 +90,16 @@ buildings::BuiltCity build(const MapCityConfig& config, const buildings::Terrain
     map.warnings.push_back(map.source + ": its relief is left out, since city.terrain has height rasters");
   } else if (!map.relief.empty()) {
     terrain.emplace(buildings::Terrain::of_relief(map.relief));
+    const auto beyond = std::count_if(map.features.begin(), map.features.end(), [&](const auto& feature) {
+      return !terrain->height_m(feature.bounds().center());
+    });
+    const bool elsewhere = static_cast<std::size_t>(beyond) == map.features.size();
+    if (elsewhere) terrain.reset();
+    if (beyond > 0) {
+      map.warnings.push_back(fmt::format("{}: {} of {} objects stand beyond its relief, {}", map.source,
+                                         beyond, map.features.size(),
+                                         elsewhere ? "which is left out" : "where no ground is"));
+    }
   }
   map.relief = {};
   return buildings::build_city(map, terrain ? &*terrain : nullptr, config.build, progress);

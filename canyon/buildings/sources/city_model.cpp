@@ -100,6 +100,8 @@ void CityModel::begin_file(const std::filesystem::path& file) {
   left_out_before_ = left_out_;
   said_before_ = said_;
   kinds_before_ = kinds_;
+  outside_before_ = outside_;
+  repeated_before_ = repeated_;
 }
 
 void CityModel::drop_file() {
@@ -109,6 +111,10 @@ void CityModel::drop_file() {
   left_out_ = left_out_before_;
   said_ = said_before_;
   kinds_ = kinds_before_;
+  outside_ = outside_before_;
+  repeated_ = repeated_before_;
+  tags_of_wholes_.clear();
+  for (const std::size_t index : systems_of_file_) --systems_[index].files;
   systems_of_file_.clear();
   --files_;
 }

@@ -119,6 +119,7 @@ class CityModel {
   Handedness handedness_;
   Counts left_out_before_, said_before_, kinds_before_;
   std::size_t files_ = 0, outside_ = 0, repeated_ = 0;
+  std::size_t outside_before_ = 0, repeated_before_ = 0;
 };
 
 }  // namespace canyon::buildings
