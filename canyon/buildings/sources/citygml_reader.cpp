@@ -44,15 +44,17 @@ bool reaches_box(const GmlEnvelope& envelope, CityModel& model) {
 /// The handedness() of most of a file's first objects.
 int handedness_of(const std::filesystem::path& file, const OpenBytes& open) {
   constexpr int kObjects = 100;
-  int asked = 0, sum = 0;
+  int asked = 0, told = 0, sum = 0;
   GmlSink sink;
   sink.envelope = [](const GmlEnvelope&) { return true; };
   sink.member = [&](const GmlElement& object) {
-    sum += handedness(object);
+    const int hand = handedness(object);
+    told += std::abs(hand);
+    sum += hand;
     return ++asked < kObjects;
   };
   read_gml(file, open(), sink);
-  return 2 * std::abs(sum) > asked ? (sum > 0 ? 1 : -1) : 0;
+  return 2 * std::abs(sum) > told ? (sum > 0 ? 1 : -1) : 0;
 }
 
 /// Copies the elements with those ids into the library.

@@ -176,12 +176,12 @@ void GmlFaces::collect_implicit(const GmlElement& geometry, GmlFace like, int de
 int handedness(const GmlElement& object) {
   const GmlLibrary none;
   GmlFaces faces(object, none);
-  double thematic = 0, volume = 0;
+  double roofs = 0, grounds = 0, volume = 0;
   for (const auto& [lod, detail] : faces.details_of(object)) {
     for (const GmlFace& face : detail.thematic) {
       const double up = twice_area_vector(face).z();
-      if (face.semantic == "RoofSurface") thematic += up;
-      if (face.semantic == "GroundSurface") thematic -= up;
+      if (face.semantic == "RoofSurface") roofs += up;
+      if (face.semantic == "GroundSurface") grounds += up;
     }
     if (lod == 0 || detail.own.empty() || detail.own.front().polygon->rings.front().empty()) continue;
     const Eigen::Vector3d about = detail.own.front().polygon->rings.front().front();
@@ -190,7 +190,14 @@ int handedness(const GmlElement& object) {
       if (!ring.empty()) volume += twice_area_vector(face).dot(ring.front() - about);
     }
   }
-  const double told = thematic != 0 ? thematic : volume;
+  for (const GmlElement& property : object.children) {
+    for (const GmlElement& child : property.children) {
+      // Of parts, where the whole has no shape of its own.
+      if (roofs == 0 && is_gml_object(child.name)) roofs = handedness(child);
+    }
+  }
+  // Grounds are the first to be drawn the wrong way round.
+  const double told = roofs != 0 ? roofs : volume != 0 ? volume : -grounds;
   return told > 0 ? 1 : told < 0 ? -1 : 0;
 }
 
