@@ -271,6 +271,10 @@ void CityModel::add(CityObject object) {
       add_wood(std::move(object));
       break;
     case Role::Relief:
+      if (object.surfaces.empty()) {
+        leave_out("reliefs without triangles");
+        break;
+      }
       ++kinds_[fmt::format("TINRelief LoD {:g}", object.lod)];
       std::move(object.surfaces.begin(), object.surfaces.end(), std::back_inserter(data_.relief));
       break;

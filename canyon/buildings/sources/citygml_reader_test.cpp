@@ -269,7 +269,12 @@ TEST_F(CityGmlTest, WindowsOfWallsAndHolesAndTriangles) {
           "<gml:pos>691000 5334008 510</gml:pos><gml:pos>691000 5334000 510</gml:pos></gml:LinearRing>"
           "</gml:exterior></gml:Triangle></gml:trianglePatches></gml:TriangulatedSurface>") +
       "</gml:MultiSurface></bldg:lod3MultiSurface>";
-  const MapData thematic = read_object("<bldg:Building gml:id=\"a\">" + wall + "</bldg:Building>");
+  std::string inside = wall;
+  for (std::size_t at = 0; (at = inside.find("WallSurface", at)) != std::string::npos; at += 19)
+    inside.replace(at, 11, "InteriorWallSurface");
+  for (std::size_t at = 0; (at = inside.find("5334000", at)) != std::string::npos;)
+    inside.replace(at, 7, "5334001");
+  const MapData thematic = read_object("<bldg:Building gml:id=\"a\">" + wall + inside + "</bldg:Building>");
   ASSERT_EQ(thematic.features.at(0).surfaces.size(), 2U);
   EXPECT_EQ(thematic.features[0].surfaces[0].semantic, "WallSurface");
   EXPECT_EQ(thematic.features[0].surfaces[1].semantic, "Window");
@@ -277,6 +282,19 @@ TEST_F(CityGmlTest, WindowsOfWallsAndHolesAndTriangles) {
   ASSERT_EQ(own.features.at(0).surfaces.size(), 2U);
   EXPECT_EQ(own.features[0].surfaces[0].inners.at(0).size(), 3U);
   EXPECT_EQ(own.features[0].surfaces[1].outer.size(), 3U);
+}
+
+// The halves of a square have the same box; the same half drawn from another corner is the same.
+TEST_F(CityGmlTest, PolygonsThatAreThereTwiceAreTakenOnceAndHalvesAreNot) {
+  const auto polygon = [](const char* ring) { return gml_member(gml_polygon({ring})); };
+  const MapData data = read_object(
+      "<bldg:Building gml:id=\"a\">" +
+      surfaces_of("lod2MultiSurface",
+                  polygon("691000 5334000 5 691010 5334000 5 691010 5334010 5 691000 5334000 5") +
+                      polygon("691000 5334000 5 691010 5334010 5 691000 5334010 5 691000 5334000 5") +
+                      polygon("691010 5334000 5 691000 5334000 5 691010 5334010 5 691010 5334000 5")) +
+      "</bldg:Building>");
+  EXPECT_EQ(data.features.at(0).surfaces.size(), 2U);
 }
 
 TEST_F(CityGmlTest, CavitiesOfSolidsAndMultiSolids) {

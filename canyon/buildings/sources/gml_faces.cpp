@@ -2,7 +2,8 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
+#include <cstdint>
+#include <cstring>
 #include <optional>
 #include <set>
 #include <tuple>
@@ -29,6 +30,11 @@ bool has_surfaces(std::string_view property) {
          kind != "PointCloud" && kind != "Network";
 }
 
+/// Whether a thematic surface is seen from rooms only.
+bool is_inside(std::string_view surface) {
+  return surface == "InteriorWallSurface" || surface == "CeilingSurface" || surface == "FloorSurface";
+}
+
 /// The semantics that CityGML 3.0 calls otherwise.
 std::string_view semantic_name(std::string_view surface) {
   if (surface == "WindowSurface") return "Window";
@@ -36,18 +42,32 @@ std::string_view semantic_name(std::string_view surface) {
   return surface;
 }
 
-/// Where two descriptions of a face agree, whatever corner they begin with and whichever way they turn.
-using FaceKey = std::tuple<std::size_t, std::array<double, 6>, int>;
+/// Where two descriptions of a face agree, whatever corner they begin with and whichever way they turn: the
+/// number of corners, the sum of their hashes, and the placement.
+using FaceKey = std::tuple<std::size_t, std::uint64_t, int>;
+
+std::uint64_t hash_of(const Eigen::Vector3d& point) {
+  std::uint64_t hash = 0;
+  for (const double coordinate : point) {
+    std::uint64_t bits = 0;
+    const double value = coordinate + 0.0;  // -0 is 0
+    std::memcpy(&bits, &value, sizeof bits);
+    // The finalizer of MurmurHash3.
+    hash ^= bits;
+    hash = (hash ^ (hash >> 33U)) * 0xff51afd7ed558ccdULL;
+    hash = (hash ^ (hash >> 33U)) * 0xc4ceb9fe1a85ec53ULL;
+    hash ^= hash >> 33U;
+  }
+  return hash;
+}
 
 FaceKey key_of(const GmlFace& face) {
   const std::vector<Eigen::Vector3d>& ring = face.polygon->rings.front();
   const bool closed = ring.size() > 1 && ring.front() == ring.back();
-  Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& p : ring) box.extend(p);
-  if (box.isEmpty()) return {};
-  return {ring.size() - (closed ? 1 : 0),
-          {box.min().x(), box.min().y(), box.min().z(), box.max().x(), box.max().y(), box.max().z()},
-          face.placement};
+  const std::size_t count = ring.size() - (closed ? 1 : 0);
+  std::uint64_t sum = 0;
+  for (std::size_t i = 0; i < count; ++i) sum += hash_of(ring[i]);
+  return {count, sum, face.placement};
 }
 
 /// By Newell's method, in the square of the coordinates' unit.
@@ -92,7 +112,7 @@ std::map<int, GmlDetail> GmlFaces::details_of(const GmlElement& object) {
   for (const GmlElement& property : object.children) {
     if (property.name == "boundedBy" || property.name == "boundary") {
       for (const GmlElement& surface : property.children) {
-        if (!is_gml_object(surface.name)) add_thematic(surface, details, 0);
+        if (!is_gml_object(surface.name) && !is_inside(surface.name)) add_thematic(surface, details, 0);
       }
     } else if (property.name == "tin") {
       collect(property, {}, 0, details[relief_lod].own);
