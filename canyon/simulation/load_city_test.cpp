@@ -142,6 +142,23 @@ TEST(LoadCity, MeanSeaLevelByAGeoidsGrid) {
   config.sea_level.geoid = buildings::GeoidModel::EGM84;
   ASSERT_EQ(setenv("GEOGRAPHICLIB_GEOID_PATH", folder.path().c_str(), 1), 0);
   EXPECT_NEAR(load_city(config).geoid_undulation_m, -3, 1e-9);
+  // It stands in for the grid of a datum that a city model names, where that is not installed.
+  (void)folder.write("c.gml",
+                     canyon::test::citygml(canyon::test::citygml_member(canyon::test::gml_building("a")),
+                                           "urn:adv:crs:ETRS89_UTM32*DE_DHHN92_NH"));
+  CityConfig model = city_config(folder / "c.gml");
+  model.sea_level.geoid = buildings::GeoidModel::EGM84;
+  const city::City city = load_city(model);
+  const auto said = [&city](const char* text) {
+    return std::any_of(city.notes.begin(), city.notes.end(),
+                       [text](const std::string& note) { return note.find(text) != std::string::npos; });
+  };
+  if (said("geoid added by PROJ's grid")) {
+    EXPECT_NEAR(city.frame.origin().height_m, 546, 2);  // the German geoid about Munich: 46 m
+  } else {
+    EXPECT_NEAR(city.frame.origin().height_m, 497, 1e-3);
+    EXPECT_TRUE(said("as given; geoid added by GeographicLib's egm84-15; the file's own, DHHN92 height"));
+  }
   unsetenv("GEOGRAPHICLIB_GEOID_PATH");
   config.sea_level.geoid = buildings::GeoidModel::EGM96;
   try {

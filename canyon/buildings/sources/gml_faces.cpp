@@ -48,9 +48,9 @@ using FaceKey = std::tuple<std::size_t, std::uint64_t, int>;
 
 std::uint64_t hash_of(const Eigen::Vector3d& point) {
   std::uint64_t hash = 0;
-  for (const double coordinate : point) {
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
     std::uint64_t bits = 0;
-    const double value = coordinate + 0.0;  // -0 is 0
+    const double value = point[axis] + 0.0;  // -0 is 0
     std::memcpy(&bits, &value, sizeof bits);
     // The finalizer of MurmurHash3.
     hash ^= bits;
