@@ -101,7 +101,7 @@ void visit_city_source(Visitor& v, CityConfig& city) {
   v.files(
       {"osm", "",
        "map files, one or a list: .osm, .osm.gz, .osm.bz2, .osm.pbf, Overpass .json; CityGML and CityJSON, "
-       "files, zip archives and folders of tiles (one of osm, file, mesh, synthetic, open)"},
+       "files, zip archives and folders (DIR/) of tiles (one of osm, file, mesh, synthetic, open)"},
       osm);
   v.file({"file", "",
           "city file: .canyon, Gazebo's .world or .sdf (these have their own origin), a map as for osm, or a "

@@ -892,6 +892,9 @@ city_build)
   python3 "$root/tests/judges/lod2_tiles.py" tiles 3 9
   runs 0 "$canyon" city info tiles; says out "objects     27 Building LoD 2" "of 3 files" "27 have a use"
   runs 0 "$canyon" check tiles; says out "buildings     27"
+  printf 'city: {osm: tiles/}\ntrajectory: {position: {east_m: 0, north_m: 0, up_m: 30}}\nduration_s: 1\nstart: 2026-06-01T08:00:00Z\nsky: {nominal: true}\nreceivers: [{name: a}]\n' >tiles.yaml
+  runs 0 "$canyon" simulate tiles.yaml --out tiles_out
+  sed -i 's|tiles/|tiles|' tiles.yaml; runs 2 "$canyon" simulate tiles.yaml --out tiles_out; one_line; says err "its name ends in /"
   head -c 9000 tiles/LoD2_33_381_5810_1_BE.gml >cut && mv cut tiles/LoD2_33_381_5810_1_BE.gml
   runs 0 "$canyon" city build tiles -o tiles.canyon --geoid-undulation 40 --foliage
   says err "tile left out: tiles/LoD2_33_381_5810_1_BE.gml:" "is cut short" "40.000 m added"; says out "buildings   18"
