@@ -4,12 +4,14 @@
 #include <chrono>
 
 #include "canyon/base/file_kind.hpp"
+#include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "cli/city_commands.hpp"
 #include "cli/commands.hpp"
+#include "cli/field_option.hpp"
 #include "cli/progress.hpp"
 
 namespace canyon::cli {
@@ -18,11 +20,16 @@ namespace {
 struct CityInfoArguments {
   std::string input;
   std::string origin;
+  buildings::ModelOptions model;
+  buildings::TerrainOptions sea_level;
   bool json = false;
 };
 
 int run_city_info(const CityInfoArguments& arguments) {
-  const simulation::CityConfig config = city_config(arguments.input, arguments.origin);
+  simulation::CityConfig config = city_config(arguments.input, arguments.origin);
+  set_model(config, arguments.model);
+  if (arguments.sea_level.geoid_undulation_m || arguments.sea_level.geoid != buildings::GeoidModel::ByFile)
+    config.sea_level = arguments.sea_level;
   const auto begin = std::chrono::steady_clock::now();
   const buildings::BuiltCity loaded = load_city(config, "building the city", arguments.json);
   print_warnings(loaded.report.cautions);
@@ -75,6 +82,18 @@ int run_city_info(const CityInfoArguments& arguments) {
 
 }  // namespace
 
+void add_model_options(Command& command, buildings::ModelOptions& model) {
+  add_field(command, "--lod", model, "lod");
+  add_field(command, "--crs", model, "crs");
+}
+
+void set_model(simulation::CityConfig& config, const buildings::ModelOptions& model) {
+  if (!model.lod && model.crs.empty()) return;
+  if (!config.map) throw InputError("--lod and --crs are for city models", "leave them out");
+  if (model.lod) config.map->model.lod = model.lod;
+  if (!model.crs.empty()) config.map->model.crs = model.crs;
+}
+
 simulation::CityConfig city_config(const std::string& input, const std::string& origin) {
   if (is_scenario(input)) {
     if (!origin.empty()) {
@@ -104,13 +123,17 @@ void add_city(Command& app) {
   Command& command = app.add_command("city", "build, convert and inspect city models");
   Command& info = command.add_command("info", "size, buildings, georeference and defects of a city");
   CityInfoArguments& arguments = info.run_with(run_city_info);
-  info.add_option("input", arguments.input, "FILE",
-                  "city: .canyon, map (.osm .osm.gz .osm.bz2 .osm.pbf, Overpass .json, CityJSON .json "
-                  ".jsonl), mesh (.dae .obj .stl "
-                  ".gltf .glb .ply), Gazebo world or model (.world .sdf, folder), or a scenario: its city")
+  info.add_option(
+          "input", arguments.input, "FILE",
+          "city: .canyon, map (.osm .osm.gz .osm.bz2 .osm.pbf, Overpass .json; CityGML and CityJSON: "
+          "file, zip archive or folder of tiles), mesh (.dae .obj .stl .gltf .glb .ply), Gazebo world or "
+          "model (.world .sdf, folder), or a scenario: its city")
       .required();
   info.add_option("--origin", arguments.origin, "LAT,LON,HEIGHT",
                   "origin of a mesh or a map (degrees, metres)");
+  add_model_options(info, arguments.model);
+  add_field(info, "--geoid-undulation", arguments.sea_level, "geoid_undulation_m");
+  add_field(info, "--geoid", arguments.sea_level, "geoid");
   info.add_flag("--json", arguments.json, "print JSON");
   add_city_build(command);
   add_city_view(command);

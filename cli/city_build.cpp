@@ -64,7 +64,7 @@ Output parse_output(const std::string& text, bool from_map) {
     out.format = Format::GeoJson;
     if (!from_map) {
       throw InputError(fmt::format("-o {}: footprints come from a map only", text),
-                       "give OpenStreetMap or CityJSON input, or another format");
+                       "give OpenStreetMap, CityGML or CityJSON input, or another format");
     }
   } else if (ending == ".world" || ending == ".sdf") {
     out.format = Format::World;
@@ -132,8 +132,8 @@ simulation::CityConfig make_config(const CityBuildArguments& arguments, const Co
       throw InputError(fmt::format("{} is not a map and is given with other input", input),
                        "several inputs are for maps; convert other cities one by one");
     }
-    for (const char* option :
-         {"--bbox", "--terrain", "--level-height", "--default-height", "--height", "--foliage", "--utm"}) {
+    for (const char* option : {"--bbox", "--lod", "--crs", "--terrain", "--level-height", "--default-height",
+                               "--height", "--foliage", "--utm"}) {
       if (command.given(option)) {
         throw InputError(fmt::format("{} has no effect on {}, which is not a map", option, input),
                          "leave it out");
@@ -205,6 +205,7 @@ Json to_json(const buildings::BuildReport& r) {
           {"outlines_cut", r.outlines_cut},
           {"parts_alone", r.parts_alone},
           {"parts_beyond", r.parts_beyond},
+          {"structures", r.structures},
           {"surveyed", r.surveyed},
           {"heights_tagged", r.heights_tagged},
           {"heights_from_levels", r.heights_from_levels},
@@ -276,9 +277,8 @@ void add_city_build(Command& city) {
   auto arguments = std::make_shared<CityBuildArguments>();
   Command& build = city.add_command("build", "build a city from maps, or convert one");
   build.add_option("input", arguments->inputs, "INPUT",
-                   "maps (.osm .osm.gz .osm.bz2 .osm.pbf, Overpass .json, CityJSON .json .jsonl), or one "
-                   "city (.canyon, mesh, Gazebo "
-                   "world or model)");
+                   "maps (.osm .osm.gz .osm.bz2 .osm.pbf, Overpass .json; CityGML and CityJSON: files, zip "
+                   "archives and folders of tiles), or one city (.canyon, mesh, Gazebo world or model)");
   build
       .add_option("-o,--out", arguments->outputs, "OUT",
                   "output, by its ending: .canyon .glb .obj .dae .geojson .world .sdf; a folder (ends in / "
@@ -291,6 +291,7 @@ void add_city_build(Command& city) {
   build.add_option("--terrain", arguments->terrain, "FILE", "height rasters (GeoTIFF, SRTM HGT, ...)");
   add_field(build, "--geoid-undulation", arguments->sea_level, "geoid_undulation_m");
   add_field(build, "--geoid", arguments->sea_level, "geoid");
+  add_model_options(build, arguments->map.model);
   add_field(build, "--level-height", arguments->map.build, "level_height_m");
   add_field(build, "--default-height", arguments->map.build, "default_height_m");
   add_field(build, "--height", arguments->map.build, "heights").value = "TYPE=M";

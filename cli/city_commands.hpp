@@ -18,6 +18,11 @@ void add_city_view(Command& city);
 /// or empty) is for meshes and maps. Throws InputError where it stands beside a file that says its own.
 [[nodiscard]] simulation::CityConfig city_config(const std::string& input, const std::string& origin);
 
+/// --lod and --crs of a command.
+void add_model_options(Command& command, buildings::ModelOptions& model);
+/// Puts what these say into a map's configuration. Throws InputError where the city is not a map.
+void set_model(simulation::CityConfig& config, const buildings::ModelOptions& model);
+
 /// simulation::load_city_with_report() with a progress line.
 [[nodiscard]] buildings::BuiltCity load_city(const simulation::CityConfig& config, const char* what,
                                              bool quiet);

@@ -34,6 +34,15 @@ std::vector<std::string> Complaints::lines() const {
   return lines;
 }
 
+void count_surveyed(BuildReport& report, FeatureKind kind) {
+  ++report.surveyed;
+  if (kind == FeatureKind::Structure) {
+    ++report.structures;
+  } else {
+    ++(kind == FeatureKind::Part ? report.parts : report.buildings);
+  }
+}
+
 void count_guesses(BuildReport& report, const Shape& shape, bool facade_known) {
   switch (shape.height_source) {
     case HeightSource::Tag:
@@ -90,6 +99,8 @@ std::string format_report(const BuildReport& r) {
                                 also(r.outlines_replaced, "more replaced by their parts")));
   line("parts", fmt::format("{}{}{}", r.parts, also(r.parts_alone, "without an outline"),
                             also(r.parts_beyond, "reaching beyond theirs")));
+  if (r.structures > 0)
+    line("structures", fmt::format("{} bridges, tunnels, installations, furniture", r.structures));
   if (r.surveyed > 0) line("surfaces", fmt::format("{} with surfaces of their own", r.surveyed));
   if (r.trees > 0 || r.woods > 0) line("foliage", fmt::format("{} trees, {} woods", r.trees, r.woods));
   if (r.foliage_left_out > 0) {

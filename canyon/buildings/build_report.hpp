@@ -31,6 +31,9 @@ class Complaints {
   std::size_t further_ = 0;
 };
 
+/// Counts a feature that was built from surfaces of its own.
+void count_surveyed(BuildReport& report, FeatureKind kind);
+
 /// Counts where the height, roof and facade of something built from tags are from.
 void count_guesses(BuildReport& report, const Shape& shape, bool facade_known);
 

@@ -383,7 +383,8 @@ class Builder {
     std::vector<std::string> notes;
     const std::size_t first_vertex = mesh().vertices.size();
     const Shape tagged = tags_.shape(i);
-    const city::Material facade = is_facade_known(feature.tags) ? tagged.facade : options_.untagged_facade;
+    const bool settled = feature.kind == FeatureKind::Structure || is_facade_known(feature.tags);
+    const city::Material facade = settled ? tagged.facade : options_.untagged_facade;
     const bool added = append_surfaces(mesh(), feature.id, feature.surfaces, map_frame_.frame(), notes,
                                        facade, tagged.roof_material);
     if (map_frame_.grid() == Grid::Utm) {
@@ -401,31 +402,24 @@ class Builder {
       return;
     }
     built.reason = fmt::format("{}", fmt::join(notes, "; "));
-    ++report().surveyed;
-    ++(feature.kind == FeatureKind::Part ? report().parts : report().buildings);
+    count_surveyed(report(), feature.kind);
   }
 
   // --- foliage ---------------------------------------------------------------------------------------
 
-  [[nodiscard]] double length_tag(const MapFeature& feature, const char* key, double low, double high,
-                                  double otherwise) const {
-    const auto found = feature.tags.find(key);
-    if (found == feature.tags.end()) return otherwise;
-    const std::optional<double> value = parse_length_m(found->second);
-    return value && *value >= low && *value <= high ? *value : otherwise;
-  }
-
   void raise_trees(std::size_t i) {
     const MapFeature& feature = map_.features[i];
-    const double height = length_tag(feature, "height", 1, 150, options_.tree_height_m);
-    const double crown = length_tag(feature, "diameter_crown", 0.5, 50, options_.tree_crown_m);
+    const double height = length_tag_m(feature.tags, "height", 1, 150, options_.tree_height_m);
+    const double crown = length_tag_m(feature.tags, "diameter_crown", 0.5, 50, options_.tree_crown_m);
     const std::vector<LonLat> places = tree_places(feature);
     std::size_t planted = 0;
     for (const LonLat& place : places) {
       const std::optional<Eigen::Vector3d> ground = map_frame_.ground(place);
       if (!ground) continue;
       const std::string name = planted == 0 ? feature.id : fmt::format("{}#{}", feature.id, planted + 1);
-      append_tree(mesh(), name, ground->head<2>(), ground->z(), height, crown);
+      const double foot_z =
+          feature.base_m ? map_frame_.mesh_from_map(place, *feature.base_m).z() : ground->z();
+      append_tree(mesh(), name, ground->head<2>(), foot_z, height, crown);
       if (planted++ == 0) {
         result_.features[i].ground_m = map_frame_.ground_height_m(place).value_or(0);
         result_.features[i].shape.height_m = height;
@@ -438,7 +432,7 @@ class Builder {
   void raise_wood(std::size_t i) {
     const MapFeature& feature = map_.features[i];
     Shape shape;
-    shape.height_m = length_tag(feature, "height", 1, 150, options_.wood_height_m);
+    shape.height_m = length_tag_m(feature.tags, "height", 1, 150, options_.wood_height_m);
     shape.height_source = feature.tags.count("height") > 0 ? HeightSource::Tag : HeightSource::Default;
     shape.facade = shape.roof_material = city::Material::Foliage;
     const Placed& placed = placed_[i];
@@ -459,6 +453,7 @@ class Builder {
     if (terrain_ != nullptr) report().cautions = terrain_->cautions();
     add_cautions(report(), map_, options_.heights);
     std::vector<std::string>& notes = result_.city.notes;
+    notes = map_.contents;
     const std::string text = format_report(report());
     for (std::size_t begin = 0; begin < text.size();) {
       const std::size_t end = text.find('\n', begin);

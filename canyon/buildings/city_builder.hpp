@@ -28,14 +28,15 @@ struct BuiltFeature {
 };
 
 /// Counts of built things and of every guess in them. Heights, roofs and materials are counted over buildings
-/// and parts built from tags; features with surfaces of their own (CityJSON) are in `surveyed` instead.
+/// and parts built from tags; features with surfaces of their own (city models) are in `surveyed` instead.
 struct BuildReport {
   std::size_t buildings = 0, parts = 0, trees = 0, woods = 0;  ///< built
   std::size_t outlines_replaced = 0;  ///< buildings that their parts stand for, not in `buildings`
   std::size_t outlines_cut = 0;       ///< in `buildings`: what parts leave uncovered, or what is below them
   std::size_t parts_alone = 0;        ///< in `parts`: no building outline holds them
   std::size_t parts_beyond = 0;       ///< in `parts`: they reach beyond their outline, and are kept so
-  std::size_t surveyed = 0;           ///< in `buildings` and `parts`: built from ready-made surfaces
+  std::size_t structures = 0;         ///< bridges, tunnels, installations, city furniture of city models
+  std::size_t surveyed = 0;  ///< in `buildings`, `parts` and `structures`: built from ready-made surfaces
   std::size_t heights_tagged = 0, heights_from_levels = 0, heights_default = 0;
   std::size_t heights_inherited = 0;  ///< parts without height or levels, which take their building's
   std::size_t roofs_default = 0;      ///< shaped roofs whose height the map does not say

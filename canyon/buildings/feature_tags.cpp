@@ -12,7 +12,7 @@ using Tags = std::map<std::string, std::string>;
 constexpr auto kHeightKeys = {"height", "building:height", "est_height", "building:levels"};
 constexpr auto kFacadeKeys = {"building:facade:material", "facade:material", "building:material",
                               "building:cladding"};
-constexpr auto kUseKeys = {"building", "function", "start_date"};
+constexpr auto kUseKeys = {"building", "building:structure", "start_date"};
 constexpr auto kRoofKeys = {"roof:material", "building:roof:material"};
 
 bool has_any(const Tags& tags, std::initializer_list<const char*> keys) {
@@ -35,6 +35,13 @@ bool is_facade_known(const Tags& tags) {
     const auto found = tags.find(key);
     return found != tags.end() && material_from_tag(found->second) != city::Material::Unknown;
   });
+}
+
+double length_tag_m(const Tags& tags, const char* key, double low, double high, double otherwise) {
+  const auto found = tags.find(key);
+  if (found == tags.end()) return otherwise;
+  const std::optional<double> value = parse_length_m(found->second);
+  return value && *value >= low && *value <= high ? *value : otherwise;
 }
 
 Tags FeatureTags::of(std::size_t feature, bool* inherited) const {

@@ -14,6 +14,10 @@ namespace canyon::buildings {
 /// Whether a tag names a material of the facade that is known.
 [[nodiscard]] bool is_facade_known(const std::map<std::string, std::string>& tags);
 
+/// A tag's length [m] if it is within [low, high], else `otherwise`.
+[[nodiscard]] double length_tag_m(const std::map<std::string, std::string>& tags, const char* key, double low,
+                                  double high, double otherwise);
+
 /// The tags of a map's features, with what parts take from their buildings: height or levels where a part has
 /// neither, materials of facade and roof, and what a building is used for.
 class FeatureTags {

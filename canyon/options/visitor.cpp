@@ -171,6 +171,7 @@ bool read_boolean(const Node& node, const Place& place) {
   throw place.error(fmt::format("'{}' is neither true nor false", text), "write true or false");
 }
 
+/// A name that ends in / may be a folder: who reads it knows whether that will do.
 std::filesystem::path read_file(const std::string& text, const Place& place) {
   if (place.document.find_file) return place.document.find_file(text, place);
   const std::filesystem::path path = place.document.file.parent_path() / text;
@@ -179,8 +180,10 @@ std::filesystem::path read_file(const std::string& text, const Place& place) {
     throw place.error(fmt::format("there is no file '{}'", path.string()),
                       fmt::format("paths are relative to the {}'s folder", place.document.kind));
   }
-  if (std::filesystem::is_directory(path, ignored)) {
-    throw place.error(fmt::format("'{}' is a folder, not a file", path.string()));
+  const bool meant = !text.empty() && text.back() == '/';
+  if (std::filesystem::is_directory(path, ignored) && !meant) {
+    throw place.error(fmt::format("'{}' is a folder, not a file", path.string()),
+                      "where a folder is meant, its name ends in /");
   }
   return path;
 }

@@ -1,11 +1,15 @@
 #include "canyon/simulation/load_city.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/buildings/sources/cityjson_reader.hpp"
+#include "canyon/buildings/sources/city_files.hpp"
 #include "canyon/buildings/sources/geoid.hpp"
+#include "canyon/buildings/sources/model_kind.hpp"
 #include "canyon/buildings/sources/osm_reader.hpp"
 #include "canyon/city/city_file.hpp"
 #include "canyon/city/gazebo_export.hpp"
@@ -19,13 +23,33 @@
 namespace canyon::simulation {
 namespace {
 
-constexpr double kMaxLod = 2.3;
+bool is_city_model(const std::filesystem::path& path) {
+  const std::string ending = lower_case(path.extension().string());
+  return ending == ".gml" || ending == ".citygml" ||
+         buildings::model_kind(path) != buildings::ModelKind::None;
+}
 
-bool touches(const buildings::MapFeature& feature, const buildings::LonLatBox& box) {
-  const buildings::LonLatBox whole = box.unwrapped();
-  return Eigen::AlignedBox2d(Eigen::Vector2d(whole.west, whole.south),
-                             Eigen::Vector2d(whole.east, whole.north))
-      .intersects(feature.bounds());
+/// Adds the features of a city model.
+void append(buildings::MapData& map, buildings::MapData model, const std::optional<buildings::LonLatBox>& box,
+            bool foliage) {
+  if (!map.geoid_undulation_m) map.geoid_undulation_m = model.geoid_undulation_m;
+  map.source += (map.source.empty() ? "" : ", ") + model.source;
+  map.warnings.insert(map.warnings.end(), model.warnings.begin(), model.warnings.end());
+  map.contents.insert(map.contents.end(), model.contents.begin(), model.contents.end());
+  if (map.bounds.isEmpty()) map.bounds = model.bounds;
+  const double longitude = box ? box->middle_longitude() : map.bounds.center().x();
+  for (buildings::MapFeature& feature : model.features) {
+    const bool green =
+        feature.kind == buildings::FeatureKind::Tree || feature.kind == buildings::FeatureKind::Wood;
+    if (green && !foliage) {
+      ++map.foliage_left_out;
+      continue;
+    }
+    feature.bring_near(longitude);
+    map.bounds.extend(feature.bounds());
+    map.features.push_back(std::move(feature));
+  }
+  map.relief = std::move(model.relief);
 }
 
 buildings::MapData read_maps(const MapCityConfig& config, const buildings::TerrainOptions& heights) {
@@ -35,10 +59,8 @@ buildings::MapData read_maps(const MapCityConfig& config, const buildings::Terra
     box = buildings::LonLatBox{west, south, east, north};
     box->validate();
   }
-  std::vector<std::filesystem::path> osm;
-  for (const auto& path : config.files) {
-    if (!is_cityjson(path)) osm.push_back(path);
-  }
+  std::vector<std::filesystem::path> osm, models;
+  for (const auto& path : config.files) (is_city_model(path) ? models : osm).push_back(path);
   buildings::MapData map;
   if (!osm.empty()) {
     buildings::OsmReadOptions options;
@@ -46,20 +68,8 @@ buildings::MapData read_maps(const MapCityConfig& config, const buildings::Terra
     options.foliage = config.build.foliage;
     map = buildings::read_osm(osm, options);
   }
-  for (const auto& path : config.files) {
-    if (!is_cityjson(path)) continue;
-    buildings::MapData next = buildings::read_cityjson(path, kMaxLod, heights);
-    if (!map.geoid_undulation_m) map.geoid_undulation_m = next.geoid_undulation_m;
-    map.source += (map.source.empty() ? "" : ", ") + next.source;
-    map.warnings.insert(map.warnings.end(), next.warnings.begin(), next.warnings.end());
-    if (map.bounds.isEmpty()) map.bounds = next.bounds;
-    const double longitude = box ? box->middle_longitude() : map.bounds.center().x();
-    for (buildings::MapFeature& feature : next.features) {
-      feature.bring_near(longitude);
-      map.bounds.extend(feature.bounds());
-      if (!box || touches(feature, *box)) map.features.push_back(std::move(feature));
-    }
-  }
+  if (!models.empty())
+    append(map, buildings::read_city_files(models, {config.model, heights, box}), box, config.build.foliage);
   if (map.features.empty()) {
     throw InputError(map.source + ": no building" + (box ? " in the box" : ""),
                      box ? "give a box west,south,east,north that holds some" : "give a map with buildings");
@@ -75,8 +85,24 @@ buildings::BuiltCity build(const MapCityConfig& config, const buildings::Terrain
     terrain.emplace(config.terrain, heights);
   }
   config.build.validate();
-  return buildings::build_city(read_maps(config, heights), terrain ? &*terrain : nullptr, config.build,
-                               progress);
+  buildings::MapData map = read_maps(config, heights);
+  if (!map.relief.empty() && terrain) {
+    map.warnings.push_back(map.source + ": its relief is left out, since city.terrain has height rasters");
+  } else if (!map.relief.empty()) {
+    terrain.emplace(buildings::Terrain::of_relief(map.relief));
+    const auto beyond = std::count_if(map.features.begin(), map.features.end(), [&](const auto& feature) {
+      return !terrain->height_m(feature.bounds().center());
+    });
+    const bool elsewhere = static_cast<std::size_t>(beyond) == map.features.size();
+    if (elsewhere) terrain.reset();
+    if (beyond > 0) {
+      map.warnings.push_back(fmt::format("{}: {} of {} objects stand beyond its relief, {}", map.source,
+                                         beyond, map.features.size(),
+                                         elsewhere ? "which is left out" : "where no ground is"));
+    }
+  }
+  map.relief = {};
+  return buildings::build_city(map, terrain ? &*terrain : nullptr, config.build, progress);
 }
 
 }  // namespace
@@ -117,11 +143,6 @@ buildings::BuiltCity load_city_with_report(const CityConfig& config,
 CityConfig city_config(const std::filesystem::path& file, const std::optional<geodesy::Geodetic>& origin) {
   CityConfig config;
   const std::optional<CityFileKind> kind = city_file_kind(file);
-  const std::string extension = lower_case(file.extension().string());
-  if (extension == ".gml" || extension == ".citygml") {
-    throw InputError(file, 0, "is CityGML, which is not read",
-                     "convert it to CityJSON, e.g. with citygml-tools to-cityjson");
-  }
   if (!kind) throw InputError(file, 0, "no kind of city ends so", city_file_endings());
   switch (*kind) {
     case CityFileKind::Map:

@@ -7,10 +7,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city_file.hpp"
 #include "canyon/simulation/scenario.hpp"
+#include "tests/support/citygml_text.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/simulation_support.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -51,6 +53,60 @@ TEST(LoadCity, KindsOfFilesByTheirNames) {
   EXPECT_THROW((void)city_config("a.xyz"), InputError);
 }
 
+// City models by what is in them, whatever their names; the scenario's keys reach the reader.
+TEST(LoadCity, CityModelsByTheirContent) {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path file = folder / "tile.dat";
+  std::ofstream(file) << canyon::test::citygml(canyon::test::citygml_member(canyon::test::gml_building("a")),
+                                               "");
+  EXPECT_EQ(city_file_kind(file), CityFileKind::Map);
+  CityConfig config = city_config(file);
+  EXPECT_THROW((void)load_city(config), InputError);
+  config.map->model.crs = "EPSG:25832";
+  const city::City city = load_city(config);
+  EXPECT_EQ(city::summarize(city).buildings, 1U);
+  EXPECT_NEAR(city::summarize(city).highest_roof_m, 9, 0.01);
+  config.map->model.lod = 1;
+  EXPECT_THROW((void)load_city(config), InputError);
+}
+
+// A relief is the ground where no raster is; trees stand on it, at their own height where the model has one.
+TEST(LoadCity, ReliefAndTreesOfACityModel) {
+  const test::TemporaryFolder folder;
+  std::ofstream(folder / "c.gml") << canyon::test::citygml(
+      canyon::test::citygml_member(canyon::test::gml_building("a")) +
+      canyon::test::citygml_member(
+          "<veg:SolitaryVegetationObject gml:id=\"t\"><veg:height>12</veg:height>"
+          "<veg:lod1ImplicitRepresentation><core:ImplicitGeometry><core:referencePoint><gml:Point>"
+          "<gml:pos>691030 5334000 500.5</gml:pos></gml:Point></core:referencePoint>"
+          "</core:ImplicitGeometry></veg:lod1ImplicitRepresentation></veg:SolitaryVegetationObject>") +
+      canyon::test::citygml_member(
+          "<dem:TINRelief gml:id=\"r\"><dem:lod>1</dem:lod><dem:tin><gml:TriangulatedSurface>"
+          "<gml:trianglePatches><gml:Triangle><gml:exterior><gml:LinearRing><gml:posList>"
+          "690500 5333500 499 692000 5333500 499 690500 5335000 499 690500 5333500 499"
+          "</gml:posList></gml:LinearRing></gml:exterior></gml:Triangle></gml:trianglePatches>"
+          "</gml:TriangulatedSurface></dem:tin></dem:TINRelief>"));
+  CityConfig config = city_config(folder / "c.gml");
+  buildings::BuiltCity built = load_city_with_report(config);
+  EXPECT_EQ(built.report.foliage_left_out, 1U);
+  EXPECT_NEAR(built.city.frame.origin().height_m, 499, 0.01);
+  EXPECT_EQ(city::summarize(built.city).terrain_triangles, 1U);
+  config.map->build.foliage = true;
+  built = load_city_with_report(config);
+  EXPECT_EQ(built.report.trees, 1U);
+  double lowest = 1e9, highest = -1e9;
+  const city::Mesh& mesh = built.city.mesh;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (mesh.materials[t] != city::Material::Foliage) continue;
+    for (const std::uint32_t v : mesh.triangles[t]) {
+      lowest = std::min<double>(lowest, mesh.vertices[v].z());
+      highest = std::max<double>(highest, mesh.vertices[v].z());
+    }
+  }
+  EXPECT_GE(lowest, 1.49);
+  EXPECT_NEAR(highest, 13.5, 0.01);
+}
+
 // By the number, by a grid of the user's, by the city's own file; 0 where nothing is known.
 TEST(LoadCity, MeanSeaLevelByTheConfigurationOrTheFile) {
   const test::TemporaryFolder folder;
@@ -86,6 +142,23 @@ TEST(LoadCity, MeanSeaLevelByAGeoidsGrid) {
   config.sea_level.geoid = buildings::GeoidModel::EGM84;
   ASSERT_EQ(setenv("GEOGRAPHICLIB_GEOID_PATH", folder.path().c_str(), 1), 0);
   EXPECT_NEAR(load_city(config).geoid_undulation_m, -3, 1e-9);
+  // It stands in for the grid of a datum that a city model names, where that is not installed.
+  (void)folder.write("c.gml",
+                     canyon::test::citygml(canyon::test::citygml_member(canyon::test::gml_building("a")),
+                                           "urn:adv:crs:ETRS89_UTM32*DE_DHHN92_NH"));
+  CityConfig model = city_config(folder / "c.gml");
+  model.sea_level.geoid = buildings::GeoidModel::EGM84;
+  const city::City city = load_city(model);
+  const auto said = [&city](const char* text) {
+    return std::any_of(city.notes.begin(), city.notes.end(),
+                       [text](const std::string& note) { return note.find(text) != std::string::npos; });
+  };
+  if (said("geoid added by PROJ's grid")) {
+    EXPECT_NEAR(city.frame.origin().height_m, 546, 2);  // the German geoid about Munich: 46 m
+  } else {
+    EXPECT_NEAR(city.frame.origin().height_m, 497, 1e-3);
+    EXPECT_TRUE(said("as given; geoid added by GeographicLib's egm84-15; the file's own, DHHN92 height"));
+  }
   unsetenv("GEOGRAPHICLIB_GEOID_PATH");
   config.sea_level.geoid = buildings::GeoidModel::EGM96;
   try {

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 
 #include "canyon/base/named.hpp"
 #include "canyon/base/text_file.hpp"
+#include "canyon/buildings/sources/model_kind.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/options/settings_tree.hpp"
 #include "canyon/options/values.hpp"
@@ -32,7 +32,8 @@ std::optional<CityFileKind> city_file_kind(const std::filesystem::path& path) {
     return std::any_of(endings.begin(), endings.end(),
                        [&name](const char* ending) { return ends_with(name, ending); });
   };
-  if (any({".osm", ".osm.gz", ".osm.bz2", ".pbf", ".json", ".json.gz", ".jsonl", ".jsonl.gz"}))
+  if (any({".osm", ".osm.gz", ".osm.bz2", ".pbf", ".json", ".json.gz", ".jsonl", ".jsonl.gz", ".gml",
+           ".citygml"}))
     return CityFileKind::Map;
   if (any({".canyon"})) return CityFileKind::Canyon;
   if (any({".dae", ".obj", ".stl", ".gltf", ".glb", ".ply"})) return CityFileKind::Mesh;
@@ -40,12 +41,14 @@ std::optional<CityFileKind> city_file_kind(const std::filesystem::path& path) {
   if (any({".world", ".sdf"}) || std::filesystem::exists(path / "model.sdf", ignored)) {
     return CityFileKind::Gazebo;
   }
+  if (buildings::model_kind(path) != buildings::ModelKind::None) return CityFileKind::Map;
   return std::nullopt;
 }
 
 const char* city_file_endings() {
-  return "known are .osm, .osm.gz, .osm.bz2, .osm.pbf, .json (CityJSON, Overpass), .jsonl, .canyon, .world, "
-         ".sdf, .dae, .obj, .stl, .gltf, .glb, .ply";
+  return "known are .osm, .osm.gz, .osm.bz2, .osm.pbf, .json (CityJSON, Overpass), .jsonl, .gml, .xml, .gz, "
+         ".zip and "
+         "folders (CityGML, CityJSON), .canyon, .world, .sdf, .dae, .obj, .stl, .gltf, .glb, .ply";
 }
 
 Scenario parse_scenario(const std::string& text, const std::filesystem::path& name,
@@ -88,20 +91,6 @@ Scenario read_scenario_with_profile(const std::filesystem::path& path, const std
   };
   options::read_yaml(std::string(file.text()), document_of(path), kNeeds, scenario, change);
   return scenario;
-}
-
-bool is_cityjson(const std::filesystem::path& path) {
-  const std::string name = lower_case(path.filename().string());
-  const auto ends = [&name](const char* ending) { return ends_with(name, ending); };
-  if (ends(".jsonl") || ends(".jsonl.gz") || ends(".json.gz")) return true;
-  if (!ends(".json")) return false;
-  // Overpass writes JSON too.
-  std::string head(4096, '\0');
-  std::ifstream in(path, std::ios::binary);
-  in.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(std::max<std::streamsize>(in.gcount(), 0)));
-  return head.find("CityJSON") != std::string::npos ||
-         (head.find("\"elements\"") == std::string::npos && head.find("Overpass API") == std::string::npos);
 }
 
 std::string scenario_yaml(const Scenario& scenario) {

@@ -37,29 +37,27 @@ using samples::name;
 using samples::SampleFormat;
 using samples::SampleOptions;
 
-/// The kinds of city files, told by their names.
+/// The kinds of city files, told by their names, city models (CityGML, CityJSON, archives and folders of
+/// them) also by what is in them.
 enum class CityFileKind : std::uint8_t {
   Mesh,    ///< .dae .obj .stl .gltf .glb .ply: needs an origin
   Canyon,  ///< .canyon
   Gazebo,  ///< .world .sdf, or a model's folder
-  Map,     ///< .osm, .osm.gz, .osm.bz2, .osm.pbf; Overpass's .json; CityJSON: .json, .jsonl
+  Map,     ///< .osm, .osm.gz, .osm.bz2, .osm.pbf; Overpass's .json; city models, also by content
 };
-/// Empty for a name with another ending.
+/// Empty for a name with another ending and other content.
 [[nodiscard]] std::optional<CityFileKind> city_file_kind(const std::filesystem::path& path);
 /// The endings that city_file_kind() knows, for messages.
 [[nodiscard]] const char* city_file_endings();
 
 /// Map files, and how buildings are made of them.
 struct MapCityConfig {
-  std::vector<std::filesystem::path> files;  ///< OpenStreetMap and CityJSON
+  std::vector<std::filesystem::path> files;  ///< OpenStreetMap and city models (CityGML, CityJSON)
+  buildings::ModelOptions model;             ///< of city models
   std::vector<std::filesystem::path> terrain;
   std::optional<std::array<double, 4>> bbox_deg;  ///< west, south, east, north
   buildings::BuildOptions build;                  ///< a simulation does not use its Grid::Utm
 };
-
-/// Whether the name ends in .json, .json.gz, .jsonl or .jsonl.gz; a .json file that begins as Overpass's is
-/// none.
-[[nodiscard]] bool is_cityjson(const std::filesystem::path& path);
 
 /// How well the place of a city is known. A run draws its own offset and heading by its seed (load_city()).
 struct Georeference {

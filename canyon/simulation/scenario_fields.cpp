@@ -73,6 +73,7 @@ void visit_map(Visitor& v, MapCityConfig& map) {
     }
     map.bbox_deg = {box[0], box[1], box[2], box[3]};
   }
+  visit(v, map.model);
   visit(v, map.build);
 }
 
@@ -97,11 +98,11 @@ void visit_city_source(Visitor& v, CityConfig& city) {
   std::optional<std::filesystem::path> mesh = city.mesh;
   if (city.map) osm = city.map->files;
   v.one_of({"osm", "file", "mesh", "synthetic", "open"}, kCityCure);
-  v.files({"osm", "",
-           "map files, one or a list: .osm, .osm.gz, .osm.bz2, .osm.pbf, Overpass .json, CityJSON .json, "
-           ".jsonl (one of osm, file, "
-           "mesh, synthetic, open)"},
-          osm);
+  v.files(
+      {"osm", "",
+       "map files, one or a list: .osm, .osm.gz, .osm.bz2, .osm.pbf, Overpass .json; CityGML and CityJSON, "
+       "files, zip archives and folders (DIR/) of tiles (one of osm, file, mesh, synthetic, open)"},
+      osm);
   v.file({"file", "",
           "city file: .canyon, Gazebo's .world or .sdf (these have their own origin), a map as for osm, or a "
           "mesh"},

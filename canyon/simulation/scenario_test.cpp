@@ -370,6 +370,7 @@ TEST(Scenario, FilesMustExist) {
   EXPECT_THAT(fault(kCity + "trajectory:\n  file: t.csv\n"),
               HasSubstr("s.yaml:3: file: there is no file 't.csv'"));
   EXPECT_THAT(fault(kMinimal + "sky: {sp3: .}\n"), HasSubstr("is a folder"));
+  EXPECT_THAT(fault(kMinimal + "sky: {sp3: .}\n"), HasSubstr("its name ends in /"));
   EXPECT_THAT(error_of([] { (void)read_scenario("/nowhere/s.yaml"); }).what(), HasSubstr("/nowhere/s.yaml"));
 }
 

@@ -317,7 +317,8 @@ options::Document StudyPlan::document(const std::vector<AxisValue>& at) const {
     const std::string whole = place.section.empty() ? place.key : place.section + "." + place.key;
     const std::filesystem::path path = (blame(whole) == nullptr ? base : study).parent_path() / name;
     std::error_code ignored;
-    if (!std::filesystem::exists(path, ignored) || std::filesystem::is_directory(path, ignored)) {
+    const bool folder = std::filesystem::is_directory(path, ignored) && (name.empty() || name.back() != '/');
+    if (!std::filesystem::exists(path, ignored) || folder) {
       throw place.error(fmt::format("there is no file '{}'", path.string()),
                         "paths are relative to the folder of the file that names them");
     }

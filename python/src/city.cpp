@@ -159,7 +159,7 @@ True)")
 Parameters
 ----------
 path : path
-    OpenStreetMap, CityJSON, mesh, Gazebo world, or Canyon's own file (docs/city.md).
+    OpenStreetMap, CityGML, CityJSON, mesh, Gazebo world, or Canyon's own file (docs/city.md).
 origin : (latitude_deg, longitude_deg, height_m), optional
     The place of a mesh's zero, or the zero that a map shall get.)")
       .def_static(
@@ -175,7 +175,7 @@ origin : (latitude_deg, longitude_deg, height_m), optional
 Parameters
 ----------
 files : path or list of paths
-    OpenStreetMap (.osm, .osm.gz, .osm.bz2, .osm.pbf) or CityJSON.
+    OpenStreetMap (.osm, .osm.gz, .osm.bz2, .osm.pbf), CityGML or CityJSON.
 **settings
     Further keys below ``city:``: ``origin``, ``bbox``, ``terrain``, ... (docs/city.md).)")
       .def_static(

@@ -914,6 +914,20 @@ city_build)
   for file in city.canyon city.glb city.obj city.dae town.world model block.osm; do
     runs 0 "$canyon" city info "$file"; says out "buildings     2" "highest roof  30.0 m"
   done
+  # Tiles of CityGML: a folder, one of them damaged, a box, blocks that the files do not have.
+  python3 "$root/tests/judges/lod2_tiles.py" tiles 3 9
+  runs 0 "$canyon" city info tiles; says out "objects     27 Building LoD 2" "of 3 files" "27 have a use"
+  runs 0 "$canyon" check tiles; says out "buildings     27"
+  printf 'city: {osm: tiles/}\ntrajectory: {position: {east_m: 0, north_m: 0, up_m: 30}}\nduration_s: 1\nstart: 2026-06-01T08:00:00Z\nsky: {nominal: true}\nreceivers: [{name: a}]\n' >tiles.yaml
+  runs 0 "$canyon" simulate tiles.yaml --out tiles_out
+  sed -i 's|tiles/|tiles|' tiles.yaml; runs 2 "$canyon" simulate tiles.yaml --out tiles_out; one_line; says err "its name ends in /"
+  head -c 9000 tiles/LoD2_33_381_5810_1_BE.gml >cut && mv cut tiles/LoD2_33_381_5810_1_BE.gml
+  runs 0 "$canyon" city build tiles -o tiles.canyon --geoid-undulation 40 --foliage
+  says err "tile left out: tiles/LoD2_33_381_5810_1_BE.gml:" "is cut short" "40.000 m added"; says out "buildings   18"
+  runs 2 "$canyon" city info tiles/LoD2_33_381_5810_1_BE.gml; one_line; says err "1_BE.gml:" "is cut short"
+  runs 2 "$canyon" city build tiles -o blocks.canyon --lod 1; one_line; says err "up to LoD 1"
+  runs 0 "$canyon" city build tiles -o some.canyon --bbox 13.2,52.4,13.244,52.45; says out "buildings"
+  runs 0 "$canyon" city view tiles -o tiles.png --size 400x320; [ -s tiles.png ] || fail "no picture of tiles"
   runs 0 "$canyon" city build city.canyon -o again.glb --quiet
   [ ! -s out ] && [ ! -s err ] || fail "--quiet printed something"
   runs 0 "$canyon" city build block.osm -o half.canyon --bbox 11.0009,47.999,11.003,48.003 --height house=7 --json

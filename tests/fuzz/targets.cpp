@@ -17,6 +17,7 @@
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/buildings/sources/citygml_reader.hpp"
 #include "canyon/buildings/sources/cityjson_reader.hpp"
 #include "canyon/buildings/sources/osm_reader.hpp"
 #include "canyon/city/city_file.hpp"
@@ -44,6 +45,7 @@
 #include "canyon/validation/recording_list.hpp"
 #include "canyon/view/probe.hpp"
 #include "tests/support/case_file.hpp"
+#include "tests/support/citygml_text.hpp"
 #include "tests/support/cityjson_house.hpp"
 #include "tests/support/observation_text.hpp"
 #include "tests/support/osm_text.hpp"
@@ -491,6 +493,13 @@ const std::vector<Target>& targets() {
        "map.city.json",
        [](const fs::path& path) { (void)buildings::read_cityjson(path); },
        {test::cityjson(test::cityjson_building("a", test::kHouseSolid, R"({"measuredHeight":9})"))}},
+      {"citygml",
+       "tile.gml",
+       [](const fs::path& path) { (void)buildings::read_citygml(path); },
+       {test::citygml(
+           test::citygml_member(test::gml_building("a")) +
+           test::citygml_member("<bldg:Building><bldg:lod1MultiSurface><gml:surfaceMember "
+                                "xlink:href=\"#a_0\"/></bldg:lod1MultiSurface></bldg:Building>"))}},
       {"canyon",
        "city.canyon",
        [](const fs::path& path) { check_mesh(city::read_city_file(path).mesh, "fuzzed"); },

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "canyon/buildings/shapes/footprint.hpp"
+#include "canyon/buildings/shapes/openings.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/mesh_topology.hpp"
 
@@ -146,27 +147,59 @@ bool watertight(const std::vector<Triangle>& triangles) {
 
 }  // namespace
 
+namespace {
+
+std::vector<LocalSurface> surfaces_in(const std::vector<MapSurface>& surfaces,
+                                      const geodesy::LocalFrame& frame) {
+  const auto ring = [&](const std::vector<Eigen::Vector3d>& points) {
+    std::vector<Eigen::Vector3d> local;
+    local.reserve(points.size());
+    for (const Eigen::Vector3d& p : points)
+      local.push_back(frame.local_from_geodetic(geodesy::Geodetic::from_degrees(p.y(), p.x(), p.z())));
+    return local;
+  };
+  std::vector<LocalSurface> result;
+  result.reserve(surfaces.size());
+  for (const MapSurface& surface : surfaces) {
+    LocalSurface& next = result.emplace_back();
+    next.outer = ring(surface.outer);
+    for (const auto& inner : surface.inners) next.inners.push_back(ring(inner));
+    next.semantic = surface.semantic;
+  }
+  cut_openings(result);
+  return result;
+}
+
+}  // namespace
+
 bool append_surfaces(city::Mesh& mesh, const std::string& name, const std::vector<MapSurface>& surfaces,
                      const geodesy::LocalFrame& frame, std::vector<std::string>& notes, city::Material facade,
                      city::Material roof) {
   Welder welder;
   const auto ring_of = [&](const std::vector<Eigen::Vector3d>& points) {
     IndexRing ring;
-    for (const Eigen::Vector3d& p : points) {
-      ring.push_back(
-          welder.add(frame.local_from_geodetic(geodesy::Geodetic::from_degrees(p.y(), p.x(), p.z()))));
-    }
+    for (const Eigen::Vector3d& p : points) ring.push_back(welder.add(p));
     return tidy(std::move(ring));
   };
   std::vector<Triangle> triangles;
   std::vector<city::Material> materials;
-  std::size_t left_out = 0, bent = 0;
-  for (const MapSurface& surface : surfaces) {
-    const IndexRing outer = ring_of(surface.outer);
+  std::vector<bool> open;  // of the triangles: nothing is there
+  std::size_t left_out = 0, bent = 0, repaired = 0;
+  const auto triangulated = [&](const LocalSurface& surface, const IndexRing& outer) {
     std::vector<IndexRing> inners;
     for (const auto& inner : surface.inners) inners.push_back(ring_of(inner));
-    const std::vector<Triangle> made = triangles_of(outer, inners, welder.points());
-    if (made.empty()) ++left_out;
+    return triangles_of(outer, inners, welder.points());
+  };
+  for (const LocalSurface& surface : surfaces_in(surfaces, frame)) {
+    const IndexRing outer = ring_of(surface.outer);
+    std::vector<Triangle> made = triangulated(surface, outer);
+    if (made.empty()) {
+      for (const LocalSurface& piece : mended(surface)) {
+        const std::vector<Triangle> more = triangulated(piece, ring_of(piece.outer));
+        made.insert(made.end(), more.begin(), more.end());
+      }
+      ++(made.empty() ? left_out : repaired);
+    }
     constexpr double kFlat_m = 0.5;
     if (made.size() > 1 && off_plane_m(outer, welder.points()) > kFlat_m) ++bent;
     triangles.insert(triangles.end(), made.begin(), made.end());
@@ -174,6 +207,11 @@ bool append_surfaces(city::Mesh& mesh, const std::string& name, const std::vecto
                                     : surface.semantic == "Window"    ? city::Material::Glass
                                                                       : facade;
     materials.insert(materials.end(), made.size(), material);
+    open.insert(open.end(), made.size(), surface.semantic == "ClosureSurface");
+  }
+  if (repaired > 0) {
+    notes.push_back(fmt::format("{}: repaired {} of {} surfaces whose rings cross or touch", name, repaired,
+                                surfaces.size()));
   }
   if (left_out > 0) {
     notes.push_back(
@@ -196,7 +234,7 @@ bool append_surfaces(city::Mesh& mesh, const std::string& name, const std::vecto
   std::vector<city::Material> kept_materials;
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     const auto& [a, b, c] = triangles[t];
-    if (city::is_degenerate(points[a], points[b], points[c])) continue;
+    if (open[t] || city::is_degenerate(points[a], points[b], points[c])) continue;
     kept.push_back(triangles[t]);
     kept_materials.push_back(materials[t]);
   }

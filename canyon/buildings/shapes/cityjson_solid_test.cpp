@@ -58,6 +58,59 @@ std::vector<std::vector<Eigen::Vector3d>> block(double x0, double y0, double z0,
   return {{a, d, c, b}, {e, f, g, h}, {a, b, f, e}, {b, c, g, f}, {c, d, h, g}, {d, a, e, h}};
 }
 
+double area(const city::Mesh& mesh, Material material) {
+  double sum = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto& [a, b, c] = mesh.triangles[t];
+    if (mesh.materials[t] != material) continue;
+    sum += 0.5 * (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]).norm();
+  }
+  return sum;
+}
+
+// A window in the middle of a wall and a door on its lower edge, both on a wall without holes, and a window
+// 20 cm behind it: the wall is built once, and the window behind it hides nothing.
+TEST(CityJsonSolidTest, OpeningsAreCutOutOfTheirWalls) {
+  std::vector<MapSurface> surfaces;
+  for (const auto& face : block(0, 0, 0, 10, 8, 6)) surfaces.push_back(surface(face, {}, "WallSurface"));
+  surfaces.push_back(surface({{4, 0, 2}, {6, 0, 2}, {6, 0, 4}, {4, 0, 4}}, {}, "Window"));
+  surfaces.push_back(surface({{7, 0, 0}, {8, 0, 0}, {8, 0, 2}, {7, 0, 2}}, {}, "Door"));
+  surfaces.push_back(surface({{1, 0.2, 2}, {2, 0.2, 2}, {2, 0.2, 4}, {1, 0.2, 4}}, {}, "Window"));
+  city::Mesh mesh;
+  std::vector<std::string> notes;
+  ASSERT_TRUE(append_surfaces(mesh, "a", surfaces, frame(), notes, Material::Brick, Material::Metal));
+  EXPECT_NEAR(area(mesh, Material::Glass), 4 + 2, 0.02);
+  EXPECT_NEAR(area(mesh, Material::Brick), 2 * (80 + 60 + 48) - 4,
+              0.02);  // the door is of the facade's material
+}
+
+// A hole that touches its ring along an edge, and one beyond it: what is left of the roof is built.
+TEST(CityJsonSolidTest, HolesThatTouchOrLieOutsideAreRepaired) {
+  const std::vector<std::vector<Eigen::Vector3d>> holes{{{5, 0, 6}, {7, 0, 6}, {6, 2, 6}},
+                                                        {{20, 20, 6}, {21, 20, 6}, {21, 21, 6}}};
+  for (std::size_t k = 0; k < holes.size(); ++k) {
+    std::vector<MapSurface> surfaces;
+    for (const auto& face : block(0, 0, 0, 10, 8, 6)) surfaces.push_back(surface(face));
+    surfaces[1] = surface({{0, 0, 6}, {10, 0, 6}, {10, 8, 6}, {0, 8, 6}}, {holes[k]});
+    city::Mesh mesh;
+    std::vector<std::string> notes;
+    ASSERT_TRUE(append_surfaces(mesh, "a", surfaces, frame(), notes, Material::Brick, Material::Metal));
+    EXPECT_NEAR(area(mesh, Material::Brick), 2 * (80 + 60 + 48) - (k == 0 ? 2 : 0), 0.02);
+    EXPECT_EQ(notes.at(0), "a: repaired 1 of 6 surfaces whose rings cross or touch");
+  }
+}
+
+TEST(CityJsonSolidTest, ClosureSurfacesAreOpen) {
+  std::vector<MapSurface> surfaces;
+  for (const auto& face : block(0, 0, 0, 10, 8, 6)) surfaces.push_back(surface(face));
+  surfaces[2].semantic = "ClosureSurface";
+  city::Mesh mesh;
+  std::vector<std::string> notes;
+  ASSERT_TRUE(append_surfaces(mesh, "a", surfaces, frame(), notes));
+  EXPECT_EQ(mesh.triangles.size(), 10U);
+  EXPECT_TRUE(notes.empty());  // the shell itself is closed
+}
+
 TEST(CityJsonSolidTest, GableHouseIsWatertightWithItsVolumeAndMaterials) {
   test::TemporaryFolder folder;
   std::ofstream(folder / "house.json") << test::cityjson(test::cityjson_building("house", test::kHouseSolid));
@@ -157,10 +210,11 @@ TEST(CityJsonSolidTest, OpenAndBrokenSurfacesAreSaid) {
   city::Mesh mesh;
   std::vector<std::string> notes;
   ASSERT_TRUE(append_surfaces(mesh, "open", surfaces, frame(), notes));
-  ASSERT_EQ(notes.size(), 2U);
-  EXPECT_EQ(notes[0], "open: left out 3 of 8 surfaces that are not polygons");
-  EXPECT_EQ(notes[1], "open: its surfaces do not close");
-  EXPECT_EQ(mesh.triangles.size(), 10U);
+  ASSERT_EQ(notes.size(), 3U);
+  EXPECT_EQ(notes[0], "open: repaired 1 of 8 surfaces whose rings cross or touch");
+  EXPECT_EQ(notes[1], "open: left out 2 of 8 surfaces that are not polygons");
+  EXPECT_EQ(notes[2], "open: its surfaces do not close");
+  EXPECT_EQ(mesh.triangles.size(), 12U);
   EXPECT_FALSE(append_surfaces(mesh, "nothing", {surfaces[6]}, frame(), notes));
   EXPECT_FALSE(append_surfaces(mesh, "none", {}, frame(), notes));
   EXPECT_EQ(mesh.objects.size(), 1U);

@@ -61,6 +61,8 @@ Geodetic choose_origin(const MapData& map, const Terrain* terrain, const std::op
       origin.height_m = surveyed_ground_m(map).value_or(0);
     } else if (const std::optional<double> height = terrain->height_m(middle)) {
       origin.height_m = *height;
+    } else if (const std::optional<double> surveyed = surveyed_ground_m(map)) {
+      origin.height_m = *surveyed;
     } else {
       std::string why;  // fill values, another unit
       for (const std::string& caution : terrain->cautions()) why += "; " + caution;

@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
 #include <set>
 #include <string>
 #include <string_view>
@@ -15,22 +13,11 @@
 #include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
-#include "canyon/buildings/sources/reference_system.hpp"
-#include "canyon/buildings/sources/terrain.hpp"
 
 namespace canyon::buildings {
 namespace {
 
 constexpr std::string_view kCure = "check the file with cjval or val3dity, or export it again";
-
-/// How many objects are left out, by the message about them.
-using Counts = std::map<std::string, std::size_t>;
-
-double lod_of(const Json& geometry) {
-  const Json& lod = geometry["lod"];  // a number in 1.0, text since 1.1
-  if (lod.is_number()) return lod.get<double>();
-  return lod.is_string() ? parse_double(lod.text()).value_or(-1) : -1;
-}
 
 /// A tag's text; empty for a value that is not a scalar.
 std::string text_of(const Json& value) {
@@ -41,52 +28,52 @@ std::string text_of(const Json& value) {
   return {};
 }
 
-class Reader {
+class CityJsonReader {
  public:
-  Reader(const std::filesystem::path& path, double max_lod, const TerrainOptions& heights)
-      : path_(path), max_lod_(max_lod), heights_(heights) {}
+  CityJsonReader(TextFile& file, CityModel& model) : file_(file), model_(model) {}
 
-  MapData read();
+  void read();
 
  private:
   [[noreturn]] void fail(std::string_view problem, std::string_view cure = kCure) const {
-    throw InputError(path_, line_, problem, cure);
+    throw InputError(file_.path(), line_, problem, cure);
   }
   [[noreturn]] void fail_object(const std::string& key, std::string_view problem) const {
     fail(fmt::format("city object \"{}\": {}", key, problem));
   }
   Json parse(std::string_view text, int first_line);
   void read_header(const Json& root);
+  void read_transform(const Json& root, bool needed);
   void read_objects(const Json& root);
   void read_vertices(const Json& root);
   void read_object(const std::string& key, const Json& object);
-  void read_attributes(const Json& object, MapFeature& feature) const;
+  static void read_attributes(const Json& object, CityAttributes& attributes);
   const Json* choose_geometry(const std::string& key, const Json& object);
-  void add_surfaces(const std::string& key, const Json& geometry, MapFeature& feature);
-  void add_outline(const std::string& key, const Json& geometry, MapFeature& feature);
+  void add_surfaces(const std::string& key, const Json& geometry, CityObject& object);
+  void add_template(const std::string& key, const Json& instance, CityObject& object);
+  [[nodiscard]] std::vector<Eigen::Vector3d> template_vertices() const;
+  /// The geometry that an instance repeats; null where the file has none of that number.
+  [[nodiscard]] const Json* template_of(const Json& instance) const;
+  [[nodiscard]] double lod_of(const Json& geometry) const;
   /// The surfaces of any geometry, as (polygon, its value in semantics.values).
   std::vector<std::pair<const Json*, const Json*>> flatten(const std::string& key,
                                                            const Json& geometry) const;
   std::vector<Eigen::Vector3d> ring(const std::string& key, const Json& indices);
   std::optional<MapSurface> surface(const std::string& key, const Json& polygon);
-  void drop_replaced_outlines();
-  void finish();
 
-  std::filesystem::path path_;
-  double max_lod_;
-  TerrainOptions heights_;
+  TextFile& file_;
+  CityModel& model_;
   int line_ = 0;
-  std::optional<ReferenceSystem> system_;
+  std::optional<std::size_t> system_;
   Eigen::Vector3d scale_ = Eigen::Vector3d::Ones();
   Eigen::Vector3d translate_ = Eigen::Vector3d::Zero();
+  std::vector<Eigen::Vector3d> raw_;       ///< as the file has them, scaled
   std::vector<Eigen::Vector3d> vertices_;  ///< lon, lat [deg], ellipsoidal height [m]; NaN where impossible
   std::vector<bool> beyond_poles_;
-  std::optional<double> longitude_;  ///< of the first vertex: others are within 180 deg of it
-  MapData data_;
-  Counts left_out_;
+  Json templates_;
 };
 
-Json Reader::parse(std::string_view text, int first_line) {
+Json CityJsonReader::parse(std::string_view text, int first_line) {
   try {
     return Json::parse(text);
   } catch (const JsonError& e) {
@@ -99,7 +86,7 @@ Json Reader::parse(std::string_view text, int first_line) {
   }
 }
 
-void Reader::read_header(const Json& root) {
+void CityJsonReader::read_header(const Json& root) {
   if (root["type"] == "FeatureCollection" || root["type"] == "Feature") {
     fail("is GeoJSON, which is not read as a map", "give OpenStreetMap data or CityJSON of the buildings");
   }
@@ -117,45 +104,40 @@ void Reader::read_header(const Json& root) {
                      version.is_null() ? "(none)" : version.dump(-1, Json::Order::ByKey)),
          "convert it to 2.0, e.g. with cjio's upgrade");
   }
-  if (const Json* transform = root.find("transform")) {
-    const auto vector = [&](const char* name) {
-      const Json& value = (*transform)[name];
-      Eigen::Vector3d result;
-      if (!value.is_array() || value.size() != 3)
-        fail(fmt::format("transform.{} is not three numbers", name));
-      for (std::size_t i = 0; i < 3; ++i) {
-        if (!value[i].is_number()) fail(fmt::format("transform.{} is not three numbers", name));
-        result[static_cast<Eigen::Index>(i)] = value[i].get<double>();
-      }
-      return result;
-    };
-    scale_ = vector("scale");
-    translate_ = vector("translate");
-    if (!scale_.allFinite() || !translate_.allFinite() || !(scale_.array() != 0).all()) {
-      fail("transform.scale must not be zero");
-    }
-    if (scale_.x() != scale_.y()) {
-      data_.warnings.push_back(fmt::format("{}: transform.scale is {} along x and {} along y: damaged?",
-                                           path_.filename().string(), scale_.x(), scale_.y()));
-    }
-  } else if (number.rfind("1.0", 0) != 0) {
-    fail("no transform, which CityJSON 1.1 and later require");
-  }
+  read_transform(root, number.rfind("1.0", 0) != 0);
+  if (const Json* templates = root.find("geometry-templates")) templates_ = *templates;
   const Json& reference = root["metadata"]["referenceSystem"];
-  if (!reference.is_string()) {
-    fail("metadata.referenceSystem is missing: the place of the city is unknown",
-         "set it, e.g. with cjio's crs_assign");
-  }
-  const std::string name = reference_name(reference.text());
-  if (name.empty()) {
-    fail(fmt::format("reference system \"{}\" is not one of EPSG or OGC's CRS84", reference.text()),
-         "name its EPSG code, e.g. with cjio's crs_assign");
-  }
-  system_.emplace(path_, name, heights_);
-  data_.warnings.insert(data_.warnings.end(), system_->notes().begin(), system_->notes().end());
+  system_ = model_.system(reference.is_string() ? reference.text() : std::string(), true, 0);
 }
 
-void Reader::read_vertices(const Json& root) {
+void CityJsonReader::read_transform(const Json& root, bool needed) {
+  const Json* transform = root.find("transform");
+  if (transform == nullptr) {
+    if (needed) fail("no transform, which CityJSON 1.1 and later require");
+    return;
+  }
+  const auto vector = [&](const char* name) {
+    const Json& value = (*transform)[name];
+    Eigen::Vector3d result;
+    if (!value.is_array() || value.size() != 3) fail(fmt::format("transform.{} is not three numbers", name));
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (!value[i].is_number()) fail(fmt::format("transform.{} is not three numbers", name));
+      result[static_cast<Eigen::Index>(i)] = value[i].get<double>();
+    }
+    return result;
+  };
+  scale_ = vector("scale");
+  translate_ = vector("translate");
+  if (!scale_.allFinite() || !translate_.allFinite() || !(scale_.array() != 0).all()) {
+    fail("transform.scale must not be zero");
+  }
+  if (scale_.x() != scale_.y()) {
+    model_.warn(
+        fmt::format("transform.scale is {} along x and {} along y: damaged?", scale_.x(), scale_.y()));
+  }
+}
+
+void CityJsonReader::read_vertices(const Json& root) {
   const Json& list = root["vertices"];
   if (!list.is_array()) fail("\"vertices\" is missing or not a list");
   vertices_.clear();
@@ -168,18 +150,15 @@ void Reader::read_vertices(const Json& root) {
     const Eigen::Vector3d raw(vertex[0].get<double>(), vertex[1].get<double>(), vertex[2].get<double>());
     vertices_.emplace_back(raw.cwiseProduct(scale_) + translate_);
   }
+  if (!templates_.is_null()) raw_ = vertices_;
+  const bool geographic = model_.reference(*system_).geographic();
   beyond_poles_.assign(vertices_.size(), false);
-  if (system_->geographic()) {
-    for (std::size_t i = 0; i < vertices_.size(); ++i) beyond_poles_[i] = std::abs(vertices_[i].y()) > 90;
-  }
-  system_->to_wgs84(vertices_);
-  for (Eigen::Vector3d& vertex : vertices_) {
-    if (!longitude_ && vertex.allFinite()) longitude_ = vertex.x();
-    if (longitude_) vertex.x() = longitude_near(vertex.x(), *longitude_);
-  }
+  for (std::size_t i = 0; geographic && i < vertices_.size(); ++i)
+    beyond_poles_[i] = std::abs(vertices_[i].y()) > 90;
+  model_.to_wgs84(*system_, vertices_);
 }
 
-std::vector<Eigen::Vector3d> Reader::ring(const std::string& key, const Json& indices) {
+std::vector<Eigen::Vector3d> CityJsonReader::ring(const std::string& key, const Json& indices) {
   if (!indices.is_array()) fail_object(key, "a ring is not a list of vertex numbers");
   std::vector<Eigen::Vector3d> points;
   std::size_t last = 0;
@@ -207,14 +186,14 @@ std::vector<Eigen::Vector3d> Reader::ring(const std::string& key, const Json& in
   return points;
 }
 
-std::optional<MapSurface> Reader::surface(const std::string& key, const Json& polygon) {
+std::optional<MapSurface> CityJsonReader::surface(const std::string& key, const Json& polygon) {
   if (!polygon.is_array()) fail_object(key, "a surface is not a list of rings");
   MapSurface result;
   bool outer = true;
   for (const Json& indices : polygon) {
     std::vector<Eigen::Vector3d> points = ring(key, indices);
     if (points.size() < 3) {
-      ++left_out_["rings of fewer than three points"];
+      model_.leave_out("rings of fewer than three points");
       if (outer) return std::nullopt;
     } else if (outer) {
       result.outer = std::move(points);
@@ -227,8 +206,8 @@ std::optional<MapSurface> Reader::surface(const std::string& key, const Json& po
   return result;
 }
 
-std::vector<std::pair<const Json*, const Json*>> Reader::flatten(const std::string& key,
-                                                                 const Json& geometry) const {
+std::vector<std::pair<const Json*, const Json*>> CityJsonReader::flatten(const std::string& key,
+                                                                         const Json& geometry) const {
   static const Json kNull;
   const auto child = [](const Json& values, std::size_t i) -> const Json& {
     return values.is_array() && i < values.size() ? values[i] : kNull;
@@ -256,7 +235,7 @@ std::vector<std::pair<const Json*, const Json*>> Reader::flatten(const std::stri
   return surfaces;
 }
 
-void Reader::add_surfaces(const std::string& key, const Json& geometry, MapFeature& feature) {
+void CityJsonReader::add_surfaces(const std::string& key, const Json& geometry, CityObject& object) {
   const Json& types = geometry["semantics"]["surfaces"];
   for (const auto& [polygon, value] : flatten(key, geometry)) {
     auto made = surface(key, *polygon);
@@ -269,42 +248,83 @@ void Reader::add_surfaces(const std::string& key, const Json& geometry, MapFeatu
       const Json& type = types[static_cast<std::size_t>(number)];
       made->semantic = text_of(type["type"]);
     }
-    feature.surfaces.push_back(std::move(*made));
+    object.surfaces.push_back(std::move(*made));
   }
 }
 
-void Reader::add_outline(const std::string& key, const Json& geometry, MapFeature& feature) {
-  const auto lon_lat = [](const std::vector<Eigen::Vector3d>& points) {
-    MapRing result;
-    for (const auto& p : points) result.emplace_back(p.x(), p.y());
-    return result;
-  };
-  for (const auto& [polygon, value] : flatten(key, geometry)) {
-    const auto made = surface(key, *polygon);
-    if (!made) continue;
-    MapPolygon& outline = feature.polygons.emplace_back();
-    outline.outer = lon_lat(made->outer);
-    for (const auto& inner : made->inners) outline.inners.push_back(lon_lat(inner));
-  }
+const Json* CityJsonReader::template_of(const Json& instance) const {
+  const Json& number = instance["template"];
+  const Json& list = templates_["templates"];
+  if (!number.is_integer() || !list.is_array()) return nullptr;
+  const auto index = number.get<long long>();
+  if (index < 0 || static_cast<std::size_t>(index) >= list.size()) return nullptr;
+  const Json& geometry = list[static_cast<std::size_t>(index)];
+  return geometry.is_object() ? &geometry : nullptr;
 }
 
-const Json* Reader::choose_geometry(const std::string& key, const Json& object) {
+std::vector<Eigen::Vector3d> CityJsonReader::template_vertices() const {
+  std::vector<Eigen::Vector3d> points;
+  const Json& list = templates_["vertices-templates"];
+  for (std::size_t i = 0; list.is_array() && i < list.size(); ++i) {
+    const Json& vertex = list[i];
+    if (!vertex.is_array() || vertex.size() != 3 || !vertex[0].is_number() || !vertex[1].is_number() ||
+        !vertex[2].is_number()) {
+      fail(fmt::format("vertex {} of the templates is not three numbers", i));
+    }
+    points.emplace_back(vertex[0].get<double>(), vertex[1].get<double>(), vertex[2].get<double>());
+  }
+  return points;
+}
+
+void CityJsonReader::add_template(const std::string& key, const Json& instance, CityObject& object) {
+  const Json& origin = instance["boundaries"];
+  if (!origin.is_array() || origin.size() != 1 || !origin[0].is_integer() || origin[0].get<long long>() < 0 ||
+      static_cast<std::size_t>(origin[0].get<long long>()) >= raw_.size()) {
+    fail_object(key, "a GeometryInstance does not name the number of a vertex");
+  }
+  const auto number = static_cast<std::size_t>(origin[0].get<long long>());
+  if (vertices_[number].allFinite()) object.place = vertices_[number];
+  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+  const Json& rows = instance["transformationMatrix"];
+  for (std::size_t i = 0; i < 16 && rows.is_array() && rows.size() == 16; ++i) {
+    if (!rows[i].is_number()) fail_object(key, "transformationMatrix is not 16 numbers");
+    matrix(static_cast<Eigen::Index>(i / 4), static_cast<Eigen::Index>(i % 4)) = rows[i].get<double>();
+  }
+  std::vector<Eigen::Vector3d> placed = template_vertices();
+  model_.place(*system_, matrix, raw_[number], placed);
+  std::swap(vertices_, placed);
+  std::vector<bool> poles(vertices_.size(), false);
+  std::swap(beyond_poles_, poles);
+  add_surfaces(key, *template_of(instance), object);
+  std::swap(vertices_, placed);
+  std::swap(beyond_poles_, poles);
+}
+
+double CityJsonReader::lod_of(const Json& geometry) const {
+  const Json* own = text_of(geometry["type"]) == "GeometryInstance" ? template_of(geometry) : &geometry;
+  if (own == nullptr) return -1;
+  const Json& lod = (*own)["lod"];  // a number in 1.0, text since 1.1
+  if (lod.is_number()) return lod.get<double>();
+  return lod.is_string() ? parse_double(lod.text()).value_or(-1) : -1;
+}
+
+const Json* CityJsonReader::choose_geometry(const std::string& key, const Json& object) {
   const Json* geometries = object.find("geometry");
   if (geometries == nullptr) return nullptr;
   if (!geometries->is_array()) fail_object(key, "\"geometry\" is not a list");
-  static const std::set<std::string> kUsable{"MultiSurface", "CompositeSurface", "Solid", "MultiSolid",
-                                             "CompositeSolid"};
+  static const std::set<std::string> kUsable{"MultiSurface", "CompositeSurface", "Solid",
+                                             "MultiSolid",   "CompositeSolid",   "GeometryInstance"};
   const Json* best = nullptr;
   double best_lod = -1;
   for (const Json& geometry : *geometries) {
     if (!geometry.is_object()) fail_object(key, "a geometry is not a JSON object");
     const std::string type = text_of(geometry["type"]);
     if (kUsable.count(type) == 0) {
-      ++left_out_["geometries of type " + (type.empty() ? "(none)" : type)];
+      model_.leave_out("geometries of type " + (type.empty() ? "(none)" : type));
       continue;
     }
     const double lod = lod_of(geometry);
-    if (lod <= max_lod_ && lod > best_lod) {
+    if (lod <= model_.options().model.highest_lod() && lod > best_lod) {
       best = &geometry;
       best_lod = lod;
     }
@@ -312,109 +332,46 @@ const Json* Reader::choose_geometry(const std::string& key, const Json& object) 
   return best;
 }
 
-void Reader::read_attributes(const Json& object, MapFeature& feature) const {
+void CityJsonReader::read_attributes(const Json& object, CityAttributes& read) {
   const Json& attributes = object["attributes"];
   if (!attributes.is_object()) return;
   for (const auto& [name, value] : attributes.members()) {
     const std::string text = text_of(value);
-    if (!text.empty()) feature.tags[name] = text;
-  }
-  // Names of CityJSON's (CityGML's) attributes and of common exports, beside the tags that Canyon reads.
-  constexpr std::array<std::pair<const char*, const char*>, 10> kSame{
-      {{"measuredHeight", "height"},
-       {"storeysAboveGround", "building:levels"},
-       {"material", "building:material"},
-       {"buildingMaterial", "building:material"},
-       {"facadeMaterial", "building:material"},
-       {"wallMaterial", "building:material"},
-       {"roofMaterial", "roof:material"},
-       {"roof_material", "roof:material"},
-       {"yearOfConstruction", "start_date"},
-       {"oorspronkelijkbouwjaar", "start_date"}}};
-  for (const auto& [from, to] : kSame) {
-    const auto found = feature.tags.find(from);
-    if (found != feature.tags.end()) feature.tags.emplace(to, found->second);
+    if (!text.empty()) read[name] = text;
   }
 }
 
-void Reader::read_object(const std::string& key, const Json& object) {
+void CityJsonReader::read_object(const std::string& key, const Json& object) {
   if (!object.is_object()) fail_object(key, "is not a JSON object");
-  const std::string type = text_of(object["type"]);
-  const bool part = type == "BuildingPart";
-  if (!part && type != "Building") {
-    ++left_out_["city objects of type " + (type.empty() ? "(none)" : type)];
-    return;
-  }
-  MapFeature feature;
-  feature.id = key;
-  feature.kind = part ? FeatureKind::Part : FeatureKind::Building;
-  feature.tags[part ? "building:part" : "building"] = "yes";
-  read_attributes(object, feature);
+  CityObject read;
+  read.id = key;
+  read.type = text_of(object["type"]);
+  read_attributes(object, read.attributes);
   const Json& parents = object["parents"];
-  if (part && parents.is_array() && !parents.empty()) feature.belongs_to = text_of(parents[0]);
+  if (parents.is_array() && !parents.empty()) read.parent = text_of(parents[0]);
+  const Json& children = object["children"];
+  read.has_parts = children.is_array() && !children.empty();
   const Json* geometry = choose_geometry(key, object);
   if (geometry != nullptr) {
-    lod_of(*geometry) < 1 ? add_outline(key, *geometry, feature) : add_surfaces(key, *geometry, feature);
+    read.lod = lod_of(*geometry);
+    if (text_of((*geometry)["type"]) == "GeometryInstance") {
+      add_template(key, *geometry, read);
+    } else {
+      add_surfaces(key, *geometry, read);
+    }
   }
-  if (feature.surfaces.empty() && feature.polygons.empty()) {
-    const Json& children = object["children"];
-    const bool whole_of_parts = children.is_array() && !children.empty();
-    if (!whole_of_parts)
-      ++left_out_[fmt::format("buildings and parts without a geometry up to LoD {}", max_lod_)];
-    return;
-  }
-  data_.features.push_back(std::move(feature));
+  model_.add(std::move(read));
 }
 
-void Reader::read_objects(const Json& root) {
+void CityJsonReader::read_objects(const Json& root) {
   const Json& objects = root["CityObjects"];
   if (!objects.is_object()) fail("\"CityObjects\" is missing or not a JSON object");
   read_vertices(root);
   for (const auto& [key, object] : objects.members()) read_object(key, object);
 }
 
-void Reader::drop_replaced_outlines() {
-  std::set<std::string> with_solid_parts;
-  for (const MapFeature& feature : data_.features) {
-    if (!feature.surfaces.empty() && !feature.belongs_to.empty()) with_solid_parts.insert(feature.belongs_to);
-  }
-  const auto replaced = [&](const MapFeature& feature) {
-    return feature.surfaces.empty() && with_solid_parts.count(feature.id) > 0;
-  };
-  data_.features.erase(std::remove_if(data_.features.begin(), data_.features.end(), replaced),
-                       data_.features.end());
-}
-
-void Reader::finish() {
-  drop_replaced_outlines();
-  std::stable_sort(data_.features.begin(), data_.features.end(),
-                   [](const MapFeature& a, const MapFeature& b) { return a.id < b.id; });
-  for (const auto& [what, count] : left_out_) {
-    data_.warnings.push_back(fmt::format("{}: left out {} {}", path_.filename().string(), count, what));
-  }
-  line_ = 0;
-  if (data_.features.empty()) {
-    fail(fmt::format("has no Building or BuildingPart with a geometry up to LoD {}", max_lod_),
-         "give a CityJSON file of buildings, or a higher max LoD");
-  }
-  for (const MapFeature& feature : data_.features) data_.bounds.extend(feature.bounds());
-  const LonLat middle = data_.bounds.center();
-  if (!system_->in_area_of_use(middle)) {
-    data_.warnings.push_back(
-        fmt::format("{}: lies at longitude {:.4f}, latitude {:.4f}, outside the area that its reference "
-                    "system is made for; check "
-                    "metadata.referenceSystem and transform.translate",
-                    path_.filename().string(), middle.x(), middle.y()));
-  }
-  if (system_->geoid().above_sea_level()) {
-    data_.geoid_undulation_m = system_->geoid().undulation_m(middle);
-  }
-}
-
-MapData Reader::read() {
-  TextFile file(path_);
-  data_.source = path_.filename().string();
-  const std::string_view text = file.text();
+void CityJsonReader::read() {
+  const std::string_view text = file_.text();
   // A sequence has a whole CityJSON object on its first line and more lines after it.
   const std::size_t end = text.find('\n');
   const bool sequence = end != std::string_view::npos && !trim(text.substr(end)).empty() &&
@@ -425,8 +382,8 @@ MapData Reader::read() {
       read_header(root);
       read_objects(root);
     } else {
-      while (const auto line = file.next_line()) {
-        line_ = file.line();
+      while (const auto line = file_.next_line()) {
+        line_ = file_.line();
         if (trim(*line).empty()) continue;
         const Json root = parse(*line, line_);
         if (!system_) {
@@ -440,16 +397,20 @@ MapData Reader::read() {
   } catch (const JsonError& e) {
     fail(fmt::format("not as CityJSON has it ({})", e.what()));
   }
-  finish();
-  return std::move(data_);
 }
 
 }  // namespace
 
-MapData read_cityjson(const std::filesystem::path& path, double max_lod, const TerrainOptions& heights) {
-  heights.validate();
-  if (!(max_lod >= 0)) throw InputError(fmt::format("max LoD {} is not at least 0", max_lod));
-  return Reader(path, max_lod, heights).read();
+void read_cityjson(TextFile& file, CityModel& model) {
+  CityJsonReader(file, model).read();
+}
+
+MapData read_cityjson(const std::filesystem::path& path, const CityReadOptions& options) {
+  CityModel model(options);
+  TextFile file(path);
+  model.begin_file(path);
+  read_cityjson(file, model);
+  return model.finish(path);
 }
 
 }  // namespace canyon::buildings

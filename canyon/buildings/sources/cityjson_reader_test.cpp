@@ -49,8 +49,12 @@ class CityJsonTest : public ::testing::Test {
     std::ofstream(folder_ / name, std::ios::binary) << text;
     return folder_ / name;
   }
-  MapData read(const std::string& text, double max_lod = 2.3, std::optional<double> undulation = {}) const {
-    return read_cityjson(write(text), max_lod, {undulation});
+  MapData read(const std::string& text, std::optional<double> lod = {},
+               std::optional<double> undulation = {}) const {
+    CityReadOptions options;
+    options.model.lod = lod;
+    options.heights.geoid_undulation_m = undulation;
+    return read_cityjson(write(text), options);
   }
   std::string error_of(const std::string& text) const {
     try {
@@ -121,7 +125,7 @@ TEST_F(CityJsonTest, DutchGridKeepsItsDatumShift) {
   // NAP's grid, PROJ drops the datum shift: 100 m.
   for (const char* reference : {"EPSG/0/28992", "EPSG/0/7415"}) {
     const MapData data =
-        read(cityjson(cityjson_building("house", kHouseSolid), reference, "155000,463000,2"), 2.3, 43.2);
+        read(cityjson(cityjson_building("house", kHouseSolid), reference, "155000,463000,2"), {}, 43.2);
     const Eigen::Vector3d corner = data.features.at(0).surfaces.at(0).outer.at(0);
     EXPECT_NEAR(corner.x(), 5.3872, 1e-5) << reference;
     EXPECT_NEAR(corner.y(), 52.15517, 1e-5) << reference;
@@ -221,7 +225,8 @@ TEST_F(CityJsonTest, HighestLodUpToTheMaximum) {
   const std::string city =
       cityjson(cityjson_building("b", geometry("1.2", 2) + "," + geometry("3", 5) + "," + geometry("2.2", 4) +
                                           "," + geometry("0", 1) + "," + geometry("1.3", 3)));
-  EXPECT_EQ(read(city).features.at(0).surfaces.size(), 4U);
+  EXPECT_EQ(read(city).features.at(0).surfaces.size(), 5U);
+  EXPECT_EQ(read(city, 2).features.at(0).surfaces.size(), 4U);
   EXPECT_EQ(read(city, 1.3).features.at(0).surfaces.size(), 3U);
   EXPECT_EQ(read(city, 1.25).features.at(0).surfaces.size(), 2U);
   EXPECT_EQ(read(city, 3).features.at(0).surfaces.size(), 5U);
@@ -254,7 +259,8 @@ TEST_F(CityJsonTest, PartsNameTheirBuildingAndReplaceItsOutline) {
       outline + R"(]},"B-0":{"type":"BuildingPart","parents":["B"],"geometry":[)" + kHouseSolid +
       R"(]},"C":{"type":"Building","attributes":{"measuredHeight":12.5,"storeysAboveGround":4,"roofMaterial":"metal",)"
       R"("note":null,"list":[1]},"geometry":[)" +
-      outline + R"(]},"T":{"type":"SolitaryVegetationObject"},"E":{"type":"Building"},)" +
+      outline +
+      R"(]},"T":{"type":"SolitaryVegetationObject"},"L":{"type":"LandUse"},"E":{"type":"Building"},)" +
       R"("G":{"type":"Building","geometry":[{"type":"GeometryInstance","template":0,"boundaries":[0]}]})";
   const MapData data = read(cityjson(objects));
   ASSERT_EQ(data.features.size(), 2U);
@@ -269,9 +275,36 @@ TEST_F(CityJsonTest, PartsNameTheirBuildingAndReplaceItsOutline) {
   EXPECT_EQ(c.tags.at("building:levels"), "4");
   EXPECT_EQ(c.tags.at("roof:material"), "metal");
   EXPECT_EQ(c.tags.count("note") + c.tags.count("list"), 0U);
-  EXPECT_TRUE(any_contains(data.warnings, "left out 1 city objects of type SolitaryVegetationObject"));
-  EXPECT_TRUE(any_contains(data.warnings, "left out 1 geometries of type GeometryInstance"));
+  EXPECT_TRUE(any_contains(data.warnings, "left out 1 city objects of type LandUse"));
+  EXPECT_TRUE(any_contains(data.warnings, "left out 1 trees without a place"));
   EXPECT_TRUE(any_contains(data.warnings, "left out 2 buildings and parts without a geometry"));
+}
+
+// A template of one triangle, twice as large, about a vertex; a bridge and a wood of their own.
+TEST_F(CityJsonTest, TemplatesAndOtherObjects) {
+  const std::string objects =
+      R"("T":{"type":"SolitaryVegetationObject","attributes":{"crownDiameter":4},"geometry":[)"
+      R"({"type":"GeometryInstance","template":0,"boundaries":[1],"transformationMatrix":)"
+      R"([2,0,0,0,0,2,0,0,0,0,2,0,0,0,0,1]}]},)"
+      R"("B":{"type":"Bridge","geometry":[)" +
+      kHouseSolid + R"(]},"W":{"type":"PlantCover","geometry":[)" + kHouseSolid +
+      R"(]},"R":{"type":"TINRelief","geometry":[{"type":"CompositeSurface","lod":"1","boundaries":[[[0,1,2]]]}]})";
+  std::string text = cityjson(objects);
+  text.insert(
+      text.rfind('}'),
+      R"(,"geometry-templates":{"templates":[{"type":"MultiSurface","lod":"2","boundaries":[[[0,1,2]]]}],)"
+      R"("vertices-templates":[[0,0,0],[1,0,0],[0,1,3]]})");
+  const MapData data = read(text);
+  ASSERT_EQ(data.features.size(), 3U);
+  EXPECT_EQ(data.features[0].kind, FeatureKind::Structure);
+  EXPECT_EQ(data.features[0].surfaces.size(), 7U);
+  EXPECT_EQ(data.features[1].kind, FeatureKind::Tree);
+  EXPECT_EQ(data.features[1].tags.at("height"), "6.00");
+  EXPECT_EQ(data.features[1].tags.at("diameter_crown"), "4");
+  EXPECT_NEAR(*data.features[1].base_m, 500, 1e-6);
+  EXPECT_EQ(data.features[2].kind, FeatureKind::Wood);
+  EXPECT_EQ(data.features[2].tags.at("height"), "9.00");
+  EXPECT_EQ(data.relief.size(), 1U);
 }
 
 TEST_F(CityJsonTest, RingsLoseRepeatedPointsAndKeepHoles) {
@@ -329,13 +362,14 @@ TEST_F(CityJsonTest, BadInputIsOneClearError) {
   EXPECT_TRUE(contains(error_of(replaced(good, "EPSG/0/25832", "EPSG/0/999999")), "does not know"));
   EXPECT_TRUE(
       contains(error_of(replaced(good, "EPSG/0/25832", "EPSG/0/4978")), "neither projected nor geographic"));
-  EXPECT_TRUE(contains(error_of(replaced(good, "referenceSystem", "system")), "referenceSystem is missing"));
+  EXPECT_TRUE(contains(error_of(replaced(good, "referenceSystem", "system")), "names no reference system"));
   EXPECT_TRUE(
       contains(error_of(replaced(good, "\"scale\":[0.001,", "\"scale\":[0,")), "scale must not be zero"));
   EXPECT_TRUE(contains(error_of(replaced(good, "\"scale\":[0.001,", "\"scale\":[")), "transform.scale"));
   EXPECT_TRUE(
       contains(error_of(replaced(good, "\"CityObjects\"", "\"Objects\"")), "\"CityObjects\" is missing"));
-  EXPECT_TRUE(contains(error_of(replaced(good, "\"Building\"", "\"Road\"")), "no Building or BuildingPart"));
+  EXPECT_TRUE(
+      contains(error_of(replaced(good, "\"Building\"", "\"Road\"")), "has no building or other object"));
 }
 
 TEST_F(CityJsonTest, EveryTruncationAndManyDamagesAreErrorsOrRead) {

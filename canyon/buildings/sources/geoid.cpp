@@ -77,6 +77,7 @@ struct Geoid::Grid {
 
 Geoid::~Geoid() = default;
 Geoid::Geoid(Geoid&&) noexcept = default;
+Geoid& Geoid::operator=(Geoid&&) noexcept = default;
 
 Geoid::Geoid(const Heights& heights) {
   const std::string file = heights.file.filename().string();
@@ -134,6 +135,11 @@ Geoid::Geoid(const Heights& heights) {
     note_ = fmt::format("{}: heights above {}; geoid added by PROJ's grid", file, why);
   } else {
     grid->geographiclib = geographiclib_geoid(vertical_epsg(reference.get()));
+    if (!grid->geographiclib && !by_user && heights.options.geoid != GeoidModel::ByFile) {
+      *this = Geoid(Heights{heights.file, nullptr, {}, heights.options, true});
+      note_ += fmt::format("; the file's own, {}, has no grid installed", why);
+      return;
+    }
     if (!grid->geographiclib && !heights.required && !by_user) {
       missing_ = true;
       note_ = fmt::format(

@@ -15,7 +15,8 @@ namespace canyon::buildings {
 /// user's number, from the vertical datum that the file's reference system names (or its format prescribes,
 /// or the user names) by PROJ's grids, and by GeographicLib's geoid files (EGM84, EGM96, EGM2008;
 /// $GEOGRAPHICLIB_GEOID_PATH). Reference systems with ellipsoidal heights, and those that say nothing of
-/// heights where the user says nothing either, add nothing.
+/// heights where the user says nothing either, add nothing. A geoid that the user names also stands in for a
+/// named datum whose grid is not at hand.
 class Geoid {
  public:
   struct Heights {
@@ -35,6 +36,7 @@ class Geoid {
   explicit Geoid(const Heights& heights);
   ~Geoid();
   Geoid(Geoid&&) noexcept;
+  Geoid& operator=(Geoid&&) noexcept;
 
   /// N [m], to be added; as exact as the grid that is installed (EGM96 grids of 15' and 5' differ by
   /// decimetres in mountains). Throws InputError where the grid does not reach. Any thread.

@@ -26,28 +26,32 @@ struct MapPolygon {
 };
 
 enum class FeatureKind : std::uint8_t {
-  Building,  ///< outline of a building
-  Part,      ///< building:part
-  Wood,      ///< natural=wood, landuse=forest: an area of foliage
-  TreeRow,   ///< natural=tree_row: a line of foliage
-  Tree,      ///< natural=tree: a point of foliage
+  Building,   ///< outline of a building
+  Part,       ///< building:part
+  Wood,       ///< natural=wood, landuse=forest: an area of foliage
+  TreeRow,    ///< natural=tree_row: a line of foliage
+  Tree,       ///< natural=tree: a point of foliage
+  Structure,  ///< of a city model: bridge, tunnel, installation, city furniture; has surfaces only
 };
 
-/// A ready-made closed or open surface (CityJSON): vertices as lon, lat [deg], ellipsoidal height [m].
+/// A ready-made closed or open surface of a city model: vertices as lon, lat [deg], ellipsoidal height [m].
 struct MapSurface {
   std::vector<Eigen::Vector3d> outer;
   std::vector<std::vector<Eigen::Vector3d>> inners;
-  std::string semantic;  ///< "RoofSurface", "WallSurface", "GroundSurface", or empty
+  /// "RoofSurface", "WallSurface", "GroundSurface", "ClosureSurface", "Window", "Door" ..., or empty.
+  std::string semantic;
 };
 
 /// One thing on a map with its tags, before anything is decided about it.
 struct MapFeature {
-  std::string id;  ///< for people: "way/123", "relation/9", "node/4", a CityJSON object's key
+  std::string id;  ///< for people: "way/123", "relation/9", "node/4", the id of a city model's object
   FeatureKind kind = FeatureKind::Building;
   std::map<std::string, std::string> tags;
   std::vector<MapPolygon> polygons;  ///< Building, Part, Wood
   std::vector<LonLat> line;          ///< TreeRow: at least two points; Tree: one
-  std::vector<MapSurface> surfaces;  ///< CityJSON: used instead of polygons and tags
+  std::vector<MapSurface> surfaces;  ///< of a city model: used instead of polygons and tags
+  /// Ellipsoidal height of the foot of a tree [m], where a city model says it.
+  std::optional<double> base_m;
   /// id of the building (or type=building relation) that this part, or outline, belongs to, where the map
   /// says so.
   std::string belongs_to;
@@ -66,6 +70,8 @@ struct MapData {
   std::vector<std::string> warnings;  ///< one line each, with ids; repeated kinds are counted
   std::size_t foliage_left_out = 0;   ///< trees, tree rows and woods that were not asked for
   Eigen::AlignedBox2d bounds;         ///< of all features [deg]
+  std::vector<std::string> contents;  ///< of city models: lines on files, objects, reference systems
+  std::vector<MapSurface> relief;     ///< of city models: the triangles of the ground
   /// Ellipsoidal height of mean sea level in the middle of the bounds [m], where the file says what its
   /// heights are above.
   std::optional<double> geoid_undulation_m;

@@ -1,5 +1,9 @@
 #include "canyon/buildings/sources/map_options.hpp"
 
+#include <fmt/format.h>
+
+#include <cmath>
+
 #include "canyon/base/input_error.hpp"
 #include "canyon/options/values.hpp"
 
@@ -29,14 +33,43 @@ void visit(options::Visitor& v, TerrainOptions& o) {
   static constexpr std::string_view kGeoids[]{"by_file", "EGM84", "EGM96", "EGM2008"};
   // Geoid undulations lie within -107 and +86 m (EGM2008).
   v.number({"geoid_undulation_m", "m",
-            "height of mean sea level above the ellipsoid: added to the heights of terrain and CityJSON, "
+            "height of mean sea level above the ellipsoid: added to the heights of terrain and city models, "
             "subtracted in NMEA, UBX, MAVLink and GPX",
             "by geoid"},
            o.geoid_undulation_m, {-150, 150});
-  v.choice({"geoid", "",
-            "instead: a geoid whose grid is installed, of heights without a vertical datum and of sea level; "
-            "by_file: the datum that terrain or CityJSON names, sea level is the ellipsoid without one"},
-           o.geoid, kGeoids);
+  v.choice(
+      {"geoid", "",
+       "instead: a geoid whose grid is installed, of heights without a vertical datum and of sea level; "
+       "by_file: the datum that terrain or the city model names, sea level is the ellipsoid without one"},
+      o.geoid, kGeoids);
+}
+
+double ModelOptions::highest_lod() const {
+  constexpr double kRefined = 0.99;  // of the same whole number
+  constexpr double kExterior = 3;    // LoD 4 adds rooms
+  const double level = lod.value_or(kExterior);
+  return level == std::floor(level) ? level + kRefined : level;
+}
+
+std::string ModelOptions::lod_text() const {
+  return lod ? fmt::format("{:g}", *lod) : "4";
+}
+
+void ModelOptions::validate() const {
+  options::check(*this);
+}
+
+void visit(options::Visitor& v, ModelOptions& o) {
+  v.number({"lod", "",
+            "highest level of detail of CityGML and CityJSON: of each object the best one up to it; 2 takes "
+            "2.2, too",
+            "3, else 4"},
+           o.lod, {0, 4});
+  v.text({"crs", "",
+          "reference system of CityGML and CityJSON that name none: EPSG:25832, with heights "
+          "EPSG:25832+7837",
+          "the file's"},
+         o.crs);
 }
 
 void BuildOptions::validate() const {

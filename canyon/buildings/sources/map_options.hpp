@@ -37,7 +37,7 @@ void visit(options::Visitor& v, HeightDefaults& o);
 
 enum class GeoidModel : std::uint8_t { ByFile, EGM84, EGM96, EGM2008 };
 
-/// The reference of heights in rasters and CityJSON, and mean sea level in a city.
+/// The reference of heights in rasters and city models, and mean sea level in a city.
 struct TerrainOptions {
   /// Ellipsoidal height less height above mean sea level [m], within +-150, used as it is for all heights.
   /// Empty: by `geoid`.
@@ -51,6 +51,26 @@ struct TerrainOptions {
 };
 /// Its fields.
 void visit(options::Visitor& v, TerrainOptions& o);
+
+/// How city models (CityGML, CityJSON) are read.
+struct ModelOptions {
+  /// The highest level of detail to build; of each object the best one up to it is taken. A whole number
+  /// takes the refined levels that it begins, too (2: also 2.2). [0, 4]. Empty: below 4, and 4 where
+  /// an object has no other.
+  std::optional<double> lod;
+  /// The reference system of files that name none, or none that is known: "EPSG:25832", with heights
+  /// "EPSG:25832+7837".
+  std::string crs;
+
+  /// The highest level that may be taken.
+  [[nodiscard]] double highest_lod() const;
+  /// "3", for messages.
+  [[nodiscard]] std::string lod_text() const;
+  /// Throws InputError naming the bound.
+  void validate() const;
+};
+/// Its fields.
+void visit(options::Visitor& v, ModelOptions& o);
 
 /// Which plane coordinates the mesh has. ENU is Canyon's world; UTM is for files that other tools place by
 /// UTM, as the paper does (east and north of the origin's grid coordinates, z ellipsoidal height above the

@@ -375,16 +375,10 @@ city::FacadeMix facades_from_tags(const std::map<std::string, std::string>& tags
   };
   std::string use = text("building");
   if (use.empty() || use == "yes") use = text("building:part");
-  // 31001_2020: the class of buildings, and their function.
-  const std::string function = text("function"), code = function.substr(function.find('_') + 1);
-  if (code.size() == 4 && parse_double(code)) {
-    if (code == "2020") use = "office";
-    if (code == "3041" || code == "3042") use = "church";
-  } else if (!function.empty() && (use.empty() || use == "yes")) {
-    use = function;
-  }
   const std::optional<double> year = parse_double(text("start_date").substr(0, 4));
   if (year && *year > 1000 && *year < kFirstCoated) return FacadeMix::Traditional;
+  const std::string structure = text("building:structure");
+  if (structure == "wood" || structure == "masonry") return FacadeMix::Traditional;
   const auto known = kFacadesOfUses.find(use);
   if (known == kFacadesOfUses.end()) return FacadeMix::ByBuilding;
   const bool fits = known->second != FacadeMix::ThermallyEfficient || (year && *year >= kUsuallyCoated);

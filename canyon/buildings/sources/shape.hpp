@@ -76,9 +76,9 @@ struct Shape {
 /// of its first item ("red_brick", "cement_block", "glass;steel": Glass); Unknown for what is not listed.
 [[nodiscard]] city::Material material_from_tag(std::string_view value);
 
-/// The facades of a building by its tags, for city::Object::facades: `building` (or `building:part`, or a
-/// `function` of CityJSON as AdV codes it) and the year of `start_date`. docs/city.md has the rules.
-/// ByBuilding where the tags do not tell.
+/// The facades of a building by its tags, for city::Object::facades: `building` (or `building:part`), the
+/// year of `start_date` and `building:structure`. docs/city.md has the rules. ByBuilding where the tags do
+/// not tell.
 [[nodiscard]] city::FacadeMix facades_from_tags(const std::map<std::string, std::string>& tags);
 
 }  // namespace canyon::buildings

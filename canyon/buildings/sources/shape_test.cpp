@@ -132,10 +132,8 @@ TEST(FacadesFromTags, GoByUseAndYear) {
   EXPECT_EQ(of({{"building", "yes"}, {"start_date", "2004"}}), FacadeMix::ByBuilding);
   EXPECT_EQ(of({{"start_date", "C19"}}), FacadeMix::ByBuilding);
   EXPECT_EQ(of({{"start_date", "5"}}), FacadeMix::ByBuilding);
-  EXPECT_EQ(of({{"function", "31001_1010"}}), FacadeMix::ByBuilding);
-  EXPECT_EQ(of({{"function", "3041"}}), FacadeMix::Traditional);
-  EXPECT_EQ(of({{"function", "31001_2020"}, {"start_date", "1999"}}), FacadeMix::ThermallyEfficient);
-  EXPECT_EQ(of({{"function", "Hotel"}, {"start_date", "1999"}}), FacadeMix::ThermallyEfficient);
+  EXPECT_EQ(of({{"building", "yes"}, {"building:structure", "wood"}}), FacadeMix::Traditional);
+  EXPECT_EQ(of({{"building", "yes"}, {"building:structure", "concrete"}}), FacadeMix::ByBuilding);
 }
 
 TEST(Names, AreTheMapsWords) {

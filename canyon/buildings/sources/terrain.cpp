@@ -4,9 +4,11 @@
 
 #include <cmath>
 #include <cstdint>
+#include <utility>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/buildings/sources/raster.hpp"
+#include "canyon/buildings/sources/tin.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 
@@ -19,6 +21,7 @@ constexpr double kMostPosts = 25e6;
 
 struct Terrain::Impl {
   std::vector<Raster> rasters;
+  std::optional<Tin> relief;
   std::vector<std::string> notes;
 };
 
@@ -30,6 +33,17 @@ Terrain::Terrain(const std::vector<std::filesystem::path>& rasters, TerrainOptio
     const Raster& raster = impl_->rasters.emplace_back(path, options);
     impl_->notes.insert(impl_->notes.end(), raster.notes().begin(), raster.notes().end());
   }
+}
+Terrain::Terrain(std::unique_ptr<Impl> impl, std::string note) : impl_(std::move(impl)) {
+  impl_->notes.push_back(std::move(note));
+}
+
+Terrain Terrain::of_relief(const std::vector<MapSurface>& relief) {
+  auto impl = std::make_unique<Impl>();
+  impl->relief.emplace(relief);
+  std::string note =
+      fmt::format("ground from the relief of the city model, {} triangles", impl->relief->size());
+  return {std::move(impl), std::move(note)};
 }
 Terrain::~Terrain() = default;
 Terrain::Terrain(Terrain&&) noexcept = default;
@@ -48,6 +62,7 @@ std::vector<std::string> Terrain::cautions() const {
 }
 
 std::optional<double> Terrain::height_m(const LonLat& place) const {
+  if (impl_->relief) return impl_->relief->height_m(place);
   for (const Raster& raster : impl_->rasters) {
     if (const auto height = raster.height_m(place)) return height;
   }
@@ -79,6 +94,10 @@ std::optional<double> Terrain::local_height_m(const geodesy::LocalFrame& frame,
 
 void Terrain::append(city::Mesh& mesh, const geodesy::LocalFrame& frame, const Eigen::Vector2d& min,
                      const Eigen::Vector2d& max, double spacing_m) const {
+  if (impl_->relief) {
+    impl_->relief->append(mesh, frame, min, max);
+    return;
+  }
   const Eigen::Vector2d size = max - min;
   if (!size.allFinite() || !(size.minCoeff() > 0)) {
     throw InputError("the terrain's box is empty", "give min below max in east and north");

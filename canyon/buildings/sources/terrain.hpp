@@ -14,18 +14,20 @@
 
 namespace canyon::buildings {
 
-/// A height raster over the Earth, read through GDAL (GeoTIFF, SRTM HGT, anything GDAL opens), in any
-/// projection. Heights are ellipsoidal [m] after the geoid.
+/// The ground: height rasters, read through GDAL (GeoTIFF, SRTM HGT, anything GDAL opens), in any projection,
+/// or the relief of a city model. Heights are ellipsoidal [m] after the geoid.
 class Terrain {
  public:
   /// Opens rasters; the first that covers a place answers. Throws InputError: missing, not a raster, no
   /// georeference, no height band, a vertical datum whose grid is not installed while no undulation is given.
   explicit Terrain(const std::vector<std::filesystem::path>& rasters, TerrainOptions options = {});
+  /// The relief of a city model, MapData::relief.
+  [[nodiscard]] static Terrain of_relief(const std::vector<MapSurface>& relief);
   ~Terrain();
   Terrain(Terrain&&) noexcept;
 
-  /// Bilinear between pixel centres; empty outside the rasters and on no-data. Any thread. Throws InputError
-  /// for a damaged raster.
+  /// Bilinear between pixel centres, linear in triangles; empty outside the rasters and on no-data. Any
+  /// thread. Throws InputError for a damaged raster.
   [[nodiscard]] std::optional<double> height_m(const LonLat& place) const;
   /// z [m] at which the vertical line of `frame` through (x, y) [m] meets the ground, to 0.1 mm; Earth's
   /// curvature included. Empty likewise.
@@ -43,12 +45,14 @@ class Terrain {
   /// Appends a triangulated sheet over [min, max] (east, north [m]) of `frame`, posts at most `spacing_m`
   /// apart, as one object named "terrain". Throws InputError, with the share that is covered, where the
   /// rasters do not cover the box, and for a spacing that is not positive or asks for more than 25 million
-  /// posts. Between posts the sheet is flat: Earth's curvature adds spacing^2 / (8 R), 2 cm at 1 km.
+  /// posts. A relief is appended as its own triangles and may end before the box does. Between posts the
+  /// sheet is flat: Earth's curvature adds spacing^2 / (8 R), 2 cm at 1 km.
   void append(city::Mesh& mesh, const geodesy::LocalFrame& frame, const Eigen::Vector2d& min,
               const Eigen::Vector2d& max, double spacing_m) const;
 
  private:
   struct Impl;
+  Terrain(std::unique_ptr<Impl> impl, std::string note);
   std::unique_ptr<Impl> impl_;
 };
 

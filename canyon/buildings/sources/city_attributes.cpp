@@ -1,0 +1,139 @@
+#include "canyon/buildings/sources/city_attributes.hpp"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <utility>
+
+#include "canyon/base/dictionary.hpp"
+#include "canyon/base/text.hpp"
+
+namespace canyon::buildings {
+namespace {
+
+/// Names of CityGML's and CityJSON's attributes and of common exports, beside the tags that Canyon reads.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kSameAs{
+    {{"measuredHeight", "height"},
+     {"averageHeight", "height"},
+     {"storeysAboveGround", "building:levels"},
+     {"material", "building:material"},
+     {"buildingMaterial", "building:material"},
+     {"facadeMaterial", "building:material"},
+     {"wallMaterial", "building:material"},
+     {"roofMaterial", "roof:material"},
+     {"roof_material", "roof:material"},
+     {"yearOfConstruction", "start_date"},
+     {"dateOfConstruction", "start_date"},
+     {"oorspronkelijkbouwjaar", "start_date"},
+     {"crownDiameter", "diameter_crown"},
+     {"trunkDiameter", "diameter"}}};
+
+/// What else is looked at.
+constexpr std::array<std::string_view, 6> kOthers{
+    {"function", "usage", "class", "buildingStructureType", "height", "species"}};
+
+/// AdV's functions of buildings (31001 in ALKIS' list of kinds of objects) as values of OSM's `building`.
+const auto kAdvUses = dictionary<std::string_view>({{"1000|1100|1110|1120|1123", "residential"},
+                                                    {"1010", "house"},
+                                                    {"1020|1021|1022|1023|1024", "residential"},
+                                                    {"2000|2010|2050|2054|2055|2056", "commercial"},
+                                                    {"2020|2030", "office"},
+                                                    {"2051|2052", "retail"},
+                                                    {"2070|2071|2072", "hotel"},
+                                                    {"2100|2110|2111|2112|2120", "industrial"},
+                                                    {"2140|2143", "warehouse"},
+                                                    {"2460|2461", "parking"},
+                                                    {"2463", "garage"},
+                                                    {"2720", "farm"},
+                                                    {"2721", "barn"},
+                                                    {"2724", "stable"},
+                                                    {"2740|2741", "greenhouse"},
+                                                    {"3010|3012|3013|3015", "office"},
+                                                    {"3020|3021", "school"},
+                                                    {"3023", "university"},
+                                                    {"3041|3042", "church"},
+                                                    {"3043", "chapel"},
+                                                    {"3050|3051", "hospital"}});
+
+/// PLATEAU's codes of usage.
+const auto kPlateauUses = dictionary<std::string_view>({{"401|421", "office"},
+                                                        {"402|404", "commercial"},
+                                                        {"403", "hotel"},
+                                                        {"411|413|415", "house"},
+                                                        {"412|414", "apartments"},
+                                                        {"422", "school"},
+                                                        {"431", "warehouse"},
+                                                        {"441|452", "industrial"},
+                                                        {"451", "farm"}});
+
+/// PLATEAU's codes of structure. 610 (not wood) and 611 (not known) say nothing.
+const auto kPlateauStructures = dictionary<std::string_view>(
+    {{"601", "wood"}, {"602|603", "concrete"}, {"604|605", "steel"}, {"606", "masonry"}});
+
+std::string_view value_of(const CityAttributes& attributes, const std::string& name) {
+  const auto found = attributes.find(name);
+  return found == attributes.end() ? std::string_view() : trim(found->second);
+}
+
+bool is_word(std::string_view text) {
+  constexpr std::size_t kLongest = 32;
+  return text.size() <= kLongest && std::all_of(text.begin(), text.end(), [](char c) {
+           return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
+         });
+}
+
+/// The value of `building` that one code or word stands for; empty where it is not known.
+std::string use_of(std::string_view value) {
+  // "31001_2020", "2020", "411"
+  const std::string_view code = value.substr(value.find_last_of("_:") + 1);  // all of it without a mark
+  const bool digits =
+      !code.empty() && std::all_of(code.begin(), code.end(), [](char c) { return c >= '0' && c <= '9'; });
+  if (!digits) return is_word(value) ? lower_case(value) : std::string();
+  if (code.size() != 3 && code.size() != 4) return {};
+  const auto& uses = code.size() == 4 ? kAdvUses : kPlateauUses;
+  const auto found = uses.find(code);
+  return found == uses.end() ? std::string() : std::string(found->second);
+}
+
+/// Whether an attribute's value stands for one that is not known, or cannot be.
+bool is_filler(std::string_view tag, std::string_view value) {
+  const std::optional<double> number = parse_double(value);
+  if (tag == "height") return number && (*number <= 0 || *number >= 2000);
+  if (tag == "building:levels") return number && (*number <= 0 || *number > 300);
+  if (tag == "start_date") {
+    const std::optional<double> year = parse_double(value.substr(0, 4));
+    return !year || *year < 1000 || *year > 2200;
+  }
+  return value.empty();
+}
+
+}  // namespace
+
+bool attribute_matters(std::string_view name) {
+  return std::any_of(kSameAs.begin(), kSameAs.end(),
+                     [name](const auto& pair) { return pair.first == name; }) ||
+         std::find(kOthers.begin(), kOthers.end(), name) != kOthers.end();
+}
+
+void add_tags_of_attributes(CityAttributes& tags) {
+  for (const auto& [from, to] : kSameAs) {
+    const std::string_view value = value_of(tags, std::string(from));
+    if (!value.empty() && !is_filler(to, value)) tags.emplace(to, value);
+  }
+  const auto structure = kPlateauStructures.find(value_of(tags, "buildingStructureType"));
+  if (structure == kPlateauStructures.end()) return;
+  tags.emplace("building:structure", structure->second);
+  // Frames of concrete and steel carry facades of any material.
+  if (structure->second == "wood") tags.emplace("building:material", "wood");
+  if (structure->second == "masonry") tags.emplace("building:material", "brick");
+}
+
+std::string building_use(const CityAttributes& attributes) {
+  for (const char* name : {"function", "usage", "class"}) {
+    std::string use = use_of(value_of(attributes, name));
+    if (!use.empty()) return use;
+  }
+  return "yes";
+}
+
+}  // namespace canyon::buildings

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+
+namespace canyon::buildings {
+
+/// The names and values of a city model's objects, by the names that the file gives them.
+using CityAttributes = std::map<std::string, std::string>;
+
+/// Whether tags_from_attributes() looks at an attribute of that name.
+[[nodiscard]] bool attribute_matters(std::string_view name);
+
+/// Adds the tags of OpenStreetMap that the attributes of CityGML, CityJSON and of common extensions stand
+/// for, where these tags are not there yet: `height`, `building:levels`, `building:material`,
+/// `roof:material`, `start_date`, `diameter_crown`, and `building:structure` ("wood", "masonry", "concrete",
+/// "steel") of PLATEAU's structure codes. Values that stand for "not known" (-9999, year 0001) are left out.
+void add_tags_of_attributes(CityAttributes& tags);
+
+/// The value of the tag `building` for a building with these attributes, by its function, usage and class:
+/// the codes of AdV ("31001_2020", four digits), of PLATEAU (three digits), or a word. "yes" where none is
+/// known.
+[[nodiscard]] std::string building_use(const CityAttributes& attributes);
+
+}  // namespace canyon::buildings

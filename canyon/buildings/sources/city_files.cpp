@@ -1,0 +1,207 @@
+#include "canyon/buildings/sources/city_files.hpp"
+
+#include <cpl_string.h>
+#include <cpl_vsi.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "canyon/base/archives.hpp"
+#include "canyon/base/gzip_file.hpp"
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/base/text_file.hpp"
+#include "canyon/buildings/sources/citygml_reader.hpp"
+#include "canyon/buildings/sources/cityjson_reader.hpp"
+#include "canyon/buildings/sources/gdal.hpp"
+#include "canyon/buildings/sources/model_kind.hpp"
+
+namespace canyon::buildings {
+namespace {
+
+/// A file, perhaps one in an archive.
+struct Tile {
+  std::filesystem::path path;  ///< for messages: "tiles.zip/a/b.gml"
+  std::string inside;          ///< GDAL's name of a file in an archive; empty for one on the disk
+};
+
+bool ends_in(std::string_view name, std::string_view end) {
+  return name.size() >= end.size() && lower_case(name.substr(name.size() - end.size())) == end;
+}
+
+ByteReader open_tile(const Tile& tile) {
+  if (tile.inside.empty()) {
+    auto file = std::make_shared<GzipFile>(tile.path);
+    return [file, path = tile.path](char* to, std::size_t size) {
+      const std::size_t n = file->read(to, size, 0);
+      if (n == 0 && file->cut_short())
+        throw InputError(path, 0, "gzip data is damaged or cut short", "fetch the file again");
+      return n;
+    };
+  }
+  const gdal::Quiet quiet;
+  const std::string name = ends_in(tile.inside, ".gz") ? "/vsigzip/" + tile.inside : tile.inside;
+  std::shared_ptr<VSILFILE> file(VSIFOpenL(name.c_str(), "rb"), [](VSILFILE* f) {
+    if (f != nullptr) VSIFCloseL(f);
+  });
+  if (!file) throw InputError(tile.path, 0, "cannot be unpacked", "is the archive cut short? fetch it again");
+  return [file](char* to, std::size_t size) {
+    const gdal::Quiet silent;
+    return VSIFReadL(to, 1, size, file.get());
+  };
+}
+
+ModelKind kind_of(const Tile& tile) {
+  if (tile.inside.empty()) return model_kind(tile.path);
+  constexpr std::size_t kHead = std::size_t{1} << 16;
+  const ByteReader bytes = open_tile(tile);
+  std::string head(kHead, '\0');
+  std::size_t filled = 0;
+  while (filled < kHead) {
+    const std::size_t n = bytes(head.data() + filled, kHead - filled);
+    if (n == 0) break;
+    filled += n;
+  }
+  head.resize(filled);
+  return model_kind_of_text(head);
+}
+
+/// The files in an archive, in the order of their names.
+std::vector<Tile> tiles_of_archive(const std::filesystem::path& archive) {
+  const gdal::Quiet quiet;
+  const std::string root = "/vsizip/{" + std::filesystem::absolute(archive).string() + "}";
+  char** list = VSIReadDirRecursive(root.c_str());
+  std::vector<std::string> names;
+  for (int i = 0; list != nullptr && list[i] != nullptr; ++i) names.emplace_back(list[i]);
+  CSLDestroy(list);
+  if (names.empty()) throw InputError(archive, 0, "is an archive that cannot be read", "fetch it again");
+  std::sort(names.begin(), names.end());
+  std::error_code ignored;
+  const std::uint64_t packed = std::filesystem::file_size(archive, ignored);
+  std::uint64_t unpacked = 0;
+  std::vector<Tile> tiles;
+  for (const std::string& name : names) {
+    const std::string inside = root + "/" + name;
+    VSIStatBufL status;
+    if (name.empty() || name.back() == '/' || VSIStatL(inside.c_str(), &status) != 0 ||
+        VSI_ISDIR(status.st_mode))
+      continue;
+    unpacked += static_cast<std::uint64_t>(status.st_size);
+    tiles.push_back({archive / name, inside});
+  }
+  if (unpacked > kHarmlessSize && unpacked / kMostGrowth > packed) {
+    throw InputError(archive, 0, fmt::format("unpacks to more than {} times its size", kMostGrowth),
+                     "is it the right file?");
+  }
+  return tiles;
+}
+
+std::vector<Tile> tiles_of_folder(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> files;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(
+           folder, std::filesystem::directory_options::skip_permission_denied, error)) {
+    if (entry.is_regular_file(error)) files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  std::vector<Tile> tiles;
+  for (const std::filesystem::path& file : files) {
+    const bool archive = ends_in(file.string(), ".zip") && model_kind(file) == ModelKind::Archive;
+    if (!archive) {
+      tiles.push_back({file, {}});
+      continue;
+    }
+    for (Tile& tile : tiles_of_archive(file)) tiles.push_back(std::move(tile));
+  }
+  return tiles;
+}
+
+class CityFiles {
+ public:
+  explicit CityFiles(const CityReadOptions& options) : model_(options) {}
+
+  void read(const std::filesystem::path& path) {
+    const ModelKind kind = model_kind(path);
+    const bool many = kind == ModelKind::Archive || kind == ModelKind::Folder;
+    const std::vector<Tile> tiles = kind == ModelKind::Archive  ? tiles_of_archive(path)
+                                    : kind == ModelKind::Folder ? tiles_of_folder(path)
+                                                                : std::vector<Tile>{{path, {}}};
+    std::size_t good = 0, bad = 0;
+    std::optional<InputError> first;
+    for (const Tile& tile : tiles) {
+      try {
+        if (read_tile(tile, many)) ++good;
+      } catch (const InputError& e) {
+        if (!many) throw;
+        model_.drop_file();
+        ++bad;
+        if (!first) first = e;
+        if (bad <= kNamedTiles) model_.warn(fmt::format("tile left out: {}", e.what()));
+      }
+    }
+    if (good == 0 && first) throw InputError(*first);
+    if (bad > kNamedTiles) model_.warn(fmt::format("{} more tiles left out", bad - kNamedTiles));
+  }
+
+  MapData finish(const std::filesystem::path& name) {
+    if (skipped_ > 0) model_.note(fmt::format("tiles       {} outside the box, not read", skipped_));
+    if (foreign_ > 0) model_.note(fmt::format("tiles       {} other files passed over", foreign_));
+    return model_.finish(name);
+  }
+
+ private:
+  static constexpr std::size_t kNamedTiles = 5;
+
+  /// False for what is not a city model.
+  bool read_tile(const Tile& tile, bool many) {
+    const ModelKind kind = kind_of(tile);
+    if (kind != ModelKind::CityGml && kind != ModelKind::CityJson && many) {
+      ++foreign_;
+      return false;
+    }
+    model_.begin_file(tile.path);
+    if (kind == ModelKind::CityJson) {
+      TextFile file =
+          tile.inside.empty() ? TextFile(tile.path) : TextFile::from_string(text_of(tile), tile.path);
+      read_cityjson(file, model_);
+    } else if (!read_citygml(
+                   tile.path, [&tile] { return open_tile(tile); }, model_)) {
+      ++skipped_;
+    }
+    return true;
+  }
+
+  static std::string text_of(const Tile& tile) {
+    const ByteReader bytes = open_tile(tile);
+    std::string text, piece(std::size_t{1} << 18, '\0');
+    while (const std::size_t n = bytes(piece.data(), piece.size())) {
+      text.append(piece, 0, n);
+      if (text.size() > kLargestUnpacked) throw InputError(tile.path, 0, "unpacks to more than 1 GiB");
+    }
+    return text;
+  }
+
+  CityModel model_;
+  std::size_t skipped_ = 0, foreign_ = 0;
+};
+
+}  // namespace
+
+MapData read_city_files(const std::vector<std::filesystem::path>& paths, const CityReadOptions& options) {
+  CityFiles files(options);
+  std::string names;
+  for (const std::filesystem::path& path : paths) {
+    files.read(path);
+    const std::filesystem::path name = path.has_filename() ? path.filename() : path.parent_path().filename();
+    names += (names.empty() ? "" : ", ") + name.string();
+  }
+  return files.finish(names);
+}
+
+}  // namespace canyon::buildings

@@ -1,0 +1,125 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "canyon/buildings/sources/city_attributes.hpp"
+#include "canyon/buildings/sources/map_data.hpp"
+#include "canyon/buildings/sources/map_options.hpp"
+#include "canyon/buildings/sources/reference_system.hpp"
+
+namespace canyon::buildings {
+
+/// How files of a city model are read.
+struct CityReadOptions {
+  ModelOptions model;
+  TerrainOptions heights;
+  std::optional<LonLatBox> box;  ///< only what touches it
+};
+
+/// One object of a city model as its file has it, in WGS 84.
+struct CityObject {
+  std::string id, type;
+  std::string parent;  ///< id of the object that it is a part of
+  CityAttributes attributes;
+  double lod = -1;  ///< of the surfaces; below 1 these are outlines; below 0: it has no geometry
+  std::vector<MapSurface> surfaces;
+  std::optional<Eigen::Vector3d> place;  ///< of a geometry that many objects share (lon, lat [deg], height)
+  bool has_parts = false;
+};
+
+/// Gathers the objects of the files of a city model, CityGML or CityJSON, as the features of a map: kinds,
+/// tags, what replaces what, and counts of what is left out.
+class CityModel {
+ public:
+  explicit CityModel(const CityReadOptions& options);
+
+  [[nodiscard]] const CityReadOptions& options() const { return options_; }
+
+  /// What is added from here on is of `file`.
+  void begin_file(const std::filesystem::path& file);
+  /// Takes back what was added since begin_file().
+  void drop_file();
+  [[nodiscard]] const std::filesystem::path& file() const { return file_; }
+
+  /// Numbers of reference systems are used until the model ends. Throws InputError as ReferenceSystem does.
+  /// @param ogc_name as the file names it; empty where it names none
+  /// @param east_first that the file's format puts east first, whatever the authority says
+  /// @param line for messages
+  [[nodiscard]] std::size_t system(const std::string& ogc_name, bool east_first, int line);
+  [[nodiscard]] const ReferenceSystem& reference(std::size_t system) const {
+    return systems_[system].reference;
+  }
+  /// Who tells whether the file's objects have east first (1), north first (-1), or neither (0): asked where
+  /// the authority lists north first and both orders have a place in the system's area of use.
+  using Handedness = std::function<int()>;
+  void ask_handedness(Handedness handedness) { handedness_ = std::move(handedness); }
+  /// East (or longitude) first, as the file's order of axes is. That order is decided once for a file and
+  /// system, by the first point whose place tells it.
+  [[nodiscard]] Eigen::Vector3d east_first(std::size_t system, const Eigen::Vector3d& point);
+  /// In place: from east, north, height to longitude, latitude [deg], ellipsoidal height [m]; NaN where the
+  /// system does not reach. Longitudes are within 180 deg of the first of all.
+  void to_wgs84(std::size_t system, std::vector<Eigen::Vector3d>& points);
+
+  /// In place: points of a geometry that many objects share, metres, moved by `matrix` and then to `origin`
+  /// (of the file, east first), to WGS 84. In a geographic system they are east, north, up about it.
+  void place(std::size_t system, const Eigen::Matrix4d& matrix, const Eigen::Vector3d& origin,
+             std::vector<Eigen::Vector3d>& points);
+
+  void leave_out(const std::string& what, std::size_t count = 1) { left_out_[what] += count; }
+  /// One line of a kind, with the files that it was said of.
+  void warn(const std::string& line) { ++said_[line]; }
+  /// One line for MapData::contents.
+  void note(const std::string& line) { data_.contents.push_back(line); }
+  void add(CityObject object);
+
+  /// The features, sorted by id. Throws InputError where there are none.
+  /// @param name of all of the files, for messages
+  [[nodiscard]] MapData finish(const std::filesystem::path& name);
+
+ private:
+  struct System {
+    std::string name;
+    ReferenceSystem reference;
+    bool east_first = false;  ///< by the format
+    std::optional<bool> swap;
+    std::size_t files = 0;
+  };
+  using Counts = std::map<std::string, std::size_t>;
+
+  void add_building(CityObject object, bool part);
+  void add_tree(CityObject object);
+  void add_wood(CityObject object);
+  [[nodiscard]] bool leaves_out_low(const MapFeature& feature);
+  void keep(MapFeature feature, const CityObject& object);
+  [[nodiscard]] bool in_box(const Eigen::AlignedBox2d& bounds) const;
+  void finish_file();
+  void describe(MapData& data) const;
+
+  CityReadOptions options_;
+  std::filesystem::path file_;
+  std::vector<System> systems_;
+  std::set<std::size_t> systems_of_file_;
+  std::optional<double> longitude_;  ///< of the first point
+  MapData data_;
+  std::vector<double> lods_;                              ///< of data_.features
+  std::size_t first_feature_ = 0;                         ///< of the file
+  std::size_t first_relief_ = 0;                          ///< likewise
+  std::map<std::string, CityAttributes> tags_of_wholes_;  ///< of the file's objects that have parts
+  std::set<std::string> seen_;                            ///< id and place of the features of other files
+  Counts left_out_, said_, kinds_;
+  Handedness handedness_;
+  Counts left_out_before_, said_before_, kinds_before_;
+  std::size_t files_ = 0, outside_ = 0, repeated_ = 0;
+  std::size_t outside_before_ = 0, repeated_before_ = 0;
+};
+
+}  // namespace canyon::buildings

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+
+#include "canyon/buildings/sources/city_model.hpp"
+#include "canyon/buildings/sources/gml_document.hpp"
+#include "canyon/buildings/sources/map_data.hpp"
+
+namespace canyon::buildings {
+
+/// Reads CityGML 1.0, 2.0 or 3.0, plain or packed by gzip, object by object.
+///
+/// Buildings with their parts and installations, bridges, tunnels, other constructions and city furniture
+/// become features with `surfaces`: the best level of detail up to CityReadOptions::model, of polygons with
+/// holes, of solids (outer shells), surfaces, triangulated surfaces and implicit geometries, following
+/// references (xlink:href) within the file, forwards and backwards. Thematic surfaces give the semantics;
+/// polygons that both a solid and a thematic surface have are taken once. An object that has LoD 0 alone
+/// becomes an outline with `polygons`. Solitary vegetation objects become trees, plant covers woods, reliefs
+/// of triangles MapData::relief. Everything else is counted in warnings.
+///
+/// Coordinates are in the order of the authority's axes (latitude first for EPSG:6697), or in the other one
+/// where only that lies in the system's area of use, or where both do and only then roofs look up (a warning
+/// says so). Heights become ellipsoidal as Geoid has it.
+///
+/// Throws InputError with the line: read_gml()'s cases, no or unknown reference system while
+/// ModelOptions::crs is not given either, no object that can be built.
+[[nodiscard]] MapData read_citygml(const std::filesystem::path& path, const CityReadOptions& options = {});
+
+/// Opens a file at its beginning; called more than once where objects refer to later ones.
+using OpenBytes = std::function<ByteReader()>;
+
+/// Adds the objects of a file to a model. Objects of a file whose envelope lies outside the box are not read.
+/// @return whether the file was read
+bool read_citygml(const std::filesystem::path& file, const OpenBytes& open, CityModel& model);
+
+}  // namespace canyon::buildings

@@ -1,0 +1,314 @@
+#include "canyon/buildings/sources/gml_objects.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <set>
+#include <unordered_map>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/buildings/sources/gml_faces.hpp"
+
+namespace canyon::buildings {
+namespace {
+
+/// Objects that CityModel::add() knows, and those that it only counts.
+const std::set<std::string_view> kGmlObjects{"Building",
+                                             "BuildingPart",
+                                             "BuildingInstallation",
+                                             "BuildingConstructiveElement",
+                                             "Bridge",
+                                             "BridgePart",
+                                             "BridgeInstallation",
+                                             "BridgeConstructionElement",
+                                             "BridgeConstructiveElement",
+                                             "Tunnel",
+                                             "TunnelPart",
+                                             "TunnelInstallation",
+                                             "TunnelConstructiveElement",
+                                             "OtherConstruction",
+                                             "CityFurniture",
+                                             "SolitaryVegetationObject",
+                                             "PlantCover",
+                                             "TINRelief",
+                                             "MassPointRelief",
+                                             "BreaklineRelief",
+                                             "RasterRelief",
+                                             "Road",
+                                             "Railway",
+                                             "Track",
+                                             "Square",
+                                             "Waterway",
+                                             "TransportationComplex",
+                                             "LandUse",
+                                             "WaterBody",
+                                             "GenericCityObject",
+                                             "GenericOccupiedSpace",
+                                             "GenericUnoccupiedSpace",
+                                             "GenericThematicSurface"};
+
+/// Hold other objects and have no geometry.
+bool only_holds_others(std::string_view name) {
+  return name == "ReliefFeature" || name == "CityObjectGroup";
+}
+
+bool is_part(std::string_view name) {
+  return name == "BuildingPart" || name == "BridgePart" || name == "TunnelPart";
+}
+
+class GmlObjectReader {
+ public:
+  GmlObjectReader(const GmlElement& root, const GmlLibrary& library, CityModel& model)
+      : faces_(root, library), model_(model) {}
+
+  void read(const GmlElement& element, const std::string& parent) {
+    CityObject object;
+    object.id = element.id.empty() ? fmt::format("{} of line {}", element.name, element.line) : element.id;
+    object.type = element.name;
+    object.parent = parent;
+    // What stands in this object has its polygons first.
+    for (const GmlElement& property : element.children) {
+      for (const GmlElement& child : property.children) {
+        if (!is_gml_object(child.name)) continue;
+        object.has_parts = object.has_parts || is_part(child.name);
+        read(child, only_holds_others(element.name) ? std::string() : object.id);
+      }
+    }
+    if (only_holds_others(element.name)) return;
+    if (kGmlObjects.count(element.name) > 0) {
+      read_attributes(element, object.attributes);
+      read_geometry(element, object);
+    }
+    model_.add(std::move(object));
+  }
+
+  void count_what_is_missing() {
+    if (!faces_.missing().empty())
+      model_.leave_out("references to geometries that the file does not have", faces_.missing().size());
+    if (faces_.external() > 0) model_.leave_out("geometries in files of their own", faces_.external());
+  }
+
+ private:
+  static void read_attributes(const GmlElement& element, CityAttributes& attributes) {
+    for (const GmlElement& child : element.children) {
+      if (is_gml_object(child.name) || child.name == "boundedBy" || child.name == "boundary" ||
+          child.name.rfind("lod", 0) == 0)
+        continue;
+      const GmlElement* value = child.child("value");
+      // <stringAttribute name="function"><value>..., and <Height><value>... of CityGML 3.0
+      const std::string& name = child.key.empty() ? child.name : child.key;
+      const std::string& text = value != nullptr ? value->text : child.text;
+      if (!text.empty() && attribute_matters(name)) {
+        attributes.emplace(name, std::string(trim(text)));
+      } else if (child.name == "Height" && value != nullptr) {
+        attributes.emplace("measuredHeight", std::string(trim(value->text)));
+      }
+      // Extensions (uro:buildingDetails) wrap their attributes.
+      if (value == nullptr && child.rings.empty()) {
+        for (const GmlElement& inner : child.children) {
+          if (!is_gml_object(inner.name)) read_wrapped(inner, attributes);
+        }
+      }
+    }
+  }
+  static void read_wrapped(const GmlElement& element, CityAttributes& attributes) {
+    if (element.name == "Height") {
+      if (const GmlElement* value = element.child("value"))
+        attributes.emplace("measuredHeight", std::string(trim(value->text)));
+      return;
+    }
+    read_attributes(element, attributes);
+  }
+
+  /// The levels of detail that may be taken, the best first. One that has rooms, and outlines, come last.
+  [[nodiscard]] std::vector<int> preferred(const std::map<int, GmlDetail>& details) const {
+    constexpr int kWithRooms = 4;
+    const ModelOptions& wanted = model_.options().model;
+    std::vector<int> lods;
+    for (auto detail = details.rbegin(); detail != details.rend(); ++detail) {
+      if (detail->first >= 1 && detail->first <= wanted.highest_lod()) lods.push_back(detail->first);
+    }
+    if (!wanted.lod && details.count(kWithRooms) > 0) lods.push_back(kWithRooms);
+    if (details.count(0) > 0) lods.push_back(0);
+    return lods;
+  }
+
+  void read_geometry(const GmlElement& element, CityObject& object) {
+    const std::map<int, GmlDetail> details = faces_.details_of(element);
+    for (const int lod : preferred(details)) {
+      std::vector<GmlFace> faces = merged_faces(details.at(lod));
+      // A part has them already.
+      faces.erase(std::remove_if(faces.begin(), faces.end(),
+                                 [&](const GmlFace& face) {
+                                   return face.placement < 0 && taken_.count(face.polygon) > 0;
+                                 }),
+                  faces.end());
+      if (faces.empty()) continue;
+      object.lod = lod;
+      for (const GmlFace& face : faces) {
+        if (face.placement < 0) taken_.insert(face.polygon);
+      }
+      add_surfaces(faces, object);
+      if (!object.surfaces.empty()) break;
+    }
+    if (!faces_.placements().empty()) place_object(object);
+  }
+
+  /// The first implicit geometry of the object that is read.
+  void place_object(CityObject& object) {
+    const std::size_t first = placements_seen_;
+    placements_seen_ = faces_.placements().size();
+    if (first == placements_seen_) return;
+    const Eigen::Vector3d place = origin_of(faces_.placements()[first]);
+    if (place.allFinite()) object.place = place;
+  }
+
+  /// Longitude, latitude [deg], ellipsoidal height [m].
+  Eigen::Vector3d origin_of(const GmlPlacement& placement) {
+    const GmlElement& point = *placement.reference;
+    const std::size_t system = system_of(point);
+    std::vector<Eigen::Vector3d> points{model_.east_first(system, point.positions.front())};
+    model_.to_wgs84(system, points);
+    return points.front();
+  }
+
+  std::size_t system_of(const GmlElement& element) {
+    const std::string* name = element.system.get();
+    const auto known = systems_.find(name);
+    if (known != systems_.end()) return known->second;
+    const std::size_t system = model_.system(name == nullptr ? std::string() : *name, false, element.line);
+    systems_.emplace(name, system);
+    return system;
+  }
+
+  using Points = std::vector<Eigen::Vector3d>;
+
+  /// Every point of the faces once, in WGS 84.
+  class PlacedPoints {
+   public:
+    explicit PlacedPoints(GmlObjectReader& reader) : reader_(reader) {}
+    void add(const GmlFace& face) {
+      Batch& batch = batch_of(face);
+      for (const Points& ring : face.polygon->rings) {
+        for (const Eigen::Vector3d& p : ring) {
+          if (batch.index.emplace(std::array{p.x(), p.y(), p.z()}, batch.points.size()).second)
+            batch.points.push_back(p);
+        }
+      }
+    }
+    void place() {
+      for (auto& [key, batch] : batches_) {
+        if (key.first < 0) {
+          for (Eigen::Vector3d& p : batch.points) p = reader_.model_.east_first(key.second, p);
+          reader_.model_.to_wgs84(key.second, batch.points);
+        } else {
+          reader_.place_relative(reader_.faces_.placements()[static_cast<std::size_t>(key.first)],
+                                 batch.points);
+        }
+      }
+    }
+    [[nodiscard]] Points ring(const GmlFace& face, const Points& raw) {
+      const Batch& batch = batch_of(face);
+      Points points;
+      points.reserve(raw.size());
+      for (const Eigen::Vector3d& p : raw) {
+        const Eigen::Vector3d& placed = batch.points[batch.index.at(std::array{p.x(), p.y(), p.z()})];
+        if (points.empty() || points.back() != placed) points.push_back(placed);
+      }
+      if (points.size() > 1 && points.front() == points.back()) points.pop_back();
+      return points;
+    }
+
+   private:
+    struct Batch {
+      std::map<std::array<double, 3>, std::size_t> index;
+      Points points;
+    };
+    Batch& batch_of(const GmlFace& face) {
+      const std::size_t system = face.placement < 0 ? reader_.system_of(*face.polygon) : 0;
+      return batches_[{face.placement, system}];
+    }
+    GmlObjectReader& reader_;
+    std::map<std::pair<int, std::size_t>, Batch> batches_;  ///< by placement and reference system
+  };
+
+  void place_relative(const GmlPlacement& placement, Points& points) {
+    const std::size_t system = system_of(*placement.reference);
+    model_.place(system, placement.matrix, model_.east_first(system, placement.reference->positions.front()),
+                 points);
+  }
+
+  void add_surfaces(const std::vector<GmlFace>& faces, CityObject& object) {
+    PlacedPoints placed(*this);
+    for (const GmlFace& face : faces) placed.add(face);
+    placed.place();
+    std::size_t off_earth = 0;
+    for (const GmlFace& face : faces) {
+      MapSurface surface;
+      surface.semantic = face.semantic;
+      bool outer = true, good = true;
+      for (const Points& raw : face.polygon->rings) {
+        Points ring = placed.ring(face, raw);
+        if (face.reversed) std::reverse(ring.begin(), ring.end());
+        const bool finite =
+            std::all_of(ring.begin(), ring.end(), [](const Eigen::Vector3d& p) { return p.allFinite(); });
+        if (!finite) ++off_earth;
+        if (finite && ring.size() < 3) model_.leave_out("rings of fewer than three points");
+        if (finite && ring.size() >= 3) {
+          if (outer) {
+            surface.outer = std::move(ring);
+          } else {
+            surface.inners.push_back(std::move(ring));
+          }
+        } else if (outer) {
+          good = false;
+        }
+        outer = false;
+      }
+      if (good) object.surfaces.push_back(std::move(surface));
+    }
+    if (off_earth > 0) {
+      model_.leave_out("rings outside the area of their reference system", off_earth);
+      model_.warn(
+          fmt::format("object \"{}\" has coordinates outside the area of its reference system", object.id));
+    }
+  }
+
+  GmlFaces faces_;
+  CityModel& model_;
+  std::set<const GmlElement*> taken_;
+  std::map<const std::string*, std::size_t> systems_;
+  std::size_t placements_seen_ = 0;
+};
+
+}  // namespace
+
+bool is_gml_object(std::string_view name) {
+  return kGmlObjects.count(name) > 0 || only_holds_others(name);
+}
+
+std::set<std::string> missing_references(const GmlElement& object, const GmlLibrary& library) {
+  GmlFaces faces(object, library);
+  const auto follow = [&](const auto& self, const GmlElement& element) -> void {
+    (void)faces.details_of(element);
+    for (const GmlElement& property : element.children) {
+      for (const GmlElement& child : property.children) {
+        if (is_gml_object(child.name)) self(self, child);
+      }
+    }
+  };
+  follow(follow, object);
+  return faces.missing();
+}
+
+void read_gml_object(const GmlElement& object, const GmlLibrary& library, CityModel& model) {
+  GmlObjectReader reader(object, library, model);
+  reader.read(object, {});
+  reader.count_what_is_missing();
+}
+
+}  // namespace canyon::buildings

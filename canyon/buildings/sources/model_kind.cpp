@@ -1,0 +1,145 @@
+#include "canyon/buildings/sources/model_kind.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <string>
+
+#include "canyon/base/archives.hpp"
+#include "canyon/base/gzip_file.hpp"
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
+
+namespace canyon::buildings {
+namespace {
+
+constexpr std::size_t kHeadBytes = std::size_t{1} << 16;
+
+bool has_ending(const std::filesystem::path& path, std::initializer_list<std::string_view> endings) {
+  const std::string name = lower_case(path.filename().string());
+  return std::any_of(endings.begin(), endings.end(), [&name](std::string_view end) {
+    return name.size() > end.size() && name.compare(name.size() - end.size(), end.size(), end) == 0;
+  });
+}
+
+/// The name of the first element, with its namespace's prefix; empty where the text shows none.
+std::string_view root_name(std::string_view text) {
+  for (std::size_t at = text.find('<'); at != std::string_view::npos; at = text.find('<', at)) {
+    const std::string_view rest = text.substr(at);
+    std::string_view end;
+    if (rest.substr(0, 4) == "<!--") {
+      end = "-->";
+    } else if (rest.substr(0, 2) == "<?") {
+      end = "?>";
+    } else if (rest.substr(0, 2) == "<!") {
+      end = ">";
+    } else {
+      return rest.substr(1, rest.find_first_of(" \t\r\n/>") - 1);
+    }
+    at = text.find(end, at);
+    if (at == std::string_view::npos) break;
+  }
+  return {};
+}
+
+std::string plain_head(const std::filesystem::path& path) {
+  std::string head(kHeadBytes, '\0');
+  std::ifstream in(path, std::ios::binary);
+  in.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(std::max<std::streamsize>(in.gcount(), 0)));
+  return head;
+}
+
+std::string unpacked_head(const std::filesystem::path& path) {
+  std::string head(kHeadBytes, '\0');
+  std::size_t filled = 0;
+  try {
+    GzipFile file(path);
+    while (filled < head.size()) {
+      const std::size_t n = file.read(head.data() + filled, head.size() - filled, 0);
+      if (n == 0) break;
+      filled += n;
+    }
+  } catch (const InputError&) {  // who reads it says what is wrong
+  }
+  head.resize(filled);
+  return head;
+}
+
+/// The list of a zip archive's files is at its end.
+bool names_city_models(const std::filesystem::path& archive) {
+  constexpr std::streamoff kTail = std::streamoff{1} << 20;
+  std::ifstream in(archive, std::ios::binary | std::ios::ate);
+  const std::streamoff size = in.tellg();
+  if (size <= 0) return false;
+  const std::streamoff begin = std::max<std::streamoff>(0, size - kTail);
+  std::string tail(static_cast<std::size_t>(size - begin), '\0');
+  in.seekg(begin);
+  in.read(tail.data(), static_cast<std::streamsize>(tail.size()));
+  tail = lower_case(tail);
+  constexpr std::string_view kEntry = "pk\x01\x02";
+  for (std::size_t at = tail.find(kEntry); at != std::string::npos; at = tail.find(kEntry, at + 4)) {
+    constexpr std::size_t kName = 46, kLength = 28;  // APPNOTE 4.3.12
+    if (at + kName > tail.size()) break;
+    const auto byte = [&](std::size_t i) {
+      return static_cast<std::size_t>(static_cast<unsigned char>(tail[at + i]));
+    };
+    const std::string name = tail.substr(at + kName, byte(kLength) + 256 * byte(kLength + 1));
+    if (has_ending(name, {".gml", ".citygml", ".xml", ".city.json", ".json", ".jsonl", ".gml.gz"}))
+      return true;
+  }
+  return false;
+}
+
+bool holds_city_models(const std::filesystem::path& folder) {
+  constexpr int kMostFiles = 5000;
+  std::error_code error;
+  if (std::filesystem::exists(folder / "model.sdf", error)) return false;
+  int looked = 0;
+  const auto options = std::filesystem::directory_options::skip_permission_denied;
+  for (auto it = std::filesystem::recursive_directory_iterator(folder, options, error);
+       !error && it != std::filesystem::recursive_directory_iterator(); it.increment(error)) {
+    if (!it->is_regular_file(error) || error) continue;
+    if (++looked > kMostFiles) break;
+    const std::filesystem::path& file = it->path();
+    if (!has_ending(file, {".gml", ".citygml", ".xml", ".json", ".jsonl", ".gz", ".zip"})) continue;
+    const ModelKind kind = model_kind_of_text(plain_head(file));
+    if (kind != ModelKind::None) return true;
+    if (has_ending(file, {".gz", ".zip"}) && model_kind(file) != ModelKind::None) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+ModelKind model_kind_of_text(std::string_view head) {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (head.substr(0, kByteOrderMark.size()) == kByteOrderMark) head.remove_prefix(kByteOrderMark.size());
+  head = trim(head);
+  if (head.empty()) return ModelKind::None;
+  if (head.front() == '{') {
+    return head.find("\"CityJSON") != std::string_view::npos ? ModelKind::CityJson : ModelKind::None;
+  }
+  if (head.front() != '<') return ModelKind::None;
+  std::string_view root = root_name(head);
+  root = root.substr(root.find(':') + 1);  // all of it without a prefix
+  const bool collection =
+      root == "FeatureCollection" && lower_case(head).find("opengis.net/citygml") != std::string::npos;
+  return root == "CityModel" || collection ? ModelKind::CityGml : ModelKind::None;
+}
+
+ModelKind model_kind(const std::filesystem::path& path) {
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error))
+    return holds_city_models(path) ? ModelKind::Folder : ModelKind::None;
+  std::string head = std::filesystem::is_regular_file(path, error) ? plain_head(path) : std::string();
+  if (is_zip(head)) return names_city_models(path) ? ModelKind::Archive : ModelKind::None;
+  if (is_gzip(head)) head = unpacked_head(path);
+  const ModelKind kind = model_kind_of_text(head);
+  if (kind != ModelKind::None) return kind;
+  const bool overpass =
+      head.find("\"elements\"") != std::string::npos || head.find("Overpass API") != std::string::npos;
+  return has_ending(path, {".json", ".jsonl", ".json.gz", ".jsonl.gz"}) && !overpass ? ModelKind::CityJson
+                                                                                     : ModelKind::None;
+}
+
+}  // namespace canyon::buildings
