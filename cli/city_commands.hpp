@@ -7,6 +7,7 @@
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "cli/commands.hpp"
+#include "cli/field_option.hpp"
 
 namespace canyon::cli {
 
@@ -17,6 +18,17 @@ void add_city_view(Command& city);
 /// The city of a file of any kind, of a Gazebo model's folder, or of a scenario. `origin` ("LAT,LON,HEIGHT"
 /// or empty) is for meshes and maps. Throws InputError where it stands beside a file that says its own.
 [[nodiscard]] simulation::CityConfig city_config(const std::string& input, const std::string& origin);
+
+/// Which part of a tileset of 3D Tiles is read, and how.
+struct TileArguments {
+  Changes<tiles::TileOptions> changes;
+  std::string bbox;
+};
+/// Adds --error, --most-tiles, --elsewhere, --skin, --flatten and, where `with_box`, --bbox.
+/// @param arguments must live as long as the command
+void add_tile_options(Command& command, TileArguments& arguments, bool with_box);
+/// Makes the changes. Throws InputError where there are some and the city is not a tileset.
+void change_tiles(simulation::CityConfig& config, const TileArguments& arguments, const std::string& input);
 
 /// simulation::load_city_with_report() with a progress line.
 [[nodiscard]] buildings::BuiltCity load_city(const simulation::CityConfig& config, const char* what,

@@ -16,6 +16,7 @@ struct CityViewArguments {
   std::string size;
   bool materials = false;
   bool quiet = false;
+  TileArguments tiles;
   drawing::CityPictureOptions picture;
 };
 
@@ -37,8 +38,10 @@ int run_city_view(const CityViewArguments& arguments) {
   if (std::filesystem::path(arguments.out).extension() != ".png") {
     throw InputError(fmt::format("-o '{}' is not a .png", arguments.out), "pictures are PNG files");
   }
-  const buildings::BuiltCity loaded =
-      load_city(city_config(arguments.input, ""), "building the city", arguments.quiet);
+  simulation::CityConfig config = city_config(arguments.input, "");
+  change_tiles(config, arguments.tiles, arguments.input);
+  const buildings::BuiltCity loaded = load_city(config, "building the city", arguments.quiet);
+  if (config.tiles && !arguments.quiet) print_warnings(loaded.report.cautions);
   drawing::draw_city(loaded.city, arguments.out, picture);
   return kOk;
 }
@@ -57,6 +60,7 @@ void add_city_view(Command& city) {
                   fmt::format("in pixels ({}x{})", arguments.picture.width_px, arguments.picture.height_px));
   add_field(view, "--title", arguments.picture, "title");
   add_field(view, "--credit", arguments.picture, "credit");
+  add_tile_options(view, arguments.tiles, true);
   view.add_flag("--materials", arguments.materials, "colours by material instead of height");
   view.add_flag("--quiet", arguments.quiet, "print errors only");
 }

@@ -20,9 +20,11 @@ include(${CMAKE_CURRENT_LIST_DIR}/CanyonDependencies.cmake)
 find_package(nlohmann_json 3.9 REQUIRED)
 
 add_library(canyon_io_needs INTERFACE)
+add_library(canyon_tile_codecs INTERFACE)    # which of the libraries for compressed 3D Tiles there are
 if(CANYON_BUILD_IO)
   include(${CMAKE_CURRENT_LIST_DIR}/CanyonIoDependencies.cmake)
   target_link_libraries(canyon_io_needs INTERFACE ${CANYON_IO_LIBRARIES})
+  target_compile_definitions(canyon_tile_codecs INTERFACE ${CANYON_TILE_DEFINITIONS})
 endif()
 if(CANYON_BUILD_CLI)
   find_package(CLI11 REQUIRED)

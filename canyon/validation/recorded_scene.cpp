@@ -28,7 +28,7 @@ RecordedScene read_recorded_scene(simulation::Scenario& scenario, const ListedRe
   wanted.systems = scenario.sky.systems;
   wanted.all_signals = true;
   rinex::RinexObservations recorded = rinex::read_observations(*files.obs, wanted);
-  city::City city = simulation::load_city(scenario.city, scenario.seed);
+  city::City city = simulation::load_city(simulation::city_config(scenario), scenario.seed);
   RecordedScene scene;
   // The sky is of the recording's time: the scenario's own trajectory is not simulated.
   scene.sky = simulation::build_sky(scenario.sky, recorded.epochs.front().receiver_time,
