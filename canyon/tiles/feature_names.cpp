@@ -86,15 +86,15 @@ FeatureNames batch_names(const Json& table) {
 std::optional<city::Surface> surface_by_word(std::string_view text) {
   using city::Surface;
   static constexpr std::pair<std::string_view, Surface> kWords[]{
-      {"building", Surface::Building},     {"buildings", Surface::Building}, {"bldg", Surface::Building},
-      {"roof", Surface::Building},         {"wall", Surface::Building},      {"bridge", Surface::Building},
-      {"tree", Surface::Foliage},          {"trees", Surface::Foliage},      {"vegetation", Surface::Foliage},
-      {"foliage", Surface::Foliage},       {"plant", Surface::Foliage},      {"forest", Surface::Foliage},
-      {"terrain", Surface::Terrain},       {"ground", Surface::Terrain},     {"dem", Surface::Terrain},
-      {"dtm", Surface::Terrain},           {"relief", Surface::Terrain},     {"road", Surface::Terrain},
-      {"street", Surface::Terrain},        {"railway", Surface::Terrain},    {"water", Surface::Terrain},
-      {"waterbody", Surface::Terrain},     {"landuse", Surface::Terrain},    {"vehicle", Surface::Vehicle},
-      {"transportation", Surface::Terrain}};
+      {"building", Surface::Building}, {"buildings", Surface::Building},    {"bldg", Surface::Building},
+      {"roof", Surface::Building},     {"wall", Surface::Building},         {"bridge", Surface::Building},
+      {"tree", Surface::Foliage},      {"trees", Surface::Foliage},         {"vegetation", Surface::Foliage},
+      {"foliage", Surface::Foliage},   {"plant", Surface::Foliage},         {"forest", Surface::Foliage},
+      {"terrain", Surface::Terrain},   {"ground", Surface::Terrain},        {"dem", Surface::Terrain},
+      {"dtm", Surface::Terrain},       {"relief", Surface::Terrain},        {"tinrelief", Surface::Terrain},
+      {"road", Surface::Terrain},      {"street", Surface::Terrain},        {"railway", Surface::Terrain},
+      {"water", Surface::Terrain},     {"waterbody", Surface::Terrain},     {"landuse", Surface::Terrain},
+      {"vehicle", Surface::Vehicle},   {"transportation", Surface::Terrain}};
   for (const auto& [word, surface] : kWords) {
     if (city::has_word(text, word)) return surface;
   }

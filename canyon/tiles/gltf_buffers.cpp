@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 
-#include "canyon/base/base64.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/tiles/bytes.hpp"
 #include "canyon/tiles/gltf_compression.hpp"
@@ -113,15 +112,7 @@ std::string_view GltfBuffers::buffer(std::uint64_t index) {
   if (uri.empty()) return piece(binary_, 0, length);
   const auto [found, added] = loaded_.try_emplace(index);
   if (added) {
-    if (uri.rfind("data:", 0) == 0) {
-      const std::size_t comma = uri.find(";base64,");
-      std::optional<std::string> decoded;
-      if (comma != std::string::npos) decoded = from_base64(std::string_view(uri).substr(comma + 8));
-      if (!decoded) throw InputError("a buffer's data: URI is not base64");
-      found->second = std::move(*decoded);
-    } else {
-      found->second = fetch_(uri);
-    }
+    found->second = fetch_(uri);
   }
   return piece(found->second, 0, length);
 }

@@ -38,7 +38,7 @@ struct GltfModel {
   std::size_t lines_and_points = 0;              ///< primitives that are no triangles, left out
 };
 
-/// Gives the bytes that a URI of the asset names. Throws InputError.
+/// Gives the bytes that a URI of the asset names, or those of a data: URI. Throws InputError.
 using FetchBytes = std::function<std::string(const std::string& uri)>;
 
 /// Decodes glTF 2.0, binary or JSON: accessors of all types, sparse ones, strips and fans,

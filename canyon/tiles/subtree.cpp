@@ -90,8 +90,13 @@ Subtree read_subtree(std::string_view bytes, int levels, bool octree,
     text = piece(bytes, 24, length);
     binary = piece(bytes, 24 + length, little<std::uint64_t>(bytes, 16));
   }
-  const Json json = Json::parse(text);
-  return SubtreeReader(json, binary, fetch).read(levels, octree);
+  try {
+    const Json json = Json::parse(text);
+    return SubtreeReader(json, binary, fetch).read(levels, octree);
+  } catch (const JsonError& error) {
+    throw InputError(fmt::format("has JSON that is not as it should be: {}", error.what()),
+                     "get the subtree again");
+  }
 }
 
 std::uint64_t nodes_above(int level, bool octree) {

@@ -206,9 +206,13 @@ class ContentReader {
       case ContentKind::Unknown:
         break;
     }
-    std::string magic(bytes.substr(0, 4));
-    for (char& c : magic) c = c > ' ' && c < 0x7F ? c : '?';
-    out_.left_out.push_back(fmt::format("content that begins with '{}'", magic));
+    const std::string_view magic = bytes.substr(0, 4);
+    if (magic == "vctr" || magic == "geom") {
+      out_.left_out.push_back(fmt::format("vector data ({})", magic));
+      return;
+    }
+    throw InputError(bytes.empty() ? "is empty" : "is not content of 3D Tiles that is known",
+                     "b3dm, i3dm, cmpt and glTF are read");
   }
 
   TileContent take() { return std::move(out_); }
@@ -286,9 +290,14 @@ ContentKind content_kind(std::string_view bytes) {
 }
 
 TileContent read_content(std::string_view bytes, char up, const FetchBytes& fetch) {
-  ContentReader reader(up, fetch);
-  reader.read(bytes, kDeepestComposite);
-  return reader.take();
+  try {
+    ContentReader reader(up, fetch);
+    reader.read(bytes, kDeepestComposite);
+    return reader.take();
+  } catch (const JsonError& error) {
+    throw InputError(fmt::format("has JSON that is not as it should be: {}", error.what()),
+                     "get the tile again");
+  }
 }
 
 }  // namespace canyon::tiles

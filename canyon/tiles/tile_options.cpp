@@ -60,6 +60,7 @@ bool is_web_address(const std::string& text) {
 }
 
 std::string public_address(const std::string& address) {
+  if (address.rfind("data:", 0) == 0) return address.substr(0, address.find(',')) + ",...";
   if (!is_web_address(address)) return address;
   std::string bare = address.substr(0, address.find_first_of("?#"));
   const std::size_t host = bare.find("//") + 2;

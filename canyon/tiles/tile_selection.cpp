@@ -173,8 +173,8 @@ class Selector {
   void attempt(const std::string& address, const Work& work) {
     try {
       work();
-    } catch (const TooMany& error) {
-      throw InputError(error.problem(), error.cure());
+    } catch (const TooMany&) {
+      throw;
     } catch (const OutputError&) {
       throw;
     } catch (const InputError& error) {

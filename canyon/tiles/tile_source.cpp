@@ -8,6 +8,7 @@
 #include <set>
 #include <thread>
 
+#include "canyon/base/base64.hpp"
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/input_file.hpp"
@@ -114,6 +115,21 @@ fs::path downloads_folder(const std::string& cache) {
                    "set HOME or XDG_CACHE_HOME, or name a cache folder");
 }
 
+/// Whether an address is the data themselves (RFC 2397).
+bool is_data(const std::string& address) {
+  return address.rfind("data:", 0) == 0;
+}
+
+std::string data_of(const std::string& address) {
+  const std::size_t comma = address.find(',');
+  if (comma == std::string::npos) throw InputError("a data: URI has no data");
+  const std::string_view data = std::string_view(address).substr(comma + 1);
+  if (address.substr(0, comma).find(";base64") == std::string::npos) return percent_decoded(data);
+  std::optional<std::string> bytes = from_base64(data);
+  if (!bytes) throw InputError("a data: URI is not base64");
+  return std::move(*bytes);
+}
+
 bool is_inside(const fs::path& path, const fs::path& folder) {
   const auto [end, other] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
   return end == folder.end() || (std::next(end) == folder.end() && end->empty());
@@ -141,6 +157,7 @@ TileSource::~TileSource() {
 
 std::string TileSource::resolve(const std::string& base, const std::string& uri) const {
   if (uri.empty()) throw InputError("a tile names no file");
+  if (is_data(uri)) return uri;
   const std::size_t colon = uri.find_first_of(":/?#");
   const bool has_scheme = colon != std::string::npos && uri[colon] == ':';
   if (has_scheme && !is_web_address(uri)) {
@@ -234,6 +251,7 @@ void TileSource::download(const std::vector<std::string>& addresses, const std::
 }
 
 std::string TileSource::read(const std::string& address) {
+  if (is_data(address)) return data_of(address);
   fs::path path = address;
   if (is_web_address(address)) {
     prefetch({address});
