@@ -12,19 +12,19 @@
 #ifdef CANYON_DRACO
 #include <draco/compression/decode.h>
 #endif
-#ifdef CANYON_MESHOPT
+#ifdef CANYON_MESHOPTIMIZER
 #include <meshoptimizer.h>
 #endif
 
 namespace canyon::tiles {
 
-#ifdef CANYON_MESHOPT
+#ifdef CANYON_MESHOPTIMIZER
 namespace {
 constexpr std::uint64_t kMostUnpacked = std::uint64_t{1} << 30;
 }
 #endif
 
-#ifdef CANYON_MESHOPT
+#ifdef CANYON_MESHOPTIMIZER
 
 std::string unpack_meshopt(std::string_view packed, std::uint64_t count, std::uint64_t stride,
                            const std::string& mode, const std::string& filter) {

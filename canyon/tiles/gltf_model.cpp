@@ -20,6 +20,7 @@ namespace {
 
 constexpr std::uint32_t kGltfMagic = 0x46546C67, kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
 constexpr int kDeepestNode = 100;
+constexpr std::size_t kLongestCopyright = 300;
 constexpr std::size_t kMostTriangles = 30'000'000;
 // glTF 2.0, 3.7.2.1.
 constexpr std::uint64_t kTriangleMode = 4, kStripMode = 5, kFanMode = 6;
@@ -109,6 +110,7 @@ class GltfDecoder {
 
   GltfModel read() {
     check_asset();
+    model_.copyright = text_member(asset_.at("asset"), "copyright").substr(0, kLongestCopyright);
     const Json& rtc = extension(asset_, "CESIUM_RTC");
     if (rtc.is_object()) {
       const std::vector<double> centre = numbers_member(rtc, "center", 3);

@@ -35,6 +35,7 @@ struct GltfModel {
   std::vector<GltfPrimitive> primitives;
   std::map<std::uint32_t, FeatureNames> tables;  ///< property tables of EXT_structural_metadata
   std::optional<Eigen::Vector3d> centre;         ///< CESIUM_RTC
+  std::string copyright;                         ///< of the asset: whom to name
   std::size_t lines_and_points = 0;              ///< primitives that are no triangles, left out
 };
 

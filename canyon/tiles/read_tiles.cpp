@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
@@ -129,6 +130,9 @@ class TilesReader {
         return source_.read(source_.resolve(tile.address, uri));
       });
       for (const std::string& kind : content.left_out) ++left_out_[kind];
+      for (const PlacedModel& placed : content.models) {
+        if (!placed.model.copyright.empty()) copyrights_.insert(placed.model.copyright);
+      }
       mesh_.add(content, enu_from_root_ * tile.transform, file_stem(tile.address));
       ++out_.tiles;
     } catch (const OutputError&) {
@@ -174,6 +178,12 @@ class TilesReader {
       throw InputError(public_address(source_.root()), 0,
                        fmt::format("the tiles extend over {:.0f} km", size.head<2>().maxCoeff() / 1000),
                        "a city is at most 200 km wide: give a bbox");
+    }
+    const double farthest_m = std::max(box.min.cwiseAbs().maxCoeff(), box.max.cwiseAbs().maxCoeff());
+    if (farthest_m > kLargestCity_m) {
+      throw InputError(public_address(source_.root()), 0,
+                       fmt::format("the tiles are {:.0f} km from city.origin", farthest_m / 1000),
+                       "give the right origin, or leave it out");
     }
     city::check_mesh(city.mesh, city.name);
     write_notes(selection);
@@ -228,6 +238,12 @@ class TilesReader {
     for (const auto& [kind, count] : left_out_)
       notes.push_back(fmt::format("{} with {}, which {} no surface to read, left out", counted(count, "tile"),
                                   kind, "have"));
+    std::size_t named = 0;
+    for (const std::string& text : copyrights_) {
+      if (++named <= kNamedGaps) notes.push_back("copyright: " + text);
+    }
+    if (copyrights_.size() > kNamedGaps)
+      notes.push_back(fmt::format("copyright: {} more", copyrights_.size() - kNamedGaps));
     out_.gaps = gaps_.size();
     if (!gaps_.empty()) {
       out_.cautions.push_back(
@@ -250,6 +266,7 @@ class TilesReader {
   TilesCity out_;
   std::vector<std::string> gaps_, skin_notes_;
   std::map<std::string, std::size_t> left_out_;
+  std::set<std::string> copyrights_;
 };
 
 }  // namespace

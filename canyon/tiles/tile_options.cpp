@@ -15,6 +15,13 @@ void TileOptions::validate() const {
   if (!url.empty() && !is_web_address(url)) {
     throw InputError("url of tiles does not begin with https:// or http://", "give a file as file:");
   }
+  if (bbox_deg) {
+    const auto& [west, south, east, north] = *bbox_deg;
+    if (!(west < east && south < north && west >= -180 && east <= 180 && south >= -90 && north <= 90)) {
+      throw InputError("bbox of tiles is not a box",
+                       "give west, south, east, north in degrees, west below east and south below north");
+    }
+  }
   options::check(*this, "tiles");
 }
 
@@ -31,10 +38,7 @@ void visit(options::Visitor& v, TileOptions& o) {
              "about the scenario's trajectory"},
             box, {-180, 180});
   if (v.reads() && !box.empty()) {
-    if (box.size() != 4 || !(box[0] < box[2]) || !(box[1] < box[3]) || box[1] < -90 || box[3] > 90) {
-      throw v.fault("bbox", "is not a box",
-                    "give [west, south, east, north] in degrees, west below east and south below north");
-    }
+    if (box.size() != 4) throw v.fault("bbox", "is not a box", "give [west, south, east, north] in degrees");
     o.bbox_deg = {box[0], box[1], box[2], box[3]};
   }
   v.number({"margin_m", "m", "around the scenario's trajectory, where there is no box"}, o.margin_m,
