@@ -88,12 +88,13 @@ bool is_tileset(const std::filesystem::path& path) {
   if (is_web_address(path.string())) return true;
   const std::string name = lower_case(path.filename().string());
   if (name.size() < 5 || name.substr(name.size() - 5) != ".json") return false;
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return name == "tileset.json";
   std::ifstream in(path, std::ios::binary);
   std::string head(65536, '\0');
   in.read(head.data(), static_cast<std::streamsize>(head.size()));
   head.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, in.gcount())));
-  if (head.empty() || head.find("\"CityJSON") != std::string::npos)
-    return name == "tileset.json" && head.empty();
+  if (head.find("\"CityJSON") != std::string::npos) return false;
   return name == "tileset.json" || (head.find("\"geometricError\"") != std::string::npos &&
                                     head.find("\"boundingVolume\"") != std::string::npos);
 }

@@ -38,8 +38,9 @@ struct TilesetRoot {
 
 /// Chooses the coarsest tiles in an area whose geometric error is at most `error_m`, and their ancestors
 /// where these are refined by ADD. Reads outer tilesets and subtrees as it comes to them, those of a level at
-/// a time, so that downloads run beside one another. A reference that cannot be read is a gap. Throws
-/// InputError where the root cannot be read, and for more than `options.most_tiles` tiles.
+/// a time, so that downloads run beside one another. A tile without content of its own is never fine enough:
+/// stopping there would leave a hole where its error is stated wrongly. A reference that cannot be read is a
+/// gap. Throws InputError where the root cannot be read, and for more than `options.most_tiles` tiles.
 [[nodiscard]] TileSelection select_tiles(TileSource& source, const TileArea& area, const TileOptions& options,
                                          const std::function<void()>& progress = {});
 
