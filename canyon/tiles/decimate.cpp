@@ -180,8 +180,14 @@ class Decimation {
       nearest = std::min(nearest, distance_to_triangle(vertices_[v], vertices_[triangle[0]],
                                                        vertices_[triangle[1]], vertices_[triangle[2]]));
     }
+    const std::vector<std::uint32_t> changed = std::move(fans_[v]);
     fans_[v].clear();
-    if (std::isfinite(nearest)) moved_[to] = std::max(moved_[to], moved_[v] + nearest);
+    if (!std::isfinite(nearest)) return;
+    const double moved = moved_[v] + nearest;
+    for (const std::uint32_t t : changed) {
+      if (mesh_.triangles[t][0] == mesh_.triangles[t][1]) continue;  // gone
+      for (const std::uint32_t corner : mesh_.triangles[t]) moved_[corner] = std::max(moved_[corner], moved);
+    }
   }
 
   const std::vector<Eigen::Vector3d>& vertices_;

@@ -238,9 +238,11 @@ class GltfDecoder {
     const Json& material = buffers_.item("materials", count_member(primitive, "material"));
     out.material = text_member(material, "name");
     out.unlit = extension(material, "KHR_materials_unlit").is_object();
+    // Some programs make photographs shine, so that no light changes them.
+    out.textured = material.contains("emissiveTexture");
     const Json* base = material.find("pbrMetallicRoughness");
     if (base == nullptr) return;
-    out.textured = base->contains("baseColorTexture");
+    out.textured = out.textured || base->contains("baseColorTexture");
     const std::vector<double> colour = numbers_member(*base, "baseColorFactor", 4);
     if (!colour.empty() && !out.textured) out.colour = Eigen::Vector3d(colour.data()).cast<float>();
   }

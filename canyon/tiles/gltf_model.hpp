@@ -19,7 +19,7 @@ namespace canyon::tiles {
 struct GltfPrimitive {
   std::string node;       ///< name of the node or its mesh; may be empty
   std::string material;   ///< name; may be empty
-  bool textured = false;  ///< its base colour is a picture
+  bool textured = false;  ///< its colour is a picture
   bool unlit = false;     ///< KHR_materials_unlit: light is in the colours, as on photographs
   std::vector<Eigen::Vector3d> positions;  ///< after the nodes' transforms: y up, unless the tileset says z
   std::vector<Eigen::Vector3f> colours;    ///< red, green, blue in [0, 1] of each position; empty: one colour

@@ -125,7 +125,8 @@ class RegionGrowth {
         fit_at = members.size() * 2;
       }
     }
-    if (fit.area() < rule_.least_area_m2) {
+    const bool few = members.size() < rule_.least_triangles && fit.area() < rule_.ample_area_m2;
+    if (fit.area() < rule_.least_area_m2 || few) {
       for (const std::uint32_t t : members) out_.of[t] = kNoRegion;
       return;
     }

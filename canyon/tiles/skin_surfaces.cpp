@@ -21,7 +21,13 @@ constexpr double kWeld_m = 1e-3;
 constexpr double kLow_m = 2, kWall_m = 3;
 constexpr double kUpright = 0.5;  // |n_z| of walls is below it
 constexpr double kLeastFoliage_m2 = 10;
+/// Rough pieces up to this area are parts of the walls and roofs of the other area and more that they adjoin
+/// most; planes up to the other area that adjoin foliage most are parts of that.
+constexpr double kLeastFoliageAmidWalls_m2 = 150, kLargestPlaneAmidFoliage_m2 = 80;
 constexpr double kRegionDistance_m = 0.3, kRegionCosine = 0.85;
+/// Crowns in coarse tiles have few and large triangles.
+constexpr std::uint32_t kLeastTriangles = 4;
+constexpr double kAmpleArea_m2 = 40;
 
 enum class SkinClass : std::uint8_t { Terrain, Building, Foliage, Rough };
 
@@ -81,6 +87,7 @@ class SkinSplit {
     judge_regions();
     judge_the_rest();
     settle_rough();
+    settle_planes_amid_foliage();
     settle_without_roof();
     return std::move(classes_);
   }
@@ -132,7 +139,7 @@ class SkinSplit {
       if (classes_[seed] != SkinClass::Rough || done[seed]) continue;
       std::vector<std::uint32_t> members{seed};
       done[seed] = true;
-      double area = 0, by_building = 0, by_terrain = 0, green = 0, known = 0;
+      double area = 0, by_building = 0, by_large_plane = 0, by_terrain = 0, green = 0, known = 0;
       for (std::size_t next = 0; next < members.size(); ++next) {
         const std::uint32_t t = members[next];
         const double own = triangle_area(vertices_, triangles_[t]);
@@ -144,7 +151,10 @@ class SkinSplit {
           const std::uint32_t other = across[t][k];
           if (other == kNoRegion) continue;
           const double edge = (vertices_[triangles_[t][k]] - vertices_[triangles_[t][(k + 1) % 3]]).norm();
-          by_building += classes_[other] == SkinClass::Building ? edge : 0;
+          const bool built = classes_[other] == SkinClass::Building;
+          by_building += built ? edge : 0;
+          by_large_plane +=
+              built && regions_.regions[regions_.of[other]].area_m2 >= kLargestPlaneAmidFoliage_m2 ? edge : 0;
           by_terrain += classes_[other] == SkinClass::Terrain ? edge : 0;
           if (classes_[other] != SkinClass::Rough || done[other]) continue;
           done[other] = true;
@@ -153,7 +163,8 @@ class SkinSplit {
       }
       const bool may_be_green = known < area / 2 || green > known / 2;
       SkinClass found = SkinClass::Building;
-      if (area >= kLeastFoliage_m2) {
+      const bool enclosed = area < kLeastFoliageAmidWalls_m2 && 2 * by_large_plane > by_building + by_terrain;
+      if (area >= kLeastFoliage_m2 && !enclosed) {
         found = may_be_green ? SkinClass::Foliage : SkinClass::Building;
       } else if (by_terrain > by_building) {
         found = SkinClass::Terrain;
@@ -162,6 +173,31 @@ class SkinSplit {
     }
     for (const auto& [found, members] : settled_) {
       for (const std::uint32_t t : members) classes_[t] = found;
+    }
+  }
+
+  void settle_planes_amid_foliage() {
+    const auto across = neighbours(triangles_);
+    struct Edges {
+      double foliage = 0, other = 0;
+    };
+    std::vector<Edges> edges(regions_.regions.size());
+    for (std::size_t t = 0; t < triangles_.size(); ++t) {
+      const std::uint32_t region = regions_.of[t];
+      if (region == kNoRegion || classes_[t] != SkinClass::Building) continue;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t other = across[t][k];
+        if (other == kNoRegion || regions_.of[other] == region) continue;
+        const double edge = (vertices_[triangles_[t][k]] - vertices_[triangles_[t][(k + 1) % 3]]).norm();
+        (classes_[other] == SkinClass::Foliage ? edges[region].foliage : edges[region].other) += edge;
+      }
+    }
+    for (std::size_t t = 0; t < triangles_.size(); ++t) {
+      const std::uint32_t region = regions_.of[t];
+      if (region == kNoRegion || classes_[t] != SkinClass::Building) continue;
+      const bool amid = edges[region].foliage > edges[region].other;
+      if (amid && regions_.regions[region].area_m2 < kLargestPlaneAmidFoliage_m2)
+        classes_[t] = SkinClass::Foliage;
     }
   }
 
@@ -234,6 +270,8 @@ SkinReport append_skin(const Skin& skin, double flatten_m, city::Mesh& mesh) {
   RegionRule rule;
   rule.distance_m = flatten_m > 0 ? flatten_m : kRegionDistance_m;
   rule.cosine = kRegionCosine;
+  rule.least_triangles = kLeastTriangles;
+  rule.ample_area_m2 = kAmpleArea_m2;
   const PlanarRegions regions = find_regions(vertices, left.triangles, rule);
   const std::vector<SkinClass> classes = SkinSplit(skin, vertices, left.triangles, regions).classes();
   report.facets = count_facets(vertices, left.triangles);

@@ -24,8 +24,10 @@ struct SkinReport {
 ///
 /// Terrain is what lies less than 2 m above the ground (GroundModel). Above it, planar regions of at least 3
 /// m^2 are buildings, as are walls that reach down to the ground; what is rough over 10 m^2 and more is
-/// foliage, unless its colours are known and not green. Smaller rough pieces go with what they adjoin:
-/// chimneys, dormers, parapets. @param flatten_m see TileOptions; 0: the triangles stay as they are
+/// foliage, unless large planes enclose it, or its colours are known and not green. Smaller rough pieces go
+/// with what they adjoin: chimneys, dormers, parapets. Small planes amid foliage, and what has foliage and no
+/// roof, are foliage: sides of crowns and hedges. @param flatten_m see TileOptions; 0: the triangles stay as
+/// they are
 [[nodiscard]] SkinReport append_skin(const Skin& skin, double flatten_m, city::Mesh& mesh);
 
 }  // namespace canyon::tiles
