@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdlib>
 #include <set>
@@ -105,6 +106,15 @@ std::string with_query_of(const std::string& base, const std::string& url) {
   return out;
 }
 
+/// Whether a parameter of that name lets somebody in, or lasts for a session.
+bool is_secret_name(const std::string& name) {
+  static constexpr std::array<std::string_view, 9> kWords{"key",  "token",  "session",    "sig",   "auth",
+                                                          "pass", "secret", "credential", "expire"};
+  const std::string lower = lower_case(name);
+  return std::any_of(kWords.begin(), kWords.end(),
+                     [&lower](std::string_view word) { return lower.find(word) != std::string::npos; });
+}
+
 fs::path downloads_folder(const std::string& cache) {
   if (!cache.empty()) return fs::path(cache) / "tiles";
   const char* xdg = std::getenv("XDG_CACHE_HOME");
@@ -145,6 +155,10 @@ TileSource::TileSource(const TileOptions& options) : options_(options) {
     folder_ = fs::path(root_).parent_path();
   } else {
     root_ = with_variables(options.url);
+    for (const std::string_view item : split(query_of(options.url), '&')) {
+      if (item.find('$') != std::string_view::npos)
+        secret_.insert(std::string(item.substr(0, item.find('='))));
+    }
     folder_ = downloads_folder(options.cache);
     make_output_folder(folder_);
   }
@@ -190,10 +204,15 @@ std::string TileSource::resolve_web(const std::string& base, const std::string& 
   return server_of(url) == server_of(base) ? with_query_of(base, url) : url;
 }
 
-/// The name has the path alone: keys and sessions change, and must not be stored.
+/// The name has neither keys, which must not be stored, nor sessions, which change.
 std::filesystem::path TileSource::cached(const std::string& address) const {
   const std::string bare = public_address(address);
-  return folder_ / fmt::format("{:016x}{}", fnv1a(bare), fs::path(bare).extension().string().substr(0, 16));
+  std::string name = bare;
+  for (const std::string_view item : split(query_of(address), '&')) {
+    const std::string key(item.substr(0, item.find('=')));
+    if (!is_secret_name(key) && secret_.count(key) == 0) name += fmt::format("&{}", item);
+  }
+  return folder_ / fmt::format("{:016x}{}", fnv1a(name), fs::path(bare).extension().string().substr(0, 16));
 }
 
 void TileSource::prefetch(const std::vector<std::string>& addresses, const std::function<void()>& progress) {

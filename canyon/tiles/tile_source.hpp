@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -45,6 +46,7 @@ class TileSource {
   const TileOptions& options_;
   std::string root_;
   std::filesystem::path folder_;                ///< of the tileset, or of its downloads
+  std::set<std::string> secret_;                ///< parameters of the URL that environment variables fill
   std::map<std::string, std::string> fetched_;  ///< of this run: address, and what went wrong
   std::vector<std::filesystem::path> not_to_keep_;
   std::size_t downloaded_files_ = 0, downloaded_bytes_ = 0;

@@ -146,6 +146,17 @@ TEST_F(WebTilesTest, OnlyTheAreaIsDownloaded) {
   EXPECT_THAT(server.requests(), SizeIs(2));
 }
 
+TEST_F(WebTilesTest, FilesThatDifferByTheirQueriesAreKeptApart) {
+  auto files = served();
+  files["/city/tileset.json"].body = tileset_of(leaf("a.glb?part=1", 0) + "," + leaf("a.glb?part=2", 50));
+  const test::WebFolder server(files);
+  EXPECT_EQ(read(options(server, "?key=one")).tiles, 2U);
+  EXPECT_THAT(server.requests(), SizeIs(3));
+  // Another key is no other file.
+  EXPECT_EQ(read(options(server, "?key=two")).tiles, 2U);
+  EXPECT_THAT(server.requests(), SizeIs(3));
+}
+
 TEST_F(WebTilesTest, BusyServersAreAskedAgain) {
   auto files = served();
   files["/city/a.glb"].status = "503 Service Unavailable";
