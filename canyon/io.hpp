@@ -14,4 +14,5 @@
 #include "canyon/drawing/views/skyplot.hpp"
 #include "canyon/heatmap/engine/map_source.hpp"
 #include "canyon/simulation/load_city.hpp"
+#include "canyon/tiles/read_tiles.hpp"
 #include "canyon/validation/report/report.hpp"

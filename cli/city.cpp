@@ -23,6 +23,7 @@ struct CityInfoArguments {
   buildings::ModelOptions model;
   buildings::TerrainOptions sea_level;
   bool json = false;
+  TileArguments tiles;
 };
 
 int run_city_info(const CityInfoArguments& arguments) {
@@ -30,6 +31,7 @@ int run_city_info(const CityInfoArguments& arguments) {
   set_model(config, arguments.model);
   if (arguments.sea_level.geoid_undulation_m || arguments.sea_level.geoid != buildings::GeoidModel::ByFile)
     config.sea_level = arguments.sea_level;
+  change_tiles(config, arguments.tiles, arguments.input);
   const auto begin = std::chrono::steady_clock::now();
   const buildings::BuiltCity loaded = load_city(config, "building the city", arguments.json);
   print_warnings(loaded.report.cautions);
@@ -60,12 +62,14 @@ int run_city_info(const CityInfoArguments& arguments) {
     return kOk;
   }
   fmt::print("{}\n", city.name);
-  const bool placed = !config.mesh || !arguments.origin.empty() || is_scenario(arguments.input);
+  const bool placed =
+      (!config.mesh && loaded.placed) || !arguments.origin.empty() || is_scenario(arguments.input);
   if (placed) {
     fmt::print("  origin        {:.6f}, {:.6f}, {:.1f} m\n", geodesy::degrees(origin.latitude_rad),
                geodesy::degrees(origin.longitude_rad), origin.height_m);
   } else {
-    fmt::print("  origin        not known (a mesh has none; --origin, or city.origin in a scenario)\n");
+    fmt::print("  origin        not known ({} has none; --origin, or city.origin in a scenario)\n",
+               config.mesh ? "a mesh" : "this tileset");
   }
   fmt::print("  buildings     {}\n", summary.buildings);
   fmt::print("  triangles     {} ({} terrain)\n", summary.triangles, summary.terrain_triangles);
@@ -99,10 +103,34 @@ simulation::CityConfig city_config(const std::string& input, const std::string& 
     if (!origin.empty()) {
       throw InputError("--origin belongs to a mesh or map file", "a scenario has its own origin under city:");
     }
-    return simulation::read_scenario(input, {false}).city;
+    return simulation::city_config(simulation::read_scenario(input, {false}));
   }
   if (origin.empty()) return simulation::city_config(input);
   return simulation::city_config(input, parse_place(origin, "--origin"));
+}
+
+void add_tile_options(Command& command, TileArguments& arguments, bool with_box) {
+  add_change(command, "--error", arguments.changes, "error_m");
+  if (with_box)
+    command.add_option("--bbox", arguments.bbox, "W,S,E,N", "only tiles that touch this box (degrees)");
+  add_change(command, "--most-tiles", arguments.changes, "most_tiles");
+  add_change(command, "--skin", arguments.changes, "skin");
+  add_change(command, "--flatten", arguments.changes, "flatten_m");
+  add_switch(command, "--elsewhere", arguments.changes, "elsewhere");
+}
+
+void change_tiles(simulation::CityConfig& config, const TileArguments& arguments, const std::string& input) {
+  if (arguments.changes.empty() && arguments.bbox.empty()) return;
+  if (!config.tiles) {
+    throw InputError(
+        fmt::format(
+            "{} is not 3D Tiles, for which alone --error, --most-tiles, --skin, --flatten, --elsewhere "
+            "and the --bbox of this command are",
+            tiles::public_address(input)),
+        "leave them out");
+  }
+  make(arguments.changes, *config.tiles);
+  if (!arguments.bbox.empty()) config.tiles->bbox_deg = parse_bbox(arguments.bbox, "--bbox");
 }
 
 buildings::BuiltCity load_city(const simulation::CityConfig& config, const char* what, bool quiet) {
@@ -127,13 +155,15 @@ void add_city(Command& app) {
           "input", arguments.input, "FILE",
           "city: .canyon, map (.osm .osm.gz .osm.bz2 .osm.pbf, Overpass .json; CityGML and CityJSON: "
           "file, zip archive or folder of tiles), mesh (.dae .obj .stl .gltf .glb .ply), Gazebo world or "
-          "model (.world .sdf, folder), or a scenario: its city")
+          "model (.world .sdf, folder), 3D Tiles (tileset.json, or its https address), or a scenario: its "
+          "city")
       .required();
   info.add_option("--origin", arguments.origin, "LAT,LON,HEIGHT",
-                  "origin of a mesh or a map (degrees, metres)");
+                  "origin of a mesh, a map or a tileset (degrees, metres)");
   add_model_options(info, arguments.model);
   add_field(info, "--geoid-undulation", arguments.sea_level, "geoid_undulation_m");
   add_field(info, "--geoid", arguments.sea_level, "geoid");
+  add_tile_options(info, arguments.tiles, true);
   info.add_flag("--json", arguments.json, "print JSON");
   add_city_build(command);
   add_city_view(command);

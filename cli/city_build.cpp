@@ -35,6 +35,7 @@ struct CityBuildArguments {
   std::string overpass;
   std::string place;
   std::string cache;
+  TileArguments tiles;
   std::string name;
   bool quiet = false;
   bool json = false;
@@ -132,7 +133,11 @@ simulation::CityConfig make_config(const CityBuildArguments& arguments, const Co
       throw InputError(fmt::format("{} is not a map and is given with other input", input),
                        "several inputs are for maps; convert other cities one by one");
     }
-    for (const char* option : {"--bbox", "--lod", "--crs", "--terrain", "--level-height", "--default-height",
+    const bool tileset = simulation::city_file_kind(input) == CityFileKind::Tiles;
+    if (!tileset && command.given("--bbox")) {
+      throw InputError(fmt::format("--bbox has no effect on {}, which is not a map", input), "leave it out");
+    }
+    for (const char* option : {"--lod", "--crs", "--terrain", "--level-height", "--default-height",
                                "--height", "--foliage", "--utm"}) {
       if (command.given(option)) {
         throw InputError(fmt::format("{} has no effect on {}, which is not a map", option, input),
@@ -141,9 +146,13 @@ simulation::CityConfig make_config(const CityBuildArguments& arguments, const Co
     }
     simulation::CityConfig config = city_config(input, arguments.origin);
     config.sea_level = arguments.sea_level;
+    change_tiles(config, arguments.tiles, input);
+    if (tileset && !arguments.bbox.empty()) config.tiles->bbox_deg = parse_bbox(arguments.bbox, "--bbox");
+    if (tileset) config.tiles->cache = arguments.cache;
     return config;
   }
   simulation::CityConfig config;
+  change_tiles(config, arguments.tiles, "a map");
   config.sea_level = arguments.sea_level;
   simulation::MapCityConfig& map = config.map.emplace(arguments.map);
   for (const std::string& input : arguments.inputs) {
@@ -220,21 +229,26 @@ Json to_json(const buildings::BuildReport& r) {
           {"warnings", r.warnings}};
 }
 
+/// A mesh, or a tileset with a frame of its own, knows no place on the Earth; these formats would claim one.
+void require_place(const Output& out, bool placed, const CityBuildArguments& arguments) {
+  const Format format = out.format;
+  const bool claims = format == Format::Canyon || format == Format::World || format == Format::Model;
+  if (placed || !claims || !arguments.origin.empty()) return;
+  throw InputError(
+      fmt::format("-o {}: {} has no origin on the Earth", out.path.string(), arguments.inputs.front()),
+      "give --origin LAT,LON,HEIGHT of its zero");
+}
+
 int run_city_build(const CityBuildArguments& arguments, const Command& command) {
   const bool from_map = arguments.inputs.empty() || is_map(arguments.inputs.front());
   std::vector<Output> outputs;
   for (const std::string& text : arguments.outputs) {
     outputs.push_back(parse_output(text, from_map));
+    require_place(outputs.back(), arguments.inputs.empty() || !is_mesh(arguments.inputs.front()), arguments);
     const Format format = outputs.back().format;
     if (arguments.utm && (format == Format::Canyon || format == Format::World || format == Format::Model)) {
       throw InputError(fmt::format("-o {}: this format holds east-north-up about its origin, not UTM", text),
                        "use --utm with .glb, .obj or .dae, or leave it out");
-    }
-    // A mesh alone knows no place on the Earth; these formats would claim one.
-    if (!arguments.inputs.empty() && arguments.origin.empty() && is_mesh(arguments.inputs.front()) &&
-        (format == Format::Canyon || format == Format::World || format == Format::Model)) {
-      throw InputError(fmt::format("-o {}: {} has no origin on the Earth", text, arguments.inputs.front()),
-                       "give --origin LAT,LON,HEIGHT of the mesh's zero");
     }
   }
 
@@ -243,7 +257,10 @@ int run_city_build(const CityBuildArguments& arguments, const Command& command) 
   buildings::BuiltCity loaded = load_city(config, "building", arguments.quiet);
   if (!arguments.name.empty()) loaded.city.name = arguments.name;
   const double build_s = seconds_since(begin);
-  for (const Output& out : outputs) write(out, loaded, arguments);
+  for (const Output& out : outputs) {
+    require_place(out, loaded.placed || is_mesh(arguments.inputs.front()), arguments);
+    write(out, loaded, arguments);
+  }
   const double all_s = seconds_since(begin);
 
   const city::CitySummary summary = city::summarize(loaded.city);
@@ -259,6 +276,10 @@ int run_city_build(const CityBuildArguments& arguments, const Command& command) 
     return kOk;
   }
   if (arguments.quiet) return kOk;
+  if (config.tiles) {
+    print_warnings(loaded.report.cautions);
+    for (const std::string& note : loaded.city.notes) fmt::print("note        {}\n", note);
+  }
   if (from_map) {
     print_warnings(loaded.report.cautions);
     print_warnings(loaded.report.warnings);
@@ -276,9 +297,10 @@ int run_city_build(const CityBuildArguments& arguments, const Command& command) 
 void add_city_build(Command& city) {
   auto arguments = std::make_shared<CityBuildArguments>();
   Command& build = city.add_command("build", "build a city from maps, or convert one");
-  build.add_option("input", arguments->inputs, "INPUT",
-                   "maps (.osm .osm.gz .osm.bz2 .osm.pbf, Overpass .json; CityGML and CityJSON: files, zip "
-                   "archives and folders of tiles), or one city (.canyon, mesh, Gazebo world or model)");
+  build.add_option(
+      "input", arguments->inputs, "INPUT",
+      "maps (.osm .osm.gz .osm.bz2 .osm.pbf, Overpass .json; CityGML and CityJSON: files, zip "
+      "archives and folders of tiles), or one city (.canyon, mesh, Gazebo world or model, 3D Tiles)");
   build
       .add_option("-o,--out", arguments->outputs, "OUT",
                   "output, by its ending: .canyon .glb .obj .dae .geojson .world .sdf; a folder (ends in / "
@@ -300,6 +322,7 @@ void add_city_build(Command& city) {
   build.add_option("--overpass", arguments->overpass, "URL", "download from this Overpass endpoint");
   build.add_option("--place", arguments->place, "NAME", "download a place by its name");
   build.add_option("--cache", arguments->cache, "DIR", "folder for downloads (~/.cache/canyon)");
+  add_tile_options(build, arguments->tiles, false);
   build.add_option("--name", arguments->name, "NAME", "of the city and of Gazebo's model");
   build.add_flag("--quiet", arguments->quiet, "print errors only");
   build.add_flag("--json", arguments->json, "print the report as JSON");

@@ -17,6 +17,7 @@ struct CityViewArguments {
   buildings::ModelOptions model;
   bool materials = false;
   bool quiet = false;
+  TileArguments tiles;
   drawing::CityPictureOptions picture;
 };
 
@@ -40,8 +41,9 @@ int run_city_view(const CityViewArguments& arguments) {
   }
   simulation::CityConfig config = city_config(arguments.input, "");
   set_model(config, arguments.model);
+  change_tiles(config, arguments.tiles, arguments.input);
   const buildings::BuiltCity loaded = load_city(config, "building the city", arguments.quiet);
-  print_warnings(loaded.report.cautions);
+  if (!arguments.quiet) print_warnings(loaded.report.cautions);
   drawing::draw_city(loaded.city, arguments.out, picture);
   return kOk;
 }
@@ -61,6 +63,7 @@ void add_city_view(Command& city) {
   add_field(view, "--title", arguments.picture, "title");
   add_field(view, "--credit", arguments.picture, "credit");
   add_model_options(view, arguments.model);
+  add_tile_options(view, arguments.tiles, true);
   view.add_flag("--materials", arguments.materials, "colours by material instead of height");
   view.add_flag("--quiet", arguments.quiet, "print errors only");
 }

@@ -176,7 +176,7 @@ validation::Comparison RecordedDrive::simulate(const simulation::ReceiverConfig&
 }
 
 std::unique_ptr<simulation::Environment> RecordedDrive::drawn_environment(simulation::Scenario scenario) {
-  if (!city_source_) city_source_ = simulation::load_city_source(scenario_.city);
+  if (!city_source_) city_source_ = simulation::load_city_source(simulation::city_config(scenario_));
   scenario.city.georeference = {};
   std::vector<std::string> ignored;
   return std::make_unique<simulation::Environment>(simulation::make_environment(

@@ -161,10 +161,10 @@ std::unique_ptr<view::Probe> probe_of_run(const ViewArguments& arguments,
 std::unique_ptr<view::Probe> probe_of_validation(const ViewArguments& arguments,
                                                  const std::filesystem::path& folder) {
   const simulation::Scenario scenario = simulation::read_scenario(arguments.city, {false});
-  return view::comparison_probe(
-      folder, scenario,
-      std::make_shared<simulation::CityScene>(simulation::load_city(scenario.city, scenario.seed)),
-      arguments.paths);
+  return view::comparison_probe(folder, scenario,
+                                std::make_shared<simulation::CityScene>(
+                                    simulation::load_city(simulation::city_config(scenario), scenario.seed)),
+                                arguments.paths);
 }
 
 /// Uses the scenario of --city, which must be that of the finished run or validation.

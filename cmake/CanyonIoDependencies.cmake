@@ -14,3 +14,22 @@ if(NOT CANYON_GEOS_LIBRARY)
 endif()
 set(CANYON_IO_LIBRARIES PkgConfig::assimp PkgConfig::cairo PkgConfig::gdal PkgConfig::libpng PkgConfig::libzmq PkgConfig::netcdf PkgConfig::tinyxml2
     CURL::libcurl EXPAT::EXPAT BZip2::BZip2 ${CANYON_GEOS_LIBRARY} ${CMAKE_DL_LIBS})
+
+# Compressed 3D Tiles; tiles that need a library which is not there are refused with the package's name.
+set(CANYON_TILE_CODECS "")
+find_path(CANYON_DRACO_INCLUDE draco/compression/decode.h)
+find_library(CANYON_DRACO_LIBRARY NAMES draco)
+if(CANYON_DRACO_INCLUDE AND CANYON_DRACO_LIBRARY)
+  list(APPEND CANYON_IO_LIBRARIES ${CANYON_DRACO_LIBRARY})
+  list(APPEND CANYON_TILE_CODECS draco)
+endif()
+find_path(CANYON_MESHOPTIMIZER_INCLUDE meshoptimizer.h)
+find_library(CANYON_MESHOPTIMIZER_LIBRARY NAMES meshoptimizer)
+if(CANYON_MESHOPTIMIZER_INCLUDE AND CANYON_MESHOPTIMIZER_LIBRARY)
+  list(APPEND CANYON_IO_LIBRARIES ${CANYON_MESHOPTIMIZER_LIBRARY})
+  list(APPEND CANYON_TILE_CODECS meshoptimizer)
+endif()
+set(CANYON_TILE_LIBS "")    # for pkg-config
+foreach(codec IN LISTS CANYON_TILE_CODECS)
+  string(APPEND CANYON_TILE_LIBS " -l${codec}")
+endforeach()

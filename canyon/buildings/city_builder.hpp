@@ -49,6 +49,7 @@ struct BuildReport {
 
 struct BuiltCity {
   city::City city;
+  bool placed = true;  ///< false: the source says no place on the Earth, and nobody else does
   BuildReport report;
   std::vector<BuiltFeature> features;
 };

@@ -63,7 +63,8 @@ FileReport inspect_city(const std::filesystem::path& path) {
   const buildings::BuiltCity loaded = simulation::load_city_with_report(config);
   const city::City& city = loaded.city;
   const city::CitySummary summary = city::summarize(city);
-  FileReport report{config.mesh ? "city (mesh)" : "city", {}, city.notes, {"city: in a scenario"}};
+  const char* kind = config.mesh ? "city (mesh)" : config.tiles ? "city (3D Tiles)" : "city";
+  FileReport report{kind, {}, city.notes, {"city: in a scenario"}};
   report.contents.emplace_back("buildings", fmt::format("{}", summary.buildings));
   report.contents.emplace_back("triangles",
                                fmt::format("{} ({} terrain)", summary.triangles, summary.terrain_triangles));
@@ -76,8 +77,8 @@ FileReport inspect_city(const std::filesystem::path& path) {
                               size.y(), summary.bounds.min.z(), summary.bounds.max.z()));
     report.contents.emplace_back("highest roof", fmt::format("{:.1f} m", summary.highest_roof_m));
   }
-  report.contents.emplace_back(
-      "origin", config.mesh ? "not in the file: city.origin" : place_text(city.frame.origin()));
+  report.contents.emplace_back("origin", config.mesh || !loaded.placed ? "not in the file: city.origin"
+                                                                       : place_text(city.frame.origin()));
   return report;
 }
 

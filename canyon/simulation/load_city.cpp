@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <set>
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
@@ -19,6 +21,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/georeference.hpp"
 #include "canyon/simulation/scenario.hpp"
+#include "canyon/tiles/read_tiles.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -105,6 +108,18 @@ buildings::BuiltCity build(const MapCityConfig& config, const buildings::Terrain
   return buildings::build_city(map, terrain ? &*terrain : nullptr, config.build, progress);
 }
 
+buildings::BuiltCity read_tileset(const CityConfig& config,
+                                  const std::function<void(std::size_t, std::size_t)>& progress) {
+  std::optional<geodesy::Geodetic> origin;
+  if (config.tiles_origin) origin = config.import.origin;
+  tiles::TilesCity read = tiles::read_tiles(*config.tiles, origin, progress);
+  buildings::BuiltCity out;
+  out.city = std::move(read.city);
+  out.report.cautions = std::move(read.cautions);
+  out.placed = read.georeferenced || config.tiles_origin;
+  return out;
+}
+
 }  // namespace
 
 buildings::BuiltCity load_city_with_report(const CityConfig& config,
@@ -113,6 +128,8 @@ buildings::BuiltCity load_city_with_report(const CityConfig& config,
   config.sea_level.validate();
   if (config.map) {
     loaded = build(*config.map, config.sea_level, progress);
+  } else if (config.tiles) {
+    loaded = read_tileset(config, progress);
   } else if (config.file) {
     loaded.city = city_file_kind(*config.file) == CityFileKind::Gazebo ? city::read_gazebo_world(*config.file)
                                                                        : city::read_city_file(*config.file);
@@ -155,11 +172,78 @@ CityConfig city_config(const std::filesystem::path& file, const std::optional<ge
       if (origin) throw InputError(file, 0, "has its own origin", "remove the other one");
       config.file = file;
       break;
+    case CityFileKind::Tiles:
+      config.tiles.emplace();
+      if (tiles::is_web_address(file.string())) {
+        config.tiles->url = file.string();
+      } else {
+        config.tiles->file = file;
+      }
+      config.tiles_origin = origin.has_value();
+      if (origin) config.import.origin = *origin;
+      break;
     case CityFileKind::Mesh:
       config.mesh = file;
       if (origin) config.import.origin = *origin;
       break;
   }
+  return config;
+}
+
+namespace {
+
+/// Degrees of longitude and latitude about points, with a margin.
+class PlaceBounds {
+ public:
+  void add(const geodesy::Geodetic& place) {
+    box_.extend(Eigen::Vector2d(geodesy::degrees(place.longitude_rad), geodesy::degrees(place.latitude_rad)));
+  }
+  [[nodiscard]] std::optional<std::array<double, 4>> widened(double margin_m) const {
+    constexpr double kMostDegrees = 2;  // a longer trajectory needs a box
+    if (box_.isEmpty() || box_.sizes().maxCoeff() > kMostDegrees) return std::nullopt;
+    const double north = margin_m / geodesy::kSemiMajorAxis * geodesy::kDegreesPerRadian;
+    const double east = north / std::max(0.01, std::cos(geodesy::radians(box_.center().y())));
+    const Eigen::Vector2d low = box_.min() - Eigen::Vector2d(east, north);
+    const Eigen::Vector2d high = box_.max() + Eigen::Vector2d(east, north);
+    return std::array<double, 4>{low.x(), low.y(), high.x(), high.y()};
+  }
+
+ private:
+  Eigen::AlignedBox2d box_;
+};
+
+std::optional<std::array<double, 4>> area_of(const Scenario& scenario, double margin_m) {
+  PlaceBounds bounds;
+  const TrajectoryConfig& trajectory = scenario.trajectory;
+  std::set<std::size_t> unknown;
+  for (const auto& [index, enu] : trajectory.local_waypoints) unknown.insert(index);
+  for (std::size_t i = 0; i < trajectory.waypoints.size(); ++i) {
+    if (unknown.count(i) == 0) bounds.add(trajectory.waypoints[i]);
+  }
+  if (trajectory.file) {
+    HeightReading heights;
+    heights.needed = false;
+    const Trajectory path = read_trajectory_file(*trajectory.file, trajectory.format,
+                                                 scenario.start.value_or(geodesy::GpsTime{}), heights)
+                                .trajectory;
+    constexpr double kStep_s = 1;
+    constexpr double kMostSteps = 1e6;
+    const double step_s = std::max(kStep_s, (path.end() - path.begin()) / kMostSteps);
+    for (double t = 0; t < path.end() - path.begin() + step_s; t += step_s)
+      bounds.add(path.at(path.begin() + t).position);
+  }
+  for (const ReceiverConfig& receiver : scenario.receivers) {
+    if (receiver.fixed && !receiver.fixed->local_m) bounds.add(receiver.fixed->place);
+  }
+  return unknown.empty() ? bounds.widened(margin_m) : std::nullopt;
+}
+
+}  // namespace
+
+CityConfig city_config(const Scenario& scenario) {
+  CityConfig config = scenario.city;
+  if (config.tiles && !config.tiles->bbox_deg)
+    config.tiles->bbox_deg = area_of(scenario, config.tiles->margin_m);
   return config;
 }
 
@@ -211,8 +295,13 @@ city::City draw_city(city::City source, const Scenario& scenario, std::vector<st
 }
 
 city::City load_city(const Scenario& scenario, std::vector<std::string>& warnings) {
-  buildings::BuiltCity source = load_for_run(scenario.city);
+  buildings::BuiltCity source = load_for_run(city_config(scenario));
   warnings.insert(warnings.end(), source.report.cautions.begin(), source.report.cautions.end());
+  if (scenario.city.tiles && tiles::holds_key(scenario.city.tiles->url)) {
+    warnings.emplace_back(
+        "city.tiles.url holds its key as it is, as will copies of the scenario: write $NAME in its place and "
+        "set that variable of the environment");
+  }
   return draw_city(std::move(source.city), scenario, warnings);
 }
 

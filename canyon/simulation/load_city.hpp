@@ -17,6 +17,11 @@ namespace canyon::simulation {
 [[nodiscard]] CityConfig city_config(const std::filesystem::path& file,
                                      const std::optional<geodesy::Geodetic>& origin = {});
 
+/// The city of a scenario, whose tileset (if it is one without a box) is read about the trajectory and the
+/// fixed receivers alone, as far as their places are known before the city. Throws InputError as readers of
+/// the trajectory's file do.
+[[nodiscard]] CityConfig city_config(const Scenario& scenario);
+
 /// The city that a scenario asks for: a map, a city file of any kind, synthetic, or open field. Part of
 /// canyon::io. It stands where its source says: CityConfig::georeference is not applied. Facades are drawn by
 /// `seed` where CityConfig::facades says so; City::notes state it.

@@ -10,9 +10,12 @@
 #include <fstream>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/output_file.hpp"
 #include "canyon/city/city_file.hpp"
+#include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "tests/support/citygml_text.hpp"
+#include "tests/support/gltf_bytes.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/simulation_support.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -235,6 +238,51 @@ TEST(LoadCity, FacadesKeepTheTagsOfAMap) {
   EXPECT_EQ(alone.mesh.materials, of_scenario.mesh.materials);
   EXPECT_EQ(alone.notes, of_scenario.notes);
   EXPECT_NE(alone.mesh.materials, load_city(config, 6).mesh.materials);
+}
+
+/// A tile of 100 m about a place, as a region of heights 0 to 99 m.
+std::string region_tile(const std::string& uri, double latitude_deg, double longitude_deg) {
+  const double south = geodesy::radians(latitude_deg), west = geodesy::radians(longitude_deg);
+  return fmt::format(
+      R"({{"boundingVolume":{{"region":[{},{},{},{},0,99]}},"geometricError":0,"content":{{"uri":"{}"}}}})",
+      west, south, west + 2e-5, south + 2e-5, uri);
+}
+
+TEST(LoadCity, TilesAboutTheTrajectoryAlone) {
+  const test::TemporaryFolder folder;
+  const Eigen::Vector3d centre =
+      geodesy::ecef_from_geodetic(geodesy::Geodetic::from_degrees(48.2003, 11.5003, 0));
+  write_file(folder / "near.b3dm",
+             canyon::test::b3dm(canyon::test::box_glb(10, 10, 10),
+                                fmt::format(R"({{"BATCH_LENGTH":0,"RTC_CENTER":[{},{},{}]}})", centre.x(),
+                                            centre.y(), centre.z())));
+  // The other tile does not exist, and is not missed.
+  write_file(folder / "tileset.json",
+             canyon::test::tileset(
+                 R"("boundingVolume":{"region":[0.2,0.84,0.202,0.85,0,99]},"geometricError":99,)"
+                 R"("refine":"ADD","children":[)" +
+                 region_tile("near.b3dm", 48.2, 11.5) + "," + region_tile("far.b3dm", 48.3, 11.5) + "]"));
+  const auto scenario = [&](const std::string& place) {
+    return parse_scenario(
+        "city: {file: tileset.json}\nstart: 2026-06-01T12:00:00Z\nduration_s: 1\n"
+        "trajectory: {position: {" +
+            place + "}}\n",
+        folder / "s.yaml");
+  };
+  std::vector<std::string> warnings;
+  const city::City city =
+      load_city(scenario("latitude_deg: 48.2, longitude_deg: 11.5, height_m: 2"), warnings);
+  EXPECT_TRUE(warnings.empty());
+  EXPECT_EQ(city.mesh.triangles.size(), 12U);
+  EXPECT_NEAR(geodesy::degrees(city.frame.origin().latitude_rad), 48.2003, 1e-4);
+  // A place that is known only when the city is read: all tiles, and so a gap.
+  (void)load_city(scenario("east_m: 0, north_m: 0, up_m: 2"), warnings);
+  EXPECT_THAT(warnings, ::testing::Contains(HasSubstr("far.b3dm")));
+  EXPECT_EQ(city_file_kind(folder / "tileset.json"), CityFileKind::Tiles);
+  EXPECT_EQ(city_file_kind("https://example.org/x.json?key=1"), CityFileKind::Tiles);
+  // What is written back reads as the same.
+  const Scenario once = scenario("latitude_deg: 48.2, longitude_deg: 11.5, height_m: 2");
+  EXPECT_EQ(scenario_yaml(parse_scenario(scenario_yaml(once), folder / "t.yaml")), scenario_yaml(once));
 }
 
 TEST(LoadCity, HongKong) {

@@ -32,6 +32,7 @@ std::optional<CityFileKind> city_file_kind(const std::filesystem::path& path) {
     return std::any_of(endings.begin(), endings.end(),
                        [&name](const char* ending) { return ends_with(name, ending); });
   };
+  if (tiles::is_tileset(path)) return CityFileKind::Tiles;
   if (any({".osm", ".osm.gz", ".osm.bz2", ".pbf", ".json", ".json.gz", ".jsonl", ".jsonl.gz", ".gml",
            ".citygml"}))
     return CityFileKind::Map;
@@ -46,9 +47,10 @@ std::optional<CityFileKind> city_file_kind(const std::filesystem::path& path) {
 }
 
 const char* city_file_endings() {
-  return "known are .osm, .osm.gz, .osm.bz2, .osm.pbf, .json (CityJSON, Overpass), .jsonl, .gml, .xml, .gz, "
-         ".zip and "
-         "folders (CityGML, CityJSON), .canyon, .world, .sdf, .dae, .obj, .stl, .gltf, .glb, .ply";
+  return "known are .osm, .osm.gz, .osm.bz2, .osm.pbf, .json (CityJSON, Overpass, tileset.json of 3D Tiles), "
+         ".jsonl, .gml, .xml, .gz, .zip and folders (CityGML, CityJSON), .canyon, .world, .sdf, .dae, .obj, "
+         ".stl, "
+         ".gltf, .glb, .ply";
 }
 
 Scenario parse_scenario(const std::string& text, const std::filesystem::path& name,

@@ -28,6 +28,7 @@
 #include "canyon/simulation/map_motion.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/outputs.hpp"
+#include "canyon/tiles/tile_options.hpp"
 
 namespace canyon::simulation {
 
@@ -43,6 +44,7 @@ enum class CityFileKind : std::uint8_t {
   Mesh,    ///< .dae .obj .stl .gltf .glb .ply: needs an origin
   Canyon,  ///< .canyon
   Gazebo,  ///< .world .sdf, or a model's folder
+  Tiles,   ///< tileset.json of 3D Tiles, by its content, or a web address
   Map,     ///< .osm, .osm.gz, .osm.bz2, .osm.pbf; Overpass's .json; city models, also by content
 };
 /// Empty for a name with another ending and other content.
@@ -65,12 +67,15 @@ struct Georeference {
   double heading_sigma_rad = 0;  ///< standard deviation [rad], about the middle of the bounds; [0, pi/4]
 };
 
-/// `city:` of a scenario. Exactly one of mesh, file, map, synthetic, open is set.
+/// `city:` of a scenario. Exactly one of mesh, file, map, tiles, synthetic, open is set.
 struct CityConfig {
   std::optional<std::filesystem::path> mesh;
   city::MeshImportOptions import;             ///< with mesh
   std::optional<std::filesystem::path> file;  ///< Canyon's city file or a Gazebo world: has its own origin
   std::optional<MapCityConfig> map;
+  /// 3D Tiles, about `import.origin` where `tiles_origin` says so, else about an origin of their own.
+  std::optional<tiles::TileOptions> tiles;
+  bool tiles_origin = false;
   std::optional<city::SyntheticCityOptions> synthetic;
   bool open = false;  ///< no buildings: open sky about `import.origin`
   /// Where mean sea level is, of any city; by default as the city's file says.
@@ -79,7 +84,9 @@ struct CityConfig {
   Georeference georeference;
 
   /// Whether the origin is known before any file is read; then it is `import.origin`.
-  [[nodiscard]] bool origin_known() const { return !file && (!map || map->build.origin); }
+  [[nodiscard]] bool origin_known() const {
+    return !file && (!map || map->build.origin) && (!tiles || tiles_origin);
+  }
 };
 
 /// `sky:` of a scenario. Exactly one source: navigation, sp3, frozen, or (default) nominal.

@@ -48,7 +48,8 @@ void visit_origin(Visitor& v, std::optional<Geodetic>& origin) {
   v.require("latitude_deg");
   v.require("longitude_deg");
   v.number({"latitude_deg", "deg",
-            "origin of the mesh or of the map (left out: the map's middle): geodetic latitude (WGS 84)"},
+            "origin of the mesh, the map or the tileset (left out: the middle of these two): geodetic "
+            "latitude (WGS 84)"},
            latitude, kLatitude_deg);
   v.number({"longitude_deg", "deg", "longitude, east positive"}, longitude, kLongitude_deg);
   v.number({"height_m", "m", "ellipsoidal height"}, height_m, kHeight_m);
@@ -81,6 +82,8 @@ void set_file(Visitor& v, CityConfig& city, const std::filesystem::path& path, s
   const auto kind = city_file_kind(path);
   if (kind == CityFileKind::Map) {
     city.map.emplace().files = {path};
+  } else if (kind == CityFileKind::Tiles) {
+    city.tiles.emplace().file = path;
   } else if (kind == CityFileKind::Canyon || kind == CityFileKind::Gazebo) {
     city.file = path;
   } else if (kind == CityFileKind::Mesh || key == "mesh") {
@@ -90,22 +93,22 @@ void set_file(Visitor& v, CityConfig& city, const std::filesystem::path& path, s
   }
 }
 
-constexpr const char* kCityCure = "give one of osm, file, mesh, synthetic: {} or open: true";
+constexpr const char* kCityCure = "give one of osm, file, mesh, tiles, synthetic: {} or open: true";
 
 void visit_city_source(Visitor& v, CityConfig& city) {
   std::vector<std::filesystem::path> osm;
   std::optional<std::filesystem::path> file = city.file;
   std::optional<std::filesystem::path> mesh = city.mesh;
   if (city.map) osm = city.map->files;
-  v.one_of({"osm", "file", "mesh", "synthetic", "open"}, kCityCure);
+  v.one_of({"osm", "file", "mesh", "tiles", "synthetic", "open"}, kCityCure);
   v.files(
       {"osm", "",
        "map files, one or a list: .osm, .osm.gz, .osm.bz2, .osm.pbf, Overpass .json; CityGML and CityJSON, "
-       "files, zip archives and folders (DIR/) of tiles (one of osm, file, mesh, synthetic, open)"},
+       "files, zip archives and folders (DIR/) of tiles (one of osm, file, mesh, tiles, synthetic, open)"},
       osm);
   v.file({"file", "",
-          "city file: .canyon, Gazebo's .world or .sdf (these have their own origin), a map as for osm, or a "
-          "mesh"},
+          "city file: .canyon, Gazebo's .world or .sdf (these have their own origin), a map as for osm, a "
+          "mesh, or tileset.json of 3D Tiles"},
          file);
   v.file({"mesh", "", "mesh file: DAE, OBJ, STL, glTF, PLY"}, mesh);
   if (!v.reads()) return;
@@ -113,10 +116,12 @@ void visit_city_source(Visitor& v, CityConfig& city) {
   if (file) set_file(v, city, *file, "file");
   if (mesh) set_file(v, city, *mesh, "mesh");
   if (v.has("synthetic")) city.synthetic.emplace();
+  if (v.has("tiles")) city.tiles.emplace();
 }
 
 void set_origin(Visitor& v, CityConfig& city, const std::optional<Geodetic>& origin) {
   if (city.map) city.map->build.origin = origin;
+  city.tiles_origin = city.tiles && origin;
   if (city.synthetic) {
     if (origin) city.synthetic->origin = *origin;
     city.import.origin = city.synthetic->origin;
@@ -161,6 +166,12 @@ void visit(Visitor& v, CityConfig& city) {
   if (v.wants(city.mesh.has_value())) {
     visit(v, city.import);
     v.validate(city.import);
+  }
+  if (v.wants(city.tiles.has_value())) {
+    tiles::TileOptions none;
+    v.part("tiles", city.tiles ? *city.tiles : none);
+    if (v.reads() && !city.tiles->file && city.tiles->url.empty())
+      throw v.fault("tiles", "names no tileset", "give file: tileset.json, or url: its http(s) address");
   }
   if (v.wants(city.synthetic.has_value())) {
     city::SyntheticCityOptions none;

@@ -316,8 +316,9 @@ TEST(Scenario, NamesWhatIsMissingOrContradicts) {
   EXPECT_THAT(fault("city: {origin: {latitude_deg: 1, longitude_deg: 1}}\n" + kPlace),
               HasSubstr("city has no content"));
   EXPECT_THAT(fault("city: {open: true}\n" + kPlace), HasSubstr("city has no origin"));
-  EXPECT_THAT(fault("city: {open: true, synthetic: {}}\n" + kPlace),
-              HasSubstr("open: conflicts with 'synthetic'; keep one of osm, file, mesh, synthetic or open"));
+  EXPECT_THAT(
+      fault("city: {open: true, synthetic: {}}\n" + kPlace),
+      HasSubstr("open: conflicts with 'synthetic'; keep one of osm, file, mesh, tiles, synthetic or open"));
   EXPECT_THAT(fault("city: {synthetic: {}, scale: 2}\n" + kPlace), HasSubstr("scale: has no effect"));
   EXPECT_THAT(fault("city: {synthetic: {min_height_m: 50, max_height_m: 20}}\n" + kPlace),
               HasSubstr("height"));

@@ -32,6 +32,18 @@ schema_holds() {
   python3 -c 'import json, sys, jsonschema; jsonschema.validate(json.load(open(sys.argv[1])), json.load(open(sys.argv[2])))' \
     "$1" "$root/viewer/schema.json" || fail "$1 is not what the schema says"
 }
+# local_tileset FILE: a tile of one triangle, and one that is missing.
+local_tileset() {
+  local box='"boundingVolume":{"sphere":[0,0,0,20]},"geometricError":'
+  local floats; floats=$(printf '%b' '\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x10A\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x10A\0\0\0\0' | base64 -w 0)
+  cat >"${1%/*}.gltf" <<EOF
+{"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+ "buffers":[{"byteLength":36,"uri":"data:;base64,$floats"}],"bufferViews":[{"buffer":0,"byteLength":36}],
+ "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}]}
+EOF
+  printf '{"asset":{"version":"1.1"},"geometricError":9,"root":{%s9,"refine":"ADD","content":{"uri":"%s.gltf"},"children":[{%s0,"content":{"uri":"missing.glb"}}]}}' \
+    "$box" "${1%/*}" "$box" >"$1"
+}
 needs_data() { [ -e "$data/$1" ] || { echo "SKIPPED: real data ../shared/data/$1 is not here"; exit 77; }; }
 
 cat >small.yaml <<'Y'
@@ -901,7 +913,17 @@ city)
   printf 'v 0 0 0\n' >empty.obj
   runs 2 "$canyon" city info empty.obj; one_line; says err empty.obj
   printf 'garbage' >bad.xyz
-  runs 2 "$canyon" city info bad.xyz; one_line; says err bad.xyz .obj ;;
+  runs 2 "$canyon" city info bad.xyz; one_line; says err bad.xyz .obj
+  local_tileset tileset.json
+  runs 0 "$canyon" city info tileset.json; says out "3D Tiles 1.1: 1 tile of 1 tileset" "triangles     1"; says err "city.origin" "gap: " missing.glb
+  runs 0 "$canyon" city view tileset.json -o tiles.png --error 2; [ -s tiles.png ] || fail "no picture"
+  runs 2 "$canyon" city build tileset.json -o tiles.canyon; one_line; says err "no origin on the Earth"
+  runs 0 "$canyon" city build tileset.json -o tiles.canyon --origin 48,11,500; says err missing.glb
+  runs 0 "$canyon" city info tiles.canyon; says out missing.glb
+  runs 2 "$canyon" city info tileset.json --bbox 1,2,3; one_line; says err --bbox
+  runs 2 "$canyon" city info wall.obj --error 2; one_line; says err "not 3D Tiles"
+  runs 2 "$canyon" city info 'http://127.0.0.1:9/t.json?key=s3cret'; one_line; grep -F s3cret out err && fail "a key is printed"
+  runs 0 "$canyon" check tileset.json; says out "city (3D Tiles)" ;;
 city_build)
   block_osm >block.osm
   runs 0 "$canyon" city build block.osm -o city.canyon -o city.glb -o city.obj -o city.dae -o map.geojson -o town.world -o model/

@@ -14,6 +14,7 @@
 #include <osmium/io/xml_input.hpp>
 
 #include "canyon/base/archives.hpp"
+#include "canyon/base/base64.hpp"
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
@@ -42,11 +43,15 @@
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/study/study.hpp"
+#include "canyon/tiles/read_tiles.hpp"
+#include "canyon/tiles/subtree.hpp"
+#include "canyon/tiles/tile_content.hpp"
 #include "canyon/validation/recording_list.hpp"
 #include "canyon/view/probe.hpp"
 #include "tests/support/case_file.hpp"
 #include "tests/support/citygml_text.hpp"
 #include "tests/support/cityjson_house.hpp"
+#include "tests/support/gltf_bytes.hpp"
 #include "tests/support/observation_text.hpp"
 #include "tests/support/osm_text.hpp"
 #include "tests/support/rinex_sample.hpp"
@@ -268,6 +273,58 @@ void read_mavlink(const fs::path& path) {
   for (std::size_t at = 0; at < bytes.size(); at += 3)
     other.receive(std::string_view(bytes).substr(at, 3), into(cut));
   if (whole != cut || one.passed_over() != other.passed_over()) std::abort();
+}
+
+std::string no_file(const std::string& uri) {
+  throw InputError(uri, "tiles under test stand alone");
+}
+
+void read_tileset(const fs::path& path) {
+  (void)tiles::is_tileset(path);
+  tiles::TileOptions options;
+  options.file = path;
+  options.most_tiles = 20;
+  (void)tiles::read_tiles(options, geodesy::Geodetic::from_degrees(48.2, 11.5, 560));
+}
+
+std::string subtree() {
+  std::string json =
+      R"({"buffers":[{"byteLength":16}],"bufferViews":[{"buffer":0,"byteLength":10}],"tileAvailability":)"
+      R"({"bitstream":0},"contentAvailability":[{"constant":1}],"childSubtreeAvailability":{"constant":0}})";
+  while (json.size() % 8 != 0) json += ' ';
+  return "subt" + test::bytes_of<std::uint32_t>({1}) + test::bytes_of<std::uint64_t>({json.size(), 16}) +
+         json + std::string(16, '\x5B');
+}
+
+/// Tilesets whose files are in them as data: URIs; one refers to itself.
+std::vector<std::string> tilesets() {
+  const std::string box = R"("boundingVolume":{"box":[0,0,0,50,0,0,0,50,0,0,0,50]},"geometricError":)";
+  const std::string content = R"("content":{"uri":"data:;base64,)" +
+                              base64(test::triangle_glb({0, 0, 0, 9, 0, 0, 0, 9, 0}, {0, 1, 2})) + R"("})";
+  return {test::tileset(box + "9," + content + R"(,"refine":"ADD","children":[{)" + box +
+                        R"(0,"content":{"uri":"tileset.json"}}])"),
+          test::tileset(
+              box + "8," + content +
+              R"(,"implicitTiling":{"subdivisionScheme":"OCTREE","subtreeLevels":2,"availableLevels":4,)"
+              R"("subtrees":{"uri":"data:;base64,)" +
+              base64(subtree()) + R"("}})")};
+}
+
+std::vector<std::string> tile_seeds() {
+  const std::string gltf =
+      test::triangle_glb({0, 0, 0, 9, 0, 0, 0, 9, 0}, {0, 1, 2}, R"(,"scale":[2,2,2])", "glass", {0, 0, 0});
+  const std::string batched = test::b3dm(gltf, R"({"BATCH_LENGTH":1,"RTC_CENTER":[1,2,3]})",
+                                         R"({"name":["a"],"class":["Building"]})");
+  const std::string features = R"({"INSTANCES_LENGTH":1,"POSITION":{"byteOffset":0}})";
+  const std::string instanced =
+      "i3dm" +
+      test::bytes_of<std::uint32_t>({1, static_cast<std::uint32_t>(44 + features.size() + gltf.size()),
+                                     static_cast<std::uint32_t>(features.size()), 12, 0, 0, 1}) +
+      features + test::bytes_of<float>({1, 2, 3}) + gltf;
+  const std::string composite =
+      "cmpt" + test::bytes_of<std::uint32_t>({1, static_cast<std::uint32_t>(16 + batched.size()), 1}) +
+      batched;
+  return {gltf, batched, instanced, composite};
 }
 
 /// The parts of mesh reading that are Canyon's own; the rest is Assimp's.
@@ -500,6 +557,14 @@ const std::vector<Target>& targets() {
            test::citygml_member(test::gml_building("a")) +
            test::citygml_member("<bldg:Building><bldg:lod1MultiSurface><gml:surfaceMember "
                                 "xlink:href=\"#a_0\"/></bldg:lod1MultiSurface></bldg:Building>"))}},
+      {"tileset", "tileset.json", read_tileset, tilesets()},
+      {"subtree",
+       "0.subtree",
+       [](const fs::path& path) { (void)tiles::read_subtree(test::read_bytes(path), 2, true, no_file); },
+       {subtree()}},
+      {"tile", "tile.b3dm",
+       [](const fs::path& path) { (void)tiles::read_content(test::read_bytes(path), 'Y', no_file); },
+       tile_seeds()},
       {"canyon",
        "city.canyon",
        [](const fs::path& path) { check_mesh(city::read_city_file(path).mesh, "fuzzed"); },

@@ -1,7 +1,11 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace canyon::buildings {
 
@@ -16,5 +20,30 @@ struct HttpReply {
 /// refused, timed out, connection closed before the whole reply was there, reply over 1 GiB.
 /// @param timeout_s of the whole request, > 0
 [[nodiscard]] HttpReply http_post(const std::string& url, const std::string& data, int timeout_s);
+
+struct HttpGetOptions {
+  int timeout_s = 30;                              ///< of a connection, and of a server that sends nothing
+  int connections = 8;                             ///< at a time
+  std::uint64_t largest = std::uint64_t{1} << 30;  ///< bytes of a reply
+};
+
+struct HttpAnswer {
+  int status = 0;  ///< 200, 404, ...; 0: no answer
+  std::string body;
+  std::optional<double> retry_after_s;
+  /// Of Cache-Control: how long the reply may be kept; 0: not beyond its use. Empty: the server does not say.
+  std::optional<double> keep_s;
+  std::string problem;  ///< where there is no whole answer: which server, and why; no query and no key
+};
+
+/// Gets http or https addresses, several at a time, each following at most five redirects. `done` is called
+/// for each, by its number, in the order in which they end. Throws what `done` throws; what goes wrong with
+/// one address is in its answer.
+void http_get_all(const std::vector<std::string>& urls, const HttpGetOptions& options,
+                  const std::function<void(std::size_t, HttpAnswer&&)>& done);
+
+/// The address that a relative one means on the page `base` (RFC 3986, 5). Throws InputError where it is not
+/// an http or https address; the message has no query.
+[[nodiscard]] std::string resolve_url(const std::string& base, const std::string& relative);
 
 }  // namespace canyon::buildings

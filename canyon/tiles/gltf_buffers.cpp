@@ -1,0 +1,195 @@
+#include "canyon/tiles/gltf_buffers.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/tiles/bytes.hpp"
+#include "canyon/tiles/gltf_compression.hpp"
+#include "canyon/tiles/json_values.hpp"
+
+namespace canyon::tiles {
+namespace {
+
+constexpr std::uint64_t kMostElements = std::uint64_t{1} << 25;
+
+// glTF 2.0, 3.6.2.2.
+enum Component { kByte = 5120, kUnsignedByte, kShort, kUnsignedShort, kUnsignedInt = 5125, kFloat };
+
+std::size_t component_size(int component) {
+  switch (component) {
+    case kByte:
+    case kUnsignedByte:
+      return 1;
+    case kShort:
+    case kUnsignedShort:
+      return 2;
+    case kUnsignedInt:
+    case kFloat:
+      return 4;
+    default:
+      throw InputError(fmt::format("accessors of component type {} do not exist", component));
+  }
+}
+
+std::size_t width_of(const std::string& type) {
+  static constexpr std::array<std::pair<std::string_view, std::size_t>, 7> kTypes{
+      {{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT2", 4}, {"MAT3", 9}, {"MAT4", 16}}};
+  for (const auto& [name, width] : kTypes) {
+    if (type == name) return width;
+  }
+  throw InputError(fmt::format("accessors of type '{}' do not exist", type));
+}
+
+double component_at(std::string_view bytes, std::size_t offset, int component) {
+  switch (component) {
+    case kByte:
+      return little<std::int8_t>(bytes, offset);
+    case kUnsignedByte:
+      return little<std::uint8_t>(bytes, offset);
+    case kShort:
+      return little<std::int16_t>(bytes, offset);
+    case kUnsignedShort:
+      return little<std::uint16_t>(bytes, offset);
+    case kUnsignedInt:
+      return little<std::uint32_t>(bytes, offset);
+    default:
+      return static_cast<double>(little<float>(bytes, offset));
+  }
+}
+
+/// The largest value of a normalised integer; 1 of floats.
+double full_scale(int component) {
+  switch (component) {
+    case kByte:
+      return 127;
+    case kUnsignedByte:
+      return 255;
+    case kShort:
+      return 32767;
+    case kUnsignedShort:
+      return 65535;
+    default:
+      return 1;
+  }
+}
+
+void read_elements(std::string_view bytes, std::size_t stride, int component, AccessorValues& out) {
+  const std::size_t size = component_size(component);
+  const std::size_t element = size * out.width;
+  if (stride == 0) stride = element;
+  if (out.count > 0) {
+    if (out.count - 1 > bytes.size() / stride) throw InputError("an accessor reaches beyond its buffer view");
+    (void)piece(bytes, (out.count - 1) * stride, element);
+  }
+  for (std::size_t i = 0; i < out.count; ++i) {
+    for (std::size_t c = 0; c < out.width; ++c) {
+      out.values[i * out.width + c] = component_at(bytes, i * stride + c * size, component);
+    }
+  }
+}
+
+std::string_view from_offset(std::string_view bytes, std::uint64_t offset) {
+  return piece(bytes, offset, bytes.size() - std::min<std::uint64_t>(offset, bytes.size()));
+}
+
+}  // namespace
+
+const Json& GltfBuffers::item(std::string_view list, std::uint64_t index) const {
+  const Json* found = asset_.find(list);
+  if (found == nullptr || !found->is_array() || index >= found->size()) {
+    throw InputError(fmt::format("{} {} does not exist", list, index));
+  }
+  return (*found)[static_cast<std::size_t>(index)];
+}
+
+std::string_view GltfBuffers::buffer(std::uint64_t index) {
+  const Json& buffer = item("buffers", index);
+  const std::string uri = text_member(buffer, "uri");
+  const std::uint64_t length = count_member(buffer, "byteLength");
+  if (uri.empty()) return piece(binary_, 0, length);
+  const auto [found, added] = loaded_.try_emplace(index);
+  if (added) {
+    found->second = fetch_(uri);
+  }
+  return piece(found->second, 0, length);
+}
+
+std::string_view GltfBuffers::raw_view(const Json& view) {
+  return piece(buffer(count_member(view, "buffer")), count_member(view, "byteOffset", 0),
+               count_member(view, "byteLength"));
+}
+
+std::string_view GltfBuffers::view(std::uint64_t index) {
+  const Json& view = item("bufferViews", index);
+  const Json& packed = extension(view, "EXT_meshopt_compression");
+  if (!packed.is_object()) return raw_view(view);
+  const auto [found, added] = unpacked_.try_emplace(index);
+  if (added) {
+    found->second =
+        unpack_meshopt(raw_view(packed), count_member(packed, "count"), count_member(packed, "byteStride"),
+                       text_member(packed, "mode"), text_member(packed, "filter"));
+  }
+  return found->second;
+}
+
+void GltfBuffers::fill_sparse(const Json& sparse, int component, AccessorValues& out) {
+  AccessorValues places, values;
+  places.count = values.count = count_member(sparse, "count");
+  if (places.count > out.count) throw InputError("a sparse accessor has more values than elements");
+  places.values.resize(places.count);
+  values.width = out.width;
+  values.values.resize(values.count * values.width);
+  const Json& at = sparse.at("indices");
+  const Json& data = sparse.at("values");
+  read_elements(from_offset(view(count_member(at, "bufferView")), count_member(at, "byteOffset", 0)), 0,
+                static_cast<int>(std::min<std::uint64_t>(count_member(at, "componentType"), 1 << 20)),
+                places);
+  read_elements(from_offset(view(count_member(data, "bufferView")), count_member(data, "byteOffset", 0)), 0,
+                component, values);
+  for (std::size_t i = 0; i < places.count; ++i) {
+    const double place = places.values[i];
+    if (!(place >= 0 && place < static_cast<double>(out.count))) {
+      throw InputError("a sparse accessor reaches beyond its elements");
+    }
+    std::copy_n(
+        values.values.begin() + static_cast<std::ptrdiff_t>(i * out.width), out.width,
+        out.values.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(place) * out.width));
+  }
+}
+
+AccessorValues GltfBuffers::accessor(std::uint64_t index) {
+  const Json& of = item("accessors", index);
+  const int component = static_cast<int>(std::min<std::uint64_t>(count_member(of, "componentType"), 1 << 20));
+  AccessorValues out;
+  const std::uint64_t count = count_member(of, "count");
+  out.width = width_of(text_member(of, "type"));
+  std::string_view bytes;
+  std::size_t stride = 0;
+  const bool stored = of.contains("bufferView");
+  if (stored) {
+    const std::uint64_t number = count_member(of, "bufferView");
+    bytes = from_offset(view(number), count_member(of, "byteOffset", 0));
+    stride = static_cast<std::size_t>(count_member(item("bufferViews", number), "byteStride", 0));
+    if (stride > 252) throw InputError("a buffer view has a stride above 252 bytes");
+  }
+  // Without stored bytes nothing bounds the count but this.
+  if (count > kMostElements || (stored && count > bytes.size())) {
+    throw InputError(fmt::format("an accessor has {} elements, more than its bytes hold", count));
+  }
+  out.count = static_cast<std::size_t>(count);
+  out.values.resize(out.count * out.width);
+  if (stored) read_elements(bytes, stride, component, out);
+  const Json* sparse = of.find("sparse");
+  if (sparse != nullptr && sparse->is_object()) fill_sparse(*sparse, component, out);
+  const Json* normalised = of.find("normalized");
+  if (normalised != nullptr && normalised->is_boolean() && normalised->get<bool>()) {
+    const double scale = full_scale(component);
+    for (double& value : out.values) value = std::max(-1.0, value / scale);
+  }
+  return out;
+}
+
+}  // namespace canyon::tiles

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "canyon/base/json.hpp"
+#include "canyon/tiles/gltf_model.hpp"
+
+namespace canyon::tiles {
+
+/// Numbers of an accessor, `width` for each element.
+struct AccessorValues {
+  std::size_t count = 0;
+  std::size_t width = 1;
+  std::vector<double> values;
+};
+
+/// The buffers, views and accessors of a glTF asset (glTF 2.0, 3.6). All members throw InputError for what
+/// is out of bounds.
+class GltfBuffers {
+ public:
+  /// References are kept. @param binary the binary chunk of a GLB; empty without
+  GltfBuffers(const Json& asset, std::string_view binary, const FetchBytes& fetch)
+      : asset_(asset), binary_(binary), fetch_(fetch) {}
+
+  /// Item `index` of the list `list` of the asset.
+  [[nodiscard]] const Json& item(std::string_view list, std::uint64_t index) const;
+  /// Bytes of a buffer view, decompressed where EXT_meshopt_compression says so.
+  [[nodiscard]] std::string_view view(std::uint64_t index);
+  /// An accessor's numbers, sparse ones put in, normalised integers as fractions.
+  [[nodiscard]] AccessorValues accessor(std::uint64_t index);
+
+ private:
+  std::string_view buffer(std::uint64_t index);
+  std::string_view raw_view(const Json& view);
+  void fill_sparse(const Json& sparse, int component, AccessorValues& out);
+
+  const Json& asset_;
+  std::string_view binary_;
+  const FetchBytes& fetch_;
+  std::map<std::uint64_t, std::string> loaded_, unpacked_;
+};
+
+}  // namespace canyon::tiles

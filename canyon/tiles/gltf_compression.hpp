@@ -1,0 +1,33 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "canyon/city/mesh_topology.hpp"
+
+// What compressed glTF needs other libraries for. A build without them refuses such tiles and names the
+// package.
+
+namespace canyon::tiles {
+
+/// The bytes of a buffer view that EXT_meshopt_compression packed: `count` elements of `stride` bytes.
+/// Throws InputError for damaged data, counts beyond 2^26 bytes for each packed byte, and in builds without
+/// meshoptimizer.
+[[nodiscard]] std::string unpack_meshopt(std::string_view packed, std::uint64_t count, std::uint64_t stride,
+                                         const std::string& mode, const std::string& filter);
+
+/// What is read of a Draco-compressed primitive.
+struct DracoMesh {
+  std::vector<Eigen::Vector3d> positions;
+  std::vector<Eigen::Vector3f> colours;  ///< in [0, 1]; empty where not asked for
+  std::vector<double> features;          ///< likewise
+  city::TriangleIndices triangles;
+};
+/// Attributes by their unique numbers in the packed data; -1: none. Throws InputError for damaged data, and
+/// in builds without Draco.
+[[nodiscard]] DracoMesh unpack_draco(std::string_view packed, int position, int colour, int feature);
+
+}  // namespace canyon::tiles

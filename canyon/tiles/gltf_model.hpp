@@ -1,0 +1,52 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "canyon/city/mesh_topology.hpp"
+#include "canyon/tiles/feature_names.hpp"
+
+namespace canyon::tiles {
+
+/// The triangles of one primitive of one node.
+struct GltfPrimitive {
+  std::string node;       ///< name of the node or its mesh; may be empty
+  std::string material;   ///< name; may be empty
+  bool textured = false;  ///< its colour is a picture
+  bool unlit = false;     ///< KHR_materials_unlit: light is in the colours, as on photographs
+  std::vector<Eigen::Vector3d> positions;  ///< after the nodes' transforms: y up, unless the tileset says z
+  std::vector<Eigen::Vector3f> colours;    ///< red, green, blue in [0, 1] of each position; empty: one colour
+  std::optional<Eigen::Vector3f> colour;   ///< base colour of the material
+  city::TriangleIndices triangles;
+  /// Feature of each position: its row in a batch table, or in property table `table`. Empty: no features.
+  std::vector<std::uint32_t> features;
+  std::optional<std::uint32_t> table;
+};
+
+/// A glTF 2.0 asset as triangles, in double precision. Pictures and animations are not read.
+struct GltfModel {
+  std::vector<GltfPrimitive> primitives;
+  std::map<std::uint32_t, FeatureNames> tables;  ///< property tables of EXT_structural_metadata
+  std::optional<Eigen::Vector3d> centre;         ///< CESIUM_RTC
+  std::string copyright;                         ///< of the asset: whom to name
+  std::size_t lines_and_points = 0;              ///< primitives that are no triangles, left out
+};
+
+/// Gives the bytes that a URI of the asset names, or those of a data: URI. Throws InputError.
+using FetchBytes = std::function<std::string(const std::string& uri)>;
+
+/// Decodes glTF 2.0, binary or JSON: accessors of all types, sparse ones, strips and fans,
+/// KHR_mesh_quantization, EXT_mesh_gpu_instancing, KHR_draco_mesh_compression and EXT_meshopt_compression
+/// (where built with these libraries), EXT_mesh_features and EXT_structural_metadata for names. Throws
+/// InputError, which names no file, for anything else that the asset requires, for cut data and for indices
+/// beyond what they refer to.
+[[nodiscard]] GltfModel read_gltf(std::string_view bytes, const FetchBytes& fetch);
+
+}  // namespace canyon::tiles

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "canyon/tiles/gltf_model.hpp"
+
+namespace canyon::tiles {
+
+/// A model of a tile's content, and where it stands in the tile's own frame.
+struct PlacedModel {
+  GltfModel model;
+  FeatureNames batch;                       ///< of primitives whose features are of no property table
+  std::vector<Eigen::Matrix4d> placements;  ///< from the glTF's frame; at least one
+};
+
+/// What a file of a tile is, by its first bytes.
+enum class ContentKind { B3dm, I3dm, Cmpt, Pnts, Gltf, Json, Unknown };
+[[nodiscard]] ContentKind content_kind(std::string_view bytes);
+
+struct TileContent {
+  std::vector<PlacedModel> models;
+  std::vector<std::string> left_out;  ///< kinds of content that are not read: "points (pnts)"
+};
+
+/// Decodes b3dm, i3dm, cmpt (3D Tiles 1.0) and glTF. @param up the glTF's up axis, 'X', 'Y' (glTF's own) or
+/// 'Z' (asset.gltfUpAxis of old tilesets); the tile's frame has z up. Throws InputError, which names no
+/// file.
+[[nodiscard]] TileContent read_content(std::string_view bytes, char up, const FetchBytes& fetch);
+
+}  // namespace canyon::tiles

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "canyon/city/city.hpp"
+#include "canyon/city/mesh_topology.hpp"
+#include "canyon/tiles/tile_content.hpp"
+#include "canyon/tiles/tile_options.hpp"
+
+namespace canyon::tiles {
+
+/// Triangles that are one skin of ground, trees and houses [m, z up].
+struct Skin {
+  std::vector<Eigen::Vector3d> vertices;
+  std::vector<Eigen::Vector3f> colours;  ///< one for each vertex, NaN where it is not known
+  city::TriangleIndices triangles;
+};
+
+/// Gathers the contents of tiles as objects of a mesh, and as a skin.
+///
+/// A feature of a batch or property table is one object; other triangles are one object for each connected
+/// part. Its surface is what a word says of it: the feature's kind, its name, the name of the node, of the
+/// material. Without a word, a feature is a building; so are other triangles, but flat sheets that look up
+/// and extend over half of the tile, which are terrain. Materials follow words in materials' names.
+class TileMesh {
+ public:
+  explicit TileMesh(SkinRule rule) : rule_(rule) {}
+
+  /// @param to_enu from the tile's frame @param name of the tile's file, for features without a name. Throws
+  /// InputError, and adds nothing, for vertices that are not finite or more than 500 km away.
+  void add(const TileContent& content, const Eigen::Matrix4d& to_enu, const std::string& name);
+
+  [[nodiscard]] city::Mesh& mesh() { return mesh_; }
+  [[nodiscard]] Skin& skin() { return skin_; }
+  [[nodiscard]] std::size_t triangles() const { return read_; }
+  /// What was decided, one line each.
+  [[nodiscard]] std::vector<std::string> notes() const;
+
+ private:
+  struct Part;
+  void add_part(Part& part, const city::Box& tile);
+  void add_to_skin(const Part& part);
+  void add_object(const std::string& name, city::Surface surface, city::Material material, Part& part);
+
+  SkinRule rule_;
+  city::Mesh mesh_;
+  Skin skin_;
+  std::size_t read_ = 0, degenerate_ = 0, turned_ = 0, open_ = 0;
+  std::array<std::size_t, 4> by_word_{};  ///< objects, by surface
+  std::size_t sheets_ = 0, guessed_ = 0;
+};
+
+}  // namespace canyon::tiles

@@ -1,0 +1,293 @@
+#include "canyon/tiles/tile_source.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdlib>
+#include <set>
+#include <thread>
+
+#include "canyon/base/base64.hpp"
+#include "canyon/base/gzip_file.hpp"
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/input_file.hpp"
+#include "canyon/base/output_file.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/buildings/sources/http_client.hpp"
+
+namespace canyon::tiles {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t kLargestTile = std::uint64_t{1} << 29;
+constexpr int kTries = 3;
+constexpr double kLongestPause_s = 20;
+/// How long a download is good whose server does not say.
+constexpr double kKept_s = 30 * 86400.0;
+
+int hex_digit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  return c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
+}
+
+/// %41 as A.
+std::string percent_decoded(std::string_view text) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool escape = text[i] == '%' && i + 2 < text.size();
+    const int high = escape ? hex_digit(text[i + 1]) : -1, low = escape ? hex_digit(text[i + 2]) : -1;
+    if (high >= 0 && low >= 0) {
+      out += static_cast<char>(high * 16 + low);
+      i += 2;
+    } else {
+      out += text[i];
+    }
+  }
+  return out;
+}
+
+/// $NAME and ${NAME} replaced by the environment's.
+std::string with_variables(const std::string& text) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] != '$') {
+      out += text[i];
+      continue;
+    }
+    const bool braces = i + 1 < text.size() && text[i + 1] == '{';
+    const std::size_t begin = i + (braces ? 2 : 1);
+    std::size_t end = begin;
+    while (end < text.size() &&
+           (std::isalnum(static_cast<unsigned char>(text[end])) != 0 || text[end] == '_'))
+      ++end;
+    const std::string name = text.substr(begin, end - begin);
+    const char* value = name.empty() ? nullptr : std::getenv(name.c_str());
+    if (value == nullptr) {
+      throw InputError(
+          fmt::format("the environment has no variable '{}', which the tileset's address names", name),
+          fmt::format("set it: export {}=...", name.empty() ? "NAME" : name));
+    }
+    out += value;
+    i = (braces && end < text.size() && text[end] == '}') ? end : end - 1;
+  }
+  return out;
+}
+
+/// scheme://host:port of a URL.
+std::string server_of(const std::string& url) {
+  const std::size_t host = url.find("//");
+  const std::size_t end = host == std::string::npos ? host : url.find_first_of("/?#", host + 2);
+  return lower_case(url.substr(0, end));
+}
+
+std::string_view query_of(std::string_view url) {
+  url = url.substr(0, url.find('#'));
+  const std::size_t mark = url.find('?');
+  return mark == std::string_view::npos ? std::string_view() : url.substr(mark + 1);
+}
+
+/// `url` with the parameters of `base` that it does not have.
+std::string with_query_of(const std::string& base, const std::string& url) {
+  std::set<std::string_view> own;
+  const std::string_view query = query_of(url);
+  for (const std::string_view item : split(query, '&')) own.insert(item.substr(0, item.find('=')));
+  std::string out = url.substr(0, url.find('#'));
+  bool first = out.find('?') == std::string::npos;
+  for (const std::string_view item : split(query_of(base), '&')) {
+    if (item.empty() || own.count(item.substr(0, item.find('='))) > 0) continue;
+    out += first ? '?' : '&';
+    out += item;
+    first = false;
+  }
+  return out;
+}
+
+/// Whether a parameter of that name lets somebody in, or lasts for a session.
+bool is_secret_name(const std::string& name) {
+  static constexpr std::array<std::string_view, 9> kWords{"key",  "token",  "session",    "sig",   "auth",
+                                                          "pass", "secret", "credential", "expire"};
+  const std::string lower = lower_case(name);
+  return std::any_of(kWords.begin(), kWords.end(),
+                     [&lower](std::string_view word) { return lower.find(word) != std::string::npos; });
+}
+
+fs::path downloads_folder(const std::string& cache) {
+  if (!cache.empty()) return fs::path(cache) / "tiles";
+  const char* xdg = std::getenv("XDG_CACHE_HOME");
+  if (xdg != nullptr && *xdg != '\0') return fs::path(xdg) / "canyon" / "tiles";
+  const char* home = std::getenv("HOME");
+  if (home != nullptr && *home != '\0') return fs::path(home) / ".cache" / "canyon" / "tiles";
+  throw InputError("there is no folder to keep downloads in",
+                   "set HOME or XDG_CACHE_HOME, or name a cache folder");
+}
+
+/// Whether an address is the data themselves (RFC 2397).
+bool is_data(const std::string& address) {
+  return address.rfind("data:", 0) == 0;
+}
+
+std::string data_of(const std::string& address) {
+  const std::size_t comma = address.find(',');
+  if (comma == std::string::npos) throw InputError("a data: URI has no data");
+  const std::string_view data = std::string_view(address).substr(comma + 1);
+  if (address.substr(0, comma).find(";base64") == std::string::npos) return percent_decoded(data);
+  std::optional<std::string> bytes = from_base64(data);
+  if (!bytes) throw InputError("a data: URI is not base64");
+  return std::move(*bytes);
+}
+
+bool is_inside(const fs::path& path, const fs::path& folder) {
+  const auto [end, other] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
+  return end == folder.end() || (std::next(end) == folder.end() && end->empty());
+}
+
+}  // namespace
+
+TileSource::TileSource(const TileOptions& options) : options_(options) {
+  if (options.file) {
+    std::error_code error;
+    const fs::path whole = fs::weakly_canonical(*options.file, error);
+    root_ = (error ? *options.file : whole).string();
+    folder_ = fs::path(root_).parent_path();
+  } else {
+    root_ = with_variables(options.url);
+    for (const std::string_view item : split(query_of(options.url), '&')) {
+      if (item.find('$') != std::string_view::npos)
+        secret_.insert(std::string(item.substr(0, item.find('='))));
+    }
+    folder_ = downloads_folder(options.cache);
+    make_output_folder(folder_);
+  }
+}
+
+TileSource::~TileSource() {
+  std::error_code ignored;
+  for (const fs::path& path : not_to_keep_) fs::remove(path, ignored);
+}
+
+std::string TileSource::resolve(const std::string& base, const std::string& uri) const {
+  if (uri.empty()) throw InputError("a tile names no file");
+  if (is_data(uri)) return uri;
+  const std::size_t colon = uri.find_first_of(":/?#");
+  const bool has_scheme = colon != std::string::npos && uri[colon] == ':';
+  if (has_scheme && !is_web_address(uri)) {
+    throw InputError(fmt::format("'{}' is an address of a kind that is not read", uri.substr(0, colon + 1)),
+                     "tiles are files of the tileset's folder or server");
+  }
+  if (is_web_address(base) || has_scheme) return resolve_web(base, uri);
+  return resolve_path(base, uri);
+}
+
+std::string TileSource::resolve_path(const std::string& base, const std::string& uri) const {
+  const fs::path relative(percent_decoded(uri.substr(0, uri.find_first_of("?#"))));
+  std::error_code error;
+  const fs::path whole = fs::weakly_canonical(fs::path(base).parent_path() / relative, error);
+  if (error || (!options_.elsewhere && !is_inside(whole, folder_))) {
+    throw InputError(fmt::format("'{}' is outside the tileset's folder and is not read", uri),
+                     "if you trust the tileset, set city.tiles.elsewhere: true");
+  }
+  return whole.string();
+}
+
+std::string TileSource::resolve_web(const std::string& base, const std::string& uri) const {
+  const std::string url = is_web_address(base) ? buildings::resolve_url(base, uri) : uri;
+  const bool same_server = server_of(url) == server_of(root_);
+  if (!same_server && !options_.elsewhere) {
+    throw InputError(
+        fmt::format("'{}' is on another server than the tileset and is not read", public_address(url)),
+        "if you trust the tileset, set city.tiles.elsewhere: true");
+  }
+  return server_of(url) == server_of(base) ? with_query_of(base, url) : url;
+}
+
+/// The name has neither keys, which must not be stored, nor sessions, which change.
+std::filesystem::path TileSource::cached(const std::string& address) const {
+  const std::string bare = public_address(address);
+  std::string name = bare;
+  for (const std::string_view item : split(query_of(address), '&')) {
+    const std::string key(item.substr(0, item.find('=')));
+    if (!is_secret_name(key) && secret_.count(key) == 0) name += fmt::format("&{}", item);
+  }
+  return folder_ / fmt::format("{:016x}{}", fnv1a(name), fs::path(bare).extension().string().substr(0, 16));
+}
+
+void TileSource::prefetch(const std::vector<std::string>& addresses, const std::function<void()>& progress) {
+  std::vector<std::string> wanted;
+  for (const std::string& address : addresses) {
+    if (!is_web_address(address) || fetched_.count(address) > 0) continue;
+    fetched_.emplace(address, std::string());
+    std::error_code error;
+    // The time of a download is the time at which it becomes stale.
+    const auto stale = fs::last_write_time(cached(address), error);
+    if (error || stale < fs::file_time_type::clock::now()) wanted.push_back(address);
+  }
+  if (!wanted.empty()) download(wanted, progress);
+}
+
+void TileSource::download(const std::vector<std::string>& addresses, const std::function<void()>& progress) {
+  std::vector<std::string> left = addresses;
+  for (int attempt = 1; !left.empty(); ++attempt) {
+    std::vector<std::string> again;
+    double pause_s = 0;
+    buildings::HttpGetOptions options;
+    options.timeout_s = options_.timeout_s;
+    options.largest = kLargestTile;
+    buildings::http_get_all(left, options, [&](std::size_t i, buildings::HttpAnswer&& answer) {
+      const std::string& address = left[i];
+      const bool busy = answer.status == 429 || answer.status >= 500;
+      if (busy && attempt < kTries) {
+        again.push_back(address);
+        pause_s = std::max(pause_s, answer.retry_after_s.value_or(1));
+        return;
+      }
+      if (progress) progress();
+      if (!answer.problem.empty() || answer.status != 200) {
+        fetched_[address] = !answer.problem.empty()
+                                ? answer.problem
+                                : fmt::format("the server answered with HTTP status {}", answer.status);
+        return;
+      }
+      ++downloaded_files_;
+      downloaded_bytes_ += answer.body.size();
+      const fs::path path = cached(address);
+      write_file(path, answer.body);
+      const double kept_s = answer.keep_s.value_or(kKept_s);
+      if (kept_s <= 0) not_to_keep_.push_back(path);
+      std::error_code ignored;
+      fs::last_write_time(path,
+                          fs::file_time_type::clock::now() +
+                              std::chrono::seconds(static_cast<std::int64_t>(std::min(kept_s, kKept_s))),
+                          ignored);
+    });
+    left = std::move(again);
+    if (!left.empty())
+      std::this_thread::sleep_for(std::chrono::duration<double>(std::min(pause_s, kLongestPause_s)));
+  }
+}
+
+std::string TileSource::read(const std::string& address) {
+  if (is_data(address)) return data_of(address);
+  fs::path path = address;
+  if (is_web_address(address)) {
+    prefetch({address});
+    if (const std::string& problem = fetched_.at(address); !problem.empty()) throw InputError(problem);
+    path = cached(address);
+  }
+  check_input_file(path, kLargestTile);
+  std::string bytes;
+  GzipFile file(path);
+  std::string block(std::size_t{1} << 20, '\0');
+  while (const std::size_t n = file.read(block.data(), block.size(), 0)) {
+    bytes.append(block, 0, n);
+    if (bytes.size() > kLargestTile)
+      throw InputError(fmt::format("unpacks to more than {} bytes", kLargestTile));
+  }
+  if (file.cut_short()) throw InputError("the gzip data end early", "get the tile again");
+  return bytes;
+}
+
+}  // namespace canyon::tiles

@@ -1,0 +1,133 @@
+#include "canyon/tiles/tile_volume.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/tiles/json_values.hpp"
+
+namespace canyon::tiles {
+namespace {
+
+/// Ground and buildings lie within so much of the area's plane, the Earth's curvature over 500 km included.
+constexpr double kReach_m = 30e3;
+
+Eigen::Vector3d times(const Eigen::Matrix4d& m, const Eigen::Vector3d& v) {
+  return m.topLeftCorner<3, 3>() * v + m.topRightCorner<3, 1>();
+}
+
+double region_width(const std::vector<double>& region) {
+  const double width = region[2] - region[0];
+  return width < 0 ? width + 2 * geodesy::kPi : width;
+}
+
+/// Whether two intervals of longitudes [rad] meet, each from its west eastwards.
+bool longitudes_meet(double west, double width, double other_west, double other_width) {
+  const auto turned = [](double angle) {
+    const double turn = std::fmod(angle, 2 * geodesy::kPi);
+    return turn < 0 ? turn + 2 * geodesy::kPi : turn;
+  };
+  return turned(other_west - west) <= width || turned(west - other_west) <= other_width;
+}
+
+}  // namespace
+
+TileVolume read_volume(const Json& volume) {
+  TileVolume out;
+  if (!volume.is_object()) return out;
+  if (out.values = numbers_member(volume, "region", 6); !out.values.empty()) {
+    out.kind = TileVolume::Kind::Region;
+  } else if (out.values = numbers_member(volume, "box", 12); !out.values.empty()) {
+    out.kind = TileVolume::Kind::Box;
+  } else if (out.values = numbers_member(volume, "sphere", 4); !out.values.empty()) {
+    out.kind = TileVolume::Kind::Sphere;
+  }
+  return out;
+}
+
+TileVolume TileVolume::part(int levels, const std::array<std::uint32_t, 3>& place, bool octree) const {
+  TileVolume out = *this;
+  const double parts = std::ldexp(1.0, levels);
+  if (kind == Kind::Region) {
+    const double width = region_width(values) / parts, depth = (values[3] - values[1]) / parts;
+    out.values[0] = values[0] + place[0] * width;
+    out.values[2] = out.values[0] + width;
+    out.values[1] = values[1] + place[1] * depth;
+    out.values[3] = out.values[1] + depth;
+    if (octree) {
+      const double height = (values[5] - values[4]) / parts;
+      out.values[4] = values[4] + place[2] * height;
+      out.values[5] = out.values[4] + height;
+    }
+  } else if (kind == Kind::Box) {
+    for (std::size_t axis = 0; axis < (octree ? 3U : 2U); ++axis) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        const double half = values[3 + 3 * axis + i];
+        out.values[3 + 3 * axis + i] = half / parts;
+        out.values[i] += half * ((2.0 * place[axis] + 1) / parts - 1);
+      }
+    }
+  }
+  return out;
+}
+
+std::optional<Eigen::Vector3d> TileVolume::centre(const Eigen::Matrix4d& transform) const {
+  if (kind == Kind::Unknown) return std::nullopt;
+  if (kind != Kind::Region) return times(transform, Eigen::Vector3d(values.data()));
+  double longitude = values[0] + region_width(values) / 2;
+  if (longitude > geodesy::kPi) longitude -= 2 * geodesy::kPi;
+  return geodesy::ecef_from_geodetic({(values[1] + values[3]) / 2, longitude, (values[4] + values[5]) / 2});
+}
+
+double TileVolume::radius(const Eigen::Matrix4d& transform) const {
+  if (kind == Kind::Unknown) return 0;
+  if (kind == Kind::Region) {
+    const double half = std::max(region_width(values), values[3] - values[1]) / 2;
+    return geodesy::kSemiMajorAxis * half + std::abs(values[5] - values[4]) / 2;
+  }
+  double square = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d half =
+        kind == Kind::Box
+            ? Eigen::Vector3d(&values[3 + 3 * axis])
+            : Eigen::Vector3d(values[3] * Eigen::Vector3d::Unit(static_cast<Eigen::Index>(axis)));
+    square += (transform.topLeftCorner<3, 3>() * half).squaredNorm();
+  }
+  return std::sqrt(square);
+}
+
+TileArea::TileArea(const std::array<double, 4>& bbox_deg, const geodesy::LocalFrame& frame, bool local) {
+  for (std::size_t i = 0; i < 4; ++i) region_rad_[i] = geodesy::radians(bbox_deg[i]);
+  const auto& [west, south, east, north] = region_rad_;
+  for (const double longitude : {west, (west + east) / 2, east}) {
+    for (const double latitude : {south, (south + north) / 2, north})
+      box_.extend(frame.local_from_geodetic({latitude, longitude, frame.origin().height_m}));
+  }
+  box_.min().z() -= kReach_m;
+  box_.max().z() += kReach_m;
+  if (local) return;
+  enu_from_root_.topLeftCorner<3, 3>() = frame.ecef_from_local_rotation().transpose();
+  enu_from_root_.topRightCorner<3, 1>() = frame.local_from_ecef(Eigen::Vector3d::Zero());
+}
+
+bool TileArea::touches(const TileVolume& volume, const Eigen::Matrix4d& transform) const {
+  if (everything() || volume.kind == TileVolume::Kind::Unknown) return true;
+  const std::vector<double>& of = volume.values;
+  if (volume.kind == TileVolume::Kind::Region) {
+    const auto& [west, south, east, north] = region_rad_;
+    return of[1] <= north && of[3] >= south && longitudes_meet(west, east - west, of[0], region_width(of));
+  }
+  const Eigen::Matrix4d to_enu = enu_from_root_ * transform;
+  const Eigen::Vector3d centre = times(to_enu, Eigen::Vector3d(of.data()));
+  Eigen::Vector3d half = Eigen::Vector3d::Zero();
+  if (volume.kind == TileVolume::Kind::Box) {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      half += (to_enu.topLeftCorner<3, 3>() * Eigen::Vector3d(&of[3 + 3 * axis])).cwiseAbs();
+  } else {
+    // Rows, since a sphere's shadow on an axis is as long as that axis' row.
+    half = std::abs(of[3]) * to_enu.topLeftCorner<3, 3>().rowwise().norm();
+  }
+  return box_.intersects(Eigen::AlignedBox3d(Eigen::Vector3d(centre - half), Eigen::Vector3d(centre + half)));
+}
+
+}  // namespace canyon::tiles
