@@ -57,9 +57,9 @@ constexpr double kVersion = 3.05;
 constexpr std::int64_t kEarliest_ns = 1024 * GpsTime::kNanosecondsPerWeek;  ///< 1999
 /// Beyond it the phone's estimate of its clock began anew, whatever its count of discontinuities says.
 constexpr std::int64_t kHeldWithin_ns = 10 * kMillisecond_ns;
-/// Limits of uncertainties: ProcessGnssMeas.m and SetDataFilter.m of Google's GPS measurement tools for times,
-/// rates and the clock's bias, which a phone guesses to seconds before its first fix; a delta range that is
-/// known to a wavelength at best is no phase.
+/// Limits of uncertainties: ProcessGnssMeas.m and SetDataFilter.m of Google's GPS measurement tools for
+/// times, rates and the clock's bias, which a phone guesses to seconds before its first fix; a delta range
+/// that is known to a wavelength at best is no phase.
 constexpr double kMaxBias_ns = 1e7, kMaxTime_ns = 500, kMaxRate_mps = 10, kMaxDeltaRange_m = 0.3;
 /// Least to greatest travel times with the clock's 10 ms: 64 ms from a GLONASS satellite in the zenith, 140
 /// ms from an inclined geosynchronous one at the horizon. Their middle resolves open times.

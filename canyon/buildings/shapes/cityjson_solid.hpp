@@ -14,9 +14,9 @@ namespace canyon::buildings {
 /// connected closed shell is turned where its volume is negative). Materials by semantic: RoofSurface `roof`,
 /// Window Glass, all else `facade`; windows and doors are cut out of walls that they lie in (cut_openings()).
 /// ClosureSurfaces only close the shell: nothing is there in reality, and they are not built. Surfaces whose
-/// rings cross or touch along edges are repaired, those without an area (below 1e-6 m^2) are left out; `notes`
-/// says how many, and where the result is not watertight; lines begin with `name`. Returns whether an object was
-/// added.
+/// rings cross or touch along edges are repaired, those without an area (below 1e-6 m^2) are left out;
+/// `notes` says how many, and where the result is not watertight; lines begin with `name`. Returns whether an
+/// object was added.
 [[nodiscard]] bool append_surfaces(city::Mesh& mesh, const std::string& name,
                                    const std::vector<MapSurface>& surfaces, const geodesy::LocalFrame& frame,
                                    std::vector<std::string>& notes,
