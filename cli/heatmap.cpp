@@ -167,7 +167,7 @@ class MapRun {
   void load() {
     const auto begin = std::chrono::steady_clock::now();
     std::vector<std::string> warnings;
-    city_ = simulation::load_city_source(simulation::city_config(scenario_), warnings);
+    city_ = simulation::load_city_source(scenario_.city, warnings);
     print_warnings(warnings);
     const city::City& city = city_;
     if (!scenario_.city.open && city.mesh.triangles.empty()) {

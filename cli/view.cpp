@@ -161,9 +161,10 @@ std::unique_ptr<view::Probe> probe_of_run(const ViewArguments& arguments,
 std::unique_ptr<view::Probe> probe_of_validation(const ViewArguments& arguments,
                                                  const std::filesystem::path& folder) {
   const simulation::Scenario scenario = simulation::read_scenario(arguments.city, {false});
-  return view::comparison_probe(folder, scenario,
-                                std::make_shared<simulation::CityScene>(
-                                    simulation::load_city(simulation::city_config(scenario), scenario.seed)),
+  std::vector<std::string> warnings;
+  city::City city = simulation::load_city(simulation::city_config(scenario), scenario.seed, warnings);
+  if (!arguments.serve.quiet) print_warnings(warnings);
+  return view::comparison_probe(folder, scenario, std::make_shared<simulation::CityScene>(std::move(city)),
                                 arguments.paths);
 }
 
@@ -251,7 +252,10 @@ int run_view(const ViewArguments& given) {
   const bool serves = arguments.exported.empty() && arguments.out.empty() && !filmed;
   check_together(arguments, serves);
   const auto built_city = [&] {
-    return load_city(city_config(arguments.input, ""), "building the city", arguments.serve.quiet);
+    buildings::BuiltCity city =
+        load_city(city_config(arguments.input, ""), "building the city", arguments.serve.quiet);
+    if (!arguments.serve.quiet) print_warnings(city.report.cautions);
+    return city;
   };
   if (!arguments.live.empty()) {
     serve_live_city(arguments, built_city());
