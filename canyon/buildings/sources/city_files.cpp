@@ -87,7 +87,8 @@ std::vector<Tile> tiles_of_archive(const std::filesystem::path& archive) {
   std::uint64_t unpacked = 0;
   std::vector<Tile> tiles;
   for (const std::string& name : names) {
-    const std::string inside = root + "/" + name;
+    std::string inside = root;
+    inside.append("/").append(name);
     VSIStatBufL status;
     if (name.empty() || name.back() == '/' || VSIStatL(inside.c_str(), &status) != 0 ||
         VSI_ISDIR(status.st_mode))

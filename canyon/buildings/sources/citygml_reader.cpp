@@ -69,7 +69,7 @@ class References {
   References(const std::filesystem::path& file, const OpenBytes& open) : file_(file), open_(open) {}
 
   /// Reads the file until each of these is found, with what they refer to themselves.
-  GmlLibrary find(std::set<std::string> wanted) const {
+  [[nodiscard]] GmlLibrary find(std::set<std::string> wanted) const {
     GmlLibrary library;
     for (int pass = 0; pass < kMostPasses && !wanted.empty(); ++pass) {
       const std::size_t before = library.size();
