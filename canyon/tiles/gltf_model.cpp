@@ -324,7 +324,7 @@ class GltfDecoder {
     if (ids.size() != out.positions.size()) return;
     for (const double id : ids) {
       // Whole numbers that were stored as floats.
-      out.features.push_back(id >= 0 && id < 4e9 ? static_cast<std::uint32_t>(id + 0.5) : 0);
+      out.features.push_back(id >= 0 && id < 4e9 ? static_cast<std::uint32_t>(std::lround(id)) : 0);
     }
   }
 

@@ -60,7 +60,7 @@ std::string text_member(const Json& object, std::string_view key) {
 Eigen::Matrix4d matrix_member(const Json& object, std::string_view key) {
   const std::vector<double> values = numbers_member(object, key, 16);
   if (values.empty()) return Eigen::Matrix4d::Identity();
-  const Eigen::Matrix4d matrix = Eigen::Map<const Eigen::Matrix4d>(values.data());
+  Eigen::Matrix4d matrix = Eigen::Map<const Eigen::Matrix4d>(values.data());
   if (!matrix.row(3).isApprox(Eigen::RowVector4d(0, 0, 0, 1), 1e-9)) fail_member(key, "an affine matrix");
   return matrix;
 }

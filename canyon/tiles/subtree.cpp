@@ -20,7 +20,7 @@ class SubtreeReader {
                 const std::function<std::string(const std::string&)>& fetch)
       : json_(json), binary_(binary), fetch_(fetch) {}
 
-  Subtree read(int levels, bool octree) const {
+  [[nodiscard]] Subtree read(int levels, bool octree) const {
     const std::uint64_t nodes = nodes_above(levels, octree);
     const std::uint64_t children = nodes_above(levels + 1, octree) - nodes;
     Subtree out;
