@@ -74,8 +74,11 @@ buildings::MapData read_maps(const MapCityConfig& config, const buildings::Terra
   if (!models.empty())
     append(map, buildings::read_city_files(models, {config.model, heights, box}), box, config.build.foliage);
   if (map.features.empty()) {
-    throw InputError(map.source + ": no building" + (box ? " in the box" : ""),
-                     box ? "give a box west,south,east,north that holds some" : "give a map with buildings");
+    throw InputError(
+        map.source + ": no building" + (box ? " in the box" : ""),
+        box ? "the box is city.bbox, else of tiles 1 km about the trajectory: check places, or give a "
+              "box west,south,east,north that holds some"
+            : "give a map with buildings");
   }
   return map;
 }
@@ -212,6 +215,17 @@ class PlaceBounds {
   Eigen::AlignedBox2d box_;
 };
 
+/// Of city models in tiles a scenario reads those this near to its trajectory.
+constexpr double kAboutWay_m = 1000;
+
+/// Folders and archives of a city model.
+bool are_tiles(const std::vector<std::filesystem::path>& files) {
+  return std::all_of(files.begin(), files.end(), [](const std::filesystem::path& path) {
+    std::error_code ignored;
+    return std::filesystem::is_directory(path, ignored) || lower_case(path.extension().string()) == ".zip";
+  });
+}
+
 std::optional<std::array<double, 4>> area_of(const Scenario& scenario, double margin_m) {
   PlaceBounds bounds;
   const TrajectoryConfig& trajectory = scenario.trajectory;
@@ -244,6 +258,8 @@ CityConfig city_config(const Scenario& scenario) {
   CityConfig config = scenario.city;
   if (config.tiles && !config.tiles->bbox_deg)
     config.tiles->bbox_deg = area_of(scenario, config.tiles->margin_m);
+  if (config.map && !config.map->bbox_deg && are_tiles(config.map->files))
+    config.map->bbox_deg = area_of(scenario, kAboutWay_m);
   return config;
 }
 

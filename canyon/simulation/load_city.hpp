@@ -17,9 +17,9 @@ namespace canyon::simulation {
 [[nodiscard]] CityConfig city_config(const std::filesystem::path& file,
                                      const std::optional<geodesy::Geodetic>& origin = {});
 
-/// The city of a scenario, whose tileset (if it is one without a box) is read about the trajectory and the
-/// fixed receivers alone, as far as their places are known before the city. Throws InputError as readers of
-/// the trajectory's file do.
+/// The city of a scenario, whose tileset, or folder or archive of a city model's tiles (without a box), is
+/// read about the trajectory and the fixed receivers alone, if their places are known before the city. Throws
+/// InputError as readers of the trajectory's file do.
 [[nodiscard]] CityConfig city_config(const Scenario& scenario);
 
 /// The city that a scenario asks for: a map, a city file of any kind, synthetic, or open field. Part of

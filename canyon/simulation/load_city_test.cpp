@@ -16,6 +16,7 @@
 #include "canyon/simulation/scenario.hpp"
 #include "tests/support/citygml_text.hpp"
 #include "tests/support/gltf_bytes.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/simulation_support.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -71,6 +72,35 @@ TEST(LoadCity, CityModelsByTheirContent) {
   EXPECT_NEAR(city::summarize(city).highest_roof_m, 9, 0.01);
   config.map->model.lod = 1;
   EXPECT_THROW((void)load_city(config), InputError);
+}
+
+// Of a folder of tiles a scenario reads those about its trajectory, if it says where on Earth that is.
+TEST(LoadCity, TilesAboutTheTrajectory) {
+  const test::TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "tiles");
+  const std::string here =
+      canyon::test::citygml(canyon::test::citygml_member(canyon::test::gml_building("a")));
+  std::string away = canyon::test::citygml(canyon::test::citygml_member(canyon::test::gml_building("b")));
+  for (std::size_t at = 0; (at = away.find("6910", at)) != std::string::npos;) away.replace(at, 4, "6960");
+  std::ofstream(folder / "tiles/a.gml") << here;
+  std::ofstream(folder / "tiles/b.gml") << away;
+  const auto buildings_of = [&](const std::string& city, const std::string& place) {
+    const Scenario scenario = parse_scenario(
+        "city: {osm: tiles/" + city +
+            "}\nstart: 2026-06-01T06:00:00Z\nduration_s: 1\ntrajectory: {position: {" + place + "}}\n",
+        folder / "s.yaml");
+    std::vector<std::string> warnings;
+    return city::summarize(load_city(scenario, warnings)).buildings;
+  };
+  // 48.1306, 11.5671 is the first tile's place (cs2cs EPSG:25832 EPSG:4326).
+  const std::string near = "latitude_deg: 48.13, longitude_deg: 11.567, height_m: 510";
+  EXPECT_EQ(buildings_of("", near), 1U);
+  EXPECT_EQ(buildings_of("", "east_m: 0, north_m: 0, up_m: 2"), 2U);
+  EXPECT_EQ(buildings_of(", bbox: [11, 48, 12, 49]", near), 2U);
+  const std::string far = canyon::test::refusal(
+      [&] { (void)buildings_of("", "latitude_deg: 48.2, longitude_deg: 11.567, height_m: 510"); });
+  EXPECT_NE(far.find("no building in the box"), std::string::npos) << far;
+  EXPECT_NE(far.find("1 km about the trajectory"), std::string::npos) << far;
 }
 
 // A relief is the ground where no raster is; trees stand on it, at their own height where the model has one.

@@ -435,7 +435,7 @@ MapData CityModel::finish(const std::filesystem::path& name) {
   }
   for (const auto& [what, count] : left_out_)
     data_.warnings.push_back(fmt::format("{}: left out {} {}", file, count, what));
-  if (data_.features.empty() && outside_ == 0) {
+  if (data_.features.empty() && !options_.box) {  // else nothing may be in the box
     const std::string why = left_out_.empty() ? ""
                                               : fmt::format(" (left out {} {})", left_out_.begin()->second,
                                                             left_out_.begin()->first);

@@ -81,7 +81,7 @@ class CityModel {
   void note(const std::string& line) { data_.contents.push_back(line); }
   void add(CityObject object);
 
-  /// The features, sorted by id. Throws InputError where there are none.
+  /// The features, sorted by id. Throws InputError where there are none and no box is asked for.
   /// @param name of all of the files, for messages
   [[nodiscard]] MapData finish(const std::filesystem::path& name);
 
