@@ -158,6 +158,7 @@ class Selector {
     while (!pending_.empty()) {
       const std::vector<Pending> now = std::exchange(pending_, {});
       std::vector<std::string> addresses;
+      addresses.reserve(now.size());
       for (const Pending& each : now) addresses.push_back(each.address);
       source_.prefetch(addresses, progress);
       for (const Pending& each : now) {
