@@ -16,7 +16,7 @@ struct BodyState {
   Eigen::Vector3d position_m, velocity_mps, acceleration_mps2;  ///< and its derivatives
   Eigen::Matrix3d ecef_from_body;
 };
-/// By seconds. Position three times and attitude five times continuously differentiable.
+/// By seconds. Its acceleration is continuous; differences of a smoother attitude have smaller errors.
 using BodyMotion = std::function<BodyState(double)>;
 
 /// What an inertial sensor feels, in its axes.

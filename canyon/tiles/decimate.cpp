@@ -8,6 +8,8 @@
 #include <optional>
 #include <utility>
 
+#include "canyon/tiles/plan_bounds.hpp"
+
 namespace canyon::tiles {
 namespace {
 
@@ -232,15 +234,9 @@ class TriangleGrid {
  public:
   TriangleGrid(const std::vector<Eigen::Vector3d>& vertices, const city::TriangleIndices& triangles)
       : vertices_(vertices), triangles_(triangles) {
-    Eigen::Vector2d max = Eigen::Vector2d::Constant(-1e300);
-    min_ = Eigen::Vector2d::Constant(1e300);
-    for (const auto& triangle : triangles) {
-      for (const std::uint32_t v : triangle) {
-        min_ = min_.cwiseMin(vertices[v].head<2>());
-        max = max.cwiseMax(vertices[v].head<2>());
-      }
-    }
-    const Eigen::Vector2d size = max - min_;
+    const Eigen::AlignedBox2d bounds = plan_bounds(vertices, triangles);
+    min_ = bounds.min();
+    const Eigen::Vector2d size = bounds.sizes();
     cell_m_ = std::max({0.5, std::sqrt(size.x() * size.y() / 1e6), size.maxCoeff() / 10'000});
     columns_ = static_cast<std::ptrdiff_t>(size.x() / cell_m_) + 1;
     rows_ = static_cast<std::ptrdiff_t>(size.y() / cell_m_) + 1;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "canyon/tiles/plan_bounds.hpp"
+
 namespace canyon::tiles {
 namespace {
 
@@ -15,15 +17,9 @@ constexpr double kSlope = 0.3, kLeastStep_m = 0.5, kLargestStep_m = 3;
 
 GroundModel::GroundModel(const std::vector<Eigen::Vector3d>& vertices,
                          const city::TriangleIndices& triangles) {
-  Eigen::Vector2d max = Eigen::Vector2d::Constant(-1e300);
-  min_ = Eigen::Vector2d::Constant(1e300);
-  for (const auto& triangle : triangles) {
-    for (const std::uint32_t v : triangle) {
-      min_ = min_.cwiseMin(vertices[v].head<2>());
-      max = max.cwiseMax(vertices[v].head<2>());
-    }
-  }
-  const Eigen::Vector2d size = max - min_;
+  const Eigen::AlignedBox2d bounds = plan_bounds(vertices, triangles);
+  min_ = bounds.min();
+  const Eigen::Vector2d size = bounds.sizes();
   cell_m_ = std::max(1.0, std::sqrt(size.x() * size.y() / kMostCells));
   cell_m_ = std::max(cell_m_, size.maxCoeff() / 50'000);
   columns_ = static_cast<std::size_t>(size.x() / cell_m_) + 1;

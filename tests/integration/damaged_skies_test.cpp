@@ -52,7 +52,10 @@ States states(const orbit::Sky& sky, geodesy::GpsTime begin, int count) {
   return all;
 }
 
-Damages::Judgement compared(const States& sound, const States& now, bool said) {
+/// Vectors by keys, in metres; `what` names them.
+template <typename Vectors>
+Damages::Judgement compared(const Vectors& sound, const Vectors& now, bool said,
+                            const char* what = "states") {
   double off_m = 0;
   std::size_t missing = now.size() > sound.size() ? now.size() - sound.size() : 0;
   for (const auto& [key, value] : sound) {
@@ -60,13 +63,13 @@ Damages::Judgement compared(const States& sound, const States& now, bool said) {
     if (found == now.end()) {
       ++missing;
     } else {
-      off_m = std::max(off_m, (found->second - value).lpNorm<Eigen::Infinity>());
+      off_m = std::max(off_m, (found->second - value).template lpNorm<Eigen::Infinity>());
     }
   }
   if (missing == 0 && off_m < 1e-3) return {Outcome::Same, {}};
   if (said) return {Outcome::Said, {}};
   if (missing == 0 && off_m < kNoise_m) return {Outcome::Noise, {}};
-  return {Outcome::Same, fmt::format("off by {:.0f} m, {} states more or less", off_m, missing)};
+  return {Outcome::Same, fmt::format("off by {:.0f} m, {} {} more or less", off_m, missing, what)};
 }
 
 TEST(DamagedSkies, EphemeridesDoNotChangeSilently) {
@@ -166,21 +169,8 @@ TEST(DamagedSkies, ObservationsDoNotChangeSilently) {
   const test::DamageCounts counts =
       Damages("base.obs", text, 7).run([&](const std::string& bytes) -> Damages::Judgement {
         const rinex::RinexObservations file = read(bytes);
-        const Ranges now = ranges(file);
-        double off_m = 0;
-        std::size_t missing = now.size() > sound.size() ? now.size() - sound.size() : 0;
-        for (const auto& [key, value] : sound) {
-          const auto found = now.find(key);
-          if (found == now.end()) {
-            ++missing;
-          } else {
-            off_m = std::max(off_m, (found->second - value).lpNorm<Eigen::Infinity>());
-          }
-        }
-        if (missing == 0 && off_m < 1e-3) return {Outcome::Same, {}};
-        if (file.report.warnings().size() > whole.report.warnings().size()) return {Outcome::Said, {}};
-        if (missing == 0 && off_m < kNoise_m) return {Outcome::Noise, {}};
-        return {Outcome::Same, fmt::format("off by {:.0f} m, {} signals more or less", off_m, missing)};
+        return compared(sound, ranges(file), file.report.warnings().size() > whole.report.warnings().size(),
+                        "signals");
       });
   // The first numbers of a file do not say yet in which columns its numbers stand.
   EXPECT_LE(counts.silent.size(), 2U) << testing::PrintToString(counts.silent);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <functional>
 #include <string>
@@ -30,6 +31,30 @@ struct DamageCounts {
                        noise, said, refused, silent.size());
   }
 };
+
+/// Calls `read` with every `every`-th beginning of a text, and 300 times with two of its bytes replaced by
+/// some of `bytes`, drawn by a seed. An InputError is an answer; everything else goes on to the caller.
+template <typename Read>
+void read_damaged(const std::string& good, std::size_t every, const std::string& bytes, const Read& read) {
+  const auto survives = [&read](const std::string& text) {
+    try {
+      (void)read(text);
+    } catch (const InputError&) {
+    }
+  };
+  for (std::size_t n = 0; n < good.size(); n += every) survives(good.substr(0, n));
+  std::uint32_t state = 12345;  // a linear congruential generator (Numerical Recipes): seeded damage
+  for (int i = 0; i < 300; ++i) {
+    std::string text = good;
+    for (int k = 0; k < 2; ++k) {
+      state = state * 1664525U + 1013904223U;
+      const std::size_t at = (state >> 8) % text.size();
+      state = state * 1664525U + 1013904223U;
+      text[at] = bytes[(state >> 8) % bytes.size()];
+    }
+    survives(text);
+  }
+}
 
 /// Damages a text in turn: every `every`-th byte left out; every line twice; and, with `lines_out`, every
 /// line left out. `judge` says the outcome of a damaged text, or what changed silently.

@@ -11,6 +11,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "tests/support/citygml_text.hpp"
+#include "tests/support/damages.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::buildings {
@@ -474,25 +475,8 @@ TEST_F(CityGmlTest, CoordinatesBeyondTheEarth) {
 
 TEST_F(CityGmlTest, EveryTruncationAndManyDamagesAreErrorsOrRead) {
   const std::string good = citygml(citygml_member(gml_building("house")));
-  const auto survives = [this](const std::string& text) {
-    try {
-      (void)read(text);
-    } catch (const InputError&) {
-    }
-  };
-  for (std::size_t n = 0; n < good.size(); n += 97) survives(good.substr(0, n));
-  std::uint32_t state = 12345;  // a linear congruential generator (Numerical Recipes): seeded damage
-  const std::string bytes = "0123456789<>/\"=:-e. #nul";
-  for (int i = 0; i < 300; ++i) {
-    std::string text = good;
-    for (int k = 0; k < 2; ++k) {
-      state = state * 1664525U + 1013904223U;
-      const std::size_t at = (state >> 8) % text.size();
-      state = state * 1664525U + 1013904223U;
-      text[at] = bytes[(state >> 8) % bytes.size()];
-    }
-    survives(text);
-  }
+  test::read_damaged(good, 97, "0123456789<>/\"=:-e. #nul",
+                     [this](const std::string& text) { return read(text); });
 }
 
 }  // namespace

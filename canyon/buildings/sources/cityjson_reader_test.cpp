@@ -13,6 +13,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "tests/support/cityjson_house.hpp"
+#include "tests/support/damages.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -375,25 +376,8 @@ TEST_F(CityJsonTest, BadInputIsOneClearError) {
 TEST_F(CityJsonTest, EveryTruncationAndManyDamagesAreErrorsOrRead) {
   // No damage may crash; whatever is thrown is an InputError.
   const std::string good = cityjson(cityjson_building("house", kHouseSolid));
-  const auto survives = [this](const std::string& text) {
-    try {
-      (void)read(text);
-    } catch (const InputError&) {
-    }
-  };
-  for (std::size_t n = 0; n < good.size(); n += 37) survives(good.substr(0, n));
-  std::uint32_t state = 12345;  // a linear congruential generator (Numerical Recipes): seeded damage
-  const std::string bytes = "0123456789[]{}\",:-e. nul";
-  for (int i = 0; i < 300; ++i) {
-    std::string text = good;
-    for (int k = 0; k < 2; ++k) {
-      state = state * 1664525U + 1013904223U;
-      const std::size_t at = (state >> 8) % text.size();
-      state = state * 1664525U + 1013904223U;
-      text[at] = bytes[(state >> 8) % bytes.size()];
-    }
-    survives(text);
-  }
+  test::read_damaged(good, 37, "0123456789[]{}\",:-e. nul",
+                     [this](const std::string& text) { return read(text); });
 }
 
 }  // namespace

@@ -1,21 +1,17 @@
 #include "canyon/buildings/sources/overpass.hpp"
 
-#include <arpa/inet.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
-#include <poll.h>
-#include <sys/socket.h>
 #include <unistd.h>
 
 #include <cstdlib>
 #include <limits>
 #include <mutex>
-#include <stdexcept>
 #include <thread>
 
 #include "canyon/buildings/sources/osm_reader.hpp"
+#include "tests/support/local_listener.hpp"
 #include "tests/support/osm_text.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -30,8 +26,6 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::SizeIs;
 
-constexpr int kPatience_ms = 10'000;  // of the server, so that no test hangs
-
 std::string reply(const std::string& status, const std::string& body, const std::string& headers = {}) {
   return fmt::format("HTTP/1.1 {}\r\nContent-Length: {}\r\nConnection: close\r\n{}\r\n{}", status,
                      body.size(), headers, body);
@@ -42,45 +36,27 @@ std::string reply(const std::string& status, const std::string& body, const std:
 class StoredServer {
  public:
   explicit StoredServer(std::vector<std::string> replies) : replies_(std::move(replies)) {
-    listener_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof address;
-    if (listener_ < 0 || bind(listener_, reinterpret_cast<sockaddr*>(&address), size) != 0 ||
-        listen(listener_, 16) != 0 ||
-        getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size) != 0 || pipe(stop_) != 0) {
-      throw std::runtime_error("no local server");
-    }
-    port_ = ntohs(address.sin_port);
     thread_ = std::thread([this] { serve(); });
   }
   ~StoredServer() {
-    const char go = 'x';
-    [[maybe_unused]] const ssize_t n = write(stop_[1], &go, 1);
+    listener_.stop();
     thread_.join();
-    for (const int file : {listener_, stop_[0], stop_[1]}) close(file);
   }
   StoredServer(const StoredServer&) = delete;
   StoredServer& operator=(const StoredServer&) = delete;
 
-  [[nodiscard]] std::string url() const { return fmt::format("http://127.0.0.1:{}/api/interpreter", port_); }
+  [[nodiscard]] std::string url() const {
+    return fmt::format("http://127.0.0.1:{}/api/interpreter", listener_.port());
+  }
   [[nodiscard]] std::vector<std::string> requests() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     return requests_;
   }
 
  private:
-  /// False where the test ends, or patience does.
-  bool readable(int file) const {
-    pollfd waits[2] = {{file, POLLIN, 0}, {stop_[0], POLLIN, 0}};
-    return poll(waits, 2, kPatience_ms) > 0 && waits[1].revents == 0;
-  }
-
   void serve() {
     for (const std::string& answer : replies_) {
-      if (!readable(listener_)) return;
-      const int client = accept(listener_, nullptr, nullptr);
+      const int client = listener_.next();
       if (client < 0) return;
       converse(client, answer);
       close(client);
@@ -89,26 +65,18 @@ class StoredServer {
 
   void converse(int client, const std::string& answer) {
     std::string request;
-    char buffer[4096];
     while (!is_whole(request)) {
-      if (!readable(client)) return;
-      const ssize_t n = recv(client, buffer, sizeof buffer, 0);
-      if (n <= 0) return;
-      request.append(buffer, static_cast<std::size_t>(n));
+      if (!listener_.receive(client, request)) return;
     }
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       requests_.push_back(request);
     }
     if (answer.empty()) {
-      readable(client);
+      (void)listener_.readable(client);
       return;
     }
-    for (std::size_t sent = 0; sent < answer.size();) {
-      const ssize_t n = send(client, answer.data() + sent, answer.size() - sent, MSG_NOSIGNAL);
-      if (n <= 0) return;
-      sent += static_cast<std::size_t>(n);
-    }
+    test::LocalListener::send_all(client, answer);
   }
 
   static bool is_whole(const std::string& request) {
@@ -121,9 +89,7 @@ class StoredServer {
   }
 
   std::vector<std::string> replies_;
-  int listener_ = -1;
-  int stop_[2] = {-1, -1};
-  int port_ = 0;
+  test::LocalListener listener_{10'000};
   mutable std::mutex mutex_;
   std::vector<std::string> requests_;
   std::thread thread_;

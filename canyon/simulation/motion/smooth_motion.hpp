@@ -45,7 +45,7 @@ class SmoothMotion {
   [[nodiscard]] double end_s() const { return stretches_.empty() ? 0 : stretches_.back().end_s; }
   /// Before, behind and between stretches it rests. Precondition: there is a stretch.
   [[nodiscard]] Point at(double t_s) const;
-  /// Bytes of the control points.
+  /// Number of control points.
   [[nodiscard]] std::size_t points() const { return points_; }
 
  private:

@@ -22,8 +22,6 @@ class UniformSpline {
   UniformSpline(std::vector<Value> points, double step_s);
 
   [[nodiscard]] Point at(double t_s) const;
-  [[nodiscard]] double step_s() const { return step_s_; }
-  [[nodiscard]] const std::vector<Value>& points() const { return points_; }
 
  private:
   std::vector<Value> points_;
