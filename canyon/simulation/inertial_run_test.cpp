@@ -164,7 +164,7 @@ TEST(InertialRun, IntegratesToTheTruth) {
     return Trajectory::from_waypoints(kBegin, waypoints, 4).with_attitude(Attitude::Multirotor);
   };
   // Between upright and level flight a multirotor turns so fast that 200 Hz do not integrate it to a
-  // centimetre (9 cm); 1 kHz do.
+  // centimetre (6 cm); 1 kHz do.
   for (const Drift& drone : {drift_of(flight(false), 600), drift_of(flight(true), 600, 1000)}) {
     EXPECT_LT(drone.position_m, 0.01);
     EXPECT_LT(drone.velocity_mps, 1e-4);
