@@ -41,11 +41,11 @@ class Mechanisation {
     // Rotation during the step to the second order; sculling and coning by the increments before (Savage
     // 1998).
     const Vector3d push_in_body = push + 0.5 * turn.cross(push) + turn.cross(turn.cross(push)) / 6 +
-                                  (last_turn.cross(push) + last_push.cross(turn)) / 12;
-    const Vector3d turn_with_coning = turn + last_turn.cross(turn) / 12;
+                                  (last_turn_.cross(push) + last_push_.cross(turn)) / 12;
+    const Vector3d turn_with_coning = turn + last_turn_.cross(turn) / 12;
     // Rates at the middle of the step, from its begin: velocity and place change little.
     const double middle_latitude = place.latitude_rad + velocity.x() / (meridian() + place.height_m) * dt / 2;
-    const Vector3d middle_velocity = velocity + last_acceleration * dt / 2;
+    const Vector3d middle_velocity = velocity + last_acceleration_ * dt / 2;
     const Vector3d earth =
         geodesy::kEarthRotationRate * Vector3d(std::cos(middle_latitude), 0, -std::sin(middle_latitude));
     const double east_radius = normal() + place.height_m;
@@ -57,7 +57,7 @@ class Mechanisation {
                             dt * (gravity() - (2 * earth + transport).cross(middle_velocity));
     const Vector3d mean_velocity = velocity + change / 2;
     velocity += change;
-    last_acceleration = change / dt;
+    last_acceleration_ = change / dt;
     place.height_m -= mean_velocity.z() * dt;
     const double before = place.latitude_rad;
     place.latitude_rad += mean_velocity.x() / (meridian() + place.height_m) * dt;
@@ -65,8 +65,8 @@ class Mechanisation {
         mean_velocity.y() / ((normal() + place.height_m) * std::cos((before + place.latitude_rad) / 2)) * dt;
     attitude = (Quaterniond(rotation(-frame_turn)) * attitude * Quaterniond(rotation(turn_with_coning)))
                    .normalized();
-    last_turn = turn;
-    last_push = push;
+    last_turn_ = turn;
+    last_push_ = push;
   }
 
   static Matrix3d ned() { return (Matrix3d() << 0, 1, 0, 1, 0, 0, 0, 0, -1).finished(); }
@@ -95,7 +95,8 @@ class Mechanisation {
     return {-8.08e-9 * h * std::sin(2 * place.latitude_rad), 0, down};
   }
 
-  Vector3d last_turn = Vector3d::Zero(), last_push = Vector3d::Zero(), last_acceleration = Vector3d::Zero();
+  Vector3d last_turn_ = Vector3d::Zero(), last_push_ = Vector3d::Zero(),
+           last_acceleration_ = Vector3d::Zero();
 };
 
 struct Drift {
