@@ -19,21 +19,14 @@ namespace {
 
 struct CityInfoArguments {
   std::string input;
-  std::string origin;
-  buildings::ModelOptions model;
-  buildings::TerrainOptions sea_level;
+  CityArguments city;
   bool json = false;
-  TileArguments tiles;
 };
 
 int run_city_info(const CityInfoArguments& arguments) {
-  simulation::CityConfig config = city_config(arguments.input, arguments.origin);
-  set_model(config, arguments.model);
-  if (arguments.sea_level.geoid_undulation_m || arguments.sea_level.geoid != buildings::GeoidModel::ByFile)
-    config.sea_level = arguments.sea_level;
-  change_tiles(config, arguments.tiles, arguments.input);
+  const simulation::CityConfig config = city_config(arguments.input, arguments.city);
   const auto begin = std::chrono::steady_clock::now();
-  const buildings::BuiltCity loaded = load_city(config, "building the city", arguments.json);
+  const buildings::BuiltCity loaded = read_city(config, "building the city", arguments.json);
   print_warnings(loaded.report.cautions);
   const city::City& city = loaded.city;
   const double load_s = seconds_since(begin);
@@ -62,14 +55,12 @@ int run_city_info(const CityInfoArguments& arguments) {
     return kOk;
   }
   fmt::print("{}\n", city.name);
-  const bool placed =
-      (!config.mesh && loaded.placed) || !arguments.origin.empty() || is_scenario(arguments.input);
-  if (placed) {
+  if (loaded.placed) {
     fmt::print("  origin        {:.6f}, {:.6f}, {:.1f} m\n", geodesy::degrees(origin.latitude_rad),
                geodesy::degrees(origin.longitude_rad), origin.height_m);
   } else {
     fmt::print("  origin        not known ({} has none; --origin, or city.origin in a scenario)\n",
-               config.mesh ? "a mesh" : "this tileset");
+               config.is<simulation::MeshCity>() ? "a mesh" : "this tileset");
   }
   fmt::print("  buildings     {}\n", summary.buildings);
   fmt::print("  triangles     {} ({} terrain)\n", summary.triangles, summary.terrain_triangles);
@@ -86,56 +77,68 @@ int run_city_info(const CityInfoArguments& arguments) {
 
 }  // namespace
 
-void add_model_options(Command& command, buildings::ModelOptions& model) {
-  add_field(command, "--lod", model, "lod");
-  add_field(command, "--crs", model, "crs");
+void add_city_options(Command& command, CityArguments& arguments) {
+  command.add_option("--bbox", arguments.bbox, "W,S,E,N",
+                     "only buildings of a map, or tiles of a tileset, that touch this box (degrees)");
+  add_change(command, "--lod", arguments.model, "lod");
+  add_change(command, "--crs", arguments.model, "crs");
+  add_change(command, "--error", arguments.tiles, "error_m");
+  add_change(command, "--most-tiles", arguments.tiles, "most_tiles");
+  add_change(command, "--skin", arguments.tiles, "skin");
+  add_change(command, "--flatten", arguments.tiles, "flatten_m");
+  add_switch(command, "--elsewhere", arguments.tiles, "elsewhere");
 }
 
-void set_model(simulation::CityConfig& config, const buildings::ModelOptions& model) {
-  if (!model.lod && model.crs.empty()) return;
-  if (!config.map) throw InputError("--lod and --crs are for city models", "leave them out");
-  if (model.lod) config.map->model.lod = model.lod;
-  if (!model.crs.empty()) config.map->model.crs = model.crs;
+void add_place_options(Command& command, CityArguments& arguments) {
+  command.add_option("--origin", arguments.origin, "LAT,LON,HEIGHT",
+                     "origin of a mesh, a map or a tileset (degrees, metres)");
+  add_change(command, "--geoid-undulation", arguments.sea_level, "geoid_undulation_m");
+  add_change(command, "--geoid", arguments.sea_level, "geoid");
 }
 
-simulation::CityConfig city_config(const std::string& input, const std::string& origin) {
-  if (is_scenario(input)) {
-    if (!origin.empty()) {
-      throw InputError("--origin belongs to a mesh or map file", "a scenario has its own origin under city:");
-    }
-    return simulation::city_config(simulation::read_scenario(input, {false}));
-  }
-  if (origin.empty()) return simulation::city_config(input);
-  return simulation::city_config(input, parse_place(origin, "--origin"));
-}
-
-void add_tile_options(Command& command, TileArguments& arguments, bool with_box) {
-  add_change(command, "--error", arguments.changes, "error_m");
-  if (with_box)
-    command.add_option("--bbox", arguments.bbox, "W,S,E,N", "only tiles that touch this box (degrees)");
-  add_change(command, "--most-tiles", arguments.changes, "most_tiles");
-  add_change(command, "--skin", arguments.changes, "skin");
-  add_change(command, "--flatten", arguments.changes, "flatten_m");
-  add_switch(command, "--elsewhere", arguments.changes, "elsewhere");
-}
-
-void change_tiles(simulation::CityConfig& config, const TileArguments& arguments, const std::string& input) {
-  if (arguments.changes.empty() && arguments.bbox.empty()) return;
-  if (!config.tiles) {
-    throw InputError(
-        fmt::format(
-            "{} is not 3D Tiles, for which alone --error, --most-tiles, --skin, --flatten, --elsewhere "
-            "and the --bbox of this command are",
-            tiles::public_address(input)),
+void change_city(simulation::CityConfig& config, const CityArguments& arguments, const std::string& input) {
+  auto* map = config.as<simulation::MapCity>();
+  auto* tileset = config.as<tiles::TileOptions>();
+  const auto no_effect = [&](const char* options, const char* kind) {
+    return InputError(
+        fmt::format("{} have no effect on {}, which is not {}", options, tiles::public_address(input), kind),
         "leave them out");
+  };
+  if (!map && !arguments.model.empty()) throw no_effect("--lod and --crs", "a map");
+  if (!tileset && !arguments.tiles.empty())
+    throw no_effect("--error, --most-tiles, --skin, --flatten and --elsewhere", "3D Tiles");
+  make(arguments.sea_level, config.sea_level);
+  if (map) make(arguments.model, map->model);
+  if (tileset) make(arguments.tiles, *tileset);
+  if (arguments.bbox.empty()) return;
+  const std::array<double, 4> box_deg = parse_bbox(arguments.bbox, "--bbox");
+  if (map) {
+    map->bbox_deg = box_deg;
+  } else if (tileset) {
+    tileset->bbox_deg = box_deg;
+  } else {
+    throw InputError(fmt::format("--bbox has no effect on {}, which is not a map", input), "leave it out");
   }
-  make(arguments.changes, *config.tiles);
-  if (!arguments.bbox.empty()) config.tiles->bbox_deg = parse_bbox(arguments.bbox, "--bbox");
 }
 
-buildings::BuiltCity load_city(const simulation::CityConfig& config, const char* what, bool quiet) {
+simulation::CityConfig city_config(const std::string& input, const CityArguments& arguments) {
+  simulation::CityConfig config;
+  std::optional<geodesy::Geodetic> origin;
+  if (!arguments.origin.empty()) origin = parse_place(arguments.origin, "--origin");
+  if (!is_scenario(input)) {
+    config = simulation::city_config(input, origin);
+  } else if (!origin) {
+    config = simulation::city_config(simulation::read_scenario(input, {false}));
+  } else {
+    throw InputError("--origin belongs to a mesh or map file", "a scenario has its own origin under city:");
+  }
+  change_city(config, arguments, input);
+  return config;
+}
+
+buildings::BuiltCity read_city(const simulation::CityConfig& config, const char* what, bool quiet) {
   Progress progress(what, quiet);
-  return simulation::load_city_with_report(config, progress.callback());
+  return simulation::read_city(config, progress.callback());
 }
 
 std::array<double, 4> parse_bbox(const std::string& text, const std::string& option) {
@@ -158,12 +161,8 @@ void add_city(Command& app) {
           "model (.world .sdf, folder), 3D Tiles (tileset.json, or its https address), or a scenario: its "
           "city")
       .required();
-  info.add_option("--origin", arguments.origin, "LAT,LON,HEIGHT",
-                  "origin of a mesh, a map or a tileset (degrees, metres)");
-  add_model_options(info, arguments.model);
-  add_field(info, "--geoid-undulation", arguments.sea_level, "geoid_undulation_m");
-  add_field(info, "--geoid", arguments.sea_level, "geoid");
-  add_tile_options(info, arguments.tiles, true);
+  add_place_options(info, arguments.city);
+  add_city_options(info, arguments.city);
   info.add_flag("--json", arguments.json, "print JSON");
   add_city_build(command);
   add_city_view(command);

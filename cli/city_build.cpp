@@ -21,21 +21,20 @@
 namespace canyon::cli {
 namespace {
 
-using simulation::CityFileKind;
+using simulation::is_file_of;
+using simulation::MapCity;
+using simulation::MeshCity;
 
 struct CityBuildArguments {
   std::vector<std::string> inputs;
   std::vector<std::string> outputs;
-  std::string bbox;
-  std::string origin;
   std::vector<std::string> terrain;
-  simulation::MapCityConfig map;  ///< its numbers; the rest is made of the others
-  buildings::TerrainOptions sea_level;
+  MapCity map;  ///< its numbers; the rest is made of the others
+  CityArguments city;
   bool utm = false;
   std::string overpass;
   std::string place;
   std::string cache;
-  TileArguments tiles;
   std::string name;
   bool quiet = false;
   bool json = false;
@@ -83,8 +82,7 @@ Output parse_output(const std::string& text, bool from_map) {
   return out;
 }
 
-std::vector<std::filesystem::path> download(const CityBuildArguments& arguments,
-                                            simulation::MapCityConfig& map) {
+std::vector<std::filesystem::path> download(const CityBuildArguments& arguments, MapCity& map) {
   buildings::OverpassOptions options;
   if (!arguments.overpass.empty()) options.url = arguments.overpass;
   options.cache = arguments.cache;
@@ -103,14 +101,6 @@ std::vector<std::filesystem::path> download(const CityBuildArguments& arguments,
   return buildings::download_osm(box, options, progress.callback());
 }
 
-bool is_mesh(const std::string& input) {
-  return simulation::city_file_kind(input) == CityFileKind::Mesh;
-}
-
-bool is_map(const std::string& input) {
-  return simulation::city_file_kind(input) == CityFileKind::Map;
-}
-
 simulation::CityConfig make_config(const CityBuildArguments& arguments, const Command& command) {
   const bool online = !arguments.overpass.empty() || !arguments.place.empty();
   if (arguments.inputs.empty() && !online) {
@@ -121,51 +111,42 @@ simulation::CityConfig make_config(const CityBuildArguments& arguments, const Co
     throw InputError("input files conflict with --overpass or --place",
                      "build from files or download, one at a time");
   }
-  if (!arguments.place.empty() && !arguments.bbox.empty()) {
+  if (!arguments.place.empty() && !arguments.city.bbox.empty()) {
     throw InputError("--place conflicts with --bbox", "give one of them");
   }
-  if (online && arguments.place.empty() && arguments.bbox.empty()) {
+  if (online && arguments.place.empty() && arguments.city.bbox.empty()) {
     throw InputError("--overpass without --place or --bbox", "give the area to download");
   }
-  if (!arguments.inputs.empty() && !is_map(arguments.inputs.front())) {
+  if (!arguments.inputs.empty() && !is_file_of<MapCity>(arguments.inputs.front())) {
     const std::string& input = arguments.inputs.front();
     if (arguments.inputs.size() > 1) {
       throw InputError(fmt::format("{} is not a map and is given with other input", input),
                        "several inputs are for maps; convert other cities one by one");
     }
-    const bool tileset = simulation::city_file_kind(input) == CityFileKind::Tiles;
-    if (!tileset && command.given("--bbox")) {
-      throw InputError(fmt::format("--bbox has no effect on {}, which is not a map", input), "leave it out");
-    }
-    for (const char* option : {"--lod", "--crs", "--terrain", "--level-height", "--default-height",
-                               "--height", "--foliage", "--utm"}) {
+    for (const char* option :
+         {"--terrain", "--level-height", "--default-height", "--height", "--foliage", "--utm"}) {
       if (command.given(option)) {
         throw InputError(fmt::format("{} has no effect on {}, which is not a map", option, input),
                          "leave it out");
       }
     }
-    simulation::CityConfig config = city_config(input, arguments.origin);
-    config.sea_level = arguments.sea_level;
-    change_tiles(config, arguments.tiles, input);
-    if (tileset && !arguments.bbox.empty()) config.tiles->bbox_deg = parse_bbox(arguments.bbox, "--bbox");
-    if (tileset) config.tiles->cache = arguments.cache;
+    simulation::CityConfig config = city_config(input, arguments.city);
+    if (auto* tileset = config.as<tiles::TileOptions>()) tileset->cache = arguments.cache;
     return config;
   }
   simulation::CityConfig config;
-  change_tiles(config, arguments.tiles, "a map");
-  config.sea_level = arguments.sea_level;
-  simulation::MapCityConfig& map = config.map.emplace(arguments.map);
+  MapCity& map = config.source.emplace<MapCity>(arguments.map);
   for (const std::string& input : arguments.inputs) {
-    if (!is_map(input)) {
+    if (!is_file_of<MapCity>(input)) {
       throw InputError(fmt::format("{} is not a map and is given with maps", input),
                        simulation::city_file_endings());
     }
     map.files.emplace_back(input);
   }
   map.terrain.assign(arguments.terrain.begin(), arguments.terrain.end());
-  if (!arguments.bbox.empty()) map.bbox_deg = parse_bbox(arguments.bbox, "--bbox");
-  if (!arguments.origin.empty()) map.build.origin = parse_place(arguments.origin, "--origin");
+  if (!arguments.city.origin.empty()) config.origin = parse_place(arguments.city.origin, "--origin");
   if (arguments.utm) map.build.grid = buildings::Grid::Utm;
+  change_city(config, arguments.city, "a map");
   if (online) map.files = download(arguments, map);
   return config;
 }
@@ -233,18 +214,19 @@ Json to_json(const buildings::BuildReport& r) {
 void require_place(const Output& out, bool placed, const CityBuildArguments& arguments) {
   const Format format = out.format;
   const bool claims = format == Format::Canyon || format == Format::World || format == Format::Model;
-  if (placed || !claims || !arguments.origin.empty()) return;
+  if (placed || !claims || !arguments.city.origin.empty()) return;
   throw InputError(
       fmt::format("-o {}: {} has no origin on the Earth", out.path.string(), arguments.inputs.front()),
       "give --origin LAT,LON,HEIGHT of its zero");
 }
 
 int run_city_build(const CityBuildArguments& arguments, const Command& command) {
-  const bool from_map = arguments.inputs.empty() || is_map(arguments.inputs.front());
+  const bool from_map = arguments.inputs.empty() || is_file_of<MapCity>(arguments.inputs.front());
+  const bool from_mesh = !arguments.inputs.empty() && is_file_of<MeshCity>(arguments.inputs.front());
   std::vector<Output> outputs;
   for (const std::string& text : arguments.outputs) {
     outputs.push_back(parse_output(text, from_map));
-    require_place(outputs.back(), arguments.inputs.empty() || !is_mesh(arguments.inputs.front()), arguments);
+    require_place(outputs.back(), !from_mesh, arguments);
     const Format format = outputs.back().format;
     if (arguments.utm && (format == Format::Canyon || format == Format::World || format == Format::Model)) {
       throw InputError(fmt::format("-o {}: this format holds east-north-up about its origin, not UTM", text),
@@ -254,14 +236,15 @@ int run_city_build(const CityBuildArguments& arguments, const Command& command) 
 
   const auto begin = std::chrono::steady_clock::now();
   const simulation::CityConfig config = make_config(arguments, command);
-  buildings::BuiltCity loaded = load_city(config, "building", arguments.quiet);
+  buildings::BuiltCity loaded = read_city(config, "building", arguments.quiet);
   if (!arguments.name.empty()) loaded.city.name = arguments.name;
   const double build_s = seconds_since(begin);
   for (const Output& out : outputs) {
-    require_place(out, loaded.placed || is_mesh(arguments.inputs.front()), arguments);
+    require_place(out, loaded.placed, arguments);
     write(out, loaded, arguments);
   }
   const double all_s = seconds_since(begin);
+  if (!arguments.quiet && !(arguments.json && from_map)) print_warnings(loaded.report.cautions);
 
   const city::CitySummary summary = city::summarize(loaded.city);
   if (arguments.json) {
@@ -276,12 +259,10 @@ int run_city_build(const CityBuildArguments& arguments, const Command& command) 
     return kOk;
   }
   if (arguments.quiet) return kOk;
-  if (config.tiles) {
-    print_warnings(loaded.report.cautions);
+  if (config.is<tiles::TileOptions>()) {
     for (const std::string& note : loaded.city.notes) fmt::print("note        {}\n", note);
   }
   if (from_map) {
-    print_warnings(loaded.report.cautions);
     print_warnings(loaded.report.warnings);
     fmt::print("{}", buildings::format_report(loaded.report));
   }
@@ -307,13 +288,9 @@ void add_city_build(Command& city) {
                   "or has no ending): a Gazebo model; may be repeated")
       .required()
       .repeated();
-  build.add_option("--bbox", arguments->bbox, "W,S,E,N", "only buildings that touch this box (degrees)");
-  build.add_option("--origin", arguments->origin, "LAT,LON,HEIGHT",
-                   "origin of the city (the middle of the map)");
+  add_place_options(build, arguments->city);
+  add_city_options(build, arguments->city);
   build.add_option("--terrain", arguments->terrain, "FILE", "height rasters (GeoTIFF, SRTM HGT, ...)");
-  add_field(build, "--geoid-undulation", arguments->sea_level, "geoid_undulation_m");
-  add_field(build, "--geoid", arguments->sea_level, "geoid");
-  add_model_options(build, arguments->map.model);
   add_field(build, "--level-height", arguments->map.build, "level_height_m");
   add_field(build, "--default-height", arguments->map.build, "default_height_m");
   add_field(build, "--height", arguments->map.build, "heights").value = "TYPE=M";
@@ -322,7 +299,6 @@ void add_city_build(Command& city) {
   build.add_option("--overpass", arguments->overpass, "URL", "download from this Overpass endpoint");
   build.add_option("--place", arguments->place, "NAME", "download a place by its name");
   build.add_option("--cache", arguments->cache, "DIR", "folder for downloads (~/.cache/canyon)");
-  add_tile_options(build, arguments->tiles, false);
   build.add_option("--name", arguments->name, "NAME", "of the city and of Gazebo's model");
   build.add_flag("--quiet", arguments->quiet, "print errors only");
   build.add_flag("--json", arguments->json, "print the report as JSON");

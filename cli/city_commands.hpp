@@ -15,28 +15,30 @@ namespace canyon::cli {
 void add_city_build(Command& city);
 void add_city_view(Command& city);
 
-/// The city of a file of any kind, of a Gazebo model's folder, or of a scenario. `origin` ("LAT,LON,HEIGHT"
-/// or empty) is for meshes and maps. Throws InputError where it stands beside a file that says its own.
-[[nodiscard]] simulation::CityConfig city_config(const std::string& input, const std::string& origin);
-
-/// --lod and --crs of a command.
-void add_model_options(Command& command, buildings::ModelOptions& model);
-/// Puts what these say into a map's configuration. Throws InputError where the city is not a map.
-void set_model(simulation::CityConfig& config, const buildings::ModelOptions& model);
-
-/// Which part of a tileset of 3D Tiles is read, and how.
-struct TileArguments {
-  Changes<tiles::TileOptions> changes;
-  std::string bbox;
+/// How a command reads its city: changes to what the file or the scenario says.
+struct CityArguments {
+  std::string origin;  ///< "LAT,LON,HEIGHT" of a mesh, a map or a tileset
+  std::string bbox;    ///< "W,S,E,N" of a map or a tileset
+  Changes<buildings::ModelOptions> model;
+  Changes<buildings::TerrainOptions> sea_level;
+  Changes<tiles::TileOptions> tiles;
 };
-/// Adds --error, --most-tiles, --elsewhere, --skin, --flatten and, where `with_box`, --bbox.
+/// Adds --lod, --crs, --error, --most-tiles, --elsewhere, --skin, --flatten and --bbox.
 /// @param arguments must live as long as the command
-void add_tile_options(Command& command, TileArguments& arguments, bool with_box);
-/// Makes the changes. Throws InputError where there are some and the city is not a tileset.
-void change_tiles(simulation::CityConfig& config, const TileArguments& arguments, const std::string& input);
+void add_city_options(Command& command, CityArguments& arguments);
+/// Adds --origin, --geoid and --geoid-undulation.
+void add_place_options(Command& command, CityArguments& arguments);
+/// Makes the changes. Throws InputError for those that have no effect on a city of this kind.
+/// @param input its name in messages
+void change_city(simulation::CityConfig& config, const CityArguments& arguments, const std::string& input);
 
-/// simulation::load_city_with_report() with a progress line.
-[[nodiscard]] buildings::BuiltCity load_city(const simulation::CityConfig& config, const char* what,
+/// The city of a file of any kind, of a Gazebo model's folder, or of a scenario, changed by the arguments.
+/// Throws InputError as change_city() does, and for an origin beside a file or scenario that has its own.
+[[nodiscard]] simulation::CityConfig city_config(const std::string& input,
+                                                 const CityArguments& arguments = {});
+
+/// simulation::read_city() with a progress line.
+[[nodiscard]] buildings::BuiltCity read_city(const simulation::CityConfig& config, const char* what,
                                              bool quiet);
 
 /// "W,S,E,N" in degrees; throws InputError naming the option.

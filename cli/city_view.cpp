@@ -14,10 +14,9 @@ struct CityViewArguments {
   std::string input;
   std::string out;
   std::string size;
-  buildings::ModelOptions model;
   bool materials = false;
   bool quiet = false;
-  TileArguments tiles;
+  CityArguments city;
   drawing::CityPictureOptions picture;
 };
 
@@ -39,10 +38,8 @@ int run_city_view(const CityViewArguments& arguments) {
   if (std::filesystem::path(arguments.out).extension() != ".png") {
     throw InputError(fmt::format("-o '{}' is not a .png", arguments.out), "pictures are PNG files");
   }
-  simulation::CityConfig config = city_config(arguments.input, "");
-  set_model(config, arguments.model);
-  change_tiles(config, arguments.tiles, arguments.input);
-  const buildings::BuiltCity loaded = load_city(config, "building the city", arguments.quiet);
+  const buildings::BuiltCity loaded =
+      read_city(city_config(arguments.input, arguments.city), "building the city", arguments.quiet);
   if (!arguments.quiet) print_warnings(loaded.report.cautions);
   drawing::draw_city(loaded.city, arguments.out, picture);
   return kOk;
@@ -62,8 +59,7 @@ void add_city_view(Command& city) {
                   fmt::format("in pixels ({}x{})", arguments.picture.width_px, arguments.picture.height_px));
   add_field(view, "--title", arguments.picture, "title");
   add_field(view, "--credit", arguments.picture, "credit");
-  add_model_options(view, arguments.model);
-  add_tile_options(view, arguments.tiles, true);
+  add_city_options(view, arguments.city);
   view.add_flag("--materials", arguments.materials, "colours by material instead of height");
   view.add_flag("--quiet", arguments.quiet, "print errors only");
 }

@@ -170,7 +170,7 @@ class MapRun {
     city_ = simulation::load_city_source(scenario_.city, warnings);
     print_warnings(warnings);
     const city::City& city = city_;
-    if (!scenario_.city.open && city.mesh.triangles.empty()) {
+    if (!scenario_.city.is<simulation::OpenField>() && city.mesh.triangles.empty()) {
       throw InputError(scenario_.file, 0,
                        fmt::format("the city '{}' is empty: it has no triangle", city.name),
                        "give another mesh, or city: {open: true} for an open field");

@@ -176,9 +176,9 @@ validation::Comparison RecordedDrive::simulate(const simulation::ReceiverConfig&
 }
 
 std::unique_ptr<simulation::Environment> RecordedDrive::drawn_environment(simulation::Scenario scenario) {
-  if (!city_source_) city_source_ = simulation::load_city_source(simulation::city_config(scenario_));
+  std::vector<std::string> ignored;  // the recording's scene has said the same
+  if (!city_source_) city_source_ = simulation::load_city_source(simulation::city_config(scenario_), ignored);
   scenario.city.georeference = {};
-  std::vector<std::string> ignored;
   return std::make_unique<simulation::Environment>(simulation::make_environment(
       std::make_shared<simulation::CityScene>(simulation::draw_city(*city_source_, scenario, ignored)), sky_,
       scenario.sky, scenario.seed));

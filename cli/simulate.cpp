@@ -120,7 +120,7 @@ std::unique_ptr<simulation::Simulation> make_simulation(const simulation::Scenar
                    summary.triangles > 0 ? summary.bounds.max.y() - summary.bounds.min.y() : 0,
                    seconds_since(load_begin)));
   // Guessed heights decide the result: a map says how many of its heights are defaults.
-  if (scenario.city.map) {
+  if (scenario.city.is<simulation::MapCity>()) {
     for (const std::string& line : city.notes) note("            " + line);
   }
   auto simulation = std::make_unique<simulation::Simulation>(scenario, std::move(city));

@@ -133,6 +133,7 @@ int compute(const StudyArguments& arguments, Ranks& ranks) {
   const std::atomic<bool>& stop = catch_interrupts();
   const auto begin = std::chrono::steady_clock::now();
   std::size_t done = 0;
+  const study::RunMaker maker(plan);
   {
     Progress bar("running", arguments.quiet || ranks.rank() != 0, "runs");
     bar.update(0, todo.size());
@@ -149,8 +150,9 @@ int compute(const StudyArguments& arguments, Ranks& ranks) {
       ranks.begin_queue();
       options.next = [&ranks] { return ranks.next(); };
     }
-    study::run_all(study::RunMaker(plan), *store, todo, options);
+    study::run_all(maker, *store, todo, options);
   }
+  print_warnings(maker.warnings());
   const std::size_t computed = ranks.sum(done);
   const bool interrupted = ranks.sum(stop.load() ? 1 : 0) > 0;
   if (ranks.rank() != 0) return interrupted ? kInterrupted : kOk;

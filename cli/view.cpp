@@ -162,7 +162,7 @@ std::unique_ptr<view::Probe> probe_of_validation(const ViewArguments& arguments,
                                                  const std::filesystem::path& folder) {
   const simulation::Scenario scenario = simulation::read_scenario(arguments.city, {false});
   std::vector<std::string> warnings;
-  city::City city = simulation::load_city(simulation::city_config(scenario), scenario.seed, warnings);
+  city::City city = simulation::load_city(simulation::city_config(scenario), warnings, scenario.seed);
   if (!arguments.serve.quiet) print_warnings(warnings);
   return view::comparison_probe(folder, scenario, std::make_shared<simulation::CityScene>(std::move(city)),
                                 arguments.paths);
@@ -253,7 +253,7 @@ int run_view(const ViewArguments& given) {
   check_together(arguments, serves);
   const auto built_city = [&] {
     buildings::BuiltCity city =
-        load_city(city_config(arguments.input, ""), "building the city", arguments.serve.quiet);
+        read_city(city_config(arguments.input), "building the city", arguments.serve.quiet);
     if (!arguments.serve.quiet) print_warnings(city.report.cautions);
     return city;
   };

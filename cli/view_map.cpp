@@ -32,7 +32,7 @@ ViewedMap::ViewedMap(const Wanted& wanted)
   if (city.empty()) {
     city_.city = view::field_of(*map_);
   } else {
-    city_ = load_city(city_config(city, ""), "building the city", wanted.quiet);
+    city_ = read_city(city_config(city), "building the city", wanted.quiet);
   }
 }
 

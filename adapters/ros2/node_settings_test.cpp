@@ -139,7 +139,7 @@ TEST_F(Settings, NoFileIsNeeded) {
                                                {"pose.source", "odometry"}});
   EXPECT_TRUE(settings.by_poses());
   EXPECT_FALSE(settings.named);
-  EXPECT_TRUE(settings.live.city.open);
+  EXPECT_TRUE(settings.live.city.is<simulation::OpenField>());
   const simulation::LiveConfig live = live_config(settings, "/car/receiver");
   EXPECT_EQ(live.receiver().options.name, "/car/receiver");
   EXPECT_TRUE(live.receiver().options.own_draws);

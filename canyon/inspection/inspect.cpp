@@ -60,10 +60,12 @@ FileReport inspect_scenario(const std::filesystem::path& path) {
 
 FileReport inspect_city(const std::filesystem::path& path) {
   const simulation::CityConfig config = simulation::city_config(path);
-  const buildings::BuiltCity loaded = simulation::load_city_with_report(config);
+  const buildings::BuiltCity loaded = simulation::read_city(config);
   const city::City& city = loaded.city;
   const city::CitySummary summary = city::summarize(city);
-  const char* kind = config.mesh ? "city (mesh)" : config.tiles ? "city (3D Tiles)" : "city";
+  const char* kind = config.is<simulation::MeshCity>() ? "city (mesh)"
+                     : config.is<tiles::TileOptions>() ? "city (3D Tiles)"
+                                                       : "city";
   FileReport report{kind, {}, city.notes, {"city: in a scenario"}};
   report.contents.emplace_back("buildings", fmt::format("{}", summary.buildings));
   report.contents.emplace_back("triangles",
@@ -77,8 +79,8 @@ FileReport inspect_city(const std::filesystem::path& path) {
                               size.y(), summary.bounds.min.z(), summary.bounds.max.z()));
     report.contents.emplace_back("highest roof", fmt::format("{:.1f} m", summary.highest_roof_m));
   }
-  report.contents.emplace_back("origin", config.mesh || !loaded.placed ? "not in the file: city.origin"
-                                                                       : place_text(city.frame.origin()));
+  report.contents.emplace_back(
+      "origin", !loaded.placed ? "not in the file: city.origin" : place_text(city.frame.origin()));
   return report;
 }
 
@@ -272,7 +274,7 @@ FileReport inspect_android(const std::filesystem::path& path) {
 
 FileReport inspect_file(const std::filesystem::path& path) {
   if (is_scenario(path)) return inspect_scenario(path);
-  if (simulation::city_file_kind(path)) return inspect_city(path);
+  if (simulation::source_of_file(path)) return inspect_city(path);
   if (path.extension() == ".nc") return inspect_map(path);
   const FileKind kind = file_kind(path);
   switch (kind) {

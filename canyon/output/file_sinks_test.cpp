@@ -12,6 +12,7 @@
 #include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario.hpp"
+#include "tests/support/loaded_city.hpp"
 #include "tests/support/sample_epochs.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -124,7 +125,7 @@ simulation::Simulation prepare(const std::string& sky, const std::string& receiv
           "rate_hz: 4\n" +
           receivers,
       "test.yaml");
-  city::City city = simulation::load_city(scenario.city);
+  city::City city = test::loaded_city(scenario.city);
   return simulation::Simulation(std::move(scenario), std::move(city));
 }
 

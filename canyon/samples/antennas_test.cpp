@@ -57,7 +57,7 @@ simulation::Simulation simulate(int only, int reflected) {
                                      }});
   }
   city::City city;
-  city.frame = geodesy::LocalFrame(scenario.city.import.origin);
+  city.frame = geodesy::LocalFrame(*scenario.city.origin);
   return {scenario, std::move(city)};
 }
 

@@ -62,7 +62,7 @@ void four_seconds(benchmark::State& state) {
   scenario.receivers[0].disturbances.push_back(
       {"echoes", [](std::uint64_t, const std::string&) { return std::make_unique<Echoes>(); }});
   city::City city;
-  city.frame = geodesy::LocalFrame(scenario.city.import.origin);
+  city.frame = geodesy::LocalFrame(*scenario.city.origin);
   const simulation::Simulation simulation(scenario, std::move(city));
   const auto threads = static_cast<int>(state.range(1));
   double paths = 0, samples = 0;

@@ -93,7 +93,7 @@ simulation::Scenario scenario(const Setting& setting) {
 }
 simulation::Simulation simulate(const simulation::Scenario& made) {
   city::City city;
-  city.frame = geodesy::LocalFrame(made.city.import.origin);
+  city.frame = geodesy::LocalFrame(*made.city.origin);
   return {made, std::move(city)};
 }
 simulation::Simulation simulate(const Setting& setting) {

@@ -134,7 +134,7 @@ TEST(MultipathSamples, CodeErrorsAreThoseOfTheCodeLoopsModel) {
              return std::make_unique<Echo>(gnss::SatelliteId{gnss::System::GPS, 15}, excess_m);
            }});
       city::City city;
-      city.frame = geodesy::LocalFrame(scenario.city.import.origin);
+      city.frame = geodesy::LocalFrame(*scenario.city.origin);
       const simulation::Simulation simulation(scenario, std::move(city));
       FrontEnd front_end;
       front_end.rate_hz = 20.0113e6;  // samples at many places of the chips

@@ -46,7 +46,7 @@ simulation::Simulation simulate(double duration_s, bool jammer) {
         {"jammer", [](std::uint64_t, const std::string&) { return std::make_unique<LateJammer>(); }});
   }
   city::City city;
-  city.frame = geodesy::LocalFrame(scenario.city.import.origin);
+  city.frame = geodesy::LocalFrame(*scenario.city.origin);
   return {scenario, std::move(city)};
 }
 

@@ -68,7 +68,7 @@ Made samples_of(const gnss::Signal& signal, double rate_hz, int number = 0) {
          return std::make_unique<OneSignal>(signal, number);
        }});
   city::City city;
-  city.frame = geodesy::LocalFrame(scenario.city.import.origin);
+  city.frame = geodesy::LocalFrame(*scenario.city.origin);
   const simulation::Simulation simulation(scenario, std::move(city));
   FrontEnd front_end;
   front_end.centre_hz = signal.carrier_hz;

@@ -62,7 +62,7 @@ constexpr const char* kFromBase = ", corrections: {from: base}";
 std::vector<Epoch> run_of(const std::string& text, std::size_t receiver, int threads = 0) {
   const Scenario scenario = parse_scenario(text, "scenario.yaml");
   city::City city;
-  city.frame = geodesy::LocalFrame(scenario.city.import.origin);
+  city.frame = geodesy::LocalFrame(*scenario.city.origin);
   const Simulation simulation(scenario, std::move(city));
   Collector sink;
   RunOptions options;
@@ -199,7 +199,7 @@ TEST(Corrections, AWrongPlaceOfTheBaseIsTheRoversErrorAndIsSaid) {
             more + "}}\n  - {name: base, profile: survey, fixed: {east_m: 900, north_m: 300, up_m: 5}}\n",
         "scenario.yaml");
     city::City city;
-    city.frame = geodesy::LocalFrame(scenario.city.import.origin);
+    city.frame = geodesy::LocalFrame(*scenario.city.origin);
     const Simulation simulation(scenario, std::move(city));
     Collector sink;
     const RunResult result = simulation.run({&sink});

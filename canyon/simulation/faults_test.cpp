@@ -41,7 +41,7 @@ class Collector final : public EpochSink {
 
 city::City open_field(const Scenario& scenario) {
   city::City field;
-  field.frame = geodesy::LocalFrame(scenario.city.import.origin);
+  field.frame = geodesy::LocalFrame(*scenario.city.origin);
   return field;
 }
 

@@ -8,6 +8,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario.hpp"
+#include "tests/support/loaded_city.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -69,7 +70,7 @@ TEST(Georeference, ZeroLeavesEveryBit) {
   const Scenario zero = small_city(", georeference: {sigma_m: 0, heading_sigma_deg: 0}", 5);
   std::vector<std::string> warnings;
   const city::City city = load_city(zero, warnings);
-  EXPECT_EQ(city.mesh.vertices, load_city(plain.city).mesh.vertices);
+  EXPECT_EQ(city.mesh.vertices, canyon::test::loaded_city(plain.city).mesh.vertices);
   EXPECT_THAT(warnings, IsEmpty());
 }
 
@@ -97,7 +98,7 @@ TEST(Georeference, LoadingARunsCityMovesItAndSaysSo) {
   const Scenario scenario = small_city(", georeference: {sigma_m: 2, heading_sigma_deg: 0.5}", 11);
   std::vector<std::string> warnings;
   const city::City moved = load_city(scenario, warnings);
-  city::City expected = load_city(scenario.city);
+  city::City expected = canyon::test::loaded_city(scenario.city);
   EXPECT_NE(moved.mesh.vertices, expected.mesh.vertices);
   const auto shift = draw_city_shift({2, radians(0.5)}, 11);
   move_city(expected, *shift);

@@ -54,8 +54,7 @@ void visit_base(options::Visitor& v, LiveConfig& config) {
   if (!v.wants(v.reads() ? v.has("base") : config.base() != nullptr)) return;
   ReceiverConfig base = config.base() != nullptr ? *config.base() : ReceiverConfig{};
   // East and north count from the host's origin, which LiveReceiver knows.
-  CityConfig of_host;
-  of_host.file.emplace();
+  const CityConfig of_host;
   v.section("base", [&] {
     std::optional<std::string> name;
     if (!v.reads()) name = base.options.name;

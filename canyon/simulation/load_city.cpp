@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 #include <utility>
+#include <variant>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
@@ -55,7 +56,7 @@ void append(buildings::MapData& map, buildings::MapData model, const std::option
   map.relief = std::move(model.relief);
 }
 
-buildings::MapData read_maps(const MapCityConfig& config, const buildings::TerrainOptions& heights) {
+buildings::MapData read_maps(const MapCity& config, const buildings::TerrainOptions& heights) {
   std::optional<buildings::LonLatBox> box;
   if (config.bbox_deg) {
     const auto& [west, south, east, north] = *config.bbox_deg;
@@ -83,15 +84,18 @@ buildings::MapData read_maps(const MapCityConfig& config, const buildings::Terra
   return map;
 }
 
-buildings::BuiltCity build(const MapCityConfig& config, const buildings::TerrainOptions& heights,
-                           const std::function<void(std::size_t, std::size_t)>& progress) {
+using Progress = std::function<void(std::size_t, std::size_t)>;
+
+buildings::BuiltCity read_source(const MapCity& config, const CityConfig& city, const Progress& progress) {
   // The rasters first: a wrong one is found before minutes of reading.
   std::optional<buildings::Terrain> terrain;
   if (!config.terrain.empty()) {
-    terrain.emplace(config.terrain, heights);
+    terrain.emplace(config.terrain, city.sea_level);
   }
-  config.build.validate();
-  buildings::MapData map = read_maps(config, heights);
+  buildings::BuildOptions build = config.build;
+  build.origin = city.origin;
+  build.validate();
+  buildings::MapData map = read_maps(config, city.sea_level);
   if (!map.relief.empty() && terrain) {
     map.warnings.push_back(map.source + ": its relief is left out, since city.terrain has height rasters");
   } else if (!map.relief.empty()) {
@@ -108,45 +112,64 @@ buildings::BuiltCity build(const MapCityConfig& config, const buildings::Terrain
     }
   }
   map.relief = {};
-  return buildings::build_city(map, terrain ? &*terrain : nullptr, config.build, progress);
+  return buildings::build_city(map, terrain ? &*terrain : nullptr, build, progress);
 }
 
-buildings::BuiltCity read_tileset(const CityConfig& config,
-                                  const std::function<void(std::size_t, std::size_t)>& progress) {
-  std::optional<geodesy::Geodetic> origin;
-  if (config.tiles_origin) origin = config.import.origin;
-  tiles::TilesCity read = tiles::read_tiles(*config.tiles, origin, progress);
+buildings::BuiltCity read_source(const tiles::TileOptions& tileset, const CityConfig& city,
+                                 const Progress& progress) {
+  tiles::TilesCity read = tiles::read_tiles(tileset, city.origin, progress);
   buildings::BuiltCity out;
   out.city = std::move(read.city);
   out.report.cautions = std::move(read.cautions);
-  out.placed = read.georeferenced || config.tiles_origin;
+  out.placed = read.georeferenced || city.origin;
+  return out;
+}
+
+buildings::BuiltCity read_source(const MeshCity& mesh, const CityConfig& city, const Progress& /*progress*/) {
+  city::MeshImportOptions import = mesh.import;
+  import.origin = city.origin.value_or(geodesy::Geodetic{});
+  buildings::BuiltCity out;
+  out.city = city::read_mesh_city(mesh.path, import);
+  out.placed = city.origin.has_value();
+  const std::string caution = city::up_axis_caution(out.city, mesh.path, import);
+  if (!caution.empty()) out.report.cautions.push_back(caution);
+  return out;
+}
+
+buildings::BuiltCity read_source(const CityFile& file, const CityConfig& /*city*/,
+                                 const Progress& /*progress*/) {
+  const bool own = lower_case(file.path.extension().string()) == ".canyon";
+  buildings::BuiltCity out;
+  out.city = own ? city::read_city_file(file.path) : city::read_gazebo_world(file.path);
+  return out;
+}
+
+buildings::BuiltCity read_source(const city::SyntheticCityOptions& options, const CityConfig& city,
+                                 const Progress& /*progress*/) {
+  city::SyntheticCityOptions placed = options;
+  if (city.origin) placed.origin = *city.origin;
+  buildings::BuiltCity out;
+  out.city = city::synthetic_city(placed);
+  return out;
+}
+
+buildings::BuiltCity read_source(const OpenField& /*field*/, const CityConfig& city,
+                                 const Progress& /*progress*/) {
+  const geodesy::Geodetic origin = city.origin.value_or(geodesy::Geodetic{});
+  geodesy::check_geodetic(origin, "city origin");
+  buildings::BuiltCity out;
+  out.city.name = "open field";
+  out.city.frame = geodesy::LocalFrame(origin);
   return out;
 }
 
 }  // namespace
 
-buildings::BuiltCity load_city_with_report(const CityConfig& config,
-                                           const std::function<void(std::size_t, std::size_t)>& progress) {
-  buildings::BuiltCity loaded;
+buildings::BuiltCity read_city(const CityConfig& config,
+                               const std::function<void(std::size_t, std::size_t)>& progress) {
   config.sea_level.validate();
-  if (config.map) {
-    loaded = build(*config.map, config.sea_level, progress);
-  } else if (config.tiles) {
-    loaded = read_tileset(config, progress);
-  } else if (config.file) {
-    loaded.city = city_file_kind(*config.file) == CityFileKind::Gazebo ? city::read_gazebo_world(*config.file)
-                                                                       : city::read_city_file(*config.file);
-  } else if (config.mesh) {
-    loaded.city = city::read_mesh_city(*config.mesh, config.import);
-    const std::string caution = city::up_axis_caution(loaded.city, *config.mesh, config.import);
-    if (!caution.empty()) loaded.report.cautions.push_back(caution);
-  } else if (config.synthetic) {
-    loaded.city = city::synthetic_city(*config.synthetic);
-  } else {
-    loaded.city.name = "open field";
-    config.import.validate();
-    loaded.city.frame = geodesy::LocalFrame(config.import.origin);
-  }
+  buildings::BuiltCity loaded =
+      std::visit([&](const auto& source) { return read_source(source, config, progress); }, config.source);
   for (std::string& line : city::implausible_objects(loaded.city.mesh))
     loaded.report.cautions.push_back(std::move(line));
   const geodesy::Geodetic& origin = loaded.city.frame.origin();
@@ -158,39 +181,6 @@ buildings::BuiltCity load_city_with_report(const CityConfig& config,
         {geodesy::degrees(origin.longitude_rad), geodesy::degrees(origin.latitude_rad)});
   }
   return loaded;
-}
-
-CityConfig city_config(const std::filesystem::path& file, const std::optional<geodesy::Geodetic>& origin) {
-  CityConfig config;
-  const std::optional<CityFileKind> kind = city_file_kind(file);
-  if (!kind) throw InputError(file, 0, "no kind of city ends so", city_file_endings());
-  switch (*kind) {
-    case CityFileKind::Map:
-      config.map.emplace();
-      config.map->files = {file};
-      config.map->build.origin = origin;
-      break;
-    case CityFileKind::Canyon:
-    case CityFileKind::Gazebo:
-      if (origin) throw InputError(file, 0, "has its own origin", "remove the other one");
-      config.file = file;
-      break;
-    case CityFileKind::Tiles:
-      config.tiles.emplace();
-      if (tiles::is_web_address(file.string())) {
-        config.tiles->url = file.string();
-      } else {
-        config.tiles->file = file;
-      }
-      config.tiles_origin = origin.has_value();
-      if (origin) config.import.origin = *origin;
-      break;
-    case CityFileKind::Mesh:
-      config.mesh = file;
-      if (origin) config.import.origin = *origin;
-      break;
-  }
-  return config;
 }
 
 namespace {
@@ -256,25 +246,17 @@ std::optional<std::array<double, 4>> area_of(const Scenario& scenario, double ma
 
 CityConfig city_config(const Scenario& scenario) {
   CityConfig config = scenario.city;
-  if (config.tiles && !config.tiles->bbox_deg)
-    config.tiles->bbox_deg = area_of(scenario, config.tiles->margin_m);
-  if (config.map && !config.map->bbox_deg && are_tiles(config.map->files))
-    config.map->bbox_deg = area_of(scenario, kAboutWay_m);
+  if (auto* tileset = config.as<tiles::TileOptions>(); tileset && !tileset->bbox_deg)
+    tileset->bbox_deg = area_of(scenario, tileset->margin_m);
+  if (auto* map = config.as<MapCity>(); map && !map->bbox_deg && are_tiles(map->files))
+    map->bbox_deg = area_of(scenario, kAboutWay_m);
   return config;
 }
 
 namespace {
 
-buildings::BuiltCity load_for_run(const CityConfig& config) {
-  CityConfig source = config;
-  if (source.map && config.facades.drawn() && config.facades.keeps_named(true)) {
-    source.map->build.untagged_facade = city::Material::Unknown;
-  }
-  return load_city_with_report(source);
-}
-
 city::City draw_facades(city::City city, const CityConfig& config, std::uint64_t seed) {
-  const bool keep = config.facades.keeps_named(config.map.has_value());
+  const bool keep = config.facades.keeps_named(config.is<MapCity>());
   const std::string drawn = city::dress_facades(city, config.facades, keep, seed);
   if (!drawn.empty()) city.notes.push_back(drawn);
   return city;
@@ -283,22 +265,16 @@ city::City draw_facades(city::City city, const CityConfig& config, std::uint64_t
 }  // namespace
 
 city::City load_city_source(const CityConfig& config, std::vector<std::string>& warnings) {
-  buildings::BuiltCity built = load_for_run(config);
+  CityConfig source = config;
+  if (auto* map = source.as<MapCity>(); map && config.facades.drawn() && config.facades.keeps_named(true))
+    map->build.untagged_facade = city::Material::Unknown;
+  buildings::BuiltCity built = read_city(source);
   warnings.insert(warnings.end(), built.report.cautions.begin(), built.report.cautions.end());
   return std::move(built.city);
 }
 
-city::City load_city_source(const CityConfig& config) {
-  std::vector<std::string> ignored;
-  return load_city_source(config, ignored);
-}
-
-city::City load_city(const CityConfig& config, std::uint64_t seed, std::vector<std::string>& warnings) {
+city::City load_city(const CityConfig& config, std::vector<std::string>& warnings, std::uint64_t seed) {
   return draw_facades(load_city_source(config, warnings), config, seed);
-}
-
-city::City load_city(const CityConfig& config, std::uint64_t seed) {
-  return draw_facades(load_city_source(config), config, seed);
 }
 
 city::City draw_city(city::City source, const Scenario& scenario, std::vector<std::string>& warnings) {
@@ -311,14 +287,14 @@ city::City draw_city(city::City source, const Scenario& scenario, std::vector<st
 }
 
 city::City load_city(const Scenario& scenario, std::vector<std::string>& warnings) {
-  buildings::BuiltCity source = load_for_run(city_config(scenario));
-  warnings.insert(warnings.end(), source.report.cautions.begin(), source.report.cautions.end());
-  if (scenario.city.tiles && tiles::holds_key(scenario.city.tiles->url)) {
+  city::City source = load_city_source(city_config(scenario), warnings);
+  const auto* tileset = scenario.city.as<tiles::TileOptions>();
+  if (tileset && tiles::holds_key(tileset->url)) {
     warnings.emplace_back(
         "city.tiles.url holds its key as it is, as will copies of the scenario: write $NAME in its place and "
         "set that variable of the environment");
   }
-  return draw_city(std::move(source.city), scenario, warnings);
+  return draw_city(std::move(source), scenario, warnings);
 }
 
 }  // namespace canyon::simulation

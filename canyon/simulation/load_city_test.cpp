@@ -16,6 +16,7 @@
 #include "canyon/simulation/scenario.hpp"
 #include "tests/support/citygml_text.hpp"
 #include "tests/support/gltf_bytes.hpp"
+#include "tests/support/loaded_city.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/simulation_support.hpp"
@@ -26,11 +27,10 @@ namespace {
 
 using ::testing::HasSubstr;
 
-TEST(LoadCity, OpenFieldAboutTheImportsOrigin) {
+TEST(LoadCity, OpenFieldAboutTheOrigin) {
   CityConfig config;
-  config.open = true;
-  config.import.origin = geodesy::Geodetic::from_degrees(48, 11, 520);
-  const city::City city = load_city(config);
+  config.origin = geodesy::Geodetic::from_degrees(48, 11, 520);
+  const city::City city = canyon::test::loaded_city(config);
   EXPECT_TRUE(city.mesh.triangles.empty());
   EXPECT_EQ(city.frame.origin().height_m, 520);
   EXPECT_EQ(city.name, "open field");
@@ -38,21 +38,21 @@ TEST(LoadCity, OpenFieldAboutTheImportsOrigin) {
 
 TEST(LoadCity, Synthetic) {
   CityConfig config;
-  config.synthetic = city::SyntheticCityOptions{};
-  config.synthetic->blocks_east = 2;
-  config.synthetic->blocks_north = 2;
-  EXPECT_GE(city::summarize(load_city(config)).buildings, 4U);
+  auto& made_up = config.source.emplace<city::SyntheticCityOptions>();
+  made_up.blocks_east = 2;
+  made_up.blocks_north = 2;
+  EXPECT_GE(city::summarize(canyon::test::loaded_city(config)).buildings, 4U);
 }
 
 TEST(LoadCity, KindsOfFilesByTheirNames) {
   const auto origin = geodesy::Geodetic::from_degrees(48, 11, 520);
-  EXPECT_EQ(city_config("a.obj", origin).mesh, "a.obj");
-  EXPECT_EQ(city_config("a.obj", origin).import.origin.height_m, 520);
-  EXPECT_EQ(city_config("a.osm.pbf").map->files.front(), "a.osm.pbf");
-  EXPECT_FALSE(city_config("a.osm.pbf").map->build.origin);
-  EXPECT_EQ(city_config("a.osm.pbf", origin).map->build.origin->height_m, 520);
-  EXPECT_EQ(city_config("a.canyon").file, "a.canyon");
-  EXPECT_EQ(city_config("a.world").file, "a.world");
+  EXPECT_EQ(city_config("a.obj", origin).as<MeshCity>()->path, "a.obj");
+  EXPECT_EQ(city_config("a.obj", origin).origin->height_m, 520);
+  EXPECT_EQ(city_config("a.osm.pbf").as<MapCity>()->files.front(), "a.osm.pbf");
+  EXPECT_FALSE(city_config("a.osm.pbf").origin);
+  EXPECT_EQ(city_config("a.osm.pbf", origin).origin->height_m, 520);
+  EXPECT_EQ(city_config("a.canyon").as<CityFile>()->path, "a.canyon");
+  EXPECT_EQ(city_config("a.world").as<CityFile>()->path, "a.world");
   EXPECT_THROW((void)city_config("a.canyon", origin), InputError);
   EXPECT_THROW((void)city_config("a.xyz"), InputError);
 }
@@ -63,15 +63,15 @@ TEST(LoadCity, CityModelsByTheirContent) {
   const std::filesystem::path file = folder / "tile.dat";
   std::ofstream(file) << canyon::test::citygml(canyon::test::citygml_member(canyon::test::gml_building("a")),
                                                "");
-  EXPECT_EQ(city_file_kind(file), CityFileKind::Map);
+  EXPECT_TRUE(is_file_of<MapCity>(file));
   CityConfig config = city_config(file);
-  EXPECT_THROW((void)load_city(config), InputError);
-  config.map->model.crs = "EPSG:25832";
-  const city::City city = load_city(config);
+  EXPECT_THROW((void)canyon::test::loaded_city(config), InputError);
+  config.as<MapCity>()->model.crs = "EPSG:25832";
+  const city::City city = canyon::test::loaded_city(config);
   EXPECT_EQ(city::summarize(city).buildings, 1U);
   EXPECT_NEAR(city::summarize(city).highest_roof_m, 9, 0.01);
-  config.map->model.lod = 1;
-  EXPECT_THROW((void)load_city(config), InputError);
+  config.as<MapCity>()->model.lod = 1;
+  EXPECT_THROW((void)canyon::test::loaded_city(config), InputError);
 }
 
 // Of a folder of tiles a scenario reads those about its trajectory, if it says where on Earth that is.
@@ -120,12 +120,12 @@ TEST(LoadCity, ReliefAndTreesOfACityModel) {
           "</gml:posList></gml:LinearRing></gml:exterior></gml:Triangle></gml:trianglePatches>"
           "</gml:TriangulatedSurface></dem:tin></dem:TINRelief>"));
   CityConfig config = city_config(folder / "c.gml");
-  buildings::BuiltCity built = load_city_with_report(config);
+  buildings::BuiltCity built = read_city(config);
   EXPECT_EQ(built.report.foliage_left_out, 1U);
   EXPECT_NEAR(built.city.frame.origin().height_m, 499, 0.01);
   EXPECT_EQ(city::summarize(built.city).terrain_triangles, 1U);
-  config.map->build.foliage = true;
-  built = load_city_with_report(config);
+  config.as<MapCity>()->build.foliage = true;
+  built = read_city(config);
   EXPECT_EQ(built.report.trees, 1U);
   double lowest = 1e9, highest = -1e9;
   const city::Mesh& mesh = built.city.mesh;
@@ -144,20 +144,19 @@ TEST(LoadCity, ReliefAndTreesOfACityModel) {
 TEST(LoadCity, MeanSeaLevelByTheConfigurationOrTheFile) {
   const test::TemporaryFolder folder;
   CityConfig config;
-  config.open = true;
-  config.import.origin = geodesy::Geodetic::from_degrees(22.3, 114.17, 5);
-  EXPECT_EQ(load_city(config).geoid_undulation_m, 0);
+  config.origin = geodesy::Geodetic::from_degrees(22.3, 114.17, 5);
+  EXPECT_EQ(canyon::test::loaded_city(config).geoid_undulation_m, 0);
   config.sea_level.geoid_undulation_m = 39.6;
-  const city::City city = load_city(config);
+  const city::City city = canyon::test::loaded_city(config);
   EXPECT_EQ(city.geoid_undulation_m, 39.6);
   EXPECT_EQ(city.frame.origin().height_m, 5);
   city::write_city_file(folder / "c.canyon", city);
   CityConfig file = city_config(folder / "c.canyon");
-  EXPECT_EQ(load_city(file).geoid_undulation_m, 39.6);
+  EXPECT_EQ(canyon::test::loaded_city(file).geoid_undulation_m, 39.6);
   file.sea_level.geoid_undulation_m = -2.5;
-  EXPECT_EQ(load_city(file).geoid_undulation_m, -2.5);
+  EXPECT_EQ(canyon::test::loaded_city(file).geoid_undulation_m, -2.5);
   config.sea_level.geoid_undulation_m = std::nan("");
-  EXPECT_THROW((void)load_city(config), InputError);
+  EXPECT_THROW((void)canyon::test::loaded_city(config), InputError);
 }
 
 // A geoid file of GeographicLib's: raw value 35,000 * 0.003 m - 108 m = -3 m everywhere.
@@ -170,18 +169,17 @@ TEST(LoadCity, MeanSeaLevelByAGeoidsGrid) {
   }
   (void)folder.write("egm84-15.pgm", grid);
   CityConfig config;
-  config.open = true;
-  config.import.origin = geodesy::Geodetic::from_degrees(22.3, 114.17, 5);
+  config.origin = geodesy::Geodetic::from_degrees(22.3, 114.17, 5);
   config.sea_level.geoid = buildings::GeoidModel::EGM84;
   ASSERT_EQ(setenv("GEOGRAPHICLIB_GEOID_PATH", folder.path().c_str(), 1), 0);
-  EXPECT_NEAR(load_city(config).geoid_undulation_m, -3, 1e-9);
+  EXPECT_NEAR(canyon::test::loaded_city(config).geoid_undulation_m, -3, 1e-9);
   // It stands in for the grid of a datum that a city model names, where that is not installed.
   (void)folder.write("c.gml",
                      canyon::test::citygml(canyon::test::citygml_member(canyon::test::gml_building("a")),
                                            "urn:adv:crs:ETRS89_UTM32*DE_DHHN92_NH"));
   CityConfig model = city_config(folder / "c.gml");
   model.sea_level.geoid = buildings::GeoidModel::EGM84;
-  const city::City city = load_city(model);
+  const city::City city = canyon::test::loaded_city(model);
   const auto said = [&city](const char* text) {
     return std::any_of(city.notes.begin(), city.notes.end(),
                        [text](const std::string& note) { return note.find(text) != std::string::npos; });
@@ -196,7 +194,7 @@ TEST(LoadCity, MeanSeaLevelByAGeoidsGrid) {
   config.sea_level.geoid = buildings::GeoidModel::EGM96;
   try {
     // gdaltransform -s_srs EPSG:4326+5773 -t_srs EPSG:4979 (PROJ 9.1.1) makes -2.167 m of "114.17 22.3 0".
-    EXPECT_NEAR(load_city(config).geoid_undulation_m, -2.167, 0.1);
+    EXPECT_NEAR(canyon::test::loaded_city(config).geoid_undulation_m, -2.167, 0.1);
   } catch (const InputError& e) {
     EXPECT_THAT(e.what(), HasSubstr("no geoid grid for it is installed"));
     EXPECT_THAT(e.cure(), HasSubstr("geoid_undulation_m"));
@@ -205,15 +203,14 @@ TEST(LoadCity, MeanSeaLevelByAGeoidsGrid) {
 
 TEST(LoadCity, MissingMesh) {
   CityConfig config;
-  config.mesh = "/nowhere/city.dae";
-  EXPECT_THROW(static_cast<void>(load_city(config)), InputError);
+  config.source = MeshCity{"/nowhere/city.dae", {}};
+  EXPECT_THROW(static_cast<void>(canyon::test::loaded_city(config)), InputError);
 }
 
 TEST(LoadCity, OriginOutOfRange) {
   CityConfig config;
-  config.open = true;
-  config.import.origin.latitude_rad = 48;  // degrees by mistake
-  EXPECT_THROW(static_cast<void>(load_city(config)), InputError);
+  config.origin.emplace().latitude_rad = 48;  // degrees by mistake
+  EXPECT_THROW(static_cast<void>(canyon::test::loaded_city(config)), InputError);
 }
 
 // Facades of the scenario's city, by its seed: a map's tags stay, the rest is drawn; the same in load_city()
@@ -263,11 +260,11 @@ TEST(LoadCity, FacadesKeepTheTagsOfAMap) {
 
   CityConfig config = city_config(file);
   config.facades.mix = city::FacadeMix::UrbanStock;
-  const city::City alone = load_city(config, 5);
+  const city::City alone = canyon::test::loaded_city(config, 5);
   const city::City of_scenario = load(", facades: {mix: urban_stock}", warnings);
   EXPECT_EQ(alone.mesh.materials, of_scenario.mesh.materials);
   EXPECT_EQ(alone.notes, of_scenario.notes);
-  EXPECT_NE(alone.mesh.materials, load_city(config, 6).mesh.materials);
+  EXPECT_NE(alone.mesh.materials, canyon::test::loaded_city(config, 6).mesh.materials);
 }
 
 /// A tile of 100 m about a place, as a region of heights 0 to 99 m.
@@ -308,8 +305,8 @@ TEST(LoadCity, TilesAboutTheTrajectoryAlone) {
   // A place that is known only when the city is read: all tiles, and so a gap.
   (void)load_city(scenario("east_m: 0, north_m: 0, up_m: 2"), warnings);
   EXPECT_THAT(warnings, ::testing::Contains(HasSubstr("far.b3dm")));
-  EXPECT_EQ(city_file_kind(folder / "tileset.json"), CityFileKind::Tiles);
-  EXPECT_EQ(city_file_kind("https://example.org/x.json?key=1"), CityFileKind::Tiles);
+  EXPECT_TRUE(is_file_of<tiles::TileOptions>(folder / "tileset.json"));
+  EXPECT_TRUE(is_file_of<tiles::TileOptions>("https://example.org/x.json?key=1"));
   // What is written back reads as the same.
   const Scenario once = scenario("latitude_deg: 48.2, longitude_deg: 11.5, height_m: 2");
   EXPECT_EQ(scenario_yaml(parse_scenario(scenario_yaml(once), folder / "t.yaml")), scenario_yaml(once));
@@ -318,9 +315,9 @@ TEST(LoadCity, TilesAboutTheTrajectoryAlone) {
 TEST(LoadCity, HongKong) {
   CANYON_SHARED_DATA(path, "hongkong/buildings.dae");
   CityConfig config;
-  config.mesh = path;
-  config.import.origin = geodesy::Geodetic::from_degrees(22.298251, 114.178761, 0);
-  EXPECT_EQ(load_city(config).bounds().max.z(), 274);
+  config.source = MeshCity{path, {}};
+  config.origin = geodesy::Geodetic::from_degrees(22.298251, 114.178761, 0);
+  EXPECT_EQ(canyon::test::loaded_city(config).bounds().max.z(), 274);
 }
 
 }  // namespace

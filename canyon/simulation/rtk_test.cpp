@@ -43,7 +43,7 @@ std::string field(const std::string& receivers, double duration_s = 60, const st
 std::map<std::size_t, std::vector<Epoch>> run(const std::string& text) {
   const Scenario scenario = parse_scenario(text, "scenario.yaml");
   city::City city;
-  city.frame = geodesy::LocalFrame(scenario.city.import.origin);
+  city.frame = geodesy::LocalFrame(*scenario.city.origin);
   const Simulation simulation(scenario, std::move(city));
   Collector sink;
   (void)simulation.run({&sink});
@@ -257,7 +257,7 @@ TEST(Rtk, ACanyonTakesTheFix) {
           rover() + kBase,
       "scenario.yaml");
   scenario.receivers.back().fixed->local_m = Eigen::Vector3d(900, 300, 5);
-  blocks.origin = scenario.city.import.origin;
+  blocks.origin = *scenario.city.origin;
   const Simulation simulation(scenario, city::synthetic_city(blocks));
   Collector sink;
   (void)simulation.run({&sink});
@@ -280,7 +280,7 @@ TEST(Rtk, ACanyonTakesTheFix) {
 TEST(Rtk, ABaseInsideABuildingGivesNothing) {
   city::SyntheticCityOptions blocks;
   Scenario scenario = parse_scenario(field(rover() + kBase, 20), "scenario.yaml");
-  blocks.origin = scenario.city.import.origin;
+  blocks.origin = *scenario.city.origin;
   const auto scene = std::make_shared<CityScene>(city::synthetic_city(blocks));
   // The middle of some building: the first place on a grid that is inside one.
   std::optional<Eigen::Vector3d> inside;

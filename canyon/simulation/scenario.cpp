@@ -6,8 +6,6 @@
 
 #include "canyon/base/named.hpp"
 #include "canyon/base/text_file.hpp"
-#include "canyon/buildings/sources/model_kind.hpp"
-#include "canyon/city/city.hpp"
 #include "canyon/options/settings_tree.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/simulation/profile.hpp"
@@ -20,38 +18,7 @@ namespace {
 constexpr std::size_t kMaxBytes = std::size_t{16} << 20;
 constexpr const char* kNeeds = "it needs at least city, sky and trajectory";
 
-bool ends_with(const std::string& text, std::string_view end) {
-  return text.size() > end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
-
 }  // namespace
-
-std::optional<CityFileKind> city_file_kind(const std::filesystem::path& path) {
-  const std::string name = lower_case(path.filename().string());
-  const auto any = [&name](std::initializer_list<const char*> endings) {
-    return std::any_of(endings.begin(), endings.end(),
-                       [&name](const char* ending) { return ends_with(name, ending); });
-  };
-  if (tiles::is_tileset(path)) return CityFileKind::Tiles;
-  if (any({".osm", ".osm.gz", ".osm.bz2", ".pbf", ".json", ".json.gz", ".jsonl", ".jsonl.gz", ".gml",
-           ".citygml"}))
-    return CityFileKind::Map;
-  if (any({".canyon"})) return CityFileKind::Canyon;
-  if (any({".dae", ".obj", ".stl", ".gltf", ".glb", ".ply"})) return CityFileKind::Mesh;
-  std::error_code ignored;
-  if (any({".world", ".sdf"}) || std::filesystem::exists(path / "model.sdf", ignored)) {
-    return CityFileKind::Gazebo;
-  }
-  if (buildings::model_kind(path) != buildings::ModelKind::None) return CityFileKind::Map;
-  return std::nullopt;
-}
-
-const char* city_file_endings() {
-  return "known are .osm, .osm.gz, .osm.bz2, .osm.pbf, .json (CityJSON, Overpass, tileset.json of 3D Tiles), "
-         ".jsonl, .gml, .xml, .gz, .zip and folders (CityGML, CityJSON), .canyon, .world, .sdf, .dae, .obj, "
-         ".stl, "
-         ".gltf, .glb, .ply";
-}
 
 Scenario parse_scenario(const std::string& text, const std::filesystem::path& name,
                         const ScenarioReadOptions& options) {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <optional>
 #include <set>
@@ -8,10 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "canyon/buildings/sources/map_options.hpp"
-#include "canyon/city/facades.hpp"
-#include "canyon/city/mesh_import_options.hpp"
-#include "canyon/city/synthetic_city.hpp"
 #include "canyon/disturbance/disturbance.hpp"
 #include "canyon/disturbance/faults/fault.hpp"
 #include "canyon/disturbance/street_options.hpp"
@@ -24,11 +19,11 @@
 #include "canyon/receiver/own_models.hpp"
 #include "canyon/receiver/receiver_options.hpp"
 #include "canyon/samples/options/sample_options.hpp"
+#include "canyon/simulation/city_config.hpp"
 #include "canyon/simulation/live_options.hpp"
 #include "canyon/simulation/map_motion.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/outputs.hpp"
-#include "canyon/tiles/tile_options.hpp"
 
 namespace canyon::simulation {
 
@@ -37,57 +32,6 @@ using samples::band_centre_hz;
 using samples::name;
 using samples::SampleFormat;
 using samples::SampleOptions;
-
-/// The kinds of city files, told by their names, city models (CityGML, CityJSON, archives and folders of
-/// them) also by what is in them.
-enum class CityFileKind : std::uint8_t {
-  Mesh,    ///< .dae .obj .stl .gltf .glb .ply: needs an origin
-  Canyon,  ///< .canyon
-  Gazebo,  ///< .world .sdf, or a model's folder
-  Tiles,   ///< tileset.json of 3D Tiles, by its content, or a web address
-  Map,     ///< .osm, .osm.gz, .osm.bz2, .osm.pbf; Overpass's .json; city models, also by content
-};
-/// Empty for a name with another ending and other content.
-[[nodiscard]] std::optional<CityFileKind> city_file_kind(const std::filesystem::path& path);
-/// The endings that city_file_kind() knows, for messages.
-[[nodiscard]] const char* city_file_endings();
-
-/// Map files, and how buildings are made of them.
-struct MapCityConfig {
-  std::vector<std::filesystem::path> files;  ///< OpenStreetMap and city models (CityGML, CityJSON)
-  buildings::ModelOptions model;             ///< of city models
-  std::vector<std::filesystem::path> terrain;
-  std::optional<std::array<double, 4>> bbox_deg;  ///< west, south, east, north
-  buildings::BuildOptions build;                  ///< a simulation does not use its Grid::Utm
-};
-
-/// How well the place of a city is known. A run draws its own offset and heading by its seed (load_city()).
-struct Georeference {
-  double sigma_m = 0;            ///< standard deviation, eastwards and northwards each [m]; [0, 1000]
-  double heading_sigma_rad = 0;  ///< standard deviation [rad], about the middle of the bounds; [0, pi/4]
-};
-
-/// `city:` of a scenario. Exactly one of mesh, file, map, tiles, synthetic, open is set.
-struct CityConfig {
-  std::optional<std::filesystem::path> mesh;
-  city::MeshImportOptions import;             ///< with mesh
-  std::optional<std::filesystem::path> file;  ///< Canyon's city file or a Gazebo world: has its own origin
-  std::optional<MapCityConfig> map;
-  /// 3D Tiles, about `import.origin` where `tiles_origin` says so, else about an origin of their own.
-  std::optional<tiles::TileOptions> tiles;
-  bool tiles_origin = false;
-  std::optional<city::SyntheticCityOptions> synthetic;
-  bool open = false;  ///< no buildings: open sky about `import.origin`
-  /// Where mean sea level is, of any city; by default as the city's file says.
-  buildings::TerrainOptions sea_level;
-  city::FacadeOptions facades;
-  Georeference georeference;
-
-  /// Whether the origin is known before any file is read; then it is `import.origin`.
-  [[nodiscard]] bool origin_known() const {
-    return !file && (!map || map->build.origin) && (!tiles || tiles_origin);
-  }
-};
 
 /// `sky:` of a scenario. Exactly one source: navigation, sp3, frozen, or (default) nominal.
 struct SkyConfig {
@@ -202,8 +146,6 @@ using ScenarioKey = options::Key;
 [[nodiscard]] const std::vector<ScenarioKey>& scenario_keys();
 
 /// Fields as users write them. Readers check fields that depend on each other.
-void visit(options::Visitor& v, Georeference& o);
-void visit(options::Visitor& v, CityConfig& o);
 void visit(options::Visitor& v, SkyConfig& o);
 /// All fields but name and profile.
 void visit(options::Visitor& v, ReceiverConfig& o);

@@ -83,10 +83,10 @@ struct IssueFolder {
 TEST(Scenario, ReadsTheExampleAsItStands) {
   const IssueFolder data;
   const Scenario s = read_scenario(data.folder.write("scenario.yaml", kIssueExample));
-  EXPECT_EQ(s.city.mesh, data.folder / "hongkong/buildings.dae");
-  EXPECT_NEAR(degrees(s.city.import.origin.latitude_rad), 22.298251, 1e-12);
-  EXPECT_NEAR(degrees(s.city.import.origin.longitude_rad), 114.178761, 1e-12);
-  EXPECT_EQ(s.city.import.offset_m, Eigen::Vector3d(0, 8, 0));
+  EXPECT_EQ(s.city.as<MeshCity>()->path, data.folder / "hongkong/buildings.dae");
+  EXPECT_NEAR(degrees(s.city.origin->latitude_rad), 22.298251, 1e-12);
+  EXPECT_NEAR(degrees(s.city.origin->longitude_rad), 114.178761, 1e-12);
+  EXPECT_EQ(s.city.as<MeshCity>()->import.offset_m, Eigen::Vector3d(0, 8, 0));
   EXPECT_THAT(s.sky.navigation, ElementsAre(data.folder / "urbannav-tst-20190428/hksc1180.19n",
                                             data.folder / "urbannav-tst-20190428/hksc1180.19b"));
   EXPECT_EQ(s.sky.systems, (std::set<gnss::System>{gnss::System::GPS, gnss::System::BeiDou}));
@@ -144,7 +144,7 @@ TEST(Scenario, LeftOutKeysAreTheDefaultProfilesAndTheStructs) {
   EXPECT_EQ(rover.noise.ou.sigma_m_per_sqrt_s, defaults.noise.ou.sigma_m_per_sqrt_s);
   EXPECT_EQ(s.receivers[0].propagation.max_range_m, propagation::PropagationOptions().max_range_m);
   EXPECT_TRUE(s.outputs.has("epochs_csv") && s.outputs.has("pictures"));
-  EXPECT_EQ(s.city.import.origin.latitude_rad, city::SyntheticCityOptions().origin.latitude_rad);
+  EXPECT_EQ(s.city.origin->latitude_rad, city::SyntheticCityOptions().origin.latitude_rad);
 }
 
 // A mapping changes what a scenario that says nothing writes; a list is all of it.
@@ -397,18 +397,19 @@ TEST(Scenario, CitiesOfMapsAndFiles) {
   };
   const CityConfig map =
       read("osm: [a.osm.pbf, b.JSON], bbox: [10.5, -20, 11, 20.5], default_height_m: 11, heights: [house=7]");
-  ASSERT_TRUE(map.map);
-  EXPECT_EQ(map.map->files.size(), 2U);
-  EXPECT_EQ((*map.map->bbox_deg)[1], -20);
-  EXPECT_EQ(map.map->build.heights.building_m, 11);
-  EXPECT_EQ(map.map->build.heights.by_type.at("house"), 7);
-  EXPECT_FALSE(map.origin_known());
-  EXPECT_TRUE(read("osm: a.osm.pbf, origin: {latitude_deg: 1, longitude_deg: 2}").origin_known());
-  EXPECT_TRUE(read("file: a.osm.pbf").map);
-  EXPECT_TRUE(read("file: c.canyon").file);
-  EXPECT_TRUE(read("mesh: c.canyon").file);
-  EXPECT_TRUE(read("file: d.world").file);
-  EXPECT_TRUE(read("file: e.glb, origin: {latitude_deg: 1, longitude_deg: 2}, scale: 2").mesh);
+  ASSERT_TRUE(map.is<MapCity>());
+  const MapCity& source = *map.as<MapCity>();
+  EXPECT_EQ(source.files.size(), 2U);
+  EXPECT_EQ((*source.bbox_deg)[1], -20);
+  EXPECT_EQ(source.build.heights.building_m, 11);
+  EXPECT_EQ(source.build.heights.by_type.at("house"), 7);
+  EXPECT_FALSE(map.origin);
+  EXPECT_TRUE(read("osm: a.osm.pbf, origin: {latitude_deg: 1, longitude_deg: 2}").origin);
+  EXPECT_TRUE(read("file: a.osm.pbf").is<MapCity>());
+  EXPECT_TRUE(read("file: c.canyon").is<CityFile>());
+  EXPECT_TRUE(read("mesh: c.canyon").is<CityFile>());
+  EXPECT_TRUE(read("file: d.world").is<CityFile>());
+  EXPECT_TRUE(read("file: e.glb, origin: {latitude_deg: 1, longitude_deg: 2}, scale: 2").is<MeshCity>());
   const auto wrong = [&](const std::string& city) {
     return std::string(error_of([&] { (void)read(city); }).what());
   };

@@ -46,7 +46,7 @@ double distance_to(const city::Box& box, const Eigen::Vector3d& point) {
 }
 
 void check_city(const Scenario& scenario, const city::City& city) {
-  if (!scenario.city.open && city.mesh.triangles.empty()) {
+  if (!scenario.city.is<OpenField>() && city.mesh.triangles.empty()) {
     throw scenario_error(scenario, fmt::format("the city '{}' is empty: it has no triangle", city.name),
                          "give another mesh, or city: {open: true} for an open field");
   }

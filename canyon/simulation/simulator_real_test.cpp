@@ -10,6 +10,7 @@
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/simulation/street_sources.hpp"
+#include "tests/support/loaded_city.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/simulation_support.hpp"
 #include "tests/support/source_dir.hpp"
@@ -37,7 +38,7 @@ Scenario example(const std::string& keys = {}) {
 // 8 % of the area of its roofs slopes, by tags of OpenStreetMap.
 TEST(UrbanNavDrive, StreetsAreDenseByTheMap) {
   CANYON_SHARED_DATA(data, "hongkong/buildings.dae");
-  const city::City city = load_city(example().city);
+  const city::City city = canyon::test::loaded_city(example().city);
   receiver::ReceiverOptions options;
   options.signal.shadowing.enabled = true;
   options.signal.shadowing.environment = disturbance::ShadowingEnvironment::Auto;
@@ -48,7 +49,7 @@ TEST(UrbanNavDrive, StreetsAreDenseByTheMap) {
 TEST(UrbanNavDrive, RunsEndToEnd) {
   CANYON_SHARED_DATA(data, "hongkong/buildings.dae");
   Scenario scenario = example();
-  city::City city = load_city(scenario.city);
+  city::City city = canyon::test::loaded_city(scenario.city);
   const Simulation simulation(std::move(scenario), std::move(city));
   for (const std::string& warning : simulation.warnings()) std::printf("warning: %s\n", warning.c_str());
 
@@ -101,7 +102,7 @@ TEST(UrbanNavDrive, EphemeridesOfAnotherDayAreRefused) {
   CANYON_SHARED_DATA(other, "orbits/brdc3050.12n");
   Scenario scenario = example();
   scenario.sky.navigation = {other};
-  city::City city = load_city(scenario.city);
+  city::City city = canyon::test::loaded_city(scenario.city);
   const std::string what =
       test::error_of([&] { const Simulation s(std::move(scenario), std::move(city)); }).what();
   EXPECT_THAT(what, testing::AllOf(testing::HasSubstr("2019-04-28T12:58:21 GPST to 2019-04-28T13:06:25 GPST"),
@@ -112,8 +113,8 @@ TEST(UrbanNavDrive, EphemeridesOfAnotherDayAreRefused) {
 TEST(UrbanNavDrive, AnotherOriginIsRefused) {
   CANYON_SHARED_DATA(data, "hongkong/buildings.dae");
   Scenario scenario = example();
-  scenario.city.import.origin = geodesy::Geodetic::from_degrees(22.298251, 114.378761, 0);
-  city::City city = load_city(scenario.city);
+  scenario.city.origin = geodesy::Geodetic::from_degrees(22.298251, 114.378761, 0);
+  city::City city = canyon::test::loaded_city(scenario.city);
   const std::string what =
       test::error_of([&] { const Simulation s(std::move(scenario), std::move(city)); }).what();
   EXPECT_THAT(what, testing::HasSubstr("the trajectory is 20."));

@@ -57,8 +57,9 @@ city::City open_field(const Geodetic& origin) {
 }
 
 city::City city_of(const Scenario& scenario) {
-  if (scenario.city.synthetic) return city::synthetic_city(*scenario.city.synthetic);
-  return open_field(scenario.city.import.origin);
+  if (const auto* made_up = scenario.city.as<city::SyntheticCityOptions>())
+    return city::synthetic_city(*made_up);
+  return open_field(*scenario.city.origin);
 }
 
 Simulation simulation_of(const std::string& text) {
@@ -238,7 +239,7 @@ TEST(Simulation, AFailureOnTheWayKeepsWhatWasDone) {
           "0, "
           "north_m: 0}, {east_m: 400, north_m: 0}], speed_mps: 1, height_above_terrain_m: 2}\n",
       "s.yaml");
-  city::City city = open_field(scenario.city.import.origin);
+  city::City city = open_field(*scenario.city.origin);
   // Epoch 2501 is at 250.1 m, 250.0 and 250.2 m are looked at.
   for (const auto& [west, east] : {std::pair(-10.0, 250.05), std::pair(250.15, 500.0)}) {
     city::append_object(city.mesh, "terrain", city::Surface::Terrain, city::Material::Ground,
@@ -328,7 +329,7 @@ TEST(Simulation, ClampFollowsTheTerrainAndItsSlope) {
                                          "north_m: 0}, {east_m: 100, north_m: "
                                          "0}], height_above_terrain_m: 2}\n",
                                      "s.yaml");
-  city::City city = open_field(scenario.city.import.origin);
+  city::City city = open_field(*scenario.city.origin);
   city::append_object(city.mesh, "terrain", city::Surface::Terrain, city::Material::Ground,
                       {{-500, -500, -50}, {500, -500, 50}, {500, 500, 50}, {-500, 500, -50}},
                       {{0, 1, 2}, {0, 2, 3}});
@@ -348,7 +349,7 @@ TEST(Simulation, ClampWithoutTerrainIsAnError) {
                          "start: 2026-06-01T08:00:00Z\ntrajectory: {position: {east_m: 0, north_m: 0}, "
                          "height_above_terrain_m: 2}\nduration_s: 1\n",
                      "s.yaml");
-  city::City city = open_field(scenario.city.import.origin);
+  city::City city = open_field(*scenario.city.origin);
   city::append_box(city.mesh, "house", city::Surface::Building, city::Material::Concrete, {20, 20, 0},
                    {30, 30, 9});
   EXPECT_THAT(error_of([&] { const Simulation simulation(std::move(scenario), std::move(city)); }).what(),
@@ -378,7 +379,7 @@ TEST(Simulation, RefusesAFarCityAndAnEmptyOne) {
               AllOf(HasSubstr("the trajectory is 102"), HasSubstr("km away from the city"),
                     HasSubstr("check city.origin")));
   Scenario scenario = parse_scenario(kDrive, "s.yaml");
-  const Geodetic origin = scenario.city.import.origin;
+  const Geodetic origin = *scenario.city.origin;
   EXPECT_THAT(error_of([&] { Simulation s(std::move(scenario), open_field(origin)); }).what(),
               HasSubstr("is empty: it has no triangle"));
 }

@@ -42,7 +42,7 @@ PlaceKeys keys_of(const TrajectoryConfig& config, std::size_t index) {
 // The city's frame, or nothing where only its file knows.
 std::optional<geodesy::LocalFrame> known_frame(Visitor& v, const CityConfig& city) {
   std::optional<geodesy::LocalFrame> frame;
-  if (v.reads() && city.origin_known()) frame.emplace(city.import.origin);
+  if (v.reads() && city.origin) frame.emplace(*city.origin);
   return frame;
 }
 

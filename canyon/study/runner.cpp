@@ -135,6 +135,8 @@ struct RunMaker::Impl {
   const StudyPlan& plan;
   // Half for cities as they are read: of these there are few.
   mutable Shared<city::City> sources;
+  mutable std::mutex warnings_mutex;
+  mutable std::vector<std::string> warnings;
   mutable Shared<simulation::CityScene> scenes;
   mutable Shared<simulation::BuiltSky> skies;
 
@@ -149,7 +151,19 @@ struct RunMaker::Impl {
                                                              bool drawn = true) const;
   [[nodiscard]] simulation::BuiltSky sky(const simulation::SkyConfig& config, geodesy::GpsTime begin,
                                          geodesy::GpsTime end, const geodesy::Geodetic& place) const;
+  [[nodiscard]] std::shared_ptr<const city::City> read_source(const simulation::CityConfig& config) const;
 };
+
+std::shared_ptr<const city::City> RunMaker::Impl::read_source(const simulation::CityConfig& config) const {
+  std::vector<std::string> cautions;
+  auto city = std::make_shared<const city::City>(simulation::load_city_source(config, cautions));
+  const std::lock_guard<std::mutex> lock(warnings_mutex);
+  for (std::string& line : cautions) {
+    if (std::find(warnings.begin(), warnings.end(), line) == warnings.end())
+      warnings.push_back(std::move(line));
+  }
+  return city;
+}
 
 std::shared_ptr<simulation::CityScene> RunMaker::Impl::scene(const simulation::Scenario& scenario,
                                                              bool drawn) const {
@@ -172,8 +186,7 @@ std::shared_ptr<simulation::CityScene> RunMaker::Impl::scene(const simulation::S
       key,
       [&]() -> std::shared_ptr<const simulation::CityScene> {
         const auto source = sources.get(
-            source_key,
-            [&] { return std::make_shared<const city::City>(simulation::load_city_source(scenario.city)); },
+            source_key, [&] { return read_source(scenario.city); },
             [&](const city::City& city) { return kSourceBytes * triangles(city); });
         if (!drawn) return std::make_shared<const simulation::CityScene>(*source);
         std::vector<std::string> ignored;
@@ -204,6 +217,11 @@ simulation::BuiltSky RunMaker::Impl::sky(const simulation::SkyConfig& config, ge
 
 RunMaker::RunMaker(const StudyPlan& plan) : impl_(std::make_unique<Impl>(plan)) {}
 RunMaker::~RunMaker() = default;
+
+std::vector<std::string> RunMaker::warnings() const {
+  const std::lock_guard<std::mutex> lock(impl_->warnings_mutex);
+  return impl_->warnings;
+}
 
 simulation::Scenario RunMaker::scenario(std::size_t number) const {
   const Run run = impl_->plan.run(number);

@@ -14,6 +14,7 @@
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/study/results.hpp"
+#include "tests/support/osm_text.hpp"
 #include "tests/support/simulation_support.hpp"
 
 namespace canyon::study {
@@ -85,6 +86,25 @@ TEST(StudyRuns, HaveTheFiguresOfASimulation) {
       EXPECT_TRUE(expected == value || (std::isnan(expected) && std::isnan(value))) << figures()[k]->kept;
     }
   }
+}
+
+// Runs share one reading of the map: its caution is there once, for whoever started the study.
+TEST(StudyRuns, KeepTheCautionsOfTheirCities) {
+  const TemporaryFolder folder;
+  test::OsmText()
+      .node(1, 114.17, 22.3)
+      .node(2, 114.1702, 22.3)
+      .node(3, 114.1702, 22.3002)
+      .way(1, {1, 2, 3, 1}, {{"building", "yes"}})
+      .write(folder / "map.osm");
+  std::string text = kStudy;
+  const auto from = text.find("{synthetic"), to = text.find('\n', from);
+  text.replace(from, to - from, "{osm: map.osm}");
+  const StudyPlan plan = StudyPlan::parse(text, folder / "study.yaml");
+  const RunMaker maker(plan);
+  EXPECT_THAT(maker.warnings(), ::testing::IsEmpty());
+  for (const std::size_t run : {0U, 2U}) EXPECT_EQ(maker.make(run, 1)->problem, "");
+  EXPECT_THAT(maker.warnings(), ::testing::ElementsAre(HasSubstr("1 of 1 heights are guesses")));
 }
 
 TEST(StudyRuns, RecordsReadBack) {

@@ -168,8 +168,8 @@ TEST(Study, AxesOverSectionsAndSeveralKeys) {
     labels: [open, town]
 )");
   EXPECT_EQ(plan.scenario(plan.run(0)).duration_s, 1);
-  EXPECT_TRUE(plan.scenario(plan.run(0)).city.open);
-  EXPECT_TRUE(plan.scenario(plan.run(1)).city.synthetic.has_value());
+  EXPECT_TRUE(plan.scenario(plan.run(0)).city.is<simulation::OpenField>());
+  EXPECT_TRUE(plan.scenario(plan.run(1)).city.is<city::SyntheticCityOptions>());
   EXPECT_EQ(plan.run(1).at[0].label, "town");
 }
 

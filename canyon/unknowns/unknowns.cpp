@@ -86,7 +86,7 @@ std::optional<Distribution> facades_of(const Scenario& scenario) {
 /// The standard deviation of the map's place, which a run draws from: one value.
 std::optional<Distribution> map_of(const Scenario& scenario) {
   const simulation::CityConfig& city = scenario.city;
-  if (city.open || city.synthetic) return std::nullopt;
+  if (city.is<simulation::OpenField>() || city.is<city::SyntheticCityOptions>()) return std::nullopt;
   const double sigma_m = city.georeference.sigma_m > 0 ? city.georeference.sigma_m : kMapSigma_m;
   return Distribution{fmt::format("normal, {:.2g} m eastwards and northwards", sigma_m),
                       [=](double) { return sigma_m; }};
@@ -154,7 +154,8 @@ std::map<std::string, double> facades_with(double coated_glass) {
 
 bool leaves_facades_open(const Scenario& scenario) {
   const city::FacadeOptions& facades = scenario.city.facades;
-  return !scenario.city.open && facades.mix == city::FacadeMix::ByBuilding && facades.shares.empty();
+  return !scenario.city.is<simulation::OpenField>() && facades.mix == city::FacadeMix::ByBuilding &&
+         facades.shares.empty();
 }
 
 std::string_view name_of(Unknown unknown) {

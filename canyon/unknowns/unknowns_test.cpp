@@ -74,7 +74,7 @@ TEST(Unknowns, DrawsFillTheirDistributions) {
 TEST(Unknowns, StatedDeviationsAreUsed) {
   simulation::Scenario scenario =
       scenario_of("ublox-m8t, signal: {installation: roof, installation_sigma_db: 1.5}", "");
-  scenario.city.synthetic.reset();
+  scenario.city.source = simulation::MeshCity{};
   EXPECT_THAT(priors_of(scenario),
               ::testing::Contains(std::string("level: normal, 1.5 dB about the installation's")));
   (void)Draws(1, 5).apply(0, scenario);

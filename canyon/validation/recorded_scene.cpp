@@ -29,7 +29,7 @@ RecordedScene read_recorded_scene(simulation::Scenario& scenario, const ListedRe
   wanted.all_signals = true;
   rinex::RinexObservations recorded = rinex::read_observations(*files.obs, wanted);
   RecordedScene scene;
-  city::City city = simulation::load_city(simulation::city_config(scenario), scenario.seed, scene.warnings);
+  city::City city = simulation::load_city(simulation::city_config(scenario), scene.warnings, scenario.seed);
   // The sky is of the recording's time: the scenario's own trajectory is not simulated.
   scene.sky = simulation::build_sky(scenario.sky, recorded.epochs.front().receiver_time,
                                     recorded.epochs.back().receiver_time, city.frame.origin());

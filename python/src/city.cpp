@@ -17,8 +17,19 @@ namespace {
 using simulation::CityScene;
 using CityPtr = std::shared_ptr<CityScene>;
 
-CityPtr scene_of(city::City city) {
-  return std::make_shared<CityScene>(std::move(city));
+/// The city of `load`, called without the interpreter's lock. Its cautions become Python's warnings.
+template <typename Load>
+CityPtr scene_of(const Load& load) {
+  std::vector<std::string> warnings;
+  CityPtr scene;
+  {
+    const py::gil_scoped_release release;
+    scene = std::make_shared<CityScene>(load(warnings));
+  }
+  for (const std::string& line : warnings) {
+    if (PyErr_WarnEx(PyExc_UserWarning, line.c_str(), 1) != 0) throw py::error_already_set();
+  }
+  return scene;
 }
 
 /// Places and what lies there: cast rays, ask for terrain and rooms. The engine's arrays in, arrays out.
@@ -117,8 +128,8 @@ py::object object_of_triangle(const CityScene& self, std::int64_t triangle) {
 
 CityPtr city_of_settings(const py::dict& settings) {
   const auto config = read_tree<simulation::CityConfig>(tree_of(settings), "city");
-  const py::gil_scoped_release release;
-  return scene_of(simulation::load_city(config, 1));
+  return scene_of(
+      [&](std::vector<std::string>& warnings) { return simulation::load_city(config, warnings); });
 }
 
 }  // namespace
@@ -151,8 +162,9 @@ True)")
           [](const std::filesystem::path& path, const py::object& origin) {
             std::optional<geodesy::Geodetic> place;
             if (!origin.is_none()) place = place_of(origin, "origin");
-            const py::gil_scoped_release release;
-            return scene_of(simulation::load_city(simulation::city_config(path.string(), place)));
+            return scene_of([&](std::vector<std::string>& warnings) {
+              return simulation::load_city(simulation::city_config(path.string(), place), warnings);
+            });
           },
           "path"_a, "origin"_a = py::none(), R"(A city of any file that Canyon reads, by its name.
 
@@ -182,9 +194,9 @@ files : path or list of paths
           "of_scenario",
           [](const py::object& scenario) {
             const ScenarioPtr tree = scenario_of(scenario);
-            std::vector<std::string> warnings;
-            const py::gil_scoped_release release;
-            return scene_of(simulation::load_city(tree->scenario, warnings));
+            return scene_of([&](std::vector<std::string>& warnings) {
+              return simulation::load_city(tree->scenario, warnings);
+            });
           },
           "scenario"_a, "The city of a scenario: facades drawn and place moved as its seed says.")
       .def(

@@ -9,6 +9,7 @@
 #include "canyon/raytrace/ray_scene.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "tests/integration/run_scenario.hpp"
+#include "tests/support/loaded_city.hpp"
 #include "tests/support/shared_data.hpp"
 
 namespace canyon {
@@ -17,9 +18,8 @@ namespace {
 TEST(CityLeak, NoRayLeavesABuildingOfTheMoscowExtract) {
   CANYON_SHARED_DATA(path, "osm/moscow.osm.gz");
   simulation::CityConfig config;
-  config.map.emplace();
-  config.map->files = {path};
-  const city::City city = simulation::load_city(config);
+  config.source.emplace<simulation::MapCity>().files = {path};
+  const city::City city = test::loaded_city(config);
   const raytrace::RayScene scene(city.mesh);
 
   std::mt19937 random(1);  // its sequence is the standard's

@@ -425,10 +425,10 @@ class DamagedCity {
     if (terrain) {
       std::ofstream(folder_ / "heights.prj")
           << R"(GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]])";
-      config.map->terrain = {path};
-      config.map->build.terrain_margin_m = 20;
+      config.as<simulation::MapCity>()->terrain = {path};
+      config.as<simulation::MapCity>()->build.terrain_margin_m = 20;
     }
-    return simulation::load_city_with_report(config);
+    return simulation::read_city(config);
   }
 
   TemporaryFolder folder_;

@@ -10,6 +10,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "tests/integration/run_scenario.hpp"
+#include "tests/support/loaded_city.hpp"
 #include "tests/support/shared_data.hpp"
 
 namespace canyon {
@@ -145,7 +146,7 @@ TEST(Drive, AnotherSeedGivesOtherNoise) {
   std::vector<double> noise;
   for (const std::uint64_t seed : {1U, 2U}) {
     scenario.seed = seed;
-    const simulation::Simulation simulation(scenario, simulation::load_city(scenario.city));
+    const simulation::Simulation simulation(scenario, test::loaded_city(scenario.city));
     test::Recorder recorder;
     simulation.run({&recorder});
     for (const auto& satellite : recorder.epochs.front().observed.satellites) {

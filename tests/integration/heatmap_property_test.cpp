@@ -143,7 +143,8 @@ Case draw_case(int number, const std::filesystem::path& folder) {
   city.seed = static_cast<std::uint64_t>(dice.whole(1, 1'000'000));
   const double height_m = dice.between(-20, 3000);
   city.origin = geodesy::Geodetic::from_degrees(dice.between(-70, 70), dice.between(-180, 180), height_m);
-  scenario.city.synthetic = city;
+  scenario.city.source = city;
+  scenario.city.origin = city.origin;
 
   constexpr auto kBegin = geodesy::GpsTime::from_nanoseconds(2400 * geodesy::GpsTime::kNanosecondsPerWeek);
   drawn.time = kBegin + std::chrono::seconds(dice.whole(0, 700'000));
@@ -216,9 +217,9 @@ std::string words(const Case& drawn) {
       o.troposphere, o.fix.correct_ionosphere, o.fix.correct_troposphere, o.noise.enabled,
       o.noise.drift_enabled, o.fix.raim.enabled, o.signal.enabled, o.fix.cn0_mask_dbhz,
       p.model == propagation::Model::Mirror ? "mirror" : "specular", p.reflection_order, p.ground_reflection,
-      p.diffraction, p.diffuse, p.max_range_m, drawn.scenario.city.synthetic->seed,
-      drawn.scenario.city.synthetic->origin.height_m, drawn.request.grid.tile_size,
-      drawn.request.grid.spacing_m, drawn.request.altitudes_m.front());
+      p.diffraction, p.diffuse, p.max_range_m, drawn.scenario.city.as<city::SyntheticCityOptions>()->seed,
+      drawn.scenario.city.origin->height_m, drawn.request.grid.tile_size, drawn.request.grid.spacing_m,
+      drawn.request.altitudes_m.front());
 }
 
 /// A receiver for each cell, all of one scenario: antennas beside the one place of its trajectory.
@@ -380,7 +381,7 @@ std::string difference(const Answer& map, const Answer& receiver, const receiver
 void judge_case(int number, const std::filesystem::path& folder, Count& count) {
   const Case drawn = draw_case(number, folder);
   const simulation::ReceiverConfig& receiver = drawn.scenario.receivers.front();
-  city::City city = city::synthetic_city(*drawn.scenario.city.synthetic);
+  city::City city = city::synthetic_city(*drawn.scenario.city.as<city::SyntheticCityOptions>());
   const geodesy::LocalFrame frame = city.frame;
   const simulation::Simulation simulation = receivers_at_cells(drawn, frame, std::move(city));
   test::Recorder recorder;

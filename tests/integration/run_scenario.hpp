@@ -8,6 +8,7 @@
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
+#include "tests/support/loaded_city.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::test {
@@ -26,7 +27,7 @@ class Recorder final : public simulation::EpochSink {
 
 inline simulation::Simulation prepare(const std::string& yaml, const std::filesystem::path& folder) {
   simulation::Scenario scenario = simulation::parse_scenario(yaml, folder / "scenario.yaml");
-  city::City city = simulation::load_city(scenario.city);
+  city::City city = test::loaded_city(scenario.city);
   return simulation::Simulation(std::move(scenario), std::move(city));
 }
 

@@ -12,6 +12,7 @@
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/validation/statistics.hpp"
 #include "tests/integration/run_scenario.hpp"
+#include "tests/support/loaded_city.hpp"
 #include "tests/support/sample_signals.hpp"
 #include "tests/support/source_dir.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -81,7 +82,7 @@ simulation::Simulation strong_and_weak_drive() {
   options.signal.enabled = true;
   options.signal.loop_noise = false;
   options.signal.lock.warm_start = true;
-  city::City city = simulation::load_city(scenario.city);
+  city::City city = test::loaded_city(scenario.city);
   return simulation::Simulation(std::move(scenario), std::move(city));
 }
 

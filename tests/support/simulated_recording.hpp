@@ -52,7 +52,7 @@ receivers: [{name: car, profile: ideal, elevation_mask_deg: 10}]
                                                                folder_ / "scenario.yaml");
     if (change) change(scenario.receivers.front());
     scenario.receivers.front().options.own_draws = false;
-    const city::City map = city::synthetic_city(*scenario.city.synthetic);
+    const city::City map = city::synthetic_city(*scenario.city.as<city::SyntheticCityOptions>());
     city::City truth = dressed(map, facades, 1);
     const Eigen::Rotation2Dd turn(moved.heading_rad);
     for (Eigen::Vector3d& v : truth.mesh.vertices) {

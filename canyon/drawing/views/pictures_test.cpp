@@ -17,6 +17,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario.hpp"
+#include "tests/support/loaded_city.hpp"
 #include "tests/support/png_pixels.hpp"
 #include "tests/support/sample_epochs.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -302,7 +303,7 @@ receivers:
   - name: car
 )",
                                                                    "town.yaml");
-  return simulation::Simulation(scenario, simulation::load_city(scenario.city));
+  return simulation::Simulation(scenario, test::loaded_city(scenario.city));
 }
 
 TEST(Pictures, OfARun) {
