@@ -260,7 +260,7 @@ std::string bzip2(std::string text) {
   return packed.substr(0, size);
 }
 
-// Of several streams, as parallel compressors write them, and with filling behind.
+// Several streams in one file, as parallel compressors write them, and with filling behind.
 TEST(TextFile, ReadsBzip2) {
   const test::TemporaryFolder folder;
   const auto path = folder.path() / "some.bz2";

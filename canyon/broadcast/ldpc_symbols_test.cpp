@@ -189,7 +189,7 @@ class LdpcSymbols : public testing::Test {
     const auto all = gnss::signals_of(e_.id.system);
     return *std::find_if(all.begin(), all.end(), [&](const gnss::Signal& s) { return s.name == name; });
   }
-  /// What is broadcast for these signals alone [s].
+  /// The delays that are broadcast for these signals alone [s].
   [[nodiscard]] gnss::SignalDelays own_delays(
       std::initializer_list<std::pair<std::string_view, double>> of) const {
     gnss::SignalDelays delays;
@@ -466,7 +466,7 @@ TEST_F(LdpcSymbols, CnavTwoIsReadBack) {
     for (std::size_t i = 0; i < rows.size(); ++i) (i < 1200 ? second : third).put(rows[i] ? 1 : 0, 1);
     const Bits subframe2 = decoded(LdpcCode::Cnav2Subframe2, second);
     const Bits subframe3 = decoded(LdpcCode::Cnav2Subframe3, third);
-    // Of the week of toe, whose begin its node is of.
+    // It stays in the week of toe where the nearest multiple of 300 s is the begin of the next week.
     const double toe_s = std::min(std::round(c.toe_s / 300), 2015.0) * 300;
     Reader r(subframe2);
     EXPECT_EQ(r.number(13), 2408U);

@@ -9,8 +9,8 @@
 
 namespace canyon::disturbance {
 
-/// What the map lacks, at one antenna: shadows on every satellite's direct path (Shadowing), and obstacles on
-/// all paths by their direction of arrival (Skyline). What casts shadows moves too
+/// Obstacles that the map lacks, at one antenna: shadows on every satellite's direct path (Shadowing), and
+/// obstacles on all paths by their direction of arrival (Skyline). The obstacles move, too
 /// (ShadowingOptions::obstacle_speed_mps). Antennas of one seed and name that drive the same way meet the
 /// same shadows.
 class DirectShadowing : public Disturbance {

@@ -20,7 +20,7 @@ Eigen::Vector3d somewhere(RandomStream& random) {
                                              std::asin(random.uniform()));
 }
 
-// Of numbers that two directions have of one draw, by their shares.
+// The correlation of the numbers that two directions have of one draw, by their shares.
 double correlation(const SkyNodes& nodes, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   std::vector<SkyNodes::Share> of_a, of_b;
   nodes.shares(a, of_a);

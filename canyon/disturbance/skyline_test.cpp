@@ -50,7 +50,7 @@ double share_above(const std::vector<double>& values, double limit) {
   for (const double value : values) count += value > limit;
   return count / static_cast<double>(values.size());
 }
-/// Of obstacles with heights of a gamma distribution of shape 2: p (1 + x) e^-x.
+/// For obstacles whose heights have a gamma distribution of shape 2: p (1 + x) e^-x.
 double expected_above(double slope, double height_m) {
   const double x = 2 * (slope * kDistance_m + height_m - SkylineNumbers::kBase_m) / kHeight_m;
   return kShare * (1 + x) * std::exp(-x);
@@ -136,7 +136,7 @@ TEST(Skyline, ChangesInPartWithTime) {
     });
   };
   EXPECT_GT(later(0.5), 0.97);
-  // Of normal numbers with a correlation of 0.7, 0.75 lie on one side of this share's limit.
+  // Two normal numbers with a correlation of 0.7 lie on one side of this share's limit in 0.75 of draws.
   EXPECT_NEAR(later(300), 0.75, 0.03);
 }
 

@@ -116,7 +116,7 @@ TEST(SpaceErrors, AreTheSameForAllWhoAsk) {
             delays_of(SpaceErrors({}, 4, std::vector{id}, kKlobuchar), line, kNoon, place).ionosphere_m);
 }
 
-// What cancels between a base and a rover: nearly all over 1 km, and not over 50.
+// The errors of a base and a rover cancel nearly over 1 km, and do not over 50 km.
 TEST(SpaceErrors, CancelOverShortBaselines) {
   const gnss::SatelliteId id{gnss::System::GPS, 7};
   std::map<double, std::array<std::vector<double>, 3>> left;

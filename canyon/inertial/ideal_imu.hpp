@@ -19,7 +19,7 @@ struct BodyState {
 /// By seconds. Its acceleration is continuous; differences of a smoother attitude have smaller errors.
 using BodyMotion = std::function<BodyState(double)>;
 
-/// What an inertial sensor feels, in its axes.
+/// The true input of an inertial sensor, in its axes.
 struct ImuInput {
   Eigen::Vector3d specific_force_mps2 = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_rate_radps = Eigen::Vector3d::Zero();  ///< against inertial space

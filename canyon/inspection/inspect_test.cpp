@@ -41,7 +41,7 @@ class Inspect : public ::testing::Test {
     }
     return "no error";
   }
-  /// What a report says under a name.
+  /// The text of the line of a report that has this name.
   static std::string value(const FileReport& report, const std::string& name) {
     const auto at = std::find_if(report.contents.begin(), report.contents.end(),
                                  [&](const auto& line) { return line.first == name; });

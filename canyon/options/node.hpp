@@ -61,7 +61,7 @@ struct Document {
                                  std::string_view problem, std::string_view cure = {}) const;
   /// Sets `known`, `replaced` and `other_names`.
   void set_keys(const Description& description);
-  /// What to do about a key of section `path` that is not known.
+  /// The cure for the unknown key `key` of section `path`.
   [[nodiscard]] std::string cure_of(const std::string& path, const std::string& key) const;
   /// The keys that may stand in section `path`, in the order of `known`.
   [[nodiscard]] std::vector<std::string> keys_of(const std::string& path) const;

@@ -131,7 +131,7 @@ TEST(Options, ReadersNameFileLineAndCure) {
             "g.yaml:1: unknown key 'tyre' in 'car'; the spare one is 'spare'");
   EXPECT_THAT(fault("wheels: [{}, {radius_m: 3}]"), HasSubstr("g.yaml:1: radius_m: 3"));
   EXPECT_THAT(fault("electric: TrUe"), HasSubstr("'TrUe' is neither true nor false"));
-  // What ranges cannot say, at the section's line.
+  // A fault that ranges cannot express stands at the section's line.
   EXPECT_EQ(fault<Garage>("\ncar:\n  speed_mps: 60\n"), "g.yaml:2: too fast for its doors; take some off");
 }
 

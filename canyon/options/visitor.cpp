@@ -627,7 +627,7 @@ std::string show(double value) {
 
 double exact_degrees(double radians) {
   const double degrees = geodesy::degrees(radians);
-  // What people wrote has few digits.
+  // Numbers that people write have few digits.
   for (const int digits : {6, 9, 12}) {
     const auto rounded = parse_double(fmt::format("{:.{}g}", degrees, digits));
     if (rounded && geodesy::radians(*rounded) == radians) return *rounded;

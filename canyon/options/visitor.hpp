@@ -42,7 +42,7 @@ struct Range {
   return range;
 }
 
-/// What a field of a receiver changes. A heat map asks it to know what its cells can leave out.
+/// The results that a field of a receiver changes. A heat map asks for it to find what cells can leave out.
 enum class Effect : std::uint8_t {
   Unsaid,    ///< nobody has said it: cells leave nothing out
   FirstFix,  ///< the first fix of a receiver at rest, as cells compute it
@@ -85,7 +85,7 @@ class Value {
   /// For messages to users: text(), of angles both units.
   [[nodiscard]] virtual std::string shown() const { return text(); }
   [[nodiscard]] virtual bool in_range() const { return true; }
-  /// What must hold, to stand behind "it is" or "it must be"; empty: nothing.
+  /// The condition on the value, in words that follow "it is" or "it must be"; empty: there is none.
   [[nodiscard]] virtual std::string bound() const { return {}; }
   [[nodiscard]] virtual std::optional<Range> range() const { return std::nullopt; }
   [[nodiscard]] virtual std::vector<std::string> words() const { return {}; }
@@ -117,7 +117,7 @@ class NamedRows {
   NamedRows& operator=(const NamedRows&) = default;
 };
 
-/// What a visitor is for: lists of kinds ("one of file, waypoints, position") ask.
+/// The purpose of a visitor. Fields with a choice of kinds ("one of file, waypoints, position") ask for it.
 enum class Purpose {
   Values,    ///< looks at the fields that hold something
   Describe,  ///< looks at all fields there could be
@@ -173,7 +173,7 @@ class Visitor {
   void rows(const Field& field, std::span<const std::string_view> words, std::size_t columns,
             NamedRows& value);
 
-  /// What the fields and sections that follow in this section change, until the next call.
+  /// Sets the effect of the following fields and sections of this section, until the next call.
   void effect(Effect effect) { effect_ = effect; }
 
   /// Fields below a key of their own.
@@ -237,7 +237,7 @@ class Visitor {
   /// The key stands in the section that is read.
   [[nodiscard]] virtual bool has(std::string_view /*key*/) const { return false; }
   [[nodiscard]] virtual bool is_section(std::string_view /*key*/) const { return false; }
-  /// What is wrong with a key here, or with this section (empty).
+  /// The error for a wrong key of this section, or for the section itself (empty key).
   [[nodiscard]] virtual InputError fault(std::string_view key, std::string_view problem,
                                          std::string_view cure = {}) const;
 
@@ -249,7 +249,7 @@ class Visitor {
   [[nodiscard]] virtual std::optional<std::size_t> begin_list(std::string_view name, std::size_t count) = 0;
   virtual void begin_item(std::size_t index) = 0;
   virtual void end() = 0;
-  /// Of the field that is visited.
+  /// The effect of the field that is visited.
   [[nodiscard]] Effect effect() const { return effect_; }
 
  private:

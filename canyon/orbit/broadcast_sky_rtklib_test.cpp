@@ -104,7 +104,7 @@ struct FreeNavigation {
 };
 using NavigationPointer = std::unique_ptr<RtklibNavigation, FreeNavigation>;
 
-/// What RTKLIB's own reader makes of a file.
+/// The records of a file as RTKLIB's own reader reads them.
 NavigationPointer rtklib_read(std::string_view text) {
   const test::TemporaryFolder folder;
   const std::filesystem::path file = folder / "brdc.rnx";

@@ -175,7 +175,7 @@ TEST(Propagate, GroupDelayBelongsToTheL1Signal) {
             1602e6 + 5 * 562500.0);
 }
 
-// What the nearest of the newer messages says of a signal holds; of the others TGD at L1 and (f1 / f)^2 TGD
+// The delays in the nearest of the newer messages hold. Other signals have TGD at L1 and (f1 / f)^2 TGD
 // elsewhere.
 TEST(BroadcastSkyTest, TakesDelaysOfSignalsFromNewerMessages) {
   gnss::NavigationData data = only(kG05);

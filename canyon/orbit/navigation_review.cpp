@@ -38,7 +38,7 @@ Likeness likeness(const gnss::SbasEphemeris&) {
   return {3600, 300, 1000, 2};
 }
 
-/// What two records say of one instant.
+/// The difference of two records at one instant.
 struct Difference {
   double position_m = 0, clock_s = 0;
   bool orbit_fits = false, clock_fits = false;

@@ -238,7 +238,7 @@ TEST(PreciseSky, RefusesPositionsInAnotherUnitOrAxes) {
 }
 
 TEST(PreciseSky, LeavesOutEpochsThatContradictTheOthers) {
-  // Of another day, before the others, twice, and a minute late.
+  // An epoch of another day, one before the others, one that occurs twice, and one a minute late.
   for (const int minutes : {15 * 20 + 60 * 24 * 365, -15, 15 * 19, 15 * 20 + 1}) {
     MadeUp file;
     file.minutes[20] = minutes;

@@ -217,7 +217,7 @@ class Reader {
     return most == counts.end() ? 0 : static_cast<double>(most->first) * 1e-9;
   }
 
-  /// What the header says of epochs, against what is there.
+  /// Compares the header's number and interval of epochs with the epochs of the file.
   void compare_announced(std::size_t count) {
     const std::vector<GpsTime>& epochs = result_.epochs;
     if (epochs.size() < 2) return;

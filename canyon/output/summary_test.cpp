@@ -41,7 +41,7 @@ TEST(Summary, FiguresOfARunWithAnOutage) {
   EXPECT_EQ(s.mean_visible, 10);
   EXPECT_EQ(s.mean_blocked, 1);
   EXPECT_EQ(s.mean_used, 4.5);  // 9 in half of the epochs
-  // Of 11 satellites above the mask: 7 LOS, 1 LOS+multipath, 2 NLOS, 1 blocked.
+  // 11 satellites are above the mask: 7 LOS, 1 LOS+multipath, 2 NLOS, 1 blocked.
   EXPECT_NEAR(s.los_share, 7.0 / 11, 1e-12);
   EXPECT_NEAR(s.los_multipath_share, 1.0 / 11, 1e-12);
   EXPECT_NEAR(s.nlos_share, 2.0 / 11, 1e-12);

@@ -1,5 +1,5 @@
-// What the filter makes of fixes that are not what their weights say, of turns that nobody expected, and what
-// it does not give out.
+// The filter with fixes whose errors do not fit their weights and with unexpected turns, and the positions
+// that it does not give out.
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>

@@ -23,7 +23,7 @@ using canyon::propagation::SatellitePaths;
 using canyon::propagation::Visibility;
 
 struct Fixture : canyon::bench::BenchScene {
-  /// Of all satellites at all places.
+  /// Whether each satellite is blocked at each place, by place and then satellite.
   std::unique_ptr<bool[]> blocked = std::make_unique<bool[]>(sky.size() * city.places.size());
 
   Fixture() {

@@ -21,7 +21,7 @@ using canyon::propagation::DiffusePath;
 using canyon::propagation::DiffuseScattering;
 
 struct Fixture : canyon::bench::BenchScene {
-  /// Of all satellites at all places, at most twenty of each.
+  /// Marks the blocked satellites of each place, at most twenty; by place and then satellite.
   std::unique_ptr<bool[]> wanted = std::make_unique<bool[]>(sky.size() * city.places.size());
   double wanted_per_place = 0;
 
@@ -51,7 +51,7 @@ struct Total {
   double excess_m = 0;  ///< mean weighted by power
 };
 
-/// Of every twentieth place, all wanted satellites.
+/// All wanted satellites at every twentieth place.
 std::vector<Total> totals(DiffuseOptions options) {
   options.min_power_db = -100;
   options.max_paths = 64;

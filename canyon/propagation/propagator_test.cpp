@@ -71,7 +71,7 @@ PropagationOptions mirror(double max_range_m = 300) {
   return options;
 }
 
-/// What remains of |antenna, point, satellite| beyond the straight line, satellite at infinity.
+/// The length of |antenna, point, satellite| beyond the straight line; the satellite is at infinity.
 double detour(const Vector3d& antenna, const Vector3d& point, const Vector3d& s) {
   return (point - antenna).norm() - s.dot(point - antenna);
 }
@@ -310,7 +310,7 @@ TEST(OneWall, LegsMustBeClear) {
   const Vector3d antenna(0, 0, 2), s = direction(180, 30);  // reflection point (0, 20, 13.55)
   ASSERT_EQ(World(mesh).trace(antenna, s).paths.size(), 2u);
 
-  // What stands in the way is foliage, which reflects nothing itself.
+  // The obstacle is foliage, which reflects nothing itself.
   const auto with = [&mesh](const Vector3d& min, const Vector3d& max) {
     Mesh hidden = mesh;
     city::append_box(hidden, "tree", Surface::Foliage, Material::Wood, min, max);

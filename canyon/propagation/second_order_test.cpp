@@ -68,7 +68,7 @@ std::vector<Path> doubles(const SatellitePaths& satellite) {
   return paths;
 }
 
-/// What remains of |antenna, point, far point, satellite| beyond the straight line, satellite at infinity.
+/// The length of |antenna, point, far point, satellite| beyond the straight line; satellite at infinity.
 double detour(const Vector3d& antenna, const Path& path, const Vector3d& s) {
   return (path.point - antenna).norm() + (path.far_point - path.point).norm() -
          s.dot(path.far_point - antenna);

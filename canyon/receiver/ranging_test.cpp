@@ -59,7 +59,7 @@ SatelliteObservation observe(const std::vector<Made>& signals, double ionosphere
   return satellite;
 }
 
-/// What the fix, which takes the group delay of L1 off, makes of it.
+/// The range that the fix uses: it subtracts the group delay of L1.
 double cleaned_m(const Ranging::Ranged& ranged, const orbit::SatelliteState& state) {
   return ranged.measurement.pseudorange_m - kSpeedOfLight * state.group_delay_s;
 }

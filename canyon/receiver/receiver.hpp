@@ -65,8 +65,8 @@ struct SatelliteObservation : SignalObservation {
   propagation::Visibility visibility = propagation::Visibility::Blocked;
   /// By the map and the bodies about the antenna, however weak: SatellitePaths::visibility.
   propagation::Visibility map_visibility = propagation::Visibility::Blocked;
-  /// What obstacles that the map lacks take from its direct path [dB], >= 0 where they weaken it; 0 without
-  /// one.
+  /// Loss of its direct path by obstacles that the map lacks [dB]; >= 0 where they weaken it, 0 without an
+  /// obstacle.
   double obstacles_db = 0;
   bool above_mask = false;
   bool used = false;  ///< in the fix

@@ -1,4 +1,4 @@
-// What interference does to a receiver: effective C/N0, gain control, lock.
+// Effects of interference on a receiver: effective C/N0, gain control, lock.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -70,7 +70,7 @@ double tmboc(double f_hz) {
   return (29 * boc(f_hz, 1) + 4 * boc(f_hz, 6)) / 33;
 }
 
-/// Of a front end of +-edge_hz: K&H 6.1 with 1 / (Q Rc) the quadrature of spectra written out here.
+/// For a front end of +-edge_hz: K&H 6.1 with 1 / (Q Rc) by quadrature of the spectra that this file has.
 double effective_dbhz(double clear_dbhz, double j_over_s_db, double edge_hz,
                       const std::function<double(double)>& signal,
                       const std::function<double(double)>& jammer) {
@@ -270,7 +270,7 @@ TEST(ReceiverInterference, LosesLockAndFindsItAgain) {
     if (t >= 5 && t < 10) waves = {jam(30.0)};
     if (t >= 10 && t < 20) waves = {jam(30.6)};
     const SatelliteObservation seen = observe_amid(receiver, one_satellite(), t, waves).satellites.front();
-    // What an update says stood since the one before: 2 s of search begin at 19 s.
+    // An update tells the state since the one before: 2 s of search begin at 19 s.
     EXPECT_EQ(seen.lock == tracking::LockState::Tracking, t < 10 || t >= 21) << t;
     if (t >= 5 && t < 10) {
       EXPECT_NEAR(*seen.cn0_dbhz, clear_cn0_dbhz() - 30.0, 0.05);

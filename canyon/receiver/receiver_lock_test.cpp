@@ -32,7 +32,7 @@ std::vector<tracking::LockState> states_behind_a_wall(double step_s) {
   return states;
 }
 
-// What an update says has stood since the one before: the signal goes at 4.9 s and comes at 7.9 s.
+// An update tells the state since the one before. The signal goes at 4.9 s and comes at 7.9 s.
 TEST(ReceiverLock, LossAndReacquisitionTakeTheirTimes) {
   const std::vector<tracking::LockState> states = states_behind_a_wall(0.1);
   for (int i = 0; i <= 120; ++i) {
@@ -147,7 +147,7 @@ TEST(ReceiverLock, TheLoopRemembersItsDelay) {
   EXPECT_NEAR(observe_one(losing, 7, both).excess_m, 0, 1e-6);
 }
 
-// What arrives too weak to be tracked is as good as nothing: the arrival has its paths, the satellite is
+// A signal that is too weak to be tracked counts as none: the arrival has its paths, and the satellite is
 // blocked.
 TEST(ReceiverLock, EchoesTooWeakToTrackAreBlocked) {
   ReceiverOptions options = plain();

@@ -212,7 +212,7 @@ TEST(ReceiverSignal, MotionAveragesTheMultipathError) {
         kWavelength_m* one_satellite().satellites().size() *
             orbit::line_of_sight(one_satellite(), one_satellite().satellites().front(), kTime, kAntenna)
                 ->direction_ecef);
-    // What is left of the coherent part turns the error by at most d / 2 sqrt(2.5e-4) chips about it.
+    // The rest of the coherent part turns the error by at most d / 2 sqrt(2.5e-4) chips about it.
     EXPECT_NEAR(seen.excess_m, expected, 1.0) << seed;
   }
   EXPECT_GT(expected, 5);

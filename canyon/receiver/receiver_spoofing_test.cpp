@@ -331,7 +331,7 @@ TEST(ReceiverSpoofing, OtherSignalsAndReceiversWithoutStrengthStayTrue) {
   EXPECT_LT(fix_enu(deaf.after(100).epoch).norm(), 1e-3);
 }
 
-// What a receiver can see by itself: gain that gives way while signals do not weaken, a jump of its clock.
+// A receiver can notice by itself: its gain falls while signals do not weaken, or its clock jumps.
 TEST(ReceiverSpoofing, ReceiversMayNotice) {
   ReceiverOptions options = plain();
   SpoofingOptions spoofing = beside();

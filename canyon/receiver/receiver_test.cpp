@@ -405,7 +405,7 @@ TEST(Receiver, SameSeedSameNumbersWhateverRunsBeside) {
   }
 }
 
-// What signals carry from space is the same in every band and every receiver, but for the ionosphere's f^-2.
+// Errors from space are the same in every band and every receiver, except for the ionosphere's f^-2.
 TEST(Receiver, ErrorsOfSpaceAreSharedByBandsAndReceivers) {
   const Eigen::Vector3d ecef = kFrame.ecef_from_local({0, 0, 0});
   ReceiverOptions options = quiet();

@@ -70,7 +70,7 @@ constexpr double kGreatestRate_mps = 1e4, kGreatestCn0 = 70;
 constexpr double kSameCarrier_hz = 5e6;
 constexpr std::uint8_t kLostLock = 1, kHalfCycle = 2;
 
-/// What a synchronization state leaves of the time of a satellite (GnssMeasurement.getReceivedSvTimeNanos()).
+/// The part of a satellite's time that a sync state knows (GnssMeasurement.getReceivedSvTimeNanos()).
 struct Span {
   std::string_view systems;
   std::uint32_t states;
@@ -377,7 +377,7 @@ class AndroidReader {
     return {};
   }
 
-  /// Of two codes of one signal the better one with a pseudorange stays.
+  /// Adds a signal. The better of two codes of one signal, and first the one with a pseudorange, stays.
   [[nodiscard]] std::string add(const ObservedSignal& signal, std::size_t rank) {
     if (epoch_->signals.empty()) ranks_.clear();
     for (std::size_t i = 0; i < epoch_->signals.size(); ++i) {

@@ -65,7 +65,7 @@ TEST(RinexNavigation, FilesThatWereJoined) {
   EXPECT_EQ(kepler(data, {gnss::System::GPS, 7}).af0, kepler(once, {gnss::System::GPS, 5}).af0);
 }
 
-// Of one time and issue, but with another orbit: both stay for the review, an exact repeat does not.
+// Two records of one time and issue with different orbits both stay for the review; an exact repeat does not.
 TEST(RinexNavigation, ARepeatWithOtherDataStays) {
   const std::string other = replaced(kG05, "-2.157708626665", "-2.257708626665");
   EXPECT_EQ(read(kRinex3Header + kG05 + kG05).kepler.size(), 1U);

@@ -25,8 +25,8 @@ enum class Field : std::uint8_t { Blank, Number, Bad };
 /// Kinds of observations: pseudorange, phase, Doppler, C/N0.
 inline constexpr std::string_view kObservationKinds = "CLDS";
 
-/// What receivers on and near the Earth measure; fill values and other units lie outside. Pseudoranges with
-/// clocks that are off by up to a quarter of a second.
+/// Ranges of measurements on and near the Earth; fill values and other units lie outside. Clocks may be off
+/// by up to a quarter of a second.
 struct Plausible {
   const char *what, *unit;
   double least, most;

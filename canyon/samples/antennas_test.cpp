@@ -92,7 +92,7 @@ struct Direction {
   std::array<double, 2> found{}, expected{}, sigma{};  ///< along both baselines [1]
 };
 
-/// Of all satellites above 5 degrees, or of one. @param reflected satellite of which the reflection arrives
+/// Directions of all satellites above 5 degrees, or of one. @param reflected the satellite whose echo arrives
 std::vector<Direction> directions(int reflected) {
   const simulation::Simulation simulation = simulate(0, reflected);
   Recorder a(simulation, 0, true), b(simulation, 1, true), c(simulation, 2, true);

@@ -101,8 +101,8 @@ simulation::Simulation simulate(const Setting& setting) {
 }
 constexpr gnss::SatelliteId kHigh{gnss::System::GPS, 15}, kEast{gnss::System::GPS, 9};
 
-/// What a correlator finds about a measurement: amplitude with the measurement's phase taken off, and how far
-/// off the code is [m], by the samples that have the sign of another chip. Early and late are half a chip
+/// The result of a correlator about a measurement: amplitude with the measurement's phase taken off, and how
+/// far off the code is [m], by the samples that have the sign of another chip. Early and late are half a chip
 /// off.
 struct Found {
   std::complex<double> prompt, early, late;

@@ -75,7 +75,7 @@ TEST(SampleFormat, SigMfHasTheTypeOfPackedBytes) {
   EXPECT_EQ(sigmf_type(Format::TwoBit, false), "ru8");
 }
 
-/// What a file's reader gets.
+/// The values that a reader of the file gets.
 std::vector<float> decoded(Format format, const std::string& bytes) {
   std::vector<float> values;
   const auto size = static_cast<unsigned>(bits(format));
@@ -91,7 +91,7 @@ std::vector<float> decoded(Format format, const std::string& bytes) {
   return values;
 }
 
-/// What a correlator loses by a format [dB]: a C/A code on a carrier at 11 MHz / 9, in noise of deviation 1.
+/// A correlator's loss by a format [dB]: a C/A code on a carrier at 11 MHz / 9, in noise of deviation 1.
 double loss_db(Format format, bool real, float gain) {
   const std::vector<std::int8_t> chips =
       components({gnss::System::GPS, 7}, gnss::signals_of(gnss::System::GPS)[0]).at(0).chips;

@@ -155,8 +155,8 @@ TEST(DiffuseScattering, EndlessWallFillsHalfTheView) {
   EXPECT_THAT(world.trace({3, 0, 2}, direction(10, 40)), testing::IsEmpty());  // the wall's other side is lit
 }
 
-/// What the wall [-half, half] x {y} x [0, height], front to the south, scatters to the antenna, by classes
-/// of detour: a midpoint rule over its area, from the formula by area. `lit(point)` is false in shadow.
+/// The power that the wall [-half, half] x {y} x [0, height], front to the south, scatters to the antenna, by
+/// classes of detour: a midpoint rule of the formula over its area. `lit(point)` is false in shadow.
 struct ByArea {
   std::vector<double> power, power_excess;
   template <typename Lit>
@@ -443,7 +443,7 @@ TEST(DiffuseScattering, VehiclesScatterTerrainAndFoliageDoNot) {
       EXPECT_NEAR(paths[k].power, fixed[k].power, 1e-12);
       EXPECT_NEAR(paths[k].excess_m, fixed[k].excess_m, 1e-3);
     }
-    // What does not scatter still gives shadow.
+    // A surface that does not scatter still casts a shadow.
     append_sheet(mesh, {-50, -9, 0}, {100, 0, 0}, {0, 0, 40}, Surface::Foliage);
     EXPECT_THAT(World(mesh, everything()).trace(antenna, s), testing::IsEmpty());
   }

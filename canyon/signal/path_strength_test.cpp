@@ -146,8 +146,8 @@ TEST(PathStrength, AntennaOutputIsTheMeanOverAzimuth) {
   EXPECT_NEAR(std::norm(antenna_output(wave, gain)), mean, 1e-13);
 }
 
-// What a facade reflects is received at best as the RHCP pattern receives all of it, at least as much as of
-// its RHCP part; and steep incidence weakens it by 10 dB and more, grazing incidence hardly.
+// The power of a facade's reflection is below the sum of both polarisations and above its RHCP part. Steep
+// incidence weakens it by 10 dB and more, grazing incidence hardly.
 TEST(PathStrength, FacadesAreWeakerThanTheLineOfSight) {
   const AntennaPattern patch = patch_antenna();
   for (const auto material : {Material::Concrete, Material::Glass, Material::Brick, Material::Stone,

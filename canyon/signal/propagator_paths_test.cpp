@@ -1,4 +1,4 @@
-// What a traced path contains (geometry, reflector, image), and the kinds beside reflections:
+// The contents of a traced path (geometry, reflector, image), and the kinds beside reflections:
 // around edges, diffuse, through vegetation.
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
-// What ways without line of sight carry, by what they come over: a random walk backwards from the antenna, as
-// an independent check of which orders and combinations are worth tracing. Tsim Sha Tsui where the shared
-// data is there.
+// The power of paths without line of sight, by the surfaces that they meet: a random walk backwards from the
+// antenna. It checks independently which orders and combinations are worth tracing. Uses Tsim Sha Tsui where
+// the shared data is there.
 //
 //   build-release/bin/signal_ways_bench [mix of facades] [scattering coefficient]
 

@@ -79,7 +79,7 @@ double worst_m(const std::vector<Epoch>& epochs) {
   return worst;
 }
 
-// What both share vanishes. An orbit error d leaves at most |d| b / r = 60 m x 1 km / 20,200 km = 3 mm in a
+// Shared errors vanish. An orbit error d leaves at most |d| b / r = 60 m x 1 km / 20,200 km = 3 mm in a
 // range; the troposphere of 40 m of height about 1.2 cm at the zenith (the models take that out where the fix
 // corrects it), and the ionosphere's gradient is below 1 cm/km. Times a PDOP of 2.
 TEST(Corrections, TakeOutWhatRoverAndBaseShare) {
@@ -98,8 +98,8 @@ TEST(Corrections, TakeOutWhatRoverAndBaseShare) {
   for (const Epoch& epoch : alone) EXPECT_EQ(epoch.observed.fix.kind(), positioning::FixKind::Single);
 }
 
-// What is left is the noise of both codes: the fix is that of a rover whose pseudoranges have no error but
-// the difference of the two.
+// The noise of both codes remains: the fix is that of a rover whose pseudoranges have no error except the
+// difference of the two.
 TEST(Corrections, LeaveTheNoiseOfBothCodes) {
   const std::string keys =
       "noise: {enabled: true}, correct_ionosphere: true, correct_troposphere: true, biases: {code_m: "
@@ -371,7 +371,7 @@ TEST(Corrections, OfAHostNeedABase) {
                 .receiver()
                 .options.corrections.max_age_s,
             5);
-  // What a desk shows it takes back.
+  // A desk can send back the options that it shows.
   EXPECT_EQ(
       changed_live_config(config, running_options(config), "change").receiver().options.corrections.from,
       "base");

@@ -261,7 +261,7 @@ TEST(Disturbances, HaveMemoryAndSeedsOfTheirOwn) {
   const Simulation simulation = made(street({wandering}));
   const auto first = levels(simulated(simulation));
   EXPECT_EQ(levels(simulated(simulation)), first);
-  // What it takes from the first signal there is differs by seed.
+  // The jammer weakens the first signal by an amount that differs by seed.
   const auto taken_db = [&](std::uint64_t seed) {
     Scenario jammed = street({wandering}), plain = street({});
     jammed.seed = plain.seed = seed;

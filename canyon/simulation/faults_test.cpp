@@ -219,7 +219,7 @@ TEST(DateFault, StatesAnotherDateOfTheSameDay) {
   EXPECT_LT(seen[0].epoch.error_enu_m.norm(), 1e-3);
 }
 
-// What a fault names and the sky has not would be without effect.
+// A fault that names satellites which the sky lacks would have no effect.
 TEST(Faults, OfSatellitesThatTheSkyHasNotAreRefused) {
   const auto refused = [](const std::string& fault) {
     return std::string(error_of([&] { (void)run(fault, ""); }).what());
@@ -273,7 +273,7 @@ struct FirstFix {
   std::size_t used = 0, used_20_s_later = 0;
 };
 
-/// Of receivers with these profiles, at one start.
+/// The first fixes of receivers with these profiles, at one start.
 std::map<std::string, FirstFix> first_fixes(const std::vector<std::string>& profiles, const std::string& kind,
                                             int start_s) {
   std::string text = fmt::format(

@@ -107,7 +107,7 @@ seed: 9
   }
 }
 
-// Of the host's configuration, else of the city; alike in a run of a scenario.
+// The host's configuration decides, else the city. A run of a scenario does the same.
 TEST(LiveReceiver, EpochsSayWhereMeanSeaLevelIs) {
   const auto scene = downtown();
   scene->city.geoid_undulation_m = -2.375;
@@ -385,7 +385,7 @@ TEST(LiveReceiver, RefusesWhatIsNoPlaceOrTime) {
                 HasSubstr("velocity"));
   }
   EXPECT_THAT(error_text([&] { (void)live.observe(nan, {}); }), HasSubstr("out of range"));
-  // What was refused leaves no trace.
+  // A refused call leaves no trace.
   EXPECT_TRUE(live.observe(0, {{-500, 0, 150}, Eigen::Vector3d::Zero()}).epoch.observed.fix.solved());
 }
 

@@ -34,7 +34,7 @@ Profile built_in(std::string_view name) {
   return parse_profile(std::string(built_in_profile(name).text), std::string(name));
 }
 
-// What is said about a profile of this text.
+// The message for a profile of this text.
 std::string fault(const std::string& text) {
   return error_of([&] { (void)parse_profile(text, "p.yaml"); }).what();
 }
@@ -148,7 +148,7 @@ TEST(Profile, TracksWhatTheHardwareReceivesAtOnce) {
   }
 }
 
-// What a product gives out are the fixes of its navigation engine; the ideal and the paper's receiver have
+// Real receivers give out the fixes of their navigation engines; the ideal and the paper's receiver have
 // none.
 TEST(Profile, RealReceiversFilterTheirFixes) {
   for (const BuiltInProfile& each : built_in_profiles()) {

@@ -177,7 +177,7 @@ TEST(Rtk, NothingChangesWithoutIt) {
   for (const Epoch& epoch : epochs) EXPECT_FALSE(epoch.observed.fix.baseline);
 }
 
-// What the way of corrections does: age by latency and rate, and what is left after an outage.
+// Effects of the link of corrections: age by latency and rate, and the kind of fix after an outage.
 TEST(Rtk, AgeAndOutages) {
   const auto epochs =
       run(field(rover("from: base, rate_hz: 0.5, latency_s: 0.8, max_age_s: 10, outages_s: [20, 40]") + kBase,

@@ -543,7 +543,7 @@ TEST(ScenarioRate, IntervalsAndFractionsAreExact) {
                           "s.yaml")
         .rate_hz.value();
   };
-  // What the simulation steps by: whole nanoseconds of 1 / rate.
+  // The simulation's step is 1 / rate in whole nanoseconds.
   for (const double interval_s : {0.001, 0.05, 0.1, 1.0 / 3, 7.0, 60.0, 86'400.0}) {
     const double ns = std::round(1e9 / rate(fmt::format("interval_s: {}", interval_s)));
     EXPECT_EQ(ns, std::round(interval_s * 1e9)) << interval_s;

@@ -33,7 +33,7 @@ using ::testing::StartsWith;
 
 const std::filesystem::path kSource = canyon_source_dir;
 
-// What is said about a scenario of this text, from its name on.
+// The message for a scenario of this text, from its name on.
 std::string fault(const std::string& text) {
   const std::string what = error_of([&] { (void)parse_scenario(text, "s.yaml"); }).what();
   EXPECT_THAT(what, StartsWith("s.yaml"));
@@ -185,7 +185,7 @@ TEST(Scenario, OutputsAreNamesAsAMappingOrAList) {
   EXPECT_EQ(forms[0]["enum"].size(), outputs().size());
   EXPECT_EQ(forms[1]["items"]["enum"].size(), outputs().size());
   EXPECT_EQ(forms[2]["properties"].size(), outputs().size());
-  // What a program set is checked when the outputs are opened.
+  // Names that a program set are checked when the outputs are opened.
   scenario.outputs.names.insert("nmae");
   EXPECT_THAT(canyon::test::refusal([&] { scenario.outputs.validate(); }),
               HasSubstr("there is no output 'nmae'; did you mean 'nmea'?"));

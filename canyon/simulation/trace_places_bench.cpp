@@ -10,7 +10,7 @@
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 
-// What Python's calls are held against: python/tests/overhead.py makes the same ones.
+// The reference for the time of Python's calls: python/tests/overhead.py makes the same ones.
 
 namespace canyon::simulation {
 namespace {

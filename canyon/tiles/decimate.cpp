@@ -127,7 +127,7 @@ class Decimation {
     return true;
   }
 
-  /// What the surface moves [m], plus a little for thin triangles; infinite where it must not be done.
+  /// How far the surface moves [m], plus a little for thin triangles; infinite where the edge must stay.
   [[nodiscard]] double cost_of(std::uint32_t v, const Spoke& spoke, const std::vector<Spoke>& spokes) const {
     constexpr double kNever = std::numeric_limits<double>::infinity();
     // Two triangles must not end up on the same three vertices.

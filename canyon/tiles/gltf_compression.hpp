@@ -8,8 +8,8 @@
 
 #include "canyon/city/mesh_topology.hpp"
 
-// What compressed glTF needs other libraries for. A build without them refuses such tiles and names the
-// package.
+// The parts of compressed glTF that need other libraries. A build without them refuses such tiles and names
+// the package.
 
 namespace canyon::tiles {
 
@@ -19,7 +19,7 @@ namespace canyon::tiles {
 [[nodiscard]] std::string unpack_meshopt(std::string_view packed, std::uint64_t count, std::uint64_t stride,
                                          const std::string& mode, const std::string& filter);
 
-/// What is read of a Draco-compressed primitive.
+/// The attributes and triangles that are read of a Draco-compressed primitive.
 struct DracoMesh {
   std::vector<Eigen::Vector3d> positions;
   std::vector<Eigen::Vector3f> colours;  ///< in [0, 1]; empty where not asked for

@@ -9,7 +9,7 @@
 
 namespace canyon::tiles {
 
-/// What became of a skin.
+/// Counts and areas of a skin, before and after it was split and simplified.
 struct SkinReport {
   std::size_t triangles = 0, triangles_left = 0;
   std::size_t facets = 0, facets_left = 0;  ///< groups of adjacent triangles in one plane, to 0.5 deg

@@ -16,7 +16,7 @@ struct PlacedModel {
   std::vector<Eigen::Matrix4d> placements;  ///< from the glTF's frame; at least one
 };
 
-/// What a file of a tile is, by its first bytes.
+/// The kind of a tile's file, by its first bytes.
 enum class ContentKind { B3dm, I3dm, Cmpt, Pnts, Gltf, Json, Unknown };
 [[nodiscard]] ContentKind content_kind(std::string_view bytes);
 

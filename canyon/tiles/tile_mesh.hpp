@@ -37,7 +37,7 @@ class TileMesh {
   [[nodiscard]] city::Mesh& mesh() { return mesh_; }
   [[nodiscard]] Skin& skin() { return skin_; }
   [[nodiscard]] std::size_t triangles() const { return read_; }
-  /// What was decided, one line each.
+  /// The decisions that were taken, one line each.
   [[nodiscard]] std::vector<std::string> notes() const;
 
  private:

@@ -33,7 +33,7 @@ struct Document {
   std::vector<std::string> chain;  ///< addresses of the tilesets that led here, and this one's
 };
 
-/// What a tile has from those above it.
+/// Properties that a tile inherits from those above it.
 struct Inherited {
   Eigen::Matrix4d transform = Eigen::Matrix4d::Identity();
   bool add = false;

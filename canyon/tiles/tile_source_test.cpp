@@ -37,7 +37,7 @@ std::string tileset_of(const std::string& children) {
       children + "]");
 }
 
-/// What the server has: a tileset of two tiles, one of which is in a tileset below.
+/// The server's files: a tileset of two tiles, one of which is in a tileset below.
 std::map<std::string, test::WebFolder::File> served() {
   return {
       {"/city/tileset.json", {tileset_of(leaf("a.glb", 0) + "," + leaf("sub/tileset.json?session=7", 100))}},

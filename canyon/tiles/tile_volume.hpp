@@ -27,7 +27,7 @@ struct TileVolume {
   [[nodiscard]] TileVolume part(int levels, const std::array<std::uint32_t, 3>& place, bool octree) const;
   /// The middle, in the frame of the tileset's root; empty for Unknown.
   [[nodiscard]] std::optional<Eigen::Vector3d> centre(const Eigen::Matrix4d& transform) const;
-  /// Of a sphere about the centre that holds it [m], in the same frame; 0 for Unknown.
+  /// The radius of a sphere about the centre that holds it [m], in the same frame; 0 for Unknown.
   [[nodiscard]] double radius(const Eigen::Matrix4d& transform) const;
 };
 /// Throws InputError for lists of a wrong length and numbers that are not finite.

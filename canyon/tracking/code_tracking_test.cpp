@@ -274,7 +274,7 @@ TEST(CodeTracker, TracksReflectionsWithoutADirectPath) {
   };
   EXPECT_NEAR(weak(0.032), 1500, 1e-6);
   EXPECT_NEAR(weak(0.031), 0, 1e-6);
-  // Of equals the first.
+  // The first of two equal paths wins.
   const std::vector<SignalPath> equals{{700, {0.5, 0}, 0}, {100, {0, 0.5}, 0}};
   EXPECT_NEAR(loop.lock(equals)->delay_m, 100, 1e-6);
 }

@@ -43,7 +43,7 @@ TEST(Registration, PlacesByHand) {
   r.heading_rad = geodesy::kPi / 2;
   r.pivot = {10, 0};
   EXPECT_LT((r.place_in_city({13, 0, 5}) - Eigen::Vector3d(12, 0, 5)).norm(), 1e-12);
-  // What runs east in the map runs north in the world.
+  // East in the map is north in the world.
   EXPECT_LT((r.direction_in_city({0, 1, 0}) - Eigen::Vector3d(1, 0, 0)).norm(), 1e-15);
   EXPECT_EQ(r.direction_in_city({0, 0, 1}), Eigen::Vector3d(0, 0, 1));
   // A direction is the difference of two places.

@@ -176,7 +176,7 @@ TEST(FurtherSignals, EmittedRecordingIsJudgedAsItsOwn) {
   EXPECT_THAT(text, Not(HasSubstr("not judged")));
 }
 
-// What one of both lacks is said, and the rest stays as it is.
+// Signals that one side lacks are listed, and the rest stays as it is.
 TEST(FurtherSignals, OfOneSideAloneAreSaid) {
   const SimulatedRecording recorded({}, three_bands);
   const Recording recording = recorded.read();

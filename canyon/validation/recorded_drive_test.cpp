@@ -300,7 +300,7 @@ TEST(RecordedDrive, GpsAndBeiDou) {
   EXPECT_NEAR(median(f.nlos_m).value(), 30, 5);
   EXPECT_NEAR(median(f.los_m).value(), 0, 1);
 
-  // What the ephemerides, group delays and atmosphere leave: the LOS median of each satellite is small.
+  // The errors of ephemerides, group delays and atmosphere are small in the LOS median of each satellite.
   const auto errors = remove_receiver_clock(drive.residuals, rays.clear_view());
   std::map<gnss::SatelliteId, std::vector<double>> los;
   for (const Judged& j : judge(drive, rays, errors)) {

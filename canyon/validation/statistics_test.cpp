@@ -54,7 +54,7 @@ TEST(Statistics, SpearmanAtItsEnds) {
 }
 
 TEST(Statistics, SeparationByHand) {
-  // Of 42 pairs the positive is higher in 34 and equal in 3: AUC 35.5 / 42 (scipy.stats.mannwhitneyu: 35.5).
+  // The positive is higher in 34 of 42 pairs and equal in 3: AUC 35.5 / 42 (scipy.stats.mannwhitneyu: 35.5).
   const std::vector<double> positives{5, 3, 3, 8, 9, 6}, negatives{1, 3, 2, 4, 3, 5, 0};
   const auto s = separation(positives, negatives);
   ASSERT_TRUE(s);

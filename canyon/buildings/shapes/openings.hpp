@@ -13,8 +13,8 @@ struct LocalSurface {
   std::string semantic;
 };
 
-/// What is left of a surface whose rings cross themselves or each other, or touch along edges, by repair() in
-/// its plane; may be empty.
+/// Repairs a surface whose rings cross themselves or each other, or touch along edges, by repair() in its
+/// plane. The result may be empty.
 [[nodiscard]] std::vector<LocalSurface> mended(const LocalSurface& surface);
 
 /// Takes windows and doors (by their semantics) out of the surfaces that they lie in, so that nothing is

@@ -28,7 +28,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kSameAs{
      {"crownDiameter", "diameter_crown"},
      {"trunkDiameter", "diameter"}}};
 
-/// What else is looked at.
+/// Further attributes that are read.
 constexpr std::array<std::string_view, 6> kOthers{
     {"function", "usage", "class", "buildingStructureType", "height", "species"}};
 

@@ -44,7 +44,7 @@ class CityModel {
 
   [[nodiscard]] const CityReadOptions& options() const { return options_; }
 
-  /// What is added from here on is of `file`.
+  /// Everything that is added after this call belongs to `file`.
   void begin_file(const std::filesystem::path& file);
   /// Takes back what was added since begin_file().
   void drop_file();

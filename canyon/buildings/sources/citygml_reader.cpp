@@ -63,7 +63,7 @@ void find_ids(const GmlElement& element, const std::set<std::string>& wanted, Gm
   for (const GmlElement& child : element.children) find_ids(child, wanted, library);
 }
 
-/// What references of a file lead to outside their own objects.
+/// Elements of a file to which its objects refer and which stand outside them.
 class References {
  public:
   References(const std::filesystem::path& file, const OpenBytes& open) : file_(file), open_(open) {}

@@ -41,7 +41,7 @@ struct GmlEnvelope {
 /// Gives up to `size` bytes of a file; 0 at its end.
 using ByteReader = std::function<std::size_t(char* to, std::size_t size)>;
 
-/// What is done with a document's parts as they are read.
+/// Functions that take a document's parts while it is read.
 struct GmlSink {
   std::function<bool(const GmlEnvelope&)> envelope;  ///< false ends the reading
   std::function<bool(GmlElement)> member;            ///< an object of the model; false likewise

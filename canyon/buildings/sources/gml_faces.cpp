@@ -212,7 +212,7 @@ int handedness(const GmlElement& object) {
   }
   for (const GmlElement& property : object.children) {
     for (const GmlElement& child : property.children) {
-      // Of parts, where the whole has no shape of its own.
+      // The parts decide where the whole has no shape of its own.
       if (roofs == 0 && is_gml_object(child.name)) roofs = handedness(child);
     }
   }

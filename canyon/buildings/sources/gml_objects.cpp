@@ -70,7 +70,7 @@ class GmlObjectReader {
     object.id = element.id.empty() ? fmt::format("{} of line {}", element.name, element.line) : element.id;
     object.type = element.name;
     object.parent = parent;
-    // What stands in this object has its polygons first.
+    // Objects inside this object take their polygons first.
     for (const GmlElement& property : element.children) {
       for (const GmlElement& child : property.children) {
         if (!is_gml_object(child.name)) continue;

@@ -37,7 +37,7 @@ extern "C" std::size_t canyon_http_body(char* data, std::size_t size, std::size_
   return bytes;
 }
 
-/// Of a header "Cache-Control: private, max-age=60" [s]; 0 where nothing may be stored.
+/// The age that a header "Cache-Control: private, max-age=60" allows [s]; 0 where nothing may be stored.
 std::optional<double> cache_seconds(const std::string& line) {
   const std::string lower = lower_case(line);
   if (lower.rfind("cache-control:", 0) != 0) return std::nullopt;

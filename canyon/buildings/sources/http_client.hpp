@@ -31,7 +31,7 @@ struct HttpAnswer {
   int status = 0;  ///< 200, 404, ...; 0: no answer
   std::string body;
   std::optional<double> retry_after_s;
-  /// Of Cache-Control: how long the reply may be kept; 0: not beyond its use. Empty: the server does not say.
+  /// How long the reply may be kept (Cache-Control). 0: not beyond its use. Empty: the server does not say.
   std::optional<double> keep_s;
   std::string problem;  ///< where there is no whole answer: which server, and why; no query and no key
 };

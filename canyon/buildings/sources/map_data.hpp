@@ -56,7 +56,7 @@ struct MapFeature {
   /// says so.
   std::string belongs_to;
 
-  /// Of its outer rings, its line and its surfaces [deg]; empty without any.
+  /// The bounds of its outer rings, its line and its surfaces [deg]; empty where it has none of these.
   [[nodiscard]] Eigen::AlignedBox2d bounds() const;
   /// Adds whole turns to its longitudes, which brings its middle near `longitude` [deg].
   void bring_near(double longitude);

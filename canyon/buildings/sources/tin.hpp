@@ -21,8 +21,8 @@ class Tin {
   explicit Tin(const std::vector<MapSurface>& surfaces);
 
   [[nodiscard]] std::size_t size() const { return triangles_.size(); }
-  /// Of the highest triangle at a place, and of the nearest corner in a gap (under a building); empty outside
-  /// of the triangles' bounds.
+  /// The height of the highest triangle at a place; in a gap (under a building) that of the nearest corner.
+  /// Empty outside the triangles' bounds.
   [[nodiscard]] std::optional<double> height_m(const LonLat& place) const;
   /// Appends the triangles that reach into [min, max] (east, north [m]) of `frame`, front sides up, as one
   /// object named "terrain".

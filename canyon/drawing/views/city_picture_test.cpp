@@ -156,7 +156,7 @@ TEST(CityCamera, SinglePointIsNotMagnifiedWithoutEnd) {
   }
 }
 
-// What is drawn.
+// The contents of the picture.
 
 class TwoBoxes : public ::testing::Test {
  protected:

@@ -13,7 +13,7 @@
 
 namespace canyon::heatmap {
 
-/// What the cells of a map leave out of a receiver, most first.
+/// The parts of a receiver that the cells of a map leave out, most first.
 enum class CellMethod : std::uint8_t {
   Shared,  ///< strength of signals and loops: cells that receive the same satellites share one fix
   Steady,  ///< the time until loops and fix rest

@@ -177,7 +177,7 @@ class Downtown {
   DrawOptions draws_;
 };
 
-// What options::Effect::Later promises, of receivers that run.
+// Receivers that run keep the promise of options::Effect::Later.
 TEST(CellMethod, LaterFieldsDoNotChangeAFirstFix) {
   const Downtown downtown;
   const Maps before = downtown.run(downtown.options());

@@ -61,7 +61,7 @@ double solve_s(const test::TileScene& scene, const receiver::ReceiverOptions& op
   const SharedReceiver receiver{options, {}, {}, {}};
   std::vector<std::vector<float>> maps(wanted.size(), std::vector<float>(scene.cells.state.size()));
   const std::vector<std::span<float>> spans(maps.begin(), maps.end());
-  // Of the processor: others may use it as well.
+  // Processor time, as others may use the machine as well.
   const std::clock_t start = std::clock();
   solve_shared(receiver, scene.cells, scene.time, scene.signals, wanted, spans);
   benchmark::DoNotOptimize(maps.front().front());

@@ -31,8 +31,8 @@ const std::vector<Layer> kFixLayers{
     Layer::HorizontalError, Layer::VerticalError, Layer::Availability, Layer::Hdop, Layer::Pdop, Layer::Vdop,
     Layer::SatellitesUsed};
 
-/// What the linear fix leaves out, over the error: the curvature of the ranges at PDOPs up to 100, and the
-/// directions of the tile's centre. What the atmosphere at the centre leaves out.
+/// Bounds on the linear fix's error, over the error: it neglects the curvature of the ranges at PDOPs up to
+/// 100, and takes the directions and (second bound) the atmosphere of the tile's centre.
 constexpr double kLinear = 1e-3, kByAtmosphere = 4e-3;
 
 struct Agreement {

@@ -108,8 +108,8 @@ bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
 
-// Of a receiver that tracks some satellites alone, and BeiDou on B1C: as receivers of their own have it in
-// each cell, ionosphere and all.
+// A receiver that tracks only some satellites, and BeiDou on B1C. The map agrees with separate receivers in
+// the cells, ionosphere included.
 TEST(Heatmap, FollowsWhatTheReceiverTracks) {
   using gnss::System;
   const simulation::Environment environment(

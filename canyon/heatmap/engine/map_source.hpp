@@ -83,7 +83,7 @@ class StoredMap {
   [[nodiscard]] const std::vector<double>& altitudes_m() const;
   [[nodiscard]] AltitudeKind altitude_kind() const;
   [[nodiscard]] const std::vector<Layer>& layers() const;
-  /// Of the receiver: simulation::describe(), "standing" where the file does not say.
+  /// The motion of the receiver: simulation::describe(), "standing" where the file does not say.
   [[nodiscard]] const std::string& motion() const;
   struct Answer {
     std::vector<float> values;  ///< one for each layer; NaN: none there

@@ -35,7 +35,7 @@ float number(const std::string& text) {
   return value;
 }
 
-/// What gdallocationinfo reads at WGS 84 places.
+/// The values that gdallocationinfo reads at WGS 84 places.
 std::vector<float> values_at(const std::filesystem::path& path, const std::vector<geodesy::Geodetic>& places,
                              const char* options = "") {
   const test::TemporaryFolder folder;

@@ -86,7 +86,7 @@ TEST(MapStyle, GreyTellsOrder) {
       EXPECT_LT(lightness(map(i / 100.0)), lightness(map((i + 1) / 100.0)));
     }
   }
-  // Of signed values, how far they are from zero.
+  // The grey of signed values tells how far they are from zero.
   for (int i = 0; i < 50; ++i) {
     EXPECT_LT(lightness(orange_purple(i / 100.0)), lightness(orange_purple((i + 1) / 100.0)));
     EXPECT_LT(lightness(orange_purple(1 - i / 100.0)), lightness(orange_purple(1 - (i + 1) / 100.0)));

@@ -86,7 +86,7 @@ TEST(Occluders, HideWhatIsWhollyInTheShadow) {
   EXPECT_FALSE(is_hidden({10.9, 0, 0}, 1, v.regions));
 }
 
-// What a ray meets first is not hidden.
+// The first surface that a ray meets is never hidden.
 TEST(Occluders, NeverHideWhatARayMeets) {
   std::mt19937_64 random(71);
   std::uniform_real_distribution<double> at(-70, 70), size(5, 30), height(5, 60), yaw(0, 3.1), unit(-1, 1);

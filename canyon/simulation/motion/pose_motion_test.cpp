@@ -120,7 +120,7 @@ TEST(PoseTrack, DropsWhatCameBeforeAndWhatIsOlder) {
   EXPECT_EQ(track.add(at_x(1, 7.1), 100 * kMs), PoseTrack::Taken::Yes);
   EXPECT_EQ(track.add(at_x(1, 7.1), 110 * kMs), PoseTrack::Taken::Old);     // twice
   EXPECT_EQ(track.add(at_x(0.5, 7.05), 120 * kMs), PoseTrack::Taken::Old);  // overtaken
-  // What is dropped does not keep the track alive.
+  // A dropped pose does not keep the track alive.
   EXPECT_TRUE(track.at(600 * kMs, reason));
   EXPECT_FALSE(track.at(601 * kMs, reason));
   // A sender that begins anew.

@@ -50,7 +50,7 @@ struct Stop {
   double hold_s;
 };
 
-/// What a drive does about a stop: it rests there, or passes on an arc that touches both legs.
+/// How a drive passes a stop: it rests there, or passes on an arc that touches both legs.
 struct Corner {
   bool rest = false;
   double speed_mps = 0;            // constant on the arc; an upper bound until set_speeds() has run

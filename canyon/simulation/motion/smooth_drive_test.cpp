@@ -124,7 +124,7 @@ TEST(SmoothDrive, KeepsItsLimits) {
   EXPECT_LE(most.acceleration, 2 + 1e-4);
   EXPECT_GT(most.acceleration, 1.95);
   EXPECT_LE(most.jerk, 2 * 2 / SmoothMotion::kBox_s + 1e-3);
-  // Of central differences over 4 ms.
+  // Bounds for central differences over 4 ms.
   EXPECT_LT(most.velocity_error, 2e-5);
   EXPECT_LT(most.acceleration_error, 2e-4);
   EXPECT_LT(most.yaw_rate_error, 2e-4);

@@ -50,7 +50,7 @@ GpsTime instant(const XmlTags& tags, RecordNotes& notes) {
   }
 }
 
-/// What KML says of the heights of a geometry.
+/// The altitude mode and offset of a KML geometry.
 struct KmlAltitude {
   std::string_view mode;
   double offset_m = 0;  ///< to be added

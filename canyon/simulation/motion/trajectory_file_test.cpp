@@ -429,7 +429,7 @@ TEST(TrajectoryCases, OneWrongSentenceCostsOneSentence) {
   EXPECT_THAT(days.warnings, ElementsAre());
 }
 
-// What headers and values say about units, sides, clocks and fixes.
+// Headers and values give units, sides, clocks and fixes.
 TEST(TrajectoryCsv, HeadersAndValuesAreUsed) {
   const std::pair<const char*, const char*> same[] = {
       {"t,lat [deg],lon [deg],altitude_ft", "0,-33.5,151.25,328.0839895"},
