@@ -110,7 +110,7 @@ class Host {
   std::optional<HostedReceiver> receiver;
 };
 
-// What each host has it has by one name; older ones stay.
+// Options that all hosts have go by one name; older names stay.
 TEST(HostSettings, OptionsOfAllHostsHaveOneName) {
   const HostSettings settings =
       settings_of(street_settings("frame_id: gnss, streams: \"nmea=file:a.nmea\", pose: {timeout_s: 2}"));
@@ -236,7 +236,7 @@ TEST(HostedReceiver, NamesItsModelWhereAFileIsWrong) {
   }
 }
 
-// What one receiver's settings ask for is what receivers with the same ones see.
+// A receiver's settings choose its scene; receivers with the same settings share it.
 TEST(HostedReceiver, ItsSettingsChooseTheScene) {
   HostSettings settings;
   const WorldScene::Options first = scene_options("street", settings, {});

@@ -34,7 +34,7 @@ std::string car(const std::string& elements, const std::string& pose = "0 0 0 0 
                      pose, elements);
 }
 
-// What a receiver sees: the state at the end of each update.
+// The state that a receiver sees at the end of each update.
 class DrivePluginTest : public ::testing::Test {
  protected:
   struct State {

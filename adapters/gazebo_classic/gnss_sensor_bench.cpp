@@ -1,5 +1,5 @@
-// What one update of a receiver costs in the prepared Hong Kong world (or the one that is named): the world's
-// steps with the receiver less those without, 62 rays' worth of satellites, by each engine. And Gazebo's
+// The cost of a receiver's update in the prepared Hong Kong world (or the one that is named): the world's
+// steps with the receiver less those without, 62 rays' worth of satellites, by each engine. Also Gazebo's
 // speed with and without it. Run by hand: CANYON_GAZEBO_DATA=... gazebo_gnss_sensor_bench [CITY]
 #include <fmt/format.h>
 
@@ -109,7 +109,7 @@ int run(const std::string& city) {
     return model.erase(begin, end - begin);
   }();
 
-  // What 62 rays of Gazebo's own ray sensor cost, none of them aimed: the way of the paper's prototype.
+  // The cost of 62 rays of Gazebo's own ray sensor, none of them aimed: the method of the paper's prototype.
   {
     std::string sensor =
         "<sensor name='lidar' type='ray'><ray><scan><horizontal><samples>62</samples><resolution>1"

@@ -231,7 +231,7 @@ TEST_F(PhysicsRaysTest, GoesThroughTheModelLeftOut) {
   EXPECT_NEAR(blocked[0], std::min(2 / std::cos(0.4), 1 / std::sin(0.4)), 1e-9);
   EXPECT_NEAR(blocked[1], 0.5, 1e-9);
   EXPECT_NEAR(blocked[2], 20 - 2 / std::cos(0.4), 1e-9);
-  // What was left out once is there again, and another model is not left out with it.
+  // A model that was left out once is there again, and another model is not left out with it.
   EXPECT_EQ(cast(rays, world_->ModelByName("wall"))[0], blocked[0]);
 }
 

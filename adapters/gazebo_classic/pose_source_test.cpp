@@ -209,7 +209,7 @@ class TopicPoseSourceTest : public testing::Test {
     source_ = make_topic_pose_source(node_, settings);
     listener_ = node_->Subscribe("/mocap/car", &TopicPoseSourceTest::hear, this);
     publisher_ = node_->Advertise<gazebo::msgs::PoseStamped>("/mocap/car");
-    // What is sent before the two have found each other is lost.
+    // Messages that are sent before the two have found each other are lost.
     if (!publisher_->WaitForConnection(Time(20))) throw std::runtime_error("nobody subscribes");
   }
 

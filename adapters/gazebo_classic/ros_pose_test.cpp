@@ -17,7 +17,7 @@ using test::RosCore;
 using test::RosEnvironment;
 using namespace std::chrono_literals;
 
-/// What came last, and how many.
+/// The last pose that came, and the number of poses.
 struct Inbox {
   std::mutex mutex;
   std::optional<RigidPose> pose;

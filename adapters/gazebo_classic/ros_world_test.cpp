@@ -54,7 +54,7 @@ class RosWorld : public testing::Test {
     }
     return fields;
   }
-  /// What a node of another process receives: "True added ...".
+  /// The answer that a node of another process receives: "True added ...".
   static std::string ask_service(const std::string& service, const std::string& fault) {
     const std::string call =
         "import rospy; from canyon_msgs.srv import FaultCommand; rospy.init_node('asker', anonymous=True); "

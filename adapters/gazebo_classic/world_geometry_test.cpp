@@ -550,7 +550,7 @@ TEST_F(WorldGeometryTest, ScaleIsFollowed) {
   EXPECT_NEAR(range(*geometry, {0, 0, 0}, {1, 0, 0}), 7, kExact);
   EXPECT_EQ(geometry->generation(), generation + 1);
   EXPECT_EQ(cast(*geometry, {0, 0, 0}, {1, 0, 0})->instance, 0u) << "still a part of the static city";
-  // What goes on changing becomes an instance, so that the city is not built again and again.
+  // A model that goes on changing becomes an instance, so that the city is not built again and again.
   for (const double scale : {5.0, 1.0, 2.0, 4.0}) {
     w->ModelByName("house")->SetScale({scale, 1, 1});
     server().step();

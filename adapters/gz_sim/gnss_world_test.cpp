@@ -473,7 +473,7 @@ TEST(GnssWorld, OptionsAtRunTime) {
   EXPECT_FALSE(run.listener.all().back().satellites(2).above_mask());
 }
 
-// What came by service goes with a reset, and its receiver with it; the same model may come again.
+// A reset removes a model that came by service, and its receiver with it; the same model may come again.
 TEST(GnssWorld, SpawnedModelsGoWithAResetAndComeAgain) {
   StreetRun run(street_world("", 0, true));
   const auto create = [] {

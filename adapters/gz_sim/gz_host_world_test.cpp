@@ -20,7 +20,7 @@ namespace {
 using Eigen::Vector3d;
 using test::shape_model;
 
-/// What stands in a world after its first steps.
+/// The geometry of a world after its first steps.
 class GzHostWorldTest : public testing::Test {
  protected:
   void load(const std::string& models, bool visual = false) {

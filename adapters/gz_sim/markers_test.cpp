@@ -1,4 +1,4 @@
-// What a window would be asked to draw: a stand-in takes its requests.
+// The requests that a window would get: a stand-in takes them.
 #include <gtest/gtest.h>
 
 #include <gz/msgs/boolean.pb.h>
@@ -75,7 +75,7 @@ TEST(Markers, ShowRaysAndBubbleToAWindow) {
   }
   const auto markers = window.markers();
   EXPECT_EQ(window.space(), "canyon/car::body/antenna");
-  // Of the street's eight satellites (test::street_satellites()) each has a ray at least.
+  // Each of the street's eight satellites (test::street_satellites()) has a ray at least.
   int rays = 0, balls = 0, at_antenna = 0;
   for (const auto& [id, marker] : markers) {
     EXPECT_GT(marker.scale().x(), 0);

@@ -1,4 +1,4 @@
-// What receivers with the default profile cost in the prepared Hong Kong world (or the one that is named):
+// The cost of receivers with the default profile in the prepared Hong Kong world (or the one that is named):
 // processor time for a second of simulated time, and the real-time factor that Gazebo Sim reaches at its own
 // pace, with none, one and twenty receivers at 10 Hz on cars that stand in the drive's streets, in turn. Run
 // by hand: CANYON_GAZEBO_DATA=... gz_receivers_bench [CITY]

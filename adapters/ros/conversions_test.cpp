@@ -421,7 +421,7 @@ TYPED_TEST(Conversions, SayWhatKindOfFixItIs) {
   expect(0, -1, false);
 }
 
-// What the message has of the columns of epochs.csv. The fix stands in the topics fix, velocity and
+// The columns of epochs.csv that the message has. The fix stands in the topics fix, velocity and
 // multipath.
 TYPED_TEST(Conversions, SatellitesSayWhatTheyLackOfEpochs) {
   using M = typename TypeParam::GnssSatellites;

@@ -173,7 +173,7 @@ TEST_F(Settings, ParametersReadBackTheSame) {
   EXPECT_THAT(shown, Not(Contains(Key("profile"))));
   // One by one as parameters over the file they say what it says.
   for (const auto& [name, value] : shown) {
-    // Of these it has others in its file.
+    // The file has other values of these.
     if (name.rfind("trajectory.", 0) == 0 || name.rfind("city.", 0) == 0) continue;
     const NodeSettings again =
         read_settings({{"scenario", file_}, {"pose.heading_deg", 30.0}, {name, value}});

@@ -124,7 +124,7 @@ TEST_F(Vehicle, IsFixedWhileABasePublishes) {
       EXPECT_GT(message.header.stamp.sec, 0);
     }
     EXPECT_EQ(heard_.front().message[3] << 4 | heard_.front().message[4] >> 4, 1005);
-    // What is no RTCM 3 changes nothing.
+    // Bytes that are not RTCM 3 change nothing.
     for (const std::vector<std::uint8_t>& bytes :
          {std::vector<std::uint8_t>{}, std::vector<std::uint8_t>(2000, 0x55),
           std::vector<std::uint8_t>(200'000, 0xD3)}) {

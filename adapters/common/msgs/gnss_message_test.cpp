@@ -67,7 +67,7 @@ double clock_bias(const msgs::GnssReceiver& message, msgs::GnssSystem system) {
   return NAN;
 }
 
-// What the message has of the columns of epochs.csv, and what it lacks.
+// The columns of epochs.csv that the message has, and those that it lacks.
 TEST(GnssMessage, SaysWhatItLacksOfEpochs) {
   using M = msgs::GnssReceiver;
   const test::Carried<M> carried{

@@ -668,7 +668,7 @@ TEST(PluginKeys, EveryElementOfTheTableIsRead) {
   }
 }
 
-// What a reader of YAML refuses of a receiver is refused of an element, by its name.
+// An element refuses the same values as a receiver's key in YAML, and the message has the element's name.
 TEST(PluginKeys, RefuseWhatIsOutOfRange) {
   int refused = 0;
   for (const options::Key& key : plugin_keys()) {

@@ -20,7 +20,7 @@ using city::MeshFile;
 using city::MeshNode;
 using city::Polyline;
 
-/// What a host reads and makes for shapes, by its own means. Names of files are as in SDF: `uri` may be
+/// Reads and makes shapes by a host's own means. Names of files are as in SDF: `uri` may be
 /// relative to `sdf_file` (sdf::Mesh::FilePath()), which may be empty. Empty results: not found, or it cannot
 /// be read; an InputError says why.
 class ShapeFiles {

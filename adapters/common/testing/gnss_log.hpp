@@ -10,7 +10,7 @@
 
 namespace canyon::test {
 
-/// What a receiver published, kept in order. Messages come from any thread.
+/// The messages that a receiver published, in order. They come from any thread.
 class GnssLog {
  public:
   void add(const msgs::GnssReceiver& message) {

@@ -18,7 +18,7 @@
 
 namespace canyon::adapters::gz_sim::test {
 
-/// What a test does to a world, and sees of it, in every step.
+/// Functions by which a test changes a world, and looks at it, in every step.
 class Hands final : public gz::sim::System,
                     public gz::sim::ISystemPreUpdate,
                     public gz::sim::ISystemPostUpdate {
@@ -69,7 +69,7 @@ class SimServer {
   std::unique_ptr<gz::sim::Server> server_;
 };
 
-/// What a receiver publishes on Gazebo transport.
+/// Keeps the messages that a receiver publishes on Gazebo transport.
 class GnssListener {
  public:
   explicit GnssListener(const std::string& topic) {

@@ -36,7 +36,7 @@ class Base {
     const auto described = output::describe_receivers(receiver_.receiver(), 1);
     encoder_ = output::format_named("rtcm").make(described.front());
   }
-  /// Of its epoch at `now_ns`.
+  /// The messages of its epoch at `now_ns`.
   [[nodiscard]] std::string bytes(std::int64_t now_ns) {
     std::string reason;
     return encoder_->encode(receiver_.observe(now_ns, reason).value().epoch);

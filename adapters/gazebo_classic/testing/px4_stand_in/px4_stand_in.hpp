@@ -2,7 +2,7 @@
 
 namespace canyon::adapters::gazebo_classic::test {
 
-/// What PX4's bridge does, in a library with a generated class of its own for sensor_msgs.msgs.SITLGps: it
+/// Stands in for PX4's bridge, in a library with an own generated class for sensor_msgs.msgs.SITLGps: it
 /// subscribes by that class. For dlopen() and dlsym("px4_stand_in"), so that the class comes into the process
 /// when a test wants it.
 struct Px4StandIn {
