@@ -1,4 +1,4 @@
-// What a plugin does: a city in memory, one antenna, no files. Links canyon::canyon alone.
+// A plugin has a city in memory and one antenna, and no files. Links canyon::canyon alone.
 #include <canyon/canyon.hpp>
 #include <cstdio>
 

@@ -1,4 +1,4 @@
-// What a tool does: read a city from a file. Links canyon::io.
+// A tool reads a city from a file. Links canyon::io.
 #include <canyon/io.hpp>
 #include <cstdio>
 

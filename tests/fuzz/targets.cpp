@@ -68,7 +68,7 @@ const fs::path& folder() {
   return instance.path();
 }
 
-/// What `write` leaves in a file of that name.
+/// The bytes that `write` leaves in a file of that name.
 template <typename Write>
 std::string written(const std::string& name, const Write& write) {
   const fs::path path = folder() / name;
@@ -367,7 +367,7 @@ void receive_ubx(const fs::path& path) {
   }
 }
 
-/// What a source of poses receives, cut as the bytes say.
+/// Feeds a source of poses with packets that are cut as the bytes say.
 template <simulation::PoseFormat kFormat>
 void receive_poses(const fs::path& path) {
   const std::string bytes = test::read_bytes(path);
@@ -475,7 +475,7 @@ std::string rtcm_stream() {
   return output::format_named("rtcm").make(base)->encode(epoch);
 }
 
-/// Of each command one.
+/// One of each command.
 std::vector<std::string> ubx_seeds() {
   return {ubx_frame(0x0A04, {}) + ubx_frame(0x0107, {}) + ubx_frame(0x0135, {}) + ubx_frame(0x0215, {}),
           ubx_frame(0x0601, {1, 7, 1}) + ubx_frame(0x0601, {1, 7}) +

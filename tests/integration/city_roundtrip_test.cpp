@@ -28,7 +28,7 @@ namespace {
 constexpr int kSatellites = 24;
 constexpr int kPlaces = 100;
 
-/// What arrives at seeded places in a city.
+/// The arrivals at seeded places in a city.
 std::vector<propagation::Arrival> arrivals(const city::City& city,
                                            const std::vector<Eigen::Vector3d>& places) {
   std::mt19937_64 random(42);

@@ -333,7 +333,7 @@ std::string ascii_grid() {
   return text;
 }
 
-/// What a reader says beside the city: its remarks without their numbers.
+/// A reader's remarks beside the city, without their numbers.
 std::vector<std::string> remarks_of(const buildings::BuiltCity& built) {
   std::vector<std::string> remarks = built.report.cautions;
   remarks.insert(remarks.end(), built.city.notes.begin(), built.city.notes.end());

@@ -54,7 +54,7 @@ class AndroidLogOfARun : public testing::Test {
 // satellites' times have whole nanoseconds, RINEX's tags 100 ns.
 TEST_F(AndroidLogOfARun, HasTheObservationsOfItsRinexFile) {
   EXPECT_EQ(log_.report.notes.bad_count(), 0U);
-  // Of the weakest signals, by the standard deviation that the log states.
+  // The pseudoranges of the weakest signals, by the standard deviation that the log states.
   const std::string weak = "pseudorange with an uncertainty above 500 ns";
   EXPECT_THAT(log_.report.warnings(), testing::ElementsAre(testing::HasSubstr(weak)));
   ASSERT_EQ(log_.epochs.size(), rinex_.epochs.size());

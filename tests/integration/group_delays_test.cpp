@@ -49,7 +49,7 @@ std::array<double, 2> made_up_delays(gnss::SatelliteId id) {
   return {(7 * id.number % 23 - 11) * 1e-9, (5 * id.number % 19 - 9) * 1.3e-9};
 }
 
-/// What rnx2rtkp makes of `receiver.obs` and `sky.nav`, in means over the epochs [m].
+/// The results of rnx2rtkp for `receiver.obs` and `sky.nav`, in means over the epochs [m].
 struct Estimates {
   std::map<std::string, Mean> residual_m;  ///< by satellite
   std::array<Mean, 4> clock_m;             ///< of GPS; of GLONASS, Galileo and BeiDou less that

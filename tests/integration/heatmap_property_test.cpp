@@ -80,7 +80,7 @@ void draw_receiver(Dice& dice, receiver::ReceiverOptions& o) {
   o.fix.elevation_mask_rad = radians(dice.between(0, 25));
   o.fix.min_satellites = dice.chance(0.6) ? 4 : dice.whole(4, 8);
   o.fix.max_iterations = dice.chance(0.8) ? dice.one_of({20, 21, 40, 1000}) : dice.whole(5, 12);
-  // Of 1e-8 m and less rounding decides when a fix converges.
+  // At 1e-8 m and less, rounding decides when a fix converges.
   o.fix.convergence_m = dice.chance(0.6) ? 1e-6 : std::pow(10, dice.between(-7, 0));
   if (dice.chance(0.3)) o.fix.max_pdop = dice.between(1.2, 8);
   o.fix.weights.weighting = dice.one_of({Weighting::Sigma, Weighting::Equal, Weighting::Elevation});
@@ -151,7 +151,7 @@ Case draw_case(int number, const std::filesystem::path& folder) {
   scenario.start = drawn.time;
   scenario.duration_s = 0;
   scenario.rate_hz = 1;
-  // Of a map's first draw.
+  // The seed of a map's first draw.
   scenario.seed =
       RandomStream(request.draws.seed, fmt::format("heatmap/{}/0", drawn.time.nanoseconds())).next();
   std::set<System> systems{System::GPS};
@@ -243,7 +243,7 @@ simulation::Simulation receivers_at_cells(const Case& drawn, const geodesy::Loca
   return {std::move(scenario), std::move(city)};
 }
 
-/// What a map shows of a place.
+/// The values that a map shows of a place.
 struct Answer {
   bool free = true;
   bool solved = false;
@@ -305,7 +305,7 @@ std::string words(const Answer& a) {
                   : fmt::format("none of {}", a.visible);
 }
 
-/// What arrives where an antenna moves by 1 mm: at the edge of a shadow or a wall either answer is right.
+/// Whether arrivals change within 1 mm of a place: at the edge of a shadow or wall either answer is right.
 bool at_an_edge(const simulation::Environment& environment, const propagation::PropagationOptions& options,
                 geodesy::GpsTime time, const Vector3d& place) {
   const propagation::Propagator propagator = environment.make_propagator(options);

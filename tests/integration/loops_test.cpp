@@ -16,7 +16,7 @@ namespace {
 
 using propagation::Visibility;
 
-/// Of each receiver, all epochs.
+/// All epochs of each receiver.
 std::vector<std::vector<receiver::ReceiverEpoch>> run(const std::string& yaml) {
   const test::TemporaryFolder folder;
   const simulation::Simulation simulation = test::prepare(yaml, folder.path());

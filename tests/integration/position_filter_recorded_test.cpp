@@ -142,7 +142,7 @@ TEST(RecordedDrive, FilterThroughClockJumpsAndDetours) {
   EXPECT_LT(Errors::quantile(filtered.vertical, 0.95), 0.5 * Errors::quantile(cn0.vertical, 0.95));
 }
 
-// Of normal errors 5 % are larger than 1.73 stated deviations (Rayleigh: sqrt(ln 20)).
+// 5 % of normal errors are larger than 1.73 stated deviations (Rayleigh: sqrt(ln 20)).
 TEST(RecordedDrive, FilterStatesWhatItsErrorsAre) {
   CANYON_SHARED_DATA(folder, "urbannav-tst-20190428");
   const Drive drive = read(folder);

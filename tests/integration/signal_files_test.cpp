@@ -1,4 +1,4 @@
-// What a receiver knows of its signals, written as RINEX and read back by the reader of recordings.
+// A receiver's signals, written as RINEX and read back by the reader of recordings.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -144,7 +144,7 @@ TEST(Signals, IonosphereFreeFixesForgetTheIonosphereAndTripleTheNoise) {
   EXPECT_NEAR(std::sqrt(g * g + 1) / (g - 1), 2.978, 5e-4);
 }
 
-// What one signal is measured at does not depend on the others that are tracked.
+// The measurements of one signal do not depend on the others that are tracked.
 TEST(Signals, LeaveTheFirstOneAsItIs) {
   const test::TemporaryFolder folder;
   const auto epochs = test::run_and_write(
@@ -373,7 +373,7 @@ TEST(Signals, BiasesOfTheReceiverGoWhereTheyBelong) {
     }
   }
   EXPECT_EQ(drifted, 4 * 301);
-  // Of a time constant of one epoch: (1 + e^-2) / (1 - e^-2) fewer independent ones; five deviations.
+  // At a time constant of one epoch (1 + e^-2) / (1 - e^-2) fewer draws are independent; five deviations.
   EXPECT_NEAR(square_m2 / drifted, 4, 5 * 4 * std::sqrt(2 * 1.313 / drifted));
   EXPECT_EQ(geostationary, 0);
   EXPECT_EQ(old, 0);

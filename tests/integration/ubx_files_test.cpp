@@ -302,7 +302,7 @@ TEST(UbxFiles, AreSolvedByRtklibAsTheRinexFilesAre) {
   EXPECT_LT(all_m, 0.5);
 }
 
-// What satellites have once broadcast comes back as it was: fields to the last digit that RINEX had.
+// Ephemerides that satellites once broadcast come back as they were: fields to the last digit that RINEX had.
 TEST(UbxFiles, GiveRecordedEphemeridesBackAsTheyWere) {
   CANYON_NEEDS_PROGRAM("convbin");
   CANYON_NEEDS_PROGRAM("rnx2rtkp");
@@ -315,8 +315,8 @@ TEST(UbxFiles, GiveRecordedEphemeridesBackAsTheyWere) {
     EXPECT_LT(loss.orbit_m, 1e-3) << gnss::name(system);
     EXPECT_LT(loss.clock_m, 1e-3) << gnss::name(system);
   }
-  // Of Galileo's two messages E1-B has one, and RTKLIB would take either of sky.nav; it also takes the group
-  // delays of a satellite's first record, whatever the time: those that were sent, and no others.
+  // UBX sends only E1-B's of Galileo's two messages, but RTKLIB would take either of sky.nav. It also takes
+  // the group delays of a satellite's first record at all times. So only messages that were sent may stay.
   gnss::NavigationData sent = rinex::read_rinex_navigation(run.folder / "sky.nav");
   const gnss::NavigationData decoded = rinex::read_rinex_navigation(run.folder / "judged.nav");
   const auto not_sent = [&](const gnss::KeplerEphemeris& e) {

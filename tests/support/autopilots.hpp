@@ -57,7 +57,7 @@ class Companion {
     if (!ended_) ended_ = waitpid(process_, nullptr, WNOHANG) == process_;
     return !ended_;
   }
-  /// Of what it says.
+  /// The name of the file that takes its output.
   [[nodiscard]] const std::string& log() const { return log_; }
 
  private:

@@ -7,7 +7,7 @@
 
 namespace canyon::bench {
 
-/// What one would write with Embree alone: a robust scene of a mesh, in floats.
+/// The direct way with Embree alone: a robust scene of a mesh, in floats.
 struct BareScene {
   explicit BareScene(const city::Mesh& mesh) {
     device.reset(rtcNewDevice(nullptr));

@@ -13,7 +13,7 @@
 
 namespace canyon::test {
 
-/// What a message says: a number (of a Word its index, of a flag 1 or 0), or a text.
+/// A value in a message: a number (of a Word its index, of a flag 1 or 0), or a text.
 using Said = std::variant<double, std::string>;
 
 /// By column, where a message has its value.

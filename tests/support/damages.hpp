@@ -14,7 +14,7 @@
 
 namespace canyon::test {
 
-/// What a reader makes of a damaged file.
+/// The result of reading a damaged file.
 enum class Outcome {
   Same,    ///< the data of the sound file
   Noise,   ///< within the noise

@@ -6,7 +6,7 @@
 
 namespace canyon::test {
 
-/// What validate() says of default options after `spoil(options)`; "" where it has nothing to say.
+/// The message of validate() for default options after `spoil(options)`; "" where it accepts them.
 template <typename Options>
 struct SpoiledOptions {
   template <typename Spoil>

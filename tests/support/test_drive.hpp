@@ -52,7 +52,7 @@ class TestDrive {
     time_ = time_ + dt;
   }
 
-  /// Of every satellite above the mask, white noise of sigma_m and doppler_sigma_hz included.
+  /// Measurements of every satellite above the mask, with white noise of sigma_m and doppler_sigma_hz.
   [[nodiscard]] std::vector<positioning::Measurement> measure() {
     using geodesy::kSpeedOfLight;
     std::vector<positioning::Measurement> measurements;

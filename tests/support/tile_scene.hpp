@@ -90,7 +90,7 @@ struct TileScene {
     double horizontal_m = NAN, vertical_m = NAN;
     double solving_s = 0;  ///< of the processor, in solve_fix()
   };
-  /// Of positioning::solve_fix() at a cell. @param noise_m per satellite of the tile, or empty
+  /// The answer of positioning::solve_fix() at a cell. @param noise_m per satellite of the tile, or empty
   [[nodiscard]] Answer reference_fix(std::size_t cell, const receiver::ReceiverOptions& options,
                                      const std::vector<double>& noise_m = {}) const {
     using geodesy::kSpeedOfLight;
