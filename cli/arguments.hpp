@@ -84,7 +84,7 @@ struct Command {
 };
 
 /// Parses the command line and runs the command that it names. Returns the exit status; help and complaints
-/// of wrong usage are printed. What readers of options and actions throw goes through.
+/// of wrong usage are printed. Exceptions from readers of options and from actions go through.
 /// @param version what --version prints
 [[nodiscard]] int run(Command& program, const std::string& version, int argc, char** argv);
 

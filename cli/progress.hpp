@@ -25,8 +25,8 @@ void note(bool quiet, const std::string& text);
 /// few seconds, and nothing for work that ends sooner.
 class Progress {
  public:
-  /// @param unit of what is counted, "cells": counts are then short, and the rate is shown. What was done
-  /// before the first update counts as found, not as work.
+  /// @param unit of what is counted, "cells": counts are then short, and the rate is shown. Items done before
+  /// the first update count as found, not as work.
   Progress(std::string what, bool quiet, std::string unit = {});
   ~Progress();
   Progress(const Progress&) = delete;

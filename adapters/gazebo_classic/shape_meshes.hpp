@@ -17,7 +17,7 @@ class ShapeMeshes {
   ShapeMeshes(bool visual, const std::string& physics_engine);
 
   /// All shapes of a link [m], in the link's frame, as LinkShapes::take() says; names are
-  /// "model::link::collision". What cannot be taken goes to `notes`, one line each.
+  /// "model::link::collision". Shapes that cannot be taken go to `notes`, one line each.
   [[nodiscard]] city::Mesh link_mesh(const gazebo::physics::Link& link,
                                      std::vector<std::string>& notes) const;
 

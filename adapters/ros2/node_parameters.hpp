@@ -20,8 +20,8 @@ class NodeParameters {
     std::function<void(const NodeSettings&)> change;
   };
 
-  /// Declares them all. What the command line or a file gives and nobody knows is a warning, a value that is
-  /// not good an error in the log; settings() throws it again.
+  /// Declares them all. An unknown parameter of the command line or a file is a warning, a bad value an error
+  /// in the log; settings() throws it again.
   NodeParameters(rclcpp_lifecycle::LifecycleNode& node, Owner owner);
 
   /// The present settings. Throws InputError.

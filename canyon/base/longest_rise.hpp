@@ -8,8 +8,8 @@
 namespace canyon {
 
 /// Marks the values outside a longest strictly rising subsequence (M. L. Fredman, "On computing the length of
-/// longest increasing subsequences", 1975; n log n): the fewest to leave out so that the rest rises. Of equal
-/// values the first stays.
+/// longest increasing subsequences", 1975; n log n): the fewest to leave out so that the rest rises. The
+/// first of equal values stays.
 template <typename T>
 std::vector<bool> outside_longest_rise(const std::vector<T>& values) {
   std::vector<std::size_t> last_of_length;

@@ -4,8 +4,8 @@
 
 namespace canyon {
 
-/// The shortest number within half a unit of the last of `decimals` digits, and never -0. What is not finite
-/// stays so: JSON has null for it.
+/// The shortest number within half a unit of the last of `decimals` digits, and never -0. Infinity and NaN
+/// stay: JSON has null for them.
 inline double rounded(double value, int decimals) {
   const double scale = std::pow(10.0, decimals);
   const double result = std::round(value * scale) / scale;

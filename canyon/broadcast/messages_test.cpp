@@ -1,5 +1,5 @@
-// Codes against the equations of the interface documents, fields against their tables. What other programs
-// read from whole messages is checked in tests/integration/ubx_files_test.cpp.
+// Codes against the equations of the interface documents, fields against their tables. Other programs read
+// whole messages in tests/integration/ubx_files_test.cpp.
 #include "canyon/broadcast/messages.hpp"
 
 #include <gtest/gtest.h>

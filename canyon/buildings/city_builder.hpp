@@ -66,8 +66,8 @@ struct BuiltCity {
 ///
 /// Parts (Simple 3D Buildings) stand in place of their outline, all on the outline's base. A part belongs to
 /// the building that the map names, else to the outline that holds most, and at least half, of its area;
-/// others stand alone. What no part covers keeps the outline's walls (see uncovered() for what is too little
-/// to keep), up to the outline's eaves or the lowest top of its parts on the ground, with a flat roof. Where
+/// others stand alone. The area without a part keeps the outline's walls (uncovered() leaves out what is too
+/// little), up to the outline's eaves or the lowest top of its parts on the ground, with a flat roof. Where
 /// no part reaches the ground the outline stays whole, up to the lowest bottom of its parts. Space below a
 /// raised part stays free where other parts of the building do stand on the ground. Parts without any height
 /// take their building's.

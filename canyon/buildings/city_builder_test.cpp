@@ -497,8 +497,8 @@ TEST(CityBuilder, SurfacesAreTakenAsTheyAre) {
   EXPECT_NEAR(check.volume_m3, 1000, 0.2);
   EXPECT_NEAR(box_of(built.city.mesh, *find(built, "GUID_1")).min.z(), 0, 0.001);
 
-  // Floor and four walls, of two triangles each; a roof of two. What the map does not tag is concrete, or
-  // what the options say.
+  // Floor and four walls, of two triangles each; a roof of two. Untagged surfaces are concrete, or as the
+  // options say.
   const auto materials = [&](city::Material untagged) {
     BuildOptions options;
     options.untagged_facade = untagged;

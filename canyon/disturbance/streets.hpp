@@ -64,8 +64,8 @@ struct StreetsOptions {
 /// Bodies of a street between antenna and signals. All paths lose what the bodies on their last leg take
 /// (shade(), crown_depth_m()); a direct path that a body cuts becomes a Diffracted one, longer by the detour
 /// around the nearest edge. Satellites in direct view, by the map's word, are reflected by vehicles' sides
-/// (side_reflection()). At 1575.42 MHz, for all signals. What moves changes the phase of its reflection from
-/// epoch to epoch; its own speed is not in the path's Doppler shift.
+/// (side_reflection()). At 1575.42 MHz, for all signals. A moving body changes the phase of its reflection
+/// from epoch to epoch; its speed is not in the path's Doppler shift.
 class Streets : public Disturbance {
  public:
   /// Throws InputError where StreetOptions::validate() does.

@@ -16,9 +16,9 @@ namespace canyon::options {
 /// and for a way through a value that is not a section.
 void set_at(Node& root, std::string_view key, const Node& value);
 
-/// The tree with keys that have dots in them as sections: "clock.bias_s: 1" is "clock: {bias_s: 1}". What is
-/// said of one section at several places is gathered in it. Throws InputError where a key comes twice, or is
-/// a section and a value as well.
+/// The tree with keys that have dots in them as sections: "clock.bias_s: 1" is "clock: {bias_s: 1}". Keys of
+/// one section at several places are gathered in it. Throws InputError where a key comes twice, or is a
+/// section and a value as well.
 [[nodiscard]] Node without_dots(const Node& root, const Document& document);
 
 /// Moves values of Document::other_names to the keys that they are other names of. Throws InputError where a

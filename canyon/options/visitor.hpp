@@ -72,7 +72,7 @@ struct Place {
   [[nodiscard]] InputError error(std::string_view problem, std::string_view cure = {}) const;
 };
 
-/// The value of one field. What a visitor does not need of it costs nothing.
+/// The value of one field. Parts that a visitor does not need cost nothing.
 class Value {
  public:
   [[nodiscard]] virtual Type type() const = 0;

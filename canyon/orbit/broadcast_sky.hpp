@@ -44,8 +44,8 @@ struct BroadcastOptions {
 /// Satellites from broadcast ephemerides: for each satellite and time the record with the smallest |t - toe|
 /// within the validity of its system; the newer one among equals (0.3 s). Where that one says unhealthy the
 /// satellite is out: an older healthy one would only hide it. Galileo takes I/NAV where it is there (its
-/// clock and BGD E5b/E1 belong to E1), else F/NAV. What healthy means for each system:
-/// broadcast_messages.hpp.
+/// clock and BGD E5b/E1 belong to E1), else F/NAV. broadcast_messages.hpp defines "healthy" for each
+/// system.
 class BroadcastSky final : public Sky {
  public:
   /// Throws InputError where no record is left after `systems`.

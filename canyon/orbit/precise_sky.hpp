@@ -36,8 +36,8 @@ class PreciseSky final : public Sky {
   explicit PreciseSky(TextFile file, std::set<gnss::System> systems = {gnss::kConstellations.begin(),
                                                                        gnss::kConstellations.end()});
   /// Files of several days, in any order, as one: IGS files end at 23:45, so that a run over midnight needs
-  /// two. Of records of one instant that of the earlier file counts, unless it is marked as bad. At least one
-  /// file.
+  /// two. Where several files have records of one instant, that of the earliest file counts, unless it is
+  /// marked as bad. At least one file.
   explicit PreciseSky(const std::vector<std::filesystem::path>& paths,
                       std::set<gnss::System> systems = {gnss::kConstellations.begin(),
                                                         gnss::kConstellations.end()});

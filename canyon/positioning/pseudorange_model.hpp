@@ -14,8 +14,8 @@
 
 namespace canyon::positioning {
 
-/// A measured satellite with its state at transmission, as fix and position filter need it. What depends on
-/// the receiver's place is renewed by place_satellite() and look_up().
+/// A measured satellite with its state at transmission, as fix and position filter need it. place_satellite()
+/// and look_up() renew the fields that depend on the receiver's place.
 struct RangedSatellite {
   const Measurement* measured = nullptr;
   orbit::SatelliteState state;  ///< ECEF of the transmission instant
@@ -51,8 +51,8 @@ struct RangedSatellite {
                                   gnss::System system, double carrier_frequency_hz, geodesy::GpsTime time,
                                   const geodesy::Geodetic& place, const geodesy::AzimuthElevation& look);
 
-/// The state `dt_s` later, |dt_s| <= 10 ms, by two-body acceleration in the rotating frame. What that leaves
-/// out (J2, 1e-4 of it) is below 1e-9 m and 1e-6 m/s over 1 ms, and grows with the square of the step.
+/// The state `dt_s` later, |dt_s| <= 10 ms, by two-body acceleration in the rotating frame. The error (J2,
+/// 1e-4 of the acceleration) is below 1e-9 m and 1e-6 m/s over 1 ms, and grows with the step's square.
 void carry(orbit::SatelliteState& state, double dt_s);
 
 /// Pivots of a weighted design matrix below this part of the largest count as zero.

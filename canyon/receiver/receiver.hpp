@@ -34,7 +34,7 @@ struct SignalObservation {
   /// excess; 0 when blocked or not tracked.
   double excess_m = 0;
   /// True C/N0 at the correlator [dB-Hz], tracked or not; empty where nothing arrives or signals have no
-  /// strength (SignalOptions::enabled off). What the receiver states of it is Measurement::cn0_dbhz.
+  /// strength (SignalOptions::enabled off). The receiver states Measurement::cn0_dbhz.
   std::optional<double> cn0_dbhz;
   /// Path whose carrier is followed; empty where nothing arrives.
   std::optional<propagation::PathKind> tracked_path;

@@ -21,7 +21,7 @@ class RecordedSignals {
   /// @param biases of the file's header
   RecordedSignals(const orbit::Sky& sky, GlonassBiases biases) : sky_(sky), biases_(std::move(biases)) {}
 
-  /// Epochs in order of time. Of signals with a pseudorange, of satellites that the sky knows.
+  /// Measurements with a pseudorange, of satellites that the sky knows. Epochs come in order of time.
   [[nodiscard]] std::vector<SignalMeasurement> next(const rinex::ObservationEpoch& epoch);
 
  private:

@@ -345,9 +345,9 @@ class Reader {
   }
   void warn(std::string_view what) { notes_.say(file_.line(), what); }
 
-  /// Few records dated days from all others: a wrong date. They would stretch the span of the file. Of
-  /// GLONASS and SBAS alone: the other systems' have toe and week against which each is checked, so that one
-  /// of days before is what a satellite sent.
+  /// Few records dated days from all others: a wrong date. They would stretch the span of the file. Only
+  /// GLONASS and SBAS are checked: the other systems' records have toe and week, which must agree, so that a
+  /// record of days before is what a satellite sent.
   void leave_out_far_dates() {
     std::vector<geodesy::GpsTime> times;
     const auto add = [&times](const auto& records) {

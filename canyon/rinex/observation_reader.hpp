@@ -124,7 +124,7 @@ struct ObservationReport {
 
 /// Reads observation files of RINEX 2.00 to 2.12, 3.x and 4.x, plain, gzip or in Hatanaka's compression,
 /// epoch by epoch in memory that does not grow with the file. Files that were joined, headers included, are
-/// read as one. Of each satellite the L1-band single-frequency set, or all signals
+/// read as one. Gives each satellite's L1-band single-frequency set, or all signals
 /// (ObservationOptions::all_signals).
 ///
 /// Epoch flags: 0 and 1 are given; 2 to 5 are events whose header records are applied from there on

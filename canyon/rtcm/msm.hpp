@@ -28,8 +28,8 @@ inline constexpr std::array kMsmSystems{gnss::System::GPS,  gnss::System::GLONAS
 
 /// DF407 of a phase that has been continuous for so long [s], >= 0 (table 3.5-75): 0 to 704.
 [[nodiscard]] int lock_time_indicator(double seconds);
-/// The least lock time [ms] of an indicator: DF402 (table 3.5-74, 0 to 15) or DF407 (0 to 704). Of the next
-/// indicator it is the end of this one's times.
+/// The least lock time [ms] of an indicator: DF402 (table 3.5-74, 0 to 15) or DF407 (0 to 704). The time of
+/// the next indicator ends the times of this one.
 [[nodiscard]] double least_lock_ms(int indicator, bool extended);
 
 }  // namespace canyon::rtcm

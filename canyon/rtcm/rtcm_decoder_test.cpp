@@ -598,7 +598,7 @@ TEST(RtcmDecoder, HostileBytesNeverCrash) {
   EXPECT_EQ(epochs.size(), 1U);
 }
 
-/// 1004 (GPS) or 1012 (GLONASS): of each satellite the cells of 1C, and of L2 where it has that. Of one band:
+/// 1004 (GPS) or 1012 (GLONASS): each satellite's cells of 1C, and of L2 where it has that. With one band:
 /// 1002, 1010.
 Bits legacy(System system, GpsTime time, const std::map<gnss::SatelliteId, std::vector<Cell>>& satellites,
             bool more, bool two_bands = true) {

@@ -53,8 +53,8 @@ struct Component {
 /// products of its subcarriers (15 % of the power).
 [[nodiscard]] std::vector<Component> components(gnss::SatelliteId id, const gnss::Signal& signal);
 
-/// Factor of a component's chips that are not 0: its mean power is then its share. Of L2C sqrt(2) times the
-/// root of the share, since each component sends half of the time.
+/// Factor of a component's chips that are not 0: its mean power is then its share. For L2C it is sqrt(2)
+/// times the root of the share, since each component sends half of the time.
 [[nodiscard]] double amplitude(const Component& component);
 
 }  // namespace canyon::samples

@@ -239,7 +239,7 @@ TEST(Rtk, HeadingOfTwoAntennas) {
   EXPECT_LT(geodesy::degrees(std::sqrt(stated / fixed)), 0.4);
 }
 
-// Between walls fixes are lost, and come back. What is stated is what is wrong, about.
+// Between walls fixes are lost, and come back. The stated deviations are about those of the errors.
 TEST(Rtk, ACanyonTakesTheFix) {
   city::SyntheticCityOptions blocks;
   blocks.blocks_east = blocks.blocks_north = 6;

@@ -15,8 +15,8 @@ namespace canyon::study {
 
 [[nodiscard]] Manifest manifest_of(const StudyPlan& plan);
 
-/// A part of a study for one of several machines: shards of one study are disjoint and make it whole. Of each
-/// `shards` runs in a row every shard has one, in an order that changes from row to row.
+/// A part of a study for one of several machines: shards of one study are disjoint and make it whole. Every
+/// shard has one of each `shards` runs in a row, in an order that changes from row to row.
 [[nodiscard]] std::size_t shard_of(std::size_t run, std::size_t shards);
 
 /// Computes runs, and shares between them what they have in common: cities as they are read, cities as they

@@ -29,7 +29,7 @@ class TileSource {
   /// server, of another scheme, or not a URI. A URL gets those parameters of its base's query that it does
   /// not have, where both are of one server: so keys of the user reach every tile.
   [[nodiscard]] std::string resolve(const std::string& base, const std::string& uri) const;
-  /// Downloads files, several at a time, that are not there yet. What fails is told by read().
+  /// Downloads files, several at a time, that are not there yet. read() tells which failed.
   void prefetch(const std::vector<std::string>& addresses, const std::function<void()>& progress = {});
   /// A file's bytes, unpacked where it is packed by gzip. Throws InputError.
   [[nodiscard]] std::string read(const std::string& address);

@@ -7,8 +7,8 @@
 namespace canyon::tracking {
 
 /// Random carrier phases of paths: phi0 uniform on (-pi, pi], drawn from seed, receiver, satellite and
-/// reflector alone, since no model of a city knows a wall to centimetres. What the detour adds, -2 pi excess
-/// / wavelength, is in signal::path_amplitude(): the exact integral of the fading, without memory. Const,
+/// reflector alone, since no model of a city knows a wall to centimetres. The detour's part, -2 pi excess /
+/// wavelength, is in signal::path_amplitude(): the exact integral of the fading, without memory. Const,
 /// thread-safe.
 class PathPhases {
  public:

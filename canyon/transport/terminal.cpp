@@ -69,7 +69,7 @@ class Terminal : public Transport {
 
  protected:
   using Clock = std::chrono::steady_clock;
-  /// Ten bits a byte. What does not fit into its buffer is left out, as receivers do.
+  /// Ten bits a byte. Bytes that do not fit into its buffer are left out, as receivers do.
   struct PacedLine {
     int baud;
     double due = 0;  ///< bytes that may go by now

@@ -42,8 +42,8 @@ inline constexpr std::size_t kMostReceived = std::size_t{64} * 1024;
 inline constexpr std::size_t kMaxClients = 16;
 
 /// Sends bytes to peers, and receives theirs. Everything but finish() returns at once: a reader that
-/// is too slow loses bytes or its connection, and the caller goes on. What is lost on the way (a client, a
-/// serial port) is reported once, and taken up again when it is back.
+/// is too slow loses bytes or its connection, and the caller goes on. A lost peer (a client, a serial port)
+/// is reported once, and taken up again when it is back.
 class Transport {
  public:
   virtual ~Transport() = default;

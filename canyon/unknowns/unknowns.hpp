@@ -26,7 +26,7 @@ enum class Unknown : std::uint8_t { Level, Skyline, Facades, Map };
 [[nodiscard]] std::vector<std::string_view> names();
 
 /// Unknowns of a scenario but for those in `known`, each with the distribution that it is drawn from: "level:
-/// -10 to 6 dB, uniform". What the scenario says narrows or removes them.
+/// -10 to 6 dB, uniform". The scenario's own settings narrow or remove them.
 [[nodiscard]] std::vector<std::string> priors_of(const simulation::Scenario& scenario,
                                                  const std::vector<Unknown>& known = {});
 

@@ -167,7 +167,7 @@ std::vector<Move> Aligner::offsets(const Move& about, double step_m, int steps) 
   return moves;
 }
 
-/// The highest score of resample `r`; empty where none has one. Of equal ones the first.
+/// The highest score of resample `r`; empty where none has one. The first of equal ones wins.
 std::optional<std::size_t> best_of(const std::vector<Scores>& scores, std::size_t r) {
   std::optional<std::size_t> best;
   for (std::size_t i = 0; i < scores.size(); ++i) {

@@ -183,7 +183,7 @@ struct CompareOptions {
   /// Fixes of both receivers are the position filter's (ReceiverOptions::filter), which begins with the
   /// recording.
   bool position_filter = false;
-  /// Epochs done, in all; on the calling thread. What it throws ends the work and comes out.
+  /// Epochs done, in all; on the calling thread. An exception from it ends the work and comes out.
   std::function<void(std::size_t, std::size_t)> progress;
 };
 /// Simulates a receiver (its propagation options included) at the recorded epochs, in the city moved by

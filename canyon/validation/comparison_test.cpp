@@ -218,8 +218,8 @@ TEST(Comparison, RecordedReceiverIsItsOwnSimulation) {
   }
 }
 
-// Each epoch is a second. Of the satellites that were never recorded only those count that stood high and
-// clear for a minute.
+// Each epoch is a second. A satellite that was never recorded counts only if it stood high and clear for a
+// minute.
 TEST(Comparison, NamesSatellitesThatWereNeverTracked) {
   Comparison comparison;
   const geodesy::GpsTime start = geodesy::GpsTime::from_week(2051, 45200);

@@ -63,11 +63,11 @@ struct PhaseView {
   /// Standard deviation of the phase's noise [m], for which noise_n third differences in time speak:
   ///   d_t = l_t - 3 l_(t-1) + 3 l_(t-2) - l_(t-3), l = phase less range, satellite clock and atmosphere,
   /// over four epochs of the recording's interval without a slip between them. White noise of deviation s
-  /// gives d the deviation s sqrt(20). What the receiver's clock and a place of the antenna that is not quite
-  /// the true one put into all d of an epoch, a + e.b with e the direction to the satellite, is taken off: a
-  /// and b by least squares, weighted by C/N0 and Huber's function. The rest of each over sqrt(1 - h), h its
-  /// leverage, and sqrt(20); of these 1.4826 times the median magnitude. Epochs with fewer than seven d are
-  /// left out.
+  /// gives d the deviation s sqrt(20). The receiver's clock and an error of the antenna's place put a +
+  /// e.b into all d of an epoch, with e the direction to the satellite. This is taken off: a and b by
+  /// least squares, weighted by C/N0 and Huber's function. The rest of each over sqrt(1 - h), h its
+  /// leverage, and sqrt(20); the result is 1.4826 times their median magnitude. Epochs with fewer than seven
+  /// d are left out.
   std::optional<double> noise_m;
   std::size_t noise_n = 0;
   [[nodiscard]] std::optional<double> share() const;  ///< with a phase; empty without observations

@@ -25,8 +25,8 @@ struct RecordedScene {
 /// naming the `option` that gives them, where the scenario's trajectory is not a file.
 void settle_truth(const simulation::Scenario& scenario, ListedRecording& files, std::string_view option);
 
-/// Loads the scenario's city and reads the observations and, after settle_truth(), the true positions. What
-/// the scenario's receivers leave to the sky's errors is decided (simulation::decide()). Throws InputError as
+/// Loads the scenario's city and reads the observations and, after settle_truth(), the true positions.
+/// simulation::decide() settles what the receivers leave to the sky's errors. Throws InputError as
 /// read_recording(), simulation::load_city() and simulation::build_sky() do.
 [[nodiscard]] RecordedScene read_recorded_scene(simulation::Scenario& scenario, const ListedRecording& files,
                                                 bool atmosphere);

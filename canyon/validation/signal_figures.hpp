@@ -34,7 +34,7 @@ struct ObservationSample {
 };
 
 /// Figures of every signal of a comparison's epochs [first, first + count), simulated values those of `runs`
-/// (not empty). What figures() puts into Figures::signals.
+/// (not empty). figures() puts them into Figures::signals.
 [[nodiscard]] std::vector<SignalFigures> signal_figures(const Comparison& comparison, std::size_t first,
                                                         std::size_t count, std::span<const Comparison> runs);
 

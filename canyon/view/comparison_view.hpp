@@ -25,8 +25,8 @@ struct ComparisonInput {
 /// Writes a comparison as "canyon view 1" into `folder`, which is made where needed (docs/view-format.md):
 /// two receivers, "recorded" and "simulated", at the same places, and what they differ by as the header's
 /// "comparison". Places are those in the unmoved map, right over the city as it is drawn; directions and
-/// errors those of the true world. Of paths there are the direct ones alone. Throws InputError where there is
-/// no epoch or the folder does not take the files.
+/// errors those of the true world. Only direct paths are there. Throws InputError where there is no epoch or
+/// the folder does not take the files.
 void write_comparison(const ComparisonInput& input, const std::filesystem::path& folder);
 
 /// Whether the view in `folder` is of a comparison. Throws InputError where it has no header.

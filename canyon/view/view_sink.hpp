@@ -27,9 +27,9 @@ struct ViewOptions {
 };
 
 /// Writes a run as "canyon view 1" into `folder`, which is made where needed (docs/view-format.md): the city
-/// at once, blocks as they fill, the rest at the end. Of a run only the epochs' own rows are held in memory,
-/// 250 bytes each. `simulation` must outlive it. Throws InputError for options that do not validate(), and
-/// where the folder does not take the files.
+/// at once, blocks as they fill, the rest at the end. Only the epochs' own rows are held in memory, 250 bytes
+/// each. `simulation` must outlive it. Throws InputError for options that do not validate(), and where the
+/// folder does not take the files.
 [[nodiscard]] std::unique_ptr<simulation::EpochSink> make_view(const simulation::Simulation& simulation,
                                                                const std::filesystem::path& folder,
                                                                ViewOptions options = {});

@@ -6,7 +6,7 @@
 
 namespace canyon::python {
 
-/// An epoch that Python keeps. What is valid during a call only is copied or kept alive here.
+/// An epoch that Python keeps. Data that is valid only during a call is copied or kept alive here.
 struct KeptEpoch {
   simulation::Epoch epoch;
   std::shared_ptr<const propagation::Arrival> arrival;  ///< null where nobody asked for paths

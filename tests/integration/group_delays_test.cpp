@@ -1,13 +1,13 @@
 // Group delays checked by RTKLIB: rnx2rtkp solves emitted observation files in single-point mode, with group
-// delays of its own from the emitted navigation file. What it takes otherwise than we do stands in the
-// residual of a satellite, or in the clock of its system where all of its satellites have it.
+// delays of its own from the emitted navigation file. A difference from ours stands in the residual of a
+// satellite, or in the clock of its system where all of its satellites have it.
 //
 //   by a single frequency: L1CA of GPS and QZSS, E1 (I/NAV), B1I;
 //   by two, whose combination it corrects by its rules: L2C, E5b, B2I beside them.
 //
 // It has no rule for L5, E5a, B3I, B1C, B2a and clocks of F/NAV in these modes, and takes GLONASS's clock for
 // that of the ionosphere-free pair (the ICD: of L1): canyon/orbit/group_delays_test.cpp has those by hand.
-// That G1 and SBAS have none, rnx2rtkp_test.cpp shows.
+// rnx2rtkp_test.cpp shows that G1 and SBAS have none.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

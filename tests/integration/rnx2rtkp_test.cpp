@@ -214,7 +214,7 @@ TEST(Rnx2Rtkp, OpenSkyWithSbasIsWithinTenCentimetres) {
   EXPECT_EQ(satellites(", systems: [GPS, SBAS]"), 3);
 }
 
-/// Buildings and noise on: rnx2rtkp against our own fix wherever both used the same satellites. What is left
+/// Buildings and noise on: rnx2rtkp against our own fix wherever both used the same satellites. The rest
 /// comes from RTKLIB's direction cosines, which leave the Earth's rotation during the flight out (7e-6 rad):
 /// with residuals of a hundred metres and a weak geometry that moves its solution by centimetres.
 void expect_same_fix(const simulation::Simulation& simulation, double mask_deg, int systems,

@@ -35,8 +35,8 @@ struct RtklibObservations {
 extern "C" char* code2obs(unsigned char code);  ///< "1C"; "" of none
 
 /// Reads an observation file with RTKLIB too: every value of ours is its own, and nothing of its own is
-/// missing. Of each satellite RTKLIB's first frequency is compared, with ObservationOptions::all_signals (of
-/// versions 3 and 4) those of the same code. The number of signals compared.
+/// missing. Compares RTKLIB's first frequency of each satellite; with ObservationOptions::all_signals
+/// (versions 3 and 4) those of the same code. Returns the number of signals compared.
 inline std::size_t expect_as_rtklib(const std::filesystem::path& path,
                                     const rinex::ObservationOptions& options = {}) {
   RtklibObservations theirs{};

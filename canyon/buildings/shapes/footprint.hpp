@@ -30,8 +30,8 @@ struct Polygon2 {
 [[nodiscard]] std::vector<Polygon2> repair(const std::vector<Polygon2>& raw, std::vector<std::string>& notes);
 
 /// a without b, a and b, or all of a: on the grid and clean as from repair(). Polygons must come from
-/// repair(). Of subtract and intersect, pieces narrower than 2 cm on average (twice the area over the
-/// perimeter) are left out: seams between outlines that were meant to share an edge.
+/// repair(). Subtract and intersect leave out pieces narrower than 2 cm on average (twice the area over the
+/// perimeter): seams between outlines that were meant to share an edge.
 [[nodiscard]] std::vector<Polygon2> subtract(const std::vector<Polygon2>& a, const std::vector<Polygon2>& b);
 [[nodiscard]] std::vector<Polygon2> intersect(const std::vector<Polygon2>& a, const std::vector<Polygon2>& b);
 [[nodiscard]] std::vector<Polygon2> unite(const std::vector<Polygon2>& a);

@@ -20,8 +20,8 @@ struct Outline {
 /// A part lies in a building when at least this share of its own area does.
 inline constexpr double kPartInsideShare = 0.5;
 
-/// For each part the index of the building it belongs to, or nothing for a part on its own. What the map says
-/// (`belongs_to` names the building, or the relation that the building belongs to as well) goes first; of
+/// For each part the index of the building it belongs to, or nothing for a part on its own. The map's word
+/// (`belongs_to` names the building, or the relation that the building belongs to as well) goes first. Among
 /// several such buildings, and where the map says nothing, the one that shares the largest area with the part
 /// is taken; without a word of the map it must hold kPartInsideShare of it. Buildings are found through a
 /// grid: the cost grows with the parts, not with parts times buildings.

@@ -26,8 +26,8 @@ struct Station {
   double along = 0, over = 0;
 };
 
-/// Bullington's equivalent edge of a profile; over >= 0 where it is in the way. Of a profile below the line
-/// the station that is next to it by Fresnel zones.
+/// Bullington's equivalent edge of a profile; over >= 0 where it is in the way. Where the whole profile is
+/// below the line: its station closest to the line in Fresnel zones.
 Station equivalent_edge(std::span<const Station> profile, double length_m) {
   double from_here = -1e300, from_there = -1e300, nearest = -1e300;
   Station result{length_m / 2, -1e9};

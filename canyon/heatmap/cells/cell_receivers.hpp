@@ -35,7 +35,7 @@ class CellReceivers final : public CellSolver {
 };
 
 /// TimeToFirstFix: the receiver of each draw begins at the map's time and observes once a second until it has
-/// a fix, satellites, paths and streets going on meanwhile. What it knows is LimitOptions::start; signals
+/// a fix, satellites, paths and streets going on meanwhile. Its knowledge is LimitOptions::start; signals
 /// without strength are measured at once. Some hundred times slower than one look: 30 epochs, each traced.
 class CellStarts final : public CellSolver {
  public:

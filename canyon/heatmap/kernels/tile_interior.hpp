@@ -37,8 +37,8 @@ class Interiors {
   /// Ends of chains in a plane, each counted as often as segments end there without going on.
   [[nodiscard]] std::size_t open_ends(double z) const;
 
-  /// Cells that lie on a surface of any kind that the plane cuts, within `distance_m` of it; ascending. What
-  /// rays leave out at their origin, drawn shadows do not.
+  /// Cells that lie on a surface of any kind that the plane cuts, within `distance_m` of it; ascending. Rays
+  /// leave these surfaces out at their origin, and drawn shadows do not.
   [[nodiscard]] std::vector<std::uint32_t> on_surfaces(const CellPlane& plane, double distance_m) const;
 
  private:

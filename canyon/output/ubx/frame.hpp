@@ -55,8 +55,8 @@ class Payload {
 /// Unsigned number of `bytes` bytes at `offset`. Precondition: they are there.
 [[nodiscard]] std::uint64_t number_at(std::string_view bytes, std::size_t offset, std::size_t size);
 
-/// Finds frames, and lines of NMEA 0183, in bytes cut anywhere. What is neither is passed over; what follows
-/// a damaged frame is looked at again from behind its first two bytes. Holds at most kMostBytes.
+/// Finds frames, and lines of NMEA 0183, in bytes cut anywhere. Other bytes are passed over. After a damaged
+/// frame the search goes on behind its first two bytes. Holds at most kMostBytes.
 class Parser {
  public:
   /// Commands have no longer payloads.

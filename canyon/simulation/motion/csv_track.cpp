@@ -157,7 +157,7 @@ class CsvReader {
     points_.add(times_.read(fields), {text[0], text[1], text[2]}, columns_.ecef);
   }
 
-  /// A coordinate in degrees or metres. What needs no conversion stays, with its faults.
+  /// A coordinate in degrees or metres. A text that needs no conversion stays, with its faults.
   [[nodiscard]] std::string converted(std::size_t k, const Fields& fields) const {
     const CsvColumn& column = columns_.place[k];
     const std::string_view text = fields[column.index];

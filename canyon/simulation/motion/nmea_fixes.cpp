@@ -247,8 +247,8 @@ void take_sentence(const TextFile& file, const NmeaSentence& sentence, NmeaLog& 
   }
 }
 
-/// Leaves out positions beside a sentence that says that there is no fix at their time. What no receiver
-/// measured is not one for these sentences, and stays.
+/// Leaves out positions beside a sentence that says that there is no fix at their time. Positions that no
+/// receiver measured (quality 6 and above) stay.
 void leave_out_voids(const TextFile& file, NmeaLog& log) {
   for (const Void& none : log.voids) {
     log.notes.guard([&] {

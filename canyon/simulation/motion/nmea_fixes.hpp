@@ -19,9 +19,9 @@ struct NmeaFixes {
 };
 /// GGA sentences with a fix, dated by valid RMC sentences, else by ZDA, else by `start`. A sentence ends with
 /// its checksum, whatever a logger writes before '$' and behind; in a log with checksums those without one
-/// are damaged. Of sentences of one instant (several talkers) the first counts, and a date that contradicts
-/// those around it does not. Altitudes without a separation are taken by `heights`. Throws InputError as
-/// read_trajectory() does.
+/// are damaged. The first of several sentences of one instant (several talkers) counts; a date that
+/// contradicts those around it does not. Altitudes without a separation are taken by `heights`. Throws
+/// InputError as read_trajectory() does.
 [[nodiscard]] NmeaFixes read_nmea_fixes(const std::filesystem::path& path, geodesy::GpsTime start,
                                         const HeightReading& heights = {});
 /// The place that one GGA sentence reports; empty for another sentence, a damaged one, and one without a fix.

@@ -26,9 +26,9 @@ using RecordedPoints = std::vector<RecordedPoint>;
 [[nodiscard]] bool is_missing_height(std::string_view text);
 
 /// Leaves out the fewest points so that times rise strictly: one wrong time costs one point. Points more than
-/// 100 days from the median time go first (a receiver's default date). Of points at one instant the first
-/// stays; a warning says where they are not at one place. Throws InputError where more than half of the
-/// points would go because their times fall.
+/// 100 days from the median time go first (a receiver's default date). The first of several points at one
+/// instant stays; a warning says where they are not at one place. Throws InputError where more than half of
+/// the points would go because their times fall.
 void keep_rising(RecordedPoints& points, RecordNotes& notes);
 
 /// Leaves out positions that no vehicle can reach, in points whose times rise: latitude 0, longitude 0 in a
