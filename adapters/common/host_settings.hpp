@@ -44,8 +44,8 @@ struct HostSettings : HostOptions, RosSettings, VisualSettings {
   std::vector<std::string> warnings;
 };
 
-/// Its fields, for options::read(). Throws InputError where the physics engine is asked for with the specular
-/// model.
+/// Visits its fields, for options::read(). Throws InputError where the physics engine is asked for with the
+/// specular model.
 void visit(options::Visitor& v, HostSettings& settings);
 
 }  // namespace canyon::adapters

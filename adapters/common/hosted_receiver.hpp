@@ -18,7 +18,7 @@
 
 namespace canyon::adapters {
 
-/// For messages: "plugin 'gnss' of model 'car', sensor 'gps'".
+/// The place of a receiver in messages: "plugin 'gnss' of model 'car', sensor 'gps'".
 [[nodiscard]] std::string place_name(const ReceiverIdentity& identity);
 
 /// `settings.origin` first, then the host's; at latitude 0, longitude 0 with a line in `warnings` where it is
@@ -69,12 +69,12 @@ class HostedReceiver {
   /// Rays of the host's own, and the ranges that it measured in the last epoch for the scan, which end at
   /// `reach_m`.
   void set_tracer(simulation::Tracer tracer, std::function<std::vector<double>()> ranges, double reach_m);
-  /// For requests of options at run time, under this name; valid until the next update.
+  /// The receiver as requests of options see it at run time, under this name; valid until the next update.
   [[nodiscard]] AdjustableReceiver adjustable(const std::string& name);
   /// Called where the world was reset or went back in time, beside its own reset.
   void on_reset(std::function<void()> action) { on_reset_ = std::move(action); }
 
-  /// To be called once in every update of the world with its time: an epoch where one is due. Throws nothing.
+  /// Call it in every update of the world with its time. It makes an epoch where one is due. Throws nothing.
   void update(std::int64_t now_ns, const Truth& truth) {
     if (!due(now_ns)) return;
     begin(now_ns, truth);
@@ -86,7 +86,7 @@ class HostedReceiver {
   [[nodiscard]] bool due(std::int64_t now_ns);
   void begin(std::int64_t now_ns, const Truth& truth);
   void finish();
-  /// As constructed.
+  /// Brings the receiver back to the state after construction.
   void reset();
   void say(Tone tone, const std::string& line);  ///< once each
 

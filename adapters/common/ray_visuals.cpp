@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector3d;
 using propagation::Visibility;
 
-// In proportion to the length of a ray, so that distant rays stay visible.
+// Radii are in proportion to a ray's length, so that distant rays stay visible.
 constexpr double kLineRadius = 8e-4, kThinLineRadius = 4e-4, kReflectionRadius = 4e-3,
                  kSatelliteRadius = 2.4e-2;
 constexpr double kLineAlpha = 0.9, kThinLineAlpha = 0.45, kFaintLineAlpha = 0.25, kBubbleAlpha = 0.4;

@@ -30,7 +30,7 @@ struct RosTopics {
   std::string satellites;
   std::string scan;  ///< empty where none is published
 
-  /// Those that are published.
+  /// The names that are published.
   [[nodiscard]] std::vector<std::string> all() const;
   /// Names that no other receiver may have.
   [[nodiscard]] std::vector<std::string> claimed() const;

@@ -37,8 +37,8 @@ class VehicleDrive {
                                                      geodesy::GpsTime start, const geodesy::LocalFrame& world,
                                                      bool loop);
 
-  /// At finite `seconds` of the world's time. Before its begin and after its end, unless it loops, the
-  /// vehicle stands at its first and last place.
+  /// The pose at finite `seconds` of the world's time. Before the begin and after the end, unless it loops,
+  /// the vehicle stands at its first and last place.
   [[nodiscard]] DrivePose at(double seconds) const;
   /// When the vehicle is at its last place for the first time [s of the world's time]; with `loop` the
   /// period, counted from begin_s().

@@ -40,8 +40,8 @@ bool is_finite(const PoseNumbers& pose) {
          std::hypot(std::hypot(pose[3], pose[4]), std::hypot(pose[5], pose[6])) > 1e-6;
 }
 
-/// Within 10 micrometres and 2e-7 rad, more than a reset of the world rounds. A quaternion and its negative
-/// are one rotation.
+/// Compares to 10 micrometres and 2e-7 rad, more than a reset of the world rounds. A quaternion and its
+/// negative are one rotation.
 bool is_same_place(const PoseNumbers& a, const PoseNumbers& b) {
   double dot = 0;
   for (std::size_t i = 3; i < 7; ++i) dot += a[i] * b[i];

@@ -64,7 +64,7 @@ class HostWorld {
   [[nodiscard]] virtual std::uint64_t shapes(Id model) = 0;
   /// Adds the links of a model and of the models in it.
   virtual void links(Id model, std::vector<Id>& ids) = 0;
-  /// In the world's frame, as the host has it, finite or not; empty where the link is gone.
+  /// The pose in the world's frame, as the host has it, finite or not; empty where the link is gone.
   [[nodiscard]] virtual std::optional<RigidPose> pose(Id link) = 0;
   /// The shapes of a link in its own frame [m], front sides outwards; `notes` name omitted shapes.
   [[nodiscard]] virtual city::Mesh mesh(Id link, std::vector<std::string>& notes) = 0;

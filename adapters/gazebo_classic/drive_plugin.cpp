@@ -71,7 +71,7 @@ class DrivePlugin final : public gazebo::ModelPlugin {
     move_links(*model_, ignition_from(at.velocity_mps) + turning.Cross(offset), turning);
   }
 
-  // As one rigid body with the model's origin.
+  // Moves the links as one rigid body with the model's origin.
   void move_links(const gazebo::physics::Model& model, const Vector& velocity, const Vector& turning) {
     for (const auto& link : model.GetLinks()) {
       const Vector arm = link->WorldPose().Pos() - pose_.Pos();

@@ -38,9 +38,9 @@ class RosLink {
   RosLink(const RosLink&) = delete;
   RosLink& operator=(const RosLink&) = delete;
 
-  /// At once; connects as soon as there is a master.
+  /// Returns at once; the client connects as soon as there is a master.
   void add(std::shared_ptr<RosClient> client);
-  /// At once; the thread disconnects and drops it.
+  /// Returns at once; the thread disconnects and drops the client.
   void remove(const std::shared_ptr<RosClient>& client);
 
   /// Takes topic names for one receiver of this process: all or, where another has one of them, none. The

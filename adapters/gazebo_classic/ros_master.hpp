@@ -14,7 +14,7 @@ struct MasterAddress {
   [[nodiscard]] std::string uri() const;
 };
 
-/// From "http://HOST:PORT" with or without '/' at the end, as ROS_MASTER_URI has it; empty for anything else.
+/// Parses "http://HOST:PORT" with or without '/' at the end, as in ROS_MASTER_URI; empty for anything else.
 [[nodiscard]] std::optional<MasterAddress> parse_master_uri(const std::string& uri);
 
 enum class MasterAnswer : std::uint8_t {

@@ -45,7 +45,7 @@ Eigen::Vector3d vector(const gazebo::msgs::Vector3d& v) {
   return {v.x(), v.y(), v.z()};
 }
 
-/// Without triangles where it holds lines, points or strips.
+/// The node has no triangles where the submesh holds lines, points or strips.
 MeshNode read_submesh(const gazebo::common::SubMesh& submesh) {
   MeshNode node{submesh.GetName(), {}, {}, {}};
   if (submesh.GetPrimitiveType() != gazebo::common::SubMesh::TRIANGLES) return node;
@@ -127,7 +127,7 @@ void add_mesh_file(LinkShapes& shapes, const Place& place, const gazebo::msgs::M
   if (geometry.has_scale()) use.scale = vector(geometry.scale());
   if (geometry.submesh() != "__default__") use.submesh = geometry.submesh();
   use.center = geometry.center_submesh();
-  // As Gazebo: of several submeshes of the chosen name only the first.
+  // Gazebo shows only the first of several submeshes of the chosen name.
   const gazebo::common::SubMesh* only = use.submesh.empty() ? nullptr : mesh->GetSubMesh(use.submesh);
   MeshFile file{{}, !path.empty() && city::has_mesh_mark(path)};
   for (unsigned i = 0; i < mesh->GetSubMeshCount(); ++i) {

@@ -72,7 +72,7 @@ class DriveSystem final : public gz::sim::System,
     model_.SetWorldPoseCmd(ecm, pose_);
   }
 
-  // After the physics, for which a model that is put somewhere has no velocity: as one rigid body.
+  // Moves the model as one rigid body, after the physics, which gives a model put in place no velocity.
   void Update(const gz::sim::UpdateInfo& info, Ecm& ecm) override {
     if (!settings_ || info.paused) return;
     for (const gz::sim::Entity link : model_.Links(ecm)) {

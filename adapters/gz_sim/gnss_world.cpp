@@ -64,7 +64,7 @@ Entity parent_of(Entity entity, const Ecm& ecm) {
   return ecm.ComponentData<components::ParentEntity>(entity).value_or(gz::sim::kNullEntity);
 }
 
-// With its elements; empty for sensors of other kinds.
+// The sensor's SDF with its elements; empty for sensors of other kinds.
 std::optional<sdf::Sensor> sdf_of(Entity sensor, const Ecm& ecm) {
   if (const auto* navsat = ecm.Component<components::NavSat>(sensor)) return navsat->Data();
   const auto* custom = ecm.Component<components::CustomSensor>(sensor);
@@ -263,14 +263,14 @@ void GnssWorld::Impl::take_over(Entity entity, const sdf::Sensor& sensor, Ecm& e
                        element->GetAttribute("gz:type")->GetAsString() == "gnss";
   const bool is_marked = element->HasElement("canyon");
   if (root == nullptr || root->bad || !(is_gnss || (is_navsat && (is_marked || root->all)))) return;
-  // Now: Gazebo's own NavSat system would publish the truth on the same topic.
+  // Remove it now: Gazebo's own NavSat system would publish the truth on the same topic.
   ecm.RemoveComponent<components::NavSat>(entity);
   const sdf::ElementPtr own = is_marked ? element->GetElement("canyon") : nullptr;
   root->found = true;
   due.push_back({entity, sensor, with_defaults(own, root->defaults)});
 }
 
-// In the first step: while a model is being loaded it does not know its world.
+// Called in the first step: while a model is being loaded it does not know its world.
 void GnssWorld::Impl::start_due(Ecm& ecm) {
   for (const Sensor& sensor : std::exchange(due, {})) {
     if (!ecm.HasEntity(sensor.entity) || receivers.contains(sensor.entity)) continue;

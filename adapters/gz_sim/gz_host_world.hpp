@@ -19,7 +19,7 @@ class GzHostWorld final : public HostWorld {
   /// @param visual visuals instead of collisions
   explicit GzHostWorld(bool visual) : visual_(visual) {}
 
-  /// To be called in each step, with the world as it stands: remembers what it will have to look at. `ecm` is
+  /// Call it in each step, with the world as it stands: it remembers which entities it must look at. `ecm` is
   /// asked until the next call.
   void look(const gz::sim::EntityComponentManager& ecm);
 

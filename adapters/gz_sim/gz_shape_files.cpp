@@ -27,7 +27,7 @@ namespace canyon::adapters::gz_sim {
 
 namespace {
 
-/// Without triangles where it holds lines, points or strips.
+/// The node has no triangles where the submesh holds lines, points or strips.
 MeshNode read_submesh(const gz::common::SubMesh& submesh) {
   MeshNode node{submesh.Name(), {}, {}, {}};
   if (submesh.SubMeshPrimitiveType() != gz::common::SubMesh::TRIANGLES) return node;
@@ -104,7 +104,7 @@ std::optional<HeightGrid> GzShapeFiles::heights(const std::string& uri, const st
     throw InputError(path, 0, fmt::format("has {} x {} heights", side, data->Height()),
                      "Gazebo's heightmaps are square");
   }
-  // As gz-physics scales them: the highest and the lowest are `size_z` apart.
+  // gz-physics scales heights so that the highest and the lowest are `size_z` apart.
   const double span = static_cast<double>(data->MaxElevation() - data->MinElevation());
   const gz::math::Vector3d scale(1, 1, span > 0 ? std::abs(size_z) / span : 1);
   const auto heights = std::make_shared<std::vector<float>>();

@@ -21,7 +21,7 @@ constexpr const char* kService = "/marker_array";
 constexpr double kUpdateInterval_s = 0.1;  // of wall time
 /// Everything is sent again after this, for clients whose arrival went unnoticed.
 constexpr double kRepeatInterval_s = 5;
-/// Between looks for clients; asking the transport before it has listened this long would wait for it.
+/// Intervals of looks for clients. A question before the transport has listened this long would wait for it.
 constexpr double kLookInterval_s = 1, kFirstLook_s = 2.5;
 /// A client that has not answered for so long is given up; until then it is sent nothing more.
 constexpr double kPatience_s = 5;

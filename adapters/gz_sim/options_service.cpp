@@ -37,7 +37,7 @@ struct OptionsService::Impl {
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
-  /// For all receivers if `receiver` is empty.
+  /// The topic of a receiver, or of all receivers if `receiver` is empty.
   [[nodiscard]] std::string topic(const std::string& receiver, const Service& service) const {
     std::string path = receiver.empty() ? "" : receiver + "/";
     for (std::size_t at = 0; (at = path.find("::", at)) != std::string::npos;) path.replace(at, 2, "/");

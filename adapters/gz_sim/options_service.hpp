@@ -30,7 +30,7 @@ class OptionsService {
   /// another receiver has a name already.
   std::string add(const std::string& receiver, const std::string& topic);
   void remove(const std::string& receiver);
-  /// For other transports that ask serve().
+  /// The desk, for other transports that ask serve().
   [[nodiscard]] std::shared_ptr<OptionsDesk> desk() const;
   /// The simulation's thread, at every update, also while paused (OptionsDesk::serve()).
   void serve(const std::function<std::vector<AdjustableReceiver>()>& receivers);

@@ -69,7 +69,7 @@ std::vector<Key> make_keys() {
   return keys;
 }
 
-/// As a text that readers take; a list's texts one by one. Empty: not given.
+/// The value as a text that readers take; a list's texts one by one. Empty: not given.
 std::optional<Node> node_of(const ParameterValue& value) {
   using options::scalar_node;
   const auto list = [](const auto& items, const auto& text) -> std::optional<Node> {

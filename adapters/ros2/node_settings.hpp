@@ -72,7 +72,7 @@ using Parameters = std::map<std::string, ParameterValue>;
 /// The scenario as Simulation takes it, which reads no topic.
 [[nodiscard]] simulation::Scenario simulated_world(const NodeSettings& settings);
 
-/// For a receiver that a host drives. `own_name` names it where nothing else does, and its noise is its own.
+/// The options of a driven receiver. `own_name` names it where nothing else does; its noise is its own.
 [[nodiscard]] simulation::LiveConfig live_config(const NodeSettings& settings, const std::string& own_name);
 
 }  // namespace canyon::adapters::ros2

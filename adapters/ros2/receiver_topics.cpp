@@ -55,7 +55,7 @@ void ReceiverTopics::publish(const ReceiverReport& report, const std::string& fr
       });
     }
   }
-  // Once a second, and where something has changed.
+  // The health goes out once a second, and where something has changed.
   const int state = health.finished    ? 3
                     : epoch == nullptr ? 2
                                        : 4 + static_cast<int>(epoch->observed.fix.kind());

@@ -146,7 +146,7 @@ std::string unpack_bzip2(const std::filesystem::path& path, std::string_view pac
       stream.next_out = block.data();
       stream.avail_out = static_cast<unsigned>(block.size());
       code = BZ2_bzDecompress(&stream);
-      // Without an end mark the data are cut short: nothing comes any more.
+      // Data without an end mark are cut short: nothing comes any more.
       goes_on = stream.avail_in > 0 || stream.avail_out == 0;
       text.append(block, 0, block.size() - stream.avail_out);
     }

@@ -8,7 +8,7 @@
 
 namespace canyon {
 
-/// Above so many bytes, a file that grows by more than `kMostGrowth` as it is unpacked is refused.
+/// A larger file that grows by more than `kMostGrowth` as it is unpacked is refused.
 inline constexpr std::uint64_t kHarmlessSize = std::uint64_t{1} << 28;
 inline constexpr std::uint64_t kMostGrowth = 200;
 /// Files that are unpacked as a whole have no more bytes, packed and unpacked.

@@ -9,7 +9,7 @@
 
 namespace canyon {
 
-/// From each word of the lists ("glass|mirror", literals) to its list's value; of equal words the first
+/// Maps each word of the lists ("glass|mirror", literals) to its list's value; the first of equal words
 /// counts.
 template <typename Value>
 [[nodiscard]] std::map<std::string_view, Value> dictionary(

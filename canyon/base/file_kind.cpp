@@ -139,7 +139,7 @@ bool is_columns(std::string_view head) {
          std::any_of(lines.begin(), lines.end(), is_blank_separated);
 }
 
-/// In the order in which they are asked: text of one kind may stand in another.
+/// The kinds in the order in which they are asked: text of one kind may stand in another.
 struct Row {
   FileKind kind;
   bool (*is)(std::string_view head);

@@ -42,7 +42,7 @@ enum class FileKind : std::uint8_t {
 
 /// "an SP3 file", for messages.
 [[nodiscard]] std::string_view name(FileKind kind);
-/// Its format as a trajectory; empty where it is none, and for columns.
+/// The name of a kind as a format of trajectories; empty for other kinds and for columns.
 [[nodiscard]] std::string_view trajectory_format(FileKind kind);
 /// The kind of the files of a trajectory format; columns for any other.
 [[nodiscard]] FileKind kind_of_trajectory(std::string_view format);

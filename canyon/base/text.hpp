@@ -8,7 +8,7 @@
 
 namespace canyon {
 
-/// Without leading and trailing blanks (space, tab, CR, LF).
+/// The text without leading and trailing blanks (space, tab, CR, LF).
 [[nodiscard]] std::string_view trim(std::string_view text);
 
 /// Splits at every `separator`; "a,,b" gives three pieces, "" gives one empty piece. Pieces are not trimmed.

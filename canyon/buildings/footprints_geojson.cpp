@@ -93,7 +93,7 @@ bool is_foliage(const city::Mesh& mesh, const BuiltFeature& feature) {
   return feature.object_count > 0 && mesh.objects.at(feature.first_object).surface == city::Surface::Foliage;
 }
 
-/// From the lowest to the highest vertex of a feature's objects.
+/// The height from the lowest to the highest vertex of a feature's objects.
 std::optional<double> measured_height_m(const city::Mesh& mesh, const BuiltFeature& feature) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (std::uint32_t k = 0; k < feature.object_count; ++k) {

@@ -16,8 +16,8 @@ struct Ground {
   double lowest_height_m = 0;       ///< ellipsoidal, of the lowest one
 };
 
-/// Over the corners of the outer rings and, on a terrain, points at most 10 m apart between them. Empty where
-/// the terrain has no height for any of them.
+/// The ground at the corners of the outer rings and, on a terrain, at points at most 10 m apart between them.
+/// Empty where the terrain has no height for any of them.
 [[nodiscard]] std::optional<Ground> ground_along(const std::vector<MapPolygon>& polygons,
                                                  const MapFrame& map_frame, bool terrain);
 

@@ -25,7 +25,7 @@ class MapFrame {
   [[nodiscard]] Eigen::Vector3d mesh_from_map(const LonLat& place, double height_m) const;
   /// Inverse: longitude, latitude [deg], ellipsoidal height [m].
   [[nodiscard]] Eigen::Vector3d map_from_mesh(const Eigen::Vector3d& point) const;
-  /// From the ENU frame about the origin to mesh coordinates; the identity for Grid::Enu.
+  /// The transform from the ENU frame about the origin to mesh coordinates; the identity for Grid::Enu.
   [[nodiscard]] Eigen::Vector3d mesh_from_enu(const Eigen::Vector3d& enu) const;
 
   /// Ellipsoidal height of the ground; empty where the terrain has none.

@@ -30,7 +30,7 @@ constexpr std::size_t kEpochsAtOnce = 60'000;
 constexpr double kCorrelated_s = 60;
 /// A key is not identified where the figures move the prior by less than this, of its deviation.
 constexpr double kMoved = 0.1;
-/// So near to the profile's value, of the deviation, it stays.
+/// A key keeps the profile's value where the fit differs from it by less than this, of its deviation.
 constexpr double kAgrees = 0.1;
 
 /// A key that is fitted.
@@ -218,7 +218,7 @@ class Grid {
   /// @param drive its nodes in the order of points()
   void add(Observations drive) { drives_.push_back(std::move(drive)); }
 
-  /// By the observations; or by the priors alone.
+  /// The posterior by observations and priors, or by the priors alone.
   [[nodiscard]] Posterior posterior(bool by_observations) const {
     std::array<std::vector<double>, kAxes> lists;
     for (std::size_t a = 0; a < kAxes; ++a) lists.at(a) = between(axes_.at(a));

@@ -19,7 +19,7 @@ namespace {
 
 using Verdict = Estimate::Verdict;
 
-/// As validation::never_tracked(): high and clear for a minute.
+/// The same bounds as in validation::never_tracked(): high and clear for a minute.
 constexpr double kHigh_rad = 0.52359877559829887, kClear_s = 60;
 /// A signal with fewer pseudoranges does not count as tracked.
 constexpr std::size_t kFewestOfSignal = 20;

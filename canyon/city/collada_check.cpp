@@ -55,7 +55,7 @@ const std::map<std::string_view, std::vector<const char*>>& required_attributes(
   return kRequired;
 }
 
-/// By its byte order mark: Assimp reads it, tinyxml2 does not.
+/// Whether a byte order mark says UTF-16: Assimp reads it, tinyxml2 does not.
 bool is_utf16(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   const int first = in.get(), second = in.get();

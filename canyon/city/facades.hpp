@@ -30,7 +30,7 @@ struct FacadeOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, FacadeOptions& o);
 
 /// The shares that a building draws from, by facade type, 1 in all; empty where nothing is drawn.

@@ -21,7 +21,7 @@ struct GazeboOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, GazeboOptions& o);
 
 /// A Gazebo model folder: model.config, model.sdf (SDF 1.6, static), meshes/*.dae split by place, materials

@@ -87,7 +87,7 @@ class LinkShapes {
                  const Extrude& extrude);
   void heights(const Place& place, const HeightGrid& grid);
 
-  /// For shapes that never came here, and what else is to be said of one: "'NAME' WHAT".
+  /// Notes on shapes that never came here, and other notes on a shape: "'NAME' WHAT".
   void leave_out(const Place& place, std::string_view why) const;
   void note(const Place& place, std::string_view what) const;
 
@@ -106,7 +106,7 @@ class LinkShapes {
   Mesh mesh_;
 };
 
-/// By the diffuse colour, which Canyon's own files give each material; Unknown for any other.
+/// The material with this diffuse colour, which Canyon's own files give each material; Unknown for any other.
 [[nodiscard]] Material material_by_colour(const std::array<double, 3>& colour);
 
 }  // namespace canyon::city

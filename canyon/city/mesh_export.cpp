@@ -31,7 +31,7 @@ std::string origin_line(const City& city) {
                      origin.height_m);
 }
 
-/// For a comment of one line.
+/// The text as a comment of one line.
 std::string one_line(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7F; }, ' ');

@@ -176,7 +176,7 @@ class MeshImport {
                                      aiComponent_COLORS | aiComponent_TEXCOORDS | aiComponent_BONEWEIGHTS |
                                      aiComponent_ANIMATIONS | aiComponent_TEXTURES | aiComponent_LIGHTS |
                                      aiComponent_CAMERAS);
-    // Only Canyon's own: other programs' names may be empty or repeat where their ids do not.
+    // Uses Canyon's own names only: other programs' names may be empty or repeat where their ids do not.
     if (marked_) importer_.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, true);
     const aiScene* scene = importer_.ReadFile(path_.string(), 0);
     if (scene != nullptr) {
@@ -409,7 +409,7 @@ class MeshImport {
 
   void append(Mesh& mesh, std::string name, Surface surface, const Node& node,
               const std::vector<std::uint32_t>& component, const TriangleIndices& triangles) const {
-    // Only this component's vertices: append_object() looks at all that it is given.
+    // Passes only this component's vertices: append_object() looks at all that it is given.
     std::vector<std::uint32_t> used;
     for (const auto& triangle : triangles) used.insert(used.end(), triangle.begin(), triangle.end());
     std::sort(used.begin(), used.end());

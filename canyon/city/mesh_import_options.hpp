@@ -24,7 +24,7 @@ struct MeshImportOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, MeshImportOptions& o);
 
 }  // namespace canyon::city

@@ -51,7 +51,7 @@ struct NodeName {
 
 /// "glass", "unknown" ...: lower case, one for each material.
 [[nodiscard]] std::string_view material_name(Material material);
-/// By material_name(); Unknown for any other name.
+/// The material with this material_name(); Unknown for any other name.
 [[nodiscard]] Material material_by_name(std::string_view name);
 /// Red, green, blue in [0, 1] for pictures of the city.
 [[nodiscard]] std::array<double, 3> material_colour(Material material);

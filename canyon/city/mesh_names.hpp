@@ -12,8 +12,8 @@ namespace canyon::city {
 /// case: "terrain" in "City_TERRAIN.01" and "flatTerrain2", not in "subterrain". False for an empty word.
 [[nodiscard]] bool has_word(std::string_view text, std::string_view word);
 
-/// By the words that artists and exporters use ("red_brick.003"); roof tiles count as brick, stucco as
-/// plaster. Unknown where no word fits.
+/// The material by words that artists and exporters use ("red_brick.003"); roof tiles count as brick, stucco
+/// as plaster. Unknown where no word fits.
 [[nodiscard]] Material material_from_name(std::string_view name);
 
 }  // namespace canyon::city

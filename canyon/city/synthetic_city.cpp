@@ -75,7 +75,7 @@ class TerraceMesher {
       const bool yard = terraces.courtyard && k + 1 == rings;
       const double above = yard ? 0 : terraces.roofs_m[k];
       const std::uint32_t low = add_outline(terraces.outlines[k], below);
-      // From `below` up the wall looks outwards; where it goes down, the same quads look inwards.
+      // A wall that goes up from `below` looks outwards; where it goes down, the same quads look inwards.
       const std::uint32_t high = add_outline(terraces.outlines[k], above);
       join(low, high);
       if (k + 1 < rings) {

@@ -22,7 +22,7 @@ struct SyntheticCityOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, SyntheticCityOptions& o);
 
 /// The origin lies in the middle of the central crossing, on the ground. Same options, same city.

@@ -6,7 +6,7 @@
 namespace canyon::disturbance {
 namespace {
 
-/// More than almost every way back: the slowest published chain goes beyond with a probability of 1e-6.
+/// Frames that are kept. The slowest published chain goes back farther with a probability of 1e-6.
 constexpr std::int64_t kSlots = 64;
 constexpr int kFarthest = 4096;
 
@@ -38,7 +38,7 @@ bool FrameStates::state(std::int64_t frame, std::span<const SkyNodes::Share> sha
     if (u < low || u >= high) return (u < low) != turned;
     if (back == kFarthest)
       return (u - low < (high - low) * steps.enter / (steps.enter + steps.leave)) != turned;
-    // Between them the state stays, or, of chains that change more often than not, turns.
+    // Between the two the state stays. In chains that change more often than not, it turns.
     if (steps.enter > stay) turned = !turned;
   }
 }

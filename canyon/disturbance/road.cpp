@@ -6,7 +6,7 @@
 namespace canyon::disturbance {
 namespace {
 
-// Between closer places the direction is jitter.
+// The direction between closer places is jitter.
 constexpr double kStep_m = 3;
 // The direction is that of the chord this far to both sides.
 constexpr double kChord_m = 5;

@@ -112,7 +112,7 @@ struct ShadowingOptions {
 /// below 0.07 suburban, else urban; from 0.15 on dense (docs/shadowing.md)
 /// @param outlines whether the map has outlines of buildings with flat roofs, and nothing else
 [[nodiscard]] ShadowingEnvironment of_surroundings(double closed_sky, bool outlines);
-/// Their fields. The environment is one of a scenario as well, by the key `surroundings`.
+/// Visits their fields. The environment is also a field of a scenario, by the key `surroundings`.
 void visit_environment(options::Visitor& v, std::string_view key, ShadowingEnvironment& environment);
 void visit(options::Visitor& v, SkylineOptions& o);
 void visit(options::Visitor& v, ShadowingOptions& o);

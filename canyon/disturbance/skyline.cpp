@@ -111,7 +111,7 @@ double Skyline::level_db(const Eigen::Vector3d& arrival, double leg_m) const {
   const double elevation = std::atan2(up, level), below = std::atan(o.slope) - elevation;
   if (o.foliage) {
     if (below <= 0) return 0;
-    // Through the crown: in at its top, out on its far side.
+    // The way through the crown: in at its top, out on its far side.
     const double depth_m =
         std::min(o.distance_m * (o.slope - up / level) / std::max(up, 0.1), numbers_.crown_m / level);
     return -signal::foliage_loss_db(signal::FoliageModel::SlantPath, depth_m, kL1_hz, elevation);

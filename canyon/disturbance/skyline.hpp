@@ -52,7 +52,7 @@ class Skyline {
   std::uint64_t root_;
   Eigen::Vector2d place_ = Eigen::Vector2d::Zero();
   double height_m_ = 0;
-  /// At the azimuth nodes.
+  /// The numbers of an azimuth node.
   struct Node {
     double height, distance, kind;
   };

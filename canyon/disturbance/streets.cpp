@@ -30,7 +30,7 @@ constexpr double kOvertaking = 0.1;
 constexpr double kLane_m = 3.3, kPavement_m = 3;
 // Weaker reflections are not worth a path: 26 dB under those of an endless wall.
 constexpr double kLeastReflection = 0.05;
-// Less of a path is nothing: 40 dB.
+// A path that keeps less of its amplitude is left out: 40 dB.
 constexpr double kLeastLeft = 0.01;
 constexpr double kAntennaMargin_m = 0.3;
 
@@ -169,7 +169,7 @@ void Street::furniture(const Frame& frame, std::vector<Body>& bodies) const {
     return 2 * radius;
   };
   const auto sign = [](const Street&, std::uint64_t draw, Body& body) {
-    // Across the road, 2 to 4 m wide and 1 to 4 m high, 5.8 m clear of it.
+    // A structure across the road, 2 to 4 m wide and 1 to 4 m high, 5.8 m clear of it.
     body.kind = Body::Kind::Structure;
     body.half_length_m = 0.15;
     body.half_width_m = 1 + unit(draw);
@@ -179,7 +179,7 @@ void Street::furniture(const Frame& frame, std::vector<Body>& bodies) const {
     return 0.3;
   };
   const auto awning = [](const Street&, std::uint64_t draw, Body& body) {
-    // Over a pavement, from the facade, 3 to 8 m long.
+    // A structure over a pavement, 3 to 8 m long, at the facade.
     body.kind = Body::Kind::Structure;
     body.half_length_m = 1.5 + 2.5 * unit(draw);
     body.half_width_m = kPavement_m / 4;

@@ -11,8 +11,8 @@ namespace canyon::drawing {
 
 /// Pixels of an opaque PNG. Throws std::runtime_error for bytes that are not one. Part of canyon::io.
 [[nodiscard]] RgbImage decode_png(const std::string& png);
-/// As PNG of 8-bit RGB; width and height of at least 1. Throws std::runtime_error where Cairo fails (memory).
-/// Part of canyon::io.
+/// The image as PNG of 8-bit RGB; width and height of at least 1. Throws std::runtime_error where Cairo fails
+/// (memory). Part of canyon::io.
 [[nodiscard]] std::string encode_png(const RgbImage& image);
 
 /// An animated PNG (Portable Network Graphics Specification, third edition, W3C 2025: acTL, fcTL and fdAT
@@ -29,7 +29,7 @@ class AnimatedPng {
   /// @param png bytes of an opaque PNG, of the same size each time (asserted)
   /// Throws like OutputFile::write(), and std::runtime_error for bytes that are not a PNG.
   void add(const std::string& png);
-  /// After the last frame (asserted). Throws like OutputFile::commit().
+  /// Call it after the last frame (asserted). Throws like OutputFile::commit().
   void commit();
 
  private:

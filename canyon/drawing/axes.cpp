@@ -99,7 +99,7 @@ Scale make_scale(std::vector<double> values, double tail) {
     if (low > 0 && high / low > kLogarithmicFrom) {
       scale.logarithmic = true;
       scale.high = nice_ceil(high);
-      // At most four decades: smaller values are as good as perfect.
+      // Shows at most four decades: smaller values are as good as perfect.
       scale.low = std::max(nice_floor(low), scale.high * 1e-4);
       scale.ticks = log_ticks(scale.low, scale.high);
       return scale;

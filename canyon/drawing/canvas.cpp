@@ -156,7 +156,7 @@ void Canvas::text(const Point& at, const std::string& text, const TextStyle& sty
   double dx = 0;
   if (style.align == Align::Centre) dx = -0.5 * extents.x_advance;
   if (style.align == Align::Right) dx = -extents.x_advance;
-  // By the height of capitals, not by this text's letters, so that neighbours share a base line.
+  // Aligns by the height of capitals, not by this text's letters, so that neighbours share a base line.
   const double capital = 0.73 * style.size;
   double dy = 0;
   if (style.level == Level::Top) dy = capital;

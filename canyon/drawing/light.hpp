@@ -34,7 +34,7 @@ struct Light {
   return {l.r * f, l.g * f, l.b * f};
 }
 
-/// Between two lights, t in [0, 1].
+/// The mean of two lights with the weights 1 - t and t, t in [0, 1].
 [[nodiscard]] inline Light mix(const Light& from, const Light& to, double t) {
   Light sum = from * (1 - t);
   sum += to * t;

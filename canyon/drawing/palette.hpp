@@ -16,16 +16,16 @@ struct Colour {
   [[nodiscard]] constexpr Colour with_alpha(double alpha) const { return {r, g, b, alpha}; }
 };
 
-/// From 0xRRGGBB.
+/// The colour 0xRRGGBB.
 [[nodiscard]] constexpr Colour rgb(unsigned hex) {
   return {static_cast<double>(hex >> 16 & 0xFFU) / 255, static_cast<double>(hex >> 8 & 0xFFU) / 255,
           static_cast<double>(hex & 0xFFU) / 255};
 }
 
-/// To 0xRRGGBB, opacity left out.
+/// The colour as 0xRRGGBB, without its opacity.
 [[nodiscard]] std::uint32_t packed(const Colour& c);
 
-/// Between two colours; `t` is clamped to [0, 1].
+/// A colour between two; `t` is clamped to [0, 1].
 [[nodiscard]] Colour mix(const Colour& from, const Colour& to, double t);
 
 /// Matplotlib's viridis (Smith, van der Walt 2015), from dark purple at 0 to yellow at 1, within 2 % of it:

@@ -14,7 +14,7 @@ namespace {
 
 using geodesy::GpsTime;
 
-/// Along-track and cross-track errors over that of the range; assumed.
+/// Ratios of along-track and cross-track errors to that of the range; assumed.
 constexpr double kAlong = 2, kCross = 1;
 /// The thin shell that stands for the ionosphere, of IS-GPS-200 and IONEX [m from the Earth's centre].
 constexpr double kShell_m = 6371e3 + 350e3;
@@ -91,7 +91,7 @@ double SpaceErrors::orbit_clock_m(const orbit::LineOfSight& line, GpsTime recept
   if (found == satellites_.end() || found->second.range_m == 0) return 0;
   const OfSatellite& satellite = found->second;
   const Eigen::Vector3d& position = line.position_at_reception_m;
-  // Along the way in inertial axes.
+  // The direction of motion in inertial axes.
   const Eigen::Vector3d turning(0, 0, geodesy::kEarthRotationRate);
   const Eigen::Vector3d velocity = line.velocity_at_reception_mps + turning.cross(position);
   const Eigen::Vector3d cross = position.cross(velocity).normalized();

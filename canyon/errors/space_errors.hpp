@@ -41,7 +41,7 @@ struct SpaceErrorOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, SpaceErrorOptions& o);
 
 /// The errors of one run, the same for all of its receivers and bands: functions of satellite, place and

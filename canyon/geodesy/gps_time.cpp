@@ -8,7 +8,7 @@
 namespace canyon::geodesy {
 
 GpsTime GpsTime::from_week(int week, double seconds_of_week) {
-  // About +-280 years around 1980, so that later arithmetic by decades cannot overflow.
+  // Times end about 280 years before and after 1980, so that later arithmetic by decades cannot overflow.
   constexpr int kMaxWeek = 14'600;
   // Negated so that NaN falls out.
   const double weeks = week + seconds_of_week / kSecondsPerWeek;

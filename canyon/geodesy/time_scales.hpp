@@ -36,8 +36,8 @@ struct CalendarTime {
 /// Throws InputError where a field is out of range, or for second 60 where there was no leap second.
 [[nodiscard]] GpsTime gps_from_utc(const CalendarTime& utc);
 
-/// From POSIX time, whole nanoseconds since 1970-01-01 00:00:00 UTC without leap seconds; the instant of a
-/// repeated second is its second one.
+/// Converts POSIX time, whole nanoseconds since 1970-01-01 00:00:00 UTC without leap seconds; a repeated
+/// second is its second instant.
 [[nodiscard]] GpsTime gps_from_unix(std::int64_t nanoseconds_since_1970);
 
 /// 1980-01-06T00:00:00Z in POSIX time [s], day 3657.

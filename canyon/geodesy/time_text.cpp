@@ -18,7 +18,7 @@ GpsTime parse_simulated_time(std::string_view text) {
   text = trim(text);
   const InputError out_of_range(fmt::format("the time '{}' is out of range", text),
                                 "times run from 1980-01-06 to 2171-08-31, the GPS weeks 0 to 9999");
-  // Before parse_time(), which has bounds of its own.
+  // Checks the year before parse_time(), which has bounds of its own.
   const std::optional<long long> year = parse_integer(column(text, 0, 4));
   if (column(text, 4, 1) == "-" && year && (*year < 1980 || *year > 2171)) throw out_of_range;
   const GpsTime t = parse_time(text);

@@ -31,9 +31,9 @@ inline constexpr std::array<System, 5> kConstellations{System::GPS, System::GLON
 [[nodiscard]] char letter(System system);
 /// "GPS", "GLONASS", "Galileo", "BeiDou", "QZSS", "SBAS".
 [[nodiscard]] std::string_view name(System system);
-/// From a RINEX letter; empty for I and anything unknown.
+/// The system of a RINEX letter; empty for I and anything unknown.
 [[nodiscard]] std::optional<System> system_from_letter(char letter);
-/// From a name as name() gives it, upper or lower case. Throws InputError listing the names.
+/// The system of a name as name() gives it, upper or lower case. Throws InputError listing the names.
 [[nodiscard]] System system_from_name(std::string_view name);
 
 /// One satellite as RINEX 3 names it: PRN for GPS, Galileo, BeiDou; slot for GLONASS; PRN - 192 for QZSS;
@@ -47,7 +47,7 @@ struct SatelliteId {
 
 /// "G05".
 [[nodiscard]] std::string to_string(SatelliteId id);
-/// From "G05", "G 5" or "g5"; empty for anything else.
+/// Parses "G05", "G 5" or "g5"; empty for anything else.
 [[nodiscard]] std::optional<SatelliteId> parse_satellite(std::string_view text);
 
 /// Carrier frequency [Hz] of the system's open civil signal near L1: L1 C/A, G1 (channel), E1, B1I, SBAS L1.

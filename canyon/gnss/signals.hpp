@@ -76,7 +76,7 @@ struct Signal {
   /// sigId of UBX (UBX-22008968, 1.5.4) of what is tracked: the pilot where it has one; -1: none.
   std::int8_t ubx = -1;
   std::int8_t ubx_geo = -1;  ///< of geostationary BeiDou satellites (D2), where that differs
-  /// Between the lines of its spectrum [Hz]: of a code that repeats once in 1 / line_hz and has no secondary
+  /// Distance of its spectrum's lines [Hz], where a code repeats once in 1 / line_hz and has no secondary
   /// code. 0: closer than an integration resolves.
   double line_hz = 0;
 };

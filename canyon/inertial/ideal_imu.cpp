@@ -38,7 +38,7 @@ IdealImu::IdealImu(const ImuOptions& options, BodyMotion motion, double step_s)
 }
 
 const BodyState& IdealImu::body(std::int64_t index) {
-  // From -2 on.
+  // Indices begin at -2.
   auto& kept = bodies_.at(static_cast<std::size_t>((index + kKept) % kKept));
   if (!kept || kept->first != index)
     kept = {index, motion_(std::round(static_cast<double>(index) * step_s_ * 1e9) / 1e9)};

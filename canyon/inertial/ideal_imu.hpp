@@ -40,7 +40,7 @@ class IdealImu {
   /// Instants are rounded to nanoseconds. @param motion is asked from -2 step_s on @param step_s above 0
   IdealImu(const ImuOptions& options, BodyMotion motion, double step_s);
 
-  /// At `index` step_s, at least 0.
+  /// The state at the time `index` step_s, `index` at least 0.
   [[nodiscard]] ImuState at(std::int64_t index);
   /// Means over an interval, as sensors that integrate state them: of the specific force by Simpson's rule,
   /// with an error of the fourth order of the step; of the rate by the turns between attitudes, so that these

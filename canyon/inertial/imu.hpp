@@ -19,7 +19,7 @@ class FlickerNoise {
  public:
   /// @param floor its Allan deviation
   FlickerNoise(double floor, RandomStream& random);
-  /// Its value `dt_s` later.
+  /// The value `dt_s` later.
   [[nodiscard]] Eigen::Vector3d next(double dt_s, RandomStream& random);
 
  private:

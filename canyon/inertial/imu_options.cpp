@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::infinity();
 
-/// In the units of the options, in their order.
+/// Numbers of a profile in the units of the options, in their order.
 struct ProfileNumbers {
   std::array<double, 9> gyroscope;
   std::array<double, 8> accelerometer;

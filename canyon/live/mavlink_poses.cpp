@@ -105,7 +105,7 @@ class MavlinkPoses final : public PoseDecoder {
   }
 
   [[nodiscard]] std::string request() override {
-    // As a companion computer: autopilots answer on ports where somebody lives.
+    // Sends it as a companion computer: autopilots answer on ports where somebody lives.
     mavlink::Heartbeat heartbeat;
     heartbeat.type = 18;  // MAV_TYPE_ONBOARD_CONTROLLER
     const mavlink::Sender self{1, 191};
@@ -199,7 +199,7 @@ class MavlinkPoses final : public PoseDecoder {
     report.position_m = world * m.position_m;
     report.attitude = attitude(m.frame_from_body, world, body);
     if (!m.velocity_mps.allFinite()) {
-      // Not given.
+      // The message gives no velocity.
     } else if (!body_frd) {
       report.velocity_mps = enu_from(*child_ned ? WorldAxes::NED : WorldAxes::ENU) * m.velocity_mps;
     } else if (report.attitude) {

@@ -115,7 +115,7 @@ bool Session::Impl::is_due(Vehicle& vehicle, const simulation::EpochSchedule& ep
   const std::int64_t at = epochs.next_ns();
   if (epochs.over() || (!by_stamps() && now < at)) return false;
   if (!vehicle.source) {
-    // By stamps, receivers that stand still follow those that poses move.
+    // By stamps, receivers that stand still follow the receivers with poses.
     const bool along = by_stamps() && stands_still(vehicle) &&
                        std::any_of(vehicles.begin(), vehicles.end(),
                                    [](const Vehicle& other) { return other.source != nullptr; });
@@ -131,7 +131,7 @@ bool Session::Impl::is_due(Vehicle& vehicle, const simulation::EpochSchedule& ep
 
 void Session::Impl::gather(Vehicle& vehicle, std::int64_t now) {
   for (Schedule& each : vehicle.receivers) {
-    // In real time one at a time: links are served, and others' epochs sent, before the next one.
+    // In real time it takes one epoch a turn: links are served, and others' epochs sent, before the next one.
     while (is_due(vehicle, each.epochs, now)) {
       gather(vehicle, each, now);
       if (!by_stamps()) break;
@@ -289,7 +289,7 @@ void Session::Impl::wait() const {
     for (const Schedule& each : vehicle.receivers) {
       if (each.epochs.over()) continue;
       const Clock::time_point at = wall_of(each.epochs.next_ns());
-      // After its instant an epoch waits for a pose or for the end of wait_s.
+      // An epoch waits after its instant for a pose or for the end of wait_s.
       const auto patience =
           std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.wait_s));
       until = std::min(until, at > Clock::now() ? at : at + patience);

@@ -46,7 +46,7 @@ struct RunOptions {
   const std::atomic<bool>* stop = nullptr;  ///< set: the run ends; null: never
   /// Takes notes, one line each.
   std::function<void(const std::string&)> note;
-  /// Once a second of real time.
+  /// Called once a second of real time.
   std::function<void(const Figures&)> progress;
 };
 
@@ -72,7 +72,7 @@ class Session {
   [[nodiscard]] geodesy::GpsTime start() const;
   [[nodiscard]] double interval_s() const;
   [[nodiscard]] const simulation::Scenario& scenario() const;
-  /// Until the end of the trajectory, of duration_s, of every log, or until it is stopped. Streams end whole.
+  /// Runs to the end of the trajectory, of duration_s, of every log, or until stopped. Streams end whole.
   /// @param sinks take every epoch as Simulation::run() gives them, and are finished
   Figures run(const std::vector<simulation::EpochSink*>& sinks, const RunOptions& options);
 

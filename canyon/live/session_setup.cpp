@@ -61,7 +61,7 @@ void Session::Impl::make_receivers() {
     receivers.emplace_back(simulation::live_config(scenario, r, start, schedule.interval_s()), scene, start,
                            sky);
     sky = receivers.back().shared_sky();
-    // Now, so that the first epoch is not late.
+    // Prepared now, so that the first epoch is not late.
     prepared.push_back(
         receivers.back().environment().make_propagator(receivers.back().config().receiver().propagation));
   }

@@ -58,7 +58,7 @@ struct GpsRawInt {
   double yaw_deg = kUnknown;  ///< (0, 360]
 };
 
-/// Up to 20 satellites.
+/// GPS_STATUS, which has up to 20 satellites.
 struct GpsStatus {
   static constexpr std::uint32_t kId = 25;
   static constexpr std::string_view kName = "GPS_STATUS";

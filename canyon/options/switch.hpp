@@ -4,7 +4,7 @@
 
 namespace canyon::options {
 
-/// On or off. Where nobody sets it, the default may depend on what other options say.
+/// A switch, on or off. Where nobody sets it, the default may depend on other options.
 class Switch {
  public:
   /// A default.
@@ -15,7 +15,7 @@ class Switch {
     set_ = true;
     return *this;
   }
-  /// Its value where nobody sets it.
+  /// Sets the value that holds where nobody sets it.
   constexpr void set_default(bool value) {
     if (!set_) value_ = value;
   }

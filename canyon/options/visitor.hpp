@@ -78,11 +78,11 @@ class Value {
   [[nodiscard]] virtual Type type() const = 0;
   /// False: an optional that is empty.
   [[nodiscard]] virtual bool given() const { return true; }
-  /// As YAML on one line; read() takes the same value from it, to the bit.
+  /// The value as YAML on one line; read() takes the same value from it, to the bit.
   [[nodiscard]] virtual std::string text() const = 0;
   /// The stored number itself where text() is of another unit.
   [[nodiscard]] virtual std::string exact() const { return text(); }
-  /// For messages to users: text(), of angles both units.
+  /// The value in messages to users: text(), with both units for angles.
   [[nodiscard]] virtual std::string shown() const { return text(); }
   [[nodiscard]] virtual bool in_range() const { return true; }
   /// The condition on the value, in words that follow "it is" or "it must be"; empty: there is none.
@@ -226,9 +226,9 @@ class Visitor {
 
   /// Whether the fields of a kind are visited: of all kinds by Purpose::Describe, else of the one that holds.
   [[nodiscard]] bool wants(bool holds) const { return holds || describes(); }
-  /// At most one of these keys may stand here; with `cure` one must.
+  /// Declares that at most one of these keys may stand here; with `cure` one must.
   virtual void one_of(std::initializer_list<std::string_view> /*keys*/, std::string_view /*cure*/ = {}) {}
-  /// This key must stand here.
+  /// Declares that this key must stand here.
   virtual void require(std::string_view /*key*/, std::string_view /*cure*/ = {}) {}
   /// A key of this section that is no more, or a wrong word for another: who writes it is told `cure`.
   virtual void replaced(std::string_view /*key*/, std::string_view /*cure*/) {}

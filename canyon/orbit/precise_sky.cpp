@@ -275,8 +275,8 @@ std::optional<SatelliteState> PreciseSky::state(gnss::SatelliteId id, GpsTime t)
 
   const Sp3Record& low = records[b.low];
   const Sp3Record& high = records[b.high];
-  // On an epoch the slope is that of the interval ahead, else of the one behind; without a neighbour it is
-  // the clock's own that is unknown: 0 then.
+  // On an epoch the slope is that of the interval ahead, else of the one behind. Without a neighbour the
+  // clock's slope is unknown and taken as 0.
   const Sp3Record* from = &low;
   const Sp3Record* to = &high;
   if (b.low == b.high) {

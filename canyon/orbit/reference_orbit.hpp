@@ -20,8 +20,8 @@ class ReferenceOrbit {
 
   /// Position and velocity are zero everywhere: it subtracts nothing. The anomaly is the time [h].
   ReferenceOrbit() = default;
-  /// Through a position [m] and velocity [m/s] at `epoch`; as the default where they are no ellipse with
-  /// e < 0.9 above the Earth.
+  /// The orbit through a position [m] and velocity [m/s] at `epoch`; the default one where they give no
+  /// ellipse with e < 0.9 above the Earth.
   ReferenceOrbit(geodesy::GpsTime epoch, const Eigen::Vector3d& position, const Eigen::Vector3d& velocity);
 
   [[nodiscard]] State at(geodesy::GpsTime t) const;

@@ -19,7 +19,7 @@ struct SatelliteState {
   double clock_drift = 0;    ///< [s/s], relativity included
   double group_delay_s = 0;  ///< TGD/BGD of the L1-band signal: its effective clock is bias - group delay
   double carrier_frequency_hz = 0;  ///< of the L1-band signal
-  /// Likewise of the other signals of gnss::signals_of(), in their order behind the first.
+  /// Group delays of the other signals of gnss::signals_of(), in their order behind the first.
   std::array<double, gnss::kMostSignals - 1> more_group_delays_s{};
 
   [[nodiscard]] double group_delay_of(const gnss::Signal& signal) const {

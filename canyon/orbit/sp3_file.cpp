@@ -89,7 +89,7 @@ class Reader {
     return false;
   }
 
-  // Only the first of the two %c lines names it.
+  // The first of the two %c lines names it, the other does not.
   void read_time_system(std::string_view line) {
     if (!time_system_.empty()) return;
     time_system_ = column(line, 9, 3);

@@ -19,7 +19,7 @@ struct Sp3Record {
   double clock_bias_s = 0;                               ///< without the periodic relativity
   bool good_position = true;
   bool good_clock = true;
-  /// Since the record before, or at this one (flags M and E).
+  /// Events since the record before, or at this one (flags M and E).
   bool maneuver = false, clock_event = false;
   int line = 0;
 };

@@ -44,7 +44,7 @@ class JudgedChain {
   [[nodiscard]] bool fails(std::size_t i) const { return misses_[i] && !misses_[i]->fits(); }
   [[nodiscard]] double distance(std::size_t i) const { return misses_[i] ? misses_[i]->distance : 0; }
 
-  /// In no three that fit, and in one that does not.
+  /// Whether no three records with the i-th fit, and some three do not.
   [[nodiscard]] bool stray(std::size_t i) const {
     bool any_fails = false;
     for (std::size_t k = i == 0 ? 0 : i - 1; k < std::min(i + 2, size()); ++k) {

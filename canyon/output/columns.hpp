@@ -88,7 +88,7 @@ struct Column {
   /// The value of a Number, Integer or Word (its index) in units, of Seconds in seconds; NaN: no value, and
   /// of Text.
   [[nodiscard]] double value(const Row& row) const;
-  /// As output::cf_unit(), degrees of latitude and longitude by their names; empty for words and texts.
+  /// output::cf_unit() of the unit; latitude and longitude by their names; empty for words and texts.
   [[nodiscard]] std::string cf_unit() const;
 };
 

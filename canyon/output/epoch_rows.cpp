@@ -15,7 +15,7 @@
 namespace canyon::output {
 namespace {
 
-/// To a binary fraction: digits that nobody sees make files twice as large.
+/// Rounds to a binary fraction: digits that nobody sees make files twice as large.
 double in_steps(double value, double steps_per_unit) {
   return std::round(value * steps_per_unit) / steps_per_unit;
 }

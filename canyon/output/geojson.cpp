@@ -56,7 +56,7 @@ class GeoJson final : public Encoder {
     properties["visible"] = seen.visible;
     properties["blocked"] = seen.blocked;
     if (!epoch.faults.empty()) properties["faults"] = epoch.faults;
-    // Without a fix there is only the true place to show.
+    // An epoch without a fix has only the true place to show.
     return next(feature(std::move(properties), "Point",
                         coordinates(seen.fix.solved() ? seen.fix.position : epoch.truth.position)));
   }

@@ -111,8 +111,8 @@ class GnssLog final : public Encoder {
   }
 
  private:
-  /// From utcTimeMillis to HardwareClockDiscontinuityCount. GPS time is TimeNanos - (FullBiasNanos +
-  /// BiasNanos), as the receiver states it: a phone's solution for its clock, here without error.
+  /// The fields from utcTimeMillis to HardwareClockDiscontinuityCount. GPS time is TimeNanos - (FullBiasNanos
+  /// + BiasNanos), as the receiver states it: a phone's solution for its clock, here without error.
   [[nodiscard]] std::string clock_fields(const receiver::ReceiverEpoch& seen, std::int64_t unix_ms,
                                          std::int64_t time_ns) const {
     const double bias_ns = 1e9 * seen.clock_bias_s;

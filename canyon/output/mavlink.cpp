@@ -239,7 +239,7 @@ mavlink::GpsRawInt gps_raw_int(const simulation::Epoch& epoch) {
   m.course_deg = course_deg(*fix.velocity_enu_mps);
   if (fix.velocity_covariance_enu) {
     m.speed_accuracy_mps = speed_sigma_mps(fix);
-    // Across the way, small angles; standing still any course is as good as another.
+    // Deviation across the way, for small angles; a vehicle at rest may have any course.
     const Eigen::Vector2d way = fix.velocity_enu_mps->head<2>().normalized(), across(-way.y(), way.x());
     const double across_mps =
         std::sqrt(across.dot(fix.velocity_covariance_enu->topLeftCorner<2, 2>() * across));

@@ -33,7 +33,7 @@ struct SystemCodes {
   int first, last, offset;  ///< satellites that have a number, and its distance from theirs
 };
 
-/// In the order of System.
+/// The codes stand in the order of System.
 const SystemCodes& codes(System system) {
   static constexpr std::array<SystemCodes, gnss::kSystemCount> kCodes{{{"GP", '1', '1', 1, 32, 0},
                                                                        {"GL", '2', '1', 1, 32, 64},
@@ -117,7 +117,7 @@ std::string rmc(const receiver::ReceiverEpoch& seen, std::string_view talker, co
 
 std::string gga(const simulation::Epoch& epoch, std::string_view talker, const Clock& clock) {
   const positioning::Fix& fix = epoch.observed.fix;
-  // As it is written, so that the sum of both is the ellipsoidal height; 0 where sea level is not known.
+  // Rounded as written, so that the sum of both is the ellipsoidal height; 0 where sea level is not known.
   const double separation_m = std::round(epoch.geoid_undulation_m * 1e3) / 1e3;
   const std::string height = fix.solved() ? fixed(fix.position.height_m - separation_m, 3) + ",M," +
                                                 fixed(separation_m, separation_m == 0 ? 1 : 3) + ",M"

@@ -15,8 +15,8 @@ class PhaseArcs {
  public:
   /// The link of a phase to the satellite's earlier ones.
   struct Link {
-    /// Not continuous with the satellite's phase before: cycles were lost in between. False for the
-    /// satellite's first phase, which has nothing before it.
+    /// The phase is not continuous with the satellite's phase before: cycles were lost in between. False for
+    /// the satellite's first phase.
     bool slip = false;
     bool begins = false;  ///< of an arc this is the first phase
     /// Whole cycles that bring the arc's first phase nearest to its pseudorange over the wavelength, the same

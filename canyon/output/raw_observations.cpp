@@ -11,7 +11,7 @@ RawEpoch RawObservations::next(const receiver::ReceiverEpoch& seen) {
   constexpr std::int64_t kMillisecond_ns = 1'000'000;
   const bool steered = tags_ == Tags::WholeMilliseconds;
   RawEpoch epoch{steered ? round_to(seen.receiver_time, kMillisecond_ns) : seen.receiver_time, {}};
-  // From the exact reading: receiver_time has nanoseconds, which are 0.3 m.
+  // Taken from the exact reading: receiver_time has nanoseconds, which are 0.3 m.
   const double shift_s = steered ? (epoch.tag - seen.time) - seen.clock_bias_s : 0;
   const double drift = steered ? seen.clock_drift : 0;
   for (const receiver::SatelliteObservation& satellite : seen.satellites) {

@@ -104,7 +104,7 @@ class RinexObservation final : public Encoder {
     return receiver::tracked_signals(receiver_.tracks, system);
   }
 
-  /// In the order of observation_codes().
+  /// The observations in the order of observation_codes().
   [[nodiscard]] std::string observations(const RawObservation& o) const {
     const positioning::Measurement& m = *o.measurement;
     const std::string doppler = o.doppler_hz ? observation(*o.doppler_hz) : std::string(kNoObservation);

@@ -43,7 +43,7 @@ class EncodedStream final : public simulation::EpochSink {
   /// The first call ends the stream, sending at once what waits; later ones do nothing. The transport is
   /// finished with the last stream of its link.
   void finish() override;
-  /// For the time between two epochs; write() does it as well.
+  /// Call it between two epochs; write() does it as well.
   void serve();
   /// The part of serve() that is not the link's.
   void send_due();
@@ -83,15 +83,15 @@ class EncodedStream final : public simulation::EpochSink {
 /// before its end anywhere but in a file.
 [[nodiscard]] std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::size_t receiver,
                                                          const ReceiverDescription& description);
-/// Through a link that others use as well. A format whose first bytes every reader gets needs one of its own
-/// (InputError).
+/// Opens a stream through a link that others use as well. A format whose first bytes every reader gets needs
+/// a link of its own (InputError).
 [[nodiscard]] std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::size_t receiver,
                                                          ReceiverDescription description,
                                                          std::shared_ptr<transport::Link> link);
 /// Place of the receiver that a request names among `names`. Throws InputError for an unknown receiver, and
 /// for none with several.
 [[nodiscard]] std::size_t find_receiver(const StreamRequest& request, const std::vector<std::string>& names);
-/// For a simulation's receiver. Throws InputError also for an unknown receiver, and for none with several.
+/// Opens a stream for a simulation's receiver. Throws also for an unknown receiver, and for none of several.
 [[nodiscard]] std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request,
                                                          const simulation::Simulation& simulation);
 /// A file of a format: open_stream() with "file:".

@@ -34,7 +34,7 @@ struct RunSummary {
   std::size_t exclusions = 0;   ///< of satellites from fixes, by RAIM or the position filter, over all epochs
   std::size_t raim_tested = 0;  ///< epochs with a statement of RAIM
   std::size_t inconsistent = 0;  ///< of those, epochs where RAIM's test failed on what was left
-  /// From the first epoch without fix to the next fix; at the end of the run to one interval behind the last
+  /// Time from the first epoch without fix to the next fix; at the run's end to one interval behind the last
   /// epoch.
   double longest_outage_s = 0;
   /// The epochs at which a fault was at work. Faults are in the order of their beginnings.

@@ -8,7 +8,7 @@
 namespace canyon::output {
 namespace {
 
-/// So many paths of a satellite at most go to the page: what it draws.
+/// The most paths of a satellite that go to the page, which draws no more.
 constexpr std::size_t kPaths = 12;
 
 /// Messages of the viewer, a line each: "hello" first, then an "epoch" each. They know nothing of the city.

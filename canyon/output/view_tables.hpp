@@ -50,7 +50,7 @@ enum ViewTableIndex : std::uint32_t {
 class ViewWords {
  public:
   [[nodiscard]] std::size_t index(std::string_view column, const std::string& text);
-  /// By column; those without any text but the empty one as well.
+  /// The words of each column, also of those without any text but the empty one.
   [[nodiscard]] const std::map<std::string, std::vector<std::string>, std::less<>>& lists() const {
     return lists_;
   }

@@ -11,11 +11,11 @@ namespace canyon::positioning {
 
 enum class Smoothing : std::uint8_t {
   None,
-  /// By the signal's own carrier (Hatch, The synergism of GPS code and carrier measurements, 1982): the
-  /// ionosphere, that delays codes and advances carriers, leaves 2 (window_s) dI/dt behind.
+  /// Smooths by the signal's own carrier (Hatch, The synergism of GPS code and carrier measurements, 1982):
+  /// the ionosphere, which delays codes and advances carriers, leaves 2 (window_s) dI/dt behind.
   Hatch,
-  /// By a combination of two carriers that is delayed as the code is: no divergence. Where only one carrier
-  /// goes on, as Hatch.
+  /// Smooths by a combination of two carriers that has the code's delay: no divergence. Where only one
+  /// carrier goes on: as Hatch.
   DivergenceFree,
 };
 
@@ -25,7 +25,7 @@ struct SmoothingOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, SmoothingOptions& o);
 
 /// A part of a code's error: correlated in time by e^(-dt rate_per_s).

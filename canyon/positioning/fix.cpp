@@ -25,7 +25,7 @@ using gnss::System;
 /// rad of elevation.
 constexpr double kPlaceKnown_m = 1e4;
 constexpr double kEarthRadius_m = 6.371e6;
-/// Beyond every orbit: an iteration that got there does not come back.
+/// Radius beyond every orbit: an iteration that got there does not come back.
 constexpr double kAstray_m = 1e9;
 /// While still far from the place only an exactly degenerate geometry stops the iteration.
 constexpr double kWorkingThreshold = 1e-13;

@@ -42,7 +42,7 @@ struct WeightOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, WeightOptions& o);
 
 /// Receiver autonomous integrity monitoring: fault detection and exclusion on the residuals of one fix.
@@ -59,7 +59,7 @@ struct RaimOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, RaimOptions& o);
 
 struct FixOptions {
@@ -84,7 +84,7 @@ struct FixOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, FixOptions& o);
 
 /// Extended Kalman filter over pseudoranges and Doppler, as receivers for vehicles run: position and velocity
@@ -122,7 +122,7 @@ struct PositionFilterOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, PositionFilterOptions& o);
 
 }  // namespace canyon::positioning

@@ -21,7 +21,7 @@ struct StreamOptions {
   /// With rtcm each reader gets corrections for the place in its GGA sentences (VirtualStation).
   bool virtual_station = false;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, StreamOptions& o);
 
 /// Epochs of a receiver in a format to an address.
@@ -31,7 +31,7 @@ struct StreamRequest {
   std::string address;   ///< transport::open_transport()
   StreamOptions options;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, StreamRequest& o);
 
 /// How poses are written.
@@ -57,7 +57,7 @@ struct PoseSourceOptions {
   double scale = 1;        ///< metres in the city for one in the room
   PoseTrackOptions track{0.5, 0.04, true};
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, PoseSourceOptions& o);
 
 /// The clock that makes epochs due.
@@ -82,7 +82,7 @@ struct LiveOptions {
   std::string control;   ///< address that takes commands; empty: none
   bool changes = false;  ///< commands may change the simulation
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, LiveOptions& o);
 
 }  // namespace canyon::simulation

@@ -18,7 +18,7 @@ struct MapOptions {
 
   [[nodiscard]] bool moves() const { return motion == Motion::Driving || motion == Motion::Flying; }
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, MapOptions& o);
 
 [[nodiscard]] std::string_view name(Motion motion);

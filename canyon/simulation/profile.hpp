@@ -17,7 +17,7 @@ struct Profile {
   ReceiverConfig receiver;
 };
 
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, Profile& profile);
 
 /// The built-in profile of receivers without a named one: a common module with

@@ -38,7 +38,7 @@ struct TileOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, TileOptions& o);
 
 /// Whether a text is an address of the web: begins with http:// or https://.

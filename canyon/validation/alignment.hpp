@@ -27,7 +27,7 @@ struct AlignOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, AlignOptions& o);
 
 /// Where the city fits a recording best: the move under which the city's LOS and NLOS are separated best by

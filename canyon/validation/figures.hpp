@@ -132,7 +132,7 @@ struct FigureOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, FigureOptions& o);
 /// Names the part of a comparison: "second half: 12:52:00 to 12:56:24 GPST, 243 epochs".
 [[nodiscard]] std::string describe_part(const Comparison& comparison, std::size_t first, std::size_t count,

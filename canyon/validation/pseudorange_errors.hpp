@@ -91,7 +91,7 @@ struct ResidualOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, ResidualOptions& o);
 
 /// Step one. Satellites are taken at the transmit time that tag and pseudorange give, so that clock bias,
@@ -132,7 +132,7 @@ struct ClockOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, ClockOptions& o);
 
 struct PseudorangeError {

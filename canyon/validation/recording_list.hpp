@@ -23,14 +23,14 @@ struct ListedRecording {
   bool align_heading = false;                 ///< its heading as well; only with `align`
   std::optional<double> split;                ///< share of epochs of the first part, (0, 1)
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, ListedRecording& r);
 
 /// The recordings that `canyon validate LIST.yaml` evaluates: 1 to 50.
 struct RecordingList {
   std::vector<ListedRecording> recordings;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, RecordingList& list);
 
 /// Whether a YAML file is such a list and no scenario: it has the key `recordings`. False for what is no

@@ -64,7 +64,7 @@ Eigen::Vector3d twice_area_vector(const IndexRing& ring, const std::vector<Eigen
   return sum;
 }
 
-/// Without repeated points and without spikes (a, b, a).
+/// The ring without repeated points and without spikes (a, b, a).
 IndexRing tidy(IndexRing ring) {
   bool again = true;
   while (again && ring.size() >= 3) {

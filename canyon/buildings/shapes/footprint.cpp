@@ -11,8 +11,8 @@ namespace canyon::buildings {
 namespace {
 
 constexpr double kGrid_m = 1e-3;
-/// As GEOS rounds with a grid of 1 mm: to the nearest of the numbers k / 1000, so that points snapped here
-/// and points snapped there are the same doubles.
+/// Rounds as GEOS does with a grid of 1 mm: to the nearest of the numbers k / 1000, so that points snapped
+/// here and in GEOS are the same doubles.
 constexpr double kGridsPerMetre = 1000;
 constexpr double kSliver_m2 = 0.01;
 /// Mean width (twice the area over the perimeter) below which what an overlay leaves is a seam between two
@@ -20,7 +20,7 @@ constexpr double kSliver_m2 = 0.01;
 constexpr double kSeam_m = 0.02;
 /// A vertex is the tip of a spike when the ring turns back on itself there and the sides are this close.
 constexpr double kSpike_m = 2e-3;
-/// As check_mesh() has it; on the grid such coordinates are integers of 30 bits.
+/// The bound of check_mesh(); on the grid such coordinates are integers of 30 bits.
 constexpr double kFarthestPoint_m = 1e6;
 
 /// The ring from a to b to c turns back at b, and its sides there are closer than kSpike_m where the shorter

@@ -25,7 +25,7 @@ class Grid2 {
   void add(std::uint32_t index, const Box2& box) {
     for_cells(box, [&](std::uint64_t cell) { cells_[cell].push_back(index); });
   }
-  // In ascending order, each once.
+  // Indices in ascending order, each once.
   [[nodiscard]] std::vector<std::uint32_t> near(const Box2& box) const {
     std::vector<std::uint32_t> found;
     for_cells(box, [&](std::uint64_t cell) {

@@ -121,8 +121,8 @@ void append_solid(Mesh& mesh, const std::string& name, city::Surface surface, co
   }
   for (const auto& t : plan.triangles) object.triangle(low[t[2]], low[t[1]], low[t[0]], shape.facade);
   for (std::size_t i = 0; i < low.size(); ++i) {
-    // From the corner at the left (seen from outside) a fan to the rim of the roof, from right to left: roofs
-    // are concave along a wall, so that no triangle turns over.
+    // A fan goes from the corner at the left (seen from outside) to the rim of the roof, from right to left:
+    // roofs are concave along a wall, so that no triangle turns over.
     const std::uint32_t j = plan.next[i];
     std::uint32_t right = low[j], rim = high[j];
     object.triangle(low[i], right, rim, shape.facade);

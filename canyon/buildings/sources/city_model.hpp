@@ -65,12 +65,12 @@ class CityModel {
   /// East (or longitude) first, as the file's order of axes is. That order is decided once for a file and
   /// system, by the first point whose place tells it.
   [[nodiscard]] Eigen::Vector3d east_first(std::size_t system, const Eigen::Vector3d& point);
-  /// In place: from east, north, height to longitude, latitude [deg], ellipsoidal height [m]; NaN where the
-  /// system does not reach. Longitudes are within 180 deg of the first of all.
+  /// Converts in place: east, north, height to longitude, latitude [deg], ellipsoidal height [m]; NaN where
+  /// the system does not reach. Longitudes are within 180 deg of the first of all.
   void to_wgs84(std::size_t system, std::vector<Eigen::Vector3d>& points);
 
-  /// In place: points of a geometry that many objects share, metres, moved by `matrix` and then to `origin`
-  /// (of the file, east first), to WGS 84. In a geographic system they are east, north, up about it.
+  /// Converts in place to WGS 84: points of a geometry that many objects share [m], moved by `matrix` and
+  /// then to `origin` (of the file, east first). In a geographic system they are east, north, up about it.
   void place(std::size_t system, const Eigen::Matrix4d& matrix, const Eigen::Vector3d& origin,
              std::vector<Eigen::Vector3d>& points);
 

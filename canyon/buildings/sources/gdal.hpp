@@ -31,7 +31,7 @@ struct DestroyTransformation {
 using Transformation =
     std::unique_ptr<std::remove_pointer_t<OGRCoordinateTransformationH>, DestroyTransformation>;
 
-/// While it lives, GDAL and PROJ print nothing on this thread; what they would have said is message().
+/// While it lives, GDAL and PROJ print nothing on this thread; message() has their text.
 class Quiet {
  public:
   Quiet() {

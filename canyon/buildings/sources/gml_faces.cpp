@@ -22,7 +22,7 @@ std::optional<int> lod_of_property(std::string_view name) {
   return name[3] - '0';
 }
 
-/// Without the digits of "lod2Solid".
+/// Takes names without the digits of "lod2Solid".
 bool has_surfaces(std::string_view property) {
   const std::string_view kind = property.substr(4);
   return kind.find("Curve") == std::string_view::npos &&
@@ -70,7 +70,7 @@ FaceKey key_of(const GmlFace& face) {
   return {count, sum, face.placement};
 }
 
-/// By Newell's method, in the square of the coordinates' unit.
+/// Twice the area vector by Newell's method, in the square of the coordinates' unit.
 Eigen::Vector3d twice_area_vector(const GmlFace& face) {
   const std::vector<Eigen::Vector3d>& ring = face.polygon->rings.front();
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();

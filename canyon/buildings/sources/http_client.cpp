@@ -70,7 +70,7 @@ extern "C" std::size_t canyon_http_header(char* data, std::size_t size, std::siz
 }
 
 void require_curl() {
-  // Once, before the first handle; never cleaned up, since other users of libcurl may live in the process.
+  // Called once, before the first handle. Never cleaned up: other users of libcurl may live in the process.
   static const CURLcode code = curl_global_init(CURL_GLOBAL_DEFAULT);
   if (code != CURLE_OK) {
     throw InputError(fmt::format("libcurl cannot start: {}", curl_easy_strerror(code)));

@@ -32,7 +32,7 @@ struct HeightDefaults {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, HeightDefaults& o);
 
 enum class GeoidModel : std::uint8_t { ByFile, EGM84, EGM96, EGM2008 };
@@ -49,7 +49,7 @@ struct TerrainOptions {
   /// Throws InputError naming the bound, and where both are given.
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, TerrainOptions& o);
 
 /// How city models (CityGML, CityJSON) are read.
@@ -69,7 +69,7 @@ struct ModelOptions {
   /// Throws InputError naming the bound.
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, ModelOptions& o);
 
 /// Which plane coordinates the mesh has. ENU is Canyon's world; UTM is for files that other tools place by
@@ -96,8 +96,8 @@ struct BuildOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Its fields, those of `heights` beside the others; all but `untagged_facade` and `origin`, which scenarios
-/// have for every city.
+/// Visits its fields, those of `heights` beside the others; not `untagged_facade` and `origin`, which
+/// scenarios have for every city.
 void visit(options::Visitor& v, BuildOptions& o);
 
 }  // namespace canyon::buildings

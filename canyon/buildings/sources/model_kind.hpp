@@ -15,8 +15,8 @@ enum class ModelKind : std::uint8_t {
   Folder     ///< a folder with such files, or archives, somewhere in it
 };
 
-/// By the first 64 KiB. A name that ends in .json, .jsonl (with .gz or without) counts as CityJSON, unless
-/// the file begins as Overpass's.
+/// The kind by the first 64 KiB. A name that ends in .json, .jsonl (with .gz or without) counts as CityJSON,
+/// unless the file begins as Overpass's.
 [[nodiscard]] ModelKind model_kind(const std::filesystem::path& path);
 
 /// CityGml or CityJson by the first bytes of a file, unpacked; else None.

@@ -17,7 +17,7 @@ constexpr std::array<std::string_view, 12> kLifecyclePrefixes{
 constexpr std::array<std::string_view, 6> kGoneValues{"demolished", "razed",      "removed",
                                                       "destroyed",  "dismantled", "collapsed"};
 constexpr std::array<std::string_view, 3> kNotThereValues{"proposed", "planned", "was"};
-// Only a stated height is known of these.
+// Only a stated height of these is known.
 constexpr std::array<std::string_view, 4> kUnfinishedValues{"construction", "ruins", "ruin", "foundation"};
 
 /// A building that nobody uses stands (OSM wiki, "Key:disused:*").

@@ -13,7 +13,7 @@ struct OverpassOptions {
   std::string url = "https://overpass-api.de/api/interpreter";
   std::filesystem::path cache;  ///< folder; empty: $XDG_CACHE_HOME/canyon or ~/.cache/canyon
   int timeout_s = 180;          ///< of one request; [1, 3600]
-  /// After 429 and 5xx, waiting as Retry-After says (else 5 s, 10 s, ...), at most 60 s; [0, 10].
+  /// Retries after 429 and 5xx, [0, 10]; waits as Retry-After says (else 5 s, 10 s, ...), at most 60 s.
   int retries = 3;
   /// Boxes larger than this are fetched in equal tiles, each cached: an interrupted download resumes.
   /// [0.001, 10]; a box of more than 10,000 tiles is refused.
@@ -21,7 +21,7 @@ struct OverpassOptions {
   bool foliage = false;
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, OverpassOptions& o);
 
 /// Downloads buildings, parts and (if asked) foliage of a box as .osm files (one for each tile) in the cache

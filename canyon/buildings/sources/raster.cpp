@@ -111,7 +111,7 @@ void Raster::Impl::open() {
   if (path.string().rfind("/vsi", 0) != 0 && !std::filesystem::is_directory(path, ignored))
     check_input_file(path);
   const gdal::Quiet quiet;
-  // Else the vertical part of the reference system is dropped by some drivers.
+  // Without it some drivers drop the vertical part of the reference system.
   const ConfigOption geotiff("GTIFF_REPORT_COMPD_CS", "YES");
   const ConfigOption others("REPORT_COMPD_CS", "YES");
   dataset.reset(GDALOpenEx(path.string().c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR,
@@ -255,7 +255,7 @@ void Raster::Impl::check_ascii_grid() const {
   bool header = true;
   for (std::string line; std::getline(in, line);) {
     const auto pieces = split_blanks(line);
-    // Its lines begin with a name; NaN may be among the numbers.
+    // The header's lines begin with a name; NaN may be among the numbers.
     header = header && !pieces.empty() && !parse_double(pieces[0]) && lower_case(pieces[0]) != "nan";
     if (!header) words += pieces.size();
   }

@@ -29,8 +29,8 @@ class ReferenceSystem {
   /// that PROJ does not know or that is neither projected nor geographic.
   ReferenceSystem(const std::filesystem::path& file, const std::string& name, const TerrainOptions& options);
 
-  /// In place: x, y, z to longitude, latitude [deg] and ellipsoidal height [m]; NaN where PROJ has no answer
-  /// (beyond the projection's reach).
+  /// Converts in place: x, y, z to longitude, latitude [deg], ellipsoidal height [m]; NaN where PROJ has no
+  /// answer (beyond the projection's reach).
   void to_wgs84(std::vector<Eigen::Vector3d>& points) const;
 
   /// Whether a point of the file, east first, has a place on the Earth, in the area of use.

@@ -48,7 +48,7 @@ struct FaultKind {
 [[nodiscard]] std::span<const FaultKind> fault_kinds();
 /// Throws InputError for an unknown name, with the closest known one.
 [[nodiscard]] const FaultKind& fault_kind_named(std::string_view name);
-/// Its keys, without the section's name.
+/// The keys of a fault's kind, without the section's name.
 [[nodiscard]] options::Description description(const FaultKind& kind);
 
 /// One fault of a timeline.
@@ -67,7 +67,7 @@ struct Fault {
   /// Throws InputError for satellites and systems that the sky has not: they would be without effect.
   void check(const orbit::Sky& sky) const;
 };
-/// Its fields. A reader leaves absent ones unchanged, sets the end that its kind has, and checks the whole.
+/// Visits its fields. A reader leaves absent ones alone, sets the end of its kind, and checks the whole.
 void visit(options::Visitor& v, Fault& fault);
 
 /// `faults:` of a scenario or host: names those without a name ("outage 2": the second of the list). A reader

@@ -11,7 +11,7 @@
 namespace canyon::disturbance {
 namespace {
 
-/// More than a scenario has; clients of a running receiver add some without end.
+/// More faults than any scenario has; clients of a running receiver could add them without end.
 constexpr std::size_t kMostFaults = 10'000;
 
 }  // namespace

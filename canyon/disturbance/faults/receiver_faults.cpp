@@ -107,7 +107,7 @@ void AntennaFault::apply(const propagation::Antenna& antenna, propagation::Arriv
   if (options_.period_s > 0 && std::fmod(antenna.time - begin_, options_.period_s) >= options_.on_s) return;
   const double loss_db = options_.cn0_loss_db();
   const double amplitude = std::pow(10, -loss_db / 20);
-  // Over the receiver's own noise all that the antenna receives falls alike.
+  // The receiver's own noise stays, and everything that the antenna receives weakens alike.
   for (propagation::Interference& wave : arrival.interference) {
     if (concerns(wave.arrival)) wave.power_dbw -= loss_db;
   }

@@ -19,7 +19,7 @@ struct PullOffOptions {
   double hold_s = 10;            ///< [0, 1e5]
   double rate_mps = 1;           ///< (0, 1e4]
   double acceleration_mps2 = 0;  ///< to the rate, [0, 1e3]; 0: at once
-  /// Its ends [m], [-1e6, 1e6]: of the place, and of the time (a delay of all codes alike).
+  /// The offsets at its end [m], [-1e6, 1e6]: of the place, and of the time (a delay of all codes alike).
   double east_m = 0, north_m = 0, up_m = 0, clock_m = 0;
 
   /// Way [m] and speed [m/s] `seconds` after it began. @param target_m >= 0

@@ -32,7 +32,7 @@ struct TransmitterOptions {
   BeamOptions beam;
   void validate() const;
 };
-/// Its fields: those of the course, and `beam`.
+/// Visits its fields: those of the course, and `beam`.
 void visit(options::Visitor& v, TransmitterOptions& o);
 
 /// One way of a transmitter's wave to an antenna.
@@ -41,7 +41,7 @@ struct TransmitterWay {
   double length_m = 0;
   /// Power at an isotropic antenna over the transmitter's EIRP on the beam's axis [dB].
   double gain_db = 0;
-  /// Its part by obstacles [dB]: 0 or above; less by some 1 dB beside an edge.
+  /// The loss by obstacles [dB]: 0 or above; less by some 1 dB beside an edge.
   double obstruction_db = 0;
   std::uint64_t reflector = 0;  ///< that it comes by; 0: none
 };
@@ -67,7 +67,7 @@ class Transmitter {
   /// @param antenna_enu [m] in the city's frame
   [[nodiscard]] TransmitterWay way(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
                                    double frequency_hz) const;
-  /// That, and those by walls within kReach_m of the antenna.
+  /// The straight way, and the ways by walls within kReach_m of the antenna.
   [[nodiscard]] std::vector<TransmitterWay> ways(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
                                                  double frequency_hz) const;
   static constexpr double kReach_m = 300;

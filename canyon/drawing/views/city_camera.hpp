@@ -27,7 +27,7 @@ class CityCamera {
   CityCamera(const std::vector<Eigen::Vector3d>& points, const Rect& area, double picture_width_px,
              const ViewDirection& view);
 
-  /// Through a place of the picture; starts in front of all points.
+  /// The ray through a place of the picture; it starts in front of all points.
   [[nodiscard]] raytrace::Ray ray(double x, double y) const;
   /// The pixel of a place; empty behind the eye. ray() of the pixel meets the place, to rounding.
   [[nodiscard]] std::optional<Point> pixel(const Eigen::Vector3d& place) const;

@@ -40,7 +40,7 @@ struct CityPictureOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, CityPictureOptions& o);
 
 /// A picture of a city as the bytes of a PNG: cast shadows, a little sky light, heights above the ground in

@@ -11,7 +11,7 @@
 
 namespace canyon::drawing {
 
-/// About `count` ticks below the area, or to its left, with their labels.
+/// Draws about `count` ticks below the area, or to its left, with their labels.
 void draw_east_ticks(Canvas& canvas, const Rect& area, const city::Box& extent, int count);
 void draw_north_ticks(Canvas& canvas, const Rect& area, const city::Box& extent, int count);
 /// The axis' name, so far from the area.
@@ -23,7 +23,7 @@ void draw_frame_ticks(Canvas& canvas, const Rect& area, const city::Box& extent)
 /// A bar of a round length, at the area's lower left.
 void draw_scale_bar(Canvas& canvas, const Rect& area, const city::Box& extent);
 
-/// At the area's upper right.
+/// Draws the arrow at the area's upper right.
 void draw_north_arrow(Canvas& canvas, const Rect& area);
 
 /// A vertical bar from `colour(0)` at its foot to `colour(1)`, `label` above it and ticks on its right;

@@ -161,7 +161,7 @@ class Pictures final : public simulation::EpochSink {
   }
 
  private:
-  /// Before the epoch's own point is there.
+  /// Call it before the epoch's own point is added.
   void add_faults(const simulation::Epoch& epoch) {
     for (const std::string& name : epoch.faults) {
       auto at = std::find_if(faults_.begin(), faults_.end(),

@@ -22,7 +22,7 @@ struct SkyLens {
   Point centre;
   double radius = 1;  ///< of the horizon, in the units of `centre`; > 0
   SkyProjection projection = SkyProjection::Equidistant;
-  /// As eyes or a camera see it from below: east to the left. Else as on a map: east to the right.
+  /// True: as eyes or a camera see it from below, east to the left. False: as on a map, east to the right.
   bool looking_up = false;
 
   /// Where a direction lies. Azimuth from north, clockwise, any finite value; elevation [0, pi/2], both in

@@ -23,8 +23,8 @@ void draw_sky_grid(Canvas& canvas, const SkyLens& lens, double elevation_mask_ra
 
 /// LOS disc, LOS with multipath ringed disc, NLOS triangle, blocked cross.
 void draw_satellite_mark(Canvas& canvas, const Point& at, propagation::Visibility visibility);
-/// In the colour of the satellite's visibility: a diamond for a reflected signal, a square for one bent
-/// around an edge, a small pale disc for what is scattered.
+/// Draws in the colour of the satellite's visibility: a diamond for a reflected signal, a square for one bent
+/// around an edge, a small pale disc for a scattered one.
 void draw_reflection_mark(Canvas& canvas, const Point& at, propagation::Visibility visibility,
                           propagation::PathKind kind);
 /// Pieces of one visibility each. `cased`: with a pale rim, for ground that is not plain.

@@ -34,7 +34,7 @@ struct SkySatellite {
   std::string name;  ///< "G05"
   SkyPoint now;
   bool used = false;  ///< in the fix
-  /// Over the run, in order of time: one piece for each stretch above the horizon; may be empty.
+  /// The track over the run: one piece for each stretch above the horizon, in order of time; may be empty.
   std::vector<std::vector<SkyPoint>> trails;
   std::vector<SkyReflection> reflections = {};  ///< drawn by draw_fisheye() only
 };
@@ -69,7 +69,7 @@ struct SkySheet {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, SkySheet& o);
 /// Height over width of a sky picture; 990 x 836 and 1980 x 1672 are whole.
 inline constexpr double kSkySheetAspect = 836.0 / 990.0;

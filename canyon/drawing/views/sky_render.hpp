@@ -9,7 +9,7 @@
 
 namespace canyon::drawing {
 
-/// On walls a thin line marks every so many metres of height above the antenna.
+/// The distance [m] of the thin lines on walls that mark heights above the antenna.
 inline constexpr double kWallLines_m = 10;
 /// Colour of walls in full light.
 inline constexpr Colour kSkyWall = rgb(0xCBBCA8);

@@ -81,7 +81,7 @@ class Listener {
   std::optional<receiver::Receiver> receiver_;
 };
 
-/// By satellite, one piece for each stretch above the horizon. Leaves what arrives at `time` in `now`.
+/// Trails of each satellite, one piece for each stretch above the horizon. `now` gets the arrival at `time`.
 std::map<gnss::SatelliteId, std::vector<std::vector<SkyPoint>>> trails(
     Listener& listener, const propagation::Propagator& propagator, GpsTime time,
     const Eigen::Vector3d& antenna_enu, double trail_s, propagation::Arrival& now) {

@@ -28,7 +28,7 @@ struct SkyplotOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, SkyplotOptions& o);
 
 /// Contents of a picture of the sky at a place and time: satellites above the horizon with their visibility,

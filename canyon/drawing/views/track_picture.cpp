@@ -26,7 +26,7 @@ constexpr double kLargestMapWidth = 1000;
 constexpr double kLargestMapHeight = 860;
 constexpr double kTrackLegendWidth = 206;
 constexpr double kDotRadius = 3.2;
-/// More dots than this are thinned to one for each cell of 1.5 units, the worst first.
+/// More dots are thinned to one for each cell of 1.5 units, the worst first.
 constexpr std::size_t kManyDots = 5000;
 
 /// Roofs of one building at one height.
@@ -105,7 +105,7 @@ void draw_off_map_arrow(Canvas& canvas, const Rect& area, const Point& target, c
   const Point c = area.centre();
   const double dx = target.x - c.x;
   const double dy = target.y - c.y;
-  // From the centre towards the fix, up to the rim.
+  // The line goes from the centre towards the fix, up to the rim.
   const double inset = 3;
   const double s = std::min(dx != 0 ? (0.5 * area.width - inset) / std::abs(dx) : 1e300,
                             dy != 0 ? (0.5 * area.height - inset) / std::abs(dy) : 1e300);

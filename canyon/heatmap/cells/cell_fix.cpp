@@ -56,8 +56,8 @@ Eigen::Vector3d CellFix::gain(const CellRange& range) const {
   return {x[0], x[1], x[2]};
 }
 
-/// As positioning::solve_fix(): equal weights stand for the mean of the variances, and the residuals may say
-/// that all are larger.
+/// Computed as in positioning::solve_fix(): equal weights stand for the mean of the variances, and residuals
+/// may enlarge all.
 void CellFix::state_covariance(std::span<const CellRange> ranges, const LinearFix::Unknowns& x,
                                Answer& answer) const {
   answer.covariance = fix_->covariance();

@@ -18,7 +18,7 @@ struct DrawOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, DrawOptions& o);
 
 /// Computation of receivers whose signals have strength.
@@ -35,7 +35,7 @@ struct CellReceiverOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, CellReceiverOptions& o);
 
 /// Gives layers of a tile's cells at one time. Each kind computes a part of a receiver and leaves out what

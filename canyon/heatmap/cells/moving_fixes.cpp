@@ -11,7 +11,7 @@
 namespace canyon::heatmap {
 namespace {
 
-/// Between fixes [s].
+/// The interval between fixes [s].
 constexpr double kEpoch_s = 1;
 /// The four axes of ways, cells eastwards and northwards.
 constexpr std::array<std::array<int, 2>, 4> kAxes{{{1, 0}, {1, 1}, {0, 1}, {-1, 1}}};

@@ -36,7 +36,7 @@ class MovingFixes {
 
   /// Fixes of a cell in all lanes; of different cells from any thread.
   void set(std::size_t cell, const std::vector<CellFix::Answer>& answers);
-  /// Once, when all cells are set.
+  /// Call it once, when all cells are set.
   void filter();
   /// Sets the layers of_motion(), when filtered.
   void describe(std::size_t cell, const LimitOptions& limits, bool statistics, CellValues& values) const;

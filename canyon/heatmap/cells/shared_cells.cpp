@@ -236,7 +236,7 @@ class SharedTile {
   void draw_noise(std::size_t satellite, const gnss::Signal& signal) {
     const receiver::ReceiverOptions& options = receiver_.options;
     const receiver::NoiseOptions& noise = options.noise;
-    // Here errors from space are each satellite's own.
+    // Cells draw errors from space separately for each satellite.
     const double sigma_m = std::hypot(noise.enabled ? noise.ou.standard_deviation_m() : 0,
                                       options.orbit_errors ? receiver::kSpaceSigma_m : 0);
     const std::string key = fmt::format("heatmap/{}/{}", gnss::to_string(signals_.satellites[satellite].id),

@@ -211,7 +211,7 @@ void SteadyCell::follow_strongest() {
   }
 }
 
-/// As Channel::gather() at a receiver's first epoch, for all lanes.
+/// Does the work of Channel::gather() at a receiver's first epoch, for all lanes.
 void SteadyCell::fill_lanes(const SteadySatellite& s) {
   const auto lanes = static_cast<std::size_t>(sky_.lanes());
   const double chip_m = s.code->tracker().correlation().chip_m();

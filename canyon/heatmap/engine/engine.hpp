@@ -34,7 +34,7 @@ struct Request {
   /// Throws InputError for empty, unordered, repeated or not finite values.
   void validate() const;
 };
-/// Its fields, all of which a store's key depends on.
+/// Visits its fields, all of which a store's key depends on.
 void visit(options::Visitor& v, Request& o);
 
 /// Values of one tile: all times (of a chunk) and altitudes. Layout [layer][time][altitude][cell].
@@ -116,7 +116,7 @@ class Heatmap {
   ~Heatmap();
   Heatmap(Heatmap&&) noexcept;
 
-  /// With the motion chosen.
+  /// The request with the motion chosen.
   [[nodiscard]] const Request& request() const;
   /// Work is cut into units: a tile with a chunk of times, tile by tile. There are at least 256 where tiles
   /// times times are as many.

@@ -45,7 +45,7 @@ std::optional<std::size_t> fix_layer(std::span<const Layer> layers) {
     return static_cast<std::size_t>(found - layers.begin());
   };
   if (const auto i = first([](Layer layer) { return layer == Layer::Availability; })) return i;
-  // Before layers over draws: those are there where any draw has a fix.
+  // Layers of single fixes come before layers over draws, which have values where any draw has a fix.
   if (const auto i = first([](Layer layer) { return nan_without_fix(layer) && !info(layer).draws; }))
     return i;
   if (const auto i = first([](Layer layer) { return layer == Layer::SatellitesUsed; })) return i;

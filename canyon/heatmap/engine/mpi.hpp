@@ -39,10 +39,10 @@ class MpiProcesses {
   [[nodiscard]] std::vector<std::uint64_t> gather(std::uint64_t value) const;
   /// Sum over the ranks, at each of them.
   [[nodiscard]] std::uint64_t sum(std::uint64_t value) const;
-  /// From here on next() gives 0, 1, 2, ... to its callers, over all ranks and threads, each number once.
+  /// Starts the count of next(), which then gives 0, 1, 2, ..., each number once over all ranks and threads.
   /// Returns once every rank is here; alone it counts by itself.
   void begin_queue();
-  /// Not collective; one thread of a rank at a time.
+  /// The next number of the queue. Not collective; one thread of a rank at a time.
   [[nodiscard]] std::size_t next();
 
   /// Ends the processes of all ranks at once, this one included. Not collective.

@@ -24,15 +24,15 @@ using MapLookup = std::function<std::optional<StoredMap::Answer>(const Eigen::Ve
 struct RouteOptions {
   double step_m = 1;      ///< between stations at most, (0, 1e6]; half of the map's spacing misses no cell
   double stretch_m = 50;  ///< length of the worst stretch, (0, 1e6]
-  /// On the way all the time, instead of the trajectory's own times; (0, 1e5].
+  /// Constant speed on the way, in place of the trajectory's own times; (0, 1e5].
   std::optional<double> speed_mps;
   std::optional<geodesy::GpsTime> start;  ///< empty: the trajectory's
-  /// As the map counts it; empty: the trajectory's height above the ellipsoid.
+  /// Altitude as the map counts it; empty: the trajectory's height above the ellipsoid.
   std::optional<double> altitude_m;
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Its fields but `start`.
+/// Visits its fields but `start`.
 void visit(options::Visitor& v, RouteOptions& o);
 
 /// The middle of a piece of the way; all pieces are equally long.
@@ -66,8 +66,8 @@ struct RouteReport {
   /// Index into `layers`; empty where the map has none.
   std::optional<std::size_t> error;
   std::vector<RouteLayer> layers;  ///< in the map's order
-  /// With the largest mean error among all of stretch_m (the whole way where that is shorter) in which at
-  /// least half of the stations have one.
+  /// The stretch of stretch_m (the whole way where that is shorter) with the largest mean error; at least
+  /// half of its stations have one.
   std::optional<RouteStretch> worst;
   std::optional<double> worst_error_m;
   /// The longest one of known stations that mostly have no fix (share below one half).

@@ -25,9 +25,9 @@ class NetcdfFile {
  public:
   /// Makes `at`, anew; `shown` is its name in messages.
   [[nodiscard]] static NetcdfFile create(const std::filesystem::path& at, const std::filesystem::path& shown);
-  /// For reading.
+  /// Opens a file for reading.
   [[nodiscard]] static NetcdfFile open(const std::filesystem::path& path);
-  /// Without close() before, failures of writing are not reported.
+  /// Does not report failures of writing; close() does.
   ~NetcdfFile();
   NetcdfFile(NetcdfFile&& other) noexcept;
   NetcdfFile& operator=(NetcdfFile&&) = delete;

@@ -200,7 +200,7 @@ void NetcdfWriter::define_plane() {
   file_.put_text(crs, "geographic_crs_name", "WGS 84");
   file_.put_text(crs, "projected_crs_name", "Canyon city plane");
   file_.put_text(crs, "crs_wkt", projection_wkt(source_.frame, "WKT2"));
-  // For readers older than WKT 2 (GDAL's own attribute).
+  // An attribute of GDAL for readers older than WKT 2.
   file_.put_text(crs, "spatial_ref", projection_wkt(source_.frame, "WKT1_GDAL"));
 }
 

@@ -55,7 +55,7 @@ struct Grid {
   /// 2^31 columns or rows, and a tile size out of range.
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, Grid& o);
 
 /// Polygons in which cells must lie (centres, even-odd rule, holes as further rings), ENU of the city [m].

@@ -38,8 +38,8 @@ enum class Layer : std::uint8_t {
   /// Share of the draws that have a fix with a protection level up to LimitOptions::alert_m [1].
   ProtectedAvailability,
   MisleadingShare,  ///< share of the draws with a fix whose horizontal error is above the protection level
-  /// From a start without knowledge to the first fix, median over the draws [s]; NaN where half of them or
-  /// more have none within LimitOptions::first_fix_s.
+  /// Time from a start without knowledge to the first fix, median over the draws [s]; NaN where half or more
+  /// have none within LimitOptions::first_fix_s.
   TimeToFirstFix,
   // Layers of a receiver with RTK that is at rest and takes its base's corrections for LimitOptions::rtk_s:
   RtkFixedShare,     ///< share of the epochs of all draws whose solution is fixed [1]
@@ -78,9 +78,9 @@ struct LimitOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, LimitOptions& o);
-/// In the order of Layer.
+/// All layers, in the order of Layer.
 [[nodiscard]] std::span<const LayerInfo> all_layers();
 [[nodiscard]] const LayerInfo& info(Layer layer);
 [[nodiscard]] constexpr bool of_rtk(Layer layer) {

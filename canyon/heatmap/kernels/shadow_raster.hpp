@@ -71,7 +71,7 @@ void scan_triangle(RasterPoint a, RasterPoint b, RasterPoint c, const Window& wi
   }
   const double long_slope = (c.u - a.u) / height;
   const bool bend_right = (b.u - a.u) * height > (c.u - a.u) * (b.v - a.v);
-  // Below `bend` the short side from a to b bounds a row, from there on the one from b to c.
+  // The short side from a to b bounds the rows below `bend`, the one from b to c those from there on.
   const int bend = b.v < c.v ? ceil_of(std::clamp(b.v, static_cast<double>(begin), end + 1.0)) : end + 1;
   for (int half = 0; half < 2; ++half) {
     const RasterPoint& from = half == 0 ? a : b;

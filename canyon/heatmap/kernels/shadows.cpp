@@ -31,7 +31,7 @@ Window whole(const CellPlane& plane) {
   return {0, static_cast<int>(plane.columns) - 1, 0, static_cast<int>(plane.rows) - 1};
 }
 
-/// From the city to the cells of a plane along a direction.
+/// The projection of the city to the cells of a plane along a direction.
 class Projection {
  public:
   Projection(const CellPlane& plane, const Vector3d& direction)

@@ -17,7 +17,7 @@ using Point = std::array<double, 3>;
 using raytrace::kLevelRays;
 
 constexpr std::size_t kBands = 1024;
-/// With more ends in sight of each cell than these the rays of placement() cost less (about 20 us a cell).
+/// With more ends in sight of each cell, the rays of placement() cost less (about 20 us a cell).
 constexpr std::size_t kMostEnds = 400;
 
 /// Where the edge from `a` to `b` meets the plane; the same bits from whichever side it is asked.

@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 /// Share of a triangle's size by which cells beyond its edges still belong to it, so that rounding leaves no
 /// gap between neighbours.
 constexpr double kSeam = 1e-9;
-/// Below this area seen from above [m^2] a triangle stands upright.
+/// A triangle with a smaller area seen from above [m^2] stands upright.
 constexpr double kUpright_m2 = 1e-12;
 
 struct Bounds {
@@ -48,7 +48,7 @@ TerrainHeights::TerrainHeights(const city::Mesh& mesh) {
   }
   if (triangles_.empty()) return;
 
-  // About one bin for each triangle.
+  // Bins are about as many as triangles.
   const Vector2d extent = all.max - all.min;
   corner_ = all.min;
   bin_size_m_ = std::max(std::sqrt(extent.x() * extent.y() / static_cast<double>(triangles_.size())),

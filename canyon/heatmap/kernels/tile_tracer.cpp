@@ -174,7 +174,7 @@ void TileTracer::Impl::set_heights(const Grid& grid, double altitude_m, Altitude
   if (kind == AltitudeKind::Ellipsoid) {
     const geodesy::LocalFrame& frame = environment->city().frame;
     for (std::size_t i = 0; i < count; ++i) {
-      // Up along the city's vertical, which leans from the place's own by less than 1e-2 rad within 60 km.
+      // The ray goes up the city's vertical, which leans from the place's by less than 1e-2 rad within 60 km.
       Vector3d place = cells.place(i);
       place.z() = 0;
       for (int step = 0; step < 3; ++step) {
@@ -309,7 +309,7 @@ void TileTracer::Impl::see_satellites(const TileCells& cells, geodesy::GpsTime t
     if (first_signal) {
       const gnss::Signal* signal = first_signal(id, time);
       if (signal == nullptr) continue;
-      // That near L1 is in the state, with GLONASS's channels.
+      // The state already has the carrier of the signal near L1, with GLONASS's channels.
       if (signal != &gnss::signals_of(id.system).front())
         line->state.carrier_frequency_hz = signal->carrier_hz;
     }
@@ -328,7 +328,7 @@ void TileTracer::Impl::add_mirrored(const TileCells& cells, std::size_t satellit
   std::vector<float>& excess_m = result.excess_m[satellite];
   const auto receive = [&](std::size_t cell, double range_m) {
     visibility[cell] = CellVisibility::NLOS;
-    // Never negative but for rounding, at the zenith.
+    // It is negative only by rounding, at the zenith.
     excess_m[cell] = static_cast<float>(std::max(0.0, propagation::mirror_excess_m(range_m, elevation_rad)));
   };
   const auto is_wanted = [&](std::size_t cell) {

@@ -21,7 +21,7 @@ struct MapPictureOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, MapPictureOptions& o);
 
 /// write_map_pictures() of map_source.hpp, with options. For each time, altitude and sheet of at most six

@@ -78,7 +78,7 @@ std::string heading(Layer layer, const ColourScale& scale) {
   return scale.unit.empty() ? text : fmt::format("{} [{}]", text, scale.unit);
 }
 
-/// In one line where it fits, else in two that are about as long.
+/// The text in one line where it fits, else in two that are about as long.
 std::vector<std::string> wrapped(Canvas& canvas, const std::string& text, const drawing::TextStyle& style,
                                  double room) {
   std::vector<std::string> best{text};
@@ -112,7 +112,7 @@ void draw_heading(Canvas& canvas, const Rect& map, const std::string& text) {
   }
 }
 
-/// Below a bar: within its place, the ends first, and then those that do not touch others.
+/// Draws labels below a bar, within its place: the ends first, and then those that do not touch others.
 void draw_labels(Canvas& canvas, const Rect& place, const Rect& bar, const ColourScale& scale) {
   constexpr double kOverhang = 3, kApart = 5;
   const drawing::TextStyle style{.size = 11, .align = Align::Centre, .level = Level::Top};
@@ -257,7 +257,7 @@ std::vector<std::uint8_t> outline_coverage(const Outlines& outlines, const Sheet
   }
   const drawing::RgbImage drawn = drawing::decode_png(drawing::render_png(
       static_cast<int>(size.columns), static_cast<int>(size.rows), pixels_per_unit, [&](Canvas& canvas) {
-        // In one stroke: where lines cross they are not darker.
+        // One stroke draws all lines, so that they are not darker where they cross.
         canvas.segments(lines, {drawing::kBlack, 0.55});
       }));
   std::vector<std::uint8_t> coverage(drawn.pixels.size());

@@ -78,7 +78,7 @@ void scale_lengths(ColourScale& scale, const ValueCounts& values) {
   scale.progression = ColourScale::Progression::SquareRoot;
   if (!both && least > kNearZero * scale.high) {
     scale.progression = ColourScale::Progression::Logarithm;
-    // To one digit: a rounder end would leave the bright colours to nothing.
+    // Rounds to one digit: a rounder end would leave the bright colours unused.
     const double unit = std::pow(10, std::floor(std::log10(least)));
     scale.low = unit * std::floor(least / unit);
   }

@@ -43,7 +43,7 @@ class Commands {
   }
 
   [[nodiscard]] const Configuration& configuration() const { return settings_.current; }
-  /// From one navigation solution to the next [ms].
+  /// The interval of navigation solutions [ms].
   [[nodiscard]] std::int64_t interval_ms() const;
   /// False between CFG-RST's controlled stop and start.
   [[nodiscard]] bool running() const { return running_; }
@@ -68,7 +68,7 @@ class Commands {
 
   Generation generation_;
   const Outputs& outputs_;
-  /// As it is, as it is kept over a restart, as it was made.
+  /// The present settings, those that survive a restart, and those of the factory.
   struct {
     Configuration current, saved, factory;
   } settings_;

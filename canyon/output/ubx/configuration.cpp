@@ -81,7 +81,7 @@ constexpr std::uint32_t kOn[]{
     0x10730001, 0x10730002, 0x10730004, 0x20530002, 0x10530005, 0x10750004, 0x10650001, 0x10770001,
     0x10770002, 0x10770004, 0x10780001, 0x10790001, 0x10790002, 0x10790004, 0x107a0001};
 
-// Out of reach of CFG-VALSET: no key has these high bits.
+// CFG-VALSET cannot reach it: no key has these high bits.
 constexpr std::uint32_t kOwnRate = 0x80000000;
 
 const MessageInfo* info_of(MessageId id, Generation generation) {

@@ -37,7 +37,7 @@ struct MessageInfo {
 };
 /// NAV-RELPOSNED: from the start of receivers with RTK alone.
 inline constexpr MessageId kRelativePosition = 0x013C;
-/// In the order in which the messages of an epoch are sent.
+/// All messages, in the order in which those of an epoch are sent.
 [[nodiscard]] std::span<const MessageInfo> messages();
 
 /// Keys of CFG-VALSET and CFG-VALGET that the device itself asks for (UBX-22008968, chapter 6).
@@ -69,7 +69,7 @@ class Configuration {
   /// The key of a message's rate on a port; empty where the device does not know the message, or only on its
   /// own port.
   [[nodiscard]] std::optional<std::uint32_t> rate_key(MessageId id, int port) const;
-  /// On the own port: every how many epochs; 0: never.
+  /// The interval of a message on the own port [epochs]; 0: never.
   [[nodiscard]] int rate(MessageId id) const;
 
   /// Payload of a CFG message that is stored as it comes (CFG-NAV5, CFG-SBAS, ...); null for others.

@@ -59,7 +59,7 @@ struct ReceivedRtcm {
 /// MON-VER (0x0A04): names the protocol spoken, and Canyon as firmware.
 [[nodiscard]] std::string version_payload(Generation generation);
 
-// By subject; see payload().
+// Messages by subject; see payload().
 [[nodiscard]] std::string nav_sat(const Epoch& epoch);
 [[nodiscard]] std::string nav_sig(const Epoch& epoch);
 [[nodiscard]] std::string nav_svinfo(const Epoch& epoch);

@@ -51,7 +51,7 @@ Quality quality_of(const positioning::Fix& fix) {
 double degrees_of(const positioning::Fix& fix, double geodesy::Geodetic::*angle) {
   return fix.solved() ? geodesy::degrees(fix.position.*angle) : 0;
 }
-/// Above the ellipsoid, and above mean sea level.
+/// Heights above the ellipsoid, and above mean sea level.
 std::array<double, 2> heights_of(const Epoch& epoch) {
   const positioning::Fix& fix = epoch.seen.fix;
   if (!fix.solved()) return {0, 0};

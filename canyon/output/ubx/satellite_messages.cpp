@@ -138,7 +138,7 @@ std::string rxm_rawx(const Epoch& epoch) {
     ++count;
     const positioning::Measurement& m = *raw.measurement;
     double phase = raw.carrier_phase_cycles.value_or(0);
-    // As u-blox's phases of geostationary BeiDou satellites are, half a cycle off; readers put it back.
+    // u-blox's phases of geostationary BeiDou satellites are half a cycle off; readers put it back.
     const bool d2 = raw.id.system == gnss::System::BeiDou && message_signal(raw.id) == 1;
     if (raw.carrier_phase_cycles && d2) phase -= 0.5;
     list.r8(raw.pseudorange_m).r8(phase).r4(static_cast<float>(m.doppler_hz.value_or(0)));

@@ -41,7 +41,7 @@ struct SampleOptions {
   /// Throws InputError for values out of range, unknown bands, and a level of 1 bit.
   void validate() const;
 };
-/// Its fields.
+/// Visits its fields.
 void visit(options::Visitor& v, SampleOptions& o);
 
 }  // namespace canyon::samples
