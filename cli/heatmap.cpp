@@ -133,8 +133,7 @@ class MapRun {
     options.trajectory_needed = false;
     scenario_ = simulation::read_scenario(arguments_.scenario, options);
     warn(scenario_.warnings);
-    if (!scenario_.faults.empty())
-      warn({"a map is of a place and has no faults: those of the scenario are left out"});
+    if (!scenario_.faults.empty()) warn({"maps have no faults: those of the scenario are left out"});
     if (arguments_.seed) scenario_.seed = *arguments_.seed;
     request_.draws = {arguments_.noise.draws, scenario_.seed};
     request_.receivers = arguments_.receivers;

@@ -98,8 +98,9 @@ void Site::check_time(geodesy::GpsTime t, const std::string& option) const {
   if (!simulation::has_satellites(environment().sky(), t)) {
     throw InputError(
         fmt::format("{}: no satellite has an ephemeris at {}", option, geodesy::format_gpst(t, 0)),
-        fmt::format("the scenario's sky is known about {}; give a time near that, or ephemerides of that day",
-                    geodesy::format_gpst(simulation_->begin(), 0)));
+        fmt::format(
+            "the scenario's sky is for {}; give a time near that, or ephemerides of the day asked for",
+            geodesy::format_gpst(simulation_->begin(), 0)));
   }
   const simulation::Trajectory& drive = simulation_->trajectory();
   if (!place_given() && drive.length_m() > 0 && (t < drive.begin() || t > drive.end())) {

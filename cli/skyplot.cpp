@@ -91,7 +91,7 @@ int draw_one(const SkyplotArguments& arguments, Site& site) {
 void warn_about_left_frames(const fs::path& folder, std::size_t count) {
   const fs::path next = folder / drawing::frame_name(count);
   if (fs::exists(next)) {
-    print_warnings({fmt::format("{} and what follows it are of an earlier run", next.string())});
+    print_warnings({fmt::format("{} and the frames after it are of an earlier run", next.string())});
   }
 }
 

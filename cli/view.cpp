@@ -219,11 +219,11 @@ void serve_live_city(const ViewArguments& arguments, const buildings::BuiltCity&
 /// Throws InputError for options that do not go together. @param serves the view is served, not written
 void check_together(const ViewArguments& arguments, bool serves) {
   if (!serves && (arguments.serve.open || arguments.serve.port != 0)) {
-    throw InputError("--open and --port are of a view that is served, --export, --out and --record write one",
+    throw InputError("--open and --port serve a view, and --export, --out and --record write one",
                      "leave one or the other out");
   }
   if (!arguments.live.empty() && (!serves || !arguments.map.empty() || !arguments.city.empty())) {
-    throw InputError("--live is served, not written, in the city of WHAT",
+    throw InputError("--live serves a view in the city of WHAT and cannot write one",
                      "leave --export, --out, --record, --map and --city out");
   }
 }

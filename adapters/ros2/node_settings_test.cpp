@@ -96,7 +96,7 @@ TEST_F(Settings, CorrectionsComeByATopic) {
   EXPECT_THAT(fault_of({{"scenario", file_}, {"corrections.from", "topic:rt cm"}}),
               AllOf(HasSubstr("parameter 'corrections.from'"), HasSubstr("does not name a topic")));
   EXPECT_THAT(fault_of({{"scenario", file_}, {"streams", std::vector<std::string>{"nmea=topic:nmea"}}}),
-              AllOf(HasSubstr("parameter 'streams'"), HasSubstr("RTCM 3 alone")));
+              AllOf(HasSubstr("parameter 'streams'"), HasSubstr("carries only RTCM 3")));
 }
 
 TEST_F(Settings, AFixedReceiverNeedsNoPoses) {

@@ -53,7 +53,7 @@ std::optional<std::string> topic_of_stream(std::string_view stream) {
   const auto topic = topic_of(request.address);
   if (!topic) return std::nullopt;
   if (request.format != "rtcm") {
-    throw InputError(fmt::format("'{}': a topic of rtcm_msgs/Message has RTCM 3 alone", stream),
+    throw InputError(fmt::format("'{}': a topic of rtcm_msgs/Message carries only RTCM 3", stream),
                      fmt::format("write rtcm={}, or another address", request.address));
   }
   if (request.options.virtual_station) {

@@ -36,7 +36,7 @@ TEST(TopicAddress, CarriesRtcmAlone) {
   EXPECT_EQ(topic_of_stream("base/rtcm=topic:/base/rtcm?ephemerides=false&rate_hz=1"), "/base/rtcm");
   EXPECT_EQ(topic_of_stream("nmea=tcp://127.0.0.1:10110"), std::nullopt);
   EXPECT_THAT(canyon::test::refusal([] { (void)topic_of_stream("nmea=topic:nmea"); }),
-              HasSubstr("RTCM 3 alone"));
+              HasSubstr("carries only RTCM 3"));
   EXPECT_THAT(canyon::test::refusal([] { (void)topic_of_stream("rtcm=topic:rtcm?virtual_station=true"); }),
               HasSubstr("virtual_station"));
 }

@@ -206,7 +206,7 @@ class CityFileReader {
                        fmt::format("is of version {}, this Canyon reads up to {}", version_, kVersion),
                        "update Canyon, or build the city again with this one");
     }
-    if (version_ == 0) throw InputError(path_, 0, "is of version 0, which never was", kCopyAgain);
+    if (version_ == 0) throw InputError(path_, 0, "is of version 0, which does not exist", kCopyAgain);
   }
 
   std::string block(std::string_view tag, std::string_view name) {

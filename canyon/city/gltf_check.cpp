@@ -141,7 +141,7 @@ class GltfCheck {
     const auto size = kSizes.find(result.type);
     const auto components = kComponents.find(json.at("type").text());
     if (size == kSizes.end() || components == kComponents.end())
-      throw fault(fmt::format("accessor {} is of no type that glTF has", index));
+      throw fault(fmt::format("accessor {} has a type that glTF does not have", index));
     result.count = number(json, "count", 0);
     result.components = components->second;
     const std::size_t bytes = size->second * result.components;

@@ -613,7 +613,7 @@ TEST_F(MeshFile, DamagedFiles) {
   EXPECT_THAT(damaged(face, "\n0"), HasSubstr("face 0 has vertex_indices in a list of 0"));
   EXPECT_THAT(damaged(face, "\n3 0 one 2"), HasSubstr("'one' where a number is needed"));
   EXPECT_THAT(damaged("end_header\n", "end_header\nnan"), HasSubstr("vertex 0 has the coordinate x = nan"));
-  EXPECT_THAT(damaged("list uchar int", "list float int"), HasSubstr("bad.ply:8: is no property"));
+  EXPECT_THAT(damaged("list uchar int", "list float int"), HasSubstr("bad.ply:8: is not a property"));
   const std::string soup = ply_binary(box());
   expect_box(read_mesh_city(write("b.ply", soup), {}));
   std::string far = soup, long_list = soup;

@@ -120,7 +120,7 @@ class PlyCheck {
     const bool whole =
         !property.count || (*property.count != PlyType::Float && *property.count != PlyType::Double);
     if (!type || list != property.count.has_value() || !whole || elements_.empty()) {
-      throw InputError(path_, line_, "is no property of a type that PLY has", "export it again");
+      throw InputError(path_, line_, "is not a property of a type that PLY has", "export it again");
     }
     property.type = *type;
     property.name = std::string(words[type_at + 1]);

@@ -189,8 +189,9 @@ void Commands::Impl::receive(const transport::Received& received, Commands& self
       .receive(received.bytes, [&](std::optional<std::string_view> line) {
         if (line && trim(*line).empty()) return;
         link->transport().answer(
-            received.reader, line ? self.answer(*line)
-                                  : one_line(refusal("a line is too long", "end each command with a line")));
+            received.reader,
+            line ? self.answer(*line)
+                 : one_line(refusal("a line is too long", "end each command with a line break")));
       });
 }
 

@@ -87,7 +87,7 @@ class MavlinkPoses final : public PoseDecoder {
     known.insert(known.end(), {"LOCAL_POSITION_NED", "GLOBAL_POSITION_INT"});
     for (const std::string& name : taken_) {
       if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-      throw InputError(fmt::format("no pose is in MAVLink's '{}'", name),
+      throw InputError(fmt::format("MAVLink's message '{}' has no pose", name),
                        fmt::format("it is one of {}", fmt::join(known, ", ")));
     }
   }

@@ -61,7 +61,7 @@ struct RunOptions {
 class Session {
  public:
   /// Opens every address. Without start in the scenario or its trajectory the run begins at the next full
-  /// second of real time. Throws InputError as Simulation does, for addresses that cannot be had, sources
+  /// second of real time. Throws InputError as Simulation does, for addresses that cannot be opened, sources
   /// that name unknown receivers or two that name the same one, and receivers that no source moves.
   /// @param scenario without `live`: its trajectory, no streams
   Session(simulation::Scenario scenario, std::shared_ptr<simulation::CityScene> scene);

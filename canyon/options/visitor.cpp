@@ -132,7 +132,7 @@ std::vector<std::vector<double>> read_rows(const Node& node, std::size_t columns
       if (values.size() != columns) {
         Place at = place;
         if (row.line > 0) at.line = row.line;
-        throw at.error(fmt::format("row {} has not {} numbers", rows.size() + 1, columns));
+        throw at.error(fmt::format("row {} does not have {} numbers", rows.size() + 1, columns));
       }
       rows.push_back(std::move(values));
     }
@@ -140,7 +140,7 @@ std::vector<std::vector<double>> read_rows(const Node& node, std::size_t columns
   }
   const std::vector<double> flat = read_numbers(node, range, place);
   if (flat.size() % columns != 0) {
-    throw place.error(fmt::format("{} numbers make no rows of {}", flat.size(), columns));
+    throw place.error(fmt::format("{} numbers do not make rows of {}", flat.size(), columns));
   }
   for (std::size_t i = 0; i < flat.size(); i += columns) {
     const auto begin = flat.begin() + static_cast<std::ptrdiff_t>(i);

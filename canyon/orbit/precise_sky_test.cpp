@@ -325,7 +325,8 @@ TEST(PreciseSky, LinesThatLostTheirFirstCharacterAreSaid) {
     changed.erase(at + 1, 1);
     return PreciseSky(TextFile::from_string(changed, "made-up.sp3")).warnings();
   };
-  EXPECT_THAT(warnings_without("\nPG07"), ::testing::Contains(HasSubstr("line of no kind that SP3 has")));
+  EXPECT_THAT(warnings_without("\nPG07"),
+              ::testing::Contains(HasSubstr("line of a kind that SP3 does not have")));
   EXPECT_THAT(warnings_without("\n*"), ::testing::Contains(HasSubstr("line without a mark")));
 }
 

@@ -48,7 +48,7 @@ class Reader {
       } else if (kind == 'P' && (in_epoch_ || epochs_.empty())) {
         notes().guard([&] { read_position(*line); });
       } else if (!epochs_.empty() && std::string_view("PVE/%+#i ").find(kind) == std::string_view::npos) {
-        notes().bad(file_.line(), "line of no kind that SP3 has");
+        notes().bad(file_.line(), "line of a kind that SP3 does not have");
       } else if (!epochs_.empty() && kind == ' ' && !trim(*line).empty()) {
         in_epoch_ = false;  // an epoch that has lost its mark: what follows is of another time
         notes().bad(file_.line(), "line without a mark, with all positions to the next epoch");
@@ -120,7 +120,7 @@ class Reader {
     notes().say(file_.line(),
                 fmt::format("the first epoch is {}, but the first line of the file says {}",
                             geodesy::format_gpst(t, 0), geodesy::format_gpst(*stated, 0)),
-                "the lines of epochs count");
+                "the lines of the epochs are taken");
   }
 
   void read_position(std::string_view line) {
@@ -239,7 +239,7 @@ class Reader {
       notes().say(2,
                   fmt::format("the header says an interval of {:g} s, and the epochs are {:g} s apart",
                               announced_step_s_, result_.step_s),
-                  "the lines of epochs count");
+                  "the lines of the epochs are taken");
     }
   }
 

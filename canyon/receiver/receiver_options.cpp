@@ -105,7 +105,7 @@ void ReceiverOptions::validate() const {
     gnss::check_signals(tracks);
     if (is_among(tracks, gnss::kEncrypted)) {
       throw InputError(fmt::format("it tracks {}, which is encrypted", gnss::kEncrypted),
-                       "take L2C; recordings alone have it");
+                       "take L2C; only recordings have it");
     }
     for (const std::string& group : leaves_out) gnss::check_group(group);
     for (const char* other : {"G1", "B1C"}) {

@@ -402,7 +402,7 @@ void CorrectionsDecoder::read_msm(Fields& fields, GpsTime now, Epochs& complete)
   const auto half = fields.column(cell_count, 1, false);
   const auto cn0 = fields.column(cell_count, cn0_bits, false);
   const auto rate = fields.column(rates ? cell_count : 0, 15, true);
-  if (cell_count == 0) problem(fields, "there is no cell in its masks");
+  if (cell_count == 0) problem(fields, "its masks have no cell");
 
   std::size_t cell = 0, satellite = 0;
   int mask_at = 0;

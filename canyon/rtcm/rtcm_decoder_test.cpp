@@ -536,7 +536,7 @@ TEST(RtcmDecoder, BrokenContentIsCountedAndCostsNothingElse) {
                                                 "message 1077: shorter than its masks require",
                                                 "message 1077: the masks have more than 64 cells",
                                                 "message 1077: the time is beyond its period",
-                                                "message 1077: there is no cell in its masks"}));
+                                                "message 1077: its masks have no cell"}));
   EXPECT_EQ(decoder.status().messages_unread, (std::map<int, std::uint64_t>{{1013, 1}, {1073, 1}}));
 }
 
@@ -849,12 +849,11 @@ TEST(RtcmDecoder, FilesWithoutCorrectionsSayWhatIsMissing) {
     std::ofstream(folder / "base.rtcm3", std::ios::binary) << bytes;
     return test::refusal([&] { (void)read_rtcm_corrections(folder / "base.rtcm3", kTime); });
   };
-  EXPECT_THAT(refused("$GNGGA\r\n"), HasSubstr("base.rtcm3: no message of RTCM 3 is in it; give a recorded"));
-  EXPECT_THAT(refused(frame(place())),
-              HasSubstr("no observations of a base are in it; have the base send MSM4"));
+  EXPECT_THAT(refused("$GNGGA\r\n"), HasSubstr("base.rtcm3: has no message of RTCM 3; give a recorded"));
+  EXPECT_THAT(refused(frame(place())), HasSubstr("has no observations of a base; have the base send MSM4"));
   const std::string observations = frame(msm(System::GPS, 7, kTime, {some_cell("G07", "1C")}));
   EXPECT_THAT(refused(observations),
-              HasSubstr("the station's place is not in it; have the base send message 1005"));
+              HasSubstr("has no place of the station; have the base send message 1005"));
   EXPECT_EQ(refused(frame(place()) + observations), "");
   // Each message says that it is the last of its epoch: a file has the epoch once, with all of it.
   std::ofstream(folder / "base.rtcm3", std::ios::binary)

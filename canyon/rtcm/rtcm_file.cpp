@@ -35,12 +35,12 @@ RtcmCorrections read_rtcm_corrections(const std::filesystem::path& path, GpsTime
       [&](const auto&) { ++read.status.problems["the time of an epoch contradicts those around it"]; });
   if (!read.epochs.empty()) return read;
   if (read.status.messages.empty())
-    throw InputError(path, 0, "no message of RTCM 3 is in it", "give a recorded stream of RTCM 3");
+    throw InputError(path, 0, "has no message of RTCM 3", "give a recorded stream of RTCM 3");
   if (read.status.epochs_held_back > 0)
-    throw InputError(path, 0, "the station's place is not in it",
+    throw InputError(path, 0, "has no place of the station",
                      "have the base send message 1005 or 1006, or give its place (--base-position)");
   throw InputError(
-      path, 0, "no observations of a base are in it",
+      path, 0, "has no observations of a base",
       "have the base send MSM4 to MSM7 (1074 to 1127), 1002, 1004, 1010 or 1012, and record again");
 }
 

@@ -37,7 +37,7 @@ void FrontEnd::validate() const {
         fmt::format(
             "an intermediate frequency of {} Hz is aliased: {} {} samples per second carry {} to {} Hz",
             intermediate_hz, rate_hz, real ? "real" : "complex", lowest_hz() - zero_hz(), rate_hz / 2),
-        real ? fmt::format("give half the band's width at least, and so much less than {} Hz at most; {} Hz "
+        real ? fmt::format("give at least half the band's width, and at most {} Hz less that half; {} Hz "
                            "leaves the widest band",
                            rate_hz / 2, rate_hz / 4)
              : "choose a higher sample rate or a lower intermediate frequency");

@@ -55,10 +55,11 @@ void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t
   std::optional<std::size_t> next = base;
   for (std::size_t steps = 0; next && steps < receivers.size(); ++steps) {
     next = index_of_base(receivers, *next);
-    if (next == index) refuse("which needs its own in turn", "leave one of them out");
+    if (next == index) refuse("which itself depends on this receiver", "leave one of them out");
   }
   if (options.corrections.virtual_station && !receivers[*base].fixed) {
-    refuse("which moves, and no network", "leave virtual_station out, or give that receiver a fixed place");
+    refuse("which moves: a virtual station needs a fixed base",
+           "leave virtual_station out, or give that receiver a fixed place");
   }
   if (!receivers[*base].fixed && !options.rtk.enabled) {
     refuse("whose place is not known",

@@ -15,7 +15,7 @@
 namespace canyon::simulation {
 
 /// Throws InputError where receivers[index] cannot take the corrections that it names: of no receiver of the
-/// run, of itself, of one without a fixed place, of one that needs its own in turn, or of one that draws the
+/// run, of itself, of one without a fixed place, of one that itself depends on it, or of one that draws the
 /// same noise.
 void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t index);
 

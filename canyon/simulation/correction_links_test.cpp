@@ -359,7 +359,7 @@ TEST(Corrections, OfAHostNeedABase) {
   EXPECT_THAT(refusal("corrections: {from: base}\n"), AllOf(HasSubstr("host:1"), HasSubstr("base: {fixed")));
   EXPECT_THAT(refusal("base: {profile: survey}\n"), AllOf(HasSubstr("host:1"), HasSubstr("give its place")));
   EXPECT_THAT(refusal("base: {name: rover, fixed: {east_m: 1, north_m: 2, up_m: 3}}\n"),
-              HasSubstr("'rover' is the receiver's"));
+              HasSubstr("'rover' is the name of the receiver"));
   EXPECT_THAT(refusal("corrections: {from: 'ntrip://127.0.0.1:2101/BASE'}\n"),
               AllOf(HasSubstr("host:1"), HasSubstr("is a stream, which hosts do not read")));
   const LiveConfig config = parse_live_config(kLive, "host");

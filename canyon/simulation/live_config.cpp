@@ -71,7 +71,8 @@ void visit_base(options::Visitor& v, LiveConfig& config) {
     config.receivers.resize(1);
     config.receivers.push_back(base);
     if (base.options.name == config.receiver().options.name) {
-      throw v.fault("name", fmt::format("'{}' is the receiver's", base.options.name), "give it another one");
+      throw v.fault("name", fmt::format("'{}' is the name of the receiver", base.options.name),
+                    "give the base another name");
     }
   });
 }

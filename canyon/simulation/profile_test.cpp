@@ -258,9 +258,9 @@ TEST(Profile, AntennasByNameOrByRows) {
   };
   EXPECT_THAT(wrong("antenna: pach"), HasSubstr("did you mean 'patch'?"));
   EXPECT_THAT(wrong("antenna: patch, antenna_rows: [0, 1, 2]"), HasSubstr("conflicts with 'antenna'"));
-  EXPECT_THAT(wrong("antenna_rows: [0, 1]"), HasSubstr("2 numbers make no rows of 3"));
+  EXPECT_THAT(wrong("antenna_rows: [0, 1]"), HasSubstr("2 numbers do not make rows of 3"));
   EXPECT_THAT(wrong("antenna_rows: [[0, 1, 2], [3, 4]]"),
-              HasSubstr("p.yaml:2: antenna_rows: row 2 has not 3"));
+              HasSubstr("p.yaml:2: antenna_rows: row 2 does not have 3"));
   EXPECT_THAT(wrong("antenna_rows: [[10, 1, 2], [3, 4, 5]]"), HasSubstr("p.yaml:2: antenna_rows: "));
   EXPECT_THAT(wrong("antenna_rows: [[x, 1, 2]]"), HasSubstr("'x' is not a number"));
   EXPECT_THAT(wrong("antenna_rows: []"), HasSubstr("the list is empty"));

@@ -57,9 +57,10 @@ void put_on_terrain(Scenario& scenario, const CityScene& scene) {
     Pose pose;
     pose.position = config.waypoints[i];
     if (!clamp_to_terrain(pose, scene.city, scene.scene, *height_m)) {
-      throw scenario_error(scenario,
-                           fmt::format("waypoint {}: height_above_terrain_m, and no terrain is there", i + 1),
-                           "use a mesh with terrain there (see city.terrain_names), or give height_m");
+      throw scenario_error(
+          scenario,
+          fmt::format("waypoint {}: height_above_terrain_m is given, but there is no terrain", i + 1),
+          "use a mesh with terrain there (see city.terrain_names), or give height_m");
     }
     config.waypoints[i] = pose.position;
     height_m.reset();  // it is part of the place now

@@ -246,7 +246,7 @@ void Simulation::Impl::check_faults() {
     const std::optional<double> own_s = fault.settings->duration_s();
     if (own_s && fault.until_s && std::abs(*fault.until_s - fault.from_s - *own_s) > 1e-6) {
       warnings.push_back(
-          fmt::format("fault '{}' ends at {} s in tables alone: the receiver takes some {} s, or search_s "
+          fmt::format("fault '{}' ends at {} s only in tables: the receiver takes some {} s, or search_s "
                       "and ephemeris_s",
                       fault.name, *fault.until_s, *own_s));
     }

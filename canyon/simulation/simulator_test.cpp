@@ -558,7 +558,7 @@ TEST(Simulation, AnEndOfARestartIsSaidToHaveNoEffect) {
   };
   EXPECT_THAT(
       warnings("until_s: 4, "),
-      Contains(HasSubstr("fault 'restart 1' ends at 4 s in tables alone: the receiver takes some 26 s")));
+      Contains(HasSubstr("fault 'restart 1' ends at 4 s only in tables: the receiver takes some 26 s")));
   EXPECT_THAT(warnings(""), IsEmpty());
 }
 

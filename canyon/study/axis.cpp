@@ -171,7 +171,7 @@ void visit(options::Visitor& v, Axis& o) {
   options::check_folder_name(v, "name", o.name);
   static constexpr std::array kTaken{"run", "receiver", "error_bin", "hour", "seed_of_run", "epoch"};
   if (std::find(kTaken.begin(), kTaken.end(), o.name) != kTaken.end()) {
-    throw v.fault("name", fmt::format("'{}' is a name of the results' own", o.name), "give another name");
+    throw v.fault("name", fmt::format("the results already have the name '{}'", o.name), "give another name");
   }
 }
 

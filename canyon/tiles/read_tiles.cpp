@@ -96,7 +96,7 @@ class TilesReader {
     if (!root.on_earth) {
       if (options_.bbox_deg && !origin_) {
         throw InputError(public_address(source_.root()), 0,
-                         "says no place on the Earth, so that a bbox means nothing",
+                         "says no place on the Earth, so that a bbox cannot apply",
                          "give city.origin, the place of the tileset's zero");
       }
       frame_ = geodesy::LocalFrame(origin_.value_or(geodesy::Geodetic{}));

@@ -40,10 +40,9 @@ class AntennaRows final : public options::NamedRows {
     for (const std::vector<double>& row : rows) points.push_back({row[0], row[1], row[2]});
     constexpr double kHighest_deg = 80;
     if (points.size() > 1 && points.back().elevation_deg < kHighest_deg) {
-      throw InputError(
-          fmt::format("the antenna's rows end at {:g} deg: no row has what it receives from above",
-                      points.back().elevation_deg),
-          "add rows up to 90 deg; one row alone holds for all elevations");
+      throw InputError(fmt::format("the antenna's rows end at {:g} deg: they give no gain above it",
+                                   points.back().elevation_deg),
+                       "add rows up to 90 deg; one row alone holds for all elevations");
     }
     const std::string name(kRows);
     pattern_ = band_ == Band::Upper ? AntennaPattern(name, std::move(points))

@@ -27,7 +27,7 @@ inline constexpr std::chrono::milliseconds kReaderPatience = std::chrono::second
 ///   tcp-connect://HOST:PORT  connects to a reader that listens
 ///   zmq://HOST:PORT          ZeroMQ: a publisher for subscribers of all topics, bound there; each write()
 ///                            sends a message
-/// HOST as for open_transport(). Throws InputError for another address and a port that cannot be had,
+/// HOST as for open_transport(). Throws InputError for another address and a port that cannot be opened,
 /// OutputError where nobody answers.
 [[nodiscard]] std::unique_ptr<ByteSink> open_byte_sink(std::string_view address,
                                                        std::chrono::milliseconds patience = kReaderPatience);

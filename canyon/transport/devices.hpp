@@ -181,7 +181,7 @@ class TcpClient final : public Transport {
 [[nodiscard]] asio::ip::tcp::endpoint tcp_endpoint(const HostPort& to);
 /// Listens; its calls return at once. Throws InputError where TcpServer() does.
 [[nodiscard]] asio::ip::tcp::acceptor listen_on(asio::io_context& io, const HostPort& at);
-/// "port 10110 of 127.0.0.1 cannot be had: ..."
+/// "port 10110 of 127.0.0.1 cannot be opened: ..."
 [[noreturn]] void refuse_port(const HostPort& at, const error_code& error);
 
 }  // namespace canyon::transport

@@ -24,7 +24,7 @@ asio::ip::address_v4 listening_address(const HostPort& at) {
 }
 
 void refuse_port(const HostPort& at, const error_code& error) {
-  throw InputError(fmt::format("port {} of {} cannot be had: {}", at.port, at.host, error.message()),
+  throw InputError(fmt::format("port {} of {} cannot be opened: {}", at.port, at.host, error.message()),
                    error == asio::error::access_denied
                        ? "take one of 1024 to 65535"
                        : "give each receiver a different port that no other program uses");

@@ -59,7 +59,8 @@ struct LiveRelay::Impl {
       : header(std::move(about)), folder(std::move(at)), scene(rays) {
     for (const std::string& address : addresses) {
       if (std::count(addresses.begin(), addresses.end(), address) > 1) {
-        throw InputError(fmt::format("{} is given twice", address), "each receiver's stream has its own");
+        throw InputError(fmt::format("{} is given twice", address),
+                         "give the stream of each receiver its own address");
       }
       Host& host = hosts.emplace_back();
       host.address = address;
@@ -81,7 +82,7 @@ struct LiveRelay::Impl {
         take_epoch(server, host, message);
       }
     } catch (const JsonError&) {
-      complain(host, "what comes there is not the stream 'view'");
+      complain(host, "the data are not the stream 'view'");
     }
   }
 

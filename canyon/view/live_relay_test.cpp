@@ -150,7 +150,7 @@ TEST_F(LiveRelayTest, PassesOverWhatIsNoStreamOfTheViewer) {
       if (note.find("stream") != std::string::npos) notes.push_back(std::move(note));
     }
   }
-  EXPECT_THAT(notes, testing::ElementsAre(HasSubstr("is not the stream 'view'")));  // said once
+  EXPECT_THAT(notes, testing::ElementsAre(HasSubstr("are not the stream 'view'")));  // said once
   EXPECT_EQ(header()["time"], nullptr);
   EXPECT_THROW(relay({"nowhere"}), InputError);
   EXPECT_THROW(relay({address_, address_}), InputError);

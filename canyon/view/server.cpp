@@ -362,7 +362,7 @@ struct Server::Impl {
     if (!error) acceptor.bind({asio::ip::address_v4::loopback(), port}, error);
     if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
     if (error) {
-      throw InputError(fmt::format("port {} of 127.0.0.1 cannot be had: {}", port, error.message()),
+      throw InputError(fmt::format("port {} of 127.0.0.1 cannot be opened: {}", port, error.message()),
                        "leave --port out, or take another one that no other program uses");
     }
     // A browser that this program starts must not hold the port.

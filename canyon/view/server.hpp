@@ -43,7 +43,7 @@ struct Site {
 /// Works on a thread of its own from construction to destruction.
 class Server {
  public:
-  /// Throws InputError where the port cannot be had.
+  /// Throws InputError where the port cannot be opened.
   explicit Server(Site site, const ServerOptions& options = {});
   ~Server();
   Server(const Server&) = delete;

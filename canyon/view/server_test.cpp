@@ -275,7 +275,7 @@ TEST_F(ServerTest, SaysWhatIsWrongWithAPort) {
     FAIL() << "two servers at one port";
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(),
-                HasSubstr("port " + std::to_string(server.port()) + " of 127.0.0.1 cannot be had"));
+                HasSubstr("port " + std::to_string(server.port()) + " of 127.0.0.1 cannot be opened"));
   }
   options.port = 65536;
   EXPECT_THROW(Server(site(), options), InputError);

@@ -27,7 +27,7 @@ struct BorrowedArrival {
 
   [[nodiscard]] propagation::Arrival& arrival() const {
     if (borrowed->arrival == nullptr) {
-      throw InputError("an arrival is lent for the call of apply() alone", "keep copies of its numbers");
+      throw InputError("an arrival is valid only during the call of apply()", "keep copies of its numbers");
     }
     return *borrowed->arrival;
   }
@@ -108,7 +108,7 @@ signal::AntennaPattern pattern_of(const py::object& antenna) {
     for (int deg = -90; deg <= 90; ++deg) {
       const py::tuple gain = py::tuple(antenna(geodesy::radians(deg), carrier_hz));
       if (gain.size() != 2)
-        throw InputError("the antenna gives no pair of gains", "give (rhcp_dbic, lhcp_dbic)");
+        throw InputError("the antenna does not give a pair of gains", "give (rhcp_dbic, lhcp_dbic)");
       points.push_back({static_cast<double>(deg), gain[0].cast<double>(), gain[1].cast<double>()});
     }
     return points;

@@ -1539,7 +1539,7 @@ view)
   runs 2 env PATH=/none "$canyon" view v --record film.mp4; one_line; says err ffmpeg
   runs 2 env PATH=/none "$canyon" view v --record film.webp; one_line; says err Node.js
   runs 2 "$canyon" view v --export x.html --record-fps 5; says err "--record-fps requires --record"
-  runs 2 "$canyon" view v --export x.html --open; one_line; says err "--open and --port are of a view that is served"
+  runs 2 "$canyon" view v --export x.html --open; one_line; says err "--open and --port serve a view"
   # What is cut off is found before it is shown.
   cp -r v cut; truncate -s -1 cut/track-0.bin.gz; runs 2 "$canyon" view cut; one_line; says err "cut/track-0.bin.gz: is cut off"
   runs 2 "$canyon" view cut --export x.html; one_line; [ ! -e x.html ] || fail "a page of a damaged view"

@@ -116,9 +116,9 @@ std::optional<GpsTime> CsvTimes::of_week(const std::vector<std::string_view>& fi
 
 GpsTime CsvTimes::from_unix(double seconds, std::string_view text) const {
   if (!(seconds > 0 && seconds < kYear2100_s)) {
-    throw file_.error(
-        fmt::format("the time '{}' in column '{}' is no Unix time of 1970 to 2100", text, columns_.time.name),
-        "name the column by the unit that it has: unix_time_s, unix_time_ms, _us, _ns");
+    throw file_.error(fmt::format("the time '{}' in column '{}' is not a Unix time of 1970 to 2100", text,
+                                  columns_.time.name),
+                      "name the column by the unit that it has: unix_time_s, unix_time_ms, _us, _ns");
   }
   return geodesy::gps_from_unix(std::llround(seconds * 1e9));
 }

@@ -184,7 +184,7 @@ class CsvReader {
     const auto angle = angle_deg(text, side, k == 0, column.minutes);
     if (!angle) {
       throw file_.error(
-          fmt::format("the {} '{}' {}is no angle", k == 0 ? "latitude" : "longitude", trim(text),
+          fmt::format("the {} '{}' {}is not a valid angle", k == 0 ? "latitude" : "longitude", trim(text),
                       side_index ? fmt::format("with the side '{}' ", trim(side)) : std::string()),
           "write 48.1, -48.1, 48.1S or 48 06 00 S");
     }

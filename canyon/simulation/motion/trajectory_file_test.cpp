@@ -611,7 +611,7 @@ TEST(TrajectoryCsv, UnixTimesAndRadiansByTheirNames) {
   EXPECT_EQ(file.trajectory.begin(), parse_time("2024-05-01T10:00:10Z"));
   expect_straight(file, 500);
   EXPECT_THAT(fault("unix_time_s,latitude,longitude,height\n1714557610000,48,11,500\n", "csv"),
-              HasSubstr("is no Unix time of 1970 to 2100"));
+              HasSubstr("is not a Unix time of 1970 to 2100"));
   EXPECT_THAT(read("0,0.837,0.192,500\n1,0.837,0.192,500\n", "csv").warnings,
               ElementsAre(HasSubstr("if they are radians, name the columns latitude_rad")));
 }
