@@ -50,7 +50,7 @@ struct AdjustableReceiver {
 /// A queue in which requests wait for the host's thread.
 class OptionsDesk {
  public:
-  /// Any thread but the host's: waits for the answer; "refused: ..." where nobody serves within `patience`.
+  /// Any thread but the host's. Waits for the answer; "refused: ..." where nobody serves within `patience`.
   [[nodiscard]] std::string ask(OptionsRequest request, std::chrono::milliseconds patience);
   /// Answers waiting requests. For the host's thread, at every update, paused or not. `receivers` is called
   /// only if there are requests.

@@ -49,7 +49,7 @@ std::optional<fs::path> find_resource(const std::string& name, const std::vector
     if (std::find(looked.begin(), looked.end(), candidate) != looked.end()) continue;
     looked.push_back(candidate);
     std::error_code ignored;
-    // Pipes are welcome (process substitution), folders are not.
+    // Pipes are accepted (process substitution), folders are not.
     if (fs::exists(candidate, ignored) && !fs::is_directory(candidate, ignored))
       return fs::absolute(candidate, ignored);
   }

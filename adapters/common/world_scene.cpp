@@ -158,7 +158,7 @@ struct WorldScene::Impl {
     next_check = models.empty() ? 0 : (next_check + kStaticChecks) % models.size();
   }
 
-  /// Static models take turns.
+  /// Movable models are checked in every step, static ones in turn.
   [[nodiscard]] bool is_checked(std::size_t i) const {
     return models[i].movable || (i + models.size() - next_check) % models.size() < kStaticChecks;
   }

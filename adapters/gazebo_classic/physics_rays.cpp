@@ -77,7 +77,7 @@ struct PhysicsRays::Impl {
   std::string name;
   gazebo::physics::LinkPtr link;
   boost::shared_ptr<ODEPhysics> engine;
-  // Weak: the sensor owns the plugin that owns us.
+  // Weak, because the sensor owns the plugin that owns this object.
   std::weak_ptr<gazebo::sensors::RaySensor> sensor;
   bool sensor_was_active = false;
   std::thread::id prepared_thread;

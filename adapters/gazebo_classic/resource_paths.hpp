@@ -10,7 +10,7 @@
 
 namespace canyon::adapters::gazebo_classic {
 
-/// Gazebo's own, as its environment has them now.
+/// Gazebo's own resource paths, as its environment has them now.
 [[nodiscard]] inline ResourcePaths gazebos_paths() {
   const auto given = [](const std::list<std::string>& folders) {
     std::vector<std::filesystem::path> paths(folders.begin(), folders.end());

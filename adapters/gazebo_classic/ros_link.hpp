@@ -14,7 +14,7 @@ namespace canyon::adapters::gazebo_classic {
 class RosClient {
  public:
   virtual ~RosClient() = default;
-  /// ROS runs and its master answers. False: it did not work out, try again.
+  /// Called when ROS runs and its master answers. Returns false where it failed and must be called again.
   virtual bool connect(ros::NodeHandle& node) = 0;
   /// Topics advertised, each with its type: a master that begins anew receives them, and subscribers that
   /// are connected stay so.

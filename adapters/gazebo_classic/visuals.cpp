@@ -38,7 +38,7 @@ void fill(gazebo::msgs::Visual& message, const VisualLedger::Change& change) {
   }
   gazebo::msgs::Set(message.mutable_pose(), ignition::math::Pose3d(ignition_from(shape.centre), turn));
   message.set_visible(true);
-  // Costly to clients, who compile their shaders anew for each colour.
+  // The rest is costly to clients, which compile their shaders anew for each colour.
   if (!change.whole) return;
   message.set_cast_shadows(false);
   message.set_transparency(1 - shape.colour.a);
@@ -54,7 +54,7 @@ class SceneVisuals final : public EpochPublisher {
                const VisualSettings& settings)
       : node_(node),
         world_(identity.world),
-        // Numbered, so that a successor does not inherit shapes that are being removed.
+        // The name has a number, so that a successor does not inherit shapes that are being removed.
         prefix_("gnss_" + identity.model + "_" + std::to_string(gazebo::physics::getUniqueId()) + "_"),
         settings_(settings),
         ledger_([] { return gazebo::physics::getUniqueId(); }),
@@ -128,7 +128,7 @@ class SceneVisuals final : public EpochPublisher {
     return message;
   }
 
-  /// Hidden first, since scenes take a request to remove only with their next picture.
+  /// Hides all shapes first, since scenes take a request to remove only with their next picture.
   void remove() {
     send({}, false);
     for (const std::string& name : ledger_.clear()) {

@@ -51,7 +51,7 @@ std::int64_t nanoseconds(const std::chrono::steady_clock::duration& time) {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(time).count();
 }
 
-// Warnings too as errors: less than these Gazebo Sim does not show unless it is asked to.
+// Prints warnings as errors, too: Gazebo Sim shows lower levels only when it is asked to.
 void say(HostedReceiver::Tone tone, const std::string& line) {
   gzerr << "[canyon] " << (tone == HostedReceiver::Tone::Error ? "" : "warning: ") << line << "\n";
 }
@@ -69,7 +69,7 @@ std::optional<sdf::Sensor> sdf_of(Entity sensor, const Ecm& ecm) {
   if (const auto* navsat = ecm.Component<components::NavSat>(sensor)) return navsat->Data();
   const auto* custom = ecm.Component<components::CustomSensor>(sensor);
   if (custom != nullptr && custom->Data().Element()) return custom->Data();
-  // Played back from a log, which keeps the SDF of models alone.
+  // A world that is played back from a log keeps the SDF of models only.
   const Entity link = parent_of(sensor, ecm), top = gz::sim::topLevelModel(sensor, ecm);
   const auto* of_model = ecm.Component<components::ModelSdf>(top);
   if (of_model == nullptr) return std::nullopt;
@@ -183,7 +183,7 @@ struct GnssWorld::Impl {
   std::unique_ptr<OptionsService> options;
   std::optional<HostOrigin> origin;
   bool stepped = false;  // PostUpdate of this step is done
-  // Computed and published while the simulation continues: up to the next ones it does not wait for them.
+  // Epochs are computed and published while the simulation continues. It waits for them only before the next.
   std::future<void> epochs;
 };
 
@@ -232,7 +232,7 @@ void GnssWorld::update(const gz::sim::UpdateInfo&, Ecm& ecm) {
 }
 
 void GnssWorld::Impl::look_for_sensors(Ecm& ecm, bool all) {
-  // Found first: a loop over components must not create or remove any.
+  // Sensors are listed first, since a loop over components must not create or remove any.
   std::vector<std::pair<Entity, sdf::Sensor>> found;
   const auto add = [&](const Entity& entity, const components::Sensor*) {
     if (auto sensor = sdf_of(entity, ecm)) found.emplace_back(entity, std::move(*sensor));
@@ -247,7 +247,7 @@ void GnssWorld::Impl::look_for_sensors(Ecm& ecm, bool all) {
 }
 
 void GnssWorld::Impl::take_over(Entity entity, const sdf::Sensor& sensor, Ecm& ecm) {
-  // Found when the system begins, a sensor is new in the first step as well.
+  // A sensor that is found when the system begins is new in the first step as well.
   const bool waits = std::any_of(due.begin(), due.end(), [&](const Sensor& s) { return s.entity == entity; });
   if (waits || receivers.contains(entity)) return;
   const sdf::ElementPtr element = sensor.Element();

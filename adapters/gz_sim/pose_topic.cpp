@@ -7,7 +7,7 @@ namespace canyon::adapters::gz_sim {
 PoseTopic::Inbox::Inbox(const HostSettings& settings)
     : topic(settings.pose_topic), track(settings.pose_topic, {settings.pose_timeout_s}) {}
 
-// Comes in a thread of Gazebo transport.
+// Called in a thread of Gazebo transport.
 void PoseTopic::Inbox::take(const gz::msgs::Pose& message) {
   const auto& p = message.position();
   const auto& q = message.orientation();

@@ -373,7 +373,7 @@ Parameters parameters_of(const NodeSettings& settings) {
   options::Document document;
   Parameters parameters;
   flatten(options::parse_yaml(options::yaml(settings), document, ""), "", parameters);
-  // Written out it names no profile, as every key stands below it.
+  // The written text names no profile, as it has every key.
   parameters.erase("profile");
   return parameters;
 }

@@ -91,7 +91,7 @@ std::vector<ZipEntry> zip_entries(std::string_view archive) {
   return entries;
 }
 
-/// Raw deflate of `size` bytes; nothing where it is damaged.
+/// Unpacks raw deflate to `size` bytes; empty where it is damaged.
 std::optional<std::string> inflated(std::string_view packed, std::size_t size) {
   z_stream stream{};
   if (inflateInit2(&stream, -MAX_WBITS) != Z_OK) return std::nullopt;
@@ -169,7 +169,7 @@ std::string unpack_compress(const std::filesystem::path& path, std::string_view 
   unsigned bits = kFewestBits;
   std::int64_t last = -1;  // code before; none yet
   for (std::size_t at = 3, length = bits; at < packed.size(); at += length) {
-    // Eight codes of equal length; what is left of them where the length changes is filling.
+    // Codes of equal length come in groups of eight. Where the length changes, the rest of a group is unused.
     length = bits;
     const std::string_view group = packed.substr(at, length);
     bool next_group = false;

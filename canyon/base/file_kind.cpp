@@ -70,7 +70,7 @@ bool is_rtcm(std::string_view head) {
   return false;
 }
 
-/// "$GPGGA," and any other address of letters.
+/// Whether there is "$GPGGA," or another address of letters.
 bool is_nmea(std::string_view head) {
   for (std::size_t at = head.find('$'); at != std::string_view::npos; at = head.find('$', at + 1)) {
     const std::string_view address = head.substr(at + 1, head.find_first_of(",\n", at) - at - 1);

@@ -34,7 +34,7 @@ GzipFile::GzipFile(std::filesystem::path path) : path_(std::move(path)), file_(n
   try {
     ready_.resize(read_some(ready_.data(), kHead, 0));
   } catch (const InputError&) {
-    // read() comes upon it again.
+    // read() meets the same error and reports it.
     ready_.clear();
     gzrewind(file_.get());
   }

@@ -109,7 +109,7 @@ class Json {
   [[nodiscard]] const Json& at(std::string_view key) const;
   /// Null where it is not there.
   const Json& operator[](std::string_view key) const;
-  /// Added where it is not there; null becomes an object first. Throws JsonError on anything but an object.
+  /// Adds a missing key; null becomes an object first. Throws JsonError on anything but an object.
   Json& operator[](std::string_view key);
 
   /// An item of an array; index < size().

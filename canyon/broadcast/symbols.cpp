@@ -349,7 +349,7 @@ std::optional<Message> message_of(gnss::SatelliteId id, const gnss::Signal& sign
   return std::nullopt;
 }
 
-/// Lengths [ns] of a frame of symbols, and of that of which Schedule sends at most one message.
+/// Lengths [ns] of a frame of symbols, and of the time in which Schedule sends at most one message.
 struct Lengths {
   std::int64_t symbols, message;
 };

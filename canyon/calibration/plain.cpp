@@ -297,7 +297,7 @@ void add_phase_threshold(std::span<const Observed> recorded, const simulation::R
     return;
   }
   std::sort(items.begin(), items.end(), [](const Item& a, const Item& b) { return a.cn0_dbhz < b.cn0_dbhz; });
-  // Where fewest stand on the wrong side, in the middle between two stated values.
+  // The threshold with the fewest items on the wrong side, in the middle between two stated values.
   const auto threshold = [&items](const auto& times) {
     long wrong = 0, fewest = 0;
     for (const Item& item : items) wrong += item.phase ? 0 : times(item);

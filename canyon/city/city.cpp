@@ -38,7 +38,7 @@ class RoofSampler {
     const int last_row = row(std::max({a.y(), b.y(), c.y()}));
     for (int j = first_row; j <= last_row; ++j) {
       const double y = origin_.y() + (j + 0.5) * cell_;
-      // Where the row's line is left of all three sides.
+      // The part of the row's line that is left of all three sides.
       double from = std::min({a.x(), b.x(), c.x()}), to = std::max({a.x(), b.x(), c.x()});
       const auto cut = [&](const Eigen::Vector3d& u, const Eigen::Vector3d& v) {
         const double rise = v.y() - u.y();

@@ -98,7 +98,7 @@ const FacadeType& draw(const std::map<std::string, double>& shares, double unifo
   return *last;  // shares add up to 1
 }
 
-// Assumed; docs/results.md has what recordings say of it.
+// Assumed; docs/results.md compares it with recordings.
 constexpr double kLow_m = 15;
 
 FacadeMix mix_of(FacadeMix mix, double height_m, FacadeMix named) {

@@ -107,7 +107,7 @@ class MeshImport {
       const std::string name = scene.mMaterials[m]->GetName().C_Str();
       materials_.push_back(marked_ ? material_by_name(name) : material_from_name(name));
     }
-    // COLLADA's root transform is Assimp's own doing, see collada_frame().
+    // Assimp makes COLLADA's root transform by itself, see collada_frame().
     const Eigen::Affine3d root =
         extension == ".dae" ? Eigen::Affine3d::Identity() : affine_from(scene.mRootNode->mTransformation);
     collect(scene, *scene.mRootNode, enu_from_file * root, false);

@@ -73,7 +73,7 @@ class PlyCheck {
   }
 
  private:
-  /// False: it is no PLY, and Assimp says what is wrong.
+  /// False where the file is not PLY; Assimp then says what is wrong.
   bool read_header() {
     for (std::string line; std::getline(in_, line);) {
       ++line_;

@@ -43,7 +43,7 @@ struct Span {
   Complex value;
 };
 
-/// False: so far in the light that nothing is seen of it.
+/// False where the edges are so far from the ray that they have no effect.
 bool span(double low_excess, bool over_low, double high_excess, bool under_high, bool one_edge,
           double wavelength, Span& result) {
   result.covers = over_low && under_high;
@@ -62,7 +62,7 @@ struct Cover {
   double excess_m;
 };
 
-/// X Y of a screen; empty: nothing is seen of it.
+/// X Y of a screen; empty where the screen has no effect.
 std::optional<Cover> cover(const Sight& ray, const Outline& o, double wavelength) {
   const double begin = ray.height(std::max(0.0, o.near)), end = ray.height(o.far);
   const double lowest = std::min(begin, end), highest = std::max(begin, end);

@@ -36,7 +36,7 @@ class Shadowing {
   [[nodiscard]] Shadow of(const Eigen::Vector3d& direction);
 
  private:
-  /// Way in a direction's frames: those of all begin somewhere else, as shadows fall from some distance.
+  /// Way in a direction's frames. Each direction has its own origin, as shadows fall from some distance.
   struct Place {
     std::int64_t frame;
     double into_m;

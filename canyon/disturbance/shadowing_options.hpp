@@ -104,7 +104,7 @@ struct ShadowingOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// SkylineOptions, and of the environment what they leave out.
+/// SkylineOptions, completed by the numbers of the environment.
 [[nodiscard]] SkylineNumbers skyline_numbers(const ShadowingOptions& options);
 
 /// ShadowingEnvironment::Auto made definite.

@@ -33,7 +33,7 @@ struct VehicleClass {
 [[nodiscard]] std::span<const VehicleClass> vehicle_classes();
 
 /// Objects of a street that are in no map: traffic and, along the kerbs, trees, signs, awnings
-/// and footbridges. docs/streets.md says what of it is physics and what is assumed.
+/// and footbridges. docs/streets.md tells physics from assumptions.
 struct StreetOptions {
   bool enabled = false;
   StreetRegion region = StreetRegion::Europe;

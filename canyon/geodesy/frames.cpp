@@ -17,7 +17,7 @@ Geodetic Geodetic::from_degrees(double latitude_deg, double longitude_deg, doubl
 
 void check_geodetic(const Geodetic& point, const char* what) {
   const auto check = [what](const char* field, double value, double low, double high, const char* unit) {
-    // Negated so that NaN falls out; a hair of rounding is allowed at the poles.
+    // The condition is negated, so that NaN is refused; a little rounding is allowed at the poles.
     if (!(value >= low - 1e-9 && value <= high + 1e-9)) {
       throw InputError(fmt::format("{}: {} {} {} is out of range", what, field, value, unit),
                        fmt::format("it runs from {} to {} {}", low, high, unit));

@@ -10,7 +10,7 @@ namespace canyon::geodesy {
 GpsTime GpsTime::from_week(int week, double seconds_of_week) {
   // Times end about 280 years before and after 1980, so that later arithmetic by decades cannot overflow.
   constexpr int kMaxWeek = 14'600;
-  // Negated so that NaN falls out.
+  // The condition is negated, so that NaN is refused.
   const double weeks = week + seconds_of_week / kSecondsPerWeek;
   if (!(std::abs(weeks) <= kMaxWeek) || std::abs(static_cast<double>(week)) > 2 * kMaxWeek) {
     throw InputError("GPS time of week " + std::to_string(week) + ", " + std::to_string(seconds_of_week) +

@@ -9,8 +9,8 @@
 
 namespace canyon::geodesy {
 
-/// Groups of few times that stand so far from all others are stray where all are at least so many times as
-/// many.
+/// Groups of at most `few` times are stray if they are more than `gap_s` from all others, and if there are at
+/// least `all` times as many in all.
 struct StandsApart {
   double gap_s;
   std::size_t all;

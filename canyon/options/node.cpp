@@ -19,7 +19,7 @@ int line_of(const YAML::Node& node, int fallback) {
   return mark.line >= 0 ? mark.line + 1 : fallback;
 }
 
-// Knows where documents begin, and that there are not too many nodes.
+// Finds where documents begin, and refuses too many nodes.
 class EventCounter final : public YAML::EventHandler {
  public:
   explicit EventCounter(const Document& document) : document_(document) {}

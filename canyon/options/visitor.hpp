@@ -193,7 +193,7 @@ class Visitor {
       validate(options);
     });
   }
-  /// Where a section was read: options.validate(), its error reported at the section.
+  /// Calls options.validate() where a section was read, and reports its error at the section.
   template <typename Options>
   void validate(const Options& options) {
     if constexpr (requires { options.validate(); }) {

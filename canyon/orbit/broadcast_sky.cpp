@@ -93,7 +93,7 @@ struct Series {
   }
 };
 
-/// Group delays that messages nearest in time say of single signals.
+/// Group delays of single signals in the messages nearest in time.
 void set_delays(const std::vector<const gnss::SignalDelays*>& delays, GpsTime t, SatelliteState& state) {
   // A satellite sends several messages, each of which has fields for some of its signals.
   std::array<const gnss::SignalDelays*, gnss::kMostSignals> nearest{};

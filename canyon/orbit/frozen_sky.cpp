@@ -20,7 +20,7 @@ void check(std::size_t index, double azimuth_rad, double elevation_rad) {
         fmt::format("frozen sky: azimuth {} of satellite {} is not a finite number", azimuth_rad, index + 1),
         "give radians from north, clockwise");
   }
-  // Negated so that NaN falls out; an angle of 1.5708 means the zenith.
+  // The condition is negated, so that NaN is refused; an angle of 1.5708 means the zenith.
   if (!(elevation_rad >= 0 && elevation_rad <= kRight + 1e-5)) {
     const bool degrees = elevation_rad > kRight && elevation_rad <= 90;
     throw InputError(fmt::format("frozen sky: elevation {} of satellite {} is out of range{}", elevation_rad,

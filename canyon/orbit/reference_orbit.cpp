@@ -20,7 +20,7 @@ ReferenceOrbit::ReferenceOrbit(geodesy::GpsTime epoch, const Eigen::Vector3d& po
   const Eigen::Vector3d h = position.cross(velocity);
   const Eigen::Vector3d to_perigee = velocity.cross(h) / kEarthMu - position / r;
   const double e = to_perigee.norm();
-  // Negated so that NaN falls out.
+  // The condition is negated, so that NaN is refused.
   if (!(a > kSemiMajorAxis && a < 1e9 && e < 0.9)) return;
   semi_major_axis_ = a;
   eccentricity_ = e;

@@ -49,8 +49,8 @@ double mean_motion(double a_m) {
   return std::sqrt(geodesy::kEarthMu / a_m) / a_m;
 }
 
-/// Readers keep what they have until the issue of data is another. Not a step that issues make by themselves,
-/// and faults on top of each other differ; of BeiDou it is an age in hours.
+/// Readers keep their record until the issue of data changes. Issues never make this step by themselves, and
+/// it differs for several faults at once. BeiDou's issue is an age in hours.
 void issue_anew(gnss::KeplerEphemeris& e) {
   constexpr int kStep = 97;
   switch (e.id.system) {

@@ -33,7 +33,7 @@ struct ReceiverDescription {
   tracking::SignalOptions signal = {};  ///< `enabled`: signals have strength and phase
   bool rtk = false;                     ///< it computes a baseline from a base (Fix::baseline)
   geodesy::GpsTime begin = {};          ///< of the run
-  /// Antenna of a receiver that stands for good, a base station's [m, ECEF].
+  /// Antenna of a receiver that never moves, such as a base station's [m, ECEF].
   std::optional<Eigen::Vector3d> station_ecef = {};
   bool ephemerides = true;               ///< RTCM 3 carries them
   bool virtual_station = false;          ///< a network computes `station_ecef` and the epochs
@@ -47,7 +47,7 @@ struct ReceiverDescription {
                                                     const orbit::Sky& sky,
                                                     const gnss::NavigationData& navigation,
                                                     geodesy::GpsTime begin, double interval_s);
-/// Describes a host\'s receiver and, behind it, its base (LiveConfig::base()).
+/// Describes a host's receiver and, behind it, its base (LiveConfig::base()).
 [[nodiscard]] std::vector<ReceiverDescription> describe_receivers(const simulation::LiveReceiver& receiver,
                                                                   double interval_s);
 /// Precondition: `receiver` is an index into simulation.scenario().receivers.

@@ -154,7 +154,7 @@ std::string gsa(const receiver::ReceiverEpoch& seen, std::string_view talker) {
       first += kSlots;
     } while (first < numbers.size());
   }
-  // Readers add up the satellites of successive GN sentences, but of one system's own take the last only.
+  // Readers add up the satellites of successive GN sentences, but take only the last of a system's own.
   if (bodies.size() > 1) talker = "GN";
   std::string text;
   for (const std::string& body : bodies) text += nmea_sentence(std::string(talker) + body);

@@ -53,7 +53,7 @@ class Observations {
   RawObservations observations_{Tags::WholeMilliseconds};
 };
 
-/// Ephemerides of what a receiver measures: when a satellite's is new, whatever has changed of it, and again
+/// Ephemerides of the satellites that a receiver measures: sent when one is new or has changed, and again
 /// every 30 s.
 class Ephemerides {
  public:

@@ -67,12 +67,12 @@ struct Track {
 class Update {
  public:
   explicit Update(Track& track) : track_(track) {}
-  /// Goes on from `begun`, of another track that is equal otherwise.
+  /// Goes on from `begun`, an update of another track that is otherwise equal.
   Update(Track& track, const Update& begun) : track_(track), correction_(begun.correction_) {}
 
   /// False, and nothing changed, where the innovation is beyond `gate_sigmas`.
   bool take(const Row& row, double gate_sigmas);
-  /// Instead of what was taken here.
+  /// Takes the result of `other` in place of its own.
   void adopt(const Update& other) {
     track_.p = other.track_.p;
     correction_ = other.correction_;

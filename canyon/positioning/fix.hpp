@@ -102,8 +102,8 @@ struct Baseline {
 /// A position solution. Covariance, DOP and counts all come from the system that made the position.
 struct [[nodiscard]] Fix {
   FixStatus status = FixStatus::NotSolved;
-  /// Single, Differential, Float or Fixed: what the satellites' measurements were made into. kind() also says
-  /// where there is no position, or no measurement in it.
+  /// Single, Differential, Float or Fixed: the kind of solution by the satellites' measurements. kind() also
+  /// says where there is no position, or no measurement in it.
   FixKind solution = FixKind::Single;
   /// Age of the corrections in use: time of this epoch minus that of the base's observations [s], 0 or more;
   /// has no meaning where corrected(kind()) is false.

@@ -56,8 +56,8 @@ Dopplers take_dopplers(const Track& track, const Epoch& epoch, double gate_sigma
   return count;
 }
 
-/// Where most Dopplers contradict the predicted velocity, and agree with each other on another one, it is not
-/// they that are wrong: the vehicle turned or braked as was not expected.
+/// Where most Dopplers contradict the predicted velocity and agree on another one, they are right: the
+/// vehicle turned or braked unexpectedly.
 void take_motion(const Track& track, const Epoch& epoch, double gate_sigmas, Update& update) {
   Track turned = track;
   Update other(turned, update);
@@ -261,7 +261,7 @@ void weigh_lasting_errors(Track& track, const Epoch& epoch, const Fix& fix, doub
   if (redundancy < 1) return;
   const double least = stated_variance(epoch);
   double excess = by_residuals ? least * std::max(1.0, squares / static_cast<double>(redundancy)) : least;
-  // Corrections leave noise alone of a code's error, unless residuals show more.
+  // Corrections leave only noise in a code's error, unless residuals show more.
   const double noise = by_residuals && least < 1 ? least : 0;
   if (options.error_correlation_s > 0) {
     excess = noise + (excess - noise) / std::tanh(dt / (2 * options.error_correlation_s));

@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Facets are gathered for antennas within this of a place, where one follows the other so nearby.
+/// Facets are gathered for antennas within this distance of a place, if one antenna is so near the next.
 constexpr double kNearby_m = 8;
 
 }  // namespace
@@ -37,7 +37,7 @@ void FirstOrderSearch::find(const raytrace::RayScene& scene, const PlacedFacets&
   NearFacets& near = pose.is_own() ? near_in_city_ : near_in_instance_;
   if (near.set != set.facets->number() || near.reach_m != limits.reach_m ||
       (here - near.centre).norm() > near.radius_m) {
-    // Where the antenna has hardly moved, it will go on like that.
+    // An antenna that has hardly moved is expected to go on like that.
     const bool again = pose.is_own() && (here - last_antenna_).norm() < kNearby_m / 4;
     set.facets->gather(here, again ? kNearby_m : 0, limits.reach_m, near);
   }

@@ -232,7 +232,7 @@ std::optional<Ranging::Ranged> Ranging::combine(double elevation_rad, const orbi
       rate += w * code.iono_rate;
     }
     if (codes_.size() > 1) {
-      // I's own estimate, from what is left of each code.
+      // The estimate of I itself, from the residual of each code.
       double seen = 0;
       for (const Code& code : codes_) {
         const double delay_s = state.group_delay_of(*code.signal) - group_delay_s;

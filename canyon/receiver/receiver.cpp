@@ -359,7 +359,7 @@ struct Receiver::State {
     return tracked;
   }
 
-  /// SatelliteObservation::visibility, of its signals that are found by their channels or not.
+  /// The visibility of a satellite by the strength of its signals, whether channels have found them or not.
   [[nodiscard]] Visibility visibility_of(const SatelliteObservation& satellite) const {
     if (!signals) return satellite.map_visibility;
     bool strong = false, direct = false;

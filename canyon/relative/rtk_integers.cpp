@@ -24,7 +24,7 @@ constexpr int kHoldAfter = 10;
 /// them is known from before.
 constexpr int kKeptAfter = 5;
 constexpr double kKeptRatio = 1.5, kKeptShare = 0.75;
-/// Residuals of an epoch alone tell how large errors are where no fewer are redundant.
+/// The residuals of one epoch tell how large errors are where at least so many of them are redundant.
 constexpr int kFewRedundant = 5;
 /// Least number of whole numbers that are searched for.
 constexpr std::size_t kFewestPairs = 4;

@@ -25,7 +25,7 @@ struct RtkOptions {
   /// [1.1, 10]. Default: RTKLIB's pos2-arthres.
   double ratio = 3;
   /// Probability that the search finds the right numbers, by the filter's covariance
-  /// (bootstrapped_success()), [0, 1): with less there is none.
+  /// (bootstrapped_success()), [0, 1): numbers below it are refused.
   double min_success = 0.95;
   /// Where no fix of all satellites passes, those with the least certain phases are left out of the search.
   bool partial = true;

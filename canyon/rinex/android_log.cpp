@@ -28,7 +28,7 @@ std::string_view kind_of(std::string_view line) {
   return std::all_of(kind.begin(), kind.end(), is_letter) ? kind : std::string_view();
 }
 
-/// Some logs have their names of columns in a line that is no comment.
+/// Some logs have their names of columns in a line that is not a comment.
 bool names_columns(std::string_view line) {
   const std::string_view second = trim(line.substr(line.find(',') + 1));
   return !second.empty() && is_letter(second.front()) && second.find("ime") != std::string_view::npos &&

@@ -139,7 +139,7 @@ void CompactLines::expand_epoch() {
   const bool event = flag > "1" && flag <= "6";
   const auto names = static_cast<std::size_t>(std::max(0LL, count.value_or(0))) * kNameWidth;
   if (!count || *count < 0 || flag < "0" || flag > "6" || (!event && epoch_line_.size() < names_at + names)) {
-    // Cut by the end of trailing blanks only where a name ends with none.
+    // A line that lost its trailing blanks still has all names: no name ends with a blank.
     damaged("the compressed epoch line is damaged: epochs are left out up to the next one that is whole");
     epoch_line_.clear();
     return;

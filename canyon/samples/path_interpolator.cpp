@@ -23,7 +23,7 @@ using propagation::PathKind;
 using Complex = std::complex<double>;
 
 constexpr double kTurn = 2 * geodesy::kPi;
-/// Farther than its rates say, a path is another one [m].
+/// A path that is farther than this from where its rates put it is another path [m].
 constexpr double kJump_m = 20;
 /// Diffuse paths are merged within this [chips].
 constexpr double kMerged_chips = 0.1;

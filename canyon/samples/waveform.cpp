@@ -92,7 +92,7 @@ void Waveform::send(const Part& part, std::int64_t first, std::size_t count, flo
   const auto chip_rate = static_cast<std::int64_t>(std::llround(c.chip_rate_hz));
   const auto length = static_cast<std::int64_t>(c.chips.size());
   const auto n = static_cast<std::int64_t>(count);
-  // Chips from the begin of the week, and what of them lies within [first, first + count).
+  // Chips from the begin of the week, and the part of them within [first, first + count).
   const std::int64_t before = second_ * chip_rate;
   const std::int64_t first_chip = floor_div(first, slots_per_chip_);
   const std::int64_t end_chip = floor_div(first + n - 1, slots_per_chip_) + 1;

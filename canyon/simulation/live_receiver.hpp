@@ -73,7 +73,7 @@ class LiveReceiver {
   /// `config` says of them. The receiver begins anew, as constructed: noise, clock, tracking and filter have
   /// no memory of before. Throws InputError where check() does; then nothing has changed.
   void set_config(LiveConfig config);
-  /// LiveConfig::rate_hz alone, of which the host makes its steps: the receiver goes on.
+  /// Changes only LiveConfig::rate_hz, by which the host makes its steps: the receiver goes on.
   void set_rate(double rate_hz);
   /// Throws InputError for options out of range, and where `config` needs coefficients of the ionosphere that
   /// the sky does not have.

@@ -67,7 +67,7 @@ class OrderedBlock {
   std::atomic<std::size_t> made_{0};
 };
 
-/// `threads` of those that there are; 0: as many as cores. Throws InputError where they are out of range.
+/// `threads`, at most as many as cores; 0: as many as cores. Throws InputError where they are out of range.
 [[nodiscard]] inline int threads_of(int threads) {
   check_threads(threads);
   // More threads than cores bring nothing, and TBB complains about them on stderr.

@@ -30,7 +30,7 @@ using geodesy::format_gpst;
 using geodesy::Geodetic;
 using geodesy::GpsTime;
 
-// Farther from the city a trajectory has the wrong origin.
+// A trajectory that is farther from the city has a wrong origin.
 constexpr double kFarFromCity_m = 10e3;
 // Masks below this, but not 0, are more likely radians: 0.17 rad are 10 deg.
 constexpr double kLeastMask_deg = 1;

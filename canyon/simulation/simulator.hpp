@@ -66,7 +66,7 @@ void decide(receiver::ReceiverOptions& options, const errors::SpaceErrors* error
 inline void decide(receiver::ReceiverOptions& options, const Environment& environment) {
   decide(options, environment.errors().get(), environment.sky());
 }
-/// Stands for build_sky() where skies are shared.
+/// Replaces build_sky() where skies are shared.
 using SkyBuilder =
     std::function<BuiltSky(const SkyConfig&, geodesy::GpsTime, geodesy::GpsTime, const geodesy::Geodetic&)>;
 

@@ -138,7 +138,7 @@ void visit(options::Visitor& v, Axis& o) {
     if (v.reads()) o.kind = Axis::Kind::Drives;
   }
   if (v.reads()) o.realization = o.kind != Axis::Kind::Values && o.kind != Axis::Kind::Range;
-  // `luck` is how it was written before: it is read still, and keys of studies' folders keep it.
+  // `luck` was its name before. It is still read, and keys of studies' folders keep it.
   const bool as_before = v.purpose() == options::Purpose::Values || v.has("luck");
   if (v.reads()) v.one_of({"realization", "luck"});
   v.boolean({as_before ? "luck" : "realization", "",

@@ -74,7 +74,7 @@ class Driver {
     std::optional<Vector3d> best;
     double best_m = 0;
     for (int way = 0; way < kWays; ++way) {
-      // Ahead and aside at first, then anywhere.
+      // The first ways go ahead and aside, the last two anywhere.
       const double reach = way < kWays - 2 || corners.size() == 1 ? 0.67 * geodesy::kPi : geodesy::kPi;
       const double to = heading + (2 * random_.uniform() - 1) * reach;
       for (const double length_m : kLegs_m) {

@@ -133,7 +133,7 @@ std::size_t shard_of(std::size_t run, std::size_t shards) {
 
 struct RunMaker::Impl {
   const StudyPlan& plan;
-  // Half for cities as they are read: of these there are few.
+  // Cities as they are read take half of the memory; there are few of them.
   mutable Shared<city::City> sources;
   mutable std::mutex warnings_mutex;
   mutable std::vector<std::string> warnings;

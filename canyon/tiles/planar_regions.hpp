@@ -32,7 +32,7 @@ struct RegionRule {
   double distance_m = 0.3;   ///< of a region's vertices from its plane
   double cosine = 0.87;      ///< of the angle between a triangle's normal and the region's; at least
   double least_area_m2 = 3;  ///< smaller regions are none
-  /// Regions of fewer triangles are none below `ample_area_m2`: a single triangle is flat whatever it shows.
+  /// Smaller groups of triangles are no regions below `ample_area_m2`: a single triangle is always flat.
   std::uint32_t least_triangles = 1;
   double ample_area_m2 = 0;
 };

@@ -21,8 +21,8 @@ constexpr double kWeld_m = 1e-3;
 constexpr double kLow_m = 2, kWall_m = 3;
 constexpr double kUpright = 0.5;  // |n_z| of walls is below it
 constexpr double kLeastFoliage_m2 = 10;
-/// Rough pieces up to this area are parts of the walls and roofs of the other area and more that they adjoin
-/// most; planes up to the other area that adjoin foliage most are parts of that.
+/// A rough piece below the first area belongs to the wall or roof (of the second area and more) that it
+/// adjoins most. A plane up to the second area that adjoins foliage most belongs to that foliage.
 constexpr double kLeastFoliageAmidWalls_m2 = 150, kLargestPlaneAmidFoliage_m2 = 80;
 constexpr double kRegionDistance_m = 0.3, kRegionCosine = 0.85;
 /// Crowns in coarse tiles have few and large triangles.

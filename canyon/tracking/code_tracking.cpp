@@ -267,7 +267,7 @@ struct CodeTracker::Search {
     return std::nullopt;
   }
 
-  /// Where the prompt correlator is strongest, of the paths' delays; of equals the earliest.
+  /// The path's delay at which the prompt correlator is strongest; the earliest of equals.
   [[nodiscard]] double peak() const {
     double peak = 0, peak_power = -1;
     for (const Averaged& path : paths) {

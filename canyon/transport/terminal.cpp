@@ -223,12 +223,12 @@ class SerialPort final : public Terminal {
   Clock::time_point next_try_;
 };
 
-/// Read when something is there: to make it non-blocking would make the shell's terminal so.
+/// Reads when something is there: a non-blocking standard input would make the shell's terminal non-blocking.
 class StandardInput final : public Transport {
  public:
   void send(std::string_view) override {}
   void serve() override {
-    // Small: by the stamps of poses all epochs of a piece are computed before other links are served.
+    // The buffer is small: by stamps all epochs of a piece are computed before other links are served.
     std::array<char, 4096> buffer;
     pollfd wait{STDIN_FILENO, POLLIN, 0};
     if (ended_ || poll(&wait, 1, 0) != 1) return;

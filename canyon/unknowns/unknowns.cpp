@@ -23,7 +23,7 @@ using simulation::Scenario;
 
 constexpr std::array<std::string_view, 4> kNames{"level", "skyline", "facades", "map"};
 
-// Priors; docs/results.md has what recordings say of them.
+// Priors; docs/results.md compares them with recordings.
 constexpr double kLowestLevel_db = -10, kHighestLevel_db = 6;
 constexpr double kSaidLevelSigma_db = 4;  // between installations of one kind
 constexpr double kMostCoated = 0.7;       // of thermally_efficient buildings

@@ -24,8 +24,8 @@ constexpr double kCoarse_m = 2;
 constexpr double kFine_m = 0.25;
 /// Fine offsets on each side of the best coarse one: to the neighbouring coarse ones.
 constexpr int kFineSteps = 8;
-/// Scores are steps of single observations that pass an edge: the best of their mean over this, a normal
-/// weight's deviation, is taken.
+/// Scores change in steps as single observations pass an edge. They are averaged with a normal weight of this
+/// deviation before the best is taken.
 constexpr double kSmooth_m = 0.5;
 constexpr double kHeadingStep_rad = 0.0021816615649929116;  // 0.125 deg
 constexpr double kSmoothHeading_rad = kHeadingStep_rad;

@@ -71,7 +71,7 @@ struct Headline {
 /// Headlines without intervals, always the same ones in the same order; those of own fixes, if any, come
 /// last.
 [[nodiscard]] std::vector<Headline> headlines(const Figures& figures);
-/// headlines() of figures() of these epochs, without the figures that no headline is of.
+/// headlines() of figures() of these epochs, without the figures that have no headline.
 [[nodiscard]] std::vector<Headline> headlines(const Comparison& comparison, std::size_t first,
                                               std::size_t count);
 /// The recording's own epochs [other_first, other_first + other_count) in the place of the simulated ones:
@@ -86,8 +86,8 @@ void add_intervals(std::vector<Headline>& headlines_of_all, const Comparison& co
                    std::size_t count, const FigureOptions& options, std::span<const Comparison> runs = {});
 /// The headline with that key; null where there is none.
 [[nodiscard]] const Headline* headline_with(const std::vector<Headline>& headlines, std::string_view key);
-/// "2.3 (8.5)": simulated, with measured in brackets; "-" for what there is not. Interval: "1.9 to 3.1 (6.0
-/// to 9.2)".
+/// "2.3 (8.5)": simulated, with measured in brackets; "-" for missing values. Interval: "1.9 to 3.1 (6.0 to
+/// 9.2)".
 [[nodiscard]] std::string value_text(const Headline& headline);
 [[nodiscard]] std::string interval_text(const Headline& headline);
 

@@ -8,8 +8,8 @@
 
 #include "canyon/base/statistics.hpp"
 
-// Statistics of recorded against modelled values. All values must be finite (asserted); what a sample is too
-// small for is an empty optional.
+// Statistics of recorded against modelled values. All values must be finite (asserted); a figure whose sample
+// is too small is an empty optional.
 
 namespace canyon::validation {
 

@@ -151,7 +151,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
         answer = self->shared_->site.answer(message);
       } catch (const std::exception&) {  // what is wrong with a message is its answer's to say
       }
-      // Handed back whole: what a connection holds belongs to the server's thread.
+      // Handed back whole, since a connection's data belong to the server's thread.
       const auto home = self->stream_.get_executor();
       asio::post(home, [self = std::move(self), answer = std::move(answer)]() mutable {
         if (!answer.empty()) self->send(std::make_shared<const std::string>(std::move(answer)), true);

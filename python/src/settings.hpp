@@ -12,7 +12,7 @@ namespace canyon::python {
 /// A tree of settings of Python's: dict, list, tuple, array, str, bool, int, float, datetime, path, None.
 /// Throws InputError with the key's path for NaN and for other objects.
 [[nodiscard]] options::Node tree_of(py::handle object, const std::string& path = "");
-/// Back again: words that YAML takes for numbers and booleans become these.
+/// Turns a tree into Python's objects: words that YAML takes for numbers and booleans become these.
 [[nodiscard]] py::object object_of(const options::Node& tree);
 /// `over` laid over `base`: mappings key by key, anything else replaced.
 void merge(options::Node& base, const options::Node& over);

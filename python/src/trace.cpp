@@ -93,7 +93,7 @@ class Tracer {
       const py::gil_scoped_release release;
       trace(rows, options);
     } catch (const Stopped&) {
-      // Half a table says nothing: whoever wants parts asks for parts.
+      // Ctrl-C gives no part of the table: a caller who wants parts asks for parts.
       if (signals.take_interrupt()) {
         PyErr_SetNone(PyExc_KeyboardInterrupt);
         throw py::error_already_set();

@@ -16,7 +16,7 @@ using options::Key;
 using options::Node;
 using options::Type;
 
-// "<noise><enabled>" of "noise.enabled".
+// Turns "noise.enabled" into "<noise><enabled>".
 std::string tag_of(std::string_view path) {
   std::string tag;
   for (const std::string_view name : split(path, '.')) tag += fmt::format("<{}>", name);

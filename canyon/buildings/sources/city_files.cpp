@@ -159,7 +159,7 @@ class CityFiles {
  private:
   static constexpr std::size_t kNamedTiles = 5;
 
-  /// False for what is not a city model.
+  /// False for files that are not city models.
   bool read_tile(const Tile& tile, bool many) {
     const ModelKind kind = kind_of(tile);
     if (kind != ModelKind::CityGml && kind != ModelKind::CityJson && many) {

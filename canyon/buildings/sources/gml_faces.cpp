@@ -78,7 +78,7 @@ Eigen::Vector3d twice_area_vector(const GmlFace& face) {
   return face.reversed ? Eigen::Vector3d(-normal) : normal;
 }
 
-/// Good for comparing.
+/// The sum of twice the faces' areas, by which descriptions are compared.
 double area_of(const std::vector<GmlFace>& faces) {
   double sum = 0;
   for (const GmlFace& face : faces) sum += twice_area_vector(face).norm();
@@ -216,7 +216,7 @@ int handedness(const GmlElement& object) {
       if (roofs == 0 && is_gml_object(child.name)) roofs = handedness(child);
     }
   }
-  // Grounds are the first to be drawn the wrong way round.
+  // Grounds are the faces that are drawn the wrong way round most often.
   const double told = roofs != 0 ? roofs : volume != 0 ? volume : -grounds;
   return told > 0 ? 1 : told < 0 ? -1 : 0;
 }

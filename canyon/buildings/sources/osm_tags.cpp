@@ -9,7 +9,7 @@
 namespace canyon::buildings {
 namespace {
 
-// OSM wiki, "Lifecycle prefix": what is gone, or not there yet.
+// Prefixes of things that are gone or not there yet (OSM wiki, "Lifecycle prefix").
 constexpr std::array<std::string_view, 12> kLifecyclePrefixes{
     "demolished", "razed",    "removed", "destroyed",    "abandoned", "was",
     "dismantled", "proposed", "planned", "construction", "historic",  "ruined"};

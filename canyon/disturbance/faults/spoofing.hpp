@@ -50,7 +50,7 @@ struct SpoofingOptions {
   /// Power of each signal over the true one's in a clear line of sight, before the receiver's antenna [dB],
   /// [-50, 80], where nothing stands before the transmitter.
   double advantage_db = 3;
-  /// Instead: of each signal, isotropically radiated on the beam's axis [dBm], [-200, 60].
+  /// In its place: each signal's isotropically radiated power on the beam's axis [dBm], [-200, 60].
   std::optional<double> power_dbm;
   /// Power begins at ramp_from_db below that, and rises evenly in dB for ramp_s [s], [0, 1e5].
   double ramp_s = 0;

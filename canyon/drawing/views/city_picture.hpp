@@ -23,8 +23,8 @@ struct CityPictureOptions {
   /// azimuth, axes in metres, scale bar and north arrow.
   double elevation_deg = 35;
   double azimuth_deg = 215;  ///< compass direction in which the viewer is; [-360, 360]
-  /// Opening angle across the whole picture, [0, 90]; 0 draws with parallel rays, as maps are whatever this
-  /// says.
+  /// Opening angle across the whole picture, [0, 90]; 0 draws with parallel rays. Maps always have parallel
+  /// rays.
   double field_deg = 28;
   /// Part of the city that fills the frame, to its full height. Surroundings are drawn as far as they are
   /// in sight. Empty: the whole city.

@@ -103,7 +103,7 @@ bool has_surface(const city::Mesh& mesh, city::Surface surface) {
   });
 }
 
-/// Vertices of one kind of objects; of all where there is none of it.
+/// Vertices of one kind of objects; of all objects where there are none of that kind.
 std::vector<Vector3d> vertices_of(const city::Mesh& mesh, city::Surface surface) {
   const bool all = !has_surface(mesh, surface);
   std::vector<bool> used(mesh.vertices.size());

@@ -49,7 +49,7 @@ SkyMask make_sky_mask(const raytrace::RayScene& scene, const Eigen::Vector3d& an
       ray.direction = geodesy::enu_from_azimuth_elevation(azimuth, elevation_rad);
       return scene.occluded(ray);
     };
-    // Where hidden turns to open between two elevations, by bisection.
+    // The elevation between two others at which hidden turns to open, by bisection.
     const auto border = [&](double low, double high, bool hidden_at_low) {
       for (int i = 0; i < kBisections; ++i) {
         const double middle = 0.5 * (low + high);

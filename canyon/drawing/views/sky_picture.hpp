@@ -22,7 +22,7 @@ struct SkyPoint {
   propagation::Visibility visibility = propagation::Visibility::Blocked;
 };
 
-/// Where a signal arrives from that does not come straight.
+/// The direction from which a signal arrives that does not come straight.
 struct SkyReflection {
   double azimuth_rad = 0;    ///< from north, clockwise
   double elevation_rad = 0;  ///< below 0 (off the ground) it is not drawn

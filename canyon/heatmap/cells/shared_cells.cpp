@@ -181,7 +181,7 @@ class SharedTile {
   }
 
   const SetSolution& solution(const SatelliteSet& set) {
-    // Neighbours mostly receive the same.
+    // Neighbouring cells mostly receive the same satellites.
     if (last_ != nullptr && last_set_ == set) return *last_;
     if (sets_.size() >= kMostSets) sets_.clear();
     const auto [found, made] = sets_.try_emplace(set);

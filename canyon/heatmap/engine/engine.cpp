@@ -215,7 +215,7 @@ Heatmap::Unit Heatmap::Impl::unit(std::size_t i) const {
 
 namespace {
 
-/// Checked before anything is made of it.
+/// The request is checked before anything is made of it.
 Request checked(Request request, const simulation::ReceiverConfig& receiver) {
   request.validate();
   receiver.options.validate();

@@ -139,7 +139,7 @@ class Part {
 
   /// Winding number in front of each triangle, counted along a ray that rises from its centroid.
   [[nodiscard]] bool winds_forward() const {
-    // Steep, so that it leaves through the top, and at odds with the streets, so that it meets no edge.
+    // The ray is steep, so that it leaves through the top, and not along streets, so that it meets no edge.
     const Vector2d shear(0.01234567, 0.02718282);
     struct Flat {
       std::array<Vector2d, 3> at;

@@ -73,7 +73,7 @@ void add_above(const std::array<RasterPoint, 3>& corner, const Window& window, R
     raster.add(corner[0], corner[1], corner[2], window);
     return;
   }
-  // Turned so that the first corner is the one that lies on a side of its own.
+  // Turns the triangle so that its first corner is alone on its side of the plane.
   const bool alone = above == 1;
   const std::size_t k = (corner[0].range > 0) == alone ? 0 : (corner[1].range > 0) == alone ? 1 : 2;
   const RasterPoint& a = corner[k];
@@ -192,7 +192,7 @@ void ShadowCaster::ranges(const CellPlane& plane, const Vector3d& direction, dou
         const double nearest = std::min(std::min(corner[0].range, corner[1].range), corner[2].range);
         if (nearest > max_range_m) return;
         if (twice_area > 0 && triangle.solid != Solids::kNone) {
-          // Met from behind, first only from within the solid or through its missing floor.
+          // Rays meet a back side first only from within the solid or through its missing floor.
           const Solid& solid = impl_->solids[triangle.solid];
           if (solid.bounds.min.z() <= plane.z) {
             add_above(corner, Impl::footprint(solid, plane), raster);

@@ -152,7 +152,7 @@ void Interiors::for_each_segment(const CellPlane& plane, double margin_m, const 
   }
 }
 
-/// crossings[i]: of the ray from cell i towards the east.
+/// crossings[i] is the count for the ray from cell i towards the east.
 void Interiors::count_rows(const CellPlane& plane, std::vector<std::int32_t>& crossings) const {
   // At first crossings[row, c] counts the segments east of cell c but not of cell c + 1.
   crossings.assign(std::size_t{plane.columns} * plane.rows, 0);

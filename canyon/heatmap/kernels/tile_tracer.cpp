@@ -126,7 +126,7 @@ struct TileTracer::Impl {
         first_signal(std::move(first)) {}
 
   [[nodiscard]] bool specular() const { return options.model == propagation::Model::Specular; }
-  /// Foliage that is looked through is known to Propagator alone.
+  /// Only Propagator looks through foliage.
   [[nodiscard]] bool looks_through_foliage() const {
     return specular() && options.through_foliage && surfaces.foliage;
   }
@@ -201,7 +201,7 @@ void TileTracer::Impl::set_heights(const Grid& grid, double altitude_m, Altitude
   if (high - low > kFlat_m) cells.z.assign(z.begin(), z.end());
 }
 
-/// Inside or under: only places with anything above them can be.
+/// Marks places inside buildings or under terrain. Only places with something above them can be such places.
 void TileTracer::Impl::mark_hidden_places(const std::vector<double>& ground, TileCells& cells) const {
   const std::size_t count = cells.tile.cells();
   std::vector<std::uint8_t> covered(count), inside(count);

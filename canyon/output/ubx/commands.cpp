@@ -52,7 +52,7 @@ struct KeyValue {
   std::uint32_t key;
   std::uint64_t value;
 };
-/// Keys with their values as CFG-VALSET has them; empty for what is not whole.
+/// Keys with their values as CFG-VALSET has them; empty for a list that is not whole.
 std::optional<std::vector<KeyValue>> key_values(std::string_view bytes) {
   std::vector<KeyValue> pairs;
   while (!bytes.empty()) {

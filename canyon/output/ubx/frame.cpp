@@ -108,7 +108,7 @@ std::uint64_t number_at(std::string_view bytes, std::size_t offset, std::size_t 
 }
 
 void Parser::receive(std::string_view bytes, const Handlers& handlers) {
-  // Whatever comes at once, no more than a frame waits.
+  // At most one frame waits, however many bytes come at once.
   while (!bytes.empty()) {
     const std::size_t taken = std::min(bytes.size(), kMostBytes);
     waiting_ += bytes.substr(0, taken);

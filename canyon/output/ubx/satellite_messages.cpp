@@ -71,7 +71,7 @@ std::string nav_sat(const Epoch& epoch) {
     list.u2(azimuth_deg(s.azimuth_rad));
     list.signed_field(positioning::residual_m(epoch.seen.fix, s.id).value_or(0), 0.1, 2);
     const std::uint64_t corrections_used = corrections(epoch.seen, used);
-    // Health, orbit source and ephemeris of what is measured: healthy, known. Corrections are RTCM's.
+    // A measured satellite is healthy, and a known ephemeris gives its orbit. Corrections are RTCM's.
     list.u4(quality(s) | (used ? 1 << 3 : 0) | (s.measurement ? 1 << 4 | 1 << 8 | 1 << 11 : 0) |
             (corrections_used != 0 ? 1 << 6 | 1 << 17 : 0) | corrections_used << 20);
   }

@@ -39,7 +39,7 @@ void drop_doubles(std::vector<Found>& found, double reach_m, const Same& same) {
         break;
       }
       seen = same(found[k], found[i]);
-      // Which of the two comes first may be a matter of rounding; the reflector's name must not be.
+      // Rounding may decide which of the two comes first, but not the reflector's name.
       if (seen) found[k].path.reflector = std::min(found[k].path.reflector, found[i].path.reflector);
     }
     if (seen) continue;

@@ -197,7 +197,7 @@ std::vector<Piece> pieces_of(const city::Mesh& mesh, const EdgeOptions& options)
   return pieces;
 }
 
-/// Goes on from the longest pieces, which know their direction best, both ways.
+/// Extends the longest pieces both ways, since their directions are the most certain.
 std::vector<Edge> merge(std::vector<Piece> pieces) {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> at_vertex;  // vertex, piece
   for (std::uint32_t i = 0; i < pieces.size(); ++i) {

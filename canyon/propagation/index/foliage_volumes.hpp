@@ -23,7 +23,7 @@ struct RangeInterval {
 /// that are connected by the positions of their vertices. Made once; const members are thread-safe.
 class FoliageVolumes {
  public:
-  /// None.
+  /// No volumes.
   FoliageVolumes() = default;
   /// The mesh must pass city::check_mesh().
   explicit FoliageVolumes(const city::Mesh& mesh);

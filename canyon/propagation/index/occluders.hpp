@@ -45,8 +45,8 @@ class Occluders {
   std::vector<Part> parts_;  ///< one per facet
 };
 
-/// hidden[i] = 1 where facet i of `facing` lies wholly in one of the regions. Never hides what any point of
-/// which is outside all of them; `hidden` has the padded length.
+/// hidden[i] = 1 where facet i of `facing` lies wholly in one of the regions. Never hides a facet with a
+/// point outside all of them; `hidden` has the padded length.
 void mark_hidden(const FacingFacets& facing, const std::vector<Occluders::Hidden>& regions,
                  std::vector<std::uint8_t>& hidden);
 

@@ -56,7 +56,7 @@ struct CsvColumns {
 [[nodiscard]] bool names_positions(const std::vector<std::string_view>& fields);
 
 /// Degrees of "48.1", "48.1N", "S 33 51.5", "48 07'02.3\"N"; with `minutes` also of 4807.038. `side` is a
-/// field with N, S, E or W, or empty. Empty for what is none, or whose sign and side contradict.
+/// field with N, S, E or W, or empty. Empty for other texts, and where sign and side contradict.
 [[nodiscard]] std::optional<double> angle_deg(std::string_view text, std::string_view side, bool latitude,
                                               bool minutes);
 

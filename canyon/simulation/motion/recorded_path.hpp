@@ -38,7 +38,7 @@ void keep_rising(RecordedPoints& points, RecordNotes& notes);
 /// and the last point may be off by twice that.
 void leave_out_strays(RecordedPoints& points, RecordNotes& notes);
 
-/// Why these are left out.
+/// The reason why these points are left out.
 inline constexpr std::string_view kZeroPlace =
     "point at latitude 0, longitude 0, which receivers without a fix report";
 /// Marks positions at latitude 0, longitude 0 in a path elsewhere: receivers without a fix report that.
