@@ -111,7 +111,7 @@ TEST_F(OptionsDeskTest, AChangedReceiverIsThatOfItsOptions) {
   EXPECT_GT(compared, 10);
 }
 
-// Its epochs come at other times, and nothing else has changed.
+// The receiver's epochs come at other times, and nothing else has changed.
 TEST_F(OptionsDeskTest, AnotherRateAloneLeavesTheReceiverAsItIs) {
   const std::string text = "noise: {enabled: true}\nclock: {bias_s: 1.0e-4}";
   simulation::LiveReceiver kept = receiver(text), other = receiver(text);

@@ -59,7 +59,7 @@ class Listener {
 class GazeboPublisher : public ::testing::Test {
  protected:
   GazeboPublisher() {
-    // Once: the tests need no more of a world than its name.
+    // Loaded once: the tests need only the name of a world.
     [[maybe_unused]] static const bool loaded = test::InProcessServer::get().load(kEmptyWorld) != nullptr;
     node->Init("city");
   }

@@ -107,7 +107,7 @@ TEST_F(PhysicsRaysTest, ASensorsRaysRestAndShowWhatWasCast) {
     ASSERT_EQ(shape->RayCount(), 3U);
     const double shown[] = {ranges[0], 600, ranges[2]};
     for (unsigned i = 0; i < 3; ++i) {
-      // In the world again: from the origin, along the direction, as long as the range.
+      // The same ray in the world's frame: from the origin, along the direction, as long as the range.
       const auto pose = vehicle_link()->WorldPose();
       const auto start = pose.CoordPositionAdd(shape->Ray(i)->Start());
       const auto end = pose.CoordPositionAdd(shape->Ray(i)->End());

@@ -67,7 +67,7 @@ struct Truth {
   Vector3d linear_velocity, angular_velocity;
 };
 
-// Where there is truth, which the test needs.
+// The truth, which must be there for the test.
 Truth truth(PoseSource& source, const Time& now) {
   std::string reason;
   const auto pose = source.at(now, reason);
@@ -290,13 +290,13 @@ TEST_F(TopicPoseSourceTest, VelocityIsTheDifferenceOfTheLastTwo) {
   ASSERT_TRUE(arrives());
   EXPECT_EQ(now()->linear_velocity, Vector3d::Zero);
   step(100);
-  // By the sender's stamps, a tenth of the simulated time between them: its clock knows better.
+  // The sender's stamps count: they are a tenth of the simulated time apart, and its clock is the better one.
   send(Pose3d({1.5, 1.9, 3.2}, Quaterniond(axis, 0.05) * first), 100.01);
   ASSERT_TRUE(arrives());
   expect_near(now()->linear_velocity, {50, -10, 20}, 1e-6);
   expect_near(now()->angular_velocity, axis * 5, 1e-6);
   EXPECT_LT(angle_between(now()->pose.Rot(), Quaterniond(axis, 0.05) * first), 1e-9);
-  // Without stamps by simulated time.
+  // Poses without stamps have simulated time.
   step(100);
   send(Pose3d({1.6, 2, 3}, first), 0);
   ASSERT_TRUE(arrives());

@@ -132,7 +132,7 @@ class Px4Publisher : public ::testing::Test {
 
  protected:
   Px4Publisher() {
-    // Once: the tests need no more of a world than its name.
+    // Loaded once: the tests need only the name of a world.
     [[maybe_unused]] static const bool loaded = test::InProcessServer::get().load(kEmptyWorld) != nullptr;
     node->Init("city");
   }

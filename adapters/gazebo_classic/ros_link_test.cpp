@@ -28,7 +28,7 @@ struct CountingClient final : RosClient {
   std::atomic<int> connects{0}, renewals{0}, disconnects{0};
 };
 
-// In this order, as roscpp is set up once in a process.
+// The tests run in this order, as roscpp is set up once in a process.
 TEST(RosLink, RefusesAnAddressThatIsNone) {
   setenv("ROS_MASTER_URI", "localhost:11311", 1);
   EXPECT_THROW((void)RosLink::get(), InputError);

@@ -104,7 +104,7 @@ TEST_F(RosWorld, ThePapersSnippetSpeaksRos) {
 TEST_F(RosWorld, TruthComesFromRos) {
   const RosCore core;
   InProcessServer& server = InProcessServer::get();
-  // Not the name of the world before: a message to that one may still be under way.
+  // The name differs from the world's before: a message to that one may still be under way.
   std::string world =
       street_world(street_car(test::paper_elements() + "<pose_topic>/mocap/car</pose_topic>"));
   const std::string name = "<world name='street'>";
@@ -154,7 +154,7 @@ TEST_F(RosWorld, FaultsComeAndGoByServices) {
   server.unload();
 }
 
-// Where nothing is said of changes.
+// The settings say nothing about changes.
 TEST_F(RosWorld, FaultsAreRefusedUnlessTheyAreAllowed) {
   const RosCore core;
   InProcessServer& server = InProcessServer::get();

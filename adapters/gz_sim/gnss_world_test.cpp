@@ -208,7 +208,7 @@ TEST(GnssWorld, ThingsThatComeAreMovedResizedAndGo) {
   pose.mutable_orientation()->set_w(1);
   EXPECT_TRUE((ask<gz::msgs::Boolean>("/world/street/set_pose", pose)).data());
   EXPECT_EQ(run.after(3, 0.11).satellites(2).visibility(), GnssSatellite::LOS);
-  // As long as the street: back in the way.
+  // The box is as long as the street, and back in the way.
   run.server.hands->next = [](Hands::Ecm& ecm) {
     const Entity tower = model_named("tower", ecm);
     for (const Entity shape : ecm.Descendants(tower)) {

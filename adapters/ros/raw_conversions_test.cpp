@@ -10,7 +10,7 @@
 #include <diagnostic_msgs/msg/diagnostic_array.hpp>
 #endif
 
-// On stand-ins as ROS 2's generator writes messages, and in builds with ROS 2 on the messages themselves.
+// Tests use stand-ins as ROS 2's generator writes messages, and in builds with ROS 2 the messages themselves.
 
 namespace canyon::ros_messages::raw_conversions_test {
 namespace {

@@ -48,7 +48,7 @@ struct Collector final : simulation::EpochSink {
   std::vector<simulation::Epoch> epochs;
 };
 
-// Where nothing comes it is the simulation's run.
+// Without corrections it is the simulation's run.
 TEST_F(Corrected, IsTheScenariosDrive) {
   Collector expected;
   (void)simulation_->run({&expected});
@@ -77,7 +77,7 @@ TEST_F(Corrected, IsFixedByTheTopic) {
       ++fixed;
       EXPECT_LT(step->epoch.error_enu_m.head<2>().norm(), 0.05);
     }
-    // As a base that waits for the same clock: behind the rover's epoch.
+    // The base waits for the same clock, so it sends after the rover's epoch.
     const std::string bytes = base.bytes(now_ns);
     for (const std::string_view frame : split_frames(bytes)) run.receive_rtcm(frame, now_ns);
   }

@@ -158,7 +158,7 @@ TEST_F(Topic, SaysThatThePlaceIsMissing) {
   EXPECT_THAT(topic_.take_warnings(), ElementsAre(HasSubstr("no message 1005 or 1006")));
 }
 
-// In an open field 950 m from the base, as docs/rtk.md: fixed within seconds, within centimetres.
+// A rover in an open field 950 m from the base (docs/rtk.md) is fixed within seconds and within centimetres.
 TEST_F(Topic, RoverIsFixedWhileCorrectionsCome) {
   settings_ = test::open_field({{"pose.source", "pose"},
                                 {"rtk.enabled", true},

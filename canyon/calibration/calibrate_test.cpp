@@ -136,8 +136,8 @@ TEST(Calibrate, FacadesOfThePlaceComeBack) {
   EXPECT_GT(found[1], 0.4);
 }
 
-// Above the roofs nothing is lost, and without shadows obstacles have no effect: of these keys nothing is
-// known, and that is said.
+// Above the roofs nothing is lost, and without shadows obstacles have no effect. The report says that these
+// keys are not known.
 TEST(Calibrate, WhatNothingTellsIsSaid) {
   const test::SimulatedRecording recorded({}, plain_receiver, "min_height_m: 1, max_height_m: 1.2");
   CalibrateOptions options;

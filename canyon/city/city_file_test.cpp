@@ -268,7 +268,7 @@ TEST(CityFile, NeverReadsADamagedFileAsAnother) {
     if (bad == bytes) continue;
     ASSERT_NE(error_of(folder / "f.canyon", bad), "") << round;
   }
-  // Under good checksums a change may be a city as well: what is read must then be sound.
+  // A change under good checksums may give another city; that city must then be sound.
   for (int round = 0; round < 500; ++round) {
     const std::string bad = with_block(bytes, static_cast<int>(random() % 4), [&](std::string& raw) {
       for (std::uint64_t n = 1 + random() % 3; n > 0 && !raw.empty(); --n) {

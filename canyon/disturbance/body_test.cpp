@@ -166,7 +166,7 @@ TEST(SideReflection, HasTheDetourOfTheImage) {
   const auto half = side_reflection(lower, 1, kAntenna, towards(180, 40), kWavelength, 0);
   ASSERT_TRUE(half);
   EXPECT_NEAR(half->amplitude_factor, 0.5, 0.04);  // ripple of the lower edge, nu = 6
-  // From behind, or from inside, nothing.
+  // Rays from behind and from inside give nothing.
   EXPECT_FALSE(side_reflection(bus, 1, kAntenna, towards(0, 15), kWavelength, 0));
   EXPECT_FALSE(side_reflection(bus, 0, kAntenna, towards(180, 15), kWavelength, 0));
 }

@@ -69,7 +69,7 @@ TEST(SkyNodes, DirectionsCorrelateByTheAngleBetweenThem) {
     }
     EXPECT_LT(std::sqrt(square), 0.025) << angle_deg;
   }
-  // At `angle`: exp(-1/2).
+  // The correlation at `angle` is exp(-1/2).
   EXPECT_NEAR(expected(radians(10), radians(10)), std::exp(-0.5), 0.003);
 }
 

@@ -62,7 +62,7 @@ TEST(AnimatedPng, FramesComeBack) {
     EXPECT_EQ(frames.frames()[i].pixels, images[i].pixels) << i;
     EXPECT_DOUBLE_EQ(frames.controls()[i].delay_s, 0.25);
   }
-  // From (3, 4) to (12, 20): the first frame's dot goes as well.
+  // The change reaches from (3, 4) to (12, 20): the first frame's dot goes as well.
   EXPECT_EQ(frames.controls()[1].x, 3U);
   EXPECT_EQ(frames.controls()[1].y, 4U);
   EXPECT_EQ(frames.controls()[1].width, 10U);

@@ -28,7 +28,7 @@ BodyMotion turntable(double rate_radps) {
   };
 }
 
-// At rest: gravity upwards, and Earth's rotation towards the pole.
+// A sensor at rest feels gravity upwards, and the Earth's rotation towards the pole.
 TEST(IdealImu, FeelsGravityAndTheEarthAtRest) {
   const ImuInput still = IdealImu({}, turntable(0), 0.0025).mean(0, 4);
   const double latitude = kPlace.latitude_rad, earth = geodesy::kEarthRotationRate;

@@ -98,7 +98,7 @@ void check(Version version) {
   }
   EXPECT_EQ(theirs.messages.size(), at);
 
-  // And back: frames that node-mavlink made of what it had read.
+  // The way back: frames that node-mavlink made of what it had read.
   std::vector<Frame> back;
   Parser parser;
   parser.receive(theirs.again, [&](const Frame& frame) { back.push_back(frame); });

@@ -113,7 +113,7 @@ TEST(Propagate, GlonassIntegrationErrorIsMillimetres) {
 TEST(GlonassOrbit, IsThatOfItsEphemerisToTheBit) {
   const gnss::GlonassEphemeris e = only(kR07).glonass.front();
   const GlonassOrbit orbit;
-  // Beyond the states that are kept too, and on both sides of whole steps.
+  // Times reach beyond the states that are kept, too, and lie on both sides of whole steps.
   for (double dt = -2500; dt <= 2500; dt += dt == std::floor(dt) ? 0.0625 : 9.9375) {
     const SatelliteState a = propagate(e, e.toe + dt), b = orbit.propagate(e, e.toe + dt);
     ASSERT_EQ(a.position_m, b.position_m) << dt;

@@ -93,7 +93,7 @@ TEST(Mavlink, WithoutAFixThereIsNoPosition) {
   EXPECT_TRUE(std::isnan(gps_raw_int(without_velocity()).course_deg));
 }
 
-// As PX4's and ArduPilot's drivers take u-blox's fix type 1.
+// PX4's and ArduPilot's drivers treat u-blox's fix type 1 like this.
 TEST(Mavlink, APredictionIsNoFix) {
   const simulation::Epoch now = test::predicted(epoch());
   ASSERT_EQ(now.observed.fix.kind(), positioning::FixKind::DeadReckoning);

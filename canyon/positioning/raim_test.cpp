@@ -100,7 +100,7 @@ TEST(Raim, FindsOneFaultOfTenSatellites) {
     EXPECT_FALSE(std::binary_search(fix.used.begin(), fix.used.end(), faulty.id));
     EXPECT_EQ(fix.available, 10);
     EXPECT_LT(drive.error_enu(fix).norm(), 5 * std::sqrt(fix.covariance_enu.trace()));
-    // As if it had never been measured.
+    // The result is as if it had never been measured.
     measurements.erase(measurements.begin() + run % 10);
     const Fix without = solve_fix(time, measurements, many(), FixOptions{});
     EXPECT_LT((fix.position_ecef - without.position_ecef).norm(), 1e-6);

@@ -153,7 +153,7 @@ TEST(EdgeDiffraction, OverTheTopOfASheet) {
   Mesh mesh;
   append_sheet(mesh, {-50, 10, 0}, {100, 0, 0}, {0, 0, 22});
   const World world(mesh);
-  // From its front and its back alike.
+  // The same holds from its front and its back.
   for (const double side : {1.0, -1.0}) {
     const auto paths = world.trace({0, 10 - 10 * side, 2}, direction(side > 0 ? 0 : 180, 40));
     ASSERT_GE(paths.size(), 1u);
@@ -194,7 +194,7 @@ TEST(EdgeDiffraction, IsContinuousAtTheShadowBoundary) {
       geodesy::degrees(2 * std::asin(0.78 * std::sqrt(kWavelength / 8 / std::hypot(10, 20))));
   EXPECT_EQ(world.trace(antenna, direction(0, boundary + bound - 0.01)).size(), 1u);
   EXPECT_EQ(world.trace(antenna, direction(0, boundary + bound + 0.01)).size(), 0u);
-  // Unless asked for.
+  // The edge counts farther out where the options ask for it.
   DiffractionOptions further = everything();
   further.max_clear_nu = 2;
   const auto beyond = World(mesh, further).trace(antenna, direction(0, boundary + bound + 0.01));

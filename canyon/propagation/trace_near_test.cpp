@@ -50,7 +50,7 @@ TEST(Propagator, TraceNearGivesWhatTraceFinds) {
       }
     }
   }
-  // There is something to compare, and something that is left out.
+  // Both sets have members: paths to compare, and paths that are left out.
   EXPECT_GT(reflected, 100U);
   EXPECT_GT(bent, 100U);
   EXPECT_GT(others, 100U);

@@ -214,7 +214,7 @@ TEST(RayScene, LiftedPointsDoNotMeetTheirOwnSurface) {
       const Vector3d lifted = point + scene.surface_offset_m(point) * normal;
       ++tried;
       self_hits += scene.occluded({lifted, direction}) ? 1 : 0;
-      // And a segment that ends there, from outside.
+      // The same for a segment that ends there, from outside.
       self_hits += scene.occluded({lifted + 100 * direction, -direction, 100}) ? 1 : 0;
     }
     EXPECT_EQ(self_hits, 0) << "of " << tried << " at " << far << " m";

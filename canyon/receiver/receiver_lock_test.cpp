@@ -1,4 +1,4 @@
-// When a receiver whose signals have a strength tracks them, and from where.
+// When and from where a receiver whose signals have a strength tracks them.
 #include <gtest/gtest.h>
 
 #include <cmath>

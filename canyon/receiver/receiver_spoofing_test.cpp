@@ -400,7 +400,7 @@ TEST(ReceiverSpoofing, ReceiversNoticeAJumpOfTheirClock) {
   epoch.fix.position_ecef += kEcefFromEnu * Eigen::Vector3d(200, 0, 0);
   epoch.fix.clock_bias_s[System::GPS] += 1e-6;
   EXPECT_EQ(check.update(epoch), SpoofingState::Indicated);
-  // And the gain gives way to something that weakens no signal: two signs.
+  // The gain falls, too, although no signal weakens: two signs.
   SatelliteObservation satellite;
   satellite.signal = &gnss::signals_of(System::GPS).front();
   satellite.measurement.emplace().cn0_dbhz = 45;

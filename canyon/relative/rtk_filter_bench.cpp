@@ -25,7 +25,7 @@ const orbit::BroadcastSky& sky() {
   return nominal;
 }
 
-/// Without errors, of at most `satellites`.
+/// Measurements without errors, of at most `satellites`.
 std::vector<SignalMeasurement> measure(const geodesy::Geodetic& place, geodesy::GpsTime time,
                                        std::size_t satellites, std::size_t bands) {
   const Eigen::Vector3d antenna = geodesy::ecef_from_geodetic(place);

@@ -113,7 +113,7 @@ class AndroidObservations : public testing::Test {
     std::ofstream(folder_ / "gnss_log.txt", std::ios::binary) << text;
     return folder_ / "gnss_log.txt";
   }
-  /// By the function that opens every recording.
+  /// Reads through the function that opens every recording.
   RinexObservations read(const std::vector<Line>& lines, const std::vector<std::string>& columns = kNew) {
     ObservationOptions all;
     all.all_signals = true;
@@ -122,7 +122,7 @@ class AndroidObservations : public testing::Test {
   TemporaryFolder folder_;
 };
 
-// Before its first fix.
+// The phone has not had its first fix.
 TEST_F(AndroidObservations, APhoneThatGuessesItsClockSaysNothing) {
   std::vector<std::string> columns = kNew;
   columns.emplace_back("BiasUncertaintyNanos");

@@ -309,7 +309,7 @@ TEST(RinexNavigation, GlonassHealthFlags) {
   EXPECT_FALSE(healthy(kM, 0b111));
   EXPECT_TRUE(healthy(kFirst, 0b111));  // l(3) is nothing of the first satellites'
   EXPECT_FALSE(healthy(kM, 0b011, 1));
-  // As unknown as the standard writes it.
+  // The standard's way to write "unknown".
   const std::string unknown = "                         .999999999999e+09 1.500000000000e+01\n";
   EXPECT_TRUE(is_healthy(read(kRinex3Header + kR07 + unknown).glonass.front()));
 }
@@ -587,7 +587,7 @@ TEST(RinexNavigation, FewRecordsDatedDaysFromTheOthersAreLeftOut) {
   EXPECT_THAT(data.warnings[0],
               HasSubstr(fmt::format("sky.rnx:{}: ",
                                     1 + std::count(kRinex3Sample.begin(), kRinex3Sample.end(), '\n'))));
-  // As many of either day: none is the wrong one.
+  // Both days have as many records: none is the wrong one.
   EXPECT_EQ(read(kRinex3Header + kR07 + later).glonass.size(), 2U);
 }
 

@@ -155,7 +155,7 @@ TEST(Antennas, PhaseDifferencesGiveEachSatellitesDirection) {
       square += std::pow((each.found[i] - each.expected[i]) / each.sigma[i], 2);
     }
   }
-  // Neither worse nor better than the noise.
+  // The errors are neither smaller nor larger than the noise.
   const double rms = std::sqrt(square / (2 * static_cast<double>(all.size())));
   EXPECT_GT(rms, 0.6);
   EXPECT_LT(rms, 1.6);

@@ -57,7 +57,7 @@ class Keeper final : public simulation::EpochSink {
   std::vector<std::complex<float>> values;
 };
 
-/// Where early and late power are equal [m behind the direct path], over the run's middle 16 ms.
+/// The delay at which early and late power are equal [m behind the direct path], over the run's middle 16 ms.
 class Correlator {
  public:
   Correlator(const simulation::Simulation& simulation, const Keeper& kept, const FrontEnd& front_end)

@@ -15,7 +15,7 @@
 namespace canyon::samples::sample_file_test {
 namespace {
 
-/// From the third epoch on.
+/// A jammer from the third epoch on.
 class LateJammer final : public disturbance::Disturbance {
  public:
   void apply(const propagation::Antenna& /*antenna*/, propagation::Arrival& arrival) override {

@@ -109,7 +109,7 @@ double mboc(double f) {
   return 10.0 / 11 * boc(f, 1) + 1.0 / 11 * boc(f, 6);
 }
 
-/// In place, of a power of two.
+/// A Fourier transform in place; the size is a power of two.
 void transform(std::vector<Complex>& x) {
   const std::size_t n = x.size();
   for (std::size_t i = 1, j = 0; i < n; ++i) {

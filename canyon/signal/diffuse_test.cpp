@@ -687,7 +687,7 @@ struct Walk {
   std::mt19937_64 random{7};
 
   double uniform() { return std::uniform_real_distribution<double>()(random); }
-  /// To one of the walls y = +-width / 2 within the street; 0: none.
+  /// The range to one of the walls y = +-width / 2 within the street; 0: none.
   [[nodiscard]] double range_m(const Vector3d& from, const Vector3d& towards) const {
     if (towards.y() == 0) return 0;
     const double range = ((towards.y() > 0 ? width : -width) / 2 - from.y()) / towards.y();

@@ -273,7 +273,7 @@ TEST(Disturbances, HaveMemoryAndSeedsOfTheirOwn) {
   EXPECT_GT(taken_db(9), 0);
   EXPECT_GT(taken_db(10), 0);
   EXPECT_GT(std::abs(taken_db(9) - taken_db(10)), 1e-3);
-  // So does a host whose world is reset.
+  // A host whose world is reset does the same.
   Host host({wandering});
   const auto live = levels(host.drive());
   EXPECT_EQ(levels(host.drive()), live);

@@ -45,7 +45,7 @@ city::City open_field(const Scenario& scenario) {
   return field;
 }
 
-/// Under an open sky, at rest: 11 epochs, one a second.
+/// A scenario under an open sky, at rest: 11 epochs, one a second.
 std::string text_of(const std::string& faults, const std::string& receiver) {
   return "city: {open: true, origin: {latitude_deg: 22.3, longitude_deg: 114.17, height_m: 0}}\n"
          "sky: {nominal: true, systems: [GPS, Galileo]}\nstart: 2026-06-01T08:00:00Z\nduration_s: 10\n"

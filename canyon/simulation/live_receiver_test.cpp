@@ -436,7 +436,7 @@ TEST(LiveConfig, WarnsOfNoiseThatErrorsFromSpaceReplace) {
   EXPECT_THAT(config.warnings, ::testing::ElementsAre(HasSubstr(kWarning)));
   LiveReceiver receiver(config, downtown(), *config.start);
   EXPECT_THAT(receiver.take_warnings(), ::testing::ElementsAre(HasSubstr(kWarning)));
-  // Nor does it while the receiver runs.
+  // It does not while the receiver runs either.
   receiver.set_config(changed_live_config(config, "noise.mu_m: 2", "request"));
   EXPECT_THAT(receiver.take_warnings(), ::testing::ElementsAre(HasSubstr(kWarning)));
   receiver.set_config(changed_live_config(config, "seed: 3", "request"));

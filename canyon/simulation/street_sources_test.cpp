@@ -73,7 +73,7 @@ TEST(Streets, TakeLevelFromSatellitesAndAreTheSameForEveryRun) {
   }
   EXPECT_GT(weaker, 5);
   EXPECT_GT(same, 5);
-  // By the seed.
+  // The streets follow the seed.
   Scenario other = street(true);
   other.seed = 10;
   EXPECT_NE(levels(simulated(other)), with);

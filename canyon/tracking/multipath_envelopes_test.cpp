@@ -96,7 +96,7 @@ CodeTracker tracker(Modulation modulation, Discriminator discriminator, double d
   return tracker(signal, discriminator, d);
 }
 
-/// Where the loop rests that has tracked the direct path [chips].
+/// The error at which a loop rests that has tracked the direct path [chips].
 double error_chips(const CodeTracker& loop, std::complex<double> amplitude, double t) {
   const double chip = loop.correlation().chip_m();
   const std::vector<SignalPath> paths{{0, {1, 0}, 0}, {t * chip, amplitude, 0}};

@@ -114,7 +114,7 @@ TEST(ByteSink, RefusesAddressesThatItCannotHave) {
   EXPECT_FALSE(is_byte_sink("drive.iq"));
 }
 
-/// More than the system's buffers hold.
+/// Sends more than the system's buffers hold.
 void flood(ByteSink& sink) {
   for (int i = 0; i < 100; ++i) sink.write(std::string(1'000'000, 'x'));
 }

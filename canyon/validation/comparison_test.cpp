@@ -149,7 +149,7 @@ TEST(Comparison, HonoursDisturbances) {
     const ComparedSatellite& after = disturbed.satellites[i++];
     ASSERT_EQ(after.id, before.id);
     ASSERT_EQ(after.simulated_error_m.has_value(), before.simulated_error_m.has_value());
-    // Less the clock from the others.
+    // Errors are less the clock by the other satellites.
     if (before.simulated_error_m) {
       ASSERT_NEAR(*after.simulated_error_m, *before.simulated_error_m, 1e-9);
     }

@@ -65,7 +65,7 @@ class LiveRelayTest : public testing::Test {
   [[nodiscard]] std::unique_ptr<output::EncodedStream> host() const {
     return output::open_stream(output::parse_stream("view=" + address_), *simulation_);
   }
-  /// So many messages that a page receives while both ends are served.
+  /// Reads this many messages of a page while both ends are served.
   std::vector<Json> receive(test::Listener& page, std::size_t count, output::EncodedStream& stream,
                             output::EncodedStream* other = nullptr) {
     std::atomic<bool> received_all{false};

@@ -90,7 +90,7 @@ std::string observations2() {
   return test::observations2() + " 19  4 28 12 44 34.0000000  0  2G 5R 6\n" + satellite + satellite;
 }
 
-/// In Hatanaka's compression: differences of the first to the third order.
+/// Observations in Hatanaka's compression: differences of the first to the third order.
 std::string compact_observations() {
   return test::header_line("3.0                 COMPACT RINEX FORMAT", "CRINEX VERS   / TYPE") +
          test::header_line("", "CRINEX PROG / DATE") + test::observations3() +

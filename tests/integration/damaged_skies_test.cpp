@@ -38,7 +38,7 @@ std::string lines_of(const std::filesystem::path& path, const Take& take) {
   return text;
 }
 
-/// Where satellites are and what their clocks show, every quarter of an hour.
+/// Places of satellites and readings of their clocks, every quarter of an hour.
 using States = std::map<std::pair<gnss::SatelliteId, int>, Eigen::Vector4d>;
 States states(const orbit::Sky& sky, geodesy::GpsTime begin, int count) {
   States all;

@@ -51,7 +51,7 @@ struct Files {
   std::vector<simulation::Epoch> epochs;
 };
 
-/// Under an open sky, 110 s: every ephemeris three times, and page 18 of LNAV.
+/// A scenario under an open sky, 110 s: every ephemeris three times, and page 18 of LNAV.
 std::string open_sky(const std::string& sky) {
   return "city: {open: true, origin: {latitude_deg: 55.5, longitude_deg: 8.4, height_m: 10}}\n" + sky +
          "trajectory: {position: {east_m: 0, north_m: 0, up_m: 2}}\nduration_s: 110\n";
@@ -64,7 +64,7 @@ const Files& nominal() {
   return files;
 }
 
-/// In a street, where satellites come and go and phases slip.
+/// A run in a street, where satellites come and go and phases slip.
 const Files& street() {
   static const Files files(
       "city: {synthetic: {blocks_east: 4, blocks_north: 4, seed: 5}}\n"

@@ -31,7 +31,7 @@ class ApngFrames {
   [[nodiscard]] std::uint32_t plays() const { return plays_; }
   [[nodiscard]] std::size_t data_chunks() const { return data_chunks_; }
   [[nodiscard]] const std::vector<Control>& controls() const { return controls_; }
-  /// As they are seen.
+  /// The frames as a viewer shows them.
   [[nodiscard]] const std::vector<Frame>& frames() const { return frames_; }
 
  private:

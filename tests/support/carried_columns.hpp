@@ -16,7 +16,7 @@ namespace canyon::test {
 /// A value in a message: a number (of a Word its index, of a flag 1 or 0), or a text.
 using Said = std::variant<double, std::string>;
 
-/// By column, where a message has its value.
+/// The place of a value in a message, by column.
 template <typename Message>
 using Carried = std::map<std::string, Said (*)(const Message&)>;
 

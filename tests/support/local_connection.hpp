@@ -31,7 +31,7 @@ class LocalConnection {
   }
   LocalConnection(LocalConnection&& other) noexcept : socket_(std::exchange(other.socket_, -1)) {}
   LocalConnection& operator=(LocalConnection&&) = delete;
-  /// At least one byte; empty at the end of the stream or after 20 s.
+  /// Reads at least one byte; empty at the end of the stream or after 20 s.
   std::string read_some(std::size_t most = 65536) {
     pollfd wait{socket_, POLLIN, 0};
     if (poll(&wait, 1, 20'000) != 1) return {};
@@ -50,7 +50,7 @@ class LocalConnection {
   }
   void say(const std::string& text) const { ::send(socket_, text.data(), text.size(), MSG_NOSIGNAL); }
   void end_speech() const { shutdown(socket_, SHUT_WR); }
-  /// As a process that is killed with data unread: the peer gets a reset.
+  /// Ends like a process that is killed with data unread: the peer gets a reset.
   void abort() {
     const linger now{1, 0};
     setsockopt(socket_, SOL_SOCKET, SO_LINGER, &now, sizeof now);

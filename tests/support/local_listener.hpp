@@ -28,7 +28,7 @@ class LocalListener {
     }
     port_ = ntohs(address.sin_port);
   }
-  /// After stop(), when no thread waits any more.
+  /// Call it after stop(), when no thread waits any more.
   ~LocalListener() {
     close(listener_);
     close(stop_[0]);

@@ -55,7 +55,7 @@ inline std::string another_value(const options::Key& key) {
   if (key.type == Type::Text || key.type == Type::Texts) return "GPS=7";
   const options::Range range = key.range.value();
   const double value = key.default_value == "none" ? INFINITY : parse_double(key.default_value).value_or(NAN);
-  // Near the default, or else anywhere inside.
+  // A value near the default, or else anywhere inside.
   const double step = key.type == Type::Integer ? 1 : std::abs(value) * 0.25;
   for (double other :
        {value - step, value + step, range.low / 2 + range.high / 2, range.high / 2, range.low + 4, 1.0}) {

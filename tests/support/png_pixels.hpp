@@ -43,7 +43,7 @@ class PngPixels {
     }
     return n;
   }
-  /// Within `tolerance` of 255 in each channel.
+  /// Compares within `tolerance` of 255 in each channel.
   static bool is(std::uint32_t pixel, const drawing::Colour& c, double tolerance = 2) {
     const auto near = [tolerance](std::uint32_t byte, double wanted) {
       return std::abs(static_cast<double>(byte) - 255 * wanted) <= tolerance;

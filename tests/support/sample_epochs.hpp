@@ -101,7 +101,7 @@ inline simulation::Epoch predicted(simulation::Epoch epoch) {
   return epoch;
 }
 
-/// By corrections 1.6 s old of station 7.
+/// An epoch whose fix has corrections 1.6 s old of station 7.
 inline simulation::Epoch corrected(simulation::Epoch epoch, positioning::FixKind solution) {
   positioning::Fix& fix = epoch.observed.fix;
   fix.solution = solution;

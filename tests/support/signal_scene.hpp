@@ -59,7 +59,7 @@ inline Path direct_path(const orbit::LineOfSight& line) {
   return path;
 }
 
-/// By a metal plane that leaves `share` of the amplitude, head on from `arrival` (ENU).
+/// A reflection by a metal plane that leaves `share` of the amplitude, head on from `arrival` (ENU).
 inline Path mirror_path(const Eigen::Vector3d& arrival, double excess_m, double share,
                         std::uint64_t reflector = 1) {
   Path path;

@@ -80,7 +80,7 @@ receivers: [{name: car, profile: ideal, elevation_mask_deg: 10}]
     return validation::read_recording(scenario_, *environment_, obs, truth_csv, "csv", options);
   }
   [[nodiscard]] const simulation::Scenario& scenario() const { return scenario_; }
-  /// With the map's city, where it is drawn.
+  /// The environment with the map's city, where it is drawn.
   [[nodiscard]] const simulation::Environment& environment() const { return *environment_; }
   /// The same with facades drawn.
   [[nodiscard]] std::unique_ptr<simulation::Environment> environment_with(const Facades& facades,

@@ -123,7 +123,7 @@ inline const Message& find(const std::vector<Message>& messages, MessageId id) {
   return none;
 }
 
-/// With a fix, and covariances of position and velocity.
+/// An epoch with a fix, and covariances of position and velocity.
 inline simulation::Epoch ubx_epoch() {
   simulation::Epoch e = sample_signal_epoch(sample_time() + 0.125, sample_time());
   e.observed.fix.velocity_covariance_enu = Eigen::Vector3d(0.01, 0.04, 0.09).asDiagonal();

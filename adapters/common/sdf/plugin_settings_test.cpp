@@ -66,7 +66,7 @@ sdf::ElementPtr plugin(const std::string& children) {
 
 const std::string kName = "plugin 'gnss' of model 'car'";
 
-// As Gazebo has them of its environment.
+// Gazebo's resource paths by its environment.
 ResourcePaths gazebos_paths() {
   const auto paths = [](const char* variable) {
     std::vector<std::filesystem::path> folders;
@@ -153,7 +153,7 @@ TEST(HostSettings, DisableNoiseDisablesNoise) {
 }
 
 TEST(HostSettings, ThePapersDefaultsGiveWay) {
-  // Not on a ray sensor there are no rays to take over.
+  // A plugin that is not on a ray sensor has no rays to take over.
   EXPECT_EQ(read(kPaper, false).ray_engine, RayEngine::Embree);
   EXPECT_EQ(read(kPaper, false).live.receiver().propagation.model, propagation::Model::Mirror);
   const HostSettings specular = read(kPaper + "<propagation><model>specular</model></propagation>", true);

@@ -52,7 +52,7 @@ class SimServer {
     server_ = std::make_unique<gz::sim::Server>(config);
     if (!server_->AddSystem(hands).value_or(false)) throw std::runtime_error("the world does not load");
   }
-  /// Before anything of gz-transport exists in the process.
+  /// Call it before anything of gz-transport exists in the process.
   static void prepare() {
     setenv("GZ_PARTITION", ("canyon_test_" + std::to_string(getpid())).c_str(), 1);
     setenv("GZ_IP", "127.0.0.1", 1);

@@ -87,7 +87,7 @@ TEST_F(CityFilesTest, OneFileThatIsCutOffIsAnError) {
     EXPECT_THAT(e.what(), HasSubstr("cut.gml:"));
     EXPECT_THAT(e.what(), HasSubstr("is cut short"));
   }
-  // So are tiles that are all damaged.
+  // A folder whose tiles are all damaged is refused, too.
   write("bad/a.gml", tile("a", 691000).substr(0, 3000));
   write("bad/b.gml", tile("b", 691000).substr(0, 3000));
   EXPECT_THROW((void)read_city_files({folder_ / "bad"}), InputError);

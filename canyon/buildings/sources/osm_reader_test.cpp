@@ -607,7 +607,7 @@ TEST_F(OsmReader, TakesABoxAcrossTheAntimeridian) {
 }
 
 TEST_F(OsmReader, TakesPlacesWrittenInWays) {
-  // As Overpass answers "out geom".
+  // Overpass's answer to "out geom".
   const std::string text =
       "<osm version=\"0.6\"><way id=\"1\"><nd ref=\"1\" lat=\"50\" lon=\"10\"/><nd ref=\"2\" lat=\"50\" "
       "lon=\"10.001\"/><nd ref=\"3\" lat=\"50.001\" lon=\"10\"/><nd ref=\"1\" lat=\"50\" lon=\"10\"/>"

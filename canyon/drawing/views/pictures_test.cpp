@@ -67,7 +67,7 @@ TEST(MapExtent, OneFarFixOfManyDoesNotCount) {
   points[50].fix = Eigen::Vector2d(5000, 60);
   points[50].error_m = 4950;
   EXPECT_LT(map_extent(points).max.x(), 150);
-  // Nor do wild ones however many.
+  // Wild fixes do not either, however many they are.
   for (auto& p : points) {
     p.fix = Eigen::Vector2d(90000, 0);
     p.error_m = 90000;
@@ -106,7 +106,7 @@ class TrackPictureTest : public ::testing::Test {
     for (int i = 0; i <= 100; i += 5) drawing_.points.push_back({{i, 0}, Eigen::Vector2d(i, 2), 2.0});
     for (int i = 5; i <= 100; i += 5) drawing_.points.push_back({{100, i}, {}, 0});
   }
-  /// Where a place lies on the page: the map's frame is 860 units high, its upper left corner at (76, 78).
+  /// The place of a point on the page: the map's frame is 860 units high, its upper left corner at (76, 78).
   [[nodiscard]] Point page(double east, double north) const {
     return map_point({76, 78, 860, 860}, map_extent(drawing_.points), {east, north});
   }
@@ -367,7 +367,7 @@ TEST(Pictures, NoEpochNoPicture) {
   EXPECT_TRUE(files_in(folder.path()).empty());
 }
 
-// More epochs than snapshots are kept of; other receivers' epochs are passed over.
+// The run has more epochs than snapshots are kept of; other receivers' epochs are passed over.
 TEST(Pictures, LongRun) {
   const test::TemporaryFolder folder;
   const simulation::Simulation town = small_town();

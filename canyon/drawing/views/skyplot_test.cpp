@@ -101,7 +101,7 @@ TEST_F(SkyplotTest, DrawingHoldsWhatArrives) {
   EXPECT_EQ(drawing.satellites[0].now.visibility, Visibility::Blocked);
   EXPECT_EQ(drawing.satellites[1].now.visibility, Visibility::LOSMultipath);
   EXPECT_EQ(drawing.satellites[2].now.visibility, Visibility::LOS);
-  // Off a wall in the plane x = 10: same elevation, from the east; longer by 2 h cos(elevation).
+  // It comes off a wall in the plane x = 10: same elevation, from the east; longer by 2 h cos(elevation).
   ASSERT_EQ(drawing.satellites[1].reflections.size(), 1U);
   EXPECT_NEAR(degrees(drawing.satellites[1].reflections[0].azimuth_rad), 90, 1e-6);
   EXPECT_NEAR(degrees(drawing.satellites[1].reflections[0].elevation_rad), 40, 1e-6);
@@ -199,7 +199,7 @@ TEST_F(SkyplotTest, MarksStandWhereTheClosedFormSays) {
   EXPECT_TRUE(stereographic.has_near({410 - 340 * (std::sqrt(2) - 1), 456}, 1, kInk));
 }
 
-// Where a signal arrives from has its own mark for each kind of way; scattered ones have no label.
+// Each kind of way has its own mark at the direction of arrival; scattered ones have no label.
 TEST_F(SkyplotTest, MarksOfEveryKindOfPath) {
   using propagation::PathKind;
   SkyDrawing drawing;

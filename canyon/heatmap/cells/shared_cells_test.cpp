@@ -141,7 +141,7 @@ TEST(SharedCells, FindsTheFixOfStricterRules) {
   EXPECT_LT(agreement.worst, kLinear);
 }
 
-// Whose clock is GPS's: one unknown for both.
+// The clock of SBAS is GPS's: both have one unknown.
 TEST(SharedCells, FindsTheFixWithSbas) {
   TileScene scene({System::GPS, System::Galileo, System::SBAS}, kHongKong);
   scene.lay({0, 0}, 12, 20, 20, 15);
@@ -171,7 +171,7 @@ TEST(SharedCells, FindsTheFixOfElevationWeights) {
   EXPECT_LT(agreement.worst_dop, 1e-3);
 }
 
-// In the signal, corrected, both, or the wrong way round; some fixes lie below the sea.
+// The atmosphere is in the signal, corrected, both, or the wrong way round; some fixes lie below the sea.
 TEST(SharedCells, FindsTheFixThroughAnAtmosphere) {
   TileScene scene(kThree, Geodetic::from_degrees(22.3, 114.18, 5));
   // IS-GPS-200's order of magnitude; RTKLIB's default set (ionmodel, rtkcmn.c).
@@ -328,7 +328,7 @@ TEST(SharedCells, DoesNotDependOnHowAGridIsCut) {
   std::printf("  within %.4f m\n", worst);
 }
 
-// More satellites than a word of bits holds.
+// There are more satellites than a word of bits holds.
 TEST(SharedCells, SolvesForMoreThan64Satellites) {
   TileScene scene({gnss::kAllSystems.begin(), gnss::kAllSystems.end()}, kHongKong);
   scene.lay({0, 0}, 10, 8, 8, 15);

@@ -606,7 +606,7 @@ TEST(Heatmap, SignalsWithStrengthAreThoseOfTheReceiver) {
   expect_as_receiver([](receiver::ReceiverOptions&) {});
 }
 
-// Beside receivers that track all of them; the map leaves out what no fix takes.
+// Compared with receivers that track all of them; the map leaves out satellites that no fix takes.
 TEST(Heatmap, FixesOfSeveralSignalsAreThoseOfTheReceiver) {
   for (const auto combination : {receiver::Combination::First, receiver::Combination::IonosphereFree,
                                  receiver::Combination::Uncombined}) {

@@ -37,7 +37,7 @@ TEST(ValueCounts, StaysWithinItsBoundOfSortedValuesOfEitherSign) {
   ValueCounts counts;
   std::vector<float> values(20'001);
   for (float& value : values) {
-    // Over ten orders of magnitude.
+    // Values over ten orders of magnitude.
     const float size = normal(random);
     value = std::copysign(std::exp(4 * size), normal(random));
     counts.add(value);

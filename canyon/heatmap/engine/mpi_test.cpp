@@ -102,7 +102,7 @@ TEST(Mpi, GivesEachNumberOnce) {
   }
 }
 
-// By CTest on two ranks, which must end by itself: one rank waits for another that has failed.
+// CTest runs it on two ranks. It must end by itself: one rank waits for another that has failed.
 TEST(MpiFailure, DISABLED_OfOneRankEndsTheJob) {
   const MpiProcesses all(nullptr, nullptr);
   if (all.rank() == all.ranks() - 1) throw std::runtime_error("this rank is lost");

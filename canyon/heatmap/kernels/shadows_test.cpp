@@ -120,7 +120,7 @@ void compare_ranges(const Mesh& mesh, const raytrace::RayScene& scene, const Sha
       const auto hit = scene.cast(ray);
       ++sum.cells;
       if (!hit && our == kInfinite) continue;
-      // To the rounding of the result to a float.
+      // Compared to the rounding of the result to a float.
       const double difference =
           hit && our != kInfinite
               ? std::max(0.0, std::abs(static_cast<double>(our) - hit->range_m) - 6e-8 * hit->range_m)
@@ -370,7 +370,7 @@ TEST(ShadowCaster, AgreesWithEveryTriangleTestedByItself) {
         const std::size_t i = std::size_t{r} * plane.columns + c;
         ++cells;
         blocked_cells += ours[i];
-        // To the rounding of the result to a float.
+        // Compared to the rounding of the result to a float.
         const double off = hit ? std::abs(static_cast<double>(our_ranges[i]) - *hit) - 6e-8 * *hit : 0;
         const bool same_range = (our_ranges[i] == kInfinite) == !hit && off <= 1e-6;
         if (same_range) worst_range = std::max(worst_range, off);
