@@ -52,7 +52,7 @@ def free_ports(count):
 
 
 def scenario(arguments, ports, back):
-    """Of the swarm, as YAML."""
+    """The scenario of the swarm, as YAML."""
     blocks = max(4, math.ceil(math.sqrt(arguments.count)))
     names = [f"uav{i}" for i in range(arguments.count)]
     lines = [f"city: {{synthetic: {{seed: 7, blocks_east: {blocks}, blocks_north: {blocks}}}}}",

@@ -33,7 +33,7 @@ done < <(printf '%s\n' "${sources[@]}" | grep -v '^canyon/[a-z]*\.hpp$' | xargs 
 grep_each "the engine includes a host's header" \
   '#include [<"](gazebo|gz|ignition|ros|rclcpp|mavlink|sensor_msgs|std_msgs|geometry_msgs|adapters|cli|pybind11|python)/' "${sources[@]}"
 
-# What hosts share needs no SDF; adapters/common/sdf/ reads it for those that have it.
+# Code that hosts share needs no SDF; adapters/common/sdf/ reads it for those that have it.
 mapfile -t shared < <(find adapters/common adapters/common/msgs adapters/common/testing -maxdepth 1 -name '*.?pp' 2>/dev/null | sort)
 grep_each "only adapters/common/sdf may include SDF" '#include [<"](sdf/|adapters/common/sdf/)' "${shared[@]}"
 

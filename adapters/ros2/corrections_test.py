@@ -68,7 +68,7 @@ class Corrections(unittest.TestCase):
                     self.assertEqual(message.header.frame_id, "gnss")
                 self.assertEqual(numbers[0], 1005)
                 self.assertLessEqual({1033, 1077, 1087, 1097, 1127}, set(numbers))
-                # What is no RTCM 3 is said once, and changes nothing.
+                # Bytes that are not RTCM 3 are reported once, and change nothing.
                 rogue = listener.node.create_publisher(Message, "/rtcm", 10)
                 for _ in range(3):
                     for data in (b"", bytes(range(256)) * 8, b"\xd3" * 200_000):

@@ -1,4 +1,4 @@
-"""What the bridges of this folder share: options, frames, poses to `canyon live`, and its fixes. Standard library alone.
+"""The common part of the bridges of this folder: options, frames, poses to `canyon live`, and its fixes. Standard library alone.
 
     simulator -> pose -> bridge -> JSON over UDP -> canyon live -> epochs.csv over TCP -> bridge -> fix -> simulator
 
@@ -28,7 +28,7 @@ Fix = collections.namedtuple("Fix", "gps_week gps_tow_s kind reason position_m v
 
 
 class BridgeError(Exception):
-    """What ends a bridge, in a line for its user."""
+    """An error that ends a bridge, in a line for its user."""
 
 
 def three_numbers(text):
@@ -162,7 +162,7 @@ class Bridge:
 
     @classmethod
     def of(cls, arguments):
-        """Of what parser() parsed."""
+        """A bridge with the arguments that parser() parsed."""
         return cls(arguments.canyon, arguments.origin, arguments.at, arguments.axes, arguments.rate, arguments.wait,
                    arguments.fixes_to)
 

@@ -16,7 +16,7 @@ import shutil
 import subprocess
 import sys
 
-# What a receiver states of an observation, and what the simulation knows beside it.
+# The receiver's values of an observation, and below them the simulation's knowledge of it.
 FEATURES = ["sat", "azimuth_deg", "elevation_deg", "pseudorange_m", "doppler_hz", "carrier_frequency_hz", "cn0_dbhz",
             "sigma_m", "residual_m", "phase_lock_s", "cycle_slip", "used", "excluded"]
 LABELS = ["visibility", "map_visibility", "tracked_path", "excess_path_m", "pseudorange_error_m", "true_cn0_dbhz",

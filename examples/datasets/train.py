@@ -17,7 +17,7 @@ from sklearn.metrics import roc_auc_score, roc_curve
 
 
 def features_of(table):
-    """What a receiver knows of each observation; the others of its epoch and its own past seconds included."""
+    """The receiver's knowledge of each observation; the others of its epoch and its own past seconds included."""
     epoch = table.groupby(["drive", "gps_tow"])
     satellite = table.groupby(["drive", "sat"])
     return pd.DataFrame({

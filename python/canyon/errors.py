@@ -1,4 +1,4 @@
-"""What Canyon raises."""
+"""Exceptions that Canyon raises."""
 
 from __future__ import annotations
 

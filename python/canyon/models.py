@@ -14,7 +14,7 @@ Problem = _canyon.Problem
 
 
 class Disturbance(Protocol):
-    """What changes the signals of an epoch before the receiver has them.
+    """Changes the signals of an epoch before the receiver has them.
 
     An object may also have ``begin(seed, receiver)``, called where a run begins.
     """
@@ -24,7 +24,7 @@ class Disturbance(Protocol):
 
 
 class Solver(Protocol):
-    """What makes a position of an epoch's ranges. May have ``begin(seed, receiver)``."""
+    """Makes a position of an epoch's ranges. May have ``begin(seed, receiver)``."""
 
     def solve(self, problem: Problem) -> Any:
         """The antenna's ECEF position [m], three numbers; None where there is no fix."""

@@ -1,4 +1,4 @@
-"""What Python costs over C++: paired runs of the same calls, one after the other. Not a test.
+"""The cost of Python over C++: paired runs of the same calls, one after the other. Not a test.
 
 Times are the processor's, of all threads: they bear a machine that is busy with other things.
 

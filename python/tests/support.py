@@ -1,4 +1,4 @@
-"""What several tests use."""
+"""Functions that several tests use."""
 
 CITY = {
     "synthetic": {"blocks_east": 4, "blocks_north": 4, "seed": 7},

@@ -39,12 +39,12 @@ SCENARIO = TOWN.replace("ublox-m10", "ideal, lever_arm: {forward_m: %g, left_m: 
 
 
 def antenna(place):
-    """Of a place of the vehicle, in ENU: with the attitude of the course."""
+    """The antenna's place for a place of the vehicle, in ENU, with the attitude of the course."""
     return [p + sum(length * axis[i] for length, axis in zip(LEVER, course.axes())) for i, p in enumerate(place)]
 
 
 def radii():
-    """Of curvature at the origin [m], north and east (Groves, Principles of GNSS, 2.105 and 2.106)."""
+    """The radii of curvature at the origin [m], north and east (Groves, Principles of GNSS, 2.105 and 2.106)."""
     s2 = math.sin(math.radians(ORIGIN[0])) ** 2
     e2 = 0.00669437999014
     north_m, east_m = 6378137.0 * (1 - e2) / (1 - e2 * s2) ** 1.5, 6378137.0 / math.sqrt(1 - e2 * s2)
@@ -136,7 +136,7 @@ class BridgesTest(unittest.TestCase):
         return "".join(lines) + rest
 
     def check_way(self, antennas):
-        """Of antennas in ENU, in the order of time."""
+        """Checks the way of antennas in ENU, in the order of time."""
         corners = [antenna(corner) for corner in course.CORNERS]
         self.assertGreater(len(antennas), 60)
         for each in antennas:
@@ -150,7 +150,7 @@ class BridgesTest(unittest.TestCase):
         self.assertEqual(reached, sorted(reached))
 
     def check_fixes(self, text, enu_from):
-        """Of what a bridge printed. `enu_from` is of the simulator's frame, as this test knows it."""
+        """Checks the fixes that a bridge printed. `enu_from` is of the simulator's frame, as this test knows it."""
         fixes = [json.loads(line) for line in text.splitlines()]
         solved = [fix for fix in fixes if fix["kind"] != "none"]
         self.assertGreaterEqual(len(solved), len(fixes) - 5, "fixes are missing")
@@ -247,7 +247,7 @@ class BridgesTest(unittest.TestCase):
                                          "--speed", str(course.SPEED)))
         solved = self.check_fixes(out, lambda x, y, z: (x, y, z))
         written = [[float(each) for each in line.split()] for line in self.given()]
-        # Of two fixes in one step the later one stays.
+        # The later of two fixes in one step stays.
         expected = [[0.0, *fix["position_m"], 0.0] for fix in solved]
         self.assertEqual([each for each in written if each not in expected], [])
         self.assertGreater(len(written), len(expected) / 2)
@@ -291,7 +291,7 @@ class BridgesTest(unittest.TestCase):
                                fix["/canyon/fix/altitude-ft"] * flightgear.FOOT_M) for fix in got])
         self.assertEqual({fix["/canyon/fix/kind"] for fix in got}, {"single"})
 
-    # What they share.
+    # Tests of all bridges.
 
     def test_help_and_missing_modules(self):
         names = sorted(path.name for path in BRIDGES.glob("*.py") if path.name != "canyon_bridge.py")

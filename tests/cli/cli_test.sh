@@ -758,7 +758,7 @@ recordings:
 Y
   runs 0 "$canyon" calibrate list.yaml --no-atmosphere --part all -o both.yaml
   says out "Nothing was held out"; says err "own.yaml:" "overrides the calibrated profile"
-  # What is wrong is said before anything is computed, and nothing is written.
+  # Faults are reported before anything is computed, and nothing is written.
   runs 2 "$canyon" calibrate judge.yaml "${one[@]}"; says err out
   runs 2 "$canyon" calibrate judge.yaml "${one[@]}" -o bad; one_line; says err .yaml
   runs 2 "$canyon" calibrate judge.yaml "${one[@]}" -o no/bad.yaml; one_line; says err no/
@@ -809,10 +809,10 @@ P
 import json
 f = json.load(open("figures.json"))
 tst, berlin, *other_day = (r["headlines"] for r in f["recordings"])
-# Of the recordings alone: no model of ours.
+# Figures of the recordings alone, without a model of ours.
 assert abs(tst["horizontal_p50_m"]["measured"] - 8.5) < 2 and abs(berlin["horizontal_p50_m"]["measured"] - 31) < 5
 assert abs(tst["cn0_los_dbhz"]["measured"] - 36) <= 1 and abs(berlin["cn0_los_dbhz"]["measured"] - 45) <= 1
-# What the map of one lacks, and of the other does not (docs/shadowing.md).
+# The map of one drive lacks obstacles, the other's does not (docs/shadowing.md).
 for h in tst, berlin:
   assert abs(h["tracked_los"]["measured"] - h["tracked_los"]["simulated"]) < 0.1, h
 # Facades, scattering and edges make echoes as weak beside the clear as recorded (docs/results.md).
@@ -1479,7 +1479,7 @@ study_ranks)
   runs 0 "${ranks[@]}" "$canyon" "${study[@]}" --out two; says err "40 runs in"
   for f in study.nc table.csv; do cmp one/$f two/$f || fail "other bytes of $f on two ranks"; done
   [ "$(cat two/runs/*.jsonl | wc -l)" -eq 40 ] || fail "runs were computed twice"
-  # What is finished when a rank is lost is kept; the rest is computed by the next run.
+  # Tiles that are finished when a rank is lost are kept; the next run computes the rest.
   finished() { cat lost/runs/*.jsonl 2>/dev/null | wc -l; }
   lose_a_rank 5 finished "$canyon" "${study[@]}" --out lost
   [ ! -e lost/study.nc ] || fail "the study was over before a rank was lost"
@@ -1540,7 +1540,7 @@ view)
   runs 2 env PATH=/none "$canyon" view v --record film.webp; one_line; says err Node.js
   runs 2 "$canyon" view v --export x.html --record-fps 5; says err "--record-fps requires --record"
   runs 2 "$canyon" view v --export x.html --open; one_line; says err "--open and --port serve a view"
-  # What is cut off is found before it is shown.
+  # A view that is cut off is found before it is shown.
   cp -r v cut; truncate -s -1 cut/track-0.bin.gz; runs 2 "$canyon" view cut; one_line; says err "cut/track-0.bin.gz: is cut off"
   runs 2 "$canyon" view cut --export x.html; one_line; [ ! -e x.html ] || fail "a page of a damaged view"
   rm cut/track-0.bin.gz; runs 2 "$canyon" view cut; one_line; says err "cut/track-0.bin.gz: is missing"

@@ -21,9 +21,9 @@ import sys
 import tempfile
 import typing
 
-# Of each signal: band and rate of its file, what GNSS-SDR calls it, RINEX band, system, its C/N0 against Canyon's:
+# For each signal: band and rate of its file, what GNSS-SDR calls it, RINEX band, system, its C/N0 against Canyon's:
 # E1 is tracked by its pilot alone, half of the power, and by a BOC(1,1) replica, 10/11 of a CBOC's power; L2C by the code
-# CM, which is half of it, while the replica stands in CL's time too. Of B1I it has the codes of the first 33 satellites.
+# CM, which is half of it, while the replica stands in CL's time too. It has the codes of the first 33 satellites of B1I.
 SIGNALS = {
     'L1CA': dict(band='L1', rate=4e6, name='1C', rinex='1', system='G', loss_db=0,
                  acquisition='GPS_L1_CA_PCPS_Acquisition', tracking='GPS_L1_CA_DLL_PLL_Tracking',
@@ -168,7 +168,7 @@ def observations(path):
 
 
 def value(row, kind, band):
-    """Of a kind of observation, whatever the attribute."""
+    """The value of a kind of observation, whatever the attribute."""
     return next((v for code, v in row.items() if code[:2] == kind + band), None)
 
 
@@ -330,7 +330,7 @@ def ranges(table):
 
 
 class Sight(typing.NamedTuple):
-    """What a receiver has of a satellite at an instant."""
+    """A receiver's values for a satellite at an instant."""
     error_m: float         # of the code; nan: not measured
     cn0_dbhz: float        # at the correlator
     stated_dbhz: float     # as the receiver states it

@@ -39,7 +39,7 @@ outputs: {{pictures: false}}
 {faults}'''
 THRESHOLD_DBHZ = 25     # GNSS-SDR's own, for 50 values in a row
 FIRST_S, STEP_S, STEPS, STEP_DB = 14, 6, 7, 4
-# Of each jammer: what it sends, its power at the first step [dBm], 100 m away.
+# For each jammer: its waveform, its power at the first step [dBm], 100 m away.
 JAMMERS = {
     'noise': ('shape: noise, centre_hz: 1575420000, width_hz: 20e6', -20),
     'noise of 1 MHz': ('shape: noise, centre_hz: 1575420000, width_hz: 1e6', -30),
@@ -48,7 +48,7 @@ JAMMERS = {
 }
 JAMMER = ('{{name: step {i}, from_s: {begin}, duration_s: {step}, jamming: {{position: {{east_m: 100, north_m: 0, up_m: 2}}, '
           'polarisation: right, emissions: [{{{sends}, power_dbm: {power}}}]}}}}')
-# Of each spoofer: advantage [dB], carrier, and by how much its clock is drawn off a second [m], within 4 s or at once.
+# For each spoofer: advantage [dB], carrier, and the speed at which its clock is drawn off [m/s], within 4 s or at once.
 SPOOFERS = {
     'spoofer 10 dB': (10, 'follows_code', 4),
     'spoofer 3 dB': (3, 'follows_code', 4),

@@ -77,7 +77,7 @@ NOISE_POWER = 2 * (0.25 * 127) ** 2    # of a sample of int8
 
 
 def true_ranges(canyon, folder, scenario):
-    """Of the way that was driven, under an open sky, where nothing hides or delays a satellite."""
+    """True ranges along the way that was driven, under an open sky, where nothing hides or delays a satellite."""
     with open(folder / 'ours/clean/epochs.csv') as file, open(folder / 'way.csv', 'w') as way:
         for i, row in enumerate(csv.DictReader(file)):
             way.write(f"{i / 10},{row['true_latitude_deg']},{row['true_longitude_deg']},{row['true_height_m']}\n")
@@ -137,7 +137,7 @@ def compare(name, clean, noisy, theirs, visibility):
                 failures.append(f'{name}: {what} {found:.2f}')
         if kind == 'all' and statistics.correlation(t, c) < LEAST_CORRELATION:
             failures.append(f'{name}: correlation {statistics.correlation(t, c):.2f}')
-    # Of what Canyon alone measures: where GNSS-SDR's channel is.
+    # Where GNSS-SDR's channel is while Canyon alone measures.
     alone = measured['ours'] - both
     away = sum(1 for n, k in alone if k not in theirs[n])
     wrong = sum(1 for n, k in alone if k in theirs[n] and abs(theirs[n][k].error_m) > gnss_sdr.LARGEST_M)

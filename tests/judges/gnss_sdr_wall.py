@@ -47,7 +47,7 @@ LEAST_CORRELATION = 0.95
 
 
 def errors(folder, theirs):
-    """Of each satellite: code errors of GNSS-SDR and of Canyon [m], epoch by epoch, behind the loops' first seconds."""
+    """Code errors of GNSS-SDR and of Canyon for each satellite [m], epoch by epoch, behind the loops' first seconds."""
     begin = datetime.datetime(2026, 6, 1)
     detour = {}
     with open(folder / 'ours/satellites.csv') as file:

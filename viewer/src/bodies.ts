@@ -1,4 +1,4 @@
-// What no map has, about the antenna at an instant: vehicles, signs, awnings, crowns of trees, a host's moving models;
+// Bodies about the antenna at an instant that no map has: vehicles, signs, awnings, crowns of trees, a host's moving models;
 // and an arrow for the vehicle that carries the antenna.
 
 import { BufferAttribute, BufferGeometry, Color, DoubleSide, IcosahedronGeometry, Mesh, MeshBasicMaterial, type Raycaster } from 'three';

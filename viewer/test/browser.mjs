@@ -11,7 +11,7 @@ export const kChromium = [process.env.CANYON_CHROMIUM, '/usr/bin/chromium', '/us
 /** For `skip:` of a test: false, or why. */
 export const withoutChromium = kChromium ? false : 'SKIPPED: no Chromium here (Debian: chromium)';
 if (withoutChromium) console.error(withoutChromium);
-/** Of one step of a test [ms]: a busy machine draws a picture in a second, none takes this long. */
+/** The time limit of one step of a test [ms]: a busy machine draws a picture in a second, none takes this long. */
 export const kPatience = 30_000;
 
 /** Opens an HTML text or file from disk, or an address; what the page complains of, and asks the network for, is kept. */

@@ -9,7 +9,7 @@ import { Session, withoutChromium } from './browser.mjs';
 import { csv, program, root, Running, withoutProgram } from './program.mjs';
 
 const skip = withoutChromium || withoutProgram;
-/** Of a whole run on a busy machine [ms]. */
+/** The time limit of a whole run on a busy machine [ms]. */
 const kRun = { timeout: 200_000 };
 let folder;
 let scenario;

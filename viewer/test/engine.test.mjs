@@ -1,4 +1,4 @@
-// What the engine writes, on the page: numbers equal those of the CSV files of the same scenario. CANYON names the program
+// The engine's files on the page: numbers equal those of the CSV files of the same scenario. CANYON names the program
 // (default: ../build-release/bin/canyon); without it these tests are skipped, and say so.
 import Ajv from 'ajv';
 import assert from 'node:assert/strict';

@@ -45,7 +45,7 @@ test('something is drawn in three dimensions', { skip }, async () => {
 });
 
 test('traffic stands where the file says', { skip }, async () => {
-  /** Of what is drawn: triangles, and the box about those that are above or below the arrow's place. */
+  /** The triangles that are drawn, and the box about those that are above or below the arrow's place. */
   const drawn = () => s.run(() => {
     const { scene, store } = window.canyon;
     const { array } = scene.bodies.mesh.geometry.getAttribute('position');

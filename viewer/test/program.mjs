@@ -41,7 +41,7 @@ export class Running {
     this.child.kill(signal);
     return this.ended;
   }
-  /** What a program says that is to fail. */
+  /** The message of a program that is to fail. */
   static refused(args) {
     const result = spawnSync(program, args, { encoding: 'utf8', timeout: 20_000 });
     return result.status === 2 ? result.stderr : '';

@@ -1,4 +1,4 @@
-// What is drawn, compared with what was drawn before (screens.json: mean colours of a grid over the three-dimensional view, free of
+// Pictures of the page compared with earlier ones (screens.json: mean colours of a grid over the three-dimensional view, free of
 // fonts); other sizes of screens. UPDATE=1 writes screens.json anew: look at test-output/ before it is committed.
 import assert from 'node:assert/strict';
 import { readFile, writeFile } from 'node:fs/promises';
@@ -11,7 +11,7 @@ const page = await readFile(new URL('../dist/viewer.html', import.meta.url), 'ut
 const file = new URL('screens.json', import.meta.url);
 const known = JSON.parse(await readFile(file, 'utf8').catch(() => '{}'));
 const [kAcross, kAlong] = [34, 21];
-/** Of a cell's mean colour, of 255; and cells that may differ by more: edges fall on other pixels on other machines. */
+/** Tolerance of a cell's mean colour, of 255, and share of cells beyond it: edges fall on other pixels on other machines. */
 const kTolerance = 12;
 const kOdd = 0.03;
 

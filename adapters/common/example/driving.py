@@ -184,7 +184,7 @@ class FixTable:
 
 
 def print_notes(gzserver):
-    """What the plugins had to say on Gazebo's console, without its colours."""
+    """The plugins' messages on Gazebo's console, without its colours."""
     with open(gzserver.log, errors="replace") as file:
         lines = [re.sub(r"\x1b\[[0-9;]*m", "", line) for line in file]
     notes = [line[line.index("[canyon] ") + 9:].strip() for line in lines if "[canyon] " in line and "not defined in SDF" not in line]

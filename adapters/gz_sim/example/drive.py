@@ -28,7 +28,7 @@ SYSTEMS = '''<plugin filename="gz-sim-physics-system" name="gz::sim::systems::Ph
 
 
 class Messages:
-    """What `gz topic` prints of a topic as JSON, a message a line, read in a thread."""
+    """The output of `gz topic` for a topic as JSON, a message a line, read in a thread."""
 
     def __init__(self, children, topic):
         self.all = []

@@ -46,7 +46,7 @@ def write_drive(path, seconds):
 
 
 def simulated(scenario, out):
-    """What `canyon simulate` says of the same scenario: rows of epochs.csv and of satellites.csv."""
+    """The results of `canyon simulate` for the same scenario: rows of epochs.csv and of satellites.csv."""
     subprocess.run([CANYON, "simulate", scenario, "--out", out, "--quiet"], check=True)
     rows = []
     for name in ("epochs.csv", "satellites.csv"):

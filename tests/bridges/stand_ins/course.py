@@ -50,7 +50,7 @@ def quaternion(z_deg, y_deg, x_deg):
 
 
 class Clock:
-    """Of a simulation that steps."""
+    """The clock of a simulation that steps."""
 
     def __init__(self):
         self.begin, self.time_s = time.monotonic(), 0.0
@@ -61,6 +61,6 @@ class Clock:
 
 
 def log(text):
-    """What the simulator was given, for the test."""
+    """Logs an input of the simulator, for the test."""
     with open(os.environ["STAND_IN_LOG"], "a") as file:
         file.write(text + "\n")
