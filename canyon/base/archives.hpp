@@ -20,7 +20,7 @@ inline constexpr std::size_t kLargestUnpacked = std::size_t{1} << 30;
 [[nodiscard]] bool is_compress(std::string_view head);
 [[nodiscard]] bool is_zip(std::string_view head);
 
-/// Whether the whole file must be there to unpack it here: of all of these but gzip.
+/// Whether the whole file must be there to unpack it here: true for all of these but gzip.
 [[nodiscard]] bool is_unpacked_whole(std::string_view head);
 /// Unpacks such a file. Throws InputError as the functions below, and for one that unpacks to more than 1
 /// GiB, or to more than 256 MiB and 200 times its size.

@@ -58,8 +58,8 @@ class RecordNotes {
   /// How many records have been left out for a reason.
   [[nodiscard]] std::size_t count(std::string_view what) const;
 
-  /// Throws the first fault where no more than half of all records are good: then the file is not what it is
-  /// taken for.
+  /// Throws the first fault where no more than half of all records are good: then the file is of another
+  /// kind.
   void require_most(std::size_t good) const;
 
   /// "FILE:LINE: what (the first of 5); left out", in the order in which the reasons came up.

@@ -9,7 +9,7 @@
 
 namespace canyon::buildings {
 
-/// Gathers what is to be said of single features: of each kind one line with the first few ids and how many
+/// Gathers remarks on single features: one line for each kind, with the first few ids and how many
 /// more there are.
 class Complaints {
  public:

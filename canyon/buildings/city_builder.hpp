@@ -44,7 +44,7 @@ struct BuildReport {
   std::size_t repaired = 0, skipped = 0;
   std::size_t foliage_left_out = 0;   ///< trees, tree rows and woods of the map that were not asked for
   std::vector<std::string> cautions;  ///< of the city as a whole: guessed heights, options without effect
-  std::vector<std::string> warnings;  ///< with ids; of each kind the first few ids and how many more
+  std::vector<std::string> warnings;  ///< with ids: the first few ids of each kind and how many more
 };
 
 struct BuiltCity {

@@ -30,7 +30,7 @@ class Disturbance {
   /// Free no path arrives.
   virtual void apply(const propagation::Antenna& /*antenna*/, propagation::Arrival& /*arrival*/) {}
   /// Reports events of the receiver itself at this epoch; called right behind apply(). Clock and date: add to
-  /// what others did; of several restarts at one epoch the last counts.
+  /// the values of others. The last of several restarts at one epoch counts.
   virtual void happen(const propagation::Antenna& /*antenna*/, ReceiverEvents& /*events*/) {}
 };
 

@@ -21,8 +21,8 @@ inline constexpr std::size_t kSystemCount = kAllSystems.size();
 inline constexpr std::array<System, 5> kConstellations{System::GPS, System::GLONASS, System::Galileo,
                                                        System::BeiDou, System::QZSS};
 
-/// The constellation whose time a system's satellites keep: of SBAS that is GPS's, within 50 ns (ICAO
-/// Annex 10, Volume I, 3.7.3.4.5), of all others their own.
+/// The constellation whose time a system's satellites keep: GPS's for SBAS, within 50 ns (ICAO Annex 10,
+/// Volume I, 3.7.3.4.5), their own for all others.
 [[nodiscard]] constexpr System clock_system(System system) {
   return system == System::SBAS ? System::GPS : system;
 }

@@ -99,7 +99,7 @@ inline constexpr std::string_view kEncrypted = "L2P";
 [[nodiscard]] bool transmits(SatelliteId id, const Signal& signal, geodesy::GpsTime time);
 
 /// The block or generation of a satellite: "GPS-IIR", "GPS-IIRM", "GPS-IIF", "GPS-III", "BeiDou-2",
-/// "BeiDou-3"; of one that the table does not know its system's current one; empty for other systems.
+/// "BeiDou-3"; its system's current one where the table does not know it; empty for other systems.
 [[nodiscard]] std::string_view block_of(SatelliteId id, geodesy::GpsTime time);
 
 /// Names of all blocks, in the order of Block.

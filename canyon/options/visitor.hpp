@@ -224,7 +224,7 @@ class Visitor {
     end();
   }
 
-  /// Whether the fields of a kind are visited: of all kinds by Purpose::Describe, else of the one that holds.
+  /// Whether the fields of a kind are visited: Purpose::Describe visits all kinds, others the one that holds.
   [[nodiscard]] bool wants(bool holds) const { return holds || describes(); }
   /// Declares that at most one of these keys may stand here; with `cure` one must.
   virtual void one_of(std::initializer_list<std::string_view> /*keys*/, std::string_view /*cure*/ = {}) {}

@@ -54,9 +54,9 @@ void visit(options::Visitor& v, TerrainOptions& o);
 
 /// How city models (CityGML, CityJSON) are read.
 struct ModelOptions {
-  /// The highest level of detail to build; of each object the best one up to it is taken. A whole number
-  /// takes the refined levels that it begins, too (2: also 2.2). [0, 4]. Empty: below 4, and 4 where
-  /// an object has no other.
+  /// The highest level of detail to build; each object's best level up to it is taken. A whole number takes
+  /// the refined levels that it begins, too (2: also 2.2). [0, 4]. Empty: below 4, and 4 where an object has
+  /// no other.
   std::optional<double> lod;
   /// The reference system of files that name none, or none that is known: "EPSG:25832", with heights
   /// "EPSG:25832+7837".

@@ -44,8 +44,8 @@ struct OsmTree {
   LonLat place = LonLat::Zero();
 };
 
-/// The objects of several files that can matter, each id once (the highest version, of equal ones the first
-/// file's), ways with the places of their nodes.
+/// The objects of several files that can matter, each id once (the highest version, or the first file's of
+/// equal ones), ways with the places of their nodes.
 struct OsmObjects {
   std::map<OsmId, OsmTree> trees;
   std::map<OsmId, OsmWay> ways;

@@ -56,7 +56,7 @@ struct SpoofingOptions {
   double ramp_s = 0;
   double ramp_from_db = 20;
   SatelliteSet satellites;  ///< that it copies
-  /// Names of gnss::signals_of(); empty: of each system the one near L1.
+  /// Names of gnss::signals_of(); empty: each system's signal near L1.
   std::vector<std::string> signals;
   /// Satellites lower than this where it says to be are not sent [deg], [0, 90].
   double mask_deg = 5;

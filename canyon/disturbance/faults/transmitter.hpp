@@ -49,10 +49,10 @@ struct TransmitterWay {
 /// A transmitter in a city.
 ///
 /// In sight its power falls as in free space, (lambda / 4 pi d)^2, d at least a wavelength. Where the city
-/// stands between, what goes over the roofs is Bullington's equivalent knife edge over the profile of the
-/// surfaces below the line (K. Bullington, Proc. IRE 35(10), 1947; ITU-R P.526-15, 4.5.1, without its
-/// correction for terrain), what goes around both sides of the first and the last wall the same in the
-/// horizontal plane, each where its legs are clear; powers add.
+/// stands between, the wave over the roofs is that of Bullington's equivalent knife edge over the profile of
+/// the surfaces below the line (K. Bullington, Proc. IRE 35(10), 1947; ITU-R P.526-15, 4.5.1, without its
+/// correction for terrain), and the waves around both sides of the first and the last wall are the same in
+/// the horizontal plane, each where its legs are clear; powers add.
 ///
 /// Walls reflect by the method of images, once, the mean of both linear polarisations' power by their
 /// material's half space (signal::reflect_half_space()). Second reflections, and edges and walls in a row,

@@ -18,8 +18,8 @@
 
 namespace canyon::heatmap {
 
-/// A satellite above the mask of a tile, and what the receivers of all lanes have of it whatever the place.
-/// Lane 0 is the receiver without noise, lane d + 1 that of draw d; lists of lanes are padded.
+/// A satellite above the mask of a tile, and values of it in the receivers of all lanes that do not depend on
+/// the place. Lane 0 is the receiver without noise, lane d + 1 that of draw d; lists of lanes are padded.
 struct SteadySatellite {
   orbit::LineOfSight line;    ///< from the tile's centre
   Eigen::Vector3d direction;  ///< unit, ENU of the city

@@ -92,9 +92,9 @@ class StoredMap {
     double altitude_m = 0;  ///< likewise
   };
   /// At the cell that a place lies in (a side belongs to the cell east or north of it, the outermost sides to
-  /// the grid), the nearest altitude and time, of two as near the earlier and the lower. Empty outside the
-  /// grid, and before the first or after the last time by more than half the step next to it (a single time:
-  /// 15 min). Cells that were not computed have NaN values. Throws InputError for a damaged tile.
+  /// the grid), the nearest altitude and time (ties: the earlier, the lower). Empty outside the grid, and
+  /// before the first or after the last time by more than half the step next to it (a single time: 15 min).
+  /// Cells that were not computed have NaN values. Throws InputError for a damaged tile.
   [[nodiscard]] std::optional<Answer> at(const Eigen::Vector2d& enu, double altitude_m,
                                          geodesy::GpsTime time) const;
 

@@ -106,7 +106,7 @@ void visit(options::Visitor& v, LimitOptions& o);
 /// The limit with which a layer compares, for people: "more than 10 m, of the draws with a fix"; empty for
 /// most.
 [[nodiscard]] std::string limits_text(Layer layer, const LimitOptions& limits);
-/// Layers that "all" selects: those that one epoch in each cell gives, all that do not run on.
+/// Layers that "all" selects: those that one epoch in each cell gives.
 [[nodiscard]] std::vector<Layer> layers_of_one_look();
 /// HorizontalError, SatellitesVisible, Hdop: the paper's panels.
 [[nodiscard]] std::vector<Layer> default_layers();
