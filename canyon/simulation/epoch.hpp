@@ -28,7 +28,7 @@ struct Epoch {
   std::vector<std::string> faults;
   /// The messages that satellites send; valid as long. Null or empty for skies without messages.
   const gnss::NavigationData* navigation = nullptr;
-  /// City and sky of the epoch; valid as long as the epoch.
+  /// City and sky of the epoch; valid as long.
   const Environment* environment = nullptr;
   /// Fix minus truth in ENU at the truth [m]; NaN without fix.
   Eigen::Vector3d error_enu_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());

@@ -157,7 +157,7 @@ class CsvReader {
     points_.add(times_.read(fields), {text[0], text[1], text[2]}, columns_.ecef);
   }
 
-  /// A coordinate in degrees or metres. A text that needs no conversion stays, with its faults.
+  /// A coordinate in degrees or metres. What needs no conversion stays, with its faults.
   [[nodiscard]] std::string converted(std::size_t k, const Fields& fields) const {
     const CsvColumn& column = columns_.place[k];
     const std::string_view text = fields[column.index];
@@ -184,7 +184,7 @@ class CsvReader {
     const auto angle = angle_deg(text, side, k == 0, column.minutes);
     if (!angle) {
       throw file_.error(
-          fmt::format("the {} '{}' {}is not a valid angle", k == 0 ? "latitude" : "longitude", trim(text),
+          fmt::format("the {} '{}' {}is no angle", k == 0 ? "latitude" : "longitude", trim(text),
                       side_index ? fmt::format("with the side '{}' ", trim(side)) : std::string()),
           "write 48.1, -48.1, 48.1S or 48 06 00 S");
     }

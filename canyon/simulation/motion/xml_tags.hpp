@@ -8,9 +8,9 @@
 namespace canyon::simulation {
 
 /// The tags of an XML text one after the other, each with the text behind it. Names are without their prefix
-/// ("gx:coord" is "coord"), "/name" where an element ends. Comments and declarations are passed over; CDATA
-/// is text. (Ends of elements with a prefix are "/".) Nothing is nested here, so no depth of a file can do
-/// harm.
+/// ("gx:coord" is "coord"), "/name" where an element ends. What stands in comments and declarations is passed
+/// over; CDATA is text. (Ends of elements with a prefix are "/".) Nothing is nested here, so no depth of a
+/// file can do harm.
 class XmlTags {
  public:
   explicit XmlTags(const TextFile& file) : file_(file), text_(file.text()) {}
