@@ -20,57 +20,59 @@ constexpr GroupDelay None = GroupDelay::None, Tgd = GroupDelay::Tgd, Tgd1 = Grou
 constexpr double kL1 = kL1_hz, kL2 = 1227.6e6, kL5 = 1176.45e6, kE5b = 1207.14e6;
 
 // One row a signal: system, name, code, codes also read; carrier, step of channels, modulation, chips, least
-// power; blocks, group delay; MSM, UBX (of geostationary satellites); lines.
+// power; blocks, group delay; MSM, SBF, UBX (of geostationary satellites); lines.
 
 // P(Y) of L2 is read, not simulated: receivers track it with losses that no model here has.
 // IS-GPS-200 table 3-Va, IS-GPS-800 3.2.1.9, IS-GPS-705 table 3-III (Q5); L2C of IIR-M and IIF: CL, half of
 // -160.
 constexpr Signal kGps[]{
     {System::GPS, "L1CA", "1C", "1S 1L 1X 1P 1W 1Y", kL1, 0, BPSK, 1.023e6, -158.5, IIR | IIRM | IIF | III,
-     Tgd, 2, 0, -1, 1e3},
-    {System::GPS, "L1C", "1L", "1X 1S", kL1, 0, TMBOC, 1.023e6, -158.25, III, Tgd, 31},
-    {System::GPS, "L2C", "2L", "2S 2X", kL2, 0, BPSK, 1.023e6, -163, IIRM | IIF | III, Tgd, 16, 3},
-    {System::GPS, "L5", "5Q", "5X 5I", kL5, 0, BPSK, 10.23e6, -157.9, IIF | III, Tgd, 23, 7},
+     Tgd, 2, 0, 0, -1, 1e3},
+    {System::GPS, "L1C", "1L", "1X 1S", kL1, 0, TMBOC, 1.023e6, -158.25, III, Tgd, 31, 5},
+    {System::GPS, "L2C", "2L", "2S 2X", kL2, 0, BPSK, 1.023e6, -163, IIRM | IIF | III, Tgd, 16, 3, 3},
+    {System::GPS, "L5", "5Q", "5X 5I", kL5, 0, BPSK, 10.23e6, -157.9, IIF | III, Tgd, 23, 4, 7},
     {System::GPS, kEncrypted, "2W", "2P 2Y 2D", kL2, 0, BPSK, 10.23e6, -161.5, IIR | IIRM | IIF | III, Tgd,
-     10},
+     10, 2},
 };
 // IS-QZSS-PNT table 3.1.1-1 and 3.1.5-1: as GPS.
 constexpr Signal kQzss[]{
-    {System::QZSS, "L1CA", "1C", "1S 1L 1X 1Z 1B", kL1, 0, BPSK, 1.023e6, -158.5, All, Tgd, 2, 0, -1, 1e3},
-    {System::QZSS, "L1C", "1L", "1X 1S", kL1, 0, TMBOC, 1.023e6, -158.25, All, Tgd, 31},
-    {System::QZSS, "L2C", "2L", "2S 2X", kL2, 0, BPSK, 1.023e6, -163, All, Tgd, 16, 5},
-    {System::QZSS, "L5", "5Q", "5X 5I", kL5, 0, BPSK, 10.23e6, -157.9, All, Tgd, 23, 9},
+    {System::QZSS, "L1CA", "1C", "1S 1L 1X 1Z 1B", kL1, 0, BPSK, 1.023e6, -158.5, All, Tgd, 2, 6, 0, -1, 1e3},
+    {System::QZSS, "L1C", "1L", "1X 1S", kL1, 0, TMBOC, 1.023e6, -158.25, All, Tgd, 31, 32},
+    {System::QZSS, "L2C", "2L", "2S 2X", kL2, 0, BPSK, 1.023e6, -163, All, Tgd, 16, 7, 5},
+    {System::QZSS, "L5", "5Q", "5X 5I", kL5, 0, BPSK, 10.23e6, -157.9, All, Tgd, 23, 26, 9},
 };
 // ICD GLONASS L1, L2 (5.1, 2008) 3.3.1.1 and 3.3.1.6.
 constexpr Signal kGlonass[]{
-    {System::GLONASS, "G1", "1C", "1P", 1602e6, 0.5625e6, BPSK, 0.511e6, -161, All, None, 2, 0, -1, 1e3},
+    {System::GLONASS, "G1", "1C", "1P", 1602e6, 0.5625e6, BPSK, 0.511e6, -161, All, None, 2, 8, 0, -1, 1e3},
     {System::GLONASS, "G2", "2C", "2P", 1246e6, 0.4375e6, BPSK, 0.511e6, -167, All, GroupDelay::DeltaTau, 8,
-     2, -1, 1e3},
+     11, 2, -1, 1e3},
 };
 // OS SIS ICD 2.1, table 12: data and pilot together, as receivers track them; X of RINEX 3.04, table 6.
 constexpr Signal kGalileo[]{
     {System::Galileo, "E1", "1X", "1C 1B 1Z", kL1, 0, CBOCPilot, 1.023e6, -157.25, All, GroupDelay::BgdE1, 5,
-     0},
-    {System::Galileo, "E5a", "5X", "5Q 5I", kL5, 0, BPSK, 10.23e6, -155.25, All, GroupDelay::BgdE5a, 24, 4},
-    {System::Galileo, "E5b", "7X", "7Q 7I", kE5b, 0, BPSK, 10.23e6, -155.25, All, GroupDelay::BgdE5b, 16, 6},
+     17, 0},
+    {System::Galileo, "E5a", "5X", "5Q 5I", kL5, 0, BPSK, 10.23e6, -155.25, All, GroupDelay::BgdE5a, 24, 20,
+     4},
+    {System::Galileo, "E5b", "7X", "7Q 7I", kE5b, 0, BPSK, 10.23e6, -155.25, All, GroupDelay::BgdE5b, 16, 21,
+     6},
 };
 // BDS-SIS-ICD-B1I-3.0, B1C-1.0 (MEO; the pilot's QMBOC has the correlation of TMBOC's power shares nearly),
 // B2I of 2.1, B2a-1.0 (MEO), B3I-1.0, B2b-1.0 (MEO; not of geostationary satellites). TGD2 of BeiDou-3 is not
 // B2b's: B-CNAV3 alone gives that.
 constexpr Signal kBeiDou[]{
     {System::BeiDou, "B1I", "2I", "1I 2X 2Q", 1561.098e6, 0, BPSK, 2.046e6, -163, BeiDou2 | BeiDou3, Tgd1, 2,
-     0, 1},
-    {System::BeiDou, "B1C", "1P", "1X 1D", kL1, 0, TMBOC, 1.023e6, -160.25, BeiDou3, Tgd1, 31, 5},
-    {System::BeiDou, "B2I", "7I", "7X 7Q", kE5b, 0, BPSK, 2.046e6, -163, BeiDou2, Tgd2, 14, 2, 3},
-    {System::BeiDou, "B2a", "5P", "5X 5D", kL5, 0, BPSK, 10.23e6, -159, BeiDou3, Tgd2, 23, 7},
-    {System::BeiDou, "B3I", "6I", "6X 6Q", 1268.52e6, 0, BPSK, 10.23e6, -163, BeiDou2 | BeiDou3, None, 8, 4,
-     10},
-    {System::BeiDou, "B2b", "7D", "7Z 7P", kE5b, 0, BPSK, 10.23e6, -160, Block::BeiDou3, None, 25},
+     28, 0, 1},
+    {System::BeiDou, "B1C", "1P", "1X 1D", kL1, 0, TMBOC, 1.023e6, -160.25, BeiDou3, Tgd1, 31, 13, 5},
+    {System::BeiDou, "B2I", "7I", "7X 7Q", kE5b, 0, BPSK, 2.046e6, -163, BeiDou2, Tgd2, 14, 29, 2, 3},
+    {System::BeiDou, "B2a", "5P", "5X 5D", kL5, 0, BPSK, 10.23e6, -159, BeiDou3, Tgd2, 23, 14, 7},
+    {System::BeiDou, "B3I", "6I", "6X 6Q", 1268.52e6, 0, BPSK, 10.23e6, -163, BeiDou2 | BeiDou3, None, 8, 30,
+     4, 10},
+    {System::BeiDou, "B2b", "7D", "7Z 7P", kE5b, 0, BPSK, 10.23e6, -160, Block::BeiDou3, None, 25, 34},
 };
 
 // RTCA DO-229 A.2 (C/A codes of 1.023 Mchip/s) and ICAO Annex 10, Volume I, 3.7.3.4.4.3.
 constexpr Signal kSbas[]{
-    {System::SBAS, "L1CA", "1C", "", kL1, 0, BPSK, 1.023e6, -161, All, None, 2, 0, -1, 1e3}};
+    {System::SBAS, "L1CA", "1C", "", kL1, 0, BPSK, 1.023e6, -161, All, None, 2, 24, 0, -1, 1e3}};
 
 /// Whether each row of a table has the fields that every signal needs.
 constexpr bool complete(std::span<const Signal> table, System system) {

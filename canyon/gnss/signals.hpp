@@ -73,6 +73,8 @@ struct Signal {
   GroupDelay group_delay = GroupDelay::Unstated;
   /// Number in the signal mask of RTCM MSM (DF395; RTCM 10403.3, tables 3.5-91 to 3.5-108), 1 to 32; 0: none.
   std::uint8_t msm = 0;
+  /// Signal number of Septentrio's SBF (PolaRx5TR Reference Guide, 4.1.10); -1: none.
+  std::int8_t sbf = -1;
   /// sigId of UBX (UBX-22008968, 1.5.4) of what is tracked: the pilot where it has one; -1: none.
   std::int8_t ubx = -1;
   std::int8_t ubx_geo = -1;  ///< of geostationary BeiDou satellites (D2), where that differs

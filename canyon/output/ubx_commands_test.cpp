@@ -17,7 +17,6 @@ using test::values;
 using testing::ElementsAre;
 using testing::IsEmpty;
 using ubx::MessageId;
-using ubx::Payload;
 using Device = test::UbxDevice;
 
 // Commands of PX4's driver to a receiver that takes CFG-VALSET, in its order.

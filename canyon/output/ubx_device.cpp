@@ -3,12 +3,11 @@
 #include <cmath>
 
 #include "canyon/base/text.hpp"
-#include "canyon/broadcast/schedule.hpp"
-#include "canyon/geodesy/constants.hpp"
 #include "canyon/output/formats.hpp"
 #include "canyon/output/nmea.hpp"
 #include "canyon/output/number.hpp"
 #include "canyon/output/raw_observations.hpp"
+#include "canyon/output/received_messages.hpp"
 #include "canyon/output/ubx/commands.hpp"
 #include "canyon/output/ubx/messages.hpp"
 #include "canyon/output/ubx/satellite_names.hpp"
@@ -20,42 +19,6 @@ namespace {
 using geodesy::GpsTime;
 
 constexpr std::int64_t kMillisecond = 1'000'000;
-
-/// The messages of satellites that a receiver has received whole.
-class Subframes {
- public:
-  /// Messages that ended since the epoch before, of satellites tracked all along.
-  std::vector<broadcast::SentMessage> received(const simulation::Epoch& epoch) {
-    std::map<gnss::SatelliteId, Tracked> tracked;
-    std::vector<broadcast::SentMessage> messages;
-    for (const receiver::SatelliteObservation& s : epoch.observed.satellites) {
-      if (!s.measurement) continue;
-      const GpsTime sent =
-          epoch.observed.receiver_time - s.measurement->pseudorange_m / geodesy::kSpeedOfLight;
-      const auto before = tracked_.find(s.id);
-      // A new epoch of the clock, or a host that began again.
-      const bool goes_on = before != tracked_.end() && sent > before->second.last &&
-                           sent - before->second.last < kLongestGap_s;
-      const Tracked now{goes_on ? before->second.since : sent, sent};
-      tracked[s.id] = now;
-      if (!goes_on || epoch.navigation == nullptr) continue;
-      for (broadcast::SentMessage& message :
-           schedule_.sent(*epoch.navigation, s.id, before->second.last, sent)) {
-        if (message.start >= now.since) messages.push_back(std::move(message));
-      }
-    }
-    tracked_ = std::move(tracked);
-    return messages;
-  }
-
- private:
-  static constexpr double kLongestGap_s = 60;
-  struct Tracked {
-    GpsTime since, last;  ///< times of transmission
-  };
-  std::map<gnss::SatelliteId, Tracked> tracked_;
-  broadcast::Schedule schedule_;
-};
 
 /// A receiver at the other end of a line: configuration, answers, and the messages of each epoch.
 class UbxDevice final : public Encoder, private ubx::Outputs {
@@ -86,7 +49,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     const ubx::Configuration& settings = commands_.configuration();
     const bool speaks = settings.value(ubx::kOutputUbx).value_or(0) != 0 && commands_.running();
     std::string text;
-    for (const broadcast::SentMessage& message : subframes_.received(epoch)) {
+    for (const broadcast::SentMessage& message : messages_.received(epoch)) {
       if (!speaks || settings.rate(kSubframes) == 0 || !ubx::satellite_name(message.id)) continue;
       text += ubx::frame(kSubframes, ubx::subframe_payload(message, generation_, channels_));
     }
@@ -206,7 +169,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
   GpsTime begin_;
   ubx::Commands commands_;
   ubx::Generation generation_;
-  Subframes subframes_;
+  ReceivedMessages messages_;
   RawObservations observations_{Tags::ClockReading};
   std::optional<simulation::Epoch> last_;
   RawEpoch raw_;  ///< of last_, whose measurements it points to

@@ -17,7 +17,6 @@ using test::ids;
 using test::Message;
 using test::ubx_epoch;
 using testing::ElementsAre;
-using ubx::Payload;
 using Device = test::UbxDevice;
 
 TEST(UbxDevice, SendsTheMessagesOfItsGeneration) {

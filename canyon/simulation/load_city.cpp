@@ -205,7 +205,7 @@ class PlaceBounds {
   Eigen::AlignedBox2d box_;
 };
 
-/// Of city models in tiles a scenario reads those this near to its trajectory.
+/// A scenario reads the tiles of a city model that are this near to its trajectory.
 constexpr double kAboutWay_m = 1000;
 
 /// Folders and archives of a city model.

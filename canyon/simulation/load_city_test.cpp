@@ -74,7 +74,7 @@ TEST(LoadCity, CityModelsByTheirContent) {
   EXPECT_THROW((void)canyon::test::loaded_city(config), InputError);
 }
 
-// Of a folder of tiles a scenario reads those about its trajectory, if it says where on Earth that is.
+// A scenario reads the tiles of a folder that are about its trajectory, if it says where on Earth that is.
 TEST(LoadCity, TilesAboutTheTrajectory) {
   const test::TemporaryFolder folder;
   std::filesystem::create_directory(folder / "tiles");
@@ -307,7 +307,7 @@ TEST(LoadCity, TilesAboutTheTrajectoryAlone) {
   EXPECT_THAT(warnings, ::testing::Contains(HasSubstr("far.b3dm")));
   EXPECT_TRUE(is_file_of<tiles::TileOptions>(folder / "tileset.json"));
   EXPECT_TRUE(is_file_of<tiles::TileOptions>("https://example.org/x.json?key=1"));
-  // What is written back reads as the same.
+  // A scenario that is written back reads as the same.
   const Scenario once = scenario("latitude_deg: 48.2, longitude_deg: 11.5, height_m: 2");
   EXPECT_EQ(scenario_yaml(parse_scenario(scenario_yaml(once), folder / "t.yaml")), scenario_yaml(once));
 }

@@ -18,6 +18,7 @@
 #include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/rinex/observation_reader.hpp"
 #include "tests/integration/run_scenario.hpp"
+#include "tests/support/observation_epochs.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/sample_signals.hpp"
 #include "tests/support/shared_data.hpp"
@@ -74,27 +75,6 @@ const Files& street() {
   return files;
 }
 
-using Observations = std::map<std::pair<gnss::SatelliteId, std::string>, rinex::ObservedSignal>;
-
-std::vector<std::pair<geodesy::GpsTime, Observations>> read_observations(const fs::path& path) {
-  rinex::ObservationOptions options;
-  options.all_signals = true;
-  rinex::RinexObservationReader reader(path, options);
-  std::vector<std::pair<geodesy::GpsTime, Observations>> epochs;
-  while (const auto epoch = reader.next()) {
-    Observations observations;
-    for (const auto& s : epoch->signals) {
-      // UBX names the pilot alone where ours is tracked with its data: E1-C, E5b-Q.
-      std::string code = s.code.data();
-      if (code == "1X") code = "1C";
-      if (code == "7X") code = "7Q";
-      observations[{s.id, code}] = s;
-    }
-    epochs.emplace_back(epoch->receiver_time, std::move(observations));
-  }
-  return epochs;
-}
-
 // UBX has the clock's reading, which RINEX rounds to 100 ns. Both files have thousandths of metre and cycle;
 // UBX has Dopplers as 32-bit floats and C/N0 in whole dB-Hz.
 double phase_sigma(const receiver::ReceiverEpoch& epoch, gnss::SatelliteId id, const gnss::Signal* signal) {
@@ -116,8 +96,8 @@ TEST_P(UbxObservations, AreThoseOfReceiverObs) {
   CANYON_NEEDS_PROGRAM("convbin");
   const Files& files = GetParam() ? street() : nominal();
   files.convert("receiver.ubx");
-  const auto ours = read_observations(files.folder / "receiver.obs");
-  const auto theirs = read_observations(files.folder / "judged.obs");
+  const auto ours = test::observation_epochs(files.folder / "receiver.obs");
+  const auto theirs = test::observation_epochs(files.folder / "judged.obs");
   ASSERT_EQ(ours.size(), theirs.size());
   std::vector<receiver::ReceiverEpoch> measured;
   for (const simulation::Epoch& epoch : files.epochs) {

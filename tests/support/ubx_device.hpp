@@ -19,7 +19,6 @@ namespace canyon::test {
 using output::Encoder;
 using output::ReceiverDescription;
 using output::ubx::MessageId;
-using output::ubx::Payload;
 namespace ubx = output::ubx;
 
 inline constexpr MessageId kAck = 0x0501, kNak = 0x0500;

@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "canyon/base/payload.hpp"
+
 // Frames of the UBX protocol (u-blox M8 Receiver Description UBX-13003221, chapter 32; u-blox F9 HPG 1.32
 // Interface Description UBX-22008968, chapter 3): 0xB5 0x62, class, ID, length, payload, Fletcher checksum;
 // numbers little-endian.
@@ -14,40 +16,6 @@ namespace canyon::output::ubx {
 
 /// Class and ID of a message, class in the high byte: 0x0107 is NAV-PVT.
 using MessageId = std::uint16_t;
-
-/// A message's payload in the making. Numbers that a field does not hold become its nearest end.
-class Payload {
- public:
-  /// The low bytes of a whole number, which may be negative.
-  template <typename T>
-  Payload& u1(T value) {
-    return put(static_cast<std::uint64_t>(value), 1);
-  }
-  template <typename T>
-  Payload& u2(T value) {
-    return put(static_cast<std::uint64_t>(value), 2);
-  }
-  template <typename T>
-  Payload& u4(T value) {
-    return put(static_cast<std::uint64_t>(value), 4);
-  }
-  /// A number over `step`, to the nearest; NaN is 0.
-  Payload& unsigned_field(double value, double step, int bytes);
-  Payload& signed_field(double value, double step, int bytes);
-  Payload& r4(float value);
-  Payload& r8(double value);
-  Payload& zeros(std::size_t bytes);
-  /// `size` bytes, filled with zeros.
-  Payload& text(std::string_view text, std::size_t size);
-  Payload& raw(std::string_view bytes);
-
-  [[nodiscard]] const std::string& bytes() const { return bytes_; }
-
- private:
-  /// Low bytes, little-endian.
-  Payload& put(std::uint64_t value, int bytes);
-  std::string bytes_;
-};
 
 /// The whole frame around a payload of at most 65535 bytes.
 [[nodiscard]] std::string frame(MessageId id, std::string_view payload);

@@ -1,0 +1,86 @@
+#include "canyon/output/sbf/block.hpp"
+
+#include "canyon/base/payload.hpp"
+
+namespace canyon::output::sbf {
+
+using gnss::System;
+
+std::uint16_t crc16(std::string_view bytes) {
+  std::uint32_t crc = 0;
+  for (const char c : bytes) {
+    crc ^= static_cast<std::uint32_t>(static_cast<unsigned char>(c)) << 8;
+    for (int bit = 0; bit < 8; ++bit) crc = (crc & 0x8000) != 0 ? crc << 1 ^ 0x1021 : crc << 1;
+    crc &= 0xFFFF;
+  }
+  return static_cast<std::uint16_t>(crc);
+}
+
+std::string block(BlockId id, const std::optional<geodesy::GpsTime>& time, std::string_view body) {
+  constexpr std::size_t kHeader = 14;
+  constexpr std::int64_t kMillisecond = 1'000'000, kWeek_ms = 604'800'000;
+  const std::size_t length = (kHeader + body.size() + 3) / 4 * 4;
+  std::uint32_t time_of_week_ms = 0xFFFFFFFF;
+  std::uint32_t week = 0xFFFF;
+  if (time) {
+    const std::int64_t ms = time->nanoseconds() / kMillisecond;
+    time_of_week_ms = static_cast<std::uint32_t>(ms % kWeek_ms);
+    week = static_cast<std::uint32_t>(ms / kWeek_ms);
+  }
+  Payload rest;
+  rest.u2(id.number | id.revision << 13).u2(length).u4(time_of_week_ms).u2(week).raw(body);
+  rest.zeros(length - kHeader - body.size());
+  return Payload().raw("$@").u2(crc16(rest.bytes())).raw(rest.bytes()).bytes();
+}
+
+std::optional<std::uint8_t> satellite_number(gnss::SatelliteId id) {
+  struct Range {
+    System system;
+    int first, last, offset;
+  };
+  static constexpr Range kRanges[]{
+      {System::GPS, 1, 37, 0},      {System::GLONASS, 1, 24, 37},  {System::GLONASS, 25, 30, 38},
+      {System::Galileo, 1, 36, 70}, {System::SBAS, 20, 40, 100},   {System::SBAS, 41, 58, 157},
+      {System::BeiDou, 1, 40, 140}, {System::BeiDou, 41, 63, 182}, {System::QZSS, 1, 10, 180}};
+  for (const Range& r : kRanges) {
+    if (id.system == r.system && id.number >= r.first && id.number <= r.last)
+      return static_cast<std::uint8_t>(id.number + r.offset);
+  }
+  return std::nullopt;
+}
+
+std::optional<int> status_place(const gnss::Signal& signal) {
+  switch (signal.sbf) {
+    case 0:   // GPS L1CA
+    case 6:   // QZSS L1CA
+    case 8:   // GLONASS L1CA
+    case 24:  // SBAS L1
+    case 28:  // BeiDou B1I
+      return 0;
+    case 7:   // QZSS L2C
+    case 17:  // Galileo E1
+    case 29:  // BeiDou B2I
+      return 1;
+    case 2:   // GPS L2P
+    case 26:  // QZSS L5
+    case 30:  // BeiDou B3I
+      return 2;
+    case 3:   // GPS L2C
+    case 11:  // GLONASS L2CA
+    case 13:  // BeiDou B1C
+      return 3;
+    case 4:   // GPS L5
+    case 14:  // BeiDou B2a
+    case 20:  // Galileo E5a
+    case 32:  // QZSS L1C
+      return 4;
+    case 5:   // GPS L1C
+    case 21:  // Galileo E5b
+    case 34:  // BeiDou B2b
+      return 5;
+    default:
+      return std::nullopt;
+  }
+}
+
+}  // namespace canyon::output::sbf

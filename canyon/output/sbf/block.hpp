@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "canyon/geodesy/gps_time.hpp"
+#include "canyon/gnss/satellite_id.hpp"
+#include "canyon/gnss/signals.hpp"
+
+// Blocks of Septentrio's binary format SBF (PolaRx5TR Reference Guide, firmware 5.5.0, chapter 4): "$@",
+// CRC, ID, length, time of week and week, body; numbers little-endian, lengths multiples of four bytes.
+
+namespace canyon::output::sbf {
+
+/// Number and revision of a block.
+struct BlockId {
+  std::uint16_t number;
+  std::uint8_t revision = 0;
+};
+
+inline constexpr BlockId kMeasEpoch{4027, 1}, kEndOfMeas{5922}, kPvtGeodetic{4007, 2}, kPosCovGeodetic{5906},
+    kVelCovGeodetic{5908}, kDop{4001}, kEndOfPvt{5921}, kReceiverTime{5914}, kChannelStatus{4013},
+    kReceiverStatus{4014, 1}, kRfStatus{4092}, kBaseVectorGeod{4028}, kAttEuler{5938}, kAttCovEuler{5939},
+    kGpsRawCa{4017}, kGalRawInav{4023}, kGloRawCa{4026}, kBdsRaw{4047}, kQzsRawL1Ca{4066};
+
+/// CRC of ITU-T V.41 (polynomial x^16 + x^12 + x^5 + 1, seed 0), as blocks have it.
+[[nodiscard]] std::uint16_t crc16(std::string_view bytes);
+
+/// The whole block. Zeros fill the body up to a multiple of four bytes.
+/// @param time its stamp, rounded down to a millisecond; empty: the receiver does not know the time
+[[nodiscard]] std::string block(BlockId id, const std::optional<geodesy::GpsTime>& time,
+                                std::string_view body);
+
+/// Number of a satellite in blocks (4.1.9); empty for those that have none.
+[[nodiscard]] std::optional<std::uint8_t> satellite_number(gnss::SatelliteId id);
+
+/// Place of a signal's two bits in the status fields of ChannelStatus (4.2.15), 0 to 7; empty for signals
+/// that have none there.
+[[nodiscard]] std::optional<int> status_place(const gnss::Signal& signal);
+
+}  // namespace canyon::output::sbf

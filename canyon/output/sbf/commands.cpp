@@ -1,0 +1,244 @@
+#include "canyon/output/sbf/commands.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <utility>
+
+#include "canyon/base/text.hpp"
+#include "canyon/output/sbf/block.hpp"
+
+namespace canyon::output::sbf {
+namespace {
+
+constexpr std::string_view kPort = "COM1";
+
+struct BlockName {
+  std::string_view name;
+  BlockId id;
+};
+constexpr std::array kBlockNames{BlockName{"MeasEpoch", kMeasEpoch},
+                                 BlockName{"EndOfMeas", kEndOfMeas},
+                                 BlockName{"PVTGeodetic", kPvtGeodetic},
+                                 BlockName{"PosCovGeodetic", kPosCovGeodetic},
+                                 BlockName{"VelCovGeodetic", kVelCovGeodetic},
+                                 BlockName{"DOP", kDop},
+                                 BlockName{"EndOfPVT", kEndOfPvt},
+                                 BlockName{"ReceiverTime", kReceiverTime},
+                                 BlockName{"ChannelStatus", kChannelStatus},
+                                 BlockName{"ReceiverStatus", kReceiverStatus},
+                                 BlockName{"RFStatus", kRfStatus},
+                                 BlockName{"BaseVectorGeod", kBaseVectorGeod},
+                                 BlockName{"AttEuler", kAttEuler},
+                                 BlockName{"AttCovEuler", kAttCovEuler},
+                                 BlockName{"GPSRawCA", kGpsRawCa},
+                                 BlockName{"GALRawINAV", kGalRawInav},
+                                 BlockName{"GLORawCA", kGloRawCa},
+                                 BlockName{"BDSRaw", kBdsRaw},
+                                 BlockName{"QZSRawL1CA", kQzsRawL1Ca}};
+
+/// A command by its full name behind "set" or "exe", and its short one.
+struct CommandName {
+  std::string_view full, brief;
+};
+constexpr std::array kKnown{CommandName{"setsbfoutput", "sso"},
+                            CommandName{"setnmeaoutput", "sno"},
+                            CommandName{"setdatainout", "sdio"},
+                            CommandName{"setcomsettings", "scs"},
+                            CommandName{"setipserversettings", "siss"},
+                            CommandName{"setpvtmode", "spm"},
+                            CommandName{"setreceiverdynamics", "srd"},
+                            CommandName{"setattitudeoffset", "sto"},
+                            CommandName{"setantennaoffset", "sao"},
+                            CommandName{"setgnssattitude", "sga"},
+                            CommandName{"setobserverparameters", "sop"},
+                            CommandName{"setnmeatalkerid", "snti"},
+                            CommandName{"setntpserver", "sntp"},
+                            CommandName{"setptpserver", "sptp"},
+                            CommandName{"setelevationmask", "sem"},
+                            CommandName{"setsatellitetracking", "sst"},
+                            CommandName{"setsignaltracking", "snt"},
+                            CommandName{"setstaticposgeodetic", "sspg"},
+                            CommandName{"exeresetreceiver", "err"},
+                            CommandName{"execopyconfigfile", "eccf"},
+                            CommandName{"getreceivercapabilities", "grc"},
+                            CommandName{"login", "login"},
+                            CommandName{"logout", "logout"}};
+
+std::string prompt() {
+  return fmt::format("{}>", kPort);
+}
+std::string accepted(std::string_view line, std::string_view settings = {}) {
+  return fmt::format("$R: {}\r\n{}{}{}", line, settings.empty() ? "" : "  ", settings,
+                     settings.empty() ? prompt() : "\r\n" + prompt());
+}
+
+/// "a, b" of "A, B ": trimmed words; the first in lower case.
+std::vector<std::string> words_of(std::string_view line) {
+  std::vector<std::string> words;
+  for (const std::string_view word : split(line, ',')) words.emplace_back(trim(word));
+  words.front() = lower_case(words.front());
+  return words;
+}
+std::string word(const std::vector<std::string>& words, std::size_t at) {
+  return at < words.size() ? words[at] : std::string();
+}
+
+/// [ms] of "msec100", "sec1", "min1"; 0: at each epoch. Empty for a word that is none of these.
+std::optional<std::int64_t> parse_interval(const std::string& text) {
+  const std::string lower = lower_case(text);
+  if (lower == "onchange") return 0;
+  static constexpr std::pair<std::string_view, std::int64_t> kUnits[]{
+      {"msec", 1}, {"sec", 1000}, {"min", 60'000}};
+  for (const auto& [unit, ms] : kUnits) {
+    if (lower.rfind(unit, 0) != 0) continue;
+    const auto count = parse_integer(std::string_view(lower).substr(unit.size()));
+    if (count && *count >= 1 && *count <= 60'000) return *count * ms;
+  }
+  return std::nullopt;
+}
+
+/// Adds and takes away blocks: "A+B" are these alone, "+A-B" change what there is. Names of other blocks are
+/// left out.
+void change_blocks(std::set<std::uint16_t>& blocks, const std::string& text) {
+  if (text.empty()) return;
+  if (text.front() != '+' && text.front() != '-') blocks.clear();
+  bool adds = true;
+  std::string name;
+  const auto take = [&] {
+    for (const BlockName& known : kBlockNames) {
+      if (lower_case(std::string(known.name)) != lower_case(name)) continue;
+      if (adds) blocks.insert(known.id.number);
+      if (!adds) blocks.erase(known.id.number);
+    }
+    name.clear();
+  };
+  for (const char c : text) {
+    if (c == '+' || c == '-') {
+      take();
+      adds = c == '+';
+    } else if (c != ' ') {
+      name += c;
+    }
+  }
+  take();
+}
+
+std::string names_of(const std::set<std::uint16_t>& blocks) {
+  std::string text;
+  for (const BlockName& known : kBlockNames) {
+    if (blocks.count(known.id.number) > 0) text += (text.empty() ? "" : "+") + std::string(known.name);
+  }
+  return text.empty() ? "none" : text;
+}
+
+}  // namespace
+
+std::string Commands::receive(std::uint64_t reader, std::string_view bytes) {
+  std::string answers;
+  std::string& line = lines_[reader];
+  for (const char c : bytes) {
+    if (c == '\r' || c == '\n') {
+      answers += execute(trim(line));
+      line.clear();
+    } else if (c < ' ' || c > '~' || line.size() >= kMostLine) {
+      line.assign(1, '\0');  // bytes of another protocol: the line is not a command
+    } else {
+      line += c;
+    }
+  }
+  return answers;
+}
+
+std::string Commands::execute(std::string_view line) {
+  if (line.empty()) return prompt();
+  if (line.find_first_not_of('S') == std::string_view::npos) {  // "SSSSSSSSSS" asks for the command line
+    configured_ = true;
+    return prompt();
+  }
+  const bool text = std::all_of(line.begin(), line.begin() + std::min<std::ptrdiff_t>(3, std::ssize(line)),
+                                [](unsigned char c) { return std::isalpha(c) != 0; });
+  if (!text || line.size() < 3) return {};
+  const std::vector<std::string> words = words_of(line);
+  const std::string& name = words.front();
+  const auto* const known = std::find_if(kKnown.begin(), kKnown.end(), [&](const CommandName& each) {
+    return each.full == name || each.brief == name;
+  });
+  if (known == kKnown.end()) return fmt::format("$R? {}: Invalid command!\r\n{}", name, prompt());
+  configured_ = true;
+  quiet_until_ms_ = now_ms_ + kQuiet_ms;
+  if (known->brief == "login") return accepted("login");  // without the name and the password
+  std::string settings;
+  if (known->brief == "sso") settings = sbf_output(words);
+  if (known->brief == "scs") settings = com_settings(words);
+  if (known->brief == "err") settings = reset_receiver(words);
+  if (known->brief == "grc") settings = "ReceiverCapabilities, Main";
+  if (settings.rfind("$R?", 0) == 0) return settings + "\r\n" + prompt();
+  return accepted(line, settings);
+}
+
+std::string Commands::sbf_output(const std::vector<std::string>& words) {
+  const std::string stream = word(words, 1), pace = lower_case(word(words, 4));
+  const bool all = lower_case(stream) == "all";
+  if (!all && stream.empty()) return "$R? setSBFOutput: Argument 'Stream' is invalid!";
+  const std::optional<std::int64_t> interval = parse_interval(word(words, 4));
+  if (!pace.empty() && pace != "off" && !interval) return "$R? setSBFOutput: Argument 'Interval' is invalid!";
+  configured_ = true;
+  if (all) streams_.clear();
+  Stream& changed = streams_[stream];
+  change_blocks(changed.blocks, word(words, 3));
+  if (interval) changed.interval_ms = *interval;
+  if (!pace.empty()) changed.on = pace != "off";
+  return fmt::format("SBFOutput, {}, {}, {}, {}", stream, word(words, 2), names_of(changed.blocks),
+                     changed.on ? fmt::format("msec{}", changed.interval_ms) : "off");
+}
+
+std::string Commands::com_settings(const std::vector<std::string>& words) {
+  const std::string rate = lower_case(word(words, 2));
+  if (rate.empty()) return {};
+  const auto baud =
+      rate.rfind("baud", 0) == 0 ? parse_integer(std::string_view(rate).substr(4)) : std::nullopt;
+  if (!baud || *baud < 1200 || *baud > 4'000'000) return "$R? setCOMSettings: Argument 'Rate' is invalid!";
+  baud_ = static_cast<int>(*baud);
+  return fmt::format("COMSettings, {}, baud{}, bits8, No, bit1, none", word(words, 1), *baud);
+}
+
+std::string Commands::reset_receiver(const std::vector<std::string>& words) {
+  const std::string level = lower_case(word(words, 1)), erased = lower_case(word(words, 2));
+  if (level != "soft" && level != "hard") return "$R? exeResetReceiver: Argument 'Level' is invalid!";
+  const bool satellites = erased.find("satdata") != std::string::npos || erased == "all";
+  restart_ = satellites ? disturbance::RestartKind::Cold : disturbance::RestartKind::Hot;
+  return fmt::format("ResetReceiver, {}, {}", word(words, 1), word(words, 2));
+}
+
+std::optional<std::int64_t> Commands::interval_ms(std::uint16_t block) const {
+  std::optional<std::int64_t> interval;
+  for (const auto& [name, stream] : streams_) {
+    if (!stream.on || stream.blocks.count(block) == 0) continue;
+    interval = std::min(interval.value_or(stream.interval_ms), stream.interval_ms);
+  }
+  return interval;
+}
+
+bool Commands::is_due(std::uint16_t block, std::int64_t epoch_ms) {
+  now_ms_ = epoch_ms;
+  if (!configured_) return true;
+  if (epoch_ms < quiet_until_ms_) return false;
+  const std::optional<std::int64_t> interval = interval_ms(block);
+  if (!interval) return false;
+  if (*interval == 0) return true;
+  const std::int64_t turn = epoch_ms / *interval;
+  return std::exchange(last_turn_[block], turn) != turn;
+}
+
+std::optional<int> Commands::take_baud() {
+  return std::exchange(baud_, std::nullopt);
+}
+
+std::optional<disturbance::RestartKind> Commands::take_restart() {
+  return std::exchange(restart_, std::nullopt);
+}
+
+}  // namespace canyon::output::sbf
