@@ -1,6 +1,7 @@
 // Declared in cli/commands.hpp.
 #include "canyon/calibration/calibrate.hpp"
 #include "canyon/base/json.hpp"
+#include "canyon/calibration/open_facades.hpp"
 
 #include <fmt/format.h>
 
@@ -13,7 +14,6 @@
 #include "canyon/base/text_file.hpp"
 #include "canyon/options/node.hpp"
 #include "canyon/simulation/profile.hpp"
-#include "canyon/unknowns/unknowns.hpp"
 #include "canyon/validation/figures.hpp"
 #include "canyon/validation/recording_table.hpp"
 #include "canyon/validation/score_card.hpp"
@@ -59,25 +59,12 @@ simulation::Profile base_profile(const std::string& name) {
   return simulation::parse_profile(std::string(simulation::built_in_profile(name).text), name);
 }
 
-/// Shares of buildings with coated glass that a receiver is simulated with.
-constexpr std::array kCoatedGlass = {0.0, 0.35, 0.7};
-
-/// The share that was fitted.
-std::optional<double> fitted_glass(const calibration::Calibration& result) {
-  if (!result.coated_glass || result.coated_glass->verdict != calibration::Estimate::Verdict::Fitted)
-    return {};
-  return parse_double(result.coated_glass->after);
-}
-
-/// The lines that the scenario needs about its city; empty where it may stay as it is.
-std::string scenario_lines(const calibration::Calibration& result) {
-  const auto share = fitted_glass(result);
+/// The line that the scenario needs about its city; empty where it may stay as it is.
+std::string scenario_line(const calibration::Calibration& result) {
+  const auto share = calibration::fitted_glass(result);
   if (!share) return "";
-  std::string text;
-  for (const auto& [facade, part] : unknowns::facades_with(*share)) {
-    text += fmt::format("{}{}={:.0f}", text.empty() ? "" : ", ", facade, 100 * part);
-  }
-  return fmt::format("city: {{facades: {{shares: [{}]}}}}", text);
+  return fmt::format("city: {{facades: {{shares: [{}]}}}}",
+                     fmt::join(calibration::facade_shares(*share), ", "));
 }
 
 /// One recording: its first part calibrates, the rest validates.
@@ -96,10 +83,8 @@ class CalibrationDrive : public RecordedDrive {
     d.receiver = scenario_.receivers.front();
     d.systems = scenario_.sky.systems;
     d.seed = scenario_.seed;
-    if (unknowns::leaves_facades_open(scenario_)) {
-      for (const double share : kCoatedGlass)
-        d.facades.push_back({share, [=, this] { return city_with(share); }});
-    }
+    d.facades = calibration::open_facades(
+        scenario_, [this](const simulation::Scenario& drawn) { return drawn_environment(drawn); });
     return d;
   }
   /// Warns of keys of `values` that the scenario sets itself and so overrides.
@@ -129,7 +114,9 @@ class CalibrationDrive : public RecordedDrive {
     simulation::ReceiverConfig receiver = scenario_.receivers.front();
     if (calibrated != nullptr) {
       calibration::set_values(calibrated->values, receiver);
-      if (const auto share = fitted_glass(*calibrated)) environment_ = city_with(*share);
+      if (const auto share = calibration::fitted_glass(*calibrated)) {
+        environment_ = drawn_environment(calibration::with_coated_glass(scenario_, *share));
+      }
     }
     Progress progress(fmt::format("{}judging: {}", prefix_, called), quiet);
     compare_.progress = progress_of(progress);
@@ -151,13 +138,6 @@ class CalibrationDrive : public RecordedDrive {
     return recorded_.name.empty() ? part : fmt::format("{} ({})", recorded_.name, part);
   }
   [[nodiscard]] const std::atomic<bool>& stop() const { return stop_; }
-
- private:
-  [[nodiscard]] std::unique_ptr<simulation::Environment> city_with(double coated_glass) {
-    simulation::Scenario scenario = scenario_;
-    scenario.city.facades.shares = unknowns::facades_with(coated_glass);
-    return drawn_environment(std::move(scenario));
-  }
 };
 
 std::vector<validation::RecordingRow> alternately(const std::vector<validation::RecordingRow>& before,
@@ -187,8 +167,8 @@ std::string report_of(const calibration::Calibration& result,
   std::string text = "Receiver:\n\n" + calibration::to_markdown(result.estimates);
   if (result.coated_glass) {
     text += "\nCity:\n\n" + calibration::to_markdown({*result.coated_glass});
-    if (const std::string lines = scenario_lines(result); !lines.empty()) {
-      text += fmt::format("\nThe scenario, not the profile, states it: `{}`\n", lines);
+    if (const std::string line = scenario_line(result); !line.empty()) {
+      text += fmt::format("\nThe scenario, not the profile, states it: `{}`\n", line);
     }
   }
   if (!result.notes.empty()) text += "\n";
@@ -258,8 +238,8 @@ std::string profile_of(const calibration::Calibration& result, const std::string
   head.description = fmt::format("{}, calibrated by {}", profile.description, fmt::join(by, ", "));
   head.notes = {fmt::format("Written by canyon calibrate {} from {}; docs/calibration.md describes it.",
                             CANYON_VERSION, head.base)};
-  if (const std::string lines = scenario_lines(result); !lines.empty()) {
-    head.notes.push_back(fmt::format("Its place, by the same recordings, in the scenario: {}", lines));
+  if (const std::string line = scenario_line(result); !line.empty()) {
+    head.notes.push_back(fmt::format("Its place, by the same recordings, in the scenario: {}", line));
   }
   for (const std::string& note : result.notes) head.notes.push_back(note + ".");
   return calibration::profile_text(profile.receiver, result.estimates, head);

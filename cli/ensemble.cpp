@@ -14,6 +14,7 @@
 #include "canyon/calibration/calibrate.hpp"
 #include "canyon/unknowns/unknowns.hpp"
 #include "canyon/validation/ensemble.hpp"
+#include "canyon/validation/kept_draws.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 
@@ -45,8 +46,12 @@ class EnsembleDrive : public RecordedDrive {
     simulate_point();
   }
 
-  /// @param told of the epochs
-  void draw(const unknowns::Draws& draws, std::size_t k, const Told& told) {
+  /// A draw, unless it is kept. @param told of the epochs
+  void draw(const unknowns::Draws& draws, std::size_t k, const Told& told, validation::KeptDraws* kept) {
+    if (const auto known = kept != nullptr ? kept->find(row_, k) : std::nullopt) {
+      row_.draws.push_back(*known);
+      return;
+    }
     simulation::Scenario scenario = scenario_;
     scenario.seed += k + 1;
     validation::EnsembleRow::Draw draw;
@@ -57,11 +62,10 @@ class EnsembleDrive : public RecordedDrive {
     const validation::Comparison run =
         simulate(scenario.receivers.front(), *environment, place, scenario.seed);
     draw.headlines = headlines({&run, 1});
+    if (kept != nullptr) kept->add(row_.name, k, draw);
     row_.draws.push_back(std::move(draw));
   }
 
-  /// Forgets draws beyond the first `count`.
-  void keep(std::size_t count) { row_.draws.resize(count); }
   [[nodiscard]] const validation::EnsembleRow& row() const { return row_; }
 
  private:
@@ -97,9 +101,15 @@ class EnsembleDrive : public RecordedDrive {
 
 using Drives = std::vector<std::unique_ptr<EnsembleDrive>>;
 
-/// Draws of all drives, one after the other, so that an interrupted run has the same of each.
-/// @return whether it was interrupted
-bool draw_all(const EnsembleArguments& arguments, const unknowns::Draws& draws, const Drives& drives) {
+std::vector<validation::EnsembleRow> rows_of(const Drives& drives) {
+  std::vector<validation::EnsembleRow> rows;
+  for (const auto& drive : drives) rows.push_back(drive->row());
+  return rows;
+}
+
+/// Draws of all drives, one after the other. @param kept may be null
+void draw_all(const EnsembleArguments& arguments, const unknowns::Draws& draws, const Drives& drives,
+              validation::KeptDraws* kept) {
   const std::atomic<bool>& stop = catch_interrupts();
   Progress progress("drawing unknowns", arguments.quiet, "runs");
   const std::size_t total = draws.size() * drives.size();
@@ -109,23 +119,15 @@ bool draw_all(const EnsembleArguments& arguments, const unknowns::Draws& draws, 
   };
   std::size_t done = 0;
   for (std::size_t k = 0; k < draws.size(); ++k) {
-    try {
-      for (const auto& drive : drives) {
-        drive->draw(draws, k, told);
-        progress.update(++done, total);
-      }
-    } catch (const Interrupted&) {
-      if (k < 2) throw;
-      for (const auto& drive : drives) drive->keep(k);
-      return true;
+    for (const auto& drive : drives) {
+      drive->draw(draws, k, told, kept);
+      progress.update(++done, total);
     }
   }
-  return false;
 }
 
 void write_ensemble(const EnsembleArguments& arguments, const Drives& drives) {
-  std::vector<validation::EnsembleRow> rows;
-  for (const auto& drive : drives) rows.push_back(drive->row());
+  const std::vector<validation::EnsembleRow> rows = rows_of(drives);
   const std::string markdown = validation::ensemble_markdown(rows);
   if (!arguments.csv.empty()) write_file(arguments.csv, validation::ensemble_csv(rows));
   if (write_results(arguments, markdown, [&rows] { return validation::ensemble_json(rows); })) {
@@ -142,13 +144,16 @@ int run_ensemble(const EnsembleArguments& arguments) {
     const Drives drives = drives_of<EnsembleDrive>(arguments, recordings_of(arguments, listed), listed);
     for (const auto& drive : drives) drive->start(known);
     const auto count = static_cast<std::size_t>(*arguments.draws);
-    const unknowns::Draws draws(arguments.seed.value_or(1), count, known);
-    const bool interrupted = draw_all(arguments, draws, drives);
+    const std::uint64_t seed = arguments.seed.value_or(1);
+    std::optional<validation::KeptDraws> kept;
+    if (!arguments.keep.empty()) {
+      kept.emplace(arguments.keep, validation::KeptDraws::identity(rows_of(drives), count, seed));
+      note(arguments.quiet, fmt::format("kept        {} of {} draws in {}", kept->size(),
+                                        count * drives.size(), arguments.keep));
+    }
+    draw_all(arguments, unknowns::Draws(seed, count, known), drives, kept ? &*kept : nullptr);
     write_ensemble(arguments, drives);
-    if (!interrupted) return kOk;
-    fmt::print(stderr, "canyon: interrupted: {} of {} draws were made; the results are of these\n",
-               drives.front()->row().draws.size(), count);
-    return kInterrupted;
+    return kOk;
   });
 }
 
@@ -175,6 +180,11 @@ void add_ensemble_options(Command& command, EnsembleArguments& arguments) {
                 "forget what scenarios say about installation, surroundings, obstacles and facades")
       .needs("--ensemble");
   add_known(command, arguments.known).needs("--ensemble");
+  command
+      .add_option(
+          "--keep", arguments.keep, "FILE",
+          "keep finished draws in this file; the same command after an interruption takes them from it")
+      .needs("--ensemble");
   command.add_option("--csv", arguments.csv, "FILE", "write the intervals as CSV, a line for each figure")
       .needs("--ensemble");
 }

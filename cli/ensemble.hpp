@@ -10,16 +10,17 @@ namespace canyon::cli {
 /// Arguments of `canyon validate` that draws of unknowns have as well, and their own.
 struct EnsembleArguments : DriveArguments {
   std::optional<int> draws;
-  std::string known, csv;
+  std::string known, csv, keep;
   bool unsaid = false;
 };
 /// Adds --known, a list of names for unknowns::unknowns_of().
 Option& add_known(Command& command, std::string& known);
-/// Adds --ensemble, --unsaid, --known and --csv.
+/// Adds --ensemble, --unsaid, --known, --csv and --keep.
 void add_ensemble_options(Command& command, EnsembleArguments& arguments);
 
 /// Simulates each recording with draws of what its scenario leaves open, and writes the intervals of its
-/// figures beside the recorded ones. After Ctrl-C the draws that all recordings have are written.
+/// figures beside the recorded ones. Ctrl-C leaves these out; finished draws stay in the file of --keep,
+/// where the same command goes on.
 int run_ensemble(const EnsembleArguments& arguments);
 
 }  // namespace canyon::cli

@@ -176,12 +176,7 @@ validation::Comparison RecordedDrive::simulate(const simulation::ReceiverConfig&
 }
 
 std::unique_ptr<simulation::Environment> RecordedDrive::drawn_environment(simulation::Scenario scenario) {
-  std::vector<std::string> ignored;  // the recording's scene has said the same
-  if (!city_source_) city_source_ = simulation::load_city_source(simulation::city_config(scenario_), ignored);
-  scenario.city.georeference = {};
-  return std::make_unique<simulation::Environment>(simulation::make_environment(
-      std::make_shared<simulation::CityScene>(simulation::draw_city(*city_source_, scenario, ignored)), sky_,
-      scenario.sky, scenario.seed));
+  return redrawn_.draw(sky_, std::move(scenario));
 }
 
 validation::Figures RecordedDrive::figures_of(const validation::Comparison& comparison, const Part& part,

@@ -15,6 +15,7 @@
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/validation/alignment.hpp"
 #include "canyon/validation/figures.hpp"
+#include "canyon/validation/recorded_scene.hpp"
 #include "canyon/validation/recording_list.hpp"
 #include "canyon/validation/recording_table.hpp"
 #include "cli/arguments.hpp"
@@ -130,7 +131,7 @@ class RecordedDrive {
   void choose_parts();
   void align();
 
-  std::optional<city::City> city_source_;                               ///< once a city is drawn of it
+  validation::RedrawnCity redrawn_;
   std::optional<std::vector<validation::NeverTracked>> never_tracked_;  ///< once they are known
 };
 

@@ -17,6 +17,9 @@ add_library(canyon_warnings INTERFACE)
 target_compile_options(canyon_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
                        -Woverloaded-virtual -Wcast-qual)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  # GCC frees the memory of a unit again and again as it compiles it, which takes some 8 % of the time: units have at most
+  # a sixth more of it without.
+  target_compile_options(canyon_warnings INTERFACE --param=ggc-min-expand=1000 --param=ggc-min-heapsize=1500000)
   # False alarms: overlaps and bounds in std::string's own operators (GCC bugs 105651 and 105329, GCC 12; GCC 10 builds
   # the engine with these warnings on), and from GCC 13 on members of empty std::optionals.
   if(CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)

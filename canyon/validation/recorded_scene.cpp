@@ -47,4 +47,14 @@ RecordedScene read_recorded_scene(simulation::Scenario& scenario, const ListedRe
   return scene;
 }
 
+std::unique_ptr<simulation::Environment> RedrawnCity::draw(const simulation::BuiltSky& sky,
+                                                           simulation::Scenario scenario) {
+  std::vector<std::string> ignored;  // the recording's scene has said the same
+  if (!source_) source_ = simulation::load_city_source(simulation::city_config(scenario), ignored);
+  scenario.city.georeference = {};
+  return std::make_unique<simulation::Environment>(simulation::make_environment(
+      std::make_shared<simulation::CityScene>(simulation::draw_city(*source_, scenario, ignored)), sky,
+      scenario.sky, scenario.seed));
+}
+
 }  // namespace canyon::validation

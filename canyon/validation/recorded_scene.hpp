@@ -1,10 +1,12 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "canyon/city/city.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/validation/comparison.hpp"
 #include "canyon/validation/recording_list.hpp"
@@ -30,5 +32,17 @@ void settle_truth(const simulation::Scenario& scenario, ListedRecording& files, 
 /// read_recording(), simulation::load_city() and simulation::build_sky() do.
 [[nodiscard]] RecordedScene read_recorded_scene(simulation::Scenario& scenario, const ListedRecording& files,
                                                 bool atmosphere);
+
+/// A scenario's city, drawn anew under a recording's sky. The map's files are read at the first call.
+class RedrawnCity {
+ public:
+  /// The city as `scenario` draws it by its seed, where its map has it: its georeference draws no place.
+  /// @param scenario of the same map in every call
+  [[nodiscard]] std::unique_ptr<simulation::Environment> draw(const simulation::BuiltSky& sky,
+                                                              simulation::Scenario scenario);
+
+ private:
+  std::optional<city::City> source_;
+};
 
 }  // namespace canyon::validation

@@ -49,6 +49,8 @@ with tempfile.TemporaryDirectory() as name:
             print(f"  {estimate['key']}: {estimate['before']} -> {estimate['after']} ({estimate['interval_95']})")
     level = next(e for e in fit.estimates if e["key"] == "signal.link.above_minimum_db")
     assert abs(float(level["after"]) - 4.5) < 1.5, level
+    # The scenario leaves the facades open. Those of the place would be in fit.city, for settings["city"].
+    assert [e["key"] for e in fit.city_estimates] == ["city.facades.shares.coated_glass"], fit.city_estimates
 
     (folder / "mine.yaml").write_text(fit.profile)
     for profile in ["ublox-m8t", str(folder / "mine.yaml")]:

@@ -19,6 +19,12 @@ class Calibration:
     ----------
     estimates : list of dict
         Of each key: value before and after, interval, verdict, and its data.
+    city_estimates : list of dict
+        The same of the place: the share of buildings with coated glass. Empty where the scenarios state their
+        facades.
+    city : dict
+        What a scenario of the place says below ``city:``, ``{"facades": {"shares": [...]}}``. Empty where no
+        share was fitted.
     values : dict
         Keys that were fitted, and their values as text.
     notes : list of str
@@ -28,6 +34,8 @@ class Calibration:
     """
 
     estimates: List[Dict[str, Any]]
+    city_estimates: List[Dict[str, Any]]
+    city: Dict[str, Any]
     values: Dict[str, str]
     notes: List[str]
     profile: str

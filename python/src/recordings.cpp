@@ -5,6 +5,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/calibration/calibrate.hpp"
+#include "canyon/calibration/open_facades.hpp"
 #include "canyon/simulation/profile.hpp"
 #include "canyon/validation/alignment.hpp"
 #include "canyon/validation/figures.hpp"
@@ -112,7 +113,8 @@ class Recorded {
     return from_json(text);
   }
 
-  [[nodiscard]] calibration::Drive drive(double from, double to) const {
+  /// It must outlive what is returned.
+  [[nodiscard]] calibration::Drive drive(double from, double to) {
     const auto [first, count] = part(from, to);
     calibration::Drive d;
     d.name = "recording";
@@ -122,6 +124,8 @@ class Recorded {
     d.receiver = scenario_.receivers.front();
     d.systems = scenario_.sky.systems;
     d.seed = scenario_.seed;
+    d.facades = calibration::open_facades(
+        scenario_, [this](const simulation::Scenario& drawn) { return redrawn_.draw(scene_.sky, drawn); });
     return d;
   }
 
@@ -145,16 +149,16 @@ class Recorded {
 
   simulation::Scenario scenario_;
   validation::RecordedScene scene_;
+  validation::RedrawnCity redrawn_;
   validation::Registration registration_;
   std::vector<std::string> warnings_;
 };
 
-py::dict calibrate(const std::vector<const Recorded*>& recordings, double from, double to, int seeds,
-                   int threads) {
+py::dict calibrate(const std::vector<Recorded*>& recordings, double from, double to, int seeds, int threads) {
   if (recordings.empty()) throw InputError("there is no recording to calibrate by", "give at least one");
   std::vector<calibration::Drive> drives;
   drives.reserve(recordings.size());
-  for (const Recorded* each : recordings) drives.push_back(each->drive(from, to));
+  for (Recorded* each : recordings) drives.push_back(each->drive(from, to));
   calibration::CalibrateOptions options;
   options.seeds = seeds;
   options.threads = threads;
@@ -169,7 +173,14 @@ py::dict calibrate(const std::vector<const Recorded*>& recordings, double from, 
   head.base = "the scenario";
   head.description = "calibrated in Python";
   head.notes = {"Written by canyon " CANYON_VERSION " (Python); docs/calibration.md describes it."};
+  py::dict city;
+  if (const auto share = calibration::fitted_glass(result)) {
+    city["facades"] = py::dict("shares"_a = calibration::facade_shares(*share));
+  }
+  std::vector<calibration::Estimate> of_city;
+  if (result.coated_glass) of_city.push_back(*result.coated_glass);
   return py::dict("estimates"_a = from_json(calibration::to_json(result.estimates)),
+                  "city_estimates"_a = from_json(calibration::to_json(of_city)), "city"_a = city,
                   "values"_a = result.values, "notes"_a = result.notes,
                   "profile"_a = calibration::profile_text(receiver, result.estimates, head));
 }

@@ -606,6 +606,15 @@ P
   runs 0 "$canyon" validate open.yaml "${judge[@]:3}" --ensemble 3 --json e.json --csv e.csv --markdown e.md --quiet
   says e.md "level: -10 to 6 dB" "skyline: 0 to 0.8" "| within the 90 % interval |"; says e.csv "open,horizontal_p50_m,3,"
   python3 -c 'import json; e = json.load(open("e.json")); d = e["recordings"][0]["draws"]; assert len({x["unknowns"]["level"] for x in d}) == 3 and e["coverage"]["figures"] == 5, e' || fail "e.json is not of three draws"
+  # Interrupted behind the first draw: the rest is made, and the result is the same.
+  runs 0 "$canyon" validate open.yaml "${judge[@]:3}" --ensemble 3 --keep kept.jsonl --json kept.json --quiet
+  cmp -s e.json kept.json || fail "--keep changes the result"
+  [ "$(wc -l <kept.jsonl)" = 4 ] || fail "kept.jsonl has not three draws"
+  head -c -20 kept.jsonl >cut.jsonl
+  runs 0 "$canyon" validate open.yaml "${judge[@]:3}" --ensemble 3 --keep cut.jsonl --json cut.json
+  says err "2 of 3 draws in cut.jsonl"; cmp -s e.json cut.json || fail "a resumed ensemble differs"
+  runs 2 "$canyon" validate open.yaml "${judge[@]:3}" --ensemble 4 --keep cut.jsonl; one_line; says err "cut.jsonl:1: the draws of another ensemble"
+  runs 2 "$canyon" validate open.yaml "${judge[@]:3}" --keep cut.jsonl; says err "--keep requires --ensemble"
   runs 0 "$canyon" validate open.yaml "${judge[@]:3}" --ensemble 2 --known level,facades; says out "skyline" "satellites used"
   ! grep -q "^- level" out || fail "a known level was drawn"
   runs 2 "$canyon" validate open.yaml "${judge[@]:3}" --ensemble 2 --known levl; one_line; says err "no unknown 'levl'"
