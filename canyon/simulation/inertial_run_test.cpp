@@ -11,6 +11,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
+#include "canyon/simulation/wheel_run.hpp"
 #include "tests/support/refusal.hpp"
 
 namespace canyon::simulation {
@@ -202,6 +203,28 @@ TEST(InertialRun, NeedsASmoothMotion) {
                   "the trajectory is smoothed over about a second; it moves by up to 0.1")));
 }
 
+// A circle of 20 m to the left at 5 m/s: the wheels run on circles of 20 m less and more half the track.
+TEST(WheelRun, WheelsOfATurnDiffer) {
+  inertial::WheelOptions options;
+  options.scale = options.slip = options.tick_m = 0;
+  options.track_m = 1.6;
+  const Geodetic place = Geodetic::from_degrees(50, 8, 100);
+  WheelRun run(options, 1, kBegin, [&](GpsTime t) {
+    Pose pose;
+    pose.position = place;
+    pose.yaw_rad = 0.25 * (t - kBegin);
+    pose.yaw_rate_radps = 0.25;
+    pose.velocity_enu_mps = 5 * Vector3d(std::cos(pose.yaw_rad), std::sin(pose.yaw_rad), 0);
+    return pose;
+  });
+  const auto sample = run.next(kBegin + 0.1);
+  ASSERT_TRUE(sample);
+  EXPECT_EQ(sample->time, kBegin + 0.1);
+  EXPECT_NEAR(sample->sample.speed_mps[0], 5 * 19.2 / 20, 1e-9);
+  EXPECT_NEAR(sample->sample.speed_mps[1], 5 * 20.8 / 20, 1e-9);
+  EXPECT_FALSE(run.next(kBegin + 0.19));
+}
+
 TEST(InertialRun, OptionsAreChecked) {
   const auto refusal = [](const std::string& imu) {
     return canyon::test::refusal(
@@ -209,6 +232,8 @@ TEST(InertialRun, OptionsAreChecked) {
   };
   EXPECT_THAT(refusal("rate_hz: 20000"), ::testing::HasSubstr("rate_hz"));
   EXPECT_THAT(refusal("profile: naval"), ::testing::HasSubstr("tactical"));
+  EXPECT_THAT(refusal("}, wheels: {slip: -1"), ::testing::HasSubstr("slip"));
+  EXPECT_THAT(refusal("}, wheels: {tick: 1"), ::testing::HasSubstr("tick_m"));
   EXPECT_THAT(refusal("gyroscope: {bias_instability_deg_h: -1}"),
               ::testing::HasSubstr("bias_instability_deg_h"));
   EXPECT_EQ(refusal("gyroscope: {range_deg_s: none}, accelerometer: {turn_on_bias_mg: 3}"), "");

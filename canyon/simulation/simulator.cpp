@@ -22,6 +22,7 @@
 #include "canyon/simulation/run_receiver.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/scenario_trajectory.hpp"
+#include "canyon/simulation/sensor_run.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -121,7 +122,7 @@ struct Simulation::Impl {
     check_places();
     check_masks();
     check_faults();
-    if (scenario.sensors.imu) smooth_motion();
+    if (scenario.sensors.any()) smooth_motion();
     for (const ReceiverConfig& receiver : scenario.receivers) {
       propagators.push_back(environment.make_propagator(receiver.propagation));
     }
@@ -135,6 +136,7 @@ struct Simulation::Impl {
   void check_near(const city::Box& bounds, const Geodetic& place, GpsTime t) const;
   [[nodiscard]] Pose vehicle_pose(GpsTime t) const;
   [[nodiscard]] std::vector<receiver::Receiver> make_receivers() const;
+  [[nodiscard]] std::optional<SensorRun> make_sensors(const std::vector<EpochSink*>& sinks) const;
   [[nodiscard]] Pose antenna_pose(std::size_t receiver, GpsTime t) const;
   [[nodiscard]] PureEpoch pure_epoch(std::size_t receiver, GpsTime t) const;
   [[nodiscard]] std::shared_ptr<const disturbance::Road> road() const;
@@ -194,7 +196,7 @@ void Simulation::Impl::smooth_motion() {
   if (plan.trajectory.smooth() && (!clamped || plan.trajectory.length_m() == 0)) return;
   const TrajectoryConfig& config = scenario.trajectory;
   if (!config.waypoints.empty() && !config.acceleration_mps2) {
-    throw scenario_error(scenario, "sensors.imu: the trajectory changes its speed and direction at once",
+    throw scenario_error(scenario, "sensors: the trajectory changes its speed and direction at once",
                          "give trajectory.acceleration_mps2, e.g. 2");
   }
   const Trajectory smooth = plan.trajectory.smoothed([this](GpsTime t) { return vehicle_pose(t); });
@@ -208,7 +210,7 @@ void Simulation::Impl::smooth_motion() {
                                                         smooth.sample_interval_s())
                                           : "";
   warnings.push_back(
-      fmt::format("sensors.imu: the trajectory is {}smoothed over about a second; it moves by up to {:.2f} m",
+      fmt::format("sensors: the trajectory is {}smoothed over about a second; it moves by up to {:.2f} m",
                   between, most_m));
   plan.trajectory = smooth;
   clamped.reset();
@@ -268,6 +270,15 @@ std::vector<receiver::Receiver> Simulation::Impl::make_receivers() const {
     receivers.push_back(make_receiver(config, scenario.seed, environment, way, sources));
   }
   return receivers;
+}
+
+// Where a sink needs them.
+std::optional<SensorRun> Simulation::Impl::make_sensors(const std::vector<EpochSink*>& sinks) const {
+  const bool used =
+      std::any_of(sinks.begin(), sinks.end(), [](const EpochSink* sink) { return sink->uses_sensors(); });
+  if (!used) return std::nullopt;
+  return SensorRun(scenario.sensors, scenario.seed, plan.begin,
+                   [this](GpsTime t) { return vehicle_pose(t); });
 }
 
 Pose Simulation::Impl::vehicle_pose(GpsTime t) const {
@@ -418,6 +429,7 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
 
   std::vector<receiver::Receiver> receivers = impl.make_receivers();
   CorrectionLinks links(impl.scenario.receivers, impl.scenario.seed);
+  std::optional<SensorRun> sensors = impl.make_sensors(sinks);
   std::vector<std::array<std::size_t, 3>> placements(receiver_count);
   std::vector<std::optional<double>> station_offsets(receiver_count);
   Progress progress(options.progress, result.planned);
@@ -443,6 +455,7 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
   for (const std::size_t r : links.order()) due.push_back({r, {}});
   const auto observe = [&](std::size_t instant, std::vector<PureEpoch>& epochs) {
     for (DueEpoch& each : due) each.time = epochs[each.receiver].truth.time;
+    const SensorBatch* batch = sensors ? &sensors->until(impl.plan.at(instant)) : nullptr;
     std::vector<Epoch> made(receiver_count);
     links.observe(due, false, [&](std::size_t i, const auto& corrections) -> Epoch& {
       const std::size_t r = due[i].receiver;
@@ -450,6 +463,7 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
       from.arrival.messages = unowned(impl.sky.navigation);
       made[r] = observe_epoch(receivers[r], from.truth, from.arrival, impl.environment, corrections.get());
       made[r].arrival = &from.arrival;
+      made[r].sensors = batch;
       ++placements[r][static_cast<std::size_t>(from.arrival.placement)];
       if (made[r].observed.station_offset_m) station_offsets[r] = made[r].observed.station_offset_m;
       return made[r];
