@@ -70,7 +70,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
         commands_(
             generation,
             ubx::Configuration(generation, static_cast<int>(std::floor(receiver.interval_s * 1e3 + 1e-6)),
-                               receiver.rtk),
+                               receiver.rtk, receiver.dead_reckoning),
             receiver.systems, *this),
         generation_(generation) {}
 

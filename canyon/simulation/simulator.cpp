@@ -23,6 +23,7 @@
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/scenario_trajectory.hpp"
 #include "canyon/simulation/sensor_run.hpp"
+#include "canyon/simulation/vehicle_sensors.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -124,12 +125,21 @@ struct Simulation::Impl {
     check_faults();
     if (scenario.sensors.any()) smooth_motion();
     for (const ReceiverConfig& receiver : scenario.receivers) {
+      try {
+        check_sensors(scenario.sensors, receiver);
+      } catch (const InputError& e) {
+        throw scenario_error(scenario, e.problem(), e.cure());
+      }
+    }
+    check_slopes();
+    for (const ReceiverConfig& receiver : scenario.receivers) {
       propagators.push_back(environment.make_propagator(receiver.propagation));
     }
   }
 
   void check_places();
   void smooth_motion();
+  void check_slopes();
   void check_masks();
   [[nodiscard]] std::size_t count_above(const Geodetic& place, double elevation_rad) const;
   void check_faults();
@@ -216,6 +226,28 @@ void Simulation::Impl::smooth_motion() {
   clamped.reset();
 }
 
+// A vehicle that stays level on a slope moves along its up axis, which a receiver with dead reckoning takes
+// for impossible.
+void Simulation::Impl::check_slopes() {
+  const bool along =
+      std::any_of(scenario.receivers.begin(), scenario.receivers.end(), [](const ReceiverConfig& receiver) {
+        const auto& dead_reckoning = receiver.options.dead_reckoning;
+        return dead_reckoning.enabled && dead_reckoning.non_holonomic;
+      });
+  if (!along) return;
+  double most_mps = 0;
+  const std::size_t step = std::max<std::size_t>(1, plan.epochs() / 2000);
+  for (std::size_t k = 0; k < plan.epochs(); k += step) {
+    const Pose pose = vehicle_pose(plan.at(k));
+    most_mps = std::max(most_mps, std::abs(pose.velocity_enu_mps.dot(pose.up_enu())));
+  }
+  if (most_mps < 0.2) return;
+  warnings.push_back(
+      fmt::format("dead_reckoning: the vehicle moves along its up axis by up to {:.1f} m/s; set "
+                  "trajectory.attitude: car, or dead_reckoning: {{non_holonomic: false}} if it flies",
+                  most_mps));
+}
+
 std::size_t Simulation::Impl::count_above(const Geodetic& place, double elevation_rad) const {
   const std::vector<gnss::SatelliteId> ids = sky.sky->satellites();
   return static_cast<std::size_t>(std::count_if(ids.begin(), ids.end(), [&](gnss::SatelliteId id) {
@@ -272,11 +304,14 @@ std::vector<receiver::Receiver> Simulation::Impl::make_receivers() const {
   return receivers;
 }
 
-// Where a sink needs them.
+// Where a sink or a receiver needs them.
 std::optional<SensorRun> Simulation::Impl::make_sensors(const std::vector<EpochSink*>& sinks) const {
-  const bool used =
+  const bool written =
       std::any_of(sinks.begin(), sinks.end(), [](const EpochSink* sink) { return sink->uses_sensors(); });
-  if (!used) return std::nullopt;
+  const bool fused =
+      std::any_of(scenario.receivers.begin(), scenario.receivers.end(),
+                  [](const ReceiverConfig& receiver) { return receiver.options.dead_reckoning.enabled; });
+  if (!written && !fused) return std::nullopt;
   return SensorRun(scenario.sensors, scenario.seed, plan.begin,
                    [this](GpsTime t) { return vehicle_pose(t); });
 }
@@ -342,7 +377,8 @@ std::vector<std::string> Simulation::Impl::placement_warnings(
 }
 
 Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth, propagation::Arrival& arrival,
-                    const Environment& environment, const relative::Corrections* corrections) {
+                    const Environment& environment, const relative::Corrections* corrections,
+                    const receiver::VehicleSensors* sensors) {
   const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(truth.position);
   Epoch epoch;
   epoch.truth = truth;
@@ -355,7 +391,8 @@ Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth, propagation
                         arrival,
                         environment.sky(),
                         environment.klobuchar(),
-                        corrections});
+                        corrections,
+                        sensors});
   epoch.navigation = arrival.messages.get();  // disturbances may have replaced them
   epoch.faults = epoch.observed.events.faults;
   if (epoch.observed.fix.solved()) {
@@ -430,6 +467,9 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
   std::vector<receiver::Receiver> receivers = impl.make_receivers();
   CorrectionLinks links(impl.scenario.receivers, impl.scenario.seed);
   std::optional<SensorRun> sensors = impl.make_sensors(sinks);
+  std::vector<std::optional<receiver::VehicleSensors>> felt;
+  for (const ReceiverConfig& config : impl.scenario.receivers)
+    felt.push_back(vehicle_sensors(impl.scenario.sensors, config));
   std::vector<std::array<std::size_t, 3>> placements(receiver_count);
   std::vector<std::optional<double>> station_offsets(receiver_count);
   Progress progress(options.progress, result.planned);
@@ -461,7 +501,9 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
       const std::size_t r = due[i].receiver;
       PureEpoch& from = epochs[r];
       from.arrival.messages = unowned(impl.sky.navigation);
-      made[r] = observe_epoch(receivers[r], from.truth, from.arrival, impl.environment, corrections.get());
+      if (felt[r]) felt[r]->readings = readings_of(*batch, impl.scenario.sensors, impl.plan.begin);
+      made[r] = observe_epoch(receivers[r], from.truth, from.arrival, impl.environment, corrections.get(),
+                              felt[r] ? &*felt[r] : nullptr);
       made[r].arrival = &from.arrival;
       made[r].sensors = batch;
       ++placements[r][static_cast<std::size_t>(from.arrival.placement)];

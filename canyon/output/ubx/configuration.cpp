@@ -22,6 +22,7 @@ constexpr std::array kMessages{
     MessageInfo{0x0130, 0, true, false, 0},                        // NAV-SVINFO
     MessageInfo{0x0143, 0x20910345, false, true, 1},               // NAV-SIG
     MessageInfo{kRelativePosition, 0x2091008d, false, true, 0},    // NAV-RELPOSNED
+    MessageInfo{kFusionStatus, 0x20910105, true, true, 0},         // ESF-STATUS
     MessageInfo{0x0161, 0x2091015f, true, true, 1},                // NAV-EOE
     MessageInfo{0x0215, 0x209102a4, true, true, 1},                // RXM-RAWX
     MessageInfo{0x0213, 0x20910231, true, true, 1, Sent::Events},  // RXM-SFRBX
@@ -102,7 +103,8 @@ int value_size(std::uint32_t key) {
   return key < kOwnRate ? kSizes[key >> 28 & 7] : 0;
 }
 
-Configuration::Configuration(Generation generation, int period_ms, bool rtk) : generation_(generation) {
+Configuration::Configuration(Generation generation, int period_ms, bool rtk, bool dead_reckoning)
+    : generation_(generation) {
   for (const KeyDefault& key : kKeys) values_[key.key] = key.value;
   for (const std::uint32_t key : kOff) values_[key] = 0;
   for (const std::uint32_t key : kOn) values_[key] = 1;
@@ -117,6 +119,7 @@ Configuration::Configuration(Generation generation, int period_ms, bool rtk) : g
   }
   if (generation == Generation::M8) values_[*rate_key(0x0A09, kOwnPort)] = 1;  // has no MON-RF
   if (rtk && generation == Generation::F9) values_[*rate_key(kRelativePosition, kOwnPort)] = 1;
+  if (dead_reckoning) values_[*rate_key(kFusionStatus, kOwnPort)] = 1;
   // Blocks with their defaults: dynModel and fixMode come from the keys.
   Payload engine;  // CFG-NAV5
   engine.u2(0xFFFF).u1(0).u1(3).u4(0).u4(10000).u1(5).u1(0).u2(250).u2(250).u2(100).u2(350).u1(0).u1(60);

@@ -68,6 +68,7 @@ struct ReceivedRtcm {
 [[nodiscard]] std::string mon_hw2(const Epoch& epoch);
 [[nodiscard]] std::string mon_rf(const Epoch& epoch);
 [[nodiscard]] std::string sec_sig(const Epoch& epoch);
+[[nodiscard]] std::string esf_status(const Epoch& epoch);
 /// Milliseconds of the GPS week, nearest.
 [[nodiscard]] std::uint32_t itow(const Epoch& epoch);
 

@@ -34,7 +34,8 @@ struct Pose {
 enum class Attitude : std::uint8_t {
   Level,     ///< roll and pitch 0
   Aircraft,  ///< nose along the flight path, banked so that a turn is coordinated: tan(roll) = v yaw rate / g
-  Multirotor  ///< its thrust makes the acceleration: up along acceleration plus gravity
+  Multirotor,  ///< its thrust makes the acceleration: up along acceleration plus gravity
+  Car          ///< nose along the way, on slopes as well; level across
 };
 
 /// A corner of a drive.

@@ -1,0 +1,55 @@
+// Declared in canyon/output/ubx/messages.hpp.
+#include <algorithm>
+#include <cmath>
+
+#include "canyon/output/ubx/messages.hpp"
+
+namespace canyon::output::ubx {
+namespace {
+
+using positioning::Fusion;
+using positioning::FusionPhase;
+
+// Types of sensors (UBX-13003221, external sensor fusion).
+constexpr std::uint8_t kGyroscopeZ = 5, kGyroscopeY = 13, kGyroscopeX = 14;
+constexpr std::uint8_t kRearLeftTicks = 8, kRearRightTicks = 9;
+constexpr std::uint8_t kAccelerometerX = 16, kAccelerometerY = 17, kAccelerometerZ = 18;
+
+constexpr std::uint8_t kInitialising = 1, kInitialised = 2;
+
+/// A sensor: its type, used and ready; calibration and times of its samples; rate; faults.
+void put_sensor(Payload& p, std::uint8_t type, bool used, bool calibrated, double rate_hz) {
+  constexpr std::uint8_t kUsed = 1 << 6, kReady = 1 << 7, kTimedByReceiver = 1 << 2;
+  const std::uint8_t calibration = !used ? 0 : calibrated ? 2 : 1;
+  p.u1(type | (used ? kUsed : 0) | kReady).u1(calibration | kTimedByReceiver);
+  p.u1(static_cast<std::uint8_t>(std::clamp(std::round(rate_hz), 0.0, 255.0))).u1(0);
+}
+
+}  // namespace
+
+// ESF-STATUS, version 2 (UBX-13003221).
+std::string esf_status(const Epoch& epoch) {
+  const auto& known = epoch.seen.fix.fusion;
+  constexpr std::uint8_t kDisabled = 3;
+  Payload p;
+  p.u4(itow(epoch)).u1(2);
+  if (!known) return p.zeros(7).u1(kDisabled).zeros(2).u1(0).bytes();
+  const Fusion& fusion = *known;
+  const bool fused = fusion.phase != FusionPhase::Initialising;
+  const std::uint8_t state = fused ? kInitialised : kInitialising;
+  // Wheel ticks; the mounting of the sensor, which is known; position, velocity and attitude.
+  const std::uint8_t wheels = fusion.wheels_hz > 0 ? state : 0;
+  p.u1(wheels | kInitialised << 2 | state << 5).u1(state).zeros(5);
+  p.u1(fused ? 1 : 0).zeros(2).u1(fusion.wheels_hz > 0 ? 8 : 6);
+  for (const std::uint8_t type :
+       {kGyroscopeZ, kGyroscopeY, kGyroscopeX, kAccelerometerX, kAccelerometerY, kAccelerometerZ}) {
+    put_sensor(p, type, fused, fusion.imu_calibrated, fusion.imu_hz);
+  }
+  if (fusion.wheels_hz > 0) {
+    for (const std::uint8_t type : {kRearLeftTicks, kRearRightTicks})
+      put_sensor(p, type, fused, fusion.wheels_calibrated, fusion.wheels_hz);
+  }
+  return p.bytes();
+}
+
+}  // namespace canyon::output::ubx
