@@ -169,7 +169,8 @@ std::vector<std::string> scenarios_with_every_key() {
       "trajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n",
       "city: {osm: [f, f], terrain: f, geoid_undulation_m: 2, bbox: [1, 2, 3, 4], lod: 2, crs: EPSG:25832, "
       "level_height_m: 3, "
-      "default_height_m: 9, heights: [house=7], foliage: true, terrain_margin_m: 100, "
+      "default_height_m: 9, heights: [house=7], foliage: true, tunnels: true, bridges: true, "
+      "terrain_margin_m: 100, "
       "terrain_spacing_m: 10, tree_height_m: 9, tree_crown_m: 4, wood_height_m: 10}\n"
       "trajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n",
       "city: {open: true, origin: {latitude_deg: 1, longitude_deg: 2}}\n"
