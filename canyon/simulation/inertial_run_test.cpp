@@ -111,7 +111,7 @@ Drift drift_of(const Trajectory& trajectory, double most_s, double rate_hz = 200
   options.rate_hz = rate_hz;
   options.axes = inertial::ImuAxes::Frd;
   options.position_m = {0.8, -0.3, 0.4};
-  InertialRun run(options, 1, trajectory.begin(), [&](GpsTime t) { return trajectory.at(t); });
+  InertialRun run(options, 1, trajectory.begin(), body_along(trajectory));
   inertial::IdealImu first(
       options, [&](double t) { return body_state(trajectory.at(trajectory.begin() + t)); }, 0.0025);
   Mechanisation mechanisation(first.at(0));
@@ -181,6 +181,23 @@ std::string scenario_text(const std::string& trajectory, const std::string& imu)
          trajectory + "\nsensors: {imu: {" + imu + "}}\n";
 }
 const char* const kWay = "waypoints: [{east_m: 0, north_m: 0, up_m: 2}, {east_m: 90, north_m: 0, up_m: 2}]";
+
+// The short way to ECEF is that by geodetic coordinates.
+TEST(InertialRun, EcefPosesAreThoseOfTheTrajectory) {
+  for (const Attitude attitude : {Attitude::Level, Attitude::Car, Attitude::Multirotor}) {
+    const Trajectory way = street(Geodetic::from_degrees(-77.8, 166.7, 2500)).with_attitude(attitude);
+    for (double t = 0; t < 100; t += 0.73) {
+      const auto rigid = way.ecef_pose(kBegin + t);
+      ASSERT_TRUE(rigid);
+      const inertial::BodyState by_pose = body_state(way.at(kBegin + t));
+      EXPECT_LT((rigid->position_m - by_pose.position_m).norm(), 1e-8);
+      EXPECT_LT((rigid->velocity_mps - by_pose.velocity_mps).norm(), 1e-9);
+      EXPECT_LT((rigid->acceleration_mps2 - by_pose.acceleration_mps2).norm(), 1e-9);
+      EXPECT_LT((rigid->ecef_from_body - by_pose.ecef_from_body).norm(), 1e-9);
+    }
+  }
+  EXPECT_FALSE(Trajectory::fixed(kBegin, Geodetic::from_degrees(1, 2, 3), 10).ecef_pose(kBegin));
+}
 
 TEST(InertialRun, NeedsASmoothMotion) {
   const auto simulate = [](const std::string& trajectory) {

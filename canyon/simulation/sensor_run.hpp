@@ -19,11 +19,12 @@ struct SensorBatch {
 /// The sensors of a vehicle, from epoch to epoch.
 class SensorRun {
  public:
-  /// @param vehicle as InertialRun and WheelRun ask for it
+  /// @param vehicle its path, which is smooth and must outlive this
   SensorRun(const inertial::SensorOptions& options, std::uint64_t seed, geodesy::GpsTime begin,
-            const std::function<Pose(geodesy::GpsTime)>& vehicle) {
-    if (options.imu) imu_.emplace(*options.imu, seed, begin, vehicle);
-    if (options.wheels) wheels_.emplace(*options.wheels, seed, begin, vehicle);
+            const Trajectory& vehicle) {
+    if (options.imu) imu_.emplace(*options.imu, seed, begin, body_along(vehicle));
+    if (options.wheels)
+      wheels_.emplace(*options.wheels, seed, begin, [&vehicle](geodesy::GpsTime t) { return vehicle.at(t); });
   }
 
   /// The samples since the last call. Valid until the next one.

@@ -203,7 +203,12 @@ void Simulation::Impl::check_places() {
 // terrain become one.
 void Simulation::Impl::smooth_motion() {
   std::optional<double>& clamped = scenario.trajectory.height_above_terrain_m;
-  if (plan.trajectory.smooth() && (!clamped || plan.trajectory.length_m() == 0)) return;
+  if (clamped && plan.trajectory.length_m() == 0) {
+    plan.trajectory = Trajectory::fixed(plan.trajectory.begin(), vehicle_pose(plan.begin).position,
+                                        plan.trajectory.end() - plan.trajectory.begin());
+    clamped.reset();
+  }
+  if (plan.trajectory.smooth() && !clamped) return;
   const TrajectoryConfig& config = scenario.trajectory;
   if (!config.waypoints.empty() && !config.acceleration_mps2) {
     throw scenario_error(scenario, "sensors: the trajectory changes its speed and direction at once",
@@ -312,8 +317,7 @@ std::optional<SensorRun> Simulation::Impl::make_sensors(const std::vector<EpochS
       std::any_of(scenario.receivers.begin(), scenario.receivers.end(),
                   [](const ReceiverConfig& receiver) { return receiver.options.dead_reckoning.enabled; });
   if (!written && !fused) return std::nullopt;
-  return SensorRun(scenario.sensors, scenario.seed, plan.begin,
-                   [this](GpsTime t) { return vehicle_pose(t); });
+  return SensorRun(scenario.sensors, scenario.seed, plan.begin, plan.trajectory);
 }
 
 Pose Simulation::Impl::vehicle_pose(GpsTime t) const {

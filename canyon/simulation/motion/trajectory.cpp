@@ -9,6 +9,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/simulation/motion/ecef_pose.hpp"
 #include "canyon/simulation/motion/smooth_drive.hpp"
 
 namespace canyon::simulation {
@@ -122,6 +123,8 @@ struct Trajectory::Track {
   [[nodiscard]] Pose at(GpsTime t, Attitude attitude) const;
   [[nodiscard]] Pose in_segment(std::size_t segment, GpsTime t, Attitude attitude) const;
   [[nodiscard]] Pose in_motion(GpsTime t, Attitude attitude) const;
+  /// Precondition: there is a `motion`.
+  [[nodiscard]] EcefPose ecef_pose(GpsTime t, Attitude attitude) const;
 };
 
 Trajectory::Track::Track(const std::vector<std::pair<GpsTime, Geodetic>>& samples, bool straight)
@@ -270,6 +273,23 @@ Pose Trajectory::Track::in_motion(GpsTime t, Attitude attitude) const {
   return pose;
 }
 
+EcefPose Trajectory::Track::ecef_pose(GpsTime t, Attitude attitude) const {
+  const SmoothMotion::Point point = motion->at(std::clamp(t, times.front(), times.back()) - motion_begin);
+  const Eigen::Matrix3d& ecef_from_frame = frame.ecef_from_local_rotation();
+  EcefPose result;
+  result.position_m = frame.ecef_from_local(point.position);
+  result.velocity_mps = ecef_from_frame * point.velocity;
+  result.acceleration_mps2 = ecef_from_frame * point.acceleration;
+  const Eigen::Matrix3d enu_from_ecef = enu_from_ecef_at(result.position_m);
+  Pose pose;
+  pose.velocity_enu_mps = enu_from_ecef * result.velocity_mps;
+  pose.acceleration_enu_mps2 = enu_from_ecef * result.acceleration_mps2;
+  set_smooth_yaw(pose, point.yaw_rad, point.yaw_rate_radps);
+  set_attitude(pose, attitude);
+  result.ecef_from_body = enu_from_ecef.transpose() * enu_from_body(pose);
+  return result;
+}
+
 Pose Trajectory::Track::at(GpsTime t, Attitude attitude) const {
   t = std::clamp(t, times.front(), times.back());
   if (motion) return in_motion(t, attitude);
@@ -412,6 +432,11 @@ bool Trajectory::covers(GpsTime t) const {
   if (t < begin() || t > end()) return false;
   const auto after = std::lower_bound(track_->times.begin(), track_->times.end(), t);
   return *after == t || !track_->is_pause(static_cast<std::size_t>(after - track_->times.begin()) - 1);
+}
+
+std::optional<EcefPose> Trajectory::ecef_pose(GpsTime t) const {
+  if (!track_->motion) return std::nullopt;
+  return track_->ecef_pose(t, attitude_);
 }
 
 double Trajectory::length_m() const {
