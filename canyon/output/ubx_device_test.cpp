@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "canyon/output/ubx/messages.hpp"
+#include "canyon/simulation/sensor_run.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/ubx_device.hpp"
@@ -176,6 +177,37 @@ TEST(UbxDevice, StatesTheFusion) {
   message = status();
   EXPECT_EQ(message.u(12, 1), 0U);
   EXPECT_EQ(message.u(5, 1), 0b0010'1001U);
+}
+
+// ESF-MEAS: samples since the epoch before, in order; scales of UBX-13003221.
+TEST(UbxDevice, SendsTheSamplesOfTheSensors) {
+  auto e = ubx_epoch();
+  simulation::SensorBatch batch;
+  simulation::InertialSample imu;
+  const Eigen::Vector3d none = Eigen::Vector3d::Zero();
+  imu.truth.sensor = {none, none, none, Eigen::Matrix3d::Identity()};
+  imu.time = e.truth.time;
+  imu.sample = inertial::ImuSample{0, {{1.5, -2, 9.75}, {0, 0, geodesy::radians(-10)}}};
+  batch.imu = {imu};
+  simulation::WheelsAtWork wheels;
+  wheels.time = e.truth.time + -0.05;
+  wheels.sample.ticks = {70, -3};
+  batch.wheels = {wheels};
+  e.sensors = &batch;
+  EXPECT_THAT(ids(Device(encode_ubx).encode(e)), testing::Not(testing::Contains(0x1002)));
+  std::vector<Message> samples;
+  for (const Message& message : Device(encode_ubx, 0.1, false, true).encode(e))
+    if (message.id == 0x1002) samples.push_back(message);
+  ASSERT_EQ(samples.size(), 2U);
+  EXPECT_EQ(samples[0].u(4, 2) >> 11, 2U);
+  EXPECT_EQ(samples[0].u(8, 4), 8U << 24 | 70);
+  EXPECT_EQ(samples[0].u(12, 4), 9U << 24 | 1U << 23 | 3);
+  ASSERT_EQ(samples[1].payload.size(), 8U + 6 * 4);
+  EXPECT_EQ(samples[1].u(4, 2) >> 11, 6U);
+  EXPECT_EQ(samples[1].u(16, 4), 5U << 24 | (0x1000000U - 10 * 4096));
+  EXPECT_EQ(samples[1].u(20, 4), 16U << 24 | 1536U);
+  EXPECT_EQ(samples[1].u(24, 4), 17U << 24 | (0x1000000U - 2048));
+  EXPECT_EQ(samples[1].u(28, 4), 18U << 24 | 9984U);
 }
 
 // UBX-22008968: NAV-PVT flags and flags3 (3.15.13), NAV-STATUS (3.15.18), NAV-SAT (3.15.16), NAV-SIG

@@ -39,6 +39,8 @@ struct MessageInfo {
 inline constexpr MessageId kRelativePosition = 0x013C;
 /// ESF-STATUS: from the start of receivers with dead reckoning alone.
 inline constexpr MessageId kFusionStatus = 0x1010;
+/// ESF-MEAS: likewise; samples of the vehicle's sensors.
+inline constexpr MessageId kSensorSamples = 0x1002;
 /// In the order in which the messages of an epoch are sent.
 [[nodiscard]] std::span<const MessageInfo> messages();
 

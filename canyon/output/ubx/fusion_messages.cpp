@@ -1,7 +1,9 @@
 // Declared in canyon/output/ubx/messages.hpp.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "canyon/geodesy/constants.hpp"
 #include "canyon/output/ubx/messages.hpp"
 
 namespace canyon::output::ubx {
@@ -25,7 +27,52 @@ void put_sensor(Payload& p, std::uint8_t type, bool used, bool calibrated, doubl
   p.u1(static_cast<std::uint8_t>(std::clamp(std::round(rate_hz), 0.0, 255.0))).u1(0);
 }
 
+/// A measurement: 24 bits of data, the type above them.
+std::uint32_t measurement(std::uint8_t type, std::int64_t data) {
+  return static_cast<std::uint32_t>(data & 0xFFFFFF) | static_cast<std::uint32_t>(type) << 24;
+}
+std::int64_t in_24_bits(double value, double step) {
+  constexpr double kMost = (1 << 23) - 1;
+  return std::llround(std::clamp(value / step, -kMost, kMost));
+}
+
+/// The head of ESF-MEAS: time tag, number of measurements in bits 15 to 11, provider.
+Payload samples_head(std::uint32_t time_ms, int count) {
+  Payload p;
+  p.u4(time_ms).u2(count << 11).u2(0);
+  return p;
+}
+
 }  // namespace
+
+// ESF-MEAS (UBX-13003221): rates in 2^-12 deg/s, accelerations in 2^-10 m/s^2.
+std::string inertial_payload(std::uint32_t time_ms, const Eigen::Vector3d& specific_force_mps2,
+                             const Eigen::Vector3d& angular_rate_radps) {
+  constexpr double kRate = 1.0 / 4096, kAcceleration = 1.0 / 1024;
+  constexpr std::array kGyroscopes{kGyroscopeX, kGyroscopeY, kGyroscopeZ};
+  constexpr std::array kAccelerometers{kAccelerometerX, kAccelerometerY, kAccelerometerZ};
+  Payload p = samples_head(time_ms, 6);
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    p.u4(measurement(kGyroscopes[k], in_24_bits(geodesy::degrees(angular_rate_radps[i]), kRate)));
+  }
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    p.u4(measurement(kAccelerometers[k], in_24_bits(specific_force_mps2[i], kAcceleration)));
+  }
+  return p.bytes();
+}
+
+// Ticks in 23 bits, the direction above them.
+std::string wheels_payload(std::uint32_t time_ms, const std::array<std::uint32_t, 2>& ticks,
+                           const std::array<bool, 2>& backwards) {
+  Payload p = samples_head(time_ms, 2);
+  constexpr std::array kWheels{kRearLeftTicks, kRearRightTicks};
+  for (std::size_t i = 0; i < kWheels.size(); ++i) {
+    p.u4(measurement(kWheels[i], (ticks[i] & 0x7FFFFFU) | (backwards[i] ? 0x800000U : 0U)));
+  }
+  return p.bytes();
+}
 
 // ESF-STATUS, version 2 (UBX-13003221).
 std::string esf_status(const Epoch& epoch) {

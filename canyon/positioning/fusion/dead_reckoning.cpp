@@ -63,6 +63,7 @@ struct DeadReckoning::State {
     last_reading.reset();
     navigating = false;
     horizontal = vertical = {};
+    has_space_variance = false;
     last_velocity.reset();
   }
 
@@ -241,12 +242,22 @@ struct DeadReckoning::State {
     return level || height || moving;
   }
 
-  /// What errors from space leave in the position, as the satellites stood at a fix.
+  /// What errors from space leave in the position, as the satellites stood at its fixes. A few of them that
+  /// stand badly change little.
   void remember(const Fix& fix) {
-    const double sigma_m = corrected(fix.solution) || !fix.dop ? 0 : options.space_sigma_m;
-    const double level = sigma_m * (fix.dop ? fix.dop->hdop : 0),
-                 up = sigma_m * (fix.dop ? fix.dop->vdop : 0);
-    space_variance = {level * level / 2, level * level / 2, up * up};
+    if (!fix.dop && !corrected(fix.solution)) return;
+    const double sigma_m = corrected(fix.solution) ? 0 : options.space_sigma_m;
+    const double level = fix.dop ? sigma_m * fix.dop->hdop : 0, up = fix.dop ? sigma_m * fix.dop->vdop : 0;
+    const Vector3d now(level * level / 2, level * level / 2, up * up);
+    constexpr double kShare = 0.02;
+    const bool better = !has_space_variance || now.sum() < space_variance.sum();
+    if (better) {
+      space_variance = now;
+    } else {
+      constexpr double kMost = 4;
+      space_variance += kShare * (now.cwiseMin(kMost * space_variance) - space_variance);
+    }
+    has_space_variance = true;
   }
 
   [[nodiscard]] Fix answer(GpsTime time, const Fix& fix, bool taken) {
@@ -339,6 +350,7 @@ struct DeadReckoning::State {
   Followed horizontal, vertical;
   std::optional<double> fix_speed_mps;
   std::array<double, 2> moved_m{};  // since the last fix that was looked at, for horizontal and vertical
+  bool has_space_variance = false;
   Vector3d space_variance = Vector3d::Zero();  // east, north, up
   std::optional<Vector3d> gravity_at;
   Vector3d gravity_mps2 = Vector3d::Zero();
