@@ -1,5 +1,6 @@
 #include "canyon/output/inertial_files.hpp"
 
+#include <fmt/compile.h>
 #include <fmt/format.h>
 
 #include <cmath>
@@ -62,22 +63,23 @@ class CsvLayout final : public Layout {
 
  private:
   void begin_line(geodesy::GpsTime time) {
-    line_ = fmt::format("{},{}", time.week(), seconds_of_week(time, 9));
+    line_.clear();
+    fmt::format_to(std::back_inserter(line_), "{},{}", time.week(), seconds_of_week(time, 9));
   }
   void append(const Vector3d& v) {
-    for (const double value : {v.x(), v.y(), v.z()}) fmt::format_to(std::back_inserter(line_), ",{}", value);
+    fmt::format_to(std::back_inserter(line_), FMT_COMPILE(",{},{},{}"), v.x(), v.y(), v.z());
   }
   void end_line(const inertial::ImuInput& input, OutputFile& file) {
     append(input.specific_force_mps2);
     append(input.angular_rate_radps);
-    line_ += '\n';
-    file.write(line_);
+    line_.push_back('\n');
+    file.write({line_.data(), line_.size()});
   }
 
   inertial::ImuAxes axes_;
   geodesy::GpsTime begin_;
   OutputFile imu_, motion_;
-  std::string line_;
+  fmt::memory_buffer line_;  // its memory is kept
 };
 
 /// Increments with forward-right-down axes, fixes and truth; times are seconds of the week.
