@@ -11,6 +11,7 @@
 #include "canyon/buildings/shapes/ribbon.hpp"
 #include "canyon/buildings/sources/osm_reader.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/geodesy/constants.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::buildings {
@@ -43,7 +44,7 @@ TEST(Passages, ATunnelHidesAllButItsMouths) {
   const Vector3d inside(50, 0, 4.8);
   for (int azimuth = 0; azimuth < 360; azimuth += 5) {
     for (const int elevation : {1, 10, 40, 80}) {
-      const double a = azimuth * M_PI / 180, e = elevation * M_PI / 180;
+      const double a = azimuth * geodesy::kPi / 180, e = elevation * geodesy::kPi / 180;
       const Vector3d towards(std::sin(a) * std::cos(e), std::cos(a) * std::cos(e), std::sin(e));
       // Below 3.2 / 50 of height the mouth to the west is in sight.
       const bool mouth = elevation == 1 && std::abs(azimuth - 270) <= 3;
