@@ -122,7 +122,7 @@ struct StandIns : Kind {
     static constexpr std::uint8_t NOT_SOLVED = 0, FIX = 1, TOO_FEW_SATELLITES = 2, SINGULAR = 3,
                                   NOT_CONVERGED = 4, NO_SIGNAL = 5, NO_TRUTH = 6, WEAK_GEOMETRY = 7;
     static constexpr std::uint8_t KIND_NONE = 0, KIND_SINGLE = 1, KIND_DIFFERENTIAL = 2, KIND_FLOAT = 3,
-                                  KIND_FIXED = 4, KIND_DEAD_RECKONING = 5;
+                                  KIND_FIXED = 4, KIND_DEAD_RECKONING = 5, KIND_COMBINED = 6;
     Header header;
     std::uint8_t fix_status = 7, fix_kind = 7;
     float correction_age = 7;

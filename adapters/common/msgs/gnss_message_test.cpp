@@ -427,6 +427,11 @@ TEST(GnssMessage, SaysWhatTheCorrectionsMadeOfTheFix) {
     EXPECT_EQ(message.fix().correction_age_s(), 1.5);
     EXPECT_EQ(message.fix().correction_station(), 7U);
   }
+  fix.solution = positioning::FixKind::Single;
+  fix.fusion = positioning::Fusion{positioning::FusionPhase::Calibrating};
+  fill_gnss_message(sample_identity(), sample.report, message);
+  EXPECT_EQ(message.fix().kind(), msgs::GnssFix::COMBINED);
+  fix.solution = positioning::FixKind::Fixed;
   fix.used.clear();
   fill_gnss_message(sample_identity(), sample.report, message);
   EXPECT_EQ(message.state(), msgs::GnssReceiver::PREDICTION);
