@@ -488,7 +488,10 @@ TYPED_TEST(Conversions, SatellitesSayWhatTheyLackOfEpochs) {
                                     "baseline_up_m",
                                     "heading_deg",
                                     "heading_sigma_deg",
-                                    "wrong_fix"};
+                                    "wrong_fix",
+                                    "fusion",
+                                    "vehicle_heading_deg",
+                                    "vehicle_heading_sigma_deg"};
   simulation::Epoch epoch = distinct_epoch();
   epoch.observed.fix.solution = positioning::FixKind::Differential;
   epoch.observed.fix.correction_age_s = 1.5;
