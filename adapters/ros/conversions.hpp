@@ -113,7 +113,7 @@ template <class M>
 template <class M>
 [[nodiscard]] std::uint8_t kind_code(positioning::FixKind kind) {
   return code_of(kind, {M::KIND_NONE, M::KIND_SINGLE, M::KIND_DIFFERENTIAL, M::KIND_FLOAT, M::KIND_FIXED,
-                        M::KIND_DEAD_RECKONING});
+                        M::KIND_DEAD_RECKONING, M::KIND_COMBINED});
 }
 
 template <class Satellite>

@@ -122,7 +122,7 @@ struct StandIns : Kind {
     static constexpr std::uint8_t NOT_SOLVED = 0, FIX = 1, TOO_FEW_SATELLITES = 2, SINGULAR = 3,
                                   NOT_CONVERGED = 4, NO_SIGNAL = 5, NO_TRUTH = 6, WEAK_GEOMETRY = 7;
     static constexpr std::uint8_t KIND_NONE = 0, KIND_SINGLE = 1, KIND_DIFFERENTIAL = 2, KIND_FLOAT = 3,
-                                  KIND_FIXED = 4, KIND_DEAD_RECKONING = 5;
+                                  KIND_FIXED = 4, KIND_DEAD_RECKONING = 5, KIND_COMBINED = 6;
     Header header;
     std::uint8_t fix_status = 7, fix_kind = 7;
     float correction_age = 7;
@@ -488,7 +488,10 @@ TYPED_TEST(Conversions, SatellitesSayWhatTheyLackOfEpochs) {
                                     "baseline_up_m",
                                     "heading_deg",
                                     "heading_sigma_deg",
-                                    "wrong_fix"};
+                                    "wrong_fix",
+                                    "fusion",
+                                    "vehicle_heading_deg",
+                                    "vehicle_heading_sigma_deg"};
   simulation::Epoch epoch = distinct_epoch();
   epoch.observed.fix.solution = positioning::FixKind::Differential;
   epoch.observed.fix.correction_age_s = 1.5;

@@ -101,6 +101,8 @@ std::string format_report(const BuildReport& r) {
                             also(r.parts_beyond, "reaching beyond theirs")));
   if (r.structures > 0)
     line("structures", fmt::format("{} bridges, tunnels, installations, furniture", r.structures));
+  if (r.tunnels > 0 || r.bridges > 0)
+    line("roads", fmt::format("{} under roofs, {} bridges", r.tunnels, r.bridges));
   if (r.surveyed > 0) line("surfaces", fmt::format("{} with surfaces of their own", r.surveyed));
   if (r.trees > 0 || r.woods > 0) line("foliage", fmt::format("{} trees, {} woods", r.trees, r.woods));
   if (r.foliage_left_out > 0) {

@@ -13,6 +13,7 @@
 #include "canyon/buildings/feature_tags.hpp"
 #include "canyon/buildings/ground.hpp"
 #include "canyon/buildings/map_frame.hpp"
+#include "canyon/buildings/passages.hpp"
 #include "canyon/buildings/shapes/cityjson_solid.hpp"
 #include "canyon/buildings/shapes/outlines.hpp"
 #include "canyon/buildings/shapes/part_assignment.hpp"
@@ -78,6 +79,7 @@ class Builder {
       raise(i);
       if (i % 256 == 0) report_progress((map_.features.size() + i) / 2);
     }
+    for (const MapFeature& passage : map_.passages) raise_passage(passage);
     report_progress(map_.features.size());
     if (mesh().objects.size() == ground_objects) {
       throw InputError(
@@ -403,6 +405,30 @@ class Builder {
     }
     built.reason = fmt::format("{}", fmt::join(notes, "; "));
     count_surveyed(report(), feature.kind);
+  }
+
+  // --- roads under roofs and over others -------------------------------------------------------------
+
+  void raise_passage(const MapFeature& feature) {
+    const bool bridge = passage_kind(feature.tags) == PassageKind::Bridge;
+    if (!(bridge ? options_.bridges : options_.tunnels)) return;
+    std::vector<Eigen::Vector3d> line;
+    for (const LonLat& place : feature.line) {
+      const std::optional<Eigen::Vector3d> ground = map_frame_.ground(place);
+      if (!ground) {
+        complaints_.add("tunnels and bridges beyond the terrain, left out", feature.id);
+        return;
+      }
+      line.push_back(*ground);
+    }
+    const std::size_t first = mesh().objects.size();
+    if (!append_passage(mesh(), feature.id, feature.tags, line, terrain_ == nullptr)) {
+      complaints_.add("tunnels and bridges without a length, left out", feature.id);
+      return;
+    }
+    for (std::size_t k = first; k < mesh().objects.size(); ++k)
+      mesh().objects[k].facades = city::FacadeMix::AsGiven;
+    ++(bridge ? report().bridges : report().tunnels);
   }
 
   // --- foliage ---------------------------------------------------------------------------------------

@@ -35,7 +35,8 @@ struct BuildReport {
   std::size_t outlines_cut = 0;       ///< in `buildings`: what parts leave uncovered, or what is below them
   std::size_t parts_alone = 0;        ///< in `parts`: no building outline holds them
   std::size_t parts_beyond = 0;       ///< in `parts`: they reach beyond their outline, and are kept so
-  std::size_t structures = 0;         ///< bridges, tunnels, installations, city furniture of city models
+  std::size_t tunnels = 0, bridges = 0;  ///< of the map's roads and railways
+  std::size_t structures = 0;            ///< bridges, tunnels, installations, city furniture of city models
   std::size_t surveyed = 0;  ///< in `buildings`, `parts` and `structures`: built from ready-made surfaces
   std::size_t heights_tagged = 0, heights_from_levels = 0, heights_default = 0;
   std::size_t heights_inherited = 0;  ///< parts without height or levels, which take their building's

@@ -10,7 +10,6 @@
 namespace canyon::inertial {
 namespace {
 
-using Eigen::AngleAxisd;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
@@ -27,14 +26,7 @@ Vector3d turn_of(const Matrix3d& rotation) {
 
 IdealImu::IdealImu(const ImuOptions& options, BodyMotion motion, double step_s)
     : motion_(std::move(motion)), step_s_(step_s), position_m_(options.position_m) {
-  const auto about = [](double angle_deg, const Vector3d& axis) {
-    return AngleAxisd(geodesy::radians(angle_deg), axis);
-  };
-  body_from_sensor_ =
-      (about(options.yaw_deg, Vector3d::UnitZ()) * about(-options.pitch_deg, Vector3d::UnitY()) *
-       about(options.roll_deg, Vector3d::UnitX()))
-          .toRotationMatrix();
-  if (options.axes == ImuAxes::Frd) body_from_sensor_ *= Vector3d(1, -1, -1).asDiagonal();
+  body_from_sensor_ = body_from_sensor(options);
 }
 
 const BodyState& IdealImu::body(std::int64_t index) {

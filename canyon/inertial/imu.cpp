@@ -26,12 +26,19 @@ FlickerNoise::FlickerNoise(double floor, RandomStream& random) : sigma_(floor / 
 Vector3d FlickerNoise::next(double dt_s, RandomStream& random) {
   Vector3d sum = Vector3d::Zero();
   if (!(sigma_ > 0)) return sum;
-  double time_constant_s = 1;
-  for (Vector3d& value : values_) {
-    const double keep = std::exp(-dt_s / time_constant_s);
-    value = keep * value + sigma_ * std::sqrt(1 - keep * keep) * normals(random);
-    sum += value;
-    time_constant_s *= 10;
+  // Steps differ in their last digits.
+  if (std::abs(dt_s - dt_s_) > 1e-9 * dt_s) {
+    dt_s_ = dt_s;
+    double time_constant_s = 1;
+    for (std::size_t i = 0; i < kProcesses; ++i) {
+      keep_[i] = std::exp(-dt_s / time_constant_s);
+      drive_[i] = sigma_ * std::sqrt(1 - keep_[i] * keep_[i]);
+      time_constant_s *= 10;
+    }
+  }
+  for (std::size_t i = 0; i < kProcesses; ++i) {
+    values_[i] = keep_[i] * values_[i] + drive_[i] * normals(random);
+    sum += values_[i];
   }
   return sum;
 }

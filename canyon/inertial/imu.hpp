@@ -25,6 +25,8 @@ class FlickerNoise {
  private:
   static constexpr std::size_t kProcesses = 5;
   double sigma_;
+  double dt_s_ = 0;  // that keep_ and drive_ belong to
+  std::array<double, kProcesses> keep_{}, drive_{};
   std::array<Eigen::Vector3d, kProcesses> values_;
 };
 

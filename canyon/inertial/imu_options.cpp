@@ -1,5 +1,6 @@
 #include "canyon/inertial/imu_options.hpp"
 
+#include <Eigen/Geometry>
 #include <array>
 #include <limits>
 #include <string_view>
@@ -58,6 +59,18 @@ ImuNumbers imu_numbers(const ImuOptions& options) {
       a.resolution_mg.value_or(by_accelerometer[6]) * kMilliG,
       a.range_g.value_or(by_accelerometer[7]) * kStandardGravity};
   return numbers;
+}
+
+Eigen::Matrix3d body_from_sensor(const ImuOptions& options) {
+  const auto about = [](double angle_deg, const Eigen::Vector3d& axis) {
+    return Eigen::AngleAxisd(geodesy::radians(angle_deg), axis);
+  };
+  Eigen::Matrix3d rotation = (about(options.yaw_deg, Eigen::Vector3d::UnitZ()) *
+                              about(-options.pitch_deg, Eigen::Vector3d::UnitY()) *
+                              about(options.roll_deg, Eigen::Vector3d::UnitX()))
+                                 .toRotationMatrix();
+  if (options.axes == ImuAxes::Frd) rotation *= Eigen::Vector3d(1, -1, -1).asDiagonal();
+  return rotation;
 }
 
 void ImuOptions::validate() const {
@@ -127,13 +140,6 @@ void visit(options::Visitor& v, ImuOptions& o) {
   v.number({"time_offset_s", "s", "stated times less the true ones"}, o.time_offset_s, {-10, 10});
   v.number({"time_jitter_s", "s", "standard deviation of the stated times"}, o.time_jitter_s, {0, 1});
   v.number({"lost", "", "share of samples that are lost"}, o.lost, {0, 1, false, true});
-}
-
-void visit(options::Visitor& v, SensorOptions& o) {
-  if (!v.wants(v.reads() ? v.has("imu") : o.imu.has_value())) return;
-  ImuOptions imu = o.imu.value_or(ImuOptions{});
-  v.part("imu", imu);
-  if (v.reads()) o.imu = imu;
 }
 
 }  // namespace canyon::inertial

@@ -70,15 +70,12 @@ struct ImuNumbers {
 /// The numbers of the options, those of the profile where they are empty.
 [[nodiscard]] ImuNumbers imu_numbers(const ImuOptions& options);
 
+/// Turns vectors from the sensor's axes to the vehicle's: forward, left, up.
+[[nodiscard]] Eigen::Matrix3d body_from_sensor(const ImuOptions& options);
+
 /// Standard gravity [m/s^2], CGPM 1901: 1 g of data sheets.
 inline constexpr double kStandardGravity = 9.80665;
 
-/// Sensors of the vehicle beside its receivers.
-struct SensorOptions {
-  std::optional<ImuOptions> imu;
-};
-
 void visit(options::Visitor& v, ImuOptions& o);
-void visit(options::Visitor& v, SensorOptions& o);
 
 }  // namespace canyon::inertial

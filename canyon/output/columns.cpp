@@ -332,8 +332,8 @@ constexpr std::array kEpochColumns{
         .not_in_csv()
         .in_view(F64),
     word(
-        "fix_kind", "`none`, `single`, `differential`, `float`, `fixed` or `dead reckoning`", "never",
-        positioning::FixKind::DeadReckoning,
+        "fix_kind", "`none`, `single`, `differential`, `float`, `fixed`, `dead reckoning` or `combined`",
+        "never", positioning::FixKind::Combined,
         [](const Row& r) { return static_cast<std::int64_t>(fix_of(r).kind()); },
         [](std::int64_t i) { return positioning::name(static_cast<positioning::FixKind>(i)); })
         .in_view(U8),
@@ -393,6 +393,25 @@ constexpr std::array kEpochColumns{
           return wrong ? (*wrong ? 1.0 : 0.0) : kNone;
         })
         .in_view(F32),
+    word(
+        "fusion", "the vehicle's sensors in the fix: `initialising` (not yet), `calibrating` or `navigating`",
+        "no dead reckoning", positioning::FusionPhase::Navigating,
+        [](const Row& r) {
+          const auto& fusion = fix_of(r).fusion;
+          return fusion ? static_cast<std::int64_t>(fusion->phase) : -1;
+        },
+        [](std::int64_t i) { return positioning::name(static_cast<positioning::FusionPhase>(i)); }),
+    number("vehicle_heading_deg", "deg", 4,
+           "heading of the vehicle by its sensors, from north, clockwise, 0 to 360", "not fused",
+           [](const Row& r) {
+             const auto& fix = fix_of(r);
+             return fix.fused() ? wrapped_azimuth_deg(fix.fusion->heading_rad, 4) : kNone;
+           }),
+    number("vehicle_heading_sigma_deg", "deg", 4, "standard deviation of that heading", "not fused",
+           [](const Row& r) {
+             const auto& fix = fix_of(r);
+             return fix.fused() ? degrees(fix.fusion->heading_sigma_rad) : kNone;
+           }),
 };
 
 constexpr std::array kSatelliteColumns{

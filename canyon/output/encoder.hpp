@@ -32,6 +32,7 @@ struct ReceiverDescription {
   double interval_s = 1;
   tracking::SignalOptions signal = {};  ///< `enabled`: signals have strength and phase
   bool rtk = false;                     ///< it computes a baseline from a base (Fix::baseline)
+  bool dead_reckoning = false;          ///< it has the vehicle's sensors (Fix::fusion)
   geodesy::GpsTime begin = {};          ///< of the run
   /// Antenna of a receiver that never moves, such as a base station's [m, ECEF].
   std::optional<Eigen::Vector3d> station_ecef = {};

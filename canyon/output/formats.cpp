@@ -34,6 +34,7 @@ ReceiverDescription describe_receiver(const simulation::ReceiverConfig& receiver
   description.tracks = options.tracks;
   description.signal = options.signal;
   description.rtk = options.rtk.enabled;
+  description.dead_reckoning = options.dead_reckoning.enabled;
   description.interval_s = interval_s;
   description.begin = begin;
   description.elevation_mask_rad = options.fix.elevation_mask_rad;

@@ -1,5 +1,6 @@
 #include "canyon/output/inertial_files.hpp"
 
+#include <fmt/compile.h>
 #include <fmt/format.h>
 
 #include <cmath>
@@ -10,20 +11,22 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/output/number.hpp"
-#include "canyon/simulation/inertial_run.hpp"
 #include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/sensor_run.hpp"
 
 namespace canyon::output {
 namespace {
 
 using Eigen::Vector3d;
 using simulation::InertialSample;
+using simulation::WheelsAtWork;
 
 /// A layout of files.
 class Layout {
  public:
   virtual ~Layout() = default;
-  virtual void add(const InertialSample& sample) = 0;
+  virtual void add(const InertialSample& /*sample*/) {}
+  virtual void add_wheels(const WheelsAtWork& /*sample*/) {}
   virtual void add_fix(const simulation::Epoch& /*epoch*/) {}
   virtual void commit() = 0;
 };
@@ -60,22 +63,23 @@ class CsvLayout final : public Layout {
 
  private:
   void begin_line(geodesy::GpsTime time) {
-    line_ = fmt::format("{},{}", time.week(), seconds_of_week(time, 9));
+    line_.clear();
+    fmt::format_to(std::back_inserter(line_), "{},{}", time.week(), seconds_of_week(time, 9));
   }
   void append(const Vector3d& v) {
-    for (const double value : {v.x(), v.y(), v.z()}) fmt::format_to(std::back_inserter(line_), ",{}", value);
+    fmt::format_to(std::back_inserter(line_), FMT_COMPILE(",{},{},{}"), v.x(), v.y(), v.z());
   }
   void end_line(const inertial::ImuInput& input, OutputFile& file) {
     append(input.specific_force_mps2);
     append(input.angular_rate_radps);
-    line_ += '\n';
-    file.write(line_);
+    line_.push_back('\n');
+    file.write({line_.data(), line_.size()});
   }
 
   inertial::ImuAxes axes_;
   geodesy::GpsTime begin_;
   OutputFile imu_, motion_;
-  std::string line_;
+  fmt::memory_buffer line_;  // its memory is kept
 };
 
 /// Increments with forward-right-down axes, fixes and truth; times are seconds of the week.
@@ -130,31 +134,56 @@ class KfGinsLayout final : public Layout {
   OutputFile imu_, gnss_, truth_;
 };
 
+class WheelLayout final : public Layout {
+ public:
+  explicit WheelLayout(const std::filesystem::path& folder) : file_(folder / "wheels.csv") {
+    file_.write(
+        "gps_week,gps_tow,speed_left_mps,speed_right_mps,ticks_left,ticks_right,true_speed_left_mps,"
+        "true_speed_right_mps\n");
+  }
+
+  void add_wheels(const WheelsAtWork& sample) override {
+    const auto& [left, right] = sample.sample.speed_mps;
+    const auto& ticks = sample.sample.ticks;
+    file_.write(fmt::format("{},{},{},{},{},{},{},{}\n", sample.time.week(), seconds_of_week(sample.time, 9),
+                            left, right, ticks ? std::to_string((*ticks)[0]) : "",
+                            ticks ? std::to_string((*ticks)[1]) : "", sample.true_mps[0],
+                            sample.true_mps[1]));
+  }
+  void commit() override { file_.commit(); }
+
+ private:
+  OutputFile file_;
+};
+
 class InertialFiles final : public simulation::EpochSink {
  public:
-  InertialFiles(const simulation::Simulation& simulation, const std::filesystem::path& folder)
-      : run_(*simulation.scenario().sensors.imu, simulation.scenario().seed, simulation.begin(),
-             [&simulation](geodesy::GpsTime t) { return simulation.vehicle_pose(t); }) {
-    const inertial::ImuOptions& options = *simulation.scenario().sensors.imu;
+  InertialFiles(const simulation::Simulation& simulation, const std::filesystem::path& folder) {
+    const inertial::SensorOptions& sensors = simulation.scenario().sensors;
     const simulation::OutputConfig& wanted = simulation.scenario().outputs;
-    if (wanted.has("imu"))
-      layouts_.push_back(std::make_unique<CsvLayout>(folder, options.axes, simulation.begin()));
-    if (wanted.has("kf_gins"))
-      layouts_.push_back(std::make_unique<KfGinsLayout>(folder, options, simulation.begin()));
+    const geodesy::GpsTime begin = simulation.begin();
+    if (sensors.imu && wanted.has("imu"))
+      layouts_.push_back(std::make_unique<CsvLayout>(folder, sensors.imu->axes, begin));
+    if (sensors.imu && wanted.has("kf_gins"))
+      layouts_.push_back(std::make_unique<KfGinsLayout>(folder, *sensors.imu, begin));
+    if (sensors.wheels && wanted.has("wheels")) layouts_.push_back(std::make_unique<WheelLayout>(folder));
   }
 
   void write(const simulation::Epoch& epoch) override {
-    while (const auto sample = run_.next(epoch.truth.time)) {
-      for (const auto& layout : layouts_) layout->add(*sample);
+    if (epoch.receiver == 0 && epoch.sensors != nullptr) {
+      for (const auto& layout : layouts_) {
+        for (const InertialSample& sample : epoch.sensors->imu) layout->add(sample);
+        for (const WheelsAtWork& sample : epoch.sensors->wheels) layout->add_wheels(sample);
+      }
     }
     for (const auto& layout : layouts_) layout->add_fix(epoch);
   }
   void finish() override {
     for (const auto& layout : layouts_) layout->commit();
   }
+  [[nodiscard]] bool uses_sensors() const override { return !layouts_.empty(); }
 
  private:
-  simulation::InertialRun run_;
   std::vector<std::unique_ptr<Layout>> layouts_;
 };
 

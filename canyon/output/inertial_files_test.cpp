@@ -116,6 +116,24 @@ TEST_F(InertialFilesTest, LeaveLostSamplesOut) {
   EXPECT_NEAR(rows("kf_gins_imu.txt")[0][6], -0.0978, 0.001);
 }
 
+// The wheels of the drive: the true speed is the mean of that of the motion, and ticks count the way.
+TEST_F(InertialFilesTest, HaveTheWheels) {
+  run("profile: ideal}, wheels: {rate_hz: 20, tick_m: 0.01, scale: 0, slip: 0", "[imu, wheels]");
+  const auto wheels = rows("wheels.csv", 1), motion = rows("motion.csv", 1);
+  ASSERT_EQ(wheels.size(), 60U);
+  ASSERT_EQ(wheels[0].size(), 8U);
+  double way_m = 0;
+  for (std::size_t k = 1; k < 60; ++k) {
+    EXPECT_NEAR(wheels[k][1], motion[5 * k + 4][1], 1e-9);
+    const double mean = (motion[5 * k - 1][5] + motion[5 * k + 4][5]) / 2;  // trapezoidal
+    EXPECT_NEAR(wheels[k][6], mean, 2e-3);
+    EXPECT_NEAR(wheels[k][2], wheels[k][6], 0.01 / 0.05 + 1e-9);
+    way_m += wheels[k][6] * 0.05;
+  }
+  EXPECT_NEAR(wheels[59][4] * 0.01, way_m, 0.011);
+  EXPECT_GT(way_m, 3);
+}
+
 TEST_F(InertialFilesTest, AreNotThereWithoutASensor) {
   run("profile: ideal", "[epochs_csv]");
   EXPECT_FALSE(exists("imu.csv"));

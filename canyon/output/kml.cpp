@@ -25,7 +25,8 @@ struct KindStyle {
 constexpr std::array kKinds{KindStyle{positioning::FixKind::Single, "fix", "999999"},
                             KindStyle{positioning::FixKind::Differential, "fix_differential", "56b4e9"},
                             KindStyle{positioning::FixKind::Float, "fix_float", "e69f00"},
-                            KindStyle{positioning::FixKind::Fixed, "fix_fixed", "009e73"}};
+                            KindStyle{positioning::FixKind::Fixed, "fix_fixed", "009e73"},
+                            KindStyle{positioning::FixKind::Combined, "fix_combined", "8a6a00"}};
 
 /// KML writes colours as alpha, blue, green, red.
 std::string kml_colour(std::string_view rgb) {

@@ -1,5 +1,6 @@
 // Declared in canyon/output/formats.hpp.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "canyon/base/text.hpp"
@@ -12,6 +13,7 @@
 #include "canyon/output/ubx/messages.hpp"
 #include "canyon/output/ubx/satellite_names.hpp"
 #include "canyon/rtcm/rtcm_decoder.hpp"
+#include "canyon/simulation/sensor_run.hpp"
 
 namespace canyon::output {
 namespace {
@@ -33,7 +35,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
         commands_(
             generation,
             ubx::Configuration(generation, static_cast<int>(std::floor(receiver.interval_s * 1e3 + 1e-6)),
-                               receiver.rtk),
+                               receiver.rtk, receiver.dead_reckoning),
             receiver.systems, *this),
         generation_(generation) {}
 
@@ -42,6 +44,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     last_->arrival = nullptr;
     last_->navigation = nullptr;
     last_->environment = nullptr;
+    last_->sensors = nullptr;
     const receiver::ReceiverEpoch& seen = epoch.observed;
     begin_anew(seen.events.restart);
     if (seen.fix.solved() && !first_fix_) first_fix_ = seen.time;
@@ -53,6 +56,8 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
       if (!speaks || settings.rate(kSubframes) == 0 || !ubx::satellite_name(message.id)) continue;
       text += ubx::frame(kSubframes, ubx::subframe_payload(message, generation_, channels_));
     }
+    if (speaks && settings.rate(ubx::kSensorSamples) > 0 && epoch.sensors != nullptr)
+      text += sensor_samples(*epoch.sensors);
     if (!due(seen.time)) return text;
     ++navigations_;
     const auto turn = [&](ubx::MessageId id) {
@@ -136,6 +141,40 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
              last_->geoid_undulation_m});
   }
 
+  /// ESF-MEAS of each sample since the epoch before, in the order of their times. Time tags count from the
+  /// start.
+  std::string sensor_samples(const simulation::SensorBatch& batch) {
+    std::string text;
+    const auto tag = [this](GpsTime time) {
+      return static_cast<std::uint32_t>(std::max<std::int64_t>(0, std::llround((time - begin_) * 1e3)));
+    };
+    auto wheels = batch.wheels.begin();
+    const auto put_wheels = [&](const GpsTime* until) {
+      for (; wheels != batch.wheels.end() && (until == nullptr || wheels->time <= *until); ++wheels) {
+        if (!wheels->sample.ticks) continue;
+        std::array<bool, 2> backwards{};
+        for (std::size_t i = 0; i < 2; ++i) {
+          const std::int64_t step = (*wheels->sample.ticks)[i] - wheel_ticks_[i];
+          wheel_ticks_[i] += step;
+          counted_ticks_[i] += static_cast<std::uint32_t>(std::abs(step));
+          backwards[i] = step < 0;
+        }
+        text += ubx::frame(ubx::kSensorSamples,
+                           ubx::wheels_payload(tag(wheels->time), counted_ticks_, backwards));
+      }
+    };
+    for (const simulation::InertialSample& sample : batch.imu) {
+      put_wheels(&sample.time);
+      if (!sample.sample) continue;
+      const inertial::ImuInput& measured = sample.sample->measured;
+      text += ubx::frame(
+          ubx::kSensorSamples,
+          ubx::inertial_payload(tag(sample.time), measured.specific_force_mps2, measured.angular_rate_radps));
+    }
+    put_wheels(nullptr);
+    return text;
+  }
+
   /// Whether an epoch is the first at or behind the next multiple of the asked interval of GPS time.
   bool due(GpsTime time) {
     const std::int64_t now =
@@ -174,6 +213,8 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
   std::optional<simulation::Epoch> last_;
   RawEpoch raw_;  ///< of last_, whose measurements it points to
   std::optional<GpsTime> first_fix_;
+  std::array<std::int64_t, 2> wheel_ticks_{};     // of the last sample
+  std::array<std::uint32_t, 2> counted_ticks_{};  // in either direction
   std::int64_t interval_ = -1;
   std::int64_t navigations_ = 0;
 };

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "canyon/output/ubx/messages.hpp"
+#include "canyon/simulation/sensor_run.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/ubx_device.hpp"
@@ -121,6 +122,91 @@ TEST(UbxDevice, APredictionIsDeadReckoning) {
   EXPECT_EQ(pvt.u(40, 4), 2500U);
   EXPECT_EQ(pvt.u(76, 2), 9999U);
   EXPECT_EQ(find(messages, 0x0103).u(4, 2), 0b1101U << 8 | 1);
+}
+
+positioning::Fusion navigating() {
+  positioning::Fusion fusion;
+  fusion.phase = positioning::FusionPhase::Navigating;
+  fusion.heading_rad = geodesy::radians(123.5);
+  fusion.imu_calibrated = true;
+  fusion.imu_hz = 100;
+  fusion.wheels_hz = 10;
+  return fusion;
+}
+
+// Fix type 4 is GNSS and dead reckoning combined; headVeh is valid by flag 5 (UBX-22008968 3.15.13).
+TEST(UbxDevice, SensorsMakeACombinedFix) {
+  auto e = ubx_epoch();
+  const auto type = [&] { return find(Device(encode_ubx).encode(e), 0x0107).u(20, 1); };
+  EXPECT_EQ(type(), 3U);
+  e.observed.fix.fusion = positioning::Fusion();  // initialising: the satellites' fix
+  EXPECT_EQ(type(), 3U);
+  e.observed.fix.fusion = navigating();
+  EXPECT_EQ(type(), 4U);
+  const Message pvt = find(Device(encode_ubx).encode(e), 0x0107);
+  EXPECT_EQ(pvt.u(21, 1), 0b100001U);
+  EXPECT_EQ(pvt.i4(84), 12'350'000);
+  e.observed.fix.solution = positioning::FixKind::Fixed;
+  EXPECT_EQ(type(), 4U);
+  EXPECT_EQ(find(Device(encode_ubx).encode(e), 0x0107).u(21, 1) >> 6, 2U);  // carrier phases, fixed
+  e.observed.fix.used.clear();
+  EXPECT_EQ(type(), 1U);
+}
+
+// ESF-STATUS: only of receivers with dead reckoning.
+TEST(UbxDevice, StatesTheFusion) {
+  auto e = ubx_epoch();
+  EXPECT_THAT(ids(Device(encode_ubx).encode(e)), testing::Not(testing::Contains(0x1010)));
+  const auto status = [&] { return find(Device(encode_ubx, 0.1, false, true).encode(e), 0x1010); };
+  EXPECT_EQ(status().u(12, 1), 3U);  // disabled
+  EXPECT_EQ(status().u(15, 1), 0U);
+  e.observed.fix.fusion = navigating();
+  Message message = status();
+  ASSERT_EQ(message.payload.size(), 16U + 8 * 4);
+  EXPECT_EQ(message.u(4, 1), 2U);
+  EXPECT_EQ(message.u(5, 2), 0b0000'0010'0100'1010U);
+  EXPECT_EQ(message.u(12, 1), 1U);
+  EXPECT_EQ(message.u(15, 1), 8U);
+  EXPECT_EQ(message.u(16, 1), 0xC0U | 5);  // gyroscope about z, used and ready
+  EXPECT_EQ(message.u(17, 1) & 3, 2U);     // calibrated
+  EXPECT_EQ(message.u(18, 1), 100U);
+  EXPECT_EQ(message.u(16 + 6 * 4, 1), 0xC0U | 8);  // ticks of the left rear wheel
+  EXPECT_EQ(message.u(17 + 6 * 4, 1) & 3, 1U);     // calibrating
+  e.observed.fix.fusion->phase = positioning::FusionPhase::Initialising;
+  message = status();
+  EXPECT_EQ(message.u(12, 1), 0U);
+  EXPECT_EQ(message.u(5, 1), 0b0010'1001U);
+}
+
+// ESF-MEAS: samples since the epoch before, in order; scales of UBX-13003221.
+TEST(UbxDevice, SendsTheSamplesOfTheSensors) {
+  auto e = ubx_epoch();
+  simulation::SensorBatch batch;
+  simulation::InertialSample imu;
+  const Eigen::Vector3d none = Eigen::Vector3d::Zero();
+  imu.truth.sensor = {none, none, none, Eigen::Matrix3d::Identity()};
+  imu.time = e.truth.time;
+  imu.sample = inertial::ImuSample{0, {{1.5, -2, 9.75}, {0, 0, geodesy::radians(-10)}}};
+  batch.imu = {imu};
+  simulation::WheelsAtWork wheels;
+  wheels.time = e.truth.time + -0.05;
+  wheels.sample.ticks = {70, -3};
+  batch.wheels = {wheels};
+  e.sensors = &batch;
+  EXPECT_THAT(ids(Device(encode_ubx).encode(e)), testing::Not(testing::Contains(0x1002)));
+  std::vector<Message> samples;
+  for (const Message& message : Device(encode_ubx, 0.1, false, true).encode(e))
+    if (message.id == 0x1002) samples.push_back(message);
+  ASSERT_EQ(samples.size(), 2U);
+  EXPECT_EQ(samples[0].u(4, 2) >> 11, 2U);
+  EXPECT_EQ(samples[0].u(8, 4), 8U << 24 | 70);
+  EXPECT_EQ(samples[0].u(12, 4), 9U << 24 | 1U << 23 | 3);
+  ASSERT_EQ(samples[1].payload.size(), 8U + 6 * 4);
+  EXPECT_EQ(samples[1].u(4, 2) >> 11, 6U);
+  EXPECT_EQ(samples[1].u(16, 4), 5U << 24 | (0x1000000U - 10 * 4096));
+  EXPECT_EQ(samples[1].u(20, 4), 16U << 24 | 1536U);
+  EXPECT_EQ(samples[1].u(24, 4), 17U << 24 | (0x1000000U - 2048));
+  EXPECT_EQ(samples[1].u(28, 4), 18U << 24 | 9984U);
 }
 
 // UBX-22008968: NAV-PVT flags and flags3 (3.15.13), NAV-STATUS (3.15.18), NAV-SAT (3.15.16), NAV-SIG

@@ -356,9 +356,14 @@ std::string_view reason(FixStatus status) {
 }
 
 std::string_view name(FixKind kind) {
-  constexpr std::array<std::string_view, 6> kNames{"none",  "single", "differential",
-                                                   "float", "fixed",  "dead reckoning"};
+  constexpr std::array<std::string_view, 7> kNames{"none",  "single",         "differential", "float",
+                                                   "fixed", "dead reckoning", "combined"};
   return kNames.at(static_cast<std::size_t>(kind));
+}
+
+std::string_view name(FusionPhase phase) {
+  constexpr std::array<std::string_view, 3> kNames{"initialising", "calibrating", "navigating"};
+  return kNames.at(static_cast<std::size_t>(phase));
 }
 
 double Baseline::heading_rad() const {

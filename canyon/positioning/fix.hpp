@@ -71,8 +71,9 @@ enum class FixKind : std::uint8_t {
   Float,          ///< carrier phases relative to a base, ambiguities real numbers
   Fixed,          ///< likewise, ambiguities whole numbers
   DeadReckoning,  ///< prediction: no satellite of this epoch is in it
+  Combined,       ///< Single, together with the vehicle's sensors
 };
-/// "none", "single", "differential", "float", "fixed", "dead reckoning".
+/// "none", "single", "differential", "float", "fixed", "dead reckoning", "combined".
 [[nodiscard]] std::string_view name(FixKind kind);
 /// Whether a base's corrections are in it: Differential, Float, Fixed.
 [[nodiscard]] constexpr bool corrected(FixKind kind) {
@@ -99,6 +100,27 @@ struct Baseline {
   [[nodiscard]] double heading_sigma_rad() const;
 };
 
+/// Phases of a receiver with the vehicle's sensors (UBX-ESF-STATUS).
+enum class FusionPhase : std::uint8_t {
+  Initialising,  ///< it waits for a motion that tells its heading: the position is the satellites'
+  Calibrating,   ///< the sensors are in the position; their errors are being found
+  Navigating,    ///< the errors of the sensors are known
+};
+/// "initialising", "calibrating", "navigating".
+[[nodiscard]] std::string_view name(FusionPhase phase);
+
+/// What a receiver with the vehicle's sensors knows beside its position (DeadReckoning).
+struct Fusion {
+  FusionPhase phase = FusionPhase::Initialising;
+  /// Of the vehicle: heading from north clockwise, [0, 2 pi), nose up, left side up. Nothing while
+  /// initialising.
+  double heading_rad = 0, pitch_rad = 0, roll_rad = 0;
+  double heading_sigma_rad = 0;  ///< standard deviation
+  bool standing = false;
+  bool imu_calibrated = false, wheels_calibrated = false;
+  double imu_hz = 0, wheels_hz = 0;  ///< rates of their readings; 0: there is no such sensor
+};
+
 /// A position solution. Covariance, DOP and counts all come from the system that made the position.
 struct [[nodiscard]] Fix {
   FixStatus status = FixStatus::NotSolved;
@@ -113,6 +135,8 @@ struct [[nodiscard]] Fix {
   /// Solution by carrier phases, where the receiver has corrections. A moving base gives no position: the fix
   /// then is Single or Differential beside it.
   std::optional<Baseline> baseline;
+  /// Of a receiver with the vehicle's sensors.
+  std::optional<Fusion> fusion;
   /// NaN unless solved.
   Eigen::Vector3d position_ecef = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
   geodesy::Geodetic position{std::numeric_limits<double>::quiet_NaN(),
@@ -143,10 +167,13 @@ struct [[nodiscard]] Fix {
   [[nodiscard]] bool solved() const { return status == FixStatus::Fix; }
   /// Satellites of this epoch are in the position.
   [[nodiscard]] bool measured() const { return solved() && !used.empty(); }
-  /// DeadReckoning is a position filter's prediction.
+  /// The vehicle's sensors are in the position.
+  [[nodiscard]] bool fused() const { return fusion && fusion->phase != FusionPhase::Initialising; }
+  /// DeadReckoning is a prediction, of a position filter or of the vehicle's sensors.
   [[nodiscard]] FixKind kind() const {
     if (!solved()) return FixKind::None;
-    return used.empty() ? FixKind::DeadReckoning : solution;
+    if (used.empty()) return FixKind::DeadReckoning;
+    return fused() && solution == FixKind::Single ? FixKind::Combined : solution;
   }
 };
 

@@ -14,6 +14,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/signals.hpp"
+#include "canyon/positioning/fusion/dead_reckoning.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
 #include "canyon/receiver/corrections.hpp"
 #include "canyon/receiver/known_ephemerides.hpp"
@@ -196,6 +197,7 @@ struct Receiver::State {
     if (filter) filter.emplace(options.filter, options.fix);
     if (rtk) rtk.emplace(options.rtk, options.fix, options.corrections.max_age_s);
     if (check) check.emplace(options.spoofing_check);
+    fusion.reset();
     if (signals) {
       tracking::SignalOptions searching = options.signal;
       searching.lock.warm_start = false;
@@ -586,7 +588,18 @@ struct Receiver::State {
       epoch.fix.status = positioning::FixStatus::NoSignal;
     }
     if (check) epoch.spoofing = check->update(epoch);
+    fuse(context, epoch);
     return epoch;
+  }
+
+  /// Puts the vehicle's sensors into the fix.
+  void fuse(const EpochContext& context, ReceiverEpoch& epoch) {
+    if (!options.dead_reckoning.enabled || context.sensors == nullptr) return;
+    if (!fusion) fusion.emplace(options.dead_reckoning, context.sensors->mounting);
+    epoch.fix = fusion->update(epoch.time, context.sensors->readings, epoch.fix);
+    for (SatelliteObservation& satellite : epoch.satellites) {
+      satellite.used = std::binary_search(epoch.fix.used.begin(), epoch.fix.used.end(), satellite.id);
+    }
   }
 
   ReceiverOptions options;
@@ -606,6 +619,7 @@ struct Receiver::State {
   std::optional<positioning::PositionFilter> filter;
   std::optional<relative::RtkFilter> rtk;
   std::optional<SpoofingCheck> check;
+  std::optional<positioning::DeadReckoning> fusion;
   geodesy::GpsTime first_epoch;  ///< since the last restart
   std::optional<geodesy::GpsTime> last;
   Eigen::Vector3d last_antenna;

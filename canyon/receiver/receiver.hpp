@@ -11,6 +11,7 @@
 
 #include "canyon/disturbance/disturbance.hpp"
 #include "canyon/positioning/fix.hpp"
+#include "canyon/positioning/fusion/sensor_readings.hpp"
 #include "canyon/positioning/position_filter.hpp"
 #include "canyon/propagation/arrival.hpp"
 #include "canyon/receiver/own_models.hpp"
@@ -136,6 +137,12 @@ struct ReceiverEpoch {
   [[nodiscard]] geodesy::GpsTime stated_utc() const;
 };
 
+/// The vehicle's sensors as a receiver has them.
+struct VehicleSensors {
+  positioning::SensorMounting mounting;
+  positioning::SensorReadings readings;  ///< since the epoch before
+};
+
 /// Inputs of a receiver at an epoch.
 struct EpochContext {
   propagation::Antenna antenna;
@@ -145,6 +152,8 @@ struct EpochContext {
   const std::map<gnss::System, gnss::Klobuchar>& klobuchar;
   /// Corrections of a reference station that came since the epoch before; null: none did.
   const relative::Corrections* corrections = nullptr;
+  /// Used with ReceiverOptions::dead_reckoning; null: the receiver has its satellites alone.
+  const VehicleSensors* sensors = nullptr;
 };
 
 /// The part with memory: disturbances, clock, noise and channels of one antenna, and its position filter.

@@ -133,6 +133,7 @@ void ReceiverOptions::validate() const {
     clock.validate();
     signal.validate();
     filter.validate();
+    dead_reckoning.validate();
     corrections.validate();
     rtk.validate();
   } catch (const InputError& error) {
@@ -231,6 +232,7 @@ void visit(options::Visitor& v, ReceiverOptions& o) {
   v.effect(Effect::Run);
   v.part("corrections", o.corrections);
   v.part("rtk", o.rtk);
+  v.part("dead_reckoning", o.dead_reckoning);
   v.effect(Effect::Later);
   v.part("clock", o.clock);
   v.effect(Effect::FirstFix);

@@ -8,6 +8,7 @@
 #include "canyon/gnss/signal_groups.hpp"
 #include "canyon/options/fwd.hpp"
 #include "canyon/options/switch.hpp"
+#include "canyon/positioning/fusion/dead_reckoning_options.hpp"
 #include "canyon/positioning/positioning_options.hpp"
 #include "canyon/receiver/ranging.hpp"
 #include "canyon/relative/correction_link.hpp"
@@ -107,6 +108,8 @@ struct ReceiverOptions {
   relative::CorrectionOptions corrections;
   /// Float and fixed solutions by carrier phases beside those of the corrections.
   relative::RtkOptions rtk;
+  /// The vehicle's sensors behind all of it, where the receiver's driver has some (EpochContext::sensors).
+  positioning::DeadReckoningOptions dead_reckoning;
   /// Delays are in the signal (the fix corrects them where FixOptions says so), and errors of broadcast
   /// orbits and clocks. Left out: as the environment has them.
   options::Switch ionosphere = false, troposphere = false, orbit_errors = false;

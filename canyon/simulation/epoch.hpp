@@ -14,6 +14,8 @@
 
 namespace canyon::simulation {
 
+struct SensorBatch;
+
 /// One receiver at one instant: truth, observations and fix.
 struct Epoch {
   std::size_t receiver = 0;  ///< index into Simulation::scenario().receivers
@@ -28,6 +30,8 @@ struct Epoch {
   std::vector<std::string> faults;
   /// The messages that satellites send; valid as long. Null or empty for skies without messages.
   const gnss::NavigationData* navigation = nullptr;
+  /// Samples of the vehicle's sensors since the epoch before; valid as long. Null: nobody asked for them.
+  const SensorBatch* sensors = nullptr;
   /// City and sky of the epoch; valid as long.
   const Environment* environment = nullptr;
   /// Fix minus truth in ENU at the truth [m]; NaN without fix.
@@ -46,6 +50,8 @@ class EpochSink {
   virtual void write(const Epoch& epoch) = 0;
   /// Completes the files after the last epoch, also after an interruption.
   virtual void finish() = 0;
+  /// Whether epochs need Epoch::sensors.
+  [[nodiscard]] virtual bool uses_sensors() const { return false; }
   /// Warnings about the written files, one line each; asked after finish().
   [[nodiscard]] virtual std::vector<std::string> warnings() const { return {}; }
 };

@@ -5,21 +5,25 @@
 #include <cmath>
 
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/simulation/motion/ecef_pose.hpp"
 
 namespace canyon::simulation {
 
-using Eigen::AngleAxisd;
 using Eigen::Vector3d;
 using geodesy::GpsTime;
 
 inertial::BodyState body_state(const Pose& pose) {
   const Eigen::Matrix3d ecef_from_enu = geodesy::enu_from_ecef_rotation(pose.position).transpose();
-  const Eigen::Matrix3d enu_from_body =
-      (AngleAxisd(pose.yaw_rad, Vector3d::UnitZ()) * AngleAxisd(-pose.pitch_rad, Vector3d::UnitY()) *
-       AngleAxisd(pose.roll_rad, Vector3d::UnitX()))
-          .toRotationMatrix();
   return {geodesy::ecef_from_geodetic(pose.position), ecef_from_enu * pose.velocity_enu_mps,
-          ecef_from_enu * pose.acceleration_enu_mps2, ecef_from_enu * enu_from_body};
+          ecef_from_enu * pose.acceleration_enu_mps2, ecef_from_enu * enu_from_body(pose)};
+}
+
+std::function<inertial::BodyState(GpsTime)> body_along(const Trajectory& trajectory) {
+  return [&trajectory](GpsTime t) -> inertial::BodyState {
+    const std::optional<EcefPose> rigid = trajectory.ecef_pose(t);
+    if (!rigid) return body_state(trajectory.at(t));
+    return {rigid->position_m, rigid->velocity_mps, rigid->acceleration_mps2, rigid->ecef_from_body};
+  };
 }
 
 SensorMotion::SensorMotion(const inertial::BodyState& sensor, inertial::ImuAxes axes) {
@@ -47,12 +51,12 @@ std::int64_t steps_of(double rate_hz) {
 }  // namespace
 
 InertialRun::InertialRun(const inertial::ImuOptions& options, std::uint64_t seed, GpsTime begin,
-                         const std::function<Pose(GpsTime)>& vehicle)
+                         const std::function<inertial::BodyState(GpsTime)>& vehicle)
     : rate_hz_(options.rate_hz),
       begin_(begin),
       steps_(steps_of(options.rate_hz)),
       ideal_(
-          options, [begin, vehicle](double t_s) { return body_state(vehicle(begin + t_s)); },
+          options, [begin, vehicle](double t_s) { return vehicle(begin + t_s); },
           1 / options.rate_hz / static_cast<double>(steps_)),
       imu_(options, seed) {}
 

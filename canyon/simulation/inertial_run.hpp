@@ -12,6 +12,8 @@ namespace canyon::simulation {
 
 /// A vehicle's pose as the motion of a rigid body.
 [[nodiscard]] inertial::BodyState body_state(const Pose& pose);
+/// A vehicle along a trajectory. `trajectory` must outlive it.
+[[nodiscard]] std::function<inertial::BodyState(geodesy::GpsTime)> body_along(const Trajectory& trajectory);
 
 /// Place, velocity and attitude of a sensor as people state them.
 struct SensorMotion {
@@ -33,10 +35,10 @@ struct InertialSample {
 /// The samples of a vehicle's inertial sensor, in order. The same seed gives the same errors.
 class InertialRun {
  public:
-  /// @param vehicle its pose at any instant of the run and 5 ms around it; its acceleration is
+  /// @param vehicle its motion at any instant of the run and 5 ms around it; its acceleration is
   /// continuous. `begin`: the first sample ends one interval later.
   InertialRun(const inertial::ImuOptions& options, std::uint64_t seed, geodesy::GpsTime begin,
-              const std::function<Pose(geodesy::GpsTime)>& vehicle);
+              const std::function<inertial::BodyState(geodesy::GpsTime)>& vehicle);
 
   /// The next sample, if its interval has ended at `until`.
   [[nodiscard]] std::optional<InertialSample> next(geodesy::GpsTime until);

@@ -11,6 +11,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
+#include "canyon/simulation/wheel_run.hpp"
 #include "tests/support/refusal.hpp"
 
 namespace canyon::simulation {
@@ -110,7 +111,7 @@ Drift drift_of(const Trajectory& trajectory, double most_s, double rate_hz = 200
   options.rate_hz = rate_hz;
   options.axes = inertial::ImuAxes::Frd;
   options.position_m = {0.8, -0.3, 0.4};
-  InertialRun run(options, 1, trajectory.begin(), [&](GpsTime t) { return trajectory.at(t); });
+  InertialRun run(options, 1, trajectory.begin(), body_along(trajectory));
   inertial::IdealImu first(
       options, [&](double t) { return body_state(trajectory.at(trajectory.begin() + t)); }, 0.0025);
   Mechanisation mechanisation(first.at(0));
@@ -181,6 +182,23 @@ std::string scenario_text(const std::string& trajectory, const std::string& imu)
 }
 const char* const kWay = "waypoints: [{east_m: 0, north_m: 0, up_m: 2}, {east_m: 90, north_m: 0, up_m: 2}]";
 
+// The short way to ECEF is that by geodetic coordinates.
+TEST(InertialRun, EcefPosesAreThoseOfTheTrajectory) {
+  for (const Attitude attitude : {Attitude::Level, Attitude::Car, Attitude::Multirotor}) {
+    const Trajectory way = street(Geodetic::from_degrees(-77.8, 166.7, 2500)).with_attitude(attitude);
+    for (double t = 0; t < 100; t += 0.73) {
+      const auto rigid = way.ecef_pose(kBegin + t);
+      ASSERT_TRUE(rigid);
+      const inertial::BodyState by_pose = body_state(way.at(kBegin + t));
+      EXPECT_LT((rigid->position_m - by_pose.position_m).norm(), 1e-8);
+      EXPECT_LT((rigid->velocity_mps - by_pose.velocity_mps).norm(), 1e-9);
+      EXPECT_LT((rigid->acceleration_mps2 - by_pose.acceleration_mps2).norm(), 1e-9);
+      EXPECT_LT((rigid->ecef_from_body - by_pose.ecef_from_body).norm(), 1e-9);
+    }
+  }
+  EXPECT_FALSE(Trajectory::fixed(kBegin, Geodetic::from_degrees(1, 2, 3), 10).ecef_pose(kBegin));
+}
+
 TEST(InertialRun, NeedsASmoothMotion) {
   const auto simulate = [](const std::string& trajectory) {
     const Scenario scenario = parse_scenario(scenario_text(trajectory, "rate_hz: 50"), "s.yaml");
@@ -202,6 +220,28 @@ TEST(InertialRun, NeedsASmoothMotion) {
                   "the trajectory is smoothed over about a second; it moves by up to 0.1")));
 }
 
+// A circle of 20 m to the left at 5 m/s: the wheels run on circles of 20 m less and more half the track.
+TEST(WheelRun, WheelsOfATurnDiffer) {
+  inertial::WheelOptions options;
+  options.scale = options.slip = options.tick_m = 0;
+  options.track_m = 1.6;
+  const Geodetic place = Geodetic::from_degrees(50, 8, 100);
+  WheelRun run(options, 1, kBegin, [&](GpsTime t) {
+    Pose pose;
+    pose.position = place;
+    pose.yaw_rad = 0.25 * (t - kBegin);
+    pose.yaw_rate_radps = 0.25;
+    pose.velocity_enu_mps = 5 * Vector3d(std::cos(pose.yaw_rad), std::sin(pose.yaw_rad), 0);
+    return pose;
+  });
+  const auto sample = run.next(kBegin + 0.1);
+  ASSERT_TRUE(sample);
+  EXPECT_EQ(sample->time, kBegin + 0.1);
+  EXPECT_NEAR(sample->sample.speed_mps[0], 5 * 19.2 / 20, 1e-9);
+  EXPECT_NEAR(sample->sample.speed_mps[1], 5 * 20.8 / 20, 1e-9);
+  EXPECT_FALSE(run.next(kBegin + 0.19));
+}
+
 TEST(InertialRun, OptionsAreChecked) {
   const auto refusal = [](const std::string& imu) {
     return canyon::test::refusal(
@@ -209,6 +249,8 @@ TEST(InertialRun, OptionsAreChecked) {
   };
   EXPECT_THAT(refusal("rate_hz: 20000"), ::testing::HasSubstr("rate_hz"));
   EXPECT_THAT(refusal("profile: naval"), ::testing::HasSubstr("tactical"));
+  EXPECT_THAT(refusal("}, wheels: {slip: -1"), ::testing::HasSubstr("slip"));
+  EXPECT_THAT(refusal("}, wheels: {tick: 1"), ::testing::HasSubstr("tick_m"));
   EXPECT_THAT(refusal("gyroscope: {bias_instability_deg_h: -1}"),
               ::testing::HasSubstr("bias_instability_deg_h"));
   EXPECT_EQ(refusal("gyroscope: {range_deg_s: none}, accelerometer: {turn_on_bias_mg: 3}"), "");

@@ -150,6 +150,12 @@ void LiveReceiver::Impl::check(const ReceiverConfig& other) const {
   other.options.validate();
   other.propagation.validate();
   other.streets.validate();
+  if (other.options.dead_reckoning.enabled) {
+    throw InputError(
+        fmt::format("receiver '{}' has dead reckoning, and live runs and hosts give it no sensors yet",
+                    other.options.name),
+        "run it by canyon simulate, or set dead_reckoning: {enabled: false}");
+  }
   if (other.options.ionosphere || other.options.fix.correct_ionosphere) require_ionosphere(*sky);
 }
 

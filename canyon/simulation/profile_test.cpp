@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
 
 #include <cmath>
 #include <sstream>
@@ -46,7 +47,8 @@ TEST(Profile, TheLibraryHasTheFilesOfTheRepository) {
     EXPECT_EQ(profile.text, canyon::test::read_bytes(kSource / "profiles" / (names.back() + ".yaml")))
         << profile.name;
   }
-  EXPECT_THAT(names, ElementsAre("ideal", "paper", "phone", "survey", "ublox-f9p", "ublox-m10", "ublox-m8t"));
+  EXPECT_THAT(names, ElementsAre("ideal", "paper", "phone", "survey", "ublox-f9p", "ublox-f9r", "ublox-m10",
+                                 "ublox-m8t"));
 }
 
 TEST(Profile, BuiltInOnesAreWhole) {
@@ -78,6 +80,19 @@ TEST(Profile, StandsForTheScenariosOwn) {
   EXPECT_NEAR(degrees(read("", "./mine.yaml").options.fix.elevation_mask_rad), 33, 1e-12);
   EXPECT_THAT(error_of([&] { (void)read("", "ublox"); }).what(),
               AllOf(HasSubstr("s.yaml"), HasSubstr("ublox-m8t")));
+}
+
+// The F9R is the F9P with the vehicle's sensors, and nothing else.
+TEST(Profile, TheF9rIsTheF9pWithDeadReckoning) {
+  const auto keys_of = [](const char* name) {
+    YAML::Node tree = YAML::Load(std::string(built_in_profile(name).text));
+    tree.remove("description");
+    const bool fused = tree["dead_reckoning"].IsDefined();
+    tree.remove("dead_reckoning");
+    return std::pair(YAML::Dump(tree), fused);
+  };
+  EXPECT_EQ(keys_of("ublox-f9p"), std::pair(keys_of("ublox-f9r").first, false));
+  EXPECT_TRUE(keys_of("ublox-f9r").second);
 }
 
 // Each number of a receiver that exists has its source beside it.

@@ -13,7 +13,7 @@
 #include "canyon/errors/space_errors.hpp"
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/gnss/satellite_id.hpp"
-#include "canyon/inertial/imu_options.hpp"
+#include "canyon/inertial/sensor_options.hpp"
 #include "canyon/options/describe.hpp"
 #include "canyon/propagation/propagation_options.hpp"
 #include "canyon/receiver/own_models.hpp"

@@ -84,7 +84,8 @@ std::vector<std::string> scenarios_with_every_key() {
       "ubx_m8: true, "
       "rinex_observation: true, "
       "rinex4_observation: true, gnsslogger: true, "
-      "rinex_navigation: true, imu: true, kf_gins: true, kml: true, geojson: true, gpx: true, samples: true, "
+      "rinex_navigation: true, imu: true, wheels: true, kf_gins: true, kml: true, geojson: true, gpx: true, "
+      "samples: true, "
       "pictures: true}\n"
       "map: {motion: driving, pace_mps: 5}\n"
       "samples: {bands: [L1, E5a], rate_hz: 2e6, intermediate_hz: 5e5, bandwidth_hz: 1e6, real: true, noise: "
@@ -130,7 +131,10 @@ std::vector<std::string> scenarios_with_every_key() {
       "{enabled: true, integers: hold, "
       "ratio: 2, min_success: 0.9, partial: false, fix_glonass: true, fix_elevation_deg: 10, min_satellites: "
       "6, phase_sigma_m: 0.004, code_ratio: 90, ionosphere_gradient: 1e-6, troposphere_gradient: 1e-7, "
-      "acceleration_horizontal: 2, acceleration_vertical: 2, gate_sigmas: 5}, position_filter: {enabled: "
+      "acceleration_horizontal: 2, acceleration_vertical: 2, gate_sigmas: 5}, dead_reckoning: {enabled: "
+      "true, non_holonomic: false, sideways_mps: 0.2, upwards_mps: 0.2, alignment_speed_mps: 4, gate_sigmas: "
+      "5, error_distance_m: 20, error_height_distance_m: 200, error_time_s: 30, space_sigma_m: 1, astray_s: "
+      "10, max_sigma_m: 50}, position_filter: {enabled: "
       "true, "
       "acceleration_horizontal: 1, "
       "acceleration_vertical: 0.4, clock_frequency_density: 1e-19, clock_drift_density: 1e-19, gate_sigmas: "
@@ -165,7 +169,8 @@ std::vector<std::string> scenarios_with_every_key() {
       "trajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n",
       "city: {osm: [f, f], terrain: f, geoid_undulation_m: 2, bbox: [1, 2, 3, 4], lod: 2, crs: EPSG:25832, "
       "level_height_m: 3, "
-      "default_height_m: 9, heights: [house=7], foliage: true, terrain_margin_m: 100, "
+      "default_height_m: 9, heights: [house=7], foliage: true, tunnels: true, bridges: true, "
+      "terrain_margin_m: 100, "
       "terrain_spacing_m: 10, tree_height_m: 9, tree_crown_m: 4, wood_height_m: 10}\n"
       "trajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n",
       "city: {open: true, origin: {latitude_deg: 1, longitude_deg: 2}}\n"
@@ -176,7 +181,9 @@ std::vector<std::string> scenarios_with_every_key() {
       "100, misalignment_deg: 0.1, g_sensitivity_deg_h_g: 1, resolution_deg_s: 0.01, range_deg_s: 500}, "
       "accelerometer: {velocity_random_walk_mps_sqrt_h: 0.1, bias_instability_mg: 0.1, "
       "acceleration_random_walk_mg_sqrt_h: 0.1, turn_on_bias_mg: 1, scale_ppm: 100, misalignment_deg: 0.1, "
-      "resolution_mg: 0.1, range_g: 8}, time_offset_s: 0.01, time_jitter_s: 0.001, lost: 0.01}}\n",
+      "resolution_mg: 0.1, range_g: 8}, time_offset_s: 0.01, time_jitter_s: 0.001, lost: 0.01}, wheels: "
+      "{rate_hz: 5, track_m: 1, tick_m: 0.1, "
+      "scale: 0.01, slip: 0.01, slip_time_s: 2, direction: false, minimum_mps: 1}}\n",
       "city: {file: c.canyon, geoid: EGM96}\ntrajectory: {position: {latitude_deg: 1, longitude_deg: 2, "
       "height_m: 3}}\n",
       "city: {open: true, origin: {latitude_deg: 1, longitude_deg: 2}}\n"

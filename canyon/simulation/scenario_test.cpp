@@ -152,9 +152,9 @@ TEST(Scenario, OutputsAreNamesAsAMappingOrAList) {
   const auto names = [](const std::string& outputs) {
     return parse_scenario(kMinimal + outputs, "s.yaml").outputs.names;
   };
-  const std::set<std::string, std::less<>> plain{"epochs_csv", "satellites_csv",    "nmea",
-                                                 "kml",        "rinex_observation", "rinex_navigation",
-                                                 "geojson",    "pictures",          "imu"};
+  const std::set<std::string, std::less<>> plain{
+      "epochs_csv",       "satellites_csv", "nmea",     "kml", "rinex_observation",
+      "rinex_navigation", "geojson",        "pictures", "imu", "wheels"};
   EXPECT_EQ(names(""), plain);
   EXPECT_EQ(names("outputs:\n"), plain);
   EXPECT_EQ(names("outputs: {}\n"), plain);

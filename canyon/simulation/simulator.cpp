@@ -22,6 +22,8 @@
 #include "canyon/simulation/run_receiver.hpp"
 #include "canyon/simulation/scenario.hpp"
 #include "canyon/simulation/scenario_trajectory.hpp"
+#include "canyon/simulation/sensor_run.hpp"
+#include "canyon/simulation/vehicle_sensors.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -121,7 +123,15 @@ struct Simulation::Impl {
     check_places();
     check_masks();
     check_faults();
-    if (scenario.sensors.imu) smooth_motion();
+    if (scenario.sensors.any()) smooth_motion();
+    for (const ReceiverConfig& receiver : scenario.receivers) {
+      try {
+        check_sensors(scenario.sensors, receiver);
+      } catch (const InputError& e) {
+        throw scenario_error(scenario, e.problem(), e.cure());
+      }
+    }
+    check_slopes();
     for (const ReceiverConfig& receiver : scenario.receivers) {
       propagators.push_back(environment.make_propagator(receiver.propagation));
     }
@@ -129,12 +139,14 @@ struct Simulation::Impl {
 
   void check_places();
   void smooth_motion();
+  void check_slopes();
   void check_masks();
   [[nodiscard]] std::size_t count_above(const Geodetic& place, double elevation_rad) const;
   void check_faults();
   void check_near(const city::Box& bounds, const Geodetic& place, GpsTime t) const;
   [[nodiscard]] Pose vehicle_pose(GpsTime t) const;
   [[nodiscard]] std::vector<receiver::Receiver> make_receivers() const;
+  [[nodiscard]] std::optional<SensorRun> make_sensors(const std::vector<EpochSink*>& sinks) const;
   [[nodiscard]] Pose antenna_pose(std::size_t receiver, GpsTime t) const;
   [[nodiscard]] PureEpoch pure_epoch(std::size_t receiver, GpsTime t) const;
   [[nodiscard]] std::shared_ptr<const disturbance::Road> road() const;
@@ -191,10 +203,15 @@ void Simulation::Impl::check_places() {
 // terrain become one.
 void Simulation::Impl::smooth_motion() {
   std::optional<double>& clamped = scenario.trajectory.height_above_terrain_m;
-  if (plan.trajectory.smooth() && (!clamped || plan.trajectory.length_m() == 0)) return;
+  if (clamped && plan.trajectory.length_m() == 0) {
+    plan.trajectory = Trajectory::fixed(plan.trajectory.begin(), vehicle_pose(plan.begin).position,
+                                        plan.trajectory.end() - plan.trajectory.begin());
+    clamped.reset();
+  }
+  if (plan.trajectory.smooth() && !clamped) return;
   const TrajectoryConfig& config = scenario.trajectory;
   if (!config.waypoints.empty() && !config.acceleration_mps2) {
-    throw scenario_error(scenario, "sensors.imu: the trajectory changes its speed and direction at once",
+    throw scenario_error(scenario, "sensors: the trajectory changes its speed and direction at once",
                          "give trajectory.acceleration_mps2, e.g. 2");
   }
   const Trajectory smooth = plan.trajectory.smoothed([this](GpsTime t) { return vehicle_pose(t); });
@@ -208,10 +225,32 @@ void Simulation::Impl::smooth_motion() {
                                                         smooth.sample_interval_s())
                                           : "";
   warnings.push_back(
-      fmt::format("sensors.imu: the trajectory is {}smoothed over about a second; it moves by up to {:.2f} m",
+      fmt::format("sensors: the trajectory is {}smoothed over about a second; it moves by up to {:.2f} m",
                   between, most_m));
   plan.trajectory = smooth;
   clamped.reset();
+}
+
+// A vehicle that stays level on a slope moves along its up axis, which a receiver with dead reckoning takes
+// for impossible.
+void Simulation::Impl::check_slopes() {
+  const bool along =
+      std::any_of(scenario.receivers.begin(), scenario.receivers.end(), [](const ReceiverConfig& receiver) {
+        const auto& dead_reckoning = receiver.options.dead_reckoning;
+        return dead_reckoning.enabled && dead_reckoning.non_holonomic;
+      });
+  if (!along) return;
+  double most_mps = 0;
+  const std::size_t step = std::max<std::size_t>(1, plan.epochs() / 2000);
+  for (std::size_t k = 0; k < plan.epochs(); k += step) {
+    const Pose pose = vehicle_pose(plan.at(k));
+    most_mps = std::max(most_mps, std::abs(pose.velocity_enu_mps.dot(pose.up_enu())));
+  }
+  if (most_mps < 0.2) return;
+  warnings.push_back(
+      fmt::format("dead_reckoning: the vehicle moves along its up axis by up to {:.1f} m/s; set "
+                  "trajectory.attitude: car, or dead_reckoning: {{non_holonomic: false}} if it flies",
+                  most_mps));
 }
 
 std::size_t Simulation::Impl::count_above(const Geodetic& place, double elevation_rad) const {
@@ -268,6 +307,17 @@ std::vector<receiver::Receiver> Simulation::Impl::make_receivers() const {
     receivers.push_back(make_receiver(config, scenario.seed, environment, way, sources));
   }
   return receivers;
+}
+
+// Where a sink or a receiver needs them.
+std::optional<SensorRun> Simulation::Impl::make_sensors(const std::vector<EpochSink*>& sinks) const {
+  const bool written =
+      std::any_of(sinks.begin(), sinks.end(), [](const EpochSink* sink) { return sink->uses_sensors(); });
+  const bool fused =
+      std::any_of(scenario.receivers.begin(), scenario.receivers.end(),
+                  [](const ReceiverConfig& receiver) { return receiver.options.dead_reckoning.enabled; });
+  if (!written && !fused) return std::nullopt;
+  return SensorRun(scenario.sensors, scenario.seed, plan.begin, plan.trajectory);
 }
 
 Pose Simulation::Impl::vehicle_pose(GpsTime t) const {
@@ -331,7 +381,8 @@ std::vector<std::string> Simulation::Impl::placement_warnings(
 }
 
 Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth, propagation::Arrival& arrival,
-                    const Environment& environment, const relative::Corrections* corrections) {
+                    const Environment& environment, const relative::Corrections* corrections,
+                    const receiver::VehicleSensors* sensors) {
   const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(truth.position);
   Epoch epoch;
   epoch.truth = truth;
@@ -344,7 +395,8 @@ Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth, propagation
                         arrival,
                         environment.sky(),
                         environment.klobuchar(),
-                        corrections});
+                        corrections,
+                        sensors});
   epoch.navigation = arrival.messages.get();  // disturbances may have replaced them
   epoch.faults = epoch.observed.events.faults;
   if (epoch.observed.fix.solved()) {
@@ -418,6 +470,10 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
 
   std::vector<receiver::Receiver> receivers = impl.make_receivers();
   CorrectionLinks links(impl.scenario.receivers, impl.scenario.seed);
+  std::optional<SensorRun> sensors = impl.make_sensors(sinks);
+  std::vector<std::optional<receiver::VehicleSensors>> felt;
+  for (const ReceiverConfig& config : impl.scenario.receivers)
+    felt.push_back(vehicle_sensors(impl.scenario.sensors, config));
   std::vector<std::array<std::size_t, 3>> placements(receiver_count);
   std::vector<std::optional<double>> station_offsets(receiver_count);
   Progress progress(options.progress, result.planned);
@@ -443,13 +499,17 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
   for (const std::size_t r : links.order()) due.push_back({r, {}});
   const auto observe = [&](std::size_t instant, std::vector<PureEpoch>& epochs) {
     for (DueEpoch& each : due) each.time = epochs[each.receiver].truth.time;
+    const SensorBatch* batch = sensors ? &sensors->until(impl.plan.at(instant)) : nullptr;
     std::vector<Epoch> made(receiver_count);
     links.observe(due, false, [&](std::size_t i, const auto& corrections) -> Epoch& {
       const std::size_t r = due[i].receiver;
       PureEpoch& from = epochs[r];
       from.arrival.messages = unowned(impl.sky.navigation);
-      made[r] = observe_epoch(receivers[r], from.truth, from.arrival, impl.environment, corrections.get());
+      if (felt[r]) felt[r]->readings = readings_of(*batch, impl.scenario.sensors, impl.plan.begin);
+      made[r] = observe_epoch(receivers[r], from.truth, from.arrival, impl.environment, corrections.get(),
+                              felt[r] ? &*felt[r] : nullptr);
       made[r].arrival = &from.arrival;
+      made[r].sensors = batch;
       ++placements[r][static_cast<std::size_t>(from.arrival.placement)];
       if (made[r].observed.station_offset_m) station_offsets[r] = made[r].observed.station_offset_m;
       return made[r];

@@ -18,9 +18,11 @@ struct CityScene;
 /// A receiver's epoch at a known place: measurements, fix and its error. Every driver of epochs calls it.
 /// `arrival` is disturbed in place. Throws as Receiver::observe() does.
 /// @param corrections that came since the receiver's last epoch; null: none
+/// @param sensors of the vehicle; null: none
 [[nodiscard]] Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth,
                                   propagation::Arrival& arrival, const Environment& environment,
-                                  const relative::Corrections* corrections = nullptr);
+                                  const relative::Corrections* corrections = nullptr,
+                                  const receiver::VehicleSensors* sensors = nullptr);
 
 struct RunOptions {
   int threads = 0;                          ///< 0: as many as cores; never more than those

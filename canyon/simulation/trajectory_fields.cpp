@@ -131,10 +131,10 @@ void visit_trajectory(Visitor& v, TrajectoryConfig& config, const CityConfig& ci
          "or driven as waypoints are; gnsslogger: the fixes in a log of Android's app"},
         config.format, formats);
   }
-  static constexpr std::array<std::string_view, 3> kAttitudes{"level", "aircraft", "multirotor"};
+  static constexpr std::array<std::string_view, 4> kAttitudes{"level", "aircraft", "multirotor", "car"};
   v.choice({"attitude", "",
             "attitude of the vehicle and its antenna: level; aircraft (nose along the path, banked in "
-            "turns); multirotor (tilted by its acceleration)"},
+            "turns); multirotor (tilted by its acceleration); car (nose along the way, level across)"},
            config.attitude, kAttitudes);
   std::vector<WaypointKeys> places;
   for (std::size_t i = 0; i < config.waypoints.size() && !v.reads(); ++i) {

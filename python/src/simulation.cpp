@@ -186,7 +186,7 @@ py::dict inertial_of(const SimulationPtr& simulation) {
   {
     const py::gil_scoped_release release;
     simulation::InertialRun run(*imu, simulation->scenario().seed, simulation->begin(),
-                                [&](geodesy::GpsTime t) { return simulation->vehicle_pose(t); });
+                                simulation::body_along(simulation->trajectory()));
     const double duration_s = static_cast<double>(simulation->epoch_count() - 1) * simulation->interval_s();
     while (const auto sample = run.next(simulation->begin() + duration_s)) {
       if (signals.interrupted()) break;

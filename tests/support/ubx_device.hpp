@@ -71,10 +71,11 @@ inline std::vector<MessageId> ids(const std::vector<Message>& messages) {
 class UbxDevice {
  public:
   explicit UbxDevice(std::unique_ptr<Encoder> (*make)(const ReceiverDescription&), double interval_s = 0.1,
-                     bool rtk = false) {
+                     bool rtk = false, bool dead_reckoning = false) {
     ReceiverDescription receiver{"rover"};
     receiver.interval_s = interval_s;
     receiver.rtk = rtk;
+    receiver.dead_reckoning = dead_reckoning;
     receiver.begin = sample_time();
     receiver.systems = {gnss::System::GPS, gnss::System::Galileo};
     receiver.glonass_channels = {{*gnss::parse_satellite("R01"), 1}, {*gnss::parse_satellite("R24"), -7}};

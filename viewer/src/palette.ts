@@ -11,6 +11,7 @@ export const kErrorColour = '#D55E00';
 /** By the word of fix_kind, of a receiver with corrections. */
 const kKindColours: Readonly<Record<string, string>> = {
   fixed: '#009E73', float: '#E69F00', differential: '#0072B2', single: '#7A7A7A', 'dead reckoning': '#7A7A7A',
+  combined: '#8A6A00',
 };
 export const kindColour = (kind: string): string => kKindColours[kind] ?? kErrorColour;
 

@@ -139,7 +139,8 @@ TEST(GnssMessage, SaysWhatItLacksOfEpochs) {
        [](const M& m) -> test::Said { return geodesy::degrees(m.fix().baseline().heading_sigma_rad()); }},
       {"wrong_fix", [](const M& m) -> test::Said { return m.fix().wrong_fix() ? 1.0 : 0.0; }},
   };
-  const std::set<std::string> lacks{"rating", "error_horizontal_m"};
+  const std::set<std::string> lacks{"rating", "error_horizontal_m", "fusion", "vehicle_heading_deg",
+                                    "vehicle_heading_sigma_deg"};
   SampleReport sample;
   sample.step.epoch = test::with_baseline(test::corrected(sample.step.epoch, positioning::FixKind::Fixed),
                                           positioning::FixKind::Fixed, true);
@@ -427,6 +428,11 @@ TEST(GnssMessage, SaysWhatTheCorrectionsMadeOfTheFix) {
     EXPECT_EQ(message.fix().correction_age_s(), 1.5);
     EXPECT_EQ(message.fix().correction_station(), 7U);
   }
+  fix.solution = positioning::FixKind::Single;
+  fix.fusion = positioning::Fusion{positioning::FusionPhase::Calibrating};
+  fill_gnss_message(sample_identity(), sample.report, message);
+  EXPECT_EQ(message.fix().kind(), msgs::GnssFix::COMBINED);
+  fix.solution = positioning::FixKind::Fixed;
   fix.used.clear();
   fill_gnss_message(sample_identity(), sample.report, message);
   EXPECT_EQ(message.state(), msgs::GnssReceiver::PREDICTION);

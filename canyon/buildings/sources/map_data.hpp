@@ -31,6 +31,7 @@ enum class FeatureKind : std::uint8_t {
   Wood,       ///< natural=wood, landuse=forest: an area of foliage
   TreeRow,    ///< natural=tree_row: a line of foliage
   Tree,       ///< natural=tree: a point of foliage
+  Passage,    ///< a road or railway with tunnel, covered or bridge; has a line
   Structure,  ///< of a city model: bridge, tunnel, installation, city furniture; has surfaces only
 };
 
@@ -48,7 +49,7 @@ struct MapFeature {
   FeatureKind kind = FeatureKind::Building;
   std::map<std::string, std::string> tags;
   std::vector<MapPolygon> polygons;  ///< Building, Part, Wood
-  std::vector<LonLat> line;          ///< TreeRow: at least two points; Tree: one
+  std::vector<LonLat> line;          ///< TreeRow, Passage: at least two points; Tree: one
   std::vector<MapSurface> surfaces;  ///< of a city model: used instead of polygons and tags
   /// Ellipsoidal height of the foot of a tree [m], where a city model says it.
   std::optional<double> base_m;
@@ -67,6 +68,8 @@ struct MapFeature {
 struct MapData {
   std::string source;  ///< file names, joined by ", "
   std::vector<MapFeature> features;
+  /// Roads and railways in tunnels, under roofs and on bridges: of FeatureKind::Passage. Not in `bounds`.
+  std::vector<MapFeature> passages;
   std::vector<std::string> warnings;  ///< one line each, with ids; repeated kinds are counted
   std::size_t foliage_left_out = 0;   ///< trees, tree rows and woods that were not asked for
   Eigen::AlignedBox2d bounds;         ///< of all features [deg]

@@ -82,6 +82,10 @@ void visit(options::Visitor& v, BuildOptions& o) {
   v.choice({"grid", "", ""}, o.grid, kGrids);
   visit(v, o.heights);
   v.boolean({"foliage", "", "read trees, tree rows and woods of a map too"}, o.foliage);
+  v.boolean({"tunnels", "",
+             "build roofs over a map's roads and railways with tunnel or covered, and walls beside tunnels"},
+            o.tunnels);
+  v.boolean({"bridges", "", "build the decks of a map's bridges"}, o.bridges);
   v.number({"terrain_margin_m", "m", "margin of a map's terrain beyond the outermost building"},
            o.terrain_margin_m, {0, 100e3});
   v.number({"terrain_spacing_m", "m", "distance between the height posts of that terrain"},

@@ -85,6 +85,8 @@ struct BuildOptions {
   Grid grid = Grid::Enu;
   HeightDefaults heights;
   bool foliage = false;
+  bool tunnels = false;           ///< roads and railways with tunnel or covered get roofs, and tunnels walls
+  bool bridges = false;           ///< those with bridge get decks
   double terrain_margin_m = 200;  ///< ground beyond the outermost building; [0, 100,000]
   double terrain_spacing_m = 20;  ///< posts of the terrain sheet; [1, 1,000]
   double tree_height_m = 8;       ///< of trees without a height tag; [1, 150]

@@ -89,6 +89,10 @@ class FeatureMaker {
         tally_.add("left out, " + candidate.left_out, candidate.feature.id);
         continue;
       }
+      if (candidate.feature.kind == FeatureKind::Passage) {
+        map.passages.push_back(std::move(candidate.feature));
+        continue;
+      }
       const Eigen::AlignedBox2d bounds = candidate.feature.bounds();
       constexpr double kLargest_deg = 0.2;
       if (candidate.feature.kind == FeatureKind::Building && !bounds.isEmpty() &&
@@ -197,7 +201,10 @@ class FeatureMaker {
     if (!kind.kind) return;
     feature.kind = *kind.kind;
     candidate.left_out = kind.left_out;
-    if (feature.kind == FeatureKind::TreeRow || feature.kind == FeatureKind::Tree) return;
+    if (feature.kind == FeatureKind::TreeRow || feature.kind == FeatureKind::Tree ||
+        feature.kind == FeatureKind::Passage) {
+      return;
+    }
     if (!complete || members.empty()) {
       if (kind.left_out.empty())
         tally_.add("multipolygons that the map holds in part only, left out", feature.id);
@@ -267,7 +274,7 @@ class FeatureMaker {
         problem = "without nodes";
       } else if (way.places.empty()) {
         problem = "with nodes that are not in the map";
-      } else if (feature.kind == FeatureKind::TreeRow) {
+      } else if (feature.kind == FeatureKind::TreeRow || feature.kind == FeatureKind::Passage) {
         for (const LonLat& place : way.places) {
           if (feature.line.empty() || place != feature.line.back()) feature.line.push_back(place);
         }
@@ -277,7 +284,9 @@ class FeatureMaker {
         if (problem.empty()) feature.polygons.push_back({std::move(ring), {}});
       }
       if (!problem.empty()) {
-        if (kind.left_out.empty()) tally_.add("ways, " + problem + ", left out", feature.id);
+        // Roads run out of every extract.
+        if (kind.left_out.empty() && feature.kind != FeatureKind::Passage)
+          tally_.add("ways, " + problem + ", left out", feature.id);
         continue;
       }
       feature.tags = std::move(way.tags);

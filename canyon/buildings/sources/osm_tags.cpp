@@ -77,6 +77,16 @@ bool underground(const TagMap& tags) {
          !positive(get(tags, "roof:levels"));
 }
 
+/// A road or railway under a roof or on a bridge. Passages through buildings are in these already.
+bool is_passage(const TagMap& tags) {
+  if (get(tags, "highway").empty() && get(tags, "railway").empty()) return false;
+  const auto says = [&](const char* key) {
+    const std::string_view value = get(tags, key);
+    return !value.empty() && !is_no(value) && value != "building_passage";
+  };
+  return says("tunnel") || says("covered") || says("bridge");
+}
+
 std::string reason_to_leave_out(const TagMap& tags, std::string_view value) {
   const auto says = [&](const auto& words, const auto& of_own) {
     return std::any_of(words.begin(), words.end(), [&](std::string_view word) {
@@ -102,6 +112,7 @@ std::string reason_to_leave_out(const TagMap& tags, std::string_view value) {
 bool key_matters(std::string_view key, bool foliage) {
   if (key == "building" || key == "building:part" || key == kDisused || !lifecycle_prefix(key).empty())
     return true;
+  if (key == "tunnel" || key == "covered" || key == "bridge") return true;
   return foliage && (key == "natural" || key == "landuse");
 }
 
@@ -125,6 +136,7 @@ OsmClass classify(const TagMap& tags, bool foliage) {
     if (natural == "tree_row") return {FeatureKind::TreeRow, {}};
     if (natural == "tree") return {FeatureKind::Tree, {}};
   }
+  if (is_passage(tags)) return {FeatureKind::Passage, {}};
   return {};
 }
 

@@ -24,6 +24,7 @@ constexpr float kUnknown4 = -2e10F;
 int mode_of(FixKind kind, bool moving_base = false) {
   switch (kind) {
     case FixKind::Single:
+    case FixKind::Combined:
       return 1;
     case FixKind::Differential:
       return 2;

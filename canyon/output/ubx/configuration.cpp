@@ -8,32 +8,34 @@ namespace {
 
 // Keys: UBX-22008968, 6.9.14 (CFG-MSGOUT). ID, key, M8, F9, rate, made.
 constexpr std::array kMessages{
-    MessageInfo{0x0107, 0x20910006, true, true, 1},                // NAV-PVT
-    MessageInfo{0x0103, 0x2091001a, true, true, 1},                // NAV-STATUS
-    MessageInfo{0x0104, 0x20910038, true, true, 1},                // NAV-DOP
-    MessageInfo{0x0120, 0x20910047, true, true, 1},                // NAV-TIMEGPS
-    MessageInfo{0x0121, 0x2091005b, true, true, 0},                // NAV-TIMEUTC
-    MessageInfo{0x0102, 0x20910029, true, true, 0},                // NAV-POSLLH
-    MessageInfo{0x0112, 0x20910042, true, true, 0},                // NAV-VELNED
-    MessageInfo{0x0106, 0, true, false, 0},                        // NAV-SOL
-    MessageInfo{0x0114, 0x20910033, false, true, 0},               // NAV-HPPOSLLH
-    MessageInfo{0x0136, 0x20910083, false, true, 1},               // NAV-COV
-    MessageInfo{0x0135, 0x20910015, true, true, 1},                // NAV-SAT
-    MessageInfo{0x0130, 0, true, false, 0},                        // NAV-SVINFO
-    MessageInfo{0x0143, 0x20910345, false, true, 1},               // NAV-SIG
-    MessageInfo{kRelativePosition, 0x2091008d, false, true, 0},    // NAV-RELPOSNED
-    MessageInfo{0x0161, 0x2091015f, true, true, 1},                // NAV-EOE
-    MessageInfo{0x0215, 0x209102a4, true, true, 1},                // RXM-RAWX
-    MessageInfo{0x0213, 0x20910231, true, true, 1, Sent::Events},  // RXM-SFRBX
-    MessageInfo{0x0A09, 0x209101b4, true, true, 0},                // MON-HW
-    MessageInfo{0x0A0B, 0x209101b9, true, true, 0},                // MON-HW2
-    MessageInfo{0x0A38, 0x20910359, false, true, 1},               // MON-RF
-    MessageInfo{0x2709, 0x20910634, false, true, 1},               // SEC-SIG
-    MessageInfo{0xF004, 0x209100ab, true, true, 0},                // RMC
-    MessageInfo{0xF000, 0x209100ba, true, true, 0},                // GGA
-    MessageInfo{0xF002, 0x209100bf, true, true, 0},                // GSA
-    MessageInfo{0xF007, 0x209100d3, true, true, 0},                // GST
-    MessageInfo{0xF003, 0x209100c4, true, true, 0},                // GSV
+    MessageInfo{0x0107, 0x20910006, true, true, 1},                        // NAV-PVT
+    MessageInfo{0x0103, 0x2091001a, true, true, 1},                        // NAV-STATUS
+    MessageInfo{0x0104, 0x20910038, true, true, 1},                        // NAV-DOP
+    MessageInfo{0x0120, 0x20910047, true, true, 1},                        // NAV-TIMEGPS
+    MessageInfo{0x0121, 0x2091005b, true, true, 0},                        // NAV-TIMEUTC
+    MessageInfo{0x0102, 0x20910029, true, true, 0},                        // NAV-POSLLH
+    MessageInfo{0x0112, 0x20910042, true, true, 0},                        // NAV-VELNED
+    MessageInfo{0x0106, 0, true, false, 0},                                // NAV-SOL
+    MessageInfo{0x0114, 0x20910033, false, true, 0},                       // NAV-HPPOSLLH
+    MessageInfo{0x0136, 0x20910083, false, true, 1},                       // NAV-COV
+    MessageInfo{0x0135, 0x20910015, true, true, 1},                        // NAV-SAT
+    MessageInfo{0x0130, 0, true, false, 0},                                // NAV-SVINFO
+    MessageInfo{0x0143, 0x20910345, false, true, 1},                       // NAV-SIG
+    MessageInfo{kRelativePosition, 0x2091008d, false, true, 0},            // NAV-RELPOSNED
+    MessageInfo{kFusionStatus, 0x20910105, true, true, 0},                 // ESF-STATUS
+    MessageInfo{0x0161, 0x2091015f, true, true, 1},                        // NAV-EOE
+    MessageInfo{0x0215, 0x209102a4, true, true, 1},                        // RXM-RAWX
+    MessageInfo{0x0213, 0x20910231, true, true, 1, Sent::Events},          // RXM-SFRBX
+    MessageInfo{kSensorSamples, 0x20910277, true, true, 0, Sent::Events},  // ESF-MEAS
+    MessageInfo{0x0A09, 0x209101b4, true, true, 0},                        // MON-HW
+    MessageInfo{0x0A0B, 0x209101b9, true, true, 0},                        // MON-HW2
+    MessageInfo{0x0A38, 0x20910359, false, true, 1},                       // MON-RF
+    MessageInfo{0x2709, 0x20910634, false, true, 1},                       // SEC-SIG
+    MessageInfo{0xF004, 0x209100ab, true, true, 0},                        // RMC
+    MessageInfo{0xF000, 0x209100ba, true, true, 0},                        // GGA
+    MessageInfo{0xF002, 0x209100bf, true, true, 0},                        // GSA
+    MessageInfo{0xF007, 0x209100d3, true, true, 0},                        // GST
+    MessageInfo{0xF003, 0x209100c4, true, true, 0},                        // GSV
     // No RTCM comes in, no edges of a time mark.
     MessageInfo{0x0D03, 0x20910178, true, true, 0, Sent::Events},   // TIM-TM2
     MessageInfo{0x0232, 0x20910268, false, true, 0, Sent::Events},  // RXM-RTCM
@@ -102,7 +104,8 @@ int value_size(std::uint32_t key) {
   return key < kOwnRate ? kSizes[key >> 28 & 7] : 0;
 }
 
-Configuration::Configuration(Generation generation, int period_ms, bool rtk) : generation_(generation) {
+Configuration::Configuration(Generation generation, int period_ms, bool rtk, bool dead_reckoning)
+    : generation_(generation) {
   for (const KeyDefault& key : kKeys) values_[key.key] = key.value;
   for (const std::uint32_t key : kOff) values_[key] = 0;
   for (const std::uint32_t key : kOn) values_[key] = 1;
@@ -117,6 +120,9 @@ Configuration::Configuration(Generation generation, int period_ms, bool rtk) : g
   }
   if (generation == Generation::M8) values_[*rate_key(0x0A09, kOwnPort)] = 1;  // has no MON-RF
   if (rtk && generation == Generation::F9) values_[*rate_key(kRelativePosition, kOwnPort)] = 1;
+  if (dead_reckoning) {
+    for (const MessageId id : {kFusionStatus, kSensorSamples}) values_[*rate_key(id, kOwnPort)] = 1;
+  }
   // Blocks with their defaults: dynModel and fixMode come from the keys.
   Payload engine;  // CFG-NAV5
   engine.u2(0xFFFF).u1(0).u1(3).u4(0).u4(10000).u1(5).u1(0).u2(250).u2(250).u2(100).u2(350).u1(0).u1(60);

@@ -37,6 +37,10 @@ struct MessageInfo {
 };
 /// NAV-RELPOSNED: from the start of receivers with RTK alone.
 inline constexpr MessageId kRelativePosition = 0x013C;
+/// ESF-STATUS: from the start of receivers with dead reckoning alone.
+inline constexpr MessageId kFusionStatus = 0x1010;
+/// ESF-MEAS: likewise; samples of the vehicle's sensors.
+inline constexpr MessageId kSensorSamples = 0x1002;
 /// All messages, in the order in which those of an epoch are sent.
 [[nodiscard]] std::span<const MessageInfo> messages();
 
@@ -56,7 +60,8 @@ inline constexpr std::uint32_t kJammingMonitor = 0x1041000d;  ///< CFG-ITFM-ENAB
 class Configuration {
  public:
   /// @param period_ms default of CFG-RATE-MEAS, at least 1; @param rtk NAV-RELPOSNED is sent from the start
-  Configuration(Generation generation, int period_ms, bool rtk = false);
+  /// @param dead_reckoning likewise ESF-STATUS
+  Configuration(Generation generation, int period_ms, bool rtk = false, bool dead_reckoning = false);
 
   [[nodiscard]] std::optional<std::uint64_t> value(std::uint32_t key) const;
   /// False, and nothing changed, for an unknown key and a value that the device does not take.

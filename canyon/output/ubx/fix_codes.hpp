@@ -26,15 +26,23 @@ struct FixCodes {
 inline constexpr std::uint8_t kUbxFixOk = 1, kUbxDifferential = 2, kUbxFloat = 0x40, kUbxFixed = 0x80;
 
 [[nodiscard]] inline const FixCodes& codes_of(positioning::FixKind kind) {
-  static constexpr std::array<FixCodes, 6> kCodes{{
+  static constexpr std::array<FixCodes, 7> kCodes{{
       {0, 'V', 'N', 1, 0, 0, 1},                                         // None
       {1, 'A', 'A', 3, 3, kUbxFixOk, 3},                                 // Single
       {2, 'A', 'D', 3, 3, kUbxFixOk | kUbxDifferential, 4},              // Differential
       {5, 'A', 'F', 3, 3, kUbxFixOk | kUbxDifferential | kUbxFloat, 5},  // Float
       {4, 'A', 'R', 3, 3, kUbxFixOk | kUbxDifferential | kUbxFixed, 6},  // Fixed
       {6, 'A', 'E', 2, 1, kUbxFixOk, 1},                                 // DeadReckoning
+      {1, 'A', 'A', 3, 4, kUbxFixOk, 3},                                 // Combined
   }};
   return kCodes.at(static_cast<std::size_t>(kind));
+}
+
+/// fixType of NAV-PVT: 4, GNSS and dead reckoning, of any kind of fix with the vehicle's sensors.
+[[nodiscard]] inline std::uint8_t ubx_type_of(const positioning::Fix& fix) {
+  const positioning::FixKind kind =
+      fix.measured() && fix.fused() ? positioning::FixKind::Combined : fix.kind();
+  return codes_of(kind).ubx_type;
 }
 
 }  // namespace canyon::output

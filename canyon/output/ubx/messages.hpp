@@ -1,5 +1,8 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <span>
@@ -56,6 +59,14 @@ struct ReceivedRtcm {
 };
 /// RXM-RTCM (0x0232).
 [[nodiscard]] std::string rtcm_payload(const ReceivedRtcm& received);
+/// ESF-MEAS (0x1002) of an inertial sensor: rates of gyroscopes and accelerations along its axes.
+/// @param time_ms since the start
+[[nodiscard]] std::string inertial_payload(std::uint32_t time_ms, const Eigen::Vector3d& specific_force_mps2,
+                                           const Eigen::Vector3d& angular_rate_radps);
+/// ESF-MEAS of the rear wheels, left and right: ticks counted in either direction, and whether the wheel
+/// turns backwards.
+[[nodiscard]] std::string wheels_payload(std::uint32_t time_ms, const std::array<std::uint32_t, 2>& ticks,
+                                         const std::array<bool, 2>& backwards);
 /// MON-VER (0x0A04): names the protocol spoken, and Canyon as firmware.
 [[nodiscard]] std::string version_payload(Generation generation);
 
@@ -68,6 +79,7 @@ struct ReceivedRtcm {
 [[nodiscard]] std::string mon_hw2(const Epoch& epoch);
 [[nodiscard]] std::string mon_rf(const Epoch& epoch);
 [[nodiscard]] std::string sec_sig(const Epoch& epoch);
+[[nodiscard]] std::string esf_status(const Epoch& epoch);
 /// Milliseconds of the GPS week, nearest.
 [[nodiscard]] std::uint32_t itow(const Epoch& epoch);
 

@@ -104,7 +104,10 @@ std::string pvt(const Epoch& epoch) {
   p.u1(utc.day).u1(utc.hour);
   p.u1(utc.minute).u1(utc.second);
   p.u1(epoch.time_known ? 0b111 : 0).unsigned_field(q.time_s, 1e-9, 4).u4(utc.nanosecond);
-  p.u1(codes_of(fix.kind()).ubx_type).u1(flags_of(fix)).u1(epoch.time_known ? 0b11100000 : 0).u1(used(fix));
+  const bool heading = fix.solved() && fix.fused();
+  constexpr std::uint8_t kHeadingValid = 1 << 5;
+  p.u1(ubx_type_of(fix)).u1(flags_of(fix) | (heading ? kHeadingValid : 0));
+  p.u1(epoch.time_known ? 0b11100000 : 0).u1(used(fix));
   p.signed_field(degrees_of(fix, &geodesy::Geodetic::longitude_rad), 1e-7, 4);
   p.signed_field(degrees_of(fix, &geodesy::Geodetic::latitude_rad), 1e-7, 4);
   for (const double height_m : heights_of(epoch)) p.signed_field(height_m, 1e-3, 4);
@@ -114,7 +117,8 @@ std::string pvt(const Epoch& epoch) {
   p.unsigned_field(q.speed_mps, 1e-3, 4).unsigned_field(q.course_deg, 1e-5, 4);
   p.unsigned_field(dop(fix, &positioning::Dop::pdop), 0.01, 2);
   p.u2((fix.solved() ? 0 : 1) | correction_age(fix) << 1).zeros(4);  // invalidLlh, lastCorrectionAge
-  return p.zeros(4 + 2 + 2).bytes();                                 // headVeh, magDec, magAcc: not known
+  // magDec, magAcc: not known.
+  return p.signed_field(heading ? geodesy::degrees(fix.fusion->heading_rad) : 0, 1e-5, 4).zeros(4).bytes();
 }
 
 // NAV-STATUS, 3.15.18.
@@ -124,7 +128,7 @@ std::string status(const Epoch& epoch) {
   const auto spoofing = static_cast<std::uint64_t>(epoch.seen.spoofing);
   Payload p;
   const std::uint64_t flags = flags_of(fix), carrier = flags & (kUbxFloat | kUbxFixed);
-  p.u4(itow(epoch)).u1(codes_of(fix.kind()).ubx_type).u1(solution_flags(epoch));
+  p.u4(itow(epoch)).u1(ubx_type_of(fix)).u1(solution_flags(epoch));
   p.u1(((flags & kUbxDifferential) != 0 ? 1 : 0) | (carrier != 0 ? 2 : 0)).u1(spoofing << 3 | carrier);
   return p.unsigned_field(epoch.first_fix_s, 1e-3, 4).unsigned_field(epoch.uptime_s, 1e-3, 4).bytes();
 }
@@ -220,7 +224,7 @@ std::string solution(const Epoch& epoch) {
   Payload p;
   p.u4(itow(epoch)).u4(epoch.seen.stated_time().nanoseconds() - nearest.nanoseconds());
   p.u2(nearest.week());
-  p.u1(codes_of(fix.kind()).ubx_type).u1(solution_flags(epoch));
+  p.u1(ubx_type_of(fix)).u1(solution_flags(epoch));
   for (int i = 0; i < 3; ++i) p.signed_field(ecef[i], 0.01, 4);
   p.unsigned_field(q.position_m, 0.01, 4);
   for (int i = 0; i < 3; ++i) p.signed_field(speed[i], 0.01, 4);
@@ -323,6 +327,7 @@ std::string payload(MessageId id, const Epoch& epoch) {
       {0x0A0B, mon_hw2},
       {0x0A38, mon_rf},
       {0x2709, sec_sig},
+      {kFusionStatus, esf_status},
       {kRelativePosition, relative_position}};
   for (const auto& [its_id, make] : kMakers) {
     if (id == its_id) return make(epoch);

@@ -9,6 +9,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/simulation/motion/ecef_pose.hpp"
 #include "canyon/simulation/motion/smooth_drive.hpp"
 
 namespace canyon::simulation {
@@ -45,6 +46,11 @@ Samples straight_samples(GpsTime start, const std::vector<Waypoint>& waypoints) 
   return samples;
 }
 
+/// How much a vehicle's attitude is that at rest [m/s]: below 1e-6 from 4 m/s on. Smooth.
+double share_of_rest(const Eigen::Vector3d& velocity_mps) {
+  return 2 * std::exp(-velocity_mps.head<2>().squaredNorm());
+}
+
 // Sets roll and pitch by the acceleration; the yaw is set before.
 void set_attitude(Pose& pose, Attitude attitude) {
   const Eigen::Vector3d& v = pose.velocity_enu_mps;
@@ -59,6 +65,8 @@ void set_attitude(Pose& pose, Attitude attitude) {
     const double c = std::cos(pose.yaw_rad), s = std::sin(pose.yaw_rad);
     pose.roll_rad = -std::asin(std::clamp(-s * up.x() + c * up.y(), -1.0, 1.0));
     pose.pitch_rad = std::atan2(-(c * up.x() + s * up.y()), up.z());
+  } else if (attitude == Attitude::Car) {
+    pose.pitch_rad = std::atan2(v.z(), std::hypot(v.head<2>().norm(), share_of_rest(v)));
   }
 }
 
@@ -67,7 +75,7 @@ void set_attitude(Pose& pose, Attitude attitude) {
 void set_smooth_yaw(Pose& pose, double yaw_rad, double yaw_rate_radps) {
   const Eigen::Vector2d v = pose.velocity_enu_mps.head<2>(), a = pose.acceleration_enu_mps2.head<2>();
   const Eigen::Vector2d held(std::cos(yaw_rad), std::sin(yaw_rad));
-  const double share = 2 * std::exp(-v.squaredNorm());  // m/s: below 1e-6 from 4 m/s on
+  const double share = share_of_rest(pose.velocity_enu_mps);
   const Eigen::Vector2d sum = v + share * held;
   const Eigen::Vector2d rate =
       a + share * (yaw_rate_radps * Eigen::Vector2d(-held.y(), held.x()) - 2 * v.dot(a) * held);
@@ -115,6 +123,8 @@ struct Trajectory::Track {
   [[nodiscard]] Pose at(GpsTime t, Attitude attitude) const;
   [[nodiscard]] Pose in_segment(std::size_t segment, GpsTime t, Attitude attitude) const;
   [[nodiscard]] Pose in_motion(GpsTime t, Attitude attitude) const;
+  /// Precondition: there is a `motion`.
+  [[nodiscard]] EcefPose ecef_pose(GpsTime t, Attitude attitude) const;
 };
 
 Trajectory::Track::Track(const std::vector<std::pair<GpsTime, Geodetic>>& samples, bool straight)
@@ -263,6 +273,23 @@ Pose Trajectory::Track::in_motion(GpsTime t, Attitude attitude) const {
   return pose;
 }
 
+EcefPose Trajectory::Track::ecef_pose(GpsTime t, Attitude attitude) const {
+  const SmoothMotion::Point point = motion->at(std::clamp(t, times.front(), times.back()) - motion_begin);
+  const Eigen::Matrix3d& ecef_from_frame = frame.ecef_from_local_rotation();
+  EcefPose result;
+  result.position_m = frame.ecef_from_local(point.position);
+  result.velocity_mps = ecef_from_frame * point.velocity;
+  result.acceleration_mps2 = ecef_from_frame * point.acceleration;
+  const Eigen::Matrix3d enu_from_ecef = enu_from_ecef_at(result.position_m);
+  Pose pose;
+  pose.velocity_enu_mps = enu_from_ecef * result.velocity_mps;
+  pose.acceleration_enu_mps2 = enu_from_ecef * result.acceleration_mps2;
+  set_smooth_yaw(pose, point.yaw_rad, point.yaw_rate_radps);
+  set_attitude(pose, attitude);
+  result.ecef_from_body = enu_from_ecef.transpose() * enu_from_body(pose);
+  return result;
+}
+
 Pose Trajectory::Track::at(GpsTime t, Attitude attitude) const {
   t = std::clamp(t, times.front(), times.back());
   if (motion) return in_motion(t, attitude);
@@ -405,6 +432,11 @@ bool Trajectory::covers(GpsTime t) const {
   if (t < begin() || t > end()) return false;
   const auto after = std::lower_bound(track_->times.begin(), track_->times.end(), t);
   return *after == t || !track_->is_pause(static_cast<std::size_t>(after - track_->times.begin()) - 1);
+}
+
+std::optional<EcefPose> Trajectory::ecef_pose(GpsTime t) const {
+  if (!track_->motion) return std::nullopt;
+  return track_->ecef_pose(t, attitude_);
 }
 
 double Trajectory::length_m() const {

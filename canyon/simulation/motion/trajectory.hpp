@@ -30,11 +30,18 @@ struct Pose {
   [[nodiscard]] Eigen::Vector3d up_enu() const;
 };
 
+/// A vehicle as a rigid body in ECEF, with its axes forward, left, up.
+struct EcefPose {
+  Eigen::Vector3d position_m, velocity_mps, acceleration_mps2;
+  Eigen::Matrix3d ecef_from_body;
+};
+
 /// How a vehicle tilts as it moves.
 enum class Attitude : std::uint8_t {
   Level,     ///< roll and pitch 0
   Aircraft,  ///< nose along the flight path, banked so that a turn is coordinated: tan(roll) = v yaw rate / g
-  Multirotor  ///< its thrust makes the acceleration: up along acceleration plus gravity
+  Multirotor,  ///< its thrust makes the acceleration: up along acceleration plus gravity
+  Car          ///< nose along the way, on slopes as well; level across
 };
 
 /// A corner of a drive.
@@ -83,6 +90,8 @@ class Trajectory {
   [[nodiscard]] double sample_interval_s() const;
   /// Clamped to [begin, end].
   [[nodiscard]] Pose at(geodesy::GpsTime t) const;
+  /// The same as at() of a SmoothMotion, in a third of the time; empty for other paths.
+  [[nodiscard]] std::optional<EcefPose> ecef_pose(geodesy::GpsTime t) const;
   [[nodiscard]] double length_m() const;
   /// Begin and end of the pauses of a recording: spacings above ten times the median and `kMaxCubicGap_s`
   /// between samples more than 1 m apart. Empty for waypoints.

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <optional>
+
+#include "canyon/inertial/imu_options.hpp"
+#include "canyon/inertial/wheel_options.hpp"
+
+namespace canyon::inertial {
+
+/// Sensors of the vehicle beside its receivers.
+struct SensorOptions {
+  std::optional<ImuOptions> imu;
+  std::optional<WheelOptions> wheels;
+
+  [[nodiscard]] bool any() const { return imu || wheels; }
+};
+
+void visit(options::Visitor& v, SensorOptions& o);
+
+}  // namespace canyon::inertial
