@@ -234,7 +234,7 @@ TEST(Session, UbxRestartsTheReceiver) {
       }
     };
     read_until(50);
-    driver.say(output::ubx::frame(0x0604, output::ubx::Payload().u2(0xFFFF).u1(2).u1(0).bytes()));
+    driver.say(output::ubx::frame(0x0604, Payload().u2(0xFFFF).u1(2).u1(0).bytes()));
     read_until(epochs + 650);
   }
   stop = true;
