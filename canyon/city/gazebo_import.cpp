@@ -16,6 +16,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/base/text_file.hpp"
 #include "canyon/city/gazebo_elements.hpp"
 #include "canyon/city/gazebo_export.hpp"
 #include "canyon/city/gazebo_names.hpp"
@@ -28,6 +29,7 @@
 namespace canyon::city {
 namespace {
 
+using sdf::add_polylines;
 using sdf::add_primitive;
 using sdf::attribute;
 using sdf::child_text;
@@ -143,11 +145,8 @@ class GazeboImport {
   }
 
   static void load(const std::filesystem::path& path, tinyxml2::XMLDocument& document) {
-    const tinyxml2::XMLError code = document.LoadFile(path.c_str());
-    if (code == tinyxml2::XML_ERROR_FILE_NOT_FOUND) throw InputError(path, 0, "no such file");
-    if (code == tinyxml2::XML_ERROR_FILE_COULD_NOT_BE_OPENED || code == tinyxml2::XML_ERROR_FILE_READ_ERROR) {
-      throw InputError(path, 0, "cannot be read");
-    }
+    const TextFile file(path);
+    const tinyxml2::XMLError code = document.Parse(file.text().data(), file.text().size());
     if (code != tinyxml2::XML_SUCCESS || document.RootElement() == nullptr) {
       throw InputError(path, std::max(0, document.ErrorLineNum()),
                        fmt::format("is not well-formed XML ({})", document.ErrorName()),
@@ -351,7 +350,7 @@ class GazeboImport {
     if (kind == "mesh") return read_mesh(source, *shape, world_from_geometry, name);
     std::vector<std::string> notes;
     LinkShapes shapes(notes);
-    if (!add_primitive(source, *shape, shapes, {name})) {
+    if (!add_polylines(source, geometry, shapes, {name}) && !add_primitive(source, *shape, shapes, {name})) {
       if (kind != "empty") ++left_out_[fmt::format("<{}> geometries", kind)];
       return;
     }

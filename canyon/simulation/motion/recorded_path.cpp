@@ -199,6 +199,24 @@ void note_leaps(const RecordedPoints& points, RecordNotes& notes) {
                                         points[i].time - points[i - 1].time));
 }
 
+/// Dates before GPS was complete are a receiver's or program's default; those of the first cycle of its week,
+/// 1999 to 2007, may be of the second or third.
+void note_date(GpsTime first, RecordNotes& notes) {
+  const GpsTime complete = geodesy::gps_from_calendar({1995, 1, 1, 0, 0, 0, 0}),
+                cycle = GpsTime::from_week(1024, 0), today = GpsTime::from_week(1421, 0);
+  const std::string date = geodesy::format_gpst(first, 0).substr(0, 10);
+  if (first < complete) {
+    notes.say(0,
+              fmt::format("the path is of {}, before GPS was complete: what wrote it may not have known the "
+                          "date",
+                          date));
+  } else if (first >= cycle && first < today) {
+    notes.say(0,
+              fmt::format("the path is of {}; a receiver whose GPS week has rolled over means {}", date,
+                          geodesy::format_gpst(first + std::chrono::hours(1024 * 7 * 24), 0).substr(0, 10)));
+  }
+}
+
 void note_pauses(const Trajectory& trajectory, RecordNotes& notes) {
   const auto pauses = trajectory.pauses();
   if (pauses.empty()) return;
@@ -288,6 +306,7 @@ TrajectoryFile recorded_trajectory(RecordedPoints points, bool has_own_dates, Re
   leave_out_strays(points, notes);
   note_leaps(points, notes);
   if (!has_own_dates) note_slowness(points, notes);
+  if (has_own_dates) note_date(points.front().time, notes);
   const auto highest = std::max_element(points.begin(), points.end(), [](const auto& a, const auto& b) {
     return a.place.height_m < b.place.height_m;
   });
