@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "canyon/base/record_notes.hpp"
 #include "canyon/base/text.hpp"
@@ -141,6 +142,8 @@ class Reader {
     for (std::size_t i = 0; i < 3; ++i) {
       record.position_m[static_cast<Eigen::Index>(i)] = number(line, 4 + 14 * i, "coordinate") * 1e3;
     }
+    constexpr double kFarthest_m = 1e9;  // what is beyond is not in kilometres: the review says so
+    if (record.position_m.norm() < kFarthest_m) require_columns(line);
     record.good_position = record.position_m != Eigen::Vector3d::Zero();
     // Blank or asterisks: a clock that the writer did not have.
     const std::string_view clock = trim(column(line, 46, 14));
@@ -158,6 +161,20 @@ class Reader {
       throw file_.error(fmt::format("{} is given twice in one epoch", to_string(*id)));
     }
     records.push_back({record, epoch});
+  }
+
+  /// The points of a line's numbers stand in equal columns and have equally many digits behind them (F14.6):
+  /// a lost or added character changes that.
+  void require_columns(std::string_view line) const {
+    std::optional<std::pair<std::size_t, std::size_t>> usual;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const std::string_view field = column(line, 4 + 14 * i, 14);
+      const std::size_t point = field.find('.');
+      if (point == std::string_view::npos) continue;
+      const std::pair places(point, trim(field.substr(point)).size());
+      if (places != usual.value_or(places)) throw file_.error("a number has lost or gained a character");
+      usual = places;
+    }
   }
 
   [[nodiscard]] double number(std::string_view line, std::size_t begin, const char* what) const {

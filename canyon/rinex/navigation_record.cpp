@@ -228,7 +228,7 @@ void require_columns(const std::vector<std::string_view>& lines, Layout layout) 
                                       [](const auto& a, const auto& b) { return a.second < b.second; });
   std::size_t all = 0;
   for (const auto& [offset, count] : counts) all += count;
-  if (all < kMany || 4 * usual->second < 3 * all) return;  // another program's columns
+  if (all < kMany || 3 * usual->second < 2 * all) return;  // another program's columns
   for (const auto& [offset, line] : first_line) {
     if (offset == usual->first) continue;
     throw DamagedRecord{fmt::format("line {} of the record has lost or gained a character", line + 1)};

@@ -23,6 +23,7 @@
 #include "canyon/base/input_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
+#include "canyon/base/utf16.hpp"
 #include "canyon/buildings/sources/osm_text.hpp"
 
 namespace canyon::buildings {
@@ -31,7 +32,9 @@ namespace {
 /// No wall is longer than this: who touches the box has a node in the widened one.
 constexpr double kBoxMargin_deg = 0.02;
 
-/// libosmium's name of the format, by content, since downloads lose their suffix.
+constexpr const char* kUtf16 = "utf-16";
+
+/// libosmium's name of the format, or kUtf16, by content, since downloads lose their suffix.
 std::string sniff_format(const std::filesystem::path& path) {
   check_input_file(path);
   std::ifstream in(path, std::ios::binary);
@@ -47,6 +50,7 @@ std::string sniff_format(const std::filesystem::path& path) {
   refuse_foreign_bytes(path, view);
   // A PBF file begins with the length of a BlobHeader whose type is "OSMHeader".
   if (view[0] == '\0' && view.substr(0, 64).find("OSMHeader") != std::string_view::npos) return "pbf";
+  if (Utf16Decoder::is_marked(view)) return kUtf16;
   std::size_t start = view.substr(0, 3) == "\xEF\xBB\xBF" ? 3 : 0;
   start = view.find_first_not_of(" \t\r\n", start);
   if (start != std::string_view::npos && view[start] == '<') return "osm";
@@ -114,6 +118,8 @@ MapSource open_source(const std::filesystem::path& path) {
   MapSource source{path, sniff_format(path), {}};
   if (source.format == "json") {
     source.text = osm_xml_from_overpass(path, TextFile(path).text());
+  } else if (source.format == kUtf16) {
+    source.text = plain_osm_xml(std::string(TextFile(path).text()));
   } else if (source.format != "pbf") {
     source.text = odd_xml(path, source.format);
   }
