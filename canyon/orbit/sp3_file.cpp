@@ -48,7 +48,8 @@ class Reader {
         notes().guard([&] { read_epoch(*line); });
       } else if (kind == 'P' && (in_epoch_ || epochs_.empty())) {
         notes().guard([&] { read_position(*line); });
-      } else if (!epochs_.empty() && std::string_view("PVE/%+#i ").find(kind) == std::string_view::npos) {
+      } else if (!epochs_.empty() && (std::string_view("PVE/%+#i ").find(kind) == std::string_view::npos ||
+                                      is_cut_record(*line))) {
         notes().bad(file_.line(), "line of no kind that SP3 has");
       } else if (!epochs_.empty() && kind == ' ' && !trim(*line).empty()) {
         in_epoch_ = false;  // an epoch that has lost its mark: what follows is of another time
@@ -73,6 +74,11 @@ class Reader {
     announced_ += static_cast<std::size_t>(std::max(0LL, parse_integer(column(line, 32, 7)).value_or(0)));
     time_system_.clear();
     first_line_ = line;
+  }
+
+  /// "E05 ...": a record of a position without its P. EP and EV are correlations.
+  static bool is_cut_record(std::string_view line) {
+    return line.front() == 'E' && line.substr(0, 2) != "EP" && line.substr(0, 2) != "EV";
   }
 
   /// Files that were joined by cat have headers behind the line EOF.
@@ -109,7 +115,8 @@ class Reader {
 
   void read_epoch(std::string_view line) {
     const auto t = time_of(line);
-    if (!t) throw file_.error(fmt::format("'{}' is not an epoch", trim(line)));
+    if (!t || !trim(column(line, 31, line.size())).empty())
+      throw file_.error(fmt::format("'{}' is not an epoch", trim(line)));
     if (epochs_.empty()) compare_first_line(*t);
     epochs_.push_back({*t, file_.line(), epochs_.size()});
     in_epoch_ = true;
@@ -126,6 +133,8 @@ class Reader {
 
   void read_position(std::string_view line) {
     if (epochs_.empty()) throw file_.error("a position before the first epoch");
+    constexpr std::size_t kLongest = 80;
+    if (trim(line).size() > kLongest) throw file_.error("a line of more than 80 columns");
     const std::string_view name = column(line, 1, 3);
     const std::optional<gnss::SatelliteId> id = gnss::parse_satellite(name);
     if (!id) {

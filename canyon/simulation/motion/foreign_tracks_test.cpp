@@ -206,6 +206,24 @@ TEST_F(ForeignTracks, DatesOfReceiversThatKnowNone) {
   EXPECT_THAT(dated("1997"), IsEmpty());
 }
 
+// A digit that the first or last time has lost.
+TEST_F(ForeignTracks, LoneTimesFarFromAllOthers) {
+  const auto lines = [](const std::string& first) {
+    std::string text = "2312," + first + ",48,11,500\n";
+    for (int i = 1; i < 20; ++i) text += "2312," + std::to_string(295200 + i) + ",48,11,500\n";
+    return text;
+  };
+  const TrajectoryFile file = read(lines("29520"), "urbannav");
+  EXPECT_EQ(file.trajectory.end() - file.trajectory.begin(), 18);
+  EXPECT_THAT(file.warnings,
+              Contains(HasSubstr("path:1: point more than 10 minutes from all others; left out")));
+  EXPECT_THAT(read(lines("295200"), "urbannav").warnings, IsEmpty());
+  std::string hourly;
+  for (int i = 0; i < 20; ++i) hourly += "2312," + std::to_string(295200 + 3600 * i) + ",48,11,500\n";
+  EXPECT_EQ(read(hourly, "urbannav").trajectory.end() - read(hourly, "urbannav").trajectory.begin(),
+            19 * 3600);
+}
+
 TEST_F(ForeignTracks, Utf16OfSpreadsheets) {
   const std::string text = "time\tlatitude\tlongitude\theight\r\n0\t48\t11\t500\r\n1\t48\t11\t500\r\n";
   std::string wide = "\xff\xfe";

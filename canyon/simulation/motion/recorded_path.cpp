@@ -11,6 +11,7 @@
 #include "canyon/base/statistics.hpp"
 #include "canyon/base/take_out.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/geodesy/stray_times.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 
 namespace canyon::simulation {
@@ -109,6 +110,22 @@ void leave_out_far_dates(RecordedPoints& points, RecordNotes& notes) {
   std::vector<bool> far(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) far[i] = std::abs(points[i].time - *middle) > kFarDate_s;
   leave_out(points, far, "point more than 100 days from the others", notes);
+}
+
+/// A first or last point far from all others in time: a digit of its time is wrong.
+void leave_out_lone_times(RecordedPoints& points, RecordNotes& notes) {
+  if (points.size() < 3) return;
+  std::vector<GpsTime> times;
+  std::vector<double> steps_s;
+  for (const auto& point : points) {
+    if (!times.empty()) steps_s.push_back(point.time - times.back());
+    times.push_back(point.time);
+  }
+  constexpr double kApart_s = 600, kApartSteps = 100;
+  constexpr std::size_t kMany = 10;
+  std::vector<bool> alone(points.size());
+  geodesy::mark_apart(times, {std::max(kApart_s, kApartSteps * *median(steps_s)), kMany, 1}, alone);
+  leave_out(points, alone, "point more than 10 minutes from all others", notes);
 }
 
 /// Ends of stretches that no jump interrupts: of each the index behind its last point.
@@ -302,6 +319,7 @@ void leave_out_strays(RecordedPoints& points, RecordNotes& notes) {
 
 TrajectoryFile recorded_trajectory(RecordedPoints points, bool has_own_dates, RecordNotes notes) {
   keep_rising(points, notes);
+  leave_out_lone_times(points, notes);
   require_possible(points, notes);
   leave_out_strays(points, notes);
   note_leaps(points, notes);
