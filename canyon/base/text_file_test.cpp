@@ -390,6 +390,8 @@ TEST(Secrets, PasswordsOfAddressesAreHidden) {
   EXPECT_EQ(hide_passwords("poses from ntrip://somebody:SECRET/W@RD@127.0.0.1:9/MOUNT: nobody answers"),
             "poses from ntrip://somebody:...@127.0.0.1:9/MOUNT: nobody answers");
   EXPECT_EQ(hide_passwords("'tcp://a:b@h:1' and 'tcp://c:d@h:2'"), "'tcp://a:...@h:1' and 'tcp://c:...@h:2'");
+  EXPECT_EQ(hide_passwords("ntrip://me%3ASECRET@h:1/M https://TOKEN@h/i"),
+            "ntrip://me%3A...@h:1/M https://...@h/i");
   EXPECT_EQ(hide_passwords("https://h/api?box=1,2&api_key=SECRET&Token=SECRET#top answered"),
             "https://h/api?box=1,2&api_key=...&Token=...#top answered");
   EXPECT_EQ(hide_passwords("http://me:SECRET@h/i?password=SECRET&rate=1"),

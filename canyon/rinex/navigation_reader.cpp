@@ -51,6 +51,9 @@ class Reader {
     return trim(column(line, 60, 20)) == "RINEX VERSION / TYPE";
   }
 
+  /// teqc puts comments between records and into them.
+  static bool is_comment(std::string_view line) { return trim(column(line, 60, 20)) == "COMMENT"; }
+
   void read_header(std::optional<std::string_view> first) {
     if (!first || !is_first_line(*first)) {
       throw file_.error("is not a RINEX file: the first line is not 'RINEX VERSION / TYPE'",
@@ -176,7 +179,7 @@ class Reader {
 
   void read_records() {
     while (auto line = file_.next_line()) {
-      if (trim(*line).empty()) continue;
+      if (trim(*line).empty() || is_comment(*line)) continue;
       if (is_first_line(*line)) {  // files that were joined by cat
         read_header(line);
         continue;
@@ -202,8 +205,10 @@ class Reader {
       while (const auto next = file_.peek_line()) {
         // The satellite's line right behind '>' is part of the record.
         const bool own = tagged && record.lines.empty() && begins_satellite(*next);
-        if ((begins_record(*next) && !own) || is_first_line(*next)) break;
-        record.lines.push_back(*file_.next_line());
+        const bool comment = is_comment(*next);
+        if (!comment && ((begins_record(*next) && !own) || is_first_line(*next))) break;
+        (void)file_.next_line();
+        if (!comment) record.lines.push_back(*next);
       }
       while (!record.lines.empty() && trim(record.lines.back()).empty()) record.lines.pop_back();
       try {

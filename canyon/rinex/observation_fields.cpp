@@ -68,7 +68,7 @@ Field parse_field(std::string_view text, double& value) {
     return Field::Number;
   }
   const auto parsed = parse_double(text.substr(begin));
-  if (!parsed) return Field::Bad;
+  if (!parsed) return lower_case(trim(text)) == "nan" ? Field::Blank : Field::Bad;
   value = *parsed;
   return Field::Number;
 }

@@ -554,6 +554,18 @@ TEST(RinexObservation, RowsThatLostACharacterAreLeftOut) {
   }
 }
 
+// Programs in MATLAB and Python write what is missing so.
+TEST(RinexObservation, NanIsAMissingValue) {
+  std::string row = kG05;
+  row.replace(row.find(" 20604864.859"), 13, "          NaN");
+  const auto file = read(test::observations3() + epoch3(34, 1) + row);
+  ASSERT_THAT(file.epochs, SizeIs(1));
+  ASSERT_THAT(file.epochs[0].signals, SizeIs(1));
+  // That of the other code is there.
+  EXPECT_EQ(file.epochs[0].signals[0].pseudorange_m, 20604865.5);
+  EXPECT_THAT(file.report.warnings(), IsEmpty());
+}
+
 // The first row of a file cannot be compared with rows before it.
 TEST(RinexObservation, AFirstRowThatLostACharacterIsSaid) {
   const std::string row = kG05;

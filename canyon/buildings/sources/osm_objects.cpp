@@ -157,6 +157,16 @@ void check_blob_types(const std::filesystem::path& path) {
   }
 }
 
+/// Throws osmium::pbf_error for tags with a zero byte within: libosmium looks for their ends, which may be
+/// beyond the list.
+void check_tags(const osmium::TagList& tags) {
+  const auto* const bytes = reinterpret_cast<const unsigned char*>(&tags);
+  const unsigned char* const begin = bytes + sizeof(osmium::TagList);
+  const unsigned char* const end = bytes + tags.byte_size();
+  if (begin == end) return;
+  if (end[-1] != 0 || std::count(begin, end, 0) % 2 != 0) throw osmium::pbf_error("a tag has a zero byte");
+}
+
 /// Calls `use` with each object of the kinds `bits` in each file, those that are not visible among them.
 template <typename Use>
 void for_each_object(const std::vector<MapSource>& sources, osmium::osm_entity_bits::type bits,
@@ -171,7 +181,10 @@ void for_each_object(const std::vector<MapSource>& sources, osmium::osm_entity_b
                       : osmium::io::File{std::filesystem::absolute(path).string(), source.format};
       osmium::io::Reader reader{file, bits};
       while (const osmium::memory::Buffer buffer = reader.read()) {
-        for (const auto& object : buffer.select<osmium::OSMObject>()) use(path, object);
+        for (const auto& object : buffer.select<osmium::OSMObject>()) {
+          check_tags(object.tags());
+          use(path, object);
+        }
       }
       reader.close();
     } catch (const InputError&) {
