@@ -248,6 +248,18 @@ TEST_F(GazeboImport, ModelsStandWhereTheSavedStateSays) {
   EXPECT_THAT(city.notes, Contains("1 models stand where the world's <state> says"));
 }
 
+TEST_F(GazeboImport, TheSavedStateDeletesAndAddsModels) {
+  const std::string state = "<state world_name='w'><deletions><name>b</name></deletions><insertions>" +
+                            model("c", "50 0 3 0 0 0", kBox) +
+                            "</insertions><model name='a'><scale>2 2 2</scale></model></state>";
+  const City city = world(model("a", "100 0 3 0 0 0", kBox) + model("b", "900 0 3 0 0 0", kBox) + state);
+  ASSERT_EQ(city.mesh.objects.size(), 2U);
+  EXPECT_NEAR(city.bounds().min.x(), 49, 1e-9);
+  EXPECT_NEAR(city.bounds().max.x(), 101, 1e-9);
+  EXPECT_THAT(city.notes, Contains("1 models that the world's <state> deletes left out"));
+  EXPECT_THAT(city.notes, Contains(HasSubstr("<state> scales 'a', which is read as it is")));
+}
+
 TEST_F(GazeboImport, OfAWorldOnlyWhatIsStatic) {
   const std::string car = "<model name='car'><link name='l'><collision name='c'><geometry>" +
                           std::string(kBox) + "</geometry></collision></link></model>";
