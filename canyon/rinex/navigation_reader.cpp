@@ -73,8 +73,10 @@ class Reader {
       throw file_.error(
           fmt::format("is not a navigation file of a system that Canyon reads (RINEX type '{}')",
                       trim(column(*first, 20, 20))),
-          type == 'O'
-              ? "this is an observation file; give the navigation file of that day"
+          type == 'O'   ? "this is an observation file; give the navigation file of that day"
+          : type == 'C' ? "this is a file of clocks; sky: {sp3: [FILE]} has clocks, too"
+          : type == 'M'
+              ? "this is a file of the weather; give the navigation file of that day"
               : "types N (any version), G, H, E and J (version 2: GLONASS, SBAS, Galileo, QZSS) are read");
     }
     version2_system_ = of_type.value_or(gnss::System::GPS);

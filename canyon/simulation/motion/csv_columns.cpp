@@ -123,7 +123,8 @@ Named read_name(std::size_t index, std::string_view name) {
     const std::string& word = words[i];
     if (word == "gpstime") named.clock = CsvClock::Gps;
     if (word == "utctime") named.clock = CsvClock::Utc;
-    if (named.kind == Kind::Height && is_one_of(word, {"hae", "ell", "ellipsoid", "ellipsoidal", "wgs84"})) {
+    if (named.kind == Kind::Height &&
+        is_one_of(word, {"hae", "ell", "ellipsoid", "ellipsoidal", "wgs84", "wgs84ellipsoid"})) {
       named.column.ellipsoid = true;
     } else if (kind_of(word, i == 0) != Kind::Other) {
       if (++kinds > 1) return {};
@@ -222,8 +223,11 @@ CsvColumns::CsvColumns(const TextFile& file, const std::vector<std::string_view>
     } else if (is_one_of(joined, {"numsats", "nsats", "nsat", "numsv", "sats", "satellites", "satellitesused",
                                   "numsatellites", "numberofsatellites", "satsused", "ns"})) {
       satellites = i;
-      if (joined == "ns") latitude_side = i;  // or north, south
-    } else if (is_one_of(joined, {"date", "utcdate", "dateutc"})) {
+      if (joined == "ns") latitude_side = i;       // or north, south
+    } else if (joined == "millissincegpsepoch") {  // Google's decimetre challenge
+      found[Kind::Time] = {Kind::Time, CsvColumn{i, std::string(trim(header[i])), 1e-3, true},
+                           CsvClock::GpsEpoch};
+    } else if (is_one_of(joined, {"date", "utcdate", "dateutc", "dategps", "gpsdate", "dategpst"})) {
       date = i;
     } else if (is_one_of(joined,
                          {"geoid", "undulation", "geoidheight", "geoidundulation", "geoidseparation"})) {

@@ -28,7 +28,7 @@ struct CsvColumn {
 [[nodiscard]] char separator_of(std::string_view line);
 
 /// The clock of the times, by the header.
-enum class CsvClock : std::uint8_t { Unsaid, Utc, Gps, Unix, Jst };
+enum class CsvClock : std::uint8_t { Unsaid, Utc, Gps, Unix, Jst, GpsEpoch };
 
 struct CsvColumns {
   char separator = ',';

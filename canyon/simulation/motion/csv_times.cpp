@@ -58,6 +58,13 @@ std::pair<CsvTimes::Kind, GpsTime> CsvTimes::kind_and_time(const std::vector<std
     return {require_kind(Kind::Unix, text), from_unix(kFitEpochUnix_s + *number, text)};
   }
   if (!number) return {require_kind(Kind::Dates, text), dated(std::string(text))};
+  if (columns_.clock == CsvClock::GpsEpoch) {
+    constexpr double kWeek9999_s = 1e4 * 604'800;
+    const double seconds = *number * columns_.time.scale;
+    if (!(seconds >= 0 && seconds < kWeek9999_s))
+      throw file_.error(fmt::format("the time '{}' is not milliseconds since 1980-01-06", text));
+    return {require_kind(Kind::Unix, text), GpsTime::from_nanoseconds(std::llround(seconds * 1e9))};
+  }
   if (columns_.clock == CsvClock::Unix)
     return {require_kind(Kind::Unix, text), from_unix(*number * columns_.time.scale, text)};
   if (const auto unit_s = unix_unit_s(*number)) {

@@ -27,9 +27,10 @@ using Fields = std::vector<std::string_view>;
 bool says_no_fix(std::string_view text, double least) {
   const std::string word = lower_case(trim(text));
   if (const auto number = parse_double(word)) return *number < least;
+  for (const std::string_view begin : {"no ", "no_", "no-", "not "})
+    if (word.starts_with(begin)) return true;
   for (const std::string_view none :
-       {"none", "no", "no fix", "nofix", "no_fix", "no-fix", "invalid", "not valid", "false", "void", "v",
-        "n", "no solution", "no gps", "no_gps", "nan", "network"})
+       {"none", "no", "nofix", "invalid", "false", "void", "v", "n", "nan", "network"})
     if (word == none) return true;
   return false;
 }

@@ -206,6 +206,22 @@ TEST_F(ForeignTracks, DatesOfReceiversThatKnowNone) {
   EXPECT_THAT(dated("1997"), IsEmpty());
 }
 
+// Columns of Google's decimetre challenge, of OxTS's NAVgraph, and words for no fix.
+TEST_F(ForeignTracks, OtherNamesOfTimesAndFixes) {
+  const TrajectoryFile google = read(
+      "phone,millisSinceGpsEpoch,latDeg,lngDeg,heightAboveWgs84EllipsoidM\n"
+      "Pixel4,1398592818000,48,11,547\nPixel4,1398592819500,48,11,547\n");
+  EXPECT_EQ(google.trajectory.begin(), parse_time("2024-05-01T10:00:18 GPST"));
+  EXPECT_EQ(google.trajectory.end() - google.trajectory.begin(), 1.5);
+  const TrajectoryFile oxts = read(
+      "Date (GPS),Time (GPS),Latitude (deg),Longitude (deg),Altitude (m)\n"
+      "2024-05-01,10:00:18.000,48,11,547\n2024-05-01,10:00:19.000,48,11,547\n");
+  EXPECT_EQ(oxts.trajectory.begin(), parse_time("2024-05-01T10:00:18 GPST"));
+  const TrajectoryFile words = read(
+      "time,latitude,longitude,height,fix\n0,48,11,5,No position\n1,48,11,5,normal\n2,48,11,5,RTK fixed\n");
+  EXPECT_EQ(words.trajectory.end() - words.trajectory.begin(), 1);
+}
+
 // A digit that the first or last time has lost.
 TEST_F(ForeignTracks, LoneTimesFarFromAllOthers) {
   const auto lines = [](const std::string& first) {
