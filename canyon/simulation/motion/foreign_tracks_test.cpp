@@ -7,6 +7,7 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/simulation/motion/track_file.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -176,6 +177,20 @@ TEST_F(ForeignTracks, GpxPointsInTextAndRoutesAreNoTrack) {
       "gpx");
   EXPECT_THAT(file.warnings, Contains(HasSubstr("point of a route; not read: the track is the path")));
   EXPECT_THAT(file.warnings, Not(Contains(HasSubstr("without a time"))));
+}
+
+// Garmin's BaseCamp.
+TEST_F(ForeignTracks, GpxRoutesHaveTheWayBetweenTheirPoints) {
+  std::ofstream(folder_ / "route.gpx")
+      << "<gpx><rte><rtept lat='48' lon='11'><ele>500</ele><extensions><gpxx:RoutePointExtension>"
+         "<gpxx:rpt lat='48.001' lon='11'/><gpxx:rpt lat='48.001' lon='11.001'/>"
+         "</gpxx:RoutePointExtension></extensions></rtept><rtept lat='48' "
+         "lon='11.001'><ele>510</ele></rtept></rte></gpx>";
+  const TrackFile route = read_track_file(folder_ / "route.gpx", "gpx", {});
+  ASSERT_EQ(route.places.size(), 4U);
+  EXPECT_NEAR(geodesy::degrees(route.places[2].latitude_rad), 48.001, 1e-12);
+  EXPECT_NEAR(geodesy::degrees(route.places[2].longitude_rad), 11.001, 1e-12);
+  EXPECT_NEAR(route.places[3].height_m, 510, 1e-12);
 }
 
 TEST_F(ForeignTracks, NmeaInDegreesOrWithDecimalCommas) {

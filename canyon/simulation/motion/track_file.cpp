@@ -128,6 +128,12 @@ void read_gpx(XmlTags& tags, std::string_view point, TrackPoints& track) {
     if (tags.name == "extensions") extension = !trim(tags.attributes).ends_with('/');
     if (tags.name == "/extensions" || tags.name == point) extension = false;
     if (tags.name == "trkseg" || tags.name == "rte") ++track.segments;
+    // Garmin's routes have the way between two points in an extension of the first.
+    if (tags.name == "rpt" && inside && point == "rtept") {
+      TrackPoint& added = track.add(tags);
+      track.guard(added, [&] { added.place = place(tags, tags.attribute("lat"), tags.attribute("lon")); });
+      continue;
+    }
     const bool end =
         tags.name.size() == point.size() + 1 && tags.name.front() == '/' && tags.name.substr(1) == point;
     if (tags.name == point) {
