@@ -224,6 +224,17 @@ TEST(TextFile, SkipsAByteOrderMark) {
   EXPECT_EQ(TextFile(path).text(), "ab");
 }
 
+TEST(TextFile, RefusesPagesOfErrors) {
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "map.json";
+  write(
+      path,
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!DOCTYPE html PUBLIC \"-//W3C//DTD XHTML 1.0\">\n<html>");
+  EXPECT_THAT(message(path), HasSubstr("is a web page (HTML), not data"));
+  write(path, "<?xml version=\"1.0\"?>\n<osm>");
+  EXPECT_EQ(TextFile(path).text().substr(0, 5), "<?xml");
+}
+
 // Python's "...".encode("utf-16-le") and "utf-16-be".
 TEST(TextFile, ReadsUtf16BehindItsMark) {
   using namespace std::string_literals;
