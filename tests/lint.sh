@@ -43,8 +43,8 @@ mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -vE '^canyon/base/js
 grep_each "only canyon/base/json.cpp may include nlohmann/json" '#include [<"]nlohmann' "${outside[@]}"
 mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -v '^canyon/raytrace/')
 grep_each "only canyon/raytrace may include Embree" '#include [<"]embree' "${outside[@]}"
-mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -v '^canyon/buildings/')
-grep_each "only canyon/buildings may include map libraries" \
+mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -vE '^canyon/buildings/|^canyon/city/extruded_polylines\.cpp$')
+grep_each "only canyon/buildings may include map libraries (and city/extruded_polylines.cpp GEOS)" \
   '#include [<"](osmium|protozero|geos|curl)' "${outside[@]}"
 mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -vE '^canyon/(buildings|heatmap)/')
 grep_each "only canyon/buildings and canyon/heatmap may include raster libraries" \

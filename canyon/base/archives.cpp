@@ -247,7 +247,9 @@ void refuse_foreign_bytes(const std::filesystem::path& path, std::string_view he
     throw InputError(path, 0, "is a tar archive", "unpack it and name one of its files");
   if (head.starts_with("version https://git-lfs"))
     throw InputError(path, 0, "is a pointer of Git LFS, not the data", "run git lfs pull in its repository");
-  const std::string text = lower_case(trim(head.substr(0, 64)));
+  std::string text = lower_case(trim(head.substr(0, 256)));
+  // Overpass's pages of errors are XHTML.
+  if (text.starts_with("<?xml")) text = trim(text.substr(std::min(text.find("?>"), text.size() - 2) + 2));
   if (text.starts_with("<!doctype html") || text.starts_with("<html"))
     throw InputError(
         path, 0, "is a web page (HTML), not data",

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdint>
 #include <iterator>
 #include <string>
 
@@ -111,6 +112,26 @@ bool is_ulog(std::string_view head) {
 bool is_data_flash(std::string_view head) {
   return head.starts_with("\xA3\x95");
 }
+/// Microseconds since 1970 in eight bytes, the first one highest, before each frame of MAVLink.
+bool is_tlog(std::string_view head) {
+  constexpr std::size_t kTime = 8;
+  if (head.size() < kTime + 2 || (head[kTime] != '\xFD' && head[kTime] != '\xFE')) return false;
+  std::uint64_t us = 0;
+  for (std::size_t i = 0; i < kTime; ++i) us = us << 8 | static_cast<unsigned char>(head[i]);
+  constexpr std::uint64_t k2000_us = 946'684'800'000'000, k2100_us = 4'102'444'800'000'000;
+  return us > k2000_us && us < k2100_us;
+}
+bool is_fit(std::string_view head) {
+  return head.size() > 12 && head.substr(8, 4) == ".FIT";
+}
+/// The maker's record, then the headers.
+bool is_igc(std::string_view head) {
+  return head.starts_with('A') && has(head, "\nHF");
+}
+bool is_product(std::string_view head) {
+  const std::string_view line = first_line(head);
+  return has(line, "ANTEX VERSION") || has(line, "IONEX VERSION") || line.starts_with("%=SNX");
+}
 bool is_ros_bag(std::string_view head) {
   return head.starts_with("#ROSBAG") || head.starts_with("\x89MCAP");
 }
@@ -165,6 +186,12 @@ constexpr Row kKinds[] = {
      "ulog2csv of pyulog writes the table vehicle_gps_position, which is a path of format csv"},
     {FileKind::DataFlash, is_data_flash, "a log of ArduPilot (DataFlash)", "",
      "mavlogdump.py --format csv --types GPS writes a path of format csv"},
+    {FileKind::Tlog, is_tlog, "a telemetry log of MAVLink (tlog)", "",
+     "mavlogdump.py --format csv --types GLOBAL_POSITION_INT writes its places"},
+    {FileKind::Fit, is_fit, "a file of Garmin's FIT", "", "convert it to GPX, for instance by gpsbabel"},
+    {FileKind::Igc, is_igc, "a flight log (IGC)", "", "convert it to GPX, for instance by gpsbabel"},
+    {FileKind::Product, is_product, "a file of antennas, ionosphere or stations (ANTEX, IONEX, SINEX)", "",
+     "Canyon does not use it"},
     {FileKind::RosBag, is_ros_bag, "a bag of ROS", "",
      "rostopic echo -b FILE -p /TOPIC writes a path of format csv"},
     {FileKind::Database, is_database, "a database (SQLite)", "",

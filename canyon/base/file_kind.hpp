@@ -25,6 +25,10 @@ enum class FileKind : std::uint8_t {
   NovAtel,    ///< binary, of NovAtel's receivers
   ULog,       ///< of PX4
   DataFlash,  ///< of ArduPilot
+  Tlog,       ///< MAVLink with times, of ground stations
+  Fit,        ///< of Garmin's and other watches
+  Igc,        ///< of gliders' loggers
+  Product,    ///< ANTEX, IONEX, SINEX
   RosBag,     ///< of ROS 1, or MCAP
   Database,   ///< SQLite: bags of ROS 2, GeoPackage
   Xml,        ///< that is no other kind

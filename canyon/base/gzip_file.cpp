@@ -16,6 +16,7 @@ namespace {
 
 constexpr std::size_t kHead = 512;  // bytes that tell what a file is: tar's mark stands at 257
 constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+constexpr std::size_t kUtf16Mark = 2;  // bytes
 
 }  // namespace
 
@@ -53,16 +54,34 @@ GzipFile::GzipFile(std::filesystem::path path) : path_(std::move(path)), file_(n
   const std::string_view head = std::string_view(ready_).substr(0, kHead);
   if (head.substr(0, kByteOrderMark.size()) == kByteOrderMark) given_ = kByteOrderMark.size();
   refuse_foreign_bytes(path_, head.substr(given_));
-  if (head.size() > 3 && head.substr(0, 2) == "\xff\xfe" && head[2] != 0 && head[3] == 0)
-    throw InputError(path_, 0, "is text in UTF-16", "save it as UTF-8");
+  if (Utf16Decoder::is_marked(head)) {
+    utf16_.emplace(head);
+    std::string text;
+    utf16_->append(std::string_view(ready_).substr(kUtf16Mark), text);
+    declare_utf8(text);
+    ready_ = std::move(text);
+    refuse_foreign_bytes(path_, ready_);
+  }
 }
 
 std::size_t GzipFile::read(char* to, std::size_t size, int line) {
+  while (utf16_ && given_ == ready_.size()) {
+    char bytes[1 << 15];
+    const std::size_t n = read_unpacked(bytes, sizeof bytes, line);
+    if (n == 0) return 0;
+    ready_.clear();
+    given_ = 0;
+    utf16_->append({bytes, n}, ready_);
+  }
   if (given_ < ready_.size()) {
     const std::size_t n = ready_.copy(to, size, given_);
     given_ += n;
     return n;
   }
+  return read_unpacked(to, size, line);
+}
+
+std::size_t GzipFile::read_unpacked(char* to, std::size_t size, int line) {
   const std::size_t n = read_some(to, size, line);
   unpacked_ += n;
   if (unpacked_ > kHarmlessSize && unpacked_ / kMostGrowth > size_) {

@@ -4,20 +4,23 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/utf16.hpp"
 
 struct gzFile_s;
 
 namespace canyon {
 
 /// The bytes of a file, unpacked where it is packed by gzip, by bzip2, by compress (.Z) or as the one file of
-/// a zip archive (recognised by content, not by name), without UTF-8's byte order mark.
+/// a zip archive (recognised by content, not by name), without UTF-8's byte order mark. Text in UTF-16 behind
+/// its mark is given in UTF-8.
 class GzipFile {
  public:
-  /// Throws InputError as check_input_file() does, where the file is unreadable, in UTF-16, packed in another
-  /// way, or a web page.
+  /// Throws InputError as check_input_file() does, where the file is unreadable, packed in another way, or a
+  /// web page.
   explicit GzipFile(std::filesystem::path path);
 
   /// The next bytes into `to`; returns how many, 0 at the end. Throws InputError, at `line` of the text,
@@ -29,6 +32,7 @@ class GzipFile {
 
  private:
   std::size_t read_some(char* to, std::size_t size, int line);
+  std::size_t read_unpacked(char* to, std::size_t size, int line);
 
   std::filesystem::path path_;
   std::unique_ptr<gzFile_s, int (*)(gzFile_s*)> file_;
@@ -36,6 +40,7 @@ class GzipFile {
   std::uint64_t unpacked_ = 0;  ///< bytes so far
   std::string ready_;           ///< bytes that read() gives next
   std::size_t given_ = 0;       ///< of these
+  std::optional<Utf16Decoder> utf16_;
   bool cut_short_ = false;
 };
 

@@ -124,6 +124,31 @@ bool operator==(const Json& a, const Json& b) {
          });
 }
 
+namespace {
+
+/// A text with null for NaN and Infinity, which Python and others write; empty where it has none.
+std::string without_nan(std::string_view text) {
+  std::string plain;
+  bool quoted = false, any = false;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    if (text[at] == '"') quoted = !quoted;
+    if (quoted && text[at] == '\\' && at + 1 < text.size()) plain += text[at++];
+    std::size_t length = 0;
+    for (const std::string_view word : {"NaN", "Infinity", "-Infinity"})
+      if (!quoted && text.substr(at, word.size()) == word) length = word.size();
+    if (length == 0) {
+      plain += text[at];
+      continue;
+    }
+    plain += "null";
+    at += length - 1;
+    any = true;
+  }
+  return any ? plain : std::string();
+}
+
+}  // namespace
+
 /// The library's parser calls it for each part of a text.
 class Json::Builder {
  public:
@@ -190,10 +215,20 @@ class Json::Builder {
   std::string key_;
 };
 
-Json Json::parse(std::string_view text) {
+Json Json::parse(std::string_view text) try {
   Builder builder;
   (void)nlohmann::json::sax_parse(text.begin(), text.end(), &builder);
   return std::move(builder.root);
+} catch (const JsonError& fault) {
+  const std::string plain = fault.byte() > 0 ? without_nan(text) : std::string();
+  if (plain.empty()) throw;
+  try {
+    Builder builder;
+    (void)nlohmann::json::sax_parse(plain.begin(), plain.end(), &builder);
+    return std::move(builder.root);
+  } catch (const JsonError&) {
+    throw JsonError(fault);
+  }
 }
 
 std::optional<Json> Json::try_parse(std::string_view text) try {

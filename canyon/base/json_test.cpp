@@ -100,6 +100,17 @@ TEST(Json, NumbersThatAreNotFiniteAreNull) {
   EXPECT_EQ(Json(std::vector<double>{std::numeric_limits<double>::infinity(), 1}).dump(), "[null,1.0]");
 }
 
+// Python's json writes them, and reads them.
+TEST(Json, NanAndInfinityOfTextsAreNull) {
+  const Json json = Json::parse(R"({"a": NaN, "b": [Infinity, -Infinity, 1], "NaN": "NaN \" Infinity"})");
+  EXPECT_TRUE(json["a"].is_null());
+  EXPECT_TRUE(json["b"][1].is_null());
+  EXPECT_EQ(json["b"][2].get<int>(), 1);
+  EXPECT_EQ(json["NaN"].text(), "NaN \" Infinity");
+  EXPECT_THROW((void)Json::parse(R"({"a": NaN,})"), JsonError);
+  EXPECT_THROW((void)Json::parse("[NaNs]"), JsonError);
+}
+
 TEST(Json, TheLastOfRepeatedMembersCounts) {
   EXPECT_EQ(Json::parse(R"({"a":1,"b":2,"a":3,"b":[4]})").dump(), R"({"a":3,"b":[4]})");
 }

@@ -32,6 +32,13 @@ std::string hide_keys(std::string_view word) {
   return shown;
 }
 
+/// "user:" of "user:password"; empty of a word alone, which may be a token.
+std::string_view user_of(std::string_view word) {
+  const std::size_t colon = std::min(word.find(':'), lower_case(word).find("%3a"));
+  return colon == std::string_view::npos ? std::string_view()
+                                         : word.substr(0, colon + (word[colon] == ':' ? 1 : 3));
+}
+
 }  // namespace
 
 std::string hide_passwords(std::string_view text) {
@@ -48,8 +55,8 @@ std::string hide_passwords(std::string_view text) {
     if (host == std::string_view::npos || word.find(kExplained) < host) {
       shown += hide_keys(word);
     } else {
-      shown += word.substr(0, std::min(word.find(':'), host));
-      shown += ":...";
+      shown += user_of(word.substr(0, host));
+      shown += "...";
       shown += hide_keys(word.substr(host));
     }
     at = end;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "canyon/base/utf16.hpp"
+
 namespace canyon {
 namespace {
 
@@ -51,7 +53,7 @@ TextFile TextFile::streamed(const std::filesystem::path& path) {
 
 TextFile TextFile::from_string(std::string text, std::filesystem::path name) {
   TextFile file;
-  file.text_ = std::move(text);
+  file.text_ = utf8_of_marked(std::move(text));
   file.path_ = std::move(name);
   if (has_lone_returns(file.text_)) end_lines(file.text_, 0);
   return file;

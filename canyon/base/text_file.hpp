@@ -18,8 +18,8 @@ enum class CutGzip : std::uint8_t {
 };
 
 /// The lines of a text file, plain or gzip-compressed (recognised by content, not by name), with the place of
-/// each for error messages. CR before LF is dropped; CR alone
-/// ends the lines of a text without LF. The one place that opens text files.
+/// each for error messages, in UTF-8. CR before LF is dropped; CR alone ends the lines of a text without LF.
+/// The one place that opens text files.
 class TextFile {
  public:
   /// A longer line of a streamed file is refused [bytes].

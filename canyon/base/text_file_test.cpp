@@ -11,6 +11,7 @@
 #include <iterator>
 
 #include "canyon/base/secrets.hpp"
+#include "canyon/base/utf16.hpp"
 #include "tests/support/case_file.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -221,8 +222,56 @@ TEST(TextFile, SkipsAByteOrderMark) {
   EXPECT_EQ(TextFile(path).text(), "time\n");
   write(path, "ab");
   EXPECT_EQ(TextFile(path).text(), "ab");
-  write(path, std::string("\xff\xfet\0i\0", 6));
-  EXPECT_THAT(message(path), HasSubstr("UTF-16"));
+}
+
+TEST(TextFile, RefusesPagesOfErrors) {
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "map.json";
+  write(
+      path,
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!DOCTYPE html PUBLIC \"-//W3C//DTD XHTML 1.0\">\n<html>");
+  EXPECT_THAT(message(path), HasSubstr("is a web page (HTML), not data"));
+  write(path, "<?xml version=\"1.0\"?>\n<osm>");
+  EXPECT_EQ(TextFile(path).text().substr(0, 5), "<?xml");
+}
+
+// Python's "...".encode("utf-16-le") and "utf-16-be".
+TEST(TextFile, ReadsUtf16BehindItsMark) {
+  using namespace std::string_literals;
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "wide.txt";
+  write(path, "\xff\xfeh\0\xf6\0h\0e\0\r\0\n\0\x3d\xd8\x0d\xde\x31\0"s);
+  TextFile little(path);
+  EXPECT_EQ(little.next_line(), "h\xc3\xb6he");
+  EXPECT_EQ(little.next_line(), "\xf0\x9f\x98\x8d\x31");
+  write_gzip(path, "\xfe\xff\0t\0i\x65\xe5\0e\0\n"s);
+  EXPECT_EQ(TextFile(path).text(), "ti\xe6\x97\xa5\x65\n");
+  EXPECT_EQ(TextFile::from_string("\xff\xfe<\0a\0"s, "a").text(), "<a");
+
+  // Pieces of a streamed file end within a character.
+  std::string wide = "\xff\xfe";
+  std::string line;
+  for (int i = 0; i < 100'000; ++i) {
+    line = std::to_string(i) + "\n";
+    for (const char c : line) wide += {c, '\0'};
+  }
+  write(path, wide);
+  TextFile lines = TextFile::streamed(path);
+  for (int i = 0; i < 100'000; ++i) ASSERT_EQ(lines.next_line(), std::to_string(i));
+  EXPECT_EQ(lines.next_line(), std::nullopt);
+}
+
+TEST(TextFile, Utf16KnowsHalvesAndOtherBytes) {
+  using namespace std::string_literals;
+  EXPECT_EQ(utf8_of_marked("\xff\xfe"
+                           "a\0\x3d\xd8"
+                           "b\0"s),
+            "a\xef\xbf\xbd"
+            "b");
+  EXPECT_EQ(utf8_of_marked("\xfe\xff\0<\0?\0x\0m\0l\0 \0e\0=\0'\0U\0T\0F\0-\0001\0006\0'\0?\0>"s),
+            "<?xml e='UTF-8'?>");
+  for (const std::string& other : {"\xff\xfe\0\0a\0\0\0"s, "\xff\xfe\x12\x34\x56\x78"s, "\xff\xfe"s, "ab"s})
+    EXPECT_EQ(utf8_of_marked(other), other);
 }
 
 // good.n.Z: made by an encoder after compress 4.0, checked with gzip -d; good.n.zip: Python's zipfile.
@@ -352,6 +401,8 @@ TEST(Secrets, PasswordsOfAddressesAreHidden) {
   EXPECT_EQ(hide_passwords("poses from ntrip://somebody:SECRET/W@RD@127.0.0.1:9/MOUNT: nobody answers"),
             "poses from ntrip://somebody:...@127.0.0.1:9/MOUNT: nobody answers");
   EXPECT_EQ(hide_passwords("'tcp://a:b@h:1' and 'tcp://c:d@h:2'"), "'tcp://a:...@h:1' and 'tcp://c:...@h:2'");
+  EXPECT_EQ(hide_passwords("ntrip://me%3ASECRET@h:1/M https://TOKEN@h/i"),
+            "ntrip://me%3A...@h:1/M https://...@h/i");
   EXPECT_EQ(hide_passwords("https://h/api?box=1,2&api_key=SECRET&Token=SECRET#top answered"),
             "https://h/api?box=1,2&api_key=...&Token=...#top answered");
   EXPECT_EQ(hide_passwords("http://me:SECRET@h/i?password=SECRET&rate=1"),

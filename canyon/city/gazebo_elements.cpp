@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "canyon/base/text.hpp"
+#include "canyon/city/extruded_polylines.hpp"
 
 namespace canyon::city::sdf {
 
@@ -91,6 +92,22 @@ bool add_primitive(const Source& source, const Element& shape, LinkShapes& shape
   } else {
     return false;
   }
+  return true;
+}
+
+bool add_polylines(const Source& source, const Element& geometry, LinkShapes& shapes,
+                   const LinkShapes::Place& place) {
+  const Element* const first = geometry.FirstChildElement("polyline");
+  if (first == nullptr) return false;
+  std::vector<Polyline> polylines;
+  for (const Element* e = first; e != nullptr; e = e->NextSiblingElement("polyline")) {
+    Polyline& path = polylines.emplace_back();
+    for (const Element* p = e->FirstChildElement("point"); p != nullptr; p = p->NextSiblingElement("point")) {
+      const std::vector<double> at = numbers(source, *p, 2, kLargestSize_m);
+      path.emplace_back(at[0], at[1]);
+    }
+  }
+  shapes.polylines(place, polylines, child_numbers(source, *first, "height", 1)[0], extruded_polylines);
   return true;
 }
 

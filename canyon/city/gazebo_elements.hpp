@@ -40,4 +40,8 @@ struct Source {
 bool add_primitive(const Source& source, const Element& shape, LinkShapes& shapes,
                    const LinkShapes::Place& place);
 
+/// Adds the polylines of a geometry, extruded to the height of the first; false where it has none.
+bool add_polylines(const Source& source, const Element& geometry, LinkShapes& shapes,
+                   const LinkShapes::Place& place);
+
 }  // namespace canyon::city::sdf

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -16,6 +17,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/base/text_file.hpp"
 #include "canyon/city/gazebo_elements.hpp"
 #include "canyon/city/gazebo_export.hpp"
 #include "canyon/city/gazebo_names.hpp"
@@ -28,6 +30,7 @@
 namespace canyon::city {
 namespace {
 
+using sdf::add_polylines;
 using sdf::add_primitive;
 using sdf::attribute;
 using sdf::child_text;
@@ -88,13 +91,29 @@ class GazeboImport {
  private:
   void note(std::string line) { city_.notes.push_back(std::move(line)); }
 
-  /// Gazebo Classic saves where models stood; it puts them there again.
+  /// Gazebo Classic saves where models stood, and which were deleted; it does so again.
   void read_state(const Source& source, const Element& world) {
     const Element* const state = world.FirstChildElement("state");
     if (state == nullptr) return;
     for (const Element* e = state->FirstChildElement("model"); e != nullptr;
          e = e->NextSiblingElement("model"))
-      if (e->FirstChildElement("pose") != nullptr) state_[attribute(*e, "name")] = pose_of(source, *e);
+      read_model_state(source, *e);
+    if (const Element* const gone = state->FirstChildElement("deletions")) {
+      for (const Element* e = gone->FirstChildElement("name"); e != nullptr;
+           e = e->NextSiblingElement("name"))
+        deleted_.insert(text_of(*e));
+    }
+    if (const Element* const added = state->FirstChildElement("insertions"))
+      read_models(source, *added, Eigen::Affine3d::Identity(), "", 0, true);
+  }
+  void read_model_state(const Source& source, const Element& model) {
+    const std::string name = attribute(model, "name");
+    if (model.FirstChildElement("pose") != nullptr) state_[name] = pose_of(source, model);
+    if (const Element* const scale = model.FirstChildElement("scale")) {
+      const std::vector<double> s = numbers(source, *scale, 3, 1e6);
+      const bool scaled = std::any_of(s.begin(), s.end(), [](double x) { return std::abs(x - 1) > 1e-6; });
+      if (scaled) note(fmt::format("the world's <state> scales '{}', which is read as it is", name));
+    }
   }
   /// The pose of a world's model: its own, or that of the state.
   Eigen::Affine3d placed(const std::string& name, const Eigen::Affine3d& own, int depth) {
@@ -102,6 +121,13 @@ class GazeboImport {
     if (found == state_.end() || found->second.isApprox(own, 1e-9)) return own;
     ++moved_;
     return found->second;
+  }
+
+  /// Whether the state says that a world's model was deleted.
+  bool is_deleted(const std::string& name, int depth) {
+    const bool deleted = depth == 0 && deleted_.count(name) > 0;
+    if (deleted) ++left_out_["models that the world's <state> deletes"];
+    return deleted;
   }
 
   void note_moving() {
@@ -143,11 +169,8 @@ class GazeboImport {
   }
 
   static void load(const std::filesystem::path& path, tinyxml2::XMLDocument& document) {
-    const tinyxml2::XMLError code = document.LoadFile(path.c_str());
-    if (code == tinyxml2::XML_ERROR_FILE_NOT_FOUND) throw InputError(path, 0, "no such file");
-    if (code == tinyxml2::XML_ERROR_FILE_COULD_NOT_BE_OPENED || code == tinyxml2::XML_ERROR_FILE_READ_ERROR) {
-      throw InputError(path, 0, "cannot be read");
-    }
+    const TextFile file(path);
+    const tinyxml2::XMLError code = document.Parse(file.text().data(), file.text().size());
     if (code != tinyxml2::XML_SUCCESS || document.RootElement() == nullptr) {
       throw InputError(path, std::max(0, document.ErrorLineNum()),
                        fmt::format("is not well-formed XML ({})", document.ErrorName()),
@@ -245,6 +268,7 @@ class GazeboImport {
           continue;
         }
         const std::string name = attribute(*e, "name");
+        if (is_deleted(name, depth)) continue;
         read_model(source, *e, world_from_parent * placed(name, pose_of(source, *e), depth), scope, name,
                    depth);
       } else if (kind == "include") {
@@ -311,6 +335,7 @@ class GazeboImport {
       moving_.push_back(name);
       return;
     }
+    if (is_deleted(name, depth)) return;
     if (depth >= kDeepestNesting) {
       throw source.error(include,
                          fmt::format("models are nested or included more than {} deep", kDeepestNesting),
@@ -351,7 +376,7 @@ class GazeboImport {
     if (kind == "mesh") return read_mesh(source, *shape, world_from_geometry, name);
     std::vector<std::string> notes;
     LinkShapes shapes(notes);
-    if (!add_primitive(source, *shape, shapes, {name})) {
+    if (!add_polylines(source, geometry, shapes, {name}) && !add_primitive(source, *shape, shapes, {name})) {
       if (kind != "empty") ++left_out_[fmt::format("<{}> geometries", kind)];
       return;
     }
@@ -437,6 +462,7 @@ class GazeboImport {
   std::map<std::string, std::size_t> left_out_;
   std::vector<std::string> moving_;               ///< names of the world's models that are not static
   std::map<std::string, Eigen::Affine3d> state_;  ///< poses of the world's models
+  std::set<std::string> deleted_;                 ///< names of these
   std::size_t moved_ = 0;                         ///< models that it moves
   std::size_t degenerate_ = 0;
 };

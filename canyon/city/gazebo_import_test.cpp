@@ -6,6 +6,7 @@
 #include <random>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/gazebo_export.hpp"
 #include "canyon/geodesy/constants.hpp"
@@ -187,8 +188,54 @@ TEST_F(GazeboImport, SaysWhatItLeavesOut) {
 }
 
 TEST_F(GazeboImport, SaysWhatItCouldNotReadWhereNothingIsLeft) {
-  EXPECT_THAT(error(model("m", "0 0 0 0 0 0", "<polyline><point>0 0</point><height>3</height></polyline>")),
-              HasSubstr("holds no triangle that is read; not read are 1 <polyline> geometries"));
+  EXPECT_THAT(error(model("m", "0 0 0 0 0 0", "<heightmap><uri>file://x.png</uri></heightmap>")),
+              HasSubstr("holds no triangle that is read; not read are 1 <heightmap> geometries"));
+}
+
+/// By the divergence theorem: positive where front sides are outwards.
+double volume_m3(const Mesh& mesh) {
+  double six_volumes = 0;
+  for (const auto& [a, b, c] : mesh.triangles)
+    six_volumes += mesh.vertices[a].dot(mesh.vertices[b].cross(mesh.vertices[c]));
+  return six_volumes / 6;
+}
+
+// An L of 300 m^2 with a yard of 16 m^2, 12 m high.
+TEST_F(GazeboImport, ExtrudesPolylines) {
+  const auto path = [](const char* points, const char* height) {
+    std::string text = "<polyline>";
+    for (const std::string_view point : split(points, ','))
+      text += "<point>" + std::string(trim(point)) + "</point>";
+    return text + "<height>" + height + "</height></polyline>";
+  };
+  const std::string outline = path("0 0, 20 0, 20 10, 10 10, 10 20, 0 20", "12");
+  const std::string yard = path("2 2, 6 2, 6 6, 2 6", "12");
+  const City house = world(model("house", "100 0 3 0 0 0", outline + yard));
+  ASSERT_EQ(house.mesh.objects.size(), 1U);
+  EXPECT_EQ(house.mesh.objects[0].name, "house::link::c");
+  EXPECT_NEAR(volume_m3(house.mesh), (300 - 16) * 12, 1e-6);
+  EXPECT_NEAR(house.bounds().min.z(), 3, 1e-12);
+  EXPECT_NEAR(house.bounds().max.z(), 15, 1e-12);
+  EXPECT_NEAR(house.bounds().max.x(), 120, 1e-12);
+  // The other sense, closed, and without the hole.
+  const City turned =
+      world(model("m", "0 0 0 0 0 0", path("0 20, 10 20, 10 10, 20 10, 20 0, 0 0, 0 20", "5")));
+  EXPECT_NEAR(volume_m3(turned.mesh), 300 * 5, 1e-6);
+  EXPECT_THAT(error(model("m", "0 0 0 0 0 0", path("0 0, 1 0", "3"))),
+              HasSubstr("a polyline without height or with fewer than three points"));
+  EXPECT_THAT(error(model("m", "0 0 0 0 0 0", path("0 0, 1 0, 2 0", "3"))), HasSubstr("cannot be extruded"));
+  EXPECT_THAT(error(model("m", "0 0 0 0 0 0", "<polyline><point>0 0</point></polyline>")),
+              HasSubstr("<polyline> without <height>"));
+}
+
+// Notepad's "Unicode".
+TEST_F(GazeboImport, ReadsUtf16) {
+  const std::string text = "<?xml version='1.0' encoding='UTF-16'?><sdf version='1.6'>" +
+                           model("m", "0 0 0 0 0 0", kBox) + "</sdf>";
+  std::string wide = "\xff\xfe";
+  for (const char c : text) wide += {c, '\0'};
+  write("wide.sdf", wide);
+  EXPECT_EQ(read_gazebo_world(folder_ / "wide.sdf").mesh.objects.size(), 1U);
 }
 
 TEST_F(GazeboImport, ModelsStandWhereTheSavedStateSays) {
@@ -199,6 +246,18 @@ TEST_F(GazeboImport, ModelsStandWhereTheSavedStateSays) {
   EXPECT_NEAR(city.bounds().min.x(), 49, 1e-9);
   EXPECT_NEAR(city.bounds().max.x(), 301, 1e-9);
   EXPECT_THAT(city.notes, Contains("1 models stand where the world's <state> says"));
+}
+
+TEST_F(GazeboImport, TheSavedStateDeletesAndAddsModels) {
+  const std::string state = "<state world_name='w'><deletions><name>b</name></deletions><insertions>" +
+                            model("c", "50 0 3 0 0 0", kBox) +
+                            "</insertions><model name='a'><scale>2 2 2</scale></model></state>";
+  const City city = world(model("a", "100 0 3 0 0 0", kBox) + model("b", "900 0 3 0 0 0", kBox) + state);
+  ASSERT_EQ(city.mesh.objects.size(), 2U);
+  EXPECT_NEAR(city.bounds().min.x(), 49, 1e-9);
+  EXPECT_NEAR(city.bounds().max.x(), 101, 1e-9);
+  EXPECT_THAT(city.notes, Contains("1 models that the world's <state> deletes left out"));
+  EXPECT_THAT(city.notes, Contains(HasSubstr("<state> scales 'a', which is read as it is")));
 }
 
 TEST_F(GazeboImport, OfAWorldOnlyWhatIsStatic) {

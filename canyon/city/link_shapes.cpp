@@ -238,7 +238,7 @@ void LinkShapes::polylines(const Place& place, const std::vector<Polyline>& poly
   }
   if (!sound) return leave_out(place, "a polyline without height or with fewer than three points");
   const auto node = extrude(fmt::format("canyon_polyline_{:016x}", fnv1a(key)), polylines, height);
-  if (!node || node->triangles.empty()) return leave_out(place, "Gazebo cannot extrude its polyline");
+  if (!node || node->triangles.empty()) return leave_out(place, "its polyline cannot be extruded");
   add(place, {node->vertices, node->triangles}, true);
 }
 

@@ -170,7 +170,7 @@ TEST_F(LinkShapesTest, EqualPolylinesHaveOneName) {
   EXPECT_EQ(names[0], names[1]);
   EXPECT_NE(names[0], names[2]);
   shapes_.polylines(place_, yard, 9, [](auto&&...) { return std::nullopt; });
-  EXPECT_THAT(notes_, ElementsAre("'house::link::wall' is left out: Gazebo cannot extrude its polyline"));
+  EXPECT_THAT(notes_, ElementsAre("'house::link::wall' is left out: its polyline cannot be extruded"));
 }
 
 TEST_F(LinkShapesTest, RowsOfHeightsRunAsTheHostSays) {

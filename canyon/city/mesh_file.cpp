@@ -22,6 +22,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/input_file.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/base/utf16.hpp"
 #include "canyon/city/mesh_doubts.hpp"
 #include "canyon/city/mesh_file_format.hpp"
 #include "canyon/city/mesh_marks.hpp"
@@ -157,6 +158,8 @@ class MeshImport {
     if (is_gzip(head) || is_unpacked_whole(head))
       throw InputError(path_, 0, "is a packed file, not a mesh", "unpack it first");
     refuse_foreign_bytes(path_, head);
+    if (Utf16Decoder::is_marked(head) && extension != ".dae")
+      throw InputError(path_, 0, "is text in UTF-16", "save it as UTF-8");
     return extension;
   }
 

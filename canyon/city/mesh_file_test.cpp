@@ -629,6 +629,20 @@ TEST_F(MeshFile, DamagedFiles) {
   const std::string facets = stl_ascii(box());
   EXPECT_THAT(error_of(write("facets.stl", facets.substr(0, facets.size() - 100))),
               HasSubstr("has no endsolid"));
+  // "solid" begins binary files, too: this one has a triangle fewer than it says.
+  std::string solid = std::string("solid by a CAD") + std::string(66, ' ') + std::string("\x0d\0\0\0", 4);
+  solid += std::string(50 * 12, '\0');
+  EXPECT_THAT(error_of(write("solid.stl", solid)), HasSubstr("binary STL file whose size is not that"));
+  // Windows' Notepad.
+  const std::string triangle = "v 0 0 0\nv 9 0 0\nv 9 9 0\nf 1 2 3\n";
+  std::string wide = "\xff\xfe";
+  for (const char c : triangle) wide += {c, '\0'};
+  EXPECT_THAT(error_of(write("wide.obj", wide)), HasSubstr("wide.obj: is text in UTF-16"));
+  EXPECT_THAT(error_of(write("mark.obj", "\xef\xbb\xbf" + triangle)),
+              HasSubstr("mark.obj:1: begins with a byte order mark"));
+  EXPECT_EQ(read_mesh_city(write("comment.obj", "\xef\xbb\xbf# made by hand\n" + triangle), {})
+                .mesh.triangles.size(),
+            1U);
   for (const char* name :
        {"garbage.dae", "garbage.obj", "garbage.stl", "garbage.gltf", "garbage.glb", "garbage.ply"}) {
     EXPECT_THAT(error_of(write(name, "this is no mesh at all, sorry\n\n\x01\x02\x7f")), HasSubstr(name));

@@ -29,6 +29,7 @@ class ObjCheck {
     while (next_line()) {
       const auto words = split_blanks(text_);
       if (words.empty() || words[0].front() == '#') continue;
+      if (line_ == 1) refuse_hidden(words[0]);
       if (words[0] == "v") {
         take_vertex(words);
       } else if (words[0] == "f" || words[0] == "l" || words[0] == "p") {
@@ -62,6 +63,16 @@ class ObjCheck {
       text_.back() = ' ';
     }
     return !text_.empty();
+  }
+
+  /// Assimp passes over the line behind a byte order mark: all numbers of vertices would be off.
+  void refuse_hidden(std::string_view word) const {
+    constexpr std::string_view kMark = "\xef\xbb\xbf";
+    if (!word.starts_with(kMark)) return;
+    word.remove_prefix(kMark.size());
+    if (word.empty() || word.front() == '#' || word == "mtllib") return;
+    throw InputError(path_, 1, "begins with a byte order mark, which hides its first line",
+                     "save it as UTF-8 without a mark");
   }
 
   static bool is_keyword(std::string_view word) {
@@ -176,6 +187,10 @@ void check_stl(const std::filesystem::path& path) {
     for (std::size_t byte = 4; byte-- > 0;)
       triangles = (triangles << 8) | static_cast<unsigned char>(head[80 + byte]);
     if (size == kBinaryHeader + triangles * kBinaryTriangle) return;
+  }
+  if (head.find('\0') != std::string::npos) {
+    throw InputError(path, 0, "is a binary STL file whose size is not that of the triangles that it says",
+                     "export or copy it again: it is damaged");
   }
   const std::uintmax_t tail = std::min<std::uintmax_t>(size, 4096);
   in.clear();

@@ -248,17 +248,18 @@ GpsTime parse_time(std::string_view whole) {
     if (!take(rest, prefix)) throw wrong;
   };
   c.year = number(4);
-  expect("-");
+  const bool extended = take(rest, "-");  // else ISO 8601's basic format, 20190428T125803Z
   c.month = number(2);
-  expect("-");
+  if (extended) expect("-");
   c.day = number(2);
   if (!rest.empty() &&
       (rest.front() == 'T' || (rest.front() == ' ' && rest.size() > 1 && rest[1] >= '0' && rest[1] <= '9'))) {
     rest.remove_prefix(1);
     c.hour = number(2);
-    expect(":");
+    if (extended) expect(":");
     c.minute = number(2);
-    if (take(rest, ":")) {
+    const bool digits_follow = !rest.empty() && rest.front() >= '0' && rest.front() <= '9';
+    if (extended ? take(rest, ":") : digits_follow) {
       c.second = number(2);
       if (take(rest, ".") || take(rest, ",")) {
         std::int64_t scale = 100'000'000;

@@ -58,7 +58,7 @@ inline constexpr int kBdtSecondsOffset = 14;
 /// GLONASST is UTC(SU) plus 3 h, leap seconds included (ICD GLONASS L1, L2 5.1, 3.3.3).
 [[nodiscard]] CalendarTime glonass_from_gps(GpsTime t);
 
-/// ISO 8601 extended date and time, fraction up to 9 digits, comma or point:
+/// ISO 8601 date and time, extended or basic ("20190428T125803Z"), fraction up to 9 digits, comma or point:
 /// "2019-04-28T12:58:03.5Z" and offsets ("+08:00") are UTC; " GPST" or "GPS" behind it marks GPS time; a bare
 /// date is its midnight. Without any mark the time is UTC. Throws InputError with what was expected.
 [[nodiscard]] GpsTime parse_time(std::string_view text);

@@ -168,6 +168,10 @@ TEST(ParseTime, TakesEveryDocumentedForm) {
   EXPECT_EQ(parse_time("2019-04-28"), gps_from_utc({2019, 4, 28, 0, 0, 0, 0}));
   EXPECT_EQ(parse_time("2019-04-28 GPST"), gps_from_calendar({2019, 4, 28, 0, 0, 0, 0}));
   EXPECT_EQ(parse_time("2019-04-28T12:58Z"), gps_from_utc({2019, 4, 28, 12, 58, 0, 0}));
+  EXPECT_EQ(parse_time("20190428T125803.5Z"), parse_time("2019-04-28T12:58:03.5Z"));
+  EXPECT_EQ(parse_time("20190428T1258Z"), parse_time("2019-04-28T12:58Z"));
+  EXPECT_EQ(parse_time("20190428T205803+0800"), parse_time("2019-04-28T12:58:03Z"));
+  EXPECT_EQ(parse_time("20190428"), parse_time("2019-04-28"));
   EXPECT_EQ(parse_time("2019-04-28T12:58:03.000000001Z"), t - nanoseconds(499'999'999));
 }
 
@@ -212,7 +216,11 @@ TEST(ParseTime, RefusesEverythingElse) {
                            "+2019-04-28",
                            "-019-04-28",
                            "2019-04-28T-1:00:00",
-                           "20190428T125803Z",
+                           "201904-28T12:58:03Z",
+                           "2019-0428T12:58:03Z",
+                           "20190428T12:58:03Z",
+                           "20190428T1258:03Z",
+                           "2019-04-28T125803Z",
                            "1556456283"}) {
     EXPECT_THAT(message(text), HasSubstr("is not a time; write UTC as")) << text;
   }

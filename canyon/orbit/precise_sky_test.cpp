@@ -331,6 +331,23 @@ TEST(PreciseSky, LinesThatLostTheirFirstCharacterAreSaid) {
 }
 
 // A change of velocity of 1 m/s: the orbit behind it is another one.
+// Digits and line ends that are gone, at a place where no neighbour tells.
+TEST(PreciseSky, LinesThatLostACharacterElsewhereAreSaid) {
+  const std::string good = MadeUp().text();
+  const auto without = [&](std::size_t at) {
+    std::string text = good;
+    text.erase(at, 1);
+    return PreciseSky(TextFile::from_string(text, "made-up.sp3")).warnings();
+  };
+  const std::size_t epoch = good.find("\n*") + 1, position = good.find("\nP", epoch) + 1;
+  const std::size_t end = good.find('\n', position);
+  EXPECT_THAT(without(position - 1), Contains(HasSubstr("is not an epoch")));
+  EXPECT_THAT(without(position), Contains(HasSubstr("line of no kind that SP3 has")));
+  EXPECT_THAT(without(end), Contains(HasSubstr("line of more than 80 columns")));
+  EXPECT_THAT(without(end - 1), Contains(HasSubstr("lost or gained a character")));
+  EXPECT_THAT(without(position + 4 + 13), Contains(HasSubstr("lost or gained a character")));
+}
+
 TEST(PreciseSky, DoesNotAnswerAcrossManeuversThatAreNotMarked) {
   MadeUp file;
   for (int k = 25; k < 40; ++k) file.shift_m[k] = aside(900.0 * k, 1, 900 * 24.5);

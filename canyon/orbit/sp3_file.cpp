@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "canyon/base/record_notes.hpp"
 #include "canyon/base/text.hpp"
@@ -47,7 +48,8 @@ class Reader {
         notes().guard([&] { read_epoch(*line); });
       } else if (kind == 'P' && (in_epoch_ || epochs_.empty())) {
         notes().guard([&] { read_position(*line); });
-      } else if (!epochs_.empty() && std::string_view("PVE/%+#i ").find(kind) == std::string_view::npos) {
+      } else if (!epochs_.empty() && (std::string_view("PVE/%+#i ").find(kind) == std::string_view::npos ||
+                                      is_cut_record(*line))) {
         notes().bad(file_.line(), "line of a kind that SP3 does not have");
       } else if (!epochs_.empty() && kind == ' ' && !trim(*line).empty()) {
         in_epoch_ = false;  // an epoch that has lost its mark: what follows is of another time
@@ -72,6 +74,11 @@ class Reader {
     announced_ += static_cast<std::size_t>(std::max(0LL, parse_integer(column(line, 32, 7)).value_or(0)));
     time_system_.clear();
     first_line_ = line;
+  }
+
+  /// "E05 ...": a record of a position without its P. EP and EV are correlations.
+  static bool is_cut_record(std::string_view line) {
+    return line.front() == 'E' && line.substr(0, 2) != "EP" && line.substr(0, 2) != "EV";
   }
 
   /// Files that were joined by cat have headers behind the line EOF.
@@ -108,7 +115,8 @@ class Reader {
 
   void read_epoch(std::string_view line) {
     const auto t = time_of(line);
-    if (!t) throw file_.error(fmt::format("'{}' is not an epoch", trim(line)));
+    if (!t || !trim(column(line, 31, line.size())).empty())
+      throw file_.error(fmt::format("'{}' is not an epoch", trim(line)));
     if (epochs_.empty()) compare_first_line(*t);
     epochs_.push_back({*t, file_.line(), epochs_.size()});
     in_epoch_ = true;
@@ -125,6 +133,8 @@ class Reader {
 
   void read_position(std::string_view line) {
     if (epochs_.empty()) throw file_.error("a position before the first epoch");
+    constexpr std::size_t kLongest = 80;
+    if (trim(line).size() > kLongest) throw file_.error("a line of more than 80 columns");
     const std::string_view name = column(line, 1, 3);
     const std::optional<gnss::SatelliteId> id = gnss::parse_satellite(name);
     if (!id) {
@@ -141,6 +151,8 @@ class Reader {
     for (std::size_t i = 0; i < 3; ++i) {
       record.position_m[static_cast<Eigen::Index>(i)] = number(line, 4 + 14 * i, "coordinate") * 1e3;
     }
+    constexpr double kFarthest_m = 1e9;  // what is beyond is not in kilometres: the review says so
+    if (record.position_m.norm() < kFarthest_m) require_columns(line);
     record.good_position = record.position_m != Eigen::Vector3d::Zero();
     // Blank or asterisks: a clock that the writer did not have.
     const std::string_view clock = trim(column(line, 46, 14));
@@ -158,6 +170,20 @@ class Reader {
       throw file_.error(fmt::format("{} is given twice in one epoch", to_string(*id)));
     }
     records.push_back({record, epoch});
+  }
+
+  /// The points of a line's numbers stand in equal columns and have equally many digits behind them (F14.6):
+  /// a lost or added character changes that.
+  void require_columns(std::string_view line) const {
+    std::optional<std::pair<std::size_t, std::size_t>> usual;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const std::string_view field = column(line, 4 + 14 * i, 14);
+      const std::size_t point = field.find('.');
+      if (point == std::string_view::npos) continue;
+      const std::pair places(point, trim(field.substr(point)).size());
+      if (places != usual.value_or(places)) throw file_.error("a number has lost or gained a character");
+      usual = places;
+    }
   }
 
   [[nodiscard]] double number(std::string_view line, std::size_t begin, const char* what) const {

@@ -37,7 +37,10 @@ void ViewRows::put(std::size_t column, double value) {
     case ViewType::U32:
     case ViewType::U16:
     case ViewType::U8:
-      return put_little(out, static_cast<std::uint64_t>(static_cast<std::int64_t>(value)), size_of(type));
+      // No integer stands for NaN: a value that is not known is 0.
+      return put_little(
+          out, static_cast<std::uint64_t>(std::isfinite(value) ? static_cast<std::int64_t>(value) : 0),
+          size_of(type));
   }
 }
 

@@ -51,6 +51,9 @@ class Reader {
     return trim(column(line, 60, 20)) == "RINEX VERSION / TYPE";
   }
 
+  /// teqc puts comments between records and into them.
+  static bool is_comment(std::string_view line) { return trim(column(line, 60, 20)) == "COMMENT"; }
+
   void read_header(std::optional<std::string_view> first) {
     if (!first || !is_first_line(*first)) {
       throw file_.error("is not a RINEX file: the first line is not 'RINEX VERSION / TYPE'",
@@ -70,8 +73,10 @@ class Reader {
       throw file_.error(
           fmt::format("is not a navigation file of a system that Canyon reads (RINEX type '{}')",
                       trim(column(*first, 20, 20))),
-          type == 'O'
-              ? "this is an observation file; give the navigation file of that day"
+          type == 'O'   ? "this is an observation file; give the navigation file of that day"
+          : type == 'C' ? "this is a file of clocks; sky: {sp3: [FILE]} has clocks, too"
+          : type == 'M'
+              ? "this is a file of the weather; give the navigation file of that day"
               : "types N (any version), G, H, E and J (version 2: GLONASS, SBAS, Galileo, QZSS) are read");
     }
     version2_system_ = of_type.value_or(gnss::System::GPS);
@@ -176,7 +181,7 @@ class Reader {
 
   void read_records() {
     while (auto line = file_.next_line()) {
-      if (trim(*line).empty()) continue;
+      if (trim(*line).empty() || is_comment(*line)) continue;
       if (is_first_line(*line)) {  // files that were joined by cat
         read_header(line);
         continue;
@@ -202,8 +207,10 @@ class Reader {
       while (const auto next = file_.peek_line()) {
         // The satellite's line right behind '>' is part of the record.
         const bool own = tagged && record.lines.empty() && begins_satellite(*next);
-        if ((begins_record(*next) && !own) || is_first_line(*next)) break;
-        record.lines.push_back(*file_.next_line());
+        const bool comment = is_comment(*next);
+        if (!comment && ((begins_record(*next) && !own) || is_first_line(*next))) break;
+        (void)file_.next_line();
+        if (!comment) record.lines.push_back(*next);
       }
       while (!record.lines.empty() && trim(record.lines.back()).empty()) record.lines.pop_back();
       try {

@@ -496,6 +496,22 @@ TEST(RinexNavigation, Version4TagAndSatelliteMustAgree) {
                                          AllOf(HasSubstr("sky.rnx:30:"), HasSubstr("no lines"))));
 }
 
+// teqc's comments; the week's end as 604800; programs that do not know the week.
+TEST(RinexNavigation, CommentsAndOtherWaysOfTimes) {
+  const std::string comment = "# another file                                              COMMENT\n";
+  const std::size_t inside = kG05.find('\n') + 1;
+  const gnss::NavigationData data =
+      read(kRinex3Header + comment + kG05.substr(0, inside) + comment + kG05.substr(inside) + comment + kE11);
+  EXPECT_EQ(data.kepler.size(), 2U);
+  EXPECT_THAT(data.warnings, IsEmpty());
+  std::string end = replaced(kG05, "2019 04 28 12 00 00", "2019 05 05 00 00 00");
+  end = replaced(end, "4.320000000000e+04", "6.048000000000e+05");
+  const gnss::NavigationData weeks =
+      read(kRinex3Header + end + replaced(kE11, "2.051000000000e+03", "0.000000000000e+00"));
+  ASSERT_EQ(weeks.kepler.size(), 2U);
+  EXPECT_EQ(weeks.kepler[0].toe, parse_time("2019-05-05T00:00:00 GPST"));
+}
+
 TEST(RinexNavigation, ADamagedRecordIsLostAlone) {
   struct Case {
     const char *from, *to, *warning;

@@ -159,6 +159,7 @@ GpsTime closest_in_cycle(GpsTime near, double seconds, std::int64_t period_s) {
 void check_week(const CheckedFields& f, gnss::System system, GpsTime toe_on_system_scale) {
   if (!f.at(21)) return;
   const int week = f.integer(21, "week number", 0, 9999);
+  if (week == 0) return;  // of those who do not know it
   const auto fits = [week](int expected) {
     const int difference = ((week - expected) % 1024 + 1024) % 1024;
     return difference <= 1 || difference == 1023;
@@ -228,7 +229,7 @@ void require_columns(const std::vector<std::string_view>& lines, Layout layout) 
                                       [](const auto& a, const auto& b) { return a.second < b.second; });
   std::size_t all = 0;
   for (const auto& [offset, count] : counts) all += count;
-  if (all < kMany || 4 * usual->second < 3 * all) return;  // another program's columns
+  if (all < kMany || 3 * usual->second < 2 * all) return;  // another program's columns
   for (const auto& [offset, line] : first_line) {
     if (offset == usual->first) continue;
     throw DamagedRecord{fmt::format("line {} of the record has lost or gained a character", line + 1)};
@@ -266,7 +267,7 @@ gnss::KeplerEphemeris decode_kepler(gnss::SatelliteId id, const std::vector<std:
   e.eccentricity = f.required(8, "eccentricity", 0, orbit.eccentricity);
   e.cus = f.required(9, "Cus", 1e-3);
   e.sqrt_a = f.required(10, "square root of the semi-major axis", orbit.least_sqrt_a, orbit.most_sqrt_a);
-  const double toes = f.required(11, "toe", 0, kWeek - 1);
+  const double toes = f.required(11, "toe", 0, kWeek);  // some write the week's end so
   e.cic = f.required(12, "Cic", 1e-3);
   e.right_ascension = f.required(13, "OMEGA0", kTurn);
   e.cis = f.required(14, "Cis", 1e-3);

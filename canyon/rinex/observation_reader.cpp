@@ -424,7 +424,10 @@ struct RinexObservationReader::Impl {
       double value = 0;
       const std::string_view digits = column(text, kField * static_cast<std::size_t>(c.at[kind]), 14);
       const Field field = parse_field(digits, value);
-      if (field == Field::Bad || (field == Field::Number && decimals.is_shifted(digits))) return std::nullopt;
+      const bool shifted = field == Field::Number && decimals.is_shifted(kind, digits, line);
+      if (const int first = decimals.line_of_lone_first(kind); first > 0)
+        report.notes.skip(first, "numbers in other columns than all others: damaged?", "they are taken");
+      if (field == Field::Bad || shifted) return std::nullopt;
       // RINEX writes what is missing as blank or 0.0; a Doppler of 0 is a value.
       if (field != Field::Number || (value == 0 && kind != 2)) continue;
       value /= c.factor[kind];

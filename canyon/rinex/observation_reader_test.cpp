@@ -554,6 +554,33 @@ TEST(RinexObservation, RowsThatLostACharacterAreLeftOut) {
   }
 }
 
+// Programs in MATLAB and Python write what is missing so.
+TEST(RinexObservation, NanIsAMissingValue) {
+  std::string row = kG05;
+  row.replace(row.find(" 20604864.859"), 13, "          NaN");
+  const auto file = read(test::observations3() + epoch3(34, 1) + row);
+  ASSERT_THAT(file.epochs, SizeIs(1));
+  ASSERT_THAT(file.epochs[0].signals, SizeIs(1));
+  // That of the other code is there.
+  EXPECT_EQ(file.epochs[0].signals[0].pseudorange_m, 20604865.5);
+  EXPECT_THAT(file.report.warnings(), IsEmpty());
+}
+
+// The first row of a file cannot be compared with rows before it.
+TEST(RinexObservation, AFirstRowThatLostACharacterIsSaid) {
+  const std::string row = kG05;
+  const auto file_of = [&](const std::string& first) {
+    std::string text = test::observations3() + epoch3(10, 1) + first;
+    for (int i = 11; i < 30; ++i) text += epoch3(i, 1) + row;
+    return read(text);
+  };
+  EXPECT_THAT(file_of(row).report.warnings(), IsEmpty());
+  std::string cut = row;
+  cut.erase(cut.find("108279273.141") + 2, 1);
+  EXPECT_THAT(file_of(cut).report.warnings(),
+              ElementsAre(HasSubstr("some.obs:22: numbers in other columns than all others")));
+}
+
 TEST(RinexObservation, AnotherSiteInOneFileIsSaid) {
   const std::string moved = header_line(" -2419215.8865  5385498.5603  2406403.6314", "APPROX POSITION XYZ");
   const auto file = read(test::observations3() + epoch3(34, 1) + kG05 + epoch3(35, 1, 3) + moved +

@@ -1,5 +1,6 @@
 // Declared in canyon/rtcm/rtcm_decoder.hpp.
 #include <array>
+#include <string>
 #include <utility>
 
 #include "canyon/base/gzip_file.hpp"
@@ -39,6 +40,12 @@ RtcmCorrections read_rtcm_corrections(const std::filesystem::path& path, GpsTime
   if (read.status.epochs_held_back > 0)
     throw InputError(path, 0, "has no place of the station",
                      "have the base send message 1005 or 1006, or give its place (--base-position)");
+  if (read.status.checksum_errors > 0) {
+    throw InputError(path, 0,
+                     "no observations of a base are in it, but " +
+                         std::to_string(read.status.checksum_errors) + " frames with a wrong checksum",
+                     "it is damaged, or was saved as text or with marks of HTTP: record the bytes alone");
+  }
   throw InputError(
       path, 0, "has no observations of a base",
       "have the base send MSM4 to MSM7 (1074 to 1127), 1002, 1004, 1010 or 1012, and record again");

@@ -29,8 +29,13 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kSameAs{
      {"trunkDiameter", "diameter"}}};
 
 /// Further attributes that are read.
-constexpr std::array<std::string_view, 6> kOthers{
-    {"function", "usage", "class", "buildingStructureType", "height", "species"}};
+constexpr std::array<std::string_view, 10> kOthers{{"function", "usage", "class", "buildingStructureType",
+                                                    "height", "species", "yearOfDemolition",
+                                                    "dateOfDemolition", "terminationDate", "status"}};
+
+/// The Dutch register of buildings: torn down, not built, and permitted but not begun.
+constexpr std::array<std::string_view, 4> kGoneStatus{
+    {"Pand gesloopt", "Niet gerealiseerd pand", "Bouwvergunning verleend", "Pand ten onrechte opgevoerd"}};
 
 /// AdV's functions of buildings (31001 in ALKIS' list of kinds of objects) as values of OSM's `building`.
 const auto kAdvUses = dictionary<std::string_view>({{"1000|1100|1110|1120|1123", "residential"},
@@ -126,6 +131,16 @@ void add_tags_of_attributes(CityAttributes& tags) {
   // Frames of concrete and steel carry facades of any material.
   if (structure->second == "wood") tags.emplace("building:material", "wood");
   if (structure->second == "masonry") tags.emplace("building:material", "brick");
+}
+
+bool is_gone(const CityAttributes& attributes) {
+  for (const char* name : {"yearOfDemolition", "dateOfDemolition", "terminationDate"}) {
+    const std::optional<double> year = parse_double(value_of(attributes, name).substr(0, 4));
+    constexpr double kFirst = 1000, kLast = 2100;  // 9999 stands for none
+    if (year && *year >= kFirst && *year <= kLast) return true;
+  }
+  return std::find(kGoneStatus.begin(), kGoneStatus.end(), value_of(attributes, "status")) !=
+         kGoneStatus.end();
 }
 
 std::string building_use(const CityAttributes& attributes) {

@@ -18,6 +18,15 @@ TEST(CityAttributes, UsesOfBuildings) {
   EXPECT_EQ(building_use({}), "yes");
 }
 
+TEST(CityAttributes, WhatIsGone) {
+  EXPECT_TRUE(is_gone({{"yearOfDemolition", "2019"}}));
+  EXPECT_TRUE(is_gone({{"terminationDate", "2019-04-28T00:00:00Z"}}));
+  EXPECT_TRUE(is_gone({{"status", "Pand gesloopt"}}));
+  EXPECT_FALSE(
+      is_gone({{"yearOfDemolition", "9999"}, {"terminationDate", ""}, {"status", "Pand in gebruik"}}));
+  EXPECT_FALSE(is_gone({}));
+}
+
 TEST(CityAttributes, TagsOfAttributes) {
   CityAttributes tags{{"measuredHeight", "12.5"},
                       {"storeysAboveGround", "4"},

@@ -246,6 +246,10 @@ void CityModel::add(CityObject object) {
     leave_out("city objects of type " + (object.type.empty() ? "(none)" : object.type));
     return;
   }
+  if (is_gone(object.attributes)) {
+    leave_out(object.type + " objects that are demolished or not built by their attributes");
+    return;
+  }
   switch (role->second) {
     case Role::Building:
     case Role::Part:
@@ -436,13 +440,20 @@ MapData CityModel::finish(const std::filesystem::path& name) {
   for (const auto& [what, count] : left_out_)
     data_.warnings.push_back(fmt::format("{}: left out {} {}", file, count, what));
   if (data_.features.empty() && !options_.box) {  // else nothing may be in the box
-    const std::string why = left_out_.empty() ? ""
-                                              : fmt::format(" (left out {} {})", left_out_.begin()->second,
-                                                            left_out_.begin()->first);
+    std::string why;
+    bool elsewhere = false;
+    for (const auto& [what, count] : left_out_) {
+      why += fmt::format("{}{} {}", why.empty() ? " (left out " : ", ", count, what);
+      elsewhere = elsewhere || what == kElsewhere;
+    }
+    if (!why.empty()) why += ")";
     throw InputError(name, 0,
                      fmt::format("has no building or other object with a geometry up to LoD {}{}",
                                  options_.model.lod_text(), why),
-                     "give a file of buildings, or a higher lod");
+                     elsewhere
+                         ? "check its reference system; eastings with their zone in front (32691000) are "
+                           "EPSG:4647 and the like (--crs)"
+                         : "give a file of buildings, or a higher lod");
   }
   for (const MapFeature& feature : data_.features) data_.bounds.extend(feature.bounds());
   data_.source = file;

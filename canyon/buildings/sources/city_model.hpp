@@ -25,6 +25,15 @@ struct CityReadOptions {
   std::optional<LonLatBox> box;  ///< only what touches it
 };
 
+/// Whether a height above the ellipsoid [m] can be one of a building or of the ground below it: fill values
+/// and other units cannot.
+[[nodiscard]] constexpr bool is_height_of_city(double height_m) {
+  return height_m >= -500 && height_m <= 10'000;
+}
+
+/// What CityModel::leave_out() counts them as.
+inline constexpr const char* kElsewhere = "rings outside the area of their reference system";
+
 /// One object of a city model as its file has it, in WGS 84.
 struct CityObject {
   std::string id, type;

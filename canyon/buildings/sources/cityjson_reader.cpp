@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <string>
 #include <string_view>
@@ -11,6 +12,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
+#include "canyon/base/record_notes.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 
@@ -28,9 +30,14 @@ std::string text_of(const Json& value) {
   return {};
 }
 
+bool is_point(const Json& vertex) {
+  return vertex.is_array() && vertex.size() == 3 && vertex[0].is_number() && vertex[1].is_number() &&
+         vertex[2].is_number();
+}
+
 class CityJsonReader {
  public:
-  CityJsonReader(TextFile& file, CityModel& model) : file_(file), model_(model) {}
+  CityJsonReader(TextFile& file, CityModel& model) : file_(file), model_(model), notes_(file.path()) {}
 
   void read();
 
@@ -63,13 +70,15 @@ class CityJsonReader {
 
   TextFile& file_;
   CityModel& model_;
+  RecordNotes notes_;  ///< of objects
+  std::size_t good_ = 0;
   int line_ = 0;
   std::optional<std::size_t> system_;
   Eigen::Vector3d scale_ = Eigen::Vector3d::Ones();
   Eigen::Vector3d translate_ = Eigen::Vector3d::Zero();
   std::vector<Eigen::Vector3d> raw_;       ///< as the file has them, scaled
   std::vector<Eigen::Vector3d> vertices_;  ///< lon, lat [deg], ellipsoidal height [m]; NaN where impossible
-  std::vector<bool> beyond_poles_;
+  std::vector<std::string_view> faults_;   ///< of vertices, why they are no place; empty for good ones
   Json templates_;
 };
 
@@ -142,20 +151,29 @@ void CityJsonReader::read_vertices(const Json& root) {
   if (!list.is_array()) fail("\"vertices\" is missing or not a list");
   vertices_.clear();
   vertices_.reserve(list.size());
+  faults_.assign(list.size(), {});
   for (const Json& vertex : list) {
-    if (!vertex.is_array() || vertex.size() != 3 || !vertex[0].is_number() || !vertex[1].is_number() ||
-        !vertex[2].is_number()) {
-      fail(fmt::format("vertex {} is not three numbers", vertices_.size()));
+    if (!is_point(vertex)) {
+      faults_[vertices_.size()] = "is not three numbers";
+      vertices_.push_back(Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
+      continue;
     }
     const Eigen::Vector3d raw(vertex[0].get<double>(), vertex[1].get<double>(), vertex[2].get<double>());
     vertices_.emplace_back(raw.cwiseProduct(scale_) + translate_);
   }
   if (!templates_.is_null()) raw_ = vertices_;
   const bool geographic = model_.reference(*system_).geographic();
-  beyond_poles_.assign(vertices_.size(), false);
   for (std::size_t i = 0; geographic && i < vertices_.size(); ++i)
-    beyond_poles_[i] = std::abs(vertices_[i].y()) > 90;
+    if (std::abs(vertices_[i].y()) > 90) faults_[i] = "is beyond the poles; CityJSON has longitude first";
   model_.to_wgs84(*system_, vertices_);
+  for (std::size_t i = 0; i < vertices_.size(); ++i) {
+    if (!faults_[i].empty()) continue;
+    if (!vertices_[i].allFinite()) {
+      faults_[i] = "is outside the area of its reference system";
+    } else if (!is_height_of_city(vertices_[i].z())) {
+      faults_[i] = "is beyond -500 to 10,000 m of height";
+    }
+  }
 }
 
 std::vector<Eigen::Vector3d> CityJsonReader::ring(const std::string& key, const Json& indices) {
@@ -172,11 +190,7 @@ std::vector<Eigen::Vector3d> CityJsonReader::ring(const std::string& key, const 
                                    vertices_.size()));
     }
     const auto i = static_cast<std::size_t>(number);
-    if (!vertices_[i].allFinite()) {
-      fail_object(key, beyond_poles_[i]
-                           ? fmt::format("vertex {} is beyond the poles; CityJSON has longitude first", i)
-                           : fmt::format("vertex {} is outside the area of its reference system", i));
-    }
+    if (!faults_[i].empty()) fail_object(key, fmt::format("vertex {} {}", i, faults_[i]));
     if (!points.empty() && i == last) continue;
     if (points.empty()) first = i;
     points.push_back(vertices_[i]);
@@ -267,10 +281,7 @@ std::vector<Eigen::Vector3d> CityJsonReader::template_vertices() const {
   const Json& list = templates_["vertices-templates"];
   for (std::size_t i = 0; list.is_array() && i < list.size(); ++i) {
     const Json& vertex = list[i];
-    if (!vertex.is_array() || vertex.size() != 3 || !vertex[0].is_number() || !vertex[1].is_number() ||
-        !vertex[2].is_number()) {
-      fail(fmt::format("vertex {} of the templates is not three numbers", i));
-    }
+    if (!is_point(vertex)) fail(fmt::format("vertex {} of the templates is not three numbers", i));
     points.emplace_back(vertex[0].get<double>(), vertex[1].get<double>(), vertex[2].get<double>());
   }
   return points;
@@ -292,12 +303,19 @@ void CityJsonReader::add_template(const std::string& key, const Json& instance, 
   }
   std::vector<Eigen::Vector3d> placed = template_vertices();
   model_.place(*system_, matrix, raw_[number], placed);
-  std::swap(vertices_, placed);
-  std::vector<bool> poles(vertices_.size(), false);
-  std::swap(beyond_poles_, poles);
-  add_surfaces(key, *template_of(instance), object);
-  std::swap(vertices_, placed);
-  std::swap(beyond_poles_, poles);
+  std::vector<std::string_view> none(placed.size());
+  const auto exchange = [&] {
+    std::swap(vertices_, placed);
+    std::swap(faults_, none);
+  };
+  exchange();
+  try {
+    add_surfaces(key, *template_of(instance), object);
+  } catch (const InputError&) {
+    exchange();
+    throw;
+  }
+  exchange();
 }
 
 double CityJsonReader::lod_of(const Json& geometry) const {
@@ -367,7 +385,17 @@ void CityJsonReader::read_objects(const Json& root) {
   const Json& objects = root["CityObjects"];
   if (!objects.is_object()) fail("\"CityObjects\" is missing or not a JSON object");
   read_vertices(root);
-  for (const auto& [key, object] : objects.members()) read_object(key, object);
+  for (const auto& [key, object] : objects.members()) {
+    const std::size_t bad = notes_.bad_count();
+    notes_.guard([&, &key = key, &object = object] {
+      try {
+        read_object(key, object);
+      } catch (const JsonError& e) {
+        fail_object(key, fmt::format("not as CityJSON has it ({})", e.what()));
+      }
+    });
+    if (notes_.bad_count() == bad) ++good_;
+  }
 }
 
 void CityJsonReader::read() {
@@ -386,7 +414,7 @@ void CityJsonReader::read() {
         line_ = file_.line();
         if (trim(*line).empty()) continue;
         const Json root = parse(*line, line_);
-        if (!system_) {
+        if (!system_ || root["type"] == "CityJSON") {  // again where sequences were joined
           read_header(root);
           continue;
         }
@@ -397,6 +425,8 @@ void CityJsonReader::read() {
   } catch (const JsonError& e) {
     fail(fmt::format("not as CityJSON has it ({})", e.what()));
   }
+  notes_.require_most(good_);
+  for (const std::string& line : notes_.lines()) model_.warn(line);
 }
 
 }  // namespace

@@ -341,6 +341,46 @@ TEST_F(CityJsonTest, TextSequencesAndGzip) {
   EXPECT_EQ(read_cityjson(folder_ / "city.json.gz").features.size(), 1U);
 }
 
+TEST_F(CityJsonTest, OneBadObjectCostsOneObject) {
+  std::string objects;
+  for (const char* key : {"a", "b", "c"}) objects += cityjson_building(key, kHouseSolid) + ",";
+  const auto with = [&](const std::string& solid) {
+    return cityjson(objects + cityjson_building("d", solid));
+  };
+  EXPECT_EQ(read(with(kHouseSolid)).features.size(), 4U);
+  for (const auto& [from, to] : {std::pair("[0,3,2,1]", "[0,3,2,10]"), std::pair("[0,3,2,1]", "[0,3,2,1.5]"),
+                                 std::pair("\"boundaries\"", "\"bounds\"")}) {
+    const MapData data = read(with(replaced(kHouseSolid, from, to)));
+    EXPECT_EQ(data.features.size(), 3U) << to;
+    EXPECT_TRUE(any_contains(data.warnings, "city object \"d\": ")) << to;
+  }
+  // A vertex that only one object has, without a number or with a fill value.
+  const std::string file = with(replaced(kHouseSolid, "[0,3,2,1]", "[0,3,2,10]"));
+  for (const char* vertex : {"[null,0,0]", "[NaN,0,0]", "[0,0,-9999000]", "[0,0]"}) {
+    const std::string last = "[10000,4000,9000]";
+    const MapData data = read(replaced(file, last + "]", last + "," + vertex + "]"));
+    EXPECT_EQ(data.features.size(), 3U) << vertex;
+    EXPECT_TRUE(any_contains(data.warnings, "\"d\": vertex 10 is ")) << vertex;
+  }
+}
+
+// By cat.
+TEST_F(CityJsonTest, JoinedSequencesAreRead) {
+  const auto sequence = [](const std::string& key, int east_m) {
+    return fmt::format(
+        "{{\"type\":\"CityJSON\",\"version\":\"2.0\",\"transform\":{{\"scale\":[0.001,0.001,0.001],"
+        "\"translate\":[{},5334000,500]"
+        "}},\"metadata\":{{\"referenceSystem\":\"https://www.opengis.net/def/crs/EPSG/0/"
+        "25832\"}},\"CityObjects\":{{}},\"vertices\":[]}}\n"
+        "{{\"type\":\"CityJSONFeature\",\"id\":\"{}\",\"CityObjects\":{{{}}},\"vertices\":{}}}\n",
+        east_m, key, cityjson_building(key, kHouseSolid), kHouseVertices);
+  };
+  const MapData data = read(sequence("a", 691000) + sequence("b", 691100));
+  ASSERT_EQ(data.features.size(), 2U);
+  EXPECT_NEAR((data.features[1].bounds().min().x() - data.features[0].bounds().min().x()) * 111'320 * 0.667,
+              100, 1);
+}
+
 TEST_F(CityJsonTest, BadInputIsOneClearError) {
   const std::string good = cityjson(cityjson_building("house", kHouseSolid));
   EXPECT_THROW((void)read_cityjson(folder_ / "none.json"), InputError);

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <exception>
 #include <iterator>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <set>
@@ -231,6 +232,9 @@ class GmlParser {
     if (passes_points_up(element.name)) {
       append(parent.positions, element.positions);
     } else if (element.name == "LinearRing" || element.name == "Ring") {
+      const bool whole = std::all_of(element.positions.begin(), element.positions.end(),
+                                     [](const Eigen::Vector3d& p) { return p.allFinite(); });
+      if (!whole) element.positions.clear();
       parent.rings.push_back(std::move(element.positions));
     } else if (!element.rings.empty() && (is_one_of(element.name, {"exterior", "outerBoundaryIs"}))) {
       // The children of a polygon: its rings, the outer one first. Those of a solid have surfaces.
@@ -272,6 +276,7 @@ class GmlParser {
       dimension = static_cast<int>(std::count(tuple.begin(), tuple.end(), ',')) + 1;
       std::replace(text.begin(), text.end(), ',', ' ');
     }
+    bool damaged = false;
     std::vector<double> numbers;
     const char* p = text.data();
     const char* const stop = p + text.size();
@@ -284,21 +289,23 @@ class GmlParser {
       const std::string_view word(begin, static_cast<std::size_t>(p - begin));
       const std::optional<double> value = parse_double(word);
       if (!value) {
-        fail(fmt::format("coordinate '{}' is not a number", word.substr(0, 40)),
-             "correct it, or export the file again");
+        damaged = true;
+        break;
       }
       numbers.push_back(*value);
     }
-    if (element.name != "posList" && element.name != "coordinates") {
+    if (!damaged && element.name != "posList" && element.name != "coordinates") {
       dimension = static_cast<int>(numbers.size());
       if (dimension != 2 && dimension != 3)
         fail(fmt::format("a point has {} coordinates", dimension), "correct it, or export the file again");
     }
     if (dimension != 2 && dimension != 3) dimension = numbers.size() % 3 == 0 ? 3 : 2;
     const auto step = static_cast<std::size_t>(dimension);
-    if (numbers.size() % step != 0) {
-      fail(fmt::format("{} coordinates do not make points of {} each", numbers.size(), dimension),
-           "correct srsDimension or the coordinates");
+    if (damaged || numbers.size() % step != 0) {
+      // The ring that it is of is left out.
+      element.positions.push_back(Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
+      text.clear();
+      return;
     }
     element.positions.reserve(numbers.size() / step);
     for (std::size_t i = 0; i < numbers.size(); i += step)
@@ -307,7 +314,9 @@ class GmlParser {
   }
 
   void give_envelope(const GmlElement& element) {
-    if (element.positions.size() != 2) return;
+    if (element.positions.size() != 2 || !element.positions[0].allFinite() ||
+        !element.positions[1].allFinite())
+      return;
     if (!sink_.envelope({element.positions[0], element.positions[1], element.system, element.line}))
       ended_ = true;
   }

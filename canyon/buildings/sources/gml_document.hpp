@@ -19,11 +19,12 @@ struct GmlElement {
   std::string href;  ///< xlink:href
   std::string key;   ///< the attribute `name`, of generic attributes
   std::string text;
-  bool reversed = false;                            ///< orientation="-"
-  std::shared_ptr<const std::string> system;        ///< srsName that holds here; null where none does
-  int line = 0;                                     ///< of its end
-  std::vector<Eigen::Vector3d> positions;           ///< of a Point or a curve
-  std::vector<std::vector<Eigen::Vector3d>> rings;  ///< of a polygon: the exterior first
+  bool reversed = false;                      ///< orientation="-"
+  std::shared_ptr<const std::string> system;  ///< srsName that holds here; null where none does
+  int line = 0;                               ///< of its end
+  std::vector<Eigen::Vector3d> positions;     ///< of a Point or a curve
+  /// Of a polygon: the exterior first. One with a coordinate that is not a number is empty.
+  std::vector<std::vector<Eigen::Vector3d>> rings;
   std::vector<GmlElement> children;
 
   [[nodiscard]] bool is_polygon() const { return !rings.empty(); }

@@ -257,7 +257,18 @@ class GmlObjectReader {
         const bool finite =
             std::all_of(ring.begin(), ring.end(), [](const Eigen::Vector3d& p) { return p.allFinite(); });
         if (!finite) ++off_earth;
-        if (finite && ring.size() < 3) model_.leave_out("rings of fewer than three points");
+        const bool low_or_high =
+            finite && std::any_of(ring.begin(), ring.end(),
+                                  [](const Eigen::Vector3d& p) { return !is_height_of_city(p.z()); });
+        if (low_or_high) {
+          model_.leave_out("rings beyond -500 to 10,000 m of height");
+          ring.clear();
+        }
+        if (raw.empty()) {
+          model_.leave_out("rings whose coordinates are not numbers or not whole points");
+        } else if (finite && !low_or_high && ring.size() < 3) {
+          model_.leave_out("rings of fewer than three points");
+        }
         if (finite && ring.size() >= 3) {
           if (outer) {
             surface.outer = std::move(ring);
@@ -272,7 +283,7 @@ class GmlObjectReader {
       if (good) object.surfaces.push_back(std::move(surface));
     }
     if (off_earth > 0) {
-      model_.leave_out("rings outside the area of their reference system", off_earth);
+      model_.leave_out(kElsewhere, off_earth);
       model_.warn(
           fmt::format("object \"{}\" has coordinates outside the area of its reference system", object.id));
     }

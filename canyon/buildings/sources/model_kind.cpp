@@ -8,6 +8,7 @@
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/base/utf16.hpp"
 
 namespace canyon::buildings {
 namespace {
@@ -112,6 +113,7 @@ bool holds_city_models(const std::filesystem::path& folder) {
 }  // namespace
 
 ModelKind model_kind_of_text(std::string_view head) {
+  if (Utf16Decoder::is_marked(head)) return model_kind_of_text(utf8_of_marked(std::string(head)));
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   if (head.substr(0, kByteOrderMark.size()) == kByteOrderMark) head.remove_prefix(kByteOrderMark.size());
   head = trim(head);

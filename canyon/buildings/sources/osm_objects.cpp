@@ -23,6 +23,7 @@
 #include "canyon/base/input_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
+#include "canyon/base/utf16.hpp"
 #include "canyon/buildings/sources/osm_text.hpp"
 
 namespace canyon::buildings {
@@ -31,7 +32,9 @@ namespace {
 /// No wall is longer than this: who touches the box has a node in the widened one.
 constexpr double kBoxMargin_deg = 0.02;
 
-/// libosmium's name of the format, by content, since downloads lose their suffix.
+constexpr const char* kUtf16 = "utf-16";
+
+/// libosmium's name of the format, or kUtf16, by content, since downloads lose their suffix.
 std::string sniff_format(const std::filesystem::path& path) {
   check_input_file(path);
   std::ifstream in(path, std::ios::binary);
@@ -47,6 +50,7 @@ std::string sniff_format(const std::filesystem::path& path) {
   refuse_foreign_bytes(path, view);
   // A PBF file begins with the length of a BlobHeader whose type is "OSMHeader".
   if (view[0] == '\0' && view.substr(0, 64).find("OSMHeader") != std::string_view::npos) return "pbf";
+  if (Utf16Decoder::is_marked(view)) return kUtf16;
   std::size_t start = view.substr(0, 3) == "\xEF\xBB\xBF" ? 3 : 0;
   start = view.find_first_not_of(" \t\r\n", start);
   if (start != std::string_view::npos && view[start] == '<') return "osm";
@@ -114,6 +118,8 @@ MapSource open_source(const std::filesystem::path& path) {
   MapSource source{path, sniff_format(path), {}};
   if (source.format == "json") {
     source.text = osm_xml_from_overpass(path, TextFile(path).text());
+  } else if (source.format == kUtf16) {
+    source.text = plain_osm_xml(std::string(TextFile(path).text()));
   } else if (source.format != "pbf") {
     source.text = odd_xml(path, source.format);
   }
@@ -151,6 +157,16 @@ void check_blob_types(const std::filesystem::path& path) {
   }
 }
 
+/// Throws osmium::pbf_error for tags with a zero byte within: libosmium looks for their ends, which may be
+/// beyond the list.
+void check_tags(const osmium::TagList& tags) {
+  const auto* const bytes = reinterpret_cast<const unsigned char*>(&tags);
+  const unsigned char* const begin = bytes + sizeof(osmium::TagList);
+  const unsigned char* const end = bytes + tags.byte_size();
+  if (begin == end) return;
+  if (end[-1] != 0 || std::count(begin, end, 0) % 2 != 0) throw osmium::pbf_error("a tag has a zero byte");
+}
+
 /// Calls `use` with each object of the kinds `bits` in each file, those that are not visible among them.
 template <typename Use>
 void for_each_object(const std::vector<MapSource>& sources, osmium::osm_entity_bits::type bits,
@@ -165,7 +181,10 @@ void for_each_object(const std::vector<MapSource>& sources, osmium::osm_entity_b
                       : osmium::io::File{std::filesystem::absolute(path).string(), source.format};
       osmium::io::Reader reader{file, bits};
       while (const osmium::memory::Buffer buffer = reader.read()) {
-        for (const auto& object : buffer.select<osmium::OSMObject>()) use(path, object);
+        for (const auto& object : buffer.select<osmium::OSMObject>()) {
+          check_tags(object.tags());
+          use(path, object);
+        }
       }
       reader.close();
     } catch (const InputError&) {

@@ -257,6 +257,26 @@ TEST_F(OsmReader, MarksOfWhatIsGoneOrBelowInOtherWords) {
                                           HasSubstr("7 left out, underground")}));
 }
 
+TEST_F(OsmReader, StructuresWithoutTheKeyBuildingAreNamed) {
+  const MapData map = read(OsmText()
+                               .square(1, 114.1, 22.3, 0.001, kBuilding)
+                               .square(2, 114.2, 22.3, 0.001, {{"man_made", "silo"}, {"height", "20"}})
+                               .square(3, 114.3, 22.3, 0.001, {{"man_made", "tower"}, {"building", "yes"}})
+                               .square(4, 114.4, 22.3, 0.001, {{"man_made", "pier"}}));
+  EXPECT_THAT(ids(map), ElementsAre("way/1", "way/3"));
+  EXPECT_THAT(map.warnings, Contains(HasSubstr("without the key building: way/2")));
+}
+
+TEST_F(OsmReader, ReadsUtf16) {
+  OsmText().square(1, 114.1, 22.3, 0.001, kBuilding).write(folder_ / "plain.osm");
+  std::ifstream in(folder_ / "plain.osm");
+  const std::string plain{std::istreambuf_iterator<char>(in), {}};
+  std::string wide = "\xff\xfe";
+  for (const char c : plain) wide += {c, '\0'};
+  std::ofstream(folder_ / "wide.osm", std::ios::binary) << wide;
+  EXPECT_THAT(ids(read_osm({folder_ / "wide.osm"}, {})), ElementsAre("way/1"));
+}
+
 TEST_F(OsmReader, AnUnfinishedAnswerOfOverpassIsRefused) {
   const std::string map = OsmText().square(1, 10, 50, 0.001, kBuilding).text();
   for (const char* remark :

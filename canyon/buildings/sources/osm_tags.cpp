@@ -20,6 +20,10 @@ constexpr std::array<std::string_view, 3> kNotThereValues{"proposed", "planned",
 // Only a stated height of these is known.
 constexpr std::array<std::string_view, 4> kUnfinishedValues{"construction", "ruins", "ruin", "foundation"};
 
+// Values of "man_made" that are as high as buildings, and mapped without that key.
+constexpr std::array<std::string_view, 7> kStructures{"silo",    "storage_tank",  "water_tower", "gasometer",
+                                                      "chimney", "cooling_tower", "tower"};
+
 /// A building that nobody uses stands (OSM wiki, "Key:disused:*").
 constexpr const char* kDisused = "disused:building";
 
@@ -112,7 +116,7 @@ std::string reason_to_leave_out(const TagMap& tags, std::string_view value) {
 bool key_matters(std::string_view key, bool foliage) {
   if (key == "building" || key == "building:part" || key == kDisused || !lifecycle_prefix(key).empty())
     return true;
-  if (key == "tunnel" || key == "covered" || key == "bridge") return true;
+  if (key == "tunnel" || key == "covered" || key == "bridge" || key == "man_made") return true;
   return foliage && (key == "natural" || key == "landuse");
 }
 
@@ -130,6 +134,8 @@ OsmClass classify(const TagMap& tags, bool foliage) {
     }
   }
   if (!building.empty()) return {FeatureKind::Building, "building=no"};
+  if (std::find(kStructures.begin(), kStructures.end(), get(tags, "man_made")) != kStructures.end())
+    return {FeatureKind::Building, "man_made (silos, tanks, towers) without the key building"};
   if (foliage) {
     const std::string_view natural = get(tags, "natural");
     if (natural == "wood" || get(tags, "landuse") == "forest") return {FeatureKind::Wood, {}};

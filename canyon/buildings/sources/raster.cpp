@@ -114,6 +114,8 @@ void Raster::Impl::open() {
   // Without it some drivers drop the vertical part of the reference system.
   const ConfigOption geotiff("GTIFF_REPORT_COMPD_CS", "YES");
   const ConfigOption others("REPORT_COMPD_CS", "YES");
+  // Whole numbers have no NaN: GDAL would read 0.
+  const ConfigOption ascii("AAIGRID_DATATYPE", "Float64");
   dataset.reset(GDALOpenEx(path.string().c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR,
                            nullptr, nullptr, nullptr));
   if (!dataset) {

@@ -62,12 +62,14 @@ std::optional<double> parse_length_m(std::string_view text) {
   replace_all(words, "\xE2\x80\xB3", "\"");  // double prime
   replace_all(words, "''", "\"");
   std::string_view rest = words;
-  for (const std::string_view about : {"~", "about", "approx.", "ca."}) {
+  for (const std::string_view about : {"~", "about", "approx.", "approx", "circa", "ca.", "ca "}) {
     if (rest.substr(0, about.size()) == about) rest = trim(rest.substr(about.size()));
   }
   const std::optional<double> value = take_number(rest);
   if (!value) return {};
-  static const auto kUnits = dictionary<double>({{"|m|m.|metre|metres|meter|meters", 1},
+  static const auto kUnits = dictionary<double>({{"|m|m.|metre|metres|meter|meters|mt|mts|mtr|mtrs", 1},
+                                                 {"\xD0\xBC|\xD0\xBC.|\xE7\xB1\xB3", 1},  // Russian, Japanese
+
                                                  {"km", 1000},
                                                  {"cm", 0.01},
                                                  {"mm", 0.001},

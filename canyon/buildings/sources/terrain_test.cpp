@@ -204,6 +204,22 @@ TEST_F(TerrainTest, NoDataIsNoAnswerAndTheNextRasterIsAsked) {
   EXPECT_FALSE(Terrain({folder_ / "nan.tif"}).height_m({114.15, 22.4}));
 }
 
+// GDAL takes a grid of whole numbers for integers, which have no NaN.
+TEST_F(TerrainTest, NanAmongWholeNumbersOfAnAsciiGrid) {
+  std::string rows;
+  for (int row = 0; row < 20; ++row) {
+    for (int column = 0; column < 20; ++column) rows += row < 10 ? "7 " : "nan ";
+    rows += "\n";
+  }
+  std::ofstream(folder_ / "nan.asc") << "ncols 20\nnrows 20\nxllcorner 114\nyllcorner 22\ncellsize 0.01\n"
+                                     << rows;
+  std::ofstream(folder_ / "nan.prj")
+      << R"(GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]])";
+  const Terrain terrain({folder_ / "nan.asc"});
+  EXPECT_DOUBLE_EQ(terrain.height_m({114.1, 22.15}).value(), 7);
+  EXPECT_FALSE(terrain.height_m({114.1, 22.05}));
+}
+
 TEST_F(TerrainTest, FeetScaleAndOffset) {
   Made made;
   made.unit = "ft";

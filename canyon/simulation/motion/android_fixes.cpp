@@ -14,10 +14,10 @@
 namespace canyon::simulation {
 namespace {
 
-enum FixColumn : std::size_t { Provider, Latitude, Longitude, Altitude, UnixMillis };
+enum FixColumn : std::size_t { Provider, Latitude, Longitude, Altitude, UnixMillis, Mock };
 constexpr std::string_view kFixColumns =
     "Provider LatitudeDegrees|Latitude LongitudeDegrees|Longitude AltitudeMeters|Altitude "
-    "UnixTimeMillis|(UTC)TimeInMs|utcTimeMillis";
+    "UnixTimeMillis|(UTC)TimeInMs|utcTimeMillis MockLocation";
 
 /// Best first, with the names that versions of the app have.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 3> kProviders{
@@ -57,6 +57,8 @@ TrajectoryFile read_android_fixes(const std::filesystem::path& path, const Heigh
       notes.skip(log.file().line(), "fix of a provider that is not known");
       continue;
     }
+    if (log.text(Mock) == "1" || lower_case(log.text(Mock)) == "true")
+      notes.skip(log.file().line(), "fix that another app has made (mock location)", "it is taken");
     RecordedPoints& of = points[*provider];
     std::optional<double> instead_m;
     if (!heights.needed) instead_m = of.empty() ? 0 : of.back().place.height_m;

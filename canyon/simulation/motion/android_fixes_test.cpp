@@ -54,6 +54,14 @@ TEST(AndroidFixes, MayBeOfAnotherProviderAndAnOldApp) {
   EXPECT_THAT(file.warnings, testing::Contains(HasSubstr("no fix of GPS: those of fused are taken")));
 }
 
+TEST(AndroidFixes, OfAnotherAppAreSaid) {
+  const TrajectoryFile file = read_log(
+      "# Fix,Provider,LatitudeDegrees,LongitudeDegrees,AltitudeMeters,UnixTimeMillis,MockLocation\n"
+      "Fix,GPS,48.0,11.0,500.0,1714557600000,0\nFix,GPS,48.0,11.0,500.0,1714557601000,1\n",
+      false);
+  EXPECT_THAT(file.warnings, testing::Contains(HasSubstr("gnss_log.txt:3: fix that another app has made")));
+}
+
 TEST(AndroidFixes, SayWhatALogWithoutThemHas) {
   EXPECT_THAT(test::error_of([] { (void)read_log("# Raw,utcTimeMillis,TimeNanos\nRaw,1,2\n"); }).what(),
               HasSubstr("has no usable line of 'Fix' (it has Raw 1)"));

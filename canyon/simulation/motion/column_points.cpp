@@ -29,6 +29,23 @@ double to_number(const TextFile& file, std::string_view text, std::string_view w
   return *value;
 }
 
+std::string without_groups(std::string_view text, char mark) {
+  const char group = mark == '.' ? ',' : '.';
+  const std::string_view number = trim(text);
+  const std::string_view whole = number.substr(0, number.find(mark));
+  const std::string_view digits = whole.substr(whole.find_first_not_of("+-") == 1 ? 1 : 0);
+  const std::vector<std::string_view> groups = split(digits, group);
+  bool grouped = groups.size() > 1 && !groups[0].empty() && groups[0].size() <= 3;
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    grouped =
+        grouped && (i == 0 || groups[i].size() == 3) &&
+        std::all_of(groups[i].begin(), groups[i].end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+  }
+  std::string plain(text);
+  if (grouped) plain.erase(std::remove(plain.begin(), plain.end(), group), plain.end());
+  return plain;
+}
+
 GpsTime time_of_week(const TextFile& file, std::string_view week_text, double tow_s) {
   const double week = to_number(file, week_text, "GPS week");
   if (week != std::floor(week) || week < 0 || week > 9999) {
@@ -106,7 +123,11 @@ double to_angle_deg(const TextFile& file, std::string_view text, std::string_vie
             std::copysign(std::trunc(std::abs(value) / 100) + std::fmod(std::abs(value), 100) / 60, value)));
   }
   if (std::abs(value) >= 1e6 && std::abs(value) <= limit_deg * 1e7) {
-    throw file.error(problem, "it looks like degrees times 1e7: divide");
+    throw file.error(
+        problem,
+        fmt::format("it looks like degrees times 1e7: name the column {0}_e7, or {0}_semicircles for "
+                    "FIT's unit (heights beside may be in mm: height_mm)",
+                    what));
   }
   throw file.error(problem,
                    fmt::format("it runs from -{0} to {0} deg; check the order of the columns", limit_deg));

@@ -18,6 +18,10 @@ namespace canyon::simulation {
 /// The same, or an InputError that names `what`.
 [[nodiscard]] double to_number(const TextFile& file, std::string_view text, std::string_view what);
 
+/// A number whose decimal mark is `mark`, '.' or ',', without separators of thousands: 1500.5 of 1,500.5. A
+/// text that is not grouped so stays.
+[[nodiscard]] std::string without_groups(std::string_view text, char mark);
+
 /// An instant by the GPS week, counted since 1980, and the seconds in it; an InputError where there is none,
 /// and for weeks before 1999, which are counted modulo 1,024.
 [[nodiscard]] geodesy::GpsTime time_of_week(const TextFile& file, std::string_view week, double tow_s);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <map>
@@ -55,6 +56,9 @@ Kind kind_of(std::string_view word, bool first) {
   return word == "z" ? Kind::Z : Kind::Other;
 }
 
+/// The unit of Garmin's FIT.
+constexpr double kSemicircle_deg = 180.0 / 2147483648.0;
+
 std::optional<double> unit_of(std::string_view word, Kind kind) {
   static const std::map<std::string_view, double> kAngles{{"deg", 1},
                                                           {"degree", 1},
@@ -65,6 +69,8 @@ std::optional<double> unit_of(std::string_view word, Kind kind) {
                                                           {"e7", 1e-7},
                                                           {"1e7", 1e-7},
                                                           {"dege7", 1e-7},
+                                                          {"semicircle", kSemicircle_deg},
+                                                          {"semicircles", kSemicircle_deg},
                                                           {"ddmm", 1},
                                                           {"nmea", 1},
                                                           {"dms", 1}};
@@ -108,7 +114,7 @@ Named read_name(std::size_t index, std::string_view name) {
   const Words words = words_of(name);
   for (std::size_t i = 0; i < words.size() && named.kind == Kind::Other; ++i)
     named.kind = kind_of(words[i], i == 0);
-  const bool clock_alone = words.size() == 1 && is_one_of(words[0], {"utc", "gpst"});
+  const bool clock_alone = words.size() == 1 && is_one_of(words[0], {"utc", "gpst", "jst"});
   if (clock_alone) named.kind = Kind::Time;
   if (named.kind == Kind::Other) return named;
   const bool angle = named.kind == Kind::Latitude || named.kind == Kind::Longitude;
@@ -117,7 +123,8 @@ Named read_name(std::size_t index, std::string_view name) {
     const std::string& word = words[i];
     if (word == "gpstime") named.clock = CsvClock::Gps;
     if (word == "utctime") named.clock = CsvClock::Utc;
-    if (named.kind == Kind::Height && is_one_of(word, {"hae", "ell", "ellipsoid", "ellipsoidal", "wgs84"})) {
+    if (named.kind == Kind::Height &&
+        is_one_of(word, {"hae", "ell", "ellipsoid", "ellipsoidal", "wgs84", "wgs84ellipsoid"})) {
       named.column.ellipsoid = true;
     } else if (kind_of(word, i == 0) != Kind::Other) {
       if (++kinds > 1) return {};
@@ -125,12 +132,14 @@ Named read_name(std::size_t index, std::string_view name) {
       named.column.scale = *unit;
       named.column.unit = true;
       named.column.minutes = named.column.minutes || is_one_of(word, {"ddmm", "nmea"});
-    } else if (named.kind == Kind::Time && is_one_of(word, {"utc", "gpst", "gps"})) {
-      named.clock = word == "utc" ? CsvClock::Utc : CsvClock::Gps;
+    } else if (named.kind == Kind::Time && is_one_of(word, {"utc", "gpst", "gps", "jst"})) {
+      named.clock = word == "utc" ? CsvClock::Utc : word == "jst" ? CsvClock::Jst : CsvClock::Gps;
     } else if (named.kind == Kind::Time && is_one_of(word, {"unix", "posix", "epoch"})) {
       named.clock = CsvClock::Unix;
     } else if (named.kind == Kind::Time && word == "date") {
       continue;
+    } else if (angle && word == "d" && name.find("d'\"") != std::string_view::npos) {  // RTKLIB
+      named.column.parted = true;
     } else if (named.kind == Kind::Height &&
                is_one_of(word, {"msl", "amsl", "orthometric", "sea", "level"})) {
       named.column.sea_level = true;
@@ -214,8 +223,11 @@ CsvColumns::CsvColumns(const TextFile& file, const std::vector<std::string_view>
     } else if (is_one_of(joined, {"numsats", "nsats", "nsat", "numsv", "sats", "satellites", "satellitesused",
                                   "numsatellites", "numberofsatellites", "satsused", "ns"})) {
       satellites = i;
-      if (joined == "ns") latitude_side = i;  // or north, south
-    } else if (is_one_of(joined, {"date", "utcdate", "dateutc"})) {
+      if (joined == "ns") latitude_side = i;       // or north, south
+    } else if (joined == "millissincegpsepoch") {  // Google's decimetre challenge
+      found[Kind::Time] = {Kind::Time, CsvColumn{i, std::string(trim(header[i])), 1e-3, true},
+                           CsvClock::GpsEpoch};
+    } else if (is_one_of(joined, {"date", "utcdate", "dateutc", "dategps", "gpsdate", "dategpst"})) {
       date = i;
     } else if (is_one_of(joined,
                          {"geoid", "undulation", "geoidheight", "geoidundulation", "geoidseparation"})) {
@@ -250,6 +262,9 @@ CsvColumns::CsvColumns(const TextFile& file, const std::vector<std::string_view>
   place[0] = require(ecef ? Kind::X : Kind::Latitude, "latitude").column;
   place[1] = require(ecef ? Kind::Y : Kind::Longitude, "longitude").column;
   place[2] = require(ecef ? Kind::Z : Kind::Height, "height").column;
+  // Its Alt is above sea level.
+  place[2].sea_level = place[2].sea_level || (ardupilot && !ecef && !place[2].ellipsoid);
+  fit = !ecef && place[0].scale == kSemicircle_deg;
 }
 
 char separator_of(std::string_view line) {
@@ -261,16 +276,38 @@ char separator_of(std::string_view line) {
   return names_positions(words) || !iso_date(words[0]).empty() ? ' ' : ',';
 }
 
+namespace {
+
+/// One field of `count` that stand one behind the other.
+void join(std::vector<std::string_view>& fields, std::size_t first, std::size_t count) {
+  const char* const begin = fields[first].data();
+  const std::string_view last = fields[first + count - 1];
+  fields[first] = {begin, static_cast<std::size_t>(last.data() + last.size() - begin)};
+  const auto at = fields.begin() + static_cast<std::ptrdiff_t>(first);
+  fields.erase(at + 1, at + static_cast<std::ptrdiff_t>(count));
+}
+
+/// Degrees, minutes and seconds of a line of data, of which a date and a time are still two fields.
+void join_angles(std::vector<std::string_view>& fields, const CsvColumns& columns) {
+  if (!columns.place[0].parted || !columns.place[1].parted || fields.size() < columns.count + 4) return;
+  const std::size_t date = fields.size() - columns.count - 4;
+  std::array<std::size_t, 2> at{columns.place[0].index, columns.place[1].index};
+  std::sort(at.begin(), at.end());
+  for (const std::size_t index : at)
+    if (index + date + 3 <= fields.size()) join(fields, index + date, 3);
+}
+
+}  // namespace
+
 std::vector<std::string_view> fields_of(std::string_view line, const CsvColumns& columns) {
   if (columns.separator != ' ') return csv_fields(line, columns.separator);
   std::vector<std::string_view> fields = split_blanks(line);
+  join_angles(fields, columns);
   if (fields.size() < 2 || columns.date || columns.week) return fields;
   const bool date = !iso_date(fields[0]).empty() && fields[1].find(':') != std::string_view::npos;
   const bool one_more = columns.count > 0 && fields.size() == columns.count + 1;
   if (date || (one_more && columns.time.index == 0 && parse_integer(fields[0]))) {
-    const char* const end = fields[1].data() + fields[1].size();
-    fields[1] = {fields[0].data(), static_cast<std::size_t>(end - fields[0].data())};
-    fields.erase(fields.begin());
+    join(fields, 0, 2);
   }
   return fields;
 }
@@ -282,6 +319,39 @@ bool names_positions(const std::vector<std::string_view>& fields) {
     if (kind != Kind::Other && kind != Kind::Time) ++places;
   }
   return places >= 3;
+}
+
+bool names_others(const std::vector<std::string_view>& fields, std::size_t data) {
+  if (fields.size() < 4 || fields.size() > data || fields.size() + 1 < data) return false;
+  bool any = false;
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    if (parse_double(fields[i])) return false;
+    any = any || read_name(i, fields[i]).kind != Kind::Other;
+  }
+  return any && !names_positions(fields);
+}
+
+std::vector<std::string> with_units(const std::vector<std::string_view>& header,
+                                    const std::vector<std::string_view>& below) {
+  if (below.size() != header.size()) return {};
+  std::vector<std::string> names;
+  std::size_t units = 0;
+  for (std::size_t i = 0; i < header.size(); ++i) {
+    std::string_view field = trim(below[i]);
+    const bool brackets = field.size() > 1 && (field.front() == '[' || field.front() == '(');
+    if (brackets) field = trim(field.substr(1, field.size() - 2));
+    if (parse_double(field)) return {};
+    const Words words = words_of(field);
+    const Kind kind = read_name(i, header[i]).kind;
+    const bool unit = words.size() == 1 && unit_of(words[0], kind).has_value();
+    // A position in a unit that is not known must not pass for one in degrees or metres.
+    const bool place = kind != Kind::Other && kind != Kind::Time;
+    if (place && !field.empty() && !unit && !brackets) return {};
+    if (kind != Kind::Other && unit) ++units;
+    names.emplace_back(header[i]);
+    if (unit || (place && !field.empty())) names.back().append(" ").append(field);
+  }
+  return units >= 2 ? names : std::vector<std::string>();
 }
 
 std::optional<double> angle_deg(std::string_view text, std::string_view side, bool latitude, bool minutes) {

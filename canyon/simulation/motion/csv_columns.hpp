@@ -18,6 +18,7 @@ struct CsvColumn {
   double scale = 1;        ///< to degrees, metres or seconds
   bool unit = false;       ///< whether the header names a unit
   bool minutes = false;    ///< angles as degrees and minutes in one number, ddmm.mmmm
+  bool parted = false;     ///< angles as degrees, minutes and seconds with blanks between
   bool sea_level = false;  ///< a height above sea level, by its name
   bool ellipsoid = false;  ///< a height above the ellipsoid, by its name
 };
@@ -27,7 +28,7 @@ struct CsvColumn {
 [[nodiscard]] char separator_of(std::string_view line);
 
 /// The clock of the times, by the header.
-enum class CsvClock : std::uint8_t { Unsaid, Utc, Gps, Unix };
+enum class CsvClock : std::uint8_t { Unsaid, Utc, Gps, Unix, Jst, GpsEpoch };
 
 struct CsvColumns {
   char separator = ',';
@@ -35,6 +36,7 @@ struct CsvColumns {
   std::optional<std::size_t> week;  ///< of GPS; `time` is then the time of week
   bool time_of_week = false;        ///< `time` is the time of week by its name
   bool ecef = false;
+  bool fit = false;  ///< semicircles: Garmin's FIT, whose times may be seconds since 1989-12-31
   CsvClock clock = CsvClock::Unsaid;
   std::optional<std::size_t> date, latitude_side, longitude_side, geoid;
   std::optional<std::size_t> fix;         ///< a column that says whether there is a fix
@@ -54,6 +56,13 @@ struct CsvColumns {
 
 /// Whether fields name a latitude or x among columns.
 [[nodiscard]] bool names_positions(const std::vector<std::string_view>& fields);
+/// Whether fields name columns, and no latitude or x among them, as many as those of a line of data. A date
+/// and a time may be two there.
+[[nodiscard]] bool names_others(const std::vector<std::string_view>& fields, std::size_t data);
+
+/// The names of a header with the units of the line below it, "[s]" or "s"; empty where that line is another.
+[[nodiscard]] std::vector<std::string> with_units(const std::vector<std::string_view>& header,
+                                                  const std::vector<std::string_view>& below);
 
 /// Degrees of "48.1", "48.1N", "S 33 51.5", "48 07'02.3\"N"; with `minutes` also of 4807.038. `side` is a
 /// field with N, S, E or W, or empty. Empty for other texts, and where sign and side contradict.

@@ -27,6 +27,9 @@ struct UnixUnit {
 constexpr std::array<UnixUnit, 4> kUnixUnits{
     {{1, "seconds"}, {1e-3, "milliseconds"}, {1e-6, "microseconds"}, {1e-9, "nanoseconds"}}};
 
+/// Garmin's FIT counts from 1989-12-31; until 2037 its seconds are below those of Unix times of today.
+constexpr double kFitEpochUnix_s = 631'065'600, kLatestFit_s = 1.5e9;
+
 }  // namespace
 
 std::string iso_date(std::string_view text) {
@@ -50,7 +53,18 @@ std::pair<CsvTimes::Kind, GpsTime> CsvTimes::kind_and_time(const std::vector<std
   const bool has_date = !iso_date(text.substr(0, 10)).empty();
   if (columns_.date && !has_date) return {kind_, dated(on_date(fields[*columns_.date], text))};
   const std::optional<double> number = field_number(text);
+  if (number && columns_.fit && *number > 0 && *number < kLatestFit_s) {
+    if (kind_ != Kind::Unix) notes_.say(file_.line(), "times are taken as seconds since 1989-12-31 (FIT)");
+    return {require_kind(Kind::Unix, text), from_unix(kFitEpochUnix_s + *number, text)};
+  }
   if (!number) return {require_kind(Kind::Dates, text), dated(std::string(text))};
+  if (columns_.clock == CsvClock::GpsEpoch) {
+    constexpr double kWeek9999_s = 1e4 * 604'800;
+    const double seconds = *number * columns_.time.scale;
+    if (!(seconds >= 0 && seconds < kWeek9999_s))
+      throw file_.error(fmt::format("the time '{}' is not milliseconds since 1980-01-06", text));
+    return {require_kind(Kind::Unix, text), GpsTime::from_nanoseconds(std::llround(seconds * 1e9))};
+  }
   if (columns_.clock == CsvClock::Unix)
     return {require_kind(Kind::Unix, text), from_unix(*number * columns_.time.scale, text)};
   if (const auto unit_s = unix_unit_s(*number)) {
@@ -163,6 +177,8 @@ GpsTime CsvTimes::dated(std::string text) {
   if (!geodesy::names_time_scale(text)) {
     if (columns_.clock == CsvClock::Gps) {
       text += " GPST";
+    } else if (columns_.clock == CsvClock::Jst) {
+      text += "+09:00";
     } else if (columns_.clock == CsvClock::Unsaid && !std::exchange(warned_, true)) {
       notes_.say(file_.error(fmt::format("the time {} names no zone", text), "such times are taken as UTC"));
     }

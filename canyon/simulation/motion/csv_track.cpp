@@ -27,9 +27,10 @@ using Fields = std::vector<std::string_view>;
 bool says_no_fix(std::string_view text, double least) {
   const std::string word = lower_case(trim(text));
   if (const auto number = parse_double(word)) return *number < least;
+  for (const std::string_view begin : {"no ", "no_", "no-", "not "})
+    if (word.starts_with(begin)) return true;
   for (const std::string_view none :
-       {"none", "no", "no fix", "nofix", "no_fix", "no-fix", "invalid", "not valid", "false", "void", "v",
-        "n", "no solution", "no gps", "no_gps", "nan", "network"})
+       {"none", "no", "nofix", "invalid", "false", "void", "v", "n", "nan", "network"})
     if (word == none) return true;
   return false;
 }
@@ -60,12 +61,10 @@ class CsvReader {
         read_header(*line, fields);
         continue;
       }
-      const bool units = first_data_ && header_ && std::all_of(fields.begin(), fields.end(), [](auto field) {
-                           return !field.empty() && (field.front() == '(' || field.front() == '[');
-                         });
-      if (units) continue;
+      if (first_data_ && header_ && read_units(fields)) continue;
       first_ = false;
       if (no_header_) throw InputError(*no_header_);
+      if (first_data_ && !header_) require_own_header(fields);
       if (std::exchange(first_data_, false)) look_at(fields);
       notes_.guard([&] { read_record(fields); });
     }
@@ -92,6 +91,22 @@ class CsvReader {
     }
   }
 
+  /// Whether fields are the units of the header's columns.
+  bool read_units(const Fields& fields) {
+    const std::vector<std::string> names = with_units(fields_of(*header_, columns_), fields);
+    if (!names.empty()) columns_ = CsvColumns(file_, {names.begin(), names.end()}, columns_.separator);
+    return !names.empty();
+  }
+
+  /// Columns that a comment names otherwise are not time, latitude, longitude and height.
+  void require_own_header(const Fields& fields) const {
+    if (!names_others(fields_of(other_names_, columns_), fields.size())) return;
+    throw file_.error(
+        fmt::format("the comment above names columns without a latitude: '{}'", other_names_),
+        "a path has latitudes and longitudes, or ECEF x, y, z; baselines and local metres have no "
+        "place on the Earth");
+  }
+
   /// A comment above the data may be the header.
   void read_comment(std::string_view line) {
     if (!first_) return;
@@ -102,7 +117,10 @@ class CsvReader {
     CsvColumns comment;
     comment.separator = separator_of(line);
     const Fields fields = fields_of(line, comment);
-    if (!names_positions(fields)) return;
+    if (!names_positions(fields)) {
+      other_names_ = trim(line);
+      return;
+    }
     columns_ = CsvColumns(file_, fields, comment.separator);
     columns_.place[2].sea_level = columns_.place[2].sea_level || above_geoid_;
     header_ = line;
@@ -147,6 +165,10 @@ class CsvReader {
       points_.skip_missing();
       return;
     }
+    find_mark(fields);
+    const std::string_view height = fields[columns_.place[2].index];
+    if (ungrouped(height) != height)
+      notes_.skip(file_.line(), "height with separators of thousands", "1,500 is taken as 1500");
     std::array<std::string, 3> text;
     for (std::size_t k = 0; k < 3; ++k) text[k] = converted(k, fields);
     constexpr double kHigh_m = 50e3;
@@ -157,6 +179,19 @@ class CsvReader {
     points_.add(times_.read(fields), {text[0], text[1], text[2]}, columns_.ecef);
   }
 
+  /// The decimal mark, by latitudes and longitudes: the other one groups thousands.
+  void find_mark(const Fields& fields) {
+    for (std::size_t k = 0; k < 2 && mark_ == 0; ++k) {
+      const std::size_t at = fields[columns_.place[k].index].find_first_of(".,");
+      if (at != std::string_view::npos) mark_ = fields[columns_.place[k].index][at];
+    }
+  }
+
+  /// A height, or a coordinate in metres, without the separators of its thousands.
+  [[nodiscard]] std::string ungrouped(std::string_view text) const {
+    return mark_ == 0 ? std::string(text) : without_groups(text, mark_);
+  }
+
   /// A coordinate in degrees or metres. What needs no conversion stays, with its faults.
   [[nodiscard]] std::string converted(std::size_t k, const Fields& fields) const {
     const CsvColumn& column = columns_.place[k];
@@ -164,14 +199,15 @@ class CsvReader {
     if (is_missing(text)) return std::string(text);
     const std::optional<double> plain = field_number(text);
     if (k == 2 || columns_.ecef) {
-      double value = to_number(file_, text, columns_.ecef ? "coordinate" : "height") * column.scale;
+      const std::string number = ungrouped(text);
+      double value = to_number(file_, number, columns_.ecef ? "coordinate" : "height") * column.scale;
       if (adds_geoid() && k == 2) {
         if (is_missing(fields[*columns_.geoid])) return {};
         value += to_number(file_, fields[*columns_.geoid], "geoid height");
       } else if (k == 2 && column.sea_level) {
         value += heights_.geoid_undulation_m;
       } else if (column.scale == 1) {
-        return std::string(text);
+        return number;
       }
       return fmt::format("{:.6f}", value);
     }
@@ -184,7 +220,7 @@ class CsvReader {
     const auto angle = angle_deg(text, side, k == 0, column.minutes);
     if (!angle) {
       throw file_.error(
-          fmt::format("the {} '{}' {}is no angle", k == 0 ? "latitude" : "longitude", trim(text),
+          fmt::format("the {} '{}' {}is not an angle", k == 0 ? "latitude" : "longitude", trim(text),
                       side_index ? fmt::format("with the side '{}' ", trim(side)) : std::string()),
           "write 48.1, -48.1, 48.1S or 48 06 00 S");
     }
@@ -221,8 +257,10 @@ class CsvReader {
   CsvTimes times_;
   ColumnPoints points_;
   std::optional<std::string> header_;
+  std::string other_names_;              ///< the last comment above the data that names no positions
   std::optional<InputError> no_header_;  ///< why the lines above are no header
   bool first_ = true, first_data_ = true, maybe_radians_ = true;
+  char mark_ = 0;             ///< the decimal mark; 0: not known yet
   bool above_geoid_ = false;  ///< heights are, by a comment above the header
   bool commented_ = false;    ///< the header is a comment: its separator may be another than that of the data
 };

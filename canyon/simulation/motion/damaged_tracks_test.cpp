@@ -5,9 +5,11 @@
 #include <string>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/text_file.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "tests/support/damages.hpp"
+#include "tests/support/shared_data.hpp"
 #include "tests/support/simulation_support.hpp"
 
 // Small files of each format with a byte left out or a line doubled: they give the same path, a warning, an
@@ -70,12 +72,13 @@ std::string file_of(const std::string& format, int count) {
 
 class DamagedTrack {
  public:
-  explicit DamagedTrack(std::string format)
-      : format_(std::move(format)), text_(file_of(format_, 12)), sound_(read(text_)) {}
+  explicit DamagedTrack(const std::string& format) : DamagedTrack(format, format, file_of(format, 12)) {}
+  DamagedTrack(std::string name, std::string format, std::string text)
+      : name_(std::move(name)), format_(std::move(format)), text_(std::move(text)), sound_(read(text_)) {}
 
   /// @param every how many bytes lie between those that are left out in turn
   canyon::test::DamageCounts run(std::size_t every) {
-    return Damages(format_, text_, every).run([this](const std::string& text) { return judge(text); });
+    return Damages(name_, text_, every).run([this](const std::string& text) { return judge(text); });
   }
 
  private:
@@ -97,14 +100,16 @@ class DamagedTrack {
     const auto place = [](const Trajectory& t, GpsTime at) {
       return geodesy::ecef_from_geodetic(t.at(at).position);
     };
-    for (double t = 0; t < 12; t += 1)
-      off_m = std::max(off_m, (place(file.trajectory, kStart + t) - place(sound, kStart + t)).norm());
+    for (double t = 0; t < 12; t += 1) {
+      const GpsTime at = sound.begin() + t;
+      off_m = std::max(off_m, (place(file.trajectory, at) - place(sound, at)).norm());
+    }
     return std::max({off_m, 15 * std::abs(file.trajectory.begin() - sound.begin()),
                      15 * std::abs(file.trajectory.end() - sound.end())});
   }
 
   TemporaryFolder folder_;
-  std::string format_, text_;
+  std::string name_, format_, text_;
   TrajectoryFile sound_;
 };
 
@@ -115,6 +120,38 @@ TEST(DamagedTracks, NoneMovesSilently) {
     EXPECT_EQ(counts.silent.size(), 0U) << testing::PrintToString(counts.silent);
     EXPECT_GT(counts.said, 10) << format;
   }
+}
+
+/// The first lines of a recorded file.
+std::string head_of(const std::filesystem::path& path, int lines) {
+  TextFile file = TextFile::streamed(path);
+  std::string text;
+  for (int i = 0; i < lines; ++i)
+    if (const auto line = file.next_line()) text += std::string(*line) + "\n";
+  return text;
+}
+
+void check_recorded(const std::filesystem::path& path, const std::string& format, int lines) {
+  const canyon::test::DamageCounts counts =
+      DamagedTrack(path.filename().string(), format, head_of(path, lines)).run(11);
+  EXPECT_EQ(counts.silent.size(), 0U) << testing::PrintToString(counts.silent);
+}
+
+TEST(DamagedTracks, RecordedUrbanNav2019) {
+  CANYON_SHARED_DATA(path, "urbannav-tst-20190428/groundTruth_TST.csv");
+  check_recorded(path, "urbannav", 20);
+}
+TEST(DamagedTracks, RecordedUrbanNav2021) {
+  CANYON_SHARED_DATA(path, "urbannav-tst-20210517/UrbanNav_TST_GT.txt");
+  check_recorded(path, "urbannav", 20);
+}
+TEST(DamagedTracks, RecordedBerlin) {
+  CANYON_SHARED_DATA(path, "berlin-potsdamer-platz/truth.csv");
+  check_recorded(path, "urbannav", 40);
+}
+TEST(DamagedTracks, RecordedRtklib) {
+  CANYON_SHARED_DATA(path, "ubx-longmont-20250828/gnss_1730_sf.pos");
+  check_recorded(path, "csv", 70);
 }
 
 }  // namespace

@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <cstdlib>
 
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/simulation/motion/nmea_positions.hpp"
 #include "canyon/simulation/motion/nmea_sentences.hpp"
 #include "canyon/simulation/motion/recorded_path.hpp"
 
@@ -21,119 +21,6 @@ using geodesy::Geodetic;
 using geodesy::GpsTime;
 
 constexpr std::int64_t kNanosecondsPerDay = 86'400 * GpsTime::kNanosecondsPerSecond;
-
-double nmea_number(const TextFile& file, std::string_view text, std::string_view what) {
-  const std::optional<double> value = parse_double(text);
-  if (!value) throw file.error(fmt::format("the {} '{}' is not a number", what, text));
-  return *value;
-}
-
-/// hhmmss.sss as nanoseconds of the UTC day (a leap second's 235960 comes out as 24 h).
-std::int64_t nmea_time_of_day(const TextFile& file, std::string_view text) {
-  const auto hour = parse_integer(column(text, 0, 2));
-  const auto minute = parse_integer(column(text, 2, 2));
-  const auto second = parse_double(column(text, 4, text.size()));
-  const bool digits =
-      std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c) || c == '.'; });
-  if (!digits || !hour || !minute || !second || *hour > 23 || *minute > 59 || *second >= 61) {
-    throw file.error(fmt::format("the time '{}' is not hhmmss.ss", text));
-  }
-  return (*hour * 3600 + *minute * 60) * GpsTime::kNanosecondsPerSecond + std::llround(*second * 1e9);
-}
-
-double nmea_angle_deg(const TextFile& file, std::string_view value_text, std::string_view side,
-                      std::string_view positive_negative, double limit_deg, std::string_view what) {
-  const double value = nmea_number(file, value_text, what);
-  const double degrees = std::trunc(value / 100);
-  const double minutes = value - 100 * degrees;
-  const double angle = degrees + minutes / 60;
-  if (value < 0 || minutes >= 60 || angle > limit_deg) {
-    throw file.error(fmt::format("the {} '{}' is not ddmm.mmmm", what, value_text));
-  }
-  if (side.size() != 1 || positive_negative.find(side[0]) == std::string_view::npos) {
-    throw file.error(fmt::format("the {}'s side '{}' is neither {} nor {}", what, side, positive_negative[0],
-                                 positive_negative[1]));
-  }
-  return side[0] == positive_negative[0] ? angle : -angle;
-}
-
-/// A sentence that has a position, and where its fields are; 0: it has no such field.
-struct SentenceKind {
-  std::string_view name;
-  std::size_t fields, time, latitude, status, mode, satellites, dilution, altitude, separation;
-};
-/// NMEA 0183, in the order of what they say: the first kind that has a fix in a log is read.
-constexpr std::array<SentenceKind, 4> kKinds{{{"GGA", 12, 1, 2, 0, 0, 7, 8, 9, 11},
-                                              {"GNS", 11, 1, 2, 0, 6, 7, 8, 9, 10},
-                                              {"RMC", 10, 1, 3, 2, 12, 0, 0, 0, 0},
-                                              {"GLL", 7, 5, 1, 6, 7, 0, 0, 0, 0}}};
-
-/// The sentence of a position.
-struct Gga {
-  bool fix = false;
-  bool altitude = false;
-  bool separation = false;
-  bool zero_altitude = false, zero_separation = false;
-  bool checked = false;
-  bool no_satellites = false;  ///< says that none is used
-  bool diluted = false;        ///< has a dilution of precision that stands for none, such as 99.99
-  long long quality = 0;
-  long long dimensions = 0;  ///< the best mode of the GSA sentences behind it: 1 no fix, 2 or 3 dimensions
-  int line = 0;
-  std::int64_t time_of_day_ns = 0;
-  Geodetic place;  ///< its height is altitude plus separation; a missing one counts as 0
-};
-
-/// Whether RMC's or GLL's status says that there is no fix.
-bool is_void(std::string_view status, std::string_view mode) {
-  return (status != "A" && status != "D") || mode == "N";
-}
-
-/// GGA's quality; of other sentences that of their modes, each of a system: 0 for none.
-long long quality_of(const SentenceKind& kind, const NmeaSentence& sentence) {
-  if (kind.name == "GGA") return parse_integer(sentence.field(6)).value_or(0);
-  const std::string_view mode = sentence.field(kind.mode);
-  if (kind.status != 0 && is_void(sentence.field(kind.status), mode)) return 0;
-  if (kind.status != 0 && mode.empty()) return 1;  // before version 2.3
-  if (mode.find_first_of("ADFPR") != std::string_view::npos) return 1;
-  const std::size_t unmeasured = std::string_view("EMS").find(mode.empty() ? ' ' : mode.front());
-  return unmeasured == std::string_view::npos ? 0 : 6 + static_cast<long long>(unmeasured);
-}
-
-/// Precondition: at least SentenceKind::fields fields. Without a fix only `checked`, `quality` and `line` are
-/// set.
-Gga read_position(const TextFile& file, const SentenceKind& kind, const NmeaSentence& sentence) {
-  Gga result;
-  result.checked = sentence.checked;
-  result.line = file.line();
-  result.quality = quality_of(kind, sentence);
-  const auto field = [&](std::size_t i) { return i == 0 ? std::string_view() : sentence.field(i); };
-  const std::string_view time = field(kind.time), latitude = field(kind.latitude);
-  result.fix = result.quality != 0 && !latitude.empty() && !time.empty();
-  if (!result.fix) return result;
-  result.no_satellites = parse_integer(field(kind.satellites)) == 0;
-  constexpr double kNoDilution = 50;
-  result.diluted = parse_double(field(kind.dilution)).value_or(0) >= kNoDilution;
-  result.altitude = !is_missing_height(field(kind.altitude));
-  result.separation = !is_missing(field(kind.separation));
-  for (const std::size_t unit : {std::size_t{10}, std::size_t{12}}) {
-    if (kind.name != "GGA" || field(unit).empty() || lower_case(field(unit)) == "m") continue;
-    throw file.error(fmt::format("the unit '{}' of a height is not M", field(unit)), "GGA has metres");
-  }
-  double height_m = result.altitude ? nmea_number(file, field(kind.altitude), "altitude") : 0;
-  result.zero_altitude = result.altitude && height_m == 0;
-  if (result.separation) {
-    const double separation_m = nmea_number(file, field(kind.separation), "geoid separation");
-    result.zero_separation = separation_m == 0;
-    height_m += separation_m;
-  }
-  const double latitude_deg = nmea_angle_deg(file, latitude, field(kind.latitude + 1), "NS", 90, "latitude");
-  const double longitude_deg =
-      nmea_angle_deg(file, field(kind.latitude + 2), field(kind.latitude + 3), "EW", 180, "longitude");
-  result.place = Geodetic::from_degrees(latitude_deg, longitude_deg, height_m);
-  result.time_of_day_ns = nmea_time_of_day(file, time);
-  return result;
-}
 
 GpsTime midnight_of(int year, int month, int day) {
   geodesy::CalendarTime midnight;
@@ -201,13 +88,13 @@ struct Void {
 
 /// The sentences of a log that have a use.
 struct NmeaLog {
-  const SentenceKind* kind = nullptr;  ///< of the positions
-  std::vector<Gga> ggas;
+  const NmeaPositionKind* kind = nullptr;  ///< of the positions
+  std::vector<NmeaPosition> ggas;
   std::vector<Dated> dates;
   std::vector<Void> voids;
   RecordNotes notes;  ///< bad: sentences that are whole and make no sense
 
-  void leave_out(Gga& gga, std::string_view why) {
+  void leave_out(NmeaPosition& gga, std::string_view why) {
     gga.fix = false;
     notes.skip(gga.line, why);
   }
@@ -216,7 +103,7 @@ struct NmeaLog {
     return fmt::format("{} sentence {}", kind->name, what);
   }
   [[nodiscard]] bool has_fix() const {
-    return std::any_of(ggas.begin(), ggas.end(), [](const Gga& gga) { return gga.fix; });
+    return std::any_of(ggas.begin(), ggas.end(), [](const NmeaPosition& gga) { return gga.fix; });
   }
 };
 constexpr std::string_view kDamaged = "damaged sentence (cut short, or with a wrong checksum)";
@@ -239,7 +126,7 @@ void take_sentence(const TextFile& file, const NmeaSentence& sentence, NmeaLog& 
     long long& dimensions = log.ggas.back().dimensions;
     dimensions = std::max(dimensions, parse_integer(sentence.field(2)).value_or(0));
   }
-  for (const SentenceKind& kind : kKinds) {
+  for (const NmeaPositionKind& kind : kNmeaPositionKinds) {
     if (position || kind.status == 0 || !sentence.is(kind.name) || sentence.field(kind.time).empty())
       continue;
     if (is_void(sentence.field(kind.status), sentence.field(kind.mode)))
@@ -255,7 +142,7 @@ void leave_out_voids(const TextFile& file, NmeaLog& log) {
       const std::int64_t time = nmea_time_of_day(file, none.time);
       for (std::size_t k = none.before - std::min<std::size_t>(none.before, 1);
            k < std::min(none.before + 1, log.ggas.size()); ++k) {
-        Gga& gga = log.ggas[k];
+        NmeaPosition& gga = log.ggas[k];
         if (gga.fix && gga.quality < 6 && gga.time_of_day_ns == time)
           log.leave_out(gga, log.sentence("of an instant that RMC or GLL calls void"));
       }
@@ -266,14 +153,14 @@ void leave_out_voids(const TextFile& file, NmeaLog& log) {
 /// Leaves out positions that all GSA sentences behind them call no fix, and altitudes of 0 that two
 /// dimensions do not measure.
 void hear_dimensions(NmeaLog& log) {
-  for (Gga& gga : log.ggas) {
+  for (NmeaPosition& gga : log.ggas) {
     if (!gga.fix || gga.quality >= 6) continue;
     if (gga.dimensions == 1) log.leave_out(gga, log.sentence("of an instant that GSA calls without a fix"));
     if (gga.dimensions == 2 && gga.zero_altitude) gga.altitude = false;
   }
 }
 
-NmeaLog read_log(const std::filesystem::path& path, const SentenceKind& positions) {
+NmeaLog read_log(const std::filesystem::path& path, const NmeaPositionKind& positions) {
   TextFile file(path);
   NmeaLog log;
   log.kind = &positions;
@@ -281,8 +168,8 @@ NmeaLog read_log(const std::filesystem::path& path, const SentenceKind& position
   bool any_checked = false;
   const auto take = [&](const NmeaSentence& sentence) {
     const bool used = sentence.is("ZDA") || sentence.is("GSA") ||
-                      std::any_of(kKinds.begin(), kKinds.end(),
-                                  [&](const SentenceKind& kind) { return sentence.is(kind.name); });
+                      std::any_of(kNmeaPositionKinds.begin(), kNmeaPositionKinds.end(),
+                                  [&](const NmeaPositionKind& kind) { return sentence.is(kind.name); });
     if (!used) return;
     any_checked = any_checked || sentence.checked;
     take_sentence(file, sentence, log);
@@ -293,7 +180,7 @@ NmeaLog read_log(const std::filesystem::path& path, const SentenceKind& position
   }
   if (any_checked) {
     // Where sentences have checksums, one without is cut short: its last number may be.
-    for (Gga& gga : log.ggas)
+    for (NmeaPosition& gga : log.ggas)
       if (!gga.checked && gga.fix) log.leave_out(gga, kDamaged);
     std::erase_if(log.dates, [](const Dated& d) { return !d.checked; });
     std::erase_if(log.voids, [](const Void& v) { return !v.checked; });
@@ -305,9 +192,9 @@ NmeaLog read_log(const std::filesystem::path& path, const SentenceKind& position
 
 /// The log of the first kind of sentence that has a fix; that of GGA where none has.
 NmeaLog read_log(const std::filesystem::path& path) {
-  NmeaLog first = read_log(path, kKinds.front());
-  for (std::size_t k = 1; k < kKinds.size() && !first.has_fix(); ++k) {
-    NmeaLog log = read_log(path, kKinds[k]);
+  NmeaLog first = read_log(path, kNmeaPositionKinds.front());
+  for (std::size_t k = 1; k < kNmeaPositionKinds.size() && !first.has_fix(); ++k) {
+    NmeaLog log = read_log(path, kNmeaPositionKinds[k]);
     if (log.has_fix()) return log;
   }
   return first;
@@ -376,12 +263,12 @@ std::int64_t day_of(const std::vector<Dated>& dates, std::size_t gga, std::int64
 
 /// Nanoseconds of each GGA sentence from the midnight before the first fix; sentences without a fix count as
 /// the fix before them.
-std::vector<std::int64_t> unwrapped(const std::vector<Gga>& ggas) {
-  const auto first = std::find_if(ggas.begin(), ggas.end(), [](const Gga& gga) { return gga.fix; });
+std::vector<std::int64_t> unwrapped(const std::vector<NmeaPosition>& ggas) {
+  const auto first = std::find_if(ggas.begin(), ggas.end(), [](const NmeaPosition& gga) { return gga.fix; });
   std::int64_t last_ns = first == ggas.end() ? 0 : first->time_of_day_ns;
   std::vector<std::int64_t> since_ns;
   since_ns.reserve(ggas.size());
-  for (const Gga& gga : ggas) {
+  for (const NmeaPosition& gga : ggas) {
     if (gga.fix) last_ns = closest(gga.time_of_day_ns, last_ns);
     since_ns.push_back(last_ns);
   }
@@ -418,7 +305,7 @@ NmeaFixes read_nmea_fixes(const std::filesystem::path& path, GpsTime start, cons
   std::size_t without_altitude = 0;
   double last_height_m = 0;
   for (std::size_t i = 0; i < log.ggas.size(); ++i) {
-    const Gga& gga = log.ggas[i];
+    const NmeaPosition& gga = log.ggas[i];
     if (!gga.fix) continue;
     if (log.dates.empty() && start == GpsTime{}) {
       throw InputError(path, gga.line,
@@ -474,10 +361,10 @@ std::optional<Geodetic> position_of_gga(std::string_view line) {
   std::optional<Geodetic> place;
   const TextFile text = TextFile::from_string(std::string(line), "GGA");
   (void)each_nmea_sentence(line, [&](const NmeaSentence& sentence) {
-    const SentenceKind& gga_kind = kKinds.front();
+    const NmeaPositionKind& gga_kind = kNmeaPositionKinds.front();
     if (place || !sentence.is(gga_kind.name) || sentence.fields.size() < gga_kind.fields) return;
     try {
-      const Gga gga = read_position(text, gga_kind, sentence);
+      const NmeaPosition gga = read_position(text, gga_kind, sentence);
       if (gga.fix && gga.altitude) place = gga.place;
     } catch (const InputError&) {
       return;

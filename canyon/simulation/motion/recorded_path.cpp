@@ -11,6 +11,7 @@
 #include "canyon/base/statistics.hpp"
 #include "canyon/base/take_out.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/geodesy/stray_times.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 
 namespace canyon::simulation {
@@ -111,6 +112,22 @@ void leave_out_far_dates(RecordedPoints& points, RecordNotes& notes) {
   leave_out(points, far, "point more than 100 days from the others", notes);
 }
 
+/// A first or last point far from all others in time: a digit of its time is wrong.
+void leave_out_lone_times(RecordedPoints& points, RecordNotes& notes) {
+  if (points.size() < 3) return;
+  std::vector<GpsTime> times;
+  std::vector<double> steps_s;
+  for (const auto& point : points) {
+    if (!times.empty()) steps_s.push_back(point.time - times.back());
+    times.push_back(point.time);
+  }
+  constexpr double kApart_s = 600, kApartSteps = 100;
+  constexpr std::size_t kMany = 10;
+  std::vector<bool> alone(points.size());
+  geodesy::mark_apart(times, {std::max(kApart_s, kApartSteps * *median(steps_s)), kMany, 1}, alone);
+  leave_out(points, alone, "point more than 10 minutes from all others", notes);
+}
+
 /// Ends of stretches that no jump interrupts: of each the index behind its last point.
 std::vector<std::size_t> stretch_ends(const RecordedPoints& points) {
   std::vector<std::size_t> ends;
@@ -199,6 +216,24 @@ void note_leaps(const RecordedPoints& points, RecordNotes& notes) {
                                         points[i].time - points[i - 1].time));
 }
 
+/// Dates before GPS was complete are a receiver's or program's default; those of the first cycle of its week,
+/// 1999 to 2007, may be of the second or third.
+void note_date(GpsTime first, RecordNotes& notes) {
+  const GpsTime complete = geodesy::gps_from_calendar({1995, 1, 1, 0, 0, 0, 0}),
+                cycle = GpsTime::from_week(1024, 0), today = GpsTime::from_week(1421, 0);
+  const std::string date = geodesy::format_gpst(first, 0).substr(0, 10);
+  if (first < complete) {
+    notes.say(0,
+              fmt::format("the path is of {}, before GPS was complete: what wrote it may not have known the "
+                          "date",
+                          date));
+  } else if (first >= cycle && first < today) {
+    notes.say(0,
+              fmt::format("the path is of {}; a receiver whose GPS week has rolled over means {}", date,
+                          geodesy::format_gpst(first + std::chrono::hours(1024 * 7 * 24), 0).substr(0, 10)));
+  }
+}
+
 void note_pauses(const Trajectory& trajectory, RecordNotes& notes) {
   const auto pauses = trajectory.pauses();
   if (pauses.empty()) return;
@@ -284,10 +319,12 @@ void leave_out_strays(RecordedPoints& points, RecordNotes& notes) {
 
 TrajectoryFile recorded_trajectory(RecordedPoints points, bool has_own_dates, RecordNotes notes) {
   keep_rising(points, notes);
+  leave_out_lone_times(points, notes);
   require_possible(points, notes);
   leave_out_strays(points, notes);
   note_leaps(points, notes);
   if (!has_own_dates) note_slowness(points, notes);
+  if (has_own_dates) note_date(points.front().time, notes);
   const auto highest = std::max_element(points.begin(), points.end(), [](const auto& a, const auto& b) {
     return a.place.height_m < b.place.height_m;
   });

@@ -95,14 +95,23 @@ struct TrackPoints {
   }
 };
 
+/// A dilution of precision that stands for none, such as 99.99.
+constexpr double kNoDilution = 50;
+
 void read_gpx_value(const XmlTags& tags, TrackPoint& point, RecordNotes& notes) {
   if (tags.name == "ele" && !is_missing_height(tags.content)) {
     point.height_m = number(tags, tags.content, "ele");
   } else if (tags.name == "geoidheight" && !is_missing(tags.content)) {
     point.geoid_m = number(tags, tags.content, "geoidheight");
   } else if (tags.name == "fix") {
-    point.no_fix = tags.content == "none";
-    point.flat = tags.content == "2d";
+    const std::string kind = lower_case(tags.content);
+    point.no_fix = point.no_fix || kind == "none";
+    point.flat = kind == "2d";
+  } else if (tags.name == "src" && lower_case(tags.content) == "network") {
+    // Android's GPSLogger and others: a place by radio cells and WLAN.
+    point.no_fix = true;
+  } else if (tags.name == "hdop" && parse_double(tags.content).value_or(0) >= kNoDilution) {
+    notes.skip(tags.line(), "point with a dilution of precision of 50 or more", "it is taken");
   } else if (tags.name == "sat" && tags.content == "0") {
     notes.skip(tags.line(), "point of a fix with 0 satellites", "it is taken");
   } else if (tags.name == "time" && !tags.content.empty()) {
@@ -119,6 +128,12 @@ void read_gpx(XmlTags& tags, std::string_view point, TrackPoints& track) {
     if (tags.name == "extensions") extension = !trim(tags.attributes).ends_with('/');
     if (tags.name == "/extensions" || tags.name == point) extension = false;
     if (tags.name == "trkseg" || tags.name == "rte") ++track.segments;
+    // Garmin's routes have the way between two points in an extension of the first.
+    if (tags.name == "rpt" && inside && point == "rtept") {
+      TrackPoint& added = track.add(tags);
+      track.guard(added, [&] { added.place = place(tags, tags.attribute("lat"), tags.attribute("lon")); });
+      continue;
+    }
     const bool end =
         tags.name.size() == point.size() + 1 && tags.name.front() == '/' && tags.name.substr(1) == point;
     if (tags.name == point) {
@@ -135,6 +150,12 @@ void read_gpx(XmlTags& tags, std::string_view point, TrackPoints& track) {
   }
   // The file ends within it.
   if (inside) track.points.pop_back();
+}
+
+/// A route is what somebody planned.
+void note_routes(XmlTags tags, RecordNotes& notes) {
+  while (tags.next())
+    if (tags.name == "rtept") notes.skip(tags.line(), "point of a route", "not read: the track is the path");
 }
 
 /// "longitude,latitude,height" or with blanks between; a height may be absent.
@@ -407,6 +428,7 @@ TrackFile read_track_file(const std::filesystem::path& path, const std::string& 
   };
   if (format == "gpx") {
     read([&](XmlTags& tags) { read_gpx(tags, "trkpt", track); });
+    if (!track.points.empty()) note_routes(XmlTags(file), track.notes);
     read([&](XmlTags& tags) { read_gpx(tags, "rtept", track); });
   } else {
     read([&](XmlTags& tags) { read_kml_tracks(tags, track); });

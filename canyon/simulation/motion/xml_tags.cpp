@@ -21,7 +21,9 @@ bool XmlTags::next() {
     if (!name.empty() && name.back() == '/') name.remove_suffix(1);
     const std::size_t colon = name.find(':');
     if (colon != std::string_view::npos) {
-      name = name.front() == '/' ? std::string_view("/") : name.substr(colon + 1);
+      const bool ends = name.front() == '/';
+      name.remove_prefix(colon + 1);
+      if (ends) name = end_ = "/" + std::string(name);
     }
     at_ = close + 1;
     content = text_until("<");
@@ -30,6 +32,7 @@ bool XmlTags::next() {
         text_.compare(at_ = std::min(text_.find('<', at_), text_.size()), kCdata.size(), kCdata) == 0) {
       at_ += kCdata.size();
       content = text_until("]]>");
+      at_ = std::min(text_.find("]]>", at_), text_.size());
     }
     return true;
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <string_view>
 
 #include "canyon/base/input_error.hpp"
@@ -9,12 +10,12 @@ namespace canyon::simulation {
 
 /// The tags of an XML text one after the other, each with the text behind it. Names are without their prefix
 /// ("gx:coord" is "coord"), "/name" where an element ends. What stands in comments and declarations is passed
-/// over; CDATA is text. (Ends of elements with a prefix are "/".) Nothing is nested here, so no depth of a
-/// file can do harm.
+/// over; CDATA is text. Nothing is nested here, so no depth of a file can do harm.
 class XmlTags {
  public:
   explicit XmlTags(const TextFile& file) : file_(file), text_(file.text()) {}
 
+  /// Valid until the next call of next().
   std::string_view name, attributes, content;
 
   /// False at the end, and where a tag does not end (ends_early()).
@@ -35,6 +36,7 @@ class XmlTags {
   std::string_view text_;
   std::size_t at_ = 0, counted_ = 0;
   int line_ = 1;
+  std::string end_;  ///< `name` where an element with a prefix ends
 };
 
 /// Whether the root element of the text begins and does not end: it was cut, perhaps within a number.
