@@ -342,7 +342,7 @@ TEST(PreciseSky, LinesThatLostACharacterElsewhereAreSaid) {
   const std::size_t epoch = good.find("\n*") + 1, position = good.find("\nP", epoch) + 1;
   const std::size_t end = good.find('\n', position);
   EXPECT_THAT(without(position - 1), Contains(HasSubstr("is not an epoch")));
-  EXPECT_THAT(without(position), Contains(HasSubstr("line of no kind that SP3 has")));
+  EXPECT_THAT(without(position), Contains(HasSubstr("line of a kind that SP3 does not have")));
   EXPECT_THAT(without(end), Contains(HasSubstr("line of more than 80 columns")));
   EXPECT_THAT(without(end - 1), Contains(HasSubstr("lost or gained a character")));
   EXPECT_THAT(without(position + 4 + 13), Contains(HasSubstr("lost or gained a character")));

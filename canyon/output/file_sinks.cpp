@@ -84,8 +84,7 @@ std::vector<std::unique_ptr<simulation::EpochSink>> make_file_sinks(const simula
   if (wanted.has("rinex_navigation") && !simulation.navigation().empty()) {
     sinks.push_back(std::make_unique<NavigationFile>(folder / "sky.nav", simulation.navigation()));
   }
-  if (simulation.scenario().sensors.any())
-    sinks.push_back(make_inertial_files(simulation, folder));
+  if (simulation.scenario().sensors.any()) sinks.push_back(make_inertial_files(simulation, folder));
   return sinks;
 }
 

@@ -44,8 +44,8 @@ msgs::GnssFix::Status status_of(positioning::FixStatus status) {
 
 msgs::GnssFix::Kind kind_of(positioning::FixKind kind) {
   using F = msgs::GnssFix;
-  return code_of(kind, {F::NONE, F::SINGLE, F::DIFFERENTIAL, F::FLOAT, F::FIXED, F::DEAD_RECKONING,
-                        F::COMBINED});
+  return code_of(kind,
+                 {F::NONE, F::SINGLE, F::DIFFERENTIAL, F::FLOAT, F::FIXED, F::DEAD_RECKONING, F::COMBINED});
 }
 
 msgs::GnssReceiver::Placement placement_of(raytrace::Placement placement) {
