@@ -12,7 +12,9 @@ TEST(OpenFacades, CitiesAreDrawnWithTheirShareOfCoatedGlass) {
     drawn.push_back(scenario.city.facades.shares.at("coated_glass"));
     return std::unique_ptr<simulation::Environment>();
   };
-  const std::vector<Facades> facades = open_facades({}, draw);
+  simulation::Scenario of_mesh;
+  of_mesh.city.source = simulation::MeshCity{};
+  const std::vector<Facades> facades = open_facades(of_mesh, draw);
   ASSERT_EQ(facades.size(), 3U);
   EXPECT_THAT(drawn, testing::IsEmpty()) << "before they are needed";
   for (const Facades& each : facades) {

@@ -533,10 +533,10 @@ TEST(RtcmDecoder, BrokenContentIsCountedAndCostsNothingElse) {
   EXPECT_EQ(problems, (std::vector<std::string>{"a message is too short for its number and station",
                                                 "message 1073: its ranges are modulo one light millisecond "
                                                 "(300 km) and are not used; ask for MSM4 to MSM7",
+                                                "message 1077: its masks have no cell",
                                                 "message 1077: shorter than its masks require",
                                                 "message 1077: the masks have more than 64 cells",
-                                                "message 1077: the time is beyond its period",
-                                                "message 1077: its masks have no cell"}));
+                                                "message 1077: the time is beyond its period"}));
   EXPECT_EQ(decoder.status().messages_unread, (std::map<int, std::uint64_t>{{1013, 1}, {1073, 1}}));
 }
 

@@ -289,7 +289,7 @@ TEST(Corrections, RefuseWhatCannotBe) {
       refusal(
           "  - {name: a, own_draws: true, fixed: {east_m: 0, north_m: 0, up_m: 9}, corrections: {from: b}}\n"
           "  - {name: b, fixed: {east_m: 9, north_m: 0, up_m: 9}, corrections: {from: a}}\n"),
-      AllOf(HasSubstr("s.yaml:4"), HasSubstr("in turn")));
+      AllOf(HasSubstr("s.yaml:4"), HasSubstr("itself depends on this receiver")));
   EXPECT_THAT(refusal("  - {name: base, own_draws: false, fixed: {east_m: 0, north_m: 0, up_m: 99}}\n"
                       "  - {name: car, own_draws: false, corrections: {from: base}}\n"),
               AllOf(HasSubstr("s.yaml:5"), HasSubstr("own_draws: false")));

@@ -199,7 +199,7 @@ TEST_F(ProbeTest, SaysInOneMessageWhatIsWrong) {
   }
   std::string nan = question({38, 38, 1.5}).dump();
   nan.replace(nan.find("38.0"), 4, "NaN");
-  EXPECT_THAT(complaint(nan), HasSubstr("not JSON"));
+  EXPECT_THAT(complaint(nan), HasSubstr("is not a number"));
   EXPECT_THAT(complaint(std::string(2000, '[')), HasSubstr("not JSON"));
   EXPECT_THAT(complaint(changed("type", "fire")), HasSubstr("the server does not know this message"));
   EXPECT_THAT(complaint(changed("version", 2)), HasSubstr("not of version 1"));

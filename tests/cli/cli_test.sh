@@ -880,7 +880,7 @@ skyplot)
   diff -r film film2 || fail "other bytes on another number of threads"
   cmp -s film/frame_000001.png film/frame_000006.png && fail "the drive does not move"
   runs 0 "$canyon" skyplot small.yaml --frames film --style fisheye --width 300 --every 4 --first 4 --last 2026-03-01T10:00:12Z
-  says err "3 frames" "frame_000004.png and what follows it"
+  says err "3 frames" "frame_000004.png and the frames after it"
   cmp film/frame_000003.png film2/frame_000004.png || fail "12 s after the start looks otherwise when it comes third"
   # Inside a building.
   runs 0 "$canyon" skyplot small.yaml -o in.png --width 300 --enu 30,30,1; says err warning: "inside a building"
@@ -1556,7 +1556,7 @@ view)
   truncate -s 500 cut/view.json; runs 2 "$canyon" view cut; one_line; says err "view.json: is not a view of Canyon's, or a damaged one"
   mkdir empty; runs 2 "$canyon" view empty; one_line; says err "empty: is a folder without a view"
   rm -r res/view; runs 2 "$canyon" view res; one_line; says err "res: is a folder without a view" --view
-  runs 2 "$canyon" view small.yaml --live tcp://127.0.0.1:1 --out x; one_line; says err "--live is served"
+  runs 2 "$canyon" view small.yaml --live tcp://127.0.0.1:1 --out x; one_line; says err "--live serves a view"
   runs 2 "$canyon" view small.yaml --live nowhere; one_line; says err nowhere
   # A host brings the motion: of its scenario the city is enough.
   printf 'city: {synthetic: {seed: 3}}\nsky: {nominal: true}\nreceivers: [{name: rover}]\n' >moved.yaml
