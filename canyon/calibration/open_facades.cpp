@@ -23,7 +23,7 @@ simulation::Scenario with_coated_glass(simulation::Scenario scenario, double sha
 
 std::vector<Facades> open_facades(
     const simulation::Scenario& scenario,
-    std::function<std::unique_ptr<simulation::Environment>(const simulation::Scenario&)> draw) {
+    const std::function<std::unique_ptr<simulation::Environment>(const simulation::Scenario&)>& draw) {
   std::vector<Facades> facades;
   if (!unknowns::leaves_facades_open(scenario)) return facades;
   for (const double share : kCoatedShares)

@@ -19,7 +19,7 @@ namespace canyon::calibration {
 /// empty where the scenario states its facades. `draw` is called while calibrate() runs.
 [[nodiscard]] std::vector<Facades> open_facades(
     const simulation::Scenario& scenario,
-    std::function<std::unique_ptr<simulation::Environment>(const simulation::Scenario&)> draw);
+    const std::function<std::unique_ptr<simulation::Environment>(const simulation::Scenario&)>& draw);
 
 /// The share of buildings with coated glass that was fitted; empty where it was not.
 [[nodiscard]] std::optional<double> fitted_glass(const Calibration& result);

@@ -28,6 +28,7 @@ class Extrusion {
   /// What is within an odd number of closed paths, as polygons.
   [[nodiscard]] Geometry area(const std::vector<Polyline>& polylines) const {
     std::vector<GEOSGeometry*> lines;
+    lines.reserve(polylines.size());
     for (const Polyline& polyline : polylines) lines.push_back(closed_line(polyline).release());
     const Geometry all = own(GEOSGeom_createCollection_r(context_, GEOS_MULTILINESTRING, lines.data(),
                                                          static_cast<unsigned>(lines.size())));

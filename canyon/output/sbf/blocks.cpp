@@ -326,14 +326,13 @@ constexpr std::array kRows{Row{kReceiverTime, receiver_time},
 std::vector<std::uint32_t> navigation_bits(const broadcast::SentMessage& message) {
   if (message.id.system != gnss::System::Galileo) return message.words;
   // Two pages of 120 bits in four words each; the six tail bits of the first one are left out.
-  constexpr int kPage = 120, kTail = 6;
+  constexpr std::size_t kPage = 120, kTail = 6;
   std::vector<std::uint32_t> words(8, 0);
-  int at = 0;
-  for (const int page : {0, 1}) {
-    for (int bit = 0; bit < (page == 0 ? kPage - kTail : kPage); ++bit, ++at) {
-      const std::uint32_t word = message.words[static_cast<std::size_t>(4 * page + bit / 32)];
-      const std::uint32_t value = word >> static_cast<unsigned>(31 - bit % 32) & 1U;
-      words[static_cast<std::size_t>(at / 32)] |= value << static_cast<unsigned>(31 - at % 32);
+  std::size_t at = 0;
+  for (const std::size_t page : {0, 1}) {
+    for (std::size_t bit = 0; bit < (page == 0 ? kPage - kTail : kPage); ++bit, ++at) {
+      const std::uint32_t value = message.words[4 * page + bit / 32] >> (31 - bit % 32) & 1U;
+      words[at / 32] |= value << (31 - at % 32);
     }
   }
   return words;

@@ -16,6 +16,7 @@ namespace {
 constexpr double kCode_m = 0.001, kDoppler_hz = 1e-4, kPhase_cycles = 0.001;
 constexpr double kLowestCn0_dbhz = 10, kCn0_db = 0.25;
 constexpr int kFirstBytes = 20, kFurtherBytes = 12;
+constexpr std::int64_t kHigh = 65536;  ///< of the high byte of a field in two parts
 
 /// Bits 0 to 4 of a signal's number; 31 says that ObsInfo has the rest.
 int type_of(const gnss::Signal& signal) {
@@ -35,7 +36,7 @@ int observation_info(const Observable& o, const std::map<gnss::SatelliteId, int>
 
 /// A phase relative to the pseudorange in 0.001 cycles: low 16 bits, high 8 bits; -128 and 0 without one.
 struct Carrier {
-  std::int64_t steps = -128 * 65536;
+  std::int64_t steps = -128 * kHigh;
   [[nodiscard]] std::uint64_t low() const { return static_cast<std::uint64_t>(steps) & 0xFFFF; }
   [[nodiscard]] std::int64_t high() const { return steps >> 16; }
 };
@@ -43,7 +44,7 @@ Carrier carrier_of(const Observable& o, double stated_range_m) {
   if (!o.carrier_phase_cycles) return {};
   const double wavelength_m = geodesy::kSpeedOfLight / o.measurement->carrier_frequency_hz;
   const auto steps = std::llround((*o.carrier_phase_cycles - stated_range_m / wavelength_m) / kPhase_cycles);
-  constexpr std::int64_t kMost = 127 * 65536;  // a phase that the code has left this far is not sent
+  constexpr std::int64_t kMost = 127 * kHigh;  // a phase that the code has left this far is not sent
   return std::abs(steps) > kMost ? Carrier{} : Carrier{steps};
 }
 
@@ -76,17 +77,17 @@ void put_first(Payload& p, const Observable& o, std::size_t channel, std::size_t
 
 void put_further(Payload& p, const Observable& first, const Observable& o,
                  const std::map<gnss::SatelliteId, int>& channels) {
-  constexpr std::int64_t kNoCode = -4 * 65536, kNoDoppler = -16 * 65536;
+  constexpr std::int64_t kNoCode = -4 * kHigh, kNoDoppler = -16 * kHigh;
   constexpr double kLongest_s = 254;
   const double from_m = stated(first.pseudorange_m);
   std::int64_t code = std::llround((o.pseudorange_m - from_m) / kCode_m);
-  if (code <= kNoCode || code > 4 * 65536 - 1) code = kNoCode;
+  if (code <= kNoCode || code > 4 * kHigh - 1) code = kNoCode;
   std::int64_t doppler = kNoDoppler;
   if (o.doppler_hz && first.doppler_hz) {
     const double base = std::llround(*first.doppler_hz / kDoppler_hz) * kDoppler_hz *
                         (o.measurement->carrier_frequency_hz / first.measurement->carrier_frequency_hz);
     doppler = std::llround((*o.doppler_hz - base) / kDoppler_hz);
-    if (doppler <= kNoDoppler || doppler > 16 * 65536 - 1) doppler = kNoDoppler;
+    if (doppler <= kNoDoppler || doppler > 16 * kHigh - 1) doppler = kNoDoppler;
   }
   const Carrier carrier =
       code == kNoCode ? Carrier{} : carrier_of(o, from_m + static_cast<double>(code) * kCode_m);

@@ -25,8 +25,8 @@ constexpr double kImu_s = 0.01, kEpoch_s = 0.2, kWheel_s = 0.1;
 /// A drive on the level plane about kHome: rest, then off to the east with bends, each at 1 m/s^2 or less.
 /// Over half a kilometre the plane leaves the ellipsoid by 2 cm.
 struct Plane {
-  double speed(double t) const { return t < 10 ? 0 : t < 20 ? t - 10 : 10; }
-  double turn(double t) const { return t > 30 ? 0.1 * std::sin(0.2 * (t - 30)) : 0; }
+  [[nodiscard]] double speed(double t) const { return t < 10 ? 0 : t < 20 ? t - 10 : 10; }
+  [[nodiscard]] double turn(double t) const { return t > 30 ? 0.1 * std::sin(0.2 * (t - 30)) : 0; }
 };
 
 /// What sensors without errors feel on the plane, and where they are.
@@ -48,7 +48,7 @@ class Drive {
     const Eigen::Matrix3d ecef_from_enu = geodesy::enu_from_ecef_rotation(kHome).transpose();
     const Vector3d gravity = geodesy::normal_gravity(geodesy::ecef_from_geodetic(kHome));
     const Vector3d earth(0, 0, geodesy::kEarthRotationRate);
-    for (int k = 0; k < static_cast<int>(kEpoch_s / kImu_s + 0.5); ++k) {
+    for (int k = 0; k < static_cast<int>(std::lround(kEpoch_s / kImu_s)); ++k) {
       const double before_mps = plane.speed(t_s), rate = plane.turn(t_s + kImu_s / 2);
       t_s += kImu_s;
       const double push = (plane.speed(t_s) - before_mps) / kImu_s;
