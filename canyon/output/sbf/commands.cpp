@@ -61,6 +61,10 @@ constexpr std::array kKnown{CommandName{"setsbfoutput", "sso"},
                             CommandName{"setsatellitetracking", "sst"},
                             CommandName{"setsignaltracking", "snt"},
                             CommandName{"setstaticposgeodetic", "sspg"},
+                            CommandName{"setantennatype", "sat"},
+                            CommandName{"setgeodeticdatum", "sgd"},
+                            CommandName{"setntripsettings", "snts"},
+                            CommandName{"setntriptlssettings", "sntt"},
                             CommandName{"exeresetreceiver", "err"},
                             CommandName{"execopyconfigfile", "eccf"},
                             CommandName{"getreceivercapabilities", "grc"},
@@ -84,6 +88,10 @@ std::vector<std::string> words_of(std::string_view line) {
 }
 std::string word(const std::vector<std::string>& words, std::size_t at) {
   return at < words.size() ? words[at] : std::string();
+}
+
+bool is_none(const std::string& text) {
+  return text.empty() || lower_case(text) == "none";
 }
 
 /// [ms] of "msec100", "sec1", "min1"; 0: at each epoch. Empty for a word that is none of these.
@@ -172,6 +180,8 @@ std::string Commands::execute(std::string_view line) {
   if (known->brief == "login") return accepted("login");  // without the name and the password
   std::string settings;
   if (known->brief == "sso") settings = sbf_output(words);
+  if (known->brief == "sno" && !is_none(word(words, 3)))
+    settings = "$R? setNMEAOutput: Argument 'Messages' is invalid!";  // NMEA is another format
   if (known->brief == "scs") settings = com_settings(words);
   if (known->brief == "err") settings = reset_receiver(words);
   if (known->brief == "grc") settings = "ReceiverCapabilities, Main";

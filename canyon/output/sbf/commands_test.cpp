@@ -18,6 +18,8 @@ TEST(SbfCommands, AreAnsweredAsTheReceiverDoes) {
   EXPECT_EQ(commands.receive(1, "setDataInOut, COM1, Auto, SBF\n"),
             "$R: setDataInOut, COM1, Auto, SBF\r\nCOM1>");
   EXPECT_EQ(commands.receive(1, "makeCoffee\n"), "$R? makecoffee: Invalid command!\r\nCOM1>");
+  EXPECT_THAT(commands.receive(1, "sno, all, none, none, off\n"), HasSubstr("$R: sno"));
+  EXPECT_THAT(commands.receive(1, "sno, Stream1, COM1, GGA, sec1\n"), HasSubstr("'Messages' is invalid"));
   EXPECT_THAT(commands.receive(1, "grc\n"), HasSubstr("ReceiverCapabilities"));
   // Cut anywhere; each reader has its own line.
   EXPECT_EQ(commands.receive(1, "setPVT"), "");
