@@ -49,6 +49,11 @@ std::optional<std::uint8_t> satellite_number(gnss::SatelliteId id) {
   return std::nullopt;
 }
 
+int frequency_number(gnss::SatelliteId id, const std::map<gnss::SatelliteId, int>& channels) {
+  const auto channel = channels.find(id);
+  return channel == channels.end() ? 0 : channel->second + 8;
+}
+
 std::optional<int> status_place(const gnss::Signal& signal) {
   switch (signal.sbf) {
     case 0:   // GPS L1CA

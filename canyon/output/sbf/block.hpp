@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -35,6 +36,9 @@ inline constexpr BlockId kMeasEpoch{4027, 1}, kEndOfMeas{5922}, kPvtGeodetic{400
 
 /// Number of a satellite in blocks (4.1.9); empty for those that have none.
 [[nodiscard]] std::optional<std::uint8_t> satellite_number(gnss::SatelliteId id);
+
+/// FreqNr of a satellite: of GLONASS its frequency number plus 8; 0 for others.
+[[nodiscard]] int frequency_number(gnss::SatelliteId id, const std::map<gnss::SatelliteId, int>& channels);
 
 /// Place of a signal's two bits in the status fields of ChannelStatus (4.2.15), 0 to 7; empty for signals
 /// that have none there.

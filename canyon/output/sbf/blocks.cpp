@@ -230,12 +230,6 @@ std::string base_vector_geod(const Epoch& epoch) {
   return p.u4(signals_used(epoch.seen)).bytes();
 }
 
-/// Frequency number of a satellite of GLONASS plus 8; 0 for others.
-int frequency(gnss::SatelliteId id, const std::map<gnss::SatelliteId, int>& channels) {
-  const auto channel = channels.find(id);
-  return channel == channels.end() ? 0 : channel->second + 8;
-}
-
 std::string channel_status(const Epoch& epoch) {
   constexpr int kSatelliteBytes = 12, kStateBytes = 8;
   const auto bits = [](int place, unsigned value) { return value << static_cast<unsigned>(2 * place); };
@@ -260,7 +254,7 @@ std::string channel_status(const Epoch& epoch) {
     const auto azimuth =
         static_cast<unsigned>(std::lround(azimuth_deg < 0 ? azimuth_deg + 360 : azimuth_deg) % 360);
     constexpr unsigned kRateUnknown = 3U << 14U;
-    list.u1(*number).u1(frequency(s.id, epoch.glonass_channels)).zeros(2).u2(azimuth | kRateUnknown);
+    list.u1(*number).u1(frequency_number(s.id, epoch.glonass_channels)).zeros(2).u2(azimuth | kRateUnknown);
     list.u2(health).signed_field(geodesy::degrees(s.elevation_rad), 1, 1).u1(1).u1(count).u1(0);
     list.u1(0).u1(0).u2(tracking).u2(use).u2(0);
   }
@@ -384,7 +378,7 @@ std::string message_block(const broadcast::SentMessage& message, geodesy::GpsTim
   if (number == 0 || !satellite) return {};
   const int signal = gnss::signals_of(message.id.system).front().sbf;
   Payload p;
-  p.u1(*satellite).u1(1).u1(0).u1(signal).u1(frequency(message.id, glonass_channels)).u1(0);
+  p.u1(*satellite).u1(1).u1(0).u1(signal).u1(frequency_number(message.id, glonass_channels)).u1(0);
   for (const std::uint32_t word : navigation_bits(message)) p.u4(word);
   return block({number}, time, p.bytes());
 }

@@ -24,14 +24,9 @@ int type_of(const gnss::Signal& signal) {
 }
 
 int observation_info(const Observable& o, const std::map<gnss::SatelliteId, int>& channels) {
-  int info = o.measurement->half_cycle ? 1 << 2 : 0;
-  const auto channel = channels.find(o.id);
-  if (o.signal->sbf >= 31) {
-    info |= (o.signal->sbf - 32) << 3;
-  } else if (channel != channels.end()) {
-    info |= (channel->second + 8) << 3;
-  }
-  return info;
+  const int info = o.measurement->half_cycle ? 1 << 2 : 0;
+  const int rest = o.signal->sbf >= 31 ? o.signal->sbf - 32 : frequency_number(o.id, channels);
+  return info | rest << 3;
 }
 
 /// A phase relative to the pseudorange in 0.001 cycles: low 16 bits, high 8 bits; -128 and 0 without one.
