@@ -120,6 +120,16 @@ Fix no_fix() {
   return fix;
 }
 
+/// The filter's answer at a time of the drive, with right fixes at every epoch up to it.
+Fix drive_until(double end_s, Drive& drive, DeadReckoning& filter) {
+  Fix answer;
+  while (drive.t_s < end_s) {
+    const SensorReadings readings = drive.next();
+    answer = filter.update(kBegin + drive.t_s, readings, drive.fix());
+  }
+  return answer;
+}
+
 // At rest the fix passes; in motion the phases follow; without fixes the position goes on.
 TEST(DeadReckoning, AlignsCalibratesAndCoasts) {
   Drive drive(2e-4, 0.01);
@@ -200,11 +210,7 @@ TEST(DeadReckoning, DoesNotFollowReflections) {
 TEST(DeadReckoning, LastingErrorsAreNotAveragedAway) {
   Drive drive;
   DeadReckoning filter(options(), drive.mounting);
-  Fix answer;
-  while (drive.t_s < 40) {
-    const SensorReadings readings = drive.next();
-    answer = filter.update(kBegin + drive.t_s, readings, drive.fix());
-  }
+  Fix answer = drive_until(40, drive, filter);
   EXPECT_GT(std::sqrt(answer.covariance_enu(0, 0)), 0.5);
   EXPECT_LT(std::sqrt(answer.covariance_enu(0, 0)), 1);
 }
@@ -212,11 +218,7 @@ TEST(DeadReckoning, LastingErrorsAreNotAveragedAway) {
 TEST(DeadReckoning, AGapOfReadingsBeginsAnew) {
   Drive drive;
   DeadReckoning filter(options(), drive.mounting);
-  Fix answer;
-  while (drive.t_s < 40) {
-    const SensorReadings readings = drive.next();
-    answer = filter.update(kBegin + drive.t_s, readings, drive.fix());
-  }
+  Fix answer = drive_until(40, drive, filter);
   EXPECT_TRUE(answer.fused());
   for (int k = 0; k < 10; ++k) {
     (void)drive.next();
@@ -231,11 +233,7 @@ TEST(DeadReckoning, StatesNoPositionBeyondItsLimit) {
   DeadReckoningOptions strict = options();
   strict.max_sigma_m = 1e-3;
   DeadReckoning filter(strict, drive.mounting);
-  Fix answer;
-  while (drive.t_s < 40) {
-    const SensorReadings readings = drive.next();
-    answer = filter.update(kBegin + drive.t_s, readings, drive.fix());
-  }
+  Fix answer = drive_until(40, drive, filter);
   EXPECT_EQ(answer.status, FixStatus::WeakGeometry);
 }
 
