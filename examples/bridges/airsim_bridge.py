@@ -35,6 +35,9 @@ def main():
     try:
         if not client.ping():
             raise canyon_bridge.BridgeError("AirSim does not answer")
+        if bridge.checks:
+            home = client.getHomeGeoPoint(vehicle_name=arguments.vehicle)
+            bridge.state_place((home.latitude, home.longitude, home.altitude), (0, 0, 0))
         first_ns = None
         while True:
             begin = time.monotonic()

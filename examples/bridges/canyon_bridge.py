@@ -75,6 +75,8 @@ def parser(doc, axes="ENU"):
     add("--axes", type=frame, default=axes, help="where the simulator's x, y and z point (%(default)s)")
     add("--rate", type=positive, default=50.0, metavar="HZ", help="poses a second of the simulator's clock, at most (50)")
     add("--wait", type=positive, default=30.0, metavar="S", help="for canyon live to begin (30)")
+    add("--check", type=positive, metavar="SECONDS",
+        help="drive the vehicle for so long, compare clock, axes, units, attitude and origin, say what differs, and end")
     add("--fixes-to", type=host_port, metavar="HOST:PORT", help="send fixes there too, as JSON in UDP datagrams")
     return result
 
@@ -153,7 +155,9 @@ class Bridge:
     """A connection to `canyon live`. Waits for it for `wait_s`; then raises BridgeError."""
 
     def __init__(self, canyon=host_port(CANYON), origin=ORIGIN, at=(0, 0, 0), axes="ENU", rate_hz=50, wait_s=30,
-                 fixes_to=None):
+                 fixes_to=None, check_s=None):
+        """@param check_s seconds after which checked() gets the report of a bridge_check.Check"""
+        self._check = importlib.import_module("bridge_check").Check(check_s) if check_s else None
         self.canyon, self.origin, self.at, self.axes, self.fixes_to = canyon, origin, at, axes, fixes_to
         self._interval_s, self._sent_s, self._sent_enu = 1 / rate_hz, None, None
         self._names, self._rest, self._warned = None, "", False
@@ -164,7 +168,7 @@ class Bridge:
     def of(cls, arguments):
         """A bridge with the arguments that parser() parsed."""
         return cls(arguments.canyon, arguments.origin, arguments.at, arguments.axes, arguments.rate, arguments.wait,
-                   arguments.fixes_to)
+                   arguments.fixes_to, arguments.check)
 
     def _connect(self, wait_s):
         end = time.monotonic() + wait_s
@@ -197,6 +201,30 @@ class Bridge:
         if forward is not None:
             pose["attitude"] = quaternion(enu_from(axes, forward), enu_from(axes, up))
         self._udp.sendto((json.dumps(pose) + "\n").encode(), self.canyon)
+        if self._check:
+            enu = enu_from_place(place, self.origin) if place else self._sent_enu
+            body = [each is not None and enu_from(axes, each) or None for each in (forward, up)]
+            self._check.pose(time_s, enu, pose.get("velocity_mps"), *body)
+            if self._check.done:
+                text, good = self._check.report()
+                self._check = None
+                self.checked(text, good)
+
+    def checked(self, text, good):
+        """Prints the report of --check, and ends the program: 0 where nothing differs."""
+        print(text, flush=True)
+        sys.exit(0 if good else 1)
+
+    @property
+    def checks(self):
+        """Whether a check goes on, to which state_place() brings more."""
+        return self._check is not None
+
+    def state_place(self, place, position):
+        """Tells a check what latitude, longitude [deg] and height [m] the simulator itself states for a position."""
+        if self._check:
+            self._check.stated([a + b for a, b in zip(enu_from(self.axes, position), self.at)],
+                               enu_from_place(place, self.origin))
 
     def fixes(self, wait_s=0.0):
         """The fixes that came since the last call, oldest first; waits up to `wait_s` for one. Raises BridgeError when
@@ -222,9 +250,12 @@ class Bridge:
         def values(*names):
             return [float(row[name]) for name in names] if all(row[name] for name in names) else None
 
-        self._check_origin(values("true_latitude_deg", "true_longitude_deg", "true_height_m"))
+        truth = values("true_latitude_deg", "true_longitude_deg", "true_height_m")
+        self._check_origin(truth)
         place = values("fix_latitude_deg", "fix_longitude_deg", "fix_height_m")
         velocity = values("fix_velocity_east_mps", "fix_velocity_north_mps", "fix_velocity_up_mps")
+        if self._check:
+            self._check.fix(truth and enu_from_place(truth, self.origin), place is not None)
         position = place and [a - b for a, b in zip(enu_from_place(place, self.origin), self.at)]
         return Fix(int(row["gps_week"]), float(row["gps_tow"]), row["fix_kind"], row["reason"] or None,
                    position and frame_from_enu(self.axes, position), velocity and frame_from_enu(self.axes, velocity), place,

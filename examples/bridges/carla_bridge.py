@@ -40,6 +40,7 @@ def main():
         client.set_timeout(10.0)
         world = client.get_world()
         vehicle = find_vehicle(world, arguments.role)
+        city = world.get_map() if bridge.checks else None
         while True:
             snapshot = world.wait_for_tick(10.0)
             actor = snapshot.find(vehicle.id)
@@ -48,6 +49,9 @@ def main():
             at = actor.get_transform()
             bridge.send(snapshot.timestamp.elapsed_seconds, xyz(at.location), xyz(actor.get_velocity()),
                         xyz(at.get_forward_vector()), xyz(at.get_up_vector()))
+            if bridge.checks:
+                place = city.transform_to_geolocation(at.location)
+                bridge.state_place((place.latitude, place.longitude, place.altitude), xyz(at.location))
             for fix in bridge.fixes():
                 bridge.report(fix)
                 if arguments.draw and fix.position_m:

@@ -32,7 +32,7 @@ FIX_TYPES = {"single": 3, "differential": 4, "float": 5, "fixed": 6}  # of MAVLi
 
 class CanyonGPS(Sensor):
     def __init__(self, config={}):
-        """@param config canyon: HOST:PORT; rate: of poses [Hz]"""
+        """@param config canyon: HOST:PORT; rate: of poses [Hz]; check: seconds after which the self-test prints what differs"""
         super().__init__(sensor_type="GPS", update_rate=config.get("rate", 50.0))
         self._config, self._time_s, self._bridge, self._state = config, 0.0, None, None
 
@@ -40,7 +40,8 @@ class CanyonGPS(Sensor):
         super().initialize(vehicle, origin_lat, origin_lon, origin_alt)
         self._bridge = canyon_bridge.Bridge(
             canyon_bridge.host_port(self._config.get("canyon", canyon_bridge.CANYON)), (origin_lat, origin_lon, origin_alt),
-            rate_hz=self.update_rate)
+            rate_hz=self.update_rate, check_s=self._config.get("check"))
+        self._bridge.checked = lambda text, good: print(text, flush=True)  # the application goes on
 
     @property
     def state(self):

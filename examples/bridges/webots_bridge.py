@@ -16,13 +16,12 @@ import json
 import canyon_bridge
 
 
-def world_axes(robot):
-    """WorldInfo.coordinateSystem."""
+def world_info(robot):
     nodes = robot.getRoot().getField("children")
     for index in range(nodes.getCount()):
         node = nodes.getMFNode(index)
         if node.getTypeName() == "WorldInfo":
-            return node.getField("coordinateSystem").getSFString()
+            return node
     raise canyon_bridge.BridgeError("the world has no WorldInfo")
 
 
@@ -33,8 +32,11 @@ def main():
     robot = controller.Supervisor()
     if not robot.getSupervisor():
         raise canyon_bridge.BridgeError("set the robot's field 'supervisor' to TRUE")
-    arguments.axes = arguments.axes or world_axes(robot)
+    world = world_info(robot)
+    arguments.axes = arguments.axes or world.getField("coordinateSystem").getSFString()
     bridge = canyon_bridge.Bridge.of(arguments)
+    if world.getField("gpsCoordinateSystem").getSFString() == "WGS84":  # then the reference is the world's origin
+        bridge.state_place(world.getField("gpsReference").getSFVec3f(), (0, 0, 0))
     node, step_ms = robot.getSelf(), int(robot.getBasicTimeStep())
     custom_data = node.getField("customData")
     while robot.step(step_ms) != -1:

@@ -24,13 +24,14 @@ HERE = pathlib.Path(__file__).resolve().parent
 BRIDGES = HERE.parents[1] / "examples" / "bridges"
 STAND_INS = HERE / "stand_ins"
 sys.dont_write_bytecode = True
-sys.path.insert(0, str(STAND_INS))
+sys.path[:0] = [str(STAND_INS), str(BRIDGES)]
+import bridge_check  # noqa: E402
 import course  # noqa: E402
 import flightgear  # noqa: E402
 
 LONGEST_S = 120
 NEAR_M = 0.05  # of a fix from the way: the receiver is ideal; HIL_GPS states steps of 1 cm
-ORIGIN = (22.3, 114.17, 0.0)
+ORIGIN = course.ORIGIN
 LEVER = (4.0, 3.0, 2.0)  # forward, left, up
 
 # The town of the examples, with an ideal receiver on a lever arm.
@@ -43,23 +44,10 @@ def antenna(place):
     return [p + sum(length * axis[i] for length, axis in zip(LEVER, course.axes())) for i, p in enumerate(place)]
 
 
-def radii():
-    """The radii of curvature at the origin [m], north and east (Groves, Principles of GNSS, 2.105 and 2.106)."""
-    s2 = math.sin(math.radians(ORIGIN[0])) ** 2
-    e2 = 0.00669437999014
-    north_m, east_m = 6378137.0 * (1 - e2) / (1 - e2 * s2) ** 1.5, 6378137.0 / math.sqrt(1 - e2 * s2)
-    return north_m, east_m * math.cos(math.radians(ORIGIN[0]))
-
-
 def enu_of(latitude, longitude, height):
     """Right to a millimetre within 100 m of the origin."""
-    north_m, east_m = radii()
+    north_m, east_m = course.radii()
     return [math.radians(longitude - ORIGIN[1]) * east_m, math.radians(latitude - ORIGIN[0]) * north_m, height - ORIGIN[2]]
-
-
-def place_of(enu):
-    north_m, east_m = radii()
-    return ORIGIN[0] + math.degrees(enu[1] / north_m), ORIGIN[1] + math.degrees(enu[0] / east_m), ORIGIN[2] + enu[2]
 
 
 def distance_to_leg(point, a, b):
@@ -278,7 +266,7 @@ class BridgesTest(unittest.TestCase):
         self.start_canyon()
         to_bridge, to_flightgear = free_port(), free_port()
         protocol = BRIDGES / "flightgear" / "Protocol" / "canyon.xml"
-        program = flightgear.FlightGear(protocol, to_bridge, to_flightgear, place_of)
+        program = flightgear.FlightGear(protocol, to_bridge, to_flightgear, course.place_of)
         self.addCleanup(program.end)
         end = antenna(course.CORNERS[-1])
         process = self.bridge("flightgear_bridge.py", "--listen", f"127.0.0.1:{to_bridge}", "--flightgear",
@@ -291,10 +279,70 @@ class BridgesTest(unittest.TestCase):
                                fix["/canyon/fix/altitude-ft"] * flightgear.FOOT_M) for fix in got])
         self.assertEqual({fix["/canyon/fix/kind"] for fix in got}, {"single"})
 
+    # --check.
+
+    def test_check_finds_nothing(self):
+        self.start_canyon()
+        text, _ = self.output(self.bridge("carla_bridge.py", "--role", "hero", "--check", "10"))
+        found = {line[8:18].strip(): line[:8].strip() for line in text.splitlines()[:-1] if not line.startswith("{")}
+        self.assertEqual(found, dict.fromkeys(("clock", "way", "velocity", "attitude", "origin", "answers"), "ok"), text)
+        self.assertTrue(text.endswith("\nnothing differs\n"), text)
+        self.assertRegex(text, r"50\.0 poses a second, at [456]\.\d\d times real time")
+        # The lever arm is 5.4 m long.
+        self.assertRegex(text, r"within [56]\.\d\d m of its poses")
+
+    def test_check_finds_mirrored_axes(self):
+        self.start_canyon(TOWN.replace("ublox-m10", "ideal"))
+        text, _ = self.output(self.bridge("carla_bridge.py", "--role", "hero", "--check", "10", "--axes", "ENU"), 1)
+        self.assertRegex(text, r"DIFFERS origin    places that are sent have other axes: north is what is taken as minus north")
+
+    def test_check_finds_another_origin(self):
+        self.start_canyon()
+        text, _ = self.output(self.bridge("airsim_bridge.py", "--check", "8"), 1)
+        self.assertRegex(text, r"DIFFERS origin    by the simulator's latitude, longitude and height the vehicle is ")
+        self.assertIn("\n1 of 6 differ", text)
+
+    def test_check_of_other_bridges(self):
+        self.start_canyon()
+        self.assertIn("ok      origin", self.output(self.bridge("webots_bridge.py", "--check", "8"))[0])
+        self.port = free_port()
+        self.start_canyon(TOWN.replace("ublox-m10", "ideal"))
+        text = self.output(self.bridge("plain_loop.py", "--check", "8", "--speed", "6", "--at=0,0,20"))[0]
+        self.assertIn("open    origin", text)
+        self.assertIn("nothing differs; 2 not checked", text)
+
+    def checked(self, velocity=lambda v: v, position=lambda p: p, body=lambda axis: axis, seconds=10):
+        check, time_s = bridge_check.Check(seconds), 0.0
+        while not check.done:
+            (p, v), (forward, _, up) = course.at(time_s), course.axes()
+            check.pose(time_s, position(p), velocity(v), body(forward), body(up))
+            time_s += 0.02
+        return {each.subject: each for each in check.findings()}
+
+    def test_check_tells_units_and_axes(self):
+        found = self.checked(velocity=lambda v: [100 * each for each in v])["velocity"]
+        self.assertEqual((found.ok, "1 is 0.01 m, as of centimetres" in found.text), (False, True), found)
+        found = self.checked(velocity=lambda v: (v[1], v[0], -v[2]))["velocity"]
+        self.assertEqual(found.text, "velocities have other axes: east is what is taken as north, north is what is taken as "
+                         "east, up is what is taken as minus up (by differences of positions)")
+        found = self.checked(velocity=lambda v: [3.6 * v[0], 3.6 * v[2], -3.6 * v[1]])["velocity"]
+        self.assertRegex(found.text, "as of km/h and have other axes: north is what is taken as minus up, up is ")
+        self.assertEqual(self.checked(velocity=lambda v: (0.0, 0.0, 0.0))["velocity"].ok, False)
+        self.assertIsNone(self.checked(velocity=lambda v: None)["velocity"].ok)
+        self.assertIn("apart, by no swap", self.checked(velocity=lambda v: (v[0], 0.0, v[0]))["velocity"].text)
+
+    def test_check_tells_attitude_and_rest(self):
+        self.assertIn("z down", self.checked(body=lambda axis: [axis[0], -axis[1], -axis[2]])["attitude"].text)
+        self.assertFalse(self.checked(body=lambda axis: [2 * each for each in axis])["attitude"].ok)
+        at_rest = self.checked(position=lambda p: course.START, velocity=lambda v: (0.0, 0.0, 0.0))
+        self.assertEqual([at_rest[each].ok for each in ("way", "velocity", "attitude")], [None] * 3)
+        self.assertFalse(self.checked(position=lambda p: [100 * each for each in p])["way"].ok)
+        self.assertFalse(at_rest["answers"].ok)
+
     # Tests of all bridges.
 
     def test_help_and_missing_modules(self):
-        names = sorted(path.name for path in BRIDGES.glob("*.py") if path.name != "canyon_bridge.py")
+        names = sorted(path.name for path in BRIDGES.glob("*.py") if path.name not in ("canyon_bridge.py", "bridge_check.py"))
         self.assertEqual(len(names), 7)
         for name in names:
             with self.subTest(name):

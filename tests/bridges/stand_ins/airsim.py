@@ -26,12 +26,20 @@ class State:
         self.timestamp = 1764000000000000000 + int(time_s * 1e9)
 
 
+class GeoPoint:
+    def __init__(self, latitude, longitude, altitude):
+        self.latitude, self.longitude, self.altitude = latitude, longitude, altitude
+
+
 class VehicleClient:
     def __init__(self, ip="", port=41451, timeout_value=3600):
         self.clock = course.Clock()
 
     def ping(self):
         return True
+
+    def getHomeGeoPoint(self, vehicle_name=""):
+        return GeoPoint(47.641468, -122.140165, 122.0)  # AirSim's own, far from the town
 
     def simGetGroundTruthKinematics(self, vehicle_name=""):
         return KinematicsState(self.clock.time_s)

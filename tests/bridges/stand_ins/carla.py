@@ -69,9 +69,24 @@ class DebugHelper:
         course.log(f"{location.x} {location.y} {location.z}")
 
 
+class GeoLocation:
+    def __init__(self, latitude=0.0, longitude=0.0, altitude=0.0):
+        self.latitude, self.longitude, self.altitude = latitude, longitude, altitude
+
+
+class Map:
+    """Its geographic reference is town.yaml's origin."""
+
+    def transform_to_geolocation(self, location):
+        return GeoLocation(*course.place_of((location.x, -location.y, location.z)))
+
+
 class World:
     def __init__(self):
         self.clock, self.debug = course.Clock(), DebugHelper()
+
+    def get_map(self):
+        return Map()
 
     def get_actors(self):
         return ActorList((Actor(3, "sensor.camera.rgb", "hero"), Actor(5, "vehicle.tesla.model3", "autopilot"),

@@ -15,6 +15,9 @@ class Field:
     def getSFString(self):
         return self.value
 
+    def getSFVec3f(self):
+        return self.value
+
     def setSFString(self, value):
         course.log(f"{self.name} {value}")
 
@@ -50,7 +53,8 @@ class Supervisor:
         self.clock = course.Clock()
         self.node = Node("Robot", customData="")
         self.node.now = lambda: course.at(self.clock.time_s)
-        self.root = Node("Group", children=[Node("WorldInfo", coordinateSystem=AXES), Node("Viewpoint"), self.node])
+        self.root = Node("Group", children=[Node("WorldInfo", coordinateSystem=AXES, gpsCoordinateSystem="WGS84",
+                                                        gpsReference=[*course.ORIGIN]), Node("Viewpoint"), self.node])
 
     def getSupervisor(self):
         return AXES != "ENU" or "STAND_IN_NO_SUPERVISOR" not in os.environ

@@ -14,6 +14,23 @@ YAW_DEG, PITCH_DEG, ROLL_DEG = 30.0, 20.0, 15.0  # from east counter-clockwise; 
 SPEED = 6.0  # seconds of the simulation in one of real time
 
 
+ORIGIN = (22.3, 114.17, 0.0)  # of town.yaml: latitude, longitude [deg], height [m]
+
+
+def radii():
+    """The radii of curvature at the origin [m], north and east (Groves, Principles of GNSS, 2.105 and 2.106)."""
+    s2 = math.sin(math.radians(ORIGIN[0])) ** 2
+    e2 = 0.00669437999014
+    north_m, east_m = 6378137.0 * (1 - e2) / (1 - e2 * s2) ** 1.5, 6378137.0 / math.sqrt(1 - e2 * s2)
+    return north_m, east_m * math.cos(math.radians(ORIGIN[0]))
+
+
+def place_of(enu):
+    """Latitude, longitude [deg] and height [m]; right to a millimetre within 100 m of the origin."""
+    north_m, east_m = radii()
+    return ORIGIN[0] + math.degrees(enu[1] / north_m), ORIGIN[1] + math.degrees(enu[0] / east_m), ORIGIN[2] + enu[2]
+
+
 def at(time_s):
     """Position and velocity."""
     position = list(START)
