@@ -60,12 +60,6 @@ geodesy::GpsTime parse_instant(std::string_view text) {
   return time;
 }
 
-std::set<gnss::System> parse_systems(const std::string& text) {
-  std::set<gnss::System> systems;
-  for (std::string_view piece : split(text, ',')) systems.insert(gnss::system_from_name(trim(piece)));
-  return systems;
-}
-
 void print_table(const TextRow& head, const std::vector<TextRow>& rows) {
   fmt::print("{}", text_table(head, rows));
 }

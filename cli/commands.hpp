@@ -1,7 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,7 +10,6 @@
 #include "canyon/base/table_text.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/geodesy/gps_time.hpp"
-#include "canyon/gnss/satellite_id.hpp"
 #include "cli/arguments.hpp"
 
 namespace canyon::cli {
@@ -58,8 +56,6 @@ void add_threads(Command& command, int& threads, const std::string& about = "0: 
 void warn_of_no_zone(std::string_view instant);
 /// An instant as geodesy::parse_simulated_time() reads it; warns on standard error where it names no zone.
 [[nodiscard]] geodesy::GpsTime parse_instant(std::string_view text);
-/// "GPS,Galileo" -> set; throws InputError naming the known systems.
-[[nodiscard]] std::set<gnss::System> parse_systems(const std::string& text);
 
 /// Returns work(). Puts the option's name in front of an InputError that names no file.
 template <typename Work>

@@ -37,11 +37,14 @@ Option& field_option(Command& command, const FieldFlag& field,
   if (!key->values().empty()) help += ", " + key->values();
   const std::string absent = field.absent != nullptr ? field.absent : key->default_value;
   if (!absent.empty()) help += " (" + absent + ")";
-  std::string unit = key->unit.empty() ? (key->range ? "n" : "text") : key->unit;
+  const bool files = key->type == options::Type::Files;
+  std::string unit = files ? "file" : key->range ? "n" : "text";
+  if (!key->unit.empty()) unit = key->unit;
   std::transform(unit.begin(), unit.end(), unit.begin(), [](unsigned char c) { return std::toupper(c); });
-  Option& option = command.options.emplace_back(Option{field.flag, take, unit, help}).repeated();
+  Option& option = command.options.emplace_back(Option{field.flag, take, unit, help});
   option.words = key->words;
-  option.takes_one = key->type != options::Type::Texts && key->type != options::Type::Files;
+  option.takes_one = key->type != options::Type::Texts && !files;
+  option.one_at_a_time = !files;  // a shell's *.sp3
   return option;
 }
 

@@ -45,9 +45,10 @@ void set_field(const std::string& flag, const std::string& name, const std::vect
 /// Adds `flag` for the field `name` of a struct.
 /// @param fields must live as long as the command
 template <typename Options>
-Option& add_field(Command& command, const std::string& flag, Options& fields, const std::string& name) {
+Option& add_field(Command& command, const std::string& flag, Options& fields, const std::string& name,
+                  const char* absent = nullptr, bool is_switch = false) {
   const options::Description description = options::describe(fields);
-  return field_option(command, {flag, name, description},
+  return field_option(command, {flag, name, description, absent, is_switch},
                       [flag, name, &fields](const std::vector<std::string>& texts) {
                         set_field(flag, name, texts, [&fields](options::Visitor& v) { visit(v, fields); });
                       });

@@ -15,9 +15,9 @@
 #include "canyon/heatmap/engine/map_summary.hpp"
 #include "canyon/heatmap/engine/store_slices.hpp"
 #include "canyon/simulation/city_scene.hpp"
-#include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/require_satellites.hpp"
+#include "canyon/simulation/scenario/receiver_bases.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/validation/models.hpp"
 #include "cli/commands.hpp"
@@ -166,7 +166,7 @@ class MapRun {
   void load() {
     const auto begin = std::chrono::steady_clock::now();
     std::vector<std::string> warnings;
-    city_ = simulation::load_city_source(scenario_.city, warnings);
+    city_ = simulation::load_city_source(city_of_map(arguments_, scenario_), warnings);
     print_warnings(warnings);
     const city::City& city = city_;
     if (!scenario_.city.is<simulation::OpenField>() && city.mesh.triangles.empty()) {

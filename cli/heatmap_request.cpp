@@ -9,6 +9,7 @@
 
 #include "canyon/base/named.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/validation/models.hpp"
 #include "cli/city_commands.hpp"
@@ -112,6 +113,20 @@ simulation::ReceiverConfig choose_receiver(const simulation::Scenario& scenario,
   const simulation::ReceiverConfig& receiver = scenario.receivers[chosen];
   if (model.empty()) return receiver;
   return for_option("--model", [&] { return validation::models_of(receiver, {model}).front().receiver; });
+}
+
+simulation::CityConfig city_of_map(const HeatmapArguments& arguments, const simulation::Scenario& scenario) {
+  if (!arguments.bbox.empty()) return simulation::city_config(scenario, parse_bbox(arguments.bbox, "--bbox"));
+  if (!scenario.city.origin) return scenario.city;
+  const geodesy::LocalFrame frame(*scenario.city.origin);
+  if (!arguments.area.empty()) {
+    const heatmap::Area area = heatmap::read_area(arguments.area, frame);
+    area.validate();
+    const auto [min, max] = area.bounds();
+    return simulation::city_config(scenario, heatmap::degrees_around({min, max}, frame));
+  }
+  if (arguments.enu_box.empty()) return scenario.city;
+  return simulation::city_config(scenario, heatmap::degrees_around(parse_enu_box(arguments.enu_box), frame));
 }
 
 void choose_area(const HeatmapArguments& arguments, const city::City& city, heatmap::Request& request) {

@@ -7,7 +7,7 @@
 
 #include "canyon/heatmap/engine/map_request.hpp"
 #include "canyon/heatmap/engine/store_slices.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/unknowns/unknowns.hpp"
 
 namespace canyon::cli {
@@ -53,6 +53,10 @@ inline constexpr double kMostValues = 1e10;
 /// By the scenario's name of it (empty: the first), with another model of propagation where one is given.
 [[nodiscard]] simulation::ReceiverConfig choose_receiver(const simulation::Scenario& scenario,
                                                          const std::string& name, const std::string& model);
+/// The scenario's city. Tilesets and city models of tiles are read about the box or polygon that is asked for
+/// alone, where its place is known before the city; without one, whole.
+[[nodiscard]] simulation::CityConfig city_of_map(const HeatmapArguments& arguments,
+                                                 const simulation::Scenario& scenario);
 /// Sets grid and area: the box or polygon asked for, else the whole city.
 void choose_area(const HeatmapArguments& arguments, const city::City& city, heatmap::Request& request);
 /// The maps that are computed: by consecutive seeds (--runs), or by draws of what is unknown (--unknowns).

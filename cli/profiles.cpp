@@ -1,7 +1,7 @@
 // Declared in cli/commands.hpp.
 #include <fmt/format.h>
 
-#include "canyon/simulation/profile.hpp"
+#include "canyon/simulation/scenario/profile.hpp"
 #include "cli/commands.hpp"
 
 namespace canyon::cli {

@@ -11,7 +11,7 @@
 #include "canyon/simulation/georeference.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
-#include "canyon/simulation/profile.hpp"
+#include "canyon/simulation/scenario/profile.hpp"
 #include "canyon/validation/recorded_scene.hpp"
 #include "cli/commands.hpp"
 #include "cli/field_option.hpp"

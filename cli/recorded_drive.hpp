@@ -11,7 +11,7 @@
 
 #include "canyon/city/city.hpp"
 #include "canyon/simulation/environment.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/validation/alignment.hpp"
 #include "canyon/validation/figures.hpp"

@@ -13,7 +13,7 @@
 #include "canyon/relative/recorded_pair.hpp"
 #include "canyon/rtcm/rtcm_decoder.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "cli/commands.hpp"
 #include "cli/field_option.hpp"
@@ -27,10 +27,11 @@ using geodesy::GpsTime;
 using positioning::FixKind;
 
 struct RtkArguments {
-  std::string rover, base, base_place, truth, truth_format = "csv", systems, out;
-  std::vector<std::string> navigation, signals;
+  std::string rover, base, base_place, truth, truth_format = "csv", out;
+  std::vector<std::string> signals;
+  simulation::SkyConfig sky;
   relative::PairOptions options;
-  bool allow_stale = false, quiet = false;
+  bool quiet = false;
 };
 
 /// A file of observations: RINEX, or RTCM 3.
@@ -53,9 +54,7 @@ struct Recording {
 /// @param around a time within half a week of the recording, which RTCM does not state
 Recording read(const std::string& path, const RtkArguments& arguments, const gnss::NavigationData& navigation,
                GpsTime around, bool needs_place) {
-  const std::set<gnss::System> systems = arguments.systems.empty()
-                                             ? std::set(gnss::kAllSystems.begin(), gnss::kAllSystems.end())
-                                             : parse_systems(arguments.systems);
+  const std::set<gnss::System>& systems = arguments.sky.systems;
   Recording recording;
   if (file_kind(std::filesystem::path(path)) != FileKind::Rtcm) {
     rinex::ObservationOptions wanted;
@@ -176,19 +175,13 @@ GpsTime time_of(const gnss::NavigationData& navigation) {
 }
 
 int run_rtk(const RtkArguments& arguments) {
-  simulation::SkyConfig config;
-  config.navigation.assign(arguments.navigation.begin(), arguments.navigation.end());
-  const gnss::NavigationData navigation = orbit::read_navigation(config.navigation);
+  const gnss::NavigationData navigation = orbit::read_navigation(arguments.sky.navigation);
   const auto rover = read(arguments.rover, arguments, navigation, time_of(navigation), false);
   const GpsTime first = rover.first();
-  config.allow_stale = arguments.allow_stale;
-  config.systems = arguments.systems.empty()
-                       ? std::set(gnss::kConstellations.begin(), gnss::kConstellations.end())
-                       : parse_systems(arguments.systems);
   const auto base_file = read(arguments.base, arguments, navigation, first, arguments.base_place.empty());
   const Eigen::Vector3d place = place_of_base(arguments, base_file);
   const simulation::BuiltSky sky =
-      simulation::build_sky(config, first, rover.last(), geodesy::geodetic_from_ecef(place));
+      simulation::build_sky(arguments.sky, first, rover.last(), geodesy::geodetic_from_ecef(place));
   print_warnings(sky.warnings);
   relative::RecordedEpochs base = base_file.epochs(*sky.sky, place);
   if (!arguments.base_place.empty()) {
@@ -246,14 +239,13 @@ void add_rtk(Command& app) {
       .required();
   command.add_option("base", arguments.base, "BASE", "observations of the base, in the same formats")
       .required();
-  command.add_option("--nav", arguments.navigation, "FILE", "RINEX navigation files").required();
+  add_field(command, "--nav", arguments.sky, "navigation", "").required();
   command.add_option("--base-position", arguments.base_place, "LAT,LON,HEIGHT",
                      "antenna of the base, degrees and metres (stated by its file)");
   command.add_option("--truth", arguments.truth, "PLACE|FILE",
                      "true position of the rover: LAT,LON,HEIGHT, or a trajectory; errors are printed");
   command.add_option("--format", arguments.truth_format, "F", "format of the trajectory (csv)");
-  command.add_option("--systems", arguments.systems, "LIST",
-                     "systems to use: GPS,GLONASS,Galileo,BeiDou,QZSS");
+  add_field(command, "--systems", arguments.sky, "systems");
   command
       .add_option("--signals", options.signals, "NAME",
                   "signals to use: L1CA L2C E1 E5b ...; `canyon profiles signals` lists all")
@@ -264,7 +256,7 @@ void add_rtk(Command& app) {
   add_field(command, "--fix-glonass", options.rtk, "fix_glonass");
   command.add_option("--max-age", options.max_age_s, "S", "base epochs that are older are not used [s] (60)")
       .within(0, 3600);
-  command.add_flag("--allow-stale", arguments.allow_stale, "take ephemerides older than their system allows");
+  add_field(command, "--allow-stale", arguments.sky, "allow_stale", nullptr, true);
   command.add_option("--out", arguments.out, "FILE", "write the solutions as RTKLIB does (.pos)");
   command.add_flag("--quiet", arguments.quiet, "no progress");
 }

@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 
 #include "canyon/options/describe.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "cli/commands.hpp"
 #include "cli/scenario_run.hpp"
 

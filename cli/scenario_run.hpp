@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "canyon/simulation/city_scene.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "cli/field_option.hpp"
 

@@ -4,21 +4,19 @@
 #include "canyon/base/json.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "cli/commands.hpp"
+#include "cli/field_option.hpp"
 
 namespace canyon::cli {
 namespace {
 
 struct SkyArguments {
-  std::vector<std::string> navigation;
-  std::vector<std::string> sp3;
+  simulation::SkyConfig sky;
   std::string place;
   std::string time;
-  std::string systems;
   double mask_deg = 0;
-  bool allow_stale = false;
   bool all = false;
   bool json = false;
 };
@@ -49,13 +47,7 @@ int run_sky(const SkyArguments& arguments) {
     throw InputError(fmt::format("--mask {} is not an elevation", arguments.mask_deg),
                      "it runs from -90 to 90 degrees");
   }
-  simulation::SkyConfig config;
-  config.navigation.assign(arguments.navigation.begin(), arguments.navigation.end());
-  config.sp3.assign(arguments.sp3.begin(), arguments.sp3.end());
-  config.nominal = config.navigation.empty() && config.sp3.empty();
-  config.allow_stale = arguments.allow_stale;
-  if (!arguments.systems.empty()) config.systems = parse_systems(arguments.systems);
-  const simulation::BuiltSky sky = simulation::build_sky(config, time, time, place);
+  const simulation::BuiltSky sky = simulation::build_sky(arguments.sky, time, time, place);
 
   const Eigen::Vector3d antenna = geodesy::ecef_from_geodetic(place);
   std::vector<Row> up, down, absent;
@@ -104,9 +96,9 @@ int run_sky(const SkyArguments& arguments) {
 void add_sky(Command& app) {
   Command& command = app.add_command("sky", "list the satellites above a place, with their ephemerides");
   SkyArguments& arguments = command.run_with(run_sky);
-  command.add_option("--nav", arguments.navigation, "FILE",
-                     "RINEX navigation files (2, 3 or 4; .gz too); without them the nominal constellations");
-  command.add_option("--sp3", arguments.sp3, "FILE...", "SP3-c/d precise orbits instead").excludes("--nav");
+  arguments.sky.nominal = true;
+  add_field(command, "--nav", arguments.sky, "navigation", "the nominal constellations");
+  add_field(command, "--sp3", arguments.sky, "sp3").excludes("--nav");
   command
       .add_option("--at", arguments.place, "LAT,LON,HEIGHT",
                   "place: latitude and longitude in degrees, ellipsoidal height in metres")
@@ -114,10 +106,9 @@ void add_sky(Command& app) {
   command
       .add_option("--time", arguments.time, "T", "time: 2019-04-28T12:58:03Z (UTC), or followed by ' GPST'")
       .required();
-  command.add_option("--systems", arguments.systems, "LIST",
-                     "systems to list: GPS,GLONASS,Galileo,BeiDou,QZSS,SBAS (all but SBAS)");
+  add_field(command, "--systems", arguments.sky, "systems");
   command.add_option("--mask", arguments.mask_deg, "DEG", "lowest elevation shown [deg] (0)");
-  command.add_flag("--allow-stale", arguments.allow_stale, "take ephemerides older than their system allows");
+  add_field(command, "--allow-stale", arguments.sky, "allow_stale", nullptr, true);
   command.add_flag("--all", arguments.all, "also list satellites below the mask or without ephemerides");
   command.add_flag("--json", arguments.json, "print JSON");
 }

@@ -12,7 +12,7 @@
 #include "canyon/output/columns.hpp"
 #include "canyon/output/epoch_values.hpp"
 #include "canyon/signal/path_strength.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/tracking/channel.hpp"
 #include "cli/commands.hpp"
 #include "cli/site.hpp"

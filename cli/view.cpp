@@ -12,7 +12,7 @@
 #include "canyon/output/sinks.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/view/comparison_view.hpp"
 #include "canyon/view/header.hpp"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "canyon/options/visitor.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/live_config.hpp"
 
 namespace canyon::adapters {
 

@@ -6,7 +6,7 @@
 
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 
 namespace canyon::adapters::gazebo_classic {

@@ -12,7 +12,7 @@
 #include "adapters/common/host_options.hpp"
 #include "canyon/options/describe.hpp"
 #include "canyon/simulation/live_receiver.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::adapters::ros2 {
 

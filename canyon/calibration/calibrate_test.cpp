@@ -10,7 +10,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/options/values.hpp"
-#include "canyon/simulation/profile.hpp"
+#include "canyon/simulation/scenario/profile.hpp"
 #include "tests/support/simulated_recording.hpp"
 
 namespace canyon::calibration {

@@ -11,7 +11,7 @@
 #include "canyon/options/read.hpp"
 #include "canyon/options/settings_tree.hpp"
 #include "canyon/options/values.hpp"
-#include "canyon/simulation/profile.hpp"
+#include "canyon/simulation/scenario/profile.hpp"
 
 namespace canyon::calibration {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::calibration {
 

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "canyon/options/values.hpp"
-#include "canyon/simulation/profile.hpp"
+#include "canyon/simulation/scenario/profile.hpp"
 
 namespace canyon::calibration::estimate_test {
 namespace {

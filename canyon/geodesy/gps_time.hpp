@@ -67,4 +67,10 @@ class GpsTime {
   std::int64_t nanoseconds_ = 0;
 };
 
+/// The nearest multiple of `step_ns` > 0 since 1980-01-06, halves away from that instant.
+[[nodiscard]] constexpr GpsTime round_to(GpsTime t, std::int64_t step_ns) {
+  const std::int64_t half = t.nanoseconds() < 0 ? -(step_ns / 2) : step_ns / 2;
+  return GpsTime::from_nanoseconds((t.nanoseconds() + half) / step_ns * step_ns);
+}
+
 }  // namespace canyon::geodesy

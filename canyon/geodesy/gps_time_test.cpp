@@ -116,5 +116,12 @@ TEST(GpsTime, RefusesWhatIsNoTime) {
   EXPECT_NO_THROW((void)GpsTime::from_week(-14'600, 0));
 }
 
+TEST(GpsTime, IsRoundedToTheNearestStep) {
+  EXPECT_EQ(round_to(GpsTime::from_nanoseconds(149), 100).nanoseconds(), 100);
+  EXPECT_EQ(round_to(GpsTime::from_nanoseconds(150), 100).nanoseconds(), 200);
+  EXPECT_EQ(round_to(GpsTime::from_nanoseconds(-149), 100).nanoseconds(), -100);
+  EXPECT_EQ(round_to(GpsTime::from_nanoseconds(-151), 100).nanoseconds(), -200);
+}
+
 }  // namespace
 }  // namespace canyon::geodesy

@@ -20,8 +20,8 @@
 #include "canyon/rtcm/rtcm_decoder.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
-#include "canyon/simulation/receiver_names.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/receiver_names.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::inspection {
 namespace {

@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "canyon/geodesy/frames.hpp"
-#include "canyon/simulation/live_options.hpp"
+#include "canyon/simulation/scenario/live_options.hpp"
 
 namespace canyon::live {
 

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "canyon/simulation/epoch.hpp"
-#include "canyon/simulation/fwd.hpp"
 #include "canyon/simulation/live_receiver.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/fwd.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::live {
 

@@ -21,7 +21,7 @@
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/epoch_schedule.hpp"
-#include "canyon/simulation/receiver_names.hpp"
+#include "canyon/simulation/scenario/receiver_names.hpp"
 #include "canyon/simulation/simulator.hpp"
 
 // The state of a session: session_setup.cpp makes it, session.cpp runs it.

@@ -87,7 +87,8 @@ class Encoder {
   [[nodiscard]] virtual std::optional<disturbance::RestartKind> take_restart() { return std::nullopt; }
 };
 
-/// A way to write epochs down; docs/outputs.md describes each. canyon/simulation/outputs.def has all.
+/// A way to write epochs down; docs/outputs.md describes each. canyon/simulation/scenario/outputs.def has
+/// all.
 struct Format {
   std::string_view name;  ///< in `canyon simulate --stream NAME=...` and under the scenario's `outputs:`
   std::string_view file;  ///< its name in the folder of results

@@ -10,8 +10,8 @@
 #include "canyon/output/stream.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/samples/sample_file.hpp"
-#include "canyon/simulation/receiver_names.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/receiver_names.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::output {
 namespace {

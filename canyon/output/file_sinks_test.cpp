@@ -11,7 +11,7 @@
 #include "canyon/output/stream.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/support/loaded_city.hpp"
 #include "tests/support/sample_epochs.hpp"
 #include "tests/support/temporary_folder.hpp"

@@ -6,7 +6,7 @@
 #include "canyon/base/named.hpp"
 #include "canyon/receiver/receiver_draws.hpp"
 #include "canyon/simulation/live_receiver.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::output {
 
@@ -14,7 +14,7 @@ namespace canyon::output {
 #define CANYON_STREAM_FORMAT(name, file) CANYON_FORMAT(name, file, true, false, "")
 #define CANYON_RUN_OUTPUT(name, wanted, help)
 constexpr Format kFormats[]{
-#include "canyon/simulation/outputs.def"
+#include "canyon/simulation/scenario/outputs.def"
 };
 
 std::span<const Format> formats() {

@@ -8,7 +8,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/formats.hpp"
 #include "canyon/output/number.hpp"
-#include "canyon/output/raw_observations.hpp"
+#include "canyon/output/observations/raw_observations.hpp"
 #include "canyon/rinex/android_log.hpp"
 
 // Text log of Android's GnssLogger: columns of its LOGGING_FORMAT.md (version 3), values as the documentation

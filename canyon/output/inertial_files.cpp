@@ -11,8 +11,8 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/output/number.hpp"
-#include "canyon/simulation/scenario.hpp"
-#include "canyon/simulation/sensor_run.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/sensors/sensor_run.hpp"
 
 namespace canyon::output {
 namespace {

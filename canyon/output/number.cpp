@@ -31,10 +31,4 @@ std::string seconds_of_week(geodesy::GpsTime t, int min_decimals) {
   return text;
 }
 
-geodesy::GpsTime round_to(geodesy::GpsTime t, std::int64_t step_ns) {
-  const std::int64_t ns = t.nanoseconds();
-  const std::int64_t half = ns < 0 ? -(step_ns / 2) : step_ns / 2;
-  return geodesy::GpsTime::from_nanoseconds((ns + half) / step_ns * step_ns);
-}
-
 }  // namespace canyon::output

@@ -16,7 +16,4 @@ void append_fixed(std::string& text, double value, int decimals);
 /// point, more where the instant needs them.
 [[nodiscard]] std::string seconds_of_week(geodesy::GpsTime t, int min_decimals = 3);
 
-/// The nearest multiple of `step_ns` > 0, halves away from 1980-01-06.
-[[nodiscard]] geodesy::GpsTime round_to(geodesy::GpsTime t, std::int64_t step_ns);
-
 }  // namespace canyon::output

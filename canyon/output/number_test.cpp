@@ -32,13 +32,6 @@ TEST(Number, SecondsOfWeekAreExact) {
   EXPECT_EQ(seconds_of_week(GpsTime::from_nanoseconds(100'000)), "0.0001");
 }
 
-TEST(Number, RoundsTimesToTheNearestStep) {
-  EXPECT_EQ(round_to(GpsTime::from_nanoseconds(149), 100).nanoseconds(), 100);
-  EXPECT_EQ(round_to(GpsTime::from_nanoseconds(150), 100).nanoseconds(), 200);
-  EXPECT_EQ(round_to(GpsTime::from_nanoseconds(-149), 100).nanoseconds(), -100);
-  EXPECT_EQ(round_to(GpsTime::from_nanoseconds(-151), 100).nanoseconds(), -200);
-}
-
 TEST(Words, AzimuthStaysBelow360AfterRounding) {
   EXPECT_EQ(wrapped_azimuth_deg(geodesy::radians(359.6), 0), 0.0);
   EXPECT_NEAR(wrapped_azimuth_deg(geodesy::radians(359.4), 0), 359.4, 1e-9);

@@ -9,7 +9,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/formats.hpp"
 #include "canyon/output/number.hpp"
-#include "canyon/output/raw_observations.hpp"
+#include "canyon/output/observations/raw_observations.hpp"
 
 // RINEX, The Receiver Independent Exchange Format, versions 3.04 (IGS/RTCM, 2018) and 4.00 (2021): header
 // records table A2, epochs table A3. For the signals of gnss::signals_of() they differ in the header

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "canyon/broadcast/bits.hpp"
-#include "canyon/output/raw_observations.hpp"
+#include "canyon/output/observations/raw_observations.hpp"
 #include "canyon/rtcm/frames.hpp"
 #include "canyon/simulation/epoch.hpp"
 

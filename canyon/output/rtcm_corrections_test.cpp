@@ -6,7 +6,7 @@
 #include <map>
 
 #include "canyon/output/encoder.hpp"
-#include "canyon/output/raw_observations.hpp"
+#include "canyon/output/observations/raw_observations.hpp"
 #include "canyon/output/ubx/frame.hpp"
 #include "canyon/rtcm/msm.hpp"
 #include "canyon/rtcm/rtcm_decoder.hpp"

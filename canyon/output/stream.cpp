@@ -13,8 +13,8 @@
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/options/describe.hpp"
 #include "canyon/options/read.hpp"
-#include "canyon/simulation/receiver_names.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/receiver_names.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::output {
 namespace {

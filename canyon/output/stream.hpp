@@ -14,7 +14,7 @@
 #include "canyon/base/random.hpp"
 #include "canyon/output/encoder.hpp"
 #include "canyon/output/virtual_stations.hpp"
-#include "canyon/simulation/live_options.hpp"
+#include "canyon/simulation/scenario/live_options.hpp"
 #include "canyon/transport/link.hpp"
 
 namespace canyon::output {

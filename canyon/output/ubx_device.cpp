@@ -6,14 +6,11 @@
 #include "canyon/base/text.hpp"
 #include "canyon/output/formats.hpp"
 #include "canyon/output/nmea.hpp"
-#include "canyon/output/number.hpp"
-#include "canyon/output/raw_observations.hpp"
-#include "canyon/output/received_messages.hpp"
+#include "canyon/output/observations/device_epochs.hpp"
 #include "canyon/output/ubx/commands.hpp"
 #include "canyon/output/ubx/messages.hpp"
 #include "canyon/output/ubx/satellite_names.hpp"
-#include "canyon/rtcm/rtcm_decoder.hpp"
-#include "canyon/simulation/sensor_run.hpp"
+#include "canyon/simulation/sensors/sensor_run.hpp"
 
 namespace canyon::output {
 namespace {
@@ -26,12 +23,7 @@ constexpr std::int64_t kMillisecond = 1'000'000;
 class UbxDevice final : public Encoder, private ubx::Outputs {
  public:
   UbxDevice(const ReceiverDescription& receiver, ubx::Generation generation)
-      : channels_(receiver.glonass_channels),
-        decoder_([this](gnss::SatelliteId id) -> std::optional<int> {
-          const auto found = channels_.find(id);
-          return found == channels_.end() ? std::nullopt : std::optional(found->second);
-        }),
-        begin_(receiver.begin),
+      : epochs_(receiver.glonass_channels, receiver.begin, Tags::ClockReading),
         commands_(
             generation,
             ubx::Configuration(generation, static_cast<int>(std::floor(receiver.interval_s * 1e3 + 1e-6)),
@@ -45,20 +37,17 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     last_->navigation = nullptr;
     last_->environment = nullptr;
     last_->sensors = nullptr;
-    const receiver::ReceiverEpoch& seen = epoch.observed;
-    begin_anew(seen.events.restart);
-    if (seen.fix.solved() && !first_fix_) first_fix_ = seen.time;
-    raw_ = observations_.next(last_->observed);
+    told_.emplace(epochs_.next(*last_));
     const ubx::Configuration& settings = commands_.configuration();
     const bool speaks = settings.value(ubx::kOutputUbx).value_or(0) != 0 && commands_.running();
     std::string text;
-    for (const broadcast::SentMessage& message : messages_.received(epoch)) {
+    for (const broadcast::SentMessage& message : epochs_.received_messages(epoch)) {
       if (!speaks || settings.rate(kSubframes) == 0 || !ubx::satellite_name(message.id)) continue;
-      text += ubx::frame(kSubframes, ubx::subframe_payload(message, generation_, channels_));
+      text += ubx::frame(kSubframes, ubx::subframe_payload(message, generation_, epochs_.glonass_channels()));
     }
     if (speaks && settings.rate(ubx::kSensorSamples) > 0 && epoch.sensors != nullptr)
       text += sensor_samples(*epoch.sensors);
-    if (!due(seen.time)) return text;
+    if (!due(epoch.observed.time)) return text;
     ++navigations_;
     const auto turn = [&](ubx::MessageId id) {
       const int rate = settings.rate(id);
@@ -73,14 +62,12 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
   }
 
   std::string receive(std::uint64_t reader, std::string_view bytes) override {
-    const canyon::rtcm::DecoderStatus before = decoder_.status();
-    for (auto& epoch : decoder_.feed(bytes, last_ ? last_->observed.receiver_time : begin_)) {
-      corrections_.push_back(std::move(epoch));
-    }
+    const canyon::rtcm::DecoderStatus before = epochs_.corrections_status();
+    epochs_.receive(bytes);
     return commands_.receive(reader, bytes) + received_rtcm(before);
   }
   std::vector<std::shared_ptr<const relative::Corrections>> take_corrections() override {
-    return std::exchange(corrections_, {});
+    return epochs_.take_corrections();
   }
   std::optional<int> take_baud() override { return commands_.take_baud(); }
   std::optional<disturbance::RestartKind> take_restart() override { return commands_.take_restart(); }
@@ -98,7 +85,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     const ubx::Configuration& settings = commands_.configuration();
     const bool wanted = settings.rate(kReceivedRtcm) > 0 && settings.value(ubx::kOutputUbx).value_or(0) != 0;
     if (!wanted || !commands_.running()) return {};
-    const canyon::rtcm::DecoderStatus& now = decoder_.status();
+    const canyon::rtcm::DecoderStatus& now = epochs_.corrections_status();
     std::string text;
     for (const auto& [type, count] : now.messages) {
       const auto had = before.messages.find(type);
@@ -115,30 +102,15 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     return text;
   }
 
-  /// The time to the first fix counts from a restart, whatever caused it.
-  void begin_anew(const std::optional<disturbance::Restart>& restart) {
-    if (!restart || restart->at == begin_) return;
-    begin_ = restart->at;
-    first_fix_.reset();
-  }
-
   /// Payload of a message; empty before the first epoch, and for messages that do not come with epochs.
   [[nodiscard]] std::optional<std::string> output(ubx::MessageId id) const override {
     const auto known = ubx::messages();
     const bool is_there = std::any_of(known.begin(), known.end(), [&](const ubx::MessageInfo& info) {
       return info.id == id && of_epochs(info);
     });
-    if (!last_ || !is_there) return std::nullopt;
-    const receiver::ReceiverEpoch& seen = last_->observed;
-    std::vector<ubx::RawMeasurement> raw;
-    for (const RawObservation& o : raw_.observations) {
-      raw.push_back({o.id, o.signal, o.measurement, o.pseudorange_m, o.carrier_phase_cycles, o.locked_s});
-    }
-    return ubx::payload(
-        id, {seen, round_to(seen.stated_time(), kMillisecond), generation_, first_fix_.has_value(),
-             first_fix_ ? *first_fix_ - begin_ : 0, seen.time - begin_,
-             commands_.configuration().value(ubx::kJammingMonitor).value_or(0) != 0, raw_.tag, raw, channels_,
-             last_->geoid_undulation_m});
+    if (!told_ || !is_there) return std::nullopt;
+    const bool jamming_monitor = commands_.configuration().value(ubx::kJammingMonitor).value_or(0) != 0;
+    return ubx::payload(id, {*told_, generation_, jamming_monitor});
   }
 
   /// ESF-MEAS of each sample since the epoch before, in the order of their times. Time tags count from the
@@ -146,7 +118,8 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
   std::string sensor_samples(const simulation::SensorBatch& batch) {
     std::string text;
     const auto tag = [this](GpsTime time) {
-      return static_cast<std::uint32_t>(std::max<std::int64_t>(0, std::llround((time - begin_) * 1e3)));
+      return static_cast<std::uint32_t>(
+          std::max<std::int64_t>(0, std::llround((time - epochs_.start()) * 1e3)));
     };
     auto wheels = batch.wheels.begin();
     const auto put_wheels = [&](const GpsTime* until) {
@@ -202,17 +175,11 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     return text;
   }
 
-  std::map<gnss::SatelliteId, int> channels_;
-  canyon::rtcm::CorrectionsDecoder decoder_;
-  std::vector<std::shared_ptr<const relative::Corrections>> corrections_;
-  GpsTime begin_;
+  DeviceEpochs epochs_;
   ubx::Commands commands_;
   ubx::Generation generation_;
-  ReceivedMessages messages_;
-  RawObservations observations_{Tags::ClockReading};
   std::optional<simulation::Epoch> last_;
-  RawEpoch raw_;  ///< of last_, whose measurements it points to
-  std::optional<GpsTime> first_fix_;
+  std::optional<DeviceEpoch> told_;               ///< of last_, to which it refers
   std::array<std::int64_t, 2> wheel_ticks_{};     // of the last sample
   std::array<std::uint32_t, 2> counted_ticks_{};  // in either direction
   std::int64_t interval_ = -1;

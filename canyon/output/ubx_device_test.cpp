@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "canyon/output/ubx/messages.hpp"
-#include "canyon/simulation/sensor_run.hpp"
+#include "canyon/simulation/sensors/sensor_run.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/ubx_device.hpp"

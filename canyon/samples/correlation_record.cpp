@@ -8,7 +8,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/signal/path_strength.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::samples {
 namespace {

@@ -13,7 +13,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/samples/front_end.hpp"
 #include "canyon/samples/waveform.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/tracking/channel.hpp"
 #include "tests/support/wall_reflection.hpp"

@@ -10,7 +10,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/samples/generator.hpp"
 #include "canyon/samples/waveform.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/tracking/code_tracking.hpp"
 

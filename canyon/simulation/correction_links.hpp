@@ -9,24 +9,10 @@
 
 #include "canyon/relative/correction_link.hpp"
 #include "canyon/simulation/epoch.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/virtual_station.hpp"
 
 namespace canyon::simulation {
-
-/// Throws InputError where receivers[index] cannot take the corrections that it names: of no receiver of the
-/// run, of itself, of one without a fixed place, of one that itself depends on it, or of one that draws the
-/// same noise.
-void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t index);
-
-/// Whether a receiver uses the measurements of a base.
-[[nodiscard]] inline bool has_base(const receiver::ReceiverOptions& options) {
-  return options.rtk.enabled || !options.corrections.from.empty();
-}
-
-/// The base of a receiver in the same run; empty: it takes no corrections, or those of a stream.
-[[nodiscard]] std::optional<ReceiverConfig> base_of(const std::vector<ReceiverConfig>& receivers,
-                                                    const ReceiverConfig& receiver);
 
 /// An epoch of one receiver that a run has to make.
 struct DueEpoch {

@@ -9,8 +9,8 @@
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 #include "canyon/receiver/receiver.hpp"
-#include "canyon/simulation/fwd.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
+#include "canyon/simulation/scenario/fwd.hpp"
 
 namespace canyon::simulation {
 

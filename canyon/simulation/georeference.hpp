@@ -5,7 +5,7 @@
 #include <string>
 
 #include "canyon/city/fwd.hpp"
-#include "canyon/simulation/fwd.hpp"
+#include "canyon/simulation/scenario/fwd.hpp"
 
 namespace canyon::simulation {
 

@@ -7,7 +7,7 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/support/loaded_city.hpp"
 
 namespace canyon::simulation {

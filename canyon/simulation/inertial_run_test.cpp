@@ -1,4 +1,4 @@
-#include "canyon/simulation/inertial_run.hpp"
+#include "canyon/simulation/sensors/inertial_run.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,9 +9,9 @@
 
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/sensors/wheel_run.hpp"
 #include "canyon/simulation/simulator.hpp"
-#include "canyon/simulation/wheel_run.hpp"
 #include "tests/support/refusal.hpp"
 
 namespace canyon::simulation {

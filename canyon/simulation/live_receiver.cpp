@@ -14,6 +14,7 @@
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/run_receiver.hpp"
+#include "canyon/simulation/scenario/receiver_bases.hpp"
 
 namespace canyon::simulation {
 namespace {

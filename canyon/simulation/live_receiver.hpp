@@ -13,32 +13,10 @@
 #include "canyon/receiver/corrections.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/motion/pose_motion.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/live_config.hpp"
 #include "canyon/simulation/simulator.hpp"
 
 namespace canyon::simulation {
-
-/// Reads YAML with the fields of a LiveConfig and `faults`, whose times count from the host's time 0. `name`
-/// stands in messages; Scenario::warnings has what may be a mistake. Relative paths belong to the folder of
-/// `name`. Throws InputError as parse_scenario() does.
-[[nodiscard]] LiveConfig parse_live_config(const std::string& text, const std::filesystem::path& name);
-
-/// `config` with what a YAML or JSON text changes of it while the receiver runs: any key of
-/// parse_live_config() but `sky`, `start`, `name`, `base`, `corrections.from` and `faults`, nested ("clock:
-/// {bias_s: 1}") or with dots ("clock.bias_s: 1"). Keys that are absent stay as they are; `profile` sets all
-/// those of a receiver but name, own_draws, corrections.from, lever_arm and streets, and what conflicts with
-/// it overrides it. `name` of the text as for parse_live_config(). Throws InputError as that does.
-[[nodiscard]] LiveConfig changed_live_config(const LiveConfig& config, const std::string& text,
-                                             const std::filesystem::path& name);
-/// The keys that changed_live_config() knows.
-[[nodiscard]] const options::Description& running_description();
-/// Their values, a line "clock.bias_s: 1" each, which changed_live_config() takes. They do not include
-/// `profile`.
-[[nodiscard]] std::string running_options(const LiveConfig& config);
-
-/// The field `start`: a text, or a week and seconds of it. A time without a zone is a warning.
-void visit_start(options::Visitor& v, std::optional<geodesy::GpsTime>& start,
-                 std::vector<std::string>* warnings = nullptr);
 
 /// One receiver driven step by step by a host that brings time, motion and surroundings. Same seed and same
 /// steps, same numbers. Not thread-safe.

@@ -21,7 +21,7 @@
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/georeference.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/tiles/read_tiles.hpp"
 
 namespace canyon::simulation {
@@ -216,7 +216,8 @@ bool are_tiles(const std::vector<std::filesystem::path>& files) {
   });
 }
 
-std::optional<std::array<double, 4>> area_of(const Scenario& scenario, double margin_m) {
+/// The trajectory and the fixed receivers; empty where not all of the way is known before the city.
+PlaceBounds way_of(const Scenario& scenario) {
   PlaceBounds bounds;
   const TrajectoryConfig& trajectory = scenario.trajectory;
   std::set<std::size_t> unknown;
@@ -239,18 +240,30 @@ std::optional<std::array<double, 4>> area_of(const Scenario& scenario, double ma
   for (const ReceiverConfig& receiver : scenario.receivers) {
     if (receiver.fixed && !receiver.fixed->local_m) bounds.add(receiver.fixed->place);
   }
-  return unknown.empty() ? bounds.widened(margin_m) : std::nullopt;
+  return unknown.empty() ? bounds : PlaceBounds();
+}
+
+/// A tileset, or a city model of tiles, without a box of its own is read about these places alone.
+CityConfig about(CityConfig config, const PlaceBounds& places) {
+  if (auto* tileset = config.as<tiles::TileOptions>(); tileset && !tileset->bbox_deg)
+    tileset->bbox_deg = places.widened(tileset->margin_m);
+  if (auto* map = config.as<MapCity>(); map && !map->bbox_deg && are_tiles(map->files))
+    map->bbox_deg = places.widened(kAboutWay_m);
+  return config;
 }
 
 }  // namespace
 
 CityConfig city_config(const Scenario& scenario) {
-  CityConfig config = scenario.city;
-  if (auto* tileset = config.as<tiles::TileOptions>(); tileset && !tileset->bbox_deg)
-    tileset->bbox_deg = area_of(scenario, tileset->margin_m);
-  if (auto* map = config.as<MapCity>(); map && !map->bbox_deg && are_tiles(map->files))
-    map->bbox_deg = area_of(scenario, kAboutWay_m);
-  return config;
+  return about(scenario.city, way_of(scenario));
+}
+
+CityConfig city_config(const Scenario& scenario, const std::array<double, 4>& bbox_deg) {
+  const auto& [west, south, east, north] = bbox_deg;
+  PlaceBounds box;
+  box.add({geodesy::radians(south), geodesy::radians(west), 0});
+  box.add({geodesy::radians(north), geodesy::radians(east), 0});
+  return about(scenario.city, box);
 }
 
 namespace {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -7,7 +8,7 @@
 #include <vector>
 
 #include "canyon/buildings/city_builder.hpp"
-#include "canyon/simulation/fwd.hpp"
+#include "canyon/simulation/scenario/fwd.hpp"
 
 namespace canyon::simulation {
 
@@ -15,6 +16,8 @@ namespace canyon::simulation {
 /// read about the trajectory and the fixed receivers alone, if their places are known before the city. Throws
 /// InputError as readers of the trajectory's file do.
 [[nodiscard]] CityConfig city_config(const Scenario& scenario);
+/// The same, read about a box alone. @param bbox_deg west, south, east, north [deg]
+[[nodiscard]] CityConfig city_config(const Scenario& scenario, const std::array<double, 4>& bbox_deg);
 
 /// The city as its source gives it, with the report and the map's features; facades and place are left alone.
 /// Report and features are empty where the city does not come from a map, except for the report's cautions.

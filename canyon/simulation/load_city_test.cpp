@@ -13,7 +13,7 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/city/city_file.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/support/citygml_text.hpp"
 #include "tests/support/gltf_bytes.hpp"
 #include "tests/support/loaded_city.hpp"
@@ -302,6 +302,11 @@ TEST(LoadCity, TilesAboutTheTrajectoryAlone) {
   EXPECT_TRUE(warnings.empty());
   EXPECT_EQ(city.mesh.triangles.size(), 12U);
   EXPECT_NEAR(geodesy::degrees(city.frame.origin().latitude_rad), 48.2003, 1e-4);
+  // The same by a box.
+  const Scenario elsewhere = scenario("latitude_deg: 48.3, longitude_deg: 11.5, height_m: 2");
+  const CityConfig about_box = city_config(elsewhere, {11.5, 48.2, 11.5006, 48.2006});
+  EXPECT_EQ(load_city(about_box, warnings).mesh.triangles.size(), 12U);
+  EXPECT_TRUE(warnings.empty());
   // A place that is known only when the city is read: all tiles, and so a gap.
   (void)load_city(scenario("east_m: 0, north_m: 0, up_m: 2"), warnings);
   EXPECT_THAT(warnings, ::testing::Contains(HasSubstr("far.b3dm")));

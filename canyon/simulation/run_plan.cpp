@@ -8,7 +8,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/rollover.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/scenario_trajectory.hpp"
 
 namespace canyon::simulation {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "canyon/simulation/epoch_schedule.hpp"
-#include "canyon/simulation/fwd.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
+#include "canyon/simulation/scenario/fwd.hpp"
 
 namespace canyon::simulation {
 

@@ -5,7 +5,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::simulation {
 

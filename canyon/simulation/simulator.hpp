@@ -9,7 +9,7 @@
 #include "canyon/city/fwd.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/epoch.hpp"
-#include "canyon/simulation/fwd.hpp"
+#include "canyon/simulation/scenario/fwd.hpp"
 
 namespace canyon::simulation {
 

@@ -7,7 +7,7 @@
 
 #include "canyon/base/text_file.hpp"
 #include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/simulation/street_sources.hpp"
 #include "tests/support/loaded_city.hpp"

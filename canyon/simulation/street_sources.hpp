@@ -8,7 +8,7 @@
 
 #include "canyon/disturbance/streets.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::simulation {
 

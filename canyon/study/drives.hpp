@@ -1,7 +1,7 @@
 #pragma once
 
 #include "canyon/simulation/city_scene.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/study/axis.hpp"
 
 namespace canyon::study {

@@ -16,7 +16,7 @@
 #include "canyon/base/work_queue.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/receiver_names.hpp"
+#include "canyon/simulation/scenario/receiver_names.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/study/drives.hpp"
 #include "canyon/study/record_sink.hpp"
@@ -167,7 +167,10 @@ std::shared_ptr<const city::City> RunMaker::Impl::read_source(const simulation::
 
 std::shared_ptr<simulation::CityScene> RunMaker::Impl::scene(const simulation::Scenario& scenario,
                                                              bool drawn) const {
-  simulation::CityConfig plain = scenario.city;
+  // Random drives need the whole city; it is the same city for all of them.
+  const simulation::CityConfig config =
+      plan.drives() == nullptr ? simulation::city_config(scenario) : scenario.city;
+  simulation::CityConfig plain = config;
   plain.georeference = {};
   // A source knows whether facades are drawn, and not which.
   if (plain.facades.drawn()) {
@@ -178,7 +181,7 @@ std::shared_ptr<simulation::CityScene> RunMaker::Impl::scene(const simulation::S
   const simulation::Georeference& place = scenario.city.georeference;
   const bool by_seed = scenario.city.facades.drawn() || place.sigma_m > 0 || place.heading_sigma_rad > 0;
   std::string key = "as read " + source_key;
-  if (drawn) key = options::exact_text(scenario.city) + (by_seed ? std::to_string(scenario.seed) : "");
+  if (drawn) key = options::exact_text(config) + (by_seed ? std::to_string(scenario.seed) : "");
   const auto triangles = [](const city::City& city) {
     return static_cast<double>(city.mesh.triangles.size()) + 1;
   };
@@ -186,7 +189,7 @@ std::shared_ptr<simulation::CityScene> RunMaker::Impl::scene(const simulation::S
       key,
       [&]() -> std::shared_ptr<const simulation::CityScene> {
         const auto source = sources.get(
-            source_key, [&] { return read_source(scenario.city); },
+            source_key, [&] { return read_source(config); },
             [&](const city::City& city) { return kSourceBytes * triangles(city); });
         if (!drawn) return std::make_shared<const simulation::CityScene>(*source);
         std::vector<std::string> ignored;

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "canyon/options/describe.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/study/axis.hpp"
 #include "canyon/unknowns/unknowns.hpp"
 

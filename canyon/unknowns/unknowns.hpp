@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 // Properties that the author of a scenario does not know and does not say, drawn from priors
 // (docs/study.md).

@@ -22,7 +22,7 @@
 #include "canyon/receiver/receiver.hpp"
 #include "canyon/signal/path_strength.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/street_sources.hpp"
 #include "canyon/validation/epoch_interval.hpp"
 #include "canyon/validation/moved_city.hpp"

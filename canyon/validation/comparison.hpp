@@ -17,7 +17,7 @@
 #include "canyon/positioning/fix.hpp"
 #include "canyon/propagation/paths.hpp"
 #include "canyon/simulation/environment.hpp"
-#include "canyon/simulation/fwd.hpp"
+#include "canyon/simulation/scenario/fwd.hpp"
 #include "canyon/validation/pseudorange_errors.hpp"
 
 // The recorded receiver beside the simulated one, observation by observation.

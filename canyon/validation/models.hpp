@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::validation {
 

@@ -13,7 +13,7 @@
 #include "canyon/simulation/motion/antenna_pose.hpp"
 #include "canyon/simulation/motion/nmea_fixes.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/validation/comparison.hpp"
 
 namespace canyon::validation {

@@ -11,7 +11,7 @@
 #include "canyon/options/folder_name.hpp"
 #include "canyon/options/read.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
-#include "canyon/simulation/profile.hpp"
+#include "canyon/simulation/scenario/profile.hpp"
 
 namespace canyon::validation {
 namespace {

@@ -8,7 +8,7 @@
 #include "canyon/base/text_file.hpp"
 #include "canyon/output/stream.hpp"
 #include "canyon/rinex/observation_reader.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/validation/pseudorange_errors.hpp"
 #include "canyon/validation/statistics.hpp"
 #include "tests/integration/run_scenario.hpp"

@@ -16,7 +16,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/output/epoch_rows.hpp"
 #include "canyon/simulation/city_scene.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/tracking/signal_lock.hpp"
 #include "canyon/validation/epoch_interval.hpp"
 #include "canyon/view/header.hpp"

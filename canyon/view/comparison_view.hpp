@@ -6,7 +6,7 @@
 #include <string>
 
 #include "canyon/simulation/environment.hpp"
-#include "canyon/simulation/fwd.hpp"
+#include "canyon/simulation/scenario/fwd.hpp"
 #include "canyon/validation/comparison.hpp"
 
 namespace canyon::view {

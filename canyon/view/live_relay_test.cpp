@@ -12,7 +12,7 @@
 #include "canyon/output/stream.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/transport/transport.hpp"
 #include "canyon/view/page.hpp"
 #include "tests/support/free_port.hpp"

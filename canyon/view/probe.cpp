@@ -14,7 +14,7 @@
 #include "canyon/output/view_messages.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/live_receiver.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/view/skyline.hpp"
 
 namespace canyon::view {

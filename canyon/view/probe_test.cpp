@@ -13,7 +13,7 @@
 #include "canyon/output/view_messages.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::view::probe_test {
 namespace {

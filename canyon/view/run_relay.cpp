@@ -8,7 +8,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/output/encoder.hpp"
 #include "canyon/output/view_messages.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/view/skyline.hpp"
 
 namespace canyon::view {

@@ -7,7 +7,7 @@
 
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/view/header.hpp"
 #include "canyon/view/page.hpp"
 #include "canyon/view/view_sink.hpp"

@@ -9,6 +9,7 @@
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "python/src/arrays.hpp"
+#include "python/src/scene_of.hpp"
 #include "python/src/settings.hpp"
 
 namespace canyon::python {
@@ -16,21 +17,6 @@ namespace {
 
 using simulation::CityScene;
 using CityPtr = std::shared_ptr<CityScene>;
-
-/// The city of `load`, called without the interpreter's lock. Its cautions become Python's warnings.
-template <typename Load>
-CityPtr scene_of(const Load& load) {
-  std::vector<std::string> warnings;
-  CityPtr scene;
-  {
-    const py::gil_scoped_release release;
-    scene = std::make_shared<CityScene>(load(warnings));
-  }
-  for (const std::string& line : warnings) {
-    if (PyErr_WarnEx(PyExc_UserWarning, line.c_str(), 1) != 0) throw py::error_already_set();
-  }
-  return scene;
-}
 
 /// Places and what lies there: cast rays, ask for terrain and rooms. The engine's arrays in, arrays out.
 py::array placements(const CityScene& self, const py::object& places) {

@@ -8,11 +8,12 @@
 #include "canyon/heatmap/engine/map_source.hpp"
 #include "canyon/heatmap/engine/store_slices.hpp"
 #include "canyon/simulation/city_scene.hpp"
-#include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/require_satellites.hpp"
+#include "canyon/simulation/scenario/receiver_bases.hpp"
 #include "canyon/validation/models.hpp"
 #include "python/src/arrays.hpp"
+#include "python/src/scene_of.hpp"
 #include "python/src/settings.hpp"
 
 namespace canyon::python {
@@ -65,11 +66,18 @@ class Map {
       }
       area = {{sides.at(0), sides.at(1)}, {sides.at(2), sides.at(3)}};
     }
-    const py::gil_scoped_release release;
     if (!city_) {
-      std::vector<std::string> warnings;
-      city_ = std::make_shared<simulation::CityScene>(simulation::load_city(scenario_, warnings));
+      // Whole, or about the box: the scenario's own trajectory may be elsewhere.
+      simulation::CityConfig config = scenario_.city;
+      if (area && config.origin) {
+        const geodesy::LocalFrame frame(*config.origin);
+        config = simulation::city_config(scenario_, heatmap::degrees_around(*area, frame));
+      }
+      city_ = scene_of([&](std::vector<std::string>& warnings) {
+        return simulation::draw_city(simulation::load_city_source(config, warnings), scenario_, warnings);
+      });
     }
+    const py::gil_scoped_release release;
     if (area) {
       heatmap::check_box(*area, city_->city);
     } else {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "python/src/binding.hpp"
 
 namespace canyon::python {

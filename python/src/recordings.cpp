@@ -6,7 +6,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/calibration/calibrate.hpp"
 #include "canyon/calibration/open_facades.hpp"
-#include "canyon/simulation/profile.hpp"
+#include "canyon/simulation/scenario/profile.hpp"
 #include "canyon/validation/alignment.hpp"
 #include "canyon/validation/figures.hpp"
 #include "canyon/validation/models.hpp"

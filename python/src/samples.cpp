@@ -5,7 +5,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/samples/sample_file.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "python/src/arrays.hpp"
 #include "python/src/stream.hpp"
 

@@ -12,8 +12,8 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/geodesy/time_text.hpp"
 #include "canyon/output/formats.hpp"
-#include "canyon/simulation/profile.hpp"
-#include "canyon/simulation/receiver_names.hpp"
+#include "canyon/simulation/scenario/profile.hpp"
+#include "canyon/simulation/scenario/receiver_names.hpp"
 #include "python/src/arrays.hpp"
 
 namespace canyon::python {

@@ -4,7 +4,7 @@
 #include "canyon/options/node.hpp"
 #include "canyon/options/read.hpp"
 #include "canyon/simulation/live_receiver.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "python/src/binding.hpp"
 
 namespace canyon::python {

@@ -41,7 +41,7 @@
 #include "canyon/rtcm/rtcm_decoder.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/live_config.hpp"
 #include "canyon/study/study.hpp"
 #include "canyon/tiles/read_tiles.hpp"
 #include "canyon/tiles/subtree.hpp"

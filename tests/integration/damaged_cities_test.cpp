@@ -16,7 +16,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/support/cityjson_house.hpp"
 #include "tests/support/damages.hpp"
 #include "tests/support/osm_text.hpp"

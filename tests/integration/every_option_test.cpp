@@ -12,8 +12,8 @@
 #include "tests/support/simulation_support.hpp"
 
 // Every struct of options that has a list of fields. Scenarios walk those that they hold once more, by their
-// own readers (canyon/simulation/scenario_keys_test.cpp), and the key of a heat map's store those that it
-// depends on, its Request's among them (canyon/heatmap/engine/engine_key_test.cpp).
+// own readers (canyon/simulation/scenario/scenario_keys_test.cpp), and the key of a heat map's store those
+// that it depends on, its Request's among them (canyon/heatmap/engine/engine_key_test.cpp).
 
 namespace canyon {
 namespace {

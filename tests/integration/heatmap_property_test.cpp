@@ -23,7 +23,7 @@
 #include "canyon/orbit/sky.hpp"
 #include "canyon/positioning/fix.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/temporary_folder.hpp"
 

@@ -6,7 +6,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/output/sinks.hpp"
 #include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "tests/support/loaded_city.hpp"
 #include "tests/support/temporary_folder.hpp"

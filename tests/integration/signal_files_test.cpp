@@ -9,7 +9,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/output/stream.hpp"
 #include "canyon/rinex/observation_reader.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/validation/statistics.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/loaded_city.hpp"

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "canyon/simulation/motion/trajectory.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 // The cities that tests/gazebo/prepare.sh exported.
 

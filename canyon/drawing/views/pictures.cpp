@@ -16,7 +16,7 @@
 #include "canyon/drawing/views/timeline_picture.hpp"
 #include "canyon/drawing/views/track_picture.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::drawing {
 namespace {

@@ -16,7 +16,7 @@
 #include "canyon/drawing/views/track_picture.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/support/loaded_city.hpp"
 #include "tests/support/png_pixels.hpp"
 #include "tests/support/sample_epochs.hpp"

@@ -9,7 +9,7 @@
 
 #include "canyon/heatmap/cells/cell_solver.hpp"
 #include "canyon/heatmap/cells/moving_fixes.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::heatmap {
 

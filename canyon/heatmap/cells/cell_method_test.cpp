@@ -16,7 +16,7 @@
 #include "canyon/heatmap/cells/shared_cells.hpp"
 #include "canyon/heatmap/cells/steady_receivers.hpp"
 #include "canyon/options/read.hpp"
-#include "canyon/simulation/profile.hpp"
+#include "canyon/simulation/scenario/profile.hpp"
 #include "tests/support/option_values.hpp"
 #include "tests/support/tile_scene.hpp"
 

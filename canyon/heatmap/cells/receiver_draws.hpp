@@ -8,7 +8,7 @@
 #include "canyon/heatmap/cells/cell_solver.hpp"
 #include "canyon/receiver/receiver.hpp"
 #include "canyon/simulation/environment.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/street_sources.hpp"
 
 namespace canyon::heatmap {

@@ -14,8 +14,8 @@
 #include "canyon/heatmap/kernels/layers.hpp"
 #include "canyon/heatmap/kernels/tile_tracer.hpp"
 #include "canyon/simulation/environment.hpp"
-#include "canyon/simulation/fwd.hpp"
-#include "canyon/simulation/map_motion.hpp"
+#include "canyon/simulation/scenario/fwd.hpp"
+#include "canyon/simulation/scenario/map_motion.hpp"
 
 namespace canyon::heatmap {
 

@@ -13,7 +13,7 @@
 #include "canyon/heatmap/engine/engine.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
 #include "canyon/orbit/nominal_constellation.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/support/bench_city.hpp"
 
 namespace canyon::heatmap {

@@ -4,7 +4,7 @@
 
 #include "canyon/base/text.hpp"
 #include "canyon/options/values.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::heatmap {
 

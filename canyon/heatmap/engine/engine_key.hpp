@@ -5,7 +5,7 @@
 
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/heatmap/engine/engine.hpp"
-#include "canyon/simulation/fwd.hpp"
+#include "canyon/simulation/scenario/fwd.hpp"
 
 namespace canyon::heatmap {
 

@@ -10,7 +10,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/options/read.hpp"
-#include "canyon/simulation/profile.hpp"
+#include "canyon/simulation/scenario/profile.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/option_values.hpp"
 

@@ -20,8 +20,8 @@
 #include "canyon/orbit/broadcast_sky.hpp"
 #include "canyon/orbit/nominal_constellation.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
-#include "canyon/simulation/profile.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/profile.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/support/bench_city.hpp"
 #include "tests/support/source_dir.hpp"
 

@@ -129,6 +129,22 @@ EnuBox enu_box(const std::array<double, 4>& degrees, const geodesy::LocalFrame& 
   return result;
 }
 
+std::array<double, 4> degrees_around(const EnuBox& box, const geodesy::LocalFrame& frame) {
+  const double middle = geodesy::degrees(frame.origin().longitude_rad);
+  Vector2d low = Vector2d::Constant(1e300), high = Vector2d::Constant(-1e300);
+  for (const double north : {box.min.y(), 0.5 * (box.min.y() + box.max.y()), box.max.y()}) {
+    for (const double east : {box.min.x(), 0.5 * (box.min.x() + box.max.x()), box.max.x()}) {
+      const geodesy::Geodetic place = frame.geodetic_from_local({east, north, 0});
+      const double longitude = geodesy::degrees(place.longitude_rad);
+      const Vector2d degrees(middle + std::remainder(longitude - middle, 360),
+                             geodesy::degrees(place.latitude_rad));
+      low = low.cwiseMin(degrees);
+      high = high.cwiseMax(degrees);
+    }
+  }
+  return {std::remainder(low.x(), 360), low.y(), std::remainder(high.x(), 360), high.y()};
+}
+
 EnuBox built_box(const city::City& city) {
   if (city.mesh.triangles.empty()) {
     throw InputError(fmt::format("the city '{}' is an open field without bounds", city.name),

@@ -20,6 +20,8 @@ struct EnuBox {
 /// Around a box in degrees (west, south, east, north). Throws InputError for one that is reversed, empty or
 /// not on Earth.
 [[nodiscard]] EnuBox enu_box(const std::array<double, 4>& degrees, const geodesy::LocalFrame& frame);
+/// West, south, east, north [deg] around a box in metres. West is above east across the antimeridian.
+[[nodiscard]] std::array<double, 4> degrees_around(const EnuBox& box, const geodesy::LocalFrame& frame);
 /// Around the whole city, but at most 150 m beyond all that is not terrain, which may reach far. Throws
 /// InputError for a city without triangles.
 [[nodiscard]] EnuBox built_box(const city::City& city);

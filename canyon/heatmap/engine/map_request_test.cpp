@@ -54,6 +54,14 @@ TEST(MapRequest, BoxesAroundACity) {
   EXPECT_NEAR(box.min.y(), -40, 0.01);
   EXPECT_NEAR(box.max.y() - box.min.y(), 110.7, 0.2);
   EXPECT_NO_THROW(check_box(box, city));
+  const std::array<double, 4> around = degrees_around({{-50, -40}, {60, 70}}, city.frame);
+  EXPECT_NEAR(around[0], west, 1e-8);
+  EXPECT_NEAR(around[1], south, 1e-8);
+  EXPECT_NEAR((around[3] - around[1]) * 110.7e3, 110, 0.2);
+  const geodesy::LocalFrame fiji(geodesy::Geodetic::from_degrees(-16, 180, 0));
+  const std::array<double, 4> across = degrees_around({{-100, -100}, {100, 100}}, fiji);
+  EXPECT_NEAR(across[0], 180 - 0.000934, 1e-5);
+  EXPECT_NEAR(across[2], -180 + 0.000934, 1e-5);
   EXPECT_THROW((void)enu_box({1, 2, 1, 3}, city.frame), InputError);
   EXPECT_THROW((void)enu_box({1, 95, 2, 96}, city.frame), InputError);
   EXPECT_THROW(check_box({{10, 0}, {-10, 5}}, city::City{}), InputError);

@@ -13,7 +13,7 @@
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/heatmap/engine/engine.hpp"
 #include "canyon/receiver/receiver.hpp"
-#include "canyon/simulation/profile.hpp"
+#include "canyon/simulation/scenario/profile.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/simulation/street_sources.hpp"
 #include "tests/support/downtown.hpp"

@@ -14,7 +14,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/heatmap/engine/engine.hpp"
-#include "canyon/simulation/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/support/circular_sky.hpp"
 
 // Run alone, and by CTest on two ranks where MPI is built in: every rank runs the same tests in the same

@@ -17,7 +17,7 @@
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/heatmap/cells/cell_method.hpp"
 #include "canyon/heatmap/engine/engine.hpp"
-#include "canyon/simulation/profile.hpp"
+#include "canyon/simulation/scenario/profile.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/downtown.hpp"
 

@@ -85,7 +85,7 @@ void accuracy(Payload& p, bool known, double variance_m2) {
   }
 }
 
-std::string pvt_geodetic(const Epoch& epoch) {
+std::string pvt_geodetic(const DeviceEpoch& epoch) {
   const Fix& fix = epoch.seen.fix;
   const bool known = fix.measured();
   Payload p = mode_and_error(fix);
@@ -113,7 +113,7 @@ std::string pvt_geodetic(const Epoch& epoch) {
     const auto bias = fix.clock_bias_s.find(system);
     if (!known || bias == fix.clock_bias_s.end()) continue;
     // Measurements are moved to whole milliseconds: what the clock reads beyond these is not in them.
-    bias_ms = (bias->second - (epoch.seen.receiver_time - epoch.tag)) * 1e3;
+    bias_ms = (bias->second - (epoch.seen.receiver_time - epoch.raw.tag)) * 1e3;
     time_system = number;
     break;
   }
@@ -143,18 +143,15 @@ void covariances(Payload& p, bool known, const Eigen::Matrix3d& enu, double cloc
   p.r4(kUnknown4).r4(kUnknown4);
 }
 
-std::string pos_cov_geodetic(const Epoch& epoch) {
+std::string pos_cov_geodetic(const DeviceEpoch& epoch) {
   const Fix& fix = epoch.seen.fix;
   Payload p = mode_and_error(fix);
-  double clock_m2 = kUnknown;
-  // The clock's dilution, at the error that the position has for its own.
-  if (fix.measured() && fix.dop && fix.dop->pdop > 0)
-    clock_m2 = fix.covariance_enu.trace() * std::pow(fix.dop->tdop / fix.dop->pdop, 2);
-  covariances(p, fix.measured(), fix.covariance_enu, clock_m2);
+  const auto clock_m = clock_sigma_m(fix);
+  covariances(p, fix.measured(), fix.covariance_enu, clock_m ? *clock_m * *clock_m : kUnknown);
   return p.bytes();
 }
 
-std::string vel_cov_geodetic(const Epoch& epoch) {
+std::string vel_cov_geodetic(const DeviceEpoch& epoch) {
   const Fix& fix = epoch.seen.fix;
   Payload p = mode_and_error(fix);
   covariances(p, fix.measured() && fix.velocity_covariance_enu.has_value(),
@@ -162,7 +159,7 @@ std::string vel_cov_geodetic(const Epoch& epoch) {
   return p.bytes();
 }
 
-std::string dop(const Epoch& epoch) {
+std::string dop(const DeviceEpoch& epoch) {
   const Fix& fix = epoch.seen.fix;
   const bool known = fix.measured() && fix.dop;
   Payload p;
@@ -174,9 +171,10 @@ std::string dop(const Epoch& epoch) {
   return p.r4(kUnknown4).r4(kUnknown4).bytes();  // protection levels
 }
 
-std::string receiver_time(const Epoch& epoch) {
+std::string receiver_time(const DeviceEpoch& epoch) {
   Payload p;
-  if (!epoch.time) return p.u1(-128).u1(-128).u1(-128).u1(-128).u1(-128).u1(-128).u1(-128).u1(0).bytes();
+  if (!epoch.time_known)
+    return p.u1(-128).u1(-128).u1(-128).u1(-128).u1(-128).u1(-128).u1(-128).u1(0).bytes();
   const geodesy::GpsTime utc_of = epoch.seen.stated_utc();
   const geodesy::CalendarTime utc = geodesy::utc_from_gps(utc_of);
   p.u1(utc.year % 100).u1(utc.month).u1(utc.day).u1(utc.hour).u1(utc.minute).u1(utc.second);
@@ -188,7 +186,7 @@ const positioning::Baseline* attitude_of(const Fix& fix) {
   return fix.baseline && fix.baseline->moving_base ? &*fix.baseline : nullptr;
 }
 
-std::string att_euler(const Epoch& epoch) {
+std::string att_euler(const DeviceEpoch& epoch) {
   const positioning::Baseline* vector = attitude_of(epoch.seen.fix);
   if (vector == nullptr) return {};
   Payload p;
@@ -199,7 +197,7 @@ std::string att_euler(const Epoch& epoch) {
   return p.r4(kUnknown4).r4(kUnknown4).r4(kUnknown4).bytes();
 }
 
-std::string att_cov_euler(const Epoch& epoch) {
+std::string att_cov_euler(const DeviceEpoch& epoch) {
   const positioning::Baseline* vector = attitude_of(epoch.seen.fix);
   if (vector == nullptr) return {};
   Payload p;
@@ -208,7 +206,7 @@ std::string att_cov_euler(const Epoch& epoch) {
   return p.bytes();
 }
 
-std::string base_vector_geod(const Epoch& epoch) {
+std::string base_vector_geod(const DeviceEpoch& epoch) {
   const Fix& fix = epoch.seen.fix;
   if (!fix.baseline) return {};
   const positioning::Baseline& vector = *fix.baseline;
@@ -230,7 +228,7 @@ std::string base_vector_geod(const Epoch& epoch) {
   return p.u4(signals_used(epoch.seen)).bytes();
 }
 
-std::string channel_status(const Epoch& epoch) {
+std::string channel_status(const DeviceEpoch& epoch) {
   constexpr int kSatelliteBytes = 12, kStateBytes = 8;
   const auto bits = [](int place, unsigned value) { return value << static_cast<unsigned>(2 * place); };
   Payload list;
@@ -261,7 +259,7 @@ std::string channel_status(const Epoch& epoch) {
   return Payload().u1(count).u1(kSatelliteBytes).u1(kStateBytes).zeros(3).raw(list.bytes()).bytes();
 }
 
-std::string receiver_status(const Epoch& epoch) {
+std::string receiver_status(const DeviceEpoch& epoch) {
   // The gain in dB has no zero that is written down: 40 stands for no interference.
   constexpr double kQuiet_db = 40;
   constexpr int kStateBytes = 4;
@@ -272,11 +270,11 @@ std::string receiver_status(const Epoch& epoch) {
   }
   Payload p;
   p.u1(0).u1(0).unsigned_field(epoch.uptime_s, 1, 4);
-  p.u4(epoch.time ? 0b11000U : 0U).u4(0);  // RxState: week and time of week are set
+  p.u4(epoch.time_known ? 0b11000U : 0U).u4(0);  // RxState: week and time of week are set
   return p.u1(count).u1(kStateBytes).u1(0).u1(0).raw(list.bytes()).bytes();
 }
 
-std::string rf_status(const Epoch& epoch) {
+std::string rf_status(const DeviceEpoch& epoch) {
   constexpr int kBandBytes = 8;
   constexpr double kBandwidth_khz = 20e3;
   constexpr unsigned kNotMitigated = 8;
@@ -291,13 +289,13 @@ std::string rf_status(const Epoch& epoch) {
   return Payload().u1(count).u1(kBandBytes).u1(spoofed ? 1 : 0).zeros(3).raw(list.bytes()).bytes();
 }
 
-std::string empty(const Epoch& /*epoch*/) {
+std::string empty(const DeviceEpoch& /*epoch*/) {
   return {};
 }
 
 struct Row {
   BlockId id;
-  std::string (*body)(const Epoch&);
+  std::string (*body)(const DeviceEpoch&);
   bool may_lack = false;  ///< an empty body: there is no block
 };
 constexpr std::array kRows{Row{kReceiverTime, receiver_time},
@@ -343,15 +341,16 @@ std::span<const std::uint16_t> epoch_blocks() {
   return kNumbers;
 }
 
-std::string epoch_block(std::uint16_t number, const Epoch& epoch) {
+std::string epoch_block(std::uint16_t number, const DeviceEpoch& epoch) {
   const auto* const row =
       std::find_if(kRows.begin(), kRows.end(), [&](const Row& each) { return each.id.number == number; });
   assert(row != kRows.end());
   const std::string body = row->body(epoch);
   if (body.empty() && row->may_lack) return {};
   const bool measured = number == kMeasEpoch.number || number == kEndOfMeas.number;
-  const std::optional<geodesy::GpsTime> tag = epoch.seen.stated(epoch.tag);
-  return block(row->id, measured && epoch.time ? tag : epoch.time, body);
+  std::optional<geodesy::GpsTime> time;
+  if (epoch.time_known) time = measured ? epoch.seen.stated(epoch.raw.tag) : epoch.stated;
+  return block(row->id, time, body);
 }
 
 std::uint16_t message_number(gnss::System system) {

@@ -23,7 +23,7 @@ int type_of(const gnss::Signal& signal) {
   return std::min<int>(signal.sbf, 31);
 }
 
-int observation_info(const Observable& o, const std::map<gnss::SatelliteId, int>& channels) {
+int observation_info(const RawObservation& o, const std::map<gnss::SatelliteId, int>& channels) {
   const int info = o.measurement->half_cycle ? 1 << 2 : 0;
   const int rest = o.signal->sbf >= 31 ? o.signal->sbf - 32 : frequency_number(o.id, channels);
   return info | rest << 3;
@@ -35,7 +35,7 @@ struct Carrier {
   [[nodiscard]] std::uint64_t low() const { return static_cast<std::uint64_t>(steps) & 0xFFFF; }
   [[nodiscard]] std::int64_t high() const { return steps >> 16; }
 };
-Carrier carrier_of(const Observable& o, double stated_range_m) {
+Carrier carrier_of(const RawObservation& o, double stated_range_m) {
   if (!o.carrier_phase_cycles) return {};
   const double wavelength_m = geodesy::kSpeedOfLight / o.measurement->carrier_frequency_hz;
   const auto steps = std::llround((*o.carrier_phase_cycles - stated_range_m / wavelength_m) / kPhase_cycles);
@@ -44,7 +44,7 @@ Carrier carrier_of(const Observable& o, double stated_range_m) {
 }
 
 /// C/N0 in quarters of a decibel; 255: not known. Codes of P(Y) count from 0.
-int strength(const Observable& o) {
+int strength(const RawObservation& o) {
   if (!o.measurement->cn0_dbhz) return 255;
   const double from = o.signal->sbf == 1 || o.signal->sbf == 2 ? 0 : kLowestCn0_dbhz;
   return static_cast<int>(std::clamp(std::lround((*o.measurement->cn0_dbhz - from) / kCn0_db), 0L, 254L));
@@ -55,7 +55,7 @@ double stated(double range_m) {
   return std::llround(range_m / kCode_m) * kCode_m;
 }
 
-void put_first(Payload& p, const Observable& o, std::size_t channel, std::size_t further,
+void put_first(Payload& p, const RawObservation& o, std::size_t channel, std::size_t further,
                const std::map<gnss::SatelliteId, int>& channels) {
   const auto code = static_cast<std::uint64_t>(std::llround(o.pseudorange_m / kCode_m));
   const Carrier carrier = carrier_of(o, stated(o.pseudorange_m));
@@ -70,7 +70,7 @@ void put_first(Payload& p, const Observable& o, std::size_t channel, std::size_t
   p.u2(std::clamp(std::floor(o.locked_s + 1e-6), 0.0, 65534.0)).u1(observation_info(o, channels)).u1(further);
 }
 
-void put_further(Payload& p, const Observable& first, const Observable& o,
+void put_further(Payload& p, const RawObservation& first, const RawObservation& o,
                  const std::map<gnss::SatelliteId, int>& channels) {
   constexpr std::int64_t kNoCode = -4 * kHigh, kNoDoppler = -16 * kHigh;
   constexpr double kLongest_s = 254;
@@ -93,14 +93,15 @@ void put_further(Payload& p, const Observable& first, const Observable& o,
 
 }  // namespace
 
-std::string meas_epoch(const Epoch& epoch) {
+std::string meas_epoch(const DeviceEpoch& epoch) {
   Payload list;
+  const std::vector<RawObservation>& observations = epoch.raw.observations;
   std::size_t satellites = 0;
-  for (std::size_t i = 0; i < epoch.observables.size();) {
-    std::vector<const Observable*> signals;
-    const gnss::SatelliteId id = epoch.observables[i].id;
-    for (; i < epoch.observables.size() && epoch.observables[i].id == id; ++i) {
-      if (epoch.observables[i].signal->sbf >= 0) signals.push_back(&epoch.observables[i]);
+  for (std::size_t i = 0; i < observations.size();) {
+    std::vector<const RawObservation*> signals;
+    const gnss::SatelliteId id = observations[i].id;
+    for (; i < observations.size() && observations[i].id == id; ++i) {
+      if (observations[i].signal->sbf >= 0) signals.push_back(&observations[i]);
     }
     if (signals.empty() || !satellite_number(id)) continue;
     put_first(list, *signals.front(), ++satellites, signals.size() - 1, epoch.glonass_channels);

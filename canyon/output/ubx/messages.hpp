@@ -5,14 +5,12 @@
 #include <cstdint>
 #include <map>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
-#include "canyon/broadcast/schedule.hpp"
+#include "canyon/output/observations/device_epochs.hpp"
 #include "canyon/output/ubx/configuration.hpp"
 #include "canyon/output/ubx/frame.hpp"
-#include "canyon/receiver/receiver.hpp"
 
 // Payloads of the messages that the device sends, field by field as UBX-13003221 (M8) and UBX-22008968 (F9)
 // have them; ID and section at each. Nothing is a position where the fix is not solved: coordinates are 0
@@ -20,28 +18,10 @@
 
 namespace canyon::output::ubx {
 
-/// One observable of RXM-RAWX.
-struct RawMeasurement {
-  gnss::SatelliteId id;
-  const gnss::Signal* signal = nullptr;
-  const positioning::Measurement* measurement = nullptr;
-  double pseudorange_m = 0;                    ///< for the epoch's tag
-  std::optional<double> carrier_phase_cycles;  ///< likewise
-  double locked_s = 0;                         ///< since the first phase of its arc
-};
-
 /// An epoch with everything that its messages need.
-struct Epoch {
-  const receiver::ReceiverEpoch& seen;
-  geodesy::GpsTime nearest_ms;  ///< seen.time, rounded to a millisecond
+struct Epoch : DeviceEpoch {
   Generation generation = Generation::F9;
-  bool time_known = false;               ///< there has been a fix
-  double first_fix_s = 0, uptime_s = 0;  ///< since the start; the first until there was one 0
-  bool jamming_monitor = true;           ///< CFG-ITFM
-  geodesy::GpsTime tag;                  ///< receiver's clock, as measurements refer to it
-  std::span<const RawMeasurement> raw;
-  const std::map<gnss::SatelliteId, int>& glonass_channels;
-  double geoid_undulation_m = 0;  ///< of the place of the fix
+  bool jamming_monitor = true;  ///< CFG-ITFM
 };
 
 /// The payload of an output message. Precondition: `id` is one of messages() that is made in each epoch.

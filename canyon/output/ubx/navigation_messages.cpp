@@ -29,10 +29,7 @@ Quality quality_of(const positioning::Fix& fix) {
   q.horizontal_m = std::sqrt(p(0, 0) + p(1, 1));
   q.vertical_m = std::sqrt(p(2, 2));
   q.position_m = std::sqrt(p.trace());
-  // Clocks have no covariance of their own: their dilution, at the error that the position has for its own.
-  if (fix.dop && fix.dop->pdop > 0) {
-    q.time_s = q.position_m / fix.dop->pdop * fix.dop->tdop / geodesy::kSpeedOfLight;
-  }
+  if (const auto clock = clock_sigma_m(fix)) q.time_s = *clock / geodesy::kSpeedOfLight;
   if (!fix.velocity_enu_mps) return q;
   const Eigen::Vector3d& v = *fix.velocity_enu_mps;
   q.east_mps = v.x();
@@ -150,7 +147,7 @@ std::string dops(const Epoch& epoch) {
 // NAV-TIMEGPS, 3.15.24.
 std::string time_gps(const Epoch& epoch) {
   const geodesy::GpsTime t = epoch.seen.stated_time();
-  const geodesy::GpsTime nearest = epoch.nearest_ms;
+  const geodesy::GpsTime nearest = epoch.stated;
   Payload p;
   p.u4(itow(epoch)).u4(t.nanoseconds() - nearest.nanoseconds());
   p.u2(nearest.week()).u1(geodesy::leap_seconds(epoch.seen.time));
@@ -213,7 +210,7 @@ std::string velocity(const Epoch& epoch) {
 std::string solution(const Epoch& epoch) {
   const positioning::Fix& fix = epoch.seen.fix;
   const Quality q = quality_of(fix);
-  const geodesy::GpsTime nearest = epoch.nearest_ms;
+  const geodesy::GpsTime nearest = epoch.stated;
   Eigen::Vector3d ecef = Eigen::Vector3d::Zero(), speed = Eigen::Vector3d::Zero();
   if (fix.solved()) {
     ecef = fix.position_ecef;
@@ -304,7 +301,7 @@ std::string rtcm_payload(const ReceivedRtcm& received) {
 }
 
 std::uint32_t itow(const Epoch& epoch) {
-  return static_cast<std::uint32_t>(epoch.nearest_ms.nanosecond_of_week() / 1'000'000);
+  return static_cast<std::uint32_t>(epoch.stated.nanosecond_of_week() / 1'000'000);
 }
 
 std::string payload(MessageId id, const Epoch& epoch) {

@@ -130,7 +130,7 @@ std::string nav_svinfo(const Epoch& epoch) {
 std::string rxm_rawx(const Epoch& epoch) {
   Payload list;
   std::size_t count = 0;
-  for (const RawMeasurement& raw : epoch.raw) {
+  for (const RawObservation& raw : epoch.raw.observations) {
     const auto name = satellite_name(raw.id);
     const auto signal = signal_number(raw.id, *raw.signal);
     const bool m8 = epoch.generation == Generation::M8;
@@ -155,7 +155,7 @@ std::string rxm_rawx(const Epoch& epoch) {
     list.u1(doubling(m.doppler_sigma_hz, 0.002));
     list.u1(raw.carrier_phase_cycles ? 0b111 : 0b001).u1(0);
   }
-  const geodesy::GpsTime t = epoch.seen.stated(epoch.tag);
+  const geodesy::GpsTime t = epoch.seen.stated(epoch.raw.tag);
   Payload p;
   p.r8(t.seconds_of_week()).u2(t.week());
   p.u1(geodesy::leap_seconds(epoch.seen.time)).u1(count).u1(1).u1(1).zeros(2);

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "canyon/output/observations/phase_arcs.hpp"
+#include "canyon/receiver/receiver.hpp"
+
+namespace canyon::output {
+
+/// Decimals of RINEX's tags.
+inline constexpr std::int64_t kTagStep_ns = 100;
+
+/// The rule by which an epoch's tag follows the receiver's clock.
+enum class Tags {
+  /// The clock's reading; the format rounds it. The observations hold the clock's whole bias and drift. A
+  /// rounding
+  /// of 50 ns moves a satellite by 0.2 mm, while ranges that follow it would jump by 30 m, without the
+  /// Doppler.
+  ClockReading,
+  /// The nearest whole millisecond of the clock's reading. Range, phase and Doppler are moved to it, as
+  /// receivers do
+  /// that steer their clock: the bias beyond whole milliseconds and the drift are not in them (RINEX 3.04,
+  /// table 1).
+  WholeMilliseconds,
+};
+
+/// One signal's observables as files of measurements have them, for the epoch's tag.
+struct RawObservation {
+  gnss::SatelliteId id;
+  const gnss::Signal* signal = nullptr;                   ///< of gnss::signals_of()
+  const positioning::Measurement* measurement = nullptr;  ///< points into the epoch
+  double pseudorange_m = 0;
+  /// Arcs begin within half a cycle of the pseudorange over the wavelength, as receivers have it, and never
+  /// at 0, which readers take for a missing value.
+  std::optional<double> carrier_phase_cycles = std::nullopt;
+  std::optional<double> doppler_hz = std::nullopt;  ///< the negative rate of the phase
+  bool slip = false;                                ///< not continuous with the signal's phase before
+  double locked_s = 0;                              ///< since the first phase of its arc
+};
+
+struct RawEpoch {
+  geodesy::GpsTime tag;                      ///< of the receiver's clock, as Tags says
+  std::vector<RawObservation> observations;  ///< by satellite, then in the order of gnss::signals_of()
+};
+
+/// Measurements of one receiver, epoch by epoch. The rate of a phase is the negative Doppler in each of Tags.
+class RawObservations {
+ public:
+  explicit RawObservations(Tags tags) : tags_(tags) {}
+  [[nodiscard]] RawEpoch next(const receiver::ReceiverEpoch& seen);
+
+ private:
+  Tags tags_;
+  PhaseArcs arcs_;
+  std::map<std::pair<gnss::SatelliteId, std::size_t>, geodesy::GpsTime> begun_;  ///< arcs of signals
+};
+
+}  // namespace canyon::output

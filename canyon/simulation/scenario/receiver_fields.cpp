@@ -1,0 +1,130 @@
+// Declared in canyon/simulation/scenario/scenario_fields.hpp.
+// The fields of receivers: names, profiles and what a scenario's own sections change of them.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/options/folder_name.hpp"
+#include "canyon/simulation/scenario/profile.hpp"
+#include "canyon/simulation/scenario/receiver_bases.hpp"
+#include "canyon/simulation/scenario/scenario_fields.hpp"
+
+namespace canyon::simulation {
+
+using options::Visitor;
+
+namespace {
+
+ReceiverConfig profile_of(Visitor& v, const std::string& name) {
+  if (is_profile_path(name)) {
+    std::optional<std::filesystem::path> file;
+    v.file({"profile", "", "its file"}, file);
+    return read_profile(*file).receiver;
+  }
+  try {
+    const BuiltInProfile& profile = built_in_profile(name);
+    return parse_profile(std::string(profile.text), fmt::format("profile {}", profile.name)).receiver;
+  } catch (const InputError& e) {
+    throw v.fault("profile", e.problem(), e.cure());
+  }
+}
+
+}  // namespace
+
+void visit_receivers(Visitor& v, std::vector<ReceiverConfig>& receivers, const CityConfig& city) {
+  if (v.reads()) {
+    if (!v.has("receivers")) receivers.assign(1, profile_of(v, std::string(kDefaultProfile)));
+    // Defaults, then the profile, then the scenario's own sections, then the receiver's keys.
+    std::vector<std::string> names;
+    v.list("receivers", receivers, [&](ReceiverConfig& config) {
+      visit_name_and_profile(v, config, receivers.size() > 1);
+      if (std::find(names.begin(), names.end(), config.options.name) != names.end()) {
+        throw v.fault("name", fmt::format("'{}' names two receivers", config.options.name),
+                      "give each its own name");
+      }
+      names.push_back(config.options.name);
+    });
+    if (names.empty()) receivers.front().options.name = "rover";
+    for (ReceiverConfig& config : receivers) {
+      v.part("propagation", config.propagation);
+      v.part("noise", config.options.noise);
+      disturbance::visit_environment(v, "surroundings", config.options.signal.shadowing.environment);
+      v.part("shadowing", config.options.signal.shadowing);
+    }
+  }
+  v.list("receivers", receivers, [&](ReceiverConfig& config) {
+    if (!v.reads()) visit_name_and_profile(v, config, false);
+    visit_fixed(v, config.fixed, city);
+    visit(v, config);
+    v.validate(config.options);
+  });
+  std::size_t index = 0;
+  if (v.reads()) {
+    v.list("receivers", receivers, [&](ReceiverConfig&) {
+      v.section("corrections", [&] {
+        try {
+          check_corrections(receivers, index);
+        } catch (const InputError& e) {
+          throw v.fault("from", e.problem(), e.cure());
+        }
+      });
+      ++index;
+    });
+  }
+  if (v.describes()) {
+    ReceiverConfig defaults;
+    v.part("propagation", defaults.propagation);
+    v.part("noise", defaults.options.noise);
+    disturbance::visit_environment(v, "surroundings", defaults.options.signal.shadowing.environment);
+    v.part("shadowing", defaults.options.signal.shadowing);
+  }
+}
+
+void visit_profile(Visitor& v, ReceiverConfig& config) {
+  v.replaced("preset", "did you mean 'profile'?");
+  std::optional<std::string> profile;
+  // Every key is written out below it; this one sets no list and no table that keys could only add to.
+  if (!v.reads()) profile = kDefaultProfile;  // which sets no options::Switch
+  v.text({"profile", "", "one of 'canyon profiles', or a profile file; the keys below override it",
+          kDefaultProfile},
+         profile);
+  if (v.reads()) config = profile_of(v, profile.value_or(std::string(kDefaultProfile)));
+}
+
+bool has_idle_noise(const SkyConfig& sky, const ReceiverConfig& receiver) {
+  return sky.has_errors() && !receiver.options.noise.enabled.is_set();
+}
+
+std::string idle_noise_warning(const std::vector<std::string>& names) {
+  return fmt::format(
+      "noise{}{} has no effect, because errors from space replace it; set noise.enabled: true for both, or "
+      "sky.errors.enabled: false",
+      names.empty() ? "" : " of ", fmt::join(names, ", "));
+}
+
+void visit_name_and_profile(Visitor& v, ReceiverConfig& config, bool several) {
+  std::optional<std::string> name;
+  if (!v.reads()) name = config.options.name;
+  v.text({"name", "", "name, used for outputs and noise; required with several receivers", "rover"}, name);
+  if (v.reads()) {
+    if (!name && several) throw v.fault({}, "a receiver has no name", "name each of several receivers");
+    if (name) options::check_folder_name(v, "name", *name);
+  }
+  visit_profile(v, config);
+  if (v.reads()) config.options.name = name.value_or("rover");
+}
+
+void visit(Visitor& v, ReceiverConfig& config) {
+  visit(v, config.options);
+  v.section("lever_arm", [&] {
+    Eigen::Vector3d& arm = config.lever_arm_m;
+    v.number({"forward_m", "m", "antenna ahead of the trajectory's point, turned by its yaw"}, arm.x(),
+             {-1000, 1000});
+    v.number({"left_m", "m", "antenna to the left of that point"}, arm.y(), {-1000, 1000});
+    v.number({"up_m", "m", "antenna above that point"}, arm.z(), {-1000, 1000});
+  });
+  v.part("propagation", config.propagation);
+}
+
+}  // namespace canyon::simulation

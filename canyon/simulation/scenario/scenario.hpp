@@ -1,0 +1,160 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "canyon/disturbance/disturbance.hpp"
+#include "canyon/disturbance/faults/fault.hpp"
+#include "canyon/disturbance/street_options.hpp"
+#include "canyon/errors/space_errors.hpp"
+#include "canyon/gnss/navigation_data.hpp"
+#include "canyon/gnss/satellite_id.hpp"
+#include "canyon/inertial/sensor_options.hpp"
+#include "canyon/options/describe.hpp"
+#include "canyon/propagation/propagation_options.hpp"
+#include "canyon/receiver/own_models.hpp"
+#include "canyon/receiver/receiver_options.hpp"
+#include "canyon/samples/options/sample_options.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
+#include "canyon/simulation/scenario/city_config.hpp"
+#include "canyon/simulation/scenario/live_options.hpp"
+#include "canyon/simulation/scenario/map_motion.hpp"
+#include "canyon/simulation/scenario/outputs.hpp"
+
+namespace canyon::simulation {
+
+// Programs know them by this namespace, too.
+using samples::band_centre_hz;
+using samples::name;
+using samples::SampleFormat;
+using samples::SampleOptions;
+
+/// `sky:` of a scenario. Exactly one source: navigation, sp3, frozen, or (default) nominal.
+struct SkyConfig {
+  std::vector<std::filesystem::path> navigation;
+  std::vector<std::filesystem::path> sp3;
+  bool nominal = false;
+  std::vector<double> frozen_azimuth_rad;
+  std::vector<double> frozen_elevation_rad;
+  std::set<gnss::System> systems{gnss::kConstellations.begin(), gnss::kConstellations.end()};
+  bool allow_stale = false;
+  errors::SpaceErrorOptions errors;
+
+  /// Whether signals have the errors of space: as `errors` says, else where the satellites' ephemerides are
+  /// broadcast ones.
+  [[nodiscard]] bool has_errors(bool broadcast) const {
+    return errors.enabled || (broadcast && !errors.enabled.is_set());
+  }
+  [[nodiscard]] bool has_errors() const { return has_errors(nominal || !navigation.empty()); }
+};
+
+struct TrajectoryConfig {
+  std::optional<std::filesystem::path> file;
+  std::string format = "csv";                ///< csv, urbannav, nmea
+  std::vector<geodesy::Geodetic> waypoints;  ///< instead of a file
+  /// Waypoints that were given by east, north, up [m] from the city's origin, with their numbers in
+  /// `waypoints`. Where that origin is not known before the city's file is read they stand there as {}:
+  /// Simulation puts all of these in place.
+  std::vector<std::pair<std::size_t, Eigen::Vector3d>> local_waypoints;
+  /// A waypoint's own values, in place of those of the trajectory.
+  struct Leg {
+    std::optional<double> height_above_terrain_m;  ///< at the waypoint; between two the height is linear
+    std::optional<double> speed_mps, hold_s;
+
+    bool operator==(const Leg&) const = default;
+  };
+  std::vector<Leg> legs;  ///< one for each waypoint; empty: no waypoint has its own values
+  double speed_mps = 10;
+  double hold_s = 0;
+  std::optional<double> acceleration_mps2;  ///< rounds corners and speeds; empty: both change at once
+  Attitude attitude = Attitude::Level;
+  std::optional<double> height_above_terrain_m;  ///< clamps; empty: heights as given
+};
+
+/// The place of an antenna that does not move.
+struct FixedPlace {
+  geodesy::Geodetic place;
+  /// East, north, up [m] from the city's origin, if the place was given so; settle() turns it into `place`.
+  std::optional<Eigen::Vector3d> local_m;
+
+  void settle(const geodesy::LocalFrame& city) {
+    if (local_m) place = city.geodetic_from_local(*local_m);
+  }
+};
+
+struct ReceiverConfig {
+  receiver::ReceiverOptions options;
+  /// The place of a base station's antenna, which neither trajectory nor lever arm move.
+  std::optional<FixedPlace> fixed;
+  propagation::PropagationOptions propagation;            ///< profile, then scenario, then receiver
+  Eigen::Vector3d lever_arm_m = Eigen::Vector3d::Zero();  ///< forward, left, up from the reference point
+  disturbance::StreetOptions streets;                     ///< one for all receivers of a scenario
+  /// A program's own disturbances, applied in this order to what arrives; scenario files cannot name them.
+  std::vector<disturbance::Source> disturbances;
+  receiver::ModelSource models;  ///< a program's own, in place of the receiver's weights and position
+};
+
+/// A whole scenario, checked. Paths are absolute or relative to the working folder (already resolved against
+/// the scenario's own).
+struct Scenario {
+  std::filesystem::path file;
+  CityConfig city;
+  SkyConfig sky;
+  TrajectoryConfig trajectory;
+  std::optional<geodesy::GpsTime> start;  ///< where empty: the trajectory file's first time
+  std::optional<double> duration_s;       ///< empty: the whole trajectory
+  std::optional<double> rate_hz;          ///< empty: the trajectory file's own rate (1 Hz for waypoints)
+  std::vector<ReceiverConfig> receivers;  ///< at least one
+  inertial::SensorOptions sensors;
+  std::vector<disturbance::Fault> faults;  ///< their times count from `start`, or the trajectory's first
+  std::uint64_t seed = 1;
+  OutputConfig outputs;
+  MapOptions map;                   ///< for `canyon heatmap`
+  samples::SampleOptions samples;   ///< for the output `samples` and for `canyon iq`
+  std::optional<LiveOptions> live;  ///< used by `canyon live` alone
+  /// Statements of the file that may be mistakes, one line each.
+  std::vector<std::string> warnings;
+};
+
+/// Index of the receiver of that name; 0 if `name` is empty. Throws InputError naming the known ones.
+[[nodiscard]] std::size_t find_receiver(const Scenario& scenario, const std::string& name);
+
+struct ScenarioReadOptions {
+  /// `trajectory` must be there. False: where it is absent, Scenario::trajectory has neither file nor
+  /// waypoints (the caller brings a truth of its own).
+  bool trajectory_needed = true;
+};
+
+/// Reads a scenario. Throws InputError with file and line for syntax, unknown keys (with the closest known
+/// one), wrong types, values out of range, and missing files.
+[[nodiscard]] Scenario read_scenario(const std::filesystem::path& path,
+                                     const ScenarioReadOptions& options = {});
+[[nodiscard]] Scenario parse_scenario(const std::string& text, const std::filesystem::path& name,
+                                      const ScenarioReadOptions& options = {});
+
+/// The effective scenario as YAML: profiles resolved, every default written out, files by their whole paths.
+/// Read back it gives the same run, to the byte.
+[[nodiscard]] std::string scenario_yaml(const Scenario& scenario);
+
+using ScenarioKey = options::Key;
+/// Every key: for help text, documentation and schema.
+[[nodiscard]] const options::Description& scenario_description();
+[[nodiscard]] const std::vector<ScenarioKey>& scenario_keys();
+
+/// Fields as users write them. Readers check fields that depend on each other.
+void visit(options::Visitor& v, SkyConfig& o);
+/// All fields but name and profile.
+void visit(options::Visitor& v, ReceiverConfig& o);
+void visit(options::Visitor& v, OutputConfig& o);
+void visit(options::Visitor& v, Scenario& o);
+/// A scenario whose trajectory may be absent (ScenarioReadOptions::trajectory_needed).
+struct ScenarioOfAnyTrajectory {
+  Scenario& scenario;
+};
+void visit(options::Visitor& v, ScenarioOfAnyTrajectory& o);
+
+}  // namespace canyon::simulation
