@@ -19,6 +19,7 @@ void visit_sensor(options::Visitor& v, const char* name, std::optional<Options>&
 void visit(options::Visitor& v, SensorOptions& o) {
   visit_sensor(v, "imu", o.imu);
   visit_sensor(v, "wheels", o.wheels);
+  visit_sensor(v, "barometer", o.barometer);
 }
 
 }  // namespace canyon::inertial

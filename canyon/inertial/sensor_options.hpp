@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "canyon/inertial/barometer_options.hpp"
 #include "canyon/inertial/imu_options.hpp"
 #include "canyon/inertial/wheel_options.hpp"
 
@@ -11,8 +12,11 @@ namespace canyon::inertial {
 struct SensorOptions {
   std::optional<ImuOptions> imu;
   std::optional<WheelOptions> wheels;
+  std::optional<BarometerOptions> barometer;
 
-  [[nodiscard]] bool any() const { return imu || wheels; }
+  [[nodiscard]] bool any() const { return feel_motion() || barometer; }
+  /// Their motion must be smooth.
+  [[nodiscard]] bool feel_motion() const { return imu || wheels; }
 };
 
 void visit(options::Visitor& v, SensorOptions& o);

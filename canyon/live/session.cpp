@@ -191,7 +191,16 @@ void Session::Impl::compute_and_write() {
     Due& epoch = due[i];
     LiveReceiver& receiver = receivers[epoch.receiver];
     if (came) receiver.give(std::move(came));
-    epoch.step = epoch.antenna ? receiver.observe(epoch.host_s, *epoch.antenna) : receiver.lose(epoch.host_s);
+    if (!epoch.antenna) {
+      epoch.step = receiver.lose(epoch.host_s);
+      return epoch.step.epoch;
+    }
+    const simulation::SensorBatch* samples = nullptr;
+    if (auto& run = sensors[epoch.receiver]) {
+      epoch.samples = run->until(start + epoch.host_s);
+      samples = &epoch.samples;
+    }
+    epoch.step = receiver.observe(epoch.host_s, *epoch.antenna, samples);
     return epoch.step.epoch;
   });
   for (Due& epoch : due) {

@@ -22,6 +22,7 @@
 #include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/epoch_schedule.hpp"
 #include "canyon/simulation/scenario/receiver_names.hpp"
+#include "canyon/simulation/sensors/sensor_run.hpp"
 #include "canyon/simulation/simulator.hpp"
 
 // The state of a session: session_setup.cpp makes it, session.cpp runs it.
@@ -74,6 +75,7 @@ struct Due {
   std::optional<simulation::AntennaState> antenna;  ///< empty: no truth
   std::optional<Clock::time_point> pose_came;
   LiveReceiver::Step step = {};
+  simulation::SensorBatch samples = {};  ///< of the vehicle's sensors since the epoch before
 };
 
 /// Corrections of one receiver that come by a stream of RTCM 3.
@@ -153,6 +155,8 @@ struct Session::Impl {
   bool resumed = false;
   std::vector<LiveReceiver> receivers;
   std::vector<propagation::Propagator> prepared;  // that receivers will ask for
+  /// By receiver: the sensors of its vehicle. Empty: it does not need them.
+  std::vector<std::optional<simulation::SensorRun>> sensors;
   std::optional<simulation::CorrectionLinks> corrections;
   std::vector<std::unique_ptr<CorrectionInput>> inputs;  // by receiver; null: none
   std::map<std::string, std::shared_ptr<transport::Link>> links;

@@ -57,9 +57,18 @@ void Session::Impl::set_time() {
 void Session::Impl::make_receivers() {
   corrections.emplace(scenario.receivers, scenario.seed);
   std::shared_ptr<const simulation::BuiltSky> sky;
+  // Sensors feel a smooth motion, which poses one by one are not.
+  const bool along_trajectory = std::all_of(options.poses.begin(), options.poses.end(),
+                                            [](const auto& source) { return source.from == kTrajectory; });
   for (std::size_t r = 0; r < scenario.receivers.size(); ++r) {
-    receivers.emplace_back(simulation::live_config(scenario, r, start, schedule.interval_s()), scene, start,
-                           sky);
+    simulation::LiveConfig config = simulation::live_config(scenario, r, start, schedule.interval_s());
+    config.with_sensors = along_trajectory;
+    sensors.emplace_back();
+    if (along_trajectory && config.receiver().options.dead_reckoning.enabled)
+      sensors.back().emplace(
+          scenario.sensors, scenario.seed, start, trajectory->trajectory(),
+          [this](GpsTime t) { return trajectory->vehicle_pose(t); }, scene->city.geoid_undulation_m);
+    receivers.emplace_back(std::move(config), scene, start, sky);
     sky = receivers.back().shared_sky();
     // Prepared now, so that the first epoch is not late.
     prepared.push_back(

@@ -93,6 +93,39 @@ TEST(Session, TrajectoryGivesTheNumbersOfSimulate) {
   }
 }
 
+// The vehicle's sensors are those of simulate, too.
+TEST(Session, DeadReckoningAlongTheTrajectory) {
+  const Scenario s = scenario(
+      "live: {speed: 100}\n",
+      "rate_hz: 5\nduration_s: 30\nsensors: {imu: {profile: automotive, rate_hz: 100}, wheels: {}}\n"
+      "trajectory: {acceleration_mps2: 2, attitude: car, waypoints: [{east_m: -200, north_m: 1, up_m: 2}, "
+      "{east_m: 200, north_m: 3, up_m: 2}]}\n",
+      "receivers: [{name: rover, profile: ublox-f9r}]\n");
+  Kept live, offline;
+  (void)run(s, live);
+  const simulation::Simulation simulation(s, city_of(s));
+  (void)simulation.run({&offline}, {});
+  ASSERT_EQ(live.epochs.size(), offline.epochs.size());
+  std::size_t fused = 0;
+  for (std::size_t i = 0; i < live.epochs.size(); ++i) {
+    const positioning::Fix &a = live.epochs[i].observed.fix, &b = offline.epochs[i].observed.fix;
+    ASSERT_EQ(a.kind(), b.kind()) << i;
+    if (!a.solved()) continue;
+    EXPECT_LE((a.position_ecef - b.position_ecef).norm(), 1e-3) << i;
+    fused += a.fused() ? 1 : 0;
+  }
+  EXPECT_GT(fused, 50U);
+}
+
+TEST(Session, DeadReckoningNeedsTheTrajectory) {
+  const Scenario s =
+      scenario("live: {poses: [{from: 'udp-listen://127.0.0.1:0'}]}\n",
+               "sensors: {imu: {profile: automotive}}\n", "receivers: [{name: rover, profile: ublox-f9r}]\n");
+  EXPECT_THAT(test::refusal([&] { const Session session(s, city_of(s)); }),
+              ::testing::AllOf(HasSubstr("nobody gives it the vehicle's sensors"),
+                               HasSubstr("along the scenario's trajectory")));
+}
+
 TEST(Session, TakesAsMuchRealTimeAsItsSpeedSays) {
   const auto begin = std::chrono::steady_clock::now();
   Kept kept;

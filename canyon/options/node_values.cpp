@@ -146,7 +146,7 @@ bool read_boolean(const Node& node, const Place& place) {
 
 std::filesystem::path read_file(const std::string& text, const Place& place) {
   if (place.document.find_file) return place.document.find_file(text, place);
-  const std::filesystem::path path = place.document.file.parent_path() / text;
+  std::filesystem::path path = place.document.file.parent_path() / text;
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored)) {
     throw place.error(fmt::format("there is no file '{}'", path.string()),
@@ -166,7 +166,7 @@ void require_word(const std::string& text, const std::vector<std::string>& known
 }
 
 std::string read_word(const Node& node, const std::vector<std::string>& words, const Place& place) {
-  const std::string text = read_text(node, place);
+  std::string text = read_text(node, place);
   require_word(text, words, place);
   return text;
 }

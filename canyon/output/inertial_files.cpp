@@ -18,6 +18,7 @@ namespace canyon::output {
 namespace {
 
 using Eigen::Vector3d;
+using simulation::BarometerSample;
 using simulation::InertialSample;
 using simulation::WheelsAtWork;
 
@@ -27,6 +28,7 @@ class Layout {
   virtual ~Layout() = default;
   virtual void add(const InertialSample& /*sample*/) {}
   virtual void add_wheels(const WheelsAtWork& /*sample*/) {}
+  virtual void add_pressure(const BarometerSample& /*sample*/) {}
   virtual void add_fix(const simulation::Epoch& /*epoch*/) {}
   virtual void commit() = 0;
 };
@@ -156,6 +158,26 @@ class WheelLayout final : public Layout {
   OutputFile file_;
 };
 
+class BarometerLayout final : public Layout {
+ public:
+  explicit BarometerLayout(const std::filesystem::path& folder) : file_(folder / "barometer.csv") {
+    file_.write(
+        "gps_week,gps_tow,pressure_pa,pressure_altitude_m,temperature_k,true_pressure_pa,true_height_msl_"
+        "m\n");
+  }
+
+  void add_pressure(const BarometerSample& sample) override {
+    const inertial::Pressure& p = sample.pressure;
+    file_.write(fmt::format("{},{},{},{},{},{},{}\n", sample.time.week(), seconds_of_week(sample.time, 9),
+                            p.measured_pa, inertial::pressure_altitude_m(p.measured_pa), p.temperature_k,
+                            p.true_pa, sample.height_m));
+  }
+  void commit() override { file_.commit(); }
+
+ private:
+  OutputFile file_;
+};
+
 class InertialFiles final : public simulation::EpochSink {
  public:
   InertialFiles(const simulation::Simulation& simulation, const std::filesystem::path& folder) {
@@ -167,6 +189,8 @@ class InertialFiles final : public simulation::EpochSink {
     if (sensors.imu && wanted.has("kf_gins"))
       layouts_.push_back(std::make_unique<KfGinsLayout>(folder, *sensors.imu, begin));
     if (sensors.wheels && wanted.has("wheels")) layouts_.push_back(std::make_unique<WheelLayout>(folder));
+    if (sensors.barometer && wanted.has("barometer"))
+      layouts_.push_back(std::make_unique<BarometerLayout>(folder));
   }
 
   void write(const simulation::Epoch& epoch) override {
@@ -174,6 +198,7 @@ class InertialFiles final : public simulation::EpochSink {
       for (const auto& layout : layouts_) {
         for (const InertialSample& sample : epoch.sensors->imu) layout->add(sample);
         for (const WheelsAtWork& sample : epoch.sensors->wheels) layout->add_wheels(sample);
+        for (const BarometerSample& sample : epoch.sensors->barometer) layout->add_pressure(sample);
       }
     }
     for (const auto& layout : layouts_) layout->add_fix(epoch);

@@ -139,5 +139,20 @@ TEST_F(InertialFilesTest, AreNotThereWithoutASensor) {
   EXPECT_FALSE(exists("imu.csv"));
 }
 
+// Without errors: the pressure of the height above mean sea level, at the time of each sample.
+TEST_F(InertialFilesTest, PressuresFollowTheHeight) {
+  run("profile: ideal}, barometer: {rate_hz: 10, noise_pa: 0, turn_on_pa: 0, drift_pa: 0", "[barometer]");
+  const auto samples = rows("barometer.csv", 1);
+  ASSERT_EQ(samples.size(), 30U);
+  ASSERT_EQ(samples[0].size(), 7U);
+  EXPECT_NEAR(samples[29][1] - samples[0][1], 2.9, 1e-9);
+  for (const auto& sample : samples) {
+    EXPECT_NEAR(sample[6], 7, 0.01);  // 2 m above the origin's 5 m
+    EXPECT_EQ(sample[2], sample[5]);
+    EXPECT_NEAR(sample[3], sample[6], 1e-6);
+  }
+  EXPECT_FALSE(exists("imu.csv"));
+}
+
 }  // namespace
 }  // namespace canyon::output

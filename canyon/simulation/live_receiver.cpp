@@ -15,6 +15,7 @@
 #include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/run_receiver.hpp"
 #include "canyon/simulation/scenario/receiver_bases.hpp"
+#include "canyon/simulation/sensors/vehicle_sensors.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -70,6 +71,7 @@ struct LiveReceiver::Impl {
     warnings = config.warnings;
     warnings.insert(warnings.end(), sky->warnings.begin(), sky->warnings.end());
     check(config.receiver());
+    felt = vehicle_sensors(config.sensors, config.receiver());
     if (config.base() != nullptr) make_base();
   }
 
@@ -134,6 +136,8 @@ struct LiveReceiver::Impl {
   std::unique_ptr<LiveReceiver> base;
   std::shared_ptr<const relative::Corrections> corrections;  // that came since the last step
   std::optional<CorrectionLinks> links;                      // of this receiver, 0, and its base, 1
+  std::optional<receiver::VehicleSensors> felt;              // by a receiver with dead reckoning
+  const SensorBatch* samples = nullptr;                      // of the step
 };
 
 std::shared_ptr<const BuiltSky> LiveReceiver::Impl::make_sky(GpsTime from) const {
@@ -151,12 +155,14 @@ void LiveReceiver::Impl::check(const ReceiverConfig& other) const {
   other.options.validate();
   other.propagation.validate();
   other.streets.validate();
-  if (other.options.dead_reckoning.enabled) {
+  if (other.options.dead_reckoning.enabled && !config.with_sensors) {
     throw InputError(
-        fmt::format("receiver '{}' has dead reckoning, and live runs and hosts give it no sensors yet",
+        fmt::format("receiver '{}' has dead reckoning, and nobody gives it the vehicle's sensors",
                     other.options.name),
-        "run it by canyon simulate, or set dead_reckoning: {enabled: false}");
+        "run it by canyon simulate, or by canyon live along the scenario's trajectory (hosts and streams of "
+        "poses give none yet), or set dead_reckoning: {enabled: false}");
   }
+  check_sensors(config.sensors, other);
   if (other.options.ionosphere || other.options.fix.correct_ionosphere) require_ionosphere(*sky);
 }
 
@@ -206,7 +212,10 @@ void LiveReceiver::Impl::observe(double seconds, const Pose& truth, Step& step) 
 Epoch LiveReceiver::Impl::observe(const Pose& truth, propagation::Arrival& arrival) {
   arrival.messages = unowned(sky->navigation);
   const auto given = std::exchange(corrections, nullptr);
-  Epoch epoch = observe_epoch(receiver, truth, arrival, environment, given.get());
+  if (felt) felt->readings = {};
+  if (felt && samples != nullptr) felt->readings = readings_of(*samples, config.sensors, start);
+  Epoch epoch = observe_epoch(receiver, truth, arrival, environment, given.get(), felt ? &*felt : nullptr);
+  epoch.sensors = samples;
   const auto warning = receiver::wrong_station_warning(epoch.observed.station_offset_m);
   if (warning && !std::exchange(warned_of_station, true)) warnings.push_back(*warning);
   epoch.geoid_undulation_m = config.city.sea_level.geoid_undulation_m.value_or(epoch.geoid_undulation_m);
@@ -310,10 +319,13 @@ void LiveReceiver::set_config(LiveConfig config) {
   check(config);
   config.sky = impl_->config.sky;
   config.start = impl_->config.start;
+  config.sensors = impl_->config.sensors;
+  config.with_sensors = impl_->config.with_sensors;
   impl_->warnings.insert(impl_->warnings.end(), config.warnings.begin(), config.warnings.end());
   config.receivers.resize(1);
   if (impl_->config.base() != nullptr) config.receivers.push_back(*impl_->config.base());
   impl_->config = std::move(config);
+  impl_->felt = vehicle_sensors(impl_->config.sensors, impl_->config.receiver());
   impl_->make_environment();
   impl_->begin_anew();
 }
@@ -356,7 +368,8 @@ std::vector<disturbance::FaultState> LiveReceiver::faults() const {
   return impl_->faults->states(impl_->now_s());
 }
 
-LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& antenna) {
+LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& antenna,
+                                         const SensorBatch* sensors) {
   Impl& impl = *impl_;
   raytrace::check_place(antenna.position_enu_m, "the antenna's position");
   if (!(antenna.velocity_enu_mps.norm() <= 1e6) || !std::isfinite(antenna.yaw_rad) ||
@@ -387,7 +400,9 @@ LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& ant
   truth.yaw_rad = antenna.yaw_rad;
   truth.yaw_rate_radps = antenna.yaw_rate_radps;
   impl.last_truth = truth;
+  impl.samples = sensors;
   impl.observe(seconds, truth, step);
+  impl.samples = nullptr;
 
   if (step.arrival.views.empty() && !impl.said_empty) {
     impl.said_empty = true;

@@ -14,6 +14,7 @@
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/motion/pose_motion.hpp"
 #include "canyon/simulation/scenario/live_config.hpp"
+#include "canyon/simulation/sensors/sensor_run.hpp"
 #include "canyon/simulation/simulator.hpp"
 
 namespace canyon::simulation {
@@ -73,7 +74,10 @@ class LiveReceiver {
   /// / 2), was put elsewhere: the receiver restarts hot, with a warning. Receivers of vehicles work up to 4 g
   /// and 500 m/s (data sheet of u-blox M8 modules, UBX-15031506); 10 m and the factor of 2 are for poses that
   /// are measured or late (assumed).
-  [[nodiscard]] Step observe(double seconds, const AntennaState& antenna);
+  /// @param sensors of the vehicle since the last step, where config() is LiveConfig::with_sensors; their
+  /// times count from start()
+  [[nodiscard]] Step observe(double seconds, const AntennaState& antenna,
+                             const SensorBatch* sensors = nullptr);
 
   /// Corrections that came since the last step, of a receiver elsewhere or of a stream; used by the next one.
   void give(std::shared_ptr<const relative::Corrections> corrections);

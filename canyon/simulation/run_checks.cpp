@@ -17,7 +17,6 @@
 #include "canyon/simulation/scenario/receiver_bases.hpp"
 #include "canyon/simulation/scenario_trajectory.hpp"
 #include "canyon/simulation/sensors/vehicle_sensors.hpp"
-#include "canyon/simulation/simulator.hpp"
 
 namespace canyon::simulation {
 namespace {

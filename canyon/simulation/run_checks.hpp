@@ -9,6 +9,7 @@
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/run_plan.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 
 namespace canyon::simulation {
 

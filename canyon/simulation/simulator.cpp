@@ -74,7 +74,7 @@ struct Simulation::Impl {
       for (std::string& line : lines) warnings.push_back(std::move(line));
     };
     say(check_run({scenario, plan, sky, environment}));
-    if (scenario.sensors.any()) say(smooth_motion(scenario, plan, environment));
+    if (scenario.sensors.feel_motion()) say(smooth_motion(scenario, plan, environment));
     say(check_slopes({scenario, plan, sky, environment}));
     for (const ReceiverConfig& receiver : scenario.receivers) {
       propagators.push_back(environment.make_propagator(receiver.propagation));
@@ -121,7 +121,9 @@ std::optional<SensorRun> Simulation::Impl::make_sensors(const std::vector<EpochS
       std::any_of(scenario.receivers.begin(), scenario.receivers.end(),
                   [](const ReceiverConfig& receiver) { return receiver.options.dead_reckoning.enabled; });
   if (!written && !fused) return std::nullopt;
-  return SensorRun(scenario.sensors, scenario.seed, plan.begin, plan.trajectory);
+  return SensorRun(
+      scenario.sensors, scenario.seed, plan.begin, plan.trajectory,
+      [this](GpsTime t) { return vehicle_pose(t); }, environment.city().geoid_undulation_m);
 }
 
 Pose Simulation::Impl::antenna_pose(std::size_t receiver, GpsTime t) const {

@@ -18,6 +18,9 @@ struct LiveConfig : Scenario {
   LiveConfig() { receivers.resize(1); }
   explicit LiveConfig(Scenario scenario) : Scenario(std::move(scenario)) {}
 
+  /// The host gives the samples of Scenario::sensors with each step (LiveReceiver::observe()).
+  bool with_sensors = false;
+
   [[nodiscard]] ReceiverConfig& receiver() { return receivers.front(); }
   [[nodiscard]] const ReceiverConfig& receiver() const { return receivers.front(); }
   /// Null: none.

@@ -84,7 +84,8 @@ std::vector<std::string> scenarios_with_every_key() {
       "ubx_m8: true, sbf: true, "
       "rinex_observation: true, "
       "rinex4_observation: true, gnsslogger: true, "
-      "rinex_navigation: true, imu: true, wheels: true, kf_gins: true, kml: true, geojson: true, gpx: true, "
+      "rinex_navigation: true, imu: true, wheels: true, barometer: true, kf_gins: true, kml: true, geojson: "
+      "true, gpx: true, urbannav_gt: true, "
       "samples: true, "
       "pictures: true}\n"
       "map: {motion: driving, pace_mps: 5}\n"
@@ -183,7 +184,9 @@ std::vector<std::string> scenarios_with_every_key() {
       "acceleration_random_walk_mg_sqrt_h: 0.1, turn_on_bias_mg: 1, scale_ppm: 100, misalignment_deg: 0.1, "
       "resolution_mg: 0.1, range_g: 8}, time_offset_s: 0.01, time_jitter_s: 0.001, lost: 0.01}, wheels: "
       "{rate_hz: 5, track_m: 1, tick_m: 0.1, "
-      "scale: 0.01, slip: 0.01, slip_time_s: 2, direction: false, minimum_mps: 1}}\n",
+      "scale: 0.01, slip: 0.01, slip_time_s: 2, direction: false, minimum_mps: 1}, barometer: {rate_hz: 50, "
+      "position: {forward_m: 1, left_m: 2, up_m: 3}, sea_level_pressure_pa: 100000, sea_level_temperature_c: "
+      "20, noise_pa: 2, turn_on_pa: 50, drift_pa: 10, drift_time_s: 300, airflow: -0.2, resolution_pa: 1}}\n",
       "city: {file: c.canyon, geoid: EGM96}\ntrajectory: {position: {latitude_deg: 1, longitude_deg: 2, "
       "height_m: 3}}\n",
       "city: {open: true, origin: {latitude_deg: 1, longitude_deg: 2}}\n"

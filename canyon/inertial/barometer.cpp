@@ -1,0 +1,93 @@
+#include "canyon/inertial/barometer.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace canyon::inertial {
+namespace {
+
+// ICAO Doc 7488.
+constexpr double kGravity_mps2 = 9.80665;
+constexpr double kGasConstant = 287.05287;  ///< of dry air [J/(kg K)]
+constexpr double kEarthRadius_m = 6356766;  ///< of the geopotential height
+constexpr double kSeaLevel_pa = 101325, kSeaLevel_k = 288.15;
+
+struct Layer {
+  double base_m;  ///< geopotential
+  double gradient_kpm;
+};
+constexpr std::array kLayers{Layer{0, -0.0065}, Layer{11000, 0}, Layer{20000, 0.001}, Layer{32000, 0.0028}};
+constexpr double kLowest_m = -1000, kHighest_m = 47000;
+
+/// Pressure at the upper end of a way through a layer, over that at its lower end.
+double ratio(double from_k, double gradient_kpm, double way_m) {
+  if (gradient_kpm == 0) return std::exp(-kGravity_mps2 * way_m / (kGasConstant * from_k));
+  return std::pow(1 + gradient_kpm * way_m / from_k, -kGravity_mps2 / (kGasConstant * gradient_kpm));
+}
+
+}  // namespace
+
+double Air::density_kgpm3() const {
+  return pressure_pa / (kGasConstant * temperature_k);
+}
+
+Air air_at(double height_m, double sea_level_pressure_pa, double sea_level_temperature_k) {
+  const double h = std::clamp(height_m, kLowest_m, kHighest_m);
+  const double geopotential_m = kEarthRadius_m * h / (kEarthRadius_m + h);
+  Air air{sea_level_pressure_pa, sea_level_temperature_k};
+  for (std::size_t i = 0; i < kLayers.size(); ++i) {
+    const Layer& layer = kLayers[i];
+    const bool last = i + 1 == kLayers.size() || geopotential_m <= kLayers[i + 1].base_m;
+    const double way_m = (last ? geopotential_m : kLayers[i + 1].base_m) - layer.base_m;
+    air.pressure_pa *= ratio(air.temperature_k, layer.gradient_kpm, way_m);
+    air.temperature_k += layer.gradient_kpm * way_m;
+    if (last) break;
+  }
+  return air;
+}
+
+double pressure_altitude_m(double pressure_pa) {
+  double base_pa = kSeaLevel_pa, base_k = kSeaLevel_k, geopotential_m = 0;
+  for (std::size_t i = 0; i < kLayers.size(); ++i) {
+    const Layer& layer = kLayers[i];
+    const double way_m = i + 1 < kLayers.size() ? kLayers[i + 1].base_m - layer.base_m : 0;
+    const double top_pa = base_pa * ratio(base_k, layer.gradient_kpm, way_m);
+    if (i + 1 == kLayers.size() || pressure_pa >= top_pa) {
+      const double scale = kGasConstant / kGravity_mps2;
+      geopotential_m =
+          layer.base_m + (layer.gradient_kpm == 0
+                              ? -scale * base_k * std::log(pressure_pa / base_pa)
+                              : base_k / layer.gradient_kpm *
+                                    (std::pow(pressure_pa / base_pa, -scale * layer.gradient_kpm) - 1));
+      break;
+    }
+    base_pa = top_pa;
+    base_k += layer.gradient_kpm * way_m;
+  }
+  return kEarthRadius_m * geopotential_m / (kEarthRadius_m - geopotential_m);
+}
+
+Barometer::Barometer(const BarometerOptions& options, std::uint64_t seed)
+    : options_(options),
+      random_(seed, "barometer"),
+      turn_on_pa_(options.turn_on_pa * random_.normal()),
+      drift_pa_(options.drift_pa * random_.normal()) {
+  options.validate();
+}
+
+Pressure Barometer::measure(double height_m, double speed_mps) {
+  constexpr double kZero_k = 273.15;
+  const Air air =
+      air_at(height_m, options_.sea_level_pressure_pa, options_.sea_level_temperature_c + kZero_k);
+  const double keep = std::exp(-1 / (options_.rate_hz * options_.drift_time_s));
+  drift_pa_ = keep * drift_pa_ + options_.drift_pa * std::sqrt(1 - keep * keep) * random_.normal();
+  const double dynamic_pa = 0.5 * air.density_kgpm3() * speed_mps * speed_mps;
+  double measured_pa = air.pressure_pa + options_.airflow * dynamic_pa + turn_on_pa_ + drift_pa_ +
+                       options_.noise_pa * random_.normal();
+  if (options_.resolution_pa > 0)
+    measured_pa = std::round(measured_pa / options_.resolution_pa) * options_.resolution_pa;
+  return {measured_pa, air.pressure_pa, air.temperature_k};
+}
+
+}  // namespace canyon::inertial

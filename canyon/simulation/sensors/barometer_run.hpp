@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+
+#include "canyon/inertial/barometer.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
+
+namespace canyon::simulation {
+
+struct BarometerSample {
+  geodesy::GpsTime time;
+  double height_m = 0;  ///< of the barometer above mean sea level
+  inertial::Pressure pressure;
+};
+
+/// A barometer along a run.
+class BarometerRun {
+ public:
+  /// @param vehicle its pose at any instant of the run
+  /// @param begin the first sample is one interval later
+  /// @param geoid_undulation_m mean sea level above the ellipsoid, along the whole run
+  BarometerRun(const inertial::BarometerOptions& options, std::uint64_t seed, geodesy::GpsTime begin,
+               std::function<Pose(geodesy::GpsTime)> vehicle, double geoid_undulation_m);
+
+  /// The next sample, if it is due at `until`.
+  [[nodiscard]] std::optional<BarometerSample> next(geodesy::GpsTime until);
+
+ private:
+  inertial::BarometerOptions options_;
+  geodesy::GpsTime begin_;
+  std::function<Pose(geodesy::GpsTime)> vehicle_;
+  double geoid_undulation_m_;
+  inertial::Barometer barometer_;
+  std::int64_t count_ = 0;
+};
+
+}  // namespace canyon::simulation
