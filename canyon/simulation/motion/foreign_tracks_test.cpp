@@ -344,5 +344,29 @@ TEST_F(ForeignTracks, AGeoidInAColumnOfItsOwnIsNamed) {
               Contains(HasSubstr("heights are 'elevation' plus the column of the geoid")));
 }
 
+// Some modems write GNS each second and GGA each minute.
+TEST_F(ForeignTracks, NmeaOfSentencesWithOtherRates) {
+  const std::string gga = "$GPGGA,100000.00,4806.00,N,01130.00,E,1,09,0.9,500.0,M,47.0,M,,\n";
+  const std::string gns = "$GNGNS,1000%.00,4806.00,N,01130.00,E,AA,09,0.9,500.0,47.0,,\n";
+  const std::string rmc = "$GNRMC,1000%.00,A,4806.00,N,01130.00,E,0.0,,010524,,,A\n";
+  const auto at = [](std::string sentence, int second) {
+    return sentence.replace(sentence.find('%'), 1,
+                            second < 10 ? "0" + std::to_string(second) : std::to_string(second));
+  };
+  std::string both = gga, mixed = gga;
+  for (int second = 0; second < 10; ++second) {
+    both += at(gns, second) + at(rmc, second);
+    mixed += at(rmc, second);
+  }
+  const TrajectoryFile file = read(both, "nmea");
+  EXPECT_EQ(file.trajectory.end() - file.trajectory.begin(), 9);
+  EXPECT_NEAR(height_m(file.trajectory), 547, 1e-6);
+  EXPECT_THAT(file.warnings, IsEmpty());
+  // RMC has no heights: that it knows more is said.
+  EXPECT_THAT(
+      read(mixed, "nmea").warnings,
+      Contains(HasSubstr("path:3: RMC position at an instant without GGA (the first of 9); not read")));
+}
+
 }  // namespace
 }  // namespace canyon::simulation
