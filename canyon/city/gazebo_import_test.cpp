@@ -436,7 +436,12 @@ TEST_F(GazeboImport, MutatedWorldsNeverCrash) {
       "name='w'><spherical_coordinates><latitude_deg>1</latitude_deg>"
       "<heading_deg>3</heading_deg></spherical_coordinates>" +
       model("a", "1 2 3 0.1 0.2 0.3", kBox) +
-      model("b", "1 2 3 0 0 0", "<sphere><radius>2</radius></sphere>", "visual") + "</world></sdf>";
+      model("b", "1 2 3 0 0 0", "<sphere><radius>2</radius></sphere>", "visual") +
+      "<frame name='f' attached_to='a::link'><pose>1 0 0 0 0 0</pose></frame><model name='c' "
+      "placement_frame='k'><static>true</static><pose relative_to='f'>1 0 0 0 0 0</pose><link "
+      "name='k'/><link "
+      "name='l'><pose relative_to='k'>1 0 0 0 0 0</pose><collision name='c'><geometry>" +
+      std::string(kBox) + "</geometry></collision></link></model></world></sdf>";
   std::mt19937_64 random(7);
   for (int round = 0; round < 400; ++round) {
     std::string bad = whole;

@@ -443,8 +443,13 @@ TEST(RtcmDecoder, HostileBytesNeverCrash) {
   std::mt19937 random(2);
   std::uniform_int_distribution<int> byte(0, 255), length(0, 1023);
   const std::vector<int> numbers{1004, 1005, 1006, 1007, 1008, 1012, 1020, 1033, 1230, 1074,
-                                 1075, 1076, 1077, 1084, 1087, 1097, 1107, 1117, 1127, 1137};
-  CorrectionsDecoder decoder;
+                                 1075, 1076, 1077, 1084, 1087, 1097, 1107, 1117, 1127, 1137,
+                                 1001, 1003, 1009, 1011, 1071, 1073, 1082, 1083, 1121, 1123};
+  const RangeTable ranges = [](gnss::SatelliteId id, GpsTime,
+                               const Eigen::Vector3d&) -> std::optional<double> {
+    return id.number % 3 == 0 ? std::nullopt : std::optional(2e7 + id.number);
+  };
+  CorrectionsDecoder decoder({}, true, ranges);
   (void)decode(decoder, frame(place()));
   for (int i = 0; i < 4000; ++i) {
     // Right frames of any content: half of them with few satellites and signals.
