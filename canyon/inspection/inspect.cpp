@@ -109,7 +109,7 @@ FileReport inspect_raster(const std::filesystem::path& path) {
   if (!summary.lowest_m) {
     throw InputError(path, 0, "has no height within -500 to 9,000 m", "is it a raster of heights?");
   }
-  FileReport report{"height raster", {}, {}, {"city: {osm: MAP, terrain: FILE} in a scenario"}};
+  FileReport report{"height raster", {}, raster.cautions(), {"city: {osm: MAP, terrain: FILE} in a scenario"}};
   report.contents.emplace_back(
       "posts", fmt::format("{} x {}, {:.3g} m apart", summary.columns, summary.rows, summary.spacing_m));
   report.contents.emplace_back(

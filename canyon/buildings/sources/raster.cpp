@@ -369,6 +369,11 @@ std::vector<std::string> Raster::cautions() const {
   const std::lock_guard lock(impl_->mutex);
   const std::string name = impl_->path.filename().string();
   std::vector<std::string> lines;
+  if (GDALGetRasterDataType(impl_->band) == GDT_Byte) {
+    lines.push_back(fmt::format(
+        "{}: its values are whole numbers from 0 to 255, as those of a shaded picture; are they heights?",
+        name));
+  }
   if (!impl_->impossible.empty()) {
     lines.push_back(
         fmt::format("{}: {} of the posts in use are beyond -500 to 9,000 m (such as {:g} m) and are not "
