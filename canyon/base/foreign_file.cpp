@@ -61,6 +61,17 @@ bool is_novatel_text(std::string_view head) {
          line.find(';') != std::string_view::npos && line.find('*') != std::string_view::npos;
 }
 
+bool is_gpsd(std::string_view head) {
+  return trim(head).starts_with('{') &&
+         (contains(head, R"("class":"TPV")") || contains(head, R"("class": "TPV")") ||
+          contains(head, R"({"class":"VERSION")"));
+}
+
+bool is_takeout(std::string_view head) {
+  return trim(head).starts_with('{') &&
+         (contains(head, "\"timelineObjects\"") || contains(head, "\"latitudeE7\""));
+}
+
 bool is_urdf(std::string_view head) {
   return trim(head).starts_with('<') && contains(head, "<robot ");
 }
@@ -114,7 +125,10 @@ constexpr ForeignRow kForeignRows[] = {
      "$@"},
     {{"a log of a NovAtel receiver", kToRinex}, "\xAA\x44\x12"},
     {{"a log of a NovAtel receiver", kToRinex}, "\xAA\x44\x13"},
-    {{"a log of a NovAtel receiver", "NovAtel Convert makes RINEX of it"}, {}, 0, is_novatel_text},
+    {{"a text log of a NovAtel or Unicore receiver", "the maker's tool makes RINEX of it"},
+     {},
+     0,
+     is_novatel_text},
     {{"a log of PX4 (ULog)",
       "ulog2csv of pyulog writes the table vehicle_gps_position, which is a path of format csv"},
      "ULog\x01"},
@@ -175,6 +189,13 @@ constexpr ForeignRow kForeignRows[] = {
     {{"a building model (IFC)", "convert it to glTF by IfcConvert, or to CityJSON"}, "ISO-10303-21"},
     {{"a robot (URDF)", "gz sdf -p FILE writes SDF"}, {}, 0, is_urdf},
     {kMake, "RT27"},
+    {kMake, "\xA0\xA1"},
+    {kMake, "\xA0\xA2"},
+    {{"a log of gpsd (JSON)", "gpspipe -r writes NMEA, gpxlogger GPX"}, {}, 0, is_gpsd},
+    {{"the places of a Google account (Takeout)", "convert it to GPX, for instance by gpsbabel"},
+     {},
+     0,
+     is_takeout},
 };
 
 /// Endings of files whose bytes have no mark.
@@ -189,7 +210,7 @@ constexpr EndingRow kEndings[] = {
       "Canyon writes samples (canyon iq) and does not read them: a software receiver such as GNSS-SDR makes "
       "RINEX of them"}},
     {".dbf .shx .prj .cpg", kShape},
-    {".t02 .t04 .tps .jps .sbf .rt17 .stq", kMake},
+    {".t02 .t04 .tps .jps .sbf .rt17 .stq .bnx .m00", kMake},
     {".rtcm2", {"by its name a stream of RTCM 2", "have the base send RTCM 3"}},
     {".erp .clk .dcb .atx .blq", {"by its name a file of the IGS's other products", kNotUsed}},
     {".xlsx .xls .ods", {"a spreadsheet", "save it as CSV"}},

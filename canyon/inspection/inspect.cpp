@@ -109,7 +109,8 @@ FileReport inspect_raster(const std::filesystem::path& path) {
   if (!summary.lowest_m) {
     throw InputError(path, 0, "has no height within -500 to 9,000 m", "is it a raster of heights?");
   }
-  FileReport report{"height raster", {}, raster.cautions(), {"city: {osm: MAP, terrain: FILE} in a scenario"}};
+  FileReport report{
+      "height raster", {}, raster.cautions(), {"city: {osm: MAP, terrain: FILE} in a scenario"}};
   report.contents.emplace_back(
       "posts", fmt::format("{} x {}, {:.3g} m apart", summary.columns, summary.rows, summary.spacing_m));
   report.contents.emplace_back(
@@ -312,10 +313,25 @@ FileReport inspect_android(const std::filesystem::path& path) {
   return report;
 }
 
+/// Throws InputError for a file of another program, whatever its ending says.
+void refuse_foreign(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored) || is_raster(path)) return;
+  bool foreign = false;
+  try {
+    foreign = file_kind(path) == FileKind::Foreign;
+  } catch (const InputError& fault) {
+    // Archives of many files may be city models.
+    if (fault.problem() == "is a spreadsheet") throw;
+  }
+  if (foreign) throw explained(InputError(path, 0, "is of another program"), path, FileKind::Columns);
+}
+
 }  // namespace
 
 FileReport inspect_file(const std::filesystem::path& path) {
   if (is_scenario(path)) return inspect_scenario(path);
+  refuse_foreign(path);
   if (simulation::source_of_file(path)) return inspect_city(path);
   if (path.extension() == ".nc") return inspect_map(path);
   if (is_raster(path)) return inspect_raster(path);

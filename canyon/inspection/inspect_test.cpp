@@ -173,6 +173,8 @@ TEST_F(Inspect, HeightRasters) {
 TEST_F(Inspect, RefusesWhatNoReaderTakes) {
   EXPECT_THAT(fault("cap.pcap", std::string("\xd4\xc3\xb2\xa1\x02\x00\x04\x00", 8)),
               HasSubstr("cap.pcap: is a capture of network packets (PCAP); save what the receiver sent"));
+  EXPECT_THAT(fault("log.json", R"({"class":"TPV","mode":3})"),
+              HasSubstr("log.json: is a log of gpsd (JSON)"));
   EXPECT_THAT(fault("a.sigmf-data", std::string("\x01\x00\x02\x00", 4)),
               HasSubstr("a.sigmf-data: is a recording of radio samples (SigMF)"));
   EXPECT_THAT(fault("a.ubx", "\xB5\x62\x01\x07"), HasSubstr("a.ubx: is a log of a u-blox receiver (UBX)"));
