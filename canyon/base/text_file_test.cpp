@@ -414,8 +414,8 @@ TEST(Secrets, PasswordsOfAddressesAreHidden) {
   EXPECT_EQ(hide_passwords("https://h/t.json?session=SECRETSESSION&v=1 https://h/t.json#token=SECRET"),
             "https://h/t.json?session=...&v=1 https://h/t.json#token=...");
   EXPECT_EQ(hide_passwords("https://h/t.json;jsessionid=SECRETSESSION"), "https://h/t.json;jsessionid=...");
-  for (const char* plain :
-       {"a.csv:12: is bad; look at me@h", "12:30:05 at 48.1", "x = '' and \"\"", "it's a 'word"})
+  for (const char* plain : {"a.csv:12: is bad; look at me@h", "serial:/dev/ttyS0@9600", "12:30:05 at 48.1",
+                            "x = '' and \"\"", "it's a 'word"})
     EXPECT_EQ(hide_passwords(plain), plain);
   EXPECT_EQ(hide_passwords("http://me:SECRET@h/i?password=SECRET&rate=1"),
             "http://me:...@h/i?password=...&rate=1");
