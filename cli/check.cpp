@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "canyon/base/json.hpp"
+#include "canyon/base/secrets.hpp"
 #include "canyon/inspection/inspect.hpp"
 #include "cli/commands.hpp"
 
@@ -14,29 +15,31 @@ struct CheckArguments {
 };
 
 Json json_of(const std::string& file, const inspection::FileReport& report) {
-  Json contents;
+  Json contents, skipped = Json::array();
+  for (const std::string& line : report.skipped) skipped.push_back(hide_passwords(line));
   for (const auto& [name, value] : report.contents) contents[name] = value;
   return {{"file", file},
           {"usable", true},
           {"kind", report.kind},
           {"contents", std::move(contents)},
-          {"skipped", report.skipped},
+          {"skipped", std::move(skipped)},
           {"uses", report.uses}};
 }
 
 void print(const std::string& file, const inspection::FileReport& report) {
   fmt::print("{}\n  {:<14}{}\n", file, "kind", report.kind);
   for (const auto& [name, value] : report.contents) fmt::print("  {:<14}{}\n", name, value);
-  for (const std::string& line : report.skipped) fmt::print("  {:<14}{}\n", "note", line);
+  for (const std::string& line : report.skipped) fmt::print("  {:<14}{}\n", "note", hide_passwords(line));
   for (const std::string& line : report.uses) fmt::print("  {:<14}{}\n", "good for", line);
 }
 
 int run_check(const CheckArguments& arguments) {
   ExitCode worst = kOk;
   Json all = Json::array();
-  for (const std::string& file : arguments.files) {
+  for (const std::string& path : arguments.files) {
+    const std::string file = hide_passwords(path);
     try {
-      const inspection::FileReport report = inspection::inspect_file(file);
+      const inspection::FileReport report = inspection::inspect_file(path);
       if (arguments.json)
         all.push_back(json_of(file, report));
       else

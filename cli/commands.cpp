@@ -1,4 +1,5 @@
 #include "cli/commands.hpp"
+#include "canyon/base/secrets.hpp"
 
 #include <fmt/format.h>
 
@@ -65,7 +66,7 @@ void print_table(const TextRow& head, const std::vector<TextRow>& rows) {
 }
 
 void print_warnings(const std::vector<std::string>& warnings) {
-  for (const std::string& warning : warnings) fmt::print(stderr, "warning: {}\n", warning);
+  for (const std::string& warning : warnings) fmt::print(stderr, "warning: {}\n", hide_passwords(warning));
 }
 
 }  // namespace canyon::cli

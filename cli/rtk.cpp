@@ -8,6 +8,7 @@
 #include "canyon/base/statistics.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/orbit/broadcast_sky.hpp"
 #include "canyon/orbit/navigation_review.hpp"
 #include "canyon/receiver/corrections.hpp"
 #include "canyon/relative/recorded_pair.hpp"
@@ -51,12 +52,17 @@ struct Recording {
   }
 };
 
+bool is_rtcm(const std::string& path) {
+  return file_kind(std::filesystem::path(path)) == FileKind::Rtcm;
+}
+
 /// @param around a time within half a week of the recording, which RTCM does not state
+/// @param near a place within 50 km of an antenna that does not state its own, ECEF [m]; or zeros
 Recording read(const std::string& path, const RtkArguments& arguments, const gnss::NavigationData& navigation,
-               GpsTime around, bool needs_place) {
+               GpsTime around, bool needs_place, const Eigen::Vector3d& near) {
   const std::set<gnss::System>& systems = arguments.sky.systems;
   Recording recording;
-  if (file_kind(std::filesystem::path(path)) != FileKind::Rtcm) {
+  if (!is_rtcm(path)) {
     rinex::ObservationOptions wanted;
     wanted.all_signals = true;
     wanted.systems = systems;
@@ -69,7 +75,11 @@ Recording read(const std::string& path, const RtkArguments& arguments, const gns
                                  [&](const gnss::GlonassEphemeris& e) { return e.id == id; });
     return of == navigation.glonass.end() ? std::nullopt : std::optional(of->channel);
   };
-  const rtcm::RtcmCorrections corrections = rtcm::read_rtcm_corrections(path, around, channel, needs_place);
+  orbit::BroadcastOptions known;
+  known.allow_stale = arguments.allow_stale;
+  const auto ranges = rtcm::range_table(std::make_shared<orbit::BroadcastSky>(navigation, known), near);
+  const rtcm::RtcmCorrections corrections =
+      rtcm::read_rtcm_corrections(path, around, channel, needs_place, ranges);
   for (const auto& [problem, count] : corrections.status.problems)
     print_warnings(
         {fmt::format("{}: {}{}", path, problem, count > 1 ? fmt::format(" ({} times)", count) : "")});
@@ -176,10 +186,19 @@ GpsTime time_of(const gnss::NavigationData& navigation) {
 
 int run_rtk(const RtkArguments& arguments) {
   const gnss::NavigationData navigation = orbit::read_navigation(arguments.sky.navigation);
-  const auto rover = read(arguments.rover, arguments, navigation, time_of(navigation), false);
-  const GpsTime first = rover.first();
-  const auto base_file = read(arguments.base, arguments, navigation, first, arguments.base_place.empty());
+  const Eigen::Vector3d given =
+      arguments.base_place.empty()
+          ? Eigen::Vector3d::Zero().eval()
+          : geodesy::ecef_from_geodetic(parse_place(arguments.base_place, "--base-position"));
+  // A rover's RTCM may need the place of the base.
+  Recording rover;
+  const bool rover_first = !is_rtcm(arguments.rover);
+  if (rover_first) rover = read(arguments.rover, arguments, navigation, {}, false, given);
+  const auto base_file = read(arguments.base, arguments, navigation,
+                              rover_first ? rover.first() : time_of(navigation), given.isZero(), given);
   const Eigen::Vector3d place = place_of_base(arguments, base_file);
+  if (!rover_first) rover = read(arguments.rover, arguments, navigation, time_of(navigation), false, place);
+  const GpsTime first = rover.first();
   const simulation::BuiltSky sky =
       simulation::build_sky(arguments.sky, first, rover.last(), geodesy::geodetic_from_ecef(place));
   print_warnings(sky.warnings);

@@ -209,6 +209,10 @@ std::string unpack_zip(const std::filesystem::path& path, std::string_view archi
   }
   if (entries.empty()) throw damaged(path, "zip");
   if (entries.size() > 1) {
+    const bool spreadsheet = std::any_of(entries.begin(), entries.end(), [](const ZipEntry& entry) {
+      return entry.name == "xl/workbook.xml" || entry.name == "content.xml";
+    });
+    if (spreadsheet) throw InputError(path, 0, "is a spreadsheet", "save it as CSV");
     throw InputError(path, 0, "is a zip archive of " + std::to_string(entries.size()) + " files",
                      "unpack it and name one of them");
   }

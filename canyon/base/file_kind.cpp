@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cstdint>
 #include <iterator>
 #include <string>
 
+#include "canyon/base/foreign_file.hpp"
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/text.hpp"
 
@@ -74,7 +74,9 @@ bool is_rtcm(std::string_view head) {
 /// Whether there is "$GPGGA," or another address of letters.
 bool is_nmea(std::string_view head) {
   for (std::size_t at = head.find('$'); at != std::string_view::npos; at = head.find('$', at + 1)) {
-    const std::string_view address = head.substr(at + 1, head.find_first_of(",\n", at) - at - 1);
+    const std::size_t end = head.find_first_of(",\n", at);
+    if (end == std::string_view::npos || head[end] != ',') continue;
+    const std::string_view address = head.substr(at + 1, end - at - 1);
     if (address.size() >= 4 && address.size() <= 8 &&
         std::all_of(address.begin(), address.end(), [](unsigned char c) { return std::isupper(c) != 0; }))
       return true;
@@ -83,60 +85,8 @@ bool is_nmea(std::string_view head) {
 }
 
 /// A log with sentences between its messages is one of NMEA for all readers.
-bool is_ubx(std::string_view head) {
-  return head.starts_with("\xB5\x62") && !is_nmea(head);
-}
-
-/// The two lines of a satellite's elements.
-bool is_elements(std::string_view head) {
-  constexpr std::size_t kLength = 69;
-  const auto lines = split(head, '\n');
-  for (std::size_t i = 0; i + 1 < lines.size(); ++i) {
-    const std::string_view first = trim(lines[i]), second = trim(lines[i + 1]);
-    if (first.size() == kLength && second.size() == kLength && first.starts_with("1 ") &&
-        second.starts_with("2 "))
-      return true;
-  }
-  return false;
-}
-
-bool is_sbf(std::string_view head) {
-  return head.starts_with("$@") && !is_nmea(head);
-}
-bool is_novatel(std::string_view head) {
-  return head.starts_with("\xAA\x44\x12") || head.starts_with("\xAA\x44\x13");
-}
-bool is_ulog(std::string_view head) {
-  return head.starts_with("ULog\x01");
-}
-bool is_data_flash(std::string_view head) {
-  return head.starts_with("\xA3\x95");
-}
-/// Microseconds since 1970 in eight bytes, the first one highest, before each frame of MAVLink.
-bool is_tlog(std::string_view head) {
-  constexpr std::size_t kTime = 8;
-  if (head.size() < kTime + 2 || (head[kTime] != '\xFD' && head[kTime] != '\xFE')) return false;
-  std::uint64_t us = 0;
-  for (std::size_t i = 0; i < kTime; ++i) us = us << 8 | static_cast<unsigned char>(head[i]);
-  constexpr std::uint64_t k2000_us = 946'684'800'000'000, k2100_us = 4'102'444'800'000'000;
-  return us > k2000_us && us < k2100_us;
-}
-bool is_fit(std::string_view head) {
-  return head.size() > 12 && head.substr(8, 4) == ".FIT";
-}
-/// The maker's record, then the headers.
-bool is_igc(std::string_view head) {
-  return head.starts_with('A') && has(head, "\nHF");
-}
-bool is_product(std::string_view head) {
-  const std::string_view line = first_line(head);
-  return has(line, "ANTEX VERSION") || has(line, "IONEX VERSION") || line.starts_with("%=SNX");
-}
-bool is_ros_bag(std::string_view head) {
-  return head.starts_with("#ROSBAG") || head.starts_with("\x89MCAP");
-}
-bool is_database(std::string_view head) {
-  return head.starts_with("SQLite format 3");
+bool is_foreign(std::string_view head) {
+  return foreign_file(head) != nullptr && !is_nmea(head);
 }
 bool is_xml(std::string_view head) {
   return trim(head).starts_with('<');
@@ -176,30 +126,9 @@ constexpr Row kKinds[] = {
     {FileKind::Sp3, is_sp3, "an SP3 file", "", "a scenario's sky takes it: sky: {sp3: [FILE]}"},
     {FileKind::Gpx, is_gpx, "a GPX file", "gpx", "as a trajectory its format is gpx"},
     {FileKind::Kml, is_kml, "a KML file", "kml", "as a trajectory its format is kml"},
-    {FileKind::Ubx, is_ubx, "a log of a u-blox receiver (UBX)", "",
-     "convert it to RINEX, for instance by RTKLIB's convbin"},
-    {FileKind::Sbf, is_sbf, "a log of a Septentrio receiver (SBF)", "",
-     "convert it to RINEX or NMEA, for instance by RTKLIB's convbin"},
-    {FileKind::NovAtel, is_novatel, "a log of a NovAtel receiver", "",
-     "convert it to RINEX, for instance by RTKLIB's convbin"},
-    {FileKind::ULog, is_ulog, "a log of PX4 (ULog)", "",
-     "ulog2csv of pyulog writes the table vehicle_gps_position, which is a path of format csv"},
-    {FileKind::DataFlash, is_data_flash, "a log of ArduPilot (DataFlash)", "",
-     "mavlogdump.py --format csv --types GPS writes a path of format csv"},
-    {FileKind::Tlog, is_tlog, "a telemetry log of MAVLink (tlog)", "",
-     "mavlogdump.py --format csv --types GLOBAL_POSITION_INT writes its places"},
-    {FileKind::Fit, is_fit, "a file of Garmin's FIT", "", "convert it to GPX, for instance by gpsbabel"},
-    {FileKind::Igc, is_igc, "a flight log (IGC)", "", "convert it to GPX, for instance by gpsbabel"},
-    {FileKind::Product, is_product, "a file of antennas, ionosphere or stations (ANTEX, IONEX, SINEX)", "",
-     "Canyon does not use it"},
-    {FileKind::RosBag, is_ros_bag, "a bag of ROS", "",
-     "rostopic echo -b FILE -p /TOPIC writes a path of format csv"},
-    {FileKind::Database, is_database, "a database (SQLite)", "",
-     "export its table as CSV, or its layer as GPX by ogr2ogr"},
+    {FileKind::Foreign, is_foreign, "a file of another program", "", ""},
     {FileKind::Rtcm, is_rtcm, "a stream of RTCM 3", "", "canyon rtk takes it as the base"},
     {FileKind::Nmea, is_nmea, "a log of NMEA sentences", "nmea", "as a trajectory its format is nmea"},
-    {FileKind::Elements, is_elements, "a list of orbital elements (TLE)", "",
-     "they are not read: give RINEX navigation files or SP3 files of the day"},
     {FileKind::Json, is_json, "JSON (such as GeoJSON)", "",
      "as a recorded path write GPX or CSV, for instance by ogr2ogr; maps end in .json or .jsonl"},
     {FileKind::Xml, is_xml, "XML of another kind", "",
@@ -264,12 +193,20 @@ InputError explained(const InputError& fault, const std::filesystem::path& path,
   }
   if (head.empty()) return {path, 0, "is empty", "fetch the file again"};
   const FileKind kind = kind_of_head(head);
+  if (kind == FileKind::Other) {
+    if (const ForeignFile* const foreign = foreign_ending(path.extension().string()))
+      return {path, 0, "is " + std::string(foreign->name), std::string(foreign->use)};
+  }
   const bool of_any_text = wanted == FileKind::Columns;
   const bool both_xml =
       kind == FileKind::Xml && (wanted == FileKind::Gpx || wanted == FileKind::Kml);  // a part of one
   if (kind == FileKind::Other || kind == FileKind::Columns || both_xml ||
       (!of_any_text && row_of(wanted)->is(head)))
     return fault;
+  if (kind == FileKind::Foreign) {
+    const ForeignFile& foreign = *foreign_file(head);
+    return {path, 0, "is " + std::string(foreign.name), std::string(foreign.use)};
+  }
   return {path, 0, "is " + std::string(name(kind)) + ", not " + std::string(name(wanted)), row_of(kind)->use};
 }
 

@@ -17,21 +17,10 @@ enum class FileKind : std::uint8_t {
   Sp3,
   Gpx,
   Kml,
-  Ubx,
   Rtcm,
   Nmea,
-  Elements,   ///< TLE
-  Sbf,        ///< of Septentrio's receivers
-  NovAtel,    ///< binary, of NovAtel's receivers
-  ULog,       ///< of PX4
-  DataFlash,  ///< of ArduPilot
-  Tlog,       ///< MAVLink with times, of ground stations
-  Fit,        ///< of Garmin's and other watches
-  Igc,        ///< of gliders' loggers
-  Product,    ///< ANTEX, IONEX, SINEX
-  RosBag,     ///< of ROS 1, or MCAP
-  Database,   ///< SQLite: bags of ROS 2, GeoPackage
-  Xml,        ///< that is no other kind
+  Foreign,  ///< of a program whose files Canyon does not read: foreign_file()
+  Xml,      ///< that is no other kind
   Json,
   Columns  ///< text with commas, semicolons, tabs or blanks
 };

@@ -405,6 +405,18 @@ TEST(Secrets, PasswordsOfAddressesAreHidden) {
             "ntrip://me%3A...@h:1/M https://...@h/i");
   EXPECT_EQ(hide_passwords("https://h/api?box=1,2&api_key=SECRET&Token=SECRET#top answered"),
             "https://h/api?box=1,2&api_key=...&Token=...#top answered");
+  EXPECT_EQ(hide_passwords("'MOUNT?token=SECRET' is not a mount point"),
+            "'MOUNT?token=...' is not a mount point");
+  EXPECT_EQ(hide_passwords("'ntrip:/me:SECRET@h/M', me:SECRET@h:9/M and ntrip//me:SECRET@h are no addresses"),
+            "'ntrip:...@h/M', me:...@h:9/M and ntrip//me:...@h are no addresses");
+  EXPECT_EQ(hide_passwords("the caster's 'ntrip://me:SECRET WORD@h:1/M' does not answer; it's off"),
+            "the caster's 'ntrip://me:...@h:1/M' does not answer; it's off");
+  EXPECT_EQ(hide_passwords("https://h/t.json?session=SECRETSESSION&v=1 https://h/t.json#token=SECRET"),
+            "https://h/t.json?session=...&v=1 https://h/t.json#token=...");
+  EXPECT_EQ(hide_passwords("https://h/t.json;jsessionid=SECRETSESSION"), "https://h/t.json;jsessionid=...");
+  for (const char* plain : {"a.csv:12: is bad; look at me@h", "serial:/dev/ttyS0@9600", "12:30:05 at 48.1",
+                            "x = '' and \"\"", "it's a 'word"})
+    EXPECT_EQ(hide_passwords(plain), plain);
   EXPECT_EQ(hide_passwords("http://me:SECRET@h/i?password=SECRET&rate=1"),
             "http://me:...@h/i?password=...&rate=1");
   for (const char* open :

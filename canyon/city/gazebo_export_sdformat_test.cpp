@@ -1,8 +1,13 @@
 // Canyon's files for Gazebo, checked by SDFormat's own parser.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <random>
 #include <sdf/sdf.hh>
+#include <set>
+#include <type_traits>
 
 #include "canyon/city/city.hpp"
 #include "canyon/city/gazebo_export.hpp"
@@ -84,6 +89,47 @@ TEST(GazeboSdformat, ModelLoadsWithoutError) {
   ASSERT_NE(root.Model(), nullptr);
   EXPECT_TRUE(root.Model()->Static());
   EXPECT_GE(check_meshes(*root.Model(), folder.path(), "model://"), 2);
+}
+
+// Links whose poses are relative to each other and to frames, at random: SDFormat resolves them.
+TEST(GazeboSdformat, FramesOfPosesResolveAlike) {
+  const TemporaryFolder folder;
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> place(-50, 50), angle(-3, 3);
+  std::string text = "<sdf version='1.9'><model name='m'><static>true</static>";
+  constexpr int kCount = 20;
+  for (int i = 0; i < kCount; ++i) {
+    const std::string other =
+        i == 0 ? "__model__"
+               : (random() % 2 == 0 ? "l" : "f") + std::to_string(random() % static_cast<unsigned>(i));
+    const auto pose = [&](const std::string& relative) {
+      return fmt::format("<pose relative_to='{}'>{} {} {} {} {} {}</pose>", relative, place(random),
+                         place(random), place(random), angle(random), angle(random), angle(random));
+    };
+    const std::string name = std::to_string(i);
+    text += "<link name='l" + name + "'>" + pose(other) + "<collision name='c'>" + pose("l" + name) +
+            "<geometry><box><size>2 2 2</size></box></geometry></collision></link>";
+    text += "<frame name='f" + name + "' attached_to='l" + name + "'>" + pose(other) + "</frame>";
+  }
+  std::ofstream(folder / "m.sdf") << text << "</model></sdf>";
+  const City city = read_gazebo_world(folder / "m.sdf");
+  const sdf::Root root = load(folder / "m.sdf");
+  const sdf::Model& model = *root.Model();
+  ASSERT_EQ(city.mesh.objects.size(), static_cast<std::size_t>(kCount));
+  for (const Object& object : city.mesh.objects) {
+    std::set<std::uint32_t> corners;
+    for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t)
+      corners.insert(city.mesh.triangles[t].begin(), city.mesh.triangles[t].end());
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (const std::uint32_t v : corners)
+      middle += city.mesh.vertices[v] / static_cast<double>(corners.size());
+    const auto link = object.name.substr(3, object.name.rfind("::") - 3);
+    std::decay_t<decltype(model.RawPose())> expected;
+    ASSERT_TRUE(
+        model.LinkByName(link)->CollisionByIndex(0)->SemanticPose().Resolve(expected, "__model__").empty());
+    EXPECT_LT((middle - Eigen::Vector3d(expected.X(), expected.Y(), expected.Z())).norm(), 1e-6)
+        << object.name;
+  }
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -25,6 +26,7 @@
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/mesh_topology.hpp"
+#include "canyon/city/sdf_frames.hpp"
 #include "canyon/geodesy/constants.hpp"
 
 namespace canyon::city {
@@ -35,17 +37,20 @@ using sdf::add_primitive;
 using sdf::attribute;
 using sdf::child_text;
 using sdf::Element;
+using sdf::Frames;
 using sdf::is_true;
 using sdf::numbers;
 using sdf::Source;
 using sdf::text_of;
 
 constexpr int kDeepestNesting = 16;
-constexpr double kLargestPose_m = 1e6;
 
 class GazeboImport {
  public:
-  explicit GazeboImport(const std::filesystem::path& path) : path_(path) {}
+  explicit GazeboImport(const std::filesystem::path& path)
+      : path_(path), frames_([this](const Source& source, const Element& include) {
+          return included_model(source, include);
+        }) {}
 
   City read() {
     const std::filesystem::path file = model_file(path_);
@@ -64,6 +69,7 @@ class GazeboImport {
       read_models(source, sdf, Eigen::Affine3d::Identity(), "", 0);
     }
     if (city_.mesh.triangles.empty()) {
+      if (!absent_.empty()) throw InputError(absent_.front());
       std::string why;
       for (const auto& [what, count] : left_out_)
         why += fmt::format("{}{} {}", why.empty() ? "" : ", ", count, what);
@@ -75,6 +81,7 @@ class GazeboImport {
                            : "give the models of the city <static>true</static>: others can move");
     }
     note_moving();
+    note_absent();
     const Eigen::Matrix3d enu_from_world =
         Eigen::AngleAxisd(heading_rad_, Eigen::Vector3d::UnitZ()).toRotationMatrix();
     if (heading_rad_ != 0) {
@@ -89,6 +96,11 @@ class GazeboImport {
   }
 
  private:
+  struct PartFile {
+    Mesh mesh;
+    bool marked = false;
+  };
+
   void note(std::string line) { city_.notes.push_back(std::move(line)); }
 
   /// Gazebo Classic saves where models stood, and which were deleted; it does so again.
@@ -108,7 +120,7 @@ class GazeboImport {
   }
   void read_model_state(const Source& source, const Element& model) {
     const std::string name = attribute(model, "name");
-    if (model.FirstChildElement("pose") != nullptr) state_[name] = pose_of(source, model);
+    if (model.FirstChildElement("pose") != nullptr) state_[name] = Frames::numbers_of(source, model);
     if (const Element* const scale = model.FirstChildElement("scale")) {
       const std::vector<double> s = numbers(source, *scale, 3, 1e6);
       const bool scaled = std::any_of(s.begin(), s.end(), [](double x) { return std::abs(x - 1) > 1e-6; });
@@ -128,6 +140,15 @@ class GazeboImport {
     const bool deleted = depth == 0 && deleted_.count(name) > 0;
     if (deleted) ++left_out_["models that the world's <state> deletes"];
     return deleted;
+  }
+
+  void note_absent() {
+    constexpr std::size_t kNamed = 5;
+    for (std::size_t i = 0; i < std::min(absent_.size(), kNamed); ++i)
+      note(fmt::format("{}; left out", absent_[i].what()));
+    if (absent_.size() > kNamed)
+      note(fmt::format("{} more meshes or models that are not there or cannot be read left out",
+                       absent_.size() - kNamed));
   }
 
   void note_moving() {
@@ -179,16 +200,18 @@ class GazeboImport {
   }
 
   const Source& open(const std::filesystem::path& path) {
-    Source& source = sources_[std::filesystem::absolute(path).lexically_normal().string()];
-    if (!source.path.empty()) return source;
-    source.path = path;
-    load(path, source.document);
-    const Element& root = *source.document.RootElement();
+    std::unique_ptr<Source>& kept = sources_[std::filesystem::absolute(path).lexically_normal().string()];
+    if (kept) return *kept;
+    auto source = std::make_unique<Source>();
+    source->path = path;
+    load(path, source->document);
+    const Element& root = *source->document.RootElement();
     if (std::string_view(root.Name()) != "sdf") {
-      throw source.error(root, fmt::format("begins with <{}>, not with <sdf>", root.Name()),
-                         "name an SDF world or model (URDF: convert it with gz sdf -p)");
+      throw source->error(root, fmt::format("begins with <{}>, not with <sdf>", root.Name()),
+                          "name an SDF world or model (URDF: convert it with gz sdf -p)");
     }
-    return source;
+    kept = std::move(source);
+    return *kept;
   }
 
   void read_origin(const Source& source, const Element& world) {
@@ -215,37 +238,6 @@ class GazeboImport {
         number("latitude_deg", 90), number("longitude_deg", 180), number("elevation", 1e4)));
   }
 
-  static Eigen::Affine3d pose_of(const Source& source, const Element& parent) {
-    const Element* pose = parent.FirstChildElement("pose");
-    if (pose == nullptr) return Eigen::Affine3d::Identity();
-    for (const char* name : {"relative_to", "frame"}) {
-      const std::string frame = attribute(*pose, name);
-      if (!frame.empty() && frame != "__model__" && frame != "world") {
-        throw source.error(*pose, fmt::format("pose relative to '{}'", frame),
-                           "give poses relative to the parent (gz sdf -p writes them so)");
-      }
-    }
-    const std::string format = attribute(*pose, "rotation_format");
-    Eigen::Affine3d result = Eigen::Affine3d::Identity();
-    if (format == "quat_xyzw") {
-      const std::vector<double> v = numbers(source, *pose, 7, kLargestPose_m);
-      const Eigen::Quaterniond q(v[6], v[3], v[4], v[5]);
-      if (!(q.norm() > 1e-6)) throw source.error(*pose, "quaternion of length 0");
-      result.translate(Eigen::Vector3d(v[0], v[1], v[2]));
-      result.rotate(q.normalized());
-      return result;
-    }
-    if (text_of(*pose).empty()) return result;
-    const std::vector<double> v = numbers(source, *pose, 6, kLargestPose_m);
-    const double unit = is_true(attribute(*pose, "degrees")) ? geodesy::radians(1) : 1;
-    result.translate(Eigen::Vector3d(v[0], v[1], v[2]));
-    // SDF: roll about x, then pitch about y, then yaw about z, all of fixed axes.
-    result.rotate(Eigen::AngleAxisd(v[5] * unit, Eigen::Vector3d::UnitZ()) *
-                  Eigen::AngleAxisd(v[4] * unit, Eigen::Vector3d::UnitY()) *
-                  Eigen::AngleAxisd(v[3] * unit, Eigen::Vector3d::UnitX()));
-    return result;
-  }
-
   /// Whether a world's model is static; <static> of its include takes the place of its own.
   static bool is_static(const Element& model, const Element* include = nullptr) {
     const bool included = include != nullptr && include->FirstChildElement("static") != nullptr;
@@ -269,10 +261,11 @@ class GazeboImport {
         }
         const std::string name = attribute(*e, "name");
         if (is_deleted(name, depth)) continue;
-        read_model(source, *e, world_from_parent * placed(name, pose_of(source, *e), depth), scope, name,
-                   depth);
+        read_model(source, *e,
+                   world_from_parent * placed(name, frames_.of_child({&source, &parent}, *e), depth), scope,
+                   name, depth);
       } else if (kind == "include") {
-        read_include(source, *e, world_from_parent, scope, depth, only_static);
+        read_include({&source, &parent}, *e, world_from_parent, scope, depth, only_static);
       } else if (kind == "actor" || kind == "population" || kind == "road") {
         ++left_out_[fmt::format("<{}>", kind)];
       }
@@ -285,53 +278,29 @@ class GazeboImport {
       note("the ground plane under a city without terrain is not part of it");
       return;
     }
-    if (!attribute(model, "placement_frame").empty()) {
-      throw source.error(model, "placement_frame", "give the model's pose instead");
-    }
     const std::string inner = scope.empty() ? name : scope + "::" + name;
     for (const Element* link = model.FirstChildElement("link"); link != nullptr;
          link = link->NextSiblingElement("link")) {
-      const Eigen::Affine3d world_from_link = world_from_model * pose_of(source, *link);
       const char* kind = link->FirstChildElement("collision") != nullptr ? "collision" : "visual";
       for (const Element* e = link->FirstChildElement(kind); e != nullptr; e = e->NextSiblingElement(kind)) {
         const Element* geometry = e->FirstChildElement("geometry");
         if (geometry == nullptr) throw source.error(*e, fmt::format("<{}> without <geometry>", kind));
-        read_geometry(source, *geometry, world_from_link * pose_of(source, *e),
+        read_geometry(source, *geometry, world_from_model * frames_.of_shape({&source, &model}, *link, *e),
                       fmt::format("{}::{}::{}", inner, attribute(*link, "name"), attribute(*e, "name")));
       }
     }
     read_models(source, model, world_from_model, inner, depth + 1);
   }
 
-  void read_include(const Source& source, const Element& include, const Eigen::Affine3d& world_from_parent,
-                    const std::string& scope, int depth, bool only_static) {
-    const std::string uri = child_text(include, "uri");
-    if (uri.empty()) throw source.error(include, "<include> without <uri>");
-    const std::optional<std::filesystem::path> found = resolve(source, uri);
-    if (!found) {
-      const std::string last = lower_case(uri.substr(uri.find_last_of('/') + 1));
-      if (last == "sun" || last == "ground_plane" || last == "ground plane") {
-        note(fmt::format("'{}' of Gazebo's own collection left out", uri));
-        return;
-      }
-      throw source.error(include, fmt::format("'{}' is not beside the file", uri),
-                         "put the model's folder beside the world and name it model://FOLDER");
-    }
-    const Source& included = open(model_file(*found));
-    const Element* model = included.document.RootElement()->FirstChildElement("model");
-    if (model == nullptr) {
-      ++left_out_["includes without a model (lights)"];
-      return;
-    }
-    if (!child_text(include, "placement_frame").empty()) {
-      throw source.error(include, "placement_frame", "give the pose instead");
-    }
-    // A pose of the include takes the place of the model's own.
-    const bool own = include.FirstChildElement("pose") != nullptr;
-    const Eigen::Affine3d pose = own ? pose_of(source, include) : pose_of(included, *model);
+  void read_include(const Frames::Scope& parent, const Element& include,
+                    const Eigen::Affine3d& world_from_parent, const std::string& scope, int depth,
+                    bool only_static) {
+    const Source& source = *parent.source;
+    const Frames::Scope included = included_model(source, include);
+    if (included.element == nullptr) return;
     std::string name = child_text(include, "name");
-    if (name.empty()) name = attribute(*model, "name");
-    if (only_static && !is_static(*model, &include)) {
+    if (name.empty()) name = attribute(*included.element, "name");
+    if (only_static && !is_static(*included.element, &include)) {
       moving_.push_back(name);
       return;
     }
@@ -341,7 +310,39 @@ class GazeboImport {
                          fmt::format("models are nested or included more than {} deep", kDeepestNesting),
                          "look for a model that includes itself");
     }
-    read_model(included, *model, world_from_parent * placed(name, pose, depth), scope, name, depth + 1);
+    read_model(*included.source, *included.element,
+               world_from_parent * placed(name, frames_.of_child(parent, include), depth), scope, name,
+               depth + 1);
+  }
+
+  /// The model of an <include>, kept: one that is missing or damaged costs itself.
+  Frames::Scope included_model(const Source& source, const Element& include) {
+    const auto [known, fresh] = included_.try_emplace(&include);
+    if (!fresh) return known->second;
+    try {
+      known->second = find_included(source, include);
+    } catch (const InputError& fault) {
+      absent_.push_back(fault);
+    }
+    return known->second;
+  }
+  Frames::Scope find_included(const Source& source, const Element& include) {
+    const std::string uri = child_text(include, "uri");
+    if (uri.empty()) throw source.error(include, "<include> without <uri>");
+    const std::optional<std::filesystem::path> found = resolve(source, uri);
+    if (!found) {
+      const std::string last = lower_case(uri.substr(uri.find_last_of('/') + 1));
+      if (last == "sun" || last == "ground_plane" || last == "ground plane") {
+        note(fmt::format("'{}' of Gazebo's own collection left out", uri));
+        return {};
+      }
+      throw source.error(include, fmt::format("'{}' is not beside the file", uri),
+                         "put the model's folder beside the world and name it model://FOLDER");
+    }
+    const Source& file = open(model_file(*found));
+    const Element* const model = file.document.RootElement()->FirstChildElement("model");
+    if (model == nullptr) ++left_out_["includes without a model (lights)"];
+    return {&file, model};
   }
 
   /// Where a URI's file or folder lies, if it does.
@@ -401,20 +402,30 @@ class GazeboImport {
       world_from_mesh.scale(scale);
     }
     const std::optional<std::filesystem::path> path = resolve(source, uri);
-    if (!path)
-      throw source.error(shape, fmt::format("mesh '{}' is not beside the file", uri),
-                         "put it there, or name it by a path relative to the file");
-    const std::string key = path->lexically_normal().string();
-    auto found = meshes_.find(key);
-    if (found == meshes_.end()) {
-      found = meshes_.emplace(key, PartFile{read_mesh_part(*path, {}).mesh, has_mesh_mark(*path)}).first;
+    if (!path) {
+      absent_.push_back(source.error(shape, fmt::format("mesh '{}' is not beside the file", uri),
+                                     "put it there, or name it by a path relative to the file"));
+      return;
     }
+    const std::string key = path->lexically_normal().string();
+    const auto [found, fresh] = meshes_.try_emplace(key);
+    if (fresh) found->second = part_of(*path);
     const PartFile& part = found->second;
     const bool terrain = !part.marked && split_surface(name).surface == Surface::Terrain;
     for (Object object : part.mesh.objects) {
       if (!part.marked) object.name = fmt::format("{}::{}", name, object.name);
       if (terrain) object.surface = Surface::Terrain;
       append(part.mesh, object, world_from_mesh, terrain);
+    }
+  }
+
+  /// A mesh file; empty, with the reason kept, where it cannot be read.
+  PartFile part_of(const std::filesystem::path& path) {
+    try {
+      return {read_mesh_part(path, {}).mesh, has_mesh_mark(path)};
+    } catch (const InputError& fault) {
+      absent_.push_back(fault);
+      return {};
     }
   }
 
@@ -449,15 +460,10 @@ class GazeboImport {
               city_.mesh.materials.begin() + static_cast<std::ptrdiff_t>(first));
   }
 
-  struct PartFile {
-    Mesh mesh;
-    bool marked = false;
-  };
-
   std::filesystem::path path_;
   City city_;
   double heading_rad_ = 0;
-  std::map<std::string, Source> sources_;
+  std::map<std::string, std::unique_ptr<Source>> sources_;
   std::map<std::string, PartFile> meshes_;
   std::map<std::string, std::size_t> left_out_;
   std::vector<std::string> moving_;               ///< names of the world's models that are not static
@@ -465,6 +471,9 @@ class GazeboImport {
   std::set<std::string> deleted_;                 ///< names of these
   std::size_t moved_ = 0;                         ///< models that it moves
   std::size_t degenerate_ = 0;
+  Frames frames_;
+  std::map<const Element*, Frames::Scope> included_;  ///< models of <include>
+  std::vector<InputError> absent_;                    ///< why meshes and included models were not read
 };
 
 }  // namespace

@@ -296,7 +296,7 @@ TEST_F(GazeboImport, NamesTheLineOfBadInput) {
   EXPECT_THAT(error("<include><uri>https://example.org/House</uri></include>"), HasSubstr("is not beside"));
   EXPECT_THAT(
       error("<model name='m'><static>true</static><pose relative_to='other'>0 0 0 0 0 0</pose></model>"),
-      HasSubstr("pose relative to 'other'"));
+      HasSubstr("w.world:4: a pose is relative to 'other', which is not there; there are 'm'"));
   EXPECT_THAT(error("<spherical_coordinates><latitude_deg>91</latitude_deg></spherical_coordinates>"),
               HasSubstr("latitude_deg"));
   EXPECT_THAT(error("<spherical_coordinates><world_frame_orientation>NED</world_frame_orientation>"
@@ -312,6 +312,117 @@ TEST_F(GazeboImport, NamesTheLineOfBadInput) {
   }
 }
 
+// One of many costs itself.
+TEST_F(GazeboImport, MissingAndDamagedFilesCostThemselves) {
+  write("bad.obj", "v 0 0 0\nf 1 2 3\n");
+  write("broken/model.sdf", "<sdf version='1.6'><model name='b'><link>");
+  const std::string house = model("house", "0 0 3 0 0 0", kBox);
+  const City city =
+      world(house + model("a", "0 0 0 0 0 0", "<mesh><uri>none.dae</uri></mesh>") +
+            model("b", "0 0 0 0 0 0", "<mesh><uri>bad.obj</uri></mesh>") +
+            model("c", "9 0 0 0 0 0", "<mesh><uri>bad.obj</uri></mesh>") +
+            "<include><uri>model://none</uri></include><include><uri>model://broken</uri></include>"
+            "<include><uri>model://broken</uri></include>");
+  ASSERT_EQ(city.mesh.objects.size(), 1U);
+  EXPECT_EQ(city.mesh.objects[0].name, "house::link::c");
+  EXPECT_THAT(city.notes, Contains(HasSubstr("w.world:5: mesh 'none.dae' is not beside the file")));
+  EXPECT_THAT(city.notes, Contains(HasSubstr("bad.obj:2: names vertex 3 of 1")));
+  EXPECT_THAT(city.notes, Contains(HasSubstr("'model://none' is not beside the file")));
+  EXPECT_THAT(city.notes, Contains(HasSubstr("model.sdf:1: is not well-formed XML")));
+  EXPECT_EQ(std::count_if(city.notes.begin(), city.notes.end(),
+                          [](const std::string& line) { return line.ends_with("; left out"); }),
+            5);
+  std::string many = house;
+  for (int i = 0; i < 9; ++i)
+    many += model(std::to_string(i), "0 0 0 0 0 0", "<mesh><uri>" + std::to_string(i) + ".dae</uri></mesh>");
+  EXPECT_THAT(world(many).notes, Contains(HasSubstr("4 more meshes or models")));
+}
+
+constexpr const char* kShape = "<geometry><box><size>2 2 2</size></box></geometry>";
+
+// X of the box's middle is the sum of the x along its frames.
+TEST_F(GazeboImport, PosesRelativeToOtherFrames) {
+  const auto middle = [&](const std::string& body) {
+    const auto bounds = world(body).bounds();
+    return Eigen::Vector3d(0.5 * (bounds.min + bounds.max));
+  };
+  const std::string shape = std::string("<collision name='c'>") + kShape + "</collision>";
+  const std::string links =
+      "<link name='base'><pose>1 0 0 0 0 0</pose></link>"
+      "<link name='tower'><pose relative_to='base'>10 0 0 0 0 0</pose>" +
+      shape + "</link>";
+  const std::string first = "<model name='m'><static>true</static><pose>100 0 0 0 0 0</pose>";
+  EXPECT_NEAR(middle(first + links + "</model>").x(), 111, 1e-9);
+  // Turned by 90 degrees to the left: 10 m along the base's x are 10 m along y.
+  const std::string turned =
+      "<link name='base'><pose>1 0 0 0 0 1.5707963267948966</pose></link>"
+      "<link name='tower'><pose relative_to='base'>10 0 0 0 0 0</pose>" +
+      shape + "</link>";
+  EXPECT_LT((middle(first + turned + "</model>") - Eigen::Vector3d(101, 10, 0)).norm(), 1e-9);
+  // Frames, attached and relative, of the model and of the world.
+  EXPECT_NEAR(
+      middle(
+          first +
+          "<link name='l'><pose>3 0 0 0 0 0</pose></link><frame name='f' attached_to='l'><pose>20 0 0 0 0 0"
+          "</pose></frame><frame name='g'><pose relative_to='f'>5 0 0 0 0 0</pose></frame><link name='t'>"
+          "<pose relative_to='g'>7 0 0 0 0 0</pose>" +
+          shape + "</link></model>")
+          .x(),
+      135, 1e-9);
+  EXPECT_NEAR(
+      middle("<frame name='site'><pose>1000 0 0 0 0 0</pose></frame><model name='m'><static>true</static>"
+             "<pose relative_to='site'>5 0 0 0 0 0</pose><link name='l'>" +
+             shape + "</link></model>")
+          .x(),
+      1005, 1e-9);
+  // Of another model's link, of a joint (which stands at its child), of a collision in another link.
+  EXPECT_NEAR(
+      middle(
+          "<model name='a'><pose>50 0 0 0 0 0</pose><link name='l'><pose>2 0 0 0 0 0</pose></link></model>"
+          "<model name='m'><static>true</static><pose relative_to='a::l'>1 0 0 0 0 0</pose><link name='l'>" +
+          shape + "</link></model>")
+          .x(),
+      53, 1e-9);
+  EXPECT_NEAR(
+      middle(first +
+             "<link name='k'><pose>4 0 0 0 0 0</pose></link><joint name='j' type='fixed'><pose>1 0 0 0 "
+             "0 0</pose><parent>world</parent><child>k</child></joint><link name='l'><collision name='c'>"
+             "<pose relative_to='j'>2 0 0 0 0 0</pose>" +
+             kShape + "</collision></link></model>")
+          .x(),
+      107, 1e-9);
+  // The placement frame is what the model's pose is of.
+  EXPECT_NEAR(
+      middle("<model name='m' placement_frame='foot'><static>true</static><pose>100 0 0 0 0 0</pose><link "
+             "name='foot'><pose>30 0 0 0 0 0</pose></link><link name='l'>" +
+             shape + "</link></model>")
+          .x(),
+      70, 1e-9);
+  write("hut/model.sdf",
+        "<sdf version='1.9'><model name='hut'><static>true</static><link name='door'><pose>4 0 0 0 0 "
+        "0</pose></link><link name='l'>" +
+            shape + "</link></model></sdf>");
+  EXPECT_NEAR(
+      middle("<frame name='site'><pose>1000 0 0 0 0 0</pose></frame><include><uri>model://hut</uri><pose "
+             "relative_to='site'>1 0 0 0 0 0</pose><placement_frame>door</placement_frame></include>")
+          .x(),
+      997, 1e-9);
+}
+
+TEST_F(GazeboImport, FramesInACircleAreRefused) {
+  EXPECT_THAT(
+      error("<model name='m'><static>true</static><link name='a'><pose relative_to='b'>0 0 0 0 0 0</pose>"
+            "</link><link name='b'><pose relative_to='a'>0 0 0 0 0 0</pose><collision name='c'>" +
+            std::string(kShape) + "</collision></link></model>"),
+      HasSubstr("w.world:4: poses are relative to each other in a circle: 'b' to 'a' to 'b'"));
+  std::string deep = "<model name='m'><static>true</static>";
+  for (int i = 0; i < 300; ++i) {
+    deep += "<link name='" + std::to_string(i) + "'><pose relative_to='" + std::to_string(i + 1) +
+            "'>0 0 0 0 0 0</pose><collision name='c'>" + kShape + "</collision></link>";
+  }
+  EXPECT_THAT(error(deep + "<link name='300'/></model>"), HasSubstr("more than 200 deep"));
+}
+
 TEST_F(GazeboImport, AModelThatIncludesItselfEnds) {
   write("loop/model.sdf",
         "<sdf version='1.6'><model "
@@ -325,7 +436,12 @@ TEST_F(GazeboImport, MutatedWorldsNeverCrash) {
       "name='w'><spherical_coordinates><latitude_deg>1</latitude_deg>"
       "<heading_deg>3</heading_deg></spherical_coordinates>" +
       model("a", "1 2 3 0.1 0.2 0.3", kBox) +
-      model("b", "1 2 3 0 0 0", "<sphere><radius>2</radius></sphere>", "visual") + "</world></sdf>";
+      model("b", "1 2 3 0 0 0", "<sphere><radius>2</radius></sphere>", "visual") +
+      "<frame name='f' attached_to='a::link'><pose>1 0 0 0 0 0</pose></frame><model name='c' "
+      "placement_frame='k'><static>true</static><pose relative_to='f'>1 0 0 0 0 0</pose><link "
+      "name='k'/><link "
+      "name='l'><pose relative_to='k'>1 0 0 0 0 0</pose><collision name='c'><geometry>" +
+      std::string(kBox) + "</geometry></collision></link></model></world></sdf>";
   std::mt19937_64 random(7);
   for (int round = 0; round < 400; ++round) {
     std::string bad = whole;

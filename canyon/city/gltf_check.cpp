@@ -41,6 +41,9 @@ class GltfCheck {
     std::string text(std::istreambuf_iterator<char>(in), {});
     constexpr std::size_t kHeader = 20;  // of GLB: 12 bytes, then length and type of the JSON chunk
     if (text.size() > kHeader && text.compare(0, 4, "glTF") == 0) {
+      // 4.4.2: the whole length, of all chunks.
+      if (const std::size_t whole = word_at(text, 8); whole != text.size())
+        throw fault(fmt::format("has {} bytes where its header says {}", text.size(), whole));
       const std::size_t length = word_at(text, 12);
       if (kHeader + length + 8 <= text.size()) bin_ = text.substr(kHeader + length + 8);
       text = text.substr(kHeader, length);

@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "canyon/base/text.hpp"
@@ -92,6 +93,31 @@ std::string named_above(const std::vector<const Object*>& objects, const std::ve
   return fmt::format("{}{}", fmt::join(names, ", "), more > 0 ? fmt::format(" and {} more", more) : "");
 }
 
+/// How far the farthest corner of an object stands from its middle on the ground [m], where all others are
+/// within a quarter of that; else 0.
+double stray_corner_m(const Mesh& mesh, const Object& object) {
+  std::vector<std::array<long, 2>> places;  // in centimetres, each once
+  for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
+    for (const std::uint32_t v : mesh.triangles[t])
+      places.push_back({std::lround(100 * mesh.vertices[v].x()), std::lround(100 * mesh.vertices[v].y())});
+  }
+  std::sort(places.begin(), places.end());
+  places.erase(std::unique(places.begin(), places.end()), places.end());
+  if (places.size() < 4) return 0;
+  std::vector<double> east, north, away;
+  for (const auto& [x, y] : places) {
+    east.push_back(0.01 * static_cast<double>(x));
+    north.push_back(0.01 * static_cast<double>(y));
+  }
+  const double middle_east = median(east), middle_north = median(north);
+  for (std::size_t i = 0; i < places.size(); ++i)
+    away.push_back(std::hypot(east[i] - middle_east, north[i] - middle_north));
+  std::nth_element(away.begin(), away.end() - 2, away.end());
+  constexpr double kFar_m = 30, kTimes = 4;
+  const double farthest = away.back(), next = away[away.size() - 2];
+  return farthest > kFar_m && farthest > kTimes * next ? farthest : 0;
+}
+
 }  // namespace
 
 void add_face_doubts(const aiScene& scene, std::vector<std::string>& doubts) {
@@ -103,7 +129,7 @@ void add_face_doubts(const aiScene& scene, std::vector<std::string>& doubts) {
 std::vector<std::string> implausible_objects(const Mesh& mesh) {
   std::vector<const Object*> objects;
   std::vector<Box> boxes;
-  std::vector<double> east, north, widths, heights;
+  std::vector<double> east, north, widths, heights, strays;
   for (const Object& object : mesh.objects) {
     if (object.surface == Surface::Terrain || object.triangle_count == 0) continue;
     Box box;
@@ -119,15 +145,19 @@ std::vector<std::string> implausible_objects(const Mesh& mesh) {
     north.push_back(0.5 * (box.min.y() + box.max.y()));
     widths.push_back((box.max - box.min).head<2>().norm());
     heights.push_back((box.max - box.min).z());
+    strays.push_back(stray_corner_m(mesh, object));
   }
   std::vector<std::string> lines;
   if (objects.empty()) return lines;
   constexpr double kHighest_m = 1000;  // the highest building is 828 m high
-  double highest = 0, widest = 0, farthest = 0;
+  double highest = 0, widest = 0, farthest = 0, stray = 0;
   std::string named = named_above(objects, heights, kHighest_m, highest);
   if (!named.empty())
     lines.push_back(fmt::format("{}: {:.0f} m high, as no building is; is the unit right? scale corrects it",
                                 named, highest));
+  named = named_above(objects, strays, 0, stray);
+  if (!named.empty())
+    lines.push_back(fmt::format("{}: one corner is {:.0f} m away from the others; damaged?", named, stray));
   constexpr double kLowest_m = 1;
   const double tallest = *std::max_element(heights.begin(), heights.end());
   if (objects.size() > 2 && tallest > 0 && tallest < kLowest_m) {

@@ -578,6 +578,20 @@ TEST(ImplausibleObjects, AreInAnotherUnitWhereAllAreLow) {
   EXPECT_TRUE(doubts(3).empty());
 }
 
+// A digit that a coordinate has lost.
+TEST(ImplausibleObjects, HaveOneCornerFarFromTheOthers) {
+  const auto doubts = [](double x) {
+    Mesh mesh;
+    append_object(mesh, "b", Surface::Building, Material::Brick,
+                  {{x, 0, 0}, {100, 20, 0}, {110, 20, 0}, {110, 0, 0}, {105, 5, 20}},
+                  {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}});
+    return implausible_objects(mesh);
+  };
+  EXPECT_TRUE(doubts(100).empty());
+  EXPECT_TRUE(doubts(80).empty());
+  EXPECT_THAT(doubts(10), ::testing::ElementsAre(HasSubstr("'b': one corner is ")));
+}
+
 TEST_F(MeshFile, AMeshOnItsSideIsSaid) {
   const auto caution = [](const char* name, std::optional<char> up_axis = {}) {
     MeshImportOptions options;

@@ -103,6 +103,8 @@ class PlyCheck {
     if (!count || *count < 0) {
       throw InputError(path_, line_, fmt::format("'{}' {} elements", text, name), "export it again");
     }
+    if (name == "tristrips" && *count > 0)
+      throw InputError(path_, line_, "has strips of triangles", "export it with faces");
     // Each takes a byte at least.
     if (static_cast<std::uintmax_t>(*count) > size_) {
       throw InputError(path_, line_, fmt::format("promises {} elements in {} bytes", *count, size_),

@@ -28,7 +28,11 @@ class ObjCheck {
   std::vector<std::string> check() {
     while (next_line()) {
       const auto words = split_blanks(text_);
-      if (words.empty() || words[0].front() == '#') continue;
+      if (words.empty()) continue;
+      if (words[0].front() == '#') {
+        take_comment(text_);
+        continue;
+      }
       if (line_ == 1) refuse_hidden(words[0]);
       if (words[0] == "v") {
         take_vertex(words);
@@ -47,6 +51,10 @@ class ObjCheck {
     std::vector<std::string> notes;
     if (foreign_ > 0)
       notes.push_back(fmt::format("{} lines are not OBJ and are passed over ({})", foreign_, first_foreign_));
+    if (!unit_.empty()) {
+      notes.push_back(
+          fmt::format("a comment says '{}', which is not used: 1 unit is 1 m; scale corrects it", unit_));
+    }
     const auto unused = std::count(used_.begin(), used_.end(), false);
     if (unused > 0) notes.push_back(fmt::format("{} vertices belong to no face", unused));
     return notes;
@@ -75,6 +83,18 @@ class ObjCheck {
                      "save it as UTF-8 without a mark");
   }
 
+  /// "# File units = millimeters", as modellers write it.
+  void take_comment(std::string_view line) {
+    const std::string lower = lower_case(line);
+    if (lower.find("unit") == std::string::npos) return;
+    for (const std::string_view other : {"milli", "centi", "kilo", "inch", "feet", "foot", " mm", " cm",
+                                         "=mm", "=cm", ":mm", ":cm", "in mm", "yard"}) {
+      if (lower.find(other) == std::string::npos) continue;
+      unit_ = trim(line.substr(line.find_first_not_of('#'))).substr(0, 60);
+      return;
+    }
+  }
+
   static bool is_keyword(std::string_view word) {
     constexpr std::array kWords{
         "vt",     "vn",     "vp",   "o",     "g",         "s",     "mg",   "usemtl",   "mtllib",
@@ -94,6 +114,11 @@ class ObjCheck {
       const std::optional<double> value = parse_double(words[i]);
       if (!value || !std::isfinite(*value))
         throw InputError(path_, line_, fmt::format("'{}' is not a coordinate", words[i]), kTextDamaged);
+    }
+    // Appendix B1: the weight of rational curves. Assimp divides by it.
+    if (words.size() == 5 && parse_double(words[4]) != 1.0) {
+      throw InputError(path_, line_, fmt::format("has a vertex with the weight {}", words[4]),
+                       "export x, y and z alone");
     }
     used_.push_back(false);
   }
@@ -117,7 +142,7 @@ class ObjCheck {
   int line_ = 0, highest_line_ = 0;
   std::vector<bool> used_;  ///< of each vertex
   std::size_t highest_ = 0, foreign_ = 0;
-  std::string first_foreign_;
+  std::string first_foreign_, unit_;
 };
 
 /// The words of an ASCII STL file one by one: a facet has three corners of three numbers.

@@ -3,12 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <fstream>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <set>
 
 #include "canyon/base/file_kind.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/buildings/sources/raster.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
@@ -81,6 +85,44 @@ FileReport inspect_city(const std::filesystem::path& path) {
   }
   report.contents.emplace_back(
       "origin", !loaded.placed ? "not in the file: city.origin" : place_text(city.frame.origin()));
+  return report;
+}
+
+/// Whether a file is a raster by its ending, and begins as one where others share it.
+bool is_raster(const std::filesystem::path& path) {
+  const std::string ending = lower_case(path.extension().string());
+  constexpr std::string_view kEndings[] = {".tif", ".tiff", ".hgt", ".asc", ".vrt", ".dem",
+                                           ".dt0", ".dt1",  ".dt2", ".img", ".bil"};
+  if (std::find(std::begin(kEndings), std::end(kEndings), ending) == std::end(kEndings)) return false;
+  if (ending != ".asc") return true;
+  std::ifstream in(path);
+  std::string word;
+  in >> word;
+  return lower_case(word) == "ncols" || lower_case(word) == "nrows";
+}
+
+FileReport inspect_raster(const std::filesystem::path& path) {
+  buildings::TerrainOptions options;
+  options.geoid_undulation_m = 0;  // what is above the ellipsoid is a matter of the scenario
+  const buildings::Raster raster(path, options);
+  const buildings::RasterSummary summary = raster.summary();
+  if (!summary.lowest_m) {
+    throw InputError(path, 0, "has no height within -500 to 9,000 m", "is it a raster of heights?");
+  }
+  FileReport report{
+      "height raster", {}, raster.cautions(), {"city: {osm: MAP, terrain: FILE} in a scenario"}};
+  report.contents.emplace_back(
+      "posts", fmt::format("{} x {}, {:.3g} m apart", summary.columns, summary.rows, summary.spacing_m));
+  report.contents.emplace_back(
+      "heights", fmt::format("{:.1f} to {:.1f} m, as in the file", *summary.lowest_m, *summary.highest_m));
+  if (summary.middle) {
+    report.contents.emplace_back("middle",
+                                 fmt::format("{:.6f}, {:.6f} deg", summary.middle->y(), summary.middle->x()));
+  }
+  if (summary.empty_share > 0) {
+    report.skipped.push_back(fmt::format(
+        "{:.1f} % of the posts have no height, or one beyond -500 to 9,000 m", 100 * summary.empty_share));
+  }
   return report;
 }
 
@@ -179,9 +221,10 @@ FileReport inspect_precise(const std::filesystem::path& path) {
 
 FileReport inspect_rtcm(const std::filesystem::path& path) {
   const rtcm::RtcmCorrections file =
-      rtcm::read_rtcm_corrections(path, geodesy::gps_from_calendar({2026, 1, 1, 0, 0, 0, 0}), {}, false);
-  FileReport report{"RTCM 3", {}, {}, {"canyon rtk --base FILE"}};
-  std::set<gnss::SatelliteId> satellites;
+      rtcm::decode_rtcm_file(path, geodesy::gps_from_calendar({2026, 1, 1, 0, 0, 0, 0}), {}, false);
+  std::set<gnss::SatelliteId> satellites = file.status.without_milliseconds;
+  if (satellites.empty()) rtcm::require_epochs(path, file);
+  FileReport report{"RTCM 3", {}, {}, {"canyon rtk ROVER FILE --nav NAVIGATION"}};
   for (const auto& epoch : file.epochs) {
     for (const relative::SignalMeasurement& seen : epoch->observations)
       satellites.insert(seen.measurement.id);
@@ -270,12 +313,28 @@ FileReport inspect_android(const std::filesystem::path& path) {
   return report;
 }
 
+/// Throws InputError for a file of another program, whatever its ending says.
+void refuse_foreign(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored) || is_raster(path)) return;
+  bool foreign = false;
+  try {
+    foreign = file_kind(path) == FileKind::Foreign;
+  } catch (const InputError& fault) {
+    // Archives of many files may be city models.
+    if (fault.problem() == "is a spreadsheet") throw;
+  }
+  if (foreign) throw explained(InputError(path, 0, "is of another program"), path, FileKind::Columns);
+}
+
 }  // namespace
 
 FileReport inspect_file(const std::filesystem::path& path) {
   if (is_scenario(path)) return inspect_scenario(path);
+  refuse_foreign(path);
   if (simulation::source_of_file(path)) return inspect_city(path);
   if (path.extension() == ".nc") return inspect_map(path);
+  if (is_raster(path)) return inspect_raster(path);
   const FileKind kind = file_kind(path);
   switch (kind) {
     case FileKind::RinexObservation:

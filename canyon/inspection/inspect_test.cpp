@@ -154,7 +154,29 @@ TEST_F(Inspect, ScenariosAndCities) {
               Contains(HasSubstr("stands upright")));
 }
 
+TEST_F(Inspect, HeightRasters) {
+  const std::string grid = "ncols 3\nnrows 2\nxllcorner 11\nyllcorner 48\ncellsize 0.01\nNODATA_value -1\n";
+  (void)file("hill.prj",
+             "GEOGCS[\"WGS 84\",DATUM[\"WGS_1984\",SPHEROID[\"WGS "
+             "84\",6378137,298.257223563]],PRIMEM[\"Greenwich\",0],"
+             "UNIT[\"degree\",0.0174532925199433]]");
+  const FileReport seen = report("hill.asc", grid + "500 510 520\n500 -1 20000\n");
+  EXPECT_EQ(seen.kind, "height raster");
+  EXPECT_THAT(value(seen, "posts"), HasSubstr("3 x 2, "));
+  EXPECT_EQ(value(seen, "heights"), "500.0 to 520.0 m, as in the file");
+  EXPECT_EQ(value(seen, "middle"), "48.010000, 11.015000 deg");
+  EXPECT_THAT(seen.skipped, Contains(HasSubstr("33.3 % of the posts have no height")));
+  EXPECT_THAT(fault("hill.asc", grid + "-1 -1 -1\n-1 -1 -1\n"), HasSubstr("has no height"));
+  EXPECT_THAT(fault("a.tif", "II*"), HasSubstr("not a raster that GDAL can read"));
+}
+
 TEST_F(Inspect, RefusesWhatNoReaderTakes) {
+  EXPECT_THAT(fault("cap.pcap", std::string("\xd4\xc3\xb2\xa1\x02\x00\x04\x00", 8)),
+              HasSubstr("cap.pcap: is a capture of network packets (PCAP); save what the receiver sent"));
+  EXPECT_THAT(fault("log.json", R"({"class":"TPV","mode":3})"),
+              HasSubstr("log.json: is a log of gpsd (JSON)"));
+  EXPECT_THAT(fault("a.sigmf-data", std::string("\x01\x00\x02\x00", 4)),
+              HasSubstr("a.sigmf-data: is a recording of radio samples (SigMF)"));
   EXPECT_THAT(fault("a.ubx", "\xB5\x62\x01\x07"), HasSubstr("a.ubx: is a log of a u-blox receiver (UBX)"));
   EXPECT_THAT(fault("a", "what is this"), HasSubstr("a: is not a kind of file that is known; known are"));
   EXPECT_THAT(fault("a", "what, is this"), HasSubstr("the header has no column 'time'"));

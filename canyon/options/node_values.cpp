@@ -149,8 +149,12 @@ std::filesystem::path read_file(const std::string& text, const Place& place) {
   std::filesystem::path path = place.document.file.parent_path() / text;
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored)) {
-    throw place.error(fmt::format("there is no file '{}'", path.string()),
-                      fmt::format("paths are relative to the {}'s folder", place.document.kind));
+    throw place.error(
+        fmt::format("there is no file '{}'", path.string()),
+        text.find("://") != std::string::npos
+            ? std::string(
+                  "it is an address: fetch the file first; of 3D Tiles, write city: {tiles: {url: ...}}")
+            : fmt::format("paths are relative to the {}'s folder", place.document.kind));
   }
   const bool meant = !text.empty() && text.back() == '/';
   if (std::filesystem::is_directory(path, ignored) && !meant) {

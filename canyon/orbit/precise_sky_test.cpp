@@ -235,6 +235,8 @@ TEST(PreciseSky, RefusesPositionsInAnotherUnitOrAxes) {
   MadeUp still;  // quarters of an hour, written as if five minutes apart
   for (int k = 0; k < 40; ++k) still.minutes[k] = 5 * k;
   EXPECT_THAT(message(still.text()), HasSubstr("1 of 1 satellites do not move as satellites do"));
+  EXPECT_THAT(message(replaced(MadeUp().text(), "ORBIT IGS20", "ORBIT J2000")),
+              HasSubstr("its coordinates are of J2000, which does not turn with the Earth"));
 }
 
 TEST(PreciseSky, LeavesOutEpochsThatContradictTheOthers) {

@@ -71,6 +71,12 @@ class Reader {
     if (line[1] != 'c' && line[1] != 'd') {
       throw file_.error(fmt::format("SP3-{} is not read", line[1]), "give SP3-c or SP3-d");
     }
+    // Columns 47 to 51: "IGS20", "ITR05", "WGS84".
+    const std::string_view axes = trim(column(line, 46, 5));
+    for (const std::string_view inertial : {"ECI", "J2000", "GCRF", "ICRF", "EME"})
+      if (axes.starts_with(inertial))
+        throw file_.error(fmt::format("its coordinates are of {}, which does not turn with the Earth", axes),
+                          "give orbits in an ITRF or WGS 84");
     announced_ += static_cast<std::size_t>(std::max(0LL, parse_integer(column(line, 32, 7)).value_or(0)));
     time_system_.clear();
     first_line_ = line;

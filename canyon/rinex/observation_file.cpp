@@ -6,7 +6,9 @@
 #include <cmath>
 #include <deque>
 #include <map>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "canyon/base/file_kind.hpp"
 #include "canyon/base/input_error.hpp"
@@ -61,6 +63,48 @@ std::string_view wanted_words(const ObservationOptions& options) {
 
 namespace {
 
+/// The changes of carrier phases and Dopplers beside those of pseudoranges: the same, but for noise, in all
+/// receivers. Other units and signs are named.
+class Rates {
+ public:
+  /// A signal at two epochs: what phase, pseudorange and Doppler [m/s] say of the way in between.
+  void add(double seconds, double range_m, double phase_m, std::optional<double> rate_mps) {
+    constexpr double kLongest_s = 35, kLeast_m = 30;
+    if (!(seconds > 0 && seconds < kLongest_s) || std::abs(range_m) < kLeast_m || phases_.size() > kMost)
+      return;
+    phases_.push_back(phase_m / range_m);
+    if (rate_mps) dopplers_.push_back(*rate_mps * seconds / range_m);
+  }
+  void say(RecordNotes& notes) {
+    if (const auto share = unlike(phases_)) {
+      const bool metres = *share > 0.1 && *share < 0.35;
+      notes.say(0,
+                fmt::format("carrier phases change by {:.2g} times what pseudoranges do{}", *share,
+                            metres ? ": they seem to be in metres" : ""),
+                "RINEX has cycles, which grow with the distance");
+    }
+    if (const auto share = unlike(dopplers_)) {
+      notes.say(0, fmt::format("Dopplers are {:.2g} times what pseudoranges say", *share),
+                "RINEX has Hz, positive for satellites that come closer");
+    }
+  }
+
+ private:
+  static constexpr std::size_t kMost = 20'000;
+
+  /// The middle of some shares, where it is far from 1.
+  static std::optional<double> unlike(std::vector<double>& shares) {
+    constexpr std::size_t kLeast = 30;
+    constexpr double kNear = 0.25;
+    if (shares.size() < kLeast) return std::nullopt;
+    const auto middle = shares.begin() + static_cast<std::ptrdiff_t>(shares.size() / 2);
+    std::nth_element(shares.begin(), middle, shares.end());
+    return std::abs(*middle - 1) > kNear ? std::optional(*middle) : std::nullopt;
+  }
+
+  std::vector<double> phases_, dopplers_;
+};
+
 /// Leaves out single pseudoranges, and single carrier phases, that contradict their neighbours by kilometres:
 /// code minus phase leaves the way between the epochs before and behind, which agree. Reflections do not move
 /// a code so far from its phase. A slip of the phase stays, and a phase whose receiver says that it begins
@@ -76,6 +120,7 @@ class Contradictions {
         const std::string_view code(signal.code.data());
         std::deque<Seen>& last = last_[{signal.id, std::string(code)}];
         last.push_back({&epoch, &signal, *signal.carrier_phase_cycles * wavelength_m(signal)});
+        if (last.size() > 1) compare(last[last.size() - 2], last.back());
         if (last.size() < 3) continue;
         if (is_contradicted(last)) {
           last.erase(last.begin() + 1);
@@ -84,6 +129,7 @@ class Contradictions {
         }
       }
     }
+    rates_.say(recorded_.report.notes);
   }
 
  private:
@@ -101,6 +147,16 @@ class Contradictions {
         signal.id.system, channel == recorded_.header.glonass_channels.end() ? 0 : channel->second);
     return geodesy::kSpeedOfLight /
            (signal.signal == nullptr ? l1_hz : gnss::carrier_hz(*signal.signal, l1_hz));
+  }
+
+  void compare(const Seen& before, const Seen& here) {
+    if ((here.signal->loss_of_lock & 1) != 0) return;
+    std::optional<double> rate_mps;
+    if (before.signal->doppler_hz && here.signal->doppler_hz) {
+      rate_mps = -0.5 * (*before.signal->doppler_hz + *here.signal->doppler_hz) * wavelength_m(*here.signal);
+    }
+    rates_.add(here.epoch->receiver_time - before.epoch->receiver_time, here.range_m() - before.range_m(),
+               here.phase_m - before.phase_m, rate_mps);
   }
 
   bool is_contradicted(const std::deque<Seen>& three) {
@@ -128,6 +184,7 @@ class Contradictions {
   }
 
   RinexObservations& recorded_;
+  Rates rates_;
   std::map<std::pair<gnss::SatelliteId, std::string>, std::deque<Seen>> last_;
 };
 

@@ -785,5 +785,27 @@ TEST(RinexObservation, RecordedDrive) {
   EXPECT_EQ(at->signals[1].loss_of_lock, 3);
 }
 
+// 500 m/s away, in files whose phases are in metres, and whose signs are turned.
+TEST(RinexObservation, UnitsAndSignsOfPhasesAndDopplers) {
+  const TemporaryFolder folder;
+  const auto warnings = [&](double phase_factor, double doppler_factor) {
+    const double wavelength_m = 299'792'458 / 1604.8125e6;
+    std::string text = test::observations3();
+    for (int second = 0; second < 50; ++second) {
+      const double range_m = 2.1e7 + 500.0 * second;
+      text += epoch3(second, 1) + "R07" + field(range_m) + field(phase_factor * range_m / wavelength_m) +
+              field(doppler_factor * -500 / wavelength_m) + field(40) + "\n";
+    }
+    std::ofstream(folder.path() / "a.obs") << text;
+    return read_observations(folder.path() / "a.obs", {}).report.warnings();
+  };
+  EXPECT_THAT(warnings(1, 1), IsEmpty());
+  EXPECT_THAT(warnings(0.1868, 1),
+              Contains(HasSubstr("0.19 times what pseudoranges do: they seem to be in metres")));
+  EXPECT_THAT(warnings(-1, 1), Contains(HasSubstr("carrier phases change by -1 times")));
+  EXPECT_THAT(warnings(1, -1),
+              Contains(HasSubstr("Dopplers are -1 times what pseudoranges say; RINEX has Hz, positive")));
+}
+
 }  // namespace
 }  // namespace canyon::rinex

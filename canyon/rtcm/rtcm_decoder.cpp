@@ -3,13 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <utility>
 
 #include "canyon/geodesy/frames.hpp"
-#include "canyon/geodesy/time_scales.hpp"
-#include "canyon/rinex/observation_reader.hpp"
+#include "canyon/rtcm/decoder_fields.hpp"
 #include "canyon/rtcm/msm.hpp"
 
 namespace canyon::rtcm {
@@ -22,132 +20,11 @@ using gnss::System;
 namespace {
 
 constexpr std::int64_t kMillisecond_ns = 1'000'000;
-constexpr std::int64_t kDay_ms = 86'400'000, kWeek_ms = 7 * kDay_ms;
-constexpr int kNoRoughRange = 255;  ///< ms, DF397
-constexpr int kMostCells = 64;
-
-/// The instant nearest to `now` that is `ms` after the beginning of a period of GPS time: a week or a day.
-GpsTime nearest(GpsTime now, std::int64_t ms, std::int64_t period_ms) {
-  const std::int64_t period = period_ms * kMillisecond_ns;
-  std::int64_t ahead = (ms * kMillisecond_ns - now.nanosecond_of_week()) % period;
-  if (ahead < -period / 2) ahead += period;
-  if (ahead >= period / 2) ahead -= period;
-  return now + std::chrono::nanoseconds(ahead);
-}
-
-/// GLONASS time of a day of the week from Sunday on, 7: not known.
-GpsTime from_glonass(GpsTime now, int day, std::int64_t ms) {
-  const std::int64_t to_gps_ms = geodesy::leap_seconds(now) * 1000LL - 3 * 3'600'000LL;
-  return day == 7 ? nearest(now, ms + to_gps_ms, kDay_ms)
-                  : nearest(now, day * kDay_ms + ms + to_gps_ms, kWeek_ms);
-}
-
-/// The signal that a code is read as, and the code's place among all that are read as it.
-struct Reading {
-  const gnss::Signal* signal = nullptr;
-  int rank = 0;
-};
-Reading reading_of(System system, std::string_view code) {
-  constexpr double kRinexVersion = 3.05;  // of the MSM tables' codes
-  static const auto readings = [] {
-    std::map<std::pair<System, std::string>, Reading> all;
-    for (const System each : gnss::kAllSystems) {
-      for (const gnss::Signal& signal : gnss::signals_of(each)) {
-        int rank = 0;
-        for (const std::string& known : rinex::signal_codes(signal, kRinexVersion))
-          all.try_emplace({each, known}, Reading{&signal, rank++});
-      }
-    }
-    return all;
-  }();
-  const auto at = readings.find({system, std::string(code)});
-  return at == readings.end() ? Reading{} : at->second;
-}
-
-/// The lock times that an indicator stands for, from the first to below the second [ms].
-struct LockTime {
-  double least_ms = 0, end_ms = 0;
-};
-LockTime msm_lock(int indicator, bool extended) {
-  const int last = extended ? 704 : 15;
-  if (indicator > last) return {};  // reserved
-  return {least_lock_ms(indicator, extended),
-          indicator == last ? HUGE_VAL : least_lock_ms(indicator + 1, extended)};
-}
-/// DF013, DF019 (table 3.4-2).
-LockTime legacy_lock(int indicator) {
-  const auto least_s = [](int i) {
-    if (i < 24) return i;
-    if (i < 48) return 2 * i - 24;
-    if (i < 72) return 4 * i - 120;
-    if (i < 96) return 8 * i - 408;
-    return i < 120 ? 16 * i - 1176 : i < 127 ? 32 * i - 3096 : 937;
-  };
-  return {1e3 * least_s(indicator), indicator == 127 ? HUGE_VAL : 1e3 * least_s(indicator + 1)};
-}
-
-/// A signed field; empty for its most negative value, which stands for "none".
-std::optional<double> scaled(std::int64_t value, int width, double step) {
-  if (value == -(std::int64_t{1} << (width - 1))) return std::nullopt;
-  return static_cast<double>(value) * step;
-}
 
 }  // namespace
 
-/// Fields of a message one after the other; behind its end they are 0 and missing() says so.
-class CorrectionsDecoder::Fields {
- public:
-  explicit Fields(const Bits& bits) : bits_(bits), number_(static_cast<int>(take(12))) {}
-  std::uint64_t take(std::size_t width) {
-    const std::size_t first = at_;
-    at_ += width;
-    return missing() ? 0 : bits_.number(first, width);
-  }
-  int count(std::size_t width) { return static_cast<int>(take(width)); }
-  std::int64_t take_signed(std::size_t width) {
-    const std::uint64_t value = take(width);
-    const bool negative = (value >> (width - 1) & 1) != 0;
-    return static_cast<std::int64_t>(value) - (negative ? std::int64_t{1} << width : 0);
-  }
-  std::vector<std::int64_t> column(std::size_t count, std::size_t width, bool is_signed) {
-    std::vector<std::int64_t> values(count);
-    for (std::int64_t& value : values)
-      value = is_signed ? take_signed(width) : static_cast<std::int64_t>(take(width));
-    return values;
-  }
-  std::string text() {
-    std::string word;
-    for (int n = count(8); n > 0 && !missing(); --n) {
-      const auto c = static_cast<char>(take(8));
-      word += c >= ' ' && c <= '~' ? c : '?';
-    }
-    return word;
-  }
-  [[nodiscard]] bool missing() const { return at_ > bits_.size(); }
-  [[nodiscard]] bool lacks(std::size_t width) const { return at_ + width > bits_.size(); }
-  [[nodiscard]] int number() const { return number_; }
-
- private:
-  const Bits& bits_;
-  std::size_t at_ = 0;
-  int number_ = 0;
-};
-
-/// A cell: one satellite's signal.
-struct CorrectionsDecoder::Observation {
-  SatelliteId id;
-  std::string_view code;  ///< RINEX
-  Reading reading;
-  double range_m = 0;
-  std::optional<double> phase_range_m, rate_mps, cn0_dbhz;
-  /// 1004, 1012: phase_range_m jumps by 1,500 cycles when it is too far from the range.
-  bool turns = false;
-  LockTime lock;
-  bool half_cycle = false;
-};
-
-CorrectionsDecoder::CorrectionsDecoder(ChannelTable glonass_channel, bool needs_place)
-    : glonass_channel_(std::move(glonass_channel)), needs_place_(needs_place) {}
+CorrectionsDecoder::CorrectionsDecoder(ChannelTable glonass_channel, bool needs_place, RangeTable ranges)
+    : glonass_channel_(std::move(glonass_channel)), ranges_(std::move(ranges)), needs_place_(needs_place) {}
 
 CorrectionsDecoder::Epochs CorrectionsDecoder::feed(std::string_view bytes, GpsTime now) {
   Epochs complete;
@@ -178,7 +55,7 @@ void CorrectionsDecoder::read(const Bits& message, GpsTime now, Epochs& complete
   if (number == 1005 || number == 1006) return read_place(fields);
   if (number == 1007 || number == 1008 || number == 1033) return read_names(fields);
   if (number == 1230) return read_biases(fields);
-  if (number == 1002 || number == 1004 || number == 1010 || number == 1012)
+  if ((number >= 1001 && number <= 1004) || (number >= 1009 && number <= 1012))
     return read_legacy(fields, now, complete);
   if (number == 1020) {
     const auto id = satellite_at(System::GLONASS, fields.count(6));
@@ -186,12 +63,11 @@ void CorrectionsDecoder::read(const Bits& message, GpsTime now, Epochs& complete
     if (id && channel <= 6) channels_[*id] = channel;
     return;
   }
-  if (number >= 1071 && number <= 1127 && number % 10 >= 4 && number % 10 <= 7)
+  const bool msm = number >= 1071 && number <= 1127;
+  if (msm && number % 10 == 2) {
+    problem(fields, "it has phases alone, and a base needs pseudoranges; have it send MSM3 to MSM7");
+  } else if (msm && number % 10 >= 1 && number % 10 <= 7) {
     return read_msm(fields, now, complete);
-  if (number >= 1071 && number <= 1127 && number % 10 >= 1 && number % 10 <= 3) {
-    // RTCM 10403.3, 3.5.16: the whole milliseconds stand in MSM4 to MSM7 alone.
-    problem(fields,
-            "its ranges are modulo one light millisecond (300 km) and are not used; ask for MSM4 to MSM7");
   }
   ++status_.messages_unread[number];
 }
@@ -292,7 +168,7 @@ void CorrectionsDecoder::begin(GpsTime time, Epochs& complete) {
   status_.last_epoch = time;
   if (epoch_ && epoch_->time == time) return;
   give(complete);
-  epoch_ = Epoch{time, {}, false};
+  epoch_ = Epoch{time, {}, {}, false};
 }
 
 void CorrectionsDecoder::give(Epochs& complete) {
@@ -302,6 +178,9 @@ void CorrectionsDecoder::give(Epochs& complete) {
     ++status_.epochs_held_back;
     return;
   }
+  complete_milliseconds(placed != nullptr ? *placed->place_ecef : Eigen::Vector3d::Zero());
+  epoch_->news = false;
+  if (epoch_->observations.empty()) return;
   ++status_.epochs;
   relative::Corrections corrections;
   corrections.station = observing_;
@@ -315,7 +194,47 @@ void CorrectionsDecoder::give(Epochs& complete) {
   complete.push_back(std::make_shared<const relative::Corrections>(std::move(corrections)));
 }
 
+/// Adds the observations of the epoch that lack whole milliseconds, with these where they are found.
+void CorrectionsDecoder::complete_milliseconds(const Eigen::Vector3d& place) {
+  const std::vector<Observation> partial = std::exchange(epoch_->partial, {});
+  const auto left_out = [this](const Observation& o, std::string_view why) {
+    ++status_.problems[fmt::format(
+        "observations without whole milliseconds (MSM1, MSM3, 1001, 1003, 1009, 1011) left out: {}", why)];
+    status_.without_milliseconds.insert(o.id);
+  };
+  std::vector<const Observation*> predicted;
+  std::vector<PartialRange> ranges;
+  for (const Observation& o : partial) {
+    const auto range_m = ranges_ ? ranges_(o.id, epoch_->time, place) : std::nullopt;
+    if (!range_m) {
+      left_out(o, ranges_ ? "no ephemeris of the satellite, or no place of the station"
+                          : "they need ephemerides and the place of the station (canyon rtk); or have the "
+                            "base send MSM4 to MSM7");
+      continue;
+    }
+    predicted.push_back(&o);
+    ranges.push_back({o.range_m, o.unit_m, *range_m});
+  }
+  const auto whole = whole_milliseconds(ranges);
+  for (std::size_t i = 0; i < predicted.size(); ++i) {
+    Observation o = *predicted[i];
+    if (!whole[i]) {
+      left_out(o, "place, ephemerides and clock do not agree with it; is the place of the station right?");
+      continue;
+    }
+    o.unit_m = 0;
+    o.range_m += *whole[i];
+    if (o.phase_range_m) *o.phase_range_m += *whole[i];
+    add(o);
+  }
+}
+
 void CorrectionsDecoder::add(const Observation& o) {
+  if (o.unit_m > 0) {
+    epoch_->partial.push_back(o);
+    epoch_->news = true;
+    return;
+  }
   const SignalKey key{o.id, gnss::index_of(*o.reading.signal)};
   const auto [at, first] = epoch_->observations.try_emplace(key);
   if (!first) return;
@@ -359,153 +278,6 @@ void CorrectionsDecoder::add(const Observation& o) {
   m.phase_since = arc.since;
   m.half_cycle = o.half_cycle;
   align(at->second, o.code, glonass_bias_m());
-}
-
-void CorrectionsDecoder::read_msm(Fields& fields, GpsTime now, Epochs& complete) {
-  const System system = kMsmSystems[static_cast<std::size_t>((fields.number() - 1071) / 10)];
-  const int kind = fields.number() % 10;
-  const bool fine = kind >= 6, rates = kind % 2 == 1;
-  const int id = fields.count(12);
-  const std::uint64_t stated = fields.take(30);
-  const bool more = fields.take(1) != 0;
-  fields.take(3 + 7 + 2 + 2 + 1 + 3);  // DF409, DF001, DF411, DF412, DF417, DF418
-  const std::uint64_t satellites = fields.take(64), signals = fields.take(32);
-  const int satellite_count = std::popcount(satellites), signal_count = std::popcount(signals);
-  const int mask_bits = satellite_count * signal_count;
-  if (fields.missing()) return problem(fields, "shorter than its header");
-  if (mask_bits > kMostCells) return problem(fields, "the masks have more than 64 cells");
-  const std::uint64_t mask = fields.take(static_cast<std::size_t>(mask_bits));
-  const auto cell_count = static_cast<std::size_t>(std::popcount(mask));
-  const std::size_t code_bits = fine ? 20 : 15, phase_bits = fine ? 24 : 22, lock_bits = fine ? 10 : 4,
-                    cn0_bits = fine ? 10 : 6;
-  const std::size_t satellite_bits = rates ? 36 : 18,
-                    cell_bits = code_bits + phase_bits + lock_bits + 1 + cn0_bits + (rates ? 15 : 0);
-  const auto n = static_cast<std::size_t>(satellite_count);
-  if (fields.lacks(n * satellite_bits + cell_count * cell_bits))
-    return problem(fields, "shorter than its masks require");
-  const bool glonass = system == System::GLONASS;
-  const auto ms = static_cast<std::int64_t>(glonass ? stated & ((1U << 27) - 1) : stated);
-  if (ms >= (glonass ? kDay_ms + 1000 : kWeek_ms)) return problem(fields, "the time is beyond its period");
-
-  observe(id);
-  begin(glonass
-            ? from_glonass(now, static_cast<int>(stated >> 27), ms)
-            : nearest(now, ms + (system == System::BeiDou ? geodesy::kBdtSecondsOffset * 1000 : 0), kWeek_ms),
-        complete);
-  const auto whole_ms = fields.column(n, 8, false);
-  const auto extended = fields.column(rates ? n : 0, 4, false);
-  const auto rough = fields.column(n, 10, false);
-  const auto rough_rate = fields.column(rates ? n : 0, 14, true);
-  const auto code = fields.column(cell_count, code_bits, true);
-  const auto phase = fields.column(cell_count, phase_bits, true);
-  const auto lock = fields.column(cell_count, lock_bits, false);
-  const auto half = fields.column(cell_count, 1, false);
-  const auto cn0 = fields.column(cell_count, cn0_bits, false);
-  const auto rate = fields.column(rates ? cell_count : 0, 15, true);
-  if (cell_count == 0) problem(fields, "its masks have no cell");
-
-  std::size_t cell = 0, satellite = 0;
-  int mask_at = 0;
-  for (int place = 1; place <= 64; ++place) {
-    if ((satellites >> (64 - place) & 1) == 0) continue;
-    const std::size_t k = satellite++;
-    const auto sv = satellite_at(system, place);
-    if (sv && glonass && rates && extended[k] <= 13) channels_[*sv] = static_cast<int>(extended[k]) - 7;
-    if (!sv) problem(fields, "a satellite's number is reserved");
-    const double range_ms = static_cast<double>(whole_ms[k]) + static_cast<double>(rough[k]) / 1024;
-    std::map<const gnss::Signal*, Observation> best;
-    for (int signal = 1; signal <= 32; ++signal) {
-      if ((signals >> (32 - signal) & 1) == 0) continue;
-      if ((mask >> (mask_bits - ++mask_at) & 1) == 0) continue;
-      const std::size_t c = cell++;
-      if (!sv || whole_ms[k] == kNoRoughRange) continue;
-      Observation o{*sv, rinex_code(system, signal), {}, 0, {}, {}, {}, false, {}, false};
-      o.reading = reading_of(system, o.code);
-      if (o.reading.signal == nullptr) {
-        ++status_.unknown_codes[o.code.empty() ? fmt::format("{} signal {}", letter(system), signal)
-                                               : fmt::format("{} {}", letter(system), o.code)];
-        continue;
-      }
-      const auto range = scaled(code[c], static_cast<int>(code_bits), fine ? 0x1p-29 : 0x1p-24);
-      const auto phase_range = scaled(phase[c], static_cast<int>(phase_bits), fine ? 0x1p-31 : 0x1p-29);
-      if (!range) continue;
-      o.range_m = (range_ms + *range) * kMillisecond_m;
-      if (phase_range) o.phase_range_m = (range_ms + *phase_range) * kMillisecond_m;
-      if (rates) {
-        const auto whole_mps = scaled(rough_rate[k], 14, 1), more_mps = scaled(rate[c], 15, 1e-4);
-        if (whole_mps && more_mps) o.rate_mps = *whole_mps + *more_mps;
-      }
-      if (cn0[c] != 0) o.cn0_dbhz = static_cast<double>(cn0[c]) * (fine ? 0x1p-4 : 1.0);
-      o.lock = msm_lock(static_cast<int>(lock[c]), fine);
-      o.half_cycle = half[c] != 0;
-      const auto [at, first] = best.try_emplace(o.reading.signal, o);
-      if (!first && o.reading.rank < at->second.reading.rank) at->second = o;
-    }
-    for (const auto& [signal, o] : best) add(o);
-  }
-  if (!more) give(complete);
-}
-
-// 3.5.1 and 3.5.5, tables 3.5-2, 3.5-3, 3.5-5, 3.5-10, 3.5-11, 3.5-12.
-void CorrectionsDecoder::read_legacy(Fields& fields, GpsTime now, Epochs& complete) {
-  const bool glonass = fields.number() >= 1010;
-  const bool two_bands = fields.number() == 1004 || fields.number() == 1012;
-  const System system = glonass ? System::GLONASS : System::GPS;
-  const int station = fields.count(12);
-  const auto ms = static_cast<std::int64_t>(fields.take(glonass ? 27 : 30));
-  const bool more = fields.take(1) != 0;
-  const int count = fields.count(5);
-  fields.take(1 + 3);  // DF007, DF008; DF036, DF037
-  if (fields.missing() ||
-      fields.lacks(static_cast<std::size_t>(count) * ((glonass ? 79 : 74) + (two_bands ? 51 : 0))))
-    return problem(fields, "shorter than its satellites need");
-  if (ms >= (glonass ? kDay_ms + 1000 : kWeek_ms)) return problem(fields, "the time is beyond its period");
-  observe(station);
-  begin(glonass ? from_glonass(now, 7, ms) : nearest(now, ms, kWeek_ms), complete);
-  for (int i = 0; i < count; ++i) {
-    const int number = fields.count(6);
-    const bool sbas = !glonass && number >= 40 && number <= 58;  // DF009: PRN 120 is 40
-    const auto sv = sbas           ? satellite_at(System::SBAS, number - 39)
-                    : number <= 32 ? satellite_at(system, number)
-                                   : std::nullopt;
-    const bool precise1 = fields.take(1) != 0;
-    const int channel = glonass ? fields.count(5) - 7 : 0;
-    const double unit_m = glonass ? 2 * kMillisecond_m : kMillisecond_m;
-    const auto modulo = static_cast<double>(fields.take(glonass ? 25 : 24)) * 0.02;
-    const auto phase1 = scaled(fields.take_signed(20), 20, 0.0005);
-    const int lock1 = fields.count(7);
-    const double range_m = modulo + fields.count(glonass ? 7 : 8) * unit_m;
-    const int cn0_1 = fields.count(8);
-    const int code2 = two_bands ? fields.count(2) : 0;
-    const auto difference = two_bands ? scaled(fields.take_signed(14), 14, 0.02) : std::nullopt;
-    const auto phase2 = two_bands ? scaled(fields.take_signed(20), 20, 0.0005) : std::nullopt;
-    const int lock2 = two_bands ? fields.count(7) : 0;
-    const int cn0_2 = two_bands ? fields.count(8) : 0;
-    if (!sv) {
-      problem(fields, "a satellite's number is reserved");
-      continue;
-    }
-    if (glonass && channel <= 6) channels_[*sv] = channel;
-    const auto put = [&](std::string_view code, double range, const std::optional<double>& phase, int lock,
-                         int cn0) {
-      Observation o{*sv,  code, reading_of(sv->system, code), range, {}, {}, {}, true, legacy_lock(lock),
-                    false};
-      if (o.reading.signal == nullptr) {
-        ++status_.unknown_codes[fmt::format("{} {}", letter(sv->system), code)];
-        return;
-      }
-      // Both phases are stated relative to the range of L1.
-      if (phase) o.phase_range_m = range_m + *phase;
-      if (cn0 != 0) o.cn0_dbhz = 0.25 * cn0;
-      add(o);
-    };
-    put(precise1 ? (glonass ? "1P" : "1W") : "1C", range_m, phase1, lock1, cn0_1);
-    // DF016: 0 is L2C, 1 to 3 are P(Y) by several ways; DF046: 0 is C/A.
-    if (difference)
-      put(glonass ? (code2 == 0 ? "2C" : "2P") : (code2 == 0 ? "2X" : "2W"), range_m + *difference, phase2,
-          lock2, cn0_2);
-  }
-  if (!more) give(complete);
 }
 
 }  // namespace canyon::rtcm

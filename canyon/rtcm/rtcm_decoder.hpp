@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -13,6 +14,7 @@
 
 #include "canyon/relative/corrections.hpp"
 #include "canyon/rtcm/frames.hpp"
+#include "canyon/rtcm/whole_milliseconds.hpp"
 
 namespace canyon::rtcm {
 
@@ -23,6 +25,8 @@ struct DecoderStatus {
   std::map<std::string, std::uint64_t> problems;  ///< one sentence each: messages or fields left out
   /// Observations left out, as no signal of gnss::signals_of() has their RINEX code: "G 2W".
   std::map<std::string, std::uint64_t> unknown_codes;
+  /// Satellites with observations that were left out, as their whole milliseconds were not found.
+  std::set<gnss::SatelliteId> without_milliseconds;
   std::uint64_t checksum_errors = 0;           ///< began like a frame, with a wrong checksum
   std::uint64_t bytes_passed_over = 0;         ///< that belonged to no frame
   std::uint64_t epochs = 0;                    ///< given
@@ -38,11 +42,12 @@ struct DecoderStatus {
 ///   1230         GLONASS code-phase biases, which are added to the phases; phases begin anew where they
 ///                change
 ///   1020         GLONASS frequency channels
-///   1002, 1010, 1004, 1012   observations of GPS and GLONASS, of L1, of L1 and L2
-///   1074 to 1077, 1084 to 1087, ..., 1124 to 1127   MSM4 to MSM7 of GPS, GLONASS, Galileo, SBAS, QZSS,
-///   BeiDou
-/// and counts all others: of pseudoranges, 1001, 1003, 1009, 1011 and MSM1 to MSM3 leave the whole
-/// milliseconds out. Where the station of the observations states no place, names or biases, those of one
+///   1001 to 1004, 1009 to 1012   observations of GPS and GLONASS, of L1, of L1 and L2
+///   1071, 1073 to 1077, 1081, 1083 to 1087, ..., 1121, 1123 to 1127   MSM1 and MSM3 to MSM7 of GPS, GLONASS,
+///   Galileo, SBAS, QZSS, BeiDou
+/// and counts all others; MSM2 has no pseudoranges. MSM1, MSM3, 1001, 1003, 1009 and 1011 leave the whole
+/// milliseconds of pseudoranges out: a RangeTable completes them, else they are counted and left
+/// out. Where the station of the observations states no place, names or biases, those of one
 /// that never observes are taken: some bases and casters number these messages otherwise. Whatever the bytes
 /// are, it throws nothing and its memory is bounded.
 ///
@@ -59,7 +64,9 @@ class CorrectionsDecoder {
   /// @param glonass_channel asked where neither MSM5, MSM7, 1012 nor 1020 has stated the channel. Without
   ///   one, phase and Doppler are left out, and the carrier frequency is that of channel 0.
   /// @param needs_place false: a rover's stream, whose epochs without 1005 or 1006 have a place of zeros
-  explicit CorrectionsDecoder(ChannelTable glonass_channel = {}, bool needs_place = true);
+  /// @param ranges completes pseudoranges without whole milliseconds
+  explicit CorrectionsDecoder(ChannelTable glonass_channel = {}, bool needs_place = true,
+                              RangeTable ranges = {});
 
   /// Epochs that are complete with these bytes, in their order: the last message of an epoch says that no
   /// more follow (DF393, DF005), or one of another time has come. Where more of an epoch comes behind its
@@ -73,7 +80,32 @@ class CorrectionsDecoder {
 
  private:
   class Fields;
-  struct Observation;
+  /// The signal that a code is read as, and the code's place among all that are read as it.
+  struct Reading {
+    const gnss::Signal* signal = nullptr;
+    int rank = 0;
+  };
+  [[nodiscard]] static Reading reading_of(gnss::System system, std::string_view code);
+  /// The lock times that an indicator stands for, from the first to below the second [ms].
+  struct LockTime {
+    double least_ms = 0, end_ms = 0;
+  };
+  /// Of indicators of MSM4 and MSM5, or MSM6 and MSM7 (extended), and of 1001 to 1012.
+  [[nodiscard]] static LockTime msm_lock(int indicator, bool extended);
+  [[nodiscard]] static LockTime legacy_lock(int indicator);
+  /// A cell: one satellite's signal.
+  struct Observation {
+    gnss::SatelliteId id;
+    std::string_view code;  ///< RINEX
+    Reading reading;
+    double range_m = 0;
+    std::optional<double> phase_range_m, rate_mps, cn0_dbhz;
+    /// 1004, 1012: phase_range_m jumps by 1,500 cycles when it is too far from the range.
+    bool turns = false;
+    LockTime lock;
+    bool half_cycle = false;
+    double unit_m = 0;  ///< the ranges are modulo this; 0: they are whole
+  };
   using SignalKey = std::pair<gnss::SatelliteId, std::size_t>;  ///< index_of() the signal
   /// The contents of messages without observations.
   struct Station {
@@ -85,7 +117,8 @@ class CorrectionsDecoder {
   struct Epoch {
     geodesy::GpsTime time;
     std::map<SignalKey, relative::SignalMeasurement> observations;
-    bool news = false;  ///< since it was given
+    std::vector<Observation> partial;  ///< without whole milliseconds
+    bool news = false;                 ///< since it was given
   };
   struct Arc {
     geodesy::GpsTime at;      ///< of its last phase
@@ -102,6 +135,7 @@ class CorrectionsDecoder {
   void read_msm(Fields& fields, geodesy::GpsTime now, Epochs& complete);
   void read_legacy(Fields& fields, geodesy::GpsTime now, Epochs& complete);
   void add(const Observation& observation);
+  void complete_milliseconds(const Eigen::Vector3d& place);
   void problem(const Fields& fields, std::string_view what);
   Station& station(int id);
   void observe(int id);
@@ -113,6 +147,7 @@ class CorrectionsDecoder {
   [[nodiscard]] std::optional<int> channel(gnss::SatelliteId id) const;
 
   ChannelTable glonass_channel_;
+  RangeTable ranges_;
   FrameParser frames_;
   DecoderStatus status_;
   std::map<int, Station> stations_;
@@ -129,10 +164,16 @@ struct RtcmCorrections {
   DecoderStatus status;
 };
 /// A stream that was recorded, plain or gzip-compressed; each epoch once, without those whose times
-/// contradict the others. Throws InputError where the file cannot be read, and where no epoch is in it.
+/// contradict the others. Throws InputError where the file cannot be read.
 /// @param now a time within half a week of the first messages
+[[nodiscard]] RtcmCorrections decode_rtcm_file(const std::filesystem::path& path, geodesy::GpsTime now,
+                                               CorrectionsDecoder::ChannelTable glonass_channel = {},
+                                               bool needs_place = true, RangeTable ranges = {});
+/// Throws InputError, which says what is missing, where no epoch was in a file.
+void require_epochs(const std::filesystem::path& path, const RtcmCorrections& file);
+/// decode_rtcm_file() of a file with epochs; throws InputError where it has none.
 [[nodiscard]] RtcmCorrections read_rtcm_corrections(const std::filesystem::path& path, geodesy::GpsTime now,
                                                     CorrectionsDecoder::ChannelTable glonass_channel = {},
-                                                    bool needs_place = true);
+                                                    bool needs_place = true, RangeTable ranges = {});
 
 }  // namespace canyon::rtcm

@@ -20,6 +20,7 @@
 #include "canyon/rtcm/msm.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/refusal.hpp"
+#include "tests/support/rtcm_messages.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -30,125 +31,6 @@ using broadcast::Bits;
 using geodesy::GpsTime;
 using gnss::System;
 using testing::HasSubstr;
-
-const GpsTime kTime = GpsTime::from_week(2320, 116'400);
-
-gnss::SatelliteId satellite(const char* name) {
-  return *gnss::parse_satellite(name);
-}
-
-/// One signal of a message.
-struct Cell {
-  gnss::SatelliteId id;
-  std::string_view code;  ///< RINEX
-  double range_m = 0;
-  std::optional<double> phase_m, rate_mps;
-  double lock_s = 0, cn0_dbhz = 0;
-  bool half_cycle = false;
-  int extended = 15;  ///< DF419
-};
-
-std::uint64_t field(double value, double step, int width) {
-  return static_cast<std::uint64_t>(broadcast::field_value(value, step, width, true));
-}
-std::uint64_t none(int width) {
-  return std::uint64_t{1} << (width - 1);
-}
-
-std::uint64_t time_field(System system, GpsTime time) {
-  if (system == System::BeiDou) time = time - std::chrono::seconds(14);
-  if (system != System::GLONASS) return static_cast<std::uint64_t>(time.nanosecond_of_week() / 1'000'000);
-  const GpsTime moscow = time - std::chrono::seconds(geodesy::leap_seconds(time)) + std::chrono::hours(3);
-  const auto ms = static_cast<std::uint64_t>(moscow.nanosecond_of_week() / 1'000'000);
-  return ms / 86'400'000 << 27 | ms % 86'400'000;
-}
-
-/// MSM`kind` of a system's cells, those of a satellite together.
-Bits msm(System system, int kind, GpsTime time, const std::vector<Cell>& cells, bool more = false,
-         int station = 7) {
-  const bool fine = kind >= 6, rates = kind % 2 == 1;
-  std::map<int, std::map<int, const Cell*>> table;  // by place of satellite and signal
-  std::set<int> signals;
-  for (const Cell& cell : cells) {
-    int signal = 1;
-    while (rinex_code(system, signal) != cell.code) ++signal;
-    signals.insert(signal);
-    table[mask_number(cell.id)][signal] = &cell;
-  }
-  const auto index = std::find(kMsmSystems.begin(), kMsmSystems.end(), system) - kMsmSystems.begin();
-  Bits bits;
-  bits.put(static_cast<std::uint64_t>(1070 + 10 * index + kind), 12)
-      .put(static_cast<std::uint64_t>(station), 12);
-  bits.put(time_field(system, time), 30).put(more ? 1 : 0, 1).put(0, 18);
-  for (int place = 1; place <= 64; ++place) bits.put(table.count(place), 1);
-  for (int signal = 1; signal <= 32; ++signal) bits.put(signals.count(signal), 1);
-  struct Row {
-    const Cell* cell;
-    std::int64_t rough;  ///< [1/1024 ms]
-    double rate;
-  };
-  std::vector<Row> of_satellites, of_cells;
-  for (const auto& [place, row] : table) {
-    const Cell* first = row.begin()->second;
-    of_satellites.push_back({first, std::llround(first->range_m / kMillisecond_m * 1024),
-                             std::round(first->rate_mps.value_or(0))});
-    for (const int signal : signals) {
-      bits.put(row.count(signal), 1);
-      if (row.count(signal) > 0)
-        of_cells.push_back({row.at(signal), of_satellites.back().rough, of_satellites.back().rate});
-    }
-  }
-  for (const Row& r : of_satellites) bits.put(static_cast<std::uint64_t>(r.rough / 1024), 8);
-  if (rates) {
-    for (const Row& r : of_satellites) bits.put(static_cast<std::uint64_t>(r.cell->extended), 4);
-  }
-  for (const Row& r : of_satellites) bits.put(static_cast<std::uint64_t>(r.rough % 1024), 10);
-  if (rates) {
-    for (const Row& r : of_satellites) bits.put(r.cell->rate_mps ? field(r.rate, 1, 14) : none(14), 14);
-  }
-  const auto fraction = [](const Row& r, double metres) {
-    return metres / kMillisecond_m - static_cast<double>(r.rough) / 1024;
-  };
-  for (const Row& r : of_cells) {
-    bits.put(field(fraction(r, r.cell->range_m), fine ? 0x1p-29 : 0x1p-24, fine ? 20 : 15), fine ? 20 : 15);
-  }
-  for (const Row& r : of_cells) {
-    const int width = fine ? 24 : 22;
-    bits.put(
-        r.cell->phase_m ? field(fraction(r, *r.cell->phase_m), fine ? 0x1p-31 : 0x1p-29, width) : none(width),
-        width);
-  }
-  for (const Row& r : of_cells) {
-    int indicator = lock_time_indicator(r.cell->lock_s);
-    if (!fine) {
-      for (indicator = 0; indicator < 15 && least_lock_ms(indicator + 1, false) <= 1e3 * r.cell->lock_s;)
-        ++indicator;
-    }
-    bits.put(static_cast<std::uint64_t>(indicator), fine ? 10 : 4);
-  }
-  for (const Row& r : of_cells) bits.put(r.cell->half_cycle ? 1 : 0, 1);
-  for (const Row& r : of_cells) bits.positive(r.cell->cn0_dbhz, fine ? 0x1p-4 : 1, fine ? 10 : 6);
-  if (rates) {
-    for (const Row& r : of_cells)
-      bits.put(r.cell->rate_mps ? field(*r.cell->rate_mps - r.rate, 1e-4, 15) : none(15), 15);
-  }
-  return bits;
-}
-
-const Eigen::Vector3d kPlace(-3817680.7270, 3562839.5216, 3650159.2407);
-
-Bits place(const Eigen::Vector3d& ecef = kPlace, int station = 7, std::optional<double> height_m = {}) {
-  Bits bits;
-  bits.put(height_m ? 1006 : 1005, 12).put(static_cast<std::uint64_t>(station), 12).put(0, 10);
-  bits.number(ecef.x(), 1e-4, 38).put(0, 2).number(ecef.y(), 1e-4, 38).put(0, 2);
-  bits.number(ecef.z(), 1e-4, 38);
-  if (height_m) bits.positive(*height_m, 1e-4, 16);
-  return bits;
-}
-
-Cell some_cell(const char* id, std::string_view code, double lock_s = 100) {
-  return {satellite(id), code, 22e6, 22e6 + 3, -500.25, lock_s, 45, false, 15};
-}
 
 CorrectionsDecoder::Epochs decode(CorrectionsDecoder& decoder, const std::string& bytes,
                                   GpsTime now = kTime) {
@@ -530,14 +412,13 @@ TEST(RtcmDecoder, BrokenContentIsCountedAndCostsNothingElse) {
   EXPECT_EQ(epochs[0]->observations.size(), 2U);
   std::vector<std::string> problems;
   for (const auto& [sentence, count] : decoder.status().problems) problems.push_back(sentence);
-  EXPECT_EQ(problems, (std::vector<std::string>{"a message is too short for its number and station",
-                                                "message 1073: its ranges are modulo one light millisecond "
-                                                "(300 km) and are not used; ask for MSM4 to MSM7",
-                                                "message 1077: its masks have no cell",
-                                                "message 1077: shorter than its masks require",
-                                                "message 1077: the masks have more than 64 cells",
-                                                "message 1077: the time is beyond its period"}));
-  EXPECT_EQ(decoder.status().messages_unread, (std::map<int, std::uint64_t>{{1013, 1}, {1073, 1}}));
+  EXPECT_EQ(
+      problems,
+      (std::vector<std::string>{
+          "a message is too short for its number and station", "message 1073: its masks have no cell",
+          "message 1077: its masks have no cell", "message 1077: shorter than its masks require",
+          "message 1077: the masks have more than 64 cells", "message 1077: the time is beyond its period"}));
+  EXPECT_EQ(decoder.status().messages_unread, (std::map<int, std::uint64_t>{{1013, 1}}));
 }
 
 TEST(RtcmDecoder, EverySingleWrongBitIsRefused) {
@@ -562,8 +443,13 @@ TEST(RtcmDecoder, HostileBytesNeverCrash) {
   std::mt19937 random(2);
   std::uniform_int_distribution<int> byte(0, 255), length(0, 1023);
   const std::vector<int> numbers{1004, 1005, 1006, 1007, 1008, 1012, 1020, 1033, 1230, 1074,
-                                 1075, 1076, 1077, 1084, 1087, 1097, 1107, 1117, 1127, 1137};
-  CorrectionsDecoder decoder;
+                                 1075, 1076, 1077, 1084, 1087, 1097, 1107, 1117, 1127, 1137,
+                                 1001, 1003, 1009, 1011, 1071, 1073, 1082, 1083, 1121, 1123};
+  const RangeTable ranges = [](gnss::SatelliteId id, GpsTime,
+                               const Eigen::Vector3d&) -> std::optional<double> {
+    return id.number % 3 == 0 ? std::nullopt : std::optional(2e7 + id.number);
+  };
+  CorrectionsDecoder decoder({}, true, ranges);
   (void)decode(decoder, frame(place()));
   for (int i = 0; i < 4000; ++i) {
     // Right frames of any content: half of them with few satellites and signals.

@@ -11,10 +11,11 @@ namespace canyon::rtcm {
 
 using geodesy::GpsTime;
 
-RtcmCorrections read_rtcm_corrections(const std::filesystem::path& path, GpsTime now,
-                                      CorrectionsDecoder::ChannelTable glonass_channel, bool needs_place) {
+RtcmCorrections decode_rtcm_file(const std::filesystem::path& path, GpsTime now,
+                                 CorrectionsDecoder::ChannelTable glonass_channel, bool needs_place,
+                                 RangeTable ranges) {
   GzipFile file(path);
-  CorrectionsDecoder decoder(std::move(glonass_channel), needs_place);
+  CorrectionsDecoder decoder(std::move(glonass_channel), needs_place, std::move(ranges));
   RtcmCorrections read;
   const auto take = [&](const CorrectionsDecoder::Epochs& epochs) {
     for (const auto& epoch : epochs) {
@@ -34,21 +35,45 @@ RtcmCorrections read_rtcm_corrections(const std::filesystem::path& path, GpsTime
   geodesy::leave_out_stray_times(
       read.epochs, [](const auto& epoch) { return epoch->receiver_time; },
       [&](const auto&) { ++read.status.problems["the time of an epoch contradicts those around it"]; });
-  if (!read.epochs.empty()) return read;
+  return read;
+}
+
+void require_epochs(const std::filesystem::path& path, const RtcmCorrections& read) {
+  if (!read.epochs.empty()) return;
   if (read.status.messages.empty())
     throw InputError(path, 0, "has no message of RTCM 3", "give a recorded stream of RTCM 3");
   if (read.status.epochs_held_back > 0)
     throw InputError(path, 0, "has no place of the station",
                      "have the base send message 1005 or 1006, or give its place (--base-position)");
+  if (!read.status.without_milliseconds.empty()) {
+    throw InputError(
+        path, 0,
+        "its observations leave out the whole milliseconds of ranges (MSM1, MSM3, 1001, 1003, "
+        "1009, 1011), which were not found",
+        "give the ephemerides of that day and the right place of the base, or have the base send "
+        "MSM4 to MSM7");
+  }
   if (read.status.checksum_errors > 0) {
     throw InputError(path, 0,
                      "no observations of a base are in it, but " +
                          std::to_string(read.status.checksum_errors) + " frames with a wrong checksum",
                      "it is damaged, or was saved as text or with marks of HTTP: record the bytes alone");
   }
+  const auto& problems = read.status.problems;
   throw InputError(
-      path, 0, "has no observations of a base",
+      path, 0,
+      "has no observations of a base" +
+          (problems.empty() ? std::string() : " (" + problems.begin()->first + ")"),
       "have the base send MSM4 to MSM7 (1074 to 1127), 1002, 1004, 1010 or 1012, and record again");
+}
+
+RtcmCorrections read_rtcm_corrections(const std::filesystem::path& path, GpsTime now,
+                                      CorrectionsDecoder::ChannelTable glonass_channel, bool needs_place,
+                                      RangeTable ranges) {
+  RtcmCorrections file =
+      decode_rtcm_file(path, now, std::move(glonass_channel), needs_place, std::move(ranges));
+  require_epochs(path, file);
+  return file;
 }
 
 }  // namespace canyon::rtcm

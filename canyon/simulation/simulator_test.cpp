@@ -518,6 +518,26 @@ TEST(BuildSky, UnhealthySatellitesInTheSkyAreSaid) {
                      HasSubstr("unhealthy"))));
 }
 
+// The middle of the day left out.
+TEST(Sky, AGapOfPreciseOrbitsIsCalledOne) {
+  std::ifstream in(std::filesystem::path(canyon_source_dir) / "tests/data/cases/sp3-two-days/day1.sp3");
+  const TemporaryFolder folder;
+  {
+    std::ofstream out(folder / "day.sp3");
+    int epochs = 0;
+    for (std::string line; std::getline(in, line);) {
+      epochs += line.starts_with('*') ? 1 : 0;
+      if (epochs < 30 || epochs > 60 || line == "EOF") out << line << '\n';
+    }
+  }
+  SkyConfig config;
+  config.sp3 = {folder / "day.sp3"};
+  const GpsTime noon = geodesy::parse_time("2024-05-01T12:00:00 GPST");
+  EXPECT_THAT(
+      error_of([&] { (void)build_sky(config, noon, noon + 60.0, {}); }).what(),
+      HasSubstr("no satellite has precise orbits at 2024-05-01T12:00:00 GPST: a gap of what they span"));
+}
+
 // Each satellite with its own health, not all with the first one's.
 TEST(BuildSky, UnhealthySatellitesAreSaidByTheirHealth) {
   const GpsTime begin = geodesy::parse_time("2026-06-01T08:00:00Z");

@@ -69,6 +69,11 @@ void check_coverage(const orbit::Sky& sky, GpsTime begin, GpsTime end, std::stri
                                    format_gpst(begin, 0)),
                        "give navigation files in which they are healthy");
     }
+    if (span.first <= begin && begin <= span.second) {
+      throw InputError(fmt::format("no satellite has {} at {}: a gap of what they span ({})", what,
+                                   format_gpst(begin, 0), span_text(span.first, span.second)),
+                       cure);
+    }
     throw InputError(
         fmt::format("the time asked for ({}) is outside the {} ({}){}", span_text(begin, end), what,
                     span_text(span.first, span.second), geodesy::rollover_text(begin, span.second)),

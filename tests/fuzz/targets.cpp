@@ -163,6 +163,12 @@ const char* const kWorld = R"(<?xml version="1.0"?>
   <link name="k"><visual name="v"><geometry><sphere><radius>2</radius></sphere></geometry></visual>
    <visual name="p"><geometry><plane><normal>0 0 1</normal><size>9 9</size></plane></geometry></visual></link>
  </model>
+ <frame name="f" attached_to="m::k"><pose>1 0 0 0 0 0</pose></frame>
+ <model name="n" placement_frame="a"><static>true</static><pose relative_to="f">1 2 3 0 0 0.5</pose>
+  <link name="a"/><link name="b"><pose relative_to="j">4 0 0 0 0 0</pose><collision name="c">
+   <pose relative_to="a">1 0 0 0 0 0</pose><geometry><box><size>1 2 3</size></box></geometry></collision></link>
+  <joint name="j" type="fixed"><parent>world</parent><child>a</child></joint>
+ </model>
 </world></sdf>
 )";
 
@@ -531,7 +537,12 @@ const std::vector<Target>& targets() {
       {"ubx", "commands.ubx", receive_ubx, ubx_seeds()},
       {"rtcm",
        "base.rtcm3",
-       [](const fs::path& path) { (void)rtcm::read_rtcm_corrections(path, test::sample_time()); },
+       [](const fs::path& path) {
+         const rtcm::RangeTable ranges = [](gnss::SatelliteId id, geodesy::GpsTime, const Eigen::Vector3d&) {
+           return std::optional<double>(2.2e7 + 1e4 * id.number);
+         };
+         (void)rtcm::read_rtcm_corrections(path, test::sample_time(), {}, true, ranges);
+       },
        {rtcm_stream()}},
       {"sp3", "some.sp3", read_sp3, {sp3()}},
       {"osm_xml",

@@ -13,14 +13,9 @@
 #include <vector>
 
 #include "canyon/base/base64.hpp"
-#include "canyon/base/input_error.hpp"
-#include "canyon/geodesy/frames.hpp"
-#include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/support/cityjson_house.hpp"
-#include "tests/support/damages.hpp"
+#include "tests/support/damaged_city.hpp"
 #include "tests/support/osm_text.hpp"
-#include "tests/support/temporary_folder.hpp"
 
 // Small maps, meshes and height grids as other programs write them, with a byte left out, or a line doubled
 // or left out: they give the same city, a city within a metre, a remark or an error.
@@ -28,9 +23,6 @@ namespace canyon::damaged_cities_test {
 namespace {
 
 using test::DamageCounts;
-using test::Damages;
-using test::Outcome;
-using test::TemporaryFolder;
 
 constexpr std::size_t kEvery = 3;
 
@@ -335,109 +327,6 @@ std::string ascii_grid() {
   return text;
 }
 
-/// A reader's remarks beside the city, without their numbers.
-std::vector<std::string> remarks_of(const buildings::BuiltCity& built) {
-  std::vector<std::string> remarks = built.report.cautions;
-  remarks.insert(remarks.end(), built.city.notes.begin(), built.city.notes.end());
-  for (std::string& line : remarks) std::erase_if(line, [](unsigned char c) { return std::isdigit(c) != 0; });
-  std::sort(remarks.begin(), remarks.end());
-  return remarks;
-}
-
-struct Measure {
-  std::array<std::size_t, 4> objects{};  ///< of each surface
-  std::array<double, 4> area{};
-  std::vector<Eigen::Vector3d> corners;  ///< in ECEF
-};
-
-Measure measure(const city::City& city) {
-  Measure m;
-  std::set<std::array<long, 3>> seen;
-  const city::Mesh& mesh = city.mesh;
-  for (const city::Object& object : mesh.objects) {
-    const auto kind = static_cast<std::size_t>(object.surface);
-    ++m.objects[kind];
-    for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
-      const auto& [a, b, c] = mesh.triangles[t];
-      const Eigen::Vector3d twice =
-          (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]);
-      std::array<long, 3> middle{};
-      const Eigen::Vector3d sum = mesh.vertices[a] + mesh.vertices[b] + mesh.vertices[c];
-      for (std::size_t i = 0; i < 3; ++i) middle[i] = std::lround(100 * sum[static_cast<Eigen::Index>(i)]);
-      // No ray meets a floor, and a triangle twice is one.
-      if (twice.z() < -0.9 * twice.norm() || !seen.insert(middle).second) continue;
-      m.area[kind] += 0.5 * twice.norm();
-      if (object.surface == city::Surface::Terrain) continue;
-      for (const std::uint32_t v : mesh.triangles[t])
-        m.corners.push_back(city.frame.ecef_from_local(mesh.vertices[v]));
-    }
-  }
-  return m;
-}
-
-double farthest(const std::vector<Eigen::Vector3d>& from, const std::vector<Eigen::Vector3d>& to) {
-  double most = 0;
-  for (const Eigen::Vector3d& a : from) {
-    double least = 1e9;
-    for (const Eigen::Vector3d& b : to) least = std::min(least, (a - b).squaredNorm());
-    most = std::max(most, std::sqrt(least));
-  }
-  return most;
-}
-
-class DamagedCity {
- public:
-  DamagedCity(std::string name, std::string text) : name_(std::move(name)), text_(std::move(text)) {
-    const buildings::BuiltCity sound = read(text_);
-    sound_ = measure(sound.city);
-    remarks_ = remarks_of(sound);
-  }
-
-  DamageCounts run() {
-    return Damages(name_, text_, kEvery, true).run([this](const std::string& text) { return judge(text); });
-  }
-
- private:
-  [[nodiscard]] Damages::Judgement judge(const std::string& text) const {
-    const buildings::BuiltCity built = read(text);
-    const Measure now = measure(built.city);
-    const double moved_m =
-        std::max(farthest(now.corners, sound_.corners), farthest(sound_.corners, now.corners));
-    double area = 0;
-    for (std::size_t i = 0; i < 4; ++i)
-      area = std::max(area, std::abs(now.area[i] - sound_.area[i]) / std::max(1.0, sound_.area[i]));
-    const bool like = now.objects == sound_.objects;
-    if (like && moved_m < 0.001 && area < 1e-4) return {Outcome::Same, {}};
-    if (like && moved_m < 1 && area < 0.01) return {Outcome::Noise, {}};
-    if (remarks_of(built) != remarks_) return {Outcome::Said, {}};
-    return {Outcome::Same,
-            fmt::format("moved {:.1f} m, {} buildings, area {:.3f}", moved_m, now.objects[0], area)};
-  }
-  [[nodiscard]] buildings::BuiltCity read(const std::string& text) const {
-    const bool terrain = name_.ends_with(".asc");
-    const auto path = folder_ / (terrain ? "heights.asc" : name_);
-    std::ofstream(path, std::ios::binary) << text;
-    std::filesystem::path map = path;
-    if (terrain) {
-      map = folder_ / "map.osm";
-      if (!std::filesystem::exists(map)) std::ofstream(map, std::ios::binary) << osm();
-    }
-    simulation::CityConfig config = simulation::city_config(map);
-    if (terrain) {
-      std::ofstream(folder_ / "heights.prj")
-          << R"(GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]])";
-      config.as<simulation::MapCity>()->terrain = {path};
-      config.as<simulation::MapCity>()->build.terrain_margin_m = 20;
-    }
-    return simulation::read_city(config);
-  }
-
-  TemporaryFolder folder_;
-  std::string name_, text_;
-  Measure sound_;
-  std::vector<std::string> remarks_;
-};
-
 struct File {
   const char* name;
   std::string text;
@@ -445,9 +334,21 @@ struct File {
                ///< corner or tag left out, half of the ground
 };
 
-void check(const std::vector<File>& files) {
+/// The map over the heights of a grid.
+simulation::CityConfig over_heights(const std::filesystem::path& path) {
+  const std::filesystem::path map = path.parent_path() / "map.osm";
+  if (!std::filesystem::exists(map)) std::ofstream(map, std::ios::binary) << osm();
+  std::ofstream(path.parent_path() / "heights.prj")
+      << R"(GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]])";
+  simulation::CityConfig config = simulation::city_config(map);
+  config.as<simulation::MapCity>()->terrain = {path};
+  config.as<simulation::MapCity>()->build.terrain_margin_m = 20;
+  return config;
+}
+
+void check(const std::vector<File>& files, const test::DamagedCity::Settings& settings = {}) {
   for (const File& file : files) {
-    const DamageCounts counts = DamagedCity(file.name, file.text).run();
+    const DamageCounts counts = test::DamagedCity(file.name, file.text, settings).run(kEvery);
     EXPECT_LE(counts.silent.size() * test::damage_stride(kEvery),
               static_cast<std::size_t>(file.silent) * kEvery)
         << testing::PrintToString(counts.silent);
@@ -471,7 +372,7 @@ TEST(DamagedCities, MapsDoNotChangeSilently) {
 }
 
 TEST(DamagedCities, HeightsDoNotChangeSilently) {
-  check({{"heights.asc", ascii_grid(), 3}});
+  check({{"heights.asc", ascii_grid(), 3}}, over_heights);
 }
 
 }  // namespace

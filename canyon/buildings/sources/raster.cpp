@@ -95,7 +95,14 @@ struct Raster::Impl {
   /// [m], before the geoid; the caller holds the mutex.
   std::optional<double> sample(double x, double y) const;
   /// Pixels of a window [m], row by row; NaN where there is no data.
-  std::vector<double> window(int left, int top, int columns, int rows) const;
+  std::vector<double> window(int left, int top, int columns, int rows) const {
+    return values({left, top, columns, rows}, columns, rows);
+  }
+  struct Window {
+    int left = 0, top = 0, columns = 0, rows = 0;
+  };
+  /// `columns` x `rows` of the pixels of a window.
+  std::vector<double> values(const Window& of, int columns, int rows) const;
   std::optional<double> instead_of_impossible(int column, int row) const;
   /// Posts 10 m and more apart are means of the ground about them: no such ground is steeper than 5 in 1.
   void note_steepness(int left, int top, const std::vector<double>& heights) const;
@@ -268,16 +275,16 @@ void Raster::Impl::check_ascii_grid() const {
   }
 }
 
-std::vector<double> Raster::Impl::window(int left, int top, int columns, int rows) const {
+std::vector<double> Raster::Impl::values(const Window& of, int columns, int rows) const {
   const std::size_t count = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
   std::vector<double> values(count);
   std::vector<std::uint8_t> valid(count, 255);
   const gdal::Quiet quiet;
-  CPLErr error =
-      GDALRasterIO(band, GF_Read, left, top, columns, rows, values.data(), columns, rows, GDT_Float64, 0, 0);
+  CPLErr error = GDALRasterIO(band, GF_Read, of.left, of.top, of.columns, of.rows, values.data(), columns,
+                              rows, GDT_Float64, 0, 0);
   if (error == CE_None && mask != nullptr) {
-    error =
-        GDALRasterIO(mask, GF_Read, left, top, columns, rows, valid.data(), columns, rows, GDT_Byte, 0, 0);
+    error = GDALRasterIO(mask, GF_Read, of.left, of.top, of.columns, of.rows, valid.data(), columns, rows,
+                         GDT_Byte, 0, 0);
   }
   if (error != CE_None) {
     throw InputError(path, 0, fmt::format("heights cannot be read ({})", quiet.message()),
@@ -323,10 +330,50 @@ const std::vector<std::string>& Raster::notes() const {
   return impl_->notes;
 }
 
+RasterSummary Raster::summary() const {
+  const std::lock_guard lock(impl_->mutex);
+  RasterSummary summary;
+  summary.columns = impl_->width;
+  summary.rows = impl_->height;
+  summary.spacing_m = impl_->post_spacing_m;
+  constexpr int kMost = 256;
+  const std::vector<double> heights = impl_->values(
+      {0, 0, impl_->width, impl_->height}, std::min(impl_->width, kMost), std::min(impl_->height, kMost));
+  std::size_t empty = 0;
+  for (const double height_m : heights) {
+    if (!is_possible(height_m)) {  // neither is NaN
+      ++empty;
+      continue;
+    }
+    summary.lowest_m = std::min(summary.lowest_m.value_or(height_m), height_m);
+    summary.highest_m = std::max(summary.highest_m.value_or(height_m), height_m);
+  }
+  summary.empty_share = static_cast<double>(empty) / static_cast<double>(heights.size());
+  std::array<double, 6> map_from_pixel{};
+  GDALGetGeoTransform(impl_->dataset.get(), map_from_pixel.data());
+  double x = 0, y = 0;
+  GDALApplyGeoTransform(map_from_pixel.data(), 0.5 * impl_->width, 0.5 * impl_->height, &x, &y);
+  if (impl_->map_from_wgs84) {
+    const gdal::Quiet quiet;
+    const gdal::SpatialReference map = gdal::horizontal_part(GDALGetSpatialRef(impl_->dataset.get()));
+    const gdal::SpatialReference wgs84 = gdal::spatial_reference("EPSG:4326");
+    const gdal::Transformation back = gdal::transformation(map.get(), wgs84.get(), true);
+    int ok = 0;
+    if (!back || OCTTransformEx(back.get(), 1, &x, &y, nullptr, &ok) == 0 || ok == 0) return summary;
+  }
+  summary.middle = LonLat(longitude_near(x, 0), y);
+  return summary;
+}
+
 std::vector<std::string> Raster::cautions() const {
   const std::lock_guard lock(impl_->mutex);
   const std::string name = impl_->path.filename().string();
   std::vector<std::string> lines;
+  if (GDALGetRasterDataType(impl_->band) == GDT_Byte) {
+    lines.push_back(fmt::format(
+        "{}: its values are whole numbers from 0 to 255, as those of a shaded picture; are they heights?",
+        name));
+  }
   if (!impl_->impossible.empty()) {
     lines.push_back(
         fmt::format("{}: {} of the posts in use are beyond -500 to 9,000 m (such as {:g} m) and are not "

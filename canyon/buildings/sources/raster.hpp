@@ -10,6 +10,15 @@
 
 namespace canyon::buildings {
 
+/// What a height raster holds, from at most 256 x 256 of its posts.
+struct RasterSummary {
+  int columns = 0, rows = 0;
+  double spacing_m = 0;          ///< between neighbouring posts, the smaller of the two
+  std::optional<LonLat> middle;  ///< longitude and latitude [deg]; empty where the projection does not say it
+  std::optional<double> lowest_m, highest_m;  ///< as in the file, without fill values; empty without a height
+  double empty_share = 0;  ///< of posts without data, and of those beyond -500 to 9,000 m: [0, 1]
+};
+
 /// One height raster behind GDAL: band 1, in any projection. Any thread may ask; blocks are read when they
 /// are needed and kept in GDAL's block cache (GDAL_CACHEMAX bounds it).
 class Raster {
@@ -27,8 +36,9 @@ class Raster {
   /// Where height_m() answers: ellipsoidal height of mean sea level [m]; empty where heights are ellipsoidal.
   [[nodiscard]] std::optional<double> geoid_undulation_m(const LonLat& place) const;
   [[nodiscard]] const std::vector<std::string>& notes() const;
-  /// Warnings about such pixels among those that were asked for, and about neighbours 10 m and more apart
-  /// that differ by more than five times their distance.
+  [[nodiscard]] RasterSummary summary() const;
+  /// Warnings about such pixels among those that were asked for, about neighbours 10 m and more apart that
+  /// differ by more than five times their distance, and about rasters of 8 bits, which may be pictures.
   [[nodiscard]] std::vector<std::string> cautions() const;
 
  private:

@@ -514,5 +514,18 @@ TEST_F(TerrainTest, GdalLocationInfoAgreesOnPixelCentres) {
   }
 }
 
+// A shaded picture has georeference and one grey band, as heights do.
+TEST_F(TerrainTest, RastersOfEightBitsAreDoubted) {
+  Made made;
+  made.type = GDT_Byte;
+  make_raster(folder_ / "shade.tif", made, plane);
+  EXPECT_THAT(
+      Terrain({folder_ / "shade.tif"}).cautions(),
+      ::testing::ElementsAre(::testing::HasSubstr("shade.tif: its values are whole numbers from 0 to 255")));
+  made.type = GDT_Int16;
+  make_raster(folder_ / "heights.tif", made, plane);
+  EXPECT_TRUE(Terrain({folder_ / "heights.tif"}).cautions().empty());
+}
+
 }  // namespace
 }  // namespace canyon::buildings::terrain_test

@@ -48,6 +48,7 @@ class ColumnPoints {
 
   /// `ecef`: the coordinates are x, y, z [m]; else latitude and longitude [deg] and height [m].
   void add(geodesy::GpsTime time, Coordinates text, bool ecef);
+  [[nodiscard]] std::size_t size() const { return points_.size(); }
   void skip_missing() { notes_.skip(file_.line(), kMissing); }
   void skip_no_fix() { notes_.skip(file_.line(), kNoFix); }
 

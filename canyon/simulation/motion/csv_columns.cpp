@@ -28,6 +28,7 @@ Words words_of(std::string_view name) {
   const auto type = [&](std::size_t i) { return i < name.size() ? static_cast<unsigned char>(name[i]) : 0; };
   for (std::size_t i = 0; i < name.size(); ++i) {
     if (name.compare(i, 2, "\xC2\xB0") == 0) {  // the degree sign
+      if (words.back().empty()) words.pop_back();
       words.emplace_back("deg");
       words.emplace_back();
       ++i;
@@ -106,8 +107,31 @@ struct Named {
   CsvClock clock = CsvClock::Unsaid;
 };
 
+/// The name without that of the MAVLink message whose field it is, as mavlogdump.py writes it.
+std::string_view without_message(std::string_view name) {
+  name = trim(name);
+  for (const std::string_view message : {"GPS_RAW_INT.", "GLOBAL_POSITION_INT."})
+    if (name.starts_with(message)) return name.substr(message.size());
+  return name;
+}
+
+/// What MAVLink says of fields that a name gives no unit: degrees times 1e7, millimetres above sea level.
+void set_mavlink_units(Named& named) {
+  if (named.kind == Kind::Latitude || named.kind == Kind::Longitude) named.column.scale = 1e-7;
+  if (named.kind == Kind::Height) {
+    named.column.scale = 1e-3;
+    named.column.sea_level = true;
+  }
+  named.column.unit = named.kind != Kind::Time;
+}
+
 /// The meaning of a name; of the kind Other where it says anything that is not known ("speed", "relative").
 Named read_name(std::size_t index, std::string_view name) {
+  if (const std::string_view field = without_message(name); field != trim(name)) {
+    Named named = read_name(index, field);
+    set_mavlink_units(named);
+    return named;
+  }
   Named named;
   named.column.index = index;
   named.column.name = std::string(trim(name));
@@ -118,6 +142,11 @@ Named read_name(std::size_t index, std::string_view name) {
   if (clock_alone) named.kind = Kind::Time;
   if (named.kind == Kind::Other) return named;
   const bool angle = named.kind == Kind::Latitude || named.kind == Kind::Longitude;
+  const auto names = [&words](std::string_view word) {
+    return std::find(words.begin(), words.end(), word) != words.end();
+  };
+  if (named.kind == Kind::Latitude && names("s") && !names("n")) named.column.side = "S";
+  if (named.kind == Kind::Longitude && names("w") && !names("e")) named.column.side = "W";
   std::size_t kinds = 0;
   for (std::size_t i = 0; i < words.size(); ++i) {
     const std::string& word = words[i];
@@ -159,8 +188,9 @@ std::optional<double> least_number(const Words& words) {
   // ROS: -1 is no fix.
   if (is_one_of(name, {"status", "gpsstatus", "fixstatus", "navstatus", "statusstatus", "fieldstatusstatus"}))
     return 0;
-  if (is_one_of(name, {"fix", "gpsfix", "fixquality", "quality", "gpsquality", "qual", "q", "valid",
-                       "isvalid", "fixvalid", "gpsvalid", "gnssfixok", "fixok", "hasfix", "provider"}))
+  if (is_one_of(name,
+                {"fix", "gpsfix", "fixquality", "quality", "gpsquality", "qual", "q", "valid", "isvalid",
+                 "fixvalid", "gpsvalid", "latlonvalid", "gnssfixok", "fixok", "hasfix", "provider"}))
     return 1;
   return std::nullopt;
 }
@@ -204,9 +234,10 @@ CsvColumns::CsvColumns(const TextFile& file, const std::vector<std::string_view>
     : separator(between), count(header.size()) {
   std::map<Kind, Named> found;
   std::optional<CsvColumn> tow;
+  std::optional<std::size_t> mode;
   bool ardupilot = false;
   for (std::size_t i = 0; i < header.size(); ++i) {
-    const Words words = words_of(header[i]);
+    const Words words = words_of(without_message(header[i]));
     const std::string joined = fmt::format("{}", fmt::join(words, ""));
     const Named named = read_name(i, header[i]);
     if (named.kind != Kind::Other) {
@@ -215,6 +246,11 @@ CsvColumns::CsvColumns(const TextFile& file, const std::vector<std::string_view>
     } else if (const auto least = least_number(words); least && !fix) {
       fix = i;
       least_fix = *least;
+    } else if (joined == "mode") {
+      mode = i;
+    } else if (is_one_of(joined, {"hacc", "accuracy", "accuracym", "acc", "horizontalaccuracy",
+                                  "horizontalaccuracym", "haccm", "haccmm", "eph", "epx"})) {
+      accuracy = i;
     } else if (names_week(joined)) {
       ardupilot = ardupilot || joined == "gwk";
       week = i;
@@ -248,6 +284,11 @@ CsvColumns::CsvColumns(const TextFile& file, const std::vector<std::string_view>
         "name the columns time, latitude, longitude, height, or time, x, y, z (ECEF), with units "
         "such as _deg, _rad, _e7, _m, _ft; commas, semicolons or tabs between");
   };
+  // Its numbers may mean anything; "NO FIX" does not.
+  if (mode && !fix) {
+    fix = mode;
+    least_fix = -HUGE_VAL;
+  }
   // Its Status 1 is no fix.
   if (ardupilot && fix && least_fix == 0) least_fix = 2;
   time_of_week = week && tow;

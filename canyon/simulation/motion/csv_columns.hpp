@@ -14,13 +14,14 @@ namespace canyon::simulation {
 /// A column that is read.
 struct CsvColumn {
   std::size_t index = 0;
-  std::string name;        ///< as in the header; empty without one
-  double scale = 1;        ///< to degrees, metres or seconds
-  bool unit = false;       ///< whether the header names a unit
-  bool minutes = false;    ///< angles as degrees and minutes in one number, ddmm.mmmm
-  bool parted = false;     ///< angles as degrees, minutes and seconds with blanks between
-  bool sea_level = false;  ///< a height above sea level, by its name
-  bool ellipsoid = false;  ///< a height above the ellipsoid, by its name
+  std::string name;            ///< as in the header; empty without one
+  double scale = 1;            ///< to degrees, metres or seconds
+  bool unit = false;           ///< whether the header names a unit
+  bool minutes = false;        ///< angles as degrees and minutes in one number, ddmm.mmmm
+  bool parted = false;         ///< angles as degrees, minutes and seconds with blanks between
+  bool sea_level = false;      ///< a height above sea level, by its name
+  bool ellipsoid = false;      ///< a height above the ellipsoid, by its name
+  std::string_view side = {};  ///< "S" or "W" where the name says so: "lon (W)"
 };
 
 /// The separator between the columns of a line: semicolons or tabs where there are three of them (commas may
@@ -41,6 +42,7 @@ struct CsvColumns {
   std::optional<std::size_t> date, latitude_side, longitude_side, geoid;
   std::optional<std::size_t> fix;         ///< a column that says whether there is a fix
   double least_fix = 1;                   ///< a smaller number in it says that there is none
+  std::optional<std::size_t> accuracy;    ///< horizontal, in any unit from mm to m
   std::optional<std::size_t> satellites;  ///< how many are used; "ns" may be this or the latitude's side
   std::size_t count = 0;                  ///< of columns; 0: not known yet
 

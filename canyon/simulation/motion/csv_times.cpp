@@ -92,6 +92,17 @@ void CsvTimes::note_late_start() const {
       "seconds of the GPS week need a column 'week' beside them, times of day a column 'date'");
 }
 
+void CsvTimes::check_steps() const {
+  if (!relative() || columns_.time.unit || count_ < 3) return;
+  const double step_s = std::abs(last_s_ - *first_s_) / static_cast<double>(count_ - 1);
+  constexpr double kNever_s = 10'000;
+  if (step_s < kNever_s) return;
+  throw InputError(
+      file_.path(), 0,
+      fmt::format("times are taken as seconds, and points are {:.4g} s apart on average", step_s),
+      "name the column by the unit that it has: time_s, time_ms, time_us, time_ns");
+}
+
 CsvTimes::Kind CsvTimes::require_kind(Kind kind, std::string_view text) const {
   if (kind_ == Kind::Unknown || kind_ == kind) return kind;
   throw file_.error(fmt::format("the time '{}' is written in another way than above", text),
@@ -167,6 +178,8 @@ GpsTime CsvTimes::from_start(double seconds, std::string_view text) {
         "time_s, time_ms, time_us, time_ns");
   }
   if (!first_s_) first_s_ = seconds;
+  last_s_ = seconds;
+  ++count_;
   return start_ + seconds;
 }
 

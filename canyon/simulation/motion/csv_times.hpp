@@ -32,6 +32,8 @@ class CsvTimes {
   [[nodiscard]] bool relative() const { return kind_ == Kind::FromStart; }
   /// Says where seconds from the start begin so late that they may count from something else.
   void note_late_start() const;
+  /// Throws InputError where seconds from the start, by a column without a unit, are 10,000 s and more apart.
+  void check_steps() const;
 
  private:
   enum class Kind : std::uint8_t { Unknown, FromStart, Dates, Weeks, Unix };
@@ -55,6 +57,8 @@ class CsvTimes {
   RecordNotes& notes_;
   Kind kind_ = Kind::Unknown;
   std::optional<double> unix_unit_s_, first_s_;
+  double last_s_ = 0;
+  std::size_t count_ = 0;  ///< of times from the start
   bool warned_ = false;
 };
 

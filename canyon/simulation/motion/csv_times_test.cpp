@@ -160,7 +160,8 @@ TEST(CsvColumns, FilesOfOtherPrograms) {
   EXPECT_NEAR(post.trajectory.at(kFirst).position.height_m, 547, 1e-3);
   EXPECT_THAT(post.warnings, IsEmpty());
   expect_ten(read(ten("# time lat lon height", "171455760{i} {lat} 11 547"), {}), 547);
-  EXPECT_THAT(refused("24 47 4e 47 47 41\n24 47 4e 47 47 41\n"), HasSubstr("1 columns where 4 are needed"));
+  EXPECT_THAT(refused("24 47 4e 47 47 41\n24 47 4e 47 47 41\n"),
+              HasSubstr("blanks stand between the columns, and no header names them"));
   // A title is no line of columns.
   expect_ten(read(ten("My flight of 1 May 2024\ntime,lat,lon,height", "2024-05-01T10:00:0{i}Z,{lat},11,547")),
              547);

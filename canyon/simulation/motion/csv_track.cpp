@@ -62,6 +62,8 @@ class CsvReader {
         continue;
       }
       if (first_data_ && header_ && read_units(fields)) continue;
+      // A title, and what a program writes below it.
+      if (no_header_ && fields.size() < 4) continue;
       first_ = false;
       if (no_header_) throw InputError(*no_header_);
       if (first_data_ && !header_) require_own_header(fields);
@@ -71,6 +73,9 @@ class CsvReader {
     if (no_header_) throw InputError(*no_header_);
     note_heights();
     times_.note_late_start();
+    times_.check_steps();
+    if (whole_degrees_ && points_.size() >= 8)
+      notes_.say(0, "all latitudes and longitudes are whole degrees", "were they rounded? export all digits");
     if (maybe_radians_) {
       notes_.say(0, "all latitudes and longitudes are below pi",
                  "if they are radians, name the columns latitude_rad and longitude_rad");
@@ -150,12 +155,21 @@ class CsvReader {
 
   void read_record(const Fields& fields) {
     if (fields.size() != columns_.count) {
+      if (fields.size() == 1 && columns_.separator == ',' && split_blanks(fields[0]).size() >= 4)
+        throw file_.error("blanks stand between the columns, and no header names them",
+                          "put a line such as `time latitude longitude height` above, or commas between");
       throw file_.error(
           fmt::format("{} columns where {} are needed", fields.size(), columns_.count),
           "columns are time, latitude, longitude, height, as many in each line as in the first, with commas, "
           "semicolons or tabs between; decimal commas need semicolons or tabs");
     }
     if (columns_.fix && says_no_fix(fields[*columns_.fix], columns_.least_fix)) {
+      points_.skip_no_fix();
+      return;
+    }
+    // 4,294,967,295 mm, the largest number of 32 bits, and the like: a receiver without a fix.
+    constexpr double kNoAccuracy = 1e6;
+    if (columns_.accuracy && field_number(fields[*columns_.accuracy]).value_or(0) >= kNoAccuracy) {
       points_.skip_no_fix();
       return;
     }
@@ -176,6 +190,8 @@ class CsvReader {
     maybe_radians_ = maybe_radians_ && !columns_.ecef && !columns_.place[0].unit && latitude && longitude &&
                      std::abs(*latitude) < geodesy::kPi / 2 && std::abs(*longitude) < geodesy::kPi &&
                      std::abs(field_number(text[2]).value_or(0)) < kHigh_m;
+    const auto fraction = [](const std::optional<double>& x) { return x && *x != std::round(*x); };
+    whole_degrees_ = whole_degrees_ && !columns_.ecef && !fraction(latitude) && !fraction(longitude);
     points_.add(times_.read(fields), {text[0], text[1], text[2]}, columns_.ecef);
   }
 
@@ -214,8 +230,9 @@ class CsvReader {
     auto side_index = k == 0 ? columns_.latitude_side : columns_.longitude_side;
     if (side_index && side_index == columns_.satellites && parse_double(fields[*side_index]))
       side_index.reset();
-    if (plain && column.scale == 1 && !column.minutes && !side_index) return std::string(text);
-    const std::string_view side = side_index ? fields[*side_index] : std::string_view();
+    if (plain && column.scale == 1 && !column.minutes && !side_index && column.side.empty())
+      return std::string(text);
+    const std::string_view side = side_index ? fields[*side_index] : column.side;
     if (side_index && trim(side).empty()) return {};
     const auto angle = angle_deg(text, side, k == 0, column.minutes);
     if (!angle) {
@@ -239,6 +256,11 @@ class CsvReader {
             name.find("ele") != std::string::npos);
   }
   void note_heights() {
+    const CsvColumn& height = columns_.place[2];
+    if (adds_geoid() && !height.sea_level && heights_.needed && points_.size() > 0) {
+      notes_.say(0, fmt::format("heights are '{}' plus the column of the geoid", height.name),
+                 "name it height_ellipsoid if it already is above the ellipsoid");
+    }
     if (!columns_.place[2].sea_level || adds_geoid() || !heights_.needed) return;
     notes_.say(0,
                heights_.geoid_undulation_m != 0
@@ -259,7 +281,7 @@ class CsvReader {
   std::optional<std::string> header_;
   std::string other_names_;              ///< the last comment above the data that names no positions
   std::optional<InputError> no_header_;  ///< why the lines above are no header
-  bool first_ = true, first_data_ = true, maybe_radians_ = true;
+  bool first_ = true, first_data_ = true, maybe_radians_ = true, whole_degrees_ = true;
   char mark_ = 0;             ///< the decimal mark; 0: not known yet
   bool above_geoid_ = false;  ///< heights are, by a comment above the header
   bool commented_ = false;    ///< the header is a comment: its separator may be another than that of the data

@@ -264,5 +264,109 @@ TEST_F(ForeignTracks, Utf16OfSpreadsheets) {
   EXPECT_THAT(file.warnings, IsEmpty());
 }
 
+// phyphox: "Latitude (\xC2\xB0)".
+TEST_F(ForeignTracks, UnitsBehindABlank) {
+  const TrajectoryFile file = read(
+      "\"Time (s)\",\"Latitude (\xC2\xB0)\",\"Longitude (\xC2\xB0)\",\"Height (m)\",\"Velocity (m/s)\"\n"
+      "0,4.81E1,1.15E1,500,1\n1,4.81E1,1.15E1,500,1\n");
+  EXPECT_NEAR(latitude_deg(file.trajectory), 48.1, 1e-12);
+  EXPECT_NEAR(longitude_deg(file.trajectory), 11.5, 1e-12);
+}
+
+TEST_F(ForeignTracks, SidesInNames) {
+  const TrajectoryFile file = read("time,lat (S),lon (W),height\n0,33.5,122.5,20\n1,33.5,-122.5,20\n");
+  EXPECT_NEAR(latitude_deg(file.trajectory), -33.5, 1e-12);
+  EXPECT_NEAR(longitude_deg(file.trajectory), -122.5, 1e-12);
+  EXPECT_NEAR(file.trajectory.length_m(), 0, 1e-6) << "the sign may stand there, too";
+  EXPECT_NEAR(
+      longitude_deg(read("time,lat N/S,lon E/W,height\n0,33.5,122.5,20\n1,33.5,122.5,20\n").trajectory),
+      122.5, 1e-12);
+}
+
+TEST_F(ForeignTracks, FieldsOfMavlink) {
+  const TrajectoryFile file = read(
+      "timestamp,GPS_RAW_INT.fix_type,GPS_RAW_INT.lat,GPS_RAW_INT.lon,GPS_RAW_INT.alt\n"
+      "1714557600,0,0,0,0\n1714557601,3,481000000,115000000,500000\n1714557602,3,481000000,115000000,"
+      "500000\n");
+  EXPECT_EQ(file.trajectory.begin(), parse_time("2024-05-01T10:00:01Z"));
+  EXPECT_NEAR(latitude_deg(file.trajectory), 48.1, 1e-9);
+  EXPECT_NEAR(height_m(file.trajectory), 500, 1e-6);
+  EXPECT_THAT(file.warnings, Contains(HasSubstr("above sea level by the header")));
+}
+
+TEST_F(ForeignTracks, AccuraciesAndModesOfReceiversWithoutAFix) {
+  for (const std::string column :
+       {"hAcc,4294967295", "horizontal accuracy,4294967.295", "mode,NO FIX", "lat_lon_valid,0"}) {
+    const auto comma = column.find(',');
+    const std::string good = column.starts_with("mode") ? "3D" : "1";
+    const TrajectoryFile file =
+        read("time,lat,lon,height," + column.substr(0, comma) + "\n0,47,11,500," + column.substr(comma + 1) +
+             "\n1,48,11.5,500," + good + "\n2,48,11.5,500," + good + "\n");
+    EXPECT_NEAR(latitude_deg(file.trajectory), 48, 1e-12) << column;
+    EXPECT_THAT(file.warnings, Contains(HasSubstr("path:2: line without a fix"))) << column;
+  }
+  // Numbers of a column 'mode' may mean anything.
+  EXPECT_NEAR(latitude_deg(read("time,lat,lon,height,mode\n0,48,11.5,5,0\n1,48,11.5,5,0\n").trajectory), 48,
+              1e-12);
+}
+
+TEST_F(ForeignTracks, DigitsThatASpreadsheetTookAway) {
+  std::string whole = "time,lat,lon,height\n";
+  for (int i = 0; i < 9; ++i) whole += std::to_string(i) + ",48,12,500\n";
+  EXPECT_THAT(read(whole).warnings, Contains(HasSubstr("whole degrees; were they rounded?")));
+  EXPECT_THAT(refusal("time,lat,lon,height\n2024-05-01 10:00,48.1,12,5\n2024-05-01 10:00,48.10001,12,5\n"
+                      "2024-05-01 10:00,48.10002,12,5\n"),
+              HasSubstr("path:2: all 3 points have one time; export the times with their seconds"));
+}
+
+// Microseconds since a start, as PX4 has them, in a column without a unit.
+TEST_F(ForeignTracks, TimesThatAreNoSeconds) {
+  EXPECT_THAT(refusal("timestamp,lat,lon,height\n0,48.1,12,5\n100000,48.1,12,5\n200000,48.1,12,5\n"),
+              HasSubstr("points are 1e+05 s apart on average; name the column by the unit that it has"));
+  EXPECT_THAT(read("time_s,lat,lon,height\n0,48.1,12,5\n100000,48.1,12,5\n200000,48.1,12,5\n").warnings,
+              IsEmpty());
+}
+
+TEST_F(ForeignTracks, LinesOfOtherThingsAboveTheHeader) {
+  const TrajectoryFile file = read(
+      "This file is created using RaceChrono v7\nFormat,3\nCreated,01/05/2024,10:00\n\n"
+      "timestamp,latitude,longitude,altitude\n1714557600,48.1,11.5,500\n1714557601,48.1,11.5,500\n");
+  EXPECT_EQ(file.trajectory.begin(), parse_time("2024-05-01T10:00:00Z"));
+}
+
+TEST_F(ForeignTracks, BlanksWithoutAHeader) {
+  EXPECT_THAT(refusal("48.1 11.5 500 0 0\n48.1 11.5 500 0 0\n"),
+              HasSubstr("path:1: blanks stand between the columns, and no header names them"));
+}
+
+TEST_F(ForeignTracks, AGeoidInAColumnOfItsOwnIsNamed) {
+  EXPECT_THAT(read("time,lat,lon,elevation,geoidheight\n0,48.1,11.5,500,47\n1,48.1,11.5,500,47\n").warnings,
+              Contains(HasSubstr("heights are 'elevation' plus the column of the geoid")));
+}
+
+// Some modems write GNS each second and GGA each minute.
+TEST_F(ForeignTracks, NmeaOfSentencesWithOtherRates) {
+  const std::string gga = "$GPGGA,100000.00,4806.00,N,01130.00,E,1,09,0.9,500.0,M,47.0,M,,\n";
+  const std::string gns = "$GNGNS,1000%.00,4806.00,N,01130.00,E,AA,09,0.9,500.0,47.0,,\n";
+  const std::string rmc = "$GNRMC,1000%.00,A,4806.00,N,01130.00,E,0.0,,010524,,,A\n";
+  const auto at = [](std::string sentence, int second) {
+    return sentence.replace(sentence.find('%'), 1,
+                            second < 10 ? "0" + std::to_string(second) : std::to_string(second));
+  };
+  std::string both = gga, mixed = gga;
+  for (int second = 0; second < 10; ++second) {
+    both += at(gns, second) + at(rmc, second);
+    mixed += at(rmc, second);
+  }
+  const TrajectoryFile file = read(both, "nmea");
+  EXPECT_EQ(file.trajectory.end() - file.trajectory.begin(), 9);
+  EXPECT_NEAR(height_m(file.trajectory), 547, 1e-6);
+  EXPECT_THAT(file.warnings, IsEmpty());
+  // RMC has no heights: that it knows more is said.
+  EXPECT_THAT(
+      read(mixed, "nmea").warnings,
+      Contains(HasSubstr("path:3: RMC position at an instant without GGA (the first of 9); not read")));
+}
+
 }  // namespace
 }  // namespace canyon::simulation

@@ -86,12 +86,19 @@ struct Void {
   bool checked = false;
 };
 
+/// A position of another kind of sentence than the one that is read.
+struct OtherPosition {
+  const NmeaPositionKind* kind = nullptr;
+  NmeaPosition position;
+};
+
 /// The sentences of a log that have a use.
 struct NmeaLog {
   const NmeaPositionKind* kind = nullptr;  ///< of the positions
   std::vector<NmeaPosition> ggas;
   std::vector<Dated> dates;
   std::vector<Void> voids;
+  std::vector<OtherPosition> others;
   RecordNotes notes;  ///< bad: sentences that are whole and make no sense
 
   void leave_out(NmeaPosition& gga, std::string_view why) {
@@ -102,6 +109,10 @@ struct NmeaLog {
   [[nodiscard]] std::string sentence(std::string_view what) const {
     return fmt::format("{} sentence {}", kind->name, what);
   }
+  [[nodiscard]] std::size_t places() const {
+    return static_cast<std::size_t>(std::count_if(
+        ggas.begin(), ggas.end(), [](const NmeaPosition& gga) { return gga.fix && gga.altitude; }));
+  }
   [[nodiscard]] bool has_fix() const {
     return std::any_of(ggas.begin(), ggas.end(), [](const NmeaPosition& gga) { return gga.fix; });
   }
@@ -109,7 +120,21 @@ struct NmeaLog {
 constexpr std::string_view kDamaged = "damaged sentence (cut short, or with a wrong checksum)";
 constexpr std::string_view kWithoutFix = "without a fix";
 
+/// Keeps a position of a kind that is not read; one that is damaged says nothing.
+void take_other(const TextFile& file, const NmeaSentence& sentence, NmeaLog& log) {
+  for (const NmeaPositionKind& kind : kNmeaPositionKinds) {
+    if (&kind == log.kind || !sentence.is(kind.name) || sentence.fields.size() < kind.fields) continue;
+    try {
+      const NmeaPosition position = read_position(file, kind, sentence);
+      if (position.fix) log.others.push_back({&kind, position});
+    } catch (const InputError&) {
+      return;
+    }
+  }
+}
+
 void take_sentence(const TextFile& file, const NmeaSentence& sentence, NmeaLog& log) {
+  take_other(file, sentence, log);
   const bool position = sentence.is(log.kind->name);
   if (position && sentence.fields.size() < log.kind->fields) return log.notes.skip(file.line(), kDamaged);
   log.notes.guard([&] {
@@ -184,20 +209,55 @@ NmeaLog read_log(const std::filesystem::path& path, const NmeaPositionKind& posi
       if (!gga.checked && gga.fix) log.leave_out(gga, kDamaged);
     std::erase_if(log.dates, [](const Dated& d) { return !d.checked; });
     std::erase_if(log.voids, [](const Void& v) { return !v.checked; });
+    std::erase_if(log.others, [](const OtherPosition& o) { return !o.position.checked; });
   }
   leave_out_voids(file, log);
   hear_dimensions(log);
   return log;
 }
 
-/// The log of the first kind of sentence that has a fix; that of GGA where none has.
+/// The log of the first kind of sentence that has a fix; that of GGA where none has. GNS takes GGA's place
+/// where it has more.
 NmeaLog read_log(const std::filesystem::path& path) {
   NmeaLog first = read_log(path, kNmeaPositionKinds.front());
+  const NmeaPositionKind& gns = kNmeaPositionKinds[1];
+  const auto places_of_gns = static_cast<std::size_t>(
+      std::count_if(first.others.begin(), first.others.end(),
+                    [&](const OtherPosition& o) { return o.kind == &gns && o.position.altitude; }));
+  if (first.has_fix() && places_of_gns > first.places()) {
+    NmeaLog log = read_log(path, gns);
+    if (log.places() > first.places()) return log;
+  }
   for (std::size_t k = 1; k < kNmeaPositionKinds.size() && !first.has_fix(); ++k) {
     NmeaLog log = read_log(path, kNmeaPositionKinds[k]);
     if (log.has_fix()) return log;
   }
   return first;
+}
+
+/// Names positions at instants for which the sentences that are read have none.
+void note_others(NmeaLog& log) {
+  std::vector<std::int64_t> known;
+  for (const NmeaPosition& gga : log.ggas)
+    if (gga.fix) known.push_back(gga.time_of_day_ns);
+  std::sort(known.begin(), known.end());
+  // Some receivers cut the seconds of one of them.
+  constexpr std::int64_t kNear_ns = 400'000'000;
+  std::vector<const OtherPosition*> alone;
+  for (const OtherPosition& other : log.others) {
+    const std::int64_t time = other.position.time_of_day_ns;
+    const auto at = std::lower_bound(known.begin(), known.end(), time - kNear_ns);
+    if (at != known.end() && *at <= time + kNear_ns) continue;
+    alone.push_back(&other);
+    known.insert(std::upper_bound(known.begin(), known.end(), time), time);
+  }
+  // A damaged sentence has been named.
+  if (alone.size() < 2 || alone.size() <= log.notes.count(kDamaged)) return;
+  for (const OtherPosition* const other : alone) {
+    log.notes.skip(other->position.line,
+                   fmt::format("{} position at an instant without {}", other->kind->name, log.kind->name),
+                   "not read");
+  }
 }
 
 std::int64_t floor_days(std::int64_t ns) {
@@ -352,6 +412,7 @@ NmeaFixes read_nmea_fixes(const std::filesystem::path& path, GpsTime start, cons
   }
   if (result.fixes.empty()) throw nothing_usable(log, without_altitude);
   log.notes.require_most(result.fixes.size());
+  note_others(log);
   keep_rising(result.fixes, log.notes);
   result.notes = std::move(log.notes);
   return result;

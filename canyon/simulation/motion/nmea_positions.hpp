@@ -17,7 +17,8 @@ struct NmeaPositionKind {
   std::string_view name;
   std::size_t fields, time, latitude, status, mode, satellites, dilution, altitude, separation;
 };
-/// NMEA 0183, in the order of what they say: the first kind that has a fix in a log is read.
+/// NMEA 0183, in the order of what they say: the first kind that has a fix in a log is read; GNS, where it
+/// has more than GGA.
 inline constexpr std::array<NmeaPositionKind, 4> kNmeaPositionKinds{{{"GGA", 12, 1, 2, 0, 0, 7, 8, 9, 11},
                                                                      {"GNS", 11, 1, 2, 0, 6, 7, 8, 9, 10},
                                                                      {"RMC", 10, 1, 3, 2, 12, 0, 0, 0, 0},

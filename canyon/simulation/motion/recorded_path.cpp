@@ -293,6 +293,10 @@ void keep_rising(RecordedPoints& points, RecordNotes& notes) {
                  "left out: keep one receiver, if these are several");
     }
   }
+  if (points.size() == 1 && outside.size() >= 2 && backwards_count == 0) {
+    throw InputError(notes.path(), points.front().line, fmt::format("all {} points have one time", count),
+                     "export the times with their seconds");
+  }
   if (2 * backwards_count <= count) return;
   throw InputError(
       notes.path(), *backwards,

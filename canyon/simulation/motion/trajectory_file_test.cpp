@@ -379,8 +379,8 @@ TEST(TrajectoryCases, OneWrongRecordCostsOneRecord) {
   }
   std::string ends = lines(0, "0,48.0110,11,5");
   EXPECT_EQ(read(ends, "csv").trajectory.begin(), kStart + 1);
-  std::string log = "time,lat,lon,h\n2000-01-01T00:00:00Z,48,11,5\n";
-  for (int i = 10; i < 30; ++i) log += "2024-05-01T10:00:" + std::to_string(i) + "Z,48,11,5\n";
+  std::string log = "time,lat,lon,h\n2000-01-01T00:00:00Z,48.1,11,5\n";
+  for (int i = 10; i < 30; ++i) log += "2024-05-01T10:00:" + std::to_string(i) + "Z,48.1,11,5\n";
   EXPECT_EQ(read(log, "csv").trajectory.begin(), kCases + 10);
   EXPECT_THAT(read(log, "csv").warnings, ElementsAre(HasSubstr("track.txt:2: point more than 100 days")));
 }

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string_view>
+
+namespace canyon {
+
+/// A kind of file that Canyon does not read.
+struct ForeignFile {
+  std::string_view name;  ///< "a log of PX4 (ULog)"
+  std::string_view use;   ///< what its owner can do instead
+};
+
+/// The kind of a file of another program by its first bytes; null for all others.
+/// @param head unpacked: 16 KiB suffice
+[[nodiscard]] const ForeignFile* foreign_file(std::string_view head);
+/// The same by the ending of its name, ".sigmf-data", for files whose bytes have no mark.
+[[nodiscard]] const ForeignFile* foreign_ending(std::string_view ending);
+
+}  // namespace canyon
