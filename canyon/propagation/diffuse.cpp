@@ -11,7 +11,7 @@
 #include "canyon/base/simd_clones.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/propagation/index/clear_rays.hpp"
+#include "canyon/propagation/index/facade_light.hpp"
 #include "canyon/propagation/index/per_instance.hpp"
 
 namespace canyon::propagation {
@@ -69,6 +69,8 @@ struct Patch {
   Vector3d from;               ///< unit, of the ray that met it
   Vector3d normal;             ///< unit, to the side that was met
   Vector3d lifted;             ///< the point, off the surface
+  bool moves = false;          ///< on a movable instance
+  FacadeLight::Cell cell;      ///< on the city
   double range_m = 0;          ///< from the antenna, straight
   double detour_m = 0;         ///< of the path over other facades against that
   double arrival_m = 0;        ///< from the antenna to the first facade on the path
@@ -136,8 +138,6 @@ struct DiffuseScratch {
   std::vector<PatchPath> found, paths;
   std::vector<std::uint32_t> paths_of_bin;
   std::vector<Class> classes;
-  std::vector<raytrace::Ray> rays;
-  Flags blocked;
 };
 
 DiffuseScratch& diffuse_scratch() {
@@ -212,6 +212,7 @@ struct DiffuseScattering::Impl {
   double min_power;
   LobeIntegral lobe;
   std::vector<double> city;  ///< reflectances()
+  FacadeLight facades;
   PerInstance<std::vector<double>> instances;
 
   Impl(const city::Mesh& mesh, const raytrace::RayScene& from, const DiffuseOptions& o)
@@ -219,7 +220,8 @@ struct DiffuseScattering::Impl {
         options(o),
         min_power(std::pow(10, o.min_power_db / 10)),
         lobe(o.lobe_exponent),
-        city(reflectances(mesh, o.wall_reflectance)) {
+        city(reflectances(mesh, o.wall_reflectance)),
+        facades(from) {
     const double low = std::sin(o.lowest_elevation_rad);
     const double golden = kPi * (3 - std::sqrt(5.0));
     for (int i = 0; i < o.rays; ++i) {
@@ -247,7 +249,10 @@ struct DiffuseScattering::Impl {
   void look_around(const Vector3d& antenna, std::vector<Patch>& patches) const;
   void scatter(const Vector3d& antenna, const Vector3d& direction, DiffuseScratch& s,
                std::vector<DiffusePath>& result) const;
-  [[nodiscard]] DiffusePath sum_up(const Vector3d& antenna, const Vector3d& direction, const Class& of,
+  [[nodiscard]] bool is_lit(Patch& patch, const Vector3d& direction,
+                            const FacadeLight::Direction& grid_direction) const;
+  [[nodiscard]] DiffusePath sum_up(const Vector3d& antenna, const Vector3d& direction,
+                                   const FacadeLight::Direction& grid_direction, const Class& of,
                                    DiffuseScratch& s) const;
 };
 
@@ -280,6 +285,8 @@ void DiffuseScattering::Impl::look_around(const Vector3d& antenna, std::vector<P
       patch.from = towards;
       patch.normal = hit->front ? hit->normal : Vector3d(-hit->normal);
       patch.lifted = point + scene->surface_offset_m(point) * patch.normal;
+      patch.moves = hit->instance != 0;
+      if (!patch.moves) patch.cell = facades.cell(hit->triangle, point, hit->front);
       patch.cos_seen = std::max(-patch.normal.dot(towards), kLeastCosine);
       patch.share = carried * reflected * (scattered_before ? 1 : scattered);
       patches.push_back(patch);
@@ -299,20 +306,21 @@ void DiffuseScattering::Impl::look_around(const Vector3d& antenna, std::vector<P
   }
 }
 
+bool DiffuseScattering::Impl::is_lit(Patch& patch, const Vector3d& direction,
+                                     const FacadeLight::Direction& grid_direction) const {
+  if (patch.moves) return !scene->occluded({patch.lifted, direction});
+  return facades.sees(patch.cell, grid_direction) && !scene->occluded_by_instances({patch.lifted, direction});
+}
+
 /// A class as it arrives: power 0 where nothing of it is lit.
 DiffusePath DiffuseScattering::Impl::sum_up(const Vector3d& antenna, const Vector3d& direction,
-                                            const Class& of, DiffuseScratch& s) const {
-  s.rays.clear();
-  for (std::uint32_t k = of.first; k < of.last; ++k)
-    s.rays.push_back({s.patches[s.paths[k].patch].lifted, direction});
-  const std::span<bool> blocked = s.blocked.resize(s.rays.size());
-  scene->occluded(s.rays, blocked);
-
+                                            const FacadeLight::Direction& grid_direction, const Class& of,
+                                            DiffuseScratch& s) const {
   DiffusePath path;
   const PatchPath* strongest = nullptr;
   for (std::uint32_t k = of.first; k < of.last; ++k) {
-    if (blocked[k - of.first]) continue;
     const PatchPath& one = s.paths[k];
+    if (!is_lit(s.patches[one.patch], direction, grid_direction)) continue;
     path.power += one.power;
     path.excess_m += one.power * one.excess_m;
     if (strongest == nullptr || one.power > strongest->power) strongest = &one;
@@ -380,9 +388,10 @@ void DiffuseScattering::Impl::scatter(const Vector3d& antenna, const Vector3d& d
     return a.power != b.power ? a.power > b.power : a.bin < b.bin;
   };
   const auto most = static_cast<std::size_t>(options.max_paths);
+  const FacadeLight::Direction grid_direction = FacadeLight::direction(direction);
   for (const Class& of : s.classes) {
     if (result.size() == most && of.power < result.back().power) break;
-    const DiffusePath path = sum_up(antenna, direction, of, s);
+    const DiffusePath path = sum_up(antenna, direction, grid_direction, of, s);
     if (!(path.power > 0 && path.power >= min_power)) continue;
     if (result.size() == most) {
       if (!stronger(path, result.back())) continue;
