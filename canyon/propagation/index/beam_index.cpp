@@ -168,7 +168,8 @@ void turn(Caps& caps, const Eigen::Matrix3f& rotation) {
 
 /// The sides of the beam, and the range of z of the unit vectors from `apex` to points of the facet, which is
 /// `height_m` in front of it.
-void set_sides(const Facet& facet, const Vector3d& apex, double height_m, Beam& beam) {
+void set_sides(const Facet& facet, const Vector3d& apex, double height_m, const Surroundings& antennas,
+               Beam& beam) {
   const Vector3d& n = facet.normal;
   const double flat = n.head<2>().norm();
   // The facet lies in the rectangle about its bounds along these axes; that of a wall is the least.
@@ -176,17 +177,18 @@ void set_sides(const Facet& facet, const Vector3d& apex, double height_m, Beam& 
       flat > 0.1 ? Vector3d(-n.y() / flat, n.x() / flat, 0) : Vector3d(n.z(), 0, -n.x()).normalized();
   const Vector3d v = n.cross(u);
   const Vector3d to_centre = 0.5 * (facet.min + facet.max) - apex, half_size = 0.5 * (facet.max - facet.min);
-  const double slack = 1e-3 + facet.deviation, ball = beam.radius_m;
+  const double slack = 1e-3 + facet.deviation;
+  // Images stand about the apex as the antennas about theirs, in the mirror.
+  const auto extent = [&](const Vector3d& axis) { return antennas.extent_m(axis - 2 * axis.dot(n) * n); };
+  const double depth = extent(n), rise = extent(Vector3d::UnitZ());
   std::size_t k = 0;
-  // The plane through the end of the rectangle at `to` along an axis, and that touches the ball's other side:
-  // of the ray to the end, turned by the angle that the ball is seen in from there.
+  // The plane that no ray passes which leaves the rectangle short of its end, at `to` along an axis: through
+  // that end and the image from where it is seen farthest outwards.
   const auto bound = [&](const Vector3d& axis, double to) {
-    const double range = std::hypot(height_m, to), sine = ball / range, cosine = std::sqrt(1 - sine * sine);
-    const double across = (to * cosine + height_m * sine) / range;
-    const double along_n = (height_m * cosine - to * sine) / range;
-    const bool bounds = along_n > 0.01;  // else the rays may go anywhere beyond the window
-    beam.side[k] = bounds ? Vector3d(across * n - along_n * axis) : n;
-    beam.side_m[k++] = bounds ? across * height_m - along_n * to : 0;
+    const double across = to + extent(axis), ahead = height_m + (across > 0 ? -depth : depth);
+    beam.side[k] = (across * n - ahead * axis).normalized();
+    beam.side_m[k] = beam.side[k].dot(height_m * n + to * axis);
+    ++k;
   };
   double along = 0, half = 0;
   for (const Vector3d& axis : {v, u}) {
@@ -196,14 +198,14 @@ void set_sides(const Facet& facet, const Vector3d& apex, double height_m, Beam& 
     bound(axis, along + half);
   }
   if (flat <= 0.1) return;
-  const double low = facet.min.z() - apex.z() - slack - ball, high = facet.max.z() - apex.z() + slack + ball;
+  const double low = facet.min.z() - apex.z() - slack - rise, high = facet.max.z() - apex.z() + slack + rise;
   // Horizontally along the facet, and across it, where normal . (point - apex) = height.
   const double at_low = (height_m - n.z() * low) / flat, at_high = (height_m - n.z() * high) / flat;
   const double nearest = std::hypot(std::max(0.0, std::abs(along) - half),
                                     std::max(0.0, std::min(at_low, at_high) - slack / flat));
   const double farthest =
       std::hypot(std::abs(along) + half, std::max(std::abs(at_low), std::abs(at_high)) + slack / flat);
-  const double near = std::max(0.0, nearest - ball), far = farthest + ball;
+  const double near = std::max(0.0, nearest - beam.radius_m), far = farthest + beam.radius_m;
   const auto sine = [](double up, double across) {
     const double range = std::hypot(up, across);
     return range > 0 ? up / range : 0;
@@ -214,16 +216,17 @@ void set_sides(const Facet& facet, const Vector3d& apex, double height_m, Beam& 
 
 }  // namespace
 
-Beam make_beam(const Facet& facet, const Vector3d& apex, double height_m, double reach_m, double radius_m) {
+Beam make_beam(const Facet& facet, const Vector3d& apex, double height_m, double reach_m,
+               const Surroundings& antennas) {
   Beam beam;
-  beam.radius_m = radius_m;
+  beam.radius_m = std::hypot(antennas.radius_m, antennas.half_height_m);
   beam.apex = apex;
   beam.window = facet.normal;
   beam.window_m = height_m;
   beam.reach_m = reach_m;
   const Vector3d to_centre = 0.5 * (facet.min + facet.max) - apex;
   const double distance = to_centre.norm();
-  const double radius = 0.5 * (facet.max - facet.min).norm() + radius_m;
+  const double radius = 0.5 * (facet.max - facet.min).norm() + beam.radius_m;
   if (distance > radius) {
     beam.axis = to_centre / distance;
     beam.sine = radius / distance;
@@ -233,7 +236,7 @@ Beam make_beam(const Facet& facet, const Vector3d& apex, double height_m, double
     beam.sine = 1;
     beam.cosine = 0;
   }
-  set_sides(facet, apex, height_m, beam);
+  set_sides(facet, apex, height_m, antennas, beam);
   return beam;
 }
 

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -13,11 +14,11 @@ namespace canyon::propagation {
 
 /// Directions that an antenna reaches by way of one mirror: rays from its image (the apex) through the mirror
 /// (the window), bounded by a cone and by the planes through the apex and the sides of a rectangle about the
-/// mirror. In the frame of the facets that are asked for. With a radius it holds the rays from everywhere in
-/// a ball about the apex.
+/// mirror. In the frame of the facets that are asked for. With a radius it holds the rays from the images of
+/// antennas about the apex's.
 struct Beam {
   Eigen::Vector3d apex, axis;           ///< axis: unit
-  double radius_m = 0;                  ///< of the ball
+  double radius_m = 0;                  ///< of a ball about all these images
   double cosine, sine;                  ///< of the half-angle, at most 90 deg
   Eigen::Vector3d window;               ///< unit, normal of the window's plane, along the rays
   double window_m;                      ///< distance of that plane from the apex, > 0
@@ -28,10 +29,21 @@ struct Beam {
   double low_z = -1, high_z = 1;
 };
 
+/// An upright cylinder about an antenna.
+struct Surroundings {
+  double radius_m = 0, half_height_m = 0;
+
+  /// From the middle along a unit vector.
+  [[nodiscard]] double extent_m(const Eigen::Vector3d& along) const {
+    return radius_m * along.head<2>().norm() + half_height_m * std::abs(along.z());
+  }
+};
+
 /// From `apex` about the facet's bounds, through the facet. `apex` is behind the facet (its front is
-/// where the rays go) by `height_m` > 0. @param radius_m of the ball about the apex, less than height_m
+/// where the rays go) by `height_m` > 0. @param antennas those in the beam, about the one whose image is
+/// `apex`; their extent along the facet's normal is less than height_m
 [[nodiscard]] Beam make_beam(const Facet& facet, const Eigen::Vector3d& apex, double height_m, double reach_m,
-                             double radius_m = 0);
+                             const Surroundings& antennas = {});
 
 /// The facets of one set, for finding those that a beam may meet from their front. Made once; const members
 /// are thread-safe.

@@ -1,15 +1,27 @@
 #include "canyon/propagation/index/near_pairs.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace canyon::propagation {
 
 using Eigen::Vector3d;
 
+namespace {
+
+/// Whether a place is in `share` of NearPairs::kAntennas about another.
+bool is_near(const Vector3d& place, const Vector3d& other, double share) {
+  const Vector3d apart = place - other;
+  return apart.head<2>().norm() <= share * NearPairs::kAntennas.radius_m &&
+         std::abs(apart.z()) <= share * NearPairs::kAntennas.half_height_m;
+}
+
+}  // namespace
+
 bool NearPairs::holds(const FacetSet& set, const Vector3d& antenna, std::span<const Vector3d> directions,
                       double reach_m) const {
   if (number_ != set.number() || reach_m_ != reach_m || directions_.size() != directions.size() ||
-      (antenna - centre_).squaredNorm() > kRadius_m * kRadius_m) {
+      !is_near(antenna, centre_, 1)) {
     return false;
   }
   return std::equal(
@@ -19,8 +31,8 @@ bool NearPairs::holds(const FacetSet& set, const Vector3d& antenna, std::span<co
 
 bool NearPairs::hold(const FacetSet& set, const BeamIndex& beams, const Vector3d& antenna,
                      std::span<const Vector3d> directions, double reach_m) {
-  // A search about a ball costs about as much as two about its middle.
-  const bool again = (antenna - last_).squaredNorm() < kRadius_m * kRadius_m / 4;
+  // A search about a cylinder costs about as much as two about its middle.
+  const bool again = is_near(antenna, last_, 0.5);
   last_ = antenna;
   set_ = &set;
   beams_ = &beams;
@@ -31,7 +43,7 @@ bool NearPairs::hold(const FacetSet& set, const BeamIndex& beams, const Vector3d
   centre_ = antenna;
   directions_.assign(directions.begin(), directions.end());
   bins_.build(directions_);
-  beams.gather(antenna, reach_m + kRadius_m, blocks_);
+  beams.gather(antenna, reach_m + kAntennas.radius_m + kAntennas.half_height_m, blocks_);
   entries_.clear();
   matches_.clear();
   return true;
@@ -44,8 +56,8 @@ NearPairs::Matches NearPairs::behind(std::uint32_t facet) {
     return {true, std::span(matches_).subspan(at->begin, at->end - at->begin)};
   const Facet& mirror = set_->facets()[facet];
   const double height = mirror.normal.dot(centre_) - mirror.offset;
-  if (height < 1.5 * kRadius_m) return {};
-  const Beam beam = make_beam(mirror, centre_ - 2 * height * mirror.normal, height, reach_m_, kRadius_m);
+  if (height < 1.1 * kAntennas.extent_m(mirror.normal)) return {};
+  const Beam beam = make_beam(mirror, centre_ - 2 * height * mirror.normal, height, reach_m_, kAntennas);
   beams_->find(beam, blocks_, bins_, nullptr, found_, kSpread);
   Entry entry{facet, static_cast<std::uint32_t>(matches_.size()), 0};
   matches_.insert(matches_.end(), found_.begin(), found_.end());

@@ -12,13 +12,13 @@
 namespace canyon::propagation {
 
 /// Remembers for an antenna that hardly moves which facets may reflect satellites over a facet next to it:
-/// for everywhere in a ball about a place, and directions near those at that time. For each facet it is
+/// for everywhere in kAntennas about a place, and directions near those at that time. For each facet it is
 /// searched once. Never misses a facet that BeamIndex::find() needs; what is found must be verified, so that
 /// results do not depend on it. Of one set of facets. Each thread has its own; its memory is that of the
 /// facets in one antenna's view.
 class NearPairs {
  public:
-  static constexpr double kRadius_m = 3;
+  static constexpr Surroundings kAntennas{3, 0.5};
   static constexpr double kSpread = 2e-3;  ///< chord of directions: some 14 s of a satellite's motion
 
   /// Whether it holds for an antenna; it begins about the antenna if that is near the last one.
