@@ -219,7 +219,7 @@ void set_sides(const Facet& facet, const Vector3d& apex, double height_m, const 
 Beam make_beam(const Facet& facet, const Vector3d& apex, double height_m, double reach_m,
                const Surroundings& antennas) {
   Beam beam;
-  beam.radius_m = std::hypot(antennas.radius_m, antennas.half_height_m);
+  beam.radius_m = antennas.reach_m();
   beam.apex = apex;
   beam.window = facet.normal;
   beam.window_m = height_m;

@@ -3,12 +3,12 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <vector>
 
 #include "canyon/propagation/index/direction_bins.hpp"
 #include "canyon/propagation/index/facets.hpp"
+#include "canyon/propagation/index/stay.hpp"
 
 namespace canyon::propagation {
 
@@ -27,16 +27,6 @@ struct Beam {
   std::array<double, 4> side_m{};       ///< least distances from the apex along these
   /// Range of z of the rays that pass the mirror, in the outer frame.
   double low_z = -1, high_z = 1;
-};
-
-/// An upright cylinder about an antenna.
-struct Surroundings {
-  double radius_m = 0, half_height_m = 0;
-
-  /// From the middle along a unit vector.
-  [[nodiscard]] double extent_m(const Eigen::Vector3d& along) const {
-    return radius_m * along.head<2>().norm() + half_height_m * std::abs(along.z());
-  }
 };
 
 /// From `apex` about the facet's bounds, through the facet. `apex` is behind the facet (its front is

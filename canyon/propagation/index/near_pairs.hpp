@@ -8,20 +8,17 @@
 #include "canyon/propagation/index/beam_index.hpp"
 #include "canyon/propagation/index/direction_bins.hpp"
 #include "canyon/propagation/index/facets.hpp"
+#include "canyon/propagation/index/stay.hpp"
 
 namespace canyon::propagation {
 
-/// Remembers for an antenna that hardly moves which facets may reflect satellites over a facet next to it:
-/// for everywhere in kAntennas about a place, and directions near those at that time. For each facet it is
-/// searched once. Never misses a facet that BeamIndex::find() needs; what is found must be verified, so that
-/// results do not depend on it. Of one set of facets. Each thread has its own; its memory is that of the
-/// facets in one antenna's view.
+/// Remembers during a Stay which facets may reflect satellites over a facet next to the antenna. For each
+/// facet it is searched once. Never misses a facet that BeamIndex::find() needs; what is found must be
+/// verified, so that results do not depend on it. Of one set of facets. Each thread has its own; its memory
+/// is that of the facets in one antenna's view.
 class NearPairs {
  public:
-  static constexpr Surroundings kAntennas{3, 0.5};
-  static constexpr double kSpread = 2e-3;  ///< chord of directions: some 14 s of a satellite's motion
-
-  /// Whether it holds for an antenna; it begins about the antenna if that is near the last one.
+  /// Whether it holds for an antenna.
   bool hold(const FacetSet& set, const BeamIndex& beams, const Eigen::Vector3d& antenna,
             std::span<const Eigen::Vector3d> directions, double reach_m);
   /// Facets and directions behind a facet next to the antenna; empty if the facet is too near to be held.
@@ -37,15 +34,12 @@ class NearPairs {
   struct Entry {
     std::uint32_t facet = 0, begin = 0, end = 0;
   };
-  [[nodiscard]] bool holds(const FacetSet& set, const Eigen::Vector3d& antenna,
-                           std::span<const Eigen::Vector3d> directions, double reach_m) const;
 
   const FacetSet* set_ = nullptr;
   const BeamIndex* beams_ = nullptr;
   std::uint64_t number_ = 0;
   double reach_m_ = 0;
-  Eigen::Vector3d centre_ = Eigen::Vector3d::Zero(), last_ = Eigen::Vector3d::Constant(1e300);
-  std::vector<Eigen::Vector3d> directions_;
+  Stay stay_;
   DirectionBins bins_;
   BeamIndex::Blocks blocks_;
   std::vector<Entry> entries_;  ///< by facet
