@@ -1,10 +1,13 @@
 #include "canyon/propagation/index/facade_light.hpp"
 
+#include <sys/mman.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <atomic>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <new>
 
 #include "canyon/base/random.hpp"
@@ -68,9 +71,14 @@ FacadeLight::FacadeLight(const raytrace::RayScene& scene, double cell_m) : scene
   const std::size_t wanted = kDirectionsPerCell * std::max<std::size_t>(first_.back(), 1024);
   const std::size_t words = std::min(std::bit_ceil(wanted), kMostBytes / 8);
   words_mask_ = words - 1;
-  // Pages that are not used take no memory.
-  words_.reset(static_cast<std::uint64_t*>(std::calloc(words, 8)));
+  // In pages of 2 MB where it fills some: keys lie all over it.
+  const std::size_t bytes = 8 * words, page = std::min(bytes, std::size_t{2} << 20);
+  words_.reset(static_cast<std::uint64_t*>(std::aligned_alloc(page, bytes)));
   if (!words_) throw std::bad_alloc();
+#ifdef MADV_HUGEPAGE
+  madvise(words_.get(), bytes, MADV_HUGEPAGE);
+#endif
+  std::memset(words_.get(), 0, bytes);
 }
 
 bool FacadeLight::number_cells() {

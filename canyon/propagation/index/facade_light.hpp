@@ -25,7 +25,7 @@ namespace canyon::propagation {
 class FacadeLight {
  public:
   static constexpr double kCell_m = 3;
-  static constexpr std::size_t kMostBytes = std::size_t{16} << 20;
+  static constexpr std::size_t kMostBytes = std::size_t{8} << 20;
 
   /// Of the scene's static city; the scene must outlive it. @param cell_m > 0; doubled until all cells have
   /// numbers of 31 bits

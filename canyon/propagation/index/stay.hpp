@@ -31,13 +31,13 @@ class Stay {
   static constexpr Surroundings kAntennas{5, 0.5};
   static constexpr double kSpread = 2e-3;  ///< chord of directions: some 14 s of a satellite's motion
 
-  enum class Phase { None, Begins, Goes_on };
+  enum class Phase { None, Begins, GoesOn };
   /// A stay begins at an antenna that is near the last one, and goes on while antenna and directions hold.
   Phase at(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions) {
     // What is looked for about the cylinder costs little more than for a single antenna.
     const bool again = kAntennas.hold(antenna - last_, 1);
     last_ = antenna;
-    if (holds(antenna, directions)) return Phase::Goes_on;
+    if (holds(antenna, directions)) return Phase::GoesOn;
     if (!again) return Phase::None;
     centre_ = antenna;
     directions_.assign(directions.begin(), directions.end());
