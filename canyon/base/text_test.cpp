@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <clocale>
+#include <cmath>
+#include <cstdlib>
 #include <limits>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -43,6 +46,18 @@ TEST(Text, ParseDoubleReadsNumbersAsFilesWriteThem) {
   EXPECT_EQ(parse_double("-3.328546881676D-06"), -3.328546881676e-06);  // RINEX
   EXPECT_EQ(parse_double("0.1d2"), 10);
   EXPECT_EQ(parse_double("1e-999"), 0);  // too small for a double
+}
+
+TEST(Text, ParseDoubleGivesTheNearestDouble) {
+  std::mt19937_64 random(1);
+  for (int i = 0; i < 100'000; ++i) {
+    std::string text = std::to_string(random() >> (random() % 60));
+    text = text.substr(0, 1 + random() % 18);
+    text.insert(random() % (text.size() + 1), ".");
+    if (random() % 2 == 0) text.insert(0, "-");
+    EXPECT_EQ(parse_double(text), std::strtod(text.c_str(), nullptr)) << text;
+  }
+  EXPECT_TRUE(std::signbit(parse_double("-0.0").value()));
 }
 
 TEST(Text, ParseDoubleRefusesEverythingElse) {

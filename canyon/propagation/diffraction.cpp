@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 #include <cmath>
 #include <tuple>
@@ -10,6 +11,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/propagation/index/clear_rays.hpp"
 #include "canyon/propagation/index/knife_edge.hpp"
+#include "canyon/propagation/index/near_bends.hpp"
 #include "canyon/propagation/index/per_instance.hpp"
 #include "canyon/propagation/index/set_pose.hpp"
 
@@ -38,6 +40,7 @@ struct Candidate {
 /// Memory of one trace(); each thread keeps it, so that nothing is allocated once it has grown.
 struct DiffractionScratch {
   NearEdges near;
+  NearBends bends;
   std::vector<std::uint8_t> marks;
   std::vector<Candidate> candidates;
 };
@@ -73,6 +76,7 @@ struct EdgeDiffraction::Impl {
   double wavelength;
   double shadow_excess, lit_excess;  ///< largest ones with the straight line blocked, and clear
   EdgeSet city;
+  std::uint64_t number;  ///< tells these edges from others that NearBends may have seen
 
   PerInstance<EdgeSet> instances;
 
@@ -82,7 +86,10 @@ struct EdgeDiffraction::Impl {
         wavelength(wavelength_m(o)),
         shadow_excess(o.max_excess_m()),
         lit_excess(wavelength * o.max_clear_nu * o.max_clear_nu / 4),
-        city(mesh, o.edges) {}
+        city(mesh, o.edges) {
+    static std::atomic<std::uint64_t> sets{0};
+    number = ++sets;
+  }
 
   const EdgeSet& edges_of(const raytrace::PlacedInstance& placed) const {
     return instances.of(placed, [this](const city::Mesh& mesh) {
@@ -92,6 +99,8 @@ struct EdgeDiffraction::Impl {
 
   void find(const EdgeSet& set, raytrace::InstanceId instance, const SetPose& pose, const Vector3d& antenna,
             std::span<const Vector3d> directions, std::span<const bool> blocked, DiffractionScratch& s) const;
+  void bend_known(const KnownEdge& at, const Vector3d& antenna, std::span<const Vector3d> directions,
+                  std::span<const bool> blocked, DiffractionScratch& s) const;
   void bend(const EdgeSet& set, std::uint32_t index, raytrace::InstanceId instance, const SetPose& pose,
             const Vector3d& antenna, const Vector3d& here, std::uint32_t satellite, const Vector3d& towards,
             bool blocked, DiffractionScratch& s) const;
@@ -116,6 +125,15 @@ void EdgeDiffraction::Impl::find(const EdgeSet& set, raytrace::InstanceId instan
            blocked[i], s);
     });
   }
+}
+
+/// Appends the candidate of an edge of the city.
+void EdgeDiffraction::Impl::bend_known(const KnownEdge& at, const Vector3d& antenna,
+                                       std::span<const Vector3d> directions, std::span<const bool> blocked,
+                                       DiffractionScratch& s) const {
+  if (!city.edges()[at.edge].is_seen_from(antenna, 2 * scene->surface_offset_m(antenna))) return;
+  bend(city, at.edge, 0, nullptr, antenna, antenna, at.satellite, directions[at.satellite],
+       blocked[at.satellite], s);
 }
 
 /// Appends the candidate of one edge, computed in doubles. `here` and `towards` in the set's frame.
@@ -211,7 +229,16 @@ void EdgeDiffraction::trace(const Vector3d& antenna, std::span<const Vector3d> d
   const Impl& impl = *impl_;
   DiffractionScratch& s = diffraction_scratch();
   s.candidates.clear();
-  impl.find(impl.city, 0, nullptr, antenna, directions, blocked, s);
+  if (s.bends.hold(impl.city, impl.number, antenna, directions, impl.options.max_range_m,
+                   2 * impl.scene->surface_offset_m(antenna))) {
+    for (std::uint32_t i = 0; i < directions.size(); ++i) {
+      const double excess_m = blocked[i] ? impl.shadow_excess : impl.lit_excess;
+      for (const std::uint32_t edge : s.bends.of(i, excess_m))
+        impl.bend_known({i, edge}, antenna, directions, blocked, s);
+    }
+  } else {
+    impl.find(impl.city, 0, nullptr, antenna, directions, blocked, s);
+  }
   for (const raytrace::PlacedInstance& placed : impl.scene->placed_instances()) {
     impl.find(impl.edges_of(placed), placed.id, &placed.enu_from_instance, antenna, directions, blocked, s);
   }
@@ -224,12 +251,7 @@ void EdgeDiffraction::retrace(const Vector3d& antenna, std::span<const Vector3d>
   const Impl& impl = *impl_;
   DiffractionScratch& s = diffraction_scratch();
   s.candidates.clear();
-  const double clearance = 2 * impl.scene->surface_offset_m(antenna);
-  for (const KnownEdge& at : known) {
-    if (!impl.city.edges()[at.edge].is_seen_from(antenna, clearance)) continue;
-    impl.bend(impl.city, at.edge, 0, nullptr, antenna, antenna, at.satellite, directions[at.satellite],
-              blocked[at.satellite], s);
-  }
+  for (const KnownEdge& at : known) impl.bend_known(at, antenna, directions, blocked, s);
   impl.choose(antenna, directions, s, result);
 }
 

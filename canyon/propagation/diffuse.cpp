@@ -11,7 +11,7 @@
 #include "canyon/base/simd_clones.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/propagation/index/clear_rays.hpp"
+#include "canyon/propagation/index/facade_light.hpp"
 #include "canyon/propagation/index/per_instance.hpp"
 
 namespace canyon::propagation {
@@ -69,6 +69,8 @@ struct Patch {
   Vector3d from;               ///< unit, of the ray that met it
   Vector3d normal;             ///< unit, to the side that was met
   Vector3d lifted;             ///< the point, off the surface
+  bool moves = false;          ///< on a movable instance
+  FacadeLight::Cell cell;      ///< on the city
   double range_m = 0;          ///< from the antenna, straight
   double detour_m = 0;         ///< of the path over other facades against that
   double arrival_m = 0;        ///< from the antenna to the first facade on the path
@@ -78,32 +80,26 @@ struct Patch {
   std::uint32_t instance = 0;
 };
 
-/// From a satellite over a patch to the antenna.
-struct PatchPath {
-  std::uint32_t bin = 0;
-  std::uint32_t patch = 0;
-  double excess_m = 0;
-  double power = 0;
-};
-
-/// Paths [first, last) of one bin.
+/// Patches [first, last) of a satellite's, with detours of one bin.
 struct Class {
   std::uint32_t first = 0, last = 0;
-  double power = 0;  ///< if all of them were clear
+  double power = 0;  ///< if all of them were lit
 };
 
 /// The fields of all patches that each satellite needs, as arrays: a Patch takes four lines of the cache.
 struct PatchArrays {
   std::vector<double> normal_x, normal_y, normal_z, towards_x, towards_y, towards_z, half_range_m, detour_m,
       share;
-  /// For one satellite: cosine at the patch, excess of its path.
-  std::vector<double> cos_lit, excess_m;
+  /// For one satellite: cosine at the patch, excess of its path and its power, 0 where the patch faces away.
+  std::vector<double> cos_lit, excess_m, power;
+  std::vector<std::int32_t> bin;  ///< floor(excess / class_m)
 
   void fill(const std::vector<Patch>& patches) {
     for (auto* v : {&normal_x, &normal_y, &normal_z, &towards_x, &towards_y, &towards_z, &half_range_m,
-                    &detour_m, &share, &cos_lit, &excess_m}) {
+                    &detour_m, &share, &cos_lit, &excess_m, &power}) {
       v->resize(patches.size());
     }
+    bin.resize(patches.size());
     for (std::size_t k = 0; k < patches.size(); ++k) {
       const Patch& p = patches[k];
       normal_x[k] = p.normal.x(), normal_y[k] = p.normal.y(), normal_z[k] = p.normal.z();
@@ -115,17 +111,21 @@ struct PatchArrays {
   }
 };
 
-/// PatchArrays::cos_lit and excess_m. excess = detour + range (1 - towards . s), without the loss of digits
-/// near 1.
+/// PatchArrays::cos_lit, excess_m, power of Lambert's lobe, and bin. excess = detour + range (1 - towards .
+/// s), without the loss of digits near 1.
 CANYON_CLONES void light(std::size_t count, const double* __restrict nx, const double* __restrict ny,
                          const double* __restrict nz, const double* __restrict tx,
                          const double* __restrict ty, const double* __restrict tz,
-                         const double* __restrict half_range, const double* __restrict detour, double sx,
-                         double sy, double sz, double* __restrict cos_lit, double* __restrict excess) {
+                         const double* __restrict half_range, const double* __restrict detour,
+                         const double* __restrict share, double sx, double sy, double sz, double bins_per_m,
+                         double* __restrict cos_lit, double* __restrict excess, double* __restrict power,
+                         std::int32_t* __restrict bin) {
   for (std::size_t k = 0; k < count; ++k) {
     cos_lit[k] = (nx[k] * sx + ny[k] * sy) + nz[k] * sz;
+    power[k] = share[k] * 0.5 * (cos_lit[k] + std::abs(cos_lit[k]));
     const double dx = tx[k] - sx, dy = ty[k] - sy, dz = tz[k] - sz;
     excess[k] = detour[k] + half_range[k] * ((dx * dx + dy * dy) + dz * dz);
+    bin[k] = static_cast<std::int32_t>(excess[k] * bins_per_m);
   }
 }
 
@@ -133,11 +133,9 @@ CANYON_CLONES void light(std::size_t count, const double* __restrict nx, const d
 struct DiffuseScratch {
   std::vector<Patch> patches;
   PatchArrays arrays;
-  std::vector<PatchPath> found, paths;
-  std::vector<std::uint32_t> paths_of_bin;
+  std::vector<std::uint32_t> facing, by_class;  ///< patches that face a satellite
+  std::vector<std::uint32_t> patches_of_bin;
   std::vector<Class> classes;
-  std::vector<raytrace::Ray> rays;
-  Flags blocked;
 };
 
 DiffuseScratch& diffuse_scratch() {
@@ -212,6 +210,7 @@ struct DiffuseScattering::Impl {
   double min_power;
   LobeIntegral lobe;
   std::vector<double> city;  ///< reflectances()
+  FacadeLight facades;
   PerInstance<std::vector<double>> instances;
 
   Impl(const city::Mesh& mesh, const raytrace::RayScene& from, const DiffuseOptions& o)
@@ -219,7 +218,8 @@ struct DiffuseScattering::Impl {
         options(o),
         min_power(std::pow(10, o.min_power_db / 10)),
         lobe(o.lobe_exponent),
-        city(reflectances(mesh, o.wall_reflectance)) {
+        city(reflectances(mesh, o.wall_reflectance)),
+        facades(from) {
     const double low = std::sin(o.lowest_elevation_rad);
     const double golden = kPi * (3 - std::sqrt(5.0));
     for (int i = 0; i < o.rays; ++i) {
@@ -245,9 +245,13 @@ struct DiffuseScattering::Impl {
   }
 
   void look_around(const Vector3d& antenna, std::vector<Patch>& patches) const;
+  void classify(const Vector3d& direction, DiffuseScratch& s) const;
   void scatter(const Vector3d& antenna, const Vector3d& direction, DiffuseScratch& s,
                std::vector<DiffusePath>& result) const;
-  [[nodiscard]] DiffusePath sum_up(const Vector3d& antenna, const Vector3d& direction, const Class& of,
+  [[nodiscard]] bool is_lit(Patch& patch, const Vector3d& direction,
+                            const FacadeLight::Direction& grid_direction) const;
+  [[nodiscard]] DiffusePath sum_up(const Vector3d& antenna, const Vector3d& direction,
+                                   const FacadeLight::Direction& grid_direction, const Class& of,
                                    DiffuseScratch& s) const;
 };
 
@@ -280,6 +284,8 @@ void DiffuseScattering::Impl::look_around(const Vector3d& antenna, std::vector<P
       patch.from = towards;
       patch.normal = hit->front ? hit->normal : Vector3d(-hit->normal);
       patch.lifted = point + scene->surface_offset_m(point) * patch.normal;
+      patch.moves = hit->instance != 0;
+      if (!patch.moves) patch.cell = facades.cell(hit->triangle, point, hit->front);
       patch.cos_seen = std::max(-patch.normal.dot(towards), kLeastCosine);
       patch.share = carried * reflected * (scattered_before ? 1 : scattered);
       patches.push_back(patch);
@@ -299,78 +305,78 @@ void DiffuseScattering::Impl::look_around(const Vector3d& antenna, std::vector<P
   }
 }
 
+bool DiffuseScattering::Impl::is_lit(Patch& patch, const Vector3d& direction,
+                                     const FacadeLight::Direction& grid_direction) const {
+  if (patch.moves) return !scene->occluded({patch.lifted, direction});
+  return facades.sees(patch.cell, grid_direction) && !scene->occluded_by_instances({patch.lifted, direction});
+}
+
 /// A class as it arrives: power 0 where nothing of it is lit.
 DiffusePath DiffuseScattering::Impl::sum_up(const Vector3d& antenna, const Vector3d& direction,
-                                            const Class& of, DiffuseScratch& s) const {
-  s.rays.clear();
-  for (std::uint32_t k = of.first; k < of.last; ++k)
-    s.rays.push_back({s.patches[s.paths[k].patch].lifted, direction});
-  const std::span<bool> blocked = s.blocked.resize(s.rays.size());
-  scene->occluded(s.rays, blocked);
-
+                                            const FacadeLight::Direction& grid_direction, const Class& of,
+                                            DiffuseScratch& s) const {
   DiffusePath path;
-  const PatchPath* strongest = nullptr;
-  for (std::uint32_t k = of.first; k < of.last; ++k) {
-    if (blocked[k - of.first]) continue;
-    const PatchPath& one = s.paths[k];
-    path.power += one.power;
-    path.excess_m += one.power * one.excess_m;
-    if (strongest == nullptr || one.power > strongest->power) strongest = &one;
+  std::optional<std::uint32_t> strongest;
+  for (std::uint32_t i = of.first; i < of.last; ++i) {
+    const std::uint32_t k = s.by_class[i];
+    if (!is_lit(s.patches[k], direction, grid_direction)) continue;
+    path.power += s.arrays.power[k];
+    path.excess_m += s.arrays.power[k] * s.arrays.excess_m[k];
+    if (!strongest || s.arrays.power[k] > s.arrays.power[*strongest]) strongest = k;
   }
-  if (strongest == nullptr) return path;
+  if (!strongest) return path;
   path.excess_m /= path.power;
-  const Patch& patch = s.patches[strongest->patch];
+  const Patch& patch = s.patches[*strongest];
   path.point = antenna + patch.arrival_m * patch.arrival;
   path.arrival = patch.arrival;
   path.triangle = patch.triangle;
   path.instance = patch.instance;
-  path.bin = strongest->bin;
+  path.bin = static_cast<std::uint32_t>(s.arrays.bin[*strongest]);
   return path;
+}
+
+/// The patches that face the satellite, by class.
+void DiffuseScattering::Impl::classify(const Vector3d& direction, DiffuseScratch& s) const {
+  PatchArrays& a = s.arrays;
+  const std::size_t count = s.patches.size();
+  light(count, a.normal_x.data(), a.normal_y.data(), a.normal_z.data(), a.towards_x.data(),
+        a.towards_y.data(), a.towards_z.data(), a.half_range_m.data(), a.detour_m.data(), a.share.data(),
+        direction.x(), direction.y(), direction.z(), 1 / options.class_m, a.cos_lit.data(), a.excess_m.data(),
+        a.power.data(), a.bin.data());
+  s.facing.clear();
+  s.patches_of_bin.clear();
+  for (std::uint32_t k = 0; k < count; ++k) {
+    if (!(a.cos_lit[k] > 0)) continue;
+    if (options.lobe_exponent != 0) {
+      const Patch& patch = s.patches[k];
+      const double cos_psi = 2 * a.cos_lit[k] * patch.cos_seen + patch.from.dot(direction);
+      a.power[k] *= power(std::max(0.0, 0.5 + 0.5 * cos_psi), options.lobe_exponent) /
+                    (lobe.at(std::min(1.0, a.cos_lit[k])) * patch.cos_seen);
+    }
+    const auto bin = static_cast<std::size_t>(a.bin[k]);
+    if (bin >= s.patches_of_bin.size()) s.patches_of_bin.resize(bin + 1, 0);
+    ++s.patches_of_bin[bin];
+    s.facing.push_back(k);
+  }
+  s.classes.clear();
+  std::uint32_t first = 0;
+  for (std::uint32_t& patches : s.patches_of_bin) {
+    Class of;
+    of.first = of.last = first;
+    first += patches;
+    s.classes.push_back(of);
+  }
+  s.by_class.resize(s.facing.size());
+  for (const std::uint32_t k : s.facing) {
+    Class& of = s.classes[static_cast<std::size_t>(a.bin[k])];
+    of.power += a.power[k];
+    s.by_class[of.last++] = k;
+  }
 }
 
 void DiffuseScattering::Impl::scatter(const Vector3d& antenna, const Vector3d& direction, DiffuseScratch& s,
                                       std::vector<DiffusePath>& result) const {
-  PatchArrays& arrays = s.arrays;
-  light(s.patches.size(), arrays.normal_x.data(), arrays.normal_y.data(), arrays.normal_z.data(),
-        arrays.towards_x.data(), arrays.towards_y.data(), arrays.towards_z.data(), arrays.half_range_m.data(),
-        arrays.detour_m.data(), direction.x(), direction.y(), direction.z(), arrays.cos_lit.data(),
-        arrays.excess_m.data());
-  s.found.clear();
-  s.paths_of_bin.clear();
-  for (std::uint32_t k = 0; k < s.patches.size(); ++k) {
-    const double cos_lit = arrays.cos_lit[k];
-    if (cos_lit <= 0) continue;
-    PatchPath path;
-    path.patch = k;
-    path.power = arrays.share[k] * cos_lit;
-    if (options.lobe_exponent != 0) {
-      const Patch& patch = s.patches[k];
-      const double cos_psi = 2 * cos_lit * patch.cos_seen + patch.from.dot(direction);
-      path.power *= power(std::max(0.0, 0.5 + 0.5 * cos_psi), options.lobe_exponent) /
-                    (lobe.at(std::min(1.0, cos_lit)) * patch.cos_seen);
-    }
-    path.excess_m = arrays.excess_m[k];
-    path.bin = static_cast<std::uint32_t>(path.excess_m / options.class_m);
-    if (path.bin >= s.paths_of_bin.size()) s.paths_of_bin.resize(path.bin + 1, 0);
-    ++s.paths_of_bin[path.bin];
-    s.found.push_back(path);
-  }
-  // By bin, then by patch.
-  s.classes.clear();
-  std::uint32_t first = 0;
-  for (std::uint32_t& paths : s.paths_of_bin) {
-    Class of;
-    of.first = of.last = first;
-    first += paths;
-    paths = static_cast<std::uint32_t>(s.classes.size());  // from now on the number of the class
-    s.classes.push_back(of);
-  }
-  s.paths.resize(s.found.size());
-  for (const PatchPath& path : s.found) {
-    Class& of = s.classes[s.paths_of_bin[path.bin]];
-    of.power += path.power;
-    s.paths[of.last++] = path;
-  }
+  classify(direction, s);
   std::erase_if(s.classes, [&](const Class& of) { return of.first == of.last || of.power < min_power; });
   // Strongest first, so that rays are cast only for classes that may still be among the strongest.
   std::sort(s.classes.begin(), s.classes.end(), [](const Class& a, const Class& b) {
@@ -380,9 +386,10 @@ void DiffuseScattering::Impl::scatter(const Vector3d& antenna, const Vector3d& d
     return a.power != b.power ? a.power > b.power : a.bin < b.bin;
   };
   const auto most = static_cast<std::size_t>(options.max_paths);
+  const FacadeLight::Direction grid_direction = FacadeLight::direction(direction);
   for (const Class& of : s.classes) {
     if (result.size() == most && of.power < result.back().power) break;
-    const DiffusePath path = sum_up(antenna, direction, of, s);
+    const DiffusePath path = sum_up(antenna, direction, grid_direction, of, s);
     if (!(path.power > 0 && path.power >= min_power)) continue;
     if (result.size() == most) {
       if (!stronger(path, result.back())) continue;

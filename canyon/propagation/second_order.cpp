@@ -68,6 +68,7 @@ void SecondOrderSearch::prepare(const raytrace::RayScene& scene, std::span<const
                                 const Vector3d& antenna, std::span<const Vector3d> directions,
                                 const SecondOrderLimits& limits) {
   bins_.build(directions);
+  pairs_held_ = near_pairs_.hold(*sets[0].facets, *sets[0].beams, antenna, directions, limits.reach_m);
   hidden_regions_.clear();
   if (around_.size() < sets.size()) around_.resize(sets.size());
   for (std::size_t i = 0; i < sets.size(); ++i) {
@@ -110,14 +111,24 @@ void SecondOrderSearch::find_pairs(const raytrace::RayScene& scene, std::span<co
     const Facet& facet = *near.facet;
     near.height = facet.normal.dot(here) - facet.offset;
     if (near.height <= limits.clearance_m + 2 * facet.deviation) continue;
-    near.beam = make_beam(facet, here - 2 * near.height * facet.normal, near.height, limits.reach_m);
+    const Vector3d apex = here - 2 * near.height * facet.normal;
     near.normal = set.pose.turned(facet.normal);
+    std::size_t first_set = 0;
+    if (near_set == 0 && pairs_held_) {
+      near.beam.apex = apex;
+      const NearPairs::Matches behind = near_pairs_.behind(facing.facet[k]);
+      if (behind.held) {
+        reflect(scene, near, set, behind.matches, directions, limits);
+        if (++first_set == sets.size()) continue;
+      }
+    }
+    near.beam = make_beam(facet, apex, near.height, limits.reach_m);
     near.beam.apex = set.pose.moved(near.beam.apex);
     near.beam.axis = set.pose.turned(near.beam.axis);
     near.beam.window = near.normal;
     for (Vector3d& side : near.beam.side) side = set.pose.turned(side);
     if (near_set != 0) near.beam.low_z = -1, near.beam.high_z = 1;
-    for (std::size_t i = 0; i < sets.size(); ++i) {
+    for (std::size_t i = first_set; i < sets.size(); ++i) {
       if (around_[i].in_reach) find_far(scene, near, sets, i, directions, limits);
     }
   }
@@ -137,9 +148,18 @@ void SecondOrderSearch::find_far(const raytrace::RayScene& scene, const Near& ne
   beam.window = pose.turned_back(beam.window);
   for (Vector3d& side : beam.side) side = pose.turned_back(side);
   set.beams->find(beam, around.blocks, bins_, pose.get(), matches_);
-  for (const BeamIndex::Match& match : matches_) {
+  reflect(scene, near, set, matches_, directions, limits);
+}
+
+/// Appends the paths of one facet next to the antenna and facets of one set in directions that may fit.
+void SecondOrderSearch::reflect(const raytrace::RayScene& scene, const Near& near, const PlacedFacets& set,
+                                std::span<const BeamIndex::Match> matches,
+                                std::span<const Vector3d> directions, const SecondOrderLimits& limits) {
+  const SetPose& pose = set.pose;
+  const Vector3d apex = pose.moved_back(near.beam.apex);
+  for (const BeamIndex::Match& match : matches) {
     const Facet& facet = set.facets->facets()[match.facet];
-    const double height = facet.normal.dot(beam.apex) - facet.offset;
+    const double height = facet.normal.dot(apex) - facet.offset;
     if (height <= 0) continue;
     for (std::uint64_t bits = match.directions; bits != 0; bits &= bits - 1) {
       const auto satellite = static_cast<std::size_t>(DirectionBins::kGroup) * match.group +
@@ -152,7 +172,7 @@ void SecondOrderSearch::find_far(const raytrace::RayScene& scene, const Near& ne
       const double total = height / far_cosine;
       if (total > limits.reach_m) continue;
       const Vector3d between = towards - 2 * far_cosine * facet.normal;  // the class comment's s'
-      const Vector3d far_there = beam.apex + total * between;
+      const Vector3d far_there = apex + total * between;
       if (!within_bounds(facet, far_there)) continue;
       const Vector3d onward = pose.turned(between);
       const double cosine = near.normal.dot(onward);

@@ -9,6 +9,7 @@
 #include "canyon/propagation/index/clear_rays.hpp"
 #include "canyon/propagation/index/direction_bins.hpp"
 #include "canyon/propagation/index/facets.hpp"
+#include "canyon/propagation/index/near_pairs.hpp"
 #include "canyon/propagation/index/occluders.hpp"
 #include "canyon/propagation/index/set_pose.hpp"
 #include "canyon/propagation/paths.hpp"
@@ -49,6 +50,7 @@ struct SecondOrderLimits {
 /// The search: facets B that the antenna may see (those behind a large facet are left out); facets
 /// A in the beam from p_B through B; for each such pair the satellites that lie, mirrored in A, in the
 /// narrower of the beam and A's cone. All of that never misses a path; what remains is computed in doubles.
+/// An antenna that hardly moves has its pairs of the city's facets from NearPairs.
 class SecondOrderSearch {
  public:
   struct Found {
@@ -78,6 +80,9 @@ class SecondOrderSearch {
   void find_far(const raytrace::RayScene& scene, const Near& near, std::span<const PlacedFacets> sets,
                 std::size_t far_set, std::span<const Eigen::Vector3d> directions,
                 const SecondOrderLimits& limits);
+  void reflect(const raytrace::RayScene& scene, const Near& near, const PlacedFacets& set,
+               std::span<const BeamIndex::Match> matches, std::span<const Eigen::Vector3d> directions,
+               const SecondOrderLimits& limits);
   void keep_clear(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna,
                   std::span<const Eigen::Vector3d> directions);
   void sort_and_drop_doubles(const Eigen::Vector3d& antenna);
@@ -99,6 +104,8 @@ class SecondOrderSearch {
   std::vector<std::uint8_t> hidden_;
   std::vector<Around> around_;
   std::vector<BeamIndex::Match> matches_;
+  NearPairs near_pairs_;     ///< of the city
+  bool pairs_held_ = false;  ///< during a search: whether these hold
   std::vector<Found> found_;
   ClearRays clear_rays_;
 };

@@ -289,6 +289,10 @@ void RayScene::commit() {
   }
 }
 
+const city::Mesh& RayScene::city() const {
+  return *impl_->city.mesh;
+}
+
 const std::vector<PlacedInstance>& RayScene::placed_instances() const {
   return impl_->placed;
 }
@@ -359,6 +363,20 @@ void RayScene::occluded(std::span<const Ray> rays, std::span<bool> result, doubl
       result[i + k] = probes[k].tfar < 0 || impl_->occluded_by_movers(rays[i + k], min_range_m, query);
     }
   }
+}
+
+bool RayScene::occluded_by_city(const Ray& ray) const {
+  embree::Query query(false);
+  RTCRay probe;
+  impl_->fill(probe, ray, 0);
+  query.occluded1(impl_->city.scene.get(), &probe);
+  return probe.tfar < 0;
+}
+
+bool RayScene::occluded_by_instances(const Ray& ray) const {
+  if (impl_->movers.empty()) return false;
+  embree::Query query(false);
+  return impl_->occluded_by_movers(ray, 0, query);
 }
 
 double RayScene::surface_offset_m(const Vector3d& point) const {

@@ -82,6 +82,8 @@ class RayScene {
   void remove_instance(InstanceId instance);
   /// Makes changes since the last commit visible to queries; the city is not rebuilt.
   void commit();
+  /// The static part.
+  [[nodiscard]] const city::Mesh& city() const;
   /// The instances that rays meet since the last commit, by id.
   [[nodiscard]] const std::vector<PlacedInstance>& placed_instances() const;
 
@@ -91,6 +93,9 @@ class RayScene {
   [[nodiscard]] bool occluded(const Ray& ray, double min_range_m = 0) const;
   /// result[i] = occluded(rays[i], min_range_m); spans of one length. Fastest for coherent rays.
   void occluded(std::span<const Ray> rays, std::span<bool> result, double min_range_m = 0) const;
+  /// occluded(ray) by the static city alone, and by the movable instances alone.
+  [[nodiscard]] bool occluded_by_city(const Ray& ray) const;
+  [[nodiscard]] bool occluded_by_instances(const Ray& ray) const;
 
   /// Free, inside a building, or below the terrain, by the static city. Throws InputError for a
   /// non-finite point.

@@ -23,7 +23,7 @@ struct Blocks {
   std::vector<PathNode> nodes;
 
   Blocks(const TileCells& cells, double nodes_m)
-      : size(std::max<std::size_t>(1, static_cast<std::size_t>(nodes_m / cells.plane.spacing_m + 1e-9))),
+      : size(static_cast<std::size_t>(std::max(1.0, std::round(nodes_m / cells.plane.spacing_m)))),
         across((cells.tile.columns + size - 1) / size),
         down((cells.tile.rows + size - 1) / size),
         columns(cells.tile.columns),

@@ -26,6 +26,8 @@ constexpr double kTurn = 2 * kTilt + 2 * kTilt * kTilt + 1e-6;
 /// A beam in floats about the centre of a set. `slack` covers the roundings of coordinates of both.
 struct FloatBeam {
   float x, y, z, axis_x, axis_y, axis_z, sine, reach, slack;
+  float room;        ///< `slack` and the radius of the ball about the apex
+  float spread = 0;  ///< BeamIndex::find()
   /// The window and the sides: normals, their absolute values, least distances along them.
   float plane_x[5], plane_y[5], plane_z[5], size_x[5], size_y[5], size_z[5], plane_m[5];
   /// A ray has gone at most (d + lift) * per_climb before it is d above the apex.
@@ -38,18 +40,19 @@ struct FloatBeam {
     axis_x = f(beam.axis.x()), axis_y = f(beam.axis.y()), axis_z = f(beam.axis.z());
     sine = f(beam.sine);
     slack = f(2e-3 + 2e-6 * (radius + apex.norm()));
-    reach = f(beam.reach_m) + slack;
+    room = slack + f(beam.radius_m);
+    reach = f(beam.reach_m) + room;
     for (std::size_t k = 0; k < 5; ++k) {
       const Vector3d& normal = k == 0 ? beam.window : beam.side[k - 1];
       plane_x[k] = f(normal.x()), plane_y[k] = f(normal.y()), plane_z[k] = f(normal.z());
       size_x[k] = std::abs(plane_x[k]), size_y[k] = std::abs(plane_y[k]), size_z[k] = std::abs(plane_z[k]);
-      plane_m[k] = f(k == 0 ? beam.window_m : 0) - slack;
+      plane_m[k] = f(k == 0 ? beam.window_m : beam.side_m[k - 1]) - slack;
     }
   }
   /// For rays whose z is at least `least_z`.
   void set_climb(double least_z) {
     if (!(least_z > 1e-3)) return;
-    lift = 2 * slack;
+    lift = 2 * room;
     per_climb = static_cast<float>(1.00001 / least_z);
   }
 };
@@ -128,11 +131,11 @@ CANYON_CLONES void make_caps(const FloatBeam& beam, const EightFacets& __restric
   for (std::size_t i = 0; i < kLanes; ++i) {
     const float dx = f.x[i] - b.x, dy = f.y[i] - b.y, dz = f.z[i] - b.z;
     inverse[i] = inverse_root(dx * dx + dy * dy + dz * dz + 1e-12f);
-    facet_part[i] = static_cast<float>(static_cast<int>((f.radius[i] + b.slack) * inverse[i] < b.sine));
+    facet_part[i] = static_cast<float>(static_cast<int>((f.radius[i] + b.room) * inverse[i] < b.sine));
   }
   for (std::size_t i = 0; i < kLanes; ++i) {
     const float of_facet = facet_part[i], of_beam = 1 - of_facet;
-    const float sine = of_facet * (f.radius[i] + b.slack) * inverse[i] + of_beam * b.sine;
+    const float sine = of_facet * (f.radius[i] + b.room) * inverse[i] + of_beam * b.sine;
     const float scale = of_facet * inverse[i];
     const float ax = scale * (f.x[i] - b.x) + of_beam * b.axis_x;
     const float ay = scale * (f.y[i] - b.y) + of_beam * b.axis_y;
@@ -143,7 +146,7 @@ CANYON_CLONES void make_caps(const FloatBeam& beam, const EightFacets& __restric
     caps.z[i] = az - twice * f.nz[i];
     // The chord 2 sin(angle / 2) of an angle up to 90 deg is at most sin + (sqrt(2) - 1) sin^3, which is
     // exact at 0 and at 90 deg. The rest is for the roundings of the axis.
-    caps.reach[i] = sine * (1 + 0.41422f * sine * sine) + 1e-4f;
+    caps.reach[i] = sine * (1 + 0.41422f * sine * sine) + 1e-4f + b.spread;
     caps.height[i] = f.nx[i] * b.x + f.ny[i] * b.y + f.nz[i] * b.z - f.offset[i];
   }
 }
@@ -165,7 +168,8 @@ void turn(Caps& caps, const Eigen::Matrix3f& rotation) {
 
 /// The sides of the beam, and the range of z of the unit vectors from `apex` to points of the facet, which is
 /// `height_m` in front of it.
-void set_sides(const Facet& facet, const Vector3d& apex, double height_m, Beam& beam) {
+void set_sides(const Facet& facet, const Vector3d& apex, double height_m, const Surroundings& antennas,
+               Beam& beam) {
   const Vector3d& n = facet.normal;
   const double flat = n.head<2>().norm();
   // The facet lies in the rectangle about its bounds along these axes; that of a wall is the least.
@@ -174,22 +178,34 @@ void set_sides(const Facet& facet, const Vector3d& apex, double height_m, Beam& 
   const Vector3d v = n.cross(u);
   const Vector3d to_centre = 0.5 * (facet.min + facet.max) - apex, half_size = 0.5 * (facet.max - facet.min);
   const double slack = 1e-3 + facet.deviation;
+  // Images stand about the apex as the antennas about theirs, in the mirror.
+  const auto extent = [&](const Vector3d& axis) { return antennas.extent_m(axis - 2 * axis.dot(n) * n); };
+  const double depth = extent(n), rise = extent(Vector3d::UnitZ());
   std::size_t k = 0;
+  // The plane that no ray passes which leaves the rectangle short of its end, at `to` along an axis: through
+  // that end and the image from where it is seen farthest outwards.
+  const auto bound = [&](const Vector3d& axis, double to) {
+    const double across = to + extent(axis), ahead = height_m + (across > 0 ? -depth : depth);
+    beam.side[k] = (across * n - ahead * axis).normalized();
+    beam.side_m[k] = beam.side[k].dot(height_m * n + to * axis);
+    ++k;
+  };
   double along = 0, half = 0;
   for (const Vector3d& axis : {v, u}) {
     along = axis.dot(to_centre);
     half = axis.cwiseAbs().dot(half_size) + slack;
-    beam.side[k++] = (height_m * axis - (along - half) * n).normalized();
-    beam.side[k++] = ((along + half) * n - height_m * axis).normalized();
+    bound(-axis, half - along);
+    bound(axis, along + half);
   }
   if (flat <= 0.1) return;
-  const double low = facet.min.z() - apex.z() - slack, high = facet.max.z() - apex.z() + slack;
+  const double low = facet.min.z() - apex.z() - slack - rise, high = facet.max.z() - apex.z() + slack + rise;
   // Horizontally along the facet, and across it, where normal . (point - apex) = height.
   const double at_low = (height_m - n.z() * low) / flat, at_high = (height_m - n.z() * high) / flat;
-  const double near = std::hypot(std::max(0.0, std::abs(along) - half),
-                                 std::max(0.0, std::min(at_low, at_high) - slack / flat));
-  const double far =
+  const double nearest = std::hypot(std::max(0.0, std::abs(along) - half),
+                                    std::max(0.0, std::min(at_low, at_high) - slack / flat));
+  const double farthest =
       std::hypot(std::abs(along) + half, std::max(std::abs(at_low), std::abs(at_high)) + slack / flat);
+  const double near = std::max(0.0, nearest - beam.radius_m), far = farthest + beam.radius_m;
   const auto sine = [](double up, double across) {
     const double range = std::hypot(up, across);
     return range > 0 ? up / range : 0;
@@ -200,14 +216,17 @@ void set_sides(const Facet& facet, const Vector3d& apex, double height_m, Beam& 
 
 }  // namespace
 
-Beam make_beam(const Facet& facet, const Vector3d& apex, double height_m, double reach_m) {
+Beam make_beam(const Facet& facet, const Vector3d& apex, double height_m, double reach_m,
+               const Surroundings& antennas) {
   Beam beam;
+  beam.radius_m = antennas.reach_m();
   beam.apex = apex;
   beam.window = facet.normal;
   beam.window_m = height_m;
   beam.reach_m = reach_m;
   const Vector3d to_centre = 0.5 * (facet.min + facet.max) - apex;
-  const double distance = to_centre.norm(), radius = 0.5 * (facet.max - facet.min).norm();
+  const double distance = to_centre.norm();
+  const double radius = 0.5 * (facet.max - facet.min).norm() + beam.radius_m;
   if (distance > radius) {
     beam.axis = to_centre / distance;
     beam.sine = radius / distance;
@@ -217,7 +236,7 @@ Beam make_beam(const Facet& facet, const Vector3d& apex, double height_m, double
     beam.sine = 1;
     beam.cosine = 0;
   }
-  set_sides(facet, apex, height_m, beam);
+  set_sides(facet, apex, height_m, antennas, beam);
   return beam;
 }
 
@@ -336,17 +355,19 @@ struct BeamIndex::Query {
 };
 
 void BeamIndex::find(const Beam& beam, Blocks& blocks, const DirectionBins& bins,
-                     const Eigen::Isometry3d* outer_from_set, std::vector<Match>& out) const {
+                     const Eigen::Isometry3d* outer_from_set, std::vector<Match>& out, double spread) const {
   out.clear();
   Query query{FloatBeam(beam, centre_, radius_), &bins, outer_from_set, 0, DirectionBins::kSlices - 1};
+  query.beam.spread = static_cast<float>(spread);
+  const double turned = kTurn + spread;
   find(query, blocks, kSloped, out);
   for (const std::size_t tree : {kLevel, kWalls}) {
     if (outer_from_set == nullptr) {
-      const double low = (tree == kWalls ? beam.low_z : -beam.high_z) - kTurn;
-      const double high = (tree == kWalls ? beam.high_z : -beam.low_z) + kTurn;
+      const double low = (tree == kWalls ? beam.low_z : -beam.high_z) - turned;
+      const double high = (tree == kWalls ? beam.high_z : -beam.low_z) + turned;
       const double least = bins.least_z(low, high);
       if (least > 1) continue;
-      if (tree == kWalls) query.beam.set_climb(least - kTurn);
+      if (tree == kWalls) query.beam.set_climb(least - turned);
       query.low_slice = DirectionBins::slice(static_cast<float>(low));
       query.high_slice = DirectionBins::slice(static_cast<float>(high));
     }
@@ -395,7 +416,7 @@ void BeamIndex::find(const Query& query, Blocks& blocks, std::size_t tree, std::
     slice_caps(caps.y, caps.reach, slices.low[1], slices.high[1]);
     slice_caps(caps.z, caps.reach, slices.low[2], slices.high[2]);
     for (std::size_t k = 0; k < count; ++k) {
-      if (caps.height[k] < -b.slack) continue;  // the apex does not see its front
+      if (caps.height[k] < -b.room) continue;  // the apex does not see its front
       const std::array<int, 3> low{slices.low[0][k], slices.low[1][k],
                                    std::max(slices.low[2][k], query.low_slice)};
       const std::array<int, 3> high{slices.high[0][k], slices.high[1][k],

@@ -8,27 +8,32 @@
 
 #include "canyon/propagation/index/direction_bins.hpp"
 #include "canyon/propagation/index/facets.hpp"
+#include "canyon/propagation/index/stay.hpp"
 
 namespace canyon::propagation {
 
 /// Directions that an antenna reaches by way of one mirror: rays from its image (the apex) through the mirror
 /// (the window), bounded by a cone and by the planes through the apex and the sides of a rectangle about the
-/// mirror. In the frame of the facets that are asked for.
+/// mirror. In the frame of the facets that are asked for. With a radius it holds the rays from the images of
+/// antennas about the apex's.
 struct Beam {
   Eigen::Vector3d apex, axis;           ///< axis: unit
+  double radius_m = 0;                  ///< of a ball about all these images
   double cosine, sine;                  ///< of the half-angle, at most 90 deg
   Eigen::Vector3d window;               ///< unit, normal of the window's plane, along the rays
   double window_m;                      ///< distance of that plane from the apex, > 0
   double reach_m;                       ///< from the apex
   std::array<Eigen::Vector3d, 4> side;  ///< unit, normals of the four planes, inwards
+  std::array<double, 4> side_m{};       ///< least distances from the apex along these
   /// Range of z of the rays that pass the mirror, in the outer frame.
   double low_z = -1, high_z = 1;
 };
 
 /// From `apex` about the facet's bounds, through the facet. `apex` is behind the facet (its front is
-/// where the rays go) by `height_m` > 0.
-[[nodiscard]] Beam make_beam(const Facet& facet, const Eigen::Vector3d& apex, double height_m,
-                             double reach_m);
+/// where the rays go) by `height_m` > 0. @param antennas those in the beam, about the one whose image is
+/// `apex`; their extent along the facet's normal is less than height_m
+[[nodiscard]] Beam make_beam(const Facet& facet, const Eigen::Vector3d& apex, double height_m, double reach_m,
+                             const Surroundings& antennas = {});
 
 /// The facets of one set, for finding those that a beam may meet from their front. Made once; const members
 /// are thread-safe.
@@ -87,8 +92,9 @@ class BeamIndex {
   /// Never misses one; those that only come close may be among them.
   /// @param bins directions in the outer frame
   /// @param outer_from_set turns this set's frame into that; null: they are the same
+  /// @param spread facets that reflect from within this chord of a direction are found, too
   void find(const Beam& beam, Blocks& blocks, const DirectionBins& bins,
-            const Eigen::Isometry3d* outer_from_set, std::vector<Match>& out) const;
+            const Eigen::Isometry3d* outer_from_set, std::vector<Match>& out, double spread = 0) const;
 
  private:
   struct Query;

@@ -1,0 +1,80 @@
+#include "canyon/propagation/index/near_bends.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace canyon::propagation {
+
+using Eigen::Vector3d;
+
+namespace {
+
+/// Cosine, along an edge, of the direction to a point `along_m` from the foot of a line.
+double cosine_of(double along_m, double distance_m) {
+  const double range = std::hypot(along_m, distance_m);
+  return range > 0 ? along_m / range : 0;
+}
+
+}  // namespace
+
+bool NearBends::hold(const EdgeSet& set, std::uint64_t number, const Vector3d& antenna,
+                     std::span<const Vector3d> directions, double reach_m, double clearance_m) {
+  if (number_ != number || reach_m_ != reach_m) stay_ = {};
+  number_ = number;
+  reach_m_ = reach_m;
+  const Stay::Phase phase = stay_.at(antenna, directions);
+  if (phase == Stay::Phase::Begins) {
+    see(set, reach_m, clearance_m);
+    if (found_.size() < directions.size()) found_.resize(directions.size());
+    for (Found& found : found_) found.max_excess_m = -1;
+  }
+  return phase != Stay::Phase::None;
+}
+
+/// The excess E of a path around an endless edge is leg |e - s|^2 / 2, e the direction of the leg to it. It
+/// is stationary, so that it changes by (s - e) . dA as the antenna moves and by leg (e - s) . ds as the
+/// satellite does: its root by at most |dA| / sqrt(2 leg) and sqrt(leg / 2) |ds|.
+void NearBends::see(const EdgeSet& set, double reach_m, double clearance_m) {
+  const double radius = Stay::kAntennas.reach_m();
+  set.gather(stay_.centre(), reach_m + radius, clearance_m - radius, near_);
+  seen_.clear();
+  for (const std::uint32_t index : near_.edge) {
+    const auto& edge = set.edges()[index];
+    Seen& s = seen_.emplace_back();
+    const Vector3d to_start = edge.start - stay_.centre();
+    const double start = to_start.dot(edge.direction);
+    s.edge = index;
+    s.along = edge.direction;
+    s.foot = to_start - start * edge.direction;
+    s.first = edge.normal[0];
+    s.second = edge.normal[1];
+    s.distance_m = s.foot.norm();
+    const double nearest = s.distance_m - radius, farthest = s.distance_m + radius;
+    const double low = start - radius, high = start + edge.length_m + radius;
+    const bool certain = nearest > 0.1;
+    s.low = certain ? cosine_of(low, low > 0 ? farthest : nearest) - Stay::kSpread - 1e-6 : -2;
+    s.high = certain ? cosine_of(high, high > 0 ? nearest : farthest) + Stay::kSpread + 1e-6 : 2;
+    s.root_m =
+        certain ? radius / std::sqrt(2 * nearest) + 1.1 * Stay::kSpread * std::sqrt(reach_m / 2) + 1e-3 : 1e6;
+  }
+}
+
+std::span<const std::uint32_t> NearBends::of(std::uint32_t satellite, double max_excess_m) {
+  Found& found = found_[satellite];
+  if (found.max_excess_m == max_excess_m) return found.edges;
+  found.max_excess_m = max_excess_m;
+  found.edges.clear();
+  const Vector3d& s = stay_.directions()[satellite];
+  const double root = std::sqrt(max_excess_m);
+  for (const Seen& seen : seen_) {
+    const double cosine = seen.along.dot(s);
+    if (cosine < seen.low || cosine > seen.high) continue;
+    if (seen.first.dot(s) < -Stay::kSpread && seen.second.dot(s) < -Stay::kSpread) continue;
+    const double excess = seen.distance_m * std::sqrt(std::max(0.0, 1 - cosine * cosine)) - seen.foot.dot(s);
+    const double most = root + seen.root_m;
+    if (excess <= most * most) found.edges.push_back(seen.edge);
+  }
+  return found.edges;
+}
+
+}  // namespace canyon::propagation

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "canyon/propagation/index/beam_index.hpp"
+#include "canyon/propagation/index/direction_bins.hpp"
+#include "canyon/propagation/index/facets.hpp"
+#include "canyon/propagation/index/stay.hpp"
+
+namespace canyon::propagation {
+
+/// Remembers during a Stay which facets may reflect satellites over a facet next to the antenna. For each
+/// facet it is searched once. Never misses a facet that BeamIndex::find() needs; what is found must be
+/// verified, so that results do not depend on it. Of one set of facets. Each thread has its own; its memory
+/// is that of the facets in one antenna's view.
+class NearPairs {
+ public:
+  /// Whether it holds for an antenna.
+  bool hold(const FacetSet& set, const BeamIndex& beams, const Eigen::Vector3d& antenna,
+            std::span<const Eigen::Vector3d> directions, double reach_m);
+  /// Facets and directions behind a facet next to the antenna; empty if the facet is too near to be held.
+  /// Valid until the next call.
+  struct Matches {
+    bool held = false;
+    std::span<const BeamIndex::Match> matches;
+  };
+  [[nodiscard]] Matches behind(std::uint32_t facet);
+
+ private:
+  /// Matches [begin, end).
+  struct Entry {
+    std::uint32_t facet = 0, begin = 0, end = 0;
+  };
+
+  const FacetSet* set_ = nullptr;
+  const BeamIndex* beams_ = nullptr;
+  std::uint64_t number_ = 0;
+  double reach_m_ = 0;
+  Stay stay_;
+  DirectionBins bins_;
+  BeamIndex::Blocks blocks_;
+  std::vector<Entry> entries_;  ///< by facet
+  std::vector<BeamIndex::Match> matches_, found_;
+};
+
+}  // namespace canyon::propagation
