@@ -71,8 +71,8 @@ struct DiffuseOptions {
   /// this standard deviation [dB], [0, 30], and this median [dB], [-30, 30]. 0 and 0: the effective roughness
   /// model alone. Local means of urban paths are log-normal (H. Suzuki, IEEE Trans. Communications 25(7),
   /// 1977); both numbers are of recordings (docs/diffuse.md).
-  double strength_sigma_db = 10;
-  double strength_median_db = -3.5;
+  double strength_sigma_db = 8;
+  double strength_median_db = -3;
   /// Length [m] of a piece, (0, 1000].
   double strength_piece_m = 8;
   [[nodiscard]] bool operator==(const DiffuseOptions&) const = default;
