@@ -279,8 +279,8 @@ void add_validate(Command& app) {
                   "else all)")
       .one_of({"first", "rest", "all"});
   command.add_flag("--all-satellites", arguments.all_satellites,
-                   "keep satellites that the recording never tracks although they are above 30 deg in clear "
-                   "view for a minute or longer");
+                   "keep satellites that the recording never tracks although they are above 15 deg in clear "
+                   "view for two minutes or longer");
   command.add_option("--models", arguments.models, "LIST",
                      "models in addition to the scenario's: mirror, specular, second, tracking, diffuse, "
                      "ground, shadowing, diffraction");

@@ -13,14 +13,13 @@
 #include "canyon/gnss/signal_groups.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/receiver/receiver_options.hpp"
+#include "canyon/validation/comparison.hpp"
 
 namespace canyon::calibration {
 namespace {
 
 using Verdict = Estimate::Verdict;
 
-/// The same bounds as in validation::never_tracked(): high and clear for a minute.
-constexpr double kHigh_rad = 0.52359877559829887, kClear_s = 60;
 /// A signal with fewer pseudoranges does not count as tracked.
 constexpr std::size_t kFewestOfSignal = 20;
 
@@ -66,7 +65,7 @@ void add_leaves_out(std::span<const Observed> recorded, std::span<const std::set
       std::size_t tracked = 0, high = 0;
       for (const Sample& s : series.samples) {
         tracked += s.tracked ? 1 : 0;
-        high += s.clear && s.elevation_rad >= kHigh_rad ? 1 : 0;
+        high += s.clear && s.elevation_rad >= validation::kTrackableElevation_rad ? 1 : 0;
       }
       for (const char* group : kGroups) {
         if (!gnss::in_group(group, series.id, *series.signal, e.times.front())) continue;
@@ -87,7 +86,7 @@ void add_leaves_out(std::span<const Observed> recorded, std::span<const std::set
     }
   }
   for (const auto& [group, of] : seen) {
-    if (of.tracked > 0 || of.clear_s < kClear_s) continue;
+    if (of.tracked > 0 || of.clear_s < validation::kTrackable_s) continue;
     if (std::find(after.begin(), after.end(), group) == after.end()) after.push_back(group);
     basis.push_back(fmt::format("{} never tracked, {} satellites high and clear for {:.0f} s", group,
                                 of.satellites.size(), of.clear_s));

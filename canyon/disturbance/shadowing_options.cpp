@@ -28,7 +28,7 @@ constexpr std::array<Row, 3> kSuburban{{{40, -1.0, 0.5, -3.7, 0.98, 0.8177, 0.17
 
 /// Obstacles of dense surroundings (docs/shadowing.md). Others have none, but with these numbers if a share
 /// is given.
-constexpr SkylineNumbers kDense{.share = 0.4,
+constexpr SkylineNumbers kDense{.share = 0.45,
                                 .height_m = 18,
                                 .distance_m = 8,
                                 .distance_sigma = 0.4,
@@ -118,7 +118,7 @@ SkylineNumbers skyline_numbers(const ShadowingOptions& options) {
 void visit(options::Visitor& v, SkylineOptions& o) {
   v.number(
       {"share", "",
-       "share of azimuths with an obstacle that the map lacks; left out: 0.4 in dense surroundings, else 0"},
+       "share of azimuths with an obstacle that the map lacks; left out: 0.45 in dense surroundings, else 0"},
       o.share, {0, 1});
   v.number({"height_m", "m", "mean height of obstacles above 2 m; left out: 18"}, o.height_m, {0, 100, true});
   v.number({"distance_m", "m", "median distance of obstacles; left out: 8"}, o.distance_m, {1, 100});

@@ -219,6 +219,7 @@ class Solver {
       fix.covariance_enu *=
           std::max(1.0, residual_.cwiseQuotient(shares).squaredNorm() / (rows_ - fix.unknowns));
     }
+    if (options_.covariance_by_residuals) add_ionosphere(enu_from_ecef, fix);
     row = 0;
     for (const RangedSatellite& satellite : satellites_) {
       if (!satellite.active) continue;
@@ -231,6 +232,19 @@ class Solver {
         fix.clock_bias_s[system] = (clock_m_[index] + offset_m_) / kSpeedOfLight;
     }
     solve_velocity(fix, enu_from_ecef);
+  }
+
+  /// Adds to the covariance how the fix moves if all delays of the ionosphere are wrong by the same share:
+  /// residuals do not show that.
+  void add_ionosphere(const Eigen::Matrix3d& enu_from_ecef, Fix& fix) {
+    Eigen::VectorXd delays(rows_);
+    int row = 0;
+    for (const RangedSatellite& satellite : satellites_) {
+      if (satellite.active) delays(row++) = satellite.ionosphere_m / satellite.sigma_m;
+    }
+    const auto moved = least_squares_.solve(delays);
+    const Eigen::Vector3d enu = kIonosphereLeft * (enu_from_ecef * moved.head<3>());
+    fix.covariance_enu += enu * enu.transpose();
   }
 
   /// RAIM's global test of the last step's residuals: their weighted squares are chi-square distributed with

@@ -424,6 +424,34 @@ TEST(SolveFix, AbsurdMeasurementsDoNotPretendAFix) {
   }
 }
 
+// Pseudoranges without an ionosphere, corrected by a model of one: the fix is wrong by all of the model, and
+// what it states for the half that a model may leave is half of that error. Sigmas of 100 m leave the
+// residuals nothing to say.
+TEST(SolveFix, StatesWhatTheModelOfTheIonosphereMayLeave) {
+  std::vector<Measurement> measurements = measure(four_systems());
+  for (Measurement& m : measurements) m.sigma_m = 100;
+  gnss::Klobuchar model;
+  model.alpha = {2e-8, 0, 0, 0};
+  model.beta = {1e5, 0, 0, 0};
+  FixOptions options;
+  options.correct_ionosphere = true;
+  const Fix plain = solve_fix(kTime, measurements, four_systems(), options, {{System::GPS, model}});
+  options.covariance_by_residuals = true;
+  const Fix stating = solve_fix(kTime, measurements, four_systems(), options, {{System::GPS, model}});
+  ASSERT_TRUE(plain.solved() && stating.solved());
+  const Eigen::Vector3d error = geodesy::enu_from_ecef_rotation(kPlace) * (stating.position_ecef - kTruth);
+  EXPECT_GT(std::abs(error.z()), 5);
+  const Eigen::Matrix3d expected = error * error.transpose() / 4;
+  EXPECT_LT((stating.covariance_enu - plain.covariance_enu - expected).norm(), 0.01 * expected.norm());
+  // Corrections take the model's place.
+  for (Measurement& m : measurements) m.stated_share = 0.5;
+  options.covariance_by_residuals = false;
+  const Fix corrected = solve_fix(kTime, measurements, four_systems(), options, {{System::GPS, model}});
+  options.covariance_by_residuals = true;
+  const Fix stated = solve_fix(kTime, measurements, four_systems(), options, {{System::GPS, model}});
+  EXPECT_LT((stated.covariance_enu - corrected.covariance_enu).norm(), 1e-6 * stated.covariance_enu.norm());
+}
+
 TEST(SolveFix, RefusesWhatIsNoMeasurement) {
   const std::vector<Measurement> good = measure(four_systems());
   const auto message = [&](auto&& spoil) {

@@ -215,6 +215,38 @@ bool accurate(const Track& track, const PositionFilterOptions& options) {
   return std::sqrt(track.excess * track.p.block<3, 3>(kPosition, kPosition).trace()) <= options.max_sigma_m;
 }
 
+/// How a fix of the satellites above the mask moves [m], ENU, if the ionosphere's delays are wrong by the
+/// share that models leave, on all alike. 0 where they have none or the geometry lacks rank.
+Eigen::Vector3d moved_by_ionosphere(const Track& track, const Epoch& epoch,
+                                    const Eigen::Matrix3d& enu_from_ecef) {
+  std::array<int, kConstellations.size()> column{};
+  column.fill(-1);
+  int clocks = 0;
+  Eigen::Index rows = 0;
+  bool any = false;
+  for (const RangedSatellite& satellite : epoch.satellites) {
+    if (!satellite.above_mask) continue;
+    int& each = column[clock_index(satellite.measured->id.system)];
+    if (each < 0) each = 3 + clocks++;
+    ++rows;
+    any = any || satellite.ionosphere_m != 0;
+  }
+  if (!any) return Eigen::Vector3d::Zero();
+  Design design = Design::Zero(rows, 3 + clocks);
+  Eigen::VectorXd delays(rows);
+  Eigen::Index row = 0;
+  for (RangedSatellite satellite : epoch.satellites) {
+    if (!satellite.above_mask) continue;
+    place_satellite(satellite, track.position());
+    design.row(row).head<3>() = -(enu_from_ecef * satellite.direction).transpose() / satellite.sigma_m;
+    design(row, column[clock_index(satellite.measured->id.system)]) = 1 / satellite.sigma_m;
+    delays(row++) = satellite.ionosphere_m / satellite.sigma_m;
+  }
+  const LeastSquares least_squares(design);
+  if (least_squares.rank(kRankThreshold) < design.cols()) return Eigen::Vector3d::Zero();
+  return kIonosphereLeft * least_squares.solve(delays).head<3>();
+}
+
 void add_geometry(Fix& fix, const Track& track, const Epoch& epoch, const Eigen::Matrix3d& enu_from_ecef) {
   std::array<int, kConstellations.size()> column{};
   column.fill(-1);
@@ -266,15 +298,20 @@ void weigh_lasting_errors(Track& track, const Epoch& epoch, const Fix& fix, doub
   if (options.error_correlation_s > 0) {
     excess = noise + (excess - noise) / std::tanh(dt / (2 * options.error_correlation_s));
   }
-  // Averaged or not, the same satellites give no less information than in one epoch.
+  // Averaged or not, the same satellites give no less information than in one epoch. What the fix states for
+  // the ionosphere is no part of that.
   if (fix.solved()) {
-    excess = std::min(excess, fix.covariance_enu.trace() / track.p.block<3, 3>(kPosition, kPosition).trace());
+    const Eigen::Vector3d moved =
+        by_residuals ? moved_by_ionosphere(track, epoch, geodesy::enu_from_ecef_rotation(fix.position))
+                     : Eigen::Vector3d(Eigen::Vector3d::Zero());
+    const double own = track.p.block<3, 3>(kPosition, kPosition).trace();
+    excess = std::min(excess, (fix.covariance_enu.trace() - moved.squaredNorm()) / own);
   }
   track.excess = std::max(least, excess);
 }
 
 /// @param of least squares, of the same measurements
-Fix describe(const Track& track, const Epoch& epoch, const Fix& of) {
+Fix describe(const Track& track, const Epoch& epoch, const Fix& of, const FixOptions& options) {
   Fix fix;
   fix.status = FixStatus::Fix;
   fix.iterations = 1;
@@ -298,6 +335,10 @@ Fix describe(const Track& track, const Epoch& epoch, const Fix& of) {
     fix.solution = FixKind::Differential;
     fix.correction_age_s = of.correction_age_s;
     fix.correction_station = of.correction_station;
+  }
+  if (options.covariance_by_residuals) {
+    const Eigen::Vector3d moved = moved_by_ionosphere(track, epoch, enu_from_ecef);
+    fix.covariance_enu += moved * moved.transpose();
   }
   add_geometry(fix, track, epoch, enu_from_ecef);
   return fix;
@@ -354,13 +395,13 @@ Fix PositionFilter::update(geodesy::GpsTime receiver_time, const std::vector<Mea
     const std::optional<Track> anew = begin(fresh, fix, state_->fix, klobuchar);
     if (anew && accurate(*anew, options)) {
       state_->track = anew;
-      Fix answer = describe(*anew, fresh, fix);
+      Fix answer = describe(*anew, fresh, fix, state_->fix);
       answer.excluded = fix.excluded;
       return answer;
     }
   }
   state_->track = track;
-  if (track && accurate(*track, options)) return describe(*track, epoch, fix);
+  if (track && accurate(*track, options)) return describe(*track, epoch, fix, state_->fix);
   if (!track && std::isinf(options.max_sigma_m)) return fix;
   Fix none;
   none.status = fix.solved() || track ? FixStatus::WeakGeometry : fix.status;

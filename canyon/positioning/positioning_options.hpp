@@ -77,7 +77,9 @@ struct FixOptions {
   RaimOptions raim;
   /// The stated covariance is that of the weights times max(1, s^2), s^2 the weighted squares of the
   /// residuals over their degrees of freedom (the a posteriori variance of unit weight): signals of a canyon
-  /// scatter more than their noise. Without redundancy nothing is known of it.
+  /// scatter more than their noise. Without redundancy nothing is known of it. With correct_ionosphere it
+  /// also has what the model may leave, half of the delay on all satellites alike, which moves the height and
+  /// shows in no residual.
   bool covariance_by_residuals = false;
   /// A solution of larger PDOP is none [1]; > 0, infinite: any.
   double max_pdop = std::numeric_limits<double>::infinity();

@@ -172,8 +172,9 @@ void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& recei
           m.carrier_frequency_hz > 0 ? m.carrier_frequency_hz : satellite.state.carrier_frequency_hz,
           receiver_time, place, look);
     };
-    satellite.atmosphere_m = m.ionosphere_share * delay_m(options.correct_ionosphere, false) +
-                             delay_m(false, options.correct_troposphere);
+    const double ionosphere_m = m.ionosphere_share * delay_m(options.correct_ionosphere, false);
+    satellite.atmosphere_m = ionosphere_m + delay_m(false, options.correct_troposphere);
+    satellite.ionosphere_m = m.stated_share == 1 ? ionosphere_m : 0;
   }
 }
 

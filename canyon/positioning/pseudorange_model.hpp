@@ -26,6 +26,7 @@ struct RangedSatellite {
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< unit, receiver to satellite
   double range_m = 0;
   double atmosphere_m = 0;
+  double ionosphere_m = 0;  ///< of it, where no corrections replace the model
   bool above_mask = true;
   bool excluded = false;  ///< by RAIM
   bool active = false;    ///< above the mask, not excluded, not alone in its constellation
@@ -54,6 +55,10 @@ struct RangedSatellite {
 /// The state `dt_s` later, |dt_s| <= 10 ms, by two-body acceleration in the rotating frame. The error (J2,
 /// 1e-4 of the acceleration) is below 1e-9 m and 1e-6 m/s over 1 ms, and grows with the step's square.
 void carry(orbit::SatelliteState& state, double dt_s);
+
+/// Share of the ionosphere's delay that broadcast models may leave (IS-GPS-200, 20.3.3.5.2.5: they remove at
+/// least half of the rms).
+inline constexpr double kIonosphereLeft = 0.5;
 
 /// Pivots of a weighted design matrix below this part of the largest count as zero.
 inline constexpr double kRankThreshold = 1e-6;

@@ -31,7 +31,7 @@ struct DiffusePath {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();    ///< on a facade: of the strongest path in the class
   Eigen::Vector3d arrival = Eigen::Vector3d::Zero();  ///< unit, from the antenna towards the point
   double excess_m = 0;                                ///< of the class: mean weighted by power
-  double power = 0;            ///< over the line of sight's, at isotropic antennas: sum of the class
+  double power = 0;  ///< over the line of sight's, at isotropic antennas: sum of the class, by strength
   std::uint32_t triangle = 0;  ///< at `point`, of `instance`
   std::uint32_t instance = 0;
   std::uint32_t bin = 0;  ///< number of the class: floor(excess / class_m) of its paths
@@ -53,12 +53,19 @@ struct DiffusePath {
 /// Lambert's law: a mirror there is met by one direction alone, and the mean over these carries as much.
 /// Paths over mirrors alone are not diffuse (FirstOrderSearch, SecondOrderSearch).
 ///
+/// Strengths: the power of a class is multiplied by 10^((median + sigma n) / 10), n normal, by seed, number
+/// of the class and the cube of strength_piece_m in which its point lies. So it changes as antenna or
+/// satellite move on along a facade, and is the same for every receiver. Of placed instances all points count
+/// as one.
+///
 /// Const, thread-safe; no allocation once its thread's memory and the results have grown. The scene must
 /// outlive it.
 class DiffuseScattering {
  public:
   /// Throws InputError for options that do not validate().
-  DiffuseScattering(const city::Mesh& city, const raytrace::RayScene& scene, DiffuseOptions options = {});
+  /// @param seed of strengths
+  DiffuseScattering(const city::Mesh& city, const raytrace::RayScene& scene, DiffuseOptions options = {},
+                    std::uint64_t seed = 0);
 
   [[nodiscard]] const DiffuseOptions& options() const;
 

@@ -55,6 +55,10 @@ void visit(options::Visitor& v, DiffuseOptions& o) {
            {0.1, 100e3});
   v.integer({"max_paths", "", "largest number of classes of one satellite, the strongest ones"}, o.max_paths,
             1, 64);
+  v.number({"strength_sigma_db", "dB", "standard deviation of the strengths of pieces of facades; 0: none"},
+           o.strength_sigma_db, {0, 30});
+  v.number({"strength_median_db", "dB", "median of these strengths"}, o.strength_median_db, {-30, 30});
+  v.number({"strength_piece_m", "m", "length of such a piece"}, o.strength_piece_m, {0, 1000, true});
 }
 
 void PropagationOptions::validate() const {

@@ -67,6 +67,14 @@ struct DiffuseOptions {
   double class_m = 10;
   /// Classes of one satellite that are kept, the strongest ones. [1, 64].
   int max_paths = 6;
+  /// Pieces of facades scatter more or less than their mean: powers are multiplied by log-normal numbers with
+  /// this standard deviation [dB], [0, 30], and this median [dB], [-30, 30]. 0 and 0: the effective roughness
+  /// model alone. Local means of urban paths are log-normal (H. Suzuki, IEEE Trans. Communications 25(7),
+  /// 1977); both numbers are of recordings (docs/diffuse.md).
+  double strength_sigma_db = 8;
+  double strength_median_db = -3;
+  /// Length [m] of a piece, (0, 1000].
+  double strength_piece_m = 8;
   [[nodiscard]] bool operator==(const DiffuseOptions&) const = default;
   /// Throws InputError naming the field and its bound.
   void validate() const;

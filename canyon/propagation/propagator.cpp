@@ -190,7 +190,8 @@ struct Propagator::Impl {
 
   PerInstance<Prepared> instances;
 
-  Impl(const city::Mesh& mesh, const raytrace::RayScene& from, const PropagationOptions& o)
+  Impl(const city::Mesh& mesh, const raytrace::RayScene& from, const PropagationOptions& o,
+       std::uint64_t seed)
       : scene(&from),
         options(o),
         specular_factor(o.diffuse ? std::sqrt(1 - o.scattering.scattering_coefficient *
@@ -200,7 +201,7 @@ struct Propagator::Impl {
                         ? std::optional<EdgeDiffraction>(std::in_place, mesh, from, o.edges)
                         : std::nullopt),
         diffuse(o.model == Model::Specular && o.diffuse
-                    ? std::optional<DiffuseScattering>(std::in_place, mesh, from, o.scattering)
+                    ? std::optional<DiffuseScattering>(std::in_place, mesh, from, o.scattering, seed)
                     : std::nullopt),
         city(mesh, o) {}
 
@@ -384,9 +385,10 @@ void Propagator::Impl::trace_mirror(const Vector3d& antenna, std::span<const Vec
   }
 }
 
-Propagator::Propagator(const city::Mesh& city, const raytrace::RayScene& scene, PropagationOptions options) {
+Propagator::Propagator(const city::Mesh& city, const raytrace::RayScene& scene, PropagationOptions options,
+                       std::uint64_t seed) {
   options.validate();
-  impl_ = std::make_unique<Impl>(city, scene, options);
+  impl_ = std::make_unique<Impl>(city, scene, options, seed);
 }
 
 const PropagationOptions& Propagator::options() const {

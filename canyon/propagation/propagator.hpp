@@ -20,8 +20,10 @@ namespace canyon::propagation {
 /// stood at its last commit(). `city` is the mesh that the scene was built from; it is not kept.
 class Propagator {
  public:
-  /// Throws InputError for options that do not validate().
-  Propagator(const city::Mesh& city, const raytrace::RayScene& scene, PropagationOptions options = {});
+  /// Throws InputError for options that do not validate(). @param seed of what the facades draw
+  /// (DiffuseScattering)
+  Propagator(const city::Mesh& city, const raytrace::RayScene& scene, PropagationOptions options = {},
+             std::uint64_t seed = 0);
 
   [[nodiscard]] const PropagationOptions& options() const;
   /// Whether there are other copies.

@@ -66,7 +66,6 @@ Ranging::Ranging(const ReceiverOptions& options)
     : options_(options.ranging),
       fix_(options.fix),
       noise_(options.slow_error()),
-      loop_rate_per_s_(4 * options.signal.dll.loop_bandwidth_hz),
       shared_m_(options.shared_error_m()) {}
 
 void Ranging::gather(const SatelliteObservation& satellite, geodesy::GpsTime time) {
@@ -75,7 +74,8 @@ void Ranging::gather(const SatelliteObservation& satellite, geodesy::GpsTime tim
     if (!observed.measurement) return;
     const Measurement& m = *observed.measurement;
     const gnss::Signal& signal = *observed.signal;
-    Code code{&signal, m, 1, shared_m_, squared(gnss::kL1_hz / m.carrier_frequency_hz)};
+    Code code{
+        &signal, m, 1, shared_m_, squared(gnss::kL1_hz / m.carrier_frequency_hz), observed.code_rate_per_s};
     for (const auto& [group, factor] : options_.sigma_factor) {
       if (!gnss::in_group(group, satellite.id, signal, time)) continue;
       code.measurement.sigma_m *= factor;
@@ -132,8 +132,8 @@ void Ranging::smooth(gnss::SatelliteId id, geodesy::GpsTime time) {
     }
     Carrier& carrier = carrier_of(codes_[i]);
     const double loop_sigma_m = std::sqrt(std::max(0.0, squared(m.sigma_m) - squared(noise_.sigma_m)));
-    const auto smoothed = carrier.code.next(time, m.pseudorange_m, step,
-                                            {noise_, {loop_sigma_m, loop_rate_per_s_}}, options_.smoothing);
+    const auto smoothed = carrier.code.next(
+        time, m.pseudorange_m, step, {noise_, {loop_sigma_m, codes_[i].loop_rate_per_s}}, options_.smoothing);
     m.pseudorange_m = smoothed.pseudorange_m;
     m.sigma_factor *= smoothed.sigma_m / m.sigma_m;
     m.sigma_m = smoothed.sigma_m;

@@ -75,9 +75,10 @@ class Ranging {
   struct Code {
     const gnss::Signal* signal = nullptr;
     positioning::Measurement measurement;
-    double sigma_m = 1;    ///< that weights give it
-    double shared_m = 0;   ///< of its measurement's deviation: errors from space
-    double iono_rate = 1;  ///< its delay over that at 1575.42 MHz
+    double sigma_m = 1;          ///< that weights give it
+    double shared_m = 0;         ///< of its measurement's deviation: errors from space
+    double iono_rate = 1;        ///< its delay over that at 1575.42 MHz
+    double loop_rate_per_s = 0;  ///< SignalObservation::code_rate_per_s
   };
   struct Carrier {
     positioning::CodeSmoother code;
@@ -99,7 +100,6 @@ class Ranging {
   positioning::FixOptions fix_;
   // In every pseudorange, and the rate at which errors of the rest of sigma_m, the code loop's, forget.
   positioning::CodeNoise noise_;
-  double loop_rate_per_s_;
   double shared_m_;                                                        ///< errors from space in noise_
   std::map<std::pair<gnss::SatelliteId, std::size_t>, Carrier> carriers_;  // and index_of() the signal
   // Values of the satellite in hand; members for their memory alone.

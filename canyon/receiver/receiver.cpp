@@ -495,6 +495,7 @@ struct Receiver::State {
       loops = tracked->channel->sample(*signals, at.time, *tracked->reception.cn0_dbhz);
       m.cn0_dbhz = loops.stated_cn0_dbhz;
       observation.noise_m += loops.code_m;
+      observation.code_rate_per_s = loops.code_rate_per_s;
       doppler_noise_hz += loops.doppler_hz;
     }
     // Where there is no noise to state, covariances are per metre and per 0.1 Hz of it.

@@ -47,9 +47,16 @@ void append_sheet(Mesh& mesh, const Vector3d& corner, const Vector3d& u, const V
                       {corner, corner + u, corner + u + v, corner + v}, {{0, 1, 2}, {0, 2, 3}});
 }
 
+/// The effective roughness model alone.
+propagation::DiffuseOptions without_strengths() {
+  propagation::DiffuseOptions options;
+  options.strength_sigma_db = options.strength_median_db = 0;
+  return options;
+}
+
 /// Everything that there is over one facade, as exactly as it gets.
 propagation::DiffuseOptions everything() {
-  propagation::DiffuseOptions options;
+  propagation::DiffuseOptions options = without_strengths();
   options.wall_reflectance = 0.3;
   options.bounces = 1;
   options.rays = 4096;
@@ -369,7 +376,7 @@ TEST(DiffuseScattering, KeepsTheStrongestClasses) {
   const auto every = std::make_unique<bool[]>(sky.size());
   std::fill_n(every.get(), sky.size(), true);
   const std::span<const bool> wanted(every.get(), sky.size());
-  propagation::DiffuseOptions options;
+  propagation::DiffuseOptions options = without_strengths();
   options.class_m = 7;
   options.min_power_db = -100;
   options.max_paths = 64;
@@ -498,7 +505,7 @@ class Errors {
 };
 
 propagation::DiffuseOptions all_classes(int rays) {
-  propagation::DiffuseOptions options;
+  propagation::DiffuseOptions options = without_strengths();
   options.rays = rays;
   options.min_power_db = -100;
   options.max_paths = 64;
@@ -614,6 +621,66 @@ TEST(DiffuseScattering, RefusesWhatIsNoDirection) {
   EXPECT_NO_THROW((void)world.trace({0, 0, 0}, {0, 0, 1}));
 }
 
+/// Powers with strengths over those without [dB], class by class, of antennas along a street.
+std::vector<double> strengths_db(const propagation::DiffuseOptions& options, std::uint64_t seed,
+                                 double step_m) {
+  Mesh mesh;
+  city::append_box(mesh, "north", Surface::Building, Material::Concrete, {-3000, 10, 0}, {3000, 25, 30});
+  city::append_box(mesh, "south", Surface::Building, Material::Concrete, {-3000, -25, 0}, {3000, -10, 30});
+  const RayScene scene(mesh);
+  const propagation::DiffuseScattering with(mesh, scene, options, seed);
+  const propagation::DiffuseScattering without(mesh, scene, without_strengths(), seed);
+  const std::vector<Vector3d> sky{direction(170, 30), direction(80, 40), direction(350, 50)};
+  const std::array<bool, 3> wanted{true, true, true};
+  std::vector<std::vector<propagation::DiffusePath>> a(3), b(3);
+  std::vector<double> result;
+  for (int i = 0; i < 400; ++i) {
+    const Vector3d antenna(-2000 + step_m * i, 1, 2);
+    with.trace(antenna, sky, wanted, a);
+    without.trace(antenna, sky, wanted, b);
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_EQ(a[k].size(), b[k].size());
+      for (std::size_t j = 0; j < std::min(a[k].size(), b[k].size()); ++j) {
+        EXPECT_EQ(a[k][j].excess_m, b[k][j].excess_m);
+        result.push_back(10 * std::log10(a[k][j].power / b[k][j].power));
+      }
+    }
+  }
+  return result;
+}
+
+TEST(DiffuseStrengths, AreLogNormalAndOfTheSeed) {
+  const propagation::DiffuseOptions options;
+  std::vector<double> db = strengths_db(options, 1, 10);
+  ASSERT_GT(db.size(), 2000U);
+  EXPECT_EQ(db, strengths_db(options, 1, 10));
+  EXPECT_NE(db, strengths_db(options, 2, 10));
+  std::sort(db.begin(), db.end());
+  const auto quantile = [&](double p) {
+    return db[static_cast<std::size_t>(p * static_cast<double>(db.size()))];
+  };
+  // 1200 pieces or more: 0.3 dB of the mean, three times that.
+  EXPECT_NEAR(quantile(0.5), options.strength_median_db, 1);
+  EXPECT_NEAR(quantile(0.1), options.strength_median_db - 1.2816 * options.strength_sigma_db, 1.5);
+  EXPECT_NEAR(quantile(0.9), options.strength_median_db + 1.2816 * options.strength_sigma_db, 1.5);
+}
+
+TEST(DiffuseStrengths, ChangeWithThePieceOfTheFacade) {
+  propagation::DiffuseOptions options;
+  // Along 40 m classes keep their number while their points wander: over one piece of a kilometre nothing
+  // else changes a strength, over 8 m most things do.
+  const auto spread = [&](double piece_m, double step_m) {
+    options.strength_piece_m = piece_m;
+    std::vector<double> db = strengths_db(options, 1, step_m);
+    for (double& each : db) each = std::round(1e6 * each);
+    std::sort(db.begin(), db.end());
+    return std::unique(db.begin(), db.end()) - db.begin();
+  };
+  const auto at_rest = spread(8, 0);
+  EXPECT_LE(at_rest, 18) << "six classes of three satellites";
+  EXPECT_GT(spread(8, 0.1), 1.3 * static_cast<double>(at_rest));
+}
+
 TEST(DiffuseOptions, BoundsAreNamed) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto refuses = [](const char* field, const auto& set) {
@@ -641,6 +708,12 @@ TEST(DiffuseOptions, BoundsAreNamed) {
   for (const double value : {-100.1, 0.1, nan})
     refuses("min_power_db", [=](auto& o) { o.min_power_db = value; });
   for (const double value : {0.09, 100'001.0, nan}) refuses("class_m", [=](auto& o) { o.class_m = value; });
+  for (const double value : {-0.1, 30.1, nan})
+    refuses("strength_sigma_db", [=](auto& o) { o.strength_sigma_db = value; });
+  for (const double value : {-30.1, 30.1, nan})
+    refuses("strength_median_db", [=](auto& o) { o.strength_median_db = value; });
+  for (const double value : {0.0, 1000.1, nan})
+    refuses("strength_piece_m", [=](auto& o) { o.strength_piece_m = value; });
 
   propagation::DiffuseOptions least, most;
   least.rays = 8, least.lobe_exponent = 0, least.max_paths = 1, least.scattering_coefficient = 0;

@@ -27,7 +27,8 @@ struct CityScene {
     const auto equal = [&](const propagation::Propagator& each) { return each.options() == options; };
     std::erase_if(propagators_, [&](const auto& each) { return !each.is_shared() && !equal(each); });
     const auto found = std::find_if(propagators_.begin(), propagators_.end(), equal);
-    return found != propagators_.end() ? *found : propagators_.emplace_back(city.mesh, scene, options);
+    return found != propagators_.end() ? *found
+                                       : propagators_.emplace_back(city.mesh, scene, options, city.seed);
   }
 
   city::City city;

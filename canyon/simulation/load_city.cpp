@@ -272,6 +272,7 @@ city::City draw_facades(city::City city, const CityConfig& config, std::uint64_t
   const bool keep = config.facades.keeps_named(config.is<MapCity>());
   const std::string drawn = city::dress_facades(city, config.facades, keep, seed);
   if (!drawn.empty()) city.notes.push_back(drawn);
+  city.seed = seed;
   return city;
 }
 

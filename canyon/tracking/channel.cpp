@@ -26,9 +26,9 @@ double wrapped(double angle_rad) {
 
 /// A diffuse bundle as the code loop sees it.
 SignalPath bundle(double delay_m, std::complex<double> amplitude, std::complex<double> factor,
-                  std::complex<double> s_per_s, const DllOptions& loop) {
-  const BundleShare share = bundle_share(s_per_s, loop.loop_bandwidth_hz, loop.integration_s);
-  const double turn = geodesy::kPi * share.frequency_hz * loop.integration_s;
+                  std::complex<double> s_per_s, double loop_bandwidth_hz, double integration_s) {
+  const BundleShare share = bundle_share(s_per_s, loop_bandwidth_hz, integration_s);
+  const double turn = geodesy::kPi * share.frequency_hz * integration_s;
   const double sinc = turn > 1e-8 ? std::sin(turn) / turn : 1;
   const double present = std::norm(factor);
   const double power = share.power(present);
@@ -76,7 +76,7 @@ ChannelModel::Kind& ChannelModel::mutable_kind(const gnss::Signal& signal) {
     try {
       auto tracker = shared_code_tracker(correlation_of(signal, options_), options_.dll);
       const double peak = tracker->correlation().value(0);
-      kind = std::make_unique<Kind>(Kind{std::move(tracker), peak * peak, {}});
+      kind = std::make_unique<Kind>(Kind{tracker, peak * peak, CodeLoopNoise(*tracker), {}});
     } catch (const InputError& error) {
       throw InputError(fmt::format("receiver '{}', {} {}: {}", receiver_, gnss::name(signal.system),
                                    signal.name, error.problem()),
@@ -296,7 +296,8 @@ void Channel::gather(const ChannelModel& model, const AntennaMotion& motion,
         fades_.rayleigh(path.reflector, (motion.step_m + swept * elapsed) / coherence_m);
     const std::complex<double> s((motion.velocity_ecef.norm() + swept) / coherence_m,
                                  -2 * geodesy::kPi * fading_hz);
-    paths_[i] = bundle(path.excess_m, paths_[i].amplitude, factor, s, options.dll);
+    paths_[i] = bundle(path.excess_m, paths_[i].amplitude, factor, s,
+                       options.dll.loop_bandwidth_hz * bandwidth_share_, options.dll.integration_s);
     paths_[i].drift_mps = drift_mps;
   }
 }
@@ -305,7 +306,8 @@ std::optional<CodeLock> Channel::follow_code(const AntennaMotion& motion, const 
                                              double clear_cn0_dbhz) {
   const double elapsed = motion.epoch_before ? motion.time - *motion.epoch_before : 0;
   if (!loop_) return kind.tracker->lock(paths_);
-  const auto code = kind.tracker->follow(*loop_, paths_, elapsed, cn0_hz(clear_cn0_dbhz) / kind.peak_power);
+  const auto code = kind.tracker->follow(*loop_, paths_, elapsed, cn0_hz(clear_cn0_dbhz) / kind.peak_power,
+                                         bandwidth_share_);
   // The sign of the next peak is another: half a cycle.
   if (loop_->jumped) phase_.reset();
   return code;
@@ -340,7 +342,10 @@ Reception Channel::miss(geodesy::GpsTime time) {
   result.lock = lock_.update(time, std::nullopt);
   // At the same instant as before the lock still stands; there is nothing to measure, though.
   if (result.lock == LockState::Tracking) result.lock = LockState::Holding;
-  if (result.lock == LockState::Searching) loop_.reset();
+  if (result.lock == LockState::Searching) {
+    loop_.reset();
+    bandwidth_share_ = 1;
+  }
   phase_.reset();
   geometry_.reset();
   fades_.clear();
@@ -379,8 +384,10 @@ Reception Channel::receive(ChannelModel& model, const AntennaMotion& motion,
   if (result.lock == LockState::Tracking && !result.cn0_dbhz) result.lock = LockState::Holding;
   if (result.lock == LockState::Searching) {
     loop_.reset();
-  } else if (!loop_ && result.cn0_dbhz) {
-    loop_ = CodeLoopState{result.code_delay_m};
+    bandwidth_share_ = 1;
+  } else if (result.cn0_dbhz) {
+    if (!loop_) loop_ = CodeLoopState{result.code_delay_m};
+    bandwidth_share_ = kind.noise.bandwidth_share(cn0_hz(*result.cn0_dbhz));
   }
   const Path& path = view.paths.paths[tracked_];
   aid_ = path;
@@ -399,10 +406,14 @@ LoopErrors Channel::sample(ChannelModel& model, geodesy::GpsTime time, double cn
   LoopErrors errors;
   if (options.loop_noise) {
     const double elapsed = sampled_ ? time - *sampled_ : 0;
-    errors.code_sigma_m = dll_jitter_m(*model.kind(*signal_).tracker, cn0_dbhz);
+    const CodeLoopNoise& code = model.kind(*signal_).noise;
+    const double ratio = cn0_hz(cn0_dbhz), share = code.bandwidth_share(ratio);
+    errors.code_sigma_m = code.sigma_m(ratio);
+    errors.code_rate_per_s = 4 * options.dll.loop_bandwidth_hz * share;
     errors.doppler_sigma_hz = fll_jitter_hz(options.fll, cn0_dbhz);
     errors.phase_sigma_cycles = pll_jitter_rad(options.pll, cn0_dbhz) / (2 * geodesy::kPi);
-    errors.code_m = code_noise_.advance(elapsed, errors.code_sigma_m);
+    // A narrower loop's noise passes more slowly.
+    errors.code_m = code_noise_.advance(elapsed * share, errors.code_sigma_m);
     errors.doppler_hz = doppler_noise_.advance(elapsed, errors.doppler_sigma_hz);
     errors.phase_cycles = phase_noise_.advance(elapsed, errors.phase_sigma_cycles);
     sampled_ = time;

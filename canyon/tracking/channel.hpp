@@ -34,6 +34,7 @@ class ChannelModel {
   struct Kind {
     std::shared_ptr<const CodeTracker> tracker;
     double peak_power = 1;       ///< R(0)^2: of the prompt correlator on a path of power 1
+    CodeLoopNoise noise;         ///< of the code
     SpectrumValues separations;  ///< spectral separations that were asked for; not tones'
   };
 
@@ -127,6 +128,7 @@ struct Reception {
 struct LoopErrors {
   double code_m = 0, doppler_hz = 0, phase_cycles = 0;
   double code_sigma_m = 0, doppler_sigma_hz = 0, phase_sigma_cycles = 0;
+  double code_rate_per_s = 0;  ///< of the code's: errors tau apart correlate by e^(-rate tau)
   double stated_cn0_dbhz = 0;
 };
 
@@ -183,6 +185,7 @@ class Channel {
   SignalLock lock_;
   PathFades fades_;
   std::optional<CodeLoopState> loop_;     // of the code
+  double bandwidth_share_ = 1;            // of the code loop, by the C/N0 of the epoch before
   std::optional<propagation::Path> aid_;  // whose carrier was tracked at the last epoch with a signal
   double aid_offset_mps_ = 0;             // its rate over the line of sight's
   std::optional<Geometry> geometry_;

@@ -39,6 +39,20 @@ CodeLoopState followed(const CodeTracker& tracker, CodeLoopState state, const st
   return state;
 }
 
+TEST(CodeLoop, WithAShareOfItsBandwidthIsALoopOfThatBandwidth) {
+  const CodeTracker wide = tracker(Modulation::BPSK, 2), narrow = tracker(Modulation::BPSK, 0.5);
+  const std::vector<SignalPath> paths{{0, {1, 0}}, {40, {0.3, 0.2}, 0.05}};
+  CodeLoopState of_wide{30}, of_narrow{30};
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_TRUE(wide.follow(of_wide, paths, 0.1, kStrong_hz, 0.25));
+    EXPECT_TRUE(narrow.follow(of_narrow, paths, 0.1, kStrong_hz));
+    EXPECT_NEAR(of_wide.delay_m, of_narrow.delay_m, 1e-9);
+  }
+  EXPECT_LT(of_wide.delay_m, 25);
+  EXPECT_THROW((void)wide.follow(of_wide, paths, 0.1, kStrong_hz, 0), InputError);
+  EXPECT_THROW((void)wide.follow(of_wide, paths, 0.1, kStrong_hz, 1.5), InputError);
+}
+
 /// Powers of early and late with R = 1 - |tau|, both correlators on their side of the peak, h = 1 - d/2:
 /// e = h^2 tau / (h^2 + tau^2), so that d(tau)/dt = -k e has h^2 ln(tau) + tau^2 / 2 = C - k h^2 t.
 TEST(CodeLoop, PullsInAsTheClosedFormOfItsDifferentialEquation) {

@@ -382,12 +382,14 @@ struct CodeTracker::Loop {
 };
 
 std::optional<CodeLock> CodeTracker::follow(CodeLoopState& state, std::span<const SignalPath> paths,
-                                            double elapsed_s, double unit_cn0_hz) const {
+                                            double elapsed_s, double unit_cn0_hz,
+                                            double bandwidth_share) const {
   if (!std::isfinite(state.delay_m) || !(elapsed_s >= 0) || !std::isfinite(elapsed_s) ||
-      !std::isfinite(unit_cn0_hz)) {
-    throw InputError(fmt::format("a code loop at {} m cannot advance by {} s at {} Hz", state.delay_m,
-                                 elapsed_s, unit_cn0_hz),
-                     "they must be finite, the time 0 or more");
+      !std::isfinite(unit_cn0_hz) || !(bandwidth_share > 0 && bandwidth_share <= 1)) {
+    throw InputError(
+        fmt::format("a code loop at {} m cannot advance by {} s at {} Hz with {} of its bandwidth",
+                    state.delay_m, elapsed_s, unit_cn0_hz, bandwidth_share),
+        "they must be finite, the time 0 or more, the share above 0 and at most 1");
   }
   state.jumped = false;
   const double chip_m = correlation_.chip_m();
@@ -396,7 +398,7 @@ std::optional<CodeLock> CodeTracker::follow(CodeLoopState& state, std::span<cons
   const Power power(at_end.all());
   if (!power.any()) return std::nullopt;
 
-  const double k = 4 * options_.loop_bandwidth_hz;
+  const double k = 4 * options_.loop_bandwidth_hz * bandwidth_share;
   const bool checks = std::isfinite(options_.peak_check_s) && (side_peak_chips_ > 0 || paths.size() > 1);
   const double memory_s = std::max(12 / k, checks ? 2 * options_.peak_check_s : 0);
   const double simulated_s = std::min(elapsed_s, memory_s);
@@ -475,6 +477,9 @@ void visit(options::Visitor& v, DllOptions& o) {
       {"spacing_chips", "chips", "distance from early to late correlator (double_delta: of the inner pair)"},
       o.spacing_chips, {0.001, 1, true});
   v.number({"loop_bandwidth_hz", "Hz", "one-sided noise bandwidth"}, o.loop_bandwidth_hz, {0, 50, true});
+  v.number({"narrow_below_dbhz", "dB-Hz",
+            "C/N0 below which the loop narrows with the noise of its discriminator; 0: never"},
+           o.narrow_below_dbhz, {0, 100});
   v.number({"integration_s", "s", "coherent integration"}, o.integration_s, {0, 10, true});
   v.effect(options::Effect::Later);
   v.number(

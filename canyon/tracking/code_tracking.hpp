@@ -39,6 +39,9 @@ struct DllOptions {
   /// One-sided noise bandwidth Bn [Hz], (0, 50]. Carrier-aided code loops are narrow: Kaplan & Hegarty (2nd
   /// ed. 2006, figure 5.28) show 0.2 and 2 Hz.
   double loop_bandwidth_hz = 1;
+  /// C/N0 [dB-Hz] below which the loop narrows as its discriminator becomes noisier (CodeLoopNoise), [0,
+  /// 100]. 0: never; the bandwidth is fixed.
+  double narrow_below_dbhz = 0;
   /// Coherent integration T [s], (0, 10]; Bn T below 0.5. A bit of GPS L1 C/A takes 20 ms.
   double integration_s = 0.02;
   /// For how long another peak of the correlation, beyond the discriminator's reach, must be the stronger one
@@ -161,10 +164,12 @@ class CodeTracker {
   /// of C/N0 in the comparisons (normal approximation).
   ///
   /// @param unit_cn0_hz C/N0 as a ratio [Hz] of a path of power 1
+  /// @param bandwidth_share share of the loop's bandwidth that is in use (CodeLoopNoise), (0, 1]
   /// Empty, and the loop stays where it is: no power, or a prompt power below a thousandth of the strongest
   /// path's at the end. Inputs must be finite (InputError).
   [[nodiscard]] std::optional<CodeLock> follow(CodeLoopState& state, std::span<const SignalPath> paths,
-                                               double elapsed_s, double unit_cn0_hz) const;
+                                               double elapsed_s, double unit_cn0_hz,
+                                               double bandwidth_share = 1) const;
 
   /// From the main peak of |R| to its neighbours [chips]; 0: there are none above a quarter of it.
   [[nodiscard]] double side_peak_chips() const { return side_peak_chips_; }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
@@ -39,8 +40,8 @@ double cn0_hz(double cn0_dbhz) {
   return std::pow(10, cn0_dbhz / 10);
 }
 
-double dll_jitter_chips(const CodeTracker& tracker, double cn0_dbhz) {
-  const double ratio = cn0_hz(cn0_dbhz);
+CodeLoopNoise::CodeLoopNoise(const CodeTracker& tracker)
+    : bandwidth_hz_(tracker.options().loop_bandwidth_hz), integration_s_(tracker.options().integration_s) {
   const DllOptions& loop = tracker.options();
   const Correlation& r = tracker.correlation();
   const CorrelatorBank bank = correlator_bank(loop);
@@ -53,28 +54,41 @@ double dll_jitter_chips(const CodeTracker& tracker, double cn0_dbhz) {
       variance += bank.weight[i] * bank.weight[k] * r.value(bank.offset_chips[i] - bank.offset_chips[k]);
     }
   }
-  const double t = loop.integration_s * ratio;
-  double squaring = 1;
+  const double metres = r.chip_m() / slope;
+  first_ = variance * metres * metres;
   switch (loop.discriminator) {
     case Discriminator::Coherent:
       break;
     case Discriminator::EarlyLatePower: {
       const double side = r.value(loop.spacing_chips / 2);
-      squaring += (r.value(0) + r.value(loop.spacing_chips)) / (2 * t * side * side);
+      second_ = first_ * (r.value(0) + r.value(loop.spacing_chips)) / (2 * integration_s_ * side * side);
       break;
     }
     case Discriminator::DotProduct:
     case Discriminator::DoubleDelta:
-      squaring += 1 / (t * r.value(0));
+      second_ = first_ / (integration_s_ * r.value(0));
       break;
   }
-  const double bandwidth = loop.loop_bandwidth_hz;
-  return std::sqrt(bandwidth * (1 - bandwidth * loop.integration_s / 2) / ratio * variance / (slope * slope) *
-                   squaring);
+  narrow_from_ = loop.narrow_below_dbhz > 0 ? density(cn0_hz(loop.narrow_below_dbhz))
+                                            : std::numeric_limits<double>::infinity();
+}
+
+double CodeLoopNoise::bandwidth_share(double cn0) const {
+  const double now = density(cn0);
+  return now > narrow_from_ ? std::sqrt(narrow_from_ / now) : 1;
+}
+
+double CodeLoopNoise::sigma_m(double cn0) const {
+  const double bandwidth = bandwidth_hz_ * bandwidth_share(cn0);
+  return std::sqrt(bandwidth * (1 - bandwidth * integration_s_ / 2) * density(cn0));
+}
+
+double dll_jitter_chips(const CodeTracker& tracker, double cn0_dbhz) {
+  return dll_jitter_m(tracker, cn0_dbhz) / tracker.correlation().chip_m();
 }
 
 double dll_jitter_m(const CodeTracker& tracker, double cn0_dbhz) {
-  return dll_jitter_chips(tracker, cn0_dbhz) * tracker.correlation().chip_m();
+  return CodeLoopNoise(tracker).sigma_m(cn0_hz(cn0_dbhz));
 }
 
 double pll_jitter_rad(const PllOptions& options, double cn0_dbhz) {

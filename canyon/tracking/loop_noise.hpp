@@ -9,21 +9,48 @@ namespace canyon::tracking {
 /// C/N0 as a ratio [Hz] from dB-Hz. Throws InputError for a value that is not finite.
 [[nodiscard]] double cn0_hz(double cn0_dbhz);
 
-/// Standard deviation of a code loop's error from thermal noise [chips], one sigma.
+/// Thermal noise of a code loop, and how far it narrows.
 ///
-/// sigma^2 = Bn (1 - Bn T / 2) / (C/N0) * V / S^2 * L: the variance V of the correlators' weighted sum,
-/// sum over i, k of w_i w_k R(o_i - o_k), over the square of its slope S through the peak. For early minus
-/// late it is the general expression of Kaplan & Hegarty (2nd ed. 2006, equation 5.22; Betz & Kolodziejski,
-/// IEEE Trans. AES 45(4), 2009), whose integrals over the power spectral density are values and slopes of R
-/// in the front end's bandwidth; 1 - Bn T / 2 is of the latter and near 1. For infinite bandwidth and BPSK it
-/// is Bn D / (2 C/N0), twice that for DoubleDelta. Squaring loss L:
+/// A fixed loop has
+///
+/// sigma^2 = Bn (1 - Bn T / 2) N,   N = V / S^2 * L / (C/N0): the variance V of the correlators' weighted
+/// sum, sum over i, k of w_i w_k R(o_i - o_k), over the square of its slope S through the peak. For early
+/// minus late it is the general expression of Kaplan & Hegarty (2nd ed. 2006, equation 5.22; Betz &
+/// Kolodziejski, IEEE Trans. AES 45(4), 2009), whose integrals over the power spectral density are values and
+/// slopes of R in the front end's bandwidth; 1 - Bn T / 2 is of the latter and near 1. For infinite bandwidth
+/// and BPSK it is Bn D / (2 C/N0), twice that for DoubleDelta. Squaring loss L:
 ///   Coherent        1
 ///   EarlyLatePower  1 + (R(0) + R(D)) / (2 T C/N0 R(D/2)^2)   [BPSK: 1 + 2 / ((2 - D) T C/N0)]
 ///   DotProduct, DoubleDelta  1 + 1 / (T C/N0 R(0))
 /// Valid for small errors (3 sigma below half the spacing, equation 5.21); C/N0 is that before the front
 /// end's filter. Exact evaluation of these formulas to 1e-3 (the table of R).
+///
+/// Below DllOptions::narrow_below_dbhz the loop has the gain of a filter in its steady state. A delay that
+/// wanders by q [chips^2/s] and is observed with white noise of the density N has the gain k = sqrt(q / N)
+/// and the noise k N / 2 (Kalman & Bucy, J. Basic Eng. 83(1), 1961, for one state). So with k = 4 Bn
+///   Bn(N) = Bn min(1, sqrt(N0 / N)),   N0 = N at narrow_below_dbhz,
+/// and sigma grows with the fourth root of N there.
+class CodeLoopNoise {
+ public:
+  explicit CodeLoopNoise(const CodeTracker& tracker);
+
+  /// Share (0, 1] of DllOptions::loop_bandwidth_hz that the loop has. @param cn0 C/N0 as a ratio [Hz], above
+  /// 0
+  [[nodiscard]] double bandwidth_share(double cn0) const;
+  /// Standard deviation of the code's error from thermal noise [m], one sigma. @param cn0 likewise
+  [[nodiscard]] double sigma_m(double cn0) const;
+
+ private:
+  [[nodiscard]] double density(double cn0) const { return (first_ + second_ / cn0) / cn0; }
+
+  double bandwidth_hz_, integration_s_;
+  double first_ = 0, second_ = 0;  // N = first / (C/N0) + second / (C/N0)^2 [m^2/Hz]
+  double narrow_from_ = 0;         // N0; infinite: never
+};
+
+/// CodeLoopNoise::sigma_m() in chips.
 [[nodiscard]] double dll_jitter_chips(const CodeTracker& tracker, double cn0_dbhz);
-/// The same in metres.
+/// CodeLoopNoise::sigma_m().
 [[nodiscard]] double dll_jitter_m(const CodeTracker& tracker, double cn0_dbhz);
 
 struct PllOptions {

@@ -176,6 +176,50 @@ TEST(DllJitter, AgreesWithSimulatedCorrelators) {
   }
 }
 
+CodeTracker narrowing_tracker(double narrow_below_dbhz) {
+  DllOptions loop;
+  loop.narrow_below_dbhz = narrow_below_dbhz;
+  return CodeTracker({}, loop);
+}
+
+// A scalar Kalman filter of a random walk, run to its steady state: its gain is the narrowed loop's, and of
+// its variance the noise of the observations makes half.
+TEST(CodeLoopNoise, NarrowsAsAFilterInItsSteadyState) {
+  const CodeLoopNoise fixed(narrowing_tracker(0)), narrow(narrowing_tracker(30));
+  const double dt = 1e-4, bandwidth = 1;
+  // At 30 dB-Hz the filter has the loop's gain, 4 Bn: q = k^2 N.
+  const auto density = [&](double cn0) { return std::pow(fixed.sigma_m(cn0), 2) / (bandwidth * 0.99); };
+  // K&H's N is of the one-sided spectrum: Bn N = k / 4 N = k / 2 of N / 2.
+  const double q = 16 * density(1000) / 2;
+  for (const double cn0 : {1000.0, 100.0, 10.0}) {
+    double variance = 1, gain = 0;
+    const double noise = density(cn0) / 2;
+    for (int i = 0; i < 400'000; ++i) {
+      variance += q * dt;
+      gain = variance / (variance + noise / dt);
+      variance *= 1 - gain;
+    }
+    const double k = gain / dt;
+    EXPECT_NEAR(narrow.bandwidth_share(cn0), k / 4, 1e-3 * k) << cn0;
+    EXPECT_NEAR(narrow.sigma_m(cn0), std::sqrt(variance / 2), 0.01 * std::sqrt(variance)) << cn0;
+  }
+}
+
+TEST(CodeLoopNoise, IsFixedAboveItsBoundAndGrowsWithTheFourthRootBelow) {
+  const CodeLoopNoise fixed(narrowing_tracker(0)), narrow(narrowing_tracker(30));
+  EXPECT_EQ(fixed.bandwidth_share(1), 1);
+  for (const double cn0 : {1e5, 1e3}) {
+    EXPECT_EQ(narrow.bandwidth_share(cn0), 1);
+    EXPECT_EQ(narrow.sigma_m(cn0), fixed.sigma_m(cn0));
+  }
+  for (const double cn0 : {100.0, 10.0}) {
+    const double ratio = fixed.sigma_m(cn0) / fixed.sigma_m(1e3);  // root of the variances'
+    EXPECT_NEAR(narrow.bandwidth_share(cn0), 1 / ratio, 1e-12);
+    // Within Bn T / 2, which the narrower loop has less of.
+    EXPECT_NEAR(narrow.sigma_m(cn0) / narrow.sigma_m(1e3), std::sqrt(ratio), 0.006 * std::sqrt(ratio));
+  }
+}
+
 TEST(PllJitter, ClosedForm) {
   // Bn = 10 Hz, T = 20 ms, 30 dB-Hz: sqrt(10 / 1000 (1 + 1 / 40)) = 0.101242 rad = 5.80 degrees.
   EXPECT_NEAR(pll_jitter_rad({10, 0.02}, 30), 0.1012423, 1e-7);

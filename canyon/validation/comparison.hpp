@@ -211,17 +211,22 @@ struct SeededReceiver {
                                               const Registration& registration,
                                               const CompareOptions& options = {});
 
-/// A satellite that the recording never tracks although it stands high in clear view.
+/// What stands above this elevation and clear for so long in all is tracked at some time, if the receiver
+/// can.
+inline constexpr double kTrackableElevation_rad = 0.26179938779914943;  // 15 deg
+inline constexpr double kTrackable_s = 120;
+
+/// A satellite that the recording never tracks although it stands in clear view.
 struct NeverTracked {
   gnss::SatelliteId id;
   double clear_s = 0;  ///< above the elevation and clear by the city's word, in all
 };
 /// Satellites of the whole comparison without any recorded pseudorange that stand above `elevation_rad` and
 /// clear by the city's word for `clear_s` and more, by id. A receiver that is on takes seconds for a
-/// satellite in the open (26 to 30 s after a cold start, u-blox M8 data sheet), so that twice that without it
-/// says something about the satellite or the receiver and nothing about the city.
+/// satellite in the open (26 to 30 s after a cold start, u-blox M8 data sheet), so that four times that
+/// without it says something about the satellite or the receiver and nothing about the city.
 [[nodiscard]] std::vector<NeverTracked> never_tracked(const Comparison& comparison,
-                                                      double elevation_rad = 0.52359877559829887,  // 30 deg
-                                                      double clear_s = 60);
+                                                      double elevation_rad = kTrackableElevation_rad,
+                                                      double clear_s = kTrackable_s);
 
 }  // namespace canyon::validation

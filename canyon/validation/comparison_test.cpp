@@ -218,13 +218,13 @@ TEST(Comparison, RecordedReceiverIsItsOwnSimulation) {
   }
 }
 
-// Each epoch is a second. A satellite that was never recorded counts only if it stood high and clear for a
-// minute.
+// Each epoch is a second. A satellite that was never recorded counts only if it stood clear and above 15 deg
+// for two minutes.
 TEST(Comparison, NamesSatellitesThatWereNeverTracked) {
   Comparison comparison;
   const geodesy::GpsTime start = geodesy::GpsTime::from_week(2051, 45200);
   const gnss::Signal* other = &gnss::signals_of(gnss::System::GPS)[1];
-  for (int e = 0; e < 100; ++e) {
+  for (int e = 0; e < 200; ++e) {
     ComparedEpoch epoch;
     epoch.time = start + e;
     epoch.first = comparison.satellites.size();
@@ -236,11 +236,11 @@ TEST(Comparison, NamesSatellitesThatWereNeverTracked) {
       return comparison.satellites.emplace_back(s);
     };
     add(1, 45, true);
-    add(2, 45, true).measured = e == 99;  // tracked once
-    add(3, 29, true);                     // too low
-    add(4, 45, e < 59);                   // clear for too short
-    add(5, 45, e % 10 < 6);               // 60 s in pieces
-    add(6, 45, false);                    // never clear
+    add(2, 45, true).measured = e == 199;  // tracked once
+    add(3, 14, true);                      // too low
+    add(4, 45, e < 119);                   // clear for too short
+    add(5, 16, e % 10 < 6);                // 120 s in pieces
+    add(6, 45, false);                     // never clear
     ComparedSignal further;
     further.signal = other;
     further.measured = true;
@@ -251,11 +251,11 @@ TEST(Comparison, NamesSatellitesThatWereNeverTracked) {
   const std::vector<NeverTracked> never = never_tracked(comparison);
   ASSERT_EQ(never.size(), 2U);
   EXPECT_EQ(gnss::to_string(never[0].id), "G01");
-  EXPECT_NEAR(never[0].clear_s, 100, 1e-6);
+  EXPECT_NEAR(never[0].clear_s, 200, 1e-6);
   EXPECT_EQ(gnss::to_string(never[1].id), "G05");
-  EXPECT_NEAR(never[1].clear_s, 60, 1e-6);
-  EXPECT_EQ(never_tracked(comparison, geodesy::radians(28)).size(), 3U);
-  EXPECT_EQ(never_tracked(comparison, geodesy::radians(30), 59).size(), 3U);
+  EXPECT_NEAR(never[1].clear_s, 120, 1e-6);
+  EXPECT_EQ(never_tracked(comparison, geodesy::radians(13)).size(), 3U);
+  EXPECT_EQ(never_tracked(comparison, geodesy::radians(15), 119).size(), 3U);
 }
 
 // A satellite that is left out is nowhere, and the others are as they were.

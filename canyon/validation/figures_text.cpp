@@ -387,7 +387,7 @@ std::string never_tracked_text(const Figures& f) {
     text += fmt::format("{} {} ({:.0f} s)", text.empty() ? "" : ",", gnss::to_string(s.id), s.clear_s);
   }
   if (text.empty()) return text;
-  return fmt::format("never tracked above 30 deg in clear view{}:{}", f.left_out ? ", left out" : "", text);
+  return fmt::format("never tracked above 15 deg in clear view{}:{}", f.left_out ? ", left out" : "", text);
 }
 
 std::vector<FigureTable> figure_tables(const Figures& f) {

@@ -29,7 +29,8 @@ class Tracer {
   Tracer(std::shared_ptr<simulation::CityScene> scene, const py::kwargs& settings)
       : scene_(std::move(scene)),
         propagator_(scene_->city.mesh, scene_->scene,
-                    read_tree<propagation::PropagationOptions>(tree_of(settings), "propagation")) {}
+                    read_tree<propagation::PropagationOptions>(tree_of(settings), "propagation"),
+                    scene_->city.seed) {}
 
   /// Satellites of a sky at times, or those that stand in the directions.
   py::object at(const py::object& where, const SkyPtr& sky, const py::object& when, const py::object& whom,

@@ -290,7 +290,7 @@ void SteadyCell::measure(std::size_t satellite) {
       keeps_track = cn0_dbhz >= lock.tracking_threshold_dbhz;
     }
     if (cn0_dbhz < lock.acquisition_threshold_dbhz) continue;
-    const double jitter_m = std::sqrt((s.jitter_1 + s.jitter_2 / ratio_hz) / ratio_hz);
+    const double jitter_m = s.noise ? s.noise->sigma_m(ratio_hz) : 0;
     double stated_dbhz = cn0_dbhz + s.cn0_noise_db[i];
     const double step_db = options_.signal.cn0_step_db;
     if (step_db > 0) stated_dbhz = step_db * std::round(stated_dbhz / step_db);

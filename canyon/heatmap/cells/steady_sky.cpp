@@ -94,13 +94,7 @@ SteadySatellite SteadySky::satellite_of(const TileErrors& common, const orbit::L
   const tracking::ChannelModel::Kind& kind = models_.front().kind(*s.signal);
   s.code = lane_lock_of(kind, locks);
   s.peak_power = kind.peak_power;
-  if (common.options.signal.loop_noise) {
-    // The variance is linear in 1 / (C/N0) and its square: both factors follow from two values.
-    const double at_30 = std::pow(tracking::dll_jitter_m(*kind.tracker, 30), 2);
-    const double at_20 = std::pow(tracking::dll_jitter_m(*kind.tracker, 20), 2);
-    s.jitter_2 = (at_20 / 1e-2 - at_30 / 1e-3) / (1e-2 - 1e-3);
-    s.jitter_1 = at_30 / 1e-3 - s.jitter_2 * 1e-3;
-  }
+  if (common.options.signal.loop_noise) s.noise = kind.noise;
   return s;
 }
 

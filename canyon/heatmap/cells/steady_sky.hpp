@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "canyon/disturbance/shadowing.hpp"
@@ -27,8 +28,9 @@ struct SteadySatellite {
   const gnss::Signal* signal = nullptr;
   double carrier_hz = 0, wavelength_m = 0;
   std::shared_ptr<const tracking::LaneCodeLock> code;
-  double peak_power = 1;              ///< of the prompt correlator on a path of power 1
-  double jitter_1 = 0, jitter_2 = 0;  ///< dll_jitter_m()^2 = jitter_1 / (C/N0) + jitter_2 / (C/N0)^2
+  double peak_power = 1;  ///< of the prompt correlator on a path of power 1
+  /// Of the code; empty: the receiver's loops have no noise.
+  std::optional<tracking::CodeLoopNoise> noise;
   double sigma_factor = 1;            ///< RangingOptions::sigma_factor
   std::vector<double> clear_cn0_hz;   ///< [lane] in a clear line of sight
   std::vector<double> direct_factor;  ///< [lane] what shadows leave of the direct path's amplitude

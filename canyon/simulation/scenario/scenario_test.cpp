@@ -153,8 +153,8 @@ TEST(Scenario, OutputsAreNamesAsAMappingOrAList) {
     return parse_scenario(kMinimal + outputs, "s.yaml").outputs.names;
   };
   const std::set<std::string, std::less<>> plain{
-      "epochs_csv",       "satellites_csv", "nmea",     "kml", "rinex_observation",
-      "rinex_navigation", "geojson",        "pictures", "imu", "wheels", "barometer"};
+      "epochs_csv", "satellites_csv", "nmea", "kml",    "rinex_observation", "rinex_navigation",
+      "geojson",    "pictures",       "imu",  "wheels", "barometer"};
   EXPECT_EQ(names(""), plain);
   EXPECT_EQ(names("outputs:\n"), plain);
   EXPECT_EQ(names("outputs: {}\n"), plain);
