@@ -59,7 +59,8 @@ std::vector<std::string> scenarios_with_every_key() {
       "diffuse: {enabled: "
       "true, rays: 64, scattering_coefficient: 0.3, wall_reflectance: 0.2, bounces: 2, lobe_exponent: 3, "
       "lowest_elevation_deg: -5, "
-      "max_range_m: 200, min_power_db: -30, class_m: 5, max_paths: 4}, through_foliage: true}";
+      "max_range_m: 200, min_power_db: -30, class_m: 5, max_paths: 4, strength_sigma_db: 5, "
+      "strength_median_db: -2, strength_piece_m: 6}, through_foliage: true}";
   const std::string noise =
       "{enabled: true, theta_per_s: 0.02, mu_m: 0, sigma_m_per_sqrt_s: 0.2, doppler_sigma_hz: 0.1, "
       "drift: {enabled: false, below_speed_mps: 0.5, below_los: 5, mu_sigma_m: 2}}";
@@ -151,7 +152,8 @@ std::vector<std::string> scenarios_with_every_key() {
           "front_end_bandwidth_hz: "
           "4e6, wide_front_end_bandwidth_hz: 30e6, front_end_compression_dbm: -20, dll: {discriminator: "
           "dot_product, "
-          "spacing_chips: 0.2, loop_bandwidth_hz: 0.5, integration_s: 0.01, peak_check_s: 2}, pll: "
+          "spacing_chips: 0.2, loop_bandwidth_hz: 0.5, narrow_below_dbhz: 30, integration_s: 0.01, "
+          "peak_check_s: 2}, pll: "
           "{loop_bandwidth_hz: 10, "
           "integration_s: 0.01}, fll: {loop_bandwidth_hz: 4, integration_s: 0.01, noise_factor: 2}, lock: "
           "{acquisition_threshold_dbhz: 20, tracking_threshold_dbhz: 15, cold_acquisition_s: 10, "
