@@ -76,7 +76,7 @@ Recording read(const std::string& path, const RtkArguments& arguments, const gns
     return of == navigation.glonass.end() ? std::nullopt : std::optional(of->channel);
   };
   orbit::BroadcastOptions known;
-  known.allow_stale = arguments.allow_stale;
+  known.allow_stale = arguments.sky.allow_stale;
   const auto ranges = rtcm::range_table(std::make_shared<orbit::BroadcastSky>(navigation, known), near);
   const rtcm::RtcmCorrections corrections =
       rtcm::read_rtcm_corrections(path, around, channel, needs_place, ranges);

