@@ -321,8 +321,8 @@ double DiffuseScattering::Impl::strength(const DiffusePath& path) const {
   if (options.strength_sigma_db == 0 && options.strength_median_db == 0) return 1;
   std::uint64_t bits = mix64(root + kGolden64 * path.bin + mix64(path.instance));
   if (path.instance == 0) {
-    for (const double along : path.point) {
-      const auto piece = static_cast<std::int64_t>(std::floor(along / options.strength_piece_m));
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto piece = static_cast<std::int64_t>(std::floor(path.point[axis] / options.strength_piece_m));
       bits = mix64(bits + kGolden64 * static_cast<std::uint64_t>(piece));
     }
   }
