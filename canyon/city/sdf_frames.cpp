@@ -75,7 +75,7 @@ Affine3d Frames::named(const Scope& scope, std::string_view name, const Element&
       if (known.size() < 100) known += fmt::format("{}'{}'", known.empty() ? "" : ", ", own);
       continue;
     }
-    const Affine3d pose = of_child(scope, *e);
+    Affine3d pose = of_child(scope, *e);
     if (colons == std::string_view::npos) return pose;
     const std::string_view kind = e->Name();
     const Scope inner = kind == "include" ? open_(*scope.source, *e) : Scope{scope.source, e};
@@ -102,7 +102,7 @@ Affine3d Frames::resolved(const Scope& scope, const Element& child) {
   const Scope model = kind == "include" ? open_(*scope.source, child) : Scope{scope.source, &child};
   // A pose of the include takes the place of the model's own.
   const bool own = kind == "model" || child.FirstChildElement("pose") != nullptr || model.element == nullptr;
-  const Affine3d pose = own ? base_of(scope, child) * numbers_of(*scope.source, child)
+  Affine3d pose = own ? base_of(scope, child) * numbers_of(*scope.source, child)
                             : numbers_of(*model.source, *model.element);
   if (model.element == nullptr) return pose;
   std::string placement = kind == "include" ? child_text(child, "placement_frame") : std::string();
@@ -128,7 +128,7 @@ Affine3d Frames::of_child(const Scope& scope, const Element& child) {
                               "give poses relative to the model or world");
   open_frames_.push_back(&child);
   // An error leaves the import, and with it this object.
-  const Affine3d pose = resolved(scope, child);
+  Affine3d pose = resolved(scope, child);
   open_frames_.pop_back();
   return pose;
 }
