@@ -404,7 +404,7 @@ TEST(RtcmDecoder, BrokenContentIsCountedAndCostsNothingElse) {
   Bits unread;
   unread.put(1013, 12).put(0, 40);
   Bits compact;
-  compact.put(1073, 12).put(7, 12).put(0, 145);
+  compact.put(1073, 12).put(7, 12).put(0, 64).put(0, 64).put(0, 17);
   std::string bytes = frame(place());
   for (const Bits& bits : {cut, empty, wide, late, unread, Bits(), compact, good}) bytes += frame(bits);
   const auto epochs = decode(decoder, bytes);
@@ -430,10 +430,12 @@ TEST(RtcmDecoder, EverySingleWrongBitIsRefused) {
   std::string rest = last;
   while (rest.size() < 1100) rest += "$GNGGA,1\r\n";
   for (std::size_t bit = 0; bit < 8 * middle.size(); ++bit) {
-    std::string damaged = middle;
-    damaged[bit / 8] = static_cast<char>(damaged[bit / 8] ^ 1 << bit % 8);
+    std::string damaged = first;
+    damaged.append(middle).append(rest);
+    char& byte = damaged[first.size() + bit / 8];
+    byte = static_cast<char>(byte ^ 1 << bit % 8);
     CorrectionsDecoder decoder;
-    const auto epochs = decode(decoder, first + damaged + rest);
+    const auto epochs = decode(decoder, damaged);
     ASSERT_EQ(epochs.size(), 1U) << bit;
     EXPECT_EQ(epochs[0]->receiver_time, kTime + 1);
   }
