@@ -1,9 +1,9 @@
 #include "canyon/simulation/sensors/barometer_run.hpp"
 
-#include <cmath>
 #include <utility>
 
 #include "canyon/simulation/motion/antenna_pose.hpp"
+#include "canyon/simulation/sensors/sample_times.hpp"
 
 namespace canyon::simulation {
 
@@ -17,9 +17,7 @@ BarometerRun::BarometerRun(const inertial::BarometerOptions& options, std::uint6
       barometer_(options, seed) {}
 
 std::optional<BarometerSample> BarometerRun::next(geodesy::GpsTime until) {
-  // Whole nanoseconds, as all instants.
-  const double at_s = std::round(static_cast<double>(count_ + 1) / options_.rate_hz * 1e9) / 1e9;
-  const geodesy::GpsTime time = begin_ + at_s;
+  const geodesy::GpsTime time = begin_ + sample_end_s(count_ + 1, options_.rate_hz);
   if (time > until) return std::nullopt;
   ++count_;
   const Pose pose = mounted_antenna(vehicle_(time), options_.position_m);

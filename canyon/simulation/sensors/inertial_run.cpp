@@ -6,6 +6,7 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/motion/ecef_pose.hpp"
+#include "canyon/simulation/sensors/sample_times.hpp"
 
 namespace canyon::simulation {
 
@@ -61,11 +62,7 @@ InertialRun::InertialRun(const inertial::ImuOptions& options, std::uint64_t seed
       imu_(options, seed) {}
 
 std::optional<InertialSample> InertialRun::next(GpsTime until) {
-  // Whole nanoseconds, as all instants.
-  const auto end_of = [this](std::int64_t k) {
-    return std::round(static_cast<double>(k) / rate_hz_ * 1e9) / 1e9;
-  };
-  const double from_s = end_of(count_), to_s = end_of(count_ + 1);
+  const double from_s = sample_end_s(count_, rate_hz_), to_s = sample_end_s(count_ + 1, rate_hz_);
   if (begin_ + to_s > until) return std::nullopt;
   InertialSample sample;
   sample.time = begin_ + to_s;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "canyon/simulation/sensors/sample_times.hpp"
+
 namespace canyon::simulation {
 
 using inertial::WheelPair;
@@ -27,11 +29,8 @@ WheelPair WheelRun::speeds(geodesy::GpsTime t) const {
 }
 
 std::optional<WheelsAtWork> WheelRun::next(geodesy::GpsTime until) {
-  // Whole nanoseconds, as all instants.
-  const auto end_of = [this](std::int64_t k) {
-    return std::round(static_cast<double>(k) / options_.rate_hz * 1e9) / 1e9;
-  };
-  const double from_s = end_of(count_), to_s = end_of(count_ + 1);
+  const double from_s = sample_end_s(count_, options_.rate_hz),
+               to_s = sample_end_s(count_ + 1, options_.rate_hz);
   if (begin_ + to_s > until) return std::nullopt;
   WheelsAtWork result;
   result.time = begin_ + to_s;
