@@ -103,7 +103,7 @@ Affine3d Frames::resolved(const Scope& scope, const Element& child) {
   // A pose of the include takes the place of the model's own.
   const bool own = kind == "model" || child.FirstChildElement("pose") != nullptr || model.element == nullptr;
   Affine3d pose = own ? base_of(scope, child) * numbers_of(*scope.source, child)
-                            : numbers_of(*model.source, *model.element);
+                      : numbers_of(*model.source, *model.element);
   if (model.element == nullptr) return pose;
   std::string placement = kind == "include" ? child_text(child, "placement_frame") : std::string();
   if (placement.empty()) placement = attribute(*model.element, "placement_frame");
