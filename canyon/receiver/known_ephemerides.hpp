@@ -27,8 +27,6 @@ namespace canyon::receiver {
 /// for 0.8 to 1.6 T. The search's distribution is assumed.
 class KnownEphemerides {
  public:
-  /// Knows all ephemerides.
-  KnownEphemerides() = default;
   /// @param channels_search whether the receiver's channels search for search_s(); else a satellite is found
   /// so long after it appears
   /// @param draws name of its random streams
@@ -42,10 +40,10 @@ class KnownEphemerides {
 
   /// [s], >= 0.
   [[nodiscard]] double search_s(gnss::SatelliteId id) const {
-    if (restart_->search_s) return *restart_->search_s;
-    if (restart_->kind != disturbance::RestartKind::Cold) return lock_.reacquisition_s;
+    if (restart_.search_s) return *restart_.search_s;
+    if (restart_.kind != disturbance::RestartKind::Cold) return lock_.reacquisition_s;
     const double uniform = RandomStream(seed_, fmt::format("{}/{}/search/{}", draws_, gnss::to_string(id),
-                                                           restart_->at.nanoseconds()))
+                                                           restart_.at.nanoseconds()))
                                .uniform();
     const double cold_s = lock_.cold_acquisition_s;
     if (by_network()) return (0.8 + 0.8 * uniform) * cold_s;
@@ -56,7 +54,6 @@ class KnownEphemerides {
   /// and strong enough
   [[nodiscard]] bool read(gnss::SatelliteId id, const gnss::Signal& signal, bool readable,
                           geodesy::GpsTime now) {
-    if (!restart_) return true;
     Satellite& satellite = satellites_[id];
     if (satellite.unread == 0) return true;
     if (!readable) {
@@ -65,9 +62,9 @@ class KnownEphemerides {
     }
     if (!satellite.since) satellite.since = now + (channels_search_ ? 0 : search_s(id));
     if (now < *satellite.since) return false;
-    if (restart_->ephemeris_s) {
-      if (now - *satellite.since >= *restart_->ephemeris_s) satellite.unread = 0;
-    } else if (restart_->kind == disturbance::RestartKind::Hot || by_network()) {
+    if (restart_.ephemeris_s) {
+      if (now - *satellite.since >= *restart_.ephemeris_s) satellite.unread = 0;
+    } else if (restart_.kind == disturbance::RestartKind::Hot || by_network()) {
       satellite.unread = 0;
     } else {
       satellite.unread &= broadcast::unsent_ephemeris(id, signal, *satellite.since, now);
@@ -85,10 +82,10 @@ class KnownEphemerides {
     return lock_.cold_acquisition_s < kSubframes1To3_s;
   }
 
-  std::optional<disturbance::Restart> restart_;
+  disturbance::Restart restart_;
   tracking::SignalLockOptions lock_;
-  bool channels_search_ = false;
-  std::uint64_t seed_ = 0;
+  bool channels_search_;
+  std::uint64_t seed_;
   std::string draws_;
   std::map<gnss::SatelliteId, Satellite> satellites_;
 };

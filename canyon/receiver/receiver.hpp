@@ -46,7 +46,7 @@ struct SignalObservation {
   /// Empty where the signal is not tracked or the satellite is below the elevation mask.
   std::optional<positioning::Measurement> measurement;
   double noise_m = 0;  ///< OU value and code loop noise in the pseudorange; 0 without measurement
-  /// Of the code loop's noise: its errors tau apart correlate by e^(-rate tau); 0 without it.
+  /// Rate of the code loop's noise: its errors tau apart correlate by e^(-rate tau); 0 without it.
   double code_rate_per_s = 0;
   /// Excess + noise + orbit_error_m + atmosphere left uncorrected (in the signal less what the fix takes off;
   /// negative where it corrects what is not there); 0 without measurement.

@@ -1,0 +1,79 @@
+#include "canyon/receiver/position_solver.hpp"
+
+#include <cmath>
+#include <utility>
+
+namespace canyon::receiver {
+
+using Klobuchars = std::map<gnss::System, gnss::Klobuchar>;
+
+PositionSolver::PositionSolver(const ReceiverOptions& options, const OwnModels& models)
+    : options_(options), models_(models), fix_(options.fix), corrections_(options.corrections) {
+  if (models.sigma_m) fix_.weights.weighting = positioning::Weighting::Sigma;
+  restart();
+}
+
+void PositionSolver::restart() {
+  corrections_ = CodeCorrections(options_.corrections);
+  if (options_.filter.enabled && !models_.solve) filter_.emplace(options_.filter, fix_);
+  if (options_.rtk.enabled) rtk_.emplace(options_.rtk, fix_, options_.corrections.max_age_s);
+}
+
+void PositionSolver::take(const EpochContext& context, const orbit::Sky& sky) {
+  if (context.corrections == nullptr) return;
+  if (!context.corrections->moving) {
+    const double apart_m = (context.corrections->station_ecef - context.antenna.position_ecef).norm();
+    corrections_.take(
+        *context.corrections, sky, fix_, context.klobuchar, options_.shared_error_m(),
+        apart_m * std::hypot(options_.rtk.ionosphere_gradient, options_.rtk.troposphere_gradient));
+  }
+  if (rtk_) rtk_->take(*context.corrections, sky);
+}
+
+const CodeCorrections* PositionSolver::corrections(geodesy::GpsTime receiver_time) const {
+  return corrections_.age_s(receiver_time) ? &corrections_ : nullptr;
+}
+
+/// The position of an epoch's measurements alone.
+positioning::Fix PositionSolver::solve_alone(geodesy::GpsTime receiver_time,
+                                             const std::vector<positioning::Measurement>& measurements,
+                                             const orbit::Sky& sky, const Klobuchars& klobuchar) const {
+  if (models_.solve) return models_.solve(receiver_time, measurements, sky, fix_, klobuchar);
+  return solve_fix(receiver_time, measurements, sky, fix_, klobuchar);
+}
+
+positioning::Fix PositionSolver::solve(geodesy::GpsTime receiver_time, const Solvable& measured,
+                                       const orbit::Sky& sky, const Klobuchars& klobuchar) {
+  positioning::Fix fix;
+  if (!measured.corrected.empty()) fix = solve_alone(receiver_time, measured.corrected, sky, klobuchar);
+  const bool differential = fix.solved();
+  if (differential) {
+    fix.solution = positioning::FixKind::Differential;
+    fix.correction_age_s = corrections_.age_s(receiver_time);
+    fix.correction_station = corrections_.station();
+  } else {
+    fix = solve_alone(receiver_time, measured.codes, sky, klobuchar);
+  }
+  const positioning::Fix of_epoch = fix;
+  if (filter_) {
+    fix = filter_->update(receiver_time, differential ? measured.corrected : measured.codes, sky, fix,
+                          klobuchar);
+  }
+  if (!rtk_) return fix;
+  // The filter of phases begins from the best place; the epoch's own velocity is news to it.
+  positioning::Fix begin = fix;
+  begin.velocity_enu_mps = of_epoch.velocity_enu_mps;
+  begin.velocity_covariance_enu = of_epoch.velocity_covariance_enu;
+  auto relative = rtk_->update(receiver_time, measured.of_signals, sky, begin);
+  if (!relative) return fix;
+  // Among echoes a float position may be worse than that of codes. Twice the deviation is allowed, so that
+  // the two do not take turns.
+  constexpr double kWorse = 4;
+  const bool better = relative->kind() == positioning::FixKind::Fixed || !fix.measured() ||
+                      relative->covariance_enu.trace() < kWorse * fix.covariance_enu.trace();
+  if (!relative->baseline->moving_base && better) return *relative;
+  fix.baseline = std::move(relative->baseline);
+  return fix;
+}
+
+}  // namespace canyon::receiver
