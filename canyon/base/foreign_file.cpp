@@ -49,6 +49,11 @@ bool is_almanac(std::string_view head) {
   return head.starts_with("********") && contains(head, "almanac for PRN");
 }
 
+/// A glider's flight: the maker's record, then the headers.
+bool is_flight(std::string_view head) {
+  return head.starts_with('A') && contains(head, "\nHF");
+}
+
 bool is_sigmf(std::string_view head) {
   return trim(head).starts_with('{') && contains(head, "\"core:datatype\"");
 }
@@ -196,6 +201,7 @@ constexpr ForeignRow kForeignRows[] = {
      {},
      0,
      is_takeout},
+    {{"a flight log (IGC)", kToGpx}, {}, 0, is_flight},
 };
 
 /// Endings of files whose bytes have no mark.
@@ -225,9 +231,7 @@ const ForeignFile* foreign_file(std::string_view head) {
                         : head.size() > row.at && head.substr(row.at, row.mark.size()) == row.mark;
     if (is) return &row.file;
   }
-  // A glider's flight: the maker's record, then the headers.
-  static constexpr ForeignFile kFlight{"a flight log (IGC)", kToGpx};
-  return head.starts_with('A') && contains(head, "\nHF") ? &kFlight : nullptr;
+  return nullptr;
 }
 
 const ForeignFile* foreign_ending(std::string_view ending) {

@@ -10,7 +10,7 @@
 
 namespace canyon::buildings {
 
-/// What a way of MapData::passages is.
+/// The kind of a way of MapData::passages.
 enum class PassageKind : std::uint8_t { Tunnel, Covered, Bridge };
 [[nodiscard]] PassageKind passage_kind(const std::map<std::string, std::string>& tags);
 

@@ -47,7 +47,7 @@ struct City {
   std::vector<std::string> notes;  ///< what the import dropped, guessed or repaired, one line each
   /// Ellipsoidal height of mean sea level in the city [m]; 0 where nothing is known of it.
   double geoid_undulation_m = 0;
-  /// Of what its facades draw beside materials (propagation::Propagator).
+  /// The seed of what its facades draw beside materials (propagation::Propagator).
   std::uint64_t seed = 0;
 
   [[nodiscard]] Box bounds() const;

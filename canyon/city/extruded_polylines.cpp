@@ -25,7 +25,7 @@ class Extrusion {
   Extrusion(GEOSContextHandle_t context, std::string name, double height)
       : context_(context), height_(height), node_{std::move(name), {}, {}, {}} {}
 
-  /// What is within an odd number of closed paths, as polygons.
+  /// The area within an odd number of closed paths, as polygons.
   [[nodiscard]] Geometry area(const std::vector<Polyline>& polylines) const {
     std::vector<GEOSGeometry*> lines;
     lines.reserve(polylines.size());

@@ -375,7 +375,7 @@ TEST_F(GazeboImport, PosesRelativeToOtherFrames) {
              shape + "</link></model>")
           .x(),
       1005, 1e-9);
-  // Of another model's link, of a joint (which stands at its child), of a collision in another link.
+  // Frames: another model's link, a joint (it stands at its child), a collision in another link.
   EXPECT_NEAR(
       middle(
           "<model name='a'><pose>50 0 0 0 0 0</pose><link name='l'><pose>2 0 0 0 0 0</pose></link></model>"

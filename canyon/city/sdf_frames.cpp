@@ -22,7 +22,7 @@ bool is_frame(std::string_view kind) {
   return kind == "link" || kind == "model" || kind == "frame" || kind == "joint" || kind == "include";
 }
 
-/// What an element's <pose> names; empty for its parent. `frame` is the name of before SDF 1.7.
+/// The frame that an element's <pose> names; empty for its parent. Before SDF 1.7 its attribute is `frame`.
 std::string relative_to(const Element& element) {
   const Element* const pose = element.FirstChildElement("pose");
   if (pose == nullptr) return {};

@@ -31,10 +31,7 @@ class UrbanNavTruth final : public Encoder {
   std::string encode(const simulation::Epoch& epoch) override {
     const simulation::Pose& truth = epoch.truth;
     if (!std::isfinite(truth.position.height_m)) return {};
-    const Eigen::Vector3d ahead(std::cos(truth.yaw_rad) * std::cos(truth.pitch_rad),
-                                std::sin(truth.yaw_rad) * std::cos(truth.pitch_rad),
-                                std::sin(truth.pitch_rad));
-    const Eigen::Vector3d up = truth.up_enu(), right = ahead.cross(up);
+    const Eigen::Vector3d ahead = truth.forward_enu(), up = truth.up_enu(), right = ahead.cross(up);
     const auto body = [&](const Eigen::Vector3d& enu) {
       return fmt::format(" {:>7} {:>7} {:>7}", fixed(enu.dot(right), 3), fixed(enu.dot(ahead), 3),
                          fixed(enu.dot(up), 3));

@@ -109,10 +109,10 @@ enum class FusionPhase : std::uint8_t {
 /// "initialising", "calibrating", "navigating".
 [[nodiscard]] std::string_view name(FusionPhase phase);
 
-/// What a receiver with the vehicle's sensors knows beside its position (DeadReckoning).
+/// The state, beside the position, of a receiver with the vehicle's sensors (DeadReckoning).
 struct Fusion {
   FusionPhase phase = FusionPhase::Initialising;
-  /// Of the vehicle: heading from north clockwise, [0, 2 pi), nose up, left side up. Nothing while
+  /// The vehicle's heading from north clockwise, [0, 2 pi), nose up, left side up. Nothing while
   /// initialising.
   double heading_rad = 0, pitch_rad = 0, roll_rad = 0;
   double heading_sigma_rad = 0;  ///< standard deviation
@@ -135,7 +135,7 @@ struct [[nodiscard]] Fix {
   /// Solution by carrier phases, where the receiver has corrections. A moving base gives no position: the fix
   /// then is Single or Differential beside it.
   std::optional<Baseline> baseline;
-  /// Of a receiver with the vehicle's sensors.
+  /// Only a receiver with the vehicle's sensors has it.
   std::optional<Fusion> fusion;
   /// NaN unless solved.
   Eigen::Vector3d position_ecef = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());

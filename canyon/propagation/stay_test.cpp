@@ -1,4 +1,4 @@
-// What is kept about an antenna that hardly moves leaves paths as they are: an antenna that goes on in small
+// The memory about an antenna that hardly moves leaves paths as they are: an antenna that goes on in small
 // steps has the paths, to the last bit, of one that a thread of its own traces.
 
 #include <gtest/gtest.h>

@@ -90,7 +90,7 @@ class CorrectionsDecoder {
   struct LockTime {
     double least_ms = 0, end_ms = 0;
   };
-  /// Of indicators of MSM4 and MSM5, or MSM6 and MSM7 (extended), and of 1001 to 1012.
+  /// Times of indicators of MSM4 and MSM5, or MSM6 and MSM7 (extended), and of 1001 to 1012.
   [[nodiscard]] static LockTime msm_lock(int indicator, bool extended);
   [[nodiscard]] static LockTime legacy_lock(int indicator);
   /// A cell: one satellite's signal.

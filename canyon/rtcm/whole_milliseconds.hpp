@@ -31,7 +31,7 @@ struct PartialRange {
   double predicted_m = 0;  ///< by a RangeTable
 };
 
-/// What is to be added to each range [m]: whole units. All satellites of an epoch have the receiver's clock
+/// The whole units to add to each range [m]. All satellites of an epoch have the receiver's clock
 /// in common, which is taken as within half a millisecond. Empty for a satellite that contradicts the clock
 /// of most by more than a twentieth of a millisecond (15 km), and for all where fewer than four, or less
 /// than two thirds of them, agree on it: place or ephemerides are wrong then.

@@ -66,7 +66,7 @@ std::vector<Cell> some_cells(double clock_m) {
   return cells;
 }
 
-/// Of the ranges of some_cells(0), off by less than 1 km.
+/// Guesses of the ranges of some_cells(0), off by less than 1 km.
 RangeTable some_table(double off_m = 700) {
   return [off_m](gnss::SatelliteId id, GpsTime, const Eigen::Vector3d&) -> std::optional<double> {
     for (const Cell& cell : some_cells(0))

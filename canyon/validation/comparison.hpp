@@ -211,7 +211,7 @@ struct SeededReceiver {
                                               const Registration& registration,
                                               const CompareOptions& options = {});
 
-/// What stands above this elevation and clear for so long in all is tracked at some time, if the receiver
+/// A satellite above this elevation and clear for so long in all is tracked at some time, if the receiver
 /// can.
 inline constexpr double kTrackableElevation_rad = 0.26179938779914943;  // 15 deg
 inline constexpr double kTrackable_s = 120;

@@ -19,8 +19,8 @@ namespace canyon::validation {
 /// back as the same.
 class KeptDraws {
  public:
-  /// What an ensemble depends on: the rows' names, parts, unknowns and figures by the settings as they are,
-  /// which change with the scenario, the recording and the program, and its count and seed.
+  /// A key of all that an ensemble depends on: the rows' names, parts, unknowns and figures by the settings
+  /// as they are, which change with the scenario, the recording and the program, and its count and seed.
   [[nodiscard]] static std::string identity(const std::vector<EnsembleRow>& rows, std::size_t count,
                                             std::uint64_t seed);
 

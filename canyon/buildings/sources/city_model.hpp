@@ -31,7 +31,7 @@ struct CityReadOptions {
   return height_m >= -500 && height_m <= 10'000;
 }
 
-/// What CityModel::leave_out() counts them as.
+/// The names under which CityModel::leave_out() counts them.
 inline constexpr const char* kElsewhere = "rings outside the area of their reference system";
 
 /// One object of a city model as its file has it, in WGS 84.

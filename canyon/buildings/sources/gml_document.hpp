@@ -23,7 +23,7 @@ struct GmlElement {
   std::shared_ptr<const std::string> system;  ///< srsName that holds here; null where none does
   int line = 0;                               ///< of its end
   std::vector<Eigen::Vector3d> positions;     ///< of a Point or a curve
-  /// Of a polygon: the exterior first. One with a coordinate that is not a number is empty.
+  /// The rings of a polygon, the exterior first. A ring with a coordinate that is not a number is empty.
   std::vector<std::vector<Eigen::Vector3d>> rings;
   std::vector<GmlElement> children;
 

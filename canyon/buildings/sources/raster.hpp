@@ -10,7 +10,7 @@
 
 namespace canyon::buildings {
 
-/// What a height raster holds, from at most 256 x 256 of its posts.
+/// The heights of a raster, from at most 256 x 256 of its posts.
 struct RasterSummary {
   int columns = 0, rows = 0;
   double spacing_m = 0;          ///< between neighbouring posts, the smaller of the two

@@ -29,7 +29,7 @@ struct SteadySatellite {
   double carrier_hz = 0, wavelength_m = 0;
   std::shared_ptr<const tracking::LaneCodeLock> code;
   double peak_power = 1;  ///< of the prompt correlator on a path of power 1
-  /// Of the code; empty: the receiver's loops have no noise.
+  /// Noise of the code; empty: the receiver's loops have no noise.
   std::optional<tracking::CodeLoopNoise> noise;
   double sigma_factor = 1;            ///< RangingOptions::sigma_factor
   std::vector<double> clear_cn0_hz;   ///< [lane] in a clear line of sight

@@ -49,7 +49,7 @@ class DeviceEpochs {
   [[nodiscard]] const canyon::rtcm::DecoderStatus& corrections_status() const { return decoder_.status(); }
 
   [[nodiscard]] const std::map<gnss::SatelliteId, int>& glonass_channels() const { return channels_; }
-  /// Of the run, or of the latest restart.
+  /// The start of the run, or of the latest restart.
   [[nodiscard]] geodesy::GpsTime start() const { return start_; }
 
  private:

@@ -106,7 +106,7 @@ struct DeadReckoning::State {
     return fix_speed_mps;
   }
 
-  /// What the vehicle itself says, some times a second.
+  /// The constraints of the vehicle, some times a second.
   void constrain(const WheelReading* wheels, GpsTime now) {
     if (wheels != nullptr) standstill.add(*wheels);
     const bool standing = standstill.standing(known_speed());
@@ -186,7 +186,7 @@ struct DeadReckoning::State {
     const double ages = since_s / options.error_time_s + followed.moved_m / distance_m;
     const double distance2 = estimate->distance2(z) / M;
     wonder(distance2, z.value.squaredNorm(), since_s, followed);
-    // What is less likely counts less.
+    // A less likely reading counts less.
     z.noise *= lasting(ages) * std::max(1.0, distance2);
     estimate->take(z);
     followed = {time, std::nullopt, 0, followed.surprise};
@@ -242,8 +242,8 @@ struct DeadReckoning::State {
     return level || height || moving;
   }
 
-  /// What errors from space leave in the position, as the satellites stood at its fixes. A few of them that
-  /// stand badly change little.
+  /// The error that errors from space leave in the position, as the satellites stood at its fixes. A few of
+  /// them that stand badly change little.
   void remember(const Fix& fix) {
     if (!fix.dop && !corrected(fix.solution)) return;
     const double sigma_m = corrected(fix.solution) ? 0 : options.space_sigma_m;

@@ -29,7 +29,7 @@ struct Plane {
   [[nodiscard]] double turn(double t) const { return t > 30 ? 0.1 * std::sin(0.2 * (t - 30)) : 0; }
 };
 
-/// What sensors without errors feel on the plane, and where they are.
+/// Readings of sensors without errors on the plane, and their places.
 class Drive {
  public:
   /// @param bias of the gyroscope about the up axis [rad/s]; @param scale of the wheels

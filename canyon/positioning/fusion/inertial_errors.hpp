@@ -25,7 +25,8 @@ inline constexpr int kInertialErrors = 17;
 using ErrorVector = Eigen::Matrix<double, kInertialErrors, 1>;
 using ErrorMatrix = Eigen::Matrix<double, kInertialErrors, kInertialErrors>;
 
-/// What is known of the sensors: measured = true + bias, and true (1 + scale) where there is a scale.
+/// Errors of the sensors as far as they are known: measured = true + bias, and true (1 + scale) where there
+/// is a scale.
 struct SensorErrors {
   Eigen::Vector3d accelerometer_bias = Eigen::Vector3d::Zero();  ///< [m/s^2]
   Eigen::Vector3d gyroscope_bias = Eigen::Vector3d::Zero();      ///< [rad/s]

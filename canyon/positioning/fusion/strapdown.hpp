@@ -17,7 +17,7 @@ struct InertialState {
   [[nodiscard]] Eigen::Matrix3d rotation() const { return ecef_from_body.toRotationMatrix(); }
 };
 
-/// What a sensor without errors feels: means over an interval.
+/// Readings of a sensor without errors: means over an interval.
 struct FeltMotion {
   Eigen::Vector3d specific_force_mps2 = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_rate_radps = Eigen::Vector3d::Zero();  ///< against inertial space

@@ -31,7 +31,7 @@ TEST(Strapdown, SkewIsTheCrossProduct) {
   EXPECT_EQ(skew(a) * b, a.cross(b));
 }
 
-// What a sensor at rest feels keeps it at rest: gravity's reaction and Earth's rotation.
+// The readings of a sensor at rest keep it at rest: gravity's reaction and Earth's rotation.
 TEST(Strapdown, RestStaysRest) {
   InertialState state = level_state();
   const Vector3d begin = state.position_m, gravity = geodesy::normal_gravity(begin);

@@ -9,7 +9,7 @@
 
 namespace canyon::positioning {
 
-/// What a vehicle's build says of its motion: the speed of its wheels (Groves 16.3), no speed across
+/// Constraints on a vehicle's motion by its build: the speed of its wheels (Groves 16.3), no speed across
 /// (15.2.2), none at all at rest (15.3).
 class VehicleConstraints {
  public:

@@ -147,7 +147,7 @@ FacadeLight::Direction FacadeLight::direction(const Vector3d& towards) {
   return result;
 }
 
-/// Of the part of the triangle in the square.
+/// The middle of the part of the triangle in the square.
 Vector3d FacadeLight::middle(std::uint32_t cell) const {
   const std::uint32_t number = cell & ~kSideBit;
   const auto triangle =

@@ -27,8 +27,8 @@ class FacadeLight {
   static constexpr double kCell_m = 3;
   static constexpr std::size_t kMostBytes = std::size_t{8} << 20;
 
-  /// Of the scene's static city; the scene must outlive it. @param cell_m > 0; doubled until all cells have
-  /// numbers of 31 bits
+  /// Covers the scene's static city; the scene must outlive it. @param cell_m > 0; doubled until all cells
+  /// have numbers of 31 bits
   explicit FacadeLight(const raytrace::RayScene& scene, double cell_m = kCell_m);
 
   struct Cell {

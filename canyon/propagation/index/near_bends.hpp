@@ -33,10 +33,8 @@ class NearBends {
     double max_excess_m = -1;
     std::vector<std::uint32_t> edges;
   };
-  void see(const EdgeSet& set, double reach_m, double clearance_m);
+  void see(const EdgeSet& set, double clearance_m);
 
-  std::uint64_t number_ = 0;
-  double reach_m_ = 0;
   Stay stay_;
   NearEdges near_;
   std::vector<Seen> seen_;

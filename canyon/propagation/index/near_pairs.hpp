@@ -37,8 +37,6 @@ class NearPairs {
 
   const FacetSet* set_ = nullptr;
   const BeamIndex* beams_ = nullptr;
-  std::uint64_t number_ = 0;
-  double reach_m_ = 0;
   Stay stay_;
   DirectionBins bins_;
   BeamIndex::Blocks blocks_;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -15,7 +16,7 @@ struct Surroundings {
   [[nodiscard]] double extent_m(const Eigen::Vector3d& along) const {
     return radius_m * along.head<2>().norm() + half_height_m * std::abs(along.z());
   }
-  /// Of a ball about it.
+  /// The radius of a ball about it.
   [[nodiscard]] double reach_m() const { return std::hypot(radius_m, half_height_m); }
   /// Whether a place lies in `share` of it.
   [[nodiscard]] bool hold(const Eigen::Vector3d& from_middle, double share) const {
@@ -33,8 +34,13 @@ class Stay {
 
   enum class Phase { None, Begins, GoesOn };
   /// A stay begins at an antenna that is near the last one, and goes on while antenna and directions hold.
-  Phase at(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions) {
-    // What is looked for about the cylinder costs little more than for a single antenna.
+  /// Another set of facets or edges, or another reach, ends it. @param set its number, not 0
+  Phase at(std::uint64_t set, double reach_m, const Eigen::Vector3d& antenna,
+           std::span<const Eigen::Vector3d> directions) {
+    if (set_ != set || reach_m_ != reach_m) *this = {};
+    set_ = set;
+    reach_m_ = reach_m;
+    // A search about the cylinder costs little more than one about a single antenna.
     const bool again = kAntennas.hold(antenna - last_, 1);
     last_ = antenna;
     if (holds(antenna, directions)) return Phase::GoesOn;
@@ -45,6 +51,7 @@ class Stay {
   }
   [[nodiscard]] const Eigen::Vector3d& centre() const { return centre_; }
   [[nodiscard]] const std::vector<Eigen::Vector3d>& directions() const { return directions_; }
+  [[nodiscard]] double reach_m() const { return reach_m_; }
 
  private:
   [[nodiscard]] bool holds(const Eigen::Vector3d& antenna,
@@ -55,6 +62,8 @@ class Stay {
     return true;
   }
 
+  std::uint64_t set_ = 0;
+  double reach_m_ = 0;
   Eigen::Vector3d centre_ = Eigen::Vector3d::Constant(1e300), last_ = centre_;
   std::vector<Eigen::Vector3d> directions_;
 };

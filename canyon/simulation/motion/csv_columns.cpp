@@ -115,7 +115,7 @@ std::string_view without_message(std::string_view name) {
   return name;
 }
 
-/// What MAVLink says of fields that a name gives no unit: degrees times 1e7, millimetres above sea level.
+/// MAVLink's units of fields that a name gives no unit: degrees times 1e7, millimetres above sea level.
 void set_mavlink_units(Named& named) {
   if (named.kind == Kind::Latitude || named.kind == Kind::Longitude) named.column.scale = 1e-7;
   if (named.kind == Kind::Height) {

@@ -85,6 +85,11 @@ void set_smooth_yaw(Pose& pose, double yaw_rad, double yaw_rate_radps) {
 
 }  // namespace
 
+Eigen::Vector3d Pose::forward_enu() const {
+  const double level = std::cos(pitch_rad);
+  return {std::cos(yaw_rad) * level, std::sin(yaw_rad) * level, std::sin(pitch_rad)};
+}
+
 Eigen::Vector3d Pose::up_enu() const {
   const double forward = -std::cos(roll_rad) * std::sin(pitch_rad), left = -std::sin(roll_rad);
   const double c = std::cos(yaw_rad), s = std::sin(yaw_rad);

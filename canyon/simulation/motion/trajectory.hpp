@@ -26,7 +26,8 @@ struct Pose {
   double roll_rad = 0;  ///< about the forward axis, the left side up; 0 unless the trajectory has an attitude
   double pitch_rad = 0;  ///< nose up; likewise
 
-  /// The vehicle's up in ENU: z turned by roll, pitch and yaw.
+  /// The vehicle's forward and up axes in ENU: x and z turned by roll, pitch and yaw; unit vectors.
+  [[nodiscard]] Eigen::Vector3d forward_enu() const;
   [[nodiscard]] Eigen::Vector3d up_enu() const;
 };
 

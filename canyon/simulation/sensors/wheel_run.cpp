@@ -20,10 +20,7 @@ WheelRun::WheelRun(const inertial::WheelOptions& options, std::uint64_t seed, ge
 
 WheelPair WheelRun::speeds(geodesy::GpsTime t) const {
   const Pose pose = vehicle_(t);
-  const double level = std::cos(pose.pitch_rad);
-  const Eigen::Vector3d forward(std::cos(pose.yaw_rad) * level, std::sin(pose.yaw_rad) * level,
-                                std::sin(pose.pitch_rad));
-  const double middle = forward.dot(pose.velocity_enu_mps);
+  const double middle = pose.forward_enu().dot(pose.velocity_enu_mps);
   const double turn = pose.yaw_rate_radps * options_.track_m / 2;
   return {middle - turn, middle + turn};
 }
