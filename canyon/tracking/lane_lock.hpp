@@ -11,17 +11,20 @@
 namespace canyon::tracking {
 
 /// CodeTracker::lock() without a prior for many receivers at once ("lanes"), which receive the same paths
-/// with phases and strengths of their own: the same ZeroSearch, eight at a time in single precision, from a
-/// table of the correlation. Delays agree within 1 cm (of a chip of 293 m), prompt powers within 1e-4 of
-/// themselves. Where a lane finds nothing that way, and for other discriminators than early minus late power,
-/// CodeTracker::lock() itself answers. Const, thread-safe.
+/// with phases and strengths of their own: the same ZeroSearch, eight at a time in single precision (a last
+/// one alone), from a table of the correlation. Delays agree within 1 cm (of a chip of 293 m), prompt powers
+/// within 1e-4 of themselves. Where a lane finds nothing that way, and for other discriminators than early
+/// minus late power, CodeTracker::lock() itself answers. Const, thread-safe.
 class LaneCodeLock {
  public:
   static constexpr std::size_t kWidth = 8;
+  /// Lanes up to the next multiple of kWidth.
+  static constexpr std::size_t padded(std::size_t lanes) { return (lanes + kWidth - 1) / kWidth * kWidth; }
 
   /// Paths after integration and loop filter: see average().
   struct Paths {
-    std::size_t lanes = 0;           ///< a multiple of kWidth
+    std::size_t lanes = 0;
+    std::size_t stride = 0;          ///< of a path in the lists of lanes: padded(lanes)
     std::vector<float> delay_chips;  ///< [path]
     std::vector<float> re, im;       ///< [path][lane], adds up with its phase
     std::vector<float> incoherent;   ///< [path][lane], power that adds up without
@@ -43,9 +46,10 @@ class LaneCodeLock {
   void lock(const Paths& paths, std::span<float> delay_m, std::span<float> prompt_power) const;
 
  private:
-  using Lanes = std::array<float, kWidth>;
   /// Delay [chips] and prompt power of each lane from `first` on; power -1 where a lane found nothing.
-  void lock_group(const Paths& paths, std::size_t first, Lanes& delay, Lanes& power) const;
+  template <std::size_t Width>
+  void lock_group(const Paths& paths, std::size_t first, std::array<float, Width>& delay,
+                  std::array<float, Width>& power) const;
   void lock_alone(const Paths& paths, std::size_t lane, float& delay_m, float& prompt_power) const;
 
   std::shared_ptr<const CodeTracker> tracker_;

@@ -215,7 +215,7 @@ void SteadyCell::follow_strongest() {
 void SteadyCell::fill_lanes(const SteadySatellite& s) {
   const auto lanes = static_cast<std::size_t>(sky_.lanes());
   const double chip_m = s.code->tracker().correlation().chip_m();
-  lanes_.clear(sky_.padded());
+  lanes_.clear(lanes);
   const tracking::DllOptions& dll = options_.signal.dll;
   const double coherence_m = tracking::kCoherenceWavelengths * s.wavelength_m;
   for (const CellPath& p : paths_) {

@@ -81,7 +81,14 @@ struct Blocks {
     }
     sort_unique(known);
   }
+  /// Frees the nodes of rows of blocks [first, last).
+  void forget(std::size_t first, std::size_t last) {
+    for (std::size_t block = first * across; block < last * across; ++block) nodes[block] = PathNode();
+  }
 };
+
+/// Rows of blocks whose nodes are kept at a time, so that a tile's memory is a part of its nodes'.
+constexpr std::size_t kBandRows = 32;
 
 }  // namespace
 
@@ -130,16 +137,14 @@ bool SteadyReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::
   Blocks blocks(cells, path_nodes_m_);
   const std::size_t none = cells.tile.cells();
   const bool only_nodes = blocks.size == 1;
-  if (!only_nodes) {
-    spread(blocks.down, [&](std::size_t row) {
-      SteadyCell tracer = task();
-      for (std::size_t block = row * blocks.across; block < (row + 1) * blocks.across; ++block) {
-        const std::size_t at = blocks.middle(cells, block);
-        if (at != none) blocks.nodes[block] = tracer.trace(cells.place(at));
-      }
-    });
-  }
-  spread(blocks.down, [&](std::size_t row) {
+  const auto trace_row = [&](std::size_t row) {
+    SteadyCell tracer = task();
+    for (std::size_t block = row * blocks.across; block < (row + 1) * blocks.across; ++block) {
+      const std::size_t at = blocks.middle(cells, block);
+      if (at != none) blocks.nodes[block] = tracer.trace(cells.place(at));
+    }
+  };
+  const auto solve_row = [&](std::size_t row) {
     SteadyCell solver = task();
     std::vector<KnownEdge> known;
     for (std::size_t block = row * blocks.across; block < (row + 1) * blocks.across; ++block) {
@@ -162,7 +167,19 @@ bool SteadyReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::
         });
       }
     }
-  });
+  };
+  // Cells need the nodes of the rows before and behind their own.
+  std::size_t traced = 0;
+  for (std::size_t first = 0; first < blocks.down; first += kBandRows) {
+    const std::size_t last = std::min(first + kBandRows, blocks.down);
+    if (!only_nodes) {
+      const std::size_t behind = std::min(last + 1, blocks.down);
+      spread(behind - traced, [&](std::size_t row) { trace_row(traced + row); });
+      traced = behind;
+    }
+    spread(last - first, [&](std::size_t row) { solve_row(first + row); });
+    blocks.forget(first > 0 ? first - 1 : 0, last - 1);
+  }
   if (!moving) return true;
   moving->filter();
   for (std::size_t i = 0; i < none; ++i) {
