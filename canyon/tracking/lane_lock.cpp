@@ -12,10 +12,12 @@ namespace {
 
 template <std::size_t Width>
 using Lanes = std::array<float, Width>;
+using Eight = Lanes<LaneCodeLock::kWidth>;
+using One = Lanes<1>;
 
 /// Linear between steps: with 4 curvature / 8 steps^2 below 4e-6 for a front end of four chip rates.
 constexpr float kStepsPerChip = 512;
-constexpr float kReach = 4;  // chips; beyond it R is as at its end
+constexpr int kSteps = 4 * 512;  // chips; beyond it R is as at its end
 
 /// The paths of neighbouring lanes, and the correlation of their signal.
 struct Group {
@@ -25,41 +27,66 @@ struct Group {
   const float* delay;
   const float *re, *im, *incoherent;  ///< of the first lane; a path's lanes are `stride` further
   std::size_t stride;
-
-  [[gnu::always_inline]] float correlation(float lag) const {
-    const float x = std::min(std::fabs(lag) * kStepsPerChip, kReach * kStepsPerChip);
-    const int j = static_cast<int>(x);
-    return table[j] + (x - static_cast<float>(j)) * (table[j + 1] - table[j]);
-  }
 };
 
-/// Correlators of the lanes' replicas, summed over all paths.
+/// R at a lag [chips].
+[[gnu::always_inline]] inline float correlation(const float* table, float lag) {
+  const float steps = std::min(std::fabs(lag) * kStepsPerChip, static_cast<float>(kSteps));
+  const int step = static_cast<int>(steps);
+  return table[step] + (steps - static_cast<float>(step)) * (table[step + 1] - table[step]);
+}
+
+/// R at some lags [chips]. Loops of their own for steps and look-ups: compilers vectorize the first one.
 template <std::size_t Width>
-struct Sums {
-  Lanes<Width> early_re{}, early_im{}, late_re{}, late_im{}, early{}, late{};
-};
+[[gnu::always_inline]] inline void correlations(const float* table, const Lanes<Width>& lag,
+                                                Lanes<Width>& value) {
+  std::array<int, Width> step;
+  Lanes<Width> rest, low, high;
+  for (std::size_t i = 0; i < Width; ++i) {
+    const float steps = std::fabs(lag[i]) * kStepsPerChip;
+    step[i] = std::min(static_cast<int>(steps), kSteps);  // the table is level behind it
+    rest[i] = steps - static_cast<float>(step[i]);
+  }
+  for (std::size_t i = 0; i < Width; ++i) {
+    low[i] = table[step[i]];
+    high[i] = table[step[i] + 1];
+  }
+  for (std::size_t i = 0; i < Width; ++i) value[i] = low[i] + rest[i] * (high[i] - low[i]);
+}
 
+/// The discriminator early minus late power of the lanes' replicas, and the power of its correlators.
 template <std::size_t Width>
 [[gnu::always_inline]] inline void sum_correlators(const Group& group, const Lanes<Width>& tau,
-                                                   Sums<Width>& result) {
+                                                   Lanes<Width>& d, Lanes<Width>& total) {
   const Group g = group;
-  Sums<Width> sums;
+  Lanes<Width> early_re{}, early_im{}, late_re{}, late_im{}, early_power{}, late_power{};
   for (std::size_t p = 0; p < g.paths; ++p) {
     const float* a = g.re + p * g.stride;
     const float* b = g.im + p * g.stride;
     const float* c = g.incoherent + p * g.stride;
+    Lanes<Width> early, late, u, v;
     for (std::size_t i = 0; i < Width; ++i) {
       const float lag = tau[i] - g.delay[p];
-      const float u = g.correlation(lag - g.half), v = g.correlation(lag + g.half);
-      sums.early_re[i] += a[i] * u;
-      sums.early_im[i] += b[i] * u;
-      sums.late_re[i] += a[i] * v;
-      sums.late_im[i] += b[i] * v;
-      sums.early[i] += c[i] * u * u;
-      sums.late[i] += c[i] * v * v;
+      early[i] = lag - g.half;
+      late[i] = lag + g.half;
+    }
+    correlations(g.table, early, u);
+    correlations(g.table, late, v);
+    for (std::size_t i = 0; i < Width; ++i) {
+      early_re[i] += a[i] * u[i];
+      early_im[i] += b[i] * u[i];
+      late_re[i] += a[i] * v[i];
+      late_im[i] += b[i] * v[i];
+      early_power[i] += c[i] * u[i] * u[i];
+      late_power[i] += c[i] * v[i] * v[i];
     }
   }
-  result = sums;
+  for (std::size_t i = 0; i < Width; ++i) {
+    const float early = early_re[i] * early_re[i] + early_im[i] * early_im[i] + early_power[i];
+    const float late = late_re[i] * late_re[i] + late_im[i] * late_im[i] + late_power[i];
+    total[i] = early + late;
+    d[i] = early - late;
+  }
 }
 
 /// Power of prompt correlators.
@@ -69,40 +96,62 @@ template <std::size_t Width>
   const Group g = group;
   Lanes<Width> r{}, i{}, c{};
   for (std::size_t p = 0; p < g.paths; ++p) {
+    Lanes<Width> lag, u;
+    for (std::size_t k = 0; k < Width; ++k) lag[k] = tau[k] - g.delay[p];
+    correlations(g.table, lag, u);
     for (std::size_t k = 0; k < Width; ++k) {
-      const float u = g.correlation(tau[k] - g.delay[p]);
-      r[k] += g.re[p * g.stride + k] * u;
-      i[k] += g.im[p * g.stride + k] * u;
-      c[k] += g.incoherent[p * g.stride + k] * u * u;
+      r[k] += g.re[p * g.stride + k] * u[k];
+      i[k] += g.im[p * g.stride + k] * u[k];
+      c[k] += g.incoherent[p * g.stride + k] * u[k] * u[k];
     }
   }
   for (std::size_t k = 0; k < Width; ++k) power[k] = r[k] * r[k] + i[k] * i[k] + c[k];
 }
 
-/// The same where all lanes' replicas stand at one delay: R is looked up once for each path.
+/// The delay, of a path, at which the prompt correlator is strongest; the earlier one of two that are alike.
+/// @param strongest power of the strongest path [lane]; 0: nothing arrives, and `tau` is 0
 template <std::size_t Width>
-[[gnu::always_inline]] inline void sum_prompts_at(const Group& group, float tau, Lanes<Width>& power) {
+[[gnu::always_inline]] inline void find_peaks(const Group& group, Lanes<Width>& strongest,
+                                              Lanes<Width>& tau) {
   const Group g = group;
-  Lanes<Width> r{}, i{}, c{};
-  for (std::size_t p = 0; p < g.paths; ++p) {
-    const float u = g.correlation(tau - g.delay[p]);
+  Lanes<Width> most{}, at{}, peak;
+  peak.fill(-1);
+  for (std::size_t q = 0; q < g.paths; ++q) {
+    Lanes<Width> r{}, i{}, c{};
+    for (std::size_t p = 0; p < g.paths; ++p) {
+      // R is looked up once for all lanes.
+      const float u = correlation(g.table, g.delay[q] - g.delay[p]), u_squared = u * u;
+      for (std::size_t k = 0; k < Width; ++k) {
+        r[k] += g.re[p * g.stride + k] * u;
+        i[k] += g.im[p * g.stride + k] * u;
+        c[k] += g.incoherent[p * g.stride + k] * u_squared;
+      }
+    }
+    const float* re = g.re + q * g.stride;
+    const float* im = g.im + q * g.stride;
+    const float* incoherent = g.incoherent + q * g.stride;
+    const float delay = g.delay[q];
     for (std::size_t k = 0; k < Width; ++k) {
-      r[k] += g.re[p * g.stride + k] * u;
-      i[k] += g.im[p * g.stride + k] * u;
-      c[k] += g.incoherent[p * g.stride + k] * (u * u);
+      const float power = r[k] * r[k] + i[k] * i[k] + c[k];
+      const float own = re[k] * re[k] + im[k] * im[k] + incoherent[k];
+      most[k] = own > most[k] ? own : most[k];
+      const int stronger = power > peak[k] * (1 + 1e-6F);
+      const int alike = (power >= peak[k] * (1 - 1e-6F)) & (delay < at[k]) & (peak[k] >= 0);
+      const int taken = (own > 0) & (stronger | alike);
+      peak[k] = taken != 0 ? power : peak[k];
+      at[k] = taken != 0 ? delay : at[k];
     }
   }
-  for (std::size_t k = 0; k < Width; ++k) power[k] = r[k] * r[k] + i[k] * i[k] + c[k];
+  strongest = most;
+  tau = at;
 }
 
 // Eight lanes side by side, and one alone.
-using Eight = Lanes<LaneCodeLock::kWidth>;
-using One = Lanes<1>;
-CANYON_CLONES void correlate(const Group& g, const Eight& tau, Sums<LaneCodeLock::kWidth>& sums) {
-  sum_correlators(g, tau, sums);
+CANYON_CLONES void correlate(const Group& g, const Eight& tau, Eight& d, Eight& total) {
+  sum_correlators(g, tau, d, total);
 }
-void correlate(const Group& g, const One& tau, Sums<1>& sums) {
-  sum_correlators(g, tau, sums);
+void correlate(const Group& g, const One& tau, One& d, One& total) {
+  sum_correlators(g, tau, d, total);
 }
 CANYON_CLONES void prompt(const Group& g, const Eight& tau, Eight& power) {
   sum_prompts(g, tau, power);
@@ -110,11 +159,11 @@ CANYON_CLONES void prompt(const Group& g, const Eight& tau, Eight& power) {
 void prompt(const Group& g, const One& tau, One& power) {
   sum_prompts(g, tau, power);
 }
-CANYON_CLONES void prompt_at(const Group& g, float tau, Eight& power) {
-  sum_prompts_at(g, tau, power);
+CANYON_CLONES void strongest_prompt(const Group& g, Eight& strongest, Eight& tau) {
+  find_peaks(g, strongest, tau);
 }
-void prompt_at(const Group& g, float tau, One& power) {
-  sum_prompts_at(g, tau, power);
+void strongest_prompt(const Group& g, One& strongest, One& tau) {
+  find_peaks(g, strongest, tau);
 }
 
 }  // namespace
@@ -139,9 +188,8 @@ std::size_t LaneCodeLock::Paths::add(double at_chips) {
 
 LaneCodeLock::LaneCodeLock(std::shared_ptr<const CodeTracker> tracker) : tracker_(std::move(tracker)) {
   const Correlation& r = tracker_->correlation();
-  const auto steps = static_cast<std::size_t>(kReach * kStepsPerChip);
-  for (std::size_t i = 0; i <= steps + 1; ++i) {
-    table_.push_back(static_cast<float>(r.value(static_cast<double>(std::min(i, steps)) / kStepsPerChip)));
+  for (int i = 0; i <= kSteps + 1; ++i) {
+    table_.push_back(static_cast<float>(r.value(static_cast<double>(std::min(i, kSteps)) / kStepsPerChip)));
   }
   const DllOptions& loop = tracker_->options();
   half_spacing_ = static_cast<float>(loop.spacing_chips / 2);
@@ -154,45 +202,22 @@ template <std::size_t Width>
 void LaneCodeLock::lock_group(const Paths& paths, std::size_t first, std::array<float, Width>& delay,
                               std::array<float, Width>& power) const {
   using Search = ZeroSearch<float>;
-  const std::size_t count = paths.size(), stride = paths.stride;
-  const float* re = paths.re.data() + first;
-  const float* im = paths.im.data() + first;
-  const float* incoherent = paths.incoherent.data() + first;
-  const float* delays = paths.delay_chips.data();
-  const Group group{table_.data(), half_spacing_, count, delays, re, im, incoherent, stride};
-
-  // Where the prompt correlator is strongest.
-  Lanes<Width> strongest{}, peak_power, tau{};
-  float earliest = delays[0], latest = delays[0];
-  peak_power.fill(-1);
-  for (std::size_t p = 0; p < count; ++p) {
-    earliest = std::min(earliest, delays[p]);
-    latest = std::max(latest, delays[p]);
-    Lanes<Width> at_path;
-    prompt_at(group, delays[p], at_path);
-    for (std::size_t i = 0; i < Width; ++i) {
-      const std::size_t k = p * stride + i;
-      const float own = re[k] * re[k] + im[k] * im[k] + incoherent[k];
-      strongest[i] = std::max(strongest[i], own);
-      if (!(own > 0)) continue;
-      if (at_path[i] > peak_power[i] * (1 + 1e-6F) ||
-          (at_path[i] >= peak_power[i] * (1 - 1e-6F) && delays[p] < tau[i] && peak_power[i] >= 0)) {
-        peak_power[i] = at_path[i];
-        tau[i] = delays[p];
-      }
-    }
-  }
-
-  Lanes<Width> d, total;  // discriminator, power of its correlators
+  const std::vector<float>& delays = paths.delay_chips;
+  const Group group{table_.data(),
+                    half_spacing_,
+                    delays.size(),
+                    delays.data(),
+                    paths.re.data() + first,
+                    paths.im.data() + first,
+                    paths.incoherent.data() + first,
+                    paths.stride};
+  const auto [earliest, latest] = std::minmax_element(delays.begin(), delays.end());
+  Lanes<Width> strongest, tau, d, total;  // d, total: discriminator, power of its correlators
+  strongest_prompt(group, strongest, tau);
   const auto pull = [&] {
-    Sums<Width> s;
-    correlate(group, tau, s);
-    for (std::size_t i = 0; i < Width; ++i) {
-      const float early = s.early_re[i] * s.early_re[i] + s.early_im[i] * s.early_im[i] + s.early[i];
-      const float late = s.late_re[i] * s.late_re[i] + s.late_im[i] * s.late_im[i] + s.late[i];
-      total[i] = early + late;
-      d[i] = std::abs(early - late) <= Search::kSilent * total[i] ? 0 : early - late;
-    }
+    correlate(group, tau, d, total);
+    for (std::size_t i = 0; i < Width; ++i)
+      if (std::abs(d[i]) <= Search::kSilent * total[i]) d[i] = 0;
   };
   std::array<Search, Width> searches;
   pull();
@@ -209,7 +234,7 @@ void LaneCodeLock::lock_group(const Paths& paths, std::size_t first, std::array<
     for (std::size_t i = 0; i < Width; ++i) {
       Search& search = searches[i];
       if (!search.looking()) continue;
-      if (search.at < earliest - 1 || search.at > latest + 1) {
+      if (search.at < *earliest - 1 || search.at > *latest + 1) {
         search.state = Search::State::Lost;
         continue;
       }

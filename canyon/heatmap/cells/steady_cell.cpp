@@ -211,52 +211,57 @@ void SteadyCell::follow_strongest() {
   }
 }
 
+/// A path against one that a channel tracks, as Channel::gather() has it.
+SteadyCell::Against SteadyCell::against(const SteadySatellite& s, const CellPath& path,
+                                        const CellPath& tracked) const {
+  Against result;
+  const double power = std::norm(path.amplitude);
+  const double fading_hz = tracking::fading_rate_hz(path.rate_mps - tracked.rate_mps, s.wavelength_m);
+  if (!path.diffuse) {
+    const tracking::LaneCodeLock::Share share = s.code->average(fading_hz);
+    result.re = static_cast<float>(path.amplitude.real() * share.coherent);
+    result.im = static_cast<float>(path.amplitude.imag() * share.coherent);
+    result.incoherent = static_cast<float>(power * share.incoherent);
+    return result;
+  }
+  const tracking::DllOptions& dll = options_.signal.dll;
+  const double coherence_m = tracking::kCoherenceWavelengths * s.wavelength_m;
+  const std::complex<double> rate(path.excess_m * s.turning_radps / coherence_m,
+                                  -2 * geodesy::kPi * fading_hz);
+  const tracking::BundleShare bundle = tracking::bundle_share(rate, dll.loop_bandwidth_hz, dll.integration_s);
+  const std::complex<double> unit = path.amplitude / std::sqrt(power) * std::sqrt(bundle.coherent);
+  result.re = static_cast<float>(unit.real());
+  result.im = static_cast<float>(unit.imag());
+  // The share contains the integration's loss once.
+  result.coherent = static_cast<float>(bundle.coherent);
+  result.incoherent = 1 - result.coherent;
+  result.mean = static_cast<float>(power * bundle.integrated);
+  return result;
+}
+
 /// Does the work of Channel::gather() at a receiver's first epoch, for all lanes.
 void SteadyCell::fill_lanes(const SteadySatellite& s) {
   const auto lanes = static_cast<std::size_t>(sky_.lanes());
   const double chip_m = s.code->tracker().correlation().chip_m();
   lanes_.clear(lanes);
-  const tracking::DllOptions& dll = options_.signal.dll;
-  const double coherence_m = tracking::kCoherenceWavelengths * s.wavelength_m;
   for (const CellPath& p : paths_) {
     const std::size_t at = lanes_.add(p.excess_m / chip_m);
-    std::size_t of = paths_.size();  // the tracked path that these are against
-    float c_re = 0, c_im = 0, incoherent = 0, coherent = 0;
-    tracking::BundleShare bundle;
-    const double power = std::norm(p.amplitude);
+    against_.assign(paths_.size(), std::nullopt);
     for (std::size_t i = 0; i < lanes; ++i) {
-      if (tracked_[i] != of) {
-        of = tracked_[i];
-        const double fading_hz = tracking::fading_rate_hz(p.rate_mps - paths_[of].rate_mps, s.wavelength_m);
-        if (p.diffuse) {
-          const std::complex<double> rate(p.excess_m * s.turning_radps / coherence_m,
-                                          -2 * geodesy::kPi * fading_hz);
-          bundle = tracking::bundle_share(rate, dll.loop_bandwidth_hz, dll.integration_s);
-          const std::complex<double> unit = p.amplitude / std::sqrt(power) * std::sqrt(bundle.coherent);
-          c_re = static_cast<float>(unit.real());
-          c_im = static_cast<float>(unit.imag());
-          // The share contains the integration's loss once.
-          coherent = static_cast<float>(bundle.coherent);
-          incoherent = 1 - coherent;
-        } else {
-          const tracking::LaneCodeLock::Share share = s.code->average(fading_hz);
-          c_re = static_cast<float>(p.amplitude.real() * share.coherent);
-          c_im = static_cast<float>(p.amplitude.imag() * share.coherent);
-          incoherent = static_cast<float>(power * share.incoherent);
-        }
-      }
+      std::optional<Against>& known = against_[tracked_[i]];
+      if (!known) known = against(s, p, paths_[tracked_[i]]);
+      const Against& c = *known;
       const float factor = p.factor != nullptr ? p.factor[i] : 1;
-      float re = c_re, im = c_im;
+      float re = c.re, im = c.im;
       if (p.re != nullptr) {
-        re = c_re * p.re[i] - c_im * p.im[i];
-        im = c_re * p.im[i] + c_im * p.re[i];
+        re = c.re * p.re[i] - c.im * p.im[i];
+        im = c.re * p.im[i] + c.im * p.re[i];
       }
-      float size = factor, spread = incoherent * factor * factor;
+      float size = factor, spread = c.incoherent * factor * factor;
       if (p.diffuse) {
-        const auto mean = static_cast<float>(power * bundle.integrated);
-        const float now = mean * factor * factor * (coherent * p.power[i] + (1 - coherent));
+        const float now = c.mean * factor * factor * (c.coherent * p.power[i] + (1 - c.coherent));
         size = std::sqrt(now);
-        spread = now * incoherent;
+        spread = now * c.incoherent;
       }
       lanes_.re[at + i] = re * size;
       lanes_.im[at + i] = im * size;
