@@ -58,7 +58,8 @@ bool is_kml(std::string_view head) {
   return has(head, "<kml") || has(head, ":kml ");
 }
 
-/// A preamble, the six zero bits behind it and the number of a message; other bytes have the first two.
+/// A preamble, the six zero bits behind it, the number of a message, and behind the message another one, a
+/// sentence of NMEA, a message of UBX or the end: other bytes have the first three now and then.
 bool is_rtcm(std::string_view head) {
   if (head.starts_with("\xB5\x62")) return false;
   const auto byte = [head](std::size_t at) { return static_cast<unsigned char>(head[at]); };
@@ -66,7 +67,10 @@ bool is_rtcm(std::string_view head) {
     if (at + 1 >= head.size() || byte(at + 1) > 3) continue;
     if (at + 4 >= head.size()) return true;
     const int number = byte(at + 3) << 4 | byte(at + 4) >> 4;
-    if ((number > 1000 && number < 1305) || (number > 4000 && number < 4096)) return true;
+    if (!((number > 1000 && number < 1305) || (number > 4000 && number < 4096))) continue;
+    const std::size_t next = at + 6 + static_cast<std::size_t>(byte(at + 1) << 8 | byte(at + 2));
+    if (next >= head.size() || std::string_view("\xD3\xB5$\r\n").find(head[next]) != std::string_view::npos)
+      return true;
   }
   return false;
 }

@@ -29,6 +29,15 @@ bool is_elements(std::string_view head) {
   return false;
 }
 
+/// Two frames of MAVLink 2, or of MAVLink 1, one behind the other.
+bool is_mavlink(std::string_view head) {
+  if (head.size() < 12 || (head[0] != '\xFD' && head[0] != '\xFE')) return false;
+  const bool is_signed = head[0] == '\xFD' && (head[2] & 1) != 0;
+  const std::size_t around = head[0] == '\xFE' ? 8 : is_signed ? 25 : 12;
+  const std::size_t next = around + static_cast<unsigned char>(head[1]);
+  return next == head.size() || (next < head.size() && head[next] == head[0]);
+}
+
 /// Microseconds since 1970 in eight bytes, the first one highest, before each frame of MAVLink.
 bool is_tlog(std::string_view head) {
   constexpr std::size_t kTime = 8;
@@ -52,6 +61,10 @@ bool is_almanac(std::string_view head) {
 /// A glider's flight: the maker's record, then the headers.
 bool is_flight(std::string_view head) {
   return head.starts_with('A') && contains(head, "\nHF");
+}
+
+bool is_svg(std::string_view head) {
+  return trim(head).starts_with('<') && contains(head, "<svg");
 }
 
 bool is_sigmf(std::string_view head) {
@@ -144,6 +157,11 @@ constexpr ForeignRow kForeignRows[] = {
      {},
      0,
      is_tlog},
+    {{"a stream of MAVLink",
+      "canyon live takes poses from such a line (live.poses, format: mavlink), not from a file"},
+     {},
+     0,
+     is_mavlink},
     {{"a file of Garmin's FIT", kToGpx}, ".FIT", 8},
     {{"a file of antennas, ionosphere, biases or stations (ANTEX, IONEX, SINEX)", kNotUsed},
      {},
@@ -178,6 +196,7 @@ constexpr ForeignRow kForeignRows[] = {
     {{"a GeoTIFF or another picture (TIFF)", "heights are city.terrain, beside a map"}, "MM\0*"sv},
     {{"a picture (PNG)", kPicture}, "\x89PNG"},
     {{"a picture (JPEG)", kPicture}, "\xff\xd8\xff"},
+    {{"a picture (SVG)", kPicture}, {}, 0, is_svg},
     {{"a document (PDF)", "Canyon reads data alone"}, "%PDF-"},
     {{"a program", "Canyon reads data alone"},
      "\x7f"

@@ -12,11 +12,13 @@
 #include "canyon/base/file_kind.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/base/text_file.hpp"
 #include "canyon/buildings/sources/raster.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/heatmap/engine/map_source.hpp"
+#include "canyon/heatmap/files/netcdf_file.hpp"
 #include "canyon/orbit/navigation_review.hpp"
 #include "canyon/orbit/precise_sky.hpp"
 #include "canyon/rinex/android_log.hpp"
@@ -126,6 +128,18 @@ FileReport inspect_raster(const std::filesystem::path& path) {
   return report;
 }
 
+/// The results of a study; nothing where the file is something else.
+std::optional<FileReport> inspect_study(const std::filesystem::path& path) {
+  const heatmap::NetcdfFile file = heatmap::NetcdfFile::open(path);
+  if (!file.text(NC_GLOBAL, "canyon_study_key")) return std::nullopt;
+  FileReport report{"results of a study of Canyon", {}, {}, {"programs that read NetCDF, such as xarray"}};
+  report.contents.emplace_back("title", file.text(NC_GLOBAL, "title").value_or(""));
+  for (const char* axis : {"run", "receiver"})
+    report.contents.emplace_back(fmt::format("{}s", axis),
+                                 fmt::format("{}", file.dimension(axis).value_or(0)));
+  return report;
+}
+
 FileReport inspect_map(const std::filesystem::path& path) {
   const heatmap::StoredMap map(path);
   FileReport report{"heat map of Canyon", {}, {}, {"canyon heatmap query FILE", "canyon view FILE"}};
@@ -201,7 +215,7 @@ FileReport inspect_navigation(const std::filesystem::path& path) {
                     {},
                     data.warnings,
                     {"sky: {navigation: [FILE]} in a scenario", "canyon sky --nav FILE"}};
-  if (first) report.contents.emplace_back("ephemerides of", span_text(*first, *last));
+  if (first) report.contents.emplace_back("ephemerides", span_text(*first, *last));
   report.contents.emplace_back("records", fmt::format("{}", records));
   report.contents.emplace_back("satellites", satellites_text(satellites));
   report.contents.emplace_back("ionosphere",
@@ -287,8 +301,38 @@ FileReport inspect_path(const std::filesystem::path& path, const std::string& fo
   return report;
 }
 
+/// A table that a run of Canyon writes beside epochs.csv, such as satellites.csv and imu.csv; nothing where
+/// the file is something else.
+std::optional<FileReport> inspect_run_table(const std::filesystem::path& path) {
+  TextFile file = TextFile::streamed(path);
+  const std::string header(file.next_line().value_or(std::string_view()));
+  if (!header.starts_with("gps_week,gps_tow,") || header.find("latitude") != std::string::npos)
+    return std::nullopt;
+  std::vector<std::string> columns;
+  for (const std::string_view column : split(header, ',')) columns.emplace_back(column);
+  std::size_t rows = 0;
+  std::optional<GpsTime> first, last;
+  while (const auto line = file.next_line()) {
+    const std::vector<std::string_view> cells = split(*line, ',');
+    const auto week = parse_integer(cells.front());
+    const auto tow_s = cells.size() > 1 ? parse_double(cells[1]) : std::nullopt;
+    if (cells.size() != columns.size() || !week || !tow_s) {
+      throw file.error(fmt::format("is not a row of the {} columns of the header", columns.size()),
+                       "run the scenario again");
+    }
+    last = GpsTime::from_week(static_cast<int>(*week), *tow_s);
+    if (rows++ == 0) first = last;
+  }
+  FileReport report{"table of a run of Canyon", {}, {}, {"spreadsheets, pandas (docs/outputs.md)"}};
+  report.contents.emplace_back("rows", fmt::format("{}", rows));
+  if (first) report.contents.emplace_back("time", span_text(*first, *last));
+  report.contents.emplace_back("columns", fmt::format("{}", fmt::join(columns, ", ")));
+  return report;
+}
+
 /// Columns without names: as CSV, else as UrbanNav's.
 FileReport inspect_columns(const std::filesystem::path& path) {
+  if (auto table = inspect_run_table(path)) return *std::move(table);
   try {
     return inspect_path(path, "csv");
   } catch (const InputError&) {
@@ -331,9 +375,12 @@ void refuse_foreign(const std::filesystem::path& path) {
 
 FileReport inspect_file(const std::filesystem::path& path) {
   if (is_scenario(path)) return inspect_scenario(path);
+  if (path.extension() == ".nc") {
+    auto study = inspect_study(path);
+    return study ? *std::move(study) : inspect_map(path);
+  }
   refuse_foreign(path);
   if (simulation::source_of_file(path)) return inspect_city(path);
-  if (path.extension() == ".nc") return inspect_map(path);
   if (is_raster(path)) return inspect_raster(path);
   const FileKind kind = file_kind(path);
   switch (kind) {

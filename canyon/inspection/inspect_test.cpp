@@ -11,10 +11,13 @@
 #include "canyon/city/city.hpp"
 #include "canyon/city/city_file.hpp"
 #include "canyon/city/mesh_export.hpp"
+#include "canyon/heatmap/files/netcdf_file.hpp"
 #include "canyon/output/formats.hpp"
 #include "tests/support/case_file.hpp"
 #include "tests/support/observation_text.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/rinex_sample.hpp"
+#include "tests/support/sample_map.hpp"
 #include "tests/support/sample_signals.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -74,7 +77,7 @@ TEST_F(Inspect, Navigation) {
   EXPECT_EQ(value(seen, "records"), "2");
   EXPECT_EQ(value(seen, "satellites"), "GPS 1, GLONASS 1");
   EXPECT_EQ(value(seen, "ionosphere"), "Klobuchar coefficients");
-  EXPECT_THAT(value(seen, "ephemerides of"), HasSubstr("2019-04-28"));
+  EXPECT_THAT(value(seen, "ephemerides"), HasSubstr("2019-04-28"));
 }
 
 TEST_F(Inspect, PreciseOrbits) {
@@ -170,7 +173,52 @@ TEST_F(Inspect, HeightRasters) {
   EXPECT_THAT(fault("a.tif", "II*"), HasSubstr("not a raster that GDAL can read"));
 }
 
+// What runs, maps and studies write.
+TEST_F(Inspect, TablesOfRuns) {
+  const FileReport seen = report("wheels.csv",
+                                 "gps_week,gps_tow,speed_left_mps,ticks_left\n2421,115218.1,0.5,3\n"
+                                 "2421,115219.1,0.6,4\n");
+  EXPECT_EQ(seen.kind, "table of a run of Canyon");
+  EXPECT_EQ(value(seen, "rows"), "2");
+  EXPECT_EQ(value(seen, "time"), "2026-06-01T08:00:18 GPST to 2026-06-01T08:00:19 GPST (1 s)");
+  EXPECT_EQ(value(seen, "columns"), "gps_week, gps_tow, speed_left_mps, ticks_left");
+  EXPECT_THAT(fault("imu.csv", "gps_week,gps_tow,x\n2421,115218.1,0.5\n2421,1152"),
+              HasSubstr("imu.csv:3: is not a row of the 3 columns"));
+  EXPECT_EQ(report("epochs.csv",
+                   "gps_week,gps_tow,latitude_deg,longitude_deg,height_m\n2421,115218,22,114,3\n"
+                   "2421,115219,22,114,4\n")
+                .kind,
+            "recorded path (csv)");
+}
+
+TEST_F(Inspect, HeatMapsAndStudies) {
+  const test::SampleMap map(4, 3);
+  heatmap::write_netcdf(folder_ / "map.nc", map.source());
+  EXPECT_EQ(inspect_file(folder_ / "map.nc").kind, "heat map of Canyon");
+  const std::string layer(heatmap::info(map.request.layers.front()).name);
+  const std::vector<std::string> rasters = heatmap::write_geotiffs(folder_, map.source());
+  EXPECT_THAT(test::refusal([&] { (void)inspect_file(folder_ / rasters.front()); }),
+              HasSubstr("is the layer " + layer + " of a heat map of Canyon, not heights"));
+  heatmap::NetcdfFile study = heatmap::NetcdfFile::create(folder_ / "study.nc", folder_ / "study.nc");
+  study.put_text(NC_GLOBAL, "title", "receivers");
+  study.put_text(NC_GLOBAL, "canyon_study_key", "1");
+  study.define_dimension("run", 12);
+  study.define_dimension("receiver", 2);
+  study.end_definitions();
+  study.close();
+  const FileReport seen = inspect_file(folder_ / "study.nc");
+  EXPECT_EQ(seen.kind, "results of a study of Canyon");
+  EXPECT_EQ(value(seen, "title"), "receivers");
+  EXPECT_EQ(value(seen, "runs"), "12");
+  EXPECT_THAT(fault("other.nc", "CDF"), HasSubstr("other.nc"));
+}
+
 TEST_F(Inspect, RefusesWhatNoReaderTakes) {
+  // One message, its neighbour by chance alone: samples of a radio have such bytes.
+  const std::string frame("\xFD\x01\x00\x00\x07\x01\x01\x00\x00\x00\x2A\x11\x22", 13);
+  EXPECT_THAT(fault("gps.bin", frame + frame), HasSubstr("gps.bin: is a stream of MAVLink; canyon live"));
+  EXPECT_THAT(fault("a.iq", std::string("\x05\xD3\x00\x04\x43\x50\x00\x01\x02\x03\x04\x05\x06", 13)),
+              HasSubstr("a.iq: is by its name a recording of radio samples"));
   EXPECT_THAT(fault("cap.pcap", std::string("\xd4\xc3\xb2\xa1\x02\x00\x04\x00", 8)),
               HasSubstr("cap.pcap: is a capture of network packets (PCAP); save what the receiver sent"));
   EXPECT_THAT(fault("log.json", R"({"class":"TPV","mode":3})"),

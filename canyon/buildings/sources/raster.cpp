@@ -146,6 +146,12 @@ void Raster::Impl::read_band() {
         fmt::format("its band 1 is a picture ({}), not heights", GDALGetColorInterpretationName(colour)),
         "give a height raster, heights in band 1");
   }
+  // As the heat maps' writer (heatmap::GeotiffWriter) tags them.
+  if (const char* layer = GDALGetMetadataItem(dataset.get(), "layer", nullptr);
+      layer != nullptr && GDALGetMetadataItem(dataset.get(), "altitude_above", nullptr) != nullptr) {
+    throw InputError(path, 0, fmt::format("is the layer {} of a heat map of Canyon, not heights", layer),
+                     "give a height raster; canyon check and canyon view take the map's map.nc");
+  }
   if ((GDALGetMaskFlags(band) & GMF_ALL_VALID) == 0) mask = GDALGetMaskBand(band);
 }
 
