@@ -188,6 +188,26 @@ FileKind kind_of_trajectory(std::string_view format) {
   return at == std::end(kKinds) ? FileKind::Columns : at->kind;
 }
 
+std::optional<InputError> of_other_kind(std::string_view head, const std::filesystem::path& path,
+                                        std::string_view wanted) {
+  const FileKind kind = kind_of_head(head);
+  if (kind == FileKind::Other || kind == FileKind::Columns) return std::nullopt;
+  if (kind == FileKind::Foreign) {
+    const ForeignFile& foreign = *foreign_file(head);
+    return InputError(path, 0, "is " + std::string(foreign.name), std::string(foreign.use));
+  }
+  return InputError(path, 0, "is " + std::string(name(kind)) + ", not " + std::string(wanted),
+                    row_of(kind)->use);
+}
+
+InputError explained(const InputError& fault, const std::filesystem::path& path, std::string_view wanted) {
+  try {
+    return of_other_kind(head_of(path), path, wanted).value_or(fault);
+  } catch (const InputError&) {
+    return fault;
+  }
+}
+
 InputError explained(const InputError& fault, const std::filesystem::path& path, FileKind wanted) {
   std::string head;
   try {
@@ -204,14 +224,8 @@ InputError explained(const InputError& fault, const std::filesystem::path& path,
   const bool of_any_text = wanted == FileKind::Columns;
   const bool both_xml =
       kind == FileKind::Xml && (wanted == FileKind::Gpx || wanted == FileKind::Kml);  // a part of one
-  if (kind == FileKind::Other || kind == FileKind::Columns || both_xml ||
-      (!of_any_text && row_of(wanted)->is(head)))
-    return fault;
-  if (kind == FileKind::Foreign) {
-    const ForeignFile& foreign = *foreign_file(head);
-    return {path, 0, "is " + std::string(foreign.name), std::string(foreign.use)};
-  }
-  return {path, 0, "is " + std::string(name(kind)) + ", not " + std::string(name(wanted)), row_of(kind)->use};
+  if (both_xml || (!of_any_text && row_of(wanted)->is(head))) return fault;
+  return of_other_kind(head, path, name(wanted)).value_or(fault);
 }
 
 }  // namespace canyon

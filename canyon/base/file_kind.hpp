@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string_view>
 
 #include "canyon/base/input_error.hpp"
@@ -44,6 +45,14 @@ enum class FileKind : std::uint8_t {
 /// is and what takes it; else it is `fault`. Precondition: not FileKind::Other.
 [[nodiscard]] InputError explained(const InputError& fault, const std::filesystem::path& path,
                                    FileKind wanted);
+
+/// The same for a reader of files that are of no FileKind. @param wanted "a city"
+[[nodiscard]] InputError explained(const InputError& fault, const std::filesystem::path& path,
+                                   std::string_view wanted);
+/// The same for the first bytes of a file; nothing where they are of no known kind, or of columns.
+[[nodiscard]] std::optional<InputError> of_other_kind(std::string_view head,
+                                                      const std::filesystem::path& path,
+                                                      std::string_view wanted);
 
 /// Calls `read`, which reads a file of kind `wanted`; its InputError is explained().
 template <typename Read>

@@ -8,6 +8,7 @@
 #include <sstream>
 #include <utility>
 
+#include "canyon/base/file_kind.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/options/describe.hpp"
 
@@ -17,6 +18,16 @@ namespace {
 int line_of(const YAML::Node& node, int fallback) {
   const YAML::Mark mark = node.Mark();
   return mark.line >= 0 ? mark.line + 1 : fallback;
+}
+
+/// Names the kind of a text that is no document. One whose name says YAML or JSON has a fault of its own.
+void refuse_other_kind(const std::string& text, const Document& document) {
+  const std::string ending = document.file.extension().string();
+  if (ending == ".yaml" || ending == ".yml" || ending == ".json") return;
+  constexpr std::size_t kHead = std::size_t{1} << 14;
+  const auto other =
+      of_other_kind(std::string_view(text).substr(0, kHead), document.file, "a " + document.kind + " (YAML)");
+  if (other) throw InputError(*other);
 }
 
 // Finds where documents begin, and refuses too many nodes.
@@ -165,6 +176,7 @@ Node parse_yaml(const std::string& text, const Document& document, std::string_v
   for (const char c : text) {
     line += c == '\n';
     if ((c >= 0 && c < ' ' && c != '\t' && c != '\n' && c != '\r') || c == 0x7F) {
+      refuse_other_kind(text, document);
       throw InputError(document.file, line, fmt::format("the byte 0x{:02x} is not text", static_cast<int>(c)),
                        "save the file as plain text in UTF-8");
     }
@@ -182,10 +194,12 @@ Node parse_yaml(const std::string& text, const Document& document, std::string_v
     }
     root = YAML::Load(text);
   } catch (const YAML::Exception& e) {
+    refuse_other_kind(text, document);
     throw InputError(document.file, e.mark.line >= 0 ? e.mark.line + 1 : 0,
                      fmt::format("not YAML: {}", e.msg), "check indentation, quotes and brackets there");
   }
   if (root.IsNull()) throw InputError(document.file, 0, "the file is empty", needs);
+  if (root.IsScalar()) refuse_other_kind(text, document);
   return Converter(document).convert(root, 1, 0);
 }
 

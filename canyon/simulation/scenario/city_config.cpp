@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "canyon/base/file_kind.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/buildings/sources/model_kind.hpp"
@@ -66,7 +67,10 @@ const char* city_file_endings() {
 
 CityConfig city_config(const std::filesystem::path& file, const std::optional<geodesy::Geodetic>& origin) {
   std::optional<CitySource> source = source_of_file(file);
-  if (!source) throw InputError(file, 0, "its ending is not one of a city", city_file_endings());
+  if (!source) {
+    throw explained(InputError(file, 0, "its ending is not one of a city", city_file_endings()), file,
+                    "a city");
+  }
   if (origin && std::holds_alternative<CityFile>(*source))
     throw InputError(file, 0, "has its own origin", "remove the other one");
   CityConfig config;

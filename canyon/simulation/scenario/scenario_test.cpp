@@ -387,6 +387,22 @@ TEST(Scenario, BrokenYamlNamesTheLine) {
   EXPECT_THAT(fault(std::string("\0\1\2\xff", 4)), StartsWith("s.yaml"));
 }
 
+TEST(Scenario, NamesTheKindOfAnotherFile) {
+  const TemporaryFolder folder;
+  const auto given = [&](const char* name, const std::string& bytes) {
+    std::ofstream(folder / name, std::ios::binary) << bytes;
+    return std::string(error_of([&] { (void)read_scenario(folder / name); }).what());
+  };
+  const std::string sentence = "$GPGGA,120000,2218,N,11410,E,1,08,1,5,M,0,M,,*5A\n";
+  EXPECT_THAT(
+      given("drive.gpx", "<?xml version=\"1.0\"?><gpx><trk/></gpx>"),
+      HasSubstr("drive.gpx: is a GPX file, not a scenario (YAML); as a trajectory its format is gpx"));
+  EXPECT_THAT(given("drive.nmea", sentence), HasSubstr("is a log of NMEA sentences, not a scenario (YAML)"));
+  EXPECT_THAT(given("a.ubx", "\xB5\x62\x01\x07"), HasSubstr("a.ubx: is a log of a u-blox receiver (UBX)"));
+  // The name says what it was meant to be.
+  EXPECT_THAT(given("drive.yaml", sentence), HasSubstr("the scenario is not a mapping"));
+}
+
 TEST(Scenario, CitiesOfMapsAndFiles) {
   const TemporaryFolder folder;
   for (const char* name : {"a.osm.pbf", "b.JSON", "c.canyon", "d.world", "e.glb", "f.txt"}) {
