@@ -115,6 +115,9 @@ class NavigationReview {
                                               : "the time or the satellite's number is wrong")),
                  1, "record left out");
     }
+    // Spares, which have no slot, go with the others of their file.
+    if (2 * std::count(gone.begin(), gone.end(), 1) > static_cast<std::ptrdiff_t>(gone.size()))
+      std::fill(gone.begin(), gone.end(), 1);
     take_out(data_.glonass, gone, [](const gnss::GlonassEphemeris&) {});
   }
 

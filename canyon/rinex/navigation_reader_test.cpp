@@ -532,6 +532,7 @@ TEST(RinexNavigation, ADamagedRecordIsLostAlone) {
       {"4.320000000000e+04", "4.318200000000e+04", "43182 s is not a multiple of 16 s, as GPS sends it"},
       {"9.659928182326e-01", "9.659928182326e-02", "i0 0.0965993 is outside"},
       {"5.153679471970e+03", "6.493025479471e+03", "square root of the semi-major axis 6493.03 is outside"},
+      {"2.051000000000e+03", "1.027000000000e+03", "week number 1027 does not go with the clock epoch"},
       {"2.051000000000e+03", "2.061000000000e+03", "week number 2061 does not go with the clock epoch"},
       {"G05 2019 04 28", "G05 2019 14 28", "the epoch '2019 14 28"},
       {"G05 2019 04 28", "G05 2019 0a 28", "the epoch '2019 0a 28 12 00 00' is not a date"},

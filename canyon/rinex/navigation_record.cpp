@@ -160,12 +160,14 @@ void check_week(const CheckedFields& f, gnss::System system, GpsTime toe_on_syst
   if (!f.at(21)) return;
   const int week = f.integer(21, "week number", 0, 9999);
   if (week == 0) return;  // of those who do not know it
+  constexpr int kRollover = 1024;
   const auto fits = [week](int expected) {
-    const int difference = ((week - expected) % 1024 + 1024) % 1024;
-    return difference <= 1 || difference == 1023;
+    const int difference = ((week - expected) % kRollover + kRollover) % kRollover;
+    return week < kRollover ? difference <= 1 || difference == kRollover - 1 : std::abs(week - expected) <= 1;
   };
   const int gps_week = toe_on_system_scale.week();
   if (fits(gps_week)) return;
+  if (system == gnss::System::Galileo && fits(gps_week - kRollover)) return;  // GST
   if (system == gnss::System::BeiDou && fits(gps_week - geodesy::kBdtWeekOffset)) return;
   throw DamagedRecord{
       fmt::format("week number {} does not go with the clock epoch (GPS week {})", week, gps_week)};

@@ -380,6 +380,9 @@ NmeaFixes read_nmea_fixes(const std::filesystem::path& path, GpsTime start, cons
       log.notes.skip(gga.line, log.sentence("with a fix of 0 satellites"), "it is taken");
     else if (gga.diluted)
       log.notes.skip(gga.line, log.sentence("with a dilution of precision of 50 or more"), "it is taken");
+    if (gga.short_longitude)
+      log.notes.skip(gga.line, log.sentence("whose longitude has three digits or fewer before its point"),
+                     "taken as degrees and minutes, dddmm.mmmm");
     if (!gga.altitude) {
       ++without_altitude;
       log.notes.skip(
