@@ -408,7 +408,7 @@ std::vector<std::string> Raster::cautions() const {
   }
   if (const double lowest_m = impl_->lowest_but_zero_m(); !impl_->zeros.empty() && lowest_m > kVoid_m) {
     lines.push_back(fmt::format(
-        "{}: {} of the posts in use are exactly 0 m, where all others are above {:.0f} m: are they voids? "
+        "{}: {} of the posts in use are exactly 0 m, where all others are {:.0f} m and more: are they voids? "
         "declare the no-data value, e.g. with gdal_edit.py -a_nodata 0",
         name, impl_->zeros.size(), lowest_m));
   }
