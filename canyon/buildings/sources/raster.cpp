@@ -248,7 +248,8 @@ std::optional<double> Raster::Impl::sample(double x, double y) const {
       const double weight_y = rows == 1 ? 1 : j == 0 ? 1 - (v - top) : v - top;
       const double weight = weight_x * weight_y;
       if (weight < 1e-9) continue;  // on a pixel's centre, but for rounding
-      double height_m = heights[static_cast<std::size_t>(j * columns + i)];
+      double height_m = heights[static_cast<std::size_t>(j) * static_cast<std::size_t>(columns) +
+                                static_cast<std::size_t>(i)];
       if (!std::isfinite(height_m)) return std::nullopt;
       if (!is_possible(height_m)) {
         if (impossible.empty()) first_impossible_m = height_m;

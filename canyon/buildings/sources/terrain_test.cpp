@@ -1,6 +1,7 @@
 #include "canyon/buildings/sources/terrain.hpp"
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -207,6 +207,10 @@ TEST_F(ForeignTracks, NmeaInDegreesOrWithDecimalCommas) {
               HasSubstr("the quality 'DGNSS fix' is not a number"));
   const TrajectoryFile degrees = read("$GPGGA,100000,4806.0,N,11.5,E,1,08,1.0,500.0,M,47.0,M,,\n", "nmea");
   EXPECT_THAT(degrees.warnings, testing::Contains(HasSubstr("three digits or fewer before its point")));
+  EXPECT_THAT(refusal("$GPRMC,100000,A,4806.0,N,01130.0,E,0,0,010524,,,A\n"
+                      "$GPGGA,100000,4806.0,N,01130.0,E,1,08,1.0,1640.4,f,154.2,f,,\n",
+                      "nmea"),
+              HasSubstr("the unit 'f' of a height is not M"));
   // Near the equator, and a void sentence with empty fields.
   const TrajectoryFile near = read(
       "$GPGGA,095959,,,,,0,,,,,,,,\n$GPGGA,100000,0048.1,N,00012.0,E,1,08,1.0,500.0,M,47.0,M,,\n"
