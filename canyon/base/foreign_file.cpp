@@ -71,12 +71,28 @@ bool is_sigmf(std::string_view head) {
   return trim(head).starts_with('{') && contains(head, "\"core:datatype\"");
 }
 
-/// NovAtel's ASCII logs: "#BESTPOSA,COM1,0,...;...*checksum".
+/// Header lines of HTTP or NTRIP without binary data (frames of RTCM) behind them.
+bool is_http_reply(std::string_view head) {
+  return (head.starts_with("HTTP/1.") || head.starts_with("HTTP/2") || head.starts_with("ICY 200") ||
+          head.starts_with("ERROR - ")) &&
+         !contains(head, "\xD3");
+}
+
+bool is_plan(std::string_view head) {
+  return head.starts_with("QGC WPL") || (trim(head).starts_with('{') && contains(head, "\"QGroundControl\""));
+}
+
+bool is_dataflash_text(std::string_view head) {
+  return head.starts_with("FMT,") && contains(head.substr(0, head.find('\n')), ", FMT,");
+}
+
+/// NovAtel's ASCII logs: "#BESTPOSA,COM1,0,...;...*checksum", "%INSPVASA,2312,295218.000;...*checksum".
 bool is_novatel_text(std::string_view head) {
   const std::string_view line = head.substr(0, head.find('\n'));
   const std::size_t comma = line.find(',');
-  return line.starts_with('#') && comma != std::string_view::npos && comma > 2 && line[comma - 1] == 'A' &&
-         line.find(';') != std::string_view::npos && line.find('*') != std::string_view::npos;
+  return (line.starts_with('#') || line.starts_with('%')) && comma != std::string_view::npos && comma > 2 &&
+         line[comma - 1] == 'A' && line.find(';') != std::string_view::npos &&
+         line.find('*') != std::string_view::npos;
 }
 
 bool is_gpsd(std::string_view head) {
@@ -147,6 +163,25 @@ constexpr ForeignRow kForeignRows[] = {
      {},
      0,
      is_novatel_text},
+    {{"an NTRIP caster's list of streams",
+      "the address has no mount point, or one that the caster has not: take one of the lines that begin "
+      "STR;"},
+     "SOURCETABLE "},
+    {{"a server's answer with its header lines (HTTP, NTRIP)",
+      "if it is not an error, save what follows its first empty line, for instance by curl without -i"},
+     {},
+     0,
+     is_http_reply},
+    {{"a plan of a flight (QGroundControl, Mission Planner)",
+      "write its places as waypoints of trajectory, or fly it in PX4's or ArduPilot's SITL"},
+     {},
+     0,
+     is_plan},
+    {{"a log of ArduPilot as text (DataFlash)",
+      "mavlogdump.py --format csv --types GPS FILE.bin writes a path of format csv"},
+     {},
+     0,
+     is_dataflash_text},
     {{"a log of PX4 (ULog)",
       "ulog2csv of pyulog writes the table vehicle_gps_position, which is a path of format csv"},
      "ULog\x01"},

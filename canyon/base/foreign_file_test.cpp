@@ -19,6 +19,15 @@ TEST(ForeignFile, ByTheFirstBytes) {
       {"\x89MCAP0\r\n", "a bag of ROS 2"},
       {"#BESTPOSA,COM1,0,83.5,FINESTEERING,2312,295218.000,0,cdba,32768;SOL_COMPUTED,SINGLE,48.1*6f\n",
        "a text log of a NovAtel or Unicore receiver"},
+      {"%INSPVASA,2312,295218.000;2312,295218.0,48.1,11.2,547.0,INS_SOLUTION_GOOD*00000000\n",
+       "a text log of a NovAtel or Unicore receiver"},
+      {"SOURCETABLE 200 OK\r\nSTR;M;City;RTCM 3.2;", "an NTRIP caster's list of streams"},
+      {"HTTP/1.1 401 Unauthorized\r\n", "a server's answer with its header lines (HTTP, NTRIP)"},
+      {"QGC WPL 110\n0\t1\t0", "a plan of a flight (QGroundControl, Mission Planner)"},
+      {R"({"fileType":"Plan","groundStation":"QGroundControl"})",
+       "a plan of a flight (QGroundControl, Mission Planner)"},
+      {"FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns\n",
+       "a log of ArduPilot as text (DataFlash)"},
       {R"({"class":"TPV","mode":3})", "a log of gpsd (JSON)"},
       {R"({"locations": [{"latitudeE7": 481000000}]})", "the places of a Google account (Takeout)"},
       {"\xA0\xA2\x00\x03"sv, "a raw log of a receiver's maker"},
@@ -38,8 +47,8 @@ TEST(ForeignFile, ByTheFirstBytes) {
     EXPECT_EQ(found->name, name);
     EXPECT_FALSE(found->use.empty()) << name;
   }
-  for (const std::string_view head :
-       {"", "time,lat,lon\n", "AC1027,1,2", "# a comment; of a table*\n", "{\"a\": 1}", "\xd4"})
+  for (const std::string_view head : {"", "time,lat,lon\n", "AC1027,1,2", "# a comment; of a table*\n",
+                                      "{\"a\": 1}", "\xd4", "FMT,lat,lon\n", "ICY 200 OK\r\n\r\n\xD3\x01"})
     EXPECT_EQ(foreign_file(head), nullptr) << head;
 }
 

@@ -44,13 +44,17 @@ class GltfCheck {
       // 4.4.2: the whole length, of all chunks.
       if (const std::size_t whole = word_at(text, 8); whole != text.size())
         throw fault(fmt::format("has {} bytes where its header says {}", text.size(), whole));
+      if (const std::uint32_t version = word_at(text, 4); version != 2) throw other_version(version);
       const std::size_t length = word_at(text, 12);
+      if (length > text.size() - kHeader)
+        throw fault(fmt::format("promises {} bytes of JSON of {}", length, text.size() - kHeader));
       if (kHeader + length + 8 <= text.size()) bin_ = text.substr(kHeader + length + 8);
       text = text.substr(kHeader, length);
     }
     const std::optional<Json> root = Json::try_parse(text);
     if (!root || !root->is_object()) return {};  // Assimp says the rest
     root_ = &*root;
+    check_version();
     check_extensions();
     if (list("extensions").contains("CESIUM_RTC")) {
       notes_.emplace_back("its place on the Earth (CESIUM_RTC) is not read: the city stands at city.origin");
@@ -66,6 +70,24 @@ class GltfCheck {
 
  private:
   [[nodiscard]] InputError fault(const std::string& what) const { return {path_, 0, what, kGltfDamaged}; }
+
+  template <typename Version>
+  [[nodiscard]] InputError other_version(const Version& version) const {
+    return {path_, 0, fmt::format("is glTF of version {}, and 2.0 is read", version),
+            "export it as glTF 2.0"};
+  }
+
+  /// 5.9: "minVersion" is what a reader must know.
+  void check_version() const {
+    const Json& asset = list("asset");
+    if (!asset.is_object()) return;
+    for (const char* key : {"minVersion", "version"}) {
+      const Json* version = asset.find(key);
+      if (version == nullptr || !version->is_string()) continue;
+      if (!version->text().starts_with("2.") || (key[0] == 'm' && version->text() != "2.0"))
+        throw other_version(version->text());
+    }
+  }
 
   [[nodiscard]] const Json& list(const char* key) const { return (*root_)[key]; }
 
@@ -236,6 +258,9 @@ class GltfCheck {
       for (const Json& node : item("scenes", number(*root_, "scene", 0))["nodes"])
         visit_node(node.get<std::size_t>());
     }
+    if (list("scenes").size() > 1)
+      notes_.push_back(
+          fmt::format("the scene {} of {} is read", number(*root_, "scene", 0), list("scenes").size()));
     if (repeated_ > 0) {
       notes_.push_back(fmt::format(
           "{} nodes stand at many places by EXT_mesh_gpu_instancing, which is not read: each is built once; "

@@ -165,6 +165,13 @@ std::vector<std::string> implausible_objects(const Mesh& mesh) {
         fmt::format("the highest of {} objects is {:.2g} m high; is the unit right? scale corrects it",
                     objects.size(), tallest));
   }
+  constexpr double kThin_m = 0.05;
+  const double widest_m = *std::max_element(widths.begin(), widths.end());
+  if (tallest >= kLowest_m && widest_m < kThin_m) {
+    lines.push_back(
+        fmt::format("all objects are less than {:.2g} m wide, and up to {:.3g} m high; are x and y degrees?",
+                    std::max(widest_m, 1e-6), tallest));
+  }
   if (objects.size() < 4) return lines;
   constexpr double kWide_m = 500, kFar_m = 5000, kTimes = 20;
   const double usual = median(widths);

@@ -165,8 +165,8 @@ class MeshImport {
 
   /// Checks for faults that Assimp does not notice or survive.
   void check_format(const std::string& extension) {
-    if (extension == ".ply") check_ply(path_);
-    if (extension == ".stl") check_stl(path_);
+    if (extension == ".ply") doubts_ = check_ply(path_);
+    if (extension == ".stl") doubts_ = check_stl(path_);
     if (extension == ".obj") doubts_ = check_obj(path_);
     if (extension == ".gltf" || extension == ".glb") doubts_ = check_gltf(path_);
     if (extension == ".dae") doubts_ = check_collada(path_);
@@ -190,6 +190,7 @@ class MeshImport {
     if (scene == nullptr) {
       std::string reason = importer_.GetErrorString();
       std::replace(reason.begin(), reason.end(), '\n', ' ');
+      if (reason.find("No meshes remaining") != std::string::npos) no_triangles();
       throw InputError(path_, 0, fmt::format("cannot be read as a mesh: {}", trim(reason)),
                        "export it again, or check it in a mesh viewer");
     }
@@ -198,7 +199,8 @@ class MeshImport {
   }
 
   [[noreturn]] void no_triangles() const {
-    throw InputError(path_, 0, "holds no triangle", "export the buildings as meshes");
+    throw InputError(path_, 0, "holds no triangle, points or lines alone",
+                     "export the buildings as meshes of faces");
   }
 
   [[nodiscard]] bool names_terrain(const std::string& name) const {

@@ -33,6 +33,18 @@ bool check_companion(const std::filesystem::path& path) {
   return true;
 }
 
+std::string unit_note(std::string_view comment) {
+  const std::string lower = lower_case(comment);
+  if (lower.find("unit") == std::string::npos) return {};
+  for (const std::string_view other : {"milli", "centi", "kilo", "inch", "feet", "foot", " mm", " cm", "=mm",
+                                       "=cm", ":mm", ":cm", "in mm", "yard"}) {
+    if (lower.find(other) == std::string::npos) continue;
+    return fmt::format("a comment says '{}', which is not used: 1 unit is 1 m; scale corrects it",
+                       trim(comment).substr(0, 60));
+  }
+  return {};
+}
+
 FileFrame collada_frame(const std::filesystem::path& path) {
   FileFrame frame{1, UpAxis::Y};
   const std::string head = read_head(path, std::size_t{1} << 20);
@@ -55,6 +67,9 @@ FileFrame collada_frame(const std::filesystem::path& path) {
                          "give the unit's length in metres, like meter=\"0.01\"");
       }
       frame.metres_per_unit = *metres;
+    } else if (const std::string note = unit_note(tag.substr(1)); !note.empty()) {
+      throw InputError(path, line_of(unit), fmt::format("states a unit without its length: '{}>'", tag),
+                       "give the unit's length in metres, like meter=\"0.01\"");
     }
   }
   if (const std::size_t axis = asset.find("<up_axis>"); axis != std::string_view::npos) {

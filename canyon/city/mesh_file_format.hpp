@@ -33,14 +33,19 @@ inline constexpr std::uint64_t kLargestMesh = std::uint64_t{2} << 30;
 /// is no regular file, which Assimp would read for ever, or larger than kLargestMesh.
 bool check_companion(const std::filesystem::path& path);
 
+/// A note where a comment states a unit other than metres, "# File units = millimeters", as modellers write
+/// it in OBJ, PLY and the headers of binary STL, which have no field for it; else "".
+[[nodiscard]] std::string unit_note(std::string_view comment);
+
 /// Throws InputError for a PLY file that is no whole mesh, which Assimp does not notice or survive: data
 /// shorter than the header promises, types and counts that are none, coordinates that are not finite, faces
-/// without vertices or with vertices that are not there.
-void check_ply(const std::filesystem::path& path);
+/// without vertices or with vertices that are not there. Returns unit_note() of its comments.
+[[nodiscard]] std::vector<std::string> check_ply(const std::filesystem::path& path);
 
 /// Throws InputError where an ASCII STL file lacks its "endsolid" or has a facet without three corners of
-/// three numbers. Binary files are left to Assimp.
-void check_stl(const std::filesystem::path& path);
+/// three numbers, and a binary one whose size is not that of its triangles. Returns unit_note() of the
+/// header of a binary file.
+[[nodiscard]] std::vector<std::string> check_stl(const std::filesystem::path& path);
 
 /// Throws InputError for vertices and faces of an OBJ file that have no numbers or name vertices that are not
 /// there. Returns what may be damage, one line each: lines that are not OBJ, vertices without a face.
@@ -48,8 +53,9 @@ void check_stl(const std::filesystem::path& path);
 
 /// Throws InputError where a glTF file requires an extension that changes its geometry, such as Draco's or
 /// meshopt's compression (glTF 2.0, 3.12), which Assimp does not look at, and where accessors, buffer views
-/// or indices reach beyond what they refer to. Returns what may be damage, one line each: positions beyond
-/// their stated bounds, meshes in no scene, accessors without use, members that glTF does not have.
+/// or indices reach beyond what they refer to, and for other versions than 2. Returns what may be damage, one
+/// line each: positions beyond their stated bounds, meshes in no scene, accessors without use, members that
+/// glTF does not have.
 [[nodiscard]] std::vector<std::string> check_gltf(const std::filesystem::path& path);
 
 /// Throws InputError where counts of a COLLADA file do not agree with its arrays, and for references to what

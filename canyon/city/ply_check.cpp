@@ -63,13 +63,14 @@ class PlyCheck {
     size_ = std::filesystem::file_size(path, error);
   }
 
-  void check() {
-    if (!read_header()) return;
+  std::vector<std::string> check() {
+    if (!read_header()) return {};
     for (const PlyElement& element : elements_)
       if (element.name == "vertex") vertices_ = element.count;
     for (const PlyElement& element : elements_) {
       for (std::uintmax_t i = 0; i < element.count; ++i) check_one(element, i);
     }
+    return std::move(notes_);
   }
 
  private:
@@ -91,6 +92,9 @@ class PlyCheck {
         add_element(words);
       } else if (words[0] == "property") {
         add_property(words);
+      } else if (words[0] == "comment" || words[0] == "obj_info") {
+        const std::string note = unit_note(trim(line).substr(words[0].size()));
+        if (!note.empty() && notes_.empty()) notes_.push_back(note);
       }
     }
     throw InputError(path_, 0, "has no end_header", kPlyCutShort);
@@ -239,6 +243,7 @@ class PlyCheck {
   bool ascii_ = false, big_ = false;
   int line_ = 0;
   std::vector<PlyElement> elements_;
+  std::vector<std::string> notes_;
   std::string text_;
   std::vector<std::string_view> words_;
   std::size_t word_ = 0;
@@ -246,8 +251,8 @@ class PlyCheck {
 
 }  // namespace
 
-void check_ply(const std::filesystem::path& path) {
-  PlyCheck(path).check();
+std::vector<std::string> check_ply(const std::filesystem::path& path) {
+  return PlyCheck(path).check();
 }
 
 }  // namespace canyon::city

@@ -30,7 +30,7 @@ class ObjCheck {
       const auto words = split_blanks(text_);
       if (words.empty()) continue;
       if (words[0].front() == '#') {
-        take_comment(text_);
+        if (unit_.empty()) unit_ = unit_note(text_.substr(text_.find_first_not_of('#')));
         continue;
       }
       if (line_ == 1) refuse_hidden(words[0]);
@@ -51,10 +51,7 @@ class ObjCheck {
     std::vector<std::string> notes;
     if (foreign_ > 0)
       notes.push_back(fmt::format("{} lines are not OBJ and are passed over ({})", foreign_, first_foreign_));
-    if (!unit_.empty()) {
-      notes.push_back(
-          fmt::format("a comment says '{}', which is not used: 1 unit is 1 m; scale corrects it", unit_));
-    }
+    if (!unit_.empty()) notes.push_back(unit_);
     const auto unused = std::count(used_.begin(), used_.end(), false);
     if (unused > 0) notes.push_back(fmt::format("{} vertices belong to no face", unused));
     return notes;
@@ -81,18 +78,6 @@ class ObjCheck {
     if (word.empty() || word.front() == '#' || word == "mtllib") return;
     throw InputError(path_, 1, "begins with a byte order mark, which hides its first line",
                      "save it as UTF-8 without a mark");
-  }
-
-  /// "# File units = millimeters", as modellers write it.
-  void take_comment(std::string_view line) {
-    const std::string lower = lower_case(line);
-    if (lower.find("unit") == std::string::npos) return;
-    for (const std::string_view other : {"milli", "centi", "kilo", "inch", "feet", "foot", " mm", " cm",
-                                         "=mm", "=cm", ":mm", ":cm", "in mm", "yard"}) {
-      if (lower.find(other) == std::string::npos) continue;
-      unit_ = trim(line.substr(line.find_first_not_of('#'))).substr(0, 60);
-      return;
-    }
   }
 
   static bool is_keyword(std::string_view word) {
@@ -197,8 +182,8 @@ std::vector<std::string> check_obj(const std::filesystem::path& path) {
   return ObjCheck(path).check();
 }
 
-void check_stl(const std::filesystem::path& path) {
-  constexpr std::uintmax_t kBinaryHeader = 84;
+std::vector<std::string> check_stl(const std::filesystem::path& path) {
+  constexpr std::uintmax_t kBinaryHeader = 84, kText = 80;
   constexpr std::uintmax_t kBinaryTriangle = 50;
   std::ifstream in(path, std::ios::binary);
   std::string head(kBinaryHeader, '\0');
@@ -206,14 +191,18 @@ void check_stl(const std::filesystem::path& path) {
   head.resize(static_cast<std::size_t>(in.gcount()));
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(path, error);
-  if (error || head.compare(0, 5, "solid") != 0) return;
+  if (error) return {};
+  const bool solid = head.starts_with("solid");
   if (head.size() == kBinaryHeader) {  // binary files may begin with "solid" as well
     std::uintmax_t triangles = 0;
     for (std::size_t byte = 4; byte-- > 0;)
-      triangles = (triangles << 8) | static_cast<unsigned char>(head[80 + byte]);
-    if (size == kBinaryHeader + triangles * kBinaryTriangle) return;
+      triangles = (triangles << 8) | static_cast<unsigned char>(head[kText + byte]);
+    if (size == kBinaryHeader + triangles * kBinaryTriangle) {
+      const std::string note = unit_note(std::string_view(head).substr(0, std::min(head.find('\0'), kText)));
+      return note.empty() ? std::vector<std::string>() : std::vector{note};
+    }
   }
-  if (head.find('\0') != std::string::npos) {
+  if (!solid || head.find('\0') != std::string::npos) {
     throw InputError(path, 0, "is a binary STL file whose size is not that of the triangles that it says",
                      "export or copy it again: it is damaged");
   }
@@ -225,6 +214,7 @@ void check_stl(const std::filesystem::path& path) {
   if (text.find("endsolid") == std::string::npos)
     throw InputError(path, 0, "has no endsolid", "export or copy it again: it is cut short");
   StlCheck(path).check();
+  return {};
 }
 
 }  // namespace canyon::city

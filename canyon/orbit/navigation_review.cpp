@@ -11,9 +11,12 @@
 
 #include "canyon/base/record_notes.hpp"
 #include "canyon/base/take_out.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/frames.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/broadcast_messages.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
+#include "canyon/orbit/slot_tables.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
 
 namespace canyon::orbit {
@@ -59,6 +62,20 @@ std::optional<Difference> difference(const Ephemeris& a, const Ephemeris& b) {
   return d;
 }
 
+/// How far the plane of a GLONASS record's orbit is from that of its slot [rad, east], by the longitudes of
+/// their ascending nodes; 0 for spares, which have no slot. The nodes of 2016 to 2024 are within 5 deg.
+double off_plane(const gnss::GlonassEphemeris& e) {
+  static const std::vector<Slot> slots = nominal_slots(gnss::System::GLONASS);
+  if (e.id.number < 1 || e.id.number > slots.size()) return 0;
+  const Slot& slot = slots[e.id.number - 1U];
+  const Eigen::Vector3d r(e.position_m.data());
+  const Eigen::Vector3d v =
+      Eigen::Vector3d(e.velocity_mps.data()) + Eigen::Vector3d(0, 0, slot.earth_rate).cross(r);
+  const Eigen::Vector3d normal = r.cross(v);
+  const double nominal = slot.node_longitude_rad + (slot.node_rate - slot.earth_rate) * (e.toe - slot.epoch);
+  return std::remainder(std::atan2(normal.x(), -normal.y()) - nominal, 2 * geodesy::kPi);
+}
+
 class NavigationReview {
  public:
   NavigationReview(gnss::NavigationData& data, std::vector<std::filesystem::path> sources)
@@ -68,14 +85,42 @@ class NavigationReview {
   }
 
   void run() {
+    leave_out_other_planes();
     review(data_.kepler);
     review(data_.glonass);
     review(data_.sbas);
+    if (const auto& bad = notes_.first_bad(); bad && data_.empty()) {
+      throw InputError(bad->file(), bad->line(), "no usable ephemeris: " + bad->problem(),
+                       "fetch the file again or give another");
+    }
     const std::vector<std::string> own = notes_.lines();
     data_.warnings.insert(data_.warnings.end(), own.begin(), own.end());
   }
 
  private:
+  /// The planes of GLONASS turn by 15 deg an hour under the Earth, so that they tell a whole file in another
+  /// zone's time, which its records, all wrong alike, do not.
+  void leave_out_other_planes() {
+    constexpr double kAllowed = geodesy::radians(12), kMoscow = geodesy::radians(-3 * 15.04);
+    std::vector<std::uint8_t> gone(data_.glonass.size());
+    for (std::size_t i = 0; i < gone.size(); ++i) {
+      const gnss::GlonassEphemeris& e = data_.glonass[i];
+      const double off = off_plane(e);
+      if (std::abs(off) <= kAllowed) continue;
+      gone[i] = 1;
+      const bool moscow = std::abs(off + kMoscow) < kAllowed;
+      notes_.bad(remark(e, fmt::format("orbit {:.0f} deg from the plane of its slot: {}",
+                                       geodesy::degrees(std::abs(off)),
+                                       moscow ? "the time seems to be Moscow's, 3 h ahead of UTC"
+                                              : "the time or the satellite's number is wrong")),
+                 1, "record left out");
+    }
+    // Spares, which have no slot, go with the others of their file.
+    if (2 * std::count(gone.begin(), gone.end(), 1) > static_cast<std::ptrdiff_t>(gone.size()))
+      std::fill(gone.begin(), gone.end(), 1);
+    take_out(data_.glonass, gone, [](const gnss::GlonassEphemeris&) {});
+  }
+
   /// Records in order of satellite and time.
   template <typename Ephemeris>
   void review(std::vector<Ephemeris>& records) {

@@ -341,7 +341,16 @@ class Reader {
     } else {
       data_.kepler.push_back(decode_kepler(id, lines, layout_, message));
       data_.kepler.back().line = record.line;
+      doubt_clock_epoch(data_.kepler.back());
     }
+  }
+
+  /// A clock epoch on another time scale moves the clock by centimetres only.
+  void doubt_clock_epoch(const gnss::KeplerEphemeris& e) {
+    const double apart_s = e.toc - e.toe;
+    if (is_multiple(apart_s, reference_time_unit_s(e.id.system))) return;
+    notes_.skip(e.line, fmt::format("clock epoch {:g} s from toe: it may be on another time scale", apart_s),
+                "used as it is");
   }
 
   // --- end

@@ -183,6 +183,7 @@ TEST(RinexNavigation, DamagedSbas) {
            {" 2.204414000000e+04", "                   ", "position Y is missing"},
            {" 1.250000000000e-03", " 1.250000000000e+00", "velocity X 1.25 is outside"},
            {" 9.313225746155e-09", " 9.313225746155e-03", "clock bias aGf0"},
+           {"S23 2019 04 28 12 00 00", "S23 2019 04 28 11 59 42", "s is not a multiple of 16 s, as SBAS"},
            {"S23", "S19", "there is no S19: SBAS numbers run from 20 to 58"},
            {"S23", "S59", "there is no S59"}}) {
     const gnss::NavigationData data = read(replaced(kRinex3Sample + kS23, from, to));
@@ -528,8 +529,10 @@ TEST(RinexNavigation, ADamagedRecordIsLostAlone) {
       {"4.320000000000e+04", "7.000000000000e+05", "toe 700000 is outside"},
       {"4.320000000000e+04", "4.320000000000e+05", "clock epoch and toe are 60.0 h apart"},
       {"4.320000000000e+04", "6.120000000000e+04", "clock epoch and toe are 5.0 h apart"},
+      {"4.320000000000e+04", "4.318200000000e+04", "43182 s is not a multiple of 16 s, as GPS sends it"},
       {"9.659928182326e-01", "9.659928182326e-02", "i0 0.0965993 is outside"},
       {"5.153679471970e+03", "6.493025479471e+03", "square root of the semi-major axis 6493.03 is outside"},
+      {"2.051000000000e+03", "1.027000000000e+03", "week number 1027 does not go with the clock epoch"},
       {"2.051000000000e+03", "2.061000000000e+03", "week number 2061 does not go with the clock epoch"},
       {"G05 2019 04 28", "G05 2019 14 28", "the epoch '2019 14 28"},
       {"G05 2019 04 28", "G05 2019 0a 28", "the epoch '2019 0a 28 12 00 00' is not a date"},
@@ -555,6 +558,15 @@ TEST(RinexNavigation, ADamagedRecordIsLostAlone) {
   }
 }
 
+// Toe is what the message says; the clock epoch, 18 s late, costs centimetres.
+TEST(RinexNavigation, AClockEpochOnAnotherTimeScaleIsNamed) {
+  const gnss::NavigationData data =
+      read(replaced(kRinex3Sample, "G05 2019 04 28 12 00 00", "G05 2019 04 28 11 59 42"));
+  EXPECT_EQ(data.kepler.size(), 5u);
+  EXPECT_THAT(data.warnings,
+              ElementsAre(AllOf(HasSubstr("sky.rnx:9: "), HasSubstr("clock epoch -18 s from toe"))));
+}
+
 TEST(RinexNavigation, DamagedGlonass) {
   for (const auto& [from, to, warning] : std::vector<std::array<std::string, 3>>{
            {" 1.090894238281e+04", " 1.090894238281e+03", "not that of a GLONASS orbit"},
@@ -563,6 +575,7 @@ TEST(RinexNavigation, DamagedGlonass) {
            {" 2.288353955078e+04", "-2.288353955078e+04",
             "are not those of a GLONASS orbit: it would climb by"},
            {" 1.407806396484e+00", "-1.407806396484e+00", "are not those of a GLONASS orbit"},
+           {"R07 2019 04 28 11 45 00", "R07 2019 04 28 11 45 18", "s is not a multiple of 900 s, as GLONASS"},
            {"R07", "R28", "there is no R28"}}) {
     const gnss::NavigationData data = read(replaced(kRinex3Sample, from, to));
     EXPECT_TRUE(data.glonass.empty());

@@ -160,15 +160,27 @@ void check_week(const CheckedFields& f, gnss::System system, GpsTime toe_on_syst
   if (!f.at(21)) return;
   const int week = f.integer(21, "week number", 0, 9999);
   if (week == 0) return;  // of those who do not know it
+  constexpr int kRollover = 1024;
   const auto fits = [week](int expected) {
-    const int difference = ((week - expected) % 1024 + 1024) % 1024;
-    return difference <= 1 || difference == 1023;
+    const int difference = ((week - expected) % kRollover + kRollover) % kRollover;
+    return week < kRollover ? difference <= 1 || difference == kRollover - 1 : std::abs(week - expected) <= 1;
   };
   const int gps_week = toe_on_system_scale.week();
   if (fits(gps_week)) return;
+  if (system == gnss::System::Galileo && fits(gps_week - kRollover)) return;  // GST
   if (system == gnss::System::BeiDou && fits(gps_week - geodesy::kBdtWeekOffset)) return;
   throw DamagedRecord{
       fmt::format("week number {} does not go with the clock epoch (GPS week {})", week, gps_week)};
+}
+
+/// A reference time is a whole number of its field's units. One that is not was never sent: it is on another
+/// time scale, mostly UTC for GPST or GPST for UTC (17 or 18 s, 70 km of orbit).
+void require_unit(double seconds, gnss::System system) {
+  const int unit = reference_time_unit_s(system);
+  if (is_multiple(seconds, unit)) return;
+  throw DamagedRecord{fmt::format(
+      "reference time {:g} s is not a multiple of {} s, as {} sends it: it may be on another time scale",
+      seconds, unit, name(system))};
 }
 
 /// Whether the flags that RINEX 3.05 and later add to Bn (table A10, broadcast orbit 4) call it unfit: status
@@ -243,6 +255,17 @@ std::pair<int, int> satellite_numbers(gnss::System system) {
   return kNumbers[static_cast<std::size_t>(system)];
 }
 
+int reference_time_unit_s(gnss::System system) {
+  constexpr std::array<int, gnss::kAllSystems.size()> kUnit{16, 900, 60, 8, 16, 16};
+  static_assert(static_cast<int>(gnss::System::GLONASS) == 1 && static_cast<int>(gnss::System::SBAS) == 5);
+  return kUnit[static_cast<std::size_t>(system)];
+}
+
+bool is_multiple(double seconds, int unit) {
+  constexpr double kRounding_s = 0.5;
+  return std::abs(std::remainder(seconds, unit)) < kRounding_s;
+}
+
 std::size_t line_count(gnss::System system) {
   return system == gnss::System::GLONASS || system == gnss::System::SBAS ? 4 : 8;
 }
@@ -268,6 +291,7 @@ gnss::KeplerEphemeris decode_kepler(gnss::SatelliteId id, const std::vector<std:
   e.cus = f.required(9, "Cus", 1e-3);
   e.sqrt_a = f.required(10, "square root of the semi-major axis", orbit.least_sqrt_a, orbit.most_sqrt_a);
   const double toes = f.required(11, "toe", 0, kWeek);  // some write the week's end so
+  require_unit(toes, id.system);
   e.cic = f.required(12, "Cic", 1e-3);
   e.right_ascension = f.required(13, "OMEGA0", kTurn);
   e.cis = f.required(14, "Cis", 1e-3);
@@ -359,6 +383,7 @@ gnss::GlonassEphemeris decode_glonass(gnss::SatelliteId id, const std::vector<st
                                       Layout layout) {
   const CheckedFields f(lines, layout);
   const GpsTime utc = parse_epoch(lines.front(), layout);  // UTC, its date taken as if GPST
+  require_unit(utc.seconds_of_week(), id.system);
 
   gnss::GlonassEphemeris e;
   e.id = id;
@@ -397,6 +422,7 @@ gnss::SbasEphemeris decode_sbas(gnss::SatelliteId id, const std::vector<std::str
   gnss::SbasEphemeris e;
   e.id = id;
   e.toe = e.transmission = parse_epoch(lines.front(), layout);
+  require_unit(e.toe.seconds_of_week(), id.system);
   // More than message 9 can hold (RTCA DO-229 A.4.4.11). Orbits of 42,164 km and eccentricities to 0.05; in
   // the rotating frame 1 km/s is an inclination of 19 deg.
   e.clock_bias_s = f.required(0, "clock bias aGf0", 1e-5);

@@ -193,13 +193,21 @@ class Contradictions {
 void finish_observations(const std::filesystem::path& path, const ObservationOptions& options,
                          RinexObservations& recorded) {
   ObservationReport& report = recorded.report;
+  std::size_t stray = 0;
   geodesy::leave_out_stray_times(
       recorded.epochs, [](const ObservationEpoch& epoch) { return epoch.receiver_time; },
       [&](const ObservationEpoch& epoch) {
+        ++stray;
         --report.epochs;
         report.observations -= epoch.signals.size();
         report.notes.bad(epoch.line, "time of the epoch contradicts those around it");
       });
+  if (stray > recorded.epochs.size()) {
+    throw InputError(path, report.notes.first_bad()->line(),
+                     fmt::format("the times of {} of {} epochs do not follow the others", stray,
+                                 stray + recorded.epochs.size()),
+                     "sort the epochs by time");
+  }
   if (report.observations > 0) return Contradictions(recorded).leave_out();
   const std::string_view words = wanted_words(options);
   const std::vector<std::string> reasons = report.warnings();

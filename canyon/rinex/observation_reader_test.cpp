@@ -608,6 +608,17 @@ TEST(RinexObservation, APlaceOnNoEarthIsNone) {
               ElementsAre(HasSubstr("APPROX POSITION XYZ is 0 km from the Earth's centre")));
 }
 
+TEST(RinexObservation, EpochsInReverseAreRefused) {
+  const TemporaryFolder folder;
+  std::ofstream out(folder / "some.obs");
+  out << test::observations3();
+  for (int second = 50; second >= 40; --second) out << epoch3(second, 1) + kG05;
+  out.close();
+  EXPECT_THAT(std::string(error_of([&] { (void)read_rinex_observations(folder / "some.obs"); }).what()),
+              AllOf(HasSubstr("the times of 10 of 11 epochs do not follow the others"),
+                    HasSubstr("sort the epochs")));
+}
+
 TEST(RinexObservation, ManyDamagesAreCounted) {
   std::string text = test::observations3();
   for (int i = 0; i < 30; ++i) text += "> damaged\n";

@@ -10,6 +10,7 @@ seconds=$(awk "BEGIN {print int($minutes * 60)}")
 targets=("${@:3}")
 [ ${#targets[@]} -gt 0 ] || read -r -a targets < <("$fuzzer" 2>&1 | sed -n 's/.*must be one of: //p')
 export TMPDIR=/dev/shm UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1
+ulimit -n "$(ulimit -Hn)"    # libosmium leaves a file open for each damaged PBF
 found=0
 for target in "${targets[@]}"; do
   corpus=$1/corpus/$target log=$1/fuzz-$target.log examples=()

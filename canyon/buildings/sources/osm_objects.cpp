@@ -199,6 +199,9 @@ void for_each_object(const std::vector<MapSource>& sources, osmium::osm_entity_b
       }
       throw InputError(path, static_cast<int>(error.line), fmt::format("is cut short or damaged ({})", what),
                        "fetch it again");
+    } catch (const osmium::format_version_error& error) {
+      throw InputError(path, 0, fmt::format("is OpenStreetMap data of version '{}'", error.version),
+                       "version 0.6 is read: fetch a new extract");
     } catch (const osmium::invalid_location& error) {
       throw InputError(
           path, 0,

@@ -6,8 +6,10 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <mutex>
+#include <set>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -63,6 +65,8 @@ constexpr double kMetresPerDegree = 111'320;  // of latitude
 
 /// Heights of ground above sea level: the lowest shore is at -430 m, the highest summit at 8,849 m. Others
 /// are fill values that the raster does not declare.
+constexpr double kVoid_m = 20;  ///< above this, heights of exactly 0 stand out
+
 bool is_possible(double height_m) {
   return height_m >= -500 && height_m <= 9000;
 }
@@ -88,6 +92,7 @@ struct Raster::Impl {
   mutable double first_impossible_m = 0;
   double post_spacing_m = 0;                            ///< the smaller of the two
   mutable std::map<std::pair<int, int>, double> steep;  ///< drops between neighbours that no ground has [m]
+  mutable std::set<std::pair<int, int>> zeros;          ///< posts in use of exactly 0 m
 
   void open();
   void georeference(const TerrainOptions& options);
@@ -104,6 +109,13 @@ struct Raster::Impl {
   /// `columns` x `rows` of the pixels of a window.
   std::vector<double> values(const Window& of, int columns, int rows) const;
   std::optional<double> instead_of_impossible(int column, int row) const;
+  /// At most kMost x kMost of all pixels [m].
+  std::vector<double> overview() const {
+    constexpr int kMost = 256;
+    return values({0, 0, width, height}, std::min(width, kMost), std::min(height, kMost));
+  }
+  /// Of the pixels of an overview; coasts have heights down to 0.
+  double lowest_but_zero_m() const;
   /// Posts 10 m and more apart are means of the ground about them: no such ground is steeper than 5 in 1.
   void note_steepness(int left, int top, const std::vector<double>& heights) const;
   /// Throws InputError for an ASCII grid without as many numbers as its header says, which GDAL shifts.
@@ -242,7 +254,8 @@ std::optional<double> Raster::Impl::sample(double x, double y) const {
       const double weight_y = rows == 1 ? 1 : j == 0 ? 1 - (v - top) : v - top;
       const double weight = weight_x * weight_y;
       if (weight < 1e-9) continue;  // on a pixel's centre, but for rounding
-      double height_m = heights[static_cast<std::size_t>(j * columns + i)];
+      double height_m = heights[static_cast<std::size_t>(j) * static_cast<std::size_t>(columns) +
+                                static_cast<std::size_t>(i)];
       if (!std::isfinite(height_m)) return std::nullopt;
       if (!is_possible(height_m)) {
         if (impossible.empty()) first_impossible_m = height_m;
@@ -250,6 +263,7 @@ std::optional<double> Raster::Impl::sample(double x, double y) const {
         if (!filled) return std::nullopt;
         height_m = *filled;
       }
+      if (height_m == 0) zeros.emplace(left + i, top + j);
       sum += weight * height_m;
     }
   }
@@ -262,6 +276,13 @@ void Raster::Impl::note_steepness(int left, int top, const std::vector<double>& 
   const auto [low, high] = std::minmax_element(heights.begin(), heights.end());
   const bool possible = std::all_of(heights.begin(), heights.end(), is_possible);
   if (possible && *high - *low > kSteepest * post_spacing_m) steep.try_emplace({left, top}, *high - *low);
+}
+
+double Raster::Impl::lowest_but_zero_m() const {
+  double lowest_m = std::numeric_limits<double>::infinity();
+  for (const double height_m : overview())
+    if (height_m != 0 && is_possible(height_m)) lowest_m = std::min(lowest_m, height_m);
+  return std::isfinite(lowest_m) ? lowest_m : 0;
 }
 
 void Raster::Impl::check_ascii_grid() const {
@@ -342,9 +363,7 @@ RasterSummary Raster::summary() const {
   summary.columns = impl_->width;
   summary.rows = impl_->height;
   summary.spacing_m = impl_->post_spacing_m;
-  constexpr int kMost = 256;
-  const std::vector<double> heights = impl_->values(
-      {0, 0, impl_->width, impl_->height}, std::min(impl_->width, kMost), std::min(impl_->height, kMost));
+  const std::vector<double> heights = impl_->overview();
   std::size_t empty = 0;
   for (const double height_m : heights) {
     if (!is_possible(height_m)) {  // neither is NaN
@@ -393,6 +412,12 @@ std::vector<std::string> Raster::cautions() const {
     lines.push_back(fmt::format(
         "{}: heights differ by up to {:.0f} m between posts {:.0f} m apart, at {} places in use; damaged?",
         name, highest, impl_->post_spacing_m, impl_->steep.size()));
+  }
+  if (const double lowest_m = impl_->lowest_but_zero_m(); !impl_->zeros.empty() && lowest_m > kVoid_m) {
+    lines.push_back(fmt::format(
+        "{}: {} of the posts in use are exactly 0 m, where all others are {:.0f} m and more: are they voids? "
+        "declare the no-data value, e.g. with gdal_edit.py -a_nodata 0",
+        name, impl_->zeros.size(), lowest_m));
   }
   return lines;
 }

@@ -209,8 +209,11 @@ class ShapeReader {
     }
   }
 
-  /// A height that storeys contradict may be in feet, or above the sea.
+  /// A height that storeys contradict, or that no building has, may be in another unit, or above the sea.
   void warn_of_storeys() const {
+    constexpr double kHighestBuilding_m = 1000;
+    if (height_ && *height_ > kHighestBuilding_m)
+      tags_.warn(fmt::format("height={} is higher than any building; it is taken", shown("height")));
     constexpr double kFew = 4, kHighStorey_m = 12, kLowStorey_m = 1.5;
     if (!height_ || !levels_ || *levels_ < kFew) return;
     const double storey_m = (*height_ - min_height_.value_or(0)) / (*levels_ - min_level_.value_or(0));

@@ -284,6 +284,7 @@ TEST(ShapeFromTags, LeavesAbsurdValuesOutWithAWarning) {
   const std::vector<Case> cases{
       {{{"building", "yes"}, {"height", "-5"}}, 9, 0, 0, "height='-5' is outside [0.1, 2000] m"},
       {{{"building", "yes"}, {"height", "5000"}}, 9, 0, 0, "height='5000' is outside"},
+      {{{"building", "yes"}, {"height", "1200"}}, 1200, 0, 0, "height='1200' is higher than any building"},
       {{{"building", "yes"}, {"height", "tall"}}, 9, 0, 0, "height='tall' is not a length"},
       {{{"building", "yes"}, {"height", "0"}}, 9, 0, 0, "height='0' is outside"},
       {{{"building", "yes"}, {"height", "10"}, {"min_height", "12"}},

@@ -1,6 +1,7 @@
 #include "canyon/buildings/sources/terrain.hpp"
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -113,6 +114,22 @@ TEST_F(TerrainTest, ImpossibleHeightsAreFilledAndSaid) {
   }
   make_raster(folder_ / "all.tif", {}, [](double, double) { return 32767.0; });
   EXPECT_FALSE(Terrain({folder_ / "all.tif"}).height_m({114.0495, 22.4505}));
+}
+
+// Voids that a program has filled with 0; a coast has heights down to 0.
+TEST_F(TerrainTest, ZerosAmongHighGroundAreSaid) {
+  for (const bool coast : {false, true}) {
+    make_raster(folder_ / "zero.tif", {}, [coast](double x, double y) {
+      if (std::abs(x - 114.0495) < 1e-6 && std::abs(y - 22.4505) < 1e-6) return 0.0;
+      return coast && x < 114.02 ? 1.0 : 300.0;
+    });
+    const Terrain terrain({folder_ / "zero.tif"});
+    EXPECT_TRUE(terrain.height_m({114.0495, 22.4505}));
+    ASSERT_EQ(terrain.cautions().size(), coast ? 0U : 1U);
+    if (coast) continue;
+    EXPECT_TRUE(contains(terrain.cautions()[0], "1 of the posts in use are exactly 0 m"))
+        << terrain.cautions()[0];
+  }
 }
 
 TEST_F(TerrainTest, PlaneIsSampledExactly) {

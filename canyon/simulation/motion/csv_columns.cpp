@@ -242,6 +242,10 @@ CsvColumns::CsvColumns(const TextFile& file, const std::vector<std::string_view>
     const Named named = read_name(i, header[i]);
     if (named.kind != Kind::Other) {
       const auto at = found.find(named.kind);
+      if (at != found.end() && named.kind != Kind::Time && trim(header[i]) == at->second.column.name) {
+        throw file.error(fmt::format("the header names two columns '{}'", trim(header[i])),
+                         "rename the one that is not the path");
+      }
       if (at == found.end() || rank(named) > rank(at->second)) found[named.kind] = named;
     } else if (const auto least = least_number(words); least && !fix) {
       fix = i;

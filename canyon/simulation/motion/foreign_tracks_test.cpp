@@ -193,6 +193,11 @@ TEST_F(ForeignTracks, GpxRoutesHaveTheWayBetweenTheirPoints) {
   EXPECT_NEAR(route.places[3].height_m, 510, 1e-12);
 }
 
+TEST_F(ForeignTracks, TwoColumnsOfOneName) {
+  EXPECT_THAT(refusal("time,latitude,longitude,height,latitude\n0,48,11,500,0\n1,48,11,500,0\n"),
+              HasSubstr("the header names two columns 'latitude'"));
+}
+
 TEST_F(ForeignTracks, NmeaInDegreesOrWithDecimalCommas) {
   EXPECT_THAT(refusal("$GPGGA,100000,48.10000,N,011.10000,E,1,08,1.0,500.0,M,47.0,M,,\n", "nmea"),
               HasSubstr("the latitude '48.10000' is not ddmm.mmmm"));
@@ -200,6 +205,12 @@ TEST_F(ForeignTracks, NmeaInDegreesOrWithDecimalCommas) {
               HasSubstr("a decimal comma makes two fields of one"));
   EXPECT_THAT(refusal("$GPGGA,100000,4800.0,N,01100.0,E,DGNSS fix,8,1,500,M,47,M,,\n", "nmea"),
               HasSubstr("the quality 'DGNSS fix' is not a number"));
+  const TrajectoryFile degrees = read("$GPGGA,100000,4806.0,N,11.5,E,1,08,1.0,500.0,M,47.0,M,,\n", "nmea");
+  EXPECT_THAT(degrees.warnings, testing::Contains(HasSubstr("three digits or fewer before its point")));
+  EXPECT_THAT(refusal("$GPRMC,100000,A,4806.0,N,01130.0,E,0,0,010524,,,A\n"
+                      "$GPGGA,100000,4806.0,N,01130.0,E,1,08,1.0,1640.4,f,154.2,f,,\n",
+                      "nmea"),
+              HasSubstr("the unit 'f' of a height is not M"));
   // Near the equator, and a void sentence with empty fields.
   const TrajectoryFile near = read(
       "$GPGGA,095959,,,,,0,,,,,,,,\n$GPGGA,100000,0048.1,N,00012.0,E,1,08,1.0,500.0,M,47.0,M,,\n"

@@ -99,7 +99,8 @@ struct NmeaLog {
   std::vector<Dated> dates;
   std::vector<Void> voids;
   std::vector<OtherPosition> others;
-  RecordNotes notes;  ///< bad: sentences that are whole and make no sense
+  RecordNotes notes;                      ///< bad: sentences that are whole and make no sense
+  std::optional<InputError> passed_over;  ///< why no sentence of a better kind is read
 
   void leave_out(NmeaPosition& gga, std::string_view why) {
     gga.fix = false;
@@ -230,7 +231,10 @@ NmeaLog read_log(const std::filesystem::path& path) {
   }
   for (std::size_t k = 1; k < kNmeaPositionKinds.size() && !first.has_fix(); ++k) {
     NmeaLog log = read_log(path, kNmeaPositionKinds[k]);
-    if (log.has_fix()) return log;
+    if (!log.has_fix()) continue;
+    if (const auto& bad = first.notes.first_bad(); bad && first.notes.bad_count() > log.notes.bad_count())
+      log.passed_over = *bad;
+    return log;
   }
   return first;
 }
@@ -342,6 +346,7 @@ std::string_view unmeasured(long long quality) {
 
 InputError nothing_usable(const NmeaLog& log, std::size_t without_altitude) {
   if (log.notes.first_bad()) return *log.notes.first_bad();
+  if (log.passed_over) return *log.passed_over;
   if (without_altitude > 0) {
     return {log.notes.path(), 0, fmt::format("none of its {} fixes has an altitude", without_altitude),
             "trajectory.height_above_terrain_m does without"};
@@ -362,6 +367,10 @@ NmeaFixes read_nmea_fixes(const std::filesystem::path& path, GpsTime start, cons
   const GpsTime first_midnight = trusted_dates(log, since_ns).value_or(midnight_of(start));
   NmeaFixes result;
   result.has_own_dates = !log.dates.empty();
+  if (log.passed_over) {
+    log.notes.say(log.passed_over->line(), log.passed_over->problem(),
+                  fmt::format("positions are those of {}", log.kind->name));
+  }
   std::size_t without_altitude = 0;
   double last_height_m = 0;
   for (std::size_t i = 0; i < log.ggas.size(); ++i) {
@@ -380,6 +389,9 @@ NmeaFixes read_nmea_fixes(const std::filesystem::path& path, GpsTime start, cons
       log.notes.skip(gga.line, log.sentence("with a fix of 0 satellites"), "it is taken");
     else if (gga.diluted)
       log.notes.skip(gga.line, log.sentence("with a dilution of precision of 50 or more"), "it is taken");
+    if (gga.short_longitude)
+      log.notes.skip(gga.line, log.sentence("whose longitude has three digits or fewer before its point"),
+                     "taken as degrees and minutes, dddmm.mmmm");
     if (!gga.altitude) {
       ++without_altitude;
       log.notes.skip(

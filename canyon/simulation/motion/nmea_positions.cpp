@@ -114,6 +114,8 @@ NmeaPosition read_position(const TextFile& file, const NmeaPositionKind& kind, c
   const double latitude_deg = nmea_angle_deg(file, latitude, field(kind.latitude + 1), "NS", 90, "latitude");
   const double longitude_deg =
       nmea_angle_deg(file, field(kind.latitude + 2), field(kind.latitude + 3), "EW", 180, "longitude");
+  constexpr std::size_t kDegreesAlone = 3;
+  result.short_longitude = longitude_deg != 0 && field(kind.latitude + 2).find('.') <= kDegreesAlone;
   result.place = Geodetic::from_degrees(latitude_deg, longitude_deg, height_m);
   result.time_of_day_ns = nmea_time_of_day(file, time);
   return result;

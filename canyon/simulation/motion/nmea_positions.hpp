@@ -31,8 +31,9 @@ struct NmeaPosition {
   bool separation = false;
   bool zero_altitude = false, zero_separation = false;
   bool checked = false;
-  bool no_satellites = false;  ///< says that none is used
-  bool diluted = false;        ///< has a dilution of precision that stands for none, such as 99.99
+  bool no_satellites = false;    ///< says that none is used
+  bool short_longitude = false;  ///< of no more digits than degrees have
+  bool diluted = false;          ///< has a dilution of precision that stands for none, such as 99.99
   long long quality = 0;
   long long dimensions = 0;  ///< the best mode of the GSA sentences behind it: 1 no fix, 2 or 3 dimensions
   int line = 0;
