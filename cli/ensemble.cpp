@@ -99,6 +99,15 @@ class EnsembleDrive : public RecordedDrive {
   validation::EnsembleRow row_;
 };
 
+/// A 90 % interval of fewer draws ends at the smallest and the largest (predictive_quantile()).
+void warn_of_few(std::size_t count) {
+  constexpr std::size_t kFewest = 19;
+  if (count >= kFewest) return;
+  const auto draws = static_cast<double>(count);
+  print_warnings({fmt::format("90 % intervals of {} draws are intervals of {:.0f} %: write --ensemble {}",
+                              count, 100 * (draws - 1) / (draws + 1), kFewest)});
+}
+
 using Drives = std::vector<std::unique_ptr<EnsembleDrive>>;
 
 std::vector<validation::EnsembleRow> rows_of(const Drives& drives) {
@@ -132,6 +141,7 @@ void write_ensemble(const EnsembleArguments& arguments, const Drives& drives) {
   if (!arguments.csv.empty()) write_file(arguments.csv, validation::ensemble_csv(rows));
   if (write_results(arguments, markdown, [&rows] { return validation::ensemble_json(rows); })) {
     fmt::print("\n{}", markdown);
+    warn_of_few(static_cast<std::size_t>(*arguments.draws));
   }
 }
 

@@ -615,7 +615,7 @@ P
   says err "2 of 3 draws in cut.jsonl"; cmp -s e.json cut.json || fail "a resumed ensemble differs"
   runs 2 "$canyon" validate open.yaml "${judge[@]:3}" --ensemble 4 --keep cut.jsonl; one_line; says err "cut.jsonl:1: the draws of another ensemble"
   runs 2 "$canyon" validate open.yaml "${judge[@]:3}" --keep cut.jsonl; says err "--keep requires --ensemble"
-  runs 0 "$canyon" validate open.yaml "${judge[@]:3}" --ensemble 2 --known level,facades; says out "skyline" "satellites used"
+  runs 0 "$canyon" validate open.yaml "${judge[@]:3}" --ensemble 2 --known level,facades; says out "skyline" "satellites used"; says err "90 % intervals of 2 draws are intervals of 33 %: write --ensemble 19"
   ! grep -q "^- level" out || fail "a known level was drawn"
   runs 2 "$canyon" validate open.yaml "${judge[@]:3}" --ensemble 2 --known levl; one_line; says err "no unknown 'levl'"
   runs 2 "$canyon" validate open.yaml "${judge[@]:3}" --unsaid; says err "--unsaid requires --ensemble"
