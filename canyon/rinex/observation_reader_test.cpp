@@ -545,8 +545,14 @@ TEST(RinexObservation, RowsThatLostACharacterAreLeftOut) {
   for (const char* digits : {"20604864.859", "108279273.141"}) {
     std::string cut = row;
     cut.erase(cut.find(digits) + 2, 1);
-    const auto file =
-        read(test::observations3() + epoch3(34, 1) + row + epoch3(35, 1) + cut + epoch3(36, 1) + row);
+    std::string text = test::observations3();
+    text.append(epoch3(34, 1))
+        .append(row)
+        .append(epoch3(35, 1))
+        .append(cut)
+        .append(epoch3(36, 1))
+        .append(row);
+    const auto file = read(text);
     ASSERT_THAT(file.epochs, SizeIs(3));
     EXPECT_THAT(file.epochs[1].signals, SizeIs(0)) << digits;
     EXPECT_THAT(file.report.warnings(),

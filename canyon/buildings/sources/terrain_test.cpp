@@ -495,6 +495,7 @@ TEST_F(TerrainTest, ManyThreadsGetTheSameHeights) {
   const Terrain terrain({folder_ / "utm.tif"});
   const auto place = [](int i) { return LonLat(114.10 + 1e-5 * (i % 977), 22.395 + 1e-5 * (i % 991)); };
   std::vector<double> expected;
+  expected.reserve(2000);
   for (int i = 0; i < 2000; ++i) expected.push_back(terrain.height_m(place(i)).value_or(-1));
   std::vector<std::thread> threads;
   std::vector<int> wrong(4);

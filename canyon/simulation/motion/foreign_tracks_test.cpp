@@ -1,4 +1,5 @@
 // Tracks as programs and receivers of others write them, with made-up values.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -311,8 +312,8 @@ TEST_F(ForeignTracks, AccuraciesAndModesOfReceiversWithoutAFix) {
     const auto comma = column.find(',');
     const std::string good = column.starts_with("mode") ? "3D" : "1";
     const TrajectoryFile file =
-        read("time,lat,lon,height," + column.substr(0, comma) + "\n0,47,11,500," + column.substr(comma + 1) +
-             "\n1,48,11.5,500," + good + "\n2,48,11.5,500," + good + "\n");
+        read(fmt::format("time,lat,lon,height,{}\n0,47,11,500,{}\n1,48,11.5,500,{}\n2,48,11.5,500,{}\n",
+                         column.substr(0, comma), column.substr(comma + 1), good, good));
     EXPECT_NEAR(latitude_deg(file.trajectory), 48, 1e-12) << column;
     EXPECT_THAT(file.warnings, Contains(HasSubstr("path:2: line without a fix"))) << column;
   }
