@@ -118,6 +118,13 @@ TEST_F(ForeignMeshes, BinaryStlOfAnotherSizeThanItSays) {
   }
 }
 
+TEST_F(ForeignMeshes, AsciiStlInCapitals) {
+  EXPECT_THAT(refusal_of("a.stl",
+                         "SOLID house\n FACET NORMAL 0 0 1\n  OUTER LOOP\n   VERTEX 0 0 0\n"
+                         "   VERTEX 9 0 0\n   VERTEX 0 9 0\n  ENDLOOP\n ENDFACET\nENDSOLID house\n"),
+              HasSubstr("is an ASCII STL file in capitals"));
+}
+
 TEST_F(ForeignMeshes, PointsAndLinesAreNoCity) {
   for (const std::string& text :
        {std::string("v 0 0 0\nv 9 0 0\np 1 2\n"), std::string("v 0 0 0\nv 9 0 0\nl 1 2\n")})

@@ -202,6 +202,10 @@ std::vector<std::string> check_stl(const std::filesystem::path& path) {
       return note.empty() ? std::vector<std::string>() : std::vector{note};
     }
   }
+  if (!solid && lower_case(head).starts_with("solid") && head.find('\0') == std::string::npos) {
+    throw InputError(path, 0, "is an ASCII STL file in capitals, which the importer does not read",
+                     "write its words in lower case, for instance by tr A-Z a-z");
+  }
   if (!solid || head.find('\0') != std::string::npos) {
     throw InputError(path, 0, "is a binary STL file whose size is not that of the triangles that it says",
                      "export or copy it again: it is damaged");

@@ -98,26 +98,41 @@ class NavigationReview {
   }
 
  private:
-  /// The planes of GLONASS turn by 15 deg an hour under the Earth, so that they tell a whole file in another
-  /// zone's time, which its records, all wrong alike, do not.
+  /// The planes of GLONASS turn by 15 deg an hour under the Earth, so that they tell a whole file in Moscow's
+  /// time, which its records, all wrong alike, do not. Where most records lie elsewhere by another angle, the
+  /// file may be of another constellation, such as a simulator's.
   void leave_out_other_planes() {
-    constexpr double kAllowed = geodesy::radians(12), kMoscow = geodesy::radians(-3 * 15.04);
+    constexpr double kAllowed = geodesy::radians(12), kMoscow = geodesy::radians(3 * 15.04);
     std::vector<std::uint8_t> gone(data_.glonass.size());
+    std::ptrdiff_t in_moscow = 0;
     for (std::size_t i = 0; i < gone.size(); ++i) {
-      const gnss::GlonassEphemeris& e = data_.glonass[i];
-      const double off = off_plane(e);
-      if (std::abs(off) <= kAllowed) continue;
-      gone[i] = 1;
-      const bool moscow = std::abs(off + kMoscow) < kAllowed;
-      notes_.bad(remark(e, fmt::format("orbit {:.0f} deg from the plane of its slot: {}",
-                                       geodesy::degrees(std::abs(off)),
-                                       moscow ? "the time seems to be Moscow's, 3 h ahead of UTC"
-                                              : "the time or the satellite's number is wrong")),
-                 1, "record left out");
+      const double off = off_plane(data_.glonass[i]);
+      gone[i] = std::abs(off) > kAllowed ? 1 : 0;
+      in_moscow += std::abs(off - kMoscow) < kAllowed ? 1 : 0;
+    }
+    const auto elsewhere = std::count(gone.begin(), gone.end(), 1);
+    if (elsewhere == 0) return;
+    const bool most = 2 * elsewhere > static_cast<std::ptrdiff_t>(gone.size());
+    const bool moscow = 2 * in_moscow > elsewhere;
+    const auto first = static_cast<std::size_t>(std::find(gone.begin(), gone.end(), 1) - gone.begin());
+    if (most && !moscow) {
+      notes_.say(remark(data_.glonass[first],
+                        fmt::format("{} of {} GLONASS orbits lie elsewhere than the planes of their slots",
+                                    elsewhere, gone.size()),
+                        "right for a simulated constellation; else their times are of another zone"));
+      return;
+    }
+    for (std::size_t i = 0; i < gone.size(); ++i) {
+      if (gone[i] == 0) continue;
+      notes_.bad(
+          remark(data_.glonass[i], fmt::format("orbit {:.0f} deg from the plane of its slot: {}",
+                                               geodesy::degrees(std::abs(off_plane(data_.glonass[i]))),
+                                               moscow ? "the time seems to be Moscow's, 3 h ahead of UTC"
+                                                      : "the time or the satellite's number is wrong")),
+          1, "record left out");
     }
     // Spares, which have no slot, go with the others of their file.
-    if (2 * std::count(gone.begin(), gone.end(), 1) > static_cast<std::ptrdiff_t>(gone.size()))
-      std::fill(gone.begin(), gone.end(), 1);
+    if (most) std::fill(gone.begin(), gone.end(), 1);
     take_out(data_.glonass, gone, [](const gnss::GlonassEphemeris&) {});
   }
 
