@@ -341,14 +341,24 @@ class Reader {
     } else {
       data_.kepler.push_back(decode_kepler(id, lines, layout_, message));
       data_.kepler.back().line = record.line;
-      doubt_clock_epoch(data_.kepler.back());
+      doubt_times(data_.kepler.back());
     }
   }
 
-  /// A clock epoch on another time scale moves the clock by centimetres only.
-  void doubt_clock_epoch(const gnss::KeplerEphemeris& e) {
+  /// A clock epoch on another time scale moves the clock by centimetres only; a reference time that was never
+  /// sent may be a simulator's.
+  void doubt_times(const gnss::KeplerEphemeris& e) {
+    const double own_s =
+        e.toe.seconds_of_week() - (e.id.system == gnss::System::BeiDou ? geodesy::kBdtSecondsOffset : 0);
+    const int unit = reference_time_unit_s(e.id.system);
+    if (!is_multiple(own_s, unit)) {
+      notes_.skip(
+          e.line,
+          fmt::format("reference time is not a multiple of {} s, as {} sends it", unit, name(e.id.system)),
+          "used as it is");
+    }
     const double apart_s = e.toc - e.toe;
-    if (is_multiple(apart_s, reference_time_unit_s(e.id.system))) return;
+    if (is_multiple(apart_s, unit)) return;
     notes_.skip(e.line, fmt::format("clock epoch {:g} s from toe: it may be on another time scale", apart_s),
                 "used as it is");
   }

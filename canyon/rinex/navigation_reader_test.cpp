@@ -567,6 +567,17 @@ TEST(RinexNavigation, AClockEpochOnAnotherTimeScaleIsNamed) {
               ElementsAre(AllOf(HasSubstr("sky.rnx:9: "), HasSubstr("clock epoch -18 s from toe"))));
 }
 
+// Ten minutes behind the hour, which no satellite of GPS sends: a simulator's.
+TEST(RinexNavigation, ReferenceTimesOfSimulatorsAreNamedAndUsed) {
+  const std::string text =
+      replaced(replaced(kRinex3Sample, "G05 2019 04 28 12 00 00", "G05 2019 04 28 12 10 00"),
+               "4.320000000000e+04 3.594905138016e-08", "4.380000000000e+04 3.594905138016e-08");
+  const gnss::NavigationData data = read(text);
+  EXPECT_EQ(data.kepler.size(), 5u);
+  EXPECT_THAT(data.warnings, ElementsAre(AllOf(HasSubstr("sky.rnx:9: "), HasSubstr("not a multiple of 16 s"),
+                                               HasSubstr("used as it is"))));
+}
+
 TEST(RinexNavigation, DamagedGlonass) {
   for (const auto& [from, to, warning] : std::vector<std::array<std::string, 3>>{
            {" 1.090894238281e+04", " 1.090894238281e+03", "not that of a GLONASS orbit"},
