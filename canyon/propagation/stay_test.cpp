@@ -20,8 +20,10 @@ namespace {
 using Eigen::Vector3d;
 
 std::vector<Vector3d> sky(double turned_rad) {
+  constexpr int kDirections = 70;  // two groups of DirectionBins
   std::vector<Vector3d> result;
-  for (int i = 0; i < 70; ++i)  // two groups of DirectionBins
+  result.reserve(kDirections);
+  for (int i = 0; i < kDirections; ++i)
     result.push_back(geodesy::enu_from_azimuth_elevation(0.7 * i + turned_rad, 0.1 + 0.02 * i));
   return result;
 }

@@ -1,5 +1,6 @@
 #include "canyon/simulation/scenario/scenario.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
@@ -35,7 +36,7 @@ const std::filesystem::path kSource = canyon_source_dir;
 
 // The message for a scenario of this text, from its name on.
 std::string fault(const std::string& text) {
-  const std::string what = error_of([&] { (void)parse_scenario(text, "s.yaml"); }).what();
+  std::string what = error_of([&] { (void)parse_scenario(text, "s.yaml"); }).what();
   EXPECT_THAT(what, StartsWith("s.yaml"));
   return what;
 }
