@@ -316,7 +316,8 @@ std::optional<FileReport> inspect_run_table(const std::filesystem::path& path) {
     const std::vector<std::string_view> cells = split(*line, ',');
     const auto week = parse_integer(cells.front());
     const auto tow_s = cells.size() > 1 ? parse_double(cells[1]) : std::nullopt;
-    if (cells.size() != columns.size() || !week || !tow_s) {
+    // Quoted names of materials may hold commas.
+    if (cells.size() < columns.size() || !week || !tow_s) {
       throw file.error(fmt::format("is not a row of the {} columns of the header", columns.size()),
                        "run the scenario again");
     }

@@ -184,6 +184,8 @@ TEST_F(Inspect, TablesOfRuns) {
   EXPECT_EQ(value(seen, "columns"), "gps_week, gps_tow, speed_left_mps, ticks_left");
   EXPECT_THAT(fault("imu.csv", "gps_week,gps_tow,x\n2421,115218.1,0.5\n2421,1152"),
               HasSubstr("imu.csv:3: is not a row of the 3 columns"));
+  EXPECT_EQ(value(report("paths.csv", "gps_week,gps_tow,material\n2421,115218.1,\"brick, red\"\n"), "rows"),
+            "1");
   EXPECT_EQ(report("epochs.csv",
                    "gps_week,gps_tow,latitude_deg,longitude_deg,height_m\n2421,115218,22,114,3\n"
                    "2421,115219,22,114,4\n")
