@@ -63,10 +63,10 @@ std::optional<double> metres_of_unit(const std::string& unit, const std::filesys
 
 constexpr double kMetresPerDegree = 111'320;  // of latitude
 
+constexpr double kVoid_m = 20;  ///< where all others are higher, heights of exactly 0 are doubtful
+
 /// Heights of ground above sea level: the lowest shore is at -430 m, the highest summit at 8,849 m. Others
 /// are fill values that the raster does not declare.
-constexpr double kVoid_m = 20;  ///< above this, heights of exactly 0 stand out
-
 bool is_possible(double height_m) {
   return height_m >= -500 && height_m <= 9000;
 }
