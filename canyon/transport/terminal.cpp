@@ -135,6 +135,7 @@ class PseudoTerminal final : public Terminal {
     termios settings{};
     tcgetattr(other_end_.native_handle(), &settings);
     cfmakeraw(&settings);
+    settings.c_oflag = kUnchangedOutput;
     tcsetattr(other_end_.native_handle(), TCSANOW, &settings);
     notes_.push_back(fmt::format("the pseudo-terminal is {}", name.data()));
     if (!link.empty()) make_link(link, name.data());
@@ -146,10 +147,30 @@ class PseudoTerminal final : public Terminal {
   void set_baud(int baud) override {
     if (line_ && baud > 0) line_->baud = baud;
   }
+  void serve() override {
+    accept_settings();
+    Terminal::serve();
+  }
   PseudoTerminal(const PseudoTerminal&) = delete;
   PseudoTerminal& operator=(const PseudoTerminal&) = delete;
 
  private:
+  /// Output is processed, and no processing is on: bytes pass as they are.
+  static constexpr tcflag_t kUnchangedOutput = OPOST;
+
+  /// A pseudo-terminal has no receiver to switch off, 5 to 7 bits or parity. The C library therefore calls a
+  /// change of settings that asks for it an error (EINVAL), unless something else changes too. PX4's drivers
+  /// leave the receiver (CREAD) out, and give the device up. They switch processing off, so this is what
+  /// changes: it is on again whenever they open the device anew.
+  void accept_settings() {
+    termios settings{};
+    const int end = other_end_.native_handle();
+    if (tcgetattr(end, &settings) != 0 || settings.c_oflag == kUnchangedOutput) return;
+    if ((settings.c_oflag & OPOST) != 0) return;  // a program that wants its output processed
+    settings.c_oflag = kUnchangedOutput;
+    tcsetattr(end, TCSANOW, &settings);
+  }
+
   /// In place of a link that a run before has left; any other file stays.
   void make_link(const std::filesystem::path& link, const char* name) {
     std::error_code error;

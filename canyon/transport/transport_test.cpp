@@ -5,11 +5,13 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <termios.h>
 #include <unistd.h>
 
 #include <array>
 #include <boost/asio.hpp>
 #include <chrono>
+#include <cstring>
 #include <fstream>
 #include <future>
 #include <optional>
@@ -254,17 +256,52 @@ TEST(Transport, DatagramsToNobodyAreLost) {
   for (int i = 0; i < 10; ++i) EXPECT_NO_THROW(transport->send("x"));
 }
 
+std::string pseudo_terminal_of(Transport& transport) {
+  const auto notes = transport.take_notes();
+  EXPECT_THAT(notes, ElementsAre(HasSubstr("the pseudo-terminal is /dev/pts/")));
+  return notes.front().substr(notes.front().find("/dev"));
+}
+
 TEST(Transport, PseudoTerminalPassesBytesAsTheyAre) {
   const auto transport = open_transport("pty:");
-  const auto notes = transport->take_notes();
-  ASSERT_THAT(notes, ElementsAre(HasSubstr("the pseudo-terminal is /dev/pts/")));
-  const std::string name = notes.front().substr(notes.front().find("/dev"));
+  const std::string name = pseudo_terminal_of(*transport);
   const int reader = open(name.c_str(), O_RDONLY | O_NOCTTY);
   ASSERT_GE(reader, 0) << name;
   const std::string bytes = "$GPGGA*00\r\n\n\x03\x04\x11\x13\x7F\xFF";  // CR LF, Ctrl-C, Ctrl-D, XON, XOFF
   transport->send(bytes);
   EXPECT_EQ(read_from(reader, bytes.size()), bytes);
   close(reader);
+}
+
+// As PX4's drivers open a device, again after each failure to find a receiver: raw, 8 bits, without CREAD.
+TEST(Transport, PseudoTerminalIsConfiguredByPx4) {
+  const auto transport = open_transport("pty:");
+  const std::string device = pseudo_terminal_of(*transport);
+  for (int attempt = 0; attempt < 3; ++attempt) {
+    const int end = open(device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK);
+    termios settings{};
+    ASSERT_EQ(tcgetattr(end, &settings), 0);
+    settings.c_iflag &=
+        ~static_cast<tcflag_t>(IGNBRK | BRKINT | ICRNL | INLCR | PARMRK | INPCK | ISTRIP | IXON);
+    settings.c_oflag = 0;
+    settings.c_lflag &= ~static_cast<tcflag_t>(ECHO | ECHONL | ICANON | IEXTEN | ISIG);
+    settings.c_cflag = CS8;
+    cfsetispeed(&settings, B57600);
+    cfsetospeed(&settings, B57600);
+    EXPECT_EQ(tcsetattr(end, TCSANOW, &settings), 0) << attempt << ": " << std::strerror(errno);
+    transport->serve();
+    transport->send("\r\n\t\x1b");
+    EXPECT_EQ(read_from(end, 4), "\r\n\t\x1b");
+    ASSERT_EQ(write(end, "\r\n\t\n", 4), 4);
+    std::string back;
+    for (int i = 0; i < 1000 && back.size() < 4; ++i) {
+      transport->serve();
+      for (const Received& received : transport->take_received()) back += received.bytes;
+      poll(nullptr, 0, 1);
+    }
+    EXPECT_EQ(back, "\r\n\t\n");
+    close(end);
+  }
 }
 
 TEST(Transport, PseudoTerminalGoesOnWithoutReaders) {
