@@ -110,8 +110,8 @@ void check_calendar(const CalendarTime& c, int max_second) {
 
 /// Seconds since 1980-01-06 00:00 of the calendar's own scale, no leap seconds.
 std::int64_t linear_seconds(const CalendarTime& c) {
-  return (days_from_civil(c.year, c.month, c.day) - kGpsEpochDays) * kSecondsPerDay + c.hour * 3600 +
-         c.minute * 60 + c.second;
+  return (days_from_civil(c.year, c.month, c.day) - kGpsEpochDays) * kSecondsPerDay +
+         std::int64_t{c.hour} * 3600 + std::int64_t{c.minute} * 60 + c.second;
 }
 
 /// The date and time of a clock that shows `offset` (whole minutes) more; second 60 stays second 60.
@@ -161,6 +161,15 @@ int leap_seconds(GpsTime t) {
     if (s >= gps_second_of(entry)) offset = entry.gpst_minus_utc;
   }
   return offset;
+}
+
+GpsTime last_leap_second(GpsTime t) {
+  const std::int64_t s = floor_seconds(t);
+  std::int64_t last = 0;
+  for (const LeapEntry& entry : kLeapTable) {
+    if (s >= gps_second_of(entry)) last = gps_second_of(entry);
+  }
+  return GpsTime{} + seconds(last);
 }
 
 CalendarTime calendar_from_gps(GpsTime t) {

@@ -25,6 +25,9 @@ struct CalendarTime {
 /// the leap second of 2016-12-31 (IERS Bulletin C announces none up to this release); later times get its
 /// value.
 [[nodiscard]] int leap_seconds(GpsTime t);
+/// The instant since which leap_seconds() has its value at `t`, 00:00:00 UTC of a day; before 1981-07-01 the
+/// beginning of GPS time.
+[[nodiscard]] GpsTime last_leap_second(GpsTime t);
 
 /// GPST as a calendar date (the date that RINEX prints for GPS).
 [[nodiscard]] CalendarTime calendar_from_gps(GpsTime t);

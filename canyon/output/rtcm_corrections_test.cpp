@@ -84,6 +84,9 @@ TEST(RtcmCorrections, ComeOverAUbxLine) {
   std::string settings("\x00\x01\x00\x00", 4);
   for (const char port : {'\x68', '\x69', '\x6a', '\x6b', '\x6c'})
     settings += std::string{port, 2, '\x91', 0x20, 1};
+  // RXM-COR likewise.
+  for (const char port : {'\xb6', '\xb7', '\xb8', '\xb9', '\xba'})
+    settings += std::string{port, 6, '\x91', 0x20, 1};
   (void)device->receive(0, ubx::frame(0x068A, settings));
   (void)device->encode(epoch);
   std::string said = device->receive(0, bytes.substr(0, 40));
@@ -97,6 +100,11 @@ TEST(RtcmCorrections, ComeOverAUbxLine) {
   for (std::size_t at = said.find(header); at != std::string::npos; at = said.find(header, at + 1))
     ++messages;
   EXPECT_GE(messages, 3U);  // 1005, 1033 and MSM7 of each system
+  const std::string correction{'\xb5', '\x62', '\x02', '\x34', 12, 0};
+  std::size_t corrections = 0;
+  for (std::size_t at = said.find(correction); at != std::string::npos; at = said.find(correction, at + 1))
+    ++corrections;
+  EXPECT_EQ(corrections, messages);
   std::string broken = bytes;
   broken[broken.size() - 10] ^= 1;
   EXPECT_NE(device->receive(0, broken).find(header), std::string::npos);

@@ -38,6 +38,9 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     last_->environment = nullptr;
     last_->sensors = nullptr;
     told_.emplace(epochs_.next(*last_));
+    waves_ =
+        epoch.arrival != nullptr ? epoch.arrival->interference : std::vector<propagation::Interference>();
+    security_log_.take({*told_, generation_, jamming_monitor(), nullptr, nullptr});
     const ubx::Configuration& settings = commands_.configuration();
     const bool speaks = settings.value(ubx::kOutputUbx).value_or(0) != 0 && commands_.running();
     std::string text;
@@ -73,31 +76,36 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
   std::optional<disturbance::RestartKind> take_restart() override { return commands_.take_restart(); }
 
  private:
-  static constexpr ubx::MessageId kSubframes = 0x0213, kReceivedRtcm = 0x0232;
+  static constexpr ubx::MessageId kSubframes = 0x0213, kReceivedRtcm = 0x0232, kCorrection = 0x0234;
 
   static bool of_epochs(const ubx::MessageInfo& info) {
     constexpr ubx::MessageId kNmea = 0xF000;
     return info.sent == ubx::Sent::Epochs && info.id < kNmea;
   }
 
-  /// RXM-RTCM of each message that the decoder has found since.
+  [[nodiscard]] bool jamming_monitor() const {
+    return commands_.configuration().value(ubx::kJammingMonitor).value_or(0) != 0;
+  }
+
+  /// RXM-RTCM and RXM-COR of each message that the decoder has found since.
   [[nodiscard]] std::string received_rtcm(const canyon::rtcm::DecoderStatus& before) const {
     const ubx::Configuration& settings = commands_.configuration();
-    const bool wanted = settings.rate(kReceivedRtcm) > 0 && settings.value(ubx::kOutputUbx).value_or(0) != 0;
-    if (!wanted || !commands_.running()) return {};
+    if (settings.value(ubx::kOutputUbx).value_or(0) == 0 || !commands_.running()) return {};
     const canyon::rtcm::DecoderStatus& now = epochs_.corrections_status();
     std::string text;
+    const auto tell = [&](const ubx::ReceivedRtcm& received) {
+      if (settings.rate(kReceivedRtcm) > 0) text += ubx::frame(kReceivedRtcm, ubx::rtcm_payload(received));
+      if (settings.rate(kCorrection) > 0) text += ubx::frame(kCorrection, ubx::correction_payload(received));
+    };
     for (const auto& [type, count] : now.messages) {
       const auto had = before.messages.find(type);
       const auto unread = now.messages_unread.find(type);
       for (std::uint64_t k = had == before.messages.end() ? 0 : had->second; k < count; ++k) {
-        text +=
-            ubx::frame(kReceivedRtcm,
-                       ubx::rtcm_payload({type, false, unread == now.messages_unread.end(), now.station}));
+        tell({type, false, unread == now.messages_unread.end(), now.station});
       }
     }
     for (std::uint64_t k = before.checksum_errors; k < now.checksum_errors; ++k) {
-      text += ubx::frame(kReceivedRtcm, ubx::rtcm_payload({0, true, false, std::nullopt}));
+      tell({0, true, false, std::nullopt});
     }
     return text;
   }
@@ -109,8 +117,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
       return info.id == id && of_epochs(info);
     });
     if (!told_ || !is_there) return std::nullopt;
-    const bool jamming_monitor = commands_.configuration().value(ubx::kJammingMonitor).value_or(0) != 0;
-    return ubx::payload(id, {*told_, generation_, jamming_monitor});
+    return ubx::payload(id, {*told_, generation_, jamming_monitor(), &security_log_.events(), &waves_});
   }
 
   /// ESF-MEAS of each sample since the epoch before, in the order of their times. Time tags count from the
@@ -182,6 +189,8 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
   std::optional<DeviceEpoch> told_;               ///< of last_, to which it refers
   std::array<std::int64_t, 2> wheel_ticks_{};     // of the last sample
   std::array<std::uint32_t, 2> counted_ticks_{};  // in either direction
+  ubx::SecurityLog security_log_;
+  std::vector<propagation::Interference> waves_;  ///< of last_
   std::int64_t interval_ = -1;
   std::int64_t navigations_ = 0;
 };

@@ -340,6 +340,132 @@ TEST(UbxDevice, AcknowledgesRtcm) {
   EXPECT_EQ(ubx::rtcm_payload({1005, false, false, 4095}), std::string("\2\2\0\0\xFF\x0F\xED\3", 8));
 }
 
+// RXM-COR of RTCM 3: protocol 1, bit 5 error-free (bit 6 erroneous), bits 7 and 8 as above, the station in
+// bits 9 to 24, bit 25 the type is there, bit 28 in clear.
+TEST(UbxDevice, AcknowledgesCorrections) {
+  const auto said = [](const ubx::ReceivedRtcm& received) {
+    return Message{0x0234, ubx::correction_payload(received)};
+  };
+  const Message used = said({1077, false, true, 7});
+  ASSERT_EQ(used.payload.size(), 12U);
+  EXPECT_EQ(used.u(0, 1), 1U);
+  EXPECT_EQ(used.u(4, 4), 1U | 1U << 5 | 2U << 7 | 7U << 9 | 1U << 25 | 1U << 28);
+  EXPECT_EQ(used.u(8, 2), 1077U);
+  EXPECT_EQ(said({0, true, std::nullopt, std::nullopt}).u(4, 4), 1U | 2U << 5 | 0xFFFFU << 9 | 1U << 28);
+}
+
+// The last leap second was inserted at the end of 2016-12-31, a Saturday, day 7 of week 1929.
+TEST(UbxDevice, TellsTheLeapSecond) {
+  Device device(encode_ubx);
+  const auto e = ubx_epoch();
+  (void)device.encode(e);
+  const auto answers = device.send(0x0126);
+  const Message& m = find(answers, 0x0126);
+  ASSERT_EQ(m.payload.size(), 24U);
+  EXPECT_EQ(m.u(8, 1), 2U) << "GPS states it";
+  EXPECT_EQ(m.u(9, 1), 18U);
+  EXPECT_EQ(m.u(11, 1), 0U);
+  const auto utc = geodesy::gps_from_utc({2017, 1, 1});
+  EXPECT_EQ(m.i4(12), static_cast<std::int64_t>(std::floor(utc - e.observed.time)));
+  EXPECT_EQ(m.u(16, 2), 1929U);
+  EXPECT_EQ(m.u(18, 2), 7U);
+  EXPECT_EQ(m.u(23, 1), 3U);
+}
+
+// Variances 4, 2.25 and 9 m^2 east, north and up; velocities 0.05, 0.09 and ...: 1.96 standard deviations.
+TEST(UbxDevice, BoundsTheErrors) {
+  auto e = ubx_epoch();
+  Device device(encode_ubx);
+  (void)device.encode(e);
+  const auto answers = device.send(0x0162);
+  const Message& m = find(answers, 0x0162);
+  ASSERT_EQ(m.payload.size(), 52U);
+  EXPECT_EQ(m.u(0, 1), 1U);
+  EXPECT_EQ(m.u(1, 1), 5U) << "per cent";
+  EXPECT_EQ(m.u(3, 1), 1U);
+  EXPECT_EQ(m.u(4, 1), 1U) << "north, east, down";
+  EXPECT_EQ(m.u(16, 4), 2940U);
+  EXPECT_EQ(m.u(20, 4), 3920U);
+  EXPECT_EQ(m.u(24, 4), 5880U);
+  const auto& velocity = *e.observed.fix.velocity_covariance_enu;
+  EXPECT_NEAR(static_cast<double>(m.u(28, 4)), 1960 * std::sqrt(velocity(1, 1)), 1);
+  EXPECT_NEAR(static_cast<double>(m.u(36, 4)), 1960 * std::sqrt(velocity(2, 2)), 1);
+  e.observed.time = e.observed.time + 1;
+  e.observed.fix.status = positioning::FixStatus::NoSignal;
+  (void)device.encode(e);
+  const auto none = device.send(0x0162);
+  EXPECT_EQ(find(none, 0x0162).u(3, 1), 0U);
+  EXPECT_EQ(find(none, 0x0162).u(16, 4), 0U);
+}
+
+// Events of SEC-SIGLOG, the latest first: detectionType 3 abrupt change, 4 broadband and 5 narrowband
+// jamming.
+TEST(UbxDevice, KeepsALogOfAttacks) {
+  Device device(encode_ubx);
+  auto e = ubx_epoch();
+  const auto at = [&](double seconds, double interference, double tone, receiver::SpoofingState spoofing) {
+    e.observed.time = ubx_epoch().observed.time + seconds;
+    e.observed.bands = {{1575.42e6, interference, tone}};
+    e.observed.spoofing = spoofing;
+    (void)device.encode(e);
+    const auto answers = device.send(0x2710);
+    const Message log = find(answers, 0x2710);
+    std::vector<std::array<std::uint64_t, 3>> events;
+    for (std::size_t i = 0; i < log.u(1, 1); ++i) {
+      events.push_back({log.u(8 + 8 * i, 4), log.u(12 + 8 * i, 1), log.u(13 + 8 * i, 1)});
+    }
+    EXPECT_EQ(log.payload.size(), 8 + 8 * events.size());
+    return events;
+  };
+  using Events = std::vector<std::array<std::uint64_t, 3>>;
+  constexpr auto kNone = receiver::SpoofingState::None;
+  EXPECT_EQ(at(0, 0, 0, kNone), Events());
+  EXPECT_EQ(at(1, 3, 3, kNone), (Events{{0, 5, 0}}));
+  EXPECT_EQ(at(4, 3, 0, kNone), (Events{{3, 5, 0}})) << "still the same jammer";
+  EXPECT_EQ(at(6, 0, 0, receiver::SpoofingState::Multiple), (Events{{0, 3, 0}, {0, 5, 1}, {5, 5, 0}}));
+  EXPECT_EQ(at(10, 5, 0, kNone), (Events{{0, 3, 1}, {0, 4, 0}, {4, 3, 0}, {4, 5, 1}, {9, 5, 0}}));
+  for (int i = 0; i < 20; ++i) (void)at(11 + i, i % 2 == 0 ? 0 : 5, 0, kNone);
+  EXPECT_EQ(at(40, 0, 0, kNone).size(), 16U);
+}
+
+// MON-SPAN: 256 bins of 500 kHz about 1584 MHz. Noise of 20 MHz about L1 with 100 times the power of the
+// front end's own noise in 20 MHz (-201 dBW/Hz), a tone, and nothing elsewhere.
+TEST(UbxDevice, ShowsTheSpectrumOfJammers) {
+  using Shape = propagation::Spectrum::Shape;
+  Device device(encode_ubx);
+  auto e = ubx_epoch();
+  const auto spectrum = [&] {
+    e.observed.time = e.observed.time + 1;
+    (void)device.encode(e);
+    const auto answers = device.send(0x0A31);
+    return find(answers, 0x0A31);
+  };
+  const Message quiet = spectrum();
+  ASSERT_EQ(quiet.payload.size(), 4U + 272);
+  EXPECT_EQ(quiet.u(1, 1), 1U);
+  for (std::size_t bin = 0; bin < 256; ++bin) ASSERT_EQ(quiet.u(4 + bin, 1), 40U) << bin;
+  EXPECT_EQ(quiet.u(260, 4), 128'000'000U);
+  EXPECT_EQ(quiet.u(264, 4), 500'000U);
+  EXPECT_EQ(quiet.u(268, 4), 1'584'000'000U);
+  EXPECT_EQ(quiet.u(272, 1), 54U);
+  propagation::Arrival arrival;
+  arrival.interference = {{{Shape::Band, 1575.42e6, 20e6}, -201 + 73.01 + 20},
+                          {{Shape::Tone, 1600.1e6}, -201 + 56.99 + 30}};
+  e.arrival = &arrival;
+  e.observed.bands = {{1575.42e6, 99, 0}, {1176.45e6, 0, 0}};
+  const Message jammed = spectrum();
+  ASSERT_EQ(jammed.payload.size(), 4U + 2 * 272);
+  const auto bin_of = [](double hz) { return 4 + static_cast<std::size_t>((hz - (1584e6 - 64e6)) / 500e3); };
+  EXPECT_EQ(jammed.u(bin_of(1575.42e6), 1), 60U);
+  EXPECT_EQ(jammed.u(bin_of(1566e6), 1), 60U);
+  EXPECT_EQ(jammed.u(bin_of(1564e6), 1), 40U);
+  EXPECT_EQ(jammed.u(bin_of(1600.1e6), 1), 70U);
+  EXPECT_EQ(jammed.u(bin_of(1600.6e6), 1), 40U);
+  EXPECT_EQ(jammed.u(272, 1), 34U) << "the gain is down by 20 dB";
+  EXPECT_EQ(jammed.u(4 + 272 + 264, 4), 1'208'000'000U);
+  EXPECT_EQ(jammed.u(4 + 272 + 100, 1), 40U);
+}
+
 TEST(UbxDevice, AgeOfCorrections) {
   const auto code = [](std::optional<double> age_s, positioning::FixKind kind) {
     auto e = test::corrected(ubx_epoch(), kind);

@@ -18,6 +18,8 @@ constexpr std::array kMessages{
     MessageInfo{0x0106, 0, true, false, 0},                                // NAV-SOL
     MessageInfo{0x0114, 0x20910033, false, true, 0},                       // NAV-HPPOSLLH
     MessageInfo{0x0136, 0x20910083, false, true, 1},                       // NAV-COV
+    MessageInfo{0x0162, 0x20910415, false, true, 0},                       // NAV-PL
+    MessageInfo{0x0126, 0x20910060, true, true, 0},                        // NAV-TIMELS
     MessageInfo{0x0135, 0x20910015, true, true, 1},                        // NAV-SAT
     MessageInfo{0x0130, 0, true, false, 0},                                // NAV-SVINFO
     MessageInfo{0x0143, 0x20910345, false, true, 1},                       // NAV-SIG
@@ -30,7 +32,9 @@ constexpr std::array kMessages{
     MessageInfo{0x0A09, 0x209101b4, true, true, 0},                        // MON-HW
     MessageInfo{0x0A0B, 0x209101b9, true, true, 0},                        // MON-HW2
     MessageInfo{0x0A38, 0x20910359, false, true, 1},                       // MON-RF
+    MessageInfo{0x0A31, 0x2091038b, false, true, 0},                       // MON-SPAN
     MessageInfo{0x2709, 0x20910634, false, true, 1},                       // SEC-SIG
+    MessageInfo{0x2710, 0x20910689, false, true, 0},                       // SEC-SIGLOG
     MessageInfo{0xF004, 0x209100ab, true, true, 0},                        // RMC
     MessageInfo{0xF000, 0x209100ba, true, true, 0},                        // GGA
     MessageInfo{0xF002, 0x209100bf, true, true, 0},                        // GSA
@@ -39,6 +43,7 @@ constexpr std::array kMessages{
     // No RTCM comes in, no edges of a time mark.
     MessageInfo{0x0D03, 0x20910178, true, true, 0, Sent::Events},   // TIM-TM2
     MessageInfo{0x0232, 0x20910268, false, true, 0, Sent::Events},  // RXM-RTCM
+    MessageInfo{0x0234, 0x209106b6, false, true, 0, Sent::Events},  // RXM-COR
     MessageInfo{0xF001, 0x209100c9, true, true, 0, Sent::Never},    // GLL
     MessageInfo{0xF005, 0x209100b0, true, true, 0, Sent::Never},    // VTG
     MessageInfo{0xF008, 0x209100d8, true, true, 0, Sent::Never},    // ZDA

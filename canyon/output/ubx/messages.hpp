@@ -11,6 +11,7 @@
 #include "canyon/output/observations/device_epochs.hpp"
 #include "canyon/output/ubx/configuration.hpp"
 #include "canyon/output/ubx/frame.hpp"
+#include "canyon/propagation/interference.hpp"
 
 // Payloads of the messages that the device sends, field by field as UBX-13003221 (M8) and UBX-22008968 (F9)
 // have them; ID and section at each. Nothing is a position where the fix is not solved: coordinates are 0
@@ -18,10 +19,38 @@
 
 namespace canyon::output::ubx {
 
+/// An entry of SEC-SIGLOG.
+struct SecurityEvent {
+  /// detectionType.
+  enum class Detection : std::uint8_t { AbruptChange = 3, BroadbandJamming = 4, NarrowbandJamming = 5 };
+  geodesy::GpsTime time;
+  Detection detection = Detection::AbruptChange;
+  bool stopped = false;  ///< eventType: 0 started, 1 stopped
+};
+
 /// An epoch with everything that its messages need.
 struct Epoch : DeviceEpoch {
   Generation generation = Generation::F9;
-  bool jamming_monitor = true;  ///< CFG-ITFM
+  bool jamming_monitor = true;                                  ///< CFG-ITFM
+  const std::vector<SecurityEvent>* security_events = nullptr;  ///< the latest first; null: none
+  /// Waves at the antenna that no satellite sends; null: none.
+  const std::vector<propagation::Interference>* waves = nullptr;
+};
+
+/// The log of SEC-SIGLOG: beginnings and ends of jamming and of spoofing, as MON-RF and SEC-SIG report them.
+class SecurityLog {
+ public:
+  /// @param epoch in order of time
+  void take(const Epoch& epoch);
+  /// The latest first, at most 16.
+  [[nodiscard]] const std::vector<SecurityEvent>& events() const { return events_; }
+
+ private:
+  void change(std::optional<SecurityEvent::Detection>& before, std::optional<SecurityEvent::Detection> now,
+              geodesy::GpsTime time);
+
+  std::vector<SecurityEvent> events_;
+  std::optional<SecurityEvent::Detection> jamming_, spoofing_;  ///< at work; empty: none
 };
 
 /// The payload of an output message. Precondition: `id` is one of messages() that is made in each epoch.
@@ -39,6 +68,8 @@ struct ReceivedRtcm {
 };
 /// RXM-RTCM (0x0232).
 [[nodiscard]] std::string rtcm_payload(const ReceivedRtcm& received);
+/// RXM-COR (0x0234).
+[[nodiscard]] std::string correction_payload(const ReceivedRtcm& received);
 /// ESF-MEAS (0x1002) of an inertial sensor: rates of gyroscopes and accelerations along its axes.
 /// @param time_ms since the start
 [[nodiscard]] std::string inertial_payload(std::uint32_t time_ms, const Eigen::Vector3d& specific_force_mps2,
@@ -58,7 +89,9 @@ struct ReceivedRtcm {
 [[nodiscard]] std::string mon_hw(const Epoch& epoch);
 [[nodiscard]] std::string mon_hw2(const Epoch& epoch);
 [[nodiscard]] std::string mon_rf(const Epoch& epoch);
+[[nodiscard]] std::string mon_span(const Epoch& epoch);
 [[nodiscard]] std::string sec_sig(const Epoch& epoch);
+[[nodiscard]] std::string sec_siglog(const Epoch& epoch);
 [[nodiscard]] std::string esf_status(const Epoch& epoch);
 /// Milliseconds of the GPS week, nearest.
 [[nodiscard]] std::uint32_t itow(const Epoch& epoch);

@@ -1,8 +1,10 @@
 // Declared in canyon/output/ubx/messages.hpp.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "canyon/output/ubx/messages.hpp"
+#include "canyon/tracking/interference.hpp"
 
 // u-blox gives these fields a range and no unit; docs/outputs.md states how Canyon fills them.
 
@@ -81,6 +83,39 @@ std::string mon_rf(const Epoch& epoch) {
   return p.bytes();
 }
 
+// 3.14.11: the power of each of 256 bins [dB], kQuiet where there is the front end's own noise alone.
+std::string mon_span(const Epoch& epoch) {
+  constexpr double kQuiet = 40, kNoise_dbw_per_hz = -201;  // 290 K and a noise figure of 3 dB
+  constexpr int kBins = 256;
+  constexpr double kBin_hz = 500e3, kSpan_hz = kBins * kBin_hz;
+  constexpr std::array kCentre_hz{1584e6, 1208e6};  // L1 and its neighbours; L2, L5 and theirs
+  const double noise_w = std::pow(10, kNoise_dbw_per_hz / 10) * kBin_hz;
+  const int blocks = band(epoch, 1).known ? 2 : 1;
+  Payload p;
+  p.u1(0).u1(blocks).zeros(2);
+  for (int block = 0; block < blocks; ++block) {
+    const double centre_hz = kCentre_hz[static_cast<std::size_t>(block)];
+    for (int bin = 0; bin < kBins; ++bin) {
+      const double bin_hz = centre_hz - kSpan_hz / 2 + (bin + 0.5) * kBin_hz;
+      double power_w = noise_w;
+      if (epoch.waves != nullptr) {
+        for (const propagation::Interference& wave : *epoch.waves) {
+          power_w +=
+              std::pow(10, wave.power_dbw / 10) * tracking::share_within(wave.spectrum, bin_hz, kBin_hz);
+        }
+      }
+      p.u1(static_cast<std::uint64_t>(
+          std::clamp(std::round(kQuiet + 10 * std::log10(power_w / noise_w)), 0.0, 255.0)));
+    }
+    p.u4(static_cast<std::uint64_t>(kSpan_hz)).u4(static_cast<std::uint64_t>(kBin_hz));
+    p.u4(static_cast<std::uint64_t>(centre_hz));
+    // The gain that is left of 54 dB.
+    p.u1(static_cast<std::uint64_t>(std::max(0.0, std::round(54 + 20 * std::log10(band(epoch, block).agc)))))
+        .zeros(3);
+  }
+  return p.bytes();
+}
+
 // 3.18.1, version 1
 std::string sec_sig(const Epoch& epoch) {
   std::uint64_t jamming = 0;
@@ -90,6 +125,47 @@ std::string sec_sig(const Epoch& epoch) {
   Payload p;
   p.u1(1).zeros(3).u1((jamming != 0 ? 1 : 0) | jamming << 1).zeros(3);
   return p.u1((spoofing != 0 ? 1 : 0) | spoofing << 1).zeros(3).bytes();
+}
+
+void SecurityLog::take(const Epoch& epoch) {
+  using Detection = SecurityEvent::Detection;
+  std::optional<Detection> jamming;
+  for (const int block : {0, 1}) {
+    const Band state = band(epoch, block);
+    if (jamming_state(epoch, state) < 2) continue;
+    jamming =
+        state.tone > state.interference / 2 ? Detection::NarrowbandJamming : Detection::BroadbandJamming;
+  }
+  // One jammer, whose kind was told at its beginning.
+  if (jamming && jamming_) jamming = jamming_;
+  change(jamming_, jamming, epoch.seen.time);
+  change(spoofing_,
+         epoch.seen.spoofing >= receiver::SpoofingState::Indicated ? std::optional(Detection::AbruptChange)
+                                                                   : std::nullopt,
+         epoch.seen.time);
+}
+
+void SecurityLog::change(std::optional<SecurityEvent::Detection>& before,
+                         std::optional<SecurityEvent::Detection> now, geodesy::GpsTime time) {
+  constexpr std::size_t kMost = 16;
+  if (before.has_value() != now.has_value()) {
+    events_.insert(events_.begin(), {time, now ? *now : *before, !now.has_value()});
+    if (events_.size() > kMost) events_.pop_back();
+  }
+  before = now;
+}
+
+// 3.18.2: seconds since each event.
+std::string sec_siglog(const Epoch& epoch) {
+  static const std::vector<SecurityEvent> kNone;
+  const auto& events = epoch.security_events != nullptr ? *epoch.security_events : kNone;
+  Payload p;
+  p.u1(0).u1(events.size()).zeros(6);
+  for (const SecurityEvent& event : events) {
+    p.u4(static_cast<std::uint64_t>(std::max(0.0, std::floor(epoch.seen.time - event.time))));
+    p.u1(static_cast<std::uint64_t>(event.detection)).u1(event.stopped ? 1 : 0).zeros(2);
+  }
+  return p.bytes();
 }
 
 // 32.16.12, 3.14.13

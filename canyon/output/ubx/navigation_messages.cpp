@@ -249,6 +249,43 @@ std::string covariance(const Epoch& epoch) {
   return p.bytes();
 }
 
+// NAV-PL, 3.15.9: bounds that one error in twenty exceeds on each axis (TMIR 5 % an epoch), by the stated
+// covariance and the normal law. Frame 1: north, east, down.
+std::string protection_level(const Epoch& epoch) {
+  constexpr double kFactor = 1.959964;  // two-sided 95 %
+  const positioning::Fix& fix = epoch.seen.fix;
+  const bool moving = fix.solved() && fix.velocity_covariance_enu.has_value();
+  const auto clock_m = fix.solved() ? clock_sigma_m(fix) : std::nullopt;
+  Payload p;
+  p.u1(1).u1(5).u1(0);
+  p.u1(fix.solved() ? 1 : 0).u1(fix.solved() ? 1 : 0).u1(moving ? 1 : 0).u1(moving ? 1 : 0);
+  p.u1(clock_m ? 1 : 0).zeros(4).u4(itow(epoch));
+  const auto put = [&](bool valid, const Eigen::Matrix3d& enu) {
+    for (const Eigen::Index axis : {1, 0, 2}) {
+      p.unsigned_field(valid ? kFactor * std::sqrt(std::max(0.0, enu(axis, axis))) : 0, 1e-3, 4);
+    }
+  };
+  put(fix.solved(), fix.covariance_enu);
+  put(moving, fix.velocity_covariance_enu.value_or(Eigen::Matrix3d::Zero()));
+  p.zeros(4).unsigned_field(clock_m ? kFactor * *clock_m / geodesy::kSpeedOfLight : 0, 1e-9, 4);
+  return p.zeros(4).bytes();
+}
+
+// NAV-TIMELS, 3.15.27: the difference of GPS and UTC and the latest leap second, as GPS's messages state
+// them.
+std::string leap_second(const Epoch& epoch) {
+  constexpr int kByGps = 2;
+  const geodesy::GpsTime now = epoch.seen.time;
+  const int seconds = geodesy::leap_seconds(now);
+  const geodesy::GpsTime changed = geodesy::last_leap_second(now);
+  const geodesy::GpsTime day_before = changed - (seconds + 1);  // the day at whose end it was
+  Payload p;
+  p.u4(itow(epoch)).u1(0).zeros(3).u1(kByGps).u1(seconds).u1(kByGps).u1(0);
+  p.u4(static_cast<std::int64_t>(std::floor(changed - now))).u2(day_before.week());
+  p.u2(1 + day_before.nanosecond_of_week() / (86'400 * geodesy::GpsTime::kNanosecondsPerSecond)).zeros(3);
+  return p.u1(epoch.time_known ? 3 : 0).bytes();
+}
+
 // NAV-RELPOSNED, 3.15.15, version 1: axes at the base, lengths in centimetres and tenths of a millimetre.
 std::string relative_position(const Epoch& epoch) {
   const positioning::Fix& fix = epoch.seen.fix;
@@ -300,6 +337,16 @@ std::string rtcm_payload(const ReceivedRtcm& received) {
   return p.u2(received.type).bytes();
 }
 
+// RXM-COR, 3.17.1, version 1: RTCM 3 in clear, by its message number.
+std::string correction_payload(const ReceivedRtcm& received) {
+  constexpr std::uint64_t kRtcm = 1, kNoStation = 0xFFFF, kTypeIsKnown = 1U << 25, kInClear = 1U << 28;
+  const std::uint64_t used = received.used ? (*received.used ? 2 : 1) : 0;
+  std::uint64_t status = kRtcm | (received.crc_failed ? 2U : 1U) << 5 | used << 7;
+  status |= static_cast<std::uint64_t>(received.station.value_or(kNoStation)) << 9 | kInClear;
+  if (!received.crc_failed) status |= kTypeIsKnown;
+  return Payload().u1(1).u1(0).zeros(2).u4(status).u2(received.type).u2(0).bytes();
+}
+
 std::uint32_t itow(const Epoch& epoch) {
   return static_cast<std::uint32_t>(epoch.stated.nanosecond_of_week() / 1'000'000);
 }
@@ -315,6 +362,8 @@ std::string payload(MessageId id, const Epoch& epoch) {
       {0x0112, velocity},
       {0x0106, solution},
       {0x0136, covariance},
+      {0x0162, protection_level},
+      {0x0126, leap_second},
       {0x0114, precise_position},
       {0x0135, nav_sat},
       {0x0130, nav_svinfo},
@@ -323,7 +372,9 @@ std::string payload(MessageId id, const Epoch& epoch) {
       {0x0A09, mon_hw},
       {0x0A0B, mon_hw2},
       {0x0A38, mon_rf},
+      {0x0A31, mon_span},
       {0x2709, sec_sig},
+      {0x2710, sec_siglog},
       {kFusionStatus, esf_status},
       {kRelativePosition, relative_position}};
   for (const auto& [its_id, make] : kMakers) {
