@@ -278,6 +278,8 @@ void add_geometry(Fix& fix, const Track& track, const Epoch& epoch, const Eigen:
 /// (PositionFilterOptions::error_correlation_s). Stays where the measurements have no redundancy.
 void weigh_lasting_errors(Track& track, const Epoch& epoch, const Fix& fix, double dt,
                           const PositionFilterOptions& options, bool by_residuals) {
+  // Farther beyond the gate it tells no more of the position, which the satellite does not move.
+  const double most_sigmas = 2 * options.gate_sigmas;
   double squares = 0;
   int count = 0;
   std::array<bool, kConstellations.size()> clock{};
@@ -285,7 +287,8 @@ void weigh_lasting_errors(Track& track, const Epoch& epoch, const Fix& fix, doub
     if (!satellite.above_mask) continue;
     place_satellite(satellite, track.position());
     const Row row = pseudorange_row(track, satellite);
-    squares += std::pow(row.innovation / (row.sigma * satellite.measured->stated_share), 2);
+    const double sigmas = std::abs(row.innovation) / (row.sigma * satellite.measured->stated_share);
+    squares += std::pow(std::min(sigmas, most_sigmas), 2);
     ++count;
     clock[clock_index(satellite.measured->id.system)] = true;
   }

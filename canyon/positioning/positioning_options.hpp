@@ -118,8 +118,8 @@ struct PositionFilterOptions {
   /// white, and says how much that helps: variances of the position times (1 + a) / (1 - a), a = exp(-dt /
   /// error_correlation_s), which is what the mean of many errors with the correlation a^|k| has over that of
   /// white ones (Bartlett 1946). With FixOptions::covariance_by_residuals they are multiplied by max(1, s^2)
-  /// as well, s^2 of all satellites above the masks, those that failed the gate included. They stay between
-  /// the filter's own and those that the fix of this epoch states.
+  /// as well, s^2 of all satellites above the masks, those that failed the gate included, each with at most
+  /// twice gate_sigmas. They stay between the filter's own and those that the fix of this epoch states.
   double error_correlation_s = 0;
   /// Throws InputError naming the field that is out of range.
   void validate() const;
