@@ -40,6 +40,9 @@ class EpochPublisher {
  public:
   virtual ~EpochPublisher() = default;
   virtual void publish(const ReceiverReport& report) = 0;
+  /// An update of the world without an epoch, at this time of the host's clock: a driver at the other end of
+  /// a line gets its answers, and what is late in the line arrives.
+  virtual void serve(std::int64_t /*sim_time_ns*/) {}
   /// The world was reset or time jumped back.
   virtual void reset() {}
   /// Notes since the last call, one line each.

@@ -93,6 +93,8 @@ void visit_outputs(Visitor& v, HostSettings& settings) {
              settings.pose_topic);
   v.section("publishers", [&] {
     v.boolean({"gazebo", "", "canyon.msgs.GnssReceiver on Gazebo transport"}, settings.publish_gazebo);
+    v.boolean({"navsat", "", "gz.msgs.NavSat on the sensor's topic; Gazebo Sim's system only"},
+              settings.publish_navsat);
     v.boolean({"ros", "", "ROS topics, where the plugin is built with ROS"}, settings.publish_ros);
     v.boolean({"px4", "", "sensor_msgs.msgs.SITLGps on Gazebo transport, for PX4's bridge",
                "false; true with elements of PX4's gps plugin"},

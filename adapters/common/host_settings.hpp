@@ -35,6 +35,7 @@ struct HostSettings : HostOptions, RosSettings, VisualSettings {
   std::string pose_topic;  ///< pose_topic: truth from outside instead of the host's
 
   bool publish_gazebo = true;  ///< publishers/gazebo
+  bool publish_navsat = true;  ///< publishers/navsat
   bool publish_ros = true;     ///< publishers/ros
   bool publish_px4 = false;    ///< publishers/px4; on where elements of PX4's own gps plugin stand
   std::string px4_topic;       ///< topic; empty: the name of the model right above the link

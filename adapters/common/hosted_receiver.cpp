@@ -91,20 +91,21 @@ HostedReceiver::HostedReceiver(HostSettings settings, const ReceiverIdentity& id
   for (const std::string& line : std::exchange(settings_.warnings, {})) this->say(Tone::Warning, line);
   try {
     start_receiver();
-    open_streams();
+    open_streams(identity.model);
   } catch (const InputError& e) {  // name the receiver
     throw InputError(fmt::format("{}: {}", name_, e.what()));
   }
 }
 
-void HostedReceiver::open_streams() {
+void HostedReceiver::open_streams(const std::string& model) {
   const auto descriptions = output::describe_receivers(*receiver_, schedule_.interval_s());
   if (settings_.nmea_port != 0) {
     add(make_stream_publisher("nmea_port", fmt::format("nmea=tcp://127.0.0.1:{}", settings_.nmea_port),
                               descriptions));
   }
   for (const std::string& stream : settings_.streams) {
-    add(make_stream_publisher("streams", stream, descriptions));
+    add(make_stream_publisher("streams", stream_of_model("streams", stream, model), descriptions, {},
+                              &*receiver_));
   }
 }
 
@@ -200,6 +201,13 @@ void HostedReceiver::finish() {
   }
   for (const auto& publisher : publishers_) {
     publisher->publish(report_);
+    for (const std::string& note : publisher->take_notes()) say(Tone::Warning, note);
+  }
+}
+
+void HostedReceiver::serve(std::int64_t now_ns) {
+  for (const auto& publisher : publishers_) {
+    publisher->serve(now_ns);
     for (const std::string& note : publisher->take_notes()) say(Tone::Warning, note);
   }
 }

@@ -76,7 +76,7 @@ class HostedReceiver {
 
   /// Call it in every update of the world with its time. It makes an epoch where one is due. Throws nothing.
   void update(std::int64_t now_ns, const Truth& truth) {
-    if (!due(now_ns)) return;
+    if (!due(now_ns)) return serve(now_ns);
     begin(now_ns, truth);
     finish();
   }
@@ -86,13 +86,16 @@ class HostedReceiver {
   [[nodiscard]] bool due(std::int64_t now_ns);
   void begin(std::int64_t now_ns, const Truth& truth);
   void finish();
+  /// Call it in updates without an epoch, also while the world is paused, but not between begin() and
+  /// finish(): publishers serve their lines.
+  void serve(std::int64_t now_ns);
   /// Brings the receiver back to the state after construction.
   void reset();
   void say(Tone tone, const std::string& line);  ///< once each
 
  private:
   void start_receiver();
-  void open_streams();
+  void open_streams(const std::string& model);
   void observe(const TruePose& truth, ReceiverReport& report);
   [[nodiscard]] std::vector<double> scan(const Eigen::Vector3d& antenna_enu) const;
   [[nodiscard]] double rate_hz() const;
@@ -112,7 +115,7 @@ class HostedReceiver {
   std::function<std::vector<double>()> ranges_;
   double reach_m_ = 0;
   std::function<void()> on_reset_;
-  std::optional<simulation::LiveReceiver> receiver_;
+  std::optional<simulation::LiveReceiver> receiver_;  // stays at its address: streams refer to it
   std::optional<simulation::LiveReceiver::Step> step_;
   std::vector<std::unique_ptr<EpochPublisher>> publishers_;
   std::int64_t last_ns_ = 0;

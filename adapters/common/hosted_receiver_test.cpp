@@ -3,8 +3,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <poll.h>
 
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 
 #include "adapters/common/testing/box_world.hpp"
@@ -12,6 +14,9 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/options/describe.hpp"
 #include "canyon/options/read.hpp"
+#include "canyon/output/ubx/frame.hpp"
+#include "tests/support/free_port.hpp"
+#include "tests/support/local_connection.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::adapters {
@@ -247,6 +252,34 @@ TEST(HostedReceiver, ItsSettingsChooseTheScene) {
   settings.live.seed = 1;
   EXPECT_TRUE(scene_options("street", settings, {}) == plain);
   EXPECT_FALSE(plain == first);
+}
+
+// A driver on the line gets its answers between two epochs, and its commands reach the receiver.
+TEST(HostedReceiver, ServesADriverBetweenEpochs) {
+  const int port = test::free_port();
+  Host host("streams: \"ubx=tcp://127.0.0.1:" + std::to_string(port) + "\"");
+  host.update(0);
+  test::LocalConnection driver(port);
+  host.update(200);
+  std::string bytes = driver.read_some();
+  EXPECT_THAT(bytes, HasSubstr(output::ubx::frame(0x0107, "").substr(0, 4))) << "NAV-PVT of an epoch";
+  const std::string answer_begins = output::ubx::frame(0x0A04, "").substr(0, 4);  // MON-VER
+  driver.say(output::ubx::frame(0x0A04, ""));
+  for (bytes.clear(); bytes.find(answer_begins) == std::string::npos;) {
+    host.receiver->serve(200'000'000);
+    pollfd some{driver.handle(), POLLIN, 0};
+    if (poll(&some, 1, 10) == 1) bytes += driver.read_some();
+  }
+  EXPECT_EQ(host.seen.size(), 2U) << "no epoch has passed";
+  driver.say(output::ubx::frame(0x0604, Payload().u2(0xFFFF).u1(2).u1(0).bytes()));
+  for (int ms = 250; host.lines.empty() && ms < 20'000; ms += 50) host.update(ms);
+  EXPECT_THAT(host.lines, ElementsAre(HasSubstr("cold start, requested over its line: fault 'restart 1'")));
+}
+
+TEST(HostedReceiver, OneSettingServesEachModel) {
+  const test::TemporaryFolder folder;
+  { const Host host("streams: \"epochs_csv=file:" + (folder / "{model}.csv").string() + "\""); }
+  EXPECT_TRUE(std::filesystem::exists(folder / "car.csv"));
 }
 
 TEST(HostedReceiver, WarnsOfAWorldThatLiesNowhere) {

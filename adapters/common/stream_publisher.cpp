@@ -1,5 +1,8 @@
 #include "adapters/common/stream_publisher.hpp"
 
+#include <fmt/format.h>
+
+#include <chrono>
 #include <exception>
 #include <utility>
 
@@ -8,10 +11,17 @@
 namespace canyon::adapters {
 namespace {
 
+using Clock = output::EncodedStream::Clock;
+
 class StreamPublisher final : public EpochPublisher {
  public:
-  StreamPublisher(std::string setting, std::unique_ptr<output::EncodedStream> stream)
-      : setting_(std::move(setting)), stream_(std::move(stream)) {}
+  StreamPublisher(std::string setting, const output::StreamRequest& request, std::size_t receiver,
+                  const output::ReceiverDescription& description, std::shared_ptr<transport::Link> link,
+                  simulation::LiveReceiver* device)
+      : setting_(std::move(setting)),
+        stream_(output::open_stream(request, receiver, description, std::move(link),
+                                    [this] { return Clock::time_point(std::chrono::nanoseconds(now_ns_)); })),
+        device_(receiver == 0 ? device : nullptr) {}
   ~StreamPublisher() override {
     try {
       stream_->finish();
@@ -22,10 +32,9 @@ class StreamPublisher final : public EpochPublisher {
   StreamPublisher& operator=(const StreamPublisher&) = delete;
 
   void publish(const ReceiverReport& report) override {
-    if (broken_) return;
-    try {
-      stream_->serve();
-      if (report.step == nullptr) return;
+    serve(report.sim_time_ns);
+    if (report.step == nullptr) return;
+    guarded([&] {
       for (const simulation::LiveReceiver::Step* step = report.step; step != nullptr;
            step = step->base.get()) {
         if (step->epoch.receiver != stream_->receiver()) continue;
@@ -33,10 +42,18 @@ class StreamPublisher final : public EpochPublisher {
         epoch.arrival = &step->arrival;
         stream_->write(epoch);
       }
-    } catch (const std::exception& error) {
-      broken_ = true;
-      notes_.push_back(setting_ + ": " + error.what());
-    }
+    });
+  }
+  void serve(std::int64_t sim_time_ns) override {
+    now_ns_ = sim_time_ns;
+    guarded([&] {
+      stream_->serve();
+      if (device_ == nullptr) return;
+      if (std::string line = output::hand_on(*stream_, *device_); !line.empty()) notes_.push_back(line);
+    });
+  }
+  void reset() override {
+    guarded([&] { stream_->send_waiting(); });
   }
   std::vector<std::string> take_notes() override {
     for (const std::string& note : stream_->take_notes()) notes_.push_back(setting_ + ": " + note);
@@ -44,8 +61,21 @@ class StreamPublisher final : public EpochPublisher {
   }
 
  private:
+  template <class Work>
+  void guarded(const Work& work) {
+    if (broken_) return;
+    try {
+      work();
+    } catch (const std::exception& error) {
+      broken_ = true;
+      notes_.push_back(setting_ + ": " + error.what());
+    }
+  }
+
   std::string setting_;
+  std::int64_t now_ns_ = 0;
   std::unique_ptr<output::EncodedStream> stream_;
+  simulation::LiveReceiver* device_;
   std::vector<std::string> notes_;
   bool broken_ = false;
 };
@@ -54,19 +84,42 @@ class StreamPublisher final : public EpochPublisher {
 
 std::unique_ptr<EpochPublisher> make_stream_publisher(
     const std::string& setting, std::string_view stream,
-    const std::vector<output::ReceiverDescription>& receivers, const LinkOpener& open) {
+    const std::vector<output::ReceiverDescription>& receivers, const LinkOpener& open,
+    simulation::LiveReceiver* device) {
   try {
     output::StreamRequest request = output::parse_stream(stream);
     std::vector<std::string> names;
+    names.reserve(receivers.size());
     for (const output::ReceiverDescription& receiver : receivers) names.push_back(receiver.name);
     if (request.receiver.empty()) request.receiver = names.front();
     const std::size_t r = output::find_receiver(request, names);
     std::shared_ptr<transport::Link> link = open ? open(request) : nullptr;
-    return std::make_unique<StreamPublisher>(
-        setting, link ? output::open_stream(request, r, receivers[r], std::move(link))
-                      : output::open_stream(request, r, receivers[r]));
+    if (!link) link = std::make_shared<transport::Link>(request.address);
+    return std::make_unique<StreamPublisher>(setting, request, r, receivers[r], std::move(link), device);
   } catch (const InputError& e) {
     throw InputError(setting + ": " + e.problem(), e.cure());
+  }
+}
+
+std::string stream_of_model(const std::string& setting, const std::string& stream, const std::string& model) {
+  std::string result;
+  for (std::size_t at = 0;;) {
+    const std::size_t open = stream.find('{', at);
+    result += stream.substr(at, open - at);
+    if (open == std::string::npos) return result;
+    const std::size_t close = stream.find('}', open);
+    const std::string name = stream.substr(open, close == std::string::npos ? close : close - open + 1);
+    if (name == "{model}") {
+      result += model;
+    } else if (name == "{number}") {
+      const std::size_t digits = model.find_last_not_of("0123456789") + 1;  // npos + 1 is 0
+      result += digits < model.size() ? model.substr(digits) : "0";
+    } else {
+      throw InputError(
+          fmt::format("{}: '{}' is not known", setting, name),
+          "write {model} for the name of the receiver's model, or {number} for the number at its end");
+    }
+    at = close + 1;
   }
 }
 

@@ -93,6 +93,45 @@ TEST_F(StreamPublisher, HostsOpenAddressesOfTheirOwn) {
   EXPECT_EQ(canyon::test::read_bytes(file), bytes);
 }
 
+// A simulator may be slower than real time, faster, or paused.
+TEST_F(StreamPublisher, LatencyPassesByTheHostsClock) {
+  const auto publisher = make_stream_publisher(
+      "streams", "nmea=tcp://127.0.0.1:" + std::to_string(port) + "?latency_s=10", {{}});
+  canyon::test::LocalConnection client(port);
+  const std::string sentences = output::nmea_epoch(sample.step.epoch);
+  constexpr std::int64_t kLatency_ns = 10'000'000'000;
+  sample.report.sim_time_ns = 0;
+  publisher->publish(sample.report);
+  publisher->serve(kLatency_ns - 1);
+  sample.report.step = nullptr;
+  publisher->serve(kLatency_ns);
+  EXPECT_EQ(client.read(sentences.size()), sentences);
+  sample.report.step = &sample.step;
+  sample.report.sim_time_ns = 2 * kLatency_ns;
+  publisher->publish(sample.report);
+  publisher->reset();  // the world begins anew: what was on the way arrives now
+  EXPECT_EQ(client.read(sentences.size()), sentences);
+}
+
+TEST(StreamOfModel, FillsInTheNameOfTheModel) {
+  EXPECT_EQ(stream_of_model("streams", "ubx=pty:/tmp/gps-{model}", "x500_1"), "ubx=pty:/tmp/gps-x500_1");
+  EXPECT_EQ(stream_of_model("streams", "nmea=udp://127.0.0.1:9000", "x500_1"), "nmea=udp://127.0.0.1:9000");
+  EXPECT_EQ(stream_of_model("streams", "nmea=file:{model}/{model}.nmea", "a"), "nmea=file:a/a.nmea");
+  const std::string numbered = "view=tcp://127.0.0.1:295{number}";
+  EXPECT_EQ(stream_of_model("streams", numbered, "x500_12"), "view=tcp://127.0.0.1:29512");
+  EXPECT_EQ(stream_of_model("streams", numbered, "500"), "view=tcp://127.0.0.1:295500");
+  EXPECT_EQ(stream_of_model("streams", numbered, "rover"), "view=tcp://127.0.0.1:2950");
+  for (const char* wrong : {"ubx=pty:/tmp/{link}", "ubx=pty:/tmp/{model"}) {
+    try {
+      (void)stream_of_model("streams", wrong, "x500_1");
+      FAIL() << wrong;
+    } catch (const InputError& e) {
+      EXPECT_THAT(e.problem(), HasSubstr("streams: '{"));
+      EXPECT_THAT(e.cure(), HasSubstr("{model}"));
+    }
+  }
+}
+
 TEST_F(StreamPublisher, SaysWhichPortIsTaken) {
   const auto first = make();
   try {

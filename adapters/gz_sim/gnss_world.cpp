@@ -171,6 +171,7 @@ struct GnssWorld::Impl {
   void follow_origin(const Ecm& ecm);
   void look(const Ecm& ecm);
   void wait();
+  [[nodiscard]] bool idle() const;
   std::shared_ptr<WorldScene> scene_of(const WorldScene::Options& options);
   std::optional<TruePose> truth(Receiver& receiver, std::int64_t now_ns, const Ecm& ecm,
                                 std::string& reason) const;
@@ -333,11 +334,14 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
   ecm.CreateComponent(entity, components::SensorTopic(topic));
   receiver.hosted = std::make_unique<HostedReceiver>(
       settings, identity, frame, start_of_world(&ecm, identity.world, 0), sensor.UpdateRate(), say);
-  receiver.hosted->add(make_navsat_publisher(topic, frame_of(sensor.Element(), receiver.name)));
-  std::string gnss_topic;
+  if (settings.publish_navsat) {
+    receiver.hosted->add(make_navsat_publisher(topic, frame_of(sensor.Element(), receiver.name)));
+  }
+  std::vector<std::string> topics;
+  if (settings.publish_navsat) topics.push_back(topic);
   if (settings.publish_gazebo) {
-    gnss_topic = gnss_topic_beside(topic, own_topic);
-    receiver.hosted->add(make_gnss_publisher(identity, gnss_topic));
+    topics.push_back(gnss_topic_beside(topic, own_topic));
+    receiver.hosted->add(make_gnss_publisher(identity, topics.back()));
   }
 #ifdef CANYON_WITH_ROS2
   if (settings.publish_ros) {
@@ -350,8 +354,9 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
   }
   const std::string services = options->add(receiver.name, topic);
   const auto rooted = [](const std::string& name) { return name.starts_with('/') ? name : "/" + name; };
-  gzmsg << "[canyon] " << receiver.name << " publishes on " << rooted(topic)
-        << (gnss_topic.empty() ? "" : " and " + rooted(gnss_topic)) << " every "
+  for (std::string& each : topics) each = rooted(each);
+  gzmsg << "[canyon] " << receiver.name << " publishes on "
+        << (topics.empty() ? "no topic" : fmt::format("{}", fmt::join(topics, " and "))) << " every "
         << receiver.hosted->interval_s() << " s; services " << rooted(topic) << "/set_rate and "
         << rooted(services) << "/get_options, set_options, get_faults, add_fault, end_fault\n";
   Receiver& kept = receivers[entity] = std::move(receiver);
@@ -376,6 +381,10 @@ std::shared_ptr<WorldScene> GnssWorld::Impl::scene_of(const WorldScene::Options&
 
 void GnssWorld::Impl::wait() {
   if (epochs.valid()) epochs.get();
+}
+
+bool GnssWorld::Impl::idle() const {
+  return !epochs.valid() || epochs.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
 }
 
 void GnssWorld::Impl::remove(Entity entity) {
@@ -459,8 +468,11 @@ void GnssWorld::post_update(const gz::sim::UpdateInfo& info, const Ecm& ecm) {
   if (impl_->receivers.empty()) return;
   impl_->look(ecm);
   impl_->follow_origin(ecm);
-  if (info.paused) return;
   const std::int64_t now_ns = nanoseconds(info.simTime);
+  if (impl_->idle()) {
+    for (auto& [entity, receiver] : impl_->receivers) receiver.hosted->serve(now_ns);
+  }
+  if (info.paused) return;
   std::vector<Impl::Receiver*> due;
   for (auto& [entity, receiver] : impl_->receivers) {
     if (receiver.pose_topic) receiver.pose_topic->tick(now_ns);

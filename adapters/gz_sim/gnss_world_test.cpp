@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <poll.h>
 
 #include <gz/msgs/boolean.pb.h>
 #include <gz/msgs/entity_factory.pb.h>
@@ -26,6 +27,8 @@
 #include "adapters/common/testing/street_message.hpp"
 #include "adapters/gz_sim/testing/sim_server.hpp"
 #include "adapters/gz_sim/testing/street_world.hpp"
+#include "tests/support/free_port.hpp"
+#include "tests/support/local_connection.hpp"
 
 namespace canyon::adapters::gz_sim {
 namespace {
@@ -359,6 +362,27 @@ TEST(GnssWorld, PauseBringsNothing) {
   run.listener.clear();
   for (int i = 0; i < 20; ++i) run.server.step_paused();
   EXPECT_TRUE(run.listener.all().empty());
+}
+
+// A driver on the receiver's line is answered also while the world is paused. {number} is that of the model.
+TEST(GnssWorld, AnswersADriverBetweenEpochs) {
+  constexpr int kPorts = 10;  // the last digit of the port is the model's number
+  int port = 0;
+  while (port % kPorts != 7) port = canyon::test::free_port();
+  const std::string stream =
+      "<streams>ubx=tcp://127.0.0.1:" + std::to_string(port / kPorts) + "{number}</streams>";
+  SimServer server(street_world(street_car(navsat(paper_elements() + stream), "car_7")));
+  server.step(20);
+  canyon::test::LocalConnection driver(port);
+  server.step(50);
+  driver.say(std::string("\xB5\x62\x0A\x04\x00\x00\x0E\x34", 8));  // a poll of MON-VER
+  std::string answer;
+  for (int i = 0; i < 1000 && answer.find("(Canyon)") == std::string::npos; ++i) {
+    server.step_paused();
+    pollfd some{driver.handle(), POLLIN, 0};
+    if (poll(&some, 1, 5) == 1) answer += driver.read_some();
+  }
+  EXPECT_NE(answer.find("(Canyon)"), std::string::npos);
 }
 
 TEST(GnssWorld, WrongValuesLeaveTheSimulationRunning) {

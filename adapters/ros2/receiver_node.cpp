@@ -84,6 +84,7 @@ struct ReceiverNode::Impl {
   void take_epochs();
   void observe();
   void publish(const Step* step, std::int64_t at_ns, const std::string& reason);
+  void serve(std::int64_t at_ns);
   [[nodiscard]] std::int64_t now_ns() const { return node.get_clock()->now().nanoseconds(); }
   void warn(const std::string& message) {
     if (said.insert(message).second) RCLCPP_WARN(node.get_logger(), "%s", hide_passwords(message).c_str());
@@ -212,8 +213,8 @@ void ReceiverNode::Impl::deactivate() {
   transforms.reset();
 #endif
   run.reset();
-  poses.reset();
   streams.clear();  // whole files
+  poses.reset();
   if (topics) topics->reset();
 }
 
@@ -247,7 +248,8 @@ void ReceiverNode::Impl::open_streams(const std::vector<output::ReceiverDescript
     return open_rtcm_topic(NodeParts(node), *topic, settings.frame_id, [this] { return stamp_ns; });
   };
   for (const std::string& stream : settings.streams) {
-    streams.push_back(make_stream_publisher("parameter 'streams'", stream, receivers, open));
+    streams.push_back(make_stream_publisher("parameter 'streams'", stream, receivers, open,
+                                            poses ? &poses->receiver() : nullptr));
   }
 }
 
@@ -366,7 +368,11 @@ void ReceiverNode::Impl::tick() {
   if (!run) {
     begin_poses();
     look_up();
-    if (schedule.step(now - *zero_ns)) observe();
+    if (schedule.step(now - *zero_ns)) {
+      observe();
+    } else {
+      serve(now - *zero_ns);
+    }
     return;
   }
   if (!zero_ns || now < *zero_ns) {
@@ -413,6 +419,13 @@ void ReceiverNode::Impl::publish(const Step* step, std::int64_t at_ns, const std
   topics->publish(report, settings.frame_id, health);
   for (const auto& stream : streams) {
     stream->publish(report);
+    for (const std::string& note : stream->take_notes()) warn(note);
+  }
+}
+
+void ReceiverNode::Impl::serve(std::int64_t at_ns) {
+  for (const auto& stream : streams) {
+    stream->serve(at_ns);
     for (const std::string& note : stream->take_notes()) warn(note);
   }
 }

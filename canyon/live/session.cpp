@@ -243,19 +243,8 @@ void Session::Impl::serve() {
   for (const auto& [address, link] : links) link->serve();
   for (const auto& stream : streams) {
     stream->send_due();
-    if (auto came = stream->take_corrections(); !came.empty()) {
-      receivers[stream->receiver()].give(std::move(came.back()));
-    }
-    const auto kind = stream->take_restart();
-    if (!kind) continue;
-    try {
-      const std::string fault = receivers[stream->receiver()].add_fault(
-          fmt::format("restart: {{kind: {}}}", disturbance::name(*kind)));
-      note(fmt::format("{}: {} start, requested over its line: fault '{}'", names[stream->receiver()],
-                       disturbance::name(*kind), fault));
-    } catch (const InputError& error) {
-      note(fmt::format("{}: no restart: {}", names[stream->receiver()], error.what()));
-    }
+    const std::string line = output::hand_on(*stream, receivers[stream->receiver()]);
+    if (!line.empty()) note(fmt::format("{}: {}", names[stream->receiver()], line));
   }
 }
 

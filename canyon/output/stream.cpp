@@ -13,6 +13,7 @@
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/options/describe.hpp"
 #include "canyon/options/read.hpp"
+#include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/scenario/receiver_names.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 
@@ -55,13 +56,14 @@ void check_virtual_station(const StreamRequest& request, const ReceiverDescripti
 
 EncodedStream::EncodedStream(std::unique_ptr<Encoder> encoder, std::shared_ptr<transport::Link> link,
                              std::size_t receiver, const StreamOptions& options,
-                             std::optional<VirtualStations> stations)
+                             std::optional<VirtualStations> stations, Now now)
     : encoder_(std::move(encoder)),
       link_(std::move(link)),
       receiver_(receiver),
       options_(options),
       stations_(std::move(stations)),
-      delays_(1, fmt::format("stream/{}", receiver)) {
+      delays_(1, fmt::format("stream/{}", receiver)),
+      now_(std::move(now)) {
   if (const std::string first = encoder_->begin(); !first.empty()) link_->transport().begin(first);
   listener_ = link_->listen([this](const transport::Received& received) {
     if (stations_) stations_->receive(received.reader, received.bytes);
@@ -93,18 +95,34 @@ void EncodedStream::write(const simulation::Epoch& epoch) {
   } else {
     pieces.push_back({{}, encoder_->encode(epoch), {}});
   }
-  if (options_.latency_s == 0 && options_.jitter_s == 0) {
+  if (options_.latency_s == 0 && options_.jitter_s == 0 && !options_.link_baud) {
     for (const Waiting& each : pieces) send(each);
     return;
   }
   const double delay_s = std::max(0.0, options_.latency_s + options_.jitter_s * delays_.normal());
   Clock::time_point due =
-      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(delay_s));
+      now_() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(delay_s));
   if (!waiting_.empty()) due = std::max(due, waiting_.back().due);
   for (Waiting& each : pieces) {
+    if (options_.link_baud) {
+      due = wait_one_by_one(each, due);
+      continue;
+    }
     each.due = due;
     waiting_.push_back(std::move(each));
   }
+}
+
+EncodedStream::Clock::time_point EncodedStream::wait_one_by_one(const Waiting& what, Clock::time_point due) {
+  constexpr double kBitsOfByte = 10;
+  for (std::string_view bytes = what.bytes; !bytes.empty();) {
+    const std::size_t size = encoder_->datagram(bytes);
+    const double takes_s = kBitsOfByte * static_cast<double>(size) / *options_.link_baud;
+    due += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(takes_s));
+    waiting_.push_back({due, std::string(bytes.substr(0, size)), what.reader});
+    bytes.remove_prefix(size);
+  }
+  return due;
 }
 
 void EncodedStream::send(const Waiting& what) {
@@ -125,10 +143,14 @@ void EncodedStream::serve() {
 }
 
 void EncodedStream::send_due() {
-  while (!waiting_.empty() && waiting_.front().due <= Clock::now()) {
+  while (!waiting_.empty() && waiting_.front().due <= now_()) {
     send(waiting_.front());
     waiting_.pop_front();
   }
+}
+
+void EncodedStream::send_waiting() {
+  for (const Waiting& each : std::exchange(waiting_, {})) send(each);
 }
 
 std::optional<EncodedStream::Clock::time_point> EncodedStream::next_due() const {
@@ -138,8 +160,7 @@ std::optional<EncodedStream::Clock::time_point> EncodedStream::next_due() const 
 
 void EncodedStream::finish() {
   if (std::exchange(finished_, true)) return;
-  for (const Waiting& each : waiting_) send(each);
-  waiting_.clear();
+  send_waiting();
   link_->transport().send(encoder_->end());
   link_->finish(listener_, encoder_->correction());
 }
@@ -180,7 +201,7 @@ StreamRequest parse_stream(std::string_view text) {
 
 std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::size_t receiver,
                                            ReceiverDescription description,
-                                           std::shared_ptr<transport::Link> link) {
+                                           std::shared_ptr<transport::Link> link, EncodedStream::Now now) {
   const Format& format = format_named(request.format);
   if (!format.live && !transport::is_file_address(request.address)) {
     throw InputError(fmt::format("{} is whole only at the end of a run and cannot go to '{}'", format.name,
@@ -201,7 +222,19 @@ std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::si
   }
   link->transport().describe(described);
   return std::make_unique<EncodedStream>(format.make(description), std::move(link), receiver, request.options,
-                                         std::move(stations));
+                                         std::move(stations), std::move(now));
+}
+
+std::string hand_on(EncodedStream& stream, simulation::LiveReceiver& receiver) {
+  if (auto came = stream.take_corrections(); !came.empty()) receiver.give(std::move(came.back()));
+  const auto kind = stream.take_restart();
+  if (!kind) return {};
+  try {
+    return fmt::format("{} start, requested over its line: fault '{}'", disturbance::name(*kind),
+                       receiver.add_fault(fmt::format("restart: {{kind: {}}}", disturbance::name(*kind))));
+  } catch (const InputError& error) {
+    return fmt::format("no restart: {}", error.what());
+  }
 }
 
 std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::size_t receiver,

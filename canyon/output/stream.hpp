@@ -30,10 +30,13 @@ using simulation::StreamRequest;
 class EncodedStream final : public simulation::EpochSink {
  public:
   using Clock = std::chrono::steady_clock;
+  /// The time by which latencies pass: real time, or that of a simulator, which may be slower or faster.
+  using Now = std::function<Clock::time_point()>;
   /// Sends the format's first bytes. Throws as Transport::send() does.
   /// @param stations what each reader gets beside the encoder's bytes, which all get; empty: nothing
   EncodedStream(std::unique_ptr<Encoder> encoder, std::shared_ptr<transport::Link> link, std::size_t receiver,
-                const StreamOptions& options = {}, std::optional<VirtualStations> stations = {});
+                const StreamOptions& options = {}, std::optional<VirtualStations> stations = {},
+                Now now = Clock::now);
   ~EncodedStream() override;
   EncodedStream(const EncodedStream&) = delete;
   EncodedStream& operator=(const EncodedStream&) = delete;
@@ -47,6 +50,8 @@ class EncodedStream final : public simulation::EpochSink {
   void serve();
   /// The part of serve() that is not the link's.
   void send_due();
+  /// Sends at once what waits.
+  void send_waiting();
   /// The instant at which serve() has the next bytes to send; empty: none wait.
   [[nodiscard]] std::optional<Clock::time_point> next_due() const;
   [[nodiscard]] std::vector<std::string> take_notes() { return link_->take_notes(); }
@@ -65,6 +70,8 @@ class EncodedStream final : public simulation::EpochSink {
     std::optional<std::uint64_t> reader;  ///< empty: all
   };
   [[nodiscard]] bool wanted(geodesy::GpsTime time);
+  /// Each datagram behind the one before, at the link's speed; returns when the last has arrived.
+  Clock::time_point wait_one_by_one(const Waiting& what, Clock::time_point due);
   void send(const Waiting& what);
 
   std::unique_ptr<Encoder> encoder_;
@@ -74,6 +81,7 @@ class EncodedStream final : public simulation::EpochSink {
   StreamOptions options_;
   std::optional<VirtualStations> stations_;
   RandomStream delays_;
+  Now now_;
   std::deque<Waiting> waiting_;
   std::optional<std::int64_t> sent_;  // number of the last epoch, in intervals of rate_hz
   bool finished_ = false;
@@ -87,7 +95,11 @@ class EncodedStream final : public simulation::EpochSink {
 /// a link of its own (InputError).
 [[nodiscard]] std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::size_t receiver,
                                                          ReceiverDescription description,
-                                                         std::shared_ptr<transport::Link> link);
+                                                         std::shared_ptr<transport::Link> link,
+                                                         EncodedStream::Now now = EncodedStream::Clock::now);
+/// Hands on to a stream's receiver what the other end sent since the last call: corrections, of which the
+/// newest counts, and a restart, as a fault. Returns a line where there was a restart.
+[[nodiscard]] std::string hand_on(EncodedStream& stream, simulation::LiveReceiver& receiver);
 /// Place of the receiver that a request names among `names`. Throws InputError for an unknown receiver, and
 /// for none with several.
 [[nodiscard]] std::size_t find_receiver(const StreamRequest& request, const std::vector<std::string>& names);

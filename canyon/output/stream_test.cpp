@@ -149,14 +149,14 @@ simulation::Epoch epoch_at(double seconds) {
 
 TEST(Stream, SendsTheEpochsOfItsOwnRate) {
   Recorded to;
-  EncodedStream stream(std::make_unique<Echo>(), to.link, 0, {4, 0, 0});
+  EncodedStream stream(std::make_unique<Echo>(), to.link, 0, {4, 0, 0, {}});
   for (int i = 0; i <= 20; ++i) stream.write(epoch_at(0.1 * i));  // 10 Hz: 0, 0.3, 0.5, 0.8, 1.0, ...
   EXPECT_EQ(to.bytes, std::string(9, 'e'));
 }
 
 TEST(Stream, LateEpochsWaitAndKeepTheirOrder) {
   Recorded to;
-  EncodedStream stream(std::make_unique<Echo>(), to.link, 0, {{}, 0.1, 0.05});
+  EncodedStream stream(std::make_unique<Echo>(), to.link, 0, {{}, 0.1, 0.05, {}});
   const auto begin = EncodedStream::Clock::now();
   for (int i = 0; i < 3; ++i) stream.write(epoch_at(i));
   EXPECT_EQ(to.bytes, "");
@@ -169,6 +169,29 @@ TEST(Stream, LateEpochsWaitAndKeepTheirOrder) {
   stream.write(epoch_at(4));
   stream.finish();
   EXPECT_EQ(to.bytes, "eeee.");
+}
+
+// Bytes of ten bits at 10 baud: one a second, each epoch behind the one before, by the clock that it is
+// given.
+TEST(Stream, ASlowLinkPassesAnEpochPieceByPiece) {
+  Recorded to;
+  auto now = EncodedStream::Clock::time_point{};
+  StreamOptions options;
+  options.latency_s = 0.5;
+  options.link_baud = 10;
+  EncodedStream stream(std::make_unique<Echo>(), to.link, 0, options, {}, [&] { return now; });
+  for (int i = 0; i < 3; ++i) stream.write(epoch_at(i));
+  const auto bytes_at = [&](double seconds) {
+    now = EncodedStream::Clock::time_point{} +
+          std::chrono::duration_cast<EncodedStream::Clock::duration>(std::chrono::duration<double>(seconds));
+    stream.serve();
+    return to.bytes.size();
+  };
+  EXPECT_EQ(bytes_at(1.4), 0U);
+  EXPECT_EQ(bytes_at(1.6), 1U);
+  EXPECT_EQ(bytes_at(2.6), 2U);
+  EXPECT_EQ(bytes_at(3.4), 2U);
+  EXPECT_EQ(bytes_at(3.6), 3U);
 }
 
 TEST(Stream, AnswersAndSharesALinkWithOthers) {

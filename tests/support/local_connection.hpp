@@ -48,6 +48,7 @@ class LocalConnection {
     }
     return text;
   }
+  [[nodiscard]] int handle() const { return socket_; }
   void say(const std::string& text) const { ::send(socket_, text.data(), text.size(), MSG_NOSIGNAL); }
   void end_speech() const { shutdown(socket_, SHUT_WR); }
   /// Ends like a process that is killed with data unread: the peer gets a reset.

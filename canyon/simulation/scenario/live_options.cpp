@@ -11,6 +11,11 @@ void visit(options::Visitor& v, StreamOptions& o) {
   v.number({"latency_s", "s", "delay from epoch to bytes, in real time; receivers have 0.05 to 0.2"},
            o.latency_s, {0, 10});
   v.number({"jitter_s", "s", "standard deviation of the latency"}, o.jitter_s, {0, 1});
+  v.number(
+      {"link_baud", "baud",
+       "speed of a slow link on the way, ten bits a byte: an epoch's messages arrive one after the other",
+       "at once"},
+      o.link_baud, {300, 1e9});
   v.boolean(
       {"ephemerides", "",
        "rtcm and gps_rtcm_data: with the satellites' ephemerides (messages 1019, 1020, 1042, 1044 to 1046); "

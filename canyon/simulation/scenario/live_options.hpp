@@ -14,9 +14,12 @@ namespace canyon::simulation {
 /// How a stream differs from its run. Real receivers send 1 to 25 Hz, 50 to 200 ms late.
 struct StreamOptions {
   std::optional<double>
-      rate_hz;              ///< rate of the epochs that are sent, those at whole multiples; empty: all epochs
-  double latency_s = 0;     ///< from epoch to bytes, mean
-  double jitter_s = 0;      ///< standard deviation of the latency; epochs never overtake each other
+      rate_hz;           ///< rate of the epochs that are sent, those at whole multiples; empty: all epochs
+  double latency_s = 0;  ///< from epoch to bytes, mean
+  double jitter_s = 0;   ///< standard deviation of the latency; epochs never overtake each other
+  /// Speed of a slow link on the way, such as a telemetry radio, ten bits a byte [baud]: an epoch's messages
+  /// arrive one after the other. Empty: at once.
+  std::optional<double> link_baud;
   bool ephemerides = true;  ///< RTCM 3 carries messages 1019, 1020, 1042, 1044 to 1046
   /// With rtcm each reader gets corrections for the place in its GGA sentences (VirtualStation).
   bool virtual_station = false;
