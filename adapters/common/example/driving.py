@@ -8,10 +8,12 @@ import re
 import signal
 import socket
 import subprocess
+import sys
 import time
 
 import yaml
 
+PROGRAM = os.path.splitext(os.path.basename(sys.argv[0]))[0]    # begins messages
 WGS84_A, WGS84_E2 = 6378137.0, 6.69437999014e-3
 
 
@@ -59,9 +61,9 @@ def wait_until(condition, what, seconds, child=None):
     deadline = time.monotonic() + seconds
     while not condition():
         if child is not None and child.poll() is not None:
-            raise SystemExit(f"drive: the server ended (status {child.returncode}) before {what}; see {child.log}")
+            raise SystemExit(f"{PROGRAM}: {os.path.splitext(os.path.basename(child.log))[0]} ended (status {child.returncode}) before {what}; see {child.log}")
         if time.monotonic() > deadline:
-            raise SystemExit(f"drive: {what}: not within {seconds:.0f} s" + (f"; see {child.log}" if child else ""))
+            raise SystemExit(f"{PROGRAM}: {what}: not within {seconds:.0f} s" + (f"; see {child.log}" if child else ""))
         time.sleep(0.05)
 
 
