@@ -125,6 +125,11 @@ void HostedReceiver::say(Tone tone, const std::string& line) {
   if (said_.insert(line).second) say_(tone, hide_passwords(fmt::format("{}: {}", name_, line)));
 }
 
+std::string HostedReceiver::base_elsewhere() const {
+  const simulation::LiveConfig& config = settings_.live;
+  return config.base() == nullptr ? config.receiver().options.corrections.from : "";
+}
+
 void HostedReceiver::add(std::unique_ptr<EpochPublisher> publisher) {
   if (publisher) publishers_.push_back(std::move(publisher));
 }

@@ -60,6 +60,15 @@ class HostedReceiver {
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] double interval_s() const { return schedule_.interval_s(); }
 
+  /// Name of the receiver of the same world whose corrections it takes; empty: of none (HostBases).
+  [[nodiscard]] std::string base_elsewhere() const;
+  [[nodiscard]] simulation::LiveReceiver& receiver() { return *receiver_; }
+  [[nodiscard]] const simulation::LiveReceiver& receiver() const { return *receiver_; }
+  /// The epoch of the last finish(), until the next begin(); null: there was none.
+  [[nodiscard]] const simulation::LiveReceiver::Step* step() const { return step_ ? &*step_ : nullptr; }
+  /// The world's time of the last begin().
+  [[nodiscard]] std::int64_t begun_ns() const { return report_.sim_time_ns; }
+
   void add(std::unique_ptr<EpochPublisher> publisher);
   /// Rays go through this scene, in whose world `own_model` (empty: none) stays invisible.
   void set_scene(std::shared_ptr<WorldScene> scene, std::optional<HostWorld::Id> own_model);

@@ -28,6 +28,7 @@
 #include <vector>
 
 #include "adapters/common/gazebo_math.hpp"
+#include "adapters/common/host_bases.hpp"
 #include "adapters/common/hosted_receiver.hpp"
 #include "adapters/common/sdf/plugin_settings.hpp"
 #include "adapters/gz_sim/gz_host_world.hpp"
@@ -111,6 +112,7 @@ bool has_noise(const sdf::Sensor& sensor) {
 HostSettings read_settings(const sdf::ElementPtr& element, const ReceiverIdentity& identity, const Ecm& ecm) {
   PluginPlace place;
   place.name = place_name(identity);
+  place.bases_elsewhere = true;
   const auto world = ecm.ComponentData<components::WorldSdf>(gz::sim::worldEntity(ecm));
   if (world && world->Element())
     place.folder = std::filesystem::path(world->Element()->FilePath()).parent_path();
@@ -181,6 +183,7 @@ struct GnssWorld::Impl {
   std::vector<Sensor> due;
   std::vector<Scene> scenes;
   std::map<Entity, Receiver> receivers;  // in the order of entities, so that a run repeats
+  HostBases bases;
   std::unique_ptr<OptionsService> options;
   std::optional<HostOrigin> origin;
   bool stepped = false;  // PostUpdate of this step is done
@@ -360,6 +363,7 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
         << receiver.hosted->interval_s() << " s; services " << rooted(topic) << "/set_rate and "
         << rooted(services) << "/get_options, set_options, get_faults, add_fault, end_fault\n";
   Receiver& kept = receivers[entity] = std::move(receiver);
+  bases.add(*kept.hosted, gz::sim::topLevelModel(entity, ecm));
   kept.hosted->on_reset([&kept] {
     kept.motion.reset();
     if (kept.pose_topic) kept.pose_topic->reset();
@@ -392,6 +396,7 @@ void GnssWorld::Impl::remove(Entity entity) {
   if (receiver == receivers.end()) return;
   wait();
   options->remove(receiver->second.name);
+  bases.remove(*receiver->second.hosted);
   receivers.erase(receiver);
 }
 
@@ -490,8 +495,11 @@ void GnssWorld::post_update(const gz::sim::UpdateInfo& info, const Ecm& ecm) {
     }
     hosted.begin(now_ns, [&](std::string& reason) { return impl_->truth(*receiver, now_ns, ecm, reason); });
   }
-  impl_->epochs = std::async(std::launch::async, [due = std::move(due)] {
-    for (Impl::Receiver* receiver : due) receiver->hosted->finish();
+  std::vector<HostedReceiver*> begun;
+  for (Impl::Receiver* receiver : due) begun.push_back(receiver->hosted.get());
+  impl_->bases.sort(begun);
+  impl_->epochs = std::async(std::launch::async, [bases = &impl_->bases, begun = std::move(begun)] {
+    for (HostedReceiver* receiver : begun) bases->finish(*receiver);
   });
 }
 

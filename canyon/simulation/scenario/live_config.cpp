@@ -85,6 +85,7 @@ void check_base(options::Visitor& v, const LiveConfig& config) {
       throw v.fault("from", fmt::format("'{}' is a stream, which hosts do not read", from),
                     "run it by canyon live, or give a base: {fixed: ...} and name that");
     }
+    if (config.bases_elsewhere && config.base() == nullptr && from != config.receiver().options.name) return;
     try {
       check_corrections(config.receivers, 0);
     } catch (const InputError& e) {

@@ -18,6 +18,8 @@ struct LiveConfig : Scenario {
   LiveConfig() { receivers.resize(1); }
   explicit LiveConfig(Scenario scenario) : Scenario(std::move(scenario)) {}
 
+  /// `corrections.from` may name another receiver of the host's world.
+  bool bases_elsewhere = false;
   /// The host gives the samples of Scenario::sensors with each step (LiveReceiver::observe()).
   bool with_sensors = false;
 

@@ -1,0 +1,146 @@
+#include "adapters/common/host_bases.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <deque>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/options/describe.hpp"
+#include "canyon/options/read.hpp"
+#include "canyon/output/epoch_values.hpp"
+
+namespace canyon::adapters {
+namespace {
+
+using Eigen::Vector3d;
+using positioning::FixKind;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+/// Receivers in an open field at 22.3 N, 114.17 E, at 5 Hz.
+class Field {
+ public:
+  HostedReceiver& add(const std::string& name, std::uint64_t vehicle, const Vector3d& place,
+                      const std::string& more = "") {
+    options::Document document;
+    document.file = name + ".yaml";
+    HostSettings settings;
+    settings.live.bases_elsewhere = true;
+    options::read_yaml(
+        "{profile: ublox-f9p, rate_hz: 5, origin_latitude: 22.3, origin_longitude: 114.17, "
+        "name: " +
+            name + (more.empty() ? "" : ", " + more) + "}",
+        document, "", settings);
+    std::vector<std::string> warnings;
+    const WorldFrame frame = world_frame(std::nullopt, settings, warnings);
+    ReceiverIdentity identity;
+    identity.model = "model of " + name;
+    auto& receiver = receivers.emplace_back(std::make_unique<HostedReceiver>(
+        settings, identity, frame, geodesy::gps_from_utc(geodesy::CalendarTime{2026, 6, 1, 8, 0, 0}), 0,
+        [this](HostedReceiver::Tone, const std::string& line) { lines.push_back(line); }));
+    places.push_back(place);
+    bases.add(*receiver, vehicle);
+    return *receiver;
+  }
+  /// Five epochs a second; nobody moves.
+  void run(double seconds) {
+    for (int i = 0; i < static_cast<int>(std::lround(seconds * 5)); ++i, now_ns += 200'000'000) {
+      std::vector<HostedReceiver*> due;
+      for (std::size_t r = 0; r < receivers.size(); ++r) {
+        if (!receivers[r] || !receivers[r]->due(now_ns)) continue;
+        receivers[r]->begin(now_ns, [&](std::string&) {
+          TruePose truth;
+          truth.pose.position_m = places[r];
+          return std::optional(truth);
+        });
+        due.push_back(receivers[r].get());
+      }
+      bases.sort(due);
+      for (HostedReceiver* receiver : due) bases.finish(*receiver);
+    }
+  }
+
+  HostBases bases;
+  std::vector<std::unique_ptr<HostedReceiver>> receivers;
+  std::vector<Vector3d> places;
+  std::vector<std::string> lines;
+  std::int64_t now_ns = 0;
+};
+
+FixKind kind_of(const HostedReceiver& receiver) {
+  return receiver.step()->epoch.observed.fix.kind();
+}
+
+// The rover is added first and its base stands 300 m away: its corrections are of the same instant all the
+// same.
+TEST(HostBases, AStationElsewhereInTheWorldMakesFixedPositions) {
+  Field field;
+  HostedReceiver& rover = field.add("rover", 1, {0, 0, 2}, "rtk: true, corrections: {from: tower}");
+  field.add("tower", 2, {300, 0, 20});
+  field.run(60);
+  EXPECT_THAT(field.lines, IsEmpty());
+  ASSERT_EQ(kind_of(rover), FixKind::Fixed);
+  const positioning::Fix& fix = rover.step()->epoch.observed.fix;
+  EXPECT_NEAR(*fix.correction_age_s, 0, 1e-3);
+  EXPECT_FALSE(fix.baseline->moving_base);
+  EXPECT_LT(rover.step()->epoch.error_enu_m.norm(), 0.1);
+}
+
+TEST(HostBases, ABaseOnTheSameVehicleGivesItsHeading) {
+  Field field;
+  HostedReceiver& rear = field.add("rear", 1, {0, 0, 2}, "rtk: true, corrections: {from: front}");
+  field.add("front", 1, {1, 1, 2});
+  field.run(60);
+  EXPECT_THAT(field.lines, IsEmpty());
+  const positioning::Fix& fix = rear.step()->epoch.observed.fix;
+  ASSERT_TRUE(fix.baseline && fix.baseline->moving_base);
+  ASSERT_TRUE(output::heading_deg(fix, 3));
+  // From the base to the receiver: to the south-west.
+  EXPECT_NEAR(*output::heading_deg(fix, 3), 225, 1.5);
+  EXPECT_NEAR(fix.baseline->length_m(), std::sqrt(2.0), 0.05);
+  EXPECT_NE(kind_of(rear), FixKind::Fixed);  // its position is its own
+}
+
+TEST(HostBases, WaitsForABaseThatComesLaterAndGoes) {
+  Field field;
+  HostedReceiver& rover = field.add("rover", 1, {0, 0, 2}, "rtk: true, corrections: {from: tower}");
+  field.run(2);
+  ASSERT_EQ(field.lines.size(), 1U);
+  EXPECT_THAT(field.lines.front(), HasSubstr("there is no receiver 'tower' in this world yet"));
+  EXPECT_EQ(kind_of(rover), FixKind::Single);
+  HostedReceiver& tower = field.add("tower", 2, {300, 0, 20});
+  field.run(60);
+  EXPECT_EQ(kind_of(rover), FixKind::Fixed);
+  field.bases.remove(tower);
+  field.receivers.back().reset();
+  field.run(90);  // corrections are used for a minute
+  EXPECT_EQ(kind_of(rover), FixKind::Single);
+}
+
+TEST(HostBases, BeginsAnewWithTheWorld) {
+  Field field;
+  HostedReceiver& rover = field.add("rover", 1, {0, 0, 2}, "rtk: true, corrections: {from: tower}");
+  field.add("tower", 2, {300, 0, 20});
+  field.run(60);
+  const Vector3d first = rover.step()->epoch.error_enu_m;
+  field.now_ns = 0;
+  field.run(60);
+  EXPECT_EQ(rover.step()->epoch.error_enu_m, first);
+}
+
+TEST(HostBases, SaysWhatIsWrong) {
+  Field field;
+  field.add("rover", 1, {0, 0, 2}, "rtk: true, corrections: {from: tower}, seed: 5");
+  field.add("tower", 2, {300, 0, 20});
+  field.run(0.4);
+  ASSERT_EQ(field.lines.size(), 1U);
+  EXPECT_THAT(field.lines.front(), HasSubstr("another seed or start"));
+  EXPECT_THROW(field.add("self", 3, {0, 0, 2}, "rtk: true, corrections: {from: self}"), InputError);
+}
+
+}  // namespace
+}  // namespace canyon::adapters
