@@ -80,6 +80,18 @@ void set_header(Header& header, const Head& head) {
   return epoch != nullptr && epoch->observed.fix.solved();
 }
 
+/// The covariance of a NavSatFix or GPSFix: east, north, up [m^2], known.
+template <class Message>
+void set_position_covariance(Message& message, const positioning::Fix& fix) {
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (std::size_t column = 0; column < 3; ++column) {
+      message.position_covariance[3 * row + column] =
+          fix.covariance_enu(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(column));
+    }
+  }
+  message.position_covariance_type = Message::COVARIANCE_TYPE_KNOWN;
+}
+
 /// Whether the antenna could be asked for a signal of it that then did not come.
 [[nodiscard]] inline bool is_blocked(const receiver::SatelliteObservation& satellite) {
   return satellite.above_mask && !satellite.measurement;
@@ -182,13 +194,7 @@ template <class NavSatFix>
   message.latitude = geodesy::degrees(fix.position.latitude_rad);
   message.longitude = geodesy::degrees(fix.position.longitude_rad);
   message.altitude = fix.position.height_m;
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) {
-      message.position_covariance[3 * static_cast<std::size_t>(row) + static_cast<std::size_t>(column)] =
-          fix.covariance_enu(row, column);
-    }
-  }
-  message.position_covariance_type = NavSatFix::COVARIANCE_TYPE_KNOWN;
+  detail::set_position_covariance(message, fix);
   return message;
 }
 

@@ -78,6 +78,7 @@ class HostPublisher final : public EpochPublisher {
       TopicNames names;
       names.fix = names_.fix;
       names.fix_velocity = names_.fix_velocity;
+      names.gps_fix = names_.base + "/gpsfix";
       names.gnss_multipath = names_.gnss_multipath;
       names.satellites = names_.satellites;
       names.raw_observations = names_.base + "/raw_observations";

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "adapters/common/stream_publisher.hpp"
+#include "adapters/ros2/driver.hpp"
 #include "adapters/ros2/rtcm_topic.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
@@ -44,6 +45,32 @@ void visit_pose(Visitor& v, NodeSettings& settings) {
   v.number({"up_m", "m", "upwards"}, settings.pose_origin_enu_m.z(), {-1e6, 1e6});
   v.angle({"heading_deg", "deg", "of that frame's x axis, from east counter-clockwise"},
           settings.pose_heading_rad, {-360, 360});
+  v.file({"map_projector", "",
+          "map_projector_info.yaml of Autoware, where poses are in its map: instead of east_m, north_m, up_m "
+          "and "
+          "heading_deg"},
+         settings.map_projector);
+  if (!v.reads() || !settings.map_projector) return;
+  for (const char* key : {"east_m", "north_m", "up_m", "heading_deg"}) {
+    if (v.has(key)) {
+      throw v.fault(key, "map_projector places the map already", "leave out one of the two");
+    }
+  }
+}
+
+/// The driver's frame and start are defaults.
+void visit_driver(Visitor& v, NodeSettings& settings) {
+  static const auto kNames = [] {
+    std::vector<std::string_view> names;
+    for (const DriverRole& role : driver_roles()) names.push_back(role.name);
+    return names;
+  }();
+  v.choice({"driver", "",
+            "whose names of topics, frame and parameters it takes, for launch files of real receivers"},
+           settings.driver, kNames);
+  if (!v.reads() || settings.driver == Driver::None) return;
+  settings.frame_id = role_of(settings.driver).frame_id;
+  settings.autostart = true;
 }
 
 const options::Description& description() {
@@ -202,6 +229,15 @@ void check_topics(const Visitor& v, const NodeSettings& settings) {
                 "live");
 }
 
+/// A driver listens to a topic of corrections without being told to.
+void take_drivers_corrections(NodeSettings& settings) {
+  const std::string_view topic = role_of(settings.driver).rtcm;
+  receiver::ReceiverOptions& options = settings.live.receiver().options;
+  if (!topic.empty() && options.rtk.enabled && options.corrections.from.empty()) {
+    options.corrections.from = fmt::format("topic:{}", topic);
+  }
+}
+
 void check_fixed(const Visitor& v, const NodeSettings& settings) {
   const bool fixed = settings.live.receiver().fixed.has_value();
   if (settings.pose_source == PoseSource::Fixed && !fixed) {
@@ -273,7 +309,9 @@ std::string NodeSettings::corrections_topic() const {
 void visit(Visitor& v, NodeSettings& settings) {
   v.file({"scenario", "", "scenario file; parameters override it"}, settings.scenario);
   v.text({"receiver", "", "which of its receivers", "its first"}, settings.receiver);
-  v.boolean({"autostart", "", "configures and activates itself"}, settings.autostart);
+  visit_driver(v, settings);
+  v.boolean({"autostart", "", "configures and activates itself", "false; true for a driver"},
+            settings.autostart);
   v.boolean({"drive_clock", "", "publish /clock from 0, and use it"}, settings.drive_clock);
   v.number({"speed", "", "of the clock that it drives, times real time"}, settings.speed, {0, 1000, true});
   v.integer({"threads", "", "that compute a scenario's own drive ahead; 0: as many as cores"},
@@ -282,6 +320,7 @@ void visit(Visitor& v, NodeSettings& settings) {
   simulation::ScenarioOfAnyTrajectory any{settings.live};
   visit(v, any);
   if (!v.reads()) return;
+  take_drivers_corrections(settings);
   check_topics(v, settings);
   check_fixed(v, settings);
   // The base's signals have the errors that corrections remove, as in a scenario with the rover.

@@ -19,10 +19,14 @@ namespace canyon::adapters::ros2 {
 /// The source of a receiver's truth.
 enum class PoseSource : std::uint8_t { Trajectory, Pose, Odometry, Tf, Fixed };
 
+/// The driver of a real receiver whose part the node plays.
+enum class Driver : std::uint8_t { None, UbloxGps, Septentrio, Novatel, NmeaNavsat };
+
 /// The settings of every host, whose scenario comes from a file and parameters over it, and what a node of
 /// ROS 2 adds. With poses from outside the trajectory may be absent.
 struct NodeSettings : HostOptions {
   std::optional<std::filesystem::path> scenario;
+  Driver driver = Driver::None;
   std::string receiver;  ///< name of one of the scenario's; empty: the first
   std::string frame_id = "gnss";
   bool autostart = false;
@@ -34,6 +38,8 @@ struct NodeSettings : HostOptions {
   std::string pose_frame = "map";                               ///< that poses are in
   std::string child_frame = "base_link";                        ///< the vehicle's frame, with Tf
   Eigen::Vector3d pose_origin_enu_m = Eigen::Vector3d::Zero();  ///< origin of pose_frame, in the city's frame
+  /// Autoware's map_projector_info.yaml, which places pose_frame instead of the origin and heading.
+  std::optional<std::filesystem::path> map_projector;
   double pose_heading_rad = 0;  ///< direction of its x axis, from east counter-clockwise
 
   /// Time and place are the host's, not those of the scenario's own drive.

@@ -12,6 +12,11 @@ const char* source_name(PoseSource source) {
   return source == PoseSource::Odometry ? "odom" : source == PoseSource::Tf ? "tf" : "pose";
 }
 
+std::optional<MapProjection> projection_of(const NodeSettings& settings, const city::City& city) {
+  if (!settings.map_projector) return std::nullopt;
+  return MapProjection(read_map_projector_info(*settings.map_projector), city.frame, city.geoid_undulation_m);
+}
+
 }  // namespace
 
 PoseReceiver::PoseReceiver(const NodeSettings& settings, std::shared_ptr<simulation::CityScene> scene,
@@ -19,6 +24,7 @@ PoseReceiver::PoseReceiver(const NodeSettings& settings, std::shared_ptr<simulat
     : settings_(settings),
       own_name_(std::move(own_name)),
       scene_(std::move(scene)),
+      projection_(projection_of(settings, scene_->city)),
       track_(source_name(settings.pose_source), {settings.pose_timeout_s}),
       receiver_(config_of(settings), scene_, start) {
   make_topic();
@@ -45,6 +51,13 @@ void PoseReceiver::change(const NodeSettings& settings) {
   receiver_.set_config(config_of(settings));
   settings_ = settings;
   make_topic();
+}
+
+bool PoseReceiver::add(const RigidPose& pose, double stamp_s, std::int64_t now_ns) {
+  const auto proper = simulation::proper_pose(pose);
+  if (!proper) return false;
+  const RigidPose in_city = projection_ ? projection_->in_city(*proper) : *proper;
+  return track_.add({in_city, stamp_s, {}, {}}, now_ns) != PoseTrack::Taken::NoPose;
 }
 
 void PoseReceiver::receive_rtcm(std::string_view bytes, std::int64_t now_ns) {

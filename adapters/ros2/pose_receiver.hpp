@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "adapters/common/pose_motion.hpp"
+#include "adapters/ros2/map_projection.hpp"
 #include "adapters/ros2/node_settings.hpp"
 #include "adapters/ros2/rtcm_topic.hpp"
 #include "canyon/simulation/city_scene.hpp"
@@ -25,10 +26,9 @@ class PoseReceiver {
                geodesy::GpsTime start, std::string own_name);
 
   /// A pose of the vehicle in pose_frame, with the sender's stamp [s], that comes at `now_ns` of the host's
-  /// time. False if it is not finite or its quaternion has no direction.
-  bool add(const RigidPose& pose, double stamp_s, std::int64_t now_ns) {
-    return track_.add({pose, stamp_s, {}, {}}, now_ns) != PoseTrack::Taken::NoPose;
-  }
+  /// time. False if it is not finite or its quaternion has no direction. Throws InputError for a place that
+  /// the projection of the map does not reach.
+  bool add(const RigidPose& pose, double stamp_s, std::int64_t now_ns);
   /// A message of NodeSettings::corrections_topic(), which comes at `now_ns`.
   void receive_rtcm(std::string_view bytes, std::int64_t now_ns);
   /// The epoch at `now_ns`; empty, with `reason`, where no pose has come in time. Time that goes back begins
@@ -52,6 +52,7 @@ class PoseReceiver {
   NodeSettings settings_;
   std::string own_name_;
   std::shared_ptr<simulation::CityScene> scene_;
+  std::optional<MapProjection> projection_;
   PoseTrack track_;
   simulation::LiveReceiver receiver_;
   std::optional<RtcmTopic> topic_;

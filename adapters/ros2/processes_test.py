@@ -22,7 +22,7 @@ from geometry_msgs.msg import PoseStamped, TransformStamped, TwistWithCovariance
 from lifecycle_msgs.msg import Transition  # noqa: E402
 from nav_msgs.msg import Odometry  # noqa: E402
 from rosgraph_msgs.msg import Clock  # noqa: E402
-from sensor_msgs.msg import NavSatFix  # noqa: E402
+from sensor_msgs.msg import Imu, NavSatFix  # noqa: E402
 
 TOPICS = {"/fix": NavSatFix, "/fix_velocity": TwistWithCovarianceStamped, "/gnss_multipath": GnssMultipath,
           "/satellites": GnssSatellites, "/raw_observations": GnssRawObservations, "/diagnostics": DiagnosticArray,
@@ -125,16 +125,95 @@ class Topics(unittest.TestCase):
     def test_a_subscriber_that_asks_for_more_is_told_of(self):
         drive = write_drive(self.folder.name, 30)
         values = {"scenario": drive, "autostart": True}
-        with receiver(values) as node, Listener() as listener:
+        best_effort = "qos_overrides./fix.publisher.reliability:=best_effort"
+        with receiver(values, "-p", best_effort) as node, Listener() as listener:
             reliable = listener.listen(NavSatFix, "/fix", reliable=True)
-            best_effort = listener.listen(NavSatFix, "/fix")
-            listener.spin_until(lambda: len(best_effort) > 5, "fixes")
+            sensor_data = listener.listen(NavSatFix, "/fix")
+            listener.spin_until(lambda: len(sensor_data) > 5, "fixes")
             until(lambda: "quality of service" in node.output(), "the warning")
             self.assertRegex(node.output(), r"a subscriber of /fix asks for .*not offered \(RELIABILITY_QOS_POLICY\)")
             self.assertEqual(reliable, [])
-        with receiver(values, "-p", "qos_overrides./fix.publisher.reliability:=reliable"), Listener() as listener:
+        with receiver(values), Listener() as listener:
             reliable = listener.listen(NavSatFix, "/fix", reliable=True)
-            listener.spin_until(lambda: len(reliable) > 5, "fixes as asked for")
+            sensor_data = listener.listen(NavSatFix, "/fix")
+            listener.spin_until(lambda: min(len(reliable), len(sensor_data)) > 5, "fixes for both")
+
+    def test_sensors_come_at_their_times(self):
+        drive = os.path.join(self.folder.name, "sensors.yaml")
+        with open(write_drive(self.folder.name, 6)) as file, open(drive, "w") as other:
+            smooth = file.read().replace("speed_mps: 5", "speed_mps: 5\n  acceleration_mps2: 2")
+            other.write(smooth + "sensors: {imu: {profile: ideal, rate_hz: 50}, wheels: {rate_hz: 10, track_m: 1.5}}\n")
+        with receiver({"scenario": drive, "drive_clock": True}) as node, Listener() as listener:
+            self.assertTrue(listener.transition("/receiver", Transition.TRANSITION_CONFIGURE), node.output())
+            imu = listener.listen(Imu, "/imu")
+            wheels = listener.listen(TwistWithCovarianceStamped, "/wheels")
+            clock = listener.listen(Clock, "/clock")
+            late = []
+            listener.spin_for(1)
+            self.assertTrue(listener.transition("/receiver", Transition.TRANSITION_ACTIVATE), node.output())
+
+            def ended():
+                if imu and clock:
+                    late.append(seconds_of(clock[-1].clock) - seconds_of(imu[-1].header.stamp))
+                return len(imu) == 300
+            listener.spin_until(ended, "6 s of samples")
+        self.assertEqual([round(seconds_of(m.header.stamp), 9) for m in imu], [round(0.02 * (i + 1), 9) for i in range(300)])
+        self.assertLess(sorted(late)[len(late) // 2], 0.1)  # not in blocks of an epoch
+        self.assertAlmostEqual(imu[150].linear_acceleration.z, 9.7875, delta=0.01)  # gravity at 22.3 N (WGS 84)
+        self.assertEqual(imu[0].orientation_covariance[0], -1)
+        self.assertEqual((imu[0].header.frame_id, wheels[0].header.frame_id), ("imu", "base_link"))
+        self.assertAlmostEqual(wheels[-1].twist.twist.linear.x, 5, delta=0.2)
+
+
+class Drivers(unittest.TestCase):
+    """In the place of a driver of a real receiver, by the names and parameters of its launch files."""
+
+    def program(self, name, values):
+        return Process([os.path.join(PREFIX, "lib", "canyon_ros2", name), "--ros-args",
+                        *[word for key, value in values.items() for word in ("-p", f"{key}:={value}")]])
+
+    def test_ublox_gps(self):
+        with folder() as path:
+            node = self.program("ublox_gps_node", {"device": "/dev/ttyACM0", "rate": 5.0, "gnss.glonass": "true",
+                                                   "scenario": write_drive(path, 20)})
+            self.addCleanup(node.end)
+            with Listener() as listener:
+                fixes = listener.listen(NavSatFix, "/ublox_gps_node/fix", reliable=True)
+                velocities = listener.listen(TwistWithCovarianceStamped, "/ublox_gps_node/fix_velocity", reliable=True)
+                satellites = listener.listen(GnssSatellites, "/satellites", reliable=True)
+                listener.spin_until(lambda: min(len(fixes), len(velocities), len(satellites)) > 10, "fixes")
+            stamps = [seconds_of(m.header.stamp) for m in fixes]
+            self.assertAlmostEqual(stamps[10] - stamps[0], 2, delta=0.11)
+            self.assertEqual(fixes[0].header.frame_id, "gps")
+            self.assertEqual({s.id[0] for m in satellites for s in m.satellites}, {"G", "R"})
+            self.assertIn("parameters of the driver without effect here: device", node.output())
+
+    def test_gps_fix_of_a_driver(self):
+        try:
+            from gps_msgs.msg import GPSFix
+        except ImportError:
+            self.skipTest("SKIPPED: no gps_msgs here")
+        with folder() as path:
+            node = self.program("septentrio_gnss_driver_node", {"polling_period.pvt": 200, "scenario": write_drive(path, 20)})
+            self.addCleanup(node.end)
+            with Listener() as listener:
+                fixes = listener.listen(NavSatFix, "/navsatfix", reliable=True)
+                full = listener.listen(GPSFix, "/gpsfix", reliable=True)
+                listener.spin_until(lambda: min(len(fixes), len(full)) > 10, "fixes")
+            by_stamp = {seconds_of(m.header.stamp): m for m in fixes}
+            both = [(m, by_stamp[seconds_of(m.header.stamp)]) for m in full if seconds_of(m.header.stamp) in by_stamp]
+            self.assertGreater(len(both), 5)
+            for fix, plain in both:
+                self.assertEqual((fix.latitude, fix.altitude, fix.status.status),
+                                 (plain.latitude, plain.altitude, plain.status.status))
+                self.assertEqual(fix.status.satellites_used, len(fix.status.satellite_used_prn))
+
+    def test_a_driver_without_a_scenario_ends_with_a_reason(self):
+        node = self.program("novatel_gps_node", {"connection_type": "serial"})
+        self.addCleanup(node.end)
+        until(lambda: node.child.poll() is not None, "its end")
+        self.assertNotEqual(node.child.returncode, 0)
+        self.assertIn("city", node.output())
 
 
 class Lifecycle(unittest.TestCase):

@@ -17,6 +17,7 @@
 
 #include "adapters/common/stream_publisher.hpp"
 #include "adapters/ros2/corrected_run.hpp"
+#include "adapters/ros2/driver.hpp"
 #include "adapters/ros2/node_parameters.hpp"
 #include "adapters/ros2/node_services.hpp"
 #include "adapters/ros2/pose_receiver.hpp"
@@ -57,8 +58,9 @@ void check_build(const NodeSettings& settings) {
 }  // namespace
 
 struct ReceiverNode::Impl {
-  explicit Impl(ReceiverNode& n)
-      : node(n), parameters(n, {[this] { return open(); }, [this](const NodeSettings& s) { change(s); }}) {}
+  Impl(ReceiverNode& n, const DriverRole& role)
+      : node(n),
+        parameters(n, role, {[this] { return open(); }, [this](const NodeSettings& s) { change(s); }}) {}
 
   [[nodiscard]] NodeParameters::Open open() const;
   void change(const NodeSettings& changed);
@@ -160,7 +162,9 @@ void ReceiverNode::Impl::configure() {
     interval_s = simulation->interval_s();
   }
   schedule = simulation::EpochSchedule(interval_s);
-  TopicNames names;
+  TopicNames names = role_of(settings.driver).topics;
+  if (settings.by_poses() || !settings.live.sensors.imu) names.imu.clear();
+  if (settings.by_poses() || !settings.live.sensors.wheels) names.wheels.clear();
   if (settings.drive_clock) names.clock = "/clock";
   topics = std::make_unique<ReceiverTopics>(NodeParts(node), names);
   const bool changes = settings.live.live && settings.live.live->changes;
@@ -324,9 +328,9 @@ void ReceiverNode::Impl::look_up() {
   try {
     const auto found =
         transforms->lookupTransform(settings.pose_frame, settings.child_frame, tf2::TimePointZero);
-    const std::int64_t stamp_ns = rclcpp::Time(found.header.stamp).nanoseconds();
-    if (stamp_ns == last_transform_ns) return;
-    last_transform_ns = stamp_ns;
+    const std::int64_t at_ns = rclcpp::Time(found.header.stamp).nanoseconds();
+    if (at_ns == last_transform_ns) return;
+    last_transform_ns = at_ns;
     geometry_msgs::msg::Pose pose;
     pose.position.x = found.transform.translation.x;
     pose.position.y = found.transform.translation.y;
@@ -383,8 +387,10 @@ void ReceiverNode::Impl::tick() {
   take_epochs();
 }
 
-// A scenario's epochs that are due.
+// A scenario's epochs and samples of sensors that are due.
 void ReceiverNode::Impl::take_epochs() {
+  topics->publish(run->take_sensors(driven_ns), settings.live.sensors, simulation->begin(), *zero_ns,
+                  settings.child_frame);
   while (!run->finished() && run->next_ns() <= driven_ns) {
     const std::int64_t at = run->next_ns();
     const auto step = run->take();
@@ -430,13 +436,12 @@ void ReceiverNode::Impl::serve(std::int64_t at_ns) {
   }
 }
 
-ReceiverNode::ReceiverNode(const rclcpp::NodeOptions& options)
-    : LifecycleNode("receiver", options), impl_(std::make_unique<Impl>(*this)) {
-  rclcpp::Parameter automatic;
-  if (!get_parameter("autostart", automatic) || automatic.get_type() != rclcpp::PARAMETER_BOOL ||
-      !automatic.as_bool()) {
-    return;
-  }
+ReceiverNode::ReceiverNode(const rclcpp::NodeOptions& options) : ReceiverNode(options, std::string_view()) {}
+
+ReceiverNode::ReceiverNode(const rclcpp::NodeOptions& options, std::string_view program)
+    : LifecycleNode(std::string(role_of_program(program).node), options),
+      impl_(std::make_unique<Impl>(*this, role_of_program(program))) {
+  if (!impl_->parameters.autostart()) return;
   impl_->starter = create_wall_timer(std::chrono::seconds(0), [this] { impl_->autostart(); });
 }
 ReceiverNode::~ReceiverNode() = default;

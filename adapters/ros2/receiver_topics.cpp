@@ -1,14 +1,25 @@
 #include "adapters/ros2/receiver_topics.hpp"
 
+#include <cmath>
 #include <memory>
 #include <utility>
 
+#include "adapters/ros/gps_fix.hpp"
+#include "adapters/ros/sensor_conversions.hpp"
 #include "adapters/ros2/advertise.hpp"
 
 namespace canyon::adapters::ros2 {
 namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
+// A second of a fast inertial sensor, for a subscriber that is late.
+constexpr std::size_t kSensorDepth = 200;
+
+ros_messages::Head head_of(std::int64_t stamp_ns, const std::string& frame_id) {
+  return {
+      {static_cast<std::int32_t>(stamp_ns / kSecond_ns), static_cast<std::uint32_t>(stamp_ns % kSecond_ns)},
+      frame_id};
+}
 
 template <class Publisher, class Make>
 void send(const Publisher& publisher, const Make& make) {
@@ -20,15 +31,19 @@ void send(const Publisher& publisher, const Make& make) {
 }  // namespace
 
 ReceiverTopics::ReceiverTopics(NodeParts node, const TopicNames& names) {
-  const rclcpp::SensorDataQoS sensor;
   const rclcpp::QoS reliable(10);
-  advertise(node, names.fix, sensor, fix_);
-  advertise(node, names.fix_velocity, sensor, fix_velocity_);
-  advertise(node, names.gnss_multipath, sensor, gnss_multipath_);
-  advertise(node, names.satellites, sensor, satellites_);
-  advertise(node, names.raw_observations, sensor, raw_observations_);
+  advertise(node, names.fix, reliable, fix_);
+  advertise(node, names.fix_velocity, reliable, fix_velocity_);
+#ifdef CANYON_WITH_GPS_MSGS
+  advertise(node, names.gps_fix, reliable, gps_fix_);
+#endif
+  advertise(node, names.imu, rclcpp::SensorDataQoS().reliable().keep_last(kSensorDepth), imu_);
+  advertise(node, names.wheels, reliable, wheels_);
+  advertise(node, names.gnss_multipath, reliable, gnss_multipath_);
+  advertise(node, names.satellites, reliable, satellites_);
+  advertise(node, names.raw_observations, reliable, raw_observations_);
   advertise(node, names.diagnostics, reliable, diagnostics_);
-  advertise(node, names.scan, sensor, scan_);
+  advertise(node, names.scan, reliable, scan_);
   advertise(node, names.clock, reliable, clock_);
 }
 
@@ -36,14 +51,15 @@ void ReceiverTopics::publish(const ReceiverReport& report, const std::string& fr
                              const ros_messages::ReceiverHealth& health) {
   using namespace ros_messages;
   const std::int64_t stamp_ns = report.sim_time_ns;
-  const Head head{
-      {static_cast<std::int32_t>(stamp_ns / kSecond_ns), static_cast<std::uint32_t>(stamp_ns % kSecond_ns)},
-      frame_id};
+  const Head head = head_of(stamp_ns, frame_id);
   const simulation::Epoch* epoch = report.step != nullptr ? &report.step->epoch : nullptr;
   if (!health.finished) {
     send(fix_, [&] { return fix_message<sensor_msgs::msg::NavSatFix>(head, epoch); });
     send(fix_velocity_,
          [&] { return velocity_message<geometry_msgs::msg::TwistWithCovarianceStamped>(head, epoch); });
+#ifdef CANYON_WITH_GPS_MSGS
+    send(gps_fix_, [&] { return gps_fix_message<gps_msgs::msg::GPSFix>(head, epoch); });
+#endif
     send(gnss_multipath_, [&] { return multipath_message<canyon_msgs::msg::GnssMultipath>(head, epoch); });
     send(satellites_, [&] { return satellites_message<canyon_msgs::msg::GnssSatellites>(head, epoch); });
     // Phases are followed whether somebody listens or not.
@@ -64,6 +80,24 @@ void ReceiverTopics::publish(const ReceiverReport& report, const std::string& fr
     diagnosed_ns_ = stamp_ns;
     send(diagnostics_,
          [&] { return diagnostics_message<diagnostic_msgs::msg::DiagnosticArray>(head, health, epoch); });
+  }
+}
+
+void ReceiverTopics::publish(const simulation::SensorBatch& batch, const inertial::SensorOptions& sensors,
+                             geodesy::GpsTime begin, std::int64_t zero_ns, const std::string& vehicle_frame) {
+  using namespace ros_messages;
+  for (const simulation::InertialSample& sample : batch.imu) {
+    if (!sample.sample) continue;
+    const std::int64_t stamp_ns = zero_ns + std::llround(sample.sample->time_s * 1e9);
+    send(imu_,
+         [&] { return imu_message<sensor_msgs::msg::Imu>(head_of(stamp_ns, "imu"), sample, *sensors.imu); });
+  }
+  for (const simulation::WheelsAtWork& sample : batch.wheels) {
+    const std::int64_t stamp_ns = zero_ns + (sample.time.nanoseconds() - begin.nanoseconds());
+    send(wheels_, [&] {
+      return wheel_message<geometry_msgs::msg::TwistWithCovarianceStamped>(head_of(stamp_ns, vehicle_frame),
+                                                                           sample, *sensors.wheels);
+    });
   }
 }
 

@@ -9,12 +9,19 @@
 #include <rclcpp/node_interfaces/node_topics_interface.hpp>
 #include <rclcpp/publisher.hpp>
 #include <rosgraph_msgs/msg/clock.hpp>
+#include <sensor_msgs/msg/imu.hpp>
 #include <sensor_msgs/msg/laser_scan.hpp>
 #include <sensor_msgs/msg/nav_sat_fix.hpp>
 #include <string>
+#ifdef CANYON_WITH_GPS_MSGS
+#include <gps_msgs/msg/gps_fix.hpp>
+#endif
 
 #include "adapters/common/epoch_publisher.hpp"
 #include "adapters/ros/raw_conversions.hpp"
+#include "adapters/ros2/topic_names.hpp"
+#include "canyon/inertial/sensor_options.hpp"
+#include "canyon/simulation/sensors/sensor_run.hpp"
 
 namespace canyon::adapters::ros2 {
 
@@ -31,21 +38,9 @@ struct NodeParts {
   rclcpp::Logger logger;
 };
 
-/// Names of a receiver's topics; those that are empty are not published.
-struct TopicNames {
-  std::string fix = "fix";
-  std::string fix_velocity = "fix_velocity";
-  std::string gnss_multipath = "gnss_multipath";
-  std::string satellites = "satellites";
-  std::string raw_observations = "raw_observations";
-  std::string diagnostics = "/diagnostics";
-  std::string scan = {};
-  std::string clock = {};
-};
-
-/// A receiver's topics, with the quality of service of sensor data; diagnostics and clock are reliable. A
-/// subscriber that asks for more than is offered is named in the log. Messages without subscribers are
-/// not made.
+/// A receiver's topics, reliable with a depth of ten, as drivers of receivers publish: subscribers of sensor
+/// data get them too. A subscriber that asks for more than is offered is named in the log. Messages without
+/// subscribers are not made.
 class ReceiverTopics {
  public:
   ReceiverTopics(NodeParts node, const TopicNames& names);
@@ -53,6 +48,10 @@ class ReceiverTopics {
   /// One epoch, or, with health.reason, none. @param report its time is the stamp
   void publish(const ReceiverReport& report, const std::string& frame_id,
                const ros_messages::ReceiverHealth& health);
+  /// Samples of the vehicle's sensors. Lost ones are left out.
+  /// @param begin of the run, at `zero_ns` of the clock
+  void publish(const simulation::SensorBatch& batch, const inertial::SensorOptions& sensors,
+               geodesy::GpsTime begin, std::int64_t zero_ns, const std::string& vehicle_frame);
   void publish_clock(std::int64_t now_ns);
   /// The drive begins anew.
   void reset();
@@ -62,7 +61,11 @@ class ReceiverTopics {
   using Topic = typename rclcpp::Publisher<Message>::SharedPtr;
 
   Topic<sensor_msgs::msg::NavSatFix> fix_;
-  Topic<geometry_msgs::msg::TwistWithCovarianceStamped> fix_velocity_;
+  Topic<geometry_msgs::msg::TwistWithCovarianceStamped> fix_velocity_, wheels_;
+#ifdef CANYON_WITH_GPS_MSGS
+  Topic<gps_msgs::msg::GPSFix> gps_fix_;
+#endif
+  Topic<sensor_msgs::msg::Imu> imu_;
   Topic<canyon_msgs::msg::GnssMultipath> gnss_multipath_;
   Topic<canyon_msgs::msg::GnssSatellites> satellites_;
   Topic<canyon_msgs::msg::GnssRawObservations> raw_observations_;

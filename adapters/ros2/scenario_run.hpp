@@ -38,6 +38,9 @@ class Drive {
   [[nodiscard]] virtual bool ready() = 0;
   /// The next epoch; empty: it is not made yet. Rethrows the run's exception.
   [[nodiscard]] virtual std::optional<simulation::LiveReceiver::Step> take() = 0;
+  /// The samples of the vehicle's sensors that ended by `until_ns` since the first epoch and were not taken
+  /// before, as far as they are made. Empty of drives whose receiver is driven step by step.
+  [[nodiscard]] virtual simulation::SensorBatch take_sensors(std::int64_t /*until_ns*/) { return {}; }
   /// RTCM 3 from a topic, `now_ns` since the first epoch.
   virtual void receive_rtcm(std::string_view /*bytes*/, std::int64_t /*now_ns*/) {}
   /// Warnings since the last call, one line each.
@@ -63,17 +66,20 @@ class ScenarioRun final : public Drive, simulation::EpochSink {
 
   [[nodiscard]] bool ready() override;
   [[nodiscard]] std::optional<simulation::LiveReceiver::Step> take() override;
+  [[nodiscard]] simulation::SensorBatch take_sensors(std::int64_t until_ns) override;
 
  private:
   static constexpr std::size_t kAhead = 64;
 
   void write(const simulation::Epoch& epoch) override;
   void finish() override {}
+  [[nodiscard]] bool uses_sensors() const override { return simulation().scenario().sensors.any(); }
 
   std::mutex mutex_;
   std::condition_variable taken_one_;
   simulation::LiveReceiver::Step next_;  // until its base's epoch is there
   std::deque<simulation::LiveReceiver::Step> made_;
+  simulation::SensorBatch sensed_;  // and not taken yet
   std::exception_ptr failure_;
   std::atomic<bool> stop_{false};
   std::thread thread_;  // last, so that it finds everything else

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "adapters/ros/conversions.hpp"
+#include "canyon/simulation/sensors/sensor_run.hpp"
+
+namespace canyon::ros_messages {
+
+/// sensor_msgs/Imu of a sample that is not lost: rates [rad/s] and specific force [m/s^2] in the sensor's
+/// axes, turned to forward, left, up where the sample has forward, right, down: at rest z is +9.8. Variances
+/// are those of the white noise over a sample. The sensor does not estimate its attitude: the orientation is
+/// that of no turn, orientation_covariance[0] is -1 (REP 145). Precondition: sample.sample.
+template <class Imu>
+[[nodiscard]] Imu imu_message(const Head& head, const simulation::InertialSample& sample,
+                              const inertial::ImuOptions& options) {
+  Imu message;
+  detail::set_header(message.header, head);
+  const double turn = options.axes == inertial::ImuAxes::Frd ? -1 : 1;
+  const auto assign = [turn](auto& to, const Eigen::Vector3d& from) {
+    to.x = from.x();
+    to.y = turn * from.y();
+    to.z = turn * from.z();
+  };
+  assign(message.angular_velocity, sample.sample->measured.angular_rate_radps);
+  assign(message.linear_acceleration, sample.sample->measured.specific_force_mps2);
+  message.orientation.x = message.orientation.y = message.orientation.z = 0;
+  message.orientation.w = 1;
+  std::fill(message.orientation_covariance.begin(), message.orientation_covariance.end(), 0.0);
+  message.orientation_covariance[0] = -1;
+  const inertial::ImuNumbers numbers = inertial::imu_numbers(options);
+  const auto spread = [&options](auto& covariance, double density) {
+    std::fill(covariance.begin(), covariance.end(), 0.0);
+    covariance[0] = covariance[4] = covariance[8] = density * density * options.rate_hz;
+  };
+  spread(message.angular_velocity_covariance, numbers.gyroscope.white);
+  spread(message.linear_acceleration_covariance, numbers.accelerometer.white);
+  return message;
+}
+
+/// geometry_msgs/TwistWithCovarianceStamped of a vehicle by the wheels of an axle that does not steer, in the
+/// vehicle's axes at the middle of the axle: forward speed the mean of the wheels, turn rate their difference
+/// over the track. The axle slides neither sideways nor upwards, within 0.05 and 0.1 m/s (assumed). Variances
+/// are those of scale, slip and ticks. Turn rates that are not measured are 0 with a variance of 1e6: nodes
+/// that turn vectors into other frames would spread a NaN.
+template <class TwistWithCovarianceStamped>
+[[nodiscard]] TwistWithCovarianceStamped wheel_message(const Head& head,
+                                                       const simulation::WheelsAtWork& wheels,
+                                                       const inertial::WheelOptions& options) {
+  constexpr std::size_t kRow = 6;
+  constexpr double kSideways_mps = 0.05, kUpwards_mps = 0.1, kUnknown = 1e6;
+  TwistWithCovarianceStamped message;
+  detail::set_header(message.header, head);
+  auto& twist = message.twist.twist;
+  auto& covariance = message.twist.covariance;
+  const auto [left, right] = wheels.sample.speed_mps;
+  twist.linear.x = (left + right) / 2;
+  twist.linear.y = twist.linear.z = 0;
+  twist.angular.x = twist.angular.y = 0;
+  twist.angular.z = options.track_m > 0 ? (right - left) / options.track_m : 0;
+  std::fill(covariance.begin(), covariance.end(), 0.0);
+  // Of one wheel; a count of ticks is off by a uniform error of one tick at each end.
+  const auto variance = [&](double speed) {
+    const double relative = options.scale * options.scale + options.slip * options.slip;
+    const double tick_mps = options.tick_m / wheels.dt_s;
+    return relative * speed * speed + tick_mps * tick_mps / 6;
+  };
+  const double sum = variance(left) + variance(right);
+  covariance[0] = sum / 4;
+  covariance[kRow + 1] = kSideways_mps * kSideways_mps;
+  covariance[2 * kRow + 2] = kUpwards_mps * kUpwards_mps;
+  covariance[3 * kRow + 3] = covariance[4 * kRow + 4] = kUnknown;
+  covariance[5 * kRow + 5] = options.track_m > 0 ? sum / (options.track_m * options.track_m) : kUnknown;
+  return message;
+}
+
+}  // namespace canyon::ros_messages
