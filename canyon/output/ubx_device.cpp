@@ -201,6 +201,18 @@ std::unique_ptr<Encoder> encode_ubx(const ReceiverDescription& receiver) {
   return std::make_unique<UbxDevice>(receiver, ubx::Generation::F9);
 }
 
+std::unique_ptr<Encoder> encode_ubx_hpg151(const ReceiverDescription& receiver) {
+  return std::make_unique<UbxDevice>(receiver, ubx::Generation::F9Hpg151);
+}
+
+std::unique_ptr<Encoder> encode_ubx_m10(const ReceiverDescription& receiver) {
+  return std::make_unique<UbxDevice>(receiver, ubx::Generation::M10);
+}
+
+std::unique_ptr<Encoder> encode_ubx_x20(const ReceiverDescription& receiver) {
+  return std::make_unique<UbxDevice>(receiver, ubx::Generation::X20);
+}
+
 std::unique_ptr<Encoder> encode_ubx_m8(const ReceiverDescription& receiver) {
   return std::make_unique<UbxDevice>(receiver, ubx::Generation::M8);
 }

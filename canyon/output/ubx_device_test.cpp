@@ -15,9 +15,14 @@ namespace {
 
 using test::find;
 using test::ids;
+using test::kAck;
+using test::kNak;
 using test::Message;
 using test::ubx_epoch;
+using testing::Contains;
 using testing::ElementsAre;
+using testing::Not;
+using ubx::MessageId;
 using Device = test::UbxDevice;
 
 TEST(UbxDevice, SendsTheMessagesOfItsGeneration) {
@@ -464,6 +469,57 @@ TEST(UbxDevice, ShowsTheSpectrumOfJammers) {
   EXPECT_EQ(jammed.u(272, 1), 34U) << "the gain is down by 20 dB";
   EXPECT_EQ(jammed.u(4 + 272 + 264, 4), 1'208'000'000U);
   EXPECT_EQ(jammed.u(4 + 272 + 100, 1), 40U);
+}
+
+// SEC-SIG of newer firmware, read by the fields that drivers of ROS, Arduino and pyubx2 have: version 2 and 3
+// alike, a flag for each centre of signals. MON-RF says nothing of jamming there.
+TEST(UbxDevice, NewerFirmwareStatesJammingInSecSigAlone) {
+  const std::tuple<std::unique_ptr<Encoder> (*)(const ReceiverDescription&), unsigned, std::string>
+      kDevices[]{{encode_ubx_hpg151, 2, "PROTVER=27.50"},
+                 {encode_ubx_m10, 2, "PROTVER=34.30"},
+                 {encode_ubx_x20, 3, "PROTVER=50.11"}};
+  for (const auto& [make, version, protocol] : kDevices) {
+    Device device(make);
+    auto e = ubx_epoch();
+    e.observed.bands = {{1575.42e6, 2, 0}, {1227.6e6, 0.5, 0}};
+    e.observed.spoofing = receiver::SpoofingState::Indicated;
+    const auto messages = device.encode(e);
+    const Message sig = find(messages, 0x2709);
+    ASSERT_EQ(sig.payload.size(), 12U);
+    EXPECT_EQ(sig.u(0, 1), version);
+    EXPECT_EQ(sig.u(1, 1), 1U | 2U << 1 | 1U << 3 | 2U << 4);  // jamming seen, spoofing indicated
+    EXPECT_EQ(sig.u(3, 1), 2U);
+    EXPECT_EQ(sig.u(4, 4), 1'575'420U | 1U << 24);
+    EXPECT_EQ(sig.u(8, 4), 1'227'600U);
+    const Message rf = find(messages, 0x0A38);
+    EXPECT_EQ(rf.u(1, 1), 2U);
+    EXPECT_EQ(rf.u(5, 1), 0U);
+    EXPECT_NE(device.send(0x0A04)[0].payload.find(protocol), std::string::npos);
+  }
+}
+
+// Answers of a real X20 to CFG-PRT are refusals; the M10's and the X20's settings are keys alone.
+TEST(UbxDevice, M10AndX20HaveNoOlderCommands) {
+  for (const auto make : {encode_ubx_m10, encode_ubx_x20}) {
+    Device device(make);
+    for (const MessageId id : {0x0600, 0x0601, 0x0608, 0x0624, 0x063E, 0x0639}) {
+      EXPECT_THAT(ids(device.send(id)), ElementsAre(kNak)) << std::hex << id;
+    }
+    // CFG-VALSET in RAM: CFG-RATE-MEAS 200 ms.
+    EXPECT_TRUE(device.accepts(0x068A, Payload().u1(0).u1(1).u2(0).u4(0x30210001).u2(200).bytes()));
+  }
+  EXPECT_THAT(ids(Device(encode_ubx_hpg151).send(0x0608)), ElementsAre(0x0608, kAck));
+}
+
+TEST(UbxDevice, M10HasNoRawMeasurementsOrRtk) {
+  const auto sent = ids(Device(encode_ubx_m10).encode(ubx_epoch()));
+  EXPECT_THAT(sent, Not(Contains(0x0215)));
+  EXPECT_THAT(sent, Contains(0x0107));
+  EXPECT_THAT(sent, Contains(0x0143));
+  EXPECT_THAT(ids(Device(encode_ubx_x20).encode(ubx_epoch())), Contains(0x0215));
+  // Its key is refused.
+  EXPECT_FALSE(
+      Device(encode_ubx_m10).accepts(0x068A, Payload().u1(0).u1(1).u2(0).u4(0x209102a5).u1(1).bytes()));
 }
 
 TEST(UbxDevice, AgeOfCorrections) {

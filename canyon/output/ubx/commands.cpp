@@ -114,7 +114,12 @@ void Commands::take(MessageId id, std::string_view payload, std::string& answer)
 }
 
 Commands::Reply Commands::configure(std::uint8_t id, std::string_view payload, std::string& answer) {
-  const bool f9 = generation_ == Generation::F9;
+  const bool keys = generation_ != Generation::M8;
+  constexpr std::array<std::uint8_t, 5> kOfKeys{0x04, 0x09, 0x8A, 0x8B,
+                                                0x8C};  // beside them CFG-RST, CFG-CFG
+  if (keys_alone(generation_) && std::find(kOfKeys.begin(), kOfKeys.end(), id) == kOfKeys.end()) {
+    return Reply::Refuse;
+  }
   switch (id) {
     case 0x00:
       return port(payload, answer);
@@ -139,11 +144,11 @@ Commands::Reply Commands::configure(std::uint8_t id, std::string_view payload, s
       systems_[1] = 32;  // channels: read only
       return Reply::Acknowledge;
     case 0x8A:
-      return f9 ? set_values(payload) : Reply::Refuse;
+      return keys ? set_values(payload) : Reply::Refuse;
     case 0x8B:
-      return f9 ? get_values(payload, answer) : Reply::Refuse;
+      return keys ? get_values(payload, answer) : Reply::Refuse;
     case 0x8C:
-      return f9 ? delete_values(payload) : Reply::Refuse;
+      return keys ? delete_values(payload) : Reply::Refuse;
     default:
       return block(static_cast<MessageId>(0x0600 | id), payload, answer);
   }

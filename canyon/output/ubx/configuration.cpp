@@ -100,6 +100,17 @@ const MessageInfo* info_of(MessageId id, Generation generation) {
 
 }  // namespace
 
+bool MessageInfo::known(Generation generation) const {
+  if (generation == Generation::M8) return m8;
+  // Of receivers with carrier phases: HPPOSLLH, RELPOSNED, SVIN, RAWX, RTCM and its messages.
+  constexpr std::array<MessageId, 6> kHighPrecision{0x0114, kRelativePosition, 0x013B, 0x0215, 0x0232,
+                                                    0x0234};
+  constexpr int kRtcmClass = 0xF5;
+  const bool precise = id >> 8 == kRtcmClass ||
+                       std::find(kHighPrecision.begin(), kHighPrecision.end(), id) != kHighPrecision.end();
+  return f9 && !(precise && generation == Generation::M10);
+}
+
 std::span<const MessageInfo> messages() {
   return kMessages;
 }
@@ -124,7 +135,7 @@ Configuration::Configuration(Generation generation, int period_ms, bool rtk, boo
     }
   }
   if (generation == Generation::M8) values_[*rate_key(0x0A09, kOwnPort)] = 1;  // has no MON-RF
-  if (rtk && generation == Generation::F9) values_[*rate_key(kRelativePosition, kOwnPort)] = 1;
+  if (rtk && rate_key(kRelativePosition, kOwnPort)) values_[*rate_key(kRelativePosition, kOwnPort)] = 1;
   if (dead_reckoning) {
     for (const MessageId id : {kFusionStatus, kSensorSamples}) values_[*rate_key(id, kOwnPort)] = 1;
   }

@@ -11,8 +11,18 @@
 
 namespace canyon::output::ubx {
 
-/// Which receivers the device emulates: protocol 18.00 of the M8, 27.31 of the F9 (HPG 1.32).
-enum class Generation : std::uint8_t { M8, F9 };
+/// Which receivers the device emulates: protocol 18.00 of the M8, 27.31 of the F9 (HPG 1.32), 27.50 of the F9
+/// (HPG 1.51), 34.30 of the M10 (SPG 5.30), 50.11 of the X20 (HPG 2.10).
+enum class Generation : std::uint8_t { M8, F9, F9Hpg151, M10, X20 };
+
+/// Whether CFG-VALSET is the only way to settings: the older CFG messages are refused.
+[[nodiscard]] constexpr bool keys_alone(Generation generation) {
+  return generation == Generation::M10 || generation == Generation::X20;
+}
+/// SEC-SIG alone states jamming; MON-RF has 0 (unknown).
+[[nodiscard]] constexpr bool jamming_in_security(Generation generation) {
+  return generation >= Generation::F9Hpg151;
+}
 
 /// The ports that settings name; the device is on UART1.
 inline constexpr int kPorts = 5;  ///< I2C (DDC), UART1, UART2, USB, SPI
@@ -33,7 +43,7 @@ struct MessageInfo {
   int rate = 0;  ///< from the start, on the own port
   Sent sent = Sent::Epochs;
 
-  [[nodiscard]] bool known(Generation generation) const { return generation == Generation::M8 ? m8 : f9; }
+  [[nodiscard]] bool known(Generation generation) const;
 };
 /// NAV-RELPOSNED: from the start of receivers with RTK alone.
 inline constexpr MessageId kRelativePosition = 0x013C;

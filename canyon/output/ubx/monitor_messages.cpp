@@ -77,7 +77,11 @@ std::string mon_rf(const Epoch& epoch) {
   p.u1(0).u1(second ? 2 : 1).zeros(2);
   for (int block = 0; block < (second ? 2 : 1); ++block) {
     const Band state = band(epoch, block);
-    p.u1(block).u1(jamming_state(epoch, state)).u1(2).u1(1).zeros(4 + 4);
+    p.u1(block)
+        .u1(jamming_in_security(epoch.generation) ? 0 : jamming_state(epoch, state))
+        .u1(2)
+        .u1(1)
+        .zeros(4 + 4);
     p.u2(noise_per_ms(state)).u2(agc_count(state)).u1(jamming_indicator(state)).zeros(4 + 3);
   }
   return p.bytes();
@@ -116,13 +120,24 @@ std::string mon_span(const Epoch& epoch) {
   return p.bytes();
 }
 
-// 3.18.1, version 1
+// 3.18.1: version 1; version 2 of HPG 1.51 and SPG 5.30, with the centres of signals [kHz]; the X20 has the
+// same as version 3.
 std::string sec_sig(const Epoch& epoch) {
   std::uint64_t jamming = 0;
   for (const int block : {0, 1}) jamming = std::max(jamming, jamming_state(epoch, band(epoch, block)));
   // spoofingState: 0 unknown, 1 none, 2 indicated, 3 affirmed.
   const auto spoofing = static_cast<std::uint64_t>(epoch.seen.spoofing);
   Payload p;
+  if (jamming_in_security(epoch.generation)) {
+    p.u1(epoch.generation == Generation::X20 ? 3 : 2);
+    p.u1((jamming != 0 ? 1 : 0) | jamming << 1 | (spoofing != 0 ? 1 << 3 : 0) | spoofing << 4);
+    p.u1(0).u1(epoch.seen.bands.size());
+    for (const receiver::BandState& state : epoch.seen.bands) {
+      const bool jammed = epoch.jamming_monitor && state.interference_ratio >= 1;
+      p.u4(static_cast<std::uint64_t>(std::floor(state.carrier_hz / 1e3)) | (jammed ? 1 << 24 : 0));
+    }
+    return p.bytes();
+  }
   p.u1(1).zeros(3).u1((jamming != 0 ? 1 : 0) | jamming << 1).zeros(3);
   return p.u1((spoofing != 0 ? 1 : 0) | spoofing << 1).zeros(3).bytes();
 }
@@ -171,18 +186,34 @@ std::string sec_siglog(const Epoch& epoch) {
 // 32.16.12, 3.14.13
 std::string version_payload(Generation generation) {
   constexpr std::size_t kLine = 30;
+  struct Version {
+    const char *software, *hardware;
+    std::vector<const char*> lines;
+  };
+  static const std::array<Version, 5> kVersions{{
+      {"ROM CORE 3.01 (Canyon)",
+       "00080000",
+       {"FWVER=SPG 3.01", "PROTVER=18.00", "GPS;GLO;GAL;BDS", "SBAS;QZSS"}},
+      {"EXT CORE 1.00 (Canyon)",
+       "00190000",
+       {"ROM BASE 0x118B2060", "FWVER=HPG 1.32", "PROTVER=27.31", "MOD=ZED-F9P", "GPS;GLO;GAL;BDS",
+        "SBAS;QZSS"}},
+      {"EXT CORE 1.00 (Canyon)",
+       "00190000",
+       {"ROM BASE 0x118B2060", "FWVER=HPG 1.51", "PROTVER=27.50", "MOD=ZED-F9P", "GPS;GLO;GAL;BDS",
+        "SBAS;QZSS"}},
+      {"ROM SPG 5.30 (Canyon)",
+       "000A0000",
+       {"FWVER=SPG 5.30", "PROTVER=34.30", "MOD=MAX-M10S", "GPS;GLO;GAL;BDS", "SBAS;QZSS"}},
+      {"EXT HPG 2.10 (Canyon)",
+       "000B0000",
+       {"ROM BASE 0x00A9D329", "FWVER=HPG 2.10", "PROTVER=50.11", "MOD=ZED-X20P", "GPS;GLO;GAL;BDS",
+        "SBAS;QZSS", "NAVIC;LBAND"}},
+  }};
+  const Version& version = kVersions.at(static_cast<std::size_t>(generation));
   Payload p;
-  if (generation == Generation::M8) {
-    p.text("ROM CORE 3.01 (Canyon)", kLine).text("00080000", 10);
-    for (const char* line : {"FWVER=SPG 3.01", "PROTVER=18.00", "GPS;GLO;GAL;BDS", "SBAS;QZSS"})
-      p.text(line, kLine);
-    return p.bytes();
-  }
-  p.text("EXT CORE 1.00 (Canyon)", kLine).text("00190000", 10);
-  for (const char* line : {"ROM BASE 0x118B2060", "FWVER=HPG 1.32", "PROTVER=27.31", "MOD=ZED-F9P",
-                           "GPS;GLO;GAL;BDS", "SBAS;QZSS"}) {
-    p.text(line, kLine);
-  }
+  p.text(version.software, kLine).text(version.hardware, 10);
+  for (const char* line : version.lines) p.text(line, kLine);
   return p.bytes();
 }
 
