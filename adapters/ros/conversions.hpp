@@ -161,6 +161,17 @@ template <class Satellite>
 
 }  // namespace detail
 
+/// Leaves the variances of a NavSatFix or GPSFix alone, as most drivers of receivers state them. Nodes that
+/// take a part of a covariance, such as robot_localization in two dimensions, then have a valid one.
+template <class Message>
+void make_covariance_diagonal(Message& message) {
+  if (message.position_covariance_type != Message::COVARIANCE_TYPE_KNOWN) return;
+  for (std::size_t i = 0; i < 9; ++i) {
+    if (i % 4 != 0) message.position_covariance[i] = 0;
+  }
+  message.position_covariance_type = Message::COVARIANCE_TYPE_DIAGONAL_KNOWN;
+}
+
 /// sensor_msgs/NavSatFix: degrees, metres above the ellipsoid, covariance in ENU [m^2], known. A QZSS signal
 /// has no bit of its own in `service`. With a base's corrections, of codes or phases, the status is GBAS_FIX,
 /// the message has no finer words; dead reckoning is NO_FIX beside its position and covariance, as drivers of

@@ -59,7 +59,8 @@ struct StandIns : Kind {
     std::uint16_t service = 7;
   };
   struct NavSatFix {
-    static constexpr std::uint8_t COVARIANCE_TYPE_UNKNOWN = 0, COVARIANCE_TYPE_KNOWN = 3;
+    static constexpr std::uint8_t COVARIANCE_TYPE_UNKNOWN = 0, COVARIANCE_TYPE_DIAGONAL_KNOWN = 2,
+                                  COVARIANCE_TYPE_KNOWN = 3;
     Header header;
     NavSatStatus status;
     double latitude = 7, longitude = 7, altitude = 7;
@@ -208,6 +209,12 @@ class Conversions : public testing::Test {
     const std::vector<double> covariance(fix.position_covariance.begin(), fix.position_covariance.end());
     EXPECT_THAT(covariance, ElementsAre(11, 12, 13, 21, 22, 23, 31, 32, 33));
     EXPECT_EQ(static_cast<int>(fix.position_covariance_type), 3);
+    Fix variances = fix;
+    make_covariance_diagonal(variances);
+    const std::vector<double> diagonal(variances.position_covariance.begin(),
+                                       variances.position_covariance.end());
+    EXPECT_THAT(diagonal, ElementsAre(11, 0, 0, 0, 22, 0, 0, 0, 33));
+    EXPECT_EQ(static_cast<int>(variances.position_covariance_type), 2);
   }
   template <class Fix>
   static void expect_no_fix(const Fix& fix) {

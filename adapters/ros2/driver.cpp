@@ -9,11 +9,12 @@ namespace canyon::adapters::ros2 {
 namespace {
 
 std::vector<DriverRole> make_roles() {
-  DriverRole own{Driver::None, "none", "receiver", "receiver", "gnss", "", {}};
+  DriverRole own{Driver::None, "none", "receiver", "receiver", "gnss", "", false, {}};
   own.topics.imu = "imu";
   own.topics.wheels = "wheels";
 
-  DriverRole ublox{Driver::UbloxGps, "ublox_gps", "ublox_gps_node", "ublox_gps_node", "gps", "/rtcm", {}};
+  DriverRole ublox{
+      Driver::UbloxGps, "ublox_gps", "ublox_gps_node", "ublox_gps_node", "gps", "/rtcm", true, {}};
   ublox.topics = own.topics;
   ublox.topics.fix = "~/fix";
   ublox.topics.fix_velocity = "~/fix_velocity";
@@ -21,20 +22,28 @@ std::vector<DriverRole> make_roles() {
   DriverRole septentrio{Driver::Septentrio,
                         "septentrio_gnss_driver",
                         "septentrio_gnss_driver_node",
-                        "septentrio_gnss_driver",
+                        "septentrio_gnss",
                         "gnss",
                         "",
+                        false,
                         {}};
   septentrio.topics = own.topics;
   septentrio.topics.fix = "navsatfix";
   septentrio.topics.fix_velocity = "twist_gnss";
 
-  DriverRole novatel{Driver::Novatel, "novatel_gps_driver", "novatel_gps_node", "novatel_gps", "", "", {}};
+  DriverRole novatel{
+      Driver::Novatel, "novatel_gps_driver", "novatel_gps_node", "novatel_gps", "", "", true, {}};
   novatel.topics = own.topics;
   novatel.topics.gps_fix = "gps";
 
-  DriverRole nmea{
-      Driver::NmeaNavsat, "nmea_navsat_driver", "nmea_serial_driver", "nmea_navsat_driver", "gps", "", {}};
+  DriverRole nmea{Driver::NmeaNavsat,
+                  "nmea_navsat_driver",
+                  "nmea_serial_driver",
+                  "nmea_navsat_driver",
+                  "gps",
+                  "",
+                  true,
+                  {}};
   nmea.topics = own.topics;
   return {own, ublox, septentrio, novatel, nmea};
 }

@@ -13,11 +13,12 @@ namespace canyon::adapters::ros2 {
 /// The part of a receiver's driver that the node plays: its program, names and parameters.
 struct DriverRole {
   Driver driver = Driver::None;
-  std::string_view name;      ///< of its package
-  std::string_view program;   ///< that a launch file starts
-  std::string_view node;      ///< default name of its node
-  std::string_view frame_id;  ///< of its messages, by default
-  std::string_view rtcm;      ///< topic of corrections that it takes; empty: none
+  std::string_view name;             ///< of its package
+  std::string_view program;          ///< that a launch file starts
+  std::string_view node;             ///< default name of its node
+  std::string_view frame_id;         ///< of its messages, by default
+  std::string_view rtcm;             ///< topic of corrections that it takes; empty: none
+  bool diagonal_covariance = false;  ///< of its fixes
   TopicNames topics;
 };
 

@@ -65,10 +65,12 @@ TEST(Driver, SaysHowItsNodeStarts) {
                          {"profile", "ublox-f9p"}};
   EXPECT_EQ(read_settings(world).frame_id, "gnss");
   EXPECT_FALSE(read_settings(world).autostart);
+  EXPECT_FALSE(read_settings(world).diagonal_covariance);
   Parameters driven = world;
   driven["driver"] = "ublox_gps";
   EXPECT_EQ(read_settings(driven).frame_id, "gps");
   EXPECT_TRUE(read_settings(driven).autostart);
+  EXPECT_TRUE(read_settings(driven).diagonal_covariance);
   EXPECT_EQ(read_settings(driven).corrections_topic(), "");
   driven["rtk.enabled"] = true;
   EXPECT_EQ(read_settings(driven).corrections_topic(), "/rtcm");
@@ -76,6 +78,8 @@ TEST(Driver, SaysHowItsNodeStarts) {
   driven["frame_id"] = "antenna";
   EXPECT_EQ(read_settings(driven).corrections_topic(), "/base");
   EXPECT_EQ(read_settings(driven).frame_id, "antenna");
+  driven["diagonal_covariance"] = false;
+  EXPECT_FALSE(read_settings(driven).diagonal_covariance);
 }
 
 }  // namespace

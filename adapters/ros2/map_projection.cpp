@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <GeographicLib/Constants.hpp>
 #include <array>
 #include <cmath>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text_file.hpp"
+#include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/mgrs.hpp"
 #include "canyon/options/read.hpp"
 
@@ -16,29 +18,35 @@ namespace {
 
 constexpr std::size_t kMostBytes = 64 << 10;
 constexpr const char* kNeeds = "it needs projector_type, and mgrs_grid or map_origin";
-constexpr std::string_view kMgrs = "MGRS", kUtm = "LocalCartesianUTM", kTangential = "LocalCartesian";
+constexpr std::string_view kMgrs = "MGRS", kUtm = "LocalCartesianUTM", kTangential = "LocalCartesian",
+                           kMercator = "TransverseMercator";
+
+GeographicLib::TransverseMercator mercator(double scale) {
+  return {GeographicLib::Constants::WGS84_a(), GeographicLib::Constants::WGS84_f(), scale};
+}
 
 }  // namespace
 
 void visit(options::Visitor& v, MapProjectorInfo& info) {
   v.require("projector_type", kNeeds);
-  v.text({"projector_type", "", "MGRS, LocalCartesianUTM or LocalCartesian"}, info.projector_type);
+  v.text({"projector_type", "", "MGRS, LocalCartesianUTM, LocalCartesian or TransverseMercator"},
+         info.projector_type);
   v.text({"vertical_datum", "", "of heights: WGS84 or EGM2008"}, info.vertical_datum);
   v.text({"mgrs_grid", "", "square of 100 km: 54SUE"}, info.mgrs_grid);
   v.section("map_origin", [&] {
     v.number({"latitude", "deg", "of the origin"}, info.latitude_deg, {-90, 90});
     v.number({"longitude", "deg", "of the origin"}, info.longitude_deg, {-180, 180});
-    v.number({"altitude", "m", "of the origin"}, info.altitude_m, {-10e3, 100e3});
-    // Nodes of Autoware write it where the projector does not use it either.
-    double scale_factor = 1;
-    v.number({"scale_factor", "", "not used by these projectors"}, scale_factor, {0, 10});
+    double altitude_m = 0;
+    v.number({"altitude", "m", "not used, as Autoware does not"}, altitude_m, {-10e3, 100e3});
   });
+  v.number({"scale_factor", "", "on the meridian of the origin, with TransverseMercator"}, info.scale_factor,
+           {0, 10, true});
   if (!v.reads()) return;
   const std::string& type = info.projector_type;
-  if (type != kMgrs && type != kUtm && type != kTangential) {
+  if (type != kMgrs && type != kUtm && type != kTangential && type != kMercator) {
     throw v.fault("projector_type", fmt::format("'{}' is not supported", type),
-                  "use MGRS, LocalCartesianUTM or LocalCartesian, or place the map by pose.east_m, "
-                  "pose.north_m and pose.heading_deg");
+                  "use MGRS, LocalCartesianUTM, LocalCartesian or TransverseMercator, or place the map by "
+                  "pose.east_m, pose.north_m and pose.heading_deg");
   }
   if (info.vertical_datum != "WGS84" && info.vertical_datum != "EGM2008") {
     throw v.fault("vertical_datum", fmt::format("'{}' is not supported", info.vertical_datum),
@@ -66,38 +74,45 @@ MapProjection::MapProjection(const MapProjectorInfo& info, const geodesy::LocalF
     : city_(city) {
   if (info.vertical_datum != "WGS84") height_m_ = geoid_undulation_m;
   if (info.projector_type == kMgrs) {
-    corner_ = geodesy::utm_of_mgrs_square(info.mgrs_grid);
+    begin_at(geodesy::utm_of_mgrs_square(info.mgrs_grid));
     return;
   }
   const geodesy::Geodetic origin =
-      geodesy::Geodetic::from_degrees(*info.latitude_deg, *info.longitude_deg, info.altitude_m + height_m_);
+      geodesy::Geodetic::from_degrees(*info.latitude_deg, *info.longitude_deg, height_m_);
   if (info.projector_type == kTangential) {
     tangential_.emplace(origin);
+  } else if (info.projector_type == kUtm) {
+    begin_at(geodesy::utm_from_geodetic(origin).utm);
   } else {
-    corner_ = geodesy::utm_from_geodetic(origin).utm;
-    height_m_ += info.altitude_m;
+    grid_ = mercator(info.scale_factor);
+    meridian_deg_ = *info.longitude_deg;
+    double east_m = 0;
+    grid_->Forward(meridian_deg_, *info.latitude_deg, meridian_deg_, east_m, begin_.y());
   }
 }
 
-geodesy::Geodetic MapProjection::geodetic(const Eigen::Vector3d& map) const {
-  if (tangential_) return tangential_->geodetic_from_local(map);
-  geodesy::Utm utm = corner_;
-  utm.easting_m += map.x();
-  utm.northing_m += map.y();
-  return geodesy::geodetic_from_utm(utm, height_m_ + map.z());
+void MapProjection::begin_at(const geodesy::Utm& utm) {
+  constexpr double kFalseEast_m = 500'000, kFalseNorth_m = 10'000'000;
+  grid_ = mercator(kUtmScale);
+  meridian_deg_ = 6 * utm.zone - 183;
+  begin_ = {utm.easting_m - kFalseEast_m, utm.northing_m - (utm.north ? 0 : kFalseNorth_m)};
 }
 
 simulation::RigidPose MapProjection::in_city(const simulation::RigidPose& pose) const {
-  const geodesy::Geodetic place = geodetic(pose.position_m);
   const Eigen::Matrix3d city_from_ecef = city_.ecef_from_local_rotation().transpose();
-  Eigen::Matrix3d city_from_map;
+  const Eigen::Vector3d& p = pose.position_m;
   if (tangential_) {
-    city_from_map = city_from_ecef * tangential_->ecef_from_local_rotation();
-  } else {
-    const double convergence = geodesy::utm_from_geodetic(place, corner_.zone).convergence_rad;
-    city_from_map = city_from_ecef * geodesy::enu_from_ecef_rotation(place).transpose() *
-                    Eigen::AngleAxisd(-convergence, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    const Eigen::Matrix3d city_from_map = city_from_ecef * tangential_->ecef_from_local_rotation();
+    return {city_.local_from_geodetic(tangential_->geodetic_from_local(p)),
+            Eigen::Quaterniond(city_from_map) * pose.attitude};
   }
+  double latitude_deg = 0, longitude_deg = 0, convergence_deg = 0, scale = 1;
+  grid_->Reverse(meridian_deg_, begin_.x() + p.x(), begin_.y() + p.y(), latitude_deg, longitude_deg,
+                 convergence_deg, scale);
+  const auto place = geodesy::Geodetic::from_degrees(latitude_deg, longitude_deg, height_m_ + p.z());
+  const Eigen::AngleAxisd true_from_grid(-geodesy::radians(convergence_deg), Eigen::Vector3d::UnitZ());
+  const Eigen::Matrix3d city_from_map =
+      city_from_ecef * geodesy::enu_from_ecef_rotation(place).transpose() * true_from_grid.toRotationMatrix();
   return {city_.local_from_geodetic(place), Eigen::Quaterniond(city_from_map) * pose.attitude};
 }
 

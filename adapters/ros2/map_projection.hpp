@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <GeographicLib/TransverseMercator.hpp>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -10,13 +12,15 @@
 
 namespace canyon::adapters::ros2 {
 
+inline constexpr double kUtmScale = 0.9996;
+
 /// Autoware's map_projector_info.yaml: the place of its frame `map` on the Earth.
 struct MapProjectorInfo {
-  std::string projector_type;                         ///< MGRS, LocalCartesianUTM or LocalCartesian
-  std::string vertical_datum = "WGS84";               ///< WGS84 or EGM2008
-  std::string mgrs_grid;                              ///< with MGRS: 54SUE
+  std::string projector_type;            ///< MGRS, LocalCartesianUTM, LocalCartesian, TransverseMercator
+  std::string vertical_datum = "WGS84";  ///< WGS84 or EGM2008
+  std::string mgrs_grid;                 ///< with MGRS: 54SUE
   std::optional<double> latitude_deg, longitude_deg;  ///< origin, with the others
-  double altitude_m = 0;                              ///< of the origin, likewise
+  double scale_factor = kUtmScale;                    ///< on the origin's meridian, with TransverseMercator
 };
 
 void visit(options::Visitor& v, MapProjectorInfo& info);
@@ -25,23 +29,26 @@ void visit(options::Visitor& v, MapProjectorInfo& info);
 
 /// Poses of a projected map in a city's ENU frame. MGRS: east and north of the corner of the square of 100
 /// km; LocalCartesianUTM: of the origin, on the grid of its zone; LocalCartesian: in the tangential plane of
-/// the origin. Grid north is turned to true north, lengths of the grid become lengths on the ground. Heights
-/// over EGM2008 are taken over the geoid of the city.
+/// the origin; TransverseMercator: of the origin, on a grid about its meridian. Grid north is turned to true
+/// north, lengths of the grid become lengths on the ground. Heights over EGM2008 are taken over the geoid of
+/// the city.
 class MapProjection {
  public:
   /// Throws InputError for an origin outside UTM or a square that there is not.
   MapProjection(const MapProjectorInfo& info, const geodesy::LocalFrame& city, double geoid_undulation_m);
 
-  /// @param pose in the map, x east, y north, z up. Throws InputError outside the zone of UTM.
+  /// @param pose in the map, x east, y north, z up
   [[nodiscard]] simulation::RigidPose in_city(const simulation::RigidPose& pose) const;
 
  private:
-  [[nodiscard]] geodesy::Geodetic geodetic(const Eigen::Vector3d& map) const;
+  void begin_at(const geodesy::Utm& utm);
 
   geodesy::LocalFrame city_;
-  std::optional<geodesy::LocalFrame> tangential_;  // LocalCartesian
-  geodesy::Utm corner_;                            // the others
-  double height_m_ = 0;                            // of the map's z = 0, above the ellipsoid
+  std::optional<geodesy::LocalFrame> tangential_;          // LocalCartesian
+  std::optional<GeographicLib::TransverseMercator> grid_;  // the others
+  double meridian_deg_ = 0;                                // of the grid
+  Eigen::Vector2d begin_ = Eigen::Vector2d::Zero();  // the map's origin from the meridian and the equator [m]
+  double height_m_ = 0;                              // of the map's z = 0, above the ellipsoid
 };
 
 }  // namespace canyon::adapters::ros2

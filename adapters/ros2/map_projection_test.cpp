@@ -62,7 +62,8 @@ TEST(MapProjection, TurnsGridNorthToTrueNorth) {
 }
 
 TEST(MapProjection, TakesAnOriginOnTheGridOrInItsTangentialPlane) {
-  const geodesy::LocalFrame city(geodesy::Geodetic::from_degrees(35.65858, 139.74543, 40));
+  const geodesy::LocalFrame city(geodesy::Geodetic::from_degrees(35.65858, 139.74543, 0));
+  // Autoware takes an altitude of 0 whatever the file says.
   const std::string origin = "map_origin: {latitude: 35.65858, longitude: 139.74543, altitude: 40.0}\n";
   const auto plane = read("projector_type: LocalCartesian\n" + origin);
   EXPECT_LT((place_of(plane, city, {100, -200, 3}) - Eigen::Vector3d(100, -200, 3)).norm(), 1e-6);
@@ -70,6 +71,19 @@ TEST(MapProjection, TakesAnOriginOnTheGridOrInItsTangentialPlane) {
   EXPECT_LT(place_of(grid, city, {0, 0, 0}).norm(), 1e-6);
   EXPECT_NEAR(place_of(grid, city, {0, 1000, 0}).x(), -1000 / 0.99976 * std::sin(0.7315 * 3.14159265 / 180),
               0.02);
+}
+
+// On the origin's meridian lengths of the grid are the factor times those on the ground, and its north is
+// true.
+TEST(MapProjection, TakesAGridAboutTheOriginsMeridian) {
+  const geodesy::LocalFrame city(geodesy::Geodetic::from_degrees(35.65858, 139.74543, 0));
+  const std::string text =
+      "projector_type: TransverseMercator\nmap_origin: {latitude: 35.65858, longitude: 139.74543}\n";
+  EXPECT_LT(place_of(read(text), city, {0, 0, 0}).norm(), 1e-6);
+  EXPECT_NEAR(place_of(read(text), city, {0, 1000, 0}).y(), 1000 / 0.9996, 1e-3);
+  EXPECT_NEAR(place_of(read(text), city, {0, 1000, 0}).x(), 0, 1e-6);
+  const auto whole = read(text + "scale_factor: 1.0\n");
+  EXPECT_NEAR(place_of(whole, city, {1000, 0, 0}).x(), 1000, 1e-3);
 }
 
 TEST(MapProjection, SaysWhichFileIsWrong) {

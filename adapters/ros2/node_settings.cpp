@@ -58,7 +58,7 @@ void visit_pose(Visitor& v, NodeSettings& settings) {
   }
 }
 
-/// The driver's frame and start are defaults.
+/// The driver's frame, covariance and start are defaults.
 void visit_driver(Visitor& v, NodeSettings& settings) {
   static const auto kNames = [] {
     std::vector<std::string_view> names;
@@ -70,6 +70,7 @@ void visit_driver(Visitor& v, NodeSettings& settings) {
            settings.driver, kNames);
   if (!v.reads() || settings.driver == Driver::None) return;
   settings.frame_id = role_of(settings.driver).frame_id;
+  settings.diagonal_covariance = role_of(settings.driver).diagonal_covariance;
   settings.autostart = true;
 }
 
@@ -312,6 +313,10 @@ void visit(Visitor& v, NodeSettings& settings) {
   visit_driver(v, settings);
   v.boolean({"autostart", "", "configures and activates itself", "false; true for a driver"},
             settings.autostart);
+  v.boolean({"diagonal_covariance", "",
+             "fixes state variances alone, without what couples east, north and up, as most drivers do",
+             "false; true for a driver but Septentrio's"},
+            settings.diagonal_covariance);
   v.boolean({"drive_clock", "", "publish /clock from 0, and use it"}, settings.drive_clock);
   v.number({"speed", "", "of the clock that it drives, times real time"}, settings.speed, {0, 1000, true});
   v.integer({"threads", "", "that compute a scenario's own drive ahead; 0: as many as cores"},

@@ -29,6 +29,7 @@ struct NodeSettings : HostOptions {
   Driver driver = Driver::None;
   std::string receiver;  ///< name of one of the scenario's; empty: the first
   std::string frame_id = "gnss";
+  bool diagonal_covariance = false;  ///< of fixes: variances alone
   bool autostart = false;
   bool drive_clock = false;
   double speed = 1;  ///< speed of the driven clock, times real time

@@ -166,7 +166,7 @@ void ReceiverNode::Impl::configure() {
   if (settings.by_poses() || !settings.live.sensors.imu) names.imu.clear();
   if (settings.by_poses() || !settings.live.sensors.wheels) names.wheels.clear();
   if (settings.drive_clock) names.clock = "/clock";
-  topics = std::make_unique<ReceiverTopics>(NodeParts(node), names);
+  topics = std::make_unique<ReceiverTopics>(NodeParts(node), names, settings.diagonal_covariance);
   const bool changes = settings.live.live && settings.live.live->changes;
   services = std::make_unique<FaultServices>(
       node, FaultAnswerer{[this](const OptionsRequest& request) { return answer_faults(request); }, changes,

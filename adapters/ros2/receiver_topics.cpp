@@ -30,7 +30,8 @@ void send(const Publisher& publisher, const Make& make) {
 
 }  // namespace
 
-ReceiverTopics::ReceiverTopics(NodeParts node, const TopicNames& names) {
+ReceiverTopics::ReceiverTopics(NodeParts node, const TopicNames& names, bool diagonal_covariance)
+    : diagonal_covariance_(diagonal_covariance) {
   const rclcpp::QoS reliable(10);
   advertise(node, names.fix, reliable, fix_);
   advertise(node, names.fix_velocity, reliable, fix_velocity_);
@@ -53,12 +54,16 @@ void ReceiverTopics::publish(const ReceiverReport& report, const std::string& fr
   const std::int64_t stamp_ns = report.sim_time_ns;
   const Head head = head_of(stamp_ns, frame_id);
   const simulation::Epoch* epoch = report.step != nullptr ? &report.step->epoch : nullptr;
+  const auto stated = [this](auto message) {
+    if (diagonal_covariance_) make_covariance_diagonal(message);
+    return message;
+  };
   if (!health.finished) {
-    send(fix_, [&] { return fix_message<sensor_msgs::msg::NavSatFix>(head, epoch); });
+    send(fix_, [&] { return stated(fix_message<sensor_msgs::msg::NavSatFix>(head, epoch)); });
     send(fix_velocity_,
          [&] { return velocity_message<geometry_msgs::msg::TwistWithCovarianceStamped>(head, epoch); });
 #ifdef CANYON_WITH_GPS_MSGS
-    send(gps_fix_, [&] { return gps_fix_message<gps_msgs::msg::GPSFix>(head, epoch); });
+    send(gps_fix_, [&] { return stated(gps_fix_message<gps_msgs::msg::GPSFix>(head, epoch)); });
 #endif
     send(gnss_multipath_, [&] { return multipath_message<canyon_msgs::msg::GnssMultipath>(head, epoch); });
     send(satellites_, [&] { return satellites_message<canyon_msgs::msg::GnssSatellites>(head, epoch); });

@@ -43,7 +43,8 @@ struct NodeParts {
 /// subscribers are not made.
 class ReceiverTopics {
  public:
-  ReceiverTopics(NodeParts node, const TopicNames& names);
+  /// @param diagonal_covariance of fixes: make_covariance_diagonal()
+  ReceiverTopics(NodeParts node, const TopicNames& names, bool diagonal_covariance = false);
 
   /// One epoch, or, with health.reason, none. @param report its time is the stamp
   void publish(const ReceiverReport& report, const std::string& frame_id,
@@ -73,6 +74,7 @@ class ReceiverTopics {
   Topic<sensor_msgs::msg::LaserScan> scan_;
   Topic<rosgraph_msgs::msg::Clock> clock_;
   ros_messages::RawObservations raw_;
+  bool diagonal_covariance_;
   std::int64_t diagnosed_ns_ = -1;
   int diagnosed_state_ = -1;
 };

@@ -32,7 +32,7 @@ def nodes(context):
                     remappings=[("~/fix", given["fix_topic"]), ("pose", given["pose_topic"])])
     if given["gnss_poser"].lower() != "true":
         return [receiver]
-    poser = Node(package="autoware_gnss_poser", executable="gnss_poser_node", name="gnss_poser", output="screen",
+    poser = Node(package="autoware_gnss_poser", executable="gnss_poser", name="gnss_poser", output="screen",
                  parameters=[time, {"base_frame": "base_link", "gnss_base_frame": "gnss_base_link", "map_frame": "map",
                                     "buff_epoch": 1, "use_gnss_ins_orientation": False, "gnss_pose_pub_method": 0}],
                  remappings=[("fix", given["fix_topic"]), ("gnss_pose", "/sensing/gnss/pose"),
