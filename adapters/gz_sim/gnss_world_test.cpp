@@ -22,6 +22,7 @@
 #include <gz/sim/components/PoseCmd.hh>
 #include <sdf/Box.hh>
 #include <sdf/Geometry.hh>
+#include <numbers>
 #include <set>
 
 #include "adapters/common/testing/street_message.hpp"
@@ -383,6 +384,41 @@ TEST(GnssWorld, AnswersADriverBetweenEpochs) {
     if (poll(&some, 1, 5) == 1) answer += driver.read_some();
   }
   EXPECT_NE(answer.find("(Canyon)"), std::string::npos);
+}
+
+// One stands before its base in the world's file, one after it. A base on the same vehicle gives the heading.
+TEST(GnssWorld, ReceiversCorrectEachOther) {
+  const std::string common = "<profile>ublox-f9p</profile><sky><nominal>true</nominal></sky>" + kStart;
+  const std::string rover = common + "<rtk>true</rtk><corrections><from>tower</from></corrections>";
+  const std::string front =
+      "<sensor name='front' type='navsat'><pose>0 1 2 0 0 0</pose><update_rate>10</update_rate><canyon><name>front"
+      "</name>" +
+      common + "<publishers><ros>false</ros></publishers></canyon></sensor>";
+  const std::string heading = common + "<rtk>true</rtk><corrections><from>front</from></corrections>";
+  StreetRun run(street_world(street_car(navsat(rover), "before", "3 0 0 0 0 0") +
+                                 street_car(navsat("<name>tower</name>" + common), "base", "3 30 0 0 0 0") +
+                                 street_car(navsat(rover), "after", "3 60 0 0 0 0") +
+                                 street_car(front + navsat(heading), "two", "3 90 0 0 0 0"),
+                             0, false),
+                topic_of("before"));
+  test::GnssListener after(topic_of("after")), two(topic_of("two"));
+  constexpr double kEnd_s = 25;
+  const GnssReceiver first = run.after(static_cast<unsigned>(kEnd_s * 100) + 2, kEnd_s);
+  EXPECT_EQ(first.fix().kind(), msgs::GnssFix::FIXED);
+  EXPECT_FALSE(first.fix().baseline().moving_base());
+  const auto length_m = [](const GnssReceiver& message) {
+    const auto& vector = message.fix().baseline().vector_enu_m();
+    return std::hypot(vector.east(), vector.north());
+  };
+  EXPECT_NEAR(length_m(first), 30, 0.05);
+  const auto second = after.at(kEnd_s), third = two.at(kEnd_s);
+  ASSERT_TRUE(second && third);
+  EXPECT_EQ(second->fix().kind(), msgs::GnssFix::FIXED);
+  EXPECT_TRUE(third->fix().baseline().moving_base());
+  EXPECT_NEAR(length_m(*third), 1, 0.03);
+  // From the base, in front, to the other antenna.
+  EXPECT_NEAR(std::remainder(third->fix().baseline().heading_rad() - std::numbers::pi, 2 * std::numbers::pi), 0,
+              0.03);
 }
 
 TEST(GnssWorld, WrongValuesLeaveTheSimulationRunning) {

@@ -38,14 +38,14 @@ def options(**changed):
 
 
 class WorldFile(unittest.TestCase):
-    def prepare(self, text, settings="<serve>all</serve>"):
+    def prepare(self, text, settings="<serve>all</serve>", without=()):
         folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
         source, target, systems = folder / "in" / "city.sdf", folder / "world.sdf", folder / "server.config"
         source.parent.mkdir()
         source.write_text(text)
         (source.parent / "city.dae").write_text("")
         systems.write_text(CONFIGURATION)
-        name = world_file.prepare(source, target, systems, settings)
+        name = world_file.prepare(source, target, systems, settings, without)
         return name, ElementTree.parse(target).getroot().find("world"), source.parent
 
     def test_has_each_system_once(self):
@@ -57,9 +57,11 @@ class WorldFile(unittest.TestCase):
         self.assertEqual(world.find("plugin[@filename='CanyonGnssSystem']/serve").text, "all")
         self.assertIsNone(world.find("plugin[@entity_name]"))
 
-    def test_leaves_out_a_vehicle_with_a_receiver(self):
-        _, world, _ = self.prepare(DOWNTOWN.read_text())
+    def test_leaves_out_the_car_where_it_is_told_to(self):
+        _, world, _ = self.prepare(DOWNTOWN.read_text(), without=("car",))
         self.assertEqual([model.get("name") for model in world.findall("model")], ["ground", "downtown"])
+        _, world, _ = self.prepare(DOWNTOWN.read_text())
+        self.assertIn("car", [model.get("name") for model in world.findall("model")])
 
     def test_keeps_the_buildings(self):
         """As the city reader sees them."""
@@ -96,6 +98,9 @@ class Elements(unittest.TestCase):
         radio = ElementTree.fromstring(f"<plugin>{px4.canyon_elements(options(rtk=[26.0, -320.0, 5.0]), True)}</plugin>")
         self.assertEqual(radio.find("corrections/from").text, "base")
         self.assertFalse(any("rtcm" in stream.text for stream in radio.iter("stream")))
+        shared = ElementTree.fromstring(f"<plugin>{px4.canyon_elements(options(rtk='tower'), True)}</plugin>")
+        self.assertEqual((shared.find("corrections/from").text, shared.find("rtk/enabled").text, shared.find("base")),
+                         ("tower", "true", None))
         older = ElementTree.fromstring(f"<plugin>{px4.canyon_elements(options(), False)}</plugin>")
         self.assertEqual(older.find("publishers/navsat").text, "false")
         bridge = ElementTree.fromstring(f"<plugin>{px4.canyon_elements(options(bridge=True), False)}</plugin>")

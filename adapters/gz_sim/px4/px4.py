@@ -52,7 +52,7 @@ def arguments():
     parser.add_argument("--vehicles", type=int, default=1, metavar="N", help="1 to 9 vehicles, 4 m apart (1)")
     parser.add_argument("--profile", default="ublox-m10", help="receiver: one of 'canyon profiles' (ublox-m10)")
     parser.add_argument("--rate", type=float, default=5, metavar="HZ", help="its epochs (5)")
-    parser.add_argument("--rtk", metavar="X,Y,Z", help="RTK: a base station at this place in the world [m]")
+    parser.add_argument("--rtk", metavar="X,Y,Z|NAME", help="RTK: a base station at this place in the world [m], or the world's receiver of this name")
     parser.add_argument("--inject", action="store_true", help="the base's RTCM goes through PX4, instead of a radio of the receiver's own")
     parser.add_argument("--start", default="2026-06-01T08:00:00Z", help="UTC at simulated time 0")
     parser.add_argument("--speed", type=float, default=1, metavar="F", help="times real time (1)")
@@ -78,9 +78,10 @@ def arguments():
     if a.mission and a.takeoff:
         parser.error("--takeoff and --mission exclude each other: a mission begins with its own take-off")
     a.pose = numbers(parser, "--pose", a.pose or (DOWNTOWN_POSE if a.world == DOWNTOWN else "0,0,0.3"))
-    if a.inject and not a.rtk:
-        parser.error("--inject needs a base station: --rtk X,Y,Z")
-    a.rtk = a.rtk and numbers(parser, "--rtk", a.rtk)
+    if a.rtk and "," in a.rtk:
+        a.rtk = numbers(parser, "--rtk", a.rtk)
+    if a.inject and not isinstance(a.rtk, list):
+        parser.error("--inject needs a base station of its own: --rtk X,Y,Z")
     try:
         a.fault = sorted((float(seconds), fault) for seconds, fault in a.fault)
     except ValueError:
@@ -118,13 +119,16 @@ def canyon_elements(a, has_parameter):
                f"epochs_csv=udp://127.0.0.1:{EPOCHS // 10}{{number}}", f"view=tcp://127.0.0.1:{VIEW // 10}{{number}}"]
     more = ""
     if a.rtk:
-        east, north, up = a.rtk
+        own = isinstance(a.rtk, list)
         if a.inject:
             streams.append(f"base/gps_rtcm_data=udp://127.0.0.1:{PX4_RTCM_PORT // 10}{{number}}?rate_hz=1&amp;latency_s=0.1&amp;link_baud=57600")
         else:
-            more = "<corrections><from>base</from><rate_hz>1</rate_hz><latency_s>0.2</latency_s></corrections>"
-        more += (f"<rtk><enabled>true</enabled></rtk><base><profile>ublox-f9p</profile><fixed><east_m>{east}</east_m>"
-                f"<north_m>{north}</north_m><up_m>{up}</up_m></fixed></base>")
+            more = f"<corrections><from>{'base' if own else a.rtk}</from><rate_hz>1</rate_hz><latency_s>0.2</latency_s></corrections>"
+        more += "<rtk><enabled>true</enabled></rtk>"
+        if own:
+            east, north, up = a.rtk
+            more += (f"<base><profile>ublox-f9p</profile><fixed><east_m>{east}</east_m>"
+                     f"<north_m>{north}</north_m><up_m>{up}</up_m></fixed></base>")
     lines = "".join(f"<stream>{stream}</stream>" for stream in streams)
     return (f"<serve>all</serve><profile>{a.profile}</profile><rate_hz>{a.rate}</rate_hz><start>{a.start}</start>{more}"
             # Older releases of PX4 cannot leave the sensor's own topic alone.
@@ -441,7 +445,7 @@ def main():
     world = os.path.join(a.out, "world.sdf")
     try:
         name = world_file.prepare(a.world, world, os.path.join(px4, "src/modules/simulation/gz_bridge/server.config"),
-                                  canyon_elements(a, has_parameter))
+                                  canyon_elements(a, has_parameter), ("car",) if a.world == DOWNTOWN else ())
     except ValueError as error:
         complain(str(error))
     signal.signal(signal.SIGTERM, end_once)

@@ -5,9 +5,9 @@ import xml.etree.ElementTree as ElementTree
 CANYON = "CanyonGnssSystem"
 
 
-def prepare(source, target, systems, settings):
+def prepare(source, target, systems, settings, without=()):
     """Writes the world of `source` to `target`: with the systems of PX4's server configuration that it does not name
-    itself, and with Canyon's with `settings`, elements as text. A vehicle with a receiver of Canyon's own is left out.
+    itself, and with Canyon's with `settings`, elements as text. Models that are named in `without` are left out.
     Returns the world's name. Raises ValueError, which names the file."""
     try:
         tree = ElementTree.parse(source)
@@ -19,7 +19,7 @@ def prepare(source, target, systems, settings):
     if world.find("spherical_coordinates") is None:
         raise ValueError(f"{source}: has no <spherical_coordinates>, so its place on the Earth is not known")
     for model in world.findall("model"):
-        if model.find(".//sensor/canyon") is not None:
+        if model.get("name") in without:
             world.remove(model)
     for plugin in world.findall("plugin"):
         if CANYON in plugin.get("filename", ""):

@@ -85,7 +85,7 @@ void check_base(options::Visitor& v, const LiveConfig& config) {
       throw v.fault("from", fmt::format("'{}' is a stream, which hosts do not read", from),
                     "run it by canyon live, or give a base: {fixed: ...} and name that");
     }
-    if (config.bases_elsewhere && config.base() == nullptr && from != config.receiver().options.name) return;
+    if (config.bases_elsewhere && config.base() == nullptr) return;
     try {
       check_corrections(config.receivers, 0);
     } catch (const InputError& e) {
@@ -114,6 +114,9 @@ void visit(options::Visitor& v, LiveConfig& config) {
   visit(v, receiver);
   v.part("streets", receiver.streets);
   visit_base(v, config);
+  // Settings for all receivers of a world name their base, which takes no corrections itself.
+  std::string& from = receiver.options.corrections.from;
+  if (v.reads() && config.bases_elsewhere && from == receiver.options.name) from.clear();
   if (v.reads() && has_base(config.receiver().options)) config.sky.errors.enabled.set_default(true);
   warn_of_idle_noise(v, config);
   v.validate(config.receiver().options);
