@@ -10,7 +10,7 @@ DirectShadowing::DirectShadowing(const ShadowingOptions& options, std::uint64_t 
                                  const std::string& receiver)
     : obstacle_speed_mps_(options.obstacle_speed_mps),
       shadowing_(options, seed, receiver),
-      skyline_(options, seed, receiver) {}
+      skyline_(options, seed) {}
 
 void DirectShadowing::apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) {
   if (before_) {

@@ -48,7 +48,7 @@ SteadySky::SteadySky(const simulation::Environment& environment, const receiver:
     models_.emplace_back(options.signal, seed, options.name, key);
     if (options.signal.shadowing.active()) {
       drawn.shadowings.emplace_back(options.signal.shadowing, seed, key);
-      if (obstacles) skylines_.emplace_back(options.signal.shadowing, seed, key);
+      if (obstacles) skylines_.emplace_back(options.signal.shadowing, seed);
     }
   }
 
