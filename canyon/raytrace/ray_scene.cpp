@@ -137,9 +137,11 @@ class LowestPoints {
   /// Of the square of (x, y) and the eight about it; of all where these have none.
   [[nodiscard]] double near(double x, double y) const {
     double lowest = std::numeric_limits<double>::infinity();
-    for (int k = 0; k < 9; ++k) {
-      const auto square = squares_.find(square_of(x + (k % 3 - 1) * kSide_m, y + (k / 3 - 1) * kSide_m));
-      if (square != squares_.end()) lowest = std::min(lowest, square->second);
+    for (const double east_m : {-kSide_m, 0.0, kSide_m}) {
+      for (const double north_m : {-kSide_m, 0.0, kSide_m}) {
+        const auto square = squares_.find(square_of(x + east_m, y + north_m));
+        if (square != squares_.end()) lowest = std::min(lowest, square->second);
+      }
     }
     return std::isfinite(lowest) ? lowest : of_all_;
   }
