@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "canyon/base/output_file.hpp"
+#include "canyon/base/predictive.hpp"
 #include "canyon/calibration/calibrate.hpp"
 #include "canyon/unknowns/unknowns.hpp"
 #include "canyon/validation/ensemble.hpp"
@@ -99,15 +100,6 @@ class EnsembleDrive : public RecordedDrive {
   validation::EnsembleRow row_;
 };
 
-/// A 90 % interval of fewer draws ends at the smallest and the largest (predictive_quantile()).
-void warn_of_few(std::size_t count) {
-  constexpr std::size_t kFewest = 19;
-  if (count >= kFewest) return;
-  const auto draws = static_cast<double>(count);
-  print_warnings({fmt::format("90 % intervals of {} draws are intervals of {:.0f} %: write --ensemble {}",
-                              count, 100 * (draws - 1) / (draws + 1), kFewest)});
-}
-
 using Drives = std::vector<std::unique_ptr<EnsembleDrive>>;
 
 std::vector<validation::EnsembleRow> rows_of(const Drives& drives) {
@@ -141,7 +133,7 @@ void write_ensemble(const EnsembleArguments& arguments, const Drives& drives) {
   if (!arguments.csv.empty()) write_file(arguments.csv, validation::ensemble_csv(rows));
   if (write_results(arguments, markdown, [&rows] { return validation::ensemble_json(rows); })) {
     fmt::print("\n{}", markdown);
-    warn_of_few(static_cast<std::size_t>(*arguments.draws));
+    warn_of_few_draws(static_cast<std::size_t>(*arguments.draws), "--ensemble");
   }
 }
 
@@ -165,6 +157,11 @@ int run_ensemble(const EnsembleArguments& arguments) {
     write_ensemble(arguments, drives);
     return kOk;
   });
+}
+
+void warn_of_few_draws(std::size_t count, std::string_view option) {
+  if (const auto caution = caution_of_few(count, "draws"))
+    print_warnings({fmt::format("{}: write {} {}", *caution, option, kFewestOf90)});
 }
 
 Option& add_known(Command& command, std::string& known) {

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "cli/recorded_drive.hpp"
 
@@ -15,6 +17,8 @@ struct EnsembleArguments : DriveArguments {
 };
 /// Adds --known, a list of names for unknowns::unknowns_of().
 Option& add_known(Command& command, std::string& known);
+/// Warns where 90 % intervals of so many draws hold less (caution_of_few()). @param option that says more
+void warn_of_few_draws(std::size_t count, std::string_view option);
 /// Adds --ensemble, --unsaid, --known, --csv and --keep.
 void add_ensemble_options(Command& command, EnsembleArguments& arguments);
 

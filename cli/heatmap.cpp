@@ -159,6 +159,8 @@ class MapRun {
     }
     runs_.emplace(arguments_, scenario_);
     for (const std::string& prior : runs_->priors()) note(fmt::format("unknown     {}", prior));
+    if (arguments_.unknowns && ranks_.rank() == 0)
+      warn_of_few_draws(static_cast<std::size_t>(*arguments_.unknowns), "--unknowns");
     make_output_folder(arguments_.out);
     if (runs_->several()) make_output_folder(fs::path(arguments_.out) / "tiles");
   }

@@ -10,7 +10,7 @@ DirectShadowing::DirectShadowing(const ShadowingOptions& options, std::uint64_t 
                                  const std::string& receiver)
     : obstacle_speed_mps_(options.obstacle_speed_mps),
       shadowing_(options, seed, receiver),
-      skyline_(options, seed, receiver) {}
+      skyline_(options, seed) {}
 
 void DirectShadowing::apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) {
   if (before_) {
@@ -18,7 +18,7 @@ void DirectShadowing::apply(const propagation::Antenna& antenna, propagation::Ar
                          obstacle_speed_mps_ * (antenna.time - before_->time));
   }
   before_ = antenna;
-  shadowing_.go_to(way_m_);
+  shadowing_.go_to(way_m_, arrival.height_above_ground_m);
   if (arrival.placement != raytrace::Placement::Free) return;
   skyline_.go_to(arrival.antenna_enu.head<2>(), arrival.height_above_ground_m, antenna.time);
   for (propagation::SatelliteView& view : arrival.views) {

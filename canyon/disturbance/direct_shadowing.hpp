@@ -12,7 +12,7 @@ namespace canyon::disturbance {
 /// Obstacles that the map lacks, at one antenna: shadows on every satellite's direct path (Shadowing), and
 /// obstacles on all paths by their direction of arrival (Skyline). The obstacles move, too
 /// (ShadowingOptions::obstacle_speed_mps). Antennas of one seed and name that drive the same way meet the
-/// same shadows.
+/// same shadows; all of one seed meet the same skyline.
 class DirectShadowing : public Disturbance {
  public:
   /// Throws InputError where options.validate() does.

@@ -19,8 +19,11 @@ Shadowing::Shadowing(const ShadowingOptions& options, std::uint64_t seed, const 
   axis_.normalize();
 }
 
-void Shadowing::go_to(double way_m) {
+void Shadowing::go_to(double way_m, double height_m) {
   assert(way_m >= way_m_);
+  share_above_ = options_.environment == ShadowingEnvironment::Custom
+                     ? 1
+                     : skyline_numbers(options_).share_above(height_m);
   if (way_m <= way_m_) return;
   const double steps = (way_m - way_m_) / options_.correlation_m;
   const double kept = std::exp(-steps), fresh = std::sqrt(-std::expm1(-2 * steps));
@@ -41,10 +44,18 @@ double Shadowing::passed(FrameStates::States states, double into_m) const {
   return states.now ? turned : 1 - turned;
 }
 
+ShadowingParameters Shadowing::parameters(double elevation_rad) const {
+  ShadowingParameters p = shadowing_parameters(options_, elevation_rad);
+  if (share_above_ == 1) return p;
+  const double share = share_above_ * p.shadowed_share();
+  p.enter = p.leave * share / (1 - share);
+  return p;
+}
+
 Shadowing::Shadow Shadowing::of(const Eigen::Vector3d& direction) {
   nodes_.shares(direction, shares_);
   const Place here = place(direction);
-  const ShadowingParameters p = shadowing_parameters(options_, std::asin(std::min(direction.z(), 1.0)));
+  const ShadowingParameters p = parameters(std::asin(std::min(direction.z(), 1.0)));
   const FrameStates::States states = shadows_.at(here.frame, shares_, {p.enter, p.leave});
   const double share = passed(states, here.into_m);
   const double mean = p.clear_mean_db + share * (p.shadowed_mean_db - p.clear_mean_db);

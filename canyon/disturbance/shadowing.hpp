@@ -31,7 +31,8 @@ class Shadowing {
   Shadowing(const ShadowingOptions& options, std::uint64_t seed, const std::string& key);
 
   /// @param way_m driven since some origin, not less than at the last call
-  void go_to(double way_m);
+  /// @param height_m of the antenna above the ground
+  void go_to(double way_m, double height_m = SkylineNumbers::kBase_m);
   /// Shadow on a satellite at the last go_to(). @param direction unit, ENU, not below the horizon
   [[nodiscard]] Shadow of(const Eigen::Vector3d& direction);
 
@@ -44,6 +45,7 @@ class Shadowing {
   [[nodiscard]] Place place(const Eigen::Vector3d& direction) const;
   /// How far a state has come about: 0 off, 1 on, between them over the transition.
   [[nodiscard]] double passed(FrameStates::States states, double into_m) const;
+  [[nodiscard]] ShadowingParameters parameters(double elevation_rad) const;
 
   ShadowingOptions options_;
   SkyNodes nodes_;
@@ -53,6 +55,7 @@ class Shadowing {
   Eigen::Vector3d axis_;        // along which shadows move as satellites do
   double origin_m_ = 0;         // of frames
   double way_m_ = 0;
+  double share_above_ = 1;  // of obstacles, SkylineNumbers::share_above()
   std::vector<SkyNodes::Share> shares_;
 };
 

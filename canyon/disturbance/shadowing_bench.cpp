@@ -51,7 +51,7 @@ BENCHMARK(shadows_of_the_first_epoch);
 void obstacles_of_an_epoch(benchmark::State& state) {
   ShadowingOptions dense;
   dense.environment = ShadowingEnvironment::Dense;
-  Skyline skyline(dense, 1, "bench");
+  Skyline skyline(dense, 1);
   const std::vector<Eigen::Vector3d> directions = sky();
   geodesy::GpsTime time = geodesy::GpsTime::from_week(2300, 0);
   double way_m = 0;

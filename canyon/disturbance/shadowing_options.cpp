@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <span>
 
 #include "canyon/base/input_error.hpp"
@@ -96,6 +97,11 @@ void ShadowingOptions::validate() const {
 
 void SkylineOptions::validate() const {
   options::check(*this, "skyline");
+}
+
+double SkylineNumbers::share_above(double above_m) const {
+  const double x = 2 * std::max(0.0, above_m - kBase_m) / height_m;
+  return (1 + x) * std::exp(-x);
 }
 
 SkylineNumbers skyline_numbers(const ShadowingOptions& options) {

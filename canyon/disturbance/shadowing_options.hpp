@@ -47,6 +47,8 @@ struct SkylineNumbers {
 
   /// Height above the ground at which obstacles begin [m]: the roof of a car.
   static constexpr double kBase_m = 2;
+  /// Share of the obstacles whose tops are higher than this above the ground [m]; 1 up to kBase_m.
+  [[nodiscard]] double share_above(double above_m) const;
 };
 
 /// Obstacles that a map lacks: trees, awnings, signs, footbridges, buses, podiums, people. They stand about
@@ -75,7 +77,9 @@ struct SkylineOptions {
 /// Perez-Fontan et al., IEEE Trans. Veh. Technol. 50(6), 2001, with the S-band tables of IEEE Trans.
 /// Broadcast. 44(1), 1998) without its deep shadow, which is that of buildings: those are in the map. Steps
 /// between the other two have their probabilities on condition that the third is not entered: enter = P12 /
-/// (P11 + P12), leave = P21 / (P21 + P22). docs/shadowing.md has the tables and where they come from.
+/// (P11 + P12), leave = P21 / (P21 + P22). docs/shadowing.md has the tables and where they come from. They
+/// are those of a vehicle: for an antenna above SkylineNumbers::kBase_m the share of shadow is times
+/// SkylineNumbers::share_above(), but not that of custom numbers.
 struct ShadowingOptions {
   bool enabled = false;
   ShadowingEnvironment environment = ShadowingEnvironment::Urban;
@@ -117,8 +121,8 @@ void visit_environment(options::Visitor& v, std::string_view key, ShadowingEnvir
 void visit(options::Visitor& v, SkylineOptions& o);
 void visit(options::Visitor& v, ShadowingOptions& o);
 
-/// Model of the environment at an elevation [rad]: linear between 40, 60 and 80 deg, held beyond (nothing is
-/// published there). Suburban chains are those of 40 deg everywhere.
+/// Model of the environment at an elevation [rad], for a vehicle: linear between 40, 60 and 80 deg, held
+/// beyond (nothing is published there). Suburban chains are those of 40 deg everywhere.
 [[nodiscard]] ShadowingParameters shadowing_parameters(const ShadowingOptions& options, double elevation_rad);
 
 }  // namespace canyon::disturbance

@@ -32,9 +32,9 @@ double eased(double share) {
 
 }  // namespace
 
-Skyline::Skyline(const ShadowingOptions& options, std::uint64_t seed, const std::string& key)
+Skyline::Skyline(const ShadowingOptions& options, std::uint64_t seed)
     : numbers_((options.skyline.validate(), skyline_numbers(options))),
-      root_(RandomStream(seed, key + "/skyline").next()),
+      root_(RandomStream(seed, "/skyline").next()),
       nodes_(static_cast<std::size_t>(std::round(2 * geodesy::kPi / numbers_.width_rad))) {}
 
 double Skyline::number(std::uint64_t field, std::size_t node, std::int64_t slot) const {

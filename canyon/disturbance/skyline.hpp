@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <limits>
-#include <string>
 #include <vector>
 
 #include "canyon/disturbance/shadowing_options.hpp"
@@ -20,9 +19,8 @@ namespace canyon::disturbance {
 /// with unit variance. A part of the variance changes with time, for traffic.
 class Skyline {
  public:
-  /// Obstacles of skyline_numbers(). Throws InputError where SkylineOptions::validate() does. @param key
-  /// names its random numbers
-  Skyline(const ShadowingOptions& options, std::uint64_t seed, const std::string& key);
+  /// Obstacles of skyline_numbers(). Throws InputError where SkylineOptions::validate() does.
+  Skyline(const ShadowingOptions& options, std::uint64_t seed);
 
   /// Whether there are no obstacles.
   [[nodiscard]] bool empty() const { return numbers_.share == 0; }

@@ -57,7 +57,7 @@ double expected_above(double slope, double height_m) {
 }
 
 TEST(Skyline, HasTheDistributionOfHeightsThatItIsGiven) {
-  Skyline skyline(still(), 1, "test");
+  Skyline skyline(still(), 1);
   const std::vector<double> at_roof = slopes(skyline, SkylineNumbers::kBase_m);
   for (const double slope : {0.0, 0.4, 1.0, 2.0}) {
     EXPECT_NEAR(share_above(at_roof, slope), expected_above(slope, 2), 0.02) << slope;
@@ -65,7 +65,7 @@ TEST(Skyline, HasTheDistributionOfHeightsThatItIsGiven) {
 }
 
 TEST(Skyline, SinksAsTheAntennaRises) {
-  Skyline skyline(still(), 2, "test");
+  Skyline skyline(still(), 2);
   for (const double height_m : {10.0, 20.0}) {
     const std::vector<double> above = slopes(skyline, height_m);
     for (const double slope : {0.0, 0.5}) {
@@ -76,7 +76,7 @@ TEST(Skyline, SinksAsTheAntennaRises) {
 }
 
 TEST(Skyline, IsFixedInTheWorld) {
-  Skyline one(still(), 3, "test"), other(still(), 3, "test"), stranger(still(), 4, "test");
+  Skyline one(still(), 3), other(still(), 3), stranger(still(), 4);
   int same = 0;
   for (int i = 0; i < 200; ++i) {
     other.go_to({3.0 * i, 900}, 2, kBegin + i);  // elsewhere, on another way
@@ -104,7 +104,7 @@ double alike(Skyline& skyline, const Second& second) {
 }
 
 TEST(Skyline, IsAlikeNearby) {
-  Skyline skyline(still(), 5, "test");
+  Skyline skyline(still(), 5);
   const double unlike = kShare * kShare + (1 - kShare) * (1 - kShare);
   const auto moved = [&](double east_m) {
     return alike(skyline, [&, east_m](const Eigen::Vector2d& place) {
@@ -128,7 +128,7 @@ TEST(Skyline, ChangesInPartWithTime) {
   ShadowingOptions options = still();
   options.skyline.moving_share = 0.3;
   options.skyline.moving_s = 10;
-  Skyline skyline(options, 6, "test");
+  Skyline skyline(options, 6);
   const auto later = [&](double seconds) {
     return alike(skyline, [&, seconds](const Eigen::Vector2d& place) {
       skyline.go_to(place, 2, kBegin + seconds);
@@ -141,10 +141,10 @@ TEST(Skyline, ChangesInPartWithTime) {
 }
 
 TEST(Skyline, EdgesWeakenAsTheDiffractionOverThem) {
-  Skyline skyline(still(), 7, "test");
+  Skyline skyline(still(), 7);
   ShadowingOptions rounded = still();
   rounded.skyline.edge_radius_m = 1;
-  Skyline round(rounded, 7, "test");
+  Skyline round(rounded, 7);
   constexpr double kWavelength_m = geodesy::kSpeedOfLight / 1575.42e6;
   int behind = 0;
   for (int i = 0; i < 300; ++i) {
@@ -175,7 +175,7 @@ TEST(Skyline, CrownsWeakenByTheirDepth) {
   ShadowingOptions options = still();
   options.skyline.foliage_share = 1;
   options.skyline.crown_m = 4;
-  Skyline skyline(options, 8, "test");
+  Skyline skyline(options, 8);
   const double elevation = radians(20);
   int behind = 0;
   for (int i = 0; i < 300; ++i) {
@@ -197,11 +197,11 @@ TEST(Skyline, CrownsWeakenByTheirDepth) {
 
 TEST(Skyline, IsEmptyWhereTheSurroundingsHaveNone) {
   ShadowingOptions options;
-  EXPECT_TRUE(Skyline(options, 1, "test").empty());
+  EXPECT_TRUE(Skyline(options, 1).empty());
   options.environment = ShadowingEnvironment::Dense;
-  EXPECT_FALSE(Skyline(options, 1, "test").empty());
+  EXPECT_FALSE(Skyline(options, 1).empty());
   options.skyline.share = 0;
-  Skyline none(options, 1, "test");
+  Skyline none(options, 1);
   none.go_to({1, 2}, 3, kBegin);
   EXPECT_EQ(none.top_rad(1), 0);
   EXPECT_EQ(none.level_db({0, 1, 0}), 0);

@@ -6,6 +6,9 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -119,6 +122,39 @@ struct Mover {
 
 }  // namespace
 
+/// Lowest vertices of a mesh, by squares.
+class LowestPoints {
+ public:
+  explicit LowestPoints(const city::Mesh& mesh) {
+    for (const Vector3d& vertex : mesh.vertices) {
+      const auto low = [&vertex](double& z) { z = std::min(z, vertex.z()); };
+      low(of_all_);
+      low(squares_.try_emplace(square_of(vertex.x(), vertex.y()), vertex.z()).first->second);
+    }
+    if (mesh.vertices.empty()) of_all_ = 0;
+  }
+
+  /// Of the square of (x, y) and the eight about it; of all where these have none.
+  [[nodiscard]] double near(double x, double y) const {
+    double lowest = std::numeric_limits<double>::infinity();
+    for (const double east_m : {-kSide_m, 0.0, kSide_m}) {
+      for (const double north_m : {-kSide_m, 0.0, kSide_m}) {
+        const auto square = squares_.find(square_of(x + east_m, y + north_m));
+        if (square != squares_.end()) lowest = std::min(lowest, square->second);
+      }
+    }
+    return std::isfinite(lowest) ? lowest : of_all_;
+  }
+
+ private:
+  using Square = std::pair<double, double>;
+  static constexpr double kSide_m = 75;
+  static Square square_of(double x, double y) { return {std::floor(x / kSide_m), std::floor(y / kSide_m)}; }
+
+  std::map<Square, double> squares_;
+  double of_all_ = std::numeric_limits<double>::infinity();
+};
+
 struct RayScene::Impl {
   /// Without AVX-512, which rounds otherwise than AVX2 and is no faster: a ray past an edge must not depend
   /// on the processor. Embree's smaller triangle4i is not watertight.
@@ -128,7 +164,8 @@ struct RayScene::Impl {
   std::vector<Mover> movers;                         ///< of `placed`, in its order
   std::vector<std::unique_ptr<Instance>> instances;  ///< [id - 1]; null once removed
   std::vector<PlacedInstance> placed;
-  double movers_radius = 0;  ///< of the placed instances about the city's centre
+  double movers_radius = 0;            ///< of the placed instances about the city's centre
+  std::optional<LowestPoints> ground;  ///< of a city without terrain
 
   explicit Impl(std::shared_ptr<const city::Mesh> mesh) {
     if (!device) throw std::runtime_error("Embree: no device");
@@ -137,6 +174,8 @@ struct RayScene::Impl {
     for (const city::Object& object : city.mesh->objects) {
       std::fill_n(surfaces.begin() + object.first_triangle, object.triangle_count, object.surface);
     }
+    if (std::find(surfaces.begin(), surfaces.end(), city::Surface::Terrain) == surfaces.end())
+      ground.emplace(*city.mesh);
   }
 
   Instance& instance(InstanceId id) {
@@ -441,6 +480,12 @@ std::optional<double> RayScene::terrain_height(double x, double y) const {
     height = std::max(height.value_or(-1e300), top - c.range);
   }
   return height;
+}
+
+double RayScene::height_above_ground(const Vector3d& point) const {
+  if (impl_->ground) return point.z() - impl_->ground->near(point.x(), point.y());
+  const std::optional<double> ground_m = terrain_height(point.x(), point.y());
+  return ground_m ? point.z() - *ground_m : 0;
 }
 
 }  // namespace canyon::raytrace

@@ -112,6 +112,11 @@ class RayScene {
   /// where there is none.
   [[nodiscard]] std::optional<double> terrain_height(double x, double y) const;
 
+  /// Height of a point above the ground [m], which is the terrain under or above it. A city without any
+  /// terrain has its ground at its lowest point within some 100 m, else at its lowest point, an empty city at
+  /// 0. 0 beyond the edge of a terrain.
+  [[nodiscard]] double height_above_ground(const Eigen::Vector3d& point) const;
+
   /// How far [m] a point on a surface must be lifted along its normal so that no ray from there or to there
   /// meets that surface: 0.5 mm plus 4e-7 of the distances from the city's centre involved (six roundings to
   /// float of the point and of the farthest vertex).

@@ -348,6 +348,20 @@ TEST(RayScene, TerrainHeightIsThatOfTheHighestSheetAndSkipsBuildings) {
   EXPECT_NEAR(scene.terrain_height(60, 60).value(), 30, 1e-9);
   EXPECT_FALSE(scene.terrain_height(101, 0));
   EXPECT_FALSE(scene.terrain_height(std::nan(""), 0));
+  EXPECT_NEAR(scene.height_above_ground({41, 7, 12}), 12 - 9.1, 1e-9);
+  EXPECT_NEAR(scene.height_above_ground({41, 7, 2}), 2 - 9.1, 1e-9);
+  EXPECT_EQ(scene.height_above_ground({101, 0, 50}), 0);
+}
+
+// Two houses, one of them on a hill: each place has the ground of the house beside it.
+TEST(RayScene, GroundWithoutTerrainIsWhereHousesStand) {
+  Mesh mesh = box({0, 0, 4}, {20, 20, 40});
+  city::append_box(mesh, "hill", Surface::Building, Material::Concrete, {1000, 0, 90}, {1020, 20, 120});
+  const RayScene scene(mesh);
+  EXPECT_EQ(scene.height_above_ground({-30, 10, 10}), 6);
+  EXPECT_EQ(scene.height_above_ground({990, 30, 91.5}), 1.5);
+  EXPECT_EQ(scene.height_above_ground({500, 500, 14}), 10);  // far from both
+  EXPECT_EQ(RayScene(Mesh()).height_above_ground({3, 4, 50}), 50);
 }
 
 TEST(RayScene, HongKongDriveIsInTheOpen) {

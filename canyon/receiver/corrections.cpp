@@ -101,34 +101,48 @@ void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky
 }
 
 // A station that states a place which is off by d corrects by -towards . d and a delay of each signal in the
-// station's receiver.
+// station's receiver. Echoes in its codes are outliers of that: least squares with Huber's weights.
 void CodeCorrections::locate(
     const std::map<std::pair<gnss::SatelliteId, const gnss::Signal*>, Eigen::Vector3d>& towards) {
+  constexpr int kRounds = 20;
+  constexpr double kOutlier_m = 3, kMostPdop = 5;
   struct Mean {
     Eigen::Vector3d towards = Eigen::Vector3d::Zero();
-    double metres = 0;
-    int count = 0;
+    double metres = 0, weight = 0;
   };
-  std::map<const gnss::Signal*, Mean> means;
-  for (const auto& [key, direction] : towards) {
-    Mean& mean = means[key.second];
-    mean.towards += direction;
-    mean.metres += corrections_.at(key).metres;
-    ++mean.count;
+  std::map<std::pair<gnss::SatelliteId, const gnss::Signal*>, double> weights;
+  for (const auto& [key, direction] : towards) weights[key] = 1;
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();
+  for (int round = 0; round < kRounds; ++round) {
+    std::map<const gnss::Signal*, Mean> means;
+    for (const auto& [key, direction] : towards) {
+      Mean& mean = means[key.second];
+      mean.towards += weights.at(key) * direction;
+      mean.metres += weights.at(key) * corrections_.at(key).metres;
+      mean.weight += weights.at(key);
+    }
+    const auto row = [&](const auto& key, const Eigen::Vector3d& direction) {
+      const Mean& mean = means.at(key.second);
+      return std::pair<Eigen::Vector3d, double>(mean.towards / mean.weight - direction,
+                                                corrections_.at(key).metres - mean.metres / mean.weight);
+    };
+    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    for (const auto& [key, direction] : towards) {
+      const auto [h, metres] = row(key, direction);
+      normal += weights.at(key) * h * h.transpose();
+      right += weights.at(key) * h * metres;
+    }
+    const Eigen::Matrix3d inverse = normal.inverse();
+    if (!(inverse.trace() < kMostPdop * kMostPdop)) return;  // true of NaN
+    offset = inverse * right;
+    for (const auto& [key, direction] : towards) {
+      const auto [h, metres] = row(key, direction);
+      weights[key] = std::min(1.0, kOutlier_m / std::abs(metres - h.dot(offset)));
+    }
   }
-  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  for (const auto& [key, direction] : towards) {
-    const Mean& mean = means.at(key.second);
-    const Eigen::Vector3d h = mean.towards / mean.count - direction;
-    normal += h * h.transpose();
-    right += h * (corrections_.at(key).metres - mean.metres / mean.count);
-  }
-  const Eigen::Matrix3d inverse = normal.inverse();
-  constexpr double kMostPdop = 5;
-  if (!(inverse.trace() < kMostPdop * kMostPdop)) return;  // true of NaN
   located_ = std::min(located_ + 1, 30);
-  station_offset_ecef_ += (inverse * right - station_offset_ecef_) / located_;
+  station_offset_ecef_ += (offset - station_offset_ecef_) / located_;
 }
 
 std::optional<double> CodeCorrections::station_offset_m() const {

@@ -100,6 +100,25 @@ TEST(ReceiverShadowing, LabelsSayWhatIsTracked) {
   EXPECT_EQ(blocked.visibility, *blocked.cn0_dbhz < 10 ? Visibility::Blocked : Visibility::LOS);
 }
 
+// Obstacles are fixed in the world, as a simulator's vehicles meet it; noise and shadows are each one's own.
+TEST(ReceiverShadowing, VehiclesWithDrawsOfTheirOwnMeetTheSameObstacles) {
+  ReceiverOptions options = shadowed(0, 0, 0, 1);
+  options.signal.shadowing.skyline.share = 0.5;
+  options.own_draws = true;
+  options.name = "first";
+  Receiver one(options, 3);
+  options.name = "second";
+  Receiver other(options, 3);
+  int hidden = 0;
+  for (int i = 0; i < 100; ++i) {
+    const double taken_db = observe_one(one, i, clear, north(40.0 * i)).obstacles_db;
+    EXPECT_EQ(taken_db, observe_one(other, i, clear, north(40.0 * i)).obstacles_db);
+    hidden += taken_db > 10;
+  }
+  EXPECT_GT(hidden, 10);
+  EXPECT_LT(hidden, 90);
+}
+
 TEST(ReceiverShadowing, ChangesNothingElseAtALevelOfNought) {
   // Its streams are its own: a level of 0 dB is the receiver without.
   ReceiverOptions on = shadowed(0, 0, 0.3, 0.3);

@@ -214,6 +214,43 @@ TEST(Corrections, AWrongPlaceOfTheBaseIsTheRoversErrorAndIsSaid) {
   EXPECT_NEAR(north_m, 60, 3);
 }
 
+// A base that hears a fifth of its satellites by echoes of far houses stands where it says.
+TEST(Corrections, EchoesAtTheBaseAreNotAWrongPlace) {
+  SkyConfig nominal;
+  nominal.nominal = true;
+  const geodesy::GpsTime now = geodesy::GpsTime::from_week(2421, 100000);
+  const BuiltSky sky = build_sky(nominal, now, now, {});
+  const geodesy::LocalFrame frame(geodesy::Geodetic::from_degrees(48, 11, 500));
+  const Eigen::Vector3d place = frame.ecef_from_local({0, 0, 10});
+  positioning::FixOptions fix;
+  fix.correct_ionosphere = fix.correct_troposphere = false;
+  const auto offset_m = [&](const Eigen::Vector3d& stated_off) {
+    relative::Corrections epoch;
+    epoch.receiver_time = now;
+    epoch.station_ecef = frame.ecef_from_local(Eigen::Vector3d(0, 0, 10) + stated_off);
+    int echoes = 0, count = 0;
+    for (const gnss::SatelliteId id : sky.sky->satellites()) {
+      const auto line = orbit::line_of_sight(*sky.sky, id, now, place);
+      if (!line || line->elevation_rad < 0.3) continue;
+      const double echo_m = ++count % 5 == 0 ? 250 : 0;
+      echoes += echo_m > 0;
+      Measurement m;
+      m.id = id;
+      m.sigma_m = 1;
+      m.pseudorange_m = positioning::pseudorange_m(*line, 0, 0, 0, echo_m);
+      m.carrier_frequency_hz = line->state.carrier_frequency_hz;
+      epoch.observations.push_back({&gnss::signals_of(id.system).front(), m});
+    }
+    EXPECT_GT(echoes, 2);
+    receiver::CodeCorrections corrections({});
+    corrections.take(epoch, *sky.sky, fix, {});
+    return corrections.station_offset_m().value();
+  };
+  EXPECT_LT(offset_m({0, 0, 0}), 10);
+  EXPECT_FALSE(receiver::wrong_station_warning(offset_m({0, 0, 0})));
+  EXPECT_NEAR(offset_m({0, 60, 0}), 60, 10);
+}
+
 // Receivers stand in any order; sinks get them as they stand, on any number of threads.
 TEST(Corrections, ComeFromReceiversInAnyOrder) {
   const std::string text = R"(

@@ -130,9 +130,7 @@ propagation::Arrival make_arrival(const orbit::Sky& sky, std::span<const gnss::S
       arrival.placement = scene.placement(arrival.antenna_enu);
     }
   }
-  if (const auto ground_m = scene.terrain_height(arrival.antenna_enu.x(), arrival.antenna_enu.y())) {
-    arrival.height_above_ground_m = arrival.antenna_enu.z() - *ground_m;
-  }
+  arrival.height_above_ground_m = scene.height_above_ground(arrival.antenna_enu);
   const orbit::Observer observer(standpoint.antenna_ecef);
   arrival.views.reserve(satellites.size());
   std::vector<Eigen::Vector3d> directions;

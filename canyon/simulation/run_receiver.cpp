@@ -13,8 +13,7 @@ receiver::Receiver make_receiver(const ReceiverConfig& config, std::uint64_t see
   std::vector<disturbance::Source> sources =
       config.fixed ? config.disturbances : with_streets(config, environment.city(), std::move(road));
   sources.insert(sources.end(), more.begin(), more.end());
-  receiver::ReceiverOptions options =
-      with_surroundings(config.options, environment.scene(), environment.city());
+  receiver::ReceiverOptions options = with_surroundings(config, environment.scene(), environment.city());
   decide(options, environment);
   return {std::move(options), seed, sources, config.models};
 }

@@ -7,6 +7,7 @@
 #include "canyon/disturbance/faults/fault_timeline.hpp"
 #include "canyon/receiver/receiver.hpp"
 #include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/street_sources.hpp"
 
 namespace canyon::simulation {

@@ -39,10 +39,10 @@ Scenario example(const std::string& keys = {}) {
 TEST(UrbanNavDrive, StreetsAreDenseByTheMap) {
   CANYON_SHARED_DATA(data, "hongkong/buildings.dae");
   const city::City city = canyon::test::loaded_city(example().city);
-  receiver::ReceiverOptions options;
-  options.signal.shadowing.enabled = true;
-  options.signal.shadowing.environment = disturbance::ShadowingEnvironment::Auto;
-  EXPECT_EQ(with_surroundings(options, raytrace::RayScene(city.mesh), city).signal.shadowing.environment,
+  ReceiverConfig receiver;
+  receiver.options.signal.shadowing.enabled = true;
+  receiver.options.signal.shadowing.environment = disturbance::ShadowingEnvironment::Auto;
+  EXPECT_EQ(with_surroundings(receiver, raytrace::RayScene(city.mesh), city).signal.shadowing.environment,
             disturbance::ShadowingEnvironment::Dense);
 }
 

@@ -9,17 +9,22 @@
 #include "canyon/geodesy/frames.hpp"
 
 namespace canyon::simulation {
+namespace {
+
+bool has_vegetation(const city::City& city) {
+  const std::vector<city::Object>& objects = city.mesh.objects;
+  return std::any_of(objects.begin(), objects.end(),
+                     [](const city::Object& object) { return object.surface == city::Surface::Foliage; });
+}
+
+}  // namespace
 
 std::optional<disturbance::StreetsOptions> streets_of(const ReceiverConfig& receiver, const city::City& city,
                                                       std::shared_ptr<const disturbance::Road> road) {
   if (!receiver.streets.enabled) return std::nullopt;
   disturbance::StreetsOptions options{receiver.streets, std::move(road), receiver.lever_arm_m.z(),
                                       receiver.options.signal.enabled};
-  const std::vector<city::Object>& objects = city.mesh.objects;
-  const bool green = std::any_of(objects.begin(), objects.end(), [](const city::Object& object) {
-    return object.surface == city::Surface::Foliage;
-  });
-  if (green && !options.street.trees_per_km) options.street.trees_per_km = 0;
+  if (has_vegetation(city) && !options.street.trees_per_km) options.street.trees_per_km = 0;
   return options;
 }
 
@@ -51,13 +56,12 @@ double closed_sky(const raytrace::RayScene& scene, std::span<const Eigen::Vector
 
 namespace {
 
-/// Whether most roofs are flat and vegetation is missing, as in maps that were made of outlines. In those of
-/// OpenStreetMap few houses have a tag of their roof (Tsim Sha Tsui: 8 % of the area).
-bool has_outlines_alone(const city::City& city) {
+/// Whether most roofs are flat, as in maps that were made of outlines. In those of OpenStreetMap few houses
+/// have a tag of their roof (Tsim Sha Tsui: 8 % of the area).
+bool has_flat_roofs(const city::City& city) {
   constexpr double kFlat = 0.996;  // cosine of 5 deg
   double flat_m2 = 0, sloped_m2 = 0;
   for (const city::Object& object : city.mesh.objects) {
-    if (object.surface == city::Surface::Foliage) return false;
     if (object.surface != city::Surface::Building) continue;
     for (std::uint32_t i = 0; i < object.triangle_count; ++i) {
       const auto& [a, b, c] = city.mesh.triangles[object.first_triangle + i];
@@ -72,12 +76,8 @@ bool has_outlines_alone(const city::City& city) {
   return sloped_m2 < 0.2 * (flat_m2 + sloped_m2);
 }
 
-}  // namespace
-
-receiver::ReceiverOptions with_surroundings(receiver::ReceiverOptions options,
-                                            const raytrace::RayScene& scene, const city::City& city) {
-  disturbance::ShadowingOptions& shadowing = options.signal.shadowing;
-  if (!shadowing.enabled || shadowing.environment != disturbance::ShadowingEnvironment::Auto) return options;
+/// closed_sky() of the grid of with_surroundings().
+double closed_sky_of(const raytrace::RayScene& scene, const city::City& city) {
   constexpr int kSide = 10;
   std::vector<Eigen::Vector3d> places;
   const city::Box box = city.bounds();
@@ -87,7 +87,28 @@ receiver::ReceiverOptions with_surroundings(receiver::ReceiverOptions options,
     const Eigen::Vector2d at = box.min.head<2>() + share.cwiseProduct((box.max - box.min).head<2>());
     places.emplace_back(at.x(), at.y(), scene.terrain_height(at.x(), at.y()).value_or(box.min.z()) + 2);
   }
-  shadowing.environment = disturbance::of_surroundings(closed_sky(scene, places), has_outlines_alone(city));
+  return closed_sky(scene, places);
+}
+
+}  // namespace
+
+receiver::ReceiverOptions with_surroundings(const ReceiverConfig& receiver, const raytrace::RayScene& scene,
+                                            const city::City& city) {
+  receiver::ReceiverOptions options = receiver.options;
+  disturbance::ShadowingOptions& shadowing = options.signal.shadowing;
+  if (!shadowing.enabled) return options;
+  const bool streets = receiver.streets.enabled && !receiver.fixed, green = has_vegetation(city);
+  if (shadowing.environment == disturbance::ShadowingEnvironment::Auto) {
+    shadowing.environment =
+        disturbance::of_surroundings(closed_sky_of(scene, city), !green && has_flat_roofs(city));
+  }
+  disturbance::SkylineOptions& skyline = shadowing.skyline;
+  if ((streets || green) && !skyline.foliage_share) {
+    const disturbance::SkylineNumbers all = disturbance::skyline_numbers(shadowing);
+    if (!skyline.share) skyline.share = all.share * (1 - all.foliage_share);
+    skyline.foliage_share = 0;
+  }
+  if (streets && !skyline.moving_share) skyline.moving_share = 0;
   return options;
 }
 

@@ -26,9 +26,11 @@ namespace canyon::simulation {
 /// Share of the sky from 15 to 60 deg that the city hides, the mean over antennas (ENU, m) that are not
 /// inside something; 0 without any. Sixty-four rays each.
 [[nodiscard]] double closed_sky(const raytrace::RayScene& scene, std::span<const Eigen::Vector3d> antennas);
-/// ShadowingEnvironment::Auto of these options made definite, by closed_sky() 2 m above the ground on a grid
-/// of ten by ten places over the city, independent of the antenna's place.
-[[nodiscard]] receiver::ReceiverOptions with_surroundings(receiver::ReceiverOptions options,
+/// Options of a receiver with definite obstacles: ShadowingEnvironment::Auto is decided by closed_sky() 2 m
+/// above the ground on a grid of ten by ten places over the city, independent of the antenna's place.
+/// Whatever the map or ReceiverConfig::streets have is not among the obstacles that the map lacks: trees, and
+/// traffic.
+[[nodiscard]] receiver::ReceiverOptions with_surroundings(const ReceiverConfig& receiver,
                                                           const raytrace::RayScene& scene,
                                                           const city::City& city);
 

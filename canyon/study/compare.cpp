@@ -77,6 +77,7 @@ std::string spread_text(const Comparison& comparison, std::size_t shown) {
   TextRow head = comparison.axes;
   head.emplace_back("receiver");
   const std::size_t words = head.size();
+  std::size_t fewest = kFewestOf90;
   head.insert(head.end(), {"error, median [m]", "50 %", "90 %", "error, 95 % [m]", "50 %", "90 %"});
   std::vector<TextRow> rows;
   for (std::size_t i = 0; i < shown; ++i) {
@@ -88,11 +89,14 @@ std::string spread_text(const Comparison& comparison, std::size_t shown) {
       const auto at = [&values](double p) {
         return number(values.size() > 1 ? predictive_quantile(values, p) : kNan, 2);
       };
+      if (values.size() > 1) fewest = std::min(fewest, values.size());
       row.insert(row.end(), {at(0.5), at(0.25) + ".." + at(0.75), at(0.05) + ".." + at(0.95)});
     }
   }
+  const std::optional<std::string> caution = caution_of_few(fewest, "runs");
   return text_table(head, rows, {words, "", true}) +
-         "medians of runs, and the intervals that hold half and 90 % of them\n";
+         "medians of runs, and the intervals that hold half and 90 % of them\n" +
+         (caution ? fmt::format("{}; {} runs are needed\n", *caution, kFewestOf90) : "");
 }
 
 }  // namespace

@@ -61,9 +61,9 @@ class Comparer {
       : recording_(recording),
         environment_(environment),
         registration_(registration),
-        options_(long_since_on(
-            simulation::with_surroundings(receiver.options, environment.scene(), environment.city()),
-            options.position_filter)),
+        options_(
+            long_since_on(simulation::with_surroundings(receiver, environment.scene(), environment.city()),
+                          options.position_filter)),
         propagator_(environment.make_propagator(receiver.propagation)),
         receiver_(options_, seed, simulation::with_streets(receiver, environment.city(), road()),
                   receiver.models),

@@ -130,8 +130,7 @@ bool SteadyReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::
 
   const auto stand = [&](SteadyCell& solver, const Vector3d& place) {
     if (sky.skylines().empty()) return;
-    const auto ground_m = environment_->scene().terrain_height(place.x(), place.y());
-    solver.stand_at(place, ground_m ? place.z() - *ground_m : 0);
+    solver.stand_at(place, environment_->scene().height_above_ground(place));
   };
 
   Blocks blocks(cells, path_nodes_m_);

@@ -42,13 +42,14 @@ SteadySky::SteadySky(const simulation::Environment& environment, const receiver:
   // Lane 0 has the phases of draw 0.
   const int models = std::max(1, lanes - 1);
   Draws drawn;
+  const double height_m = environment.scene().height_above_ground(centre);
   const bool obstacles = disturbance::skyline_numbers(options.signal.shadowing).share > 0;
   for (int d = 0; d < models; ++d) {
     const std::uint64_t seed = drawn.seeds.emplace_back(seed_of(draws, time, d));
     models_.emplace_back(options.signal, seed, options.name, key);
     if (options.signal.shadowing.active()) {
-      drawn.shadowings.emplace_back(options.signal.shadowing, seed, key);
-      if (obstacles) skylines_.emplace_back(options.signal.shadowing, seed, key);
+      drawn.shadowings.emplace_back(options.signal.shadowing, seed, key).go_to(0, height_m);
+      if (obstacles) skylines_.emplace_back(options.signal.shadowing, seed);
     }
   }
 

@@ -265,8 +265,7 @@ Heatmap::Heatmap(const simulation::Environment& environment, simulation::Receive
     throw InputError("a heat map takes no weights and positions of a program's own",
                      "run the receiver at places of interest instead");
   }
-  receiver.options =
-      simulation::with_surroundings(std::move(receiver.options), environment.scene(), environment.city());
+  receiver.options = simulation::with_surroundings(receiver, environment.scene(), environment.city());
   simulation::decide(receiver.options, environment);
   // Each cell stands by itself, without an epoch before; MovingFixes joins them.
   const positioning::PositionFilterOptions filter = std::exchange(receiver.options.filter, {});
@@ -277,8 +276,7 @@ Heatmap::Heatmap(const simulation::Environment& environment, simulation::Receive
   choose_motion(request, receiver, filter.enabled);
   if (base) {
     base->fixed->settle(environment.city().frame);
-    base->options =
-        simulation::with_surroundings(std::move(base->options), environment.scene(), environment.city());
+    base->options = simulation::with_surroundings(*base, environment.scene(), environment.city());
     simulation::decide(base->options, environment);
   }
   impl_ = std::make_unique<Impl>(environment, std::move(receiver), std::move(base), std::move(request),

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "canyon/base/statistics.hpp"
+#include "canyon/base/predictive.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/simulation/georeference.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
@@ -118,7 +118,7 @@ std::function<std::optional<MapSource::Slice>(std::size_t, std::size_t)> slices_
       if (values.empty()) continue;
       double value = 0;
       if (what) {
-        value = *quantile(values, more_is_better(layers[i / plane]) ? 1 - *what : *what);
+        value = predictive_quantile(values, more_is_better(layers[i / plane]) ? 1 - *what : *what);
       } else {
         for (const double each : values) value += each / static_cast<double>(values.size());
       }

@@ -17,8 +17,8 @@ namespace canyon::heatmap {
     const Heatmap& heatmap, const TileStore& store);
 
 /// The statistic over several maps, cell by cell: the value that this share of the runs [0, 1] reach or are
-/// better than, which is that quantile, or one less it of layers where more is better (definition 7 of
-/// Hyndman and Fan 1996). Empty: the mean.
+/// better than, which is that quantile, or one less it of layers where more is better, of a further run
+/// (predictive_quantile()). Empty: the mean.
 using OverRuns = std::optional<double>;
 /// MapSource::slice over maps of one request that differ in their seed, each a slice of its own: over the
 /// runs that have a value there; states are the first run's that computed the cell, else the first's. Empty

@@ -106,7 +106,8 @@ TEST_F(StoreSlices, AreEmptyWhereTheStoreHasNone) {
 }
 
 // 1 to 5 in five runs, one of them without a value in the second cell and one without a state in the third:
-// mean and quantiles of definition 7 by hand; more satellites are better, larger errors are not.
+// mean and quantiles of a further run by hand, at ranks p (n + 1); more satellites are better, larger errors
+// are not.
 TEST(SlicesOverRuns, AreMeansAndTheBadEnd) {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   const std::vector<Layer> layers{Layer::HorizontalError, Layer::SatellitesUsed};
@@ -127,12 +128,12 @@ TEST(SlicesOverRuns, AreMeansAndTheBadEnd) {
   EXPECT_TRUE(std::isnan(mean.values[2]));
   EXPECT_EQ(mean.state[2], CellState::Computed);
   const auto p95 = slices_over_runs(runs, layers, 0.95)(0, 0).value();
-  EXPECT_FLOAT_EQ(p95.values[0], 4.8F);
-  EXPECT_FLOAT_EQ(p95.values[1], 3.85F);
-  EXPECT_FLOAT_EQ(p95.values[3], 1.2F);
+  EXPECT_FLOAT_EQ(p95.values[0], 5);
+  EXPECT_FLOAT_EQ(p95.values[1], 4);
+  EXPECT_FLOAT_EQ(p95.values[3], 1);
   const auto p25 = slices_over_runs(runs, layers, 0.25)(0, 0).value();
-  EXPECT_FLOAT_EQ(p25.values[0], 2);
-  EXPECT_FLOAT_EQ(p25.values[3], 4);
+  EXPECT_FLOAT_EQ(p25.values[0], 1.5F);
+  EXPECT_FLOAT_EQ(p25.values[3], 4.5F);
   runs.emplace_back([](std::size_t, std::size_t) { return std::nullopt; });
   EXPECT_FALSE(slices_over_runs(runs, layers, std::nullopt)(0, 0));
 }
