@@ -26,7 +26,7 @@ Vector3d turn_of(const Matrix3d& rotation) {
 
 IdealImu::IdealImu(const ImuOptions& options, BodyMotion motion, double step_s)
     : motion_(std::move(motion)), step_s_(step_s), position_m_(options.position_m) {
-  body_from_sensor_ = body_from_sensor(options);
+  body_from_sensor_ = body_from_sensor(options.orientation, options.axes);
 }
 
 const BodyState& IdealImu::body(std::int64_t index) {

@@ -66,7 +66,7 @@ void Session::Impl::make_receivers() {
     sensors.emplace_back();
     if (along_trajectory && config.receiver().options.dead_reckoning.enabled)
       sensors.back().emplace(
-          scenario.sensors, scenario.seed, start, trajectory->trajectory(),
+          scenario.sensors, scenario.seed, start, simulation::body_along(trajectory->trajectory()),
           [this](GpsTime t) { return trajectory->vehicle_pose(t); }, scene->city.geoid_undulation_m);
     receivers.emplace_back(std::move(config), scene, start, sky);
     sky = receivers.back().shared_sky();
