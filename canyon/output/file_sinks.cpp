@@ -74,7 +74,8 @@ std::vector<std::unique_ptr<simulation::EpochSink>> make_file_sinks(const simula
   for (std::size_t i = 0; i < simulation.scenario().receivers.size(); ++i) {
     const std::filesystem::path at = receiver_folder(simulation, folder, i);
     if (at != folder) make_output_folder(at);
-    const ReceiverDescription description = describe_receiver(simulation, i);
+    ReceiverDescription description = describe_receiver(simulation, i);
+    description.sensors = simulation.scenario().sensors.any();
     for (const Format& format : formats()) {
       if (wanted.has(format.name)) sinks.push_back(open_file(format.name, at / format.file, i, description));
     }

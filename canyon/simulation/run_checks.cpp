@@ -69,6 +69,10 @@ void check_streams(const Scenario& scenario) {
 
 void check_all_sensors(const RunView& run, std::vector<std::string>& warnings) {
   const Scenario& scenario = run.scenario;
+  if (scenario.outputs.has("highres_imu") && !scenario.sensors.any()) {
+    throw scenario_error(scenario, "outputs.highres_imu has no sensors to write",
+                         "add sensors: {imu: {profile: consumer}}");
+  }
   if (scenario.sensors.magnetometer && !geodesy::magnetic_model_is_valid(run.plan.begin)) {
     warnings.emplace_back(
         "sensors.magnetometer: the World Magnetic Model 2025 is for 2025 to 2030; outside it is off by more: "

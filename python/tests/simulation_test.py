@@ -91,10 +91,12 @@ class Run(unittest.TestCase):
     def test_files_are_the_command_lines(self):
         """The sinks of `canyon simulate` and the kept epochs give the same bytes in every format."""
         with tempfile.TemporaryDirectory() as folder:
-            outputs = {name: True for name in canyon.formats()}
+            formats = canyon.formats()
+            del formats["highres_imu"]  # kept epochs have no samples of sensors
+            outputs = {name: True for name in formats}
             scenario = self.scenario.changed(outputs={**outputs, "pictures": False})
             run = canyon.simulate(scenario, out=folder, paths=True)
-            for name, file in canyon.formats().items():
+            for name, file in formats.items():
                 run.write(f"{folder}/again", name)
                 self.assertEqual(pathlib.Path(folder, "again").read_bytes(), pathlib.Path(folder, file).read_bytes(), name)
 

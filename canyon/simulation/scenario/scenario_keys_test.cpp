@@ -86,7 +86,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "rinex_observation: true, "
       "rinex4_observation: true, gnsslogger: true, "
       "rinex_navigation: true, imu: true, wheels: true, barometer: true, magnetometer: true, sensors_npz: "
-      "true, kf_gins: true, kml: true, geojson: "
+      "true, highres_imu: true, kf_gins: true, kml: true, geojson: "
       "true, gpx: true, urbannav_gt: true, "
       "samples: true, "
       "pictures: true}\n"
