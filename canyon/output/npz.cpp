@@ -4,7 +4,6 @@
 #include <zlib.h>
 
 #include <bit>
-#include <limits>
 
 #include "canyon/base/input_error.hpp"
 
@@ -56,7 +55,8 @@ void NpzWriter::add(std::string_view name, const std::vector<double>& values, st
   const std::string header = npy_header(values.size() / columns, columns);
   const std::string_view data(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(double));
   Member member{fmt::format("{}.npy", name)};
-  if (size_ + header.size() + data.size() > std::numeric_limits<std::uint32_t>::max() / 64 * 63) {
+  constexpr std::uint64_t kMost = 4'200'000'000;  // leaves room for the list
+  if (size_ + header.size() + data.size() > kMost) {
     throw InputError(fmt::format("array {} does not fit into a .npz file, whose limit is 4 GiB", name),
                      "simulate a shorter run or a lower rate, or write imu.csv");
   }
