@@ -51,6 +51,7 @@ class InertialFilesTest : public ::testing::Test {
     const simulation::Simulation simulation(scenario, city);
     std::vector<simulation::EpochSink*> sinks;
     const auto files = make_file_sinks(simulation, folder_.path());
+    sinks.reserve(files.size());
     for (const auto& file : files) sinks.push_back(file.get());
     (void)simulation.run(sinks);
   }
