@@ -12,6 +12,7 @@ constexpr double kGravity_mps2 = 9.80665;
 constexpr double kGasConstant = 287.05287;  ///< of dry air [J/(kg K)]
 constexpr double kEarthRadius_m = 6356766;  ///< of the geopotential height
 constexpr double kSeaLevel_pa = 101325, kSeaLevel_k = 288.15;
+constexpr double kZero_k = 273.15;  // 0 deg C
 
 struct Layer {
   double base_m;  ///< geopotential
@@ -70,24 +71,33 @@ double pressure_altitude_m(double pressure_pa) {
 
 Barometer::Barometer(const BarometerOptions& options, std::uint64_t seed)
     : options_(options),
+      numbers_(barometer_numbers(options)),
       random_(seed, "barometer"),
-      turn_on_pa_(options.turn_on_pa * random_.normal()),
-      drift_pa_(options.drift_pa * random_.normal()) {
+      turn_on_pa_(numbers_.turn_on_pa * random_.normal()),
+      drift_pa_(numbers_.drift_pa * random_.normal()),
+      per_kelvin_pa_(numbers_.temperature_pa_k * random_.normal()) {
   options.validate();
 }
 
-Pressure Barometer::measure(double height_m, double speed_mps) {
-  constexpr double kZero_k = 273.15;
-  const Air air =
-      air_at(height_m, options_.sea_level_pressure_pa, options_.sea_level_temperature_c + kZero_k);
+Air Barometer::air(double height_m, double t_s) const {
+  constexpr double kHour_s = 3600;
+  return air_at(height_m, options_.sea_level_pressure_pa + options_.pressure_change_pa_h * t_s / kHour_s,
+                options_.sea_level_temperature_c + kZero_k);
+}
+
+Pressure Barometer::measure(double height_m, double speed_mps, double t_s) {
+  constexpr double kCalibrated_k = kZero_k + 25;
+  const Air air = this->air(height_m, t_s);
+  const double sensor_k =
+      air.temperature_k - options_.warming_k * std::expm1(-std::max(t_s, 0.0) / options_.warming_time_s);
   const double keep = std::exp(-1 / (options_.rate_hz * options_.drift_time_s));
-  drift_pa_ = keep * drift_pa_ + options_.drift_pa * std::sqrt(1 - keep * keep) * random_.normal();
+  drift_pa_ = keep * drift_pa_ + numbers_.drift_pa * std::sqrt(1 - keep * keep) * random_.normal();
   const double dynamic_pa = 0.5 * air.density_kgpm3() * speed_mps * speed_mps;
   double measured_pa = air.pressure_pa + options_.airflow * dynamic_pa + turn_on_pa_ + drift_pa_ +
-                       options_.noise_pa * random_.normal();
-  if (options_.resolution_pa > 0)
-    measured_pa = std::round(measured_pa / options_.resolution_pa) * options_.resolution_pa;
-  return {measured_pa, air.pressure_pa, air.temperature_k};
+                       per_kelvin_pa_ * (sensor_k - kCalibrated_k) + numbers_.noise_pa * random_.normal();
+  if (numbers_.resolution_pa > 0)
+    measured_pa = std::round(measured_pa / numbers_.resolution_pa) * numbers_.resolution_pa;
+  return {measured_pa, air.pressure_pa, air.temperature_k, sensor_k};
 }
 
 }  // namespace canyon::inertial

@@ -24,22 +24,28 @@ struct Air {
 
 /// A sample of a pressure sensor.
 struct Pressure {
-  double measured_pa = 0, true_pa = 0;
-  double temperature_k = 0;  ///< of the air
+  double measured_pa = 0;
+  double true_pa = 0;               ///< of the air that the sample states
+  double temperature_k = 0;         ///< of the air
+  double sensor_temperature_k = 0;  ///< of the sensor, which warms up
 };
 
-/// A pressure sensor: noise, an error of the run, a slow Gauss-Markov error, the pressure of the airflow, and
-/// its resolution. The same seed gives the same errors.
+/// A pressure sensor: noise, an error of the run, a slow Gauss-Markov error, one by its temperature, the
+/// pressure of the airflow, and its resolution. The same seed gives the same errors.
 class Barometer {
  public:
   Barometer(const BarometerOptions& options, std::uint64_t seed);
-  /// The next sample. @param height_m of the sensor above mean sea level
-  [[nodiscard]] Pressure measure(double height_m, double speed_mps);
+  /// The next sample, of the air at `t_s` since the run began.
+  /// @param height_m of the sensor above mean sea level
+  [[nodiscard]] Pressure measure(double height_m, double speed_mps, double t_s);
+  /// The air at a height at `t_s`.
+  [[nodiscard]] Air air(double height_m, double t_s) const;
 
  private:
   BarometerOptions options_;
+  BarometerNumbers numbers_;
   RandomStream random_;
-  double turn_on_pa_, drift_pa_;
+  double turn_on_pa_, drift_pa_, per_kelvin_pa_;
 };
 
 }  // namespace canyon::inertial

@@ -11,7 +11,7 @@ namespace {
 
 BarometerOptions perfect_barometer() {
   BarometerOptions options;
-  options.noise_pa = options.turn_on_pa = options.drift_pa = 0;
+  options.profile = BarometerProfile::Ideal;
   return options;
 }
 
@@ -43,13 +43,13 @@ TEST(Air, FollowsTheDay) {
 
 TEST(Barometer, WithoutErrorsStatesThePressure) {
   Barometer barometer(perfect_barometer(), 1);
-  const Pressure sample = barometer.measure(120, 30);
+  const Pressure sample = barometer.measure(120, 30, 1);
   EXPECT_EQ(sample.measured_pa, sample.true_pa);
   EXPECT_EQ(sample.true_pa, air_at(120).pressure_pa);
   BarometerOptions options = perfect_barometer();
   options.airflow = -0.5;
   options.resolution_pa = 10;
-  const double felt_pa = Barometer(options, 1).measure(120, 30).measured_pa;
+  const double felt_pa = Barometer(options, 1).measure(120, 30, 1).measured_pa;
   EXPECT_NEAR(felt_pa, sample.true_pa - 0.5 * 0.5 * air_at(120).density_kgpm3() * 900, 5);
   EXPECT_NEAR(std::remainder(felt_pa, 10), 0, 1e-9);
 }
@@ -65,7 +65,7 @@ TEST(Barometer, HasTheErrorsOfItsNumbers) {
   for (int run = 0; run < kRuns; ++run) {
     Barometer barometer(options, static_cast<std::uint64_t>(run));
     const auto error = [&] {
-      const Pressure sample = barometer.measure(0, 0);
+      const Pressure sample = barometer.measure(0, 0, 1);
       return sample.measured_pa - sample.true_pa;
     };
     const double first = error(), second = error();
@@ -80,6 +80,42 @@ TEST(Barometer, HasTheErrorsOfItsNumbers) {
   const double kept = std::exp(-1 / 250.0);
   EXPECT_NEAR(step2 / kRuns / (2 * 1.44 + 50 * (1 - kept)), 1, 0.13);
   EXPECT_NEAR(apart2 / kRuns / (2 * 1.44 + 50 * (1 - std::exp(-5.0))), 1, 0.13);
+}
+
+// The air of the day changes, and the sensor warms up.
+TEST(Barometer, FollowsWeatherAndTemperature) {
+  BarometerOptions options = perfect_barometer();
+  options.pressure_change_pa_h = -300;
+  EXPECT_NEAR(Barometer(options, 1).measure(0, 0, 7200).measured_pa, 101325 - 600, 1e-6);
+  options = perfect_barometer();
+  options.temperature_pa_k = 0.75;
+  options.warming_k = 20;
+  options.warming_time_s = 100;
+  options.sea_level_temperature_c = 25;
+  Barometer barometer(options, 3);
+  const auto at = [&](double t_s) { return barometer.measure(0, 0, t_s); };
+  EXPECT_NEAR(at(0).measured_pa, 101325, 1e-9);  // 25 deg C, where it was calibrated
+  EXPECT_NEAR(at(100).sensor_temperature_k, 298.15 + 20 * (1 - std::exp(-1)), 1e-9);
+  const double per_kelvin_pa = (at(1e6).measured_pa - 101325) / 20;
+  EXPECT_GT(std::abs(per_kelvin_pa), 0.01);
+  EXPECT_NEAR(at(100).measured_pa, 101325 + per_kelvin_pa * 20 * (1 - std::exp(-1)), 1e-6);
+  double squares = 0;
+  for (int seed = 0; seed < 2000; ++seed) {
+    const double error_pa =
+        Barometer(options, static_cast<std::uint64_t>(seed)).measure(0, 0, 1e6).measured_pa - 101325;
+    squares += error_pa * error_pa / 400;
+  }
+  EXPECT_NEAR(squares / 2000 / (0.75 * 0.75), 1, 0.13);
+}
+
+TEST(Barometer, HasTheNumbersOfItsPart) {
+  BarometerOptions options;
+  options.profile = BarometerProfile::Bmp388;
+  options.noise_pa = 3;
+  const BarometerNumbers numbers = barometer_numbers(options);
+  EXPECT_EQ(numbers.noise_pa, 3);
+  EXPECT_EQ(numbers.turn_on_pa, 50);
+  EXPECT_EQ(numbers.temperature_pa_k, 0.75);
 }
 
 TEST(Barometer, RefusesNumbersOutOfRange) {

@@ -26,7 +26,7 @@ Vector3d turn_of(const Matrix3d& rotation) {
 
 IdealImu::IdealImu(const ImuOptions& options, BodyMotion motion, double step_s)
     : motion_(std::move(motion)), step_s_(step_s), position_m_(options.position_m) {
-  body_from_sensor_ = body_from_sensor(options);
+  body_from_sensor_ = body_from_sensor(options.orientation, options.axes);
 }
 
 const BodyState& IdealImu::body(std::int64_t index) {
@@ -37,6 +37,15 @@ const BodyState& IdealImu::body(std::int64_t index) {
   return kept->second;
 }
 
+const Vector3d& IdealImu::turn(std::int64_t index) {
+  auto& kept = turns_.at(static_cast<std::size_t>((index + kKept) % kKept));
+  if (!kept || kept->first != index) {
+    const Matrix3d& now = body(index).ecef_from_body;
+    kept = {index, turn_of(now.transpose() * body(index + 1).ecef_from_body)};
+  }
+  return kept->second;
+}
+
 ImuState IdealImu::at(std::int64_t index) {
   auto& kept = states_.at(static_cast<std::size_t>(index % kKept));
   if (kept && kept->first == index) return kept->second;
@@ -44,11 +53,9 @@ ImuState IdealImu::at(std::int64_t index) {
   const auto attitude = [this, index](std::int64_t off) -> const Matrix3d& {
     return this->body(index + off).ecef_from_body;
   };
-  // Turns from the attitude now, in the body's axes.
-  const auto turn = [&](std::int64_t off) {
-    return turn_of(body.ecef_from_body.transpose() * attitude(off));
-  };
-  const Vector3d rate = (turn(-2) - 8 * turn(-1) + 8 * turn(1) - turn(2)) / (12 * step_s_);
+  // Turns from the attitude now, in the body's axes; those to the neighbours are along their own axes.
+  const auto far = [&](std::int64_t off) { return turn_of(body.ecef_from_body.transpose() * attitude(off)); };
+  const Vector3d rate = (far(-2) + 8 * turn(index - 1) + 8 * turn(index) - far(2)) / (12 * step_s_);
 
   ImuState state;
   state.sensor.ecef_from_body = body.ecef_from_body * body_from_sensor_;
@@ -82,9 +89,6 @@ ImuInput IdealImu::mean(std::int64_t from, std::int64_t to) {
     sum.specific_force_mps2 += weight * state.input.specific_force_mps2;
     sum.angular_rate_radps += weight * (state.sensor.ecef_from_body.transpose() * earth);
   }
-  const auto turn = [this](std::int64_t i) {
-    return turn_of(body(i).ecef_from_body.transpose() * body(i + 1).ecef_from_body);
-  };
   // Turns of the body, from attitude to attitude, less what a moving axis adds to them (coning).
   Vector3d turned = Vector3d::Zero(), before = turn(from - 1), now = turn(from);
   for (std::int64_t i = from; i < to; ++i) {

@@ -49,6 +49,8 @@ class IdealImu {
 
  private:
   [[nodiscard]] const BodyState& body(std::int64_t index);
+  /// The rotation vector from body(index) to body(index + 1), in the axes of either.
+  [[nodiscard]] const Eigen::Vector3d& turn(std::int64_t index);
 
   static constexpr std::int64_t kKept = 8;
   BodyMotion motion_;
@@ -58,6 +60,7 @@ class IdealImu {
   // The last ones that were asked for, by index modulo kKept.
   std::array<std::optional<std::pair<std::int64_t, BodyState>>, kKept> bodies_;
   std::array<std::optional<std::pair<std::int64_t, ImuState>>, kKept> states_;
+  std::array<std::optional<std::pair<std::int64_t, Eigen::Vector3d>>, kKept> turns_;
 };
 
 }  // namespace canyon::inertial

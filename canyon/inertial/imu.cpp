@@ -8,19 +8,20 @@ namespace {
 
 using Eigen::Vector3d;
 
-Vector3d normals(RandomStream& random) {
-  const double x = random.normal(), y = random.normal();
-  return {x, y, random.normal()};
-}
-
 // The sum of the Allan variances of the processes (IEEE Std 952-1997, C.1.6) with deviation 1, between 6 and
 // 5,000 s: within 4 % of this.
 constexpr double kAllanOfLadder = 0.597;
 
 }  // namespace
 
+Vector3d three_normals(RandomStream& random) {
+  const double x = random.normal(), y = random.normal();
+  return {x, y, random.normal()};
+}
+
 FlickerNoise::FlickerNoise(double floor, RandomStream& random) : sigma_(floor / std::sqrt(kAllanOfLadder)) {
-  for (Vector3d& value : values_) value = sigma_ > 0 ? Vector3d(sigma_ * normals(random)) : Vector3d::Zero();
+  for (Vector3d& value : values_)
+    value = sigma_ > 0 ? Vector3d(sigma_ * three_normals(random)) : Vector3d::Zero();
 }
 
 Vector3d FlickerNoise::next(double dt_s, RandomStream& random) {
@@ -37,7 +38,7 @@ Vector3d FlickerNoise::next(double dt_s, RandomStream& random) {
     }
   }
   for (std::size_t i = 0; i < kProcesses; ++i) {
-    values_[i] = keep_[i] * values_[i] + drive_[i] * normals(random);
+    values_[i] = keep_[i] * values_[i] + drive_[i] * three_normals(random);
     sum += values_[i];
   }
   return sum;
@@ -46,8 +47,8 @@ Vector3d FlickerNoise::next(double dt_s, RandomStream& random) {
 Triad::Triad(const TriadNumbers& numbers, RandomStream& random)
     : numbers_(numbers),
       matrix_(Eigen::Matrix3d::Identity()),
-      bias_(numbers.turn_on * normals(random)),
-      per_force_(numbers.per_force * normals(random)),
+      bias_(numbers.turn_on * three_normals(random)),
+      per_force_(numbers.per_force * three_normals(random)),
       flicker_(numbers.flicker, random) {
   for (Eigen::Index i = 0; i < 3; ++i) {
     for (Eigen::Index k = 0; k < 3; ++k)
@@ -57,8 +58,8 @@ Triad::Triad(const TriadNumbers& numbers, RandomStream& random)
 
 Vector3d Triad::measure(const Vector3d& mean, const Vector3d& force, double dt_s, RandomStream& random) {
   Vector3d value = matrix_ * mean + bias_ + per_force_.cwiseProduct(force) + flicker_.next(dt_s, random);
-  if (numbers_.white > 0) value += numbers_.white / std::sqrt(dt_s) * normals(random);
-  if (numbers_.walk > 0) bias_ += numbers_.walk * std::sqrt(dt_s) * normals(random);
+  if (numbers_.white > 0) value += numbers_.white / std::sqrt(dt_s) * three_normals(random);
+  if (numbers_.walk > 0) bias_ += numbers_.walk * std::sqrt(dt_s) * three_normals(random);
   if (numbers_.resolution > 0)
     value = (value / numbers_.resolution).array().round().matrix() * numbers_.resolution;
   return value.cwiseMax(-numbers_.range).cwiseMin(numbers_.range);

@@ -12,6 +12,9 @@
 
 namespace canyon::inertial {
 
+/// Three independent standard normal numbers.
+[[nodiscard]] Eigen::Vector3d three_normals(RandomStream& random);
+
 /// The 1/f noise of three axes: a sum of Gauss-Markov processes with equal deviations, whose time constants
 /// are 1, 10, ..., 10,000 s. Its Allan deviation is flat within 4 % from averages over 6 s to those over
 /// 5,000 s.

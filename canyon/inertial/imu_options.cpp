@@ -61,15 +61,15 @@ ImuNumbers imu_numbers(const ImuOptions& options) {
   return numbers;
 }
 
-Eigen::Matrix3d body_from_sensor(const ImuOptions& options) {
+Eigen::Matrix3d body_from_sensor(const Orientation& orientation, ImuAxes axes) {
   const auto about = [](double angle_deg, const Eigen::Vector3d& axis) {
     return Eigen::AngleAxisd(geodesy::radians(angle_deg), axis);
   };
-  Eigen::Matrix3d rotation = (about(options.yaw_deg, Eigen::Vector3d::UnitZ()) *
-                              about(-options.pitch_deg, Eigen::Vector3d::UnitY()) *
-                              about(options.roll_deg, Eigen::Vector3d::UnitX()))
+  Eigen::Matrix3d rotation = (about(orientation.yaw_deg, Eigen::Vector3d::UnitZ()) *
+                              about(-orientation.pitch_deg, Eigen::Vector3d::UnitY()) *
+                              about(orientation.roll_deg, Eigen::Vector3d::UnitX()))
                                  .toRotationMatrix();
-  if (options.axes == ImuAxes::Frd) rotation *= Eigen::Vector3d(1, -1, -1).asDiagonal();
+  if (axes == ImuAxes::Frd) rotation *= Eigen::Vector3d(1, -1, -1).asDiagonal();
   return rotation;
 }
 
@@ -77,22 +77,13 @@ void ImuOptions::validate() const {
   options::check(*this, "imu");
 }
 
-void visit(options::Visitor& v, ImuOptions& o) {
-  static constexpr std::string_view kProfileWords[]{"ideal", "consumer", "automotive", "tactical"};
+void visit_axes(options::Visitor& v, ImuAxes& axes) {
   static constexpr std::string_view kAxesWords[]{"flu", "frd"};
-  static constexpr std::string_view kBy = "by profile";
-  v.choice(
-      {"profile", "",
-       "class of sensors, which gives the defaults of their numbers: ideal, consumer, automotive, tactical"},
-      o.profile, kProfileWords);
-  v.number({"rate_hz", "Hz", "samples; each is the mean since the one before"}, o.rate_hz, {1, 10'000});
-  v.choice({"axes", "", "axes of the samples: flu (forward, left, up) or frd (forward, right, down)"}, o.axes,
+  v.choice({"axes", "", "axes of the samples: flu (forward, left, up) or frd (forward, right, down)"}, axes,
            kAxesWords);
-  v.section("position", [&] {
-    v.number({"forward_m", "m", "sensor ahead of the trajectory's point"}, o.position_m.x(), {-1000, 1000});
-    v.number({"left_m", "m", "sensor to the left of that point"}, o.position_m.y(), {-1000, 1000});
-    v.number({"up_m", "m", "sensor above that point"}, o.position_m.z(), {-1000, 1000});
-  });
+}
+
+void visit_orientation(options::Visitor& v, Orientation& o) {
   v.section("orientation", [&] {
     v.number(
         {"roll_deg", "deg", "turn of the sensor about its forward axis, left side up; after pitch and yaw"},
@@ -100,6 +91,23 @@ void visit(options::Visitor& v, ImuOptions& o) {
     v.number({"pitch_deg", "deg", "turn about its left axis, nose up; after yaw"}, o.pitch_deg, {-90, 90});
     v.number({"yaw_deg", "deg", "turn about the vehicle's up axis, to the left"}, o.yaw_deg, {-180, 180});
   });
+}
+
+void visit(options::Visitor& v, ImuOptions& o) {
+  static constexpr std::string_view kProfileWords[]{"ideal", "consumer", "automotive", "tactical"};
+  static constexpr std::string_view kBy = "by profile";
+  v.choice(
+      {"profile", "",
+       "class of sensors, which gives the defaults of their numbers: ideal, consumer, automotive, tactical"},
+      o.profile, kProfileWords);
+  v.number({"rate_hz", "Hz", "samples; each is the mean since the one before"}, o.rate_hz, {1, 10'000});
+  visit_axes(v, o.axes);
+  v.section("position", [&] {
+    v.number({"forward_m", "m", "sensor ahead of the trajectory's point"}, o.position_m.x(), {-1000, 1000});
+    v.number({"left_m", "m", "sensor to the left of that point"}, o.position_m.y(), {-1000, 1000});
+    v.number({"up_m", "m", "sensor above that point"}, o.position_m.z(), {-1000, 1000});
+  });
+  visit_orientation(v, o.orientation);
   v.section("gyroscope", [&] {
     GyroscopeOptions& g = o.gyroscope;
     v.number({"angle_random_walk_deg_sqrt_h", "deg/sqrt(h)", "white noise of the rate", kBy},

@@ -13,6 +13,15 @@ enum class ImuProfile : std::uint8_t { Ideal, Consumer, Automotive, Tactical };
 /// Axes of the samples: forward, left, up (ROS) or forward, right, down (aviation).
 enum class ImuAxes : std::uint8_t { Flu, Frd };
 
+/// How a sensor is turned against the vehicle [deg]; yaw is turned first, then pitch, then roll.
+struct Orientation {
+  double roll_deg = 0, pitch_deg = 0, yaw_deg = 0;
+};
+/// Turns vectors from a sensor's axes to the vehicle's: forward, left, up.
+[[nodiscard]] Eigen::Matrix3d body_from_sensor(const Orientation& orientation, ImuAxes axes);
+void visit_axes(options::Visitor& v, ImuAxes& axes);
+void visit_orientation(options::Visitor& v, Orientation& orientation);
+
 /// Errors of three gyroscopes; empty: by the profile. Standard deviations where a number differs from axis
 /// to axis.
 struct GyroscopeOptions {
@@ -41,8 +50,7 @@ struct ImuOptions {
   double rate_hz = 100;  ///< [1, 10,000]
   ImuAxes axes = ImuAxes::Flu;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< forward, left, up from the trajectory's point
-  /// How the sensor is turned against the vehicle [deg]: roll, pitch, yaw; yaw is turned first.
-  double roll_deg = 0, pitch_deg = 0, yaw_deg = 0;
+  Orientation orientation;
   GyroscopeOptions gyroscope;
   AccelerometerOptions accelerometer;
   double time_offset_s = 0, time_jitter_s = 0;  ///< of the stated times, [-10, 10], [0, 1]
@@ -69,9 +77,6 @@ struct ImuNumbers {
 };
 /// The numbers of the options, those of the profile where they are empty.
 [[nodiscard]] ImuNumbers imu_numbers(const ImuOptions& options);
-
-/// Turns vectors from the sensor's axes to the vehicle's: forward, left, up.
-[[nodiscard]] Eigen::Matrix3d body_from_sensor(const ImuOptions& options);
 
 /// Standard gravity [m/s^2], CGPM 1901: 1 g of data sheets.
 inline constexpr double kStandardGravity = 9.80665;

@@ -61,7 +61,7 @@ TEST(IdealImu, FeelsItsArm) {
 // The sensor's axes: nose of the sensor to the vehicle's left, then forward, right, down.
 TEST(IdealImu, TurnsIntoTheSensorsAxes) {
   ImuOptions options;
-  options.yaw_deg = 90;
+  options.orientation.yaw_deg = 90;
   ImuInput turned = IdealImu(options, turntable(0), 0.002).at(0).input;
   const double earth_north = geodesy::kEarthRotationRate * std::cos(kPlace.latitude_rad);
   EXPECT_NEAR(turned.angular_rate_radps.x(), earth_north, 1e-12);
@@ -71,10 +71,10 @@ TEST(IdealImu, TurnsIntoTheSensorsAxes) {
   EXPECT_LT(turned.specific_force_mps2.z(), -9.7);
   // Nose up: gravity's reaction has a part along the nose.
   ImuOptions nose_up;
-  nose_up.pitch_deg = 30;
+  nose_up.orientation.pitch_deg = 30;
   EXPECT_NEAR(IdealImu(nose_up, turntable(0), 0.002).at(0).input.specific_force_mps2.x(), 9.787 * 0.5, 0.01);
   ImuOptions left_up;
-  left_up.roll_deg = 30;
+  left_up.orientation.roll_deg = 30;
   EXPECT_NEAR(IdealImu(left_up, turntable(0), 0.002).at(0).input.specific_force_mps2.y(), 9.787 * 0.5, 0.01);
 }
 

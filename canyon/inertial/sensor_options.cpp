@@ -20,6 +20,7 @@ void visit(options::Visitor& v, SensorOptions& o) {
   visit_sensor(v, "imu", o.imu);
   visit_sensor(v, "wheels", o.wheels);
   visit_sensor(v, "barometer", o.barometer);
+  visit_sensor(v, "magnetometer", o.magnetometer);
 }
 
 }  // namespace canyon::inertial

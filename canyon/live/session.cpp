@@ -86,7 +86,8 @@ void Session::Impl::read_log(Vehicle& vehicle, std::int64_t until_ns) {
   Log& log = *vehicle.log;
   const bool lines = vehicle.source->options().format == simulation::PoseFormat::Json;
   while (!log.ended() && !vehicle.source->track().reaches(until_ns)) {
-    vehicle.source->receive_log(log.next(lines), vehicle.first_stamp_s, [](std::int64_t) {});
+    vehicle.source->receive_log(log.next(lines), vehicle.first_stamp_s,
+                                [&](std::int64_t now_ns) { vehicle.pose_came(now_ns); });
   }
 }
 
@@ -121,12 +122,13 @@ bool Session::Impl::is_due(Vehicle& vehicle, const simulation::EpochSchedule& ep
                                    [](const Vehicle& other) { return other.source != nullptr; });
     return !along || at <= stamped_ns;
   }
+  const std::int64_t needed = vehicle.needs_ns(at);
   if (vehicle.log) {
-    read_log(vehicle, at);
-    return vehicle.source->track().reaches(at);
+    read_log(vehicle, needed);
+    return vehicle.source->track().reaches(vehicle.log->ended() ? at : needed);
   }
-  if (vehicle.source->track().reaches(at)) return true;
-  return !by_stamps() && seconds(now - at) >= options.wait_s;
+  if (vehicle.source->track().reaches(needed)) return true;
+  return !by_stamps() && seconds(now - needed) >= options.wait_s;
 }
 
 void Session::Impl::gather(Vehicle& vehicle, std::int64_t now) {
@@ -142,23 +144,24 @@ void Session::Impl::gather(Vehicle& vehicle, std::int64_t now) {
 void Session::Impl::gather(Vehicle& vehicle, Schedule& of, std::int64_t now) {
   // Epochs that are later than this are left out.
   constexpr double kLatest_s = 1;
-  if (!by_stamps() && !vehicle.log && vehicle.source && seconds(now - of.epochs.next_ns()) > kLatest_s) {
+  if (!by_stamps() && !vehicle.log && vehicle.source &&
+      seconds(now - vehicle.needs_ns(of.epochs.next_ns())) > kLatest_s) {
     figures.missed += static_cast<std::uint64_t>(of.epochs.catch_up(now));
   }
   const std::int64_t at = of.epochs.take();
   const std::size_t r = of.receiver;
   gather_base_of(r, at);
   if (vehicle.source) stamped_ns = std::max(stamped_ns, at);
-  std::string reason;
   std::optional<simulation::TruePose> body;
   std::optional<Clock::time_point> came;
   if (vehicle.source) {
-    body = vehicle.source->track().at(at, reason);
+    body = vehicle.body_at(at);
     if (const auto arrival = vehicle.source->track().last_arrival_ns(); body && arrival && !by_stamps()) {
       came = wall_of(std::max(*arrival, at));
     }
   }
   Due epoch{r, seconds(at), {}, came};
+  if (body || !vehicle.source) take_samples(vehicle, epoch);
   if (const auto& fixed = scenario.receivers[r].fixed) {
     epoch.antenna = simulation::antenna_state({start + seconds(at), fixed->place}, scene->city.frame);
   } else if (!vehicle.source) {
@@ -182,6 +185,59 @@ void Session::Impl::gather_base_of(std::size_t receiver, std::int64_t until_ns) 
   }
 }
 
+std::optional<simulation::TruePose> Vehicle::body_at(std::int64_t at) {
+  std::string reason;
+  if (!motion) return source->track().at(at, reason);
+  motion->reach(source->track(), at);
+  if (!motion->holds(at)) return std::nullopt;
+  return motion->at(seconds(at));
+}
+
+void Session::Impl::begin_sensors() {
+  sensors.clear();
+  sensors.resize(receivers.size());
+  if (!scenario.sensors.any()) return;
+  const bool written = std::any_of(sinks->begin(), sinks->end(),
+                                   [](const simulation::EpochSink* sink) { return sink->uses_sensors(); });
+  const auto needs = [&](std::size_t r) {
+    return written || receivers[r].config().receiver().options.dead_reckoning.enabled ||
+           std::any_of(streams.begin(), streams.end(),
+                       [r](const auto& stream) { return stream->receiver() == r && stream->uses_sensors(); });
+  };
+  for (Vehicle& vehicle : vehicles) {
+    if (stands_still(vehicle)) continue;
+    for (const Schedule& each : vehicle.receivers) {
+      if (!needs(each.receiver)) continue;
+      if (!vehicle.source) {
+        sensors[each.receiver].emplace(trajectory->sensors());
+      } else {
+        constexpr double kLeast_s = 0.04;
+        vehicle.motion.emplace(scene->city.frame,
+                               std::max(kLeast_s, vehicle.source->options().track.smoothing_s));
+      }
+    }
+  }
+}
+
+void Session::Impl::take_samples(const Vehicle& vehicle, Due& epoch) {
+  auto& run = sensors[epoch.receiver];
+  if (vehicle.motion) {
+    const simulation::SmoothPoses& motion = *vehicle.motion;
+    if (!run) {
+      run.emplace(
+          scenario.sensors, scenario.seed, start,
+          [this, &motion](GpsTime t) -> inertial::BodyState {
+            const simulation::EcefPose pose = motion.ecef_at(t - start);
+            return {pose.position_m, pose.velocity_mps, pose.acceleration_mps2, pose.ecef_from_body};
+          },
+          [this, &motion](GpsTime t) { return motion.pose_at(t - start, t); },
+          scene->city.geoid_undulation_m);
+    }
+    run->skip(start + motion.begin_s());
+  }
+  if (run) epoch.samples = run->until(start + epoch.host_s);
+}
+
 void Session::Impl::compute_and_write() {
   if (due.empty()) return;
   // A receiver may be due twice, where the run is late.
@@ -195,12 +251,8 @@ void Session::Impl::compute_and_write() {
       epoch.step = receiver.lose(epoch.host_s);
       return epoch.step.epoch;
     }
-    const simulation::SensorBatch* samples = nullptr;
-    if (auto& run = sensors[epoch.receiver]) {
-      epoch.samples = run->until(start + epoch.host_s);
-      samples = &epoch.samples;
-    }
-    epoch.step = receiver.observe(epoch.host_s, *epoch.antenna, samples);
+    epoch.step =
+        receiver.observe(epoch.host_s, *epoch.antenna, sensors[epoch.receiver] ? &epoch.samples : nullptr);
     return epoch.step.epoch;
   });
   for (Due& epoch : due) {
@@ -258,6 +310,13 @@ void Session::Impl::once_a_second() {
     for (const std::string& line : vehicle.source->take_notes()) {
       note(fmt::format("poses from {}: {}", vehicle.source->options().from, line));
     }
+    if (const auto sparse_s = vehicle.motion ? vehicle.motion->sparse_s() : std::nullopt;
+        sparse_s && !std::exchange(vehicle.said_sparse, true)) {
+      note(fmt::format(
+          "poses from {}: they come {:.2f} s apart, and between two of them sensors feel a straight "
+          "way: set smoothing_s to that, or send more",
+          vehicle.source->options().from, *sparse_s));
+    }
     const bool silent =
         std::exchange(vehicle.asked_at_count, vehicle.source->count()) == vehicle.source->count();
     vehicle.silent_s = silent ? vehicle.silent_s + 1 : 0;
@@ -286,7 +345,7 @@ void Session::Impl::wait() const {
     if (by_stamps()) continue;
     for (const Schedule& each : vehicle.receivers) {
       if (each.epochs.over()) continue;
-      const Clock::time_point at = wall_of(each.epochs.next_ns());
+      const Clock::time_point at = wall_of(vehicle.needs_ns(each.epochs.next_ns()));
       // An epoch waits after its instant for a pose or for the end of wait_s.
       const auto patience =
           std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.wait_s));
@@ -325,6 +384,7 @@ Figures Session::run(const std::vector<simulation::EpochSink*>& sinks, const Run
   impl.run_options = &options;
   impl.sinks = &sinks;
   impl.figures = {};
+  impl.begin_sensors();
   impl.begin_clock();
   for (std::size_t r = 0; r < impl.receivers.size(); ++r) {
     for (const std::string& line : impl.receivers[r].take_warnings()) impl.note(impl.names[r] + ": " + line);

@@ -21,6 +21,7 @@
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/epoch_schedule.hpp"
+#include "canyon/simulation/motion/smooth_poses.hpp"
 #include "canyon/simulation/scenario/receiver_names.hpp"
 #include "canyon/simulation/sensors/sensor_run.hpp"
 #include "canyon/simulation/simulator.hpp"
@@ -66,6 +67,17 @@ struct Vehicle {
   std::optional<double> first_stamp_s;  ///< if a log, or stamps, are the clock
   std::uint64_t asked_at_count = 0;     ///< poses when it was last asked for some
   int silent_s = 0;                     ///< seconds without a pose
+  /// Poses as a motion that sensors can feel, where a receiver or an output needs them.
+  std::optional<simulation::SmoothPoses> motion = {};
+  bool said_sparse = false;
+
+  /// Poses of this instant are needed for an epoch at `at`.
+  [[nodiscard]] std::int64_t needs_ns(std::int64_t at) const { return motion ? motion->needs_ns(at) : at; }
+  /// The body at an instant; empty, without truth.
+  [[nodiscard]] std::optional<simulation::TruePose> body_at(std::int64_t at);
+  void pose_came(std::int64_t now_ns) {
+    if (motion) motion->follow(source->track(), now_ns);
+  }
 };
 
 /// One epoch of one receiver that is due.
@@ -114,6 +126,10 @@ struct Session::Impl {
     return {scenario.file, 0, problem, cure};
   }
 
+  /// Makes what sensors feel, where a receiver, a stream or a sink needs them.
+  void begin_sensors();
+  /// The samples since the receiver's last epoch, where somebody needs them.
+  void take_samples(const Vehicle& vehicle, Due& epoch);
   void begin_clock();
   /// With LiveOptions::resume, at a vehicle's pose: moves the run's time to the stamp of the first of all.
   void resume(const Vehicle& vehicle);
@@ -155,7 +171,7 @@ struct Session::Impl {
   bool resumed = false;
   std::vector<LiveReceiver> receivers;
   std::vector<propagation::Propagator> prepared;  // that receivers will ask for
-  /// By receiver: the sensors of its vehicle. Empty: it does not need them.
+  /// By receiver: the sensors of its vehicle. Empty: it does not need them, or no pose has come.
   std::vector<std::optional<simulation::SensorRun>> sensors;
   std::optional<simulation::CorrectionLinks> corrections;
   std::vector<std::unique_ptr<CorrectionInput>> inputs;  // by receiver; null: none

@@ -57,17 +57,9 @@ void Session::Impl::set_time() {
 void Session::Impl::make_receivers() {
   corrections.emplace(scenario.receivers, scenario.seed);
   std::shared_ptr<const simulation::BuiltSky> sky;
-  // Sensors feel a smooth motion, which poses one by one are not.
-  const bool along_trajectory = std::all_of(options.poses.begin(), options.poses.end(),
-                                            [](const auto& source) { return source.from == kTrajectory; });
   for (std::size_t r = 0; r < scenario.receivers.size(); ++r) {
     simulation::LiveConfig config = simulation::live_config(scenario, r, start, schedule.interval_s());
-    config.with_sensors = along_trajectory;
-    sensors.emplace_back();
-    if (along_trajectory && config.receiver().options.dead_reckoning.enabled)
-      sensors.back().emplace(
-          scenario.sensors, scenario.seed, start, trajectory->trajectory(),
-          [this](GpsTime t) { return trajectory->vehicle_pose(t); }, scene->city.geoid_undulation_m);
+    config.with_sensors = scenario.sensors.any();
     receivers.emplace_back(std::move(config), scene, start, sky);
     sky = receivers.back().shared_sky();
     // Prepared now, so that the first epoch is not late.
@@ -159,12 +151,16 @@ void Session::Impl::make_vehicles() {
     vehicle.listener = vehicle.link->listen([this, i](const transport::Received& received) {
       Vehicle& self = vehicles[i];
       if (!by_stamps()) {
-        self.source->receive(received.reader, received.bytes, now_ns(), [&] { resume(self); });
+        self.source->receive(received.reader, received.bytes, now_ns(), [&] {
+          resume(self);
+          self.pose_came(now_ns());
+        });
         return;
       }
       if (options.resume) self.first_stamp_s = 0;
       self.source->receive_log(received.bytes, self.first_stamp_s, [&](std::int64_t now) {
         resume(self);
+        self.pose_came(now);
         gather(self, now);
         compute_and_write();
       });
@@ -187,8 +183,9 @@ void Session::Impl::open_streams() {
     try {
       const std::size_t r = output::find_receiver(request, names);
       const simulation::BuiltSky& sky = receivers[r].sky();
-      const output::ReceiverDescription description = output::describe_receiver(
+      output::ReceiverDescription description = output::describe_receiver(
           scenario.receivers[r], *sky.sky, sky.navigation, start, schedule.interval_s());
+      description.sensors = scenario.sensors.any();
       streams.push_back(output::open_stream(request, r, description, link_of(request.address)));
     } catch (const InputError& e) {
       if (!e.file().empty()) throw;

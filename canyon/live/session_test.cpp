@@ -117,13 +117,11 @@ TEST(Session, DeadReckoningAlongTheTrajectory) {
   EXPECT_GT(fused, 50U);
 }
 
-TEST(Session, DeadReckoningNeedsTheTrajectory) {
-  const Scenario s =
-      scenario("live: {poses: [{from: 'udp-listen://127.0.0.1:0'}]}\n",
-               "sensors: {imu: {profile: automotive}}\n", "receivers: [{name: rover, profile: ublox-f9r}]\n");
+TEST(Session, DeadReckoningNeedsSensors) {
+  const Scenario s = scenario("live: {poses: [{from: 'udp-listen://127.0.0.1:0'}]}\n",
+                              "sensors: {wheels: {}}\n", "receivers: [{name: rover, profile: ublox-f9r}]\n");
   EXPECT_THAT(test::refusal([&] { const Session session(s, city_of(s)); }),
-              ::testing::AllOf(HasSubstr("nobody gives it the vehicle's sensors"),
-                               HasSubstr("along the scenario's trajectory")));
+              HasSubstr("the vehicle has no inertial sensor"));
 }
 
 TEST(Session, TakesAsMuchRealTimeAsItsSpeedSays) {

@@ -96,6 +96,21 @@ void visit(Fields& f, GlobalPositionInt& m) {
   f.number(Wire::U16, "hdg", m.heading_deg, kCenti, kNo16);
 }
 
+void visit(Fields& f, HighresImu& m) {
+  constexpr double kGauss = 1e-4, kHectopascal = 100;
+  f.whole("time_usec", m.time_us);
+  f.vector(Wire::F32, {"xacc", "yacc", "zacc"}, m.acceleration_frd_mps2);
+  f.vector(Wire::F32, {"xgyro", "ygyro", "zgyro"}, m.rates_frd_radps);
+  f.vector(Wire::F32, {"xmag", "ymag", "zmag"}, m.field_frd_tesla, kGauss);
+  f.number(Wire::F32, "abs_pressure", m.pressure_pa, kHectopascal);
+  f.number(Wire::F32, "diff_pressure", m.differential_pa, kHectopascal);
+  f.number(Wire::F32, "pressure_alt", m.pressure_altitude_m);
+  f.number(Wire::F32, "temperature", m.temperature_c);
+  f.whole("fields_updated", m.updated);
+  f.extensions();
+  f.whole("id", m.sensor_id);
+}
+
 void visit(Fields& f, VisionPositionEstimate& m) {
   f.whole("usec", m.time_us);
   f.vector(Wire::F32, {"x", "y", "z"}, m.position_ned_m);

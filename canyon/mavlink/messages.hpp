@@ -106,6 +106,31 @@ struct GlobalPositionInt {
   double heading_deg = kUnknown;
 };
 
+/// Samples of inertial sensors, a magnetometer and a barometer. Values that are not updated are the last
+/// ones.
+struct HighresImu {
+  static constexpr std::uint32_t kId = 105;
+  static constexpr std::string_view kName = "HIGHRES_IMU";
+  /// HIGHRES_IMU_UPDATED_FLAGS
+  enum Updated : std::uint16_t {
+    kAcceleration = 0x7,
+    kRates = 0x38,
+    kField = 0x1C0,
+    kPressure = 0x200,
+    kAltitude = 0x800,
+    kTemperature = 0x1000,
+  };
+  std::uint64_t time_us = 0;
+  Eigen::Vector3d acceleration_frd_mps2 = Eigen::Vector3d::Zero();  ///< specific force
+  Eigen::Vector3d rates_frd_radps = Eigen::Vector3d::Zero();
+  Eigen::Vector3d field_frd_tesla = Eigen::Vector3d::Zero();
+  double pressure_pa = 0, differential_pa = 0;
+  double pressure_altitude_m = 0;
+  double temperature_c = 0;
+  std::uint16_t updated = 0;  ///< Updated
+  std::uint8_t sensor_id = 0;
+};
+
 struct VisionPositionEstimate {
   static constexpr std::uint32_t kId = 102;
   static constexpr std::string_view kName = "VISION_POSITION_ESTIMATE";
@@ -263,6 +288,7 @@ void visit(Fields& f, Attitude& m);
 void visit(Fields& f, AttitudeQuaternion& m);
 void visit(Fields& f, LocalPositionNed& m);
 void visit(Fields& f, GlobalPositionInt& m);
+void visit(Fields& f, HighresImu& m);
 void visit(Fields& f, VisionPositionEstimate& m);
 void visit(Fields& f, SimState& m);
 void visit(Fields& f, HilGps& m);
@@ -276,7 +302,7 @@ void visit(Fields& f, CommandLong& m);
 
 using Message =
     std::variant<Heartbeat, SystemTime, GpsRawInt, GpsStatus, Attitude, AttitudeQuaternion, LocalPositionNed,
-                 GlobalPositionInt, VisionPositionEstimate, SimState, HilGps, GpsRtk, HilStateQuaternion,
-                 AttPosMocap, GpsInput, GpsRtcmData, Odometry, CommandLong>;
+                 GlobalPositionInt, HighresImu, VisionPositionEstimate, SimState, HilGps, GpsRtk,
+                 HilStateQuaternion, AttPosMocap, GpsInput, GpsRtcmData, Odometry, CommandLong>;
 
 }  // namespace canyon::mavlink

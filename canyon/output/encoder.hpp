@@ -33,6 +33,7 @@ struct ReceiverDescription {
   tracking::SignalOptions signal = {};  ///< `enabled`: signals have strength and phase
   bool rtk = false;                     ///< it computes a baseline from a base (Fix::baseline)
   bool dead_reckoning = false;          ///< it has the vehicle's sensors (Fix::fusion)
+  bool sensors = false;                 ///< its epochs have samples (Epoch::sensors)
   geodesy::GpsTime begin = {};          ///< of the run
   /// Antenna of a receiver that never moves, such as a base station's [m, ECEF].
   std::optional<Eigen::Vector3d> station_ecef = {};
@@ -68,6 +69,9 @@ class Encoder {
   /// Bytes behind the last epoch. Nothing is called afterwards but correction().
   [[nodiscard]] virtual std::string end() { return {}; }
   [[nodiscard]] virtual std::optional<Correction> correction() { return std::nullopt; }
+
+  /// Whether it needs Epoch::sensors.
+  [[nodiscard]] virtual bool uses_sensors() const { return false; }
 
   /// Number of the `bytes` of encode() that make a datagram, where there are datagrams; at least 1.
   [[nodiscard]] virtual std::size_t datagram(std::string_view bytes) const { return bytes.size(); }

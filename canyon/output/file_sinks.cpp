@@ -46,8 +46,9 @@ std::string safe_name(const std::string& name) {
 
 std::vector<std::string> receiver_folder_names(const std::vector<std::string>& receiver_names) {
   // Letters of either case count as one name: not every file system distinguishes them.
-  std::set<std::string> taken{"sky.nav",         "imu.csv",          "motion.csv",
-                              "kf_gins_imu.txt", "kf_gins_gnss.txt", "kf_gins_truth.nav"};
+  std::set<std::string> taken{"sky.nav",          "imu.csv",          "motion.csv",  "wheels.csv",
+                              "barometer.csv",    "magnetometer.csv", "sensors.npz", "kf_gins_imu.txt",
+                              "kf_gins_gnss.txt", "kf_gins_truth.nav"};
   std::vector<std::string> folders;
   for (const std::string& name : receiver_names) {
     const std::string safe = safe_name(name);
@@ -73,7 +74,8 @@ std::vector<std::unique_ptr<simulation::EpochSink>> make_file_sinks(const simula
   for (std::size_t i = 0; i < simulation.scenario().receivers.size(); ++i) {
     const std::filesystem::path at = receiver_folder(simulation, folder, i);
     if (at != folder) make_output_folder(at);
-    const ReceiverDescription description = describe_receiver(simulation, i);
+    ReceiverDescription description = describe_receiver(simulation, i);
+    description.sensors = simulation.scenario().sensors.any();
     for (const Format& format : formats()) {
       if (wanted.has(format.name)) sinks.push_back(open_file(format.name, at / format.file, i, description));
     }

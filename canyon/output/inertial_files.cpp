@@ -3,14 +3,17 @@
 #include <fmt/compile.h>
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
-#include <iterator>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "canyon/base/output_file.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/output/npz.hpp"
 #include "canyon/output/number.hpp"
+#include "canyon/output/sensor_arrays.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/sensors/sensor_run.hpp"
 
@@ -20,6 +23,7 @@ namespace {
 using Eigen::Vector3d;
 using simulation::BarometerSample;
 using simulation::InertialSample;
+using simulation::MagnetometerSample;
 using simulation::WheelsAtWork;
 
 /// A layout of files.
@@ -29,6 +33,7 @@ class Layout {
   virtual void add(const InertialSample& /*sample*/) {}
   virtual void add_wheels(const WheelsAtWork& /*sample*/) {}
   virtual void add_pressure(const BarometerSample& /*sample*/) {}
+  virtual void add_field(const MagnetometerSample& /*sample*/) {}
   virtual void add_fix(const simulation::Epoch& /*epoch*/) {}
   virtual void commit() = 0;
 };
@@ -65,23 +70,24 @@ class CsvLayout final : public Layout {
 
  private:
   void begin_line(geodesy::GpsTime time) {
-    line_.clear();
-    fmt::format_to(std::back_inserter(line_), "{},{}", time.week(), seconds_of_week(time, 9));
+    end_ = fmt::format_to(line_.data(), FMT_COMPILE("{},{}"), time.week(), seconds_of_week(time, 9));
   }
   void append(const Vector3d& v) {
-    fmt::format_to(std::back_inserter(line_), FMT_COMPILE(",{},{},{}"), v.x(), v.y(), v.z());
+    end_ = fmt::format_to(end_, FMT_COMPILE(",{},{},{}"), v.x(), v.y(), v.z());
   }
   void end_line(const inertial::ImuInput& input, OutputFile& file) {
     append(input.specific_force_mps2);
     append(input.angular_rate_radps);
-    line_.push_back('\n');
-    file.write({line_.data(), line_.size()});
+    *end_++ = '\n';
+    file.write({line_.data(), static_cast<std::size_t>(end_ - line_.data())});
   }
 
   inertial::ImuAxes axes_;
   geodesy::GpsTime begin_;
   OutputFile imu_, motion_;
-  fmt::memory_buffer line_;  // its memory is kept
+  // 17 numbers of at most 25 characters: half the time of a buffer that grows.
+  std::array<char, 512> line_{};
+  char* end_ = line_.data();
 };
 
 /// Increments with forward-right-down axes, fixes and truth; times are seconds of the week.
@@ -162,19 +168,62 @@ class BarometerLayout final : public Layout {
  public:
   explicit BarometerLayout(const std::filesystem::path& folder) : file_(folder / "barometer.csv") {
     file_.write(
-        "gps_week,gps_tow,pressure_pa,pressure_altitude_m,temperature_k,true_pressure_pa,true_height_msl_"
-        "m\n");
+        "gps_week,gps_tow,pressure_pa,pressure_altitude_m,temperature_k,sensor_temperature_k,"
+        "true_pressure_pa,true_height_msl_m\n");
   }
 
   void add_pressure(const BarometerSample& sample) override {
     const inertial::Pressure& p = sample.pressure;
-    file_.write(fmt::format("{},{},{},{},{},{},{}\n", sample.time.week(), seconds_of_week(sample.time, 9),
+    file_.write(fmt::format("{},{},{},{},{},{},{},{}\n", sample.time.week(), seconds_of_week(sample.time, 9),
                             p.measured_pa, inertial::pressure_altitude_m(p.measured_pa), p.temperature_k,
-                            p.true_pa, sample.height_m));
+                            p.sensor_temperature_k, p.true_pa, sample.height_m));
   }
   void commit() override { file_.commit(); }
 
  private:
+  OutputFile file_;
+};
+
+class MagnetometerLayout final : public Layout {
+ public:
+  explicit MagnetometerLayout(const std::filesystem::path& folder) : file_(folder / "magnetometer.csv") {
+    file_.write(
+        "gps_week,gps_tow,field_x_ut,field_y_ut,field_z_ut,true_field_x_ut,true_field_y_ut,true_field_z_"
+        "ut\n");
+  }
+
+  void add_field(const MagnetometerSample& sample) override {
+    constexpr double kMicro = 1e6;
+    const Vector3d measured = kMicro * sample.measured_t, truth = kMicro * sample.true_t;
+    file_.write(fmt::format("{},{},{},{},{},{},{},{}\n", sample.time.week(), seconds_of_week(sample.time, 9),
+                            measured.x(), measured.y(), measured.z(), truth.x(), truth.y(), truth.z()));
+  }
+  void commit() override { file_.commit(); }
+
+ private:
+  OutputFile file_;
+};
+
+/// sensors.npz: every number of every sensor.
+class NpzLayout {
+ public:
+  NpzLayout(const std::filesystem::path& folder, const inertial::SensorOptions& sensors,
+            geodesy::GpsTime begin)
+      : begin_(begin), arrays_(sensors, begin), file_(folder / "sensors.npz") {}
+
+  void add(const simulation::SensorBatch& batch) { arrays_.add(batch); }
+  void commit() {
+    NpzWriter npz(file_);
+    npz.add("begin", {static_cast<double>(begin_.week()), begin_.seconds_of_week()}, 1);
+    for (const SensorArray& array : arrays_.arrays())
+      npz.add(array.sensor + "_" + array.name, array.values, array.columns);
+    npz.finish();
+    file_.commit();
+  }
+
+ private:
+  geodesy::GpsTime begin_;
+  SensorArrays arrays_;
   OutputFile file_;
 };
 
@@ -191,25 +240,32 @@ class InertialFiles final : public simulation::EpochSink {
     if (sensors.wheels && wanted.has("wheels")) layouts_.push_back(std::make_unique<WheelLayout>(folder));
     if (sensors.barometer && wanted.has("barometer"))
       layouts_.push_back(std::make_unique<BarometerLayout>(folder));
+    if (sensors.magnetometer && wanted.has("magnetometer"))
+      layouts_.push_back(std::make_unique<MagnetometerLayout>(folder));
+    if (wanted.has("sensors_npz")) npz_.emplace(folder, sensors, begin);
   }
 
   void write(const simulation::Epoch& epoch) override {
     if (epoch.receiver == 0 && epoch.sensors != nullptr) {
+      if (npz_) npz_->add(*epoch.sensors);
       for (const auto& layout : layouts_) {
         for (const InertialSample& sample : epoch.sensors->imu) layout->add(sample);
         for (const WheelsAtWork& sample : epoch.sensors->wheels) layout->add_wheels(sample);
         for (const BarometerSample& sample : epoch.sensors->barometer) layout->add_pressure(sample);
+        for (const MagnetometerSample& sample : epoch.sensors->magnetometer) layout->add_field(sample);
       }
     }
     for (const auto& layout : layouts_) layout->add_fix(epoch);
   }
   void finish() override {
     for (const auto& layout : layouts_) layout->commit();
+    if (npz_) npz_->commit();
   }
-  [[nodiscard]] bool uses_sensors() const override { return !layouts_.empty(); }
+  [[nodiscard]] bool uses_sensors() const override { return npz_ || !layouts_.empty(); }
 
  private:
   std::vector<std::unique_ptr<Layout>> layouts_;
+  std::optional<NpzLayout> npz_;
 };
 
 }  // namespace

@@ -11,7 +11,8 @@ namespace canyon::output {
 /// them, of sensors that the scenario has. `imu`: imu.csv, its samples, and motion.csv, the true motion of
 /// the sensor at their instants, with all digits; `kf_gins`: kf_gins_imu.txt, kf_gins_gnss.txt (fixes of the
 /// first receiver) and kf_gins_truth.nav, the layouts of KF-GINS and OB_GINS; `wheels`: wheels.csv;
-/// `barometer`: barometer.csv.
+/// `barometer`: barometer.csv; `magnetometer`: magnetometer.csv; `sensors_npz`: sensors.npz, all of these for
+/// NumPy.
 [[nodiscard]] std::unique_ptr<simulation::EpochSink> make_inertial_files(
     const simulation::Simulation& simulation, const std::filesystem::path& folder);
 

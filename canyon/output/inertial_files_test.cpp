@@ -5,6 +5,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -50,6 +51,7 @@ class InertialFilesTest : public ::testing::Test {
     const simulation::Simulation simulation(scenario, city);
     std::vector<simulation::EpochSink*> sinks;
     const auto files = make_file_sinks(simulation, folder_.path());
+    sinks.reserve(files.size());
     for (const auto& file : files) sinks.push_back(file.get());
     (void)simulation.run(sinks);
   }
@@ -141,17 +143,72 @@ TEST_F(InertialFilesTest, AreNotThereWithoutASensor) {
 
 // Without errors: the pressure of the height above mean sea level, at the time of each sample.
 TEST_F(InertialFilesTest, PressuresFollowTheHeight) {
-  run("profile: ideal}, barometer: {rate_hz: 10, noise_pa: 0, turn_on_pa: 0, drift_pa: 0", "[barometer]");
+  run("profile: ideal}, barometer: {profile: ideal, rate_hz: 10", "[barometer]");
   const auto samples = rows("barometer.csv", 1);
   ASSERT_EQ(samples.size(), 30U);
-  ASSERT_EQ(samples[0].size(), 7U);
+  ASSERT_EQ(samples[0].size(), 8U);
   EXPECT_NEAR(samples[29][1] - samples[0][1], 2.9, 1e-9);
   for (const auto& sample : samples) {
-    EXPECT_NEAR(sample[6], 7, 0.01);  // 2 m above the origin's 5 m
-    EXPECT_EQ(sample[2], sample[5]);
-    EXPECT_NEAR(sample[3], sample[6], 1e-6);
+    EXPECT_NEAR(sample[7], 7, 0.01);  // 2 m above the origin's 5 m
+    EXPECT_EQ(sample[2], sample[6]);
+    EXPECT_NEAR(sample[3], sample[7], 1e-6);
   }
   EXPECT_FALSE(exists("imu.csv"));
+}
+
+// The weather's change in 2 s, with that of a path which rises by 0.7 mm; a sample states the air of 0.5 s
+// before.
+TEST_F(InertialFilesTest, PressuresAreLate) {
+  run("profile: ideal}, barometer: {profile: ideal, rate_hz: 10, delay_s: 0.5, pressure_change_pa_h: 2000",
+      "[barometer]");
+  const auto samples = rows("barometer.csv", 1);
+  ASSERT_EQ(samples.size(), 30U);
+  EXPECT_NEAR(samples[29][6] - samples[9][6], 2 * 2000 / 3600.0, 0.02);
+  EXPECT_NEAR(samples[29][2] - samples[29][6], -0.5 * 2000 / 3600.0, 0.01);
+  EXPECT_NEAR(samples[2][2], samples[4][2], 1e-9);  // the air of the begin
+}
+
+// NumPy is the judge where it is installed; the bytes are also those that the files of text have.
+TEST_F(InertialFilesTest, ArraysAreTheSameNumbers) {
+  run("profile: consumer, lost: 0.1}, wheels: {tick_m: 0}, barometer: {}, magnetometer: {",
+      "[imu, sensors_npz]");
+  const std::string npz = (folder_.path() / "sensors.npz").string();
+  if (std::system("python3 -c 'import numpy' 2>/dev/null") != 0) GTEST_SKIP() << "NumPy is not installed";
+  const std::string check =
+      "import numpy as n, zipfile, csv\n"
+      "assert zipfile.ZipFile('" +
+      npz +
+      "').testzip() is None\n"
+      "f = n.load('" +
+      npz +
+      "')\n"
+      "rows = n.array([[float(x) for x in r] for r in list(csv.reader(open('" +
+      (folder_.path() / "imu.csv").string() +
+      "')))[1:]])\n"
+      "seen = ~n.isnan(f['imu_stated_s'])\n"
+      "assert f['imu_time_s'].shape == (300,) and 200 < seen.sum() < 299\n"
+      "assert (f['imu_specific_force'][seen] == rows[:, 2:5]).all()\n"
+      "assert (f['imu_angular_rate'][seen] == rows[:, 5:]).all()\n"
+      "assert abs(f['begin'][1] + f['imu_stated_s'][seen] - rows[:, 1]).max() < 1e-6\n"
+      "assert f['wheels_speed'].shape == (30, 2) and n.isnan(f['wheels_ticks']).all()\n"
+      "assert f['barometer_pressure'].shape == (75,) and f['magnetometer_field'].shape == (150, 3)\n"
+      "assert 40 < n.linalg.norm(f['magnetometer_true_field'][0]) < 50\n";
+  std::ofstream(folder_.path() / "check.py") << check;
+  EXPECT_EQ(std::system(("python3 " + (folder_.path() / "check.py").string()).c_str()), 0);
+}
+
+// The field in Hong Kong by NOAA's calculator: 45 uT, 33 deg below the horizon, 3 deg west of north. The
+// car's nose is to the east.
+TEST_F(InertialFilesTest, FieldsAreTheEarths) {
+  run("profile: ideal}, magnetometer: {profile: ideal, rate_hz: 10, axes: frd", "[magnetometer]");
+  const auto samples = rows("magnetometer.csv", 1);
+  ASSERT_EQ(samples.size(), 30U);
+  ASSERT_EQ(samples[29].size(), 8U);
+  const double east = samples[29][2], south = samples[29][3], down = samples[29][4];
+  EXPECT_NEAR(std::hypot(east, south, down), 45, 1);
+  EXPECT_NEAR(geodesy::degrees(std::atan2(east, -south)), -3.3, 0.5);
+  EXPECT_NEAR(geodesy::degrees(std::atan2(down, std::hypot(east, south))), 33, 1);
+  for (std::size_t i = 2; i < 5; ++i) EXPECT_NEAR(samples[29][i], samples[29][i + 3], 1e-9);
 }
 
 }  // namespace

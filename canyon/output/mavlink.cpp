@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 #include <vector>
 
+#include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/mavlink/frames.hpp"
@@ -135,6 +137,18 @@ class GpsRawIntStream final : public MavlinkStream {
   [[nodiscard]] std::vector<mavlink::Message> each_second(const simulation::Epoch& epoch) const override {
     return {system_time(epoch, begin_of_run()), gps_status(epoch)};
   }
+};
+
+class HighresImuStream final : public MavlinkStream {
+  using MavlinkStream::MavlinkStream;
+  [[nodiscard]] std::vector<mavlink::Message> each_epoch(const simulation::Epoch& epoch) override {
+    if (epoch.sensors == nullptr) return {};
+    const std::vector<mavlink::HighresImu> samples = highres_imu(*epoch.sensors, last_);
+    return {samples.begin(), samples.end()};
+  }
+  [[nodiscard]] bool uses_sensors() const override { return true; }
+
+  mavlink::HighresImu last_;
 };
 
 /// Bytes of the message of RTCM 3 that begins `bytes`: header and checksum are three each.
@@ -283,6 +297,51 @@ mavlink::GpsStatus gps_status(const simulation::Epoch& epoch) {
   return m;
 }
 
+std::vector<mavlink::HighresImu> highres_imu(const simulation::SensorBatch& batch,
+                                             mavlink::HighresImu& last) {
+  using mavlink::HighresImu;
+  const auto frd = [](const Eigen::Vector3d& v, inertial::ImuAxes axes) -> Eigen::Vector3d {
+    return axes == inertial::ImuAxes::Frd ? v : Eigen::Vector3d(v.x(), -v.y(), -v.z());
+  };
+  // By their instants, values that are there.
+  struct Samples {
+    const simulation::InertialSample* imu = nullptr;
+    const simulation::MagnetometerSample* magnetometer = nullptr;
+    const simulation::BarometerSample* barometer = nullptr;
+  };
+  std::map<geodesy::GpsTime, Samples> instants;
+  for (const auto& sample : batch.imu) {
+    if (sample.sample) instants[sample.time].imu = &sample;
+  }
+  for (const auto& sample : batch.magnetometer) instants[sample.time].magnetometer = &sample;
+  for (const auto& sample : batch.barometer) instants[sample.time].barometer = &sample;
+  std::vector<HighresImu> messages;
+  for (const auto& [time, samples] : instants) {
+    last.updated = 0;
+    last.time_us = unix_us(samples.imu != nullptr ? samples.imu->stated : time);
+    if (samples.imu != nullptr) {
+      const inertial::ImuInput& measured = samples.imu->sample->measured;
+      last.acceleration_frd_mps2 = frd(measured.specific_force_mps2, batch.imu_axes);
+      last.rates_frd_radps = frd(measured.angular_rate_radps, batch.imu_axes);
+      last.updated |= HighresImu::kAcceleration | HighresImu::kRates;
+    }
+    if (samples.magnetometer != nullptr) {
+      last.field_frd_tesla = frd(samples.magnetometer->measured_t, batch.magnetometer_axes);
+      last.updated |= HighresImu::kField;
+    }
+    if (samples.barometer != nullptr) {
+      constexpr double kZero_k = 273.15;
+      const inertial::Pressure& pressure = samples.barometer->pressure;
+      last.pressure_pa = pressure.measured_pa;
+      last.pressure_altitude_m = inertial::pressure_altitude_m(pressure.measured_pa);
+      last.temperature_c = pressure.sensor_temperature_k - kZero_k;
+      last.updated |= HighresImu::kPressure | HighresImu::kAltitude | HighresImu::kTemperature;
+    }
+    messages.push_back(last);
+  }
+  return messages;
+}
+
 mavlink::SystemTime system_time(const simulation::Epoch& epoch, geodesy::GpsTime begin) {
   return {unix_us(epoch.observed.stated_utc()), epoch.observed.time - begin};
 }
@@ -295,6 +354,13 @@ std::unique_ptr<Encoder> encode_hil_gps(const ReceiverDescription& receiver) {
 }
 std::unique_ptr<Encoder> encode_gps_raw_int(const ReceiverDescription& receiver) {
   return std::make_unique<GpsRawIntStream>(receiver);
+}
+std::unique_ptr<Encoder> encode_highres_imu(const ReceiverDescription& receiver) {
+  if (!receiver.sensors)
+    throw InputError(
+        "highres_imu has no samples of sensors to send",
+        "run canyon simulate or canyon live with sensors: {imu: {profile: consumer}}; hosts give none");
+  return std::make_unique<HighresImuStream>(receiver);
 }
 std::unique_ptr<Encoder> encode_gps_rtcm_data(const ReceiverDescription& receiver) {
   return std::make_unique<GpsRtcmDataStream>(receiver);

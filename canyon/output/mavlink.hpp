@@ -1,9 +1,11 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "canyon/mavlink/messages.hpp"
 #include "canyon/simulation/epoch.hpp"
+#include "canyon/simulation/sensors/sensor_run.hpp"
 
 namespace canyon::output {
 
@@ -32,6 +34,12 @@ namespace canyon::output {
 /// Galileo 211 to 246, BeiDou 159 to 163 and 33 to 64, QZSS 193 to 202, GLONASS 65 to 96; satellites beyond
 /// are left out.
 [[nodiscard]] mavlink::GpsStatus gps_status(const simulation::Epoch& epoch);
+
+/// The samples of sensors, a message for each instant that has one. Times are those that the inertial sensor
+/// states, UTC since 1970 [us]; the differential pressure is 0. @param last values, which stay until they are
+/// updated
+[[nodiscard]] std::vector<mavlink::HighresImu> highres_imu(const simulation::SensorBatch& batch,
+                                                           mavlink::HighresImu& last);
 
 /// UTC since 1970 without leap seconds [us].
 [[nodiscard]] mavlink::SystemTime system_time(const simulation::Epoch& epoch, geodesy::GpsTime begin);

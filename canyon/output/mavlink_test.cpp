@@ -206,6 +206,58 @@ TEST(Mavlink, AnotherDecoderReadsRtcmAndTheBaseline) {
   EXPECT_EQ(messages[4].count("tow"), 46701250);
 }
 
+/// An inertial sample 10 ms before the epoch and one at it, with the magnetometer's; a pressure between them.
+simulation::SensorBatch samples_of(const simulation::Epoch& epoch) {
+  simulation::SensorBatch batch;
+  batch.magnetometer_axes = inertial::ImuAxes::Frd;
+  for (const double t_s : {-0.01, 0.0}) {
+    simulation::InertialSample& imu = batch.imu.emplace_back();
+    imu.time = imu.stated = epoch.truth.time + t_s;
+    imu.sample = inertial::ImuSample{0, {{1.5, -2, 9.75}, {0.25, 0.5, -0.125}}};
+  }
+  batch.magnetometer.push_back({epoch.truth.time, {2e-5, -1e-6, 4e-5}, Eigen::Vector3d::Zero()});
+  simulation::BarometerSample& air = batch.barometer.emplace_back();
+  air.time = epoch.truth.time + -0.004;
+  air.pressure.measured_pa = 100'000;
+  air.pressure.sensor_temperature_k = 298.15;
+  return batch;
+}
+
+TEST(Mavlink, SamplesOfSensorsInTheirOrder) {
+  using mavlink::HighresImu;
+  mavlink::HighresImu last;
+  const auto messages = highres_imu(samples_of(epoch()), last);
+  ASSERT_EQ(messages.size(), 3U);
+  EXPECT_EQ(messages[0].updated, HighresImu::kAcceleration | HighresImu::kRates);
+  EXPECT_EQ(messages[1].updated, HighresImu::kPressure | HighresImu::kAltitude | HighresImu::kTemperature);
+  EXPECT_EQ(messages[2].updated, HighresImu::kAcceleration | HighresImu::kRates | HighresImu::kField);
+  EXPECT_EQ(messages[2].acceleration_frd_mps2, Eigen::Vector3d(1.5, 2, -9.75));
+  EXPECT_EQ(messages[2].rates_frd_radps, Eigen::Vector3d(0.25, -0.5, 0.125));
+  EXPECT_EQ(messages[2].field_frd_tesla, Eigen::Vector3d(2e-5, -1e-6, 4e-5));
+  EXPECT_EQ(messages[2].pressure_pa, 100'000);  // the last one
+  EXPECT_EQ(messages[2].time_us - messages[0].time_us, 10'000U);
+  EXPECT_NEAR(messages[1].pressure_altitude_m, 110.9, 0.1);
+}
+
+TEST(Mavlink, AnotherDecoderReadsHighresImu) {
+  CANYON_NEEDS_NODE_MAVLINK();
+  simulation::Epoch now = epoch();
+  const simulation::SensorBatch batch = samples_of(now);
+  now.sensors = &batch;
+  ReceiverDescription car = rover();
+  car.sensors = true;
+  const auto messages = test::judge_mavlink(format_named("highres_imu").make(car)->encode(now)).messages;
+  ASSERT_EQ(messages.size(), 4U);
+  EXPECT_EQ(messages[3].name, "HIGHRES_IMU");
+  EXPECT_EQ(messages[3].count("xacc"), 1.5);
+  EXPECT_EQ(messages[3].count("zacc"), -9.75);
+  EXPECT_EQ(messages[3].count("ygyro"), -0.5);
+  EXPECT_NEAR(messages[3].count("zmag"), 0.4, 1e-7);  // gauss
+  EXPECT_EQ(messages[3].count("abs_pressure"), 1000);
+  EXPECT_EQ(messages[3].count("temperature"), 25);
+  EXPECT_EQ(messages[3].count("fields_updated"), 0x1FF);
+}
+
 TEST(Mavlink, CourseAccuracyIsThatAcrossTheWay) {
   simulation::Epoch north = epoch();
   north.observed.fix.velocity_enu_mps = Eigen::Vector3d(0, 10, 0);

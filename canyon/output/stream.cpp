@@ -220,8 +220,13 @@ std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::si
     described.wants_position = true;
     stations.emplace(format, description);
   }
+  std::unique_ptr<Encoder> encoder = format.make(description);
+  if (request.options.rate_hz && encoder->uses_sensors()) {
+    throw InputError(fmt::format("rate_hz would leave out samples of {}", format.name),
+                     "leave out rate_hz; sensors have a rate_hz of their own");
+  }
   link->transport().describe(described);
-  return std::make_unique<EncodedStream>(format.make(description), std::move(link), receiver, request.options,
+  return std::make_unique<EncodedStream>(std::move(encoder), std::move(link), receiver, request.options,
                                          std::move(stations), std::move(now));
 }
 
@@ -260,7 +265,9 @@ std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request,
                                            const simulation::Simulation& simulation) {
   const std::size_t receiver =
       find_receiver(request, simulation::receiver_names(simulation.scenario().receivers));
-  return open_stream(request, receiver, describe_receiver(simulation, receiver));
+  ReceiverDescription description = describe_receiver(simulation, receiver);
+  description.sensors = simulation.scenario().sensors.any();
+  return open_stream(request, receiver, description);
 }
 
 std::unique_ptr<EncodedStream> open_file(std::string_view format, const std::filesystem::path& path,

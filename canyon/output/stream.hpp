@@ -46,6 +46,7 @@ class EncodedStream final : public simulation::EpochSink {
   /// The first call ends the stream, sending at once what waits; later ones do nothing. The transport is
   /// finished with the last stream of its link.
   void finish() override;
+  [[nodiscard]] bool uses_sensors() const override { return encoder_->uses_sensors(); }
   /// Call it between two epochs; write() does it as well.
   void serve();
   /// The part of serve() that is not the link's.

@@ -52,14 +52,26 @@ TEST(Stream, RefusesFormatsThatItDoesNotKnowOrThatWaitForTheEnd) {
   EXPECT_THAT(late.cure(), HasSubstr("kml=file:track.kml"));
 }
 
+TEST(Stream, SendsAllSamplesOfSensorsOrNone) {
+  ReceiverDescription car{"car"};
+  const StreamRequest some = parse_stream("highres_imu=pty:?rate_hz=1");
+  EXPECT_THAT(error_of([&] { (void)open_stream(some, 0, car); }).problem(),
+              HasSubstr("no samples of sensors"));
+  car.sensors = true;
+  EXPECT_THAT(error_of([&] { (void)open_stream(some, 0, car); }).problem(),
+              HasSubstr("rate_hz would leave out"));
+}
+
 TEST(Stream, EveryFormatHasAFileNameOfItsOwnAndStreamsToAFile) {
   const test::TemporaryFolder folder;
   std::set<std::string_view> names, files;
+  ReceiverDescription rover{"rover"};
+  rover.sensors = true;
   for (const Format& format : formats()) {
     EXPECT_TRUE(names.insert(format.name).second) << format.name;
     EXPECT_TRUE(files.insert(format.file).second) << format.file;
     EXPECT_EQ(&format_named(format.name), &format);
-    const auto stream = open_file(format.name, folder / std::string(format.file), 0, {"rover"});
+    const auto stream = open_file(format.name, folder / std::string(format.file), 0, rover);
     stream->write(test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3}));
     stream->finish();
     EXPECT_NE(test::read_bytes(folder / std::string(format.file)), "") << format.name;

@@ -48,8 +48,10 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
       if (!speaks || settings.rate(kSubframes) == 0 || !ubx::satellite_name(message.id)) continue;
       text += ubx::frame(kSubframes, ubx::subframe_payload(message, generation_, epochs_.glonass_channels()));
     }
-    if (speaks && settings.rate(ubx::kSensorSamples) > 0 && epoch.sensors != nullptr)
-      text += sensor_samples(*epoch.sensors);
+    if (speaks && epoch.sensors != nullptr) {
+      if (settings.rate(ubx::kSensorSamples) > 0) text += sensor_samples(*epoch.sensors);
+      if (settings.rate(ubx::kRawSamples) > 0) text += raw_sensor_samples(*epoch.sensors);
+    }
     if (!due(epoch.observed.time)) return text;
     ++navigations_;
     const auto turn = [&](ubx::MessageId id) {
@@ -124,10 +126,6 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
   /// start.
   std::string sensor_samples(const simulation::SensorBatch& batch) {
     std::string text;
-    const auto tag = [this](GpsTime time) {
-      return static_cast<std::uint32_t>(
-          std::max<std::int64_t>(0, std::llround((time - epochs_.start()) * 1e3)));
-    };
     auto wheels = batch.wheels.begin();
     const auto put_wheels = [&](const GpsTime* until) {
       for (; wheels != batch.wheels.end() && (until == nullptr || wheels->time <= *until); ++wheels) {
@@ -140,19 +138,43 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
           backwards[i] = step < 0;
         }
         text += ubx::frame(ubx::kSensorSamples,
-                           ubx::wheels_payload(tag(wheels->time), counted_ticks_, backwards));
+                           ubx::wheels_payload(time_tag(wheels->time), counted_ticks_, backwards));
       }
     };
     for (const simulation::InertialSample& sample : batch.imu) {
       put_wheels(&sample.time);
       if (!sample.sample) continue;
       const inertial::ImuInput& measured = sample.sample->measured;
-      text += ubx::frame(
-          ubx::kSensorSamples,
-          ubx::inertial_payload(tag(sample.time), measured.specific_force_mps2, measured.angular_rate_radps));
+      text += ubx::frame(ubx::kSensorSamples,
+                         ubx::inertial_payload(time_tag(sample.time), measured.specific_force_mps2,
+                                               measured.angular_rate_radps));
     }
     put_wheels(nullptr);
     return text;
+  }
+
+  /// ESF-RAW of the inertial samples since the epoch before, ten in a message as receivers at 100 Hz send
+  /// them.
+  std::string raw_sensor_samples(const simulation::SensorBatch& batch) {
+    constexpr std::size_t kSamples = 10;
+    std::vector<ubx::RawInertialSample> samples;
+    for (const simulation::InertialSample& sample : batch.imu) {
+      if (!sample.sample) continue;
+      const inertial::ImuInput& measured = sample.sample->measured;
+      samples.push_back({time_tag(sample.time), measured.specific_force_mps2, measured.angular_rate_radps});
+    }
+    std::string text;
+    for (std::size_t k = 0; k < samples.size(); k += kSamples) {
+      const std::span<const ubx::RawInertialSample> rest = std::span(samples).subspan(k);
+      text += ubx::frame(ubx::kRawSamples,
+                         ubx::raw_inertial_payload(rest.first(std::min(kSamples, rest.size()))));
+    }
+    return text;
+  }
+  /// Milliseconds since the start.
+  [[nodiscard]] std::uint32_t time_tag(GpsTime time) const {
+    return static_cast<std::uint32_t>(
+        std::max<std::int64_t>(0, std::llround((time - epochs_.start()) * 1e3)));
   }
 
   /// Whether an epoch is the first at or behind the next multiple of the asked interval of GPS time.

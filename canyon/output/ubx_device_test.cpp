@@ -214,6 +214,33 @@ TEST(UbxDevice, SendsTheSamplesOfTheSensors) {
   EXPECT_EQ(samples[1].u(28, 4), 18U << 24 | 9984U);
 }
 
+// ESF-RAW, once it is asked for: ten samples in a message, each value with the time of its sample.
+TEST(UbxDevice, SendsRawSamplesOnRequest) {
+  auto e = ubx_epoch();
+  simulation::SensorBatch batch;
+  for (int k = 0; k < 14; ++k) {
+    simulation::InertialSample& imu = batch.imu.emplace_back();
+    imu.time = e.truth.time + 0.01 * k;
+    imu.sample = inertial::ImuSample{0, {{1.5, -2, 9.75}, {0, 0, geodesy::radians(-10)}}};
+  }
+  batch.imu[3].sample.reset();  // lost
+  e.sensors = &batch;
+  Device device(encode_ubx, 0.1, false, true);
+  EXPECT_THAT(ids(device.encode(e)), testing::Not(testing::Contains(0x1003)));
+  EXPECT_TRUE(device.accepts(0x0601, std::string("\x10\x03\x01", 3)));  // CFG-MSG
+  std::vector<Message> samples;
+  for (const Message& message : device.encode(e))
+    if (message.id == 0x1003) samples.push_back(message);
+  ASSERT_EQ(samples.size(), 2U);
+  ASSERT_EQ(samples[0].payload.size(), 4U + 10 * 6 * 8);
+  ASSERT_EQ(samples[1].payload.size(), 4U + 3 * 6 * 8);
+  EXPECT_EQ(samples[0].u(0, 4), 0U);
+  EXPECT_EQ(samples[0].u(4 + 2 * 8, 4), 5U << 24 | (0x1000000U - 10 * 4096));
+  EXPECT_EQ(samples[0].u(4 + 3 * 8, 4), 16U << 24 | 1536U);
+  EXPECT_EQ(samples[0].u(4 + 6 * 8 + 4, 4) - samples[0].u(8, 4), 10U);
+  EXPECT_EQ(samples[1].u(8, 4) - samples[0].u(8, 4), 110U);
+}
+
 // UBX-22008968: NAV-PVT flags and flags3 (3.15.13), NAV-STATUS (3.15.18), NAV-SAT (3.15.16), NAV-SIG
 // (3.15.17).
 TEST(UbxDevice, SaysWhatTheCorrectionsMadeOfTheFix) {

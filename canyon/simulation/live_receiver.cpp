@@ -159,8 +159,8 @@ void LiveReceiver::Impl::check(const ReceiverConfig& other) const {
     throw InputError(
         fmt::format("receiver '{}' has dead reckoning, and nobody gives it the vehicle's sensors",
                     other.options.name),
-        "run it by canyon simulate, or by canyon live along the scenario's trajectory (hosts and streams of "
-        "poses give none yet), or set dead_reckoning: {enabled: false}");
+        "run it by canyon simulate or canyon live with sensors: {imu: {}} (hosts give none yet), or set "
+        "dead_reckoning: {enabled: false}");
   }
   check_sensors(config.sensors, other);
   if (other.options.ionosphere || other.options.fix.correct_ionosphere) require_ionosphere(*sky);

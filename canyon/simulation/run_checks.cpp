@@ -10,6 +10,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/magnetic_field.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 #include "canyon/relative/correction_link.hpp"
@@ -66,7 +67,17 @@ void check_streams(const Scenario& scenario) {
   }
 }
 
-void check_all_sensors(const Scenario& scenario) {
+void check_all_sensors(const RunView& run, std::vector<std::string>& warnings) {
+  const Scenario& scenario = run.scenario;
+  if (scenario.outputs.has("highres_imu") && !scenario.sensors.any()) {
+    throw scenario_error(scenario, "outputs.highres_imu has no sensors to write",
+                         "add sensors: {imu: {profile: consumer}}");
+  }
+  if (scenario.sensors.magnetometer && !geodesy::magnetic_model_is_valid(run.plan.begin)) {
+    warnings.emplace_back(
+        "sensors.magnetometer: the World Magnetic Model 2025 is for 2025 to 2030; outside it is off by more: "
+        "0.1 uT in 2019, 0.3 uT in 2012");
+  }
   for (const ReceiverConfig& receiver : scenario.receivers) {
     try {
       check_sensors(scenario.sensors, receiver);
@@ -178,7 +189,7 @@ std::vector<std::string> check_run(const RunView& run) {
   check_ionosphere(run.scenario, run.sky);
   check_streams(run.scenario);
   check_all_corrections(run.scenario);
-  check_all_sensors(run.scenario);
+  check_all_sensors(run, warnings);
   check_places(run, warnings);
   check_masks(run, warnings);
   check_faults(run, warnings);

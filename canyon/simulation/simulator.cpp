@@ -85,6 +85,7 @@ struct Simulation::Impl {
     return simulation::vehicle_pose(scenario, plan.trajectory, environment, t);
   }
   [[nodiscard]] std::vector<receiver::Receiver> make_receivers() const;
+  [[nodiscard]] SensorRun make_sensors() const;
   [[nodiscard]] std::optional<SensorRun> make_sensors(const std::vector<EpochSink*>& sinks) const;
   [[nodiscard]] Pose antenna_pose(std::size_t receiver, GpsTime t) const;
   [[nodiscard]] PureEpoch pure_epoch(std::size_t receiver, GpsTime t) const;
@@ -121,8 +122,12 @@ std::optional<SensorRun> Simulation::Impl::make_sensors(const std::vector<EpochS
       std::any_of(scenario.receivers.begin(), scenario.receivers.end(),
                   [](const ReceiverConfig& receiver) { return receiver.options.dead_reckoning.enabled; });
   if (!written && !fused) return std::nullopt;
+  return make_sensors();
+}
+
+SensorRun Simulation::Impl::make_sensors() const {
   return SensorRun(
-      scenario.sensors, scenario.seed, plan.begin, plan.trajectory,
+      scenario.sensors, scenario.seed, plan.begin, body_along(plan.trajectory),
       [this](GpsTime t) { return vehicle_pose(t); }, environment.city().geoid_undulation_m);
 }
 
@@ -213,6 +218,10 @@ std::size_t Simulation::epoch_count() const {
 
 Pose Simulation::vehicle_pose(GpsTime t) const {
   return impl_->vehicle_pose(t);
+}
+
+SensorRun Simulation::sensors() const {
+  return impl_->make_sensors();
 }
 
 Pose Simulation::antenna_pose(std::size_t receiver, GpsTime t) const {

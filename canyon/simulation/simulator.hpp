@@ -14,6 +14,7 @@
 namespace canyon::simulation {
 
 struct CityScene;
+class SensorRun;
 
 /// A receiver's epoch at a known place: measurements, fix and its error. Every driver of epochs calls it.
 /// `arrival` is disturbed in place. Throws as Receiver::observe() does.
@@ -97,6 +98,9 @@ class Simulation {
   /// InputError if the height above terrain is asked for and there is no terrain.
   [[nodiscard]] Pose vehicle_pose(geodesy::GpsTime t) const;
   [[nodiscard]] Pose antenna_pose(std::size_t receiver, geodesy::GpsTime t) const;
+  /// The scenario's sensors at the run's begin (simulation/sensors/sensor_run.hpp), as epochs have them. Must
+  /// not outlive this.
+  [[nodiscard]] SensorRun sensors() const;
 
   /// The pure part runs on `threads`, receivers on the caller, each after the base whose corrections it takes
   /// (sinks get them as they stand in the scenario): same seed, same bytes. Every call

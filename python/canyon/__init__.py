@@ -34,12 +34,23 @@ from .models import Arrival, Disturbance, Models, Problem, Solver
 from .recordings import Calibration, Recording, calibrate
 from .samples import sample_blocks, samples
 from .scenario import Scenario, fault_kinds, profiles, scenario_keys
-from .simulation import Correlation, Inertial, Run, Simulation, correlation, simulate
+from .simulation import (
+    Barometer,
+    Correlation,
+    Inertial,
+    Magnetometer,
+    Run,
+    Simulation,
+    Wheels,
+    correlation,
+    simulate,
+)
 from .sky import PATH_KINDS, VISIBILITIES, Sky, Tracer, trace
 from .tables import Table
 
 __all__ = [
     "Arrival",
+    "Barometer",
     "CELL_STATES",
     "Calibration",
     "Disturbance",
@@ -56,6 +67,8 @@ __all__ = [
     "Encoder",
     "Correlation",
     "Inertial",
+    "Magnetometer",
+    "Wheels",
     "Epoch",
     "InputError",
     "Interrupted",

@@ -15,7 +15,18 @@ from .models import Models
 from .scenario import Settings
 from .tables import Table
 
-__all__ = ["Correlation", "Epoch", "Inertial", "Run", "Simulation", "correlation", "simulate"]
+__all__ = [
+    "Barometer",
+    "Correlation",
+    "Epoch",
+    "Inertial",
+    "Magnetometer",
+    "Run",
+    "Simulation",
+    "Wheels",
+    "correlation",
+    "simulate",
+]
 
 
 class Correlation(NamedTuple):
@@ -39,6 +50,35 @@ class Inertial(NamedTuple):
     place: NDArray[np.float64]  #: of the sensor at `time_s`: latitude, longitude [deg], height [m], (n, 3)
     velocity: NDArray[np.float64]  #: east, north, up [m/s], (n, 3)
     attitude: NDArray[np.float64]  #: roll (left side up), pitch (nose up), heading from north, clockwise [deg], (n, 3)
+
+
+class Wheels(NamedTuple):
+    """Samples of ``sensors.wheels``, n of them; columns are left and right. Arrays are NumPy's."""
+
+    time_s: NDArray[np.float64]  #: end of the sample's interval, from the run's beginning [s], (n,)
+    speed: NDArray[np.float64]  #: measured [m/s], (n, 2)
+    ticks: NDArray[np.float64]  #: counted since the beginning, (n, 2); NaN without ticks
+    true_speed: NDArray[np.float64]  #: mean over the interval [m/s], (n, 2)
+
+
+class Barometer(NamedTuple):
+    """Samples of ``sensors.barometer``, n of them. Arrays are NumPy's, (n,)."""
+
+    time_s: NDArray[np.float64]  #: from the run's beginning [s]
+    pressure: NDArray[np.float64]  #: measured [Pa]
+    altitude: NDArray[np.float64]  #: that has this pressure in the standard atmosphere [m]
+    temperature: NDArray[np.float64]  #: of the air [K]
+    sensor_temperature: NDArray[np.float64]  #: of the sensor [K]
+    true_pressure: NDArray[np.float64]  #: of the air [Pa]
+    true_height: NDArray[np.float64]  #: of the sensor above mean sea level [m]
+
+
+class Magnetometer(NamedTuple):
+    """Samples of ``sensors.magnetometer``, n of them. Arrays are NumPy's; axes are the sensor's."""
+
+    time_s: NDArray[np.float64]  #: from the run's beginning [s], (n,)
+    field: NDArray[np.float64]  #: measured [uT], (n, 3)
+    true_field: NDArray[np.float64]  #: the Earth's [uT], (n, 3)
 
 
 class Run:
@@ -234,10 +274,25 @@ class Simulation(_canyon.Simulation):
         >>> still.specific_force[0].round(3).tolist()
         [0.0, 0.0, 9.807]
         """
-        found = self._imu()
+        return Inertial(**self._samples("imu"))
+
+    def wheels(self) -> Wheels:
+        """The samples of the scenario's ``sensors.wheels``; raises InputError where it has none."""
+        return Wheels(**self._samples("wheels"))
+
+    def barometer(self) -> Barometer:
+        """The samples of the scenario's ``sensors.barometer``; raises InputError where it has none."""
+        return Barometer(**self._samples("barometer"))
+
+    def magnetometer(self) -> Magnetometer:
+        """The samples of the scenario's ``sensors.magnetometer``; raises InputError where it has none."""
+        return Magnetometer(**self._samples("magnetometer"))
+
+    def _samples(self, sensor: str) -> Dict[str, Any]:
+        found = self._sensor(sensor)
         if found.pop("interrupted"):
             raise KeyboardInterrupt
-        return Inertial(**found)
+        return found
 
 
 def simulate(

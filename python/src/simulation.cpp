@@ -1,18 +1,20 @@
 // Declared in python/src/binding.hpp.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <complex>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/drawing/views/pictures.hpp"
+#include "canyon/output/sensor_arrays.hpp"
 #include "canyon/output/sinks.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/samples/correlation_record.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario/receiver_names.hpp"
-#include "canyon/simulation/sensors/inertial_run.hpp"
+#include "canyon/simulation/sensors/sensor_run.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "python/src/arrays.hpp"
 #include "python/src/epochs.hpp"
@@ -175,44 +177,30 @@ py::dict correlation(const SimulationPtr& simulation, const std::string& satelli
                   "interrupted"_a = signals.take_interrupt());
 }
 
-py::dict inertial_of(const SimulationPtr& simulation) {
-  const auto& imu = simulation->scenario().sensors.imu;
-  if (!imu)
-    throw InputError("the scenario has no inertial sensor", "add sensors: {imu: {profile: tactical}}");
+/// The arrays of one of the scenario's sensors over the run.
+py::dict sensor_arrays(const SimulationPtr& simulation, const std::string& sensor) {
+  output::SensorArrays samples(simulation->scenario().sensors, simulation->begin());
+  const auto of_sensor = [&](const output::SensorArray& array) { return array.sensor == sensor; };
+  if (std::none_of(samples.arrays().begin(), samples.arrays().end(), of_sensor)) {
+    throw InputError(fmt::format("the scenario has no sensors.{}", sensor),
+                     fmt::format("add sensors: {{{}: {{}}}}", sensor));
+  }
   Signals signals;
-  // Stated time, time, force and rate, their truth, place, velocity, attitude.
-  std::vector<double> stated_s, time_s;
-  std::array<std::vector<double>, 7> rows;
   {
     const py::gil_scoped_release release;
-    simulation::InertialRun run(*imu, simulation->scenario().seed, simulation->begin(),
-                                simulation::body_along(simulation->trajectory()));
-    const double duration_s = static_cast<double>(simulation->epoch_count() - 1) * simulation->interval_s();
-    while (const auto sample = run.next(simulation->begin() + duration_s)) {
-      if (signals.interrupted()) break;
-      const Eigen::Vector3d none = Eigen::Vector3d::Constant(kNan);
-      const simulation::SensorMotion motion(sample->truth.sensor, imu->axes);
-      const auto& stated = sample->sample;
-      stated_s.push_back(stated ? stated->time_s : kNan);
-      time_s.push_back(sample->time - simulation->begin());
-      const std::array<Eigen::Vector3d, 7> values{stated ? stated->measured.specific_force_mps2 : none,
-                                                  stated ? stated->measured.angular_rate_radps : none,
-                                                  sample->mean.specific_force_mps2,
-                                                  sample->mean.angular_rate_radps,
-                                                  motion.place_deg_m,
-                                                  motion.velocity_enu_mps,
-                                                  motion.attitude_deg};
-      for (std::size_t i = 0; i < rows.size(); ++i)
-        rows[i].insert(rows[i].end(), values[i].data(), values[i].data() + 3);
-    }
+    simulation::SensorRun run = simulation->sensors();
+    for (std::size_t k = 0; k < simulation->epoch_count() && !signals.interrupted(); ++k)
+      samples.add(run.until(simulation->begin() + static_cast<double>(k) * simulation->interval_s()));
   }
-  const auto count = static_cast<py::ssize_t>(time_s.size());
-  const auto array = [&](std::size_t i) { return owning_array(std::move(rows[i]), {count, 3}); };
-  return py::dict("time_s"_a = owning_array(std::move(time_s)),
-                  "stated_s"_a = owning_array(std::move(stated_s)), "specific_force"_a = array(0),
-                  "angular_rate"_a = array(1), "true_specific_force"_a = array(2),
-                  "true_angular_rate"_a = array(3), "place"_a = array(4), "velocity"_a = array(5),
-                  "attitude"_a = array(6), "interrupted"_a = signals.take_interrupt());
+  py::dict result("interrupted"_a = signals.take_interrupt());
+  for (output::SensorArray& array : samples.arrays()) {
+    if (!of_sensor(array)) continue;
+    const auto rows = static_cast<py::ssize_t>(array.values.size() / array.columns);
+    const auto columns = static_cast<py::ssize_t>(array.columns);
+    result[array.name.c_str()] = columns == 1 ? py::object(owning_array(std::move(array.values)))
+                                              : owning_array(std::move(array.values), {rows, columns});
+  }
+  return result;
 }
 
 void write(const SimulationPtr& simulation, std::size_t receiver, const std::vector<EpochPtr>& epochs,
@@ -270,7 +258,7 @@ void bind_simulation(py::module_& m) {
       .def("_run", &run, "threads"_a, "paths"_a, "folder"_a)
       .def("_correlation", &correlation, "satellite"_a, "signal"_a, "receiver"_a, "delays_m"_a,
            "bandwidth_hz"_a, "threads"_a)
-      .def("_imu", &inertial_of)
+      .def("_sensor", &sensor_arrays, "sensor"_a)
       .def("_write", &write, "receiver"_a, "epochs"_a, "path"_a, "format"_a)
       .def(
           "encoder",

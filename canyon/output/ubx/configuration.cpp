@@ -29,6 +29,7 @@ constexpr std::array kMessages{
     MessageInfo{0x0215, 0x209102a4, true, true, 1},                        // RXM-RAWX
     MessageInfo{0x0213, 0x20910231, true, true, 1, Sent::Events},          // RXM-SFRBX
     MessageInfo{kSensorSamples, 0x20910277, true, true, 0, Sent::Events},  // ESF-MEAS
+    MessageInfo{kRawSamples, 0x2091029f, true, true, 0, Sent::Events},     // ESF-RAW
     MessageInfo{0x0A09, 0x209101b4, true, true, 0},                        // MON-HW
     MessageInfo{0x0A0B, 0x209101b9, true, true, 0},                        // MON-HW2
     MessageInfo{0x0A38, 0x20910359, false, true, 1},                       // MON-RF

@@ -51,6 +51,8 @@ inline constexpr MessageId kRelativePosition = 0x013C;
 inline constexpr MessageId kFusionStatus = 0x1010;
 /// ESF-MEAS: likewise; samples of the vehicle's sensors.
 inline constexpr MessageId kSensorSamples = 0x1002;
+/// ESF-RAW: the same samples as ESF-MEAS, several in a message; on request.
+inline constexpr MessageId kRawSamples = 0x1003;
 /// All messages, in the order in which those of an epoch are sent.
 [[nodiscard]] std::span<const MessageInfo> messages();
 

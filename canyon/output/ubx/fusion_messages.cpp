@@ -43,22 +43,38 @@ Payload samples_head(std::uint32_t time_ms, int count) {
   return p;
 }
 
-}  // namespace
-
-// ESF-MEAS (UBX-13003221): rates in 2^-12 deg/s, accelerations in 2^-10 m/s^2.
-std::string inertial_payload(std::uint32_t time_ms, const Eigen::Vector3d& specific_force_mps2,
-                             const Eigen::Vector3d& angular_rate_radps) {
+/// Gyroscopes and accelerometers: rates in 2^-12 deg/s, accelerations in 2^-10 m/s^2 (UBX-13003221).
+std::array<std::uint32_t, 6> inertial_measurements(const Eigen::Vector3d& specific_force_mps2,
+                                                   const Eigen::Vector3d& angular_rate_radps) {
   constexpr double kRate = 1.0 / 4096, kAcceleration = 1.0 / 1024;
   constexpr std::array kGyroscopes{kGyroscopeX, kGyroscopeY, kGyroscopeZ};
   constexpr std::array kAccelerometers{kAccelerometerX, kAccelerometerY, kAccelerometerZ};
-  Payload p = samples_head(time_ms, 6);
+  std::array<std::uint32_t, 6> result{};
   for (Eigen::Index i = 0; i < 3; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    p.u4(measurement(kGyroscopes[k], in_24_bits(geodesy::degrees(angular_rate_radps[i]), kRate)));
+    result[k] = measurement(kGyroscopes[k], in_24_bits(geodesy::degrees(angular_rate_radps[i]), kRate));
+    result[k + 3] = measurement(kAccelerometers[k], in_24_bits(specific_force_mps2[i], kAcceleration));
   }
-  for (Eigen::Index i = 0; i < 3; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    p.u4(measurement(kAccelerometers[k], in_24_bits(specific_force_mps2[i], kAcceleration)));
+  return result;
+}
+
+}  // namespace
+
+std::string inertial_payload(std::uint32_t time_ms, const Eigen::Vector3d& specific_force_mps2,
+                             const Eigen::Vector3d& angular_rate_radps) {
+  Payload p = samples_head(time_ms, 6);
+  for (const std::uint32_t value : inertial_measurements(specific_force_mps2, angular_rate_radps))
+    p.u4(value);
+  return p.bytes();
+}
+
+std::string raw_inertial_payload(std::span<const RawInertialSample> samples) {
+  Payload p;
+  p.zeros(4);
+  for (const RawInertialSample& sample : samples) {
+    for (const std::uint32_t value :
+         inertial_measurements(sample.specific_force_mps2, sample.angular_rate_radps))
+      p.u4(value).u4(sample.time_ms);
   }
   return p.bytes();
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -74,6 +75,13 @@ struct ReceivedRtcm {
 /// @param time_ms since the start
 [[nodiscard]] std::string inertial_payload(std::uint32_t time_ms, const Eigen::Vector3d& specific_force_mps2,
                                            const Eigen::Vector3d& angular_rate_radps);
+/// A sample of ESF-RAW, whose units and axes are those of ESF-MEAS.
+struct RawInertialSample {
+  std::uint32_t time_ms = 0;
+  Eigen::Vector3d specific_force_mps2, angular_rate_radps;
+};
+/// ESF-RAW of some samples, in their order.
+[[nodiscard]] std::string raw_inertial_payload(std::span<const RawInertialSample> samples);
 /// ESF-MEAS of the rear wheels, left and right: ticks counted in either direction, and whether the wheel
 /// turns backwards.
 [[nodiscard]] std::string wheels_payload(std::uint32_t time_ms, const std::array<std::uint32_t, 2>& ticks,

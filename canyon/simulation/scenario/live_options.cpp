@@ -65,7 +65,9 @@ void visit(options::Visitor& v, PoseSourceOptions& o) {
             "the last motion is continued for this time after the last pose; then there is no truth and no "
             "signal"},
            o.track.timeout_s, {0.01, 60});
-  v.number({"smoothing_s", "s", "if poses have no velocities: time over which positions are differenced"},
+  v.number({"smoothing_s", "s",
+            "if poses have no velocities: time over which positions are differenced; steps, of at least 0.04 "
+            "s, of the motion that sensors feel"},
            o.track.smoothing_s, {0, 1});
 }
 

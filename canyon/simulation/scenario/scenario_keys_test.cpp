@@ -85,7 +85,8 @@ std::vector<std::string> scenarios_with_every_key() {
       "ubx_m8: true, ubx_hpg151: true, ubx_m10: true, ubx_x20: true, sbf: true, novatel: true, "
       "rinex_observation: true, "
       "rinex4_observation: true, gnsslogger: true, "
-      "rinex_navigation: true, imu: true, wheels: true, barometer: true, kf_gins: true, kml: true, geojson: "
+      "rinex_navigation: true, imu: true, wheels: true, barometer: true, magnetometer: true, sensors_npz: "
+      "true, highres_imu: true, kf_gins: true, kml: true, geojson: "
       "true, gpx: true, urbannav_gt: true, "
       "samples: true, "
       "pictures: true}\n"
@@ -189,7 +190,12 @@ std::vector<std::string> scenarios_with_every_key() {
       "{rate_hz: 5, track_m: 1, tick_m: 0.1, "
       "scale: 0.01, slip: 0.01, slip_time_s: 2, direction: false, minimum_mps: 1}, barometer: {rate_hz: 50, "
       "position: {forward_m: 1, left_m: 2, up_m: 3}, sea_level_pressure_pa: 100000, sea_level_temperature_c: "
-      "20, noise_pa: 2, turn_on_pa: 50, drift_pa: 10, drift_time_s: 300, airflow: -0.2, resolution_pa: 1}}\n",
+      "20, noise_pa: 2, turn_on_pa: 50, drift_pa: 10, drift_time_s: 300, airflow: -0.2, resolution_pa: 1, "
+      "profile: bmp388, pressure_change_pa_h: 50, temperature_pa_k: 1, "
+      "warming_k: 5, warming_time_s: 60, delay_s: 0.1}, magnetometer: {profile: rm3100, rate_hz: 20, axes: "
+      "frd, orientation: {roll_deg: 1, pitch_deg: 2, yaw_deg: 3}, noise_ut: 0.1, bias_instability_ut: 0.1, "
+      "hard_iron_ut: 5, soft_iron: 0.1, resolution_ut: 0.1, range_ut: 500, delay_s: 0.1, surroundings_ut: 2, "
+      "surroundings_m: 5}}\n",
       "city: {file: c.canyon, geoid: EGM96}\ntrajectory: {position: {latitude_deg: 1, longitude_deg: 2, "
       "height_m: 3}}\n",
       "city: {open: true, origin: {latitude_deg: 1, longitude_deg: 2}}\n"

@@ -155,7 +155,7 @@ TEST(Scenario, OutputsAreNamesAsAMappingOrAList) {
   };
   const std::set<std::string, std::less<>> plain{
       "epochs_csv", "satellites_csv", "nmea", "kml",    "rinex_observation", "rinex_navigation",
-      "geojson",    "pictures",       "imu",  "wheels", "barometer"};
+      "geojson",    "pictures",       "imu",  "wheels", "barometer",         "magnetometer"};
   EXPECT_EQ(names(""), plain);
   EXPECT_EQ(names("outputs:\n"), plain);
   EXPECT_EQ(names("outputs: {}\n"), plain);

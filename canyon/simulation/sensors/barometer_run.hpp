@@ -11,8 +11,8 @@ namespace canyon::simulation {
 
 struct BarometerSample {
   geodesy::GpsTime time;
-  double height_m = 0;  ///< of the barometer above mean sea level
-  inertial::Pressure pressure;
+  double height_m = 0;          ///< of the barometer above mean sea level
+  inertial::Pressure pressure;  ///< true_pa: at `time`
 };
 
 /// A barometer along a run.
@@ -26,6 +26,8 @@ class BarometerRun {
 
   /// The next sample, if it is due at `until`.
   [[nodiscard]] std::optional<BarometerSample> next(geodesy::GpsTime until);
+  /// Leaves out the samples whose intervals end until `time`.
+  void skip(geodesy::GpsTime time);
 
  private:
   inertial::BarometerOptions options_;

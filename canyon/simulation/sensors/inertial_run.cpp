@@ -61,6 +61,10 @@ InertialRun::InertialRun(const inertial::ImuOptions& options, std::uint64_t seed
           1 / options.rate_hz / static_cast<double>(steps_)),
       imu_(options, seed) {}
 
+void InertialRun::skip(GpsTime time) {
+  count_ = std::max(count_, samples_until(time - begin_, rate_hz_));
+}
+
 std::optional<InertialSample> InertialRun::next(GpsTime until) {
   const double from_s = sample_end_s(count_, rate_hz_), to_s = sample_end_s(count_ + 1, rate_hz_);
   if (begin_ + to_s > until) return std::nullopt;
@@ -70,6 +74,7 @@ std::optional<InertialSample> InertialRun::next(GpsTime until) {
   ++count_;
   sample.truth = ideal_.at(count_ * steps_);
   sample.sample = imu_.measure(sample.mean, to_s, to_s - from_s);
+  if (sample.sample) sample.stated = begin_ + sample.sample->time_s;
   return sample;
 }
 

@@ -27,6 +27,7 @@ struct SensorMotion {
 /// A sample of an inertial sensor, and what is true at its instant.
 struct InertialSample {
   geodesy::GpsTime time;                      ///< end of the sample's interval
+  geodesy::GpsTime stated;                    ///< the same as the sensor states it, where it is not lost
   inertial::ImuState truth;                   ///< place, motion and input of the sensor at `time`
   inertial::ImuInput mean;                    ///< true means over the interval
   std::optional<inertial::ImuSample> sample;  ///< time_s counts from the run's begin; empty: lost
@@ -42,6 +43,8 @@ class InertialRun {
 
   /// The next sample, if its interval has ended at `until`.
   [[nodiscard]] std::optional<InertialSample> next(geodesy::GpsTime until);
+  /// Leaves out the samples whose intervals end until `time`.
+  void skip(geodesy::GpsTime time);
 
  private:
   double rate_hz_;

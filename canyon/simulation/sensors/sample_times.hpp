@@ -11,4 +11,10 @@ namespace canyon::simulation {
   return std::round(static_cast<double>(k) / rate_hz * 1e9) / 1e9;
 }
 
+/// The number of samples whose intervals have ended `since_begin_s` after the begin of the run.
+[[nodiscard]] inline std::int64_t samples_until(double since_begin_s, double rate_hz) {
+  constexpr double kNanosecond = 1e-9;
+  return static_cast<std::int64_t>(std::floor((since_begin_s + kNanosecond) * rate_hz));
+}
+
 }  // namespace canyon::simulation

@@ -59,7 +59,7 @@ positioning::SensorReadings readings_of(const SensorBatch& batch, const inertial
                                         geodesy::GpsTime begin) {
   positioning::SensorReadings readings;
   if (sensors.imu) {
-    const Eigen::Matrix3d turn = body_from_sensor(*sensors.imu);
+    const Eigen::Matrix3d turn = body_from_sensor(sensors.imu->orientation, sensors.imu->axes);
     for (const InertialSample& sample : batch.imu) {
       if (!sample.sample) continue;
       const inertial::ImuInput& measured = sample.sample->measured;

@@ -25,6 +25,13 @@ WheelPair WheelRun::speeds(geodesy::GpsTime t) const {
   return {middle - turn, middle + turn};
 }
 
+void WheelRun::skip(geodesy::GpsTime time) {
+  const std::int64_t count = samples_until(time - begin_, options_.rate_hz);
+  if (count <= count_) return;
+  count_ = count;
+  last_ = speeds(begin_ + sample_end_s(count_, options_.rate_hz));
+}
+
 std::optional<WheelsAtWork> WheelRun::next(geodesy::GpsTime until) {
   const double from_s = sample_end_s(count_, options_.rate_hz),
                to_s = sample_end_s(count_ + 1, options_.rate_hz);

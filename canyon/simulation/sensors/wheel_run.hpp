@@ -26,6 +26,8 @@ class WheelRun {
 
   /// The next sample, if its interval has ended at `until`.
   [[nodiscard]] std::optional<WheelsAtWork> next(geodesy::GpsTime until);
+  /// Leaves out the samples whose intervals end until `time`.
+  void skip(geodesy::GpsTime time);
 
  private:
   /// Forward speeds of the wheels' points at an instant.
