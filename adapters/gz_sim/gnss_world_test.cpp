@@ -20,9 +20,9 @@
 #include <gz/sim/components/Name.hh>
 #include <gz/sim/components/ParentEntity.hh>
 #include <gz/sim/components/PoseCmd.hh>
+#include <numbers>
 #include <sdf/Box.hh>
 #include <sdf/Geometry.hh>
-#include <numbers>
 #include <set>
 
 #include "adapters/common/testing/street_message.hpp"
@@ -391,7 +391,8 @@ TEST(GnssWorld, ReceiversCorrectEachOther) {
   const std::string common = "<profile>ublox-f9p</profile><sky><nominal>true</nominal></sky>" + kStart;
   const std::string rover = common + "<rtk>true</rtk><corrections><from>tower</from></corrections>";
   const std::string front =
-      "<sensor name='front' type='navsat'><pose>0 1 2 0 0 0</pose><update_rate>10</update_rate><canyon><name>front"
+      "<sensor name='front' type='navsat'><pose>0 1 2 0 0 "
+      "0</pose><update_rate>10</update_rate><canyon><name>front"
       "</name>" +
       common + "<publishers><ros>false</ros></publishers></canyon></sensor>";
   const std::string heading = common + "<rtk>true</rtk><corrections><from>front</from></corrections>";
@@ -417,8 +418,8 @@ TEST(GnssWorld, ReceiversCorrectEachOther) {
   EXPECT_TRUE(third->fix().baseline().moving_base());
   EXPECT_NEAR(length_m(*third), 1, 0.03);
   // From the base, in front, to the other antenna.
-  EXPECT_NEAR(std::remainder(third->fix().baseline().heading_rad() - std::numbers::pi, 2 * std::numbers::pi), 0,
-              0.03);
+  EXPECT_NEAR(std::remainder(third->fix().baseline().heading_rad() - std::numbers::pi, 2 * std::numbers::pi),
+              0, 0.03);
 }
 
 TEST(GnssWorld, WrongValuesLeaveTheSimulationRunning) {

@@ -8,6 +8,25 @@
 
 namespace canyon::ros_messages {
 
+namespace detail {
+
+/// A vector in the sensor's axes as forward, left, up.
+template <class To>
+void assign_flu(To& to, const Eigen::Vector3d& from, inertial::ImuAxes axes) {
+  const double turn = axes == inertial::ImuAxes::Frd ? -1 : 1;
+  to.x = from.x();
+  to.y = turn * from.y();
+  to.z = turn * from.z();
+}
+
+template <class Covariance>
+void spread_variance(Covariance& covariance, double variance) {
+  std::fill(covariance.begin(), covariance.end(), 0.0);
+  covariance[0] = covariance[4] = covariance[8] = variance;
+}
+
+}  // namespace detail
+
 /// sensor_msgs/Imu of a sample that is not lost: rates [rad/s] and specific force [m/s^2] in the sensor's
 /// axes, turned to forward, left, up where the sample has forward, right, down: at rest z is +9.8. Variances
 /// are those of the white noise over a sample. The sensor does not estimate its attitude: the orientation is
@@ -17,25 +36,40 @@ template <class Imu>
                               const inertial::ImuOptions& options) {
   Imu message;
   detail::set_header(message.header, head);
-  const double turn = options.axes == inertial::ImuAxes::Frd ? -1 : 1;
-  const auto assign = [turn](auto& to, const Eigen::Vector3d& from) {
-    to.x = from.x();
-    to.y = turn * from.y();
-    to.z = turn * from.z();
-  };
-  assign(message.angular_velocity, sample.sample->measured.angular_rate_radps);
-  assign(message.linear_acceleration, sample.sample->measured.specific_force_mps2);
+  detail::assign_flu(message.angular_velocity, sample.sample->measured.angular_rate_radps, options.axes);
+  detail::assign_flu(message.linear_acceleration, sample.sample->measured.specific_force_mps2, options.axes);
   message.orientation.x = message.orientation.y = message.orientation.z = 0;
   message.orientation.w = 1;
   std::fill(message.orientation_covariance.begin(), message.orientation_covariance.end(), 0.0);
   message.orientation_covariance[0] = -1;
   const inertial::ImuNumbers numbers = inertial::imu_numbers(options);
-  const auto spread = [&options](auto& covariance, double density) {
-    std::fill(covariance.begin(), covariance.end(), 0.0);
-    covariance[0] = covariance[4] = covariance[8] = density * density * options.rate_hz;
-  };
-  spread(message.angular_velocity_covariance, numbers.gyroscope.white);
-  spread(message.linear_acceleration_covariance, numbers.accelerometer.white);
+  const auto variance = [&options](double density) { return density * density * options.rate_hz; };
+  detail::spread_variance(message.angular_velocity_covariance, variance(numbers.gyroscope.white));
+  detail::spread_variance(message.linear_acceleration_covariance, variance(numbers.accelerometer.white));
+  return message;
+}
+
+/// sensor_msgs/MagneticField [T] in forward, left, up of the sensor, with the variance of its noise.
+template <class MagneticField>
+[[nodiscard]] MagneticField magnetic_message(const Head& head, const simulation::MagnetometerSample& sample,
+                                             const inertial::MagnetometerOptions& options) {
+  MagneticField message;
+  detail::set_header(message.header, head);
+  detail::assign_flu(message.magnetic_field, sample.measured_t, options.axes);
+  const double density = inertial::magnetometer_numbers(options).white;
+  detail::spread_variance(message.magnetic_field_covariance, density * density * options.rate_hz);
+  return message;
+}
+
+/// sensor_msgs/FluidPressure [Pa] of the air, with the variance of its noise.
+template <class FluidPressure>
+[[nodiscard]] FluidPressure pressure_message(const Head& head, const simulation::BarometerSample& sample,
+                                             const inertial::BarometerOptions& options) {
+  FluidPressure message;
+  detail::set_header(message.header, head);
+  message.fluid_pressure = sample.pressure.measured_pa;
+  const double noise_pa = inertial::barometer_numbers(options).noise_pa;
+  message.variance = noise_pa * noise_pa;
   return message;
 }
 

@@ -6,7 +6,9 @@
 
 #ifdef CANYON_WITH_ROS2
 #include <geometry_msgs/msg/twist_with_covariance_stamped.hpp>
+#include <sensor_msgs/msg/fluid_pressure.hpp>
 #include <sensor_msgs/msg/imu.hpp>
+#include <sensor_msgs/msg/magnetic_field.hpp>
 #endif
 
 namespace canyon::ros_messages {
@@ -14,6 +16,8 @@ namespace {
 
 #ifdef CANYON_WITH_ROS2
 using Imu = sensor_msgs::msg::Imu;
+using MagneticField = sensor_msgs::msg::MagneticField;
+using FluidPressure = sensor_msgs::msg::FluidPressure;
 using Twist = geometry_msgs::msg::TwistWithCovarianceStamped;
 #else
 struct Header {
@@ -34,6 +38,15 @@ struct Imu {
   Vector3 angular_velocity, linear_acceleration;
   std::array<double, 9> orientation_covariance{}, angular_velocity_covariance{},
       linear_acceleration_covariance{};
+};
+struct MagneticField {
+  Header header;
+  Vector3 magnetic_field;
+  std::array<double, 9> magnetic_field_covariance{};
+};
+struct FluidPressure {
+  Header header;
+  double fluid_pressure = 7, variance = 7;
 };
 struct Twist {
   Header header;
@@ -83,6 +96,31 @@ TEST(SensorConversions, ImuStatesItsNoise) {
   }
   EXPECT_EQ(m.angular_velocity_covariance[1], 0);
   EXPECT_GT(m.linear_acceleration_covariance[0], 0);
+}
+
+TEST(SensorConversions, FieldsAreInTeslaForwardLeftUp) {
+  inertial::MagnetometerOptions options;
+  options.noise_ut = 0.3;
+  options.axes = inertial::ImuAxes::Frd;
+  simulation::MagnetometerSample sample;
+  sample.measured_t = {20e-6, 5e-6, 40e-6};
+  const auto m = magnetic_message<MagneticField>({{3, 4}, "magnetometer"}, sample, options);
+  EXPECT_EQ(m.header.frame_id, "magnetometer");
+  EXPECT_EQ(m.magnetic_field.x, 20e-6);
+  EXPECT_EQ(m.magnetic_field.y, -5e-6);
+  EXPECT_EQ(m.magnetic_field.z, -40e-6);
+  EXPECT_NEAR(std::sqrt(m.magnetic_field_covariance[4]), 0.3e-6, 1e-12);
+  EXPECT_EQ(m.magnetic_field_covariance[1], 0);
+}
+
+TEST(SensorConversions, PressuresAreInPascal) {
+  inertial::BarometerOptions options;
+  options.noise_pa = 2;
+  simulation::BarometerSample sample;
+  sample.pressure.measured_pa = 101200;
+  const auto m = pressure_message<FluidPressure>({{3, 4}, "barometer"}, sample, options);
+  EXPECT_EQ(m.fluid_pressure, 101200);
+  EXPECT_EQ(m.variance, 4);
 }
 
 TEST(SensorConversions, WheelsAreASpeedAndATurn) {

@@ -12,6 +12,8 @@ std::vector<DriverRole> make_roles() {
   DriverRole own{Driver::None, "none", "receiver", "receiver", "gnss", "", false, {}};
   own.topics.imu = "imu";
   own.topics.wheels = "wheels";
+  own.topics.magnetic_field = "magnetic_field";
+  own.topics.air_pressure = "air_pressure";
 
   DriverRole ublox{
       Driver::UbloxGps, "ublox_gps", "ublox_gps_node", "ublox_gps_node", "gps", "/rtcm", true, {}};

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "adapters/ros/gps_fix.hpp"
+#include "adapters/ros/orientation.hpp"
 #include "adapters/ros/sensor_conversions.hpp"
 #include "adapters/ros2/advertise.hpp"
 
@@ -38,8 +39,13 @@ ReceiverTopics::ReceiverTopics(NodeParts node, const TopicNames& names, bool dia
 #ifdef CANYON_WITH_GPS_MSGS
   advertise(node, names.gps_fix, reliable, gps_fix_);
 #endif
+#ifdef CANYON_WITH_AUTOWARE
+  advertise(node, names.orientation, reliable, orientation_);
+#endif
   advertise(node, names.imu, rclcpp::SensorDataQoS().reliable().keep_last(kSensorDepth), imu_);
   advertise(node, names.wheels, reliable, wheels_);
+  advertise(node, names.magnetic_field, reliable, magnetic_field_);
+  advertise(node, names.air_pressure, reliable, air_pressure_);
   advertise(node, names.gnss_multipath, reliable, gnss_multipath_);
   advertise(node, names.satellites, reliable, satellites_);
   advertise(node, names.raw_observations, reliable, raw_observations_);
@@ -64,6 +70,12 @@ void ReceiverTopics::publish(const ReceiverReport& report, const std::string& fr
          [&] { return velocity_message<geometry_msgs::msg::TwistWithCovarianceStamped>(head, epoch); });
 #ifdef CANYON_WITH_GPS_MSGS
     send(gps_fix_, [&] { return stated(gps_fix_message<gps_msgs::msg::GPSFix>(head, epoch)); });
+#endif
+#ifdef CANYON_WITH_AUTOWARE
+    using Orientation = autoware_sensing_msgs::msg::GnssInsOrientationStamped;
+    if (auto orientation = orientation_message<Orientation>(head, epoch)) {
+      send(orientation_, [&] { return std::move(*orientation); });
+    }
 #endif
     send(gnss_multipath_, [&] { return multipath_message<canyon_msgs::msg::GnssMultipath>(head, epoch); });
     send(satellites_, [&] { return satellites_message<canyon_msgs::msg::GnssSatellites>(head, epoch); });
@@ -97,11 +109,25 @@ void ReceiverTopics::publish(const simulation::SensorBatch& batch, const inertia
     send(imu_,
          [&] { return imu_message<sensor_msgs::msg::Imu>(head_of(stamp_ns, "imu"), sample, *sensors.imu); });
   }
+  const auto stamp_of = [&](geodesy::GpsTime time) {
+    return zero_ns + (time.nanoseconds() - begin.nanoseconds());
+  };
   for (const simulation::WheelsAtWork& sample : batch.wheels) {
-    const std::int64_t stamp_ns = zero_ns + (sample.time.nanoseconds() - begin.nanoseconds());
     send(wheels_, [&] {
-      return wheel_message<geometry_msgs::msg::TwistWithCovarianceStamped>(head_of(stamp_ns, vehicle_frame),
-                                                                           sample, *sensors.wheels);
+      return wheel_message<geometry_msgs::msg::TwistWithCovarianceStamped>(
+          head_of(stamp_of(sample.time), vehicle_frame), sample, *sensors.wheels);
+    });
+  }
+  for (const simulation::MagnetometerSample& sample : batch.magnetometer) {
+    send(magnetic_field_, [&] {
+      return magnetic_message<sensor_msgs::msg::MagneticField>(head_of(stamp_of(sample.time), "magnetometer"),
+                                                               sample, *sensors.magnetometer);
+    });
+  }
+  for (const simulation::BarometerSample& sample : batch.barometer) {
+    send(air_pressure_, [&] {
+      return pressure_message<sensor_msgs::msg::FluidPressure>(head_of(stamp_of(sample.time), "barometer"),
+                                                               sample, *sensors.barometer);
     });
   }
 }

@@ -9,10 +9,15 @@
 #include <rclcpp/node_interfaces/node_topics_interface.hpp>
 #include <rclcpp/publisher.hpp>
 #include <rosgraph_msgs/msg/clock.hpp>
+#include <sensor_msgs/msg/fluid_pressure.hpp>
 #include <sensor_msgs/msg/imu.hpp>
 #include <sensor_msgs/msg/laser_scan.hpp>
+#include <sensor_msgs/msg/magnetic_field.hpp>
 #include <sensor_msgs/msg/nav_sat_fix.hpp>
 #include <string>
+#ifdef CANYON_WITH_AUTOWARE
+#include <autoware_sensing_msgs/msg/gnss_ins_orientation_stamped.hpp>
+#endif
 #ifdef CANYON_WITH_GPS_MSGS
 #include <gps_msgs/msg/gps_fix.hpp>
 #endif
@@ -63,10 +68,15 @@ class ReceiverTopics {
 
   Topic<sensor_msgs::msg::NavSatFix> fix_;
   Topic<geometry_msgs::msg::TwistWithCovarianceStamped> fix_velocity_, wheels_;
+#ifdef CANYON_WITH_AUTOWARE
+  Topic<autoware_sensing_msgs::msg::GnssInsOrientationStamped> orientation_;
+#endif
 #ifdef CANYON_WITH_GPS_MSGS
   Topic<gps_msgs::msg::GPSFix> gps_fix_;
 #endif
   Topic<sensor_msgs::msg::Imu> imu_;
+  Topic<sensor_msgs::msg::MagneticField> magnetic_field_;
+  Topic<sensor_msgs::msg::FluidPressure> air_pressure_;
   Topic<canyon_msgs::msg::GnssMultipath> gnss_multipath_;
   Topic<canyon_msgs::msg::GnssSatellites> satellites_;
   Topic<canyon_msgs::msg::GnssRawObservations> raw_observations_;

@@ -21,6 +21,7 @@ void move_until(geodesy::GpsTime until, simulation::SensorBatch& from, simulatio
   move_until(until, from.imu, to.imu);
   move_until(until, from.wheels, to.wheels);
   move_until(until, from.barometer, to.barometer);
+  move_until(until, from.magnetometer, to.magnetometer);
 }
 
 }  // namespace

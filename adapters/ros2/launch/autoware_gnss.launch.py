@@ -15,6 +15,7 @@ ARGUMENTS = {
     "fix_topic": ("/sensing/gnss/ublox/nav_sat_fix", "sensor_msgs/NavSatFix of the receiver"),
     "frame_id": ("gnss_link", "of the antenna"),
     "gnss_poser": ("true", "also start autoware_gnss_poser"),
+    "orientation": ("false", "the poser takes the attitude of a receiver with dead reckoning or two antennas"),
     "use_sim_time": ("true", "go by /clock"),
 }
 
@@ -29,13 +30,15 @@ def nodes(context):
                     output="screen",
                     parameters=[time, {"scenario": given["scenario"], "frame_id": given["frame_id"],
                                        "pose.source": "pose", "pose.map_projector": given["map_projector"]}],
-                    remappings=[("~/fix", given["fix_topic"]), ("pose", given["pose_topic"])])
+                    remappings=[("~/fix", given["fix_topic"]), ("pose", given["pose_topic"]),
+                                 ("autoware_orientation", "/autoware_orientation")])
     if given["gnss_poser"].lower() != "true":
         return [receiver]
     poser = Node(package="autoware_gnss_poser", executable="gnss_poser", name="gnss_poser", output="screen",
                  parameters=[time, {"base_frame": "base_link", "gnss_base_frame": "gnss_base_link", "map_frame": "map",
-                                    "buff_epoch": 1, "use_gnss_ins_orientation": False, "gnss_pose_pub_method": 0}],
-                 remappings=[("fix", given["fix_topic"]), ("gnss_pose", "/sensing/gnss/pose"),
+                                    "buff_epoch": 1, "use_gnss_ins_orientation": given["orientation"].lower() == "true", "gnss_pose_pub_method": 0}],
+                 remappings=[("fix", given["fix_topic"]), ("autoware_orientation", "/autoware_orientation"),
+                             ("gnss_pose", "/sensing/gnss/pose"),
                              ("gnss_pose_cov", "/sensing/gnss/pose_with_covariance"),
                              ("gnss_fixed", "/sensing/gnss/fixed")])
     return [receiver, poser]
