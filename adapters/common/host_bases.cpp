@@ -32,9 +32,9 @@ void HostBases::remove(const HostedReceiver& receiver) {
   }
 }
 
-HostBases::Member* HostBases::member_of(const HostedReceiver& receiver) {
+HostBases::Member* HostBases::member_of(const HostedReceiver* receiver) {
   const auto at = std::find_if(members_.begin(), members_.end(),
-                               [&](const Member& member) { return member.receiver == &receiver; });
+                               [&](const Member& member) { return member.receiver == receiver; });
   return at == members_.end() ? nullptr : &*at;
 }
 
@@ -64,9 +64,8 @@ void HostBases::sort(std::vector<HostedReceiver*>& due) {
     int steps = 0;
     for (const HostedReceiver* at = receiver; at != nullptr && steps < static_cast<int>(members_.size());
          ++steps) {
-      const auto member = std::find_if(members_.begin(), members_.end(),
-                                       [at](const Member& each) { return each.receiver == at; });
-      at = member == members_.end() ? nullptr : member->base;
+      const Member* member = member_of(at);
+      at = member == nullptr ? nullptr : member->base;
     }
     return steps;
   };
@@ -105,7 +104,7 @@ void HostBases::find_base(Member& member) {
 }
 
 void HostBases::finish(HostedReceiver& receiver) {
-  Member* member = member_of(receiver);
+  Member* member = member_of(&receiver);
   if (member == nullptr) return receiver.finish();
   if (member->links) {
     const geodesy::GpsTime now = receiver.receiver().start() + std::chrono::nanoseconds(receiver.begun_ns());

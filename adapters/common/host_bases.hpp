@@ -34,7 +34,7 @@ class HostBases {
     std::optional<simulation::CorrectionLinks> links;
     std::int64_t last_ns = 0;
   };
-  [[nodiscard]] Member* member_of(const HostedReceiver& receiver);
+  [[nodiscard]] Member* member_of(const HostedReceiver* receiver);
   [[nodiscard]] Member* named(const std::string& name, const HostedReceiver& except);
   void find_base(Member& member);
   [[nodiscard]] std::string names() const;

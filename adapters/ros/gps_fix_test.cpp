@@ -5,6 +5,7 @@
 
 #include <array>
 
+#include "adapters/ros/testing/stand_ins.hpp"
 #include "tests/support/sample_signals.hpp"
 
 #ifdef CANYON_WITH_GPS_MSGS
@@ -21,14 +22,7 @@ using testing::IsNan;
 #ifdef CANYON_WITH_GPS_MSGS
 using GPSFix = gps_msgs::msg::GPSFix;
 #else
-/// As ROS 2's generator writes the message. Numbers are 7 before they are set.
-struct Header {
-  struct {
-    std::int32_t sec = 7;
-    std::uint32_t nanosec = 7;
-  } stamp;
-  std::string frame_id = "unset";
-};
+using test::messages::Header;
 struct GPSStatus {
   static constexpr std::int16_t STATUS_NO_FIX = -1, STATUS_FIX = 0, STATUS_SBAS_FIX = 1, STATUS_GBAS_FIX = 2,
                                 STATUS_DGPS_FIX = 18, STATUS_RTK_FIX = 19, STATUS_RTK_FLOAT = 20;

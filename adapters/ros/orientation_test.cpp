@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "adapters/ros/testing/stand_ins.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "tests/support/sample_epochs.hpp"
 
@@ -16,17 +17,9 @@ namespace {
 using Stamped = autoware_sensing_msgs::msg::GnssInsOrientationStamped;
 #else
 struct Stamped {
+  test::messages::Header header;
   struct {
-    struct {
-      std::int32_t sec = 7;
-      std::uint32_t nanosec = 7;
-    } stamp;
-    std::string frame_id = "unset";
-  } header;
-  struct {
-    struct {
-      double x = 7, y = 7, z = 7, w = 7;
-    } orientation;
+    test::messages::Quaternion orientation;
     float rmse_rotation_x = 7, rmse_rotation_y = 7, rmse_rotation_z = 7;
   } orientation;
 };

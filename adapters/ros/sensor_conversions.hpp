@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "adapters/ros/conversions.hpp"
+#include "canyon/inertial/imu_axes.hpp"
 #include "canyon/simulation/sensors/sensor_run.hpp"
 
 namespace canyon::ros_messages {
@@ -13,10 +14,10 @@ namespace detail {
 /// A vector in the sensor's axes as forward, left, up.
 template <class To>
 void assign_flu(To& to, const Eigen::Vector3d& from, inertial::ImuAxes axes) {
-  const double turn = axes == inertial::ImuAxes::Frd ? -1 : 1;
-  to.x = from.x();
-  to.y = turn * from.y();
-  to.z = turn * from.z();
+  const Eigen::Vector3d v = inertial::in_axes(from, axes, inertial::ImuAxes::Flu);
+  to.x = v.x();
+  to.y = v.y();
+  to.z = v.z();
 }
 
 template <class Covariance>

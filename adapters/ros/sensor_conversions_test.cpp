@@ -4,6 +4,8 @@
 
 #include <array>
 
+#include "adapters/ros/testing/stand_ins.hpp"
+
 #ifdef CANYON_WITH_ROS2
 #include <geometry_msgs/msg/twist_with_covariance_stamped.hpp>
 #include <sensor_msgs/msg/fluid_pressure.hpp>
@@ -20,21 +22,11 @@ using MagneticField = sensor_msgs::msg::MagneticField;
 using FluidPressure = sensor_msgs::msg::FluidPressure;
 using Twist = geometry_msgs::msg::TwistWithCovarianceStamped;
 #else
-struct Header {
-  struct {
-    std::int32_t sec = 7;
-    std::uint32_t nanosec = 7;
-  } stamp;
-  std::string frame_id = "unset";
-};
-struct Vector3 {
-  double x = 7, y = 7, z = 7;
-};
+using test::messages::Header;
+using test::messages::Vector3;
 struct Imu {
   Header header;
-  struct {
-    double x = 7, y = 7, z = 7, w = 7;
-  } orientation;
+  test::messages::Quaternion orientation;
   Vector3 angular_velocity, linear_acceleration;
   std::array<double, 9> orientation_covariance{}, angular_velocity_covariance{},
       linear_acceleration_covariance{};

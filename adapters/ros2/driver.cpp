@@ -9,45 +9,25 @@ namespace canyon::adapters::ros2 {
 namespace {
 
 std::vector<DriverRole> make_roles() {
-  DriverRole own{Driver::None, "none", "receiver", "receiver", "gnss", "", false, {}};
-  own.topics.imu = "imu";
-  own.topics.wheels = "wheels";
-  own.topics.magnetic_field = "magnetic_field";
-  own.topics.air_pressure = "air_pressure";
-
-  DriverRole ublox{
-      Driver::UbloxGps, "ublox_gps", "ublox_gps_node", "ublox_gps_node", "gps", "/rtcm", true, {}};
-  ublox.topics = own.topics;
-  ublox.topics.fix = "~/fix";
-  ublox.topics.fix_velocity = "~/fix_velocity";
-
-  DriverRole septentrio{Driver::Septentrio,
-                        "septentrio_gnss_driver",
-                        "septentrio_gnss_driver_node",
-                        "septentrio_gnss",
-                        "gnss",
-                        "",
-                        false,
-                        {}};
-  septentrio.topics = own.topics;
-  septentrio.topics.fix = "navsatfix";
-  septentrio.topics.fix_velocity = "twist_gnss";
-
-  DriverRole novatel{
-      Driver::Novatel, "novatel_gps_driver", "novatel_gps_node", "novatel_gps", "", "", true, {}};
-  novatel.topics = own.topics;
-  novatel.topics.gps_fix = "gps";
-
-  DriverRole nmea{Driver::NmeaNavsat,
-                  "nmea_navsat_driver",
-                  "nmea_serial_driver",
-                  "nmea_navsat_driver",
-                  "gps",
-                  "",
-                  true,
-                  {}};
-  nmea.topics = own.topics;
-  return {own, ublox, septentrio, novatel, nmea};
+  TopicNames own;
+  own.imu = "imu";
+  own.wheels = "wheels";
+  own.magnetic_field = "magnetic_field";
+  own.air_pressure = "air_pressure";
+  TopicNames ublox = own, septentrio = own, novatel = own;
+  ublox.fix = "~/fix";
+  ublox.fix_velocity = "~/fix_velocity";
+  septentrio.fix = "navsatfix";
+  septentrio.fix_velocity = "twist_gnss";
+  novatel.gps_fix = "gps";
+  // Package, program, node, frame, corrections, whether covariances are diagonal.
+  return {{Driver::None, "none", "receiver", "receiver", "gnss", "", false, own},
+          {Driver::UbloxGps, "ublox_gps", "ublox_gps_node", "ublox_gps_node", "gps", "/rtcm", true, ublox},
+          {Driver::Septentrio, "septentrio_gnss_driver", "septentrio_gnss_driver_node", "septentrio_gnss",
+           "gnss", "", false, septentrio},
+          {Driver::Novatel, "novatel_gps_driver", "novatel_gps_node", "novatel_gps", "", "", true, novatel},
+          {Driver::NmeaNavsat, "nmea_navsat_driver", "nmea_serial_driver", "nmea_navsat_driver", "gps", "",
+           true, own}};
 }
 
 using Number = std::optional<double>;
@@ -129,6 +109,18 @@ const DriverRole& role_of_program(std::string_view path) {
   const auto at = std::find_if(driver_roles().begin(), driver_roles().end(),
                                [name](const DriverRole& role) { return role.program == name; });
   return at == driver_roles().end() ? driver_roles().front() : *at;
+}
+
+TopicNames topics_of(const NodeSettings& settings) {
+  TopicNames names = role_of(settings.driver).topics;
+  const inertial::SensorOptions& sensors = settings.live.sensors;
+  const bool drives = !settings.by_poses();
+  if (!drives || !sensors.imu) names.imu.clear();
+  if (!drives || !sensors.wheels) names.wheels.clear();
+  if (!drives || !sensors.magnetometer) names.magnetic_field.clear();
+  if (!drives || !sensors.barometer) names.air_pressure.clear();
+  if (settings.drive_clock) names.clock = "/clock";
+  return names;
 }
 
 Parameters own_parameters(const Parameters& given, std::vector<std::string>& unused) {

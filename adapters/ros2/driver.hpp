@@ -28,6 +28,9 @@ struct DriverRole {
 /// The one whose program has this path or name; others are the receiver's own node.
 [[nodiscard]] const DriverRole& role_of_program(std::string_view path);
 
+/// Topics of a node with these settings: the driver's, sensors that the scenario's own drive has, the clock.
+[[nodiscard]] TopicNames topics_of(const NodeSettings& settings);
+
 /// Parameters for the node out of those for the driver: `rate` of ublox_gps is `rate_hz`, and so on. The
 /// node's own stay, and go before the driver's. Names that mean nothing here come back in `unused`.
 /// @param given["driver"] says which driver, if any

@@ -75,13 +75,11 @@ class HostPublisher final : public EpochPublisher {
     try {
       node_ = std::make_shared<rclcpp::Node>(ros_name_part(identity.plugin),
                                              names_.base.empty() ? "/" : names_.base);
-      TopicNames names;
+      TopicNames names;  // those that are not set here lie in the node's namespace
       names.fix = names_.fix;
       names.fix_velocity = names_.fix_velocity;
-      names.gps_fix = names_.base + "/gpsfix";
       names.gnss_multipath = names_.gnss_multipath;
       names.satellites = names_.satellites;
-      names.raw_observations = names_.base + "/raw_observations";
       names.scan = names_.scan;
       topics_ = std::make_unique<ReceiverTopics>(NodeParts(*node_), names);
       services_ = std::make_unique<FaultServices>(*node_, std::move(faults));

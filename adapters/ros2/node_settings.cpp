@@ -47,8 +47,7 @@ void visit_pose(Visitor& v, NodeSettings& settings) {
           settings.pose_heading_rad, {-360, 360});
   v.file({"map_projector", "",
           "map_projector_info.yaml of Autoware, where poses are in its map: instead of east_m, north_m, up_m "
-          "and "
-          "heading_deg"},
+          "and heading_deg"},
          settings.map_projector);
   if (!v.reads() || !settings.map_projector) return;
   for (const char* key : {"east_m", "north_m", "up_m", "heading_deg"}) {

@@ -26,8 +26,7 @@ class PoseReceiver {
                geodesy::GpsTime start, std::string own_name);
 
   /// A pose of the vehicle in pose_frame, with the sender's stamp [s], that comes at `now_ns` of the host's
-  /// time. False if it is not finite or its quaternion has no direction. Throws InputError for a place that
-  /// the projection of the map does not reach.
+  /// time. False if it is not finite or its quaternion has no direction.
   bool add(const RigidPose& pose, double stamp_s, std::int64_t now_ns);
   /// A message of NodeSettings::corrections_topic(), which comes at `now_ns`.
   void receive_rtcm(std::string_view bytes, std::int64_t now_ns);

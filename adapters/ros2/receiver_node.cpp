@@ -162,13 +162,8 @@ void ReceiverNode::Impl::configure() {
     interval_s = simulation->interval_s();
   }
   schedule = simulation::EpochSchedule(interval_s);
-  TopicNames names = role_of(settings.driver).topics;
-  if (settings.by_poses() || !settings.live.sensors.imu) names.imu.clear();
-  if (settings.by_poses() || !settings.live.sensors.wheels) names.wheels.clear();
-  if (settings.by_poses() || !settings.live.sensors.magnetometer) names.magnetic_field.clear();
-  if (settings.by_poses() || !settings.live.sensors.barometer) names.air_pressure.clear();
-  if (settings.drive_clock) names.clock = "/clock";
-  topics = std::make_unique<ReceiverTopics>(NodeParts(node), names, settings.diagonal_covariance);
+  topics =
+      std::make_unique<ReceiverTopics>(NodeParts(node), topics_of(settings), settings.diagonal_covariance);
   const bool changes = settings.live.live && settings.live.live->changes;
   services = std::make_unique<FaultServices>(
       node, FaultAnswerer{[this](const OptionsRequest& request) { return answer_faults(request); }, changes,

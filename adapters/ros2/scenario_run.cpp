@@ -56,7 +56,7 @@ ScenarioRun::~ScenarioRun() {
 void ScenarioRun::write(const simulation::Epoch& epoch) {
   simulation::LiveReceiver::Step step{epoch, *epoch.arrival};
   step.epoch.arrival = nullptr;
-  simulation::SensorBatch sensed;
+  simulation::SensorBatch sensed;  // of the vehicle: once an epoch
   if (epoch.receiver == 0 && epoch.sensors != nullptr) sensed = *epoch.sensors;
   step.epoch.sensors = nullptr;
   if (epoch.receiver == 0) {

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <string_view>
 
+#include "canyon/base/floor_div.hpp"
 #include "canyon/broadcast/messages.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/broadcast_messages.hpp"
@@ -41,10 +42,6 @@ Pace pace_of(gnss::SatelliteId id, GpsTime t) {
       break;
   }
   return {0, 6 * kSecond, 6 * kSecond, 5};
-}
-
-std::int64_t floor_div(std::int64_t a, std::int64_t b) {
-  return a / b - (a % b < 0 ? 1 : 0);
 }
 
 /// The record with the nearest toe, the newer one among equals, as BroadcastSky has it. Galileo's begin to be

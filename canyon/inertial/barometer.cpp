@@ -12,7 +12,6 @@ constexpr double kGravity_mps2 = 9.80665;
 constexpr double kGasConstant = 287.05287;  ///< of dry air [J/(kg K)]
 constexpr double kEarthRadius_m = 6356766;  ///< of the geopotential height
 constexpr double kSeaLevel_pa = 101325, kSeaLevel_k = 288.15;
-constexpr double kZero_k = 273.15;  // 0 deg C
 
 struct Layer {
   double base_m;  ///< geopotential
@@ -82,11 +81,11 @@ Barometer::Barometer(const BarometerOptions& options, std::uint64_t seed)
 Air Barometer::air(double height_m, double t_s) const {
   constexpr double kHour_s = 3600;
   return air_at(height_m, options_.sea_level_pressure_pa + options_.pressure_change_pa_h * t_s / kHour_s,
-                options_.sea_level_temperature_c + kZero_k);
+                options_.sea_level_temperature_c + kZeroCelsius_k);
 }
 
 Pressure Barometer::measure(double height_m, double speed_mps, double t_s) {
-  constexpr double kCalibrated_k = kZero_k + 25;
+  constexpr double kCalibrated_k = kZeroCelsius_k + 25;
   const Air air = this->air(height_m, t_s);
   const double sensor_k =
       air.temperature_k - options_.warming_k * std::expm1(-std::max(t_s, 0.0) / options_.warming_time_s);

@@ -7,6 +7,8 @@
 
 namespace canyon::inertial {
 
+inline constexpr double kZeroCelsius_k = 273.15;
+
 /// Air at a height.
 struct Air {
   double pressure_pa = 0, temperature_k = 0;

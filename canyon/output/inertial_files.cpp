@@ -7,10 +7,12 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "canyon/base/output_file.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/inertial/imu_axes.hpp"
 #include "canyon/output/npz.hpp"
 #include "canyon/output/number.hpp"
 #include "canyon/output/sensor_arrays.hpp"
@@ -104,11 +106,12 @@ class KfGinsLayout final : public Layout {
 
   void add(const InertialSample& sample) override {
     if (sample.sample) {
-      const Vector3d signs(1, axes_ == inertial::ImuAxes::Flu ? -1 : 1,
-                           axes_ == inertial::ImuAxes::Flu ? -1 : 1);
       const inertial::ImuInput& measured = sample.sample->measured;
-      const Vector3d turn = interval_s_ * signs.cwiseProduct(measured.angular_rate_radps);
-      const Vector3d push = interval_s_ * signs.cwiseProduct(measured.specific_force_mps2);
+      const auto increment = [this](const Vector3d& v) -> Vector3d {
+        return interval_s_ * inertial::in_axes(v, axes_, inertial::ImuAxes::Frd);
+      };
+      const Vector3d turn = increment(measured.angular_rate_radps);
+      const Vector3d push = increment(measured.specific_force_mps2);
       imu_.write(fmt::format("{} {:.15e} {:.15e} {:.15e} {:.15e} {:.15e} {:.15e}\n",
                              seconds_of_week(begin_ + sample.sample->time_s, 9), turn.x(), turn.y(), turn.z(),
                              push.x(), push.y(), push.z()));
@@ -142,13 +145,22 @@ class KfGinsLayout final : public Layout {
   OutputFile imu_, gnss_, truth_;
 };
 
-class WheelLayout final : public Layout {
+/// A file of one sensor.
+class OneFile : public Layout {
  public:
-  explicit WheelLayout(const std::filesystem::path& folder) : file_(folder / "wheels.csv") {
-    file_.write(
-        "gps_week,gps_tow,speed_left_mps,speed_right_mps,ticks_left,ticks_right,true_speed_left_mps,"
-        "true_speed_right_mps\n");
-  }
+  OneFile(const std::filesystem::path& path, std::string_view head) : file_(path) { file_.write(head); }
+  void commit() override { file_.commit(); }
+
+ protected:
+  OutputFile file_;
+};
+
+class WheelLayout final : public OneFile {
+ public:
+  explicit WheelLayout(const std::filesystem::path& folder)
+      : OneFile(folder / "wheels.csv",
+                "gps_week,gps_tow,speed_left_mps,speed_right_mps,ticks_left,ticks_right,true_speed_left_mps,"
+                "true_speed_right_mps\n") {}
 
   void add_wheels(const WheelsAtWork& sample) override {
     const auto& [left, right] = sample.sample.speed_mps;
@@ -158,19 +170,14 @@ class WheelLayout final : public Layout {
                             ticks ? std::to_string((*ticks)[1]) : "", sample.true_mps[0],
                             sample.true_mps[1]));
   }
-  void commit() override { file_.commit(); }
-
- private:
-  OutputFile file_;
 };
 
-class BarometerLayout final : public Layout {
+class BarometerLayout final : public OneFile {
  public:
-  explicit BarometerLayout(const std::filesystem::path& folder) : file_(folder / "barometer.csv") {
-    file_.write(
-        "gps_week,gps_tow,pressure_pa,pressure_altitude_m,temperature_k,sensor_temperature_k,"
-        "true_pressure_pa,true_height_msl_m\n");
-  }
+  explicit BarometerLayout(const std::filesystem::path& folder)
+      : OneFile(folder / "barometer.csv",
+                "gps_week,gps_tow,pressure_pa,pressure_altitude_m,temperature_k,sensor_temperature_k,"
+                "true_pressure_pa,true_height_msl_m\n") {}
 
   void add_pressure(const BarometerSample& sample) override {
     const inertial::Pressure& p = sample.pressure;
@@ -178,19 +185,15 @@ class BarometerLayout final : public Layout {
                             p.measured_pa, inertial::pressure_altitude_m(p.measured_pa), p.temperature_k,
                             p.sensor_temperature_k, p.true_pa, sample.height_m));
   }
-  void commit() override { file_.commit(); }
-
- private:
-  OutputFile file_;
 };
 
-class MagnetometerLayout final : public Layout {
+class MagnetometerLayout final : public OneFile {
  public:
-  explicit MagnetometerLayout(const std::filesystem::path& folder) : file_(folder / "magnetometer.csv") {
-    file_.write(
-        "gps_week,gps_tow,field_x_ut,field_y_ut,field_z_ut,true_field_x_ut,true_field_y_ut,true_field_z_"
-        "ut\n");
-  }
+  explicit MagnetometerLayout(const std::filesystem::path& folder)
+      : OneFile(
+            folder / "magnetometer.csv",
+            "gps_week,gps_tow,field_x_ut,field_y_ut,field_z_ut,true_field_x_ut,true_field_y_ut,true_field_z_"
+            "ut\n") {}
 
   void add_field(const MagnetometerSample& sample) override {
     constexpr double kMicro = 1e6;
@@ -198,10 +201,6 @@ class MagnetometerLayout final : public Layout {
     file_.write(fmt::format("{},{},{},{},{},{},{},{}\n", sample.time.week(), seconds_of_week(sample.time, 9),
                             measured.x(), measured.y(), measured.z(), truth.x(), truth.y(), truth.z()));
   }
-  void commit() override { file_.commit(); }
-
- private:
-  OutputFile file_;
 };
 
 /// sensors.npz: every number of every sensor.

@@ -9,6 +9,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/inertial/imu_axes.hpp"
 #include "canyon/mavlink/frames.hpp"
 #include "canyon/mavlink/rtcm_data.hpp"
 #include "canyon/output/epoch_values.hpp"
@@ -301,7 +302,7 @@ std::vector<mavlink::HighresImu> highres_imu(const simulation::SensorBatch& batc
                                              mavlink::HighresImu& last) {
   using mavlink::HighresImu;
   const auto frd = [](const Eigen::Vector3d& v, inertial::ImuAxes axes) -> Eigen::Vector3d {
-    return axes == inertial::ImuAxes::Frd ? v : Eigen::Vector3d(v.x(), -v.y(), -v.z());
+    return inertial::in_axes(v, axes, inertial::ImuAxes::Frd);
   };
   // By their instants, values that are there.
   struct Samples {
@@ -330,11 +331,10 @@ std::vector<mavlink::HighresImu> highres_imu(const simulation::SensorBatch& batc
       last.updated |= HighresImu::kField;
     }
     if (samples.barometer != nullptr) {
-      constexpr double kZero_k = 273.15;
       const inertial::Pressure& pressure = samples.barometer->pressure;
       last.pressure_pa = pressure.measured_pa;
       last.pressure_altitude_m = inertial::pressure_altitude_m(pressure.measured_pa);
-      last.temperature_c = pressure.sensor_temperature_k - kZero_k;
+      last.temperature_c = pressure.sensor_temperature_k - inertial::kZeroCelsius_k;
       last.updated |= HighresImu::kPressure | HighresImu::kAltitude | HighresImu::kTemperature;
     }
     messages.push_back(last);

@@ -36,7 +36,8 @@ def nodes(context):
         return [receiver]
     poser = Node(package="autoware_gnss_poser", executable="gnss_poser", name="gnss_poser", output="screen",
                  parameters=[time, {"base_frame": "base_link", "gnss_base_frame": "gnss_base_link", "map_frame": "map",
-                                    "buff_epoch": 1, "use_gnss_ins_orientation": given["orientation"].lower() == "true", "gnss_pose_pub_method": 0}],
+                                    "buff_epoch": 1, "gnss_pose_pub_method": 0,
+                                    "use_gnss_ins_orientation": given["orientation"].lower() == "true"}],
                  remappings=[("fix", given["fix_topic"]), ("autoware_orientation", "/autoware_orientation"),
                              ("gnss_pose", "/sensing/gnss/pose"),
                              ("gnss_pose_cov", "/sensing/gnss/pose_with_covariance"),

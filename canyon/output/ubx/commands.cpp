@@ -115,8 +115,8 @@ void Commands::take(MessageId id, std::string_view payload, std::string& answer)
 
 Commands::Reply Commands::configure(std::uint8_t id, std::string_view payload, std::string& answer) {
   const bool keys = generation_ != Generation::M8;
-  constexpr std::array<std::uint8_t, 5> kOfKeys{0x04, 0x09, 0x8A, 0x8B,
-                                                0x8C};  // beside them CFG-RST, CFG-CFG
+  // CFG-RST, CFG-CFG, CFG-VALSET, CFG-VALGET, CFG-VALDEL.
+  constexpr std::array<std::uint8_t, 5> kOfKeys{0x04, 0x09, 0x8A, 0x8B, 0x8C};
   if (keys_alone(generation_) && std::find(kOfKeys.begin(), kOfKeys.end(), id) == kOfKeys.end()) {
     return Reply::Refuse;
   }

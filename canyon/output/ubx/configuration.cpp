@@ -8,59 +8,59 @@ namespace {
 
 // Keys: UBX-22008968, 6.9.14 (CFG-MSGOUT). ID, key, M8, F9, rate, made.
 constexpr std::array kMessages{
-    MessageInfo{0x0107, 0x20910006, true, true, 1},                        // NAV-PVT
-    MessageInfo{0x0103, 0x2091001a, true, true, 1},                        // NAV-STATUS
-    MessageInfo{0x0104, 0x20910038, true, true, 1},                        // NAV-DOP
-    MessageInfo{0x0120, 0x20910047, true, true, 1},                        // NAV-TIMEGPS
-    MessageInfo{0x0121, 0x2091005b, true, true, 0},                        // NAV-TIMEUTC
-    MessageInfo{0x0102, 0x20910029, true, true, 0},                        // NAV-POSLLH
-    MessageInfo{0x0112, 0x20910042, true, true, 0},                        // NAV-VELNED
-    MessageInfo{0x0106, 0, true, false, 0},                                // NAV-SOL
-    MessageInfo{0x0114, 0x20910033, false, true, 0},                       // NAV-HPPOSLLH
-    MessageInfo{0x0136, 0x20910083, false, true, 1},                       // NAV-COV
-    MessageInfo{0x0162, 0x20910415, false, true, 0},                       // NAV-PL
-    MessageInfo{0x0126, 0x20910060, true, true, 0},                        // NAV-TIMELS
-    MessageInfo{0x0135, 0x20910015, true, true, 1},                        // NAV-SAT
-    MessageInfo{0x0130, 0, true, false, 0},                                // NAV-SVINFO
-    MessageInfo{0x0143, 0x20910345, false, true, 1},                       // NAV-SIG
-    MessageInfo{kRelativePosition, 0x2091008d, false, true, 0},            // NAV-RELPOSNED
-    MessageInfo{kFusionStatus, 0x20910105, true, true, 0},                 // ESF-STATUS
-    MessageInfo{0x0161, 0x2091015f, true, true, 1},                        // NAV-EOE
-    MessageInfo{0x0215, 0x209102a4, true, true, 1},                        // RXM-RAWX
-    MessageInfo{0x0213, 0x20910231, true, true, 1, Sent::Events},          // RXM-SFRBX
-    MessageInfo{kSensorSamples, 0x20910277, true, true, 0, Sent::Events},  // ESF-MEAS
-    MessageInfo{kRawSamples, 0x2091029f, true, true, 0, Sent::Events},     // ESF-RAW
-    MessageInfo{0x0A09, 0x209101b4, true, true, 0},                        // MON-HW
-    MessageInfo{0x0A0B, 0x209101b9, true, true, 0},                        // MON-HW2
-    MessageInfo{0x0A38, 0x20910359, false, true, 1},                       // MON-RF
-    MessageInfo{0x0A31, 0x2091038b, false, true, 0},                       // MON-SPAN
-    MessageInfo{0x2709, 0x20910634, false, true, 1},                       // SEC-SIG
-    MessageInfo{0x2710, 0x20910689, false, true, 0},                       // SEC-SIGLOG
-    MessageInfo{0xF004, 0x209100ab, true, true, 0},                        // RMC
-    MessageInfo{0xF000, 0x209100ba, true, true, 0},                        // GGA
-    MessageInfo{0xF002, 0x209100bf, true, true, 0},                        // GSA
-    MessageInfo{0xF007, 0x209100d3, true, true, 0},                        // GST
-    MessageInfo{0xF003, 0x209100c4, true, true, 0},                        // GSV
+    MessageInfo{0x0107, 0x20910006, true, true, 1},                                  // NAV-PVT
+    MessageInfo{0x0103, 0x2091001a, true, true, 1},                                  // NAV-STATUS
+    MessageInfo{0x0104, 0x20910038, true, true, 1},                                  // NAV-DOP
+    MessageInfo{0x0120, 0x20910047, true, true, 1},                                  // NAV-TIMEGPS
+    MessageInfo{0x0121, 0x2091005b, true, true, 0},                                  // NAV-TIMEUTC
+    MessageInfo{0x0102, 0x20910029, true, true, 0},                                  // NAV-POSLLH
+    MessageInfo{0x0112, 0x20910042, true, true, 0},                                  // NAV-VELNED
+    MessageInfo{0x0106, 0, true, false, 0},                                          // NAV-SOL
+    MessageInfo{0x0114, 0x20910033, false, true, 0, Sent::Epochs, true},             // NAV-HPPOSLLH
+    MessageInfo{0x0136, 0x20910083, false, true, 1},                                 // NAV-COV
+    MessageInfo{0x0162, 0x20910415, false, true, 0},                                 // NAV-PL
+    MessageInfo{0x0126, 0x20910060, true, true, 0},                                  // NAV-TIMELS
+    MessageInfo{0x0135, 0x20910015, true, true, 1},                                  // NAV-SAT
+    MessageInfo{0x0130, 0, true, false, 0},                                          // NAV-SVINFO
+    MessageInfo{0x0143, 0x20910345, false, true, 1},                                 // NAV-SIG
+    MessageInfo{kRelativePosition, 0x2091008d, false, true, 0, Sent::Epochs, true},  // NAV-RELPOSNED
+    MessageInfo{kFusionStatus, 0x20910105, true, true, 0},                           // ESF-STATUS
+    MessageInfo{0x0161, 0x2091015f, true, true, 1},                                  // NAV-EOE
+    MessageInfo{0x0215, 0x209102a4, true, true, 1, Sent::Epochs, true},              // RXM-RAWX
+    MessageInfo{0x0213, 0x20910231, true, true, 1, Sent::Events},                    // RXM-SFRBX
+    MessageInfo{kSensorSamples, 0x20910277, true, true, 0, Sent::Events},            // ESF-MEAS
+    MessageInfo{kRawSamples, 0x2091029f, true, true, 0, Sent::Events},               // ESF-RAW
+    MessageInfo{0x0A09, 0x209101b4, true, true, 0},                                  // MON-HW
+    MessageInfo{0x0A0B, 0x209101b9, true, true, 0},                                  // MON-HW2
+    MessageInfo{0x0A38, 0x20910359, false, true, 1},                                 // MON-RF
+    MessageInfo{0x0A31, 0x2091038b, false, true, 0},                                 // MON-SPAN
+    MessageInfo{0x2709, 0x20910634, false, true, 1},                                 // SEC-SIG
+    MessageInfo{0x2710, 0x20910689, false, true, 0},                                 // SEC-SIGLOG
+    MessageInfo{0xF004, 0x209100ab, true, true, 0},                                  // RMC
+    MessageInfo{0xF000, 0x209100ba, true, true, 0},                                  // GGA
+    MessageInfo{0xF002, 0x209100bf, true, true, 0},                                  // GSA
+    MessageInfo{0xF007, 0x209100d3, true, true, 0},                                  // GST
+    MessageInfo{0xF003, 0x209100c4, true, true, 0},                                  // GSV
     // No RTCM comes in, no edges of a time mark.
-    MessageInfo{0x0D03, 0x20910178, true, true, 0, Sent::Events},   // TIM-TM2
-    MessageInfo{0x0232, 0x20910268, false, true, 0, Sent::Events},  // RXM-RTCM
-    MessageInfo{0x0234, 0x209106b6, false, true, 0, Sent::Events},  // RXM-COR
-    MessageInfo{0xF001, 0x209100c9, true, true, 0, Sent::Never},    // GLL
-    MessageInfo{0xF005, 0x209100b0, true, true, 0, Sent::Never},    // VTG
-    MessageInfo{0xF008, 0x209100d8, true, true, 0, Sent::Never},    // ZDA
-    MessageInfo{0x013B, 0x20910088, false, true, 0, Sent::Never},   // NAV-SVIN
-    MessageInfo{0xF505, 0x209102bd, false, true, 0, Sent::Never},   // RTCM 1005, 1074, 1077, ...
-    MessageInfo{0xF54A, 0x2091035e, false, true, 0, Sent::Never},
-    MessageInfo{0xF54D, 0x209102cc, false, true, 0, Sent::Never},
-    MessageInfo{0xF554, 0x20910363, false, true, 0, Sent::Never},
-    MessageInfo{0xF557, 0x209102d1, false, true, 0, Sent::Never},
-    MessageInfo{0xF55E, 0x20910368, false, true, 0, Sent::Never},
-    MessageInfo{0xF561, 0x20910318, false, true, 0, Sent::Never},
-    MessageInfo{0xF57C, 0x2091036d, false, true, 0, Sent::Never},
-    MessageInfo{0xF57F, 0x209102d6, false, true, 0, Sent::Never},
-    MessageInfo{0xF5E6, 0x20910303, false, true, 0, Sent::Never},
-    MessageInfo{0xF5FE, 0x209102fe, false, true, 0, Sent::Never},
-    MessageInfo{0xF5FD, 0x20910381, false, true, 0, Sent::Never},
+    MessageInfo{0x0D03, 0x20910178, true, true, 0, Sent::Events},         // TIM-TM2
+    MessageInfo{0x0232, 0x20910268, false, true, 0, Sent::Events, true},  // RXM-RTCM
+    MessageInfo{0x0234, 0x209106b6, false, true, 0, Sent::Events, true},  // RXM-COR
+    MessageInfo{0xF001, 0x209100c9, true, true, 0, Sent::Never},          // GLL
+    MessageInfo{0xF005, 0x209100b0, true, true, 0, Sent::Never},          // VTG
+    MessageInfo{0xF008, 0x209100d8, true, true, 0, Sent::Never},          // ZDA
+    MessageInfo{0x013B, 0x20910088, false, true, 0, Sent::Never, true},   // NAV-SVIN
+    MessageInfo{0xF505, 0x209102bd, false, true, 0, Sent::Never, true},   // RTCM 1005, 1074, 1077, ...
+    MessageInfo{0xF54A, 0x2091035e, false, true, 0, Sent::Never, true},
+    MessageInfo{0xF54D, 0x209102cc, false, true, 0, Sent::Never, true},
+    MessageInfo{0xF554, 0x20910363, false, true, 0, Sent::Never, true},
+    MessageInfo{0xF557, 0x209102d1, false, true, 0, Sent::Never, true},
+    MessageInfo{0xF55E, 0x20910368, false, true, 0, Sent::Never, true},
+    MessageInfo{0xF561, 0x20910318, false, true, 0, Sent::Never, true},
+    MessageInfo{0xF57C, 0x2091036d, false, true, 0, Sent::Never, true},
+    MessageInfo{0xF57F, 0x209102d6, false, true, 0, Sent::Never, true},
+    MessageInfo{0xF5E6, 0x20910303, false, true, 0, Sent::Never, true},
+    MessageInfo{0xF5FE, 0x209102fe, false, true, 0, Sent::Never, true},
+    MessageInfo{0xF5FD, 0x20910381, false, true, 0, Sent::Never, true},
 };
 
 struct KeyDefault {
@@ -101,17 +101,6 @@ const MessageInfo* info_of(MessageId id, Generation generation) {
 
 }  // namespace
 
-bool MessageInfo::known(Generation generation) const {
-  if (generation == Generation::M8) return m8;
-  // Of receivers with carrier phases: HPPOSLLH, RELPOSNED, SVIN, RAWX, RTCM and its messages.
-  constexpr std::array<MessageId, 6> kHighPrecision{0x0114, kRelativePosition, 0x013B, 0x0215, 0x0232,
-                                                    0x0234};
-  constexpr int kRtcmClass = 0xF5;
-  const bool precise = id >> 8 == kRtcmClass ||
-                       std::find(kHighPrecision.begin(), kHighPrecision.end(), id) != kHighPrecision.end();
-  return f9 && !(precise && generation == Generation::M10);
-}
-
 std::span<const MessageInfo> messages() {
   return kMessages;
 }
@@ -136,7 +125,7 @@ Configuration::Configuration(Generation generation, int period_ms, bool rtk, boo
     }
   }
   if (generation == Generation::M8) values_[*rate_key(0x0A09, kOwnPort)] = 1;  // has no MON-RF
-  if (rtk && rate_key(kRelativePosition, kOwnPort)) values_[*rate_key(kRelativePosition, kOwnPort)] = 1;
+  if (const auto key = rate_key(kRelativePosition, kOwnPort); rtk && key) values_[*key] = 1;
   if (dead_reckoning) {
     for (const MessageId id : {kFusionStatus, kSensorSamples}) values_[*rate_key(id, kOwnPort)] = 1;
   }

@@ -42,8 +42,12 @@ struct MessageInfo {
   bool m8 = false, f9 = false;
   int rate = 0;  ///< from the start, on the own port
   Sent sent = Sent::Epochs;
+  bool high_precision = false;  ///< of receivers with carrier phases, which the M10 is not
 
-  [[nodiscard]] bool known(Generation generation) const;
+  [[nodiscard]] bool known(Generation generation) const {
+    if (generation == Generation::M8) return m8;
+    return f9 && !(high_precision && generation == Generation::M10);
+  }
 };
 /// NAV-RELPOSNED: from the start of receivers with RTK alone.
 inline constexpr MessageId kRelativePosition = 0x013C;

@@ -77,11 +77,8 @@ std::string mon_rf(const Epoch& epoch) {
   p.u1(0).u1(second ? 2 : 1).zeros(2);
   for (int block = 0; block < (second ? 2 : 1); ++block) {
     const Band state = band(epoch, block);
-    p.u1(block)
-        .u1(jamming_in_security(epoch.generation) ? 0 : jamming_state(epoch, state))
-        .u1(2)
-        .u1(1)
-        .zeros(4 + 4);
+    const auto jamming = jamming_in_security(epoch.generation) ? 0 : jamming_state(epoch, state);
+    p.u1(block).u1(jamming).u1(2).u1(1).zeros(4 + 4);
     p.u2(noise_per_ms(state)).u2(agc_count(state)).u1(jamming_indicator(state)).zeros(4 + 3);
   }
   return p.bytes();

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "canyon/base/floor_div.hpp"
 #include "canyon/simulation/motion/uniform_spline.hpp"
 
 namespace canyon::simulation {
@@ -16,10 +17,6 @@ using Eigen::Vector3d;
 constexpr std::int64_t kMargin_ns = 10'000'000;  // that sensors look ahead
 constexpr double kKept_s = 12;                   // more than the delay of any sensor
 
-std::int64_t floor_of(std::int64_t a, std::int64_t b) {
-  return a / b - (a % b < 0 ? 1 : 0);
-}
-
 }  // namespace
 
 SmoothPoses::SmoothPoses(const geodesy::LocalFrame& frame, double step_s)
@@ -28,7 +25,7 @@ SmoothPoses::SmoothPoses(const geodesy::LocalFrame& frame, double step_s)
 }
 
 std::int64_t SmoothPoses::needs_ns(std::int64_t at_ns) const {
-  return (floor_of(at_ns + kMargin_ns, step_ns_) + kAhead) * step_ns_;
+  return (floor_div(at_ns + kMargin_ns, step_ns_) + kAhead) * step_ns_;
 }
 
 void SmoothPoses::follow(PoseTrack& track, std::int64_t now_ns) {
@@ -42,7 +39,7 @@ void SmoothPoses::follow(PoseTrack& track, std::int64_t now_ns) {
   constexpr std::int64_t kPause_ns = 400'000'000;
   if (first || now_ns - next() * step_ns_ > std::max(2 * step_ns_, kPause_ns)) {
     forget();
-    first_ = -floor_of(-now_ns, step_ns_);
+    first_ = -floor_div(-now_ns, step_ns_);
   }
   std::string reason;
   while (track.reaches(next() * step_ns_)) {

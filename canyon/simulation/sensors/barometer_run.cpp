@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "canyon/simulation/motion/antenna_pose.hpp"
-#include "canyon/simulation/sensors/sample_times.hpp"
 
 namespace canyon::simulation {
 
@@ -12,24 +11,20 @@ BarometerRun::BarometerRun(const inertial::BarometerOptions& options, std::uint6
                            geodesy::GpsTime begin, std::function<Pose(geodesy::GpsTime)> vehicle,
                            double geoid_undulation_m)
     : options_(options),
-      begin_(begin),
+      times_(begin, options.rate_hz),
       vehicle_(std::move(vehicle)),
       geoid_undulation_m_(geoid_undulation_m),
       barometer_(options, seed) {}
 
-void BarometerRun::skip(geodesy::GpsTime time) {
-  count_ = std::max(count_, samples_until(time - begin_, options_.rate_hz));
-}
-
 std::optional<BarometerSample> BarometerRun::next(geodesy::GpsTime until) {
-  const double now_s = sample_end_s(count_ + 1, options_.rate_hz);
-  if (begin_ + now_s > until) return std::nullopt;
-  ++count_;
+  const auto interval = times_.next(until);
+  if (!interval) return std::nullopt;
+  const double now_s = interval->to_s;
   BarometerSample sample;
-  sample.time = begin_ + now_s;
+  sample.time = times_.begin() + now_s;
   const auto height_m = [this](const Pose& pose) { return pose.position.height_m - geoid_undulation_m_; };
   const auto pose_at = [this](double t_s) {
-    return mounted_antenna(vehicle_(begin_ + t_s), options_.position_m);
+    return mounted_antenna(vehicle_(times_.begin() + t_s), options_.position_m);
   };
   const double felt_s = std::max(0.0, now_s - options_.delay_s);
   const Pose felt = pose_at(felt_s);

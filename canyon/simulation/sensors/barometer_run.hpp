@@ -6,6 +6,7 @@
 
 #include "canyon/inertial/barometer.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
+#include "canyon/simulation/sensors/sample_times.hpp"
 
 namespace canyon::simulation {
 
@@ -27,15 +28,14 @@ class BarometerRun {
   /// The next sample, if it is due at `until`.
   [[nodiscard]] std::optional<BarometerSample> next(geodesy::GpsTime until);
   /// Leaves out the samples whose intervals end until `time`.
-  void skip(geodesy::GpsTime time);
+  void skip(geodesy::GpsTime time) { times_.skip(time); }
 
  private:
   inertial::BarometerOptions options_;
-  geodesy::GpsTime begin_;
+  SampleTimes times_;
   std::function<Pose(geodesy::GpsTime)> vehicle_;
   double geoid_undulation_m_;
   inertial::Barometer barometer_;
-  std::int64_t count_ = 0;
 };
 
 }  // namespace canyon::simulation

@@ -53,28 +53,23 @@ std::int64_t steps_of(double rate_hz) {
 
 InertialRun::InertialRun(const inertial::ImuOptions& options, std::uint64_t seed, GpsTime begin,
                          const std::function<inertial::BodyState(GpsTime)>& vehicle)
-    : rate_hz_(options.rate_hz),
-      begin_(begin),
+    : times_(begin, options.rate_hz),
       steps_(steps_of(options.rate_hz)),
       ideal_(
           options, [begin, vehicle](double t_s) { return vehicle(begin + t_s); },
           1 / options.rate_hz / static_cast<double>(steps_)),
       imu_(options, seed) {}
 
-void InertialRun::skip(GpsTime time) {
-  count_ = std::max(count_, samples_until(time - begin_, rate_hz_));
-}
-
 std::optional<InertialSample> InertialRun::next(GpsTime until) {
-  const double from_s = sample_end_s(count_, rate_hz_), to_s = sample_end_s(count_ + 1, rate_hz_);
-  if (begin_ + to_s > until) return std::nullopt;
+  const auto interval = times_.next(until);
+  if (!interval) return std::nullopt;
+  const std::int64_t end = times_.count() * steps_;
   InertialSample sample;
-  sample.time = begin_ + to_s;
-  sample.mean = ideal_.mean(count_ * steps_, (count_ + 1) * steps_);
-  ++count_;
-  sample.truth = ideal_.at(count_ * steps_);
-  sample.sample = imu_.measure(sample.mean, to_s, to_s - from_s);
-  if (sample.sample) sample.stated = begin_ + sample.sample->time_s;
+  sample.time = times_.begin() + interval->to_s;
+  sample.mean = ideal_.mean(end - steps_, end);
+  sample.truth = ideal_.at(end);
+  sample.sample = imu_.measure(sample.mean, interval->to_s, interval->to_s - interval->from_s);
+  if (sample.sample) sample.stated = times_.begin() + sample.sample->time_s;
   return sample;
 }
 

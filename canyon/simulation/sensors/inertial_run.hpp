@@ -7,6 +7,7 @@
 #include "canyon/inertial/ideal_imu.hpp"
 #include "canyon/inertial/imu.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
+#include "canyon/simulation/sensors/sample_times.hpp"
 
 namespace canyon::simulation {
 
@@ -44,15 +45,13 @@ class InertialRun {
   /// The next sample, if its interval has ended at `until`.
   [[nodiscard]] std::optional<InertialSample> next(geodesy::GpsTime until);
   /// Leaves out the samples whose intervals end until `time`.
-  void skip(geodesy::GpsTime time);
+  void skip(geodesy::GpsTime time) { times_.skip(time); }
 
  private:
-  double rate_hz_;
-  geodesy::GpsTime begin_;
+  SampleTimes times_;
   std::int64_t steps_;  // of ideal_, for each sample
   inertial::IdealImu ideal_;
   inertial::Imu imu_;
-  std::int64_t count_ = 0;
 };
 
 }  // namespace canyon::simulation

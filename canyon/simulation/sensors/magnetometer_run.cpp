@@ -5,7 +5,6 @@
 
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/geodesy/magnetic_field.hpp"
-#include "canyon/simulation/sensors/sample_times.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -30,21 +29,16 @@ MagnetometerRun::MagnetometerRun(const inertial::MagnetometerOptions& options, s
                                  geodesy::GpsTime begin, std::function<Pose(geodesy::GpsTime)> vehicle)
     : options_(options),
       body_from_sensor_(body_from_sensor(options.orientation, options.axes)),
-      begin_(begin),
+      times_(begin, options.rate_hz),
       vehicle_(std::move(vehicle)),
       magnetometer_(options, seed) {}
 
-void MagnetometerRun::skip(geodesy::GpsTime time) {
-  count_ = std::max(count_, samples_until(time - begin_, options_.rate_hz));
-}
-
 std::optional<MagnetometerSample> MagnetometerRun::next(geodesy::GpsTime until) {
-  const double now_s = sample_end_s(count_ + 1, options_.rate_hz);
-  if (begin_ + now_s > until) return std::nullopt;
-  ++count_;
+  const auto interval = times_.next(until);
+  if (!interval) return std::nullopt;
   MagnetometerSample sample;
-  sample.time = begin_ + now_s;
-  const Pose pose = vehicle_(begin_ + std::max(0.0, now_s - options_.delay_s));
+  sample.time = times_.begin() + interval->to_s;
+  const Pose pose = vehicle_(times_.begin() + std::max(0.0, interval->to_s - options_.delay_s));
   const FieldAt felt(pose, body_from_sensor_);
   sample.measured_t = magnetometer_.measure(felt.field_enu_t, felt.enu_from_sensor,
                                             pose.velocity_enu_mps.norm() / options_.rate_hz);

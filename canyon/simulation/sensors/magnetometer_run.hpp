@@ -7,6 +7,7 @@
 
 #include "canyon/inertial/magnetometer.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
+#include "canyon/simulation/sensors/sample_times.hpp"
 
 namespace canyon::simulation {
 
@@ -26,15 +27,14 @@ class MagnetometerRun {
   /// The next sample, if it is due at `until`.
   [[nodiscard]] std::optional<MagnetometerSample> next(geodesy::GpsTime until);
   /// Leaves out the samples whose intervals end until `time`.
-  void skip(geodesy::GpsTime time);
+  void skip(geodesy::GpsTime time) { times_.skip(time); }
 
  private:
   inertial::MagnetometerOptions options_;
   Eigen::Matrix3d body_from_sensor_;
-  geodesy::GpsTime begin_;
+  SampleTimes times_;
   std::function<Pose(geodesy::GpsTime)> vehicle_;
   inertial::Magnetometer magnetometer_;
-  std::int64_t count_ = 0;
 };
 
 }  // namespace canyon::simulation

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "canyon/simulation/sensors/sample_times.hpp"
-
 namespace canyon::simulation {
 
 using inertial::WheelPair;
@@ -13,7 +11,7 @@ using inertial::WheelPair;
 WheelRun::WheelRun(const inertial::WheelOptions& options, std::uint64_t seed, geodesy::GpsTime begin,
                    std::function<Pose(geodesy::GpsTime)> vehicle)
     : options_(options),
-      begin_(begin),
+      times_(begin, options.rate_hz),
       vehicle_(std::move(vehicle)),
       wheels_(options, seed),
       last_(speeds(begin)) {}
@@ -26,25 +24,21 @@ WheelPair WheelRun::speeds(geodesy::GpsTime t) const {
 }
 
 void WheelRun::skip(geodesy::GpsTime time) {
-  const std::int64_t count = samples_until(time - begin_, options_.rate_hz);
-  if (count <= count_) return;
-  count_ = count;
-  last_ = speeds(begin_ + sample_end_s(count_, options_.rate_hz));
+  if (times_.skip(time)) last_ = speeds(times_.begin() + times_.end_s());
 }
 
 std::optional<WheelsAtWork> WheelRun::next(geodesy::GpsTime until) {
-  const double from_s = sample_end_s(count_, options_.rate_hz),
-               to_s = sample_end_s(count_ + 1, options_.rate_hz);
-  if (begin_ + to_s > until) return std::nullopt;
+  const auto interval = times_.next(until);
+  if (!interval) return std::nullopt;
   WheelsAtWork result;
-  result.time = begin_ + to_s;
-  result.dt_s = to_s - from_s;
+  result.time = times_.begin() + interval->to_s;
+  result.dt_s = interval->to_s - interval->from_s;
   // The way by Simpson's rule, in an even number of steps of 25 ms at most.
   constexpr double kStep_s = 0.025;
   const int steps = 2 * std::max(1, static_cast<int>(std::ceil(result.dt_s / (2 * kStep_s) - 1e-9)));
   WheelPair sum = last_;
   for (int i = 1; i <= steps; ++i) {
-    last_ = speeds(begin_ + (from_s + result.dt_s * i / steps));
+    last_ = speeds(times_.begin() + (interval->from_s + result.dt_s * i / steps));
     const double weight = i == steps ? 1 : i % 2 == 1 ? 4 : 2;
     for (std::size_t w = 0; w < sum.size(); ++w) sum[w] += weight * last_[w];
   }
@@ -53,7 +47,6 @@ std::optional<WheelsAtWork> WheelRun::next(geodesy::GpsTime until) {
     result.true_mps[w] = sum[w] / (3 * steps);
     way_m[w] = result.true_mps[w] * result.dt_s;
   }
-  ++count_;
   result.sample = wheels_.measure(way_m, result.dt_s);
   return result;
 }

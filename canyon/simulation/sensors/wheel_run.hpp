@@ -6,6 +6,7 @@
 
 #include "canyon/inertial/wheels.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
+#include "canyon/simulation/sensors/sample_times.hpp"
 
 namespace canyon::simulation {
 
@@ -34,10 +35,9 @@ class WheelRun {
   [[nodiscard]] inertial::WheelPair speeds(geodesy::GpsTime t) const;
 
   inertial::WheelOptions options_;
-  geodesy::GpsTime begin_;
+  SampleTimes times_;
   std::function<Pose(geodesy::GpsTime)> vehicle_;
   inertial::Wheels wheels_;
-  std::int64_t count_ = 0;
   inertial::WheelPair last_;  // speeds at the end of the last sample
 };
 

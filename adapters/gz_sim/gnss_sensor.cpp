@@ -1,0 +1,98 @@
+#include "adapters/gz_sim/gnss_sensor.hpp"
+
+#include <filesystem>
+#include <gz/sim/Util.hh>
+#include <gz/sim/components/CustomSensor.hh>
+#include <gz/sim/components/Model.hh>
+#include <gz/sim/components/Name.hh>
+#include <gz/sim/components/NavSat.hh>
+#include <gz/sim/components/ParentEntity.hh>
+#include <gz/sim/components/World.hh>
+#include <sdf/Link.hh>
+#include <sdf/Model.hh>
+#include <sdf/NavSat.hh>
+#include <sdf/World.hh>
+#include <vector>
+
+#include "adapters/common/hosted_receiver.hpp"
+#include "adapters/gz_sim/resource_paths.hpp"
+#include "canyon/base/input_error.hpp"
+
+namespace canyon::adapters::gz_sim {
+
+using Ecm = gz::sim::EntityComponentManager;
+using gz::sim::Entity;
+namespace components = gz::sim::components;
+
+std::string name_of(Entity entity, const Ecm& ecm) {
+  return ecm.ComponentData<components::Name>(entity).value_or("");
+}
+
+Entity parent_of(Entity entity, const Ecm& ecm) {
+  return ecm.ComponentData<components::ParentEntity>(entity).value_or(gz::sim::kNullEntity);
+}
+
+std::optional<sdf::Sensor> sdf_of(Entity sensor, const Ecm& ecm) {
+  if (const auto* navsat = ecm.Component<components::NavSat>(sensor)) return navsat->Data();
+  const auto* custom = ecm.Component<components::CustomSensor>(sensor);
+  if (custom != nullptr && custom->Data().Element()) return custom->Data();
+  // A world that is played back from a log keeps the SDF of models only.
+  const Entity link = parent_of(sensor, ecm), top = gz::sim::topLevelModel(sensor, ecm);
+  const auto* of_model = ecm.Component<components::ModelSdf>(top);
+  if (of_model == nullptr) return std::nullopt;
+  std::vector<std::string> nested;
+  for (Entity at = parent_of(link, ecm); at != top && at != gz::sim::kNullEntity; at = parent_of(at, ecm)) {
+    nested.push_back(name_of(at, ecm));
+  }
+  const sdf::Model* model = &of_model->Data();
+  for (auto name = nested.rbegin(); name != nested.rend() && model != nullptr; ++name) {
+    model = model->ModelByName(*name);
+  }
+  const sdf::Link* in_model = model == nullptr ? nullptr : model->LinkByName(name_of(link, ecm));
+  const sdf::Sensor* found = in_model == nullptr ? nullptr : in_model->SensorByName(name_of(sensor, ecm));
+  return found == nullptr ? std::nullopt : std::optional(*found);
+}
+
+ReceiverIdentity identify(Entity sensor, const Ecm& ecm) {
+  const Entity link = parent_of(sensor, ecm);
+  ReceiverIdentity identity;
+  identity.world = name_of(gz::sim::worldEntity(ecm), ecm);
+  identity.model = name_of(gz::sim::topLevelModel(sensor, ecm), ecm);
+  identity.parent = name_of(parent_of(link, ecm), ecm);
+  identity.link = gz::sim::removeParentScope(gz::sim::scopedName(link, ecm, "::", false), "::");
+  identity.sensor = name_of(sensor, ecm);
+  identity.plugin = "canyon";
+  return identity;
+}
+
+bool has_noise(const sdf::Sensor& sensor) {
+  const sdf::NavSat* navsat = sensor.NavSatSensor();
+  if (navsat == nullptr) return false;
+  for (const sdf::Noise& noise : {navsat->HorizontalPositionNoise(), navsat->VerticalPositionNoise(),
+                                  navsat->HorizontalVelocityNoise(), navsat->VerticalVelocityNoise()}) {
+    if (noise.Type() != sdf::NoiseType::NONE) return true;
+  }
+  return false;
+}
+
+HostSettings read_settings(const sdf::ElementPtr& element, const ReceiverIdentity& identity, const Ecm& ecm) {
+  PluginPlace place;
+  place.name = place_name(identity);
+  place.bases_elsewhere = true;
+  const auto world = ecm.ComponentData<components::WorldSdf>(gz::sim::worldEntity(ecm));
+  if (world && world->Element())
+    place.folder = std::filesystem::path(world->Element()->FilePath()).parent_path();
+  place.resources = gazebos_paths();
+  HostSettings settings = read_plugin_settings(element, place);
+  if (settings.ray_engine == RayEngine::Physics) {
+    throw InputError(place.name + ": <ray_engine>: Gazebo Sim's physics engines cast no rays for sensors",
+                     "write <ray_engine>embree</ray_engine>");
+  }
+  if (settings.publish_px4) {
+    settings.warnings.emplace_back(
+        "<publishers><px4> without effect: PX4's bridge of Gazebo Sim reads the sensor's own topic");
+  }
+  return settings;
+}
+
+}  // namespace canyon::adapters::gz_sim

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <gz/sim/EntityComponentManager.hh>
+#include <optional>
+#include <sdf/Sensor.hh>
+#include <string>
+
+#include "adapters/common/epoch_publisher.hpp"
+#include "adapters/common/sdf/plugin_settings.hpp"
+
+namespace canyon::adapters::gz_sim {
+
+/// Name of an entity; empty without one.
+[[nodiscard]] std::string name_of(gz::sim::Entity entity, const gz::sim::EntityComponentManager& ecm);
+/// kNullEntity without one.
+[[nodiscard]] gz::sim::Entity parent_of(gz::sim::Entity entity, const gz::sim::EntityComponentManager& ecm);
+
+/// The sensor's SDF with its elements; empty for sensors of other kinds.
+[[nodiscard]] std::optional<sdf::Sensor> sdf_of(gz::sim::Entity sensor,
+                                                const gz::sim::EntityComponentManager& ecm);
+/// The receiver of a sensor, by the names of the world, model, link and sensor.
+[[nodiscard]] ReceiverIdentity identify(gz::sim::Entity sensor, const gz::sim::EntityComponentManager& ecm);
+/// Whether Gazebo's own NavSat system would add noise.
+[[nodiscard]] bool has_noise(const sdf::Sensor& sensor);
+/// Settings of a receiver, with what has no effect in Gazebo Sim as warnings. Throws InputError.
+[[nodiscard]] HostSettings read_settings(const sdf::ElementPtr& element, const ReceiverIdentity& identity,
+                                         const gz::sim::EntityComponentManager& ecm);
+
+}  // namespace canyon::adapters::gz_sim
