@@ -1,9 +1,31 @@
 #include "canyon/receiver/position_solver.hpp"
 
+#include <Eigen/LU>
 #include <cmath>
 #include <utility>
 
+#include "canyon/geodesy/frames.hpp"
+
 namespace canyon::receiver {
+namespace {
+
+/// Positions contradict each other beyond so many of their common deviations.
+constexpr double kContradict = 1.5;
+
+/// Adds to the covariances of two positions of an epoch that their difference d, horizontally m of their
+/// common deviations, cannot be explained by them: (1 - kContradict^2 / m^2) d d^T. Which of the two is wrong
+/// is unknown.
+void add_contradiction(positioning::Fix& a, positioning::Fix& b) {
+  const Eigen::Vector3d d = geodesy::enu_from_ecef_rotation(b.position) * (a.position_ecef - b.position_ecef);
+  const Eigen::Matrix2d covariance = (a.covariance_enu + b.covariance_enu).topLeftCorner<2, 2>();
+  const double square = d.head<2>().dot(covariance.inverse() * d.head<2>());
+  if (!(square > kContradict * kContradict)) return;
+  const Eigen::Matrix3d more = (1 - kContradict * kContradict / square) * d * d.transpose();
+  a.covariance_enu += more;
+  b.covariance_enu += more;
+}
+
+}  // namespace
 
 using Klobuchars = std::map<gnss::System, gnss::Klobuchar>;
 
@@ -71,6 +93,10 @@ positioning::Fix PositionSolver::solve(geodesy::GpsTime receiver_time, const Sol
   constexpr double kWorse = 4;
   const bool better = relative->kind() == positioning::FixKind::Fixed || !fix.measured() ||
                       relative->covariance_enu.trace() < kWorse * fix.covariance_enu.trace();
+  if (!relative->baseline->moving_base && relative->kind() == positioning::FixKind::Float && fix.measured()) {
+    add_contradiction(*relative, fix);
+    relative->baseline->covariance_enu = relative->covariance_enu;
+  }
   if (!relative->baseline->moving_base && better) return *relative;
   fix.baseline = std::move(relative->baseline);
   return fix;
