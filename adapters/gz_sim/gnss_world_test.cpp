@@ -390,14 +390,14 @@ TEST(GnssWorld, AnswersADriverBetweenEpochs) {
 TEST(GnssWorld, ReceiversCorrectEachOther) {
   const std::string common = "<profile>ublox-f9p</profile><sky><nominal>true</nominal></sky>" + kStart;
   const std::string rover =
-      common + "<rtk><enabled>true</enabled></rtk><corrections><from>tower</from></corrections>";
+      common + "<rtk>true</rtk><corrections><from>tower</from></corrections>";
   const std::string front =
       "<sensor name='front' type='navsat'><pose>0 1 2 0 0 "
       "0</pose><update_rate>10</update_rate><canyon><name>front"
       "</name>" +
       common + "<publishers><ros>false</ros></publishers></canyon></sensor>";
   const std::string heading =
-      common + "<rtk><enabled>true</enabled></rtk><corrections><from>front</from></corrections>";
+      common + "<rtk>true</rtk><corrections><from>front</from></corrections>";
   StreetRun run(street_world(street_car(navsat(rover), "before", "3 0 0 0 0 0") +
                                  street_car(navsat("<name>tower</name>" + common), "base", "3 30 0 0 0 0") +
                                  street_car(navsat(rover), "after", "3 60 0 0 0 0") +

@@ -79,7 +79,9 @@ void PluginElements::convert(const sdf::ElementPtr& parent, const std::string& p
     if (section && !text.empty()) {
       throw error(tag, fmt::format("the text '{}' is beside elements", text), "remove it");
     }
-    if (!section && !leaf) {
+    // A word in place of a section switches it: options::Reader.
+    const bool has_switch = std::find(inside.begin(), inside.end(), "enabled") != inside.end();
+    if (!section && !leaf && !has_switch) {
       throw error(tag, fmt::format("the text '{}' is where elements belong", text),
                   fmt::format("put one of these inside: <{}>", fmt::join(inside, ">, <")));
     }
@@ -90,7 +92,7 @@ void PluginElements::convert(const sdf::ElementPtr& parent, const std::string& p
       if (may_be_empty(child_path)) continue;
       throw error(tag, "has no value", "write one between its tags, or remove it");
     }
-    const bool list = !section && (key->type == Type::Texts || key->type == Type::Files);
+    const bool list = !section && leaf && (key->type == Type::Texts || key->type == Type::Files);
     const auto earlier = std::find_if(to.entries.begin(), to.entries.end(),
                                       [&](const Node::Entry& entry) { return entry.key == name; });
     if (earlier != to.entries.end()) {

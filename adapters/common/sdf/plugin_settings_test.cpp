@@ -149,6 +149,7 @@ TEST(HostSettings, ThePapersSnippetWorksUnchanged) {
 TEST(HostSettings, DisableNoiseDisablesNoise) {
   EXPECT_FALSE(read("<disableNoise>1</disableNoise>").live.receiver().options.noise.enabled);
   EXPECT_FALSE(read("<disableNoise>True</disableNoise>").live.receiver().options.noise.enabled);
+  EXPECT_FALSE(read("<noise>0</noise>").live.receiver().options.noise.enabled);  // a word for its switch
   EXPECT_TRUE(read("<disableNoise>false</disableNoise>").live.receiver().options.noise.enabled);
 }
 
@@ -587,7 +588,9 @@ TEST(HostSettings, WrongValuesNamePluginElementAndCure) {
        "conflicts with 'noise.enabled'", ""},
       {"<seed/>", "<seed>", "has no value", "between its tags"},
       {"<pose_topic>  </pose_topic>", "<pose_topic>", "has no value", "between its tags"},
-      {"<noise>1</noise>", "<noise>", "the text '1' is where elements belong", "<enabled>"},
+      {"<visuals>1</visuals>", "<visuals>", "the text '1' is where elements belong", "<rays>"},
+      {"<noise>loud</noise>", "<noise>", "'loud' is neither true nor false", "write true"},
+      {"<noise>1<enabled>1</enabled></noise>", "<noise>", "the text '1' is beside elements", "remove it"},
       {"<seed><value>1</value></seed>", "<seed>", "has elements inside", "value alone"},
   };
   for (const Wrong& wrong : cases) {

@@ -124,7 +124,7 @@ def canyon_elements(a, has_parameter):
             streams.append(f"base/gps_rtcm_data=udp://127.0.0.1:{PX4_RTCM_PORT // 10}{{number}}?rate_hz=1&amp;latency_s=0.1&amp;link_baud=57600")
         else:
             more = f"<corrections><from>{'base' if own else a.rtk}</from><rate_hz>1</rate_hz><latency_s>0.2</latency_s></corrections>"
-        more += "<rtk><enabled>true</enabled></rtk>"
+        more += "<rtk>true</rtk>"
         if own:
             east, north, up = a.rtk
             more += (f"<base><profile>ublox-f9p</profile><fixed><east_m>{east}</east_m>"
