@@ -102,7 +102,11 @@ class BaselineFilter {
     std::vector<std::size_t> before;  // of each difference, how many pairs are of those before it
     std::vector<SlotPair> slots;      // an ambiguity's and its reference's
     Eigen::VectorXd real;
+    /// With what an error of the position by echoes of codes does to all ambiguities at once: the filter
+    /// lacks it, so that it is sure of wrong numbers.
     Eigen::MatrixXd covariance;
+    Eigen::Matrix3d echoes;      // covariance of that error
+    Eigen::Matrix3Xd gradients;  // of the ambiguities by it [cycles/m]
   };
   /// The last part of Pairs.
   struct Set {
@@ -110,6 +114,8 @@ class BaselineFilter {
     std::size_t pairs = 0;
   };
   Pairs pairs_of(std::vector<std::size_t> among);
+  /// Error of a difference's ambiguity by that of the position [cycles/m].
+  [[nodiscard]] Eigen::Vector3d cycles_of(std::size_t difference) const;
   /// Whether whole numbers are those of the last fixed position, as far as that had them, and that is most.
   [[nodiscard]] bool are_kept(std::span<const SlotPair> slots, const Eigen::VectorXd& whole) const;
   void keep(std::span<const SlotPair> slots, const Eigen::VectorXd& whole);

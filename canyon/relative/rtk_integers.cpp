@@ -116,8 +116,16 @@ void BaselineFilter::keep(std::span<const SlotPair> slots, const Eigen::VectorXd
   }
 }
 
+Eigen::Vector3d BaselineFilter::cycles_of(std::size_t difference) const {
+  const Difference& d = differences_[difference];
+  return d.rover->direction / d.rover->wavelength_m;
+}
+
 BaselineFilter::Pairs BaselineFilter::pairs_of(std::vector<std::size_t> among) {
-  Pairs pairs{std::move(among), {}, {}, {}, {}};
+  Pairs pairs;
+  pairs.among = std::move(among);
+  // What echoes add beyond the noise of codes.
+  pairs.echoes = (1 - 1 / code_squares_) * covariance_of_echoes();
   std::map<const gnss::Signal*, std::size_t> references;
   for (const std::size_t i : pairs.among) references[differences_[i].rover->signal] = i;
   for (const std::size_t i : pairs.among) {
@@ -128,6 +136,13 @@ BaselineFilter::Pairs BaselineFilter::pairs_of(std::vector<std::size_t> among) {
     pairs.slots.emplace_back(*d.slot, *differences_[reference].slot);
   }
   const auto n = static_cast<Index>(pairs.slots.size());
+  pairs.gradients.resize(3, n);
+  Index column = 0;
+  for (const std::size_t i : pairs.among) {
+    const std::size_t reference = references.at(differences_[i].rover->signal);
+    if (i != reference) pairs.gradients.col(column++) = cycles_of(i) - cycles_of(reference);
+  }
+  const Eigen::MatrixXd by_echoes = pairs.gradients.transpose() * pairs.echoes * pairs.gradients;
   pairs.real.resize(n);
   pairs.covariance.resize(n, n);
   for (Index i = 0; i < n; ++i) {
@@ -136,7 +151,7 @@ BaselineFilter::Pairs BaselineFilter::pairs_of(std::vector<std::size_t> among) {
     for (Index j = 0; j <= i; ++j) {
       const auto [b, s] = states_of(pairs.slots[static_cast<std::size_t>(j)]);
       pairs.covariance(i, j) = pairs.covariance(j, i) =
-          state_.p(a, b) - state_.p(a, s) - state_.p(r, b) + state_.p(r, s);
+          state_.p(a, b) - state_.p(a, s) - state_.p(r, b) + state_.p(r, s) + by_echoes(i, j);
     }
   }
   return pairs;
@@ -157,6 +172,7 @@ BaselineFilter::Fixed BaselineFilter::answer(const Pairs& pairs, const Set& set,
 void BaselineFilter::fix_at(const Pairs& pairs, const Set& set, const Eigen::VectorXd& whole, Fixed& fixed) {
   const auto slots = std::span<const SlotPair>(pairs.slots).last(set.pairs);
   const Index n = whole.size();
+  const Eigen::Matrix3Xd with_echoes = pairs.echoes * pairs.gradients.rightCols(n);
   const Triangular factors = triangular(pairs.covariance.bottomRightCorner(n, n));
   fixed.accepted = factors.d.size() == n;
   if (!fixed.accepted) return;
@@ -166,11 +182,16 @@ void BaselineFilter::fix_at(const Pairs& pairs, const Set& set, const Eigen::Vec
   rows.row(0) = pairs.real.tail(n) - whole;
   for (Index i = 0; i < n; ++i) {
     const auto [a, r] = states_of(slots[static_cast<std::size_t>(i)]);
-    rows.col(i).tail<3>() = state_.p.col(a).head<3>() - state_.p.col(r).head<3>();
+    rows.col(i).tail<3>() = state_.p.col(a).head<3>() - state_.p.col(r).head<3>() + with_echoes.col(i);
   }
   const Eigen::MatrixXd weights = times_inverse(rows, factors);
   Eigen::VectorXd x = state_.x;
-  fixed.covariance = state_.p.topLeftCorner<3, 3>();
+  const Eigen::Vector3d by_echoes = with_echoes * weights.row(0).transpose();
+  x.segment<3>(BaselineState::kPosition) -= by_echoes;
+  for (const std::size_t i : pairs.among) {
+    x(BaselineState::index(*differences_[i].slot)) -= cycles_of(i).dot(by_echoes);
+  }
+  fixed.covariance = state_.p.topLeftCorner<3, 3>() + pairs.echoes;
   for (Index i = 0; i < n; ++i) {
     const auto [a, r] = states_of(slots[static_cast<std::size_t>(i)]);
     add_multiple(-weights(0, i), &state_.p(0, a), x.size(), x.data());
