@@ -30,7 +30,8 @@ def main():
     arguments = parser.parse_args()
     airsim = canyon_bridge.need(arguments.module, f"Install it: pip install {arguments.module}")
     bridge = canyon_bridge.Bridge.of(arguments)
-    client = (airsim.CarClient if arguments.car else airsim.MultirotorClient)(*arguments.airsim)
+    kind = airsim.CarClient if arguments.car else airsim.MultirotorClient
+    client = kind(*arguments.airsim, timeout_value=10)  # one that is away would hold it for an hour
     state = client.getCarState if arguments.car else client.getMultirotorState
     try:
         if not client.ping():
