@@ -113,14 +113,21 @@ class BaselineFilter {
     std::size_t begin = 0;  // its first difference
     std::size_t pairs = 0;
   };
+  /// Whole numbers of an epoch that pass, and that the epoch before did not find.
+  struct Unconfirmed {
+    std::vector<SlotPair> slots;
+    Eigen::VectorXd whole;
+  };
   Pairs pairs_of(std::vector<std::size_t> among);
   /// Error of a difference's ambiguity by that of the position [cycles/m].
   [[nodiscard]] Eigen::Vector3d cycles_of(std::size_t difference) const;
   /// Whether whole numbers are those of the last fixed position, as far as that had them, and that is most.
   [[nodiscard]] bool are_kept(std::span<const SlotPair> slots, const Eigen::VectorXd& whole) const;
   void keep(std::span<const SlotPair> slots, const Eigen::VectorXd& whole);
-  /// Among all; where that fails without GLONASS, as biases that are stated wrongly spoil it.
+  /// The epoch's whole numbers. Those that wait for the next epoch's are kept for it.
   std::optional<Fixed> find_integers();
+  /// Among all; where that fails without GLONASS, as biases that are stated wrongly spoil it.
+  std::optional<Fixed> find_with_glonass_or_without();
   /// Among these, best first; where that fails among the more certain ones. Empty where they are too few.
   std::optional<Fixed> find_among(std::vector<std::size_t> among);
   /// Tests the whole numbers that were found of a set.
@@ -152,6 +159,7 @@ class BaselineFilter {
   double fixed_squares_ = 0, fixed_redundant_ = 0;  // means of Fixed's
   Eigen::Matrix3d code_covariance_ = Eigen::Matrix3d::Zero();  // of the codes of the epoch alone
   int fixed_in_a_row_ = 0;
+  std::optional<Unconfirmed> unconfirmed_;
   double ionosphere_sigma_m_ = 0, troposphere_sigma_m_ = 0;
   DopplerSlips doppler_slips_;
 

@@ -24,6 +24,9 @@ constexpr int kHoldAfter = 10;
 /// them is known from before.
 constexpr int kKeptAfter = 5;
 constexpr double kKeptRatio = 1.5, kKeptShare = 0.75;
+/// New whole numbers pass by chance in one of many searches. They must be found again in the next epoch,
+/// unless their ratio is so many times what it must be.
+constexpr double kCertainRatio = 2;
 /// The residuals of one epoch tell how large errors are where at least so many of them are redundant.
 constexpr int kFewRedundant = 5;
 /// Least number of whole numbers that are searched for.
@@ -162,9 +165,15 @@ BaselineFilter::Fixed BaselineFilter::answer(const Pairs& pairs, const Set& set,
   Fixed fixed;
   if (!found) return fixed;
   fixed.ratio = found->ratio();
-  const bool proven = fixed.ratio >= options_.ratio && found->success >= options_.min_success;
-  fixed.accepted = proven || (fixed_in_a_row_ >= kKeptAfter && fixed.ratio >= kKeptRatio &&
-                              are_kept(std::span<const SlotPair>(pairs.slots).last(set.pairs), found->best));
+  const auto slots = std::span<const SlotPair>(pairs.slots).last(set.pairs);
+  const bool kept = are_kept(slots, found->best);
+  if (fixed.ratio >= options_.ratio && found->success >= options_.min_success) {
+    fixed.accepted =
+        kept || fixed.ratio >= kCertainRatio * options_.ratio || options_.integers == Integers::Instantaneous;
+    if (!fixed.accepted && !unconfirmed_) unconfirmed_ = {{slots.begin(), slots.end()}, found->best};
+  } else {
+    fixed.accepted = kept && fixed_in_a_row_ >= kKeptAfter && fixed.ratio >= kKeptRatio;
+  }
   if (fixed.accepted) fix_at(pairs, set, found->best, fixed);
   return fixed;
 }
@@ -213,6 +222,14 @@ void BaselineFilter::fix_at(const Pairs& pairs, const Set& set, const Eigen::Vec
 }
 
 std::optional<BaselineFilter::Fixed> BaselineFilter::find_integers() {
+  unconfirmed_.reset();
+  const std::optional<Fixed> result = find_with_glonass_or_without();
+  const bool accepted = result && result->accepted;
+  if (!accepted && unconfirmed_) keep(unconfirmed_->slots, unconfirmed_->whole);
+  return result;
+}
+
+std::optional<BaselineFilter::Fixed> BaselineFilter::find_with_glonass_or_without() {
   std::vector<std::size_t> among = candidates();
   std::optional<Fixed> result = find_among(among);
   if (result && result->accepted) return result;
