@@ -41,4 +41,9 @@ void count_guesses(BuildReport& report, const Shape& shape, bool facade_known);
 /// that the map does not have.
 void add_cautions(BuildReport& report, const MapData& map, const HeightDefaults& heights);
 
+/// The notes of a city: what the map holds, the lines of format_report(), the grid, the terrain if there is
+/// one, and the report's warnings.
+[[nodiscard]] std::vector<std::string> city_notes(const MapData& map, const BuildReport& report, Grid grid,
+                                                  const Terrain* terrain);
+
 }  // namespace canyon::buildings
