@@ -471,7 +471,7 @@ class Builder {
     warnings.insert(warnings.begin(), map_.warnings.begin(), map_.warnings.end());
     report().foliage_left_out = map_.foliage_left_out;
     if (terrain_ != nullptr) report().cautions = terrain_->cautions();
-    add_cautions(report(), map_, options_.heights);
+    add_cautions(report(), map_, options_.heights, terrain_ == nullptr);
     result_.city.notes = city_notes(map_, report(), options_.grid, terrain_);
   }
 
