@@ -41,11 +41,11 @@ class Sketch {
     map_.source = "sketch";
   }
 
-  LonLat at(double east, double north) const {
+  [[nodiscard]] LonLat at(double east, double north) const {
     const Geodetic place = frame_.geodetic_from_local({east, north, 0});
     return {geodesy::degrees(place.longitude_rad), geodesy::degrees(place.latitude_rad)};
   }
-  MapRing box(double west, double south, double east, double north) const {
+  [[nodiscard]] MapRing box(double west, double south, double east, double north) const {
     return {at(west, south), at(east, south), at(east, north), at(west, north)};
   }
   MapFeature& add(const std::string& id, FeatureKind kind, Tags tags, std::vector<MapPolygon> polygons) {
@@ -420,7 +420,7 @@ std::filesystem::path write_slope(const test::TemporaryFolder& folder) {
       bytes += static_cast<char>(height & 0xff);
     }
   }
-  const std::filesystem::path path = folder / "N48E011.hgt";
+  std::filesystem::path path = folder / "N48E011.hgt";
   std::ofstream(path, std::ios::binary) << bytes;
   return path;
 }
@@ -541,8 +541,9 @@ TEST(CityBuilder, SurfacesAreTakenAsTheyAre) {
 TEST(CityBuilder, ProgressRunsToTheEnd) {
   Sketch sketch;
   for (int i = 0; i < 600; ++i) {
+    const int east = 20 * (i % 30), north = 20 * (i / 30);
     sketch.building("way/" + std::to_string(i), {{"building", "yes"}},
-                    sketch.box(20 * (i % 30), 20 * (i / 30), 20 * (i % 30) + 10, 20 * (i / 30) + 10));
+                    sketch.box(east, north, east + 10, north + 10));
   }
   std::size_t last = 0;
   const BuiltCity built = build_city(sketch.map(), nullptr, {}, [&last](std::size_t done, std::size_t all) {
