@@ -166,6 +166,7 @@ void add_city(Command& app) {
   info.add_flag("--json", arguments.json, "print JSON");
   add_city_build(command);
   add_city_view(command);
+  add_city_compare(command);
 }
 
 }  // namespace canyon::cli

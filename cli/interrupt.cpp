@@ -5,11 +5,11 @@
 namespace canyon::cli {
 namespace {
 
-std::atomic<bool> stop_requested{false};
+std::atomic<bool> interrupt_seen{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "set from a signal handler");
 
 extern "C" void request_stop(int signal) {
-  stop_requested = true;
+  interrupt_seen = true;
   // A second Ctrl-C ends the program at once.
   std::signal(signal, SIG_DFL);
 }
@@ -19,7 +19,7 @@ extern "C" void request_stop(int signal) {
 const std::atomic<bool>& catch_interrupts() {
   std::signal(SIGINT, request_stop);
   std::signal(SIGTERM, request_stop);
-  return stop_requested;
+  return interrupt_seen;
 }
 
 }  // namespace canyon::cli

@@ -2,9 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <set>
 
+#include "canyon/base/statistics.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/buildings/shapes/outlines.hpp"
+#include "canyon/buildings/sources/terrain.hpp"
 
 namespace canyon::buildings {
 
@@ -59,7 +63,17 @@ void count_guesses(BuildReport& report, const Shape& shape, bool facade_known) {
   if (!facade_known) ++report.materials_default;
 }
 
-void add_cautions(BuildReport& report, const MapData& map, const HeightDefaults& heights) {
+void add_cautions(BuildReport& report, const MapData& map, const HeightDefaults& heights, bool level) {
+  constexpr double kLevel_m = 5;
+  const std::vector<double> lowest = level ? lowest_heights_m(map) : std::vector<double>();
+  const std::vector<double> ends = quantiles(lowest, std::array{0.05, 0.95});
+  if (!ends.empty() && ends[1] - ends[0] > kLevel_m) {
+    report.cautions.push_back(fmt::format(
+        "the lowest points of the buildings differ by {:.0f} m (5 to 95 % of them), but the ground is "
+        "level, since no terrain is given: many buildings stand too high or too low on it; give "
+        "heights of the ground (terrain)",
+        ends[1] - ends[0]));
+  }
   const std::size_t all =
       report.heights_tagged + report.heights_from_levels + report.heights_default + report.surveyed;
   if (2 * report.heights_default > all) {
@@ -116,6 +130,22 @@ std::string format_report(const BuildReport& r) {
        fmt::format("{} roof heights, {} facade materials (concrete)", r.roofs_default, r.materials_default));
   line("geometry", fmt::format("{} repaired, {} skipped", r.repaired, r.skipped));
   return text;
+}
+
+std::vector<std::string> city_notes(const MapData& map, const BuildReport& report, Grid grid,
+                                    const Terrain* terrain) {
+  std::vector<std::string> notes = map.contents;
+  const std::string text = format_report(report);
+  for (const std::string_view line : split(trim(text), '\n')) notes.emplace_back(line);
+  if (grid == Grid::Utm) {
+    notes.emplace_back(
+        "coordinates are UTM grid offsets from the origin: turned by the grid's convergence and scaled "
+        "against "
+        "east and north on the ground");
+  }
+  if (terrain != nullptr) notes.insert(notes.end(), terrain->notes().begin(), terrain->notes().end());
+  notes.insert(notes.end(), report.warnings.begin(), report.warnings.end());
+  return notes;
 }
 
 }  // namespace canyon::buildings

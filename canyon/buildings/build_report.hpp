@@ -38,7 +38,13 @@ void count_surveyed(BuildReport& report, FeatureKind kind);
 void count_guesses(BuildReport& report, const Shape& shape, bool facade_known);
 
 /// Adds what is to be said of the city as a whole: mostly guessed heights, heights for types of buildings
-/// that the map does not have.
-void add_cautions(BuildReport& report, const MapData& map, const HeightDefaults& heights);
+/// that the map does not have, buildings of a slope on level ground.
+/// @param level the city has no terrain
+void add_cautions(BuildReport& report, const MapData& map, const HeightDefaults& heights, bool level);
+
+/// The notes of a city: what the map holds, the lines of format_report(), the grid, the terrain if there is
+/// one, and the report's warnings.
+[[nodiscard]] std::vector<std::string> city_notes(const MapData& map, const BuildReport& report, Grid grid,
+                                                  const Terrain* terrain);
 
 }  // namespace canyon::buildings

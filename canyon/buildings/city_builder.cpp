@@ -59,13 +59,9 @@ class Builder {
   BuiltCity run() {
     result_.city.name = map_.source;
     result_.city.frame = map_frame_.frame();
-    std::optional<double> undulation_m;
-    if (terrain_ != nullptr) {
-      const Eigen::Vector3d origin = map_frame_.map_from_mesh(Eigen::Vector3d::Zero());
-      undulation_m = terrain_->geoid_undulation_m(origin.head<2>());
-    }
-    if (!undulation_m) undulation_m = map_.geoid_undulation_m;
-    result_.city.geoid_undulation_m = undulation_m.value_or(0);
+    const LonLat origin = map_frame_.map_from_mesh(Eigen::Vector3d::Zero()).head<2>();
+    const auto of_terrain = terrain_ != nullptr ? terrain_->geoid_undulation_m(origin) : std::nullopt;
+    result_.city.geoid_undulation_m = of_terrain ? *of_terrain : map_.geoid_undulation_m.value_or(0);
     result_.features.resize(map_.features.size());
     for (std::size_t i = 0; i < map_.features.size(); ++i) {
       place(i);
@@ -115,9 +111,8 @@ class Builder {
     if (map_frame_.grid() == Grid::Enu) {
       enu_bounds_.extend(in_mesh);
     } else {
-      enu_bounds_.extend(Point2(map_frame_.frame()
-                                    .local_from_geodetic(Geodetic::from_degrees(place.y(), place.x(), height))
-                                    .head<2>()));
+      const Geodetic at = Geodetic::from_degrees(place.y(), place.x(), height);
+      enu_bounds_.extend(Point2(map_frame_.frame().local_from_geodetic(at).head<2>()));
     }
   }
 
@@ -472,29 +467,12 @@ class Builder {
   void finish() {
     check_mesh(mesh(), map_.source);
     std::vector<std::string>& warnings = report().warnings;
-    warnings = map_.warnings;
-    const std::vector<std::string> own = complaints_.lines();
-    warnings.insert(warnings.end(), own.begin(), own.end());
+    warnings = complaints_.lines();
+    warnings.insert(warnings.begin(), map_.warnings.begin(), map_.warnings.end());
     report().foliage_left_out = map_.foliage_left_out;
     if (terrain_ != nullptr) report().cautions = terrain_->cautions();
-    add_cautions(report(), map_, options_.heights);
-    std::vector<std::string>& notes = result_.city.notes;
-    notes = map_.contents;
-    const std::string text = format_report(report());
-    for (std::size_t begin = 0; begin < text.size();) {
-      const std::size_t end = text.find('\n', begin);
-      notes.push_back(text.substr(begin, end - begin));
-      begin = end + 1;
-    }
-    if (options_.grid == Grid::Utm) {
-      notes.emplace_back(
-          "coordinates are UTM grid offsets from the origin: turned by the grid's convergence and scaled "
-          "against east and north on the ground");
-    }
-    if (terrain_ != nullptr) {
-      notes.insert(notes.end(), terrain_->notes().begin(), terrain_->notes().end());
-    }
-    notes.insert(notes.end(), warnings.begin(), warnings.end());
+    add_cautions(report(), map_, options_.heights, terrain_ == nullptr);
+    result_.city.notes = city_notes(map_, report(), options_.grid, terrain_);
   }
 
   const MapData& map_;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <fstream>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -387,6 +388,46 @@ void write_city_file(const std::filesystem::path& path, const City& city) {
 
 City read_city_file(const std::filesystem::path& path) {
   return CityFileReader(path).read();
+}
+
+std::size_t keep_within(Mesh& mesh, const Eigen::AlignedBox2d& plan) {
+  constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
+  const auto is_near = [&](std::uint32_t first, std::uint32_t count) {
+    Eigen::AlignedBox2d box;
+    for (std::uint32_t t = first; t < first + count; ++t) {
+      for (const std::uint32_t index : mesh.triangles[t]) box.extend(mesh.vertices[index].head<2>().eval());
+    }
+    return plan.intersects(box);
+  };
+  Mesh kept;
+  std::vector<std::uint32_t> place(mesh.vertices.size(), kUnused);
+  for (Object& object : mesh.objects) {
+    const bool terrain = object.surface == Surface::Terrain;
+    if (!terrain && !is_near(object.first_triangle, object.triangle_count)) continue;
+    const auto first = static_cast<std::uint32_t>(kept.triangles.size());
+    for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
+      if (terrain && !is_near(t, 1)) continue;
+      std::array<std::uint32_t, 3> corners = mesh.triangles[t];
+      for (std::uint32_t& corner : corners) {
+        std::uint32_t& to = place[corner];
+        if (to == kUnused) {
+          to = static_cast<std::uint32_t>(kept.vertices.size());
+          kept.vertices.push_back(mesh.vertices[corner]);
+        }
+        corner = to;
+      }
+      kept.triangles.push_back(corners);
+      kept.materials.push_back(mesh.materials[t]);
+    }
+    const auto count = static_cast<std::uint32_t>(kept.triangles.size()) - first;
+    if (count == 0) continue;
+    object.first_triangle = first;
+    object.triangle_count = count;
+    kept.objects.push_back(std::move(object));
+  }
+  const std::size_t dropped = mesh.objects.size() - kept.objects.size();
+  mesh = std::move(kept);
+  return dropped;
 }
 
 }  // namespace canyon::city

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Geometry>
+#include <cstddef>
 #include <filesystem>
 
 #include "canyon/city/fwd.hpp"
@@ -12,5 +14,9 @@ namespace canyon::city {
 void write_city_file(const std::filesystem::path& path, const City& city);
 /// Throws InputError: missing, not a Canyon city, a newer version, damaged or cut short (says which block).
 [[nodiscard]] City read_city_file(const std::filesystem::path& path);
+
+/// The part of a large city about a place: drops the objects that do not touch an area, seen from above
+/// (x, y [m]), and the triangles of terrain that do not. Returns how many objects are dropped.
+std::size_t keep_within(Mesh& mesh, const Eigen::AlignedBox2d& plan);
 
 }  // namespace canyon::city

@@ -284,5 +284,23 @@ TEST(CityFile, NeverReadsADamagedFileAsAnother) {
   }
 }
 
+TEST(KeepWithin, KeepsWholeBuildingsAndTheGroundThatTouch) {
+  Mesh mesh;
+  append_box(mesh, "near", Surface::Building, Material::Brick, {5, 5, 0}, {15, 15, 9});
+  append_box(mesh, "far", Surface::Building, Material::Glass, {50, 50, 0}, {60, 60, 9});
+  append_object(mesh, "terrain", Surface::Terrain, Material::Ground,
+                {{0, 0, 0}, {100, 0, 0}, {0, 100, 0}, {100, 100, 0}, {40, 100, 0}}, {{0, 1, 2}, {1, 3, 4}});
+  append_box(mesh, "touching", Surface::Building, Material::Metal, {-9, 0, 0}, {0, 9, 3});
+  EXPECT_EQ(keep_within(mesh, {Eigen::Vector2d(0, 0), Eigen::Vector2d(10, 10)}), 1U);
+  check_mesh(mesh, "kept");
+  ASSERT_EQ(mesh.objects.size(), 3U);
+  EXPECT_EQ(mesh.objects[0].name, "near");
+  EXPECT_EQ(mesh.objects[1].triangle_count, 1U);
+  EXPECT_EQ(mesh.objects[2].name, "touching");
+  EXPECT_EQ(mesh.vertices.size(), 8U + 3U + 8U);
+  EXPECT_EQ(mesh.materials.back(), Material::Metal);
+  EXPECT_EQ(mesh.vertices[mesh.triangles.back()[0]].x(), 0);  // east side of the last box
+}
+
 }  // namespace
 }  // namespace canyon::city

@@ -27,6 +27,10 @@
 namespace canyon::simulation {
 namespace {
 
+/// A scenario reads the tiles of a city model, or keeps the objects of a large city, that are this near to
+/// its trajectory.
+constexpr double kAboutWay_m = 1000;
+
 bool is_city_model(const std::filesystem::path& path) {
   const std::string ending = lower_case(path.extension().string());
   return ending == ".gml" || ending == ".citygml" ||
@@ -205,9 +209,6 @@ class PlaceBounds {
   Eigen::AlignedBox2d box_;
 };
 
-/// A scenario reads the tiles of a city model that are this near to its trajectory.
-constexpr double kAboutWay_m = 1000;
-
 /// Folders and archives of a city model.
 bool are_tiles(const std::vector<std::filesystem::path>& files) {
   return std::all_of(files.begin(), files.end(), [](const std::filesystem::path& path) {
@@ -268,6 +269,23 @@ CityConfig city_config(const Scenario& scenario, const std::array<double, 4>& bb
 
 namespace {
 
+/// Cities of files with more triangles than this are cut to the surroundings of the trajectory.
+constexpr std::size_t kLargeCity = 1'000'000;
+
+void keep_about(city::City& city, const std::array<double, 4>& bbox_deg) {
+  const auto& [west, south, east, north] = bbox_deg;
+  Eigen::AlignedBox2d plan;
+  for (const double longitude : {west, east}) {
+    for (const double latitude : {south, north}) {
+      const auto corner = geodesy::Geodetic::from_degrees(latitude, longitude, city.frame.origin().height_m);
+      plan.extend(city.frame.local_from_geodetic(corner).head<2>().eval());
+    }
+  }
+  const std::size_t dropped = city::keep_within(city.mesh, plan);
+  city.notes.push_back(
+      fmt::format("{} objects farther than {:g} m from the trajectory are left out", dropped, kAboutWay_m));
+}
+
 city::City draw_facades(city::City city, const CityConfig& config, std::uint64_t seed) {
   const bool keep = config.facades.keeps_named(config.is<MapCity>());
   const std::string drawn = city::dress_facades(city, config.facades, keep, seed);
@@ -301,7 +319,11 @@ city::City draw_city(city::City source, const Scenario& scenario, std::vector<st
 }
 
 city::City load_city(const Scenario& scenario, std::vector<std::string>& warnings) {
-  city::City source = load_city_source(city_config(scenario), warnings);
+  const PlaceBounds way = way_of(scenario);
+  city::City source = load_city_source(about(scenario.city, way), warnings);
+  const auto around = way.widened(kAboutWay_m);
+  if (scenario.city.is<CityFile>() && around && source.mesh.triangles.size() > kLargeCity)
+    keep_about(source, *around);
   const auto* tileset = scenario.city.as<tiles::TileOptions>();
   if (tileset && tiles::holds_key(tileset->url)) {
     warnings.emplace_back(

@@ -317,6 +317,31 @@ TEST(LoadCity, TilesAboutTheTrajectoryAlone) {
   EXPECT_EQ(scenario_yaml(parse_scenario(scenario_yaml(once), folder / "t.yaml")), scenario_yaml(once));
 }
 
+// 290 x 290 blocks of 12 triangles, 20 m apart: more than a million triangles. Within 1 km of the middle,
+// west to east and south to north, stand 101 x 101.
+TEST(LoadCity, OfALargeCityWhatIsAboutTheTrajectory) {
+  constexpr int kBlocks = 290;
+  const test::TemporaryFolder folder;
+  city::City large;
+  large.frame = geodesy::LocalFrame(geodesy::Geodetic::from_degrees(48, 11, 500));
+  for (int i = 0; i < kBlocks * kBlocks; ++i) {
+    const Eigen::Vector3d at(20 * (i % kBlocks - kBlocks / 2), 20 * (i / kBlocks - kBlocks / 2), 0);
+    append_box(large.mesh, std::to_string(i), city::Surface::Building, city::Material::Concrete,
+               at - Eigen::Vector3d(4, 4, 0), at + Eigen::Vector3d(4, 4, 10));
+  }
+  city::write_city_file(folder / "large.canyon", large);
+  const auto buildings_at = [&](const std::string& place) {
+    const Scenario scenario = parse_scenario(
+        "city: {file: large.canyon}\nstart: 2026-06-01T06:00:00Z\nduration_s: 1\ntrajectory: {position: {" +
+            place + "}}\n",
+        folder / "s.yaml");
+    std::vector<std::string> warnings;
+    return city::summarize(load_city(scenario, warnings)).buildings;
+  };
+  EXPECT_EQ(buildings_at("latitude_deg: 48, longitude_deg: 11, height_m: 502"), 101U * 101U);
+  EXPECT_EQ(buildings_at("east_m: 10, north_m: 10, up_m: 2"), std::size_t{kBlocks} * kBlocks);
+}
+
 TEST(LoadCity, HongKong) {
   CANYON_SHARED_DATA(path, "hongkong/buildings.dae");
   CityConfig config;

@@ -12,6 +12,7 @@
 #include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/tiles/archive_address.hpp"
 #include "canyon/tiles/skin_surfaces.hpp"
 #include "canyon/tiles/tile_content.hpp"
 #include "canyon/tiles/tile_mesh.hpp"
@@ -163,9 +164,11 @@ class TilesReader {
 
   void finish(const TileSelection& selection) {
     city::City& city = out_.city;
-    city.name = file_stem(source_.root()) == "tileset" && options_.file
-                    ? options_.file->parent_path().filename().string()
-                    : file_stem(source_.root());
+    city.name = file_stem(source_.root());
+    if (city.name == "tileset" && options_.file) {
+      const std::filesystem::path& file = *options_.file;
+      city.name = (is_archive(file) ? file.stem() : file.parent_path().filename()).string();
+    }
     if (city.name.empty()) city.name = "tileset";
     city.mesh = std::move(mesh_.mesh());
     if (!mesh_.skin().triangles.empty())

@@ -1,5 +1,6 @@
 #include "canyon/tiles/read_tiles.hpp"
 
+#include <cpl_vsi.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -156,6 +157,45 @@ TEST_F(TilesTest, TilesetsThatReferToThemselvesAreGaps) {
   EXPECT_THAT(city.cautions, Contains(HasSubstr("refers to itself")));
 }
 
+/// A zip archive by GDAL.
+void write_archive(const std::filesystem::path& path,
+                   const std::vector<std::pair<std::string, std::string>>& files) {
+  // Open while its files are written: else each would make the archive anew.
+  const std::string root = "/vsizip/{" + path.string() + "}";
+  VSILFILE* archive = VSIFOpenL(root.c_str(), "wb");
+  ASSERT_NE(archive, nullptr);
+  for (const auto& [name, bytes] : files) {
+    VSILFILE* file = VSIFOpenL((root + "/" + name).c_str(), "wb");
+    ASSERT_NE(file, nullptr);
+    ASSERT_EQ(VSIFWriteL(bytes.data(), 1, bytes.size(), file), bytes.size());
+    VSIFCloseL(file);
+  }
+  VSIFCloseL(archive);
+}
+
+// The index of a .3tz is passed over; addresses are within the archive, and messages name it.
+TEST_F(TilesTest, ArchivesAreRead) {
+  const std::string root = test::tileset(tile("t/a.glb", 9,
+                                              fmt::format(R"(,"refine":"ADD","children":[{{{}}},{{{}}}])",
+                                                          tile("../outside.glb", 0), tile("none.glb", 0))));
+  write("outside.glb", test::box_glb(1, 1, 1));
+  const std::filesystem::path zip = folder_ / "town.zip", archive = folder_ / "town.3tz";
+  write_archive(zip,
+                {{"tileset.json", root}, {"t/a.glb", test::box_glb(10, 10, 10)}, {"@3dtilesIndex1@", "0"}});
+  std::filesystem::rename(zip, archive);
+  const TilesCity city = read(options("town.3tz"));
+  EXPECT_EQ(city.city.name, "town");
+  EXPECT_EQ(city.tiles, 1U);
+  EXPECT_EQ(city.city.mesh.triangles.size(), 12U);
+  EXPECT_THAT(city.cautions, Contains(HasSubstr("'../outside.glb' is outside the tileset's folder")));
+  EXPECT_THAT(city.cautions, Contains(HasSubstr("town.3tz/none.glb: is not in the archive")));
+  EXPECT_TRUE(is_tileset(archive));
+  write("town.3tz", "PK");
+  EXPECT_THAT(refusal(options("town.3tz")),
+              AllOf(HasSubstr("town.3tz/tileset.json"), HasSubstr("is the archive whole?")));
+  EXPECT_THAT(refusal(options("absent.3tz")), HasSubstr("no such file"));
+}
+
 TEST_F(TilesTest, OuterTilesetsHaveTransformsOfBoth) {
   write("sub/b.glb", test::box_glb(1, 1, 1));
   write("tileset.json",
@@ -178,6 +218,9 @@ TEST_F(TilesTest, WrongFilesAreRefusedWithACure) {
   EXPECT_THAT(refusal(options()), HasSubstr("version '2.0'"));
   write("tileset.json", test::tileset(R"("geometricError":0,"boundingVolume":{"box":[1,2]})"));
   EXPECT_THAT(refusal(options()), HasSubstr("'box' is not a list of 12 numbers"));
+  write("tileset.json",
+        test::tileset(R"("geometricError":0,"boundingVolume":{"region":[11.4,48.1,11.6,48.3,500,600]})"));
+  EXPECT_THAT(refusal(options()), AllOf(HasSubstr("north 48.3 rad"), HasSubstr("latitudes within 1.57 rad")));
   write("tileset.json", test::tileset(std::string(kVolume) + R"(,"geometricError":0)"));
   EXPECT_THAT(refusal(options()), HasSubstr("no tile of it has content"));
   write("tileset.json", test::tileset(tile("a.glb", 0, R"(,"transform":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,0])")));

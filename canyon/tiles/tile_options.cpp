@@ -7,6 +7,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/options/values.hpp"
+#include "canyon/tiles/archive_address.hpp"
 
 namespace canyon::tiles {
 
@@ -27,7 +28,8 @@ void TileOptions::validate() const {
 
 void visit(options::Visitor& v, TileOptions& o) {
   static constexpr std::string_view kSkins[]{"auto", "always", "never"};
-  v.file({"file", "", "tileset.json of 3D Tiles 1.0 or 1.1 (city.file takes it too)"}, o.file);
+  v.file({"file", "", "tileset.json of 3D Tiles 1.0 or 1.1, or a .3tz archive (city.file takes it too)"},
+         o.file);
   v.text({"url", "", "instead: its http(s) address; $NAME in its query stands for an environment variable"},
          o.url);
   v.number({"error_m", "m", "the coarsest tiles whose geometric error is at most this"}, o.error_m,
@@ -65,6 +67,10 @@ bool is_web_address(const std::string& text) {
 
 std::string public_address(const std::string& address) {
   if (address.rfind("data:", 0) == 0) return address.substr(0, address.find(',')) + ",...";
+  if (address.rfind(kInArchive, 0) == 0) {
+    std::string path = address.substr(kInArchive.size());
+    return path.replace(path.find("}/"), 1, "");
+  }
   if (!is_web_address(address)) return address;
   std::string bare = address.substr(0, address.find_first_of("?#"));
   const std::size_t host = bare.find("//") + 2;
@@ -85,7 +91,7 @@ bool holds_key(const std::string& address) {
 }
 
 bool is_tileset(const std::filesystem::path& path) {
-  if (is_web_address(path.string())) return true;
+  if (is_web_address(path.string()) || is_archive(path)) return true;
   const std::string name = lower_case(path.filename().string());
   if (name.size() < 5 || name.substr(name.size() - 5) != ".json") return false;
   std::error_code error;

@@ -22,7 +22,7 @@ enum class SkinRule : std::uint8_t {
 
 /// `city: {tiles: ...}`: which part of a tileset is read, and how fine. One of file and url is set.
 struct TileOptions {
-  std::optional<std::filesystem::path> file;  ///< tileset.json
+  std::optional<std::filesystem::path> file;  ///< tileset.json, or an archive (.3tz)
   /// http or https; $NAME or ${NAME} in its query stands for an environment variable.
   std::string url;
   double error_m = 1;  ///< geometric error up to which a tile is fine enough; [0, 10,000]
@@ -44,14 +44,14 @@ void visit(options::Visitor& v, TileOptions& o);
 /// Whether a text is an address of the web: begins with http:// or https://.
 [[nodiscard]] bool is_web_address(const std::string& text);
 
-/// An address without its query and password, which may hold keys: for messages and files.
+/// An address without its query and password, which may hold keys, as a path: for messages and files.
 [[nodiscard]] std::string public_address(const std::string& address);
 
 /// Whether the query of an address has a value that is not an environment variable's.
 [[nodiscard]] bool holds_key(const std::string& address);
 
-/// Whether a path names a tileset: an address of the web, the name tileset.json, or a .json file that begins
-/// as one.
+/// Whether a path names a tileset: an address of the web, an archive (.3tz), the name tileset.json, or a
+/// .json file that begins as one.
 [[nodiscard]] bool is_tileset(const std::filesystem::path& path);
 
 }  // namespace canyon::tiles

@@ -1,21 +1,26 @@
 #include "canyon/tiles/tile_source.hpp"
 
+#include <cpl_vsi.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdlib>
+#include <memory>
 #include <set>
 #include <thread>
 
+#include "canyon/base/archives.hpp"
 #include "canyon/base/base64.hpp"
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/input_file.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/buildings/sources/gdal.hpp"
 #include "canyon/buildings/sources/http_client.hpp"
+#include "canyon/tiles/archive_address.hpp"
 
 namespace canyon::tiles {
 namespace {
@@ -140,6 +145,29 @@ std::string data_of(const std::string& address) {
   return std::move(*bytes);
 }
 
+/// The bytes that a reader gives piece by piece: read(to, size) returns how many.
+template <typename Read>
+std::string all_of(const Read& read) {
+  std::string bytes, block(std::size_t{1} << 20, '\0');
+  while (const std::size_t n = read(block.data(), block.size())) {
+    bytes.append(block, 0, n);
+    if (bytes.size() > kLargestTile)
+      throw InputError(fmt::format("unpacks to more than {} bytes", kLargestTile));
+  }
+  return bytes;
+}
+
+/// A file of an archive, by GDAL's name.
+std::string read_member(const std::string& name) {
+  const buildings::gdal::Quiet quiet;
+  const std::unique_ptr<VSILFILE, void (*)(VSILFILE*)> file(VSIFOpenL(name.c_str(), "rb"), [](VSILFILE* f) {
+    if (f != nullptr) VSIFCloseL(f);
+  });
+  if (!file) throw InputError("is not in the archive, or cannot be unpacked", "is the archive whole?");
+  std::string bytes = all_of([&](char* to, std::size_t size) { return VSIFReadL(to, 1, size, file.get()); });
+  return is_gzip(bytes) && name.rfind("/vsigzip/", 0) != 0 ? read_member("/vsigzip/" + name) : bytes;
+}
+
 bool is_inside(const fs::path& path, const fs::path& folder) {
   const auto [end, other] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
   return end == folder.end() || (std::next(end) == folder.end() && end->empty());
@@ -152,6 +180,10 @@ TileSource::TileSource(const TileOptions& options) : options_(options) {
     std::error_code error;
     const fs::path whole = fs::weakly_canonical(*options.file, error);
     root_ = (error ? *options.file : whole).string();
+    if (is_archive(root_)) {
+      check_input_file(root_);
+      root_ = in_archive(root_, "tileset.json");
+    }
     folder_ = fs::path(root_).parent_path();
   } else {
     root_ = with_variables(options.url);
@@ -277,15 +309,10 @@ std::string TileSource::read(const std::string& address) {
     if (const std::string& problem = fetched_.at(address); !problem.empty()) throw InputError(problem);
     path = cached(address);
   }
+  if (path.string().rfind(kInArchive, 0) == 0) return read_member(path.string());
   check_input_file(path, kLargestTile);
-  std::string bytes;
   GzipFile file(path);
-  std::string block(std::size_t{1} << 20, '\0');
-  while (const std::size_t n = file.read(block.data(), block.size(), 0)) {
-    bytes.append(block, 0, n);
-    if (bytes.size() > kLargestTile)
-      throw InputError(fmt::format("unpacks to more than {} bytes", kLargestTile));
-  }
+  std::string bytes = all_of([&](char* to, std::size_t size) { return file.read(to, size, 0); });
   if (file.cut_short()) throw InputError("the gzip data end early", "get the tile again");
   return bytes;
 }

@@ -1,8 +1,11 @@
 #include "canyon/tiles/tile_volume.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
+#include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/tiles/json_values.hpp"
 
@@ -30,12 +33,26 @@ bool longitudes_meet(double west, double width, double other_west, double other_
   return turned(other_west - west) <= width || turned(west - other_west) <= other_width;
 }
 
+/// Degrees in the place of radians, and latitudes in the place of longitudes, lie elsewhere or nowhere.
+void check_region(const std::vector<double>& region) {
+  constexpr double kRounding = 1e-6;
+  const auto within = [](double angle, double most) { return std::abs(angle) <= most + kRounding; };
+  if (within(region[0], geodesy::kPi) && within(region[2], geodesy::kPi) &&
+      within(region[1], geodesy::kPi / 2) && within(region[3], geodesy::kPi / 2) && region[1] <= region[3])
+    return;
+  throw InputError(
+      fmt::format("has a bounding region of west {:g}, south {:g}, east {:g}, north {:g} rad", region[0],
+                  region[1], region[2], region[3]),
+      "regions are longitudes within 3.14 and latitudes within 1.57 rad: make the tileset again");
+}
+
 }  // namespace
 
 TileVolume read_volume(const Json& volume) {
   TileVolume out;
   if (!volume.is_object()) return out;
   if (out.values = numbers_member(volume, "region", 6); !out.values.empty()) {
+    check_region(out.values);
     out.kind = TileVolume::Kind::Region;
   } else if (out.values = numbers_member(volume, "box", 12); !out.values.empty()) {
     out.kind = TileVolume::Kind::Box;

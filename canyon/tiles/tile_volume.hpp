@@ -30,7 +30,8 @@ struct TileVolume {
   /// The radius of a sphere about the centre that holds it [m], in the same frame; 0 for Unknown.
   [[nodiscard]] double radius(const Eigen::Matrix4d& transform) const;
 };
-/// Throws InputError for lists of a wrong length and numbers that are not finite.
+/// Throws InputError for lists of a wrong length, numbers that are not finite, and regions that are not on
+/// the Earth.
 [[nodiscard]] TileVolume read_volume(const Json& volume);
 
 /// The place that is read: a box about an origin, or everything.

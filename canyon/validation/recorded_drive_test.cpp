@@ -139,7 +139,7 @@ std::vector<Judged> judge(const Drive& drive, const DriveRays& rays, const Pseud
   return result;
 }
 
-struct Figures {
+struct DriveFigures {
   std::vector<double> los_m, nlos_m, specular_difference_m, mirror_difference_m;
   std::optional<Separation> by_cn0, by_error;
   std::optional<Correlation> specular, mirror;
@@ -149,8 +149,8 @@ struct Figures {
   }
 };
 
-Figures figures(const std::vector<Judged>& all) {
-  Figures f;
+DriveFigures figures(const std::vector<Judged>& all) {
+  DriveFigures f;
   std::vector<double> weak[2], specular[2], mirror[2];
   for (const Judged& j : all) {
     (j.clear ? f.los_m : f.nlos_m).push_back(j.error_m);
@@ -201,11 +201,11 @@ void print(const char* name, std::span<const double> values) {
   std::printf("\n");
 }
 
-Figures report(const char* name, const Drive& drive, const DriveRays& rays,
-               const ClockOptions& options = {}) {
+DriveFigures report(const char* name, const Drive& drive, const DriveRays& rays,
+                    const ClockOptions& options = {}) {
   const PseudorangeErrors errors = remove_receiver_clock(drive.residuals, rays.clear_view(), options);
   const std::vector<Judged> all = judge(drive, rays, errors);
-  Figures f = figures(all);
+  DriveFigures f = figures(all);
   std::size_t by_clear = 0, jumps = 0;
   std::vector<double> bends;
   for (std::size_t e = 0; e < errors.clocks.size(); ++e) {
@@ -226,16 +226,16 @@ Figures report(const char* name, const Drive& drive, const DriveRays& rays,
       std::printf("  %s less %s: %.2f m\n", std::string(gnss::name(system)).c_str(),
                   std::string(gnss::name(errors.reference)).c_str(), bias);
   }
-  const auto cn0 = by_minutes(all, [](const Figures& g) -> std::optional<double> {
+  const auto cn0 = by_minutes(all, [](const DriveFigures& g) -> std::optional<double> {
     return g.by_cn0 ? std::optional(g.by_cn0->auc) : std::nullopt;
   });
-  const auto error = by_minutes(all, [](const Figures& g) -> std::optional<double> {
+  const auto error = by_minutes(all, [](const DriveFigures& g) -> std::optional<double> {
     return g.by_error ? std::optional(g.by_error->auc) : std::nullopt;
   });
-  const auto specular = by_minutes(all, [](const Figures& g) -> std::optional<double> {
+  const auto specular = by_minutes(all, [](const DriveFigures& g) -> std::optional<double> {
     return g.specular ? std::optional(g.specular->rho) : std::nullopt;
   });
-  const auto mirror = by_minutes(all, [](const Figures& g) -> std::optional<double> {
+  const auto mirror = by_minutes(all, [](const DriveFigures& g) -> std::optional<double> {
     return g.mirror ? std::optional(g.mirror->rho) : std::nullopt;
   });
   std::printf("  NLOS %.1f %% of %zu\n", 100 * f.nlos_share(), all.size());
@@ -262,7 +262,7 @@ TEST(RecordedDrive, Gps) {
   const DriveRays rays(mesh);
   const Drive drive = read_drive(folder, {System::GPS});
   EXPECT_EQ(drive.residuals.epochs.size(), 485U);
-  const Figures f = report("GPS", drive, rays);
+  const DriveFigures f = report("GPS", drive, rays);
   EXPECT_NEAR(f.nlos_share(), 0.29, 0.02);
   EXPECT_NEAR(f.by_cn0->auc, 0.84, 0.02);
   EXPECT_NEAR(f.by_error->auc, 0.87, 0.03);
@@ -278,7 +278,7 @@ TEST(RecordedDrive, Gps) {
   // is near the README's figures.
   ClockOptions four;
   four.min_clear = 4;
-  const Figures leaked = report("GPS", drive, rays, four);
+  const DriveFigures leaked = report("GPS", drive, rays, four);
   EXPECT_NEAR(leaked.by_error->auc, 0.85, 0.02);
   EXPECT_LT(leaked.by_error->auc, f.by_error->auc);
   EXPECT_NEAR(median(leaked.nlos_m).value(), 26, 4);
@@ -289,11 +289,11 @@ TEST(RecordedDrive, GpsAndBeiDou) {
   CANYON_SHARED_DATA(mesh, "hongkong/buildings.dae");
   CANYON_SHARED_DATA(folder, "urbannav-tst-20190428");
   const DriveRays rays(mesh);
-  const Figures beidou = report("BeiDou", read_drive(folder, {System::BeiDou}), rays);
+  const DriveFigures beidou = report("BeiDou", read_drive(folder, {System::BeiDou}), rays);
   EXPECT_NEAR(beidou.by_cn0->auc, 0.85, 0.03);
   EXPECT_NEAR(beidou.by_error->auc, 0.90, 0.03);
   const Drive drive = read_drive(folder, {System::GPS, System::BeiDou});
-  const Figures f = report("GPS and BeiDou", drive, rays);
+  const DriveFigures f = report("GPS and BeiDou", drive, rays);
   EXPECT_NEAR(f.nlos_share(), 0.27, 0.02);
   EXPECT_NEAR(f.by_cn0->auc, 0.84, 0.02);
   EXPECT_NEAR(f.by_error->auc, 0.90, 0.02);

@@ -945,6 +945,10 @@ city_build)
   for file in city.canyon city.glb city.obj city.dae town.world model block.osm; do
     runs 0 "$canyon" city info "$file"; says out "buildings     2" "highest roof  30.0 m"
   done
+  runs 0 "$canyon" city compare city.canyon block.osm --places 20 --directions 100
+  says out "20 places outdoors in all cities" "A B          100.00"
+  runs 2 "$canyon" city compare block.osm; one_line; says err "compares 2 to 26 cities, not 1"
+  runs 2 "$canyon" city compare block.osm city.obj; one_line; says err "city.obj" "no origin on the Earth"
   # Tiles of CityGML: a folder, one of them damaged, a box, blocks that the files do not have.
   python3 "$root/tests/judges/lod2_tiles.py" tiles 3 9
   runs 0 "$canyon" city info tiles; says out "objects     27 Building LoD 2" "of 3 files" "27 have a use"

@@ -13,7 +13,7 @@
 
 // The bootstrap by its definition, one resample after the other: the reference for the intervals of figures.
 
-namespace canyon::validation::test {
+namespace canyon::test {
 
 struct BootstrapOptions {
   int resamples = 2000;
@@ -27,7 +27,7 @@ struct BootstrapOptions {
 /// n observations in order. `statistic` gets n indices in [0, n), with repeats; resamples for which it is
 /// empty do not count. Same seed, same interval. Empty where n is 0 or half of the resamples or more have no
 /// value.
-inline std::optional<Interval> bootstrap_interval(
+inline std::optional<validation::Interval> bootstrap_interval(
     std::size_t n, const std::function<std::optional<double>(std::span<const std::size_t>)>& statistic,
     const BootstrapOptions& options = {}) {
   if (n == 0) return std::nullopt;
@@ -48,7 +48,7 @@ inline std::optional<Interval> bootstrap_interval(
   if (2 * values.size() <= static_cast<std::size_t>(options.resamples)) return std::nullopt;
   const double tail = (1 - options.confidence) / 2;
   const std::vector<double> ends = quantiles(values, std::array{tail, 1 - tail});
-  return Interval{ends[0], ends[1]};
+  return validation::Interval{ends[0], ends[1]};
 }
 
-}  // namespace canyon::validation::test
+}  // namespace canyon::test

@@ -28,6 +28,16 @@ Eigen::AlignedBox2d bounds_of(const MapData& map, bool foliage) {
 
 // Half of the features with surfaces of their own reach below it: single cellars do not pull it down.
 std::optional<double> surveyed_ground_m(const MapData& map) {
+  std::vector<double> lowest = lowest_heights_m(map);
+  if (lowest.empty()) return std::nullopt;
+  const auto middle = lowest.begin() + static_cast<std::ptrdiff_t>(lowest.size() / 2);
+  std::nth_element(lowest.begin(), middle, lowest.end());
+  return *middle;
+}
+
+}  // namespace
+
+std::vector<double> lowest_heights_m(const MapData& map) {
   std::vector<double> lowest;
   for (const MapFeature& feature : map.features) {
     double low = std::numeric_limits<double>::infinity();
@@ -36,13 +46,8 @@ std::optional<double> surveyed_ground_m(const MapData& map) {
     }
     if (std::isfinite(low)) lowest.push_back(low);
   }
-  if (lowest.empty()) return std::nullopt;
-  const auto middle = lowest.begin() + static_cast<std::ptrdiff_t>(lowest.size() / 2);
-  std::nth_element(lowest.begin(), middle, lowest.end());
-  return *middle;
+  return lowest;
 }
-
-}  // namespace
 
 Geodetic choose_origin(const MapData& map, const Terrain* terrain, const std::optional<Geodetic>& wanted) {
   const Eigen::AlignedBox2d bounds = bounds_of(map, true);

@@ -17,6 +17,9 @@ namespace canyon::buildings {
 /// A city reaches at most this far from its origin; beyond it there is a mistake.
 inline constexpr double kFarthest_m = 200e3;
 
+/// The lowest point of each feature that has surfaces of its own: ellipsoidal heights [m].
+[[nodiscard]] std::vector<double> lowest_heights_m(const MapData& map);
+
 /// `wanted`, or the place that BuildOptions::origin describes. Throws InputError for a map without any place,
 /// features beyond kFarthest_m, and a terrain without a height there.
 [[nodiscard]] geodesy::Geodetic choose_origin(const MapData& map, const Terrain* terrain,

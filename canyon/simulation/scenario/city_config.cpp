@@ -61,7 +61,8 @@ std::optional<CitySource> source_of_file(const std::filesystem::path& path) {
 
 const char* city_file_endings() {
   return "known are .osm, .osm.gz, .osm.bz2, .osm.pbf, .json (CityJSON, Overpass, tileset.json of 3D Tiles), "
-         ".jsonl, .gml, .xml, .gz, .zip and folders (CityGML, CityJSON), .canyon, .world, .sdf, .dae, .obj, "
+         ".3tz, .jsonl, .gml, .xml, .gz, .zip and folders (CityGML, CityJSON), .canyon, .world, .sdf, .dae, "
+         ".obj, "
          ".stl, .gltf, .glb, .ply";
 }
 
