@@ -161,14 +161,16 @@ std::optional<raytrace::Hit> FacadeRays::cast(const raytrace::Ray& ray, bool ins
 void FacadeRays::follow(const Vector3d& origin, FacadeLeg leg, const FacadePatch* before, bool instances,
                         std::vector<FacadePatch>& patches) const {
   Vector3d from = origin;
-  FacadePatch patch;
-  if (before != nullptr) patch = *before;
-  double way_m = before != nullptr ? before->arrival_m + before->onward_m : 0;
+  double onward_m = before != nullptr ? before->onward_m : 0;
+  double way_m = before != nullptr ? before->arrival_m + onward_m : 0;
+  std::uint32_t triangle = before != nullptr ? before->triangle : 0;
+  std::uint32_t instance = before != nullptr ? before->instance : 0;
   while (leg.bounce < options_.bounces) {
     const auto hit = cast({from, leg.towards, options_.max_range_m - way_m}, instances);
     const double reflected = hit ? reflectance_of(*hit) : 0;
     if (!(reflected > 0)) return;
     way_m += hit->range_m;
+    FacadePatch& patch = patches.emplace_back();
     patch.leg = leg;
     patch.point = from + hit->range_m * leg.towards;
     patch.normal = hit->front ? hit->normal : Vector3d(-hit->normal);
@@ -177,16 +179,17 @@ void FacadeRays::follow(const Vector3d& origin, FacadeLeg leg, const FacadePatch
     if (!patch.moves) patch.cell = light_.cell(hit->triangle, patch.point, hit->front);
     patch.scattered = leg.carried * reflected * (leg.scattered_before ? 1 : scattered_);
     if (leg.bounce == 0) {
-      patch.onward_m = 0;
       patch.area_m2 = hit->range_m * hit->range_m / std::max(-patch.normal.dot(leg.towards), kLeastCosine);
-      patch.triangle = hit->triangle;
-      patch.instance = hit->instance;
+      triangle = hit->triangle;
+      instance = hit->instance;
     } else {
-      patch.onward_m += hit->range_m;
+      onward_m += hit->range_m;
     }
+    patch.onward_m = onward_m;
+    patch.triangle = triangle;
+    patch.instance = instance;
     leg = onward(leg, reflected, patch.normal);
     patch.next = leg;
-    patches.push_back(patch);
     from = patch.lifted;
   }
 }
