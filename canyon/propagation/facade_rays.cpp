@@ -126,7 +126,7 @@ double FacadeRays::reflectance_of(const raytrace::Hit& hit) const {
 
 /// Where the rays to the static city begin.
 Vector3d FacadeRays::start(const Vector3d& antenna) const {
-  const Vector3d middle = kBlock_m * ((antenna / kBlock_m).array().floor() + 0.5).matrix();
+  Vector3d middle = kBlock_m * ((antenna / kBlock_m).array().floor() + 0.5).matrix();
   const Vector3d way = middle - antenna;
   const double range_m = way.norm();
   if (range_m < 1e-6 || scene_->occluded_by_city({antenna, way / range_m, range_m})) return antenna;
