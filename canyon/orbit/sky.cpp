@@ -29,9 +29,12 @@ double light_time(const SatelliteState& state, double tau0, const Eigen::Vector3
 }  // namespace
 
 Eigen::Vector3d rotate_earth(const Eigen::Vector3d& position, double flight_time_s) {
-  const double angle = geodesy::kEarthRotationRate * flight_time_s;
-  const double c = std::cos(angle);
-  const double s = std::sin(angle);
+  const double angle = geodesy::kEarthRotationRate * flight_time_s, square = angle * angle;
+  // The next terms are below 1e-18 for flight times up to a second.
+  constexpr double kSmall = 1e-4;
+  const bool small = std::abs(angle) < kSmall;
+  const double c = small ? 1 - square / 2 : std::cos(angle);
+  const double s = small ? angle * (1 - square / 6) : std::sin(angle);
   return {c * position.x() + s * position.y(), c * position.y() - s * position.x(), position.z()};
 }
 

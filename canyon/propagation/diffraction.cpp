@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <atomic>
 #include <cassert>
 #include <cmath>
 #include <tuple>
@@ -13,6 +12,7 @@
 #include "canyon/propagation/index/knife_edge.hpp"
 #include "canyon/propagation/index/near_bends.hpp"
 #include "canyon/propagation/index/per_instance.hpp"
+#include "canyon/propagation/index/places.hpp"
 #include "canyon/propagation/index/set_pose.hpp"
 
 namespace canyon::propagation {
@@ -40,7 +40,6 @@ struct Candidate {
 /// Memory of one trace(); each thread keeps it, so that nothing is allocated once it has grown.
 struct DiffractionScratch {
   NearEdges near;
-  NearBends bends;
   std::vector<std::uint8_t> marks;
   std::vector<Candidate> candidates;
 };
@@ -76,7 +75,7 @@ struct EdgeDiffraction::Impl {
   double wavelength;
   double shadow_excess, lit_excess;  ///< largest ones with the straight line blocked, and clear
   EdgeSet city;
-  std::uint64_t number;  ///< tells these edges from others that NearBends may have seen
+  Places<NearBends> bends;
 
   PerInstance<EdgeSet> instances;
 
@@ -86,10 +85,7 @@ struct EdgeDiffraction::Impl {
         wavelength(wavelength_m(o)),
         shadow_excess(o.max_excess_m()),
         lit_excess(wavelength * o.max_clear_nu * o.max_clear_nu / 4),
-        city(mesh, o.edges) {
-    static std::atomic<std::uint64_t> sets{0};
-    number = ++sets;
-  }
+        city(mesh, o.edges) {}
 
   const EdgeSet& edges_of(const raytrace::PlacedInstance& placed) const {
     return instances.of(placed, [this](const city::Mesh& mesh) {
@@ -229,11 +225,13 @@ void EdgeDiffraction::trace(const Vector3d& antenna, std::span<const Vector3d> d
   const Impl& impl = *impl_;
   DiffractionScratch& s = diffraction_scratch();
   s.candidates.clear();
-  if (s.bends.hold(impl.city, impl.number, antenna, directions, impl.options.max_range_m,
-                   2 * impl.scene->surface_offset_m(antenna))) {
+  const auto lease = impl.bends.about(antenna);
+  if (NearBends* bends = lease.get()) {
+    bends->hold(impl.city, antenna, directions, impl.options.max_range_m,
+                2 * impl.scene->surface_offset_m(antenna));
     for (std::uint32_t i = 0; i < directions.size(); ++i) {
       const double excess_m = blocked[i] ? impl.shadow_excess : impl.lit_excess;
-      for (const std::uint32_t edge : s.bends.of(i, excess_m))
+      for (const std::uint32_t edge : bends->of(i, excess_m))
         impl.bend_known({i, edge}, antenna, directions, blocked, s);
     }
   } else {

@@ -20,28 +20,39 @@ std::span<const FirstOrderSearch::Found> FirstOrderSearch::trace(const raytrace:
                                                                  std::span<const PlacedFacets> sets,
                                                                  const Vector3d& antenna,
                                                                  std::span<const Vector3d> directions,
-                                                                 const FirstOrderLimits& limits) {
+                                                                 const FirstOrderLimits& limits, Kept* kept) {
   found_.clear();
-  for (const PlacedFacets& set : sets) find(scene, set, antenna, directions, limits);
+  for (const PlacedFacets& set : sets) find(scene, set, antenna, directions, limits, kept);
   sort_and_drop_doubles();
   keep_clear(scene, antenna, directions);
   return found_;
 }
 
+/// Those of a set about an antenna in its frame.
+const NearFacets& FirstOrderSearch::gather(const PlacedFacets& set, const Vector3d& here, double reach_m,
+                                           Kept* kept) {
+  if (kept != nullptr && set.pose.is_own()) {
+    // An antenna that has hardly moved is expected to go on like that.
+    const bool again = (here - kept->antenna).norm() < kNearby_m / 4;
+    kept->antenna = here;
+    if ((here - kept->facets.centre).norm() <= kept->facets.radius_m) return kept->facets;
+    if (again) {
+      set.facets->gather(here, kNearby_m, reach_m, kept->facets);
+      return kept->facets;
+    }
+  }
+  set.facets->gather(here, 0, reach_m, near_);
+  return near_;
+}
+
 /// Appends what the image construction gives for every facet of one set.
 void FirstOrderSearch::find(const raytrace::RayScene& scene, const PlacedFacets& set, const Vector3d& antenna,
-                            std::span<const Vector3d> directions, const FirstOrderLimits& limits) {
+                            std::span<const Vector3d> directions, const FirstOrderLimits& limits,
+                            Kept* kept) {
   const SetPose& pose = set.pose;
   const Vector3d here = pose.moved_back(antenna);
   FacingFacets& facing = pose.is_own() ? facing_of_city_ : facing_of_instance_;
-  NearFacets& near = pose.is_own() ? near_in_city_ : near_in_instance_;
-  if (near.set != set.facets->number() || near.reach_m != limits.reach_m ||
-      (here - near.centre).norm() > near.radius_m) {
-    // An antenna that has hardly moved is expected to go on like that.
-    const bool again = pose.is_own() && (here - last_antenna_).norm() < kNearby_m / 4;
-    set.facets->gather(here, again ? kNearby_m : 0, limits.reach_m, near);
-  }
-  if (pose.is_own()) last_antenna_ = here;
+  const NearFacets& near = gather(set, here, limits.reach_m, kept);
   facing.fill(near, here, limits.clearance_m);
   if (facing.facet.empty()) return;
   for (std::size_t i = 0; i < directions.size(); ++i) {

@@ -31,24 +31,31 @@ class FirstOrderSearch {
     Path path;  ///< without materials and the elevation of its arrival
   };
 
+  /// The city's facets about an antenna, and where it was last. Of one set and one reach.
+  struct Kept {
+    NearFacets facets;
+    Eigen::Vector3d antenna = Eigen::Vector3d::Constant(1e300);
+  };
+
   /// All first-order paths to `directions`, by satellite and excess path; valid until the next call. The
-  /// first of `sets` is the city, in its own frame; only facets, instances and poses are used.
+  /// first of `sets` is the city, in its own frame; only facets, instances and poses are used. @param kept
+  /// about the antenna; null: none is
   std::span<const Found> trace(const raytrace::RayScene& scene, std::span<const PlacedFacets> sets,
                                const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
-                               const FirstOrderLimits& limits);
+                               const FirstOrderLimits& limits, Kept* kept);
 
   /// The city's facets that the last search gathered about its antenna.
   [[nodiscard]] const FacingFacets& facing_of_city() const { return facing_of_city_; }
 
  private:
+  const NearFacets& gather(const PlacedFacets& set, const Eigen::Vector3d& here, double reach_m, Kept* kept);
   void find(const raytrace::RayScene& scene, const PlacedFacets& set, const Eigen::Vector3d& antenna,
-            std::span<const Eigen::Vector3d> directions, const FirstOrderLimits& limits);
+            std::span<const Eigen::Vector3d> directions, const FirstOrderLimits& limits, Kept* kept);
   void sort_and_drop_doubles();
   void keep_clear(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna,
                   std::span<const Eigen::Vector3d> directions);
 
-  NearFacets near_in_city_, near_in_instance_;  ///< of the last antenna, and of those about it
-  Eigen::Vector3d last_antenna_ = Eigen::Vector3d::Zero();
+  NearFacets near_;  ///< of one antenna
   FacingFacets facing_of_city_, facing_of_instance_;
   std::vector<std::uint8_t> marks_;
   std::vector<Found> found_;

@@ -11,6 +11,7 @@
 #include "canyon/propagation/first_order.hpp"
 #include "canyon/propagation/index/foliage_volumes.hpp"
 #include "canyon/propagation/index/per_instance.hpp"
+#include "canyon/propagation/index/places.hpp"
 #include "canyon/propagation/reflector_id.hpp"
 #include "canyon/propagation/second_order.hpp"
 
@@ -187,6 +188,12 @@ struct Propagator::Impl {
   std::optional<EdgeDiffraction> diffraction;
   std::optional<DiffuseScattering> diffuse;
   Prepared city;
+  /// What reflects about an antenna.
+  struct About {
+    FirstOrderSearch::Kept facets;
+    NearPairs pairs;
+  };
+  Places<About> places;
 
   PerInstance<Prepared> instances;
 
@@ -291,16 +298,19 @@ void Propagator::Impl::add_reflections(const Vector3d& antenna, std::span<const 
   }
   const double min_cosine = std::max(kMinCosine, std::cos(options.max_incidence_rad));
   const double clearance = 2 * scene->surface_offset_m(antenna);
+  const auto lease = places.about(antenna);
+  About* about = lease.get();
   for (const auto& found : s.first_order.trace(*scene, s.placed, antenna, directions,
-                                               {options.max_range_m, min_cosine, clearance})) {
+                                               {options.max_range_m, min_cosine, clearance},
+                                               about != nullptr ? &about->facets : nullptr)) {
     Path& path = result[found.satellite].paths.emplace_back(found.path);
     path.arrival_elevation_rad = elevation_rad(path.arrival);
     add_material(s, path.instance, path.triangle, path.incidences[0]);
   }
   if (order < 2) return;
-  for (const auto& found :
-       s.second_order.trace(*scene, s.placed, antenna, directions,
-                            {options.max_range_m, min_cosine, clearance}, s.first_order.facing_of_city())) {
+  for (const auto& found : s.second_order.trace(
+           *scene, s.placed, antenna, directions, {options.max_range_m, min_cosine, clearance},
+           s.first_order.facing_of_city(), about != nullptr ? &about->pairs : nullptr)) {
     Path& path = result[found.satellite].paths.emplace_back(found.path);
     path.arrival_elevation_rad = elevation_rad(path.arrival);
     add_material(s, path.far_instance, path.far_triangle, path.incidences[0]);

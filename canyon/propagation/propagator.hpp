@@ -58,7 +58,7 @@ class Propagator {
   /// strongest path of a class.
   ///
   /// All: Direct comes first, then by excess path, of equal ones the lower order first. The lists are the
-  /// caller's; where they have grown, and for what each thread keeps, nothing is allocated.
+  /// caller's; where they have grown, and what each thread and place keeps, nothing is allocated.
   ///
   /// Mirror: the paper's algorithm 2 and equation 1, m = d (1 + sin(pi/2 - 2 theta)), d the range of the ray
   /// at azimuth + 180 deg and the same elevation theta, only for satellites whose direct ray is blocked. The

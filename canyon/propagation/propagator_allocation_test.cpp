@@ -1,7 +1,8 @@
-// A thread that traces epoch after epoch allocates nothing once its buffers have grown.
+// A propagator that traces epoch after epoch allocates nothing once its buffers have grown.
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <vector>
 
 #include "canyon/city/city.hpp"
@@ -37,8 +38,8 @@ TEST(Propagator, AllocatesNothingInTheSteadyState) {
     std::vector<SatellitePaths> result(sky.size());
     std::size_t paths = 0;
     const auto drive = [&] {
-      for (double along = -100; along < 100; along += 1) {
-        propagator.trace({along, 0.3, 2}, sky, result);
+      for (double turn = -200; turn < 200; turn += 1) {  // there and back
+        propagator.trace({std::abs(turn) - 100, 0.3, 2}, sky, result);
         for (const SatellitePaths& satellite : result) paths += satellite.paths.size();
       }
     };

@@ -49,13 +49,12 @@ struct SecondOrderSearch::Near {
   Beam beam;
 };
 
-std::span<const SecondOrderSearch::Found> SecondOrderSearch::trace(const raytrace::RayScene& scene,
-                                                                   std::span<const PlacedFacets> sets,
-                                                                   const Vector3d& antenna,
-                                                                   std::span<const Vector3d> directions,
-                                                                   const SecondOrderLimits& limits,
-                                                                   const FacingFacets& facing_of_city) {
+std::span<const SecondOrderSearch::Found> SecondOrderSearch::trace(
+    const raytrace::RayScene& scene, std::span<const PlacedFacets> sets, const Vector3d& antenna,
+    std::span<const Vector3d> directions, const SecondOrderLimits& limits, const FacingFacets& facing_of_city,
+    NearPairs* pairs) {
   found_.clear();
+  near_pairs_ = pairs;
   facing_of_city_ = &facing_of_city;
   prepare(scene, sets, antenna, directions, limits);
   for (std::size_t i = 0; i < sets.size(); ++i) find_pairs(scene, sets, i, antenna, directions, limits);
@@ -68,7 +67,8 @@ void SecondOrderSearch::prepare(const raytrace::RayScene& scene, std::span<const
                                 const Vector3d& antenna, std::span<const Vector3d> directions,
                                 const SecondOrderLimits& limits) {
   bins_.build(directions);
-  pairs_held_ = near_pairs_.hold(*sets[0].facets, *sets[0].beams, antenna, directions, limits.reach_m);
+  if (near_pairs_ != nullptr)
+    near_pairs_->hold(*sets[0].facets, *sets[0].beams, antenna, directions, limits.reach_m);
   hidden_regions_.clear();
   if (around_.size() < sets.size()) around_.resize(sets.size());
   for (std::size_t i = 0; i < sets.size(); ++i) {
@@ -114,9 +114,9 @@ void SecondOrderSearch::find_pairs(const raytrace::RayScene& scene, std::span<co
     const Vector3d apex = here - 2 * near.height * facet.normal;
     near.normal = set.pose.turned(facet.normal);
     std::size_t first_set = 0;
-    if (near_set == 0 && pairs_held_) {
+    if (near_set == 0 && near_pairs_ != nullptr) {
       near.beam.apex = apex;
-      const NearPairs::Matches behind = near_pairs_.behind(facing.facet[k]);
+      const NearPairs::Matches behind = near_pairs_->behind(facing.facet[k]);
       if (behind.held) {
         reflect(scene, near, set, behind.matches, directions, limits);
         if (++first_set == sets.size()) continue;

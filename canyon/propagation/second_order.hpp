@@ -63,10 +63,12 @@ class SecondOrderSearch {
 
   /// All second-order paths to `directions`, by satellite and excess path; valid until the next call. The
   /// first of `sets` is the city, in its own frame; the others stand in it. `facing_of_city` are its facets
-  /// by FacingFacets::fill(), as the first order has gathered them.
+  /// by FacingFacets::fill(), as the first order has gathered them. @param pairs of the city, about the
+  /// antenna; null: none is kept
   std::span<const Found> trace(const raytrace::RayScene& scene, std::span<const PlacedFacets> sets,
                                const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
-                               const SecondOrderLimits& limits, const FacingFacets& facing_of_city);
+                               const SecondOrderLimits& limits, const FacingFacets& facing_of_city,
+                               NearPairs* pairs);
 
  private:
   struct Near;
@@ -104,8 +106,7 @@ class SecondOrderSearch {
   std::vector<std::uint8_t> hidden_;
   std::vector<Around> around_;
   std::vector<BeamIndex::Match> matches_;
-  NearPairs near_pairs_;     ///< of the city
-  bool pairs_held_ = false;  ///< during a search: whether these hold
+  NearPairs* near_pairs_ = nullptr;  ///< during a search: of the city, where they hold
   std::vector<Found> found_;
   ClearRays clear_rays_;
 };

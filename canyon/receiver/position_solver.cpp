@@ -36,6 +36,7 @@ PositionSolver::PositionSolver(const ReceiverOptions& options, const OwnModels& 
 }
 
 void PositionSolver::restart() {
+  last_ecef_.setZero();
   corrections_ = CodeCorrections(options_.corrections);
   if (options_.filter.enabled && !models_.solve) filter_.emplace(options_.filter, fix_);
   if (options_.rtk.enabled) rtk_.emplace(options_.rtk, fix_, options_.corrections.max_age_s);
@@ -61,7 +62,7 @@ positioning::Fix PositionSolver::solve_alone(geodesy::GpsTime receiver_time,
                                              const std::vector<positioning::Measurement>& measurements,
                                              const orbit::Sky& sky, const Klobuchars& klobuchar) const {
   if (models_.solve) return models_.solve(receiver_time, measurements, sky, fix_, klobuchar);
-  return solve_fix(receiver_time, measurements, sky, fix_, klobuchar);
+  return solve_fix(receiver_time, measurements, sky, fix_, klobuchar, last_ecef_);
 }
 
 positioning::Fix PositionSolver::solve(geodesy::GpsTime receiver_time, const Solvable& measured,
@@ -76,6 +77,7 @@ positioning::Fix PositionSolver::solve(geodesy::GpsTime receiver_time, const Sol
   } else {
     fix = solve_alone(receiver_time, measured.codes, sky, klobuchar);
   }
+  if (fix.solved()) last_ecef_ = fix.position_ecef;
   const positioning::Fix of_epoch = fix;
   if (filter_) {
     fix = filter_->update(receiver_time, differential ? measured.corrected : measured.codes, sky, fix,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <map>
 #include <optional>
 #include <vector>
@@ -47,6 +48,7 @@ class PositionSolver {
   const ReceiverOptions& options_;
   const OwnModels& models_;
   positioning::FixOptions fix_;
+  Eigen::Vector3d last_ecef_ = Eigen::Vector3d::Zero();  ///< of the last epoch alone, where the next begins
   CodeCorrections corrections_;
   std::optional<positioning::PositionFilter> filter_;
   std::optional<relative::RtkFilter> rtk_;

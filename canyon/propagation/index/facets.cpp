@@ -1,7 +1,6 @@
 #include "canyon/propagation/index/facets.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -177,8 +176,6 @@ void mark_reflecting(const FacingFacets& facing, const Vector3d& s, double min_c
 }
 
 FacetSet::FacetSet(const city::Mesh& mesh, bool with_terrain) {
-  static std::atomic<std::uint64_t> sets{0};
-  number_ = ++sets;
   find_facets(mesh, with_terrain);
   order_in_blocks();
 }
@@ -296,10 +293,8 @@ void FacetSet::order_in_blocks() {
 }
 
 void FacetSet::gather(const Vector3d& centre, double radius_m, double reach_m, NearFacets& out) const {
-  out.set = number_;
   out.centre = centre;
   out.radius_m = radius_m;
-  out.reach_m = reach_m;
   out.facet.clear();
   const double reach2 = (reach_m + radius_m) * (reach_m + radius_m);
   blocks_.for_each_near(centre, reach2, [&](std::size_t i) {

@@ -28,9 +28,8 @@ struct Facet {
 
 /// Facets that antennas about a place may see the front of, within reach. Structure of arrays.
 struct NearFacets {
-  std::uint64_t set = 0;  ///< FacetSet::number(); 0: none
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-  double radius_m = 0, reach_m = 0;  ///< of the antennas about the centre; from each of these
+  double radius_m = -1;              ///< of the antennas about the centre; negative: none
   std::vector<std::uint32_t> facet;  ///< index into the set
   std::vector<double> normal_x, normal_y, normal_z, offset, deviation;
   std::vector<double> min_x, min_y, min_z, max_x, max_y, max_z;
@@ -73,8 +72,6 @@ class FacetSet {
   FacetSet(const city::Mesh& mesh, bool with_terrain);
 
   [[nodiscard]] const std::vector<Facet>& facets() const { return facets_; }
-  /// Tells sets apart; 0 of no facets.
-  [[nodiscard]] std::uint64_t number() const { return number_; }
 
   /// Facets that may face an antenna within `radius_m` of a place, with bounds that begin within `reach_m` of
   /// it.
@@ -102,7 +99,6 @@ class FacetSet {
   void add_facet(const city::Mesh& mesh, std::vector<std::uint32_t>& group);
   void order_in_blocks();
 
-  std::uint64_t number_ = 0;
   std::vector<Facet> facets_;
   std::vector<FlatTriangle> flat_;
   /// Bounds of each block of a facet's flat triangles, from Facet::first_bounds, and of each wide block, for

@@ -17,22 +17,18 @@ double cosine_of(double along_m, double distance_m) {
 
 }  // namespace
 
-bool NearBends::hold(const EdgeSet& set, std::uint64_t number, const Vector3d& antenna,
-                     std::span<const Vector3d> directions, double reach_m, double clearance_m) {
-  const Stay::Phase phase = stay_.at(number, reach_m, antenna, directions);
-  if (phase == Stay::Phase::Begins) {
-    see(set, clearance_m);
-    if (found_.size() < directions.size()) found_.resize(directions.size());
-    for (Found& found : found_) found.max_excess_m = -1;
-  }
-  return phase != Stay::Phase::None;
+void NearBends::hold(const EdgeSet& set, const Vector3d& antenna, std::span<const Vector3d> directions,
+                     double reach_m, double clearance_m) {
+  if (!stay_.begins(antenna, directions)) return;
+  see(set, reach_m, clearance_m);
+  if (found_.size() < directions.size()) found_.resize(directions.size());
+  for (Found& found : found_) found.max_excess_m = -1;
 }
 
 /// The excess E of a path around an endless edge is leg |e - s|^2 / 2, e the direction of the leg to it. It
 /// is stationary, so that it changes by (s - e) . dA as the antenna moves and by leg (e - s) . ds as the
 /// satellite does: its root by at most |dA| / sqrt(2 leg) and sqrt(leg / 2) |ds|.
-void NearBends::see(const EdgeSet& set, double clearance_m) {
-  const double reach_m = stay_.reach_m();
+void NearBends::see(const EdgeSet& set, double reach_m, double clearance_m) {
   const double radius = Stay::kAntennas.reach_m();
   set.gather(stay_.centre(), reach_m + radius, clearance_m - radius, near_);
   seen_.clear();

@@ -11,13 +11,13 @@
 namespace canyon::propagation {
 
 /// Remembers during a Stay which edges may bend which satellites. Never misses one that mark_diffracting()
-/// marks; what is found must be verified, so that results do not depend on it. Of one set of edges. Each
-/// thread has its own; its memory is that of the edges in one antenna's view.
+/// marks; what is found must be verified, so that results do not depend on it. Of one set of edges and one
+/// reach; its memory is that of the edges in one antenna's view.
 class NearBends {
  public:
-  /// Whether it holds for an antenna. @param number tells sets apart, not 0
-  bool hold(const EdgeSet& set, std::uint64_t number, const Eigen::Vector3d& antenna,
-            std::span<const Eigen::Vector3d> directions, double reach_m, double clearance_m);
+  /// Makes it hold for an antenna.
+  void hold(const EdgeSet& set, const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
+            double reach_m, double clearance_m);
   /// Edges that may bend a satellite by at most `max_excess_m`; valid until the next call.
   [[nodiscard]] std::span<const std::uint32_t> of(std::uint32_t satellite, double max_excess_m);
 
@@ -33,7 +33,7 @@ class NearBends {
     double max_excess_m = -1;
     std::vector<std::uint32_t> edges;
   };
-  void see(const EdgeSet& set, double clearance_m);
+  void see(const EdgeSet& set, double reach_m, double clearance_m);
 
   Stay stay_;
   NearEdges near_;

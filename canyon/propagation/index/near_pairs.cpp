@@ -6,18 +6,16 @@ namespace canyon::propagation {
 
 using Eigen::Vector3d;
 
-bool NearPairs::hold(const FacetSet& set, const BeamIndex& beams, const Vector3d& antenna,
+void NearPairs::hold(const FacetSet& set, const BeamIndex& beams, const Vector3d& antenna,
                      std::span<const Vector3d> directions, double reach_m) {
   set_ = &set;
   beams_ = &beams;
-  const Stay::Phase phase = stay_.at(set.number(), reach_m, antenna, directions);
-  if (phase == Stay::Phase::Begins) {
-    bins_.build(stay_.directions());
-    beams.gather(antenna, reach_m + Stay::kAntennas.reach_m(), blocks_);
-    entries_.clear();
-    matches_.clear();
-  }
-  return phase != Stay::Phase::None;
+  reach_m_ = reach_m;
+  if (!stay_.begins(antenna, directions)) return;
+  bins_.build(stay_.directions());
+  beams.gather(antenna, reach_m + Stay::kAntennas.reach_m(), blocks_);
+  entries_.clear();
+  matches_.clear();
 }
 
 NearPairs::Matches NearPairs::behind(std::uint32_t facet) {
@@ -28,8 +26,8 @@ NearPairs::Matches NearPairs::behind(std::uint32_t facet) {
   const Facet& mirror = set_->facets()[facet];
   const double height = mirror.normal.dot(stay_.centre()) - mirror.offset;
   if (height < 1.1 * Stay::kAntennas.extent_m(mirror.normal)) return {};
-  const Beam beam = make_beam(mirror, stay_.centre() - 2 * height * mirror.normal, height, stay_.reach_m(),
-                              Stay::kAntennas);
+  const Beam beam =
+      make_beam(mirror, stay_.centre() - 2 * height * mirror.normal, height, reach_m_, Stay::kAntennas);
   beams_->find(beam, blocks_, bins_, nullptr, found_, Stay::kSpread);
   Entry entry{facet, static_cast<std::uint32_t>(matches_.size()), 0};
   matches_.insert(matches_.end(), found_.begin(), found_.end());

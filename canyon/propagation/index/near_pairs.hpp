@@ -14,12 +14,12 @@ namespace canyon::propagation {
 
 /// Remembers during a Stay which facets may reflect satellites over a facet next to the antenna. For each
 /// facet it is searched once. Never misses a facet that BeamIndex::find() needs; what is found must be
-/// verified, so that results do not depend on it. Of one set of facets. Each thread has its own; its memory
-/// is that of the facets in one antenna's view.
+/// verified, so that results do not depend on it. Of one set of facets and one reach; its memory is that of
+/// the facets in one antenna's view.
 class NearPairs {
  public:
-  /// Whether it holds for an antenna.
-  bool hold(const FacetSet& set, const BeamIndex& beams, const Eigen::Vector3d& antenna,
+  /// Makes it hold for an antenna.
+  void hold(const FacetSet& set, const BeamIndex& beams, const Eigen::Vector3d& antenna,
             std::span<const Eigen::Vector3d> directions, double reach_m);
   /// Facets and directions behind a facet next to the antenna; empty if the facet is too near to be held.
   /// Valid until the next call.
@@ -37,6 +37,7 @@ class NearPairs {
 
   const FacetSet* set_ = nullptr;
   const BeamIndex* beams_ = nullptr;
+  double reach_m_ = 0;
   Stay stay_;
   DirectionBins bins_;
   BeamIndex::Blocks blocks_;

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <cmath>
-#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -32,26 +31,15 @@ class Stay {
   static constexpr Surroundings kAntennas{5, 0.5};
   static constexpr double kSpread = 2e-3;  ///< chord of directions: some 14 s of a satellite's motion
 
-  enum class Phase { None, Begins, GoesOn };
-  /// A stay begins at an antenna that is near the last one, and goes on while antenna and directions hold.
-  /// Another set of facets or edges, or another reach, ends it. @param set its number, not 0
-  Phase at(std::uint64_t set, double reach_m, const Eigen::Vector3d& antenna,
-           std::span<const Eigen::Vector3d> directions) {
-    if (set_ != set || reach_m_ != reach_m) *this = {};
-    set_ = set;
-    reach_m_ = reach_m;
-    // A search about the cylinder costs little more than one about a single antenna.
-    const bool again = kAntennas.hold(antenna - last_, 1);
-    last_ = antenna;
-    if (holds(antenna, directions)) return Phase::GoesOn;
-    if (!again) return Phase::None;
+  /// Goes on while antenna and directions hold, and begins anew where they do not. @return whether it begins
+  bool begins(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions) {
+    if (holds(antenna, directions)) return false;
     centre_ = antenna;
     directions_.assign(directions.begin(), directions.end());
-    return Phase::Begins;
+    return true;
   }
   [[nodiscard]] const Eigen::Vector3d& centre() const { return centre_; }
   [[nodiscard]] const std::vector<Eigen::Vector3d>& directions() const { return directions_; }
-  [[nodiscard]] double reach_m() const { return reach_m_; }
 
  private:
   [[nodiscard]] bool holds(const Eigen::Vector3d& antenna,
@@ -62,9 +50,7 @@ class Stay {
     return true;
   }
 
-  std::uint64_t set_ = 0;
-  double reach_m_ = 0;
-  Eigen::Vector3d centre_ = Eigen::Vector3d::Constant(1e300), last_ = centre_;
+  Eigen::Vector3d centre_ = Eigen::Vector3d::Constant(1e300);
   std::vector<Eigen::Vector3d> directions_;
 };
 

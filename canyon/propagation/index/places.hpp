@@ -1,0 +1,88 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "canyon/propagation/index/stay.hpp"
+
+namespace canyon::propagation {
+
+/// Keeps something about each antenna that comes near the same place again, so that any number of receivers
+/// have their own whatever thread computes their epochs. Results must not depend on what is kept.
+/// Thread-safe. Memory: a `Kept` for each antenna of the last kMost requests that was asked for near its last
+/// place again.
+template <typename Kept>
+class Places {
+ public:
+  static constexpr std::uint64_t kMost = 1024;
+
+  /// Holds what is kept about one antenna; no other lease has the same.
+  class Lease {
+   public:
+    Lease(const Places* places, std::size_t entry, Kept* kept)
+        : places_(places), entry_(entry), kept_(kept) {}
+    Lease(Lease&& other) noexcept
+        : places_(std::exchange(other.places_, nullptr)), entry_(other.entry_), kept_(other.kept_) {}
+    Lease& operator=(Lease&&) = delete;
+    ~Lease() {
+      if (places_ == nullptr) return;
+      const std::scoped_lock lock(places_->mutex_);
+      places_->entries_[entry_].taken = false;
+    }
+    /// Null: no antenna was near here of late.
+    [[nodiscard]] Kept* get() const { return kept_; }
+
+   private:
+    const Places* places_;
+    std::size_t entry_;
+    Kept* kept_;
+  };
+
+  /// What is kept about the antenna whose last place is the nearest, within Stay::kAntennas.
+  [[nodiscard]] Lease about(const Eigen::Vector3d& antenna) const {
+    const std::scoped_lock lock(mutex_);
+    ++requests_;
+    constexpr std::size_t kNone = -1;
+    std::size_t nearest = kNone, oldest = kNone;
+    double nearest_m2 = 0;
+    for (std::size_t i = 0; i < entries_.size(); ++i) {
+      const Entry& entry = entries_[i];
+      if (entry.taken) continue;
+      if (oldest == kNone || entry.request < entries_[oldest].request) oldest = i;
+      const Eigen::Vector3d apart = antenna - entry.antenna;
+      if (!Stay::kAntennas.hold(apart, 1)) continue;
+      if (nearest != kNone && apart.squaredNorm() >= nearest_m2) continue;
+      nearest = i;
+      nearest_m2 = apart.squaredNorm();
+    }
+    const bool again = nearest != kNone;
+    std::size_t at = again ? nearest : oldest;
+    if (!again && (at == kNone || requests_ - entries_[at].request <= kMost)) {
+      at = entries_.size();
+      entries_.emplace_back();
+    }
+    Entry& entry = entries_[at];
+    entry.antenna = antenna;
+    entry.request = requests_;
+    entry.taken = true;
+    if (again && !entry.kept) entry.kept = std::make_unique<Kept>();
+    return {this, at, again ? entry.kept.get() : nullptr};
+  }
+
+ private:
+  struct Entry {
+    Eigen::Vector3d antenna;
+    std::uint64_t request = 0;  ///< the last one
+    bool taken = false;
+    std::unique_ptr<Kept> kept;
+  };
+  mutable std::mutex mutex_;
+  mutable std::vector<Entry> entries_;
+  mutable std::uint64_t requests_ = 0;
+};
+
+}  // namespace canyon::propagation
