@@ -68,7 +68,7 @@ bool is_ros_name(std::string_view name) {
 }
 
 std::vector<std::string> RosTopics::all() const {
-  std::vector<std::string> names{fix, fix_velocity, gnss_multipath, satellites};
+  std::vector<std::string> names{fix, fix_velocity, gnss_multipath, satellites, raw_observations};
   if (!scan.empty()) names.push_back(scan);
   return names;
 }
@@ -106,11 +106,13 @@ RosTopics ros_topics(const std::string& base, const ReceiverIdentity& identity, 
   RosTopics topics;
   topics.base = base;
   topics.own = private_base;
-  const std::array<std::pair<const char*, std::string*>, 5> named{{{"fix", &topics.fix},
-                                                                   {"fix_velocity", &topics.fix_velocity},
-                                                                   {"gnss_multipath", &topics.gnss_multipath},
-                                                                   {"satellites", &topics.satellites},
-                                                                   {"scan", &topics.scan}}};
+  const std::array<std::pair<const char*, std::string*>, 6> named{
+      {{"fix", &topics.fix},
+       {"fix_velocity", &topics.fix_velocity},
+       {"gnss_multipath", &topics.gnss_multipath},
+       {"satellites", &topics.satellites},
+       {"raw_observations", &topics.raw_observations},
+       {"scan", &topics.scan}}};
   for (const auto& [name, topic] : named) *topic = base + '/' + name;
   for (const auto& [from, to] : settings.remappings) {
     const std::string remapping = fmt::format("{}:={}", from, to);
@@ -128,8 +130,7 @@ RosTopics ros_topics(const std::string& base, const ReceiverIdentity& identity, 
     if (!found) {
       notes.push_back(
           fmt::format("<ros><remapping>: '{}' renames nothing; the topics are fix, fix_velocity, "
-                      "gnss_multipath, satellites and "
-                      "scan (also ~/out)",
+                      "gnss_multipath, satellites, raw_observations and scan (also ~/out)",
                       remapping));
     }
   }

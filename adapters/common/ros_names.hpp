@@ -28,6 +28,7 @@ struct RosTopics {
   std::string fix_velocity;
   std::string gnss_multipath;
   std::string satellites;
+  std::string raw_observations;
   std::string scan;  ///< empty where none is published
 
   /// The names that are published.

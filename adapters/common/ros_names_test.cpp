@@ -61,12 +61,14 @@ TEST(RosNamespace, RefusesWhatIsNoName) {
 
 TEST(RosTopics, HaveTheirNamesInTheNamespace) {
   std::vector<std::string> notes;
-  EXPECT_THAT(topics({}, notes).all(), ElementsAre("/iris/fix", "/iris/fix_velocity", "/iris/gnss_multipath",
-                                                   "/iris/satellites", "/iris/scan"));
+  EXPECT_THAT(topics({}, notes).all(),
+              ElementsAre("/iris/fix", "/iris/fix_velocity", "/iris/gnss_multipath", "/iris/satellites",
+                          "/iris/raw_observations", "/iris/scan"));
   EXPECT_EQ(topics({}, notes, "").fix, "/fix");
   RosSettings without_scan;
   EXPECT_THAT(ros_topics("/iris", iris(), without_scan, notes).all(),
-              ElementsAre("/iris/fix", "/iris/fix_velocity", "/iris/gnss_multipath", "/iris/satellites"));
+              ElementsAre("/iris/fix", "/iris/fix_velocity", "/iris/gnss_multipath", "/iris/satellites",
+                          "/iris/raw_observations"));
   EXPECT_THAT(notes, IsEmpty());
 }
 
@@ -84,8 +86,11 @@ TEST(RosTopics, ServicesAreClaimedAsTopicsAre) {
   RosSettings settings;
   settings.ros_namespace = "/car";
   EXPECT_EQ(claimed_ros_topics(iris(), settings, claim, notes).own, "/car/gnss");
-  settings.remappings = {
-      {"fix", "fix2"}, {"fix_velocity", "v2"}, {"gnss_multipath", "m2"}, {"satellites", "s2"}};
+  settings.remappings = {{"fix", "fix2"},
+                         {"fix_velocity", "v2"},
+                         {"gnss_multipath", "m2"},
+                         {"satellites", "s2"},
+                         {"raw_observations", "r2"}};
   EXPECT_THROW((void)claimed_ros_topics(iris(), settings, claim, notes), InputError);
   EXPECT_THAT(notes, IsEmpty());
 }
@@ -101,6 +106,7 @@ TEST(RosTopics, AreRemappedAsRosDoes) {
   EXPECT_EQ(topics({{"/iris/gnss/fix", "position"}}, notes).fix, "/iris/position");
   EXPECT_EQ(topics({{"satellites", "~/sky"}}, notes).satellites, "/iris/gnss/sky");
   EXPECT_EQ(topics({{"satellites", "~sky"}}, notes).satellites, "/iris/gnss/sky");
+  EXPECT_EQ(topics({{"raw_observations", "raw"}}, notes).raw_observations, "/iris/raw");
   EXPECT_EQ(topics({{"gnss_multipath", "m"}, {"fix_velocity", "v"}}, notes).fix_velocity, "/iris/v");
   EXPECT_EQ(topics({{"gnss_multipath", "m"}, {"fix_velocity", "v"}}, notes).gnss_multipath, "/iris/m");
   EXPECT_EQ(topics({{"fix", "position"}}, notes).fix_velocity, "/iris/fix_velocity");

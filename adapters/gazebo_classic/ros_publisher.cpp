@@ -11,7 +11,7 @@
 #include "adapters/gazebo_classic/publishers.hpp"
 #include "adapters/gazebo_classic/ros_link.hpp"
 #include "adapters/gazebo_classic/ros_services.hpp"
-#include "adapters/ros/conversions.hpp"
+#include "adapters/ros/raw_conversions.hpp"
 #include "adapters/ros/ros1_types.hpp"
 
 namespace canyon::adapters::gazebo_classic {
@@ -33,9 +33,10 @@ class ReceiverTopics final : public RosClient {
     made.fix_velocity = node.advertise<ros1::TwistWithCovarianceStamped>(names_.fix_velocity, kQueue);
     made.gnss_multipath = node.advertise<ros1::GnssMultipath>(names_.gnss_multipath, kQueue);
     made.satellites = node.advertise<ros1::GnssSatellites>(names_.satellites, kQueue);
+    made.raw_observations = node.advertise<ros1::GnssRawObservations>(names_.raw_observations, kQueue);
     if (!names_.scan.empty()) made.scan = node.advertise<ros1::LaserScan>(names_.scan, kQueue);
     if (!made.fix || !made.fix_velocity || !made.gnss_multipath || !made.satellites ||
-        (!names_.scan.empty() && !made.scan)) {
+        !made.raw_observations || (!names_.scan.empty() && !made.scan)) {
       return false;  // the master went away; topics end with `made`
     }
     const std::lock_guard lock(mutex_);
@@ -52,7 +53,8 @@ class ReceiverTopics final : public RosClient {
         {publishers_->fix.getTopic(), traits::DataType<ros1::NavSatFix>::value()},
         {publishers_->fix_velocity.getTopic(), traits::DataType<ros1::TwistWithCovarianceStamped>::value()},
         {publishers_->gnss_multipath.getTopic(), traits::DataType<ros1::GnssMultipath>::value()},
-        {publishers_->satellites.getTopic(), traits::DataType<ros1::GnssSatellites>::value()}};
+        {publishers_->satellites.getTopic(), traits::DataType<ros1::GnssSatellites>::value()},
+        {publishers_->raw_observations.getTopic(), traits::DataType<ros1::GnssRawObservations>::value()}};
     if (publishers_->scan) {
       topics.emplace_back(publishers_->scan.getTopic(), traits::DataType<ros1::LaserScan>::value());
     }
@@ -66,14 +68,16 @@ class ReceiverTopics final : public RosClient {
   }
 
   void publish(const ReceiverReport& report) {
-    const std::lock_guard lock(mutex_);
-    if (!publishers_) return;
     constexpr std::int64_t kSecond_ns = 1'000'000'000;
     const ros_messages::Head head{{static_cast<std::int32_t>(report.sim_time_ns / kSecond_ns),
                                    static_cast<std::uint32_t>(report.sim_time_ns % kSecond_ns)},
                                   frame_id_};
     const simulation::Epoch* epoch = report.step != nullptr ? &report.step->epoch : nullptr;
-    // Messages without subscribers are not made.
+    // Phases are followed whether somebody listens or not; other messages without subscribers are not made.
+    const auto raw = raw_.message<ros1::GnssRawObservations>(head, epoch);
+    const std::lock_guard lock(mutex_);
+    if (!publishers_) return;
+    if (publishers_->raw_observations.getNumSubscribers() > 0) publishers_->raw_observations.publish(raw);
     if (publishers_->fix.getNumSubscribers() > 0) {
       publishers_->fix.publish(ros_messages::fix_message<ros1::NavSatFix>(head, epoch));
     }
@@ -93,12 +97,16 @@ class ReceiverTopics final : public RosClient {
     }
   }
 
+  /// Time begins anew.
+  void reset() { raw_.reset(); }
+
  private:
   struct Publishers {
-    ros::Publisher fix, fix_velocity, gnss_multipath, satellites, scan;
+    ros::Publisher fix, fix_velocity, gnss_multipath, satellites, raw_observations, scan;
   };
   const RosTopics names_;
   const std::string frame_id_;
+  ros_messages::RawObservations raw_;  // of the simulation's thread
   mutable std::mutex mutex_;
   std::optional<Publishers> publishers_;
 };
@@ -134,6 +142,7 @@ class RosPublisher final : public EpochPublisher {
   RosPublisher(const RosPublisher&) = delete;
   RosPublisher& operator=(const RosPublisher&) = delete;
 
+  void reset() override { topics_->reset(); }
   void publish(const ReceiverReport& report) override {
     try {
       topics_->publish(report);

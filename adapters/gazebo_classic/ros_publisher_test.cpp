@@ -98,6 +98,7 @@ TEST_F(RosPublisher, ComesWithAMasterThatComesLater) {
             "geometry_msgs/TwistWithCovarianceStamped\n");
   EXPECT_EQ(run_program("rostopic type /late/gnss_multipath").output, "canyon_msgs/GnssMultipath\n");
   EXPECT_EQ(run_program("rostopic type /late/satellites").output, "canyon_msgs/GnssSatellites\n");
+  EXPECT_EQ(run_program("rostopic type /late/raw_observations").output, "canyon_msgs/GnssRawObservations\n");
   EXPECT_EQ(run_program("rostopic type /late/scan").output, "sensor_msgs/LaserScan\n");
   EXPECT_EQ(echo("/late/fix", *publisher, sample.report)["field.status.status"], "0");
 }
@@ -210,7 +211,8 @@ TEST_F(RosPublisher, ABagGivesBackTheSameBytes) {
   const SampleReport sample;
   const auto publisher = make_ros_publisher(sample_identity(), settings_in("/bag"), {});
   const std::string bag = (RosEnvironment::get().folder() / "receiver.bag").string();
-  const std::string topics = "/bag/fix /bag/fix_velocity /bag/gnss_multipath /bag/satellites /bag/scan";
+  const std::string topics =
+      "/bag/fix /bag/fix_velocity /bag/gnss_multipath /bag/satellites /bag/raw_observations /bag/scan";
   publish_while("rosbag record -l 3 -O " + bag + " " + topics + " 2>&1", *publisher, sample.report);
   ASSERT_TRUE(std::filesystem::exists(bag));
 
@@ -236,10 +238,13 @@ TEST_F(RosPublisher, ABagGivesBackTheSameBytes) {
               three(wire_hex(ros_messages::multipath_message<ros1::GnssMultipath>(head, epoch))));
   EXPECT_THAT(messages["/bag/satellites canyon_msgs/GnssSatellites"],
               three(wire_hex(ros_messages::satellites_message<ros1::GnssSatellites>(head, epoch))));
+  ros_messages::RawObservations raw;
+  EXPECT_THAT(messages["/bag/raw_observations canyon_msgs/GnssRawObservations"],
+              three(wire_hex(raw.message<ros1::GnssRawObservations>(head, epoch))));
   EXPECT_THAT(messages["/bag/scan sensor_msgs/LaserScan"],
               three(wire_hex(ros_messages::scan_message<ros1::LaserScan>(head, sample.report.scan_ranges_m,
                                                                          sample.report.scan_max_range_m))));
-  EXPECT_EQ(messages.size(), 5U) << read.output;
+  EXPECT_EQ(messages.size(), 6U) << read.output;
 }
 
 TEST_F(RosPublisher, OutlivesAMasterAndFindsTheNext) {

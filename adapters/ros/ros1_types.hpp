@@ -1,6 +1,7 @@
 #pragma once
 
 #include <canyon_msgs/GnssMultipath.h>
+#include <canyon_msgs/GnssRawObservations.h>
 #include <canyon_msgs/GnssSatellite.h>
 #include <canyon_msgs/GnssSatellites.h>
 #include <geometry_msgs/PoseStamped.h>
@@ -31,6 +32,7 @@ using LaserScan = sensor_msgs::LaserScan_<Allocator<void>>;
 using TwistWithCovarianceStamped = geometry_msgs::TwistWithCovarianceStamped_<Allocator<void>>;
 using PoseStamped = geometry_msgs::PoseStamped_<Allocator<void>>;
 using GnssMultipath = canyon_msgs::GnssMultipath_<Allocator<void>>;
+using GnssRawObservations = canyon_msgs::GnssRawObservations_<Allocator<void>>;
 using GnssSatellite = canyon_msgs::GnssSatellite_<Allocator<void>>;
 using GnssSatellites = canyon_msgs::GnssSatellites_<Allocator<void>>;
 

@@ -80,6 +80,7 @@ class HostPublisher final : public EpochPublisher {
       names.fix_velocity = names_.fix_velocity;
       names.gnss_multipath = names_.gnss_multipath;
       names.satellites = names_.satellites;
+      names.raw_observations = names_.raw_observations;
       names.scan = names_.scan;
       topics_ = std::make_unique<ReceiverTopics>(NodeParts(*node_), names);
       services_ = std::make_unique<FaultServices>(*node_, std::move(faults));

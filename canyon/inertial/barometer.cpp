@@ -85,10 +85,8 @@ Air Barometer::air(double height_m, double t_s) const {
 }
 
 Pressure Barometer::measure(double height_m, double speed_mps, double t_s) {
-  constexpr double kCalibrated_k = kZeroCelsius_k + 25;
   const Air air = this->air(height_m, t_s);
-  const double sensor_k =
-      air.temperature_k - options_.warming_k * std::expm1(-std::max(t_s, 0.0) / options_.warming_time_s);
+  const double sensor_k = air.temperature_k + warming_k(options_.warming_k, options_.warming_time_s, t_s);
   const double keep = std::exp(-1 / (options_.rate_hz * options_.drift_time_s));
   drift_pa_ = keep * drift_pa_ + numbers_.drift_pa * std::sqrt(1 - keep * keep) * random_.normal();
   const double dynamic_pa = 0.5 * air.density_kgpm3() * speed_mps * speed_mps;

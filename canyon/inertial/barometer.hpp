@@ -4,10 +4,9 @@
 
 #include "canyon/base/random.hpp"
 #include "canyon/inertial/barometer_options.hpp"
+#include "canyon/inertial/temperature.hpp"
 
 namespace canyon::inertial {
-
-inline constexpr double kZeroCelsius_k = 273.15;
 
 /// Air at a height.
 struct Air {

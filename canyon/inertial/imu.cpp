@@ -3,6 +3,8 @@
 #include <cmath>
 #include <string>
 
+#include "canyon/inertial/temperature.hpp"
+
 namespace canyon::inertial {
 namespace {
 
@@ -56,8 +58,10 @@ Triad::Triad(const TriadNumbers& numbers, RandomStream& random)
   }
 }
 
-Vector3d Triad::measure(const Vector3d& mean, const Vector3d& force, double dt_s, RandomStream& random) {
-  Vector3d value = matrix_ * mean + bias_ + per_force_.cwiseProduct(force) + flicker_.next(dt_s, random);
+Vector3d Triad::measure(const Vector3d& mean, const Vector3d& force, double dt_s, RandomStream& random,
+                        const Vector3d& more) {
+  Vector3d value =
+      matrix_ * mean + bias_ + more + per_force_.cwiseProduct(force) + flicker_.next(dt_s, random);
   if (numbers_.white > 0) value += numbers_.white / std::sqrt(dt_s) * three_normals(random);
   if (numbers_.walk > 0) bias_ += numbers_.walk * std::sqrt(dt_s) * three_normals(random);
   if (numbers_.resolution > 0)
@@ -69,15 +73,27 @@ Imu::Imu(const ImuOptions& options, std::uint64_t seed, std::string_view name)
     : options_(options),
       random_(seed, "imu/" + std::string(name)),
       gyroscope_(imu_numbers(options).gyroscope, random_),
-      accelerometer_(imu_numbers(options).accelerometer, random_) {
+      accelerometer_(imu_numbers(options).accelerometer, random_),
+      surroundings_(seed, "imu/" + std::string(name) + "/surroundings"),
+      per_kelvin_{imu_numbers(options).accelerometer.per_kelvin * three_normals(surroundings_),
+                  imu_numbers(options).gyroscope.per_kelvin * three_normals(surroundings_)},
+      vibrations_(options.vibration, surroundings_) {
   options.validate();
 }
 
 std::optional<ImuSample> Imu::measure(const ImuInput& mean, double time_s, double dt_s) {
   ImuSample sample;
-  const Vector3d& force = mean.specific_force_mps2;
-  sample.measured.angular_rate_radps = gyroscope_.measure(mean.angular_rate_radps, force, dt_s, random_);
-  sample.measured.specific_force_mps2 = accelerometer_.measure(force, force, dt_s, random_);
+  const ImuTemperatureOptions& temperature = options_.temperature;
+  sample.temperature_k = kZeroCelsius_k + temperature.air_c +
+                         warming_k(temperature.warming_k, temperature.warming_time_s, time_s);
+  const double warmer_k = sample.temperature_k - kCalibrated_k;
+  const ImuInput shaking = vibrations_.mean(time_s, dt_s, surroundings_);
+  const Vector3d force = mean.specific_force_mps2 + shaking.specific_force_mps2;
+  sample.measured.angular_rate_radps =
+      gyroscope_.measure(mean.angular_rate_radps + shaking.angular_rate_radps, force, dt_s, random_,
+                         warmer_k * per_kelvin_.angular_rate_radps);
+  sample.measured.specific_force_mps2 =
+      accelerometer_.measure(force, force, dt_s, random_, warmer_k * per_kelvin_.specific_force_mps2);
   sample.time_s = time_s + options_.time_offset_s;
   if (options_.time_jitter_s > 0) sample.time_s += options_.time_jitter_s * random_.normal();
   if (options_.lost > 0 && random_.uniform() < options_.lost) return std::nullopt;

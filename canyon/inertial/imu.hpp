@@ -9,6 +9,7 @@
 #include "canyon/base/random.hpp"
 #include "canyon/inertial/ideal_imu.hpp"
 #include "canyon/inertial/imu_options.hpp"
+#include "canyon/inertial/vibration.hpp"
 
 namespace canyon::inertial {
 
@@ -37,9 +38,11 @@ class FlickerNoise {
 class Triad {
  public:
   Triad(const TriadNumbers& numbers, RandomStream& random);
-  /// @param mean of the true values over `dt_s`; @param force the mean specific force [m/s^2]
+  /// @param mean of the true values over `dt_s`; @param force the mean specific force [m/s^2]; @param more a
+  /// bias beside those of the run
   [[nodiscard]] Eigen::Vector3d measure(const Eigen::Vector3d& mean, const Eigen::Vector3d& force,
-                                        double dt_s, RandomStream& random);
+                                        double dt_s, RandomStream& random,
+                                        const Eigen::Vector3d& more = Eigen::Vector3d::Zero());
 
  private:
   TriadNumbers numbers_;
@@ -52,19 +55,24 @@ class Triad {
 struct ImuSample {
   double time_s = 0;  ///< as stated
   ImuInput measured;
+  double temperature_k = 0;  ///< of the sensor
 };
 
-/// An inertial measurement unit with the errors of its numbers. The same seed and name give the same errors.
+/// An inertial measurement unit with the errors of its numbers, on a vehicle that vibrates. The same seed and
+/// name give the same errors.
 class Imu {
  public:
   Imu(const ImuOptions& options, std::uint64_t seed, std::string_view name = "imu");
-  /// The next sample; empty: it is lost. @param mean over `dt_s`, which ends at `time_s`
+  /// The next sample; empty: it is lost. @param mean over `dt_s`, which ends at `time_s` since the run began
   [[nodiscard]] std::optional<ImuSample> measure(const ImuInput& mean, double time_s, double dt_s);
 
  private:
   ImuOptions options_;
   RandomStream random_;
   Triad gyroscope_, accelerometer_;
+  RandomStream surroundings_;  // of temperature and vibration
+  ImuInput per_kelvin_;        // biases
+  Vibrations vibrations_;
 };
 
 }  // namespace canyon::inertial

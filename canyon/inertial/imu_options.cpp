@@ -15,17 +15,18 @@ constexpr double kNone = std::numeric_limits<double>::infinity();
 
 /// Numbers of a profile in the units of the options, in their order.
 struct ProfileNumbers {
-  std::array<double, 9> gyroscope;
-  std::array<double, 8> accelerometer;
+  std::array<double, 10> gyroscope;
+  std::array<double, 9> accelerometer;
 };
 
-// Ideal; consumer: white noise and cross-axis sensitivity of TDK's ICM-42688-P, the rest assumed; automotive:
-// assumed; tactical: Sensonor's STIM300 with 10 g accelerometers. docs/imu.md has them as a table.
+// Ideal; consumer: white noise, cross-axis sensitivity and change by temperature of TDK's ICM-42688-P, the
+// rest assumed; automotive: assumed; tactical: Sensonor's STIM300 with 10 g accelerometers. docs/imu.md has
+// them as a table.
 constexpr std::array<ProfileNumbers, 4> kProfiles{{
-    {{0, 0, 0, 0, 0, 0, 0, 0, kNone}, {0, 0, 0, 0, 0, 0, 0, kNone}},
-    {{0.168, 5, 0, 0.5, 5000, 0.7, 36, 0.061, 2000}, {0.0412, 0.04, 0, 20, 5000, 0.7, 0.488, 16}},
-    {{0.2, 2.5, 0, 0.1, 2000, 0.2, 18, 0.0076, 250}, {0.04, 0.03, 0, 5, 2000, 0.2, 0.122, 4}},
-    {{0.15, 0.5, 0, 0.0014, 500, 0.057, 1, 0, 400}, {0.06, 0.05, 0, 0.75, 300, 0.057, 0, 10}},
+    {{0, 0, 0, 0, 0, 0, 0, 0, kNone, 0}, {0, 0, 0, 0, 0, 0, 0, kNone, 0}},
+    {{0.168, 5, 0, 0.5, 5000, 0.7, 36, 0.061, 2000, 18}, {0.0412, 0.04, 0, 20, 5000, 0.7, 0.488, 16, 0.15}},
+    {{0.2, 2.5, 0, 0.1, 2000, 0.2, 18, 0.0076, 250, 7}, {0.04, 0.03, 0, 5, 2000, 0.2, 0.122, 4, 0.1}},
+    {{0.15, 0.5, 0, 0.0014, 500, 0.057, 1, 0, 400, 0.28}, {0.06, 0.05, 0, 0.75, 300, 0.057, 0, 10, 0.055}},
 }};
 
 }  // namespace
@@ -45,7 +46,8 @@ ImuNumbers imu_numbers(const ImuOptions& options) {
                        g.misalignment_deg.value_or(by_gyroscope[5]) * kDeg_s,
                        g.g_sensitivity_deg_h_g.value_or(by_gyroscope[6]) * kDeg_h / kStandardGravity,
                        g.resolution_deg_s.value_or(by_gyroscope[7]) * kDeg_s,
-                       g.range_deg_s.value_or(by_gyroscope[8]) * kDeg_s};
+                       g.range_deg_s.value_or(by_gyroscope[8]) * kDeg_s,
+                       g.temperature_deg_h_k.value_or(by_gyroscope[9]) * kDeg_h};
   const auto& a = options.accelerometer;
   const auto& by_accelerometer = by_profile.accelerometer;
   numbers.accelerometer = {
@@ -57,7 +59,8 @@ ImuNumbers imu_numbers(const ImuOptions& options) {
       a.misalignment_deg.value_or(by_accelerometer[5]) * kDeg_s,
       0,
       a.resolution_mg.value_or(by_accelerometer[6]) * kMilliG,
-      a.range_g.value_or(by_accelerometer[7]) * kStandardGravity};
+      a.range_g.value_or(by_accelerometer[7]) * kStandardGravity,
+      a.temperature_mg_k.value_or(by_accelerometer[8]) * kMilliG};
   return numbers;
 }
 
@@ -96,6 +99,8 @@ void visit_orientation(options::Visitor& v, Orientation& o) {
 void visit(options::Visitor& v, ImuOptions& o) {
   static constexpr std::string_view kProfileWords[]{"ideal", "consumer", "automotive", "tactical"};
   static constexpr std::string_view kBy = "by profile";
+  static constexpr const char* kPerKelvin =
+      "standard deviation of the bias for each K of the sensor over 25 deg C";
   v.choice(
       {"profile", "",
        "class of sensors, which gives the defaults of their numbers: ideal, consumer, automotive, tactical"},
@@ -127,6 +132,7 @@ void visit(options::Visitor& v, ImuOptions& o) {
              {0, 10});
     v.number({"range_deg_s", "deg/s", "largest value; none: no limit", kBy}, g.range_deg_s,
              options::or_none({0, 1e6, true}));
+    v.number({"temperature_deg_h_k", "deg/h/K", kPerKelvin, kBy}, g.temperature_deg_h_k, {0, 1e4});
   });
   v.section("accelerometer", [&] {
     AccelerometerOptions& a = o.accelerometer;
@@ -144,6 +150,21 @@ void visit(options::Visitor& v, ImuOptions& o) {
     v.number({"resolution_mg", "mg", "step of the values; 0: not rounded", kBy}, a.resolution_mg, {0, 1000});
     v.number({"range_g", "g", "largest value; none: no limit", kBy}, a.range_g,
              options::or_none({0, 1e6, true}));
+    v.number({"temperature_mg_k", "mg/K", kPerKelvin, kBy}, a.temperature_mg_k, {0, 100});
+  });
+  v.section("temperature", [&] {
+    v.number({"air_c", "deg C", "of the air about the sensor"}, o.temperature.air_c, {-60, 85});
+    v.number({"warming_k", "K", "how much warmer than the air the sensor becomes"}, o.temperature.warming_k,
+             {-100, 100});
+    v.number({"warming_time_s", "s", "time constant of that"}, o.temperature.warming_time_s, {1, 100000});
+  });
+  v.list("vibration", o.vibration, [&](VibrationOptions& each) {
+    v.number({"frequency_hz", "Hz", "of rotors, an engine or a wheel; also above half the sensor's rate"},
+             each.frequency_hz, {0, 1e5, true});
+    v.number({"bandwidth_hz", "Hz", "full width of the band at half its power; 0: a sinusoid"},
+             each.bandwidth_hz, {0, 1000});
+    v.number({"acceleration_mps2", "m/s^2", "amplitude of each axis"}, each.acceleration_mps2, {0, 1000});
+    v.number({"rate_deg_s", "deg/s", "amplitude about each axis"}, each.rate_deg_s, {0, 1000});
   });
   v.number({"time_offset_s", "s", "stated times less the true ones"}, o.time_offset_s, {-10, 10});
   v.number({"time_jitter_s", "s", "standard deviation of the stated times"}, o.time_jitter_s, {0, 1});

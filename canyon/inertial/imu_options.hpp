@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "canyon/options/fwd.hpp"
 
@@ -32,6 +33,7 @@ struct GyroscopeOptions {
   std::optional<double> scale_ppm, misalignment_deg;
   std::optional<double> g_sensitivity_deg_h_g;          ///< of an axis to the specific force along it
   std::optional<double> resolution_deg_s, range_deg_s;  ///< 0: not rounded; infinity: no limit
+  std::optional<double> temperature_deg_h_k;            ///< of the bias by K from 25 deg C
 };
 
 /// Errors of three accelerometers, likewise.
@@ -42,6 +44,23 @@ struct AccelerometerOptions {
   std::optional<double> turn_on_bias_mg;
   std::optional<double> scale_ppm, misalignment_deg;
   std::optional<double> resolution_mg, range_g;
+  std::optional<double> temperature_mg_k;
+};
+
+/// The temperature of the sensor: that of the air, and its own warming since the run began.
+struct ImuTemperatureOptions {
+  double air_c = 25;            ///< [-60, 85]
+  double warming_k = 0;         ///< in the end, [-100, 100]
+  double warming_time_s = 300;  ///< time constant of that, [1, 100000]
+};
+
+/// A vibration of the sensor, by rotors, an engine or a road: a narrow band on each axis with a phase of its
+/// own.
+struct VibrationOptions {
+  double frequency_hz = 100;     ///< (0, 100,000]
+  double bandwidth_hz = 0;       ///< full width at half the power, [0, 1000]; 0: a sinusoid
+  double acceleration_mps2 = 0;  ///< amplitude: sqrt(2) times the effective value, [0, 1000]
+  double rate_deg_s = 0;         ///< likewise, [0, 1000]
 };
 
 /// An inertial measurement unit on the vehicle: gyroscopes and accelerometers at one point.
@@ -53,6 +72,8 @@ struct ImuOptions {
   Orientation orientation;
   GyroscopeOptions gyroscope;
   AccelerometerOptions accelerometer;
+  ImuTemperatureOptions temperature;
+  std::vector<VibrationOptions> vibration;
   double time_offset_s = 0, time_jitter_s = 0;  ///< of the stated times, [-10, 10], [0, 1]
   double lost = 0;                              ///< share of samples, [0, 1)
 
@@ -70,6 +91,7 @@ struct TriadNumbers {
   double per_force = 0;     ///< [unit / (m/s^2)]
   double resolution = 0;    ///< [unit]; 0: not rounded
   double range = 0;         ///< [unit]; infinity: none
+  double per_kelvin = 0;    ///< [unit / K]
 };
 struct ImuNumbers {
   TriadNumbers gyroscope;      ///< rad/s

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <limits>
 #include <vector>
 
@@ -216,6 +217,109 @@ TEST(Imu, StatesTimesAndLosesSamples) {
   const double mean = sum / (kSamples - lost);
   EXPECT_NEAR(mean, 0.02, 1e-4);
   EXPECT_NEAR(std::sqrt(squares / (kSamples - lost) - mean * mean), 1e-3, 5e-5);
+}
+
+/// Samples of an ideal sensor at 0, with these surroundings.
+std::vector<ImuSample> samples_of(const ImuOptions& options, int count, std::uint64_t seed = 1) {
+  Imu imu(options, seed);
+  std::vector<ImuSample> samples;
+  for (int k = 1; k <= count; ++k)
+    samples.push_back(imu.measure({}, k / options.rate_hz, 1 / options.rate_hz).value());
+  return samples;
+}
+
+// The bias follows the warming: 63.2 % of it after one time constant, nothing when the run begins at 25 deg
+// C.
+TEST(Imu, BiasFollowsTheTemperature) {
+  ImuOptions options;
+  options.profile = ImuProfile::Ideal;
+  options.rate_hz = 1;
+  options.gyroscope.temperature_deg_h_k = 18;
+  options.accelerometer.temperature_mg_k = 0.15;
+  options.temperature = {25, 20, 100};
+  const auto samples = samples_of(options, 2000);
+  EXPECT_NEAR(samples.back().temperature_k, 273.15 + 45, 1e-6);
+  EXPECT_NEAR(samples[99].temperature_k, 273.15 + 25 + 20 * (1 - std::exp(-1.0)), 1e-9);
+  const Vector3d last = samples.back().measured.angular_rate_radps;
+  EXPECT_GT(last.norm(), 0);
+  EXPECT_NEAR((samples[99].measured.angular_rate_radps - (1 - std::exp(-1.0)) * last).norm(), 0,
+              1e-6 * last.norm());
+  EXPECT_LT(samples[0].measured.specific_force_mps2.norm(),
+            0.011 * samples.back().measured.specific_force_mps2.norm());
+  // Over many sensors the deviations by K are those of the options; in the cold from the start.
+  options.temperature = {-5, 0, 100};
+  double rates = 0, forces = 0;
+  constexpr int kSensors = 3000;
+  for (std::uint64_t seed = 1; seed <= kSensors; ++seed) {
+    const ImuInput measured = samples_of(options, 1, seed)[0].measured;
+    rates += measured.angular_rate_radps.squaredNorm();
+    forces += measured.specific_force_mps2.squaredNorm();
+  }
+  EXPECT_NEAR(geodesy::degrees(std::sqrt(rates / (3 * kSensors))) * 3600 / (30 * 18), 1, 0.03);
+  EXPECT_NEAR(std::sqrt(forces / (3 * kSensors)) / (30 * 0.15e-3 * kStandardGravity), 1, 0.03);
+}
+
+/// Amplitude of the line at `frequency_hz` in the samples' x axis of specific force.
+double line_at(const std::vector<ImuSample>& samples, double frequency_hz, double rate_hz) {
+  std::complex<double> sum = 0;
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    sum += samples[k].measured.specific_force_mps2.x() *
+           std::polar(1.0, -2 * geodesy::kPi * frequency_hz * static_cast<double>(k + 1) / rate_hz);
+  }
+  return 2 * std::abs(sum) / static_cast<double>(samples.size());
+}
+
+// Rotors at 230 Hz and a sensor at 100 Hz: the line stands at 30 Hz, weakened by the mean over a sample.
+TEST(Imu, VibrationAliases) {
+  ImuOptions options;
+  options.profile = ImuProfile::Ideal;
+  options.vibration = {{230, 0, 5, 10}};
+  const auto samples = samples_of(options, 10'000);
+  const double weakened = std::abs(std::sin(geodesy::kPi * 2.3) / (geodesy::kPi * 2.3));
+  EXPECT_NEAR(line_at(samples, 30, 100), 5 * weakened, 0.01);
+  EXPECT_LT(line_at(samples, 20, 100), 1e-3);
+  double squares = 0;
+  for (const ImuSample& sample : samples) squares += sample.measured.angular_rate_radps.squaredNorm();
+  EXPECT_NEAR(std::sqrt(squares / 10'000 / 3 * 2), geodesy::radians(10) * weakened, 1e-3);
+}
+
+// A band of 2 Hz about 20 Hz: the power of the amplitude, and half of its height 1 Hz from the middle.
+TEST(Imu, VibrationHasABand) {
+  ImuOptions options;
+  options.profile = ImuProfile::Ideal;
+  options.vibration = {{20, 2, 5, 0}};
+  constexpr int kSamples = 2000, kRuns = 300;
+  double power = 0, middle = 0, side = 0;
+  for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
+    const auto samples = samples_of(options, kSamples, seed);
+    for (const ImuSample& sample : samples) power += std::pow(sample.measured.specific_force_mps2.x(), 2);
+    middle += std::pow(line_at(samples, 20, 100), 2);
+    side += std::pow(line_at(samples, 21, 100), 2) / 2 + std::pow(line_at(samples, 19, 100), 2) / 2;
+  }
+  const double weakened = std::sin(geodesy::kPi * 0.2) / (geodesy::kPi * 0.2);
+  EXPECT_NEAR(std::sqrt(2 * power / (kSamples * kRuns)) / (5 * weakened), 1, 0.03);
+  EXPECT_NEAR(side / middle, 0.5, 0.08);
+}
+
+// The other errors of a sensor are the same with and without its surroundings.
+TEST(Imu, SurroundingsDrawTheirOwnNumbers) {
+  ImuOptions options;
+  options.profile = ImuProfile::Consumer;
+  const auto calm = samples_of(options, 10);
+  options.vibration = {{80, 1, 1, 1}};
+  options.temperature = {25, 0, 10};
+  options.gyroscope.resolution_deg_s = options.accelerometer.resolution_mg = 0;
+  ImuOptions exact = options;
+  exact.vibration.clear();
+  const auto without = samples_of(exact, 10), with = samples_of(options, 10);
+  ImuOptions ideal = options;
+  ideal.profile = ImuProfile::Ideal;
+  const auto alone = samples_of(ideal, 10);
+  for (std::size_t k = 0; k < 10; ++k) {
+    const Vector3d added = with[k].measured.specific_force_mps2 - without[k].measured.specific_force_mps2;
+    EXPECT_NEAR((added - alone[k].measured.specific_force_mps2).norm(), 0, 0.05);  // its scale, its axes
+    EXPECT_EQ(with[k].time_s, calm[k].time_s);
+  }
 }
 
 }  // namespace

@@ -46,9 +46,9 @@ std::string safe_name(const std::string& name) {
 
 std::vector<std::string> receiver_folder_names(const std::vector<std::string>& receiver_names) {
   // Letters of either case count as one name: not every file system distinguishes them.
-  std::set<std::string> taken{"sky.nav",          "imu.csv",          "motion.csv",  "wheels.csv",
-                              "barometer.csv",    "magnetometer.csv", "sensors.npz", "kf_gins_imu.txt",
-                              "kf_gins_gnss.txt", "kf_gins_truth.nav"};
+  std::set<std::string> taken{"sky.nav",          "imu.csv",           "motion.csv",  "wheels.csv",
+                              "barometer.csv",    "magnetometer.csv",  "sensors.npz", "kf_gins_imu.txt",
+                              "kf_gins_gnss.txt", "kf_gins_truth.nav", "gici_imu.txt"};
   std::vector<std::string> folders;
   for (const std::string& name : receiver_names) {
     const std::string safe = safe_name(name);

@@ -12,6 +12,7 @@
 
 #include "canyon/base/output_file.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
 #include "canyon/inertial/imu_axes.hpp"
 #include "canyon/output/npz.hpp"
 #include "canyon/output/number.hpp"
@@ -46,24 +47,27 @@ class CsvLayout final : public Layout {
       : axes_(axes), begin_(begin), imu_(folder / "imu.csv"), motion_(folder / "motion.csv") {
     const std::string input =
         "specific_force_x_mps2,specific_force_y_mps2,specific_force_z_mps2,angular_rate_x_radps,"
-        "angular_rate_y_radps,angular_rate_z_radps\n";
-    imu_.write("gps_week,gps_tow," + input);
+        "angular_rate_y_radps,angular_rate_z_radps";
+    imu_.write("gps_week,gps_tow," + input + ",temperature_k\n");
     motion_.write(
         "gps_week,gps_tow,latitude_deg,longitude_deg,height_m,velocity_east_mps,velocity_north_mps,"
         "velocity_up_mps,roll_deg,pitch_deg,heading_deg," +
-        input);
+        input + "\n");
   }
 
   void add(const InertialSample& sample) override {
     if (sample.sample) {
       begin_line(begin_ + sample.sample->time_s);
-      end_line(sample.sample->measured, imu_);
+      append(sample.sample->measured);
+      end_ = fmt::format_to(end_, FMT_COMPILE(",{}"), sample.sample->temperature_k);
+      end_line(imu_);
     }
     begin_line(sample.time);
     const simulation::SensorMotion motion(sample.truth.sensor, axes_);
     for (const Vector3d& values : {motion.place_deg_m, motion.velocity_enu_mps, motion.attitude_deg})
       append(values);
-    end_line(sample.truth.input, motion_);
+    append(sample.truth.input);
+    end_line(motion_);
   }
   void commit() override {
     imu_.commit();
@@ -77,9 +81,11 @@ class CsvLayout final : public Layout {
   void append(const Vector3d& v) {
     end_ = fmt::format_to(end_, FMT_COMPILE(",{},{},{}"), v.x(), v.y(), v.z());
   }
-  void end_line(const inertial::ImuInput& input, OutputFile& file) {
+  void append(const inertial::ImuInput& input) {
     append(input.specific_force_mps2);
     append(input.angular_rate_radps);
+  }
+  void end_line(OutputFile& file) {
     *end_++ = '\n';
     file.write({line_.data(), static_cast<std::size_t>(end_ - line_.data())});
   }
@@ -153,6 +159,31 @@ class OneFile : public Layout {
 
  protected:
   OutputFile file_;
+};
+
+/// Samples forward, left, up at their stated Unix times [s].
+class GiciLayout final : public OneFile {
+ public:
+  GiciLayout(const std::filesystem::path& folder, inertial::ImuAxes axes)
+      : OneFile(folder / "gici_imu.txt", "Timestamp\tAcc-X\tAcc-Y\tAcc-Z\tGyro-X\tGyro-Y\tGyro-Z\n"),
+        axes_(axes) {}
+
+  void add(const InertialSample& sample) override {
+    if (!sample.sample) return;
+    constexpr std::int64_t kPerSecond = geodesy::GpsTime::kNanosecondsPerSecond;
+    const std::int64_t unix_ns = geodesy::unix_from_gps(sample.stated);
+    const auto flu = [this](const Vector3d& v) -> Vector3d {
+      return inertial::in_axes(v, axes_, inertial::ImuAxes::Flu);
+    };
+    const Vector3d force = flu(sample.sample->measured.specific_force_mps2);
+    const Vector3d rate = flu(sample.sample->measured.angular_rate_radps);
+    file_.write(fmt::format("{}.{:09}\t{:.9f}\t{:.9f}\t{:.9f}\t{:.12f}\t{:.12f}\t{:.12f}\n",
+                            unix_ns / kPerSecond, unix_ns % kPerSecond, force.x(), force.y(), force.z(),
+                            rate.x(), rate.y(), rate.z()));
+  }
+
+ private:
+  inertial::ImuAxes axes_;
 };
 
 class WheelLayout final : public OneFile {
@@ -236,6 +267,8 @@ class InertialFiles final : public simulation::EpochSink {
       layouts_.push_back(std::make_unique<CsvLayout>(folder, sensors.imu->axes, begin));
     if (sensors.imu && wanted.has("kf_gins"))
       layouts_.push_back(std::make_unique<KfGinsLayout>(folder, *sensors.imu, begin));
+    if (sensors.imu && wanted.has("gici"))
+      layouts_.push_back(std::make_unique<GiciLayout>(folder, sensors.imu->axes));
     if (sensors.wheels && wanted.has("wheels")) layouts_.push_back(std::make_unique<WheelLayout>(folder));
     if (sensors.barometer && wanted.has("barometer"))
       layouts_.push_back(std::make_unique<BarometerLayout>(folder));

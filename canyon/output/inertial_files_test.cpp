@@ -110,6 +110,24 @@ TEST_F(InertialFilesTest, HaveTheLayoutOfKfGins) {
   EXPECT_GT(fixes[6][4], 0);
 }
 
+// Unix times of UTC, 18 s behind GPS time; forward, left, up.
+TEST_F(InertialFilesTest, HaveTheLayoutOfGici) {
+  run("profile: ideal, axes: frd", "[imu, gici]");
+  const auto imu = rows("imu.csv", 1);
+  const std::string bytes = test::read_bytes(folder_.path() / "gici_imu.txt");
+  const auto lines = split(bytes, '\n');
+  EXPECT_EQ(lines[0].substr(0, 9), "Timestamp");
+  ASSERT_EQ(lines.size(), 302U);
+  const auto cells = split(lines[251], '\t');
+  ASSERT_EQ(cells.size(), 7U);
+  const auto cell = [&](std::size_t i) { return std::strtod(std::string(cells[i]).c_str(), nullptr); };
+  // 2026-06-01T06:00:00Z, and 2.51 s.
+  EXPECT_EQ(cells[0], "1780293602.510000000");
+  EXPECT_NEAR(cell(1), imu[250][2], 1e-9);
+  EXPECT_NEAR(cell(3), -imu[250][4], 1e-9);
+  EXPECT_NEAR(cell(6), -imu[250][7], 1e-12);
+}
+
 TEST_F(InertialFilesTest, LeaveLostSamplesOut) {
   run("profile: ideal, lost: 0.5, axes: frd", "[imu, kf_gins]");
   EXPECT_LT(rows("imu.csv", 1).size(), 200U);
@@ -188,7 +206,8 @@ TEST_F(InertialFilesTest, ArraysAreTheSameNumbers) {
       "seen = ~n.isnan(f['imu_stated_s'])\n"
       "assert f['imu_time_s'].shape == (300,) and 200 < seen.sum() < 299\n"
       "assert (f['imu_specific_force'][seen] == rows[:, 2:5]).all()\n"
-      "assert (f['imu_angular_rate'][seen] == rows[:, 5:]).all()\n"
+      "assert (f['imu_angular_rate'][seen] == rows[:, 5:8]).all()\n"
+      "assert (f['imu_temperature'][seen] == rows[:, 8]).all() and abs(rows[-1, 8] - 298.15) < 1e-9\n"
       "assert abs(f['begin'][1] + f['imu_stated_s'][seen] - rows[:, 1]).max() < 1e-6\n"
       "assert f['wheels_speed'].shape == (30, 2) and n.isnan(f['wheels_ticks']).all()\n"
       "assert f['barometer_pressure'].shape == (75,) and f['magnetometer_field'].shape == (150, 3)\n"

@@ -49,7 +49,8 @@ SensorArrays::SensorArrays(const inertial::SensorOptions& sensors, geodesy::GpsT
                                    {"imu", "true_angular_rate", 3},
                                    {"imu", "place", 3},
                                    {"imu", "velocity", 3},
-                                   {"imu", "attitude", 3}});
+                                   {"imu", "attitude", 3},
+                                   {"imu", "temperature"}});
   }
   if (sensors.wheels) {
     arrays_.insert(
@@ -81,7 +82,8 @@ void SensorArrays::add(const SensorBatch& batch) {
                                  << (stated ? stated->measured.specific_force_mps2 : none)
                                  << (stated ? stated->measured.angular_rate_radps : none)
                                  << sample.mean.specific_force_mps2 << sample.mean.angular_rate_radps
-                                 << motion.place_deg_m << motion.velocity_enu_mps << motion.attitude_deg;
+                                 << motion.place_deg_m << motion.velocity_enu_mps << motion.attitude_deg
+                                 << (stated ? stated->temperature_k : kNoSample);
   }
   for (const simulation::WheelsAtWork& sample : batch.wheels) {
     inertial::WheelPair ticks{kNoSample, kNoSample};

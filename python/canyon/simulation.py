@@ -50,6 +50,7 @@ class Inertial(NamedTuple):
     place: NDArray[np.float64]  #: of the sensor at `time_s`: latitude, longitude [deg], height [m], (n, 3)
     velocity: NDArray[np.float64]  #: east, north, up [m/s], (n, 3)
     attitude: NDArray[np.float64]  #: roll (left side up), pitch (nose up), heading from north, clockwise [deg], (n, 3)
+    temperature: NDArray[np.float64]  #: of the sensor [K], (n,); NaN where the sample is lost
 
 
 class Wheels(NamedTuple):
