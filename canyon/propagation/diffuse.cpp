@@ -7,15 +7,14 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
-#include <utility>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/random.hpp"
 #include "canyon/base/simd_clones.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/propagation/facade_rays.hpp"
-#include "canyon/propagation/index/places.hpp"
+#include "canyon/propagation/index/facade_light.hpp"
+#include "canyon/propagation/index/per_instance.hpp"
 
 namespace canyon::propagation {
 namespace {
@@ -24,6 +23,9 @@ using Eigen::Vector3d;
 using geodesy::kPi;
 
 constexpr int kMostExponent = 20;
+/// Patches seen more grazingly than this (0.06 deg) weigh no more in the directive lobe, whose share of a ray
+/// grows as 1 / cos(theta_s).
+constexpr double kLeastCosine = 1e-3;
 
 double power(double base, int exponent) {
   double result = 1;
@@ -62,6 +64,24 @@ struct LobeIntegral {
   }
 };
 
+/// A piece of facade that a ray of the antenna met, at once or over others.
+struct Patch {
+  Vector3d arrival;            ///< unit, from the antenna towards where its waves come from
+  Vector3d towards;            ///< unit, from the antenna to the patch
+  Vector3d from;               ///< unit, of the ray that met it
+  Vector3d normal;             ///< unit, to the side that was met
+  Vector3d lifted;             ///< the point, off the surface
+  bool moves = false;          ///< on a movable instance
+  FacadeLight::Cell cell;      ///< on the city
+  double range_m = 0;          ///< from the antenna, straight
+  double detour_m = 0;         ///< of the path over other facades against that
+  double arrival_m = 0;        ///< from the antenna to the first facade on the path
+  double cos_seen = 0;         ///< between the normal and the ray
+  double share = 0;            ///< of the power that falls on it at normal incidence
+  std::uint32_t triangle = 0;  ///< of the first facade, of `instance`
+  std::uint32_t instance = 0;
+};
+
 /// Patches [first, last) of a satellite's, with detours of one bin.
 struct Class {
   std::uint32_t first = 0, last = 0;
@@ -76,14 +96,14 @@ struct PatchArrays {
   std::vector<double> cos_lit, excess_m, power;
   std::vector<std::int32_t> bin;  ///< floor(excess / class_m)
 
-  void fill(const std::vector<FacadePatch>& patches) {
+  void fill(const std::vector<Patch>& patches) {
     for (auto* v : {&normal_x, &normal_y, &normal_z, &towards_x, &towards_y, &towards_z, &half_range_m,
                     &detour_m, &share, &cos_lit, &excess_m, &power}) {
       v->resize(patches.size());
     }
     bin.resize(patches.size());
     for (std::size_t k = 0; k < patches.size(); ++k) {
-      const FacadePatch& p = patches[k];
+      const Patch& p = patches[k];
       normal_x[k] = p.normal.x(), normal_y[k] = p.normal.y(), normal_z[k] = p.normal.z();
       towards_x[k] = p.towards.x(), towards_y[k] = p.towards.y(), towards_z[k] = p.towards.z();
       half_range_m[k] = 0.5 * p.range_m;
@@ -113,7 +133,7 @@ CANYON_CLONES void light(std::size_t count, const double* __restrict nx, const d
 
 /// Memory of one trace(); each thread keeps it, so that nothing is allocated once it has grown.
 struct DiffuseScratch {
-  FacadesAbout facades;  ///< of an antenna about which nothing is kept
+  std::vector<Patch> patches;
   PatchArrays arrays;
   std::vector<std::uint32_t> facing, by_class;  ///< patches that face a satellite
   std::vector<std::uint32_t> patches_of_bin;
@@ -125,15 +145,56 @@ DiffuseScratch& diffuse_scratch() {
   return scratch;
 }
 
-/// A satellite that lights the facades about an antenna.
-struct Lighting {
-  Vector3d direction;
-  FacadeLight::Direction grid;  ///< about it
-  FacadesAbout* facades;
-  FacadesAbout::Lit* lit;
-};
+/// For each triangle its reflectance; 0 where nothing scatters.
+std::vector<double> reflectances(const city::Mesh& mesh, std::optional<double> of_all) {
+  std::vector<double> result(mesh.triangles.size(), 0);
+  for (const city::Object& object : mesh.objects) {
+    if (object.surface != city::Surface::Building && object.surface != city::Surface::Vehicle) continue;
+    for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t)
+      result[t] = of_all ? *of_all : reflectance(mesh.materials[t]);
+  }
+  return result;
+}
+
+/// Unit, about the normal, with a density of cos / pi: of two numbers from [0, 1).
+Vector3d lambert_direction(const Vector3d& normal, double u, double v) {
+  const double across = std::sqrt(u), along = std::sqrt(1 - u);
+  const Vector3d x = normal.unitOrthogonal();
+  return across * (std::cos(2 * kPi * v) * x + std::sin(2 * kPi * v) * normal.cross(x)) + along * normal;
+}
+
+/// Number `index` of an even sequence in [0, 1) (Weyl's, of an irrational step).
+double even(std::size_t index, double step) {
+  const double x = (static_cast<double>(index) + 0.5) * step;
+  return x - std::floor(x);
+}
 
 }  // namespace
+
+double reflectance(city::Material material) {
+  switch (material) {
+    case city::Material::Unknown:
+    case city::Material::Concrete:
+      return 0.215;
+    case city::Material::Glass:
+      return 0.437;
+    case city::Material::Brick:
+      return 0.082;
+    case city::Material::Metal:
+      return 1;
+    case city::Material::Stone:
+      return 0.322;
+    case city::Material::Wood:
+      return 0.132;
+    case city::Material::Plaster:
+      return 0.150;
+    case city::Material::Ground:
+      return 0.350;
+    case city::Material::Foliage:
+      return 0;
+  }
+  return 0;
+}
 
 double lobe_integral(int exponent, double cos_incidence) {
   if (!(exponent >= 0 && exponent <= kMostExponent && cos_incidence >= 0 && cos_incidence <= 1))
@@ -145,11 +206,15 @@ double lobe_integral(int exponent, double cos_incidence) {
 struct DiffuseScattering::Impl {
   const raytrace::RayScene* scene;
   DiffuseOptions options;
+  std::vector<Vector3d> sphere;  ///< directions of the rays
+  double share;                  ///< of one ray: d(Omega), over pi for Lambert's lobe
+  double scattered;              ///< S^2
   double min_power;
   LobeIntegral lobe;
-  std::uint64_t root;  ///< of strengths
-  FacadeRays rays;
-  Places<FacadesAbout> places;
+  std::uint64_t root;        ///< of strengths
+  std::vector<double> city;  ///< reflectances()
+  FacadeLight facades;
+  PerInstance<std::vector<double>> instances;
 
   Impl(const city::Mesh& mesh, const raytrace::RayScene& from, const DiffuseOptions& o, std::uint64_t seed)
       : scene(&from),
@@ -157,32 +222,98 @@ struct DiffuseScattering::Impl {
         min_power(std::pow(10, o.min_power_db / 10)),
         lobe(o.lobe_exponent),
         root(RandomStream(seed, "facades/strengths").next()),
-        rays(mesh, from, o) {}
+        city(reflectances(mesh, o.wall_reflectance)),
+        facades(from) {
+    const double low = std::sin(o.lowest_elevation_rad);
+    const double golden = kPi * (3 - std::sqrt(5.0));
+    for (int i = 0; i < o.rays; ++i) {
+      const double z = low + (1 - low) * (i + 0.5) / o.rays, across = std::sqrt(1 - z * z);
+      const double turn = std::fmod(i * golden, 2 * kPi);
+      sphere.emplace_back(across * std::cos(turn), across * std::sin(turn), z);
+      sphere.back().normalize();
+    }
+    scattered = o.scattering_coefficient * o.scattering_coefficient;
+    share = 2 * kPi * (1 - low) / o.rays / (o.lobe_exponent == 0 ? kPi : 1);
+  }
 
-  void classify(const Lighting& by, DiffuseScratch& s) const;
-  void scatter(const Vector3d& antenna, const Lighting& by, DiffuseScratch& s,
+  [[nodiscard]] double reflectance_of(const raytrace::Hit& hit) const {
+    if (hit.instance == 0) return city[hit.triangle];
+    const std::vector<raytrace::PlacedInstance>& placed = scene->placed_instances();
+    const auto it =
+        std::lower_bound(placed.begin(), placed.end(), hit.instance,
+                         [](const raytrace::PlacedInstance& p, std::uint32_t id) { return p.id < id; });
+    assert(it != placed.end() && it->id == hit.instance);
+    return instances.of(*it, [this](const city::Mesh& mesh) {
+      return std::make_unique<const std::vector<double>>(reflectances(mesh, options.wall_reflectance));
+    })[hit.triangle];
+  }
+
+  void look_around(const Vector3d& antenna, std::vector<Patch>& patches) const;
+  void classify(const Vector3d& direction, DiffuseScratch& s) const;
+  void scatter(const Vector3d& antenna, const Vector3d& direction, DiffuseScratch& s,
                std::vector<DiffusePath>& result) const;
   [[nodiscard]] double strength(const DiffusePath& path) const;
-  [[nodiscard]] bool is_lit(const Lighting& by, std::uint32_t patch) const;
-  [[nodiscard]] DiffusePath sum_up(const Vector3d& antenna, const Lighting& by, const Class& of,
-                                   const DiffuseScratch& s) const;
+  [[nodiscard]] bool is_lit(Patch& patch, const Vector3d& direction,
+                            const FacadeLight::Direction& grid_direction) const;
+  [[nodiscard]] DiffusePath sum_up(const Vector3d& antenna, const Vector3d& direction,
+                                   const FacadeLight::Direction& grid_direction, const Class& of,
+                                   DiffuseScratch& s) const;
 };
 
-bool DiffuseScattering::Impl::is_lit(const Lighting& by, std::uint32_t k) const {
-  FacadePatch& patch = by.facades->patches[k];
-  if (patch.moves) return !scene->occluded({patch.lifted, by.direction});
-  bool sees = false;
-  if (k < by.facades->fixed) {
-    std::uint8_t& answer = by.lit->answers[k];
-    if (answer == FacadesAbout::Lit::kUnknown) {
-      answer = rays.light().sees(patch.cell, by.grid) ? FacadesAbout::Lit::kYes : FacadesAbout::Lit::kNo;
-      by.lit->darkened |= answer == FacadesAbout::Lit::kNo;
+/// Every patch that rays from the antenna meet, and those that they meet over it.
+void DiffuseScattering::Impl::look_around(const Vector3d& antenna, std::vector<Patch>& patches) const {
+  patches.clear();
+  for (std::size_t i = 0; i < sphere.size(); ++i) {
+    Vector3d from = antenna, towards = sphere[i];
+    double way_m = 0, carried = share;
+    bool scattered_before = false;
+    for (int bounce = 0; bounce < options.bounces; ++bounce) {
+      const auto hit =
+          scene->cast({from, towards, options.max_range_m - way_m}, scene->surface_offset_m(from));
+      const double reflected = hit ? reflectance_of(*hit) : 0;
+      if (!(reflected > 0)) break;
+      way_m += hit->range_m;
+      const Vector3d point = from + hit->range_m * towards;
+      Patch patch;
+      if (bounce == 0) {
+        patch.arrival = patch.towards = towards;
+        patch.arrival_m = patch.range_m = hit->range_m;
+        patch.triangle = hit->triangle;
+        patch.instance = hit->instance;
+      } else {
+        patch = patches.back();  // its waves arrive as those before
+        patch.range_m = (point - antenna).norm();
+        patch.towards = (point - antenna) / patch.range_m;
+        patch.detour_m = way_m - patch.range_m;
+      }
+      patch.from = towards;
+      patch.normal = hit->front ? hit->normal : Vector3d(-hit->normal);
+      patch.lifted = point + scene->surface_offset_m(point) * patch.normal;
+      patch.moves = hit->instance != 0;
+      if (!patch.moves) patch.cell = facades.cell(hit->triangle, point, hit->front);
+      patch.cos_seen = std::max(-patch.normal.dot(towards), kLeastCosine);
+      patch.share = carried * reflected * (scattered_before ? 1 : scattered);
+      patches.push_back(patch);
+      carried *= reflected;
+      if (carried < share * 1e-3) break;
+      const double k = static_cast<double>(bounce);
+      if (even(i, 0.7548776662466927 + k) < scattered) {
+        scattered_before = true;
+        towards =
+            lambert_direction(patch.normal, even(i, 0.5698402909980532 + k), even(i, 0.8191725133961645 + k));
+      } else {
+        towards += 2 * patch.cos_seen * patch.normal;
+        towards.normalize();
+      }
+      from = patch.lifted;
     }
-    sees = answer == FacadesAbout::Lit::kYes;
-  } else {
-    sees = rays.light().sees(patch.cell, by.grid);
   }
-  return sees && !scene->occluded_by_instances({patch.lifted, by.direction});
+}
+
+bool DiffuseScattering::Impl::is_lit(Patch& patch, const Vector3d& direction,
+                                     const FacadeLight::Direction& grid_direction) const {
+  if (patch.moves) return !scene->occluded({patch.lifted, direction});
+  return facades.sees(patch.cell, grid_direction) && !scene->occluded_by_instances({patch.lifted, direction});
 }
 
 /// By which the class's power is multiplied.
@@ -202,20 +333,21 @@ double DiffuseScattering::Impl::strength(const DiffusePath& path) const {
 }
 
 /// A class as it arrives: power 0 where nothing of it is lit.
-DiffusePath DiffuseScattering::Impl::sum_up(const Vector3d& antenna, const Lighting& by, const Class& of,
-                                            const DiffuseScratch& s) const {
+DiffusePath DiffuseScattering::Impl::sum_up(const Vector3d& antenna, const Vector3d& direction,
+                                            const FacadeLight::Direction& grid_direction, const Class& of,
+                                            DiffuseScratch& s) const {
   DiffusePath path;
   std::optional<std::uint32_t> strongest;
   for (std::uint32_t i = of.first; i < of.last; ++i) {
     const std::uint32_t k = s.by_class[i];
-    if (!is_lit(by, k)) continue;
+    if (!is_lit(s.patches[k], direction, grid_direction)) continue;
     path.power += s.arrays.power[k];
     path.excess_m += s.arrays.power[k] * s.arrays.excess_m[k];
     if (!strongest || s.arrays.power[k] > s.arrays.power[*strongest]) strongest = k;
   }
   if (!strongest) return path;
   path.excess_m /= path.power;
-  const FacadePatch& patch = by.facades->patches[*strongest];
+  const Patch& patch = s.patches[*strongest];
   path.point = antenna + patch.arrival_m * patch.arrival;
   path.arrival = patch.arrival;
   path.triangle = patch.triangle;
@@ -225,22 +357,20 @@ DiffusePath DiffuseScattering::Impl::sum_up(const Vector3d& antenna, const Light
 }
 
 /// The patches that face the satellite, by class.
-void DiffuseScattering::Impl::classify(const Lighting& by, DiffuseScratch& s) const {
-  const Vector3d& direction = by.direction;
+void DiffuseScattering::Impl::classify(const Vector3d& direction, DiffuseScratch& s) const {
   PatchArrays& a = s.arrays;
-  const std::vector<FacadePatch>& patches = by.facades->patches;
-  const std::size_t count = patches.size();
+  const std::size_t count = s.patches.size();
   light(count, a.normal_x.data(), a.normal_y.data(), a.normal_z.data(), a.towards_x.data(),
         a.towards_y.data(), a.towards_z.data(), a.half_range_m.data(), a.detour_m.data(), a.share.data(),
         direction.x(), direction.y(), direction.z(), 1 / options.class_m, a.cos_lit.data(), a.excess_m.data(),
         a.power.data(), a.bin.data());
   s.facing.clear();
   s.patches_of_bin.clear();
-  const auto add = [&](std::uint32_t k) {
-    if (!(a.power[k] > 0)) return;
+  for (std::uint32_t k = 0; k < count; ++k) {
+    if (!(a.cos_lit[k] > 0)) continue;
     if (options.lobe_exponent != 0) {
-      const FacadePatch& patch = patches[k];
-      const double cos_psi = 2 * a.cos_lit[k] * patch.cos_seen + patch.leg.towards.dot(direction);
+      const Patch& patch = s.patches[k];
+      const double cos_psi = 2 * a.cos_lit[k] * patch.cos_seen + patch.from.dot(direction);
       a.power[k] *= power(std::max(0.0, 0.5 + 0.5 * cos_psi), options.lobe_exponent) /
                     (lobe.at(std::min(1.0, a.cos_lit[k])) * patch.cos_seen);
     }
@@ -248,15 +378,13 @@ void DiffuseScattering::Impl::classify(const Lighting& by, DiffuseScratch& s) co
     if (bin >= s.patches_of_bin.size()) s.patches_of_bin.resize(bin + 1, 0);
     ++s.patches_of_bin[bin];
     s.facing.push_back(k);
-  };
-  for (const std::uint32_t k : by.lit->open) add(k);
-  for (std::uint32_t k = by.facades->fixed; k < count; ++k) add(k);
+  }
   s.classes.clear();
   std::uint32_t first = 0;
-  for (const std::uint32_t in_bin : s.patches_of_bin) {
+  for (std::uint32_t& patches : s.patches_of_bin) {
     Class of;
     of.first = of.last = first;
-    first += in_bin;
+    first += patches;
     s.classes.push_back(of);
   }
   s.by_class.resize(s.facing.size());
@@ -267,9 +395,9 @@ void DiffuseScattering::Impl::classify(const Lighting& by, DiffuseScratch& s) co
   }
 }
 
-void DiffuseScattering::Impl::scatter(const Vector3d& antenna, const Lighting& by, DiffuseScratch& s,
+void DiffuseScattering::Impl::scatter(const Vector3d& antenna, const Vector3d& direction, DiffuseScratch& s,
                                       std::vector<DiffusePath>& result) const {
-  classify(by, s);
+  classify(direction, s);
   std::erase_if(s.classes, [&](const Class& of) { return of.first == of.last || of.power < min_power; });
   // Strongest first, so that rays are cast only for classes that may still be among the strongest.
   std::sort(s.classes.begin(), s.classes.end(), [](const Class& a, const Class& b) {
@@ -279,9 +407,10 @@ void DiffuseScattering::Impl::scatter(const Vector3d& antenna, const Lighting& b
     return a.power != b.power ? a.power > b.power : a.bin < b.bin;
   };
   const auto most = static_cast<std::size_t>(options.max_paths);
+  const FacadeLight::Direction grid_direction = FacadeLight::direction(direction);
   for (const Class& of : s.classes) {
     if (result.size() == most && of.power < result.back().power) break;
-    const DiffusePath path = sum_up(antenna, by, of, s);
+    const DiffusePath path = sum_up(antenna, direction, grid_direction, of, s);
     if (!(path.power > 0 && path.power >= min_power)) continue;
     if (result.size() == most) {
       if (!stronger(path, result.back())) continue;
@@ -289,7 +418,6 @@ void DiffuseScattering::Impl::scatter(const Vector3d& antenna, const Lighting& b
     }
     result.insert(std::upper_bound(result.begin(), result.end(), path, stronger), path);
   }
-  std::erase_if(by.lit->open, [&](std::uint32_t k) { return by.lit->answers[k] == FacadesAbout::Lit::kNo; });
   for (DiffusePath& path : result) path.power *= strength(path);
   std::sort(result.begin(), result.end(),
             [](const DiffusePath& a, const DiffusePath& b) { return a.bin < b.bin; });
@@ -320,21 +448,13 @@ void DiffuseScattering::trace(const Vector3d& antenna, std::span<const Vector3d>
     }
     any = true;
   }
-  if (!any || impl_->options.scattering_coefficient == 0) return;
+  if (!any || impl_->scattered == 0) return;
   DiffuseScratch& s = diffuse_scratch();
-  const auto lease = impl_->places.about(antenna);
-  FacadesAbout& facades = lease.get() != nullptr ? *lease.get() : s.facades;
-  if (lease.get() == nullptr) facades.from.reset();  // of another propagator, perhaps
-  impl_->rays.look(antenna, facades);
-  if (facades.patches.empty()) return;
-  s.arrays.fill(facades.patches);
-  if (facades.lit.size() < directions.size()) facades.lit.resize(directions.size());
-  for (std::size_t i = 0; i < directions.size(); ++i) {
-    if (!wanted[i]) continue;
-    const FacadeLight::Direction grid = FacadeLight::direction(directions[i]);
-    facades.lit[i].begin(grid.number, facades.fixed);
-    impl_->scatter(antenna, {directions[i], grid, &facades, &facades.lit[i]}, s, result[i]);
-  }
+  impl_->look_around(antenna, s.patches);
+  if (s.patches.empty()) return;
+  s.arrays.fill(s.patches);
+  for (std::size_t i = 0; i < directions.size(); ++i)
+    if (wanted[i]) impl_->scatter(antenna, directions[i], s, result[i]);
 }
 
 }  // namespace canyon::propagation

@@ -53,10 +53,8 @@ struct DiffusePath {
 /// Lambert's law: a mirror there is met by one direction alone, and the mean over these carries as much.
 /// Paths over mirrors alone are not diffuse (FirstOrderSearch, SecondOrderSearch).
 ///
-/// The rays begin in the middle of a block about the antenna; a first facade's share is its solid angle at
-/// the antenna (FacadeRays). Whether a patch of the city is lit is known for cells of its facade and
-/// directions of about a degree (FacadeLight). Patches of placed instances, and shadows that these throw,
-/// have rays of their own.
+/// Whether a patch of the city is lit is known for cells of its facade and directions of about a degree
+/// (FacadeLight). Patches of placed instances, and shadows that these throw, have rays of their own.
 ///
 /// Strengths: the power of a class is multiplied by 10^((median + sigma n) / 10), n normal, by seed, number
 /// of the class and the cube of strength_piece_m in which its point lies. So it changes as antenna or

@@ -212,14 +212,14 @@ INSTANTIATE_TEST_SUITE_P(DiffuseScattering, Lobes, testing::Values(0, 1, 3, 4, 1
 
 TEST_P(Lobes, WallIsThatOfAQuadratureOverItsArea) {
   Mesh mesh;
-  append_sheet(mesh, {-60, 14, 0}, {120, 0, 0}, {0, 0, 40});
+  append_sheet(mesh, {-60, 12, 0}, {120, 0, 0}, {0, 0, 40});
   propagation::DiffuseOptions options = everything();
   options.lobe_exponent = GetParam();
   const World world(mesh, options);
-  const Vector3d antenna(6, 2, 2);  // in the middle of a block
+  const Vector3d antenna(7, 0, 2);
   double worst_total = 0, worst_mean = 0, worst_class = 0;
   for (const Vector3d& s : {direction(180, 20), direction(215, 45), direction(120, 70), direction(260, 10)}) {
-    const ByArea area(options, antenna, s, 60, 14, 40, [](const Vector3d&) { return true; });
+    const ByArea area(options, antenna, s, 60, 12, 40, [](const Vector3d&) { return true; });
     const std::vector<propagation::DiffusePath> paths = world.trace(antenna, s);
     ASSERT_FALSE(paths.empty());
     worst_total = std::max(worst_total, std::abs(total_power(paths) / area.total() - 1));
@@ -316,7 +316,7 @@ TEST(DiffuseScattering, WayIsDirectGeometry) {
   options.rays = 128;
   options.class_m = 0.1;  // one way in nearly each
   const World world(mesh, options);
-  const Vector3d antenna(2, -2, 2), s = direction(200, 35);
+  const Vector3d antenna(1, -2, 1.5), s = direction(200, 35);
   const std::vector<propagation::DiffusePath> paths = world.trace(antenna, s);
   ASSERT_GE(paths.size(), 10);
   int alone = 0;
@@ -346,7 +346,7 @@ TEST(DiffuseScattering, RangeAndLowestElevationBoundTheView) {
   options.max_range_m = 15;
   options.lowest_elevation_rad = 0.1;
   const World near(mesh, options);
-  const Vector3d antenna(2, -2, 2), s = direction(180, 30);
+  const Vector3d antenna(0, 0, 2), s = direction(180, 30);
   const std::vector<propagation::DiffusePath> paths = near.trace(antenna, s);
   ASSERT_FALSE(paths.empty());
   for (const propagation::DiffusePath& path : paths) {
@@ -440,7 +440,7 @@ TEST(DiffuseScattering, KeepsTheStrongestClasses) {
 }
 
 TEST(DiffuseScattering, VehiclesScatterTerrainAndFoliageDoNot) {
-  const Vector3d antenna(2, 2, 2), s = direction(180, 40);
+  const Vector3d antenna(0, 0, 1.5), s = direction(180, 40);
   for (const Surface surface : {Surface::Building, Surface::Vehicle, Surface::Terrain, Surface::Foliage}) {
     Mesh mesh;
     append_sheet(mesh, {-6, 4, 0}, {12, 0, 0}, {0, 0, 3}, surface);
@@ -470,66 +470,6 @@ TEST(DiffuseScattering, VehiclesScatterTerrainAndFoliageDoNot) {
     append_sheet(mesh, {-50, -9, 0}, {100, 0, 0}, {0, 0, 40}, Surface::Foliage);
     EXPECT_THAT(World(mesh, everything()).trace(antenna, s), testing::IsEmpty());
   }
-}
-
-TEST(DiffuseScattering, FacadesHoldStillInABlock) {
-  const city::City town = city::synthetic_city({});
-  const raytrace::RayScene scene(town.mesh);
-  const propagation::DiffuseScattering moving(town.mesh, scene);
-  const Vector3d s = direction(200, 50);
-  const bool wanted = true;
-  int same = 0, all = 0;
-  std::vector<propagation::DiffusePath> paths, before, alone;
-  for (int step = 0; step < 40; ++step) {
-    const Vector3d antenna(-60 + 0.2 * step, 0.3, 2.2);
-    moving.trace(antenna, {&s, 1}, {&wanted, 1}, {&paths, 1});
-    // Whoever asked before, it is the same.
-    propagation::DiffuseScattering(town.mesh, scene).trace(antenna, {&s, 1}, {&wanted, 1}, {&alone, 1});
-    ASSERT_EQ(paths.size(), alone.size());
-    for (std::size_t k = 0; k < paths.size(); ++k) {
-      EXPECT_EQ(paths[k].power, alone[k].power);
-      EXPECT_EQ(paths[k].excess_m, alone[k].excess_m);
-      EXPECT_EQ(paths[k].point, alone[k].point);
-      EXPECT_NEAR((paths[k].point - antenna).normalized().dot(paths[k].arrival), 1, 1e-12);
-      if (step % 20 == 0) continue;  // the next block
-      ++all;
-      same += std::any_of(before.begin(), before.end(), [&](const propagation::DiffusePath& path) {
-        return (path.point - paths[k].point).norm() < 1e-9;
-      });
-    }
-    before = paths;
-  }
-  EXPECT_GT(all, 100);
-  EXPECT_GT(same, 0.9 * all);
-}
-
-TEST(DiffuseScattering, BusesStandInTheWayOfWhatIsKept) {
-  // The same bus as a part of the city and as an instance, before a wall: the rays that it meets are cast
-  // anew.
-  const Vector3d antenna(2, 2, 2), s = direction(180, 40);
-  Mesh wall, both, bus;
-  append_sheet(wall, {-40, 12, 0}, {80, 0, 0}, {0, 0, 30});
-  append_sheet(both, {-40, 12, 0}, {80, 0, 0}, {0, 0, 30});
-  append_sheet(both, {-3, 6, 0}, {9, 0, 0}, {0, 0, 3}, Surface::Vehicle);
-  append_sheet(bus, {-3, 6, 0}, {9, 0, 0}, {0, 0, 3}, Surface::Vehicle);
-  World with_bus(wall, everything());
-  const std::vector<propagation::DiffusePath> free = with_bus.trace(antenna, s);
-  (void)with_bus.trace(antenna, s);
-  const raytrace::InstanceId id = with_bus.scene.add_instance(bus);
-  with_bus.scene.set_pose(id, Eigen::Isometry3d::Identity());
-  with_bus.scene.commit();
-  const std::vector<propagation::DiffusePath> paths = with_bus.trace(antenna, s);
-  const std::vector<propagation::DiffusePath> fixed = World(both, everything()).trace(antenna, s);
-  EXPECT_NE(total_power(paths), total_power(free));
-  ASSERT_EQ(paths.size(), fixed.size());
-  for (std::size_t k = 0; k < paths.size(); ++k) {
-    EXPECT_NEAR(paths[k].power, fixed[k].power, 1e-9);
-    EXPECT_NEAR(paths[k].excess_m, fixed[k].excess_m, 1e-3);
-  }
-  EXPECT_TRUE(std::any_of(paths.begin(), paths.end(), [&](const auto& path) { return path.instance == id; }));
-  with_bus.scene.set_visible(id, false);
-  with_bus.scene.commit();
-  EXPECT_EQ(total_power(with_bus.trace(antenna, s)), total_power(free));
 }
 
 TEST(DiffuseScattering, OpenFieldGivesNothing) {

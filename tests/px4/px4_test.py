@@ -99,7 +99,7 @@ class Elements(unittest.TestCase):
         self.assertEqual(radio.find("corrections/from").text, "base")
         self.assertFalse(any("rtcm" in stream.text for stream in radio.iter("stream")))
         shared = ElementTree.fromstring(f"<plugin>{px4.canyon_elements(options(rtk='tower'), True)}</plugin>")
-        self.assertEqual((shared.find("corrections/from").text, shared.find("rtk/enabled").text, shared.find("base")),
+        self.assertEqual((shared.find("corrections/from").text, shared.find("rtk").text, shared.find("base")),
                          ("tower", "true", None))
         older = ElementTree.fromstring(f"<plugin>{px4.canyon_elements(options(), False)}</plugin>")
         self.assertEqual(older.find("publishers/navsat").text, "false")
