@@ -11,7 +11,7 @@
 #include "adapters/common/testing/sample_report.hpp"
 #include "adapters/gazebo_classic/publishers.hpp"
 #include "adapters/gazebo_classic/testing/ros_core.hpp"
-#include "adapters/ros/conversions.hpp"
+#include "adapters/ros/raw_conversions.hpp"
 #include "adapters/ros/ros1_types.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
