@@ -389,15 +389,13 @@ TEST(GnssWorld, AnswersADriverBetweenEpochs) {
 // One stands before its base in the world's file, one after it. A base on the same vehicle gives the heading.
 TEST(GnssWorld, ReceiversCorrectEachOther) {
   const std::string common = "<profile>ublox-f9p</profile><sky><nominal>true</nominal></sky>" + kStart;
-  const std::string rover =
-      common + "<rtk>true</rtk><corrections><from>tower</from></corrections>";
+  const std::string rover = common + "<rtk>true</rtk><corrections><from>tower</from></corrections>";
   const std::string front =
       "<sensor name='front' type='navsat'><pose>0 1 2 0 0 "
       "0</pose><update_rate>10</update_rate><canyon><name>front"
       "</name>" +
       common + "<publishers><ros>false</ros></publishers></canyon></sensor>";
-  const std::string heading =
-      common + "<rtk>true</rtk><corrections><from>front</from></corrections>";
+  const std::string heading = common + "<rtk>true</rtk><corrections><from>front</from></corrections>";
   StreetRun run(street_world(street_car(navsat(rover), "before", "3 0 0 0 0 0") +
                                  street_car(navsat("<name>tower</name>" + common), "base", "3 30 0 0 0 0") +
                                  street_car(navsat(rover), "after", "3 60 0 0 0 0") +

@@ -28,6 +28,7 @@ TEST(Propagator, AllocatesNothingInTheSteadyState) {
   scene.set_pose(scene.add_instance(bus), Eigen::Isometry3d(Eigen::Translation3d(10, 4, 0)));
   scene.commit();
   std::vector<Eigen::Vector3d> sky;
+  sky.reserve(50);
   for (int i = 0; i < 50; ++i) sky.push_back(geodesy::enu_from_azimuth_elevation(0.7 * i, 0.1 + 0.028 * i));
   for (const Model model : {Model::Specular, Model::Mirror}) {
     PropagationOptions options;

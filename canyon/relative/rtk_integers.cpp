@@ -223,7 +223,7 @@ void BaselineFilter::fix_at(const Pairs& pairs, const Set& set, const Eigen::Vec
 
 std::optional<BaselineFilter::Fixed> BaselineFilter::find_integers() {
   unconfirmed_.reset();
-  const std::optional<Fixed> result = find_with_glonass_or_without();
+  std::optional<Fixed> result = find_with_glonass_or_without();
   const bool accepted = result && result->accepted;
   if (!accepted && unconfirmed_) keep(unconfirmed_->slots, unconfirmed_->whole);
   return result;
