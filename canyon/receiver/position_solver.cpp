@@ -95,11 +95,13 @@ positioning::Fix PositionSolver::solve(geodesy::GpsTime receiver_time, const Sol
   constexpr double kWorse = 4;
   const bool better = relative->kind() == positioning::FixKind::Fixed || !fix.measured() ||
                       relative->covariance_enu.trace() < kWorse * fix.covariance_enu.trace();
-  if (!relative->baseline->moving_base && relative->kind() == positioning::FixKind::Float && fix.measured()) {
-    add_contradiction(*relative, fix);
-    relative->baseline->covariance_enu = relative->covariance_enu;
+  if (!relative->baseline->moving_base) {
+    if (relative->kind() == positioning::FixKind::Float && fix.measured()) {
+      add_contradiction(*relative, fix);
+      relative->baseline->covariance_enu = relative->covariance_enu;
+    }
+    if (better) return *relative;
   }
-  if (!relative->baseline->moving_base && better) return *relative;
   fix.baseline = std::move(relative->baseline);
   return fix;
 }

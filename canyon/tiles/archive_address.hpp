@@ -17,6 +17,11 @@ inline constexpr std::string_view kInArchive = "/vsizip/{";
   return lower_case(path.extension().string()) == ".3tz";
 }
 
+/// Whether an address is that of a file in an archive.
+[[nodiscard]] inline bool is_in_archive(std::string_view address) {
+  return address.substr(0, kInArchive.size()) == kInArchive;
+}
+
 /// The address of a file in an archive. @param archive a whole path
 [[nodiscard]] inline std::string in_archive(const std::string& archive, std::string_view file) {
   return std::string(kInArchive).append(archive).append("}/").append(file);

@@ -67,7 +67,7 @@ bool is_web_address(const std::string& text) {
 
 std::string public_address(const std::string& address) {
   if (address.rfind("data:", 0) == 0) return address.substr(0, address.find(',')) + ",...";
-  if (address.rfind(kInArchive, 0) == 0) {
+  if (is_in_archive(address)) {
     std::string path = address.substr(kInArchive.size());
     return path.replace(path.find("}/"), 1, "");
   }

@@ -309,7 +309,7 @@ std::string TileSource::read(const std::string& address) {
     if (const std::string& problem = fetched_.at(address); !problem.empty()) throw InputError(problem);
     path = cached(address);
   }
-  if (path.string().rfind(kInArchive, 0) == 0) return read_member(path.string());
+  if (is_in_archive(path.string())) return read_member(path.string());
   check_input_file(path, kLargestTile);
   GzipFile file(path);
   std::string bytes = all_of([&](char* to, std::size_t size) { return file.read(to, size, 0); });
