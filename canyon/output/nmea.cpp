@@ -1,5 +1,6 @@
 #include "canyon/output/nmea.hpp"
 
+#include <fmt/compile.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -200,10 +201,11 @@ std::string gsv(const receiver::ReceiverEpoch& seen) {
     // Empty where nothing is tracked, and where signals have no strength.
     std::string strength;
     if (satellite.measurement && satellite.measurement->cn0_dbhz) {
-      strength = fmt::format("{:02d}", std::clamp(std::lround(*satellite.measurement->cn0_dbhz), 0L, 99L));
+      strength = fmt::format(FMT_COMPILE("{:02d}"),
+                             std::clamp(std::lround(*satellite.measurement->cn0_dbhz), 0L, 99L));
     }
     in_view[listed_with(satellite.id.system)].push_back(
-        fmt::format(",{:02d},{:02d},{:03d},{}", *number, elevation,
+        fmt::format(FMT_COMPILE(",{:02d},{:02d},{:03d},{}"), *number, elevation,
                     std::lround(wrapped_azimuth_deg(satellite.azimuth_rad, 0)), strength));
   }
   std::string text;
@@ -229,7 +231,7 @@ class Nmea final : public Encoder {
 std::string nmea_sentence(std::string_view body) {
   unsigned checksum = 0;
   for (const char c : body) checksum ^= static_cast<unsigned char>(c);
-  return fmt::format("${}*{:02X}\r\n", body, checksum);
+  return fmt::format(FMT_COMPILE("${}*{:02X}\r\n"), body, checksum);
 }
 
 std::optional<int> nmea_satellite_number(gnss::SatelliteId id) {

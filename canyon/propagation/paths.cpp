@@ -25,17 +25,19 @@ Eigen::Vector3d antenna_image(const Path& path, const Eigen::Vector3d& antenna, 
   return path.far_point - (leg + (path.far_point - path.point).norm()) * s;
 }
 
+bool comes_before(const Path& a, const Path& b) {
+  const auto key = [](const Path& p) {
+    return std::tie(p.excess_m, p.order, p.kind, p.instance, p.triangle, p.far_instance, p.far_triangle,
+                    p.reflector);
+  };
+  const auto rank = [](PathKind kind) {
+    return kind == PathKind::Direct ? 0 : kind == PathKind::Transmitted ? 2 : 1;
+  };
+  return std::pair(rank(a.kind), key(a)) < std::pair(rank(b.kind), key(b));
+}
+
 void SatellitePaths::arrange() {
-  std::sort(paths.begin(), paths.end(), [](const Path& a, const Path& b) {
-    const auto key = [](const Path& p) {
-      return std::tie(p.excess_m, p.order, p.kind, p.instance, p.triangle, p.far_instance, p.far_triangle,
-                      p.reflector);
-    };
-    const auto rank = [](PathKind kind) {
-      return kind == PathKind::Direct ? 0 : kind == PathKind::Transmitted ? 2 : 1;
-    };
-    return std::pair(rank(a.kind), key(a)) < std::pair(rank(b.kind), key(b));
-  });
+  std::sort(paths.begin(), paths.end(), comes_before);
   if (paths.empty() || paths.front().kind == PathKind::Transmitted) {
     visibility = Visibility::Blocked;
   } else if (paths.front().kind != PathKind::Direct) {

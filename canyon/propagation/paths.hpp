@@ -85,6 +85,9 @@ enum class Visibility : std::uint8_t {
 /// "LOS", "LOS+multipath", "NLOS", "blocked": the words of every output.
 [[nodiscard]] std::string_view name(Visibility visibility);
 
+/// Whether `a` stands before `b` in SatellitePaths.
+[[nodiscard]] bool comes_before(const Path& a, const Path& b);
+
 /// All paths of one satellite, Direct first, then by excess path, of equal ones the lower order first,
 /// Transmitted ones last. Visibility is the satellite's own: these do not count.
 struct SatellitePaths {

@@ -102,6 +102,12 @@ void visit(options::Visitor& v, PropagationOptions& o) {
   v.boolean(
       {"through_foliage", "", "vegetation weakens the direct signal instead of blocking it; specular only"},
       o.through_foliage);
+  v.number({"retrace_interval_s", "s",
+            "reflections of the second order, diffuse paths and the choice of edges are found anew so often, "
+            "and go along with antenna and satellites in between; 0: anew in every epoch"},
+           o.retrace_interval_s, {0, 10});
+  v.number({"retrace_distance_m", "m", "they are found anew, too, where the antenna has gone so far"},
+           o.retrace_distance_m, {0, 10});
 }
 
 }  // namespace canyon::propagation

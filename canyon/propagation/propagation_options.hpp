@@ -108,6 +108,11 @@ struct PropagationOptions {
   /// Vegetation weakens the direct path (PathGeometry::foliage_depth_m; FoliageVolumes) instead of blocking
   /// it; all other paths it blocks as ever. Specular only.
   bool through_foliage = false;
+  /// Reflections of the second order, diffuse paths and the choice of edges are found anew once in this
+  /// interval [s], [0, 10], and where the antenna is this far [m] from the place where they were found last,
+  /// [0, 10]. In between they go along with antenna and satellites (FarPath). 0: in every epoch. Specular,
+  /// without movable instances.
+  double retrace_interval_s = 1, retrace_distance_m = 1;
   [[nodiscard]] bool operator==(const PropagationOptions&) const = default;
   /// Throws InputError naming the field and its bound, of `edges` and `scattering` too, in use or not.
   void validate() const;

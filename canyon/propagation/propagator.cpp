@@ -23,6 +23,9 @@ using raytrace::Ray;
 
 /// Below this cosine of incidence the reflection point runs away along the plane.
 constexpr double kMinCosine = 1e-6;
+/// Between directions of one satellite at places and times close to each other, at most [rad]: Earth turns by
+/// 7e-4 in 10 s, satellites as seen from it by as little.
+constexpr double kSameSatellite = 2e-3;
 
 /// Properties of the triangle that a path comes over.
 struct Skin {
@@ -222,16 +225,18 @@ struct Propagator::Impl {
   std::span<bool> look(const Vector3d& antenna, std::span<const Vector3d> directions, PropagationScratch& s,
                        std::span<SatellitePaths> result) const;
   void add_reflections(const Vector3d& antenna, std::span<const Vector3d> directions, int order,
-                       PropagationScratch& s, std::span<SatellitePaths> result) const;
+                       PropagationScratch& s, std::span<SatellitePaths> result, TracedPlace* place) const;
   void add_diffraction(const Vector3d& antenna, std::span<const Vector3d> directions,
                        std::span<const bool> blocked, PropagationScratch& s,
                        const std::span<const KnownEdge>* only, std::span<SatellitePaths> result,
-                       std::vector<KnownEdge>* known) const;
+                       TracedPlace* place) const;
   void add_diffuse(const Vector3d& antenna, std::span<const Vector3d> directions, PropagationScratch& s,
-                   std::span<SatellitePaths> result) const;
+                   std::span<SatellitePaths> result, TracedPlace* place) const;
   void trace_mirror(const Vector3d& antenna, std::span<const Vector3d> directions,
                     std::span<const bool> blocked, PropagationScratch& s,
                     std::span<SatellitePaths> result) const;
+  void trace_near(const Vector3d& antenna, std::span<const Vector3d> directions,
+                  std::span<const KnownEdge> edges, std::span<SatellitePaths> result) const;
 };
 
 /// Lists the city and the instances as they stand, by id.
@@ -289,8 +294,8 @@ void Propagator::Impl::add_material(const PropagationScratch& s, raytrace::Insta
 }
 
 void Propagator::Impl::add_reflections(const Vector3d& antenna, std::span<const Vector3d> directions,
-                                       int order, PropagationScratch& s,
-                                       std::span<SatellitePaths> result) const {
+                                       int order, PropagationScratch& s, std::span<SatellitePaths> result,
+                                       TracedPlace* place) const {
   s.placed.clear();
   for (const PlacedSet& set : s.sets) {
     const Prepared& of = *set.prepared;
@@ -317,14 +322,14 @@ void Propagator::Impl::add_reflections(const Vector3d& antenna, std::span<const 
     add_material(s, path.instance, path.triangle, path.incidences[1]);
     path.incidences[1].plane_turn_rad =
         plane_turn_rad((path.point - path.far_point).normalized(), found.far_normal, found.normal);
+    if (place != nullptr) place->far.push_back({found.satellite, path, found.normal, found.far_normal});
   }
 }
 
 void Propagator::Impl::add_diffraction(const Vector3d& antenna, std::span<const Vector3d> directions,
                                        std::span<const bool> blocked, PropagationScratch& s,
                                        const std::span<const KnownEdge>* only,
-                                       std::span<SatellitePaths> result,
-                                       std::vector<KnownEdge>* known) const {
+                                       std::span<SatellitePaths> result, TracedPlace* place) const {
   const auto found = lists(s.diffracted, directions.size());
   if (only != nullptr) {
     diffraction->retrace(antenna, directions, blocked, *only, found);
@@ -345,15 +350,16 @@ void Propagator::Impl::add_diffraction(const Vector3d& antenna, std::span<const 
       path.edge_bending_rad = around.bending_rad;
       path.edge_leg_m = around.leg_m;
       path.arrival_elevation_rad = elevation_rad(around.arrival);
-      if (known != nullptr && around.instance == 0) {
-        known->push_back({static_cast<std::uint32_t>(i), around.edge});
+      if (place != nullptr && around.instance == 0) {
+        place->edges.push_back({static_cast<std::uint32_t>(i), around.edge});
       }
     }
   }
 }
 
 void Propagator::Impl::add_diffuse(const Vector3d& antenna, std::span<const Vector3d> directions,
-                                   PropagationScratch& s, std::span<SatellitePaths> result) const {
+                                   PropagationScratch& s, std::span<SatellitePaths> result,
+                                   TracedPlace* place) const {
   const auto found = lists(s.diffuse, directions.size());
   const std::span<bool> wanted = s.wanted.resize(directions.size());
   std::fill(wanted.begin(), wanted.end(), true);
@@ -370,6 +376,8 @@ void Propagator::Impl::add_diffuse(const Vector3d& antenna, std::span<const Vect
       path.scattered_power = scattered.power;
       path.reflector = reflector_id(PathKind::Diffuse, {scattered.instance, scattered.bin});
       path.arrival_elevation_rad = elevation_rad(scattered.arrival);
+      if (place != nullptr)
+        place->far.push_back({static_cast<std::uint32_t>(i), path, Vector3d::Zero(), Vector3d::Zero()});
     }
   }
 }
@@ -429,33 +437,58 @@ std::span<bool> Propagator::Impl::look(const Vector3d& antenna, std::span<const 
 }
 
 void Propagator::trace(const Vector3d& antenna, std::span<const Vector3d> directions,
-                       std::span<SatellitePaths> result, std::vector<KnownEdge>* edges) const {
+                       std::span<SatellitePaths> result, TracedPlace* place) const {
   assert(directions.size() == result.size());
   const Impl& impl = *impl_;
   const int order = impl.options.reflection_order;
   PropagationScratch& s = propagation_scratch();
-  if (edges != nullptr) edges->clear();
+  if (place != nullptr) *place = {antenna, {directions.begin(), directions.end()}, {}, {}};
   const std::span<bool> blocked = impl.look(antenna, directions, s, result);
   if (impl.options.model != Model::Specular) {
     impl.trace_mirror(antenna, directions, blocked, s, result);
   } else {
-    if (order > 0) impl.add_reflections(antenna, directions, order, s, result);
-    if (impl.diffraction) impl.add_diffraction(antenna, directions, blocked, s, nullptr, result, edges);
-    if (impl.diffuse) impl.add_diffuse(antenna, directions, s, result);
+    if (order > 0) impl.add_reflections(antenna, directions, order, s, result, place);
+    if (impl.diffraction) impl.add_diffraction(antenna, directions, blocked, s, nullptr, result, place);
+    if (impl.diffuse) impl.add_diffuse(antenna, directions, s, result, place);
   }
   for (SatellitePaths& satellite : result) satellite.arrange();
 }
 
+void Propagator::Impl::trace_near(const Vector3d& antenna, std::span<const Vector3d> directions,
+                                  std::span<const KnownEdge> edges, std::span<SatellitePaths> result) const {
+  assert(directions.size() == result.size());
+  assert(options.model == Model::Specular && scene->placed_instances().empty());
+  PropagationScratch& s = propagation_scratch();
+  const std::span<bool> blocked = look(antenna, directions, s, result);
+  if (options.reflection_order > 0) add_reflections(antenna, directions, 1, s, result, nullptr);
+  if (diffraction) add_diffraction(antenna, directions, blocked, s, &edges, result, nullptr);
+}
+
 void Propagator::trace_near(const Vector3d& antenna, std::span<const Vector3d> directions,
                             std::span<const KnownEdge> edges, std::span<SatellitePaths> result) const {
-  assert(directions.size() == result.size());
-  const Impl& impl = *impl_;
-  assert(impl.options.model == Model::Specular && impl.scene->placed_instances().empty());
-  PropagationScratch& s = propagation_scratch();
-  const std::span<bool> blocked = impl.look(antenna, directions, s, result);
-  if (impl.options.reflection_order > 0) impl.add_reflections(antenna, directions, 1, s, result);
-  if (impl.diffraction) impl.add_diffraction(antenna, directions, blocked, s, &edges, result, nullptr);
+  impl_->trace_near(antenna, directions, edges, result);
   for (SatellitePaths& satellite : result) satellite.arrange();
+}
+
+bool Propagator::retrace(const Vector3d& antenna, std::span<const Vector3d> directions,
+                         const TracedPlace& place, std::span<SatellitePaths> result) const {
+  if (directions.size() != place.directions.size()) return false;
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    if ((directions[i] - place.directions[i]).squaredNorm() > kSameSatellite * kSameSatellite) return false;
+  }
+  impl_->trace_near(antenna, directions, place.edges, result);
+  for (const FarPath& far : place.far) {
+    const auto path =
+        far.seen_from(antenna, directions[far.satellite], place.antenna, place.directions[far.satellite]);
+    if (path) result[far.satellite].paths.push_back(*path);
+  }
+  for (SatellitePaths& satellite : result) satellite.arrange();
+  return true;
+}
+
+bool Propagator::has_far_paths() const {
+  return impl_->options.model == Model::Specular && (impl_->options.reflection_order > 1 || impl_->diffuse) &&
+         impl_->scene->placed_instances().empty();
 }
 
 }  // namespace canyon::propagation

@@ -11,6 +11,7 @@
 #include "canyon/propagation/diffuse.hpp"
 #include "canyon/propagation/paths.hpp"
 #include "canyon/propagation/propagation_options.hpp"
+#include "canyon/propagation/traced_place.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 
 namespace canyon::propagation {
@@ -68,16 +69,23 @@ class Propagator {
              std::span<SatellitePaths> result) const {
     trace(antenna, directions, result, nullptr);
   }
-  /// The same. @param edges replaced by the city's edges that bend signals here; may be null
+  /// The same. @param place replaced by what antennas near this one can use; may be null. What comes over
+  /// movable instances is not part of it.
   void trace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
-             std::span<SatellitePaths> result, std::vector<KnownEdge>* edges) const;
+             std::span<SatellitePaths> result, TracedPlace* place) const;
 
-  /// The paths that change from step to step, of those that trace() finds at this antenna: direct ones,
+  /// Of those paths that trace() finds at this antenna the ones that change from step to step: direct ones,
   /// reflections of the first order, and around edges only those that `edges` names (places nearby mostly
   /// have the same). Each path is as trace() has it. Left out are reflections of the second order and diffuse
   /// paths, which cost most. Specular; without movable instances (asserted).
   void trace_near(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
                   std::span<const KnownEdge> edges, std::span<SatellitePaths> result) const;
+  /// The same with the far paths of a place nearby (FarPath::seen_from()). False: its satellites are others;
+  /// nothing is done.
+  [[nodiscard]] bool retrace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
+                             const TracedPlace& place, std::span<SatellitePaths> result) const;
+  /// Whether retrace() may be called, and costs less than trace().
+  [[nodiscard]] bool has_far_paths() const;
 
  private:
   struct Impl;

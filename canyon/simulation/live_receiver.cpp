@@ -13,6 +13,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/correction_links.hpp"
+#include "canyon/simulation/retracing.hpp"
 #include "canyon/simulation/run_receiver.hpp"
 #include "canyon/simulation/scenario/receiver_bases.hpp"
 #include "canyon/simulation/sensors/vehicle_sensors.hpp"
@@ -126,7 +127,7 @@ struct LiveReceiver::Impl {
   std::shared_ptr<std::optional<GpsTime>> put_elsewhere = std::make_shared<std::optional<GpsTime>>();  // last
   receiver::Receiver receiver;
   Tracer tracer;
-  std::optional<propagation::Propagator> propagator;  // made where no tracer stands in for it
+  std::optional<RetracedAntenna> arrivals;  // made where no tracer stands in for it
   std::optional<Pose> last_truth;
   std::optional<Place> last_place;
   double last_s = -std::numeric_limits<double>::infinity();
@@ -223,6 +224,7 @@ Epoch LiveReceiver::Impl::observe(const Pose& truth, propagation::Arrival& arriv
 }
 
 void LiveReceiver::Impl::begin_anew() {
+  if (arrivals) arrivals->forget();
   road->clear();
   corrections.reset();
   make_links();
@@ -234,7 +236,7 @@ void LiveReceiver::Impl::begin_anew() {
 }
 
 void LiveReceiver::Impl::make_environment() {
-  propagator.reset();
+  arrivals.reset();
   environment = simulation::make_environment(scene, *sky, config.sky, config.seed);
   faults->set_surroundings(surroundings(scene, sky->sky));
 }
@@ -385,12 +387,12 @@ LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& ant
   }
 
   const geodesy::LocalFrame& frame = impl.scene->city.frame;
-  if (!impl.tracer && !impl.propagator) {
-    impl.propagator.emplace(impl.environment.make_propagator(impl.config.receiver().propagation));
+  if (!impl.tracer && !impl.arrivals) {
+    impl.arrivals.emplace(impl.environment.make_propagator(impl.config.receiver().propagation));
   }
   Step step;
   step.arrival = impl.tracer ? impl.environment.arrival(t, antenna.position_enu_m, impl.tracer)
-                             : impl.environment.arrival(t, antenna.position_enu_m, *impl.propagator);
+                             : impl.arrivals->arrival(impl.environment, t, antenna.position_enu_m);
   Pose truth;
   truth.time = t;
   truth.position = frame.geodetic_from_local(antenna.position_enu_m);

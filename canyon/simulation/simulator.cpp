@@ -15,6 +15,7 @@
 #include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/motion/antenna_pose.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
+#include "canyon/simulation/retracing.hpp"
 #include "canyon/simulation/run_checks.hpp"
 #include "canyon/simulation/run_motion.hpp"
 #include "canyon/simulation/run_plan.hpp"
@@ -88,7 +89,7 @@ struct Simulation::Impl {
   [[nodiscard]] SensorRun make_sensors() const;
   [[nodiscard]] std::optional<SensorRun> make_sensors(const std::vector<EpochSink*>& sinks) const;
   [[nodiscard]] Pose antenna_pose(std::size_t receiver, GpsTime t) const;
-  [[nodiscard]] PureEpoch pure_epoch(std::size_t receiver, GpsTime t) const;
+  [[nodiscard]] PureEpoch pure_epoch(std::size_t receiver, std::size_t instant, RetracedRun& arrivals) const;
 
   Scenario scenario;
   RunPlan plan;
@@ -137,11 +138,11 @@ Pose Simulation::Impl::antenna_pose(std::size_t receiver, GpsTime t) const {
   return mounted_antenna(vehicle_pose(t), config.lever_arm_m);
 }
 
-PureEpoch Simulation::Impl::pure_epoch(std::size_t receiver, GpsTime t) const {
+PureEpoch Simulation::Impl::pure_epoch(std::size_t receiver, std::size_t instant,
+                                       RetracedRun& arrivals) const {
   PureEpoch pure;
-  pure.truth = antenna_pose(receiver, t);
-  pure.arrival = environment.arrival(t, environment.city().frame.local_from_geodetic(pure.truth.position),
-                                     propagators[receiver]);
+  pure.truth = antenna_pose(receiver, plan.at(instant));
+  pure.arrival = arrivals.arrival(receiver, instant);
   if (!scenario.receivers[receiver].fixed) tilt_antenna(pure.arrival, pure.truth, environment.city().frame);
   return pure;
 }
@@ -251,11 +252,16 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
   std::exception_ptr failure;
 
   const auto running = [&options] { return options.stop == nullptr || !options.stop->load(); };
+  RetracedRun arrivals(
+      impl.environment, impl.propagators, result.planned, [&](std::size_t k) { return impl.plan.at(k); },
+      [&](std::size_t r, std::size_t k) {
+        return impl.environment.city().frame.local_from_geodetic(
+            impl.antenna_pose(r, impl.plan.at(k)).position);
+      });
   const auto pure = [&](std::size_t instant) {
     std::vector<PureEpoch> epochs;
     epochs.reserve(receiver_count);
-    for (std::size_t r = 0; r < receiver_count; ++r)
-      epochs.push_back(impl.pure_epoch(r, impl.plan.at(instant)));
+    for (std::size_t r = 0; r < receiver_count; ++r) epochs.push_back(impl.pure_epoch(r, instant, arrivals));
     return epochs;
   };
   const auto write = [&](const Epoch& epoch) {
@@ -286,6 +292,7 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
     });
     for (const Epoch& epoch : made) write(epoch);
     result.epochs = instant + 1;
+    arrivals.forget_before(result.epochs);
     progress.report(result.epochs);
   };
 

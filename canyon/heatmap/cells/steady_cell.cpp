@@ -57,25 +57,29 @@ SteadyCell::SteadyCell(const SteadySky& sky, const propagation::Propagator& prop
 }
 
 PathNode SteadyCell::trace(const Vector3d& place) {
+  propagation::TracedPlace found;
+  propagator_.trace(place, sky_.directions(), traced_, &found);
   PathNode node;
   node.place = place;
-  propagator_.trace(place, sky_.directions(), traced_, &node.edges);
+  node.edges = std::move(found.edges);
   std::sort(node.edges.begin(), node.edges.end());
-  for (std::size_t k = 0; k < traced_.size(); ++k) {
-    const SteadySatellite& satellite = sky_.satellites()[k];
-    for (const Path& path : traced_[k].paths) {
-      if (!is_far(path)) continue;
-      NodePath& far = node.paths.emplace_back();
-      far.satellite = static_cast<std::uint32_t>(k);
-      far.diffuse = path.kind == PathKind::Diffuse;
-      far.excess_m = path.excess_m;
-      far.rate_mps = tracking::path_rate_mps(satellite.line, Vector3d::Zero(), path, ecef_from_enu_);
-      far.amplitude = signal::path_amplitude(path, satellite.line.elevation_rad, satellite.carrier_hz,
-                                             options_.signal.antenna, options_.signal.strength);
-      far.reflector = path.reflector;
-      far.arrival = path.arrival.cast<float>();
-      far.leg_m = static_cast<float>((path.point - place).norm());
-    }
+  // In the order of a satellite's channels.
+  std::sort(found.far.begin(), found.far.end(), [](const auto& a, const auto& b) {
+    return a.satellite != b.satellite ? a.satellite < b.satellite : comes_before(a.path, b.path);
+  });
+  for (const propagation::FarPath& of : found.far) {
+    const SteadySatellite& satellite = sky_.satellites()[of.satellite];
+    const Path& path = of.path;
+    NodePath& far = node.paths.emplace_back();
+    far.satellite = of.satellite;
+    far.diffuse = path.kind == PathKind::Diffuse;
+    far.excess_m = path.excess_m;
+    far.rate_mps = tracking::path_rate_mps(satellite.line, Vector3d::Zero(), path, ecef_from_enu_);
+    far.amplitude = signal::path_amplitude(path, satellite.line.elevation_rad, satellite.carrier_hz,
+                                           options_.signal.antenna, options_.signal.strength);
+    far.reflector = path.reflector;
+    far.arrival = path.arrival.cast<float>();
+    far.leg_m = static_cast<float>((path.point - place).norm());
   }
   return node;
 }
