@@ -95,6 +95,8 @@ struct EdgeDiffraction::Impl {
 
   void find(const EdgeSet& set, raytrace::InstanceId instance, const SetPose& pose, const Vector3d& antenna,
             std::span<const Vector3d> directions, std::span<const bool> blocked, DiffractionScratch& s) const;
+  void find_at_instances(const Vector3d& antenna, std::span<const Vector3d> directions,
+                         std::span<const bool> blocked, DiffractionScratch& s) const;
   void bend_known(const KnownEdge& at, const Vector3d& antenna, std::span<const Vector3d> directions,
                   std::span<const bool> blocked, DiffractionScratch& s) const;
   void bend(const EdgeSet& set, std::uint32_t index, raytrace::InstanceId instance, const SetPose& pose,
@@ -121,6 +123,13 @@ void EdgeDiffraction::Impl::find(const EdgeSet& set, raytrace::InstanceId instan
            blocked[i], s);
     });
   }
+}
+
+/// Appends the candidates of every edge of the movable instances.
+void EdgeDiffraction::Impl::find_at_instances(const Vector3d& antenna, std::span<const Vector3d> directions,
+                                              std::span<const bool> blocked, DiffractionScratch& s) const {
+  for (const raytrace::PlacedInstance& placed : scene->placed_instances())
+    find(edges_of(placed), placed.id, &placed.enu_from_instance, antenna, directions, blocked, s);
 }
 
 /// Appends the candidate of an edge of the city.
@@ -237,9 +246,7 @@ void EdgeDiffraction::trace(const Vector3d& antenna, std::span<const Vector3d> d
   } else {
     impl.find(impl.city, 0, nullptr, antenna, directions, blocked, s);
   }
-  for (const raytrace::PlacedInstance& placed : impl.scene->placed_instances()) {
-    impl.find(impl.edges_of(placed), placed.id, &placed.enu_from_instance, antenna, directions, blocked, s);
-  }
+  impl.find_at_instances(antenna, directions, blocked, s);
   impl.choose(antenna, directions, s, result);
 }
 
@@ -250,6 +257,7 @@ void EdgeDiffraction::retrace(const Vector3d& antenna, std::span<const Vector3d>
   DiffractionScratch& s = diffraction_scratch();
   s.candidates.clear();
   for (const KnownEdge& at : known) impl.bend_known(at, antenna, directions, blocked, s);
+  impl.find_at_instances(antenna, directions, blocked, s);
   impl.choose(antenna, directions, s, result);
 }
 

@@ -69,7 +69,7 @@ class EdgeDiffraction {
   /// reflections.
   void trace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
              std::span<const bool> blocked, std::span<std::vector<DiffractedPath>> result) const;
-  /// The same, of the city's edges that `known` names alone.
+  /// The same, of the city's edges those alone that `known` names.
   void retrace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
                std::span<const bool> blocked, std::span<const KnownEdge> known,
                std::span<std::vector<DiffractedPath>> result) const;

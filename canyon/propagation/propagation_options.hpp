@@ -110,8 +110,8 @@ struct PropagationOptions {
   bool through_foliage = false;
   /// Reflections of the second order, diffuse paths and the choice of edges are found anew once in this
   /// interval [s], [0, 10], and where the antenna is this far [m] from the place where they were found last,
-  /// [0, 10]. In between they go along with antenna and satellites (FarPath). 0: in every epoch. Specular,
-  /// without movable instances.
+  /// [0, 10]. In between they go along with antenna and satellites (FarPath). 0: in every epoch. Specular;
+  /// while a movable instance in reach moves, in every epoch.
   double retrace_interval_s = 1, retrace_distance_m = 1;
   [[nodiscard]] bool operator==(const PropagationOptions&) const = default;
   /// Throws InputError naming the field and its bound, of `edges` and `scattering` too, in use or not.

@@ -237,6 +237,11 @@ struct Propagator::Impl {
                     std::span<SatellitePaths> result) const;
   void trace_near(const Vector3d& antenna, std::span<const Vector3d> directions,
                   std::span<const KnownEdge> edges, std::span<SatellitePaths> result) const;
+  [[nodiscard]] std::vector<StandingInstance> instances_about(const Vector3d& antenna) const {
+    return propagation::instances_about(
+        *scene, antenna,
+        std::max({options.max_range_m, options.edges.max_range_m, options.scattering.max_range_m}));
+  }
 };
 
 /// Lists the city and the instances as they stand, by id.
@@ -442,7 +447,8 @@ void Propagator::trace(const Vector3d& antenna, std::span<const Vector3d> direct
   const Impl& impl = *impl_;
   const int order = impl.options.reflection_order;
   PropagationScratch& s = propagation_scratch();
-  if (place != nullptr) *place = {antenna, {directions.begin(), directions.end()}, {}, {}};
+  if (place != nullptr)
+    *place = {antenna, {directions.begin(), directions.end()}, {}, {}, impl.instances_about(antenna)};
   const std::span<bool> blocked = impl.look(antenna, directions, s, result);
   if (impl.options.model != Model::Specular) {
     impl.trace_mirror(antenna, directions, blocked, s, result);
@@ -457,7 +463,7 @@ void Propagator::trace(const Vector3d& antenna, std::span<const Vector3d> direct
 void Propagator::Impl::trace_near(const Vector3d& antenna, std::span<const Vector3d> directions,
                                   std::span<const KnownEdge> edges, std::span<SatellitePaths> result) const {
   assert(directions.size() == result.size());
-  assert(options.model == Model::Specular && scene->placed_instances().empty());
+  assert(options.model == Model::Specular);
   PropagationScratch& s = propagation_scratch();
   const std::span<bool> blocked = look(antenna, directions, s, result);
   if (options.reflection_order > 0) add_reflections(antenna, directions, 1, s, result, nullptr);
@@ -475,6 +481,11 @@ bool Propagator::retrace(const Vector3d& antenna, std::span<const Vector3d> dire
   if (directions.size() != place.directions.size()) return false;
   for (std::size_t i = 0; i < directions.size(); ++i) {
     if ((directions[i] - place.directions[i]).squaredNorm() > kSameSatellite * kSameSatellite) return false;
+  }
+  const std::vector<StandingInstance> now = impl_->instances_about(place.antenna);
+  if (!std::equal(now.begin(), now.end(), place.instances.begin(), place.instances.end(),
+                  [](const auto& a, const auto& b) { return a.is_like(b); })) {
+    return false;
   }
   impl_->trace_near(antenna, directions, place.edges, result);
   for (const FarPath& far : place.far) {

@@ -69,19 +69,18 @@ class Propagator {
              std::span<SatellitePaths> result) const {
     trace(antenna, directions, result, nullptr);
   }
-  /// The same. @param place replaced by what antennas near this one can use; may be null. What comes over
-  /// movable instances is not part of it.
+  /// The same. @param place replaced by what antennas near this one can use; may be null
   void trace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
              std::span<SatellitePaths> result, TracedPlace* place) const;
 
   /// Of those paths that trace() finds at this antenna the ones that change from step to step: direct ones,
   /// reflections of the first order, and around edges only those that `edges` names (places nearby mostly
   /// have the same). Each path is as trace() has it. Left out are reflections of the second order and diffuse
-  /// paths, which cost most. Specular; without movable instances (asserted).
+  /// paths, which cost most. Specular (asserted).
   void trace_near(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
                   std::span<const KnownEdge> edges, std::span<SatellitePaths> result) const;
-  /// The same with the far paths of a place nearby (FarPath::seen_from()). False: its satellites are others;
-  /// nothing is done.
+  /// The same with the far paths of a place nearby (FarPath::seen_from()). False: its satellites are others,
+  /// or an instance in reach has moved; nothing is done.
   [[nodiscard]] bool retrace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
                              const TracedPlace& place, std::span<SatellitePaths> result) const;
   /// Whether retrace() may be called, and costs less than trace().

@@ -128,6 +128,45 @@ TEST(Propagator, FarPathsGoAlong) {
   EXPECT_GT(static_cast<double>(found_twice), 0.85 * static_cast<double>(twice));
 }
 
+// A bus that stands is part of it, one that drives off is not, and one that is far away does not matter.
+TEST(Propagator, FarPathsHoldWhileInstancesStand) {
+  const city::City city = city::synthetic_city({});
+  city::Mesh bus;
+  city::append_box(bus, "bus", city::Surface::Vehicle, city::Material::Metal, {-6, -1.3, 0}, {6, 1.3, 3});
+  raytrace::RayScene scene(city.mesh);
+  const auto at = [](double east) { return Eigen::Isometry3d(Eigen::Translation3d(east, 4, 0)); };
+  const raytrace::InstanceId near = scene.add_instance(bus), far = scene.add_instance(bus);
+  scene.set_pose(near, at(12));
+  scene.set_pose(far, at(2000));
+  scene.commit();
+  PropagationOptions options;
+  options.reflection_order = 2;
+  options.diffraction = options.diffuse = true;
+  const Propagator propagator(city.mesh, scene, options);
+  std::vector<Eigen::Vector3d> sky;
+  sky.reserve(30);
+  for (int i = 0; i < 30; ++i) sky.push_back(geodesy::enu_from_azimuth_elevation(0.7 * i, 0.1 + 0.047 * i));
+  std::vector<SatellitePaths> all(sky.size()), again(sky.size());
+  TracedPlace place;
+  const Eigen::Vector3d antenna(0, 0.3, 2);
+  propagator.trace(antenna, sky, all, &place);
+  scene.set_pose(far, at(2010));
+  scene.commit();
+  ASSERT_TRUE(propagator.retrace(antenna, sky, place, again));
+  std::size_t over_bus = 0;
+  for (std::size_t i = 0; i < sky.size(); ++i) {
+    ASSERT_EQ(again[i].paths.size(), all[i].paths.size());
+    for (std::size_t k = 0; k < all[i].paths.size(); ++k) {
+      EXPECT_NEAR(again[i].paths[k].excess_m, all[i].paths[k].excess_m, 1e-9);
+      over_bus += all[i].paths[k].instance == near;
+    }
+  }
+  EXPECT_GT(over_bus, 3U);
+  scene.set_pose(near, at(12.1));
+  scene.commit();
+  EXPECT_FALSE(propagator.retrace(antenna, sky, place, again));
+}
+
 // Of a wall that scatters once, the detour of a point is known in closed form.
 TEST(FarPath, OfAPointOnAFacade) {
   const Eigen::Vector3d from(0, 0, 2), antenna(0.3, 0.5, 2.1), point(20, 5, 12);

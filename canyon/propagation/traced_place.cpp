@@ -35,4 +35,22 @@ std::optional<Path> FarPath::seen_from(const Vector3d& antenna, const Vector3d& 
   return seen;
 }
 
+bool StandingInstance::is_like(const StandingInstance& other) const {
+  constexpr double kMoved_m = 0.01, kTurned = 2e-3;
+  const Eigen::Isometry3d &a = enu_from_instance, &b = other.enu_from_instance;
+  return id == other.id && (a.translation() - b.translation()).norm() < kMoved_m &&
+         (a.linear() - b.linear()).norm() < kTurned && bounds.isApprox(other.bounds);
+}
+
+std::vector<StandingInstance> instances_about(const raytrace::RayScene& scene, const Vector3d& antenna,
+                                              double reach_m) {
+  std::vector<StandingInstance> result;
+  for (const raytrace::PlacedInstance& each : scene.placed_instances()) {
+    const double far_m = (each.enu_from_instance * each.bounds.center() - antenna).norm();
+    if (far_m - each.bounds.diagonal().norm() / 2 > reach_m) continue;
+    result.push_back({each.id, each.enu_from_instance, each.bounds});
+  }
+  return result;
+}
+
 }  // namespace canyon::propagation
