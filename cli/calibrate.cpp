@@ -6,11 +6,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdio>
 
 #include "canyon/base/output_file.hpp"
-#include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/options/node.hpp"
 #include "canyon/simulation/scenario/profile.hpp"

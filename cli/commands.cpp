@@ -7,7 +7,6 @@
 #include <cstdio>
 
 #include "canyon/base/text.hpp"
-#include "canyon/geodesy/time_scales.hpp"
 #include "canyon/geodesy/time_text.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/threads.hpp"

@@ -17,6 +17,7 @@
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/require_satellites.hpp"
+#include "canyon/simulation/run_checks.hpp"
 #include "canyon/simulation/scenario/receiver_bases.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/validation/models.hpp"
@@ -171,11 +172,7 @@ class MapRun {
     city_ = simulation::load_city_source(city_of_map(arguments_, scenario_), warnings);
     print_warnings(warnings);
     const city::City& city = city_;
-    if (!scenario_.city.is<simulation::OpenField>() && city.mesh.triangles.empty()) {
-      throw InputError(scenario_.file, 0,
-                       fmt::format("the city '{}' is empty: it has no triangle", city.name),
-                       "give another mesh, or city: {open: true} for an open field");
-    }
+    simulation::check_city(scenario_, city);
     note(fmt::format("city        {}: {} triangles ({:.2f} s)", city.name, city.mesh.triangles.size(),
                      seconds_since(begin)));
     choose_area(arguments_, city, request_);

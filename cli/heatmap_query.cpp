@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "canyon/base/json.hpp"
@@ -32,19 +33,9 @@ struct HeatmapQueryArguments {
 };
 
 std::string state_word(CellState state) {
-  switch (state) {
-    case CellState::Computed:
-      return "computed";
-    case CellState::InsideBuilding:
-      return "inside a building";
-    case CellState::UnderTerrain:
-      return "under the terrain";
-    case CellState::OutsideArea:
-      return "outside the map's area";
-    case CellState::NoTerrain:
-      return "without terrain";
-  }
-  return "";
+  static constexpr std::array kWords{"computed", "inside a building", "under the terrain",
+                                     "outside the map's area", "without terrain"};
+  return kWords.at(static_cast<std::size_t>(state));
 }
 
 /// Three significant digits below a thousand: "7.38", "0.953", "1234".

@@ -7,7 +7,6 @@
 #include "canyon/base/file_kind.hpp"
 #include "canyon/base/statistics.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/time_scales.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
 #include "canyon/orbit/navigation_review.hpp"
 #include "canyon/receiver/corrections.hpp"

@@ -9,7 +9,6 @@
 
 #include "canyon/base/file_kind.hpp"
 #include "canyon/base/output_file.hpp"
-#include "canyon/output/sinks.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"

@@ -4,7 +4,7 @@ find_package(fmt REQUIRED)
 find_package(TBB REQUIRED)
 find_package(yaml-cpp REQUIRED)
 find_package(ZLIB REQUIRED)
-find_package(BZip2 REQUIRED)
+find_package(LibArchive REQUIRED)
 find_package(Threads REQUIRED)
 find_package(Boost 1.74 REQUIRED)    # headers only, and none in Canyon's own headers
 set(CANYON_MPI "")

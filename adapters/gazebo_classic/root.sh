@@ -16,7 +16,7 @@ root=$roots/bullseye
 
 # What the plugin and its tests need. The stamp holds this list's hash.
 packages=(g++ cmake ninja-build pkg-config ccache libeigen3-dev libgeographic-dev libembree-dev libtbb-dev libboost-dev libfmt-dev
-  libyaml-cpp-dev nlohmann-json3-dev zlib1g-dev libbz2-dev libgtest-dev libgmock-dev iproute2 valgrind file dpkg-dev
+  libyaml-cpp-dev nlohmann-json3-dev zlib1g-dev libarchive-dev libcurl4-openssl-dev libgtest-dev libgmock-dev iproute2 valgrind file dpkg-dev
   gazebo gazebo-plugin-base libgazebo-dev
   libroscpp-dev libsensor-msgs-dev libgeometry-msgs-dev python3-sensor-msgs python3-geometry-msgs python3-nav-msgs
   ros-std-msgs ros-geometry-msgs ros-sensor-msgs ros-message-generation catkin python3-roslaunch python3-rostopic

@@ -1,82 +1,54 @@
 #include "adapters/gazebo_classic/ros_master.hpp"
 
-#include <fcntl.h>
-#include <netdb.h>
-#include <poll.h>
-#include <sys/socket.h>
-#include <unistd.h>
+#include <curl/curl.h>
 
-#include <array>
-#include <cerrno>
 #include <memory>
 #include <string_view>
-#include <utility>
 
 #include "canyon/base/text.hpp"
 
 namespace canyon::adapters::gazebo_classic {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-class Socket {
- public:
-  explicit Socket(const addrinfo& address)
-      : fd_(socket(address.ai_family, address.ai_socktype | SOCK_NONBLOCK | SOCK_CLOEXEC,
-                   address.ai_protocol)) {}
-  ~Socket() {
-    if (fd_ >= 0) close(fd_);
-  }
-  Socket(const Socket&) = delete;
-  Socket& operator=(const Socket&) = delete;
-  [[nodiscard]] int fd() const { return fd_; }
-
- private:
-  int fd_;
-};
-
-/// Waits until the socket is ready for `events`; false at the deadline or where the caller shall stop.
-bool wait_for(int fd, short events, Clock::time_point deadline, int stop_fd) {
-  for (;;) {
-    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
-    if (left <= 0) return false;
-    std::array<pollfd, 2> polled{{{fd, events, 0}, {stop_fd, POLLIN, 0}}};
-    const int ready = poll(polled.data(), polled.size(), static_cast<int>(left));
-    if (ready < 0 && errno != EINTR) return false;
-    if (ready > 0 && polled[1].revents != 0) return false;
-    if (ready > 0 && polled[0].revents != 0) return true;
-  }
+std::size_t append(const char* bytes, std::size_t size, std::size_t count, void* answer) {
+  constexpr std::size_t kLongest = 1 << 16;  // a master's answer has some hundred bytes
+  auto& text = *static_cast<std::string*>(answer);
+  if (text.size() + size * count > kLongest) return 0;
+  text.append(bytes, size * count);
+  return size * count;
 }
 
-std::string exchange(int fd, const addrinfo& address, std::string_view request, Clock::time_point deadline,
-                     int stop_fd) {
-  if (connect(fd, address.ai_addr, address.ai_addrlen) != 0) {
-    if (errno != EINPROGRESS || !wait_for(fd, POLLOUT, deadline, stop_fd)) return {};
-    int error = 0;
-    socklen_t size = sizeof error;
-    if (getsockopt(fd, SOL_SOCKET, SO_ERROR, &error, &size) != 0 || error != 0) return {};
-  }
-  while (!request.empty()) {
-    const ssize_t sent = send(fd, request.data(), request.size(), MSG_NOSIGNAL);
-    if (sent > 0) {
-      request.remove_prefix(static_cast<std::size_t>(sent));
-    } else if (errno != EAGAIN || !wait_for(fd, POLLOUT, deadline, stop_fd)) {
-      return {};
-    }
-  }
-  constexpr std::size_t kLongest = 1 << 16;  // a master's answer has some hundred bytes
+/// The body of the answer to a request; empty where there is none.
+std::string post(const std::string& uri, const std::string& body, std::chrono::milliseconds timeout,
+                 int stop_fd) {
+  static const CURLcode begun = curl_global_init(CURL_GLOBAL_DEFAULT);
+  const std::unique_ptr<CURLM, decltype(&curl_multi_cleanup)> all(curl_multi_init(), &curl_multi_cleanup);
+  const std::unique_ptr<CURL, decltype(&curl_easy_cleanup)> one(curl_easy_init(), &curl_easy_cleanup);
+  const std::unique_ptr<curl_slist, decltype(&curl_slist_free_all)> head(
+      curl_slist_append(nullptr, "Content-Type: text/xml"), &curl_slist_free_all);
+  if (begun != CURLE_OK || !all || !one || !head) return {};
   std::string answer;
-  while (answer.size() < kLongest && wait_for(fd, POLLIN, deadline, stop_fd)) {
-    std::array<char, 2048> buffer{};
-    const ssize_t count = recv(fd, buffer.data(), buffer.size(), 0);
-    if (count > 0) {
-      answer.append(buffer.data(), static_cast<std::size_t>(count));
-      if (answer.find("</methodResponse>") != std::string::npos) return answer;
-    } else if (count == 0 || errno != EAGAIN) {
-      return {};
-    }
+  curl_easy_setopt(one.get(), CURLOPT_URL, uri.c_str());
+  curl_easy_setopt(one.get(), CURLOPT_HTTP_VERSION, static_cast<long>(CURL_HTTP_VERSION_1_0));
+  curl_easy_setopt(one.get(), CURLOPT_HTTPHEADER, head.get());
+  curl_easy_setopt(one.get(), CURLOPT_POSTFIELDS, body.c_str());
+  curl_easy_setopt(one.get(), CURLOPT_NOPROXY, "*");
+  curl_easy_setopt(one.get(), CURLOPT_NOSIGNAL, 1L);
+  curl_easy_setopt(one.get(), CURLOPT_TIMEOUT_MS, static_cast<long>(timeout.count()));
+  curl_easy_setopt(one.get(), CURLOPT_WRITEFUNCTION, &append);
+  curl_easy_setopt(one.get(), CURLOPT_WRITEDATA, &answer);
+  curl_multi_add_handle(all.get(), one.get());
+  curl_waitfd stop{stop_fd, CURL_WAIT_POLLIN, 0};
+  constexpr int kLook_ms = 1000;
+  for (int running = 1; stop.revents == 0;
+       curl_multi_poll(all.get(), &stop, stop_fd < 0 ? 0 : 1, kLook_ms, nullptr)) {
+    if (curl_multi_perform(all.get(), &running) != CURLM_OK || running == 0) break;
   }
-  return {};
+  int left = 0;
+  const CURLMsg* const done = curl_multi_info_read(all.get(), &left);
+  const bool whole = done != nullptr && done->data.result == CURLE_OK;
+  curl_multi_remove_handle(all.get(), one.get());
+  return whole ? answer : std::string();
 }
 
 /// The answer is [code, message, value]; code 1 is success, 0 and -1 are not.
@@ -87,31 +59,6 @@ MasterAnswer parse_answer(const std::string& answer) {
     if (begin == std::string::npos) continue;
     const std::string_view rest = std::string_view(answer).substr(begin + tag.size());
     return trim(rest.substr(0, rest.find('<'))) == "1" ? MasterAnswer::Known : MasterAnswer::Unknown;
-  }
-  return MasterAnswer::None;
-}
-
-MasterAnswer ask(const MasterAddress& master, const std::string& node, std::chrono::milliseconds timeout,
-                 int stop_fd) {
-  const std::string body =
-      "<?xml version=\"1.0\"?><methodCall><methodName>lookupNode</methodName><params><param><value><string>" +
-      node + "</string></value></param><param><value><string>" + node +
-      "</string></value></param></params></methodCall>";
-  const std::string request = "POST / HTTP/1.0\r\nHost: " + master.host +
-                              "\r\nContent-Type: text/xml\r\nContent-Length: " + std::to_string(body.size()) +
-                              "\r\n\r\n" + body;
-  addrinfo hints{};
-  hints.ai_socktype = SOCK_STREAM;
-  addrinfo* found = nullptr;
-  if (getaddrinfo(master.host.c_str(), std::to_string(master.port).c_str(), &hints, &found) != 0)
-    return MasterAnswer::None;
-  const std::unique_ptr<addrinfo, void (*)(addrinfo*)> addresses(found, freeaddrinfo);
-  const Clock::time_point deadline = Clock::now() + timeout;
-  for (const addrinfo* address = found; address != nullptr; address = address->ai_next) {
-    const Socket socket(*address);
-    if (socket.fd() < 0) continue;
-    const MasterAnswer answer = parse_answer(exchange(socket.fd(), *address, request, deadline, stop_fd));
-    if (answer != MasterAnswer::None) return answer;
   }
   return MasterAnswer::None;
 }
@@ -140,7 +87,11 @@ std::optional<MasterAddress> parse_master_uri(const std::string& uri) {
 MasterAnswer ask_master(const MasterAddress& master, const std::string& node,
                         std::chrono::milliseconds timeout, int stop_fd) noexcept {
   try {
-    return ask(master, node, timeout, stop_fd);
+    const std::string name = "<param><value><string>" + node + "</string></value></param>";
+    const std::string body =
+        "<?xml version=\"1.0\"?><methodCall><methodName>lookupNode</methodName><params>" + name + name +
+        "</params></methodCall>";
+    return parse_answer(post(master.uri(), body, timeout, stop_fd));
   } catch (...) {  // out of memory
     return MasterAnswer::None;
   }

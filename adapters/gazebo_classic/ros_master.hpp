@@ -24,8 +24,8 @@ enum class MasterAnswer : std::uint8_t {
 };
 
 /// Asks a master for a node (XML-RPC lookupNode), without roscpp, whose own question waits for as long as the
-/// network stack does. Takes at most `timeout`, and the time that resolving a host name takes. Ends early,
-/// with None, when something can be read from `stop_fd` (negative: none). No exceptions.
+/// network stack does. Takes at most `timeout`. Ends early, with None, when something can be read from
+/// `stop_fd` (negative: none). No exceptions.
 [[nodiscard]] MasterAnswer ask_master(const MasterAddress& master, const std::string& node,
                                       std::chrono::milliseconds timeout, int stop_fd = -1) noexcept;
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace canyon {
 
@@ -22,25 +23,13 @@ inline constexpr std::size_t kLargestUnpacked = std::size_t{1} << 30;
 
 /// Whether the whole file must be there to unpack it here: true for all of these but gzip.
 [[nodiscard]] bool is_unpacked_whole(std::string_view head);
-/// Unpacks such a file. Throws InputError as the functions below, and for one that unpacks to more than 1
-/// GiB, or to more than 256 MiB and 200 times its size.
+/// Unpacks such a file: the streams of bzip2, one or several, the LZW of compress, or the one file of a zip
+/// archive. Throws InputError, in the name of `path`, where the data are damaged, for a zip archive that
+/// holds none or several files or is encrypted, and for more than 1 GiB, or more than 256 MiB and 200 times
+/// the packed size.
 [[nodiscard]] std::string unpack(const std::filesystem::path& path, std::string_view packed);
 
-/// The streams of bzip2, one or several. Throws InputError, in the name of `path`, where the data are
-/// damaged, and above `largest` bytes.
-[[nodiscard]] std::string unpack_bzip2(const std::filesystem::path& path, std::string_view packed,
-                                       std::size_t largest);
-/// Unpacks the LZW of compress 4.0: codes of 9 to 16 bits, the least significant bit first, in groups of
-/// eight; 256 empties the table. Throws InputError likewise.
-[[nodiscard]] std::string unpack_compress(const std::filesystem::path& path, std::string_view packed,
-                                          std::size_t largest);
-/// The one file of a zip archive, stored or deflated (PKWARE's APPNOTE 6.3.10, 4.3). Throws InputError where
-/// it holds none or several, where it is damaged or encrypted, and above `largest` bytes.
-[[nodiscard]] std::string unpack_zip(const std::filesystem::path& path, std::string_view archive,
-                                     std::size_t largest);
-
-/// Throws InputError for the first bytes of what cannot be read here: other archives, and web pages, which
-/// servers send instead of data where one must sign in.
-void refuse_foreign_bytes(const std::filesystem::path& path, std::string_view head);
+/// Names of the files of a zip archive; none where it is damaged or not one.
+[[nodiscard]] std::vector<std::string> zip_names(const std::filesystem::path& path);
 
 }  // namespace canyon

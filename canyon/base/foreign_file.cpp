@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <iterator>
+#include <span>
 #include <string>
 
+#include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 
 namespace canyon {
@@ -126,6 +127,10 @@ bool is_riff_wave(std::string_view head) {
 
 /// A kind by bytes at a place, or by a look at the head.
 struct ForeignRow {
+  constexpr ForeignRow(const ForeignFile& kind, std::string_view bytes, std::size_t place = 0)
+      : file(kind), mark(bytes), at(place) {}
+  constexpr ForeignRow(const ForeignFile& kind, bool (*look)(std::string_view head)) : file(kind), is(look) {}
+
   ForeignFile file;
   std::string_view mark;
   std::size_t at = 0;
@@ -159,28 +164,19 @@ constexpr ForeignRow kForeignRows[] = {
      "$@"},
     {{"a log of a NovAtel receiver", kToRinex}, "\xAA\x44\x12"},
     {{"a log of a NovAtel receiver", kToRinex}, "\xAA\x44\x13"},
-    {{"a text log of a NovAtel or Unicore receiver", "the maker's tool makes RINEX of it"},
-     {},
-     0,
-     is_novatel_text},
+    {{"a text log of a NovAtel or Unicore receiver", "the maker's tool makes RINEX of it"}, is_novatel_text},
     {{"an NTRIP caster's list of streams",
       "the address has no mount point, or one that the caster has not: take one of the lines that begin "
       "STR;"},
      "SOURCETABLE "},
     {{"a server's answer with its header lines (HTTP, NTRIP)",
       "if it is not an error, save what follows its first empty line, for instance by curl without -i"},
-     {},
-     0,
      is_http_reply},
     {{"a plan of a flight (QGroundControl, Mission Planner)",
       "write its places as waypoints of trajectory, or fly it in PX4's or ArduPilot's SITL"},
-     {},
-     0,
      is_plan},
     {{"a log of ArduPilot as text (DataFlash)",
       "mavlogdump.py --format csv --types GPS FILE.bin writes a path of format csv"},
-     {},
-     0,
      is_dataflash_text},
     {{"a log of PX4 (ULog)",
       "ulog2csv of pyulog writes the table vehicle_gps_position, which is a path of format csv"},
@@ -189,22 +185,13 @@ constexpr ForeignRow kForeignRows[] = {
      "\xA3\x95"},
     {{"a telemetry log of MAVLink (tlog)",
       "mavlogdump.py --format csv --types GLOBAL_POSITION_INT writes its places"},
-     {},
-     0,
      is_tlog},
     {{"a stream of MAVLink",
       "canyon live takes poses from such a line (live.poses, format: mavlink), not from a file"},
-     {},
-     0,
      is_mavlink},
     {{"a file of Garmin's FIT", kToGpx}, ".FIT", 8},
-    {{"a file of antennas, ionosphere, biases or stations (ANTEX, IONEX, SINEX)", kNotUsed},
-     {},
-     0,
-     is_product},
+    {{"a file of antennas, ionosphere, biases or stations (ANTEX, IONEX, SINEX)", kNotUsed}, is_product},
     {{"an almanac (YUMA)", "it is not read: give RINEX navigation files or SP3 files of the day"},
-     {},
-     0,
      is_almanac},
     {{"a bag of ROS", "rostopic echo -b FILE -p /TOPIC writes a path of format csv"}, "#ROSBAG"},
     {kRos2Bag, "\x89MCAP"},
@@ -217,11 +204,9 @@ constexpr ForeignRow kForeignRows[] = {
     {kCapture, "\x4d\x3c\xb2\xa1"sv},
     {kCapture, "\xa1\xb2\x3c\x4d"sv},
     {kCapture, "\x0a\x0d\x0d\x0a"sv},
-    {kSamples, {}, 0, is_sigmf},
+    {kSamples, is_sigmf},
     {{"a list of orbital elements (TLE)",
       "they are not read: give RINEX navigation files or SP3 files of the day"},
-     {},
-     0,
      is_elements},
     {{"a cloud of points (LAS)",
       "make a height raster of its ground, for instance by PDAL: terrain takes it"},
@@ -231,7 +216,7 @@ constexpr ForeignRow kForeignRows[] = {
     {{"a GeoTIFF or another picture (TIFF)", "heights are city.terrain, beside a map"}, "MM\0*"sv},
     {{"a picture (PNG)", kPicture}, "\x89PNG"},
     {{"a picture (JPEG)", kPicture}, "\xff\xd8\xff"},
-    {{"a picture (SVG)", kPicture}, {}, 0, is_svg},
+    {{"a picture (SVG)", kPicture}, is_svg},
     {{"a document (PDF)", "Canyon reads data alone"}, "%PDF-"},
     {{"a program", "Canyon reads data alone"},
      "\x7f"
@@ -240,22 +225,41 @@ constexpr ForeignRow kForeignRows[] = {
     {kTable, "\x89HDF"},
     {kTable, "PAR1"},
     {kTable, "\x93NUMPY"},
-    {{"a sound file (WAV)", "Canyon does not read samples; it writes them (canyon iq)"}, {}, 0, is_riff_wave},
+    {{"a sound file (WAV)", "Canyon does not read samples; it writes them (canyon iq)"}, is_riff_wave},
     {{"a mesh of Autodesk's FBX", kToMesh}, "Kaydara FBX"},
     {{"a file of Blender", kToMesh}, "BLENDER"},
-    {{"a drawing (DWG)", kToMesh}, {}, 0, is_dwg},
-    {{"a drawing (DXF)", kToMesh}, {}, 0, is_dxf},
+    {{"a drawing (DWG)", kToMesh}, is_dwg},
+    {{"a drawing (DXF)", kToMesh}, is_dxf},
     {{"a building model (IFC)", "convert it to glTF by IfcConvert, or to CityJSON"}, "ISO-10303-21"},
-    {{"a robot (URDF)", "gz sdf -p FILE writes SDF"}, {}, 0, is_urdf},
+    {{"a robot (URDF)", "gz sdf -p FILE writes SDF"}, is_urdf},
     {kMake, "RT27"},
     {kMake, "\xA0\xA1"},
     {kMake, "\xA0\xA2"},
-    {{"a log of gpsd (JSON)", "gpspipe -r writes NMEA, gpxlogger GPX"}, {}, 0, is_gpsd},
-    {{"the places of a Google account (Takeout)", "convert it to GPX, for instance by gpsbabel"},
-     {},
-     0,
-     is_takeout},
-    {{"a flight log (IGC)", kToGpx}, {}, 0, is_flight},
+    {{"a log of gpsd (JSON)", "gpspipe -r writes NMEA, gpxlogger GPX"}, is_gpsd},
+    {{"the places of a Google account (Takeout)", "convert it to GPX, for instance by gpsbabel"}, is_takeout},
+    {{"a flight log (IGC)", kToGpx}, is_flight},
+};
+
+/// Overpass's pages of errors are XHTML.
+bool is_web_page(std::string_view head) {
+  std::string text = lower_case(trim(head.substr(0, 256)));
+  if (text.starts_with("<?xml")) text = trim(text.substr(std::min(text.find("?>"), text.size() - 2) + 2));
+  return text.starts_with("<!doctype html") || text.starts_with("<html");
+}
+
+/// What refuse_foreign_bytes() refuses.
+constexpr ForeignRow kRefusedRows[] = {
+    {{"packed by xz", "unpack it first (unxz)"},
+     "\xfd"
+     "7zXZ\0"sv},
+    {{"packed by Zstandard", "unpack it first (unzstd)"}, "\x28\xb5\x2f\xfd"},
+    {{"packed by 7-Zip", "unpack it first (7z x)"}, "7z\xbc\xaf\x27\x1c"},
+    {{"packed by RAR", "unpack it first (unrar)"}, "Rar!\x1a\x07"},
+    {{"a tar archive", "unpack it and name one of its files"}, "ustar", 257},
+    {{"a pointer of Git LFS, not the data", "run git lfs pull in its repository"}, "version https://git-lfs"},
+    {{"a web page (HTML), not data",
+      "the server may want you to sign in: open the address in a browser, then fetch it again"},
+     is_web_page},
 };
 
 /// Endings of files whose bytes have no mark.
@@ -276,16 +280,25 @@ constexpr EndingRow kEndings[] = {
     {".xlsx .xls .ods", {"a spreadsheet", "save it as CSV"}},
 };
 
-}  // namespace
-
-const ForeignFile* foreign_file(std::string_view head) {
-  for (const ForeignRow& row : kForeignRows) {
+const ForeignFile* first_of(std::span<const ForeignRow> rows, std::string_view head) {
+  for (const ForeignRow& row : rows) {
     const bool is = row.is != nullptr
                         ? row.is(head)
                         : head.size() > row.at && head.substr(row.at, row.mark.size()) == row.mark;
     if (is) return &row.file;
   }
   return nullptr;
+}
+
+}  // namespace
+
+const ForeignFile* foreign_file(std::string_view head) {
+  return first_of(kForeignRows, head);
+}
+
+void refuse_foreign_bytes(const std::filesystem::path& path, std::string_view head) {
+  if (const ForeignFile* const file = first_of(kRefusedRows, head))
+    throw InputError(path, 0, "is " + std::string(file->name), std::string(file->use));
 }
 
 const ForeignFile* foreign_ending(std::string_view ending) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <string_view>
 
 namespace canyon {
@@ -15,5 +16,9 @@ struct ForeignFile {
 [[nodiscard]] const ForeignFile* foreign_file(std::string_view head);
 /// The same by the ending of its name, ".sigmf-data", for files whose bytes have no mark.
 [[nodiscard]] const ForeignFile* foreign_ending(std::string_view ending);
+
+/// Throws InputError for the first bytes of what cannot be read here: other archives, and web pages, which
+/// servers send instead of data where one must sign in.
+void refuse_foreign_bytes(const std::filesystem::path& path, std::string_view head);
 
 }  // namespace canyon

@@ -1,6 +1,6 @@
 #include "canyon/base/input_file.hpp"
 
-#include <string>
+#include <fstream>
 #include <system_error>
 
 #include "canyon/base/input_error.hpp"
@@ -26,6 +26,14 @@ void check_input_file(const std::filesystem::path& path, std::uint64_t largest) 
     throw InputError(path, 0, "is larger than " + std::to_string(largest >> 20) + " MiB",
                      "is it the right file?");
   }
+}
+
+std::string read_head(const std::filesystem::path& path, std::size_t bytes) {
+  std::ifstream in(path, std::ios::binary);
+  std::string head(bytes, '\0');
+  in.read(head.data(), static_cast<std::streamsize>(bytes));
+  head.resize(static_cast<std::size_t>(in.gcount()));
+  return head;
 }
 
 }  // namespace canyon

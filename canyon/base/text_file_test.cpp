@@ -1,6 +1,7 @@
 #include "canyon/base/text_file.hpp"
 
-#include <bzlib.h>
+#include <archive.h>
+#include <archive_entry.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -300,12 +301,23 @@ TEST(TextFile, ReadsCompressAndZip) {
   }
 }
 
-std::string bzip2(std::string text) {
+std::string bzip2(const std::string& text) {
   std::string packed(text.size() + text.size() / 100 + 600, '\0');
-  auto size = static_cast<unsigned>(packed.size());
-  EXPECT_EQ(BZ2_bzBuffToBuffCompress(packed.data(), &size, text.data(), static_cast<unsigned>(text.size()), 1,
-                                     0, 0),
-            BZ_OK);
+  std::size_t size = 0;
+  archive* const writer = archive_write_new();
+  archive_entry* const entry = archive_entry_new();
+  archive_entry_set_pathname(entry, "data");
+  archive_entry_set_filetype(entry, AE_IFREG);
+  archive_write_add_filter_bzip2(writer);
+  archive_write_set_format_raw(writer);
+  archive_write_set_filter_option(writer, "bzip2", "compression-level", "1");
+  archive_write_set_bytes_per_block(writer, 0);
+  EXPECT_EQ(archive_write_open_memory(writer, packed.data(), packed.size(), &size), ARCHIVE_OK);
+  EXPECT_EQ(archive_write_header(writer, entry), ARCHIVE_OK);
+  EXPECT_EQ(archive_write_data(writer, text.data(), text.size()), static_cast<la_ssize_t>(text.size()));
+  EXPECT_EQ(archive_write_close(writer), ARCHIVE_OK);
+  archive_entry_free(entry);
+  archive_write_free(writer);
   return packed.substr(0, size);
 }
 

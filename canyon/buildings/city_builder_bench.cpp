@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "canyon/base/random.hpp"
 #include "canyon/buildings/city_builder.hpp"
 #include "canyon/buildings/sources/osm_reader.hpp"
 
@@ -19,16 +20,10 @@ namespace {
 
 constexpr int kBuildings = 100'000;
 
-/// SplitMix64 (Steele, Lea, Flood 2014): the same numbers everywhere.
+/// The same numbers everywhere.
 class Random {
  public:
-  double uniform() {
-    state_ += 0x9E3779B97F4A7C15ULL;
-    std::uint64_t z = state_;
-    z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9ULL;
-    z = (z ^ (z >> 27U)) * 0x94D049BB133111EBULL;
-    return static_cast<double>((z ^ (z >> 31U)) >> 11U) * 0x1p-53;
-  }
+  double uniform() { return static_cast<double>(mix64(state_ += kGolden64) >> 11U) * 0x1p-53; }
 
  private:
   std::uint64_t state_ = 1;

@@ -7,20 +7,18 @@
 namespace canyon::buildings {
 namespace {
 
-using Tags = std::map<std::string, std::string>;
-
 constexpr auto kHeightKeys = {"height", "building:height", "est_height", "building:levels"};
 constexpr auto kFacadeKeys = {"building:facade:material", "facade:material", "building:material",
                               "building:cladding"};
 constexpr auto kUseKeys = {"building", "building:structure", "start_date"};
 constexpr auto kRoofKeys = {"roof:material", "building:roof:material"};
 
-bool has_any(const Tags& tags, std::initializer_list<const char*> keys) {
+bool has_any(const TagMap& tags, std::initializer_list<const char*> keys) {
   return std::any_of(keys.begin(), keys.end(), [&tags](const char* key) { return tags.count(key) > 0; });
 }
 
 /// Takes all of these where there is none of them.
-void inherit(Tags& tags, const Tags& from, std::initializer_list<const char*> keys) {
+void inherit(TagMap& tags, const TagMap& from, std::initializer_list<const char*> keys) {
   if (has_any(tags, keys)) return;
   for (const char* key : keys) {
     const auto found = from.find(key);
@@ -30,24 +28,24 @@ void inherit(Tags& tags, const Tags& from, std::initializer_list<const char*> ke
 
 }  // namespace
 
-bool is_facade_known(const Tags& tags) {
+bool is_facade_known(const TagMap& tags) {
   return std::any_of(kFacadeKeys.begin(), kFacadeKeys.end(), [&tags](const char* key) {
     const auto found = tags.find(key);
     return found != tags.end() && material_from_tag(found->second) != city::Material::Unknown;
   });
 }
 
-double length_tag_m(const Tags& tags, const char* key, double low, double high, double otherwise) {
+double length_tag_m(const TagMap& tags, const char* key, double low, double high, double otherwise) {
   const auto found = tags.find(key);
   if (found == tags.end()) return otherwise;
   const std::optional<double> value = parse_length_m(found->second);
   return value && *value >= low && *value <= high ? *value : otherwise;
 }
 
-Tags FeatureTags::of(std::size_t feature, bool* inherited) const {
-  Tags tags = map_.features[feature].tags;
+TagMap FeatureTags::of(std::size_t feature, bool* inherited) const {
+  TagMap tags = map_.features[feature].tags;
   if (!building_[feature]) return tags;
-  const Tags& from = map_.features[*building_[feature]].tags;
+  const TagMap& from = map_.features[*building_[feature]].tags;
   const bool own_height = has_any(tags, kHeightKeys);
   inherit(tags, from, kHeightKeys);
   inherit(tags, from, kFacadeKeys);
@@ -62,7 +60,7 @@ Shape FeatureTags::shape(std::size_t feature) const {
 }
 
 city::FacadeMix FeatureTags::facades(std::size_t feature) const {
-  Tags tags = map_.features[feature].tags;
+  TagMap tags = map_.features[feature].tags;
   if (building_[feature]) {
     for (const char* key : kUseKeys) inherit(tags, map_.features[*building_[feature]].tags, {key});
   }

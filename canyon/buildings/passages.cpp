@@ -15,23 +15,16 @@
 namespace canyon::buildings {
 namespace {
 
-using Tags = std::map<std::string, std::string>;
-
 constexpr double kRoof_m = 0.5, kWall_m = 0.4, kDeck_m = 1, kLayer_m = 6;
 constexpr double kPiece_m = 30, kOverlap_m = 0.5;
 
-std::string_view tag(const Tags& tags, const char* key) {
-  const auto found = tags.find(key);
-  return found == tags.end() ? std::string_view() : trim(found->second);
-}
-
-bool is_footway(const Tags& tags) {
+bool is_footway(const TagMap& tags) {
   const std::string_view highway = tag(tags, "highway");
   return highway == "footway" || highway == "path" || highway == "steps" || highway == "cycleway" ||
          highway == "pedestrian";
 }
 
-double width_m(const Tags& tags) {
+double width_m(const TagMap& tags) {
   const double lanes = length_tag_m(tags, "lanes", 1, 16, 0);
   const double otherwise = lanes > 0                       ? 3.5 * lanes
                            : is_footway(tags)              ? 3
@@ -40,7 +33,7 @@ double width_m(const Tags& tags) {
   return length_tag_m(tags, "width", 1, 100, otherwise);
 }
 
-double inner_height_m(const Tags& tags) {
+double inner_height_m(const TagMap& tags) {
   const double headroom = length_tag_m(tags, "maxheight", 1.5, 20, 0);
   if (headroom > 0) return headroom + 0.3;
   return is_footway(tags) ? 3 : 5;
@@ -83,13 +76,13 @@ std::vector<Piece> pieces_of(const std::vector<Eigen::Vector3d>& line, bool leve
 
 }  // namespace
 
-PassageKind passage_kind(const Tags& tags) {
+PassageKind passage_kind(const TagMap& tags) {
   const std::string_view tunnel = tag(tags, "tunnel"), bridge = tag(tags, "bridge");
   if (!tunnel.empty() && tunnel != "no") return PassageKind::Tunnel;
   return !bridge.empty() && bridge != "no" ? PassageKind::Bridge : PassageKind::Covered;
 }
 
-bool append_passage(city::Mesh& mesh, const std::string& id, const Tags& tags,
+bool append_passage(city::Mesh& mesh, const std::string& id, const TagMap& tags,
                     const std::vector<Eigen::Vector3d>& line, bool level) {
   const PassageKind kind = passage_kind(tags);
   const double half_m = width_m(tags) / 2;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <utility>
 
 #include "canyon/base/text.hpp"
 #include "canyon/unknowns/unknowns.hpp"

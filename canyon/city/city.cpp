@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/boxes.hpp"
 #include "canyon/city/mesh_topology.hpp"
 
 namespace canyon::city {
@@ -76,11 +77,6 @@ class RoofSampler {
   int rows_ = 0;
   std::vector<bool> covered_;
 };
-
-void extend(Box& box, const Eigen::Vector3d& point) {
-  box.min = box.min.cwiseMin(point);
-  box.max = box.max.cwiseMax(point);
-}
 
 }  // namespace
 

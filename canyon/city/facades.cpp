@@ -12,6 +12,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/random.hpp"
+#include "canyon/city/boxes.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/mesh_topology.hpp"
 #include "canyon/options/values.hpp"
@@ -110,10 +111,7 @@ FacadeMix mix_of(FacadeMix mix, double height_m, FacadeMix named) {
 double height_of(const Mesh& mesh, const Unit& unit) {
   Box box;
   for (const std::uint32_t triangle : unit.triangles) {
-    for (const std::uint32_t vertex : mesh.triangles[triangle]) {
-      box.min = box.min.cwiseMin(mesh.vertices[vertex]);
-      box.max = box.max.cwiseMax(mesh.vertices[vertex]);
-    }
+    for (const std::uint32_t vertex : mesh.triangles[triangle]) extend(box, mesh.vertices[vertex]);
   }
   return box.max.z() - box.min.z();
 }

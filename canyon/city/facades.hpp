@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <map>
 #include <string>
-#include <string_view>
 
 #include "canyon/city/fwd.hpp"
 #include "canyon/options/fwd.hpp"

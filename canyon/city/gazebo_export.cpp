@@ -16,6 +16,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/utf8.hpp"
+#include "canyon/city/boxes.hpp"
 #include "canyon/city/collada_writer.hpp"
 #include "canyon/city/gazebo_names.hpp"
 #include "canyon/city/mesh_marks.hpp"
@@ -37,23 +38,6 @@ struct Link {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();  ///< whole metres
 };
 
-Box bounds_of(const Mesh& mesh, const std::vector<Object>& objects) {
-  Box box;
-  for (const Object& object : objects) {
-    for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
-      for (const std::uint32_t v : mesh.triangles[t]) {
-        box.min = box.min.cwiseMin(mesh.vertices[v]);
-        box.max = box.max.cwiseMax(mesh.vertices[v]);
-      }
-    }
-  }
-  return box;
-}
-
-Eigen::Vector3d middle_of(const Box& box) {
-  return 0.5 * (box.min + box.max);
-}
-
 std::size_t triangles_of(const std::vector<Object>& objects) {
   return std::accumulate(objects.begin(), objects.end(), std::size_t{0},
                          [](std::size_t sum, const Object& object) { return sum + object.triangle_count; });
@@ -69,9 +53,10 @@ void split_by_place(const Mesh& mesh, std::vector<Object> objects, std::size_t m
   std::vector<std::pair<Eigen::Vector3d, Object>> placed;
   Box box;
   for (Object& object : objects) {
-    const Eigen::Vector3d middle = middle_of(bounds_of(mesh, {object}));
-    box.min = box.min.cwiseMin(middle);
-    box.max = box.max.cwiseMax(middle);
+    Box of_object;
+    extend(of_object, mesh, object);
+    const Eigen::Vector3d middle = middle_of(of_object);
+    extend(box, middle);
     placed.emplace_back(middle, std::move(object));
   }
   const Eigen::Vector3d size = box.max - box.min;
@@ -101,7 +86,11 @@ std::vector<Link> links_of(const Mesh& mesh, std::size_t triangles_per_mesh) {
     links.push_back({fmt::format("buildings_{:03}", links.size() + 1), std::move(group), {}});
   }
   if (!terrain.empty()) links.push_back({"terrain", std::move(terrain), {}});
-  for (Link& link : links) link.middle = middle_of(bounds_of(mesh, link.objects)).array().round();
+  for (Link& link : links) {
+    Box box;
+    for (const Object& object : link.objects) extend(box, mesh, object);
+    link.middle = middle_of(box).array().round();
+  }
   return links;
 }
 
@@ -163,12 +152,6 @@ class OutputFolder {
   std::filesystem::path old_;
 };
 
-void write_text(const std::filesystem::path& path, std::string_view text) {
-  OutputFile file(path);
-  file.write(text);
-  file.commit();
-}
-
 void write_meshes(const std::filesystem::path& folder, const City& city, const std::vector<Link>& links) {
   for (const Link& link : links) {
     const std::vector<std::string> names = node_names(link.objects, NameCharacters::XmlName);
@@ -213,7 +196,7 @@ std::string time_comment(const GazeboOptions& options) {
 /// Fills a model folder's temporary place; `folder_name` is what it will be called.
 void fill_model(const std::filesystem::path& temporary, const std::string& folder_name, const City& city,
                 const std::vector<Link>& links, const GazeboOptions& options) {
-  write_text(temporary / "model.config",
+  write_file(temporary / "model.config",
              fmt::format("<?xml version=\"1.0\"?>\n<model>\n  <name>{}</name>\n  <version>1.0</version>\n"
                          "  <sdf version=\"1.6\">model.sdf</sdf>\n"
                          "  <author><name>Canyon</name></author>\n"
@@ -222,7 +205,7 @@ void fill_model(const std::filesystem::path& temporary, const std::string& folde
                          options.name, kModelMark, xml_escaped(city.name), city.mesh.triangles.size(),
                          geodesy::degrees(city.frame.origin().latitude_rad),
                          geodesy::degrees(city.frame.origin().longitude_rad), city.frame.origin().height_m));
-  write_text(temporary / "model.sdf",
+  write_file(temporary / "model.sdf",
              "<?xml version=\"1.0\"?>\n"
              "<!-- Gazebo finds the meshes when the folder that holds this model's folder is in\n"
              "     GAZEBO_MODEL_PATH (Classic) or GZ_SIM_RESOURCE_PATH (Sim). -->\n" +

@@ -10,6 +10,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/same_bytes.hpp"
+#include "canyon/city/boxes.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/mesh_parts.hpp"
 #include "canyon/geodesy/constants.hpp"
@@ -104,14 +105,9 @@ class GltfBuilder {
 
   void add(const Object& object, const std::string& name) {
     Box box;
-    for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
-      for (const std::uint32_t v : city_.mesh.triangles[t]) {
-        box.min = box.min.cwiseMin(city_.mesh.vertices[v]);
-        box.max = box.max.cwiseMax(city_.mesh.vertices[v]);
-      }
-    }
+    extend(box, city_.mesh, object);
     // Whole metres are exact in single precision.
-    const Eigen::Vector3d middle = (0.5 * (box.min + box.max)).array().round();
+    const Eigen::Vector3d middle = middle_of(box).array().round();
     const MeshPart part = mesh_part(city_.mesh, object, middle);
 
     std::array<float, 3> low{};

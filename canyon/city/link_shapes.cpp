@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "canyon/base/text.hpp"
+#include "canyon/city/boxes.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/mesh_topology.hpp"
 
@@ -54,12 +55,9 @@ void orient(const std::vector<Vector3d>& vertices, TriangleIndices& triangles, b
 /// The middle of a node's bounds, which SDF's <center> brings to the origin.
 Vector3d middle_of(const std::vector<Vector3d>& vertices) {
   if (vertices.empty()) return Vector3d::Zero();
-  Vector3d low = vertices.front(), high = vertices.front();
-  for (const Vector3d& v : vertices) {
-    low = low.cwiseMin(v);
-    high = high.cwiseMax(v);
-  }
-  return 0.5 * (low + high);
+  Box box;
+  for (const Vector3d& v : vertices) extend(box, v);
+  return middle_of(box);
 }
 
 /// Step between the heights that are taken of a grid that is too fine. It divides both sides, so that the

@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "canyon/base/text.hpp"
+#include "canyon/city/boxes.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/mesh_file_format.hpp"
 #include "canyon/city/mesh_import_options.hpp"
@@ -133,12 +134,7 @@ std::vector<std::string> implausible_objects(const Mesh& mesh) {
   for (const Object& object : mesh.objects) {
     if (object.surface == Surface::Terrain || object.triangle_count == 0) continue;
     Box box;
-    for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
-      for (const std::uint32_t v : mesh.triangles[t]) {
-        box.min = box.min.cwiseMin(mesh.vertices[v]);
-        box.max = box.max.cwiseMax(mesh.vertices[v]);
-      }
-    }
+    extend(box, mesh, object);
     objects.push_back(&object);
     boxes.push_back(box);
     east.push_back(0.5 * (box.min.x() + box.max.x()));

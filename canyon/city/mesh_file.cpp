@@ -19,10 +19,12 @@
 #include <vector>
 
 #include "canyon/base/archives.hpp"
+#include "canyon/base/foreign_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/input_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/utf16.hpp"
+#include "canyon/city/boxes.hpp"
 #include "canyon/city/mesh_doubts.hpp"
 #include "canyon/city/mesh_file_format.hpp"
 #include "canyon/city/mesh_marks.hpp"
@@ -71,16 +73,9 @@ bool is_sheet(const Node& node, const std::vector<std::uint32_t>& triangles) {
 Box bounds_of(const Node& node, const std::vector<std::uint32_t>& triangles) {
   Box box;
   for (const std::uint32_t t : triangles) {
-    for (const std::uint32_t v : node.triangles[t]) {
-      box.min = box.min.cwiseMin(node.vertices[v]);
-      box.max = box.max.cwiseMax(node.vertices[v]);
-    }
+    for (const std::uint32_t v : node.triangles[t]) extend(box, node.vertices[v]);
   }
   return box;
-}
-
-double footprint_area(const Box& box) {
-  return std::max(0.0, box.max.x() - box.min.x()) * std::max(0.0, box.max.y() - box.min.y());
 }
 
 class MeshImport {
@@ -150,11 +145,8 @@ class MeshImport {
                        "use .dae, .obj, .stl, .gltf, .glb or .ply");
     }
     check_input_file(path_, kLargestMesh);
-    std::ifstream in(path_, std::ios::binary);
-    if (!in) throw InputError(path_, 0, "cannot be read");
-    std::string head(512, '\0');
-    in.read(head.data(), static_cast<std::streamsize>(head.size()));
-    head.resize(static_cast<std::size_t>(in.gcount()));
+    if (!std::ifstream(path_)) throw InputError(path_, 0, "cannot be read");
+    const std::string head = read_head(path_, 512);
     if (is_gzip(head) || is_unpacked_whole(head))
       throw InputError(path_, 0, "is a packed file, not a mesh", "unpack it first");
     refuse_foreign_bytes(path_, head);
@@ -288,10 +280,7 @@ class MeshImport {
   void check_size() {
     for (Node& node : nodes_) {
       for (const auto& triangle : node.triangles) {
-        for (const std::uint32_t v : triangle) {
-          bounds_.min = bounds_.min.cwiseMin(node.vertices[v]);
-          bounds_.max = bounds_.max.cwiseMax(node.vertices[v]);
-        }
+        for (const std::uint32_t v : triangle) extend(bounds_, node.vertices[v]);
       }
     }
     if (nodes_.empty()) {
@@ -388,7 +377,7 @@ class MeshImport {
     }
     for (std::size_t c = 0; c < components.size(); ++c) {
       if (is_sheet(node, components[c]) &&
-          footprint_area(bounds_of(node, components[c])) >= kTerrainShare * footprint_area(bounds_)) {
+          plan_area(bounds_of(node, components[c])) >= kTerrainShare * plan_area(bounds_)) {
         terrain[c] = true;
         note(fmt::format("part {} of node '{}' is taken as terrain: a sheet under most of the city", c + 1,
                          node.name));

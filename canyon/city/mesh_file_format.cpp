@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -14,18 +13,6 @@
 #include "canyon/base/text.hpp"
 
 namespace canyon::city {
-namespace {
-
-std::string read_head(const std::filesystem::path& path, std::size_t bytes) {
-  std::ifstream in(path, std::ios::binary);
-  std::string head(bytes, '\0');
-  in.read(head.data(), static_cast<std::streamsize>(bytes));
-  head.resize(static_cast<std::size_t>(in.gcount()));
-  return head;
-}
-
-}  // namespace
-
 bool check_companion(const std::filesystem::path& path) {
   std::error_code code;
   if (!std::filesystem::exists(path, code)) return false;

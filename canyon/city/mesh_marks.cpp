@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <optional>
 #include <unordered_map>
 
+#include "canyon/base/input_file.hpp"
 #include "canyon/base/utf8.hpp"
 #include "canyon/city/mesh_import_options.hpp"
 #include "canyon/city/mesh_names.hpp"
@@ -112,11 +112,7 @@ Surface surface_by_words(std::string_view name) {
 }  // namespace
 
 bool has_mesh_mark(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::string head(std::size_t{1} << 16, '\0');
-  in.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, in.gcount())));
-  return head.find(kMeshMark) != std::string::npos;
+  return read_head(path, std::size_t{1} << 16).find(kMeshMark) != std::string::npos;
 }
 
 NodeName split_surface(std::string_view name, bool* marked) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/random.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/options/values.hpp"
 
@@ -28,13 +29,7 @@ class SplitMix64 {
  public:
   explicit SplitMix64(std::uint64_t seed) : state_(seed) {}
 
-  std::uint64_t next() {
-    state_ += 0x9E3779B97F4A7C15ULL;
-    std::uint64_t z = state_;
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ULL;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBULL;
-    return z ^ (z >> 31);
-  }
+  std::uint64_t next() { return mix64(state_ += kGolden64); }
   /// [0, 1), 53 bits.
   double uniform() { return static_cast<double>(next() >> 11) * 0x1p-53; }
   double uniform(double low, double high) { return low + (high - low) * uniform(); }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/input_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/city/mesh_file_format.hpp"
 
@@ -185,10 +186,7 @@ std::vector<std::string> check_obj(const std::filesystem::path& path) {
 std::vector<std::string> check_stl(const std::filesystem::path& path) {
   constexpr std::uintmax_t kBinaryHeader = 84, kText = 80;
   constexpr std::uintmax_t kBinaryTriangle = 50;
-  std::ifstream in(path, std::ios::binary);
-  std::string head(kBinaryHeader, '\0');
-  in.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(in.gcount()));
+  const std::string head = read_head(path, kBinaryHeader);
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(path, error);
   if (error) return {};
@@ -211,7 +209,7 @@ std::vector<std::string> check_stl(const std::filesystem::path& path) {
                      "export or copy it again: it is damaged");
   }
   const std::uintmax_t tail = std::min<std::uintmax_t>(size, 4096);
-  in.clear();
+  std::ifstream in(path, std::ios::binary);
   in.seekg(static_cast<std::streamoff>(size - tail));
   std::string text(static_cast<std::size_t>(tail), '\0');
   in.read(text.data(), static_cast<std::streamsize>(tail));

@@ -4,7 +4,6 @@
 
 #include <benchmark/benchmark.h>
 
-#include <cmath>
 #include <vector>
 
 #include "canyon/geodesy/constants.hpp"

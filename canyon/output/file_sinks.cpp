@@ -1,5 +1,4 @@
 // Declared in canyon/output/sinks.hpp.
-#include <cctype>
 #include <set>
 #include <utility>
 

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "canyon/geodesy/constants.hpp"
@@ -42,21 +43,9 @@ constexpr std::int64_t kSecond_ns = GpsTime::kNanosecondsPerSecond;
 constexpr std::int64_t kUptime_ns = 100 * kSecond_ns;
 
 int constellation_of(System system) {
-  switch (system) {
-    case System::GPS:
-      return android::kGps;
-    case System::GLONASS:
-      return android::kGlonass;
-    case System::Galileo:
-      return android::kGalileo;
-    case System::BeiDou:
-      return android::kBeiDou;
-    case System::QZSS:
-      return android::kQzss;
-    case System::SBAS:
-      return android::kSbas;
-  }
-  return 0;
+  constexpr std::array kNumbers{android::kGps,    android::kGlonass, android::kGalileo,
+                                android::kBeiDou, android::kQzss,    android::kSbas};
+  return kNumbers.at(static_cast<std::size_t>(system));
 }
 
 /// State bits of a signal that is tracked and whose satellite's time is decoded.

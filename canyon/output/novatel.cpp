@@ -13,6 +13,7 @@
 #include "canyon/output/formats.hpp"
 #include "canyon/output/number.hpp"
 #include "canyon/output/observations/device_epochs.hpp"
+#include "canyon/output/ubx/fix_codes.hpp"
 #include "canyon/transport/readers.hpp"
 
 // Logs of a NovAtel receiver in ASCII (OEM7 Commands and Logs Reference Manual, v22: 1.1.1
@@ -83,23 +84,7 @@ std::string_view status_of(const Fix& fix) {
 }
 
 std::string_view position_type(const Fix& fix) {
-  switch (fix.kind()) {
-    case FixKind::None:
-      return "NONE";
-    case FixKind::Single:
-      return "SINGLE";
-    case FixKind::Differential:
-      return "PSRDIFF";
-    case FixKind::Float:
-      return "NARROW_FLOAT";
-    case FixKind::Fixed:
-      return "NARROW_INT";
-    case FixKind::DeadReckoning:
-      return "PROPAGATED";
-    case FixKind::Combined:
-      return "INS_PSRSP";
-  }
-  return "NONE";
+  return codes_of(fix.kind()).novatel;
 }
 
 std::size_t tracked(const DeviceEpoch& epoch) {
@@ -186,21 +171,9 @@ std::string heading(const DeviceEpoch& epoch) {
 }
 
 unsigned system_number(gnss::System system) {
-  switch (system) {
-    case gnss::System::GPS:
-      return 0;
-    case gnss::System::GLONASS:
-      return 1;
-    case gnss::System::SBAS:
-      return 2;
-    case gnss::System::Galileo:
-      return 3;
-    case gnss::System::BeiDou:
-      return 4;
-    case gnss::System::QZSS:
-      return 5;
-  }
-  return 7;
+  // GPS, GLONASS, Galileo, BeiDou, QZSS, SBAS.
+  constexpr std::array kSystems{0U, 1U, 3U, 4U, 5U, 2U};
+  return kSystems.at(static_cast<std::size_t>(system));
 }
 
 std::string ranges(const DeviceEpoch& epoch) {

@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
-#include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/formats.hpp"
 #include "canyon/output/number.hpp"

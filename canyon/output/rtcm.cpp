@@ -1,7 +1,5 @@
 #include "canyon/output/rtcm.hpp"
 
-#include <cmath>
-#include <cstdint>
 #include <set>
 
 #include "canyon/output/epoch_values.hpp"

@@ -1,10 +1,8 @@
 // Declared in canyon/output/rtcm.hpp.
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 
 #include "canyon/broadcast/accuracy_index.hpp"
-#include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/broadcast_messages.hpp"
 #include "canyon/output/epoch_values.hpp"

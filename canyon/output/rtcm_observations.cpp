@@ -1,6 +1,5 @@
 // Declared in canyon/output/rtcm.hpp.
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <set>

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/positioning/fix.hpp"
 

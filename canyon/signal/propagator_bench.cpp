@@ -7,14 +7,13 @@
 #include <cmath>
 #include <complex>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "canyon/city/city.hpp"
 #include "canyon/propagation/propagator.hpp"
 #include "canyon/signal/path_strength.hpp"
 #include "tests/support/bench_scene.hpp"
-
-namespace propagation = canyon::propagation;
 
 namespace {
 
@@ -32,10 +31,10 @@ const Fixture& fixture() {
   return fixture;
 }
 
-void epoch(benchmark::State& state, const propagation::PropagationOptions& options) {
+void epoch(benchmark::State& state, const PropagationOptions& options) {
   const Fixture& f = fixture();
-  const propagation::Propagator propagator(f.city.city.mesh, f.scene, options);
-  std::vector<propagation::SatellitePaths> paths(f.sky.size());
+  const Propagator propagator(f.city.city.mesh, f.scene, options);
+  std::vector<SatellitePaths> paths(f.sky.size());
   std::size_t place = 0;
   for (auto _ : state) {
     propagator.trace(f.city.places[place], f.sky, paths);
@@ -45,8 +44,8 @@ void epoch(benchmark::State& state, const propagation::PropagationOptions& optio
   std::size_t nlos = 0, reflections = 0;
   for (const Eigen::Vector3d& antenna : f.city.places) {
     propagator.trace(antenna, f.sky, paths);
-    for (const propagation::SatellitePaths& p : paths) {
-      nlos += p.visibility == propagation::Visibility::NLOS ? 1 : 0;
+    for (const SatellitePaths& p : paths) {
+      nlos += p.visibility == Visibility::NLOS ? 1 : 0;
       for (const auto& path : p.paths)
         reflections += path.kind == canyon::propagation::PathKind::Reflected ? 1 : 0;
     }
@@ -56,22 +55,23 @@ void epoch(benchmark::State& state, const propagation::PropagationOptions& optio
   state.counters["nlos_per_epoch"] = static_cast<double>(nlos) / static_cast<double>(f.city.places.size());
 }
 
-propagation::PropagationOptions with(bool second_order, bool diffraction, bool diffuse) {
-  propagation::PropagationOptions options;
-  options.reflection_order = second_order ? 2 : 1;
+PropagationOptions of_order(int order, bool diffraction = false, bool diffuse = false, bool ground = false) {
+  PropagationOptions options;
+  options.reflection_order = order;
   options.diffraction = diffraction;
   options.diffuse = diffuse;
+  options.ground_reflection = ground;
   return options;
 }
 
 /// Everything on, and the amplitudes of all paths at a patch antenna.
 void everything(benchmark::State& state, bool amplitudes) {
   const Fixture& f = fixture();
-  propagation::PropagationOptions options = with(true, true, true);
-  options.ground_reflection = options.through_foliage = true;
-  const propagation::Propagator propagator(f.city.city.mesh, f.scene, options);
+  PropagationOptions options = of_order(2, true, true, true);
+  options.through_foliage = true;
+  const Propagator propagator(f.city.city.mesh, f.scene, options);
   const AntennaPattern antenna = canyon::signal::patch_antenna();
-  std::vector<propagation::SatellitePaths> paths(f.sky.size());
+  std::vector<SatellitePaths> paths(f.sky.size());
   std::size_t place = 0, count = 0;
   for (auto _ : state) {
     propagator.trace(f.city.places[place], f.sky, paths);
@@ -88,93 +88,35 @@ void everything(benchmark::State& state, bool amplitudes) {
   state.counters["paths_per_epoch"] = static_cast<double>(count) / static_cast<double>(state.iterations());
 }
 
-void DirectOnly(benchmark::State& state) {
-  propagation::PropagationOptions options;
-  options.reflection_order = 0;
-  epoch(state, options);
-}
-BENCHMARK(DirectOnly)->Unit(benchmark::kMicrosecond);
-
-void Mirror(benchmark::State& state) {
-  propagation::PropagationOptions options;
-  options.model = propagation::Model::Mirror;
-  epoch(state, options);
-}
-BENCHMARK(Mirror)->Unit(benchmark::kMicrosecond);
-
-void SpecularFirstOrder(benchmark::State& state) {
-  epoch(state, {});
-}
-BENCHMARK(SpecularFirstOrder)->Unit(benchmark::kMicrosecond);
-
-void SpecularSecondOrder(benchmark::State& state) {
-  propagation::PropagationOptions options;
-  options.reflection_order = 2;
-  epoch(state, options);
-}
-BENCHMARK(SpecularSecondOrder)->Unit(benchmark::kMicrosecond);
-
-void SpecularSecondOrderWithGround(benchmark::State& state) {
-  propagation::PropagationOptions options;
-  options.reflection_order = 2;
-  options.ground_reflection = true;
-  epoch(state, options);
-}
-BENCHMARK(SpecularSecondOrderWithGround)->Unit(benchmark::kMicrosecond);
-
-void SpecularWithGround(benchmark::State& state) {
-  propagation::PropagationOptions options;
-  options.ground_reflection = true;
-  epoch(state, options);
-}
-BENCHMARK(SpecularWithGround)->Unit(benchmark::kMicrosecond);
-
-void SpecularDiffraction(benchmark::State& state) {
-  epoch(state, with(false, true, false));
-}
-BENCHMARK(SpecularDiffraction)->Unit(benchmark::kMicrosecond);
-
-void SpecularDiffuse(benchmark::State& state) {
-  epoch(state, with(false, false, true));
-}
-BENCHMARK(SpecularDiffuse)->Unit(benchmark::kMicrosecond);
-
-void SpecularSecondOrderDiffraction(benchmark::State& state) {
-  epoch(state, with(true, true, false));
-}
-BENCHMARK(SpecularSecondOrderDiffraction)->Unit(benchmark::kMicrosecond);
-
-void SpecularSecondOrderDiffractionDiffuse(benchmark::State& state) {
-  epoch(state, with(true, true, true));
-}
-BENCHMARK(SpecularSecondOrderDiffractionDiffuse)->Unit(benchmark::kMicrosecond);
-
-void Everything(benchmark::State& state) {
-  everything(state, false);
-}
-BENCHMARK(Everything)->Unit(benchmark::kMicrosecond);
-
-void EverythingWithAmplitudes(benchmark::State& state) {
-  everything(state, true);
-}
-BENCHMARK(EverythingWithAmplitudes)->Unit(benchmark::kMicrosecond);
-
-void PrepareFacets(benchmark::State& state) {
+void prepare(benchmark::State& state, const PropagationOptions& options) {
   const Fixture& f = fixture();
-  for (auto _ : state) benchmark::DoNotOptimize(propagation::Propagator(f.city.city.mesh, f.scene));
+  for (auto _ : state) benchmark::DoNotOptimize(Propagator(f.city.city.mesh, f.scene, options));
 }
-BENCHMARK(PrepareFacets)->Unit(benchmark::kMillisecond);
 
-void PrepareSecondOrder(benchmark::State& state) {
-  const Fixture& f = fixture();
-  propagation::PropagationOptions options;
-  options.reflection_order = 2;
-  for (auto _ : state) benchmark::DoNotOptimize(propagation::Propagator(f.city.city.mesh, f.scene, options));
+void register_benchmarks() {
+  PropagationOptions mirror;
+  mirror.model = Model::Mirror;
+  for (const auto& [name, options] : {std::pair{"DirectOnly", of_order(0)},
+                                      {"Mirror", mirror},
+                                      {"SpecularFirstOrder", of_order(1)},
+                                      {"SpecularSecondOrder", of_order(2)},
+                                      {"SpecularSecondOrderWithGround", of_order(2, false, false, true)},
+                                      {"SpecularWithGround", of_order(1, false, false, true)},
+                                      {"SpecularDiffraction", of_order(1, true)},
+                                      {"SpecularDiffuse", of_order(1, false, true)},
+                                      {"SpecularSecondOrderDiffraction", of_order(2, true)},
+                                      {"SpecularSecondOrderDiffractionDiffuse", of_order(2, true, true)}}) {
+    benchmark::RegisterBenchmark(name, epoch, options)->Unit(benchmark::kMicrosecond);
+  }
+  benchmark::RegisterBenchmark("Everything", everything, false)->Unit(benchmark::kMicrosecond);
+  benchmark::RegisterBenchmark("EverythingWithAmplitudes", everything, true)->Unit(benchmark::kMicrosecond);
+  benchmark::RegisterBenchmark("PrepareFacets", prepare, of_order(1))->Unit(benchmark::kMillisecond);
+  benchmark::RegisterBenchmark("PrepareSecondOrder", prepare, of_order(2))->Unit(benchmark::kMillisecond);
 }
-BENCHMARK(PrepareSecondOrder)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 
 int main(int argc, char** argv) {
+  register_benchmarks();
   return canyon::bench::run_benchmarks(argc, argv, fixture);
 }

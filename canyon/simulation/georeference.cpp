@@ -7,7 +7,6 @@
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
-#include "canyon/tracking/noise.hpp"
 
 namespace canyon::simulation {
 

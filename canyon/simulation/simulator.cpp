@@ -9,7 +9,6 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/geodesy/constants.hpp"
 #include "canyon/receiver/corrections.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/correction_links.hpp"

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <cmath>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/tiles/bytes.hpp"

@@ -9,7 +9,6 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/tiles/bytes.hpp"
 #include "canyon/tiles/json_values.hpp"

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/boxes.hpp"
 #include "canyon/city/mesh_names.hpp"
 
 namespace canyon::tiles {
@@ -35,15 +36,6 @@ constexpr double kSheetShare = 0.5;
 
 std::string text_at(const std::vector<std::string>& texts, std::uint32_t index) {
   return index < texts.size() ? texts[index] : std::string();
-}
-
-void extend(city::Box& box, const Eigen::Vector3d& point) {
-  box.min = box.min.cwiseMin(point);
-  box.max = box.max.cwiseMax(point);
-}
-
-double plan_area(const city::Box& box) {
-  return std::max(0.0, box.max.x() - box.min.x()) * std::max(0.0, box.max.y() - box.min.y());
 }
 
 Eigen::Vector3d face_normal(const std::vector<Eigen::Vector3d>& vertices,

@@ -1,10 +1,10 @@
 #include "canyon/tiles/tile_options.hpp"
 
-#include <fstream>
 #include <string_view>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/input_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/tiles/archive_address.hpp"
@@ -96,10 +96,7 @@ bool is_tileset(const std::filesystem::path& path) {
   if (name.size() < 5 || name.substr(name.size() - 5) != ".json") return false;
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return name == "tileset.json";
-  std::ifstream in(path, std::ios::binary);
-  std::string head(65536, '\0');
-  in.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, in.gcount())));
+  const std::string head = read_head(path, 65536);
   if (head.find("\"CityJSON") != std::string::npos) return false;
   return name == "tileset.json" || (head.find("\"geometricError\"") != std::string::npos &&
                                     head.find("\"boundingVolume\"") != std::string::npos);

@@ -120,16 +120,6 @@ bool is_secret_name(const std::string& name) {
                      [&lower](std::string_view word) { return lower.find(word) != std::string::npos; });
 }
 
-fs::path downloads_folder(const std::string& cache) {
-  if (!cache.empty()) return fs::path(cache) / "tiles";
-  const char* xdg = std::getenv("XDG_CACHE_HOME");
-  if (xdg != nullptr && *xdg != '\0') return fs::path(xdg) / "canyon" / "tiles";
-  const char* home = std::getenv("HOME");
-  if (home != nullptr && *home != '\0') return fs::path(home) / ".cache" / "canyon" / "tiles";
-  throw InputError("there is no folder to keep downloads in",
-                   "set HOME or XDG_CACHE_HOME, or name a cache folder");
-}
-
 /// Whether an address is the data themselves (RFC 2397).
 bool is_data(const std::string& address) {
   return address.rfind("data:", 0) == 0;
@@ -191,7 +181,7 @@ TileSource::TileSource(const TileOptions& options) : options_(options) {
       if (item.find('$') != std::string_view::npos)
         secret_.insert(std::string(item.substr(0, item.find('='))));
     }
-    folder_ = downloads_folder(options.cache);
+    folder_ = buildings::downloads_folder(options.cache) / "tiles";
     make_output_folder(folder_);
   }
 }

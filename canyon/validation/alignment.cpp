@@ -10,7 +10,6 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/geodesy/constants.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
 #include "canyon/validation/epoch_interval.hpp"

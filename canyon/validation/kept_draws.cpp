@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <string_view>
-
 #include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text_file.hpp"

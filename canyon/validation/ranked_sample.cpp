@@ -4,7 +4,7 @@
 #include <cassert>
 #include <utility>
 
-#include "canyon/tracking/noise.hpp"
+#include "canyon/base/random.hpp"
 
 namespace canyon::validation {
 

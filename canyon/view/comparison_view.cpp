@@ -13,7 +13,6 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
-#include "canyon/geodesy/constants.hpp"
 #include "canyon/output/epoch_rows.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"

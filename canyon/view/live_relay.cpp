@@ -4,7 +4,6 @@
 #include <poll.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <optional>
 #include <set>

@@ -10,10 +10,6 @@
 #include <atomic>
 #include <chrono>
 #include <exception>
-#include <filesystem>
-#include <functional>
-#include <memory>
-#include <string>
 #include <vector>
 
 namespace canyon::python {

@@ -4,7 +4,6 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
-#include "canyon/geodesy/constants.hpp"
 #include "canyon/output/epoch_values.hpp"
 #include "python/src/arrays.hpp"
 #include "python/src/settings.hpp"

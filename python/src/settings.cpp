@@ -11,6 +11,7 @@
 #include "canyon/disturbance/faults/fault.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/geodesy/time_text.hpp"
+#include "canyon/options/settings_tree.hpp"
 #include "canyon/output/formats.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
 #include "canyon/simulation/scenario/receiver_names.hpp"
@@ -44,24 +45,17 @@ std::string time_text(py::handle object) {
   return object.attr("tzinfo").is_none() ? text + "Z" : text;
 }
 
-Node scalar(std::string text) {
-  Node node;
-  node.kind = Node::Kind::Scalar;
-  node.text = std::move(text);
-  return node;
-}
-
 Node tree(py::handle object, const std::string& path, int depth) {
   if (depth > kDeepest) throw value_error(path, "the settings are too deep", "look for a dict in itself");
   if (object.is_none()) return {};
-  if (py::isinstance<py::bool_>(object)) return scalar(object.cast<bool>() ? "true" : "false");
-  if (py::isinstance<py::str>(object)) return scalar(object.cast<std::string>());
-  if (py::isinstance<py::int_>(object)) return scalar(py::str(object).cast<std::string>());
+  if (py::isinstance<py::bool_>(object)) return options::scalar_node(object.cast<bool>() ? "true" : "false");
+  if (py::isinstance<py::str>(object)) return options::scalar_node(object.cast<std::string>());
+  if (py::isinstance<py::int_>(object)) return options::scalar_node(py::str(object).cast<std::string>());
   if (py::isinstance<py::float_>(object)) {
     const double value = object.cast<double>();
     if (std::isnan(value))
       throw value_error(path, "NaN is not a value", "give a number, or leave the key out");
-    return scalar(options::show(value));
+    return options::scalar_node(options::show(value));
   }
   if (py::isinstance<py::dict>(object)) {
     Node node;
@@ -86,9 +80,10 @@ Node tree(py::handle object, const std::string& path, int depth) {
   }
   if (py::isinstance<ScenarioTree>(object)) return object.cast<ScenarioTree&>().tree;
   if (is_a(object, "numpy", "datetime64") || is_a(object, "datetime", "datetime")) {
-    return scalar(time_text(object));
+    return options::scalar_node(time_text(object));
   }
-  if (py::hasattr(object, "__fspath__")) return scalar(object.attr("__fspath__")().cast<std::string>());
+  if (py::hasattr(object, "__fspath__"))
+    return options::scalar_node(object.attr("__fspath__")().cast<std::string>());
   if (py::hasattr(object, "tolist")) return tree(object.attr("tolist")(), path, depth + 1);
   throw value_error(path,
                     fmt::format("an object of type '{}' is not a setting",

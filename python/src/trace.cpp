@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/text.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/trace_places.hpp"
 #include "python/src/arrays.hpp"

@@ -3,9 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <optional>
-#include <string_view>
-#include <utility>
 
 #include "adapters/common/sdf/plugin_elements.hpp"
 #include "canyon/base/text.hpp"

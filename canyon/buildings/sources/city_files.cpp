@@ -9,7 +9,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <utility>
 
 #include "canyon/base/archives.hpp"
@@ -31,22 +30,12 @@ struct Tile {
   std::string inside;          ///< GDAL's name of a file in an archive; empty for one on the disk
 };
 
-bool ends_in(std::string_view name, std::string_view end) {
-  return name.size() >= end.size() && lower_case(name.substr(name.size() - end.size())) == end;
-}
-
 ByteReader open_tile(const Tile& tile) {
   if (tile.inside.empty()) {
-    auto file = std::make_shared<GzipFile>(tile.path);
-    return [file, path = tile.path](char* to, std::size_t size) {
-      const std::size_t n = file->read(to, size, 0);
-      if (n == 0 && file->cut_short())
-        throw InputError(path, 0, "gzip data is damaged or cut short", "fetch the file again");
-      return n;
-    };
+    return file_bytes(tile.path);
   }
   const gdal::Quiet quiet;
-  const std::string name = ends_in(tile.inside, ".gz") ? "/vsigzip/" + tile.inside : tile.inside;
+  const std::string name = has_ending(tile.inside, {".gz"}) ? "/vsigzip/" + tile.inside : tile.inside;
   std::shared_ptr<VSILFILE> file(VSIFOpenL(name.c_str(), "rb"), [](VSILFILE* f) {
     if (f != nullptr) VSIFCloseL(f);
   });
@@ -113,7 +102,7 @@ std::vector<Tile> tiles_of_folder(const std::filesystem::path& folder) {
   std::sort(files.begin(), files.end());
   std::vector<Tile> tiles;
   for (const std::filesystem::path& file : files) {
-    const bool archive = ends_in(file.string(), ".zip") && model_kind(file) == ModelKind::Archive;
+    const bool archive = has_ending(file, {".zip"}) && model_kind(file) == ModelKind::Archive;
     if (!archive) {
       tiles.push_back({file, {}});
       continue;

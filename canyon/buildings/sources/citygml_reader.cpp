@@ -3,10 +3,8 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdlib>
-#include <memory>
 #include <set>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "canyon/base/gzip_file.hpp"
@@ -145,16 +143,8 @@ bool read_citygml(const std::filesystem::path& file, const OpenBytes& open, City
 MapData read_citygml(const std::filesystem::path& path, const CityReadOptions& options) {
   CityModel model(options);
   model.begin_file(path);
-  const OpenBytes open = [&path] {
-    auto file = std::make_shared<GzipFile>(path);
-    return [file, &path](char* to, std::size_t size) {
-      const std::size_t n = file->read(to, size, 0);
-      if (n == 0 && file->cut_short())
-        throw InputError(path, 0, "gzip data end early", "fetch the file again");
-      return n;
-    };
-  };
-  (void)read_citygml(path, open, model);
+  (void)read_citygml(
+      path, [&path] { return file_bytes(path); }, model);
   return model.finish(path);
 }
 

@@ -15,6 +15,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 
@@ -337,6 +338,16 @@ const GmlElement* GmlElement::child(std::string_view child_name) const {
   const auto found = std::find_if(children.begin(), children.end(),
                                   [child_name](const GmlElement& e) { return e.name == child_name; });
   return found == children.end() ? nullptr : &*found;
+}
+
+ByteReader file_bytes(const std::filesystem::path& path) {
+  auto file = std::make_shared<GzipFile>(path);
+  return [file, path](char* to, std::size_t size) {
+    const std::size_t n = file->read(to, size, 0);
+    if (n == 0 && file->cut_short())
+      throw InputError(path, 0, "gzip data is damaged or cut short", "fetch the file again");
+    return n;
+  };
 }
 
 void read_gml(const std::filesystem::path& file, const ByteReader& bytes, const GmlSink& sink) {

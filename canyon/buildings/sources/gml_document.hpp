@@ -41,6 +41,8 @@ struct GmlEnvelope {
 
 /// Gives up to `size` bytes of a file; 0 at its end.
 using ByteReader = std::function<std::size_t(char* to, std::size_t size)>;
+/// Those of a file, unpacked as GzipFile does. Throws InputError where the packed data end early.
+[[nodiscard]] ByteReader file_bytes(const std::filesystem::path& path);
 
 /// Functions that take a document's parts while it is read.
 struct GmlSink {

@@ -6,7 +6,6 @@
 #include <array>
 #include <map>
 #include <set>
-#include <unordered_map>
 #include <utility>
 
 #include "canyon/base/input_error.hpp"

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <ctime>
 #include <memory>
 #include <string_view>
@@ -291,6 +292,16 @@ HttpReply http_post(const std::string& url, const std::string& data, int timeout
   curl_easy_getinfo(curl, CURLINFO_RESPONSE_CODE, &status);
   collected.reply.status = static_cast<int>(status);
   return std::move(collected.reply);
+}
+
+std::filesystem::path downloads_folder(const std::filesystem::path& cache) {
+  if (!cache.empty()) return cache;
+  const char* xdg = std::getenv("XDG_CACHE_HOME");
+  if (xdg != nullptr && *xdg != '\0') return std::filesystem::path(xdg) / "canyon";
+  const char* home = std::getenv("HOME");
+  if (home != nullptr && *home != '\0') return std::filesystem::path(home) / ".cache" / "canyon";
+  throw InputError("there is no folder to keep downloads in",
+                   "set HOME or XDG_CACHE_HOME, or name a cache folder");
 }
 
 }  // namespace canyon::buildings

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
@@ -45,5 +46,9 @@ void http_get_all(const std::vector<std::string>& urls, const HttpGetOptions& op
 /// The address that a relative one means on the page `base` (RFC 3986, 5). Throws InputError where it is not
 /// an http or https address; the message has no query.
 [[nodiscard]] std::string resolve_url(const std::string& base, const std::string& relative);
+
+/// The folder to keep downloads in: `cache`, else $XDG_CACHE_HOME/canyon or ~/.cache/canyon. Throws
+/// InputError where none is named.
+[[nodiscard]] std::filesystem::path downloads_folder(const std::filesystem::path& cache);
 
 }  // namespace canyon::buildings

@@ -6,8 +6,14 @@
 #include <cmath>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
 
 namespace canyon::buildings {
+
+std::string_view tag(const TagMap& tags, const char* key) {
+  const auto found = tags.find(key);
+  return found == tags.end() ? std::string_view() : trim(found->second);
+}
 
 void LonLatBox::validate() const {
   const auto check = [](double value, double limit, const char* bound) {

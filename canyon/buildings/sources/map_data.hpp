@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace canyon::buildings {
@@ -43,11 +44,15 @@ struct MapSurface {
   std::string semantic;
 };
 
+using TagMap = std::map<std::string, std::string>;
+/// The value of a tag without blanks around it; empty where there is none.
+[[nodiscard]] std::string_view tag(const TagMap& tags, const char* key);
+
 /// One thing on a map with its tags, before anything is decided about it.
 struct MapFeature {
   std::string id;  ///< for people: "way/123", "relation/9", "node/4", the id of a city model's object
   FeatureKind kind = FeatureKind::Building;
-  std::map<std::string, std::string> tags;
+  TagMap tags;
   std::vector<MapPolygon> polygons;  ///< Building, Part, Wood
   std::vector<LonLat> line;          ///< TreeRow, Passage: at least two points; Tree: one
   std::vector<MapSurface> surfaces;  ///< of a city model: used instead of polygons and tags

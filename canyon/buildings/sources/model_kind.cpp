@@ -1,12 +1,12 @@
 #include "canyon/buildings/sources/model_kind.hpp"
 
 #include <algorithm>
-#include <fstream>
 #include <string>
 
 #include "canyon/base/archives.hpp"
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/input_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/utf16.hpp"
 
@@ -14,13 +14,6 @@ namespace canyon::buildings {
 namespace {
 
 constexpr std::size_t kHeadBytes = std::size_t{1} << 16;
-
-bool has_ending(const std::filesystem::path& path, std::initializer_list<std::string_view> endings) {
-  const std::string name = lower_case(path.filename().string());
-  return std::any_of(endings.begin(), endings.end(), [&name](std::string_view end) {
-    return name.size() > end.size() && name.compare(name.size() - end.size(), end.size(), end) == 0;
-  });
-}
 
 /// The name of the first element, with its namespace's prefix; empty where the text shows none.
 std::string_view root_name(std::string_view text) {
@@ -42,14 +35,6 @@ std::string_view root_name(std::string_view text) {
   return {};
 }
 
-std::string plain_head(const std::filesystem::path& path) {
-  std::string head(kHeadBytes, '\0');
-  std::ifstream in(path, std::ios::binary);
-  in.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(std::max<std::streamsize>(in.gcount(), 0)));
-  return head;
-}
-
 std::string unpacked_head(const std::filesystem::path& path) {
   std::string head(kHeadBytes, '\0');
   std::size_t filled = 0;
@@ -66,29 +51,11 @@ std::string unpacked_head(const std::filesystem::path& path) {
   return head;
 }
 
-/// The list of a zip archive's files is at its end.
 bool names_city_models(const std::filesystem::path& archive) {
-  constexpr std::streamoff kTail = std::streamoff{1} << 20;
-  std::ifstream in(archive, std::ios::binary | std::ios::ate);
-  const std::streamoff size = in.tellg();
-  if (size <= 0) return false;
-  const std::streamoff begin = std::max<std::streamoff>(0, size - kTail);
-  std::string tail(static_cast<std::size_t>(size - begin), '\0');
-  in.seekg(begin);
-  in.read(tail.data(), static_cast<std::streamsize>(tail.size()));
-  tail = lower_case(tail);
-  constexpr std::string_view kEntry = "pk\x01\x02";
-  for (std::size_t at = tail.find(kEntry); at != std::string::npos; at = tail.find(kEntry, at + 4)) {
-    constexpr std::size_t kName = 46, kLength = 28;  // APPNOTE 4.3.12
-    if (at + kName > tail.size()) break;
-    const auto byte = [&](std::size_t i) {
-      return static_cast<std::size_t>(static_cast<unsigned char>(tail[at + i]));
-    };
-    const std::string name = tail.substr(at + kName, byte(kLength) + 256 * byte(kLength + 1));
-    if (has_ending(name, {".gml", ".citygml", ".xml", ".city.json", ".json", ".jsonl", ".gml.gz"}))
-      return true;
-  }
-  return false;
+  const std::vector<std::string> names = zip_names(archive);
+  return std::any_of(names.begin(), names.end(), [](const std::string& name) {
+    return has_ending(name, {".gml", ".citygml", ".xml", ".city.json", ".json", ".jsonl", ".gml.gz"});
+  });
 }
 
 bool holds_city_models(const std::filesystem::path& folder) {
@@ -103,7 +70,7 @@ bool holds_city_models(const std::filesystem::path& folder) {
     if (++looked > kMostFiles) break;
     const std::filesystem::path& file = it->path();
     if (!has_ending(file, {".gml", ".citygml", ".xml", ".json", ".jsonl", ".gz", ".zip"})) continue;
-    const ModelKind kind = model_kind_of_text(plain_head(file));
+    const ModelKind kind = model_kind_of_text(read_head(file, kHeadBytes));
     if (kind != ModelKind::None) return true;
     if (has_ending(file, {".gz", ".zip"}) && model_kind(file) != ModelKind::None) return true;
   }
@@ -111,6 +78,13 @@ bool holds_city_models(const std::filesystem::path& folder) {
 }
 
 }  // namespace
+
+bool has_ending(const std::filesystem::path& path, std::initializer_list<std::string_view> endings) {
+  const std::string name = lower_case(path.filename().string());
+  return std::any_of(endings.begin(), endings.end(), [&name](std::string_view end) {
+    return name.size() > end.size() && name.ends_with(end);
+  });
+}
 
 ModelKind model_kind_of_text(std::string_view head) {
   if (Utf16Decoder::is_marked(head)) return model_kind_of_text(utf8_of_marked(std::string(head)));
@@ -133,7 +107,8 @@ ModelKind model_kind(const std::filesystem::path& path) {
   std::error_code error;
   if (std::filesystem::is_directory(path, error))
     return holds_city_models(path) ? ModelKind::Folder : ModelKind::None;
-  std::string head = std::filesystem::is_regular_file(path, error) ? plain_head(path) : std::string();
+  std::string head =
+      std::filesystem::is_regular_file(path, error) ? read_head(path, kHeadBytes) : std::string();
   if (is_zip(head)) return names_city_models(path) ? ModelKind::Archive : ModelKind::None;
   if (is_gzip(head)) head = unpacked_head(path);
   const ModelKind kind = model_kind_of_text(head);

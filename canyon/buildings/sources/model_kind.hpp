@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <initializer_list>
 #include <string_view>
 
 namespace canyon::buildings {
@@ -21,5 +22,9 @@ enum class ModelKind : std::uint8_t {
 
 /// CityGml or CityJson by the first bytes of a file, unpacked; else None.
 [[nodiscard]] ModelKind model_kind_of_text(std::string_view head);
+
+/// Whether the last part of a path ends as one of these, in small letters, in any case of letters.
+[[nodiscard]] bool has_ending(const std::filesystem::path& path,
+                              std::initializer_list<std::string_view> endings);
 
 }  // namespace canyon::buildings

@@ -18,6 +18,7 @@
 #include <string_view>
 
 #include "canyon/base/archives.hpp"
+#include "canyon/base/foreign_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/input_file.hpp"
 #include "canyon/base/text.hpp"
@@ -33,11 +34,8 @@ constexpr const char* kUtf16 = "utf-16";
 /// libosmium's name of the format, or kUtf16, by content, since downloads lose their suffix.
 std::string sniff_format(const std::filesystem::path& path) {
   check_input_file(path);
-  std::ifstream in(path, std::ios::binary);
-  std::string head(512, '\0');
-  in.read(head.data(), static_cast<std::streamsize>(head.size()));
-  if (in.bad() || (!in.is_open())) throw InputError(path, 0, "cannot be read");
-  head.resize(static_cast<std::size_t>(in.gcount()));
+  if (!std::ifstream(path)) throw InputError(path, 0, "cannot be read");
+  const std::string head = read_head(path, 512);
   if (head.empty()) throw InputError(path, 0, "is empty", "fetch the map again");
   const std::string_view view(head);
   if (is_gzip(view)) return "osm.gz";

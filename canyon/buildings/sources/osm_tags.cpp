@@ -27,11 +27,6 @@ constexpr std::array<std::string_view, 7> kStructures{"silo",    "storage_tank",
 /// A building that nobody uses stands (OSM wiki, "Key:disused:*").
 constexpr const char* kDisused = "disused:building";
 
-std::string_view get(const TagMap& tags, const char* key) {
-  const auto found = tags.find(key);
-  return found == tags.end() ? std::string_view() : trim(found->second);
-}
-
 bool positive(const std::string_view text) {
   const std::optional<double> value = parse_length_m(text);
   return value && *value > 0;
@@ -67,25 +62,25 @@ bool all_below_ground(std::string_view levels) {
 }
 
 bool underground(const TagMap& tags) {
-  const std::string_view location = get(tags, "location");
+  const std::string_view location = tag(tags, "location");
   if (location == "underground" || location == "below_ground" || location == "subsurface") return true;
-  if (get(tags, "parking") == "underground" || get(tags, "underground") == "yes") return true;
-  const bool above = positive(get(tags, "height")) || positive(get(tags, "building:levels"));
+  if (tag(tags, "parking") == "underground" || tag(tags, "underground") == "yes") return true;
+  const bool above = positive(tag(tags, "height")) || positive(tag(tags, "building:levels"));
   if (above) return false;
-  const std::optional<double> layer = parse_double(get(tags, "layer"));
+  const std::optional<double> layer = parse_double(tag(tags, "layer"));
   if (layer && *layer < 0) return true;
   for (const char* key : {"level", "max_level", "building:levels"})
-    if (all_below_ground(get(tags, key))) return true;
-  const std::optional<double> levels = parse_double(get(tags, "building:levels"));
-  return levels && *levels == 0 && positive(get(tags, "building:levels:underground")) &&
-         !positive(get(tags, "roof:levels"));
+    if (all_below_ground(tag(tags, key))) return true;
+  const std::optional<double> levels = parse_double(tag(tags, "building:levels"));
+  return levels && *levels == 0 && positive(tag(tags, "building:levels:underground")) &&
+         !positive(tag(tags, "roof:levels"));
 }
 
 /// A road or railway under a roof or on a bridge. Passages through buildings are in these already.
 bool is_passage(const TagMap& tags) {
-  if (get(tags, "highway").empty() && get(tags, "railway").empty()) return false;
+  if (tag(tags, "highway").empty() && tag(tags, "railway").empty()) return false;
   const auto says = [&](const char* key) {
-    const std::string_view value = get(tags, key);
+    const std::string_view value = tag(tags, key);
     return !value.empty() && !is_no(value) && value != "building_passage";
   };
   return says("tunnel") || says("covered") || says("bridge");
@@ -94,7 +89,7 @@ bool is_passage(const TagMap& tags) {
 std::string reason_to_leave_out(const TagMap& tags, std::string_view value) {
   const auto says = [&](const auto& words, const auto& of_own) {
     return std::any_of(words.begin(), words.end(), [&](std::string_view word) {
-      return value == word || of_own(get(tags, std::string(word).c_str()));
+      return value == word || of_own(tag(tags, std::string(word).c_str()));
     });
   };
   if (says(kGoneValues, [](std::string_view own) { return !own.empty() && !is_no(own); }) ||
@@ -102,11 +97,11 @@ std::string reason_to_leave_out(const TagMap& tags, std::string_view value) {
     return "demolished or not built";
   const bool unfinished =
       std::find(kUnfinishedValues.begin(), kUnfinishedValues.end(), value) != kUnfinishedValues.end();
-  if (unfinished && !positive(get(tags, "height")) && !positive(get(tags, "building:levels")))
+  if (unfinished && !positive(tag(tags, "height")) && !positive(tag(tags, "building:levels")))
     return "in ruins or under construction, without a height";
-  if (!get(tags, "end_date").empty()) return "with an end_date";
-  const std::string_view indoor = get(tags, "indoor");
-  if ((!indoor.empty() && indoor != "no") || get(tags, "location") == "indoor") return "indoor";
+  if (!tag(tags, "end_date").empty()) return "with an end_date";
+  const std::string_view indoor = tag(tags, "indoor");
+  if ((!indoor.empty() && indoor != "no") || tag(tags, "location") == "indoor") return "indoor";
   if (underground(tags)) return "underground";
   return {};
 }
@@ -121,9 +116,9 @@ bool key_matters(std::string_view key, bool foliage) {
 }
 
 OsmClass classify(const TagMap& tags, bool foliage) {
-  std::string_view building = get(tags, "building");
-  if (building.empty()) building = get(tags, kDisused);
-  const std::string_view part = get(tags, "building:part");
+  std::string_view building = tag(tags, "building");
+  if (building.empty()) building = tag(tags, kDisused);
+  const std::string_view part = tag(tags, "building:part");
   if (!building.empty() && !is_no(building)) {
     return {FeatureKind::Building, reason_to_leave_out(tags, building)};
   }
@@ -134,11 +129,11 @@ OsmClass classify(const TagMap& tags, bool foliage) {
     }
   }
   if (!building.empty()) return {FeatureKind::Building, "building=no"};
-  if (std::find(kStructures.begin(), kStructures.end(), get(tags, "man_made")) != kStructures.end())
+  if (std::find(kStructures.begin(), kStructures.end(), tag(tags, "man_made")) != kStructures.end())
     return {FeatureKind::Building, "man_made (silos, tanks, towers) without the key building"};
   if (foliage) {
-    const std::string_view natural = get(tags, "natural");
-    if (natural == "wood" || get(tags, "landuse") == "forest") return {FeatureKind::Wood, {}};
+    const std::string_view natural = tag(tags, "natural");
+    if (natural == "wood" || tag(tags, "landuse") == "forest") return {FeatureKind::Wood, {}};
     if (natural == "tree_row") return {FeatureKind::TreeRow, {}};
     if (natural == "tree") return {FeatureKind::Tree, {}};
   }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -8,8 +7,6 @@
 #include "canyon/buildings/sources/map_data.hpp"
 
 namespace canyon::buildings {
-
-using TagMap = std::map<std::string, std::string>;
 
 /// The kind of feature that an OSM object's tags describe.
 struct OsmClass {

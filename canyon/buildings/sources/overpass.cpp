@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
 #include <string_view>
 #include <system_error>
 #include <thread>
@@ -27,16 +26,6 @@ constexpr std::size_t kMostTiles = 10'000;
 constexpr double kLongestWait_s = 60;
 constexpr double kFirstWait_s = 5;  // doubled with each try, where the server names no time
 constexpr std::string_view kOrFile = "or give a file (such as an extract as .osm.pbf)";
-
-std::filesystem::path cache_folder(const OverpassOptions& options) {
-  if (!options.cache.empty()) return options.cache;
-  const char* xdg = std::getenv("XDG_CACHE_HOME");
-  if (xdg != nullptr && *xdg != '\0') return std::filesystem::path(xdg) / "canyon";
-  const char* home = std::getenv("HOME");
-  if (home != nullptr && *home != '\0') return std::filesystem::path(home) / ".cache" / "canyon";
-  throw InputError("there is no folder to keep downloads in",
-                   "set HOME or XDG_CACHE_HOME, or name a cache folder");
-}
 
 /// A piece of a server's answer for a message: one line, tags taken out.
 std::string excerpt(std::string_view body) {
@@ -289,7 +278,7 @@ std::vector<std::filesystem::path> download_osm(
   options.validate();
   box.validate();
   const std::vector<LonLatBox> tiles = tiles_of(box, options.tile_deg);
-  const std::filesystem::path folder = cache_folder(options);
+  const std::filesystem::path folder = downloads_folder(options.cache);
   make_output_folder(folder);
   std::vector<std::filesystem::path> files;
   for (const LonLatBox& tile : tiles) {
@@ -322,7 +311,7 @@ LonLatBox find_place(const std::string& name, const OverpassOptions& options) {
         fmt::format("'{}' is not a name of a place", excerpt(name)),
         "give a name as the map has it, with larger places after commas: Tsim Sha Tsui, Hong Kong");
   }
-  const std::filesystem::path folder = cache_folder(options);
+  const std::filesystem::path folder = downloads_folder(options.cache);
   make_output_folder(folder);
   const std::uint64_t hash = fnv1a(options.url + '\n' + place_query(pieces, 0));
   const std::filesystem::path file = folder / fmt::format("place_{:016x}.json", hash);

@@ -10,6 +10,7 @@
 
 #include "canyon/base/dictionary.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/buildings/sources/map_data.hpp"
 #include "canyon/geodesy/constants.hpp"
 
 namespace canyon::buildings {
@@ -55,10 +56,7 @@ class Tags {
        std::vector<std::string>& warnings)
       : tags_(tags), id_(id), warnings_(warnings) {}
 
-  [[nodiscard]] std::string_view text(const char* key) const {
-    const auto found = tags_.find(key);
-    return found == tags_.end() ? std::string_view() : trim(found->second);
-  }
+  [[nodiscard]] std::string_view text(const char* key) const { return tag(tags_, key); }
   void warn(std::string_view problem) const { warnings_.push_back(fmt::format("{}: {}", id_, problem)); }
 
   /// The first of `keys` that holds a length within [lowest, kHighest_m].

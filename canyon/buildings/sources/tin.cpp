@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "canyon/city/city.hpp"
-#include "canyon/geodesy/constants.hpp"
 
 namespace canyon::buildings {
 namespace {

@@ -11,6 +11,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
+#include "canyon/city/boxes.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/drawing/views/city_render.hpp"
 #include "canyon/drawing/views/map_marks.hpp"
@@ -115,10 +116,7 @@ class CityPicture {
 
   void draw_map(Canvas& canvas) {
     city::Box box;
-    for (const Vector3d& p : shown_) {
-      box.min = box.min.cwiseMin(p);
-      box.max = box.max.cwiseMax(p);
-    }
+    for (const Vector3d& p : shown_) extend(box, p);
     const Rect room{kAxisRoom + 12, kTitleHeight, canvas.width() - kAxisRoom - 12 - kLegendWidth - 14,
                     canvas.height() - kTitleHeight - kAxisFoot};
     const Eigen::Vector2d margin = Eigen::Vector2d::Constant(0.03 * (box.max - box.min).head<2>().norm() + 1);

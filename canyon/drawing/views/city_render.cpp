@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "canyon/city/boxes.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/drawing/light.hpp"
 #include "canyon/geodesy/frames.hpp"
@@ -122,10 +123,7 @@ std::vector<Vector3d> vertices_of(const city::Mesh& mesh, city::Surface surface)
 
 city::Box box_of(const std::vector<Vector3d>& points) {
   city::Box box;
-  for (const Vector3d& p : points) {
-    box.min = box.min.cwiseMin(p);
-    box.max = box.max.cwiseMax(p);
-  }
+  for (const Vector3d& p : points) extend(box, p);
   return box;
 }
 

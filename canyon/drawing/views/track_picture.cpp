@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "canyon/base/statistics.hpp"
+#include "canyon/city/boxes.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/drawing/axes.hpp"
 #include "canyon/drawing/views/map_marks.hpp"
@@ -318,11 +319,7 @@ Point map_point(const Rect& area, const city::Box& extent, const Eigen::Vector2d
 
 city::Box map_extent(const std::vector<TrackPoint>& points) {
   city::Box box;
-  const auto extend = [&box](const Eigen::Vector2d& p) {
-    const Eigen::Vector3d flat(p.x(), p.y(), 0);
-    box.min = box.min.cwiseMin(flat);
-    box.max = box.max.cwiseMax(flat);
-  };
+  const auto extend = [&box](const Eigen::Vector2d& p) { city::extend(box, {p.x(), p.y(), 0}); };
   std::vector<double> errors;
   for (const TrackPoint& p : points) {
     extend(p.truth);

@@ -4,7 +4,6 @@
 #include <cassert>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 
 #include "canyon/base/same_bytes.hpp"
 #include "canyon/city/city.hpp"

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <vector>
 

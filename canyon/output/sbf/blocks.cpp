@@ -8,6 +8,7 @@
 #include "canyon/base/payload.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/ubx/fix_codes.hpp"
 
 namespace canyon::output::sbf {
 namespace {
@@ -19,22 +20,11 @@ using positioning::FixKind;
 constexpr double kUnknown = -2e10;
 constexpr float kUnknown4 = -2e10F;
 
-/// PVT mode (4.2.9): how the position was made. A receiver without inertial sensors has no mode for a
-/// prediction: it states no position then.
+/// PVT mode (4.2.9): how the position was made.
 int mode_of(FixKind kind, bool moving_base = false) {
-  switch (kind) {
-    case FixKind::Single:
-    case FixKind::Combined:
-      return 1;
-    case FixKind::Differential:
-      return 2;
-    case FixKind::Fixed:
-      return moving_base ? 7 : 4;
-    case FixKind::Float:
-      return moving_base ? 8 : 5;
-    default:
-      return 0;
-  }
+  constexpr int kFixed = 4, kTowardsMovingBase = 3;
+  const int mode = codes_of(kind).sbf_mode;
+  return moving_base && mode >= kFixed ? mode + kTowardsMovingBase : mode;
 }
 
 /// PVT error (4.2.9).
@@ -354,20 +344,9 @@ std::string epoch_block(std::uint16_t number, const DeviceEpoch& epoch) {
 }
 
 std::uint16_t message_number(gnss::System system) {
-  switch (system) {
-    case gnss::System::GPS:
-      return kGpsRawCa.number;
-    case gnss::System::QZSS:
-      return kQzsRawL1Ca.number;
-    case gnss::System::Galileo:
-      return kGalRawInav.number;
-    case gnss::System::GLONASS:
-      return kGloRawCa.number;
-    case gnss::System::BeiDou:
-      return kBdsRaw.number;
-    default:
-      return 0;
-  }
+  constexpr std::array<std::uint16_t, 6> kNumbers{kGpsRawCa.number, kGloRawCa.number,   kGalRawInav.number,
+                                                  kBdsRaw.number,   kQzsRawL1Ca.number, 0};
+  return kNumbers.at(static_cast<std::size_t>(system));
 }
 
 std::string message_block(const broadcast::SentMessage& message, geodesy::GpsTime time,

@@ -1,7 +1,5 @@
 #include "canyon/positioning/fusion/vehicle_constraints.hpp"
 
-#include <cmath>
-
 #include "canyon/geodesy/constants.hpp"
 
 namespace canyon::positioning {

@@ -1,9 +1,6 @@
 #include "canyon/simulation/scenario/city_config.hpp"
 
-#include <algorithm>
-#include <initializer_list>
 #include <string>
-#include <string_view>
 
 #include "canyon/base/file_kind.hpp"
 #include "canyon/base/input_error.hpp"
@@ -13,19 +10,7 @@
 namespace canyon::simulation {
 namespace {
 
-/// Lower-case endings of a path's last part.
-class Endings {
- public:
-  explicit Endings(const std::filesystem::path& path) : name_(lower_case(path.filename().string())) {}
-  [[nodiscard]] bool any(std::initializer_list<std::string_view> endings) const {
-    return std::any_of(endings.begin(), endings.end(), [this](std::string_view end) {
-      return name_.size() > end.size() && name_.compare(name_.size() - end.size(), end.size(), end) == 0;
-    });
-  }
-
- private:
-  std::string name_;
-};
+using buildings::has_ending;
 
 tiles::TileOptions tileset(const std::filesystem::path& path) {
   tiles::TileOptions options;
@@ -46,14 +31,13 @@ MapCity map_of(const std::filesystem::path& path) {
 }  // namespace
 
 std::optional<CitySource> source_of_file(const std::filesystem::path& path) {
-  const Endings name(path);
   if (tiles::is_tileset(path)) return tileset(path);
-  if (name.any({".osm", ".osm.gz", ".osm.bz2", ".pbf", ".json", ".json.gz", ".jsonl", ".jsonl.gz", ".gml",
-                ".citygml"}))
+  if (has_ending(path, {".osm", ".osm.gz", ".osm.bz2", ".pbf", ".json", ".json.gz", ".jsonl", ".jsonl.gz",
+                        ".gml", ".citygml"}))
     return map_of(path);
-  if (name.any({".dae", ".obj", ".stl", ".gltf", ".glb", ".ply"})) return MeshCity{path, {}};
+  if (has_ending(path, {".dae", ".obj", ".stl", ".gltf", ".glb", ".ply"})) return MeshCity{path, {}};
   std::error_code ignored;
-  if (name.any({".canyon", ".world", ".sdf"}) || std::filesystem::exists(path / "model.sdf", ignored))
+  if (has_ending(path, {".canyon", ".world", ".sdf"}) || std::filesystem::exists(path / "model.sdf", ignored))
     return CityFile{path};
   if (buildings::model_kind(path) != buildings::ModelKind::None) return map_of(path);
   return std::nullopt;

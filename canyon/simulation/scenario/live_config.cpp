@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <utility>
-
 #include "canyon/base/input_error.hpp"
 #include "canyon/options/folder_name.hpp"
 #include "canyon/options/settings_tree.hpp"

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <utility>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"

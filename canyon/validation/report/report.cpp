@@ -1,7 +1,6 @@
 #include "canyon/validation/report/report.hpp"
 
 #include <cassert>
-#include <functional>
 
 #include "canyon/base/output_file.hpp"
 #include "canyon/city/city.hpp"

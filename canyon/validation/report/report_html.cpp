@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <optional>
 
 #include "canyon/base/utf8.hpp"
 #include "canyon/city/city.hpp"

@@ -2,12 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <vector>
 
 #include "canyon/drawing/views/map_marks.hpp"
 #include "canyon/drawing/views/sky_marks.hpp"
 #include "canyon/drawing/views/sky_mask.hpp"
-#include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/number.hpp"
 #include "canyon/validation/report/report_pictures.hpp"
 #include "canyon/validation/report/report_samples.hpp"
