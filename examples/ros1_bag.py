@@ -3,7 +3,7 @@
 
     canyon simulate drive.yaml --out out/drive          # with sensors: {imu: ...} and outputs: {ubx: true}
     python3 ros1_bag.py out/drive drive.bag
-    rosbag play --clock drive.bag                       # its topics, at their times
+    rosbag play --clock -d 3 drive.bag                  # its topics, at their times; subscribers have 3 s before
 
 In the bag, with Unix times of UTC, what the folder has:
     imu               sensor_msgs/Imu              imu.csv, forward, left, up; orientation not known
