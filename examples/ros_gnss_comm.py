@@ -28,6 +28,9 @@ WEEK_S = 604800
 REPEAT_S = 30
 # GnssSatellites: fix_status, fix_kind.
 SOLVED, DIFFERENTIAL, FLOAT, FIXED, DEAD_RECKONING, COMBINED = 1, 2, 3, 4, 5, 6
+OF_GNSS_COMM = ("GnssMeasMsg GnssObsMsg GnssEphemMsg GnssGloEphemMsg GnssPVTSolnMsg GnssTimePulseInfoMsg "
+                "StampedFloat64Array").split()
+OF_CANYON = "GnssRawObservation GnssRawObservations GnssSatellites".split()
 PSEUDORANGE_VALID, PHASE_VALID, HALF_CYCLE_KNOWN = 1, 2, 4
 
 
@@ -52,6 +55,16 @@ def satellite_of(number):
 
 def finite(value):
     return float(value) if math.isfinite(value) else 0.0
+
+
+def named(message, name):
+    """`name` of a field in ROS 1. Fields of ROS 2 have no capitals, so that there `CN0` is `cn0`."""
+    return name if hasattr(message, name) else name.lower()
+
+
+def fill(message, **fields):
+    for name, value in fields.items():
+        setattr(message, named(message, name), value)
 
 
 def set_time(to, seconds):
@@ -111,10 +124,9 @@ def fill_ephemeris(m, name, toc, n):
     set_time(m.toe, zero + n[11])
     set_time(m.ttr, zero + n[27])
     m.week, m.toe_tow = m.toe.week, m.toe.tow
-    m.af0, m.af1, m.af2, iode, m.crs, m.delta_n, m.M0 = n[0:7]
-    m.cuc, m.e, m.cus, root_a = n[7:11]
-    m.cic, m.OMG0, m.cis, m.i0, m.crc, m.omg, m.OMG_dot, m.i_dot = n[12:20]
-    m.A, m.iode, m.code, m.ura, m.health, m.tgd0 = root_a ** 2, int(iode), int(n[20]), n[23], int(n[24]), n[25]
+    fill(m, af0=n[0], af1=n[1], af2=n[2], iode=int(n[3]), crs=n[4], delta_n=n[5], M0=n[6], cuc=n[7], e=n[8], cus=n[9],
+         A=n[10] ** 2, cic=n[12], OMG0=n[13], cis=n[14], i0=n[15], crc=n[16], omg=n[17], OMG_dot=n[18], i_dot=n[19],
+         code=int(n[20]), ura=n[23], health=int(n[24]), tgd0=n[25])
     if name[0] == "G":
         m.iodc = int(n[26])
     else:
@@ -134,17 +146,11 @@ def fill_glonass(m, name, toe, n):
 
 def fill_measurements(m, raw, make_observation):
     """GnssMeasMsg of a GnssRawObservations: one element for each satellite, its signals in lists."""
-    seen = {}
+    satellites = {}  # number: lists by field
     for o in raw.observations:
         number = satellite_number(o.id)
         if not number or o.code not in CODES:
             continue
-        to = seen.get(number)
-        if to is None:
-            to = seen[number] = make_observation()
-            to.sat, to.time.week, to.time.tow = number, raw.gps_week, raw.gps_tow
-            for field in ("freqs", "CN0", "LLI", "code", "psr", "psr_std", "cp", "cp_std", "dopp", "dopp_std", "status"):
-                setattr(to, field, [])
         phase = math.isfinite(o.carrier_phase)
         for field, value in (("freqs", o.carrier_frequency), ("CN0", finite(o.cn0)), ("LLI", int(o.loss_of_lock)),
                              ("code", CODES.index(o.code) + 1), ("psr", o.pseudorange),
@@ -152,8 +158,14 @@ def fill_measurements(m, raw, make_observation):
                              ("cp_std", finite(o.carrier_phase_deviation)), ("dopp", finite(o.doppler)),
                              ("dopp_std", finite(o.doppler_deviation)),
                              ("status", PSEUDORANGE_VALID | (PHASE_VALID | HALF_CYCLE_KNOWN if phase else 0))):
-            getattr(to, field).append(value)
-    m.meas = list(seen.values())
+            satellites.setdefault(number, {}).setdefault(field, []).append(value)
+    measurements = []
+    for number, lists in satellites.items():
+        to = make_observation()
+        to.sat, to.time.week, to.time.tow = number, raw.gps_week, raw.gps_tow
+        fill(to, **lists)
+        measurements.append(to)
+    m.meas = measurements
 
 
 def fill_raw(raw, measurements, make_observation, leap_s):
@@ -172,8 +184,9 @@ def fill_raw(raw, measurements, make_observation, leap_s):
             o.pseudorange, o.pseudorange_deviation = element.psr[k], element.psr_std[k]
             phase = bool(element.status[k] & PHASE_VALID)
             o.carrier_phase, o.carrier_phase_deviation = (element.cp[k], element.cp_std[k]) if phase else (math.nan,) * 2
-            o.doppler, o.doppler_deviation, o.cn0 = element.dopp[k], element.dopp_std[k], element.CN0[k]
-            o.lock_time, o.loss_of_lock = math.nan, bool(element.LLI[k] & 1)
+            o.doppler, o.doppler_deviation = element.dopp[k], element.dopp_std[k]
+            o.cn0, o.lock_time = getattr(element, named(element, "CN0"))[k], math.nan
+            o.loss_of_lock = bool(getattr(element, named(element, "LLI"))[k] & 1)
             raw.observations.append(o)
 
 
@@ -323,12 +336,10 @@ def main():
     arguments = parser.parse_args([word for word in sys.argv[1:] if ":=" not in word])
     navigation = Navigation(arguments.navigation) if arguments.navigation else None
     types = argparse.Namespace()
-    for package, names in (("gnss_comm", "GnssMeasMsg GnssObsMsg GnssEphemMsg GnssGloEphemMsg GnssPVTSolnMsg "
-                            "GnssTimePulseInfoMsg StampedFloat64Array"),
-                           ("canyon_msgs", "GnssRawObservation GnssRawObservations GnssSatellites"),
-                           ("sensor_msgs", "NavSatFix"), ("geometry_msgs", "TwistWithCovarianceStamped")):
+    for package, names in (("gnss_comm", OF_GNSS_COMM), ("canyon_msgs", OF_CANYON), ("sensor_msgs", ["NavSatFix"]),
+                           ("geometry_msgs", ["TwistWithCovarianceStamped"])):
         module = __import__(package + ".msg", fromlist=["msg"])
-        for name in names.split():
+        for name in names:
             setattr(types, name, getattr(module, name))
     try:
         ros = Ros1()

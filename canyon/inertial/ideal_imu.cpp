@@ -46,6 +46,20 @@ const Vector3d& IdealImu::turn(std::int64_t index) {
   return kept->second;
 }
 
+Vector3d IdealImu::gravity(const Vector3d& place_m) {
+  Vector3d off = place_m - gravity_place_m_;
+  if (off.squaredNorm() > 1) {
+    gravity_place_m_ = place_m;
+    gravity_mps2_ = geodesy::normal_gravity(place_m);
+    // That of a point mass: within 1 %, 3e-8 m/s^2 over a metre of height and 1e-8 over one along the ground.
+    const Vector3d up = place_m.normalized();
+    const double per_m = gravity_mps2_.norm() / place_m.norm();
+    gravity_gradient_ = per_m * (3 * up * up.transpose() - Matrix3d::Identity());
+    off.setZero();
+  }
+  return gravity_mps2_ + gravity_gradient_ * off;
+}
+
 ImuState IdealImu::at(std::int64_t index) {
   auto& kept = states_.at(static_cast<std::size_t>(index % kKept));
   if (kept && kept->first == index) return kept->second;
@@ -72,7 +86,7 @@ ImuState IdealImu::at(std::int64_t index) {
 
   const Vector3d earth(0, 0, geodesy::kEarthRotationRate);
   const Vector3d force = state.sensor.acceleration_mps2 + 2 * earth.cross(state.sensor.velocity_mps) -
-                         geodesy::normal_gravity(state.sensor.position_m);
+                         gravity(state.sensor.position_m);
   const Matrix3d sensor_from_ecef = state.sensor.ecef_from_body.transpose();
   state.input.specific_force_mps2 = sensor_from_ecef * force;
   state.input.angular_rate_radps = sensor_from_ecef * earth + body_from_sensor_.transpose() * rate;

@@ -52,11 +52,16 @@ class IdealImu {
   /// The rotation vector from body(index) to body(index + 1), in the axes of either.
   [[nodiscard]] const Eigen::Vector3d& turn(std::int64_t index);
 
+  /// Normal gravity at a place on the way, by its gradient within a metre of the last one that was computed.
+  [[nodiscard]] Eigen::Vector3d gravity(const Eigen::Vector3d& place_m);
+
   static constexpr std::int64_t kKept = 8;
   BodyMotion motion_;
   double step_s_;
   Eigen::Vector3d position_m_;
   Eigen::Matrix3d body_from_sensor_;
+  Eigen::Vector3d gravity_place_m_ = Eigen::Vector3d::Zero(), gravity_mps2_ = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d gravity_gradient_ = Eigen::Matrix3d::Zero();
   // The last ones that were asked for, by index modulo kKept.
   std::array<std::optional<std::pair<std::int64_t, BodyState>>, kKept> bodies_;
   std::array<std::optional<std::pair<std::int64_t, ImuState>>, kKept> states_;

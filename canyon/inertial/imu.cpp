@@ -1,6 +1,8 @@
 #include "canyon/inertial/imu.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <string>
 
 #include "canyon/inertial/temperature.hpp"
@@ -34,15 +36,17 @@ Vector3d FlickerNoise::next(double dt_s, RandomStream& random) {
     dt_s_ = dt_s;
     double time_constant_s = 1;
     for (std::size_t i = 0; i < kProcesses; ++i) {
-      keep_[i] = std::exp(-dt_s / time_constant_s);
+      every_[i] = std::max<std::uint64_t>(1, static_cast<std::uint64_t>(time_constant_s / (500 * dt_s)));
+      keep_[i] = std::exp(-static_cast<double>(every_[i]) * dt_s / time_constant_s);
       drive_[i] = sigma_ * std::sqrt(1 - keep_[i] * keep_[i]);
       time_constant_s *= 10;
     }
   }
   for (std::size_t i = 0; i < kProcesses; ++i) {
-    values_[i] = keep_[i] * values_[i] + drive_[i] * three_normals(random);
+    if (samples_ % every_[i] == 0) values_[i] = keep_[i] * values_[i] + drive_[i] * three_normals(random);
     sum += values_[i];
   }
+  ++samples_;
   return sum;
 }
 
@@ -77,6 +81,8 @@ Imu::Imu(const ImuOptions& options, std::uint64_t seed, std::string_view name)
       surroundings_(seed, "imu/" + std::string(name) + "/surroundings"),
       per_kelvin_{imu_numbers(options).accelerometer.per_kelvin * three_normals(surroundings_),
                   imu_numbers(options).gyroscope.per_kelvin * three_normals(surroundings_)},
+      scale_per_kelvin_{imu_numbers(options).accelerometer.scale_per_kelvin * three_normals(surroundings_),
+                        imu_numbers(options).gyroscope.scale_per_kelvin * three_normals(surroundings_)},
       vibrations_(options.vibration, surroundings_) {
   options.validate();
 }
@@ -89,11 +95,14 @@ std::optional<ImuSample> Imu::measure(const ImuInput& mean, double time_s, doubl
   const double warmer_k = sample.temperature_k - kCalibrated_k;
   const ImuInput shaking = vibrations_.mean(time_s, dt_s, surroundings_);
   const Vector3d force = mean.specific_force_mps2 + shaking.specific_force_mps2;
-  sample.measured.angular_rate_radps =
-      gyroscope_.measure(mean.angular_rate_radps + shaking.angular_rate_radps, force, dt_s, random_,
-                         warmer_k * per_kelvin_.angular_rate_radps);
+  const Vector3d rate = mean.angular_rate_radps + shaking.angular_rate_radps;
+  sample.measured.angular_rate_radps = gyroscope_.measure(
+      rate, force, dt_s, random_,
+      warmer_k * (per_kelvin_.angular_rate_radps + scale_per_kelvin_.angular_rate_radps.cwiseProduct(rate)));
   sample.measured.specific_force_mps2 =
-      accelerometer_.measure(force, force, dt_s, random_, warmer_k * per_kelvin_.specific_force_mps2);
+      accelerometer_.measure(force, force, dt_s, random_,
+                             warmer_k * (per_kelvin_.specific_force_mps2 +
+                                         scale_per_kelvin_.specific_force_mps2.cwiseProduct(force)));
   sample.time_s = time_s + options_.time_offset_s;
   if (options_.time_jitter_s > 0) sample.time_s += options_.time_jitter_s * random_.normal();
   if (options_.lost > 0 && random_.uniform() < options_.lost) return std::nullopt;

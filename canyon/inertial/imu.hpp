@@ -18,7 +18,7 @@ namespace canyon::inertial {
 
 /// The 1/f noise of three axes: a sum of Gauss-Markov processes with equal deviations, whose time constants
 /// are 1, 10, ..., 10,000 s. Its Allan deviation is flat within 4 % from averages over 6 s to those over
-/// 5,000 s.
+/// 5,000 s. Slow ones change in steps of at most 1 / 500 of their time constants, 6 % of their deviation.
 class FlickerNoise {
  public:
   /// @param floor its Allan deviation
@@ -29,7 +29,9 @@ class FlickerNoise {
  private:
   static constexpr std::size_t kProcesses = 5;
   double sigma_;
-  double dt_s_ = 0;  // that keep_ and drive_ belong to
+  double dt_s_ = 0;  // that keep_, drive_ and every_ belong to
+  std::uint64_t samples_ = 0;
+  std::array<std::uint64_t, kProcesses> every_{};  // samples from step to step
   std::array<double, kProcesses> keep_{}, drive_{};
   std::array<Eigen::Vector3d, kProcesses> values_;
 };
@@ -70,8 +72,8 @@ class Imu {
   ImuOptions options_;
   RandomStream random_;
   Triad gyroscope_, accelerometer_;
-  RandomStream surroundings_;  // of temperature and vibration
-  ImuInput per_kelvin_;        // biases
+  RandomStream surroundings_;               // of temperature and vibration
+  ImuInput per_kelvin_, scale_per_kelvin_;  // biases; relative
   Vibrations vibrations_;
 };
 

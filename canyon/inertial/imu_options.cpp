@@ -15,18 +15,20 @@ constexpr double kNone = std::numeric_limits<double>::infinity();
 
 /// Numbers of a profile in the units of the options, in their order.
 struct ProfileNumbers {
-  std::array<double, 10> gyroscope;
-  std::array<double, 9> accelerometer;
+  std::array<double, 11> gyroscope;
+  std::array<double, 10> accelerometer;
 };
 
 // Ideal; consumer: white noise, cross-axis sensitivity and change by temperature of TDK's ICM-42688-P, the
 // rest assumed; automotive: assumed; tactical: Sensonor's STIM300 with 10 g accelerometers. docs/imu.md has
 // them as a table.
 constexpr std::array<ProfileNumbers, 4> kProfiles{{
-    {{0, 0, 0, 0, 0, 0, 0, 0, kNone, 0}, {0, 0, 0, 0, 0, 0, 0, kNone, 0}},
-    {{0.168, 5, 0, 0.5, 5000, 0.7, 36, 0.061, 2000, 18}, {0.0412, 0.04, 0, 20, 5000, 0.7, 0.488, 16, 0.15}},
-    {{0.2, 2.5, 0, 0.1, 2000, 0.2, 18, 0.0076, 250, 7}, {0.04, 0.03, 0, 5, 2000, 0.2, 0.122, 4, 0.1}},
-    {{0.15, 0.5, 0, 0.0014, 500, 0.057, 1, 0, 400, 0.28}, {0.06, 0.05, 0, 0.75, 300, 0.057, 0, 10, 0.055}},
+    {{0, 0, 0, 0, 0, 0, 0, 0, kNone, 0, 0}, {0, 0, 0, 0, 0, 0, 0, kNone, 0, 0}},
+    {{0.168, 5, 0, 0.5, 5000, 0.7, 36, 0.061, 2000, 18, 50},
+     {0.0412, 0.04, 0, 20, 5000, 0.7, 0.488, 16, 0.15, 50}},
+    {{0.2, 2.5, 0, 0.1, 2000, 0.2, 18, 0.0076, 250, 7, 25}, {0.04, 0.03, 0, 5, 2000, 0.2, 0.122, 4, 0.1, 25}},
+    {{0.15, 0.5, 0, 0.0014, 500, 0.057, 1, 0, 400, 0.28, 0},
+     {0.06, 0.05, 0, 0.75, 300, 0.057, 0, 10, 0.055, 0}},
 }};
 
 }  // namespace
@@ -47,7 +49,8 @@ ImuNumbers imu_numbers(const ImuOptions& options) {
                        g.g_sensitivity_deg_h_g.value_or(by_gyroscope[6]) * kDeg_h / kStandardGravity,
                        g.resolution_deg_s.value_or(by_gyroscope[7]) * kDeg_s,
                        g.range_deg_s.value_or(by_gyroscope[8]) * kDeg_s,
-                       g.temperature_deg_h_k.value_or(by_gyroscope[9]) * kDeg_h};
+                       g.temperature_deg_h_k.value_or(by_gyroscope[9]) * kDeg_h,
+                       g.scale_temperature_ppm_k.value_or(by_gyroscope[10]) * kPpm};
   const auto& a = options.accelerometer;
   const auto& by_accelerometer = by_profile.accelerometer;
   numbers.accelerometer = {
@@ -60,7 +63,8 @@ ImuNumbers imu_numbers(const ImuOptions& options) {
       0,
       a.resolution_mg.value_or(by_accelerometer[6]) * kMilliG,
       a.range_g.value_or(by_accelerometer[7]) * kStandardGravity,
-      a.temperature_mg_k.value_or(by_accelerometer[8]) * kMilliG};
+      a.temperature_mg_k.value_or(by_accelerometer[8]) * kMilliG,
+      a.scale_temperature_ppm_k.value_or(by_accelerometer[9]) * kPpm};
   return numbers;
 }
 
@@ -101,6 +105,8 @@ void visit(options::Visitor& v, ImuOptions& o) {
   static constexpr std::string_view kBy = "by profile";
   static constexpr const char* kPerKelvin =
       "standard deviation of the bias for each K of the sensor over 25 deg C";
+  static constexpr const char* kScalePerKelvin =
+      "standard deviation of the scale factor for each K of the sensor over 25 deg C";
   v.choice(
       {"profile", "",
        "class of sensors, which gives the defaults of their numbers: ideal, consumer, automotive, tactical"},
@@ -133,6 +139,7 @@ void visit(options::Visitor& v, ImuOptions& o) {
     v.number({"range_deg_s", "deg/s", "largest value; none: no limit", kBy}, g.range_deg_s,
              options::or_none({0, 1e6, true}));
     v.number({"temperature_deg_h_k", "deg/h/K", kPerKelvin, kBy}, g.temperature_deg_h_k, {0, 1e4});
+    v.number({"scale_temperature_ppm_k", "ppm/K", kScalePerKelvin, kBy}, g.scale_temperature_ppm_k, {0, 1e4});
   });
   v.section("accelerometer", [&] {
     AccelerometerOptions& a = o.accelerometer;
@@ -151,6 +158,7 @@ void visit(options::Visitor& v, ImuOptions& o) {
     v.number({"range_g", "g", "largest value; none: no limit", kBy}, a.range_g,
              options::or_none({0, 1e6, true}));
     v.number({"temperature_mg_k", "mg/K", kPerKelvin, kBy}, a.temperature_mg_k, {0, 100});
+    v.number({"scale_temperature_ppm_k", "ppm/K", kScalePerKelvin, kBy}, a.scale_temperature_ppm_k, {0, 1e4});
   });
   v.section("temperature", [&] {
     v.number({"air_c", "deg C", "of the air about the sensor"}, o.temperature.air_c, {-60, 85});

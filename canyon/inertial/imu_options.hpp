@@ -34,6 +34,7 @@ struct GyroscopeOptions {
   std::optional<double> g_sensitivity_deg_h_g;          ///< of an axis to the specific force along it
   std::optional<double> resolution_deg_s, range_deg_s;  ///< 0: not rounded; infinity: no limit
   std::optional<double> temperature_deg_h_k;            ///< of the bias by K from 25 deg C
+  std::optional<double> scale_temperature_ppm_k;        ///< of the scale factor, likewise
 };
 
 /// Errors of three accelerometers, likewise.
@@ -44,7 +45,7 @@ struct AccelerometerOptions {
   std::optional<double> turn_on_bias_mg;
   std::optional<double> scale_ppm, misalignment_deg;
   std::optional<double> resolution_mg, range_g;
-  std::optional<double> temperature_mg_k;
+  std::optional<double> temperature_mg_k, scale_temperature_ppm_k;
 };
 
 /// The temperature of the sensor: that of the air, and its own warming since the run began.
@@ -82,16 +83,17 @@ struct ImuOptions {
 
 /// Errors of three equal sensors in SI units.
 struct TriadNumbers {
-  double white = 0;         ///< density of the white noise [unit / sqrt(Hz)]
-  double flicker = 0;       ///< lowest Allan deviation of the 1/f noise [unit]
-  double walk = 0;          ///< density of the bias's rate [unit / s / sqrt(Hz)]
-  double turn_on = 0;       ///< [unit]
-  double scale = 0;         ///< relative
-  double misalignment = 0;  ///< [rad]
-  double per_force = 0;     ///< [unit / (m/s^2)]
-  double resolution = 0;    ///< [unit]; 0: not rounded
-  double range = 0;         ///< [unit]; infinity: none
-  double per_kelvin = 0;    ///< [unit / K]
+  double white = 0;             ///< density of the white noise [unit / sqrt(Hz)]
+  double flicker = 0;           ///< lowest Allan deviation of the 1/f noise [unit]
+  double walk = 0;              ///< density of the bias's rate [unit / s / sqrt(Hz)]
+  double turn_on = 0;           ///< [unit]
+  double scale = 0;             ///< relative
+  double misalignment = 0;      ///< [rad]
+  double per_force = 0;         ///< [unit / (m/s^2)]
+  double resolution = 0;        ///< [unit]; 0: not rounded
+  double range = 0;             ///< [unit]; infinity: none
+  double per_kelvin = 0;        ///< [unit / K]
+  double scale_per_kelvin = 0;  ///< relative [1 / K]
 };
 struct ImuNumbers {
   TriadNumbers gyroscope;      ///< rad/s

@@ -259,6 +259,31 @@ TEST(Imu, BiasFollowsTheTemperature) {
   EXPECT_NEAR(std::sqrt(forces / (3 * kSensors)) / (30 * 0.15e-3 * kStandardGravity), 1, 0.03);
 }
 
+TEST(Imu, ScaleFactorFollowsTheTemperature) {
+  ImuOptions options;
+  options.profile = ImuProfile::Ideal;
+  options.gyroscope.scale_temperature_ppm_k = 50;
+  options.accelerometer.scale_temperature_ppm_k = 20;
+  options.temperature = {-5, 0, 100};  // 30 K below
+  const ImuInput input{{1, -2, 9.8}, {0.5, 0.1, -1}};
+  double rates = 0, forces = 0;
+  constexpr int kSensors = 3000;
+  for (std::uint64_t seed = 1; seed <= kSensors; ++seed) {
+    const ImuInput measured = Imu(options, seed).measure(input, 1, 0.01).value().measured;
+    rates += (measured.angular_rate_radps.cwiseQuotient(input.angular_rate_radps) - Vector3d::Ones())
+                 .squaredNorm();
+    forces += (measured.specific_force_mps2.cwiseQuotient(input.specific_force_mps2) - Vector3d::Ones())
+                  .squaredNorm();
+  }
+  EXPECT_NEAR(std::sqrt(rates / (3 * kSensors)) / (30 * 50e-6), 1, 0.03);
+  EXPECT_NEAR(std::sqrt(forces / (3 * kSensors)) / (30 * 20e-6), 1, 0.03);
+  options.temperature = {25, 0, 100};
+  EXPECT_NEAR(
+      (Imu(options, 1).measure(input, 1, 0.01).value().measured.angular_rate_radps - input.angular_rate_radps)
+          .norm(),
+      0, 1e-15);
+}
+
 /// Amplitude of the line at `frequency_hz` in the samples' x axis of specific force.
 double line_at(const std::vector<ImuSample>& samples, double frequency_hz, double rate_hz) {
   std::complex<double> sum = 0;

@@ -1,6 +1,5 @@
 #include "canyon/output/inertial_files.hpp"
 
-#include <fmt/compile.h>
 #include <fmt/format.h>
 
 #include <array>
@@ -59,13 +58,16 @@ class CsvLayout final : public Layout {
     if (sample.sample) {
       begin_line(begin_ + sample.sample->time_s);
       append(sample.sample->measured);
-      end_ = fmt::format_to(end_, FMT_COMPILE(",{}"), sample.sample->temperature_k);
+      append(sample.sample->temperature_k, 6);
       end_line(imu_);
     }
     begin_line(sample.time);
     const simulation::SensorMotion motion(sample.truth.sensor, axes_);
-    for (const Vector3d& values : {motion.place_deg_m, motion.velocity_enu_mps, motion.attitude_deg})
-      append(values);
+    append(motion.place_deg_m.x(), 13);
+    append(motion.place_deg_m.y(), 13);
+    append(motion.place_deg_m.z(), 9);
+    append(motion.velocity_enu_mps, 12);
+    append(motion.attitude_deg, 12);
     append(sample.truth.input);
     end_line(motion_);
   }
@@ -76,26 +78,34 @@ class CsvLayout final : public Layout {
 
  private:
   void begin_line(geodesy::GpsTime time) {
-    end_ = fmt::format_to(line_.data(), FMT_COMPILE("{},{}"), time.week(), seconds_of_week(time, 9));
+    if (!(time == time_)) {
+      time_ = time;
+      time_text_ = std::to_string(time.week());
+      time_text_.append(1, ',').append(seconds_of_week(time, 9));
+    }
+    line_ = time_text_;
   }
-  void append(const Vector3d& v) {
-    end_ = fmt::format_to(end_, FMT_COMPILE(",{},{},{}"), v.x(), v.y(), v.z());
+  void append(double value, int decimals) {
+    line_.push_back(',');
+    append_fixed(line_, value, decimals);
+  }
+  void append(const Vector3d& v, int decimals) {
+    for (Eigen::Index i = 0; i < 3; ++i) append(v[i], decimals);
   }
   void append(const inertial::ImuInput& input) {
-    append(input.specific_force_mps2);
-    append(input.angular_rate_radps);
+    append(input.specific_force_mps2, 12);
+    append(input.angular_rate_radps, 14);
   }
   void end_line(OutputFile& file) {
-    *end_++ = '\n';
-    file.write({line_.data(), static_cast<std::size_t>(end_ - line_.data())});
+    line_.push_back('\n');
+    file.write(line_);
   }
 
   inertial::ImuAxes axes_;
   geodesy::GpsTime begin_;
   OutputFile imu_, motion_;
-  // 17 numbers of at most 25 characters: half the time of a buffer that grows.
-  std::array<char, 512> line_{};
-  char* end_ = line_.data();
+  geodesy::GpsTime time_;  // of time_text_
+  std::string line_, time_text_;
 };
 
 /// Increments with forward-right-down axes, fixes and truth; times are seconds of the week.

@@ -2,7 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
+#include <cstdio>
 #include <limits>
+#include <random>
+#include <string>
 
 #include "canyon/base/utf8.hpp"
 #include "canyon/geodesy/constants.hpp"
@@ -21,6 +26,22 @@ TEST(Number, FixedIsEmptyWhereNotKnown) {
   EXPECT_EQ(fixed(-0.0, 0), "0");
   EXPECT_EQ(fixed(std::numeric_limits<double>::quiet_NaN(), 3), "");
   EXPECT_EQ(fixed(-std::numeric_limits<double>::infinity(), 3), "");
+}
+
+// The C library rounds the exact binary value.
+TEST(Number, FixedIsWhatPrintfPrints) {
+  std::mt19937_64 random(7);
+  for (int i = 0; i < 200'000; ++i) {
+    const int decimals = i % 17;
+    const double size = std::pow(10, static_cast<double>(random() % 20) - 6);
+    double value = size * (static_cast<double>(random() >> 11) * 0x1p-53 - 0.5);
+    if (i % 3 == 0) value = std::round(value * 64) / 64;  // often in the middle of two numbers
+    std::array<char, 64> text{};
+    (void)std::snprintf(text.data(), text.size(), "%.*f", decimals, value);
+    std::string expected = text.data();
+    if (expected.find_first_not_of("-0.") == std::string::npos && expected[0] == '-') expected.erase(0, 1);
+    ASSERT_EQ(fixed(value, decimals), expected) << decimals;
+  }
 }
 
 TEST(Number, SecondsOfWeekAreExact) {
