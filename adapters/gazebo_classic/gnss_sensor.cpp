@@ -1,5 +1,6 @@
 #include "adapters/gazebo_classic/gnss_sensor.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <gazebo/common/Console.hh>
 #include <gazebo/common/Events.hh>
@@ -7,9 +8,12 @@
 #include <gazebo/sensors/RaySensor.hh>
 #include <gazebo/sensors/Sensor.hh>
 #include <gazebo/transport/Node.hh>
+#include <map>
+#include <mutex>
 #include <optional>
 #include <vector>
 
+#include "adapters/common/host_bases.hpp"
 #include "adapters/common/hosted_receiver.hpp"
 #include "adapters/common/sdf/plugin_settings.hpp"
 #include "adapters/gazebo_classic/ignition_types.hpp"
@@ -59,10 +63,29 @@ void say(HostedReceiver::Tone tone, const std::string& line) {
 }  // namespace
 
 struct GnssSensor::Impl {
+  /// The receivers of one world. At the end of an update all begin their epochs, then bases finish before
+  /// those that take their corrections. Plugins come and go in other threads than updates.
+  class World {
+   public:
+    static std::shared_ptr<World> of(const gazebo::physics::WorldPtr& world);
+    World() : connection_(gazebo::event::Events::ConnectWorldUpdateEnd([this] { update(); })) {}
+    void add(Impl& receiver);
+    void remove(Impl& receiver);
+
+   private:
+    void update();
+
+    std::mutex mutex_;
+    std::vector<Impl*> receivers_;
+    HostBases bases_;
+    gazebo::event::ConnectionPtr connection_;
+  };
+
   explicit Impl(const Attachment& attachment);
   ~Impl();
 
-  void update();
+  /// Whether an epoch is begun.
+  bool update();
   void trace_by_physics(const Vector3d& antenna_enu, std::span<const Vector3d> directions,
                         std::span<propagation::SatellitePaths> result);
 
@@ -76,8 +99,41 @@ struct GnssSensor::Impl {
   std::vector<double> ranges;
   gazebo::physics::ModelPtr left_out;
   std::optional<HostedReceiver> receiver;
-  gazebo::event::ConnectionPtr connection;
+  std::shared_ptr<World> world;
 };
+
+std::shared_ptr<GnssSensor::Impl::World> GnssSensor::Impl::World::of(const gazebo::physics::WorldPtr& world) {
+  // Never destroyed: plugins may be unloaded after static objects are gone.
+  static auto& mutex = *new std::mutex;
+  static auto& known = *new std::map<const gazebo::physics::World*, std::weak_ptr<World>>;
+  const std::lock_guard lock(mutex);
+  std::weak_ptr<World>& weak = known[world.get()];
+  std::shared_ptr<World> one = weak.lock();
+  if (!one) weak = one = std::make_shared<World>();
+  return one;
+}
+
+void GnssSensor::Impl::World::add(Impl& receiver) {
+  const std::lock_guard lock(mutex_);
+  receivers_.push_back(&receiver);
+  bases_.add(*receiver.receiver, receiver.at.link->GetParentModel()->GetId());
+}
+
+void GnssSensor::Impl::World::remove(Impl& receiver) {
+  const std::lock_guard lock(mutex_);
+  receivers_.erase(std::remove(receivers_.begin(), receivers_.end(), &receiver), receivers_.end());
+  bases_.remove(*receiver.receiver);
+}
+
+void GnssSensor::Impl::World::update() {
+  const std::lock_guard lock(mutex_);
+  std::vector<HostedReceiver*> begun;
+  for (Impl* receiver : receivers_) {
+    if (receiver->update()) begun.push_back(&*receiver->receiver);
+  }
+  bases_.sort(begun);
+  for (HostedReceiver* receiver : begun) bases_.finish(*receiver);
+}
 
 GnssSensor::Impl::Impl(const Attachment& attachment) : at(attachment) {
   const ReceiverIdentity identity = identify(at);
@@ -116,23 +172,30 @@ GnssSensor::Impl::Impl(const Attachment& attachment) : at(attachment) {
     name = identity.link + "::" + (identity.sensor.empty() ? identity.plugin : identity.sensor);
     receiver->add(make_ros_publisher(identity, settings, hosted_faults(desk, name, settings)));
   }
-  connection = gazebo::event::Events::ConnectWorldUpdateEnd([this] { update(); });
+  world = World::of(at.world);
+  world->add(*this);
 }
 
 GnssSensor::Impl::~Impl() {
-  connection.reset();
+  world->remove(*this);
   desk->close();
   receiver.reset();
   pose_source.reset();
   if (node) node->Fini();  // takes its topics back
 }
 
-void GnssSensor::Impl::update() {
+bool GnssSensor::Impl::update() {
   // The model was removed; a sensor's plugin is some time later.
-  if (!at.link->GetParent()) return;
+  if (!at.link->GetParent()) return false;
   desk->serve([this] { return std::vector{receiver->adjustable(name)}; });
   const gazebo::common::Time now = at.world->SimTime();
-  receiver->update(nanoseconds(now), [&](std::string& reason) { return pose_source->at(now, reason); });
+  const bool due = receiver->due(nanoseconds(now));
+  if (due) {
+    receiver->begin(nanoseconds(now), [&](std::string& reason) { return pose_source->at(now, reason); });
+  } else {
+    receiver->serve(nanoseconds(now));
+  }
+  return due;
 }
 
 // The paper's algorithm on the physics engine: for each satellite the direct ray, then the mirror ray.

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <set>
 
 #include "adapters/common/testing/street_message.hpp"
@@ -201,6 +202,54 @@ TEST(GnssSensor, TwentyReceiversAtTenHertz) {
     EXPECT_THAT(times, ::testing::SizeIs(::testing::AnyOf(20, 21)));  // 0.1 s to 2 s, and the first update
     expect_street(all.back(), &test::StreetSatellite::mirror_m, 1e-3);
   }
+}
+
+// One stands before its base in the world's file, one after it. A base on the same vehicle gives the heading.
+TEST(GnssSensor, ReceiversCorrectEachOther) {
+  const std::string common =
+      "<profile>ublox-f9p</profile><sky><nominal>true</nominal></sky><start>2024-02-04T00:00:00 GPST</start>"
+      "<publishers><ros>false</ros></publishers>" +
+      kEmbree;
+  const std::string rover = common + "<rtk>true</rtk><corrections><from>tower</from></corrections>";
+  const std::string heading = common + "<rtk>true</rtk><corrections><from>front</from></corrections>";
+  std::string two =
+      street_car("<name>front</name>" + common + "<lever_arm><forward_m>1</forward_m></lever_arm>", "gps",
+                 "two", "3 90 0 0 0 0");
+  const std::string end = "</link></model>";
+  const std::string rear =
+      "<sensor name='rear' type='gps'><pose>0 0 2 0 0 0</pose><update_rate>10</update_rate>"
+      "<plugin name='rear' filename='libMultipathSensorPlugin.so'>" +
+      heading + "</plugin></sensor>";
+  two.insert(two.rfind(end), rear);
+  InProcessServer& server = InProcessServer::get();
+  const auto world =
+      server.load(street_world(street_car(rover, "gps", "before", "3 0 0 0 0 0") +
+                                   street_car("<name>tower</name>" + common, "gps", "base", "3 30 0 0 0 0") +
+                                   street_car(rover, "gps", "after", "3 60 0 0 0 0") + two,
+                               0, false));
+  GnssListener before(world->Name(), "~/before/antenna/gnss"), after(world->Name(), "~/after/antenna/gnss"),
+      turned(world->Name(), "~/two/rear/gnss");
+  constexpr double kEnd_s = 25;
+  server.step(static_cast<unsigned>(kEnd_s * 100));
+  const auto length_m = [](const GnssReceiver& message) {
+    const auto& vector = message.fix().baseline().vector_enu_m();
+    return std::hypot(vector.east(), vector.north());
+  };
+  for (GnssListener* each : {&before, &after}) {
+    const auto message = each->at(kEnd_s);
+    ASSERT_TRUE(message);
+    EXPECT_EQ(message->fix().kind(), msgs::GnssFix::FIXED);
+    EXPECT_FALSE(message->fix().baseline().moving_base());
+    EXPECT_NEAR(length_m(*message), 30, 0.05);
+  }
+  const auto message = turned.at(kEnd_s);
+  ASSERT_TRUE(message);
+  EXPECT_TRUE(message->fix().baseline().moving_base());
+  EXPECT_NEAR(length_m(*message), 1, 0.03);
+  // The base is 1 m ahead, in the east.
+  EXPECT_NEAR(
+      std::remainder(message->fix().baseline().heading_rad() - 1.5 * std::numbers::pi, 2 * std::numbers::pi),
+      0, 0.03);
 }
 
 TEST(GnssSensor, ResetAndTimeJumpsBeginAnew) {

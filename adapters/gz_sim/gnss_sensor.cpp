@@ -78,7 +78,6 @@ bool has_noise(const sdf::Sensor& sensor) {
 HostSettings read_settings(const sdf::ElementPtr& element, const ReceiverIdentity& identity, const Ecm& ecm) {
   PluginPlace place;
   place.name = place_name(identity);
-  place.bases_elsewhere = true;
   const auto world = ecm.ComponentData<components::WorldSdf>(gz::sim::worldEntity(ecm));
   if (world && world->Element())
     place.folder = std::filesystem::path(world->Element()->FilePath()).parent_path();

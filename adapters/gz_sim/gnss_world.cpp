@@ -134,7 +134,6 @@ void GnssWorld::serve(Entity root, const sdf::ElementPtr& defaults, Ecm& ecm) {
   try {
     PluginPlace place;
     place.name = "plugin 'canyon::GnssSystem'";
-    place.bases_elsewhere = true;
     place.resources = gazebos_paths();
     entry.all = read_plugin_settings(defaults, place).serve_all;
   } catch (const std::exception& e) {

@@ -1,5 +1,5 @@
-// Fields by the OEM7 Commands and Logs Reference Manual. The parser of the ROS driver novatel_gps_driver read
-// whole files, docs/results.md.
+// Fields by the OEM7 Commands and Logs Reference Manual. The parsers of the ROS driver novatel_gps_driver and
+// NovAtel's own decoder read whole files (docs/outputs.md), RTKLIB does in tests/integration.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <zlib.h>
@@ -145,6 +145,109 @@ TEST(Novatel, ListsItsMeasurements) {
     EXPECT_NEAR(std::stod(field(2)), seen->measurement->pseudorange_m - clock_m, 0.2) << field(0);
     EXPECT_NEAR(std::stod(field(7)), seen->measurement->cn0_dbhz.value_or(0), 0.05);
   }
+}
+
+/// The types of a binary body's fields: e an enumeration, d and f real numbers, L, H and B whole ones of 4, 2
+/// and 1 bytes, W and X 4 and 1 bytes in hexadecimal, s a name of four characters. Of RANGE and PSRDOP the
+/// part in brackets repeats.
+struct Layout {
+  std::string_view name;
+  std::uint64_t number;
+  std::string_view fields, repeated;
+};
+constexpr Layout kLayouts[]{{"TIMEA", 101, "edddLBBBBLe", ""},
+                            {"BESTPOSA", 42, "eedddfefffsffBBBBBXXX", ""},
+                            {"BESTVELA", 99, "eeffdddf", ""},
+                            {"PSRDOPA", 174, "ffffffL", "L"},
+                            {"HEADING2A", 1335, "eeffffffssBBBBBXXX", ""},
+                            {"RANGEA", 43, "L", "HHdfdffffW"}};
+
+std::size_t size_of(char field) {
+  return field == 'd' ? 8 : field == 'H' ? 2 : field == 'B' || field == 'X' ? 1 : 4;
+}
+
+/// The text of a field, as near as `text` of the same field in ASCII has it.
+void expect_field(char field, const std::string& bytes, const std::string& text, const std::string& where) {
+  const test::Message m{0, bytes};
+  const std::size_t point = text.find('.');
+  const double half = point == std::string::npos ? 0 : 0.51 * std::pow(0.1, text.size() - point - 1.0);
+  switch (field) {
+    case 'd':
+      EXPECT_NEAR(m.r8(0), std::stod(text), half) << where;
+      return;
+    case 'f':
+      EXPECT_NEAR(m.r4(0), std::stod(text), half + 1e-6 * std::abs(std::stod(text))) << where;
+      return;
+    case 's':
+      EXPECT_EQ('"' + std::string(bytes.c_str()) + '"', text) << where;
+      return;
+    case 'e':  // the same number for one name, but for VALID of a clock (0) and of UTC (1)
+      EXPECT_EQ(m.u(0, 4), (std::map<std::string, std::uint64_t>{{"SOL_COMPUTED", 0},
+                                                                 {"SINGLE", 16},
+                                                                 {"NARROW_INT", 50},
+                                                                 {"DOPPLER_VELOCITY", 8},
+                                                                 {"WGS84", 61},
+                                                                 {"VALID", where == "TIMEA 0" ? 0 : 1}})
+                               .at(text))
+          << where;
+      return;
+    default:
+      EXPECT_EQ(m.u(0, bytes.size()), std::stoull(text, nullptr, field == 'W' || field == 'X' ? 16 : 10))
+          << where;
+  }
+}
+
+// Each log in both encodings, of one epoch.
+TEST(Novatel, TellsTheSameInBinary) {
+  auto e = test::with_baseline(ubx_epoch(), positioning::FixKind::Fixed, true);
+  e.geoid_undulation_m = 39.625;
+  const Logs ascii = logs_of(device()->encode(e));
+  std::string bytes =
+      format_named("novatel_binary").make({.name = "rover", .begin = test::sample_time()})->encode(e);
+  for (const Layout& layout : kLayouts) {
+    ASSERT_GE(bytes.size(), 28U);
+    const test::Message header{0, bytes.substr(0, 28)};
+    const std::size_t length = header.u(8, 2), whole = 28 + length;
+    ASSERT_GE(bytes.size(), whole + 4);
+    EXPECT_EQ(header.payload.substr(0, 4), "\xAA\x44\x12\x1C");
+    EXPECT_EQ(header.u(4, 2), layout.number);
+    const auto& told = ascii.at(std::string(layout.name) + " header");
+    EXPECT_EQ(header.u(13, 1), 180U) << "FINESTEERING";
+    EXPECT_EQ(std::to_string(header.u(14, 2)), told[5]);
+    EXPECT_NEAR(static_cast<double>(header.u(16, 4)), std::stod(told[6]) * 1e3, 1e-3);
+    const auto crc =
+        ~crc32(0xFFFFFFFF, reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uInt>(whole));
+    EXPECT_EQ((test::Message{0, bytes.substr(whole, 4)}.u(0, 4)), crc & 0xFFFFFFFF) << layout.name;
+    const auto& texts = ascii.at(std::string(layout.name));
+    std::string fields(layout.fields);
+    while (fields.size() < texts.size()) fields += layout.repeated;
+    ASSERT_EQ(fields.size(), texts.size()) << layout.name;
+    std::size_t at = 28;
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+      const std::size_t size = size_of(fields[i]);
+      expect_field(fields[i], bytes.substr(at, size), texts[i],
+                   std::string(layout.name) + ' ' + std::to_string(i));
+      at += size;
+    }
+    EXPECT_EQ(at, whole) << layout.name;
+    bytes.erase(0, whole + 4);
+  }
+  EXPECT_EQ(bytes, "");
+}
+
+TEST(Novatel, MixesEncodings) {
+  const auto receiver = device();
+  EXPECT_EQ(receiver->receive(0, "log bestposb ontime 1\r\nlog timea ontime 1\r\n"),
+            "\r\n<OK\r\n[COM1]\r\n<OK\r\n[COM1]");
+  const std::string bytes = receiver->encode(ubx_epoch());
+  const std::size_t binary = bytes.find('\xAA');
+  EXPECT_EQ(bytes.size() - binary, 28U + 72 + 4);
+  EXPECT_EQ(logs_of(bytes.substr(0, binary)).count("TIMEA"), 1U);
+  (void)receiver->receive(0, "unlog bestposb\r\n");
+  EXPECT_EQ(receiver->receive(0, "log bestpos ontime 1\r\n"), "\r\n<ERROR:Invalid Message ID\r\n[COM1]")
+      << "abbreviated ASCII";
+  (void)receiver->receive(0, "unlogall\r\n");
+  EXPECT_EQ(receiver->encode(ubx_epoch()), "");
 }
 
 TEST(Novatel, LogsWhatIsAskedFor) {

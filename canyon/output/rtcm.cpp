@@ -16,15 +16,8 @@ constexpr double kStationEvery_s = 10;
 class Rtcm final : public Encoder {
  public:
   explicit Rtcm(const ReceiverDescription& receiver)
-      : station_ecef_(receiver.station_ecef),
-        virtual_station_(receiver.virtual_station),
-        observations_(receiver.glonass_channels) {
+      : station_(rtcm::station_messages(receiver)), observations_(receiver.glonass_channels) {
     if (receiver.ephemerides) ephemerides_.emplace();
-    for (const gnss::Signal* signal : receiver::tracked_signals(receiver.tracks, gnss::System::GLONASS)) {
-      if (receiver.signal.enabled && receiver.systems.count(gnss::System::GLONASS) > 0) {
-        glonass_codes_.push_back(signal->code);
-      }
-    }
   }
 
   std::string encode(const simulation::Epoch& epoch) override {
@@ -32,9 +25,7 @@ class Rtcm final : public Encoder {
     const geodesy::GpsTime now = epoch.observed.time;
     if (!station_sent_ || now - *station_sent_ >= kStationEvery_s) {
       station_sent_ = now;
-      if (station_ecef_) bytes += rtcm::frame(rtcm::station(*station_ecef_, virtual_station_));
-      bytes += rtcm::frame(rtcm::descriptors());
-      if (!glonass_codes_.empty()) bytes += rtcm::frame(rtcm::glonass_biases(glonass_codes_));
+      for (const Bits& message : station_) bytes += rtcm::frame(message);
     }
     if (ephemerides_) {
       for (const Bits& message : ephemerides_->due(epoch)) bytes += rtcm::frame(message);
@@ -44,9 +35,7 @@ class Rtcm final : public Encoder {
   }
 
  private:
-  std::optional<Eigen::Vector3d> station_ecef_;
-  bool virtual_station_;
-  std::vector<std::string_view> glonass_codes_;
+  std::vector<Bits> station_;
   std::optional<geodesy::GpsTime> station_sent_;
   std::optional<rtcm::Ephemerides> ephemerides_;
   rtcm::Observations observations_;
@@ -96,6 +85,19 @@ Bits glonass_biases(const std::vector<std::string_view>& rinex_codes) {
     if (codes.count(code) > 0) bits.put(0, 16);
   }
   return bits;
+}
+
+std::vector<Bits> station_messages(const ReceiverDescription& receiver) {
+  std::vector<Bits> messages;
+  if (receiver.station_ecef) messages.push_back(station(*receiver.station_ecef, receiver.virtual_station));
+  messages.push_back(descriptors());
+  if (!receiver.signal.enabled || receiver.systems.count(gnss::System::GLONASS) == 0) return messages;
+  std::vector<std::string_view> codes;
+  for (const gnss::Signal* signal : receiver::tracked_signals(receiver.tracks, gnss::System::GLONASS)) {
+    codes.push_back(signal->code);
+  }
+  if (!codes.empty()) messages.push_back(glonass_biases(codes));
+  return messages;
 }
 
 }  // namespace rtcm

@@ -1,11 +1,14 @@
 #pragma once
 
+#include <array>
 #include <map>
+#include <span>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "canyon/broadcast/bits.hpp"
+#include "canyon/output/encoder.hpp"
 #include "canyon/output/observations/raw_observations.hpp"
 #include "canyon/rtcm/frames.hpp"
 #include "canyon/simulation/epoch.hpp"
@@ -23,6 +26,9 @@ using canyon::rtcm::frame;
 [[nodiscard]] broadcast::Bits descriptors();
 /// Message 1230: GLONASS phases are aligned with the codes of these RINEX signals (1C, 2C), biases 0.
 [[nodiscard]] broadcast::Bits glonass_biases(const std::vector<std::string_view>& rinex_codes);
+/// What a receiver says of itself now and then: 1005 where its place is known, 1033, and 1230 where it has
+/// phases of GLONASS.
+[[nodiscard]] std::vector<broadcast::Bits> station_messages(const ReceiverDescription& receiver);
 
 /// Messages 1019 (GPS), 1042 (BeiDou), 1044 (QZSS), 1045 and 1046 (Galileo, by the message that it is of);
 /// 1020 (GLONASS). Values go to the nearest that the satellite's own message could hold. Empty for satellites
@@ -30,19 +36,23 @@ using canyon::rtcm::frame;
 [[nodiscard]] broadcast::Bits ephemeris(const gnss::KeplerEphemeris& ephemeris);
 [[nodiscard]] broadcast::Bits ephemeris(const gnss::GlonassEphemeris& ephemeris);
 
-/// MSM7, 1077 to 1127, of a receiver's epochs.
+/// MSM7 of all systems.
+inline constexpr std::array kMsm7{1077, 1087, 1097, 1107, 1117, 1127};
+
+/// MSM4 and MSM7, 1074 to 1127, of a receiver's epochs.
 class Observations {
  public:
   /// @param glonass_channels frequency numbers
   explicit Observations(std::map<gnss::SatelliteId, int> glonass_channels)
       : glonass_channels_(std::move(glonass_channels)) {}
 
-  /// All messages of an epoch; none without measurements. Epochs are in whole milliseconds of the
-  /// receiver's clock: pseudoranges and phases follow the rounding, as in the RINEX observation file.
+  /// The messages of an epoch with these numbers; none without measurements. Epochs are in whole milliseconds
+  /// of the receiver's clock: pseudoranges and phases follow the rounding, as in the RINEX observation file.
   /// Pseudoranges from 0 to 254 ms can be encoded. Lock times count from an arc's first epoch
   /// here, so that a slip always shows as 0, however short the arc before it was. Give epochs in order of
   /// time.
-  [[nodiscard]] std::vector<broadcast::Bits> messages(const receiver::ReceiverEpoch& seen);
+  [[nodiscard]] std::vector<broadcast::Bits> messages(const receiver::ReceiverEpoch& seen,
+                                                      std::span<const int> numbers = kMsm7);
 
  private:
   struct Satellite;

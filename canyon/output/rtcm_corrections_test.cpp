@@ -5,12 +5,15 @@
 #include <cmath>
 #include <map>
 
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/frames.hpp"
 #include "canyon/output/encoder.hpp"
 #include "canyon/output/observations/raw_observations.hpp"
 #include "canyon/output/ubx/frame.hpp"
 #include "canyon/rtcm/msm.hpp"
 #include "canyon/rtcm/rtcm_decoder.hpp"
 #include "tests/support/sample_signals.hpp"
+#include "tests/support/ubx_device.hpp"
 
 namespace canyon::output {
 namespace {
@@ -69,6 +72,62 @@ TEST(RtcmCorrections, OwnStreamComesBackToItsResolution) {
   EXPECT_GE(phases, 40U * 4);
   EXPECT_TRUE(decoder.status().problems.empty());
   EXPECT_EQ(decoder.status().checksum_errors, 0U);
+}
+
+// A u-blox receiver as a base sends RTCM 3 among its UBX messages, those that CFG-MSGOUT names.
+TEST(RtcmCorrections, GoOutOverAUbxLine) {
+  const geodesy::GpsTime begin = test::sample_time();
+  simulation::Epoch epoch = test::sample_signal_epoch(begin, begin - 100);
+  ReceiverDescription description{.name = "base", .systems = {gnss::System::GPS}, .begin = begin};
+  const auto types = [&](Encoder& device, int epochs) {
+    std::map<int, std::uint64_t> counts;
+    canyon::rtcm::CorrectionsDecoder decoder;
+    for (int k = 0; k < epochs; ++k) {
+      epoch = test::sample_signal_epoch(begin + k, begin - 100);
+      (void)decoder.feed(device.encode(epoch), begin + k);
+    }
+    EXPECT_EQ(decoder.status().checksum_errors, 0U);
+    for (const auto& [type, count] : decoder.status().messages) counts[type] = count;
+    return counts;
+  };
+  using Counts = std::map<int, std::uint64_t>;
+  const auto moving = format_named("ubx").make(description);
+  // 1005 of each second epoch, 1074, 1077 and 1230 of each, on UART1.
+  (void)moving->receive(
+      0, ubx::frame(0x068A,
+                    test::values(1, {{0x209102be, 2}, {0x2091035f, 1}, {0x209102cd, 1}, {0x20910304, 1}})));
+  EXPECT_EQ(types(*moving, 4), Counts{}) << "CFG-UART1OUTPROT-RTCM3X is off";
+  (void)moving->receive(0, ubx::frame(0x068A, test::values(1, {{0x10740004, 1}})));
+  EXPECT_EQ(types(*moving, 4), (Counts{{1074, 4}, {1077, 4}})) << "no place is known, no phases of GLONASS";
+
+  description.station_ecef = epoch.truth_ecef;
+  description.systems.insert(gnss::System::GLONASS);
+  description.signal.enabled = true;
+  description.tracks = {"L1CA", "G1"};
+  const auto base = format_named("ubx").make(description);
+  (void)base->receive(
+      0, ubx::frame(0x068A,
+                    test::values(1, {{0x10740004, 1}, {0x209102be, 2}, {0x209102cd, 1}, {0x20910304, 1}})));
+  EXPECT_EQ(types(*base, 4), (Counts{{1005, 2}, {1077, 4}, {1230, 4}}));
+
+  // CFG-TMODE tells it another place: 47.123456789 deg, 8.5 deg, 400.1234 m.
+  (void)base->receive(0, ubx::frame(0x068A, test::values(1, {{0x20030001, 2},
+                                                             {0x20030002, 1},
+                                                             {0x40030009, 471234567},
+                                                             {0x2003000c, 89},
+                                                             {0x4003000a, 85000000},
+                                                             {0x4003000b, 40012},
+                                                             {0x2003000e, 34}})));
+  canyon::rtcm::CorrectionsDecoder decoder;
+  std::shared_ptr<const relative::Corrections> last;
+  for (int k = 4; k < 6; ++k) {
+    for (auto& came :
+         decoder.feed(base->encode(test::sample_signal_epoch(begin + k, begin - 100)), begin + k))
+      last = came;
+  }
+  ASSERT_NE(last, nullptr);
+  const geodesy::Geodetic told{geodesy::radians(47.123456789), geodesy::radians(8.5), 400.1234};
+  EXPECT_LT((last->station_ecef - geodesy::ecef_from_geodetic(told)).norm(), 2e-4);
 }
 
 // RTCM among commands on a receiver's UBX line: RXM-RTCM says of each message that it came (UBX-22008968,

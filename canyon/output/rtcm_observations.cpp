@@ -115,17 +115,19 @@ std::vector<Observations::Satellite> Observations::satellites_of(const RawEpoch&
   return satellites;
 }
 
-std::vector<Bits> Observations::messages(const receiver::ReceiverEpoch& seen) {
+std::vector<Bits> Observations::messages(const receiver::ReceiverEpoch& seen, std::span<const int> numbers) {
   const RawEpoch raw = observations_.next(seen);
   const GpsTime tag = raw.tag;
   // A message holds 64 cells at most, counting those of signals that a satellite lacks.
   struct Part {
+    int number;
     System system;
     std::set<int> signals;
     std::vector<Satellite> satellites;
   };
   std::vector<Part> parts;
-  for (const System system : kMsmSystems) {
+  for (const int number : numbers) {
+    const System system = kMsmSystems.at(static_cast<std::size_t>(number - 1070) / 10);
     std::set<int> signals;
     std::vector<Satellite> all = satellites_of(raw, system);
     for (const Satellite& satellite : all) {
@@ -135,17 +137,16 @@ std::vector<Bits> Observations::messages(const receiver::ReceiverEpoch& seen) {
     for (std::size_t i = 0; i < all.size(); i += room) {
       const auto begin = all.begin() + static_cast<std::ptrdiff_t>(i);
       const auto end = all.begin() + static_cast<std::ptrdiff_t>(std::min(i + room, all.size()));
-      parts.push_back({system, signals, {std::make_move_iterator(begin), std::make_move_iterator(end)}});
+      parts.push_back(
+          {number, system, signals, {std::make_move_iterator(begin), std::make_move_iterator(end)}});
     }
   }
 
   std::vector<Bits> messages;
   for (const Part& part : parts) {
-    // 1077 GPS, 1087 GLONASS, 1097 Galileo, 1107 SBAS, 1117 QZSS, 1127 BeiDou.
-    const auto number =
-        1077 + 10 * (std::find(kMsmSystems.begin(), kMsmSystems.end(), part.system) - kMsmSystems.begin());
+    const bool precise = part.number % 10 == 7;  // MSM7, else MSM4
     Bits bits;
-    bits.put(static_cast<std::uint64_t>(number), 12).put(0, 12).put(epoch_time(part.system, tag), 30);
+    bits.put(static_cast<std::uint64_t>(part.number), 12).put(0, 12).put(epoch_time(part.system, tag), 30);
     bits.put(messages.size() + 1 < parts.size() ? 1 : 0, 1);  // more of this epoch follow
     bits.put(0,
              3 + 7 + 2 + 2 + 1 + 3);  // IODS, reserved, steering, external clock, smoothing and its interval
@@ -166,10 +167,10 @@ std::vector<Bits> Observations::messages(const receiver::ReceiverEpoch& seen) {
     };
     each_satellite(
         [&](const Satellite& s) { bits.put(static_cast<std::uint64_t>(s.rough / kRoughSteps), 8); });
-    each_satellite([&](const Satellite& s) { bits.put(s.extended, 4); });
+    if (precise) each_satellite([&](const Satellite& s) { bits.put(s.extended, 4); });
     each_satellite(
         [&](const Satellite& s) { bits.put(static_cast<std::uint64_t>(s.rough % kRoughSteps), 10); });
-    each_satellite([&](const Satellite& s) { bits.count(s.rough_mps, 14); });
+    if (precise) each_satellite([&](const Satellite& s) { bits.count(s.rough_mps, 14); });
     const auto each_cell = [&](const auto& put) {
       for (const Satellite& satellite : part.satellites) {
         const double rough_m = static_cast<double>(satellite.rough) / kRoughSteps * kMillisecond_m;
@@ -177,23 +178,29 @@ std::vector<Bits> Observations::messages(const receiver::ReceiverEpoch& seen) {
       }
     };
     using Cell = Satellite::Cell;
+    const int code_bits = precise ? 20 : 15, phase_bits = precise ? 24 : 22;
     each_cell([&](const Satellite&, const Cell& c, double rough_m) {
-      bits.count(or_none(std::ldexp((c.range_m - rough_m) / kMillisecond_m, 29), 20), 20);
+      const double fine_ms = (c.range_m - rough_m) / kMillisecond_m;
+      bits.count(or_none(std::ldexp(fine_ms, precise ? 29 : 24), code_bits), code_bits);
     });
     each_cell([&](const Satellite&, const Cell& c, double rough_m) {
-      bits.count(c.phase_range_m ? or_none(std::ldexp((*c.phase_range_m - rough_m) / kMillisecond_m, 31), 24)
-                                 : none(24),
-                 24);
+      const double fine_ms = (c.phase_range_m.value_or(HUGE_VAL) - rough_m) / kMillisecond_m;
+      bits.count(or_none(std::ldexp(fine_ms, precise ? 31 : 29), phase_bits), phase_bits);
     });
     each_cell([&](const Satellite&, const Cell& c, double) {
-      bits.put(static_cast<std::uint64_t>(canyon::rtcm::lock_time_indicator(c.lock_s)), 10);
+      bits.put(static_cast<std::uint64_t>(canyon::rtcm::lock_time_indicator(c.lock_s, precise)),
+               precise ? 10 : 4);
     });
     each_cell([&](const Satellite&, const Cell&, double) { bits.put(0, 1); });  // no half cycles
-    each_cell([&](const Satellite&, const Cell& c, double) { bits.positive(c.cn0_dbhz, 1.0 / 16, 10); });
-    each_cell([&](const Satellite& s, const Cell& c, double) {
-      const bool has = c.rate_mps && s.rough_mps != none(14);
-      bits.count(has ? or_none((*c.rate_mps - static_cast<double>(s.rough_mps)) * 1e4, 15) : none(15), 15);
+    each_cell([&](const Satellite&, const Cell& c, double) {
+      bits.positive(c.cn0_dbhz, precise ? 1.0 / 16 : 1, precise ? 10 : 6);
     });
+    if (precise) {
+      each_cell([&](const Satellite& s, const Cell& c, double) {
+        const bool has = c.rate_mps && s.rough_mps != none(14);
+        bits.count(has ? or_none((*c.rate_mps - static_cast<double>(s.rough_mps)) * 1e4, 15) : none(15), 15);
+      });
+    }
     messages.push_back(std::move(bits));
   }
   return messages;

@@ -207,13 +207,14 @@ TEST(UbxDevice, RefusesWhatItCannotDo) {
   EXPECT_FALSE(device.accepts(0x0601, "x"));
   EXPECT_FALSE(device.accepts(0x0608, Payload().u2(0).u2(1).u2(0).bytes()));
   EXPECT_FALSE(device.accepts(0x0677, ""));
-  EXPECT_FALSE(device.accepts(0x068A, values(1, {{0x209102be, 1}}))) << "RTCM";
-  EXPECT_TRUE(device.accepts(0x068A, values(1, {{0x209102be, 0}})));
+  EXPECT_FALSE(device.accepts(0x068A, values(1, {{0x209102ff, 1}}))) << "RTCM 4072.0";
+  EXPECT_TRUE(device.accepts(0x068A, values(1, {{0x209102ff, 0}})));
   // All or nothing.
   EXPECT_FALSE(device.accepts(0x068A, values(1, {{0x30210001, 500}, {0x20990001, 1}})));
   EXPECT_EQ(device.send(0x0608)[0].u(0, 2), 100U);
   EXPECT_FALSE(device.accepts(0x068A, values(1, {{0x30210001, 500}}).substr(0, 9))) << "half a value";
-  EXPECT_FALSE(device.accepts(0x068A, values(1, {{0x20030001, 1}}))) << "no base station";
+  EXPECT_FALSE(device.accepts(0x068A, values(1, {{0x20030001, 1}}))) << "a survey-in";
+  EXPECT_FALSE(device.accepts(0x068A, values(1, {{0x20030001, 2}}))) << "a base that may move";
   // Messages that are none of CFG have no acknowledgement.
   EXPECT_THAT(device.send(0x0130), IsEmpty());
   EXPECT_THAT(device.send(0x7777), IsEmpty());

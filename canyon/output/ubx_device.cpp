@@ -7,6 +7,7 @@
 #include "canyon/output/formats.hpp"
 #include "canyon/output/nmea.hpp"
 #include "canyon/output/observations/device_epochs.hpp"
+#include "canyon/output/rtcm.hpp"
 #include "canyon/output/ubx/commands.hpp"
 #include "canyon/output/ubx/messages.hpp"
 #include "canyon/output/ubx/satellite_names.hpp"
@@ -27,9 +28,11 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
         commands_(
             generation,
             ubx::Configuration(generation, static_cast<int>(std::floor(receiver.interval_s * 1e3 + 1e-6)),
-                               receiver.rtk, receiver.dead_reckoning),
+                               receiver.rtk, receiver.dead_reckoning, receiver.station_ecef.has_value()),
             receiver.systems, *this),
-        generation_(generation) {}
+        generation_(generation),
+        receiver_(receiver),
+        observations_(receiver.glonass_channels) {}
 
   std::string encode(const simulation::Epoch& epoch) override {
     last_ = epoch;
@@ -63,7 +66,8 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     for (const ubx::MessageInfo& info : ubx::messages()) {
       if (speaks && of_epochs(info) && turn(info.id)) text += ubx::frame(info.id, *output(info.id));
     }
-    return text;
+    const bool corrects = settings.value(ubx::kOutputRtcm).value_or(0) != 0 && commands_.running();
+    return corrects ? text + corrections(turn) : text;
   }
 
   std::string receive(std::uint64_t reader, std::string_view bytes) override {
@@ -204,9 +208,31 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     return text;
   }
 
+  /// RTCM 3 of a base: messages whose turn it is.
+  template <typename Turn>
+  std::string corrections(const Turn& turn) {
+    const auto is_due = [&](int number) { return turn(static_cast<ubx::MessageId>(0xF500 + number - 1000)); };
+    std::vector<int> numbers;
+    for (const int number : {1074, 1077, 1084, 1087, 1094, 1097, 1124, 1127}) {
+      if (is_due(number)) numbers.push_back(number);
+    }
+    ReceiverDescription told = receiver_;
+    if (const auto place = commands_.configuration().told_place_ecef()) told.station_ecef = place;
+    std::string text;
+    for (const broadcast::Bits& message : rtcm::station_messages(told)) {
+      if (is_due(static_cast<int>(message.number(0, 12)))) text += rtcm::frame(message);
+    }
+    for (const broadcast::Bits& message : observations_.messages(last_->observed, numbers)) {
+      text += rtcm::frame(message);
+    }
+    return text;
+  }
+
   DeviceEpochs epochs_;
   ubx::Commands commands_;
   ubx::Generation generation_;
+  ReceiverDescription receiver_;
+  rtcm::Observations observations_;
   std::optional<simulation::Epoch> last_;
   std::optional<DeviceEpoch> told_;               ///< of last_, to which it refers
   std::array<std::int64_t, 2> wheel_ticks_{};     // of the last sample

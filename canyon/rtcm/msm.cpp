@@ -52,8 +52,9 @@ std::string_view rinex_code(System system, int place) {
   return signals.substr(at, 2);
 }
 
-int lock_time_indicator(double seconds) {
+int lock_time_indicator(double seconds, bool extended) {
   const double ms = std::clamp(std::floor(seconds * 1e3 + 1e-6), 0.0, std::ldexp(1.0, 26));
+  if (!extended) return ms < 32 ? 0 : std::min(std::ilogb(ms) - 4, 15);
   // Segment k has 32 steps of 2^k ms, the first one 64 of 1 ms.
   const int k = ms < 64 ? 0 : std::ilogb(ms) - 5;
   return static_cast<int>(std::ldexp(ms, -k)) + 32 * k;

@@ -26,8 +26,9 @@ inline constexpr std::array kMsmSystems{gnss::System::GPS,  gnss::System::GLONAS
 /// RINEX code of a place in the mask of signals (DF395), 1 to 32: "1C"; empty for reserved ones.
 [[nodiscard]] std::string_view rinex_code(gnss::System system, int place);
 
-/// DF407 of a phase that has been continuous for so long [s], >= 0 (table 3.5-75): 0 to 704.
-[[nodiscard]] int lock_time_indicator(double seconds);
+/// DF407 (table 3.5-75: 0 to 704) or, not extended, DF402 (table 3.5-74: 0 to 15) of a phase that has been
+/// continuous for so long [s], >= 0.
+[[nodiscard]] int lock_time_indicator(double seconds, bool extended);
 /// The least lock time [ms] of an indicator: DF402 (table 3.5-74, 0 to 15) or DF407 (0 to 704). The time of
 /// the next indicator ends the times of this one.
 [[nodiscard]] double least_lock_ms(int indicator, bool extended);

@@ -59,13 +59,13 @@ TEST(RtcmDecoder, LockTimeIndicator) {
                                                   {96, 128},  {127, 252},   {128, 256},      {159, 504},
                                                   {160, 512}, {352, 32768}, {703, 66060288}, {704, 67108864}};
   for (const auto& [indicator, ms] : table) {
-    EXPECT_EQ(lock_time_indicator(ms * 1e-3), indicator);
+    EXPECT_EQ(lock_time_indicator(ms * 1e-3, true), indicator);
     EXPECT_EQ(least_lock_ms(indicator, true), ms);
     if (ms > 0) {
-      EXPECT_EQ(lock_time_indicator((ms - 0.5) * 1e-3), indicator - 1);
+      EXPECT_EQ(lock_time_indicator((ms - 0.5) * 1e-3, true), indicator - 1);
     }
   }
-  EXPECT_EQ(lock_time_indicator(1e9), 704);
+  EXPECT_EQ(lock_time_indicator(1e9, true), 704);
 }
 
 // Table 3.5-74.

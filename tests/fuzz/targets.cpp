@@ -356,8 +356,8 @@ void read_mesh_parts(const fs::path& path) {
 // A device of each generation receives the bytes in pieces from two readers, between epochs.
 void receive_ubx(const fs::path& path) {
   const std::string bytes = test::read_bytes(path);
-  for (const auto& make :
-       {output::encode_ubx, output::encode_ubx_m8, output::encode_ubx_x20, output::encode_sbf}) {
+  for (const auto& make : {output::encode_ubx, output::encode_ubx_m8, output::encode_ubx_x20,
+                           output::encode_sbf, output::encode_novatel}) {
     const auto device = make({"rover"});
     (void)device->encode(test::sample_signal_epoch(test::sample_time(), test::sample_time()));
     std::size_t at = 0;

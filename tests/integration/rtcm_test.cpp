@@ -14,14 +14,17 @@
 
 #include "canyon/broadcast/accuracy_index.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/frames.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/broadcast_messages.hpp"
+#include "canyon/output/formats.hpp"
 #include "canyon/output/rtcm.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/rinex/observation_reader.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/shared_data.hpp"
+#include "tests/support/ubx_device.hpp"
 
 namespace canyon {
 namespace {
@@ -183,6 +186,76 @@ TEST(RtcmByConvbin, ObservationsOfQzssAndSbasAreThoseOfTheRinexFile) {
       "], systems: [GPS, QZSS, SBAS]}\nstart: 2020-06-25T12:10:00Z\n");
   EXPECT_EQ(compared.signals.count("J1C"), 1U);
   EXPECT_EQ(compared.signals.count("S1C"), 1U);
+}
+
+// A u-blox base's UBX line with MSM4 and MSM7 as hosts ask for them.
+TEST(RtcmByConvbin, ReadsTheBaseOnAUbxLine) {
+  CANYON_NEEDS_PROGRAM("convbin");
+  const test::TemporaryFolder folder;
+  const auto simulation = test::prepare(
+      std::string(kOpenField) +
+          "sky: {nominal: true, systems: [GPS, GLONASS, Galileo, BeiDou]}\nstart: 2026-03-01T10:00:00Z\n"
+          "duration_s: 20\ntrajectory: {waypoints: [{east_m: 0, north_m: 0, up_m: 2}, {east_m: 100, north_m: "
+          "0, up_m: 2}], "
+          "speed_mps: 1}\nreceivers: [{name: base, profile: survey, tracks: [L1CA, L2C, L5, E1, E5a, B1I, "
+          "B3I, G1, G2], clock: {bias_s: 0, drift: 0, "
+          "drift_walk: 0}, "
+          "fixed: {latitude_deg: 22.298, longitude_deg: 114.178, height_m: 20}}]\n" +
+          kOutputs,
+      folder.path());
+  const auto epochs = test::run_and_write(simulation, folder.path());
+  rinex::ObservationOptions all;
+  all.all_signals = true;
+  const auto ours = rinex::read_rinex_observations(folder / "receiver.obs", all);
+  for (const int level : {4, 7}) {
+    const auto line = output::format_named("ubx").make(output::describe_receiver(simulation, 0));
+    // RTKLIB passes over a message behind a 0xD3 of another protocol: CFG-UART1OUTPROT-UBX off.
+    // CFG-MSGOUT-RTCM_3X_TYPE1005, 1074 or 1077 ... 1124 or 1127 and 1230 of UART1.
+    const std::initializer_list<std::pair<std::uint32_t, std::uint64_t>> kMsm4{
+        {0x10740001, 0}, {0x10740004, 1}, {0x209102be, 1}, {0x2091035f, 1},
+        {0x20910364, 1}, {0x20910369, 1}, {0x2091036e, 1}, {0x20910304, 1}};
+    const std::initializer_list<std::pair<std::uint32_t, std::uint64_t>> kMsm7{
+        {0x10740001, 0}, {0x10740004, 1}, {0x209102be, 1}, {0x209102cd, 1},
+        {0x209102d2, 1}, {0x20910319, 1}, {0x209102d7, 1}, {0x20910304, 1}};
+    (void)line->receive(0, output::ubx::frame(0x068A, test::values(1, level == 4 ? kMsm4 : kMsm7)));
+    {
+      std::ofstream stream(folder / "line.ubx", std::ios::binary);
+      for (const simulation::Epoch& epoch : epochs) stream << line->encode(epoch);
+    }
+    convert(folder / "line.ubx", simulation.begin(), folder.path(), "judged");
+    const auto theirs = rinex::read_rinex_observations(folder / "judged.obs", all);
+    ASSERT_EQ(theirs.epochs.size(), ours.epochs.size());
+    const geodesy::Geodetic place{geodesy::radians(22.298), geodesy::radians(114.178), 20};
+    EXPECT_LT((theirs.header.approximate_position_ecef.value() - geodesy::ecef_from_geodetic(place)).norm(),
+              1e-3);
+    // Half a step of DF400 or DF405, and of RINEX.
+    const double code_m = std::ldexp(geodesy::kSpeedOfLight * 1e-3, level == 4 ? -25 : -30) + 0.0011;
+    std::size_t compared = 0;
+    for (std::size_t k = 0; k < ours.epochs.size(); ++k) {
+      EXPECT_EQ(theirs.epochs[k].receiver_time, ours.epochs[k].receiver_time);
+      std::map<std::pair<gnss::SatelliteId, std::string>, const rinex::ObservedSignal*> decoded;
+      for (const auto& s : theirs.epochs[k].signals) decoded[{s.id, s.code.data()}] = &s;
+      for (const auto& s : ours.epochs[k].signals) {
+        const auto at = decoded.find({s.id, s.code.data()});
+        ASSERT_NE(at, decoded.end()) << to_string(s.id) << ' ' << s.code.data();
+        EXPECT_NEAR(at->second->pseudorange_m.value(), s.pseudorange_m.value(), code_m);
+        EXPECT_EQ(at->second->doppler_hz.has_value(), level == 7);
+        EXPECT_NEAR(at->second->cn0_dbhz.value(), s.cn0_dbhz.value(), level == 4 ? 0.51 : 0.033);
+        // DF401 and DF406: 0.6 mm and 0.07 mm.
+        // MSM4 does not state the channel of a satellite of GLONASS, which RTKLIB needs.
+        const bool no_channel = level == 4 && s.id.system == gnss::System::GLONASS;
+        EXPECT_EQ(at->second->carrier_phase_cycles.has_value(),
+                  s.carrier_phase_cycles.has_value() && !no_channel);
+        if (s.carrier_phase_cycles && at->second->carrier_phase_cycles) {
+          EXPECT_NEAR(*at->second->carrier_phase_cycles, *s.carrier_phase_cycles,
+                      level == 4 ? 0.0026 : 0.0015);
+        }
+        ++compared;
+      }
+    }
+    std::cout << "MSM" << level << ": " << compared << " observations\n";
+    EXPECT_GT(compared, 1000U);
+  }
 }
 
 /// `a` within what 12 digits leave of `b`.

@@ -108,7 +108,7 @@ inline broadcast::Bits msm(gnss::System system, int kind, geodesy::GpsTime time,
         width);
   }
   for (const Row& r : of_cells) {
-    int indicator = lock_time_indicator(r.cell->lock_s);
+    int indicator = lock_time_indicator(r.cell->lock_s, true);
     if (!fine) {
       for (indicator = 0; indicator < 15 && least_lock_ms(indicator + 1, false) <= 1e3 * r.cell->lock_s;)
         ++indicator;

@@ -19,7 +19,6 @@ struct PluginPlace {
   /// or an included model's), then to Gazebo's resource paths. May be empty.
   std::filesystem::path folder;
   ResourcePaths resources = {};
-  bool bases_elsewhere = false;  ///< the host knows the other receivers of its world (HostBases)
 };
 
 /// Reads a plugin element. The paper's satNum, satAzimuth, satElevation become sky.frozen, disableNoise

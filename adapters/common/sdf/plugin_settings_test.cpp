@@ -656,9 +656,9 @@ TEST(PluginKeys, HoldEveryKeyOfALiveReceiver) {
 TEST(PluginKeys, EveryElementOfTheTableIsRead) {
   // An element that is known but that nothing reads would end in an error of the scenario's reader. A value
   // that no element takes shows that each is checked; those that take any word are named.
-  const std::vector<std::string> any_word{"frame_id",  "pose_topic",    "topic",
-                                          "frameName", "ros.namespace", "robotNamespace",
-                                          "topicName", "name",          "link"};
+  const std::vector<std::string> any_word{"frame_id",      "pose_topic",      "topic",     "frameName",
+                                          "ros.namespace", "robotNamespace",  "topicName", "name",
+                                          "link",          "corrections.from"};
   for (const options::Key& key : plugin_keys()) {
     if (std::find(any_word.begin(), any_word.end(), key.path) != any_word.end()) {
       EXPECT_THAT(read_plugin_settings(plugin(key, "word"), {false, kName, {}}).warnings, IsEmpty())

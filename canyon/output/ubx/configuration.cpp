@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/frames.hpp"
+
 namespace canyon::output::ubx {
 namespace {
 
@@ -41,7 +44,7 @@ constexpr std::array kMessages{
     MessageInfo{0xF002, 0x209100bf, true, true, 0},                                  // GSA
     MessageInfo{0xF007, 0x209100d3, true, true, 0},                                  // GST
     MessageInfo{0xF003, 0x209100c4, true, true, 0},                                  // GSV
-    // No RTCM comes in, no edges of a time mark.
+    // No edges of a time mark come in.
     MessageInfo{0x0D03, 0x20910178, true, true, 0, Sent::Events},         // TIM-TM2
     MessageInfo{0x0232, 0x20910268, false, true, 0, Sent::Events, true},  // RXM-RTCM
     MessageInfo{0x0234, 0x209106b6, false, true, 0, Sent::Events, true},  // RXM-COR
@@ -49,16 +52,16 @@ constexpr std::array kMessages{
     MessageInfo{0xF005, 0x209100b0, true, true, 0, Sent::Never},          // VTG
     MessageInfo{0xF008, 0x209100d8, true, true, 0, Sent::Never},          // ZDA
     MessageInfo{0x013B, 0x20910088, false, true, 0, Sent::Never, true},   // NAV-SVIN
-    MessageInfo{0xF505, 0x209102bd, false, true, 0, Sent::Never, true},   // RTCM 1005, 1074, 1077, ...
-    MessageInfo{0xF54A, 0x2091035e, false, true, 0, Sent::Never, true},
-    MessageInfo{0xF54D, 0x209102cc, false, true, 0, Sent::Never, true},
-    MessageInfo{0xF554, 0x20910363, false, true, 0, Sent::Never, true},
-    MessageInfo{0xF557, 0x209102d1, false, true, 0, Sent::Never, true},
-    MessageInfo{0xF55E, 0x20910368, false, true, 0, Sent::Never, true},
-    MessageInfo{0xF561, 0x20910318, false, true, 0, Sent::Never, true},
-    MessageInfo{0xF57C, 0x2091036d, false, true, 0, Sent::Never, true},
-    MessageInfo{0xF57F, 0x209102d6, false, true, 0, Sent::Never, true},
-    MessageInfo{0xF5E6, 0x20910303, false, true, 0, Sent::Never, true},
+    MessageInfo{0xF505, 0x209102bd, false, true, 0, Sent::Epochs, true},  // RTCM 1005, 1074, 1077, ...
+    MessageInfo{0xF54A, 0x2091035e, false, true, 0, Sent::Epochs, true},
+    MessageInfo{0xF54D, 0x209102cc, false, true, 0, Sent::Epochs, true},
+    MessageInfo{0xF554, 0x20910363, false, true, 0, Sent::Epochs, true},
+    MessageInfo{0xF557, 0x209102d1, false, true, 0, Sent::Epochs, true},
+    MessageInfo{0xF55E, 0x20910368, false, true, 0, Sent::Epochs, true},
+    MessageInfo{0xF561, 0x20910318, false, true, 0, Sent::Epochs, true},
+    MessageInfo{0xF57C, 0x2091036d, false, true, 0, Sent::Epochs, true},
+    MessageInfo{0xF57F, 0x209102d6, false, true, 0, Sent::Epochs, true},
+    MessageInfo{0xF5E6, 0x20910303, false, true, 0, Sent::Epochs, true},
     MessageInfo{0xF5FE, 0x209102fe, false, true, 0, Sent::Never, true},
     MessageInfo{0xF5FD, 0x20910381, false, true, 0, Sent::Never, true},
 };
@@ -110,8 +113,8 @@ int value_size(std::uint32_t key) {
   return key < kOwnRate ? kSizes[key >> 28 & 7] : 0;
 }
 
-Configuration::Configuration(Generation generation, int period_ms, bool rtk, bool dead_reckoning)
-    : generation_(generation) {
+Configuration::Configuration(Generation generation, int period_ms, bool rtk, bool dead_reckoning, bool stands)
+    : generation_(generation), stands_(stands) {
   for (const KeyDefault& key : kKeys) values_[key.key] = key.value;
   for (const std::uint32_t key : kOff) values_[key] = 0;
   for (const std::uint32_t key : kOn) values_[key] = 1;
@@ -154,7 +157,7 @@ bool Configuration::takes(std::uint32_t key, std::uint64_t value) const {
   if (key == kRateMeasurement) return value > 0;
   if (key == kRateNavigation) return value > 0 && value <= 127;
   if (key == kBaud) return value >= 4800 && value <= 4'000'000;
-  if (key == 0x20030001) return value == 0;  // TMODE-MODE: no base station
+  if (key == kBaseMode) return value == 0 || (value == 2 && stands_);
   if (value == 0 || key >> 16 != 0x2091) return true;
   return std::none_of(kMessages.begin(), kMessages.end(), [&](const MessageInfo& info) {
     return info.sent == Sent::Never && key >= info.key && key < info.key + kPorts;
@@ -189,6 +192,24 @@ std::optional<std::uint32_t> Configuration::rate_key(MessageId id, int port) con
 int Configuration::rate(MessageId id) const {
   const auto key = rate_key(id, kOwnPort);
   return key ? static_cast<int>(values_.at(*key)) : 0;
+}
+
+std::optional<Eigen::Vector3d> Configuration::told_place_ecef() const {
+  if (value(kBaseMode).value_or(0) != 2) return std::nullopt;
+  // TMODE-POS_TYPE; TMODE-ECEF_X, -ECEF_X_HP, -LAT and -LAT_HP, each with the two others behind it.
+  const bool geodetic = value(0x20030002).value_or(0) == 1;
+  Eigen::Vector3d place;
+  for (std::uint32_t axis = 0; axis < 3; ++axis) {
+    const std::uint32_t key = (geodetic ? 0x40030009 : 0x40030003) + axis;
+    const std::uint32_t fine_key = (geodetic ? 0x2003000c : 0x20030006) + axis;
+    const double unit = geodetic && axis < 2 ? 1e-7 : 1e-2;
+    const auto whole = static_cast<std::int32_t>(value(key).value_or(0));
+    const auto fine = static_cast<std::int8_t>(value(fine_key).value_or(0));
+    place[axis] = unit * (whole + 0.01 * fine);
+  }
+  return geodetic ? geodesy::ecef_from_geodetic(
+                        {geodesy::radians(place.x()), geodesy::radians(place.y()), place.z()})
+                  : place;
 }
 
 std::string* Configuration::block(MessageId id) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -67,6 +68,8 @@ inline constexpr std::uint32_t kRateTimeReference = 0x20210003;
 inline constexpr std::uint32_t kBaud = 0x40520001;            ///< CFG-UART1-BAUDRATE
 inline constexpr std::uint32_t kOutputUbx = 0x10740001;       ///< CFG-UART1OUTPROT-UBX
 inline constexpr std::uint32_t kOutputNmea = 0x10740002;      ///< CFG-UART1OUTPROT-NMEA
+inline constexpr std::uint32_t kOutputRtcm = 0x10740004;      ///< CFG-UART1OUTPROT-RTCM3X
+inline constexpr std::uint32_t kBaseMode = 0x20030001;        ///< CFG-TMODE-MODE
 inline constexpr std::uint32_t kDynamicModel = 0x20110021;    ///< CFG-NAVSPG-DYNMODEL
 inline constexpr std::uint32_t kFixMode = 0x20110011;         ///< CFG-NAVSPG-FIXMODE
 inline constexpr std::uint32_t kJammingMonitor = 0x1041000d;  ///< CFG-ITFM-ENABLE
@@ -77,7 +80,9 @@ class Configuration {
  public:
   /// @param period_ms default of CFG-RATE-MEAS, at least 1; @param rtk NAV-RELPOSNED is sent from the start
   /// @param dead_reckoning likewise ESF-STATUS
-  Configuration(Generation generation, int period_ms, bool rtk = false, bool dead_reckoning = false);
+  /// @param stands it may be a base station of a fixed place (CFG-TMODE-MODE 2)
+  Configuration(Generation generation, int period_ms, bool rtk = false, bool dead_reckoning = false,
+                bool stands = false);
 
   [[nodiscard]] std::optional<std::uint64_t> value(std::uint32_t key) const;
   /// False, and nothing changed, for an unknown key and a value that the device does not take.
@@ -93,11 +98,15 @@ class Configuration {
   /// The interval of a message on the own port [epochs]; 0: never.
   [[nodiscard]] int rate(MessageId id) const;
 
+  /// The place that CFG-TMODE gave the antenna [m, ECEF]; empty in another mode than "fixed".
+  [[nodiscard]] std::optional<Eigen::Vector3d> told_place_ecef() const;
+
   /// Payload of a CFG message that is stored as it comes (CFG-NAV5, CFG-SBAS, ...); null for others.
   [[nodiscard]] std::string* block(MessageId id);
 
  private:
   Generation generation_;
+  bool stands_;
   std::map<std::uint32_t, std::uint64_t> values_;
   std::map<MessageId, std::string> blocks_;
 };

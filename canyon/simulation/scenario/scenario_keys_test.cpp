@@ -84,6 +84,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "outputs: {epochs_csv: true, satellites_csv: true, signals_csv: true, paths_csv: true, nmea: true, "
       "gps_input: true, hil_gps: true, gps_raw_int: true, gps_rtcm_data: true, rtcm: true, ubx: true, "
       "ubx_m8: true, ubx_hpg151: true, ubx_m10: true, ubx_x20: true, sbf: true, novatel: true, "
+      "novatel_binary: true, "
       "rinex_observation: true, "
       "rinex4_observation: true, gnsslogger: true, "
       "rinex_navigation: true, imu: true, wheels: true, barometer: true, magnetometer: true, sensors_npz: "

@@ -1,4 +1,5 @@
-// receiver.sbf checked by RTKLIB's convbin: observations beside receiver.obs, ephemerides beside sky.nav.
+// receiver.sbf and receiver-binary.novatel checked by RTKLIB's convbin: observations beside receiver.obs,
+// ephemerides beside sky.nav.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -26,8 +27,9 @@ double wavelength_m(const rinex::ObservedSignal& s, const gnss::NavigationData& 
 }
 
 /// A run of a receiver whose clock is exact: its tags are whole milliseconds in both files.
-struct SbfFiles {
-  SbfFiles() {
+struct MakersFiles {
+  /// @param format of RTKLIB; @param file that it reads
+  MakersFiles(const std::string& format, const std::string& file) {
     const auto simulation = test::prepare(
         "city: {synthetic: {blocks_east: 4, blocks_north: 4, seed: 5}}\n"
         "sky: {nominal: true, systems: [GPS, GLONASS, Galileo, BeiDou]}\nstart: {week: 2408, tow: 36505}\n"
@@ -36,54 +38,66 @@ struct SbfFiles {
         "receivers: [{name: rover, profile: survey, clock: {bias_s: 0, drift: 0}, tracks: [L1CA, L2C, L5, "
         "E1, "
         "E5a, E5b, B1I, B3I, G1, G2]}]\n"
-        "outputs: {pictures: false, kml: false, geojson: false, sbf: true}\n",
+        "outputs: {pictures: false, kml: false, geojson: false, sbf: true, novatel_binary: true}\n",
         folder.path());
     epochs = test::run_and_write(simulation, folder.path());
     const auto result =
-        test::run_program("cd '" + folder.path().string() +
-                          "' && timeout 120 convbin -r sbf -v 3.04 -od -os -f 6 -o judged.obs "
-                          "-n judged.nav receiver.sbf 2>/dev/null");
+        test::run_program("cd '" + folder.path().string() + "' && timeout 120 convbin -r " + format +
+                          " -v 3.04 -od -os -f 6 -o judged.obs -n judged.nav " + file + " 2>/dev/null");
     EXPECT_EQ(result.status, 0);
   }
   test::TemporaryFolder folder;
   std::vector<simulation::Epoch> epochs;
 };
 
-TEST(SbfFiles, AreReadByRtklib) {
-  CANYON_NEEDS_PROGRAM("convbin");
-  const SbfFiles files;
+/// How this version of RTKLIB reads a format.
+struct Reading {
+  double cn0_steps;                          ///< those that it writes [dB]
+  std::map<std::string, std::string> codes;  ///< its names of RINEX codes, where they are others
+  /// Signals that it leaves out.
+  bool (*left_out)(gnss::SatelliteId id, const std::string& code, bool phase);
+  bool doppler_without_phase;
+};
+
+void expect_the_same_observations(const MakersFiles& files, const gnss::NavigationData& sky,
+                                  const Reading& reading) {
   const auto ours = test::observation_epochs(files.folder / "receiver.obs");
   const auto theirs = test::observation_epochs(files.folder / "judged.obs");
-  const gnss::NavigationData sky = rinex::read_rinex_navigation(files.folder / "sky.nav");
   ASSERT_EQ(ours.size(), theirs.size());
+  const auto find = [&](const test::Observations& all, test::Observations::key_type key) {
+    if (const auto other = reading.codes.find(key.second); other != reading.codes.end())
+      key.second = other->second;
+    return all.find(key);
+  };
   std::size_t values = 0, phases = 0;
   double worst_m = 0, worst_phase_m = 0, worst_hz = 0;
   for (std::size_t i = 0; i < ours.size(); ++i) {
     EXPECT_LE(std::abs(ours[i].first - theirs[i].first), 1e-6);
-    // SBF has whole milliseconds. What the clock reads beyond these, and its drift, are not in it.
+    // The formats have whole milliseconds. What the clock reads beyond these, and its drift, are not in them.
     std::vector<double> moved_m, moved_hz;
     for (const auto& [key, mine] : ours[i].second) {
-      const auto found = theirs[i].second.find(key);
+      const auto found = find(theirs[i].second, key);
       if (found == theirs[i].second.end()) continue;
       moved_m.push_back(*found->second.pseudorange_m - *mine.pseudorange_m);
+      if (!found->second.doppler_hz) continue;
       moved_hz.push_back((*found->second.doppler_hz - *mine.doppler_hz) * wavelength_m(mine, sky));
     }
-    ASSERT_FALSE(moved_m.empty());
+    ASSERT_FALSE(moved_hz.empty());
     const double clock_m = quantile(moved_m, 0.5).value(), drift_mps = quantile(moved_hz, 0.5).value();
     for (const auto& [key, mine] : ours[i].second) {
-      const auto found = theirs[i].second.find(key);
-      // This version of RTKLIB leaves E5b out where E5a is there, and knows BeiDou's first 37 satellites.
-      const bool unknown = key.first.system == gnss::System::BeiDou && key.first.number > 37;
-      if (key.second == "7Q" || unknown) continue;
+      const auto found = find(theirs[i].second, key);
+      if (reading.left_out(key.first, key.second, mine.carrier_phase_cycles.has_value())) continue;
       ASSERT_NE(found, theirs[i].second.end()) << gnss::to_string(key.first) << ' ' << key.second;
       const rinex::ObservedSignal& other = found->second;
       const double wavelength = wavelength_m(mine, sky);
       worst_m = std::max(worst_m, std::abs(*other.pseudorange_m - *mine.pseudorange_m - clock_m));
-      worst_hz = std::max(worst_hz, std::abs(*other.doppler_hz - *mine.doppler_hz - drift_mps / wavelength));
-      // It writes C/N0 in steps of 250 dB.
-      EXPECT_NEAR(mine.cn0_dbhz.value(), 250 * other.cn0_dbhz.value(), 0.26);
+      if (mine.carrier_phase_cycles || reading.doppler_without_phase) {
+        worst_hz =
+            std::max(worst_hz, std::abs(*other.doppler_hz - *mine.doppler_hz - drift_mps / wavelength));
+      }
+      EXPECT_NEAR(mine.cn0_dbhz.value(), reading.cn0_steps * other.cn0_dbhz.value(),
+                  reading.cn0_steps > 1 ? 0.26 : 0.1);
       ++values;
-      // It takes the word for "no phase" of a further signal as a phase.
       if (!mine.carrier_phase_cycles) continue;
       ASSERT_TRUE(other.carrier_phase_cycles) << gnss::to_string(key.first) << ' ' << key.second;
       worst_phase_m = std::max(
@@ -98,6 +112,35 @@ TEST(SbfFiles, AreReadByRtklib) {
   EXPECT_LT(worst_m, 1.6e-3);
   EXPECT_LT(worst_phase_m, 1.6e-3);
   EXPECT_LT(worst_hz, 3e-3);
+}
+
+TEST(MakersFiles, OfNovatelAreReadByRtklib) {
+  CANYON_NEEDS_PROGRAM("convbin");
+  const MakersFiles files("nov", "receiver-binary.novatel");
+  // It calls L2C the code of moderate length, and takes Dopplers, and of GLONASS all, only with a phase.
+  expect_the_same_observations(files, rinex::read_rinex_navigation(files.folder / "sky.nav"),
+                               {1,
+                                {{"2L", "2S"}},
+                                [](gnss::SatelliteId id, const std::string&, bool phase) {
+                                  return id.system == gnss::System::GLONASS && !phase;
+                                },
+                                false});
+}
+
+TEST(MakersFiles, OfSeptentrioAreReadByRtklib) {
+  CANYON_NEEDS_PROGRAM("convbin");
+  const MakersFiles files("sbf", "receiver.sbf");
+  const gnss::NavigationData sky = rinex::read_rinex_navigation(files.folder / "sky.nav");
+  // It leaves E5b out where E5a is there, and knows BeiDou's first 37 satellites. It takes the word for "no
+  // phase" of a further signal as a phase, and writes C/N0 in steps of 250 dB.
+  expect_the_same_observations(files, sky,
+                               {250,
+                                {},
+                                [](gnss::SatelliteId id, const std::string& code, bool) {
+                                  return code == "7Q" ||
+                                         (id.system == gnss::System::BeiDou && id.number > 37);
+                                },
+                                true});
 
   const gnss::NavigationData decoded = rinex::read_rinex_navigation(files.folder / "judged.nav");
   std::set<gnss::System> systems;
