@@ -9,6 +9,7 @@
 
 #include "canyon/base/statistics.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/geodesy/constants.hpp"
 #include "canyon/gnss/signal_groups.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/receiver/receiver_options.hpp"

@@ -82,6 +82,7 @@ std::vector<Link> links_of(const Mesh& mesh, std::size_t triangles_per_mesh) {
   std::vector<std::vector<Object>> groups;
   split_by_place(mesh, std::move(others), triangles_per_mesh, groups);
   std::vector<Link> links;
+  links.reserve(groups.size() + 1);
   for (auto& group : groups) {
     links.push_back({fmt::format("buildings_{:03}", links.size() + 1), std::move(group), {}});
   }

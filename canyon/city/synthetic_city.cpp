@@ -141,8 +141,9 @@ class Downtown {
   explicit Downtown(const SyntheticCityOptions& options) : options_(options), random_(options.seed) {
     pitch_ = options.block_size_m + options.street_width_m;
     // The central crossing lies after the first half of the blocks, rounded down.
-    first_east_ = -static_cast<double>(options.blocks_east / 2) * pitch_;
-    first_north_ = -static_cast<double>(options.blocks_north / 2) * pitch_;
+    const int west = options.blocks_east / 2, south = options.blocks_north / 2;
+    first_east_ = -static_cast<double>(west) * pitch_;
+    first_north_ = -static_cast<double>(south) * pitch_;
     extent_ = {{first_east_, first_north_},
                {first_east_ + options.blocks_east * pitch_, first_north_ + options.blocks_north * pitch_}};
   }

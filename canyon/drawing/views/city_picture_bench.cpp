@@ -2,6 +2,7 @@
 
 #include <benchmark/benchmark.h>
 
+#include "canyon/city/city.hpp"
 #include "tests/support/bench_city.hpp"
 
 // A picture of Tsim Sha Tsui where the shared data are, else of the synthetic city, PNG included.

@@ -77,6 +77,7 @@ std::vector<Roof> roofs_of(const city::Mesh& mesh, const city::Object& object, c
     if (use.first == 1) levels[use.second].outline.push_back({{edge[0], edge[1]}, {edge[3], edge[4]}});
   }
   std::vector<Roof> roofs;
+  roofs.reserve(levels.size());
   for (auto& level : levels) roofs.push_back(std::move(level.second));
   return roofs;
 }

@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <limits>
 
-#include "canyon/base/random.hpp"
 #include "canyon/heatmap/engine/map_source.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -35,8 +34,10 @@ struct Map {
       slice.values.reserve(3 * tile.cells());
       for (std::size_t k = 0; k < 3; ++k) {
         for (std::size_t cell = 0; cell < tile.cells(); ++cell) {
-          // 24 bits that no compressor shortens.
-          const std::uint64_t noise = mix64((cell * 3 + k + (i << 20U)) * kGolden64) >> 40U;
+          // SplitMix64's mixing (Steele, Lea and Flood 2014): 24 bits that no compressor shortens.
+          std::uint64_t noise = (cell * 3 + k + (i << 20U)) * 0x9E3779B97F4A7C15U;
+          noise = (noise ^ noise >> 30U) * 0xBF58476D1CE4E5B9U;
+          noise = (noise ^ noise >> 27U) * 0x94D049BB133111EBU >> 40U;
           const bool inside = (cell % tile.columns / 24 + cell / tile.columns / 30) % 3 == 0;
           const float value = k == 1 ? static_cast<float>(4 + cell % tile.columns / 32)
                                      : static_cast<float>(noise) * 1e-6F + 1.0F;

@@ -14,6 +14,7 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <ctime>
 #include <functional>
 #include <limits>
@@ -257,27 +258,35 @@ void print_ratios() {
   struct Way {
     const char* name;
     std::function<void()> answer;
-    bool compared = false;  ///< its answers are in `other`
-    std::vector<double> seconds = {}, ratios = {};
+    bool compared;  ///< its answers are in `other`
+    std::vector<double> seconds, ratios;
   };
   std::vector<Way> ways{
-      {"bare Embree, single rays", [&] { f.bare.one_by_one(false, bare); }},
-      {"bare Embree, single rays, flag 'coherent'", [&] { f.bare.one_by_one(true, other); }},
-      {"bare Embree, packets of 8", [&] { f.bare.by_eight(other); }},
-      {"bare Embree, packets of 16", [&] { f.bare.by_sixteen(other); }},
+      {"bare Embree, single rays", [&] { f.bare.one_by_one(false, bare); }, false, {}, {}},
+      {"bare Embree, single rays, flag 'coherent'", [&] { f.bare.one_by_one(true, other); }, false, {}, {}},
+      {"bare Embree, packets of 8", [&] { f.bare.by_eight(other); }, false, {}, {}},
+      {"bare Embree, packets of 16", [&] { f.bare.by_sixteen(other); }, false, {}, {}},
       {"RayScene, all at once",
        [&] {
          f.scene.occluded({rays.data(), cells}, {flags.get(), cells});
-       }},
+       },
+       false,
+       {},
+       {}},
       {"ShadowCaster::shadows",
        [&] {
          f.caster.shadows(*tile, direction, {other.data(), cells});
        },
-       true},
+       true,
+       {},
+       {}},
       {"ShadowCaster::ranges, 100 m",
        [&] {
          f.caster.ranges(*tile, direction, kMirrorRange_m, {ranges.data(), cells});
-       }},
+       },
+       false,
+       {},
+       {}},
   };
   for (int round = 0; round < kRounds; ++round) {
     for (Way& way : ways) way.seconds.push_back(0);
