@@ -1,5 +1,7 @@
 #include "canyon/base/file_kind.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <iterator>
@@ -196,8 +198,15 @@ std::optional<InputError> of_other_kind(std::string_view head, const std::filesy
     const ForeignFile& foreign = *foreign_file(head);
     return InputError(path, 0, "is " + std::string(foreign.name), std::string(foreign.use));
   }
-  return InputError(path, 0, "is " + std::string(name(kind)) + ", not " + std::string(wanted),
-                    row_of(kind)->use);
+  std::string use(row_of(kind)->use);
+  if (const ForeignFile* const beside = kind == FileKind::Nmea ? foreign_file(head) : nullptr)
+    use = fmt::format("it is also {}: {}; {}", beside->name, beside->use, use);
+  return InputError(path, 0, "is " + std::string(name(kind)) + ", not " + std::string(wanted), use);
+}
+
+const ForeignFile* beside_sentences(const std::filesystem::path& path) {
+  const std::string head = head_of(path);
+  return kind_of_head(head) == FileKind::Nmea ? foreign_file(head) : nullptr;
 }
 
 InputError explained(const InputError& fault, const std::filesystem::path& path, std::string_view wanted) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string_view>
 
+#include "canyon/base/foreign_file.hpp"
 #include "canyon/base/input_error.hpp"
 
 namespace canyon {
@@ -33,6 +34,9 @@ enum class FileKind : std::uint8_t {
 [[nodiscard]] FileKind kind_of_head(std::string_view head);
 /// The kind of a file, plain or packed. Throws InputError as GzipFile does.
 [[nodiscard]] FileKind file_kind(const std::filesystem::path& path);
+
+/// The maker's log that a file of NMEA sentences is, too, with messages between them; null for other files.
+[[nodiscard]] const ForeignFile* beside_sentences(const std::filesystem::path& path);
 
 /// "an SP3 file", for messages.
 [[nodiscard]] std::string_view name(FileKind kind);

@@ -395,9 +395,15 @@ FileReport inspect_file(const std::filesystem::path& path) {
       return inspect_precise(path);
     case FileKind::Rtcm:
       return inspect_rtcm(path);
+    case FileKind::Nmea: {
+      FileReport report = inspect_path(path, "nmea");
+      if (const ForeignFile* const beside = beside_sentences(path))
+        report.skipped.push_back(
+            fmt::format("it is also {}: for canyon validate --obs {}", beside->name, beside->use));
+      return report;
+    }
     case FileKind::Gpx:
     case FileKind::Kml:
-    case FileKind::Nmea:
       return inspect_path(path, std::string(trajectory_format(kind)));
     case FileKind::Columns:
       return inspect_columns(path);

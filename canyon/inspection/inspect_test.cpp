@@ -117,6 +117,22 @@ TEST_F(Inspect, RecordedPaths) {
   EXPECT_EQ(urbannav.kind, "recorded path (urbannav)");
 }
 
+// A receiver's log of binary messages with sentences between them.
+TEST_F(Inspect, SentencesBetweenMessages) {
+  const std::string sentence = "$GPGGA,080000.00,2218.0000,N,11410.2000,E,1,08,1.0,5.0,M,0.0,M,,";
+  unsigned sum = 0;
+  for (const char c : sentence.substr(1)) sum ^= static_cast<unsigned char>(c);
+  const std::string message("\xB5\x62\x02\x15\x04\x00$\x8a\n\xf3\x11*\x9c", 13);
+  const FileReport log =
+      report("log.ubx", message + fmt::format("{}*{:02X}\r\n", sentence, sum) + message +
+                            fmt::format("$GPZDA,080000.00,01,06,2026,00,00*{:02X}\r\n", 0x6F));
+  EXPECT_EQ(log.kind, "recorded path (nmea)");
+  EXPECT_THAT(log.skipped, testing::Not(Contains(HasSubstr("damaged"))));
+  EXPECT_THAT(log.skipped,
+              Contains("it is also a log of a u-blox receiver (UBX): for canyon validate --obs convert it "
+                       "to RINEX, for instance by RTKLIB's convbin"));
+}
+
 TEST_F(Inspect, LogsOfAndroid) {
   const std::string columns =
       "# Raw,TimeNanos,FullBiasNanos,Svid,State,ReceivedSvTimeNanos,Cn0DbHz,ConstellationType\n"

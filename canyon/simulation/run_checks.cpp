@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -30,6 +31,9 @@ using geodesy::GpsTime;
 constexpr double kFarFromCity_m = 10e3;
 // Masks below this, but not 0, are more likely radians: 0.17 rad are 10 deg.
 constexpr double kLeastMask_deg = 1;
+// A recorded path that is never lower above the ground is one of an aircraft, or of another zero of heights:
+// undulations of the geoid begin to matter there.
+constexpr double kNoVehicle_m = 20;
 // Civil receivers end their service above 1,000 knots (the export limit of the Missile Technology Control
 // Regime's annex, item 11.A.3: 600 m/s; receivers keep to the older 1,000 knots).
 constexpr double kFastest_mps = 515;
@@ -105,12 +109,13 @@ void check_near(const RunView& run, const city::Box& bounds, const Geodetic& pla
           geodesy::degrees(city.frame.origin().longitude_rad)));
 }
 
-// Checks up to two thousand epochs of the trajectory: distance to the city, terrain below, speed.
+// Checks up to two thousand epochs of the trajectory: distance to the city, height, terrain below, speed.
 void check_places(const RunView& run, std::vector<std::string>& warnings) {
   const RunPlan& plan = run.plan;
   const std::size_t step = std::max<std::size_t>(1, plan.epochs() / 2000);
   const city::Box bounds = run.environment.city().bounds();
   bool fast = false;
+  double lowest_m = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < plan.epochs(); k += step) {
     const Pose pose = plan.trajectory.at(plan.at(k));
     const double speed_mps = pose.velocity_enu_mps.norm();
@@ -120,9 +125,21 @@ void check_places(const RunView& run, std::vector<std::string>& warnings) {
           speed_mps, format_gpst(plan.at(k), 0)));
     }
     check_near(run, bounds, pose.position, plan.at(k));
+    lowest_m = std::min(lowest_m, run.environment.scene().height_above_ground(
+                                      run.environment.city().frame.local_from_geodetic(pose.position)));
     if (run.scenario.trajectory.height_above_terrain_m) {
       (void)vehicle_pose(run.scenario, plan.trajectory, run.environment, plan.at(k));
     }
+  }
+  const TrajectoryConfig& trajectory = run.scenario.trajectory;
+  if (trajectory.file && !trajectory.height_above_terrain_m && !run.scenario.city.is<OpenField>() &&
+      lowest_m > kNoVehicle_m) {
+    warnings.push_back(fmt::format(
+        "the recorded path is nowhere lower than {:.0f} m above the city's ground: if the vehicle drives, "
+        "its "
+        "heights and the city's have different zeros (a map without terrain has its ground at height 0); "
+        "trajectory.height_above_terrain_m: 1.5 puts it on the ground",
+        lowest_m));
   }
   // A base may stand anywhere: beyond the city it has an open sky.
 }

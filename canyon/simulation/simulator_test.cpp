@@ -373,6 +373,26 @@ TEST(Simulation, SaysHowManyEpochsWereInsideABuilding) {
   }
 }
 
+// A recorded car drives above the roofs where the map's ground is at another height.
+TEST(Simulation, SaysThatARecordedPathIsFarAboveTheGround) {
+  const TemporaryFolder folder;
+  const auto warnings = [&](const std::string& height_m, const std::string& keys = "") {
+    (void)folder.write("t.csv", "2026-06-01T08:00:00Z,22.3,114.17," + height_m +
+                                    "\n2026-06-01T08:00:09Z,22.3001,114.17," + height_m + "\n");
+    Scenario scenario = parse_scenario(
+        "city: {synthetic: {blocks_east: 2, blocks_north: 2}}\nsky: {systems: GPS}\n"
+        "trajectory: {file: t.csv" +
+            keys + "}\n",
+        folder / "s.yaml");
+    city::City city = city_of(scenario);
+    return Simulation(std::move(scenario), std::move(city)).warnings();
+  };
+  const auto said = Contains(HasSubstr("nowhere lower than 152 m above the city's ground"));
+  EXPECT_THAT(warnings("152"), said);
+  EXPECT_THAT(warnings("2"), testing::Not(said));
+  EXPECT_THAT(warnings("152", ", height_above_terrain_m: 1.5"), testing::Not(said));
+}
+
 TEST(Simulation, RefusesAFarCityAndAnEmptyOne) {
   EXPECT_THAT(fault("city: {synthetic: {}}\nstart: 2026-06-01T08:00:00Z\nduration_s: 5\n"
                     "trajectory: {position: {latitude_deg: 22.3, longitude_deg: 113.17, height_m: 5}}\n"),

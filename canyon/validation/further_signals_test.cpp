@@ -176,6 +176,23 @@ TEST(FurtherSignals, EmittedRecordingIsJudgedAsItsOwn) {
   EXPECT_THAT(text, Not(HasSubstr("not judged")));
 }
 
+// A system without its signal near L1 is left out, and said: a simulated receiver would track that signal.
+TEST(FurtherSignals, ASystemWithoutItsFirstSignalIsLeftOut) {
+  const SimulatedRecording recorded({}, [](simulation::ReceiverConfig& receiver) {
+    three_bands(receiver);
+    receiver.options.tracks = {"L1CA", "E5a", "E5b"};
+  });
+  const Recording recording = recorded.read();
+  EXPECT_THAT(
+      recording.warnings,
+      testing::Contains("Galileo is recorded by E5a, E5b without E1, which the comparison is of: it is "
+                        "left out"));
+  const Comparison compared = compare_by(recorded, recording, 2, {"L1CA", "E1"});
+  ASSERT_GT(compared.satellites.size(), 1000U);
+  for (const ComparedSatellite& s : compared.satellites) ASSERT_EQ(s.id.system, gnss::System::GPS);
+  EXPECT_THAT(to_text(all_figures(compared)), Not(HasSubstr("Signals not judged")));
+}
+
 // Signals that one side lacks are listed, and the rest stays as it is.
 TEST(FurtherSignals, OfOneSideAloneAreSaid) {
   const SimulatedRecording recorded({}, three_bands);

@@ -28,6 +28,48 @@ std::set<gnss::System> systems_of(const orbit::Sky& sky) {
   return systems;
 }
 
+/// Whether a recording has pseudoranges of a system by its signal near L1, and which others it has.
+struct RecordedSystem {
+  bool first = false;
+  std::set<const gnss::Signal*> others;
+};
+
+/// Removes the systems that are not in `wanted`, and those without a signal near L1, which the clock and the
+/// fixes need: the receiver would be compared with one that tracks them. A warning for each of these.
+std::vector<std::string> keep_systems(const std::set<gnss::System>& wanted,
+                                      std::vector<rinex::ObservationEpoch>& epochs) {
+  std::map<gnss::System, RecordedSystem> found;
+  for (const rinex::ObservationEpoch& epoch : epochs) {
+    for (const rinex::ObservedSignal& s : epoch.signals) {
+      if (!s.pseudorange_m || wanted.count(s.id.system) == 0) continue;
+      if (s.first()) {
+        found[s.id.system].first = true;
+      } else {
+        found[s.id.system].others.insert(s.signal);
+      }
+    }
+  }
+  std::vector<std::string> warnings;
+  const bool any =
+      std::any_of(found.begin(), found.end(), [](const auto& each) { return each.second.first; });
+  for (const auto& [system, recorded] : found) {
+    if (recorded.first || !any) continue;
+    std::vector<std::string> names;
+    for (const gnss::Signal* signal : recorded.others) names.emplace_back(signal->name);
+    std::sort(names.begin(), names.end());
+    warnings.push_back(
+        fmt::format("{} is recorded by {} without {}, which the comparison is of: it is left out",
+                    gnss::name(system), fmt::join(names, ", "), gnss::signals_of(system).front().name));
+  }
+  for (rinex::ObservationEpoch& epoch : epochs) {
+    std::erase_if(epoch.signals, [&](const rinex::ObservedSignal& s) {
+      const auto at = found.find(s.id.system);
+      return wanted.count(s.id.system) == 0 || (any && at != found.end() && !at->second.first);
+    });
+  }
+  return warnings;
+}
+
 /// The error for a recording of which no observation is left.
 InputError nothing_left(const std::filesystem::path& obs, const std::filesystem::path& truth,
                         const rinex::RinexObservations& recorded, const simulation::Trajectory& path,
@@ -127,15 +169,9 @@ Recording join_recording(const simulation::Scenario& scenario, const simulation:
   recording.ionosphere = options.ionosphere;
   recording.troposphere = options.troposphere;
 
-  const std::set<gnss::System> systems = systems_of(environment.sky());
-  for (rinex::ObservationEpoch& epoch : recorded.epochs) {
-    std::vector<rinex::ObservedSignal>& signals = epoch.signals;
-    signals.erase(
-        std::remove_if(signals.begin(), signals.end(),
-                       [&](const rinex::ObservedSignal& s) { return systems.count(s.id.system) == 0; }),
-        signals.end());
-  }
+  std::vector<std::string> left_out_systems = keep_systems(systems_of(environment.sky()), recorded.epochs);
   recording.warnings = recorded.report.warnings();
+  recording.warnings.insert(recording.warnings.end(), left_out_systems.begin(), left_out_systems.end());
 
   // NMEA has times of day: the recording has the day.
   const GpsTime first = recorded.epochs.front().receiver_time;

@@ -172,6 +172,8 @@ Named read_name(std::size_t index, std::string_view name) {
     } else if (named.kind == Kind::Height &&
                is_one_of(word, {"msl", "amsl", "orthometric", "sea", "level"})) {
       named.column.sea_level = true;
+    } else if (named.kind != Kind::Time && is_one_of(word, {"true", "truth", "groundtruth", "gt"})) {
+      named.column.truth = true;
     } else if (!is_one_of(word, {"gps", "gnss", "ecef", "wgs84", "position", "pos", "decimal", "above",
                                  "mean", "field", "data", "fix", "navsatfix"}) &&
                !(angle && is_one_of(word, {"n", "s", "e", "w"}))) {
@@ -209,10 +211,10 @@ std::optional<double> time_of_week_unit_s(std::string_view joined) {
   return std::nullopt;
 }
 
-/// How surely a name is that of the time: a clock's time in a unit beats seconds since anything.
+/// Which of several columns of a kind is the path's: a true place beats a fix, a height above the ellipsoid
+/// another, and a clock's time in a unit seconds since anything.
 int rank(const Named& named) {
-  if (named.kind == Kind::Height) return named.column.ellipsoid ? 1 : 0;
-  if (named.kind != Kind::Time) return 0;
+  if (named.kind != Kind::Time) return (named.column.truth ? 2 : 0) + (named.column.ellipsoid ? 1 : 0);
   return named.clock == CsvClock::Unix || (named.clock == CsvClock::Utc && named.column.unit) ? 1 : 0;
 }
 
@@ -307,6 +309,12 @@ CsvColumns::CsvColumns(const TextFile& file, const std::vector<std::string_view>
   place[0] = require(ecef ? Kind::X : Kind::Latitude, "latitude").column;
   place[1] = require(ecef ? Kind::Y : Kind::Longitude, "longitude").column;
   place[2] = require(ecef ? Kind::Z : Kind::Height, "height").column;
+  // A true place is known without a fix.
+  if (place[0].truth && place[1].truth) {
+    fix.reset();
+    accuracy.reset();
+    satellites.reset();
+  }
   // Its Alt is above sea level.
   place[2].sea_level = place[2].sea_level || (ardupilot && !ecef && !place[2].ellipsoid);
   fit = !ecef && place[0].scale == kSemicircle_deg;

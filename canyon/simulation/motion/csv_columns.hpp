@@ -21,6 +21,7 @@ struct CsvColumn {
   bool parted = false;         ///< angles as degrees, minutes and seconds with blanks between
   bool sea_level = false;      ///< a height above sea level, by its name
   bool ellipsoid = false;      ///< a height above the ellipsoid, by its name
+  bool truth = false;          ///< a true place beside one that was estimated, by its name
   std::string_view side = {};  ///< "S" or "W" where the name says so: "lon (W)"
 };
 

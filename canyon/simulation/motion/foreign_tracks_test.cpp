@@ -42,6 +42,23 @@ class ForeignTracks : public ::testing::Test {
   canyon::test::TemporaryFolder folder_;
 };
 
+// A table of truth and estimate beside each other, as Canyon's own epochs.csv: the path is the true one, also
+// where there was no fix.
+TEST_F(ForeignTracks, TrueColumnsBeatThoseOfFixes) {
+  const TrajectoryFile file = read(
+      "gps_week,gps_tow,fix_latitude_deg,fix_longitude_deg,fix_height_m,status,true_latitude_deg,"
+      "true_longitude_deg,true_height_m\n"
+      "2312,295200,48.1,11.5,560,none,48.2,11.6,547\n2312,295201,48.1,11.5,560,1,48.2,11.6,547\n");
+  EXPECT_NEAR(latitude_deg(file.trajectory), 48.2, 1e-12);
+  EXPECT_NEAR(longitude_deg(file.trajectory), 11.6, 1e-12);
+  EXPECT_NEAR(height_m(file.trajectory), 547, 1e-6);
+  EXPECT_EQ(file.trajectory.begin(), parse_time("2024-05-01T10:00:00 GPST"));
+  const TrajectoryFile others = read(
+      "time,lat,lon,alt,gt_lat,gt_lon,gt_alt\n"
+      "2024-05-01T10:00:00Z,48.1,11.5,560,48.2,11.6,547\n2024-05-01T10:00:01Z,48.1,11.5,560,48.2,11.6,547\n");
+  EXPECT_NEAR(latitude_deg(others.trajectory), 48.2, 1e-12);
+}
+
 // RTKLIB's solution files (manual 2.4.2, appendix B).
 TEST_F(ForeignTracks, RtklibInDegreesMinutesAndSeconds) {
   const std::string header =

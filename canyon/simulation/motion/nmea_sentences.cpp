@@ -1,5 +1,6 @@
 #include "canyon/simulation/motion/nmea_sentences.hpp"
 
+#include <algorithm>
 #include <cctype>
 #include <optional>
 
@@ -23,6 +24,14 @@ std::optional<std::string_view> checked_body(std::string_view text) {
   return std::nullopt;
 }
 
+/// Whether it was a sentence before it was damaged: bytes of other protocols between sentences are no text.
+bool is_text(std::string_view bytes) {
+  const auto printable = std::count_if(bytes.begin(), bytes.end(), [](unsigned char c) {
+    return std::isprint(c) != 0 || c == '\r' || c == '\t';
+  });
+  return 4 * static_cast<std::size_t>(printable) > 3 * bytes.size();
+}
+
 }  // namespace
 
 std::size_t each_nmea_sentence(std::string_view line, const std::function<void(const NmeaSentence&)>& each) {
@@ -32,10 +41,13 @@ std::size_t each_nmea_sentence(std::string_view line, const std::function<void(c
     const std::string_view text = line.substr(at + 1, next - at - 1);
     if (const auto body = checked_body(text)) {
       each(NmeaSentence{split(*body, ','), true});
-    } else if (next != std::string_view::npos || text.find('*') != std::string_view::npos) {
-      ++damaged;
-    } else {
-      each(NmeaSentence{split(trim(text), ','), false});
+    } else if (is_text(text)) {
+      const bool ended = next != std::string_view::npos || text.find('*') != std::string_view::npos;
+      if (ended) {
+        ++damaged;
+      } else {
+        each(NmeaSentence{split(trim(text), ','), false});
+      }
     }
     at = next;
   }

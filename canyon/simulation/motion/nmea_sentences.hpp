@@ -22,7 +22,8 @@ struct NmeaSentence {
 };
 
 /// Calls `each` for the sentences of a line: a logger may write its own text before and behind them, or join
-/// several. Returns how many are damaged: their checksum is wrong, or the next begins before their end.
+/// several. Returns how many are damaged: their checksum is wrong, or the next begins before their end. Bytes
+/// that are no text are another protocol's.
 std::size_t each_nmea_sentence(std::string_view line, const std::function<void(const NmeaSentence&)>& each);
 
 }  // namespace canyon::simulation
