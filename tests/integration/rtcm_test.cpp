@@ -1,6 +1,7 @@
 // RTCM 3 of simulated receivers, checked by RTKLIB: convbin turns it back into RINEX, which must be ours, and
 // rnx2rtkp fixes a rover's ambiguities by a base station's messages.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
