@@ -253,14 +253,7 @@ FileReport inspect_rtcm(const std::filesystem::path& path) {
       file.epochs.empty() ? Eigen::Vector3d::Zero().eval() : file.epochs.back()->station_ecef;
   if (!place.isZero())
     report.contents.emplace_back("station", place_text(geodesy::geodetic_from_ecef(place)));
-  for (const auto& [problem, count] : file.status.problems)
-    report.skipped.push_back(fmt::format("{}: {}", problem, count));
-  if (file.status.checksum_errors > 0) {
-    report.skipped.push_back(fmt::format("{} frames with a wrong checksum", file.status.checksum_errors));
-  }
-  if (file.status.bytes_passed_over > 0) {
-    report.skipped.push_back(fmt::format("{} bytes that belong to no frame", file.status.bytes_passed_over));
-  }
+  for (std::string& line : file.status.warnings()) report.skipped.push_back(std::move(line));
   return report;
 }
 

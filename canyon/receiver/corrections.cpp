@@ -66,8 +66,13 @@ void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky
     int count = 0;
   };
   std::array<Mean, gnss::kSystemCount> clocks;
-  // Errors of the atmosphere below 15 deg would pass for an error of the place.
-  const double lowest_sine = std::sin(geodesy::radians(15));
+  // Errors of the atmosphere below 15 deg would pass for an error of the place. Satellites far below the
+  // horizon are not received there at all: the place is another, and all of them say where.
+  const auto below = std::count_if(satellites.begin(), satellites.end(), [&](const auto& satellite) {
+    return (enu_from_ecef * satellite.direction).z() < std::sin(geodesy::radians(-5));
+  });
+  const double lowest_sine =
+      4 * static_cast<std::size_t>(below) > satellites.size() ? -1 : std::sin(geodesy::radians(15));
   std::map<std::pair<gnss::SatelliteId, const gnss::Signal*>, Eigen::Vector3d> towards;
   const auto clock_of = [&](gnss::SatelliteId id) -> Mean& {
     return clocks[static_cast<std::size_t>(gnss::clock_system(id.system))];
@@ -134,7 +139,9 @@ void CodeCorrections::locate(
       right += weights.at(key) * h * metres;
     }
     const Eigen::Matrix3d inverse = normal.inverse();
-    if (!(inverse.trace() < kMostPdop * kMostPdop)) return;  // true of NaN
+    // The weights of later rounds are those of outliers, and all are where the place is far off.
+    if (round == 0 && !(inverse.trace() < kMostPdop * kMostPdop)) return;  // true of NaN
+    if (!inverse.allFinite()) break;
     offset = inverse * right;
     for (const auto& [key, direction] : towards) {
       const auto [h, metres] = row(key, direction);
@@ -152,10 +159,13 @@ std::optional<double> CodeCorrections::station_offset_m() const {
 std::optional<std::string> wrong_station_warning(std::optional<double> offset_m) {
   constexpr double kWrong_m = 15;
   if (!(offset_m > kWrong_m)) return std::nullopt;
+  const std::string far =
+      *offset_m < 1e5 ? fmt::format("{:.0f} m", *offset_m) : fmt::format("some {:.0f} km", *offset_m / 1e3);
   return fmt::format(
-      "the codes of its base put the base {:.0f} m from the place that it states: an error of that place is "
-      "an error of the rover",
-      *offset_m);
+      "the codes of its base put the base {} from the place that it states: an error of that place is an "
+      "error "
+      "of the rover; check signs and datum of the place, and the time system of the base's file",
+      far);
 }
 
 std::optional<double> CodeCorrections::age_s(geodesy::GpsTime receiver_time) const {

@@ -27,6 +27,8 @@ class FrameParser {
   [[nodiscard]] std::uint64_t damaged() const { return damaged_; }
   /// Bytes so far that belonged to no frame.
   [[nodiscard]] std::uint64_t passed_over() const { return passed_over_; }
+  /// Bytes of a frame whose end has not come.
+  [[nodiscard]] std::size_t held() const { return buffer_.size(); }
 
  private:
   std::string buffer_;

@@ -31,6 +31,7 @@ CorrectionsDecoder::Epochs CorrectionsDecoder::feed(std::string_view bytes, GpsT
   frames_.receive(bytes, [&](const Bits& message) { read(message, now, complete); });
   status_.checksum_errors = frames_.damaged();
   status_.bytes_passed_over = frames_.passed_over();
+  status_.bytes_held = frames_.held();
   return complete;
 }
 

@@ -29,10 +29,14 @@ struct DecoderStatus {
   std::set<gnss::SatelliteId> without_milliseconds;
   std::uint64_t checksum_errors = 0;           ///< began like a frame, with a wrong checksum
   std::uint64_t bytes_passed_over = 0;         ///< that belonged to no frame
+  std::uint64_t bytes_held = 0;                ///< of a frame whose end has not come
   std::uint64_t epochs = 0;                    ///< given
   std::uint64_t epochs_held_back = 0;          ///< not given, as the place of the station was not known yet
   std::optional<int> station;                  ///< of the last message that names one, [0, 4095]
   std::optional<geodesy::GpsTime> last_epoch;  ///< of the last observations, also of those not given
+
+  /// Damage and omissions, one line each with its count.
+  [[nodiscard]] std::vector<std::string> warnings() const;
 };
 
 /// RTCM 3 of a base, in pieces of any size, into epochs of corrections. Reads the messages

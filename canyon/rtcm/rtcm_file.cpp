@@ -1,4 +1,6 @@
 // Declared in canyon/rtcm/rtcm_decoder.hpp.
+#include <fmt/format.h>
+
 #include <array>
 #include <string>
 #include <utility>
@@ -10,6 +12,18 @@
 namespace canyon::rtcm {
 
 using geodesy::GpsTime;
+
+std::vector<std::string> DecoderStatus::warnings() const {
+  std::vector<std::string> lines;
+  const auto times = [](std::uint64_t count) { return count > 1 ? fmt::format(" ({} times)", count) : ""; };
+  for (const auto& [problem, count] : problems) lines.push_back(problem + times(count));
+  if (checksum_errors > 0) lines.push_back(fmt::format("{} frames with a wrong checksum", checksum_errors));
+  if (bytes_passed_over > 0)
+    lines.push_back(fmt::format("{} bytes that belong to no frame", bytes_passed_over));
+  if (epochs_held_back > 0 && epochs > 0)
+    lines.push_back(fmt::format("{} epochs before the first place of the station", epochs_held_back));
+  return lines;
+}
 
 RtcmCorrections decode_rtcm_file(const std::filesystem::path& path, GpsTime now,
                                  CorrectionsDecoder::ChannelTable glonass_channel, bool needs_place,
@@ -31,6 +45,7 @@ RtcmCorrections decode_rtcm_file(const std::filesystem::path& path, GpsTime now,
   }
   take(decoder.finish());
   read.status = decoder.status();
+  if (read.status.bytes_held > 0) ++read.status.problems["the file ends within a frame"];
   // One wrong time must not stretch the recording.
   geodesy::leave_out_stray_times(
       read.epochs, [](const auto& epoch) { return epoch->receiver_time; },

@@ -249,6 +249,10 @@ TEST(Corrections, EchoesAtTheBaseAreNotAWrongPlace) {
   EXPECT_LT(offset_m({0, 0, 0}), 10);
   EXPECT_FALSE(receiver::wrong_station_warning(offset_m({0, 0, 0})));
   EXPECT_NEAR(offset_m({0, 60, 0}), 60, 10);
+  // As far as another sign of a coordinate, or the satellites of other times, put it.
+  EXPECT_NEAR(offset_m({0, 3000, 0}), 3000, 600);
+  EXPECT_GT(offset_m({-6e6, 0, -4e6}), 1e5);
+  EXPECT_GT(offset_m({0, 0, -1.2e7}), 1e5);
 }
 
 // Receivers stand in any order; sinks get them as they stand, on any number of threads.

@@ -7,7 +7,11 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <functional>
 #include <map>
+#include <sstream>
+#include <string>
+#include <vector>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
@@ -390,6 +394,41 @@ TEST(Comparison, SignalsWithStrengthComeBackToo) {
   EXPECT_EQ(predicted, blocked_tracked);
   EXPECT_LT(median(fix_m).value(), 0.02);
   EXPECT_LT(median(cn0_db).value_or(0), 0.01);  // RINEX has three decimals
+}
+
+// A truth in another datum, at other heights or on another time scale would be an error of all figures.
+TEST(Recording, SaysThatTheTruthIsElsewhere) {
+  const SimulatedRecording recorded;
+  const simulation::test::TemporaryFolder folder;
+  const auto warnings = [&](const std::function<std::string(std::string)>& change) {
+    std::ifstream in(recorded.truth_csv);
+    std::string line, text;
+    std::getline(in, line);
+    text = line + "\n";
+    while (std::getline(in, line)) text += change(line) + "\n";
+    RecordingOptions options;
+    options.ionosphere = options.troposphere = false;
+    return read_recording(recorded.scenario(), recorded.environment(), recorded.obs,
+                          folder.write("truth.csv", text), "csv", options)
+        .warnings;
+  };
+  const auto added = [](std::size_t column, double value) {
+    return [=](const std::string& line) {
+      std::vector<std::string> fields;
+      std::istringstream in(line);
+      for (std::string field; std::getline(in, field, ',');) fields.push_back(field);
+      fields.at(column) = std::to_string(std::stod(fields.at(column)) + value);
+      return fields[0] + "," + fields[1] + "," + fields[2] + "," + fields[3];
+    };
+  };
+  const auto said = [](const std::string& what) { return testing::Contains(HasSubstr(what)); };
+  EXPECT_THAT(warnings([](const std::string& line) { return line; }),
+              testing::Not(said("the codes put the antenna")));
+  EXPECT_THAT(warnings(added(1, 0.002)), said("-22"));
+  EXPECT_THAT(warnings(added(1, 0.002)), said("m north and"));
+  EXPECT_THAT(warnings(added(3, 1000)), said("m north and -99"));
+  EXPECT_THAT(warnings([](std::string line) { return line.replace(line.find(" GPST"), 5, "Z"); }),
+              AllOf(said("where the truth is 1"), said("s later")));
 }
 
 TEST(Recording, SaysWhatIsWrong) {

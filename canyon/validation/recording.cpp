@@ -3,12 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
 #include <set>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/positioning/fix.hpp"
 #include "canyon/rinex/observation_reader.hpp"
 #include "canyon/simulation/motion/antenna_pose.hpp"
 #include "canyon/simulation/motion/nmea_fixes.hpp"
@@ -125,6 +129,62 @@ std::vector<positioning::Measurement> measurements_of(const PseudorangeResiduals
   return measurements;
 }
 
+/// The middle of values; they are reordered. Precondition: some.
+double middle(std::vector<double>& values) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+/// A warning where the codes put the antenna far from the truth, of up to two hundred epochs: by their
+/// middle, which streets move by tens of metres, or by the same time along the way.
+std::optional<std::string> truth_warning(const Recording& recording, const orbit::Sky& sky,
+                                         const std::map<gnss::System, gnss::Klobuchar>& klobuchar) {
+  constexpr double kFar_m = 100, kHigh_m = 150, kLate_s = 5, kMoves_mps = 2;
+  constexpr std::size_t kEpochs = 200, kLeast = 10;
+  positioning::FixOptions options;
+  options.correct_ionosphere = recording.ionosphere && !klobuchar.empty();
+  options.correct_troposphere = recording.troposphere;
+  const std::vector<ResidualEpoch>& epochs = recording.residuals.epochs;
+  const std::size_t step = std::max<std::size_t>(1, epochs.size() / kEpochs);
+  std::array<std::vector<double>, 3> off;
+  std::vector<double> late_s, before_m, after_m;
+  std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> moving;  // difference and velocity
+  for (std::size_t e = 0; e < epochs.size(); e += step) {
+    const positioning::Fix fix =
+        positioning::solve_fix(epochs[e].receiver_time, recording.measurements[e], sky, options, klobuchar);
+    if (!fix.solved()) continue;
+    const Eigen::Vector3d d =
+        geodesy::enu_from_ecef_rotation(epochs[e].antenna) * (fix.position_ecef - epochs[e].antenna_ecef);
+    for (std::size_t axis = 0; axis < 3; ++axis) off.at(axis).push_back(d[static_cast<Eigen::Index>(axis)]);
+    const Eigen::Vector3d& v = recording.places[e].velocity_enu_mps;
+    if (!(v.norm() > kMoves_mps)) continue;
+    late_s.push_back(v.dot(d) / v.squaredNorm());
+    moving.emplace_back(d, v);
+  }
+  if (off[0].size() < kLeast) return std::nullopt;
+  const double count = static_cast<double>(off[0].size());
+  const double east_m = middle(off[0]), north_m = middle(off[1]), up_m = middle(off[2]);
+  if (std::hypot(east_m, north_m) > kFar_m || std::abs(up_m) > kHigh_m) {
+    return fmt::format(
+        "the codes put the antenna {:.0f} m east, {:.0f} m north and {:.0f} m above the truth (middle of {} "
+        "epochs): check the truth's columns, datum, heights and time scale; all figures include it",
+        east_m, north_m, up_m, count);
+  }
+  if (late_s.size() < kLeast) return std::nullopt;
+  const double late = middle(late_s);
+  for (const auto& [d, v] : moving) {
+    before_m.push_back(d.head<2>().norm());
+    after_m.push_back((d - late * v).head<2>().norm());
+  }
+  if (!(std::abs(late) > kLate_s) || !(middle(after_m) < 0.6 * middle(before_m))) return std::nullopt;
+  return fmt::format(
+      "the codes put the antenna where the truth is {:.1f} s {} (middle of {} epochs): check the truth's "
+      "time "
+      "scale, UTC or GPST, which are 18 s apart since 2017; all figures include it",
+      std::abs(late), late > 0 ? "later" : "earlier", late_s.size());
+}
+
 /// Errors of the positions that the recorded receiver itself reported.
 void add_own_fixes(const std::filesystem::path& nmea, const simulation::Trajectory& truth,
                    const Eigen::Vector3d& lever_arm_m, const simulation::HeightReading& heights,
@@ -216,6 +276,8 @@ Recording join_recording(const simulation::Scenario& scenario, const simulation:
     recording.measurements.push_back(
         measurements_of(residuals, epoch, recorded.epochs[epoch.recorded], environment.sky()));
   }
+  if (auto warning = truth_warning(recording, environment.sky(), environment.klobuchar()))
+    recording.warnings.push_back(*std::move(warning));
   if (options.nmea) add_own_fixes(*options.nmea, path.trajectory, lever_arm_m, {true, geoid_m}, recording);
   return recording;
 }

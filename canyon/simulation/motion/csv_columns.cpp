@@ -183,6 +183,18 @@ Named read_name(std::size_t index, std::string_view name) {
   return named;
 }
 
+/// Whether a name is that of the minutes or seconds of an angle: "lat_min", "longitude_seconds".
+bool names_part_of_angle(const Words& words) {
+  const auto names = [&words](const auto& is) { return std::any_of(words.begin(), words.end(), is); };
+  return names([](const std::string& word) {
+           return kind_of(word, false) == Kind::Latitude || kind_of(word, false) == Kind::Longitude;
+         }) &&
+         names([](const std::string& word) {
+           return is_one_of(word, {"min", "mins", "minute", "minutes", "arcmin", "sec", "secs", "second",
+                                   "seconds", "arcsec"});
+         });
+}
+
 /// Whether a name is that of a column that says if there is a fix, and the least number that says so.
 std::optional<double> least_number(const Words& words) {
   const std::string name = fmt::format("{}", fmt::join(words, ""));
@@ -236,12 +248,14 @@ CsvColumns::CsvColumns(const TextFile& file, const std::vector<std::string_view>
     : separator(between), count(header.size()) {
   std::map<Kind, Named> found;
   std::optional<CsvColumn> tow;
-  std::optional<std::size_t> mode;
-  bool ardupilot = false;
+  std::optional<std::size_t> mode, part_of_angle;
+  bool ardupilot = false, limits = false;
   for (std::size_t i = 0; i < header.size(); ++i) {
     const Words words = words_of(without_message(header[i]));
     const std::string joined = fmt::format("{}", fmt::join(words, ""));
     const Named named = read_name(i, header[i]);
+    if (names_part_of_angle(words)) part_of_angle = i;
+    limits = limits || std::find(words.begin(), words.end(), "max") != words.end();
     if (named.kind != Kind::Other) {
       const auto at = found.find(named.kind);
       if (at != found.end() && named.kind != Kind::Time && trim(header[i]) == at->second.column.name) {
@@ -307,6 +321,12 @@ CsvColumns::CsvColumns(const TextFile& file, const std::vector<std::string_view>
   ecef = found.count(Kind::Latitude) == 0 && found.count(Kind::X) > 0 && found.count(Kind::Y) > 0 &&
          found.count(Kind::Z) > 0;
   place[0] = require(ecef ? Kind::X : Kind::Latitude, "latitude").column;
+  if (part_of_angle && !limits && !ecef) {
+    throw file.error(
+        fmt::format("the header has minutes or seconds of an angle in a column of their own, '{}'",
+                    trim(header[*part_of_angle])),
+        "write latitude and longitude as degrees with decimals, in one column each");
+  }
   place[1] = require(ecef ? Kind::Y : Kind::Longitude, "longitude").column;
   place[2] = require(ecef ? Kind::Z : Kind::Height, "height").column;
   // A true place is known without a fix.

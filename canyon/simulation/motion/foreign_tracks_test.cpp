@@ -59,6 +59,22 @@ TEST_F(ForeignTracks, TrueColumnsBeatThoseOfFixes) {
   EXPECT_NEAR(latitude_deg(others.trajectory), 48.2, 1e-12);
 }
 
+// Whole degrees alone would stand still.
+TEST_F(ForeignTracks, MinutesInColumnsOfTheirOwnAreRefused) {
+  const std::string rows =
+      "2024-05-01T10:00:00Z,48,7.5,11,30.6,547\n2024-05-01T10:00:01Z,48,7.6,11,30.6,547\n";
+  EXPECT_THAT(refusal("time,lat_deg,lat_min,lon_deg,lon_min,height\n" + rows),
+              HasSubstr("minutes or seconds of an angle in a column of their own, 'lon_min'"));
+  EXPECT_THAT(
+      refusal("time,latitude_degrees,latitude_minutes,longitude_degrees,longitude_minutes,alt_m\n" + rows),
+      HasSubstr("'longitude_minutes'"));
+  // Limits of a box are no minutes.
+  const TrajectoryFile box = read(
+      "time,lat,lon,height,lat_min,lat_max\n2024-05-01T10:00:00Z,48.1,11.5,547,48,49\n"
+      "2024-05-01T10:00:01Z,48.2,11.5,547,48,49\n");
+  EXPECT_NEAR(latitude_deg(box.trajectory), 48.1, 1e-12);
+}
+
 // RTKLIB's solution files (manual 2.4.2, appendix B).
 TEST_F(ForeignTracks, RtklibInDegreesMinutesAndSeconds) {
   const std::string header =
