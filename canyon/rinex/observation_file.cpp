@@ -7,6 +7,8 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -64,45 +66,65 @@ std::string_view wanted_words(const ObservationOptions& options) {
 namespace {
 
 /// The changes of carrier phases and Dopplers beside those of pseudoranges: the same, but for noise, in all
-/// receivers. Other units and signs are named.
+/// receivers. Other units and signs are named, and signals whose columns are another's.
 class Rates {
  public:
+  /// "GPS 1C"
+  static std::string name(gnss::System system, std::string_view code) {
+    return fmt::format("{} {}", gnss::name(system), code);
+  }
   /// A signal at two epochs: what phase, pseudorange and Doppler [m/s] say of the way in between.
-  void add(double seconds, double range_m, double phase_m, std::optional<double> rate_mps) {
+  void add(const std::string& signal, double seconds, double range_m, double phase_m,
+           std::optional<double> rate_mps) {
     constexpr double kLongest_s = 35, kLeast_m = 30;
-    if (!(seconds > 0 && seconds < kLongest_s) || std::abs(range_m) < kLeast_m || phases_.size() > kMost)
-      return;
-    phases_.push_back(phase_m / range_m);
-    if (rate_mps) dopplers_.push_back(*rate_mps * seconds / range_m);
+    if (!(seconds > 0 && seconds < kLongest_s) || std::abs(range_m) < kLeast_m) return;
+    std::vector<double>& phases = phases_[signal];
+    if (phases.size() > kMost) return;
+    phases.push_back(phase_m / range_m);
+    if (rate_mps) dopplers_[signal].push_back(*rate_mps * seconds / range_m);
   }
   void say(RecordNotes& notes) {
-    if (const auto share = unlike(phases_)) {
-      const bool metres = *share > 0.1 && *share < 0.35;
+    for (const auto& [share, signals] : unlike(phases_, 0.15)) {
+      const bool metres = share > 0.1 && share < 0.35;
       notes.say(0,
-                fmt::format("carrier phases change by {:.2g} times what pseudoranges do{}", *share,
+                fmt::format("carrier phases{} change by {:.2g} times what pseudoranges do{}", signals, share,
                             metres ? ": they seem to be in metres" : ""),
-                "RINEX has cycles, which grow with the distance");
+                signals.empty() || metres ? "RINEX has cycles, which grow with the distance"
+                                          : "RINEX has cycles of this signal; is it another's column?");
     }
-    if (const auto share = unlike(dopplers_)) {
-      notes.say(0, fmt::format("Dopplers are {:.2g} times what pseudoranges say", *share),
+    for (const auto& [share, signals] : unlike(dopplers_, 0.25)) {
+      notes.say(0, fmt::format("Dopplers{} are {:.2g} times what pseudoranges say", signals, share),
                 "RINEX has Hz, positive for satellites that come closer");
     }
   }
 
  private:
-  static constexpr std::size_t kMost = 20'000;
+  static constexpr std::size_t kMost = 5000;
 
-  /// The middle of some shares, where it is far from 1.
-  static std::optional<double> unlike(std::vector<double>& shares) {
+  /// The middles of shares that are farther from 1 than `near`, and " of" their signals; empty: of all.
+  static std::vector<std::pair<double, std::string>> unlike(
+      std::map<std::string, std::vector<double>>& shares, double near) {
     constexpr std::size_t kLeast = 30;
-    constexpr double kNear = 0.25;
-    if (shares.size() < kLeast) return std::nullopt;
-    const auto middle = shares.begin() + static_cast<std::ptrdiff_t>(shares.size() / 2);
-    std::nth_element(shares.begin(), middle, shares.end());
-    return std::abs(*middle - 1) > kNear ? std::optional(*middle) : std::nullopt;
+    constexpr double kAlike = 0.02;
+    std::vector<std::pair<double, std::string>> found;
+    std::size_t judged = 0;
+    for (auto& [signal, of] : shares) {
+      if (of.size() < kLeast) continue;
+      ++judged;
+      const auto middle = of.begin() + static_cast<std::ptrdiff_t>(of.size() / 2);
+      std::nth_element(of.begin(), middle, of.end());
+      if (std::abs(*middle - 1) > near) found.emplace_back(*middle, " of " + signal);
+    }
+    const auto metres = [](double share) { return share > 0.1 && share < 0.35; };
+    const bool alike = std::all_of(found.begin(), found.end(), [&](const auto& each) {
+      const double first = found.front().first;
+      return std::abs(each.first - first) < kAlike * std::abs(first) || (metres(each.first) && metres(first));
+    });
+    if (found.size() == judged && alike && !found.empty()) return {{found.front().first, ""}};
+    return found;
   }
 
-  std::vector<double> phases_, dopplers_;
+  std::map<std::string, std::vector<double>> phases_, dopplers_;
 };
 
 /// Leaves out single pseudoranges, and single carrier phases, that contradict their neighbours by kilometres:
@@ -155,7 +177,8 @@ class Contradictions {
     if (before.signal->doppler_hz && here.signal->doppler_hz) {
       rate_mps = -0.5 * (*before.signal->doppler_hz + *here.signal->doppler_hz) * wavelength_m(*here.signal);
     }
-    rates_.add(here.epoch->receiver_time - before.epoch->receiver_time, here.range_m() - before.range_m(),
+    rates_.add(Rates::name(here.signal->id.system, here.signal->code.data()),
+               here.epoch->receiver_time - before.epoch->receiver_time, here.range_m() - before.range_m(),
                here.phase_m - before.phase_m, rate_mps);
   }
 

@@ -824,5 +824,30 @@ TEST(RinexObservation, UnitsAndSignsOfPhasesAndDopplers) {
               Contains(HasSubstr("Dopplers are -1 times what pseudoranges say; RINEX has Hz, positive")));
 }
 
+// A column that is another signal's: cycles of L2 in that of L1.
+TEST(RinexObservation, PhasesOfAnotherSignalsColumn) {
+  const TemporaryFolder folder;
+  const auto warnings = [&](double l1_hz, double l2_hz) {
+    std::string text = test::observations3();
+    const std::string empty(16, ' ');
+    for (int second = 0; second < 50; ++second) {
+      const double range_m = 2.1e7 + 500.0 * second;
+      text += epoch3(second, 1) + "G07" + field(range_m) + field(range_m * l1_hz / 299'792'458);
+      for (int column = 2; column < 8; ++column) text += empty;
+      text += field(range_m) + field(range_m * l2_hz / 299'792'458) + "\n";
+    }
+    std::ofstream(folder.path() / "a.obs") << text;
+    ObservationOptions all;
+    all.all_signals = true;
+    return read_observations(folder.path() / "a.obs", all).report.warnings();
+  };
+  EXPECT_THAT(warnings(1575.42e6, 1227.6e6), IsEmpty());
+  EXPECT_THAT(warnings(1227.6e6, 1575.42e6),
+              AllOf(Contains(HasSubstr(
+                        "carrier phases of GPS 1C change by 0.78 times what pseudoranges do; RINEX has "
+                        "cycles of this signal; is it another's column?")),
+                    Contains(HasSubstr("carrier phases of GPS 2W change by 1.3 times"))));
+}
+
 }  // namespace
 }  // namespace canyon::rinex
