@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "canyon/base/file_kind.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
@@ -27,8 +28,8 @@ using heatmap::RouteReport;
 using heatmap::StoredMap;
 
 struct HeatmapQueryArguments {
-  std::string map, place, path, format = "csv", time;
-  heatmap::RouteOptions route;  ///< step_m: 0 is not given
+  std::string map, place, path, format, time;  ///< format: empty is by the route's content
+  heatmap::RouteOptions route;                 ///< step_m: 0 is not given
   bool json = false;
 };
 
@@ -149,10 +150,17 @@ int query_place(const HeatmapQueryArguments& arguments, const StoredMap& map) {
   return kOk;
 }
 
+/// The format of the route: --format, else that of its content, else columns.
+std::string route_format(const HeatmapQueryArguments& arguments) {
+  if (!arguments.format.empty()) return arguments.format;
+  const std::string_view found = trajectory_format(file_kind(arguments.path));
+  return found.empty() ? "csv" : std::string(found);
+}
+
 RouteReport report_of(const HeatmapQueryArguments& arguments, const StoredMap& map) {
   // Relative times count from the map's first one.
   const simulation::TrajectoryFile route =
-      simulation::read_trajectory_file(arguments.path, arguments.format, map.times().front());
+      simulation::read_trajectory_file(arguments.path, route_format(arguments), map.times().front());
   print_warnings(route.warnings);
   heatmap::RouteOptions options = arguments.route;
   if (options.step_m == 0) options.step_m = 0.5 * map.grid().spacing_m;
@@ -290,7 +298,7 @@ int run_heatmap_query(const HeatmapQueryArguments& arguments) {
   if (arguments.place.empty() == arguments.path.empty()) {
     throw InputError("there is nothing to look up", "give --at LAT,LON or --path FILE");
   }
-  check_trajectory_format(arguments.format);
+  if (!arguments.format.empty()) check_trajectory_format(arguments.format);
   const StoredMap map(arguments.map);
   return arguments.place.empty() ? query_path(arguments, map) : query_place(arguments, map);
 }
@@ -303,7 +311,7 @@ a route takes the map's altitude instead of its own.
 Examples:
   canyon heatmap query out/map/map.nc --at 22.3012,114.1745
   canyon heatmap query out/day/map.nc --path route.csv --speed 12 --time 2026-06-01T08:30:00Z
-  canyon heatmap query out/day/map.nc --path drive.nmea --format nmea --json)";
+  canyon heatmap query out/day/map.nc --path drive.nmea --json)";
 
 }  // namespace
 
@@ -315,9 +323,9 @@ void add_heatmap_query(Command& heatmap) {
   command.add_option("--at", arguments.place, "LAT,LON", "a place [deg]");
   command.add_option("--path", arguments.path, "FILE", "a route with times and positions").excludes("--at");
   command
-      .add_option(
-          "--format", arguments.format, "FORMAT",
-          fmt::format("format of the route: {} (csv)", fmt::join(simulation::trajectory_formats(), ", ")))
+      .add_option("--format", arguments.format, "FORMAT",
+                  fmt::format("format of the route: {} (by its content, else csv)",
+                              fmt::join(simulation::trajectory_formats(), ", ")))
       .needs("--path");
   arguments.route.step_m = 0;
   add_field(command, "--altitude", arguments.route, "altitude_m");

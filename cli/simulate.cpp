@@ -212,6 +212,16 @@ int run_simulate(const SimulateArguments& arguments) {
   return kOk;
 }
 
+/// The names of the keys below `outputs`.
+std::vector<std::string> output_keys() {
+  constexpr std::string_view kGroup = "outputs.";
+  std::vector<std::string> names;
+  for (const options::Key& key : simulation::scenario_keys()) {
+    if (key.path.starts_with(kGroup)) names.push_back(key.path.substr(kGroup.size()));
+  }
+  return names;
+}
+
 }  // namespace
 
 void add_simulate(Command& app) {
@@ -235,8 +245,10 @@ void add_simulate(Command& app) {
       .repeated();
   command.add_flag("--realtime", arguments.realtime, "no faster than the wall clock");
   command.add_flag("--view", arguments.view, "also write DIR/view for 'canyon view DIR'");
-  command.footer = "Keys of a scenario (docs/scenario.md explains them):\n\n" +
-                   options::plain_text(simulation::scenario_keys());
+  command.footer = fmt::format(
+      "Files by 'outputs: {{NAME: true}}' in the scenario: {}.\n"
+      "'canyon scenario keys' lists every key of a scenario.",
+      fmt::join(output_keys(), ", "));
 }
 
 }  // namespace canyon::cli

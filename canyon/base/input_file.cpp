@@ -11,8 +11,7 @@ void check_input_file(const std::filesystem::path& path, std::uint64_t largest) 
   std::error_code code;
   const std::filesystem::file_status status = std::filesystem::status(path, code);
   if (status.type() == std::filesystem::file_type::not_found) {
-    throw InputError(path, 0, "no such file",
-                     "check the path (relative paths start at the scenario's folder)");
+    throw InputError(path, 0, "no such file", "check the path (paths in a file start at that file's folder)");
   }
   if (status.type() == std::filesystem::file_type::none) {
     throw InputError(path, 0, "cannot be opened: " + code.message());

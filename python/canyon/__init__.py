@@ -22,7 +22,10 @@ from typing import Tuple
 try:
     import numpy as _numpy  # noqa: F401  _canyon needs it, and says less where it is missing
 except ImportError as error:
-    raise ImportError("canyon needs NumPy: 'pip install numpy', or your system's package python3-numpy") from error
+    raise ImportError(
+        "canyon needs NumPy: 'pip install numpy', or your system's package python3-numpy, or use the Python that it "
+        "was built for (/usr/bin/python3 for packages)"
+    ) from error
 
 from . import _canyon
 from ._canyon import Encoder, Epoch, __version__, formats

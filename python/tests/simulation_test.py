@@ -22,6 +22,7 @@ class Import(unittest.TestCase):
         code = "import sys; sys.modules['numpy'] = None; import canyon"
         run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
         self.assertIn("ImportError: canyon needs NumPy", run.stderr)
+        self.assertIn("/usr/bin/python3", run.stderr)
 
 
 class Correlation(unittest.TestCase):

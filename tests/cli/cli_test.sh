@@ -115,7 +115,8 @@ help)
   runs 0 "$canyon" --help; says out simulate sky trace city validate calibrate heatmap
   runs 0 "$canyon" --version; says out canyon
   runs 0 "$canyon" simulate --help
-  says out --out --seed --duration --rate --threads --quiet receivers elevation_mask_deg height_above_terrain_m
+  says out --out --seed --duration --rate --threads --quiet rinex_observation pictures "canyon scenario keys"
+  runs 0 "$canyon" scenario keys; says out elevation_mask_deg height_above_terrain_m
   # Without a command: the help. A word or option that is none: what was probably meant.
   runs 2 "$canyon"; says err simulate heatmap "Exit status"
   runs 2 "$canyon" simulat; one_line; says err "no command 'simulat'" "did you mean 'simulate'?"
@@ -1272,6 +1273,7 @@ heatmap_query)
   awk -F, 'NR > 1 {print $1 "," $2 "," $3 "," $4 "," $5}' drive/epochs.csv >truth.csv
   runs 0 "$canyon" heatmap query map/map.nc --path truth.csv --format urbannav
   says out "along the way" horizontal_error_mean "worst stretch" "m expected" "a fix on" "120 m in 20 s" "receiver standing"
+  runs 0 "$canyon" heatmap query map/map.nc --path drive/receiver.nmea; says out "along the way" "in 20 s"  # by its content
   runs 0 "$canyon" heatmap query map/map.nc --path truth.csv --format urbannav --speed 2 --altitude 15 --stretch 20 --json
   python3 - <<'P' || fail "the route's JSON is not what was asked for"
 import json
