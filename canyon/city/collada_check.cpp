@@ -4,7 +4,6 @@
 #include <tinyxml2.h>
 
 #include <algorithm>
-#include <fstream>
 #include <map>
 #include <optional>
 #include <set>
@@ -55,26 +54,27 @@ const std::map<std::string_view, std::vector<const char*>>& required_attributes(
   return kRequired;
 }
 
-/// Whether a byte order mark says UTF-16: Assimp reads it, tinyxml2 does not.
-bool is_utf16(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  const int first = in.get(), second = in.get();
-  return (first == 0xFF && second == 0xFE) || (first == 0xFE && second == 0xFF);
+/// All of an element's text: comments and CDATA may divide it.
+std::string whole_text(const Element& node) {
+  std::string text;
+  for (const tinyxml2::XMLNode* n = node.FirstChild(); n != nullptr; n = n->NextSibling())
+    if (n->ToText() != nullptr) text += n->Value();
+  return text;
 }
 
 class ColladaCheck {
  public:
   explicit ColladaCheck(const std::filesystem::path& path) : path_(path) {}
 
-  std::vector<std::string> check() {
+  std::vector<std::string> check(FileFrame& frame) {
     tinyxml2::XMLDocument document;
-    if (is_utf16(path_)) return {};
     if (document.LoadFile(path_.c_str()) != tinyxml2::XML_SUCCESS || document.RootElement() == nullptr) {
       throw InputError(path_, std::max(0, document.ErrorLineNum()),
                        fmt::format("is not well-formed XML ({})", document.ErrorName()),
                        "export it again, or check it with xmllint --noout");
     }
     const Element& root = *document.RootElement();
+    frame = frame_of(root);
     check_attributes(root);
     for (const Element* library = root.FirstChildElement("library_geometries"); library != nullptr;
          library = library->NextSiblingElement("library_geometries")) {
@@ -96,6 +96,39 @@ class ColladaCheck {
   }
 
  private:
+  [[nodiscard]] FileFrame frame_of(const Element& root) const {
+    FileFrame frame{1, UpAxis::Y};
+    const Element* asset = root.FirstChildElement("asset");
+    if (asset == nullptr) return frame;
+    if (const Element* unit = asset->FirstChildElement("unit")) {
+      const std::string value = attribute(*unit, "meter"), name = attribute(*unit, "name");
+      const std::optional<double> metres = mesh_number(trim(value));
+      if (metres && *metres > 0) {
+        frame.metres_per_unit = *metres;
+      } else if (unit->Attribute("meter") != nullptr || !unit_note("unit " + name).empty() ||
+                 (name.empty() && unit->FirstAttribute() != nullptr)) {
+        throw InputError(path_, unit->GetLineNum(),
+                         unit->Attribute("meter") != nullptr
+                             ? fmt::format("unit of '{}' metres", value)
+                             : fmt::format("states a unit '{}' without its length", name),
+                         "give the unit's length in metres, like meter=\"0.01\"");
+      }
+    }
+    if (const Element* axis = asset->FirstChildElement("up_axis")) {
+      const std::string text = whole_text(*axis);
+      const std::string_view value = trim(text);
+      const std::size_t at = value.size() == 4 && value.substr(1) == "_UP"
+                                 ? std::string_view("XYZ").find(value[0])
+                                 : std::string_view::npos;
+      if (at == std::string_view::npos) {
+        throw InputError(path_, axis->GetLineNum(), fmt::format("up axis '{}'", value),
+                         "use X_UP, Y_UP or Z_UP");
+      }
+      frame.up = static_cast<UpAxis>(at);
+    }
+    return frame;
+  }
+
   [[nodiscard]] InputError fault(const Element& at, std::string_view what) const {
     return {path_, at.GetLineNum(), fmt::format("<{}> {}", at.Name(), what),
             "export or copy it again: it is damaged"};
@@ -173,7 +206,11 @@ class ColladaCheck {
     if (stated != words.size())
       throw fault(*array, fmt::format("has {} of {} numbers", words.size(), stated));
     for (const std::string_view word : words)
-      if (!parse_double(word)) throw fault(*array, fmt::format("has '{}' where a number is needed", word));
+      if (!mesh_number(word)) {
+        throw InputError(path_, array->GetLineNum(),
+                         fmt::format("<float_array> has '{}' where a number is needed", word),
+                         mesh_number_cure(word));
+      }
     const Element* technique = source.FirstChildElement("technique_common");
     const Element* accessor = technique == nullptr ? nullptr : technique->FirstChildElement("accessor");
     if (accessor == nullptr) throw fault(source, "has no accessor");
@@ -263,8 +300,8 @@ class ColladaCheck {
 
 }  // namespace
 
-std::vector<std::string> check_collada(const std::filesystem::path& path) {
-  return ColladaCheck(path).check();
+std::vector<std::string> check_collada(const std::filesystem::path& path, FileFrame& frame) {
+  return ColladaCheck(path).check(frame);
 }
 
 }  // namespace canyon::city

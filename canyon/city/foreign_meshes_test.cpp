@@ -110,6 +110,77 @@ TEST_F(ForeignMeshes, LengthsAndVersionsOfGlb) {
               HasSubstr("is glTF of version 2.1"));
 }
 
+// glTF 2.0, 5.25: rotations are unit quaternions; a matrix stands alone and is affine.
+TEST_F(ForeignMeshes, TransformsThatGltfDoesNotAllow) {
+  const auto with = [](const std::string& node) {
+    return test::box_glb(10, 20, 30, ",\"name\":\"n\"" + node);
+  };
+  const auto size_of = [&](const std::string& node) -> Eigen::Vector3d {
+    const City city = read("a.glb", with(node));
+    return city.bounds().max - city.bounds().min;
+  };
+  // A quarter turn about glTF's y, which is up; in three decimals as well.
+  EXPECT_LT((size_of(R"(,"rotation":[0,0.70710678,0,0.70710678])") - Eigen::Vector3d(20, 10, 30)).norm(),
+            1e-3);
+  EXPECT_LT((size_of(R"(,"rotation":[0,0.707,0,0.707])") - Eigen::Vector3d(20, 10, 30)).norm(), 0.05);
+  EXPECT_LT((size_of(R"(,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,5,0,0,1])") - Eigen::Vector3d(10, 20, 30)).norm(),
+            1e-3);
+  EXPECT_THAT(
+      refusal_of("a.glb", with(R"(,"rotation":[0,1,0,1])")),
+      AllOf(HasSubstr("a.glb: node 0 'n' has a rotation that is not a unit quaternion (its length is 1.414)"),
+            HasSubstr("export it again")));
+  EXPECT_THAT(refusal_of("a.glb", with(R"(,"rotation":[0,0,0,0])")), HasSubstr("not a unit quaternion"));
+  EXPECT_THAT(refusal_of("a.glb", with(R"(,"rotation":[0,0,1])")),
+              HasSubstr("a rotation that is not 4 numbers"));
+  EXPECT_THAT(refusal_of("a.glb", with(R"(,"scale":[2,2])")), HasSubstr("a scale that is not 3 numbers"));
+  const std::string identity = R"(,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1])";
+  for (const char* part : {R"(,"translation":[1,0,0])", R"(,"rotation":[0,0,0,1])", R"(,"scale":[2,2,2])"})
+    EXPECT_THAT(refusal_of("a.glb", with(identity + part)), HasSubstr("a matrix beside a translation"))
+        << part;
+  EXPECT_THAT(refusal_of("a.glb", with(R"(,"matrix":[1,0,0,0.1,0,1,0,0,0,0,1,0,0,0,0,1])")),
+              HasSubstr("a matrix whose last row is not 0 0 0 1"));
+}
+
+TEST_F(ForeignMeshes, FortransExponentsAreRefused) {
+  const auto refused = [](const char* place) {
+    return AllOf(HasSubstr(place), HasSubstr("D1'"), HasSubstr("write its exponent with E"));
+  };
+  const auto with = [](std::string text, const std::string& number, const std::string& to) {
+    return text.replace(text.find(number), number.size(), to);
+  };
+  EXPECT_EQ(read("a.obj", with(obj(""), "9 0 0", "0.9E1 0 0")).mesh.triangles.size(), 4U);
+  EXPECT_THAT(refusal_of("a.obj", with(obj(""), "9 0 0", "0.9D1 0 0")), refused("a.obj:2: '0.9D1'"));
+  const std::string points = ply("", "element face 4\n", kPlyFaces);
+  EXPECT_THAT(refusal_of("a.ply", with(points, "9 0 0", "0.9D1 0 0")), refused("a.ply:11: '0.9D1'"));
+  const std::string facet =
+      "solid house\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 9 0 0\n"
+      "   vertex 0 9 0\n  endloop\n endfacet\nendsolid house\n";
+  EXPECT_EQ(read("a.stl", facet).mesh.triangles.size(), 1U);
+  EXPECT_THAT(refusal_of("a.stl", with(facet, "9 0 0", "0.9d1 0 0")),
+              AllOf(HasSubstr("a.stl:5: '0.9d1'"), HasSubstr("write its exponent with E")));
+}
+
+TEST_F(ForeignMeshes, DataBeyondWhatThePlyHeaderCounts) {
+  const auto note = Contains(HasSubstr("that the header counts"));
+  const std::string whole = ply("", "element face 4\n", kPlyFaces);
+  EXPECT_THAT(read("a.ply", whole + "\n \n").notes, Not(note));
+  const City more = read("a.ply", whole + "3 0 1 2\n\n3 0 1 3\n");
+  EXPECT_EQ(more.mesh.triangles.size(), 4U);
+  EXPECT_THAT(more.notes, Contains(HasSubstr("2 lines follow the data that the header counts")));
+  EXPECT_THAT(read("a.ply", ply("", "element face 4\n", "3 0 2 1 7\n3 0 1 3\n3 1 2 3\n3 2 0 3\n")).notes,
+              Contains(HasSubstr("1 lines have more numbers than their properties")));
+  std::string binary =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+      "property float z\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n" +
+      test::bytes_of<float>({0, 0, 0, 9, 0, 0, 0, 9, 0, 0, 0, 9});
+  const auto face = [](int a, int b, int c) { return "\3" + test::bytes_of<std::int32_t>({a, b, c}); };
+  binary += face(0, 2, 1) + face(0, 1, 3) + face(1, 2, 3) + face(2, 0, 3);
+  EXPECT_THAT(read("a.ply", binary).notes, Not(note));
+  EXPECT_THAT(read("a.ply", binary + "\n").notes, Not(note));
+  EXPECT_THAT(read("a.ply", binary + face(0, 1, 2)).notes,
+              Contains(HasSubstr("13 bytes follow the data that the header counts")));
+}
+
 TEST_F(ForeignMeshes, BinaryStlOfAnotherSizeThanItSays) {
   for (const char* head : {"made by a program", "solid made by a program"}) {
     EXPECT_EQ(read("a.stl", stl(head)).mesh.triangles.size(), 4U) << head;

@@ -290,11 +290,52 @@ class GltfCheck {
     const Json& node = item("nodes", index);
     know(node, "nodes",
          {"camera", "children", "skin", "matrix", "mesh", "rotation", "scale", "translation", "weights"});
+    check_transform(node, index);
     if (const std::size_t mesh = number(node, "mesh", kNone); mesh != kNone) item("meshes", mesh);
     const Json& extensions = node["extensions"];
     repeated_ += extensions.contains("EXT_mesh_gpu_instancing") ? 1U : 0U;
     hidden_ += extensions["KHR_node_visibility"]["visible"] == false ? 1U : 0U;
     for (const Json& child : node["children"]) visit_node(child.get<std::size_t>());
+  }
+
+  /// The numbers of a node's member; none where it does not have it. Assimp passes over others than `size`.
+  [[nodiscard]] std::vector<double> numbers(const Json& node, std::size_t index, const char* key,
+                                            std::size_t size) const {
+    std::vector<double> values;
+    const Json* member = node.find(key);
+    if (member == nullptr) return values;
+    if (member->is_array())
+      for (const Json& value : member->items()) values.push_back(value.get<double>());
+    if (values.size() != size)
+      throw node_fault(node, index, fmt::format("a {} that is not {} numbers", key, size));
+    return values;
+  }
+
+  [[nodiscard]] InputError node_fault(const Json& node, std::size_t index, const std::string& what) const {
+    const Json& name = node["name"];
+    return {path_, 0, fmt::format("node {} '{}' has {}", index, name.is_string() ? name.text() : "", what),
+            "export it again: glTF 2.0 does not allow it"};
+  }
+
+  /// glTF 2.0, 3.5.3 and 5.25: a matrix or its three parts, an affine matrix, a rotation by a unit
+  /// quaternion. Assimp takes any numbers and distorts the mesh.
+  void check_transform(const Json& node, std::size_t index) const {
+    const std::vector<double> matrix = numbers(node, index, "matrix", 16);
+    const std::vector<double> q = numbers(node, index, "rotation", 4);
+    const bool moved = !numbers(node, index, "translation", 3).empty();
+    const bool scaled = !numbers(node, index, "scale", 3).empty();
+    if (!matrix.empty() && (moved || scaled || !q.empty()))
+      throw node_fault(node, index, "a matrix beside a translation, rotation or scale");
+    if (!matrix.empty() && (matrix[3] != 0 || matrix[7] != 0 || matrix[11] != 0 || matrix[15] != 1))
+      throw node_fault(node, index, "a matrix whose last row is not 0 0 0 1");
+    if (q.empty()) return;
+    constexpr double kTolerance = 5e-4;  // numbers of three decimals; stretches by 0.1 % at most
+    const double length = std::hypot(std::hypot(q[0], q[1]), std::hypot(q[2], q[3]));
+    if (!(std::abs(length - 1) <= kTolerance)) {
+      throw node_fault(
+          node, index,
+          fmt::format("a rotation that is not a unit quaternion (its length is {:.4g})", length));
+    }
   }
 
   void know(const Json& object, const char* what, std::initializer_list<std::string_view> keys) {

@@ -8,12 +8,8 @@
 #include <array>
 #include <cmath>
 
-#include "canyon/base/text.hpp"
 #include "canyon/city/boxes.hpp"
-#include "canyon/city/mesh_file.hpp"
 #include "canyon/city/mesh_file_format.hpp"
-#include "canyon/city/mesh_import_options.hpp"
-#include "canyon/city/mesh_marks.hpp"
 
 namespace canyon::city {
 namespace {
@@ -186,20 +182,15 @@ std::vector<std::string> implausible_objects(const Mesh& mesh) {
   return lines;
 }
 
-std::string up_axis_caution(const City& city, const std::filesystem::path& path,
-                            const MeshImportOptions& options) {
-  const std::string extension = lower_case(path.extension().string());
-  if (options.up_axis || has_mesh_mark(path)) return {};
-  UpAxis up = UpAxis::Z;
-  if (extension == ".gltf" || extension == ".glb") up = UpAxis::Y;
-  if (extension == ".dae") up = collada_frame(path).up;
+std::string up_axis_caution(const City& city, UpAxis up, const std::filesystem::path& path,
+                            double heading_rad) {
   if (up == UpAxis::X) return {};
   const Mesh& mesh = city.mesh;
   double terrain_area = 0, level_area = 0;
   // The lowest coordinate of each building, along the axis that would be up and along z.
   const Eigen::Vector3d file_other = up == UpAxis::Z ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitZ();
   const Eigen::Vector3d other =
-      Eigen::AngleAxisd(options.heading_rad, Eigen::Vector3d::UnitZ()) * (z_up_from(up) * file_other);
+      Eigen::AngleAxisd(heading_rad, Eigen::Vector3d::UnitZ()) * (z_up_from(up) * file_other);
   std::vector<double> feet_y, feet_z;
   for (const Object& object : mesh.objects) {
     double lowest_y = 1e300, lowest_z = 1e300;

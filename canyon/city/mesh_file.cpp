@@ -83,15 +83,13 @@ class MeshImport {
   MeshImport(const std::filesystem::path& path, const MeshImportOptions& options, bool whole_city)
       : path_(path), options_(options), whole_city_(whole_city) {}
 
-  City read() {
+  City read(std::string* caution = nullptr) {
     options_.validate();
     const std::string extension = check_path();
-    check_format(extension);
+    FileFrame frame;
+    check_format(extension, frame);
     marked_ = has_mesh_mark(path_);
     const aiScene& scene = load();
-    FileFrame frame;
-    if (extension == ".dae") frame = collada_frame(path_);
-    if (extension == ".gltf" || extension == ".glb") frame.up = UpAxis::Y;
     if (options_.up_axis) frame.up = *options_.up_axis == 'Y' ? UpAxis::Y : UpAxis::Z;
 
     Eigen::Affine3d enu_from_file = Eigen::Affine3d::Identity();
@@ -103,7 +101,7 @@ class MeshImport {
       const std::string name = scene.mMaterials[m]->GetName().C_Str();
       materials_.push_back(marked_ ? material_by_name(name) : material_from_name(name));
     }
-    // Assimp makes COLLADA's root transform by itself, see collada_frame().
+    // Assimp makes COLLADA's root transform by itself, see check_collada().
     const Eigen::Affine3d root =
         extension == ".dae" ? Eigen::Affine3d::Identity() : affine_from(scene.mRootNode->mTransformation);
     collect(scene, *scene.mRootNode, enu_from_file * root, false);
@@ -132,6 +130,8 @@ class MeshImport {
     }
     check_mesh(city.mesh, city.name);
     city.notes = std::move(notes_);
+    if (caution != nullptr && !options_.up_axis && !marked_)
+      *caution = up_axis_caution(city, frame.up, path_, options_.heading_rad);
     return city;
   }
 
@@ -150,18 +150,19 @@ class MeshImport {
     if (is_gzip(head) || is_unpacked_whole(head))
       throw InputError(path_, 0, "is a packed file, not a mesh", "unpack it first");
     refuse_foreign_bytes(path_, head);
-    if (Utf16Decoder::is_marked(head) && extension != ".dae")
-      throw InputError(path_, 0, "is text in UTF-16", "save it as UTF-8");
+    if (Utf16Decoder::is_marked(head)) throw InputError(path_, 0, "is text in UTF-16", "save it as UTF-8");
     return extension;
   }
 
   /// Checks for faults that Assimp does not notice or survive.
-  void check_format(const std::string& extension) {
+  void check_format(const std::string& extension, FileFrame& frame) {
     if (extension == ".ply") doubts_ = check_ply(path_);
     if (extension == ".stl") doubts_ = check_stl(path_);
     if (extension == ".obj") doubts_ = check_obj(path_);
-    if (extension == ".gltf" || extension == ".glb") doubts_ = check_gltf(path_);
-    if (extension == ".dae") doubts_ = check_collada(path_);
+    if (extension == ".dae") doubts_ = check_collada(path_, frame);
+    if (extension != ".gltf" && extension != ".glb") return;
+    frame.up = UpAxis::Y;
+    doubts_ = check_gltf(path_);
   }
 
   const aiScene& load() {
@@ -442,8 +443,9 @@ class MeshImport {
 
 }  // namespace
 
-City read_mesh_city(const std::filesystem::path& path, const MeshImportOptions& options) {
-  return MeshImport(path, options, true).read();
+City read_mesh_city(const std::filesystem::path& path, const MeshImportOptions& options,
+                    std::string* caution) {
+  return MeshImport(path, options, true).read(caution);
 }
 
 City read_mesh_part(const std::filesystem::path& path, const MeshImportOptions& options) {

@@ -17,15 +17,11 @@ namespace canyon::city {
 /// Files that Canyon wrote (write_mesh(), by the mark in them) are taken at their word: each node is one
 /// object, surfaces and materials are those that were written and no side is turned. In other files a node
 /// whose name begins with "building:", "terrain:", "foliage:" or "vehicle:" is of that surface.
-[[nodiscard]] City read_mesh_city(const std::filesystem::path& path, const MeshImportOptions& options);
+/// @param caution takes a warning where the mesh seems to lie on its side (up_axis_caution()), else nothing
+[[nodiscard]] City read_mesh_city(const std::filesystem::path& path, const MeshImportOptions& options,
+                                  std::string* caution = nullptr);
 
 /// The same for a part of a scene: of any size up to 200 km, and anywhere within 1,000 km.
 [[nodiscard]] City read_mesh_part(const std::filesystem::path& path, const MeshImportOptions& options);
-
-/// A warning where a mesh (no `up_axis` given) seems to lie on its side, by its format (OBJ, STL, PLY: z up;
-/// glTF: y) or by its own word (COLLADA): its terrain stands upright, or at least three quarters of three or
-/// more buildings start at one plane to the north or south and few on one level. Empty otherwise.
-[[nodiscard]] std::string up_axis_caution(const City& city, const std::filesystem::path& path,
-                                          const MeshImportOptions& options);
 
 }  // namespace canyon::city

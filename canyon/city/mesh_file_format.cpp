@@ -2,13 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <system_error>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/base/input_file.hpp"
 #include "canyon/base/text.hpp"
 
@@ -18,6 +15,15 @@ bool check_companion(const std::filesystem::path& path) {
   if (!std::filesystem::exists(path, code)) return false;
   check_input_file(path, kLargestMesh);
   return true;
+}
+
+std::optional<double> mesh_number(std::string_view word) {
+  return word.find_first_of("dD") == std::string_view::npos ? parse_double(word) : std::nullopt;
+}
+
+std::string_view mesh_number_cure(std::string_view word) {
+  return parse_double(word) ? "write its exponent with E: 1E1 instead of 1D1"
+                            : "export or copy it again: it is damaged";
 }
 
 std::string unit_note(std::string_view comment) {
@@ -30,49 +36,6 @@ std::string unit_note(std::string_view comment) {
                        trim(comment).substr(0, 60));
   }
   return {};
-}
-
-FileFrame collada_frame(const std::filesystem::path& path) {
-  FileFrame frame{1, UpAxis::Y};
-  const std::string head = read_head(path, std::size_t{1} << 20);
-  const std::size_t begin = head.find("<asset");
-  const std::size_t end = head.find("</asset>");
-  if (begin == std::string::npos || end == std::string::npos || end < begin) return frame;
-  const std::string_view asset = std::string_view(head).substr(begin, end - begin);
-  const auto line_of = [&](std::size_t at) {
-    return 1 + static_cast<int>(std::count(head.begin(), head.begin() + static_cast<long>(begin + at), '\n'));
-  };
-
-  if (const std::size_t unit = asset.find("<unit"); unit != std::string_view::npos) {
-    const std::string_view tag = asset.substr(unit, asset.find('>', unit) - unit);
-    if (const std::size_t at = tag.find("meter="); at != std::string_view::npos && at + 7 < tag.size()) {
-      const std::size_t from = at + 7;
-      const std::string_view value = tag.substr(from, tag.find(tag[at + 6], from) - from);
-      const std::optional<double> metres = parse_double(value);
-      if (!metres || !(*metres > 0)) {
-        throw InputError(path, line_of(unit), fmt::format("unit of '{}' metres", value),
-                         "give the unit's length in metres, like meter=\"0.01\"");
-      }
-      frame.metres_per_unit = *metres;
-    } else if (const std::string note = unit_note(tag.substr(1)); !note.empty()) {
-      throw InputError(path, line_of(unit), fmt::format("states a unit without its length: '{}>'", tag),
-                       "give the unit's length in metres, like meter=\"0.01\"");
-    }
-  }
-  if (const std::size_t axis = asset.find("<up_axis>"); axis != std::string_view::npos) {
-    const std::size_t from = axis + 9;
-    const std::string_view value = trim(asset.substr(from, asset.find('<', from) - from));
-    if (value == "X_UP") {
-      frame.up = UpAxis::X;
-    } else if (value == "Y_UP") {
-      frame.up = UpAxis::Y;
-    } else if (value == "Z_UP") {
-      frame.up = UpAxis::Z;
-    } else {
-      throw InputError(path, line_of(axis), fmt::format("up axis '{}'", value), "use X_UP, Y_UP or Z_UP");
-    }
-  }
-  return frame;
 }
 
 Eigen::Matrix3d z_up_from(UpAxis up) {

@@ -3,7 +3,9 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace canyon::city {
@@ -16,12 +18,6 @@ struct FileFrame {
   UpAxis up = UpAxis::Z;
 };
 
-/// `<unit meter>` and `<up_axis>` of a COLLADA file's first `<asset>` (COLLADA 1.4.1 specification, "asset";
-/// the defaults are 1 m and Y_UP). Assimp folds both into its root transform, in ways that differ from
-/// version to version and in single precision; the importer therefore reads them here and sets that transform
-/// aside. Throws InputError with the line where a value makes no sense.
-[[nodiscard]] FileFrame collada_frame(const std::filesystem::path& path);
-
 /// Rotation that makes z the up axis. Right stays right, towards the viewer becomes south (COLLADA 1.4.1,
 /// "up_axis"; glTF 2.0, 3.4).
 [[nodiscard]] Eigen::Matrix3d z_up_from(UpAxis up);
@@ -32,6 +28,12 @@ inline constexpr std::uint64_t kLargestMesh = std::uint64_t{2} << 30;
 /// Whether a file that a mesh file names (buffer, library of materials) is there. Throws InputError where it
 /// is no regular file, which Assimp would read for ever, or larger than kLargestMesh.
 bool check_companion(const std::filesystem::path& path);
+
+/// The number that a word of a mesh file is: parse_double() without Fortran's exponents ("1D1"), where Assimp
+/// reads on from the D.
+[[nodiscard]] std::optional<double> mesh_number(std::string_view word);
+/// The cure for a word that is not one.
+[[nodiscard]] std::string_view mesh_number_cure(std::string_view word);
 
 /// A note where a comment states a unit other than metres, "# File units = millimeters", as modellers write
 /// it in OBJ, PLY and the headers of binary STL, which have no field for it; else "".

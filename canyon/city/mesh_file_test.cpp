@@ -367,6 +367,37 @@ TEST_F(MeshFile, ColladaUnits) {
   expect_box(read_mesh_city(write("none.dae", dae({{"house", box()}}, "")), {}));
   EXPECT_THAT(error_of(write("bad.dae", dae({{"house", box()}}, R"(<unit meter="-1"/>)"))),
               HasSubstr("bad.dae:5: unit of '-1' metres"));
+  EXPECT_THAT(error_of(write("bad.dae", dae({{"house", box()}}, R"(<unit metre="0.01"/>)"))),
+              HasSubstr("bad.dae:5: states a unit '' without its length"));
+}
+
+// The same XML, written otherwise.
+TEST_F(MeshFile, ColladaUnitsAndAxesInAnyXml) {
+  Soup inches = box();
+  for (auto& v : inches.vertices) v /= 0.0254;
+  const std::string unit = R"(<unit meter="0.0254"/>)", axis = "<up_axis>Z_UP</up_axis>";
+  const auto expect = [&](const std::string& stated, const std::string& up) {
+    SCOPED_TRACE(stated.substr(0, 60) + up);
+    expect_box(read_mesh_city(write("a.dae", dae({{"house", inches}}, stated, up)), {}));
+  };
+  expect(R"(<unit meter = "0.0254"/>)", axis);
+  expect("<unit\nmeter\t=\n'0.0254' ></unit >", axis);
+  expect(R"(<!-- was: <unit name="centimeter" meter="0.01"/> -->)" + unit, axis);
+  expect("<comments><![CDATA[<unit meter=\"0.01\"/></asset>]]></comments>" + unit, axis);
+  expect("<title>" + std::string(std::size_t{1} << 21, 'x') + "</title>" + unit, axis);
+  expect(unit, "<up_axis >Z_UP</up_axis >");
+  expect(unit, "<!-- <up_axis>X_UP</up_axis> --><up_axis><!-- up --><![CDATA[Z_UP]]></up_axis>");
+  std::string spaced = dae({{"house", inches}}, unit);
+  spaced.insert(spaced.find("</asset>") + 7, " ");
+  expect_box(read_mesh_city(write("a.dae", spaced), {}));
+  EXPECT_THAT(error_of(write("bad.dae", dae({{"house", box()}}, R"(<unit meter="1D-2"/>)"))),
+              HasSubstr("unit of '1D-2' metres"));
+  std::string fortran = dae({{"house", inches}}, unit);
+  fortran.insert(fortran.find(' ', fortran.find("<float_array") + 30), "D1");
+  EXPECT_THAT(error_of(write("bad.dae", fortran)), HasSubstr("write its exponent with E"));
+  std::string wide = "\xff\xfe";
+  for (const char c : dae({{"house", inches}}, unit)) wide += {c, '\0'};
+  EXPECT_THAT(error_of(write("wide.dae", wide)), HasSubstr("wide.dae: is text in UTF-16"));
 }
 
 // Unit and axes together with a node's own translation, which counts in the file's unit and axes.
@@ -597,7 +628,9 @@ TEST_F(MeshFile, AMeshOnItsSideIsSaid) {
     MeshImportOptions options;
     options.up_axis = up_axis;
     const std::filesystem::path path = test::case_file(name);
-    return up_axis_caution(read_mesh_city(path, options), path, options);
+    std::string said;
+    (void)read_mesh_city(path, options, &said);
+    return said;
   };
   EXPECT_THAT(caution("obj-y-up/y_up.obj"),
               HasSubstr("its terrain stands upright; is y the file's up axis?"));

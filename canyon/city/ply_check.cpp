@@ -70,6 +70,7 @@ class PlyCheck {
     for (const PlyElement& element : elements_) {
       for (std::uintmax_t i = 0; i < element.count; ++i) check_one(element, i);
     }
+    note_the_rest();
     return std::move(notes_);
   }
 
@@ -173,7 +174,26 @@ class PlyCheck {
         }
       }
     }
+    if (ascii_ && word_ < words_.size()) ++longer_lines_;
   }
+
+  /// Data that the header does not speak of, blanks and zeros at the end apart.
+  void note_the_rest() {
+    if (longer_lines_ > 0) {
+      notes_.push_back(fmt::format("{} lines have more numbers than their properties, which are passed over",
+                                   longer_lines_));
+    }
+    const std::streamoff at = in_.tellg();
+    if (at < 0) return;
+    std::uintmax_t lines = 0;
+    for (std::string line; std::getline(in_, line);)
+      lines += line.find_first_not_of(std::string_view(" \t\r\0", 4)) == std::string::npos ? 0U : 1U;
+    if (lines == 0) return;
+    notes_.push_back(
+        fmt::format("{} {} follow the data that the header counts and are left out: are its counts right?",
+                    ascii_ ? lines : size_ - static_cast<std::uintmax_t>(at), ascii_ ? "lines" : "bytes"));
+  }
+
   [[nodiscard]] InputError wrong(const PlyElement& element, std::uintmax_t number,
                                  std::string_view what) const {
     return {path_, ascii_ ? line_ : 0, fmt::format("{} {} {}", element.name, number, what), kPlyDamaged};
@@ -196,13 +216,15 @@ class PlyCheck {
   double next(PlyType type) {
     if (ascii_) {
       const std::string_view word = word_ < words_.size() ? words_[word_++] : std::string_view();
-      const std::optional<double> value = parse_double(word);
+      const std::optional<double> value = mesh_number(word);
       const std::string name = lower_case(word);
       if (!value && name.find("nan") != std::string::npos) return std::nan("");
       if (!value && name.find("inf") != std::string::npos) return HUGE_VAL;
       if (word.empty() && in_.eof()) throw cut();
-      if (!value)
-        throw InputError(path_, line_, fmt::format("'{}' where a number is needed", word), kPlyDamaged);
+      if (!value) {
+        throw InputError(path_, line_, fmt::format("'{}' where a number is needed", word),
+                         mesh_number_cure(word));
+      }
       return *value;
     }
     std::array<char, 8> bytes{};
@@ -239,7 +261,7 @@ class PlyCheck {
 
   const std::filesystem::path& path_;
   std::ifstream in_;
-  std::uintmax_t size_ = 0, vertices_ = 0, lines_ = 0, read_lines_ = 0;
+  std::uintmax_t size_ = 0, vertices_ = 0, lines_ = 0, read_lines_ = 0, longer_lines_ = 0;
   bool ascii_ = false, big_ = false;
   int line_ = 0;
   std::vector<PlyElement> elements_;

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <fstream>
 #include <optional>
 #include <string>
@@ -97,12 +96,13 @@ class ObjCheck {
                        kTextDamaged);
     }
     for (std::size_t i = 1; i < words.size(); ++i) {
-      const std::optional<double> value = parse_double(words[i]);
-      if (!value || !std::isfinite(*value))
-        throw InputError(path_, line_, fmt::format("'{}' is not a coordinate", words[i]), kTextDamaged);
+      if (!mesh_number(words[i])) {
+        throw InputError(path_, line_, fmt::format("'{}' is not a coordinate", words[i]),
+                         mesh_number_cure(words[i]));
+      }
     }
     // Appendix B1: the weight of rational curves. Assimp divides by it.
-    if (words.size() == 5 && parse_double(words[4]) != 1.0) {
+    if (words.size() == 5 && mesh_number(words[4]) != 1.0) {
       throw InputError(path_, line_, fmt::format("has a vertex with the weight {}", words[4]),
                        "export x, y and z alone");
     }
@@ -153,7 +153,10 @@ class StlCheck {
 
   void take(std::string_view word) {
     if (numbers_ > 0) {
-      if (!parse_double(word)) throw fault(fmt::format("'{}' where a number is needed", word));
+      if (!mesh_number(word)) {
+        throw InputError(path_, line_, fmt::format("'{}' where a number is needed", word),
+                         mesh_number_cure(word));
+      }
       --numbers_;
     } else if (word == "facet") {
       if (open_) throw fault("begins a facet within another");

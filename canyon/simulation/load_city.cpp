@@ -133,9 +133,9 @@ buildings::BuiltCity read_source(const MeshCity& mesh, const CityConfig& city, c
   city::MeshImportOptions import = mesh.import;
   import.origin = city.origin.value_or(geodesy::Geodetic{});
   buildings::BuiltCity out;
-  out.city = city::read_mesh_city(mesh.path, import);
+  std::string caution;
+  out.city = city::read_mesh_city(mesh.path, import, &caution);
   out.placed = city.origin.has_value();
-  const std::string caution = city::up_axis_caution(out.city, mesh.path, import);
   if (!caution.empty()) out.report.cautions.push_back(caution);
   return out;
 }

@@ -70,7 +70,11 @@ GltfParts split_glb(std::string_view bytes) {
 }
 
 Eigen::Matrix4d node_matrix(const Json& node) {
-  if (node.contains("matrix")) return matrix_member(node, "matrix");
+  if (node.contains("matrix")) {
+    if (node.contains("translation") || node.contains("rotation") || node.contains("scale"))
+      throw InputError("a node has a matrix beside a translation, rotation or scale");
+    return matrix_member(node, "matrix");
+  }
   Eigen::Affine3d transform = Eigen::Affine3d::Identity();
   const std::vector<double> move = numbers_member(node, "translation", 3);
   const std::vector<double> turn = numbers_member(node, "rotation", 4);

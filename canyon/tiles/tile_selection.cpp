@@ -253,7 +253,8 @@ class Selector {
         if (tileset) {
           pending_.push_back({address, document, here, nullptr, {}});
         } else {
-          take(address, here.transform, document->up, error);
+          take({address, here.transform, document->up, error,
+                bounds.kind == TileVolume::Kind::Unknown ? read_volume(tile["boundingVolume"]) : bounds});
         }
       });
     }
@@ -263,14 +264,14 @@ class Selector {
     }
   }
 
-  void take(const std::string& address, const Eigen::Matrix4d& transform, char up, double error) {
+  void take(SelectedTile tile) {
     if (out_.tiles.size() >= static_cast<std::size_t>(options_.most_tiles)) {
       throw TooMany(fmt::format("more than {} tiles are needed for this area with a geometric error of {} m",
                                 options_.most_tiles, options_.error_m),
                     "give a smaller bbox, a larger error_m, or more most_tiles");
     }
-    out_.tiles.push_back({address, transform, up, error});
-    out_.coarsest_m = std::max(out_.coarsest_m, error);
+    out_.coarsest_m = std::max(out_.coarsest_m, tile.error_m);
+    out_.tiles.push_back(std::move(tile));
   }
 
   void begin_implicit(const std::shared_ptr<const Document>& document, const Json& tile, const Json& implicit,
@@ -336,7 +337,7 @@ class Selector {
       if (!subtree.contents[i].at(index) || !(root.add || fine || children.empty())) continue;
       shown = true;
       attempt(root.document->address,
-              [&] { take_implicit(shared, with_place(root.content_uris[i], node), error); });
+              [&] { take_implicit(shared, node, with_place(root.content_uris[i], node), error); });
     }
     if (fine && shown) return;
     for (const Node& child : children) {
@@ -350,10 +351,12 @@ class Selector {
     }
   }
 
-  void take_implicit(const std::shared_ptr<const ImplicitRoot>& root, const std::string& uri, double error) {
+  void take_implicit(const std::shared_ptr<const ImplicitRoot>& root, const Node& node,
+                     const std::string& uri, double error) {
     const std::string address = source_.resolve(root->document->address, uri);
     if (!names_tileset(uri)) {
-      take(address, root->transform, root->document->up, error);
+      take({address, root->transform, root->document->up, error,
+            root->volume.part(node.level, node.place, root->octree)});
       return;
     }
     Inherited here;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -11,6 +12,15 @@ using CityAttributes = std::map<std::string, std::string>;
 
 /// Whether tags_from_attributes() looks at an attribute of that name.
 [[nodiscard]] bool attribute_matters(std::string_view name);
+
+/// A value of an attribute, a length in metres; other attributes as they are. Nothing for a length in a unit
+/// that is not known.
+/// @param unit as files name it ("ft", "#m", "urn:ogc:def:uom:EPSG::9002", "[ft_i]"); metres where it is
+/// empty
+[[nodiscard]] std::optional<std::string> value_in_metres(std::string_view name, std::string_view value,
+                                                         std::string_view unit);
+/// Such values, for CityModel::leave_out().
+inline constexpr const char* kOtherUnit = "attributes in units of length that are not known";
 
 /// Adds the tags of OpenStreetMap that the attributes of CityGML, CityJSON and of common extensions stand
 /// for, where these tags are not there yet: `height`, `building:levels`, `building:material`,

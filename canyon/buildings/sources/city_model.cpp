@@ -114,9 +114,16 @@ void CityModel::drop_file() {
   outside_ = outside_before_;
   repeated_ = repeated_before_;
   tags_of_wholes_.clear();
+  here_.clear();
   for (const std::size_t index : systems_of_file_) --systems_[index].files;
   systems_of_file_.clear();
   --files_;
+}
+
+/// Tells objects apart, one that is given twice aside.
+std::string CityModel::id_and_place(const MapFeature& feature) {
+  const LonLat middle = feature.bounds().center();
+  return fmt::format("{} {:.7f} {:.7f}", feature.id, middle.x(), middle.y());
 }
 
 std::size_t CityModel::system(const std::string& ogc_name, bool east_first, int line) {
@@ -230,11 +237,15 @@ void CityModel::keep(MapFeature feature, const CityObject& object) {
     return;
   }
   // Tiles repeat the objects on their seams.
-  const LonLat middle = bounds.center();
-  if (files_ > 1 && seen_.count(fmt::format("{} {:.7f} {:.7f}", feature.id, middle.x(), middle.y())) > 0) {
+  const std::string key = id_and_place(feature);
+  if (files_ > 1 && seen_.count(key) > 0) {
     ++repeated_;
     return;
   }
+  const auto [first, fresh] = here_.emplace(object.named ? feature.id : key, key);
+  if (!fresh && first->second == key)
+    return leave_out("objects that the file has twice, with the same id at the same place");
+  if (!fresh) warn("objects at different places have the same id: all are built");
   ++kinds_[object.lod < 0 ? object.type : fmt::format("{} LoD {:g}", object.type, object.lod)];
   data_.features.push_back(std::move(feature));
   lods_.push_back(object.lod);
@@ -398,10 +409,8 @@ void CityModel::finish_file() {
   }
   features.resize(kept);
   lods_.resize(kept);
-  for (std::size_t i = first_feature_; i < kept; ++i) {
-    const LonLat middle = features[i].bounds().center();
-    seen_.insert(fmt::format("{} {:.7f} {:.7f}", features[i].id, middle.x(), middle.y()));
-  }
+  for (std::size_t i = first_feature_; i < kept; ++i) seen_.insert(id_and_place(features[i]));
+  here_.clear();
   first_feature_ = kept;
   first_relief_ = data_.relief.size();
   tags_of_wholes_.clear();

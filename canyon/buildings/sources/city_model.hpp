@@ -43,6 +43,7 @@ struct CityObject {
   std::vector<MapSurface> surfaces;
   std::optional<Eigen::Vector3d> place;  ///< of a geometry that many objects share (lon, lat [deg], height)
   bool has_parts = false;
+  bool named = true;  ///< the file has its id
 };
 
 /// Gathers the objects of the files of a city model, CityGML or CityJSON, as the features of a map: kinds,
@@ -108,6 +109,7 @@ class CityModel {
   void add_tree(CityObject object);
   void add_wood(CityObject object);
   [[nodiscard]] bool leaves_out_low(const MapFeature& feature);
+  [[nodiscard]] static std::string id_and_place(const MapFeature& feature);
   void keep(MapFeature feature, const CityObject& object);
   [[nodiscard]] bool in_box(const Eigen::AlignedBox2d& bounds) const;
   void finish_file();
@@ -124,6 +126,7 @@ class CityModel {
   std::size_t first_relief_ = 0;                          ///< likewise
   std::map<std::string, CityAttributes> tags_of_wholes_;  ///< of the file's objects that have parts
   std::set<std::string> seen_;                            ///< id and place of the features of other files
+  std::map<std::string, std::string> here_;               ///< the same of the file, by id
   Counts left_out_, said_, kinds_;
   Handedness handedness_;
   Counts left_out_before_, said_before_, kinds_before_;

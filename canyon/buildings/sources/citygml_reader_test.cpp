@@ -401,6 +401,47 @@ TEST_F(CityGmlTest, AttributesOfExtensionsAndGenericOnes) {
       Contains(HasSubstr("of 1 buildings and parts 1 have a use, 1 a year, 1 a structure, 1 a material")));
 }
 
+// 98.4 ft are 98.4 x 0.3048 m = 29.99232 m.
+TEST_F(CityGmlTest, UnitsOfAttributes) {
+  const auto height = [this](const std::string& uom, const std::string& value) {
+    const MapData data = read_object(gml_building(
+        "a", gml_house(), "<bldg:measuredHeight uom=\"" + uom + "\">" + value + "</bldg:measuredHeight>"));
+    const auto& tags = data.features.at(0).tags;
+    EXPECT_EQ(tags.count("height") == 0,
+              ::testing::Value(data.warnings, Contains(HasSubstr("left out 1 attributes in units"))));
+    return tags.count("height") == 0 ? "" : tags.at("height");
+  };
+  for (const char* metre : {"m", "#m", "urn:adv:uom:m", "urn:ogc:def:uom:EPSG::9001", " metre ", ""})
+    EXPECT_EQ(height(metre, "98.4"), "98.4") << metre;
+  for (const char* foot : {"ft", "#ft", "urn:ogc:def:uom:OGC::foot", "urn:ogc:def:uom:EPSG::9002", "[ft_i]"})
+    EXPECT_EQ(height(foot, "98.4"), "29.99232") << foot;
+  EXPECT_EQ(height("#km", "0.02"), "20");
+  EXPECT_EQ(height("cm", "1234"), "12.34");
+  EXPECT_EQ(height("storeys", "4"), "");
+  const MapData generic = read_object(
+      gml_building("a", gml_house(),
+                   "<gen:measureAttribute name=\"height\"><gen:value uom=\"#ft\">100</gen:value>"
+                   "</gen:measureAttribute><bldg:storeysAboveGround uom=\"x\">3</bldg:storeysAboveGround>"));
+  EXPECT_EQ(generic.features.at(0).tags.at("height"), "30.48");
+  EXPECT_EQ(generic.features.at(0).tags.at("building:levels"), "3");
+  const MapData third = read_object(gml_building(
+      "a", gml_house(),
+      "<con:height><con:Height><con:value uom=\"ft\">100</con:value></con:Height></con:height>"));
+  EXPECT_EQ(third.features.at(0).tags.at("height"), "30.48");
+}
+
+TEST_F(CityGmlTest, ObjectsThatAreThereTwiceAreTakenOnce) {
+  const std::string house = citygml_member(gml_building("a"));
+  const MapData data = read(citygml(house + house));
+  EXPECT_EQ(data.features.size(), 1U);
+  EXPECT_THAT(data.warnings, Contains(HasSubstr("left out 1 objects that the file has twice")));
+  std::string other = citygml_member(gml_building("b", gml_house(691100)));
+  other.replace(other.find("Building gml:id=\"b\""), 19, "Building gml:id=\"a\"");
+  const MapData both = read(citygml(house + other));
+  EXPECT_EQ(both.features.size(), 2U);
+  EXPECT_THAT(both.warnings, Contains(HasSubstr("objects at different places have the same id")));
+}
+
 TEST_F(CityGmlTest, Version3) {
   const std::string text =
       "<CityModel xmlns=\"http://www.opengis.net/citygml/3.0\" xmlns:gml=\"http://www.opengis.net/gml/3.2\">"

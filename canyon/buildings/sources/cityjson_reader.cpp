@@ -54,7 +54,7 @@ class CityJsonReader {
   void read_objects(const Json& root);
   void read_vertices(const Json& root);
   void read_object(const std::string& key, const Json& object);
-  static void read_attributes(const Json& object, CityAttributes& attributes);
+  void read_attributes(const Json& object, CityAttributes& attributes);
   const Json* choose_geometry(const std::string& key, const Json& object);
   void add_surfaces(const std::string& key, const Json& geometry, CityObject& object);
   void add_template(const std::string& key, const Json& instance, CityObject& object);
@@ -354,8 +354,20 @@ void CityJsonReader::read_attributes(const Json& object, CityAttributes& read) {
   const Json& attributes = object["attributes"];
   if (!attributes.is_object()) return;
   for (const auto& [name, value] : attributes.members()) {
-    const std::string text = text_of(value);
-    if (!text.empty()) read[name] = text;
+    // CityJSON itself has metres; converters write units beside a value or about it.
+    const Json& inner = value.is_object() && value.contains("value") ? value["value"] : value;
+    std::string unit = value.is_object() ? text_of(value["uom"]) : "";
+    if (unit.empty() && attribute_matters(name)) {
+      for (const std::string& key : {"+" + name + "-uom", name + "-uom", name + "_uom"})
+        if (unit.empty()) unit = text_of(attributes[key]);
+    }
+    const std::string text = text_of(inner);
+    if (text.empty()) continue;
+    if (const auto metres = value_in_metres(name, text, unit)) {
+      read[name] = *metres;
+    } else {
+      model_.leave_out(kOtherUnit);
+    }
   }
 }
 

@@ -281,6 +281,21 @@ TEST_F(CityJsonTest, PartsNameTheirBuildingAndReplaceItsOutline) {
   EXPECT_TRUE(any_contains(data.warnings, "left out 2 buildings and parts without a geometry"));
 }
 
+TEST_F(CityJsonTest, UnitsBesideAttributes) {
+  const auto height = [this](const std::string& attributes) {
+    const MapData data = read(cityjson(R"("C":{"type":"Building","attributes":{)" + attributes +
+                                       R"(},"geometry":[)" + kHouseSolid + "]}"));
+    const auto& tags = data.features.at(0).tags;
+    EXPECT_EQ(tags.count("height") == 0, any_contains(data.warnings, "left out 1 attributes in units"));
+    return tags.count("height") == 0 ? "" : tags.at("height");
+  };
+  EXPECT_EQ(height(R"("measuredHeight":100)"), "100");
+  EXPECT_EQ(height(R"("measuredHeight":100,"+measuredHeight-uom":"m")"), "100");
+  EXPECT_EQ(height(R"("measuredHeight":100,"+measuredHeight-uom":"ft")"), "30.48");
+  EXPECT_EQ(height(R"("measuredHeight":{"value":100,"uom":"#ft"})"), "30.48");
+  EXPECT_EQ(height(R"("measuredHeight":100,"measuredHeight_uom":"ell")"), "");
+}
+
 // A template of one triangle, twice as large, about a vertex; a bridge and a wood of their own.
 TEST_F(CityJsonTest, TemplatesAndOtherObjects) {
   const std::string objects =

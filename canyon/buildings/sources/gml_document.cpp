@@ -164,6 +164,8 @@ class GmlParser {
       open.element.href = value;
     } else if (name == "name") {
       open.element.key = value;
+    } else if (name == "uom") {
+      open.element.unit = value;
     } else if (name == "orientation") {
       open.element.reversed = value == "-";
     } else if (name == "srsName" && !value.empty()) {

@@ -18,6 +18,7 @@ struct GmlElement {
   std::string id;    ///< gml:id
   std::string href;  ///< xlink:href
   std::string key;   ///< the attribute `name`, of generic attributes
+  std::string unit;  ///< the attribute `uom`
   std::string text;
   bool reversed = false;                      ///< orientation="-"
   std::shared_ptr<const std::string> system;  ///< srsName that holds here; null where none does

@@ -67,6 +67,7 @@ class GmlObjectReader {
   void read(const GmlElement& element, const std::string& parent) {
     CityObject object;
     object.id = element.id.empty() ? fmt::format("{} of line {}", element.name, element.line) : element.id;
+    object.named = !element.id.empty();
     object.type = element.name;
     object.parent = parent;
     // Objects inside this object take their polygons first.
@@ -92,7 +93,16 @@ class GmlObjectReader {
   }
 
  private:
-  static void read_attributes(const GmlElement& element, CityAttributes& attributes) {
+  /// @param holder has the text of the value and its unit
+  void take(const std::string& name, const GmlElement& holder, CityAttributes& attributes) {
+    if (const auto value = value_in_metres(name, trim(holder.text), holder.unit)) {
+      attributes.emplace(name, *value);
+    } else {
+      model_.leave_out(kOtherUnit);
+    }
+  }
+
+  void read_attributes(const GmlElement& element, CityAttributes& attributes) {
     for (const GmlElement& child : element.children) {
       if (is_gml_object(child.name) || child.name == "boundedBy" || child.name == "boundary" ||
           child.name.rfind("lod", 0) == 0)
@@ -100,11 +110,11 @@ class GmlObjectReader {
       const GmlElement* value = child.child("value");
       // <stringAttribute name="function"><value>..., and <Height><value>... of CityGML 3.0
       const std::string& name = child.key.empty() ? child.name : child.key;
-      const std::string& text = value != nullptr ? value->text : child.text;
-      if (!text.empty() && attribute_matters(name)) {
-        attributes.emplace(name, std::string(trim(text)));
+      const GmlElement& holder = value != nullptr ? *value : child;
+      if (!holder.text.empty() && attribute_matters(name)) {
+        take(name, holder, attributes);
       } else if (child.name == "Height" && value != nullptr) {
-        attributes.emplace("measuredHeight", std::string(trim(value->text)));
+        take("measuredHeight", *value, attributes);
       }
       // Extensions (uro:buildingDetails) wrap their attributes.
       if (value == nullptr && child.rings.empty()) {
@@ -114,10 +124,9 @@ class GmlObjectReader {
       }
     }
   }
-  static void read_wrapped(const GmlElement& element, CityAttributes& attributes) {
+  void read_wrapped(const GmlElement& element, CityAttributes& attributes) {
     if (element.name == "Height") {
-      if (const GmlElement* value = element.child("value"))
-        attributes.emplace("measuredHeight", std::string(trim(value->text)));
+      if (const GmlElement* value = element.child("value")) take("measuredHeight", *value, attributes);
       return;
     }
     read_attributes(element, attributes);

@@ -15,12 +15,6 @@ namespace {
 /// No wall is longer than this: who touches the box has a node in the widened one.
 constexpr double kBoxMargin_deg = 0.02;
 
-TagMap tag_map(const osmium::TagList& list) {
-  TagMap tags;
-  for (const osmium::Tag& tag : list) tags.emplace(tag.key(), tag.value());
-  return tags;
-}
-
 bool tags_matter(const osmium::TagList& list, bool foliage) {
   return std::any_of(list.begin(), list.end(),
                      [&](const osmium::Tag& tag) { return key_matters(tag.key(), foliage); });
@@ -67,6 +61,7 @@ Object* place_for(std::map<OsmId, Object>& objects, OsmId id, std::uint32_t vers
   return &at->second;
 }
 
+constexpr const char* kKeyTwice = "objects have a key twice, the first of which counts";
 constexpr const char* kGivenTwice = "given twice in one version with other contents: the first counts";
 
 /// Objects without tags stand beside others of theirs in extracts of several parts.
@@ -105,6 +100,18 @@ class ObjectReader {
         what, fmt::format("{}/{}", osmium::item_type_to_name(object.type()), object.id()));
   }
 
+  /// The tags of an object that can matter.
+  TagMap tags_of(const osmium::OSMObject& object) {
+    TagMap tags;
+    bool twice = false;
+    for (const osmium::Tag& tag : object.tags()) {
+      const auto [at, fresh] = tags.emplace(tag.key(), tag.value());
+      twice = twice || (!fresh && at->second != tag.value());
+    }
+    if (twice) remark(kKeyTwice, object);
+    return tags;
+  }
+
   [[nodiscard]] bool is_foliage_left_out(const osmium::TagList& tags) const {
     return !options_.foliage && (tags.has_tag("natural", "tree") || tags.has_tag("natural", "tree_row") ||
                                  tags.has_tag("natural", "wood") || tags.has_tag("landuse", "forest"));
@@ -129,7 +136,7 @@ class ObjectReader {
     if (type == nullptr) return;
     const bool multipolygon = std::string_view(type) == "multipolygon";
     if (!multipolygon && std::string_view(type) != "building") return;
-    TagMap tags = tag_map(relation.tags());
+    TagMap tags = tags_of(relation);
     OsmClass kind = classify(tags, options_.foliage);
     if (multipolygon && !kind.kind && !says_nothing(tags)) return;
     OsmRelation* place = place_for(objects_.relations, relation.id(), relation.version());
@@ -180,7 +187,7 @@ class ObjectReader {
     if (!member && !foliage && !tags_matter(way.tags(), options_.foliage)) return;
     OsmWay fresh;
     fresh.version = way.version();
-    fresh.tags = tag_map(way.tags());
+    fresh.tags = tags_of(way);
     fresh.kind = classify(fresh.tags, options_.foliage);
     if (!member && !foliage && !fresh.kind.kind) return;
     for (const osmium::NodeRef& node : way.nodes()) {
@@ -265,7 +272,7 @@ class ObjectReader {
       }
     }
     if (!tagged || (options_.box && !in_wide_box(node.location()))) return;
-    TagMap tags = tag_map(node.tags());
+    TagMap tags = tags_of(node);
     const OsmClass kind = classify(tags, options_.foliage);
     if (!kind.kind) return;
     if (*kind.kind == FeatureKind::Tree) {

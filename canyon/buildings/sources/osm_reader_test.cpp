@@ -541,6 +541,24 @@ TEST_F(OsmReader, ReadsOverpassJson) {
                      R"("members":[{"type":"way","ref":20,"role":"outer",)" + ring + "}]}")});
   ASSERT_THAT(ids(geom), ElementsAre("way/9", "relation/4"));
   EXPECT_EQ(geom.features[0].tags.at("name"), "a \"b\" & <c>");
+  // "out geom" of a box: null for nodes outside it, in the ring, at its ends, and in a member.
+  const std::string cut = ring.substr(0, ring.size() - 1) + ",null]";
+  const std::string ends = R"("geometry": [null,{"lat":48,"lon":11},{"lat":48,"lon":11.001},)"
+                           R"({"lat":48.001,"lon":11.001},{"lat":48.001,"lon":11},null])";
+  std::string inside = ring;
+  inside.insert(inside.find("{\"lat\":48,\"lon\":11.001}"), "null,null,");
+  const auto building = [](const std::string& id, const std::string& geometry) {
+    return R"({"type":"way","id":)" + id + R"(,"tags":{"building":"yes"},)" + geometry + "}";
+  };
+  const MapData clipped =
+      read_osm({json(building("9", ring) + "," + building("10", cut) + "," + building("11", ends) + "," +
+                     building("12", inside) +
+                     R"(,{"type":"relation","id":4,"tags":{"type":"multipolygon","building":"yes"},)" +
+                     R"("members":[{"type":"way","ref":20,"role":"outer",)" + inside + "}]}")});
+  EXPECT_THAT(ids(clipped), ElementsAre("way/9"));
+  EXPECT_THAT(clipped.warnings,
+              IsSupersetOf({HasSubstr("3 ways, with nodes that are not in the map, left out: way/10"),
+                            HasSubstr("multipolygons that the map holds in part only, left out")}));
   EXPECT_THAT(
       problem(json(R"({"type":"way","id":9,"center":{"lat":48,"lon":11},"tags":{"building":"yes"}})")),
       HasSubstr("ask Overpass with 'out geom'"));
@@ -580,6 +598,22 @@ TEST_F(OsmReader, SaysWhatIsGivenTwiceWithOtherContents) {
   EXPECT_NEAR(map.features[0].bounds().max().x(), 10.001, 1e-9);
   EXPECT_THAT(map.warnings, Contains(HasSubstr("2 given twice in one version with other contents: the first "
                                                "counts: way/14, node/12")));
+}
+
+TEST_F(OsmReader, SaysThatAKeyIsInAnObjectTwice) {
+  OsmText text;
+  text.node(11, 10, 48).node(12, 10.001, 48).node(13, 10, 48.001).way(14, {11, 12, 13, 11}, kBuilding);
+  const auto path = folder_ / "map.osm";
+  const auto read_with = [&](const std::string& tags) {
+    std::string changed = text.text();
+    std::ofstream(path) << changed.insert(changed.find("</way>"), tags);
+    return read_osm({path});
+  };
+  const std::string tag = R"(<tag k="height" v="50"/>)";
+  EXPECT_THAT(read_with(tag + tag).warnings, Not(Contains(HasSubstr("a key twice"))));
+  const MapData map = read_with(tag + R"(<tag k="height" v="10"/>)");
+  EXPECT_EQ(map.features.at(0).tags.at("height"), "50");
+  EXPECT_THAT(map.warnings, Contains(HasSubstr("a key twice, the first of which counts: way/14")));
 }
 
 // Two buildings, one of which the antimeridian cuts, a multipolygon across it with a courtyard, and one

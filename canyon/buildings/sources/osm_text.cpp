@@ -96,10 +96,10 @@ class OverpassXml {
     add_tags(node);
     xml_ += "</node>\n";
   }
+  static constexpr std::int64_t kNowhere = -1'000'000'000'000;  ///< the id of a node that is not there
   /// The id of a node of a geometry without ids.
   std::int64_t id_at(double lat, double lon) {
-    constexpr std::int64_t kFirst = -1'000'000'000'000;
-    const auto next = kFirst - static_cast<std::int64_t>(ids_.size());
+    const auto next = kNowhere - 1 - static_cast<std::int64_t>(ids_.size());
     return ids_.try_emplace({lat, lon}, next).first->second;
   }
   void add_way(std::int64_t id, const Json& way) {
@@ -113,12 +113,12 @@ class OverpassXml {
       throw JsonError(fmt::format("way {} has {} nodes and {} places", id, count, geometry.size()));
     if (count == 0) ++without_nodes_;
     for (std::size_t i = 0; i < count; ++i) {
-      // Null: a node outside the box that was asked for.
+      // Null: a node outside the box that was asked for. Its way names a node that is not there.
       const bool placed = geometry.is_array() && i < geometry.size() && geometry[i].is_object();
-      if (!placed && !listed) continue;
       const double lat = placed ? geometry[i]["lat"].get<double>() : 0;
       const double lon = placed ? geometry[i]["lon"].get<double>() : 0;
-      xml_ += fmt::format("<nd ref=\"{}\"", listed ? nodes[i].get<std::int64_t>() : id_at(lat, lon));
+      const std::int64_t unlisted = placed ? id_at(lat, lon) : kNowhere;
+      xml_ += fmt::format("<nd ref=\"{}\"", listed ? nodes[i].get<std::int64_t>() : unlisted);
       if (placed) xml_ += fmt::format(" lat=\"{:.9f}\" lon=\"{:.9f}\"", lat, lon);
       xml_ += "/>";
     }
