@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <utility>
+#include <vector>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
@@ -54,6 +57,38 @@ class Complaints {
   std::string latest_;
 };
 
+/// Counts parts of poses that are not used. Each is told once: a sender may add keys of its own.
+class Unused {
+ public:
+  /// @param why it is not, and what to do
+  template <typename Why>
+  void add(const std::string& part, const Why& why) {
+    constexpr std::size_t kMost = 16;
+    if (parts_.size() < kMost || parts_.count(part) > 0) {
+      const auto [at, is_new] = parts_.try_emplace(part);
+      if (is_new) at->second.why = why();
+      ++at->second.count;
+    }
+  }
+  [[nodiscard]] std::string take() {
+    std::string text;
+    for (auto& [part, its] : parts_) {
+      if (std::exchange(its.said, true)) continue;
+      text += fmt::format("{}'{}' in {} {} is not used{}", text.empty() ? "" : "; ", part, its.count,
+                          its.count == 1 ? "pose" : "poses", its.why);
+    }
+    return text;
+  }
+
+ private:
+  struct Part {
+    std::string why;
+    std::size_t count = 0;
+    bool said = false;
+  };
+  std::map<std::string, Part> parts_;
+};
+
 /// Turns vectors from the sender's axes to ours.
 class Axes {
  public:
@@ -98,6 +133,7 @@ class JsonPoses final : public PoseDecoder {
     if (!rest.empty() && rest.back() == '}' && Json::try_parse(rest)) lines.finish(take);
   }
   [[nodiscard]] std::string take_complaint() override { return complaints_.take(); }
+  [[nodiscard]] std::string take_unused() override { return unused_.take(); }
 
  private:
   static std::optional<double> number(const Json& object, const char* key, std::string& why) {
@@ -125,8 +161,7 @@ class JsonPoses final : public PoseDecoder {
   }
 
   /// The error; empty: none.
-  [[nodiscard]] std::string read(std::string_view line,
-                                 const std::function<void(const PoseReport&)>& each) const {
+  [[nodiscard]] std::string read(std::string_view line, const std::function<void(const PoseReport&)>& each) {
     const Json object = Json::try_parse(line).value_or(Json());
     if (!object.is_object()) return "not a JSON object";
     std::string why;
@@ -155,12 +190,52 @@ class JsonPoses final : public PoseDecoder {
     if (!report.position_m && !report.place) {
       return "neither 'position_m' nor 'latitude_deg', 'longitude_deg', 'height_m'";
     }
+    look_for_unused(object);
     each(report);
     return {};
   }
 
+  void look_for_unused(const Json& object) {
+    static const std::vector<std::string> kKnown{
+        "time_s",        "id",       "position_m", "latitude_deg", "height_m",
+        "longitude_deg", "attitude", "yaw_deg",    "velocity_mps", "rates_radps"};
+    const auto given = [&](const char* key) { return !object[key].is_null(); };
+    for (const Json::Member& member : object.members()) {
+      const std::string& key = member.key;
+      if (std::find(kKnown.begin(), kKnown.end(), key) != kKnown.end()) continue;
+      unused_.add(printable(key), [&] { return cure_of(key, kKnown); });
+    }
+    const bool geodetic = given("latitude_deg") && given("longitude_deg") && given("height_m");
+    if (geodetic && given("position_m")) {
+      unused_.add("position_m", [] { return " beside 'latitude_deg', 'longitude_deg' and 'height_m'"; });
+    }
+    for (const char* key : {"latitude_deg", "longitude_deg", "height_m"}) {
+      if (!geodetic && given(key))
+        unused_.add(key, [] { return ": it needs latitude, longitude and height"; });
+    }
+    if (given("attitude") && given("yaw_deg")) unused_.add("yaw_deg", [] { return " beside 'attitude'"; });
+  }
+
+  /// A sender's text for a message: short, without control characters.
+  static std::string printable(const std::string& text) {
+    const std::string quoted = Json(text.substr(0, 40)).dump();
+    return quoted.substr(1, quoted.size() - 2);
+  }
+
+  /// The known key that is like the one given, or begins with it: velocity for velocity_mps.
+  static std::string cure_of(const std::string& key, const std::vector<std::string>& known) {
+    const std::string low = lower_case(key);
+    auto similar = closest(low, known);
+    for (const std::string& each : known) {
+      if (low.size() > 2 && each.compare(0, low.size(), low) == 0) similar = each;
+    }
+    return similar ? fmt::format(": did you mean '{}'?", *similar)
+                   : fmt::format(": a pose has {}", fmt::join(known, ", "));
+  }
+
   Axes axes_;
   transport::Readers<transport::LineCutter> lines_;
+  Unused unused_;
   Complaints complaints_;
 };
 

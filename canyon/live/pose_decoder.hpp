@@ -36,6 +36,8 @@ class PoseDecoder {
   [[nodiscard]] virtual std::string request() { return {}; }
   /// The number of messages since the last call that were not poses, and why the latest was not; empty: 0.
   [[nodiscard]] virtual std::string take_complaint() { return {}; }
+  /// Parts of poses that are not used, each of which is told once; empty: none since the last call.
+  [[nodiscard]] virtual std::string take_unused() { return {}; }
 };
 
 /// The decoder of these options. Throws InputError for messages that Canyon does not know.

@@ -136,6 +136,34 @@ TEST(JsonPoses, SayWhatIsNone) {
   EXPECT_EQ(received(*decoder, " 2, 3]}\n", 100, 1).size(), 1U);
 }
 
+// A misspelt key costs no pose, but is told.
+TEST(JsonPoses, SayWhatIsNotUsed) {
+  const auto decoder = make_decoder(options(PoseFormat::Json));
+  const std::string pose =
+      "{\"position_m\": [1, 2, 3], \"velocity\": [1, 0, 0], \"Attitude\": [0, 0, 0, 1], \"battery\": 5}\n";
+  EXPECT_EQ(received(*decoder, pose + pose).size(), 2U);
+  EXPECT_EQ(decoder->take_complaint(), "");
+  const std::string unused = decoder->take_unused();
+  EXPECT_THAT(unused, HasSubstr("'velocity' in 2 poses is not used: did you mean 'velocity_mps'?"));
+  EXPECT_THAT(unused, HasSubstr("'Attitude' in 2 poses is not used: did you mean 'attitude'?"));
+  EXPECT_THAT(unused, HasSubstr("'battery' in 2 poses is not used: a pose has time_s, id"));
+  // Once is enough.
+  (void)received(*decoder, pose);
+  EXPECT_EQ(decoder->take_unused(), "");
+  for (const auto& [line, key] : std::vector<std::pair<std::string, std::string>>{
+           {R"({"position_m": [1, 2, 3], "latitude_deg": 1, "longitude_deg": 2, "height_m": 3})",
+            "position_m"},
+           {R"({"position_m": [1, 2, 3], "latitude_deg": 1, "longitude_deg": 2})", "latitude_deg"},
+           {R"({"position_m": [1, 2, 3], "attitude": [1, 0, 0, 0], "yaw_deg": 2})", "yaw_deg"}}) {
+    const auto other = make_decoder(options(PoseFormat::Json));
+    EXPECT_EQ(received(*other, line + "\n").size(), 1U);
+    EXPECT_THAT(other->take_unused(), HasSubstr("'" + key + "' in 1 pose is not used"));
+  }
+  const auto good = make_decoder(options(PoseFormat::Json));
+  EXPECT_EQ(received(*good, json(skew())).size(), 1U);
+  EXPECT_EQ(good->take_unused(), "");
+}
+
 /// The binary form by its table.
 std::string binary(std::uint16_t flags, const std::array<double, 3>& position, std::uint32_t id = 7) {
   std::string b(kBinarySize, '\0');
@@ -320,6 +348,43 @@ TEST(MavlinkPoses, EstimatesAreTakenOnlyWhereTheyAreNamed) {
   EXPECT_FALSE(decoder->request().empty());
   named.messages = {"SIM_STAT"};
   EXPECT_THROW((void)make_decoder(named), InputError);
+}
+
+// One pose that no antenna can have costs itself, not the run, in every format.
+TEST(Poses, OfNoAntennaAreDroppedAndCounted) {
+  const geodesy::LocalFrame frame_of_city(geodesy::Geodetic::from_degrees(48, 11, 0));
+  mavlink::HilStateQuaternion state;
+  state.ned_from_frd = to_mavlink(skew());
+  state.latitude_deg = -48;
+  state.longitude_deg = -169;
+  const std::string far_json =
+      "{\"time_s\": 1, \"latitude_deg\": -48, \"longitude_deg\": -169, \"height_m\": 2}\n";
+  for (const auto& [format, bytes] : std::vector<std::pair<PoseFormat, std::string>>{
+           {PoseFormat::Json, far_json},
+           {PoseFormat::Json,
+            "{\"time_s\": 1, \"latitude_deg\": 48, \"longitude_deg\": 11, \"height_m\": 1e30}\n"},
+           {PoseFormat::Json, "{\"time_s\": 1, \"position_m\": [0, 0, 2], \"velocity_mps\": [1e7, 0, 0]}\n"},
+           {PoseFormat::Json, "{\"time_s\": 1, \"position_m\": [0, 2e7, 2]}\n"},
+           {PoseFormat::Binary, binary(4, {-48, -169, 2})},
+           {PoseFormat::Binary, binary(0, {0, 0, 1e30})},
+           {PoseFormat::MAVLink, frame(state)}}) {
+    PoseSource source(options(format), frame_of_city);
+    source.receive(0, bytes, 0);
+    EXPECT_EQ(source.count(), 0U) << bytes;
+    const auto notes = source.take_notes();
+    ASSERT_EQ(notes.size(), 1U) << bytes;
+    EXPECT_THAT(notes.front(), HasSubstr("1 pose was dropped: not finite")) << bytes;
+  }
+  // The vehicle looks where it goes, not from the pose that was dropped.
+  PoseSource source(options(PoseFormat::Json), frame_of_city);
+  source.receive(0,
+                 "{\"time_s\": 0, \"position_m\": [0, 0, 2]}\n{\"time_s\": 1, \"position_m\": [0, 2e7, 2]}\n"
+                 "{\"time_s\": 2, \"position_m\": [10, 0, 2]}\n",
+                 0);
+  std::string reason;
+  const auto at = source.track().at(0, reason);
+  ASSERT_TRUE(at) << reason;
+  EXPECT_NEAR(simulation::yaw_of(at->pose.attitude), 0, 1e-9);
 }
 
 TEST(Poses, HostileBytesAreNoneAndCostNothing) {

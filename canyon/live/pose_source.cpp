@@ -47,6 +47,11 @@ std::optional<simulation::ReportedPose> PoseSource::in_city(const PoseReport& re
     sent.pose.position_m = options_.origin_enu_m + turn * (scale * *report.position_m);
   }
   if (report.velocity_mps) sent.linear_velocity = turn * (scale * *report.velocity_mps);
+  if (!simulation::is_possible(
+          {sent.pose.position_m, sent.linear_velocity.value_or(Vector3d::Zero()), 0, 0, false})) {
+    sent.pose.position_m.setConstant(std::nan(""));
+    return sent;
+  }
   if (report.attitude) {
     sent.pose.attitude = Quaterniond(turn) * *report.attitude;
     if (report.rates_body_radps) sent.angular_velocity = sent.pose.attitude * *report.rates_body_radps;
@@ -93,7 +98,7 @@ void PoseSource::receive_log(std::string_view bytes, std::optional<double>& firs
     const double now_s =
         report.stamp_s ? *report.stamp_s - first_stamp_s.value_or(*report.stamp_s) : std::nan("");
     if (!(std::abs(now_s) < kLongest_s)) {
-      ++not_finite_;
+      ++impossible_;
       return;
     }
     if (!first_stamp_s) first_stamp_s = *report.stamp_s;
@@ -110,7 +115,7 @@ bool PoseSource::take(const PoseReport& report, std::int64_t now_ns) {
       count(report, *sent);
       return true;
     case simulation::PoseTrack::Taken::NoPose:
-      ++not_finite_;
+      ++impossible_;
       break;
     case simulation::PoseTrack::Taken::Old:
       // Two poses without stamps of a vehicle that stands are alike if they are read together.
@@ -123,6 +128,7 @@ bool PoseSource::take(const PoseReport& report, std::int64_t now_ns) {
 std::vector<std::string> PoseSource::take_notes() {
   std::vector<std::string> notes;
   if (std::string complaint = decoder_->take_complaint(); !complaint.empty()) notes.push_back(complaint);
+  if (std::string unused = decoder_->take_unused(); !unused.empty()) notes.push_back(unused);
   if (const double far_m = std::exchange(far_m_, 0); far_m > 0) {
     notes.push_back(
         fmt::format("warning: the vehicle is {:.0f} km from the city's origin ({:.4f}, {:.4f}), where no "
@@ -131,9 +137,11 @@ std::vector<std::string> PoseSource::take_notes() {
                     far_m / 1e3, geodesy::degrees(frame_.origin().latitude_rad),
                     geodesy::degrees(frame_.origin().longitude_rad)));
   }
-  if (const auto n = std::exchange(not_finite_, 0); n > 0) {
+  if (const auto n = std::exchange(impossible_, 0); n > 0) {
     notes.push_back(
-        fmt::format("{} {} not finite or had no stamp: dropped", n, n == 1 ? "pose was" : "poses were"));
+        fmt::format("{} {} dropped: not finite, without a stamp, more than 10000 km from the city's origin, "
+                    "or faster than 1000 km/s",
+                    n, n == 1 ? "pose was" : "poses were"));
   }
   if (const auto n = std::exchange(old_, 0); n > 0) {
     notes.push_back(fmt::format("{} {} twice or too late: dropped", n, n == 1 ? "pose came" : "poses came"));

@@ -47,7 +47,7 @@ class PoseSource {
   [[nodiscard]] std::vector<std::string> take_notes();
 
  private:
-  /// In the city; empty: of another vehicle, or none.
+  /// In the city; empty: of another vehicle. Its place is not finite where no antenna can be there.
   [[nodiscard]] std::optional<simulation::ReportedPose> in_city(const PoseReport& report, double now_s);
   /// Whether the pose is a new one of this vehicle.
   bool take(const PoseReport& report, std::int64_t now_ns);
@@ -63,7 +63,7 @@ class PoseSource {
   std::optional<double> last_stamp_s_;
   double far_m_ = 0;  // of the first of those since the vehicle was near
   bool said_far_ = false;
-  std::uint64_t count_ = 0, not_finite_ = 0, old_ = 0;
+  std::uint64_t count_ = 0, impossible_ = 0, old_ = 0;
 };
 
 }  // namespace canyon::live

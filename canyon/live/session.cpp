@@ -170,6 +170,8 @@ void Session::Impl::gather(Vehicle& vehicle, Schedule& of, std::int64_t now) {
   } else if (body) {
     epoch.antenna =
         simulation::antenna_of(*body, scenario.receivers[r].lever_arm_m, 0, Eigen::Vector3d::Zero());
+    // Between two poses, and behind the last one, the motion may lead anywhere.
+    if (!simulation::is_possible(*epoch.antenna)) epoch.antenna.reset();
   }
   due.push_back(std::move(epoch));
 }
@@ -337,6 +339,19 @@ void Session::Impl::once_a_second() {
   if (run_options->progress) run_options->progress(figures);
 }
 
+bool Session::Impl::turn() {
+  serve();
+  const std::int64_t now = now_ns();
+  for (Vehicle& vehicle : vehicles) {
+    // By stamps, vehicles with a link are due when their pose arrives.
+    if (by_stamps() && vehicle.link) continue;
+    gather(vehicle, now);
+  }
+  compute_and_write();
+  once_a_second();
+  return !ended();
+}
+
 void Session::Impl::wait() const {
   // Nothing waits longer than this: servers take clients, drivers get their answers.
   Clock::time_point until = Clock::now() + std::chrono::milliseconds(20);
@@ -395,19 +410,6 @@ Figures Session::run(const std::vector<simulation::EpochSink*>& sinks, const Run
   const auto running = [&] {
     return (options.stop == nullptr || !*options.stop) && !(impl.commands && impl.commands->stopped());
   };
-  while (running()) {
-    impl.serve();
-    const std::int64_t now = impl.now_ns();
-    for (Vehicle& vehicle : impl.vehicles) {
-      // By stamps, vehicles with a link are due when their pose arrives.
-      if (impl.by_stamps() && vehicle.link) continue;
-      impl.gather(vehicle, now);
-    }
-    impl.compute_and_write();
-    impl.once_a_second();
-    if (impl.ended()) break;
-    impl.wait();
-  }
   std::exception_ptr failure;
   const auto finish = [&](const auto& end) {
     try {
@@ -416,10 +418,14 @@ Figures Session::run(const std::vector<simulation::EpochSink*>& sinks, const Run
       if (!failure) failure = std::current_exception();
     }
   };
+  // Epochs until then are kept, whatever ends the run.
+  finish([&] {
+    while (running() && impl.turn()) impl.wait();
+  });
   for (const auto& stream : impl.streams) finish([&] { stream->finish(); });
   for (simulation::EpochSink* sink : sinks) finish([&] { sink->finish(); });
   impl.next_second = {};
-  impl.once_a_second();
+  finish([&] { impl.once_a_second(); });
   // A link that poses and streams share ends here.
   for (Vehicle& vehicle : impl.vehicles) {
     if (vehicle.link) finish([&] { vehicle.link->finish(vehicle.listener, {}); });

@@ -154,6 +154,8 @@ struct Session::Impl {
   void report_place(const simulation::Epoch& epoch);
   void serve();
   void once_a_second();
+  /// Serves links and computes what is due; false at the end of the run.
+  [[nodiscard]] bool turn();
   void wait() const;
   /// Notes may name addresses: their passwords are hidden.
   void note(const std::string& text) const {

@@ -411,6 +411,58 @@ TEST(Session, SaysThatPosesLieFarFromTheCity) {
   EXPECT_THAT(notes, ::testing::Contains(HasSubstr("km from the city's origin")));
 }
 
+std::size_t lines_of(const std::string& path) {
+  std::ifstream file(path);
+  std::size_t lines = 0;
+  for (std::string line; std::getline(file, line);) ++lines;
+  return lines;
+}
+
+/// A log of 21 poses, 0.1 s apart, whose eleventh is `bad`.
+std::string log_with(const std::string& path, const std::string& bad) {
+  std::ofstream file(path);
+  for (int i = 0; i <= 20; ++i) {
+    file << (i == 10 ? bad : fmt::format("{{\"time_s\": {:.1f}, \"position_m\": [{}, 1, 2]}}", 0.1 * i, i))
+         << "\n";
+  }
+  return path;
+}
+
+TEST(Session, APoseOfNoAntennaDoesNotEndTheRun) {
+  const test::TemporaryFolder folder;
+  for (const char* bad :
+       {"{\"time_s\": 1, \"position_m\": [1, 1, 2], \"velocity_mps\": [1e7, 0, 0]}",
+        "{\"time_s\": 1, \"position_m\": [1, 1, 1e30]}",
+        "{\"time_s\": 1, \"position_m\": [1, 1, 2], \"rates_radps\": [1e30, 1e30, 1e30]}"}) {
+    const std::string log = log_with((folder / "log.jsonl").string(), bad);
+    const std::string csv = (folder / "epochs.csv").string();
+    Kept kept;
+    (void)run(
+        scenario("live: {poses: [{from: 'file:" + log +
+                     "'}], speed: 100, streams: [{format: epochs_csv, to: 'file:" + csv + "'}]}\n",
+                 "rate_hz: 10\n", "receivers: [{name: rover, profile: ideal, lever_arm: {forward_m: 1}}]\n"),
+        kept);
+    EXPECT_EQ(kept.epochs.size(), 21U) << bad;
+    EXPECT_EQ(lines_of(csv), 22U) << bad;
+  }
+}
+
+TEST(Session, EpochsUntilAFailureAreInTheFiles) {
+  const test::TemporaryFolder folder;
+  const std::string csv = (folder / "epochs.csv").string();
+  Kept kept;
+  kept.each = [&](const Epoch&) {
+    if (kept.epochs.size() == 11) throw InputError("something failed");
+  };
+  EXPECT_THROW(
+      (void)run(
+          scenario("live: {speed: 100, streams: [{format: epochs_csv, to: 'file:" + csv + "'}]}\n", kDrive),
+          kept),
+      InputError);
+  EXPECT_EQ(kept.finished, 1);
+  EXPECT_EQ(lines_of(csv), 12U);
+}
+
 // A run that is begun anew goes on in time with a vehicle that flies on.
 TEST(Session, ResumesAtThePosesStamp) {
   const int port = test::free_port();

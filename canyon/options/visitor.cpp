@@ -273,6 +273,7 @@ class NamedNumbersValue final : public StoredValue<std::map<std::string, double>
   std::string shown() const override { return in_range() ? text() : show_item(*wrong()); }
   std::string bound() const override { return range_.words(); }
   void read(const Node& node, const Place& place) override {
+    Items given;
     for (const std::string& text : read_texts(node, place)) {
       const std::size_t equals = std::min(text.find('='), text.size());
       const auto number = parse_double(std::string_view(text).substr(std::min(equals + 1, text.size())));
@@ -280,7 +281,11 @@ class NamedNumbersValue final : public StoredValue<std::map<std::string, double>
         throw place.error(fmt::format("'{}' is not {}", text, form_),
                           fmt::format("the number is {}", range_.words()));
       }
-      value_[text.substr(0, equals)] = *number;
+      const std::string name = text.substr(0, equals);
+      if (!given.emplace(name, *number).second) {
+        throw place.error(fmt::format("'{}' is given twice", name), "name each once");
+      }
+      value_[name] = *number;
     }
   }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/options/values.hpp"
@@ -155,7 +156,24 @@ double ReceiverOptions::stated_noise_m() const {
   return std::hypot(slow_error().sigma_m, drift_m);
 }
 
+namespace {
+
+void require_signals(const std::vector<std::string>& tracks, std::span<const gnss::SatelliteId> sky) {
+  std::set<std::string_view> systems;
+  for (const gnss::SatelliteId id : sky) {
+    if (!tracked_signals(tracks, id.system).empty()) return;
+    systems.insert(gnss::name(id.system));
+  }
+  if (systems.empty()) return;
+  throw InputError(fmt::format("it tracks {}, and the sky has satellites of {} alone",
+                               fmt::join(tracks, ", "), fmt::join(systems, ", ")),
+                   "name a signal of these systems in tracks, or their system in sky.systems");
+}
+
+}  // namespace
+
 void ReceiverOptions::choose_signals(std::span<const gnss::SatelliteId> sky) {
+  if (!tracks.empty()) require_signals(tracks, sky);
   if (!tracks.empty() || at_once == AtOnce::All) return;
   if (at_once == AtOnce::BeiDouByB1C) {
     tracks = {"L1CA", "G1", "E1", "B1C"};

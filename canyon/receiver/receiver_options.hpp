@@ -124,7 +124,7 @@ struct ReceiverOptions {
   /// @param with_ionosphere whether these have an ionosphere
   void decide(bool space, bool with_ionosphere);
   /// Sets `tracks` or `leaves_out` to what `at_once` receives of these satellites; nothing where `tracks`
-  /// says it.
+  /// says it. Throws InputError where `tracks` has no signal of any of the satellites.
   void choose_signals(std::span<const gnss::SatelliteId> sky);
   /// Throws InputError naming receiver and field that are out of range.
   void validate() const;

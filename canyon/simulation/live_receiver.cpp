@@ -374,8 +374,7 @@ LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& ant
                                          const SensorBatch* sensors) {
   Impl& impl = *impl_;
   raytrace::check_place(antenna.position_enu_m, "the antenna's position");
-  if (!(antenna.velocity_enu_mps.norm() <= 1e6) || !std::isfinite(antenna.yaw_rad) ||
-      !std::isfinite(antenna.yaw_rate_radps)) {
+  if (!is_possible(antenna)) {
     throw InputError("the antenna's velocity or yaw is not finite, or it is faster than 1000 km/s",
                      "check what moves the vehicle");
   }

@@ -91,11 +91,14 @@ void check_all_sensors(const RunView& run, std::vector<std::string>& warnings) {
   }
 }
 
-void check_near(const RunView& run, const city::Box& bounds, const Geodetic& place, GpsTime t) {
+// Along the ground [m].
+double distance_to(const Geodetic& origin, Geodetic place) {
+  place.height_m = origin.height_m;
+  return (geodesy::ecef_from_geodetic(place) - geodesy::ecef_from_geodetic(origin)).norm();
+}
+
+[[noreturn]] void refuse_far(const RunView& run, double distance, const Geodetic& place, GpsTime t) {
   const city::City& city = run.environment.city();
-  if (city.mesh.triangles.empty()) return;
-  const double distance = distance_to(bounds, city.frame.local_from_geodetic(place));
-  if (distance <= kFarFromCity_m) return;
   throw scenario_error(
       run.scenario,
       fmt::format(
@@ -109,11 +112,32 @@ void check_near(const RunView& run, const city::Box& bounds, const Geodetic& pla
           geodesy::degrees(city.frame.origin().longitude_rad)));
 }
 
+void check_near(const RunView& run, const city::Box& bounds, const Geodetic& place, GpsTime t) {
+  const city::City& city = run.environment.city();
+  if (city.mesh.triangles.empty()) return;
+  const double distance = distance_to(bounds, city.frame.local_from_geodetic(place));
+  if (distance > kFarFromCity_m) refuse_far(run, distance, place, t);
+}
+
+// A flight may lead far over an open field, but not pass it by from its begin to its end.
+void check_near_field(const RunView& run, std::size_t step) {
+  if (!run.scenario.city.is<OpenField>() || !run.scenario.city.origin) return;
+  const RunPlan& plan = run.plan;
+  for (std::size_t k = 0; k < plan.epochs(); k += step) {
+    if (distance_to(*run.scenario.city.origin, plan.trajectory.at(plan.at(k)).position) <= kFarFromCity_m) {
+      return;
+    }
+  }
+  const Geodetic place = plan.trajectory.at(plan.begin).position;
+  refuse_far(run, distance_to(*run.scenario.city.origin, place), place, plan.begin);
+}
+
 // Checks up to two thousand epochs of the trajectory: distance to the city, height, terrain below, speed.
 void check_places(const RunView& run, std::vector<std::string>& warnings) {
   const RunPlan& plan = run.plan;
   const std::size_t step = std::max<std::size_t>(1, plan.epochs() / 2000);
   const city::Box bounds = run.environment.city().bounds();
+  check_near_field(run, step);
   bool fast = false;
   double lowest_m = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < plan.epochs(); k += step) {
@@ -141,7 +165,50 @@ void check_places(const RunView& run, std::vector<std::string>& warnings) {
         "trajectory.height_above_terrain_m: 1.5 puts it on the ground",
         lowest_m));
   }
-  // A base may stand anywhere: beyond the city it has an open sky.
+}
+
+// A fixed receiver may stand beyond the city, under an open sky.
+void check_fixed(const RunView& run, std::vector<std::string>& warnings) {
+  constexpr double kFarFromVehicle_m = 100e3;
+  const Geodetic vehicle = run.plan.trajectory.at(run.plan.begin).position;
+  for (std::size_t r = 0; r < run.scenario.receivers.size(); ++r) {
+    const ReceiverConfig& receiver = run.scenario.receivers[r];
+    if (!receiver.fixed) continue;
+    const AntennaState antenna =
+        antenna_state(Pose{run.plan.begin, receiver.fixed->place}, run.environment.city().frame);
+    const double distance_m = distance_to(vehicle, receiver.fixed->place);
+    const std::string where = fmt::format("receivers[{}].fixed: '{}' stands {:.0f} km from the trajectory", r,
+                                          receiver.options.name, distance_m / 1e3);
+    if (!is_possible(antenna)) {
+      throw scenario_error(run.scenario, where + ", and farther than 10000 km from the city",
+                           "check its latitude and longitude");
+    }
+    if (distance_m > kFarFromVehicle_m) warnings.push_back(where + ": check its latitude and longitude");
+  }
+}
+
+// The way [m] to the horizon of waves, whose bend makes the Earth's radius 4/3 of its own.
+double horizon_m(double height_m) {
+  constexpr double kRadius_m = 4.0 / 3 * 6371e3;
+  return std::sqrt(2 * kRadius_m * std::max(0.0, height_m));
+}
+
+void check_transmitter(const RunView& run, const disturbance::Fault& fault,
+                       std::vector<std::string>& warnings) {
+  const disturbance::CourseOptions* course = fault.settings->course();
+  if (course == nullptr || !course->given()) return;
+  constexpr double kSpare_m = 20e3;
+  const geodesy::LocalFrame& frame = run.environment.city().frame;
+  const GpsTime t = run.plan.begin + fault.from_s;
+  const Eigen::Vector3d from = disturbance::Course(*course, frame, t).at(t);
+  const Geodetic vehicle = run.plan.trajectory.at(t).position;
+  const double distance_m = (from - frame.local_from_geodetic(vehicle)).norm();
+  const double seen_m = horizon_m(frame.geodetic_from_local(from).height_m) + horizon_m(vehicle.height_m);
+  if (distance_m <= seen_m + kSpare_m) return;
+  warnings.push_back(
+      fmt::format("fault '{}': its transmitter is {:.0f} km from the trajectory, beyond the "
+                  "horizon: check its latitude and longitude",
+                  fault.name, distance_m / 1e3));
 }
 
 std::size_t count_above(const RunView& run, const Geodetic& place, double elevation_rad) {
@@ -182,7 +249,10 @@ void check_faults(const RunView& run, std::vector<std::string>& warnings) {
                       "and ephemeris_s",
                       fault.name, *fault.until_s, *own_s));
     }
-    if (run.plan.at(run.plan.epochs() - 1) >= run.plan.begin + fault.from_s) continue;
+    if (run.plan.at(run.plan.epochs() - 1) >= run.plan.begin + fault.from_s) {
+      check_transmitter(run, fault, warnings);
+      continue;
+    }
     warnings.push_back(
         fmt::format("fault '{}' begins after {} s, when the run has ended", fault.name, fault.from_s));
   }
@@ -208,6 +278,7 @@ std::vector<std::string> check_run(const RunView& run) {
   check_all_corrections(run.scenario);
   check_all_sensors(run, warnings);
   check_places(run, warnings);
+  check_fixed(run, warnings);
   check_masks(run, warnings);
   check_faults(run, warnings);
   return warnings;

@@ -69,7 +69,7 @@ struct Simulation::Impl {
     warnings = scenario.warnings;
     warnings.insert(warnings.end(), plan.warnings.begin(), plan.warnings.end());
     warnings.insert(warnings.end(), sky.warnings.begin(), sky.warnings.end());
-    for (ReceiverConfig& receiver : scenario.receivers) decide(receiver.options, environment);
+    decide_receivers();
     const auto say = [this](std::vector<std::string> lines) {
       for (std::string& line : lines) warnings.push_back(std::move(line));
     };
@@ -78,6 +78,14 @@ struct Simulation::Impl {
     say(check_slopes({scenario, plan, sky, environment}));
     for (const ReceiverConfig& receiver : scenario.receivers) {
       propagators.push_back(environment.make_propagator(receiver.propagation));
+    }
+  }
+
+  void decide_receivers() {
+    try {
+      for (ReceiverConfig& receiver : scenario.receivers) decide(receiver.options, environment);
+    } catch (const InputError& e) {
+      throw scenario_error(scenario, e.problem(), e.cure());
     }
   }
 

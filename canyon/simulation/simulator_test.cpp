@@ -680,5 +680,75 @@ TEST(Examples, TheSyntheticDriveIsHardButNotHopeless) {
   EXPECT_GT(nlos, 300U);
 }
 
+// Places with latitude and longitude exchanged, or with the wrong sign.
+const std::string kOneSecond =
+    "start: 2026-06-01T08:00:00Z\nduration_s: 1\nsky: {nominal: true, systems: [GPS]}\n";
+const std::string kHere =
+    "trajectory: {position: {latitude_deg: 22.3, longitude_deg: 114.17, height_m: 2}}\n";
+
+TEST(Simulation, AnOpenFieldFarFromTheTrajectoryIsRefused) {
+  const auto at = [](double latitude_deg, const std::string& field) {
+    return fmt::format(
+        "{}{}trajectory: {{position: {{latitude_deg: {}, longitude_deg: 114.17, height_m: 2}}}}\n", field,
+        kOneSecond, latitude_deg);
+  };
+  EXPECT_THAT(fault(at(22.5, kOpen)),
+              AllOf(HasSubstr("s.yaml"), HasSubstr("22.1 km away"), HasSubstr("city.origin")));
+  EXPECT_NO_THROW((void)simulation_of(at(22.38, kOpen)));
+  // A flight may begin far away.
+  EXPECT_NO_THROW((void)simulation_of(
+      kOpen +
+      "start: 2026-06-01T08:00:00Z\nsky: {nominal: true}\ntrajectory: {speed_mps: 200, waypoints: [{east_m: "
+      "-40000, north_m: 0, up_m: 900}, {east_m: 0, north_m: 0, up_m: 900}]}\n"));
+}
+
+TEST(Simulation, FixedReceiversFarAwayAreTold) {
+  const auto with_base = [](const std::string& fixed) {
+    return kOpen + kOneSecond + kHere +
+           "receivers: [{name: r, profile: ideal}, {name: b, profile: survey, fixed: {" + fixed + "}}]\n";
+  };
+  // 48 deg of latitude along the meridian are a chord of 5,180 km.
+  EXPECT_THAT(
+      simulation_of(with_base("latitude_deg: -25.7, longitude_deg: 114.17, height_m: 0")).warnings(),
+      Contains(AllOf(HasSubstr("receivers[1].fixed: 'b' stands 51"), HasSubstr("km from the trajectory"))));
+  EXPECT_THAT(simulation_of(with_base("latitude_deg: 22.4, longitude_deg: 114.17, height_m: 0")).warnings(),
+              Not(Contains(HasSubstr("from the trajectory"))));
+  EXPECT_THAT(fault(with_base("latitude_deg: -22.3, longitude_deg: -66, height_m: 0")),
+              AllOf(HasSubstr("s.yaml"), HasSubstr("receivers[1].fixed: 'b' stands"), HasSubstr("10000 km")));
+}
+
+TEST(Simulation, TransmittersBeyondTheHorizonAreTold) {
+  const auto with = [](const std::string& place) {
+    return simulation_of(kOpen + kOneSecond + kHere + "faults: [{jamming: {position: {" + place +
+                         "}, preset: noise_l1}}]\n")
+        .warnings();
+  };
+  const auto told = Contains(AllOf(HasSubstr("fault 'jamming 1'"), HasSubstr("beyond the horizon")));
+  EXPECT_THAT(with("latitude_deg: 22.3, longitude_deg: -114.17, height_m: 3"), told);
+  EXPECT_THAT(with("latitude_deg: 22.32, longitude_deg: 114.17, height_m: 3"), Not(told));
+  // An aircraft at 10 km is seen over 412 km, one at 100 m over 41 km.
+  EXPECT_THAT(with("latitude_deg: 25, longitude_deg: 114.17, height_m: 10000"), Not(told));
+  EXPECT_THAT(with("latitude_deg: 25, longitude_deg: 114.17, height_m: 100"), told);
+}
+
+TEST(Simulation, AReceiverWithoutASignalOfTheSkyIsRefused) {
+  const std::string text =
+      kOpen + kOneSecond + kHere + "receivers: [{name: r, profile: ublox-f9p, tracks: [E1";
+  EXPECT_THAT(fault(text + "]}]\n"),
+              AllOf(HasSubstr("s.yaml"),
+                    HasSubstr("receiver 'r': it tracks E1, and the sky has satellites of GPS alone")));
+  EXPECT_NO_THROW((void)simulation_of(text + ", L1CA]}]\n"));
+}
+
+TEST(Simulation, NamesOfAListAreGivenOnce) {
+  const std::string rest = kOneSecond + kHere;
+  EXPECT_THAT(fault(kOpen + rest + "streets: {enabled: true, vehicle_shares: [car=80, car=20]}\n"),
+              HasSubstr("vehicle_shares: 'car' is given twice"));
+  EXPECT_THAT(fault("city: {synthetic: {}, facades: {shares: [concrete=1, concrete=2]}}\n" + rest),
+              HasSubstr("shares: 'concrete' is given twice"));
+  EXPECT_THAT(fault("city: {synthetic: {}, facades: {mix: europe, shares: [concrete=1]}}\n" + rest),
+              HasSubstr("shares: stands beside 'mix'"));
+}
+
 }  // namespace
 }  // namespace canyon::simulation::simulator_test

@@ -238,7 +238,11 @@ void decide(receiver::ReceiverOptions& options, const errors::SpaceErrors* error
 
 void decide(receiver::ReceiverOptions& options, const errors::SpaceErrors* errors, const orbit::Sky& sky) {
   decide(options, errors);
-  options.choose_signals(sky.satellites());
+  try {
+    options.choose_signals(sky.satellites());
+  } catch (const InputError& e) {
+    throw InputError(fmt::format("receiver '{}': {}", options.name, e.problem()), e.cure());
+  }
 }
 
 void require_ionosphere(const BuiltSky& sky) {

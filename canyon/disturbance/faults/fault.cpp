@@ -49,6 +49,13 @@ class SettingsOf final : public FaultSettings {
       return std::nullopt;
     }
   }
+  [[nodiscard]] const CourseOptions* course() const override {
+    if constexpr (requires { options_.transmitter; }) {
+      return &options_.transmitter.course;
+    } else {
+      return nullptr;
+    }
+  }
 
  private:
   Options options_;

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "canyon/disturbance/course.hpp"
 #include "canyon/disturbance/disturbance.hpp"
 #include "canyon/disturbance/faults/fault_context.hpp"
 #include "canyon/disturbance/faults/satellite_set.hpp"
@@ -34,6 +35,8 @@ class FaultSettings {
   [[nodiscard]] virtual SatelliteSet satellites() const = 0;
   /// Its own duration [s]; empty: until it is ended.
   [[nodiscard]] virtual std::optional<double> duration_s() const = 0;
+  /// The way of its transmitter; null: a kind without one.
+  [[nodiscard]] virtual const CourseOptions* course() const = 0;
 };
 void visit(options::Visitor& v, FaultSettings& settings);
 

@@ -22,6 +22,12 @@ double seconds(std::int64_t ns) {
 
 }  // namespace
 
+bool is_possible(const AntennaState& antenna) {
+  constexpr double kFarthest_m = 1e7, kFastest_mps = 1e6;
+  return antenna.position_enu_m.norm() <= kFarthest_m && antenna.velocity_enu_mps.norm() <= kFastest_mps &&
+         std::isfinite(antenna.yaw_rad) && std::isfinite(antenna.yaw_rate_radps);
+}
+
 bool same_pose(const RigidPose& a, const RigidPose& b) {
   return (a.position_m - b.position_m).cwiseAbs().maxCoeff() <= 1e-6 &&
          (a.attitude.coeffs() - b.attitude.coeffs()).cwiseAbs().maxCoeff() <= 1e-6;

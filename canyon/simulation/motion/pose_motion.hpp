@@ -21,6 +21,10 @@ struct AntennaState {
   bool continuous = false;
 };
 
+/// Whether an antenna is finite, within 10,000 km of the city's origin and not faster than 1000 km/s:
+/// receivers take no other.
+[[nodiscard]] bool is_possible(const AntennaState& antenna);
+
 struct RigidPose {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Quaterniond attitude = Eigen::Quaterniond::Identity();  ///< world from body
