@@ -79,7 +79,8 @@ Recording read(const std::string& path, const RtkArguments& arguments, const gns
   const auto ranges = rtcm::range_table(std::make_shared<orbit::BroadcastSky>(navigation, known), near);
   const rtcm::RtcmCorrections corrections =
       rtcm::read_rtcm_corrections(path, around, channel, needs_place, ranges);
-  for (const std::string& line : corrections.status.warnings()) print_warnings({path + ": " + line});
+  for (const std::string& line : corrections.status.warnings())
+    print_warnings({fmt::format("{}: {}", path, line)});
   for (const auto& epoch : corrections.epochs) {
     relative::Corrections wanted = *epoch;
     std::erase_if(wanted.observations, [&](const relative::SignalMeasurement& seen) {
