@@ -162,6 +162,10 @@ void visit(options::Visitor& v, Axis& o) {
     throw v.fault("labels", fmt::format("{} for {} values", o.labels.size(), o.values.size()),
                   "give one for each value, or none");
   }
+  for (auto label = o.labels.begin(); label != o.labels.end(); ++label) {
+    if (std::find(o.labels.begin(), label, *label) == label) continue;
+    throw v.fault("labels", fmt::format("'{}' names two values", *label), "give each its own label");
+  }
   if (o.name.empty()) {
     o.name = o.key.substr(o.key.rfind('.') + 1);
     if (o.kind == Axis::Kind::Drives) o.name = "drive";

@@ -13,6 +13,7 @@
 #include "canyon/options/read.hpp"
 #include "canyon/options/settings_tree.hpp"
 #include "canyon/options/values.hpp"
+#include "canyon/study/axis_keys.hpp"
 #include "canyon/study/estimate.hpp"
 
 namespace canyon::study {
@@ -173,6 +174,7 @@ StudyPlan StudyPlan::parse(const std::string& text, const std::filesystem::path&
     plan.base_ = options::parse_yaml(std::string(TextFile(plan.base_file_, kMaxBytes).text()), base,
                                      "it needs at least city, sky and trajectory");
   }
+  check_keys(plan.study_.axes, plan.base_, plan.study_.file);
   plan.make_points();
   plan.try_values();
   plan.check_size();

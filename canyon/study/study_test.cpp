@@ -234,6 +234,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadStudy{"axes: [{key: rate_hz, range: {from: 1, to: 2}}]\n", "lists no values"},
         BadStudy{"axes: [{key: rate_hz, range: {from: 2, to: 1, count: 3}}]\n", "above from"},
         BadStudy{"axes: [{key: rate_hz, values: [1], labels: [a, b]}]\n", "labels"},
+        BadStudy{"axes: [{key: rate_hz, values: [1, 2], labels: [a, a]}]\n", "'a' names two values"},
         BadStudy{"axes: [{seeds: 3}, {seeds: 4}]\n", "two axes"}, BadStudy{"axes: [{values: [1]}]\n", "name"},
         BadStudy{"axes: [{times: {from: yesterday, span_s: 10, count: 2}}]\n", "yesterday"},
         BadStudy{"axes: [{seeds: 3}]\nruns: 4\n", "grid"},
@@ -241,6 +242,55 @@ INSTANTIATE_TEST_SUITE_P(
         BadStudy{"axes: [{seeds: 2000000}]\n", "max_runs"},
         // 1e6 runs of 2 receivers with 1e6 epochs of 64 bytes are 128 TB.
         BadStudy{"axes: [{seeds: 1000000}, {key: duration_s, values: [1000000]}]\nkeep: epochs\n", "GB"}));
+
+// Of two axes that set the same key only the later one would count.
+class SameKeys : public ::testing::TestWithParam<BadStudy> {};
+TEST_P(SameKeys, AreRefusedWithBothNames) {
+  const auto error = error_of([&] { (void)plan_of(GetParam().rest); });
+  EXPECT_THAT(error.what(), HasSubstr("axes 'a' and 'b' both set '" + GetParam().problem + "'"));
+  EXPECT_GT(error.line(), 0);
+}
+INSTANTIATE_TEST_SUITE_P(
+    All, SameKeys,
+    ::testing::Values(
+        BadStudy{"axes: [{key: seed, name: a, values: [4, 7]}, {key: seed, name: b, values: [5, 6]}]\n",
+                 "seed"},
+        BadStudy{"axes: [{name: a, values: [{seed: 4}, {seed: 5}]}, {name: b, seeds: 2}]\n", "seed"},
+        BadStudy{"axes: [{key: \"receivers[car].elevation_mask_deg\", name: a, values: [5, 40]}, "
+                 "{key: \"receivers[0].elevation_mask_deg\", name: b, values: [15, 20]}]\n",
+                 "receivers[0].elevation_mask_deg"},
+        BadStudy{"axes: [{key: \"receivers[].elevation_mask_deg\", name: a, values: [5, 40]}, "
+                 "{key: \"receivers[other].elevation_mask_deg\", name: b, values: [15, 20]}]\n",
+                 "receivers[other].elevation_mask_deg"},
+        BadStudy{"axes: [{key: city.synthetic.seed, name: a, values: [5, 6]}, "
+                 "{key: city, name: b, values: [{synthetic: {seed: 1}}, {synthetic: {seed: 2}}]}]\n",
+                 "city.synthetic.seed"},
+        BadStudy{"axes: [{key: city, name: a, values: [{synthetic.seed: 1}, {synthetic: {seed: 2}}]}, "
+                 "{key: city.synthetic.seed, name: b, values: [5, 6]}]\n",
+                 "city.synthetic.seed"},
+        BadStudy{
+            "axes: [{key: receivers, name: a, values: [[{name: x, elevation_mask_deg: 3}], [{name: x}]]}, "
+            "{key: \"receivers[x].elevation_mask_deg\", name: b, values: [5, 6]}]\n",
+            "receivers[x].elevation_mask_deg"},
+        BadStudy{"axes: [{key: trajectory.position.east_m, name: a, values: [1, 2]}, "
+                 "{name: b, drives: {count: 2}}]\n",
+                 "trajectory.position.east_m"}));
+
+TEST(Study, KeysThatDoNotMeetAreNotTheSame) {
+  EXPECT_EQ(plan_of(R"(axes:
+  - {key: receivers, values: [[{name: x, profile: ideal}], [{name: x, profile: survey}]]}
+  - {key: "receivers[].elevation_mask_deg", values: [5, 6]}
+  - {key: "receivers[0].noise", values: [{enabled: false}, {enabled: true}]}
+)")
+                .size(),
+            8U);
+  EXPECT_EQ(plan_of(R"(axes:
+  - {key: "receivers[car].elevation_mask_deg", name: a, values: [5, 6]}
+  - {key: "receivers[1].elevation_mask_deg", name: b, values: [5, 6]}
+)")
+                .size(),
+            4U);
+}
 
 }  // namespace
 }  // namespace canyon::study
