@@ -61,7 +61,8 @@ bool check_companion(const std::filesystem::path& path);
 [[nodiscard]] std::vector<std::string> check_gltf(const std::filesystem::path& path);
 
 /// Throws InputError where counts of a COLLADA file do not agree with its arrays, and for references to what
-/// is not there: Assimp 5.2 reads beyond its memory. Returns a line for geometries that no node shows.
-[[nodiscard]] std::vector<std::string> check_collada(const std::filesystem::path& path);
+/// is not there: Assimp 5.2 reads beyond its memory. Sets the unit and the up axis that the file declares.
+/// Returns a line for geometries that no node shows.
+[[nodiscard]] std::vector<std::string> check_collada(const std::filesystem::path& path, FileFrame& frame);
 
 }  // namespace canyon::city

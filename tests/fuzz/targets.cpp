@@ -342,8 +342,8 @@ void read_mesh_parts(const fs::path& path) {
   } else if (text.rfind("solid", 0) == 0) {
     (void)city::check_stl(path);
   } else if (text.rfind('<', 0) == 0) {
-    (void)city::collada_frame(path);
-    (void)city::check_collada(path);
+    city::FileFrame frame;
+    (void)city::check_collada(path, frame);
   } else if (text.rfind("glTF", 0) == 0 || text.rfind('{', 0) == 0) {
     (void)city::check_gltf(path);
   } else if (text.rfind("v ", 0) == 0) {
