@@ -147,10 +147,6 @@ void visit(options::Visitor& v, FacadeOptions& o) {
       {"shares", "",
        "shares of facades instead of a mix, divided by their sum: [coated_glass=30, concrete=50, brick=20]"},
       o.shares, {0, 100}, "FACADE=SHARE");
-  if (v.reads() && v.has("mix") && v.has("shares") && !o.shares.empty()) {
-    throw v.fault("shares", "stands beside 'mix', and only one of them is drawn from",
-                  "leave one of them out");
-  }
   v.choice({"named", "",
             "materials named by the source: by_source keeps a map's tags and redraws a mesh's names of "
             "textures; keep; redraw"},

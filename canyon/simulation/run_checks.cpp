@@ -97,9 +97,9 @@ double distance_to(const Geodetic& origin, Geodetic place) {
   return (geodesy::ecef_from_geodetic(place) - geodesy::ecef_from_geodetic(origin)).norm();
 }
 
-[[noreturn]] void refuse_far(const RunView& run, double distance, const Geodetic& place, GpsTime t) {
+InputError far_error(const RunView& run, double distance, const Geodetic& place, GpsTime t) {
   const city::City& city = run.environment.city();
-  throw scenario_error(
+  return scenario_error(
       run.scenario,
       fmt::format(
           "the trajectory is {:.1f} km away from the city '{}' (at latitude {:.6f}, longitude {:.6f}, {})",
@@ -116,11 +116,12 @@ void check_near(const RunView& run, const city::Box& bounds, const Geodetic& pla
   const city::City& city = run.environment.city();
   if (city.mesh.triangles.empty()) return;
   const double distance = distance_to(bounds, city.frame.local_from_geodetic(place));
-  if (distance > kFarFromCity_m) refuse_far(run, distance, place, t);
+  if (distance > kFarFromCity_m) throw far_error(run, distance, place, t);
 }
 
-// A flight may lead far over an open field, but not pass it by from its begin to its end.
-void check_near_field(const RunView& run, std::size_t step) {
+// A flight may lead far over an open field, but hardly passes it by from its begin to its end. Nothing but
+// the frame of local places depends on the field's origin.
+void check_near_field(const RunView& run, std::size_t step, std::vector<std::string>& warnings) {
   if (!run.scenario.city.is<OpenField>() || !run.scenario.city.origin) return;
   const RunPlan& plan = run.plan;
   for (std::size_t k = 0; k < plan.epochs(); k += step) {
@@ -129,7 +130,8 @@ void check_near_field(const RunView& run, std::size_t step) {
     }
   }
   const Geodetic place = plan.trajectory.at(plan.begin).position;
-  refuse_far(run, distance_to(*run.scenario.city.origin, place), place, plan.begin);
+  const InputError far = far_error(run, distance_to(*run.scenario.city.origin, place), place, plan.begin);
+  warnings.push_back(far.problem() + ": " + far.cure());
 }
 
 // Checks up to two thousand epochs of the trajectory: distance to the city, height, terrain below, speed.
@@ -137,7 +139,7 @@ void check_places(const RunView& run, std::vector<std::string>& warnings) {
   const RunPlan& plan = run.plan;
   const std::size_t step = std::max<std::size_t>(1, plan.epochs() / 2000);
   const city::Box bounds = run.environment.city().bounds();
-  check_near_field(run, step);
+  check_near_field(run, step, warnings);
   bool fast = false;
   double lowest_m = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < plan.epochs(); k += step) {
