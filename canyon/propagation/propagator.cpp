@@ -498,8 +498,7 @@ bool Propagator::retrace(const Vector3d& antenna, std::span<const Vector3d> dire
 }
 
 bool Propagator::has_far_paths() const {
-  return impl_->options.model == Model::Specular && (impl_->options.reflection_order > 1 || impl_->diffuse) &&
-         impl_->scene->placed_instances().empty();
+  return impl_->options.model == Model::Specular && (impl_->options.reflection_order > 1 || impl_->diffuse);
 }
 
 }  // namespace canyon::propagation

@@ -17,6 +17,18 @@ bool is_near(const Path& path) {
   return path.kind != PathKind::Diffuse && path.order < 2;
 }
 
+/// Up to 84 deg of elevation, in a spiral. @param turned_rad by which azimuths are greater and elevations
+/// less
+std::vector<Eigen::Vector3d> thirty_directions(double turned_rad = 0) {
+  std::vector<Eigen::Vector3d> directions;
+  directions.reserve(30);
+  for (int i = 0; i < 30; ++i) {
+    directions.push_back(
+        geodesy::enu_from_azimuth_elevation(0.7 * i + turned_rad, 0.1 + 0.047 * i - turned_rad));
+  }
+  return directions;
+}
+
 // With the edges of the place itself, Propagator::trace() without what the other leaves out: the same
 // numbers.
 TEST(Propagator, TraceNearGivesWhatTraceFinds) {
@@ -28,9 +40,7 @@ TEST(Propagator, TraceNearGivesWhatTraceFinds) {
   options.reflection_order = 2;
   options.ground_reflection = options.diffraction = options.diffuse = options.through_foliage = true;
   const Propagator propagator(city.mesh, scene, options);
-  std::vector<Eigen::Vector3d> sky;
-  sky.reserve(30);
-  for (int i = 0; i < 30; ++i) sky.push_back(geodesy::enu_from_azimuth_elevation(0.7 * i, 0.1 + 0.047 * i));
+  const std::vector<Eigen::Vector3d> sky = thirty_directions();
   std::vector<SatellitePaths> all(sky.size()), near(sky.size());
   TracedPlace place;
   std::size_t reflected = 0, bent = 0, others = 0;
@@ -83,13 +93,7 @@ TEST(Propagator, FarPathsGoAlong) {
   options.diffraction = options.diffuse = true;
   const Propagator propagator(city.mesh, scene, options);
   const Eigen::Vector3d step(0.4, -0.2, 0.1);
-  std::vector<Eigen::Vector3d> sky, later;
-  sky.reserve(30);
-  later.reserve(30);
-  for (int i = 0; i < 30; ++i) {
-    sky.push_back(geodesy::enu_from_azimuth_elevation(0.7 * i, 0.1 + 0.047 * i));
-    later.push_back(geodesy::enu_from_azimuth_elevation(0.7 * i + 1e-4, 0.1 + 0.047 * i - 1e-4));
-  }
+  const std::vector<Eigen::Vector3d> sky = thirty_directions(), later = thirty_directions(1e-4);
   std::vector<SatellitePaths> here(sky.size()), expected(sky.size()), got(sky.size());
   std::size_t twice = 0, found_twice = 0;
   for (double along = -200; along < 200; along += 7) {
@@ -143,15 +147,14 @@ TEST(Propagator, FarPathsHoldWhileInstancesStand) {
   options.reflection_order = 2;
   options.diffraction = options.diffuse = true;
   const Propagator propagator(city.mesh, scene, options);
-  std::vector<Eigen::Vector3d> sky;
-  sky.reserve(30);
-  for (int i = 0; i < 30; ++i) sky.push_back(geodesy::enu_from_azimuth_elevation(0.7 * i, 0.1 + 0.047 * i));
+  const std::vector<Eigen::Vector3d> sky = thirty_directions();
   std::vector<SatellitePaths> all(sky.size()), again(sky.size());
   TracedPlace place;
   const Eigen::Vector3d antenna(0, 0.3, 2);
   propagator.trace(antenna, sky, all, &place);
   scene.set_pose(far, at(2010));
   scene.commit();
+  EXPECT_TRUE(propagator.has_far_paths());
   ASSERT_TRUE(propagator.retrace(antenna, sky, place, again));
   std::size_t over_bus = 0;
   for (std::size_t i = 0; i < sky.size(); ++i) {

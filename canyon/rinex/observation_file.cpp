@@ -85,7 +85,7 @@ class Rates {
   }
   void say(RecordNotes& notes) {
     for (const auto& [share, signals] : unlike(phases_, 0.15)) {
-      const bool metres = share > 0.1 && share < 0.35;
+      const bool metres = are_metres(share);
       notes.say(0,
                 fmt::format("carrier phases{} change by {:.2g} times what pseudoranges do{}", signals, share,
                             metres ? ": they seem to be in metres" : ""),
@@ -101,6 +101,9 @@ class Rates {
  private:
   static constexpr std::size_t kMost = 5000;
 
+  /// Whether cycles are written as metres, by their share of pseudoranges: a wavelength.
+  static bool are_metres(double share) { return share > 0.1 && share < 0.35; }
+
   /// The middles of shares that are farther from 1 than `near`, and " of" their signals; empty: of all.
   static std::vector<std::pair<double, std::string>> unlike(
       std::map<std::string, std::vector<double>>& shares, double near) {
@@ -115,10 +118,10 @@ class Rates {
       std::nth_element(of.begin(), middle, of.end());
       if (std::abs(*middle - 1) > near) found.emplace_back(*middle, " of " + signal);
     }
-    const auto metres = [](double share) { return share > 0.1 && share < 0.35; };
     const bool alike = std::all_of(found.begin(), found.end(), [&](const auto& each) {
       const double first = found.front().first;
-      return std::abs(each.first - first) < kAlike * std::abs(first) || (metres(each.first) && metres(first));
+      return std::abs(each.first - first) < kAlike * std::abs(first) ||
+             (are_metres(each.first) && are_metres(first));
     });
     if (found.size() == judged && alike && !found.empty()) return {{found.front().first, ""}};
     return found;

@@ -162,8 +162,7 @@ void check_places(const RunView& run, std::vector<std::string>& warnings) {
       lowest_m > kNoVehicle_m) {
     warnings.push_back(fmt::format(
         "the recorded path is nowhere lower than {:.0f} m above the city's ground: if the vehicle drives, "
-        "its "
-        "heights and the city's have different zeros (a map without terrain has its ground at height 0); "
+        "its heights and the city's have different zeros (a map without terrain has its ground at height 0); "
         "trajectory.height_above_terrain_m: 1.5 puts it on the ground",
         lowest_m));
   }
