@@ -1,4 +1,4 @@
-#include "canyon/base/record_notes.hpp"
+#include "canyon/base/read_report.hpp"
 
 #include <gmock/gmock.h>
 
@@ -7,44 +7,47 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
+using ::testing::SizeIs;
 
-TEST(RecordNotes, CountRecordsByReason) {
-  RecordNotes notes("a.txt");
+TEST(ReadReport, CountRecordsByReason) {
+  ReadReport notes("a.txt");
   EXPECT_THAT(notes.lines(), IsEmpty());
-  notes.bad(3, "the height '12x' of G05 is not a number");
-  notes.bad(4, "the height 'y' of G05 is not a number");
-  notes.skip(5, "point without a fix");
-  notes.bad(6, "epoch 2024-02-29T05:00:00 (7 of 9) is wrong", "gone");
-  notes.bad(7, "the height 'z' of G06 is not a number");
-  notes.skip(8, "point without a fix");
-  notes.bad(9, "epoch 2024-02-29T05:15:00 (-2.5 of 9) is wrong", "gone");
-  notes.say(0, "it has no heights", "0 is taken");
+  notes.loss(3, "the height '12x' of G05 is not a number");
+  notes.loss(4, "the height 'y' of G05 is not a number");
+  notes.remark(5, "point without a fix", "left out");
+  notes.loss(6, "epoch 2024-02-29T05:00:00 (7 of 9) is wrong", "gone");
+  notes.loss(7, "the height 'z' of G06 is not a number");
+  notes.remark(8, "point without a fix", "left out");
+  notes.loss(9, "epoch 2024-02-29T05:15:00 (-2.5 of 9) is wrong", "gone");
+  notes.guess(0, "it has no heights", "0 is taken");
   EXPECT_THAT(notes.lines(),
               ElementsAre("a.txt:3: the height '12x' of G05 is not a number (the first of 2); left out",
                           "a.txt:5: point without a fix (the first of 2); left out",
                           "a.txt:6: epoch 2024-02-29T05:00:00 (7 of 9) is wrong (the first of 2); gone",
                           "a.txt:7: the height 'z' of G06 is not a number; left out",
                           "a.txt: it has no heights; 0 is taken"));
-  EXPECT_EQ(notes.bad_count(), 5U);
+  EXPECT_THAT(notes.lines(ReadReport::Level::Loss), SizeIs(3));
+  EXPECT_THAT(notes.warnings(), SizeIs(4)) << "remarks are not shown unasked";
+  EXPECT_EQ(notes.losses(), 5U);
   EXPECT_EQ(notes.count("point without a fix"), 2U);
   EXPECT_EQ(notes.count("another reason"), 0U);
 }
 
-TEST(RecordNotes, ListTwentyReasonsWhyRecordsAreBad) {
-  RecordNotes notes("a.txt");
+TEST(ReadReport, ListTwentyReasonsWhyRecordsAreBad) {
+  ReadReport notes("a.txt");
   for (char c = 'a'; c <= 'z'; ++c)
-    for (int i = 0; i < 2; ++i) notes.bad(1, std::string("reason ") + c);
+    for (int i = 0; i < 2; ++i) notes.loss(1, std::string("reason ") + c);
   const std::vector<std::string> lines = notes.lines();
-  ASSERT_EQ(lines.size(), RecordNotes::kListed + 1);
+  ASSERT_EQ(lines.size(), ReadReport::kListed + 1);
   EXPECT_EQ(lines.back(), "a.txt: 12 more damaged records; left out");
 }
 
-TEST(RecordNotes, RefuseAFileWhoseRecordsAreMostlyBad) {
-  RecordNotes notes("a.txt");
+TEST(ReadReport, RefuseAFileWhoseRecordsAreMostlyBad) {
+  ReadReport notes("a.txt");
   EXPECT_NO_THROW(notes.require_most(0));
   notes.guard([] { throw InputError("a.txt", 2, "it is wrong", "mend it"); });
   notes.guard([] {});
-  notes.bad(5, "it is wrong too");
+  notes.loss(5, "it is wrong too");
   EXPECT_NO_THROW(notes.require_most(3));
   const auto what = [&](std::size_t good) -> std::string {
     try {

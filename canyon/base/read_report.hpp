@@ -1,0 +1,109 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+
+namespace canyon {
+
+/// What a reader says of a file beside what it has read: one note for each reason, with the first place and
+/// how many records it concerns. Reasons that differ in numbers and in quoted texts alone are one.
+///
+/// A reader does one of three things: it reads a record; it skips the record and says so here; or it refuses
+/// the file by an InputError. It checks what the format promises, not whether a value looks odd beside
+/// others.
+class ReadReport {
+ public:
+  enum class Level : std::uint8_t {
+    Loss,   ///< a record that should have been read, and is damaged
+    Guess,  ///< the file leaves open what is meant, and the reader has chosen
+    Remark  ///< worth knowing, such as sound records that Canyon does not use
+  };
+  /// The first twenty losses by reason are listed; the records of the rest are counted.
+  static constexpr std::size_t kListed = 20;
+  static constexpr std::string_view kLeftOut = "left out";
+
+  /// @param path of places that are lines alone
+  explicit ReadReport(std::filesystem::path path = {}) : path_(std::move(path)) {}
+
+  /// `count` records that are damaged. @param outcome what becomes of them
+  void loss(const InputError& reason, std::size_t count = 1, std::string_view outcome = kLeftOut) {
+    if (!first_loss_) first_loss_ = reason;
+    losses_ += count;
+    add(Level::Loss, reason, count, outcome);
+  }
+  void loss(int line, std::string_view what, std::string_view outcome = kLeftOut) {
+    loss(InputError(path_, line, what), 1, outcome);
+  }
+  /// Calls `read`; a record that it refuses by an InputError is a loss.
+  template <typename Read>
+  void guard(const Read& read) {
+    try {
+      read();
+    } catch (const InputError& error) {
+      loss(error);
+    }
+  }
+  /// @param taken how it is taken
+  void guess(int line, std::string_view what, std::string_view taken) {
+    count_or_add(Level::Guess, line, what, taken);
+  }
+  void remark(int line, std::string_view what, std::string_view outcome = {}) {
+    count_or_add(Level::Remark, line, what, outcome);
+  }
+  void remark(const InputError& note) { add(Level::Remark, note, 1, note.cure()); }
+
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+  /// Records that are damaged, and the first of them.
+  [[nodiscard]] std::size_t losses() const { return losses_; }
+  [[nodiscard]] const std::optional<InputError>& first_loss() const { return first_loss_; }
+  /// How many records have been noted for a reason.
+  [[nodiscard]] std::size_t count(std::string_view what) const;
+
+  /// Throws the first loss where no more than half of all records are good: then the file is of another kind.
+  void require_most(std::size_t good) const;
+
+  /// "FILE:LINE: what (the first of 5); left out" up to a level, in the order in which the reasons came up.
+  [[nodiscard]] std::vector<std::string> lines(Level up_to = Level::Remark) const;
+  /// What commands, hosts and Python show unasked: losses and guesses.
+  [[nodiscard]] std::vector<std::string> warnings() const { return lines(Level::Guess); }
+
+  // The former names of these verbs.
+  void bad(const InputError& e, std::size_t n = 1, std::string_view to = kLeftOut) { loss(e, n, to); }
+  void bad(int line, std::string_view what, std::string_view to = kLeftOut) { loss(line, what, to); }
+  void skip(int line, std::string_view what, std::string_view to = kLeftOut) { guess(line, what, to); }
+  void say(const InputError& note) { add(Level::Guess, note, 1, note.cure()); }
+  void say(int line, std::string_view what, std::string_view to = {}) { guess(line, what, to); }
+  [[nodiscard]] std::size_t bad_count() const { return losses_; }
+  [[nodiscard]] const std::optional<InputError>& first_bad() const { return first_loss_; }
+
+ private:
+  struct Note {
+    Level level;
+    InputError first;
+    std::string outcome;
+    std::size_t count;
+  };
+
+  void add(Level level, const InputError& reason, std::size_t count, std::string_view outcome);
+  void count_or_add(Level level, int line, std::string_view what, std::string_view outcome);
+
+  std::filesystem::path path_;
+  std::vector<Note> notes_;
+  std::map<std::string, std::size_t, std::less<>> index_;  ///< of notes, by what they have in common
+  std::size_t losses_ = 0;
+  std::optional<InputError> first_loss_;
+};
+
+/// The former name.
+using RecordNotes = ReadReport;
+
+}  // namespace canyon
