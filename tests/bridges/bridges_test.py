@@ -18,6 +18,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 import unittest
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -26,8 +27,8 @@ STAND_INS = HERE / "stand_ins"
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(STAND_INS), str(BRIDGES)]
 import bridge_check  # noqa: E402
+import canyon_bridge  # noqa: E402
 import course  # noqa: E402
-import flightgear  # noqa: E402
 
 LONGEST_S = 120
 NEAR_M = 0.05  # of a fix from the way: the receiver is ideal; HIL_GPS states steps of 1 cm
@@ -227,22 +228,6 @@ class BridgesTest(unittest.TestCase):
                     self.assertLess(math.dist(enu_from(*fix["position_m"]), corner), NEAR_M)
                     self.assertLess(math.dist(enu_of(*fix["place"]), corner), NEAR_M)
 
-    def test_mujoco(self):
-        self.start_canyon()
-        model = self.folder / "model.xml"
-        model.write_text("<mujoco/>")
-        out, _ = self.output(self.bridge("mujoco_bridge.py", str(model), "--userdata", "1", "--seconds", str(course.SECONDS),
-                                         "--speed", str(course.SPEED)))
-        solved = self.check_fixes(out, lambda x, y, z: (x, y, z))
-        written = [[float(each) for each in line.split()] for line in self.given()]
-        # The later of two fixes in one step stays.
-        expected = [[0.0, *fix["position_m"], 0.0] for fix in solved]
-        self.assertEqual([each for each in written if each not in expected], [])
-        self.assertGreater(len(written), len(expected) / 2)
-        for options, message in ((["--body", "door"], "no free joint in the body 'door'"),
-                                 (["--body", "car"], "Valid names"), (["--userdata", "3"], 'nuserdata="6"')):
-            self.assertIn(message, self.output(self.bridge("mujoco_bridge.py", str(model), *options), 1)[1])
-
     def test_pegasus(self):
         self.start_canyon()
         out, _ = self.output(self.start([sys.executable, str(STAND_INS / "pegasus_app.py"), f"127.0.0.1:{self.port}"]))
@@ -262,22 +247,18 @@ class BridgesTest(unittest.TestCase):
         self.assertEqual(fixes[-1]["altitude_gt"], 70000)
         self.assertAlmostEqual(math.degrees(fixes[-1]["latitude_gt"] / 1e7), ORIGIN[0], delta=1e-3)
 
-    def test_flightgear(self):
+    def test_places_of_a_loop_of_ones_own(self):
+        # Poses in degrees: a simulator that knows latitude and longitude alone.
         self.start_canyon()
-        to_bridge, to_flightgear = free_port(), free_port()
-        protocol = BRIDGES / "flightgear" / "Protocol" / "canyon.xml"
-        program = flightgear.FlightGear(protocol, to_bridge, to_flightgear, course.place_of)
-        self.addCleanup(program.end)
-        end = antenna(course.CORNERS[-1])
-        process = self.bridge("flightgear_bridge.py", "--listen", f"127.0.0.1:{to_bridge}", "--flightgear",
-                              f"127.0.0.1:{to_flightgear}")
-        out = self.output_until(process, signal.SIGINT, lambda line: program.fixes and program.fixes[-1][
-            "/canyon/fix/altitude-ft"] * flightgear.FOOT_M > end[2] - 0.01)
-        self.check_fixes(out, lambda x, y, z: (x, y, z))
-        got = [fix for fix in program.fixes if fix["/canyon/fix/valid"] == 1]
-        self.check_way([enu_of(fix["/canyon/fix/latitude-deg"], fix["/canyon/fix/longitude-deg"],
-                               fix["/canyon/fix/altitude-ft"] * flightgear.FOOT_M) for fix in got])
-        self.assertEqual({fix["/canyon/fix/kind"] for fix in got}, {"single"})
+        bridge, fixes = canyon_bridge.Bridge(("127.0.0.1", self.port)), []
+        for end in (bridge._udp, bridge._tcp):
+            self.addCleanup(end.close)
+        forward, _, up = course.axes()
+        for step in range(round(course.SECONDS / 0.05)):
+            bridge.send(0.05 * step, forward=forward, up=up, place=course.place_of(course.at(0.05 * step)[0]))
+            fixes += bridge.fixes()
+            time.sleep(0.05 / course.SPEED)
+        self.check_way([enu_of(*fix.place) for fix in fixes + bridge.fixes(1.0)])
 
     # --check.
 
@@ -350,11 +331,11 @@ class BridgesTest(unittest.TestCase):
                                        timeout=LONGEST_S)
                 self.assertEqual((found.returncode, found.stderr), (0, ""))
                 self.assertIn("canyon live town.yaml", found.stdout)
-        for name, module, *more in (("carla_bridge.py", "carla"), ("airsim_bridge.py", "airsim"),
-                                    ("webots_bridge.py", "controller"), ("mujoco_bridge.py", "mujoco", "x.xml")):
+        for name, module in (("carla_bridge.py", "carla"), ("airsim_bridge.py", "airsim"),
+                                    ("webots_bridge.py", "controller")):
             with self.subTest(name):
                 (self.folder / f"{module}.py").write_text("raise ImportError(\"No module named '%s'\")" % module)
-                found = subprocess.run([sys.executable, "-B", BRIDGES / name, *more], capture_output=True, text=True,
+                found = subprocess.run([sys.executable, "-B", BRIDGES / name], capture_output=True, text=True,
                                        timeout=LONGEST_S, env=dict(os.environ, PYTHONPATH=str(self.folder)))
                 self.assertEqual(found.returncode, 1)
                 self.assertRegex(found.stderr, rf"^{name}: No module named '{module}'\. [^\n]+\n$")
