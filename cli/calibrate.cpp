@@ -1,7 +1,6 @@
 // Declared in cli/commands.hpp.
 #include "canyon/calibration/calibrate.hpp"
 #include "canyon/base/json.hpp"
-#include "canyon/calibration/open_facades.hpp"
 
 #include <fmt/format.h>
 
@@ -14,7 +13,6 @@
 #include "canyon/simulation/scenario/profile.hpp"
 #include "canyon/validation/figures.hpp"
 #include "canyon/validation/recording_table.hpp"
-#include "canyon/validation/score_card.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "cli/recorded_drive.hpp"
@@ -162,11 +160,11 @@ std::string report_of(const calibration::Calibration& result,
                       const std::vector<validation::RecordingRow>& before,
                       const std::vector<validation::RecordingRow>& after,
                       const std::vector<validation::RecordingRow>& bound) {
-  std::string text = "Receiver:\n\n" + calibration::to_markdown(result.estimates);
+  std::string text = "Receiver:\n\n" + calibration::to_text(result.estimates);
   if (result.coated_glass) {
-    text += "\nCity:\n\n" + calibration::to_markdown({*result.coated_glass});
+    text += "\nCity:\n\n" + calibration::to_text({*result.coated_glass});
     if (const std::string line = scenario_line(result); !line.empty()) {
-      text += fmt::format("\nThe scenario, not the profile, states it: `{}`\n", line);
+      text += fmt::format("\nThe scenario, not the profile, states it: {}\n", line);
     }
   }
   if (!result.notes.empty()) text += "\n";
@@ -176,7 +174,7 @@ std::string report_of(const calibration::Calibration& result,
       "{}\nExpected: {}.\n\n{}\nBy the held-out part:\n\n{}\n{}\nThe recorded first part in the place "
       "of a simulation of the rest, a bound of what calibration can reach:\n\n{}",
       text, expectation_of(fitted), validation::score_card(fitted),
-      validation::to_markdown(alternately(before, after)), validation::score_card(after),
+      validation::to_text(alternately(before, after)), validation::score_card(after),
       validation::score_card(bound));
 }
 
@@ -294,7 +292,7 @@ int calibrate(const CalibrateArguments& given) {
   out.commit();
   const std::string report = report_of(result, fitted, before, after, bound);
   const auto json = [&] { return json_of(result, alternately(before, after)); };
-  if (!write_results(arguments, report, json)) return kOk;
+  if (!write_results(arguments, json)) return kOk;
   for (const auto& drive : drives) fmt::print("{}", drive->alignment_line());
   fmt::print("\n{}", report);
   std::fflush(stdout);
@@ -323,7 +321,6 @@ void add_calibrate(Command& app) {
       .one_of({"first", "all"});
   command.add_option("--json", arguments.json, "FILE",
                      "write estimates and figures as JSON; -: to standard output, alone");
-  command.add_option("--markdown", arguments.markdown, "FILE", "write the tables as Markdown");
   command.add_flag("--quiet", arguments.quiet, "print errors only (and what --json - asks for)");
   command.footer =
       "Estimates from the recording: tracked signals and orbits, step of C/N0, thresholds of lock. By\n"

@@ -165,8 +165,6 @@ void add_city(Command& app) {
   add_city_options(info, arguments.city);
   info.add_flag("--json", arguments.json, "print JSON");
   add_city_build(command);
-  add_city_view(command);
-  add_city_compare(command);
 }
 
 }  // namespace canyon::cli

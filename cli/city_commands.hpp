@@ -10,10 +10,8 @@
 
 namespace canyon::cli {
 
-/// The subcommands of `canyon city`, one file each.
+/// `canyon city build`.
 void add_city_build(Command& city);
-void add_city_view(Command& city);
-void add_city_compare(Command& city);
 
 /// How a command reads its city: changes to what the file or the scenario says.
 struct CityArguments {

@@ -34,7 +34,6 @@ void add_heatmap(Command& app);
 void add_correlation(Command& app);
 void add_iq(Command& app);
 void add_heatmap_query(Command& heatmap);
-void add_heatmap_judge(Command& heatmap);
 void add_rtk(Command& app);
 void add_study(Command& app);
 void add_view(Command& app);

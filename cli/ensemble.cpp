@@ -15,7 +15,6 @@
 #include "canyon/calibration/calibrate.hpp"
 #include "canyon/unknowns/unknowns.hpp"
 #include "canyon/validation/ensemble.hpp"
-#include "canyon/validation/kept_draws.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 
@@ -47,12 +46,8 @@ class EnsembleDrive : public RecordedDrive {
     simulate_point();
   }
 
-  /// A draw, unless it is kept. @param told of the epochs
-  void draw(const unknowns::Draws& draws, std::size_t k, const Told& told, validation::KeptDraws* kept) {
-    if (const auto known = kept != nullptr ? kept->find(row_, k) : std::nullopt) {
-      row_.draws.push_back(*known);
-      return;
-    }
+  /// @param told of the epochs
+  void draw(const unknowns::Draws& draws, std::size_t k, const Told& told) {
     simulation::Scenario scenario = scenario_;
     scenario.seed += k + 1;
     validation::EnsembleRow::Draw draw;
@@ -63,7 +58,6 @@ class EnsembleDrive : public RecordedDrive {
     const validation::Comparison run =
         simulate(scenario.receivers.front(), *environment, place, scenario.seed);
     draw.headlines = headlines({&run, 1});
-    if (kept != nullptr) kept->add(row_.name, k, draw);
     row_.draws.push_back(std::move(draw));
   }
 
@@ -108,9 +102,8 @@ std::vector<validation::EnsembleRow> rows_of(const Drives& drives) {
   return rows;
 }
 
-/// Draws of all drives, one after the other. @param kept may be null
-void draw_all(const EnsembleArguments& arguments, const unknowns::Draws& draws, const Drives& drives,
-              validation::KeptDraws* kept) {
+/// Draws of all drives, one after the other.
+void draw_all(const EnsembleArguments& arguments, const unknowns::Draws& draws, const Drives& drives) {
   const std::atomic<bool>& stop = catch_interrupts();
   Progress progress("drawing unknowns", arguments.quiet, "runs");
   const std::size_t total = draws.size() * drives.size();
@@ -121,7 +114,7 @@ void draw_all(const EnsembleArguments& arguments, const unknowns::Draws& draws, 
   std::size_t done = 0;
   for (std::size_t k = 0; k < draws.size(); ++k) {
     for (const auto& drive : drives) {
-      drive->draw(draws, k, told, kept);
+      drive->draw(draws, k, told);
       progress.update(++done, total);
     }
   }
@@ -129,10 +122,8 @@ void draw_all(const EnsembleArguments& arguments, const unknowns::Draws& draws, 
 
 void write_ensemble(const EnsembleArguments& arguments, const Drives& drives) {
   const std::vector<validation::EnsembleRow> rows = rows_of(drives);
-  const std::string markdown = validation::ensemble_markdown(rows);
-  if (!arguments.csv.empty()) write_file(arguments.csv, validation::ensemble_csv(rows));
-  if (write_results(arguments, markdown, [&rows] { return validation::ensemble_json(rows); })) {
-    fmt::print("\n{}", markdown);
+  if (write_results(arguments, [&rows] { return validation::ensemble_json(rows); })) {
+    fmt::print("\n{}", validation::ensemble_text(rows));
     warn_of_few_draws(static_cast<std::size_t>(*arguments.draws), "--ensemble");
   }
 }
@@ -146,14 +137,7 @@ int run_ensemble(const EnsembleArguments& arguments) {
     const Drives drives = drives_of<EnsembleDrive>(arguments, recordings_of(arguments, listed), listed);
     for (const auto& drive : drives) drive->start(known);
     const auto count = static_cast<std::size_t>(*arguments.draws);
-    const std::uint64_t seed = arguments.seed.value_or(1);
-    std::optional<validation::KeptDraws> kept;
-    if (!arguments.keep.empty()) {
-      kept.emplace(arguments.keep, validation::KeptDraws::identity(rows_of(drives), count, seed));
-      note(arguments.quiet, fmt::format("kept        {} of {} draws in {}", kept->size(),
-                                        count * drives.size(), arguments.keep));
-    }
-    draw_all(arguments, unknowns::Draws(seed, count, known), drives, kept ? &*kept : nullptr);
+    draw_all(arguments, unknowns::Draws(arguments.seed.value_or(1), count, known), drives);
     write_ensemble(arguments, drives);
     return kOk;
   });
@@ -181,19 +165,12 @@ void add_ensemble_options(Command& command, EnsembleArguments& arguments) {
       .excludes("--runs")
       .excludes("--models")
       .excludes("--ladder")
-      .excludes("--report");
+      .excludes("--view");
   command
       .add_flag("--unsaid", arguments.unsaid,
                 "forget what scenarios say about installation, surroundings, obstacles and facades")
       .needs("--ensemble");
   add_known(command, arguments.known).needs("--ensemble");
-  command
-      .add_option(
-          "--keep", arguments.keep, "FILE",
-          "keep finished draws in this file; the same command after an interruption takes them from it")
-      .needs("--ensemble");
-  command.add_option("--csv", arguments.csv, "FILE", "write the intervals as CSV, a line for each figure")
-      .needs("--ensemble");
 }
 
 }  // namespace canyon::cli

@@ -469,7 +469,6 @@ void add_heatmap(Command& app) {
   command.add_flag("--quiet", arguments.quiet, "print warnings and errors only");
   command.footer = "Layers:" + layer_list() + kHeatmapFooter;
   add_heatmap_query(command);
-  add_heatmap_judge(command);
 }
 
 }  // namespace canyon::cli

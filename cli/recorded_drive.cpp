@@ -96,9 +96,7 @@ std::vector<validation::ListedRecording> recordings_of(const DriveArguments& arg
   return {one};
 }
 
-bool write_results(const DriveArguments& arguments, const std::string& markdown,
-                   const std::function<std::string()>& json) {
-  if (!arguments.markdown.empty()) write_file(arguments.markdown, markdown);
+bool write_results(const DriveArguments& arguments, const std::function<std::string()>& json) {
   if (arguments.json == "-") {
     fmt::print("{}", json());
     return false;
@@ -144,11 +142,9 @@ void RecordedDrive::note(const std::string& text) const {
   cli::note(arguments_.quiet, prefix_ + text);
 }
 
-void RecordedDrive::warn(const std::vector<std::string>& lines) {
-  for (const std::string& line : lines) {
-    if (!arguments_.quiet) print_warnings({prefix_ + line});
-    notes_.push_back("warning: " + line);
-  }
+void RecordedDrive::warn(const std::vector<std::string>& lines) const {
+  if (arguments_.quiet) return;
+  for (const std::string& line : lines) print_warnings({prefix_ + line});
 }
 
 std::function<void(std::size_t, std::size_t)> RecordedDrive::progress_of(Progress& progress) const {
@@ -245,10 +241,6 @@ void RecordedDrive::read() {
   const validation::PseudorangeResiduals& residuals = recording_.residuals;
   note(fmt::format("recording   {} epochs, {} pseudoranges", residuals.epochs.size(),
                    residuals.observations.size() + residuals.further.size()));
-  notes_.push_back(fmt::format("observations {}", recorded_.obs->string()));
-  notes_.push_back(fmt::format("truth {}", recorded_.truth->string()));
-  if (recorded_.nmea) notes_.push_back(fmt::format("own fixes {}", recorded_.nmea->string()));
-  notes_.push_back("canyon " CANYON_VERSION);
 }
 
 validation::Registration RecordedDrive::registration(const simulation::Georeference& georeference,

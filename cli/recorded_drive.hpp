@@ -30,7 +30,7 @@ inline constexpr int kResamples = 200;
 /// Arguments of commands that read recordings.
 struct DriveArguments {
   std::string scenario, obs, truth, format, nmea, part;
-  std::string json, markdown;  ///< files for the results; "-" is standard output
+  std::string json;  ///< file for the results; "-" is standard output
   bool align = false, no_atmosphere = false, all_satellites = false, quiet = false;
   std::optional<double> split;
   validation::AlignOptions alignment;
@@ -43,10 +43,9 @@ void add_drive_options(Command& command, DriveArguments& arguments);
 [[nodiscard]] std::vector<validation::ListedRecording> recordings_of(const DriveArguments& arguments,
                                                                      bool listed);
 
-/// Writes the results to --markdown and --json. Returns whether they are to be printed for people as well:
-/// not with --json - or --quiet.
-[[nodiscard]] bool write_results(const DriveArguments& arguments, const std::string& markdown,
-                                 const std::function<std::string()>& json);
+/// Writes the results to --json. Returns whether they are to be printed for people as well: not with --json -
+/// or --quiet.
+[[nodiscard]] bool write_results(const DriveArguments& arguments, const std::function<std::string()>& json);
 
 /// Returns work(). If Ctrl-C ends it (Interrupted), says that nothing was written.
 [[nodiscard]] int unless_interrupted(const std::function<int()>& work);
@@ -77,7 +76,7 @@ class RecordedDrive {
   };
 
   void note(const std::string& text) const;
-  void warn(const std::vector<std::string>& lines);
+  void warn(const std::vector<std::string>& lines) const;
   [[nodiscard]] std::function<void(std::size_t, std::size_t)> progress_of(Progress& progress) const;
   /// Simulates a receiver at the recording's epochs, by compare_, in the aligned city. The first call finds
   /// the satellites that the recording never tracks; from then on they are left out, unless --all-satellites
@@ -94,7 +93,7 @@ class RecordedDrive {
   /// Adds those of the recorded receiver's own fixes, where the recording has them.
   void add_own_fixes(validation::Figures& figures, const validation::Comparison& comparison,
                      const simulation::ReceiverConfig& receiver);
-  /// Its row in a table of several recordings, but for report and JSON.
+  /// Its row in a table of several recordings, but for JSON.
   [[nodiscard]] validation::RecordingRow row_of(const std::string& name, const validation::Figures& figures,
                                                 const validation::Comparison& comparison,
                                                 const std::vector<validation::Comparison>& runs) const;
@@ -120,7 +119,6 @@ class RecordedDrive {
   Part part_;        ///< that figures are of
   std::string aligned_by_;
   std::optional<validation::Alignment> alignment_;
-  std::vector<std::string> notes_;
   validation::CompareOptions compare_;
 
  private:

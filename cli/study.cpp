@@ -72,7 +72,7 @@ void write_results(const StudyArguments& arguments, const study::Manifest& manif
                    std::vector<std::optional<study::RunRecord>>& records) {
   study::write_study_netcdf(folder / "study.nc", manifest, records, folder);
   const study::Comparison comparison = study::compare(manifest, records);
-  write_file(folder / "table.csv", study::comparison_csv(manifest, comparison));
+  write_file(folder / "table.csv", study::comparison_csv(comparison));
   std::size_t pictures = 0;
   if (!arguments.no_pictures) pictures = study::write_study_pictures(folder, manifest, comparison).size();
   if (manifest.along_m) {

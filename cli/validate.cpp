@@ -10,8 +10,6 @@
 #include "canyon/validation/figures.hpp"
 #include "canyon/validation/models.hpp"
 #include "canyon/validation/recording_table.hpp"
-#include "canyon/validation/report/report.hpp"
-#include "canyon/validation/score_card.hpp"
 #include "canyon/view/comparison_view.hpp"
 #include "cli/commands.hpp"
 #include "cli/ensemble.hpp"
@@ -22,8 +20,8 @@ namespace canyon::cli {
 namespace {
 
 struct ValidateArguments : EnsembleArguments {
-  std::string report, models;
-  bool ladder = false, view = false;
+  std::string view, models;
+  bool ladder = false;
   std::optional<int> runs;
   int seeds = 1;
 };
@@ -42,27 +40,16 @@ class Judge : public RecordedDrive {
     compare();
   }
 
-  void write_report(const std::filesystem::path& folder) const {
-    validation::ReportInput report;
-    report.title = prefix_.empty() ? scenario_.file.stem().string() : recorded_.name;
-    report.city = &environment_->city();
-    report.environment = environment_.get();
-    report.comparison = &own_;
-    report.first = part_.first;
-    report.count = part_.count;
-    report.models = figures_;
-    report.alignment = alignment_;
-    report.notes = notes_;
-    validation::write_report(folder, report);
-    if (!arguments_.view) return;
+  void write_view(const std::filesystem::path& folder) const {
     view::ComparisonInput view;
-    view.title = report.title + ", recorded and simulated";
+    view.title =
+        (prefix_.empty() ? scenario_.file.stem().string() : recorded_.name) + ", recorded and simulated";
     view.environment = environment_.get();
     view.comparison = &own_;
     view.first = part_.first;
     view.count = part_.count;
     view.elevation_mask_deg = geodesy::degrees(scenario_.receivers.front().options.fix.elevation_mask_rad);
-    view::write_comparison(view, folder / "view");
+    view::write_comparison(view, folder);
   }
   [[nodiscard]] std::string json() const {
     return validation::to_json(figures_,
@@ -71,10 +58,10 @@ class Judge : public RecordedDrive {
   /// The figures for a terminal.
   [[nodiscard]] std::string text() const {
     return (alignment_ ? alignment_text() + "\n" : "") + validation::to_text(figures_.front()) +
-           (several_models() ? "\n" + markdown() : "") + "\n" + validation::score_card({row()});
+           (several_models() ? "\n" + models_table() : "") + "\n" + validation::score_card({row()});
   }
   [[nodiscard]] bool several_models() const { return figures_.size() > 1; }
-  [[nodiscard]] std::string markdown() const { return validation::to_markdown(figures_); }
+  [[nodiscard]] std::string models_table() const { return validation::models_table(figures_); }
 
   /// Epochs and runs that the figures are of.
   [[nodiscard]] validation::PooledPart part() const {
@@ -84,7 +71,6 @@ class Judge : public RecordedDrive {
   [[nodiscard]] validation::RecordingRow row() const {
     validation::RecordingRow row = row_of(prefix_.empty() ? "simulated (recorded)" : recorded_.name,
                                           figures_.front(), own_, runs_of_own_);
-    if (!arguments_.report.empty()) row.report = recorded_.name + "/report.html";
     row.figures_json = json();
     return row;
   }
@@ -216,51 +202,33 @@ void write(const ValidateArguments& arguments, const Judges& judges, bool listed
     rows = rows_of(judges);
     for (validation::RecordingRow& row : pooled_rows(judges)) rows.push_back(std::move(row));
   }
-  std::string markdown =
-      (listed ? validation::to_markdown(rows) + "\n" + validation::score_card(rows) : one.markdown()) +
-      by_seed;
-  for (const auto& judge : judges) {
-    if (listed && judge->several_models()) {
-      markdown += fmt::format("\nModels, {}:\n\n{}", judge->recorded().name, judge->markdown());
-    }
-  }
-  if (!arguments.report.empty()) {
-    const std::filesystem::path folder = arguments.report;
-    if (listed) {
-      for (const auto& judge : judges) judge->write_report(folder / judge->recorded().name);
-      validation::write_overview(folder, std::filesystem::path(arguments.scenario).stem().string(), rows,
-                                 {"canyon " CANYON_VERSION});
-    } else {
-      one.write_report(folder);
-    }
-    cli::note(arguments.quiet, fmt::format("report in {}", arguments.report));
+  if (!arguments.view.empty()) {
+    const std::filesystem::path folder = arguments.view;
+    for (const auto& judge : judges) judge->write_view(listed ? folder / judge->recorded().name : folder);
+    cli::note(arguments.quiet, fmt::format("view in {}", arguments.view));
   }
   const auto json = [&] { return listed ? validation::to_json(rows) : one.json(); };
-  if (!write_results(arguments, markdown, json)) return;
+  if (!write_results(arguments, json)) return;
   if (!listed) {
     fmt::print("{}{}", one.text(), by_seed);
     return;
   }
   for (const auto& judge : judges) fmt::print("{}", judge->alignment_line());
-  fmt::print("\n{}", markdown);
+  fmt::print("\n{}\n{}{}", validation::to_text(rows), validation::score_card(rows), by_seed);
+  for (const auto& judge : judges) {
+    if (judge->several_models())
+      fmt::print("\nModels, {}:\n\n{}", judge->recorded().name, judge->models_table());
+  }
 }
 
 int run_validate(const ValidateArguments& given) {
   if (given.draws) return run_ensemble(given);
   ValidateArguments arguments = given;
   if (arguments.seeds > 1 && !arguments.seed) arguments.seed = 1;
-  if (arguments.view && arguments.report.empty()) {
-    throw InputError("--view without --report", "give --report DIR: the view goes to DIR/view");
-  }
   return unless_interrupted([&] {
     const bool listed = validation::is_recording_list(arguments.scenario);
     const Judges judges = drives_of<Judge>(arguments, recordings_of(arguments, listed), listed);
-    if (!arguments.report.empty()) {
-      make_output_folder(arguments.report);
-      for (const auto& judge : judges) {
-        if (listed) make_output_folder(std::filesystem::path(arguments.report) / judge->recorded().name);
-      }
-    }
+    if (!arguments.view.empty()) make_output_folder(arguments.view);
     for (const auto& judge : judges) judge->run();
     write(arguments, judges, listed);
     return kOk;
@@ -286,14 +254,11 @@ void add_validate(Command& app) {
                      "ground, shadowing, diffraction");
   command.add_flag("--ladder", arguments.ladder, "all of these models, each added to the one before")
       .excludes("--models");
-  command.add_option("--report", arguments.report, "DIR",
-                     "folder for report.html and its pictures, created if missing");
-  command.add_flag("--view", arguments.view,
-                   "also write the report's view/: 'canyon view DIR --export scene.html' makes a page of it");
+  command.add_option("--view", arguments.view, "DIR",
+                     "write a view of the comparison, in DIR/NAME for each recording of a list: 'canyon view "
+                     "DIR' opens it");
   command.add_option("--json", arguments.json, "FILE",
                      "write the figures as JSON; -: to standard output, alone");
-  command.add_option("--markdown", arguments.markdown, "FILE",
-                     "write the table of all models, or of all recordings of a list, as Markdown");
   command
       .add_option("--runs", arguments.runs, "N",
                   "number of cities drawn by the scenario's city.georeference; their simulated values are "

@@ -3,18 +3,21 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <memory>
 #include <random>
 #include <system_error>
 #include <thread>
 
 #include "canyon/base/file_kind.hpp"
 #include "canyon/base/output_file.hpp"
+#include "canyon/heatmap/engine/map_source.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/view/comparison_view.hpp"
 #include "canyon/view/header.hpp"
+#include "canyon/view/map_view.hpp"
 #include "canyon/view/page.hpp"
 #include "canyon/view/probe.hpp"
 #include "canyon/view/run_relay.hpp"
@@ -24,7 +27,6 @@
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
 #include "cli/scenario_run.hpp"
-#include "cli/view_map.hpp"
 #include "cli/view_record.hpp"
 #include "cli/view_serve.hpp"
 
@@ -67,14 +69,77 @@ class Workplace {
   bool own_;
 };
 
+/// The heat map of `canyon view`, alone or over a city.
+class ViewedMap {
+ public:
+  struct Wanted {
+    std::string input;      ///< what is viewed
+    std::string map;        ///< --map; empty: none
+    std::string city;       ///< --city; empty: none
+    bool finished = false;  ///< `input` is a finished view: its city is a picture, no city to stand on
+    bool quiet = false;
+  };
+  /// Reads the map and loads its city. Throws InputError for options that do not go together.
+  explicit ViewedMap(const Wanted& wanted);
+
+  /// Whether there is a map.
+  explicit operator bool() const { return map_ != nullptr; }
+  /// The map is all that is viewed.
+  [[nodiscard]] bool alone() const { return alone_; }
+  /// The city of --city, else an empty field about the map.
+  [[nodiscard]] const buildings::BuiltCity& city() const { return city_; }
+  /// Its first time. Precondition: there is a map.
+  [[nodiscard]] geodesy::GpsTime begin() const { return map_->times().front(); }
+  /// Precondition: there is a map.
+  void add_to(const std::filesystem::path& folder) const { view::add_map(*map_, name_, city_.city, folder); }
+
+ private:
+  std::unique_ptr<heatmap::StoredMap> map_;
+  std::string name_;
+  bool alone_ = false;
+  buildings::BuiltCity city_;
+};
+
+ViewedMap::ViewedMap(const Wanted& wanted)
+    : alone_(std::filesystem::path(wanted.input).extension() == ".nc") {
+  if (alone_ && !wanted.map.empty()) {
+    throw InputError("--map beside a map", "give the city or run that it is laid over, or no --map");
+  }
+  const std::string file = alone_ ? wanted.input : wanted.map;
+  if (file.empty()) {
+    if (!wanted.city.empty() && !(wanted.finished && is_scenario(wanted.city))) {
+      throw InputError("--city without a heat map or a finished run",
+                       "it is the city that a map (--map MAP.nc) is shown in, or a finished run's scenario");
+    }
+    return;
+  }
+  if (wanted.finished && wanted.city.empty()) {
+    throw InputError("--map over a finished run needs its city", "give --city the run's scenario");
+  }
+  map_ = std::make_unique<heatmap::StoredMap>(file);
+  name_ = fmt::format("{}, receiver {}", std::filesystem::path(file).stem().string(), map_->motion());
+  const std::string city = !wanted.city.empty() ? wanted.city : alone_ ? "" : wanted.input;
+  if (city.empty()) {
+    city_.city = view::field_of(*map_);
+  } else {
+    city_ = read_city(city_config(city), "building the city", wanted.quiet);
+  }
+}
+
+/// Copies the files of a view to another folder.
+void copy_view(const std::filesystem::path& from, const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::copy(
+      from, folder,
+      std::filesystem::copy_options::recursive | std::filesystem::copy_options::overwrite_existing, error);
+  if (error) throw InputError(from, 0, "cannot be copied: " + error.message(), "give --out another folder");
+}
+
 /// The view of a finished run, where `input` is a folder with one.
 std::optional<std::filesystem::path> finished_view(const std::filesystem::path& input) {
   std::error_code error;
   for (const std::filesystem::path& folder : {input, input / "view"}) {
     if (std::filesystem::is_regular_file(folder / view::kHeaderFile, error)) return folder;
-  }
-  if (std::filesystem::is_regular_file(input / "report.html", error)) {
-    throw InputError(input, 0, "is a report without a view", "run canyon validate with --report DIR --view");
   }
   return {};
 }
@@ -318,7 +383,7 @@ void add_view(Command& app) {
   command
       .add_option("input", arguments.input, "WHAT",
                   "a scenario, which is run; a folder that --out, 'canyon simulate --view' or 'canyon "
-                  "validate --report DIR --view' wrote; a heat map "
+                  "validate --view DIR' wrote; a heat map "
                   "(map.nc); or a city, any file that 'canyon city info' reads")
       .required();
   command.add_option("--export", arguments.exported, "HTML",

@@ -1,7 +1,6 @@
 #include "cli/view_record.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 
@@ -9,7 +8,6 @@
 #include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/drawing/apng.hpp"
 #include "canyon/view/page.hpp"
 #include "cli/program.hpp"
 #include "cli/progress.hpp"
@@ -22,16 +20,12 @@ namespace fs = std::filesystem;
 constexpr int kLargestSide = 3840;
 constexpr double kMostFrames = 3600;
 
-enum class Film { Frames, AnimatedPng, AnimatedWebp, Encoded };
-
-Film film_of(const std::string& file) {
+/// Whether the film is one file; false: a folder of frames.
+bool is_one_file(const std::string& file) {
   const std::string ending = lower_case(fs::path(file).extension().string());
-  if (ending.empty()) return Film::Frames;
-  if (ending == ".png" || ending == ".apng") return Film::AnimatedPng;
-  if (ending == ".webp") return Film::AnimatedWebp;
-  if (ending == ".mp4" || ending == ".webm" || ending == ".gif") return Film::Encoded;
+  if (ending.empty() || ending == ".webp") return !ending.empty();
   throw InputError(fmt::format("--record: '{}' is not the ending of a film", ending),
-                   "give .webp or .png, which need no encoder, .mp4, .webm or .gif, or a folder for frames");
+                   "give a .webp, or a folder for frames, of which ffmpeg makes other films");
 }
 
 std::string first_line(const fs::path& file) {
@@ -61,44 +55,11 @@ fs::path script_of(const fs::path& page) {
   return page.parent_path().parent_path() / "record.mjs";
 }
 
-std::vector<fs::path> frames_in(const fs::path& folder, int frames) {
-  std::vector<fs::path> files;
-  files.reserve(static_cast<std::size_t>(frames));
-  for (int i = 0; i < frames; ++i) files.push_back(folder / fmt::format("{:05}.png", i));
-  return files;
-}
-
-void encode(const RecordArguments& arguments, const fs::path& frames, const fs::path& complaints) {
-  const fs::path target = arguments.file;
-  // Under another name until it is whole; the encoder knows the format by the ending.
-  const fs::path part =
-      target.parent_path() / fmt::format(".part{}{}", getpid(), target.extension().string());
-  std::vector<std::string> words{"ffmpeg",     "-loglevel",
-                                 "error",      "-y",
-                                 "-framerate", std::to_string(arguments.fps),
-                                 "-i",         (frames / "%05d.png").string()};
-  if (target.extension() == ".gif") {
-    words.insert(words.end(), {"-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse", "-loop", "0"});
-  } else {
-    words.insert(words.end(), {"-pix_fmt", "yuv420p"});
-  }
-  words.push_back(part.string());
-  std::error_code error;
-  if (run_program(words, {complaints, {}}) != 0) {
-    fs::remove(part, error);
-    throw InputError(target, 0, "ffmpeg: " + first_line(complaints), "give a .webp, which needs no encoder");
-  }
-  fs::rename(part, target, error);
-  if (error) throw InputError(target, 0, error.message(), "check its name and permissions");
-}
-
 }  // namespace
 
 void add_record_options(Command& command, RecordArguments& arguments) {
-  command.add_option(
-      "--record", arguments.file, "FILM",
-      "a film of it: .webp or .png (animated); .mp4, .webm or .gif by ffmpeg; or a folder for PNG "
-      "frames. Needs Node.js and Chromium");
+  command.add_option("--record", arguments.file, "FILM",
+                     "a film of it: .webp, or a folder for PNG frames. Needs Node.js and Chromium");
   command.add_option("--record-size", arguments.size, "WxH", "size of the film (1280x720)").needs("--record");
   command.add_option("--record-seconds", arguments.seconds, "S", "length of the film (10)")
       .within(0.1, 600.0)
@@ -119,12 +80,8 @@ void add_record_options(Command& command, RecordArguments& arguments) {
 }
 
 void check_record(const RecordArguments& arguments, const fs::path& page) {
-  const Film film = film_of(arguments.file);
+  (void)is_one_file(arguments.file);
   (void)size_of(arguments.size);
-  if (film == Film::Encoded && !is_installed("ffmpeg")) {
-    throw InputError("--record: " + arguments.file + " needs ffmpeg, which is not here",
-                     "install it (Debian: ffmpeg), or give a .webp or .png");
-  }
   if (!is_installed("node")) throw InputError("--record needs Node.js", "install it (Debian: nodejs)");
   std::error_code error;
   if (!fs::is_regular_file(script_of(page), error)) {
@@ -135,10 +92,10 @@ void check_record(const RecordArguments& arguments, const fs::path& page) {
 
 void record_page(const RecordArguments& arguments, const fs::path& viewer, const fs::path& exported,
                  const fs::path& folder, bool quiet) {
-  const Film film = film_of(arguments.file);
+  const bool one_file = is_one_file(arguments.file);
   const auto [width, height] = size_of(arguments.size);
   const int frames = frames_of(arguments);
-  const fs::path pictures = film == Film::Frames ? fs::path(arguments.file) : folder / "frames";
+  const fs::path pictures = one_file ? folder / "frames" : fs::path(arguments.file);
   make_output_folder(pictures);
   Json wanted{{"page", exported.string()},
               {"folder", pictures.string()},
@@ -151,7 +108,7 @@ void record_page(const RecordArguments& arguments, const fs::path& viewer, const
   if (arguments.from_s) wanted["from"] = *arguments.from_s;
   if (arguments.until_s) wanted["until"] = *arguments.until_s;
   const fs::path webp = folder / "film.webp";
-  if (film == Film::AnimatedWebp) wanted["webp"] = webp.string();
+  if (one_file) wanted["webp"] = webp.string();
   const fs::path complaints = folder / "complaints.txt";
   {
     Progress progress("filming", quiet);
@@ -162,23 +119,7 @@ void record_page(const RecordArguments& arguments, const fs::path& viewer, const
                     {complaints, [&](std::string_view) { step(++done, static_cast<std::size_t>(frames)); }});
     if (status != 0) throw InputError("--record: " + first_line(complaints));
   }
-  switch (film) {
-    case Film::Frames:
-      break;
-    case Film::AnimatedPng: {
-      drawing::AnimatedPng png(arguments.file, static_cast<std::uint32_t>(frames), 1.0 / arguments.fps);
-      for (const fs::path& frame : frames_in(pictures, frames)) png.add(view::read_bytes(frame));
-      png.commit();
-      break;
-    }
-    case Film::AnimatedWebp: {
-      write_file(arguments.file, view::read_bytes(webp));
-      break;
-    }
-    case Film::Encoded:
-      encode(arguments, pictures, complaints);
-      break;
-  }
+  if (one_file) write_file(arguments.file, view::read_bytes(webp));
 }
 
 }  // namespace canyon::cli

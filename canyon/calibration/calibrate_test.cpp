@@ -69,7 +69,7 @@ void expect_known(const Calibration& c, const std::string& key, double known, do
 }
 
 void print(const Calibration& c) {
-  std::printf("%s", to_markdown(c.estimates).c_str());
+  std::printf("%s", to_text(c.estimates).c_str());
   for (const std::string& note : c.notes) std::printf("- %s\n", note.c_str());
 }
 
@@ -194,8 +194,7 @@ TEST(Calibrate, HeldOutPartIsHeldOut) {
   Drive other = drive;
   drive.recording = part_of(drive.recording, 0, half);
   other.recording = part_of(spoiled, 0, half);
-  EXPECT_EQ(to_markdown(calibrate({drive}, options).estimates),
-            to_markdown(calibrate({other}, options).estimates));
+  EXPECT_EQ(to_text(calibrate({drive}, options).estimates), to_text(calibrate({other}, options).estimates));
   // A later part begins at its own first epoch.
   const validation::Recording rest = part_of(spoiled, half, 20);
   ASSERT_EQ(rest.residuals.epochs.size(), 20U);

@@ -7,6 +7,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
+#include "canyon/base/table_text.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/options/read.hpp"
 #include "canyon/options/settings_tree.hpp"
@@ -102,17 +103,14 @@ std::string rounded(double value, double sigma) {
   return options::show(*parse_double(fmt::format("{:.{}f}", value, decimals)));
 }
 
-std::string to_markdown(const std::vector<Estimate>& estimates) {
-  std::string text = "| key | profile | recorded | 95 % | verdict | from |\n|---|---|---|---|---|---|\n";
+std::string to_text(const std::vector<Estimate>& estimates) {
+  std::vector<TextRow> rows;
+  const auto or_none = [](const std::string& text) { return text.empty() ? "-" : text; };
   for (const Estimate& e : estimates) {
-    std::string basis = e.basis;
-    std::replace(basis.begin(), basis.end(), '|', '/');
-    text +=
-        fmt::format("| `{}`{} | {} | {} | {} | {} | {} |\n", e.key, e.unit.empty() ? "" : " [" + e.unit + "]",
-                    e.before.empty() ? "-" : e.before, e.recorded.empty() ? "-" : e.recorded,
-                    e.interval.empty() ? "-" : e.interval, to_string(e.verdict), basis);
+    rows.push_back({e.unit.empty() ? e.key : fmt::format("{} [{}]", e.key, e.unit), or_none(e.before),
+                    or_none(e.recorded), or_none(e.interval), to_string(e.verdict), e.basis});
   }
-  return text;
+  return text_table({"key", "profile", "recorded", "95 %", "verdict", "from"}, rows);
 }
 
 std::string to_json(const std::vector<Estimate>& estimates) {

@@ -34,8 +34,8 @@ void set_values(const Values& values, simulation::ReceiverConfig& receiver,
 /// All keys of a receiver and their values.
 [[nodiscard]] Values values_of(const simulation::ReceiverConfig& receiver);
 
-/// A Markdown table of estimates.
-[[nodiscard]] std::string to_markdown(const std::vector<Estimate>& estimates);
+/// A table of estimates for terminals.
+[[nodiscard]] std::string to_text(const std::vector<Estimate>& estimates);
 /// An array of objects.
 [[nodiscard]] std::string to_json(const std::vector<Estimate>& estimates);
 

@@ -1,4 +1,4 @@
-#include "canyon/calibration/open_facades.hpp"
+#include "canyon/calibration/calibrate.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,18 +1,18 @@
 #include "canyon/drawing/canvas.hpp"
 
 #include <cairo-svg.h>
-#include <sys/mman.h>
+#include <cairo.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
+#include <cstring>
 #include <map>
 #include <memory>
+#include <new>
+#include <stdexcept>
 #include <string_view>
 
 #include "canyon/base/utf8.hpp"
-#include "canyon/drawing/apng.hpp"
-#include "canyon/drawing/cairo_surface.hpp"
 #include "canyon/geodesy/constants.hpp"
 
 namespace canyon::drawing {
@@ -22,6 +22,50 @@ struct ContextDeleter {
   void operator()(cairo_t* context) const { cairo_destroy(context); }
 };
 using Context = std::unique_ptr<cairo_t, ContextDeleter>;
+
+struct SurfaceDeleter {
+  void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
+};
+using Surface = std::unique_ptr<cairo_surface_t, SurfaceDeleter>;
+
+void check(cairo_status_t status) {
+  if (status != CAIRO_STATUS_SUCCESS) {
+    throw std::runtime_error(std::string("picture cannot be drawn: ") + cairo_status_to_string(status));
+  }
+}
+
+/// A cairo_write_func_t that appends to the std::string `target`. Called from C: nothing may be thrown
+/// through it.
+cairo_status_t append_bytes(void* target, const unsigned char* bytes, unsigned length) {
+  try {
+    static_cast<std::string*>(target)->append(reinterpret_cast<const char*>(bytes), length);
+  } catch (const std::bad_alloc&) {
+    return CAIRO_STATUS_NO_MEMORY;
+  }
+  return CAIRO_STATUS_SUCCESS;
+}
+
+/// Calls copy(row of the surface, the index of the row's first pixel) for each row.
+template <typename Copy>
+void for_each_row(cairo_surface_t* surface, Copy copy) {
+  unsigned char* bytes = cairo_image_surface_get_data(surface);
+  const auto stride = static_cast<std::size_t>(cairo_image_surface_get_stride(surface));
+  const auto columns = static_cast<std::size_t>(cairo_image_surface_get_width(surface));
+  const auto rows = static_cast<std::size_t>(cairo_image_surface_get_height(surface));
+  for (std::size_t row = 0; row < rows; ++row) copy(bytes + row * stride, row * columns);
+}
+
+/// An image of pixels 0xRRGGBB by rows from the top, columns * rows of them.
+Surface make_surface(int columns, int rows, const std::vector<std::uint32_t>& pixels) {
+  Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, columns, rows));
+  check(cairo_surface_status(surface.get()));
+  cairo_surface_flush(surface.get());
+  for_each_row(surface.get(), [&](unsigned char* row, std::size_t first) {
+    std::memcpy(row, pixels.data() + first, 4 * static_cast<std::size_t>(columns));
+  });
+  cairo_surface_mark_dirty(surface.get());
+  return surface;
+}
 
 void draw_on(cairo_surface_t* surface, double scale, double width, double height,
              const std::function<void(Canvas&)>& draw) {
@@ -35,21 +79,12 @@ void draw_on(cairo_surface_t* surface, double scale, double width, double height
   check(cairo_status(context.get()));
 }
 
-struct FreeMemory {
-  void operator()(void* memory) const { std::free(memory); }
-};
-using Memory = std::unique_ptr<void, FreeMemory>;
-
-/// Memory for the pixels of a picture, in pages of 2 MB where the system has them: with pages of 4 kB a tenth
-/// of a picture's time goes into page faults.
-Memory pixel_memory(std::size_t size) {
-  constexpr std::size_t kHugePage = std::size_t{2} << 20;
-  size = (size + kHugePage - 1) / kHugePage * kHugePage;
-  Memory memory(std::aligned_alloc(kHugePage, size));
-#ifdef MADV_HUGEPAGE
-  if (memory) madvise(memory.get(), size, MADV_HUGEPAGE);
-#endif
-  return memory;
+/// Paper of this size [px] with what `draw` draws on it.
+Surface drawn(int width_px, int height_px, double scale, const std::function<void(Canvas&)>& draw) {
+  Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width_px, height_px));
+  draw_on(surface.get(), scale, width_px / scale, height_px / scale, draw);
+  cairo_surface_flush(surface.get());
+  return surface;
 }
 
 /// Cairo names groups "surfaceN" by a count that runs through the whole process; here they are counted within
@@ -196,14 +231,22 @@ void Canvas::clipped(const Rect& r, const std::function<void()>& draw) {
 }
 
 std::string render_png(int width_px, int height_px, double scale, const std::function<void(Canvas&)>& draw) {
-  const int stride = cairo_format_stride_for_width(CAIRO_FORMAT_RGB24, width_px);
-  const Memory pixels =
-      pixel_memory(static_cast<std::size_t>(std::max(stride, 0)) * static_cast<std::size_t>(height_px));
-  const Surface surface(cairo_image_surface_create_for_data(static_cast<unsigned char*>(pixels.get()),
-                                                            CAIRO_FORMAT_RGB24, width_px, height_px, stride));
-  draw_on(surface.get(), scale, width_px / scale, height_px / scale, draw);
-  cairo_surface_flush(surface.get());
-  return encode_png(surface.get());
+  const Surface surface = drawn(width_px, height_px, scale, draw);
+  std::string png;
+  check(cairo_surface_write_to_png_stream(surface.get(), append_bytes, &png));
+  return png;
+}
+
+RgbImage render_pixels(int width_px, int height_px, double scale, const std::function<void(Canvas&)>& draw) {
+  const Surface surface = drawn(width_px, height_px, scale, draw);
+  const auto width = static_cast<std::size_t>(width_px);
+  RgbImage image{width_px, height_px,
+                 std::vector<std::uint32_t>(width * static_cast<std::size_t>(height_px))};
+  for_each_row(surface.get(), [&](const unsigned char* row, std::size_t first) {
+    std::memcpy(image.pixels.data() + first, row, 4 * width);
+  });
+  for (std::uint32_t& pixel : image.pixels) pixel &= 0xFFFFFFU;
+  return image;
 }
 
 std::string render_svg(double width, double height, const std::function<void(Canvas&)>& draw) {

@@ -113,6 +113,9 @@ struct Picture {
 /// std::runtime_error where Cairo fails (memory).
 [[nodiscard]] std::string render_png(int width_px, int height_px, double scale,
                                      const std::function<void(Canvas&)>& draw);
+/// The same as pixels.
+[[nodiscard]] RgbImage render_pixels(int width_px, int height_px, double scale,
+                                     const std::function<void(Canvas&)>& draw);
 
 /// Draws an SVG of width x height units; bytes of the file, the same for the same drawing. Throws
 /// std::runtime_error where Cairo fails (memory).

@@ -55,7 +55,7 @@ void Plot::draw_frame(Canvas& canvas) const {
   for (const double tick : x.ticks) {
     const double at_x = at(tick, y.low).x;
     canvas.segments({{{at_x, area.bottom()}, {at_x, area.bottom() + 4}}}, {kFaintInk, 0.8});
-    canvas.text({at_x, area.bottom() + 8}, x_tick_label ? x_tick_label(tick) : tick_label(tick),
+    canvas.text({at_x, area.bottom() + 8}, tick_label(tick),
                 {.size = 11, .colour = kFaintInk, .align = Align::Centre, .level = Level::Top});
   }
   double widest = 0;
@@ -76,43 +76,6 @@ void Plot::draw_frame(Canvas& canvas) const {
 void Plot::draw_note(Canvas& canvas, const std::string& note) const {
   canvas.text(area.centre(), note,
               {.size = 13, .colour = kFaintInk, .align = Align::Centre, .level = Level::Middle, .halo = 3});
-}
-
-void draw_mark(Canvas& canvas, const Point& at, Mark mark, double radius, const Colour& colour) {
-  const Stroke rim{kPaper.with_alpha(0.9), 0.7};
-  switch (mark) {
-    case Mark::Disc:
-      canvas.circle(at, radius, colour, rim);
-      break;
-    case Mark::Ring:
-      canvas.circle(at, radius, kPaper, Stroke{colour, 0.45 * radius});
-      break;
-    case Mark::Square: {
-      const double s = 0.89 * radius;
-      canvas.rectangle({at.x - s, at.y - s, 2 * s, 2 * s}, colour, rim);
-      break;
-    }
-    case Mark::Diamond: {
-      const double s = 1.25 * radius;
-      canvas.polygons({{{at.x, at.y - s}, {at.x + s, at.y}, {at.x, at.y + s}, {at.x - s, at.y}}}, colour,
-                      rim);
-      break;
-    }
-    case Mark::Triangle: {
-      const double s = 1.25 * radius;
-      canvas.polygons(
-          {{{at.x, at.y - s}, {at.x + 0.95 * s, at.y + 0.7 * s}, {at.x - 0.95 * s, at.y + 0.7 * s}}}, colour,
-          rim);
-      break;
-    }
-    case Mark::Cross: {
-      const double s = 0.85 * radius;
-      canvas.segments(
-          {{{at.x - s, at.y - s}, {at.x + s, at.y + s}}, {{at.x - s, at.y + s}, {at.x + s, at.y - s}}},
-          {colour, 0.5 * radius});
-      break;
-    }
-  }
 }
 
 std::function<void(Canvas&, const Point&)> line_mark(const Stroke& stroke) {
@@ -146,20 +109,10 @@ Rect draw_legend(Canvas& canvas, const Point& at, const std::vector<LegendEntry>
   return box;
 }
 
-double draw_legend_row(Canvas& canvas, Point at, const std::vector<LegendEntry>& entries) {
-  const TextStyle style{.size = 11.5, .level = Level::Middle};
-  for (const LegendEntry& entry : entries) {
-    entry.mark(canvas, {at.x + 13, at.y});
-    canvas.text({at.x + kSwatch, at.y}, entry.label, style);
-    at.x += kSwatch + canvas.text_width(entry.label, style) + 20;
-  }
-  return at.x;
-}
-
 Picture draw_notice(const std::string& title, const std::string& subtitle, const std::string& notice) {
   return render(900, 220, [&](Canvas& canvas) {
     draw_title(canvas, 40, title, subtitle);
-    const Plot plot{{40, 84, 820, 96}, {}, {}, "", "", {}};
+    const Plot plot{{40, 84, 820, 96}, {}, {}, "", ""};
     canvas.rectangle(plot.area, kGround, Stroke{kRule, 1});
     plot.draw_note(canvas, notice);
   });

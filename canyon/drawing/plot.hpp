@@ -20,8 +20,6 @@ struct Plot {
   Rect area;
   Scale x, y;
   std::string x_label, y_label;  ///< with units
-  /// Label of a tick of the x axis; tick_label() where empty.
-  std::function<std::string(double)> x_tick_label;
 
   /// The point of a value pair. Values beyond the axes lie on the frame.
   [[nodiscard]] Point at(double x_value, double y_value) const;
@@ -32,11 +30,6 @@ struct Plot {
   /// Writes into the middle of the area why it is empty.
   void draw_note(Canvas& canvas, const std::string& note) const;
 };
-
-/// Marks that differ by shape, so that they are distinct in grey as well.
-enum class Mark { Disc, Ring, Square, Diamond, Triangle, Cross };
-/// @param radius of a disc of about the same weight
-void draw_mark(Canvas& canvas, const Point& at, Mark mark, double radius, const Colour& colour);
 
 struct LegendEntry {
   std::function<void(Canvas&, const Point&)>
@@ -51,9 +44,6 @@ struct LegendEntry {
 /// A box of entries, one below the other; its upper left corner at `at`. Returns where it lies.
 Rect draw_legend(Canvas& canvas, const Point& at, const std::vector<LegendEntry>& entries,
                  double text_size = 11.5);
-
-/// Entries side by side; `at` is the left end, in the middle of their height. Returns the x behind the last.
-double draw_legend_row(Canvas& canvas, Point at, const std::vector<LegendEntry>& entries);
 
 /// A picture that holds nothing but its title and the reason.
 [[nodiscard]] Picture draw_notice(const std::string& title, const std::string& subtitle,

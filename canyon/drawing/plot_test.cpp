@@ -55,29 +55,9 @@ TEST(Plot, XToTheRightYUpAndBeyondOnTheFrame) {
   EXPECT_EQ(plot.at(99, 99).y, 20);
 }
 
-TEST(Plot, MarksOfAllShapesAreDrawnWhereTheyBelong) {
-  for (const Mark mark : {Mark::Disc, Mark::Square, Mark::Diamond, Mark::Triangle, Mark::Cross}) {
-    const test::PngPixels pixels(render_png(100, 100, 1, [&](Canvas& canvas) {
-      draw_mark(canvas, {50, 50}, mark, 10, kBlue);
-    }));
-    EXPECT_TRUE(test::PngPixels::is(pixels.pixel(50, 50), kBlue)) << static_cast<int>(mark);
-    EXPECT_TRUE(test::PngPixels::is(pixels.pixel(50, 70), kPaper)) << static_cast<int>(mark);
-    EXPECT_TRUE(test::PngPixels::is(pixels.pixel(30, 50), kPaper)) << static_cast<int>(mark);
-    // About the weight of a disc of this radius, pi 10^2 = 314 pixels, less the rim; a cross is slimmer.
-    EXPECT_GT(pixels.count(kBlue), mark == Mark::Cross ? 100U : 170U) << static_cast<int>(mark);
-    EXPECT_LT(pixels.count(kBlue), 360U) << static_cast<int>(mark);
-  }
-  const test::PngPixels ring(render_png(100, 100, 1, [](Canvas& canvas) {
-    draw_mark(canvas, {50, 50}, Mark::Ring, 10, kBlue);
-  }));
-  EXPECT_TRUE(test::PngPixels::is(ring.pixel(50, 50), kPaper));
-  EXPECT_TRUE(test::PngPixels::is(ring.pixel(60, 50), kBlue));
-}
-
 TEST(Plot, LegendsAreAsLargeAsTheySay) {
-  const std::vector<LegendEntry> entries{
-      {[](Canvas& c, const Point& p) { draw_mark(c, p, Mark::Disc, 4, kBlue); }, "one"},
-      {{}, "a longer line without a mark"}};
+  const std::vector<LegendEntry> entries{{[](Canvas& c, const Point& p) { c.circle(p, 4, kBlue); }, "one"},
+                                         {{}, "a longer line without a mark"}};
   static_cast<void>(render_png(600, 200, 1, [&](Canvas& canvas) {
     const Rect size = legend_size(canvas, entries);
     const Rect box = draw_legend(canvas, {30, 40}, entries);

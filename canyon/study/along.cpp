@@ -9,7 +9,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/statistics.hpp"
-#include "canyon/study/resamples.hpp"
+#include "canyon/study/results.hpp"
 
 namespace canyon::study {
 namespace {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <utility>
@@ -69,5 +70,12 @@ struct AxisValue {
 /// The dotted keys that a value sets, with their trees.
 [[nodiscard]] std::vector<std::pair<std::string, const options::Node*>> settings_of(const Axis& axis,
                                                                                     const AxisValue& value);
+
+/// Refuses axes of which one sets what another one has set: only the last of them would count. A section in
+/// front of a key within it, which its values do not have, is no such case.
+/// @param base the scenario, for the names of items of its lists
+/// @param file of the study, for messages
+/// Throws InputError, which names both axes and the key.
+void check_keys(const std::vector<Axis>& axes, const options::Node& base, const std::filesystem::path& file);
 
 }  // namespace canyon::study

@@ -12,7 +12,7 @@
 #include "canyon/base/statistics.hpp"
 #include "canyon/base/table_text.hpp"
 #include "canyon/study/axis.hpp"
-#include "canyon/study/resamples.hpp"
+#include "canyon/study/results.hpp"
 
 namespace canyon::study {
 namespace {
@@ -200,11 +200,10 @@ Comparison compare(const Manifest& manifest, const std::vector<std::optional<Run
   return result;
 }
 
-std::string comparison_csv(const Manifest& manifest, const Comparison& comparison) {
+std::string comparison_csv(const Comparison& comparison) {
   std::string text;
   for (const std::string& axis : comparison.axes) text += csv_text(axis) + ",";
   text += "receiver,runs,figure,unit,mean,low,high,difference,difference_low,difference_high\n";
-  (void)manifest;
   for (const Group& group : comparison.groups) {
     for (std::size_t k = 0; k < group.estimates.size(); ++k) {
       for (const std::string& value : group.at) text += csv_text(value) + ",";

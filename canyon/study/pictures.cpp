@@ -99,34 +99,6 @@ class Sheet {
                 });
   }
 
-  [[nodiscard]] drawing::Picture distributions() const {
-    double highest = 0.01;
-    const auto shares = [](const Group& group) {
-      auto counts = pooled(group, &ReceiverRecord::errors);
-      const double total = std::accumulate(counts.begin(), counts.end(), 0.0);
-      for (double& count : counts) count *= total > 0 ? kBinsPerDecade / total : 0;
-      return counts;
-    };
-    for (std::size_t g = 0; g < drawn_; ++g) {
-      const auto density = shares(comparison_.groups[g]);
-      highest = std::max(highest, *std::max_element(density.begin(), density.end()));
-    }
-    return draw("Distribution of horizontal errors", "of epochs with a fix", [&](Canvas& canvas) {
-      Plot plot = make_plot("Horizontal error [m]", "Share of fixes per decade");
-      plot.x = error_scale(comparison_, drawn_);
-      plot.y = share_scale(highest);
-      draw_curves(canvas, plot, [&](const Group& group) {
-        const auto density = shares(group);
-        std::vector<Point> curve;
-        for (std::size_t i = 0; i < kErrorBins; ++i) {
-          const double middle = std::sqrt(error_edge_m(i) * error_edge_m(i + 1));
-          if (middle >= plot.x.low && middle <= plot.x.high) curve.push_back(plot.at(middle, density[i]));
-        }
-        return curve;
-      });
-    });
-  }
-
   [[nodiscard]] drawing::Picture availability() const {
     const std::string what = manifest_.available_m ? fmt::format("a fix within {} m", *manifest_.available_m)
                                                    : std::string("a fix");
@@ -323,9 +295,8 @@ std::vector<std::string> write_study_pictures(const std::filesystem::path& folde
                                               const Comparison& comparison) {
   const Sheet sheet(manifest, comparison);
   std::vector<std::string> names;
-  for (const auto& [name, picture] :
-       {std::pair{"errors", sheet.errors()}, std::pair{"boxes", sheet.boxes()},
-        std::pair{"availability", sheet.availability()}, std::pair{"distributions", sheet.distributions()}}) {
+  for (const auto& [name, picture] : {std::pair{"errors", sheet.errors()}, std::pair{"boxes", sheet.boxes()},
+                                      std::pair{"availability", sheet.availability()}}) {
     for (std::string& file : put(folder, name, picture)) names.push_back(std::move(file));
   }
   return names;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -61,5 +62,27 @@ struct RunRecord {
 [[nodiscard]] std::string to_line(const RunRecord& record);
 /// Throws InputError, without a file, for anything else than what to_line() gives.
 [[nodiscard]] RunRecord from_line(std::string_view line);
+
+/// Makes the records of a run's receivers from its epochs.
+class RecordSink final : public simulation::EpochSink {
+ public:
+  /// @param available_m Study::available_m
+  RecordSink(const std::vector<std::string>& receivers, std::optional<double> available_m, bool keep_epochs);
+  void write(const simulation::Epoch& epoch) override;
+  void finish() override {}
+  [[nodiscard]] std::vector<ReceiverRecord> take();
+
+ private:
+  output::SummarySink summary_;
+  std::vector<ReceiverRecord> records_;
+  std::optional<double> available_m_;
+  bool keep_;
+  std::optional<geodesy::GpsTime> first_;
+  struct Way {
+    std::optional<Eigen::Vector3d> last_ecef;
+    double gone_m = 0;
+  };
+  std::vector<Way> ways_;  ///< by receiver
+};
 
 }  // namespace canyon::study

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -57,7 +58,7 @@ struct Comparison {
 [[nodiscard]] Comparison compare(const Manifest& manifest,
                                  const std::vector<std::optional<RunRecord>>& records);
 /// Long form: a line for each group and figure.
-[[nodiscard]] std::string comparison_csv(const Manifest& manifest, const Comparison& comparison);
+[[nodiscard]] std::string comparison_csv(const Comparison& comparison);
 /// A table for terminals of the figures that matter most.
 [[nodiscard]] std::string comparison_text(const Manifest& manifest, const Comparison& comparison);
 
@@ -85,8 +86,18 @@ std::vector<std::string> write_along_pictures(const std::filesystem::path& folde
                                               const Comparison& comparison,
                                               const std::vector<std::vector<Stretch>>& along);
 
-/// Writes errors, boxes, availability and distributions as PNG and SVG; returns their names.
+/// Writes errors, boxes and availability as PNG and SVG; returns their names.
 std::vector<std::string> write_study_pictures(const std::filesystem::path& folder, const Manifest& manifest,
                                               const Comparison& comparison);
+
+/// Noise realizations drawn with replacement: places in Group::records.
+using Resamples = std::vector<std::vector<std::uint32_t>>;
+/// Manifest::bootstrap of them, fewer for many occasions, none for one; the same for equal manifests.
+[[nodiscard]] Resamples occasion_resamples(const Manifest& manifest, std::size_t occasions);
+
+/// A field of a CSV line, in quotes where it needs them.
+[[nodiscard]] std::string csv_text(const std::string& text);
+/// Mean, low and high as three fields of a CSV line; a field without a value is empty.
+[[nodiscard]] std::string csv_interval(const std::optional<Estimate>& estimate);
 
 }  // namespace canyon::study

@@ -19,7 +19,7 @@
 #include "canyon/simulation/scenario/receiver_names.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/study/drives.hpp"
-#include "canyon/study/record_sink.hpp"
+#include "canyon/study/record.hpp"
 
 namespace canyon::study {
 namespace {

@@ -14,8 +14,9 @@ namespace canyon::study {
 
 [[nodiscard]] Manifest manifest_of(const StudyPlan& plan);
 
-/// A part of a study for one of several machines: shards of one study are disjoint and make it whole. Every
-/// shard has one of each `shards` runs in a row, in an order that changes from row to row.
+/// The shard, [0, shards), that computes a run where several machines share a study. Of each `shards`
+/// consecutive runs every shard gets one; which one changes from group to group, so that no shard gets the
+/// same values of an axis throughout.
 [[nodiscard]] std::size_t shard_of(std::size_t run, std::size_t shards);
 
 /// Computes runs, and shares between them what they have in common: cities as they are read, cities as they
@@ -27,8 +28,9 @@ class RunMaker {
   RunMaker(const RunMaker&) = delete;
   RunMaker& operator=(const RunMaker&) = delete;
 
-  /// The figures of a run, those of `canyon simulate`; a scenario that cannot be run becomes
-  /// RunRecord::problem. Empty where `stop` was set before its end. Throws what is not the scenario's fault.
+  /// Computes a run; its figures are those of `canyon simulate`. An InputError of the scenario becomes
+  /// RunRecord::problem; other exceptions, OutputError among them, are thrown. Empty where `stop` was set
+  /// before the run's end.
   [[nodiscard]] std::optional<RunRecord> make(std::size_t number, int threads,
                                               const std::atomic<bool>* stop = nullptr) const;
   /// The scenario of a run as `canyon simulate` takes it.

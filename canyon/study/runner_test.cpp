@@ -63,7 +63,7 @@ std::string finish(const StudyPlan& plan, const std::filesystem::path& folder, i
   }
   auto records = read_records(folder, plan.size());
   write_study_netcdf(folder / "study.nc", manifest, records, folder);
-  return test::read_bytes(folder / "study.nc") + comparison_csv(manifest, compare(manifest, records));
+  return test::read_bytes(folder / "study.nc") + comparison_csv(compare(manifest, records));
 }
 
 // The figures are those of `canyon simulate` with the run's scenario.
@@ -262,7 +262,7 @@ TEST(StudyComparison, PairsUnderTheSameLuck) {
   EXPECT_NEAR(difference.low, 2, 1e-9);
   EXPECT_NEAR(difference.high, 2, 1e-9);
   EXPECT_DOUBLE_EQ(comparison.groups[0].estimates[0]->mean, 50);
-  EXPECT_THAT(comparison_csv(manifest, comparison), HasSubstr("10,car,400,horizontal_error_p95,m,202.5,"));
+  EXPECT_THAT(comparison_csv(comparison), HasSubstr("10,car,400,horizontal_error_p95,m,202.5,"));
   const TemporaryFolder folder;
   EXPECT_EQ(write_study_pictures(folder.path(), manifest, comparison).size(), 8U);
 }

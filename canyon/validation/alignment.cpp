@@ -12,8 +12,6 @@
 #include "canyon/city/city.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
-#include "canyon/validation/epoch_interval.hpp"
-#include "canyon/validation/moved_city.hpp"
 #include "canyon/validation/ranked_sample.hpp"
 
 namespace canyon::validation {
@@ -106,7 +104,7 @@ Scores Aligner::scores(const Move& move) const {
   std::array<bool, 128> blocked{};
   for (std::size_t e = 0; e < part_.epochs.size(); ++e) {
     const ResidualEpoch& epoch = part_.epochs[e];
-    const Eigen::Vector3d antenna = place_in_moved_city(recording_, scene, moved, epoch_of_[e]);
+    const Eigen::Vector3d antenna = recording_.place_in_city(scene, moved, epoch_of_[e]);
     // No satellite twice, so that an epoch has fewer than blocked holds; a longer one goes in pieces.
     for (std::size_t from = 0; from < epoch.count; from += blocked.size()) {
       const std::size_t n = std::min(blocked.size(), epoch.count - from);

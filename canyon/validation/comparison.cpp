@@ -24,9 +24,7 @@
 #include "canyon/simulation/ordered_blocks.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/street_sources.hpp"
-#include "canyon/validation/epoch_interval.hpp"
-#include "canyon/validation/moved_city.hpp"
-#include "canyon/validation/segments.hpp"
+#include "canyon/validation/ranked_sample.hpp"
 #include "canyon/validation/statistics.hpp"
 
 namespace canyon::validation {
@@ -196,7 +194,7 @@ class Comparer {
   }
 
   [[nodiscard]] Eigen::Vector3d place(std::size_t e) const {
-    return place_in_moved_city(recording_, environment_.scene(), registration_, e);
+    return recording_.place_in_city(environment_.scene(), registration_, e);
   }
 
   [[nodiscard]] static ComparedFix fix_error(const positioning::Fix& fix, const ResidualEpoch& epoch) {
@@ -438,13 +436,13 @@ Registration Registration::then(double more_east_m, double more_north_m, double 
   return {offset.x(), offset.y(), heading_rad + more_heading_rad, pivot};
 }
 
-Eigen::Vector3d place_in_moved_city(const Recording& recording, const raytrace::RayScene& scene,
-                                    const Registration& registration, std::size_t epoch) {
-  Eigen::Vector3d place = registration.place_in_city(recording.places[epoch].enu_m);
-  if (recording.antenna_above_terrain_m) {
+Eigen::Vector3d Recording::place_in_city(const raytrace::RayScene& scene, const Registration& moved,
+                                         std::size_t epoch) const {
+  Eigen::Vector3d place = moved.place_in_city(places[epoch].enu_m);
+  if (antenna_above_terrain_m) {
     // Beyond the map's edge the height of the unmoved city stays.
     if (const auto terrain = scene.terrain_height(place.x(), place.y())) {
-      place.z() = *terrain + *recording.antenna_above_terrain_m;
+      place.z() = *terrain + *antenna_above_terrain_m;
     }
   }
   return place;

@@ -63,6 +63,10 @@ struct Recording {
   };
   std::vector<OwnFix> own_fixes;  ///< within the truth's span, by time
   std::vector<std::string> warnings;
+
+  /// The antenna of an epoch in the unmoved map while the city is moved: where its rays start [m].
+  [[nodiscard]] Eigen::Vector3d place_in_city(const raytrace::RayScene& scene, const Registration& moved,
+                                              std::size_t epoch) const;
 };
 
 /// Carrier phase of a signal at one epoch, recorded or simulated.
@@ -139,6 +143,10 @@ struct Segment {
   double length_m = 0;
   double heading_deg = 0;  ///< from north, clockwise, [0, 360), from first to last; 0 where nothing moves
 };
+
+/// Cuts a drive into Segments, which follow each other without a gap from the first epoch to the last; none
+/// for no epochs. @param places antenna, ENU [m], by epoch
+[[nodiscard]] std::vector<Segment> street_segments(std::span<const Eigen::Vector3d> places);
 
 struct Comparison {
   std::string name;  ///< of the model: "specular, second order"

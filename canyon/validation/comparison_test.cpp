@@ -19,7 +19,6 @@
 #include "canyon/gnss/signals.hpp"
 #include "canyon/validation/figures.hpp"
 #include "canyon/validation/models.hpp"
-#include "canyon/validation/segments.hpp"
 #include "canyon/validation/statistics.hpp"
 #include "tests/support/disturbances.hpp"
 #include "tests/support/simulated_recording.hpp"

@@ -11,7 +11,6 @@
 #include "canyon/base/predictive.hpp"
 #include "canyon/base/table_text.hpp"
 #include "canyon/validation/recording_table.hpp"
-#include "canyon/validation/score_card.hpp"
 
 namespace canyon::validation {
 namespace {
@@ -74,7 +73,7 @@ std::string table_of(const EnsembleRow& row) {
                                        : "no"});
   }
   return text + "\n" +
-         markdown_table({"figure", "recorded", "as it is", "median", "50 %", "90 %", "within"}, lines) + "\n";
+         text_table({"figure", "recorded", "as it is", "median", "50 %", "90 %", "within"}, lines) + "\n";
 }
 
 Json ends_json(const Interval& interval) {
@@ -141,7 +140,7 @@ Coverage coverage(const std::vector<EnsembleRow>& rows) {
   return sum;
 }
 
-std::string ensemble_markdown(const std::vector<EnsembleRow>& rows) {
+std::string ensemble_text(const std::vector<EnsembleRow>& rows) {
   std::string text;
   for (const EnsembleRow& row : rows) text += table_of(row);
   const Coverage sum = coverage(rows);
@@ -159,25 +158,7 @@ std::string ensemble_markdown(const std::vector<EnsembleRow>& rows) {
     lines.push_back({"interval score, in ranges of the score card", fmt::format("{:.2f}", sum.score),
                      fmt::format("below {:.2f}, as it is", sum.point_score)});
   }
-  return text + markdown_table({fmt::format("of {} recorded figures", sum.figures), "", "goal"}, lines);
-}
-
-std::string ensemble_csv(const std::vector<EnsembleRow>& rows) {
-  std::string text =
-      "recording,figure,draws,recorded,point,median,low_50,high_50,low_90,high_90,within_50,within_90,score,"
-      "point_score\n";
-  const auto number = [](const std::optional<double>& value) {
-    return value ? fmt::format("{:.6g}", *value) : std::string();
-  };
-  for (const EnsembleRow& row : rows) {
-    for (const EnsembleFigure& f : ensemble_figures(row)) {
-      text += fmt::format("{},{},{},{:.6g},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:d},{:d},{},{}\n", row.name,
-                          f.key, row.draws.size(), f.recorded, number(f.point), f.median, f.half.low,
-                          f.half.high, f.most.low, f.most.high, f.within_half(), f.within_most(),
-                          number(f.score), number(f.point_score));
-    }
-  }
-  return text;
+  return text + text_table({fmt::format("of {} recorded figures", sum.figures), "", "goal"}, lines);
 }
 
 std::string ensemble_json(const std::vector<EnsembleRow>& rows) {

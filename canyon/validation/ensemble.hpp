@@ -58,10 +58,8 @@ struct Coverage {
 };
 [[nodiscard]] Coverage coverage(const std::vector<EnsembleRow>& rows);
 
-/// Markdown: for each row what is drawn and a table of its figures, then the coverage with its goals.
-[[nodiscard]] std::string ensemble_markdown(const std::vector<EnsembleRow>& rows);
-/// One line for each recording and figure.
-[[nodiscard]] std::string ensemble_csv(const std::vector<EnsembleRow>& rows);
+/// For terminals: for each row what is drawn and a table of its figures, then the coverage with its goals.
+[[nodiscard]] std::string ensemble_text(const std::vector<EnsembleRow>& rows);
 /// The figures, the values of all draws, and the coverage.
 [[nodiscard]] std::string ensemble_json(const std::vector<EnsembleRow>& rows);
 

@@ -8,11 +8,8 @@
 #include <limits>
 #include <utility>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/options/values.hpp"
-#include "canyon/validation/epoch_interval.hpp"
 #include "canyon/validation/headlines.hpp"
 #include "canyon/validation/ranked_sample.hpp"
 #include "canyon/validation/signal_figures.hpp"
@@ -269,20 +266,6 @@ double TrackedShare::simulated_ratio() const {
   return ratio(simulated, satellites);
 }
 
-void FigureOptions::validate() const {
-  options::check(*this, "figures");
-  if (resamples > 0 && resamples < 100) {
-    throw InputError(fmt::format("resamples of the figures is {}", resamples),
-                     "give 0 for no intervals, or 100 and more");
-  }
-}
-
-void visit(options::Visitor& v, FigureOptions& o) {
-  v.number({"block_s", "s", "of time, drawn together by the bootstrap"}, o.block_s, {1, 600});
-  v.integer({"resamples", "", "of the bootstrap; 0: no intervals"}, o.resamples, 0, 100'000);
-  v.integer({"seed", "", "of the bootstrap"}, o.seed);
-}
-
 std::string path_words(const ComparedSatellite::Prediction& p) {
   return p.kind == propagation::PathKind::Reflected ? fmt::format("reflected {}", p.order)
                                                     : std::string(propagation::name(p.kind));
@@ -303,7 +286,6 @@ std::string describe_part(const Comparison& comparison, std::size_t first, std::
 
 Figures figures(const Comparison& comparison, std::size_t first, std::size_t count, const std::string& part,
                 const FigureOptions& options, std::span<const Comparison> runs) {
-  options.validate();
   assert(first + count <= comparison.epochs.size());
   Figures f = Collector(comparison, first, count, runs).figures(options);
   f.model = comparison.name;
@@ -384,7 +366,6 @@ std::vector<Headline> headlines_by_other_part(const Comparison& comparison, std:
 
 void add_intervals(std::vector<Headline>& headlines_of_all, const Comparison& comparison, std::size_t first,
                    std::size_t count, const FigureOptions& options, std::span<const Comparison> runs) {
-  options.validate();
   assert(first + count <= comparison.epochs.size());
   const auto draws =
       draws_of(std::span<const ComparedEpoch>(comparison.epochs).subspan(first, count), options);

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "canyon/options/fwd.hpp"
 #include "canyon/validation/comparison.hpp"
 #include "canyon/validation/statistics.hpp"
 
@@ -129,11 +128,7 @@ struct FigureOptions {
   double block_s = 60;
   int resamples = 500;  ///< [100, 100,000]; 0: no intervals
   std::uint64_t seed = 1;
-  /// Throws InputError naming the field and its bound.
-  void validate() const;
 };
-/// Visits its fields.
-void visit(options::Visitor& v, FigureOptions& o);
 /// Names the part of a comparison: "second half: 12:52:00 to 12:56:24 GPST, 243 epochs".
 [[nodiscard]] std::string describe_part(const Comparison& comparison, std::size_t first, std::size_t count,
                                         const std::string& name);
@@ -183,18 +178,9 @@ struct Pooled {
 /// from. `alignment_json`, an object by itself, goes under "alignment".
 [[nodiscard]] std::string to_json(const std::vector<Figures>& models,
                                   const std::optional<std::string>& alignment_json);
-/// A table for people: the first cell of a row names it, "-" stands where there is no value.
-struct FigureTable {
-  std::string title;  ///< empty: it belongs to the table before
-  std::vector<std::string> head;
-  std::vector<std::vector<std::string>> rows;
-  std::string note;  ///< a sentence; empty: none
-};
-/// Tables of one model's figures, for terminals and for the report.
-[[nodiscard]] std::vector<FigureTable> figure_tables(const Figures& figures);
-/// The tables as text for terminals.
+/// Tables of one model's figures for terminals.
 [[nodiscard]] std::string to_text(const Figures& figures);
-/// A Markdown table, one row for each model, of the figures that docs/results.md states.
-[[nodiscard]] std::string to_markdown(const std::vector<Figures>& models);
+/// One table for terminals, a row for each model, of the figures that docs/results.md states.
+[[nodiscard]] std::string models_table(const std::vector<Figures>& models);
 
 }  // namespace canyon::validation

@@ -21,6 +21,14 @@ namespace {
 using Row = TextRow;
 const std::string kNone = "-";
 
+/// The first cell of a row names it, "-" stands where there is no value.
+struct FigureTable {
+  std::string title;  ///< empty: it belongs to the table before
+  Row head;
+  std::vector<Row> rows;
+  std::string note;  ///< a sentence; empty: none
+};
+
 Json quantiles_json(const std::array<double, 5>& values, bool any) {
   Json json = Json::object();
   constexpr std::array<const char*, 5> kNames{"p5", "p25", "p50", "p75", "p95"};
@@ -390,7 +398,7 @@ std::string never_tracked_text(const Figures& f) {
   return fmt::format("never tracked above 15 deg in clear view{}:{}", f.left_out ? ", left out" : "", text);
 }
 
-std::vector<FigureTable> figure_tables(const Figures& f) {
+std::string to_text(const Figures& f) {
   std::vector<FigureTable> tables = separation_tables(f);
   tables.push_back(tracked_table("Tracked satellites above the mask", f));
   if (!f.never_tracked.empty()) tables.back().note = "Satellites " + never_tracked_text(f) + ".";
@@ -401,18 +409,15 @@ std::vector<FigureTable> figure_tables(const Figures& f) {
   tables.push_back(phase_table(f));
   for (FigureTable& table : position_tables(f)) tables.push_back(std::move(table));
   tables.push_back(segments_table(f));
-  std::erase_if(tables, [](const FigureTable& table) { return table.rows.empty() && table.note.empty(); });
-  return tables;
-}
-
-std::string to_text(const Figures& f) {
   std::string text = fmt::format("{}\n{}\n\nLOS and NLOS by the city: {} observations, {} % NLOS\n", f.model,
                                  f.part, f.los + f.nlos, share_of(f.nlos, f.los + f.nlos));
-  for (const FigureTable& table : figure_tables(f)) text += text_of(table);
+  for (const FigureTable& table : tables) {
+    if (!table.rows.empty() || !table.note.empty()) text += text_of(table);
+  }
   return text;
 }
 
-std::string to_markdown(const std::vector<Figures>& models) {
+std::string models_table(const std::vector<Figures>& models) {
   struct Column {
     std::string_view key, also = {}, title_of_both = {};
   };
@@ -429,10 +434,7 @@ std::string to_markdown(const std::vector<Figures>& models) {
                                        Column{"horizontal_p50_m"},
                                        Column{"horizontal_p95_m"}};
   const auto cell = [](std::string_view key, const Figures& f) {
-    const FigureInfo& info = *figure_info(key);
-    if (info.kind != FigureInfo::Kind::Target) return value_text(headline(info, f));
-    const Target target{&info, info.value(f, Side::Simulated)};
-    return target.value ? target.value_text() : kNone;
+    return value_text(headline(*figure_info(key), f));
   };
   TextRow head{"model"};
   std::vector<TextRow> rows;
@@ -444,7 +446,7 @@ std::string to_markdown(const std::vector<Figures>& models) {
       rows[i].push_back(cell(column.key, models[i]) + (both ? ", " + cell(column.also, models[i]) : ""));
     }
   }
-  return markdown_table(head, rows) + "\nSimulated, with measured in brackets, where both are given.\n";
+  return text_table(head, rows) + "\nSimulated, with measured in brackets, where both are given.\n";
 }
 
 }  // namespace canyon::validation

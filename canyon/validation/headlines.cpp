@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "canyon/output/number.hpp"
-
 namespace canyon::validation {
 namespace {
 
@@ -73,53 +71,32 @@ Number median_difference(const Figures& f, Side /*both*/) {
   return f.explained.empty() ? std::nullopt : f.explained.back().median_difference_m;
 }
 
-constexpr Range kSure{Of::Value, 1, 0.88};
-constexpr Range kDistance{Of::Value, 0, 0.2}, kNearDistance{Of::Value, 0, 0.15};
+constexpr Range kDistance{Of::Value, 0, 0.2};
 constexpr Range kTenth{Of::Difference, 0, 0.1};
-constexpr Range kRatio{Of::Ratio, 0.7, 1.4}, kNearRatio{Of::Ratio, 0.8, 1.25};
+constexpr Range kRatio{Of::Ratio, 0.7, 1.4};
 
-/// A row of the table, its target last.
-constexpr FigureInfo row(std::string_view key, std::string_view title, int decimals, Kind kind,
-                         FigureInfo::Value value, Range range = {}, std::string_view target = {},
-                         Range target_range = {}, int target_decimals = 3) {
-  return {key, title, decimals, kind, value, range, target, target_range, target_decimals};
-}
-
-constexpr Kind kTarget = Kind::Target, kBoth = Kind::Both, kPair = Kind::Pair, kOwn = Kind::OwnFixes;
+constexpr Kind kModel = Kind::OfModel, kBoth = Kind::Both, kPair = Kind::Pair, kOwn = Kind::OwnFixes;
 constexpr std::array kFigures{
-    row("auc_cn0", "AUC C/N0", 3, kTarget, auc<&Figures::by_cn0>, {}, "LOS and NLOS separated by C/N0, AUC",
-        kSure),
-    row("auc_error", "AUC error", 3, kTarget, auc<&Figures::by_error>, {},
-        "LOS and NLOS separated by pseudorange error, AUC", kSure),
-    row("nlos_explained", "NLOS explained", 1, kTarget, explained_share, {},
-        "Tracked NLOS observations with a modelled path", {Of::Value, 100, 80, " %"}, 1),
-    row("horizontal_p50_m", "horizontal p50 [m]", 1, kPair, horizontal<kMedian>, kRatio,
-        "Horizontal error p50, simulated over measured", kNearRatio),
-    row("horizontal_p95_m", "p95 [m]", 1, kPair, horizontal<kP95>, kRatio,
-        "Horizontal error p95, simulated over measured", kNearRatio),
-    row("tracked_los", "tracked LOS", 2, kPair, tracked<&Figures::tracked_los>, kTenth,
-        "LOS tracked ratio, simulated less measured", kTenth),
-    row("tracked_nlos", "tracked NLOS", 2, kPair, tracked<&Figures::tracked_nlos>, kTenth,
-        "NLOS tracked ratio, simulated less measured", kTenth),
-    row("cn0_los_dbhz", "C/N0 LOS [dB-Hz]", 1, kPair, middle<&Figures::cn0_los_dbhz>),
-    row("cn0_nlos_dbhz", "C/N0 NLOS [dB-Hz]", 1, kPair, middle<&Figures::cn0_nlos_dbhz>),
-    row("cn0_los_less_nlos_db", "LOS less NLOS [dB]", 1, kPair, los_less_nlos, {Of::Difference, 0, 2}),
-    row("ks_cn0_los", "KS C/N0 LOS", 2, kBoth, distance<&Figures::cn0_los_dbhz>, kDistance,
-        "LOS C/N0, KS distance", kNearDistance),
-    row("ks_cn0_nlos", "KS C/N0 NLOS", 2, kBoth, distance<&Figures::cn0_nlos_dbhz>, kDistance,
-        "NLOS C/N0, KS distance", kNearDistance),
-    row("ks_error_los", "KS error LOS", 2, kBoth, distance<&Figures::error_los_m>, kDistance,
-        "LOS pseudorange error, KS distance", kNearDistance),
-    row("ks_error_nlos", "KS error NLOS", 2, kBoth, distance<&Figures::error_nlos_m>, kDistance,
-        "NLOS pseudorange error, KS distance", kNearDistance),
-    row("satellites_used", "satellites used", 1, kPair, satellites_used, {Of::Difference, 0, 1},
-        "Mean satellites used, simulated less measured", {Of::Difference, 0, 1}, 2),
-    row("spearman", "Spearman", 2, kBoth, spearman_of, {Of::Value, 1, 0.6},
-        "NLOS, Spearman correlation of error and predicted delay", {Of::Value, 1, 0.75}),
-    row("median_difference_m", "median difference [m]", 1, kBoth, median_difference, {Of::Value, 0, 10},
-        "NLOS, median of |error - predicted delay|", {Of::Value, 0, 6, " m"}, 2),
-    row("own_fix_p50_m", "filter p50 (own fixes) [m]", 1, kOwn, own_horizontal<kMedian>),
-    row("own_fix_p95_m", "filter p95 (own fixes) [m]", 1, kOwn, own_horizontal<kP95>)};
+    FigureInfo{"auc_cn0", "AUC C/N0", 3, kModel, auc<&Figures::by_cn0>},
+    FigureInfo{"auc_error", "AUC error", 3, kModel, auc<&Figures::by_error>},
+    FigureInfo{"nlos_explained", "NLOS explained [%]", 1, kModel, explained_share},
+    FigureInfo{"horizontal_p50_m", "horizontal p50 [m]", 1, kPair, horizontal<kMedian>, kRatio},
+    FigureInfo{"horizontal_p95_m", "p95 [m]", 1, kPair, horizontal<kP95>, kRatio},
+    FigureInfo{"tracked_los", "tracked LOS", 2, kPair, tracked<&Figures::tracked_los>, kTenth},
+    FigureInfo{"tracked_nlos", "tracked NLOS", 2, kPair, tracked<&Figures::tracked_nlos>, kTenth},
+    FigureInfo{"cn0_los_dbhz", "C/N0 LOS [dB-Hz]", 1, kPair, middle<&Figures::cn0_los_dbhz>},
+    FigureInfo{"cn0_nlos_dbhz", "C/N0 NLOS [dB-Hz]", 1, kPair, middle<&Figures::cn0_nlos_dbhz>},
+    FigureInfo{"cn0_los_less_nlos_db", "LOS less NLOS [dB]", 1, kPair, los_less_nlos, {Of::Difference, 0, 2}},
+    FigureInfo{"ks_cn0_los", "KS C/N0 LOS", 2, kBoth, distance<&Figures::cn0_los_dbhz>, kDistance},
+    FigureInfo{"ks_cn0_nlos", "KS C/N0 NLOS", 2, kBoth, distance<&Figures::cn0_nlos_dbhz>, kDistance},
+    FigureInfo{"ks_error_los", "KS error LOS", 2, kBoth, distance<&Figures::error_los_m>, kDistance},
+    FigureInfo{"ks_error_nlos", "KS error NLOS", 2, kBoth, distance<&Figures::error_nlos_m>, kDistance},
+    FigureInfo{"satellites_used", "satellites used", 1, kPair, satellites_used, {Of::Difference, 0, 1}},
+    FigureInfo{"spearman", "Spearman", 2, kBoth, spearman_of, {Of::Value, 1, 0.6}},
+    FigureInfo{
+        "median_difference_m", "median difference [m]", 1, kBoth, median_difference, {Of::Value, 0, 10}},
+    FigureInfo{"own_fix_p50_m", "filter p50 (own fixes) [m]", 1, kOwn, own_horizontal<kMedian>},
+    FigureInfo{"own_fix_p95_m", "filter p95 (own fixes) [m]", 1, kOwn, own_horizontal<kP95>}};
 
 /// Both numbers of a headline as `show` writes one.
 template <typename Value, typename Show>
@@ -178,7 +155,7 @@ Headline headline(const FigureInfo& info, const Figures& f) {
 std::vector<Headline> headlines(const Figures& f) {
   std::vector<Headline> result;
   for (const FigureInfo& info : kFigures) {
-    const bool shown = info.kind != Kind::Target && (info.kind != Kind::OwnFixes || f.own_fixes);
+    const bool shown = info.kind != Kind::OfModel && (info.kind != Kind::OwnFixes || f.own_fixes);
     if (shown) result.push_back(headline(info, f));
   }
   return result;
@@ -199,21 +176,6 @@ std::string interval_text(const Headline& h) {
   return pair_text(h, h.measured_interval, h.simulated_interval, [&h](const Interval& i) {
     return fmt::format("{:.{}f} to {:.{}f}", i.low, h.decimals, i.high, h.decimals);
   });
-}
-
-std::string Target::value_text() const {
-  if (!value) return "no value";
-  return output::fixed(*value, info->target_decimals) + std::string(info->target_range.unit);
-}
-
-std::vector<Target> targets(const Figures& f) {
-  std::vector<Target> result;
-  for (const FigureInfo& info : kFigures) {
-    if (info.target.empty()) continue;
-    result.push_back(
-        {&info, info.target_range.compared(info.value(f, Side::Measured), info.value(f, Side::Simulated))});
-  }
-  return result;
 }
 
 }  // namespace canyon::validation

@@ -8,8 +8,8 @@
 
 #include "canyon/validation/figures.hpp"
 
-// The figures that stand for a recording: one table has their names, values, ranges and targets. Tables of
-// recordings and models, the score card and the report read it.
+// The figures that stand for a recording: one table has their names, values and ranges. Tables of recordings
+// and models and the score card read it.
 
 namespace canyon::validation {
 
@@ -36,11 +36,14 @@ struct Range {
 
 enum class Side { Measured, Simulated };
 
-/// A figure and what it is compared with: the score card's range, the report's target (docs/results.md).
+/// A figure, and the range that the score card compares it with (docs/results.md).
 struct FigureInfo {
-  /// A figure of a target alone; of measured and simulated together, such as a distance; one for each; one
-  /// for each in recordings that have fixes of their own.
-  enum class Kind { Target, Both, Pair, OwnFixes };
+  enum class Kind {
+    OfModel,  ///< stands in the table of models alone, and has no headline
+    Both,     ///< one value of measured and simulated together, such as a distance
+    Pair,     ///< one value of the measured, one of the simulated
+    OwnFixes  ///< as Pair, in recordings that have fixes of their own
+  };
   using Value = std::optional<double> (*)(const Figures& figures, Side side);
 
   std::string_view key, title;
@@ -48,9 +51,6 @@ struct FigureInfo {
   Kind kind = Kind::Both;
   Value value = nullptr;
   Range range = {};
-  std::string_view target = {};  ///< its name; empty: none
-  Range target_range = {};
-  int target_decimals = 3;
 };
 /// All, in the order of tables.
 [[nodiscard]] std::span<const FigureInfo> figure_infos();
@@ -89,19 +89,5 @@ void add_intervals(std::vector<Headline>& headlines_of_all, const Comparison& co
 /// 9.2)".
 [[nodiscard]] std::string value_text(const Headline& headline);
 [[nodiscard]] std::string interval_text(const Headline& headline);
-
-/// A figure that a simulation of a recorded drive should reach, and what it reached.
-struct Target {
-  const FigureInfo* info = nullptr;
-  std::optional<double> value;  ///< empty: the recording or the model gives none
-
-  [[nodiscard]] bool reached() const { return value && is_within(info->target_range.distance(*value)); }
-  /// "at least 0.88", "at most 6 m".
-  [[nodiscard]] std::string wanted() const { return info->target_range.text(); }
-  /// "0.912", "83.1 %"; "no value".
-  [[nodiscard]] std::string value_text() const;
-};
-/// All targets, in the order of reports.
-[[nodiscard]] std::vector<Target> targets(const Figures& figures);
 
 }  // namespace canyon::validation

@@ -6,10 +6,8 @@
 #include <cassert>
 #include <cmath>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/errors/atmosphere.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/options/values.hpp"
 #include "canyon/positioning/fix.hpp"
 #include "canyon/validation/statistics.hpp"
 
@@ -44,25 +42,6 @@ Eigen::Vector3d antenna_ecef(const simulation::Pose& pose, const Eigen::Vector3d
 
 }  // namespace
 
-void ResidualOptions::validate() const {
-  if (!lever_arm_m.allFinite() || lever_arm_m.norm() > 100) {
-    throw InputError("lever_arm_m: is not finite or longer than 100 m", "give forward, left, up in metres");
-  }
-  options::check(*this, "residuals");
-}
-
-void visit(options::Visitor& v, ResidualOptions& o) {
-  v.boolean({"ionosphere", "", "corrected by the broadcast model"}, o.ionosphere);
-  v.boolean({"troposphere", "", "corrected by Saastamoinen's"}, o.troposphere);
-  v.angle({"elevation_mask_deg", "deg", "satellites below are left out"}, o.elevation_mask_rad,
-          {0, 90, false, true});
-  v.section("lever_arm", [&] {
-    v.number({"forward_m", "m", "antenna from the true positions"}, o.lever_arm_m.x(), {-100, 100});
-    v.number({"left_m", "m", "antenna to the left of that point"}, o.lever_arm_m.y(), {-100, 100});
-    v.number({"up_m", "m", "antenna above that point"}, o.lever_arm_m.z(), {-100, 100});
-  });
-}
-
 std::vector<std::string> PseudorangeResiduals::warnings() const {
   std::vector<std::string> lines;
   const auto count = [&lines](std::size_t n, const char* what) {
@@ -70,7 +49,7 @@ std::vector<std::string> PseudorangeResiduals::warnings() const {
   };
   count(epochs_outside_truth, "epochs outside the truth's span, or in a pause of it, left out");
   count(without_pseudorange, "signals without a pseudorange left out");
-  count(below_mask, "pseudoranges of satellites below the mask left out");
+  count(below_horizon, "pseudoranges of satellites below the horizon left out");
   for (const auto& [id, n] : without_ephemeris) {
     lines.push_back(
         fmt::format("{} pseudoranges of {} left out: no valid ephemeris", n, gnss::to_string(id)));
@@ -82,7 +61,6 @@ PseudorangeResiduals pseudorange_residuals(std::span<const rinex::ObservationEpo
                                            const simulation::Trajectory& truth, const orbit::Sky& sky,
                                            const std::map<System, gnss::Klobuchar>& klobuchar,
                                            const ResidualOptions& options) {
-  options.validate();
   PseudorangeResiduals result;
   std::vector<Sent> sent;
   std::vector<PseudorangeResidual> row, further;
@@ -141,16 +119,14 @@ PseudorangeResiduals pseudorange_residuals(std::span<const rinex::ObservationEpo
         o.epoch = result.epochs.size();
         o.id = s.observed->id;
         o.signal = s.signal;
-        o.code = s.observed->code;
         o.pseudorange_m = *s.observed->pseudorange_m;
         o.lost_lock = (s.observed->loss_of_lock & 1U) != 0 || recorded.power_failure;
         o.cn0_dbhz = s.observed->cn0_dbhz;
-        o.cn0_from_indicator = s.observed->cn0_from_indicator;
         o.direction_ecef = line / range;
         const auto look = geodesy::azimuth_elevation_from_enu(enu_from_ecef * o.direction_ecef);
         o.azimuth_rad = look.azimuth_rad;
         o.elevation_rad = look.elevation_rad;
-        if (o.elevation_rad <= 0 || o.elevation_rad < options.elevation_mask_rad) {
+        if (o.elevation_rad <= 0) {
           ++low;
           continue;
         }
@@ -189,7 +165,7 @@ PseudorangeResiduals pseudorange_residuals(std::span<const rinex::ObservationEpo
       continue;
     }
     result.without_pseudorange += missing;
-    result.below_mask += low;
+    result.below_horizon += low;
     for (const gnss::SatelliteId id : unknown) ++result.without_ephemeris[id];
     if (row.empty()) continue;
     epoch.count = row.size();

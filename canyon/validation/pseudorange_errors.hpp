@@ -1,13 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
 #include <optional>
-#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -15,7 +13,6 @@
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/gnss/navigation_data.hpp"
-#include "canyon/options/fwd.hpp"
 #include "canyon/orbit/sky.hpp"
 #include "canyon/rinex/observation_reader.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
@@ -35,7 +32,6 @@ struct PseudorangeResidual {
   std::size_t epoch = 0;  ///< index into PseudorangeResiduals::epochs
   gnss::SatelliteId id;
   const gnss::Signal* signal = nullptr;  ///< of gnss::signals_of()
-  std::array<char, 3> code{};            ///< as ObservedSignal has it
   double pseudorange_m = 0;              ///< as recorded
   double residual_m = 0;                 ///< c b + isb + error
   /// Carrier phase [m] less the same, which the ionosphere advances: c b + isb + ambiguity + error.
@@ -43,7 +39,6 @@ struct PseudorangeResidual {
   /// The receiver says that lock was lost since the epoch before (loss-of-lock indicator, power failure).
   bool lost_lock = false;
   std::optional<double> cn0_dbhz;
-  bool cn0_from_indicator = false;
   double azimuth_rad = 0;    ///< of the satellite at the antenna, from north, clockwise, [0, 2 pi)
   double elevation_rad = 0;  ///< above 0
   Eigen::Vector3d direction_ecef = Eigen::Vector3d::Zero();  ///< unit, antenna to satellite
@@ -70,7 +65,7 @@ struct PseudorangeResiduals {
   // Observations that were left out:
   std::size_t epochs_outside_truth = 0;
   std::size_t without_pseudorange = 0;
-  std::size_t below_mask = 0;
+  std::size_t below_horizon = 0;
   std::map<gnss::SatelliteId, std::size_t> without_ephemeris;
 
   [[nodiscard]] std::span<const PseudorangeResidual> of(const ResidualEpoch& epoch) const {
@@ -83,22 +78,16 @@ struct PseudorangeResiduals {
 struct ResidualOptions {
   bool ionosphere = true;   ///< corrects by the broadcast model (errors::klobuchar_delay_m)
   bool troposphere = true;  ///< corrects by errors::saastamoinen_delay_m
-  /// Satellites below are left out [rad]. [0, pi/2).
-  double elevation_mask_rad = 0;
   /// The antenna's phase centre from the point whose truth is given: forward, left, up [m], by the truth's
   /// yaw. A RINEX antenna height over a mark goes into the third.
   Eigen::Vector3d lever_arm_m = Eigen::Vector3d::Zero();
-  /// Throws InputError naming the field and its bound.
-  void validate() const;
 };
-/// Visits its fields.
-void visit(options::Visitor& v, ResidualOptions& o);
 
 /// Step one. Satellites are taken at the transmit time that tag and pseudorange give, so that clock bias,
 /// steering and millisecond jumps of the receiver do not matter; truth is taken at the true reception time,
 /// the tag less the epoch's median clock. Against the fix of `positioning::solve_fix` on Canyon's own
 /// pseudoranges: within 0.01 mm. Epochs whose reception is outside the truth's span are left out, as are
-/// pseudoranges that are missing, below the mask, or without a valid ephemeris.
+/// pseudoranges that are missing, below the horizon, or without a valid ephemeris.
 /// @param klobuchar of the navigation files; a system without its own takes GPS's. Throws InputError where
 /// ionosphere is asked for and neither is there.
 [[nodiscard]] PseudorangeResiduals pseudorange_residuals(
@@ -129,18 +118,13 @@ struct ClockOptions {
   /// Farther than this from the median of their epoch [m], pseudoranges are no measurements (a wrong
   /// millisecond is 299,792 m): marked gross, not used for the clock. [1000, 100,000].
   double gross_m = 10'000;
-  /// Throws InputError naming the field and its bound.
-  void validate() const;
 };
-/// Visits its fields.
-void visit(options::Visitor& v, ClockOptions& o);
 
 struct PseudorangeError {
   /// Pseudorange error [m]: residual less clock and inter-system bias. Positive: measured too long.
   double error_m = 0;
-  bool clear = false;        ///< by ClearView
-  bool gross = false;        ///< ClockOptions::gross_m
-  bool tells_clock = false;  ///< was among those that the epoch's clock is estimated from
+  bool clear = false;  ///< by ClearView
+  bool gross = false;  ///< ClockOptions::gross_m
 };
 
 enum class ClockSource : std::uint8_t {
@@ -150,13 +134,9 @@ enum class ClockSource : std::uint8_t {
 };
 
 struct EpochClock {
-  double bias_m = 0;   ///< c times the receiver's time tag minus GPS time, of the reference system
-  double sigma_m = 0;  ///< standard error from weights and the run's scatter; 0 for None
+  double bias_m = 0;  ///< c times the receiver's time tag minus GPS time, of the reference system
   ClockSource source = ClockSource::None;
   int clear = 0;  ///< satellites in clear view that it can be estimated from
-  /// Differs from the epoch before by a whole number of milliseconds, not 0, beside the run's median drift,
-  /// within 0.02 ms: the receiver steered its clock.
-  bool millisecond_jump = false;
 };
 
 struct PseudorangeErrors {
@@ -165,10 +145,6 @@ struct PseudorangeErrors {
   gnss::System reference =
       gnss::System::GPS;  ///< whose bias is 0: the one with most satellites in clear view
   std::map<gnss::System, double> inter_system_bias_m;  ///< of all systems observed
-  /// Systems whose bias comes from satellites that are not in clear view, never having been in clear view
-  /// beside another's.
-  std::set<gnss::System> weak_bias;
-  double drift_mps = 0;  ///< median rate of the clock, times c [m/s]
   double scatter = 0;  ///< robust deviation of clear errors over what the weights' variance says (1.4826 MAD)
 };
 

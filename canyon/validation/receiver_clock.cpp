@@ -9,8 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/options/values.hpp"
 #include "canyon/positioning/positioning_options.hpp"
 #include "canyon/validation/pseudorange_errors.hpp"
 #include "canyon/validation/statistics.hpp"
@@ -18,7 +16,6 @@
 namespace canyon::validation {
 namespace {
 
-using geodesy::kSpeedOfLight;
 using gnss::kSystemCount;
 using gnss::System;
 
@@ -63,7 +60,6 @@ class ClockEstimator {
     converge();
     add_weak_systems();
     for (std::size_t e = 0; e < clock_.size(); ++e) finish(e);
-    mark_jumps();
     return std::move(result_);
   }
 
@@ -293,7 +289,6 @@ class ClockEstimator {
     known_ = linked_;
     for (std::size_t s = 0; s < kSystemCount; ++s) {
       if (!observed_[s] || linked_[s]) continue;
-      result_.weak_bias.insert(static_cast<System>(s));
       for (const bool only_clear : {true, false}) {
         std::vector<double> values;
         for (std::size_t e = 0; e < clock_.size(); ++e) {
@@ -321,51 +316,23 @@ class ClockEstimator {
   void finish(std::size_t e) {
     EpochClock& clock = result_.clocks[e];
     clock.source = clock.clear >= options_.min_clear ? ClockSource::Clear : ClockSource::All;
-    auto chosen = [&](std::size_t i) { return trusted(e, i); };
-    double w = robust_clock(e, chosen);
-    bool any_system = false;
+    double w = robust_clock(e, [&](std::size_t i) { return trusted(e, i); });
     if (w == 0) {
       // Nothing but systems that never met the others: among themselves their errors still compare.
-      any_system = true;
       w = robust_clock(e, [&](std::size_t i) { return usable(i); });
       clock.source = ClockSource::All;
     }
     if (w == 0) {
       clock.source = ClockSource::None;
       (void)median_clock(e, [](std::size_t) { return true; });
-    } else {
-      clock.sigma_m = std::max(result_.scatter, kSmallestScatter) / std::sqrt(w);
     }
     clock.bias_m = origin_[e] + clock_[e];
     each(e, [&](std::size_t i) {
       PseudorangeError& error = result_.observations[i];
       error.error_m = reduced(i) - clock_[e];
-      error.tells_clock = w != 0 && (any_system ? usable(i) : chosen(i));
       const System system = observation(i).id.system;
       result_.inter_system_bias_m[system] = bias_[index(system)];
     });
-  }
-
-  void mark_jumps() {
-    constexpr double kMillisecond_m = kSpeedOfLight * 1e-3;
-    // Steering is in whole milliseconds; the rest of a jump is noise and changes of the drift.
-    constexpr double kSlack = 0.02;
-    // Most epochs have no jump: their median is the drift.
-    std::vector<double> rates;
-    const auto step_s = [this](std::size_t e) {
-      return residuals_.epochs[e].receiver_time - residuals_.epochs[e - 1].receiver_time;
-    };
-    for (std::size_t e = 1; e < clock_.size(); ++e) {
-      if (step_s(e) > 0)
-        rates.push_back((result_.clocks[e].bias_m - result_.clocks[e - 1].bias_m) / step_s(e));
-    }
-    result_.drift_mps = median(rates).value_or(0);
-    for (std::size_t e = 1; e < clock_.size(); ++e) {
-      const double change = result_.clocks[e].bias_m - result_.clocks[e - 1].bias_m;
-      const double jump = (change - result_.drift_mps * step_s(e)) / kMillisecond_m;
-      result_.clocks[e].millisecond_jump =
-          std::round(jump) != 0 && std::abs(jump - std::round(jump)) < kSlack;
-    }
   }
 
   const PseudorangeResiduals& residuals_;
@@ -382,26 +349,8 @@ class ClockEstimator {
 
 }  // namespace
 
-void ClockOptions::validate() const {
-  options::check(*this, "clock's estimate");
-}
-
-void visit(options::Visitor& v, ClockOptions& o) {
-  v.integer({"min_clear", "satellites", "fewer in clear view: the clock is taken from all"}, o.min_clear, 1,
-            50);
-  v.angle({"elevation_mask_deg", "deg", "satellites below are not used for the clock"}, o.elevation_mask_rad,
-          {0, 90, false, true});
-  v.number({"variance_floor_m2", "m^2", "variance that no C/N0 lowers"}, o.variance_floor_m2, {1e-6, 1e6});
-  v.number({"variance_scale_m2_hz", "m^2 Hz", "times 10^(-C/N0 / 10)"}, o.variance_scale_m2_hz, {0, 1e9});
-  v.number({"huber", "", "residuals beyond this number of standard deviations weigh less"}, o.huber,
-           {0.5, 10});
-  v.number({"gross_m", "m", "a value farther from the epoch's median is not a measurement"}, o.gross_m,
-           {1e3, 1e5});
-}
-
 PseudorangeErrors remove_receiver_clock(const PseudorangeResiduals& residuals, const ClearView& clear_view,
                                         const ClockOptions& options) {
-  options.validate();
   return ClockEstimator(residuals, clear_view, options).estimate();
 }
 

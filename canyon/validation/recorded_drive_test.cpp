@@ -206,20 +206,19 @@ DriveFigures report(const char* name, const Drive& drive, const DriveRays& rays,
   const PseudorangeErrors errors = remove_receiver_clock(drive.residuals, rays.clear_view(), options);
   const std::vector<Judged> all = judge(drive, rays, errors);
   DriveFigures f = figures(all);
-  std::size_t by_clear = 0, jumps = 0;
+  std::size_t by_clear = 0;
   std::vector<double> bends;
   for (std::size_t e = 0; e < errors.clocks.size(); ++e) {
     by_clear += errors.clocks[e].source == ClockSource::Clear ? 1 : 0;
-    jumps += errors.clocks[e].millisecond_jump ? 1 : 0;
     if (e < 2) continue;
     const double bend =
         errors.clocks[e].bias_m - 2 * errors.clocks[e - 1].bias_m + errors.clocks[e - 2].bias_m;
     if (std::abs(bend) < 1e4) bends.push_back(std::abs(bend));  // no jump
   }
   std::printf(
-      "%s: %zu epochs, clock by clear view in %zu (min_clear %d), %zu millisecond jumps, drift %.1f m/s, "
-      "noise of the clock by second differences %.2f m, scatter %.2f\n",
-      name, errors.clocks.size(), by_clear, options.min_clear, jumps, errors.drift_mps,
+      "%s: %zu epochs, clock by clear view in %zu (min_clear %d), noise of the clock by second differences "
+      "%.2f m, scatter %.2f\n",
+      name, errors.clocks.size(), by_clear, options.min_clear,
       1.4826 * median(bends).value() / std::sqrt(6.0), errors.scatter);
   for (const auto& [system, bias] : errors.inter_system_bias_m) {
     if (system != errors.reference)

@@ -33,7 +33,7 @@ options::Document document_of(const std::filesystem::path& path) {
 
 void visit(options::Visitor& v, ListedRecording& r) {
   for (const std::string_view key : {"name", "scenario", "obs"}) v.require(key, kOneNeeded);
-  v.text({"name", "", "names it in tables, and the folder of its report"}, r.name);
+  v.text({"name", "", "names it in tables, and the folder of its view"}, r.name);
   if (v.reads()) options::check_folder_name(v, "name", r.name);
   v.text({"class", "", "of its receiver: recordings of one class are pooled", "none"}, r.receiver_class);
   v.file({"scenario", "", "city, sky and first receiver"}, r.scenario);

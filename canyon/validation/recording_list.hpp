@@ -11,7 +11,7 @@ namespace canyon::validation {
 
 /// One recording of a list, and what it is compared with.
 struct ListedRecording {
-  std::string name;  ///< names it in tables, and the folder of its report
+  std::string name;  ///< names it in tables, and the folder of its view
   /// Recordings of one class are pooled; empty: with none.
   std::string receiver_class;
   std::optional<std::filesystem::path> scenario, obs;  ///< given, as files that are there

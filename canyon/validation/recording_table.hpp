@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,7 +18,6 @@ struct RecordingRow {
   std::string receiver_class;  ///< may be empty
   std::vector<Headline> headlines;
   // A recording has:
-  std::string report;         ///< address of its own report; empty: it has none
   std::string part;           ///< Figures::part
   std::string never_tracked;  ///< never_tracked_text()
   std::string figures_json;   ///< to_json() of its models, alone
@@ -29,9 +31,46 @@ struct RecordingRow {
 /// One line of what a row is of: "tst (mass market): second half: ... 242 epochs; never tracked ...".
 [[nodiscard]] std::string description_of(const RecordingRow& row);
 
-/// A Markdown table: a line for each row and one for its intervals, and below what belongs to each recording.
-[[nodiscard]] std::string to_markdown(const std::vector<RecordingRow>& rows);
+/// A table for terminals: a line for each row and one for its intervals, and below what belongs to each
+/// recording.
+[[nodiscard]] std::string to_text(const std::vector<RecordingRow>& rows);
 /// An object: "recordings", an array of their to_json() with "name", "class" and "headlines", and "classes".
 [[nodiscard]] std::string to_json(const std::vector<RecordingRow>& rows);
+
+// Which figures of a simulated receiver lie within their range of the recorded ones.
+
+/// Whether a headline lies in its range, which docs/results.md has for twelve of them: tracked shares within
+/// 0.1 of the recorded ones, LOS less NLOS within 2 dB, the four Kolmogorov-Smirnov distances at most 0.2,
+/// satellites used within 1, Spearman at least 0.6, median difference at most 10 m, p50 and p95 of fixes 0.7
+/// to 1.4 of the recorded ones. Empty for others, and where a value is missing.
+[[nodiscard]] std::optional<bool> within_range(const Headline& headline);
+/// Distance of a headline from a perfect simulation, in units of its range: within it from -1 to 1. Signed
+/// for differences and ratios (of their logarithm), for others from 0. Empty as within_range().
+[[nodiscard]] std::optional<double> range_distance(const Headline& headline);
+
+struct Score {
+  std::size_t within = 0, of = 0;  ///< headlines in their range, and that have one
+
+  Score& operator+=(const Score& other) {
+    within += other.within;
+    of += other.of;
+    return *this;
+  }
+};
+[[nodiscard]] Score score_of(const std::vector<Headline>& headlines);
+
+/// The same recordings simulated by several seeds.
+struct SeedRows {
+  std::uint64_t seed = 0;
+  std::vector<RecordingRow> rows;
+};
+/// A table for terminals: a line for each seed, a column for each recording with how many figures lie within
+/// their ranges, and one of all; the mean of all seeds below.
+[[nodiscard]] std::string seed_scores(const std::vector<SeedRows>& seeds);
+
+/// A table for terminals: a line for each figure with a range, a column for each recording (pooled rows are
+/// left out) with the simulated value, the recorded one in brackets, the 95 % interval of the simulated one
+/// where there is one, and yes or no; then how many of each and of all.
+[[nodiscard]] std::string score_card(const std::vector<RecordingRow>& rows);
 
 }  // namespace canyon::validation

@@ -1,11 +1,11 @@
-#include "canyon/validation/segments.hpp"
-
+// Declared in canyon/validation/comparison.hpp.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
+#include "canyon/validation/comparison.hpp"
 
 namespace canyon::validation {
 namespace {

@@ -10,7 +10,7 @@
 #include "canyon/gnss/signals.hpp"
 #include "canyon/positioning/least_squares.hpp"
 #include "canyon/positioning/positioning_options.hpp"
-#include "canyon/validation/epoch_interval.hpp"
+#include "canyon/validation/ranked_sample.hpp"
 #include "canyon/validation/statistics.hpp"
 
 namespace canyon::validation {

@@ -5,7 +5,6 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/calibration/calibrate.hpp"
-#include "canyon/calibration/open_facades.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
 #include "canyon/validation/alignment.hpp"
 #include "canyon/validation/figures.hpp"

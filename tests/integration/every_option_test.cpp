@@ -4,7 +4,6 @@
 #include "canyon/buildings/sources/overpass.hpp"
 #include "canyon/disturbance/faults/receiver_faults.hpp"
 #include "canyon/disturbance/faults/satellite_faults.hpp"
-#include "canyon/heatmap/pictures/map_pictures.hpp"
 #include "canyon/io.hpp"
 #include "canyon/options/read.hpp"
 #include "canyon/options/values.hpp"
@@ -28,16 +27,14 @@ using Lists = ::testing::Types<
     city::FacadeOptions, city::GazeboOptions, city::MeshImportOptions, city::SyntheticCityOptions,
     disturbance::AntennaFaultOptions, disturbance::DateOptions, disturbance::EphemerisOptions,
     disturbance::OscillatorOptions, disturbance::OutageOptions, disturbance::RestartOptions,
-    disturbance::ScintillationOptions, disturbance::ShadowingOptions, drawing::CityPictureOptions,
-    drawing::SkySheet, drawing::SkyplotOptions, heatmap::DrawOptions, heatmap::Grid,
-    heatmap::MapPictureOptions, heatmap::RouteOptions, positioning::FixOptions,
-    positioning::PositionFilterOptions, positioning::RaimOptions, positioning::WeightOptions,
-    propagation::DiffractionOptions, propagation::DiffuseOptions, propagation::EdgeOptions,
-    propagation::PropagationOptions, receiver::NoiseOptions, receiver::ReceiverOptions,
-    signal::LinkBudgetOptions, signal::StrengthOptions, tracking::ClockOptions, tracking::DllOptions,
-    tracking::FllOptions, tracking::OuOptions, tracking::PllOptions, tracking::SignalLockOptions,
-    tracking::SignalOptions, validation::AlignOptions, validation::ClockOptions, validation::FigureOptions,
-    validation::ResidualOptions>;
+    disturbance::ScintillationOptions, disturbance::ShadowingOptions, drawing::SkySheet,
+    drawing::SkyplotOptions, heatmap::DrawOptions, heatmap::Grid, heatmap::RouteOptions,
+    positioning::FixOptions, positioning::PositionFilterOptions, positioning::RaimOptions,
+    positioning::WeightOptions, propagation::DiffractionOptions, propagation::DiffuseOptions,
+    propagation::EdgeOptions, propagation::PropagationOptions, receiver::NoiseOptions,
+    receiver::ReceiverOptions, signal::LinkBudgetOptions, signal::StrengthOptions, tracking::ClockOptions,
+    tracking::DllOptions, tracking::FllOptions, tracking::OuOptions, tracking::PllOptions,
+    tracking::SignalLockOptions, tracking::SignalOptions, validation::AlignOptions>;
 TYPED_TEST_SUITE(EveryOption, Lists);
 
 TYPED_TEST(EveryOption, IsRefusedOutsideItsRangeAndToldApart) {

@@ -214,7 +214,7 @@ test('antennas can be put in a validation whose scenario is given', { skip }, as
   await writeFile(join(folder, 'truth.csv'), `${truth.join('\n')}\n`);
   const report = join(folder, 'report');
   execFileSync(program, ['validate', scenario, '--obs', join(folder, 'receiver.obs'), '--truth', join(folder, 'truth.csv'), '--format', 'urbannav',
-    '--no-atmosphere', '--report', report, '--view', '--quiet'], { stdio: 'inherit' });
+    '--no-atmosphere', '--view', report, '--quiet'], { stdio: 'inherit' });
   const other = join(folder, 'other.yaml');
   await writeFile(other, drive.replace('seed: 7', 'seed: 8'));
   assert.match(await Running.refused(['view', report, '--city', other]), /shows a validation in another city than the scenario's/);

@@ -8,46 +8,24 @@
 
 namespace canyon::drawing {
 
-namespace {
-
-const TextStyle kAxisText{.size = 10.5, .colour = kFaintInk, .align = Align::Centre, .level = Level::Top};
-
-}  // namespace
-
-void draw_east_ticks(Canvas& canvas, const Rect& area, const city::Box& extent, int count) {
-  for (const double east : linear_ticks(extent.min.x(), extent.max.x(), count)) {
+void draw_frame_ticks(Canvas& canvas, const Rect& area, const city::Box& extent) {
+  const TextStyle below{.size = 10.5, .colour = kFaintInk, .align = Align::Centre, .level = Level::Top};
+  TextStyle beside = below, upright = below;
+  beside.align = Align::Right;
+  beside.level = Level::Middle;
+  upright.angle_rad = -0.5 * geodesy::kPi;
+  for (const double east : linear_ticks(extent.min.x(), extent.max.x(), 8)) {
     const double x = map_point(area, extent, {east, extent.min.y()}).x;
     canvas.segments({{{x, area.bottom()}, {x, area.bottom() + 4}}}, {kFaintInk, 0.8});
-    canvas.text({x, area.bottom() + 8}, fmt::format("{:.0f}", east), kAxisText);
+    canvas.text({x, area.bottom() + 8}, fmt::format("{:.0f}", east), below);
   }
-}
-
-void draw_north_ticks(Canvas& canvas, const Rect& area, const city::Box& extent, int count) {
-  TextStyle right = kAxisText;
-  right.align = Align::Right;
-  right.level = Level::Middle;
-  for (const double north : linear_ticks(extent.min.y(), extent.max.y(), count)) {
+  for (const double north : linear_ticks(extent.min.y(), extent.max.y(), 7)) {
     const double y = map_point(area, extent, {extent.min.x(), north}).y;
     canvas.segments({{{area.x - 4, y}, {area.x, y}}}, {kFaintInk, 0.8});
-    canvas.text({area.x - 7, y}, fmt::format("{:.0f}", north), right);
+    canvas.text({area.x - 7, y}, fmt::format("{:.0f}", north), beside);
   }
-}
-
-void name_east_axis(Canvas& canvas, const Rect& area, double below) {
-  canvas.text({area.centre().x, area.bottom() + below}, "east of the city's origin [m]", kAxisText);
-}
-
-void name_north_axis(Canvas& canvas, const Rect& area, double beside) {
-  TextStyle upright = kAxisText;
-  upright.angle_rad = -0.5 * geodesy::kPi;
-  canvas.text({area.x - beside, area.centre().y}, "north of the city's origin [m]", upright);
-}
-
-void draw_frame_ticks(Canvas& canvas, const Rect& area, const city::Box& extent) {
-  draw_east_ticks(canvas, area, extent, 8);
-  draw_north_ticks(canvas, area, extent, 7);
-  name_east_axis(canvas, area, 26);
-  name_north_axis(canvas, area, 48);
+  canvas.text({area.centre().x, area.bottom() + 26}, "east of the city's origin [m]", below);
+  canvas.text({area.x - 48, area.centre().y}, "north of the city's origin [m]", upright);
 }
 
 void draw_scale_bar(Canvas& canvas, const Rect& area, const city::Box& extent) {

@@ -11,13 +11,7 @@
 
 namespace canyon::drawing {
 
-/// Draws about `count` ticks below the area, or to its left, with their labels.
-void draw_east_ticks(Canvas& canvas, const Rect& area, const city::Box& extent, int count);
-void draw_north_ticks(Canvas& canvas, const Rect& area, const city::Box& extent, int count);
-/// The axis' name, so far from the area.
-void name_east_axis(Canvas& canvas, const Rect& area, double below);
-void name_north_axis(Canvas& canvas, const Rect& area, double beside);
-/// All of these.
+/// Draws ticks below the area and to its left, with their labels and the axes' names.
 void draw_frame_ticks(Canvas& canvas, const Rect& area, const city::Box& extent);
 
 /// A bar of a round length, at the area's lower left.

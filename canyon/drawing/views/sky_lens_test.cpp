@@ -1,4 +1,4 @@
-#include "canyon/drawing/views/sky_lens.hpp"
+#include "canyon/drawing/views/sky_render.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "canyon/drawing/canvas.hpp"
-#include "canyon/drawing/views/sky_lens.hpp"
 #include "canyon/drawing/views/sky_picture.hpp"
+#include "canyon/drawing/views/sky_render.hpp"
 
 // Draws marks, names and tracks on pictures of the sky. Sizes in units of a sheet 990 wide.
 
@@ -13,8 +13,8 @@ namespace canyon::drawing {
 
 inline constexpr Colour kSkySilhouette = rgb(0xC9CCD1);
 
-/// Fills the parts of the sky that surroundings hide. @param turn_rad added to the mask's azimuths
-void draw_sky_mask(Canvas& canvas, const SkyLens& lens, const SkyMask& mask, double turn_rad = 0);
+/// Fills the parts of the sky that surroundings hide.
+void draw_sky_mask(Canvas& canvas, const SkyLens& lens, const SkyMask& mask);
 /// Horizon, circles of elevation, lines of azimuth with their names beyond the rim; the elevation mask [rad]
 /// as a dashed circle unless 0.
 void draw_sky_grid(Canvas& canvas, const SkyLens& lens, double elevation_mask_rad);

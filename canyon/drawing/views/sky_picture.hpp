@@ -7,8 +7,8 @@
 
 #include "canyon/city/fwd.hpp"
 #include "canyon/drawing/canvas.hpp"
-#include "canyon/drawing/views/sky_lens.hpp"
 #include "canyon/drawing/views/sky_mask.hpp"
+#include "canyon/drawing/views/sky_render.hpp"
 #include "canyon/options/fwd.hpp"
 #include "canyon/propagation/paths.hpp"
 #include "canyon/raytrace/ray_scene.hpp"

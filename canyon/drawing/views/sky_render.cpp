@@ -1,19 +1,93 @@
 #include "canyon/drawing/views/sky_render.hpp"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "canyon/city/city.hpp"
-#include "canyon/drawing/light.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
 
 namespace canyon::drawing {
+
 namespace {
 
 using Eigen::Vector3d;
+
+/// Linear light by colour; may be above 1 until it is made a pixel.
+struct Light {
+  float r = 0, g = 0, b = 0;
+
+  Light& operator+=(const Light& o) {
+    r += o.r;
+    g += o.g;
+    b += o.b;
+    return *this;
+  }
+};
+
+Light operator*(const Light& l, double s) {
+  const auto f = static_cast<float>(s);
+  return {l.r * f, l.g * f, l.b * f};
+}
+
+/// The mean of two lights with the weights 1 - t and t, t in [0, 1].
+Light mix(const Light& from, const Light& to, double t) {
+  Light sum = from * (1 - t);
+  sum += to * t;
+  return sum;
+}
+
+/// sRGB (IEC 61966-2-1) to linear light.
+Light linear(const Colour& c) {
+  const auto decode = [](double v) {
+    return static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
+  };
+  return {decode(c.r), decode(c.g), decode(c.b)};
+}
+
+/// Linear light to an sRGB pixel 0xRRGGBB, clamped.
+std::uint32_t pixel_of(const Light& l) {
+  const auto encode = [](float v) {
+    const float x = std::clamp(v, 0.0F, 1.0F);
+    const float s = x <= 0.0031308F ? 12.92F * x : 1.055F * std::pow(x, 1 / 2.4F) - 0.055F;
+    return static_cast<std::uint32_t>(std::lround(255 * s));
+  };
+  return encode(l.r) << 16U | encode(l.g) << 8U | encode(l.b);
+}
+
+/// Sub-pixel places, one in each row and column of an 8 x 8 lattice (n-rooks): near-level edges come out as
+/// smooth as near-upright ones.
+constexpr std::array<std::array<double, 2>, 8> kRooks{{{0.0625, 0.4375},
+                                                       {0.1875, 0.8125},
+                                                       {0.3125, 0.1875},
+                                                       {0.4375, 0.6875},
+                                                       {0.5625, 0.0625},
+                                                       {0.6875, 0.5625},
+                                                       {0.8125, 0.9375},
+                                                       {0.9375, 0.3125}}};
+
+/// Calls work(row) for each of `rows` rows of pixels, on all cores.
+void for_rows(int rows, const std::function<void(int)>& work) {
+  tbb::parallel_for(tbb::blocked_range<int>(0, rows, 4), [&work](const tbb::blocked_range<int>& range) {
+    for (int row = range.begin(); row != range.end(); ++row) work(row);
+  });
+}
+
+/// The object that each triangle belongs to.
+std::vector<std::uint32_t> objects_by_triangle(const city::Mesh& mesh) {
+  std::vector<std::uint32_t> objects(mesh.triangles.size());
+  for (std::size_t i = 0; i < mesh.objects.size(); ++i) {
+    std::fill_n(objects.begin() + mesh.objects[i].first_triangle, mesh.objects[i].triangle_count,
+                static_cast<std::uint32_t>(i));
+  }
+  return objects;
+}
 
 constexpr std::uint32_t kNothing = 0xFFFFFFFFU;
 /// Distance over which surfaces fade, their largest fading, and height over which streets lighten upwards.
@@ -27,7 +101,7 @@ struct Palette {
   Light zenith = linear(rgb(0x8FBBE3)), horizon = linear(rgb(0xE8F1F8));
   Light haze = linear(rgb(0xB4C2D0)), paper = linear(kPaper);
   Light wall = linear(kSkyWall), shadow = linear(rgb(0x7A8396));
-  Light ground = linear(rgb(0xA9A48F)), foliage = linear(kFoliage), vehicle = linear(rgb(0x5B6672));
+  Light ground = linear(rgb(0xA9A48F)), foliage = linear(rgb(0x86AE72)), vehicle = linear(rgb(0x5B6672));
 };
 
 /// The surface that a ray met, in enough detail to distinguish neighbours. Floats, since each pixel has one.
@@ -172,6 +246,34 @@ RgbImage render_sky(const raytrace::RayScene& scene, const city::Mesh& mesh, con
     }
   });
   return image;
+}
+
+std::string_view name(SkyProjection projection) {
+  return projection == SkyProjection::Equidistant ? "equidistant" : "stereographic";
+}
+
+double SkyLens::reach(double elevation_rad) const {
+  const double zenith_angle = 0.5 * geodesy::kPi - elevation_rad;
+  return projection == SkyProjection::Equidistant ? zenith_angle / (0.5 * geodesy::kPi)
+                                                  : std::tan(0.5 * zenith_angle);
+}
+
+Point SkyLens::point(double azimuth_rad, double elevation_rad) const {
+  const double r = radius * reach(elevation_rad);
+  const double east = r * std::sin(azimuth_rad);
+  return {centre.x + (looking_up ? -east : east), centre.y - r * std::cos(azimuth_rad)};
+}
+
+std::optional<geodesy::AzimuthElevation> SkyLens::direction(const Point& at) const {
+  const double x = (looking_up ? centre.x - at.x : at.x - centre.x) / radius;
+  const double y = (centre.y - at.y) / radius;
+  const double r = std::hypot(x, y);
+  if (!(r <= 1)) return std::nullopt;
+  const double zenith_angle =
+      projection == SkyProjection::Equidistant ? r * 0.5 * geodesy::kPi : 2 * std::atan(r);
+  const double azimuth = std::atan2(x, y);
+  return geodesy::AzimuthElevation{azimuth < 0 ? azimuth + 2 * geodesy::kPi : azimuth,
+                                   0.5 * geodesy::kPi - zenith_angle};
 }
 
 }  // namespace canyon::drawing

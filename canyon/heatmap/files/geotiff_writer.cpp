@@ -97,32 +97,6 @@ Strings strings(const std::vector<std::string>& items) {
   return Strings(list);
 }
 
-/// Digits after the point of a second that write all times exactly: 0, 3, 6 or 9.
-int second_decimals(const std::vector<geodesy::GpsTime>& times) {
-  int decimals = 0;
-  for (const geodesy::GpsTime t : times) {
-    const auto rest = std::abs(t.nanoseconds() % geodesy::GpsTime::kNanosecondsPerSecond);
-    const int needed = rest == 0 ? 0 : rest % 1'000'000 == 0 ? 3 : rest % 1000 == 0 ? 6 : 9;
-    decimals = std::max(decimals, needed);
-  }
-  return decimals;
-}
-
-/// "20190428T125803Z", with a fraction only where there is one.
-std::string compact_utc(geodesy::GpsTime t, int decimals) {
-  std::string text;
-  for (const char c : geodesy::format_utc(t, decimals)) {
-    if (c != '-' && c != ':') text += c;
-  }
-  if (const std::size_t point = text.find('.'); point != std::string::npos) {
-    text.pop_back();  // Z
-    text.resize(text.find_last_not_of('0') + 1);
-    if (text.size() == point + 1) text.pop_back();
-    text += 'Z';
-  }
-  return text;
-}
-
 class GeotiffWriter {
  public:
   GeotiffWriter(const fs::path& folder, const MapSource& source)

@@ -3,10 +3,13 @@
 #include <cpl_conv.h>
 #include <ogr_srs_api.h>
 
+#include <algorithm>
 #include <array>
+#include <cstdint>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/buildings/sources/gdal.hpp"
+#include "canyon/geodesy/time_scales.hpp"
 #include "canyon/heatmap/engine/map_source.hpp"
 
 namespace canyon::heatmap {
@@ -30,6 +33,26 @@ std::string projection_wkt(const geodesy::LocalFrame& frame, const std::string& 
   std::string result = wkt;
   CPLFree(wkt);
   return result;
+}
+
+int second_decimals(const std::vector<geodesy::GpsTime>& times) {
+  int decimals = 0;
+  for (const geodesy::GpsTime t : times) {
+    std::int64_t rest = t.nanoseconds() % geodesy::GpsTime::kNanosecondsPerSecond;
+    int digits = rest == 0 ? 0 : 9;
+    for (; digits > 0 && rest % 10 == 0; rest /= 10) --digits;
+    decimals = std::max(decimals, digits);
+  }
+  return decimals;
+}
+
+std::string compact_utc(geodesy::GpsTime t, int decimals) {
+  std::string text = geodesy::format_utc(t, decimals);
+  std::erase_if(text, [](char c) { return c == '-' || c == ':'; });
+  if (text.find('.') == std::string::npos) return text;
+  text.resize(text.find_last_not_of("0Z") + 1);
+  if (text.back() == '.') text.pop_back();
+  return text + 'Z';
 }
 
 }  // namespace canyon::heatmap

@@ -16,7 +16,6 @@
 #include "canyon/heatmap/engine/map_source.hpp"
 #include "canyon/heatmap/files/map_reference.hpp"
 #include "canyon/heatmap/files/netcdf_file.hpp"
-#include "canyon/heatmap/files/netcdf_layout.hpp"
 
 // Attributes are those of the CF conventions 1.10 (cfconventions.org): chapters 4 (coordinates), 5.6 and
 // appendix F (grid mappings), 7.1 (bounds), 3.5 (flags).

@@ -12,8 +12,8 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/heatmap/engine/map_source.hpp"
+#include "canyon/heatmap/files/map_reference.hpp"
 #include "canyon/heatmap/files/netcdf_file.hpp"
-#include "canyon/heatmap/files/netcdf_layout.hpp"
 
 namespace canyon::heatmap {
 namespace {

@@ -1,20 +1,17 @@
-#include "canyon/heatmap/pictures/map_pictures.hpp"
-
+// Declared in canyon/heatmap/engine/map_source.hpp.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <limits>
-#include <memory>
 #include <optional>
 
 #include "canyon/base/output_file.hpp"
-#include "canyon/drawing/apng.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/heatmap/engine/map_source.hpp"
+#include "canyon/heatmap/files/map_reference.hpp"
 #include "canyon/heatmap/pictures/map_pictures_sheet.hpp"
-#include "canyon/options/values.hpp"
 
 namespace canyon::heatmap {
 namespace {
@@ -23,18 +20,10 @@ namespace fs = std::filesystem;
 
 /// A middle dot, with spaces.
 constexpr const char* kDot = "  \u00b7  ";
-
-/// Digits of the second that distinguish all times, at most 9.
-int second_decimals(const std::vector<geodesy::GpsTime>& times) {
-  int decimals = 0;
-  for (const geodesy::GpsTime& t : times) {
-    std::int64_t rest = t.nanoseconds() % geodesy::GpsTime::kNanosecondsPerSecond;
-    int digits = rest == 0 ? 0 : 9;
-    for (; digits > 0 && rest % 10 == 0; rest /= 10) --digits;
-    decimals = std::max(decimals, digits);
-  }
-  return decimals;
-}
+/// Text is 11 units high.
+constexpr double kPixelsPerUnit = 2;
+/// Values to draw stay in memory up to this; the others are read from the source a second time.
+constexpr std::size_t kMostKeptBytes = std::size_t{256} << 20;
 
 /// "2019-04-28 04:44:00 UTC".
 std::string readable_utc(geodesy::GpsTime t, int decimals) {
@@ -42,14 +31,6 @@ std::string readable_utc(geodesy::GpsTime t, int decimals) {
   std::replace(text.begin(), text.end(), 'T', ' ');
   text.pop_back();
   return text + " UTC";
-}
-
-/// "20190428T044400Z".
-std::string compact_utc(geodesy::GpsTime t, int decimals) {
-  std::string text = geodesy::format_utc(t, decimals);
-  text.erase(std::remove_if(text.begin(), text.end(), [](char c) { return c == '-' || c == ':'; }),
-             text.end());
-  return text;
 }
 
 std::string readable_place(const MapSource& source) {
@@ -65,23 +46,20 @@ std::string readable_place(const MapSource& source) {
 
 class Writer {
  public:
-  Writer(const fs::path& folder, const MapSource& source, const city::City& city,
-         const MapPictureOptions& options)
+  Writer(const fs::path& folder, const MapSource& source, const city::City& city)
       : folder_(folder),
         source_(source),
         request_(*source.request),
         city_(city),
-        options_(options),
-        layout_(request_.grid, sheet_layers(0), options.pixels_per_unit),
+        layout_(request_.grid, sheet_layers(0), kPixelsPerUnit),
         decimals_(second_decimals(request_.times)) {
     const Outlines outlines = building_outlines(city.mesh, layout_.extent());
     has_outlines_ = !outlines.empty();
-    outlines_ = outline_coverage(outlines, layout_, options.pixels_per_unit);
+    outlines_ = outline_coverage(outlines, layout_, kPixelsPerUnit);
   }
 
   std::vector<std::string> write() {
     find_scales();
-    open_animations();
     std::vector<std::string> names;
     for (std::size_t time = 0; time < request_.times.size(); ++time) {
       const Rasters rasters = this->rasters(time, false);
@@ -94,20 +72,11 @@ class Writer {
       kept_[time].reset();
       step();
     }
-    for (Animation& each : animations_) {
-      each.file->commit();
-      names.push_back(each.name);
-    }
     return names;
   }
 
  private:
   using Rasters = std::vector<std::vector<PanelRaster>>;  ///< [altitude][layer]
-  struct Animation {
-    std::string name;
-    std::unique_ptr<drawing::AnimatedPng> file;
-  };
-
   [[nodiscard]] std::size_t sheets() const {
     return (request_.layers.size() + kMostPanels - 1) / kMostPanels;
   }
@@ -136,7 +105,7 @@ class Writer {
     Rasters rasters = reduce(source_, time, layout_.raster_size());
     const std::size_t bytes = layout_.raster_size().pixels() * request_.layers.size() *
                               request_.altitudes_m.size() * (sizeof(float) + sizeof(Shade));
-    if (keep && bytes <= options_.kept_bytes - kept_bytes_) {
+    if (keep && bytes <= kMostKeptBytes - kept_bytes_) {
       kept_[time] = rasters;
       kept_bytes_ += bytes;
     }
@@ -175,18 +144,6 @@ class Writer {
                                                       : "nothing received";
       std::string& text = no_value_[sheet];
       if (text.find(meaning) == std::string::npos) text += (text.empty() ? "" : " / ") + meaning;
-    }
-  }
-
-  void open_animations() {
-    if (request_.times.size() < 2) return;
-    for (std::size_t altitude = 0; altitude < request_.altitudes_m.size(); ++altitude) {
-      for (std::size_t sheet = 0; sheet < sheets(); ++sheet) {
-        const std::string file = name(sheet, altitude, "_animation");
-        animations_.push_back(
-            {file, std::make_unique<drawing::AnimatedPng>(
-                       folder_ / file, static_cast<std::uint32_t>(request_.times.size()), options_.frame_s)});
-      }
     }
   }
 
@@ -231,24 +188,19 @@ class Writer {
       sheet.panels.push_back({layers[i], &rasters[layer], &scales_[layer]});
     }
     const auto images = map_images(sheet, layout_);
-    const auto png = [&](double scale) {
-      const auto pixels = [scale](double units) { return static_cast<int>(std::ceil(scale * units - 1e-9)); };
-      return drawing::render_png(
-          pixels(layout_.width()), pixels(layout_.height(layers.size())), scale,
-          [&](drawing::Canvas& canvas) { draw_sheet(canvas, sheet, layout_, images); });
+    const auto pixels = [](double units) {
+      return static_cast<int>(std::ceil(kPixelsPerUnit * units - 1e-9));
     };
-    OutputFile still(folder_ / file);
-    still.write(png(options_.pixels_per_unit));
-    still.commit();
-    if (animations_.empty()) return;
-    animations_[altitude * sheets() + number].file->add(png(options_.animation_pixels_per_unit));
+    write_file(
+        folder_ / file,
+        drawing::render_png(pixels(layout_.width()), pixels(layout_.height(layers.size())), kPixelsPerUnit,
+                            [&](drawing::Canvas& canvas) { draw_sheet(canvas, sheet, layout_, images); }));
   }
 
   fs::path folder_;
   const MapSource& source_;
   const Request& request_;
   const city::City& city_;
-  MapPictureOptions options_;
   SheetLayout layout_;
   int decimals_ = 0;
   bool has_outlines_ = false;
@@ -258,37 +210,16 @@ class Writer {
   std::vector<ColourScale> scales_;  ///< [layer]
   std::vector<ShadesSeen> seen_;     ///< [sheet]
   std::vector<std::string> no_value_;
-  std::vector<Animation> animations_;  ///< [altitude][sheet]
   std::size_t done_ = 0;
 };
 
 }  // namespace
 
-void MapPictureOptions::validate() const {
-  options::check(*this, "map's pictures");
-}
-
-void visit(options::Visitor& v, MapPictureOptions& o) {
-  v.number({"pixels_per_unit", "px", "scale of the pictures, whose text is 11 units high"}, o.pixels_per_unit,
-           {1, 8});
-  v.number({"animation_pixels_per_unit", "px", "scale of the animations"}, o.animation_pixels_per_unit,
-           {0.5, 8});
-  v.number({"frame_s", "s", "how long an animation shows each time"}, o.frame_s, {0.001, 65});
-  v.integer({"kept_bytes", "bytes", "of values that stay in memory"}, o.kept_bytes);
-}
-
-std::vector<std::string> write_map_pictures(const fs::path& folder, const MapSource& source,
-                                            const city::City& city, const MapPictureOptions& options) {
-  assert(source.request != nullptr && source.slice);
-  assert(source.request->times.size() <= std::numeric_limits<std::uint32_t>::max());
-  options.validate();
-  make_output_folder(folder);
-  return Writer(folder, source, city, options).write();
-}
-
 std::vector<std::string> write_map_pictures(const fs::path& folder, const MapSource& source,
                                             const city::City& city) {
-  return write_map_pictures(folder, source, city, MapPictureOptions{});
+  assert(source.request != nullptr && source.slice);
+  make_output_folder(folder);
+  return Writer(folder, source, city).write();
 }
 
 }  // namespace canyon::heatmap

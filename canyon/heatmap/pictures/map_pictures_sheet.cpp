@@ -7,7 +7,6 @@
 #include <cassert>
 #include <cmath>
 
-#include "canyon/drawing/apng.hpp"
 #include "canyon/drawing/views/map_marks.hpp"
 #include "canyon/drawing/views/track_picture.hpp"
 
@@ -255,11 +254,11 @@ std::vector<std::uint8_t> outline_coverage(const Outlines& outlines, const Sheet
     lines.emplace_back(drawing::map_point(map, layout.extent(), from),
                        drawing::map_point(map, layout.extent(), to));
   }
-  const drawing::RgbImage drawn = drawing::decode_png(drawing::render_png(
+  const drawing::RgbImage drawn = drawing::render_pixels(
       static_cast<int>(size.columns), static_cast<int>(size.rows), pixels_per_unit, [&](Canvas& canvas) {
         // One stroke draws all lines, so that they are not darker where they cross.
         canvas.segments(lines, {drawing::kBlack, 0.55});
-      }));
+      });
   std::vector<std::uint8_t> coverage(drawn.pixels.size());
   std::transform(drawn.pixels.begin(), drawn.pixels.end(), coverage.begin(),
                  [](std::uint32_t pixel) { return static_cast<std::uint8_t>(255 - (pixel & 0xFFU)); });

@@ -70,7 +70,7 @@ struct Sheet {
     const ColourScale* scale = nullptr;
   };
   std::vector<Panel> panels;
-  /// Shades on any picture of this sheet, so that an animation's legend does not change.
+  /// Shades on any picture of this sheet, so that all have the same legend.
   ShadesSeen seen{};
   std::string no_value = "no fix";  ///< what NoValue means
   const std::vector<std::uint8_t>* outlines = nullptr;

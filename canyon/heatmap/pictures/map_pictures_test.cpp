@@ -1,5 +1,3 @@
-#include "canyon/heatmap/pictures/map_pictures.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -16,11 +14,10 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/mesh_file.hpp"
-#include "canyon/drawing/apng.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/heatmap/engine/map_source.hpp"
 #include "canyon/heatmap/pictures/map_pictures_raster.hpp"
 #include "canyon/heatmap/pictures/map_pictures_sheet.hpp"
-#include "tests/support/apng_frames.hpp"
 #include "tests/support/png_pixels.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -209,20 +206,16 @@ TEST(MapPictures, SameBytesAgain) {
   const TemporaryFolder one, two;
   const auto names = write_map_pictures(one.path(), map.source(), block_city());
   EXPECT_EQ(write_map_pictures(two.path(), map.source(), block_city()), names);
-  ASSERT_EQ(names.size(), 3U);
+  ASSERT_EQ(names.size(), 2U);
   for (const std::string& name : names) EXPECT_EQ(test::read_bytes(one / name), test::read_bytes(two / name));
 }
 
-TEST(MapPictures, AnimationShowsTheStillsInTheSameColours) {
+TEST(MapPictures, ValuesHaveTheSameColoursAtAllTimes) {
   MadeUpMap map(20, 20, {Layer::HorizontalError});
   map.value = [](Layer, std::size_t time, std::uint32_t column, std::uint32_t) {
     return time == 0 ? 10.0F : static_cast<float>(column) + 8;
   };
   for (int i = 1; i < 3; ++i) map.request.times.push_back(map.request.times[0] + 30.0 * i);
-  MapPictureOptions options;
-  options.pixels_per_unit = 1;
-  options.frame_s = 0.2;
-  options.kept_bytes = 20 * 20 * 5;  // one time of three: the others are asked for once more
   std::vector<std::size_t> steps;
   MapSource source = map.source();
   source.progress = [&](std::size_t done, std::size_t all) {
@@ -230,27 +223,17 @@ TEST(MapPictures, AnimationShowsTheStillsInTheSameColours) {
     steps.push_back(done);
   };
   const TemporaryFolder folder;
-  const auto names = write_map_pictures(folder.path(), source, {}, options);
+  const auto names = write_map_pictures(folder.path(), source, {});
   EXPECT_THAT(names, ElementsAre("map_t20190428T044400Z.png", "map_t20190428T044430Z.png",
-                                 "map_t20190428T044500Z.png", "map_animation.png"));
+                                 "map_t20190428T044500Z.png"));
   EXPECT_THAT(steps, ElementsAre(1, 2, 3, 4, 5, 6));
-  EXPECT_EQ((map.asked[{0, 0}]), 1);
-  EXPECT_EQ((map.asked[{0, 1}]), 2);
-
-  const test::ApngFrames animation(test::read_bytes(folder / "map_animation.png"));
-  ASSERT_EQ(animation.frames().size(), 3U);
-  for (std::size_t i = 0; i < 3; ++i) {
-    const drawing::RgbImage still = drawing::decode_png(test::read_bytes(folder / names[i]));
-    EXPECT_EQ(animation.frames()[i].pixels, still.pixels) << i;
-    EXPECT_DOUBLE_EQ(animation.controls()[i].delay_s, 0.2);
-  }
   // 10 m has one colour at both times.
-  const SheetLayout layout(map.request.grid, map.request.layers, 1);
+  const SheetLayout layout(map.request.grid, map.request.layers, 2);
   const drawing::Rect area = layout.map(0);
-  const auto at = [&](std::size_t frame) {
-    const auto x = static_cast<std::size_t>(area.x + area.width * 2.5 / 20);
-    const auto y = static_cast<std::size_t>(area.y + 0.5 * area.height);
-    return animation.frames()[frame].pixels[y * animation.frames()[frame].width + x];
+  const auto at = [&](std::size_t time) {
+    const PngPixels still(test::read_bytes(folder / names[time]));
+    return still.pixel(static_cast<int>(2 * (area.x + area.width * 2.5 / 20)),
+                       static_cast<int>(2 * (area.y + 0.5 * area.height)));
   };
   EXPECT_EQ(at(0), at(1));
 }
@@ -276,9 +259,8 @@ TEST(MapPictures, TimesWithinASecondAreToldApart) {
   MadeUpMap map(4, 4, {Layer::Hdop});
   map.request.times.push_back(map.request.times[0] + 0.25);
   const TemporaryFolder folder;
-  EXPECT_THAT(
-      write_map_pictures(folder.path(), map.source(), {}),
-      ElementsAre("map_t20190428T044400.00Z.png", "map_t20190428T044400.25Z.png", "map_animation.png"));
+  EXPECT_THAT(write_map_pictures(folder.path(), map.source(), {}),
+              ElementsAre("map_t20190428T044400Z.png", "map_t20190428T044400.25Z.png"));
 }
 
 TEST(MapPictures, MapsOfNothing) {
@@ -338,11 +320,6 @@ TEST(MapPictures, RefusesWhatItCannotWrite) {
   const TemporaryFolder folder;
   std::ofstream(folder / "file") << "no folder";
   EXPECT_THROW(write_map_pictures(folder / "file", map.source(), {}), InputError);
-  MapPictureOptions options;
-  options.frame_s = 0;
-  EXPECT_THROW(write_map_pictures(folder.path(), map.source(), {}, options), InputError);
-  options.frame_s = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(options.validate(), InputError);
   EXPECT_THAT(files_in(folder.path()), ElementsAre("file"));
 
   // The source's exceptions pass through, and no half-written file stays.
@@ -350,13 +327,11 @@ TEST(MapPictures, RefusesWhatItCannotWrite) {
   MapSource source = map.source();
   int calls = 0;
   source.slice = [&](std::size_t tile, std::size_t time) {
-    if (++calls > 3) throw InputError("tile is damaged");
+    if (++calls > 1) throw InputError("tile is damaged");
     return map.slice(tile, time);
   };
-  options = {};
-  options.kept_bytes = 0;
-  EXPECT_THROW(write_map_pictures(folder.path(), source, {}, options), InputError);
-  EXPECT_THAT(files_in(folder.path()), ElementsAre("file", "map_t20190428T044400Z.png"));
+  EXPECT_THROW(write_map_pictures(folder.path(), source, {}), InputError);
+  EXPECT_THAT(files_in(folder.path()), ElementsAre("file"));
 }
 
 TEST(MapPictures, RealCityWithItsOutlines) {
