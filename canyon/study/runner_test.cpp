@@ -264,7 +264,7 @@ TEST(StudyComparison, PairsUnderTheSameLuck) {
   EXPECT_DOUBLE_EQ(comparison.groups[0].estimates[0]->mean, 50);
   EXPECT_THAT(comparison_csv(comparison), HasSubstr("10,car,400,horizontal_error_p95,m,202.5,"));
   const TemporaryFolder folder;
-  EXPECT_EQ(write_study_pictures(folder.path(), manifest, comparison).size(), 8U);
+  EXPECT_EQ(write_study_pictures(folder.path(), manifest, comparison).size(), 6U);
 }
 
 // Closed form: run i of 20 is i + 1 metres off on the first ten metres and 100 more on the next, where every

@@ -62,7 +62,7 @@ TEST(Ensemble, CountsOverRecordings) {
   EXPECT_EQ(sum.point_score, (6.0 + 0 + 9) / 3);
   const std::string text = ensemble_text(rows);
   EXPECT_THAT(text, HasSubstr("- level: -10 to 6 dB, uniform"));
-  EXPECT_THAT(text, HasSubstr("within the 90 % interval                        2 (67 %)"));
+  EXPECT_THAT(text, HasSubstr("within the 90 % interval                     2 (67 %)"));
   const Json json = Json::parse(ensemble_json(rows));
   EXPECT_EQ(json.at("coverage").at("within_90").get<int>(), 2);
   EXPECT_EQ(json.at("recordings")[0].at("draws")[4].at("unknowns").at("level").get<double>(), -5);

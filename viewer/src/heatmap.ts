@@ -28,7 +28,6 @@ export class HeatMap {
   private texture: DataTexture | null = null;
   private builtAltitude = -1;
   private asked = 0;
-  private readonly shown: (() => void)[] = [];
 
   constructor(private readonly store: Store, map: MapHeader, private readonly state: State) {
     this.map = map;
@@ -50,9 +49,6 @@ export class HeatMap {
   get scale(): Scale {
     return this.scales[this.layer] as Scale;
   }
-  listen(shown: () => void): void {
-    this.shown.push(shown);
-  }
 
   /** Loads and shows the chosen layer. */
   async show(): Promise<void> {
@@ -65,7 +61,6 @@ export class HeatMap {
     if (this.builtAltitude !== altitude) this.build();
     this.builtAltitude = altitude;
     this.colour();
-    for (const listener of this.shown) listener();
   }
 
   private up(column: number, row: number): number {
