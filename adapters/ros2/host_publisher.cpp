@@ -9,7 +9,6 @@
 #include <thread>
 #include <utility>
 
-#include "adapters/ros2/node_services.hpp"
 #include "adapters/ros2/receiver_topics.hpp"
 
 namespace canyon::adapters::ros2 {

@@ -1,6 +1,5 @@
 // No header declares it: the program begins here.
-// One receiver as a process: `ros2 run canyon_ros2 receiver`. Under the name of a driver's program it plays
-// that driver's part: `ros2 run canyon_ros2 ublox_gps_node`.
+// One receiver as a process: `ros2 run canyon_ros2 receiver`.
 #include <memory>
 #include <rclcpp/rclcpp.hpp>
 
@@ -10,8 +9,7 @@ int main(int argc, char** argv) {
   rclcpp::init(argc, argv);
   bool failed = false;
   {
-    const auto node = std::make_shared<canyon::adapters::ros2::ReceiverNode>(rclcpp::NodeOptions(),
-                                                                             argc > 0 ? argv[0] : "");
+    const auto node = std::make_shared<canyon::adapters::ros2::ReceiverNode>(rclcpp::NodeOptions());
     rclcpp::executors::SingleThreadedExecutor executor;
     executor.add_node(node->get_node_base_interface());
     executor.spin();

@@ -1,8 +1,5 @@
 #include "adapters/ros2/node_parameters.hpp"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <cmath>
 #include <set>
 #include <utility>
@@ -101,28 +98,20 @@ SetParametersResult refused(const std::string& reason) {
 
 }  // namespace
 
-NodeParameters::NodeParameters(rclcpp_lifecycle::LifecycleNode& node, const DriverRole& role, Owner owner)
+NodeParameters::NodeParameters(rclcpp_lifecycle::LifecycleNode& node, Owner owner)
     : node_(node), owner_(std::move(owner)) {
-  declare(role);
+  declare();
   before_ = node_.add_pre_set_parameters_callback(leave_to_engine);
   check_ = node_.add_on_set_parameters_callback(
       [this](const std::vector<rclcpp::Parameter>& changes) { return check(changes); });
 }
 
-void NodeParameters::declare(const DriverRole& role) {
-  Parameters overrides;
+void NodeParameters::declare() {
   for (const auto& [name, value] : node_.get_node_parameters_interface()->get_parameter_overrides()) {
     if (node_.has_parameter(name) || name.rfind("qos_overrides.", 0) == 0) continue;
-    overrides[name] = from_ros(value);
-  }
-  if (role.driver != Driver::None) overrides.try_emplace("driver", std::string(role.name));
-  std::vector<std::string> unused;
-  given_ = own_parameters(overrides, unused);
-  if (given_.contains("driver") && !unused.empty()) {
-    RCLCPP_INFO(node_.get_logger(), "parameters of the driver without effect here: %s",
-                fmt::format("{}", fmt::join(unused, ", ")).c_str());
-  } else {
-    for (const std::string& name : unused) {
+    if (find_parameter(name) != nullptr) {
+      given_[name] = from_ros(value);
+    } else {
       RCLCPP_WARN(node_.get_logger(), "there is no parameter '%s'; %s", name.c_str(),
                   meant_parameter(name).c_str());
     }
@@ -141,11 +130,9 @@ void NodeParameters::declare(const DriverRole& role) {
 }
 
 bool NodeParameters::autostart() const {
-  // A driver's node starts by itself, also into a failure that its settings cause.
   rclcpp::Parameter given;
-  const bool known = node_.get_parameter("autostart", given) && given.get_type() == rclcpp::PARAMETER_BOOL;
-  const auto driver = given_.find("driver");
-  return known ? given.as_bool() : driver != given_.end() && driver->second != ParameterValue("none");
+  return node_.get_parameter("autostart", given) && given.get_type() == rclcpp::PARAMETER_BOOL &&
+         given.as_bool();
 }
 
 void NodeParameters::show(const NodeSettings& settings) {

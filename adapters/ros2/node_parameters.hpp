@@ -5,7 +5,6 @@
 #include <rclcpp_lifecycle/lifecycle_node.hpp>
 #include <string>
 
-#include "adapters/ros2/driver.hpp"
 #include "adapters/ros2/node_settings.hpp"
 
 namespace canyon::adapters::ros2 {
@@ -21,10 +20,9 @@ class NodeParameters {
     std::function<void(const NodeSettings&)> change;
   };
 
-  /// Declares them all. An unknown parameter of the command line or a file is a warning, for a driver a
-  /// remark, a bad value an error in the log; settings() throws it again.
-  /// @param role whose part the node plays where no parameter says so
-  NodeParameters(rclcpp_lifecycle::LifecycleNode& node, const DriverRole& role, Owner owner);
+  /// Declares them all. An unknown parameter of the command line or a file is a warning, a bad value an error
+  /// in the log; settings() throws it again.
+  NodeParameters(rclcpp_lifecycle::LifecycleNode& node, Owner owner);
 
   /// The present settings. Throws InputError.
   [[nodiscard]] NodeSettings settings() const { return read_settings(given_); }
@@ -34,7 +32,7 @@ class NodeParameters {
   void show(const NodeSettings& settings);
 
  private:
-  void declare(const DriverRole& role);
+  void declare();
   rcl_interfaces::msg::SetParametersResult check(const std::vector<rclcpp::Parameter>& changes);
 
   rclcpp_lifecycle::LifecycleNode& node_;

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "adapters/common/stream_publisher.hpp"
-#include "adapters/ros2/driver.hpp"
 #include "adapters/ros2/rtcm_topic.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
@@ -55,22 +54,6 @@ void visit_pose(Visitor& v, NodeSettings& settings) {
       throw v.fault(key, "map_projector places the map already", "leave out one of the two");
     }
   }
-}
-
-/// The driver's frame, covariance and start are defaults.
-void visit_driver(Visitor& v, NodeSettings& settings) {
-  static const auto kNames = [] {
-    std::vector<std::string_view> names;
-    for (const DriverRole& role : driver_roles()) names.push_back(role.name);
-    return names;
-  }();
-  v.choice({"driver", "",
-            "whose names of topics, frame and parameters it takes, for launch files of real receivers"},
-           settings.driver, kNames);
-  if (!v.reads() || settings.driver == Driver::None) return;
-  settings.frame_id = role_of(settings.driver).frame_id;
-  settings.diagonal_covariance = role_of(settings.driver).diagonal_covariance;
-  settings.autostart = true;
 }
 
 const options::Description& description() {
@@ -229,15 +212,6 @@ void check_topics(const Visitor& v, const NodeSettings& settings) {
                 "live");
 }
 
-/// A driver listens to a topic of corrections without being told to.
-void take_drivers_corrections(NodeSettings& settings) {
-  const std::string_view topic = role_of(settings.driver).rtcm;
-  receiver::ReceiverOptions& options = settings.live.receiver().options;
-  if (!topic.empty() && options.rtk.enabled && options.corrections.from.empty()) {
-    options.corrections.from = fmt::format("topic:{}", topic);
-  }
-}
-
 void check_fixed(const Visitor& v, const NodeSettings& settings) {
   const bool fixed = settings.live.receiver().fixed.has_value();
   if (settings.pose_source == PoseSource::Fixed && !fixed) {
@@ -309,12 +283,9 @@ std::string NodeSettings::corrections_topic() const {
 void visit(Visitor& v, NodeSettings& settings) {
   v.file({"scenario", "", "scenario file; parameters override it"}, settings.scenario);
   v.text({"receiver", "", "which of its receivers", "its first"}, settings.receiver);
-  visit_driver(v, settings);
-  v.boolean({"autostart", "", "configures and activates itself", "false; true for a driver"},
-            settings.autostart);
+  v.boolean({"autostart", "", "configures and activates itself"}, settings.autostart);
   v.boolean({"diagonal_covariance", "",
-             "fixes state variances alone, without what couples east, north and up, as most drivers do",
-             "false; true for a driver but Septentrio's"},
+             "fixes state variances alone, without what couples east, north and up, as most drivers do"},
             settings.diagonal_covariance);
   v.boolean({"drive_clock", "", "publish /clock from 0, and use it"}, settings.drive_clock);
   v.number({"speed", "", "of the clock that it drives, times real time"}, settings.speed, {0, 1000, true});
@@ -324,7 +295,6 @@ void visit(Visitor& v, NodeSettings& settings) {
   simulation::ScenarioOfAnyTrajectory any{settings.live};
   visit(v, any);
   if (!v.reads()) return;
-  take_drivers_corrections(settings);
   check_topics(v, settings);
   check_fixed(v, settings);
   // The base's signals have the errors that corrections remove, as in a scenario with the rover.

@@ -19,14 +19,10 @@ namespace canyon::adapters::ros2 {
 /// The source of a receiver's truth.
 enum class PoseSource : std::uint8_t { Trajectory, Pose, Odometry, Tf, Fixed };
 
-/// The driver of a real receiver whose part the node plays.
-enum class Driver : std::uint8_t { None, UbloxGps, Septentrio, Novatel, NmeaNavsat };
-
 /// The settings of every host, whose scenario comes from a file and parameters over it, and what a node of
 /// ROS 2 adds. With poses from outside the trajectory may be absent.
 struct NodeSettings : HostOptions {
   std::optional<std::filesystem::path> scenario;
-  Driver driver = Driver::None;
   std::string receiver;  ///< name of one of the scenario's; empty: the first
   std::string frame_id = "gnss";
   bool diagonal_covariance = false;  ///< of fixes: variances alone

@@ -165,57 +165,6 @@ class Topics(unittest.TestCase):
         self.assertAlmostEqual(wheels[-1].twist.twist.linear.x, 5, delta=0.2)
 
 
-class Drivers(unittest.TestCase):
-    """In the place of a driver of a real receiver, by the names and parameters of its launch files."""
-
-    def program(self, name, values):
-        return Process([os.path.join(PREFIX, "lib", "canyon_ros2", name), "--ros-args",
-                        *[word for key, value in values.items() for word in ("-p", f"{key}:={value}")]])
-
-    def test_ublox_gps(self):
-        with folder() as path:
-            node = self.program("ublox_gps_node", {"device": "/dev/ttyACM0", "rate": 5.0, "gnss.glonass": "true",
-                                                   "scenario": write_drive(path, 20)})
-            self.addCleanup(node.end)
-            with Listener() as listener:
-                fixes = listener.listen(NavSatFix, "/ublox_gps_node/fix", reliable=True)
-                velocities = listener.listen(TwistWithCovarianceStamped, "/ublox_gps_node/fix_velocity", reliable=True)
-                satellites = listener.listen(GnssSatellites, "/satellites", reliable=True)
-                listener.spin_until(lambda: min(len(fixes), len(velocities), len(satellites)) > 10, "fixes")
-            stamps = [seconds_of(m.header.stamp) for m in fixes]
-            self.assertAlmostEqual(stamps[10] - stamps[0], 2, delta=0.11)
-            self.assertEqual(fixes[0].header.frame_id, "gps")
-            self.assertEqual({s.id[0] for m in satellites for s in m.satellites}, {"G", "R"})
-            self.assertIn("parameters of the driver without effect here: device", node.output())
-
-    def test_gps_fix_of_a_driver(self):
-        try:
-            from gps_msgs.msg import GPSFix
-        except ImportError:
-            self.skipTest("SKIPPED: no gps_msgs here")
-        with folder() as path:
-            node = self.program("septentrio_gnss_driver_node", {"polling_period.pvt": 200, "scenario": write_drive(path, 20)})
-            self.addCleanup(node.end)
-            with Listener() as listener:
-                fixes = listener.listen(NavSatFix, "/navsatfix", reliable=True)
-                full = listener.listen(GPSFix, "/gpsfix", reliable=True)
-                listener.spin_until(lambda: min(len(fixes), len(full)) > 10, "fixes")
-            by_stamp = {seconds_of(m.header.stamp): m for m in fixes}
-            both = [(m, by_stamp[seconds_of(m.header.stamp)]) for m in full if seconds_of(m.header.stamp) in by_stamp]
-            self.assertGreater(len(both), 5)
-            for fix, plain in both:
-                self.assertEqual((fix.latitude, fix.altitude, fix.status.status),
-                                 (plain.latitude, plain.altitude, plain.status.status))
-                self.assertEqual(fix.status.satellites_used, len(fix.status.satellite_used_prn))
-
-    def test_a_driver_without_a_scenario_ends_with_a_reason(self):
-        node = self.program("novatel_gps_node", {"connection_type": "serial"})
-        self.addCleanup(node.end)
-        until(lambda: node.child.poll() is not None, "its end")
-        self.assertNotEqual(node.child.returncode, 0)
-        self.assertIn("city", node.output())
-
-
 class Lifecycle(unittest.TestCase):
     def test_every_transition(self):
         with folder() as path:
@@ -467,7 +416,7 @@ class Bag(unittest.TestCase):
 
 class Launch(unittest.TestCase):
     def test_arguments_are_told(self):
-        for name in ("hongkong_drive", "gz_sim", "gazebo_classic", "mixed_reality"):
+        for name in ("hongkong_drive", "driver", "gz_sim", "gazebo_classic", "mixed_reality"):
             said = ros2("launch", "canyon_ros2", f"{name}.launch.py", "--show-args")
             self.assertRegex(said, "Arguments")
             self.assertGreater(said.count("default:"), 1, said)
@@ -480,6 +429,34 @@ class Launch(unittest.TestCase):
                           "namespace:=car"]) as launch:
                 listener.spin_until(lambda: len(fixes) > 20, "fixes of the launched drive")
                 until(lambda: "the drive has ended" in launch.output(), "its end")
+
+    def test_names_of_a_driver(self):
+        with folder() as path, Listener() as listener:
+            fixes = listener.listen(NavSatFix, "/car/ublox_gps_node/fix", reliable=True)
+            velocities = listener.listen(TwistWithCovarianceStamped, "/car/ublox_gps_node/fix_velocity", reliable=True)
+            drive = write_drive(path, 20)
+            with Process(["ros2", "launch", "canyon_ros2", "driver.launch.py", f"scenario:={drive}", "namespace:=car"]):
+                listener.spin_until(lambda: min(len(fixes), len(velocities)) > 10, "fixes by the driver's names")
+            self.assertEqual(fixes[0].header.frame_id, "gps")
+
+    def test_gps_fix_beside_the_fix(self):
+        try:
+            from gps_msgs.msg import GPSFix
+        except ImportError:
+            self.skipTest("SKIPPED: no gps_msgs here")
+        with folder() as path, Listener() as listener:
+            fixes = listener.listen(NavSatFix, "/navsatfix", reliable=True)
+            full = listener.listen(GPSFix, "/gpsfix", reliable=True)
+            with Process(["ros2", "launch", "canyon_ros2", "driver.launch.py", "driver:=septentrio_gnss_driver",
+                          f"scenario:={write_drive(path, 20)}"]):
+                listener.spin_until(lambda: min(len(fixes), len(full)) > 10, "fixes")
+        by_stamp = {seconds_of(m.header.stamp): m for m in fixes}
+        both = [(m, by_stamp[seconds_of(m.header.stamp)]) for m in full if seconds_of(m.header.stamp) in by_stamp]
+        self.assertGreater(len(both), 5)
+        for fix, plain in both:
+            self.assertEqual((fix.latitude, fix.altitude, fix.status.status),
+                             (plain.latitude, plain.altitude, plain.status.status))
+            self.assertEqual(fix.status.satellites_used, len(fix.status.satellite_used_prn))
 
     def test_mixed_reality(self):
         with Listener() as listener:

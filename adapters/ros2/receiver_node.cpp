@@ -17,9 +17,7 @@
 
 #include "adapters/common/stream_publisher.hpp"
 #include "adapters/ros2/corrected_run.hpp"
-#include "adapters/ros2/driver.hpp"
 #include "adapters/ros2/node_parameters.hpp"
-#include "adapters/ros2/node_services.hpp"
 #include "adapters/ros2/pose_receiver.hpp"
 #include "adapters/ros2/receiver_topics.hpp"
 #include "adapters/ros2/rtcm_messages.hpp"
@@ -55,12 +53,24 @@ void check_build(const NodeSettings& settings) {
   }
 }
 
+/// Sensors that the scenario's own drive has, and the clock, beside the topics of every receiver.
+TopicNames topics_of(const NodeSettings& settings) {
+  TopicNames names;
+  const inertial::SensorOptions& sensors = settings.live.sensors;
+  const bool drives = !settings.by_poses();
+  if (drives && sensors.imu) names.imu = "imu";
+  if (drives && sensors.wheels) names.wheels = "wheels";
+  if (drives && sensors.magnetometer) names.magnetic_field = "magnetic_field";
+  if (drives && sensors.barometer) names.air_pressure = "air_pressure";
+  if (settings.drive_clock) names.clock = "/clock";
+  return names;
+}
+
 }  // namespace
 
 struct ReceiverNode::Impl {
-  Impl(ReceiverNode& n, const DriverRole& role)
-      : node(n),
-        parameters(n, role, {[this] { return open(); }, [this](const NodeSettings& s) { change(s); }}) {}
+  explicit Impl(ReceiverNode& n)
+      : node(n), parameters(n, {[this] { return open(); }, [this](const NodeSettings& s) { change(s); }}) {}
 
   [[nodiscard]] NodeParameters::Open open() const;
   void change(const NodeSettings& changed);
@@ -433,11 +443,8 @@ void ReceiverNode::Impl::serve(std::int64_t at_ns) {
   }
 }
 
-ReceiverNode::ReceiverNode(const rclcpp::NodeOptions& options) : ReceiverNode(options, std::string_view()) {}
-
-ReceiverNode::ReceiverNode(const rclcpp::NodeOptions& options, std::string_view program)
-    : LifecycleNode(std::string(role_of_program(program).node), options),
-      impl_(std::make_unique<Impl>(*this, role_of_program(program))) {
+ReceiverNode::ReceiverNode(const rclcpp::NodeOptions& options)
+    : LifecycleNode("receiver", options), impl_(std::make_unique<Impl>(*this)) {
   if (!impl_->parameters.autostart()) return;
   impl_->starter = create_wall_timer(std::chrono::seconds(0), [this] { impl_->autostart(); });
 }

@@ -2,7 +2,6 @@
 
 #include <memory>
 #include <rclcpp_lifecycle/lifecycle_node.hpp>
-#include <string_view>
 
 namespace canyon::adapters::ros2 {
 
@@ -13,9 +12,6 @@ namespace canyon::adapters::ros2 {
 class ReceiverNode final : public rclcpp_lifecycle::LifecycleNode {
  public:
   explicit ReceiverNode(const rclcpp::NodeOptions& options);
-  /// In the part of the driver whose program has this path (role_of_program()), with its node's name, where
-  /// the parameter `driver` says nothing else.
-  ReceiverNode(const rclcpp::NodeOptions& options, std::string_view program);
   ~ReceiverNode() override;
 
   using CallbackReturn = rclcpp_lifecycle::node_interfaces::LifecycleNodeInterface::CallbackReturn;

@@ -7,7 +7,6 @@
 #include "adapters/ros/gps_fix.hpp"
 #include "adapters/ros/orientation.hpp"
 #include "adapters/ros/sensor_conversions.hpp"
-#include "adapters/ros2/advertise.hpp"
 
 namespace canyon::adapters::ros2 {
 namespace {
@@ -142,6 +141,25 @@ void ReceiverTopics::reset() {
   raw_.reset();
   diagnosed_ns_ = -1;
   diagnosed_state_ = -1;
+}
+
+FaultServices::FaultServices(rclcpp::node_interfaces::NodeBaseInterface::SharedPtr base,
+                             rclcpp::node_interfaces::NodeServicesInterface::SharedPtr services,
+                             FaultAnswerer faults) {
+  const auto answerer = std::make_shared<const FaultAnswerer>(std::move(faults));
+  for (const FaultService& service : kFaultServices) {
+    services_.push_back(rclcpp::create_service<canyon_msgs::srv::FaultCommand>(
+        base, services, std::string("~/") + service.name,
+        // NOLINTNEXTLINE(performance-unnecessary-value-param): the arguments that rclcpp knows a callback by
+        [answerer, kind = service.kind](canyon_msgs::srv::FaultCommand::Request::SharedPtr request,
+                                        // NOLINTNEXTLINE(performance-unnecessary-value-param)
+                                        canyon_msgs::srv::FaultCommand::Response::SharedPtr response) {
+          ServiceReply reply = answerer->call(kind, request->fault);
+          response->success = reply.success;
+          response->message = std::move(reply.message);
+        },
+        rclcpp::ServicesQoS(), nullptr));
+  }
 }
 
 }  // namespace canyon::adapters::ros2

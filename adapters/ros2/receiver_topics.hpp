@@ -3,8 +3,12 @@
 #include <canyon_msgs/msg/gnss_multipath.hpp>
 #include <canyon_msgs/msg/gnss_raw_observations.hpp>
 #include <canyon_msgs/msg/gnss_satellites.hpp>
+#include <canyon_msgs/srv/fault_command.hpp>
 #include <diagnostic_msgs/msg/diagnostic_array.hpp>
 #include <geometry_msgs/msg/twist_with_covariance_stamped.hpp>
+#include <memory>
+#include <rclcpp/create_publisher.hpp>
+#include <rclcpp/create_service.hpp>
 #include <rclcpp/node_interfaces/node_parameters_interface.hpp>
 #include <rclcpp/node_interfaces/node_topics_interface.hpp>
 #include <rclcpp/publisher.hpp>
@@ -15,6 +19,7 @@
 #include <sensor_msgs/msg/magnetic_field.hpp>
 #include <sensor_msgs/msg/nav_sat_fix.hpp>
 #include <string>
+#include <vector>
 #ifdef CANYON_WITH_AUTOWARE
 #include <autoware_sensing_msgs/msg/gnss_ins_orientation_stamped.hpp>
 #endif
@@ -23,12 +28,31 @@
 #endif
 
 #include "adapters/common/epoch_publisher.hpp"
+#include "adapters/common/fault_services.hpp"
 #include "adapters/ros/raw_conversions.hpp"
-#include "adapters/ros2/topic_names.hpp"
 #include "canyon/inertial/sensor_options.hpp"
 #include "canyon/simulation/sensors/sensor_run.hpp"
 
 namespace canyon::adapters::ros2 {
+
+/// Names of a receiver's topics; those that are empty are not published.
+struct TopicNames {
+  std::string fix = "fix";
+  std::string fix_velocity = "fix_velocity";
+  std::string gps_fix = "gpsfix";  ///< gps_msgs/GPSFix, in builds with it
+  std::string orientation =
+      "autoware_orientation";  ///< of receivers with an attitude, in builds with its message
+  std::string gnss_multipath = "gnss_multipath";
+  std::string satellites = "satellites";
+  std::string raw_observations = "raw_observations";
+  std::string diagnostics = "/diagnostics";
+  std::string scan = {};
+  std::string imu = {};
+  std::string wheels = {};
+  std::string magnetic_field = {};
+  std::string air_pressure = {};
+  std::string clock = {};
+};
 
 /// The parts of a node that topics need: of an rclcpp::Node, a managed one, or one of gazebo_ros.
 struct NodeParts {
@@ -42,6 +66,26 @@ struct NodeParts {
   rclcpp::node_interfaces::NodeTopicsInterface::SharedPtr topics;
   rclcpp::Logger logger;
 };
+
+/// Makes a publisher whose quality of service people can override by parameters. A subscriber that asks for
+/// more than is offered is named in the log. An empty name is not published.
+template <class Publisher>
+void advertise(NodeParts& node, const std::string& name, const rclcpp::QoS& qos, Publisher& publisher) {
+  using Message = typename Publisher::element_type::PublishedType;
+  if (name.empty()) return;
+  rclcpp::PublisherOptions options;
+  options.qos_overriding_options = rclcpp::QosOverridingOptions::with_default_policies();
+  const std::string resolved = node.topics->resolve_topic_name(name);
+  options.event_callbacks.incompatible_qos_callback = [logger = node.logger, resolved](
+                                                          rclcpp::QOSOfferedIncompatibleQoSInfo& info) {
+    RCLCPP_WARN(logger,
+                "a subscriber of %s asks for a quality of service that is not offered (%s) and gets nothing; "
+                "let it ask for that of sensor data, or set qos_overrides.%s.publisher.*",
+                resolved.c_str(), rclcpp::qos_policy_name_from_kind(info.last_policy_kind).c_str(),
+                resolved.c_str());
+  };
+  publisher = rclcpp::create_publisher<Message>(node.parameters, node.topics, name, qos, options);
+}
 
 /// A receiver's topics, reliable with a depth of ten, as drivers of receivers publish: subscribers of sensor
 /// data get them too. A subscriber that asks for more than is offered is named in the log. Messages without
@@ -87,6 +131,23 @@ class ReceiverTopics {
   bool diagonal_covariance_;
   std::int64_t diagnosed_ns_ = -1;
   int diagnosed_state_ = -1;
+};
+
+/// The services ~/get_faults, ~/add_fault and ~/end_fault of a node, canyon_msgs/FaultCommand, for as long as
+/// it lives. A call that is under way may outlive it.
+class FaultServices {
+ public:
+  /// @param node an rclcpp::Node or a managed one
+  template <class Node>
+  FaultServices(Node& node, FaultAnswerer faults)
+      : FaultServices(node.get_node_base_interface(), node.get_node_services_interface(), std::move(faults)) {
+  }
+
+ private:
+  FaultServices(rclcpp::node_interfaces::NodeBaseInterface::SharedPtr base,
+                rclcpp::node_interfaces::NodeServicesInterface::SharedPtr services, FaultAnswerer faults);
+
+  std::vector<rclcpp::Service<canyon_msgs::srv::FaultCommand>::SharedPtr> services_;
 };
 
 }  // namespace canyon::adapters::ros2

@@ -7,7 +7,6 @@
 #include <rclcpp/create_subscription.hpp>
 #include <rtcm_msgs/msg/message.hpp>
 
-#include "adapters/ros2/advertise.hpp"
 #include "adapters/ros2/rtcm_topic.hpp"
 #endif
 

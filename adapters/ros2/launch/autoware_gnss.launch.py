@@ -26,11 +26,12 @@ def nodes(context):
         if not given[name]:
             raise RuntimeError(f"give {name}:=FILE, the {ARGUMENTS[name][1]}")
     time = {"use_sim_time": given["use_sim_time"].lower() == "true"}
-    receiver = Node(package="canyon_ros2", executable="ublox_gps_node", name="ublox", namespace="/sensing/gnss",
+    receiver = Node(package="canyon_ros2", executable="receiver", name="ublox", namespace="/sensing/gnss",
                     output="screen",
-                    parameters=[time, {"scenario": given["scenario"], "frame_id": given["frame_id"],
-                                       "pose.source": "pose", "pose.map_projector": given["map_projector"]}],
-                    remappings=[("~/fix", given["fix_topic"]), ("pose", given["pose_topic"]),
+                    parameters=[time, {"autostart": True, "diagonal_covariance": True, "scenario": given["scenario"],
+                                       "frame_id": given["frame_id"], "pose.source": "pose",
+                                       "pose.map_projector": given["map_projector"]}],
+                    remappings=[("fix", given["fix_topic"]), ("fix_velocity", "~/fix_velocity"), ("pose", given["pose_topic"]),
                                  ("autoware_orientation", "/autoware_orientation")])
     if given["gnss_poser"].lower() != "true":
         return [receiver]
