@@ -1,11 +1,10 @@
-#include "adapters/common/fault_services.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <atomic>
 #include <thread>
 
+#include "adapters/common/host_settings.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/simulation/city_scene.hpp"
 
@@ -14,7 +13,7 @@ namespace {
 
 using testing::HasSubstr;
 using testing::StartsWith;
-using Kind = OptionsRequest::Kind;
+using Kind = live::OptionsRequest::Kind;
 
 // A host's thread that serves its desk, and calls from another one.
 TEST(FaultServices, ChangeAReceiverWhereThatIsAllowed) {
@@ -23,30 +22,30 @@ TEST(FaultServices, ChangeAReceiverWhereThatIsAllowed) {
   simulation::LiveReceiver car(config, std::make_shared<simulation::CityScene>(city::City{}), *config.start);
   simulation::LiveReceiver other(config, std::make_shared<simulation::CityScene>(city::City{}),
                                  *config.start);
-  const auto desk = std::make_shared<OptionsDesk>();
+  const auto desk = std::make_shared<live::OptionsDesk>();
   std::atomic<bool> stop{false};
   std::thread host([&] {
     while (!stop) {
-      desk->serve([&] { return std::vector<AdjustableReceiver>{{"car", &car}, {"other", &other}}; });
+      desk->serve([&] { return std::vector<live::AdjustableReceiver>{{"car", &car}, {"other", &other}}; });
       std::this_thread::yield();
     }
   });
 
   RosSettings settings;
-  const FaultAnswerer closed = hosted_faults(desk, "car", settings);
+  const live::FaultAnswerer closed = hosted_faults(desk, "car", settings);
   EXPECT_TRUE(closed.call(Kind::Faults, "").success);
   for (const Kind kind : {Kind::AddFault, Kind::EndFault}) {
-    const ServiceReply refused = closed.call(kind, "{outage: {}}");
+    const live::ServiceReply refused = closed.call(kind, "{outage: {}}");
     EXPECT_FALSE(refused.success);
     EXPECT_THAT(refused.message, HasSubstr("<ros><changes>true</changes></ros>"));
   }
   settings.changes = true;
-  const FaultAnswerer open = hosted_faults(desk, "car", settings);
-  const ServiceReply added = open.call(Kind::AddFault, "{name: dark, outage: {}}");
+  const live::FaultAnswerer open = hosted_faults(desk, "car", settings);
+  const live::ServiceReply added = open.call(Kind::AddFault, "{name: dark, outage: {}}");
   EXPECT_TRUE(added.success);
   EXPECT_EQ(added.message, "added car: dark");
   EXPECT_EQ(open.call(Kind::Faults, "").message, "car: dark (outage) from 0 s, at work");
-  const ServiceReply wrong = open.call(Kind::AddFault, "{outage: {satelites: G05}}");
+  const live::ServiceReply wrong = open.call(Kind::AddFault, "{outage: {satelites: G05}}");
   EXPECT_FALSE(wrong.success);
   EXPECT_THAT(wrong.message, StartsWith("refused: "));
   stop = true;

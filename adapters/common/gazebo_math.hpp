@@ -2,7 +2,7 @@
 
 #include <Eigen/Geometry>
 
-#include "adapters/common/pose_motion.hpp"
+#include "canyon/simulation/motion/pose_motion.hpp"
 
 namespace canyon::adapters {
 
@@ -25,7 +25,7 @@ template <class T>
 }
 
 template <class Pose>
-[[nodiscard]] RigidPose rigid_pose(const Pose& pose) {
+[[nodiscard]] simulation::RigidPose rigid_pose(const Pose& pose) {
   return {eigen(pose.Pos()), eigen(pose.Rot())};
 }
 

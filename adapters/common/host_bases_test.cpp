@@ -1,4 +1,4 @@
-#include "adapters/common/host_bases.hpp"
+#include "canyon/live/host_bases.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,6 +6,7 @@
 #include <cmath>
 #include <deque>
 
+#include "adapters/common/host_settings.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
@@ -24,8 +25,8 @@ using ::testing::IsEmpty;
 /// Receivers in an open field at 22.3 N, 114.17 E, at 5 Hz.
 class Field {
  public:
-  HostedReceiver& add(const std::string& name, std::uint64_t vehicle, const Vector3d& place,
-                      const std::string& more = "") {
+  live::HostedReceiver& add(const std::string& name, std::uint64_t vehicle, const Vector3d& place,
+                            const std::string& more = "") {
     options::Document document;
     document.file = name + ".yaml";
     HostSettings settings;
@@ -36,12 +37,12 @@ class Field {
             name + (more.empty() ? "" : ", " + more) + "}",
         document, "", settings);
     std::vector<std::string> warnings;
-    const WorldFrame frame = world_frame(std::nullopt, settings, warnings);
+    const live::WorldFrame frame = world_frame(std::nullopt, settings, warnings);
     ReceiverIdentity identity;
     identity.model = "model of " + name;
-    auto& receiver = receivers.emplace_back(std::make_unique<HostedReceiver>(
-        settings, identity, frame, geodesy::gps_from_utc(geodesy::CalendarTime{2026, 6, 1, 8, 0, 0}), 0,
-        [this](HostedReceiver::Tone, const std::string& line) { lines.push_back(line); }));
+    auto& receiver = receivers.emplace_back(std::make_unique<live::HostedReceiver>(
+        setup_of(settings, identity, frame, geodesy::gps_from_utc(geodesy::CalendarTime{2026, 6, 1, 8, 0, 0}),
+                 0, [this](live::HostedReceiver::Tone, const std::string& line) { lines.push_back(line); })));
     places.push_back(place);
     bases.add(*receiver, vehicle);
     return *receiver;
@@ -49,29 +50,29 @@ class Field {
   /// Five epochs a second; nobody moves.
   void run(double seconds) {
     for (int i = 0; i < static_cast<int>(std::lround(seconds * 5)); ++i, now_ns += 200'000'000) {
-      std::vector<HostedReceiver*> due;
+      std::vector<live::HostedReceiver*> due;
       for (std::size_t r = 0; r < receivers.size(); ++r) {
         if (!receivers[r] || !receivers[r]->due(now_ns)) continue;
         receivers[r]->begin(now_ns, [&](std::string&) {
-          TruePose truth;
+          simulation::TruePose truth;
           truth.pose.position_m = places[r];
           return std::optional(truth);
         });
         due.push_back(receivers[r].get());
       }
       bases.sort(due);
-      for (HostedReceiver* receiver : due) bases.finish(*receiver);
+      for (live::HostedReceiver* receiver : due) bases.finish(*receiver);
     }
   }
 
-  HostBases bases;
-  std::vector<std::unique_ptr<HostedReceiver>> receivers;
+  live::HostBases bases;
+  std::vector<std::unique_ptr<live::HostedReceiver>> receivers;
   std::vector<Vector3d> places;
   std::vector<std::string> lines;
   std::int64_t now_ns = 0;
 };
 
-FixKind kind_of(const HostedReceiver& receiver) {
+FixKind kind_of(const live::HostedReceiver& receiver) {
   return receiver.step()->epoch.observed.fix.kind();
 }
 
@@ -79,7 +80,7 @@ FixKind kind_of(const HostedReceiver& receiver) {
 // same.
 TEST(HostBases, AStationElsewhereInTheWorldMakesFixedPositions) {
   Field field;
-  HostedReceiver& rover = field.add("rover", 1, {0, 0, 2}, "rtk: true, corrections: {from: tower}");
+  live::HostedReceiver& rover = field.add("rover", 1, {0, 0, 2}, "rtk: true, corrections: {from: tower}");
   field.add("tower", 2, {300, 0, 20});
   field.run(60);
   EXPECT_THAT(field.lines, IsEmpty());
@@ -93,8 +94,8 @@ TEST(HostBases, AStationElsewhereInTheWorldMakesFixedPositions) {
 TEST(HostBases, SettingsForAllMayNameTheBase) {
   Field field;
   const std::string all = "rtk: true, corrections: {from: tower}";
-  HostedReceiver& rover = field.add("rover", 1, {0, 0, 2}, all);
-  HostedReceiver& tower = field.add("tower", 2, {300, 0, 20}, all);
+  live::HostedReceiver& rover = field.add("rover", 1, {0, 0, 2}, all);
+  live::HostedReceiver& tower = field.add("tower", 2, {300, 0, 20}, all);
   field.run(60);
   EXPECT_THAT(field.lines, IsEmpty());
   EXPECT_EQ(kind_of(rover), FixKind::Fixed);
@@ -103,7 +104,7 @@ TEST(HostBases, SettingsForAllMayNameTheBase) {
 
 TEST(HostBases, ABaseOnTheSameVehicleGivesItsHeading) {
   Field field;
-  HostedReceiver& rear = field.add("rear", 1, {0, 0, 2}, "rtk: true, corrections: {from: front}");
+  live::HostedReceiver& rear = field.add("rear", 1, {0, 0, 2}, "rtk: true, corrections: {from: front}");
   field.add("front", 1, {1, 1, 2});
   field.run(60);
   EXPECT_THAT(field.lines, IsEmpty());
@@ -118,12 +119,12 @@ TEST(HostBases, ABaseOnTheSameVehicleGivesItsHeading) {
 
 TEST(HostBases, WaitsForABaseThatComesLaterAndGoes) {
   Field field;
-  HostedReceiver& rover = field.add("rover", 1, {0, 0, 2}, "rtk: true, corrections: {from: tower}");
+  live::HostedReceiver& rover = field.add("rover", 1, {0, 0, 2}, "rtk: true, corrections: {from: tower}");
   field.run(2);
   ASSERT_EQ(field.lines.size(), 1U);
   EXPECT_THAT(field.lines.front(), HasSubstr("there is no receiver 'tower' in this world yet"));
   EXPECT_EQ(kind_of(rover), FixKind::Single);
-  HostedReceiver& tower = field.add("tower", 2, {300, 0, 20});
+  live::HostedReceiver& tower = field.add("tower", 2, {300, 0, 20});
   field.run(60);
   EXPECT_EQ(kind_of(rover), FixKind::Fixed);
   field.bases.remove(tower);
@@ -134,7 +135,7 @@ TEST(HostBases, WaitsForABaseThatComesLaterAndGoes) {
 
 TEST(HostBases, BeginsAnewWithTheWorld) {
   Field field;
-  HostedReceiver& rover = field.add("rover", 1, {0, 0, 2}, "rtk: true, corrections: {from: tower}");
+  live::HostedReceiver& rover = field.add("rover", 1, {0, 0, 2}, "rtk: true, corrections: {from: tower}");
   field.add("tower", 2, {300, 0, 20});
   field.run(60);
   const Vector3d first = rover.step()->epoch.error_enu_m;

@@ -2,9 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
+#include <map>
+#include <mutex>
 #include <string_view>
+#include <utility>
 
 #include "canyon/base/text.hpp"
+#include "canyon/geodesy/time_scales.hpp"
 #include "canyon/propagation/propagator.hpp"
 
 namespace canyon::adapters {
@@ -84,13 +89,14 @@ void visit_origin(Visitor& v, std::optional<geodesy::Geodetic>& origin) {
 }
 
 void visit_outputs(Visitor& v, HostSettings& settings) {
-  visit_word(v,
-             {"pose_topic", "",
-              "poses of the antenna, less lever_arm, from outside (the sensor's own pose is not added): "
-              "geometry_msgs/PoseStamped on ROS, gazebo.msgs.PoseStamped on Gazebo transport, in the world's "
-              "frame",
-              "Gazebo's own truth"},
-             settings.pose_topic);
+  live::visit_word(
+      v,
+      {"pose_topic", "",
+       "poses of the antenna, less lever_arm, from outside (the sensor's own pose is not added): "
+       "geometry_msgs/PoseStamped on ROS, gazebo.msgs.PoseStamped on Gazebo transport, in the world's "
+       "frame",
+       "Gazebo's own truth"},
+      settings.pose_topic);
   v.section("publishers", [&] {
     v.boolean({"gazebo", "", "canyon.msgs.GnssReceiver on Gazebo transport"}, settings.publish_gazebo);
     v.boolean({"navsat", "", "gz.msgs.NavSat on the sensor's topic; Gazebo Sim's system only"},
@@ -102,10 +108,10 @@ void visit_outputs(Visitor& v, HostSettings& settings) {
     v.integer({"nmea_port", "", "TCP port of 127.0.0.1 that serves NMEA 0183; 0: none"}, settings.nmea_port,
               0, 65535);
   });
-  visit_word(v,
-             {"topic", "", "last part of PX4's topic ~/MODEL/link/TOPIC",
-              "the name of the model right above the link"},
-             settings.px4_topic);
+  live::visit_word(v,
+                   {"topic", "", "last part of PX4's topic ~/MODEL/link/TOPIC",
+                    "the name of the model right above the link"},
+                   settings.px4_topic);
   v.section("visuals", [&] {
     v.boolean({"rays", "", "a ray to each satellite in the world, coloured by visibility"},
               settings.show_rays);
@@ -123,7 +129,7 @@ void visit(Visitor& v, HostSettings& settings) {
   static constexpr std::string_view kEngines[]{"physics", "embree"};
   static constexpr std::string_view kServed[]{"marked", "all"};
   static constexpr std::string_view kGeometries[]{"collision", "visual"};
-  visit_host(v, settings, settings.frame_id);
+  live::visit_host(v, settings, settings.frame_id);
   v.other_name("pose_timeout_s", "pose.timeout_s");
   v.other_name("publishers.stream", "streams");
   visit_ros(v, settings);
@@ -150,6 +156,76 @@ void visit(Visitor& v, HostSettings& settings) {
     throw v.fault("ray_engine", "the physics engine has no facets for the specular model",
                   "set propagation.model to mirror, or ray_engine to embree");
   }
+}
+
+live::WorldFrame world_frame(const std::optional<live::HostOrigin>& host, const HostSettings& settings,
+                             std::vector<std::string>& warnings) {
+  live::WorldFrame frame;
+  if (host) frame.heading_rad = host->heading_rad;
+  const geodesy::Geodetic origin = settings.origin ? *settings.origin
+                                   : host          ? host->origin
+                                                   : geodesy::Geodetic{};
+  if (!settings.origin && origin.latitude_rad == 0 && origin.longitude_rad == 0) {
+    warnings.emplace_back(
+        "the world is at latitude 0, longitude 0; give it spherical_coordinates, or the receiver "
+        "origin_latitude, origin_longitude and origin_altitude");
+  }
+  frame.enu = geodesy::LocalFrame(origin);
+  return frame;
+}
+
+live::WorldScene::Options scene_options(const std::string& world, const HostSettings& settings,
+                                        const live::WorldFrame& frame) {
+  return {world, settings.visual_geometry, frame, settings.facades,
+          settings.facades.drawn() ? settings.live.seed : 1};
+}
+
+geodesy::GpsTime start_of_world(const void* world, const std::string& name, std::int64_t sim_time_ns) {
+  static std::mutex mutex;
+  static std::map<std::string, std::pair<const void*, geodesy::GpsTime>> starts;
+  const std::lock_guard lock(mutex);
+  auto& [of, start] = starts[name];
+  if (of != world) {
+    of = world;
+    const auto now = std::chrono::system_clock::now().time_since_epoch();
+    start = geodesy::gps_from_unix(std::chrono::duration_cast<std::chrono::nanoseconds>(now).count()) -
+            std::chrono::nanoseconds(sim_time_ns);
+  }
+  return start;
+}
+
+live::HostSetup setup_of(const HostSettings& settings, const ReceiverIdentity& identity,
+                         const live::WorldFrame& frame, geodesy::GpsTime start_of_world,
+                         double sensor_rate_hz, live::HostOutputs::Say say) {
+  live::HostSetup setup;
+  setup.options = settings;
+  // Receivers of one seed have noise of their own by their names.
+  if (!settings.named) {
+    setup.options.live.receiver().options.name =
+        fmt::format("{}/{}/{}", identity.link, identity.sensor, identity.plugin);
+  }
+  setup.name = place_name(identity);
+  setup.frame = frame;
+  setup.start = start_of_world;
+  if (sensor_rate_hz > 0) setup.rate_hz = sensor_rate_hz;
+  setup.scan = settings.publish_scan;
+  setup.warnings = settings.warnings;
+  setup.say = std::move(say);
+  setup.model = identity.model;
+  if (settings.nmea_port != 0) {
+    setup.streams.emplace_back("nmea_port", fmt::format("nmea=tcp://127.0.0.1:{}", settings.nmea_port));
+  }
+  for (const std::string& stream : settings.streams) setup.streams.emplace_back("streams", stream);
+  return setup;
+}
+
+live::FaultAnswerer hosted_faults(std::shared_ptr<live::OptionsDesk> desk, const std::string& receiver,
+                                  const RosSettings& settings) {
+  return {[desk = std::move(desk), receiver](live::OptionsRequest request) {
+            request.receiver = receiver;
+            return desk->ask(std::move(request));
+          },
+          settings.changes, "write <ros><changes>true</changes></ros> in its settings"};
 }
 
 }  // namespace canyon::adapters

@@ -1,16 +1,16 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "adapters/common/host_options.hpp"
 #include "adapters/common/ray_visuals.hpp"
 #include "adapters/common/ros_names.hpp"
 #include "canyon/city/facades.hpp"
 #include "canyon/geodesy/frames.hpp"
-#include "canyon/simulation/live_receiver.hpp"
+#include "canyon/live/hosted_receiver.hpp"
 
 namespace canyon::adapters {
 
@@ -20,7 +20,7 @@ enum class RayEngine : std::uint8_t { Physics, Embree };
 /// ros/namespace, ros/remapping "from:=to", ros/changes, output_type sensor_msgs/LaserScan as RosSettings,
 /// visuals/rays, bubble, bubble_scale, ray_length_m as VisualSettings, and the fields
 /// below. docs/sdf.md has the table.
-struct HostSettings : HostOptions, RosSettings, VisualSettings {
+struct HostSettings : live::HostOptions, RosSettings, VisualSettings {
   /// origin_latitude [deg], origin_longitude [deg], origin_altitude [m]; empty: the world's
   /// spherical_coordinates.
   std::optional<geodesy::Geodetic> origin;
@@ -48,5 +48,30 @@ struct HostSettings : HostOptions, RosSettings, VisualSettings {
 /// Visits its fields, for options::read(). Throws InputError where the physics engine is asked for with the
 /// specular model.
 void visit(options::Visitor& v, HostSettings& settings);
+
+/// `settings.origin` first, then the host's; at latitude 0, longitude 0 with a line in `warnings` where it is
+/// the host's.
+[[nodiscard]] live::WorldFrame world_frame(const std::optional<live::HostOrigin>& host,
+                                           const HostSettings& settings, std::vector<std::string>& warnings);
+
+/// The scene that a receiver of these settings sees of the world of this name.
+[[nodiscard]] live::WorldScene::Options scene_options(const std::string& world, const HostSettings& settings,
+                                                      const live::WorldFrame& frame);
+
+/// GPS time of a world's time 0 where nobody says it: the machine's when its first receiver was loaded, the
+/// same for all. `world`: any address that stands for the world of this name; `sim_time_ns` is its time now.
+[[nodiscard]] geodesy::GpsTime start_of_world(const void* world, const std::string& name,
+                                              std::int64_t sim_time_ns);
+
+/// A simulator's receiver, which goes by its place_name(). @param sensor_rate_hz of the sensor that carries
+/// it; 0: none
+[[nodiscard]] live::HostSetup setup_of(const HostSettings& settings, const ReceiverIdentity& identity,
+                                       const live::WorldFrame& frame, geodesy::GpsTime start_of_world,
+                                       double sensor_rate_hz, live::HostOutputs::Say say);
+
+/// Answers services of ROS for a simulator's receiver, which `desk` knows by this name, if settings allow
+/// changes.
+[[nodiscard]] live::FaultAnswerer hosted_faults(std::shared_ptr<live::OptionsDesk> desk,
+                                                const std::string& receiver, const RosSettings& settings);
 
 }  // namespace canyon::adapters

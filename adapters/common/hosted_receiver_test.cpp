@@ -1,5 +1,5 @@
 // A whole host without SDF: settings in YAML, a world of two boxes, a clock and a car.
-#include "adapters/common/hosted_receiver.hpp"
+#include "adapters/common/host_settings.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -47,7 +47,7 @@ std::string street_settings(const std::string& more) {
   return text.replace(text.find('%'), 1, more);
 }
 
-class Collector final : public EpochPublisher {
+class Collector final : public live::EpochPublisher {
  public:
   struct Seen {
     std::int64_t sim_time_ns;
@@ -58,7 +58,7 @@ class Collector final : public EpochPublisher {
     std::vector<receiver::SatelliteObservation> satellites;
   };
   explicit Collector(std::vector<Seen>& seen, int& resets) : seen_(seen), resets_(resets) {}
-  void publish(const ReceiverReport& report) override {
+  void publish(const live::ReceiverReport& report) override {
     seen_.push_back({report.sim_time_ns, report.step != nullptr, report.reason, report.antenna_world_m,
                      report.scan_ranges_m,
                      report.step != nullptr ? report.step->epoch.observed.satellites
@@ -76,7 +76,7 @@ class Host {
  public:
   explicit Host(const std::string& more = "") {
     const HostSettings settings = settings_of(street_settings(more));
-    const WorldFrame frame = world_frame(std::nullopt, settings, lines);
+    const live::WorldFrame frame = world_frame(std::nullopt, settings, lines);
     auto world = std::make_unique<test::BoxWorld>();
     world->boxes = {{1, {true, {7.5, 0, 15}, {1, 400, 30}, "east"}},
                     {2, {true, {-13.5, 0, 15}, {1, 400, 30}, "west"}}};
@@ -84,24 +84,24 @@ class Host {
     identity.model = "car";
     identity.link = "car::roof";
     identity.plugin = "gnss";
-    receiver.emplace(settings, identity, frame,
-                     geodesy::gps_from_utc(geodesy::CalendarTime{2026, 6, 1, 8, 0, 0}), 0,
-                     [this](HostedReceiver::Tone tone, const std::string& line) {
-                       lines.push_back((tone == HostedReceiver::Tone::Error ? "error: " : "") + line);
-                     });
+    receiver.emplace(
+        setup_of(settings, identity, frame, geodesy::gps_from_utc(geodesy::CalendarTime{2026, 6, 1, 8, 0, 0}),
+                 0, [this](live::HostedReceiver::Tone tone, const std::string& line) {
+                   lines.push_back((tone == live::HostedReceiver::Tone::Error ? "error: " : "") + line);
+                 }));
     receiver->add(std::make_unique<Collector>(seen, resets));
-    receiver->set_scene(
-        std::make_shared<WorldScene>(std::move(world), WorldScene::Options{"street", false, frame}),
-        std::nullopt);
+    receiver->set_scene(std::make_shared<live::WorldScene>(std::move(world),
+                                                           live::WorldScene::Options{"street", false, frame}),
+                        std::nullopt);
   }
   void update(std::int64_t now_ms) {
-    receiver->update(now_ms * 1'000'000, [this](std::string& reason) -> std::optional<TruePose> {
+    receiver->update(now_ms * 1'000'000, [this](std::string& reason) -> std::optional<simulation::TruePose> {
       if (broken) throw std::runtime_error("the engine is gone");
       if (lost) {
         reason = "no pose has come";
         return std::nullopt;
       }
-      TruePose truth;
+      simulation::TruePose truth;
       truth.pose.position_m = place;
       return truth;
     });
@@ -112,7 +112,7 @@ class Host {
   int resets = 0;
   bool lost = false, broken = false;
   Vector3d place{0, 0, 1.5};
-  std::optional<HostedReceiver> receiver;
+  std::optional<live::HostedReceiver> receiver;
 };
 
 // Options that all hosts have go by one name; older names stay.
@@ -214,9 +214,9 @@ TEST(HostedReceiver, ChangesItsRateOnTheGrid) {
   for (int ms = 0; ms <= 2500; ms += 50) {
     host.update(ms);
     if (ms != 700 && ms != 1200) continue;
-    const OptionsRequest request{OptionsRequest::Kind::Set, "",
-                                 ms == 700 ? "rate_hz: 2" : "elevation_mask_deg: 7"};
-    EXPECT_THAT(answer(request, {host.receiver->adjustable("car")}), HasSubstr("set car: "));
+    const live::OptionsRequest request{live::OptionsRequest::Kind::Set, "",
+                                       ms == 700 ? "rate_hz: 2" : "elevation_mask_deg: 7"};
+    EXPECT_THAT(live::answer(request, {host.receiver->adjustable("car")}), HasSubstr("set car: "));
   }
   std::vector<std::int64_t> times_ms;
   for (const Collector::Seen& seen : host.seen) times_ms.push_back(seen.sim_time_ns / 1'000'000);
@@ -233,8 +233,8 @@ TEST(HostedReceiver, NamesItsModelWhereAFileIsWrong) {
   identity.model = "car";
   identity.plugin = "gnss";
   try {
-    const HostedReceiver receiver(settings, identity, {}, geodesy::GpsTime::from_week(2300, 0), 0,
-                                  [](HostedReceiver::Tone, const std::string&) {});
+    const live::HostedReceiver receiver(setup_of(settings, identity, {}, geodesy::GpsTime::from_week(2300, 0),
+                                                 0, [](live::HostedReceiver::Tone, const std::string&) {}));
     FAIL();
   } catch (const InputError& e) {
     EXPECT_THAT(e.what(), AllOf(testing::StartsWith("plugin 'gnss' of model 'car': "), HasSubstr("sky.nav")));
@@ -244,11 +244,11 @@ TEST(HostedReceiver, NamesItsModelWhereAFileIsWrong) {
 // A receiver's settings choose its scene; receivers with the same settings share it.
 TEST(HostedReceiver, ItsSettingsChooseTheScene) {
   HostSettings settings;
-  const WorldScene::Options first = scene_options("street", settings, {});
+  const live::WorldScene::Options first = scene_options("street", settings, {});
   settings.live.seed = 2;
   EXPECT_FALSE(scene_options("street", settings, {}) == first) << "other facades";
   settings.facades.mix = city::FacadeMix::AsGiven;
-  const WorldScene::Options plain = scene_options("street", settings, {});
+  const live::WorldScene::Options plain = scene_options("street", settings, {});
   settings.live.seed = 1;
   EXPECT_TRUE(scene_options("street", settings, {}) == plain);
   EXPECT_FALSE(plain == first);
@@ -285,7 +285,7 @@ TEST(HostedReceiver, OneSettingServesEachModel) {
 TEST(HostedReceiver, WarnsOfAWorldThatLiesNowhere) {
   HostSettings settings;
   std::vector<std::string> warnings;
-  const WorldFrame frame = world_frame(HostOrigin{{}, 0.5}, settings, warnings);
+  const live::WorldFrame frame = world_frame(live::HostOrigin{{}, 0.5}, settings, warnings);
   EXPECT_EQ(frame.heading_rad, 0.5);
   EXPECT_THAT(warnings, ElementsAre(HasSubstr("latitude 0, longitude 0")));
 }

@@ -19,13 +19,13 @@ constexpr double kLineRadius = 8e-4, kThinLineRadius = 4e-4, kReflectionRadius =
                  kSatelliteRadius = 2.4e-2;
 constexpr double kLineAlpha = 0.9, kThinLineAlpha = 0.45, kFaintLineAlpha = 0.25, kBubbleAlpha = 0.4;
 
-bool has_place(const ReceiverReport& report) {
+bool has_place(const live::ReceiverReport& report) {
   return report.antenna_world_m.allFinite() && report.link_attitude_world.coeffs().allFinite();
 }
 
 class RayDrawing {
  public:
-  RayDrawing(const ReceiverReport& report, double ray_length)
+  RayDrawing(const live::ReceiverReport& report, double ray_length)
       : antenna_(report.antenna_world_m),
         cosine_(std::cos(report.world_yaw_from_enu_rad)),
         sine_(std::sin(report.world_yaw_from_enu_rad)),
@@ -130,7 +130,7 @@ bool same_look(const VisualShape& a, const VisualShape& b) {
          a.colour.g == b.colour.g && a.colour.b == b.colour.b && a.colour.a == b.colour.a;
 }
 
-std::vector<VisualShape> ray_shapes(const ReceiverReport& report, double ray_length_m) {
+std::vector<VisualShape> ray_shapes(const live::ReceiverReport& report, double ray_length_m) {
   if (report.step == nullptr || !has_place(report)) return {};
   const auto& views = report.step->arrival.views;
   std::map<gnss::SatelliteId, Visibility> above_mask;
@@ -149,7 +149,7 @@ std::vector<VisualShape> ray_shapes(const ReceiverReport& report, double ray_len
   return drawing.take();
 }
 
-std::vector<VisualShape> bubble_shapes(const ReceiverReport& report, double scale) {
+std::vector<VisualShape> bubble_shapes(const live::ReceiverReport& report, double scale) {
   if (report.step == nullptr || !has_place(report)) return {};
   const simulation::Epoch& epoch = report.step->epoch;
   const double error = std::hypot(epoch.error_enu_m.x(), epoch.error_enu_m.y());
@@ -167,7 +167,7 @@ std::vector<VisualShape> bubble_shapes(const ReceiverReport& report, double scal
   return {bubble};
 }
 
-std::vector<VisualShape> visual_shapes(const ReceiverReport& report, const VisualSettings& settings) {
+std::vector<VisualShape> visual_shapes(const live::ReceiverReport& report, const VisualSettings& settings) {
   std::vector<VisualShape> shapes;
   if (settings.show_rays) shapes = ray_shapes(report, settings.ray_length_m);
   if (!settings.show_bubble) return shapes;

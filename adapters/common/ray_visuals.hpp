@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "adapters/common/epoch_publisher.hpp"
 #include "canyon/drawing/palette.hpp"
+#include "canyon/live/epoch_publisher.hpp"
 
 // A receiver in a host's world, drawn as plain shapes.
 
@@ -54,16 +54,16 @@ inline constexpr double kBubbleSmallest_m = 1, kBubbleLargest_m = 30, kBubbleNoF
 ///  ranges
 /// Nothing where the report has no epoch. `ray_length_m` > 0: length of lines that meet nothing; radii are in
 /// proportion.
-[[nodiscard]] std::vector<VisualShape> ray_shapes(const ReceiverReport& report, double ray_length_m);
+[[nodiscard]] std::vector<VisualShape> ray_shapes(const live::ReceiverReport& report, double ray_length_m);
 
 /// The paper's translucent bubble about the antenna: its radius is `scale` (> 0) times the horizontal error,
 /// kept between kBubbleSmallest_m and kBubbleLargest_m; its colour goes by drawing::viridis (as in Canyon's
 /// picture of a drive) from dark at no error to yellow at kBubbleWorst_m and above. Without a fix it is grey,
 /// of radius kBubbleNoFix_m. Nothing (an empty vector) where the report has no epoch.
-[[nodiscard]] std::vector<VisualShape> bubble_shapes(const ReceiverReport& report, double scale);
+[[nodiscard]] std::vector<VisualShape> bubble_shapes(const live::ReceiverReport& report, double scale);
 
 /// All that is asked for: rays, then the bubble.
-[[nodiscard]] std::vector<VisualShape> visual_shapes(const ReceiverReport& report,
+[[nodiscard]] std::vector<VisualShape> visual_shapes(const live::ReceiverReport& report,
                                                      const VisualSettings& settings);
 
 /// The look of a shape, in a Material message of Gazebo's: what is not lit shines by itself.

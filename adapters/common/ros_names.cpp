@@ -50,6 +50,12 @@ std::string own_namespace(const ReceiverIdentity& identity) {
 
 }  // namespace
 
+std::string place_name(const ReceiverIdentity& identity) {
+  std::string name = fmt::format("plugin '{}' of model '{}'", identity.plugin, identity.model);
+  if (!identity.sensor.empty()) name += fmt::format(", sensor '{}'", identity.sensor);
+  return name;
+}
+
 bool is_ros_name(std::string_view name) {
   if (name.empty() || name.back() == '/') return false;
   bool begins_part = true;

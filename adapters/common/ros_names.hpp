@@ -6,9 +6,19 @@
 #include <utility>
 #include <vector>
 
-#include "adapters/common/epoch_publisher.hpp"
-
 namespace canyon::adapters {
+
+/// Names of a receiver in its world; fixed once its plugin is loaded.
+struct ReceiverIdentity {
+  std::string world;   ///< its name
+  std::string model;   ///< topmost model that carries it, "iris"
+  std::string link;    ///< scoped without the world, "iris::gps0::link"
+  std::string parent;  ///< the model right above the link, without scope: "gps0"
+  std::string sensor;  ///< name of its sensor; empty for a model's plugin
+  std::string plugin;  ///< name of the plugin element
+};
+/// The place of a receiver in messages: "plugin 'gnss' of model 'car', sensor 'gps'".
+[[nodiscard]] std::string place_name(const ReceiverIdentity& identity);
 
 /// A user's settings of a receiver's names in ROS.
 struct RosSettings {

@@ -5,9 +5,9 @@
 #include <chrono>
 #include <future>
 
-#include "adapters/common/stream_publisher.hpp"
 #include "adapters/common/testing/sample_report.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/live/epoch_publisher.hpp"
 #include "canyon/output/nmea.hpp"
 #include "tests/support/child_process.hpp"
 #include "tests/support/free_port.hpp"
@@ -24,8 +24,8 @@ using ::testing::HasSubstr;
 
 class StreamPublisher : public ::testing::Test {
  protected:
-  std::unique_ptr<EpochPublisher> make() {
-    return make_stream_publisher("nmea_port", "nmea=tcp://127.0.0.1:" + std::to_string(port), {{}});
+  std::unique_ptr<live::EpochPublisher> make() {
+    return live::make_stream_publisher("nmea_port", "nmea=tcp://127.0.0.1:" + std::to_string(port), {{}});
   }
   SampleReport sample;
   const int port = free_port();
@@ -35,7 +35,7 @@ TEST_F(StreamPublisher, SendsEachEpochAsNmea) {
   const auto publisher = make();
   publisher->publish(sample.report);  // nobody there
   canyon::test::LocalConnection client(port);
-  ReceiverReport no_truth = sample.report;
+  live::ReceiverReport no_truth = sample.report;
   no_truth.step = nullptr;
   publisher->publish(no_truth);
   const SampleReport no_fix(false);
@@ -54,9 +54,9 @@ TEST_F(StreamPublisher, SendsTheBasesEpochs) {
   const canyon::test::TemporaryFolder folder;
   output::ReceiverDescription rover{"car"}, base{"base"};
   base.station_ecef = of_base->epoch.truth_ecef;
-  make_stream_publisher("stream", "base/rtcm=file:" + (folder / "base.rtcm").string(), {rover, base})
+  live::make_stream_publisher("stream", "base/rtcm=file:" + (folder / "base.rtcm").string(), {rover, base})
       ->publish(sample.report);
-  make_stream_publisher("stream", "rtcm=file:" + (folder / "car.rtcm").string(), {rover, base})
+  live::make_stream_publisher("stream", "rtcm=file:" + (folder / "car.rtcm").string(), {rover, base})
       ->publish(sample.report);
   const std::string of_both[] = {canyon::test::read_bytes(folder / "base.rtcm"),
                                  canyon::test::read_bytes(folder / "car.rtcm")};
@@ -66,7 +66,7 @@ TEST_F(StreamPublisher, SendsTheBasesEpochs) {
       1005);
   EXPECT_LT(of_both[1].size(), of_both[0].size());
   try {
-    (void)make_stream_publisher("stream", "bass/rtcm=file:" + (folder / "x").string(), {rover, base});
+    (void)live::make_stream_publisher("stream", "bass/rtcm=file:" + (folder / "x").string(), {rover, base});
     FAIL();
   } catch (const InputError& e) {
     EXPECT_THAT(e.cure(), HasSubstr("receivers: car, base"));
@@ -85,17 +85,17 @@ TEST_F(StreamPublisher, HostsOpenAddressesOfTheirOwn) {
     if (request.address != "topic:nmea") return nullptr;
     return std::make_shared<transport::Link>(std::make_unique<AppendedBytes>(bytes));
   };
-  make_stream_publisher("streams", "nmea=topic:nmea", {{}}, open)->publish(sample.report);
+  live::make_stream_publisher("streams", "nmea=topic:nmea", {{}}, open)->publish(sample.report);
   EXPECT_EQ(bytes, output::nmea_epoch(sample.step.epoch));
   const canyon::test::TemporaryFolder folder;
   const auto file = folder / "car.nmea";
-  make_stream_publisher("streams", "nmea=file:" + file.string(), {{}}, open)->publish(sample.report);
+  live::make_stream_publisher("streams", "nmea=file:" + file.string(), {{}}, open)->publish(sample.report);
   EXPECT_EQ(canyon::test::read_bytes(file), bytes);
 }
 
 // A simulator may be slower than real time, faster, or paused.
 TEST_F(StreamPublisher, LatencyPassesByTheHostsClock) {
-  const auto publisher = make_stream_publisher(
+  const auto publisher = live::make_stream_publisher(
       "streams", "nmea=tcp://127.0.0.1:" + std::to_string(port) + "?latency_s=10", {{}});
   canyon::test::LocalConnection client(port);
   const std::string sentences = output::nmea_epoch(sample.step.epoch);
@@ -114,16 +114,18 @@ TEST_F(StreamPublisher, LatencyPassesByTheHostsClock) {
 }
 
 TEST(StreamOfModel, FillsInTheNameOfTheModel) {
-  EXPECT_EQ(stream_of_model("streams", "ubx=pty:/tmp/gps-{model}", "x500_1"), "ubx=pty:/tmp/gps-x500_1");
-  EXPECT_EQ(stream_of_model("streams", "nmea=udp://127.0.0.1:9000", "x500_1"), "nmea=udp://127.0.0.1:9000");
-  EXPECT_EQ(stream_of_model("streams", "nmea=file:{model}/{model}.nmea", "a"), "nmea=file:a/a.nmea");
+  EXPECT_EQ(live::stream_of_model("streams", "ubx=pty:/tmp/gps-{model}", "x500_1"),
+            "ubx=pty:/tmp/gps-x500_1");
+  EXPECT_EQ(live::stream_of_model("streams", "nmea=udp://127.0.0.1:9000", "x500_1"),
+            "nmea=udp://127.0.0.1:9000");
+  EXPECT_EQ(live::stream_of_model("streams", "nmea=file:{model}/{model}.nmea", "a"), "nmea=file:a/a.nmea");
   const std::string numbered = "view=tcp://127.0.0.1:295{number}";
-  EXPECT_EQ(stream_of_model("streams", numbered, "x500_12"), "view=tcp://127.0.0.1:29512");
-  EXPECT_EQ(stream_of_model("streams", numbered, "500"), "view=tcp://127.0.0.1:295500");
-  EXPECT_EQ(stream_of_model("streams", numbered, "rover"), "view=tcp://127.0.0.1:2950");
+  EXPECT_EQ(live::stream_of_model("streams", numbered, "x500_12"), "view=tcp://127.0.0.1:29512");
+  EXPECT_EQ(live::stream_of_model("streams", numbered, "500"), "view=tcp://127.0.0.1:295500");
+  EXPECT_EQ(live::stream_of_model("streams", numbered, "rover"), "view=tcp://127.0.0.1:2950");
   for (const char* wrong : {"ubx=pty:/tmp/{link}", "ubx=pty:/tmp/{model"}) {
     try {
-      (void)stream_of_model("streams", wrong, "x500_1");
+      (void)live::stream_of_model("streams", wrong, "x500_1");
       FAIL() << wrong;
     } catch (const InputError& e) {
       EXPECT_THAT(e.problem(), HasSubstr("streams: '{"));
@@ -173,7 +175,7 @@ TEST_F(StreamPublisher, FeedsGpsd) {
 TEST_F(StreamPublisher, WritesAnyFormatToAFileThatIsWholeAtTheEnd) {
   const canyon::test::TemporaryFolder folder;
   const auto file = folder / "epochs.csv";
-  auto publisher = make_stream_publisher("stream", "epochs_csv=file:" + file.string(), {{}});
+  auto publisher = live::make_stream_publisher("stream", "epochs_csv=file:" + file.string(), {{}});
   publisher->publish(sample.report);
   publisher->publish(sample.report);
   EXPECT_FALSE(std::filesystem::exists(file));
@@ -185,7 +187,7 @@ TEST_F(StreamPublisher, WritesAnyFormatToAFileThatIsWholeAtTheEnd) {
 TEST_F(StreamPublisher, BringsThePathsBehindAnEpoch) {
   const canyon::test::TemporaryFolder folder;
   const auto file = folder / "paths.csv";
-  make_stream_publisher("stream", "paths_csv=file:" + file.string(), {{}})->publish(sample.report);
+  live::make_stream_publisher("stream", "paths_csv=file:" + file.string(), {{}})->publish(sample.report);
   const std::string text = canyon::test::read_bytes(file);
   // The reflection of G17 is its only path.
   EXPECT_THAT(text, HasSubstr(",G17,0,reflected,2,35.2500,,,"));

@@ -1,5 +1,5 @@
 // The scene that follows a world, over a world made by hand.
-#include "adapters/common/world_scene.hpp"
+#include "canyon/live/world_scene.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -32,7 +32,8 @@ class WorldSceneTest : public ::testing::Test {
   WorldSceneTest() {
     auto made = std::make_unique<BoxWorld>();
     world = made.get();
-    scene = std::make_unique<WorldScene>(std::move(made), WorldScene::Options{"street", false, {}});
+    scene =
+        std::make_unique<live::WorldScene>(std::move(made), live::WorldScene::Options{"street", false, {}});
   }
   /// Range of the first thing in a direction; infinite without one.
   [[nodiscard]] double range(const Vector3d& origin, const Vector3d& towards) const {
@@ -41,7 +42,7 @@ class WorldSceneTest : public ::testing::Test {
   }
 
   BoxWorld* world = nullptr;
-  std::unique_ptr<WorldScene> scene;
+  std::unique_ptr<live::WorldScene> scene;
 };
 
 TEST_F(WorldSceneTest, StaticOnceMovingAsInstances) {
@@ -92,7 +93,7 @@ TEST_F(WorldSceneTest, ResizedBoxesAreRead) {
 }
 
 TEST_F(WorldSceneTest, StaticThingsThatAreMovedAreFollowedWhereTheHostSaysSo) {
-  for (HostWorld::Id id = 1; id <= 40; ++id) {
+  for (live::HostWorld::Id id = 1; id <= 40; ++id) {
     world->boxes[id] = {true, {100.0 + 10 * static_cast<double>(id), 0, 0}};
   }
   scene->update({});
@@ -138,9 +139,9 @@ TEST_F(WorldSceneTest, NoFinitePoseAndTheGroundOfAnExportedCity) {
 TEST_F(WorldSceneTest, TurnsWithTheWorldsHeading) {
   auto made = std::make_unique<BoxWorld>();
   made->boxes = {{1, {true, {10, 0, 0}}}};
-  WorldScene::Options options{"street", false, {}};
+  live::WorldScene::Options options{"street", false, {}};
   options.frame.heading_rad = M_PI / 2;  // the world's x axis points north
-  scene = std::make_unique<WorldScene>(std::move(made), options);
+  scene = std::make_unique<live::WorldScene>(std::move(made), options);
   scene->update({});
   EXPECT_NEAR(range({0, 0, 0}, {0, 1, 0}), 9, 1e-9);
   EXPECT_EQ(range({0, 0, 0}, {1, 0, 0}), kNothing);
@@ -150,9 +151,9 @@ TEST_F(WorldSceneTest, TurnsWithTheWorldsHeading) {
 city::Mesh drawn(const std::vector<BoxWorld::Box>& boxes, const city::FacadeOptions& facades) {
   auto made = std::make_unique<BoxWorld>();
   for (std::size_t i = 0; i < boxes.size(); ++i) made->boxes[i + 1] = boxes[i];
-  WorldScene::Options options{"street", false, {}};
+  live::WorldScene::Options options{"street", false, {}};
   options.facades = facades;
-  WorldScene scene(std::move(made), options);
+  live::WorldScene scene(std::move(made), options);
   scene.update({});
   return scene.scene()->city.mesh;
 }
@@ -187,9 +188,9 @@ TEST(WorldScene, DrawsFacadesAsCanyonSimulateDoes) {
 TEST(WorldScene, BuildingsThatBecomeInstancesKeepTheirFacades) {
   auto made = std::make_unique<BoxWorld>();
   BoxWorld* world = made.get();
-  WorldScene::Options options{"street", false, {}};
+  live::WorldScene::Options options{"street", false, {}};
   options.facades.shares = {{"coated_glass", 1}};
-  WorldScene scene(std::move(made), options);
+  live::WorldScene scene(std::move(made), options);
   world->boxes = {{1, {true, {10, 0, 0}}}, {2, {true, {30, 0, 0}}}};
   scene.update({});
   world->boxes[1].centre = {0, 10, 0};
@@ -206,14 +207,14 @@ TEST(WorldScene, BuildingsThatBecomeInstancesKeepTheirFacades) {
 
 TEST(WorldScene, IsSharedByWorldAndOptions) {
   int world = 0, other = 0;
-  const WorldScene::Options options{"street", false, {}};
+  const live::WorldScene::Options options{"street", false, {}};
   const auto make = [] { return std::make_unique<BoxWorld>(); };
-  const auto first = WorldScene::of(&world, options, make);
-  EXPECT_EQ(WorldScene::of(&world, options, make), first);
-  EXPECT_NE(WorldScene::of(&other, options, make), first);
-  WorldScene::Options visual = options;
+  const auto first = live::WorldScene::of(&world, options, make);
+  EXPECT_EQ(live::WorldScene::of(&world, options, make), first);
+  EXPECT_NE(live::WorldScene::of(&other, options, make), first);
+  live::WorldScene::Options visual = options;
   visual.visual = true;
-  EXPECT_NE(WorldScene::of(&world, visual, make), first);
+  EXPECT_NE(live::WorldScene::of(&world, visual, make), first);
 }
 
 }  // namespace

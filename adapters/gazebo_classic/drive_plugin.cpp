@@ -32,7 +32,7 @@ class DrivePlugin final : public gazebo::ModelPlugin {
     try {
       const auto folder = std::filesystem::path(sdf->FilePath()).parent_path();
       settings_ = read_drive_settings(sdf, name, folder, gazebos_paths(),
-                                      origin_of(*model->GetWorld()).value_or(HostOrigin{}).frame());
+                                      origin_of(*model->GetWorld()).value_or(live::HostOrigin{}).frame());
     } catch (const std::exception& error) {
       gzerr << "[canyon] " << error.what() << "\n[canyon] the model stays where it is\n";
       return;
@@ -62,7 +62,7 @@ class DrivePlugin final : public gazebo::ModelPlugin {
 
  private:
   void place(const gazebo::common::Time& now) {
-    const DrivePose at = settings_->drive.at(now.Double());
+    const simulation::DrivePose at = settings_->drive.at(now.Double());
     const Quaterniond attitude = settings_->heading ? Quaterniond(0, 0, at.yaw_rad) : given_attitude_;
     const Vector turning(0, 0, settings_->heading ? at.yaw_rate_radps : 0);
     const Vector offset = attitude * ignition_from(settings_->offset_m);

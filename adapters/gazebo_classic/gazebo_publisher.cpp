@@ -17,7 +17,7 @@ boost::shared_ptr<google::protobuf::Message> make_message() {
   return true;
 }();
 
-class GazeboPublisher final : public EpochPublisher {
+class GazeboPublisher final : public live::EpochPublisher {
  public:
   GazeboPublisher(const gazebo::transport::NodePtr& node, const ReceiverIdentity& identity)
       : identity_(identity) {
@@ -25,7 +25,7 @@ class GazeboPublisher final : public EpochPublisher {
     publisher_ = node->Advertise<msgs::GnssReceiver>("~/" + identity.model + "/" + sensor + "gnss", kQueue);
   }
 
-  void publish(const ReceiverReport& report) override {
+  void publish(const live::ReceiverReport& report) override {
     if (!publisher_->HasConnections()) return;
     fill_gnss_message(identity_, report, message_);
     publisher_->Publish(message_);
@@ -41,8 +41,8 @@ class GazeboPublisher final : public EpochPublisher {
 
 }  // namespace
 
-std::unique_ptr<EpochPublisher> make_gazebo_publisher(const gazebo::transport::NodePtr& node,
-                                                      const ReceiverIdentity& identity) {
+std::unique_ptr<live::EpochPublisher> make_gazebo_publisher(const gazebo::transport::NodePtr& node,
+                                                            const ReceiverIdentity& identity) {
   return std::make_unique<GazeboPublisher>(node, identity);
 }
 

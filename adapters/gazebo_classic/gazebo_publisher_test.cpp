@@ -32,7 +32,8 @@ class Listener {
       : subscriber_(node->Subscribe(topic, &Listener::hear, this, latching)) {}
 
   /// Publishes until a message is here; empty after 20 s.
-  std::optional<msgs::GnssReceiver> hear_from(EpochPublisher& publisher, const ReceiverReport& report) {
+  std::optional<msgs::GnssReceiver> hear_from(live::EpochPublisher& publisher,
+                                              const live::ReceiverReport& report) {
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
     std::unique_lock lock(mutex_);
     while (!last_ && std::chrono::steady_clock::now() < deadline) {

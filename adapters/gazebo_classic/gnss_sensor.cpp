@@ -13,8 +13,6 @@
 #include <optional>
 #include <vector>
 
-#include "adapters/common/host_bases.hpp"
-#include "adapters/common/hosted_receiver.hpp"
 #include "adapters/common/sdf/plugin_settings.hpp"
 #include "adapters/gazebo_classic/ignition_types.hpp"
 #include "adapters/gazebo_classic/physics_rays.hpp"
@@ -22,6 +20,8 @@
 #include "adapters/gazebo_classic/publishers.hpp"
 #include "adapters/gazebo_classic/resource_paths.hpp"
 #include "adapters/gazebo_classic/world_geometry.hpp"
+#include "canyon/live/host_bases.hpp"
+#include "canyon/live/hosted_receiver.hpp"
 
 namespace canyon::adapters::gazebo_classic {
 namespace {
@@ -52,8 +52,8 @@ HostSettings read_settings(const Attachment& at, const ReceiverIdentity& identit
   return read_plugin_settings(at.sdf, place);
 }
 
-void say(HostedReceiver::Tone tone, const std::string& line) {
-  if (tone == HostedReceiver::Tone::Error) {
+void say(live::HostedReceiver::Tone tone, const std::string& line) {
+  if (tone == live::HostedReceiver::Tone::Error) {
     gzerr << "[canyon] " << line << "\n";
   } else {
     gzwarn << "[canyon] " << line << "\n";
@@ -77,7 +77,7 @@ struct GnssSensor::Impl {
 
     std::mutex mutex_;
     std::vector<Impl*> receivers_;
-    HostBases bases_;
+    live::HostBases bases_;
     gazebo::event::ConnectionPtr connection_;
   };
 
@@ -91,14 +91,15 @@ struct GnssSensor::Impl {
 
   Attachment at;
   std::string name;  // "iris::gps0::link::gps", for requests
-  std::shared_ptr<OptionsDesk> desk = std::make_shared<OptionsDesk>();  // which may come from any thread
+  std::shared_ptr<live::OptionsDesk> desk =
+      std::make_shared<live::OptionsDesk>();  // which may come from any thread
   gazebo::transport::NodePtr node;
   std::unique_ptr<PoseSource> pose_source;
   std::unique_ptr<PhysicsRays> physics;
   std::vector<PhysicsRay> rays;  // of the physics engine, with ranges
   std::vector<double> ranges;
   gazebo::physics::ModelPtr left_out;
-  std::optional<HostedReceiver> receiver;
+  std::optional<live::HostedReceiver> receiver;
   std::shared_ptr<World> world;
 };
 
@@ -127,22 +128,23 @@ void GnssSensor::Impl::World::remove(Impl& receiver) {
 
 void GnssSensor::Impl::World::update() {
   const std::lock_guard lock(mutex_);
-  std::vector<HostedReceiver*> begun;
+  std::vector<live::HostedReceiver*> begun;
   for (Impl* receiver : receivers_) {
     if (receiver->update()) begun.push_back(&*receiver->receiver);
   }
   bases_.sort(begun);
-  for (HostedReceiver* receiver : begun) bases_.finish(*receiver);
+  for (live::HostedReceiver* receiver : begun) bases_.finish(*receiver);
 }
 
 GnssSensor::Impl::Impl(const Attachment& attachment) : at(attachment) {
   const ReceiverIdentity identity = identify(at);
   const auto ray_sensor = std::dynamic_pointer_cast<gazebo::sensors::RaySensor>(at.sensor);
   HostSettings settings = read_settings(at, identity, ray_sensor != nullptr);
-  const WorldFrame frame = world_frame(origin_of(*at.world), settings, settings.warnings);
-  receiver.emplace(settings, identity, frame,
-                   start_of_world(at.world.get(), at.world->Name(), nanoseconds(at.world->SimTime())),
-                   at.sensor ? at.sensor->UpdateRate() : 0, say);
+  const live::WorldFrame frame = world_frame(origin_of(*at.world), settings, settings.warnings);
+  receiver.emplace(
+      setup_of(settings, identity, frame,
+               start_of_world(at.world.get(), at.world->Name(), nanoseconds(at.world->SimTime())),
+               at.sensor ? at.sensor->UpdateRate() : 0, say));
 
   if (!settings.vehicle_blocks) left_out = at.link->GetParentModel();
   if (settings.ray_engine == RayEngine::Physics) {
@@ -203,7 +205,7 @@ void GnssSensor::Impl::trace_by_physics(const Vector3d& antenna_enu, std::span<c
                                         std::span<propagation::SatellitePaths> result) {
   const Eigen::Matrix3d world_from_enu = receiver->frame().enu_from_world().transpose();
   const Vector3d origin = world_from_enu * antenna_enu;
-  const double mirror_reach_m = receiver->settings().live.receiver().propagation.max_range_m;
+  const double mirror_reach_m = receiver->receiver().config().receiver().propagation.max_range_m;
   rays.clear();
   for (const Vector3d& direction : directions) {
     rays.push_back({origin, world_from_enu * direction, kPhysicsReach_m});

@@ -17,7 +17,7 @@ class LinkPoseSource final : public PoseSource {
   LinkPoseSource(const gazebo::physics::LinkPtr& link, const Pose3d& sensor_on_link)
       : link_(link), name_(link->GetScopedName()), sensor_on_link_(sensor_on_link) {}
 
-  std::optional<TruePose> at(const gazebo::common::Time& now, std::string& reason) override {
+  std::optional<simulation::TruePose> at(const gazebo::common::Time& now, std::string& reason) override {
     const gazebo::physics::LinkPtr link = link_.lock();
     if (!link) {
       reason = fmt::format("link {} is gone", name_);
@@ -37,7 +37,7 @@ class LinkPoseSource final : public PoseSource {
   boost::weak_ptr<gazebo::physics::Link> link_;  // a link holds its plugins, not they it
   std::string name_;
   Pose3d sensor_on_link_;
-  EngineMotion motion_;
+  simulation::EngineMotion motion_;
 };
 
 }  // namespace

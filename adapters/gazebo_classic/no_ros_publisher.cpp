@@ -11,9 +11,9 @@
 
 namespace canyon::adapters::gazebo_classic {
 
-std::unique_ptr<EpochPublisher> make_ros_publisher([[maybe_unused]] const ReceiverIdentity& identity,
-                                                   [[maybe_unused]] const HostSettings& settings,
-                                                   [[maybe_unused]] FaultAnswerer faults) {
+std::unique_ptr<live::EpochPublisher> make_ros_publisher([[maybe_unused]] const ReceiverIdentity& identity,
+                                                         [[maybe_unused]] const HostSettings& settings,
+                                                         [[maybe_unused]] live::FaultAnswerer faults) {
 #ifdef CANYON_WITH_ROS2
   return ros2::make_host_publisher(identity, settings, std::move(faults));
 #else

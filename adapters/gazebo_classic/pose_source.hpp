@@ -9,7 +9,7 @@
 #include <string>
 
 #include "adapters/common/host_settings.hpp"
-#include "adapters/common/pose_motion.hpp"
+#include "canyon/simulation/motion/pose_motion.hpp"
 
 namespace canyon::adapters::gazebo_classic {
 
@@ -18,7 +18,8 @@ class PoseSource {
  public:
   virtual ~PoseSource() = default;
   /// The truth at `now` of simulated time; empty, with `reason`, if there is none.
-  [[nodiscard]] virtual std::optional<TruePose> at(const gazebo::common::Time& now, std::string& reason) = 0;
+  [[nodiscard]] virtual std::optional<simulation::TruePose> at(const gazebo::common::Time& now,
+                                                               std::string& reason) = 0;
   virtual void reset() {}
 };
 

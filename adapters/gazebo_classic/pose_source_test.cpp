@@ -58,7 +58,7 @@ gazebo::physics::LinkPtr link_of(const gazebo::physics::WorldPtr& world, const s
 
 // A truth in Gazebo's types.
 struct Truth {
-  explicit Truth(const TruePose& from)
+  explicit Truth(const simulation::TruePose& from)
       : pose(ignition_from(from.pose.position_m), {from.pose.attitude.w(), from.pose.attitude.x(),
                                                    from.pose.attitude.y(), from.pose.attitude.z()}),
         linear_velocity(ignition_from(from.linear_velocity)),

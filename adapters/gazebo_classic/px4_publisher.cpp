@@ -8,7 +8,7 @@
 namespace canyon::adapters::gazebo_classic {
 namespace {
 
-class Px4Publisher final : public EpochPublisher {
+class Px4Publisher final : public live::EpochPublisher {
  public:
   Px4Publisher(const gazebo::transport::NodePtr& node, const ReceiverIdentity& identity,
                const HostSettings& settings)
@@ -17,7 +17,7 @@ class Px4Publisher final : public EpochPublisher {
     publisher_ = node->Advertise("~/" + identity.model + "/link/" + name, kSitlGpsType, kQueue);
   }
 
-  void publish(const ReceiverReport& report) override {
+  void publish(const live::ReceiverReport& report) override {
     if (!publisher_->HasConnections()) return;
     const auto gps = sitl_gps_of(report);
     if (!gps) return;
@@ -41,9 +41,9 @@ class Px4Publisher final : public EpochPublisher {
 
 }  // namespace
 
-std::unique_ptr<EpochPublisher> make_px4_publisher(const gazebo::transport::NodePtr& node,
-                                                   const ReceiverIdentity& identity,
-                                                   const HostSettings& settings) {
+std::unique_ptr<live::EpochPublisher> make_px4_publisher(const gazebo::transport::NodePtr& node,
+                                                         const ReceiverIdentity& identity,
+                                                         const HostSettings& settings) {
   return std::make_unique<Px4Publisher>(node, identity, settings);
 }
 

@@ -73,7 +73,7 @@ TEST(SitlGps, IsEmptyWithoutTruthFixOrVelocity) {
   SampleReport sample;
   sample.step.epoch.observed.fix.velocity_enu_mps.reset();
   EXPECT_FALSE(sitl_gps_of(sample.report));
-  ReceiverReport no_truth = sample.report;
+  live::ReceiverReport no_truth = sample.report;
   no_truth.step = nullptr;
   EXPECT_FALSE(sitl_gps_of(no_truth));
 }
@@ -140,7 +140,7 @@ class Px4Publisher : public ::testing::Test {
 
   /// Publishes until `done`, for at most 60 s.
   template <typename Done>
-  bool publish_until(EpochPublisher& publisher, const Done& done) {
+  bool publish_until(live::EpochPublisher& publisher, const Done& done) {
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
     std::unique_lock lock(mutex);
     while (!done() && std::chrono::steady_clock::now() < deadline) {
@@ -214,7 +214,7 @@ TEST_F(Px4Publisher, SendsNothingWithoutAFix) {
 
   SampleReport no_fix(false);
   no_fix.report.sim_time_ns = 55'000'000'000;
-  ReceiverReport no_truth = no_fix.report;
+  live::ReceiverReport no_truth = no_fix.report;
   no_truth.step = nullptr;
   publisher->publish(no_fix.report);
   publisher->publish(no_truth);

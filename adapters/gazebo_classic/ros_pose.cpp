@@ -17,7 +17,7 @@ namespace canyon::adapters::gazebo_classic {
 namespace {
 
 namespace ros1 = ros_messages::ros1;
-using PoseCallback = std::function<void(const RigidPose&, double)>;
+using PoseCallback = std::function<void(const simulation::RigidPose&, double)>;
 
 class PoseSubscription final : public RosClient {
  public:
@@ -74,8 +74,8 @@ class PoseSubscription final : public RosClient {
 
 }  // namespace
 
-std::shared_ptr<void> subscribe_ros_pose(const std::string& topic,
-                                         std::function<void(const RigidPose&, double stamp_s)> callback) {
+std::shared_ptr<void> subscribe_ros_pose(
+    const std::string& topic, std::function<void(const simulation::RigidPose&, double stamp_s)> callback) {
   try {
     // "~/..." is Gazebo's way to say "in this world"; to ROS it would be this process's own.
     if (!topic.empty() && topic.front() == '~') return nullptr;

@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "adapters/common/pose_motion.hpp"
+#include "canyon/simulation/motion/pose_motion.hpp"
 
 namespace canyon::adapters::gazebo_classic {
 
@@ -13,6 +13,6 @@ namespace canyon::adapters::gazebo_classic {
 /// throws: without a master, poses come once there is one. Dropping what is returned ends it; when that
 /// returns, no call is running and none will come. Only where built with ROS (CANYON_WITH_ROS).
 [[nodiscard]] std::shared_ptr<void> subscribe_ros_pose(
-    const std::string& topic, std::function<void(const RigidPose&, double stamp_s)> callback);
+    const std::string& topic, std::function<void(const simulation::RigidPose&, double stamp_s)> callback);
 
 }  // namespace canyon::adapters::gazebo_classic

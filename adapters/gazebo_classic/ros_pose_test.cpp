@@ -20,12 +20,12 @@ using namespace std::chrono_literals;
 /// The last pose that came, and the number of poses.
 struct Inbox {
   std::mutex mutex;
-  std::optional<RigidPose> pose;
+  std::optional<simulation::RigidPose> pose;
   double stamp_s = -1;
   int count = 0;
 
   [[nodiscard]] std::shared_ptr<void> subscribe(const std::string& topic) {
-    return subscribe_ros_pose(topic, [this](const RigidPose& p, double stamp) {
+    return subscribe_ros_pose(topic, [this](const simulation::RigidPose& p, double stamp) {
       const std::lock_guard lock(mutex);
       pose = p;
       stamp_s = stamp;

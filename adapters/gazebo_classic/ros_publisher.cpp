@@ -67,7 +67,7 @@ class ReceiverTopics final : public RosClient {
     ended.swap(publishers_);
   }
 
-  void publish(const ReceiverReport& report) {
+  void publish(const live::ReceiverReport& report) {
     constexpr std::int64_t kSecond_ns = 1'000'000'000;
     const ros_messages::Head head{{static_cast<std::int32_t>(report.sim_time_ns / kSecond_ns),
                                    static_cast<std::uint32_t>(report.sim_time_ns % kSecond_ns)},
@@ -111,22 +111,23 @@ class ReceiverTopics final : public RosClient {
   std::optional<Publishers> publishers_;
 };
 
-std::vector<RosService> services_of(const RosTopics& names, FaultAnswerer faults) {
-  const auto answerer = std::make_shared<const FaultAnswerer>(std::move(faults));
+std::vector<RosService> services_of(const RosTopics& names, live::FaultAnswerer faults) {
+  const auto answerer = std::make_shared<const live::FaultAnswerer>(std::move(faults));
   std::vector<RosService> services;
-  for (const FaultService& service : kFaultServices) {
+  for (const live::ControlService& service : live::kControlServices) {
+    if (!service.of_faults) continue;
     services.push_back({names.own + '/' + service.name, [answerer, kind = service.kind](const auto& text) {
-                          ServiceReply reply = answerer->call(kind, text);
+                          live::ServiceReply reply = answerer->call(kind, text);
                           return std::pair(reply.success, std::move(reply.message));
                         }});
   }
   return services;
 }
 
-class RosPublisher final : public EpochPublisher {
+class RosPublisher final : public live::EpochPublisher {
  public:
   RosPublisher(std::shared_ptr<RosLink> link, const RosTopics& names, std::string frame_id,
-               FaultAnswerer faults)
+               live::FaultAnswerer faults)
       : link_(std::move(link)),
         names_(names.claimed()),
         topics_(std::make_shared<ReceiverTopics>(names, std::move(frame_id))),
@@ -143,7 +144,7 @@ class RosPublisher final : public EpochPublisher {
   RosPublisher& operator=(const RosPublisher&) = delete;
 
   void reset() override { topics_->reset(); }
-  void publish(const ReceiverReport& report) override {
+  void publish(const live::ReceiverReport& report) override {
     try {
       topics_->publish(report);
     } catch (const std::exception& e) {
@@ -161,8 +162,9 @@ class RosPublisher final : public EpochPublisher {
 
 }  // namespace
 
-std::unique_ptr<EpochPublisher> make_ros_publisher(const ReceiverIdentity& identity,
-                                                   const HostSettings& settings, FaultAnswerer faults) {
+std::unique_ptr<live::EpochPublisher> make_ros_publisher(const ReceiverIdentity& identity,
+                                                         const HostSettings& settings,
+                                                         live::FaultAnswerer faults) {
   std::vector<std::string> notes;
   const std::shared_ptr<RosLink> link = RosLink::get();
   const RosTopics topics = claimed_ros_topics(

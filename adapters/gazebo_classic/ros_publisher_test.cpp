@@ -49,16 +49,16 @@ class RosPublisher : public testing::Test {
   }
 
   /// Publishes the report again and again, 50 times a second, until `command` has ended.
-  ProgramResult publish_while(const std::string& command, EpochPublisher& publisher,
-                              const ReceiverReport& report) {
+  ProgramResult publish_while(const std::string& command, live::EpochPublisher& publisher,
+                              const live::ReceiverReport& report) {
     auto result = std::async(std::launch::async, [&] { return run_program("timeout 60 " + command); });
     while (result.wait_for(20ms) != std::future_status::ready) publisher.publish(report);
     return result.get();
   }
 
   /// `rostopic echo -p`: a line of names and one of values.
-  std::map<std::string, std::string> echo(const std::string& topic, EpochPublisher& publisher,
-                                          const ReceiverReport& report) {
+  std::map<std::string, std::string> echo(const std::string& topic, live::EpochPublisher& publisher,
+                                          const live::ReceiverReport& report) {
     const ProgramResult result = publish_while("rostopic echo -n 1 -p " + topic + " 2>&1", publisher, report);
     std::istringstream lines(result.output);
     std::string names, values;
@@ -164,7 +164,7 @@ TEST_F(RosPublisher, SaysThatThereIsNoFixAndNoTruth) {
   auto navsat = echo("/nofix/fix", *publisher, without_fix.report);
   EXPECT_EQ(navsat["field.status.status"], "-1");
   EXPECT_EQ(navsat["field.latitude"], "nan");
-  ReceiverReport without_truth;
+  live::ReceiverReport without_truth;
   without_truth.sim_time_ns = 7'250'000'000;
   without_truth.reason = "no pose has come";
   auto satellites = echo("/nofix/satellites", *publisher, without_truth);
@@ -249,7 +249,7 @@ TEST_F(RosPublisher, ABagGivesBackTheSameBytes) {
 
 TEST_F(RosPublisher, OutlivesAMasterAndFindsTheNext) {
   const SampleReport sample;
-  std::unique_ptr<EpochPublisher> publisher;
+  std::unique_ptr<live::EpochPublisher> publisher;
   // A subscriber that lives through it all.
   std::unique_ptr<ChildProgram> listener;
   const std::filesystem::path received = RosEnvironment::get().folder() / "heard.csv";

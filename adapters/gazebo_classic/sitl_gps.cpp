@@ -89,7 +89,7 @@ void set(pb::Message& message, const Field& field, const SitlGps& gps) {
 
 }  // namespace
 
-std::optional<SitlGps> sitl_gps_of(const ReceiverReport& report) {
+std::optional<SitlGps> sitl_gps_of(const live::ReceiverReport& report) {
   if (report.step == nullptr) return std::nullopt;
   const receiver::ReceiverEpoch& seen = report.step->epoch.observed;
   const positioning::Fix& fix = seen.fix;

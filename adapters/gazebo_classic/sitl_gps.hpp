@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "adapters/common/epoch_publisher.hpp"
+#include "canyon/live/epoch_publisher.hpp"
 
 namespace google::protobuf {
 class Descriptor;
@@ -30,7 +30,7 @@ struct SitlGps {
 };
 
 /// Empty without truth, fix or velocity, since the bridge takes every message for a 3D fix with velocity.
-[[nodiscard]] std::optional<SitlGps> sitl_gps_of(const ReceiverReport& report);
+[[nodiscard]] std::optional<SitlGps> sitl_gps_of(const live::ReceiverReport& report);
 
 /// "sensor_msgs.msgs.SITLGps".
 inline constexpr const char* kSitlGpsType = "sensor_msgs.msgs.SITLGps";

@@ -48,7 +48,7 @@ void fill(gazebo::msgs::Visual& message, const VisualLedger::Change& change) {
 /// Draws by messages on ~/visual, which every scene listens to, in clients as well as behind camera sensors.
 /// (Markers reach only one of them: they are a service, and the first to answer takes them.) Shapes belong to
 /// the world and not to the vehicle, so that its visuals, frames and selection stay its own.
-class SceneVisuals final : public EpochPublisher {
+class SceneVisuals final : public live::EpochPublisher {
  public:
   SceneVisuals(const gazebo::transport::NodePtr& node, const ReceiverIdentity& identity,
                const VisualSettings& settings)
@@ -67,7 +67,7 @@ class SceneVisuals final : public EpochPublisher {
   SceneVisuals(const SceneVisuals&) = delete;
   SceneVisuals& operator=(const SceneVisuals&) = delete;
 
-  void publish(const ReceiverReport& report) override {
+  void publish(const live::ReceiverReport& report) override {
     safely([&] {
       const double now = steady_now_s();
       if (!updates_.due(now)) return;
@@ -152,9 +152,9 @@ class SceneVisuals final : public EpochPublisher {
 
 }  // namespace
 
-std::unique_ptr<EpochPublisher> make_visuals(const gazebo::transport::NodePtr& node,
-                                             const ReceiverIdentity& identity,
-                                             const VisualSettings& settings) {
+std::unique_ptr<live::EpochPublisher> make_visuals(const gazebo::transport::NodePtr& node,
+                                                   const ReceiverIdentity& identity,
+                                                   const VisualSettings& settings) {
   return std::make_unique<SceneVisuals>(node, identity, settings);
 }
 

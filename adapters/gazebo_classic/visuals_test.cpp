@@ -124,7 +124,7 @@ class Visuals : public testing::Test {
   }
 
   /// Publishes until something new of such a visual arrives: the clock on the wall limits the rate.
-  static void publish_news(EpochPublisher& visuals, const ReceiverReport& report, Client& client,
+  static void publish_news(live::EpochPublisher& visuals, const live::ReceiverReport& report, Client& client,
                            const std::string& ending) {
     const int before = client.count_of(ending);
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);

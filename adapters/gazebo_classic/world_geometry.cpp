@@ -24,8 +24,8 @@ using gazebo::physics::ModelPtr;
 std::uint64_t structure_of(const Model& model) {
   const ignition::math::Vector3d scale = model.Scale();
   std::uint64_t sum = model.GetLinks().size();
-  for (int i = 0; i < 3; ++i) mix(sum, std::hash<double>()(scale[static_cast<std::size_t>(i)]));
-  for (const ModelPtr& nested : model.NestedModels()) mix(sum, nested ? structure_of(*nested) : 0);
+  for (int i = 0; i < 3; ++i) live::mix(sum, std::hash<double>()(scale[static_cast<std::size_t>(i)]));
+  for (const ModelPtr& nested : model.NestedModels()) live::mix(sum, nested ? structure_of(*nested) : 0);
   return sum;
 }
 
@@ -39,7 +39,7 @@ void for_each_link(const Model& model, const Visit& visit) {
   }
 }
 
-class GazeboWorld final : public HostWorld {
+class GazeboWorld final : public live::HostWorld {
  public:
   GazeboWorld(const gazebo::physics::WorldPtr& world, bool visual)
       : world_(world), shapes_(visual, world->Physics()->GetType()) {
@@ -69,8 +69,8 @@ class GazeboWorld final : public HostWorld {
   std::uint64_t shapes(Id model) override {
     std::uint64_t sum = 0;
     for_each_link(*at(model), [&](const gazebo::physics::LinkPtr& link) {
-      mix(sum, link->GetId());
-      mix(sum, shapes_.fingerprint(*link));
+      live::mix(sum, link->GetId());
+      live::mix(sum, shapes_.fingerprint(*link));
     });
     return sum;
   }
@@ -82,7 +82,7 @@ class GazeboWorld final : public HostWorld {
     });
   }
 
-  std::optional<RigidPose> pose(Id link) override {
+  std::optional<simulation::RigidPose> pose(Id link) override {
     const boost::shared_ptr<Link> at = locked(link);
     if (!at) return std::nullopt;
     return rigid_pose(at->WorldPose());
@@ -115,21 +115,21 @@ class GazeboWorld final : public HostWorld {
 
 }  // namespace
 
-std::shared_ptr<WorldScene> scene_of(const gazebo::physics::WorldPtr& world,
-                                     const WorldScene::Options& options) {
-  return WorldScene::of(world.get(), options,
-                        [&] { return std::make_unique<GazeboWorld>(world, options.visual); });
+std::shared_ptr<live::WorldScene> scene_of(const gazebo::physics::WorldPtr& world,
+                                           const live::WorldScene::Options& options) {
+  return live::WorldScene::of(world.get(), options,
+                              [&] { return std::make_unique<GazeboWorld>(world, options.visual); });
 }
 
-std::optional<HostOrigin> origin_of(const gazebo::physics::World& world) {
+std::optional<live::HostOrigin> origin_of(const gazebo::physics::World& world) {
   const gazebo::common::SphericalCoordinatesPtr at = world.SphericalCoords();
   if (!at) return std::nullopt;
-  return HostOrigin{
+  return live::HostOrigin{
       {at->LatitudeReference().Radian(), at->LongitudeReference().Radian(), at->GetElevationReference()},
       at->HeadingOffset().Radian()};
 }
 
-HostWorld::Id topmost_id(const ModelPtr& model) {
+live::HostWorld::Id topmost_id(const ModelPtr& model) {
   gazebo::physics::BasePtr top = model;
   while (top->GetParent() && top->GetParent()->HasType(Base::MODEL)) top = top->GetParent();
   return top->GetId();

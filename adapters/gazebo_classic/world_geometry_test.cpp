@@ -50,12 +50,12 @@ std::string box(const std::string& size) {
   return "<box><size>" + size + "</size></box>";
 }
 
-std::optional<raytrace::Hit> cast(const WorldScene& geometry, const Vector3d& origin,
+std::optional<raytrace::Hit> cast(const live::WorldScene& geometry, const Vector3d& origin,
                                   const Vector3d& towards) {
   return geometry.scene()->scene.cast({origin, towards.normalized()});
 }
 /// Range, negative where the triangle is met from behind; infinite without a hit.
-double range(const WorldScene& geometry, const Vector3d& origin, const Vector3d& towards) {
+double range(const live::WorldScene& geometry, const Vector3d& origin, const Vector3d& towards) {
   const auto hit = cast(geometry, origin, towards);
   if (!hit) return std::numeric_limits<double>::infinity();
   return hit->front ? hit->range_m : -hit->range_m;
@@ -78,15 +78,16 @@ class WorldGeometryTest : public ::testing::Test {
  protected:
   static WorldPtr load(const std::string& models) { return server().load(world(models)); }
   static test::InProcessServer& server() { return test::InProcessServer::get(); }
-  static std::shared_ptr<WorldScene> of(const WorldPtr& world, bool visual = false, double heading_rad = 0) {
-    WorldFrame frame;
+  static std::shared_ptr<live::WorldScene> of(const WorldPtr& world, bool visual = false,
+                                              double heading_rad = 0) {
+    live::WorldFrame frame;
     frame.heading_rad = heading_rad;
-    WorldScene::Options options{world->Name(), visual, frame};
+    live::WorldScene::Options options{world->Name(), visual, frame};
     options.facades.mix = city::FacadeMix::AsGiven;
     return scene_of(world, options);
   }
-  static std::shared_ptr<WorldScene> updated(const WorldPtr& world, bool visual = false,
-                                             double heading_rad = 0) {
+  static std::shared_ptr<live::WorldScene> updated(const WorldPtr& world, bool visual = false,
+                                                   double heading_rad = 0) {
     auto geometry = of(world, visual, heading_rad);
     geometry->update({});
     return geometry;

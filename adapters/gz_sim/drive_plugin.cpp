@@ -46,7 +46,7 @@ class DriveSystem final : public gz::sim::System,
       const sdf::ElementPtr model = of_model == nullptr ? nullptr : of_model->Data().Element();
       const std::filesystem::path file(model ? model->FilePath() : element->FilePath());
       settings_ = read_drive_settings(element->Clone(), name, file.parent_path(), gazebos_paths(),
-                                      origin_of(ecm).value_or(HostOrigin{}).frame());
+                                      origin_of(ecm).value_or(live::HostOrigin{}).frame());
     } catch (const std::exception& error) {
       gzerr << "[canyon] " << error.what() << "\n[canyon] the model stays where it is\n";
       return;
@@ -62,7 +62,7 @@ class DriveSystem final : public gz::sim::System,
 
   void PreUpdate(const gz::sim::UpdateInfo& info, Ecm& ecm) override {
     if (!settings_ || info.paused) return;
-    const DrivePose at = settings_->drive.at(std::chrono::duration<double>(info.simTime).count());
+    const simulation::DrivePose at = settings_->drive.at(std::chrono::duration<double>(info.simTime).count());
     const gz::math::Quaterniond attitude =
         settings_->heading ? gz::math::Quaterniond(0, 0, at.yaw_rad) : given_attitude_;
     turning_ = {0, 0, settings_->heading ? at.yaw_rate_radps : 0};

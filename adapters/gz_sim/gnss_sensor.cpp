@@ -1,6 +1,10 @@
 #include "adapters/gz_sim/gnss_sensor.hpp"
 
+#include <gz/msgs/pose.pb.h>
+
 #include <filesystem>
+#include <functional>
+#include <gz/common/Console.hh>
 #include <gz/sim/Util.hh>
 #include <gz/sim/components/CustomSensor.hh>
 #include <gz/sim/components/Model.hh>
@@ -14,7 +18,6 @@
 #include <sdf/World.hh>
 #include <vector>
 
-#include "adapters/common/hosted_receiver.hpp"
 #include "adapters/gz_sim/resource_paths.hpp"
 #include "canyon/base/input_error.hpp"
 
@@ -92,6 +95,26 @@ HostSettings read_settings(const sdf::ElementPtr& element, const ReceiverIdentit
         "<publishers><px4> without effect: PX4's bridge of Gazebo Sim reads the sensor's own topic");
   }
   return settings;
+}
+
+std::shared_ptr<simulation::PoseInbox> take_poses(gz::transport::Node& node, const HostSettings& settings) {
+  // A call of the transport's may still be in progress when the receiver has ended.
+  auto inbox = std::make_shared<simulation::PoseInbox>(settings.pose_topic, settings.pose_timeout_s);
+  std::function<void(const gz::msgs::Pose&)> take =
+      [poses = std::weak_ptr<simulation::PoseInbox>(inbox)](const gz::msgs::Pose& message) {
+        const auto kept = poses.lock();
+        if (!kept) return;
+        const auto& p = message.position();
+        const auto& q = message.orientation();
+        const auto& stamp = message.header().stamp();
+        const double stamp_s = static_cast<double>(stamp.sec()) + static_cast<double>(stamp.nsec()) * 1e-9;
+        const std::string said = kept->take({{p.x(), p.y(), p.z()}, {q.w(), q.x(), q.y(), q.z()}}, stamp_s);
+        if (!said.empty()) gzerr << "[canyon] " << said << "\n";
+      };
+  if (!node.Subscribe(settings.pose_topic, take)) {
+    gzerr << "[canyon] <pose_topic>: Gazebo does not let '" << settings.pose_topic << "' be subscribed to\n";
+  }
+  return inbox;
 }
 
 }  // namespace canyon::adapters::gz_sim

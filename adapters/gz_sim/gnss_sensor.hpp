@@ -1,12 +1,14 @@
 #pragma once
 
 #include <gz/sim/EntityComponentManager.hh>
+#include <gz/transport/Node.hh>
+#include <memory>
 #include <optional>
 #include <sdf/Sensor.hh>
 #include <string>
 
-#include "adapters/common/epoch_publisher.hpp"
 #include "adapters/common/sdf/plugin_settings.hpp"
+#include "canyon/simulation/motion/pose_motion.hpp"
 
 namespace canyon::adapters::gz_sim {
 
@@ -25,5 +27,10 @@ namespace canyon::adapters::gz_sim {
 /// Settings of a receiver, with what has no effect in Gazebo Sim as warnings. Throws InputError.
 [[nodiscard]] HostSettings read_settings(const sdf::ElementPtr& element, const ReceiverIdentity& identity,
                                          const gz::sim::EntityComponentManager& ecm);
+
+/// Truth from outside: gz.msgs.Pose on settings.pose_topic, in the world's frame, for as long as `node` and
+/// what is returned live.
+[[nodiscard]] std::shared_ptr<simulation::PoseInbox> take_poses(gz::transport::Node& node,
+                                                                const HostSettings& settings);
 
 }  // namespace canyon::adapters::gz_sim

@@ -21,19 +21,18 @@
 #include <vector>
 
 #include "adapters/common/gazebo_math.hpp"
-#include "adapters/common/host_bases.hpp"
-#include "adapters/common/hosted_receiver.hpp"
 #include "adapters/common/sdf/plugin_settings.hpp"
 #include "adapters/gz_sim/gnss_sensor.hpp"
 #include "adapters/gz_sim/gz_host_world.hpp"
 #include "adapters/gz_sim/options_service.hpp"
-#include "adapters/gz_sim/pose_topic.hpp"
 #include "adapters/gz_sim/publishers.hpp"
 #include "adapters/gz_sim/resource_paths.hpp"
 #ifdef CANYON_WITH_ROS2
 #include "adapters/ros2/host_publisher.hpp"
 #endif
 #include "canyon/base/input_error.hpp"
+#include "canyon/live/host_bases.hpp"
+#include "canyon/live/hosted_receiver.hpp"
 
 namespace canyon::adapters::gz_sim {
 namespace {
@@ -47,8 +46,8 @@ std::int64_t nanoseconds(const std::chrono::steady_clock::duration& time) {
 }
 
 // Prints warnings as errors, too: Gazebo Sim shows lower levels only when it is asked to.
-void say(HostedReceiver::Tone tone, const std::string& line) {
-  gzerr << "[canyon] " << (tone == HostedReceiver::Tone::Error ? "" : "warning: ") << line << "\n";
+void say(live::HostedReceiver::Tone tone, const std::string& line) {
+  gzerr << "[canyon] " << (tone == live::HostedReceiver::Tone::Error ? "" : "warning: ") << line << "\n";
 }
 
 }  // namespace
@@ -56,9 +55,9 @@ void say(HostedReceiver::Tone tone, const std::string& line) {
 struct GnssWorld::Impl {
   /// Receivers of the same options see one scene.
   struct Scene {
-    WorldScene::Options options;
+    live::WorldScene::Options options;
     GzHostWorld* world = nullptr;  // the scene's own
-    std::weak_ptr<WorldScene> scene;
+    std::weak_ptr<live::WorldScene> scene;
   };
   struct Receiver {
     Entity sensor = gz::sim::kNullEntity;
@@ -66,11 +65,13 @@ struct GnssWorld::Impl {
     std::string link_name;
     std::string name;  // "iris::base_link::gps"
     std::string topic;
-    std::optional<HostWorld::Id> own_model;
+    std::optional<live::HostWorld::Id> own_model;
     bool scene_is_due = true;
-    EngineMotion motion;
-    std::unique_ptr<PoseTopic> pose_topic;  // instead of the link's motion
-    std::unique_ptr<HostedReceiver> hosted;
+    simulation::EngineMotion motion;
+    std::shared_ptr<simulation::PoseInbox> poses;  // instead of the link's motion
+    std::unique_ptr<gz::transport::Node> node;     // that they come through
+    HostSettings settings;
+    std::unique_ptr<live::HostedReceiver> hosted;
   };
   struct Root {
     sdf::ElementPtr defaults;
@@ -96,18 +97,18 @@ struct GnssWorld::Impl {
   void look(const Ecm& ecm);
   void wait();
   [[nodiscard]] bool idle() const;
-  std::shared_ptr<WorldScene> scene_of(const WorldScene::Options& options);
-  std::optional<TruePose> truth(Receiver& receiver, std::int64_t now_ns, const Ecm& ecm,
-                                std::string& reason) const;
+  std::shared_ptr<live::WorldScene> scene_of(const live::WorldScene::Options& options);
+  std::optional<simulation::TruePose> truth(Receiver& receiver, std::int64_t now_ns, const Ecm& ecm,
+                                            std::string& reason) const;
 
   std::mutex mutex;
   std::map<Entity, Root> roots;
   std::vector<Sensor> due;
   std::vector<Scene> scenes;
   std::map<Entity, Receiver> receivers;  // in the order of entities, so that a run repeats
-  HostBases bases;
+  live::HostBases bases;
   std::unique_ptr<OptionsService> options;
-  std::optional<HostOrigin> origin;
+  std::optional<live::HostOrigin> origin;
   bool stepped = false;  // PostUpdate of this step is done
   // Epochs are computed and published while the simulation continues. It waits for them only before the next.
   std::future<void> epochs;
@@ -138,7 +139,7 @@ void GnssWorld::serve(Entity root, const sdf::ElementPtr& defaults, Ecm& ecm) {
     entry.all = read_plugin_settings(defaults, place).serve_all;
   } catch (const std::exception& e) {
     entry.bad = true;
-    say(HostedReceiver::Tone::Error,
+    say(live::HostedReceiver::Tone::Error,
         fmt::format("{}\n[canyon] its receivers are switched off; the simulation continues", e.what()));
   }
   impl_->look_for_sensors(ecm, true);
@@ -203,7 +204,7 @@ void GnssWorld::Impl::start_due(Ecm& ecm) {
     try {
       start(sensor.entity, sensor.sensor, sensor.element, ecm);
     } catch (const std::exception& e) {
-      say(HostedReceiver::Tone::Error,
+      say(live::HostedReceiver::Tone::Error,
           fmt::format("{}\n[canyon] the receiver is switched off; the simulation continues", e.what()));
     }
   }
@@ -234,7 +235,7 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
                      "give it <spherical_coordinates>, or <canyon> <origin_latitude>, <origin_longitude> and "
                      "<origin_altitude>");
   }
-  const WorldFrame frame = world_frame(origin, settings, settings.warnings);
+  const live::WorldFrame frame = world_frame(origin, settings, settings.warnings);
 
   if (!options) options = std::make_unique<OptionsService>(identity.world);
   Receiver receiver;
@@ -245,7 +246,10 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
   if (!settings.vehicle_blocks) receiver.own_model = gz::sim::topLevelModel(entity, ecm);
   gz::sim::enableComponent<components::WorldLinearVelocity>(ecm, receiver.link);
   gz::sim::enableComponent<components::WorldAngularVelocity>(ecm, receiver.link);
-  if (!settings.pose_topic.empty()) receiver.pose_topic = std::make_unique<PoseTopic>(settings);
+  if (!settings.pose_topic.empty()) {
+    receiver.node = std::make_unique<gz::transport::Node>();
+    receiver.poses = take_poses(*receiver.node, settings);
+  }
 
   const bool own_topic = !sensor.Topic().empty();
   const std::string topic =
@@ -257,8 +261,8 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
   }
   receiver.topic = topic;
   ecm.CreateComponent(entity, components::SensorTopic(topic));
-  receiver.hosted = std::make_unique<HostedReceiver>(
-      settings, identity, frame, start_of_world(&ecm, identity.world, 0), sensor.UpdateRate(), say);
+  receiver.hosted = std::make_unique<live::HostedReceiver>(
+      setup_of(settings, identity, frame, start_of_world(&ecm, identity.world, 0), sensor.UpdateRate(), say));
   if (settings.publish_navsat) {
     receiver.hosted->add(make_navsat_publisher(topic, frame_of(sensor.Element(), receiver.name)));
   }
@@ -284,22 +288,23 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
         << (topics.empty() ? "no topic" : fmt::format("{}", fmt::join(topics, " and "))) << " every "
         << receiver.hosted->interval_s() << " s; services " << rooted(topic) << "/set_rate and "
         << rooted(services) << "/get_options, set_options, get_faults, add_fault, end_fault\n";
+  receiver.settings = std::move(settings);
   Receiver& kept = receivers[entity] = std::move(receiver);
   bases.add(*kept.hosted, gz::sim::topLevelModel(entity, ecm));
   kept.hosted->on_reset([&kept] {
     kept.motion.reset();
-    if (kept.pose_topic) kept.pose_topic->reset();
+    if (kept.poses) kept.poses->reset();
   });
 }
 
-std::shared_ptr<WorldScene> GnssWorld::Impl::scene_of(const WorldScene::Options& wanted) {
+std::shared_ptr<live::WorldScene> GnssWorld::Impl::scene_of(const live::WorldScene::Options& wanted) {
   std::erase_if(scenes, [](const Scene& scene) { return scene.scene.expired(); });
   for (const Scene& known : scenes) {
     if (known.options == wanted) return known.scene.lock();
   }
   auto world = std::make_unique<GzHostWorld>(wanted.visual);
   Scene made{wanted, world.get(), {}};
-  const auto scene = std::make_shared<WorldScene>(std::move(world), wanted);
+  const auto scene = std::make_shared<live::WorldScene>(std::move(world), wanted);
   made.scene = scene;
   scenes.push_back(std::move(made));
   return scene;
@@ -339,7 +344,7 @@ void GnssWorld::Impl::look(const Ecm& ecm) {
 
 // set_spherical_coordinates puts the world elsewhere while it runs.
 void GnssWorld::Impl::follow_origin(const Ecm& ecm) {
-  const std::optional<HostOrigin> now = origin_of(ecm);
+  const std::optional<live::HostOrigin> now = origin_of(ecm);
   if (now == origin) return;
   wait();
   origin = now;
@@ -347,22 +352,22 @@ void GnssWorld::Impl::follow_origin(const Ecm& ecm) {
     std::vector<std::string> warnings;
     receiver.scene_is_due = true;
     try {
-      receiver.hosted->set_frame(world_frame(origin, receiver.hosted->settings(), warnings));
+      receiver.hosted->set_frame(world_frame(origin, receiver.settings, warnings));
     } catch (const std::exception& e) {
-      receiver.hosted->say(HostedReceiver::Tone::Error, e.what());
+      receiver.hosted->say(live::HostedReceiver::Tone::Error, e.what());
     }
-    for (const std::string& line : warnings) receiver.hosted->say(HostedReceiver::Tone::Warning, line);
+    for (const std::string& line : warnings) receiver.hosted->say(live::HostedReceiver::Tone::Warning, line);
   }
 }
 
-std::optional<TruePose> GnssWorld::Impl::truth(Receiver& receiver, std::int64_t now_ns, const Ecm& ecm,
-                                               std::string& reason) const {
-  if (receiver.pose_topic) return receiver.pose_topic->at(now_ns, reason);
+std::optional<simulation::TruePose> GnssWorld::Impl::truth(Receiver& receiver, std::int64_t now_ns,
+                                                           const Ecm& ecm, std::string& reason) const {
+  if (receiver.poses) return receiver.poses->at(now_ns, reason);
   if (ecm.Component<components::Pose>(receiver.link) == nullptr) {
     reason = fmt::format("link {} is gone", receiver.link_name);
     return std::nullopt;
   }
-  TruePose engine;
+  simulation::TruePose engine;
   engine.pose = rigid_pose(gz::sim::worldPose(receiver.sensor, ecm));
   const auto linear = ecm.ComponentData<components::WorldLinearVelocity>(receiver.link);
   const auto angular = ecm.ComponentData<components::WorldAngularVelocity>(receiver.link);
@@ -386,7 +391,7 @@ void GnssWorld::post_update(const gz::sim::UpdateInfo& info, const Ecm& ecm) {
   if (impl_->options) {
     impl_->options->serve([this] {
       impl_->wait();
-      std::vector<AdjustableReceiver> all;
+      std::vector<live::AdjustableReceiver> all;
       for (auto& [entity, receiver] : impl_->receivers)
         all.push_back(receiver.hosted->adjustable(receiver.name));
       return all;
@@ -402,26 +407,27 @@ void GnssWorld::post_update(const gz::sim::UpdateInfo& info, const Ecm& ecm) {
   if (info.paused) return;
   std::vector<Impl::Receiver*> due;
   for (auto& [entity, receiver] : impl_->receivers) {
-    if (receiver.pose_topic) receiver.pose_topic->tick(now_ns);
+    if (receiver.poses) receiver.poses->step(now_ns);
     if (receiver.hosted->due(now_ns)) due.push_back(&receiver);
   }
   if (due.empty()) return;
   impl_->wait();
   for (Impl::Receiver* receiver : due) {
-    HostedReceiver& hosted = *receiver->hosted;
+    live::HostedReceiver& hosted = *receiver->hosted;
     if (std::exchange(receiver->scene_is_due, false)) {
+      receiver->settings.live.seed = hosted.receiver().config().seed;
       hosted.set_scene(impl_->scene_of(scene_options(name_of(gz::sim::worldEntity(ecm), ecm),
-                                                     hosted.settings(), hosted.frame())),
+                                                     receiver->settings, hosted.frame())),
                        receiver->own_model);
       impl_->look(ecm);
     }
     hosted.begin(now_ns, [&](std::string& reason) { return impl_->truth(*receiver, now_ns, ecm, reason); });
   }
-  std::vector<HostedReceiver*> begun;
+  std::vector<live::HostedReceiver*> begun;
   for (Impl::Receiver* receiver : due) begun.push_back(receiver->hosted.get());
   impl_->bases.sort(begun);
   impl_->epochs = std::async(std::launch::async, [bases = &impl_->bases, begun = std::move(begun)] {
-    for (HostedReceiver* receiver : begun) bases->finish(*receiver);
+    for (live::HostedReceiver* receiver : begun) bases->finish(*receiver);
   });
 }
 

@@ -28,10 +28,10 @@ constexpr unsigned kUnsaidAge = 50;
 
 }  // namespace
 
-std::optional<HostOrigin> origin_of(const gz::sim::EntityComponentManager& ecm) {
+std::optional<live::HostOrigin> origin_of(const gz::sim::EntityComponentManager& ecm) {
   const auto at = ecm.ComponentData<components::SphericalCoordinates>(gz::sim::worldEntity(ecm));
   if (!at) return std::nullopt;
-  return HostOrigin{
+  return live::HostOrigin{
       {at->LatitudeReference().Radian(), at->LongitudeReference().Radian(), at->ElevationReference()},
       at->HeadingOffset().Radian()};
 }
@@ -116,16 +116,16 @@ std::uint64_t GzHostWorld::shapes(Id model) {
   std::vector<Id> ids;
   links(model, ids);
   for (const Id link : ids) {
-    mix(known.sum, link);
+    live::mix(known.sum, link);
     for_each_shape(link, [&](Id entity, const sdf::Geometry& geometry, const gz::math::Pose3d& pose) {
-      mix(known.sum, entity);
-      mix(known.sum, fingerprint(geometry, eigen(pose)));
+      live::mix(known.sum, entity);
+      live::mix(known.sum, fingerprint(geometry, eigen(pose)));
     });
   }
   return known.sum;
 }
 
-std::optional<RigidPose> GzHostWorld::pose(Id link) {
+std::optional<simulation::RigidPose> GzHostWorld::pose(Id link) {
   if (ecm_->Component<components::Pose>(link) == nullptr) return std::nullopt;
   return rigid_pose(gz::sim::worldPose(link, *ecm_));
 }

@@ -5,16 +5,16 @@
 #include <unordered_map>
 #include <vector>
 
-#include "adapters/common/world_scene.hpp"
 #include "adapters/gz_sim/gz_shape_files.hpp"
+#include "canyon/live/world_scene.hpp"
 
 namespace canyon::adapters::gz_sim {
 
 /// Empty where the world has no spherical_coordinates.
-[[nodiscard]] std::optional<HostOrigin> origin_of(const gz::sim::EntityComponentManager& ecm);
+[[nodiscard]] std::optional<live::HostOrigin> origin_of(const gz::sim::EntityComponentManager& ecm);
 
-/// The entities of a Gazebo Sim world as WorldScene reads them.
-class GzHostWorld final : public HostWorld {
+/// The entities of a Gazebo Sim world as live::WorldScene reads them.
+class GzHostWorld final : public live::HostWorld {
  public:
   /// @param visual visuals instead of collisions
   explicit GzHostWorld(bool visual) : visual_(visual) {}
@@ -32,7 +32,7 @@ class GzHostWorld final : public HostWorld {
   std::uint64_t structure(Id) override { return 0; }
   std::uint64_t shapes(Id model) override;
   void links(Id model, std::vector<Id>& ids) override;
-  std::optional<RigidPose> pose(Id link) override;
+  std::optional<simulation::RigidPose> pose(Id link) override;
   city::Mesh mesh(Id link, std::vector<std::string>& notes) override;
 
  private:

@@ -27,7 +27,8 @@ class GzHostWorldTest : public testing::Test {
     server_ = std::make_unique<test::SimServer>(test::empty_world(models));
     auto world = std::make_unique<GzHostWorld>(visual);
     GzHostWorld* host = world.get();
-    scene_ = std::make_unique<WorldScene>(std::move(world), WorldScene::Options{"street", visual, {}});
+    scene_ =
+        std::make_unique<live::WorldScene>(std::move(world), live::WorldScene::Options{"street", visual, {}});
     server_->hands->watch = [this, host](const test::Hands::Ecm& ecm) {
       host->look(ecm);
       scene_->update({});
@@ -43,7 +44,7 @@ class GzHostWorldTest : public testing::Test {
   }
 
   std::unique_ptr<test::SimServer> server_;
-  std::unique_ptr<WorldScene> scene_;
+  std::unique_ptr<live::WorldScene> scene_;
   std::vector<std::string> notes_;
 };
 

@@ -50,7 +50,7 @@ void fill(const VisualShape& shape, bool with_colour, gz::msgs::Marker& marker) 
   set_material(*marker.mutable_material(), shape);
 }
 
-class Markers final : public EpochPublisher {
+class Markers final : public live::EpochPublisher {
  public:
   Markers(const ReceiverIdentity& identity, const VisualSettings& settings)
       : namespace_("canyon/" + identity.link + "/" + identity.sensor),
@@ -68,7 +68,7 @@ class Markers final : public EpochPublisher {
   Markers(const Markers&) = delete;
   Markers& operator=(const Markers&) = delete;
 
-  void publish(const ReceiverReport& report) override {
+  void publish(const live::ReceiverReport& report) override {
     safely([&] {
       const double now = steady_now_s();
       if (!updates_.due(now) || !look_for_client(now)) return;
@@ -169,8 +169,8 @@ class Markers final : public EpochPublisher {
 
 }  // namespace
 
-std::unique_ptr<EpochPublisher> make_markers(const ReceiverIdentity& identity,
-                                             const VisualSettings& settings) {
+std::unique_ptr<live::EpochPublisher> make_markers(const ReceiverIdentity& identity,
+                                                   const VisualSettings& settings) {
   return std::make_unique<Markers>(identity, settings);
 }
 

@@ -33,12 +33,12 @@ class Topic {
   gz::transport::Node::Publisher publisher_;
 };
 
-class NavSatPublisher final : public EpochPublisher {
+class NavSatPublisher final : public live::EpochPublisher {
  public:
   NavSatPublisher(const std::string& topic, std::string frame_id)
       : topic_(topic), frame_id_(std::move(frame_id)) {}
 
-  void publish(const ReceiverReport& report) override {
+  void publish(const live::ReceiverReport& report) override {
     if (!topic_.has_listeners()) return;
     if (!fill_navsat(report, frame_id_, sequence_, topic_.message)) return;
     ++sequence_;
@@ -51,12 +51,12 @@ class NavSatPublisher final : public EpochPublisher {
   std::uint64_t sequence_ = 0;
 };
 
-class GnssPublisher final : public EpochPublisher {
+class GnssPublisher final : public live::EpochPublisher {
  public:
   GnssPublisher(ReceiverIdentity identity, const std::string& topic)
       : identity_(std::move(identity)), topic_(topic) {}
 
-  void publish(const ReceiverReport& report) override {
+  void publish(const live::ReceiverReport& report) override {
     if (!topic_.has_listeners()) return;
     fill_gnss_message(identity_, report, topic_.message);
     topic_.send();
@@ -69,7 +69,8 @@ class GnssPublisher final : public EpochPublisher {
 
 }  // namespace
 
-std::unique_ptr<EpochPublisher> make_navsat_publisher(const std::string& topic, const std::string& frame_id) {
+std::unique_ptr<live::EpochPublisher> make_navsat_publisher(const std::string& topic,
+                                                            const std::string& frame_id) {
   return std::make_unique<NavSatPublisher>(topic, frame_id);
 }
 
@@ -79,8 +80,8 @@ std::string gnss_topic_beside(const std::string& navsat_topic, bool chosen_by_us
   return whole ? navsat_topic + "/gnss" : navsat_topic.substr(0, last) + "/gnss";
 }
 
-std::unique_ptr<EpochPublisher> make_gnss_publisher(const ReceiverIdentity& identity,
-                                                    const std::string& topic) {
+std::unique_ptr<live::EpochPublisher> make_gnss_publisher(const ReceiverIdentity& identity,
+                                                          const std::string& topic) {
   return std::make_unique<GnssPublisher>(identity, topic);
 }
 

@@ -4,7 +4,6 @@
 #include <gz/msgs/double.pb.h>
 #include <gz/msgs/stringmsg.pb.h>
 
-#include <chrono>
 #include <gz/common/Console.hh>
 #include <gz/transport/Node.hh>
 #include <gz/transport/TopicUtils.hh>
@@ -16,18 +15,8 @@
 namespace canyon::adapters::gz_sim {
 namespace {
 
-/// The transport has one thread for all that a process receives: it must not be held for long.
-constexpr std::chrono::milliseconds kPatience(1000);
-
-struct Service {
-  const char* name;
-  OptionsRequest::Kind kind;
-};
-constexpr Service kServices[]{{"get_options", OptionsRequest::Kind::Get},
-                              {"set_options", OptionsRequest::Kind::Set},
-                              {"get_faults", OptionsRequest::Kind::Faults},
-                              {"add_fault", OptionsRequest::Kind::AddFault},
-                              {"end_fault", OptionsRequest::Kind::EndFault}};
+using live::ControlService;
+using live::kControlServices;
 
 }  // namespace
 
@@ -38,7 +27,7 @@ struct OptionsService::Impl {
   Impl& operator=(const Impl&) = delete;
 
   /// The topic of a receiver, or of all receivers if `receiver` is empty.
-  [[nodiscard]] std::string topic(const std::string& receiver, const Service& service) const {
+  [[nodiscard]] std::string topic(const std::string& receiver, const ControlService& service) const {
     std::string path = receiver.empty() ? "" : receiver + "/";
     for (std::size_t at = 0; (at = path.find("::", at)) != std::string::npos;) path.replace(at, 2, "/");
     return gz::transport::TopicUtils::AsValidTopic(
@@ -46,7 +35,7 @@ struct OptionsService::Impl {
   }
 
   void offer(const std::string& receiver) {
-    for (const Service& service : kServices) {
+    for (const ControlService& service : kControlServices) {
       const std::string name = topic(receiver, service);
       const auto [known, added] = offered.emplace(name, receiver);
       if (!added) {
@@ -58,7 +47,7 @@ struct OptionsService::Impl {
       std::function<bool(const gz::msgs::StringMsg&, gz::msgs::StringMsg&)> call =
           [desk = desk, receiver, kind = service.kind](const gz::msgs::StringMsg& request,
                                                        gz::msgs::StringMsg& reply) {
-            reply.set_data(desk->ask({kind, receiver, request.data()}, kPatience));
+            reply.set_data(desk->ask({kind, receiver, request.data()}));
             return true;
           };
       if (!node.Advertise(name, call)) {
@@ -71,8 +60,8 @@ struct OptionsService::Impl {
   void offer_rate(const std::string& receiver, const std::string& sensor_topic) {
     std::function<void(const gz::msgs::Double&)> call = [desk = desk,
                                                          receiver](const gz::msgs::Double& rate) {
-      const std::string said = desk->ask(
-          {OptionsRequest::Kind::Set, receiver, fmt::format("rate_hz: {}", rate.data())}, kPatience);
+      const std::string said =
+          desk->ask({live::OptionsRequest::Kind::Set, receiver, fmt::format("rate_hz: {}", rate.data())});
       if (said.starts_with("refused")) gzerr << "[canyon] " << receiver << ": set_rate: " << said << "\n";
     };
     // If two sensors have one topic, the first has the service.
@@ -82,7 +71,7 @@ struct OptionsService::Impl {
   std::string world;
   std::map<std::string, std::string> offered;  // services, and whose they are
   std::map<std::string, std::string> rates;    // of receivers: the service beside their topic
-  std::shared_ptr<OptionsDesk> desk = std::make_shared<OptionsDesk>();
+  std::shared_ptr<live::OptionsDesk> desk = std::make_shared<live::OptionsDesk>();
   gz::transport::Node node;  // the last: its services end first
 };
 
@@ -92,12 +81,12 @@ OptionsService::~OptionsService() = default;
 std::string OptionsService::add(const std::string& receiver, const std::string& topic) {
   impl_->offer(receiver);
   impl_->offer_rate(receiver, topic);
-  const std::string first = impl_->topic(receiver, kServices[0]);
+  const std::string first = impl_->topic(receiver, kControlServices[0]);
   return first.substr(0, first.rfind('/'));
 }
 
 void OptionsService::remove(const std::string& receiver) {
-  for (const Service& service : kServices) {
+  for (const ControlService& service : kControlServices) {
     (void)impl_->node.UnadvertiseSrv(impl_->topic(receiver, service));
     impl_->offered.erase(impl_->topic(receiver, service));
   }
@@ -107,11 +96,11 @@ void OptionsService::remove(const std::string& receiver) {
   }
 }
 
-std::shared_ptr<OptionsDesk> OptionsService::desk() const {
+std::shared_ptr<live::OptionsDesk> OptionsService::desk() const {
   return impl_->desk;
 }
 
-void OptionsService::serve(const std::function<std::vector<AdjustableReceiver>()>& receivers) {
+void OptionsService::serve(const std::function<std::vector<live::AdjustableReceiver>()>& receivers) {
   impl_->desk->serve(receivers);
 }
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "adapters/common/options_desk.hpp"
+#include "canyon/live/controls.hpp"
 
 namespace canyon::adapters::gz_sim {
 
@@ -31,9 +31,9 @@ class OptionsService {
   std::string add(const std::string& receiver, const std::string& topic);
   void remove(const std::string& receiver);
   /// The desk, for other transports that ask serve().
-  [[nodiscard]] std::shared_ptr<OptionsDesk> desk() const;
-  /// The simulation's thread, at every update, also while paused (OptionsDesk::serve()).
-  void serve(const std::function<std::vector<AdjustableReceiver>()>& receivers);
+  [[nodiscard]] std::shared_ptr<live::OptionsDesk> desk() const;
+  /// The simulation's thread, at every update, also while paused (live::OptionsDesk::serve()).
+  void serve(const std::function<std::vector<live::AdjustableReceiver>()>& receivers);
 
  private:
   struct Impl;

@@ -63,9 +63,9 @@ class Process {
   std::thread thread_;
 };
 
-class HostPublisher final : public EpochPublisher {
+class HostPublisher final : public live::EpochPublisher {
  public:
-  HostPublisher(const ReceiverIdentity& identity, const RosSettings& settings, FaultAnswerer faults)
+  HostPublisher(const ReceiverIdentity& identity, const RosSettings& settings, live::FaultAnswerer faults)
       : process_(Process::get()),
         names_(claimed_ros_topics(
             identity, settings,
@@ -98,7 +98,7 @@ class HostPublisher final : public EpochPublisher {
   HostPublisher(const HostPublisher&) = delete;
   HostPublisher& operator=(const HostPublisher&) = delete;
 
-  void publish(const ReceiverReport& report) override {
+  void publish(const live::ReceiverReport& report) override {
     try {
       health_.reason = report.reason;
       topics_->publish(report, frame_id_, health_);
@@ -123,8 +123,9 @@ class HostPublisher final : public EpochPublisher {
 
 }  // namespace
 
-std::unique_ptr<EpochPublisher> make_host_publisher(const ReceiverIdentity& identity,
-                                                    const RosSettings& settings, FaultAnswerer faults) {
+std::unique_ptr<live::EpochPublisher> make_host_publisher(const ReceiverIdentity& identity,
+                                                          const RosSettings& settings,
+                                                          live::FaultAnswerer faults) {
   return std::make_unique<HostPublisher>(identity, settings, std::move(faults));
 }
 

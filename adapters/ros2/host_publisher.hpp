@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "adapters/common/epoch_publisher.hpp"
-#include "adapters/common/fault_services.hpp"
 #include "adapters/common/ros_names.hpp"
+#include "canyon/live/controls.hpp"
+#include "canyon/live/epoch_publisher.hpp"
 
 namespace canyon::adapters::ros2 {
 
@@ -14,8 +14,8 @@ namespace canyon::adapters::ros2 {
 /// ROS 2 is begun there where nobody has yet (gazebo_ros does). They are in claimed_ros_topics(), beside them
 /// raw_observations, and /diagnostics. Its services are those of FaultServices. Remarks about names are in
 /// the first take_notes(). Throws InputError as claimed_ros_topics().
-[[nodiscard]] std::unique_ptr<EpochPublisher> make_host_publisher(const ReceiverIdentity& identity,
-                                                                  const RosSettings& settings,
-                                                                  FaultAnswerer faults);
+[[nodiscard]] std::unique_ptr<live::EpochPublisher> make_host_publisher(const ReceiverIdentity& identity,
+                                                                        const RosSettings& settings,
+                                                                        live::FaultAnswerer faults);
 
 }  // namespace canyon::adapters::ros2

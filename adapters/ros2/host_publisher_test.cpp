@@ -65,7 +65,7 @@ TEST(HostPublisher, BeginsRosAndPublishes) {
 
   simulation::LiveReceiver::Step step{test::sample_signal_epoch(test::sample_time(), test::sample_time()),
                                       {}};
-  ReceiverReport report;
+  live::ReceiverReport report;
   report.step = &step;
   report.scan_ranges_m = {3, 4};
   report.scan_max_range_m = 100;

@@ -54,7 +54,8 @@ TEST(MapProjection, TurnsGridNorthToTrueNorth) {
   const geodesy::LocalFrame city(geodesy::Geodetic::from_degrees(35.65858, 139.74543, 0));
   const auto info = read("projector_type: MGRS\nmgrs_grid: 54SUE\n");
   const MapProjection map(info, city, 0);
-  const RigidPose pose = map.in_city({{86440.29, 46805.90 + 1000, 0}, Eigen::Quaterniond::Identity()});
+  const simulation::RigidPose pose =
+      map.in_city({{86440.29, 46805.90 + 1000, 0}, Eigen::Quaterniond::Identity()});
   EXPECT_NEAR(pose.position_m.head<2>().norm(), 1000 / 0.99976, 0.05);
   EXPECT_NEAR(geodesy::degrees(std::atan2(pose.position_m.x(), pose.position_m.y())), -0.7315, 1e-3);
   // A vehicle that looks along the grid's east axis looks 0.73 deg to the north of east.

@@ -7,11 +7,11 @@
 #include <set>
 #include <utility>
 
-#include "adapters/common/stream_publisher.hpp"
 #include "adapters/ros2/rtcm_topic.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
+#include "canyon/live/epoch_publisher.hpp"
 #include "canyon/options/read.hpp"
 #include "canyon/options/settings_tree.hpp"
 #include "canyon/options/values.hpp"
@@ -291,7 +291,7 @@ void visit(Visitor& v, NodeSettings& settings) {
   v.number({"speed", "", "of the clock that it drives, times real time"}, settings.speed, {0, 1000, true});
   v.integer({"threads", "", "that compute a scenario's own drive ahead; 0: as many as cores"},
             settings.threads, 0, simulation::kMostThreads);
-  visit_host(v, settings, settings.frame_id, [&] { visit_pose(v, settings); });
+  live::visit_host(v, settings, settings.frame_id, [&] { visit_pose(v, settings); });
   simulation::ScenarioOfAnyTrajectory any{settings.live};
   visit(v, any);
   if (!v.reads()) return;
@@ -398,7 +398,7 @@ simulation::Scenario simulated_world(const NodeSettings& settings) {
   return world;
 }
 
-simulation::LiveConfig live_config(const NodeSettings& settings, const std::string& own_name) {
+simulation::LiveConfig driven_config(const NodeSettings& settings, const std::string& own_name) {
   simulation::LiveConfig config = settings.live;
   config.receiver().options.own_draws = true;
   if (!settings.named) config.receiver().options.name = own_name;

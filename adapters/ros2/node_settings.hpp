@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-#include "adapters/common/host_options.hpp"
+#include "canyon/live/host_options.hpp"
 #include "canyon/options/describe.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
@@ -21,7 +21,7 @@ enum class PoseSource : std::uint8_t { Trajectory, Pose, Odometry, Tf, Fixed };
 
 /// The settings of every host, whose scenario comes from a file and parameters over it, and what a node of
 /// ROS 2 adds. With poses from outside the trajectory may be absent.
-struct NodeSettings : HostOptions {
+struct NodeSettings : live::HostOptions {
   std::optional<std::filesystem::path> scenario;
   std::string receiver;  ///< name of one of the scenario's; empty: the first
   std::string frame_id = "gnss";
@@ -76,6 +76,6 @@ using Parameters = std::map<std::string, ParameterValue>;
 [[nodiscard]] simulation::Scenario simulated_world(const NodeSettings& settings);
 
 /// The options of a driven receiver. `own_name` names it where nothing else does; its noise is its own.
-[[nodiscard]] simulation::LiveConfig live_config(const NodeSettings& settings, const std::string& own_name);
+[[nodiscard]] simulation::LiveConfig driven_config(const NodeSettings& settings, const std::string& own_name);
 
 }  // namespace canyon::adapters::ros2

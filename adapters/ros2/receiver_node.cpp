@@ -15,10 +15,8 @@
 #include <tf2_ros/transform_listener.h>
 #endif
 
-#include "adapters/common/stream_publisher.hpp"
-#include "adapters/ros2/corrected_run.hpp"
 #include "adapters/ros2/node_parameters.hpp"
-#include "adapters/ros2/pose_receiver.hpp"
+#include "adapters/ros2/node_truth.hpp"
 #include "adapters/ros2/receiver_topics.hpp"
 #include "adapters/ros2/rtcm_messages.hpp"
 #include "adapters/ros2/rtcm_topic.hpp"
@@ -33,7 +31,6 @@
 namespace canyon::adapters::ros2 {
 namespace {
 
-using Step = simulation::LiveReceiver::Step;
 using lifecycle_msgs::msg::State;
 
 constexpr double kDefaultRate_hz = 10;
@@ -52,6 +49,16 @@ void check_build(const NodeSettings& settings) {
     if (topic_of_stream(stream)) require_rtcm_msgs("parameter 'streams'");
   }
 }
+
+class TopicsPublisher final : public live::EpochPublisher {
+ public:
+  explicit TopicsPublisher(std::function<void(const live::ReceiverReport&)> publish)
+      : publish_(std::move(publish)) {}
+  void publish(const live::ReceiverReport& report) override { publish_(report); }
+
+ private:
+  std::function<void(const live::ReceiverReport&)> publish_;
+};
 
 /// Sensors that the scenario's own drive has, and the clock, beside the topics of every receiver.
 TopicNames topics_of(const NodeSettings& settings) {
@@ -80,8 +87,10 @@ struct ReceiverNode::Impl {
   void cleanup();
   void autostart();
 
-  [[nodiscard]] std::unique_ptr<Drive> make_run() const;
-  void open_streams(const std::vector<output::ReceiverDescription>& receivers);
+  [[nodiscard]] std::unique_ptr<ScenarioRun> make_run();
+  [[nodiscard]] live::HostOutputs::Say say();
+  [[nodiscard]] std::shared_ptr<transport::Link> open_link(const output::StreamRequest& request);
+  void open_outputs();
   void listen();
   void listen_to_corrections();
   void on_corrections(std::string_view bytes);
@@ -89,14 +98,12 @@ struct ReceiverNode::Impl {
   void look_up();
   void begin_poses();
 
-  [[nodiscard]] std::string answer_faults(const OptionsRequest& request);
+  [[nodiscard]] std::string answer_faults(const live::OptionsRequest& request);
 
   void tick_clock();
   void tick();
   void take_epochs();
-  void observe();
-  void publish(const Step* step, std::int64_t at_ns, const std::string& reason);
-  void serve(std::int64_t at_ns);
+  void publish(const live::ReceiverReport& report);
   [[nodiscard]] std::int64_t now_ns() const { return node.get_clock()->now().nanoseconds(); }
   void warn(const std::string& message) {
     if (said.insert(message).second) RCLCPP_WARN(node.get_logger(), "%s", hide_passwords(message).c_str());
@@ -119,10 +126,11 @@ struct ReceiverNode::Impl {
   std::shared_ptr<const simulation::Simulation> simulation;  // of a scenario's own drive
   std::unique_ptr<ReceiverTopics> topics;
   std::unique_ptr<FaultServices> services;
-  std::unique_ptr<Drive> run;
-  std::optional<PoseReceiver> poses;
-  simulation::EpochSchedule schedule{1 / kDefaultRate_hz};
-  std::vector<std::unique_ptr<EpochPublisher>> streams;
+  std::unique_ptr<ScenarioRun> run;            // of a scenario's own drive; its epochs go to
+  std::unique_ptr<live::HostOutputs> outputs;  // these
+  std::optional<NodeTruth> truth;              // of a receiver that poses move
+  std::unique_ptr<live::HostedReceiver> hosted;
+  double interval_s = 1 / kDefaultRate_hz;
   rclcpp::SubscriptionBase::SharedPtr subscription, corrections;
 #ifdef CANYON_WITH_TF2
   std::unique_ptr<tf2_ros::Buffer> transforms;
@@ -132,7 +140,7 @@ struct ReceiverNode::Impl {
   rclcpp::TimerBase::SharedPtr timer, starter, listener_starter;
   std::optional<std::int64_t> zero_ns;  // of the node's clock, when the drive began
   std::int64_t driven_ns = 0;           // the clock that it drives
-  std::int64_t stamp_ns = 0;            // of the last epoch
+  std::int64_t stamp_ns = 0;            // of the last epoch, on the node's clock
   ros_messages::ReceiverHealth health;
   std::set<std::string> said;
   bool failed = false;
@@ -147,7 +155,7 @@ NodeParameters::Open ReceiverNode::Impl::open() const {
 
 void ReceiverNode::Impl::change(const NodeSettings& changed) {
   check_build(changed);
-  if (poses) poses->change(changed);
+  if (hosted) hosted->set_config(driven_config(changed, node.get_fully_qualified_name()));
   if (simulation) simulation = std::make_shared<simulation::Simulation>(simulated_world(changed), scene);
   const bool elsewhere = changed.corrections_topic() != settings.corrections_topic();
   settings = changed;
@@ -165,19 +173,19 @@ void ReceiverNode::Impl::configure() {
   check_build(settings);
   std::vector<std::string> warnings = settings.live.warnings;
   scene = std::make_shared<simulation::CityScene>(simulation::load_city(settings.live, warnings));
-  double interval_s = 1 / settings.live.rate_hz.value_or(kDefaultRate_hz);
+  interval_s = 1 / settings.live.rate_hz.value_or(kDefaultRate_hz);
   if (!settings.by_poses()) {
     simulation = std::make_shared<simulation::Simulation>(simulated_world(settings), scene);
     warnings.insert(warnings.end(), simulation->warnings().begin(), simulation->warnings().end());
     interval_s = simulation->interval_s();
   }
-  schedule = simulation::EpochSchedule(interval_s);
   topics =
       std::make_unique<ReceiverTopics>(NodeParts(node), topics_of(settings), settings.diagonal_covariance);
   const bool changes = settings.live.live && settings.live.live->changes;
   services = std::make_unique<FaultServices>(
-      node, FaultAnswerer{[this](const OptionsRequest& request) { return answer_faults(request); }, changes,
-                          "set the parameter live.changes before the node is configured"});
+      node,
+      live::FaultAnswerer{[this](const live::OptionsRequest& request) { return answer_faults(request); },
+                          changes, "set the parameter live.changes before the node is configured"});
   health = {};
   health.name = node.get_name();
   health.receiver = settings.live.receivers.front().options.name;
@@ -191,14 +199,10 @@ void ReceiverNode::Impl::activate() {
   zero_ns.reset();
   driven_ns = -1;
   health.finished = false;
-  const std::int64_t tick_ns = std::min(schedule.interval_ns(), kTick_ns);
+  const std::int64_t tick_ns = std::min(simulation::EpochSchedule(interval_s).interval_ns(), kTick_ns);
   if (simulation) {
     run = make_run();
-    std::vector<output::ReceiverDescription> receivers;
-    for (std::size_t i = 0; i < simulation->scenario().receivers.size(); ++i) {
-      receivers.push_back(output::describe_receiver(*simulation, i));
-    }
-    open_streams(receivers);
+    open_outputs();
   } else {
     listen();
   }
@@ -224,8 +228,9 @@ void ReceiverNode::Impl::deactivate() {
   transforms.reset();
 #endif
   run.reset();
-  streams.clear();  // whole files
-  poses.reset();
+  outputs.reset();  // whole files
+  hosted.reset();
+  truth.reset();
   if (topics) topics->reset();
 }
 
@@ -245,22 +250,43 @@ void ReceiverNode::Impl::autostart() {
   if (failed) rclcpp::shutdown(node.get_node_base_interface()->get_context(), "autostart failed");
 }
 
-std::unique_ptr<Drive> ReceiverNode::Impl::make_run() const {
-  if (!settings.corrections_topic().empty()) {
-    return std::make_unique<CorrectedRun>(settings, simulation, scene);
+std::unique_ptr<ScenarioRun> ReceiverNode::Impl::make_run() {
+  if (settings.corrections_topic().empty()) {
+    return std::make_unique<ScenarioRun>(simulation, settings.threads);
   }
-  return std::make_unique<ScenarioRun>(simulation, settings.threads);
+  live::HostSetup setup;
+  setup.options = settings;
+  setup.frame.enu = scene->city.frame;
+  setup.start = simulation->begin();
+  setup.say = say();
+  setup.city = scene;
+  return std::make_unique<ScenarioRun>(simulation, std::move(setup));
 }
 
-void ReceiverNode::Impl::open_streams(const std::vector<output::ReceiverDescription>& receivers) {
-  const auto open = [this](const output::StreamRequest& request) -> std::shared_ptr<transport::Link> {
-    const auto topic = topic_of(request.address);
-    if (!topic) return nullptr;
-    return open_rtcm_topic(NodeParts(node), *topic, settings.frame_id, [this] { return stamp_ns; });
+// An error ends the drive: guarded() takes it.
+live::HostOutputs::Say ReceiverNode::Impl::say() {
+  return [this](live::HostOutputs::Tone tone, const std::string& line) {
+    if (tone == live::HostOutputs::Tone::Error) throw InputError(line);
+    warn(line);
   };
+}
+
+std::shared_ptr<transport::Link> ReceiverNode::Impl::open_link(const output::StreamRequest& request) {
+  const auto topic = topic_of(request.address);
+  if (!topic) return nullptr;
+  return open_rtcm_topic(NodeParts(node), *topic, settings.frame_id, [this] { return stamp_ns; });
+}
+
+void ReceiverNode::Impl::open_outputs() {
+  std::vector<output::ReceiverDescription> receivers;
+  for (std::size_t i = 0; i < simulation->scenario().receivers.size(); ++i) {
+    receivers.push_back(output::describe_receiver(*simulation, i));
+  }
+  outputs = std::make_unique<live::HostOutputs>("", say());
+  outputs->add(std::make_unique<TopicsPublisher>([this](const auto& report) { publish(report); }));
   for (const std::string& stream : settings.streams) {
-    streams.push_back(make_stream_publisher("parameter 'streams'", stream, receivers, open,
-                                            poses ? &poses->receiver() : nullptr));
+    outputs->add(live::make_stream_publisher("parameter 'streams'", stream, receivers,
+                                             [this](const auto& request) { return open_link(request); }));
   }
 }
 
@@ -277,7 +303,7 @@ void ReceiverNode::Impl::on_corrections(std::string_view bytes) {
     run->receive_rtcm(bytes, std::max<std::int64_t>(0, driven_ns));
   } else if (now_ns() != 0) {
     begin_poses();
-    poses->receive_rtcm(bytes, now_ns() - *zero_ns);
+    hosted->take_rtcm(bytes, now_ns() - *zero_ns);
   }
 }
 
@@ -303,15 +329,21 @@ void ReceiverNode::Impl::listen() {
 
 // Simulated time begins at 0, as Gazebo's does; the machine's time when the first pose or tick comes.
 void ReceiverNode::Impl::begin_poses() {
-  if (poses) return;
+  if (hosted) return;
   const bool simulated = node.get_parameter("use_sim_time").as_bool();
   zero_ns = simulated ? 0 : now_ns();
   const auto machine = std::chrono::system_clock::now().time_since_epoch();
   const auto unix_ns =
       simulated ? std::chrono::duration_cast<std::chrono::nanoseconds>(machine).count() : *zero_ns;
-  poses.emplace(settings, scene, settings.live.start.value_or(geodesy::gps_from_unix(unix_ns)),
-                std::string(node.get_fully_qualified_name()));
-  open_streams(output::describe_receivers(poses->receiver(), schedule.interval_s()));
+  truth.emplace(settings, scene->city);
+  live::HostSetup setup =
+      setup_of(settings, scene, geodesy::gps_from_unix(unix_ns), node.get_fully_qualified_name(), say());
+  for (const std::string& stream : settings.streams) {
+    setup.streams.emplace_back("parameter 'streams'", stream);
+  }
+  setup.open_link = [this](const output::StreamRequest& request) { return open_link(request); };
+  hosted = std::make_unique<live::HostedReceiver>(std::move(setup));
+  hosted->add(std::make_unique<TopicsPublisher>([this](const auto& report) { publish(report); }));
 }
 
 void ReceiverNode::Impl::on_pose(const std_msgs::msg::Header& header, const geometry_msgs::msg::Pose& pose) {
@@ -323,10 +355,9 @@ void ReceiverNode::Impl::on_pose(const std_msgs::msg::Header& header, const geom
   }
   const auto& p = pose.position;
   const auto& q = pose.orientation;
-  const bool good = poses->add({{p.x, p.y, p.z}, {q.w, q.x, q.y, q.z}}, rclcpp::Time(header.stamp).seconds(),
-                               now_ns() - *zero_ns);
-  if (!good)
-    warn("poses are dropped where they are not finite or their quaternion is zero; this is the first");
+  const std::string said = truth->take({{p.x, p.y, p.z}, {q.w, q.x, q.y, q.z}},
+                                       rclcpp::Time(header.stamp).seconds(), now_ns() - *zero_ns);
+  if (!said.empty()) warn(said);
 }
 
 void ReceiverNode::Impl::look_up() {
@@ -350,14 +381,13 @@ void ReceiverNode::Impl::look_up() {
 }
 
 // Called by the executor, between two ticks.
-std::string ReceiverNode::Impl::answer_faults(const OptionsRequest& request) {
+std::string ReceiverNode::Impl::answer_faults(const live::OptionsRequest& request) {
   if (run) {
     return "refused: the faults of a scenario's own drive are those of its file; take poses from outside "
            "(pose.source) for faults that come and go";
   }
-  if (!poses) return "refused: no receiver runs yet; activate the node";
-  simulation::LiveReceiver& receiver = poses->receiver();
-  return answer(request, {{receiver.config().receiver().options.name, &receiver}});
+  if (!hosted) return "refused: no receiver runs yet; activate the node";
+  return live::answer(request, {hosted->adjustable(hosted->receiver().config().receiver().options.name)});
 }
 
 // Every tick of the clock that this node drives. Time waits for an epoch that is not made yet.
@@ -379,11 +409,9 @@ void ReceiverNode::Impl::tick() {
   if (!run) {
     begin_poses();
     look_up();
-    if (schedule.step(now - *zero_ns)) {
-      observe();
-    } else {
-      serve(now - *zero_ns);
-    }
+    const std::int64_t elapsed_ns = now - *zero_ns;
+    stamp_ns = now;
+    hosted->update(elapsed_ns, [&](std::string& reason) { return truth->at(elapsed_ns, reason); });
     return;
   }
   if (!zero_ns || now < *zero_ns) {
@@ -403,44 +431,28 @@ void ReceiverNode::Impl::take_epochs() {
     const auto step = run->take();
     if (!step) return;
     health.lateness_s = static_cast<double>(driven_ns - at) * 1e-9;
-    for (const std::string& line : run->take_warnings()) warn(line);
-    publish(&*step, *zero_ns + at, "");
+    live::ReceiverReport report;
+    report.sim_time_ns = at;
+    stamp_ns = *zero_ns + at;
+    report.step = &*step;
+    outputs->publish(report);
   }
   if (!run->finished() || driven_ns < run->next_ns()) return;
   health.finished = true;
-  publish(nullptr, *zero_ns + driven_ns, "");
+  live::ReceiverReport report;
+  report.sim_time_ns = driven_ns;
+  outputs->publish(report);
   RCLCPP_INFO(node.get_logger(), "the drive has ended");
   node.deactivate();
 }
 
-void ReceiverNode::Impl::observe() {
-  const std::int64_t elapsed_ns = now_ns() - *zero_ns;
-  const auto begin = std::chrono::steady_clock::now();
-  std::string reason;
-  const auto step = poses->observe(elapsed_ns, reason);
-  health.compute_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  for (const std::string& line : poses->take_warnings()) warn(line);
-  publish(step ? &*step : nullptr, *zero_ns + elapsed_ns, reason);
-}
-
-void ReceiverNode::Impl::publish(const Step* step, std::int64_t at_ns, const std::string& reason) {
-  stamp_ns = at_ns;
-  health.reason = reason;
-  ReceiverReport report;
-  report.sim_time_ns = at_ns;
-  report.step = step;
-  topics->publish(report, settings.frame_id, health);
-  for (const auto& stream : streams) {
-    stream->publish(report);
-    for (const std::string& note : stream->take_notes()) warn(note);
-  }
-}
-
-void ReceiverNode::Impl::serve(std::int64_t at_ns) {
-  for (const auto& stream : streams) {
-    stream->serve(at_ns);
-    for (const std::string& note : stream->take_notes()) warn(note);
-  }
+// Stamps are of the node's clock.
+void ReceiverNode::Impl::publish(const live::ReceiverReport& report) {
+  live::ReceiverReport stamped = report;
+  stamped.sim_time_ns = *zero_ns + report.sim_time_ns;
+  health.reason = report.reason;
+  health.compute_s = report.compute_s;
+  topics->publish(stamped, settings.frame_id, health);
 }
 
 ReceiverNode::ReceiverNode(const rclcpp::NodeOptions& options)

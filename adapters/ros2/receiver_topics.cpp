@@ -53,7 +53,7 @@ ReceiverTopics::ReceiverTopics(NodeParts node, const TopicNames& names, bool dia
   advertise(node, names.clock, reliable, clock_);
 }
 
-void ReceiverTopics::publish(const ReceiverReport& report, const std::string& frame_id,
+void ReceiverTopics::publish(const live::ReceiverReport& report, const std::string& frame_id,
                              const ros_messages::ReceiverHealth& health) {
   using namespace ros_messages;
   const std::int64_t stamp_ns = report.sim_time_ns;
@@ -145,16 +145,17 @@ void ReceiverTopics::reset() {
 
 FaultServices::FaultServices(rclcpp::node_interfaces::NodeBaseInterface::SharedPtr base,
                              rclcpp::node_interfaces::NodeServicesInterface::SharedPtr services,
-                             FaultAnswerer faults) {
-  const auto answerer = std::make_shared<const FaultAnswerer>(std::move(faults));
-  for (const FaultService& service : kFaultServices) {
+                             live::FaultAnswerer faults) {
+  const auto answerer = std::make_shared<const live::FaultAnswerer>(std::move(faults));
+  for (const live::ControlService& service : live::kControlServices) {
+    if (!service.of_faults) continue;
     services_.push_back(rclcpp::create_service<canyon_msgs::srv::FaultCommand>(
         base, services, std::string("~/") + service.name,
         // NOLINTNEXTLINE(performance-unnecessary-value-param): the arguments that rclcpp knows a callback by
         [answerer, kind = service.kind](canyon_msgs::srv::FaultCommand::Request::SharedPtr request,
                                         // NOLINTNEXTLINE(performance-unnecessary-value-param)
                                         canyon_msgs::srv::FaultCommand::Response::SharedPtr response) {
-          ServiceReply reply = answerer->call(kind, request->fault);
+          live::ServiceReply reply = answerer->call(kind, request->fault);
           response->success = reply.success;
           response->message = std::move(reply.message);
         },

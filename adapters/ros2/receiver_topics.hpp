@@ -27,10 +27,10 @@
 #include <gps_msgs/msg/gps_fix.hpp>
 #endif
 
-#include "adapters/common/epoch_publisher.hpp"
-#include "adapters/common/fault_services.hpp"
 #include "adapters/ros/raw_conversions.hpp"
 #include "canyon/inertial/sensor_options.hpp"
+#include "canyon/live/controls.hpp"
+#include "canyon/live/epoch_publisher.hpp"
 #include "canyon/simulation/sensors/sensor_run.hpp"
 
 namespace canyon::adapters::ros2 {
@@ -96,7 +96,7 @@ class ReceiverTopics {
   ReceiverTopics(NodeParts node, const TopicNames& names, bool diagonal_covariance = false);
 
   /// One epoch, or, with health.reason, none. @param report its time is the stamp
-  void publish(const ReceiverReport& report, const std::string& frame_id,
+  void publish(const live::ReceiverReport& report, const std::string& frame_id,
                const ros_messages::ReceiverHealth& health);
   /// Samples of the vehicle's sensors. Lost ones are left out.
   /// @param begin of the run, at `zero_ns` of the clock
@@ -139,13 +139,14 @@ class FaultServices {
  public:
   /// @param node an rclcpp::Node or a managed one
   template <class Node>
-  FaultServices(Node& node, FaultAnswerer faults)
+  FaultServices(Node& node, live::FaultAnswerer faults)
       : FaultServices(node.get_node_base_interface(), node.get_node_services_interface(), std::move(faults)) {
   }
 
  private:
   FaultServices(rclcpp::node_interfaces::NodeBaseInterface::SharedPtr base,
-                rclcpp::node_interfaces::NodeServicesInterface::SharedPtr services, FaultAnswerer faults);
+                rclcpp::node_interfaces::NodeServicesInterface::SharedPtr services,
+                live::FaultAnswerer faults);
 
   std::vector<rclcpp::Service<canyon_msgs::srv::FaultCommand>::SharedPtr> services_;
 };

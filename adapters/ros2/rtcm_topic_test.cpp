@@ -76,7 +76,7 @@ class Topic : public testing::Test {
   }
 
   NodeSettings settings_;
-  RtcmTopic topic_{settings_.live.receivers.front().options, 1};
+  live::RtcmInput topic_{settings_.live.receivers.front().options, 1};
 };
 
 TEST_F(Topic, SaysOnceWhatIsNoRtcm) {
@@ -140,7 +140,7 @@ TEST_F(Topic, SaysThatCorrectionsAreOfAnotherTime) {
   test::Base base;
   for (int i = 0; i < 5; ++i) topic_.receive(base.bytes(i * kSecond), at(i + 7200));
   EXPECT_THAT(topic_.take_warnings(), ElementsAre(HasSubstr("2.0 h later: they are not used")));
-  RtcmTopic early(options(), 1);
+  live::RtcmInput early(options(), 1);
   test::Base other;
   for (int i = 0; i < 5; ++i) early.receive(other.bytes((i + 100) * kSecond), at(i));
   EXPECT_THAT(early.take_warnings(), ElementsAre(HasSubstr("100 s earlier")));
@@ -165,17 +165,18 @@ TEST_F(Topic, RoverIsFixedWhileCorrectionsCome) {
                                 {"corrections.from", "topic:rtcm"},
                                 {"corrections.max_age_s", 5.0}});
   test::Base base;
-  auto rover = test::make_receiver(settings_, "/rover");
+  const auto rover = test::make_receiver(settings_, "/rover");
   std::string reason;
   const auto observe = [&](std::int64_t now_ns) {
-    EXPECT_TRUE(rover.add({{0, 0, 2}, Eigen::Quaterniond::Identity()}, 0, now_ns));
-    return rover.observe(now_ns, reason).value().epoch;
+    EXPECT_THAT(rover->add({{0, 0, 2}, Eigen::Quaterniond::Identity()}, 0, now_ns), IsEmpty());
+    return rover->observe(now_ns, reason).value().epoch;
   };
   std::int64_t now_ns = 0;
   int fixed = 0;
   for (int i = 0; i < 30; ++i, now_ns += kSecond) {
     const std::string epoch = base.bytes(now_ns);
-    for (const std::string_view frame : split_frames(epoch)) rover.receive_rtcm(frame, now_ns + kSecond / 50);
+    for (const std::string_view frame : split_frames(epoch))
+      rover->receive_rtcm(frame, now_ns + kSecond / 50);
     const auto seen = observe(now_ns + kSecond / 10);
     if (seen.observed.fix.kind() != FixKind::Fixed) continue;
     ++fixed;
@@ -189,11 +190,11 @@ TEST_F(Topic, RoverIsFixedWhileCorrectionsCome) {
   test::Base again;
   FixKind last = FixKind::None;
   for (int i = 0; i < 20; ++i) {
-    rover.receive_rtcm(again.bytes(i * kSecond), i * kSecond);
+    rover->receive_rtcm(again.bytes(i * kSecond), i * kSecond);
     last = observe(i * kSecond + kSecond / 10).observed.fix.kind();
   }
   EXPECT_EQ(last, FixKind::Fixed);
-  EXPECT_THAT(rover.take_warnings(), IsEmpty());
+  EXPECT_THAT(rover->take_warnings(), IsEmpty());
 }
 
 }  // namespace

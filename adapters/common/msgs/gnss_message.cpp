@@ -175,7 +175,7 @@ void fill_fix(const simulation::Epoch& epoch, msgs::GnssFix& message) {
 
 }  // namespace
 
-void fill_gnss_message(const ReceiverIdentity& identity, const ReceiverReport& report,
+void fill_gnss_message(const ReceiverIdentity& identity, const live::ReceiverReport& report,
                        msgs::GnssReceiver& message) {
   message.Clear();
   message.set_sim_time_ns(report.sim_time_ns);

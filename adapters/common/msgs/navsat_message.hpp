@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <string>
 
-#include "adapters/common/epoch_publisher.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/live/epoch_publisher.hpp"
 
 namespace canyon::adapters {
 
@@ -18,7 +18,7 @@ namespace canyon::adapters {
 /// (the ellipsoid's, where <elevation> is), velocity [m/s] in the east-north-up of the antenna's place; the
 /// stamp is simulated time.
 template <typename NavSat>
-[[nodiscard]] bool fill_navsat(const ReceiverReport& report, const std::string& frame_id,
+[[nodiscard]] bool fill_navsat(const live::ReceiverReport& report, const std::string& frame_id,
                                std::uint64_t sequence, NavSat& message) {
   if (report.step == nullptr) return false;
   const positioning::Fix& fix = report.step->epoch.observed.fix;

@@ -72,7 +72,7 @@ TEST(NavSatMessage, ThereIsNoneWithoutAFixAVelocityOrTruth) {
   test::SampleReport no_velocity;
   no_velocity.step.epoch.observed.fix.velocity_enu_mps.reset();
   EXPECT_FALSE(fill_navsat(no_velocity.report, "gps", 0, message));
-  ReceiverReport no_truth;
+  live::ReceiverReport no_truth;
   EXPECT_FALSE(fill_navsat(no_truth, "gps", 0, message));
   EXPECT_EQ(message.latitude, 47) << "what was there stays";
 }

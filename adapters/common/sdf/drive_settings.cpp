@@ -24,7 +24,7 @@ struct DriveElements {
   std::string format = "csv";
   std::optional<GpsTime> start;
   std::vector<Vector3d> waypoints;
-  VehicleDrive::WaypointOptions legs;
+  simulation::VehicleDrive::WaypointOptions legs;
   bool heading = true;
   Vector3d offset_m = Vector3d::Zero();
 };
@@ -92,15 +92,15 @@ void visit(Visitor& v, DriveElements& o) {
   if (offset) o.offset_m = to_vector(v, "offset_m", *offset);
 }
 
-VehicleDrive along_file(const PluginElements& elements, const DriveElements& given,
-                        const geodesy::LocalFrame& world, std::vector<std::string>& warnings) {
+simulation::VehicleDrive along_file(const PluginElements& elements, const DriveElements& given,
+                                    const geodesy::LocalFrame& world, std::vector<std::string>& warnings) {
   // A file that only counts seconds begins at the world's time 0, whatever the date is.
   const GpsTime zero = given.start.value_or(GpsTime::from_week(2000, 0));
   const auto read = simulation::read_trajectory_file(*given.file, given.format, zero);
   warnings.insert(warnings.end(), read.warnings.begin(), read.warnings.end());
   const GpsTime begin = given.start || !read.has_own_dates ? zero : read.trajectory.begin();
   try {
-    return VehicleDrive::along_trajectory(read.trajectory, begin, world, given.legs.loop);
+    return simulation::VehicleDrive::along_trajectory(read.trajectory, begin, world, given.legs.loop);
   } catch (const InputError& error) {
     throw elements.error("<trajectory>", error.problem(), error.cure());
   }
@@ -129,8 +129,9 @@ DriveSettings read_drive_settings(const sdf::ElementPtr& element, const std::str
   std::vector<std::filesystem::path> folders;
   if (!folder.empty()) folders.push_back(folder);
   elements.read(given, folders, resources);
-  VehicleDrive drive = given.file ? along_file(elements, given, world, warnings)
-                                  : VehicleDrive::along_waypoints(given.waypoints, given.legs);
+  simulation::VehicleDrive drive =
+      given.file ? along_file(elements, given, world, warnings)
+                 : simulation::VehicleDrive::along_waypoints(given.waypoints, given.legs);
   return {std::move(drive), given.heading, given.offset_m, std::move(warnings)};
 }
 

@@ -7,14 +7,14 @@
 #include <vector>
 
 #include "adapters/common/resource_files.hpp"
-#include "adapters/common/vehicle_drive.hpp"
 #include "canyon/options/describe.hpp"
+#include "canyon/simulation/motion/vehicle_drive.hpp"
 
 namespace canyon::adapters {
 
 /// The settings in the element of libCanyonDrivePlugin.so.
 struct DriveSettings {
-  VehicleDrive drive;
+  simulation::VehicleDrive drive;
   bool heading = true;  ///< the model looks where it goes; false: it keeps the attitude it was given
   Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();  ///< model's origin from the path: forward, left, up
   std::vector<std::string> warnings;

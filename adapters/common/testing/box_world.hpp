@@ -4,13 +4,13 @@
 #include <string>
 #include <vector>
 
-#include "adapters/common/world_scene.hpp"
 #include "canyon/city/primitive_meshes.hpp"
+#include "canyon/live/world_scene.hpp"
 
 namespace canyon::test {
 
 /// Models of one link each, a box; ids of links are those of models plus 1000.
-class BoxWorld final : public adapters::HostWorld {
+class BoxWorld final : public live::HostWorld {
  public:
   struct Box {
     bool is_static = true;
@@ -33,10 +33,10 @@ class BoxWorld final : public adapters::HostWorld {
     return static_cast<std::uint64_t>(boxes.at(model).size.sum() * 1e6);
   }
   void links(Id model, std::vector<Id>& ids) override { ids.push_back(model + 1000); }
-  std::optional<adapters::RigidPose> pose(Id link) override {
+  std::optional<simulation::RigidPose> pose(Id link) override {
     const auto box = boxes.find(link - 1000);
     if (box == boxes.end()) return std::nullopt;
-    return adapters::RigidPose{box->second.centre, Eigen::Quaterniond::Identity()};
+    return simulation::RigidPose{box->second.centre, Eigen::Quaterniond::Identity()};
   }
   city::Mesh mesh(Id link, std::vector<std::string>& notes) override {
     const Box& box = boxes.at(link - 1000);

@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "adapters/common/epoch_publisher.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/live/epoch_publisher.hpp"
 
 namespace canyon::test {
 
@@ -18,7 +18,7 @@ namespace canyon::test {
 /// A report put together by hand; what visuals do not read is left out.
 struct Sky {
   simulation::LiveReceiver::Step step;
-  adapters::ReceiverReport report;
+  live::ReceiverReport report;
 
   explicit Sky(const Eigen::Vector3d& antenna = Eigen::Vector3d::Zero()) {
     report.step = &step;

@@ -3,8 +3,9 @@
 #include <Eigen/Geometry>
 #include <utility>
 
-#include "adapters/common/epoch_publisher.hpp"
+#include "adapters/common/ros_names.hpp"
 #include "canyon/geodesy/frames.hpp"
+#include "canyon/live/epoch_publisher.hpp"
 #include "tests/support/sample_signals.hpp"
 
 namespace canyon::test {
@@ -14,7 +15,7 @@ namespace canyon::test {
 /// sample_signals.hpp; G05 (LOS) has a direct path, G17 (NLOS) one reflection.
 struct SampleReport {
   simulation::LiveReceiver::Step step;
-  adapters::ReceiverReport report;
+  live::ReceiverReport report;
 
   /// Reflection point of G17 in ENU [m].
   static Eigen::Vector3d reflection_enu() { return {12.0, -34.0, 5.6}; }

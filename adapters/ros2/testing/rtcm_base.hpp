@@ -1,16 +1,53 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "adapters/ros2/node_settings.hpp"
-#include "adapters/ros2/pose_receiver.hpp"
+#include "adapters/ros2/node_truth.hpp"
 #include "canyon/output/encoder.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/load_city.hpp"
 
 namespace canyon::adapters::ros2::test {
+
+/// A receiver of the node that poses move, with what it has said.
+class PoseReceiver {
+ public:
+  PoseReceiver(const NodeSettings& settings, std::shared_ptr<simulation::CityScene> scene,
+               geodesy::GpsTime start, const std::string& own_name)
+      : truth_(settings, scene->city),
+        hosted_(
+            setup_of(settings, std::move(scene), start, own_name,
+                     [this](live::HostOutputs::Tone, const std::string& line) { said_.push_back(line); })) {}
+  /// What PoseInbox::take() says.
+  std::string add(const simulation::RigidPose& pose, double stamp_s, std::int64_t now_ns) {
+    return truth_.take(pose, stamp_s, now_ns);
+  }
+  void receive_rtcm(std::string_view bytes, std::int64_t now_ns) { hosted_.take_rtcm(bytes, now_ns); }
+  std::optional<simulation::LiveReceiver::Step> observe(std::int64_t now_ns, std::string& reason) {
+    (void)hosted_.due(now_ns);
+    hosted_.begin(now_ns, [&](std::string& why) {
+      auto motion = truth_.at(now_ns, why);
+      reason = why;
+      return motion;
+    });
+    hosted_.finish();
+    if (hosted_.step() == nullptr) return std::nullopt;
+    return *hosted_.step();
+  }
+  void change(const NodeSettings& settings) { hosted_.set_config(driven_config(settings, "/receiver")); }
+  [[nodiscard]] const simulation::LiveReceiver& receiver() const { return hosted_.receiver(); }
+  [[nodiscard]] std::vector<std::string> take_warnings() { return std::exchange(said_, {}); }
+
+ private:
+  std::vector<std::string> said_;
+  NodeTruth truth_;
+  live::HostedReceiver hosted_;
+};
 
 /// An open field, `more` over it.
 inline NodeSettings open_field(const Parameters& more) {
@@ -23,23 +60,24 @@ inline NodeSettings open_field(const Parameters& more) {
   return read_settings(given);
 }
 
-inline PoseReceiver make_receiver(const NodeSettings& settings, const std::string& name) {
+inline std::unique_ptr<PoseReceiver> make_receiver(const NodeSettings& settings, const std::string& name) {
   std::vector<std::string> warnings;
-  return {settings, std::make_shared<simulation::CityScene>(simulation::load_city(settings.live, warnings)),
-          *settings.live.start, name};
+  return std::make_unique<PoseReceiver>(
+      settings, std::make_shared<simulation::CityScene>(simulation::load_city(settings.live, warnings)),
+      *settings.live.start, name);
 }
 
 /// A base station of that field, with its RTCM 3.
 class Base {
  public:
   explicit Base(const Parameters& more = {}) : receiver_(make_receiver(with(more), "/base")) {
-    const auto described = output::describe_receivers(receiver_.receiver(), 1);
+    const auto described = output::describe_receivers(receiver_->receiver(), 1);
     encoder_ = output::format_named("rtcm").make(described.front());
   }
   /// The messages of its epoch at `now_ns`.
   [[nodiscard]] std::string bytes(std::int64_t now_ns) {
     std::string reason;
-    return encoder_->encode(receiver_.observe(now_ns, reason).value().epoch);
+    return encoder_->encode(receiver_->observe(now_ns, reason).value().epoch);
   }
 
  private:
@@ -50,7 +88,7 @@ class Base {
     return open_field(given);
   }
 
-  PoseReceiver receiver_;
+  std::unique_ptr<PoseReceiver> receiver_;
   std::unique_ptr<output::Encoder> encoder_;
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <atomic>
 #include <cstdint>
 #include <deque>
 #include <mutex>
@@ -128,6 +129,45 @@ class PoseTrack {
   std::deque<Sample> samples_;
   bool clock_runs_ = false;  // the sender's
   double offset_s_ = 0;      // host's time minus the sender's, by the quickest message
+};
+
+/// Poses of one body that come in any thread, each at the time of the host's latest step.
+class PoseInbox {
+ public:
+  /// @param source for messages @param timeout_s as PoseTrackOptions
+  PoseInbox(const std::string& source, double timeout_s) : source_(source), track_(source, {timeout_s}) {}
+
+  /// Any thread. Returns what there is to say where the pose is none; only the first time, else nothing.
+  [[nodiscard]] std::string take(const RigidPose& pose, double stamp_s);
+  /// The host's time, in every step: a pose's age counts by it, since its stamp may be of another clock.
+  void step(std::int64_t now_ns) { now_ns_ = now_ns; }
+  /// As PoseTrack::at().
+  [[nodiscard]] std::optional<TruePose> at(std::int64_t now_ns, std::string& reason);
+  void reset();
+
+ private:
+  const std::string source_;
+  PoseTrack track_;
+  std::atomic<std::int64_t> now_ns_{0};
+  std::atomic<bool> complained_{false};
+};
+
+/// The motion of a body that a physics engine knows. If something else moves a body that the engine has at
+/// rest, velocities are differences of its poses.
+class EngineMotion {
+ public:
+  /// `engine`: pose and velocities as the engine has them at `now_ns`; times in order, or begun anew. Empty
+  /// where one is not finite.
+  [[nodiscard]] std::optional<TruePose> at(std::int64_t now_ns, const TruePose& engine);
+  void reset() { last_.reset(); }
+
+ private:
+  struct Sample {
+    std::int64_t time_ns = 0;
+    TruePose motion;
+    bool at_rest = false;
+  };
+  std::optional<Sample> last_;
 };
 
 }  // namespace canyon::simulation

@@ -8,13 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "adapters/common/pose_motion.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/facades.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/motion/pose_motion.hpp"
 
-namespace canyon::adapters {
+namespace canyon::live {
 
 /// The place of a world as its host states it.
 struct HostOrigin {
@@ -26,12 +26,14 @@ struct HostOrigin {
   friend bool operator==(const HostOrigin& a, const HostOrigin& b);
 };
 
-/// The place of a host's world on the Earth: its origin, and its x axis turned counter-clockwise from east.
+/// The place of a host's world on the Earth, or of the frame of its poses in a city.
 struct WorldFrame {
-  geodesy::LocalFrame enu;
-  double heading_rad = 0;
+  geodesy::LocalFrame enu;  ///< of the city
+  double heading_rad = 0;   ///< of the world's x axis, counter-clockwise from east
+  /// The world's origin in the city [m]; 0 for a world whose geometry is read (HostWorld).
+  Eigen::Vector3d origin_enu_m = Eigen::Vector3d::Zero();
 
-  /// Rotation about the vertical; world and ENU share their origin.
+  /// Rotation about the vertical.
   [[nodiscard]] Eigen::Matrix3d enu_from_world() const {
     return Eigen::AngleAxisd(heading_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   }
@@ -65,7 +67,7 @@ class HostWorld {
   /// Adds the links of a model and of the models in it.
   virtual void links(Id model, std::vector<Id>& ids) = 0;
   /// The pose in the world's frame, as the host has it, finite or not; empty where the link is gone.
-  [[nodiscard]] virtual std::optional<RigidPose> pose(Id link) = 0;
+  [[nodiscard]] virtual std::optional<simulation::RigidPose> pose(Id link) = 0;
   /// The shapes of a link in its own frame [m], front sides outwards; `notes` name omitted shapes.
   [[nodiscard]] virtual city::Mesh mesh(Id link, std::vector<std::string>& notes) = 0;
 };
@@ -113,4 +115,4 @@ class WorldScene {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace canyon::adapters
+}  // namespace canyon::live

@@ -1,4 +1,4 @@
-#include "adapters/common/world_scene.hpp"
+#include "canyon/live/world_scene.hpp"
 
 #include <fmt/format.h>
 
@@ -13,7 +13,7 @@
 #include "canyon/city/gazebo_names.hpp"
 #include "canyon/simulation/city_scene.hpp"
 
-namespace canyon::adapters {
+namespace canyon::live {
 namespace {
 
 using Id = HostWorld::Id;
@@ -29,7 +29,7 @@ constexpr std::size_t kStaticChecks = 16;
 
 using PoseNumbers = std::array<double, 7>;
 
-PoseNumbers numbers_of(const RigidPose& pose) {
+PoseNumbers numbers_of(const simulation::RigidPose& pose) {
   const auto& p = pose.position_m;
   const auto& q = pose.attitude;
   return {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()};
@@ -225,7 +225,7 @@ struct WorldScene::Impl {
       TrackedLink part;
       part.id = link;
       part.mesh = world->mesh(link, remarks);
-      const std::optional<RigidPose> pose = world->pose(link);
+      const std::optional<simulation::RigidPose> pose = world->pose(link);
       if (part.mesh.triangles.empty() || !pose) continue;
       if (tracked.vehicle) {
         // A moving model is not a building, though it reflects like one.
@@ -281,7 +281,7 @@ struct WorldScene::Impl {
     }
     if (!check_poses) return;
     for (TrackedLink& part : tracked.links) {
-      const std::optional<RigidPose> now = world->pose(part.id);
+      const std::optional<simulation::RigidPose> now = world->pose(part.id);
       if (!now) continue;  // gone with its model, or with the next look at the model's shapes
       const PoseNumbers pose = numbers_of(*now);
       if (tracked.movable ? pose == part.pose : is_same_place(pose, part.pose)) continue;
@@ -444,4 +444,4 @@ bool operator==(const WorldFrame& a, const WorldFrame& b) {
          a.heading_rad == b.heading_rad;
 }
 
-}  // namespace canyon::adapters
+}  // namespace canyon::live

@@ -1,11 +1,27 @@
-#include "adapters/common/host_options.hpp"
+#include "canyon/live/host_options.hpp"
 
 #include <fmt/format.h>
 
-#include "adapters/common/stream_publisher.hpp"
+#include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/output/encoder.hpp"
+#include "canyon/output/stream.hpp"
 
-namespace canyon::adapters {
+namespace canyon::live {
+namespace {
+
+/// A reader throws its fault for a format that is not known.
+void visit_streams(options::Visitor& v, const options::Field& field, std::vector<std::string>& streams) {
+  v.texts(field, streams);
+  if (!v.reads()) return;
+  try {
+    for (const std::string& text : streams) (void)output::format_named(output::parse_stream(text).format);
+  } catch (const InputError& e) {
+    throw v.fault(field.name, e.problem(), e.cure());
+  }
+}
+
+}  // namespace
 
 void visit_word(options::Visitor& v, const options::Field& field, std::string& value) {
   v.text(field, value);
@@ -34,4 +50,4 @@ void visit_host(options::Visitor& v, HostOptions& o, std::string& frame_id,
   });
 }
 
-}  // namespace canyon::adapters
+}  // namespace canyon::live

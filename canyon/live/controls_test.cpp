@@ -1,4 +1,4 @@
-#include "adapters/common/options_desk.hpp"
+#include "canyon/live/controls.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/simulation/city_scene.hpp"
 
-namespace canyon::adapters::options_desk_test {
+namespace canyon::live::controls_test {
 namespace {
 
 using testing::AllOf;
@@ -157,4 +157,4 @@ TEST_F(OptionsDeskTest, NobodyWaitsForAHostThatDoesNotServe) {
 }
 
 }  // namespace
-}  // namespace canyon::adapters::options_desk_test
+}  // namespace canyon::live::controls_test

@@ -7,7 +7,7 @@
 #include "canyon/options/visitor.hpp"
 #include "canyon/simulation/scenario/live_config.hpp"
 
-namespace canyon::adapters {
+namespace canyon::live {
 
 /// The settings of one receiver in a host, whatever the host's language is: a scenario, and what each host
 /// adds to it. Simulators (HostSettings) and the node of ROS 2 (NodeSettings) add what only they know.
@@ -28,4 +28,4 @@ void visit_host(options::Visitor& v, HostOptions& o, std::string& frame_id,
 /// A word of a host, such as a topic: a reader throws its fault for blanks in it.
 void visit_word(options::Visitor& v, const options::Field& field, std::string& value);
 
-}  // namespace canyon::adapters
+}  // namespace canyon::live

@@ -1,4 +1,4 @@
-#include "adapters/ros2/pose_receiver.hpp"
+#include "adapters/ros2/node_truth.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,12 +6,13 @@
 #include <limits>
 #include <numbers>
 
-#include "canyon/simulation/load_city.hpp"
+#include "adapters/ros2/testing/rtcm_base.hpp"
 
 namespace canyon::adapters::ros2 {
 namespace {
 
 using testing::HasSubstr;
+using testing::IsEmpty;
 
 constexpr std::int64_t kSecond = 1'000'000'000;
 
@@ -26,41 +27,38 @@ NodeSettings open_field(const Parameters& more = {}) {
   return read_settings(given);
 }
 
-PoseReceiver make(const NodeSettings& settings) {
-  std::vector<std::string> warnings;
-  return {settings, std::make_shared<simulation::CityScene>(simulation::load_city(settings.live, warnings)),
-          *settings.live.start, "/receiver"};
-}
-
 Eigen::Quaterniond yaw(double radians) {
   return Eigen::Quaterniond(Eigen::AngleAxisd(radians, Eigen::Vector3d::UnitZ()));
 }
 
-TEST(PoseReceiver, SaysWhyThereIsNoEpoch) {
-  PoseReceiver poses = make(open_field());
+TEST(NodeTruth, SaysWhyThereIsNoEpoch) {
+  const auto poses = test::make_receiver(open_field(), "/receiver");
   std::string reason;
-  EXPECT_FALSE(poses.observe(kSecond, reason));
+  EXPECT_FALSE(poses->observe(kSecond, reason));
   EXPECT_THAT(reason, HasSubstr("pose"));
-  EXPECT_FALSE(poses.add({{std::numeric_limits<double>::quiet_NaN(), 0, 0}, yaw(0)}, 0, kSecond));
-  EXPECT_TRUE(poses.add({{0, 0, 1}, yaw(0)}, 0, kSecond));
-  EXPECT_TRUE(poses.observe(kSecond, reason));
-  EXPECT_FALSE(poses.observe(2 * kSecond, reason));  // older than 0.5 s
+  EXPECT_THAT(poses->add({{std::numeric_limits<double>::quiet_NaN(), 0, 0}, yaw(0)}, 0, kSecond),
+              HasSubstr("poses on pose are dropped"));
+  EXPECT_THAT(poses->add({{0, 0, 1}, yaw(0)}, 0, kSecond), IsEmpty());
+  EXPECT_TRUE(poses->observe(kSecond, reason));
+  EXPECT_FALSE(poses->observe(2 * kSecond, reason));  // older than 0.5 s
 }
 
 // Where the antenna is, by hand: the frame's x axis points north, its origin lies 100 m east and 20 m north
 // of the city's; the vehicle stands 10 m along x and 3 m along y, looks along y (which is west) and carries
 // its antenna 2 m ahead and 1 m up. East 100 - 3 - 2, north 20 + 10, up 1.
-TEST(PoseReceiver, PutsTheFrameIntoTheCity) {
-  PoseReceiver poses = make(open_field({{"pose.east_m", 100.0},
-                                        {"pose.north_m", 20.0},
-                                        {"pose.heading_deg", 90.0},
-                                        {"lever_arm.forward_m", 2.0},
-                                        {"lever_arm.up_m", 1.0}}));
+TEST(NodeTruth, PutsTheFrameIntoTheCity) {
+  const auto poses = test::make_receiver(open_field({{"pose.east_m", 100.0},
+                                                     {"pose.north_m", 20.0},
+                                                     {"pose.heading_deg", 90.0},
+                                                     {"lever_arm.forward_m", 2.0},
+                                                     {"lever_arm.up_m", 1.0}}),
+                                         "/receiver");
   const Eigen::Quaterniond along_y = yaw(std::numbers::pi / 2);
   std::string reason;
-  EXPECT_TRUE(poses.add({{10, 3, 0}, along_y}, 10.0, kSecond));
-  EXPECT_TRUE(poses.add({{10, 4, 0}, along_y}, 10.5, kSecond + kSecond / 2));  // 2 m/s to the west
-  const auto step = poses.observe(kSecond + kSecond / 2, reason);
+  EXPECT_THAT(poses->add({{10, 3, 0}, along_y}, 10.0, kSecond), IsEmpty());
+  EXPECT_THAT(poses->add({{10, 4, 0}, along_y}, 10.5, kSecond + kSecond / 2),
+              IsEmpty());  // 2 m/s to the west
+  const auto step = poses->observe(kSecond + kSecond / 2, reason);
   ASSERT_TRUE(step) << reason;
   const geodesy::LocalFrame frame(geodesy::Geodetic::from_degrees(22.3, 114.17, 0));
   const Eigen::Vector3d enu = frame.local_from_geodetic(step->epoch.truth.position);
@@ -75,13 +73,13 @@ TEST(PoseReceiver, PutsTheFrameIntoTheCity) {
   EXPECT_LT(step->epoch.error_enu_m.norm(), 1e-3);
 }
 
-TEST(PoseReceiver, ChangesItsReceiverAndNotItsPlace) {
-  PoseReceiver poses = make(open_field());
+TEST(NodeTruth, ChangesItsReceiverAndNotItsPlace) {
+  const auto poses = test::make_receiver(open_field(), "/receiver");
   std::string reason;
-  ASSERT_TRUE(poses.add({{0, 0, 1}, yaw(0)}, 0, 0));
+  ASSERT_THAT(poses->add({{0, 0, 1}, yaw(0)}, 0, 0), IsEmpty());
   const auto above = [&](const Parameters& more) {
-    poses.change(open_field(more));
-    const auto step = poses.observe(kSecond / 10, reason);
+    poses->change(open_field(more));
+    const auto step = poses->observe(kSecond / 10, reason);
     return step ? step->epoch.observed.visible : -1;
   };
   const int low = above({{"elevation_mask_deg", 5.0}});

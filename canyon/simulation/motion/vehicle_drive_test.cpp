@@ -1,4 +1,4 @@
-#include "adapters/common/vehicle_drive.hpp"
+#include "canyon/simulation/motion/vehicle_drive.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include "tests/support/refusal.hpp"
 
-namespace canyon::adapters {
+namespace canyon::simulation {
 namespace {
 
 using Eigen::Vector3d;
@@ -70,7 +70,7 @@ TEST(VehicleDrive, PlacesTrajectoriesByTheWorldsHeading) {
   const Geodetic origin = Geodetic::from_degrees(22.3, 114.17, 5);
   const LocalFrame enu(origin);
   // 100 m north in 10 s, from 40 m east of the origin, 2 m above it.
-  const auto north = simulation::Trajectory::from_waypoints(
+  const auto north = Trajectory::from_waypoints(
       start + 4, {enu.geodetic_from_local({40, 0, 2}), enu.geodetic_from_local({40, 100, 2})}, 10);
   // The world's x axis points north-west: its y axis south-west. East is -sin 135, -cos 135... of each.
   const double heading = 135 * M_PI / 180;
@@ -106,7 +106,7 @@ TEST(VehicleDrive, RefusesWhatItCannotFollow) {
   EXPECT_NE(waypoints(kPath, 1, -1).find("hold_s: -1"), std::string::npos);
   const Geodetic place = Geodetic::from_degrees(22.3, 114.17, 5);
   const GpsTime start = GpsTime::from_week(2050, 1000);
-  const auto drive = simulation::Trajectory::fixed(start, place, 60);
+  const auto drive = Trajectory::fixed(start, place, 60);
   const auto along = [&](GpsTime zero, const LocalFrame& world) {
     return canyon::test::refusal([&] { (void)VehicleDrive::along_trajectory(drive, zero, world, false); });
   };
@@ -115,4 +115,4 @@ TEST(VehicleDrive, RefusesWhatItCannotFollow) {
 }
 
 }  // namespace
-}  // namespace canyon::adapters
+}  // namespace canyon::simulation

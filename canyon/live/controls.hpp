@@ -12,10 +12,10 @@
 
 #include "canyon/simulation/live_receiver.hpp"
 
-// Options and faults of receivers, read and set while a host runs. Requests come from any thread; the host's
-// own thread answers them between two steps.
+// Options and faults of receivers, read and set while they run: by services of hosts, whose requests come
+// from any thread and are answered by the host's own between two steps, and by the commands of a session.
 
-namespace canyon::adapters {
+namespace canyon::live {
 
 struct OptionsRequest {
   enum class Kind { Get, Set, Faults, AddFault, EndFault };
@@ -50,8 +50,11 @@ struct AdjustableReceiver {
 /// A queue in which requests wait for the host's thread.
 class OptionsDesk {
  public:
+  /// A transport may have one thread for all that a process receives: a request must not hold it for long.
+  static constexpr std::chrono::milliseconds kPatience{1000};
+
   /// Any thread but the host's. Waits for the answer; "refused: ..." where nobody serves within `patience`.
-  [[nodiscard]] std::string ask(OptionsRequest request, std::chrono::milliseconds patience);
+  [[nodiscard]] std::string ask(OptionsRequest request, std::chrono::milliseconds patience = kPatience);
   /// Answers waiting requests. For the host's thread, at every update, paused or not. `receivers` is called
   /// only if there are requests.
   void serve(const std::function<std::vector<AdjustableReceiver>()>& receivers);
@@ -71,4 +74,32 @@ class OptionsDesk {
   bool closed_ = false;
 };
 
-}  // namespace canyon::adapters
+/// A service that a transport offers for each kind of request.
+struct ControlService {
+  const char* name;  ///< the last part of its name: "add_fault"
+  OptionsRequest::Kind kind;
+  bool of_faults =
+      true;  ///< offered by ROS as well: canyon_msgs/FaultCommand, text in, success and message out
+};
+inline constexpr ControlService kControlServices[]{{"get_options", OptionsRequest::Kind::Get, false},
+                                                   {"set_options", OptionsRequest::Kind::Set, false},
+                                                   {"get_faults", OptionsRequest::Kind::Faults},
+                                                   {"add_fault", OptionsRequest::Kind::AddFault},
+                                                   {"end_fault", OptionsRequest::Kind::EndFault}};
+
+struct ServiceReply {
+  bool success = false;
+  std::string message;  ///< as answer() says it
+};
+
+/// Answers the services of faults of one receiver, in the thread of their caller.
+struct FaultAnswerer {
+  std::function<std::string(const OptionsRequest&)> answer;
+  bool changes = false;       ///< requests may change the simulation
+  std::string allow_by = {};  ///< how somebody allows it, "set the parameter live.changes"
+
+  /// Calls `answer` if the request is allowed.
+  [[nodiscard]] ServiceReply call(OptionsRequest::Kind kind, const std::string& text) const;
+};
+
+}  // namespace canyon::live

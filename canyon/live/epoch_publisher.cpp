@@ -1,4 +1,4 @@
-#include "adapters/common/stream_publisher.hpp"
+#include "canyon/live/epoch_publisher.hpp"
 
 #include <fmt/format.h>
 
@@ -7,11 +7,10 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/secrets.hpp"
 
-namespace canyon::adapters {
+namespace canyon::live {
 namespace {
-
-using Clock = output::EncodedStream::Clock;
 
 class StreamPublisher final : public EpochPublisher {
  public:
@@ -19,8 +18,9 @@ class StreamPublisher final : public EpochPublisher {
                   const output::ReceiverDescription& description, std::shared_ptr<transport::Link> link,
                   simulation::LiveReceiver* device)
       : setting_(std::move(setting)),
-        stream_(output::open_stream(request, receiver, description, std::move(link),
-                                    [this] { return Clock::time_point(std::chrono::nanoseconds(now_ns_)); })),
+        stream_(output::open_stream(
+            request, receiver, description, std::move(link),
+            [this] { return output::EncodedStream::Clock::time_point(std::chrono::nanoseconds(now_ns_)); })),
         device_(receiver == 0 ? device : nullptr) {}
   ~StreamPublisher() override {
     try {
@@ -123,14 +123,35 @@ std::string stream_of_model(const std::string& setting, const std::string& strea
   }
 }
 
-void visit_streams(options::Visitor& v, const options::Field& field, std::vector<std::string>& streams) {
-  v.texts(field, streams);
-  if (!v.reads()) return;
-  try {
-    for (const std::string& text : streams) (void)output::format_named(output::parse_stream(text).format);
-  } catch (const InputError& e) {
-    throw v.fault(field.name, e.problem(), e.cure());
+void HostOutputs::add(std::unique_ptr<EpochPublisher> publisher) {
+  if (publisher) publishers_.push_back(std::move(publisher));
+}
+
+void HostOutputs::publish(const ReceiverReport& report) {
+  for (const auto& publisher : publishers_) {
+    publisher->publish(report);
+    say_notes(*publisher);
   }
 }
 
-}  // namespace canyon::adapters
+void HostOutputs::serve(std::int64_t sim_time_ns) {
+  for (const auto& publisher : publishers_) {
+    publisher->serve(sim_time_ns);
+    say_notes(*publisher);
+  }
+}
+
+void HostOutputs::reset() {
+  for (const auto& publisher : publishers_) publisher->reset();
+}
+
+void HostOutputs::say(Tone tone, const std::string& line) {
+  if (!said_.insert(line).second) return;
+  say_(tone, hide_passwords(name_.empty() ? line : fmt::format("{}: {}", name_, line)));
+}
+
+void HostOutputs::say_notes(EpochPublisher& publisher) {
+  for (const std::string& note : publisher.take_notes()) say(Tone::Warning, note);
+}
+
+}  // namespace canyon::live

@@ -7,7 +7,7 @@
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 
-namespace canyon::adapters {
+namespace canyon::simulation {
 
 /// A vehicle's reference point in the world's frame (z up) at an instant.
 struct DrivePose {
@@ -33,9 +33,8 @@ class VehicleDrive {
   /// Over the Earth, with `trajectory.at(start + seconds)` placed by `world`, whose heading is that of its x
   /// axis. `loop`: from its end back to its begin at once. Throws InputError where `start` lies behind the
   /// trajectory's end, or the trajectory more than 100 km from the world's origin.
-  [[nodiscard]] static VehicleDrive along_trajectory(const simulation::Trajectory& trajectory,
-                                                     geodesy::GpsTime start, const geodesy::LocalFrame& world,
-                                                     bool loop);
+  [[nodiscard]] static VehicleDrive along_trajectory(const Trajectory& trajectory, geodesy::GpsTime start,
+                                                     const geodesy::LocalFrame& world, bool loop);
 
   /// The pose at finite `seconds` of the world's time. Before the begin and after the end, unless it loops,
   /// the vehicle stands at its first and last place.
@@ -52,7 +51,7 @@ class VehicleDrive {
     double yaw_rad;  // of the leg from here on, or held
   };
   struct Geodetic {
-    simulation::Trajectory trajectory;
+    Trajectory trajectory;
     geodesy::GpsTime start;
     geodesy::LocalFrame world;
   };
@@ -68,4 +67,4 @@ class VehicleDrive {
   bool loop_ = false;
 };
 
-}  // namespace canyon::adapters
+}  // namespace canyon::simulation

@@ -1,6 +1,7 @@
-#include "adapters/common/options_desk.hpp"
+#include "canyon/live/controls.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <exception>
@@ -10,10 +11,12 @@
 #include "canyon/base/named.hpp"
 #include "canyon/base/text.hpp"
 
-namespace canyon::adapters {
+namespace canyon::live {
 namespace {
 
 using Receivers = std::vector<AdjustableReceiver>;
+
+constexpr std::string_view kRefused = "refused: ";
 
 struct Line {
   std::string key;
@@ -73,8 +76,8 @@ std::string get(const OptionsRequest& request, const Receivers& receivers) {
 }
 
 /// A line for each change, in the order of the keys.
-std::string differences(const std::string& name, const simulation::LiveConfig& before,
-                        const simulation::LiveConfig& after) {
+std::vector<std::string> differences(const std::string& name, const simulation::LiveConfig& before,
+                                     const simulation::LiveConfig& after) {
   const std::vector<Line> old_lines = lines_of(before);
   const std::vector<Line> new_lines = lines_of(after);
   const auto value_in = [](const std::vector<Line>& lines, const std::string& key) -> std::string {
@@ -82,16 +85,16 @@ std::string differences(const std::string& name, const simulation::LiveConfig& b
         std::find_if(lines.begin(), lines.end(), [&](const Line& line) { return line.key == key; });
     return at == lines.end() ? "(none)" : at->value;
   };
-  std::string text;
+  std::vector<std::string> said;
   const auto say = [&](const std::string& key, const std::string& from, const std::string& to) {
-    if (from != to) text += fmt::format("set {}: {}: {} -> {}\n", name, key, from, to);
+    if (from != to) said.push_back(fmt::format("set {}: {}: {} -> {}", name, key, from, to));
   };
   for (const Line& line : new_lines) say(line.key, value_in(old_lines, line.key), line.value);
   for (const Line& line : old_lines) {
     const std::string now = value_in(new_lines, line.key);
     if (now == "(none)") say(line.key, line.value, now);
   }
-  return text;
+  return said;
 }
 
 std::string set(const OptionsRequest& request, const Receivers& receivers) {
@@ -101,14 +104,14 @@ std::string set(const OptionsRequest& request, const Receivers& receivers) {
     bool rate_alone;
   };
   std::vector<Change> changes;
-  std::string text;
+  std::vector<std::string> said;
   for (const AdjustableReceiver& each : receivers) {
     const simulation::LiveConfig& now = each.receiver->config();
     simulation::LiveConfig config = simulation::changed_live_config(now, request.text, "request");
     each.receiver->check(config);
-    const std::string said = differences(each.name, now, config);
-    if (said.empty()) continue;
-    text += said;
+    const std::vector<std::string> lines = differences(each.name, now, config);
+    if (lines.empty()) continue;
+    said.insert(said.end(), lines.begin(), lines.end());
     simulation::LiveConfig at_old_rate = config;
     at_old_rate.rate_hz = now.rate_hz;
     const bool rate_alone = config.rate_hz && differences(each.name, now, at_old_rate).empty();
@@ -123,8 +126,7 @@ std::string set(const OptionsRequest& request, const Receivers& receivers) {
     }
     if (change.of->changed) change.of->changed();
   }
-  text.pop_back();
-  return text;
+  return fmt::format("{}", fmt::join(said, "\n"));
 }
 
 std::string faults(const Receivers& receivers) {
@@ -141,14 +143,14 @@ std::string faults(const Receivers& receivers) {
   return text;
 }
 
-std::vector<simulation::LiveReceiver*> live(const Receivers& receivers) {
+std::vector<simulation::LiveReceiver*> driven(const Receivers& receivers) {
   std::vector<simulation::LiveReceiver*> all;
   for (const AdjustableReceiver& each : receivers) all.push_back(each.receiver);
   return all;
 }
 
 std::string add_fault(const OptionsRequest& request, const Receivers& receivers) {
-  const std::vector<std::string> names = simulation::add_fault(live(receivers), request.text, "request");
+  const std::vector<std::string> names = simulation::add_fault(driven(receivers), request.text, "request");
   std::string text;
   for (std::size_t i = 0; i < names.size(); ++i) {
     text += fmt::format("added {}: {}\n", receivers[i].name, names[i]);
@@ -159,7 +161,7 @@ std::string add_fault(const OptionsRequest& request, const Receivers& receivers)
 
 std::string end_fault(const OptionsRequest& request, const Receivers& receivers) {
   const std::string name(trim(request.text));
-  const auto ended = simulation::end_fault(live(receivers), name);
+  const auto ended = simulation::end_fault(driven(receivers), name);
   std::string text;
   for (const AdjustableReceiver& each : receivers) {
     if (std::find(ended.begin(), ended.end(), each.receiver) == ended.end()) continue;
@@ -188,7 +190,7 @@ std::string answer(const OptionsRequest& request, const Receivers& receivers) {
     }
     return {};
   } catch (const InputError& error) {
-    return fmt::format("refused: {}", error.what());
+    return fmt::format("{}{}", kRefused, error.what());
   }
 }
 
@@ -241,4 +243,13 @@ void OptionsDesk::close() {
   answered_.notify_all();
 }
 
-}  // namespace canyon::adapters
+ServiceReply FaultAnswerer::call(OptionsRequest::Kind kind, const std::string& text) const {
+  if (!changes && kind != OptionsRequest::Kind::Faults) {
+    return {false, fmt::format("{}services may not change this simulation; {}", kRefused, allow_by)};
+  }
+  std::string said = answer({kind, {}, text});
+  const bool done = !said.starts_with(kRefused);
+  return {done, std::move(said)};
+}
+
+}  // namespace canyon::live

@@ -4,60 +4,56 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
+#include <string_view>
+#include <variant>
 #include <vector>
 
-#include "adapters/common/epoch_publisher.hpp"
-#include "adapters/common/host_settings.hpp"
-#include "adapters/common/options_desk.hpp"
-#include "adapters/common/pose_motion.hpp"
-#include "adapters/common/world_scene.hpp"
-#include "canyon/output/encoder.hpp"
+#include "canyon/live/controls.hpp"
+#include "canyon/live/epoch_publisher.hpp"
+#include "canyon/live/host_options.hpp"
+#include "canyon/live/rtcm_input.hpp"
+#include "canyon/live/world_scene.hpp"
 #include "canyon/simulation/epoch_schedule.hpp"
 
-namespace canyon::adapters {
+namespace canyon::live {
 
-/// The place of a receiver in messages: "plugin 'gnss' of model 'car', sensor 'gps'".
-[[nodiscard]] std::string place_name(const ReceiverIdentity& identity);
+/// What a host says of one receiver before it runs.
+struct HostSetup {
+  HostOptions options;
+  std::string name;        ///< in front of its messages; empty: none
+  WorldFrame frame;        ///< of the host's world in the city
+  geodesy::GpsTime start;  ///< of the host's time 0, where the options have no start
+  double rate_hz = 10;     ///< where the options have none
+  bool scan = false;       ///< reports have ranges of rays
+  /// Settings, for messages, and texts FORMAT=ADDRESS (output::parse_stream()), open while it lives.
+  std::vector<std::pair<std::string, std::string>> streams = {};
+  std::string model = {};                  ///< for stream_of_model()
+  LinkOpener open_link = {};               ///< of streams with the host's own addresses
+  std::vector<std::string> warnings = {};  ///< said at once
+  HostOutputs::Say say;
+  std::shared_ptr<simulation::CityScene> city = {};  ///< null: an open field, until set_scene()
+};
 
-/// `settings.origin` first, then the host's; at latitude 0, longitude 0 with a line in `warnings` where it is
-/// the host's.
-[[nodiscard]] WorldFrame world_frame(const std::optional<HostOrigin>& host, const HostSettings& settings,
-                                     std::vector<std::string>& warnings);
-
-/// The scene that a receiver of these settings sees of the world of this name.
-[[nodiscard]] WorldScene::Options scene_options(const std::string& world, const HostSettings& settings,
-                                                const WorldFrame& frame);
-
-/// GPS time of a world's time 0 where nobody says it: the machine's when its first receiver was loaded, the
-/// same for all. `world`: any address that stands for the world of this name; `sim_time_ns` is its time now.
-[[nodiscard]] geodesy::GpsTime start_of_world(const void* world, const std::string& name,
-                                              std::int64_t sim_time_ns);
-
-/// One receiver in the world of a simulator: settings, schedule, epochs and publishers. The simulator brings
-/// time, truth and geometry. For the simulation's thread only.
+/// One receiver in a host: schedule, epochs, corrections, publishers and warnings. The host brings time,
+/// truth and geometry. For one thread at a time.
 class HostedReceiver {
  public:
-  /// Writes a line to the simulator's console.
-  enum class Tone { Warning, Error };
-  using Say = std::function<void(Tone tone, const std::string& line)>;
-  /// Motion in the world's frame at this instant; empty, with `reason`, if there is none.
-  using Truth = std::function<std::optional<TruePose>(std::string& reason)>;
+  using Tone = HostOutputs::Tone;
+  /// The body that carries the antenna, in the world's frame, or the antenna itself, in the city's.
+  using Motion = std::variant<simulation::TruePose, simulation::AntennaState>;
+  /// Motion at this instant; empty, with `reason`, if there is none.
+  using Truth = std::function<std::optional<Motion>(std::string& reason)>;
 
-  /// @param settings their warnings are written now
-  /// @param sensor_rate_hz of the sensor that carries it; 0: none
-  /// Throws InputError, whose text begins with place_name(), as LiveReceiver does and where a stream cannot
-  /// be opened.
-  HostedReceiver(HostSettings settings, const ReceiverIdentity& identity, const WorldFrame& frame,
-                 geodesy::GpsTime start_of_world, double sensor_rate_hz, Say say);
+  /// Throws InputError, whose text begins with the setup's name, as LiveReceiver does and where a stream
+  /// cannot be opened.
+  explicit HostedReceiver(HostSetup setup);
   ~HostedReceiver();
   HostedReceiver(const HostedReceiver&) = delete;
   HostedReceiver& operator=(const HostedReceiver&) = delete;
 
-  [[nodiscard]] const HostSettings& settings() const { return settings_; }
   [[nodiscard]] const WorldFrame& frame() const { return frame_; }
-  [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] const std::string& name() const { return outputs_.name(); }
   [[nodiscard]] double interval_s() const { return schedule_.interval_s(); }
 
   /// Name of the receiver of the same world whose corrections it takes; empty: of none (HostBases).
@@ -69,7 +65,7 @@ class HostedReceiver {
   /// The world's time of the last begin().
   [[nodiscard]] std::int64_t begun_ns() const { return report_.sim_time_ns; }
 
-  void add(std::unique_ptr<EpochPublisher> publisher);
+  void add(std::unique_ptr<EpochPublisher> publisher) { outputs_.add(std::move(publisher)); }
   /// Rays go through this scene, in whose world `own_model` (empty: none) stays invisible.
   void set_scene(std::shared_ptr<WorldScene> scene, std::optional<HostWorld::Id> own_model);
   /// The world's place on the Earth changed: the receiver starts anew there. A scene in the new frame must
@@ -78,12 +74,17 @@ class HostedReceiver {
   /// Rays of the host's own, and the ranges that it measured in the last epoch for the scan, which end at
   /// `reach_m`.
   void set_tracer(simulation::Tracer tracer, std::function<std::vector<double>()> ranges, double reach_m);
+  /// Other options from the next epoch on, as LiveReceiver::set_config(); sky, frame and rate stay.
+  void set_config(simulation::LiveConfig config);
   /// The receiver as requests of options see it at run time, under this name; valid until the next update.
   [[nodiscard]] AdjustableReceiver adjustable(const std::string& name);
   /// Called where the world was reset or went back in time, beside its own reset.
   void on_reset(std::function<void()> action) { on_reset_ = std::move(action); }
+  /// A message of RTCM 3 that came at `now_ns`, for a receiver whose corrections come by a topic.
+  void take_rtcm(std::string_view bytes, std::int64_t now_ns);
 
-  /// Call it in every update of the world with its time. It makes an epoch where one is due. Throws nothing.
+  /// Call it in every update of the world with its time. It makes an epoch where one is due. It throws
+  /// nothing but what HostSetup::say throws.
   void update(std::int64_t now_ns, const Truth& truth) {
     if (!due(now_ns)) return serve(now_ns);
     begin(now_ns, truth);
@@ -97,25 +98,27 @@ class HostedReceiver {
   void finish();
   /// Call it in updates without an epoch, also while the world is paused, but not between begin() and
   /// finish(): publishers serve their lines.
-  void serve(std::int64_t now_ns);
+  void serve(std::int64_t now_ns) { outputs_.serve(now_ns); }
   /// Brings the receiver back to the state after construction.
   void reset();
-  void say(Tone tone, const std::string& line);  ///< once each
+  void say(Tone tone, const std::string& line) { outputs_.say(tone, line); }  ///< once each
 
  private:
   void start_receiver();
-  void open_streams(const std::string& model);
-  void observe(const TruePose& truth, ReceiverReport& report);
+  void make_rtcm();
+  void compute(const Motion& motion);
+  void follow_scene();
   [[nodiscard]] std::vector<double> scan(const Eigen::Vector3d& antenna_enu) const;
-  [[nodiscard]] double rate_hz() const;
+  [[nodiscard]] geodesy::GpsTime time_of(std::int64_t now_ns) const;
+  [[nodiscard]] double rate_hz() const { return options_.live.rate_hz.value_or(default_rate_hz_); }
 
-  HostSettings settings_;
-  std::string name_;
+  HostOptions options_;
   WorldFrame frame_;
-  Say say_;
-  double sensor_rate_hz_;
+  double default_rate_hz_;
+  bool scans_;
   simulation::EpochSchedule schedule_;
   geodesy::GpsTime start_;
+  std::shared_ptr<simulation::CityScene> city_;  // null: the scene's, or an open field
   std::shared_ptr<WorldScene> scene_;
   std::optional<HostWorld::Id> own_model_;
   std::uint64_t generation_ = 0;
@@ -125,13 +128,13 @@ class HostedReceiver {
   double reach_m_ = 0;
   std::function<void()> on_reset_;
   std::optional<simulation::LiveReceiver> receiver_;  // stays at its address: streams refer to it
+  std::optional<RtcmInput> rtcm_;
   std::optional<simulation::LiveReceiver::Step> step_;
-  std::vector<std::unique_ptr<EpochPublisher>> publishers_;
+  HostOutputs outputs_;
   std::int64_t last_ns_ = 0;
   bool went_back_ = false;  // in time, since the last epoch
   ReceiverReport report_;   // of the epoch that is begun
-  std::optional<TruePose> truth_;
-  std::set<std::string> said_;
+  std::optional<Motion> motion_;
 };
 
-}  // namespace canyon::adapters
+}  // namespace canyon::live

@@ -1,4 +1,4 @@
-#include "adapters/common/host_bases.hpp"
+#include "canyon/live/host_bases.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -7,7 +7,7 @@
 
 #include "canyon/base/input_error.hpp"
 
-namespace canyon::adapters {
+namespace canyon::live {
 namespace {
 
 // Places of a rover and its base in the links of the two.
@@ -124,4 +124,4 @@ void HostBases::finish(HostedReceiver& receiver) {
   }
 }
 
-}  // namespace canyon::adapters
+}  // namespace canyon::live

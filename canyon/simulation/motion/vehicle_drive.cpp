@@ -1,4 +1,4 @@
-#include "adapters/common/vehicle_drive.hpp"
+#include "canyon/simulation/motion/vehicle_drive.hpp"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 
 #include "canyon/base/input_error.hpp"
 
-namespace canyon::adapters {
+namespace canyon::simulation {
 
 using Eigen::Vector3d;
 
@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kMaxDistanceFromWorld_m = 100e3;
 
-void check(const std::vector<Vector3d>& waypoints, const VehicleDrive::WaypointOptions& options) {
+void check_waypoints(const std::vector<Vector3d>& waypoints, const VehicleDrive::WaypointOptions& options) {
   if (waypoints.empty()) throw InputError("the list of waypoints is empty", "give at least one");
   for (std::size_t i = 0; i < waypoints.size(); ++i) {
     if (!(waypoints[i].norm() <= 1e7)) {
@@ -36,7 +36,7 @@ void check(const std::vector<Vector3d>& waypoints, const VehicleDrive::WaypointO
 
 VehicleDrive VehicleDrive::along_waypoints(const std::vector<Vector3d>& waypoints_m,
                                            const WaypointOptions& options) {
-  check(waypoints_m, options);
+  check_waypoints(waypoints_m, options);
   VehicleDrive drive;
   drive.loop_ = options.loop;
   double time_s = 0;
@@ -71,7 +71,7 @@ VehicleDrive VehicleDrive::along_waypoints(const std::vector<Vector3d>& waypoint
   return drive;
 }
 
-VehicleDrive VehicleDrive::along_trajectory(const simulation::Trajectory& trajectory, geodesy::GpsTime start,
+VehicleDrive VehicleDrive::along_trajectory(const Trajectory& trajectory, geodesy::GpsTime start,
                                             const geodesy::LocalFrame& world, bool loop) {
   VehicleDrive drive;
   drive.begin_s_ = trajectory.begin() - start;
@@ -116,7 +116,7 @@ DrivePose VehicleDrive::between_stops(double seconds) const {
 }
 
 DrivePose VehicleDrive::on_earth(double seconds) const {
-  const simulation::Pose at = geodetic_->trajectory.at(geodetic_->start + seconds);
+  const Pose at = geodetic_->trajectory.at(geodetic_->start + seconds);
   const Eigen::Matrix3d world_from_enu = geodetic_->world.ecef_from_local_rotation().transpose() *
                                          geodesy::enu_from_ecef_rotation(at.position).transpose();
   DrivePose pose;
@@ -128,4 +128,4 @@ DrivePose VehicleDrive::on_earth(double seconds) const {
   return pose;
 }
 
-}  // namespace canyon::adapters
+}  // namespace canyon::simulation

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "adapters/common/hosted_receiver.hpp"
+#include "canyon/live/hosted_receiver.hpp"
 #include "canyon/simulation/correction_links.hpp"
 
-namespace canyon::adapters {
+namespace canyon::live {
 
 /// Corrections between the receivers of one world: `corrections.from` of one is the name of another. A base
 /// on the same vehicle moves, and gives the vehicle's heading. One elsewhere is a station that states its
@@ -42,4 +42,4 @@ class HostBases {
   std::vector<Member> members_;
 };
 
-}  // namespace canyon::adapters
+}  // namespace canyon::live

@@ -1,0 +1,222 @@
+#include "canyon/live/hosted_receiver.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <iterator>
+#include <limits>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/relative/correction_link.hpp"
+#include "canyon/simulation/city_scene.hpp"
+
+namespace canyon::live {
+namespace {
+
+using simulation::AntennaState;
+using simulation::TruePose;
+
+std::shared_ptr<simulation::CityScene> open_field(const WorldFrame& frame) {
+  city::City city;
+  city.name = "open field";
+  city.frame = frame.enu;
+  return std::make_shared<simulation::CityScene>(std::move(city));
+}
+
+}  // namespace
+
+HostedReceiver::HostedReceiver(HostSetup setup)
+    : options_(std::move(setup.options)),
+      frame_(setup.frame),
+      default_rate_hz_(setup.rate_hz),
+      scans_(setup.scan),
+      schedule_(1 / rate_hz()),
+      start_(options_.live.start.value_or(setup.start)),
+      city_(std::move(setup.city)),
+      outputs_(std::move(setup.name), std::move(setup.say)) {
+  for (const std::string& line : setup.warnings) say(Tone::Warning, line);
+  try {
+    start_receiver();
+    const auto descriptions = output::describe_receivers(*receiver_, schedule_.interval_s());
+    for (const auto& [setting, stream] : setup.streams) {
+      add(make_stream_publisher(setting, stream_of_model(setting, stream, setup.model), descriptions,
+                                setup.open_link, &*receiver_));
+    }
+  } catch (const InputError& e) {  // name the receiver
+    if (name().empty()) throw;
+    throw InputError(fmt::format("{}: {}", name(), e.what()));
+  }
+}
+
+HostedReceiver::~HostedReceiver() = default;
+
+void HostedReceiver::start_receiver() {
+  auto& fixed = options_.live.receiver().fixed;
+  if (fixed) fixed->settle(frame_.enu);
+  receiver_.emplace(options_.live, city_ ? city_ : open_field(frame_), start_);
+  if (tracer_) receiver_->set_tracer(tracer_);
+  for (const std::string& line : receiver_->take_warnings()) say(Tone::Warning, line);
+  make_rtcm();
+}
+
+void HostedReceiver::make_rtcm() {
+  rtcm_.reset();
+  const receiver::ReceiverOptions& options = options_.live.receiver().options;
+  if (relative::is_stream(options.corrections.from)) rtcm_.emplace(options, options_.live.seed);
+}
+
+std::string HostedReceiver::base_elsewhere() const {
+  const simulation::LiveConfig& config = options_.live;
+  return config.base() == nullptr ? config.receiver().options.corrections.from : "";
+}
+
+void HostedReceiver::set_scene(std::shared_ptr<WorldScene> scene, std::optional<HostWorld::Id> own_model) {
+  scene_ = std::move(scene);
+  own_model_ = own_model;
+  has_scene_ = false;
+}
+
+void HostedReceiver::set_frame(const WorldFrame& frame) {
+  frame_ = frame;
+  start_receiver();  // a sky given by directions is one about the world's origin
+  has_scene_ = false;
+}
+
+void HostedReceiver::set_tracer(simulation::Tracer tracer, std::function<std::vector<double>()> ranges,
+                                double reach_m) {
+  tracer_ = std::move(tracer);
+  ranges_ = std::move(ranges);
+  reach_m_ = reach_m;
+  receiver_->set_tracer(tracer_);
+}
+
+void HostedReceiver::set_config(simulation::LiveConfig config) {
+  if (auto& fixed = config.receiver().fixed) fixed->settle(frame_.enu);
+  receiver_->set_config(std::move(config));
+  options_.live = receiver_->config();
+  make_rtcm();
+}
+
+AdjustableReceiver HostedReceiver::adjustable(const std::string& name) {
+  return {name, &*receiver_, [this] {
+            options_.live = receiver_->config();
+            schedule_.set_interval(1 / rate_hz());
+          }};
+}
+
+geodesy::GpsTime HostedReceiver::time_of(std::int64_t now_ns) const {
+  return start_ + static_cast<double>(now_ns) * 1e-9;
+}
+
+void HostedReceiver::take_rtcm(std::string_view bytes, std::int64_t now_ns) {
+  if (rtcm_) rtcm_->receive(bytes, time_of(now_ns));
+}
+
+void HostedReceiver::reset() {
+  receiver_->restart();
+  if (rtcm_) rtcm_->begin_anew();
+  if (on_reset_) on_reset_();
+  outputs_.reset();
+}
+
+bool HostedReceiver::due(std::int64_t now_ns) {
+  if (now_ns < last_ns_) went_back_ = true;
+  last_ns_ = now_ns;
+  return schedule_.step(now_ns);
+}
+
+// Callbacks of simulators must not throw.
+void HostedReceiver::begin(std::int64_t now_ns, const Truth& truth) {
+  if (std::exchange(went_back_, false)) reset();
+  report_ = {};
+  report_.sim_time_ns = now_ns;
+  report_.world_yaw_from_enu_rad = -frame_.heading_rad;
+  motion_.reset();
+  try {
+    motion_ = truth(report_.reason);
+    if (motion_ && scene_) scene_->follow();
+  } catch (const std::exception& e) {
+    motion_.reset();
+    report_.reason = e.what();
+    say(Tone::Error, report_.reason);
+  }
+}
+
+void HostedReceiver::finish() {
+  step_.reset();
+  const auto begin = std::chrono::steady_clock::now();
+  try {
+    if (motion_) compute(*motion_);
+  } catch (const std::exception& e) {
+    report_.reason = e.what();
+    say(Tone::Error, report_.reason);
+  }
+  report_.compute_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  report_.step = step_ ? &*step_ : nullptr;
+  if (step_) {
+    for (const std::string& line : receiver_->take_warnings()) say(Tone::Warning, line);
+  } else {
+    report_.scan_ranges_m.clear();
+  }
+  if (rtcm_) {
+    for (const std::string& line : rtcm_->take_warnings()) say(Tone::Warning, line);
+  }
+  outputs_.publish(report_);
+}
+
+void HostedReceiver::compute(const Motion& motion) {
+  AntennaState antenna;
+  if (const auto* body = std::get_if<TruePose>(&motion)) {
+    const Eigen::Vector3d& lever_arm_m = options_.live.receiver().lever_arm_m;
+    report_.antenna_world_m = body->pose.position_m + body->pose.attitude * lever_arm_m;
+    report_.link_attitude_world = body->pose.attitude;
+    antenna = simulation::antenna_of(*body, lever_arm_m, frame_.heading_rad, frame_.origin_enu_m);
+  } else {
+    antenna = std::get<AntennaState>(motion);
+  }
+  follow_scene();
+  const double seconds = static_cast<double>(report_.sim_time_ns) * 1e-9;
+  if (rtcm_) {
+    if (auto came = rtcm_->take(time_of(report_.sim_time_ns))) receiver_->give(std::move(came));
+  }
+  step_ = receiver_->observe(seconds, antenna);
+  if (rtcm_) rtcm_->set_place(step_->epoch.truth_ecef);
+  if (!scans_) return;
+  report_.scan_max_range_m = ranges_ ? reach_m_ : std::numeric_limits<double>::infinity();
+  report_.scan_ranges_m = ranges_ ? ranges_() : scan(antenna.position_enu_m);
+}
+
+void HostedReceiver::follow_scene() {
+  if (!scene_) return;
+  scene_->show(own_model_);
+  if (!has_scene_ || scene_->generation() != generation_) {
+    receiver_->set_scene(scene_->scene());
+    generation_ = scene_->generation();
+    has_scene_ = true;
+  }
+  for (const std::string& line : scene_->take_notes()) say(Tone::Warning, line);
+}
+
+// Direct and mirror ray of each satellite through the engine's scene.
+std::vector<double> HostedReceiver::scan(const Eigen::Vector3d& antenna_enu) const {
+  std::vector<double> ranges;
+  if (!scene_) return ranges;
+  const raytrace::RayScene& scene = scene_->scene()->scene;
+  const double min_range = scene.surface_offset_m(antenna_enu);
+  const Eigen::Matrix3d enu_from_ecef = frame_.enu.ecef_from_local_rotation().transpose();
+  const auto range = [&](const Eigen::Vector3d& direction, double reach_m) {
+    const auto hit = scene.cast({antenna_enu, direction, reach_m}, min_range);
+    return hit ? hit->range_m : std::numeric_limits<double>::infinity();
+  };
+  ranges.reserve(2 * step_->arrival.views.size());
+  for (const propagation::SatelliteView& view : step_->arrival.views) {
+    const Eigen::Vector3d direction = enu_from_ecef * view.line.direction_ecef;
+    ranges.push_back(range(direction, std::numeric_limits<double>::infinity()));
+    ranges.push_back(
+        range(propagation::mirror_direction(direction), options_.live.receiver().propagation.max_range_m));
+  }
+  return ranges;
+}
+
+}  // namespace canyon::live
