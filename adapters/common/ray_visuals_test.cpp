@@ -8,7 +8,6 @@
 #include <numbers>
 
 #include "adapters/common/testing/hand_made_sky.hpp"
-#include "adapters/common/visual_ledger.hpp"
 
 namespace canyon::adapters {
 namespace {

@@ -12,7 +12,6 @@
 
 #include "adapters/common/sdf/drive_settings.hpp"
 #include "adapters/gazebo_classic/ignition_types.hpp"
-#include "adapters/gazebo_classic/resource_paths.hpp"
 #include "adapters/gazebo_classic/world_geometry.hpp"
 
 namespace canyon::adapters::gazebo_classic {

@@ -18,10 +18,12 @@
 #include "adapters/gazebo_classic/physics_rays.hpp"
 #include "adapters/gazebo_classic/pose_source.hpp"
 #include "adapters/gazebo_classic/publishers.hpp"
-#include "adapters/gazebo_classic/resource_paths.hpp"
 #include "adapters/gazebo_classic/world_geometry.hpp"
 #include "canyon/live/host_bases.hpp"
 #include "canyon/live/hosted_receiver.hpp"
+#ifdef CANYON_WITH_ROS2
+#include "adapters/ros2/host_publisher.hpp"
+#endif
 
 namespace canyon::adapters::gazebo_classic {
 namespace {
@@ -172,7 +174,11 @@ GnssSensor::Impl::Impl(const Attachment& attachment) : at(attachment) {
   if (settings.show_rays || settings.show_bubble) receiver->add(make_visuals(node, identity, settings));
   if (settings.publish_ros) {
     name = identity.link + "::" + (identity.sensor.empty() ? identity.plugin : identity.sensor);
+#if defined(CANYON_WITH_ROS)
     receiver->add(make_ros_publisher(identity, settings, hosted_faults(desk, name, settings)));
+#elif defined(CANYON_WITH_ROS2)
+    receiver->add(ros2::make_host_publisher(identity, settings, hosted_faults(desk, name, settings)));
+#endif
   }
   world = World::of(at.world);
   world->add(*this);

@@ -28,7 +28,7 @@ namespace canyon::adapters::gazebo_classic {
                                                                  const VisualSettings& settings);
 
 /// ROS 1 topics, and the services of faults (live::kControlServices) below RosTopics::own, with the first
-/// master that answers; never blocks. Null where built without ROS.
+/// master that answers; never blocks. Only in builds with ROS 1.
 [[nodiscard]] std::unique_ptr<live::EpochPublisher> make_ros_publisher(const ReceiverIdentity& identity,
                                                                        const HostSettings& settings,
                                                                        live::FaultAnswerer faults);

@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "adapters/common/ray_visuals.hpp"
-#include "adapters/common/visual_ledger.hpp"
 #include "adapters/gazebo_classic/ignition_types.hpp"
 #include "adapters/gazebo_classic/publishers.hpp"
 

@@ -17,7 +17,6 @@
 
 #include "adapters/common/sdf/drive_settings.hpp"
 #include "adapters/gz_sim/gz_host_world.hpp"
-#include "adapters/gz_sim/resource_paths.hpp"
 
 namespace canyon::adapters::gz_sim {
 namespace {

@@ -18,7 +18,7 @@
 #include <sdf/World.hh>
 #include <vector>
 
-#include "adapters/gz_sim/resource_paths.hpp"
+#include "adapters/gz_sim/gz_host_world.hpp"
 #include "canyon/base/input_error.hpp"
 
 namespace canyon::adapters::gz_sim {

@@ -26,7 +26,6 @@
 #include "adapters/gz_sim/gz_host_world.hpp"
 #include "adapters/gz_sim/options_service.hpp"
 #include "adapters/gz_sim/publishers.hpp"
-#include "adapters/gz_sim/resource_paths.hpp"
 #ifdef CANYON_WITH_ROS2
 #include "adapters/ros2/host_publisher.hpp"
 #endif

@@ -1,10 +1,11 @@
 #pragma once
 
 #include <gz/sim/EntityComponentManager.hh>
+#include <gz/sim/Util.hh>
 #include <optional>
 #include <unordered_map>
 #include <vector>
-
+#include "adapters/common/resource_files.hpp"
 #include "adapters/gz_sim/gz_shape_files.hpp"
 #include "canyon/live/world_scene.hpp"
 
@@ -56,5 +57,15 @@ class GzHostWorld final : public live::HostWorld {
   };
   std::unordered_map<Id, Fingerprint> fingerprints_;
 };
+
+/// Folders in which Gazebo Sim looks for files that worlds name.
+[[nodiscard]] inline ResourcePaths gazebos_paths() {
+  ResourcePaths paths{{}, {}, "GZ_SIM_RESOURCE_PATH"};
+  for (const std::string& path : gz::sim::resourcePaths()) {
+    paths.models.emplace_back(path);
+    paths.resources.emplace_back(path);
+  }
+  return paths;
+}
 
 }  // namespace canyon::adapters::gz_sim

@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "adapters/common/ray_visuals.hpp"
-#include "adapters/common/visual_ledger.hpp"
 #include "adapters/gz_sim/publishers.hpp"
 
 namespace canyon::adapters::gz_sim {

@@ -6,7 +6,6 @@
 #include <gz/transport/Node.hh>
 
 #include "adapters/common/msgs/gnss_message.hpp"
-#include "adapters/common/msgs/navsat_message.hpp"
 #include "adapters/gz_sim/publishers.hpp"
 #include "canyon/base/input_error.hpp"
 

@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-#include "canyon/live/host_options.hpp"
+#include "canyon/live/hosted_receiver.hpp"
 #include "canyon/options/describe.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"

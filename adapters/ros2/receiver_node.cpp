@@ -355,9 +355,9 @@ void ReceiverNode::Impl::on_pose(const std_msgs::msg::Header& header, const geom
   }
   const auto& p = pose.position;
   const auto& q = pose.orientation;
-  const std::string said = truth->take({{p.x, p.y, p.z}, {q.w, q.x, q.y, q.z}},
-                                       rclcpp::Time(header.stamp).seconds(), now_ns() - *zero_ns);
-  if (!said.empty()) warn(said);
+  const std::string complaint = truth->take({{p.x, p.y, p.z}, {q.w, q.x, q.y, q.z}},
+                                            rclcpp::Time(header.stamp).seconds(), now_ns() - *zero_ns);
+  if (!complaint.empty()) warn(complaint);
 }
 
 void ReceiverNode::Impl::look_up() {

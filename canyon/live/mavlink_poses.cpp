@@ -1,4 +1,5 @@
-#include "canyon/live/mavlink_poses.hpp"
+// Declared in canyon/live/pose_decoder.hpp.
+#include "canyon/live/pose_decoder.hpp"
 
 #include <fmt/format.h>
 

@@ -15,7 +15,6 @@
 #include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/live/mavlink_poses.hpp"
 #include "canyon/transport/readers.hpp"
 
 namespace canyon::live {

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
-
+#include <vector>
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/simulation/scenario/live_options.hpp"
 
@@ -55,5 +55,12 @@ inline constexpr std::size_t kLongestLine = 4096;
 /// Rotates vectors given in `axes` to local ENU, or to FLU.
 [[nodiscard]] Eigen::Matrix3d enu_from(simulation::WorldAxes axes);
 [[nodiscard]] Eigen::Matrix3d flu_from(simulation::BodyAxes axes);
+
+/// Poses in MAVLink messages, which say their own frames. PoseReport::id is the system's number.
+/// @param messages names of those to take; empty: SIM_STATE, HIL_STATE_QUATERNION, ATT_POS_MOCAP,
+/// VISION_POSITION_ESTIMATE and ODOMETRY, which carry the truth of a simulator or of motion capture. Others
+/// carry an autopilot's estimate: LOCAL_POSITION_NED, GLOBAL_POSITION_INT. Throws InputError for unknown
+/// ones.
+[[nodiscard]] std::unique_ptr<PoseDecoder> make_mavlink_poses(const std::vector<std::string>& messages);
 
 }  // namespace canyon::live

@@ -1,4 +1,4 @@
-#include "adapters/common/msgs/navsat_message.hpp"
+#include "adapters/common/msgs/gnss_message.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,18 +1,52 @@
-// Declared in adapters/gazebo_classic/pose_source.hpp.
+#include "adapters/gazebo_classic/pose_source.hpp"
+
+#include <fmt/format.h>
+
+#include <boost/weak_ptr.hpp>
 #include <gazebo/common/Console.hh>
 #include <gazebo/common/Events.hh>
 #include <gazebo/msgs/msgs.hh>
+#include <gazebo/physics/Link.hh>
 #include <gazebo/transport/Node.hh>
 #include <gazebo/transport/Subscriber.hh>
 
 #include "adapters/gazebo_classic/ignition_types.hpp"
-#include "adapters/gazebo_classic/pose_source.hpp"
 #ifdef CANYON_WITH_ROS
 #include "adapters/gazebo_classic/ros_pose.hpp"
 #endif
 
 namespace canyon::adapters::gazebo_classic {
 namespace {
+
+using ignition::math::Pose3d;
+
+class LinkPoseSource final : public PoseSource {
+ public:
+  LinkPoseSource(const gazebo::physics::LinkPtr& link, const Pose3d& sensor_on_link)
+      : link_(link), name_(link->GetScopedName()), sensor_on_link_(sensor_on_link) {}
+
+  std::optional<simulation::TruePose> at(const gazebo::common::Time& now, std::string& reason) override {
+    const gazebo::physics::LinkPtr link = link_.lock();
+    if (!link) {
+      reason = fmt::format("link {} is gone", name_);
+      return std::nullopt;
+    }
+    // The engine's velocity of the point where the sensor is; the offset is in the link's frame.
+    const auto motion = motion_.at(nanoseconds(now), {rigid_pose(sensor_on_link_ + link->WorldPose()),
+                                                      eigen(link->WorldLinearVel(sensor_on_link_.Pos())),
+                                                      eigen(link->WorldAngularVel())});
+    if (!motion) reason = fmt::format("the physics engine has no finite pose of link {}", name_);
+    return motion;
+  }
+
+  void reset() override { motion_.reset(); }
+
+ private:
+  boost::weak_ptr<gazebo::physics::Link> link_;  // a link holds its plugins, not they it
+  std::string name_;
+  Pose3d sensor_on_link_;
+  simulation::EngineMotion motion_;
+};
 
 // Messages come in threads of Gazebo transport and ROS.
 class TopicPoseSource final : public PoseSource {
@@ -65,6 +99,11 @@ class TopicPoseSource final : public PoseSource {
 };
 
 }  // namespace
+
+std::unique_ptr<PoseSource> make_link_pose_source(const gazebo::physics::LinkPtr& link,
+                                                  const Pose3d& sensor_on_link) {
+  return std::make_unique<LinkPoseSource>(link, sensor_on_link);
+}
 
 std::unique_ptr<PoseSource> make_topic_pose_source(const gazebo::transport::NodePtr& node,
                                                    const HostSettings& settings) {
