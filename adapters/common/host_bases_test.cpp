@@ -1,4 +1,4 @@
-#include "canyon/live/host_bases.hpp"
+#include "canyon/live/hosted_receiver.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 #include <utility>
+
 #include "canyon/geodesy/frames.hpp"
 
 namespace canyon::adapters {

@@ -7,6 +7,7 @@
 #include <map>
 #include <string>
 #include <vector>
+
 #include "canyon/drawing/palette.hpp"
 #include "canyon/live/epoch_publisher.hpp"
 

@@ -9,6 +9,7 @@
 #include <list>
 #include <string>
 #include <vector>
+
 #include "adapters/common/gazebo_math.hpp"
 #include "adapters/common/resource_files.hpp"
 

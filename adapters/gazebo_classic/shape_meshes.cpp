@@ -64,7 +64,7 @@ boost::shared_ptr<HeightmapShape> heightmap_of(const gazebo::physics::Collision&
                                                         : nullptr;
 }
 
-/// Rays of sensors are collisions to Gazebo, but nothing that stands there.
+/// Whether rays can meet a collision. Gazebo has the rays of sensors as collisions too.
 bool is_thing(const gazebo::physics::Collision& collision) {
   const gazebo::physics::ShapePtr shape = collision.GetShape();
   return shape && !collision.HasType(Base::SENSOR_COLLISION) && !shape->HasType(Base::RAY_SHAPE) &&
@@ -85,8 +85,8 @@ Geometry geometry_of(const gazebo::physics::Link& link, const gazebo::msgs::Visu
   return visual.geometry();
 }
 
-/// Whether Gazebo may be given a mesh file to read: its reader of COLLADA crashes on what is none or was cut
-/// off, and a server has not looked at visuals before.
+/// Whether Gazebo can read a mesh file. Its reader of COLLADA crashes on a file that is not COLLADA, and on
+/// one that was cut off. Nobody checks meshes of visuals before: a server does not read them.
 bool is_safe(const std::string& file) {
   if (!lower_case(file).ends_with(".dae")) return true;
   std::ifstream in(file, std::ios::binary);

@@ -30,7 +30,6 @@
 #include "adapters/ros2/host_publisher.hpp"
 #endif
 #include "canyon/base/input_error.hpp"
-#include "canyon/live/host_bases.hpp"
 #include "canyon/live/hosted_receiver.hpp"
 
 namespace canyon::adapters::gz_sim {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <unordered_map>
 #include <vector>
+
 #include "adapters/common/resource_files.hpp"
 #include "adapters/gz_sim/gz_shape_files.hpp"
 #include "canyon/live/world_scene.hpp"

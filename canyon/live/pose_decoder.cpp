@@ -1,6 +1,7 @@
 #include "canyon/live/pose_decoder.hpp"
 
 #include <fmt/format.h>
+
 #include <zlib.h>
 
 #include <algorithm>

@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 #include <vector>
+
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/simulation/scenario/live_options.hpp"
 

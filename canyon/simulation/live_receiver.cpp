@@ -98,9 +98,10 @@ struct LiveReceiver::Impl {
   void check_base() const;
   void make_base();
   void make_links();
-  /// The epochs of base and receiver in `step`, whose arrival is there.
-  void observe(double seconds, const Pose& truth, Step& step);
-  Epoch observe(const Pose& truth, propagation::Arrival& arrival);
+  /// Makes the epochs of receiver and base in `step`, whose arrival is there.
+  void make_epochs(double seconds, const Pose& truth, Step& step);
+  /// Makes the receiver's own epoch.
+  Epoch make_epoch(const Pose& truth, propagation::Arrival& arrival);
   void make_environment();
   GpsTime go_to(double seconds);
   /// Whether the host put the antenna elsewhere since the step before.
@@ -188,9 +189,9 @@ void LiveReceiver::Impl::make_links() {
   links.emplace(receivers, config.seed);
 }
 
-void LiveReceiver::Impl::observe(double seconds, const Pose& truth, Step& step) {
+void LiveReceiver::Impl::make_epochs(double seconds, const Pose& truth, Step& step) {
   if (!base) {
-    step.epoch = observe(truth, step.arrival);
+    step.epoch = make_epoch(truth, step.arrival);
     return;
   }
   const std::array<DueEpoch, 2> due{{{1, truth.time}, {0, truth.time}}};
@@ -202,7 +203,7 @@ void LiveReceiver::Impl::observe(double seconds, const Pose& truth, Step& step) 
       return of_base->epoch;
     }
     if (came) corrections = std::move(came);
-    return step.epoch = observe(truth, step.arrival);
+    return step.epoch = make_epoch(truth, step.arrival);
   });
   for (std::string& line : base->take_warnings()) {
     warnings.push_back(fmt::format("{}: {}", config.base()->options.name, line));
@@ -210,7 +211,7 @@ void LiveReceiver::Impl::observe(double seconds, const Pose& truth, Step& step) 
   step.base = std::move(of_base);
 }
 
-Epoch LiveReceiver::Impl::observe(const Pose& truth, propagation::Arrival& arrival) {
+Epoch LiveReceiver::Impl::make_epoch(const Pose& truth, propagation::Arrival& arrival) {
   arrival.messages = unowned(sky->navigation);
   const auto given = std::exchange(corrections, nullptr);
   if (felt) felt->readings = {};
@@ -402,7 +403,7 @@ LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& ant
   truth.yaw_rate_radps = antenna.yaw_rate_radps;
   impl.last_truth = truth;
   impl.samples = sensors;
-  impl.observe(seconds, truth, step);
+  impl.make_epochs(seconds, truth, step);
   impl.samples = nullptr;
 
   if (step.arrival.views.empty() && !impl.said_empty) {
@@ -432,7 +433,7 @@ LiveReceiver::Step LiveReceiver::lose(double seconds) {
   step.arrival.placement = raytrace::Placement::Unknown;
   step.arrival.ecef_from_enu = frame.ecef_from_local_rotation();
   step.arrival.antenna_enu = frame.local_from_geodetic(truth.position);
-  impl.observe(seconds, truth, step);
+  impl.make_epochs(seconds, truth, step);
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   step.epoch.truth.position = {kNan, kNan, kNan};
   step.epoch.truth.velocity_enu_mps.setConstant(kNan);

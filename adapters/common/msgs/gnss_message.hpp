@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+
 #include "adapters/common/ros_names.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/live/epoch_publisher.hpp"
