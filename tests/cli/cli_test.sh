@@ -121,7 +121,7 @@ help)
   runs 2 "$canyon"; says err simulate heatmap "Exit status"
   runs 2 "$canyon" simulat; one_line; says err "no command 'simulat'" "did you mean 'simulate'?"
   runs 2 "$canyon" city inof small.yaml; one_line; says err "no command 'inof'" "'info'"
-  runs 2 "$canyon" city xyzzy; one_line; says err "no command 'xyzzy'" "build, view"
+  runs 2 "$canyon" city xyzzy; one_line; says err "no command 'xyzzy'" "info, build"
   runs 2 "$canyon" simulate small.yaml --ouut res; one_line; says err "no option '--ouut'" "'--out'"
   runs 2 "$canyon" simulate small.yaml --colour; one_line; says err "canyon simulate --help"
   runs 2 "$canyon" simulate small.yaml ;;
@@ -798,7 +798,7 @@ P
   cp "$root"/examples/{urbannav_tst_m8t,urbannav_tst_2021,berlin_m8}.yaml .
   grep -v align: "$root/examples/recordings.yaml" >recordings.yaml
   runs 0 "$canyon" validate recordings.yaml --part rest --json figures.json
-  says out "| tst |" "| berlin |" "| all mass market |" "687 epochs"
+  says out "tst (mass market)" "berlin (mass market)" "all mass market" "687 epochs"
   python3 - <<'P' || fail "the drives are not those of docs/results.md"
 import json
 f = json.load(open("figures.json"))
