@@ -20,7 +20,7 @@ include(${CMAKE_CURRENT_LIST_DIR}/CanyonDependencies.cmake)
 find_package(nlohmann_json 3.9 REQUIRED)
 
 add_library(canyon_io_needs INTERFACE)
-add_library(canyon_tile_codecs INTERFACE)    # which of the libraries for compressed 3D Tiles there are
+add_library(canyon_tile_codecs INTERFACE)    # which of the libraries for compressed glTF there are
 if(CANYON_BUILD_IO)
   include(${CMAKE_CURRENT_LIST_DIR}/CanyonIoDependencies.cmake)
   target_link_libraries(canyon_io_needs INTERFACE ${CANYON_IO_LIBRARIES})

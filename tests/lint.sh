@@ -38,13 +38,13 @@ mapfile -t shared < <(find adapters/common adapters/common/msgs adapters/common/
 grep_each "only adapters/common/sdf may include SDF" '#include [<"](sdf/|adapters/common/sdf/)' "${shared[@]}"
 
 # 3. Only canyon/base/json.cpp knows nlohmann/json, and tests, which compare with it; only raytrace knows Embree; only
-# canyon::io's files know Assimp, Cairo and rasters.
+# canyon::io's files know Cairo and rasters.
 mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -vE '^canyon/base/json\.cpp$|_test\.cpp$')
 grep_each "only canyon/base/json.cpp may include nlohmann/json" '#include [<"]nlohmann' "${outside[@]}"
 mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -v '^canyon/raytrace/')
 grep_each "only canyon/raytrace may include Embree" '#include [<"]embree' "${outside[@]}"
-mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -vE '^canyon/buildings/|^canyon/city/extruded_polylines\.cpp$')
-grep_each "only canyon/buildings may include map libraries (and city/extruded_polylines.cpp GEOS)" \
+mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -vE '^canyon/buildings/|^canyon/meshes/geos\.hpp$')
+grep_each "only canyon/buildings may include map libraries (and canyon/meshes/geos.hpp GEOS)" \
   '#include [<"](osmium|protozero|geos|curl)' "${outside[@]}"
 mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -vE '^canyon/(buildings|heatmap)/')
 grep_each "only canyon/buildings and canyon/heatmap may include raster libraries" \
@@ -54,8 +54,8 @@ io=$(tr -s '\n ' ' ' <CMakeLists.txt | grep -oE 'canyon_folder\([^)]*\)' | sed -
   while read -r folder names; do for name in $names; do [[ $name != *.cpp && $name != ALL ]] || echo "canyon/$folder/$name"; done; done)
 while IFS= read -r file; do
   [[ $file == *.hpp ]] || grep -qxF -e "${file/%_test.cpp/.cpp}" -e "${file%/*}/ALL" <<<"$io" ||
-    breach "$file: includes Assimp, Cairo, GDAL or NetCDF but is not named after IO in CMakeLists.txt"
-done < <({ grep -lE '#include [<"](assimp|cairo)' "${sources[@]}"
+    breach "$file: includes Cairo, GDAL or NetCDF but is not named after IO in CMakeLists.txt"
+done < <({ grep -lE '#include [<"]cairo' "${sources[@]}"
            printf '%s\n' "${sources[@]}" | grep '^canyon/heatmap/' |
              xargs grep -lE '#include [<"](gdal|ogr|netcdf)'; } | sort -u)
 

@@ -24,7 +24,6 @@ plant canyon/output/planted.cpp '#include <mavlink/v2.0/common/mavlink.h>'
 plant canyon/view/planted.cpp '#include <nlohmann/json.hpp>'
 plant canyon/propagation/planted.cpp '#include <embree3/rtcore.h>'
 plant canyon/simulation/planted.cpp '#include <gdal.h>'
-plant canyon/city/planted.cpp '#include <assimp/scene.h>'
 # Folders in folders: a folder's parts stand above it, and one that CMakeLists.txt does not name is none.
 plant canyon/buildings/sources/planted.cpp '#include "canyon/buildings/city_builder.hpp"'
 plant canyon/heatmap/kernels/planted.cpp '#include "canyon/heatmap/engine/engine.hpp"'

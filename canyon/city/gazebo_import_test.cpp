@@ -326,7 +326,7 @@ TEST_F(GazeboImport, MissingAndDamagedFilesCostThemselves) {
   ASSERT_EQ(city.mesh.objects.size(), 1U);
   EXPECT_EQ(city.mesh.objects[0].name, "house::link::c");
   EXPECT_THAT(city.notes, Contains(HasSubstr("w.world:5: mesh 'none.dae' is not beside the file")));
-  EXPECT_THAT(city.notes, Contains(HasSubstr("bad.obj:2: names vertex 3 of 1")));
+  EXPECT_THAT(city.notes, Contains(HasSubstr("bad.obj:2: names vertex 2 of 1")));
   EXPECT_THAT(city.notes, Contains(HasSubstr("'model://none' is not beside the file")));
   EXPECT_THAT(city.notes, Contains(HasSubstr("model.sdf:1: is not well-formed XML")));
   EXPECT_EQ(std::count_if(city.notes.begin(), city.notes.end(),

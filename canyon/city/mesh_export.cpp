@@ -17,10 +17,6 @@
 #include "canyon/city/mesh_parts.hpp"
 #include "canyon/geodesy/constants.hpp"
 
-// Written by hand and not by Assimp's exporters: those (5.2) give a second object of the same name another
-// one or merge the two, drop blanks from names, keep single precision about one origin, have no place for
-// comments, and name an OBJ file's library after the file they write.
-
 namespace canyon::city {
 namespace {
 

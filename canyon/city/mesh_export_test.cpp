@@ -154,7 +154,7 @@ float f32_at(const std::string& bytes, std::size_t at) {
   return value;
 }
 
-// Checked by the standard's own rules (Khronos glTF 2.0, 3.6 and 4.4), read without Assimp.
+// Checked by the standard's own rules (Khronos glTF 2.0, 3.6 and 4.4).
 TEST(MeshExportFormats, GlbKeepsTheStandard) {
   const TemporaryFolder folder;
   const City city = awkward_city();

@@ -1,17 +1,11 @@
 #include "canyon/city/mesh_file.hpp"
 
-#include <assimp/config.h>
-#include <assimp/material.h>
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <assimp/Importer.hpp>
 #include <cmath>
-#include <fstream>
 #include <numeric>
 #include <string>
 #include <string_view>
@@ -22,32 +16,29 @@
 #include "canyon/base/foreign_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/input_file.hpp"
-#include "canyon/base/text.hpp"
-#include "canyon/base/utf16.hpp"
 #include "canyon/city/boxes.hpp"
-#include "canyon/city/mesh_doubts.hpp"
-#include "canyon/city/mesh_file_format.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/mesh_names.hpp"
 #include "canyon/city/mesh_topology.hpp"
+#include "canyon/meshes/mesh_scene.hpp"
 
 namespace canyon::city {
 namespace {
 
-constexpr std::array<std::string_view, 6> kExtensions{".dae", ".obj", ".stl", ".gltf", ".glb", ".ply"};
 constexpr double kLargestCity_m = 200e3;
 constexpr double kSmallestCity_m = 1;
-/// Assimp keeps coordinates as floats: beyond this one they come in steps of 2^-10 units and more.
-constexpr double kFinestCoordinate = 8192;
 /// A sheet has no face steeper than this: |n_z| at least cos(80 deg).
 constexpr double kSheetNormalZ = 0.17364817766693041;
 /// A connected sheet inside a node of something else is terrain when it lies under this share of the city.
 constexpr double kTerrainShare = 0.5;
 
-Eigen::Affine3d affine_from(const aiMatrix4x4& m) {
-  Eigen::Affine3d result = Eigen::Affine3d::Identity();
-  result.matrix().topRows<3>() << m.a1, m.a2, m.a3, m.a4, m.b1, m.b2, m.b3, m.b4, m.c1, m.c2, m.c3, m.c4;
-  return result;
+/// Rotation that makes z the up axis. Right stays right, towards the viewer becomes south (COLLADA 1.4.1,
+/// "up_axis"; glTF 2.0, 3.4).
+Eigen::Matrix3d z_up_from(char up) {
+  Eigen::Matrix3d r = Eigen::Matrix3d::Identity();
+  if (up == 'Y') r << 1, 0, 0, 0, 0, -1, 0, 1, 0;
+  if (up == 'X') r << 0, -1, 0, 0, 0, -1, 1, 0, 0;
+  return r;
 }
 
 /// The triangles of one node, in ENU, degenerate ones gone, welded.
@@ -85,44 +76,27 @@ class MeshImport {
 
   City read(std::string* caution = nullptr) {
     options_.validate();
-    const std::string extension = check_path();
-    FileFrame frame;
-    check_format(extension, frame);
+    check_bytes();
     marked_ = has_mesh_mark(path_);
-    const aiScene& scene = load();
-    if (options_.up_axis) frame.up = *options_.up_axis == 'Y' ? UpAxis::Y : UpAxis::Z;
+    meshes::MeshScene scene = meshes::read_mesh_scene(path_, marked_);
+    if (options_.up_axis) scene.up = *options_.up_axis;
 
     Eigen::Affine3d enu_from_file = Eigen::Affine3d::Identity();
     enu_from_file.translate(options_.offset_m);
     enu_from_file.rotate(Eigen::AngleAxisd(options_.heading_rad, Eigen::Vector3d::UnitZ()));
-    enu_from_file.scale(options_.scale * frame.metres_per_unit);
-    enu_from_file.rotate(z_up_from(frame.up));
-    for (unsigned m = 0; m < scene.mNumMaterials; ++m) {
-      const std::string name = scene.mMaterials[m]->GetName().C_Str();
-      materials_.push_back(marked_ ? material_by_name(name) : material_from_name(name));
-    }
-    // Assimp makes COLLADA's root transform by itself, see check_collada().
-    const Eigen::Affine3d root =
-        extension == ".dae" ? Eigen::Affine3d::Identity() : affine_from(scene.mRootNode->mTransformation);
-    collect(scene, *scene.mRootNode, enu_from_file * root, false);
+    enu_from_file.scale(options_.scale * scene.metres_per_unit);
+    enu_from_file.rotate(z_up_from(scene.up));
+    for (meshes::SceneNode& node : scene.nodes) take(node, enu_from_file);
     check_size();
 
     City city;
     city.name = path_.filename().string();
     city.frame = geodesy::LocalFrame(options_.origin);
     note(fmt::format("{} triangles in {} nodes; 1 unit is {} m, {} up", read_, nodes_.size(),
-                     frame.metres_per_unit * options_.scale, "XYZ"[static_cast<int>(frame.up)]));
-    std::for_each(doubts_.begin(), doubts_.end(), [this](const std::string& doubt) { note(doubt); });
+                     scene.metres_per_unit * options_.scale, scene.up));
+    for (std::string& left_out : scene.notes) note(std::move(left_out));
     if (degenerate_ > 0)
       note(fmt::format("{} degenerate triangles (area below 1e-8 m^2) dropped", degenerate_));
-    if (largest_coordinate_ > kFinestCoordinate) {
-      note(fmt::format(
-          "file coordinates reach {:.0f} units; mesh files are read in single precision, here to {:.3f} m: "
-          "export "
-          "the mesh about its own origin",
-          largest_coordinate_,
-          std::ldexp(1.0, std::ilogb(largest_coordinate_) - 23) * frame.metres_per_unit * options_.scale));
-    }
     if (marked_) {
       build_as_written(city.mesh);
     } else {
@@ -130,65 +104,23 @@ class MeshImport {
     }
     check_mesh(city.mesh, city.name);
     city.notes = std::move(notes_);
-    if (caution != nullptr && !options_.up_axis && !marked_)
-      *caution = up_axis_caution(city, frame.up, path_, options_.heading_rad);
+    if (caution != nullptr && !options_.up_axis && !marked_ && terrain_stands_upright(city.mesh)) {
+      const char other = scene.up == 'Z' ? 'Y' : 'Z';
+      *caution = fmt::format("{}: its terrain stands upright; is {} the file's up axis? Then set up_axis: {}",
+                             city.name, static_cast<char>(other - 'A' + 'a'), other);
+    }
     return city;
   }
 
  private:
   void note(std::string line) { notes_.push_back(std::move(line)); }
 
-  [[nodiscard]] std::string check_path() const {
-    std::string extension = lower_case(path_.extension().string());
-    if (std::find(kExtensions.begin(), kExtensions.end(), extension) == kExtensions.end()) {
-      throw InputError(path_, 0, fmt::format("unknown mesh format '{}'", extension),
-                       "use .dae, .obj, .stl, .gltf, .glb or .ply");
-    }
-    check_input_file(path_, kLargestMesh);
-    if (!std::ifstream(path_)) throw InputError(path_, 0, "cannot be read");
+  void check_bytes() const {
+    check_input_file(path_, meshes::kLargestMesh);
     const std::string head = read_head(path_, 512);
     if (is_gzip(head) || is_unpacked_whole(head))
       throw InputError(path_, 0, "is a packed file, not a mesh", "unpack it first");
     refuse_foreign_bytes(path_, head);
-    if (Utf16Decoder::is_marked(head)) throw InputError(path_, 0, "is text in UTF-16", "save it as UTF-8");
-    return extension;
-  }
-
-  /// Checks for faults that Assimp does not notice or survive.
-  void check_format(const std::string& extension, FileFrame& frame) {
-    if (extension == ".ply") doubts_ = check_ply(path_);
-    if (extension == ".stl") doubts_ = check_stl(path_);
-    if (extension == ".obj") doubts_ = check_obj(path_);
-    if (extension == ".dae") doubts_ = check_collada(path_, frame);
-    if (extension != ".gltf" && extension != ".glb") return;
-    frame.up = UpAxis::Y;
-    doubts_ = check_gltf(path_);
-  }
-
-  const aiScene& load() {
-    importer_.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-    importer_.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
-                                 aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS |
-                                     aiComponent_COLORS | aiComponent_TEXCOORDS | aiComponent_BONEWEIGHTS |
-                                     aiComponent_ANIMATIONS | aiComponent_TEXTURES | aiComponent_LIGHTS |
-                                     aiComponent_CAMERAS);
-    // Uses Canyon's own names only: other programs' names may be empty or repeat where their ids do not.
-    if (marked_) importer_.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, true);
-    const aiScene* scene = importer_.ReadFile(path_.string(), 0);
-    if (scene != nullptr) {
-      if (!marked_) add_face_doubts(*scene, doubts_);
-      scene = importer_.ApplyPostProcessing(aiProcess_RemoveComponent | aiProcess_Triangulate |
-                                            aiProcess_SortByPType);
-    }
-    if (scene == nullptr) {
-      std::string reason = importer_.GetErrorString();
-      std::replace(reason.begin(), reason.end(), '\n', ' ');
-      if (reason.find("No meshes remaining") != std::string::npos) no_triangles();
-      throw InputError(path_, 0, fmt::format("cannot be read as a mesh: {}", trim(reason)),
-                       "export it again, or check it in a mesh viewer");
-    }
-    if (scene->mRootNode == nullptr || scene->mNumMeshes == 0) no_triangles();
-    return *scene;
   }
 
   [[noreturn]] void no_triangles() const {
@@ -201,81 +133,58 @@ class MeshImport {
                        [&name](const std::string& word) { return has_word(name, word); });
   }
 
-  /// The node's own name, or its mesh's where that is made up by Assimp (STL, PLY, files with one mesh).
-  [[nodiscard]] std::string name_of(const aiScene& scene, const aiNode& node) const {
-    const auto usable = [](const std::string& name) {
-      return !name.empty() && name.front() != '<' && name.front() != '$';
-    };
-    std::string name = node.mName.C_Str();
-    if (usable(name) && &node != scene.mRootNode) return name;
-    if (node.mNumMeshes == 1) {
-      name = scene.mMeshes[node.mMeshes[0]]->mName.C_Str();
-      if (usable(name)) return name;
+  /// Whether the faces of terrain look sideways, by most of their area.
+  static bool terrain_stands_upright(const Mesh& mesh) {
+    constexpr double kUpright = 0.3;
+    double area = 0, level = 0;
+    for (const Object& object : mesh.objects) {
+      if (object.surface != Surface::Terrain) continue;
+      for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
+        const auto& [a, b, c] = mesh.triangles[t];
+        const Eigen::Vector3d normal =
+            (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]);
+        area += normal.norm();
+        level += std::abs(normal.z());
+      }
     }
-    return path_.stem().string();
+    return level < kUpright * area;
   }
 
-  void collect(const aiScene& scene, const aiNode& node, const Eigen::Affine3d& enu_from_node,
-               bool under_terrain) {
-    if (node.mNumMeshes > 0) {
-      Node collected;
-      collected.name = name_of(scene, node);
-      bool said = false;
-      NodeName named = marked_ ? read_node_name(collected.name) : split_surface(collected.name, &said);
-      said = said || marked_;
-      collected.named_terrain =
-          said ? named.surface == Surface::Terrain : under_terrain || names_terrain(collected.name);
-      if (said) {
-        collected.name = std::move(named.name);
-        collected.surface = named.surface;
-      }
-      for (unsigned m = 0; m < node.mNumMeshes; ++m) {
-        add_triangles(*scene.mMeshes[node.mMeshes[m]], enu_from_node, collected);
-      }
-      if (!collected.triangles.empty()) nodes_.push_back(std::move(collected));
+  void take(meshes::SceneNode& from, const Eigen::Affine3d& enu_from_file) {
+    Node node;
+    node.name = from.name.empty() ? path_.stem().string() : from.name;
+    bool said = false;
+    NodeName named = marked_ ? read_node_name(node.name) : split_surface(node.name, &said);
+    said = said || marked_;
+    node.named_terrain =
+        said ? named.surface == Surface::Terrain : names_terrain(node.name) || names_terrain(from.above);
+    if (said) {
+      node.name = std::move(named.name);
+      node.surface = named.surface;
     }
-    for (unsigned c = 0; c < node.mNumChildren; ++c) {
-      const aiNode& child = *node.mChildren[c];
-      collect(scene, child, enu_from_node * affine_from(child.mTransformation),
-              under_terrain || names_terrain(child.mName.C_Str()));
-    }
-  }
-
-  void add_triangles(const aiMesh& mesh, const Eigen::Affine3d& enu_from_node, Node& node) {
-    if ((mesh.mPrimitiveTypes & aiPrimitiveType_TRIANGLE) == 0) return;
-    const auto first = static_cast<std::uint32_t>(node.vertices.size());
-    for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
-      const aiVector3D& p = mesh.mVertices[v];
-      const Eigen::Vector3d file(p.x, p.y, p.z);
-      if (!file.allFinite()) {
+    node.vertices = std::move(from.vertices);
+    for (Eigen::Vector3d& vertex : node.vertices) {
+      vertex = enu_from_file * vertex;
+      if (!vertex.allFinite()) {
         throw InputError(path_, 0,
                          fmt::format("node '{}' has a vertex that is not a finite number", node.name),
                          "export it again");
       }
-      largest_coordinate_ = std::max(largest_coordinate_, file.cwiseAbs().maxCoeff());
-      node.vertices.emplace_back(enu_from_node * file);
     }
-    const bool mirrored = enu_from_node.linear().determinant() < 0;
-    const Material material =
-        mesh.mMaterialIndex < materials_.size() ? materials_[mesh.mMaterialIndex] : Material::Unknown;
-    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
-      const aiFace& face = mesh.mFaces[f];
-      if (face.mNumIndices != 3) continue;
-      ++read_;
-      if (std::any_of(face.mIndices, face.mIndices + 3, [&](unsigned v) { return v >= mesh.mNumVertices; })) {
-        throw InputError(path_, 0, fmt::format("node '{}' has a face that names a missing vertex", node.name),
-                         "export it again");
+    for (const meshes::SceneFaces& faces : from.faces) {
+      const Material material =
+          marked_ ? material_by_name(faces.material) : material_from_name(faces.material);
+      for (const auto& t : faces.triangles) {
+        ++read_;
+        if (is_degenerate(node.vertices[t[0]], node.vertices[t[1]], node.vertices[t[2]])) {
+          ++degenerate_;
+          continue;
+        }
+        node.triangles.push_back(t);
+        node.materials.push_back(material);
       }
-      std::array<std::uint32_t, 3> t{first + face.mIndices[0], first + face.mIndices[1],
-                                     first + face.mIndices[2]};
-      if (mirrored) std::swap(t[1], t[2]);
-      if (is_degenerate(node.vertices[t[0]], node.vertices[t[1]], node.vertices[t[2]])) {
-        ++degenerate_;
-        continue;
-      }
-      node.triangles.push_back(t);
-      node.materials.push_back(material);
     }
+    if (!node.triangles.empty()) nodes_.push_back(std::move(node));
   }
 
   void check_size() {
@@ -431,14 +340,11 @@ class MeshImport {
   MeshImportOptions options_;
   bool whole_city_ = true;
   bool marked_ = false;  ///< written by Canyon, see mesh_marks.hpp
-  Assimp::Importer importer_;
-  std::vector<Material> materials_;
   std::vector<Node> nodes_;
-  std::vector<std::string> notes_, doubts_;
+  std::vector<std::string> notes_;
   Box bounds_;
   std::size_t read_ = 0;
   std::size_t degenerate_ = 0;
-  double largest_coordinate_ = 0;
 };
 
 }  // namespace

@@ -63,10 +63,9 @@ std::optional<unsigned> escape_at(std::string_view text, std::size_t at) {
 bool holds(NameCharacters characters, unsigned char c, bool first) {
   switch (characters) {
     case NameCharacters::Utf8:
-      // Assimp makes up names with these.
-      return c >= 0x20 && c != 0x7F && !(first && (c == '<' || c == '$'));
+      return c >= 0x20 && c != 0x7F;
     case NameCharacters::Word:
-      return c > 0x20 && c != 0x7F && c != '\\' && c != '#' && !(first && (c == '<' || c == '$'));
+      return c > 0x20 && c != 0x7F && c != '\\' && c != '#';
     case NameCharacters::XmlName:
       if (first && (c < 'A' || c == '_')) return c == '_';
       return is_alphanumeric(c) || c == '_' || c == '-' || c == '.';
@@ -134,7 +133,7 @@ std::vector<std::string> node_names(const std::vector<Object>& objects, NameChar
   for (const Object& object : objects) {
     std::string name = cut(object.name);
     const NodeName plain = split_surface(name);
-    // An unnamed node would get a name of Assimp's.
+    // An unnamed node gets the name of its file.
     if (name.empty() || plain.surface != object.surface || plain.name != name) {
       name = std::string(kSurfaceWords.at(static_cast<std::size_t>(object.surface))) + ':' + name;
     }

@@ -16,7 +16,6 @@
 #include "canyon/buildings/sources/osm_reader.hpp"
 #include "canyon/city/city_file.hpp"
 #include "canyon/city/gazebo_export.hpp"
-#include "canyon/city/mesh_doubts.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/constants.hpp"
@@ -174,8 +173,6 @@ buildings::BuiltCity read_city(const CityConfig& config,
   config.sea_level.validate();
   buildings::BuiltCity loaded =
       std::visit([&](const auto& source) { return read_source(source, config, progress); }, config.source);
-  for (std::string& line : city::implausible_objects(loaded.city.mesh))
-    loaded.report.cautions.push_back(std::move(line));
   const geodesy::Geodetic& origin = loaded.city.frame.origin();
   if (config.sea_level.geoid_undulation_m) {
     loaded.city.geoid_undulation_m = *config.sea_level.geoid_undulation_m;

@@ -12,12 +12,14 @@ namespace {
 
 constexpr std::size_t kLongestFeatureName = 120;
 
+/// The first column that one of the words names, in upper or lower case; empty for none.
 template <std::size_t N>
-std::optional<int> rank_in(const std::array<std::string_view, N>& words, std::string_view property) {
-  const std::string lower = lower_case(property);
-  const auto found = std::find(words.begin(), words.end(), lower);
-  if (found == words.end()) return std::nullopt;
-  return static_cast<int>(found - words.begin());
+std::vector<std::string> first_of(const std::array<std::string_view, N>& words, const TextColumns& columns) {
+  for (const std::string_view word : words) {
+    for (const auto& [name, texts] : columns)
+      if (lower_case(name) == word) return texts;
+  }
+  return {};
 }
 
 std::string feature_text(const Json& value) {
@@ -48,35 +50,21 @@ std::vector<std::string> hierarchy_kinds(const Json& hierarchy) {
 
 }  // namespace
 
-std::optional<int> name_rank(std::string_view property) {
-  static constexpr std::array<std::string_view, 9> kWords{"name",   "gml:name",  "gml_id", "gml:id", "gmlid",
+FeatureNames feature_names(const TextColumns& columns) {
+  static constexpr std::array<std::string_view, 9> kNames{"name",   "gml:name",  "gml_id", "gml:id", "gmlid",
                                                           "osm_id", "elementid", "id",     "uuid"};
-  return rank_in(kWords, property);
-}
-
-std::optional<int> kind_rank(std::string_view property) {
-  static constexpr std::array<std::string_view, 10> kWords{
+  static constexpr std::array<std::string_view, 10> kKinds{
       "class",     "feature_type", "_feature_type", "featuretype", "feature:type",
       "classname", "objecttype",   "type",          "category",    "layer"};
-  return rank_in(kWords, property);
+  return {first_of(kNames, columns), first_of(kKinds, columns)};
 }
 
 FeatureNames batch_names(const Json& table) {
-  FeatureNames names;
-  if (!table.is_object()) return names;
-  std::optional<int> best_name, best_kind;
-  for (const Json::Member& member : table.members()) {
-    if (!member.value.is_array()) continue;
-    const std::optional<int> as_name = name_rank(member.key), as_kind = kind_rank(member.key);
-    if (as_name && (!best_name || *as_name < *best_name)) {
-      names.name = texts_of(member.value);
-      best_name = as_name;
-    }
-    if (as_kind && (!best_kind || *as_kind < *best_kind)) {
-      names.kind = texts_of(member.value);
-      best_kind = as_kind;
-    }
-  }
+  if (!table.is_object()) return {};
+  TextColumns columns;
+  for (const Json::Member& member : table.members())
+    if (member.value.is_array()) columns[member.key] = texts_of(member.value);
+  FeatureNames names = feature_names(columns);
   const Json& in_extensions = table["extensions"]["3DTILES_batch_table_hierarchy"];
   const Json& hierarchy = in_extensions.is_object() ? in_extensions : table["HIERARCHY"];
   if (names.kind.empty() && hierarchy.is_object()) names.kind = hierarchy_kinds(hierarchy);

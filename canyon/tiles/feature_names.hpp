@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,9 +17,9 @@ struct FeatureNames {
   std::vector<std::string> kind;  ///< of "class", "type", "feature_type" ...: what the feature is
 };
 
-/// Whether a property of that name holds names, or kinds, of features. The lower, the better; empty: neither.
-[[nodiscard]] std::optional<int> name_rank(std::string_view property);
-[[nodiscard]] std::optional<int> kind_rank(std::string_view property);
+/// Texts of a table by column, one for each feature.
+using TextColumns = std::map<std::string, std::vector<std::string>>;
+[[nodiscard]] FeatureNames feature_names(const TextColumns& columns);
 
 /// The names of a b3dm or i3dm batch table (3D Tiles 1.0, "Batch Table"): its lists in JSON, and the classes
 /// of 3DTILES_batch_table_hierarchy. Lists in the binary part hold numbers only and are not read.

@@ -6,8 +6,8 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
-#include "canyon/tiles/bytes.hpp"
-#include "canyon/tiles/json_values.hpp"
+#include "canyon/meshes/bytes.hpp"
+#include "canyon/meshes/json_values.hpp"
 
 namespace canyon::tiles {
 namespace {
@@ -27,7 +27,7 @@ class SubtreeReader {
     out.tiles = availability(json_.at("tileAvailability"), nodes);
     out.children = availability(json_.at("childSubtreeAvailability"), children);
     const Json* of_contents = json_.find("contentAvailability");
-    const Json& several = extension(json_, "3DTILES_multiple_contents")["contentAvailability"];
+    const Json& several = meshes::extension(json_, "3DTILES_multiple_contents")["contentAvailability"];
     if (several.is_array()) of_contents = &several;
     if (of_contents != nullptr && of_contents->is_array()) {
       for (const Json& each : *of_contents) out.contents.push_back(availability(each, nodes));
@@ -39,15 +39,15 @@ class SubtreeReader {
 
  private:
   [[nodiscard]] Availability availability(const Json& of, std::uint64_t bits) const {
-    if (of.contains("constant")) return Availability(count_member(of, "constant") != 0);
+    if (of.contains("constant")) return Availability(meshes::count_member(of, "constant") != 0);
     const char* key = of.contains("bitstream") ? "bitstream" : "bufferView";
-    const Json& view = member("bufferViews", count_member(of, key));
-    const Json& buffer = member("buffers", count_member(view, "buffer"));
-    const std::string uri = text_member(buffer, "uri");
+    const Json& view = member("bufferViews", meshes::count_member(of, key));
+    const Json& buffer = member("buffers", meshes::count_member(view, "buffer"));
+    const std::string uri = meshes::text_member(buffer, "uri");
     const std::string outer = uri.empty() ? std::string() : fetch_(uri);
     const std::string_view bytes =
-        piece(uri.empty() ? binary_ : std::string_view(outer), count_member(view, "byteOffset", 0),
-              count_member(view, "byteLength"));
+        meshes::piece(uri.empty() ? binary_ : std::string_view(outer),
+                      meshes::count_member(view, "byteOffset", 0), meshes::count_member(view, "byteLength"));
     return Availability(std::string(bytes), bits);
   }
 
@@ -81,14 +81,14 @@ bool Availability::at(std::uint64_t index) const {
 Subtree read_subtree(std::string_view bytes, int levels, bool octree,
                      const std::function<std::string(const std::string& uri)>& fetch) {
   std::string_view text = bytes, binary;
-  if (bytes.size() >= 4 && little<std::uint32_t>(bytes, 0) == kSubtreeMagic) {
-    if (little<std::uint32_t>(bytes, 4) != 1) {
-      throw InputError(
-          fmt::format("is a subtree of version {}; only version 1 exists", little<std::uint32_t>(bytes, 4)));
+  if (bytes.size() >= 4 && meshes::little<std::uint32_t>(bytes, 0) == kSubtreeMagic) {
+    if (meshes::little<std::uint32_t>(bytes, 4) != 1) {
+      throw InputError(fmt::format("is a subtree of version {}; only version 1 exists",
+                                   meshes::little<std::uint32_t>(bytes, 4)));
     }
-    const auto length = little<std::uint64_t>(bytes, 8);
-    text = piece(bytes, 24, length);
-    binary = piece(bytes, 24 + length, little<std::uint64_t>(bytes, 16));
+    const auto length = meshes::little<std::uint64_t>(bytes, 8);
+    text = meshes::piece(bytes, 24, length);
+    binary = meshes::piece(bytes, 24 + length, meshes::little<std::uint64_t>(bytes, 16));
   }
   try {
     const Json json = Json::parse(text);

@@ -10,8 +10,8 @@
 #include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/frames.hpp"
-#include "canyon/tiles/bytes.hpp"
-#include "canyon/tiles/json_values.hpp"
+#include "canyon/meshes/bytes.hpp"
+#include "canyon/meshes/json_values.hpp"
 
 namespace canyon::tiles {
 namespace {
@@ -46,13 +46,14 @@ struct TileTables {
 };
 
 TileTables read_tables(std::string_view tile, std::size_t header) {
-  if (little<std::uint32_t>(tile, 4) != 1) {
-    throw InputError(fmt::format("is of version {}; only version 1 exists", little<std::uint32_t>(tile, 4)));
+  if (meshes::little<std::uint32_t>(tile, 4) != 1) {
+    throw InputError(
+        fmt::format("is of version {}; only version 1 exists", meshes::little<std::uint32_t>(tile, 4)));
   }
   std::uint64_t at = header;
   const auto next = [&](std::uint64_t field) {
-    const auto length = little<std::uint32_t>(tile, field);
-    const std::string_view out = piece(tile, at, length);
+    const auto length = meshes::little<std::uint32_t>(tile, field);
+    const std::string_view out = meshes::piece(tile, at, length);
     at += length;
     return out;
   };
@@ -80,11 +81,11 @@ std::vector<double> feature_values(const TileTables& tables, const char* key, st
   if (count > tables.feature_binary.size() / sizeof(Stored)) {
     throw InputError(fmt::format("{} reaches beyond the feature table", key));
   }
-  const std::string_view bytes =
-      piece(tables.feature_binary, count_member(*found, "byteOffset"), count * sizeof(Stored));
+  const std::string_view bytes = meshes::piece(
+      tables.feature_binary, meshes::count_member(*found, "byteOffset"), count * sizeof(Stored));
   values.reserve(static_cast<std::size_t>(count));
   for (std::uint64_t i = 0; i < count; ++i)
-    values.push_back(static_cast<double>(little<Stored>(bytes, i * sizeof(Stored))));
+    values.push_back(static_cast<double>(meshes::little<Stored>(bytes, i * sizeof(Stored))));
   return values;
 }
 
@@ -109,7 +110,7 @@ Eigen::Vector3d from_octahedron(double u, double v) {
 class Instances {
  public:
   explicit Instances(const TileTables& tables)
-      : tables_(tables), count_(count_member(tables.feature, "INSTANCES_LENGTH")) {
+      : tables_(tables), count_(meshes::count_member(tables.feature, "INSTANCES_LENGTH")) {
     if (count_ > kMostInstances) throw InputError(fmt::format("has {} instances", count_));
     read_places();
     read_turns();
@@ -182,7 +183,7 @@ class Instances {
 
 class ContentReader {
  public:
-  ContentReader(char up, const FetchBytes& fetch) : axis_(z_up_from_gltf(up)), fetch_(fetch) {}
+  ContentReader(char up, const meshes::FetchBytes& fetch) : axis_(z_up_from_gltf(up)), fetch_(fetch) {}
 
   void read(std::string_view bytes, int levels_left) {
     switch (content_kind(bytes)) {
@@ -219,12 +220,13 @@ class ContentReader {
  private:
   /// The tile without what may follow it.
   static std::string_view whole(std::string_view bytes) {
-    return piece(bytes, 0, little<std::uint32_t>(bytes, 8));
+    return meshes::piece(bytes, 0, meshes::little<std::uint32_t>(bytes, 8));
   }
 
   void read_batched(std::string_view tile) {
     // Before version 1.0 the header was shorter, with the JSON's first bytes where lengths are now.
-    if (little<std::uint32_t>(tile, 20) >= 570425344 || little<std::uint32_t>(tile, 24) >= 570425344) {
+    if (meshes::little<std::uint32_t>(tile, 20) >= 570425344 ||
+        meshes::little<std::uint32_t>(tile, 24) >= 570425344) {
       throw InputError("is a b3dm of before 3D Tiles 1.0, which is not read",
                        "convert it, e.g. with 3d-tiles-tools upgrade");
     }
@@ -236,7 +238,7 @@ class ContentReader {
     const TileTables tables = read_tables(tile, 32);
     const std::vector<Eigen::Matrix4d> placements = Instances(tables).placements();
     if (placements.empty()) return;
-    if (little<std::uint32_t>(tile, 28) == 1) {
+    if (meshes::little<std::uint32_t>(tile, 28) == 1) {
       add_model(tables.rest, {}, Eigen::Vector3d::Zero(), placements);
       return;
     }
@@ -247,12 +249,12 @@ class ContentReader {
 
   void read_composite(std::string_view tile, int levels_left) {
     if (levels_left == 0) throw InputError("composite tiles are nested too deeply");
-    const auto count = little<std::uint32_t>(tile, 12);
+    const auto count = meshes::little<std::uint32_t>(tile, 12);
     std::uint64_t at = 16;
     for (std::uint32_t i = 0; i < count; ++i) {
-      const auto length = little<std::uint32_t>(tile, at + 8);
+      const auto length = meshes::little<std::uint32_t>(tile, at + 8);
       if (length < 12) throw InputError("a tile of a composite is shorter than its header");
-      read(piece(tile, at, length), levels_left - 1);
+      read(meshes::piece(tile, at, length), levels_left - 1);
       at += length;
     }
   }
@@ -260,7 +262,8 @@ class ContentReader {
   void add_model(std::string_view gltf, FeatureNames batch, const Eigen::Vector3d& centre,
                  const std::vector<Eigen::Matrix4d>& placements) {
     PlacedModel placed;
-    placed.model = read_gltf(gltf, fetch_);
+    placed.model = meshes::read_gltf(gltf, fetch_);
+    for (const auto& [number, columns] : placed.model.tables) placed.tables[number] = feature_names(columns);
     placed.batch = std::move(batch);
     const Eigen::Vector3d move = centre + placed.model.centre.value_or(Eigen::Vector3d::Zero());
     const Eigen::Matrix4d base = translation(move) * axis_;
@@ -271,7 +274,7 @@ class ContentReader {
   }
 
   Eigen::Matrix4d axis_;
-  const FetchBytes& fetch_;
+  const meshes::FetchBytes& fetch_;
   TileContent out_;
 };
 
@@ -288,7 +291,7 @@ ContentKind content_kind(std::string_view bytes) {
   return first != std::string_view::npos && bytes[first] == '{' ? ContentKind::Json : ContentKind::Unknown;
 }
 
-TileContent read_content(std::string_view bytes, char up, const FetchBytes& fetch) {
+TileContent read_content(std::string_view bytes, char up, const meshes::FetchBytes& fetch) {
   try {
     ContentReader reader(up, fetch);
     reader.read(bytes, kDeepestComposite);

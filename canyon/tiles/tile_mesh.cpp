@@ -63,7 +63,7 @@ std::vector<Eigen::Vector3d> used_vertices(const std::vector<Eigen::Vector3d>& v
 
 /// Takes the triangles of one feature out of a primitive, or all where it has none.
 std::vector<std::pair<std::optional<std::uint32_t>, city::TriangleIndices>> by_feature(
-    const GltfPrimitive& primitive) {
+    const meshes::GltfPrimitive& primitive) {
   std::vector<std::pair<std::optional<std::uint32_t>, city::TriangleIndices>> out;
   if (primitive.features.empty()) {
     out.emplace_back(std::nullopt, primitive.triangles);
@@ -100,7 +100,7 @@ std::vector<Eigen::Vector3d> TileMesh::add(const TileContent& content, const Eig
       ++instance;
       const Eigen::Matrix4d matrix = to_enu * placement;
       const bool mirrored = matrix.topLeftCorner<3, 3>().determinant() < 0;
-      for (const GltfPrimitive& primitive : placed.model.primitives) {
+      for (const meshes::GltfPrimitive& primitive : placed.model.primitives) {
         std::vector<Eigen::Vector3d> places;
         places.reserve(primitive.positions.size());
         for (const Eigen::Vector3d& v : primitive.positions) {
@@ -122,9 +122,8 @@ std::vector<Eigen::Vector3d> TileMesh::add(const TileContent& content, const Eig
         for (auto& [id, triangles] : by_feature(primitive)) {
           Part part;
           part.feature = id.has_value();
-          const auto table =
-              primitive.table ? placed.model.tables.find(*primitive.table) : placed.model.tables.end();
-          const FeatureNames& names = table != placed.model.tables.end() ? table->second : placed.batch;
+          const auto table = primitive.table ? placed.tables.find(*primitive.table) : placed.tables.end();
+          const FeatureNames& names = table != placed.tables.end() ? table->second : placed.batch;
           const std::string own = id ? text_at(names.name, *id) : std::string();
           const std::string kind = id ? text_at(names.kind, *id) : std::string();
           part.surface = surface_of_words({kind, own, primitive.node, primitive.material, name});

@@ -10,7 +10,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
-#include "canyon/tiles/json_values.hpp"
+#include "canyon/meshes/json_values.hpp"
 #include "canyon/tiles/subtree.hpp"
 
 namespace canyon::tiles {
@@ -76,11 +76,11 @@ std::shared_ptr<const Document> parse_document(const std::string& address, const
     throw InputError("is not a tileset: it has no root", "give a tileset.json of 3D Tiles 1.0 or 1.1");
   }
   const Json& asset = document->json["asset"];
-  const std::string version = asset.is_object() ? text_member(asset, "version") : std::string();
+  const std::string version = asset.is_object() ? meshes::text_member(asset, "version") : std::string();
   if (version != "1.0" && version != "1.1" && version != "0.0") {
     throw InputError(fmt::format("is of 3D Tiles version '{}'", version), "versions 1.0 and 1.1 are read");
   }
-  const std::string up = text_member(asset, "gltfUpAxis");
+  const std::string up = meshes::text_member(asset, "gltfUpAxis");
   if (up == "X" || up == "x" || up == "Z" || up == "z") document->up = static_cast<char>(up[0] & ~0x20);
   const Json* required = document->json.find("extensionsRequired");
   for (const Json& name : required != nullptr ? *required : Json()) {
@@ -97,8 +97,8 @@ std::shared_ptr<const Document> parse_document(const std::string& address, const
 }
 
 std::string content_uri(const Json& content) {
-  const std::string uri = text_member(content, "uri");
-  return uri.empty() ? text_member(content, "url") : uri;
+  const std::string uri = meshes::text_member(content, "uri");
+  return uri.empty() ? meshes::text_member(content, "url") : uri;
 }
 
 /// The contents of a tile, of all versions.
@@ -106,7 +106,7 @@ std::vector<const Json*> contents_of(const Json& tile) {
   std::vector<const Json*> contents;
   if (const Json* one = tile.find("content"); one != nullptr && one->is_object()) contents.push_back(one);
   const Json* several = tile.find("contents");
-  const Json& extended = extension(tile, "3DTILES_multiple_contents");
+  const Json& extended = meshes::extension(tile, "3DTILES_multiple_contents");
   if (several == nullptr && extended.is_object())
     several = extended.contains("contents") ? extended.find("contents") : extended.find("content");
   if (several != nullptr && several->is_array()) {
@@ -152,7 +152,7 @@ class Selector {
 
   TileSelection select(const std::function<void()>& progress) {
     const auto root = parse_document(source_.root(), source_.read(source_.root()), nullptr);
-    out_.version = text_member(root->json["asset"], "version");
+    out_.version = meshes::text_member(root->json["asset"], "version");
     out_.tilesets = 1;
     visit(root, root->json["root"], {});
     while (!pending_.empty()) {
@@ -214,18 +214,18 @@ class Selector {
     if (above.levels_left == 0)
       throw InputError(fmt::format("tiles are nested deeper than {}", kDeepestTile));
     Inherited here;
-    here.transform = above.transform * matrix_member(tile, "transform");
+    here.transform = above.transform * meshes::matrix_member(tile, "transform");
     here.levels_left = above.levels_left - 1;
-    const std::string refine = text_member(tile, "refine");
+    const std::string refine = meshes::text_member(tile, "refine");
     here.add = refine.empty() ? above.add : refine == "ADD" || refine == "add";
     const TileVolume volume = read_volume(tile["boundingVolume"]);
     if (!area_.touches(volume, here.transform)) {
       ++out_.beyond;
       return;
     }
-    const double error = number_member(tile, "geometricError", 0);
+    const double error = meshes::number_member(tile, "geometricError", 0);
     const Json* implicit = tile.find("implicitTiling");
-    const Json& old_implicit = extension(tile, "3DTILES_implicit_tiling");
+    const Json& old_implicit = meshes::extension(tile, "3DTILES_implicit_tiling");
     if (implicit == nullptr && old_implicit.is_object()) implicit = &old_implicit;
     if (implicit != nullptr) {
       begin_implicit(document, tile, *implicit, here, volume, error);
@@ -282,20 +282,20 @@ class Selector {
     root->volume = volume;
     root->error_m = error;
     root->add = here.add;
-    const std::string scheme = text_member(implicit, "subdivisionScheme");
+    const std::string scheme = meshes::text_member(implicit, "subdivisionScheme");
     if (scheme != "QUADTREE" && scheme != "OCTREE")
       throw InputError(fmt::format("subdivisionScheme '{}' does not exist", scheme));
     root->octree = scheme == "OCTREE";
-    const std::uint64_t subtree_levels = count_member(implicit, "subtreeLevels");
+    const std::uint64_t subtree_levels = meshes::count_member(implicit, "subtreeLevels");
     const std::uint64_t levels = implicit.contains("availableLevels")
-                                     ? count_member(implicit, "availableLevels")
-                                     : count_member(implicit, "maximumLevel") + 1;
+                                     ? meshes::count_member(implicit, "availableLevels")
+                                     : meshes::count_member(implicit, "maximumLevel") + 1;
     if (subtree_levels < 1 || subtree_levels > kMostSubtreeLevels || levels < 1 || levels > kMostLevels) {
       throw InputError(fmt::format("implicit tiling has {} levels, {} in a subtree", levels, subtree_levels));
     }
     root->subtree_levels = static_cast<int>(subtree_levels);
     root->levels = static_cast<int>(levels);
-    root->subtree_uri = text_member(implicit.at("subtrees"), "uri");
+    root->subtree_uri = meshes::text_member(implicit.at("subtrees"), "uri");
     for (const Json* content : contents_of(tile)) root->content_uris.push_back(content_uri(*content));
     push_subtree(root, {});
   }
@@ -399,12 +399,12 @@ TilesetRoot read_root(TileSource& source) {
   const Json& root = document->json["root"];
   TilesetRoot out;
   const TileVolume volume = read_volume(root["boundingVolume"]);
-  const Eigen::Matrix4d transform = matrix_member(root, "transform");
+  const Eigen::Matrix4d transform = meshes::matrix_member(root, "transform");
   out.centre = volume.centre(transform);
   const double reach_m = volume.radius(transform);
   if (volume.kind == TileVolume::Kind::Unknown) {
     out.on_earth = transform.topRightCorner<3, 1>().norm() > kInnermost_m ||
-                   extension(root["boundingVolume"], "3DTILES_bounding_volume_S2").is_object();
+                   meshes::extension(root["boundingVolume"], "3DTILES_bounding_volume_S2").is_object();
   } else {
     out.on_earth = volume.kind == TileVolume::Kind::Region || out.centre->norm() + reach_m > kInnermost_m;
   }

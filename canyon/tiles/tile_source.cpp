@@ -12,7 +12,6 @@
 #include <thread>
 
 #include "canyon/base/archives.hpp"
-#include "canyon/base/base64.hpp"
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/input_file.hpp"
@@ -20,6 +19,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/buildings/sources/gdal.hpp"
 #include "canyon/buildings/sources/http_client.hpp"
+#include "canyon/meshes/gltf_buffers.hpp"
 #include "canyon/tiles/archive_address.hpp"
 
 namespace canyon::tiles {
@@ -32,28 +32,6 @@ constexpr int kTries = 3;
 constexpr double kLongestPause_s = 20;
 /// How long a download is good whose server does not say.
 constexpr double kKept_s = 30 * 86400.0;
-
-int hex_digit(char c) {
-  if (c >= '0' && c <= '9') return c - '0';
-  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  return c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
-}
-
-/// %41 as A.
-std::string percent_decoded(std::string_view text) {
-  std::string out;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const bool escape = text[i] == '%' && i + 2 < text.size();
-    const int high = escape ? hex_digit(text[i + 1]) : -1, low = escape ? hex_digit(text[i + 2]) : -1;
-    if (high >= 0 && low >= 0) {
-      out += static_cast<char>(high * 16 + low);
-      i += 2;
-    } else {
-      out += text[i];
-    }
-  }
-  return out;
-}
 
 /// $NAME and ${NAME} replaced by the environment's.
 std::string with_variables(const std::string& text) {
@@ -121,20 +99,6 @@ bool is_secret_name(const std::string& name) {
 }
 
 /// Whether an address is the data themselves (RFC 2397).
-bool is_data(const std::string& address) {
-  return address.rfind("data:", 0) == 0;
-}
-
-std::string data_of(const std::string& address) {
-  const std::size_t comma = address.find(',');
-  if (comma == std::string::npos) throw InputError("a data: URI has no data");
-  const std::string_view data = std::string_view(address).substr(comma + 1);
-  if (address.substr(0, comma).find(";base64") == std::string::npos) return percent_decoded(data);
-  std::optional<std::string> bytes = from_base64(data);
-  if (!bytes) throw InputError("a data: URI is not base64");
-  return std::move(*bytes);
-}
-
 /// The bytes that a reader gives piece by piece: read(to, size) returns how many.
 template <typename Read>
 std::string all_of(const Read& read) {
@@ -193,7 +157,7 @@ TileSource::~TileSource() {
 
 std::string TileSource::resolve(const std::string& base, const std::string& uri) const {
   if (uri.empty()) throw InputError("a tile names no file");
-  if (is_data(uri)) return uri;
+  if (uri.starts_with("data:")) return uri;
   const std::size_t colon = uri.find_first_of(":/?#");
   const bool has_scheme = colon != std::string::npos && uri[colon] == ':';
   if (has_scheme && !is_web_address(uri)) {
@@ -205,7 +169,7 @@ std::string TileSource::resolve(const std::string& base, const std::string& uri)
 }
 
 std::string TileSource::resolve_path(const std::string& base, const std::string& uri) const {
-  const fs::path relative(percent_decoded(uri.substr(0, uri.find_first_of("?#"))));
+  const fs::path relative(meshes::percent_decoded(uri.substr(0, uri.find_first_of("?#"))));
   std::error_code error;
   const fs::path whole = fs::weakly_canonical(fs::path(base).parent_path() / relative, error);
   if (error || (!options_.elsewhere && !is_inside(whole, folder_))) {
@@ -292,7 +256,7 @@ void TileSource::download(const std::vector<std::string>& addresses, const std::
 }
 
 std::string TileSource::read(const std::string& address) {
-  if (is_data(address)) return data_of(address);
+  if (auto data = meshes::data_of(address)) return std::move(*data);
   fs::path path = address;
   if (is_web_address(address)) {
     prefetch({address});

@@ -7,7 +7,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/tiles/json_values.hpp"
+#include "canyon/meshes/json_values.hpp"
 
 namespace canyon::tiles {
 namespace {
@@ -51,12 +51,12 @@ void check_region(const std::vector<double>& region) {
 TileVolume read_volume(const Json& volume) {
   TileVolume out;
   if (!volume.is_object()) return out;
-  if (out.values = numbers_member(volume, "region", 6); !out.values.empty()) {
+  if (out.values = meshes::numbers_member(volume, "region", 6); !out.values.empty()) {
     check_region(out.values);
     out.kind = TileVolume::Kind::Region;
-  } else if (out.values = numbers_member(volume, "box", 12); !out.values.empty()) {
+  } else if (out.values = meshes::numbers_member(volume, "box", 12); !out.values.empty()) {
     out.kind = TileVolume::Kind::Box;
-  } else if (out.values = numbers_member(volume, "sphere", 4); !out.values.empty()) {
+  } else if (out.values = meshes::numbers_member(volume, "sphere", 4); !out.values.empty()) {
     out.kind = TileVolume::Kind::Sphere;
   }
   return out;

@@ -24,7 +24,7 @@
 #include "canyon/city/city_file.hpp"
 #include "canyon/city/gazebo_export.hpp"
 #include "canyon/city/mesh_export.hpp"
-#include "canyon/city/mesh_file_format.hpp"
+#include "canyon/city/mesh_file.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/heatmap/kernels/grid.hpp"
@@ -333,24 +333,16 @@ std::vector<std::string> tile_seeds() {
   return {gltf, batched, instanced, composite};
 }
 
-/// The parts of mesh reading that are Canyon's own; the rest is Assimp's.
-void read_mesh_parts(const fs::path& path) {
+/// A mesh of the format that its bytes look like.
+void read_meshes(const fs::path& path) {
   const std::string text = test::read_bytes(path);
-  (void)city::has_mesh_mark(path);
-  if (text.rfind("ply", 0) == 0) {
-    (void)city::check_ply(path);
-  } else if (text.rfind("solid", 0) == 0) {
-    (void)city::check_stl(path);
-  } else if (text.rfind('<', 0) == 0) {
-    city::FileFrame frame;
-    (void)city::check_collada(path, frame);
-  } else if (text.rfind("glTF", 0) == 0 || text.rfind('{', 0) == 0) {
-    (void)city::check_gltf(path);
-  } else if (text.rfind("v ", 0) == 0) {
-    (void)city::check_obj(path);
-  } else {
-    (void)city::read_node_name(text);
-  }
+  const auto begins = [&text](std::string_view with) { return text.rfind(with, 0) == 0; };
+  const char* ending = begins("ply") ? ".ply" : begins("<") ? ".dae" : begins("v ") ? ".obj" : ".stl";
+  if (begins("glTF") || begins("{")) ending = ".glb";
+  (void)city::read_node_name(text);
+  fs::path named = path;
+  fs::copy_file(path, named.replace_extension(ending), fs::copy_options::overwrite_existing);
+  (void)city::read_mesh_part(named, {});
 }
 
 // A device of each generation receives the bytes in pieces from two readers, between epochs.
@@ -582,8 +574,8 @@ const std::vector<Target>& targets() {
        [](const fs::path& path) { check_mesh(city::read_city_file(path).mesh, "fuzzed"); },
        {written("seed.canyon", [](const fs::path& path) { city::write_city_file(path, houses()); })}},
       {"mesh",
-       "mesh.dae",
-       read_mesh_parts,
+       "mesh.bytes",
+       read_meshes,
        {mesh("seed.dae"), mesh("seed.glb"), kPly, "solid a\nendsolid a\n",
         "v 0 0 0\nv 9 0 0\nv 9 9 0\nf 1 2 3\n", "foliage:Oak_x0020_7"}},
       {"sdf", "some.world", [](const fs::path& path) { (void)city::read_gazebo_world(path); }, {kWorld}},

@@ -1,24 +1,17 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <fstream>
 #include <functional>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "canyon/base/text_file.hpp"
-#include "canyon/city/city.hpp"
-#include "canyon/city/mesh_export.hpp"
-#include "canyon/simulation/load_city.hpp"
 #include "tests/support/damaged_city.hpp"
 #include "tests/support/shared_data.hpp"
-#include "tests/support/temporary_folder.hpp"
 
-// Parts of published maps and meshes with a byte left out, or a line doubled or left out: they give the same
+// Parts of published maps with a byte left out, or a line doubled or left out: they give the same
 // city, a city within a metre, a remark or an error.
 namespace canyon::damaged_recorded_cities_test {
 namespace {
@@ -110,39 +103,6 @@ TEST(DamagedRecordedCities, CityGml) {
   expect_few_silent("plateau.gml",
                     text.substr(0, head) + text.substr(first, second - first) + "\n</core:CityModel>\n",
                     0.01);
-}
-
-/// Some objects of a mesh about their own middle.
-city::City some_buildings(const std::filesystem::path& path, std::size_t first, std::size_t count) {
-  const city::City whole = simulation::read_city(simulation::city_config(path)).city;
-  city::City part;
-  part.name = "part";
-  const auto end = std::min(first + count, whole.mesh.objects.size());
-  for (std::size_t k = first; k < end; ++k) {
-    const city::Object& object = whole.mesh.objects[k];
-    std::vector<std::array<std::uint32_t, 3>> triangles;
-    std::vector<Eigen::Vector3d> vertices;
-    for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
-      for (const std::uint32_t v : whole.mesh.triangles[t]) vertices.push_back(whole.mesh.vertices[v]);
-      const auto at = static_cast<std::uint32_t>(vertices.size());
-      triangles.push_back({at - 3, at - 2, at - 1});
-    }
-    append_object(part.mesh, fmt::format("b{}", k), object.surface, city::Material::Concrete, vertices,
-                  triangles);
-  }
-  return part;
-}
-
-TEST(DamagedRecordedCities, Meshes) {
-  CANYON_SHARED_DATA(path, "hongkong/buildings.dae");
-  const test::TemporaryFolder folder;
-  const city::City part = some_buildings(path, 20, 6);
-  for (const char* name : {"hongkong.obj", "hongkong.glb", "hongkong.dae"}) {
-    city::write_mesh(folder / name, part);
-    std::ifstream in(folder / name, std::ios::binary);
-    const std::string bytes((std::istreambuf_iterator<char>(in)), {});
-    expect_few_silent(name, bytes, 0.05);
-  }
 }
 
 }  // namespace

@@ -5,9 +5,10 @@
 #include <string_view>
 #include <utility>
 
-#include "canyon/buildings/shapes/geos.hpp"
+#include "canyon/meshes/geos.hpp"
 
 namespace canyon::buildings {
+namespace geos = meshes::geos;
 namespace {
 
 constexpr double kGrid_m = 1e-3;
@@ -140,15 +141,6 @@ geos::Geometry from_repaired(const std::vector<Polygon2>& polygons) {
 }
 
 }  // namespace
-
-double twice_area(const std::vector<Point2>& ring) {
-  double sum = 0;
-  for (std::size_t i = 1; i + 1 < ring.size(); ++i) {
-    const Point2 a = ring[i] - ring[0], b = ring[i + 1] - ring[0];
-    sum += a.x() * b.y() - a.y() * b.x();
-  }
-  return sum;
-}
 
 double perimeter(const std::vector<Point2>& ring) {
   double sum = 0;

@@ -1,24 +1,17 @@
 #pragma once
 
-#include <Eigen/Core>
-#include <array>
-#include <cstdint>
 #include <string>
 #include <vector>
 
+#include "canyon/meshes/polygon.hpp"
+
 namespace canyon::buildings {
 
-using Point2 = Eigen::Vector2d;  ///< [m], east and north in the city's frame
+using meshes::Point2;  ///< [m], east and north in the city's frame
+using meshes::Polygon2;
+using meshes::triangulate;
+using meshes::twice_area;
 
-/// A simple polygon: outer ring counter-clockwise, holes clockwise, no repeated last point, rings not
-/// touching themselves or each other along edges.
-struct Polygon2 {
-  std::vector<Point2> outer;
-  std::vector<std::vector<Point2>> holes;
-};
-/// Twice the signed area of a ring, positive when counter-clockwise; taken about its first point, so that far
-/// coordinates cost no digits.
-[[nodiscard]] double twice_area(const std::vector<Point2>& ring);
 [[nodiscard]] double perimeter(const std::vector<Point2>& ring);  ///< [m]
 [[nodiscard]] double area(const Polygon2& polygon);               ///< [m^2], holes taken out
 
@@ -35,10 +28,5 @@ struct Polygon2 {
 [[nodiscard]] std::vector<Polygon2> subtract(const std::vector<Polygon2>& a, const std::vector<Polygon2>& b);
 [[nodiscard]] std::vector<Polygon2> intersect(const std::vector<Polygon2>& a, const std::vector<Polygon2>& b);
 [[nodiscard]] std::vector<Polygon2> unite(const std::vector<Polygon2>& a);
-
-/// Constrained triangulation: indices into outer followed by the holes in order; counter-clockwise; covers
-/// the polygon exactly, adds no points, uses every edge of the rings (checked). Where rings touch at a point,
-/// the first of its indices stands for all. Empty for rings that cross.
-[[nodiscard]] std::vector<std::array<std::uint32_t, 3>> triangulate(const Polygon2& polygon);
 
 }  // namespace canyon::buildings

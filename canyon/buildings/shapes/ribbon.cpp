@@ -2,9 +2,11 @@
 
 #include <string>
 
-#include "canyon/buildings/shapes/geos.hpp"
+#include "canyon/meshes/geos.hpp"
 
 namespace canyon::buildings {
+
+namespace geos = meshes::geos;
 
 std::vector<Polygon2> ribbon(const std::vector<Point2>& line, double half_width_m) {
   if (line.size() < 2) return {};

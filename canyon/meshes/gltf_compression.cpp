@@ -1,4 +1,4 @@
-#include "canyon/tiles/gltf_compression.hpp"
+#include "canyon/meshes/gltf_compression.hpp"
 
 #include <fmt/format.h>
 
@@ -16,7 +16,7 @@
 #include <meshoptimizer.h>
 #endif
 
-namespace canyon::tiles {
+namespace canyon::meshes {
 
 #ifdef CANYON_MESHOPTIMIZER
 namespace {
@@ -47,7 +47,7 @@ std::string unpack_meshopt(std::string_view packed, std::uint64_t count, std::ui
   } else if (mode == "INDICES") {
     fault = meshopt_decodeIndexSequence(out.data(), n, size, in, packed.size());
   }
-  if (fault != 0) throw InputError("the meshopt data are damaged", "get the tile again");
+  if (fault != 0) throw InputError("the meshopt data are damaged", "get the file again");
   if (filter == "OCTAHEDRAL" && (size == 4 || size == 8)) {
     meshopt_decodeFilterOct(out.data(), n, size);
   } else if (filter == "QUATERNION" && size == 8) {
@@ -87,7 +87,7 @@ DracoMesh unpack_draco(std::string_view packed, int position, int colour, int fe
   auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
   if (!decoded.ok()) {
     throw InputError(fmt::format("the Draco data are damaged: {}", decoded.status().error_msg()),
-                     "get the tile again");
+                     "get the file again");
   }
   const std::unique_ptr<draco::Mesh> mesh = std::move(decoded).value();
   const draco::PointAttribute* places = draco_attribute(*mesh, position);
@@ -102,7 +102,7 @@ DracoMesh unpack_draco(std::string_view packed, int position, int colour, int fe
     std::array<float, 4> shade{};
     std::array<double, 1> id{};
     if (!places->ConvertValue<double, 3>(places->mapped_index(i), place.data()))
-      throw InputError("the Draco data are damaged", "get the tile again");
+      throw InputError("the Draco data are damaged", "get the file again");
     out.positions.emplace_back(place[0], place[1], place[2]);
     if (colours != nullptr && colours->ConvertValue<float, 4>(colours->mapped_index(i), shade.data()))
       out.colours.emplace_back(shade[0], shade[1], shade[2]);
@@ -127,4 +127,4 @@ DracoMesh unpack_draco(std::string_view, int, int, int) {
 
 #endif
 
-}  // namespace canyon::tiles
+}  // namespace canyon::meshes

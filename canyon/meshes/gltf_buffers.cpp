@@ -1,15 +1,16 @@
-#include "canyon/tiles/gltf_buffers.hpp"
+#include "canyon/meshes/gltf_buffers.hpp"
 
 #include <fmt/format.h>
 
 #include <array>
 
+#include "canyon/base/base64.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/tiles/bytes.hpp"
-#include "canyon/tiles/gltf_compression.hpp"
-#include "canyon/tiles/json_values.hpp"
+#include "canyon/meshes/bytes.hpp"
+#include "canyon/meshes/gltf_compression.hpp"
+#include "canyon/meshes/json_values.hpp"
 
-namespace canyon::tiles {
+namespace canyon::meshes {
 namespace {
 
 constexpr std::uint64_t kMostElements = std::uint64_t{1} << 25;
@@ -90,11 +91,43 @@ void read_elements(std::string_view bytes, std::size_t stride, int component, Ac
   }
 }
 
+int hex_digit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  return c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
+}
+
 std::string_view from_offset(std::string_view bytes, std::uint64_t offset) {
   return piece(bytes, offset, bytes.size() - std::min<std::uint64_t>(offset, bytes.size()));
 }
 
 }  // namespace
+
+std::string percent_decoded(std::string_view text) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool escape = text[i] == '%' && i + 2 < text.size();
+    const int high = escape ? hex_digit(text[i + 1]) : -1, low = escape ? hex_digit(text[i + 2]) : -1;
+    if (high >= 0 && low >= 0) {
+      out += static_cast<char>(high * 16 + low);
+      i += 2;
+    } else {
+      out += text[i];
+    }
+  }
+  return out;
+}
+
+std::optional<std::string> data_of(std::string_view uri) {
+  if (!uri.starts_with("data:")) return std::nullopt;
+  const std::size_t comma = uri.find(',');
+  if (comma == std::string_view::npos) throw InputError("a data: URI has no data");
+  const std::string_view data = uri.substr(comma + 1);
+  if (uri.substr(0, comma).find(";base64") == std::string_view::npos) return percent_decoded(data);
+  std::optional<std::string> bytes = from_base64(data);
+  if (!bytes) throw InputError("a data: URI is not base64");
+  return bytes;
+}
 
 const Json& GltfBuffers::item(std::string_view list, std::uint64_t index) const {
   const Json* found = asset_.find(list);
@@ -111,7 +144,8 @@ std::string_view GltfBuffers::buffer(std::uint64_t index) {
   if (uri.empty()) return piece(binary_, 0, length);
   const auto [found, added] = loaded_.try_emplace(index);
   if (added) {
-    found->second = fetch_(uri);
+    auto data = data_of(uri);
+    found->second = data ? std::move(*data) : fetch_(uri);
   }
   return piece(found->second, 0, length);
 }
@@ -191,4 +225,4 @@ AccessorValues GltfBuffers::accessor(std::uint64_t index) {
   return out;
 }
 
-}  // namespace canyon::tiles
+}  // namespace canyon::meshes

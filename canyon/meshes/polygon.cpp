@@ -1,6 +1,6 @@
-// Declared in canyon/buildings/shapes/footprint.hpp.
-#include "canyon/buildings/shapes/footprint.hpp"
+#include "canyon/meshes/polygon.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,9 +9,9 @@
 #include <optional>
 #include <utility>
 
-#include "canyon/buildings/shapes/geos.hpp"
+#include "canyon/meshes/geos.hpp"
 
-namespace canyon::buildings {
+namespace canyon::meshes {
 namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
@@ -132,9 +132,78 @@ std::optional<std::vector<Triangle>> triangulate_seen(const Polygon2& polygon, c
   return triangles;
 }
 
+/// Corners of a face, counter-clockwise on the plane of its normal.
+std::vector<Point2> flat(const std::vector<Eigen::Vector3d>& vertices,
+                         const std::vector<std::uint32_t>& corners, const Eigen::Vector3d& normal) {
+  const Eigen::Vector3d u = normal.unitOrthogonal(), v = normal.cross(u);
+  std::vector<Point2> ring;
+  ring.reserve(corners.size());
+  for (const std::uint32_t c : corners) {
+    const Eigen::Vector3d from_first = vertices[c] - vertices[corners[0]];
+    ring.emplace_back(u.dot(from_first), v.dot(from_first));
+  }
+  return ring;
+}
+
+/// A ring that goes to its holes and back on the same edges, as an outline with holes; any other as it is.
+/// @param order takes the number in the ring of each corner of the polygon
+Polygon2 without_bridges(const std::vector<Point2>& ring, std::vector<std::uint32_t>& order) {
+  constexpr std::size_t kLongest = 500;  // the search takes the square of it, for each bridge
+  std::vector<std::vector<std::uint32_t>> waiting(1), rings;
+  for (std::uint32_t i = 0; i < ring.size(); ++i) waiting[0].push_back(i);
+  order = waiting[0];
+  if (ring.size() > kLongest) return {ring, {}};
+  while (!waiting.empty()) {
+    const std::vector<std::uint32_t> part = std::move(waiting.back());
+    waiting.pop_back();
+    const std::size_t n = part.size();
+    const auto at = [&](std::size_t i) -> const Point2& { return ring[part[i % n]]; };
+    // The edges from i to i + 1 and from j to j + 1 are the two ways of a bridge.
+    std::optional<std::pair<std::size_t, std::size_t>> bridge;
+    for (std::size_t i = 0; i < n && !bridge; ++i) {
+      for (std::size_t j = i + 1; j < n && !bridge; ++j)
+        if (at(i) == at(j + 1) && at(i + 1) == at(j)) bridge.emplace(i, j);
+    }
+    if (!bridge) {
+      if (n > 2) rings.push_back(part);
+      continue;
+    }
+    std::vector<std::uint32_t> between, rest;
+    for (std::size_t k = bridge->first + 1; k < bridge->second; ++k) between.push_back(part[k]);
+    for (std::size_t k = bridge->second + 1; k % n != bridge->first; ++k) rest.push_back(part[k % n]);
+    waiting.push_back(std::move(between));
+    waiting.push_back(std::move(rest));
+  }
+  const auto points = [&ring](const std::vector<std::uint32_t>& of) {
+    std::vector<Point2> all;
+    for (const std::uint32_t i : of) all.push_back(ring[i]);
+    return all;
+  };
+  const auto is_outline = [&](const auto& one) { return twice_area(points(one)) > 0; };
+  const auto outline = std::find_if(rings.begin(), rings.end(), is_outline);
+  if (outline == rings.end() || std::count_if(rings.begin(), rings.end(), is_outline) != 1) return {ring, {}};
+  std::iter_swap(rings.begin(), outline);
+  Polygon2 polygon;
+  order.clear();
+  for (const auto& one : rings) {
+    order.insert(order.end(), one.begin(), one.end());
+    (&one == &rings[0] ? polygon.outer : polygon.holes.emplace_back()) = points(one);
+  }
+  return polygon;
+}
+
 }  // namespace
 
-std::vector<std::array<std::uint32_t, 3>> triangulate(const Polygon2& polygon) {
+double twice_area(const std::vector<Point2>& ring) {
+  double sum = 0;
+  for (std::size_t i = 1; i + 1 < ring.size(); ++i) {
+    const Point2 a = ring[i] - ring[0], b = ring[i + 1] - ring[0];
+    sum += a.x() * b.y() - a.y() * b.x();
+  }
+  return sum;
+}
+
+TriangleIndices triangulate(const Polygon2& polygon) {
   if (polygon.outer.size() < 3) return {};
   const Corners corners(polygon);
   // GEOS joins holes to the outline from one side: where rings touch, it may fail there and not from another.
@@ -148,4 +217,37 @@ std::vector<std::array<std::uint32_t, 3>> triangulate(const Polygon2& polygon) {
   return {};
 }
 
-}  // namespace canyon::buildings
+bool add_face(const std::vector<Eigen::Vector3d>& vertices, const std::vector<std::uint32_t>& corners,
+              TriangleIndices& triangles) {
+  const std::size_t n = corners.size();
+  const auto fan = [&](std::size_t from) {
+    for (std::size_t i = 1; i + 1 < n; ++i)
+      triangles.push_back({corners[from], corners[(from + i) % n], corners[(from + i + 1) % n]});
+    return true;
+  };
+  if (n == 3) return fan(0);
+  const auto cross = [&](std::size_t a, std::size_t b, std::size_t c) -> Eigen::Vector3d {
+    const Eigen::Vector3d& at = vertices[corners[a % n]];
+    return (vertices[corners[b % n]] - at).cross(vertices[corners[c % n]] - at);
+  };
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  for (std::size_t i = 1; i + 1 < n; ++i) normal += cross(0, i, i + 1);
+  const double turned_away = -1e-9 * normal.norm();
+  normal.normalize();
+  constexpr std::size_t kMostFans = 8;
+  for (std::size_t from = 0; from < std::min(n, kMostFans); ++from) {
+    bool covers_face = true;
+    for (std::size_t i = 1; i + 1 < n && covers_face; ++i)
+      covers_face = !(cross(from, from + i, from + i + 1).dot(normal) < turned_away);
+    if (covers_face) return fan(from);
+  }
+  const std::vector<Point2> ring = flat(vertices, corners, normal);
+  std::vector<std::uint32_t> order;  // of corners in the polygon
+  const TriangleIndices pieces = triangulate(without_bridges(ring, order));
+  for (const auto& [a, b, c] : pieces)
+    triangles.push_back({corners[order[a]], corners[order[b]], corners[order[c]]});
+  if (pieces.empty()) fan(0);
+  return !pieces.empty();
+}
+
+}  // namespace canyon::meshes

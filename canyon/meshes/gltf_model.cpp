@@ -1,4 +1,4 @@
-#include "canyon/tiles/gltf_model.hpp"
+#include "canyon/meshes/gltf_model.hpp"
 
 #include <fmt/format.h>
 
@@ -10,18 +10,18 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
-#include "canyon/tiles/bytes.hpp"
-#include "canyon/tiles/gltf_buffers.hpp"
-#include "canyon/tiles/gltf_compression.hpp"
-#include "canyon/tiles/json_values.hpp"
+#include "canyon/meshes/bytes.hpp"
+#include "canyon/meshes/gltf_buffers.hpp"
+#include "canyon/meshes/gltf_compression.hpp"
+#include "canyon/meshes/json_values.hpp"
+#include "canyon/meshes/mesh_scene.hpp"
 
-namespace canyon::tiles {
+namespace canyon::meshes {
 namespace {
 
 constexpr std::uint32_t kGltfMagic = 0x46546C67, kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
 constexpr int kDeepestNode = 100;
 constexpr std::size_t kLongestCopyright = 300;
-constexpr std::size_t kMostTriangles = 30'000'000;
 // glTF 2.0, 3.7.2.1.
 constexpr std::uint64_t kTriangleMode = 4, kStripMode = 5, kFanMode = 6;
 
@@ -90,8 +90,8 @@ Eigen::Matrix4d node_matrix(const Json& node) {
 }
 
 /// Triangles of indices in glTF's order; those of strips alternate.
-city::TriangleIndices triangles_of(const std::vector<std::uint32_t>& index, std::uint64_t mode) {
-  city::TriangleIndices triangles;
+TriangleIndices triangles_of(const std::vector<std::uint32_t>& index, std::uint64_t mode) {
+  TriangleIndices triangles;
   if (mode == kTriangleMode) {
     for (std::size_t i = 0; i + 2 < index.size(); i += 3)
       triangles.push_back({index[i], index[i + 1], index[i + 2]});
@@ -125,16 +125,21 @@ class GltfDecoder {
       const Json* roots = buffers_.item("scenes", count_member(asset_, "scene", 0)).find("nodes");
       if (roots != nullptr) {
         for (const Json& root : *roots)
-          read_node(node_number(root), Eigen::Matrix4d::Identity(), {}, kDeepestNode);
+          read_node(node_number(root), Eigen::Matrix4d::Identity(), {}, {}, kDeepestNode);
       }
     }
+    const Json* meshes = asset_.find("meshes");
+    if (meshes != nullptr) model_.meshes_outside = meshes->size() - meshes_.size();
     return std::move(model_);
   }
 
  private:
   void check_asset() const {
-    const std::string version = text_member(asset_.at("asset"), "version");
-    if (version.rfind("2.", 0) != 0) {
+    // 5.9: minVersion is what a reader must know.
+    const Json& asset = asset_.at("asset");
+    const std::string least = text_member(asset, "minVersion");
+    const std::string version = least.empty() ? text_member(asset, "version") : least;
+    if (least.empty() ? version.rfind("2.", 0) != 0 : least != "2.0") {
       throw InputError(fmt::format("is glTF '{}', which is not read", version),
                        "convert it to glTF 2.0, e.g. with gltf-pipeline or 3d-tiles-tools upgrade");
     }
@@ -153,7 +158,7 @@ class GltfDecoder {
   }
 
   void read_node(std::uint64_t index, const Eigen::Matrix4d& above, const std::string& name_above,
-                 int levels_left) {
+                 const std::string& names_above, int levels_left) {
     if (levels_left == 0 || !seen_.insert(index).second) {
       throw InputError("nodes are nested too deeply or belong to several nodes");
     }
@@ -161,16 +166,22 @@ class GltfDecoder {
     const Eigen::Matrix4d matrix = above * node_matrix(node);
     const std::string own = text_member(node, "name");
     const std::string& name = own.empty() ? name_above : own;
+    model_.hidden += extension(node, "KHR_node_visibility")["visible"] == false ? 1U : 0U;
     if (node.contains("mesh")) {
       const Json& mesh = buffers_.item("meshes", count_member(node, "mesh"));
+      meshes_.insert(count_member(node, "mesh"));
       const std::string mesh_name = text_member(mesh, "name");
       const std::vector<Eigen::Matrix4d> places = instances(node, matrix);
-      for (const Json& primitive : mesh.at("primitives"))
-        read_primitive(primitive, places, name.empty() ? mesh_name : name);
+      GltfPrimitive out;
+      out.node_index = index;
+      out.node = name.empty() ? mesh_name : name;
+      out.above = names_above;
+      for (const Json& primitive : mesh.at("primitives")) read_primitive(primitive, places, out);
     }
     const Json* children = node.find("children");
     if (children == nullptr) return;
-    for (const Json& child : *children) read_node(node_number(child), matrix, name, levels_left - 1);
+    for (const Json& child : *children)
+      read_node(node_number(child), matrix, name, names_above + '/' + own, levels_left - 1);
   }
 
   /// The transforms of a node's mesh: one, or those of EXT_mesh_gpu_instancing.
@@ -206,15 +217,12 @@ class GltfDecoder {
     return places;
   }
 
-  void read_primitive(const Json& primitive, const std::vector<Eigen::Matrix4d>& places,
-                      const std::string& name) {
+  void read_primitive(const Json& primitive, const std::vector<Eigen::Matrix4d>& places, GltfPrimitive out) {
     const std::uint64_t mode = count_member(primitive, "mode", kTriangleMode);
     if (mode != kTriangleMode && mode != kStripMode && mode != kFanMode) {
       ++model_.lines_and_points;
       return;
     }
-    GltfPrimitive out;
-    out.node = name;
     read_material(primitive, out);
     read_geometry(primitive, mode, out);
     for (const auto& triangle : out.triangles) {
@@ -332,25 +340,18 @@ class GltfDecoder {
     }
   }
 
-  /// Names and kinds of property table `number` (EXT_structural_metadata): its properties of texts.
+  /// The properties of texts of property table `number` (EXT_structural_metadata).
   void read_table(std::uint32_t number) {
     if (model_.tables.count(number) > 0) return;
-    FeatureNames& names = model_.tables[number];
+    auto& columns = model_.tables[number];
     const Json* tables = extension(asset_, "EXT_structural_metadata").find("propertyTables");
     if (tables == nullptr || !tables->is_array() || number >= tables->size()) return;
     const Json& table = (*tables)[number];
     const Json* properties = table.find("properties");
     if (properties == nullptr || !properties->is_object()) return;
-    std::optional<int> best_name, best_kind;
     for (const Json::Member& member : properties->members()) {
-      const std::optional<int> as_name = name_rank(member.key), as_kind = kind_rank(member.key);
-      const bool name = as_name && (!best_name || *as_name < *best_name);
-      const bool kind = as_kind && (!best_kind || *as_kind < *best_kind);
-      if (!name && !kind) continue;
       std::vector<std::string> texts = table_texts(member.value, count_member(table, "count"));
-      if (texts.empty()) continue;
-      (name ? names.name : names.kind) = std::move(texts);
-      (name ? best_name : best_kind) = name ? as_name : as_kind;
+      if (!texts.empty()) columns[member.key] = std::move(texts);
     }
   }
 
@@ -380,7 +381,7 @@ class GltfDecoder {
   const Json& asset_;
   GltfBuffers buffers_;
   GltfModel model_;
-  std::set<std::uint64_t> seen_;
+  std::set<std::uint64_t> seen_, meshes_;  ///< nodes that were read, and their meshes
   std::size_t triangles_ = 0;
 };
 
@@ -392,4 +393,4 @@ GltfModel read_gltf(std::string_view bytes, const FetchBytes& fetch) {
   return GltfDecoder(asset, parts.binary, fetch).read();
 }
 
-}  // namespace canyon::tiles
+}  // namespace canyon::meshes

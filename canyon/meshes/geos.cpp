@@ -1,9 +1,9 @@
-#include "canyon/buildings/shapes/geos.hpp"
+#include "canyon/meshes/geos.hpp"
 
 #include <algorithm>
 #include <utility>
 
-namespace canyon::buildings::geos {
+namespace canyon::meshes::geos {
 namespace {
 
 Geometry linear_ring(const std::vector<Point2>& ring) {
@@ -96,4 +96,4 @@ std::vector<Polygon2> polygons(const GEOSGeometry* geometry) {
   return result;
 }
 
-}  // namespace canyon::buildings::geos
+}  // namespace canyon::meshes::geos

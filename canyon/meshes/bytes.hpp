@@ -6,13 +6,13 @@
 
 #include "canyon/base/input_error.hpp"
 
-namespace canyon::tiles {
+namespace canyon::meshes {
 
 /// Bytes [offset, offset + length) of `bytes`. Throws InputError where they are not all there.
 [[nodiscard]] inline std::string_view piece(std::string_view bytes, std::uint64_t offset,
                                             std::uint64_t length) {
   if (offset > bytes.size() || length > bytes.size() - offset) {
-    throw InputError("the data end early", "get the tile again");
+    throw InputError("the data end early", "get the file again");
   }
   return bytes.substr(static_cast<std::size_t>(offset), static_cast<std::size_t>(length));
 }
@@ -25,4 +25,4 @@ template <typename T>
   return value;
 }
 
-}  // namespace canyon::tiles
+}  // namespace canyon::meshes

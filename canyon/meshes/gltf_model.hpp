@@ -9,21 +9,22 @@
 #include <string_view>
 #include <vector>
 
-#include "canyon/city/mesh_topology.hpp"
-#include "canyon/tiles/feature_names.hpp"
+#include "canyon/meshes/polygon.hpp"
 
-namespace canyon::tiles {
+namespace canyon::meshes {
 
 /// The triangles of one primitive of one node.
 struct GltfPrimitive {
-  std::string node;       ///< name of the node or its mesh; may be empty
+  std::uint64_t node_index = 0;
+  std::string node;       ///< name of the node, of one above it, or of its mesh; may be empty
+  std::string above;      ///< names of the nodes above it, with '/' between them
   std::string material;   ///< name; may be empty
   bool textured = false;  ///< its colour is a picture
   bool unlit = false;     ///< KHR_materials_unlit: light is in the colours, as on photographs
   std::vector<Eigen::Vector3d> positions;  ///< after the nodes' transforms: y up, unless the tileset says z
   std::vector<Eigen::Vector3f> colours;    ///< red, green, blue in [0, 1] of each position; empty: one colour
   std::optional<Eigen::Vector3f> colour;   ///< base colour of the material
-  city::TriangleIndices triangles;
+  TriangleIndices triangles;
   /// Feature of each position: its row in a batch table, or in property table `table`. Empty: no features.
   std::vector<std::uint32_t> features;
   std::optional<std::uint32_t> table;
@@ -32,13 +33,16 @@ struct GltfPrimitive {
 /// A glTF 2.0 asset as triangles, in double precision. Pictures and animations are not read.
 struct GltfModel {
   std::vector<GltfPrimitive> primitives;
-  std::map<std::uint32_t, FeatureNames> tables;  ///< property tables of EXT_structural_metadata
-  std::optional<Eigen::Vector3d> centre;         ///< CESIUM_RTC
-  std::string copyright;                         ///< of the asset: whom to name
-  std::size_t lines_and_points = 0;              ///< primitives that are no triangles, left out
+  /// Properties of texts, by name, of property tables (EXT_structural_metadata).
+  std::map<std::uint32_t, std::map<std::string, std::vector<std::string>>> tables;
+  std::optional<Eigen::Vector3d> centre;  ///< CESIUM_RTC
+  std::string copyright;                  ///< of the asset: whom to name
+  std::size_t lines_and_points = 0;       ///< primitives that are no triangles, left out
+  std::size_t meshes_outside = 0;         ///< meshes that no node of the scene has, left out
+  std::size_t hidden = 0;                 ///< nodes that KHR_node_visibility hides; their triangles are there
 };
 
-/// Gives the bytes that a URI of the asset names, or those of a data: URI. Throws InputError.
+/// Gives the bytes that a URI of the asset names; data: URIs need none. Throws InputError.
 using FetchBytes = std::function<std::string(const std::string& uri)>;
 
 /// Decodes glTF 2.0, binary or JSON: accessors of all types, sparse ones, strips and fans,
@@ -48,4 +52,4 @@ using FetchBytes = std::function<std::string(const std::string& uri)>;
 /// beyond what they refer to.
 [[nodiscard]] GltfModel read_gltf(std::string_view bytes, const FetchBytes& fetch);
 
-}  // namespace canyon::tiles
+}  // namespace canyon::meshes

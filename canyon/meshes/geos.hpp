@@ -5,9 +5,9 @@
 #include <memory>
 #include <vector>
 
-#include "canyon/buildings/shapes/footprint.hpp"
+#include "canyon/meshes/polygon.hpp"
 
-namespace canyon::buildings::geos {
+namespace canyon::meshes::geos {
 
 /// The calling thread's context of GEOS's reentrant functions; made at its first use, freed with the thread.
 /// Messages of GEOS are dropped: callers look at what comes back.
@@ -32,4 +32,4 @@ using Geometry = std::unique_ptr<GEOSGeometry, Destroy>;
 /// Points of a ring or line string, in order.
 [[nodiscard]] std::vector<Point2> points(const GEOSGeometry* line);
 
-}  // namespace canyon::buildings::geos
+}  // namespace canyon::meshes::geos

@@ -10,7 +10,7 @@
 
 // Members of JSON objects with the checks that hostile files need.
 
-namespace canyon::tiles {
+namespace canyon::meshes {
 
 /// A member that counts or points: a whole number of at least 0. `fallback` where it is not there. Throws
 /// InputError for anything else, and where it is missing without a fallback.
@@ -34,4 +34,4 @@ namespace canyon::tiles {
 /// object.extensions[name]; null where it is not there.
 [[nodiscard]] const Json& extension(const Json& object, std::string_view name);
 
-}  // namespace canyon::tiles
+}  // namespace canyon::meshes

@@ -6,12 +6,12 @@
 #include <string_view>
 #include <vector>
 
-#include "canyon/city/mesh_topology.hpp"
+#include "canyon/meshes/polygon.hpp"
 
-// The parts of compressed glTF that need other libraries. A build without them refuses such tiles and names
+// The parts of compressed glTF that need other libraries. A build without them refuses such files and names
 // the package.
 
-namespace canyon::tiles {
+namespace canyon::meshes {
 
 /// The bytes of a buffer view that EXT_meshopt_compression packed: `count` elements of `stride` bytes.
 /// Throws InputError for damaged data, counts beyond 2^26 bytes for each packed byte, and in builds without
@@ -24,10 +24,10 @@ struct DracoMesh {
   std::vector<Eigen::Vector3d> positions;
   std::vector<Eigen::Vector3f> colours;  ///< in [0, 1]; empty where not asked for
   std::vector<double> features;          ///< likewise
-  city::TriangleIndices triangles;
+  TriangleIndices triangles;
 };
 /// Attributes by their unique numbers in the packed data; -1: none. Throws InputError for damaged data, and
 /// in builds without Draco.
 [[nodiscard]] DracoMesh unpack_draco(std::string_view packed, int position, int colour, int feature);
 
-}  // namespace canyon::tiles
+}  // namespace canyon::meshes

@@ -1,4 +1,4 @@
-#include "canyon/tiles/json_values.hpp"
+#include "canyon/meshes/json_values.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 
 #include "canyon/base/input_error.hpp"
 
-namespace canyon::tiles {
+namespace canyon::meshes {
 namespace {
 
 constexpr double kLargestCount = 9e15;  // whole numbers of doubles
@@ -72,4 +72,4 @@ const Json& extension(const Json& object, std::string_view name) {
   return found != nullptr ? *found : kNone;
 }
 
-}  // namespace canyon::tiles
+}  // namespace canyon::meshes

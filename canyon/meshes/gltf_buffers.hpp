@@ -2,14 +2,20 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "canyon/base/json.hpp"
-#include "canyon/tiles/gltf_model.hpp"
+#include "canyon/meshes/gltf_model.hpp"
 
-namespace canyon::tiles {
+namespace canyon::meshes {
+
+/// "%41" as "A".
+[[nodiscard]] std::string percent_decoded(std::string_view text);
+/// The bytes of a data: URI (RFC 2397); empty for any other. Throws InputError for one without data.
+[[nodiscard]] std::optional<std::string> data_of(std::string_view uri);
 
 /// Numbers of an accessor, `width` for each element.
 struct AccessorValues {
@@ -44,4 +50,4 @@ class GltfBuffers {
   std::map<std::uint64_t, std::string> loaded_, unpacked_;
 };
 
-}  // namespace canyon::tiles
+}  // namespace canyon::meshes

@@ -1,0 +1,132 @@
+// Declared in canyon/meshes/formats.hpp.
+// read_obj(). Format: Wavefront, "Object Files (.obj)", appendix B1 of Advanced Visualizer.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "canyon/base/text.hpp"
+#include "canyon/base/text_file.hpp"
+#include "canyon/meshes/formats.hpp"
+
+namespace canyon::meshes {
+namespace {
+
+class ObjReader {
+ public:
+  explicit ObjReader(const std::filesystem::path& path) : file_(path, kLargestMesh) {}
+
+  MeshScene read() {
+    while (next_line()) {
+      const auto words = split_blanks(line_);
+      if (words.empty() || words[0].front() == '#') continue;
+      if (words[0] == "v") {
+        add_vertex(words);
+      } else if (words[0] == "f") {
+        add_corners(words);
+      } else if (words[0] == "o" || words[0] == "g") {
+        name_ = std::string(trim(std::string_view(line_).substr(1)));
+        builder_ = nullptr;
+      } else if (words[0] == "usemtl") {
+        material_ = std::string(trim(std::string_view(line_).substr(6)));
+      } else if (!has_no_faces(words[0]) && passed_over_++ == 0) {
+        first_passed_over_ = fmt::format("line {}: '{}'", file_.line(), line_.substr(0, 40));
+      }
+    }
+    MeshScene scene;
+    std::size_t crossed = 0;
+    for (NodeBuilder& builder : builders_) {
+      crossed += builder.crossed;
+      scene.nodes.push_back(std::move(builder.node));
+    }
+    note_crossed(crossed, scene.notes);
+    if (passed_over_ > 0) {
+      scene.notes.push_back(
+          fmt::format("{} lines are of no kind that is read ({})", passed_over_, first_passed_over_));
+    }
+    return scene;
+  }
+
+ private:
+  /// A line, with those that a backslash continues it by.
+  bool next_line() {
+    line_.clear();
+    while (const auto piece = file_.next_line()) {
+      line_ += trim(*piece);
+      if (line_.empty() || line_.back() != '\\') return true;
+      line_.back() = ' ';
+    }
+    return !line_.empty();
+  }
+
+  /// Lines that are read, or left out, by others: looks, points and lines.
+  static bool has_no_faces(std::string_view word) {
+    constexpr std::array kWords{"vt",     "vn",       "vp",       "s",          "l",
+                                "p",      "mtllib",   "mg",       "lod",        "bevel",
+                                "usemap", "c_interp", "d_interp", "shadow_obj", "trace_obj"};
+    return std::find(kWords.begin(), kWords.end(), word) != kWords.end();
+  }
+
+  /// x y z; a weight, which counts for curves alone, or a colour may follow.
+  void add_vertex(const std::vector<std::string_view>& words) {
+    if (words.size() < 4)
+      throw file_.error(fmt::format("has a vertex of {} numbers", words.size() - 1), kDamagedMesh);
+    Eigen::Vector3d vertex;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::optional<double> value = parse_double(words[i + 1]);
+      if (!value) throw file_.error(fmt::format("'{}' is not a coordinate", words[i + 1]), kDamagedMesh);
+      vertex[static_cast<Eigen::Index>(i)] = *value;
+    }
+    vertices_.push_back(vertex);
+  }
+
+  /// Corners are "7", "7/1", "7//3" or "7/1/3"; negative numbers count back from the last vertex.
+  void add_corners(const std::vector<std::string_view>& words) {
+    corners_.clear();
+    const auto count = static_cast<long long>(vertices_.size());
+    for (std::size_t i = 1; i < words.size(); ++i) {
+      const std::optional<long long> number = parse_integer(words[i].substr(0, words[i].find('/')));
+      if (!number || *number == 0 || *number < -count)
+        throw file_.error(fmt::format("'{}' is not a corner of a face", words[i]), kDamagedMesh);
+      if (*number > count)
+        throw file_.error(fmt::format("names vertex {} of {}", *number, count), kDamagedMesh);
+      corners_.push_back(static_cast<std::uint32_t>(*number < 0 ? count + *number : *number - 1));
+    }
+    if (corners_.size() < 3) return;
+    if (builder_ == nullptr) {
+      const auto [found, fresh] = builder_of_.try_emplace(name_, builders_.size());
+      if (fresh) {
+        builders_.emplace_back().node.name = name_;
+        builders_.back().use(vertices_, Eigen::Affine3d::Identity());
+      }
+      builder_ = &builders_[found->second];
+    }
+    builder_->use_material(material_);
+    builder_->add(corners_);
+  }
+
+  TextFile file_;
+  std::string line_, material_;
+  std::string name_ = "defaultobject";  ///< of faces before any o or g; facades are drawn by names
+  std::vector<Eigen::Vector3d> vertices_;
+  std::vector<std::uint32_t> corners_;
+  std::vector<NodeBuilder> builders_;
+  std::map<std::string, std::size_t> builder_of_;  ///< by name: a group may go on later
+  NodeBuilder* builder_ = nullptr;
+  std::size_t passed_over_ = 0;
+  std::string first_passed_over_;
+};
+
+}  // namespace
+
+MeshScene read_obj(const std::filesystem::path& path) {
+  return ObjReader(path).read();
+}
+
+}  // namespace canyon::meshes
