@@ -75,11 +75,11 @@ faults:
   EXPECT_EQ(settings.live.receivers[0].options.name, "first");
   ASSERT_EQ(settings.live.faults.size(), 1U);
   EXPECT_EQ(settings.live.faults[0].receivers, std::vector<std::string>{"base"});
-  const simulation::LiveConfig live = live_config(settings, "/first");
+  const simulation::LiveConfig live = driven_config(settings, "/first");
   ASSERT_NE(live.base(), nullptr);
   EXPECT_EQ(live.base()->options.name, "base");
   EXPECT_EQ(std::get<double>(parameters_of(settings).at("elevation_mask_deg")), 12);
-  EXPECT_EQ(live_config(read_settings({{"scenario", file_}}), "/first").base(), nullptr);
+  EXPECT_EQ(driven_config(read_settings({{"scenario", file_}}), "/first").base(), nullptr);
   EXPECT_THAT(fault_of({{"scenario", file_}, {"corrections.from", "bass"}}),
               AllOf(HasSubstr("parameter 'corrections.from'"), HasSubstr("'bass'")));
   EXPECT_THAT(fault_of({{"scenario", file_}, {"corrections.from", "ntrip://127.0.0.1:2101/BASE"}}),
@@ -90,7 +90,7 @@ TEST_F(Settings, CorrectionsComeByATopic) {
   const NodeSettings settings = read_settings({{"scenario", file_}, {"corrections.from", "topic:rtcm"}});
   EXPECT_EQ(settings.corrections_topic(), "rtcm");
   EXPECT_EQ(simulated_world(settings).receivers.front().options.corrections.from, "");
-  EXPECT_EQ(live_config(settings, "/first").receiver().options.corrections.from, "topic:rtcm");
+  EXPECT_EQ(driven_config(settings, "/first").receiver().options.corrections.from, "topic:rtcm");
   EXPECT_EQ(read_settings({{"scenario", file_}}).corrections_topic(), "");
   EXPECT_EQ(NodeSettings{}.corrections_topic(), "");  // before a node is configured
   EXPECT_THAT(fault_of({{"scenario", file_}, {"corrections.from", "topic:rt cm"}}),
@@ -140,7 +140,7 @@ TEST_F(Settings, NoFileIsNeeded) {
   EXPECT_TRUE(settings.by_poses());
   EXPECT_FALSE(settings.named);
   EXPECT_TRUE(settings.live.city.is<simulation::OpenField>());
-  const simulation::LiveConfig live = live_config(settings, "/car/receiver");
+  const simulation::LiveConfig live = driven_config(settings, "/car/receiver");
   EXPECT_EQ(live.receiver().options.name, "/car/receiver");
   EXPECT_TRUE(live.receiver().options.own_draws);
 }
