@@ -8,9 +8,9 @@
 #include "canyon/base/statistics.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
-#include "canyon/orbit/navigation_review.hpp"
 #include "canyon/receiver/corrections.hpp"
 #include "canyon/relative/recorded_pair.hpp"
+#include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/rtcm/rtcm_decoder.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
@@ -66,7 +66,7 @@ Recording read(const std::string& path, const RtkArguments& arguments, const gns
     wanted.all_signals = true;
     wanted.systems = systems;
     recording.rinex = rinex::read_observations(path, wanted);
-    print_warnings(recording.rinex.report.warnings());
+    print_warnings(recording.rinex.report.notes.warnings());
     return recording;
   }
   const auto channel = [&](gnss::SatelliteId id) -> std::optional<int> {
@@ -183,7 +183,7 @@ GpsTime time_of(const gnss::NavigationData& navigation) {
 }
 
 int run_rtk(const RtkArguments& arguments) {
-  const gnss::NavigationData navigation = orbit::read_navigation(arguments.sky.navigation);
+  const gnss::NavigationData navigation = rinex::read_rinex_navigation(arguments.sky.navigation);
   const Eigen::Vector3d given =
       arguments.base_place.empty()
           ? Eigen::Vector3d::Zero().eval()

@@ -94,7 +94,42 @@ void require_one_file(const std::filesystem::path& path, std::string_view packed
                    "unpack it and name one of them");
 }
 
+/// Overpass's pages of errors are XHTML.
+bool is_web_page(std::string_view head) {
+  std::string text = lower_case(trim(head.substr(0, 256)));
+  if (text.starts_with("<?xml")) text = trim(text.substr(std::min(text.find("?>"), text.size() - 2) + 2));
+  return text.starts_with("<!doctype html") || text.starts_with("<html");
+}
+
+/// What cannot be read here: its mark at a place of the file, and what to do.
+struct Refused {
+  std::string_view mark;
+  std::size_t at;
+  std::string_view name, cure;
+};
+constexpr Refused kRefused[] = {{"\xfd"
+                                 "7zXZ\0"sv,
+                                 0, "packed by xz", "unpack it first (unxz)"},
+                                {"\x28\xb5\x2f\xfd", 0, "packed by Zstandard", "unpack it first (unzstd)"},
+                                {"7z\xbc\xaf\x27\x1c", 0, "packed by 7-Zip", "unpack it first (7z x)"},
+                                {"Rar!\x1a\x07", 0, "packed by RAR", "unpack it first (unrar)"},
+                                {"ustar", 257, "a tar archive", "unpack it and name one of its files"},
+                                {"version https://git-lfs", 0, "a pointer of Git LFS, not the data",
+                                 "run git lfs pull in its repository"}};
+
 }  // namespace
+
+void refuse_foreign_bytes(const std::filesystem::path& path, std::string_view head) {
+  for (const Refused& kind : kRefused) {
+    if (head.size() > kind.at && head.substr(kind.at, kind.mark.size()) == kind.mark)
+      throw InputError(path, 0, "is " + std::string(kind.name), kind.cure);
+  }
+  if (is_web_page(head)) {
+    throw InputError(
+        path, 0, "is a web page (HTML), not data",
+        "the server may want you to sign in: open the address in a browser, then fetch it again");
+  }
+}
 
 bool is_gzip(std::string_view head) {
   return head.substr(0, 2) == "\x1f\x8b"sv;

@@ -29,6 +29,10 @@ inline constexpr std::size_t kLargestUnpacked = std::size_t{1} << 30;
 /// the packed size.
 [[nodiscard]] std::string unpack(const std::filesystem::path& path, std::string_view packed);
 
+/// Throws InputError for the first bytes of what cannot be read here: other archives, and web pages, which
+/// servers send instead of data where one must sign in.
+void refuse_foreign_bytes(const std::filesystem::path& path, std::string_view head);
+
 /// Names of the files of a zip archive; none where it is damaged or not one.
 [[nodiscard]] std::vector<std::string> zip_names(const std::filesystem::path& path);
 

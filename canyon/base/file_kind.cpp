@@ -1,13 +1,10 @@
 #include "canyon/base/file_kind.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cctype>
 #include <iterator>
 #include <string>
 
-#include "canyon/base/foreign_file.hpp"
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/text.hpp"
 
@@ -90,18 +87,6 @@ bool is_nmea(std::string_view head) {
   return false;
 }
 
-/// A log with sentences between its messages is one of NMEA for all readers.
-bool is_foreign(std::string_view head) {
-  return foreign_file(head) != nullptr && !is_nmea(head);
-}
-bool is_xml(std::string_view head) {
-  return trim(head).starts_with('<');
-}
-
-bool is_json(std::string_view head) {
-  return trim(head).starts_with('{');
-}
-
 /// A line of four numbers and more, perhaps behind a date, with blanks between.
 bool is_blank_separated(std::string_view line) {
   const auto words = split_blanks(line);
@@ -110,7 +95,8 @@ bool is_blank_separated(std::string_view line) {
 }
 
 bool is_columns(std::string_view head) {
-  if (has(head, std::string_view("\0", 1))) return false;
+  const std::string_view text = trim(head);
+  if (has(head, std::string_view("\0", 1)) || text.starts_with('<') || text.starts_with('{')) return false;
   const auto lines = split(head, '\n');
   return head.find_first_of(",;\t") != std::string_view::npos ||
          std::any_of(lines.begin(), lines.end(), is_blank_separated);
@@ -132,14 +118,9 @@ constexpr Row kKinds[] = {
     {FileKind::Sp3, is_sp3, "an SP3 file", "", "a scenario's sky takes it: sky: {sp3: [FILE]}"},
     {FileKind::Gpx, is_gpx, "a GPX file", "gpx", "as a trajectory its format is gpx (--format gpx)"},
     {FileKind::Kml, is_kml, "a KML file", "kml", "as a trajectory its format is kml (--format kml)"},
-    {FileKind::Foreign, is_foreign, "a file of another program", "", ""},
     {FileKind::Rtcm, is_rtcm, "a stream of RTCM 3", "", "canyon rtk takes it as the base"},
     {FileKind::Nmea, is_nmea, "a log of NMEA sentences", "nmea",
      "as a trajectory its format is nmea (--format nmea)"},
-    {FileKind::Json, is_json, "JSON (such as GeoJSON)", "",
-     "as a recorded path write GPX or CSV, for instance by ogr2ogr; maps end in .json or .jsonl"},
-    {FileKind::Xml, is_xml, "XML of another kind", "",
-     "a map needs its ending (.osm); convert a recorded path to GPX, for instance by gpsbabel"},
     {FileKind::Columns, is_columns, "a text of columns", "", ""},
 };
 
@@ -195,19 +176,8 @@ std::optional<InputError> of_other_kind(std::string_view head, const std::filesy
                                         std::string_view wanted) {
   const FileKind kind = kind_of_head(head);
   if (kind == FileKind::Other || kind == FileKind::Columns) return std::nullopt;
-  if (kind == FileKind::Foreign) {
-    const ForeignFile& foreign = *foreign_file(head);
-    return InputError(path, 0, "is " + std::string(foreign.name), std::string(foreign.use));
-  }
-  std::string use(row_of(kind)->use);
-  if (const ForeignFile* const beside = kind == FileKind::Nmea ? foreign_file(head) : nullptr)
-    use = fmt::format("it is also {}: {}; {}", beside->name, beside->use, use);
-  return InputError(path, 0, "is " + std::string(name(kind)) + ", not " + std::string(wanted), use);
-}
-
-const ForeignFile* beside_sentences(const std::filesystem::path& path) {
-  const std::string head = head_of(path);
-  return kind_of_head(head) == FileKind::Nmea ? foreign_file(head) : nullptr;
+  return InputError(path, 0, "is " + std::string(name(kind)) + ", not " + std::string(wanted),
+                    row_of(kind)->use);
 }
 
 InputError explained(const InputError& fault, const std::filesystem::path& path, std::string_view wanted) {
@@ -226,15 +196,7 @@ InputError explained(const InputError& fault, const std::filesystem::path& path,
     return fault;
   }
   if (head.empty()) return {path, 0, "is empty", "fetch the file again"};
-  const FileKind kind = kind_of_head(head);
-  if (kind == FileKind::Other) {
-    if (const ForeignFile* const foreign = foreign_ending(path.extension().string()))
-      return {path, 0, "is " + std::string(foreign->name), std::string(foreign->use)};
-  }
-  const bool of_any_text = wanted == FileKind::Columns;
-  const bool both_xml =
-      kind == FileKind::Xml && (wanted == FileKind::Gpx || wanted == FileKind::Kml);  // a part of one
-  if (both_xml || (!of_any_text && row_of(wanted)->is(head))) return fault;
+  if (wanted != FileKind::Columns && row_of(wanted)->is(head)) return fault;
   return of_other_kind(head, path, name(wanted)).value_or(fault);
 }
 

@@ -5,7 +5,6 @@
 #include <optional>
 #include <string_view>
 
-#include "canyon/base/foreign_file.hpp"
 #include "canyon/base/input_error.hpp"
 
 namespace canyon {
@@ -21,9 +20,6 @@ enum class FileKind : std::uint8_t {
   Kml,
   Rtcm,
   Nmea,
-  Foreign,  ///< of a program whose files Canyon does not read: foreign_file()
-  Xml,      ///< that is no other kind
-  Json,
   Columns  ///< text with commas, semicolons, tabs or blanks
 };
 
@@ -34,9 +30,6 @@ enum class FileKind : std::uint8_t {
 [[nodiscard]] FileKind kind_of_head(std::string_view head);
 /// The kind of a file, plain or packed. Throws InputError as GzipFile does.
 [[nodiscard]] FileKind file_kind(const std::filesystem::path& path);
-
-/// The maker's log that a file of NMEA sentences is, too, with messages between them; null for other files.
-[[nodiscard]] const ForeignFile* beside_sentences(const std::filesystem::path& path);
 
 /// "an SP3 file", for messages.
 [[nodiscard]] std::string_view name(FileKind kind);

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "canyon/base/archives.hpp"
-#include "canyon/base/foreign_file.hpp"
 #include "canyon/base/input_file.hpp"
 
 namespace canyon {

@@ -10,9 +10,9 @@ bool begins_number(std::string_view text) {
   return !text.empty() && std::isdigit(static_cast<unsigned char>(text[0])) != 0;
 }
 
-/// A text without its numbers and quoted parts.
-std::string common_part(std::string_view what) {
-  std::string common;
+/// A file and a reason without its numbers and quoted parts.
+std::string key(const std::string& file, std::string_view what) {
+  std::string common = file + '\n';
   bool word_begins = true;
   for (std::size_t at = 0; at < what.size(); ++at) {
     std::size_t end = at;
@@ -31,7 +31,7 @@ std::string common_part(std::string_view what) {
 }  // namespace
 
 void ReadReport::add(Level level, const InputError& reason, std::size_t count, std::string_view outcome) {
-  const auto [known, is_new] = index_.try_emplace(common_part(reason.problem()), notes_.size());
+  const auto [known, is_new] = index_.try_emplace(key(reason.file(), reason.problem()), notes_.size());
   if (is_new)
     notes_.push_back({level, reason, std::string(outcome), count});
   else
@@ -39,14 +39,20 @@ void ReadReport::add(Level level, const InputError& reason, std::size_t count, s
 }
 
 void ReadReport::count_or_add(Level level, int line, std::string_view what, std::string_view outcome) {
-  if (const auto known = index_.find(common_part(what)); known != index_.end())
+  if (const auto known = index_.find(key(path_.string(), what)); known != index_.end())
     ++notes_[known->second].count;
   else
     add(level, InputError(path_, line, what), 1, outcome);
 }
 
+void ReadReport::append(const ReadReport& other) {
+  for (const Note& note : other.notes_) add(note.level, note.first, note.count, note.outcome);
+  losses_ += other.losses_;
+  if (!first_loss_) first_loss_ = other.first_loss_;
+}
+
 std::size_t ReadReport::count(std::string_view what) const {
-  const auto known = index_.find(common_part(what));
+  const auto known = index_.find(key(path_.string(), what));
   return known == index_.end() ? 0 : notes_[known->second].count;
 }
 

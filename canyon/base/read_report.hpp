@@ -61,6 +61,9 @@ class ReadReport {
   }
   void remark(const InputError& note) { add(Level::Remark, note, 1, note.cure()); }
 
+  /// Adds the notes of another report behind its own.
+  void append(const ReadReport& other);
+
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
   /// Records that are damaged, and the first of them.
   [[nodiscard]] std::size_t losses() const { return losses_; }
@@ -98,7 +101,7 @@ class ReadReport {
 
   std::filesystem::path path_;
   std::vector<Note> notes_;
-  std::map<std::string, std::size_t, std::less<>> index_;  ///< of notes, by what they have in common
+  std::map<std::string, std::size_t, std::less<>> index_;  ///< of notes, by file and common part
   std::size_t losses_ = 0;
   std::optional<InputError> first_loss_;
 };

@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "canyon/base/archives.hpp"
-#include "canyon/base/foreign_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/input_file.hpp"
 #include "canyon/city/boxes.hpp"

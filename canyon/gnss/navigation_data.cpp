@@ -1,7 +1,6 @@
 #include "canyon/gnss/navigation_data.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <tuple>
 #include <utility>
@@ -24,35 +23,15 @@ auto identity(const SbasEphemeris& e) {
   return std::make_tuple(e.id, e.toe, e.iodn, e.health);
 }
 
-/// Whether two records of one identity say other things, by more than writers round.
-bool contradict(const KeplerEphemeris& a, const KeplerEphemeris& b) {
-  constexpr double kAngle_rad = 1e-6, kClock_s = 1e-7, kRootAxis = 1e-3;
-  return std::abs(a.sqrt_a - b.sqrt_a) > kRootAxis ||
-         std::abs(a.eccentricity - b.eccentricity) > kAngle_rad ||
-         std::abs(a.mean_anomaly - b.mean_anomaly) > kAngle_rad ||
-         std::abs(a.right_ascension - b.right_ascension) > kAngle_rad ||
-         std::abs(a.inclination - b.inclination) > kAngle_rad ||
-         std::abs(a.argument_of_perigee - b.argument_of_perigee) > kAngle_rad ||
-         std::abs(a.af0 - b.af0) > kClock_s;
-}
-template <typename Ephemeris>
-bool contradict(const Ephemeris& a, const Ephemeris& b) {
-  constexpr double kPlace_m = 30;
-  return std::hypot(a.position_m[0] - b.position_m[0], a.position_m[1] - b.position_m[1],
-                    a.position_m[2] - b.position_m[2]) > kPlace_m;
-}
-
 template <typename Ephemeris>
 void merge_records(std::vector<Ephemeris>& into, std::vector<Ephemeris>&& from, int source_offset) {
   for (Ephemeris& e : from) e.source += source_offset;
   into.insert(into.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
-  // Stable, so that the record that came first stays. One that contradicts it stays for the review.
+  // Stable, so that the record that came first stays.
   std::stable_sort(into.begin(), into.end(),
                    [](const Ephemeris& a, const Ephemeris& b) { return identity(a) < identity(b); });
   into.erase(std::unique(into.begin(), into.end(),
-                         [](const Ephemeris& a, const Ephemeris& b) {
-                           return identity(a) == identity(b) && !contradict(a, b);
-                         }),
+                         [](const Ephemeris& a, const Ephemeris& b) { return identity(a) == identity(b); }),
              into.end());
   std::stable_sort(into.begin(), into.end(), [](const Ephemeris& a, const Ephemeris& b) {
     return std::tie(a.id, a.toe, a.transmission) < std::tie(b.id, b.toe, b.transmission);
@@ -75,7 +54,7 @@ void NavigationData::merge(NavigationData other) {
   if (other.galileo_nequick) galileo_nequick = other.galileo_nequick;
   if (other.leap_seconds) leap_seconds = other.leap_seconds;
   std::move(other.sources.begin(), other.sources.end(), std::back_inserter(sources));
-  std::move(other.warnings.begin(), other.warnings.end(), std::back_inserter(warnings));
+  report.append(other.report);
 }
 
 }  // namespace canyon::gnss

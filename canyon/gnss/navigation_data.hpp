@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "canyon/base/read_report.hpp"
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/gnss/satellite_id.hpp"
 
@@ -110,7 +111,7 @@ struct NavigationData {
   std::optional<std::array<double, 3>> galileo_nequick;  ///< ai0..ai2, kept for writing back
   std::optional<int> leap_seconds;                       ///< GPST minus UTC as the header says
   std::vector<std::string> sources;                      ///< file names
-  std::vector<std::string> warnings;  ///< one line each: damaged records, counted unknown types
+  ReadReport report;                                     ///< of the readers of these files
 
   [[nodiscard]] bool empty() const { return kepler.empty() && glonass.empty() && sbas.empty(); }
   /// Adds another file's content, dropping repeats. Later header values win.

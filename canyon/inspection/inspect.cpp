@@ -12,16 +12,15 @@
 #include "canyon/base/file_kind.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/base/text_file.hpp"
 #include "canyon/buildings/sources/raster.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/heatmap/engine/map_source.hpp"
 #include "canyon/heatmap/files/netcdf_file.hpp"
-#include "canyon/orbit/navigation_review.hpp"
 #include "canyon/orbit/precise_sky.hpp"
 #include "canyon/rinex/android_log.hpp"
+#include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/rinex/observation_reader.hpp"
 #include "canyon/rtcm/rtcm_decoder.hpp"
 #include "canyon/simulation/load_city.hpp"
@@ -171,7 +170,7 @@ FileReport inspect_observations(const std::filesystem::path& path) {
   }
   FileReport report{file.header.format + " observations",
                     {},
-                    file.report.warnings(),
+                    file.report.lines(),
                     {"canyon validate SCENARIO --obs FILE", "canyon rtk FILE BASE"}};
   if (!file.epochs.empty()) {
     report.contents.emplace_back(
@@ -198,7 +197,7 @@ FileReport inspect_observations(const std::filesystem::path& path) {
 }
 
 FileReport inspect_navigation(const std::filesystem::path& path) {
-  const gnss::NavigationData data = orbit::read_navigation({path});
+  const gnss::NavigationData data = rinex::read_rinex_navigation(path);
   std::set<gnss::SatelliteId> satellites;
   std::optional<GpsTime> first, last;
   std::size_t records = 0;
@@ -213,7 +212,7 @@ FileReport inspect_navigation(const std::filesystem::path& path) {
   for (const auto& e : data.sbas) add(e.id, e.toe);
   FileReport report{"RINEX navigation (broadcast ephemerides)",
                     {},
-                    data.warnings,
+                    data.report.lines(),
                     {"sky: {navigation: [FILE]} in a scenario", "canyon sky --nav FILE"}};
   if (first) report.contents.emplace_back("ephemerides", span_text(*first, *last));
   report.contents.emplace_back("records", fmt::format("{}", records));
@@ -229,7 +228,7 @@ FileReport inspect_precise(const std::filesystem::path& path) {
   return {"SP3 precise orbits",
           {{"time", span_text(sky.span().first, sky.span().second)},
            {"satellites", satellites_text({ids.begin(), ids.end()})}},
-          sky.warnings(),
+          sky.report().lines(),
           {"sky: {sp3: [FILE]} in a scenario", "canyon sky --sp3 FILE"}};
 }
 
@@ -294,39 +293,8 @@ FileReport inspect_path(const std::filesystem::path& path, const std::string& fo
   return report;
 }
 
-/// A table that a run of Canyon writes beside epochs.csv, such as satellites.csv and imu.csv; nothing where
-/// the file is something else.
-std::optional<FileReport> inspect_run_table(const std::filesystem::path& path) {
-  TextFile file = TextFile::streamed(path);
-  const std::string header(file.next_line().value_or(std::string_view()));
-  if (!header.starts_with("gps_week,gps_tow,") || header.find("latitude") != std::string::npos)
-    return std::nullopt;
-  std::vector<std::string> columns;
-  for (const std::string_view column : split(header, ',')) columns.emplace_back(column);
-  std::size_t rows = 0;
-  std::optional<GpsTime> first, last;
-  while (const auto line = file.next_line()) {
-    const std::vector<std::string_view> cells = split(*line, ',');
-    const auto week = parse_integer(cells.front());
-    const auto tow_s = cells.size() > 1 ? parse_double(cells[1]) : std::nullopt;
-    // Quoted names of materials may hold commas.
-    if (cells.size() < columns.size() || !week || !tow_s) {
-      throw file.error(fmt::format("is not a row of the {} columns of the header", columns.size()),
-                       "run the scenario again");
-    }
-    last = GpsTime::from_week(static_cast<int>(*week), *tow_s);
-    if (rows++ == 0) first = last;
-  }
-  FileReport report{"table of a run of Canyon", {}, {}, {"spreadsheets, pandas (docs/outputs.md)"}};
-  report.contents.emplace_back("rows", fmt::format("{}", rows));
-  if (first) report.contents.emplace_back("time", span_text(*first, *last));
-  report.contents.emplace_back("columns", fmt::format("{}", fmt::join(columns, ", ")));
-  return report;
-}
-
 /// Columns without names: as CSV, else as UrbanNav's.
 FileReport inspect_columns(const std::filesystem::path& path) {
-  if (auto table = inspect_run_table(path)) return *std::move(table);
   try {
     return inspect_path(path, "csv");
   } catch (const InputError&) {
@@ -351,20 +319,6 @@ FileReport inspect_android(const std::filesystem::path& path) {
   return report;
 }
 
-/// Throws InputError for a file of another program, whatever its ending says.
-void refuse_foreign(const std::filesystem::path& path) {
-  std::error_code ignored;
-  if (!std::filesystem::is_regular_file(path, ignored) || is_raster(path)) return;
-  bool foreign = false;
-  try {
-    foreign = file_kind(path) == FileKind::Foreign;
-  } catch (const InputError& fault) {
-    // Archives of many files may be city models.
-    if (fault.problem() == "is a spreadsheet") throw;
-  }
-  if (foreign) throw explained(InputError(path, 0, "is of another program"), path, FileKind::Columns);
-}
-
 }  // namespace
 
 FileReport inspect_file(const std::filesystem::path& path) {
@@ -373,7 +327,6 @@ FileReport inspect_file(const std::filesystem::path& path) {
     auto study = inspect_study(path);
     return study ? *std::move(study) : inspect_map(path);
   }
-  refuse_foreign(path);
   if (simulation::source_of_file(path)) return inspect_city(path);
   if (is_raster(path)) return inspect_raster(path);
   const FileKind kind = file_kind(path);
@@ -388,13 +341,7 @@ FileReport inspect_file(const std::filesystem::path& path) {
       return inspect_precise(path);
     case FileKind::Rtcm:
       return inspect_rtcm(path);
-    case FileKind::Nmea: {
-      FileReport report = inspect_path(path, "nmea");
-      if (const ForeignFile* const beside = beside_sentences(path))
-        report.skipped.push_back(
-            fmt::format("it is also {}: for canyon validate --obs {}", beside->name, beside->use));
-      return report;
-    }
+    case FileKind::Nmea:
     case FileKind::Gpx:
     case FileKind::Kml:
       return inspect_path(path, std::string(trajectory_format(kind)));

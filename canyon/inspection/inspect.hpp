@@ -17,7 +17,7 @@ struct FileReport {
 
 /// Reads a whole file by the reader for its content (for cities and scenarios: for its name): scenarios,
 /// cities, navigation and observation files of RINEX, SP3, RTCM 3, logs of Android's GnssLogger, recorded
-/// paths (NMEA, GPX, KML, CSV), tables of runs, heat maps and results of studies. Part of canyon::io. Throws
+/// paths (NMEA, GPX, KML, CSV), heat maps and results of studies. Part of canyon::io. Throws
 /// InputError, with the reader's words, for a file that none of them can use.
 [[nodiscard]] FileReport inspect_file(const std::filesystem::path& path);
 

@@ -364,7 +364,7 @@ TEST_F(RtklibJudge, SbasOfMadeUpRecords) {
     }
   }
   const gnss::NavigationData data = rinex::read_rinex_navigation(TextFile::from_string(text, "sbas.rnx"));
-  EXPECT_TRUE(data.warnings.empty());
+  EXPECT_TRUE(data.report.lines().empty());
   EXPECT_EQ(data.sbas.size(), 84U);
   const auto rtklib = rtklib_read(text);
   EXPECT_EQ(rtklib->ns, 84);

@@ -409,7 +409,7 @@ TEST(BroadcastSky, HealthRulesOfEachSystem) {
 }
 
 TEST(BroadcastSky, NothingToAnswerFrom) {
-  EXPECT_THROW(BroadcastSky(gnss::NavigationData{}), InputError);
+  EXPECT_THROW(BroadcastSky(gnss::NavigationData()), InputError);
   try {
     const BroadcastSky sky(only(kG05), {{gnss::System::Galileo}, false, false});
     FAIL();

@@ -107,7 +107,7 @@ TEST(RinexNavigationFuzz, DamagedFilesEndInRecordsOrOneError) {
     try {
       const gnss::NavigationData data = rinex::read_rinex_navigation(TextFile::from_string(text, "fuzz.rnx"));
       ++read;
-      warned += data.warnings.empty() ? 0 : 1;
+      warned += data.report.lines().empty() ? 0 : 1;
       ASSERT_FALSE(data.empty());
       BroadcastOptions options;
       options.allow_stale = options.allow_unhealthy = true;

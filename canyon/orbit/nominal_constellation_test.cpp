@@ -297,7 +297,7 @@ TEST(NominalConstellation, SurvivesRinex) {
   const gnss::NavigationData data = nominal_constellation(begin, begin + 7200.0, kFour);
   const gnss::NavigationData back = rinex::read_rinex_navigation(
       TextFile::from_string(rinex::format_rinex_navigation(data), "nominal.rnx"));
-  EXPECT_TRUE(back.warnings.empty());
+  EXPECT_TRUE(back.report.lines().empty());
   ASSERT_EQ(back.kepler.size(), data.kepler.size());
   ASSERT_EQ(back.glonass.size(), data.glonass.size());
   const BroadcastSky a{data};

@@ -105,15 +105,14 @@ struct PreciseSky::Table {
   GpsTime last;
   double spacing_s = 0;  ///< of epochs; of files with several the longest
   std::map<gnss::SatelliteId, TabulatedOrbit> series;
-  std::vector<std::string> warnings;
+  ReadReport report;
 
   Table(std::vector<TextFile> files, const std::set<gnss::System>& systems) {
     std::vector<Sp3File> parts;
     for (TextFile& file : files) {
       parts.push_back(read_as(FileKind::Sp3, file.path(), [&] { return read_sp3(file, systems); }));
       spacing_s = std::max(spacing_s, parts.back().step_s);
-      const std::vector<std::string> lines = parts.back().notes.lines();
-      warnings.insert(warnings.end(), lines.begin(), lines.end());
+      report.append(parts.back().report);
       names += (names.empty() ? "" : ", ") + file.path().filename().string();
     }
     Sp3File sp3 = joined_files(std::move(parts));
@@ -311,8 +310,8 @@ std::string PreciseSky::source(gnss::SatelliteId id, GpsTime t) const {
   return fmt::format("{}, record {}", file, geodesy::format_gpst(b.series->records[b.low].t, 0));
 }
 
-const std::vector<std::string>& PreciseSky::warnings() const {
-  return table_->warnings;
+const ReadReport& PreciseSky::report() const {
+  return table_->report;
 }
 
 std::pair<GpsTime, GpsTime> PreciseSky::span() const {

@@ -5,6 +5,7 @@
 #include <set>
 #include <vector>
 
+#include "canyon/base/read_report.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/orbit/sky.hpp"
 
@@ -20,16 +21,15 @@ namespace canyon::orbit {
 /// No answer beyond the file's first and last epoch, in gaps of more than `kMaxGap` records, between two
 /// records with a maneuver (flag M) or a jump of the clock (E) between them, next to records
 /// that the file marks as bad in position (0.000000) or clock (999999.999999), and where fewer than 11
-/// records follow one another. Records that contradict the others of their satellite are left out
-/// (review_sp3()), with warnings(). Positions refer to the centre of mass. The group delay is 0, and GLONASS
+/// records follow one another. Positions refer to the centre of mass. The group delay is 0, and GLONASS
 /// frequencies, which SP3 does not have, are those of the nominal constellation.
 class PreciseSky final : public Sky {
  public:
   static constexpr int kMaxGap = 2;  ///< records
 
   /// Plain or gzip. Records of other systems, velocities (V) and correlations (EP, EV) are passed over.
-  /// Throws InputError with file and line for anything that is not SP3-c/d, for a file that is cut short, for
-  /// positions in another unit, and where no satellite of `systems` is in it.
+  /// Throws InputError with file and line for anything that is not SP3-c/d, for where most of its records are
+  /// damaged, and where no satellite of `systems` is in it.
   explicit PreciseSky(const std::filesystem::path& path,
                       std::set<gnss::System> systems = {gnss::kConstellations.begin(),
                                                         gnss::kConstellations.end()});
@@ -47,8 +47,8 @@ class PreciseSky final : public Sky {
   [[nodiscard]] std::optional<SatelliteState> state(gnss::SatelliteId id, geodesy::GpsTime t) const override;
   [[nodiscard]] std::string source(gnss::SatelliteId id, geodesy::GpsTime t) const override;
 
-  /// One line each: epochs and records that are left out, what the header says otherwise.
-  [[nodiscard]] const std::vector<std::string>& warnings() const;
+  /// Of all files.
+  [[nodiscard]] const ReadReport& report() const;
   /// First and last epoch [GPST].
   [[nodiscard]] std::pair<geodesy::GpsTime, geodesy::GpsTime> span() const;
 

@@ -8,9 +8,8 @@
 #include <string_view>
 #include <utility>
 
-#include "canyon/base/record_notes.hpp"
+#include "canyon/base/read_report.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/geodesy/stray_times.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/rinex/fields.hpp"
 
@@ -25,7 +24,7 @@ constexpr double kBadClock_us = 999'999;
 class Reader {
  public:
   Reader(TextFile& file, const std::set<gnss::System>& systems) : file_(file), systems_(systems) {
-    result_.notes = RecordNotes(file.path());
+    result_.report = ReadReport(file.path());
   }
 
   Sp3File read() {
@@ -37,28 +36,27 @@ class Reader {
         continue;
       }
       const char kind = line->empty() ? ' ' : line->front();
-      if (line->substr(0, 2) == "##") {
-        if (const auto step = parse_double(column(*line, 24, 14))) announced_step_s_ = *step;
-      } else if (line->substr(0, 2) == "%c") {
+      if (line->substr(0, 2) == "%c") {
         read_time_system(*line);
       } else if (cut) {
         break;  // half a line may read as another number
       } else if (kind == '*') {
         in_epoch_ = false;
-        notes().guard([&] { read_epoch(*line); });
-      } else if (kind == 'P' && (in_epoch_ || epochs_.empty())) {
-        notes().guard([&] { read_position(*line); });
-      } else if (!epochs_.empty() && (std::string_view("PVE/%+#i ").find(kind) == std::string_view::npos ||
-                                      is_cut_record(*line))) {
-        notes().bad(file_.line(), "line of a kind that SP3 does not have");
-      } else if (!epochs_.empty() && kind == ' ' && !trim(*line).empty()) {
+        report().guard([&] { read_epoch(*line); });
+      } else if (kind == 'P' && (in_epoch_ || result_.epochs.empty())) {
+        report().guard([&] { read_position(*line); });
+      } else if (!result_.epochs.empty() &&
+                 (std::string_view("PVE/%+#i ").find(kind) == std::string_view::npos ||
+                  is_cut_record(*line))) {
+        report().loss(file_.line(), "line of a kind that SP3 does not have");
+      } else if (!result_.epochs.empty() && kind == ' ' && !trim(*line).empty()) {
         in_epoch_ = false;  // an epoch that has lost its mark: what follows is of another time
-        notes().bad(file_.line(), "line without a mark, with all positions to the next epoch");
+        report().loss(file_.line(), "line without a mark, with all positions to the next epoch");
       }
       // Satellite lists, accuracies, comments, velocities (V) and correlations (EP, EV) hold nothing needed
       // here.
     }
-    notes().say(file_.line(), "ends without the line EOF", "the file may be cut short: fetch it again");
+    report().loss(file_.line(), "ends without the line EOF", "the file may be cut short: fetch it again");
     return finish();
   }
 
@@ -79,7 +77,6 @@ class Reader {
                           "give orbits in an ITRF or WGS 84");
     announced_ += static_cast<std::size_t>(std::max(0LL, parse_integer(column(line, 32, 7)).value_or(0)));
     time_system_.clear();
-    first_line_ = line;
   }
 
   /// "E05 ...": a record of a position without its P. EP and EV are correlations.
@@ -91,9 +88,7 @@ class Reader {
   [[nodiscard]] bool another_follows() {
     while (const auto line = file_.peek_line()) {
       if (!line->empty() && line->front() == '#') {
-        const std::string first = first_line_;
         read_first_line();
-        first_line_ = first;
         return true;
       }
       if (!trim(*line).empty()) return false;
@@ -117,28 +112,21 @@ class Reader {
     return rinex::time_in(line, {{{3, 4}, {8, 2}, {11, 2}, {14, 2}, {17, 2}, {20, 11}}}, time_system_);
   }
 
-  [[nodiscard]] RecordNotes& notes() { return result_.notes; }
+  [[nodiscard]] ReadReport& report() { return result_.report; }
 
   void read_epoch(std::string_view line) {
     const auto t = time_of(line);
     if (!t || !trim(column(line, 31, line.size())).empty())
       throw file_.error(fmt::format("'{}' is not an epoch", trim(line)));
-    if (epochs_.empty()) compare_first_line(*t);
-    epochs_.push_back({*t, file_.line(), epochs_.size()});
+    if (!result_.epochs.empty() && *t <= result_.epochs.back()) {
+      throw file_.error(fmt::format("epoch {} does not follow the one before", geodesy::format_gpst(*t, 0)));
+    }
+    result_.epochs.push_back(*t);
     in_epoch_ = true;
   }
 
-  void compare_first_line(GpsTime t) {
-    const auto stated = time_of(first_line_);
-    if (!stated || *stated == t) return;
-    notes().say(file_.line(),
-                fmt::format("the first epoch is {}, but the first line of the file says {}",
-                            geodesy::format_gpst(t, 0), geodesy::format_gpst(*stated, 0)),
-                "the lines of the epochs are taken");
-  }
-
   void read_position(std::string_view line) {
-    if (epochs_.empty()) throw file_.error("a position before the first epoch");
+    if (result_.epochs.empty()) throw file_.error("a position before the first epoch");
     constexpr std::size_t kLongest = 80;
     if (trim(line).size() > kLongest) throw file_.error("a line of more than 80 columns");
     const std::string_view name = column(line, 1, 3);
@@ -152,13 +140,12 @@ class Reader {
     }
     if (systems_.count(id->system) == 0) return;
     Sp3Record record;
-    record.t = epochs_.back().t;
+    record.t = result_.epochs.back();
     record.line = file_.line();
     for (std::size_t i = 0; i < 3; ++i) {
       record.position_m[static_cast<Eigen::Index>(i)] = number(line, 4 + 14 * i, "coordinate") * 1e3;
     }
-    constexpr double kFarthest_m = 1e9;  // what is beyond is not in kilometres: the review says so
-    if (record.position_m.norm() < kFarthest_m) require_columns(line);
+    require_columns(line);
     record.good_position = record.position_m != Eigen::Vector3d::Zero();
     // Blank or asterisks: a clock that the writer did not have.
     const std::string_view clock = trim(column(line, 46, 14));
@@ -170,12 +157,10 @@ class Reader {
     record.clock_bias_s = clock_us * 1e-6;
     record.clock_event = column(line, 74, 1) == "E";
     record.maneuver = column(line, 78, 1) == "M";
-    std::vector<Read>& records = records_[*id];
-    const std::size_t epoch = epochs_.size() - 1;
-    if (!records.empty() && records.back().epoch == epoch) {
+    std::vector<Sp3Record>& records = result_.records[*id];
+    if (!records.empty() && records.back().t == record.t)
       throw file_.error(fmt::format("{} is given twice in one epoch", to_string(*id)));
-    }
-    records.push_back({record, epoch});
+    records.push_back(record);
   }
 
   /// The points of a line's numbers stand in equal columns and have equally many digits behind them (F14.6):
@@ -200,100 +185,53 @@ class Reader {
   }
 
   Sp3File finish() {
-    std::size_t good = epochs_.size();
-    for (const auto& [id, records] : records_) good += records.size();
-    notes().require_most(good);
-    if (epochs_.empty()) throw file_.error("holds no epoch");
-    if (records_.empty()) throw file_.error("holds no satellite of the chosen systems");
-    const std::vector<bool> stray = leave_out_epochs();
-    compare_announced(stray.size());
-    for (const auto& [id, records] : records_) {
-      for (const Read& read : records)
-        if (!stray[read.epoch]) result_.records[id].push_back(read.record);
-    }
+    std::size_t good = result_.epochs.size();
+    for (const auto& [id, records] : result_.records) good += records.size();
+    report().require_most(good);
+    if (result_.epochs.empty()) throw file_.error("holds no epoch");
     if (result_.records.empty()) throw file_.error("holds no satellite of the chosen systems");
-    review_sp3(result_);
+    if (announced_ > result_.epochs.size()) {
+      report().loss(
+          1,
+          fmt::format("the header announces {} epochs, and {} are read", announced_, result_.epochs.size()),
+          "the file may be cut short");
+    }
+    note_without("position", [](const Sp3Record& r) { return r.good_position; });
+    note_without("clock", [](const Sp3Record& r) { return r.good_clock; });
+    result_.step_s = most_frequent_step();
     return std::move(result_);
   }
 
-  /// Epochs whose times do not rise, and few that stand apart from the others by holes that no polynomial
-  /// bridges. Returns which are left out.
-  [[nodiscard]] std::vector<bool> leave_out_epochs() {
-    result_.step_s = most_frequent_step();
-    std::vector<bool> stray(epochs_.size());
-    const geodesy::StandsApart apart{2.5 * result_.step_s, 4};
-    geodesy::leave_out_stray_times(
-        epochs_, [](const Epoch& epoch) { return epoch.t; },
-        [&](const Epoch& epoch) {
-          stray[epoch.number] = true;
-          notes().bad(epoch.line,
-                      fmt::format("epoch {} contradicts those around it", geodesy::format_gpst(epoch.t, 0)));
-        },
-        {&apart, 1});
-    if (2 * epochs_.size() < stray.size()) {
-      throw InputError(file_.path(), notes().first_bad()->line(), "the epochs are not in the order of time",
-                       "sort them, or fetch the file again");
+  /// Notes the satellites none of whose records is good. Throws InputError where that are all.
+  template <typename Good>
+  void note_without(std::string_view what, const Good& good) {
+    std::vector<std::string> without;
+    for (const auto& [id, records] : result_.records)
+      if (std::none_of(records.begin(), records.end(), good)) without.push_back(to_string(id));
+    if (without.size() == result_.records.size()) {
+      throw InputError(file_.path(), 0, fmt::format("no satellite has a {}", what),
+                       "give a file with positions and clocks");
     }
-    for (const Epoch& epoch : epochs_) result_.epochs.push_back(epoch.t);
-    return stray;
+    if (without.empty()) return;
+    report().remark(0, fmt::format("no {} of {}", what, fmt::join(without, ", ")),
+                    "these satellites are left out");
   }
 
   [[nodiscard]] double most_frequent_step() const {
     std::map<std::int64_t, int> counts;
-    for (std::size_t i = 1; i < epochs_.size(); ++i) {
-      const std::int64_t step = epochs_[i].t.nanoseconds() - epochs_[i - 1].t.nanoseconds();
-      if (step > 0) ++counts[step];
-    }
+    const std::vector<GpsTime>& epochs = result_.epochs;
+    for (std::size_t i = 1; i < epochs.size(); ++i)
+      ++counts[epochs[i].nanoseconds() - epochs[i - 1].nanoseconds()];
     const auto most = std::max_element(counts.begin(), counts.end(),
                                        [](const auto& a, const auto& b) { return a.second < b.second; });
     return most == counts.end() ? 0 : static_cast<double>(most->first) * 1e-9;
   }
 
-  /// Compares the header's number and interval of epochs with the epochs of the file.
-  void compare_announced(std::size_t count) {
-    const std::vector<GpsTime>& epochs = result_.epochs;
-    if (epochs.size() < 2) return;
-    const auto all =
-        static_cast<std::size_t>(std::lround((epochs.back() - epochs.front()) / result_.step_s)) + 1;
-    if (all > epochs.size()) {
-      std::size_t i = 1;
-      while (i + 1 < epochs.size() && epochs[i] - epochs[i - 1] <= 1.5 * result_.step_s) ++i;
-      notes().say(0,
-                  fmt::format("{} epochs are missing, the first after {}", all - epochs.size(),
-                              geodesy::format_gpst(epochs[i - 1], 0)),
-                  "no orbit reaches over more than one missing epoch");
-    }
-    if (announced_ > count) {
-      notes().say(1, fmt::format("the header announces {} epochs, and there are {}", announced_, count),
-                  "the file may be cut short");
-    }
-    if (announced_step_s_ > 0 && std::abs(announced_step_s_ - result_.step_s) > 1e-3) {
-      notes().say(2,
-                  fmt::format("the header says an interval of {:g} s, and the epochs are {:g} s apart",
-                              announced_step_s_, result_.step_s),
-                  "the lines of the epochs are taken");
-    }
-  }
-
-  struct Epoch {
-    GpsTime t;
-    int line = 0;
-    std::size_t number = 0;  ///< in the file, from 0
-  };
-  /// A record of an epoch, the number of which is Epoch::number.
-  struct Read {
-    Sp3Record record;
-    std::size_t epoch = 0;
-  };
-
   TextFile& file_;
   const std::set<gnss::System>& systems_;
-  std::string time_system_, first_line_;
+  std::string time_system_;
   std::size_t announced_ = 0;  ///< epochs
-  double announced_step_s_ = 0;
-  std::vector<Epoch> epochs_;
-  bool in_epoch_ = false;  ///< the last line of an epoch could be read
-  std::map<gnss::SatelliteId, std::vector<Read>> records_;
+  bool in_epoch_ = false;      ///< the last line of an epoch could be read
   Sp3File result_;
 };
 

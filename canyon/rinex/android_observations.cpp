@@ -126,7 +126,7 @@ class AndroidReader {
       if (const std::string problem = take(); !problem.empty()) damaged(problem);
     }
     end_epoch();
-    if (log_.file().cut_warning()) result_.report.notes.say(*log_.file().cut_warning());
+    if (const auto& cut = log_.file().cut_warning()) result_.report.notes.loss(*cut, 1, cut->cure());
     if (lines_ == 0) {
       throw InputError(log_.file().path(), 0,
                        fmt::format("is a log of Android's GnssLogger without a line of 'Raw' (it has {})",
@@ -143,8 +143,10 @@ class AndroidReader {
   }
 
  private:
-  void damaged(std::string_view what) { result_.report.notes.bad(log_.file().line(), what); }
-  void skip(std::string_view what) { result_.report.notes.skip(log_.file().line(), what); }
+  void damaged(std::string_view what) { result_.report.notes.loss(log_.file().line(), what); }
+  void skip(std::string_view what) {
+    result_.report.notes.remark(log_.file().line(), what, ReadReport::kLeftOut);
+  }
 
   [[nodiscard]] std::string no_number(Column column) const {
     return fmt::format("{} '{}' is not a number", log_.name(column), log_.text(column).substr(0, 40));
@@ -214,18 +216,10 @@ class AndroidReader {
   void end_epoch() {
     if (!epoch_) return;
     sort(epoch_->signals);
-    std::vector<ObservationEpoch>& epochs = result_.epochs;
     result_.report.observations += epoch_->signals.size();
-    // A line with a wrong time split the epoch: finish_observations() leaves out the one between.
-    if (epochs.size() > 1 && epochs[epochs.size() - 2].receiver_time == epoch_->receiver_time) {
-      std::vector<ObservedSignal>& begun = epochs[epochs.size() - 2].signals;
-      begun.insert(begun.end(), epoch_->signals.begin(), epoch_->signals.end());
-      sort(begun);
-    } else {
-      ++result_.report.flags[epoch_->power_failure ? 1 : 0];
-      ++result_.report.epochs;
-      epochs.push_back(std::move(*epoch_));
-    }
+    ++result_.report.flags[epoch_->power_failure ? 1 : 0];
+    ++result_.report.epochs;
+    result_.epochs.push_back(std::move(*epoch_));
     epoch_.reset();
   }
 

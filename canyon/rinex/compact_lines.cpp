@@ -56,7 +56,7 @@ void CompactLines::Arc::go_on(std::int64_t difference) {
   }
 }
 
-CompactLines::CompactLines(TextFile file, RecordNotes& notes) : file_(std::move(file)), notes_(notes) {}
+CompactLines::CompactLines(TextFile file, ReadReport& notes) : file_(std::move(file)), notes_(notes) {}
 
 void CompactLines::begin() {
   begun_ = true;

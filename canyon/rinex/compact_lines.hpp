@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "canyon/base/record_notes.hpp"
+#include "canyon/base/read_report.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/rinex/observation_header.hpp"
 
@@ -24,7 +24,7 @@ namespace canyon::rinex {
 class CompactLines {
  public:
   /// @param notes outlive this
-  CompactLines(TextFile file, RecordNotes& notes);
+  CompactLines(TextFile file, ReadReport& notes);
 
   /// As of TextFile; throws InputError for other versions of the compression.
   [[nodiscard]] std::optional<std::string_view> next_line();
@@ -62,10 +62,10 @@ class CompactLines {
   [[nodiscard]] bool begins_epoch(std::string_view line) const;
   void put(std::string line);
   void put_epoch_line(std::string_view names, std::size_t count);
-  void damaged(std::string_view what) { notes_.bad(file_.line(), what); }
+  void damaged(std::string_view what) { notes_.loss(file_.line(), what); }
 
   TextFile file_;
-  RecordNotes& notes_;
+  ReadReport& notes_;
   bool begun_ = false, compact_ = false, version2_ = false;
   HeaderRecords header_;
   bool in_header_ = true;

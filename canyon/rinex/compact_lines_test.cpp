@@ -150,7 +150,7 @@ class Compressor {
   std::map<std::string, std::pair<std::vector<Arc>, std::string>> satellites_;
 };
 
-std::vector<std::string> all_lines(const std::string& text, RecordNotes& notes) {
+std::vector<std::string> all_lines(const std::string& text, ReadReport& notes) {
   CompactLines source(TextFile::from_string(text, "some.crx"), notes);
   std::vector<std::string> lines;
   while (const auto line = source.next_line()) {
@@ -159,7 +159,7 @@ std::vector<std::string> all_lines(const std::string& text, RecordNotes& notes) 
   return lines;
 }
 std::vector<std::string> all_lines(const std::string& text) {
-  RecordNotes notes;
+  ReadReport notes;
   return all_lines(text, notes);
 }
 
@@ -221,7 +221,7 @@ TEST(CompactLines, GiveBackWhatWasCompressed) {
       const std::string compact =
           Compressor(version2).compress(text, {{' ', 10}, {'G', 14}, {'R', 4}, {'E', 4}, {'C', 4}});
       ASSERT_LT(compact.size(), text.size());
-      RecordNotes notes;
+      ReadReport notes;
       ASSERT_EQ(all_lines(compact, notes), all_lines(text)) << version2 << seed;
       EXPECT_THAT(notes.lines(), testing::IsEmpty());
     }
@@ -250,7 +250,7 @@ TEST(CompactLines, DifferencesAddUp) {
 
 TEST(CompactLines, DamageCostsAnArcOrTheEpochsToTheNextWholeOne) {
   const std::string begin = "> 2019 04 28 12 44 30.0000000  0  1      G05\n\n3&20000000000 3&50000\n";
-  RecordNotes notes("some.crx"), more("some.crx");
+  ReadReport notes("some.crx"), more("some.crx");
   EXPECT_THAT(
       all_lines(with(begin + "                    1\n\n1x00 10\n                    2\n\n10 20\n"), notes)
           .back(),

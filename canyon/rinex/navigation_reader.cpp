@@ -8,9 +8,8 @@
 #include <utility>
 
 #include "canyon/base/file_kind.hpp"
-#include "canyon/base/record_notes.hpp"
+#include "canyon/base/read_report.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/geodesy/stray_times.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/broadcast_messages.hpp"
 #include "canyon/rinex/fields.hpp"
@@ -36,7 +35,7 @@ class Reader {
 
   gnss::NavigationData read() {
     data_.sources.push_back(file_.path().filename().string());
-    if (file_.cut_warning()) notes_.say(*file_.cut_warning());
+    if (file_.cut_warning()) report_.loss(*file_.cut_warning(), 1, file_.cut_warning()->cure());
     read_header(file_.next_line());
     read_records();
     finish();
@@ -189,7 +188,7 @@ class Reader {
       RawRecord record;
       record.line = file_.line();
       if (!begins_record(*line)) {
-        notes_.bad(record.line, "lines that belong to no record", kCure);
+        report_.loss(record.line, "lines that belong to no record", kCure);
         skip_rest();
         continue;
       }
@@ -220,7 +219,7 @@ class Reader {
           take_version2_or_3(record);
         }
       } catch (const DamagedRecord& reason) {
-        notes_.bad(record.line, reason.reason, kCure);
+        report_.loss(record.line, reason.reason, kCure);
       }
     }
   }
@@ -331,7 +330,7 @@ class Reader {
       throw DamagedRecord{
           fmt::format("record of {} has {} lines where {} belong", to_string(id), lines.size(), needed)};
     }
-    require_columns(lines, layout_);
+    require_indentation(lines, layout_);
     if (glonass) {
       data_.glonass.push_back(decode_glonass(id, lines, layout_));
       data_.glonass.back().line = record.line;
@@ -341,76 +340,20 @@ class Reader {
     } else {
       data_.kepler.push_back(decode_kepler(id, lines, layout_, message));
       data_.kepler.back().line = record.line;
-      doubt_times(data_.kepler.back());
     }
-  }
-
-  /// A clock epoch on another time scale moves the clock by centimetres only; a reference time that was never
-  /// sent may be a simulator's.
-  void doubt_times(const gnss::KeplerEphemeris& e) {
-    const double own_s =
-        e.toe.seconds_of_week() - (e.id.system == gnss::System::BeiDou ? geodesy::kBdtSecondsOffset : 0);
-    const int unit = reference_time_unit_s(e.id.system);
-    if (!is_multiple(own_s, unit)) {
-      notes_.skip(
-          e.line,
-          fmt::format("reference time is not a multiple of {} s, as {} sends it", unit, name(e.id.system)),
-          "used as it is");
-    }
-    const double apart_s = e.toc - e.toe;
-    if (is_multiple(apart_s, unit)) return;
-    notes_.skip(e.line, fmt::format("clock epoch {:g} s from toe: it may be on another time scale", apart_s),
-                "used as it is");
   }
 
   // --- end
   // --------------------------------------------------------------------------------------------------
 
   void pass_over_record(int line, std::string_view what) {
-    notes_.skip(line, what, "left out: Canyon does not use them");
+    report_.remark(line, what, "left out: Canyon does not use them");
   }
-  void warn(std::string_view what) { notes_.say(file_.line(), what); }
-
-  /// Few records dated days from all others: a wrong date. They would stretch the span of the file. Only
-  /// GLONASS and SBAS are checked: the other systems' records have toe and week, which must agree, so that a
-  /// record of days before is what a satellite sent.
-  void leave_out_far_dates() {
-    std::vector<geodesy::GpsTime> times;
-    const auto add = [&times](const auto& records) {
-      for (const auto& e : records) times.push_back(e.toe);
-    };
-    add(data_.kepler);
-    add(data_.glonass);
-    add(data_.sbas);
-    if (times.empty()) return;
-    std::sort(times.begin(), times.end());
-    constexpr double kApart_s = 2 * 86'400;
-    std::vector<bool> far(times.size());
-    geodesy::mark_apart(times, {kApart_s, 4, 1}, far);
-    geodesy::mark_apart(times, {kApart_s, 11, times.size()}, far);
-    const auto first = std::find(far.begin(), far.end(), false);
-    const auto last = std::find(far.rbegin(), far.rend(), false);
-    const geodesy::GpsTime begin = times[static_cast<std::size_t>(first - far.begin())];
-    const geodesy::GpsTime end = times[static_cast<std::size_t>(far.rend() - last) - 1];
-    const auto leave_out = [&](auto& records) {
-      std::erase_if(records, [&](const auto& e) {
-        if (e.toe >= begin && e.toe <= end) return false;
-        notes_.bad(e.line,
-                   fmt::format("{} is dated {}, days from the other records ({} to {})", to_string(e.id),
-                               geodesy::format_gpst(e.toe, 0), geodesy::format_gpst(begin, 0),
-                               geodesy::format_gpst(end, 0)),
-                   kCure);
-        return true;
-      });
-    };
-    leave_out(data_.glonass);
-    leave_out(data_.sbas);
-  }
+  void warn(std::string_view what) { report_.loss(file_.line(), what); }
 
   void finish() {
-    leave_out_far_dates();
     if (data_.empty()) {
-      const std::optional<InputError>& bad = notes_.first_bad();
+      const std::optional<InputError>& bad = report_.first_loss();
       throw InputError(file_.path(), bad ? bad->line() : 0,
                        bad ? fmt::format("no usable ephemeris: {}", bad->problem())
                            : std::string("holds no ephemeris of GPS, GLONASS, Galileo, BeiDou, QZSS or SBAS"),
@@ -420,29 +363,17 @@ class Reader {
       const auto beta = beta_.find(system);
       if (beta != beta_.end()) data_.klobuchar[system] = gnss::Klobuchar{alpha, beta->second};
     }
-    check_leap_seconds();
-    data_.warnings = notes_.lines();
+    data_.report = std::move(report_);
     // Orders the records and drops repeats within the file.
     gnss::NavigationData ordered;
     ordered.merge(std::move(data_));
     data_ = std::move(ordered);
   }
 
-  void check_leap_seconds() {
-    if (!data_.leap_seconds || data_.glonass.empty()) return;
-    const geodesy::GpsTime t = data_.glonass.front().toe;
-    const int table = geodesy::leap_seconds(t);
-    if (*data_.leap_seconds == table) return;
-    notes_.say(0,
-               fmt::format("header has {} leap seconds, the table for {} has {}", *data_.leap_seconds,
-                           geodesy::format_gpst(t, 0), table),
-               "GLONASS times follow the table");
-  }
-
   static constexpr const char* kCure = "record left out";
 
   TextFile file_;
-  RecordNotes notes_{file_.path()};
+  ReadReport report_{file_.path()};
   gnss::NavigationData data_;
   int version_ = 0;
   Layout layout_ = Layout::kVersion3;

@@ -59,22 +59,24 @@ TEST(RinexNavigation, FilesThatWereJoined) {
   const gnss::NavigationData once = read(kRinex3Sample);
   const gnss::NavigationData data = read(kRinex3Sample + replaced(kRinex3Header, "3.04 ", "3.05 ") +
                                          replaced(kG05, "G05", "G07") + kRinex3Sample);
-  EXPECT_THAT(data.warnings, IsEmpty());
+  EXPECT_THAT(data.report.lines(), IsEmpty());
   EXPECT_EQ(data.kepler.size(), once.kepler.size() + 1);
   EXPECT_EQ(data.glonass.size(), once.glonass.size());
   EXPECT_EQ(kepler(data, {gnss::System::GPS, 7}).af0, kepler(once, {gnss::System::GPS, 5}).af0);
 }
 
-// Two records of one time and issue with different orbits both stay for the review; an exact repeat does not.
-TEST(RinexNavigation, ARepeatWithOtherDataStays) {
+// Of two records of one time and issue the first one stays.
+TEST(RinexNavigation, OfTwoRecordsOfOneTimeAndIssueTheFirstStays) {
   const std::string other = replaced(kG05, "-2.157708626665", "-2.257708626665");
   EXPECT_EQ(read(kRinex3Header + kG05 + kG05).kepler.size(), 1U);
-  EXPECT_EQ(read(kRinex3Header + kG05 + other).kepler.size(), 2U);
+  const gnss::NavigationData data = read(kRinex3Header + other + kG05);
+  ASSERT_EQ(data.kepler.size(), 1U);
+  EXPECT_EQ(data.kepler[0].af0, read(kRinex3Header + other).kepler[0].af0);
 }
 
 TEST(RinexNavigation, Version3GpsRecordFieldByField) {
   const gnss::NavigationData data = read(kRinex3Sample);
-  EXPECT_THAT(data.warnings, IsEmpty());
+  EXPECT_THAT(data.report.lines(), IsEmpty());
   EXPECT_THAT(data.sources, ElementsAre("sky.rnx"));
   EXPECT_EQ(data.kepler.size(), 5u);
   EXPECT_EQ(data.glonass.size(), 1u);
@@ -159,7 +161,7 @@ TEST(RinexNavigation, Sbas) {
   const std::string version4 = replaced(kRinex3Header, "     3.04", "     4.00") + "> EPH S23 SBAS\n" + kS23;
   for (const std::string& text : {kRinex3Header + kS23, version2, version4}) {
     const gnss::NavigationData data = read(text);
-    EXPECT_THAT(data.warnings, IsEmpty());
+    EXPECT_THAT(data.report.lines(), IsEmpty());
     EXPECT_FALSE(data.empty());
     ASSERT_EQ(data.sbas.size(), 1u);
     const gnss::SbasEphemeris& s = data.sbas.front();
@@ -179,17 +181,15 @@ TEST(RinexNavigation, Sbas) {
 
 TEST(RinexNavigation, DamagedSbas) {
   for (const auto& [from, to, warning] : std::vector<std::array<std::string, 3>>{
-           {" 3.594460008000e+04", " 3.594460008000e+03", "not that of a SBAS orbit"},
            {" 2.204414000000e+04", "                   ", "position Y is missing"},
            {" 1.250000000000e-03", " 1.250000000000e+00", "velocity X 1.25 is outside"},
            {" 9.313225746155e-09", " 9.313225746155e-03", "clock bias aGf0"},
-           {"S23 2019 04 28 12 00 00", "S23 2019 04 28 11 59 42", "s is not a multiple of 16 s, as SBAS"},
            {"S23", "S19", "there is no S19: SBAS numbers run from 20 to 58"},
            {"S23", "S59", "there is no S59"}}) {
     const gnss::NavigationData data = read(replaced(kRinex3Sample + kS23, from, to));
     EXPECT_TRUE(data.sbas.empty());
     EXPECT_EQ(data.kepler.size(), 5u);
-    EXPECT_THAT(data.warnings, ElementsAre(HasSubstr(warning)));
+    EXPECT_THAT(data.report.lines(), ElementsAre(HasSubstr(warning)));
   }
 }
 
@@ -245,7 +245,7 @@ TEST(RinexNavigation, BlankTrailingFields) {
   // No fit interval, unknown transmission time.
   const gnss::NavigationData data = read(
       replaced(kRinex3Sample, "     3.601800000000e+04 4.000000000000e+00\n", "     9.999000000000e+08\n"));
-  EXPECT_THAT(data.warnings, IsEmpty());
+  EXPECT_THAT(data.report.lines(), IsEmpty());
   const gnss::KeplerEphemeris& e = kepler(data, {gnss::System::GPS, 5});
   EXPECT_EQ(e.fit_interval_h, 0);
   EXPECT_EQ(e.transmission, e.toe);
@@ -370,7 +370,7 @@ TEST(RinexNavigation, Version2Gps) {
       "    0.280000000000D+01 0.000000000000D+00-0.176951289177D-07 0.608000000000D+03\n"
       "    0.360180000000D+05 0.400000000000D+01 0.499063314480-269 0.000000000000D+00\n";
   const gnss::NavigationData data = read(text);
-  EXPECT_THAT(data.warnings, IsEmpty());
+  EXPECT_THAT(data.report.lines(), IsEmpty());
   const gnss::KeplerEphemeris& e = kepler(data, {gnss::System::GPS, 5});
   EXPECT_EQ(e.toe, GpsTime::from_week(2051, 43200));
   EXPECT_EQ(e.toc, e.toe);
@@ -437,7 +437,7 @@ TEST(RinexNavigation, Version4) {
   EXPECT_EQ(data.klobuchar.at(gnss::System::GPS).alpha[3], -1.192092895508E-07);
   EXPECT_EQ(data.klobuchar.at(gnss::System::GPS).beta[3], -5.898240000000E+05);
   EXPECT_EQ(data.galileo_nequick->at(1), 5.507812500000E-01);
-  EXPECT_THAT(data.warnings,
+  EXPECT_THAT(data.report.lines(),
               testing::UnorderedElementsAre(HasSubstr("STO record of system G, LNAV; left out"),
                                             HasSubstr("ION record of system C, CNVX; left out"),
                                             HasSubstr("EPH record of system G, CNVX; left out")));
@@ -481,7 +481,7 @@ TEST(RinexNavigation, Version4TellsDelaysOfSignals) {
   EXPECT_THAT(delays_of(data.signal_delays[3]), ElementsAre(kNone, kNone, kNone, kNone, kNone, near(-5e-9)));
   EXPECT_EQ(cnav.toc, parse_time("2022-06-08T10:00:00 GPST"));
   EXPECT_EQ(cnv1.toc, cnav.toc + 14.0);
-  EXPECT_THAT(data.warnings, ElementsAre(HasSubstr("CNAV record of G06 has 6 lines where 9 belong")));
+  EXPECT_THAT(data.report.lines(), ElementsAre(HasSubstr("CNAV record of G06 has 6 lines where 9 belong")));
 }
 
 TEST(RinexNavigation, Version4TagAndSatelliteMustAgree) {
@@ -491,10 +491,11 @@ TEST(RinexNavigation, Version4TagAndSatelliteMustAgree) {
   const gnss::NavigationData data = read(header + "> EPH G06 LNAV\n" + kG05 + kE11 + "> EPH J02 LNAV\n" +
                                          kJ02 + "> gibberish\n" + "> EPH C03 D2\n");
   EXPECT_EQ(data.kepler.size(), 1u);
-  EXPECT_THAT(data.warnings, ElementsAre(AllOf(HasSubstr("sky.rnx:3:"), HasSubstr("different satellites")),
-                                         AllOf(HasSubstr("sky.rnx:12:"), HasSubstr("without its '>' line")),
-                                         AllOf(HasSubstr("sky.rnx:29:"), HasSubstr("not a record type")),
-                                         AllOf(HasSubstr("sky.rnx:30:"), HasSubstr("no lines"))));
+  EXPECT_THAT(data.report.lines(),
+              ElementsAre(AllOf(HasSubstr("sky.rnx:3:"), HasSubstr("different satellites")),
+                          AllOf(HasSubstr("sky.rnx:12:"), HasSubstr("without its '>' line")),
+                          AllOf(HasSubstr("sky.rnx:29:"), HasSubstr("not a record type")),
+                          AllOf(HasSubstr("sky.rnx:30:"), HasSubstr("no lines"))));
 }
 
 // teqc's comments; the week's end as 604800; programs that do not know the week.
@@ -504,7 +505,7 @@ TEST(RinexNavigation, CommentsAndOtherWaysOfTimes) {
   const gnss::NavigationData data =
       read(kRinex3Header + comment + kG05.substr(0, inside) + comment + kG05.substr(inside) + comment + kE11);
   EXPECT_EQ(data.kepler.size(), 2U);
-  EXPECT_THAT(data.warnings, IsEmpty());
+  EXPECT_THAT(data.report.lines(), IsEmpty());
   std::string end = replaced(kG05, "2019 04 28 12 00 00", "2019 05 05 00 00 00");
   end = replaced(end, "4.320000000000e+04", "6.048000000000e+05");
   const gnss::NavigationData weeks =
@@ -529,11 +530,6 @@ TEST(RinexNavigation, ADamagedRecordIsLostAlone) {
       {"4.320000000000e+04", "7.000000000000e+05", "toe 700000 is outside"},
       {"4.320000000000e+04", "4.320000000000e+05", "clock epoch and toe are 60.0 h apart"},
       {"4.320000000000e+04", "6.120000000000e+04", "clock epoch and toe are 5.0 h apart"},
-      {"4.320000000000e+04", "4.318200000000e+04", "43182 s is not a multiple of 16 s, as GPS sends it"},
-      {"9.659928182326e-01", "9.659928182326e-02", "i0 0.0965993 is outside"},
-      {"5.153679471970e+03", "6.493025479471e+03", "square root of the semi-major axis 6493.03 is outside"},
-      {"2.051000000000e+03", "1.027000000000e+03", "week number 1027 does not go with the clock epoch"},
-      {"2.051000000000e+03", "2.061000000000e+03", "week number 2061 does not go with the clock epoch"},
       {"G05 2019 04 28", "G05 2019 14 28", "the epoch '2019 14 28"},
       {"G05 2019 04 28", "G05 2019 0a 28", "the epoch '2019 0a 28 12 00 00' is not a date"},
       {"G05 2019 04 28", "G05 1019 04 28", "the epoch '1019 04 28"},
@@ -544,9 +540,6 @@ TEST(RinexNavigation, ADamagedRecordIsLostAlone) {
        "7 lines where 8"},
       {"     1.812353730202e-06", "     1.8\n     1.812353730202e-06", "9 lines where 8"},
       {"9.600000000000e+01", "9.650000000000e+01", "issue of data 96.5 is not a whole number"},
-      {"     9.659928182326e-01", "    9.659928182326e-01",
-       "line 5 of the record has lost or gained a character"},
-      {"5.153679471970e+03", "5.15367947197e+03", "line 3 of the record has lost or gained a character"},
       {"     4.320000000000e+04", "   -4.320000000000e+04", "line 4 of the record begins in its indentation"},
   };
   for (const Case& c : cases) {
@@ -554,58 +547,33 @@ TEST(RinexNavigation, ADamagedRecordIsLostAlone) {
     const gnss::NavigationData data = read(replaced(kRinex3Sample, c.from, c.to));
     EXPECT_EQ(data.kepler.size(), 4u);
     EXPECT_EQ(data.glonass.size(), 1u);
-    EXPECT_THAT(data.warnings, ElementsAre(AllOf(HasSubstr("sky.rnx:9: "), HasSubstr(c.warning))));
+    EXPECT_THAT(data.report.lines(), ElementsAre(AllOf(HasSubstr("sky.rnx:9: "), HasSubstr(c.warning))));
   }
-}
-
-// Toe is what the message says; the clock epoch, 18 s late, costs centimetres.
-TEST(RinexNavigation, AClockEpochOnAnotherTimeScaleIsNamed) {
-  const gnss::NavigationData data =
-      read(replaced(kRinex3Sample, "G05 2019 04 28 12 00 00", "G05 2019 04 28 11 59 42"));
-  EXPECT_EQ(data.kepler.size(), 5u);
-  EXPECT_THAT(data.warnings,
-              ElementsAre(AllOf(HasSubstr("sky.rnx:9: "), HasSubstr("clock epoch -18 s from toe"))));
-}
-
-// Ten minutes behind the hour, which no satellite of GPS sends: a simulator's.
-TEST(RinexNavigation, ReferenceTimesOfSimulatorsAreNamedAndUsed) {
-  const std::string text =
-      replaced(replaced(kRinex3Sample, "G05 2019 04 28 12 00 00", "G05 2019 04 28 12 10 00"),
-               "4.320000000000e+04 3.594905138016e-08", "4.380000000000e+04 3.594905138016e-08");
-  const gnss::NavigationData data = read(text);
-  EXPECT_EQ(data.kepler.size(), 5u);
-  EXPECT_THAT(data.warnings, ElementsAre(AllOf(HasSubstr("sky.rnx:9: "), HasSubstr("not a multiple of 16 s"),
-                                               HasSubstr("used as it is"))));
 }
 
 TEST(RinexNavigation, DamagedGlonass) {
   for (const auto& [from, to, warning] : std::vector<std::array<std::string, 3>>{
-           {" 1.090894238281e+04", " 1.090894238281e+03", "not that of a GLONASS orbit"},
+           {" 1.090894238281e+04", " 4.090894238281e+04", "position X 40908.9 is outside -30000 to 30000"},
            {" 5.000000000000e+00", " 1.500000000000e+01", "frequency number 15"},
-           {" 2.795855522156e+00", " 4.995855522156e+00", "not that of a GLONASS orbit"},
-           {" 2.288353955078e+04", "-2.288353955078e+04",
-            "are not those of a GLONASS orbit: it would climb by"},
-           {" 1.407806396484e+00", "-1.407806396484e+00", "are not those of a GLONASS orbit"},
-           {"R07 2019 04 28 11 45 00", "R07 2019 04 28 11 45 18", "s is not a multiple of 900 s, as GLONASS"},
            {"R07", "R28", "there is no R28"}}) {
     const gnss::NavigationData data = read(replaced(kRinex3Sample, from, to));
     EXPECT_TRUE(data.glonass.empty());
     EXPECT_EQ(data.kepler.size(), 5u);
-    EXPECT_THAT(data.warnings, ElementsAre(AllOf(HasSubstr("sky.rnx:17: "), HasSubstr(warning))));
+    EXPECT_THAT(data.report.lines(), ElementsAre(AllOf(HasSubstr("sky.rnx:17: "), HasSubstr(warning))));
   }
 }
 
 TEST(RinexNavigation, TruncatedAtTheEnd) {
   const gnss::NavigationData data = read(kRinex3Sample.substr(0, kRinex3Sample.size() - 200));
   EXPECT_EQ(data.kepler.size(), 4u);
-  EXPECT_THAT(data.warnings, ElementsAre(HasSubstr("record of J02 has 5 lines where 8 belong")));
+  EXPECT_THAT(data.report.lines(), ElementsAre(HasSubstr("record of J02 has 5 lines where 8 belong")));
 }
 
 TEST(RinexNavigation, OtherSystemsAreCountedOnce) {
   const std::string i01 = replaced(kG05, "G05", "I01");
   const gnss::NavigationData data = read(kRinex3Header + i01 + kG05 + i01 + i01);
   EXPECT_EQ(data.kepler.size(), 1u);
-  EXPECT_THAT(data.warnings,
+  EXPECT_THAT(data.report.lines(),
               ElementsAre(HasSubstr("sky.rnx:9: record of system I (the first of 3); left out: Canyon")));
 }
 
@@ -613,22 +581,7 @@ TEST(RinexNavigation, ManyDamagesAreCounted) {
   std::string text = kRinex3Header + kG05;
   for (int i = 0; i < 50; ++i) text += replaced(kG05, "G05", "G99");
   const gnss::NavigationData data = read(text);
-  EXPECT_THAT(data.warnings, ElementsAre(HasSubstr("(the first of 50); record left out")));
-}
-
-TEST(RinexNavigation, FewRecordsDatedDaysFromTheOthersAreLeftOut) {
-  // GLONASS records have no week that would contradict.
-  const std::string later = replaced(kR07, "R07 2019 04 28", "R07 2031 04 28");
-  const gnss::NavigationData data = read(kRinex3Sample + later);
-  EXPECT_EQ(data.glonass.size(), 1U);
-  EXPECT_EQ(data.kepler.size(), 5U);
-  ASSERT_EQ(data.warnings.size(), 1U);
-  EXPECT_THAT(data.warnings[0], AllOf(HasSubstr("R07 is dated 2031-04-28"), HasSubstr("record left out")));
-  EXPECT_THAT(data.warnings[0],
-              HasSubstr(fmt::format("sky.rnx:{}: ",
-                                    1 + std::count(kRinex3Sample.begin(), kRinex3Sample.end(), '\n'))));
-  // Both days have as many records: none is the wrong one.
-  EXPECT_EQ(read(kRinex3Header + kR07 + later).glonass.size(), 2U);
+  EXPECT_THAT(data.report.lines(), ElementsAre(HasSubstr("(the first of 50); record left out")));
 }
 
 // 2.12: as 2.11's GPS, with the values of the system's own table.
@@ -652,7 +605,7 @@ TEST(RinexNavigation, Version2GalileoAndQzss) {
     const gnss::NavigationData old = read(version2(record, type));
     const gnss::NavigationData now = read(kRinex3Header + record);
     ASSERT_EQ(old.kepler.size(), 1U);
-    EXPECT_THAT(old.warnings, IsEmpty());
+    EXPECT_THAT(old.report.lines(), IsEmpty());
     EXPECT_EQ(old.kepler[0].id, now.kepler[0].id);
     EXPECT_EQ(old.kepler[0].toe, now.kepler[0].toe);
     EXPECT_EQ(old.kepler[0].mean_anomaly, now.kepler[0].mean_anomaly);
@@ -668,7 +621,7 @@ TEST(RinexNavigation, Version2WithRecordsOfVersion3) {
         read(test::header_line("     2.12           N: GNSS NAV DATA    E: Galileo", "RINEX VERSION / TYPE") +
              test::header_line("", "END OF HEADER") + record);
     ASSERT_EQ(old.kepler.size(), 1U);
-    EXPECT_THAT(old.warnings, IsEmpty());
+    EXPECT_THAT(old.report.lines(), IsEmpty());
     const gnss::KeplerEphemeris now = read(kRinex3Header + record).kepler[0];
     EXPECT_EQ(old.kepler[0].id, now.id);
     EXPECT_EQ(old.kepler[0].toe, now.toe);
@@ -712,7 +665,8 @@ TEST(RinexNavigation, GzipThatEndsEarlyIsReadUpToThere) {
   std::filesystem::resize_file(path, std::filesystem::file_size(path) - (kRinex3Sample.size() - end_of_two));
   const gnss::NavigationData data = read_rinex_navigation(std::filesystem::path(path));
   EXPECT_EQ(data.kepler.size(), 1u);
-  EXPECT_THAT(data.warnings, Contains(AllOf(HasSubstr("sky.rnx.gz:"), HasSubstr("the gzip data end early"))));
+  EXPECT_THAT(data.report.lines(),
+              Contains(AllOf(HasSubstr("sky.rnx.gz:"), HasSubstr("the gzip data end early"))));
 }
 
 TEST(RinexNavigation, FilesAreMerged) {
@@ -742,7 +696,7 @@ TEST(RinexNavigation, FilesAreMerged) {
   EXPECT_EQ(data.kepler[2].iode, 97);
   EXPECT_EQ(data.kepler[3].id.system, gnss::System::Galileo);
   EXPECT_EQ(data.klobuchar.at(gnss::System::GPS).beta[0], 88064);  // the last file's
-  EXPECT_THAT(data.warnings, ElementsAre(HasSubstr("c.rnx:13:")));
+  EXPECT_THAT(data.report.lines(), ElementsAre(HasSubstr("c.rnx:13:")));
 }
 
 TEST(RinexNavigation, RealDayIsReadWhole) {
@@ -757,7 +711,7 @@ TEST(RinexNavigation, RealDayIsReadWhole) {
   EXPECT_EQ(count[gnss::System::QZSS], 15);
   EXPECT_EQ(data.glonass.size(), 510u);
   EXPECT_EQ(data.sbas.size(), 2130u);
-  EXPECT_THAT(data.warnings, IsEmpty());
+  EXPECT_THAT(data.report.lines(), IsEmpty());
 }
 
 TEST(RinexNavigation, RealRinex4) {

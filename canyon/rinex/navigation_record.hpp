@@ -42,20 +42,12 @@ class Fields {
   Layout layout_;
 };
 
-/// Throws DamagedRecord where a record's columns are not as FORTRAN writes them: something stands in the
-/// indentation, or the exponents of few numbers stand elsewhere in their fields than those of the others. A
-/// lost character shifts what follows, which still reads as numbers, without their signs.
-void require_columns(const std::vector<std::string_view>& lines, Layout layout);
+/// Throws DamagedRecord where something stands in the indentation of a record's lines but the first: a lost
+/// character has shifted them, and may have taken a sign.
+void require_indentation(const std::vector<std::string_view>& lines, Layout layout);
 
 /// First and last number of a system's satellites that RINEX files may name; a record beyond is damaged.
 [[nodiscard]] std::pair<int, int> satellite_numbers(gnss::System system);
-
-/// Unit of a message's reference times [s]: GPS and QZSS 16 (IS-GPS-200 table 20-III), Galileo 60 (OS SIS ICD
-/// table 67), BeiDou 8 (BDS-SIS-ICD-2.1 5.2.4.12), SBAS 16 (RTCA DO-229 A.4.4.11), and 15 minutes of UTC for
-/// GLONASS (ICD 4.4, tb). Each counts from the system's own midnight.
-[[nodiscard]] int reference_time_unit_s(gnss::System system);
-/// Within half a second.
-[[nodiscard]] bool is_multiple(double seconds, int unit);
 
 /// Lines of a complete record.
 [[nodiscard]] std::size_t line_count(gnss::System system);

@@ -73,32 +73,6 @@ Field parse_field(std::string_view text, double& value) {
   return Field::Number;
 }
 
-bool DecimalColumns::is_shifted(std::size_t kind, std::string_view digits, int line) {
-  constexpr std::size_t kPoint = 10, kFew = 2, kFewOf = 20;
-  OfKind& own = kinds_[kind];
-  const std::size_t at = std::min(digits.find('.'), own.counts.size() - 1);
-  ++(at == kPoint ? there_ : elsewhere_);
-  if (own.all++ == 0) {
-    own.first = at;
-    own.first_line = line;
-  }
-  ++own.counts[at];
-  const std::size_t usual = *std::max_element(own.counts.begin(), own.counts.end());
-  const auto is_sole = [](std::size_t most, std::size_t others) {
-    return most > kFew && most > kFewOf * (others - 1);
-  };
-  return (at != kPoint && is_sole(there_, elsewhere_)) ||
-         (own.counts[at] != usual && is_sole(usual, own.all - usual));
-}
-
-int DecimalColumns::line_of_lone_first(std::size_t kind) {
-  constexpr std::size_t kEnough = 8;
-  OfKind& own = kinds_[kind];
-  const bool alone = own.all == kEnough && own.counts[own.first] == 1 &&
-                     *std::max_element(own.counts.begin(), own.counts.end()) == kEnough - 1;
-  return alone ? std::exchange(own.first_line, 0) : 0;
-}
-
 // RINEX 2.11, table A2: 1X,I2.2,4(1X,I2),F11.7,2X,I1,I3,12(A1,I2),F12.9
 std::optional<EpochLine> epoch_line2(std::string_view line, std::string_view time_system) {
   // Blanks stand where a satellite's observations have digits.

@@ -36,27 +36,6 @@ inline constexpr std::array<Plausible, 4> kPlausibleValues{{{"pseudorange", "m",
                                                             {"Doppler", "Hz", -1e5, 1e5},
                                                             {"C/N0", "dB-Hz", 0, 80}}};
 
-/// Where the decimal points of a file's fields stand: F14.3 puts all in one column; in other files each kind
-/// of value may have one of its own.
-class DecimalColumns {
- public:
-  /// Whether a lost or added character has moved a field; never where other fields of the file differ, too.
-  /// @param kind of value, as in kPlausibleValues
-  [[nodiscard]] bool is_shifted(std::size_t kind, std::string_view digits, int line);
-  /// The line of the first field of a kind, where it alone stands in another column than those behind it:
-  /// given once, and 0 else. It has been taken.
-  [[nodiscard]] int line_of_lone_first(std::size_t kind);
-
- private:
-  struct OfKind {
-    std::array<std::size_t, 16> counts{};  ///< by column
-    std::size_t all = 0, first = 0;
-    int first_line = 0;
-  };
-  std::array<OfKind, 4> kinds_;
-  std::size_t there_ = 0, elsewhere_ = 0;
-};
-
 struct EpochLine {
   int flag = 0;           ///< 0 to 6
   std::size_t count = 0;  ///< of satellites, or records of an event

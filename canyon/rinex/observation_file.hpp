@@ -19,8 +19,11 @@ namespace canyon::rinex {
 /// "an L1-band observation", "an observation of a known signal".
 [[nodiscard]] std::string_view wanted_words(const ObservationOptions& options);
 
-/// Leaves out epochs whose times contradict those around them, and single pseudoranges and carrier phases
-/// that do by more than 1 km, which a stream cannot know. Throws InputError where no observation is left.
+/// The reason why RinexObservationReader leaves an epoch out by its time.
+inline constexpr std::string_view kDoesNotFollow = "time of the epoch does not follow the one before";
+
+/// Leaves out epochs that are not before all behind them, which a stream cannot know. Throws InputError where
+/// that are most, and where no observation is left.
 void finish_observations(const std::filesystem::path& path, const ObservationOptions& options,
                          RinexObservations& recorded);
 

@@ -55,8 +55,7 @@ struct RinexObservationReader::Impl {
   std::array<bool, gnss::kSystemCount> wanted{};
   bool cut = false;  ///< the gzip data ended early, and the report says so
   std::optional<geodesy::GpsTime> previous;
-  std::string row;  ///< a satellite's fields without its name
-  DecimalColumns decimals;
+  std::string row;                         ///< a satellite's fields without its name
   std::vector<std::array<char, 3>> names;  ///< version 2: satellites of the epoch
   std::array<std::array<bool, 100>, gnss::kSystemCount> seen{};
 
@@ -71,8 +70,8 @@ struct RinexObservationReader::Impl {
 
   [[nodiscard]] const std::string& time_system() const { return records.header().time_system; }
 
-  void damaged(int line, std::string_view what) { report.notes.bad(line, what); }
-  void skip(std::string_view what) { report.notes.skip(lines.line(), what); }
+  void damaged(int line, std::string_view what) { report.notes.loss(line, what); }
+  void skip(std::string_view what) { report.notes.remark(lines.line(), what, ReadReport::kLeftOut); }
 
   // --- header
 
@@ -101,19 +100,9 @@ struct RinexObservationReader::Impl {
   }
   /// Files that were joined by cat have headers between the epochs.
   void read_another_header(std::string_view first) {
-    const auto before = records.header().approximate_position_ecef;
     records = {};
     if (const auto fault = records.begin(first)) throw lines.error(fault->problem, fault->cure);
     read_header_lines();
-    note_move(before);
-  }
-
-  void note_move(const std::optional<Eigen::Vector3d>& before) {
-    constexpr double kFar_m = 100;
-    const auto& now = records.header().approximate_position_ecef;
-    if (!before || !now || (*now - *before).norm() < kFar_m) return;
-    report.notes.skip(lines.line(), "APPROX POSITION XYZ is more than 100 m from the one before",
-                      "the last one is taken; give one file for each site, if these are several");
   }
 
   void note(const HeaderRecords::Result& result) {
@@ -248,7 +237,7 @@ struct RinexObservationReader::Impl {
       if (epoch.flag >= 2 && epoch.flag <= 5) {
         constexpr int kNewSite = 3;
         if (epoch.flag == kNewSite)
-          report.notes.skip(lines.line(), "event of a new site", "the epochs of all sites are taken");
+          report.notes.guess(lines.line(), "event of a new site", "the epochs of all sites are taken");
         read_event(epoch.count);
         continue;
       }
@@ -271,20 +260,20 @@ struct RinexObservationReader::Impl {
       report.observations += result.signals.size();
       return result;
     }
-    if (lines.cut_warning() && !std::exchange(cut, true)) report.notes.say(*lines.cut_warning());
+    if (lines.cut_warning() && !std::exchange(cut, true))
+      report.notes.loss(*lines.cut_warning(), 1, lines.cut_warning()->cure());
     return std::nullopt;
   }
 
   bool follows(geodesy::GpsTime t, int line) {
-    const bool later = options.any_order || !previous || t > *previous;
+    const bool later = !previous || t > *previous;
     // Compared with the line before, taken or not: one damaged time must not silence the rest.
     previous = t;
-    if (!later) damaged(line, "time of the epoch does not follow the one before");
+    if (!later) damaged(line, kDoesNotFollow);
     return later;
   }
 
   void read_event(std::size_t count) {
-    const auto before = records.header().approximate_position_ecef;
     for (std::size_t i = 0; i < count; ++i) {
       const auto line = lines.next_line();
       if (!line) return damaged(lines.line(), "the file ends within an event");
@@ -299,7 +288,6 @@ struct RinexObservationReader::Impl {
       note(result);
     }
     choose_columns();
-    note_move(before);
   }
 
   /// Version 2: the epoch's satellites, on this line and those that continue it.
@@ -424,10 +412,7 @@ struct RinexObservationReader::Impl {
       double value = 0;
       const std::string_view digits = column(text, kField * static_cast<std::size_t>(c.at[kind]), 14);
       const Field field = parse_field(digits, value);
-      const bool shifted = field == Field::Number && decimals.is_shifted(kind, digits, line);
-      if (const int first = decimals.line_of_lone_first(kind); first > 0)
-        report.notes.skip(first, "numbers in other columns than all others: damaged?", "they are taken");
-      if (field == Field::Bad || shifted) return std::nullopt;
+      if (field == Field::Bad) return std::nullopt;
       // RINEX writes what is missing as blank or 0.0; a Doppler of 0 is a value.
       if (field != Field::Number || (value == 0 && kind != 2)) continue;
       value /= c.factor[kind];
@@ -458,7 +443,7 @@ struct RinexObservationReader::Impl {
 
   void note_impossible(std::size_t kind, int line, SatelliteId id, double value) {
     const Plausible& range = kPlausibleValues[kind];
-    report.notes.skip(
+    report.notes.loss(
         line, fmt::format("'{}' has a {} of {:.10g} {}", to_string(id), range.what, value, range.unit),
         fmt::format("values outside {:g} to {:g} are left out", range.least, range.most));
   }
@@ -492,10 +477,8 @@ const ObservationReport& RinexObservationReader::report() const {
 
 RinexObservations read_rinex_observations(const std::filesystem::path& path,
                                           const ObservationOptions& options) {
-  ObservationOptions any_order = options;
-  any_order.any_order = true;
   RinexObservationReader reader =
-      read_as(FileKind::RinexObservation, path, [&] { return RinexObservationReader(path, any_order); });
+      read_as(FileKind::RinexObservation, path, [&] { return RinexObservationReader(path, options); });
   RinexObservations result;
   while (auto epoch = reader.next()) result.epochs.push_back(std::move(*epoch));
   result.header = reader.header();

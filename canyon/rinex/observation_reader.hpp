@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "canyon/base/record_notes.hpp"
+#include "canyon/base/read_report.hpp"
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/gnss/satellite_id.hpp"
 #include "canyon/gnss/signals.hpp"
@@ -86,8 +86,6 @@ struct ObservationOptions {
   std::set<gnss::System> systems{gnss::kAllSystems.begin(), gnss::kAllSystems.end()};
   /// Every signal that gnss::signals_of() knows, by signal_codes(); else of each satellite the one near L1.
   bool all_signals = false;
-  /// Epochs in any order of time: for who sees all of them, and knows by that which times are wrong.
-  bool any_order = false;
   /// L1-band codes, best first, for systems that shall not have default_codes(). The pseudorange of the first
   /// one that a satellite has at an epoch is taken, and phase, Doppler and C/N0 of the same.
   std::map<gnss::System, std::vector<std::string>> codes;
@@ -113,13 +111,13 @@ struct ObservationReport {
   std::size_t epochs = 0;              ///< given (flags 0 and 1)
   std::size_t observations = 0;        ///< signals given
   std::array<std::size_t, 7> flags{};  ///< epoch records by flag, 0 to 6, those left out included
-  RecordNotes notes;                   ///< damaged records; what is passed over; impossible values
+  ReadReport notes;                    ///< damaged records; what is passed over; values out of range
   /// With all signals: codes in the header of which no signal is known, as versions 3 and 4 write them, of
   /// wanted systems by letter. Version 2, whose types are all systems': types, under ' '.
   std::map<char, std::set<std::string>> unknown_codes;
 
   /// One line each: notes, and codes that are not known.
-  [[nodiscard]] std::vector<std::string> warnings() const;
+  [[nodiscard]] std::vector<std::string> lines() const;
 };
 
 /// Reads observation files of RINEX 2.00 to 2.12, 3.x and 4.x, plain, gzip or in Hatanaka's compression,

@@ -129,7 +129,7 @@ TEST(RinexObservationBesideRtklib, EverySignalInVersion2) {
                   .status,
               0);
     const auto file = read_rinex_observations(converted, all);
-    EXPECT_EQ(file.report.notes.bad_count(), 0U);
+    EXPECT_EQ(file.report.notes.losses(), 0U);
     std::map<std::string, std::size_t> count;
     for (const ObservationEpoch& e : file.epochs) {
       for (const ObservedSignal& s : e.signals) {
@@ -180,7 +180,7 @@ TEST(RinexObservationBesideRtklib, VersionsThatConvbinWrites) {
                   .status,
               0);
     const auto file = read_rinex_observations(converted);
-    EXPECT_EQ(file.report.notes.bad_count(), 0U) << expected.version;
+    EXPECT_EQ(file.report.notes.losses(), 0U) << expected.version;
     const auto values = by_key(file);
     EXPECT_EQ(values.size(), expected.count) << expected.version;
     for (const auto& [key, signal] : values) {

@@ -118,9 +118,9 @@ TEST(RinexObservation, Version3) {
   EXPECT_STREQ(c03.code.data(), "2I");
   EXPECT_EQ(c03.doppler_hz, 0.0);  // a Doppler of 0 is a value
   EXPECT_EQ(c03.cn0_dbhz, std::nullopt);
-  EXPECT_EQ(file.report.notes.bad_count(), 0U);
+  EXPECT_EQ(file.report.notes.losses(), 0U);
   // No types for QZSS: nothing of J01 can be read.
-  EXPECT_THAT(file.report.warnings(),
+  EXPECT_THAT(file.report.lines(),
               ElementsAre(HasSubstr("satellite without an L1-band observation; left out")));
   EXPECT_EQ(file.report.epochs, 1U);
   EXPECT_EQ(file.report.observations, 6U);
@@ -149,7 +149,7 @@ TEST(RinexObservation, EventsChangeTheHeaderAndCycleSlipsArePassedOver) {
   EXPECT_EQ(file.epochs[1].signals.at(0).cn0_dbhz, 33);
   EXPECT_THAT(file.epochs[2].signals, SizeIs(0));
   EXPECT_EQ(file.header.marker, "STREET");
-  EXPECT_EQ(file.report.notes.bad_count(), 0U);
+  EXPECT_EQ(file.report.notes.losses(), 0U);
   EXPECT_THAT(file.report.flags, ElementsAre(2, 1, 0, 1, 1, 1, 1));
 }
 
@@ -301,13 +301,12 @@ TEST(RinexObservation, AllSignals) {
   EXPECT_FALSE(signals[1].first());
   EXPECT_FALSE(signals[5].first()) << "L1C does not stand in for C/A where it is read itself";
   EXPECT_EQ(file.report.observations, 11U);
-  EXPECT_THAT(file.report.warnings(),
-              ElementsAre("1 codes of E not known: 8X", "1 codes of G not known: 9Z"));
+  EXPECT_THAT(file.report.lines(), ElementsAre("1 codes of E not known: 8X", "1 codes of G not known: 9Z"));
 
   // One of each satellite as before.
   const auto one = read(text);
   EXPECT_THAT(names_of(one.epochs.at(0)), ElementsAre("G05 L1CA 1C 1", "G06 L1CA 1L 11", "C06 B1I 2I 1"));
-  EXPECT_THAT(one.report.warnings(),
+  EXPECT_THAT(one.report.lines(),
               ElementsAre(HasSubstr("satellite without an L1-band observation; left out")));
 
   // A damaged field takes all of the satellite's signals with it.
@@ -346,7 +345,7 @@ TEST(RinexObservation, Version4) {
   EXPECT_EQ(l5.loss_of_lock, 2);
   EXPECT_EQ(l5.doppler_hz, -9.25);
   EXPECT_EQ(l5.cn0_dbhz, 47);
-  EXPECT_THAT(file.report.warnings(), IsEmpty());
+  EXPECT_THAT(file.report.lines(), IsEmpty());
 }
 
 // RINEX 2.11, table A1, and 2.12, table A1: CA, CB, CC and CD for C/A, L1C, L2C and GLONASS's C/A of L2.
@@ -374,7 +373,7 @@ TEST(RinexObservation, AllSignalsOfVersion2) {
   EXPECT_EQ(older.epochs[0].signals[0].carrier_phase_cycles, 2);
   EXPECT_EQ(older.epochs[0].signals[1].carrier_phase_cycles, 6);
   EXPECT_EQ(older.epochs[0].signals[2].cn0_dbhz, 8);
-  EXPECT_THAT(older.report.warnings(), IsEmpty()) << "P2 is GLONASS's";
+  EXPECT_THAT(older.report.lines(), IsEmpty()) << "P2 is GLONASS's";
 
   const auto newer = of("2.12", "C1 CA CB CC LC C2 L2 CD C8");
   EXPECT_THAT(names_of(newer.epochs.at(0)),
@@ -382,7 +381,7 @@ TEST(RinexObservation, AllSignalsOfVersion2) {
                           "E07 E1 1C 1", "C08 B1I 2I 6"));
   EXPECT_EQ(newer.epochs[0].signals[2].carrier_phase_cycles, 5);
   EXPECT_EQ(newer.epochs[0].signals.back().carrier_phase_cycles, 7);
-  EXPECT_THAT(newer.report.warnings(), ElementsAre("1 types of observation not known: C8"));
+  EXPECT_THAT(newer.report.lines(), ElementsAre("1 types of observation not known: C8"));
 }
 
 TEST(RinexObservation, CodesAndSystemsCanBeChosen) {
@@ -434,7 +433,7 @@ TEST(RinexObservation, Version2) {
   EXPECT_EQ(e.signals[13].pseudorange_m, 20000013);
   ASSERT_THAT(file.epochs[1].signals, SizeIs(1));
   EXPECT_EQ(file.epochs[1].signals[0].pseudorange_m, 3e7);
-  EXPECT_EQ(file.report.notes.bad_count(), 0U);
+  EXPECT_EQ(file.report.notes.losses(), 0U);
   EXPECT_EQ(file.header.types.at(' ').back(), "C2");
 }
 
@@ -468,7 +467,7 @@ TEST(RinexObservation, DamagedLinesAreLeftOutAlone) {
                             "first of 2); left out"),
                   HasSubstr("some.obs:29: time of the epoch does not follow"),
                   HasSubstr("the epoch of line 31 ends after 1 of 3 satellites (the first of 2)")));
-  EXPECT_EQ(file.report.notes.bad_count(), 8U);
+  EXPECT_EQ(file.report.notes.losses(), 8U);
 }
 
 TEST(RinexObservation, DamagedVersion2FindsItsWayBack) {
@@ -497,32 +496,29 @@ TEST(RinexObservation, ImpossibleValuesAreLeftOutAlone) {
   EXPECT_EQ(g05.cn0_dbhz, std::nullopt);
   EXPECT_EQ(file.epochs[0].signals[1].doppler_hz, -100);
   EXPECT_THAT(
-      file.report.warnings(),
+      file.report.lines(),
       ElementsAre(HasSubstr("some.obs:22: 'G05' has a pseudorange of 1000000000 m (the first of 2); values "
                             "outside 1e+07 to 1e+08 are left out"),
                   HasSubstr("some.obs:22: 'G05' has a Doppler of 1000000 Hz"),
                   HasSubstr("some.obs:22: 'G05' has a C/N0 of 999 dB-Hz")));
 }
 
-// One wrong date costs its epoch, wherever it is, and stretches nothing.
+// A wrong date that breaks the order costs its epoch, or one more, and stretches nothing.
 TEST(RinexObservation, OneWrongDateCostsItsEpoch) {
   const TemporaryFolder folder;
-  for (const std::size_t wrong : {0, 7, 19}) {
-    for (const char* date : {"> 2031 04 28", "> 2019 04 29", "> 2011 04 28"}) {
-      std::string text = test::observations3();
-      for (int k = 0; k < 20; ++k) {
-        std::string epoch = epoch3(k, 1);
-        if (static_cast<std::size_t>(k) == wrong) epoch.replace(0, 12, date);
-        text += epoch + kG05;
-      }
-      const auto path = folder.path() / "dates.obs";
-      std::ofstream(path, std::ios::trunc) << text;
-      const RinexObservations file = read_rinex_observations(path);
-      EXPECT_THAT(file.epochs, SizeIs(19)) << wrong << date;
-      EXPECT_LT(file.epochs.back().receiver_time - file.epochs.front().receiver_time, 20);
-      EXPECT_THAT(file.report.warnings(),
-                  ElementsAre(HasSubstr(fmt::format("dates.obs:{}: time of the epoch", 21 + 2 * wrong))));
+  constexpr const char *kLater = "> 2031 04 28", *kEarlier = "> 2011 04 28";
+  for (const auto& [wrong, date] :
+       std::vector<std::pair<int, const char*>>{{0, kLater}, {7, kLater}, {7, kEarlier}, {19, kEarlier}}) {
+    std::string text = test::observations3();
+    for (int k = 0; k < 20; ++k) {
+      std::string epoch = epoch3(k, 1);
+      if (k == wrong) epoch.replace(0, 12, date);
+      text += epoch + kG05;
     }
+    const RinexObservations file = read_rinex_observations(folder.write("dates.obs", text));
+    EXPECT_GE(file.epochs.size(), 18U) << wrong << date;
+    EXPECT_LT(file.epochs.back().receiver_time - file.epochs.front().receiver_time, 20) << wrong << date;
+    EXPECT_EQ(file.report.notes.losses(), 20 - file.epochs.size());
   }
 }
 
@@ -536,28 +532,7 @@ TEST(RinexObservation, FilesJoinedWithTheirHeaders) {
   ASSERT_THAT(file.epochs, SizeIs(2));
   EXPECT_EQ(file.epochs[1].signals.at(0).pseudorange_m, 2.1e7);
   EXPECT_EQ(file.epochs[1].signals.at(0).cn0_dbhz, 41);
-  EXPECT_THAT(file.report.warnings(), IsEmpty());
-}
-
-// A lost digit moves the rest of the row, which still reads as numbers.
-TEST(RinexObservation, RowsThatLostACharacterAreLeftOut) {
-  const std::string row = kG05;
-  for (const char* digits : {"20604864.859", "108279273.141"}) {
-    std::string cut = row;
-    cut.erase(cut.find(digits) + 2, 1);
-    std::string text = test::observations3();
-    text.append(epoch3(34, 1))
-        .append(row)
-        .append(epoch3(35, 1))
-        .append(cut)
-        .append(epoch3(36, 1))
-        .append(row);
-    const auto file = read(text);
-    ASSERT_THAT(file.epochs, SizeIs(3));
-    EXPECT_THAT(file.epochs[1].signals, SizeIs(0)) << digits;
-    EXPECT_THAT(file.report.warnings(),
-                ElementsAre(HasSubstr("some.obs:24: an observation of G05 is not a number in its columns")));
-  }
+  EXPECT_THAT(file.report.lines(), IsEmpty());
 }
 
 // Programs in MATLAB and Python write what is missing so.
@@ -569,22 +544,7 @@ TEST(RinexObservation, NanIsAMissingValue) {
   ASSERT_THAT(file.epochs[0].signals, SizeIs(1));
   // That of the other code is there.
   EXPECT_EQ(file.epochs[0].signals[0].pseudorange_m, 20604865.5);
-  EXPECT_THAT(file.report.warnings(), IsEmpty());
-}
-
-// The first row of a file cannot be compared with rows before it.
-TEST(RinexObservation, AFirstRowThatLostACharacterIsSaid) {
-  const std::string row = kG05;
-  const auto file_of = [&](const std::string& first) {
-    std::string text = test::observations3() + epoch3(10, 1) + first;
-    for (int i = 11; i < 30; ++i) text += epoch3(i, 1) + row;
-    return read(text);
-  };
-  EXPECT_THAT(file_of(row).report.warnings(), IsEmpty());
-  std::string cut = row;
-  cut.erase(cut.find("108279273.141") + 2, 1);
-  EXPECT_THAT(file_of(cut).report.warnings(),
-              ElementsAre(HasSubstr("some.obs:22: numbers in other columns than all others")));
+  EXPECT_THAT(file.report.lines(), IsEmpty());
 }
 
 TEST(RinexObservation, AnotherSiteInOneFileIsSaid) {
@@ -593,15 +553,8 @@ TEST(RinexObservation, AnotherSiteInOneFileIsSaid) {
                          header_line("joined here", "COMMENT") + epoch3(36, 1) + kG05);
   EXPECT_THAT(file.epochs, SizeIs(2));
   EXPECT_NEAR(file.header.approximate_position_ecef.value().z(), 2406403.6314, 1e-4);
-  EXPECT_THAT(file.report.warnings(),
-              ElementsAre(HasSubstr("event of a new site; the epochs of all sites are taken"),
-                          HasSubstr("more than 100 m from the one before; the last one is taken")));
-  const auto joined =
-      read(test::observations3() + epoch3(34, 1) + kG05 +
-           header_line("     3.04           OBSERVATION DATA    M: MIXED", "RINEX VERSION / TYPE") + moved +
-           header_line("G    2 S1C C1C", "SYS / # / OBS TYPES") + header_line("", "END OF HEADER") +
-           epoch3(35, 1) + "G05" + field(41) + field(2.1e7) + "\n");
-  EXPECT_THAT(joined.report.warnings(), ElementsAre(HasSubstr("more than 100 m from the one before")));
+  EXPECT_THAT(file.report.lines(),
+              ElementsAre(HasSubstr("event of a new site; the epochs of all sites are taken")));
 }
 
 TEST(RinexObservation, APlaceOnNoEarthIsNone) {
@@ -610,7 +563,7 @@ TEST(RinexObservation, APlaceOnNoEarthIsNone) {
   text.replace(text.find(place), place.size(), "       22.3000      114.1700        5.0000");
   const auto file = read(text + epoch3(34, 1) + kG05);
   EXPECT_FALSE(file.header.approximate_position_ecef);
-  EXPECT_THAT(file.report.warnings(),
+  EXPECT_THAT(file.report.lines(),
               ElementsAre(HasSubstr("APPROX POSITION XYZ is 0 km from the Earth's centre")));
 }
 
@@ -621,7 +574,7 @@ TEST(RinexObservation, EpochsInReverseAreRefused) {
   for (int second = 50; second >= 40; --second) out << epoch3(second, 1) + kG05;
   out.close();
   EXPECT_THAT(std::string(error_of([&] { (void)read_rinex_observations(folder / "some.obs"); }).what()),
-              AllOf(HasSubstr("the times of 10 of 11 epochs do not follow the others"),
+              AllOf(HasSubstr("the times of 10 of 11 epochs do not follow one another"),
                     HasSubstr("sort the epochs")));
 }
 
@@ -629,8 +582,8 @@ TEST(RinexObservation, ManyDamagesAreCounted) {
   std::string text = test::observations3();
   for (int i = 0; i < 30; ++i) text += "> damaged\n";
   const auto file = read(text);
-  EXPECT_EQ(file.report.notes.bad_count(), 30U);
-  EXPECT_THAT(file.report.warnings(), ElementsAre(HasSubstr("(the first of 30); left out")));
+  EXPECT_EQ(file.report.notes.losses(), 30U);
+  EXPECT_THAT(file.report.lines(), ElementsAre(HasSubstr("(the first of 30); left out")));
 }
 
 TEST(RinexObservation, WrongFilesAreOneError) {
@@ -653,33 +606,6 @@ TEST(RinexObservation, WrongFilesAreOneError) {
   EXPECT_THAT(what(header_line("     3.04           OBSERVATION DATA", "RINEX VERSION / TYPE") +
                    header_line("  2019     4    28    12    44   34.0000000     XYZ", "TIME OF FIRST OBS")),
               HasSubstr("time system 'XYZ' is unknown"));
-}
-
-// One code and one phase that no motion explains, a slip of the phase, and an error as a reflection makes it.
-TEST(RinexObservation, SinglePseudorangesThatContradictAreLeftOut) {
-  const TemporaryFolder folder;
-  const double wavelength_m = geodesy::kSpeedOfLight / gnss::l1_frequency_hz(gnss::System::GPS);
-  std::string text = test::observations3();
-  for (int i = 0; i < 10; ++i) {
-    const double range_m = 2.1e7 + 700.0 * i + 0.2 * i * i;
-    const double code_m = range_m + (i == 3 ? 12e3 : i == 8 ? 400 : 0);
-    const double phase_m = range_m + (i == 5 ? -9e3 : i > 6 ? 5e3 : 0);
-    text += fmt::format("> 2019 04 28 12 44 {:2}.0000000  0  1\nG05{}{}\n", 34 + i, field(code_m),
-                        field(phase_m / wavelength_m));
-  }
-  const auto file = read_rinex_observations(folder.write("a.obs", text));
-  ASSERT_THAT(file.epochs, SizeIs(10));
-  for (std::size_t i = 0; i < 10; ++i) {
-    const ObservedSignal& signal = file.epochs[i].signals.at(0);
-    EXPECT_EQ(signal.pseudorange_m.has_value(), i != 3) << i;
-    EXPECT_EQ(signal.carrier_phase_cycles.has_value(), i != 5) << i;
-  }
-  EXPECT_THAT(
-      file.report.notes.lines(),
-      ElementsAre(HasSubstr("the pseudorange of 'G05 1C' at 2019-04-28T12:44:37.0 GPST contradicts those "
-                            "around it by 12.0 km; left out"),
-                  HasSubstr("the carrier phase of 'G05 1C' at 2019-04-28T12:44:39.0 GPST contradicts those "
-                            "around it by 9.0 km; left out")));
 }
 
 // As a plain file that is cut behind a line: the epochs that are whole, and a warning.
@@ -707,7 +633,7 @@ TEST(RinexObservation, GzipThatEndsEarlyIsReadUpToThere) {
   for (std::size_t i = 0; i + 1 < cut.epochs.size(); ++i) {
     ASSERT_EQ(cut.epochs[i].signals.at(0).pseudorange_m, whole.epochs[i].signals.at(0).pseudorange_m);
   }
-  EXPECT_THAT(cut.report.warnings(), Contains(HasSubstr(": the gzip data end early; read up to here")));
+  EXPECT_THAT(cut.report.lines(), Contains(HasSubstr(": the gzip data end early; read up to here")));
 }
 
 TEST(RinexObservation, FilesPlainAndGzip) {
@@ -774,7 +700,7 @@ TEST(RinexObservation, RecordedDrive) {
   const auto file = read_rinex_observations(path);
   EXPECT_EQ(file.epochs.size(), 1760U);
   EXPECT_EQ(file.report.flags[0], 1760U);
-  EXPECT_EQ(file.report.notes.bad_count(), 0U);
+  EXPECT_EQ(file.report.notes.losses(), 0U);
   std::map<System, std::size_t> count;
   for (const auto& epoch : file.epochs) {
     for (const auto& signal : epoch.signals) ++count[signal.id.system];
@@ -800,53 +726,6 @@ TEST(RinexObservation, RecordedDrive) {
   EXPECT_EQ(at->signals[0].loss_of_lock, 2);
   EXPECT_EQ(at->signals[1].carrier_phase_cycles, std::nullopt);
   EXPECT_EQ(at->signals[1].loss_of_lock, 3);
-}
-
-// 500 m/s away, in files whose phases are in metres, and whose signs are turned.
-TEST(RinexObservation, UnitsAndSignsOfPhasesAndDopplers) {
-  const TemporaryFolder folder;
-  const auto warnings = [&](double phase_factor, double doppler_factor) {
-    const double wavelength_m = 299'792'458 / 1604.8125e6;
-    std::string text = test::observations3();
-    for (int second = 0; second < 50; ++second) {
-      const double range_m = 2.1e7 + 500.0 * second;
-      text += epoch3(second, 1) + "R07" + field(range_m) + field(phase_factor * range_m / wavelength_m) +
-              field(doppler_factor * -500 / wavelength_m) + field(40) + "\n";
-    }
-    std::ofstream(folder.path() / "a.obs") << text;
-    return read_observations(folder.path() / "a.obs", {}).report.warnings();
-  };
-  EXPECT_THAT(warnings(1, 1), IsEmpty());
-  EXPECT_THAT(warnings(0.1868, 1),
-              Contains(HasSubstr("0.19 times what pseudoranges do: they seem to be in metres")));
-  EXPECT_THAT(warnings(-1, 1), Contains(HasSubstr("carrier phases change by -1 times")));
-  EXPECT_THAT(warnings(1, -1),
-              Contains(HasSubstr("Dopplers are -1 times what pseudoranges say; RINEX has Hz, positive")));
-}
-
-// A column that is another signal's: cycles of L2 in that of L1.
-TEST(RinexObservation, PhasesOfAnotherSignalsColumn) {
-  const TemporaryFolder folder;
-  const auto warnings = [&](double l1_hz, double l2_hz) {
-    std::string text = test::observations3();
-    const std::string empty(16, ' ');
-    for (int second = 0; second < 50; ++second) {
-      const double range_m = 2.1e7 + 500.0 * second;
-      text += epoch3(second, 1) + "G07" + field(range_m) + field(range_m * l1_hz / 299'792'458);
-      for (int column = 2; column < 8; ++column) text += empty;
-      text += field(range_m) + field(range_m * l2_hz / 299'792'458) + "\n";
-    }
-    std::ofstream(folder.path() / "a.obs") << text;
-    ObservationOptions all;
-    all.all_signals = true;
-    return read_observations(folder.path() / "a.obs", all).report.warnings();
-  };
-  EXPECT_THAT(warnings(1575.42e6, 1227.6e6), IsEmpty());
-  EXPECT_THAT(warnings(1227.6e6, 1575.42e6),
-              AllOf(Contains(HasSubstr(
-                        "carrier phases of GPS 1C change by 0.78 times what pseudoranges do; RINEX has "
-                        "cycles of this signal; is it another's column?")),
-                    Contains(HasSubstr("carrier phases of GPS 2W change by 1.3 times"))));
 }
 
 }  // namespace

@@ -168,7 +168,7 @@ struct RtcmCorrections {
   DecoderStatus status;
 };
 /// A stream that was recorded, plain or gzip-compressed; each epoch once, without those whose times
-/// contradict the others. Throws InputError where the file cannot be read.
+/// do not follow the one before. Throws InputError where the file cannot be read.
 /// @param now a time within half a week of the first messages
 [[nodiscard]] RtcmCorrections decode_rtcm_file(const std::filesystem::path& path, geodesy::GpsTime now,
                                                CorrectionsDecoder::ChannelTable glonass_channel = {},

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "canyon/base/gzip_file.hpp"
-#include "canyon/geodesy/stray_times.hpp"
 #include "canyon/rtcm/rtcm_decoder.hpp"
 
 namespace canyon::rtcm {
@@ -31,11 +30,16 @@ RtcmCorrections decode_rtcm_file(const std::filesystem::path& path, GpsTime now,
   GzipFile file(path);
   CorrectionsDecoder decoder(std::move(glonass_channel), needs_place, std::move(ranges));
   RtcmCorrections read;
+  std::uint64_t out_of_order = 0;
   const auto take = [&](const CorrectionsDecoder::Epochs& epochs) {
     for (const auto& epoch : epochs) {
       // One that is given again has more in it.
       const bool again = !read.epochs.empty() && read.epochs.back()->receiver_time == epoch->receiver_time;
       if (again) read.epochs.pop_back();
+      if (!read.epochs.empty() && epoch->receiver_time < read.epochs.back()->receiver_time) {
+        ++out_of_order;
+        continue;
+      }
       read.epochs.push_back(epoch);
     }
   };
@@ -45,11 +49,9 @@ RtcmCorrections decode_rtcm_file(const std::filesystem::path& path, GpsTime now,
   }
   take(decoder.finish());
   read.status = decoder.status();
+  if (out_of_order > 0)
+    read.status.problems["the time of an epoch does not follow the one before"] = out_of_order;
   if (read.status.bytes_held > 0) ++read.status.problems["the file ends within a frame"];
-  // One wrong time must not stretch the recording.
-  geodesy::leave_out_stray_times(
-      read.epochs, [](const auto& epoch) { return epoch->receiver_time; },
-      [&](const auto&) { ++read.status.problems["the time of an epoch contradicts those around it"]; });
   return read;
 }
 

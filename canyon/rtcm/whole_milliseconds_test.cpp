@@ -9,7 +9,7 @@
 #include <memory>
 
 #include "canyon/orbit/broadcast_sky.hpp"
-#include "canyon/orbit/navigation_review.hpp"
+#include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/rinex/observation_reader.hpp"
 #include "canyon/rtcm/rtcm_decoder.hpp"
 #include "tests/support/refusal.hpp"
@@ -182,7 +182,7 @@ TEST(WholeMilliseconds, LegacyMessages) {
 TEST(WholeMilliseconds, OfARecordedBase) {
   CANYON_SHARED_DATA(observations, "rtk-nagoya-20240624/base.obs");
   CANYON_SHARED_DATA(ephemerides, "rtk-nagoya-20240624/base.nav");
-  const auto sky = std::make_shared<orbit::BroadcastSky>(orbit::read_navigation({ephemerides}));
+  const auto sky = std::make_shared<orbit::BroadcastSky>(rinex::read_rinex_navigation(ephemerides));
   const auto file = rinex::read_observations(observations, {});
   ASSERT_TRUE(file.header.approximate_position_ecef);
   std::size_t compared = 0, left_out = 0;

@@ -11,9 +11,9 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
 #include "canyon/orbit/frozen_sky.hpp"
-#include "canyon/orbit/navigation_review.hpp"
 #include "canyon/orbit/nominal_constellation.hpp"
 #include "canyon/orbit/precise_sky.hpp"
+#include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/simulation/require_satellites.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
@@ -88,6 +88,29 @@ void check_coverage(const orbit::Sky& sky, GpsTime begin, GpsTime end, std::stri
   }
 }
 
+// Warns of satellites where none can be: readers do not judge positions.
+void check_distances(const orbit::Sky& sky, GpsTime begin, GpsTime end, std::vector<std::string>& warnings) {
+  constexpr double kNearest_m = 6.5e6, kFarthest_m = 60e6;  // from the Earth's centre
+  std::vector<gnss::SatelliteId> wrong;
+  std::string first;
+  for (const gnss::SatelliteId id : sky.satellites()) {
+    for (const GpsTime t : probes(begin, end)) {
+      const auto state = sky.state(id, t);
+      const double distance_m = state ? state->position_m.norm() : kNearest_m;
+      if (distance_m >= kNearest_m && distance_m <= kFarthest_m) continue;
+      if (wrong.empty())
+        first = fmt::format("{} is at {:.6g} km at {}", to_string(id), distance_m / 1e3, format_gpst(t, 0));
+      wrong.push_back(id);
+      break;
+    }
+  }
+  if (wrong.empty()) return;
+  warnings.push_back(
+      fmt::format("{} satellites are not 6,500 to 60,000 km from the Earth's centre ({}): {}; are the "
+                  "positions in another unit, or damaged?",
+                  wrong.size(), list_text(wrong), first));
+}
+
 // Satellites that stand in the sky of `place` and cannot be used: unhealthy, or without an ephemeris that is
 // valid at any time of the run. Stale ephemerides are good enough for their directions.
 void report_unusable(const orbit::BroadcastSky& sky, const SkyConfig& config, GpsTime begin, GpsTime end,
@@ -154,8 +177,8 @@ void report_stale(const orbit::BroadcastSky& sky, const SkyConfig& config, GpsTi
 BuiltSky from_navigation(const SkyConfig& config, GpsTime begin, GpsTime end,
                          const geodesy::Geodetic& place) {
   BuiltSky built;
-  built.navigation = orbit::read_navigation(config.navigation);
-  built.warnings = built.navigation.warnings;
+  built.navigation = rinex::read_rinex_navigation(config.navigation);
+  built.warnings = built.navigation.report.warnings();
   // Most receivers do not range to SBAS: it has to be named.
   if (config.systems.count(gnss::System::SBAS) == 0) built.navigation.sbas.clear();
   auto sky = std::make_shared<orbit::BroadcastSky>(
@@ -166,6 +189,7 @@ BuiltSky from_navigation(const SkyConfig& config, GpsTime begin, GpsTime end,
                      ? "give the navigation files of that day; all in these are unhealthy"
                      : "give the navigation files of that day, another start, or sky.allow_stale: true",
                  built.warnings);
+  check_distances(*sky, begin, end, built.warnings);
   report_unusable(*sky, config, begin, end, place, built.warnings);
   if (config.allow_stale) report_stale(*sky, config, begin, end, built.warnings);
   built.sky = std::move(sky);
@@ -175,10 +199,11 @@ BuiltSky from_navigation(const SkyConfig& config, GpsTime begin, GpsTime end,
 BuiltSky from_sp3(const SkyConfig& config, GpsTime begin, GpsTime end) {
   BuiltSky built;
   auto sky = std::make_shared<orbit::PreciseSky>(config.sp3, config.systems);
-  built.warnings = sky->warnings();
+  built.warnings = sky->report().warnings();
   check_systems(*sky, config.systems, built.warnings);
   check_coverage(*sky, begin, end, "precise orbits", sky->span(),
                  "give the orbits of that day or another start", built.warnings);
+  check_distances(*sky, begin, end, built.warnings);
   built.sky = std::move(sky);
   return built;
 }

@@ -41,7 +41,7 @@ TEST(SimulatedDrive, ErrorsComeBackThroughRinex) {
     for (const auto& s : e.observed.satellites) simulated[{e.observed.time, s.id}] = &s;
   }
   const auto file = rinex::read_rinex_observations(path);
-  EXPECT_EQ(file.report.notes.bad_count(), 0U);
+  EXPECT_EQ(file.report.notes.losses(), 0U);
   ResidualOptions options;
   options.ionosphere = options.troposphere = false;  // as the example's signals
   const auto residuals = pseudorange_residuals(file.epochs, simulation::Trajectory(truth),

@@ -31,7 +31,6 @@
 #include "canyon/live/commands.hpp"
 #include "canyon/live/pose_source.hpp"
 #include "canyon/mavlink/frames.hpp"
-#include "canyon/orbit/navigation_review.hpp"
 #include "canyon/orbit/precise_sky.hpp"
 #include "canyon/output/formats.hpp"
 #include "canyon/output/ubx/frame.hpp"
@@ -217,7 +216,7 @@ std::function<void(const fs::path&)> trajectory(const char* format) {
 
 /// Read back what was read: it must be a file of its own format, or one that cannot be written.
 void read_navigation(const fs::path& path) {
-  const gnss::NavigationData data = orbit::read_navigation({path});
+  const gnss::NavigationData data = rinex::read_rinex_navigation(path);
   (void)rinex::read_rinex_navigation(
       TextFile::from_string(rinex::format_rinex_navigation(data), "again.rnx"));
 }

@@ -18,7 +18,6 @@
 #include <string_view>
 
 #include "canyon/base/archives.hpp"
-#include "canyon/base/foreign_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/input_file.hpp"
 #include "canyon/base/text.hpp"

@@ -399,7 +399,6 @@ TEST(Scenario, NamesTheKindOfAnotherFile) {
       given("drive.gpx", "<?xml version=\"1.0\"?><gpx><trk/></gpx>"),
       HasSubstr("drive.gpx: is a GPX file, not a scenario (YAML); as a trajectory its format is gpx"));
   EXPECT_THAT(given("drive.nmea", sentence), HasSubstr("is a log of NMEA sentences, not a scenario (YAML)"));
-  EXPECT_THAT(given("a.ubx", "\xB5\x62\x01\x07"), HasSubstr("a.ubx: is a log of a u-blox receiver (UBX)"));
   // The name says what it was meant to be.
   EXPECT_THAT(given("drive.yaml", sentence), HasSubstr("the scenario is not a mapping"));
 }
