@@ -1,7 +1,7 @@
 // Declared in canyon/broadcast/messages.hpp.
 #include <cmath>
 
-#include "canyon/broadcast/accuracy_index.hpp"
+#include "canyon/broadcast/bits.hpp"
 #include "canyon/broadcast/messages.hpp"
 #include "canyon/geodesy/constants.hpp"
 

@@ -1,5 +1,5 @@
 // Declared in canyon/broadcast/messages.hpp.
-#include "canyon/broadcast/accuracy_index.hpp"
+#include "canyon/broadcast/bits.hpp"
 #include "canyon/broadcast/messages.hpp"
 
 namespace canyon::broadcast {

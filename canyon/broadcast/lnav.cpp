@@ -3,7 +3,7 @@
 #include <bit>
 #include <cmath>
 
-#include "canyon/broadcast/accuracy_index.hpp"
+#include "canyon/broadcast/bits.hpp"
 #include "canyon/broadcast/messages.hpp"
 
 namespace canyon::broadcast {
@@ -26,7 +26,8 @@ std::vector<std::uint32_t> subframe_words(const Bits& content, int subframe, Gps
   bool d29 = false, d30 = false;
   for (std::size_t i = 0; i < 10; ++i) {
     auto data = static_cast<std::uint32_t>(bits.number(24 * i, 24));
-    // One of the four makes the two zero: d24 turns both over, d23 the last alone.
+    // The free bits d23 and d24 are counted up until parity bits d29 and d30 are 0, which one of the four
+    // values gives: d24 changes both, d23 changes d30 alone.
     while ((i == 1 || i == 9) && (lnav_parity(data, d29, d30) & 3) != 0) ++data;
     const std::uint32_t parity = lnav_parity(data, d29, d30);
     words.push_back(data << 6 | parity);

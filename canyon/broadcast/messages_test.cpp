@@ -8,7 +8,7 @@
 #include <cmath>
 #include <set>
 
-#include "canyon/broadcast/accuracy_index.hpp"
+#include "canyon/broadcast/bits.hpp"
 #include "canyon/broadcast/schedule.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"

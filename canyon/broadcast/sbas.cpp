@@ -2,7 +2,7 @@
 #include <array>
 #include <cmath>
 
-#include "canyon/broadcast/accuracy_index.hpp"
+#include "canyon/broadcast/bits.hpp"
 #include "canyon/broadcast/messages.hpp"
 
 namespace canyon::broadcast {

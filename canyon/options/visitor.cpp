@@ -235,6 +235,11 @@ class WordsValue final : public ListedValue<std::vector<std::string>, Type::Text
     if (node.kind == Node::Kind::Empty) return;
     const std::vector<std::string> texts = read_texts(node, place);
     for (auto text = texts.begin(); text != texts.end(); ++text) {
+      // Words of Visitor::replaced() below this key, where it may be a list or a section.
+      const auto& replaced = place.document.replaced;
+      const std::string path = place.section.empty() ? place.key : place.section + "." + place.key;
+      if (const auto cure = replaced.find(path + "." + *text); cure != replaced.end())
+        throw place.error(fmt::format("'{}' is unknown", *text), cure->second);
       require_word(*text, words(), place);
       if (std::find(texts.begin(), text, *text) != text) {
         throw place.error(fmt::format("'{}' is given twice", *text), "name each once");

@@ -13,7 +13,6 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/gnss/signals.hpp"
 #include "canyon/output/epoch_values.hpp"
-#include "canyon/output/path_loss.hpp"
 #include "canyon/positioning/residual.hpp"
 
 namespace canyon::output {

@@ -13,6 +13,7 @@
 
 #include "canyon/disturbance/faults/receiver_faults.hpp"
 #include "canyon/relative/corrections.hpp"
+#include "canyon/simulation/scenario/outputs.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/tracking/signal_options.hpp"
 #include "canyon/transport/transport.hpp"
@@ -37,9 +38,10 @@ struct ReceiverDescription {
   geodesy::GpsTime begin = {};          ///< of the run
   /// Antenna of a receiver that never moves, such as a base station's [m, ECEF].
   std::optional<Eigen::Vector3d> station_ecef = {};
-  bool ephemerides = true;               ///< RTCM 3 carries them
-  bool virtual_station = false;          ///< a network computes `station_ecef` and the epochs
-  double elevation_mask_rad = 0;         ///< of its fix
+  bool ephemerides = true;        ///< RTCM 3 carries them
+  bool virtual_station = false;   ///< a network computes `station_ecef` and the epochs
+  double elevation_mask_rad = 0;  ///< of its fix
+  simulation::UbxGeneration ubx_generation = simulation::UbxGeneration::F9;
   std::vector<std::string> errors = {};  ///< that its signals carry: "ionosphere" ...
 };
 

@@ -10,7 +10,6 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/output/epoch_values.hpp"
-#include "canyon/output/path_loss.hpp"
 
 namespace canyon::output {
 namespace {

@@ -1,15 +1,18 @@
 #pragma once
 
 #include <algorithm>
+#include <complex>
 #include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "canyon/propagation/arrival.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 #include "canyon/receiver/receiver.hpp"
 #include "canyon/simulation/epoch.hpp"
+#include "canyon/tracking/signal_options.hpp"
 
 namespace canyon::output {
 
@@ -62,5 +65,27 @@ namespace canyon::output {
 
 /// Horizontal error [m] of an east-north-up error; NaN stays NaN.
 [[nodiscard]] double horizontal_m(const Eigen::Vector3d& error_enu_m);
+
+/// Amplitude of a path of the satellite's first tracked signal over that of its clear line of sight
+/// (signal::path_amplitude()); 0 where signals have no strength.
+[[nodiscard]] std::complex<double> first_signal_amplitude(const receiver::SatelliteObservation& satellite,
+                                                          const propagation::SatelliteView& view,
+                                                          const propagation::Path& path,
+                                                          const tracking::SignalOptions& signal);
+
+/// Calls `take(satellite, view)` for each satellite of an epoch whose paths are known; nothing without
+/// `arrival`.
+template <typename Take>
+void for_each_view(const receiver::ReceiverEpoch& observed, const propagation::Arrival* arrival,
+                   const Take& take) {
+  if (arrival == nullptr) return;
+  auto satellite = observed.satellites.begin();
+  const auto end = observed.satellites.end();
+  for (const propagation::SatelliteView& view : arrival->views) {  // both ascend
+    while (satellite != end && satellite->id < view.line.id) ++satellite;
+    if (satellite == end) break;
+    if (satellite->id == view.line.id) take(*satellite, view);
+  }
+}
 
 }  // namespace canyon::output

@@ -4,7 +4,6 @@
 
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/output/inertial_files.hpp"
 #include "canyon/output/sinks.hpp"
 #include "canyon/output/stream.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
@@ -45,9 +44,8 @@ std::string safe_name(const std::string& name) {
 
 std::vector<std::string> receiver_folder_names(const std::vector<std::string>& receiver_names) {
   // Letters of either case count as one name: not every file system distinguishes them.
-  std::set<std::string> taken{"sky.nav",          "imu.csv",           "motion.csv",  "wheels.csv",
-                              "barometer.csv",    "magnetometer.csv",  "sensors.npz", "kf_gins_imu.txt",
-                              "kf_gins_gnss.txt", "kf_gins_truth.nav", "gici_imu.txt"};
+  std::set<std::string> taken{"sky.nav",       "imu.csv",          "motion.csv", "wheels.csv",
+                              "barometer.csv", "magnetometer.csv", "sensors.npz"};
   std::vector<std::string> folders;
   for (const std::string& name : receiver_names) {
     const std::string safe = safe_name(name);

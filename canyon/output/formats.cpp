@@ -22,6 +22,11 @@ std::span<const Format> formats() {
 }
 
 const Format& format_named(std::string_view name) {
+  for (const simulation::FormerOutput& former : simulation::former_outputs()) {
+    if (name == former.name)
+      throw InputError(std::string("there is no output format '").append(name).append("' any more"),
+                       former.cure);
+  }
   return entry_named(kFormats, name, "output format");
 }
 
@@ -74,8 +79,11 @@ std::vector<ReceiverDescription> describe_receivers(const simulation::LiveReceiv
 }
 
 ReceiverDescription describe_receiver(const simulation::Simulation& simulation, std::size_t receiver) {
-  return describe_receiver(simulation.scenario().receivers.at(receiver), simulation.environment().sky(),
-                           simulation.navigation(), simulation.begin(), simulation.interval_s());
+  ReceiverDescription description =
+      describe_receiver(simulation.scenario().receivers.at(receiver), simulation.environment().sky(),
+                        simulation.navigation(), simulation.begin(), simulation.interval_s());
+  description.ubx_generation = simulation.scenario().outputs.ubx_generation;
+  return description;
 }
 
 }  // namespace canyon::output

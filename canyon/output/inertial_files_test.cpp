@@ -1,5 +1,3 @@
-#include "canyon/output/inertial_files.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -68,7 +66,6 @@ TEST_F(InertialFilesTest, HaveEachSampleUntilTheLastEpoch) {
   const auto imu = rows("imu.csv", 1), motion = rows("motion.csv", 1);
   ASSERT_EQ(imu.size(), 300U);
   ASSERT_EQ(motion.size(), 300U);
-  EXPECT_FALSE(exists("kf_gins_imu.txt"));
   EXPECT_NEAR(imu[0][1] - std::floor(imu[0][1]), 0.01, 1e-9);
   EXPECT_NEAR(imu[299][1] - imu[0][1], 2.99, 1e-9);
   // Full acceleration from 2.2 s on, to the east, with the nose there: the means of a constant are equal to
@@ -86,54 +83,11 @@ TEST_F(InertialFilesTest, HaveEachSampleUntilTheLastEpoch) {
   EXPECT_NEAR(metres / 0.1, (motion[290][5] + motion[280][5]) / 2, 1e-3);
 }
 
-TEST_F(InertialFilesTest, HaveTheLayoutOfKfGins) {
-  run("profile: ideal", "[imu, kf_gins]");
-  const auto imu = rows("imu.csv", 1), increments = rows("kf_gins_imu.txt"),
-             truth = rows("kf_gins_truth.nav"), motion = rows("motion.csv", 1),
-             fixes = rows("kf_gins_gnss.txt");
-  ASSERT_EQ(increments.size(), imu.size());
-  ASSERT_EQ(truth.size(), imu.size());
-  ASSERT_EQ(increments[7].size(), 7U);
-  // Increments over 10 ms, forward, right, down.
-  EXPECT_NEAR(increments[250][4], 0.01 * imu[250][2], 1e-14);
-  EXPECT_NEAR(increments[250][6], -0.01 * imu[250][4], 1e-14);
-  EXPECT_NEAR(increments[250][3], -0.01 * imu[250][7], 1e-15);
-  EXPECT_NEAR(increments[250][1], 0.01 * imu[250][5], 1e-15);
-  ASSERT_EQ(truth[7].size(), 11U);
-  EXPECT_NEAR(truth[250][2], motion[250][2], 1e-12);
-  EXPECT_NEAR(truth[250][6], motion[250][5], 1e-9);  // east
-  EXPECT_NEAR(truth[250][10], motion[250][10], 1e-8);
-  // Seven epochs of the first receiver alone, near the truth.
-  ASSERT_EQ(fixes.size(), 7U);
-  ASSERT_EQ(fixes[0].size(), 7U);
-  EXPECT_NEAR(fixes[6][1], truth[299][2], 1e-5);
-  EXPECT_GT(fixes[6][4], 0);
-}
-
-// Unix times of UTC, 18 s behind GPS time; forward, left, up.
-TEST_F(InertialFilesTest, HaveTheLayoutOfGici) {
-  run("profile: ideal, axes: frd", "[imu, gici]");
-  const auto imu = rows("imu.csv", 1);
-  const std::string bytes = test::read_bytes(folder_.path() / "gici_imu.txt");
-  const auto lines = split(bytes, '\n');
-  EXPECT_EQ(lines[0].substr(0, 9), "Timestamp");
-  ASSERT_EQ(lines.size(), 302U);
-  const auto cells = split(lines[251], '\t');
-  ASSERT_EQ(cells.size(), 7U);
-  const auto cell = [&](std::size_t i) { return std::strtod(std::string(cells[i]).c_str(), nullptr); };
-  // 2026-06-01T06:00:00Z, and 2.51 s.
-  EXPECT_EQ(cells[0], "1780293602.510000000");
-  EXPECT_NEAR(cell(1), imu[250][2], 1e-9);
-  EXPECT_NEAR(cell(3), -imu[250][4], 1e-9);
-  EXPECT_NEAR(cell(6), -imu[250][7], 1e-12);
-}
-
 TEST_F(InertialFilesTest, LeaveLostSamplesOut) {
-  run("profile: ideal, lost: 0.5, axes: frd", "[imu, kf_gins]");
+  run("profile: ideal, lost: 0.5, axes: frd", "[imu]");
   EXPECT_LT(rows("imu.csv", 1).size(), 200U);
-  EXPECT_EQ(rows("imu.csv", 1).size(), rows("kf_gins_imu.txt").size());
   EXPECT_EQ(rows("motion.csv", 1).size(), 300U);
-  EXPECT_NEAR(rows("kf_gins_imu.txt")[0][6], -0.0978, 0.001);
+  EXPECT_NEAR(rows("imu.csv", 1)[0][4], -9.78, 0.1);
 }
 
 // The wheels of the drive: the true speed is the mean of that of the motion, and ticks count the way.

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
+#include <utility>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
@@ -63,41 +65,44 @@ std::uint8_t satellites(const positioning::Fix& fix) {
   return eight_bits(static_cast<double>(used_count(fix)));
 }
 
-class MavlinkStream : public Encoder {
+/// A heartbeat and what else comes each second, then the messages of each epoch.
+class MavlinkStream final : public Encoder {
  public:
-  explicit MavlinkStream(const ReceiverDescription& receiver) : begin_(receiver.begin) {}
+  using Messages = std::vector<mavlink::Message>;
+  using Make = std::function<Messages(const simulation::Epoch&)>;
 
-  std::string encode(const simulation::Epoch& epoch) final {
+  explicit MavlinkStream(Make each_epoch, Make each_second = {}, bool uses_sensors = false)
+      : each_epoch_(std::move(each_epoch)),
+        each_second_(std::move(each_second)),
+        uses_sensors_(uses_sensors) {}
+
+  std::string encode(const simulation::Epoch& epoch) override {
     constexpr double kSecond = 1;
     const geodesy::GpsTime now = epoch.observed.time;
     std::string bytes;
+    const auto put = [&](const Messages& messages) {
+      for (const mavlink::Message& message : messages) bytes += mavlink::encode(message, sequence_++);
+    };
     if (!last_second_ || now - *last_second_ >= kSecond) {
       // Epochs that come 1.0000001 s apart are all sent; those that come 0.4 s apart every 1 s on average.
       const bool goes_on = last_second_ && now - *last_second_ < 2 * kSecond;
       last_second_ = goes_on ? *last_second_ + kSecond : now;
-      bytes += frame(mavlink::Heartbeat{});
-      for (const mavlink::Message& message : each_second(epoch)) bytes += frame(message);
+      put({mavlink::Heartbeat{}});
+      if (each_second_) put(each_second_(epoch));
     }
-    for (const mavlink::Message& message : each_epoch(epoch)) bytes += frame(message);
+    put(each_epoch_(epoch));
     return bytes;
   }
 
   /// A datagram holds one frame.
-  [[nodiscard]] std::size_t datagram(std::string_view bytes) const final {
+  [[nodiscard]] std::size_t datagram(std::string_view bytes) const override {
     return mavlink::frame_bytes(bytes);
   }
-
- protected:
-  [[nodiscard]] geodesy::GpsTime begin_of_run() const { return begin_; }
+  [[nodiscard]] bool uses_sensors() const override { return uses_sensors_; }
 
  private:
-  [[nodiscard]] virtual std::vector<mavlink::Message> each_epoch(const simulation::Epoch& epoch) = 0;
-  [[nodiscard]] virtual std::vector<mavlink::Message> each_second(const simulation::Epoch& /*epoch*/) const {
-    return {};
-  }
-  std::string frame(const mavlink::Message& message) { return mavlink::encode(message, sequence_++); }
-
-  geodesy::GpsTime begin_;
+  Make each_epoch_, each_second_;
+  bool uses_sensors_;
   std::optional<geodesy::GpsTime> last_second_;
   std::uint8_t sequence_ = 0;
 };
@@ -113,72 +118,11 @@ void put_place(const simulation::Epoch& epoch, Message& m) {
   m.vertical_accuracy_m = vertical_sigma_m(fix);
 }
 
-class GpsInputStream final : public MavlinkStream {
-  using MavlinkStream::MavlinkStream;
-  [[nodiscard]] std::vector<mavlink::Message> each_epoch(const simulation::Epoch& epoch) override {
-    return {gps_input(epoch)};
-  }
-};
-
-class HilGpsStream final : public MavlinkStream {
-  using MavlinkStream::MavlinkStream;
-  [[nodiscard]] std::vector<mavlink::Message> each_epoch(const simulation::Epoch& epoch) override {
-    return {hil_gps(epoch)};
-  }
-};
-
-class GpsRawIntStream final : public MavlinkStream {
-  using MavlinkStream::MavlinkStream;
-  [[nodiscard]] std::vector<mavlink::Message> each_epoch(const simulation::Epoch& epoch) override {
-    std::vector<mavlink::Message> messages{gps_raw_int(epoch)};
-    if (const auto rtk = gps_rtk(epoch, begin_of_run())) messages.emplace_back(*rtk);
-    return messages;
-  }
-  [[nodiscard]] std::vector<mavlink::Message> each_second(const simulation::Epoch& epoch) const override {
-    return {system_time(epoch, begin_of_run()), gps_status(epoch)};
-  }
-};
-
-class HighresImuStream final : public MavlinkStream {
-  using MavlinkStream::MavlinkStream;
-  [[nodiscard]] std::vector<mavlink::Message> each_epoch(const simulation::Epoch& epoch) override {
-    if (epoch.sensors == nullptr) return {};
-    const std::vector<mavlink::HighresImu> samples = highres_imu(*epoch.sensors, last_);
-    return {samples.begin(), samples.end()};
-  }
-  [[nodiscard]] bool uses_sensors() const override { return true; }
-
-  mavlink::HighresImu last_;
-};
-
 /// Bytes of the message of RTCM 3 that begins `bytes`: header and checksum are three each.
 std::size_t rtcm_bytes(std::string_view bytes) {
   const auto byte = [&](std::size_t i) { return unsigned{static_cast<unsigned char>(bytes[i])}; };
   return 6 + ((byte(1) & 3U) << 8U | byte(2));
 }
-
-class GpsRtcmDataStream final : public MavlinkStream {
- public:
-  explicit GpsRtcmDataStream(const ReceiverDescription& receiver)
-      : MavlinkStream(receiver), rtcm_(encode_rtcm(receiver)) {}
-
- private:
-  [[nodiscard]] std::vector<mavlink::Message> each_epoch(const simulation::Epoch& epoch) override {
-    std::vector<mavlink::Message> messages;
-    const std::string bytes = rtcm_->encode(epoch);
-    for (std::string_view rest = bytes; !rest.empty();) {
-      const std::size_t size = rtcm_bytes(rest);
-      for (const mavlink::GpsRtcmData& part : mavlink::rtcm_data(rest.substr(0, size), number_++)) {
-        messages.emplace_back(part);
-      }
-      rest.remove_prefix(size);
-    }
-    return messages;
-  }
-
-  std::unique_ptr<Encoder> rtcm_;
-  std::uint8_t number_ = 0;
-};
 
 }  // namespace
 
@@ -345,24 +289,52 @@ mavlink::SystemTime system_time(const simulation::Epoch& epoch, geodesy::GpsTime
   return {unix_us(epoch.observed.stated_utc()), epoch.observed.time - begin};
 }
 
-std::unique_ptr<Encoder> encode_gps_input(const ReceiverDescription& receiver) {
-  return std::make_unique<GpsInputStream>(receiver);
+std::unique_ptr<Encoder> encode_gps_input(const ReceiverDescription& /*receiver*/) {
+  return std::make_unique<MavlinkStream>(
+      [](const simulation::Epoch& epoch) -> MavlinkStream::Messages { return {gps_input(epoch)}; });
 }
-std::unique_ptr<Encoder> encode_hil_gps(const ReceiverDescription& receiver) {
-  return std::make_unique<HilGpsStream>(receiver);
+std::unique_ptr<Encoder> encode_hil_gps(const ReceiverDescription& /*receiver*/) {
+  return std::make_unique<MavlinkStream>(
+      [](const simulation::Epoch& epoch) -> MavlinkStream::Messages { return {hil_gps(epoch)}; });
 }
 std::unique_ptr<Encoder> encode_gps_raw_int(const ReceiverDescription& receiver) {
-  return std::make_unique<GpsRawIntStream>(receiver);
+  return std::make_unique<MavlinkStream>(
+      [begin = receiver.begin](const simulation::Epoch& epoch) {
+        MavlinkStream::Messages messages{gps_raw_int(epoch)};
+        if (const auto rtk = gps_rtk(epoch, begin)) messages.emplace_back(*rtk);
+        return messages;
+      },
+      [begin = receiver.begin](const simulation::Epoch& epoch) -> MavlinkStream::Messages {
+        return {system_time(epoch, begin), gps_status(epoch)};
+      });
 }
 std::unique_ptr<Encoder> encode_highres_imu(const ReceiverDescription& receiver) {
   if (!receiver.sensors)
     throw InputError(
         "highres_imu has no samples of sensors to send",
         "run canyon simulate or canyon live with sensors: {imu: {profile: consumer}}; hosts give none");
-  return std::make_unique<HighresImuStream>(receiver);
+  return std::make_unique<MavlinkStream>(
+      [last = mavlink::HighresImu()](const simulation::Epoch& epoch) mutable -> MavlinkStream::Messages {
+        if (epoch.sensors == nullptr) return {};
+        const std::vector<mavlink::HighresImu> samples = highres_imu(*epoch.sensors, last);
+        return {samples.begin(), samples.end()};
+      },
+      nullptr, true);
 }
 std::unique_ptr<Encoder> encode_gps_rtcm_data(const ReceiverDescription& receiver) {
-  return std::make_unique<GpsRtcmDataStream>(receiver);
+  return std::make_unique<MavlinkStream>([rtcm = std::shared_ptr<Encoder>(encode_rtcm(receiver)),
+                                          number = std::uint8_t{0}](const simulation::Epoch& epoch) mutable {
+    MavlinkStream::Messages messages;
+    const std::string bytes = rtcm->encode(epoch);
+    for (std::string_view rest = bytes; !rest.empty();) {
+      const std::size_t size = rtcm_bytes(rest);
+      for (const mavlink::GpsRtcmData& part : mavlink::rtcm_data(rest.substr(0, size), number++)) {
+        messages.emplace_back(part);
+      }
+      rest.remove_prefix(size);
+    }
+    return messages;
+  });
 }
 
 }  // namespace canyon::output

@@ -6,37 +6,20 @@
 #include <bit>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/payload.hpp"
 
 namespace canyon::output {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "arrays are written as they lie in memory");
 
-/// Numbers of ZIP, little-endian.
-class Record {
- public:
-  Record& u16(std::size_t value) {
-    for (unsigned shift = 0; shift < 16; shift += 8) bytes_ += static_cast<char>(value >> shift);
-    return *this;
-  }
-  Record& u32(std::size_t value) { return u16(value & 0xffff).u16(value >> 16); }
-  Record& text(std::string_view value) {
-    bytes_ += value;
-    return *this;
-  }
-  [[nodiscard]] const std::string& bytes() const { return bytes_; }
-
- private:
-  std::string bytes_;
-};
-
 constexpr std::size_t kVersion = 20, kStored = 0, kTime = 0,
                       kDate = 0x21;  // 1980-01-01: the same bytes always
 
 /// What a local header and its entry in the list share.
-void describe(Record& record, std::uint32_t crc, std::uint32_t size, std::size_t name_length) {
-  record.u16(kVersion).u16(0).u16(kStored).u16(kTime).u16(kDate);
-  record.u32(crc).u32(size).u32(size).u16(name_length).u16(0);
+void describe(Payload& record, std::uint32_t crc, std::uint32_t size, std::size_t name_length) {
+  record.u2(kVersion).u2(0).u2(kStored).u2(kTime).u2(kDate);
+  record.u4(crc).u4(size).u4(size).u2(name_length).u2(0);
 }
 
 /// Magic, version, and the dictionary that describes the numbers, padded to 64 bytes.
@@ -46,7 +29,7 @@ std::string npy_header(std::size_t rows, std::size_t columns) {
   constexpr std::size_t kBlock = 64, kBefore = 10;
   text.append(kBlock - (kBefore + text.size() + 1) % kBlock, ' ');
   text += '\n';
-  return Record().text("\x93NUMPY").u16(1).u16(text.size()).bytes() + text;
+  return Payload().raw("\x93NUMPY").u2(1).u2(text.size()).bytes() + text;
 }
 
 }  // namespace
@@ -67,10 +50,10 @@ void NpzWriter::add(std::string_view name, const std::vector<double>& values, st
   member.crc = crc(crc(0, header), data);
   member.size = static_cast<std::uint32_t>(header.size() + data.size());
   member.offset = static_cast<std::uint32_t>(size_);
-  Record local;
-  local.u32(0x04034b50);
+  Payload local;
+  local.u4(0x04034b50);
   describe(local, member.crc, member.size, member.name.size());
-  local.text(member.name);
+  local.raw(member.name);
   for (const std::string_view bytes : {std::string_view(local.bytes()), std::string_view(header), data}) {
     file_.write(bytes);
     size_ += bytes.size();
@@ -79,15 +62,15 @@ void NpzWriter::add(std::string_view name, const std::vector<double>& values, st
 }
 
 void NpzWriter::finish() {
-  Record list;
+  Payload list;
   for (const Member& member : members_) {
-    list.u32(0x02014b50).u16(kVersion);
+    list.u4(0x02014b50).u2(kVersion);
     describe(list, member.crc, member.size, member.name.size());
-    list.u16(0).u16(0).u16(0).u32(0).u32(member.offset).text(member.name);
+    list.u2(0).u2(0).u2(0).u4(0).u4(member.offset).raw(member.name);
   }
   const std::size_t length = list.bytes().size();
-  list.u32(0x06054b50).u16(0).u16(0).u16(members_.size()).u16(members_.size());
-  list.u32(length).u32(size_).u16(0);
+  list.u4(0x06054b50).u2(0).u2(0).u2(members_.size()).u2(members_.size());
+  list.u4(length).u4(size_).u2(0);
   file_.write(list.bytes());
 }
 

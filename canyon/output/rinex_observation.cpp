@@ -116,7 +116,8 @@ class RinexObservation final : public Encoder {
     return text;
   }
 
-  /// @param first as the receiver states it @param day when leap seconds are what they are
+  /// @param first epoch by the receiver's clock @param day an instant of the day whose leap seconds are
+  /// stated
   std::string header(geodesy::GpsTime first, geodesy::GpsTime day) {
     started_ = true;
     last_ = first;

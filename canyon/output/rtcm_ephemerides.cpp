@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "canyon/broadcast/accuracy_index.hpp"
+#include "canyon/broadcast/bits.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/broadcast_messages.hpp"
 #include "canyon/output/epoch_values.hpp"

@@ -213,6 +213,7 @@ std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::si
                      fmt::format("write {}", transport::address_forms()));
   }
   description.ephemerides = request.options.ephemerides;
+  description.ubx_generation = request.options.generation;
   transport::StreamDescription described = stream_description(format, description);
   std::optional<VirtualStations> stations;
   if (request.options.virtual_station) {
@@ -272,7 +273,9 @@ std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request,
 
 std::unique_ptr<EncodedStream> open_file(std::string_view format, const std::filesystem::path& path,
                                          std::size_t receiver, const ReceiverDescription& description) {
-  return open_stream({{}, std::string(format), "file:" + path.string(), {}}, receiver, description);
+  StreamOptions options;
+  options.generation = description.ubx_generation;
+  return open_stream({{}, std::string(format), "file:" + path.string(), options}, receiver, description);
 }
 
 void RealTimePacer::write(const simulation::Epoch& epoch) {

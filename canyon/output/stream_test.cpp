@@ -50,6 +50,8 @@ TEST(Stream, RefusesFormatsThatItDoesNotKnowOrThatWaitForTheEnd) {
   const InputError late = error_of([&] { open("kml=pty:"); });
   EXPECT_THAT(late.problem(), HasSubstr("whole only at the end of a run"));
   EXPECT_THAT(late.cure(), HasSubstr("kml=file:track.kml"));
+  EXPECT_EQ(parse_stream("ubx=pty:?generation=x20").options.generation, simulation::UbxGeneration::X20);
+  EXPECT_THAT(error_of([&] { open("ubx_m8=pty:"); }).cure(), HasSubstr("ubx=ADDRESS?generation=m8"));
 }
 
 TEST(Stream, SendsAllSamplesOfSensorsOrNone) {

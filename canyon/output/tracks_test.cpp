@@ -1,4 +1,4 @@
-// KML, GeoJSON, GPX and the columns of UrbanNav.
+// KML, GeoJSON and GPX.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -283,50 +283,6 @@ TEST(Kml, GdalReadsIt) {
   const auto result = test::run_program("ogrinfo -al '" + (folder / "track.kml").string() + "' 2>&1");
   EXPECT_EQ(result.status, 0);
   EXPECT_THAT(result.output, HasSubstr("114.178761 22.298251 12.345,"));
-}
-
-// A car that turns to the right as it heads south-west and climbs: its acceleration points right. The line
-// has the columns of the recorded file, and reads back as the way.
-TEST(UrbanNav, TruthHasTheColumnsOfTheRecordedFile) {
-  auto epochs = sample_run();
-  for (simulation::Epoch& epoch : epochs) {
-    simulation::Pose& truth = epoch.truth;
-    truth.position.longitude_rad = geodesy::radians(-70.5);
-    truth.yaw_rad = geodesy::radians(90 - 230.0);
-    truth.pitch_rad = geodesy::radians(3);
-    truth.roll_rad = geodesy::radians(-2);
-    const double south = std::cos(geodesy::radians(50.0)), west = std::sin(geodesy::radians(50.0));
-    truth.velocity_enu_mps = 10 * Eigen::Vector3d(-west, -south, std::tan(truth.pitch_rad));
-    truth.acceleration_enu_mps2 = {-2 * south, 2 * west, 0};  // north-west
-  }
-  const test::TemporaryFolder folder;
-  const auto path = folder / "urbannav_gt.txt";
-  feed(*open_file("urbannav_gt", path, 0, {"rover"}), epochs);
-  const std::string text = test::read_bytes(path);
-  const auto words = split_blanks(std::string_view(text).substr(0, text.find('\n')));
-  ASSERT_EQ(words.size(), 20U);
-  const auto number = [&](std::size_t i) { return parse_double(words[i]).value(); };
-  EXPECT_EQ(number(0), static_cast<double>(geodesy::unix_from_gps(epochs[0].truth.time)) * 1e-9);
-  EXPECT_EQ(number(1), epochs[0].truth.time.week());
-  EXPECT_EQ(number(2), epochs[0].truth.time.seconds_of_week());
-  EXPECT_EQ(words[6], "-70");
-  EXPECT_EQ(words[7], "30");
-  EXPECT_NEAR(number(10), 0, 0.002);                                         // right
-  EXPECT_NEAR(number(11), 10 / std::cos(epochs[0].truth.pitch_rad), 0.002);  // ahead
-  EXPECT_NEAR(number(12), 0, 0.002);                                         // up
-  EXPECT_NEAR(number(13), 2 * std::cos(geodesy::radians(2.0)), 0.01);
-  EXPECT_NEAR(number(14), 0, 0.002);
-  EXPECT_NEAR(number(16), -2, 1e-9);
-  EXPECT_NEAR(number(17), 3, 1e-9);
-  EXPECT_NEAR(number(18), -130, 1e-9);
-  EXPECT_EQ(number(19), 1);
-  const auto way = simulation::read_trajectory_file(path, "urbannav", {});
-  EXPECT_TRUE(way.warnings.empty());
-  for (const simulation::Epoch& epoch : epochs) {
-    const geodesy::Geodetic back = way.trajectory.at(epoch.truth.time).position,
-                            &place = epoch.truth.position;
-    EXPECT_LE((geodesy::ecef_from_geodetic(back) - geodesy::ecef_from_geodetic(place)).norm(), 1e-3);
-  }
 }
 
 }  // namespace

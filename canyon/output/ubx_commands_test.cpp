@@ -1,4 +1,4 @@
-// Answers of the device of formats ubx and ubx_m8 to the commands that the drivers of flight controllers send
+// Answers of the device of format ubx to the commands that the drivers of flight controllers send
 // at start.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,12 +16,13 @@ using test::ubx_epoch;
 using test::values;
 using testing::ElementsAre;
 using testing::IsEmpty;
+using ubx::Generation;
 using ubx::MessageId;
 using Device = test::UbxDevice;
 
 // Commands of PX4's driver to a receiver that takes CFG-VALSET, in its order.
 TEST(UbxDevice, IsConfiguredByPx4AsAnF9) {
-  Device device(encode_ubx);
+  Device device;
   EXPECT_TRUE(device.accepts(0x068A, values(1, {{0x20520002, 1},
                                                 {0x20520003, 0},
                                                 {0x20520004, 0},
@@ -99,7 +100,7 @@ TEST(UbxDevice, IsConfiguredByPx4AsAnF9) {
 
 // To one that does not.
 TEST(UbxDevice, IsConfiguredByPx4AsAnM8) {
-  Device device(encode_ubx_m8);
+  Device device(Generation::M8);
   EXPECT_FALSE(device.accepts(0x068A, values(1, {{0x10730001, 1}})));
   const auto port = [](std::uint64_t id, std::uint64_t baud) {
     return Payload().u1(id).u1(0).u2(0).u4(0x8D0).u4(baud).u2(1).u2(1).u2(0).u2(0).bytes();
@@ -137,7 +138,7 @@ TEST(UbxDevice, IsConfiguredByPx4AsAnM8) {
 // finds otherwise than it wants, by polls.
 TEST(UbxDevice, IsConfiguredByArduPilot) {
   for (const bool f9 : {true, false}) {
-    Device device(f9 ? encode_ubx : encode_ubx_m8);
+    Device device(f9 ? Generation::F9 : Generation::M8);
     const auto first = device.receive(ubx::frame(0x0601, Payload().u1(1).u1(6).u1(1).bytes()) +
                                       "$PUBX,41,1,0023,0001,230400,0*1E\r\n");
     EXPECT_THAT(ids(first), ElementsAre(f9 ? kNak : kAck)) << "an F9 has no NAV-SOL";
@@ -202,7 +203,7 @@ TEST(UbxDevice, IsConfiguredByArduPilot) {
 }
 
 TEST(UbxDevice, RefusesWhatItCannotDo) {
-  Device device(encode_ubx);
+  Device device;
   EXPECT_FALSE(device.accepts(0x0601, Payload().u1(0x77).u1(1).u1(1).bytes()));
   EXPECT_FALSE(device.accepts(0x0601, "x"));
   EXPECT_FALSE(device.accepts(0x0608, Payload().u2(0).u2(1).u2(0).bytes()));
@@ -221,7 +222,7 @@ TEST(UbxDevice, RefusesWhatItCannotDo) {
 }
 
 TEST(UbxDevice, KeepsWhatIsSavedOverARestart) {
-  Device device(encode_ubx);
+  Device device;
   EXPECT_TRUE(device.accepts(0x068A, values(1, {{0x30210001, 250}})));
   EXPECT_TRUE(device.accepts(0x068A, values(4, {{0x20910007, 2}})));
   EXPECT_EQ(device.send(0x0608)[0].u(0, 2), 250U);
@@ -260,7 +261,7 @@ TEST(UbxDevice, AsksTheReceiverToRestart) {
 }
 
 TEST(UbxDevice, ListsItsKeysInPieces) {
-  Device device(encode_ubx);
+  Device device;
   std::set<std::uint32_t> keys;
   for (std::uint64_t position = 0; position < 1000; position += 64) {
     const auto reply = device.send(0x068B, Payload().u1(0).u1(0).u2(position).u4(0x0FFFFFFF).bytes());
@@ -279,7 +280,7 @@ TEST(UbxDevice, ListsItsKeysInPieces) {
 }
 
 TEST(UbxDevice, NeverComesFasterThanItsEpochs) {
-  Device device(encode_ubx);
+  Device device;
   EXPECT_TRUE(device.accepts(0x0608, Payload().u2(25).u2(1).u2(0).bytes()));
   EXPECT_EQ(device.counts(50)[0x0107], 50);
   EXPECT_TRUE(device.accepts(0x0608, Payload().u2(143).u2(1).u2(0).bytes()));

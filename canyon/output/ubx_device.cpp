@@ -23,14 +23,13 @@ constexpr std::int64_t kMillisecond = 1'000'000;
 /// A receiver at the other end of a line: configuration, answers, and the messages of each epoch.
 class UbxDevice final : public Encoder, private ubx::Outputs {
  public:
-  UbxDevice(const ReceiverDescription& receiver, ubx::Generation generation)
+  explicit UbxDevice(const ReceiverDescription& receiver)
       : epochs_(receiver.glonass_channels, receiver.begin, Tags::ClockReading),
-        commands_(
-            generation,
-            ubx::Configuration(generation, static_cast<int>(std::floor(receiver.interval_s * 1e3 + 1e-6)),
-                               receiver.rtk, receiver.dead_reckoning, receiver.station_ecef.has_value()),
-            receiver.systems, *this),
-        generation_(generation),
+        commands_(receiver.ubx_generation,
+                  ubx::Configuration(
+                      receiver.ubx_generation, static_cast<int>(std::floor(receiver.interval_s * 1e3 + 1e-6)),
+                      receiver.rtk, receiver.dead_reckoning, receiver.station_ecef.has_value()),
+                  receiver.systems, *this),
         receiver_(receiver),
         observations_(receiver.glonass_channels) {}
 
@@ -41,15 +40,14 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     last_->environment = nullptr;
     last_->sensors = nullptr;
     told_.emplace(epochs_.next(*last_));
-    waves_ =
-        epoch.arrival != nullptr ? epoch.arrival->interference : std::vector<propagation::Interference>();
-    security_log_.take({*told_, generation_, jamming_monitor(), nullptr, nullptr});
+    security_log_.take({*told_, receiver_.ubx_generation, jamming_monitor(), nullptr});
     const ubx::Configuration& settings = commands_.configuration();
     const bool speaks = settings.value(ubx::kOutputUbx).value_or(0) != 0 && commands_.running();
     std::string text;
     for (const broadcast::SentMessage& message : epochs_.received_messages(epoch)) {
       if (!speaks || settings.rate(kSubframes) == 0 || !ubx::satellite_name(message.id)) continue;
-      text += ubx::frame(kSubframes, ubx::subframe_payload(message, generation_, epochs_.glonass_channels()));
+      text += ubx::frame(
+          kSubframes, ubx::subframe_payload(message, receiver_.ubx_generation, epochs_.glonass_channels()));
     }
     if (speaks && epoch.sensors != nullptr) {
       if (settings.rate(ubx::kSensorSamples) > 0) text += sensor_samples(*epoch.sensors);
@@ -123,7 +121,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
       return info.id == id && of_epochs(info);
     });
     if (!told_ || !is_there) return std::nullopt;
-    return ubx::payload(id, {*told_, generation_, jamming_monitor(), &security_log_.events(), &waves_});
+    return ubx::payload(id, {*told_, receiver_.ubx_generation, jamming_monitor(), &security_log_.events()});
   }
 
   /// ESF-MEAS of each sample since the epoch before, in the order of their times. Time tags count from the
@@ -230,7 +228,6 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
 
   DeviceEpochs epochs_;
   ubx::Commands commands_;
-  ubx::Generation generation_;
   ReceiverDescription receiver_;
   rtcm::Observations observations_;
   std::optional<simulation::Epoch> last_;
@@ -238,7 +235,6 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
   std::array<std::int64_t, 2> wheel_ticks_{};     // of the last sample
   std::array<std::uint32_t, 2> counted_ticks_{};  // in either direction
   ubx::SecurityLog security_log_;
-  std::vector<propagation::Interference> waves_;  ///< of last_
   std::int64_t interval_ = -1;
   std::int64_t navigations_ = 0;
 };
@@ -246,23 +242,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
 }  // namespace
 
 std::unique_ptr<Encoder> encode_ubx(const ReceiverDescription& receiver) {
-  return std::make_unique<UbxDevice>(receiver, ubx::Generation::F9);
-}
-
-std::unique_ptr<Encoder> encode_ubx_hpg151(const ReceiverDescription& receiver) {
-  return std::make_unique<UbxDevice>(receiver, ubx::Generation::F9Hpg151);
-}
-
-std::unique_ptr<Encoder> encode_ubx_m10(const ReceiverDescription& receiver) {
-  return std::make_unique<UbxDevice>(receiver, ubx::Generation::M10);
-}
-
-std::unique_ptr<Encoder> encode_ubx_x20(const ReceiverDescription& receiver) {
-  return std::make_unique<UbxDevice>(receiver, ubx::Generation::X20);
-}
-
-std::unique_ptr<Encoder> encode_ubx_m8(const ReceiverDescription& receiver) {
-  return std::make_unique<UbxDevice>(receiver, ubx::Generation::M8);
+  return std::make_unique<UbxDevice>(receiver);
 }
 
 }  // namespace canyon::output

@@ -9,8 +9,8 @@
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "python/src/arrays.hpp"
-#include "python/src/scene_of.hpp"
 #include "python/src/settings.hpp"
+#include "python/src/world.hpp"
 
 namespace canyon::python {
 namespace {

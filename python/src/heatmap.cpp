@@ -13,8 +13,8 @@
 #include "canyon/simulation/scenario/receiver_bases.hpp"
 #include "canyon/validation/models.hpp"
 #include "python/src/arrays.hpp"
-#include "python/src/scene_of.hpp"
 #include "python/src/settings.hpp"
+#include "python/src/world.hpp"
 
 namespace canyon::python {
 namespace {

@@ -64,8 +64,13 @@ class Live {
     receiver_->set_config(simulation::changed_live_config(receiver_->config(), text, {}));
     signal_.reset();
   }
-  [[nodiscard]] std::unique_ptr<EpochEncoder> encoder(const std::string& format, double interval_s) const {
-    return std::make_unique<EpochEncoder>(format, output::describe_receivers(*receiver_, interval_s).front());
+  [[nodiscard]] std::unique_ptr<EpochEncoder> encoder(const std::string& format, double interval_s,
+                                                      const std::string& generation) const {
+    output::ReceiverDescription description = output::describe_receivers(*receiver_, interval_s).front();
+    description.ubx_generation =
+        read_tree<simulation::StreamOptions>(tree_of(py::dict("generation"_a = generation)), "encoder")
+            .generation;
+    return std::make_unique<EpochEncoder>(format, description);
   }
   [[nodiscard]] py::dict options() const {
     py::dict values;
@@ -147,8 +152,9 @@ gets to in one step restarts the receiver hot, with a warning.)")
       .def(
           "take_warnings", [](Live& self) { return self.receiver().take_warnings(); },
           "Warnings since the last call.")
-      .def("encoder", &Live::encoder, "format"_a, "interval_s"_a = 1.0,
-           "Makes bytes of epochs: `begin()`, `encode(epoch)` of each, `end()`. See :func:`canyon.formats`.");
+      .def("encoder", &Live::encoder, "format"_a, "interval_s"_a = 1.0, "generation"_a = "f9",
+           "Makes bytes of epochs: `begin()`, `encode(epoch)` of each, `end()`. See :func:`canyon.formats`. "
+           "`generation` is of \"ubx\": m8, f9, m10 or x20.");
 }
 
 }  // namespace canyon::python

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <complex>
+#include <functional>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/drawing/views/pictures.hpp"
@@ -28,33 +29,21 @@ namespace {
 using simulation::Simulation;
 using SimulationPtr = std::shared_ptr<Simulation>;
 
-/// Keeps epochs as they come.
-class Keeper final : public simulation::EpochSink {
+/// Calls a function at each epoch.
+class EachEpoch final : public simulation::EpochSink {
  public:
-  Keeper(SimulationPtr simulation, bool with_paths)
-      : simulation_(std::move(simulation)), with_paths_(with_paths) {}
-  void write(const simulation::Epoch& epoch) override {
-    epochs.push_back(KeptEpoch::copy(epoch, with_paths_, simulation_));
-  }
+  explicit EachEpoch(std::function<void(const simulation::Epoch&)> take) : take_(std::move(take)) {}
+  void write(const simulation::Epoch& epoch) override { take_(epoch); }
   void finish() override {}
 
-  std::vector<EpochPtr> epochs;
-
  private:
-  SimulationPtr simulation_;
-  bool with_paths_;
+  std::function<void(const simulation::Epoch&)> take_;
 };
 
 /// Lets Python's signal handlers run between epochs.
-class Watch final : public simulation::EpochSink {
- public:
-  explicit Watch(Signals& signals) : signals_(signals) {}
-  void write(const simulation::Epoch&) override { (void)signals_.interrupted(); }
-  void finish() override {}
-
- private:
-  Signals& signals_;
-};
+EachEpoch watch_of(Signals& signals) {
+  return EachEpoch([&signals](const simulation::Epoch&) { (void)signals.interrupted(); });
+}
 
 py::dict summary_of(const output::RunSummary& summary) {
   py::dict figures("receiver"_a = summary.receiver);
@@ -73,10 +62,13 @@ std::vector<std::string> names_of(const Simulation& simulation) {
 /// A whole run: (epochs by receiver, result). Ctrl-C ends it early, with what is done.
 py::dict run(const SimulationPtr& simulation, int threads, bool with_paths,
              const std::optional<std::filesystem::path>& folder) {
-  Keeper keeper(simulation, with_paths);
+  std::vector<EpochPtr> kept;
+  EachEpoch keeper([&](const simulation::Epoch& epoch) {
+    kept.push_back(KeptEpoch::copy(epoch, with_paths, simulation));
+  });
   output::SummarySink figures(names_of(*simulation));
   Signals signals;
-  Watch watch(signals);
+  EachEpoch watch = watch_of(signals);
   std::vector<simulation::EpochSink*> sinks{&keeper, &figures, &watch};
   std::vector<std::unique_ptr<simulation::EpochSink>> files;
   simulation::RunResult result;
@@ -98,7 +90,7 @@ py::dict run(const SimulationPtr& simulation, int threads, bool with_paths,
     result = simulation->run(sinks, options);
   }
   std::vector<std::vector<EpochPtr>> epochs(simulation->scenario().receivers.size());
-  for (EpochPtr& epoch : keeper.epochs) epochs[epoch->epoch.receiver].push_back(std::move(epoch));
+  for (EpochPtr& epoch : kept) epochs[epoch->epoch.receiver].push_back(std::move(epoch));
   std::vector<py::dict> summaries;
   for (const output::RunSummary& each : figures.summaries()) summaries.push_back(summary_of(each));
   std::vector<std::string> warnings = simulation->warnings();
@@ -107,22 +99,6 @@ py::dict run(const SimulationPtr& simulation, int threads, bool with_paths,
                   "interrupted"_a = signals.take_interrupt(), "wall_s"_a = result.wall_s);
 }
 
-/// Hands copies of epochs to a stream.
-class Copies final : public simulation::EpochSink {
- public:
-  Copies(SimulationPtr simulation, bool with_paths, Stream<EpochPtr>::Push push)
-      : simulation_(std::move(simulation)), with_paths_(with_paths), push_(std::move(push)) {}
-  void write(const simulation::Epoch& epoch) override {
-    push_(KeptEpoch::copy(epoch, with_paths_, simulation_));
-  }
-  void finish() override {}
-
- private:
-  SimulationPtr simulation_;
-  bool with_paths_;
-  Stream<EpochPtr>::Push push_;
-};
-
 std::unique_ptr<Stream<EpochPtr>> stream(const SimulationPtr& simulation, int threads, bool with_paths) {
   simulation::RunOptions options;
   options.threads = threads;
@@ -130,7 +106,10 @@ std::unique_ptr<Stream<EpochPtr>> stream(const SimulationPtr& simulation, int th
   constexpr std::size_t kMostWaiting = 256;
   return std::make_unique<Stream<EpochPtr>>(
       simulation, options, kMostWaiting, [&](Stream<EpochPtr>::Push push) {
-        return std::make_unique<Copies>(simulation, with_paths, std::move(push));
+        return std::make_unique<EachEpoch>(
+            [simulation, with_paths, push = std::move(push)](const simulation::Epoch& epoch) {
+              push(KeptEpoch::copy(epoch, with_paths, simulation));
+            });
       });
 }
 
@@ -152,7 +131,7 @@ py::dict correlation(const SimulationPtr& simulation, const std::string& satelli
   if (bandwidth_hz) what.bandwidth_hz = *bandwidth_hz;
   samples::CorrelationRecord record(*simulation, what);
   Signals signals;
-  Watch watch(signals);
+  EachEpoch watch = watch_of(signals);
   {
     const py::gil_scoped_release release;
     simulation::RunOptions options;

@@ -1,8 +1,8 @@
-#include "python/src/sky.hpp"
-
+// Declared in python/src/binding.hpp.
 #include "canyon/gnss/satellite_id.hpp"
 #include "python/src/arrays.hpp"
 #include "python/src/settings.hpp"
+#include "python/src/world.hpp"
 
 namespace canyon::python {
 namespace {

@@ -6,7 +6,7 @@
 #include "canyon/simulation/trace_places.hpp"
 #include "python/src/arrays.hpp"
 #include "python/src/settings.hpp"
-#include "python/src/sky.hpp"
+#include "python/src/world.hpp"
 
 namespace canyon::python {
 namespace {

@@ -43,6 +43,10 @@ class Live(unittest.TestCase):
         encoder = receiver.encoder("nmea")
         sentences = encoder.begin() + encoder.encode(receiver.observe(2, (0, 0, 100)))
         self.assertTrue(sentences.startswith(b"$G"))
+        # MON-HW is of the M8, MON-RF of the F9.
+        epoch = receiver.observe(3, (0, 0, 100))
+        for generation, message in {"m8": b"\xb5b\n\x09", "f9": b"\xb5b\n8"}.items():
+            self.assertIn(message, receiver.encoder("ubx", 1.0, generation).encode(epoch))
 
     def test_bad_steps(self):
         receiver = canyon.LiveReceiver(self.city, START)

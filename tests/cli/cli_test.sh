@@ -155,9 +155,6 @@ check)
   says out 'recorded path (csv)' 'RINEX navigation' 'GPS 1' 'SP3 precise orbits' 'buildings     1'
   runs 0 "$canyon" check nmea-gga-no-altitude/all2d.nmea; says out 'it has no heights'
   runs 2 "$canyon" check containers/page.n text-bom/bom.n; says err 'is a web page'; says out 'RINEX navigation'
-  sed 's/^outputs:.*/outputs: [gnsslogger]/' small.yaml >phone.yaml
-  runs 0 "$canyon" simulate phone.yaml --duration 5 --quiet --out run
-  runs 0 "$canyon" check run/gnss_log.txt; says out 'Android GnssLogger observations' 'GPS 1C' 'its fixes'
   printf 'what is this' >unknown; runs 2 "$canyon" check unknown; one_line; says err 'is not a kind of file that is known'
   runs 2 "$canyon" check containers/page.n text-bom/bom.csv --json
   python3 -c 'import json; a, b = json.load(open("out")); assert not a["usable"] and b["kind"] == "recorded path (csv)", (a, b)' ;;

@@ -347,9 +347,12 @@ void read_meshes(const fs::path& path) {
 // A device of each generation receives the bytes in pieces from two readers, between epochs.
 void receive_ubx(const fs::path& path) {
   const std::string bytes = test::read_bytes(path);
-  for (const auto& make : {output::encode_ubx, output::encode_ubx_m8, output::encode_ubx_x20,
-                           output::encode_sbf, output::encode_novatel}) {
-    const auto device = make({"rover"});
+  using simulation::UbxGeneration;
+  std::vector<std::unique_ptr<output::Encoder>> devices;
+  devices.push_back(output::encode_sbf({"rover"}));
+  for (const UbxGeneration generation : {UbxGeneration::M8, UbxGeneration::F9, UbxGeneration::X20})
+    devices.push_back(output::encode_ubx({.name = "rover", .ubx_generation = generation}));
+  for (const auto& device : devices) {
     (void)device->encode(test::sample_signal_epoch(test::sample_time(), test::sample_time()));
     std::size_t at = 0;
     for (std::uint64_t piece = 0; at < bytes.size(); ++piece) {

@@ -1,4 +1,4 @@
-// receiver.sbf and receiver-binary.novatel checked by RTKLIB's convbin: observations beside receiver.obs,
+// receiver.sbf checked by RTKLIB's convbin: observations beside receiver.obs,
 // ephemerides beside sky.nav.
 #include <gtest/gtest.h>
 
@@ -38,7 +38,7 @@ struct MakersFiles {
         "receivers: [{name: rover, profile: survey, clock: {bias_s: 0, drift: 0}, tracks: [L1CA, L2C, L5, "
         "E1, "
         "E5a, E5b, B1I, B3I, G1, G2]}]\n"
-        "outputs: {pictures: false, kml: false, geojson: false, sbf: true, novatel_binary: true}\n",
+        "outputs: {pictures: false, kml: false, geojson: false, sbf: true}\n",
         folder.path());
     epochs = test::run_and_write(simulation, folder.path());
     const auto result =
@@ -112,19 +112,6 @@ void expect_the_same_observations(const MakersFiles& files, const gnss::Navigati
   EXPECT_LT(worst_m, 1.6e-3);
   EXPECT_LT(worst_phase_m, 1.6e-3);
   EXPECT_LT(worst_hz, 3e-3);
-}
-
-TEST(MakersFiles, OfNovatelAreReadByRtklib) {
-  CANYON_NEEDS_PROGRAM("convbin");
-  const MakersFiles files("nov", "receiver-binary.novatel");
-  // It calls L2C the code of moderate length, and takes Dopplers, and of GLONASS all, only with a phase.
-  expect_the_same_observations(files, rinex::read_rinex_navigation(files.folder / "sky.nav"),
-                               {1,
-                                {{"2L", "2S"}},
-                                [](gnss::SatelliteId id, const std::string&, bool phase) {
-                                  return id.system == gnss::System::GLONASS && !phase;
-                                },
-                                false});
 }
 
 TEST(MakersFiles, OfSeptentrioAreReadByRtklib) {

@@ -36,9 +36,14 @@ struct Files {
         scenario +
             "receivers: [{name: rover, profile: survey, clock: {bias_s: 2e-4, drift: 1e-7}, tracks: [L1CA, "
             "L2C, E1, E5b, B1I, G1, G2]}]\n"
-            "outputs: {pictures: false, kml: false, geojson: false, ubx: true, ubx_m8: true}\n",
+            "outputs: {pictures: false, kml: false, geojson: false, ubx: true}\n",
         folder.path());
     epochs = test::run_and_write(simulation, folder.path());
+    output::ReceiverDescription m8 = output::describe_receiver(simulation, 0);
+    m8.ubx_generation = simulation::UbxGeneration::M8;
+    const auto file = output::open_file("ubx", folder / "receiver-m8.ubx", 0, m8);
+    for (const simulation::Epoch& epoch : epochs) file->write(epoch);
+    file->finish();
   }
   /// convbin's observations and navigation of a file, with the ionosphere.
   void convert(const std::string& name) const {
@@ -313,8 +318,10 @@ TEST(UbxFiles, GiveRecordedEphemeridesBackAsTheyWere) {
   EXPECT_LT(solved_m, 2e-3);
 }
 
-class UbxForGpsd : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(OfBothGenerations, UbxForGpsd, testing::Values("ubx", "ubx_m8"));
+using simulation::UbxGeneration;
+class UbxForGpsd : public testing::TestWithParam<UbxGeneration> {};
+INSTANTIATE_TEST_SUITE_P(OfBothGenerations, UbxForGpsd,
+                         testing::Values(UbxGeneration::F9, UbxGeneration::M8));
 
 // Fix, DOP, satellites; and no position where there is no fix.
 TEST_P(UbxForGpsd, IsRead) {
@@ -322,7 +329,8 @@ TEST_P(UbxForGpsd, IsRead) {
   const test::TemporaryFolder folder;
   std::map<std::int64_t, simulation::Epoch> by_second;
   {
-    const auto sink = output::open_file(GetParam(), folder / "receiver.ubx", 0, {"rover"});
+    const auto sink =
+        output::open_file("ubx", folder / "receiver.ubx", 0, {.name = "rover", .ubx_generation = GetParam()});
     for (int i = 0; i < 20; ++i) {
       const geodesy::GpsTime time = test::sample_time() + static_cast<double>(i);
       simulation::Epoch epoch =

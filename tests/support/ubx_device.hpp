@@ -70,7 +70,7 @@ inline std::vector<MessageId> ids(const std::vector<Message>& messages) {
 /// A device of a receiver at 10 Hz, and one who talks with it.
 class UbxDevice {
  public:
-  explicit UbxDevice(std::unique_ptr<Encoder> (*make)(const ReceiverDescription&), double interval_s = 0.1,
+  explicit UbxDevice(ubx::Generation generation = ubx::Generation::F9, double interval_s = 0.1,
                      bool rtk = false, bool dead_reckoning = false) {
     ReceiverDescription receiver{"rover"};
     receiver.interval_s = interval_s;
@@ -79,7 +79,8 @@ class UbxDevice {
     receiver.begin = sample_time();
     receiver.systems = {gnss::System::GPS, gnss::System::Galileo};
     receiver.glonass_channels = {{*gnss::parse_satellite("R01"), 1}, {*gnss::parse_satellite("R24"), -7}};
-    encoder_ = make(receiver);
+    receiver.ubx_generation = generation;
+    encoder_ = output::encode_ubx(receiver);
   }
   std::vector<Message> encode(const simulation::Epoch& epoch) {
     return split_frames(encoder_->encode(epoch));

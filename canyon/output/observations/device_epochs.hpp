@@ -8,10 +8,24 @@
 
 #include "canyon/broadcast/schedule.hpp"
 #include "canyon/output/observations/raw_observations.hpp"
-#include "canyon/output/observations/received_messages.hpp"
 #include "canyon/rtcm/rtcm_decoder.hpp"
+#include "canyon/simulation/epoch.hpp"
 
 namespace canyon::output {
+
+/// The navigation messages that a receiver has received whole, epoch by epoch.
+class ReceivedMessages {
+ public:
+  /// Messages that ended since the epoch before, of satellites tracked all along.
+  std::vector<broadcast::SentMessage> received(const simulation::Epoch& epoch);
+
+ private:
+  struct Tracked {
+    geodesy::GpsTime since, last;  ///< times of transmission
+  };
+  std::map<gnss::SatelliteId, Tracked> tracked_;
+  broadcast::Schedule schedule_;
+};
 
 /// An epoch as a receiver on a line tells of it, whatever its protocol. Refers to the epoch and to the
 /// DeviceEpochs that made it.

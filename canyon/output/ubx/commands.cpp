@@ -117,7 +117,7 @@ Commands::Reply Commands::configure(std::uint8_t id, std::string_view payload, s
   const bool keys = generation_ != Generation::M8;
   // CFG-RST, CFG-CFG, CFG-VALSET, CFG-VALGET, CFG-VALDEL.
   constexpr std::array<std::uint8_t, 5> kOfKeys{0x04, 0x09, 0x8A, 0x8B, 0x8C};
-  if (keys_alone(generation_) && std::find(kOfKeys.begin(), kOfKeys.end(), id) == kOfKeys.end()) {
+  if (is_newest(generation_) && std::find(kOfKeys.begin(), kOfKeys.end(), id) == kOfKeys.end()) {
     return Reply::Refuse;
   }
   switch (id) {

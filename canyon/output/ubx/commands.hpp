@@ -23,7 +23,7 @@ class Outputs {
   [[nodiscard]] virtual std::optional<std::string> output(MessageId id) const = 0;
 };
 
-/// The ear of the device: takes commands, answers, and keeps what they set. CFG messages are acknowledged
+/// Takes commands, answers them, and keeps what they set. CFG messages are acknowledged
 /// (ACK-ACK) or refused (ACK-NAK); polls of other messages are answered by the message, or not at all
 /// (UBX-13003221, 31.3; UBX-22008968, 3.4). `$PUBX,41` sets port and rate as CFG-PRT does.
 class Commands {

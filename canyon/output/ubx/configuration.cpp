@@ -36,7 +36,6 @@ constexpr std::array kMessages{
     MessageInfo{0x0A09, 0x209101b4, true, true, 0},                                  // MON-HW
     MessageInfo{0x0A0B, 0x209101b9, true, true, 0},                                  // MON-HW2
     MessageInfo{0x0A38, 0x20910359, false, true, 1},                                 // MON-RF
-    MessageInfo{0x0A31, 0x2091038b, false, true, 0},                                 // MON-SPAN
     MessageInfo{0x2709, 0x20910634, false, true, 1},                                 // SEC-SIG
     MessageInfo{0x2710, 0x20910689, false, true, 0},                                 // SEC-SIGLOG
     MessageInfo{0xF004, 0x209100ab, true, true, 0},                                  // RMC

@@ -9,20 +9,16 @@
 #include <vector>
 
 #include "canyon/output/ubx/frame.hpp"
+#include "canyon/simulation/scenario/outputs.hpp"
 
 namespace canyon::output::ubx {
 
-/// Which receivers the device emulates: protocol 18.00 of the M8, 27.31 of the F9 (HPG 1.32), 27.50 of the F9
-/// (HPG 1.51), 34.30 of the M10 (SPG 5.30), 50.11 of the X20 (HPG 2.10).
-enum class Generation : std::uint8_t { M8, F9, F9Hpg151, M10, X20 };
+using Generation = simulation::UbxGeneration;
 
-/// Whether CFG-VALSET is the only way to settings: the older CFG messages are refused.
-[[nodiscard]] constexpr bool keys_alone(Generation generation) {
+/// The M10 and the X20: CFG-VALSET is the only way to settings, the older CFG messages are refused, and
+/// SEC-SIG alone states jamming, where MON-RF has 0 (unknown).
+[[nodiscard]] constexpr bool is_newest(Generation generation) {
   return generation == Generation::M10 || generation == Generation::X20;
-}
-/// SEC-SIG alone states jamming; MON-RF has 0 (unknown).
-[[nodiscard]] constexpr bool jamming_in_security(Generation generation) {
-  return generation >= Generation::F9Hpg151;
 }
 
 /// The ports that settings name; the device is on UART1.

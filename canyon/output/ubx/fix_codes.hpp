@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <string_view>
 
 #include "canyon/positioning/fix.hpp"
 
@@ -22,9 +21,6 @@ struct FixCodes {
   /// autopilots' drivers make that of u-blox's fix type 1, and go on by their own sensors, which know more
   /// than the receiver's prediction.
   std::uint8_t mavlink_type;
-  // OEM7 Commands and Logs Reference Manual v22, 3.17: position type of BESTPOS.
-  std::uint8_t novatel_type;
-  std::string_view novatel_name;
   /// PVT mode of SBF (4.2.9). It has none for a prediction: a receiver without inertial sensors states no
   /// position then.
   int sbf_mode;
@@ -34,13 +30,13 @@ inline constexpr std::uint8_t kUbxFixOk = 1, kUbxDifferential = 2, kUbxFloat = 0
 
 [[nodiscard]] inline const FixCodes& codes_of(positioning::FixKind kind) {
   static constexpr std::array<FixCodes, 7> kCodes{{
-      {0, 'V', 'N', 1, 0, 0, 1, 0, "NONE", 0},                                 // None
-      {1, 'A', 'A', 3, 3, kUbxFixOk, 3, 16, "SINGLE", 1},                      // Single
-      {2, 'A', 'D', 3, 3, kUbxFixOk | kUbxDifferential, 4, 17, "PSRDIFF", 2},  // Differential
-      {5, 'A', 'F', 3, 3, kUbxFixOk | kUbxDifferential | kUbxFloat, 5, 34, "NARROW_FLOAT", 5},  // Float
-      {4, 'A', 'R', 3, 3, kUbxFixOk | kUbxDifferential | kUbxFixed, 6, 50, "NARROW_INT", 4},    // Fixed
-      {6, 'A', 'E', 2, 1, kUbxFixOk, 1, 19, "PROPAGATED", 0},  // DeadReckoning
-      {1, 'A', 'A', 3, 4, kUbxFixOk, 3, 53, "INS_PSRSP", 1},   // Combined
+      {0, 'V', 'N', 1, 0, 0, 1, 0},                                         // None
+      {1, 'A', 'A', 3, 3, kUbxFixOk, 3, 1},                                 // Single
+      {2, 'A', 'D', 3, 3, kUbxFixOk | kUbxDifferential, 4, 2},              // Differential
+      {5, 'A', 'F', 3, 3, kUbxFixOk | kUbxDifferential | kUbxFloat, 5, 5},  // Float
+      {4, 'A', 'R', 3, 3, kUbxFixOk | kUbxDifferential | kUbxFixed, 6, 4},  // Fixed
+      {6, 'A', 'E', 2, 1, kUbxFixOk, 1, 0},                                 // DeadReckoning
+      {1, 'A', 'A', 3, 4, kUbxFixOk, 3, 1},                                 // Combined
   }};
   return kCodes.at(static_cast<std::size_t>(kind));
 }

@@ -12,7 +12,6 @@
 #include "canyon/output/observations/device_epochs.hpp"
 #include "canyon/output/ubx/configuration.hpp"
 #include "canyon/output/ubx/frame.hpp"
-#include "canyon/propagation/interference.hpp"
 
 // Payloads of the messages that the device sends, field by field as UBX-13003221 (M8) and UBX-22008968 (F9)
 // have them; ID and section at each. Nothing is a position where the fix is not solved: coordinates are 0
@@ -34,8 +33,6 @@ struct Epoch : DeviceEpoch {
   Generation generation = Generation::F9;
   bool jamming_monitor = true;                                  ///< CFG-ITFM
   const std::vector<SecurityEvent>* security_events = nullptr;  ///< the latest first; null: none
-  /// Waves at the antenna that no satellite sends; null: none.
-  const std::vector<propagation::Interference>* waves = nullptr;
 };
 
 /// The log of SEC-SIGLOG: beginnings and ends of jamming and of spoofing, as MON-RF and SEC-SIG report them.
@@ -97,7 +94,6 @@ struct RawInertialSample {
 [[nodiscard]] std::string mon_hw(const Epoch& epoch);
 [[nodiscard]] std::string mon_hw2(const Epoch& epoch);
 [[nodiscard]] std::string mon_rf(const Epoch& epoch);
-[[nodiscard]] std::string mon_span(const Epoch& epoch);
 [[nodiscard]] std::string sec_sig(const Epoch& epoch);
 [[nodiscard]] std::string sec_siglog(const Epoch& epoch);
 [[nodiscard]] std::string esf_status(const Epoch& epoch);

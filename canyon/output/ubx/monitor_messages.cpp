@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "canyon/output/ubx/messages.hpp"
-#include "canyon/tracking/interference.hpp"
 
 // u-blox gives these fields a range and no unit; docs/outputs.md states how Canyon fills them.
 
@@ -77,55 +76,22 @@ std::string mon_rf(const Epoch& epoch) {
   p.u1(0).u1(second ? 2 : 1).zeros(2);
   for (int block = 0; block < (second ? 2 : 1); ++block) {
     const Band state = band(epoch, block);
-    const auto jamming = jamming_in_security(epoch.generation) ? 0 : jamming_state(epoch, state);
+    const auto jamming = is_newest(epoch.generation) ? 0 : jamming_state(epoch, state);
     p.u1(block).u1(jamming).u1(2).u1(1).zeros(4 + 4);
     p.u2(noise_per_ms(state)).u2(agc_count(state)).u1(jamming_indicator(state)).zeros(4 + 3);
   }
   return p.bytes();
 }
 
-// 3.14.11: the power of each of 256 bins [dB], kQuiet where there is the front end's own noise alone.
-std::string mon_span(const Epoch& epoch) {
-  constexpr double kQuiet = 40, kNoise_dbw_per_hz = -201;  // 290 K and a noise figure of 3 dB
-  constexpr int kBins = 256;
-  constexpr double kBin_hz = 500e3, kSpan_hz = kBins * kBin_hz;
-  constexpr std::array kCentre_hz{1584e6, 1208e6};  // L1 and its neighbours; L2, L5 and theirs
-  const double noise_w = std::pow(10, kNoise_dbw_per_hz / 10) * kBin_hz;
-  const int blocks = band(epoch, 1).known ? 2 : 1;
-  Payload p;
-  p.u1(0).u1(blocks).zeros(2);
-  for (int block = 0; block < blocks; ++block) {
-    const double centre_hz = kCentre_hz[static_cast<std::size_t>(block)];
-    for (int bin = 0; bin < kBins; ++bin) {
-      const double bin_hz = centre_hz - kSpan_hz / 2 + (bin + 0.5) * kBin_hz;
-      double power_w = noise_w;
-      if (epoch.waves != nullptr) {
-        for (const propagation::Interference& wave : *epoch.waves) {
-          power_w +=
-              std::pow(10, wave.power_dbw / 10) * tracking::share_within(wave.spectrum, bin_hz, kBin_hz);
-        }
-      }
-      p.u1(static_cast<std::uint64_t>(
-          std::clamp(std::round(kQuiet + 10 * std::log10(power_w / noise_w)), 0.0, 255.0)));
-    }
-    p.u4(static_cast<std::uint64_t>(kSpan_hz)).u4(static_cast<std::uint64_t>(kBin_hz));
-    p.u4(static_cast<std::uint64_t>(centre_hz));
-    // The gain that is left of 54 dB.
-    p.u1(static_cast<std::uint64_t>(std::max(0.0, std::round(54 + 20 * std::log10(band(epoch, block).agc)))))
-        .zeros(3);
-  }
-  return p.bytes();
-}
-
-// 3.18.1: version 1; version 2 of HPG 1.51 and SPG 5.30, with the centres of signals [kHz]; the X20 has the
-// same as version 3.
+// 3.18.1: version 1; the M10 has version 2, with the centres of signals [kHz], and the X20 the same as
+// version 3.
 std::string sec_sig(const Epoch& epoch) {
   std::uint64_t jamming = 0;
   for (const int block : {0, 1}) jamming = std::max(jamming, jamming_state(epoch, band(epoch, block)));
   // spoofingState: 0 unknown, 1 none, 2 indicated, 3 affirmed.
   const auto spoofing = static_cast<std::uint64_t>(epoch.seen.spoofing);
   Payload p;
-  if (jamming_in_security(epoch.generation)) {
+  if (is_newest(epoch.generation)) {
     p.u1(epoch.generation == Generation::X20 ? 3 : 2);
     p.u1((jamming != 0 ? 1 : 0) | jamming << 1 | (spoofing != 0 ? 1 << 3 : 0) | spoofing << 4);
     p.u1(0).u1(epoch.seen.bands.size());
@@ -187,17 +153,13 @@ std::string version_payload(Generation generation) {
     const char *software, *hardware;
     std::vector<const char*> lines;
   };
-  static const std::array<Version, 5> kVersions{{
+  static const std::array<Version, 4> kVersions{{
       {"ROM CORE 3.01 (Canyon)",
        "00080000",
        {"FWVER=SPG 3.01", "PROTVER=18.00", "GPS;GLO;GAL;BDS", "SBAS;QZSS"}},
       {"EXT CORE 1.00 (Canyon)",
        "00190000",
        {"ROM BASE 0x118B2060", "FWVER=HPG 1.32", "PROTVER=27.31", "MOD=ZED-F9P", "GPS;GLO;GAL;BDS",
-        "SBAS;QZSS"}},
-      {"EXT CORE 1.00 (Canyon)",
-       "00190000",
-       {"ROM BASE 0x118B2060", "FWVER=HPG 1.51", "PROTVER=27.50", "MOD=ZED-F9P", "GPS;GLO;GAL;BDS",
         "SBAS;QZSS"}},
       {"ROM SPG 5.30 (Canyon)",
        "000A0000",

@@ -372,7 +372,6 @@ std::string payload(MessageId id, const Epoch& epoch) {
       {0x0A09, mon_hw},
       {0x0A0B, mon_hw2},
       {0x0A38, mon_rf},
-      {0x0A31, mon_span},
       {0x2709, sec_sig},
       {0x2710, sec_siglog},
       {kFusionStatus, esf_status},

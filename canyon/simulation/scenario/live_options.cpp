@@ -25,6 +25,7 @@ void visit(options::Visitor& v, StreamOptions& o) {
              "rtcm: a network's virtual reference station: each client gets corrections for the place of its "
              "own GGA sentences, and nothing before the first one"},
             o.virtual_station);
+  visit_generation(v, o.generation);
 }
 
 void visit(options::Visitor& v, StreamRequest& o) {

@@ -8,6 +8,7 @@
 
 #include "canyon/options/fwd.hpp"
 #include "canyon/simulation/motion/pose_motion.hpp"
+#include "canyon/simulation/scenario/outputs.hpp"
 
 namespace canyon::simulation {
 
@@ -23,6 +24,7 @@ struct StreamOptions {
   bool ephemerides = true;  ///< RTCM 3 carries messages 1019, 1020, 1042, 1044 to 1046
   /// With rtcm each reader gets corrections for the place in its GGA sentences (VirtualStation).
   bool virtual_station = false;
+  UbxGeneration generation = UbxGeneration::F9;  ///< of ubx
 };
 /// Visits its fields.
 void visit(options::Visitor& v, StreamOptions& o);

@@ -175,6 +175,14 @@ TEST(Scenario, OutputsAreNamesAsAMappingOrAList) {
   EXPECT_THAT(refusal("outputs: [kml, kml]\n"), HasSubstr("outputs: 'kml' is given twice"));
   EXPECT_THAT(refusal("outputs: [view]\n"), HasSubstr("'view' is unknown"));
   EXPECT_THAT(refusal("outputs: []\n"), HasSubstr("the list is empty"));
+  for (const char* text : {"outputs: {ubx_m8: true}\n", "outputs: [nmea, ubx_m8]\n"})
+    EXPECT_THAT(refusal(text), HasSubstr("write ubx: {generation: m8}"));
+  EXPECT_THAT(refusal("outputs: [gici]\n"), HasSubstr("examples/layouts.py"));
+  EXPECT_THAT(refusal("outputs: {ubx: {generation: m7}}\n"), HasSubstr("known: m8, f9, m10, x20"));
+  const OutputConfig m10 = parse_scenario(kMinimal + "outputs: {ubx: {generation: m10}}\n", "s.yaml").outputs;
+  EXPECT_TRUE(m10.has("ubx"));
+  EXPECT_EQ(m10.ubx_generation, UbxGeneration::M10);
+  EXPECT_FALSE(parse_scenario(kMinimal + "outputs: {ubx: false}\n", "s.yaml").outputs.has("ubx"));
   // The effective scenario says each name.
   Scenario scenario = parse_scenario(kMinimal + "outputs: [nmea, ubx]\n", "s.yaml");
   EXPECT_EQ(parse_scenario(scenario_yaml(scenario), "s.yaml").outputs.names, scenario.outputs.names);

@@ -1,9 +1,17 @@
 #pragma once
 
 #include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "python/src/binding.hpp"
 
 namespace canyon::python {
+
+/// A sky with the satellites that it may answer for.
+struct SkyHandle {
+  simulation::BuiltSky built;
+  std::vector<gnss::SatelliteId> satellites;
+};
+using SkyPtr = std::shared_ptr<SkyHandle>;
 
 /// The city of `load`, called without the interpreter's lock. Its cautions become Python's warnings.
 template <typename Load>
