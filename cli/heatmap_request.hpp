@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "canyon/heatmap/engine/map_request.hpp"
-#include "canyon/heatmap/engine/store_slices.hpp"
+#include "canyon/heatmap/engine/map_source.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/unknowns/unknowns.hpp"
 

@@ -25,7 +25,7 @@ constexpr int kResamples = 60;
 simulation::ReceiverConfig of_all_systems(simulation::ReceiverConfig receiver) {
   receiver.options.tracks.clear();
   receiver.options.leaves_out.clear();
-  receiver.options.ranging.uses.clear();
+  receiver.options.fix_input.uses.clear();
   return receiver;
 }
 

@@ -8,7 +8,7 @@
 #include "canyon/city/planar.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/propagation/index/knife_edge.hpp"
-#include "canyon/propagation/reflector_id.hpp"
+#include "canyon/propagation/paths.hpp"
 
 namespace canyon::disturbance {
 namespace {

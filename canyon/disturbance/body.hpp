@@ -5,7 +5,7 @@
 #include <limits>
 #include <optional>
 
-#include "canyon/propagation/body.hpp"
+#include "canyon/propagation/arrival.hpp"
 #include "canyon/propagation/paths.hpp"
 
 namespace canyon::disturbance {

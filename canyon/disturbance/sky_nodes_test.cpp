@@ -1,4 +1,4 @@
-#include "canyon/disturbance/sky_nodes.hpp"
+#include "canyon/disturbance/skyline.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "canyon/disturbance/frame_states.hpp"
+#include "canyon/disturbance/shadowing.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
 

@@ -9,7 +9,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/propagation/index/knife_edge.hpp"
-#include "canyon/signal/foliage.hpp"
+#include "canyon/signal/radio_materials.hpp"
 #include "tests/support/spoiled_options.hpp"
 
 namespace canyon::disturbance {

@@ -1,14 +1,15 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
 #include <span>
 
-#include "canyon/errors/random_waves.hpp"
-#include "canyon/errors/space_delays.hpp"
+#include "canyon/base/random.hpp"
 #include "canyon/geodesy/frames.hpp"
+#include "canyon/geodesy/gps_time.hpp"
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/gnss/signal_groups.hpp"
 #include "canyon/options/fwd.hpp"
@@ -19,6 +20,33 @@
 // what the atmosphere delays beside the models that receivers correct by. docs/errors.md has the budget.
 
 namespace canyon::errors {
+
+/// A random function of time and place with mean 0 and variance 1 over its realizations: a sum of waves of
+/// equal amplitude, whose frequencies and wave vectors are drawn from a normal spectral density and whose
+/// phases are uniform (spectral representation: M. Shinozuka, G. Deodatis, Appl. Mech. Rev. 44(4), 1991). Its
+/// autocorrelation is exp(-dt^2 / (2 time^2) - dx^2 / (2 length^2)). It is smooth, and has no memory: each
+/// instant and place has its value, whoever asks and in whatever order.
+class RandomWaves {
+ public:
+  /// @param time_s > 0; @param length_m > 0, infinite: the same everywhere
+  RandomWaves(RandomStream stream, double time_s, double length_m);
+  /// @param place any point of a frame that all who ask share [m]
+  [[nodiscard]] double at(geodesy::GpsTime time, const Eigen::Vector3d& place) const;
+
+ private:
+  using Waves = std::array<double, 24>;
+  Waves frequency_hz_, x_per_m_, y_per_m_, z_per_m_, phase_turns_;
+};
+
+/// Errors from space in a satellite's signals at one place and instant.
+struct SpaceDelays {
+  /// Error of the satellite's broadcast orbit and clock, in code and phase alike [m].
+  double orbit_clock_m = 0;
+  /// The true ionosphere: delay of a code at 1575.42 MHz [m], of others by f^-2, an advance of phases. 0
+  /// where no broadcast model is known.
+  double ionosphere_m = 0;
+  double troposphere_m = 0;  ///< the true delay [m]
+};
 
 struct SpaceErrorOptions {
   /// Left out: on with nominal satellites and navigation files, and where a receiver takes corrections.

@@ -245,7 +245,7 @@ void Session::Impl::compute_and_write() {
   // A receiver may be due twice, where the run is late.
   std::vector<simulation::DueEpoch> instants;
   for (const Due& epoch : due) instants.push_back({epoch.receiver, start + epoch.host_s});
-  corrections->observe(instants, true, [this](std::size_t i, auto came) -> simulation::Epoch& {
+  corrections->make_epochs(instants, true, [this](std::size_t i, auto came) -> simulation::Epoch& {
     Due& epoch = due[i];
     LiveReceiver& receiver = receivers[epoch.receiver];
     if (came) receiver.give(std::move(came));

@@ -158,7 +158,6 @@ void Describer::field(const Field& field, Value& value) {
   key.type = value.type();
   key.range = value.range();
   key.words = value.words();
-  key.effect = effect();
   if (value.given()) key.value = value.exact();
   const auto same = [&](const Key& each) { return each.path == key.path; };
   if (std::none_of(description_.keys.begin(), description_.keys.end(), same)) {

@@ -21,8 +21,7 @@ struct Key {
   std::optional<Range> range = {};
   std::vector<std::string> words = {};  ///< of a choice
   bool required = false;                ///< where its section stands
-  Effect effect = Effect::Unsaid;
-  std::string value = {};  ///< Value::exact(); empty where there is none
+  std::string value = {};               ///< Value::exact(); empty where there is none
 
   /// "[0, 90)", "true or false", "sigma, equal, elevation, cn0"; empty where anything goes.
   [[nodiscard]] std::string values() const;

@@ -42,14 +42,6 @@ struct Range {
   return range;
 }
 
-/// The results that a field of a receiver changes. A heat map asks for it to find what cells can leave out.
-enum class Effect : std::uint8_t {
-  Unsaid,    ///< nobody has said it: cells leave nothing out
-  FirstFix,  ///< the first fix of a receiver at rest, as cells compute it
-  Later,     ///< only what follows the first fix of a receiver at rest that has run before
-  Run,       ///< the first fix, in a way that only a receiver that runs computes
-};
-
 struct Field {
   std::string_view name;  ///< as users write it: "elevation_mask_deg"
   std::string_view unit;
@@ -173,16 +165,11 @@ class Visitor {
   void rows(const Field& field, std::span<const std::string_view> words, std::size_t columns,
             NamedRows& value);
 
-  /// Sets the effect of the following fields and sections of this section, until the next call.
-  void effect(Effect effect) { effect_ = effect; }
-
   /// Fields below a key of their own.
   template <typename Fields>
   void section(std::string_view name, const Fields& fields) {
     if (!begin(name)) return;
-    const Effect outer = effect_;
     fields();
-    effect_ = outer;
     end();
   }
   /// The fields of a struct below a key; a reader calls its validate() for what ranges cannot check.
@@ -249,14 +236,10 @@ class Visitor {
   [[nodiscard]] virtual std::optional<std::size_t> begin_list(std::string_view name, std::size_t count) = 0;
   virtual void begin_item(std::size_t index) = 0;
   virtual void end() = 0;
-  /// The effect of the field that is visited.
-  [[nodiscard]] Effect effect() const { return effect_; }
 
  private:
   void visit_value(const Field& of, Value&& value) { field(of, value); }
   [[nodiscard]] int choose(const Field& field, int now, std::span<const std::string_view> words);
-
-  Effect effect_ = Effect::Unsaid;
 };
 
 /// A number as text: the fewest digits that give it back; infinity is "none".

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "canyon/disturbance/faults/receiver_faults.hpp"
-#include "canyon/relative/corrections.hpp"
+#include "canyon/relative/correction_link.hpp"
 #include "canyon/simulation/scenario/outputs.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/tracking/signal_options.hpp"

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "canyon/base/named.hpp"
-#include "canyon/receiver/receiver_draws.hpp"
+#include "canyon/receiver/signal_range.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 
@@ -70,7 +70,7 @@ std::vector<ReceiverDescription> describe_receivers(const simulation::LiveReceiv
   const simulation::BuiltSky& sky = receiver.sky();
   const auto errors = simulation::make_space_errors(config.sky, sky, config.seed);
   const auto describe = [&](simulation::ReceiverConfig each) {
-    simulation::decide(each.options, errors.get(), *sky.sky);
+    simulation::decide_options(each.options, errors.get(), sky.sky.get());
     return describe_receiver(each, *sky.sky, sky.navigation, receiver.start(), interval_s);
   };
   std::vector<ReceiverDescription> descriptions;

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "canyon/output/encoder.hpp"
-#include "canyon/simulation/virtual_station.hpp"
+#include "canyon/simulation/correction_links.hpp"
 #include "canyon/transport/readers.hpp"
 
 namespace canyon::output {

@@ -4,7 +4,7 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/covariance.hpp"
-#include "canyon/positioning/median.hpp"
+#include "canyon/positioning/residual.hpp"
 
 namespace canyon::positioning {
 

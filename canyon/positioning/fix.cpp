@@ -13,7 +13,7 @@
 #include "canyon/geodesy/covariance.hpp"
 #include "canyon/positioning/least_squares.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
-#include "canyon/positioning/raim.hpp"
+#include "canyon/positioning/residual.hpp"
 
 namespace canyon::positioning {
 namespace {

@@ -13,7 +13,7 @@
 #include "canyon/geodesy/covariance.hpp"
 #include "canyon/positioning/filter_track.hpp"
 #include "canyon/positioning/least_squares.hpp"
-#include "canyon/positioning/median.hpp"
+#include "canyon/positioning/residual.hpp"
 
 namespace canyon::positioning {
 namespace {

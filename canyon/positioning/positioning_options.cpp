@@ -1,10 +1,16 @@
+// Weights of pseudoranges.
 #include "canyon/positioning/positioning_options.hpp"
 
+#include <fmt/format.h>
+#include <algorithm>
+#include <cmath>
+
+#include "canyon/geodesy/constants.hpp"
 #include "canyon/options/values.hpp"
+#include "canyon/positioning/fix.hpp"
 
 namespace canyon::positioning {
 
-using options::Effect;
 namespace {
 
 constexpr std::string_view kWeightings[]{"sigma", "equal", "elevation", "cn0"};
@@ -37,12 +43,10 @@ void RaimOptions::validate() const {
 }
 
 void visit(options::Visitor& v, RaimOptions& o) {
-  v.effect(Effect::Run);
   v.boolean({"enabled", "",
              "exclude satellites whose residuals contradict the others (receiver autonomous integrity "
              "monitoring)"},
             o.enabled);
-  v.effect(Effect::Later);
   v.number({"false_alarm", "", "probability of a false alarm of one fix"}, o.false_alarm, {0, 0.5, true});
   v.integer({"max_exclusions", "satellites", "largest number of satellites excluded from one fix"},
             o.max_exclusions, 1, 30);
@@ -57,7 +61,6 @@ void FixOptions::validate() const {
 }
 
 void visit(options::Visitor& v, FixOptions& o) {
-  v.effect(Effect::FirstFix);
   v.angle({"elevation_mask_deg", "deg", "satellites below this elevation are neither measured nor used"},
           o.elevation_mask_rad, {0, 90, false, true});
   v.number({"cn0_mask_dbhz", "dB-Hz", "satellites weaker than this are not used in the fix"}, o.cn0_mask_dbhz,
@@ -67,12 +70,10 @@ void visit(options::Visitor& v, FixOptions& o) {
             o.min_satellites, 4, 1000);
   v.number({"max_pdop", "", "largest PDOP of a valid fix"}, o.max_pdop,
            options::or_none({0, kInfinity, true}));
-  v.effect(Effect::Later);
   v.integer({"max_iterations", "", "largest number of iterations of the least squares"}, o.max_iterations, 5,
             1000);
   // Coordinates of 6,400 km have no finer digits: a shorter step is rounding.
   v.number({"convergence_m", "m", "step size that ends the iterations"}, o.convergence_m, {1e-9, 1});
-  v.effect(Effect::FirstFix);
   options::visit_switch(
       v,
       {"correct_ionosphere", "", "apply the model's correction in the fix; left out: true with sky.errors"},
@@ -93,10 +94,8 @@ void PositionFilterOptions::validate() const {
 }
 
 void visit(options::Visitor& v, PositionFilterOptions& o) {
-  v.effect(Effect::Run);
   v.boolean({"enabled", "", "extended Kalman filter for the position; false: each epoch is solved alone"},
             o.enabled);
-  v.effect(Effect::Later);
   v.number({"acceleration_horizontal", "m/s^2/sqrt(Hz)",
             "spectral density of the white acceleration that the filter assumes, horizontal"},
            o.acceleration_horizontal, {0, 100, true});
@@ -116,6 +115,30 @@ void visit(options::Visitor& v, PositionFilterOptions& o) {
   v.number(
       {"error_correlation_s", "s", "time constant of errors assumed in the stated accuracy; 0: white errors"},
       o.error_correlation_s, {0, 3600});
+}
+
+namespace {
+
+/// Lower satellites weigh as one at 5 deg, RTKLIB's MIN_EL: 1 / sin would grow beyond any bound.
+constexpr double kLowestElevation_rad = geodesy::radians(5);
+
+}  // namespace
+
+double WeightOptions::sigma_m(const Measurement& measurement, double elevation_rad) const {
+  switch (weighting) {
+    case Weighting::Sigma:
+    case Weighting::Equal:
+      return measurement.sigma_m;
+    case Weighting::Elevation:
+      return measurement.sigma_factor *
+             std::hypot(elevation_a_m,
+                        elevation_b_m / std::sin(std::max(elevation_rad, kLowestElevation_rad)));
+    case Weighting::Cn0:
+      break;
+  }
+  return measurement.sigma_factor *
+         std::sqrt(cn0_floor_m2 +
+                   cn0_scale_m2_hz * std::pow(10, -measurement.cn0_dbhz.value_or(kUnknownCn0_dbhz) / 10));
 }
 
 }  // namespace canyon::positioning

@@ -1,4 +1,4 @@
-#include "canyon/positioning/protection_level.hpp"
+#include "canyon/positioning/dop.hpp"
 
 #include <gtest/gtest.h>
 

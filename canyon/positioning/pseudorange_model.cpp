@@ -43,13 +43,6 @@ void check(const Measurement& m) {
 
 }  // namespace
 
-double pseudorange_m(const orbit::LineOfSight& line, double excess_m, double bias_s, double atmosphere_m,
-                     double noise_m) {
-  return line.range_m + excess_m +
-         kSpeedOfLight * (bias_s - (line.state.clock_bias_s - line.state.group_delay_s)) + atmosphere_m +
-         noise_m;
-}
-
 double atmosphere_m(bool ionosphere, bool troposphere,
                     const std::map<gnss::System, gnss::Klobuchar>& klobuchar, gnss::System system,
                     double carrier_frequency_hz, geodesy::GpsTime time, const geodesy::Geodetic& place,

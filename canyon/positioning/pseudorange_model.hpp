@@ -40,11 +40,6 @@ struct RangedSatellite {
                                                              const orbit::Sky& sky,
                                                              const FixOptions& options);
 
-/// Pseudorange of a signal [m]: geometric range, detour by paths, clocks (the receiver's reading is `bias_s`
-/// ahead of GPS time), atmosphere and noise. ranged_satellites() takes the satellite's clock out again.
-[[nodiscard]] double pseudorange_m(const orbit::LineOfSight& line, double excess_m, double bias_s,
-                                   double atmosphere_m, double noise_m);
-
 /// Delay by ionosphere and troposphere [m], of those that are asked for. Throws InputError where the
 /// ionosphere finds no coefficients.
 [[nodiscard]] double atmosphere_m(bool ionosphere, bool troposphere,

@@ -1,4 +1,4 @@
-#include "canyon/positioning/raim.hpp"
+#include "canyon/positioning/residual.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,20 +1,76 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <memory>
 #include <optional>
+#include <string_view>
 #include <vector>
 
-#include "canyon/errors/space_delays.hpp"
+#include "canyon/errors/space_errors.hpp"
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/gnss/navigation_data.hpp"
+#include "canyon/gnss/signals.hpp"
 #include "canyon/orbit/sky.hpp"
-#include "canyon/propagation/body.hpp"
-#include "canyon/propagation/interference.hpp"
 #include "canyon/propagation/paths.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 
 namespace canyon::propagation {
+
+/// Distribution of an unwanted wave's power over frequencies.
+struct Spectrum {
+  enum class Shape : std::uint8_t {
+    Band,   ///< flat over width_hz about centre_hz: wide-band noise, matched noise where as wide as a signal
+    Tone,   ///< all on centre_hz
+    Chirp,  ///< a saw-tooth sweep over width_hz about centre_hz, once in period_s
+    Code,   ///< a ranging signal of another code: modulation and chip_rate_hz about centre_hz
+  };
+  Shape shape = Shape::Band;
+  double centre_hz = gnss::kL1_hz;
+  double width_hz = 0;
+  double period_s = 0;
+  gnss::Modulation modulation = gnss::Modulation::BPSK;
+  double chip_rate_hz = 0;
+
+  [[nodiscard]] bool operator==(const Spectrum&) const = default;
+};
+
+enum class Polarisation : std::uint8_t { Right, Left, Linear };
+
+/// A wave at the antenna that no satellite sends: a jammer's or a spoofer's.
+struct Interference {
+  Spectrum spectrum;
+  /// Power at an isotropic antenna of the wave's own polarisation [dBW].
+  double power_dbw = -200;
+  Polarisation polarisation = Polarisation::Linear;
+  /// Unit, from the antenna towards where it comes from, in the frame of the arrival's paths.
+  Eigen::Vector3d arrival = Eigen::Vector3d::UnitZ();
+  /// Satellite whose signal it repeats: for that satellite's channels it is a path, not noise.
+  std::optional<gnss::SatelliteId> copy_of{};
+};
+
+/// A body that no map has: it stands or moves in a street, or is a host's moving model. An upright box, or
+/// the crown of a tree. Places in metres, east, north, up.
+struct Body {
+  enum class Kind : std::uint8_t { Vehicle, Structure, Crown };
+  Kind kind = Kind::Vehicle;
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();
+  Eigen::Vector2d ahead = Eigen::Vector2d::UnitX();  ///< unit: of its length
+  double half_length_m = 0, half_width_m = 0;        ///< Crown: the radius of the sphere, both
+  double bottom_m = 0, top_m = 0;
+  bool grounded = true;    ///< nothing passes below it
+  double sill_m = 0;       ///< height over the ground up to which it is metal; glass above
+  std::uint64_t name = 0;  ///< stays the same while it lives
+
+  /// Whether a point lies in it or within `margin_m` of it.
+  [[nodiscard]] bool holds(const Eigen::Vector3d& point, double margin_m) const;
+};
+
+/// The upright box about a movable mesh, turned with it.
+[[nodiscard]] Body body_of(const raytrace::PlacedInstance& instance);
+
+/// "vehicle", "structure", "crown".
+[[nodiscard]] std::string_view name(Body::Kind kind);
 
 /// An antenna at an instant.
 struct Antenna {

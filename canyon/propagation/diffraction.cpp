@@ -13,7 +13,6 @@
 #include "canyon/propagation/index/near_bends.hpp"
 #include "canyon/propagation/index/per_instance.hpp"
 #include "canyon/propagation/index/places.hpp"
-#include "canyon/propagation/index/set_pose.hpp"
 
 namespace canyon::propagation {
 namespace {

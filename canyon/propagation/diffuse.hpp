@@ -47,10 +47,10 @@ struct DiffusePath {
 /// scatters S^2 rho of the power that falls on it. So each ray of an even sphere of directions (a golden
 /// spiral, fixed in ENU) stands for its share of solid angle, whatever it meets.
 ///
-/// Over several facades: behind each patch a ray goes on once, with the wall's reflectance, as by a mirror
-/// or, for a share S^2 of the rays, by Lambert's law in a direction of an even sequence; what it meets
-/// scatters towards the satellite. Beyond a patch that scattered, walls send on all that they reflect by
-/// Lambert's law: a mirror there is met by one direction alone, and the mean over these carries as much.
+/// Over several facades: each ray is followed over one more wall, with the first wall's reflectance. A share
+/// S^2 of the rays leaves the first wall by Lambert's law, in directions of an even sequence; the others
+/// leave it as by a mirror. The patch that the ray meets next scatters towards the satellite. Walls beyond a
+/// patch that scattered are Lambertian with all that they reflect: a mirror there has the same mean power.
 /// Paths over mirrors alone are not diffuse (FirstOrderSearch, SecondOrderSearch).
 ///
 /// Whether a patch of the city is lit is known for cells of its facade and directions of about a degree

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <tuple>
 
-#include "canyon/propagation/reflector_id.hpp"
+#include "canyon/propagation/paths.hpp"
 
 namespace canyon::propagation {
 namespace {

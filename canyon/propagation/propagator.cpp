@@ -12,7 +12,7 @@
 #include "canyon/propagation/index/foliage_volumes.hpp"
 #include "canyon/propagation/index/per_instance.hpp"
 #include "canyon/propagation/index/places.hpp"
-#include "canyon/propagation/reflector_id.hpp"
+#include "canyon/propagation/paths.hpp"
 #include "canyon/propagation/second_order.hpp"
 
 namespace canyon::propagation {

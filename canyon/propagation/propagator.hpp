@@ -65,13 +65,11 @@ class Propagator {
   /// at azimuth + 180 deg and the same elevation theta, only for satellites whose direct ray is blocked. The
   /// direct ray has no limit: walls farther than max_range_m block too. Material and incidence are those of
   /// the facet that the mirror ray meets.
+  ///
+  /// @param place takes the far paths and edges that antennas near this one share (retrace()); null: nobody
+  /// asks for them
   void trace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
-             std::span<SatellitePaths> result) const {
-    trace(antenna, directions, result, nullptr);
-  }
-  /// The same. @param place replaced by what antennas near this one can use; may be null
-  void trace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
-             std::span<SatellitePaths> result, TracedPlace* place) const;
+             std::span<SatellitePaths> result, TracedPlace* place = nullptr) const;
 
   /// Of those paths that trace() finds at this antenna the ones that change from step to step: direct ones,
   /// reflections of the first order, and around edges only those that `edges` names (places nearby mostly

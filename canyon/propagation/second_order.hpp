@@ -11,7 +11,7 @@
 #include "canyon/propagation/index/facets.hpp"
 #include "canyon/propagation/index/near_pairs.hpp"
 #include "canyon/propagation/index/occluders.hpp"
-#include "canyon/propagation/index/set_pose.hpp"
+#include "canyon/propagation/index/per_instance.hpp"
 #include "canyon/propagation/paths.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 

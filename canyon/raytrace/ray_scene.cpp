@@ -16,7 +16,6 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/raytrace/embree.hpp"
-#include "canyon/raytrace/level_rays.hpp"
 
 namespace canyon::raytrace {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "canyon/receiver/receiver_draws.hpp"
+#include "canyon/receiver/signal_range.hpp"
 
 namespace canyon::receiver {
 

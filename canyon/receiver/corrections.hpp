@@ -12,7 +12,7 @@
 #include "canyon/orbit/sky.hpp"
 #include "canyon/positioning/fix.hpp"
 #include "canyon/receiver/receiver_options.hpp"
-#include "canyon/relative/corrections.hpp"
+#include "canyon/relative/correction_link.hpp"
 
 namespace canyon::receiver {
 

@@ -9,7 +9,7 @@
 
 #include "canyon/base/random.hpp"
 #include "canyon/broadcast/schedule.hpp"
-#include "canyon/disturbance/receiver_events.hpp"
+#include "canyon/disturbance/disturbance.hpp"
 #include "canyon/gnss/satellite_id.hpp"
 #include "canyon/tracking/signal_lock.hpp"
 

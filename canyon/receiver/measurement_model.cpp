@@ -6,7 +6,7 @@
 #include "canyon/errors/atmosphere.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
-#include "canyon/receiver/receiver_draws.hpp"
+#include "canyon/receiver/signal_range.hpp"
 
 namespace canyon::receiver {
 

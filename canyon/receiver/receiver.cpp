@@ -1,19 +1,18 @@
 #include "canyon/receiver/receiver.hpp"
 
 #include <fmt/format.h>
-
 #include <algorithm>
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/disturbance/direct_shadowing.hpp"
+#include "canyon/disturbance/shadowing.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/signals.hpp"
 #include "canyon/positioning/fusion/dead_reckoning.hpp"
 #include "canyon/receiver/channel_bank.hpp"
 #include "canyon/receiver/measurement_model.hpp"
 #include "canyon/receiver/position_solver.hpp"
-#include "canyon/receiver/receiver_draws.hpp"
+#include "canyon/receiver/signal_range.hpp"
 #include "canyon/receiver/spoofing_check.hpp"
 
 namespace canyon::receiver {
@@ -28,7 +27,7 @@ struct Receiver::State {
         clock(options.clock, RandomStream(seed, draws + "/clock")),
         channels(options, seed, draws),
         measuring(options, seed),
-        ranging(options),
+        fix_input(options),
         solver(options, models) {
     const std::string around = disturbance_draws_of(options);
     const disturbance::ShadowingOptions& shadowing = options.signal.shadowing;
@@ -67,7 +66,7 @@ struct Receiver::State {
     if (!restart || (restarted && restarted->at == restart->at)) return;
     restarted = restart;
     channels.restart(*restart);
-    ranging = Ranging(options);
+    fix_input = FixInput(options);
     solver.restart();
     if (check) check.emplace(options.spoofing_check);
     fusion.reset();
@@ -144,7 +143,7 @@ struct Receiver::State {
   [[nodiscard]] Solvable measure(const Instant& at, const Followed& followed, ReceiverEpoch& epoch) {
     const bool drifting = options.noise.drifts(at.motion.velocity_ecef.norm(), followed.los);
     const bool modelled =
-        options.fix.correct_ionosphere && options.ranging.combination == Combination::Uncombined;
+        options.fix.correct_ionosphere && options.fix_input.combination == Combination::Uncombined;
     const CodeCorrections* usable = solver.corrections(epoch.receiver_time);
     if (usable != nullptr) epoch.station_offset_m = usable->station_offset_m();
     Solvable result;
@@ -163,7 +162,7 @@ struct Receiver::State {
       });
       const double model_m = MeasurementModel::atmosphere_m(at, modelled, false, view.line, gnss::kL1_hz);
       const bool has_ephemeris = channels.read_ephemeris(satellite, at.time);
-      const auto ranged = ranging.next(satellite, view.line.state, at.time, model_m, usable);
+      const auto ranged = fix_input.next(satellite, view.line.state, at.time, model_m, usable);
       if (!has_ephemeris) continue;
       if (solver.uses_phases()) {
         satellite.for_each_signal([&](const SignalObservation& signal) {
@@ -219,7 +218,7 @@ struct Receiver::State {
   tracking::ReceiverClock clock;
   ChannelBank channels;
   MeasurementModel measuring;
-  Ranging ranging;
+  FixInput fix_input;
   PositionSolver solver;
   std::optional<SpoofingCheck> check;
   std::optional<positioning::DeadReckoning> fusion;
@@ -242,6 +241,18 @@ const ReceiverOptions& Receiver::options() const {
 
 ReceiverEpoch Receiver::observe(const EpochContext& context) {
   return state_->observe(context);
+}
+
+geodesy::GpsTime ReceiverEpoch::stated(geodesy::GpsTime instant) const {
+  return instant +
+         static_cast<double>(events.weeks_off) * static_cast<double>(geodesy::GpsTime::kSecondsPerWeek);
+}
+
+geodesy::GpsTime ReceiverEpoch::stated_utc() const {
+  if (events.weeks_off == 0 && events.utc_off_s == 0) return time;
+  const geodesy::GpsTime stated = stated_time();
+  return stated +
+         static_cast<double>(geodesy::leap_seconds(stated) - geodesy::leap_seconds(time) + events.utc_off_s);
 }
 
 }  // namespace canyon::receiver

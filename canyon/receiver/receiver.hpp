@@ -16,7 +16,6 @@
 #include "canyon/propagation/arrival.hpp"
 #include "canyon/receiver/own_models.hpp"
 #include "canyon/receiver/receiver_options.hpp"
-#include "canyon/tracking/clock.hpp"
 #include "canyon/tracking/noise.hpp"
 #include "canyon/tracking/signal_lock.hpp"
 #include "canyon/tracking/signal_options.hpp"
@@ -73,8 +72,8 @@ struct SatelliteObservation : SignalObservation {
   double obstacles_db = 0;
   bool above_mask = false;
   bool used = false;  ///< in the fix
-  /// Slant delay of the ionosphere at 1575.42 MHz that the receiver estimates (Ranging::Ranged::ionosphere_m)
-  /// [m].
+  /// Slant delay of the ionosphere at 1575.42 MHz that the receiver estimates
+  /// (FixInput::Chosen::ionosphere_m) [m].
   std::optional<double> estimated_ionosphere_m;
   /// Beyond the first, in the order of gnss::signals_of(); only with ReceiverOptions::tracks.
   std::vector<SignalObservation> more;

@@ -11,8 +11,6 @@
 
 namespace canyon::receiver {
 
-using options::Effect;
-
 bool NoiseOptions::drifts(double speed_mps, int los) const {
   return enabled && drift_enabled && (speed_mps < drift_below_speed_mps || los < drift_below_los);
 }
@@ -25,10 +23,8 @@ void visit(options::Visitor& v, NoiseOptions& o) {
   options::visit_switch(
       v, {"enabled", "", "noise on pseudoranges and Doppler; left out: false under sky.errors"}, o.enabled);
   visit(v, o.ou);
-  v.effect(Effect::Later);
   v.number({"doppler_sigma_hz", "Hz", "standard deviation of white noise on Doppler"}, o.doppler_sigma_hz,
            {0, 1e6});
-  v.effect(Effect::FirstFix);
   v.section("drift", [&] {
     v.boolean({"enabled", "",
                "the paper's drift mode: at low speed or with few satellites in line of sight, means move "
@@ -56,7 +52,6 @@ void visit(options::Visitor& v, BiasOptions& o) {
   v.number({"drift_sigma_m", "m",
             "standard deviation of each system's drift about these biases, a first-order process"},
            o.drift_sigma_m, {0, 1000});
-  v.effect(Effect::Later);
   v.number({"drift_time_s", "s", "its time constant"}, o.drift_time_s, {1, 1e6});
 }
 
@@ -120,9 +115,9 @@ void ReceiverOptions::validate() const {
                                    deaf_to->name, signal.antenna.name(), deaf_to->carrier_hz / 1e6),
                        "choose dual_patch, survey, phone or isotropic, or give antenna_lower_rows");
     }
-    ranging.validate();
+    fix_input.validate();
     spoofing_check.validate();
-    for (const std::string& name_of_signal : ranging.uses) {
+    for (const std::string& name_of_signal : fix_input.uses) {
       if (!is_tracked(*this, name_of_signal)) {
         throw InputError(fmt::format("its fixes use {}, which it does not track", name_of_signal),
                          "name it in tracks, too");
@@ -205,7 +200,6 @@ std::vector<const gnss::Signal*> tracked_signals(const std::vector<std::string>&
 }
 
 void visit(options::Visitor& v, ReceiverOptions& o) {
-  v.effect(Effect::FirstFix);
   options::visit_switch(v,
                         {"own_draws", "",
                          "what is drawn for this receiver alone: true: noise, clock, phases and shadows; "
@@ -224,9 +218,8 @@ void visit(options::Visitor& v, ReceiverOptions& o) {
             "what the hardware receives at the same time near L1 if `tracks` is left out: all; "
             "glonass_or_beidou (B1I only if the sky has no GLONASS); beidou_by_b1c (B1C instead of B1I)"},
            o.at_once, kAtOnce);
-  visit(v, o.ranging);
+  visit(v, o.fix_input);
   visit(v, o.fix);
-  v.effect(Effect::FirstFix);
   options::visit_switch(
       v,
       {"ionosphere", "",
@@ -245,19 +238,14 @@ void visit(options::Visitor& v, ReceiverOptions& o) {
       {"orbit_errors", "",
        "add errors of broadcast orbits and clocks to the signals; left out: true with sky.errors"},
       o.orbit_errors);
-  v.effect(Effect::Later);
   v.part("position_filter", o.filter);
-  v.effect(Effect::Run);
   v.part("corrections", o.corrections);
   v.part("rtk", o.rtk);
   v.part("dead_reckoning", o.dead_reckoning);
-  v.effect(Effect::Later);
   v.part("clock", o.clock);
-  v.effect(Effect::FirstFix);
   v.part("biases", o.biases);
   v.part("signal", o.signal);
   v.part("noise", o.noise);
-  v.effect(Effect::Later);
   v.part("spoofing_check", o.spoofing_check);
 }
 

@@ -10,10 +10,9 @@
 #include "canyon/options/switch.hpp"
 #include "canyon/positioning/fusion/dead_reckoning_options.hpp"
 #include "canyon/positioning/positioning_options.hpp"
-#include "canyon/receiver/ranging.hpp"
+#include "canyon/receiver/fix_input.hpp"
 #include "canyon/relative/correction_link.hpp"
 #include "canyon/relative/rtk_options.hpp"
-#include "canyon/tracking/clock.hpp"
 #include "canyon/tracking/noise.hpp"
 #include "canyon/tracking/signal_options.hpp"
 
@@ -91,7 +90,7 @@ struct ReceiverOptions {
   std::vector<std::string> leaves_out;
   /// Systems that the hardware receives at once near L1.
   AtOnce at_once = AtOnce::All;
-  RangingOptions ranging;
+  FixInputOptions fix_input;
   BiasOptions biases;
   /// Whether random draws depend on the receiver's name, beside seed and satellite. Left out: noise, clock
   /// and phases do, shadows and other disturbances do not, so that receivers meet the same streets. True:

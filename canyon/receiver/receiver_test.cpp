@@ -706,7 +706,7 @@ TEST(ReceiverOptionsTest, NamesReceiverAndField) {
   EXPECT_THAT(message([](Options& o) { o.noise.ou.theta_per_s = 0; }), testing::HasSubstr("theta_per_s"));
   EXPECT_THAT(message([](Options& o) { o.clock.bias_s = 1; }), testing::HasSubstr("bias_s"));
   EXPECT_THAT(message([](Options& o) { o.fix.min_satellites = 1; }), testing::HasSubstr("min_satellites"));
-  EXPECT_THAT(message([](Options& o) { o.ranging.ionosphere_sigma_m = 0; }),
+  EXPECT_THAT(message([](Options& o) { o.fix_input.ionosphere_sigma_m = 0; }),
               testing::AllOf(testing::HasSubstr("rover"), testing::HasSubstr("ionosphere_sigma_m")));
 }
 

@@ -1,9 +1,13 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
+#include <string>
+#include <vector>
 
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/gnss/navigation_data.hpp"
+#include "canyon/gnss/signals.hpp"
 #include "canyon/propagation/arrival.hpp"
 #include "canyon/receiver/receiver_options.hpp"
 #include "canyon/tracking/channel.hpp"
@@ -27,6 +31,12 @@ struct DelaysInSignal {
                                               const std::map<gnss::System, gnss::Klobuchar>& klobuchar,
                                               const propagation::SatelliteView& view, double carrier_hz,
                                               geodesy::GpsTime time, const geodesy::Geodetic& place);
+
+/// Pseudorange of a signal [m]: geometric range, detour by paths, clocks (the receiver's reading is `bias_s`
+/// ahead of GPS time), atmosphere and noise. positioning::ranged_satellites() takes the satellite's clock out
+/// again.
+[[nodiscard]] double pseudorange_m(const orbit::LineOfSight& line, double excess_m, double bias_s,
+                                   double atmosphere_m, double noise_m);
 
 /// A receiver's clock against GPST.
 struct ClockReading {
@@ -64,5 +74,28 @@ struct SignalRate {
 [[nodiscard]] SignalRate signal_rate(const propagation::SatelliteView& view, double carrier_hz,
                                      const propagation::Path& path, const tracking::AntennaMotion& motion,
                                      const ClockReading& clock, double atmosphere_mps = 0);
+
+// Parts of a receiver that follow from its options and seed alone.
+
+/// Name of a receiver's random streams, by ReceiverOptions::own_draws: its own name, or none; kReceiver
+/// counts as none.
+[[nodiscard]] std::string draws_of(const ReceiverOptions& options);
+/// The same for its disturbances.
+[[nodiscard]] std::string disturbance_draws_of(const ReceiverOptions& options);
+/// Signals that it tracks of a satellite at a time, in the order of gnss::signals_of(). @param found replaced
+void signals_to_track(const ReceiverOptions& options, gnss::SatelliteId id, geodesy::GpsTime time,
+                      std::vector<const gnss::Signal*>& found);
+/// The receiver's delay of a satellite's signal [m] by BiasOptions, without the drift.
+[[nodiscard]] double fixed_bias_m(const BiasOptions& options, gnss::SatelliteId id,
+                                  const gnss::Signal& signal, double carrier_hz, geodesy::GpsTime time);
+/// The drift of that delay, where drift_sigma_m is above 0.
+[[nodiscard]] tracking::OuProcess bias_drift(const ReceiverOptions& options, std::uint64_t seed,
+                                             const gnss::Signal& signal);
+/// Key of a signal's own streams: "/code", "/doppler" and "/mean" behind it.
+[[nodiscard]] std::string noise_key(const ReceiverOptions& options, gnss::SatelliteId id,
+                                    const gnss::Signal& signal);
+/// The process of a signal's pseudorange noise (NoiseOptions::ou).
+[[nodiscard]] tracking::OuProcess pseudorange_noise(const ReceiverOptions& options, std::uint64_t seed,
+                                                    gnss::SatelliteId id, const gnss::Signal& signal);
 
 }  // namespace canyon::receiver

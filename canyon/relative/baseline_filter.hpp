@@ -1,21 +1,55 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
+#include <map>
 #include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "canyon/geodesy/gps_time.hpp"
+#include "canyon/gnss/signals.hpp"
 #include "canyon/orbit/sky.hpp"
 #include "canyon/positioning/fix.hpp"
 #include "canyon/relative/baseline_state.hpp"
-#include "canyon/relative/corrections.hpp"
-#include "canyon/relative/differences.hpp"
-#include "canyon/relative/doppler_slips.hpp"
+#include "canyon/relative/correction_link.hpp"
 #include "canyon/relative/integer_least_squares.hpp"
+#include "canyon/relative/observed_minus_computed.hpp"
+#include "canyon/relative/recorded_pair.hpp"
 #include "canyon/relative/rtk_options.hpp"
 
 namespace canyon::relative {
+
+/// Rover minus base, of one signal.
+struct Difference {
+  const ObservedMinusComputed* rover = nullptr;
+  double code_m = 0, phase_m = 0;
+  double variance = 0;      // of the phase [m^2]; code's is that times the square of the ratio
+  double age_variance = 0;  // of both [m^2]
+  std::optional<geodesy::GpsTime> base_since;
+  bool has_phase = false, half_cycle = false, aligned = true;
+  // The filter sets these.
+  std::optional<std::size_t> slot;
+  bool used = false;      // phase
+  bool trusted = false;   // within the gate
+  double residual_m = 0;  // after the epoch
+
+  [[nodiscard]] gnss::SatelliteId id() const { return rover->id; }
+  /// Ratio of the ionosphere's delay at this carrier to that at L1.
+  [[nodiscard]] double ionosphere_rate() const;
+};
+
+/// A satellite's signals are together; those of one signal, by their places among the differences.
+using Groups = std::map<const gnss::Signal*, std::vector<std::size_t>>;
+
+/// Differences of all signals that both measured; they refer to `rover`. `base` is in the order of before().
+/// @param phase_sigma_m of a phase at the zenith @param age_s of the base's epoch
+[[nodiscard]] std::vector<Difference> differences_of(std::span<const ObservedMinusComputed> rover,
+                                                     std::span<const ObservedMinusComputed> base,
+                                                     double phase_sigma_m, double age_s);
+/// Without signals of one satellite, which determine nothing but their clock.
+[[nodiscard]] Groups groups_of(const std::vector<Difference>& differences);
 
 /// A Kalman filter of one baseline: position, velocity, ambiguities and delays from differences of rover and
 /// base, and whole numbers of cycles. RtkFilter's doc comment has the equations. Epochs in order of time;

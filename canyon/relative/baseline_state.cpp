@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "canyon/base/simd_clones.hpp"
-#include "canyon/relative/triangular.hpp"
+#include "canyon/relative/integer_least_squares.hpp"
 
 namespace canyon::relative {
 

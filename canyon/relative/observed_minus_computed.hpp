@@ -8,7 +8,7 @@
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/orbit/sky.hpp"
 #include "canyon/positioning/positioning_options.hpp"
-#include "canyon/relative/corrections.hpp"
+#include "canyon/relative/correction_link.hpp"
 
 namespace canyon::relative {
 

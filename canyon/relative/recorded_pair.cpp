@@ -1,17 +1,18 @@
 #include "canyon/relative/recorded_pair.hpp"
 
 #include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/relative/recorded_signals.hpp"
+#include "canyon/gnss/signals.hpp"
+#include "canyon/positioning/residual.hpp"
 #include "canyon/relative/rtk_filter.hpp"
 
 namespace canyon::relative {
+
 namespace {
 
 using positioning::FixKind;
@@ -136,6 +137,93 @@ std::string rtklib_solutions(const std::vector<PairEpoch>& epochs, const std::st
         fix.baseline ? fix.baseline->ratio.value_or(0) : 0);
   }
   return text;
+}
+
+std::vector<SignalMeasurement> RecordedSignals::next(const rinex::ObservationEpoch& epoch) {
+  constexpr unsigned kLostLock = 1, kHalfCycle = 2;
+  std::vector<SignalMeasurement> result;
+  std::optional<gnss::SatelliteId> last;
+  std::optional<double> l1_hz;
+  for (const rinex::ObservedSignal& seen : epoch.signals) {
+    if (seen.id != last) {
+      last = seen.id;
+      const auto state = sky_.state(seen.id, epoch.receiver_time);
+      l1_hz.reset();
+      if (state) l1_hz = state->carrier_frequency_hz;
+    }
+    const gnss::Signal& signal =
+        seen.signal != nullptr ? *seen.signal : gnss::signals_of(seen.id.system).front();
+    const auto key = std::pair(seen.id, &signal);
+    if (epoch.power_failure || (seen.loss_of_lock & kLostLock) != 0) phases_.erase(key);
+    if (!l1_hz || !seen.pseudorange_m) continue;
+    SignalMeasurement measured;
+    measured.signal = &signal;
+    positioning::Measurement& m = measured.measurement;
+    m.id = seen.id;
+    m.pseudorange_m = *seen.pseudorange_m;
+    m.doppler_hz = seen.doppler_hz;
+    m.cn0_dbhz = seen.cn0_dbhz;
+    m.carrier_frequency_hz = gnss::carrier_hz(signal, *l1_hz);
+    if (seen.carrier_phase_cycles) {
+      const auto found = phases_.find(key);
+      const bool goes_on = found != phases_.end() && before_ && found->second.seen == *before_ &&
+                           found->second.code == seen.code;
+      Phase& phase = phases_[key];
+      if (!goes_on) phase.since = epoch.receiver_time;
+      phase.seen = epoch.receiver_time;
+      phase.code = seen.code;
+      m.carrier_phase_cycles = seen.carrier_phase_cycles;
+      m.phase_since = phase.since;
+      m.half_cycle = (seen.loss_of_lock & kHalfCycle) != 0;
+    }
+    align(measured, seen.code.data(), biases_);
+    // RINEX 2 has one phase for all codes of a carrier: it counts once.
+    const bool again = std::any_of(result.begin(), result.end(), [&](const SignalMeasurement& other) {
+      const positioning::Measurement& o = other.measurement;
+      return o.id == m.id && other.signal->carrier_hz == signal.carrier_hz &&
+             o.carrier_phase_cycles == m.carrier_phase_cycles && o.doppler_hz == m.doppler_hz &&
+             o.cn0_dbhz == m.cn0_dbhz;
+    });
+    if (again) m.carrier_phase_cycles.reset();
+    result.push_back(measured);
+  }
+  before_ = epoch.receiver_time;
+  return result;
+}
+
+void DopplerSlips::update(double dt_s, std::span<const ObservedMinusComputed> rover,
+                          std::span<const SignalMeasurement> measured) {
+  /// A phase and the integral of its Doppler differ by more than this [m] only where the phase slips.
+  constexpr double kDopplerParts_m = 1;
+  std::map<std::pair<gnss::SatelliteId, const gnss::Signal*>, Step> steps;
+  std::vector<double> apart;
+  for (const SignalMeasurement& seen : measured) {
+    const positioning::Measurement& m = seen.measurement;
+    if (!m.carrier_phase_cycles || !m.doppler_hz) continue;
+    const double wavelength_m = geodesy::kSpeedOfLight / m.carrier_frequency_hz;
+    Step step{*m.carrier_phase_cycles * wavelength_m, -*m.doppler_hz * wavelength_m, 0};
+    const auto last = last_steps_.find({m.id, seen.signal});
+    if (last != last_steps_.end() && dt_s > 0 && dt_s < 2) {
+      step.apart_m =
+          step.phase_m - last->second.phase_m - dt_s * (step.doppler_mps + last->second.doppler_mps) / 2;
+      apart.push_back(step.apart_m);
+    }
+    steps[{m.id, seen.signal}] = step;
+  }
+  slipped_.clear();
+  if (apart.size() > 4) {
+    const double clock_m = positioning::median(apart);
+    for (const ObservedMinusComputed& o : rover) {
+      const auto step = steps.find({o.id, o.signal});
+      if (step == steps.end() || step->second.apart_m == 0) continue;
+      if (std::abs(step->second.apart_m - clock_m) > kDopplerParts_m) slipped_.push_back({o.id, o.signal});
+    }
+  }
+  last_steps_ = std::move(steps);
+}
+
+bool DopplerSlips::contains(gnss::SatelliteId id, const gnss::Signal* signal) const {
+  return std::find(slipped_.begin(), slipped_.end(), std::pair(id, signal)) != slipped_.end();
 }
 
 }  // namespace canyon::relative

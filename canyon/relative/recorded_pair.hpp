@@ -1,14 +1,22 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <functional>
+#include <map>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "canyon/gnss/satellite_id.hpp"
+#include "canyon/gnss/signals.hpp"
 #include "canyon/orbit/sky.hpp"
 #include "canyon/positioning/fix.hpp"
-#include "canyon/relative/corrections.hpp"
+#include "canyon/relative/correction_link.hpp"
+#include "canyon/relative/observed_minus_computed.hpp"
 #include "canyon/relative/rtk_options.hpp"
 #include "canyon/rinex/observation_reader.hpp"
 
@@ -50,5 +58,46 @@ using RecordedEpochs = std::vector<std::shared_ptr<const Corrections>>;
 /// header that names `program`, a line for each solved epoch, quality 1 fixed, 2 float, 4 differential, 5
 /// single (RTKLIB 2.4.2 manual, appendix B.1).
 [[nodiscard]] std::string rtklib_solutions(const std::vector<PairEpoch>& epochs, const std::string& program);
+
+/// Turns epochs of an observation file into what a rover or a base measured; remembers since when phases are
+/// continuous: a phase that was missing, is of another code, or whose loss-of-lock indicator says so, begins
+/// anew.
+class RecordedSignals {
+ public:
+  /// @param sky gives the carriers of GLONASS satellites; must outlive this
+  /// @param biases of the file's header
+  RecordedSignals(const orbit::Sky& sky, GlonassBiases biases) : sky_(sky), biases_(std::move(biases)) {}
+
+  /// Measurements with a pseudorange, of satellites that the sky knows. Epochs come in order of time.
+  [[nodiscard]] std::vector<SignalMeasurement> next(const rinex::ObservationEpoch& epoch);
+
+ private:
+  struct Phase {
+    geodesy::GpsTime since, seen;
+    std::array<char, 3> code{};  // of RINEX
+  };
+  const orbit::Sky& sky_;
+  GlonassBiases biases_;
+  std::optional<geodesy::GpsTime> before_;  // the epoch before
+  std::map<std::pair<gnss::SatelliteId, const gnss::Signal*>, Phase> phases_;
+};
+
+/// Finds phases of one receiver that moved by something else than their Doppler since the epoch before.
+class DopplerSlips {
+ public:
+  /// Takes the next epoch, `dt_s` after the last one. @param rover those to look at @param measured all, with
+  /// phase and Doppler. More than four steps must be known: their median is the receiver's clock.
+  void update(double dt_s, std::span<const ObservedMinusComputed> rover,
+              std::span<const SignalMeasurement> measured);
+  /// Whether this phase slipped in the last epoch.
+  [[nodiscard]] bool contains(gnss::SatelliteId id, const gnss::Signal* signal) const;
+
+ private:
+  struct Step {
+    double phase_m = 0, doppler_mps = 0, apart_m = 0;
+  };
+  std::map<std::pair<gnss::SatelliteId, const gnss::Signal*>, Step> last_steps_;
+  std::vector<std::pair<gnss::SatelliteId, const gnss::Signal*>> slipped_;
+};
 
 }  // namespace canyon::relative

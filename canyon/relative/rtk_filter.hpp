@@ -7,7 +7,7 @@
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/orbit/sky.hpp"
 #include "canyon/positioning/fix.hpp"
-#include "canyon/relative/corrections.hpp"
+#include "canyon/relative/correction_link.hpp"
 #include "canyon/relative/rtk_options.hpp"
 
 namespace canyon::relative {

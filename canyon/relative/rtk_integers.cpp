@@ -17,21 +17,22 @@ namespace {
 
 using Eigen::Index;
 
-/// The deviation of whole numbers that the filter holds [cycles], after so many fixed epochs in a row.
+/// Integers::Hold: the filter holds whole numbers after kHoldAfter fixed epochs in a row, with this standard
+/// deviation [cycles].
 constexpr double kHeld_cycles = 1e-3;
 constexpr int kHoldAfter = 10;
-/// After so many fixed epochs in a row the same whole numbers need only this ratio, where so large a share of
-/// them is known from before.
+/// After kKeptAfter fixed epochs in a row, a set of which the share kKeptShare was fixed before passes the
+/// ratio test with kKeptRatio.
 constexpr int kKeptAfter = 5;
 constexpr double kKeptRatio = 1.5, kKeptShare = 0.75;
-/// New whole numbers pass by chance in one of many searches. They must be found again in the next epoch,
-/// unless their ratio is so many times what it must be.
+/// A new set of whole numbers is accepted when two epochs in a row find it, or at once when its ratio is
+/// kCertainRatio times RtkOptions::ratio: one search in many passes the ratio test by chance.
 constexpr double kCertainRatio = 2;
-/// The residuals of one epoch tell how large errors are where at least so many of them are redundant.
+/// The mean square of an epoch's residuals is divided by at least this number.
 constexpr int kFewRedundant = 5;
-/// Least number of whole numbers that are searched for.
+/// The search needs at least so many pairs of satellites.
 constexpr std::size_t kFewestPairs = 4;
-/// Numbers of further satellites that each search leaves out.
+/// Partial fixing: each further search leaves out so many more satellites.
 constexpr std::size_t kFewer[] = {0, 1, 1, 1, 2, 3};
 /// Weight of an epoch in means of squares of whole numbers' residuals.
 constexpr double kFixedWeight = 0.1;

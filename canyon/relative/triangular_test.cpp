@@ -1,4 +1,4 @@
-#include "canyon/relative/triangular.hpp"
+#include "canyon/relative/integer_least_squares.hpp"
 
 #include <gtest/gtest.h>
 

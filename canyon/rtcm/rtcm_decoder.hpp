@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "canyon/relative/corrections.hpp"
+#include "canyon/relative/correction_link.hpp"
 #include "canyon/rtcm/frames.hpp"
 #include "canyon/rtcm/whole_milliseconds.hpp"
 

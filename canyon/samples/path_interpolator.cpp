@@ -10,9 +10,8 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/receiver/receiver_draws.hpp"
 #include "canyon/receiver/signal_range.hpp"
-#include "canyon/tracking/channel_rate.hpp"
+#include "canyon/tracking/channel_fading.hpp"
 
 namespace canyon::samples {
 namespace {

@@ -1,4 +1,4 @@
-#include "canyon/signal/foliage.hpp"
+#include "canyon/signal/radio_materials.hpp"
 
 #include <gtest/gtest.h>
 

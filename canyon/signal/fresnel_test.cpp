@@ -8,7 +8,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/propagation/path_geometry.hpp"
+#include "canyon/propagation/paths.hpp"
 #include "canyon/signal/radio_materials.hpp"
 
 namespace canyon::signal {

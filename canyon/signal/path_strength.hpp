@@ -5,10 +5,10 @@
 
 #include "canyon/options/fwd.hpp"
 #include "canyon/propagation/arrival.hpp"
-#include "canyon/propagation/path_geometry.hpp"
+#include "canyon/propagation/paths.hpp"
 #include "canyon/signal/antenna_pattern.hpp"
-#include "canyon/signal/foliage.hpp"
 #include "canyon/signal/fresnel.hpp"
+#include "canyon/signal/radio_materials.hpp"
 
 namespace canyon::signal {
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -7,12 +8,33 @@
 #include <utility>
 #include <vector>
 
+#include "canyon/geodesy/gps_time.hpp"
 #include "canyon/relative/correction_link.hpp"
 #include "canyon/simulation/epoch.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
-#include "canyon/simulation/virtual_station.hpp"
 
 namespace canyon::simulation {
+
+/// A network's virtual reference station: a base's measurements as they would be at the place that a rover
+/// reports. Codes and phases move by the difference of the ranges, and of orbits and atmosphere as
+/// Environment::errors() has them at both places: a network that knows the atmosphere without an error. Noise
+/// and echoes stay the base's. The station keeps its place until the rover reports one more than kMove_m
+/// away; then the phases begin anew.
+class VirtualStation {
+ public:
+  static constexpr double kMove_m = 5000;
+
+  /// @param base with Epoch::environment
+  /// @param reported_ecef the rover's last fix [m]
+  /// @return the base's epoch with measurements and true place of the virtual station. Its fix stays the
+  /// base's. Empty as long as nothing was reported, as a caster that has no GGA yet sends nothing
+  [[nodiscard]] std::optional<Epoch> move(const Epoch& base,
+                                          const std::optional<Eigen::Vector3d>& reported_ecef);
+
+ private:
+  std::optional<Eigen::Vector3d> place_;
+  geodesy::GpsTime since_;
+};
 
 /// An epoch of one receiver that a run has to make.
 struct DueEpoch {
@@ -31,13 +53,13 @@ class CorrectionLinks {
   /// The receiver whose corrections one takes.
   [[nodiscard]] std::optional<std::size_t> base_of(std::size_t receiver) const { return base_[receiver]; }
   /// Makes the epoch due[i] from the corrections that have come for it; null: none have. The epoch must live
-  /// until observe() returns.
+  /// until make_epochs() returns.
   using Make = std::function<Epoch&(std::size_t i, std::shared_ptr<const relative::Corrections>)>;
   /// The one loop over epochs, which Simulation::run(), live sessions and hosts feed: takes the corrections
   /// of each epoch, makes it, and sends its own corrections to those that take them. Epochs of a receiver
   /// must be in order of time, and behind those of its base. Sets Epoch::receiver.
   /// @param parallel make epochs of receivers that need nothing of each other on several threads
-  void observe(std::span<const DueEpoch> due, bool parallel, const Make& make);
+  void make_epochs(std::span<const DueEpoch> due, bool parallel, const Make& make);
   /// An epoch of Epoch::receiver was made: its corrections are on their way to those that take them.
   void send(const Epoch& epoch);
   /// Corrections of a stream (relative::is_stream()) that came at `time` for a receiver that takes them.

@@ -7,7 +7,7 @@
 
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/positioning/pseudorange_model.hpp"
+#include "canyon/receiver/signal_range.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/simulator.hpp"
@@ -121,7 +121,7 @@ TEST(Corrections, LeaveTheNoiseOfBothCodes) {
         Measurement m;
         m.id = satellite.id;
         m.sigma_m = std::hypot(satellite.measurement->sigma_m, at_base.measurement->sigma_m);
-        m.pseudorange_m = positioning::pseudorange_m(*line, 0, 0, 0, satellite.noise_m - at_base.noise_m);
+        m.pseudorange_m = receiver::pseudorange_m(*line, 0, 0, 0, satellite.noise_m - at_base.noise_m);
         measurements.push_back(m);
       }
     }
@@ -237,7 +237,7 @@ TEST(Corrections, EchoesAtTheBaseAreNotAWrongPlace) {
       Measurement m;
       m.id = id;
       m.sigma_m = 1;
-      m.pseudorange_m = positioning::pseudorange_m(*line, 0, 0, 0, echo_m);
+      m.pseudorange_m = receiver::pseudorange_m(*line, 0, 0, 0, echo_m);
       m.carrier_frequency_hz = line->state.carrier_frequency_hz;
       epoch.observations.push_back({&gnss::signals_of(id.system).front(), m});
     }

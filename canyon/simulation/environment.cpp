@@ -83,24 +83,33 @@ propagation::Propagator Environment::make_propagator(const propagation::Propagat
   return impl_->city_scene->propagator(options);
 }
 
-propagation::Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
-                                          const propagation::Propagator& propagator) const {
-  return arrival(time, antenna_enu,
-                 [&propagator](const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
-                               std::span<propagation::SatellitePaths> result) {
-                   propagator.trace(antenna, directions, result);
-                 });
-}
-
-propagation::Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
-                                          const Tracer& trace) const {
+propagation::Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu) const {
   const geodesy::LocalFrame& frame = city().frame;
   const Eigen::Vector3d antenna_ecef = frame.ecef_from_local(antenna_enu);
   propagation::Arrival arrival =
       make_arrival(*impl_->sky, impl_->satellites, scene(),
-                   {time, antenna_ecef, antenna_enu, frame.ecef_from_local_rotation()}, trace);
+                   {time, antenna_ecef, antenna_enu, frame.ecef_from_local_rotation()});
   add_errors(arrival, time, antenna_ecef);
   return arrival;
+}
+
+propagation::Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
+                                          const propagation::Propagator& propagator,
+                                          propagation::TracedPlace* place) const {
+  propagation::Arrival all = arrival(time, antenna_enu);
+  add_paths(all, propagator, place);
+  return all;
+}
+
+propagation::Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
+                                          const Tracer& trace) const {
+  propagation::Arrival all = arrival(time, antenna_enu);
+  if (all.placement != raytrace::Placement::Free) return all;
+  const std::vector<Eigen::Vector3d> directions = ray_directions(all);
+  std::vector<propagation::SatellitePaths> paths(directions.size());
+  trace(all.antenna_enu, directions, paths);
+  set_paths(all, std::move(paths));
+  return all;
 }
 
 namespace {
@@ -118,8 +127,7 @@ std::optional<Eigen::Vector3d> lifted_onto_terrain(const raytrace::RayScene& sce
 }  // namespace
 
 propagation::Arrival make_arrival(const orbit::Sky& sky, std::span<const gnss::SatelliteId> satellites,
-                                  const raytrace::RayScene& scene, const Standpoint& standpoint,
-                                  const Tracer& trace) {
+                                  const raytrace::RayScene& scene, const Standpoint& standpoint) {
   propagation::Arrival arrival;
   arrival.ecef_from_enu = standpoint.ecef_from_enu;
   arrival.antenna_enu = standpoint.antenna_enu;
@@ -133,26 +141,41 @@ propagation::Arrival make_arrival(const orbit::Sky& sky, std::span<const gnss::S
   arrival.height_above_ground_m = scene.height_above_ground(arrival.antenna_enu);
   const orbit::Observer observer(standpoint.antenna_ecef);
   arrival.views.reserve(satellites.size());
-  std::vector<Eigen::Vector3d> directions;
-  directions.reserve(satellites.size());
   for (const gnss::SatelliteId id : satellites) {
     std::optional<orbit::LineOfSight> line = orbit::line_of_sight(sky, id, standpoint.time, observer);
     // The horizon is the antenna's own; rays are cast in the city's frame, whose vertical differs from the
     // antenna's by 1e-4 rad some 600 m from the origin.
     if (!line || !(line->elevation_rad > 0)) continue;
-    directions.emplace_back(standpoint.ecef_from_enu.transpose() * line->direction_ecef);
     arrival.views.push_back({*std::move(line), {}});
   }
   for (const raytrace::PlacedInstance& instance : scene.placed_instances()) {
     propagation::Body body = propagation::body_of(instance);
     if ((body.centre - standpoint.antenna_enu.head<2>()).norm() < kNear_m) arrival.bodies.push_back(body);
   }
-  if (arrival.placement != raytrace::Placement::Free) return arrival;
-
-  std::vector<propagation::SatellitePaths> paths(directions.size());
-  trace(arrival.antenna_enu, directions, paths);
-  for (std::size_t i = 0; i < paths.size(); ++i) arrival.views[i].paths = std::move(paths[i]);
   return arrival;
+}
+
+std::vector<Eigen::Vector3d> ray_directions(const propagation::Arrival& arrival) {
+  std::vector<Eigen::Vector3d> directions;
+  if (arrival.placement != raytrace::Placement::Free) return directions;
+  directions.reserve(arrival.views.size());
+  for (const propagation::SatelliteView& view : arrival.views) {
+    directions.emplace_back(arrival.ecef_from_enu.transpose() * view.line.direction_ecef);
+  }
+  return directions;
+}
+
+void set_paths(propagation::Arrival& arrival, std::vector<propagation::SatellitePaths> paths) {
+  for (std::size_t i = 0; i < paths.size(); ++i) arrival.views[i].paths = std::move(paths[i]);
+}
+
+void add_paths(propagation::Arrival& arrival, const propagation::Propagator& propagator,
+               propagation::TracedPlace* place) {
+  if (arrival.placement != raytrace::Placement::Free) return;
+  const std::vector<Eigen::Vector3d> directions = ray_directions(arrival);
+  std::vector<propagation::SatellitePaths> paths(directions.size());
+  propagator.trace(arrival.antenna_enu, directions, paths, place);
+  set_paths(arrival, std::move(paths));
 }
 
 }  // namespace canyon::simulation

@@ -19,8 +19,8 @@ namespace canyon::simulation {
 
 struct CityScene;
 
-/// Fills result[i] with the paths of the satellite in directions[i] (unit, ENU) at an antenna: what
-/// Propagator::trace() does, or a host with rays of its own.
+/// A host's own rays: fills result[i] with the paths of the satellite in directions[i] (unit, ENU) at an
+/// antenna, as Propagator::trace() does.
 using Tracer =
     std::function<void(const Eigen::Vector3d& antenna_enu, std::span<const Eigen::Vector3d> directions,
                        std::span<propagation::SatellitePaths> result)>;
@@ -34,13 +34,20 @@ struct Standpoint {
 };
 
 /// The arrival of those `satellites` (ascending) of the sky that stand above the antenna's horizon (elevation
-/// > 0), with the paths that `trace` finds in the city. Inside a building or under terrain nothing is traced,
-/// and every satellite is blocked; else `trace` is called once. Up to 0.5 m under the terrain rays start 1 cm
-/// above it. The antenna must be finite (InputError).
+/// > 0), without paths. Up to 0.5 m under the terrain rays start 1 cm above it (Arrival::antenna_enu). The
+/// antenna must be finite (InputError).
 [[nodiscard]] propagation::Arrival make_arrival(const orbit::Sky& sky,
                                                 std::span<const gnss::SatelliteId> satellites,
-                                                const raytrace::RayScene& scene, const Standpoint& standpoint,
-                                                const Tracer& trace);
+                                                const raytrace::RayScene& scene,
+                                                const Standpoint& standpoint);
+/// Directions of an arrival's satellites for rays from its antenna (unit, ENU); none inside a building or
+/// under terrain, where nothing is traced and every satellite is blocked.
+[[nodiscard]] std::vector<Eigen::Vector3d> ray_directions(const propagation::Arrival& arrival);
+/// @param paths of each of ray_directions()
+void set_paths(propagation::Arrival& arrival, std::vector<propagation::SatellitePaths> paths);
+/// Both, with the paths that a propagator traces. @param place see Propagator::trace()
+void add_paths(propagation::Arrival& arrival, const propagation::Propagator& propagator,
+               propagation::TracedPlace* place = nullptr);
 
 /// A city and a sky, each of which may be shared. Const and thread-safe.
 class Environment {
@@ -73,10 +80,14 @@ class Environment {
   /// their memory. The environment must outlive it.
   [[nodiscard]] propagation::Propagator make_propagator(const propagation::PropagationOptions& options) const;
 
-  /// make_arrival() of all satellites at an antenna in the city's ENU frame.
+  /// make_arrival() of all satellites at an antenna in the city's ENU frame, with their errors; without
+  /// paths.
+  [[nodiscard]] propagation::Arrival arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu) const;
+  /// With paths. @param place see Propagator::trace()
   [[nodiscard]] propagation::Arrival arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
-                                             const propagation::Propagator& propagator) const;
-  /// The same with other rays.
+                                             const propagation::Propagator& propagator,
+                                             propagation::TracedPlace* place = nullptr) const;
+  /// With the paths of a host's own rays.
   [[nodiscard]] propagation::Arrival arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
                                              const Tracer& trace) const;
 

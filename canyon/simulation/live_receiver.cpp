@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/disturbance/receiver_events.hpp"
+#include "canyon/disturbance/disturbance.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/correction_links.hpp"
@@ -196,7 +196,7 @@ void LiveReceiver::Impl::make_epochs(double seconds, const Pose& truth, Step& st
   }
   const std::array<DueEpoch, 2> due{{{1, truth.time}, {0, truth.time}}};
   auto of_base = std::make_shared<Step>();
-  links->observe(due, false, [&](std::size_t i, auto came) -> Epoch& {
+  links->make_epochs(due, false, [&](std::size_t i, auto came) -> Epoch& {
     if (due[i].receiver == 1) {
       *of_base =
           base->observe(seconds, antenna_state({truth.time, config.base()->fixed->place}, scene->city.frame));
@@ -216,7 +216,7 @@ Epoch LiveReceiver::Impl::make_epoch(const Pose& truth, propagation::Arrival& ar
   const auto given = std::exchange(corrections, nullptr);
   if (felt) felt->readings = {};
   if (felt && samples != nullptr) felt->readings = readings_of(*samples, config.sensors, start);
-  Epoch epoch = observe_epoch(receiver, truth, arrival, environment, given.get(), felt ? &*felt : nullptr);
+  Epoch epoch = make_epoch(receiver, truth, arrival, environment, given.get(), felt ? &*felt : nullptr);
   epoch.sensors = samples;
   const auto warning = receiver::wrong_station_warning(epoch.observed.station_offset_m);
   if (warning && !std::exchange(warned_of_station, true)) warnings.push_back(*warning);

@@ -85,16 +85,18 @@ void for_each_in_order(std::size_t count, std::size_t block_size, int threads, c
   threads = threads_of(threads);
   const auto size_at = [&](std::size_t first) { return std::min(block_size, count - first); };
 
+  tbb::task_arena arena(threads);
   if (threads == 1) {
     for (std::size_t first = 0; first < count; first += block_size) {
       OrderedBlock<Item> block(first, size_at(first));
-      for (std::size_t i = 0; i < block.size(); ++i) block.make(i, running, make);
+      arena.execute([&] {
+        for (std::size_t i = 0; i < block.size(); ++i) block.make(i, running, make);
+      });
       if (!block.take(running, take)) return;
     }
     return;
   }
 
-  tbb::task_arena arena(threads);
   tbb::task_group group;
   const auto begin_block = [&](std::size_t first) {
     auto block = std::make_unique<OrderedBlock<Item>>(first, size_at(first));

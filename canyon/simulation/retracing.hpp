@@ -1,15 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstddef>
 #include <cstdint>
-#include <functional>
-#include <map>
 #include <memory>
-#include <mutex>
-#include <optional>
 #include <utility>
-#include <vector>
 
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/propagation/arrival.hpp"
@@ -23,61 +17,44 @@ namespace canyon::simulation {
 [[nodiscard]] std::int64_t retrace_interval(const propagation::PropagationOptions& options,
                                             geodesy::GpsTime time);
 
-/// Whether far paths that were found at one place serve at another in the same interval.
-[[nodiscard]] bool is_near(const propagation::PropagationOptions& options, const Eigen::Vector3d& place_enu,
-                           const Eigen::Vector3d& antenna_enu);
+/// The paths of one epoch, for the epochs that follow nearby.
+struct SharedPaths {
+  std::int64_t interval = 0;  ///< retrace_interval()
+  Eigen::Vector3d antenna_enu;
+  propagation::TracedPlace place;
+};
 
 /// Arrivals at an antenna, epoch after epoch: far paths are those of the first epoch in each interval of
 /// time, and of each epoch that is too far from the last one with paths of its own
-/// (propagation::PropagationOptions::retrace_interval_s). Not thread-safe.
+/// (propagation::PropagationOptions::retrace_interval_s).
 class RetracedAntenna {
  public:
-  explicit RetracedAntenna(propagation::Propagator propagator) : propagator_(std::move(propagator)) {}
+  explicit RetracedAntenna(propagation::Propagator propagator);
 
-  /// @param environment which the propagator belongs to
-  [[nodiscard]] propagation::Arrival arrival(const Environment& environment, geodesy::GpsTime time,
-                                             const Eigen::Vector3d& antenna_enu);
-  /// The next epoch has paths of its own.
-  void forget() { kept_.reset(); }
-
- private:
-  struct Kept {
-    std::int64_t interval;
+  /// An epoch and the paths that it shares; null where the propagator has no far paths.
+  struct Epoch {
+    geodesy::GpsTime time;
     Eigen::Vector3d antenna_enu;
-    propagation::TracedPlace place;
+    std::shared_ptr<SharedPaths> paths;
+    bool first = true;  ///< the paths are found at this epoch
   };
-  propagation::Propagator propagator_;
-  std::optional<Kept> kept_;
-};
-
-/// The same arrivals for a run whose epochs are made in any order by many threads.
-class RetracedRun {
- public:
-  using Places = std::function<Eigen::Vector3d(std::size_t receiver, std::size_t instant)>;
-  using Instants = std::function<geodesy::GpsTime(std::size_t instant)>;
-
-  /// The references must outlive it. @param propagators of each receiver @param count of the instants
-  /// @param places of antennas in the city's frame
-  RetracedRun(const Environment& environment, const std::vector<propagation::Propagator>& propagators,
-              std::size_t count, Instants instants, Places places);
-  ~RetracedRun();
-
-  /// Thread-safe; each once.
-  [[nodiscard]] propagation::Arrival arrival(std::size_t receiver, std::size_t instant);
-  /// No epoch before this instant is asked for any more. Thread-safe.
-  void forget_before(std::size_t instant);
+  /// The next epoch. Not thread-safe.
+  [[nodiscard]] Epoch next(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu);
+  /// Its arrival. Thread-safe; the epoch that finds the paths comes before those that share them.
+  /// @param environment which the propagator belongs to
+  [[nodiscard]] propagation::Arrival arrival(const Environment& environment, const Epoch& epoch) const;
+  /// Both.
+  [[nodiscard]] propagation::Arrival arrival(const Environment& environment, geodesy::GpsTime time,
+                                             const Eigen::Vector3d& antenna_enu) {
+    return arrival(environment, next(time, antenna_enu));
+  }
+  /// The next epoch has paths of its own.
+  void forget() { paths_.reset(); }
 
  private:
-  struct Interval;
-  [[nodiscard]] std::shared_ptr<Interval> interval(std::size_t receiver, std::size_t instant);
-
-  const Environment& environment_;
-  const std::vector<propagation::Propagator>& propagators_;
-  std::size_t count_;
-  Instants instants_;
-  Places places_;
-  std::mutex mutex_;
-  std::map<std::pair<std::size_t, std::size_t>, std::shared_ptr<Interval>> intervals_;  // by end, receiver
+  propagation::Propagator propagator_;
+  bool keeps_paths_;
+  std::shared_ptr<SharedPaths> paths_;
 };
 
 }  // namespace canyon::simulation

@@ -15,7 +15,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 #include "canyon/relative/correction_link.hpp"
-#include "canyon/simulation/run_motion.hpp"
+#include "canyon/simulation/run_plan.hpp"
 #include "canyon/simulation/scenario/receiver_bases.hpp"
 #include "canyon/simulation/scenario_trajectory.hpp"
 #include "canyon/simulation/sensors/vehicle_sensors.hpp"

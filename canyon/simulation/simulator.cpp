@@ -1,6 +1,7 @@
 #include "canyon/simulation/simulator.hpp"
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <chrono>
@@ -16,7 +17,6 @@
 #include "canyon/simulation/ordered_blocks.hpp"
 #include "canyon/simulation/retracing.hpp"
 #include "canyon/simulation/run_checks.hpp"
-#include "canyon/simulation/run_motion.hpp"
 #include "canyon/simulation/run_plan.hpp"
 #include "canyon/simulation/run_receiver.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
@@ -29,10 +29,17 @@ namespace {
 
 using geodesy::GpsTime;
 
-// Result of the pure part for one receiver at one instant.
+// What arrives at one receiver at one instant.
 struct PureEpoch {
   Pose truth;
   propagation::Arrival arrival;
+};
+
+// The pure part of neighbouring instants, for all receivers.
+struct EpochBlock {
+  std::size_t first = 0;                       // instant
+  std::vector<std::vector<PureEpoch>> epochs;  // [instant - first][receiver]
+  std::exception_ptr failure;                  // why the instant behind them has none
 };
 
 // Calls `progress` at most ten times a second, and once at the end.
@@ -83,7 +90,9 @@ struct Simulation::Impl {
 
   void decide_receivers() {
     try {
-      for (ReceiverConfig& receiver : scenario.receivers) decide(receiver.options, environment);
+      for (ReceiverConfig& receiver : scenario.receivers) {
+        decide_options(receiver.options, environment.errors().get(), sky.sky.get());
+      }
     } catch (const InputError& e) {
       throw scenario_error(scenario, e.problem(), e.cure());
     }
@@ -96,7 +105,9 @@ struct Simulation::Impl {
   [[nodiscard]] SensorRun make_sensors() const;
   [[nodiscard]] std::optional<SensorRun> make_sensors(const std::vector<EpochSink*>& sinks) const;
   [[nodiscard]] Pose antenna_pose(std::size_t receiver, GpsTime t) const;
-  [[nodiscard]] PureEpoch pure_epoch(std::size_t receiver, std::size_t instant, RetracedRun& arrivals) const;
+  [[nodiscard]] EpochBlock trace_block(std::size_t first, std::size_t count,
+                                       std::vector<RetracedAntenna>& antennas,
+                                       const std::atomic<bool>* stop) const;
 
   Scenario scenario;
   RunPlan plan;
@@ -106,6 +117,14 @@ struct Simulation::Impl {
   Environment environment;
   std::vector<propagation::Propagator> propagators;  // of each receiver
 };
+
+namespace {
+
+bool is_set(const std::atomic<bool>* stop) {
+  return stop != nullptr && stop->load();
+}
+
+}  // namespace
 
 std::vector<receiver::Receiver> Simulation::Impl::make_receivers() const {
   std::vector<receiver::Receiver> receivers;
@@ -145,18 +164,63 @@ Pose Simulation::Impl::antenna_pose(std::size_t receiver, GpsTime t) const {
   return mounted_antenna(vehicle_pose(t), config.lever_arm_m);
 }
 
-PureEpoch Simulation::Impl::pure_epoch(std::size_t receiver, std::size_t instant,
-                                       RetracedRun& arrivals) const {
-  PureEpoch pure;
-  pure.truth = antenna_pose(receiver, plan.at(instant));
-  pure.arrival = arrivals.arrival(receiver, instant);
-  if (!scenario.receivers[receiver].fixed) tilt_antenna(pure.arrival, pure.truth, environment.city().frame);
-  return pure;
+// Blocks come in order, for the antennas remember their paths; within one many threads trace.
+EpochBlock Simulation::Impl::trace_block(std::size_t first, std::size_t count,
+                                         std::vector<RetracedAntenna>& antennas,
+                                         const std::atomic<bool>* stop) const {
+  const std::size_t receivers = scenario.receivers.size();
+  EpochBlock block{first, {}, nullptr};
+  try {
+    for (std::size_t i = 0; i < count; ++i) {
+      std::vector<PureEpoch> epochs(receivers);
+      for (std::size_t r = 0; r < receivers; ++r) epochs[r].truth = antenna_pose(r, plan.at(first + i));
+      block.epochs.push_back(std::move(epochs));
+    }
+  } catch (const InputError&) {
+    block.failure = std::current_exception();
+  }
+
+  // Epochs of one receiver that share their paths.
+  struct Group {
+    std::size_t receiver, begin;
+    std::vector<RetracedAntenna::Epoch> epochs;
+  };
+  std::vector<Group> groups;
+  const geodesy::LocalFrame& frame = environment.city().frame;
+  for (std::size_t r = 0; r < receivers; ++r) {
+    for (std::size_t i = 0; i < block.epochs.size(); ++i) {
+      const Pose& truth = block.epochs[i][r].truth;
+      RetracedAntenna::Epoch epoch =
+          antennas[r].next(plan.at(first + i), frame.local_from_geodetic(truth.position));
+      if (i == 0 || epoch.first) groups.push_back({r, i, {}});
+      groups.back().epochs.push_back(std::move(epoch));
+    }
+  }
+  // Tasks order the threads already; this says so to ThreadSanitizer, which cannot see into TBB.
+  std::atomic<std::size_t> traced{0};
+  traced.fetch_add(1, std::memory_order_release);
+  tbb::parallel_for(std::size_t{0}, groups.size(), [&](std::size_t g) {
+    (void)traced.load(std::memory_order_acquire);
+    const Group& group = groups[g];
+    const auto trace = [&](std::size_t i) {
+      if (is_set(stop)) return;
+      (void)traced.load(std::memory_order_acquire);
+      PureEpoch& pure = block.epochs[group.begin + i][group.receiver];
+      pure.arrival = antennas[group.receiver].arrival(environment, group.epochs[i]);
+      if (!scenario.receivers[group.receiver].fixed) tilt_antenna(pure.arrival, pure.truth, frame);
+      traced.fetch_add(1, std::memory_order_release);
+    };
+    // The first one may find the paths of the others.
+    trace(0);
+    tbb::parallel_for(std::size_t{1}, group.epochs.size(), trace);
+  });
+  (void)traced.load(std::memory_order_acquire);
+  return block;
 }
 
-Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth, propagation::Arrival& arrival,
-                    const Environment& environment, const relative::Corrections* corrections,
-                    const receiver::VehicleSensors* sensors) {
+Epoch make_epoch(receiver::Receiver& receiver, const Pose& truth, propagation::Arrival& arrival,
+                 const Environment& environment, const relative::Corrections* corrections,
+                 const receiver::VehicleSensors* sensors) {
   const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(truth.position);
   Epoch epoch;
   epoch.truth = truth;
@@ -239,104 +303,148 @@ Pose Simulation::antenna_pose(std::size_t receiver, GpsTime t) const {
   return impl_->antenna_pose(receiver, t);
 }
 
-RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions& options) const {
-  const Impl& impl = *impl_;
-  const auto started = std::chrono::steady_clock::now();
-  const std::size_t receiver_count = impl.scenario.receivers.size();
-  RunResult result;
-  result.planned = impl.plan.epochs();
-
-  std::vector<receiver::Receiver> receivers = impl.make_receivers();
-  CorrectionLinks links(impl.scenario.receivers, impl.scenario.seed);
-  std::optional<SensorRun> sensors = impl.make_sensors(sinks);
-  std::vector<std::optional<receiver::VehicleSensors>> felt;
-  for (const ReceiverConfig& config : impl.scenario.receivers)
-    felt.push_back(vehicle_sensors(impl.scenario.sensors, config));
-  std::vector<PlacementCounts> placements(receiver_count);
-  std::vector<std::optional<double>> station_offsets(receiver_count);
-  Progress progress(options.progress, result.planned);
-  const EpochSink* broken = nullptr;
-  std::exception_ptr failure;
-
-  const auto running = [&options] { return options.stop == nullptr || !options.stop->load(); };
-  RetracedRun arrivals(
-      impl.environment, impl.propagators, result.planned, [&](std::size_t k) { return impl.plan.at(k); },
-      [&](std::size_t r, std::size_t k) {
-        return impl.environment.city().frame.local_from_geodetic(
-            impl.antenna_pose(r, impl.plan.at(k)).position);
-      });
-  const auto pure = [&](std::size_t instant) {
-    std::vector<PureEpoch> epochs;
-    epochs.reserve(receiver_count);
-    for (std::size_t r = 0; r < receiver_count; ++r) epochs.push_back(impl.pure_epoch(r, instant, arrivals));
-    return epochs;
-  };
-  const auto write = [&](const Epoch& epoch) {
-    for (EpochSink* sink : sinks) {
-      broken = sink;
-      sink->write(epoch);
-      broken = nullptr;
+// The receivers of one run, in the calling thread.
+class Simulation::Run {
+ public:
+  Run(const Impl& impl, const std::vector<EpochSink*>& sinks, const RunOptions& options)
+      : impl_(impl),
+        sinks_(sinks),
+        stop_(options.stop),
+        receivers_(impl.make_receivers()),
+        links_(impl.scenario.receivers, impl.scenario.seed),
+        sensors_(impl.make_sensors(sinks)),
+        placements_(receivers_.size()),
+        station_offsets_(receivers_.size()),
+        progress_(options.progress, impl.plan.epochs()) {
+    for (const ReceiverConfig& config : impl.scenario.receivers) {
+      felt_.push_back(vehicle_sensors(impl.scenario.sensors, config));
     }
-  };
-  std::vector<DueEpoch> due;
-  for (const std::size_t r : links.order()) due.push_back({r, {}});
-  const auto observe = [&](std::size_t instant, std::vector<PureEpoch>& epochs) {
-    for (DueEpoch& each : due) each.time = epochs[each.receiver].truth.time;
-    const SensorBatch* batch = sensors ? &sensors->until(impl.plan.at(instant)) : nullptr;
-    std::vector<Epoch> made(receiver_count);
-    links.observe(due, false, [&](std::size_t i, const auto& corrections) -> Epoch& {
-      const std::size_t r = due[i].receiver;
-      PureEpoch& from = epochs[r];
-      from.arrival.messages = unowned(impl.sky.navigation);
-      if (felt[r]) felt[r]->readings = readings_of(*batch, impl.scenario.sensors, impl.plan.begin);
-      made[r] = observe_epoch(receivers[r], from.truth, from.arrival, impl.environment, corrections.get(),
-                              felt[r] ? &*felt[r] : nullptr);
-      made[r].arrival = &from.arrival;
-      made[r].sensors = batch;
-      ++placements[r][static_cast<std::size_t>(from.arrival.placement)];
-      if (made[r].observed.station_offset_m) station_offsets[r] = made[r].observed.station_offset_m;
-      return made[r];
-    });
-    for (const Epoch& epoch : made) write(epoch);
-    result.epochs = instant + 1;
-    arrivals.forget_before(result.epochs);
-    progress.report(result.epochs);
-  };
+    for (const std::size_t r : links_.order()) due_.push_back({r, {}});
+  }
 
+  /// Epochs of all receivers at the block's instants, until the run is stopped.
+  void take(EpochBlock& block) {
+    for (std::size_t i = 0; i < block.epochs.size(); ++i) {
+      if (is_set(stop_)) return;
+      make_epochs(block.first + i, block.epochs[i]);
+      done_ = block.first + i + 1;
+      progress_.report(done_);
+    }
+    if (block.failure) std::rethrow_exception(block.failure);
+  }
+
+  /// Finishes all sinks but one that failed, so that its file stays absent. Rethrows the first exception.
+  /// @param failure of the run so far
+  void finish_sinks(std::exception_ptr failure) {
+    for (EpochSink* sink : sinks_) {
+      if (sink == broken_) continue;
+      try {
+        sink->finish();
+      } catch (...) {
+        if (!failure) failure = std::current_exception();
+      }
+    }
+    if (failure) std::rethrow_exception(failure);
+    progress_.finish(done_);
+  }
+
+  [[nodiscard]] std::size_t done() const { return done_; }
+  [[nodiscard]] std::vector<std::string> warnings() const;
+
+ private:
+  void make_epochs(std::size_t instant, std::vector<PureEpoch>& from);
+  Epoch make_one(std::size_t receiver, PureEpoch& from, const relative::Corrections* corrections,
+                 const SensorBatch* batch);
+
+  const Impl& impl_;
+  const std::vector<EpochSink*>& sinks_;
+  const std::atomic<bool>* stop_;
+  std::vector<receiver::Receiver> receivers_;
+  CorrectionLinks links_;
+  std::optional<SensorRun> sensors_;
+  std::vector<std::optional<receiver::VehicleSensors>> felt_;  // by each receiver
+  std::vector<DueEpoch> due_;                                  // of an instant
+  std::vector<PlacementCounts> placements_;
+  std::vector<std::optional<double>> station_offsets_;
+  Progress progress_;
+  std::size_t done_ = 0;  // instants
+  const EpochSink* broken_ = nullptr;
+};
+
+Epoch Simulation::Run::make_one(std::size_t receiver, PureEpoch& from,
+                                const relative::Corrections* corrections, const SensorBatch* batch) {
+  from.arrival.messages = unowned(impl_.sky.navigation);
+  std::optional<receiver::VehicleSensors>& felt = felt_[receiver];
+  if (felt) felt->readings = readings_of(*batch, impl_.scenario.sensors, impl_.plan.begin);
+  Epoch epoch = make_epoch(receivers_[receiver], from.truth, from.arrival, impl_.environment, corrections,
+                           felt ? &*felt : nullptr);
+  epoch.arrival = &from.arrival;
+  epoch.sensors = batch;
+  ++placements_[receiver][static_cast<std::size_t>(from.arrival.placement)];
+  if (epoch.observed.station_offset_m) station_offsets_[receiver] = epoch.observed.station_offset_m;
+  return epoch;
+}
+
+void Simulation::Run::make_epochs(std::size_t instant, std::vector<PureEpoch>& from) {
+  for (DueEpoch& each : due_) each.time = from[each.receiver].truth.time;
+  const SensorBatch* batch = sensors_ ? &sensors_->until(impl_.plan.at(instant)) : nullptr;
+  std::vector<Epoch> made(receivers_.size());
+  links_.make_epochs(due_, false, [&](std::size_t i, const auto& corrections) -> Epoch& {
+    const std::size_t r = due_[i].receiver;
+    return made[r] = make_one(r, from[r], corrections.get(), batch);
+  });
+  for (const Epoch& epoch : made) {
+    for (EpochSink* sink : sinks_) {
+      broken_ = sink;
+      sink->write(epoch);
+      broken_ = nullptr;
+    }
+  }
+}
+
+std::vector<std::string> Simulation::Run::warnings() const {
+  std::vector<std::string> warnings = placement_warnings(impl_.scenario, placements_);
+  for (std::size_t r = 0; r < receivers_.size(); ++r) {
+    if (const auto warning = receiver::wrong_station_warning(station_offsets_[r])) {
+      warnings.push_back(fmt::format("{}: {}", impl_.scenario.receivers[r].options.name, *warning));
+    }
+  }
+  for (const EpochSink* sink : sinks_) {
+    for (std::string& warning : sink->warnings()) warnings.push_back(std::move(warning));
+  }
+  return warnings;
+}
+
+RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions& options) const {
+  const auto started = std::chrono::steady_clock::now();
+  const Impl& impl = *impl_;
+  const std::size_t count = impl.plan.epochs(), receiver_count = impl.scenario.receivers.size();
+  Run run(impl, sinks, options);
+  std::vector<RetracedAntenna> antennas(impl.propagators.begin(), impl.propagators.end());
+  std::exception_ptr failure;
   try {
     // Memory is bounded by the epochs of two blocks.
     const std::size_t epochs =
         options.block > 0 ? options.block : 16 * static_cast<std::size_t>(threads_of(options.threads));
-    const std::size_t block = std::max<std::size_t>(8, epochs / receiver_count);
-    for_each_in_order<std::vector<PureEpoch>>(result.planned, block, options.threads, running, pure, observe);
+    const std::size_t size = std::max<std::size_t>(8, epochs / receiver_count);
+    for_each_in_order<EpochBlock>(
+        (count + size - 1) / size, 1, options.threads, [&] { return !is_set(options.stop); },
+        [&](std::size_t k) {
+          return impl.trace_block(k * size, std::min(size, count - k * size), antennas, options.stop);
+        },
+        [&](std::size_t /*k*/, EpochBlock& block) { run.take(block); });
   } catch (...) {
     failure = std::current_exception();
   }
-  // A sink that failed is not finished, so that its file stays absent.
-  for (EpochSink* sink : sinks) {
-    if (sink == broken) continue;
-    try {
-      sink->finish();
-    } catch (...) {
-      if (!failure) failure = std::current_exception();
-    }
-  }
-  if (failure) std::rethrow_exception(failure);
+  run.finish_sinks(failure);
 
-  progress.finish(result.epochs);
+  RunResult result;
+  result.epochs = run.done();
+  result.planned = count;
   result.interrupted = result.epochs < result.planned;
   result.simulated_s = static_cast<double>(result.epochs) * interval_s();
   result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-  result.warnings = placement_warnings(impl.scenario, placements);
-  for (std::size_t r = 0; r < receiver_count; ++r) {
-    const auto warning = receiver::wrong_station_warning(station_offsets[r]);
-    if (warning) {
-      result.warnings.push_back(fmt::format("{}: {}", impl.scenario.receivers[r].options.name, *warning));
-    }
-  }
-  for (const EpochSink* sink : sinks) {
-    for (std::string& warning : sink->warnings()) result.warnings.push_back(std::move(warning));
-  }
+  result.warnings = run.warnings();
   return result;
 }
 

@@ -10,20 +10,21 @@
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/epoch.hpp"
 #include "canyon/simulation/scenario/fwd.hpp"
+#include "canyon/simulation/sky_builder.hpp"
 
 namespace canyon::simulation {
 
 struct CityScene;
 class SensorRun;
 
-/// A receiver's epoch at a known place: measurements, fix and its error. Every driver of epochs calls it.
+/// A receiver's epoch at a known place: measurements, fix and its error. Simulation and LiveReceiver call it.
 /// `arrival` is disturbed in place. Throws as Receiver::observe() does.
 /// @param corrections that came since the receiver's last epoch; null: none
 /// @param sensors of the vehicle; null: none
-[[nodiscard]] Epoch observe_epoch(receiver::Receiver& receiver, const Pose& truth,
-                                  propagation::Arrival& arrival, const Environment& environment,
-                                  const relative::Corrections* corrections = nullptr,
-                                  const receiver::VehicleSensors* sensors = nullptr);
+[[nodiscard]] Epoch make_epoch(receiver::Receiver& receiver, const Pose& truth, propagation::Arrival& arrival,
+                               const Environment& environment,
+                               const relative::Corrections* corrections = nullptr,
+                               const receiver::VehicleSensors* sensors = nullptr);
 
 struct RunOptions {
   int threads = 0;                          ///< 0: as many as cores; never more than those
@@ -45,30 +46,6 @@ struct RunResult {
   std::vector<std::string> warnings;
 };
 
-/// Builds the sky that `config` asks for, valid over [begin, end], seen from `place` (frozen skies). Throws
-/// InputError, with both spans and the cure, where no satellite at all has an ephemeris at `begin`; warns
-/// where the ephemerides end before `end`, or are older than their system allows (allow_stale).
-struct BuiltSky {
-  std::shared_ptr<const orbit::Sky> sky;
-  gnss::NavigationData navigation;
-  std::vector<std::string> warnings;
-};
-[[nodiscard]] BuiltSky build_sky(const SkyConfig& config, geodesy::GpsTime begin, geodesy::GpsTime end,
-                                 const geodesy::Geodetic& place);
-/// The errors of space under a sky (SkyConfig::errors), the same for the same seed; null: none.
-[[nodiscard]] std::shared_ptr<const errors::SpaceErrors> make_space_errors(const SkyConfig& config,
-                                                                           const BuiltSky& sky,
-                                                                           std::uint64_t seed);
-/// A city under a built sky, with these errors.
-[[nodiscard]] Environment make_environment(std::shared_ptr<CityScene> scene, const BuiltSky& sky,
-                                           const SkyConfig& config, std::uint64_t seed);
-/// Decides options that are left open by the errors, and by the sky, whose systems choose the signals of a
-/// radio that cannot track all at once.
-void decide(receiver::ReceiverOptions& options, const errors::SpaceErrors* errors);
-void decide(receiver::ReceiverOptions& options, const errors::SpaceErrors* errors, const orbit::Sky& sky);
-inline void decide(receiver::ReceiverOptions& options, const Environment& environment) {
-  decide(options, environment.errors().get(), environment.sky());
-}
 /// Replaces build_sky() where skies are shared.
 using SkyBuilder =
     std::function<BuiltSky(const SkyConfig&, geodesy::GpsTime, geodesy::GpsTime, const geodesy::Geodetic&)>;
@@ -111,13 +88,8 @@ class Simulation {
 
  private:
   struct Impl;
+  class Run;
   std::unique_ptr<Impl> impl_;
 };
-
-/// Whether any satellite at all is known at `t`.
-[[nodiscard]] bool has_satellites(const orbit::Sky& sky, geodesy::GpsTime t);
-
-/// Throws InputError where a sky has satellites without ionosphere coefficients of their system or of GPS.
-void require_ionosphere(const BuiltSky& sky);
 
 }  // namespace canyon::simulation

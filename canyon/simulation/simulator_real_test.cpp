@@ -7,9 +7,9 @@
 
 #include "canyon/base/text_file.hpp"
 #include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/run_receiver.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
-#include "canyon/simulation/street_sources.hpp"
 #include "tests/support/loaded_city.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/simulation_support.hpp"

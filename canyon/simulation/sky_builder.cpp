@@ -1,5 +1,5 @@
-// Declared in canyon/simulation/simulator.hpp.
-// Builds the Sky of a scenario's `sky:`, with warnings about its fit to the run.
+#include "canyon/simulation/sky_builder.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,9 +14,7 @@
 #include "canyon/orbit/nominal_constellation.hpp"
 #include "canyon/orbit/precise_sky.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
-#include "canyon/simulation/require_satellites.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
-#include "canyon/simulation/simulator.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -257,14 +255,12 @@ Environment make_environment(std::shared_ptr<CityScene> scene, const BuiltSky& s
   return environment;
 }
 
-void decide(receiver::ReceiverOptions& options, const errors::SpaceErrors* errors) {
+void decide_options(receiver::ReceiverOptions& options, const errors::SpaceErrors* errors,
+                    const orbit::Sky* sky) {
   options.decide(errors != nullptr, errors != nullptr && errors->has_ionosphere());
-}
-
-void decide(receiver::ReceiverOptions& options, const errors::SpaceErrors* errors, const orbit::Sky& sky) {
-  decide(options, errors);
+  if (sky == nullptr) return;
   try {
-    options.choose_signals(sky.satellites());
+    options.choose_signals(sky->satellites());
   } catch (const InputError& e) {
     throw InputError(fmt::format("receiver '{}': {}", options.name, e.problem()), e.cure());
   }

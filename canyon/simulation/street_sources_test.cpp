@@ -1,5 +1,5 @@
 // Streets through Simulation and LiveReceiver.
-#include "canyon/simulation/street_sources.hpp"
+#include "canyon/simulation/run_receiver.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

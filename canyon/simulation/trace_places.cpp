@@ -10,7 +10,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
-#include "canyon/simulation/require_satellites.hpp"
+#include "canyon/simulation/sky_builder.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -89,18 +89,13 @@ void trace_places(const Environment& environment, const propagation::Propagator&
   for (const auto& [id, number] : sorted) ascending.push_back(id);
 
   const geodesy::LocalFrame& frame = environment.city().frame;
-  const Tracer tracer = [&propagator](const Eigen::Vector3d& antenna,
-                                      std::span<const Eigen::Vector3d> directions,
-                                      std::span<propagation::SatellitePaths> paths) {
-    propagator.trace(antenna, directions, paths);
-  };
   for_each_place(places_enu.size(), options, [&](std::size_t i, std::vector<TracedPath>* paths) {
     const Eigen::Vector3d& place = places_enu[i];
-    const propagation::Arrival arrival =
+    propagation::Arrival arrival =
         make_arrival(environment.sky(), ascending, environment.scene(),
                      {times[times.size() == 1 ? 0 : i], frame.ecef_from_local(place), place,
-                      frame.ecef_from_local_rotation()},
-                     tracer);
+                      frame.ecef_from_local_rotation()});
+    add_paths(arrival, propagator);
     const std::span<TracedSatellite> row = result.subspan(i * satellites.size(), satellites.size());
     std::fill(
         row.begin(), row.end(),

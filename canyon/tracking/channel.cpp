@@ -8,7 +8,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/tracking/channel_rate.hpp"
+#include "canyon/tracking/channel_fading.hpp"
 #include "canyon/tracking/interference.hpp"
 
 namespace canyon::tracking {

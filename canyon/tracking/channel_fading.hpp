@@ -1,14 +1,40 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <complex>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "canyon/orbit/sky.hpp"
+#include "canyon/propagation/paths.hpp"
 #include "canyon/tracking/noise.hpp"
-#include "canyon/tracking/path_phase.hpp"
 
 namespace canyon::tracking {
+
+/// Random carrier phases of paths: phi0 uniform on (-pi, pi], drawn from seed, receiver, satellite and
+/// reflector alone, since no model of a city knows a wall to centimetres. The detour's part, -2 pi excess /
+/// wavelength, is in signal::path_amplitude(): the exact integral of the fading, without memory. Const,
+/// thread-safe.
+class PathPhases {
+ public:
+  PathPhases(std::uint64_t seed, std::string_view receiver);
+
+  /// [rad]. @param satellite e.g. "G05"; @param reflector any number that stays the same while the signal
+  /// comes over the same surface
+  [[nodiscard]] double phase_rad(std::string_view satellite, std::uint64_t reflector) const;
+
+ private:
+  std::uint64_t seed_;
+  std::string prefix_;
+};
+
+/// Frequency of a path against the one that is tracked [Hz], -excess_rate / wavelength, excess_rate that of
+/// its length against the other's: SignalPath::fading_hz.
+[[nodiscard]] inline double fading_rate_hz(double excess_rate_mps, double wavelength_m) {
+  return -excess_rate_mps / wavelength_m;
+}
 
 /// Distance that an antenna moves [wavelengths] until the autocorrelation of a diffuse bundle's amplitude
 /// falls to 1/e: J0(2 pi d / wavelength) = 1/e, of waves from all around (R. H. Clarke, Bell System Technical
@@ -72,5 +98,21 @@ class PathFades {
   RandomStream stream_;
   std::vector<Fade> before_, now_;
 };
+
+/// d/dt [m/s] of geometric range plus excess path along one path, per second of true time.
+///
+/// The light-time equation r = |S(t - r/c) - x(t)| derived: r' = e.(V - v) / (1 + e.(V + omega x S)/c), S and
+/// V turned to the axes of reception. A path over something at rest sees the antenna's velocity along the
+/// direction of arrival `a` in place of e. Its excess also changes with e while the satellite moves on:
+///   a plane, excess 2 h (n.e), n along e - a: 2 h n.e' = 2 excess (e - a).e' / |e - a|^2;
+///   a point of an edge or a rough facade at distance d, excess d (1 - e.a): -d a.e', which is the same
+/// (centimetres per second). Two planes have e' times the way from the antenna's image in both to the antenna
+/// (propagation::antenna_image()). A transmitter's path has its own, of its carrier. Within 1 mm/s of
+/// differences of ranges (receiver_test.cpp).
+/// @param antenna_velocity_ecef [m/s], in the rotating frame; @param path in the frame that `ecef_from_enu`
+/// turns
+[[nodiscard]] double path_rate_mps(const orbit::LineOfSight& line,
+                                   const Eigen::Vector3d& antenna_velocity_ecef,
+                                   const propagation::Path& path, const Eigen::Matrix3d& ecef_from_enu);
 
 }  // namespace canyon::tracking

@@ -1,4 +1,4 @@
-#include "canyon/tracking/channel_rate.hpp"
+#include "canyon/tracking/channel_fading.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "canyon/tracking/clock.hpp"
+#include "canyon/tracking/noise.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

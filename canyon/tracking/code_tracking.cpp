@@ -481,7 +481,6 @@ void visit(options::Visitor& v, DllOptions& o) {
             "C/N0 below which the loop narrows with the noise of its discriminator; 0: never"},
            o.narrow_below_dbhz, {0, 100});
   v.number({"integration_s", "s", "coherent integration"}, o.integration_s, {0, 10, true});
-  v.effect(options::Effect::Later);
   v.number(
       {"peak_check_s", "s",
        "time for which another correlation peak must be stronger before the loop jumps to it; none: never"},

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "canyon/propagation/interference.hpp"
+#include "canyon/propagation/arrival.hpp"
 #include "canyon/signal/antenna_pattern.hpp"
 #include "canyon/tracking/correlation.hpp"
 

@@ -1,4 +1,4 @@
-#include "canyon/tracking/path_phase.hpp"
+#include "canyon/tracking/channel_fading.hpp"
 
 #include <gtest/gtest.h>
 

@@ -93,7 +93,6 @@ void visit(options::Visitor& v, SignalLockOptions& o) {
            o.acquisition_threshold_dbhz, kCn0);
   v.number({"tracking_threshold_dbhz", "dB-Hz", "C/N0 down to which a signal is tracked"},
            o.tracking_threshold_dbhz, kCn0);
-  v.effect(options::Effect::Later);
   v.number({"cold_acquisition_s", "s", "time from appearance to first measurement of an unknown signal"},
            o.cold_acquisition_s, kSeconds);
   v.number({"reacquisition_s", "s", "time from appearance to first measurement of a signal tracked before"},

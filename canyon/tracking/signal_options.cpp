@@ -6,8 +6,6 @@
 #include "canyon/options/values.hpp"
 
 namespace canyon::tracking {
-
-using options::Effect;
 namespace {
 
 using signal::AntennaPattern;
@@ -120,22 +118,16 @@ void visit(options::Visitor& v, SignalOptions& o) {
            o.front_end_bandwidth_hz, options::or_none({1.023e6, 511e6}));
   v.number({"wide_front_end_bandwidth_hz", "Hz", "two-sided bandwidth for signals of 10.23 Mchip/s"},
            o.wide_front_end_bandwidth_hz, options::or_none({10.23e6, 511e6}));
-  v.effect(Effect::Later);  // there is no interference in cells
   v.number({"front_end_compression_dbm", "dBm",
             "power of interference that lowers the gain of the stages before the filter by 1 dB; none: they "
             "are linear"},
            o.front_end_compression_dbm, options::or_none({-80, 20}));
-  v.effect(Effect::FirstFix);
   v.part("dll", o.dll);
-  v.effect(Effect::Later);
   v.part("pll", o.pll);
   v.part("fll", o.fll);
-  v.effect(Effect::FirstFix);
   v.part("lock", o.lock);
-  v.effect(Effect::Later);
   v.number({"phase_threshold_dbhz", "dB-Hz", "C/N0 down to which the carrier phase is tracked"},
            o.phase_threshold_dbhz, {0, 100});
-  v.effect(Effect::FirstFix);
   v.number({"cn0_sigma_db", "dB", "standard deviation of the receiver's C/N0 estimate"}, o.cn0_sigma_db,
            {0, 10});
   v.number({"cn0_step_db", "dB", "step of the stated C/N0; 0: not rounded"}, o.cn0_step_db, {0, 10});

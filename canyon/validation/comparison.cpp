@@ -22,8 +22,8 @@
 #include "canyon/receiver/receiver.hpp"
 #include "canyon/signal/path_strength.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
+#include "canyon/simulation/run_receiver.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
-#include "canyon/simulation/street_sources.hpp"
 #include "canyon/validation/ranked_sample.hpp"
 #include "canyon/validation/statistics.hpp"
 
@@ -95,17 +95,17 @@ class Comparer {
   /// The pure part: thread-safe.
   [[nodiscard]] propagation::Arrival trace(std::size_t e) const {
     const ResidualEpoch& epoch = recording_.residuals.epochs[e];
-    // A product of two rotations turns to unit length but for rounding.
-    const auto trace_unit = [this](const Eigen::Vector3d& antenna,
-                                   std::span<const Eigen::Vector3d> directions,
-                                   std::span<propagation::SatellitePaths> result) {
-      std::vector<Eigen::Vector3d> unit(directions.begin(), directions.end());
-      for (Eigen::Vector3d& direction : unit) direction.normalize();
-      propagator_.trace(antenna, unit, result);
-    };
     propagation::Arrival arrival =
         simulation::make_arrival(environment_.sky(), satellites_, environment_.scene(),
-                                 {epoch.reception, epoch.antenna_ecef, place(e), ecef_from_map_}, trace_unit);
+                                 {epoch.reception, epoch.antenna_ecef, place(e), ecef_from_map_});
+    if (arrival.placement == raytrace::Placement::Free) {
+      std::vector<Eigen::Vector3d> directions = simulation::ray_directions(arrival);
+      // A product of two rotations turns to unit length but for rounding.
+      for (Eigen::Vector3d& direction : directions) direction.normalize();
+      std::vector<propagation::SatellitePaths> paths(directions.size());
+      propagator_.trace(arrival.antenna_enu, directions, paths);
+      simulation::set_paths(arrival, std::move(paths));
+    }
     environment_.add_errors(arrival, epoch.reception, epoch.antenna_ecef);
     return arrival;
   }

@@ -37,7 +37,7 @@ RecordedScene read_recorded_scene(simulation::Scenario& scenario, const ListedRe
       std::make_shared<simulation::CityScene>(std::move(city)), scene.sky, scenario.sky, scenario.seed));
   // The systems that were recorded are those of the radio.
   for (simulation::ReceiverConfig& receiver : scenario.receivers) {
-    simulation::decide(receiver.options, scene.environment->errors().get());
+    simulation::decide_options(receiver.options, scene.environment->errors().get(), nullptr);
   }
   RecordingOptions options;
   options.ionosphere = options.troposphere = atmosphere;

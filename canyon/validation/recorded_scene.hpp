@@ -28,7 +28,7 @@ struct RecordedScene {
 void settle_truth(const simulation::Scenario& scenario, ListedRecording& files, std::string_view option);
 
 /// Loads the scenario's city and reads the observations and, after settle_truth(), the true positions.
-/// simulation::decide() settles what the receivers leave to the sky's errors. Throws InputError as
+/// simulation::decide_options() settles what the receivers leave to the sky's errors. Throws InputError as
 /// read_recording(), simulation::load_city() and simulation::build_sky() do.
 [[nodiscard]] RecordedScene read_recorded_scene(simulation::Scenario& scenario, const ListedRecording& files,
                                                 bool atmosphere);

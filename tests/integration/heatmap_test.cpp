@@ -14,7 +14,6 @@
 #include "canyon/heatmap/engine/engine.hpp"
 #include "canyon/heatmap/engine/map_source.hpp"
 #include "canyon/heatmap/engine/map_summary.hpp"
-#include "canyon/heatmap/engine/store_slices.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/temporary_folder.hpp"

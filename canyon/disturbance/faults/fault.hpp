@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -7,16 +8,40 @@
 #include <string_view>
 #include <vector>
 
+#include "canyon/city/fwd.hpp"
 #include "canyon/disturbance/course.hpp"
 #include "canyon/disturbance/disturbance.hpp"
-#include "canyon/disturbance/faults/fault_context.hpp"
-#include "canyon/disturbance/faults/satellite_set.hpp"
+#include "canyon/geodesy/gps_time.hpp"
+#include "canyon/gnss/satellite_id.hpp"
 #include "canyon/options/describe.hpp"
 #include "canyon/options/visitor.hpp"
+#include "canyon/orbit/sky.hpp"
+#include "canyon/raytrace/ray_scene.hpp"
 
 // Faults and attacks on purpose: what kinds there are, and one of them as a text says it.
 
 namespace canyon::disturbance {
+
+/// Satellites by name: "G05" for one, "GPS" for a system; none: all of them.
+using SatelliteSet = std::vector<std::string>;
+
+[[nodiscard]] bool holds(const SatelliteSet& set, gnss::SatelliteId id);
+/// Throws InputError for a name that is neither a satellite's nor a system's.
+void check_satellites(const SatelliteSet& set);
+/// The field `satellites` of options; a reader checks the names.
+void visit_satellites(options::Visitor& v, SatelliteSet& set);
+
+/// Input of the effect of one fault on one receiver, beside the fault's own options.
+struct FaultContext {
+  std::string name;                       ///< of the fault
+  geodesy::GpsTime begin;                 ///< its first instant
+  std::optional<geodesy::GpsTime> end;    ///< behind its last one; empty: none
+  std::uint64_t seed = 1;                 ///< of the run
+  std::string receiver;                   ///< random streams are RandomStream(seed, receiver + "/..." + name)
+  std::shared_ptr<const orbit::Sky> sky;  ///< the true one
+  std::shared_ptr<const city::City> city;
+  std::shared_ptr<const raytrace::RayScene> rays;
+};
 
 /// The options of one fault, whatever its kind.
 class FaultSettings {
@@ -56,10 +81,10 @@ struct FaultKind {
 
 /// One fault of a timeline.
 struct Fault {
-  std::string name;                         ///< of its own in a timeline
-  double from_s = 0;                        ///< since the begin of the timeline, [0, 1e8]
-  std::optional<double> until_s;            ///< behind its last instant; empty: none
-  std::vector<std::string> receivers;       ///< names; empty: all
+  std::string name;                         ///< unique in its timeline
+  double from_s = 0;                        ///< first instant, from the begin of the timeline [s], [0, 1e8]
+  std::optional<double> until_s;            ///< end, which is not part of it; empty: the fault never ends
+  std::vector<std::string> receivers;       ///< names of those that it acts on; empty: all
   const FaultKind* kind = nullptr;          ///< of fault_kinds()
   std::shared_ptr<FaultSettings> settings;  ///< of that kind; shared by copies, which leave it as it is
 

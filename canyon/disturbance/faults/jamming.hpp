@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "canyon/disturbance/disturbance.hpp"
-#include "canyon/disturbance/faults/fault_context.hpp"
+#include "canyon/disturbance/faults/fault.hpp"
 #include "canyon/disturbance/faults/transmitter.hpp"
 #include "canyon/options/fwd.hpp"
 

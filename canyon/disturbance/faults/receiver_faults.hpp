@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "canyon/disturbance/disturbance.hpp"
-#include "canyon/disturbance/faults/fault_context.hpp"
+#include "canyon/disturbance/faults/fault.hpp"
 #include "canyon/options/visitor.hpp"
 
 // Faults of one receiver: oscillator, date, antenna, restart.

@@ -6,8 +6,7 @@
 
 #include "canyon/base/random.hpp"
 #include "canyon/disturbance/disturbance.hpp"
-#include "canyon/disturbance/faults/fault_context.hpp"
-#include "canyon/disturbance/faults/satellite_set.hpp"
+#include "canyon/disturbance/faults/fault.hpp"
 #include "canyon/orbit/wrong_sky.hpp"
 
 // Faults of satellites, and of the ionosphere on the way from them.

@@ -6,8 +6,7 @@
 
 #include "canyon/disturbance/course.hpp"
 #include "canyon/disturbance/disturbance.hpp"
-#include "canyon/disturbance/faults/fault_context.hpp"
-#include "canyon/disturbance/faults/satellite_set.hpp"
+#include "canyon/disturbance/faults/fault.hpp"
 #include "canyon/disturbance/faults/transmitter.hpp"
 #include "canyon/options/fwd.hpp"
 

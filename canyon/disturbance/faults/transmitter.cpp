@@ -11,7 +11,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/propagation/index/knife_edge.hpp"
-#include "canyon/propagation/reflector_id.hpp"
+#include "canyon/propagation/paths.hpp"
 #include "canyon/signal/fresnel.hpp"
 #include "canyon/signal/radio_materials.hpp"
 

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "canyon/disturbance/course.hpp"
-#include "canyon/disturbance/faults/fault_context.hpp"
+#include "canyon/disturbance/faults/fault.hpp"
 #include "canyon/options/fwd.hpp"
+#include "canyon/propagation/arrival.hpp"
 #include "canyon/propagation/index/facets.hpp"
-#include "canyon/propagation/interference.hpp"
 
 namespace canyon::disturbance {
 

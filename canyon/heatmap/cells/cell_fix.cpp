@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+
+#include "canyon/positioning/pseudorange_model.hpp"
+#include "canyon/receiver/signal_range.hpp"
 
 namespace canyon::heatmap {
 
@@ -78,6 +82,102 @@ void CellFix::state_covariance(std::span<const CellRange> ranges, const LinearFi
   if (options_.covariance_by_residuals && used_.size() > fix_->unknowns()) {
     answer.covariance *= std::max(1.0, squares / (rows - static_cast<double>(fix_->unknowns())));
   }
+}
+
+using Eigen::Index;
+
+bool LinearFix::factorise() {
+  constexpr double kLeastPivot = positioning::kRankThreshold * positioning::kRankThreshold;
+  const auto n = static_cast<Index>(unknowns_);
+  for (Index i = 0; i < n; ++i) {
+    double pivot = matrix_(i, i);
+    const double whole = pivot;
+    for (Index k = 0; k < i; ++k) pivot -= matrix_(k, i) * matrix_(k, i);
+    if (!(pivot > kLeastPivot * whole)) return false;
+    const double inverse = 1 / std::sqrt(pivot);
+    matrix_(i, i) = inverse;
+    for (Index j = i + 1; j < n; ++j) {
+      double sum = matrix_(i, j);
+      for (Index k = 0; k < i; ++k) sum -= matrix_(k, i) * matrix_(k, j);
+      matrix_(i, j) = sum * inverse;
+    }
+  }
+  return true;
+}
+
+LinearFix::Unknowns LinearFix::substitute(Unknowns b) const {
+  const auto at = [this](std::size_t i, std::size_t j) {
+    return matrix_(static_cast<Index>(i), static_cast<Index>(j));
+  };
+  for (std::size_t i = 0; i < unknowns_; ++i) {
+    for (std::size_t k = 0; k < i; ++k) b[i] -= at(k, i) * b[k];
+    b[i] *= at(i, i);
+  }
+  for (std::size_t i = unknowns_; i-- > 0;) {
+    for (std::size_t k = i + 1; k < unknowns_; ++k) b[i] -= at(i, k) * b[k];
+    b[i] *= at(i, i);
+  }
+  return b;
+}
+
+Eigen::Matrix3d LinearFix::covariance() const {
+  Eigen::Matrix3d covariance;
+  for (std::size_t j = 0; j < 3; ++j) {
+    const Unknowns column = inverse_column(j);
+    covariance.col(static_cast<Index>(j)) = Eigen::Vector3d(column[0], column[1], column[2]);
+  }
+  return covariance;
+}
+
+positioning::Dop LinearFix::dop() const {
+  const auto n = static_cast<Index>(unknowns_);
+  positioning::Cofactor cofactor(n, n);
+  for (std::size_t j = 0; j < unknowns_; ++j) {
+    const Unknowns column = inverse_column(j);
+    for (Index i = 0; i < n; ++i) cofactor(i, static_cast<Index>(j)) = column[static_cast<std::size_t>(i)];
+  }
+  return positioning::dop_from_cofactor(cofactor);
+}
+
+const gnss::Signal* TileErrors::signal_of(gnss::SatelliteId id) const {
+  std::vector<const gnss::Signal*> tracked;
+  receiver::signals_to_track(options, id, time, tracked);
+  return tracked.empty() ? nullptr : tracked.front();
+}
+
+double TileErrors::error_m(const propagation::SatelliteView& view, const gnss::Signal& signal,
+                           double carrier_hz) const {
+  const orbit::LineOfSight& line = view.line;
+  const receiver::DelaysInSignal delays =
+      receiver::delays_in_signal(options, klobuchar, view, carrier_hz, time, centre);
+  const double corrected_m = positioning::atmosphere_m(
+      options.fix.correct_ionosphere, options.fix.correct_troposphere, klobuchar, line.id.system, carrier_hz,
+      time, centre, {line.azimuth_rad, line.elevation_rad});
+  return delays.ionosphere_m + delays.troposphere_m - corrected_m + delays.orbit_error_m +
+         receiver::fixed_bias_m(options.biases, line.id, signal, carrier_hz, time);
+}
+
+double TileErrors::sigma_factor(gnss::SatelliteId id, const gnss::Signal& signal) const {
+  double product = 1;
+  for (const auto& [group, factor] : options.fix_input.sigma_factor) {
+    if (gnss::in_group(group, id, signal, time)) product *= factor;
+  }
+  return product;
+}
+
+geodesy::Geodetic seen_from(const orbit::LineOfSight& line) {
+  return geodesy::geodetic_from_ecef(line.position_at_reception_m - line.range_m * line.direction_ecef);
+}
+
+std::vector<FixSatellite> fix_satellites(const std::vector<orbit::LineOfSight>& lines,
+                                         const geodesy::Geodetic& centre) {
+  const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(centre);
+  std::vector<FixSatellite> satellites;
+  satellites.reserve(lines.size());
+  for (const orbit::LineOfSight& line : lines) {
+    satellites.push_back({line.id.system, enu_from_ecef * line.direction_ecef});
+  }
+  return satellites;
 }
 
 }  // namespace canyon::heatmap

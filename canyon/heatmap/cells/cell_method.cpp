@@ -1,25 +1,25 @@
 #include "canyon/heatmap/cells/cell_method.hpp"
 
 #include <algorithm>
-#include <cassert>
 
 #include "canyon/heatmap/cells/cell_receivers.hpp"
-#include "canyon/heatmap/cells/cell_rtk.hpp"
 #include "canyon/heatmap/cells/cell_values.hpp"
 #include "canyon/heatmap/cells/shared_cells.hpp"
 #include "canyon/heatmap/cells/steady_receivers.hpp"
-#include "canyon/options/describe.hpp"
 
 namespace canyon::heatmap {
 namespace {
 
-using options::Effect;
-
 /// Iterations that surely reach the fix that CellFix computes.
 constexpr int kIterations = 20;
 
-bool is_followed(Effect effect) {
-  return effect == Effect::FirstFix || effect == Effect::Later;
+/// Whether the receiver has something switched on that cells cannot follow without running it.
+bool must_run(const simulation::ReceiverConfig& receiver) {
+  const receiver::ReceiverOptions& options = receiver.options;
+  return !receiver.disturbances.empty() || receiver.streets.enabled ||
+         options.fix_input.combination != receiver::Combination::First || !options.fix_input.uses.empty() ||
+         options.fix.raim.enabled || options.fix.max_iterations < kIterations || options.filter.enabled ||
+         options.dead_reckoning.enabled || options.rtk.enabled || !options.corrections.from.empty();
 }
 
 bool needs_protection(Layer layer) {
@@ -30,15 +30,8 @@ bool needs_protection(Layer layer) {
 }  // namespace
 
 CellMethod cell_method(const simulation::ReceiverConfig& receiver) {
+  if (must_run(receiver)) return CellMethod::Run;
   const receiver::ReceiverOptions& options = receiver.options;
-  if (!receiver.disturbances.empty() || receiver.streets.enabled) return CellMethod::Run;
-  const std::vector<options::Key> keys = options::describe(options).keys,
-                                  defaults = options::describe(receiver::ReceiverOptions()).keys;
-  assert(keys.size() == defaults.size());
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    if (keys[i].value != defaults[i].value && !is_followed(keys[i].effect)) return CellMethod::Run;
-  }
-  if (options.fix.max_iterations < kIterations) return CellMethod::Run;
   if (options.signal.enabled) {
     const bool steady =
         !options.noise.drift_enabled && receiver.propagation.model == propagation::Model::Specular;
@@ -46,14 +39,6 @@ CellMethod cell_method(const simulation::ReceiverConfig& receiver) {
   }
   const bool by_cn0 = options.fix.weights.weighting == positioning::Weighting::Cn0;
   return by_cn0 ? CellMethod::Run : CellMethod::Shared;
-}
-
-std::vector<std::string> unsaid_fields() {
-  std::vector<std::string> paths;
-  for (const options::Key& key : options::describe(receiver::ReceiverOptions()).keys) {
-    if (key.effect == Effect::Unsaid) paths.push_back(key.path);
-  }
-  return paths;
 }
 
 std::vector<std::unique_ptr<const CellSolver>> cell_solvers(const simulation::Environment& environment,

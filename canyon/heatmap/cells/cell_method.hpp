@@ -4,7 +4,6 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "canyon/heatmap/cells/cell_solver.hpp"
@@ -13,19 +12,15 @@
 
 namespace canyon::heatmap {
 
-/// The parts of a receiver that the cells of a map leave out, most first.
+/// How the cells of a map are computed, fastest first.
 enum class CellMethod : std::uint8_t {
-  Shared,  ///< strength of signals and loops: cells that receive the same satellites share one fix
-  Steady,  ///< the time until loops and fix rest
-  Run,     ///< nothing
+  Shared,  ///< geometry alone: cells that receive the same satellites share one fix
+  Steady,  ///< the state of loops and fix at rest, without the time until they rest
+  Run,     ///< a receiver::Receiver runs in each cell
 };
 
-/// The most that a receiver's cells can leave out. The receiver's options answer by options::Effect: a field
-/// that has not its default and does not say that cells follow it makes the receiver run.
+/// The fastest method that computes the fix of this receiver.
 [[nodiscard]] CellMethod cell_method(const simulation::ReceiverConfig& receiver);
-
-/// Paths of the fields of receivers that say no options::Effect.
-[[nodiscard]] std::vector<std::string> unsaid_fields();
 
 /// The receiver of a map and how its cells are computed.
 struct CellReceiver {

@@ -1,21 +1,28 @@
 #include "canyon/heatmap/cells/cell_receivers.hpp"
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/random.hpp"
 #include "canyon/base/statistics.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/gnss/signals.hpp"
 #include "canyon/heatmap/kernels/tile_tasks.hpp"
 #include "canyon/positioning/fix.hpp"
+#include "canyon/receiver/corrections.hpp"
+#include "canyon/relative/correction_link.hpp"
 
 namespace canyon::heatmap {
+
 namespace {
 
 using Eigen::Vector3d;
@@ -25,7 +32,7 @@ using propagation::Visibility;
 /// not depend on them.
 simulation::ReceiverConfig with_used_signals(simulation::ReceiverConfig receiver) {
   receiver::ReceiverOptions& options = receiver.options;
-  if (options.ranging.combination != receiver::Combination::First || !options.ranging.uses.empty()) {
+  if (options.fix_input.combination != receiver::Combination::First || !options.fix_input.uses.empty()) {
     return receiver;
   }
   const std::vector<std::string> tracks = options.tracks;
@@ -73,7 +80,7 @@ void CellReceivers::solve_without_noise(const ReceiverDraws::Scene& scene, CellV
   receiver::Receiver receiver(quiet, receivers_.seed(scene.antenna.time, 0), receivers_.disturbances());
   receiver::ReceiverEpoch epoch = receivers_.observe(receiver, scene, {}, 0);
   std::vector<positioning::Measurement> measurements;
-  receiver::Ranging ranging(quiet);
+  receiver::FixInput fix_input(quiet);
   int los = 0, nlos = 0;
   double largest_excess_m = 0;
   for (receiver::SatelliteObservation& satellite : epoch.satellites) {
@@ -94,7 +101,7 @@ void CellReceivers::solve_without_noise(const ReceiverDraws::Scene& scene, CellV
         std::find_if(scene.arrival.views.begin(), scene.arrival.views.end(),
                      [&](const propagation::SatelliteView& each) { return each.line.id == satellite.id; });
     assert(view != scene.arrival.views.end());
-    if (const auto ranged = ranging.next(satellite, view->line.state, scene.antenna.time, 0)) {
+    if (const auto ranged = fix_input.next(satellite, view->line.state, scene.antenna.time, 0)) {
       measurements.push_back(ranged->measurement);
     }
   }
@@ -182,6 +189,163 @@ bool CellStarts::solve(const TileCells& cells, geodesy::GpsTime time, std::span<
                                   [&](const Vector3d& place, CellValues& values) {
                                     values.set(Layer::TimeToFirstFix, first_fix_s(time, place, space));
                                   });
+}
+
+using Eigen::Vector3d;
+
+std::uint64_t seed_of(const DrawOptions& draws, geodesy::GpsTime time, int draw) {
+  return RandomStream(draws.seed, fmt::format("heatmap/{}/{}", time.nanoseconds(), draw)).next();
+}
+
+std::vector<errors::SpaceErrors> space_of_draws(const simulation::Environment& environment,
+                                                const DrawOptions& draws, geodesy::GpsTime time, int count,
+                                                std::span<const gnss::SatelliteId> satellites) {
+  std::vector<errors::SpaceErrors> space;
+  if (!environment.errors()) return space;
+  space.reserve(static_cast<std::size_t>(count));
+  for (int d = 0; d < count; ++d) {
+    space.push_back(environment.errors()->drawn_by(seed_of(draws, time, d), satellites));
+  }
+  return space;
+}
+
+ReceiverDraws::ReceiverDraws(const simulation::Environment& environment,
+                             const propagation::Propagator& propagator,
+                             const simulation::ReceiverConfig& receiver, const DrawOptions& draws)
+    : environment_(&environment),
+      propagator_(&propagator),
+      options_(receiver.options),
+      disturbances_(receiver.disturbances),
+      streets_(simulation::streets_of(receiver, environment.city(), nullptr)),
+      draws_(draws) {
+  options_.validate();
+  draws_.validate();
+  options_.signal.lock.warm_start = true;
+}
+
+std::vector<disturbance::Source> ReceiverDraws::disturbances_at(const Vector3d& place) const {
+  std::vector<disturbance::Source> disturbances = disturbances_;
+  if (streets_) {
+    disturbance::StreetsOptions streets = *streets_;
+    streets.above_point_m = 0;
+    if (const auto terrain = environment_->scene().terrain_height(place.x(), place.y())) {
+      streets.street.antenna_height_m = std::clamp(place.z() - *terrain, 0.0, 1000.0);
+    }
+    disturbances.insert(disturbances.begin(), disturbance::streets_source(streets));
+  }
+  return disturbances;
+}
+
+std::vector<std::unique_ptr<receiver::Receiver>> ReceiverDraws::receivers_at(
+    geodesy::GpsTime time, const Vector3d& place, const receiver::ReceiverOptions& options) const {
+  const std::vector<disturbance::Source> disturbances = disturbances_at(place);
+  std::vector<std::unique_ptr<receiver::Receiver>> receivers;
+  receivers.reserve(static_cast<std::size_t>(draws_.draws));
+  for (int d = 0; d < draws_.draws; ++d) {
+    receivers.push_back(std::make_unique<receiver::Receiver>(options, seed(time, d), disturbances));
+  }
+  return receivers;
+}
+
+ReceiverDraws::Scene ReceiverDraws::look(geodesy::GpsTime now, const Vector3d& place,
+                                         const Vector3d& place_ecef) const {
+  return {{now, place_ecef, Vector3d::Zero()}, environment_->arrival(now, place, *propagator_)};
+}
+
+receiver::ReceiverEpoch ReceiverDraws::observe(receiver::Receiver& receiver, const Scene& scene,
+                                               std::span<const errors::SpaceErrors> space, std::size_t draw,
+                                               const relative::Corrections* corrections) const {
+  propagation::Arrival arrival = scene.arrival;  // a copy, for it is disturbed
+  for (propagation::SatelliteView& view : arrival.views) view.space.reset();
+  if (!space.empty()) {
+    const auto reception = space[draw].reception(scene.antenna.time, scene.antenna.position_ecef);
+    for (propagation::SatelliteView& view : arrival.views) view.space = space[draw].at(view.line, reception);
+  }
+  return receiver.observe(
+      {scene.antenna, arrival, environment_->sky(), environment_->klobuchar(), corrections});
+}
+
+namespace {
+
+using Eigen::Vector3d;
+
+}  // namespace
+
+CellRtk::CellRtk(const simulation::Environment& environment, const propagation::Propagator& propagator,
+                 const simulation::ReceiverConfig& receiver, const simulation::ReceiverConfig& base,
+                 const DrawOptions& draws, const LimitOptions& limits)
+    : base_propagator_(environment.make_propagator(base.propagation)),
+      rovers_(environment, propagator, receiver, draws),
+      bases_(environment, base_propagator_, base, draws),
+      base_place_(base.fixed->place),
+      limits_(limits) {
+  limits_.validate();
+  // An epoch takes some kilobytes, and all are kept for the cells of a tile.
+  constexpr std::int64_t kMostEpochs = 100'000;
+  const std::int64_t epochs = std::int64_t{draws.draws} * (limits_.rtk_s + 1);
+  if (epochs > kMostEpochs) {
+    throw InputError(
+        fmt::format("{} draws of {} s are {} epochs of the base", draws.draws, limits_.rtk_s, epochs),
+        fmt::format("layers of RTK take {} at most: fewer draws, or a shorter time", kMostEpochs));
+  }
+}
+
+std::vector<std::vector<CellRtk::Corrections>> CellRtk::corrections(
+    geodesy::GpsTime time, std::span<const errors::SpaceErrors> space) const {
+  const Vector3d place_ecef = geodesy::ecef_from_geodetic(base_place_);
+  const Vector3d place = bases_.environment().city().frame.local_from_geodetic(base_place_);
+  const auto stations = bases_.receivers_at(time, place, bases_.options());
+  std::vector<std::vector<Corrections>> sent(static_cast<std::size_t>(limits_.rtk_s) + 1);
+  for (std::size_t second = 0; second < sent.size(); ++second) {
+    const ReceiverDraws::Scene scene = bases_.look(time + static_cast<double>(second), place, place_ecef);
+    for (std::size_t d = 0; d < stations.size(); ++d) {
+      sent[second].push_back(
+          receiver::corrections_of(bases_.observe(*stations[d], scene, space, d), place_ecef));
+    }
+  }
+  return sent;
+}
+
+void CellRtk::solve_cell(geodesy::GpsTime time, const Vector3d& place,
+                         std::span<const errors::SpaceErrors> space,
+                         std::span<const std::vector<Corrections>> sent, CellValues& values) const {
+  const Vector3d place_ecef = rovers_.environment().city().frame.ecef_from_local(place);
+  const Eigen::Matrix3d enu = geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(place_ecef));
+  const auto rovers = rovers_.receivers_at(time, place, rovers_.options());
+  std::vector<relative::CorrectionLink> links;
+  for (std::size_t d = 0; d < rovers.size(); ++d) {
+    links.emplace_back(rovers_.options().corrections, rovers_.seed(time, static_cast<int>(d)),
+                       rovers_.options().name);
+  }
+  std::vector<double> first_s(rovers.size(), std::numeric_limits<double>::infinity()), fixed_m;
+  for (std::size_t second = 0; second < sent.size(); ++second) {
+    const geodesy::GpsTime now = time + static_cast<double>(second);
+    const ReceiverDraws::Scene scene = rovers_.look(now, place, place_ecef);
+    for (std::size_t d = 0; d < rovers.size(); ++d) {
+      if (sent[second][d]) links[d].send(now, sent[second][d], place_ecef);
+      const Corrections came = links[d].take(now);
+      const positioning::Fix fix = rovers_.observe(*rovers[d], scene, space, d, came.get()).fix;
+      if (fix.kind() != positioning::FixKind::Fixed) continue;
+      first_s[d] = std::min(first_s[d], static_cast<double>(second));
+      fixed_m.push_back((enu * (fix.position_ecef - place_ecef)).head<2>().norm());
+    }
+  }
+  values.set(Layer::RtkFixedShare,
+             static_cast<double>(fixed_m.size()) / static_cast<double>(sent.size() * rovers.size()));
+  std::sort(first_s.begin(), first_s.end());
+  if (first_s[first_s.size() / 2] < std::numeric_limits<double>::infinity()) {
+    values.set(Layer::RtkTimeToFix, *median(first_s));
+  }
+  if (const auto p95 = quantile(fixed_m, 0.95)) values.set(Layer::RtkFixedErrorP95, *p95);
+}
+
+bool CellRtk::solve(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
+                    std::span<const std::span<float>> layers, const std::function<bool()>& stop) const {
+  const auto space = rovers_.space(time, rovers_.count());
+  const std::vector<std::vector<Corrections>> sent = corrections(time, space);
+  return solve_rows<of_rtk>(cells, wanted, layers, stop, [&](const Vector3d& place, CellValues& values) {
+    solve_cell(time, place, space, sent, values);
+  });
 }
 
 }  // namespace canyon::heatmap

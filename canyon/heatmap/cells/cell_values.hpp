@@ -13,7 +13,6 @@
 #include "canyon/heatmap/cells/cell_solver.hpp"
 #include "canyon/heatmap/kernels/tile_tasks.hpp"
 #include "canyon/positioning/dop.hpp"
-#include "canyon/positioning/protection_level.hpp"
 
 namespace canyon::heatmap {
 

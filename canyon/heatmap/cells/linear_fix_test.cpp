@@ -1,4 +1,4 @@
-#include "canyon/heatmap/cells/linear_fix.hpp"
+#include "canyon/heatmap/cells/cell_fix.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <cstddef>
 
 #include "canyon/heatmap/kernels/tile_tasks.hpp"
-#include "canyon/positioning/protection_level.hpp"
+#include "canyon/positioning/dop.hpp"
 
 namespace canyon::heatmap {
 namespace {

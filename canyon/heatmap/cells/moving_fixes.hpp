@@ -21,10 +21,9 @@ struct Movement {
 /// Layers that change with the motion.
 [[nodiscard]] bool of_motion(Layer layer);
 
-/// Errors of a tile's cells as the position filter of a receiver that moves through them has them. The filter
-/// goes along straight ways through the cells, forwards and backwards: when driving along the one of four
-/// directions in which most cells follow each other, when flying along all. In a cell it takes one fix a
-/// second,
+/// Errors of the position filter of a receiver that moves through a tile's cells. The filter follows straight
+/// ways through the cells, forwards and backwards: when driving, the one of four directions in which most
+/// cells follow each other; when flying, all four. In a cell it takes one fix a second,
 ///   P' = P + q^2 / 12 t,  K = P' / (P' + R / t),  x = x' + K (m - x'),
 /// t the time in the cell [s], R the variance that the fix of this cell states [m^2], q the density of
 /// acceleration (PositionFilterOptions): over a second white acceleration between two known velocities leaves

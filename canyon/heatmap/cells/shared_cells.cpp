@@ -14,10 +14,9 @@
 #include "canyon/base/random.hpp"
 #include "canyon/base/simd_clones.hpp"
 #include "canyon/heatmap/cells/cell_fix.hpp"
+#include "canyon/heatmap/cells/cell_receivers.hpp"
 #include "canyon/heatmap/cells/cell_values.hpp"
-#include "canyon/heatmap/cells/receiver_draws.hpp"
-#include "canyon/heatmap/cells/tile_errors.hpp"
-#include "canyon/receiver/receiver_draws.hpp"
+#include "canyon/receiver/signal_range.hpp"
 
 namespace canyon::heatmap {
 namespace {

@@ -8,7 +8,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/positioning/fix.hpp"
 #include "canyon/signal/path_strength.hpp"
-#include "canyon/tracking/channel_rate.hpp"
+#include "canyon/tracking/channel_fading.hpp"
 
 namespace canyon::heatmap {
 namespace {

@@ -10,7 +10,7 @@
 #include "canyon/gnss/signals.hpp"
 #include "canyon/heatmap/cells/cell_receivers.hpp"
 #include "canyon/heatmap/cells/cell_values.hpp"
-#include "canyon/receiver/receiver_draws.hpp"
+#include "canyon/receiver/signal_range.hpp"
 
 namespace canyon::heatmap {
 namespace {

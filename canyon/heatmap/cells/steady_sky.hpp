@@ -9,8 +9,8 @@
 #include "canyon/disturbance/shadowing.hpp"
 #include "canyon/disturbance/skyline.hpp"
 #include "canyon/errors/space_errors.hpp"
+#include "canyon/heatmap/cells/cell_fix.hpp"
 #include "canyon/heatmap/cells/cell_solver.hpp"
-#include "canyon/heatmap/cells/tile_errors.hpp"
 #include "canyon/heatmap/kernels/tile_tracer.hpp"
 #include "canyon/receiver/receiver.hpp"
 #include "canyon/simulation/environment.hpp"
@@ -31,7 +31,7 @@ struct SteadySatellite {
   double peak_power = 1;  ///< of the prompt correlator on a path of power 1
   /// Noise of the code; empty: the receiver's loops have no noise.
   std::optional<tracking::CodeLoopNoise> noise;
-  double sigma_factor = 1;            ///< RangingOptions::sigma_factor
+  double sigma_factor = 1;            ///< FixInputOptions::sigma_factor
   std::vector<double> clear_cn0_hz;   ///< [lane] in a clear line of sight
   std::vector<double> direct_factor;  ///< [lane] what shadows leave of the direct path's amplitude
   std::vector<double> error_m;        ///< [lane] of the pseudorange, but for paths and code loop

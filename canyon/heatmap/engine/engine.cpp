@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <tbb/task_arena.h>
-
 #include <algorithm>
 #include <cassert>
 #include <chrono>
@@ -13,19 +12,21 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/base/work_queue.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/heatmap/cells/cell_method.hpp"
-#include "canyon/heatmap/engine/engine_key.hpp"
 #include "canyon/heatmap/kernels/tile_tasks.hpp"
 #include "canyon/options/values.hpp"
-#include "canyon/receiver/receiver_draws.hpp"
+#include "canyon/receiver/signal_range.hpp"
+#include "canyon/simulation/run_receiver.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
-#include "canyon/simulation/street_sources.hpp"
 #include "canyon/simulation/threads.hpp"
 
 namespace canyon::heatmap {
+
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -265,7 +266,7 @@ Heatmap::Heatmap(const simulation::Environment& environment, simulation::Receive
                      "run the receiver at places of interest instead");
   }
   receiver.options = simulation::with_surroundings(receiver, environment.scene(), environment.city());
-  simulation::decide(receiver.options, environment);
+  simulation::decide_options(receiver.options, environment.errors().get(), &environment.sky());
   // Each cell stands by itself, without an epoch before; MovingFixes joins them.
   const positioning::PositionFilterOptions filter = std::exchange(receiver.options.filter, {});
   positioning::Weighting& weighting = receiver.options.fix.weights.weighting;
@@ -276,7 +277,7 @@ Heatmap::Heatmap(const simulation::Environment& environment, simulation::Receive
   if (base) {
     base->fixed->settle(environment.city().frame);
     base->options = simulation::with_surroundings(*base, environment.scene(), environment.city());
-    simulation::decide(base->options, environment);
+    simulation::decide_options(base->options, environment.errors().get(), &environment.sky());
   }
   impl_ = std::make_unique<Impl>(environment, std::move(receiver), std::move(base), std::move(request),
                                  std::move(input_key), filter);
@@ -435,6 +436,31 @@ RunResult Heatmap::run(TileStore& store, const RunOptions& options) const {
   result.interrupted = cut_short.load();
   result.wall_s = std::chrono::duration<double>(Clock::now() - started).count();
   return result;
+}
+
+std::string canonical_text(const Request& request, const simulation::ReceiverConfig& receiver,
+                           const std::map<gnss::System, gnss::Klobuchar>& klobuchar,
+                           const simulation::ReceiverConfig* base) {
+  std::string text = options::exact_text(request) + fmt::format("receiver: {}\n", receiver.options.name);
+  if (receiver.streets.enabled) text += "streets: " + options::exact_text(receiver.streets);
+  for (const disturbance::Source& source : receiver.disturbances) {
+    text += fmt::format("disturbance: {}\n", source.name);
+  }
+  for (const auto& [system, coefficients] : klobuchar) {
+    text += fmt::format("klobuchar of {}: {}, {}\n", gnss::name(system), fmt::join(coefficients.alpha, " "),
+                        fmt::join(coefficients.beta, " "));
+  }
+  text += options::exact_text(receiver.propagation) + options::exact_text(receiver.options);
+  if (base != nullptr) {
+    const geodesy::Geodetic& place = base->fixed->place;
+    text += fmt::format("base at {} {} {}\n", place.latitude_rad, place.longitude_rad, place.height_m) +
+            options::exact_text(base->propagation) + options::exact_text(base->options);
+  }
+  return text;
+}
+
+std::string hash_text(const std::string& text) {
+  return fmt::format("{:016x}{:016x}", fnv1a(text), fnv1a("heat map\n" + text));
 }
 
 }  // namespace canyon::heatmap

@@ -3,11 +3,13 @@
 #include <atomic>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "canyon/gnss/navigation_data.hpp"
 #include "canyon/heatmap/cells/cell_solver.hpp"
 #include "canyon/heatmap/kernels/grid.hpp"
 #include "canyon/heatmap/kernels/layers.hpp"
@@ -143,5 +145,16 @@ class Heatmap {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// Everything that values of a map depend on but the city, the sky and the program, one "name: value" a line;
+/// numbers so that they read back the same. Options come by their lists of fields.
+/// @param base of layers of RTK; null: none
+[[nodiscard]] std::string canonical_text(const Request& request, const simulation::ReceiverConfig& receiver,
+                                         const std::map<gnss::System, gnss::Klobuchar>& klobuchar,
+                                         const simulation::ReceiverConfig* base = nullptr);
+
+/// 128 bits of a text in 32 hexadecimal digits: two FNV-1a hashes, of the text and of the text behind a word.
+/// Against accidents, not against malice.
+[[nodiscard]] std::string hash_text(const std::string& text);
 
 }  // namespace canyon::heatmap

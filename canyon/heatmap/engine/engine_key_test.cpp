@@ -1,4 +1,4 @@
-#include "canyon/heatmap/engine/engine_key.hpp"
+#include "canyon/heatmap/engine/engine.hpp"
 
 #include <gtest/gtest.h>
 

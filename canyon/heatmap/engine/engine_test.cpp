@@ -613,7 +613,7 @@ TEST(Heatmap, FixesOfSeveralSignalsAreThoseOfTheReceiver) {
     expect_as_receiver([&](receiver::ReceiverOptions& options) {
       options.tracks = {"L1CA", "L2C", "E1", "E5a"};
       options.signal.antenna = signal::dual_patch_antenna();
-      options.ranging.combination = combination;
+      options.fix_input.combination = combination;
     });
   }
 }

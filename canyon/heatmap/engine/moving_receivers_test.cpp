@@ -13,9 +13,9 @@
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/heatmap/engine/engine.hpp"
 #include "canyon/receiver/receiver.hpp"
+#include "canyon/simulation/run_receiver.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
 #include "canyon/simulation/simulator.hpp"
-#include "canyon/simulation/street_sources.hpp"
 #include "tests/support/downtown.hpp"
 
 namespace canyon::heatmap::moving_receivers_test {
@@ -66,7 +66,7 @@ std::vector<double> driven(const ReceiverConfig& receiver, double north_m,
                            const std::vector<double>& east_m) {
   receiver::ReceiverOptions options =
       simulation::with_surroundings(receiver, downtown().scene(), downtown().city());
-  simulation::decide(options, downtown());
+  simulation::decide_options(options, downtown().errors().get(), &downtown().sky());
   const propagation::Propagator propagator = downtown().make_propagator(receiver.propagation);
   const geodesy::LocalFrame& frame = downtown().city().frame;
   std::vector<std::vector<double>> errors(east_m.size());

@@ -1,4 +1,4 @@
-#include "canyon/heatmap/engine/store_slices.hpp"
+#include "canyon/heatmap/engine/map_source.hpp"
 
 #include <gtest/gtest.h>
 

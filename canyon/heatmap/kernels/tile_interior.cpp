@@ -8,7 +8,7 @@
 
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/raytrace/level_rays.hpp"
+#include "canyon/raytrace/ray_scene.hpp"
 
 namespace canyon::heatmap {
 namespace {

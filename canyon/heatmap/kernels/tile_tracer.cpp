@@ -16,7 +16,7 @@
 #include "canyon/heatmap/kernels/tile_interior.hpp"
 #include "canyon/heatmap/kernels/tile_tasks.hpp"
 #include "canyon/heatmap/kernels/tile_terrain.hpp"
-#include "canyon/raytrace/level_rays.hpp"
+#include "canyon/raytrace/ray_scene.hpp"
 
 namespace canyon::heatmap {
 namespace {

@@ -11,7 +11,6 @@ void DeadReckoningOptions::validate() const {
 }
 
 void visit(options::Visitor& v, DeadReckoningOptions& o) {
-  v.effect(options::Effect::Run);
   v.boolean({"enabled", "", "go on by the vehicle's inertial sensor and wheels (sensors)"}, o.enabled);
   v.boolean({"non_holonomic", "",
              "the vehicle moves along its own axis, as a car does: no speed sideways or upwards"},

@@ -6,8 +6,8 @@
 #include <cstring>
 
 #include "canyon/base/simd_clones.hpp"
+#include "canyon/propagation/index/bounds_blocks.hpp"
 #include "canyon/propagation/index/clear_rays.hpp"
-#include "canyon/propagation/index/compact_order.hpp"
 
 namespace canyon::propagation {
 namespace {

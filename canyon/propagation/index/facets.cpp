@@ -11,7 +11,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/city/mesh_topology.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/propagation/index/compact_order.hpp"
+#include "canyon/propagation/index/bounds_blocks.hpp"
 
 namespace canyon::propagation {
 namespace {

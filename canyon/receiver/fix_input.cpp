@@ -1,4 +1,4 @@
-#include "canyon/receiver/ranging.hpp"
+#include "canyon/receiver/fix_input.hpp"
 
 #include <fmt/format.h>
 
@@ -32,43 +32,39 @@ double delay_ratio(const Measurement& first, const Measurement& second) {
 
 }  // namespace
 
-void RangingOptions::validate() const {
+void FixInputOptions::validate() const {
   gnss::check_signals(uses);
   smoothing.validate();
   options::check(*this);
   for (const auto& [group, factor] : sigma_factor) gnss::check_group(group);
 }
 
-void visit(options::Visitor& v, RangingOptions& o) {
+void visit(options::Visitor& v, FixInputOptions& o) {
   static constexpr std::string_view kCombinations[]{"first", "ionosphere_free", "uncombined"};
-  v.effect(options::Effect::Run);
   v.choice({"combination", "",
             "pseudoranges of the fix: first (the first signal); ionosphere_free (combination of two); "
             "uncombined (ionospheric delays are estimated)"},
            o.combination, kCombinations);
   gnss::visit_signals(v, {"uses", "", "signals used in the fix, best first; left out: all tracked signals"},
                       o.uses);
-  v.effect(options::Effect::Later);
   v.number({"ionosphere_sigma_m", "m",
             "uncombined: standard deviation of the slant delay at L1 after the model's correction"},
            o.ionosphere_sigma_m, {0, 1000, true});
-  v.effect(options::Effect::FirstFix);
   gnss::visit_group_values(
       v,
       {"sigma_factor", "",
        "factors on the standard deviations of groups of signals in the fix: [GLONASS=1.5, L5=0.5]"},
       o.sigma_factor, {0, 1000, true});
-  v.effect(options::Effect::Later);
   v.part("smoothing", o.smoothing);
 }
 
-Ranging::Ranging(const ReceiverOptions& options)
-    : options_(options.ranging),
+FixInput::FixInput(const ReceiverOptions& options)
+    : options_(options.fix_input),
       fix_(options.fix),
       noise_(options.slow_error()),
       shared_m_(options.shared_error_m()) {}
 
-void Ranging::gather(const SatelliteObservation& satellite, geodesy::GpsTime time) {
+void FixInput::gather(const SatelliteObservation& satellite, geodesy::GpsTime time) {
   codes_.clear();
   const auto take = [&](const SignalObservation& observed) {
     if (!observed.measurement) return;
@@ -88,7 +84,7 @@ void Ranging::gather(const SatelliteObservation& satellite, geodesy::GpsTime tim
 }
 
 /// Keeps the codes that may go into the fix, best first.
-void Ranging::choose(const gnss::Signal& first) {
+void FixInput::choose(const gnss::Signal& first) {
   const std::vector<std::string>& uses = options_.uses;
   const auto rank = [&](const Code& code) { return std::find(uses.begin(), uses.end(), code.signal->name); };
   std::erase_if(codes_, [&](const Code& code) {
@@ -103,14 +99,14 @@ void Ranging::choose(const gnss::Signal& first) {
 }
 
 /// Change of a carrier's range since the epoch before, where its phase is continuous.
-std::optional<double> Ranging::step_m(const Carrier& carrier, const Measurement& m) const {
+std::optional<double> FixInput::step_m(const Carrier& carrier, const Measurement& m) const {
   if (!carrier.phase_m || !m.carrier_phase_cycles || !m.phase_since || *m.phase_since > carrier.time) {
     return std::nullopt;
   }
   return *m.carrier_phase_cycles * kSpeedOfLight / m.carrier_frequency_hz - *carrier.phase_m;
 }
 
-void Ranging::smooth(gnss::SatelliteId id, geodesy::GpsTime time) {
+void FixInput::smooth(gnss::SatelliteId id, geodesy::GpsTime time) {
   const auto carrier_of = [&](const Code& code) -> Carrier& {
     return carriers_[{id, gnss::index_of(*code.signal)}];
   };
@@ -145,7 +141,7 @@ void Ranging::smooth(gnss::SatelliteId id, geodesy::GpsTime time) {
   }
 }
 
-void Ranging::correct(gnss::SatelliteId id, geodesy::GpsTime time, const CodeCorrections& corrections) {
+void FixInput::correct(gnss::SatelliteId id, geodesy::GpsTime time, const CodeCorrections& corrections) {
   const double ageing_m = relative::kAgeing_mps * corrections.age_s(time).value_or(0);
   stated_sigmas_m_.clear();
   std::erase_if(codes_, [&](Code& code) {
@@ -162,29 +158,29 @@ void Ranging::correct(gnss::SatelliteId id, geodesy::GpsTime time, const CodeCor
   });
 }
 
-std::optional<Ranging::Ranged> Ranging::next(const SatelliteObservation& satellite,
-                                             const orbit::SatelliteState& state, geodesy::GpsTime time,
-                                             double model_m, const CodeCorrections* corrections) {
+std::optional<FixInput::Chosen> FixInput::next(const SatelliteObservation& satellite,
+                                               const orbit::SatelliteState& state, geodesy::GpsTime time,
+                                               double model_m, const CodeCorrections* corrections) {
   gather(satellite, time);
   if (options_.smoothing.smoothing != positioning::Smoothing::None) smooth(satellite.id, time);
   choose(*satellite.signal);
-  std::optional<Ranged> ranged = combine(satellite.elevation_rad, state, model_m);
-  if (!ranged || corrections == nullptr) return ranged;
+  std::optional<Chosen> chosen = combine(satellite.elevation_rad, state, model_m);
+  if (!chosen || corrections == nullptr) return chosen;
   correct(satellite.id, time, *corrections);
   const auto corrected = combine(satellite.elevation_rad, state, model_m);
-  if (!corrected) return ranged;
-  ranged->corrected = corrected->measurement;
+  if (!corrected) return chosen;
+  chosen->corrected = corrected->measurement;
   for (std::size_t i = 0; i < codes_.size(); ++i) codes_[i].measurement.sigma_m = stated_sigmas_m_[i];
   const double stated_m = combine(satellite.elevation_rad, state, model_m)->measurement.sigma_m;
-  ranged->corrected->stated_share = std::min(1.0, stated_m / corrected->measurement.sigma_m);
-  return ranged;
+  chosen->corrected->stated_share = std::min(1.0, stated_m / corrected->measurement.sigma_m);
+  return chosen;
 }
 
-std::optional<Ranging::Ranged> Ranging::combine(double elevation_rad, const orbit::SatelliteState& state,
-                                                double model_m) {
+std::optional<FixInput::Chosen> FixInput::combine(double elevation_rad, const orbit::SatelliteState& state,
+                                                  double model_m) {
   if (codes_.empty()) return std::nullopt;
-  Ranged ranged{codes_.front().measurement, std::nullopt, std::nullopt};
-  Measurement& m = ranged.measurement;
+  Chosen chosen{codes_.front().measurement, std::nullopt, std::nullopt};
+  Measurement& m = chosen.measurement;
   double group_delay_s = state.group_delay_of(*codes_.front().signal);
   if (options_.combination == Combination::IonosphereFree) {
     const Code* other = nullptr;
@@ -240,7 +236,7 @@ std::optional<Ranging::Ranged> Ranging::combine(double elevation_rad, const orbi
                 (code.measurement.pseudorange_m - kSpeedOfLight * delay_s - pseudorange_m -
                  (code.iono_rate - rate) * model_m);
       }
-      ranged.ionosphere_m = model_m + prior / (1 + prior * sum_gg) * seen;
+      chosen.ionosphere_m = model_m + prior / (1 + prior * sum_gg) * seen;
     }
     m.pseudorange_m = pseudorange_m;
     m.sigma_m = std::sqrt(variance + prior * squared(rate));
@@ -250,7 +246,7 @@ std::optional<Ranging::Ranged> Ranging::combine(double elevation_rad, const orbi
   if (group_delay_s != state.group_delay_s) {
     m.pseudorange_m -= kSpeedOfLight * (group_delay_s - state.group_delay_s);
   }
-  return ranged;
+  return chosen;
 }
 
 }  // namespace canyon::receiver

@@ -1,4 +1,4 @@
-#include "canyon/receiver/ranging.hpp"
+#include "canyon/receiver/fix_input.hpp"
 
 #include <gtest/gtest.h>
 
@@ -60,29 +60,29 @@ SatelliteObservation observe(const std::vector<Made>& signals, double ionosphere
 }
 
 /// The range that the fix uses: it subtracts the group delay of L1.
-double cleaned_m(const Ranging::Ranged& ranged, const orbit::SatelliteState& state) {
-  return ranged.measurement.pseudorange_m - kSpeedOfLight * state.group_delay_s;
+double cleaned_m(const FixInput::Chosen& chosen, const orbit::SatelliteState& state) {
+  return chosen.measurement.pseudorange_m - kSpeedOfLight * state.group_delay_s;
 }
 
 ReceiverOptions with(Combination combination, double ionosphere_sigma_m = 5) {
   ReceiverOptions options;
   options.noise.enabled = false;
-  options.ranging.combination = combination;
-  options.ranging.ionosphere_sigma_m = ionosphere_sigma_m;
+  options.fix_input.combination = combination;
+  options.fix_input.ionosphere_sigma_m = ionosphere_sigma_m;
   return options;
 }
 
-TEST(Ranging, TakesTheSignalsThatItIsTold) {
+TEST(FixInput, TakesTheSignalsThatItIsTold) {
   orbit::SatelliteState state;
   const auto first = [&](std::vector<std::string> uses, const std::vector<Made>& signals) {
     ReceiverOptions options = with(Combination::First);
-    options.ranging.uses = std::move(uses);
+    options.fix_input.uses = std::move(uses);
     options.fix.cn0_mask_dbhz = 30;
-    const auto ranged = Ranging(options).next(observe(signals, 0, state), state, kStart, 0);
-    if (ranged) {
-      EXPECT_NEAR(cleaned_m(*ranged, state), kRange_m, 1e-8);
+    const auto chosen = FixInput(options).next(observe(signals, 0, state), state, kStart, 0);
+    if (chosen) {
+      EXPECT_NEAR(cleaned_m(*chosen, state), kRange_m, 1e-8);
     }
-    return ranged ? ranged->measurement.carrier_frequency_hz : 0;
+    return chosen ? chosen->measurement.carrier_frequency_hz : 0;
   };
   EXPECT_EQ(first({}, {{"L1CA"}, {"L5"}}), 1575.42e6);
   EXPECT_EQ(first({}, {{"L5"}}), 0);
@@ -93,34 +93,34 @@ TEST(Ranging, TakesTheSignalsThatItIsTold) {
 }
 
 // (f1^2 P1 - f2^2 P2) / (f1^2 - f2^2) with sqrt(g^2 + 1) / (g - 1): 2.978 of L1 and L2, 2.588 of L1 and L5.
-TEST(Ranging, IonosphereFreeTakesTheFarthest) {
+TEST(FixInput, IonosphereFreeTakesTheFarthest) {
   orbit::SatelliteState state;
-  Ranging ranging(with(Combination::IonosphereFree));
-  const auto two = ranging.next(observe({{"L1CA"}, {"L2C"}}, 12, state), state, kStart, 0);
+  FixInput fix_input(with(Combination::IonosphereFree));
+  const auto two = fix_input.next(observe({{"L1CA"}, {"L2C"}}, 12, state), state, kStart, 0);
   ASSERT_TRUE(two);
   EXPECT_NEAR(cleaned_m(*two, state), kRange_m, 1e-7);
   EXPECT_NEAR(two->measurement.sigma_m, 2.978, 5e-4);
   EXPECT_NEAR(two->measurement.sigma_factor, 2.978, 5e-4);
   EXPECT_EQ(two->measurement.ionosphere_share, 0);
-  const auto three = ranging.next(observe({{"L1CA"}, {"L2C"}, {"L5"}}, 12, state), state, kStart, 0);
+  const auto three = fix_input.next(observe({{"L1CA"}, {"L2C"}, {"L5"}}, 12, state), state, kStart, 0);
   EXPECT_NEAR(three->measurement.sigma_m, 2.588, 5e-4);
-  EXPECT_FALSE(ranging.next(observe({{"L1CA"}}, 12, state), state, kStart, 0));
+  EXPECT_FALSE(fix_input.next(observe({{"L1CA"}}, 12, state), state, kStart, 0));
   ReceiverOptions corrects = with(Combination::IonosphereFree);
   corrects.fix.correct_ionosphere = true;
-  const auto one = Ranging(corrects).next(observe({{"L1CA"}}, 12, state), state, kStart, 12);
+  const auto one = FixInput(corrects).next(observe({{"L1CA"}}, 12, state), state, kStart, 12);
   ASSERT_TRUE(one);
   EXPECT_EQ(one->measurement.ionosphere_share, 1);
 }
 
 // Beside the joint least squares of x and the delay I with its prior, solved as a dense system here.
-TEST(Ranging, UncombinedIsTheJointLeastSquares) {
+TEST(FixInput, UncombinedIsTheJointLeastSquares) {
   orbit::SatelliteState state;
   const std::vector<Made> signals{{"L1CA", 0.8, 1.5}, {"L2C", 2.0, -3}, {"L5", 0.3, 0.4}};
   const double prior_m = 3, model_m = 4, true_m = 9;
   ReceiverOptions options = with(Combination::Uncombined, prior_m);
   options.fix.correct_ionosphere = true;
-  const auto ranged = Ranging(options).next(observe(signals, true_m, state), state, kStart, model_m);
-  ASSERT_TRUE(ranged);
+  const auto chosen = FixInput(options).next(observe(signals, true_m, state), state, kStart, model_m);
+  ASSERT_TRUE(chosen);
 
   Eigen::MatrixXd design = Eigen::MatrixXd::Zero(4, 2);
   Eigen::VectorXd y(4);
@@ -136,74 +136,74 @@ TEST(Ranging, UncombinedIsTheJointLeastSquares) {
   y(3) = model_m / prior_m;
   const Eigen::Matrix2d covariance = (design.transpose() * design).inverse();
   const Eigen::Vector2d x = covariance * (design.transpose() * y);
-  const positioning::Measurement& m = ranged->measurement;
+  const positioning::Measurement& m = chosen->measurement;
   // The fix corrects its share of the model.
-  EXPECT_NEAR(cleaned_m(*ranged, state) - m.ionosphere_share * model_m - kRange_m, x(0), 1e-7);
+  EXPECT_NEAR(cleaned_m(*chosen, state) - m.ionosphere_share * model_m - kRange_m, x(0), 1e-7);
   EXPECT_NEAR(m.sigma_m, std::sqrt(covariance(0, 0)), 1e-9);
-  ASSERT_TRUE(ranged->ionosphere_m);
-  EXPECT_NEAR(*ranged->ionosphere_m, x(1), 1e-7);
+  ASSERT_TRUE(chosen->ionosphere_m);
+  EXPECT_NEAR(*chosen->ionosphere_m, x(1), 1e-7);
 }
 
 // A delay that nobody knows leaves the ionosphere-free combination, one that is known the mean of the codes.
-TEST(Ranging, UncombinedLiesBetweenItsLimits) {
+TEST(FixInput, UncombinedLiesBetweenItsLimits) {
   orbit::SatelliteState state;
   const std::vector<Made> signals{{"L1CA", 1, 0.7}, {"L2C", 1, -0.2}};
   const auto unknown =
-      Ranging(with(Combination::Uncombined, 1000)).next(observe(signals, 0, state), state, kStart, 0);
+      FixInput(with(Combination::Uncombined, 1000)).next(observe(signals, 0, state), state, kStart, 0);
   const auto free =
-      Ranging(with(Combination::IonosphereFree)).next(observe(signals, 0, state), state, kStart, 0);
+      FixInput(with(Combination::IonosphereFree)).next(observe(signals, 0, state), state, kStart, 0);
   EXPECT_NEAR(cleaned_m(*unknown, state), cleaned_m(*free, state), 1e-4);
   EXPECT_NEAR(unknown->measurement.sigma_m, 2.978, 5e-4);
   EXPECT_NEAR(unknown->measurement.ionosphere_share, 0, 1e-5);
   const auto known =
-      Ranging(with(Combination::Uncombined, 1e-6)).next(observe(signals, 0, state), state, kStart, 0);
+      FixInput(with(Combination::Uncombined, 1e-6)).next(observe(signals, 0, state), state, kStart, 0);
   EXPECT_NEAR(cleaned_m(*known, state) - kRange_m, 0.25, 1e-7);
   EXPECT_NEAR(known->measurement.sigma_m, std::sqrt(0.5), 1e-9);
   const auto one =
-      Ranging(with(Combination::Uncombined, 4)).next(observe({{"L1CA", 3}}, 0, state), state, kStart, 0);
+      FixInput(with(Combination::Uncombined, 4)).next(observe({{"L1CA", 3}}, 0, state), state, kStart, 0);
   EXPECT_NEAR(one->measurement.sigma_m, 5, 1e-12);
   EXPECT_FALSE(one->ionosphere_m);
 }
 
-TEST(Ranging, WeighsGroupsAsItIsTold) {
+TEST(FixInput, WeighsGroupsAsItIsTold) {
   orbit::SatelliteState state;
   ReceiverOptions options = with(Combination::First);
-  options.ranging.sigma_factor = {{"GPS", 2}, {"L1CA", 1.5}, {"GLONASS", 7}};
-  const auto ranged = Ranging(options).next(observe({{"L1CA", 1}}, 0, state), state, kStart, 0);
-  EXPECT_EQ(ranged->measurement.sigma_m, 3);
+  options.fix_input.sigma_factor = {{"GPS", 2}, {"L1CA", 1.5}, {"GLONASS", 7}};
+  const auto chosen = FixInput(options).next(observe({{"L1CA", 1}}, 0, state), state, kStart, 0);
+  EXPECT_EQ(chosen->measurement.sigma_m, 3);
   // sigma^2 = floor + scale 10^(-C/N0 / 10), times the factor.
   options.fix.weights.weighting = positioning::Weighting::Cn0;
   const double plain = std::sqrt(10 + 22'500 * std::pow(10, -4.5));
-  EXPECT_NEAR(options.fix.weights.sigma_m(ranged->measurement, 1), 3 * plain, 1e-12);
+  EXPECT_NEAR(options.fix.weights.sigma_m(chosen->measurement, 1), 3 * plain, 1e-12);
 }
 
 // The ionosphere grows by 0.01 m/s. In the steady state Hatch's filter lags by 2 (window - dt) dI/dt: each
 // epoch S - P falls behind by 2 dI and keeps (1 - a) of it, 2 dI (1 - a) / a. Two carriers leave nothing.
-TEST(Ranging, SmoothingDivergesByTwiceTheIonosphere) {
+TEST(FixInput, SmoothingDivergesByTwiceTheIonosphere) {
   orbit::SatelliteState state;
   for (const auto smoothing : {positioning::Smoothing::Hatch, positioning::Smoothing::DivergenceFree}) {
     ReceiverOptions options = with(Combination::First);
-    options.ranging.smoothing = {smoothing, 100};
-    Ranging ranging(options);
+    options.fix_input.smoothing = {smoothing, 100};
+    FixInput fix_input(options);
     double lag_m = 0;
     for (int k = 0; k < 2000; ++k) {
       const double ionosphere_m = 3 + 0.01 * k, carrier_m = kRange_m + 500.0 * k;
-      const auto ranged = ranging.next(observe({{"L1CA"}, {"L2C"}}, ionosphere_m, state, carrier_m), state,
-                                       kStart + 1.0 * k, 0);
-      lag_m = cleaned_m(*ranged, state) - carrier_m - ionosphere_m;
+      const auto chosen = fix_input.next(observe({{"L1CA"}, {"L2C"}}, ionosphere_m, state, carrier_m), state,
+                                         kStart + 1.0 * k, 0);
+      lag_m = cleaned_m(*chosen, state) - carrier_m - ionosphere_m;
     }
     EXPECT_NEAR(lag_m, smoothing == positioning::Smoothing::Hatch ? -2 * 0.01 * 99 : 0, 2e-6);
   }
 }
 
-TEST(Ranging, SmoothingBeginsAnewAtACycleSlip) {
+TEST(FixInput, SmoothingBeginsAnewAtACycleSlip) {
   orbit::SatelliteState state;
   ReceiverOptions options = with(Combination::First);
-  options.ranging.smoothing.smoothing = positioning::Smoothing::Hatch;
-  Ranging ranging(options);
+  options.fix_input.smoothing.smoothing = positioning::Smoothing::Hatch;
+  FixInput fix_input(options);
   const auto at = [&](double s, double error_m, geodesy::GpsTime since) {
-    return cleaned_m(*ranging.next(observe({{"L1CA", 1, error_m}}, 0, state, kRange_m, since), state,
-                                   kStart + s, 0),
+    return cleaned_m(*fix_input.next(observe({{"L1CA", 1, error_m}}, 0, state, kRange_m, since), state,
+                                     kStart + s, 0),
                      state) -
            kRange_m;
   };

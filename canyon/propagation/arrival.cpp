@@ -1,4 +1,4 @@
-#include "canyon/propagation/body.hpp"
+#include "canyon/propagation/arrival.hpp"
 
 #include <cmath>
 

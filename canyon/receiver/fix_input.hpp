@@ -24,16 +24,16 @@ struct SignalObservation;
 
 /// How the pseudoranges of a satellite's signals become the one of the fix.
 enum class Combination : std::uint8_t {
-  First,           ///< the first tracked signal's; with RangingOptions::uses the first measured one of these
+  First,           ///< the first tracked signal's; with FixInputOptions::uses the first measured one of these
   IonosphereFree,  ///< of the first and the one farthest from it in frequency, 100 MHz at least; without a
                    ///< second, the first where FixOptions::correct_ionosphere has a model for it, else none
   /// All of them, each with the ionosphere's delay at its carrier, which is estimated beside: known to
-  /// RangingOptions::ionosphere_sigma_m before. By least squares; the same as with the delays among the
+  /// FixInputOptions::ionosphere_sigma_m before. By least squares; the same as with the delays among the
   /// unknowns of the fix, since each is one satellite's alone.
   Uncombined,
 };
 
-struct RangingOptions {
+struct FixInputOptions {
   Combination combination = Combination::First;
   /// Names of signals, best first, that go into the fix; empty: all that are tracked, in the order of
   /// gnss::signals_of().
@@ -47,15 +47,15 @@ struct RangingOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-void visit(options::Visitor& v, RangingOptions& o);
+void visit(options::Visitor& v, FixInputOptions& o);
 
 /// Turns one receiver's observations into the measurements of its fix; remembers the smoothed codes.
-class Ranging {
+class FixInput {
  public:
   /// Takes weights, C/N0 mask and the correlation times of code errors from options that validate().
-  explicit Ranging(const ReceiverOptions& options);
+  explicit FixInput(const ReceiverOptions& options);
 
-  struct Ranged {
+  struct Chosen {
     positioning::Measurement measurement;  ///< as if of the signal near L1, whose clock the sky gives
     /// Slant delay of the ionosphere at 1575.42 MHz [m], model and estimate together; only of
     /// Combination::Uncombined with two signals or more.
@@ -66,7 +66,7 @@ class Ranging {
   /// A satellite's measurement for the fix, asked for once an epoch; empty where it has none.
   /// @param model_m the ionosphere's delay at 1575.42 MHz that the fix corrects [m]
   /// @param corrections of smoothed codes; null: none
-  [[nodiscard]] std::optional<Ranged> next(const SatelliteObservation& satellite,
+  [[nodiscard]] std::optional<Chosen> next(const SatelliteObservation& satellite,
                                            const orbit::SatelliteState& state, geodesy::GpsTime time,
                                            double model_m, const CodeCorrections* corrections = nullptr);
 
@@ -92,11 +92,11 @@ class Ranging {
   /// go to stated_sigmas_m_.
   void correct(gnss::SatelliteId id, geodesy::GpsTime time, const CodeCorrections& corrections);
   /// One measurement of the codes that gather(), smooth(), choose() and correct() left.
-  [[nodiscard]] std::optional<Ranged> combine(double elevation_rad, const orbit::SatelliteState& state,
+  [[nodiscard]] std::optional<Chosen> combine(double elevation_rad, const orbit::SatelliteState& state,
                                               double model_m);
   [[nodiscard]] std::optional<double> step_m(const Carrier& carrier, const positioning::Measurement& m) const;
 
-  RangingOptions options_;
+  FixInputOptions options_;
   positioning::FixOptions fix_;
   // In every pseudorange, and the rate at which errors of the rest of sigma_m, the code loop's, forget.
   positioning::CodeNoise noise_;
