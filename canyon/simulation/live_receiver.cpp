@@ -216,7 +216,8 @@ Epoch LiveReceiver::Impl::make_epoch(const Pose& truth, propagation::Arrival& ar
   const auto given = std::exchange(corrections, nullptr);
   if (felt) felt->readings = {};
   if (felt && samples != nullptr) felt->readings = readings_of(*samples, config.sensors, start);
-  Epoch epoch = make_epoch(receiver, truth, arrival, environment, given.get(), felt ? &*felt : nullptr);
+  Epoch epoch =
+      simulation::make_epoch(receiver, truth, arrival, environment, given.get(), felt ? &*felt : nullptr);
   epoch.sensors = samples;
   const auto warning = receiver::wrong_station_warning(epoch.observed.station_offset_m);
   if (warning && !std::exchange(warned_of_station, true)) warnings.push_back(*warning);
