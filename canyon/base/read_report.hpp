@@ -31,8 +31,9 @@ class ReadReport {
   static constexpr std::size_t kListed = 20;
   static constexpr std::string_view kLeftOut = "left out";
 
+  ReadReport() = default;
   /// @param path of places that are lines alone
-  explicit ReadReport(std::filesystem::path path = {}) : path_(std::move(path)) {}
+  explicit ReadReport(std::filesystem::path path) : path_(std::move(path)) {}
 
   /// `count` records that are damaged. @param outcome what becomes of them
   void loss(const InputError& reason, std::size_t count = 1, std::string_view outcome = kLeftOut) {
