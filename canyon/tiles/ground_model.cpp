@@ -1,10 +1,9 @@
 #include "canyon/tiles/ground_model.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include "canyon/tiles/plan_bounds.hpp"
 
 namespace canyon::tiles {
 namespace {
@@ -17,7 +16,10 @@ constexpr double kSlope = 0.3, kLeastStep_m = 0.5, kLargestStep_m = 3;
 
 GroundModel::GroundModel(const std::vector<Eigen::Vector3d>& vertices,
                          const city::TriangleIndices& triangles) {
-  const Eigen::AlignedBox2d bounds = plan_bounds(vertices, triangles);
+  Eigen::AlignedBox2d bounds;
+  for (const auto& triangle : triangles) {
+    for (const std::uint32_t v : triangle) bounds.extend(Eigen::Vector2d(vertices[v].head<2>()));
+  }
   min_ = bounds.min();
   const Eigen::Vector2d size = bounds.sizes();
   cell_m_ = std::max(1.0, std::sqrt(size.x() * size.y() / kMostCells));

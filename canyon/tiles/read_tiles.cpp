@@ -134,7 +134,7 @@ class TilesReader {
       for (const PlacedModel& placed : content.models) {
         if (!placed.model.copyright.empty()) copyrights_.insert(placed.model.copyright);
       }
-      note_outside(tile, mesh_.add(content, enu_from_root_ * tile.transform, file_stem(tile.address)));
+      mesh_.add(content, enu_from_root_ * tile.transform, file_stem(tile.address));
       ++out_.tiles;
     } catch (const OutputError&) {
       throw;
@@ -143,23 +143,6 @@ class TilesReader {
     } catch (const JsonError& error) {
       gaps_.push_back(gap_line(tile.address, error));
     }
-  }
-
-  /// Counts a tile with more than a tenth of its vertices far outside its bounding volume.
-  void note_outside(const SelectedTile& tile, const std::vector<Eigen::Vector3d>& vertices) {
-    constexpr double kSlack_m = 10, kSlackOfRadius = 0.05;
-    const double slack_m = kSlack_m + kSlackOfRadius * tile.volume.radius(tile.transform);
-    const Eigen::Matrix4d root_from_enu = enu_from_root_.inverse();
-    std::size_t count = 0;
-    double most_m = 0;
-    for (const Eigen::Vector3d& v : vertices) {
-      const double off_m = tile.volume.outside((root_from_enu * v.homogeneous()).head<3>(), tile.transform);
-      count += off_m > slack_m ? 1U : 0U;
-      most_m = std::max(most_m, off_m);
-    }
-    if (10 * count <= vertices.size()) return;
-    ++outside_;
-    farthest_outside_m_ = std::max(farthest_outside_m_, most_m);
   }
 
   void check_content(const TileSelection& selection) {
@@ -264,12 +247,6 @@ class TilesReader {
     }
     if (copyrights_.size() > kNamedGaps)
       notes.push_back(fmt::format("copyright: {} more", copyrights_.size() - kNamedGaps));
-    if (outside_ > 0) {
-      out_.cautions.push_back(fmt::format(
-          "{} to {:.0f} m outside the stated bounding volume; are the transforms and gltfUpAxis of the "
-          "tileset right?",
-          counted(outside_, "tile") + (outside_ == 1 ? " reaches" : " reach"), farthest_outside_m_));
-    }
     out_.gaps = gaps_.size();
     if (!gaps_.empty()) {
       out_.cautions.push_back(
@@ -290,8 +267,6 @@ class TilesReader {
   geodesy::LocalFrame frame_;
   Eigen::Matrix4d enu_from_root_ = Eigen::Matrix4d::Identity();
   TilesCity out_;
-  std::size_t outside_ = 0;  ///< tiles with content outside their volume
-  double farthest_outside_m_ = 0;
   std::vector<std::string> gaps_, skin_notes_;
   std::map<std::string, std::size_t> left_out_;
   std::set<std::string> copyrights_;

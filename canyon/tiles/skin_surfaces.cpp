@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "canyon/city/mesh_topology.hpp"
-#include "canyon/tiles/decimate.hpp"
 #include "canyon/tiles/ground_model.hpp"
 #include "canyon/tiles/planar_regions.hpp"
 
@@ -23,10 +22,7 @@ constexpr double kLeastFoliage_m2 = 10;
 /// A rough piece below the first area belongs to the wall or roof (of the second area and more) that it
 /// adjoins most. A plane up to the second area that adjoins foliage most belongs to that foliage.
 constexpr double kLeastFoliageAmidWalls_m2 = 150, kLargestPlaneAmidFoliage_m2 = 80;
-constexpr double kRegionDistance_m = 0.3, kRegionCosine = 0.85;
-/// Crowns in coarse tiles have few and large triangles.
-constexpr std::uint32_t kLeastTriangles = 4;
-constexpr double kAmpleArea_m2 = 40;
+constexpr double kRegionDistance_m = 0.3;
 
 enum class SkinClass : std::uint8_t { Terrain, Building, Foliage, Rough };
 
@@ -52,15 +48,6 @@ void weld_near(const std::vector<Eigen::Vector3d>& vertices, city::TriangleIndic
 
 double triangle_area(const std::vector<Eigen::Vector3d>& vertices, const std::array<std::uint32_t, 3>& t) {
   return (vertices[t[1]] - vertices[t[0]]).cross(vertices[t[2]] - vertices[t[0]]).norm() / 2;
-}
-
-std::size_t count_facets(const std::vector<Eigen::Vector3d>& vertices,
-                         const city::TriangleIndices& triangles) {
-  RegionRule rule;
-  rule.distance_m = 5e-4;
-  rule.cosine = std::cos(0.5 * 3.14159265358979323846 / 180);
-  rule.least_area_m2 = 0;
-  return find_regions(vertices, triangles, rule).regions.size();
 }
 
 /// Green by the excess of green over the mean of red and blue, where colours are known.
@@ -266,35 +253,19 @@ SkinReport append_skin(const Skin& skin, double flatten_m, city::Mesh& mesh) {
                      [](const auto& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; }),
       left.triangles.end());
   if (left.triangles.empty()) return report;
-  RegionRule rule;
-  rule.distance_m = flatten_m > 0 ? flatten_m : kRegionDistance_m;
-  rule.cosine = kRegionCosine;
-  rule.least_triangles = kLeastTriangles;
-  rule.ample_area_m2 = kAmpleArea_m2;
-  const PlanarRegions regions = find_regions(vertices, left.triangles, rule);
+  const PlanarRegions regions =
+      find_regions(vertices, left.triangles, flatten_m > 0 ? flatten_m : kRegionDistance_m);
   const std::vector<SkinClass> classes = SkinSplit(skin, vertices, left.triangles, regions).classes();
-  report.facets = count_facets(vertices, left.triangles);
   // A label keeps a region's class: those below the number of classes are of triangles in no region.
   for (std::size_t t = 0; t < left.triangles.size(); ++t) {
     const std::uint32_t own = regions.of[t] == kNoRegion ? 0 : regions.of[t] + 1;
     left.labels.push_back(own * 4 + static_cast<std::uint32_t>(classes[t]));
   }
   if (flatten_m > 0) {
-    const std::vector<Eigen::Vector3d> before = vertices;
-    std::vector<bool> used(vertices.size(), false);
-    for (const auto& triangle : left.triangles) {
-      for (const std::uint32_t v : triangle) used[v] = true;
-    }
     flatten_regions(vertices, left.triangles, regions, flatten_m);
     decimate(vertices, left, flatten_m);
-    std::vector<Eigen::Vector3d> points;
-    for (std::size_t v = 0; v < before.size(); ++v) {
-      if (used[v]) points.push_back(before[v]);
-    }
-    report.deviation_m = farthest_from(points, vertices, left.triangles);
   }
   report.triangles_left = left.triangles.size();
-  report.facets_left = flatten_m > 0 ? count_facets(vertices, left.triangles) : report.facets;
 
   std::array<city::TriangleIndices, 4> by_class;
   for (std::size_t t = 0; t < left.triangles.size(); ++t)
@@ -333,15 +304,9 @@ std::vector<std::string> SkinReport::lines(double flatten_m) const {
       fmt::format("a skin without names, split by shape and colour (guessed): {:.0f} m^2 terrain, {:.0f} m^2 "
                   "of {} buildings, {:.0f} m^2 foliage",
                   terrain_m2, building_m2, buildings, foliage_m2));
-  if (flatten_m > 0) {
-    out.push_back(
-        fmt::format("the skin's {} triangles in {} facets became {} in {}; its vertices are at most {:.2f} m "
-                    "from what is left (flatten_m {:g})",
-                    triangles, facets, triangles_left, facets_left, deviation_m, flatten_m));
-  } else {
-    out.push_back(fmt::format("the skin has {} triangles in {} facets and stays as it is (flatten_m 0)",
-                              triangles, facets));
-  }
+  if (flatten_m > 0)
+    out.push_back(fmt::format("the skin's {} triangles became {} (flatten_m {:g})", triangles, triangles_left,
+                              flatten_m));
   return out;
 }
 

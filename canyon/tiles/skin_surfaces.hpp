@@ -12,8 +12,6 @@ namespace canyon::tiles {
 /// Counts and areas of a skin, before and after it was split and simplified.
 struct SkinReport {
   std::size_t triangles = 0, triangles_left = 0;
-  std::size_t facets = 0, facets_left = 0;  ///< groups of adjacent triangles in one plane, to 0.5 deg
-  double deviation_m = 0;     ///< largest distance of a vertex of the skin from what is left of it
   std::size_t buildings = 0;  ///< objects
   double terrain_m2 = 0, building_m2 = 0, foliage_m2 = 0;
   [[nodiscard]] std::vector<std::string> lines(double flatten_m) const;

@@ -67,8 +67,6 @@ TEST(SkinSurfaces, TellsGroundHousesAndTreesApart) {
   const SkinReport report = append_skin(Heights::skin(true), 0.3, mesh);
   EXPECT_EQ(report.triangles, 51'200U);
   EXPECT_LT(report.triangles_left, 3'000U);
-  EXPECT_LT(report.facets_left, report.facets / 15);
-  EXPECT_LT(report.deviation_m, 0.9);
   // The roof has 20 m x 16 m; posts inside of the walls make it 19 m x 15 m, and walls lean to 20 m x 16 m.
   EXPECT_NEAR(area_seen_from_above(mesh, city::Surface::Building), 20 * 16, 30);
   // pi * 4 m^2, with half a post of rim.
@@ -94,7 +92,6 @@ TEST(SkinSurfaces, FlattenNothingKeepsTheTriangles) {
   city::Mesh mesh;
   const SkinReport report = append_skin(Heights::skin(true), 0, mesh);
   EXPECT_EQ(report.triangles_left, 51'200U);
-  EXPECT_DOUBLE_EQ(report.deviation_m, 0);
 }
 
 TEST(SkinSurfaces, OneTriangleIsASkinToo) {

@@ -85,11 +85,7 @@ std::optional<city::Surface> surface_of_words(std::initializer_list<std::string_
 
 }  // namespace
 
-std::vector<Eigen::Vector3d> TileMesh::add(const TileContent& content, const Eigen::Matrix4d& to_enu,
-                                           const std::string& name) {
-  std::vector<Eigen::Vector3d> some;
-  std::size_t all = 0, step = 1;
-  constexpr std::size_t kSome = 128;
+void TileMesh::add(const TileContent& content, const Eigen::Matrix4d& to_enu, const std::string& name) {
   std::vector<Part> parts;
   std::map<std::pair<const PlacedModel*, std::uint32_t>, std::size_t> of_feature;
   city::Box box;
@@ -112,12 +108,6 @@ std::vector<Eigen::Vector3d> TileMesh::add(const TileContent& content, const Eig
                                  : std::string("has coordinates that are not finite"));
           }
           extend(box, places.back());
-          if (all++ % step != 0) continue;
-          some.push_back(places.back());
-          if (some.size() < kSome) continue;
-          for (std::size_t i = 0; i < kSome / 2; ++i) some[i] = some[2 * i];
-          some.resize(kSome / 2);
-          step *= 2;
         }
         for (auto& [id, triangles] : by_feature(primitive)) {
           Part part;
@@ -168,7 +158,6 @@ std::vector<Eigen::Vector3d> TileMesh::add(const TileContent& content, const Eig
     read_ += part.triangles.size();
     add_part(part, box);
   }
-  return some;
 }
 
 void TileMesh::add_part(Part& part, const city::Box& tile) {

@@ -31,10 +31,8 @@ class TileMesh {
   explicit TileMesh(SkinRule rule) : rule_(rule) {}
 
   /// @param to_enu from the tile's frame @param name of the tile's file, for features without a name. Throws
-  /// InputError, and adds nothing, for vertices that are not finite or more than 500 km away. Returns some
-  /// hundred of its vertices at most, in the frame of the mesh.
-  std::vector<Eigen::Vector3d> add(const TileContent& content, const Eigen::Matrix4d& to_enu,
-                                   const std::string& name);
+  /// InputError, and adds nothing, for vertices that are not finite or more than 500 km away.
+  void add(const TileContent& content, const Eigen::Matrix4d& to_enu, const std::string& name);
 
   [[nodiscard]] city::Mesh& mesh() { return mesh_; }
   [[nodiscard]] Skin& skin() { return skin_; }

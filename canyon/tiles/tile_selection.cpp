@@ -253,8 +253,7 @@ class Selector {
         if (tileset) {
           pending_.push_back({address, document, here, nullptr, {}});
         } else {
-          take({address, here.transform, document->up, error,
-                bounds.kind == TileVolume::Kind::Unknown ? read_volume(tile["boundingVolume"]) : bounds});
+          take({address, here.transform, document->up, error});
         }
       });
     }
@@ -337,7 +336,7 @@ class Selector {
       if (!subtree.contents[i].at(index) || !(root.add || fine || children.empty())) continue;
       shown = true;
       attempt(root.document->address,
-              [&] { take_implicit(shared, node, with_place(root.content_uris[i], node), error); });
+              [&] { take_implicit(shared, with_place(root.content_uris[i], node), error); });
     }
     if (fine && shown) return;
     for (const Node& child : children) {
@@ -351,12 +350,10 @@ class Selector {
     }
   }
 
-  void take_implicit(const std::shared_ptr<const ImplicitRoot>& root, const Node& node,
-                     const std::string& uri, double error) {
+  void take_implicit(const std::shared_ptr<const ImplicitRoot>& root, const std::string& uri, double error) {
     const std::string address = source_.resolve(root->document->address, uri);
     if (!names_tileset(uri)) {
-      take({address, root->transform, root->document->up, error,
-            root->volume.part(node.level, node.place, root->octree)});
+      take({address, root->transform, root->document->up, error});
       return;
     }
     Inherited here;

@@ -17,7 +17,6 @@ struct SelectedTile {
   Eigen::Matrix4d transform = Eigen::Matrix4d::Identity();  ///< to the root's frame
   char up = 'Y';                                            ///< of its glTF
   double error_m = 0;                                       ///< its geometric error
-  TileVolume volume;                                        ///< of the content, or of the tile
 };
 
 struct TileSelection {

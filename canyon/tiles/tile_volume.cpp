@@ -113,27 +113,6 @@ double TileVolume::radius(const Eigen::Matrix4d& transform) const {
   return std::sqrt(square);
 }
 
-double TileVolume::outside(const Eigen::Vector3d& point, const Eigen::Matrix4d& transform) const {
-  if (kind == Kind::Unknown) return 0;
-  if (kind == Kind::Region) {
-    const geodesy::Geodetic place = geodesy::geodetic_from_ecef(point);
-    const double half_width = region_width(values) / 2;
-    const double from_middle = std::remainder(place.longitude_rad - values[0] - half_width, 2 * geodesy::kPi);
-    const double east = (std::abs(from_middle) - half_width) * std::cos(place.latitude_rad);
-    const double north = std::max(place.latitude_rad - values[3], values[1] - place.latitude_rad);
-    return std::max({0.0, geodesy::kSemiMajorAxis * std::max(east, north), place.height_m - values[5],
-                     values[4] - place.height_m});
-  }
-  const Eigen::Vector3d from_centre = point - *centre(transform);
-  if (kind == Kind::Sphere) return std::max(0.0, from_centre.norm() - radius(transform) / std::sqrt(3.0));
-  double most = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const Eigen::Vector3d half = transform.topLeftCorner<3, 3>() * Eigen::Vector3d(&values[3 + 3 * axis]);
-    if (half.norm() > 0) most = std::max(most, std::abs(from_centre.dot(half.normalized())) - half.norm());
-  }
-  return most;
-}
-
 TileArea::TileArea(const std::array<double, 4>& bbox_deg, const geodesy::LocalFrame& frame, bool local) {
   for (std::size_t i = 0; i < 4; ++i) region_rad_[i] = geodesy::radians(bbox_deg[i]);
   const auto& [west, south, east, north] = region_rad_;

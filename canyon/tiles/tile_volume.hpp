@@ -29,9 +29,6 @@ struct TileVolume {
   [[nodiscard]] std::optional<Eigen::Vector3d> centre(const Eigen::Matrix4d& transform) const;
   /// The radius of a sphere about the centre that holds it [m], in the same frame; 0 for Unknown.
   [[nodiscard]] double radius(const Eigen::Matrix4d& transform) const;
-  /// How far a point of that frame lies outside [m], along the axis where it is farthest; 0 inside and for
-  /// Unknown.
-  [[nodiscard]] double outside(const Eigen::Vector3d& point, const Eigen::Matrix4d& transform) const;
 };
 /// Throws InputError for lists of a wrong length, numbers that are not finite, and regions that are not on
 /// the Earth.
