@@ -8,9 +8,24 @@
 #include <type_traits>
 
 #include "canyon/base/named.hpp"
+#include "canyon/base/text.hpp"
 
 namespace canyon::cli {
 namespace {
+
+bool is_whole(const Option::Target& target) {
+  return std::holds_alternative<int*>(target) || std::holds_alternative<std::size_t*>(target) ||
+         std::holds_alternative<std::optional<int>*>(target) ||
+         std::holds_alternative<std::optional<std::size_t>*>(target);
+}
+
+/// CLI11 reads 010 as eight and 0x10 as sixteen. Makes a whole number decimal; returns what is wrong with it.
+std::string plain_decimal(std::string& text) {
+  const auto number = parse_integer(text);
+  if (!number) return fmt::format("'{}' is not a whole number in decimal digits", text);
+  text = std::to_string(*number);
+  return {};
+}
 
 /// The only place that knows CLI11, whose headers take 10 s to compile.
 class Parser {
@@ -45,6 +60,7 @@ class Parser {
       }
     };
     CLI::Option* added = std::visit(add_to, option.target);
+    if (is_whole(option.target)) added->transform(CLI::Validator(plain_decimal, ""));
     if (!option.value.empty()) added->type_name(option.value);
     if (option.takes_one) added->expected(1);
     if (option.one_at_a_time) added->allow_extra_args(false);

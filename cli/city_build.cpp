@@ -31,10 +31,8 @@ struct CityBuildArguments {
   std::vector<std::string> terrain;
   MapCity map;  ///< its numbers; the rest is made of the others
   CityArguments city;
-  bool utm = false;
-  std::string overpass;
+  buildings::OverpassOptions download;
   std::string place;
-  std::string cache;
   std::string name;
   bool quiet = false;
   bool json = false;
@@ -83,9 +81,7 @@ Output parse_output(const std::string& text, bool from_map) {
 }
 
 std::vector<std::filesystem::path> download(const CityBuildArguments& arguments, MapCity& map) {
-  buildings::OverpassOptions options;
-  if (!arguments.overpass.empty()) options.url = arguments.overpass;
-  options.cache = arguments.cache;
+  buildings::OverpassOptions options = arguments.download;
   options.foliage = map.build.foliage;
   options.validate();
   buildings::LonLatBox box;
@@ -102,17 +98,10 @@ std::vector<std::filesystem::path> download(const CityBuildArguments& arguments,
 }
 
 simulation::CityConfig make_config(const CityBuildArguments& arguments, const Command& command) {
-  const bool online = !arguments.overpass.empty() || !arguments.place.empty();
+  const bool online = command.given("--overpass") || command.given("--place");
   if (arguments.inputs.empty() && !online) {
     throw InputError("nothing to build from",
                      "give map or city files, or --place NAME, or --overpass URL with --bbox");
-  }
-  if (!arguments.inputs.empty() && online) {
-    throw InputError("input files conflict with --overpass or --place",
-                     "build from files or download, one at a time");
-  }
-  if (!arguments.place.empty() && !arguments.city.bbox.empty()) {
-    throw InputError("--place conflicts with --bbox", "give one of them");
   }
   if (online && arguments.place.empty() && arguments.city.bbox.empty()) {
     throw InputError("--overpass without --place or --bbox", "give the area to download");
@@ -123,15 +112,14 @@ simulation::CityConfig make_config(const CityBuildArguments& arguments, const Co
       throw InputError(fmt::format("{} is not a map and is given with other input", input),
                        "several inputs are for maps; convert other cities one by one");
     }
-    for (const char* option :
-         {"--terrain", "--level-height", "--default-height", "--height", "--foliage", "--utm"}) {
+    for (const char* option : {"--terrain", "--level-height", "--default-height", "--height", "--foliage"}) {
       if (command.given(option)) {
         throw InputError(fmt::format("{} has no effect on {}, which is not a map", option, input),
                          "leave it out");
       }
     }
     simulation::CityConfig config = city_config(input, arguments.city);
-    if (auto* tileset = config.as<tiles::TileOptions>()) tileset->cache = arguments.cache;
+    if (auto* tileset = config.as<tiles::TileOptions>()) tileset->cache = arguments.download.cache.string();
     return config;
   }
   simulation::CityConfig config;
@@ -145,7 +133,6 @@ simulation::CityConfig make_config(const CityBuildArguments& arguments, const Co
   }
   map.terrain.assign(arguments.terrain.begin(), arguments.terrain.end());
   if (!arguments.city.origin.empty()) config.origin = parse_place(arguments.city.origin, "--origin");
-  if (arguments.utm) map.build.grid = buildings::Grid::Utm;
   change_city(config, arguments.city, "a map");
   if (online) map.files = download(arguments, map);
   return config;
@@ -227,11 +214,6 @@ int run_city_build(const CityBuildArguments& arguments, const Command& command) 
   for (const std::string& text : arguments.outputs) {
     outputs.push_back(parse_output(text, from_map));
     require_place(outputs.back(), !from_mesh, arguments);
-    const Format format = outputs.back().format;
-    if (arguments.utm && (format == Format::Canyon || format == Format::World || format == Format::Model)) {
-      throw InputError(fmt::format("-o {}: this format holds east-north-up about its origin, not UTM", text),
-                       "use --utm with .glb, .obj or .dae, or leave it out");
-    }
   }
 
   const auto begin = std::chrono::steady_clock::now();
@@ -295,10 +277,11 @@ void add_city_build(Command& city) {
   add_field(build, "--default-height", arguments->map.build, "default_height_m");
   add_field(build, "--height", arguments->map.build, "heights").value = "TYPE=M";
   build.add_flag("--foliage", arguments->map.build.foliage, "also read trees, tree rows and woods");
-  build.add_flag("--utm", arguments->utm, "UTM grid offsets from the origin instead of east-north-up");
-  build.add_option("--overpass", arguments->overpass, "URL", "download from this Overpass endpoint");
-  build.add_option("--place", arguments->place, "NAME", "download a place by its name");
-  build.add_option("--cache", arguments->cache, "DIR", "folder for downloads (~/.cache/canyon)");
+  add_field(build, "--overpass", arguments->download, "url").excludes("input").value = "URL";
+  build.add_option("--place", arguments->place, "NAME", "download a place by its name")
+      .excludes("input")
+      .excludes("--bbox");
+  add_field(build, "--cache", arguments->download, "cache").value = "DIR";
   build.add_option("--name", arguments->name, "NAME", "of the city and of Gazebo's model");
   build.add_flag("--quiet", arguments->quiet, "print errors only");
   build.add_flag("--json", arguments->json, "print the report as JSON");

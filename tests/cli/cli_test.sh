@@ -945,9 +945,6 @@ city_build)
   [ ! -s out ] && [ ! -s err ] || fail "--quiet printed something"
   runs 0 "$canyon" city build block.osm -o half.canyon --bbox 11.0009,47.999,11.003,48.003 --height house=7 --json
   says out '"buildings": 1' '"heights_default": 1' '"highest_roof_m": 6.9999'
-  runs 0 "$canyon" city build block.osm -o utm.obj --utm --origin 48,11,0; says out triangles
-  runs 0 "$canyon" city info utm.obj --json; says out '"buildings": 2'
-  runs 2 "$canyon" city build block.osm -o utm.canyon --utm; one_line; says err utm.canyon --utm
   ls -A | grep -E 'part|probe' && fail "temporary files left" ;;
 city_simulate)
   block_osm >block.osm
@@ -1394,7 +1391,8 @@ P
   runs 0 "$canyon" "${many[@]}" --runs 3 --out r --threads 1; says out "mean of 3 runs" "95 % of 3 runs"
   for f in map.nc map.png p95/map.nc p95/map.png; do [ -s r/$f ] || fail "no r/$f"; done
   [ ! -e r/tiles ] || fail "the tiles were left"
-  runs 0 "$canyon" "${many[@]}" --runs 3 --out r2 --threads 2 --quiet; diff -r r r2 || fail "other bytes on another number of threads"
+  runs 2 "$canyon" "${many[@]}" --runs 0x3 --out r3; says err "'0x3' is not a whole number in decimal digits"
+  runs 0 "$canyon" "${many[@]}" --runs 03 --out r2 --threads 08 --quiet; diff -r r r2 || fail "other bytes on another number of threads"
   for seed in 1 2 3; do
     runs 0 "$canyon" "${many[@]}" --seed $seed --out one$seed --quiet
     runs 0 "$canyon" heatmap query one$seed/map.nc --at 22.3,114.17006 --json; cp out one$seed.json
