@@ -132,17 +132,10 @@ std::string format_report(const BuildReport& r) {
   return text;
 }
 
-std::vector<std::string> city_notes(const MapData& map, const BuildReport& report, Grid grid,
-                                    const Terrain* terrain) {
+std::vector<std::string> city_notes(const MapData& map, const BuildReport& report, const Terrain* terrain) {
   std::vector<std::string> notes = map.contents;
   const std::string text = format_report(report);
   for (const std::string_view line : split(trim(text), '\n')) notes.emplace_back(line);
-  if (grid == Grid::Utm) {
-    notes.emplace_back(
-        "coordinates are UTM grid offsets from the origin: turned by the grid's convergence and scaled "
-        "against "
-        "east and north on the ground");
-  }
   if (terrain != nullptr) notes.insert(notes.end(), terrain->notes().begin(), terrain->notes().end());
   notes.insert(notes.end(), report.warnings.begin(), report.warnings.end());
   return notes;

@@ -42,9 +42,9 @@ void count_guesses(BuildReport& report, const Shape& shape, bool facade_known);
 /// @param level the city has no terrain
 void add_cautions(BuildReport& report, const MapData& map, const HeightDefaults& heights, bool level);
 
-/// The notes of a city: what the map holds, the lines of format_report(), the grid, the terrain if there is
-/// one, and the report's warnings.
-[[nodiscard]] std::vector<std::string> city_notes(const MapData& map, const BuildReport& report, Grid grid,
+/// The notes of a city: what the map holds, the lines of format_report(), the terrain if there is one, and
+/// the report's warnings.
+[[nodiscard]] std::vector<std::string> city_notes(const MapData& map, const BuildReport& report,
                                                   const Terrain* terrain);
 
 }  // namespace canyon::buildings

@@ -12,11 +12,9 @@
 #include "canyon/buildings/build_report.hpp"
 #include "canyon/buildings/feature_tags.hpp"
 #include "canyon/buildings/ground.hpp"
-#include "canyon/buildings/map_frame.hpp"
 #include "canyon/buildings/passages.hpp"
 #include "canyon/buildings/shapes/cityjson_solid.hpp"
 #include "canyon/buildings/shapes/outlines.hpp"
-#include "canyon/buildings/shapes/part_assignment.hpp"
 #include "canyon/buildings/shapes/roof_planes.hpp"
 #include "canyon/buildings/shapes/solid.hpp"
 
@@ -24,8 +22,6 @@ namespace canyon::buildings {
 namespace {
 
 using city::Surface;
-using geodesy::Geodetic;
-
 constexpr double kBelowTerrain_m = 1;  // walls on a terrain reach further down
 constexpr double kOnGround_m = 0.5;    // parts whose bottom is lower stand on the ground
 constexpr double kThinnest_m = 0.1;    // solids lower than this are not built
@@ -52,7 +48,7 @@ class Builder {
         terrain_(terrain),
         options_(options),
         progress_(progress),
-        map_frame_(choose_origin(map, terrain, options.origin), options.grid, terrain),
+        map_frame_(choose_origin(map, terrain, options.origin), terrain),
         placed_(map.features.size()),
         tags_(map, options.heights) {}
 
@@ -102,18 +98,9 @@ class Builder {
     for (const LonLat& place : ring) {
       const double height = map_frame_.ground_height_m(place).value_or(map_frame_.frame().origin().height_m);
       points.push_back(map_frame_.mesh_from_map(place, height).head<2>());
-      extend_bounds(place, height, points.back());
+      bounds_.extend(points.back());
     }
     return points;
-  }
-
-  void extend_bounds(const LonLat& place, double height, const Point2& in_mesh) {
-    if (map_frame_.grid() == Grid::Enu) {
-      enu_bounds_.extend(in_mesh);
-    } else {
-      const Geodetic at = Geodetic::from_degrees(place.y(), place.x(), height);
-      enu_bounds_.extend(Point2(map_frame_.frame().local_from_geodetic(at).head<2>()));
-    }
   }
 
   void skip(std::size_t i, const std::string& why) {
@@ -130,12 +117,8 @@ class Builder {
     built.part = feature.kind == FeatureKind::Part;
     if (!feature.surfaces.empty()) {
       for (const MapSurface& surface : feature.surfaces) {
-        for (const Eigen::Vector3d& corner : surface.outer) {
-          enu_bounds_.extend(
-              Point2(map_frame_.frame()
-                         .local_from_geodetic(Geodetic::from_degrees(corner.y(), corner.x(), corner.z()))
-                         .head<2>()));
-        }
+        for (const Eigen::Vector3d& corner : surface.outer)
+          bounds_.extend(Point2(map_frame_.mesh_from_map(corner.head<2>(), corner.z()).head<2>()));
       }
       return;
     }
@@ -163,7 +146,6 @@ class Builder {
       built.reason = said;
       for (const std::string& note : notes) complaints_.add("repaired, " + note, feature.id);
     }
-    if (has_spike(placed.polygons)) complaints_.add("outline with a long spike: damaged?", feature.id);
     placed.ground = ground_along(feature.polygons, map_frame_, terrain_ != nullptr);
     if (!placed.ground) {
       placed.polygons.clear();
@@ -218,8 +200,8 @@ class Builder {
 
   void lay_ground() {
     const Eigen::Vector2d margin = Eigen::Vector2d::Constant(std::max(options_.terrain_margin_m, 1.0));
-    const Eigen::AlignedBox2d area(Point2(enu_bounds_.min() - margin), Point2(enu_bounds_.max() + margin));
-    append_ground(mesh(), map_frame_, terrain_, area, options_.terrain_spacing_m);
+    const Eigen::AlignedBox2d area(Point2(bounds_.min() - margin), Point2(bounds_.max() + margin));
+    append_ground(mesh(), map_frame_.frame(), terrain_, area, options_.terrain_spacing_m);
   }
 
   void raise(std::size_t i) {
@@ -378,17 +360,11 @@ class Builder {
   void raise_surfaces(std::size_t i) {
     const MapFeature& feature = map_.features[i];
     std::vector<std::string> notes;
-    const std::size_t first_vertex = mesh().vertices.size();
     const Shape tagged = tags_.shape(i);
     const bool settled = feature.kind == FeatureKind::Structure || is_facade_known(feature.tags);
     const city::Material facade = settled ? tagged.facade : options_.untagged_facade;
     const bool added = append_surfaces(mesh(), feature.id, feature.surfaces, map_frame_.frame(), notes,
                                        facade, tagged.roof_material);
-    if (map_frame_.grid() == Grid::Utm) {
-      for (std::size_t v = first_vertex; v < mesh().vertices.size(); ++v) {
-        mesh().vertices[v] = map_frame_.mesh_from_enu(mesh().vertices[v]);
-      }
-    }
     for (std::string& note : notes) {
       if (note.rfind(feature.id + ": ", 0) == 0) note.erase(0, feature.id.size() + 2);
       complaints_.add(note, feature.id);
@@ -472,7 +448,7 @@ class Builder {
     report().foliage_left_out = map_.foliage_left_out;
     if (terrain_ != nullptr) report().cautions = terrain_->cautions();
     add_cautions(report(), map_, options_.heights, terrain_ == nullptr);
-    result_.city.notes = city_notes(map_, report(), options_.grid, terrain_);
+    result_.city.notes = city_notes(map_, report(), terrain_);
   }
 
   const MapData& map_;
@@ -482,7 +458,7 @@ class Builder {
   MapFrame map_frame_;
   std::vector<Placed> placed_;
   FeatureTags tags_;
-  Eigen::AlignedBox2d enu_bounds_;
+  Eigen::AlignedBox2d bounds_;  ///< east, north
   Complaints complaints_;
   BuiltCity result_;
 };

@@ -378,37 +378,6 @@ TEST(CityBuilder, FarFromTheOriginTheGroundFallsOffAndBuildingsStayWhole) {
   }
 }
 
-TEST(CityBuilder, UtmIsTurnedAndScaledByConvergenceAndScale) {
-  // Two blocks 2 km apart at the edge of zone 32, where the grid is turned by about 2.2 degrees.
-  Sketch sketch(48, 11.99);
-  sketch.building("way/1", {{"building", "yes"}, {"height", "10"}}, sketch.box(-1, -1, 1, 1));
-  sketch.building("way/2", {{"building", "yes"}, {"height", "10"}}, sketch.box(-1, 1999, 1, 2001));
-  BuildOptions options;
-  const BuiltCity enu = sketch.build(options);
-  options.grid = Grid::Utm;
-  const BuiltCity utm = sketch.build(options);
-  const auto middle = [](const BuiltCity& built, const char* name) {
-    const city::Box box = box_of(built.city.mesh, *find(built, name));
-    return Eigen::Vector2d((0.5 * (box.min + box.max)).head<2>());
-  };
-  const Eigen::Vector2d on_ground = middle(enu, "way/2") - middle(enu, "way/1");
-  const Eigen::Vector2d on_grid = middle(utm, "way/2") - middle(utm, "way/1");
-  // GeographicLib's convergence (bearing of grid north) and scale half-way between the two.
-  const Geodetic half_way = enu.city.frame.geodetic_from_local({0.5 * on_ground.x(), 0.5 * on_ground.y(), 0});
-  const geodesy::UtmPosition grid = geodesy::utm_from_geodetic(half_way, 32);
-  EXPECT_NEAR(geodesy::degrees(grid.convergence_rad), 2.2, 0.1);
-  // Grid coordinates are those on the ground turned counter-clockwise by the convergence, times the scale.
-  const Eigen::Vector2d expected = grid.scale * (Eigen::Rotation2Dd(grid.convergence_rad) * on_ground);
-  EXPECT_NEAR(on_grid.x(), expected.x(), 0.01);
-  EXPECT_NEAR(on_grid.y(), expected.y(), 0.01);
-  EXPECT_GT((on_grid - on_ground).norm(), 70);  // 2 km x sin(2.2 deg)
-  EXPECT_THAT(utm.city.notes, Contains(HasSubstr("UTM")));
-  // Heights are the same.
-  EXPECT_NEAR(box_of(utm.city.mesh, *find(utm, "way/2")).max.z(), 10, 1e-6);
-  // The footprints come back to where they were drawn.
-  EXPECT_TRUE(utm.features[1].footprint[0].outer[0].isApprox(enu.features[1].footprint[0].outer[0], 1e-9));
-}
-
 // An SRTM tile of 3" posts from 48 N, 11 E, whose ground climbs eastwards by 1 m for each post (about 62 m).
 std::filesystem::path write_slope(const test::TemporaryFolder& folder) {
   constexpr int kPosts = 1201;

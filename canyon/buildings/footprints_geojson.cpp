@@ -1,7 +1,6 @@
 #include "canyon/buildings/footprints_geojson.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <optional>
 
@@ -34,50 +33,10 @@ Json ring_coordinates(const MapRing& ring, bool outer) {
   return coordinates;
 }
 
-/// RFC 7946, 3.1.9: a polygon across the antimeridian as its two sides.
-std::vector<MapPolygon> cut_at_antimeridian(const MapPolygon& polygon) {
-  constexpr double kUnits = 1e6;  // of a degree, so that the millimetres of intersect() are 1e-9 deg
-  const double first = polygon.outer.front().x();
-  double farthest = 0;
-  const auto plane = [&](const MapRing& ring) {
-    std::vector<Point2> points;
-    for (const LonLat& p : ring) {
-      points.push_back(kUnits * LonLat(longitude_near(p.x(), first), p.y()));
-      farthest = std::max(farthest, std::abs(points.back().x()));
-    }
-    return points;
-  };
-  Polygon2 whole{plane(polygon.outer), {}};
-  for (const MapRing& inner : polygon.inners) whole.holes.push_back(plane(inner));
-  if (farthest <= 180 * kUnits) return {polygon};
-  std::vector<MapPolygon> sides;
-  for (const double middle : {std::copysign(90.0, first), std::copysign(270.0, first)}) {
-    const Point2 low = kUnits * LonLat(middle - 90, -90), high = kUnits * LonLat(middle + 90, 90);
-    const Polygon2 side{{low, {high.x(), low.y()}, high, {low.x(), high.y()}}, {}};
-    const LonLat turns(longitude_near(middle, 0) - middle, 0);
-    const auto ring = [&](const std::vector<Point2>& points) {
-      MapRing out;
-      for (const Point2& p : points) out.push_back(p / kUnits + turns);
-      return out;
-    };
-    for (const Polygon2& piece : intersect({whole}, {side})) {
-      MapPolygon& next = sides.emplace_back();
-      next.outer = ring(piece.outer);
-      for (const auto& hole : piece.holes) next.inners.push_back(ring(hole));
-    }
-  }
-  return sides;
-}
-
 Json geometry_of(const std::vector<MapPolygon>& polygons) {
-  std::vector<MapPolygon> sides;
+  Json parts = Json::array();
   for (const MapPolygon& polygon : polygons) {
     if (polygon.outer.size() < 3) continue;
-    const std::vector<MapPolygon> cut = cut_at_antimeridian(polygon);
-    sides.insert(sides.end(), cut.begin(), cut.end());
-  }
-  Json parts = Json::array();
-  for (const MapPolygon& polygon : sides) {
     Json rings = Json::array({ring_coordinates(polygon.outer, true)});
     for (const MapRing& inner : polygon.inners) {
       if (inner.size() >= 3) rings.push_back(ring_coordinates(inner, false));

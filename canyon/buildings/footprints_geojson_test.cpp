@@ -212,32 +212,5 @@ TEST(FootprintsGeojson, OgrinfoReadsIt) {
   EXPECT_THAT(areas.output, HasSubstr("area (Integer) = 20"));
 }
 
-// RFC 7946, 3.1.9.
-TEST(FootprintsGeoJson, CutsAtTheAntimeridian) {
-  BuiltCity built;
-  BuiltFeature& house = built.features.emplace_back();
-  house.id = "way/1";
-  house.footprint = {{{{179.9999, -17}, {-179.9998, -17}, {-179.9998, -16.9999}, {179.9999, -16.9999}},
-                      {{{179.99995, -16.99998}, {179.99995, -16.99992}, {-179.9999, -16.99995}}}}};
-  const auto check = [&](double west_share) {
-    const json geometry = json::parse(format_footprints_geojson(built)).at("features").at(0).at("geometry");
-    ASSERT_EQ(geometry.at("type"), "MultiPolygon");
-    ASSERT_EQ(geometry.at("coordinates").size(), 2U);
-    for (const json& part : geometry.at("coordinates")) {
-      double low = 1e9, high = -1e9;
-      for (const json& place : part.at(0)) {
-        low = std::min(low, place.at(0).get<double>());
-        high = std::max(high, place.at(0).get<double>());
-      }
-      EXPECT_NEAR(high - low, low > 0 ? 1e-4 * west_share : 1e-4 * (3 - west_share), 2e-9);
-      EXPECT_EQ(low > 0 ? high : low, low > 0 ? 180 : -180);
-    }
-  };
-  check(1);
-  std::rotate(house.footprint[0].outer.begin(), house.footprint[0].outer.begin() + 1,
-              house.footprint[0].outer.end());
-  check(1);
-}
-
 }  // namespace
 }  // namespace canyon::buildings

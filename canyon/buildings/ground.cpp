@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/geodesy/constants.hpp"
 
 namespace canyon::buildings {
 namespace {
@@ -46,6 +47,26 @@ void append_flat_sheet(city::Mesh& mesh, const geodesy::LocalFrame& frame,
 
 }  // namespace
 
+Eigen::Vector3d MapFrame::mesh_from_map(const LonLat& place, double height_m) const {
+  return frame_.local_from_geodetic(geodesy::Geodetic::from_degrees(place.y(), place.x(), height_m));
+}
+
+Eigen::Vector3d MapFrame::map_from_mesh(const Eigen::Vector3d& point) const {
+  const geodesy::Geodetic place = frame_.geodetic_from_local(point);
+  return {geodesy::degrees(place.longitude_rad), geodesy::degrees(place.latitude_rad), place.height_m};
+}
+
+std::optional<double> MapFrame::ground_height_m(const LonLat& place) const {
+  if (terrain_ == nullptr) return frame_.origin().height_m;
+  return terrain_->height_m(place);
+}
+
+std::optional<Eigen::Vector3d> MapFrame::ground(const LonLat& place) const {
+  const std::optional<double> height = ground_height_m(place);
+  if (!height) return std::nullopt;
+  return mesh_from_map(place, *height);
+}
+
 std::optional<Ground> ground_along(const std::vector<MapPolygon>& polygons, const MapFrame& map_frame,
                                    bool terrain) {
   Ground ground;
@@ -77,24 +98,18 @@ std::optional<Ground> ground_along(const std::vector<MapPolygon>& polygons, cons
   return ground;
 }
 
-void append_ground(city::Mesh& mesh, const MapFrame& map_frame, const Terrain* terrain,
-                   const Eigen::AlignedBox2d& enu_bounds, double terrain_spacing_m) {
-  const std::size_t first_vertex = mesh.vertices.size();
-  if (terrain != nullptr) {
-    const Eigen::Vector2d posts = enu_bounds.sizes() / terrain_spacing_m;
-    if (posts.x() * posts.y() > kMostPosts) {
-      throw InputError(
-          fmt::format("the terrain would have {:.0f} million posts", posts.x() * posts.y() / 1e6),
-          "give a wider spacing or a smaller box (at most 25 million posts)");
-    }
-    terrain->append(mesh, map_frame.frame(), enu_bounds.min(), enu_bounds.max(), terrain_spacing_m);
-  } else {
-    append_flat_sheet(mesh, map_frame.frame(), enu_bounds);
+void append_ground(city::Mesh& mesh, const geodesy::LocalFrame& frame, const Terrain* terrain,
+                   const Eigen::AlignedBox2d& bounds, double terrain_spacing_m) {
+  if (terrain == nullptr) {
+    append_flat_sheet(mesh, frame, bounds);
+    return;
   }
-  if (map_frame.grid() == Grid::Enu) return;
-  for (std::size_t i = first_vertex; i < mesh.vertices.size(); ++i) {
-    mesh.vertices[i] = map_frame.mesh_from_enu(mesh.vertices[i]);
+  const Eigen::Vector2d posts = bounds.sizes() / terrain_spacing_m;
+  if (posts.x() * posts.y() > kMostPosts) {
+    throw InputError(fmt::format("the terrain would have {:.0f} million posts", posts.x() * posts.y() / 1e6),
+                     "give a wider spacing or a smaller box (at most 25 million posts)");
   }
+  terrain->append(mesh, frame, bounds.min(), bounds.max(), terrain_spacing_m);
 }
 
 }  // namespace canyon::buildings

@@ -8,7 +8,7 @@
 
 #include "canyon/base/text.hpp"
 #include "canyon/buildings/feature_tags.hpp"
-#include "canyon/buildings/shapes/ribbon.hpp"
+#include "canyon/buildings/shapes/footprint.hpp"
 #include "canyon/buildings/shapes/solid.hpp"
 #include "canyon/city/city.hpp"
 

@@ -8,7 +8,7 @@
 #include <fstream>
 
 #include "canyon/buildings/city_builder.hpp"
-#include "canyon/buildings/shapes/ribbon.hpp"
+#include "canyon/buildings/shapes/footprint.hpp"
 #include "canyon/buildings/sources/osm_reader.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -9,6 +10,7 @@
 
 namespace canyon::buildings {
 namespace geos = meshes::geos;
+
 namespace {
 
 constexpr double kGrid_m = 1e-3;
@@ -268,6 +270,24 @@ std::vector<Polygon2> unite(const std::vector<Polygon2>& a) {
   for (const Polygon2& polygon : a) parts.push_back(geos::polygon(polygon.outer, polygon.holes));
   const geos::Geometry whole = union_on_grid(std::move(parts));
   return tidy(geos::polygons(whole.get()), 0);
+}
+
+std::vector<Polygon2> ribbon(const std::vector<Point2>& line, double half_width_m) {
+  if (line.size() < 2) return {};
+  GEOSCoordSequence* sequence = GEOSCoordSeq_create_r(geos::context(), static_cast<unsigned>(line.size()), 2);
+  if (sequence == nullptr) return {};
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    GEOSCoordSeq_setXY_r(geos::context(), sequence, static_cast<unsigned>(i), line[i].x(), line[i].y());
+  }
+  const geos::Geometry string(GEOSGeom_createLineString_r(geos::context(), sequence));
+  if (!string) return {};
+  constexpr int kQuadrantSegments = 4;
+  constexpr double kMitreLimit = 2;
+  const geos::Geometry band(GEOSBufferWithStyle_r(geos::context(), string.get(), half_width_m,
+                                                  kQuadrantSegments, GEOSBUF_CAP_FLAT, GEOSBUF_JOIN_MITRE,
+                                                  kMitreLimit));
+  std::vector<std::string> ignored;
+  return repair(geos::polygons(band.get()), ignored);
 }
 
 }  // namespace canyon::buildings

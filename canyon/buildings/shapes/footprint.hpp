@@ -29,4 +29,8 @@ using meshes::twice_area;
 [[nodiscard]] std::vector<Polygon2> intersect(const std::vector<Polygon2>& a, const std::vector<Polygon2>& b);
 [[nodiscard]] std::vector<Polygon2> unite(const std::vector<Polygon2>& a);
 
+/// The band of a line, `half_width_m` to each side, cut off straight at its ends; corners are mitred. Empty
+/// for a line without length. @param half_width_m above 0
+[[nodiscard]] std::vector<Polygon2> ribbon(const std::vector<Point2>& line, double half_width_m);
+
 }  // namespace canyon::buildings

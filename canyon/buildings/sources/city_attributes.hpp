@@ -10,7 +10,7 @@ namespace canyon::buildings {
 /// The names and values of a city model's objects, by the names that the file gives them.
 using CityAttributes = std::map<std::string, std::string>;
 
-/// Whether tags_from_attributes() looks at an attribute of that name.
+/// Whether add_tags_of_attributes() looks at an attribute of that name.
 [[nodiscard]] bool attribute_matters(std::string_view name);
 
 /// A value of an attribute, a length in metres; other attributes as they are. Nothing for a length in a unit

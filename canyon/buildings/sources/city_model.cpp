@@ -65,7 +65,7 @@ std::vector<MapPolygon> outlines_of(const std::vector<MapSurface>& surfaces) {
   return outlines;
 }
 
-/// How many buildings and parts have what facades are drawn by.
+/// Counts the buildings and parts, and those with each attribute by which facades are drawn.
 std::string attributes_line(const MapData& data) {
   std::size_t all = 0, uses = 0, years = 0, structures = 0, materials = 0;
   for (const MapFeature& feature : data.features) {

@@ -140,10 +140,6 @@ void CityJsonReader::read_transform(const Json& root, bool needed) {
   if (!scale_.allFinite() || !translate_.allFinite() || !(scale_.array() != 0).all()) {
     fail("transform.scale must not be zero");
   }
-  if (scale_.x() != scale_.y()) {
-    model_.warn(
-        fmt::format("transform.scale is {} along x and {} along y: damaged?", scale_.x(), scale_.y()));
-  }
 }
 
 void CityJsonReader::read_vertices(const Json& root) {

@@ -10,31 +10,25 @@
 
 namespace canyon::buildings {
 
-struct HttpReply {
-  int status = 0;  ///< 200, 404, ...
+struct HttpAnswer {
+  int status = 0;  ///< 200, 404, ...; 0: no answer
   std::string body;
   std::optional<double> retry_after_s;  ///< of the Retry-After header, as seconds or as a date; not negative
+  /// How long the reply may be kept (Cache-Control). 0: not beyond its use. Empty: the server does not say.
+  std::optional<double> keep_s;
+  std::string problem;  ///< where there is no whole answer: which server, and why; no query and no key
 };
 
 /// Posts a form field `data` to an http or https address and returns the reply, whatever its status. One
 /// request, following at most five redirects; User-Agent names Canyon. Throws InputError: unreachable host,
 /// refused, timed out, connection closed before the whole reply was there, reply over 1 GiB.
 /// @param timeout_s of the whole request, > 0
-[[nodiscard]] HttpReply http_post(const std::string& url, const std::string& data, int timeout_s);
+[[nodiscard]] HttpAnswer http_post(const std::string& url, const std::string& data, int timeout_s);
 
 struct HttpGetOptions {
   int timeout_s = 30;                              ///< of a connection, and of a server that sends nothing
   int connections = 8;                             ///< at a time
   std::uint64_t largest = std::uint64_t{1} << 30;  ///< bytes of a reply
-};
-
-struct HttpAnswer {
-  int status = 0;  ///< 200, 404, ...; 0: no answer
-  std::string body;
-  std::optional<double> retry_after_s;
-  /// How long the reply may be kept (Cache-Control). 0: not beyond its use. Empty: the server does not say.
-  std::optional<double> keep_s;
-  std::string problem;  ///< where there is no whole answer: which server, and why; no query and no key
 };
 
 /// Gets http or https addresses, several at a time, each following at most five redirects. `done` is called

@@ -78,8 +78,6 @@ void BuildOptions::validate() const {
 }
 
 void visit(options::Visitor& v, BuildOptions& o) {
-  static constexpr std::string_view kGrids[]{"enu", "utm"};
-  v.choice({"grid", "", ""}, o.grid, kGrids);
   visit(v, o.heights);
   v.boolean({"foliage", "", "read trees, tree rows and woods of a map too"}, o.foliage);
   v.boolean({"tunnels", "",

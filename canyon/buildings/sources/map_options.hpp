@@ -72,17 +72,11 @@ struct ModelOptions {
 /// Visits its fields.
 void visit(options::Visitor& v, ModelOptions& o);
 
-/// Which plane coordinates the mesh has. ENU is Canyon's world; UTM is for files that other tools place by
-/// UTM, as the paper does (east and north of the origin's grid coordinates, z ellipsoidal height above the
-/// origin).
-enum class Grid : std::uint8_t { Enu, Utm };
-
 struct BuildOptions {
   /// Empty: the middle of the bounds of buildings and parts (foliage counts only where there are none) at
   /// ground level: the terrain's there; without terrain the
   /// median of the lowest heights of features with surfaces of their own; where there are none either, 0.
   std::optional<geodesy::Geodetic> origin;
-  Grid grid = Grid::Enu;
   HeightDefaults heights;
   bool foliage = false;
   bool tunnels = false;           ///< roads and railways with tunnel or covered get roofs, and tunnels walls

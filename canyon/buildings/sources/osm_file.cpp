@@ -7,97 +7,226 @@
 #include <array>
 #include <cstdint>
 #include <fstream>
+#include <map>
 #include <new>
+#include <optional>
 #include <osmium/io/any_compression.hpp>
 #include <osmium/io/file.hpp>
 #include <osmium/io/pbf_input.hpp>
 #include <osmium/io/reader.hpp>
 #include <osmium/io/xml_input.hpp>
 #include <osmium/osm.hpp>
+#include <set>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 
 #include "canyon/base/archives.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/input_file.hpp"
+#include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
-#include "canyon/base/utf16.hpp"
-#include "canyon/buildings/sources/osm_text.hpp"
+#include "canyon/base/utf8.hpp"
 
 namespace canyon::buildings {
+
 namespace {
 
-constexpr const char* kUtf16 = "utf-16";
+constexpr std::string_view kBlanks = " \t\r\n";
 
-/// libosmium's name of the format, or kUtf16, by content, since downloads lose their suffix.
-std::string sniff_format(const std::filesystem::path& path) {
-  check_input_file(path);
-  if (!std::ifstream(path)) throw InputError(path, 0, "cannot be read");
-  const std::string head = read_head(path, 512);
-  if (head.empty()) throw InputError(path, 0, "is empty", "fetch the map again");
-  const std::string_view view(head);
-  if (is_gzip(view)) return "osm.gz";
-  if (is_bzip2(view)) return "osm.bz2";
-  if (is_unpacked_whole(view)) throw InputError(path, 0, "is a packed file", "unpack it first");
-  refuse_foreign_bytes(path, view);
-  // A PBF file begins with the length of a BlobHeader whose type is "OSMHeader".
-  if (view[0] == '\0' && view.substr(0, 64).find("OSMHeader") != std::string_view::npos) return "pbf";
-  if (Utf16Decoder::is_marked(view)) return kUtf16;
-  std::size_t start = view.substr(0, 3) == "\xEF\xBB\xBF" ? 3 : 0;
-  start = view.find_first_not_of(" \t\r\n", start);
-  if (start != std::string_view::npos && view[start] == '<') return "osm";
-  if (start != std::string_view::npos && view[start] == '{') return "json";
-  throw InputError(path, 0, "is not an OpenStreetMap file",
-                   "give an extract as .osm, .osm.gz, .osm.bz2, .osm.pbf or Overpass JSON");
-}
+/// One attribute with the blanks before it.
+struct Attribute {
+  std::string_view text, name, value;
+};
 
-/// Calls `use` with one piece of a file's text after the other, unpacked. Throws what libosmium throws.
-template <typename Use>
-void for_each_piece(const std::filesystem::path& path, const std::string& format, const Use& use) {
-  const osmium::io::File file{std::filesystem::absolute(path).string(), format};
-  const auto packed = osmium::io::CompressionFactory::instance().create_decompressor(
-      file.compression(), osmium::io::detail::open_for_reading(file.filename()));
-  for (std::string piece = packed->read(); !piece.empty(); piece = packed->read()) use(piece);
-  packed->close();
-}
-
-bool has_error_remark(std::string_view text) {
-  constexpr std::string_view kRemark = "<remark>";
-  const std::size_t at = text.find(kRemark);
-  return at != std::string_view::npos && trim(text.substr(at + kRemark.size())).starts_with("runtime error");
-}
-
-/// The text of an XML file that libosmium would not read as it is meant, made plain; empty for others, which
-/// may be larger than memory, and for damaged ones, which the reader refuses.
-std::optional<std::string> odd_xml(const std::filesystem::path& path, const std::string& format) {
-  constexpr std::size_t kLongestTag = 4096;
-  constexpr std::size_t kLargest = std::size_t{1} << 28;  // editors save no larger maps
-  bool odd = false, gave_up = false;
-  std::string text;
-  try {
-    for_each_piece(path, format, [&](const std::string& piece) {
-      text.erase(0, text.size() - std::min(text.size(), kLongestTag));
-      text += piece;
-      odd = odd || needs_plain_xml(std::string_view(text).substr(0, text.rfind('<')));
-      gave_up = gave_up || has_error_remark(text);
-    });
-    text.clear();
-    if (odd && !gave_up) {
-      for_each_piece(path, format, [&](const std::string& piece) {
-        text += piece;
-        if (text.size() > kLargest) throw std::length_error("not the work of an editor");
-      });
-    }
-  } catch (const std::exception&) {
+/// The attribute at `at`, which moves behind it; nothing at the end of a tag and in text that is not XML.
+std::optional<Attribute> take_attribute(std::string_view xml, std::size_t& at) {
+  const std::size_t begin = xml.find_first_not_of(kBlanks, at);
+  const std::size_t equals = xml.find('=', at);
+  if (begin == std::string_view::npos || equals == std::string_view::npos || xml[begin] == '>' ||
+      xml[begin] == '/') {
     return std::nullopt;
   }
-  if (gave_up) {
-    throw InputError(path, 0, "Overpass gave up: a part of the map is missing",
-                     "fetch it again with more time, or in smaller pieces");
+  const std::size_t quote = xml.find_first_not_of(kBlanks, equals + 1);
+  if (quote == std::string_view::npos || (xml[quote] != '"' && xml[quote] != '\'')) return std::nullopt;
+  const std::size_t end = xml.find(xml[quote], quote + 1);
+  if (end == std::string_view::npos) return std::nullopt;
+  Attribute attribute{xml.substr(at, end + 1 - at), xml.substr(begin, equals - begin),
+                      xml.substr(quote + 1, end - quote - 1)};
+  attribute.name = attribute.name.substr(0, attribute.name.find_first_of(kBlanks));
+  at = end + 1;
+  return attribute;
+}
+
+/// Writes OSM XML from Overpass's elements.
+class OverpassXml {
+ public:
+  std::string take(const Json& elements) {
+    for (const Json& element : elements.items())
+      if (element["type"] == "way") ways_.insert(element["id"].get<std::int64_t>());
+    for (const Json& element : elements.items()) {
+      const Json& type = element["type"];
+      if (type == "node") add_node(element);
+      if (type == "way") add_way(element["id"].get<std::int64_t>(), element);
+      if (type == "relation") add_relation(element);
+    }
+    return "<osm version=\"0.6\">\n" + xml_ + "</osm>\n";
   }
-  if (!odd) return std::nullopt;
-  return plain_osm_xml(text);
+  [[nodiscard]] std::size_t ways_without_nodes() const { return without_nodes_; }
+
+ private:
+  void add_tags(const Json& element) {
+    if (!element["tags"].is_object()) return;
+    for (const auto& [key, value] : element["tags"].members()) {
+      xml_ += fmt::format("<tag k=\"{}\" v=\"{}\"/>", xml_escaped(key),
+                          xml_escaped(value.is_string() ? value.text() : value.dump()));
+    }
+  }
+  void open(const char* kind, std::int64_t id, const Json& element) {
+    const Json& version = element["version"];
+    xml_ += fmt::format("<{} id=\"{}\" version=\"{}\"", kind, id,
+                        version.is_integer() ? version.get<std::int64_t>() : 1);
+    if (element["visible"] == false) xml_ += " visible=\"false\"";
+  }
+  void add_node(const Json& node) {
+    open("node", node["id"].get<std::int64_t>(), node);
+    xml_ +=
+        fmt::format(" lat=\"{:.9f}\" lon=\"{:.9f}\">", node["lat"].get<double>(), node["lon"].get<double>());
+    add_tags(node);
+    xml_ += "</node>\n";
+  }
+  static constexpr std::int64_t kNowhere = -1'000'000'000'000;  ///< the id of a node that is not there
+  /// The id of a node of a geometry without ids.
+  std::int64_t id_at(double lat, double lon) {
+    const auto next = kNowhere - 1 - static_cast<std::int64_t>(ids_.size());
+    return ids_.try_emplace({lat, lon}, next).first->second;
+  }
+  void add_way(std::int64_t id, const Json& way) {
+    const Json& nodes = way["nodes"];
+    const Json& geometry = way["geometry"];
+    open("way", id, way);
+    xml_ += ">";
+    const bool listed = nodes.is_array();
+    const std::size_t count = listed ? nodes.size() : geometry.is_array() ? geometry.size() : 0;
+    if (listed && geometry.is_array() && geometry.size() != count)
+      throw JsonError(fmt::format("way {} has {} nodes and {} places", id, count, geometry.size()));
+    if (count == 0) ++without_nodes_;
+    for (std::size_t i = 0; i < count; ++i) {
+      // Null: a node outside the box that was asked for. Its way names a node that is not there.
+      const bool placed = geometry.is_array() && i < geometry.size() && geometry[i].is_object();
+      const double lat = placed ? geometry[i]["lat"].get<double>() : 0;
+      const double lon = placed ? geometry[i]["lon"].get<double>() : 0;
+      const std::int64_t unlisted = placed ? id_at(lat, lon) : kNowhere;
+      xml_ += fmt::format("<nd ref=\"{}\"", listed ? nodes[i].get<std::int64_t>() : unlisted);
+      if (placed) xml_ += fmt::format(" lat=\"{:.9f}\" lon=\"{:.9f}\"", lat, lon);
+      xml_ += "/>";
+    }
+    add_tags(way);
+    xml_ += "</way>\n";
+  }
+  void add_relation(const Json& relation) {
+    std::string members;
+    for (const Json& member : relation["members"].is_array() ? relation["members"].items() : Json::Array{}) {
+      const auto ref = member["ref"].get<std::int64_t>();
+      const std::string type = member["type"].is_string() ? member["type"].text() : "";
+      if (type == "way" && member["geometry"].is_array() && ways_.insert(ref).second) add_way(ref, member);
+      members += fmt::format("<member type=\"{}\" ref=\"{}\" role=\"{}\"/>", xml_escaped(type), ref,
+                             xml_escaped(member["role"].is_string() ? member["role"].text() : ""));
+    }
+    open("relation", relation["id"].get<std::int64_t>(), relation);
+    xml_ += ">" + members;
+    add_tags(relation);
+    xml_ += "</relation>\n";
+  }
+
+  std::string xml_;
+  std::set<std::int64_t> ways_;
+  std::map<std::pair<double, double>, std::int64_t> ids_;
+  std::size_t without_nodes_ = 0;
+};
+
+/// OSM XML with those attributes of nodes, ways and relations that matter to buildings: users, change sets
+/// and times are left out, for libosmium refuses files by them (user ids above 31 bits), and an object that
+/// JOSM has marked with action='delete' becomes visible='false' (OSM wiki, JOSM file format). Lines keep
+/// their numbers. Text that is not XML comes back as it is.
+std::string plain_osm_xml(std::string_view xml) {
+  std::string plain;
+  plain.reserve(xml.size());
+  std::size_t at = 0;
+  while (at < xml.size()) {
+    const std::size_t open = std::min(xml.find('<', at), xml.size());
+    plain += xml.substr(at, open - at);
+    at = open;
+    if (xml.substr(at, 4) == "<!--") {
+      const std::size_t end = xml.find("-->", at);
+      const std::size_t behind = end == std::string_view::npos ? xml.size() : end + 3;
+      plain += xml.substr(at, behind - at);
+      at = behind;
+      continue;
+    }
+    const std::string_view tag = xml.substr(at, xml.find_first_of(" \t\r\n/>", at + 1) - at);
+    plain += tag;
+    at += tag.size();
+    if (tag != "<node" && tag != "<way" && tag != "<relation") {
+      if (tag.empty() && at < xml.size()) plain += xml[at++];
+      continue;
+    }
+    bool deleted = false;
+    std::string_view visible;
+    while (const auto attribute = take_attribute(xml, at)) {
+      const std::string_view name = attribute->name;
+      if (name == "action") deleted = attribute->value == "delete";
+      if (name == "visible") visible = attribute->text;
+      if (name == "id" || name == "version" || name == "lat" || name == "lon") {
+        plain += attribute->text;
+      } else {
+        plain.append(
+            static_cast<std::size_t>(std::count(attribute->text.begin(), attribute->text.end(), '\n')), '\n');
+      }
+    }
+    if (deleted) {
+      plain += " visible='false'";
+    } else {
+      plain += visible;
+    }
+  }
+  return plain;
+}
+
+/// Overpass JSON (`out body` with nodes, or `out geom`) as OSM XML. Ways without node ids get ids of their
+/// own, and members of relations with a geometry become ways. Throws InputError where the text is not
+/// Overpass JSON, where the server gave up (`remark`), and where ways have no geometry.
+std::string osm_xml_from_overpass(const std::filesystem::path& path, std::string_view json) {
+  try {
+    const Json root = Json::parse(json);
+    if (root["remark"].is_string() && root["remark"].text().find("error") != std::string::npos) {
+      throw InputError(path, 0, fmt::format("Overpass gave up: {}", root["remark"].text()),
+                       "fetch it again with more time, or in smaller pieces");
+    }
+    if (!root["elements"].is_array()) {
+      throw InputError(path, 0, "is JSON, but neither CityJSON nor Overpass's (no \"elements\")",
+                       "give a map as .osm, .osm.pbf, Overpass JSON or CityJSON");
+    }
+    OverpassXml xml;
+    std::string text = xml.take(root["elements"]);
+    if (xml.ways_without_nodes() > 0) {
+      throw InputError(path, 0,
+                       fmt::format("{} ways have neither nodes nor geometry", xml.ways_without_nodes()),
+                       "ask Overpass with 'out geom', or 'out body; >; out skel'");
+    }
+    return text;
+  } catch (const JsonError& e) {
+    throw InputError(path, 0, fmt::format("is not Overpass JSON ({})", e.what()), "fetch it again");
+  }
+}
+
+/// Larger files go to libosmium as they are, in pieces: editors save no larger maps.
+constexpr std::uintmax_t kLargestEdited = std::uintmax_t{1} << 26;
+
+/// libosmium's name of the format of a file that is not PBF, by its bytes.
+std::string format_of_xml(std::string_view head) {
+  return is_gzip(head) ? "osm.gz" : is_bzip2(head) ? "osm.bz2" : "osm";
 }
 
 /// Throws osmium::pbf_error for a blob without a type: libosmium compares it by a null pointer.
@@ -143,16 +272,26 @@ void check_tags(const osmium::TagList& tags) {
 }  // namespace
 
 OsmFile open_osm_file(const std::filesystem::path& path) {
-  OsmFile source{path, sniff_format(path), {}};
-  if (source.format == "json") {
-    source.text = osm_xml_from_overpass(path, TextFile(path).text());
-  } else if (source.format == kUtf16) {
-    source.text = plain_osm_xml(std::string(TextFile(path).text()));
-  } else if (source.format != "pbf") {
-    source.text = odd_xml(path, source.format);
+  check_input_file(path);
+  const std::string head = read_head(path, 64);
+  if (head.empty()) throw InputError(path, 0, "is empty or cannot be read", "fetch the map again");
+  // A PBF file begins with the length of a BlobHeader whose type is "OSMHeader".
+  if (head[0] == '\0' && head.find("OSMHeader") != std::string::npos) return {path, "pbf", {}};
+  if (std::filesystem::file_size(path) > kLargestEdited) return {path, format_of_xml(head), {}};
+  const TextFile file(path);
+  const std::string_view text = trim(file.text());
+  if (text.starts_with('{')) return {path, "osm", osm_xml_from_overpass(path, text)};
+  if (!text.starts_with('<')) {
+    throw InputError(path, 0, "is not an OpenStreetMap file",
+                     "give an extract as .osm, .osm.gz, .osm.bz2, .osm.pbf or Overpass JSON");
   }
-  if (source.text) source.format = "osm";
-  return source;
+  // What Overpass writes behind the data where it could not finish.
+  const std::size_t remark = text.rfind("<remark>");
+  if (remark != std::string_view::npos && text.find("runtime error", remark) != std::string_view::npos) {
+    throw InputError(path, 0, "Overpass gave up: a part of the map is missing",
+                     "fetch it again with more time, or in smaller pieces");
+  }
+  return {path, "osm", plain_osm_xml(file.text())};
 }
 
 void for_each_object(const std::vector<OsmFile>& files, osmium::osm_entity_bits::type bits,

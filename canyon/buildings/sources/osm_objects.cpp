@@ -61,14 +61,6 @@ Object* place_for(std::map<OsmId, Object>& objects, OsmId id, std::uint32_t vers
   return &at->second;
 }
 
-constexpr const char* kKeyTwice = "objects have a key twice, the first of which counts";
-constexpr const char* kGivenTwice = "given twice in one version with other contents: the first counts";
-
-/// Objects without tags stand beside others of theirs in extracts of several parts.
-bool tags_contradict(const TagMap& one, const TagMap& other) {
-  return !one.empty() && !other.empty() && one != other;
-}
-
 class ObjectReader {
  public:
   ObjectReader(const std::vector<std::filesystem::path>& paths, const OsmReadOptions& options)
@@ -101,14 +93,9 @@ class ObjectReader {
   }
 
   /// The tags of an object that can matter.
-  TagMap tags_of(const osmium::OSMObject& object) {
+  static TagMap tags_of(const osmium::OSMObject& object) {
     TagMap tags;
-    bool twice = false;
-    for (const osmium::Tag& tag : object.tags()) {
-      const auto [at, fresh] = tags.emplace(tag.key(), tag.value());
-      twice = twice || (!fresh && at->second != tag.value());
-    }
-    if (twice) remark(kKeyTwice, object);
+    for (const osmium::Tag& tag : object.tags()) tags.emplace(tag.key(), tag.value());
     return tags;
   }
 
@@ -140,13 +127,7 @@ class ObjectReader {
     OsmClass kind = classify(tags, options_.foliage);
     if (multipolygon && !kind.kind && !says_nothing(tags)) return;
     OsmRelation* place = place_for(objects_.relations, relation.id(), relation.version());
-    if (place == nullptr) {
-      const OsmRelation& other = objects_.relations.at(relation.id());
-      if (other.version == relation.version() &&
-          (other.members.size() != relation.members().size() || tags_contradict(other.tags, tags)))
-        remark(kGivenTwice, relation);
-      return;
-    }
+    if (place == nullptr) return;
     place->tags = std::move(tags);
     place->kind = std::move(kind);
     place->multipolygon = multipolygon;
@@ -180,8 +161,6 @@ class ObjectReader {
   }
 
   void add_way(const osmium::Way& way) {
-    for (const osmium::Tag& tag : way.tags())
-      if (!misspelt_key(tag.key()).empty()) objects_.misspelt[tag.key()].push_back(way.id());
     const bool member = contains(member_ways_, way.id());
     const bool foliage = is_foliage_left_out(way.tags());
     if (!member && !foliage && !tags_matter(way.tags(), options_.foliage)) return;
@@ -203,12 +182,7 @@ class ObjectReader {
       ++objects_.foliage_left_out;
       if (!member) return;
     }
-    OsmWay* place = place_for(objects_.ways, way.id(), way.version());
-    if (place != nullptr) {
-      *place = std::move(fresh);
-    } else if (const OsmWay& other = objects_.ways.at(way.id()); other.version == fresh.version) {
-      if (other.nodes != fresh.nodes || tags_contradict(other.tags, fresh.tags)) remark(kGivenTwice, way);
-    }
+    if (OsmWay* place = place_for(objects_.ways, way.id(), way.version())) *place = std::move(fresh);
   }
 
   /// Members of relations were kept wherever they are.
@@ -264,8 +238,6 @@ class ObjectReader {
       return remark("nodes beyond the poles or the antimeridian (longitude 180 deg), left out", node);
     if (wanted) {
       const auto at = static_cast<std::size_t>(found - wanted_.begin());
-      if (places_[at].is_defined() && node.version() == versions_[at] && places_[at] != node.location())
-        remark(kGivenTwice, node);
       if (places_[at].is_undefined() || node.version() > versions_[at]) {
         places_[at] = node.location();
         versions_[at] = node.version();

@@ -103,13 +103,6 @@ class FeatureMaker {
       map.bounds.extend(bounds);
       map.features.push_back(std::move(candidate.feature));
     }
-    for (const auto& [key, ways] : objects_.misspelt) {
-      for (const OsmId way : ways) {
-        tally_.add(fmt::format("ways with the key '{}', which means nothing; did the map mean '{}'?", key,
-                               misspelt_key(key)),
-                   way_name(way));
-      }
-    }
     for (const auto& [what, id] : objects_.remarks) tally_.add(what, id);
     map.warnings = tally_.lines();
     map.foliage_left_out = objects_.foliage_left_out;

@@ -285,13 +285,6 @@ TEST_F(OsmReader, AnUnfinishedAnswerOfOverpassIsRefused) {
                 HasSubstr("Overpass gave up"));
 }
 
-TEST_F(OsmReader, SwappedLettersOfAKeyAreSaid) {
-  OsmText text;
-  text.square(1, 10, 50, 0.001, {{"building", "yes"}, {"heigth", "33"}});
-  EXPECT_THAT(read(text).warnings,
-              ElementsAre(HasSubstr("'heigth', which means nothing; did the map mean 'height'?")));
-}
-
 TEST_F(OsmReader, SkipsWhatIsIncompleteByName) {
   OsmText text;
   text.square(1, 10, 50, 0.001, kBuilding);
@@ -582,38 +575,6 @@ TEST_F(OsmReader, OneWrongPlaceCostsOneBuilding) {
                     HasSubstr("buildings of more than 20 km, left out: a corner is wrong: way/24")}));
   EXPECT_THAT(problem_of_text("<osm version=\"0.6\"><node id=\"1\" lat=\"north\" lon=\"1\"/></osm>"),
               HasSubstr("map.osm"));
-}
-
-TEST_F(OsmReader, SaysWhatIsGivenTwiceWithOtherContents) {
-  OsmText text;
-  text.node(11, 10, 48).node(12, 10.001, 48).node(13, 10, 48.001).way(14, {11, 12, 13, 11}, kBuilding);
-  const auto path = text.write(folder_ / "map.osm");
-  const auto other = folder_ / "other.osm";
-  OsmText moved;
-  moved.node(11, 10, 48).node(12, 10.002, 48).node(13, 10, 48.001).way(14, {11, 12, 13, 12, 11}, kBuilding);
-  moved.write(other);
-  EXPECT_THAT(read_osm({path, path}).warnings, Not(Contains(HasSubstr("given twice"))));
-  const MapData map = read_osm({path, other});
-  ASSERT_EQ(map.features.size(), 1U);
-  EXPECT_NEAR(map.features[0].bounds().max().x(), 10.001, 1e-9);
-  EXPECT_THAT(map.warnings, Contains(HasSubstr("2 given twice in one version with other contents: the first "
-                                               "counts: way/14, node/12")));
-}
-
-TEST_F(OsmReader, SaysThatAKeyIsInAnObjectTwice) {
-  OsmText text;
-  text.node(11, 10, 48).node(12, 10.001, 48).node(13, 10, 48.001).way(14, {11, 12, 13, 11}, kBuilding);
-  const auto path = folder_ / "map.osm";
-  const auto read_with = [&](const std::string& tags) {
-    std::string changed = text.text();
-    std::ofstream(path) << changed.insert(changed.find("</way>"), tags);
-    return read_osm({path});
-  };
-  const std::string tag = R"(<tag k="height" v="50"/>)";
-  EXPECT_THAT(read_with(tag + tag).warnings, Not(Contains(HasSubstr("a key twice"))));
-  const MapData map = read_with(tag + R"(<tag k="height" v="10"/>)");
-  EXPECT_EQ(map.features.at(0).tags.at("height"), "50");
-  EXPECT_THAT(map.warnings, Contains(HasSubstr("a key twice, the first of which counts: way/14")));
 }
 
 // Two buildings, one of which the antimeridian cuts, a multipolygon across it with a courtyard, and one

@@ -149,25 +149,4 @@ bool says_nothing(const TagMap& tags) {
   });
 }
 
-std::string_view misspelt_key(std::string_view key) {
-  static constexpr std::array<std::string_view, 9> kKeys{
-      "building",   "building:part",      "building:levels", "height",     "building:height",
-      "min_height", "building:min_level", "roof:shape",      "roof:height"};
-  for (const std::string_view known : kKeys) {
-    const std::size_t longer = std::max(key.size(), known.size()),
-                      shorter = std::min(key.size(), known.size());
-    if (longer > shorter + 1 || key == known) continue;
-    std::size_t alike = 0, alike_behind = 0;
-    while (alike < shorter && key[alike] == known[alike]) ++alike;
-    while (alike_behind < shorter - alike &&
-           key[key.size() - 1 - alike_behind] == known[known.size() - 1 - alike_behind])
-      ++alike_behind;
-    if (alike + alike_behind + 1 == longer) return known;
-    const bool swapped = longer == shorter && alike + alike_behind + 2 == longer &&
-                         key[alike] == known[alike + 1] && key[alike + 1] == known[alike];
-    if (swapped) return known;
-  }
-  return {};
-}
-
 }  // namespace canyon::buildings

@@ -25,8 +25,4 @@ struct OsmClass {
 /// whose outer ways carry the tags.
 [[nodiscard]] bool says_nothing(const TagMap& tags);
 
-/// The key of buildings and heights that differs from `key` in one letter, left out, added or changed; empty
-/// where there is none.
-[[nodiscard]] std::string_view misspelt_key(std::string_view key);
-
 }  // namespace canyon::buildings

@@ -54,7 +54,7 @@ std::string excerpt(std::string_view body) {
 std::string ask(const std::string& query, const OverpassOptions& options) {
   double wait_s = kFirstWait_s;
   for (int attempt = 0;; ++attempt) {
-    HttpReply reply = http_post(options.url, query, options.timeout_s);
+    HttpAnswer reply = http_post(options.url, query, options.timeout_s);
     if (reply.status == 200) return std::move(reply.body);
     const bool busy = reply.status == 429 || (reply.status >= 500 && reply.status <= 599);
     if (!busy || attempt >= options.retries) {

@@ -5,11 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
-#include <limits>
 #include <map>
 #include <mutex>
-#include <set>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -63,8 +60,6 @@ std::optional<double> metres_of_unit(const std::string& unit, const std::filesys
 
 constexpr double kMetresPerDegree = 111'320;  // of latitude
 
-constexpr double kVoid_m = 20;  ///< where all others are higher, heights of exactly 0 are doubtful
-
 /// Heights of ground above sea level: the lowest shore is at -430 m, the highest summit at 8,849 m. Others
 /// are fill values that the raster does not declare.
 bool is_possible(double height_m) {
@@ -90,9 +85,7 @@ struct Raster::Impl {
   mutable std::mutex mutex;  ///< over the handles of GDAL and PROJ, and what follows
   mutable std::map<std::pair<int, int>, std::optional<double>> impossible;  ///< what is taken for such pixels
   mutable double first_impossible_m = 0;
-  double post_spacing_m = 0;                            ///< the smaller of the two
-  mutable std::map<std::pair<int, int>, double> steep;  ///< drops between neighbours that no ground has [m]
-  mutable std::set<std::pair<int, int>> zeros;          ///< posts in use of exactly 0 m
+  double post_spacing_m = 0;  ///< the smaller of the two
 
   void open();
   void georeference(const TerrainOptions& options);
@@ -109,17 +102,6 @@ struct Raster::Impl {
   /// `columns` x `rows` of the pixels of a window.
   std::vector<double> values(const Window& of, int columns, int rows) const;
   std::optional<double> instead_of_impossible(int column, int row) const;
-  /// At most kMost x kMost of all pixels [m].
-  std::vector<double> overview() const {
-    constexpr int kMost = 256;
-    return values({0, 0, width, height}, std::min(width, kMost), std::min(height, kMost));
-  }
-  /// Of the pixels of an overview; coasts have heights down to 0.
-  double lowest_but_zero_m() const;
-  /// Posts 10 m and more apart are means of the ground about them: no such ground is steeper than 5 in 1.
-  void note_steepness(int left, int top, const std::vector<double>& heights) const;
-  /// Throws InputError for an ASCII grid without as many numbers as its header says, which GDAL shifts.
-  void check_ascii_grid() const;
 };
 
 void Raster::Impl::open() {
@@ -157,12 +139,6 @@ void Raster::Impl::read_band() {
         path, 0,
         fmt::format("its band 1 is a picture ({}), not heights", GDALGetColorInterpretationName(colour)),
         "give a height raster, heights in band 1");
-  }
-  // As the heat maps' writer (heatmap::GeotiffWriter) tags them.
-  if (const char* layer = GDALGetMetadataItem(dataset.get(), "layer", nullptr);
-      layer != nullptr && GDALGetMetadataItem(dataset.get(), "altitude_above", nullptr) != nullptr) {
-    throw InputError(path, 0, fmt::format("is the layer {} of a heat map of Canyon, not heights", layer),
-                     "give a height raster; canyon check and canyon view take the map's map.nc");
   }
   if ((GDALGetMaskFlags(band) & GMF_ALL_VALID) == 0) mask = GDALGetMaskBand(band);
 }
@@ -211,7 +187,6 @@ void Raster::Impl::georeference(const TerrainOptions& options) {
   heights.file = path;
   heights.reference = reference;
   const std::string driver = GDALGetDriverShortName(GDALGetDatasetDriver(dataset.get()));
-  if (driver == "AAIGrid") check_ascii_grid();
   const double unit_m = degrees ? kMetresPerDegree : OSRGetLinearUnits(map.get(), nullptr);
   post_spacing_m = unit_m * std::min(std::hypot(map_from_pixel[1], map_from_pixel[4]),
                                      std::hypot(map_from_pixel[2], map_from_pixel[5]));
@@ -246,7 +221,6 @@ std::optional<double> Raster::Impl::sample(double x, double y) const {
   const int columns = std::min(2, width);
   const int rows = std::min(2, height);
   const std::vector<double> heights = window(left, top, columns, rows);
-  note_steepness(left, top, heights);
   double sum = 0;
   for (int j = 0; j < rows; ++j) {
     for (int i = 0; i < columns; ++i) {
@@ -263,43 +237,10 @@ std::optional<double> Raster::Impl::sample(double x, double y) const {
         if (!filled) return std::nullopt;
         height_m = *filled;
       }
-      if (height_m == 0) zeros.emplace(left + i, top + j);
       sum += weight * height_m;
     }
   }
   return sum;
-}
-
-void Raster::Impl::note_steepness(int left, int top, const std::vector<double>& heights) const {
-  constexpr double kLeastSpacing_m = 10, kSteepest = 5;
-  if (post_spacing_m < kLeastSpacing_m) return;
-  const auto [low, high] = std::minmax_element(heights.begin(), heights.end());
-  const bool possible = std::all_of(heights.begin(), heights.end(), is_possible);
-  if (possible && *high - *low > kSteepest * post_spacing_m) steep.try_emplace({left, top}, *high - *low);
-}
-
-double Raster::Impl::lowest_but_zero_m() const {
-  double lowest_m = std::numeric_limits<double>::infinity();
-  for (const double height_m : overview())
-    if (height_m != 0 && is_possible(height_m)) lowest_m = std::min(lowest_m, height_m);
-  return std::isfinite(lowest_m) ? lowest_m : 0;
-}
-
-void Raster::Impl::check_ascii_grid() const {
-  std::ifstream in(path, std::ios::binary);
-  std::size_t words = 0;
-  bool header = true;
-  for (std::string line; std::getline(in, line);) {
-    const auto pieces = split_blanks(line);
-    // The header's lines begin with a name; NaN may be among the numbers.
-    header = header && !pieces.empty() && !parse_double(pieces[0]) && lower_case(pieces[0]) != "nan";
-    if (!header) words += pieces.size();
-  }
-  const std::size_t posts = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  if (words != posts) {
-    throw InputError(path, 0, fmt::format("has {} of {} heights", words, posts),
-                     "export or copy it again: it is damaged");
-  }
 }
 
 std::vector<double> Raster::Impl::values(const Window& of, int columns, int rows) const {
@@ -363,7 +304,9 @@ RasterSummary Raster::summary() const {
   summary.columns = impl_->width;
   summary.rows = impl_->height;
   summary.spacing_m = impl_->post_spacing_m;
-  const std::vector<double> heights = impl_->overview();
+  constexpr int kMost = 256;
+  const std::vector<double> heights = impl_->values(
+      {0, 0, impl_->width, impl_->height}, std::min(impl_->width, kMost), std::min(impl_->height, kMost));
   std::size_t empty = 0;
   for (const double height_m : heights) {
     if (!is_possible(height_m)) {  // neither is NaN
@@ -394,30 +337,12 @@ std::vector<std::string> Raster::cautions() const {
   const std::lock_guard lock(impl_->mutex);
   const std::string name = impl_->path.filename().string();
   std::vector<std::string> lines;
-  if (GDALGetRasterDataType(impl_->band) == GDT_Byte) {
-    lines.push_back(fmt::format(
-        "{}: its values are whole numbers from 0 to 255, as those of a shaded picture; are they heights?",
-        name));
-  }
   if (!impl_->impossible.empty()) {
     lines.push_back(
         fmt::format("{}: {} of the posts in use are beyond -500 to 9,000 m (such as {:g} m) and are not "
                     "ground: filled from "
                     "those around; declare the no-data value, e.g. with gdal_edit.py -a_nodata",
                     name, impl_->impossible.size(), impl_->first_impossible_m));
-  }
-  if (!impl_->steep.empty()) {
-    double highest = 0;
-    for (const auto& [at, drop_m] : impl_->steep) highest = std::max(highest, drop_m);
-    lines.push_back(fmt::format(
-        "{}: heights differ by up to {:.0f} m between posts {:.0f} m apart, at {} places in use; damaged?",
-        name, highest, impl_->post_spacing_m, impl_->steep.size()));
-  }
-  if (const double lowest_m = impl_->lowest_but_zero_m(); !impl_->zeros.empty() && lowest_m > kVoid_m) {
-    lines.push_back(fmt::format(
-        "{}: {} of the posts in use are exactly 0 m, where all others are {:.0f} m and more: are they voids? "
-        "declare the no-data value, e.g. with gdal_edit.py -a_nodata 0",
-        name, impl_->zeros.size(), lowest_m));
   }
   return lines;
 }

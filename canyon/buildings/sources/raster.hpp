@@ -37,8 +37,7 @@ class Raster {
   [[nodiscard]] std::optional<double> geoid_undulation_m(const LonLat& place) const;
   [[nodiscard]] const std::vector<std::string>& notes() const;
   [[nodiscard]] RasterSummary summary() const;
-  /// Warnings about such pixels among those that were asked for, about neighbours 10 m and more apart that
-  /// differ by more than five times their distance, and about rasters of 8 bits, which may be pictures.
+  /// A warning about such pixels among those that were asked for.
   [[nodiscard]] std::vector<std::string> cautions() const;
 
  private:

@@ -197,27 +197,12 @@ class ShapeReader {
                              shown("height")));
       min_height_.reset();
     }
-    warn_of_storeys();
     // building:levels counts from the ground, those below building:min_level included; some count otherwise.
     if (levels_ && min_level_ && *levels_ > 0 && *levels_ <= *min_level_) {
       tags_.warn(fmt::format(
           "building:levels={} does not reach above building:min_level={}; taken as the storeys above it",
           *levels_, *min_level_));
       *levels_ += *min_level_;
-    }
-  }
-
-  /// A height that storeys contradict, or that no building has, may be in another unit, or above the sea.
-  void warn_of_storeys() const {
-    constexpr double kHighestBuilding_m = 1000;
-    if (height_ && *height_ > kHighestBuilding_m)
-      tags_.warn(fmt::format("height={} is higher than any building; it is taken", shown("height")));
-    constexpr double kFew = 4, kHighStorey_m = 12, kLowStorey_m = 1.5;
-    if (!height_ || !levels_ || *levels_ < kFew) return;
-    const double storey_m = (*height_ - min_height_.value_or(0)) / (*levels_ - min_level_.value_or(0));
-    if (storey_m > 0 && (storey_m > kHighStorey_m || storey_m < kLowStorey_m)) {
-      tags_.warn(fmt::format("height={} and building:levels={} make storeys of {:.1f} m; the height is taken",
-                             shown("height"), *levels_, storey_m));
     }
   }
 

@@ -284,7 +284,6 @@ TEST(ShapeFromTags, LeavesAbsurdValuesOutWithAWarning) {
   const std::vector<Case> cases{
       {{{"building", "yes"}, {"height", "-5"}}, 9, 0, 0, "height='-5' is outside [0.1, 2000] m"},
       {{{"building", "yes"}, {"height", "5000"}}, 9, 0, 0, "height='5000' is outside"},
-      {{{"building", "yes"}, {"height", "1200"}}, 1200, 0, 0, "height='1200' is higher than any building"},
       {{{"building", "yes"}, {"height", "tall"}}, 9, 0, 0, "height='tall' is not a length"},
       {{{"building", "yes"}, {"height", "0"}}, 9, 0, 0, "height='0' is outside"},
       {{{"building", "yes"}, {"height", "10"}, {"min_height", "12"}},
@@ -338,22 +337,6 @@ TEST(ShapeFromTags, LeavesAbsurdValuesOutWithAWarning) {
     EXPECT_THAT(warnings[0], StartsWith("way/7: "));
     EXPECT_THAT(warnings[0], HasSubstr(expected.warning));
   }
-}
-
-TEST(ShapeFromTags, StoreysThatContradictTheHeightAreSaid) {
-  const auto warnings_of = [](const char* height, const char* levels) {
-    std::vector<std::string> warnings;
-    const Shape shape =
-        read({{"building", "yes"}, {"height", height}, {"building:levels", levels}}, &warnings);
-    EXPECT_EQ(shape.height_source, HeightSource::Tag);
-    return warnings;
-  };
-  EXPECT_THAT(warnings_of("300", "10"),
-              ElementsAre("way/7: height='300' and building:levels=10 make storeys of "
-                          "30.0 m; the height is taken"));
-  EXPECT_THAT(warnings_of("12", "30"), ElementsAre(HasSubstr("storeys of 0.4 m")));
-  EXPECT_THAT(warnings_of("30", "10"), IsEmpty());
-  EXPECT_THAT(warnings_of("25", "1"), IsEmpty()) << "a hall";
 }
 
 TEST(ShapeFromTags, StoreysAboveGroundAreStoreys) {

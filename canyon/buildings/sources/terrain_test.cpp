@@ -1,6 +1,7 @@
 #include "canyon/buildings/sources/terrain.hpp"
 
 #include <fmt/format.h>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -114,22 +115,6 @@ TEST_F(TerrainTest, ImpossibleHeightsAreFilledAndSaid) {
   }
   make_raster(folder_ / "all.tif", {}, [](double, double) { return 32767.0; });
   EXPECT_FALSE(Terrain({folder_ / "all.tif"}).height_m({114.0495, 22.4505}));
-}
-
-// Voids that a program has filled with 0; a coast has heights down to 0.
-TEST_F(TerrainTest, ZerosAmongHighGroundAreSaid) {
-  for (const bool coast : {false, true}) {
-    make_raster(folder_ / "zero.tif", {}, [coast](double x, double y) {
-      if (std::abs(x - 114.0495) < 1e-6 && std::abs(y - 22.4505) < 1e-6) return 0.0;
-      return coast && x < 114.02 ? 1.0 : 300.0;
-    });
-    const Terrain terrain({folder_ / "zero.tif"});
-    EXPECT_TRUE(terrain.height_m({114.0495, 22.4505}));
-    ASSERT_EQ(terrain.cautions().size(), coast ? 0U : 1U);
-    if (coast) continue;
-    EXPECT_TRUE(contains(terrain.cautions()[0], "1 of the posts in use are exactly 0 m"))
-        << terrain.cautions()[0];
-  }
 }
 
 TEST_F(TerrainTest, PlaneIsSampledExactly) {
@@ -530,19 +515,6 @@ TEST_F(TerrainTest, GdalLocationInfoAgreesOnPixelCentres) {
         terrain.height_m({geodesy::degrees(at.longitude_rad), geodesy::degrees(at.latitude_rad)}).value(),
         std::stod(checked.output), 1e-5);
   }
-}
-
-// A shaded picture has georeference and one grey band, as heights do.
-TEST_F(TerrainTest, RastersOfEightBitsAreDoubted) {
-  Made made;
-  made.type = GDT_Byte;
-  make_raster(folder_ / "shade.tif", made, plane);
-  EXPECT_THAT(
-      Terrain({folder_ / "shade.tif"}).cautions(),
-      ::testing::ElementsAre(::testing::HasSubstr("shade.tif: its values are whole numbers from 0 to 255")));
-  made.type = GDT_Int16;
-  make_raster(folder_ / "heights.tif", made, plane);
-  EXPECT_TRUE(Terrain({folder_ / "heights.tif"}).cautions().empty());
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ struct MapCity {
   buildings::ModelOptions model;             ///< of city models
   std::vector<std::filesystem::path> terrain;
   std::optional<std::array<double, 4>> bbox_deg;  ///< west, south, east, north
-  /// CityConfig::origin replaces its origin. A simulation does not use its Grid::Utm.
+  /// CityConfig::origin replaces its origin.
   buildings::BuildOptions build;
 };
 
