@@ -40,7 +40,7 @@ std::vector<double> parse_numbers(const std::string& text) {
 
 void check_trajectory_format(const std::string& format) {
   const std::vector<std::string>& known = simulation::trajectory_formats();
-  if (std::find(known.begin(), known.end(), format) != known.end()) return;
+  if (format.empty() || std::find(known.begin(), known.end(), format) != known.end()) return;
   throw InputError(fmt::format("--format '{}' is not known", format),
                    fmt::format("give {}", fmt::join(known, ", ")));
 }

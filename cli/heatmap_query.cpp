@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 
-#include "canyon/base/file_kind.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
@@ -150,18 +149,11 @@ int query_place(const HeatmapQueryArguments& arguments, const StoredMap& map) {
   return kOk;
 }
 
-/// The format of the route: --format, else that of its content, else columns.
-std::string route_format(const HeatmapQueryArguments& arguments) {
-  if (!arguments.format.empty()) return arguments.format;
-  const std::string_view found = trajectory_format(file_kind(arguments.path));
-  return found.empty() ? "csv" : std::string(found);
-}
-
 RouteReport report_of(const HeatmapQueryArguments& arguments, const StoredMap& map) {
   // Relative times count from the map's first one.
   const simulation::TrajectoryFile route =
-      simulation::read_trajectory_file(arguments.path, route_format(arguments), map.times().front());
-  print_warnings(route.warnings);
+      simulation::read_trajectory_file(arguments.path, arguments.format, map.times().front());
+  print_warnings(route.report.warnings());
   heatmap::RouteOptions options = arguments.route;
   if (options.step_m == 0) options.step_m = 0.5 * map.grid().spacing_m;
   if (!arguments.time.empty()) options.start = parse_instant(arguments.time);

@@ -10,7 +10,7 @@
 #include "canyon/base/named.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/motion/trajectory.hpp"
+#include "canyon/simulation/scenario_trajectory.hpp"
 #include "canyon/validation/models.hpp"
 #include "cli/city_commands.hpp"
 #include "cli/commands.hpp"
@@ -100,9 +100,8 @@ std::optional<GpsTime> scenario_start(const simulation::Scenario& scenario,
                                       std::vector<std::string>& warnings) {
   if (scenario.start) return scenario.start;
   if (!scenario.trajectory.file) return std::nullopt;
-  simulation::TrajectoryFile file =
-      simulation::read_trajectory_file(*scenario.trajectory.file, scenario.trajectory.format, GpsTime{});
-  warnings = std::move(file.warnings);
+  const simulation::TrajectoryFile file = simulation::make_trajectory(scenario, 0);
+  warnings = file.report.warnings();
   return file.trajectory.begin();
 }
 

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "canyon/samples/sample_file.hpp"
-#include "canyon/simulation/scenario/receiver_names.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/transport/byte_sink.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"

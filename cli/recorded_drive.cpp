@@ -52,10 +52,9 @@ void add_drive_options(Command& command, DriveArguments& arguments) {
       "recorded observations: RINEX 2, 3 or 4, or a log of Android's GnssLogger (not with a list)");
   command.add_option("--truth", arguments.truth, "FILE", "true positions (the scenario's trajectory file)");
   command
-      .add_option(
-          "--format", arguments.format, "FORMAT",
-          fmt::format("format of the true positions: {} (that of the scenario's trajectory, else csv)",
-                      fmt::join(simulation::trajectory_formats(), ", ")))
+      .add_option("--format", arguments.format, "FORMAT",
+                  fmt::format("format of the true positions: {} (told by the file's content)",
+                              fmt::join(simulation::trajectory_formats(), ", ")))
       .formerly("--truth-format");
   command.add_option("--nmea", arguments.nmea, "FILE",
                      "the recorded receiver's own fixes (GGA), compared with the position filter's");

@@ -27,7 +27,7 @@ using geodesy::GpsTime;
 using positioning::FixKind;
 
 struct RtkArguments {
-  std::string rover, base, base_place, truth, truth_format = "csv", out;
+  std::string rover, base, base_place, truth, truth_format, out;
   std::vector<std::string> signals;
   simulation::SkyConfig sky;
   relative::PairOptions options;
@@ -126,7 +126,7 @@ std::function<std::optional<Geodetic>(geodesy::GpsTime)> read_truth(const RtkArg
   }
   check_trajectory_format(arguments.truth_format);
   const auto file = simulation::read_trajectory_file(arguments.truth, arguments.truth_format, start);
-  print_warnings(file.warnings);
+  print_warnings(file.report.warnings());
   return [path = file.trajectory](geodesy::GpsTime time) -> std::optional<Geodetic> {
     if (time < path.begin() || time > path.end()) return std::nullopt;
     return path.at(time).position;
@@ -261,7 +261,8 @@ void add_rtk(Command& app) {
                      "antenna of the base, degrees and metres (stated by its file)");
   command.add_option("--truth", arguments.truth, "PLACE|FILE",
                      "true position of the rover: LAT,LON,HEIGHT, or a trajectory; errors are printed");
-  command.add_option("--format", arguments.truth_format, "F", "format of the trajectory (csv)");
+  command.add_option("--format", arguments.truth_format, "F",
+                     "format of the trajectory (told by its content)");
   add_field(command, "--systems", arguments.sky, "systems");
   command
       .add_option("--signals", options.signals, "NAME",

@@ -4,7 +4,7 @@
 
 #include "canyon/base/secrets.hpp"
 #include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/scenario/run_fields.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "cli/commands.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"

@@ -18,7 +18,7 @@
 #include "canyon/output/sinks.hpp"
 #include "canyon/output/stream.hpp"
 #include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/scenario/receiver_names.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/view/view_sink.hpp"
 #include "cli/commands.hpp"
 #include "cli/interrupt.hpp"

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "adapters/ros/conversions.hpp"
-#include "canyon/inertial/imu_axes.hpp"
+#include "canyon/inertial/imu_options.hpp"
 #include "canyon/simulation/sensors/sensor_run.hpp"
 
 namespace canyon::ros_messages {

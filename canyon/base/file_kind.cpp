@@ -116,11 +116,11 @@ constexpr Row kKinds[] = {
     {FileKind::GnssLogger, is_gnss_logger, "a log of Android's GnssLogger", "gnsslogger",
      "canyon validate --obs takes its observations, format gnsslogger its fixes"},
     {FileKind::Sp3, is_sp3, "an SP3 file", "", "a scenario's sky takes it: sky: {sp3: [FILE]}"},
-    {FileKind::Gpx, is_gpx, "a GPX file", "gpx", "as a trajectory its format is gpx (--format gpx)"},
-    {FileKind::Kml, is_kml, "a KML file", "kml", "as a trajectory its format is kml (--format kml)"},
+    {FileKind::Gpx, is_gpx, "a GPX file", "gpx", "as a trajectory its format is gpx"},
+    {FileKind::Kml, is_kml, "a KML file", "kml", "as a trajectory its format is kml"},
     {FileKind::Rtcm, is_rtcm, "a stream of RTCM 3", "", "canyon rtk takes it as the base"},
     {FileKind::Nmea, is_nmea, "a log of NMEA sentences", "nmea",
-     "as a trajectory its format is nmea (--format nmea)"},
+     "as a trajectory its format is nmea"},
     {FileKind::Columns, is_columns, "a text of columns", "", ""},
 };
 

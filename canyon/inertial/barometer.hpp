@@ -4,7 +4,7 @@
 
 #include "canyon/base/random.hpp"
 #include "canyon/inertial/barometer_options.hpp"
-#include "canyon/inertial/temperature.hpp"
+#include "canyon/inertial/imu_options.hpp"
 
 namespace canyon::inertial {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "canyon/inertial/temperature.hpp"
+#include "canyon/inertial/imu_options.hpp"
 
 namespace canyon::inertial {
 namespace {

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -106,5 +108,20 @@ struct ImuNumbers {
 inline constexpr double kStandardGravity = 9.80665;
 
 void visit(options::Visitor& v, ImuOptions& o);
+
+/// A vector of some axes in others.
+[[nodiscard]] inline Eigen::Vector3d in_axes(const Eigen::Vector3d& v, ImuAxes from, ImuAxes to) {
+  return from == to ? v : Eigen::Vector3d(v.x(), -v.y(), -v.z());
+}
+
+inline constexpr double kZeroCelsius_k = 273.15;
+/// The temperature at which sensors are calibrated: errors by temperature are zero there.
+inline constexpr double kCalibrated_k = kZeroCelsius_k + 25;
+
+/// How much warmer than the air a sensor is at `t_s` since it was turned on: w (1 - exp(-t / T)).
+/// @param final_k w; @param time_constant_s T, above 0
+[[nodiscard]] inline double warming_k(double final_k, double time_constant_s, double t_s) {
+  return -final_k * std::expm1(-std::max(t_s, 0.0) / time_constant_s);
+}
 
 }  // namespace canyon::inertial

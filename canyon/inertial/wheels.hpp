@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "canyon/base/random.hpp"
-#include "canyon/inertial/wheel_options.hpp"
+#include "canyon/inertial/sensor_options.hpp"
 
 namespace canyon::inertial {
 

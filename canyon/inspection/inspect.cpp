@@ -24,8 +24,8 @@
 #include "canyon/rinex/observation_reader.hpp"
 #include "canyon/rtcm/rtcm_decoder.hpp"
 #include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/motion/recorded_path.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
-#include "canyon/simulation/scenario/receiver_names.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::inspection {
@@ -256,54 +256,56 @@ FileReport inspect_rtcm(const std::filesystem::path& path) {
   return report;
 }
 
-/// @param start an instant for files without dates
 FileReport inspect_path(const std::filesystem::path& path, const std::string& format) {
   const GpsTime start = geodesy::gps_from_calendar({2026, 1, 1, 0, 0, 0, 0});
   std::vector<std::string> skipped;
-  const simulation::TrajectoryFile file = [&] {
+  const auto read = [&](bool heights) {
+    simulation::HeightReading reading;
+    reading.needed = heights;
+    return simulation::read_recorded_path(path, format, start, reading);
+  };
+  const auto read_any = [&] {
     try {
-      return simulation::read_trajectory_file(path, format, start);
+      return read(true);
     } catch (const InputError&) {
-      simulation::HeightReading without;
-      without.needed = false;
       try {
-        simulation::TrajectoryFile flat = simulation::read_trajectory_file(path, format, start, without);
+        simulation::RecordedPath flat = read(false);
         skipped.emplace_back("it has no heights: give trajectory.height_above_terrain_m");
         return flat;
       } catch (const InputError&) {
       }
       throw;
     }
-  }();
-  const simulation::Trajectory& trajectory = file.trajectory;
-  skipped.insert(skipped.end(), file.warnings.begin(), file.warnings.end());
+  };
+  simulation::RecordedPath recorded = read_any();
+  const bool timed = recorded.timed, dated = recorded.has_own_dates;
   FileReport report{fmt::format("recorded path ({})", format),
                     {},
-                    std::move(skipped),
-                    {fmt::format("trajectory: {{file: FILE, format: {}}} in a scenario", format),
-                     "canyon validate SCENARIO --truth FILE"}};
-  report.contents.emplace_back(
-      "time", file.has_own_dates
-                  ? span_text(trajectory.begin(), trajectory.end())
-                  : fmt::format("{:.0f} s, without a date", trajectory.end() - trajectory.begin()));
-  report.contents.emplace_back("interval", fmt::format("{:g} s", trajectory.sample_interval_s()));
-  report.contents.emplace_back("length", fmt::format("{:.0f} m", trajectory.length_m()));
-  report.contents.emplace_back("first place", place_text(trajectory.at(trajectory.begin()).position));
-  report.contents.emplace_back("last place", place_text(trajectory.at(trajectory.end()).position));
-  return report;
-}
-
-/// Columns without names: as CSV, else as UrbanNav's.
-FileReport inspect_columns(const std::filesystem::path& path) {
-  try {
-    return inspect_path(path, "csv");
-  } catch (const InputError&) {
-    try {
-      return inspect_path(path, "urbannav");
-    } catch (const InputError&) {
-    }
-    throw;
+                    {},
+                    {fmt::format("trajectory: {{file: FILE, format: {}{}}} in a scenario", format,
+                                 timed ? "" : ", speed_mps: 10")}};
+  const auto say_places = [&](const geodesy::Geodetic& first, const geodesy::Geodetic& last) {
+    report.contents.emplace_back("first place", place_text(first));
+    report.contents.emplace_back("last place", place_text(last));
+  };
+  if (timed) {
+    const simulation::TrajectoryFile file = simulation::recorded_trajectory(std::move(recorded));
+    const simulation::Trajectory& way = file.trajectory;
+    report.uses.emplace_back("canyon validate SCENARIO --truth FILE");
+    report.contents.emplace_back("time",
+                                 dated ? span_text(way.begin(), way.end())
+                                       : fmt::format("{:.0f} s, without a date", way.end() - way.begin()));
+    report.contents.emplace_back("interval", fmt::format("{:g} s", way.sample_interval_s()));
+    report.contents.emplace_back("length", fmt::format("{:.0f} m", way.length_m()));
+    say_places(way.at(way.begin()).position, way.at(way.end()).position);
+    recorded.report = file.report;
+  } else {
+    report.contents.emplace_back("points", fmt::format("{}, without times", recorded.points.size()));
+    say_places(recorded.points.front().place, recorded.points.back().place);
   }
+  report.skipped = std::move(skipped);
+  for (std::string& line : recorded.report.lines()) report.skipped.push_back(std::move(line));
+  return report;
 }
 
 /// A log of Android's GnssLogger: its observations, else its fixes, else its NMEA sentences.
@@ -346,7 +348,7 @@ FileReport inspect_file(const std::filesystem::path& path) {
     case FileKind::Kml:
       return inspect_path(path, std::string(trajectory_format(kind)));
     case FileKind::Columns:
-      return inspect_columns(path);
+      return inspect_path(path, simulation::trajectory_format_of(path));
     default:
       break;
   }

@@ -8,7 +8,6 @@
 #include "canyon/output/stream.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/samples/sample_file.hpp"
-#include "canyon/simulation/scenario/receiver_names.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::output {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "canyon/base/output_file.hpp"
-#include "canyon/inertial/imu_axes.hpp"
+#include "canyon/inertial/imu_options.hpp"
 #include "canyon/output/npz.hpp"
 #include "canyon/output/number.hpp"
 #include "canyon/output/sensor_arrays.hpp"

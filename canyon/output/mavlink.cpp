@@ -10,7 +10,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/inertial/imu_axes.hpp"
+#include "canyon/inertial/imu_options.hpp"
 #include "canyon/mavlink/frames.hpp"
 #include "canyon/mavlink/rtcm_data.hpp"
 #include "canyon/output/epoch_values.hpp"

@@ -14,7 +14,6 @@
 #include "canyon/options/describe.hpp"
 #include "canyon/options/read.hpp"
 #include "canyon/simulation/live_receiver.hpp"
-#include "canyon/simulation/scenario/receiver_names.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::output {

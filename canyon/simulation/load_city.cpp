@@ -21,6 +21,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/georeference.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/scenario_trajectory.hpp"
 #include "canyon/tiles/read_tiles.hpp"
 
 namespace canyon::simulation {
@@ -226,14 +227,7 @@ PlaceBounds way_of(const Scenario& scenario) {
   if (trajectory.file) {
     HeightReading heights;
     heights.needed = false;
-    const Trajectory path = read_trajectory_file(*trajectory.file, trajectory.format,
-                                                 scenario.start.value_or(geodesy::GpsTime{}), heights)
-                                .trajectory;
-    constexpr double kStep_s = 1;
-    constexpr double kMostSteps = 1e6;
-    const double step_s = std::max(kStep_s, (path.end() - path.begin()) / kMostSteps);
-    for (double t = 0; t < path.end() - path.begin() + step_s; t += step_s)
-      bounds.add(path.at(path.begin() + t).position);
+    for (const RecordedPoint& point : read_path(scenario, heights).points) bounds.add(point.place);
   }
   for (const ReceiverConfig& receiver : scenario.receivers) {
     if (receiver.fixed && !receiver.fixed->local_m) bounds.add(receiver.fixed->place);

@@ -29,14 +29,12 @@ using geodesy::GpsTime;
 
 // A trajectory that is farther from the city has a wrong origin.
 constexpr double kFarFromCity_m = 10e3;
-// Masks below this, but not 0, are more likely radians: 0.17 rad are 10 deg.
-constexpr double kLeastMask_deg = 1;
 // A recorded path that is never lower above the ground is one of an aircraft, or of another zero of heights:
 // undulations of the geoid begin to matter there.
 constexpr double kNoVehicle_m = 20;
-// Civil receivers end their service above 1,000 knots (the export limit of the Missile Technology Control
-// Regime's annex, item 11.A.3: 600 m/s; receivers keep to the older 1,000 knots).
-constexpr double kFastest_mps = 515;
+// Satellites of all systems, those of inclined and elliptical orbits among them, are this far from the
+// Earth's centre.
+constexpr double kLowestOrbit_m = 6.5e6, kHighestOrbit_m = 60e6;
 
 // Horizontal distance [m] from a point to the city's bounds; 0 inside.
 double distance_to(const city::Box& box, const Eigen::Vector3d& point) {
@@ -134,21 +132,46 @@ void check_near_field(const RunView& run, std::size_t step, std::vector<std::str
   warnings.push_back(far.problem() + ": " + far.cure());
 }
 
-// Checks up to two thousand epochs of the trajectory: distance to the city, height, terrain below, speed.
+// A warning with the number of instants that `is_wrong`, and the first of them.
+void say_wrong(std::vector<std::string>& warnings, std::size_t count, const std::string& first) {
+  if (count == 0) return;
+  warnings.push_back(count == 1 ? first : fmt::format("{} (the first of {})", first, count));
+}
+
+// Looks at the satellites at some instants of the run.
+void check_satellites(const RunView& run, std::vector<std::string>& warnings) {
+  constexpr std::size_t kInstants = 25;
+  const RunPlan& plan = run.plan;
+  const std::size_t step = std::max<std::size_t>(1, plan.epochs() / kInstants);
+  std::size_t count = 0;
+  std::string first;
+  for (std::size_t k = 0; k < plan.epochs(); k += step) {
+    for (const gnss::SatelliteId id : run.sky.sky->satellites()) {
+      const auto state = run.sky.sky->state(id, plan.at(k));
+      const double radius_m = state ? state->position_m.norm() : kLowestOrbit_m;
+      if (radius_m >= kLowestOrbit_m && radius_m <= kHighestOrbit_m) continue;
+      if (count++ == 0) {
+        first = fmt::format("{} is {:.0f} km from the Earth's centre at {}: its orbit is not possible",
+                            gnss::to_string(id), radius_m / 1e3, format_gpst(plan.at(k), 0));
+      }
+    }
+  }
+  say_wrong(warnings, count, first);
+}
+
+// Checks up to two thousand epochs of the trajectory: speed, height, distance to the city, terrain below.
 void check_places(const RunView& run, std::vector<std::string>& warnings) {
   const RunPlan& plan = run.plan;
   const std::size_t step = std::max<std::size_t>(1, plan.epochs() / 2000);
   const city::Box bounds = run.environment.city().bounds();
   check_near_field(run, step, warnings);
-  bool fast = false;
+  std::size_t impossible = 0;
+  std::string first;
   double lowest_m = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < plan.epochs(); k += step) {
     const Pose pose = plan.trajectory.at(plan.at(k));
-    const double speed_mps = pose.velocity_enu_mps.norm();
-    if (speed_mps > kFastest_mps && !std::exchange(fast, true)) {
-      warnings.push_back(fmt::format(
-          "the trajectory moves at {:.0f} m/s ({}): faster than civil receivers work, 515 m/s (1,000 knots)",
-          speed_mps, format_gpst(plan.at(k), 0)));
+    if (const auto why = impossible_motion(pose.position.height_m, pose.velocity_enu_mps); !why.empty()) {
+      if (impossible++ == 0) first = fmt::format("the trajectory: {} at {}", why, format_gpst(plan.at(k), 0));
     }
     check_near(run, bounds, pose.position, plan.at(k));
     lowest_m = std::min(lowest_m, run.environment.scene().height_above_ground(
@@ -157,6 +180,7 @@ void check_places(const RunView& run, std::vector<std::string>& warnings) {
       (void)vehicle_pose(run.scenario, plan.trajectory, run.environment, plan.at(k));
     }
   }
+  say_wrong(warnings, impossible, first);
   const TrajectoryConfig& trajectory = run.scenario.trajectory;
   if (trajectory.file && !trajectory.height_above_terrain_m && !run.scenario.city.is<OpenField>() &&
       lowest_m > kNoVehicle_m) {
@@ -169,91 +193,23 @@ void check_places(const RunView& run, std::vector<std::string>& warnings) {
 }
 
 // A fixed receiver may stand beyond the city, under an open sky.
-void check_fixed(const RunView& run, std::vector<std::string>& warnings) {
-  constexpr double kFarFromVehicle_m = 100e3;
-  const Geodetic vehicle = run.plan.trajectory.at(run.plan.begin).position;
+void check_fixed(const RunView& run) {
   for (std::size_t r = 0; r < run.scenario.receivers.size(); ++r) {
     const ReceiverConfig& receiver = run.scenario.receivers[r];
     if (!receiver.fixed) continue;
     const AntennaState antenna =
         antenna_state(Pose{run.plan.begin, receiver.fixed->place}, run.environment.city().frame);
-    const double distance_m = distance_to(vehicle, receiver.fixed->place);
-    const std::string where = fmt::format("receivers[{}].fixed: '{}' stands {:.0f} km from the trajectory", r,
-                                          receiver.options.name, distance_m / 1e3);
-    if (!is_possible(antenna)) {
-      throw scenario_error(run.scenario, where + ", and farther than 10000 km from the city",
-                           "check its latitude and longitude");
-    }
-    if (distance_m > kFarFromVehicle_m) warnings.push_back(where + ": check its latitude and longitude");
-  }
-}
-
-// The way [m] to the horizon of waves, whose bend makes the Earth's radius 4/3 of its own.
-double horizon_m(double height_m) {
-  constexpr double kRadius_m = 4.0 / 3 * 6371e3;
-  return std::sqrt(2 * kRadius_m * std::max(0.0, height_m));
-}
-
-void check_transmitter(const RunView& run, const disturbance::Fault& fault,
-                       std::vector<std::string>& warnings) {
-  const disturbance::CourseOptions* course = fault.settings->course();
-  if (course == nullptr || !course->given()) return;
-  constexpr double kSpare_m = 20e3;
-  const geodesy::LocalFrame& frame = run.environment.city().frame;
-  const GpsTime t = run.plan.begin + fault.from_s;
-  const Eigen::Vector3d from = disturbance::Course(*course, frame, t).at(t);
-  const Geodetic vehicle = run.plan.trajectory.at(t).position;
-  const double distance_m = (from - frame.local_from_geodetic(vehicle)).norm();
-  const double seen_m = horizon_m(frame.geodetic_from_local(from).height_m) + horizon_m(vehicle.height_m);
-  if (distance_m <= seen_m + kSpare_m) return;
-  warnings.push_back(
-      fmt::format("fault '{}': its transmitter is {:.0f} km from the trajectory, beyond the "
-                  "horizon: check its latitude and longitude",
-                  fault.name, distance_m / 1e3));
-}
-
-std::size_t count_above(const RunView& run, const Geodetic& place, double elevation_rad) {
-  const std::vector<gnss::SatelliteId> ids = run.sky.sky->satellites();
-  return static_cast<std::size_t>(std::count_if(ids.begin(), ids.end(), [&](gnss::SatelliteId id) {
-    const auto line =
-        orbit::line_of_sight(*run.sky.sky, id, run.plan.begin, geodesy::ecef_from_geodetic(place));
-    return line && line->elevation_rad >= elevation_rad;
-  }));
-}
-
-void check_masks(const RunView& run, std::vector<std::string>& warnings) {
-  for (const ReceiverConfig& receiver : run.scenario.receivers) {
-    const double mask_rad = receiver.options.fix.elevation_mask_rad;
-    const Geodetic place =
-        receiver.fixed ? receiver.fixed->place : run.plan.trajectory.at(run.plan.begin).position;
-    const std::size_t above = count_above(run, place, 0), left = count_above(run, place, mask_rad);
-    constexpr std::size_t kForAFix = 4;
-    if (left < kForAFix && above >= kForAFix) {
-      warnings.push_back(
-          fmt::format("{}: elevation_mask_deg {:.3g} leaves {} of the {} satellites above the horizon at the "
-                      "start: no fix",
-                      receiver.options.name, geodesy::degrees(mask_rad), left, above));
-    }
-    if (!(mask_rad > 0 && mask_rad < geodesy::radians(kLeastMask_deg))) continue;
-    warnings.push_back(fmt::format(
-        "{}: elevation_mask_deg is {:.3g} deg; were radians meant? They would be {:.3g} deg",
-        receiver.options.name, geodesy::degrees(mask_rad), geodesy::degrees(geodesy::degrees(mask_rad))));
+    if (is_possible(antenna)) continue;
+    throw scenario_error(run.scenario,
+                         fmt::format("receivers[{}].fixed: '{}' stands {:.0f} km from the city", r,
+                                     receiver.options.name, antenna.position_enu_m.norm() / 1e3),
+                         "check its latitude and longitude");
   }
 }
 
 void check_faults(const RunView& run, std::vector<std::string>& warnings) {
   for (const disturbance::Fault& fault : run.scenario.faults) {
-    const std::optional<double> own_s = fault.settings->duration_s();
-    if (own_s && fault.until_s && std::abs(*fault.until_s - fault.from_s - *own_s) > 1e-6) {
-      warnings.push_back(
-          fmt::format("fault '{}' ends at {} s only in tables: the receiver takes some {} s, or search_s "
-                      "and ephemeris_s",
-                      fault.name, *fault.until_s, *own_s));
-    }
-    if (run.plan.at(run.plan.epochs() - 1) >= run.plan.begin + fault.from_s) {
-      check_transmitter(run, fault, warnings);
-      continue;
-    }
+    if (run.plan.at(run.plan.epochs() - 1) >= run.plan.begin + fault.from_s) continue;
     warnings.push_back(
         fmt::format("fault '{}' begins after {} s, when the run has ended", fault.name, fault.from_s));
   }
@@ -278,9 +234,9 @@ std::vector<std::string> check_run(const RunView& run) {
   check_streams(run.scenario);
   check_all_corrections(run.scenario);
   check_all_sensors(run, warnings);
+  check_satellites(run, warnings);
   check_places(run, warnings);
-  check_fixed(run, warnings);
-  check_masks(run, warnings);
+  check_fixed(run);
   check_faults(run, warnings);
   return warnings;
 }

@@ -33,7 +33,7 @@ RunPlan make_plan(const Scenario& scenario, double geoid_undulation_m) {
   RunPlan plan{file.trajectory.with_attitude(scenario.trajectory.attitude),
                {},
                EpochSchedule(1),
-               std::move(file.warnings)};
+               file.report.warnings()};
   const GpsTime first = plan.trajectory.begin();
   const GpsTime last = plan.trajectory.end();
   plan.begin = first;

@@ -6,26 +6,27 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/simulation/motion/antenna_pose.hpp"
-#include "canyon/simulation/motion/track_file.hpp"
 
 namespace canyon::simulation {
 
-using geodesy::Geodetic;
 using geodesy::GpsTime;
 
 InputError scenario_error(const Scenario& scenario, std::string_view problem, std::string_view cure) {
   return {scenario.file, 0, problem, cure};
 }
 
+RecordedPath read_path(const Scenario& scenario, const HeightReading& heights) {
+  const TrajectoryConfig& config = scenario.trajectory;
+  return read_recorded_path(*config.file, config.format, scenario.start.value_or(GpsTime{}), heights,
+                            config.columns);
+}
+
 TrajectoryFile make_trajectory(const Scenario& scenario, double geoid_undulation_m) {
   const TrajectoryConfig& config = scenario.trajectory;
-  const HeightReading heights{!config.height_above_terrain_m, geoid_undulation_m};
-  TrackFile track;
-  if (config.file && is_track_format(config.format)) {
-    track = read_track_file(*config.file, config.format, heights);
-    if (!track.times.empty()) return timed_trajectory(std::move(track));
-  } else if (config.file) {
-    return read_trajectory_file(*config.file, config.format, scenario.start.value_or(GpsTime{}), heights);
+  RecordedPath path;
+  if (config.file) {
+    path = read_path(scenario, {!config.height_above_terrain_m, geoid_undulation_m});
+    if (path.timed) return recorded_trajectory(std::move(path));
   }
   if (!scenario.start) {
     throw scenario_error(scenario, "'start' is missing, and the trajectory has no times",
@@ -36,17 +37,19 @@ TrajectoryFile make_trajectory(const Scenario& scenario, double geoid_undulation
       throw scenario_error(scenario, "'duration_s' is missing",
                            "give the time that the receiver stays at its position");
     }
-    return {Trajectory::fixed(*scenario.start, config.waypoints.front(), *scenario.duration_s), false, {}};
+    return {Trajectory::fixed(*scenario.start, config.waypoints.front(), *scenario.duration_s), false,
+            ReadReport()};
   }
   std::vector<Waypoint> waypoints;
-  for (const Geodetic& place : track.places) waypoints.push_back({place, config.speed_mps, config.hold_s});
+  for (const RecordedPoint& point : path.points)
+    waypoints.push_back({point.place, config.speed_mps, config.hold_s});
   for (std::size_t i = 0; i < config.waypoints.size(); ++i) {
     const TrajectoryConfig::Leg leg = config.legs.empty() ? TrajectoryConfig::Leg{} : config.legs.at(i);
     waypoints.push_back(
         {config.waypoints[i], leg.speed_mps.value_or(config.speed_mps), leg.hold_s.value_or(config.hold_s)});
   }
   return {Trajectory::from_waypoints(*scenario.start, waypoints, config.acceleration_mps2), false,
-          track.notes.lines()};
+          std::move(path.report)};
 }
 
 void put_on_terrain(Scenario& scenario, const CityScene& scene) {

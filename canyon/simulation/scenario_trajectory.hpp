@@ -4,6 +4,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/motion/recorded_path.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 
@@ -12,6 +13,9 @@ namespace canyon::simulation {
 /// An error that names the scenario's file.
 [[nodiscard]] InputError scenario_error(const Scenario& scenario, std::string_view problem,
                                         std::string_view cure);
+
+/// The positions in the file of a scenario's trajectory. Precondition: it has one.
+[[nodiscard]] RecordedPath read_path(const Scenario& scenario, const HeightReading& heights);
 
 /// A scenario's trajectory; its waypoints have places. `geoid_undulation_m` is the city's, 0 where it is not
 /// known. Throws InputError as readers of files do, and where start or duration_s is needed and absent.

@@ -16,7 +16,7 @@
 #include "canyon/base/work_queue.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/scenario/receiver_names.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/study/drives.hpp"
 #include "canyon/study/record.hpp"

@@ -12,7 +12,7 @@
 #include "canyon/options/read.hpp"
 #include "canyon/options/settings_tree.hpp"
 #include "canyon/options/values.hpp"
-#include "canyon/simulation/motion/trajectory.hpp"
+#include "canyon/simulation/scenario_trajectory.hpp"
 #include "canyon/study/axis.hpp"
 
 namespace canyon::study {
@@ -441,10 +441,8 @@ double estimated_epochs(const simulation::Scenario& scenario, const Axis* drives
   if (drives != nullptr) {
     way_s = drives->drives.length_m / drives->drives.speed_mps;
   } else if (way.file) {
-    const simulation::HeightReading heights{!way.height_above_terrain_m};
-    const simulation::TrajectoryFile file = simulation::read_trajectory_file(
-        *way.file, way.format, scenario.start.value_or(geodesy::GpsTime{}), heights);
-    warnings.insert(warnings.end(), file.warnings.begin(), file.warnings.end());
+    const simulation::TrajectoryFile file = simulation::make_trajectory(scenario, 0);
+    for (std::string& line : file.report.warnings()) warnings.push_back(std::move(line));
     const simulation::Trajectory& trajectory = file.trajectory;
     way_s = trajectory.end() - trajectory.begin();
     rate_hz = scenario.rate_hz.value_or(1 / trajectory.sample_interval_s());

@@ -13,13 +13,13 @@ namespace canyon::validation {
 
 void settle_truth(const simulation::Scenario& scenario, ListedRecording& files, std::string_view option) {
   const simulation::TrajectoryConfig& trajectory = scenario.trajectory;
-  if (files.truth_format.empty()) files.truth_format = trajectory.file ? trajectory.format : "csv";
   if (files.truth) return;
   if (!trajectory.file) {
     throw InputError(std::string(option) + " is missing, and the scenario's trajectory is not a file",
                      "give the file of true positions");
   }
   files.truth = trajectory.file;
+  if (files.truth_format.empty()) files.truth_format = trajectory.format;
 }
 
 RecordedScene read_recorded_scene(simulation::Scenario& scenario, const ListedRecording& files,

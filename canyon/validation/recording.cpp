@@ -15,7 +15,7 @@
 #include "canyon/positioning/fix.hpp"
 #include "canyon/rinex/observation_reader.hpp"
 #include "canyon/simulation/motion/antenna_pose.hpp"
-#include "canyon/simulation/motion/nmea_fixes.hpp"
+#include "canyon/simulation/motion/recorded_path.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/validation/comparison.hpp"
@@ -189,9 +189,10 @@ std::optional<std::string> truth_warning(const Recording& recording, const orbit
 void add_own_fixes(const std::filesystem::path& nmea, const simulation::Trajectory& truth,
                    const Eigen::Vector3d& lever_arm_m, const simulation::HeightReading& heights,
                    Recording& recording) {
-  simulation::NmeaFixes own =
-      simulation::read_nmea_fixes(nmea, recording.residuals.epochs.front().reception, heights);
-  for (const auto& [time, place, line] : own.fixes) {
+  simulation::RecordedPath own =
+      simulation::read_recorded_path(nmea, "nmea", recording.residuals.epochs.front().reception, heights);
+  simulation::keep_rising(own);
+  for (const auto& [time, place, line] : own.points) {
     if (!truth.covers(time)) continue;
     const geodesy::Geodetic antenna = simulation::mounted_antenna(truth.at(time), lever_arm_m).position;
     recording.own_fixes.push_back(
@@ -201,11 +202,11 @@ void add_own_fixes(const std::filesystem::path& nmea, const simulation::Trajecto
   if (recording.own_fixes.empty()) {
     throw InputError(
         nmea, 0,
-        fmt::format("none of its {} fixes ({} to {}) is in the truth", own.fixes.size(),
-                    format_gpst(own.fixes.front().time, 0), format_gpst(own.fixes.back().time, 0)),
+        fmt::format("none of its {} fixes ({} to {}) is in the truth", own.points.size(),
+                    format_gpst(own.points.front().time, 0), format_gpst(own.points.back().time, 0)),
         "give the recorded receiver's own output during the recording");
   }
-  const std::vector<std::string> warnings = own.notes.lines();
+  const std::vector<std::string> warnings = own.report.warnings();
   recording.warnings.insert(recording.warnings.end(), warnings.begin(), warnings.end());
 }
 
@@ -235,11 +236,14 @@ Recording join_recording(const simulation::Scenario& scenario, const simulation:
 
   // NMEA has times of day: the recording has the day.
   const GpsTime first = recorded.epochs.front().receiver_time;
-  const GpsTime start = scenario.start.value_or(truth_format == "nmea" ? first : GpsTime{});
+  const bool of_day =
+      (truth_format.empty() ? simulation::trajectory_format_of(truth) : truth_format) == "nmea";
+  const GpsTime start = scenario.start.value_or(of_day ? first : GpsTime{});
   const double geoid_m = environment.city().geoid_undulation_m;
   simulation::TrajectoryFile path = simulation::read_trajectory_file(
-      truth, truth_format, start, {!scenario.trajectory.height_above_terrain_m, geoid_m});
-  recording.warnings.insert(recording.warnings.end(), path.warnings.begin(), path.warnings.end());
+      truth, truth_format, start, {!scenario.trajectory.height_above_terrain_m, geoid_m},
+      truth == scenario.trajectory.file ? scenario.trajectory.columns : simulation::TrajectoryColumns{});
+  for (std::string& line : path.report.warnings()) recording.warnings.push_back(std::move(line));
 
   const Eigen::Vector3d& lever_arm_m = scenario.receivers.front().lever_arm_m;
   ResidualOptions residual_options;

@@ -40,7 +40,7 @@ void visit(options::Visitor& v, ListedRecording& r) {
   v.file({"obs", "", "recorded observations: RINEX 2, 3 or 4, or a log of Android's GnssLogger"}, r.obs);
   v.file({"truth", "", "true positions", "the scenario's trajectory file"}, r.truth);
   const std::vector<std::string>& formats = simulation::trajectory_formats();
-  v.word({"truth_format", "", "of the true positions", "that of the scenario's trajectory, else csv"},
+  v.word({"truth_format", "", "of the true positions", "told by the file's content"},
          r.truth_format, std::vector<std::string_view>(formats.begin(), formats.end()));
   // A file's name is from the list's folder, as all are.
   if (v.reads() && v.has("profile")) {

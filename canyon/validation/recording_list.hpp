@@ -16,7 +16,7 @@ struct ListedRecording {
   std::string receiver_class;
   std::optional<std::filesystem::path> scenario, obs;  ///< given, as files that are there
   std::optional<std::filesystem::path> truth;          ///< empty: the scenario's trajectory
-  std::string truth_format;  ///< simulation::trajectory_formats(); empty: the scenario's, else csv
+  std::string truth_format;  ///< simulation::trajectory_formats(); empty: told by the file's content
   std::string profile;       ///< instead of the scenario's, for its first receiver; empty: the scenario's
   std::optional<std::filesystem::path> nmea;  ///< the recorded receiver's own fixes
   bool align = false;                         ///< the city, by the first part

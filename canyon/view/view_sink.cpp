@@ -11,7 +11,6 @@
 #include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/output/sinks.hpp"
-#include "canyon/simulation/scenario/receiver_names.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/view/header.hpp"
 #include "canyon/view/recorder.hpp"

@@ -197,7 +197,8 @@ obs : path
     Observations: RINEX, or a log of Android's GnssLogger.
 truth : path, optional
     True positions; else the scenario's trajectory file.
-truth_format : {"csv", "urbannav", "nmea", "gpx", "kml", "gnsslogger"}, optional
+truth_format : {"csv", "urbannav", "rtklib", "nmea", "gpx", "kml", "gnsslogger"}, optional
+    Told by the file's content where it is left out.
 atmosphere : bool
     Whether the pseudoranges hold the atmosphere's delays, as those of real receivers do.)")
       .def(py::init<const py::object&, const std::filesystem::path&,

@@ -14,7 +14,7 @@
 #include "canyon/options/settings_tree.hpp"
 #include "canyon/output/formats.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
-#include "canyon/simulation/scenario/receiver_names.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "python/src/arrays.hpp"
 
 namespace canyon::python {

@@ -14,7 +14,7 @@
 #include "canyon/samples/correlation_record.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/scenario/receiver_names.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/sensors/sensor_run.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "python/src/arrays.hpp"

@@ -596,7 +596,12 @@ const std::vector<Target>& targets() {
        trajectory("csv"),
        {"time,latitude,longitude,height\n2019-04-28T12:58:03Z,22.30,114.17,5.5\n2019-04-28T12:58:04.5Z,22.31,"
         "114.18,6\n",
-        "# relative\n0,22.3,114.17,5\n0.5,22.3,114.1701,5\n"}},
+        "# relative\ntime_s,lat,lon,height\n0,22.3,114.17,5\n0.5,22.3,114.1701,5\n"}},
+      {"rtklib",
+       "track.pos",
+       trajectory("rtklib"),
+       {"%  GPST latitude(deg) longitude(deg) height(m) Q ns\n2024/05/01 10:00:00.000 22.3 114.17 5 1 9\n"
+        "2024/05/01 10:00:01.000 22.3 114.1701 5 1 9\n"}},
       {"gnsslogger", "gnss_log.txt", trajectory("gnsslogger"), {android_log()}},
       {"archives", "packed", read_packed, archives()},
       {"urbannav",

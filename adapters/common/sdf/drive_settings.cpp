@@ -21,7 +21,7 @@ using options::Visitor;
 
 struct DriveElements {
   std::optional<std::filesystem::path> file;
-  std::string format = "csv";
+  std::string format;  ///< empty: told by the file
   std::optional<GpsTime> start;
   std::vector<Vector3d> waypoints;
   simulation::VehicleDrive::WaypointOptions legs;
@@ -75,7 +75,7 @@ void visit(Visitor& v, DriveElements& o) {
        "file of geodetic positions, as in a scenario; placed by the world's `spherical_coordinates`, heading "
        "included"},
       o.file);
-  v.word({"format", "", "see [scenario.md](scenario.md)"}, o.format, formats);
+  v.word({"format", "", "see [scenario.md](scenario.md)", "told by the file's content"}, o.format, formats);
   simulation::visit_start(v, o.start);
   v.texts({"waypoint", "m",
            "x y z in the world's frame, instead of a file; as many as one likes, joined by straight legs"},
@@ -97,7 +97,7 @@ simulation::VehicleDrive along_file(const PluginElements& elements, const DriveE
   // A file that only counts seconds begins at the world's time 0, whatever the date is.
   const GpsTime zero = given.start.value_or(GpsTime::from_week(2000, 0));
   const auto read = simulation::read_trajectory_file(*given.file, given.format, zero);
-  warnings.insert(warnings.end(), read.warnings.begin(), read.warnings.end());
+  for (std::string& line : read.report.warnings()) warnings.push_back(std::move(line));
   const GpsTime begin = given.start || !read.has_own_dates ? zero : read.trajectory.begin();
   try {
     return simulation::VehicleDrive::along_trajectory(read.trajectory, begin, world, given.legs.loop);

@@ -1,4 +1,4 @@
-#include "canyon/positioning/fusion/strapdown.hpp"
+#include "canyon/positioning/fusion/inertial_errors.hpp"
 
 #include <gtest/gtest.h>
 

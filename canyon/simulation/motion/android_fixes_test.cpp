@@ -39,8 +39,8 @@ TEST(AndroidFixes, AreThoseOfGps) {
   EXPECT_EQ(path.end(), geodesy::parse_time("2024-05-01T10:00:10Z"));
   EXPECT_NEAR(geodesy::degrees(path.at(path.begin()).position.latitude_rad), 48, 1e-9);
   EXPECT_NEAR(path.at(path.begin()).position.height_m, 547.25, 1e-6);
-  EXPECT_THAT(file.warnings, testing::Contains(AllOf(HasSubstr("gnss_log.txt:7: "),
-                                                     HasSubstr("(the first of 2); left out"))));
+  EXPECT_THAT(file.report.warnings(), testing::Contains(AllOf(HasSubstr("gnss_log.txt:7: "),
+                                                              HasSubstr("(the first of 2); left out"))));
 }
 
 TEST(AndroidFixes, MayBeOfAnotherProviderAndAnOldApp) {
@@ -51,15 +51,8 @@ TEST(AndroidFixes, MayBeOfAnotherProviderAndAnOldApp) {
       "Fix,fused,48.0,11.001,,0,20,1714557601000\n",
       false);
   EXPECT_NEAR(geodesy::degrees(file.trajectory.at(file.trajectory.begin()).position.latitude_rad), 48, 1e-9);
-  EXPECT_THAT(file.warnings, testing::Contains(HasSubstr("no fix of GPS: those of fused are taken")));
-}
-
-TEST(AndroidFixes, OfAnotherAppAreSaid) {
-  const TrajectoryFile file = read_log(
-      "# Fix,Provider,LatitudeDegrees,LongitudeDegrees,AltitudeMeters,UnixTimeMillis,MockLocation\n"
-      "Fix,GPS,48.0,11.0,500.0,1714557600000,0\nFix,GPS,48.0,11.0,500.0,1714557601000,1\n",
-      false);
-  EXPECT_THAT(file.warnings, testing::Contains(HasSubstr("gnss_log.txt:3: fix that another app has made")));
+  EXPECT_THAT(file.report.warnings(),
+              testing::Contains(HasSubstr("no fix of GPS; those of fused are taken")));
 }
 
 TEST(AndroidFixes, SayWhatALogWithoutThemHas) {

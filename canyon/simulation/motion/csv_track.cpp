@@ -1,296 +1,471 @@
-// Declared in canyon/simulation/motion/column_points.hpp.
-// The reader of CSV files of positions.
+#include "canyon/simulation/motion/csv_track.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <cmath>
-#include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/simulation/motion/column_points.hpp"
-#include "canyon/simulation/motion/csv_columns.hpp"
-#include "canyon/simulation/motion/csv_times.hpp"
+#include "canyon/geodesy/time_scales.hpp"
 
 namespace canyon::simulation {
 namespace {
 
+using geodesy::Geodetic;
 using geodesy::GpsTime;
 using Fields = std::vector<std::string_view>;
 
-/// Whether a field of the column CsvColumns::fix says that there is no fix. An empty one says nothing.
-bool says_no_fix(std::string_view text, double least) {
-  const std::string word = lower_case(trim(text));
-  if (const auto number = parse_double(word)) return *number < least;
-  for (const std::string_view begin : {"no ", "no_", "no-", "not "})
-    if (word.starts_with(begin)) return true;
-  for (const std::string_view none :
-       {"none", "no", "nofix", "invalid", "false", "void", "v", "n", "nan", "network"})
-    if (word == none) return true;
-  return false;
+struct Unit {
+  std::string_view name;
+  double scale;
+};
+constexpr std::array<Unit, 3> kAngles{{{"deg", 1}, {"rad", geodesy::kDegreesPerRadian}, {"e7", 1e-7}}};
+constexpr std::array<Unit, 5> kLengths{{{"m", 1}, {"km", 1000}, {"cm", 0.01}, {"mm", 1e-3}, {"ft", 0.3048}}};
+constexpr std::array<Unit, 4> kTimes{{{"s", 1}, {"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}}};
+
+enum Quantity : std::size_t { Time, UnixTime, Week, Tow, Latitude, Longitude, Height, HeightMsl, X, Y, Z };
+struct Row {
+  std::string_view name, short_name;
+  std::span<const Unit> units;  ///< the first is that of the bare name
+  std::string_view help;        ///< of trajectory.columns
+};
+constexpr std::size_t kQuantities = 11;
+const std::array<Row, kQuantities> kRows{
+    {{"time", "", kTimes,
+      "name of the CSV column of the time: ISO 8601, or with a unit, such as 'stamp [ms]', counted from "
+      "start"},
+     {"unix_time", "", kTimes, "of the time since 1970, with its unit: s, ms, us, ns"},
+     {"gps_week", "", {}, "of the full GPS week, beside gps_tow"},
+     {"gps_tow", "", kTimes, "of the time of week, with its unit: s, ms"},
+     {"latitude", "lat", kAngles,
+      "of the latitude, with its unit: deg, rad, e7, as in 'lat [rad]' or lat_deg"},
+     {"longitude", "lon", kAngles, "of the longitude, likewise"},
+     {"height", "", kLengths, "of the ellipsoidal height, with its unit: m, km, cm, mm, ft"},
+     {"height_msl", "", kLengths, "of a height above sea level instead"},
+     {"x", "", kLengths, "of ECEF x instead of latitude, longitude and height, with its unit"},
+     {"y", "", kLengths, "of ECEF y"},
+     {"z", "", kLengths, "of ECEF z"}}};
+
+/// A column that is read.
+struct Column {
+  std::size_t index = 0;
+  std::string name;
+  double scale = 1;   ///< to degrees, metres or seconds
+  bool unit = false;  ///< whether a unit is stated
+};
+using Columns = std::array<std::optional<Column>, kQuantities>;
+
+const Unit* find_unit(std::span<const Unit> units, std::string_view name) {
+  const auto at = std::find_if(units.begin(), units.end(), [name](const Unit& u) { return u.name == name; });
+  return at == units.end() ? nullptr : &*at;
+}
+
+/// A name and its unit: "lat [rad]", "lat (rad)" and "lat_rad" have "rad".
+std::pair<std::string, const Unit*> parted(std::string_view text, std::span<const Unit> units) {
+  const std::string name = lower_case(trim(text));
+  if (name.empty()) return {name, nullptr};
+  const bool brackets = name.back() == ']' || name.back() == ')';
+  const std::size_t at = name.find_last_of(brackets ? "[(" : "_");
+  if (at == std::string::npos) return {name, nullptr};
+  const Unit* unit = find_unit(
+      units, trim(std::string_view(name).substr(at + 1, name.size() - at - 1 - (brackets ? 1 : 0))));
+  return unit == nullptr ? std::pair(name, unit) : std::pair(std::string(trim(name.substr(0, at))), unit);
+}
+
+/// Fields of a line by RFC 4180, without blanks and quotes around them.
+Fields csv_fields(std::string_view line, char separator) {
+  Fields fields;
+  bool quoted = false;
+  std::size_t begin = 0;
+  for (std::size_t at = 0; at <= line.size(); ++at) {
+    if (at < line.size() && line[at] == '"') quoted = !quoted;
+    if (at < line.size() && (quoted || line[at] != separator)) continue;
+    std::string_view field = trim(line.substr(begin, at - begin));
+    if (field.size() >= 2 && field.front() == '"' && field.back() == '"')
+      field = trim(field.substr(1, field.size() - 2));
+    fields.push_back(field);
+    begin = at + 1;
+  }
+  return fields;
+}
+
+bool is_skipped(std::string_view line) {
+  line = trim(line);
+  return line.empty() || line.front() == '#';
+}
+
+/// Semicolons or tabs where there are any: commas may then be decimal points.
+char separator_of(std::string_view line) {
+  for (const char separator : {';', '\t'})
+    if (line.find(separator) != std::string_view::npos) return separator;
+  return ',';
 }
 
 class CsvReader {
  public:
   CsvReader(TextFile& file, GpsTime start, const HeightReading& heights)
-      : file_(file),
-        heights_(heights),
-        notes_(file.path()),
-        times_(file, columns_, start, notes_),
-        points_(file, heights, notes_) {}
+      : file_(file), start_(start), heights_(heights) {
+    path_.report = ReadReport(file.path());
+  }
 
-  TrajectoryFile read() {
-    while (const auto line = file_.next_line()) {
-      if (trim(*line).empty() || line == header_) continue;
-      if (is_skipped(*line) || trim(*line).front() == '%' || trim(*line).starts_with("//")) {
-        read_comment(*line);
-        continue;
-      }
-      if (first_data_ && (!header_ || commented_)) {
-        const bool blanks =
-            commented_ && columns_.separator == ' ' && line->find(',') == std::string_view::npos;
-        columns_.separator = blanks ? ' ' : separator_of(*line);
-      }
-      const Fields fields = fields_of(*line, columns_);
-      if (is_csv_header(fields) ? first_ || names_positions(fields) : first_ && names_positions(fields)) {
-        read_header(*line, fields);
-        continue;
-      }
-      if (first_data_ && header_ && read_units(fields)) continue;
-      // A title, and what a program writes below it.
-      if (no_header_ && fields.size() < 4) continue;
-      first_ = false;
-      if (no_header_) throw InputError(*no_header_);
-      if (first_data_ && !header_) require_own_header(fields);
-      if (std::exchange(first_data_, false)) look_at(fields);
-      notes_.guard([&] { read_record(fields); });
+  RecordedPath read(const TrajectoryColumns& columns) {
+    const auto first = next_line();
+    if (!first) throw InputError(file_.path(), 0, "no position in it", columns_cure());
+    separator_ = separator_of(*first);
+    const Fields header = csv_fields(*first, separator_);
+    count_ = header.size();
+    const bool numbers = std::all_of(columns.begin(), columns.end(), [](const auto& column) {
+      return parse_integer(split(column.second, '[')[0]).has_value();
+    });
+    if (columns.empty()) {
+      find_known(header);
+    } else {
+      for (const auto& [quantity, name] : columns) find_named(header, quantity, name, numbers);
     }
-    if (no_header_) throw InputError(*no_header_);
-    note_heights();
-    times_.note_late_start();
-    times_.check_steps();
-    if (whole_degrees_ && points_.size() >= 8)
-      notes_.say(0, "all latitudes and longitudes are whole degrees", "were they rounded? export all digits");
-    if (maybe_radians_) {
-      notes_.say(0, "all latitudes and longitudes are below pi",
-                 "if they are radians, name the columns latitude_rad and longitude_rad");
+    check(header);
+    if (!columns.empty() && numbers) file_.unread_line();
+    bool above = true;
+    while (const auto line = next_line()) {
+      Fields fields = csv_fields(*line, separator_);
+      if (std::exchange(above, false)) require_numbers(fields);
+      path_.report.guard([&] { read_record(fields); });
     }
-    return points_.take(!times_.relative(), "'time, latitude, longitude, height'");
+    path_.report.require_most(path_.points.size());
+    if (path_.points.empty())
+      throw InputError(file_.path(), 0, "no line has a time, a place and a height", columns_cure());
+    return std::move(path_);
   }
 
  private:
-  /// A header, above the data or where files were joined; or a title above it.
-  void read_header(std::string_view line, const Fields& fields) {
-    no_header_.reset();
-    try {
-      columns_ = CsvColumns(file_, fields, columns_.separator);
-      header_ = line;
-      first_ = false;
-    } catch (const InputError& e) {
-      no_header_ = e;
-    }
+  std::optional<std::string_view> next_line() {
+    auto line = file_.next_line();
+    while (line && is_skipped(*line)) line = file_.next_line();
+    return line;
   }
 
-  /// Whether fields are the units of the header's columns.
-  bool read_units(const Fields& fields) {
-    const std::vector<std::string> names = with_units(fields_of(*header_, columns_), fields);
-    if (!names.empty()) columns_ = CsvColumns(file_, {names.begin(), names.end()}, columns_.separator);
-    return !names.empty();
-  }
-
-  /// Columns that a comment names otherwise are not time, latitude, longitude and height.
-  void require_own_header(const Fields& fields) const {
-    if (!names_others(fields_of(other_names_, columns_), fields.size())) return;
-    throw file_.error(
-        fmt::format("the comment above names columns without a latitude: '{}'", other_names_),
-        "a path has latitudes and longitudes, or ECEF x, y, z; baselines and local metres have no "
-        "place on the Earth");
-  }
-
-  /// A comment above the data may be the header.
-  void read_comment(std::string_view line) {
-    if (!first_) return;
-    // RTKLIB: "% (lat/lon/height=WGS84/geodetic,Q=1:fix,...)".
-    if (line.find("height=") != std::string_view::npos && line.find("/geodetic") != std::string_view::npos)
-      above_geoid_ = true;
-    line.remove_prefix(std::min(line.find_first_not_of("#%/ \t"), line.size()));
-    CsvColumns comment;
-    comment.separator = separator_of(line);
-    const Fields fields = fields_of(line, comment);
-    if (!names_positions(fields)) {
-      other_names_ = trim(line);
-      return;
-    }
-    columns_ = CsvColumns(file_, fields, comment.separator);
-    columns_.place[2].sea_level = columns_.place[2].sea_level || above_geoid_;
-    header_ = line;
-    first_ = false;
-    commented_ = true;
-  }
-
-  /// The first line of data.
-  void look_at(const Fields& fields) {
-    if (header_) {
-      // A separator may end each line.
-      if (fields.size() == columns_.count + 1 && fields.back().empty()) ++columns_.count;
-      return;
-    }
-    columns_.count = std::max<std::size_t>(fields.size(), 4);
-    if (fields.size() < 4) return;
-    const auto x = field_number(fields[1]), y = field_number(fields[2]), z = field_number(fields[3]);
-    columns_.ecef = x && y && z && looks_like_ecef(*x, *y, *z);
-    if (columns_.ecef) notes_.say(0, "columns 2 to 4 are taken as ECEF x, y, z in metres");
-    const auto whole = [](std::string_view field) { return parse_integer(field).has_value(); };
-    if (columns_.separator == ',' && fields.size() > 6 &&
-        std::all_of(fields.begin() + 1, fields.begin() + 7, whole)) {
-      throw file_.error("whole numbers in all columns look like numbers with decimal commas",
-                        "write points, put semicolons between the columns, or name the columns");
-    }
-  }
-
-  void read_record(const Fields& fields) {
-    if (fields.size() != columns_.count) {
-      if (fields.size() == 1 && columns_.separator == ',' && split_blanks(fields[0]).size() >= 4)
-        throw file_.error("blanks stand between the columns, and no header names them",
-                          "put a line such as `time latitude longitude height` above, or commas between");
-      throw file_.error(
-          fmt::format("{} columns where {} are needed", fields.size(), columns_.count),
-          "columns are time, latitude, longitude, height, as many in each line as in the first, with commas, "
-          "semicolons or tabs between; decimal commas need semicolons or tabs");
-    }
-    if (columns_.fix && says_no_fix(fields[*columns_.fix], columns_.least_fix)) {
-      points_.skip_no_fix();
-      return;
-    }
-    // 4,294,967,295 mm, the largest number of 32 bits, and the like: a receiver without a fix.
-    constexpr double kNoAccuracy = 1e6;
-    if (columns_.accuracy && field_number(fields[*columns_.accuracy]).value_or(0) >= kNoAccuracy) {
-      points_.skip_no_fix();
-      return;
-    }
-    if (columns_.satellites && parse_double(fields[*columns_.satellites]) == 0)
-      notes_.skip(file_.line(), "line with 0 satellites, by the file's own column", "it is taken");
-    if (is_missing(fields[columns_.time.index])) {
-      points_.skip_missing();
-      return;
-    }
-    find_mark(fields);
-    const std::string_view height = fields[columns_.place[2].index];
-    if (ungrouped(height) != height)
-      notes_.skip(file_.line(), "height with separators of thousands", "1,500 is taken as 1500");
-    std::array<std::string, 3> text;
-    for (std::size_t k = 0; k < 3; ++k) text[k] = converted(k, fields);
-    constexpr double kHigh_m = 50e3;
-    const auto latitude = field_number(text[0]), longitude = field_number(text[1]);
-    maybe_radians_ = maybe_radians_ && !columns_.ecef && !columns_.place[0].unit && latitude && longitude &&
-                     std::abs(*latitude) < geodesy::kPi / 2 && std::abs(*longitude) < geodesy::kPi &&
-                     std::abs(field_number(text[2]).value_or(0)) < kHigh_m;
-    const auto fraction = [](const std::optional<double>& x) { return x && *x != std::round(*x); };
-    whole_degrees_ = whole_degrees_ && !columns_.ecef && !fraction(latitude) && !fraction(longitude);
-    points_.add(times_.read(fields), {text[0], text[1], text[2]}, columns_.ecef);
-  }
-
-  /// The decimal mark, by latitudes and longitudes: the other one groups thousands.
-  void find_mark(const Fields& fields) {
-    for (std::size_t k = 0; k < 2 && mark_ == 0; ++k) {
-      const std::size_t at = fields[columns_.place[k].index].find_first_of(".,");
-      if (at != std::string_view::npos) mark_ = fields[columns_.place[k].index][at];
-    }
-  }
-
-  /// A height, or a coordinate in metres, without the separators of its thousands.
-  [[nodiscard]] std::string ungrouped(std::string_view text) const {
-    return mark_ == 0 ? std::string(text) : without_groups(text, mark_);
-  }
-
-  /// A coordinate in degrees or metres. What needs no conversion stays, with its faults.
-  [[nodiscard]] std::string converted(std::size_t k, const Fields& fields) const {
-    const CsvColumn& column = columns_.place[k];
-    const std::string_view text = fields[column.index];
-    if (is_missing(text)) return std::string(text);
-    const std::optional<double> plain = field_number(text);
-    if (k == 2 || columns_.ecef) {
-      const std::string number = ungrouped(text);
-      double value = to_number(file_, number, columns_.ecef ? "coordinate" : "height") * column.scale;
-      if (adds_geoid() && k == 2) {
-        if (is_missing(fields[*columns_.geoid])) return {};
-        value += to_number(file_, fields[*columns_.geoid], "geoid height");
-      } else if (k == 2 && column.sea_level) {
-        value += heights_.geoid_undulation_m;
-      } else if (column.scale == 1) {
-        return number;
+  /// The columns of Canyon's own names. In its epochs.csv the path is the true one.
+  void find_known(const Fields& header) {
+    const bool truth = std::any_of(header.begin(), header.end(), [](std::string_view name) {
+      return lower_case(name) == "true_latitude_deg";
+    });
+    for (std::size_t i = 0; i < header.size(); ++i) {
+      std::string name = lower_case(header[i]);
+      if (truth && name.starts_with("true_")) name.erase(0, 5);
+      for (std::size_t q = 0; q < kQuantities; ++q) {
+        const auto [base, unit] = parted(name, kRows[q].units);
+        if (base.empty() || (base != kRows[q].name && base != kRows[q].short_name)) continue;
+        if (columns_[q]) {
+          throw file_.error(fmt::format("the columns '{}' and '{}' are both the {}", columns_[q]->name,
+                                        header[i], kRows[q].name),
+                            columns_cure());
+        }
+        columns_[q] = Column{i, std::string(header[i]), unit ? unit->scale : 1, unit != nullptr};
       }
-      return fmt::format("{:.6f}", value);
     }
-    auto side_index = k == 0 ? columns_.latitude_side : columns_.longitude_side;
-    if (side_index && side_index == columns_.satellites && parse_double(fields[*side_index]))
-      side_index.reset();
-    if (plain && column.scale == 1 && !column.minutes && !side_index && column.side.empty())
-      return std::string(text);
-    const std::string_view side = side_index ? fields[*side_index] : column.side;
-    if (side_index && trim(side).empty()) return {};
-    const auto angle = angle_deg(text, side, k == 0, column.minutes);
-    if (!angle) {
+  }
+
+  /// The column that trajectory.columns names for a quantity.
+  void find_named(const Fields& header, std::string_view quantity, const std::string& given, bool numbers) {
+    const auto* const row =
+        std::find_if(kRows.begin(), kRows.end(), [&](const Row& r) { return r.name == quantity; });
+    const auto fault = [&](std::string_view problem) {
+      return file_.error(fmt::format("trajectory.columns.{}: {}", quantity, problem), columns_cure());
+    };
+    const std::string_view name = trim(std::string_view(given).substr(0, given.find_last_of('[')));
+    auto at = std::find(header.begin(), header.end(), trim(given));
+    if (at == header.end()) at = std::find(header.begin(), header.end(), name);
+    auto index = static_cast<std::size_t>(at - header.begin());
+    if (numbers) index = static_cast<std::size_t>(*parse_integer(name)) - 1;
+    if (index >= header.size())
+      throw fault(fmt::format("no column '{}'; there are '{}'", given, fmt::join(header, "', '")));
+    const Unit* unit = parted(given, row->units).second;
+    const auto q = static_cast<std::size_t>(row - kRows.begin());
+    // A time without a unit is a date with its time.
+    if (unit == nullptr && q != Time && !row->units.empty()) {
+      std::vector<std::string_view> units;
+      for (const Unit& each : row->units) units.push_back(each.name);
+      throw fault(fmt::format("the unit of '{}' is not stated; write '{} [{}]', or {}", given, given,
+                              units.front(), fmt::join(units.begin() + 1, units.end(), ", ")));
+    }
+    columns_[q] = Column{index, given, unit ? unit->scale : 1, unit != nullptr};
+    dates_ = dates_ || (q == Time && unit == nullptr);
+  }
+
+  /// One time and one place.
+  void check(const Fields& header) {
+    weeks_ = columns_[Week] && columns_[Tow];
+    ecef_ = !columns_[Latitude] && columns_[X] && columns_[Y] && columns_[Z];
+    const auto require = [&](bool has, const char* what) {
+      if (has) return;
+      throw file_.error(fmt::format("no column '{}'; there are '{}'", what, fmt::join(header, "', '")),
+                        columns_cure());
+    };
+    require(weeks_ || columns_[UnixTime] || columns_[Time], "time");
+    require(ecef_ || columns_[Latitude].has_value(), "latitude");
+    require(ecef_ || columns_[Longitude].has_value(), "longitude");
+    require(ecef_ || columns_[Height] || columns_[HeightMsl], "height");
+  }
+
+  /// A line of units below the header is no record that may be left out.
+  void require_numbers(const Fields& fields) const {
+    const Column& column = *columns_[ecef_ ? X : Latitude];
+    if (column.index >= fields.size() || is_missing(fields[column.index])) return;
+    const std::string_view text = fields[column.index];
+    if (std::none_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c) != 0; })) {
+      throw file_.error(fmt::format("below the header '{}' is no number", text),
+                        "write units into the header, such as latitude_rad, and numbers below it");
+    }
+  }
+
+  [[nodiscard]] std::string_view field(const Fields& fields, Quantity q) const {
+    return fields[columns_[q]->index];
+  }
+  [[nodiscard]] double value(const Fields& fields, Quantity q) {
+    return to_number(at(), field(fields, q), kRows[q].name) * columns_[q]->scale;
+  }
+  [[nodiscard]] RecordAt at() { return {path_.report, file_.line()}; }
+
+  void read_record(Fields& fields) {
+    if (fields.size() == count_ + 1 && fields.back().empty()) fields.pop_back();
+    if (fields.size() != count_)
+      throw file_.error(fmt::format("{} columns where the first line has {}", fields.size(), count_));
+    const Quantity height = columns_[Height] ? Height : HeightMsl;
+    const auto missing = [&](Quantity q) { return columns_[q] && is_missing(field(fields, q)); };
+    const bool flat = !ecef_ && missing(height);
+    if (missing(weeks_               ? Tow
+                : columns_[UnixTime] ? UnixTime
+                                     : Time) ||
+        (ecef_ ? missing(X) || missing(Y) || missing(Z) : missing(Latitude) || missing(Longitude)) ||
+        (flat && heights_.needed)) {
+      return path_.report.remark(file_.line(), "line without a time or a position", "left out");
+    }
+    const GpsTime time = time_of(fields);
+    Geodetic place;
+    if (ecef_) {
+      place = geodesy::geodetic_from_ecef({value(fields, X), value(fields, Y), value(fields, Z)});
+    } else {
+      place = place_of(at(), value(fields, Latitude), value(fields, Longitude));
+      if (!flat) height_m_ = value(fields, height);
+      if (!flat && height == HeightMsl)
+        height_m_ = from_sea_level(at(), height_m_, "height above sea level by its column", heights_);
+      place.height_m = height_m_;
+    }
+    geodesy::check_geodetic(place, "position");
+    path_.points.push_back({time, place, file_.line()});
+  }
+
+  [[nodiscard]] GpsTime time_of(const Fields& fields) {
+    if (weeks_) return time_of_week(at(), value(fields, Week), value(fields, Tow));
+    if (columns_[UnixTime]) {
+      constexpr double kLatest_s = 4.1e9;  // the year 2099
+      const double seconds = value(fields, UnixTime);
+      if (!(seconds >= 0 && seconds < kLatest_s)) {
+        throw file_.error(fmt::format("'{}' is not a Unix time of 1970 to 2099", field(fields, UnixTime)),
+                          "its unit is part of its name: unix_time_s, unix_time_ms, _us, _ns");
+      }
+      return geodesy::gps_from_unix(std::llround(seconds * 1e9));
+    }
+    const std::string_view text = field(fields, Time);
+    const bool date = !columns_[Time]->unit && !number_of(text);
+    if (relative_ && *relative_ == date)
+      throw file_.error(fmt::format("the time '{}' is written in another way than above", text));
+    relative_ = !date;
+    if (date) return time_of_text(at(), text);
+    if (dates_) {
+      throw file_.error(fmt::format("the unit of the time '{}' is not stated", text),
+                        "write it as in trajectory.columns: {time: \"stamp [ms]\"}: counted from start");
+    }
+    path_.has_own_dates = false;
+    return from_start(value(fields, Time), text);
+  }
+
+  [[nodiscard]] GpsTime from_start(double seconds, std::string_view text) const {
+    if (start_ == GpsTime{}) {
+      throw file_.error("times are seconds from the start, and the scenario has no start",
+                        "add 'start: 2026-01-01T12:00:00Z' to the scenario, or write ISO 8601 times");
+    }
+    if (std::abs(seconds) > 1e7) {
       throw file_.error(
-          fmt::format("the {} '{}' {}is not an angle", k == 0 ? "latitude" : "longitude", trim(text),
-                      side_index ? fmt::format("with the side '{}' ", trim(side)) : std::string()),
-          "write 48.1, -48.1, 48.1S or 48 06 00 S");
+          fmt::format("the time {} is more than 1e7 s from the scenario's start", text),
+          "name the column by what it counts: time_ms, unix_time_s, unix_time_ms, gps_week and gps_tow");
     }
-    const double value_deg = *angle * column.scale;
-    if (column.unit && std::abs(value_deg) > 360) {
-      throw file_.error(fmt::format("{} in column '{}' is {:.1f} deg", trim(text), column.name, value_deg),
-                        "name the column by the unit that it has");
-    }
-    return fmt::format("{:.12f}", value_deg);
-  }
-  [[nodiscard]] bool adds_geoid() const {
-    const CsvColumn& height = columns_.place[2];
-    const std::string name = lower_case(height.name);
-    return columns_.geoid && !columns_.ecef && !height.ellipsoid &&
-           (height.sea_level || name.find("alt") != std::string::npos ||
-            name.find("ele") != std::string::npos);
-  }
-  void note_heights() {
-    const CsvColumn& height = columns_.place[2];
-    if (adds_geoid() && !height.sea_level && heights_.needed && points_.size() > 0) {
-      notes_.say(0, fmt::format("heights are '{}' plus the column of the geoid", height.name),
-                 "name it height_ellipsoid if it already is above the ellipsoid");
-    }
-    if (!columns_.place[2].sea_level || adds_geoid() || !heights_.needed) return;
-    notes_.say(0,
-               heights_.geoid_undulation_m != 0
-                   ? fmt::format("heights are above sea level by the header: the city's geoid undulation, "
-                                 "{:.1f} m, is added",
-                                 heights_.geoid_undulation_m)
-                   : std::string("heights are above sea level by the header and are taken as ellipsoidal; "
-                                 "city.geoid_undulation_m corrects them, height_above_terrain_m does without "
-                                 "them"));
+    return start_ + seconds;
   }
 
   TextFile& file_;
+  GpsTime start_;
   HeightReading heights_;
-  RecordNotes notes_;
-  CsvColumns columns_;
-  CsvTimes times_;
-  ColumnPoints points_;
-  std::optional<std::string> header_;
-  std::string other_names_;              ///< the last comment above the data that names no positions
-  std::optional<InputError> no_header_;  ///< why the lines above are no header
-  bool first_ = true, first_data_ = true, maybe_radians_ = true, whole_degrees_ = true;
-  char mark_ = 0;             ///< the decimal mark; 0: not known yet
-  bool above_geoid_ = false;  ///< heights are, by a comment above the header
-  bool commented_ = false;    ///< the header is a comment: its separator may be another than that of the data
+  RecordedPath path_;
+  Columns columns_;
+  char separator_ = ',';
+  std::size_t count_ = 0;
+  bool weeks_ = false, ecef_ = false;
+  bool dates_ = false;  ///< trajectory.columns says that times are dates
+  std::optional<bool> relative_;
+  double height_m_ = 0;
+};
+
+/// "22 18 04.31949" in degrees; the sign of the degrees is that of all three.
+double degrees_of(const RecordAt& at, std::span<const std::string_view> parts) {
+  const double d = to_number(at, parts[0], "degrees");
+  const double m = to_number(at, parts[1], "minutes"), s = to_number(at, parts[2], "seconds");
+  if (!(m >= 0 && m < 60 && s >= 0 && s < 60)) {
+    throw at.error(
+        fmt::format("'{} {} {}' are not degrees, minutes and seconds", parts[0], parts[1], parts[2]),
+        "minutes and seconds run from 0 to 60");
+  }
+  return std::copysign(std::abs(d) + m / 60 + s / 3600, parts[0][0] == '-' ? -1 : 1);
+}
+
+/// The first line that is no comment.
+std::string first_line(const std::filesystem::path& path) {
+  TextFile file = TextFile::streamed(path);
+  auto line = file.next_line();
+  while (line && is_skipped(*line)) line = file.next_line();
+  return std::string(line.value_or(std::string_view()));
+}
+
+/// Calls `read` for the lines that are no comments, and checks what it has made of them.
+template <typename Read>
+RecordedPath read_lines(TextFile& file, const Read& read) {
+  RecordedPath path;
+  path.report = ReadReport(file.path());
+  while (const auto line = file.next_line()) {
+    if (is_skipped(*line)) continue;
+    path.report.guard([&] { read(*line, RecordAt{path.report, file.line()}, path.points); });
+  }
+  path.report.require_most(path.points.size());
+  if (path.points.empty()) throw InputError(file.path(), 0, "no position in it");
+  return path;
+}
+
+bool is_blank_separated(std::string_view line) {
+  return line.find(',') == std::string_view::npos && split_blanks(line).size() >= 10;
+}
+
+/// Reads the lines of one solution of RTKLIB.
+class RtklibReader {
+ public:
+  explicit RtklibReader(const HeightReading& heights) : heights_(heights) {}
+
+  void read(std::string_view line, const RecordAt& at, RecordedPoints& points) {
+    if (trim(line).front() == '%') return read_comment(line, at);
+    if (zone_.empty()) throw at.error("no comment above names the columns", "keep the header of the file");
+    std::string text(line);
+    std::replace(text.begin(), text.end(), ',', ' ');
+    const Fields words = split_blanks(text);
+    if (words.size() < 2 + (parted_ ? 7 : 3)) throw at.error("is cut short");
+    GpsTime time;
+    if (words[0].find('/') != std::string_view::npos) {
+      std::string date = fmt::format("{}T{}{}", words[0], words[1], zone_);
+      std::replace(date.begin(), date.end(), '/', '-');
+      time = time_of_text(at, date);
+    } else {
+      time = time_of_week(at, to_number(at, words[0], "GPS week"), to_number(at, words[1], "time of week"));
+    }
+    const std::span<const std::string_view> place = std::span(words).subspan(2);
+    points.push_back({time, place_at(at, place), at.line});
+  }
+
+ private:
+  void read_comment(std::string_view line, const RecordAt& at) {
+    // "% (lat/lon/height=WGS84/geodetic,Q=1:fix,...)": heights above the geoid.
+    if (line.find("/geodetic") != std::string_view::npos) sea_level_ = true;
+    const auto has = [line](std::string_view word) { return line.find(word) != std::string_view::npos; };
+    if (!has("latitude(") && !has("x-ecef(m)") && !has("e-baseline(m)")) return;
+    if (has("e-baseline(m)"))
+      throw at.error("is a baseline, which has no place on the Earth", "write latitude, longitude, height");
+    parted_ = has("latitude(d'\")");
+    ecef_ = has("x-ecef(m)");
+    zone_ = has("GPST") ? " GPST" : has("JST") ? "+09:00" : "Z";
+  }
+  [[nodiscard]] Geodetic place_at(const RecordAt& at, std::span<const std::string_view> words) const {
+    if (ecef_) {
+      return geodesy::geodetic_from_ecef(
+          {to_number(at, words[0], "x"), to_number(at, words[1], "y"), to_number(at, words[2], "z")});
+    }
+    Geodetic place =
+        parted_ ? place_of(at, degrees_of(at, words.first(3)), degrees_of(at, words.subspan(3, 3)))
+                : place_of(at, to_number(at, words[0], "latitude"), to_number(at, words[1], "longitude"));
+    place.height_m = to_number(at, words[parted_ ? 6 : 2], "height");
+    if (sea_level_)
+      place.height_m = from_sea_level(at, place.height_m, "height above sea level by the header", heights_);
+    return place;
+  }
+
+  HeightReading heights_;
+  std::string_view zone_;  ///< of dates; empty: no header yet
+  bool sea_level_ = false, parted_ = false, ecef_ = false;
 };
 
 }  // namespace
 
-TrajectoryFile read_csv_track(TextFile& file, GpsTime start, const HeightReading& heights) {
-  return CsvReader(file, start, heights).read();
+RecordedPath read_csv(TextFile& file, GpsTime start, const HeightReading& heights,
+                      const TrajectoryColumns& columns) {
+  return CsvReader(file, start, heights).read(columns);
+}
+
+RecordedPath read_rtklib(TextFile& file, const HeightReading& heights) {
+  RtklibReader reader(heights);
+  return read_lines(file, [&](std::string_view line, const RecordAt& at, RecordedPoints& points) {
+    reader.read(line, at, points);
+  });
+}
+
+bool is_rtklib(const std::filesystem::path& path) {
+  return first_line(path).starts_with('%');
+}
+
+RecordedPath read_urbannav(TextFile& file) {
+  std::size_t columns = 0;
+  return read_lines(file, [&](std::string_view line, const RecordAt& at, RecordedPoints& points) {
+    if (is_blank_separated(line)) {
+      const Fields words = split_blanks(line);
+      const auto part = [&](std::size_t i) { return std::span(words).subspan(i, 3); };
+      Geodetic place = place_of(at, degrees_of(at, part(3)), degrees_of(at, part(6)));
+      place.height_m = to_number(at, words[9], "height");
+      points.push_back(
+          {time_of_week(at, to_number(at, words[1], "GPS week"), to_number(at, words[2], "time of week")),
+           place, at.line});
+      return;
+    }
+    const Fields fields = split(line, ',');
+    if (columns == 0) columns = fields.size();
+    if (fields.size() < 5 || fields.size() != columns) {
+      throw at.error(
+          fmt::format("{} columns where {} are needed", fields.size(), std::max<std::size_t>(columns, 5)),
+          "columns are GPS week, time of week, latitude, longitude, height");
+    }
+    const GpsTime time =
+        time_of_week(at, to_number(at, fields[0], "GPS week"), to_number(at, fields[1], "time of week"));
+    Geodetic place =
+        place_of(at, to_number(at, fields[2], "latitude"), to_number(at, fields[3], "longitude"));
+    place.height_m = to_number(at, fields[4], "height");
+    points.push_back({time, place, at.line});
+  });
+}
+
+bool is_urbannav(const std::filesystem::path& path) {
+  const std::string line = first_line(path);
+  const bool blanks = is_blank_separated(line);
+  const Fields fields = blanks ? split_blanks(line) : split(line, ',');
+  if (!blanks && fields.size() != 5) return false;
+  const auto week = parse_double(fields[blanks ? 1 : 0]), tow_s = parse_double(fields[blanks ? 2 : 1]);
+  return week && tow_s && *week == std::floor(*week) && *week > 1000 && *week < 10'000 && *tow_s >= 0 &&
+         *tow_s < static_cast<double>(GpsTime::kSecondsPerWeek);
+}
+
+std::vector<CsvQuantity> csv_quantities() {
+  std::vector<CsvQuantity> quantities;
+  for (const Row& row : kRows) quantities.push_back({row.name, row.help});
+  return quantities;
 }
 
 }  // namespace canyon::simulation

@@ -4,6 +4,7 @@
 #include <functional>
 #include <vector>
 
+#include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/motion/uniform_spline.hpp"
 
 namespace canyon::simulation {
@@ -56,5 +57,13 @@ class SmoothMotion {
   std::vector<Stretch> stretches_;
   std::size_t points_ = 0;
 };
+
+/// From the vehicle's axes (forward, left, up) to east, north, up at its place, by yaw, pitch and roll.
+[[nodiscard]] Eigen::Matrix3d enu_from_body(const Pose& pose);
+
+/// geodesy::enu_from_ecef_rotation() at a point in ECEF [m], without its geodetic coordinates: the
+/// ellipsoid's normal by one step of Bowring (Transformation from spatial to geographical coordinates, Survey
+/// Review 23, 1976). Within 1e-12 below 10 km of height. The point is not on the Earth's axis.
+[[nodiscard]] Eigen::Matrix3d enu_from_ecef_at(const Eigen::Vector3d& ecef_m);
 
 }  // namespace canyon::simulation

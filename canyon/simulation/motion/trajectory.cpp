@@ -9,8 +9,8 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/simulation/motion/ecef_pose.hpp"
 #include "canyon/simulation/motion/smooth_drive.hpp"
+#include "canyon/simulation/motion/smooth_motion.hpp"
 
 namespace canyon::simulation {
 
@@ -94,6 +94,16 @@ Eigen::Vector3d Pose::up_enu() const {
   const double forward = -std::cos(roll_rad) * std::sin(pitch_rad), left = -std::sin(roll_rad);
   const double c = std::cos(yaw_rad), s = std::sin(yaw_rad);
   return {c * forward - s * left, s * forward + c * left, std::cos(roll_rad) * std::cos(pitch_rad)};
+}
+
+std::string impossible_motion(double height_m, const Eigen::Vector3d& velocity_mps) {
+  constexpr double kFastest_mps = 1000, kLowest_m = -1e3, kHighest_m = 100e3;
+  const double speed_mps = velocity_mps.norm();
+  if (!(speed_mps < kFastest_mps))
+    return fmt::format("no vehicle moves at {:.0f} m/s (at most 1,000 m/s)", speed_mps);
+  if (!(height_m >= kLowest_m && height_m <= kHighest_m))
+    return fmt::format("no vehicle is at a height of {:.0f} m (-1 to 100 km)", height_m);
+  return {};
 }
 
 struct Trajectory::Track {

@@ -3,11 +3,13 @@
 #include <Eigen/Core>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "canyon/base/read_report.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/geodesy/gps_time.hpp"
 
@@ -30,6 +32,10 @@ struct Pose {
   [[nodiscard]] Eigen::Vector3d forward_enu() const;
   [[nodiscard]] Eigen::Vector3d up_enu() const;
 };
+
+/// Why no vehicle of this world has this height above the ellipsoid [m] and this speed [m/s], with the
+/// number: it is below -1 km or above 100 km, or faster than 1,000 m/s; empty where one may.
+[[nodiscard]] std::string impossible_motion(double height_m, const Eigen::Vector3d& velocity_mps);
 
 /// A vehicle as a rigid body in ECEF, with its axes forward, left, up.
 struct EcefPose {
@@ -115,21 +121,19 @@ class Trajectory {
   Attitude attitude_ = Attitude::Level;
 };
 
-/// "csv": header or not; columns time, latitude, longitude, height, or time and ECEF x, y, z [m]; commas,
-/// semicolons or tabs between, fields in quotes or not. Time is ISO 8601, or seconds from the scenario's
-/// start. "urbannav": week, tow, latitude, longitude, height. "nmea": GGA with valid RMC or ZDA for the date,
-/// else the date of `start`. "gpx", "kml": track_file.hpp. "gnsslogger":
-/// android_fixes.hpp. A record that is not valid is left out, with a warning. Throws InputError with file and
-/// line where half of the records or more are not, times mostly go backwards, or no line is usable. A `start`
-/// of GpsTime{} means that none is known.
+/// A recorded path with times. `format`: one of trajectory_formats(), empty: told by the file's content (csv
+/// where it is none of the others). "csv": csv_track.hpp. "urbannav", "rtklib": likewise. "nmea":
+/// nmea_fixes.hpp. "gpx", "kml": track_file.hpp. "gnsslogger": android_fixes.hpp. A record that is not valid
+/// is left out, with a warning. Throws InputError with file and line where half of the records or more are
+/// not, times mostly go backwards, or no line is usable. A `start` of GpsTime{} means that none is known.
 [[nodiscard]] Trajectory read_trajectory(const std::filesystem::path& path, const std::string& format,
                                          geodesy::GpsTime start);
 
-/// A recorded path, and warnings about its file.
+/// A recorded path, and what its reader says of the file.
 struct TrajectoryFile {
   Trajectory trajectory;
-  bool has_own_dates = true;          ///< false: its times are relative to `start`
-  std::vector<std::string> warnings;  ///< what was left out, counted by reason, and pauses
+  bool has_own_dates = true;  ///< false: its times are relative to `start`
+  ReadReport report;          ///< what was left out and guessed, and pauses
 };
 /// How heights of a file are taken.
 struct HeightReading {
@@ -138,11 +142,16 @@ struct HeightReading {
   /// ellipsoidal.
   double geoid_undulation_m = 0;
 };
+/// A quantity of a path -> the name of its column in a CSV file, with its unit (csv_track.hpp).
+using TrajectoryColumns = std::map<std::string, std::string>;
 [[nodiscard]] TrajectoryFile read_trajectory_file(const std::filesystem::path& path,
                                                   const std::string& format, geodesy::GpsTime start,
-                                                  const HeightReading& heights = {});
+                                                  const HeightReading& heights = {},
+                                                  const TrajectoryColumns& columns = {});
 
 /// The formats that read_trajectory knows.
 [[nodiscard]] const std::vector<std::string>& trajectory_formats();
+/// The format of a file by its content. Throws InputError as GzipFile does.
+[[nodiscard]] std::string trajectory_format_of(const std::filesystem::path& path);
 
 }  // namespace canyon::simulation

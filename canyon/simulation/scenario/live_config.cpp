@@ -8,7 +8,7 @@
 #include "canyon/options/values.hpp"
 #include "canyon/relative/correction_link.hpp"
 #include "canyon/simulation/scenario/receiver_bases.hpp"
-#include "canyon/simulation/scenario/receiver_names.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/scenario/scenario_fields.hpp"
 
 namespace canyon::simulation {

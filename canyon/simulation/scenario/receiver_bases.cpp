@@ -6,7 +6,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/relative/correction_link.hpp"
-#include "canyon/simulation/scenario/receiver_names.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::simulation {
 

@@ -30,6 +30,14 @@ ReceiverConfig profile_of(Visitor& v, const std::string& name) {
   }
 }
 
+/// A scenario's own sections, which are of all its receivers.
+void visit_sections_of_all(Visitor& v, ReceiverConfig& config) {
+  v.part("propagation", config.propagation);
+  v.part("noise", config.options.noise);
+  disturbance::visit_environment(v, "surroundings", config.options.signal.shadowing.environment);
+  v.part("shadowing", config.options.signal.shadowing);
+}
+
 }  // namespace
 
 void visit_receivers(Visitor& v, std::vector<ReceiverConfig>& receivers, const CityConfig& city) {
@@ -46,12 +54,7 @@ void visit_receivers(Visitor& v, std::vector<ReceiverConfig>& receivers, const C
       names.push_back(config.options.name);
     });
     if (names.empty()) receivers.front().options.name = "rover";
-    for (ReceiverConfig& config : receivers) {
-      v.part("propagation", config.propagation);
-      v.part("noise", config.options.noise);
-      disturbance::visit_environment(v, "surroundings", config.options.signal.shadowing.environment);
-      v.part("shadowing", config.options.signal.shadowing);
-    }
+    for (ReceiverConfig& config : receivers) visit_sections_of_all(v, config);
   }
   v.list("receivers", receivers, [&](ReceiverConfig& config) {
     if (!v.reads()) visit_name_and_profile(v, config, false);
@@ -59,25 +62,21 @@ void visit_receivers(Visitor& v, std::vector<ReceiverConfig>& receivers, const C
     visit(v, config);
     v.validate(config.options);
   });
-  std::size_t index = 0;
   if (v.reads()) {
-    v.list("receivers", receivers, [&](ReceiverConfig&) {
+    // When all are read: a base may stand below its receiver.
+    v.list("receivers", receivers, [&](ReceiverConfig& config) {
       v.section("corrections", [&] {
         try {
-          check_corrections(receivers, index);
+          check_corrections(receivers, static_cast<std::size_t>(&config - receivers.data()));
         } catch (const InputError& e) {
           throw v.fault("from", e.problem(), e.cure());
         }
       });
-      ++index;
     });
   }
   if (v.describes()) {
     ReceiverConfig defaults;
-    v.part("propagation", defaults.propagation);
-    v.part("noise", defaults.options.noise);
-    disturbance::visit_environment(v, "surroundings", defaults.options.signal.shadowing.environment);
-    v.part("shadowing", defaults.options.signal.shadowing);
+    visit_sections_of_all(v, defaults);
   }
 }
 

@@ -9,7 +9,6 @@
 #include "canyon/options/settings_tree.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
-#include "canyon/simulation/scenario/receiver_names.hpp"
 #include "canyon/simulation/scenario/scenario_fields.hpp"
 
 namespace canyon::simulation {

@@ -54,7 +54,8 @@ struct SkyConfig {
 
 struct TrajectoryConfig {
   std::optional<std::filesystem::path> file;
-  std::string format = "csv";                ///< csv, urbannav, nmea
+  std::string format;                        ///< of trajectory_formats(); empty: told by the file's content
+  TrajectoryColumns columns;                 ///< of a CSV file
   std::vector<geodesy::Geodetic> waypoints;  ///< instead of a file
   /// Waypoints that were given by east, north, up [m] from the city's origin, with their numbers in
   /// `waypoints`. Where that origin is not known before the city's file is read they stand there as {}:
@@ -151,10 +152,21 @@ void visit(options::Visitor& v, SkyConfig& o);
 void visit(options::Visitor& v, ReceiverConfig& o);
 void visit(options::Visitor& v, OutputConfig& o);
 void visit(options::Visitor& v, Scenario& o);
+/// The fields of a scenario that say which run is made of it: duration_s, rate_hz or interval_s, seed.
+/// Command lines change them.
+void visit_run(options::Visitor& v, Scenario& scenario);
 /// A scenario whose trajectory may be absent (ScenarioReadOptions::trajectory_needed).
 struct ScenarioOfAnyTrajectory {
   Scenario& scenario;
 };
 void visit(options::Visitor& v, ScenarioOfAnyTrajectory& o);
+
+/// The receivers' names, in their order.
+[[nodiscard]] inline std::vector<std::string> receiver_names(const std::vector<ReceiverConfig>& receivers) {
+  std::vector<std::string> names;
+  names.reserve(receivers.size());
+  for (const ReceiverConfig& receiver : receivers) names.push_back(receiver.options.name);
+  return names;
+}
 
 }  // namespace canyon::simulation

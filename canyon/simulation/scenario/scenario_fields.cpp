@@ -15,8 +15,7 @@
 #include "canyon/simulation/scenario/live_config.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
 #include "canyon/simulation/scenario/receiver_bases.hpp"
-#include "canyon/simulation/scenario/receiver_names.hpp"
-#include "canyon/simulation/scenario/run_fields.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::simulation {
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "canyon/options/describe.hpp"
+#include "canyon/options/fwd.hpp"
 #include "canyon/options/node.hpp"
 #include "canyon/options/read.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"

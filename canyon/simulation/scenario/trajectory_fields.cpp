@@ -7,7 +7,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/simulation/motion/track_file.hpp"
+#include "canyon/simulation/motion/csv_track.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario/scenario_fields.hpp"
 
@@ -111,6 +111,21 @@ void visit_leg(Visitor& v, TrajectoryConfig::Leg& leg) {
   v.number({"hold_s", "s", "time at rest here", "the trajectory's"}, leg.hold_s, {0, 1e6});
 }
 
+void visit_columns(Visitor& v, TrajectoryConfig& config) {
+  if (!v.wants(v.reads() ? v.has("columns") : !config.columns.empty())) return;
+  if (v.reads() && !config.format.empty() && config.format != "csv")
+    throw v.fault("columns", fmt::format("belongs to format csv, not {}", config.format), "remove it");
+  v.section("columns", [&] {
+    for (const CsvQuantity& quantity : csv_quantities()) {
+      std::optional<std::string> name;
+      if (const auto at = config.columns.find(std::string(quantity.name)); at != config.columns.end())
+        name = at->second;
+      v.text({quantity.name, "", quantity.help}, name);
+      if (v.reads() && name) config.columns[std::string(quantity.name)] = *name;
+    }
+  });
+}
+
 const char* const kHeightNote = "; may be left out with height_above_terrain_m";
 
 }  // namespace
@@ -123,12 +138,17 @@ void visit_trajectory(Visitor& v, TrajectoryConfig& config, const CityConfig& ci
   v.file({"file", "", "recorded positions (one of file, waypoints, position)"}, config.file);
   if (v.wants(config.file.has_value())) {
     const std::vector<std::string_view> formats(trajectory_formats().begin(), trajectory_formats().end());
-    v.word(
-        {"format", "",
-         "csv: time (ISO 8601, or seconds from start), latitude, longitude [deg], height [m]; urbannav: GPS "
-         "week, time of week, latitude, longitude, height; nmea: GGA with RMC or ZDA; gpx, kml: with times, "
-         "or driven as waypoints are; gnsslogger: the fixes in a log of Android's app"},
-        config.format, formats);
+    v.word({"format", "",
+            "csv: columns by their names; urbannav: GPS week, time of week, latitude, longitude, height; "
+            "rtklib: "
+            "a .pos file; nmea: GGA with RMC or ZDA; gpx, kml: with times, or driven as waypoints are; "
+            "gnsslogger: "
+            "the fixes in a log of Android's app",
+            "told by the file's content"},
+           config.format, formats);
+    visit_columns(v, config);
+    if (v.reads() && config.file && config.format.empty())
+      config.format = config.columns.empty() ? trajectory_format_of(*config.file) : "csv";
   }
   static constexpr std::array<std::string_view, 4> kAttitudes{"level", "aircraft", "multirotor", "car"};
   v.choice({"attitude", "",
@@ -156,7 +176,7 @@ void visit_trajectory(Visitor& v, TrajectoryConfig& config, const CityConfig& ci
       })) {
     config.legs.clear();
   }
-  const bool track = config.file && is_track_format(config.format);
+  const bool track = config.file && (config.format == "gpx" || config.format == "kml");
   if (v.wants(track || (v.reads() ? v.has("waypoints") : !places.empty()))) {
     v.number({"speed_mps", "m/s", "speed between waypoints"}, config.speed_mps, {0, 1e4, true});
     v.number({"hold_s", "s", "time at rest at each waypoint"}, config.hold_s, {0, 1e6});

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/simulation/motion/ecef_pose.hpp"
+#include "canyon/simulation/motion/smooth_motion.hpp"
 #include "canyon/simulation/sensors/sample_times.hpp"
 
 namespace canyon::simulation {

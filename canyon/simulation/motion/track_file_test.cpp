@@ -5,7 +5,6 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
-#include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/support/simulation_support.hpp"
 
 namespace canyon::simulation {
@@ -40,28 +39,29 @@ constexpr const char* kKmlLine = R"(<kml><Placemark><Point><coordinates>0,0</coo
 
 TEST(TrackFile, ReadsGpxTracks) {
   const TemporaryFolder folder;
-  const TrackFile track = read_track_file(folder.write("a.gpx", kGpx), "gpx");
-  ASSERT_EQ(track.places.size(), 3U);
-  EXPECT_NEAR(geodesy::degrees(track.places[1].longitude_rad), 114.171, 1e-12);
-  EXPECT_EQ(track.places[1].height_m, 6.5);
-  EXPECT_DOUBLE_EQ(track.times[1] - track.times[0], 10.5);
-  EXPECT_THAT(track.notes.lines(), ::testing::ElementsAre(HasSubstr("sea level")));
+  const RecordedPath track = read_track_file(folder.write("a.gpx", kGpx), "gpx");
+  ASSERT_EQ(track.points.size(), 3U);
+  EXPECT_NEAR(geodesy::degrees(track.points[1].place.longitude_rad), 114.171, 1e-12);
+  EXPECT_EQ(track.points[1].place.height_m, 6.5);
+  EXPECT_DOUBLE_EQ(track.points[1].time - track.points[0].time, 10.5);
+  EXPECT_THAT(track.report.warnings(), ::testing::ElementsAre(HasSubstr("sea level")));
   const TrajectoryFile drive = read_trajectory_file(folder.path() / "a.gpx", "gpx", {});
   EXPECT_DOUBLE_EQ(drive.trajectory.end() - drive.trajectory.begin(), 10.5);
-  EXPECT_THAT(drive.warnings, ::testing::Contains(HasSubstr("point that repeats the time of another")));
+  EXPECT_THAT(drive.report.lines(),
+              ::testing::Contains(HasSubstr("point that repeats the time of the one before")));
 }
 
 TEST(TrackFile, ReadsKml) {
   const TemporaryFolder folder;
-  const TrackFile track = read_track_file(folder.write("a.kml", kKmlTrack), "kml");
-  ASSERT_EQ(track.places.size(), 2U);
-  EXPECT_DOUBLE_EQ(track.times[1] - track.times[0], 5);
-  EXPECT_EQ(track.places[0].height_m, 5.5);
-  const TrackFile line = read_track_file(folder.write("b.kml", kKmlLine), "kml");
-  ASSERT_EQ(line.places.size(), 2U);
-  EXPECT_TRUE(line.times.empty());
-  EXPECT_NEAR(geodesy::degrees(line.places[0].latitude_rad), 22.3, 1e-12);
-  EXPECT_THAT(line.notes.lines(), ::testing::Contains(HasSubstr("point without a height; ")));
+  const RecordedPath track = read_track_file(folder.write("a.kml", kKmlTrack), "kml");
+  ASSERT_EQ(track.points.size(), 2U);
+  EXPECT_DOUBLE_EQ(track.points[1].time - track.points[0].time, 5);
+  EXPECT_EQ(track.points[0].place.height_m, 5.5);
+  const RecordedPath line = read_track_file(folder.write("b.kml", kKmlLine), "kml");
+  ASSERT_EQ(line.points.size(), 2U);
+  EXPECT_FALSE(line.timed);
+  EXPECT_NEAR(geodesy::degrees(line.points[0].place.latitude_rad), 22.3, 1e-12);
+  EXPECT_THAT(line.report.warnings(), ::testing::Contains(HasSubstr("point without a height; ")));
 }
 
 TEST(TrackFile, RefusesWhatIsNone) {
@@ -72,7 +72,7 @@ TEST(TrackFile, RefusesWhatIsNone) {
   };
   EXPECT_THAT(refused("", "gpx"), HasSubstr("no track point"));
   EXPECT_THAT(refused("a,b,c", "kml"), HasSubstr("no gx:Track"));
-  EXPECT_THAT(refused("<trkpt lat=\"95\" lon=\"0\"/>", "gpx"), HasSubstr("not a place"));
+  EXPECT_THAT(refused("<trkpt lat=\"95\" lon=\"0\"/>", "gpx"), HasSubstr("latitude 95 deg"));
   EXPECT_THAT(refused("\n<trkpt lat=\"x\" lon=\"0\"/>", "gpx"), HasSubstr("bad:2: the latitude 'x'"));
   EXPECT_THAT(refused("<trkpt lat=\"9\"/>", "gpx"), HasSubstr("longitude ''"));
   EXPECT_THAT(refused("<trkpt lat=\"9\" lon=\"0\"", "gpx"), HasSubstr("no track point"));
@@ -97,15 +97,14 @@ TEST(TrackFile, SegmentsComeInOrderOfTime) {
   const std::string older = "<trk><trkseg>" + point("48", "00", "<fix>none</fix>") +
                             point("48", "01", "<ele>500</ele>") + point("48", "02") +
                             "<trkpt lat=\"48\" lon=\"11\"></trkpt></trkseg></trk>";
-  const TrackFile track = read_track_file(folder.write("a.gpx", newer + older), "gpx");
-  ASSERT_EQ(track.times.size(), 4U);
-  EXPECT_DOUBLE_EQ(track.times[3] - track.times[0], 30);
-  EXPECT_EQ(track.places[1].height_m, 500);
-  EXPECT_THAT(track.notes.lines(), ::testing::Contains(HasSubstr("point without a fix")));
-  EXPECT_THAT(track.notes.lines(), ::testing::Contains(HasSubstr("point without a time")));
-  EXPECT_THAT(
-      track.notes.lines(),
-      ::testing::Contains(HasSubstr("point without a height (the first of 3); that of the point before")));
+  const RecordedPath track = read_track_file(folder.write("a.gpx", newer + older), "gpx");
+  ASSERT_EQ(track.points.size(), 4U);
+  EXPECT_DOUBLE_EQ(track.points[3].time - track.points[0].time, 30);
+  EXPECT_EQ(track.points[1].place.height_m, 500);
+  EXPECT_THAT(track.report.warnings(), ::testing::Contains(HasSubstr("point without a fix")));
+  EXPECT_THAT(track.report.warnings(), ::testing::Contains(HasSubstr("point without a time")));
+  EXPECT_THAT(track.report.warnings(),
+              ::testing::Contains(HasSubstr("point without a height (the first of 3)")));
 }
 
 TEST(TrackFile, OneWrongValueCostsOnePoint) {
@@ -137,7 +136,7 @@ TEST(TrackFile, OneWrongValueCostsOnePoint) {
         std::pair("<when>noon</when><gx:coord>11 48 5</gx:coord>"s, "kml")}) {
     const TrajectoryFile file = read(wrong, format);
     EXPECT_DOUBLE_EQ(file.trajectory.end() - file.trajectory.begin(), 5) << wrong;
-    EXPECT_THAT(file.warnings,
+    EXPECT_THAT(file.report.warnings(),
                 ::testing::Contains(::testing::AllOf(HasSubstr("a:3: "), HasSubstr("; left out"))))
         << wrong;
   }
@@ -156,33 +155,19 @@ TEST(TrackFile, KmlTracksAndModesOfHeight) {
                                                      track_of(mode, "30") + "</gx:MultiTrack>"),
                            "kml", {true, 47});
   };
-  const TrackFile absolute = read("absolute");
-  ASSERT_EQ(absolute.times.size(), 2U);
-  EXPECT_DOUBLE_EQ(absolute.times[1] - absolute.times[0], 1800);
-  EXPECT_DOUBLE_EQ(absolute.places[0].height_m, 547);
-  EXPECT_DOUBLE_EQ(read("clampToGround").places[0].height_m, 500);
-  EXPECT_THAT(read("relativeToGround").notes.lines(),
-              ::testing::Contains(HasSubstr("above the ground by the file")));
-  const TrackFile lines =
+  const RecordedPath absolute = read("absolute");
+  ASSERT_EQ(absolute.points.size(), 2U);
+  EXPECT_DOUBLE_EQ(absolute.points[1].time - absolute.points[0].time, 1800);
+  EXPECT_DOUBLE_EQ(absolute.points[0].place.height_m, 547);
+  EXPECT_DOUBLE_EQ(read("clampToGround").points[0].place.height_m, 500);
+  EXPECT_THAT(read("relativeToGround").report.warnings(),
+              ::testing::Contains(HasSubstr("height by the altitudeMode relativeToGround")));
+  const RecordedPath lines =
       read_track_file(folder.write("b.kml", std::string(kKmlLine) +
                                                 "<LineString><coordinates>1,2,3</coordinates></LineString>"),
                       "kml");
-  EXPECT_EQ(lines.places.size(), 2U);
-  EXPECT_THAT(lines.notes.lines(), ::testing::Contains(HasSubstr("another LineString")));
-}
-
-// Without times of its own a path is driven as waypoints are.
-TEST(TrackFile, PathsWithoutTimesAreDriven) {
-  const TemporaryFolder folder;
-  (void)folder.write("b.kml", kKmlLine);
-  const Scenario scenario = parse_scenario(R"(
-city: {open: true, origin: {latitude_deg: 22.3, longitude_deg: 114.17}}
-start: 2026-06-01T08:00:00Z
-trajectory: {file: b.kml, format: kml, speed_mps: 5, acceleration_mps2: 1, attitude: aircraft}
-)",
-                                           folder.path() / "s.yaml");
-  EXPECT_EQ(scenario.trajectory.speed_mps, 5);
-  EXPECT_EQ(scenario.trajectory.attitude, Attitude::Aircraft);
+  EXPECT_EQ(lines.points.size(), 2U);
+  EXPECT_THAT(lines.report.warnings(), ::testing::Contains(HasSubstr("another LineString")));
 }
 
 }  // namespace
