@@ -58,7 +58,7 @@ std::vector<std::vector<Eigen::Vector3d>> block(double x0, double y0, double z0,
   return {{a, d, c, b}, {e, f, g, h}, {a, b, f, e}, {b, c, g, f}, {c, d, h, g}, {d, a, e, h}};
 }
 
-double area(const city::Mesh& mesh, Material material) {
+double surface_area(const city::Mesh& mesh, Material material) {
   double sum = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& [a, b, c] = mesh.triangles[t];
@@ -79,8 +79,8 @@ TEST(CityJsonSolidTest, OpeningsAreCutOutOfTheirWalls) {
   city::Mesh mesh;
   std::vector<std::string> notes;
   ASSERT_TRUE(append_surfaces(mesh, "a", surfaces, frame(), notes, Material::Brick, Material::Metal));
-  EXPECT_NEAR(area(mesh, Material::Glass), 4 + 2, 0.02);
-  EXPECT_NEAR(area(mesh, Material::Brick), 2 * (80 + 60 + 48) - 4,
+  EXPECT_NEAR(surface_area(mesh, Material::Glass), 4 + 2, 0.02);
+  EXPECT_NEAR(surface_area(mesh, Material::Brick), 2 * (80 + 60 + 48) - 4,
               0.02);  // the door is of the facade's material
 }
 
@@ -95,7 +95,7 @@ TEST(CityJsonSolidTest, HolesThatTouchOrLieOutsideAreRepaired) {
     city::Mesh mesh;
     std::vector<std::string> notes;
     ASSERT_TRUE(append_surfaces(mesh, "a", surfaces, frame(), notes, Material::Brick, Material::Metal));
-    EXPECT_NEAR(area(mesh, Material::Brick), 2 * (80 + 60 + 48) - (k == 0 ? 2 : 0), 0.02);
+    EXPECT_NEAR(surface_area(mesh, Material::Brick), 2 * (80 + 60 + 48) - (k == 0 ? 2 : 0), 0.02);
     EXPECT_EQ(notes.at(0), "a: repaired 1 of 6 surfaces whose rings cross or touch");
   }
 }
