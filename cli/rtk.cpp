@@ -66,7 +66,7 @@ Recording read(const std::string& path, const RtkArguments& arguments, const gns
     wanted.all_signals = true;
     wanted.systems = systems;
     recording.rinex = rinex::read_observations(path, wanted);
-    print_warnings(recording.rinex.report.notes.warnings());
+    print_warnings(recording.rinex.report.warnings());
     return recording;
   }
   const auto channel = [&](gnss::SatelliteId id) -> std::optional<int> {

@@ -118,6 +118,8 @@ struct ObservationReport {
 
   /// One line each: notes, and codes that are not known.
   [[nodiscard]] std::vector<std::string> lines() const;
+  /// Without remarks.
+  [[nodiscard]] std::vector<std::string> warnings() const;
 };
 
 /// Reads observation files of RINEX 2.00 to 2.12, 3.x and 4.x, plain, gzip or in Hatanaka's compression,

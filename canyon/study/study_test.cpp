@@ -198,9 +198,10 @@ TEST(Study, KeyFollowsWhatResultsDependOn) {
                             folder.path() / "study.yaml")
         .key();
   };
-  const std::string way = "0,22.3,114.17,5\n3,22.3001,114.17,5\n";
+  const std::string way = "time,latitude,longitude,height\n0,22.3,114.17,5\n3,22.3001,114.17,5\n";
   EXPECT_EQ(study(one, way), study(two, way));
-  EXPECT_NE(study(one, way), study(two, "0,22.3,114.17,5\n3,22.3002,114.17,5\n"));
+  EXPECT_NE(study(one, way),
+            study(two, "time,latitude,longitude,height\n0,22.3,114.17,5\n3,22.3002,114.17,5\n"));
 }
 
 TEST(Study, DocumentationHasTheSameTable) {

@@ -442,8 +442,9 @@ TEST(Recording, SaysWhatIsWrong) {
   const simulation::Environment& environment = recorded.environment();
 
   // Truth of another day.
-  const auto other_day =
-      folder.write("other.csv", "2025-01-01T00:00:00Z,22.3,114.17,5\n2025-01-01T00:01:00Z,22.3,114.17,5\n");
+  const auto other_day = folder.write("other.csv",
+                                      "time,latitude,longitude,height\n2025-01-01T00:00:00Z,22.3,114.17,"
+                                      "5\n2025-01-01T00:01:00Z,22.3,114.17,5\n");
   const InputError outside = error_of([&] { (void)read(recorded.obs, other_day, "csv", environment); });
   EXPECT_THAT(outside.what(), AllOf(HasSubstr("car.obs"), HasSubstr("other.csv"), HasSubstr("2026-06-01"),
                                     HasSubstr("2025-01-01")));

@@ -231,7 +231,7 @@ Recording join_recording(const simulation::Scenario& scenario, const simulation:
   recording.troposphere = options.troposphere;
 
   std::vector<std::string> left_out_systems = keep_systems(systems_of(environment.sky()), recorded.epochs);
-  recording.warnings = recorded.report.notes.warnings();
+  recording.warnings = recorded.report.warnings();
   recording.warnings.insert(recording.warnings.end(), left_out_systems.begin(), left_out_systems.end());
 
   // NMEA has times of day: the recording has the day.

@@ -578,8 +578,10 @@ const std::vector<Target>& targets() {
       {"mesh",
        "mesh.bytes",
        read_meshes,
-       {mesh("seed.dae"), mesh("seed.glb"), kPly, "solid a\nendsolid a\n",
-        "v 0 0 0\nv 9 0 0\nv 9 9 0\nf 1 2 3\n", "foliage:Oak_x0020_7"}},
+       {mesh("seed.dae"), mesh("seed.glb"), kPly,
+        "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 9 0 0\nvertex 9 9 "
+        "0\nendloop\nendfacet\nendsolid a\n",
+        "v 0 0 0\nv 9 0 0\nv 9 9 0\no foliage:Oak_x0020_7\nf 1 2 3\n"}},
       {"sdf", "some.world", [](const fs::path& path) { (void)city::read_gazebo_world(path); }, {kWorld}},
       {"scenario",
        "some.yaml",

@@ -54,8 +54,10 @@ TEST_F(DriveElementTest, ReadsWaypoints) {
 }
 
 TEST_F(DriveElementTest, TakesTheFilesOwnTimesAsTheWorlds) {
-  write("dated.csv", "2024-05-01T10:00:00Z,22.3,114.17,5\n2024-05-01T10:00:20Z,22.301,114.17,5\n");
-  write("seconds.csv", "0,22.3,114.17,5\n20,22.301,114.17,5\n");
+  write("dated.csv",
+        "time,latitude,longitude,height\n2024-05-01T10:00:00Z,22.3,114.17,5\n2024-05-01T10:00:20Z,22.301,114."
+        "17,5\n");
+  write("seconds.csv", "time,latitude,longitude,height\n0,22.3,114.17,5\n20,22.301,114.17,5\n");
   for (const char* name : {"dated.csv", "seconds.csv"}) {
     const DriveSettings settings = read("<trajectory>" + std::string(name) + "</trajectory>");
     EXPECT_NEAR(settings.drive.begin_s(), 0, 1e-9) << name;
@@ -73,15 +75,15 @@ TEST_F(DriveElementTest, TakesTheFilesOwnTimesAsTheWorlds) {
 }
 
 TEST_F(DriveElementTest, NamesElementAndCure) {
-  write("ok.csv", "0,22.3,114.17,5\n20,22.301,114.17,5\n");
-  write("broken.csv", "0,22.3,114.17,5\n20,north,114.17,5\n");
+  write("ok.csv", "time,latitude,longitude,height\n0,22.3,114.17,5\n20,22.301,114.17,5\n");
+  write("broken.csv", "time,latitude,longitude,height\n0,22.3,114.17,5\n20,north,114.17,5\n");
   const std::string file = "<trajectory>ok.csv</trajectory>";
   const std::string place = "<waypoint>0 0 0</waypoint>";
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"", "give a <trajectory> file, or one <waypoint>"},
       {file + place, "<waypoint>: conflicts with 'trajectory'; keep one of trajectory or waypoint"},
       {"<trajectory>none.csv</trajectory>", "there is no file 'none.csv'"},
-      {"<trajectory>broken.csv</trajectory>", "broken.csv:2"},
+      {"<trajectory>broken.csv</trajectory>", "broken.csv:3"},
       {file + "<format>igc</format>", "<format>"},
       {file + "<start>yesterday</start>", "<start>"},
       {file + "<start><week>2312</week></start>", "<start>: 'tow' is missing; give week and tow"},

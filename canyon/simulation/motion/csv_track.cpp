@@ -131,15 +131,16 @@ class CsvReader {
     }
     check(header);
     if (!columns.empty() && numbers) file_.unread_line();
-    bool above = true;
+    int first_record = 0;  // line of the first record
     while (const auto line = next_line()) {
       Fields fields = csv_fields(*line, separator_);
-      if (std::exchange(above, false)) require_numbers(fields);
+      if (first_record == 0) require_numbers(fields);
+      if (first_record == 0) first_record = file_.line();
       path_.report.guard([&] { read_record(fields); });
     }
     path_.report.require_most(path_.points.size());
     if (path_.points.empty())
-      throw InputError(file_.path(), 0, "no line has a time, a place and a height", columns_cure());
+      throw InputError(file_.path(), first_record, "no line has a time, a place and a height", columns_cure());
     return std::move(path_);
   }
 
