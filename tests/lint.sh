@@ -3,7 +3,8 @@
 # usage: tests/lint.sh [ROOT]
 set -u
 export LC_ALL=C
-links=$(cd "$(dirname "$0")" && pwd)/links.py
+here=$(cd "$(dirname "$0")" && pwd)
+links=$here/links.py counter=$here/lines.sh
 cd "${1:-$(dirname "$0")/..}" || exit 2
 breaches=0
 breach() { echo "lint: $*"; breaches=$((breaches + 1)); }
@@ -109,7 +110,15 @@ done < <(find canyon cli adapters python/src -name '*.cpp' ! -name '*_test.cpp' 
 grep_each "not ASCII" '[^ -~	]' $(printf '%s\n' "${sources[@]}")
 grep_each "a test may not sleep" 'sleep_for|usleep\(|[^_a-z]sleep\(' $(printf '%s\n' "${sources[@]}" | grep '_test\.cpp$')
 
-# 6. Links of the documentation.
+# 6. Rooms keep to their budget of lines (tests/lines_budget.txt): a commit that raises a number says why in docs/decisions.md.
+if [ -e tests/lines_budget.txt ]; then
+  while read -r room lines allowed; do
+    breach "tests/lines_budget.txt: $room has $lines lines, and may have ${allowed:-none}"
+  done < <(awk 'NR == FNR { if ($1 !~ /^#/) budget[$1] = $2; next } $2 > budget[$1] + 0 { print $1, $2, budget[$1] }' \
+             tests/lines_budget.txt <("$counter" .))
+fi
+
+# 7. Links of the documentation.
 while IFS= read -r hit; do breach "$hit"; done < <(python3 "$links")
 
 [ "$breaches" -eq 0 ] && echo "lint: ${#sources[@]} files, no breach"
