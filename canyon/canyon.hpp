@@ -33,5 +33,5 @@
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/simulation/trace_places.hpp"
 #include "canyon/validation/alignment.hpp"
+#include "canyon/validation/comparison.hpp"
 #include "canyon/validation/figures.hpp"
-#include "canyon/validation/models.hpp"

@@ -1,14 +1,13 @@
 // Declared in cli/commands.hpp.
-#include "canyon/calibration/calibrate.hpp"
-#include "canyon/base/json.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cstdio>
 
+#include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text_file.hpp"
+#include "canyon/calibration/calibrate.hpp"
 #include "canyon/options/node.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
 #include "canyon/validation/figures.hpp"
@@ -87,17 +86,11 @@ class CalibrationDrive : public RecordedDrive {
   void warn_of_overrides(const calibration::Values& values) {
     const options::Node receiver = first_receiver(*recorded_.scenario);
     for (const auto& [key, value] : values) {
-      const options::Node* at = &receiver;
-      for (std::size_t begin = 0; at != nullptr && begin < key.size();) {
-        const std::size_t end = std::min(key.find('.', begin), key.size());
-        const options::Node::Entry* entry = at->find(key.substr(begin, end - begin));
-        at = entry == nullptr ? nullptr : &entry->value;
-        begin = end + 1;
-      }
-      if (at == nullptr) continue;
+      const options::Node::Entry* entry = receiver.find_path(key);
+      if (entry == nullptr) continue;
       warn({fmt::format(
           "{}:{}: {} is below the receiver and overrides the calibrated profile: remove it there",
-          recorded_.scenario->string(), at->line, key)});
+          recorded_.scenario->string(), entry->value.line, key)});
     }
   }
   /// Figures of the part that calibrated and of the one that did not, as `canyon validate` has them.

@@ -1,19 +1,38 @@
 #include "cli/commands.hpp"
-#include "canyon/base/secrets.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cstdio>
 
+#include "canyon/base/predictive.hpp"
+#include "canyon/base/secrets.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/time_text.hpp"
+#include "canyon/heatmap/engine/mpi.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/threads.hpp"
+#include "canyon/unknowns/unknowns.hpp"
 
 namespace canyon::cli {
+
 ExitCode exit_code(const InputError& error) {
   return dynamic_cast<const OutputError*>(&error) == nullptr ? kBadInput : kFailure;
+}
+
+int guarded(const heatmap::MpiProcesses& processes, const std::function<int()>& work) {
+  if (processes.ranks() == 1) return work();
+  try {
+    return work();
+  } catch (const InputError& error) {
+    fmt::print(stderr, "canyon: {}\n", error.what());
+    std::fflush(stderr);
+    processes.abort(exit_code(error));
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "canyon: internal error on rank {}: {}\n", processes.rank(), error.what());
+    std::fflush(stderr);
+    processes.abort(kFailure);
+  }
 }
 
 geodesy::Geodetic parse_place(const std::string& text, const std::string& option) {
@@ -47,6 +66,17 @@ void check_trajectory_format(const std::string& format) {
 
 void add_threads(Command& command, int& threads, const std::string& about) {
   command.add_option("--threads", threads, "N", about).within(0, simulation::kMostThreads);
+}
+
+void warn_of_few_draws(std::size_t count, std::string_view option) {
+  if (const auto caution = caution_of_few(count, "draws"))
+    print_warnings({fmt::format("{}: write {} {}", *caution, option, kFewestOf90)});
+}
+
+Option& add_known(Command& command, std::string& known) {
+  return command.add_option(
+      "--known", known, "LIST",
+      fmt::format("unknowns that are not drawn, of {}", fmt::join(unknowns::names(), ", ")));
 }
 
 void warn_of_no_zone(std::string_view instant) {

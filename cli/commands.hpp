@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,10 +12,18 @@
 #include "canyon/geodesy/gps_time.hpp"
 #include "cli/arguments.hpp"
 
+namespace canyon::heatmap {
+class MpiProcesses;
+}
+
 namespace canyon::cli {
 
 /// kFailure for an OutputError, else kBadInput.
 [[nodiscard]] ExitCode exit_code(const InputError& error);
+
+/// Runs `work` and returns its result. If it throws and there are several processes, prints the error as
+/// main() does and ends all of them: the others would wait for this one for ever.
+[[nodiscard]] int guarded(const heatmap::MpiProcesses& processes, const std::function<int()>& work);
 
 /// Each adds a command to the program, or to the command that its argument names.
 void add_demo(Command& app);
@@ -50,6 +59,10 @@ void add_manual(Command& app, const std::string& version);
 void check_trajectory_format(const std::string& format);
 /// Adds --threads.
 void add_threads(Command& command, int& threads, const std::string& about = "0: one for each core (0)");
+/// Adds --known, a list of names for unknowns::unknowns_of().
+Option& add_known(Command& command, std::string& known);
+/// Warns where 90 % intervals of so many draws hold less (caution_of_few()). @param option that says more
+void warn_of_few_draws(std::size_t count, std::string_view option);
 /// Warns on standard error where an instant names no zone.
 void warn_of_no_zone(std::string_view instant);
 /// An instant as geodesy::parse_simulated_time() reads it; warns on standard error where it names no zone.

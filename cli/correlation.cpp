@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "canyon/base/text.hpp"
-#include "canyon/drawing/views/correlation_picture.hpp"
+#include "canyon/drawing/views/pictures.hpp"
 #include "canyon/output/number.hpp"
 #include "canyon/samples/correlation_record.hpp"
 #include "cli/commands.hpp"

@@ -13,20 +13,18 @@
 #include "canyon/heatmap/engine/engine.hpp"
 #include "canyon/heatmap/engine/map_source.hpp"
 #include "canyon/heatmap/engine/map_summary.hpp"
+#include "canyon/heatmap/engine/mpi.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/run_checks.hpp"
 #include "canyon/simulation/scenario/receiver_bases.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/simulation/sky_builder.hpp"
-#include "canyon/validation/models.hpp"
+#include "canyon/validation/comparison.hpp"
 #include "cli/commands.hpp"
-#include "cli/ensemble.hpp"
 #include "cli/field_option.hpp"
 #include "cli/heatmap_request.hpp"
-#include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
-#include "cli/ranks.hpp"
 
 namespace canyon::cli {
 namespace {
@@ -45,7 +43,7 @@ std::string percent(double part, double whole) {
 
 class MapRun {
  public:
-  MapRun(const HeatmapArguments& arguments, Ranks& ranks)
+  MapRun(const HeatmapArguments& arguments, heatmap::MpiProcesses& ranks)
       : arguments_(arguments), ranks_(ranks), stop_(catch_interrupts()) {}
 
   int run() {
@@ -220,8 +218,8 @@ class MapRun {
     heatmap::RunOptions options;
     options.threads = arguments_.threads;
     options.stop = &stop_;
-    if (ranks_.size() > 1) {
-      options.processes = ranks_.size();
+    if (ranks_.ranks() > 1) {
+      options.processes = ranks_.ranks();
       options.begin_queue = [this] { ranks_.begin_queue(); };
       options.next = [this] { return ranks_.next(); };
     }
@@ -345,7 +343,7 @@ class MapRun {
   }
 
   const HeatmapArguments& arguments_;
-  Ranks& ranks_;
+  heatmap::MpiProcesses& ranks_;
   const std::atomic<bool>& stop_;
   HeatmapFormats formats_;
   heatmap::Request request_;
@@ -364,8 +362,8 @@ int run_heatmap(const HeatmapArguments& arguments) {
   if (arguments.scenario.empty())
     throw InputError("SCENARIO is missing", "canyon heatmap SCENARIO --out DIR");
   if (arguments.out.empty()) throw InputError("--out is missing", "give the folder for the map");
-  Ranks ranks;
-  return ranks.guard([&] { return MapRun(arguments, ranks).run(); });
+  heatmap::MpiProcesses ranks;
+  return guarded(ranks, [&] { return MapRun(arguments, ranks).run(); });
 }
 
 std::string layer_list() {

@@ -11,7 +11,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario_trajectory.hpp"
-#include "canyon/validation/models.hpp"
+#include "canyon/validation/comparison.hpp"
 #include "cli/city_commands.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"

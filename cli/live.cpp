@@ -11,7 +11,7 @@
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/transport/transport.hpp"
 #include "cli/commands.hpp"
-#include "cli/interrupt.hpp"
+#include "cli/progress.hpp"
 #include "cli/scenario_run.hpp"
 
 namespace canyon::cli {

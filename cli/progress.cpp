@@ -1,10 +1,11 @@
 #include "cli/progress.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
+#include <unistd.h>
 #include <array>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <utility>
 
@@ -78,6 +79,25 @@ void Progress::update(std::size_t done, std::size_t total) {
     fmt::print(stderr, "{}: {:.0f} % ({})\n", what_, share * 100, about);
     last_line_ = now;
   }
+}
+
+namespace {
+
+std::atomic<bool> interrupt_seen{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "set from a signal handler");
+
+extern "C" void request_stop(int signal) {
+  interrupt_seen = true;
+  // A second Ctrl-C ends the program at once.
+  std::signal(signal, SIG_DFL);
+}
+
+}  // namespace
+
+const std::atomic<bool>& catch_interrupts() {
+  std::signal(SIGINT, request_stop);
+  std::signal(SIGTERM, request_stop);
+  return interrupt_seen;
 }
 
 }  // namespace canyon::cli

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <functional>
@@ -51,5 +52,12 @@ class Progress {
   Clock::time_point last_line_ = Clock::now();
   Clock::time_point last_bar_;
 };
+
+/// Ctrl-C: thrown by callbacks, so that nothing half done is written.
+struct Interrupted {};
+
+/// From here on Ctrl-C (SIGINT) and SIGTERM set the returned flag instead of ending the program; a second one
+/// ends it at once.
+[[nodiscard]] const std::atomic<bool>& catch_interrupts();
 
 }  // namespace canyon::cli

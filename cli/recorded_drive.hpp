@@ -15,10 +15,9 @@
 #include "canyon/validation/alignment.hpp"
 #include "canyon/validation/figures.hpp"
 #include "canyon/validation/recorded_scene.hpp"
-#include "canyon/validation/recording_list.hpp"
 #include "canyon/validation/recording_table.hpp"
 #include "cli/arguments.hpp"
-#include "cli/interrupt.hpp"
+#include "cli/progress.hpp"
 
 namespace canyon::cli {
 

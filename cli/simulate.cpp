@@ -21,7 +21,6 @@
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/view/view_sink.hpp"
 #include "cli/commands.hpp"
-#include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
 #include "cli/scenario_run.hpp"
 

@@ -5,13 +5,12 @@
 #include <cstdio>
 
 #include "canyon/base/text.hpp"
+#include "canyon/heatmap/engine/mpi.hpp"
 #include "canyon/options/describe.hpp"
 #include "canyon/study/results.hpp"
 #include "canyon/study/runner.hpp"
 #include "cli/commands.hpp"
-#include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
-#include "cli/ranks.hpp"
 #include "cli/scenario_run.hpp"
 
 namespace canyon::cli {
@@ -104,7 +103,7 @@ std::vector<std::size_t> unfinished(const std::vector<std::optional<study::RunRe
   return numbers;
 }
 
-int compute(const StudyArguments& arguments, Ranks& ranks) {
+int compute(const StudyArguments& arguments, heatmap::MpiProcesses& ranks) {
   const Shard shard = parse_shard(arguments.shard);
   const study::StudyPlan plan = study::StudyPlan::read(arguments.study);
   if (ranks.rank() == 0) print_warnings(plan.warnings());
@@ -142,11 +141,11 @@ int compute(const StudyArguments& arguments, Ranks& ranks) {
     options.stop = &stop;
     options.progress = [&](std::size_t runs) {
       done = runs;
-      bar.update(runs, ranks.size() > 1
-                           ? std::max<std::size_t>(runs, todo.size() / static_cast<std::size_t>(ranks.size()))
-                           : todo.size());
+      bar.update(runs, ranks.ranks() > 1 ? std::max<std::size_t>(
+                                               runs, todo.size() / static_cast<std::size_t>(ranks.ranks()))
+                                         : todo.size());
     };
-    if (ranks.size() > 1) {
+    if (ranks.ranks() > 1) {
       ranks.begin_queue();
       options.next = [&ranks] { return ranks.next(); };
     }
@@ -243,8 +242,8 @@ void add_study(Command& app) {
   command.footer = kStudyFooter + options::plain_text(study::study_description().keys);
   command.action = [arguments] {
     if (arguments->study.empty()) throw InputError("STUDY is missing", "canyon study STUDY --out DIR");
-    Ranks ranks;
-    return ranks.guard([&] { return compute(*arguments, ranks); });
+    heatmap::MpiProcesses ranks;
+    return guarded(ranks, [&] { return compute(*arguments, ranks); });
   };
   Command& merged = command.add_command("merge", "join the folders of shards into one study");
   merged.add_option("folders", arguments->folders, "DIR", "folders of shards").required();

@@ -20,11 +20,9 @@
 #include "canyon/view/map_view.hpp"
 #include "canyon/view/page.hpp"
 #include "canyon/view/probe.hpp"
-#include "canyon/view/run_relay.hpp"
 #include "canyon/view/view_sink.hpp"
 #include "cli/city_commands.hpp"
 #include "cli/commands.hpp"
-#include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
 #include "cli/scenario_run.hpp"
 #include "cli/view_record.hpp"
@@ -70,60 +68,46 @@ class Workplace {
 };
 
 /// The heat map of `canyon view`, alone or over a city.
-class ViewedMap {
- public:
-  struct Wanted {
-    std::string input;      ///< what is viewed
-    std::string map;        ///< --map; empty: none
-    std::string city;       ///< --city; empty: none
-    bool finished = false;  ///< `input` is a finished view: its city is a picture, no city to stand on
-    bool quiet = false;
-  };
-  /// Reads the map and loads its city. Throws InputError for options that do not go together.
-  explicit ViewedMap(const Wanted& wanted);
+struct ViewedMap {
+  std::unique_ptr<heatmap::StoredMap> map;  ///< null: none is viewed
+  std::string name;
+  bool alone = false;         ///< it is all that is viewed
+  buildings::BuiltCity city;  ///< of --city, else an empty field about the map
 
-  /// Whether there is a map.
-  explicit operator bool() const { return map_ != nullptr; }
-  /// The map is all that is viewed.
-  [[nodiscard]] bool alone() const { return alone_; }
-  /// The city of --city, else an empty field about the map.
-  [[nodiscard]] const buildings::BuiltCity& city() const { return city_; }
-  /// Its first time. Precondition: there is a map.
-  [[nodiscard]] geodesy::GpsTime begin() const { return map_->times().front(); }
-  /// Precondition: there is a map.
-  void add_to(const std::filesystem::path& folder) const { view::add_map(*map_, name_, city_.city, folder); }
-
- private:
-  std::unique_ptr<heatmap::StoredMap> map_;
-  std::string name_;
-  bool alone_ = false;
-  buildings::BuiltCity city_;
+  void add_to(const std::filesystem::path& folder) const {
+    if (map) view::add_map(*map, name, city.city, folder);
+  }
 };
 
-ViewedMap::ViewedMap(const Wanted& wanted)
-    : alone_(std::filesystem::path(wanted.input).extension() == ".nc") {
-  if (alone_ && !wanted.map.empty()) {
+/// Reads the map and loads its city. Throws InputError for options that do not go together.
+/// @param finished the input is a finished view: its city is a picture, no city to stand on
+ViewedMap viewed_map(const ViewArguments& arguments, bool finished) {
+  ViewedMap viewed;
+  viewed.alone = std::filesystem::path(arguments.input).extension() == ".nc";
+  if (viewed.alone && !arguments.map.empty()) {
     throw InputError("--map beside a map", "give the city or run that it is laid over, or no --map");
   }
-  const std::string file = alone_ ? wanted.input : wanted.map;
+  const std::string file = viewed.alone ? arguments.input : arguments.map;
   if (file.empty()) {
-    if (!wanted.city.empty() && !(wanted.finished && is_scenario(wanted.city))) {
+    if (!arguments.city.empty() && !(finished && is_scenario(arguments.city))) {
       throw InputError("--city without a heat map or a finished run",
                        "it is the city that a map (--map MAP.nc) is shown in, or a finished run's scenario");
     }
-    return;
+    return viewed;
   }
-  if (wanted.finished && wanted.city.empty()) {
+  if (finished && arguments.city.empty()) {
     throw InputError("--map over a finished run needs its city", "give --city the run's scenario");
   }
-  map_ = std::make_unique<heatmap::StoredMap>(file);
-  name_ = fmt::format("{}, receiver {}", std::filesystem::path(file).stem().string(), map_->motion());
-  const std::string city = !wanted.city.empty() ? wanted.city : alone_ ? "" : wanted.input;
+  viewed.map = std::make_unique<heatmap::StoredMap>(file);
+  viewed.name =
+      fmt::format("{}, receiver {}", std::filesystem::path(file).stem().string(), viewed.map->motion());
+  const std::string city = !arguments.city.empty() ? arguments.city : viewed.alone ? "" : arguments.input;
   if (city.empty()) {
-    city_.city = view::field_of(*map_);
+    viewed.city.city = view::field_of(*viewed.map);
   } else {
-    city_ = read_city(city_config(city), "building the city", wanted.quiet);
+    viewed.city = read_city(city_config(city), "building the city", arguments.serve.quiet);
   }
+  return viewed;
 }
 
 /// Copies the files of a view to another folder.
@@ -193,14 +177,14 @@ int serve_run(const ViewArguments& arguments, const std::filesystem::path& page,
   view::ViewOptions options = view_options(arguments);
   options.watched = true;
   const auto sink = view::make_view(*made.simulation, folder, options);
-  if (map) map.add_to(folder);
+  map.add_to(folder);
   view::Probe probe(*made.simulation, made.scene, arguments.paths);
   view::Site site{view::read_bytes(page), folder,
                   [&probe](const std::string& message) { return probe.answer(message); }};
   return serve(std::move(site), arguments.serve, [&](view::Server& server) {
     view::RunRelay relay(*made.simulation, server, arguments.paths);
     if (!compute(*made.simulation, arguments, *sink, &relay)) return false;
-    if (map) map.add_to(folder);
+    map.add_to(folder);
     relay.finished();
     return true;
   });
@@ -248,16 +232,16 @@ Antennas antennas_in_finished(const ViewArguments& arguments, const std::filesys
 /// The same in a heat map, from its first time on; `header` gets the scenario's receivers.
 Antennas antennas_in_map(const ViewArguments& arguments, const ViewedMap& map, view::Header& header) {
   const simulation::Scenario scenario = simulation::read_scenario(arguments.city, {false});
-  header.begin = map.begin();
+  header.begin = map.map->times().front();
   header.interval_s = 1 / scenario.rate_hz.value_or(1);
   header.paths_per_satellite = arguments.paths;
   for (const simulation::ReceiverConfig& receiver : scenario.receivers) {
     header.receivers.push_back(view::receiver_header(receiver.options));
   }
   Antennas antennas;
-  antennas.probe = std::make_unique<view::Probe>(scenario, map.begin(), header.interval_s,
-                                                 std::make_shared<simulation::CityScene>(map.city().city),
-                                                 arguments.paths);
+  antennas.probe =
+      std::make_unique<view::Probe>(scenario, map.map->times().front(), header.interval_s,
+                                    std::make_shared<simulation::CityScene>(map.city.city), arguments.paths);
   return antennas;
 }
 
@@ -342,9 +326,8 @@ int run_view(const ViewArguments& given) {
   std::optional<Workplace> workplace;
   std::filesystem::path folder;
   bool interrupted = false;
-  const ViewedMap map(
-      {arguments.input, arguments.map, arguments.city, finished.has_value(), arguments.serve.quiet});
-  if (finished && !map) {
+  const ViewedMap map = viewed_map(arguments, finished.has_value());
+  if (finished && !map.map) {
     folder = *finished;
   } else {
     workplace.emplace(arguments.out);
@@ -357,11 +340,11 @@ int run_view(const ViewArguments& given) {
       const auto sink = view::make_view(*made.simulation, folder, view_options(arguments));
       interrupted = !compute(*made.simulation, arguments, *sink);
     } else {
-      view::Header header = city_header(arguments, map.alone() ? map.city() : built_city(), folder);
-      if (asked && map.alone()) antennas = antennas_in_map(arguments, map, header);
+      view::Header header = city_header(arguments, map.alone ? map.city : built_city(), folder);
+      if (asked && map.alone) antennas = antennas_in_map(arguments, map, header);
       view::write_header(header, folder);
     }
-    if (map) map.add_to(folder);
+    map.add_to(folder);
   }
   if (asked && finished) antennas = antennas_in_finished(arguments, folder);
   write_pages(arguments, page, folder);

@@ -2,14 +2,24 @@
 
 #include <fmt/format.h>
 
+#include <sys/resource.h>
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <memory>
+#include <mutex>
+#include <string>
 #include <thread>
+#include <utility>
 
+#include "canyon/base/input_error.hpp"
 #include "canyon/output/view_messages.hpp"
+#include "canyon/view/live_relay.hpp"
+#include "canyon/view/page.hpp"
+#include "canyon/view/probe.hpp"
 #include "cli/commands.hpp"
-#include "cli/interrupt.hpp"
 #include "cli/program.hpp"
+#include "cli/progress.hpp"
 
 namespace canyon::cli {
 
@@ -37,6 +47,75 @@ int serve(view::Site site, const ServeOptions& options, const std::function<bool
   }
   while (!stop) std::this_thread::sleep_for(std::chrono::milliseconds(50));
   return kOk;
+}
+
+namespace {
+
+/// Antennas in a live view: a probe of the hosts' scenario under the time that they state.
+class LiveProbe {
+ public:
+  explicit LiveProbe(const LiveView& view) : view_(view) {
+    if (!view.scenario) why_not_ = "There is no scenario to trace with: start 'canyon view SCENARIO --live'.";
+  }
+
+  void begin(const view::Header& header) {
+    if (!view_.scenario) return;
+    simulation::Scenario scenario = *view_.scenario;
+    scenario.receivers.clear();
+    std::string why_not;
+    for (const view::ReceiverHeader& receiver : header.receivers) {
+      const auto& all = view_.scenario->receivers;
+      const auto at = std::find_if(all.begin(), all.end(),
+                                   [&](const auto& config) { return config.options.name == receiver.name; });
+      if (at != all.end()) scenario.receivers.push_back(*at);
+      if (at == all.end()) why_not = fmt::format("The scenario has no receiver '{}'.", receiver.name);
+    }
+    std::unique_ptr<view::Probe> made;
+    try {
+      if (why_not.empty()) {
+        made = std::make_unique<view::Probe>(scenario, *header.begin, header.interval_s, view_.scene,
+                                             view_.paths_per_satellite);
+      }
+    } catch (const InputError& error) {  // the host knows of a sky that this machine lacks
+      why_not = error.what();
+    }
+    const std::lock_guard lock(mutex_);
+    probe_ = std::move(made);
+    why_not_ = std::move(why_not);
+  }
+
+  std::string answer(const std::string& message) {
+    const std::lock_guard lock(mutex_);
+    return probe_ ? probe_->answer(message) : view::no_probe(message, why_not_);
+  }
+
+ private:
+  const LiveView& view_;
+  std::mutex mutex_;
+  std::unique_ptr<view::Probe> probe_;
+  std::string why_not_ = "No host has sent its time yet.";
+};
+
+}  // namespace
+
+void serve_live(LiveView view, const std::filesystem::path& folder, const ServeOptions& options) {
+  setpriority(PRIO_PROCESS, 0, 10);  // the host has to be on time, a picture of it has not
+  LiveProbe probe(view);
+  view::LiveRelay relay(view.addresses, std::move(view.header), folder, view.scene->scene);
+  view::ServerOptions bounds;
+  bounds.port = options.port;
+  const std::atomic<bool>& stop = catch_interrupts();
+  view::Server server({view::read_bytes(view::find_page()), folder,
+                       [&probe](const std::string& message) { return probe.answer(message); }},
+                      bounds);
+  announce(server, options);
+  while (!stop) {
+    relay.serve(server);
+    if (const auto header = relay.take_header()) probe.begin(*header);
+    for (const std::string& note : relay.take_notes()) {
+      if (!options.quiet) fmt::print(stderr, "{}\n", note);
+    }
+  }
 }
 
 }  // namespace canyon::cli

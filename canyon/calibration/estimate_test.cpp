@@ -1,8 +1,8 @@
-#include "canyon/calibration/estimate.hpp"
-
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <gmock/gmock.h>
+
+#include "canyon/calibration/calibrate.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
 

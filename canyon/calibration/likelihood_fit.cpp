@@ -12,7 +12,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/validation/comparison.hpp"
-#include "canyon/validation/ranked_sample.hpp"
+#include "canyon/validation/statistics.hpp"
 
 namespace canyon::calibration {
 namespace {

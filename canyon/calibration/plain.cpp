@@ -1,6 +1,7 @@
 #include "canyon/calibration/plain.hpp"
 
 #include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -16,10 +17,9 @@
 #include "canyon/options/values.hpp"
 #include "canyon/receiver/receiver_options.hpp"
 #include "canyon/validation/comparison.hpp"
-#include "canyon/validation/ranked_sample.hpp"
+#include "canyon/validation/statistics.hpp"
 
 namespace canyon::calibration {
-
 namespace {
 
 using Verdict = Estimate::Verdict;

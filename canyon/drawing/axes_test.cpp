@@ -1,10 +1,10 @@
-#include "canyon/drawing/axes.hpp"
-
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <gmock/gmock.h>
 #include <cmath>
 #include <limits>
+
+#include "canyon/drawing/plot.hpp"
 
 namespace canyon::drawing {
 namespace {

@@ -1,5 +1,3 @@
-#include "canyon/samples/front_end.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>

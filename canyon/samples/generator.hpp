@@ -9,7 +9,6 @@
 
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/receiver/receiver_options.hpp"
-#include "canyon/samples/front_end.hpp"
 #include "canyon/samples/mixer.hpp"
 #include "canyon/simulation/epoch.hpp"
 

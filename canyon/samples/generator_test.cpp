@@ -11,7 +11,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/samples/front_end.hpp"
+#include "canyon/samples/mixer.hpp"
 #include "canyon/samples/waveform.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"

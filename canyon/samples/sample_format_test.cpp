@@ -1,5 +1,3 @@
-#include "canyon/samples/sample_format.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,6 +7,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/samples/sample_file.hpp"
 #include "canyon/samples/spreading_codes.hpp"
 
 namespace canyon::samples::sample_format_test {

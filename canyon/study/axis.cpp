@@ -1,6 +1,7 @@
 #include "canyon/study/axis.hpp"
 
 #include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -19,7 +20,6 @@
 #include "canyon/unknowns/unknowns.hpp"
 
 namespace canyon::study {
-
 namespace {
 
 constexpr std::uint32_t kMost = 100'000'000;
@@ -264,136 +264,82 @@ namespace {
 
 using options::Node;
 
-/// The items of a list that a key chooses by number or name; all of them where both are empty.
-struct Chosen {
-  std::string name;
-  std::optional<std::size_t> number;
+/// A line that no file has: of what the earlier of two axes sets.
+constexpr int kMark = -1;
 
-  [[nodiscard]] bool shares_with(const Chosen& other) const {
-    const bool all = name.empty() && !number, others_all = other.name.empty() && !other.number;
-    if (all || others_all) return true;
-    if (number && other.number) return *number == *other.number;
-    return !name.empty() && name == other.name;
-  }
-};
-
-/// A word of a key: "receivers[0]" is receivers and the item 0.
-struct Word {
-  std::string name;
-  std::optional<Chosen> item;
-};
-
-/// An item of a list of the scenario has both a number and, where it is given one, a name.
-Chosen chosen(const Node::Entry* list, const std::string& which) {
-  Chosen item;
-  if (const auto number = parse_integer(which)) {
-    item.number = static_cast<std::size_t>(*number);
-  } else {
-    item.name = which;
-  }
-  if (list == nullptr) return item;
-  for (std::size_t i = 0; i < list->value.items.size(); ++i) {
-    const Node::Entry* name = list->value.items[i].find("name");
-    if (name == nullptr) continue;
-    if (item.number == i) item.name = name->value.text;
-    if (!item.number && !item.name.empty() && item.name == name->value.text) item.number = i;
-  }
-  return item;
+void mark(Node& tree) {
+  tree.line = kMark;
+  for (Node& item : tree.items) mark(item);
+  for (Node::Entry& entry : tree.entries) mark(entry.value);
 }
 
-using Words = std::vector<Word>;
-
-Words words_of(const std::string& key, const Node& base) {
-  Words words;
-  for (const std::string_view part : split(key, '.')) {
-    const std::size_t open = part.find('[');
-    Word word{std::string(part.substr(0, open)), {}};
-    if (open != std::string_view::npos) {
-      word.item = chosen(words.empty() ? base.find(word.name) : nullptr,
-                         std::string(part.substr(open + 1, part.find(']') - open - 1)));
-    }
-    words.push_back(std::move(word));
-  }
-  return words;
+/// Marked values, without lists and sections.
+std::size_t marks(const Node& tree) {
+  const bool value = tree.kind == Node::Kind::Scalar || tree.kind == Node::Kind::Empty;
+  std::size_t count = value && tree.line == kMark ? 1 : 0;
+  for (const Node& item : tree.items) count += marks(item);
+  for (const Node::Entry& entry : tree.entries) count += marks(entry.value);
+  return count;
 }
 
-Words behind(const Words& words, std::size_t count) {
-  return {words.begin() + static_cast<std::ptrdiff_t>(count), words.end()};
+/// Keys that are set together, with their values.
+using Settings = std::vector<std::pair<std::string, Node>>;
+
+/// Those of each value that may set other keys than the others.
+std::vector<Settings> settings_of_all(const Axis& axis) {
+  if (axis.kind == Axis::Kind::Drives) return {{{"trajectory", {}}}};
+  std::vector<Settings> all(axis.kind == Axis::Kind::Values ? axis.trees.size() : 1);
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const AxisValue value = value_at(axis, {k, 0});
+    for (const auto& [key, tree] : settings_of(axis, value)) all[k].emplace_back(key, *tree);
+  }
+  return all;
 }
 
-/// Whether the shorter key leads to the longer one.
-bool agree(const Words& a, const Words& b) {
-  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
-    if (a[i].name != b[i].name) return false;
-    if (a[i].item && b[i].item && !a[i].item->shares_with(*b[i].item)) return false;
+/// set_at() where that is possible: what is wrong is said where scenarios are made.
+void try_set(Node& root, const std::string& key, const Node& value) {
+  try {
+    options::set_at(root, key, value);
+  } catch (const InputError&) {
   }
-  return true;
 }
 
-/// Whether a value, or the items that are chosen of a list, have something at the key.
-bool has(const Node& value, const std::optional<Chosen>& chosen_items, const Words& key) {
-  if (chosen_items) {
-    for (std::size_t i = 0; i < value.items.size(); ++i) {
-      const Node::Entry* name = value.items[i].find("name");
-      const Chosen item{name == nullptr ? "" : name->value.text, i};
-      if (item.shares_with(*chosen_items) && has(value.items[i], {}, key)) return true;
-    }
-    return false;
+/// The first of the later keys that replaces something that the setting `which` has set.
+std::optional<std::string> replacing(const Node& base, Settings earlier, std::size_t which,
+                                     const std::map<std::string, Node>& later) {
+  Node root = base;
+  mark(earlier[which].second);
+  for (const auto& [key, value] : earlier) try_set(root, key, value);
+  const std::size_t before = marks(root);
+  for (const auto& [key, value] : later) {
+    try_set(root, key, value);
+    if (marks(root) < before) return key;
   }
-  if (key.empty()) return true;
-  for (const Node::Entry& entry : value.entries) {
-    const Words own = words_of(entry.key, {});  // a key within a value may have dots
-    if (!agree(own, key)) continue;
-    if (own.size() >= key.size()) return true;
-    if (has(entry.value, key[own.size() - 1].item, behind(key, own.size()))) return true;
-  }
-  return false;
-}
-
-/// A key that an axis sets, with the trees that it sets there.
-using Settings = std::map<std::string, std::vector<Node>>;
-
-Settings settings_of_all(const Axis& axis) {
-  Settings settings;
-  // Of a drive, the attitude is the scenario's.
-  if (axis.kind == Axis::Kind::Drives) return {{"trajectory", {}}};
-  if (axis.kind != Axis::Kind::Values) {
-    if (axis.kind != Axis::Kind::Unknowns) settings[axis.key];
-    return settings;
-  }
-  for (const Node& tree : axis.trees) {
-    const AxisValue of_tree{tree, {}, {}};
-    for (const auto& [key, value] : settings_of(axis, of_tree)) settings[key].push_back(*value);
-  }
-  return settings;
-}
-
-/// Whether a key, set after another one, replaces a part of what that one has set.
-bool replaces(const Words& later, const Words& earlier, const std::vector<Node>& trees) {
-  if (!agree(later, earlier)) return false;
-  if (later.size() <= earlier.size()) return true;
-  const auto items = earlier.back().item ? std::nullopt : later[earlier.size() - 1].item;
-  return std::any_of(trees.begin(), trees.end(),
-                     [&](const Node& tree) { return has(tree, items, behind(later, earlier.size())); });
+  return std::nullopt;
 }
 
 }  // namespace
 
 void check_keys(const std::vector<Axis>& axes, const Node& base, const std::filesystem::path& file) {
-  std::vector<Settings> settings;
-  for (const Axis& axis : axes) {
-    for (const auto& [later, of_later] : settings.emplace_back(settings_of_all(axis))) {
-      const Words words = words_of(later, base);
-      for (std::size_t i = 0; i + 1 < settings.size(); ++i) {
-        for (const auto& [earlier, trees] : settings[i]) {
-          const bool drive = axis.kind == Axis::Kind::Drives || axes[i].kind == Axis::Kind::Drives;
-          if (drive && (later == "trajectory.attitude" || earlier == "trajectory.attitude")) continue;
-          const Words before = words_of(earlier, base);
-          if (!replaces(words, before, trees) && !(drive && agree(words, before))) continue;
+  constexpr std::string_view kAttitude = "trajectory.attitude";  // of a drive it is the scenario's
+  for (std::size_t j = 1; j < axes.size(); ++j) {
+    for (std::size_t i = 0; i < j; ++i) {
+      const bool drive = axes[i].kind == Axis::Kind::Drives || axes[j].kind == Axis::Kind::Drives;
+      std::map<std::string, Node> later;
+      for (const Settings& settings : settings_of_all(axes[j]))
+        later.insert(settings.begin(), settings.end());
+      if (drive) later.erase(std::string(kAttitude));
+      for (const Settings& earlier : settings_of_all(axes[i])) {
+        for (std::size_t which = 0; which < earlier.size(); ++which) {
+          const std::string& key = earlier[which].first;
+          if (drive && key == kAttitude) continue;
+          const auto other = replacing(base, earlier, which, later);
+          if (!other) continue;
+          const auto depth = [](const std::string& of) { return std::count(of.begin(), of.end(), '.'); };
           throw InputError(
-              file, axis.line,
-              fmt::format("axes '{}' and '{}' both set '{}'", axes[i].name, axis.name,
-                          before.size() > words.size() ? earlier : later),
+              file, axes[j].line,
+              fmt::format("axes '{}' and '{}' both set '{}'", axes[i].name, axes[j].name,
+                          depth(key) > depth(*other) ? key : *other),
               "only the later one would count: remove one of them, or make one axis whose values are "
               "mappings of keys");
         }

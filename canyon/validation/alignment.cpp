@@ -12,7 +12,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
-#include "canyon/validation/ranked_sample.hpp"
+#include "canyon/validation/statistics.hpp"
 
 namespace canyon::validation {
 namespace {

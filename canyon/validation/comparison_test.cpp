@@ -1,8 +1,8 @@
 #include "canyon/validation/comparison.hpp"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <gmock/gmock.h>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -18,7 +18,6 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/gnss/signals.hpp"
 #include "canyon/validation/figures.hpp"
-#include "canyon/validation/models.hpp"
 #include "canyon/validation/statistics.hpp"
 #include "tests/support/disturbances.hpp"
 #include "tests/support/simulated_recording.hpp"

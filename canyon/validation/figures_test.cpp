@@ -1,8 +1,8 @@
 #include "canyon/validation/figures.hpp"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <gmock/gmock.h>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -14,8 +14,8 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/signals.hpp"
 #include "canyon/validation/alignment.hpp"
-#include "canyon/validation/ranked_sample.hpp"
 #include "canyon/validation/recording_table.hpp"
+#include "canyon/validation/statistics.hpp"
 #include "tests/support/bootstrap.hpp"
 
 namespace canyon::validation {

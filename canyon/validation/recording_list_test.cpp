@@ -1,11 +1,10 @@
-#include "canyon/validation/recording_list.hpp"
-
-#include <gmock/gmock.h>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <fmt/format.h>
+#include <gmock/gmock.h>
 
 #include "canyon/options/describe.hpp"
+#include "canyon/validation/recorded_scene.hpp"
 #include "tests/support/simulation_support.hpp"
 #include "tests/support/source_dir.hpp"
 #include "tests/support/temporary_folder.hpp"

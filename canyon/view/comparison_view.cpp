@@ -17,7 +17,7 @@
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/tracking/signal_lock.hpp"
-#include "canyon/validation/ranked_sample.hpp"
+#include "canyon/validation/statistics.hpp"
 #include "canyon/view/header.hpp"
 #include "canyon/view/probe.hpp"
 #include "canyon/view/recorder.hpp"

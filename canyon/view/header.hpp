@@ -11,7 +11,7 @@
 #include "canyon/output/sinks.hpp"
 #include "canyon/output/view_tables.hpp"
 #include "canyon/receiver/receiver_options.hpp"
-#include "canyon/view/scene_city.hpp"
+#include "canyon/view/page.hpp"
 
 namespace canyon::view {
 

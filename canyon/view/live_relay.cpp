@@ -1,8 +1,8 @@
 #include "canyon/view/live_relay.hpp"
 
 #include <fmt/format.h>
-#include <poll.h>
 
+#include <poll.h>
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -16,7 +16,7 @@
 #include "canyon/output/view_messages.hpp"
 #include "canyon/transport/readers.hpp"
 #include "canyon/transport/transport.hpp"
-#include "canyon/view/skyline.hpp"
+#include "canyon/view/recorder.hpp"
 
 namespace canyon::view {
 namespace {

@@ -15,7 +15,7 @@
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
-#include "canyon/view/skyline.hpp"
+#include "canyon/view/recorder.hpp"
 
 namespace canyon::view {
 namespace {

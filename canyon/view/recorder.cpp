@@ -3,7 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
+
+#include "canyon/drawing/views/sky_picture.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/output/view_tables.hpp"
 
 namespace canyon::view {
 
@@ -43,6 +48,28 @@ void Recorder::finish_block() {
 void Recorder::put(const std::vector<const output::ViewRows*>& tables, ChunkEntry entry) {
   entry.bytes = output::write_chunk(folder_, entry.file, tables);
   chunks_.push_back(std::move(entry));
+}
+
+std::string skyline_bytes(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna_enu) {
+  const drawing::SkyMask mask = drawing::make_sky_mask(scene, antenna_enu, output::kSkylineSectors);
+  std::string bytes;
+  for (const auto& stretches : mask.azimuths) {
+    const double high_rad = stretches.empty() ? 0 : stretches.back().high_rad;
+    bytes += static_cast<char>(std::lround(2 * geodesy::degrees(high_rad)));
+  }
+  return bytes;
+}
+
+bool MovingSkyline::move(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna_enu) {
+  if (!bytes_.empty() && (antenna_enu - place_).norm() < step_m_) return false;
+  place_ = antenna_enu;
+  bytes_ = skyline_bytes(scene, antenna_enu);
+  return true;
+}
+
+int Skylines::row_at(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna_enu) {
+  if (skyline_.move(scene, antenna_enu)) rows_.add_bytes(skyline_.bytes());
+  return static_cast<int>(rows_.size()) - 1;
 }
 
 }  // namespace canyon::view

@@ -1,8 +1,6 @@
-#include "canyon/view/run_relay.hpp"
-
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
 #include "canyon/simulation/city_scene.hpp"

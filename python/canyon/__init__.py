@@ -28,11 +28,10 @@ except ImportError as error:
     ) from error
 
 from . import _canyon
-from ._canyon import Encoder, Epoch, __version__, formats
+from ._canyon import Encoder, Epoch, LiveReceiver, __version__, formats
 from .city import PLACEMENTS, City, CityObject
 from .errors import InputError, Interrupted, OutputError
 from .heatmap import CELL_STATES, HeatMap, heatmap, map_layers
-from .live import LiveReceiver
 from .models import Arrival, Disturbance, Models, Problem, Solver
 from .recordings import Calibration, Recording, calibrate
 from .samples import sample_blocks, samples

@@ -275,25 +275,19 @@ class Simulation(_canyon.Simulation):
         >>> still.specific_force[0].round(3).tolist()
         [0.0, 0.0, 9.807]
         """
-        return Inertial(**self._samples("imu"))
+        return Inertial(**self._sensor("imu"))
 
     def wheels(self) -> Wheels:
         """The samples of the scenario's ``sensors.wheels``; raises InputError where it has none."""
-        return Wheels(**self._samples("wheels"))
+        return Wheels(**self._sensor("wheels"))
 
     def barometer(self) -> Barometer:
         """The samples of the scenario's ``sensors.barometer``; raises InputError where it has none."""
-        return Barometer(**self._samples("barometer"))
+        return Barometer(**self._sensor("barometer"))
 
     def magnetometer(self) -> Magnetometer:
         """The samples of the scenario's ``sensors.magnetometer``; raises InputError where it has none."""
-        return Magnetometer(**self._samples("magnetometer"))
-
-    def _samples(self, sensor: str) -> Dict[str, Any]:
-        found = self._sensor(sensor)
-        if found.pop("interrupted"):
-            raise KeyboardInterrupt
-        return found
+        return Magnetometer(**self._sensor("magnetometer"))
 
 
 def simulate(
@@ -366,6 +360,4 @@ def correlation(
     found = Simulation(scenario, city)._correlation(
         satellite, signal, receiver, list(delays_m), bandwidth_hz, threads
     )
-    if found["interrupted"]:
-        raise KeyboardInterrupt
-    return Correlation(found["time_s"], found["delay_m"], found["values"], found["measured_m"])
+    return Correlation(**found)

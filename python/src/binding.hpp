@@ -5,7 +5,6 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
-
 #include <Eigen/Core>
 #include <atomic>
 #include <chrono>
@@ -39,6 +38,10 @@ class Signals {
  public:
   /// True: a handler raised something, which throw_pending() raises. Takes the GIL where it must look.
   bool interrupted();
+  /// Throws Stopped where interrupted().
+  void look() {
+    if (interrupted()) throw Stopped{};
+  }
   /// True where KeyboardInterrupt (or a class derived from it) was raised; anything else is thrown.
   bool take_interrupt();
   [[nodiscard]] const std::atomic<bool>* stop() const { return &stop_; }
@@ -48,5 +51,23 @@ class Signals {
   std::atomic<bool> stop_{false};
   std::exception_ptr raised_;
 };
+
+/// Returns work(signals), which runs without the GIL. Raises what a handler raised meanwhile,
+/// KeyboardInterrupt among it.
+template <typename Work>
+auto interruptible(const Work& work) {
+  Signals signals;
+  try {
+    auto result = [&] {
+      const py::gil_scoped_release release;
+      return work(signals);
+    }();
+    if (!signals.take_interrupt()) return result;
+  } catch (const Stopped&) {
+    (void)signals.take_interrupt();
+  }
+  PyErr_SetNone(PyExc_KeyboardInterrupt);
+  throw py::error_already_set();
+}
 
 }  // namespace canyon::python

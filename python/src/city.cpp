@@ -10,7 +10,6 @@
 #include "canyon/simulation/load_city.hpp"
 #include "python/src/arrays.hpp"
 #include "python/src/settings.hpp"
-#include "python/src/world.hpp"
 
 namespace canyon::python {
 namespace {

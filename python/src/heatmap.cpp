@@ -10,10 +10,9 @@
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario/receiver_bases.hpp"
 #include "canyon/simulation/sky_builder.hpp"
-#include "canyon/validation/models.hpp"
+#include "canyon/validation/comparison.hpp"
 #include "python/src/arrays.hpp"
 #include "python/src/settings.hpp"
-#include "python/src/world.hpp"
 
 namespace canyon::python {
 namespace {

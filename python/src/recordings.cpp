@@ -7,8 +7,8 @@
 #include "canyon/calibration/calibrate.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
 #include "canyon/validation/alignment.hpp"
+#include "canyon/validation/comparison.hpp"
 #include "canyon/validation/figures.hpp"
-#include "canyon/validation/models.hpp"
 #include "canyon/validation/recorded_scene.hpp"
 #include "python/src/settings.hpp"
 
@@ -16,22 +16,6 @@ namespace canyon::python {
 namespace {
 
 constexpr std::size_t kFewestEpochs = 20;
-
-/// Python's exception out of the engine's callbacks, or KeyboardInterrupt.
-template <typename Work>
-auto interruptible(const Work& work) {
-  Signals signals;
-  try {
-    const py::gil_scoped_release release;
-    return work([&signals] {
-      if (signals.interrupted()) throw Stopped{};
-    });
-  } catch (const Stopped&) {
-    (void)signals.take_interrupt();
-    PyErr_SetNone(PyExc_KeyboardInterrupt);
-    throw py::error_already_set();
-  }
-}
 
 py::object from_json(const std::string& text) {
   return py::module_::import("json").attr("loads")(text);
@@ -65,8 +49,8 @@ class Recorded {
     options.heading = heading;
     options.threads = threads;
     options.seed = scenario_.seed;
-    const std::string text = interruptible([&](const auto& look) {
-      options.progress = [&](std::size_t, std::size_t) { look(); };
+    const std::string text = interruptible([&](Signals& signals) {
+      options.progress = [&](std::size_t, std::size_t) { signals.look(); };
       const validation::Alignment found =
           validation::align(scene_.recording, *scene_.environment,
                             scenario_.receivers.front().options.fix.elevation_mask_rad, 0, count, options);
@@ -84,12 +68,12 @@ class Recorded {
     const simulation::ReceiverConfig& receiver = scenario_.receivers.front();
     models.push_back({"", fmt::format("{} (the scenario's)", receiver.options.name), receiver});
     for (validation::Model& more : validation::models_of(receiver, keys)) models.push_back(std::move(more));
-    const std::string text = interruptible([&, first = first, count = count](const auto& look) {
+    const std::string text = interruptible([&, first = first, count = count](Signals& signals) {
       std::vector<validation::Figures> figures;
       std::vector<validation::NeverTracked> never;
       validation::CompareOptions options;
       options.threads = threads;
-      options.progress = [&](std::size_t, std::size_t) { look(); };
+      options.progress = [&](std::size_t, std::size_t) { signals.look(); };
       for (const validation::Model& model : models) {
         options.name = model.name;
         const auto compare = [&] {
@@ -161,8 +145,8 @@ py::dict calibrate(const std::vector<Recorded*>& recordings, double from, double
   calibration::CalibrateOptions options;
   options.seeds = seeds;
   options.threads = threads;
-  const calibration::Calibration result = interruptible([&](const auto& look) {
-    options.progress = [&](const std::string&, std::size_t, std::size_t) { look(); };
+  const calibration::Calibration result = interruptible([&](Signals& signals) {
+    options.progress = [&](const std::string&, std::size_t, std::size_t) { signals.look(); };
     return calibration::calibrate(drives, options);
   });
   simulation::ReceiverConfig receiver = drives.front().receiver;

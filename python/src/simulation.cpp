@@ -114,7 +114,7 @@ std::unique_ptr<Stream<EpochPtr>> stream(const SimulationPtr& simulation, int th
 }
 
 /// A run whose epochs are not kept: {"time_s": [time], "delay_m": [delay], "values": [time, delay],
-/// "measured_m": [time], "interrupted": bool}.
+/// "measured_m": [time]}.
 py::dict correlation(const SimulationPtr& simulation, const std::string& satellite, const std::string& signal,
                      std::size_t receiver, const std::vector<double>& delays_m,
                      const std::optional<double>& bandwidth_hz, int threads) {
@@ -130,15 +130,13 @@ py::dict correlation(const SimulationPtr& simulation, const std::string& satelli
   what.delays_m = delays_m;
   if (bandwidth_hz) what.bandwidth_hz = *bandwidth_hz;
   samples::CorrelationRecord record(*simulation, what);
-  Signals signals;
-  EachEpoch watch = watch_of(signals);
-  {
-    const py::gil_scoped_release release;
+  (void)interruptible([&](Signals& signals) {
+    EachEpoch watch = watch_of(signals);
     simulation::RunOptions options;
     options.threads = threads;
     options.stop = signals.stop();
-    (void)simulation->run({&record, &watch}, options);
-  }
+    return simulation->run({&record, &watch}, options);
+  });
   const samples::CorrelationSeries& series = record.series();
   std::vector<double> times_s, measured_m;
   std::vector<std::complex<double>> values;
@@ -152,8 +150,7 @@ py::dict correlation(const SimulationPtr& simulation, const std::string& satelli
   return py::dict("time_s"_a = owning_array(std::move(times_s)),
                   "delay_m"_a = owning_array(std::vector<double>(series.delays_m)),
                   "values"_a = owning_array(std::move(values), {rows, columns}),
-                  "measured_m"_a = owning_array(std::move(measured_m)),
-                  "interrupted"_a = signals.take_interrupt());
+                  "measured_m"_a = owning_array(std::move(measured_m)));
 }
 
 /// The arrays of one of the scenario's sensors over the run.
@@ -164,14 +161,15 @@ py::dict sensor_arrays(const SimulationPtr& simulation, const std::string& senso
     throw InputError(fmt::format("the scenario has no sensors.{}", sensor),
                      fmt::format("add sensors: {{{}: {{}}}}", sensor));
   }
-  Signals signals;
-  {
-    const py::gil_scoped_release release;
+  (void)interruptible([&](Signals& signals) {
     simulation::SensorRun run = simulation->sensors();
-    for (std::size_t k = 0; k < simulation->epoch_count() && !signals.interrupted(); ++k)
+    for (std::size_t k = 0; k < simulation->epoch_count(); ++k) {
+      signals.look();
       samples.add(run.until(simulation->begin() + static_cast<double>(k) * simulation->interval_s()));
-  }
-  py::dict result("interrupted"_a = signals.take_interrupt());
+    }
+    return true;
+  });
+  py::dict result;
   for (output::SensorArray& array : samples.arrays()) {
     if (!of_sensor(array)) continue;
     const auto rows = static_cast<py::ssize_t>(array.values.size() / array.columns);

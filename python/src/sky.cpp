@@ -2,7 +2,6 @@
 #include "canyon/gnss/satellite_id.hpp"
 #include "python/src/arrays.hpp"
 #include "python/src/settings.hpp"
-#include "python/src/world.hpp"
 
 namespace canyon::python {
 namespace {

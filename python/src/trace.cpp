@@ -6,7 +6,6 @@
 #include "canyon/simulation/trace_places.hpp"
 #include "python/src/arrays.hpp"
 #include "python/src/settings.hpp"
-#include "python/src/world.hpp"
 
 namespace canyon::python {
 namespace {
@@ -82,23 +81,15 @@ class Tracer {
                         const Trace& trace) {
     std::vector<TracedSatellite> rows(places.size() * satellites);
     std::vector<simulation::TracedPath> paths;
-    Signals signals;
-    simulation::TracePlacesOptions options;
-    options.threads = threads;
-    if (with_paths) options.paths = &paths;
-    options.progress = [&](std::size_t, std::size_t) {
-      if (signals.interrupted()) throw Stopped{};
-    };
-    try {
-      const py::gil_scoped_release release;
+    // Ctrl-C gives no part of the table: a caller who wants parts asks for parts.
+    (void)interruptible([&](Signals& signals) {
+      simulation::TracePlacesOptions options;
+      options.threads = threads;
+      if (with_paths) options.paths = &paths;
+      options.progress = [&](std::size_t, std::size_t) { signals.look(); };
       trace(rows, options);
-    } catch (const Stopped&) {
-      // Ctrl-C gives no part of the table: a caller who wants parts asks for parts.
-      if (signals.take_interrupt()) {
-        PyErr_SetNone(PyExc_KeyboardInterrupt);
-        throw py::error_already_set();
-      }
-    }
+      return true;
+    });
     py::array table = owning_array(
         std::move(rows), {static_cast<py::ssize_t>(places.size()), static_cast<py::ssize_t>(satellites)});
     if (!with_paths) return table;

@@ -1,9 +1,9 @@
 #include "tests/fuzz/targets.hpp"
 
-#include <bzlib.h>
 #include <fmt/format.h>
-#include <zlib.h>
 
+#include <bzlib.h>
+#include <zlib.h>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -45,7 +45,7 @@
 #include "canyon/tiles/read_tiles.hpp"
 #include "canyon/tiles/subtree.hpp"
 #include "canyon/tiles/tile_content.hpp"
-#include "canyon/validation/recording_list.hpp"
+#include "canyon/validation/recorded_scene.hpp"
 #include "canyon/view/probe.hpp"
 #include "tests/support/case_file.hpp"
 #include "tests/support/citygml_text.hpp"

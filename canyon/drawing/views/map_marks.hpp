@@ -4,8 +4,8 @@
 #include <string>
 
 #include "canyon/city/fwd.hpp"
-#include "canyon/drawing/axes.hpp"
 #include "canyon/drawing/canvas.hpp"
+#include "canyon/drawing/plot.hpp"
 
 // Scale bar, north arrow and other marks on maps. `area` of the canvas shows `extent` [m, ENU], north up.
 

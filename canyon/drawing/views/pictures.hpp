@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <memory>
 
+#include "canyon/drawing/canvas.hpp"
+#include "canyon/samples/correlation_record.hpp"
 #include "canyon/simulation/simulator.hpp"
 
 namespace canyon::drawing {
@@ -23,5 +25,11 @@ namespace canyon::drawing {
                                                                    const std::filesystem::path& folder,
                                                                    std::size_t receiver,
                                                                    const std::atomic<bool>* stop = nullptr);
+
+/// Two panels: the magnitude of the correlation over time and delay, with the measured detour as a line; and
+/// the instant with the largest measured detour (without any, the middle): the sum, and each path by itself.
+/// @param shape that the series was made with. A series without an instant gives a notice.
+[[nodiscard]] Picture draw_correlation(const samples::CorrelationSeries& series,
+                                       const tracking::Correlation& shape);
 
 }  // namespace canyon::drawing

@@ -1,10 +1,9 @@
-#include "canyon/drawing/views/sky_mask.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "canyon/city/city.hpp"
+#include "canyon/drawing/views/sky_picture.hpp"
 #include "canyon/geodesy/constants.hpp"
 
 namespace canyon::drawing {

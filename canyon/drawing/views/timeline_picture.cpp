@@ -6,8 +6,8 @@
 #include <cmath>
 #include <functional>
 
-#include "canyon/drawing/axes.hpp"
-#include "canyon/drawing/palette.hpp"
+#include "canyon/drawing/canvas.hpp"
+#include "canyon/drawing/plot.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 

@@ -12,7 +12,7 @@
 #include "canyon/base/statistics.hpp"
 #include "canyon/city/boxes.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/drawing/axes.hpp"
+#include "canyon/drawing/plot.hpp"
 #include "canyon/drawing/views/map_marks.hpp"
 
 namespace canyon::drawing {

@@ -1,5 +1,7 @@
 #include "canyon/heatmap/engine/mpi.hpp"
 
+#include <fmt/format.h>
+
 #include <cstdlib>
 #include <exception>
 
@@ -11,6 +13,7 @@
 #endif
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
 
 namespace canyon::heatmap {
 
@@ -51,11 +54,11 @@ bool MpiProcesses::built_in() {
   return true;
 }
 
-MpiProcesses::MpiProcesses(int* argc, char*** argv) : exceptions_(std::uncaught_exceptions()) {
+MpiProcesses::MpiProcesses() : exceptions_(std::uncaught_exceptions()) {
   if (!is_launched()) return;
   // The library's own error handler stays: it ends the job and says why.
   int provided = MPI_THREAD_SINGLE;
-  MPI_Init_thread(argc, argv, MPI_THREAD_SERIALIZED, &provided);
+  MPI_Init_thread(nullptr, nullptr, MPI_THREAD_SERIALIZED, &provided);
   if (provided < MPI_THREAD_SERIALIZED) {
     MPI_Finalize();
     throw InputError("the MPI library does not support threads", "use one that was built with threads");
@@ -74,13 +77,6 @@ MpiProcesses::~MpiProcesses() {
 
 void MpiProcesses::barrier() const {
   if (joined_) MPI_Barrier(MPI_COMM_WORLD);
-}
-
-std::vector<std::uint64_t> MpiProcesses::gather(std::uint64_t value) const {
-  if (!joined_) return {value};
-  std::vector<std::uint64_t> all(rank_ == 0 ? static_cast<std::size_t>(ranks_) : 0);
-  MPI_Gather(&value, 1, MPI_UINT64_T, all.data(), 1, MPI_UINT64_T, 0, MPI_COMM_WORLD);
-  return all;
 }
 
 void MpiProcesses::begin_queue() {
@@ -117,12 +113,20 @@ struct MpiProcesses::Counter {};
 bool MpiProcesses::built_in() {
   return false;
 }
-MpiProcesses::MpiProcesses(int* /*argc*/, char*** /*argv*/) {}
+MpiProcesses::MpiProcesses() {
+  // The number of processes, by Open MPI and by the PMI of MPICH and Slurm.
+  for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"}) {
+    const char* text = std::getenv(name);
+    const auto size = text != nullptr ? parse_integer(text) : std::nullopt;
+    if (!size) continue;
+    if (*size <= 1) return;
+    throw InputError(
+        fmt::format("mpirun started {} processes, and this canyon cannot share work among them", *size),
+        "build it with -DCANYON_BUILD_MPI=ON, or start one process");
+  }
+}
 MpiProcesses::~MpiProcesses() = default;
 void MpiProcesses::barrier() const {}
-std::vector<std::uint64_t> MpiProcesses::gather(std::uint64_t value) const {
-  return {value};
-}
 std::uint64_t MpiProcesses::sum(std::uint64_t value) const {
   return value;
 }

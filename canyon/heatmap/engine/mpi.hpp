@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <vector>
 
 namespace canyon::heatmap {
 
@@ -21,9 +20,8 @@ class MpiProcesses {
   [[nodiscard]] static bool built_in();
 
   /// Joins the other processes. A process may make one object in its life. Throws InputError where the MPI
-  /// library does not support threads.
-  /// @param argc, @param argv of main(), for what launchers add to them; null: unknown
-  MpiProcesses(int* argc, char*** argv);
+  /// library does not support threads, and under mpirun with several processes where this build knows no MPI.
+  MpiProcesses();
   /// Leaves when all ranks do. During an exception the other ranks would wait for this one for ever, so the
   /// whole job ends, as by abort(1); a caller that reports the reason catches the exception before.
   ~MpiProcesses();
@@ -35,8 +33,6 @@ class MpiProcesses {
 
   /// Returns once every rank is here.
   void barrier() const;
-  /// `value` of each rank, by rank; at rank 0 only, empty elsewhere.
-  [[nodiscard]] std::vector<std::uint64_t> gather(std::uint64_t value) const;
   /// Sum over the ranks, at each of them.
   [[nodiscard]] std::uint64_t sum(std::uint64_t value) const;
   /// Starts the count of next(), which then gives 0, 1, 2, ..., each number once over all ranks and threads.

@@ -1,8 +1,8 @@
 #include "canyon/heatmap/engine/mpi.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
+#include <unistd.h>
 #include <cstring>
 #include <filesystem>
 #include <iostream>
@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 
 /// One in the life of a process.
 MpiProcesses& processes() {
-  static MpiProcesses processes(nullptr, nullptr);
+  static MpiProcesses processes;
   return processes;
 }
 
@@ -38,9 +38,6 @@ TEST(Mpi, CountsRanks) {
   }
   const auto rank = static_cast<std::uint64_t>(all.rank()), ranks = static_cast<std::uint64_t>(all.ranks());
   EXPECT_EQ(all.sum(rank + 1), ranks * (ranks + 1) / 2);
-  const std::vector<std::uint64_t> squares = all.gather(rank * rank);
-  EXPECT_EQ(squares.size(), rank == 0 ? ranks : 0);
-  for (std::uint64_t i = 0; i < squares.size(); ++i) EXPECT_EQ(squares[i], i * i);
   all.barrier();
 }
 
@@ -104,7 +101,7 @@ TEST(Mpi, GivesEachNumberOnce) {
 
 // CTest runs it on two ranks. It must end by itself: one rank waits for another that has failed.
 TEST(MpiFailure, DISABLED_OfOneRankEndsTheJob) {
-  const MpiProcesses all(nullptr, nullptr);
+  const MpiProcesses all;
   if (all.rank() == all.ranks() - 1) throw std::runtime_error("this rank is lost");
   all.barrier();
   FAIL() << "went on without the lost rank";

@@ -1,6 +1,6 @@
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <gmock/gmock.h>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -16,7 +16,6 @@
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/heatmap/engine/map_source.hpp"
-#include "canyon/heatmap/pictures/map_pictures_raster.hpp"
 #include "canyon/heatmap/pictures/map_pictures_sheet.hpp"
 #include "tests/support/png_pixels.hpp"
 #include "tests/support/shared_data.hpp"

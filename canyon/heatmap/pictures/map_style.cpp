@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "canyon/drawing/axes.hpp"
+#include "canyon/drawing/plot.hpp"
 
 namespace canyon::heatmap {
 namespace {
