@@ -47,7 +47,7 @@ plant adapters/common/planted.hpp '#include <sdf/sdf.hh>'
 plant adapters/common/planted.cpp '#include "adapters/common/sdf/plugin_settings.hpp"'
 echo 'int undeclared;' >"$copy/canyon/city/undeclared.cpp" && wanted+=(canyon/city/undeclared.cpp)
 echo '// Declared in canyon/city/absent.hpp.' >"$copy/canyon/city/misdeclared.cpp" && wanted+=(canyon/city/misdeclared.cpp)
-plant canyon/gnss/planted_budget.hpp "$(printf '#pragma once\n'; yes '// one more line' | head -5000)"
+{ echo '#pragma once'; yes '// one more line' | head -5000; } >"$copy/canyon/gnss/budget.hpp"
 wanted+=("canyon/gnss has")
 plant canyon/planted.md '[a page](absent.md)'
 plant canyon/planted.md '[a heading](#absent)'
