@@ -200,9 +200,7 @@ std::string unite_profiles(const CalibrateArguments& arguments,
             fmt::format("'{}' and '{}' have no profile in common", recordings.front().name, r.name),
             "give with --profile the one to calibrate");
       }
-      if (!arguments.quiet) {
-        print_warnings({fmt::format("{} has the profile {}; {} is used here", r.name, own, base)});
-      }
+      print_warnings({fmt::format("{} has the profile {}; {} is used here", r.name, own, base)});
     }
   }
   if (!base.empty()) (void)base_profile(base);
@@ -314,7 +312,7 @@ void add_calibrate(Command& app) {
       .one_of({"first", "all"});
   command.add_option("--json", arguments.json, "FILE",
                      "write estimates and figures as JSON; -: to standard output, alone");
-  command.add_flag("--quiet", arguments.quiet, "print errors only (and what --json - asks for)");
+  command.add_flag("--quiet", arguments.quiet, "print warnings and errors only (and what --json - asks for)");
   command.footer =
       "Estimates from the recording: tracked signals and orbits, step of C/N0, thresholds of lock. By\n"
       "simulation, from tracked satellites, their C/N0 and errors of hidden ones: level, share of "

@@ -226,7 +226,7 @@ int run_city_build(const CityBuildArguments& arguments, const Command& command) 
     write(out, loaded, arguments);
   }
   const double all_s = seconds_since(begin);
-  if (!arguments.quiet && !(arguments.json && from_map)) print_warnings(loaded.report.cautions);
+  if (!(arguments.json && from_map)) print_warnings(loaded.report.cautions);
 
   const city::CitySummary summary = city::summarize(loaded.city);
   if (arguments.json) {
@@ -283,7 +283,7 @@ void add_city_build(Command& city) {
       .excludes("--bbox");
   add_field(build, "--cache", arguments->download, "cache").value = "DIR";
   build.add_option("--name", arguments->name, "NAME", "of the city and of Gazebo's model");
-  build.add_flag("--quiet", arguments->quiet, "print errors only");
+  build.add_flag("--quiet", arguments->quiet, "print warnings and errors only");
   build.add_flag("--json", arguments->json, "print the report as JSON");
   build.action = [arguments, &build] { return run_city_build(*arguments, build); };
 }

@@ -167,7 +167,7 @@ class MapRun {
     const auto begin = std::chrono::steady_clock::now();
     std::vector<std::string> warnings;
     city_ = simulation::load_city_source(city_of_map(arguments_, scenario_), warnings);
-    print_warnings(warnings);
+    warn(warnings);
     const city::City& city = city_;
     simulation::check_city(scenario_, city);
     note(fmt::format("city        {}: {} triangles ({:.2f} s)", city.name, city.mesh.triangles.size(),

@@ -57,21 +57,17 @@ std::string figures_line(const live::Figures& figures) {
 }
 
 int run_live(const LiveArguments& arguments) {
-  const simulation::Scenario scenario = read_live_scenario(arguments);
+  simulation::Scenario scenario = read_live_scenario(arguments);
   const bool terminal = isatty(STDERR_FILENO) != 0;
   bool drawn = false;  // a line that the next one replaces
   const auto note = [&](const std::string& text) {
     if (arguments.quiet) return;
     fmt::print(stderr, "{}{}\n", std::exchange(drawn, false) ? "\n" : "", text);
   };
-  std::vector<std::string> warnings;
-  auto scene = std::make_shared<simulation::CityScene>(simulation::load_city(scenario, warnings));
+  auto scene = std::make_shared<simulation::CityScene>(simulation::load_city(scenario, scenario.warnings));
   const city::CitySummary summary = city::summarize(scene->city);
   note(fmt::format("city        {}: {} buildings", scene->city.name, summary.buildings));
-  if (!arguments.quiet) {
-    print_warnings(scenario.warnings);
-    print_warnings(warnings);
-  }
+  print_warnings(scenario.warnings);
   live::Session session(scenario, std::move(scene));
   note(fmt::format("live        {} {}, an epoch every {} s from {}", scenario.receivers.size(),
                    scenario.receivers.size() == 1 ? "receiver" : "receivers", session.interval_s(),
@@ -88,6 +84,10 @@ int run_live(const LiveArguments& arguments) {
   live::RunOptions options;
   options.stop = &stop;
   options.note = note;
+  options.warn = [&](const std::string& text) {
+    if (std::exchange(drawn, false)) fmt::print(stderr, "\n");
+    print_warnings({text});
+  };
   options.progress = [&](const live::Figures& figures) {
     if (arguments.quiet) return;
     if (terminal) {
@@ -128,7 +128,7 @@ void add_live(Command& app) {
                    "use the poses' stamps as the clock instead of real time");
   add_run_field(command, "--duration", arguments, "duration_s");
   add_run_field(command, "--seed", arguments, "seed");
-  command.add_flag("--quiet", arguments.quiet, "print errors only");
+  command.add_flag("--quiet", arguments.quiet, "print warnings and errors only");
   command.footer = "docs/live.md explains poses, streams and commands.";
 }
 

@@ -142,7 +142,6 @@ void RecordedDrive::note(const std::string& text) const {
 }
 
 void RecordedDrive::warn(const std::vector<std::string>& lines) const {
-  if (arguments_.quiet) return;
   for (const std::string& line : lines) print_warnings({prefix_ + line});
 }
 

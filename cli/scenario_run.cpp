@@ -23,7 +23,7 @@ void add_run_options(Command& command, RunArguments& arguments) {
   add_run_field(command, "--seed", arguments, "seed");
   add_run_field(command, "--duration", arguments, "duration_s");
   add_threads(command, arguments.threads);
-  command.add_flag("--quiet", arguments.quiet, "print errors only");
+  command.add_flag("--quiet", arguments.quiet, "print warnings and errors only");
 }
 
 simulation::Scenario read_scenario(const RunArguments& arguments, simulation::ScenarioReadOptions options) {
@@ -39,13 +39,10 @@ void print_scenario(const simulation::Scenario& scenario) {
     print_warnings({"passwords of addresses are shown as '...'; write them again to run it"});
 }
 
-ReadyRun make_ready(const simulation::Scenario& scenario, bool quiet) {
-  std::vector<std::string> warnings;
+ReadyRun make_ready(simulation::Scenario scenario) {
   ReadyRun ready;
-  ready.scene = std::make_shared<simulation::CityScene>(simulation::load_city(scenario, warnings));
-  ready.simulation = std::make_unique<simulation::Simulation>(scenario, ready.scene);
-  if (quiet) return ready;
-  print_warnings(warnings);
+  ready.scene = std::make_shared<simulation::CityScene>(simulation::load_city(scenario, scenario.warnings));
+  ready.simulation = std::make_unique<simulation::Simulation>(std::move(scenario), ready.scene);
   print_warnings(ready.simulation->warnings());
   return ready;
 }
@@ -64,7 +61,7 @@ simulation::RunResult run(const simulation::Simulation& simulation,
     };
     result = simulation.run(sinks, options);
   }
-  if (!arguments.quiet) print_warnings(result.warnings);
+  print_warnings(result.warnings);
   return result;
 }
 

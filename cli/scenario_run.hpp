@@ -36,8 +36,9 @@ struct ReadyRun {
   std::shared_ptr<simulation::CityScene> scene;
   std::unique_ptr<simulation::Simulation> simulation;
 };
-/// Loads the city and makes the scenario ready to run. Prints warnings.
-[[nodiscard]] ReadyRun make_ready(const simulation::Scenario& scenario, bool quiet);
+/// Loads the city and makes the scenario ready to run. Prints the warnings of the scenario, the city, the
+/// trajectory and the sky.
+[[nodiscard]] ReadyRun make_ready(simulation::Scenario scenario);
 /// Runs it until its end or Ctrl-C, with a progress line. @param doing what the line says
 /// @param options whose threads and stop are set here; its progress is called beside the line
 [[nodiscard]] simulation::RunResult run(const simulation::Simulation& simulation,

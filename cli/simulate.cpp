@@ -107,11 +107,10 @@ class ResultFiles {
 };
 
 /// Loads the city and makes the scenario ready to run. Says what city, sky and trajectory are.
-std::unique_ptr<simulation::Simulation> make_simulation(const simulation::Scenario& scenario, bool quiet) {
+std::unique_ptr<simulation::Simulation> make_simulation(simulation::Scenario scenario, bool quiet) {
   const auto note = [quiet](const std::string& text) { cli::note(quiet, text); };
   const auto load_begin = std::chrono::steady_clock::now();
-  std::vector<std::string> warnings;
-  city::City city = simulation::load_city(scenario, warnings);
+  city::City city = simulation::load_city(scenario, scenario.warnings);
   const city::CitySummary summary = city::summarize(city);
   note(fmt::format("city        {}: {} buildings, {} triangles, {:.0f} m x {:.0f} m ({:.2f} s)", city.name,
                    summary.buildings, summary.triangles,
@@ -122,15 +121,12 @@ std::unique_ptr<simulation::Simulation> make_simulation(const simulation::Scenar
   if (scenario.city.is<simulation::MapCity>()) {
     for (const std::string& line : city.notes) note("            " + line);
   }
-  auto simulation = std::make_unique<simulation::Simulation>(scenario, std::move(city));
+  auto simulation = std::make_unique<simulation::Simulation>(std::move(scenario), std::move(city));
   note(fmt::format("sky         {}", count_systems(simulation->environment().sky().satellites())));
   note(fmt::format("trajectory  {:.0f} m, {} epochs every {} s from {}", simulation->trajectory().length_m(),
                    simulation->epoch_count(), simulation->interval_s(),
                    geodesy::format_gpst(simulation->begin(), 0)));
-  if (!quiet) {
-    print_warnings(warnings);
-    print_warnings(simulation->warnings());
-  }
+  print_warnings(simulation->warnings());
   return simulation;
 }
 

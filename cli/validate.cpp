@@ -413,7 +413,7 @@ void add_validate(Command& app) {
                 "forget what scenarios say about installation, surroundings, obstacles and facades")
       .needs("--ensemble");
   add_known(command, arguments.known).needs("--ensemble");
-  command.add_flag("--quiet", arguments.quiet, "print errors only (and what --json - asks for)");
+  command.add_flag("--quiet", arguments.quiet, "print warnings and errors only (and what --json - asks for)");
   command.footer =
       "The error of each recorded pseudorange follows from the true positions; the city's rays tell which\n"
       "satellites were in line of sight. docs/methods.md explains the figures. A list of recordings is a "

@@ -140,7 +140,7 @@ std::map<std::string, std::string> height_sources(const buildings::BuiltCity& bu
 ReadyRun ready(const ViewArguments& arguments, const std::string& scenario) {
   RunArguments run = arguments.run;
   run.scenario = scenario;
-  return make_ready(read_scenario(run), arguments.run.quiet);
+  return make_ready(read_scenario(run));
 }
 
 /// Runs it into the view's folder; pages that `watching` has see it meanwhile. False where Ctrl-C ended it.
@@ -211,7 +211,7 @@ std::unique_ptr<view::Probe> probe_of_validation(const ViewArguments& arguments,
   const simulation::Scenario scenario = simulation::read_scenario(arguments.city, {false});
   std::vector<std::string> warnings;
   city::City city = simulation::load_city(simulation::city_config(scenario), warnings, scenario.seed);
-  if (!arguments.serve.quiet) print_warnings(warnings);
+  print_warnings(warnings);
   return view::comparison_probe(folder, scenario, std::make_shared<simulation::CityScene>(std::move(city)),
                                 arguments.paths);
 }
@@ -302,7 +302,7 @@ int run_view(const ViewArguments& given) {
   const auto built_city = [&] {
     buildings::BuiltCity city =
         read_city(city_config(arguments.input), "building the city", arguments.serve.quiet);
-    if (!arguments.serve.quiet) print_warnings(city.report.cautions);
+    print_warnings(city.report.cautions);
     return city;
   };
   if (!arguments.live.empty()) {
@@ -395,7 +395,7 @@ void add_view(Command& app) {
       .within(0, 65535);
   command.add_flag("--open", arguments.serve.open, "open it in the browser (xdg-open)");
   add_threads(command, arguments.run.threads);
-  command.add_flag("--quiet", arguments.serve.quiet, "print errors only");
+  command.add_flag("--quiet", arguments.serve.quiet, "print warnings and errors only");
 }
 
 }  // namespace canyon::cli

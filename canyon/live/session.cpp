@@ -277,9 +277,7 @@ void Session::Impl::compute_and_write() {
     if (epoch.pose_came) {
       figures.latency.add(std::chrono::duration<double>(Clock::now() - *epoch.pose_came).count());
     }
-    for (const std::string& line : receivers[epoch.receiver].take_warnings()) {
-      note(fmt::format("{}: {}", names[epoch.receiver], line));
-    }
+    say_warnings(epoch.receiver);
   }
   due.clear();
 }
@@ -401,9 +399,7 @@ Figures Session::run(const std::vector<simulation::EpochSink*>& sinks, const Run
   impl.figures = {};
   impl.begin_sensors();
   impl.begin_clock();
-  for (std::size_t r = 0; r < impl.receivers.size(); ++r) {
-    for (const std::string& line : impl.receivers[r].take_warnings()) impl.note(impl.names[r] + ": " + line);
-  }
+  for (std::size_t r = 0; r < impl.receivers.size(); ++r) impl.say_warnings(r);
   for (const auto& [address, link] : impl.links) {
     for (const std::string& line : link->take_notes()) impl.note(fmt::format("{}: {}", address, line));
   }

@@ -44,8 +44,8 @@ struct Figures {
 
 struct RunOptions {
   const std::atomic<bool>* stop = nullptr;  ///< set: the run ends; null: never
-  /// Takes notes, one line each.
-  std::function<void(const std::string&)> note;
+  /// Take notes, and the warnings of receivers and their skies (empty: `note` does), one line each.
+  std::function<void(const std::string&)> note, warn;
   /// Called once a second of real time.
   std::function<void(const Figures&)> progress;
 };

@@ -161,6 +161,12 @@ struct Session::Impl {
   void note(const std::string& text) const {
     if (run_options != nullptr && run_options->note) run_options->note(hide_passwords(text));
   }
+  void say_warnings(std::size_t receiver) {
+    const auto& warn = run_options->warn ? run_options->warn : run_options->note;
+    for (const std::string& line : receivers[receiver].take_warnings()) {
+      if (warn) warn(fmt::format("{}: {}", names[receiver], hide_passwords(line)));
+    }
+  }
 
   simulation::Scenario scenario;
   simulation::LiveOptions options;

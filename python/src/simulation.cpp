@@ -206,9 +206,7 @@ void bind_simulation(py::module_& m) {
              put_models(models, scenario.receivers);
              const py::gil_scoped_release release;
              if (city) return std::make_shared<Simulation>(std::move(scenario), city);
-             std::vector<std::string> warnings;
-             city::City own = simulation::load_city(scenario, warnings);
-             scenario.warnings.insert(scenario.warnings.end(), warnings.begin(), warnings.end());
+             city::City own = simulation::load_city(scenario, scenario.warnings);
              return std::make_shared<Simulation>(std::move(scenario), std::move(own));
            }),
            "scenario"_a, "city"_a = nullptr, "models"_a = py::none())
