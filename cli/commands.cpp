@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "canyon/base/predictive.hpp"
 #include "canyon/base/secrets.hpp"
+#include "canyon/base/statistics.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/geodesy/time_text.hpp"
+#include "canyon/geodesy/time_scales.hpp"
 #include "canyon/heatmap/engine/mpi.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/threads.hpp"

@@ -7,7 +7,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
-#include "canyon/base/table_text.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/geodesy/gps_time.hpp"
 #include "cli/arguments.hpp"

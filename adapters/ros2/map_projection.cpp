@@ -10,7 +10,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/mgrs.hpp"
+#include "canyon/geodesy/frames.hpp"
 #include "canyon/options/read.hpp"
 
 namespace canyon::adapters::ros2 {

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/utf16.hpp"
+#include "canyon/base/utf8.hpp"
 
 struct gzFile_s;
 
@@ -48,5 +48,15 @@ class GzipFile {
 /// early and for more than `max_bytes`.
 [[nodiscard]] std::string read_bytes(const std::filesystem::path& path,
                                      std::size_t max_bytes = std::size_t{1} << 31);
+
+/// The largest file that a reader takes unless it says otherwise [bytes].
+inline constexpr std::uint64_t kLargestFile = std::uint64_t{1} << 38;
+
+/// Throws InputError unless `path` is a regular file (not a folder, and not a pipe or device, which may never
+/// end) of at most `largest` bytes. Readers call it before they open a file.
+void check_input_file(const std::filesystem::path& path, std::uint64_t largest = kLargestFile);
+
+/// The first bytes of a file as it lies there; fewer where it is shorter, none where it cannot be read.
+[[nodiscard]] std::string read_head(const std::filesystem::path& path, std::size_t bytes);
 
 }  // namespace canyon

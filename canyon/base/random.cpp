@@ -2,10 +2,13 @@
 
 #include <cassert>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 #include "canyon/base/text.hpp"
 
 namespace canyon {
+
 namespace {
 
 constexpr std::uint64_t rotate_left(std::uint64_t x, int k) {
@@ -59,6 +62,21 @@ double RandomStream::normal() {
     constexpr double kFourFourthRootOfE = 5.136101666750966;
     if (x * x <= 5 - kFourFourthRootOfE * u || x * x <= -4 * std::log(u)) return x;
   }
+}
+
+std::vector<double> draw_sample(RandomStream random, std::size_t n, bool latin) {
+  std::vector<double> shares(n);
+  for (double& share : shares) share = random.uniform();
+  if (!latin) return shares;
+  std::vector<std::size_t> strata(n);
+  std::iota(strata.begin(), strata.end(), std::size_t{0});
+  for (std::size_t i = n; i-- > 1;) {
+    std::swap(strata[i], strata[static_cast<std::size_t>(random.uniform() * static_cast<double>(i + 1))]);
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    shares[i] = (static_cast<double>(strata[i]) + shares[i]) / static_cast<double>(n);
+  }
+  return shares;
 }
 
 }  // namespace canyon

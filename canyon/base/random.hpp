@@ -1,8 +1,10 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <string_view>
+#include <vector>
 
 namespace canyon {
 
@@ -40,5 +42,10 @@ class RandomStream {
 
   std::array<std::uint64_t, 4> state_{};
 };
+
+/// Shares [0, 1) of one axis for `n` points. Drawn alone, or as a Latin hypercube (McKay, Beckman, Conover,
+/// Technometrics 21, 1979): each of the n strata [k/n, (k+1)/n) has one point, and axes with independent
+/// streams have their strata in independent orders.
+[[nodiscard]] std::vector<double> draw_sample(RandomStream random, std::size_t n, bool latin);
 
 }  // namespace canyon

@@ -80,15 +80,6 @@ class ReadReport {
   /// What commands, hosts and Python show unasked: losses and guesses.
   [[nodiscard]] std::vector<std::string> warnings() const { return lines(Level::Guess); }
 
-  // The former names of these verbs.
-  void bad(const InputError& e, std::size_t n = 1, std::string_view to = kLeftOut) { loss(e, n, to); }
-  void bad(int line, std::string_view what, std::string_view to = kLeftOut) { loss(line, what, to); }
-  void skip(int line, std::string_view what, std::string_view to = kLeftOut) { guess(line, what, to); }
-  void say(const InputError& note) { add(Level::Guess, note, 1, note.cure()); }
-  void say(int line, std::string_view what, std::string_view to = {}) { guess(line, what, to); }
-  [[nodiscard]] std::size_t bad_count() const { return losses_; }
-  [[nodiscard]] const std::optional<InputError>& first_bad() const { return first_loss_; }
-
  private:
   struct Note {
     Level level;
@@ -106,8 +97,5 @@ class ReadReport {
   std::size_t losses_ = 0;
   std::optional<InputError> first_loss_;
 };
-
-/// The former name.
-using RecordNotes = ReadReport;
 
 }  // namespace canyon

@@ -1,6 +1,9 @@
 #include "canyon/base/statistics.hpp"
 
+#include <fmt/format.h>
 #include <algorithm>
+#include <boost/math/special_functions/erf.hpp>
+#include <boost/math/special_functions/gamma.hpp>
 #include <cassert>
 #include <cmath>
 
@@ -36,6 +39,41 @@ std::optional<double> quantile(std::span<const double> values, double p) {
 
 std::optional<double> median(std::span<const double> values) {
   return quantile(values, 0.5);
+}
+
+double normal_probability(double x) {
+  return boost::math::erfc(-x / boost::math::constants::root_two<double>()) / 2;
+}
+
+double normal_quantile(double p) {
+  return -boost::math::erfc_inv(2 * p) * boost::math::constants::root_two<double>();
+}
+
+double gamma_quantile(double shape, double p) {
+  return boost::math::gamma_p_inv(shape, p);
+}
+
+double gamma_quantile_above(double shape, double probability) {
+  return boost::math::gamma_q_inv(shape, probability);
+}
+
+double chi_square_quantile(double probability, int degrees) {
+  return 2 * gamma_quantile_above(degrees / 2.0, probability);
+}
+
+double predictive_quantile(std::span<const double> values, double p) {
+  assert(!values.empty());
+  const auto n = static_cast<double>(values.size());
+  const double rank = p * (n + 1) - 1, last = std::max(n - 1, 1.0);
+  return *quantile(values, std::clamp(rank / last, 0.0, 1.0));
+}
+
+std::optional<std::string> caution_of_few(std::size_t count, std::string_view noun) {
+  assert(count > 0);
+  if (count >= kFewestOf90) return std::nullopt;
+  const auto n = static_cast<double>(count);
+  return fmt::format("90 % intervals of {} {} are intervals of {:.0f} %", count, noun,
+                     100 * (n - 1) / (n + 1));
 }
 
 }  // namespace canyon

@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 namespace canyon {
@@ -23,5 +25,33 @@ inline constexpr double kMadToSigma = 1.4826;
 [[nodiscard]] double select_quantile(std::span<double> values, double p, std::size_t& ranked);
 /// quantile(values, 0.5).
 [[nodiscard]] std::optional<double> median(std::span<const double> values);
+
+// Distributions of probability, by Boost.Math, accurate to a few units of the last digit.
+
+/// P(x <= `x`) of the standard normal distribution.
+[[nodiscard]] double normal_probability(double x);
+/// Value that the standard normal distribution is below with probability `p`, in (0, 1).
+[[nodiscard]] double normal_quantile(double p);
+/// Value that the gamma distribution of `shape` > 0 and scale 1 is below with probability `p`, in [0, 1).
+[[nodiscard]] double gamma_quantile(double shape, double p);
+/// Value that it exceeds with `probability`, in (0, 1].
+[[nodiscard]] double gamma_quantile_above(double shape, double probability);
+/// Value that a chi-square variable of `degrees` degrees of freedom, 1 to 300, exceeds with `probability`, in
+/// (0, 0.5].
+[[nodiscard]] double chi_square_quantile(double probability, int degrees);
+
+/// Fewest values whose 90 % interval does not end at the smallest and the largest one.
+inline constexpr std::size_t kFewestOf90 = 19;
+
+/// Value that the next one of a sample is below with probability p: at rank p (n + 1) of the n ordered
+/// values, linear between neighbours (definition 6 of Hyndman and Fan, The American Statistician 50, 1996).
+/// Beyond 1 / (n + 1) from either end it is the smallest or the largest value: 90 % intervals need
+/// kFewestOf90.
+/// @param values one or more (asserted), none is NaN; @param p in [0, 1]
+[[nodiscard]] double predictive_quantile(std::span<const double> values, double p);
+
+/// What 90 % intervals of fewer than kFewestOf90 values are: they hold the next one with (n - 1) / (n + 1).
+/// Empty from kFewestOf90 on. @param count 1 or more; @param noun of the values, such as "draws"
+[[nodiscard]] std::optional<std::string> caution_of_few(std::size_t count, std::string_view noun);
 
 }  // namespace canyon

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "canyon/base/utf16.hpp"
+#include "canyon/base/utf8.hpp"
 
 namespace canyon {
 namespace {

@@ -12,7 +12,7 @@
 #include <iterator>
 
 #include "canyon/base/secrets.hpp"
-#include "canyon/base/utf16.hpp"
+#include "canyon/base/utf8.hpp"
 #include "tests/support/case_file.hpp"
 #include "tests/support/temporary_folder.hpp"
 

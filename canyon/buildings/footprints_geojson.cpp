@@ -6,7 +6,6 @@
 
 #include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
-#include "canyon/base/rounded.hpp"
 #include "canyon/city/mesh_marks.hpp"
 
 namespace canyon::buildings {

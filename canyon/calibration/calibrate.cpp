@@ -8,7 +8,6 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
-#include "canyon/base/table_text.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/calibration/likelihood_fit.hpp"
 #include "canyon/calibration/plain.hpp"

@@ -13,8 +13,8 @@
 #include <string_view>
 #include <utility>
 
+#include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/input_file.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/same_bytes.hpp"
 #include "canyon/city/city.hpp"

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <string>
 
-#include "canyon/base/base64.hpp"
+#include "canyon/base/payload.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "tests/support/gltf_bytes.hpp"

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "canyon/base/archives.hpp"
+#include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/input_file.hpp"
 #include "canyon/city/boxes.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/mesh_names.hpp"

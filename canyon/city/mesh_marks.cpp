@@ -6,7 +6,7 @@
 #include <optional>
 #include <unordered_map>
 
-#include "canyon/base/input_file.hpp"
+#include "canyon/base/gzip_file.hpp"
 #include "canyon/base/utf8.hpp"
 #include "canyon/city/mesh_import_options.hpp"
 #include "canyon/city/mesh_names.hpp"

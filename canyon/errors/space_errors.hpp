@@ -13,7 +13,7 @@
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/gnss/signal_groups.hpp"
 #include "canyon/options/fwd.hpp"
-#include "canyon/options/switch.hpp"
+#include "canyon/options/values.hpp"
 #include "canyon/orbit/sky.hpp"
 
 // Errors from space in a ranging signal that no receiver knows: of broadcast orbits and clocks, and

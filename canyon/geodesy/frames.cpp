@@ -1,8 +1,9 @@
 #include "canyon/geodesy/frames.hpp"
 
 #include <fmt/format.h>
-
 #include <GeographicLib/Geocentric.hpp>
+#include <GeographicLib/MGRS.hpp>
+#include <GeographicLib/NormalGravity.hpp>
 #include <GeographicLib/UTMUPS.hpp>
 #include <cmath>
 
@@ -129,6 +130,35 @@ Geodetic geodetic_from_utm(const Utm& utm, double height_m) {
                                  utm.easting_m, utm.northing_m, e.what()));
   }
   return Geodetic::from_degrees(latitude_deg, longitude_deg, height_m);
+}
+
+Utm utm_of_mgrs_square(const std::string& square) {
+  const auto fault = [&square](std::string_view reason) {
+    return InputError(fmt::format("'{}' is not a square of MGRS: {}", square, reason),
+                      "write zone, band and the two letters of the square of 100 km, such as 54SUE");
+  };
+  Utm corner;
+  int precision = 0;
+  try {
+    GeographicLib::MGRS::Reverse(square, corner.zone, corner.north, corner.easting_m, corner.northing_m,
+                                 precision, false);
+  } catch (const GeographicLib::GeographicErr& e) {
+    throw fault(e.what());
+  }
+  if (precision != 0) throw fault("it has not just zone, band and two letters");
+  if (corner.zone < 1) throw fault("the poles have no zone of UTM");
+  return corner;
+}
+
+Eigen::Vector3d normal_gravity(const Eigen::Vector3d& ecef) {
+  Eigen::Vector3d gravity;
+  (void)GeographicLib::NormalGravity::WGS84().U(ecef.x(), ecef.y(), ecef.z(), gravity.x(), gravity.y(),
+                                                gravity.z());
+  return gravity;
+}
+
+Eigen::Matrix3d rotated(const Eigen::Matrix3d& rotation, const Eigen::Matrix3d& covariance) {
+  return rotation * covariance * rotation.transpose();
 }
 
 }  // namespace canyon::geodesy

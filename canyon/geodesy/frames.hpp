@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <string>
 
 namespace canyon::geodesy {
 
@@ -95,5 +96,19 @@ struct UtmPosition {
 [[nodiscard]] UtmPosition utm_from_geodetic(const Geodetic& point, int zone = 0);
 /// Inverse; throws InputError outside the zone's legal range. The height is `height_m`.
 [[nodiscard]] Geodetic geodetic_from_utm(const Utm& utm, double height_m = 0);
+
+/// The south-west corner of a square of 100 km of the Military Grid Reference System: "54SUE", without
+/// blanks, in either case. Throws InputError for a text that does not name one, and for the polar squares,
+/// which have no zone. GeographicLib::MGRS.
+[[nodiscard]] Utm utm_of_mgrs_square(const std::string& square);
+
+/// Normal gravity of WGS 84 [m/s^2, ECEF], with the centrifugal acceleration, at any point outside of the
+/// Earth's core: the closed form of Somigliana and Pizzetti for the level ellipsoid (Heiskanen and Moritz,
+/// Physical Geodesy, 2-8), by GeographicLib. @param ecef [m]
+[[nodiscard]] Eigen::Vector3d normal_gravity(const Eigen::Vector3d& ecef);
+
+/// R C R^T: covariance in axes that `rotation` R turns those of `covariance` C into. Compiled once: Eigen's
+/// product takes half a second for each kind of operand.
+[[nodiscard]] Eigen::Matrix3d rotated(const Eigen::Matrix3d& rotation, const Eigen::Matrix3d& covariance);
 
 }  // namespace canyon::geodesy

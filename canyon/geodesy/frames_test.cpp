@@ -2,15 +2,16 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
 #include <cmath>
 #include <limits>
 #include <random>
 
+#include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "tests/support/refusal.hpp"
 
 namespace canyon::geodesy {
+
 namespace {
 
 using Eigen::Vector3d;
@@ -242,5 +243,57 @@ TEST(Utm, RefusesWhatIsOutside) {
   EXPECT_THAT(test::refusal([] { (void)geodetic_from_utm({50, true, kNan, 0}); }), HasSubstr("finite"));
 }
 
+// 35.65858 N, 139.74543 E is 386,440.29 m east and 3,946,805.90 m north in zone 54; 34.60374 S, 58.38159 W is
+// 373,318.48 and 6,170,031.75 m in zone 21 (PROJ: cs2cs EPSG:4326 to EPSG:32654 and EPSG:32721).
+TEST(Mgrs, FindsTheCornerOfASquare) {
+  const Utm tokyo = utm_of_mgrs_square("54SUE");
+  EXPECT_EQ(tokyo.zone, 54);
+  EXPECT_TRUE(tokyo.north);
+  const Utm tower = utm_from_geodetic(Geodetic::from_degrees(35.65858, 139.74543, 0)).utm;
+  EXPECT_NEAR(tower.easting_m - tokyo.easting_m, 86440.29, 0.01);
+  EXPECT_NEAR(tower.northing_m - tokyo.northing_m, 46805.90, 0.01);
+  EXPECT_EQ(tokyo.easting_m, 300'000);
+  EXPECT_EQ(tokyo.northing_m, 3'900'000);
+
+  const Utm south = utm_of_mgrs_square("21hub");
+  EXPECT_EQ(south.zone, 21);
+  EXPECT_FALSE(south.north);
+  EXPECT_EQ(south.easting_m, 300'000);
+  EXPECT_EQ(south.northing_m, 6'100'000);
+  const Utm obelisk = utm_from_geodetic(Geodetic::from_degrees(-34.60374, -58.38159, 0)).utm;
+  EXPECT_NEAR(obelisk.northing_m - south.northing_m, 70031.75, 0.01);
+}
+
+TEST(Mgrs, RefusesWhatIsNotASquare) {
+  for (const char* text : {"", "54", "54S", "54SU", "54SUE1234", "54SIE", "99SUE", "UAZ", "ZAH", "54 SUE",
+                           "x", "54SUE\xC3\xA9"}) {
+    EXPECT_THROW((void)utm_of_mgrs_square(text), InputError) << text;
+  }
+}
+
+// NIMA TR8350.2, table 3.4: normal gravity on the ellipsoid at the equator and at the pole.
+TEST(NormalGravity, IsThatOfTheStandard) {
+  const auto at = [](double latitude_deg, double height_m) {
+    return normal_gravity(ecef_from_geodetic(Geodetic::from_degrees(latitude_deg, 30, height_m)));
+  };
+  EXPECT_NEAR(at(0, 0).norm(), 9.7803253359, 1e-9);
+  EXPECT_NEAR(at(90, 0).norm(), 9.8321849378, 1e-9);
+  // Somigliana's formula with its constants, equation 4-1.
+  const double s = std::pow(std::sin(22.3 * M_PI / 180), 2);
+  EXPECT_NEAR(at(22.3, 0).norm(),
+              9.7803253359 * (1 + 0.00193185265241 * s) / std::sqrt(1 - 0.00669437999014 * s), 1e-9);
+  // Equation 4-3 with the height to the second order.
+  const double a = 6378137, f = 1 / 298.257223563, m = 0.00344978650684, h = 1000;
+  EXPECT_NEAR(at(22.3, h).norm(),
+              at(22.3, 0).norm() * (1 - 2 / a * (1 + f + m - 2 * f * s) * h + 3 / (a * a) * h * h), 1e-7);
+  // Downwards along the ellipsoid's normal on the ellipsoid.
+  const Geodetic place = Geodetic::from_degrees(22.3, 30, 0);
+  const Eigen::Vector3d enu = enu_from_ecef_rotation(place) * at(22.3, 0);
+  EXPECT_NEAR(enu.x(), 0, 1e-12);
+  EXPECT_NEAR(enu.y(), 0, 1e-9);
+  EXPECT_LT(enu.z(), 0);
+}
+
 }  // namespace
+
 }  // namespace canyon::geodesy

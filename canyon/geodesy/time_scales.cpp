@@ -1,14 +1,15 @@
 #include "canyon/geodesy/time_scales.hpp"
 
 #include <fmt/format.h>
-
 #include <array>
+#include <cmath>
 #include <optional>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 
 namespace canyon::geodesy {
+
 namespace {
 
 using std::chrono::seconds;
@@ -304,6 +305,33 @@ std::string format_utc(GpsTime t, int decimals) {
 
 std::string format_gpst(GpsTime t, int decimals) {
   return format(calendar_from_gps(t), decimals, " GPST");
+}
+
+std::string rollover_text(GpsTime stated, GpsTime expected) {
+  constexpr double kRollover_days = 1024 * 7, kNear_days = 8;
+  const double days = (expected - stated) / 86'400;
+  const double rollovers = std::round(days / kRollover_days);
+  if (rollovers == 0 || std::abs(days - rollovers * kRollover_days) > kNear_days) return {};
+  return fmt::format("; {:.0f} weeks {} it would be near: has a receiver's GPS week rolled over?",
+                     std::abs(rollovers) * 1024, rollovers > 0 ? "later" : "earlier");
+}
+
+bool names_time_scale(std::string_view text) {
+  constexpr std::string_view kDate = "2019-04-28";
+  text = trim(text);
+  return text.size() > kDate.size() && text.find_first_of("ZUG+-", kDate.size()) != std::string_view::npos;
+}
+
+GpsTime parse_simulated_time(std::string_view text) {
+  text = trim(text);
+  const InputError out_of_range(fmt::format("the time '{}' is out of range", text),
+                                "times run from 1980-01-06 to 2171-08-31, the GPS weeks 0 to 9999");
+  // Checks the year before parse_time(), which has bounds of its own.
+  const std::optional<long long> year = parse_integer(column(text, 0, 4));
+  if (column(text, 4, 1) == "-" && year && (*year < 1980 || *year > 2171)) throw out_of_range;
+  const GpsTime t = parse_time(text);
+  if (t < GpsTime{} || t.week() > 9999) throw out_of_range;
+  return t;
 }
 
 }  // namespace canyon::geodesy

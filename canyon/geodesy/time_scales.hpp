@@ -71,4 +71,16 @@ inline constexpr int kBdtSecondsOffset = 14;
 /// "2019-04-28T12:58:21.500 GPST".
 [[nodiscard]] std::string format_gpst(GpsTime t, int decimals = 3);
 
+/// "; 1024 weeks later it would be near: ..." where `stated` and `expected` are whole rollovers of the GPS
+/// week apart, but for 8 days: old receivers state such dates. Empty elsewhere.
+[[nodiscard]] std::string rollover_text(GpsTime stated, GpsTime expected);
+
+/// Whether a text that parse_time() reads says which clock it shows: Z, UTC, GPST or an offset from UTC. A
+/// time without any of them is taken as UTC, although it may be meant as local time.
+[[nodiscard]] bool names_time_scale(std::string_view text);
+
+/// parse_time() of an instant that can be simulated, recorded and written to files: GPS weeks 0 to 9999,
+/// 1980-01-06 to 2171-08-31. Throws InputError for any other, and as parse_time() does.
+[[nodiscard]] GpsTime parse_simulated_time(std::string_view text);
+
 }  // namespace canyon::geodesy

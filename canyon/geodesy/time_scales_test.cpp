@@ -2,7 +2,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
 #include <array>
 #include <filesystem>
 #include <random>
@@ -261,6 +260,51 @@ TEST(TimeScales, FromPosixTime) {
   EXPECT_EQ(gps_from_unix(1483228799'000'000'000), parse_time("2016-12-31T23:59:59Z"));
   EXPECT_EQ(gps_from_unix(1483228800'000'000'000), parse_time("2017-01-01T00:00:00Z"));
   EXPECT_EQ(gps_from_unix(315964800'000'000'000), GpsTime());
+}
+
+TEST(Rollover, WeeksThatAReceiverLost) {
+  // 7,168 days are 1,024 weeks: 2004-09-15 and 2024-05-01.
+  const GpsTime now = parse_time("2024-05-01T10:00:00Z"), lost = parse_time("2004-09-15T10:00:00Z");
+  EXPECT_EQ(rollover_text(lost, now),
+            "; 1024 weeks later it would be near: has a receiver's GPS week rolled over?");
+  EXPECT_EQ(rollover_text(now, lost),
+            "; 1024 weeks earlier it would be near: has a receiver's GPS week rolled over?");
+  EXPECT_NE(rollover_text(lost + 7 * 86'400.0, now), "");
+  EXPECT_EQ(rollover_text(lost + 9 * 86'400.0, now), "");
+  EXPECT_EQ(rollover_text(now, now), "");
+}
+
+TEST(TimeText, KnowsWhetherAZoneIsNamed) {
+  for (const char* text :
+       {"2019-04-28T12:58:03Z", "2019-04-28T12:58:03.5Z ", "2019-04-28T12:58:03+08:00",
+        "2019-04-28T12:58:03-0500", "2019-04-28T12:58:03 GPST", "2019-04-28 GPS", "2019-04-28T12:58 UTC"}) {
+    EXPECT_TRUE(names_time_scale(text)) << text;
+    EXPECT_NO_THROW((void)parse_time(text)) << text;
+  }
+  for (const char* text : {"2019-04-28T12:58:03", " 2019-04-28 12:58:03.25 ", "2019-04-28"}) {
+    EXPECT_FALSE(names_time_scale(text)) << text;
+    EXPECT_NO_THROW((void)parse_time(text)) << text;
+  }
+}
+
+// Week 0 begins on 1980-01-06 00:00:00 GPST (IS-GPS-200, 20.3.3.3.1.1); week 10,000 is 70,000 days later:
+// date -d '1980-01-06 70000 days' is 2171-09-01.
+TEST(TimeText, SimulatedTimesAreTheWeeks0To9999) {
+  EXPECT_EQ(parse_simulated_time("1980-01-06 GPST"), GpsTime{});
+  EXPECT_EQ(parse_simulated_time("2171-08-31T23:59:59 GPST"), GpsTime::from_week(9999, 604'799));
+  EXPECT_EQ(parse_simulated_time("2019-04-28T12:58:03Z"), parse_time("2019-04-28T12:58:03Z"));
+  for (const char* text : {"1980-01-05T23:59:59Z", "1975-06-01T00:00:00Z", "1700-01-01", "1650-01-01",
+                           "2171-09-01 GPST", "2260-01-01", "9999-12-31T00:00:00Z"}) {
+    try {
+      (void)parse_simulated_time(text);
+      ADD_FAILURE() << text;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr(text), testing::HasSubstr("1980-01-06"),
+                                               testing::HasSubstr("2171-08-31")));
+    }
+  }
+  EXPECT_THROW((void)parse_simulated_time("soon"), InputError);
+  EXPECT_THROW((void)parse_simulated_time(""), InputError);
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/normal_gravity.hpp"
+#include "canyon/geodesy/frames.hpp"
 
 namespace canyon::inertial {
 namespace {

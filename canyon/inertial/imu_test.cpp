@@ -11,7 +11,6 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
-#include "canyon/geodesy/normal_gravity.hpp"
 
 namespace canyon::inertial {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <array>
 
-#include "canyon/base/base64.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/payload.hpp"
 #include "canyon/meshes/bytes.hpp"
 #include "canyon/meshes/gltf_compression.hpp"
 #include "canyon/meshes/json_values.hpp"

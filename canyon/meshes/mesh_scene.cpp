@@ -7,8 +7,8 @@
 #include <optional>
 #include <utility>
 
+#include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/input_file.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/meshes/formats.hpp"

@@ -8,7 +8,7 @@
 #include <limits>
 #include <utility>
 
-#include "canyon/base/table_text.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/gnss/signals.hpp"

@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "canyon/base/json.hpp"
-#include "canyon/base/rounded.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/epoch_values.hpp"

@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "canyon/base/statistics.hpp"
-#include "canyon/base/table_text.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/output/epoch_values.hpp"
 
 namespace canyon::output {

@@ -1,7 +1,7 @@
 #include "canyon/output/view_messages.hpp"
 
-#include "canyon/base/base64.hpp"
 #include "canyon/base/json.hpp"
+#include "canyon/base/payload.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/satellite_id.hpp"

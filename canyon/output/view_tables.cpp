@@ -6,7 +6,7 @@
 #include <array>
 #include <cstddef>
 
-#include "canyon/base/table_text.hpp"
+#include "canyon/base/text.hpp"
 
 namespace canyon::output {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/covariance.hpp"
+#include "canyon/geodesy/frames.hpp"
 #include "canyon/positioning/residual.hpp"
 
 namespace canyon::positioning {

@@ -7,10 +7,10 @@
 #include <cmath>
 #include <utility>
 
-#include "canyon/base/distributions.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/statistics.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/covariance.hpp"
+#include "canyon/geodesy/frames.hpp"
 #include "canyon/positioning/least_squares.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
 #include "canyon/positioning/residual.hpp"

@@ -11,7 +11,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/orbit/frozen_sky.hpp"
+#include "canyon/orbit/sky.hpp"
 #include "canyon/tracking/noise.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/refusal.hpp"

@@ -10,7 +10,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/covariance.hpp"
+#include "canyon/geodesy/frames.hpp"
 #include "canyon/positioning/filter_track.hpp"
 #include "canyon/positioning/least_squares.hpp"
 #include "canyon/positioning/residual.hpp"

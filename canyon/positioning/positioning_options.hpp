@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "canyon/options/fwd.hpp"
-#include "canyon/options/switch.hpp"
+#include "canyon/options/values.hpp"
 
 namespace canyon::positioning {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/orbit/frozen_sky.hpp"
+#include "canyon/orbit/sky.hpp"
 #include "canyon/tracking/channel.hpp"
 
 namespace canyon::receiver {

@@ -7,7 +7,7 @@
 
 #include "canyon/gnss/signal_groups.hpp"
 #include "canyon/options/fwd.hpp"
-#include "canyon/options/switch.hpp"
+#include "canyon/options/values.hpp"
 #include "canyon/positioning/fusion/dead_reckoning_options.hpp"
 #include "canyon/positioning/positioning_options.hpp"
 #include "canyon/receiver/fix_input.hpp"

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/covariance.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/positioning/residual.hpp"
 #include "canyon/relative/rtk_options.hpp"

@@ -10,7 +10,6 @@
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/rinex/compact_lines.hpp"
-#include "canyon/rinex/observation_codes.hpp"
 #include "canyon/rinex/observation_fields.hpp"
 #include "canyon/rinex/observation_file.hpp"
 #include "canyon/rinex/observation_header.hpp"

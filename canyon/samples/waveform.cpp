@@ -4,17 +4,11 @@
 #include <cassert>
 #include <cmath>
 
+#include "canyon/base/floor_div.hpp"
 #include "canyon/broadcast/symbols.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 
 namespace canyon::samples {
-namespace {
-
-std::int64_t floor_div(std::int64_t a, std::int64_t b) {
-  return a / b - (a % b < 0 ? 1 : 0);
-}
-
-}  // namespace
 
 Waveform::Waveform(gnss::SatelliteId id, const gnss::Signal& signal, geodesy::GpsTime zero)
     : id_(id), signal_(&signal), zero_(zero) {

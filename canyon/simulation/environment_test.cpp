@@ -9,8 +9,8 @@
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
-#include "canyon/orbit/frozen_sky.hpp"
 #include "canyon/orbit/nominal_constellation.hpp"
+#include "canyon/orbit/sky.hpp"
 #include "tests/support/simulation_support.hpp"
 
 namespace canyon::simulation {

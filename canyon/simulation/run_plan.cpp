@@ -9,7 +9,6 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/rollover.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/motion/antenna_pose.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"

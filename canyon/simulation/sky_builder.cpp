@@ -7,12 +7,11 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/geodesy/rollover.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
-#include "canyon/orbit/frozen_sky.hpp"
 #include "canyon/orbit/nominal_constellation.hpp"
 #include "canyon/orbit/precise_sky.hpp"
+#include "canyon/orbit/sky.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 

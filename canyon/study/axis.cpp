@@ -14,9 +14,8 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/geodesy/time_text.hpp"
-#include "canyon/options/folder_name.hpp"
 #include "canyon/options/settings_tree.hpp"
+#include "canyon/options/values.hpp"
 #include "canyon/unknowns/unknowns.hpp"
 
 namespace canyon::study {

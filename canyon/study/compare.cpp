@@ -7,10 +7,9 @@
 #include <map>
 #include <numeric>
 
-#include "canyon/base/predictive.hpp"
 #include "canyon/base/random.hpp"
 #include "canyon/base/statistics.hpp"
-#include "canyon/base/table_text.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/study/axis.hpp"
 #include "canyon/study/results.hpp"
 

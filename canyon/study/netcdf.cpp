@@ -7,7 +7,7 @@
 
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/geodesy/time_text.hpp"
+#include "canyon/geodesy/time_scales.hpp"
 #include "canyon/heatmap/files/netcdf_file.hpp"
 #include "canyon/study/results.hpp"
 

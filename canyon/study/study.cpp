@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-#include "canyon/base/sample_design.hpp"
+#include "canyon/base/random.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/options/read.hpp"

@@ -3,8 +3,8 @@
 #include <string_view>
 #include <vector>
 
+#include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/input_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/tiles/archive_address.hpp"

@@ -14,7 +14,6 @@
 #include "canyon/base/archives.hpp"
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/input_file.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/buildings/sources/gdal.hpp"

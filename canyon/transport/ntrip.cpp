@@ -5,8 +5,8 @@
 #include <boost/beast/http.hpp>
 #include <limits>
 
-#include "canyon/base/base64.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/payload.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/transport/devices.hpp"
 #include "canyon/transport/readers.hpp"

@@ -9,8 +9,8 @@
 #include <functional>
 #include <future>
 
-#include "canyon/base/base64.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/payload.hpp"
 #include "canyon/transport/tcp.hpp"
 #include "tests/support/child_process.hpp"
 #include "tests/support/free_port.hpp"

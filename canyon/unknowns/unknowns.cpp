@@ -8,10 +8,9 @@
 #include <optional>
 #include <utility>
 
-#include "canyon/base/distributions.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/random.hpp"
-#include "canyon/base/sample_design.hpp"
+#include "canyon/base/statistics.hpp"
 #include "canyon/base/text.hpp"
 
 namespace canyon::unknowns {

@@ -8,8 +8,8 @@
 #include <tuple>
 
 #include "canyon/base/json.hpp"
-#include "canyon/base/predictive.hpp"
-#include "canyon/base/table_text.hpp"
+#include "canyon/base/statistics.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/validation/recording_table.hpp"
 
 namespace canyon::validation {

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "canyon/base/json.hpp"
-#include "canyon/base/table_text.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/gnss/signals.hpp"
 #include "canyon/output/number.hpp"

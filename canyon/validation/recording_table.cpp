@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "canyon/base/json.hpp"
-#include "canyon/base/table_text.hpp"
+#include "canyon/base/text.hpp"
 
 namespace canyon::validation {
 

@@ -6,8 +6,8 @@
 #include <numeric>
 #include <utility>
 
-#include "canyon/base/distributions.hpp"
 #include "canyon/base/random.hpp"
+#include "canyon/base/statistics.hpp"
 
 namespace canyon::validation {
 namespace {

@@ -13,11 +13,11 @@
 #include <string_view>
 #include <system_error>
 
-#include "canyon/base/base64.hpp"
+#include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/input_file.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
+#include "canyon/base/payload.hpp"
 #include "canyon/city/gltf_writer.hpp"
 #include "canyon/city/mesh_parts.hpp"
 #include "canyon/output/view_chunk.hpp"

@@ -10,7 +10,6 @@
 #include "canyon/base/text_file.hpp"
 #include "canyon/disturbance/faults/fault.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/geodesy/time_text.hpp"
 #include "canyon/options/settings_tree.hpp"
 #include "canyon/output/formats.hpp"
 #include "canyon/simulation/scenario/profile.hpp"

@@ -14,9 +14,9 @@
 #include <osmium/io/xml_input.hpp>
 
 #include "canyon/base/archives.hpp"
-#include "canyon/base/base64.hpp"
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/payload.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/buildings/sources/citygml_reader.hpp"
 #include "canyon/buildings/sources/cityjson_reader.hpp"

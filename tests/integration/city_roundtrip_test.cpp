@@ -17,7 +17,7 @@
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/orbit/frozen_sky.hpp"
+#include "canyon/orbit/sky.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/temporary_folder.hpp"

@@ -289,7 +289,7 @@ TEST_P(RinexFiles, ComeBackThroughOurReader) {
         }
         EXPECT_EQ(by_satellite.size(), expected) << signal.name;
       }
-      EXPECT_EQ(reader.report().notes.bad_count(), 0U);
+      EXPECT_EQ(reader.report().notes.losses(), 0U);
     }
   }
   std::cout << GetParam() << ": " << pseudoranges << " pseudoranges and " << phases << " phases come back\n";

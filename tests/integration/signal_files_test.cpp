@@ -38,7 +38,7 @@ TEST(SignalFiles, ObservationsComeBack) {
   sink->finish();
 
   const auto file = rinex::read_rinex_observations(folder / "rover.obs");
-  EXPECT_EQ(file.report.notes.bad_count(), 0U);
+  EXPECT_EQ(file.report.notes.losses(), 0U);
   ASSERT_EQ(file.epochs.size(), 3U);
   for (std::size_t i = 0; i < 3; ++i) {
     const receiver::ReceiverEpoch& seen = epochs[i].observed;
@@ -91,7 +91,7 @@ TEST(SignalFiles, PhaseOfADriveFollowsItsDoppler) {
   const test::TemporaryFolder folder;
   const auto epochs = test::run_and_write(simulation, folder.path());
   const auto file = rinex::read_rinex_observations(folder / "receiver.obs");
-  EXPECT_EQ(file.report.notes.bad_count(), 0U);
+  EXPECT_EQ(file.report.notes.losses(), 0U);
   ASSERT_EQ(file.epochs.size(), epochs.size());
   struct Last {
     geodesy::GpsTime tag;

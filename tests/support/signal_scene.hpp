@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/orbit/frozen_sky.hpp"
+#include "canyon/orbit/sky.hpp"
 #include "canyon/receiver/receiver.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/observe.hpp"

@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "canyon/base/dictionary.hpp"
+#include "canyon/base/named.hpp"
 #include "canyon/base/text.hpp"
 
 namespace canyon::buildings {

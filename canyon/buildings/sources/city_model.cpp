@@ -8,8 +8,8 @@
 #include <iterator>
 #include <utility>
 
-#include "canyon/base/dictionary.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/named.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"

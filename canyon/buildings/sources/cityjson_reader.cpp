@@ -12,7 +12,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
-#include "canyon/base/record_notes.hpp"
+#include "canyon/base/read_report.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 
@@ -70,7 +70,7 @@ class CityJsonReader {
 
   TextFile& file_;
   CityModel& model_;
-  RecordNotes notes_;  ///< of objects
+  ReadReport notes_;  ///< of objects
   std::size_t good_ = 0;
   int line_ = 0;
   std::optional<std::size_t> system_;
@@ -394,7 +394,7 @@ void CityJsonReader::read_objects(const Json& root) {
   if (!objects.is_object()) fail("\"CityObjects\" is missing or not a JSON object");
   read_vertices(root);
   for (const auto& [key, object] : objects.members()) {
-    const std::size_t bad = notes_.bad_count();
+    const std::size_t bad = notes_.losses();
     notes_.guard([&, &key = key, &object = object] {
       try {
         read_object(key, object);
@@ -402,7 +402,7 @@ void CityJsonReader::read_objects(const Json& root) {
         fail_object(key, fmt::format("not as CityJSON has it ({})", e.what()));
       }
     });
-    if (notes_.bad_count() == bad) ++good_;
+    if (notes_.losses() == bad) ++good_;
   }
 }
 

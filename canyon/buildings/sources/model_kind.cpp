@@ -6,9 +6,8 @@
 #include "canyon/base/archives.hpp"
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/input_file.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/base/utf16.hpp"
+#include "canyon/base/utf8.hpp"
 
 namespace canyon::buildings {
 namespace {

@@ -22,8 +22,8 @@
 #include <utility>
 
 #include "canyon/base/archives.hpp"
+#include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/input_file.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"

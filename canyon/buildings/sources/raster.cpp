@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include "canyon/base/dictionary.hpp"
+#include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/input_file.hpp"
+#include "canyon/base/named.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/buildings/sources/gdal.hpp"
 #include "canyon/buildings/sources/geoid.hpp"

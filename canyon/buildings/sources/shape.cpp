@@ -8,7 +8,7 @@
 #include <cmath>
 #include <utility>
 
-#include "canyon/base/dictionary.hpp"
+#include "canyon/base/named.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/buildings/sources/map_data.hpp"
 #include "canyon/geodesy/constants.hpp"

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <utility>
 
-#include "canyon/base/dictionary.hpp"
+#include "canyon/base/named.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/buildings/sources/shape.hpp"
 #include "canyon/geodesy/constants.hpp"

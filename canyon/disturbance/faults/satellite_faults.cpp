@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-#include "canyon/base/distributions.hpp"
+#include "canyon/base/statistics.hpp"
 
 namespace canyon::disturbance {
 namespace {

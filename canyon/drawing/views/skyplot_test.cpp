@@ -17,8 +17,8 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
-#include "canyon/orbit/frozen_sky.hpp"
 #include "canyon/orbit/nominal_constellation.hpp"
+#include "canyon/orbit/sky.hpp"
 #include "tests/support/png_pixels.hpp"
 
 namespace canyon::drawing::skyplot_test {

@@ -10,7 +10,6 @@
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/geodesy/time_text.hpp"
 
 namespace canyon::heatmap {
 namespace {

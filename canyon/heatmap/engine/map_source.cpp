@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "canyon/base/predictive.hpp"
+#include "canyon/base/statistics.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/georeference.hpp"

@@ -12,7 +12,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "canyon/base/input_file.hpp"
+#include "canyon/base/gzip_file.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/normal_gravity.hpp"
+#include "canyon/geodesy/frames.hpp"
 #include "canyon/positioning/fusion/alignment.hpp"
 #include "canyon/positioning/fusion/inertial_errors.hpp"
 #include "canyon/positioning/fusion/standstill.hpp"

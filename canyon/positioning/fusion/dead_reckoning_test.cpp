@@ -7,7 +7,7 @@
 
 #include "canyon/base/random.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/normal_gravity.hpp"
+#include "canyon/geodesy/frames.hpp"
 #include "canyon/positioning/fusion/alignment.hpp"
 #include "canyon/positioning/fusion/standstill.hpp"
 #include "canyon/positioning/fusion/vehicle_constraints.hpp"

@@ -6,7 +6,6 @@
 #include <array>
 
 #include "canyon/geodesy/frames.hpp"
-#include "canyon/geodesy/normal_gravity.hpp"
 
 namespace canyon::positioning {
 namespace {

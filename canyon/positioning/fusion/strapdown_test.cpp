@@ -6,7 +6,6 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
-#include "canyon/geodesy/normal_gravity.hpp"
 
 namespace canyon::positioning {
 namespace {

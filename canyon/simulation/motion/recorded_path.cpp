@@ -9,7 +9,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/geodesy/time_text.hpp"
+#include "canyon/geodesy/time_scales.hpp"
 
 namespace canyon::simulation {
 

@@ -123,9 +123,9 @@ class Trajectory {
 
 /// A recorded path with times. `format`: one of trajectory_formats(), empty: told by the file's content (csv
 /// where it is none of the others). "csv": csv_track.hpp. "urbannav", "rtklib": likewise. "nmea":
-/// nmea_fixes.hpp. "gpx", "kml": track_file.hpp. "gnsslogger": android_fixes.hpp. A record that is not valid
-/// is left out, with a warning. Throws InputError with file and line where half of the records or more are
-/// not, times mostly go backwards, or no line is usable. A `start` of GpsTime{} means that none is known.
+/// nmea_fixes.hpp. "gpx", "kml", "gnsslogger": track_file.hpp. A record that is not valid is left out, with a
+/// warning. Throws InputError with file and line where half of the records or more are not, times mostly go
+/// backwards, or no line is usable. A `start` of GpsTime{} means that none is known.
 [[nodiscard]] Trajectory read_trajectory(const std::filesystem::path& path, const std::string& format,
                                          geodesy::GpsTime start);
 

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/options/folder_name.hpp"
 #include "canyon/options/settings_tree.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/relative/correction_link.hpp"

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/options/folder_name.hpp"
+#include "canyon/options/values.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
 #include "canyon/simulation/scenario/receiver_bases.hpp"
 #include "canyon/simulation/scenario/scenario_fields.hpp"

@@ -1,4 +1,4 @@
-#include "canyon/base/base64.hpp"
+#include "canyon/base/payload.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,3 +1,0 @@
-#pragma once
-
-#include "canyon/base/read_report.hpp"
