@@ -114,7 +114,7 @@ TEST_F(DrivePluginTest, BeginsAnewAfterAReset) {
 TEST_F(DrivePluginTest, DrivesTheSimulationsDrive) {
   const canyon::test::TemporaryFolder folder;
   // A bend with climb, one sample a second, as decimal degrees.
-  std::string csv;
+  std::string csv = "time,latitude,longitude,height\n";
   for (int i = 0; i <= 8; ++i) {
     csv += fmt::format("2024-05-01T10:00:0{}Z,{:.9f},{:.9f},{:.3f}\n", i, 22.3 + 4e-5 * i + 3e-6 * i * i,
                        114.17 + 9e-5 * i - 5e-6 * i * i, 10 + 0.3 * i);
