@@ -38,7 +38,7 @@ set(CPACK_COMPONENT_COMMAND_DESCRIPTION "simulator of GNSS receivers in cities\n
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libcanyon-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libeigen3-dev, libgeographiclib-dev, libembree-dev, libtbb-dev, libfmt-dev, libyaml-cpp-dev, \
-zlib1g-dev, libarchive-dev, pkg-config, libcairo2-dev, libexpat1-dev, libbz2-dev, libgeos-dev, libgdal-dev, libnetcdf-dev, \
+zlib1g-dev, libarchive-dev, pkg-config, libcairo2-dev, libpng-dev, libexpat1-dev, libbz2-dev, libgeos-dev, libgdal-dev, libnetcdf-dev, \
 libcurl4-openssl-dev, libtinyxml2-dev, libzmq3-dev")
 foreach(codec IN ITEMS draco meshoptimizer)
   if(${codec} IN_LIST CANYON_TILE_CODECS)
