@@ -119,8 +119,7 @@ constexpr Row kKinds[] = {
     {FileKind::Gpx, is_gpx, "a GPX file", "gpx", "as a trajectory its format is gpx"},
     {FileKind::Kml, is_kml, "a KML file", "kml", "as a trajectory its format is kml"},
     {FileKind::Rtcm, is_rtcm, "a stream of RTCM 3", "", "canyon rtk takes it as the base"},
-    {FileKind::Nmea, is_nmea, "a log of NMEA sentences", "nmea",
-     "as a trajectory its format is nmea"},
+    {FileKind::Nmea, is_nmea, "a log of NMEA sentences", "nmea", "as a trajectory its format is nmea"},
     {FileKind::Columns, is_columns, "a text of columns", "", ""},
 };
 

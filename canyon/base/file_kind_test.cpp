@@ -67,9 +67,8 @@ TEST(FileKind, ReadersSayWhatAFileIsInstead) {
     return "no error";
   };
   std::ofstream(path) << "<gpx></gpx>";
-  EXPECT_EQ(
-      message(FileKind::Sp3),
-      path.string() + ": is a GPX file, not an SP3 file; as a trajectory its format is gpx");
+  EXPECT_EQ(message(FileKind::Sp3),
+            path.string() + ": is a GPX file, not an SP3 file; as a trajectory its format is gpx");
   EXPECT_EQ(message(FileKind::Gpx), path.string() + ":3: is bad");
   std::ofstream(path) << "1,2,3\n";
   EXPECT_EQ(message(FileKind::Sp3), path.string() + ":3: is bad") << "columns may be anything";

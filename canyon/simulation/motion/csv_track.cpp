@@ -140,7 +140,8 @@ class CsvReader {
     }
     path_.report.require_most(path_.points.size());
     if (path_.points.empty())
-      throw InputError(file_.path(), first_record, "no line has a time, a place and a height", columns_cure());
+      throw InputError(file_.path(), first_record, "no line has a time, a place and a height",
+                       columns_cure());
     return std::move(path_);
   }
 

@@ -258,7 +258,8 @@ class NmeaLog {
     });
     for (std::size_t k = 0; k < kKinds; ++k) {
       if (!sentence.is(kPositionKinds[k].name)) continue;
-      if (sentence.fields.size() < kPositionKinds[k].fields) return at.report.guess(at.line, kDamaged, "left out");
+      if (sentence.fields.size() < kPositionKinds[k].fields)
+        return at.report.guess(at.line, kDamaged, "left out");
       report.guard([&] {
         const auto position = read_position(at, k, sentence);
         if (position && zda_) reports.push_back(*zda_);
