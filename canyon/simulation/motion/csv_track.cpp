@@ -466,6 +466,7 @@ bool is_urbannav(const std::filesystem::path& path) {
 
 std::vector<CsvQuantity> csv_quantities() {
   std::vector<CsvQuantity> quantities;
+  quantities.reserve(std::size(kRows));
   for (const Row& row : kRows) quantities.push_back({row.name, row.help});
   return quantities;
 }
