@@ -32,9 +32,6 @@ constexpr double kFarFromCity_m = 10e3;
 // A recorded path that is never lower above the ground is one of an aircraft, or of another zero of heights:
 // undulations of the geoid begin to matter there.
 constexpr double kNoVehicle_m = 20;
-// Satellites of all systems, those of inclined and elliptical orbits among them, are this far from the
-// Earth's centre.
-constexpr double kLowestOrbit_m = 6.5e6, kHighestOrbit_m = 60e6;
 
 // Horizontal distance [m] from a point to the city's bounds; 0 inside.
 double distance_to(const city::Box& box, const Eigen::Vector3d& point) {
@@ -132,33 +129,6 @@ void check_near_field(const RunView& run, std::size_t step, std::vector<std::str
   warnings.push_back(far.problem() + ": " + far.cure());
 }
 
-// A warning with the number of instants that `is_wrong`, and the first of them.
-void say_wrong(std::vector<std::string>& warnings, std::size_t count, const std::string& first) {
-  if (count == 0) return;
-  warnings.push_back(count == 1 ? first : fmt::format("{} (the first of {})", first, count));
-}
-
-// Looks at the satellites at some instants of the run.
-void check_satellites(const RunView& run, std::vector<std::string>& warnings) {
-  constexpr std::size_t kInstants = 25;
-  const RunPlan& plan = run.plan;
-  const std::size_t step = std::max<std::size_t>(1, plan.epochs() / kInstants);
-  std::size_t count = 0;
-  std::string first;
-  for (std::size_t k = 0; k < plan.epochs(); k += step) {
-    for (const gnss::SatelliteId id : run.sky.sky->satellites()) {
-      const auto state = run.sky.sky->state(id, plan.at(k));
-      const double radius_m = state ? state->position_m.norm() : kLowestOrbit_m;
-      if (radius_m >= kLowestOrbit_m && radius_m <= kHighestOrbit_m) continue;
-      if (count++ == 0) {
-        first = fmt::format("{} is {:.0f} km from the Earth's centre at {}: its orbit is not possible",
-                            gnss::to_string(id), radius_m / 1e3, format_gpst(plan.at(k), 0));
-      }
-    }
-  }
-  say_wrong(warnings, count, first);
-}
-
 // Checks up to two thousand epochs of the trajectory: speed, height, distance to the city, terrain below.
 void check_places(const RunView& run, std::vector<std::string>& warnings) {
   const RunPlan& plan = run.plan;
@@ -180,7 +150,8 @@ void check_places(const RunView& run, std::vector<std::string>& warnings) {
       (void)vehicle_pose(run.scenario, plan.trajectory, run.environment, plan.at(k));
     }
   }
-  say_wrong(warnings, impossible, first);
+  if (impossible > 1) first += fmt::format(" (the first of {})", impossible);
+  if (impossible > 0) warnings.push_back(first);
   const TrajectoryConfig& trajectory = run.scenario.trajectory;
   if (trajectory.file && !trajectory.height_above_terrain_m && !run.scenario.city.is<OpenField>() &&
       lowest_m > kNoVehicle_m) {
@@ -234,7 +205,6 @@ std::vector<std::string> check_run(const RunView& run) {
   check_streams(run.scenario);
   check_all_corrections(run.scenario);
   check_all_sensors(run, warnings);
-  check_satellites(run, warnings);
   check_places(run, warnings);
   check_fixed(run);
   check_faults(run, warnings);
