@@ -61,12 +61,13 @@ PathNode SteadyCell::trace(const Vector3d& place) {
   propagator_.trace(place, sky_.directions(), traced_, &found);
   PathNode node;
   node.place = place;
-  node.edges = std::move(found.edges);
+  node.edges.assign(found.edges.begin(), found.edges.end());
   std::sort(node.edges.begin(), node.edges.end());
   // In the order of a satellite's channels.
   std::sort(found.far.begin(), found.far.end(), [](const auto& a, const auto& b) {
     return a.satellite != b.satellite ? a.satellite < b.satellite : comes_before(a.path, b.path);
   });
+  node.paths.reserve(found.far.size());
   for (const propagation::FarPath& of : found.far) {
     const SteadySatellite& satellite = sky_.satellites()[of.satellite];
     const Path& path = of.path;

@@ -18,9 +18,9 @@ double cosine_of(double along_m, double distance_m) {
 }  // namespace
 
 void NearBends::hold(const EdgeSet& set, const Vector3d& antenna, std::span<const Vector3d> directions,
-                     double reach_m, double clearance_m) {
+                     double reach_m, double clearance_m, NearEdges& near) {
   if (!stay_.begins(antenna, directions)) return;
-  see(set, reach_m, clearance_m);
+  see(set, reach_m, clearance_m, near);
   if (found_.size() < directions.size()) found_.resize(directions.size());
   for (Found& found : found_) found.max_excess_m = -1;
 }
@@ -28,20 +28,18 @@ void NearBends::hold(const EdgeSet& set, const Vector3d& antenna, std::span<cons
 /// The excess E of a path around an endless edge is leg |e - s|^2 / 2, e the direction of the leg to it. It
 /// is stationary, so that it changes by (s - e) . dA as the antenna moves and by leg (e - s) . ds as the
 /// satellite does: its root by at most |dA| / sqrt(2 leg) and sqrt(leg / 2) |ds|.
-void NearBends::see(const EdgeSet& set, double reach_m, double clearance_m) {
+void NearBends::see(const EdgeSet& set, double reach_m, double clearance_m, NearEdges& near) {
   const double radius = Stay::kAntennas.reach_m();
-  set.gather(stay_.centre(), reach_m + radius, clearance_m - radius, near_);
+  set.gather(stay_.centre(), reach_m + radius, clearance_m - radius, near);
   seen_.clear();
-  for (const std::uint32_t index : near_.edge) {
+  seen_.reserve(near.edge.size());
+  for (const std::uint32_t index : near.edge) {
     const auto& edge = set.edges()[index];
     Seen& s = seen_.emplace_back();
     const Vector3d to_start = edge.start - stay_.centre();
     const double start = to_start.dot(edge.direction);
     s.edge = index;
-    s.along = edge.direction;
     s.foot = to_start - start * edge.direction;
-    s.first = edge.normal[0];
-    s.second = edge.normal[1];
     s.distance_m = s.foot.norm();
     const double nearest = s.distance_m - radius, farthest = s.distance_m + radius;
     const double low = start - radius, high = start + edge.length_m + radius;
@@ -53,7 +51,8 @@ void NearBends::see(const EdgeSet& set, double reach_m, double clearance_m) {
   }
 }
 
-std::span<const std::uint32_t> NearBends::of(std::uint32_t satellite, double max_excess_m) {
+std::span<const std::uint32_t> NearBends::of(const EdgeSet& set, std::uint32_t satellite,
+                                             double max_excess_m) {
   Found& found = found_[satellite];
   if (found.max_excess_m == max_excess_m) return found.edges;
   found.max_excess_m = max_excess_m;
@@ -61,9 +60,10 @@ std::span<const std::uint32_t> NearBends::of(std::uint32_t satellite, double max
   const Vector3d& s = stay_.directions()[satellite];
   const double root = std::sqrt(max_excess_m);
   for (const Seen& seen : seen_) {
-    const double cosine = seen.along.dot(s);
+    const auto& edge = set.edges()[seen.edge];
+    const double cosine = edge.direction.dot(s);
     if (cosine < seen.low || cosine > seen.high) continue;
-    if (seen.first.dot(s) < -Stay::kSpread && seen.second.dot(s) < -Stay::kSpread) continue;
+    if (edge.normal[0].dot(s) < -Stay::kSpread && edge.normal[1].dot(s) < -Stay::kSpread) continue;
     const double excess = seen.distance_m * std::sqrt(std::max(0.0, 1 - cosine * cosine)) - seen.foot.dot(s);
     const double most = root + seen.root_m;
     if (excess <= most * most) found.edges.push_back(seen.edge);

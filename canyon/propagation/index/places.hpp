@@ -14,7 +14,7 @@ namespace canyon::propagation {
 /// Keeps something about each antenna that comes near the same place again, so that any number of receivers
 /// have their own whatever thread computes their epochs. Results must not depend on what is kept.
 /// Thread-safe. Memory: a `Kept` for each antenna of the last kMost requests that was asked for near its last
-/// place again.
+/// place twice in a row; a map's nodes have none.
 template <typename Kept>
 class Places {
  public:
@@ -69,7 +69,8 @@ class Places {
     entry.antenna = antenna;
     entry.request = requests_;
     entry.taken = true;
-    if (again && !entry.kept) entry.kept = std::make_unique<Kept>();
+    if (!again || !entry.kept) entry.kept.reset(again && entry.came_again ? new Kept : nullptr);
+    entry.came_again = again;
     return {this, at, again ? entry.kept.get() : nullptr};
   }
 
@@ -77,7 +78,7 @@ class Places {
   struct Entry {
     Eigen::Vector3d antenna;
     std::uint64_t request = 0;  ///< the last one
-    bool taken = false;
+    bool taken = false, came_again = false;
     std::unique_ptr<Kept> kept;
   };
   mutable std::mutex mutex_;
