@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "canyon/heatmap/kernels/shadow_raster.hpp"
-#include "canyon/heatmap/kernels/shadow_solids.hpp"
 #include "canyon/heatmap/kernels/shadow_tree.hpp"
 
 namespace canyon::heatmap {
@@ -91,65 +90,42 @@ void add_above(const std::array<RasterPoint, 3>& corner, const Window& window, R
 }  // namespace
 
 struct ShadowCaster::Impl {
-  struct Triangle {
-    std::array<std::array<double, 3>, 3> corner;
-    std::uint32_t solid;
-  };
+  using Triangle = std::array<std::array<double, 3>, 3>;
   std::vector<Triangle> triangles;  ///< in the tree's order
-  std::vector<Solid> solids;
   ShadowTree tree;
 
   explicit Impl(const city::Mesh& mesh) : tree(mesh) {
-    Solids found = find_solids(mesh);
-    solids = std::move(found.solids);
     triangles.reserve(mesh.triangles.size());
     for (const std::uint32_t t : tree.order()) {
       Triangle triangle;
       for (std::size_t k = 0; k < 3; ++k) {
         const Vector3d& v = mesh.vertices[mesh.triangles[t][k]];
-        triangle.corner[k] = {v.x(), v.y(), v.z()};
+        triangle[k] = {v.x(), v.y(), v.z()};
       }
-      triangle.solid = found.of_triangle[t];
       triangles.push_back(triangle);
     }
   }
 
-  /// Calls draw(triangle, its corners in cells, twice its area in cells) for the triangles that reach above
-  /// the plane and may cover the tile.
+  /// Calls draw(corners in cells) for the triangles that reach above the plane, may cover the tile, and are
+  /// not seen exactly from their edge.
   template <class Draw>
   void project(const CellPlane& plane, const Vector3d& direction, double max_range_m, Draw&& draw) const {
     const Projection projection(plane, direction);
     tree.visit(projection.reach(plane, max_range_m), [&](std::uint32_t first, std::uint32_t count) {
       for (std::uint32_t i = first; i < first + count; ++i) {
-        const Triangle& triangle = triangles[i];
         std::array<RasterPoint, 3> corner;
         bool above = false;
         for (std::size_t k = 0; k < 3; ++k) {
-          const double height = triangle.corner[k][2] - plane.z;
+          const double height = triangles[i][k][2] - plane.z;
           above |= height > 0;
-          corner[k] = projection(triangle.corner[k], height);
+          corner[k] = projection(triangles[i][k], height);
         }
         if (!above) continue;
         const double twice_area = (corner[1].u - corner[0].u) * (corner[2].v - corner[0].v) -
                                   (corner[2].u - corner[0].u) * (corner[1].v - corner[0].v);
-        draw(triangle, corner, twice_area);
+        if (twice_area != 0) draw(corner);
       }
     });
-  }
-
-  /// Cells that may lie within a solid.
-  [[nodiscard]] static Window footprint(const Solid& solid, const CellPlane& plane) {
-    const auto column = [&](double x) {
-      return std::clamp((x - plane.first.x()) / plane.spacing_m, -2.0, plane.columns + 1.0);
-    };
-    const auto row = [&](double y) {
-      return std::clamp((y - plane.first.y()) / plane.spacing_m, -2.0, plane.rows + 1.0);
-    };
-    const Window all = whole(plane);
-    return {std::max(all.first_column, floor_of(column(solid.bounds.min.x()))),
-            std::min(all.last_column, ceil_of(column(solid.bounds.max.x()))),
-            std::max(all.first_row, floor_of(row(solid.bounds.min.y()))),
-            std::min(all.last_row, ceil_of(row(solid.bounds.max.y())))};
   }
 };
 
@@ -168,13 +144,8 @@ void ShadowCaster::shadows(const CellPlane& plane, const Vector3d& direction,
   static thread_local BitRaster raster;  // keeps its memory from tile to tile
   raster.reset(plane.columns, plane.rows);
   const Window window = whole(plane);
-  impl_->project(
-      plane, direction, std::numeric_limits<double>::infinity(),
-      [&](const Impl::Triangle& triangle, const std::array<RasterPoint, 3>& corner, double twice_area) {
-        // The projection turns fronts that look away from the satellite over.
-        if (twice_area == 0 || (triangle.solid != Solids::kNone && twice_area < 0)) return;
-        add_above(corner, window, raster);
-      });
+  impl_->project(plane, direction, std::numeric_limits<double>::infinity(),
+                 [&](const std::array<RasterPoint, 3>& corner) { add_above(corner, window, raster); });
   raster.expand(blocked);
 }
 
@@ -185,23 +156,10 @@ void ShadowCaster::ranges(const CellPlane& plane, const Vector3d& direction, dou
   RangeRaster raster(ranges, plane.columns);
   if (ranges.empty()) return;
   const Window window = whole(plane);
-  impl_->project(
-      plane, direction, max_range_m,
-      [&](const Impl::Triangle& triangle, const std::array<RasterPoint, 3>& corner, double twice_area) {
-        if (twice_area == 0) return;
-        const double nearest = std::min(std::min(corner[0].range, corner[1].range), corner[2].range);
-        if (nearest > max_range_m) return;
-        if (twice_area > 0 && triangle.solid != Solids::kNone) {
-          // Rays meet a back side first only from within the solid or through its missing floor.
-          const Solid& solid = impl_->solids[triangle.solid];
-          if (solid.bounds.min.z() <= plane.z) {
-            add_above(corner, Impl::footprint(solid, plane), raster);
-            return;
-          }
-          if (!solid.floorless) return;
-        }
-        add_above(corner, window, raster);
-      });
+  impl_->project(plane, direction, max_range_m, [&](const std::array<RasterPoint, 3>& corner) {
+    const double nearest = std::min(std::min(corner[0].range, corner[1].range), corner[2].range);
+    if (nearest <= max_range_m) add_above(corner, window, raster);
+  });
   const auto farthest = static_cast<float>(max_range_m);
   for (float& range : ranges) {
     range = range > farthest ? std::numeric_limits<float>::infinity() : range;

@@ -17,7 +17,6 @@
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/heatmap/kernels/shadow_solids.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 #include "tests/support/shadow_reference.hpp"
 #include "tests/support/shared_data.hpp"
