@@ -17,6 +17,8 @@ A drive through a made-up downtown, and its error:
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
 from typing import Tuple
 
 try:
@@ -27,7 +29,22 @@ except ImportError as error:
         "was built for (/usr/bin/python3 for packages)"
     ) from error
 
-from . import _canyon
+try:
+    from . import _canyon
+except ImportError as error:
+    from importlib.machinery import EXTENSION_SUFFIXES
+
+    folder = Path(__file__).parent
+    built = [file.name for file in folder.glob("_canyon.*.so")]
+    if any(f"_canyon{suffix}" in built for suffix in EXTENSION_SUFFIXES):
+        raise  # it is here, and something that it needs is not
+    raise ImportError(
+        f"the engine is built for another Python than {sys.executable}: {', '.join(built)}; use /usr/bin/python3, or "
+        "-DPython3_EXECUTABLE= (docs/python.md)" if built else
+        f"the engine is not in {folder}: install pybind11-dev, python3-dev and python3-numpy, then './run build' makes it "
+        "(docs/python.md)"
+    ) from error
+
 from ._canyon import Encoder, Epoch, LiveReceiver, __version__, formats
 from .city import PLACEMENTS, City, CityObject
 from .errors import InputError, Interrupted, OutputError

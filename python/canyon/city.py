@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Tuple
+import copyreg
+import os
+import tempfile
+import weakref
+from pathlib import Path
+from typing import Any, Callable, Dict, MutableMapping, NamedTuple, Tuple
 
 from ._canyon import City
 
@@ -20,3 +25,23 @@ class CityObject(NamedTuple):
     """"building", "terrain", "foliage" or "vehicle"."""
     first_triangle: int
     triangle_count: int
+
+
+KEPT: MutableMapping[City, Dict[str, Any]] = weakref.WeakKeyDictionary()  # what properties of cities have made
+
+
+def _unpacked(file: bytes, seed: int) -> City:
+    with tempfile.TemporaryDirectory(prefix="canyon-city-") as folder:
+        path = os.path.join(folder, "city.canyon")
+        Path(path).write_bytes(file)
+        return City._read(path, seed)  # as it is; load() would draw its facades again
+
+
+def _packed(city: City) -> Tuple[Callable[..., City], Tuple[Any, ...]]:
+    with tempfile.TemporaryDirectory(prefix="canyon-city-") as folder:
+        path = os.path.join(folder, "city.canyon")
+        city.save(path)
+        return _unpacked, (Path(path).read_bytes(), city._seed)
+
+
+copyreg.pickle(City, _packed)

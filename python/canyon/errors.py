@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Optional
+from typing import Any, Optional, Tuple
 
 __all__ = ["InputError", "Interrupted", "OutputError"]
 
@@ -62,3 +62,6 @@ class Interrupted(KeyboardInterrupt):
     def __init__(self, message: str, result: Any) -> None:
         super().__init__(message)
         self.result = result
+
+    def __reduce__(self) -> Tuple[Any, ...]:
+        return Interrupted, (self.args[0], self.result)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from . import _canyon
 from ._canyon import City, Scenario, map_layers
-from .errors import Interrupted
+from .errors import InputError, Interrupted
 from .scenario import Settings
 
 __all__ = ["CELL_STATES", "HeatMap", "heatmap", "map_layers"]
@@ -21,8 +21,21 @@ CELL_STATES: Tuple[str, ...] = ("computed", "inside building", "under terrain", 
 """Meanings of the numbers of :attr:`HeatMap.state`; 255: not computed."""
 
 
+class _Tiles:
+    """The engine's part of a map: copies share it, a pickle leaves it out."""
+
+    def __init__(self, handle: "Optional[_canyon.Map]") -> None:
+        self.handle = handle
+
+    def __deepcopy__(self, memo: Any) -> "_Tiles":
+        return self
+
+    def __reduce__(self) -> Tuple[Any, ...]:
+        return _Tiles, (None,)
+
+
 class HeatMap:
-    """A map of a city.
+    """A map of a city. One that was pickled has its arrays, and cannot :meth:`write`.
 
     Attributes
     ----------
@@ -39,9 +52,9 @@ class HeatMap:
     """
 
     def __init__(self, handle: "_canyon.Map", folder: "tempfile.TemporaryDirectory[str] | None") -> None:
-        self._handle = handle
+        self._tiles = _Tiles(handle)
         if folder is not None:
-            weakref.finalize(self, folder.cleanup)  # the writers read tiles from there
+            weakref.finalize(handle, folder.cleanup)  # the writers read tiles from there
         values = handle.values()
         self.layers: Dict[str, NDArray[np.float32]] = values["layers"]
         self.state: NDArray[np.uint8] = values["state"]
@@ -55,6 +68,9 @@ class HeatMap:
 
     def __getitem__(self, layer: str) -> NDArray[np.float32]:
         return self.layers[layer]
+
+    def __repr__(self) -> str:
+        return f"<canyon.HeatMap: {', '.join(self.layers)}; {' x '.join(map(str, self.state.shape))} cells>"
 
     def to_xarray(self) -> Any:
         """An ``xarray.Dataset`` with units; xarray is imported here."""
@@ -85,7 +101,9 @@ class HeatMap:
             "netcdf" for names that end in .nc, else "png".
         """
         name = os.fspath(path)
-        self._handle.write(name, format or ("netcdf" if name.endswith(".nc") else "png"))
+        if self._tiles.handle is None:
+            raise InputError("a map that was pickled has no tiles", "write it where it was made, or use to_xarray()")
+        self._tiles.handle.write(name, format or ("netcdf" if name.endswith(".nc") else "png"))
 
 
 def heatmap(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import os
-from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Union
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,8 +83,47 @@ class Magnetometer(NamedTuple):
     true_field: NDArray[np.float64]  #: the Earth's [uT], (n, 3)
 
 
+class _Epochs:
+    """The epochs of a run, and their tables, each made once. Copies share them; a pickle has the tables alone."""
+
+    def __init__(
+        self,
+        receivers: List[str],
+        tables: Sequence[str],
+        simulation: "Optional[Simulation]",
+        epochs: List[List[Epoch]],
+        made: Dict[Tuple[int, str], Table],
+    ) -> None:
+        self.receivers, self.tables, self.simulation, self._epochs, self._made = receivers, tables, simulation, epochs, made
+
+    def of(self, receiver: int) -> List[Epoch]:
+        if self.simulation is None:
+            raise InputError("a run that was pickled has no epochs", "take its tables, or write files where it runs")
+        return self._epochs[receiver]
+
+    def table(self, name: str, receiver: int) -> Table:
+        if (receiver, name) not in self._made:
+            if name == "paths" and name not in self.tables:
+                raise InputError("the run did not keep its paths", "run it with paths=True")
+            about = {"receiver": self.receivers[receiver], "source": f"Canyon {_canyon.__version__}"}
+            _canyon.columns(name)  # an unknown name is the first fault
+            self._made[receiver, name] = Table(name, _canyon.table(self.of(receiver), name), about)
+        return self._made[receiver, name]
+
+    def __deepcopy__(self, memo: Any) -> "_Epochs":
+        return self
+
+    def __reduce__(self) -> Tuple[Any, ...]:
+        for receiver in range(len(self.receivers)):
+            for name in self.tables:
+                self.table(name, receiver)
+        return _Epochs, (self.receivers, self.tables, None, [], self._made)
+
+
 class Run:
     """Results of the receivers of a scenario, epoch by epoch.
+
+    A run can be pickled: its tables and figures go along, its epochs do not.
 
     Attributes
     ----------
@@ -99,10 +139,10 @@ class Run:
     """
 
     def __init__(self, simulation: "Simulation", result: Dict[str, Any], paths: bool = False) -> None:
-        self._simulation = simulation
-        self._paths = paths
-        self._epochs: List[List[Epoch]] = result["epochs"]
+        tables = ("epochs", "satellites", "signals") + (("paths",) if paths else ())
+        self._count = len(result["epochs"][0])
         self.receivers = simulation.receivers
+        self._epochs = _Epochs(self.receivers, tables, simulation, result["epochs"], {})
         self.summaries: List[Dict[str, Any]] = result["summaries"]
         self.warnings: List[str] = result["warnings"]
         self.interrupted: bool = result["interrupted"]
@@ -113,10 +153,10 @@ class Run:
 
     def epochs_of(self, receiver: Union[int, str] = 0) -> List[Epoch]:
         """The epochs of a receiver, in order."""
-        return self._epochs[self._index(receiver)]
+        return self._epochs.of(self._index(receiver))
 
     def table(self, name: str = "epochs", receiver: Union[int, str] = 0) -> Table:
-        """A table of a receiver.
+        """A table of a receiver, made once.
 
         Parameters
         ----------
@@ -125,11 +165,7 @@ class Run:
         receiver : int or str
             Index or name.
         """
-        index = self._index(receiver)
-        if name == "paths" and not self._paths:
-            raise InputError("the run did not keep its paths", "run it with paths=True")
-        columns = _canyon.table(self._epochs[index], name)
-        return Table(name, columns, {"receiver": self.receivers[index], "source": f"Canyon {_canyon.__version__}"})
+        return self._epochs.table(name, self._index(receiver))
 
     @property
     def epochs(self) -> Table:
@@ -179,10 +215,12 @@ class Run:
         receiver : int or str
         """
         index = self._index(receiver)
-        self._simulation._write(index, self._epochs[index], path, format or "")
+        epochs = self._epochs.of(index)
+        assert self._epochs.simulation is not None
+        self._epochs.simulation._write(index, epochs, path, format or "")
 
     def __len__(self) -> int:
-        return len(self._epochs[0])
+        return self._count
 
     def __repr__(self) -> str:
         return f"<canyon.Run: {len(self)} epochs of {', '.join(self.receivers)}>"
@@ -229,7 +267,12 @@ class Simulation(_canyon.Simulation):
     ) -> None:
         self.scenario = as_scenario(scenario)
         own = dict(models) if isinstance(models, Mapping) else models
+        self._given = city, own
         super().__init__(self.scenario, city, own)
+
+    def __reduce__(self) -> Tuple[Any, ...]:
+        city, models = self._given
+        return functools.partial(Simulation, models=models), (self.scenario, city)
 
     def run(self, threads: int = 0, paths: bool = False, out: "str | os.PathLike[str] | None" = None) -> Run:
         """The whole run.

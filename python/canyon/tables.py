@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, Iterator, Mapping
+import difflib
+from typing import Any, Dict, Iterator, Mapping, Tuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ __all__ = ["Table"]
 class Table(Mapping[str, NDArray[Any]]):
     """Columns of equal length, by the names of docs/outputs.md, with ``time`` (UTC) in front.
 
-    Numbers that are not known are NaN, flags 0 and 1.
+    Numbers that are not known are NaN, flags 0 and 1. Arrays are read-only: take a ``copy()`` to change one.
 
     Attributes
     ----------
@@ -30,8 +31,16 @@ class Table(Mapping[str, NDArray[Any]]):
         about = _canyon.columns(name)
         self.units: Dict[str, str] = {column: about[column][0] for column in columns if about[column][0]}
         self._about = about
+        for values in columns.values():
+            values.flags.writeable = False
+
+    def __reduce__(self) -> Tuple[Any, ...]:
+        return Table, (self.name, self._columns, self.attributes)
 
     def __getitem__(self, column: str) -> NDArray[Any]:
+        if column not in self._columns:
+            close = difflib.get_close_matches(str(column), self._columns, 1)
+            raise KeyError(f"{self.name} has no column {column!r}; " + (f"did you mean {close[0]!r}?" if close else f"it has {', '.join(self)}"))
         return self._columns[column]
 
     def __iter__(self) -> Iterator[str]:
@@ -75,7 +84,7 @@ class Table(Mapping[str, NDArray[Any]]):
 
         dimension = "time" if self.name == "epochs" else "row"
         data = {
-            name: (dimension, values, self.column_attributes(name))
+            name: (dimension, values.copy(), self.column_attributes(name))
             for name, values in self._columns.items()
             if name != dimension
         }

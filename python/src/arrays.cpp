@@ -67,7 +67,7 @@ Eigen::Vector3d vector3(py::handle from, const char* what) {
 }
 
 py::array_t<double> array_of(const Eigen::Vector3d& v) {
-  return py::array_t<double>({py::ssize_t{3}}, v.data());
+  return read_only(py::array_t<double>({py::ssize_t{3}}, v.data()));
 }
 
 py::tuple degrees_of(const geodesy::Geodetic& place) {

@@ -24,12 +24,17 @@ py::array_t<T> owning_array(std::vector<T>&& values) {
   return owning_array(std::move(values), {size});
 }
 
+/// The array, which nobody can write into: what a property makes at each access would lose what is written.
+template <typename T>
+py::array_t<T> read_only(py::array_t<T> array) {
+  py::detail::array_proxy(array.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
+  return array;
+}
+
 /// A read-only look at memory of `owner`, which it keeps alive.
 template <typename T>
 py::array_t<T> view_of(const T* data, std::vector<py::ssize_t> shape, py::handle owner) {
-  py::array_t<T> array(std::move(shape), data, owner);
-  py::detail::array_proxy(array.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
-  return array;
+  return read_only(py::array_t<T>(std::move(shape), data, owner));
 }
 
 /// Rows of three finite numbers, without a copy where the array is float64 and contiguous.
@@ -53,6 +58,7 @@ class Points {
 
 /// Three finite numbers. Quick for tuples and arrays alike.
 [[nodiscard]] Eigen::Vector3d vector3(py::handle from, const char* what);
+/// Read-only.
 [[nodiscard]] py::array_t<double> array_of(const Eigen::Vector3d& v);
 /// (latitude [deg], longitude [deg], height [m]).
 [[nodiscard]] py::tuple degrees_of(const geodesy::Geodetic& place);

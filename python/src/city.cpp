@@ -80,6 +80,14 @@ py::array converted(const py::object& from, const char* what, const Convert& con
   return owning_array(std::move(result), {static_cast<py::ssize_t>(points.size()), 3});
 }
 
+/// What make(city) gives, made once for each city.
+template <typename Make>
+py::object once(const py::object& self, const char* name, const Make& make) {
+  const py::dict kept = py::module_::import("canyon.city").attr("KEPT").attr("setdefault")(self, py::dict());
+  if (!kept.contains(name)) kept[name] = make(self.cast<const CityScene&>());
+  return kept[name];
+}
+
 py::dict summary(const CityScene& self) {
   const city::CitySummary s = city::summarize(self.city);
   return py::dict("buildings"_a = s.buildings, "triangles"_a = s.triangles,
@@ -184,6 +192,15 @@ files : path or list of paths
             });
           },
           "scenario"_a, "The city of a scenario: facades drawn and place moved as its seed says.")
+      .def_static(
+          "_read",
+          [](const std::filesystem::path& path, std::uint64_t seed) {
+            city::City city = city::read_city_file(path);
+            city.seed = seed;
+            return std::make_shared<CityScene>(std::move(city));
+          },
+          "path"_a, "seed"_a)
+      .def_property_readonly("_seed", [](const CityScene& self) { return self.city.seed; })
       .def(
           "save",
           [](const CityScene& self, const std::filesystem::path& path) {
@@ -200,9 +217,11 @@ files : path or list of paths
           "origin", [](const CityScene& self) { return degrees_of(self.city.frame.origin()); },
           "tuple: (latitude_deg, longitude_deg, height_m) of the frame's zero, WGS 84.")
       .def_property_readonly(
-          "summary", &summary,
+          "summary", [](const py::object& self) { return once(self, "summary", summary); },
           "dict: buildings, triangles, highest_roof_m, built_area_fraction [1], min_enu_m, max_enu_m, ...")
-      .def_property_readonly("objects", &objects, "list of CityObject: They cover all triangles, in order.")
+      .def_property_readonly(
+          "objects", [](const py::object& self) { return once(self, "objects", objects); },
+          "list of CityObject: They cover all triangles, in order.")
       .def_property_readonly(
           "vertices",
           [](const py::object& self) {

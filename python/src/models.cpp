@@ -228,7 +228,7 @@ positioning::Fix solve(const Held& solver, geodesy::GpsTime time,
   problem.cn0_dbhz = numbers(satellites, [](const auto& s) { return s.measured->cn0_dbhz.value_or(kNan); });
   problem.doppler_hz =
       numbers(satellites, [](const auto& s) { return s.measured->doppler_hz.value_or(kNan); });
-  problem.start_ecef_m = own.solved() ? py::object(array_of(own.position_ecef)) : py::none();
+  problem.start_ecef_m = own.solved() ? py::object(array_of(own.position_ecef).attr("copy")()) : py::none();
   const py::object answer = solver.get().attr("solve")(problem);
   if (answer.is_none()) {
     positioning::Fix none;

@@ -130,6 +130,15 @@ py::dict profile_list() {
   return profiles;
 }
 
+/// Whether two scenarios are one: every key, and the folder that names of files belong to.
+bool same(const ScenarioTree& a, const ScenarioTree& b) {
+  const auto folder = [](const ScenarioTree& s) {
+    return (std::filesystem::current_path() / s.file).parent_path();
+  };
+  return folder(a) == folder(b) &&
+         simulation::scenario_yaml(a.scenario) == simulation::scenario_yaml(b.scenario);
+}
+
 std::vector<std::string> names_in(const ScenarioTree& scenario) {
   return simulation::receiver_names(scenario.scenario.receivers);
 }
@@ -170,22 +179,22 @@ options::Node tree_of(py::handle object, const std::string& path) {
   return tree(object, path, 0);
 }
 
-py::object object_of(const options::Node& node) {
+py::object object_of(const options::Node& node, bool words) {
   switch (node.kind) {
     case Node::Kind::Empty:
       return py::none();
     case Node::Kind::Scalar:
-      return plain(node.text);
+      return words ? py::object(py::str(node.text)) : plain(node.text);
     case Node::Kind::List: {
       py::list list;
-      for (const Node& item : node.items) list.append(object_of(item));
+      for (const Node& item : node.items) list.append(object_of(item, words));
       return list;
     }
     case Node::Kind::Mapping:
       break;
   }
   py::dict dict;
-  for (const Node::Entry& entry : node.entries) dict[py::str(entry.key)] = object_of(entry.value);
+  for (const Node::Entry& entry : node.entries) dict[py::str(entry.key)] = object_of(entry.value, words);
   return dict;
 }
 
@@ -331,7 +340,7 @@ path : path
            "The scenario with other keys: mappings are merged key by key, anything else is replaced.")
       .def_property_readonly(
           "settings", [](const ScenarioTree& self) { return py::dict(object_of(self.tree)); },
-          "dict: The keys as they were given, without defaults.")
+          "dict: A copy of the keys as they were given, without defaults; :meth:`changed` changes them.")
       .def_property_readonly(
           "yaml", [](const ScenarioTree& self) { return simulation::scenario_yaml(self.scenario); },
           "str: The effective scenario: profiles resolved, every default written out.")
@@ -341,6 +350,26 @@ path : path
       .def_property_readonly(
           "warnings", [](const ScenarioTree& self) { return self.scenario.warnings; },
           "list of str: Warnings about keys that may be meant otherwise.")
+      .def(py::pickle(
+          [](const ScenarioTree& self) {
+            const py::object file = self.file.empty() ? py::object(py::none()) : py::cast(self.file);
+            return py::make_tuple(object_of(self.tree, true), file, std::filesystem::current_path());
+          },
+          [](const py::tuple& state) {
+            // Names of files go on to belong to the folder that they belonged to.
+            std::filesystem::path file;
+            if (!state[1].is_none()) file = state[1].cast<std::filesystem::path>();
+            const auto folder = state[2].cast<std::filesystem::path>();
+            if (folder != std::filesystem::current_path()) file = folder / file;
+            return std::make_shared<ScenarioTree>(tree_of(state[0]), file);
+          }))
+      .def(
+          "__eq__", [](const ScenarioTree& self, const ScenarioTree& other) { return same(self, other); },
+          py::is_operator())
+      .def("__hash__",
+           [](const ScenarioTree& self) {
+             return std::hash<std::string>()(simulation::scenario_yaml(self.scenario));
+           })
       .def("__repr__", [](const ScenarioTree& self) {
         return fmt::format("<canyon.Scenario of {}: {}>", self.file.empty() ? "settings" : self.file.string(),
                            fmt::join(names_in(self), ", "));

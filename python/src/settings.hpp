@@ -15,7 +15,8 @@ namespace canyon::python {
 /// Throws InputError with the key's path for NaN and for other objects.
 [[nodiscard]] options::Node tree_of(py::handle object, const std::string& path = "");
 /// Turns a tree into Python's objects: words that YAML takes for numbers and booleans become these.
-[[nodiscard]] py::object object_of(const options::Node& tree);
+/// @param words they stay words, so that tree_of() gives the same tree
+[[nodiscard]] py::object object_of(const options::Node& tree, bool words = false);
 /// `over` laid over `base`: mappings key by key, anything else replaced.
 void merge(options::Node& base, const options::Node& over);
 
