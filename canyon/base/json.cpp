@@ -126,7 +126,7 @@ bool operator==(const Json& a, const Json& b) {
 
 namespace {
 
-/// A text with null for NaN and Infinity, which Python and others write; empty where it has none.
+/// A text with null for NaN and Infinity as Python and C write them; empty where it has none.
 std::string without_nan(std::string_view text) {
   std::string plain;
   bool quoted = false, any = false;
@@ -134,7 +134,7 @@ std::string without_nan(std::string_view text) {
     if (text[at] == '"') quoted = !quoted;
     if (quoted && text[at] == '\\' && at + 1 < text.size()) plain += text[at++];
     std::size_t length = 0;
-    for (const std::string_view word : {"NaN", "Infinity", "-Infinity"})
+    for (const std::string_view word : {"NaN", "Infinity", "-Infinity", "nan", "-nan", "inf", "-inf"})
       if (!quoted && text.substr(at, word.size()) == word) length = word.size();
     if (length == 0) {
       plain += text[at];

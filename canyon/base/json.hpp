@@ -64,9 +64,8 @@ class Json {
   static Json object();
 
   /// The last of several members with the same key counts. Throws JsonError: "parse error at line 1, column
-  /// 5:
-  /// ...", also for values that are nested deeper than 1,000 levels. NaN and Infinity, which Python writes,
-  /// are null.
+  /// 5: ...", also for values that are nested deeper than 1,000 levels. NaN and Infinity, as Python and C
+  /// write them, are null.
   static Json parse(std::string_view text);
   /// Empty where parse() throws.
   static std::optional<Json> try_parse(std::string_view text);

@@ -58,7 +58,7 @@ class Inbox {
     if (!whole_ && !received_.empty() && received_.back().reader == reader) {
       received_.back().bytes += bytes;
     } else {
-      received_.push_back({reader, std::string(bytes)});
+      received_.push_back({reader, std::string(bytes), whole_});
     }
   }
   /// Every piece stays by itself.
@@ -171,6 +171,9 @@ class TcpClient final : public Transport {
 [[nodiscard]] HostPort host_and_port(std::string_view rest, std::string_view address);
 /// "ntrip://USER:PASSWORD@HOST:PORT/MOUNT", by any scheme. Throws InputError for anything else.
 [[nodiscard]] NtripAddress ntrip_address(std::string_view address);
+/// The head of a message of HTTP with CR LF behind each line, whether its lines end so or with LF alone, and
+/// the number of bytes that it took; empty: it is not whole yet.
+[[nodiscard]] std::optional<std::pair<std::string, std::size_t>> http_head(std::string_view bytes);
 /// Bytes as one chunk of HTTP/1.1; none are the last chunk (RFC 9112, section 7.1).
 [[nodiscard]] std::string http_chunk(std::string_view bytes);
 

@@ -20,10 +20,12 @@ std::string NtripAddress::credentials() const {
 }
 
 NtripAddress ntrip_address(std::string_view address) {
-  const std::size_t begin = address.find("://") + 3, slash = address.rfind('/');
+  const std::size_t begin = address.find("://") + 3, at = address.rfind('@');
+  const std::size_t slash = address.rfind('/');
   const std::string form = fmt::format("write {}[USER:PASSWORD@]HOST:PORT/MOUNT", address.substr(0, begin));
   NtripAddress parts;
-  if (slash >= begin) parts.mount = address.substr(slash + 1);
+  const bool secret = at != std::string_view::npos && slash < at;  // a password may have one
+  if (slash >= begin && !secret) parts.mount = address.substr(slash + 1);
   if (parts.mount.empty()) {
     throw InputError(fmt::format("'{}' has no mount point", hide_password(address)), form);
   }
@@ -35,16 +37,26 @@ NtripAddress ntrip_address(std::string_view address) {
     throw InputError(fmt::format("'{}' is not a mount point", parts.mount),
                      fmt::format("{}; MOUNT has up to {} letters, digits, and . _ - +", form, kLongest));
   }
-  const std::string_view authority = address.substr(begin, slash - begin);
-  const std::size_t at = authority.rfind('@');
   if (at != std::string_view::npos) {
-    const std::string_view secret = authority.substr(0, at);
-    const std::size_t colon = secret.find(':');
-    parts.user = secret.substr(0, colon);
-    if (colon != std::string_view::npos) parts.password = secret.substr(colon + 1);
+    const std::string_view who = address.substr(begin, at - begin);
+    const std::size_t colon = who.find(':');
+    parts.user = who.substr(0, colon);
+    if (colon != std::string_view::npos) parts.password = who.substr(colon + 1);
   }
-  parts.at = host_and_port(authority.substr(at + 1), address);  // npos + 1 is 0
+  const std::size_t host = at == std::string_view::npos ? begin : at + 1;
+  parts.at = host_and_port(address.substr(host, slash - host), address);
   return parts;
+}
+
+std::optional<std::pair<std::string, std::size_t>> http_head(std::string_view bytes) {
+  std::string lines;
+  for (std::size_t at = 0, end = 0; (end = bytes.find('\n', at)) != std::string_view::npos; at = end + 1) {
+    std::string_view line = bytes.substr(at, end - at);
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    lines += fmt::format("{}\r\n", line);
+    if (line.empty()) return {{std::move(lines), end + 1}};
+  }
+  return std::nullopt;
 }
 
 std::string http_chunk(std::string_view bytes) {
@@ -137,7 +149,9 @@ struct NtripClient::Impl {
       read_code(line);
     } else if (line.starts_with("ICY 200") || (source && line == "OK")) {
       answer.erase(0, end_of_line + 1);
-      if (answer.starts_with("\r\n")) answer.erase(0, 2);  // what some casters add
+      // What some casters add.
+      if (const auto head = http_head(answer.substr(0, 2)); head && head->first == "\r\n")
+        answer.erase(0, head->second);
       begin_stream(Phase::Raw);
     } else if (line.starts_with("SOURCETABLE 200")) {
       phase = Phase::Table;
@@ -171,6 +185,13 @@ struct NtripClient::Impl {
   }
 
   void read_http() {
+    if (!parser->is_header_done()) {
+      const auto head = http_head(answer);
+      if (!head && answer.size() > kLongestAnswer)
+        misunderstood("the caster's HTTP is broken: endless lines");
+      if (!head) return;
+      answer.replace(0, head->second, head->first);
+    }
     std::array<char, 4096> room;
     while (!answer.empty() && phase == Phase::Http) {
       auto& body = parser->get().body();

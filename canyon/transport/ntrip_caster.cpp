@@ -28,7 +28,7 @@ struct Mount {
 /// threads.
 class NtripCaster {
  public:
-  explicit NtripCaster(const HostPort& at) : at_(at), server_(at.port, at.host, kMostVisitors) {}
+  explicit NtripCaster(const HostPort& at) : at_(at), server_(at.port, at.host, kMostVisitors, true) {}
 
   /// The one at this host and port, which listens as long as it is used.
   static std::shared_ptr<NtripCaster> at(const HostPort& at) {
@@ -142,18 +142,18 @@ class NtripCaster {
       return;
     }
     visitor.head += bytes;
-    const std::size_t end = visitor.head.find("\r\n\r\n");
-    if (end == std::string::npos && visitor.head.size() <= kLongestHead) return;
+    const auto head = http_head(visitor.head);
+    if (!head && visitor.head.size() <= kLongestHead) return;
     http::request_parser<http::empty_body> parser;
     parser.header_limit(kLongestHead);
     error_code error;
-    parser.put(asio::buffer(visitor.head), error);
+    if (head) parser.put(asio::buffer(head->first), error);
     if (error || !parser.is_header_done() || parser.get().method() != http::verb::get) {
       dismiss(reader, visitor, "HTTP/1.1 400 Bad Request\r\nConnection: close\r\n\r\n");
       return;
     }
     answer(reader, visitor, parser.get());
-    if (visitor.mount != nullptr) visitor.mount->received.add(reader, visitor.head.substr(end + 4));
+    if (visitor.mount != nullptr) visitor.mount->received.add(reader, visitor.head.substr(head->second));
     visitor.head.clear();
   }
 

@@ -126,6 +126,22 @@ TEST(NtripCaster, SendsToClientsOfBothRevisions) {
   EXPECT_THAT(caster->take_notes(), IsEmpty());
 }
 
+TEST(NtripCaster, TakesLinesThatEndWithLfAlone) {
+  const auto lf = [](std::string request) {
+    std::erase(request, '\r');
+    return request;
+  };
+  const int port = free_port();
+  const auto caster = open_transport(address("ntrip-caster", port, kBase));
+  LocalConnection old = connected(*caster, port, lf(first_revision(kBase, "rover:pw")) + kGga, kFirstGrants);
+  LocalConnection now = connected(*caster, port, lf(second_revision(kBase, "rover:pw")), kSecondGrants);
+  EXPECT_EQ(take(*caster, kGga.size()), kGga);
+  caster->send("x");
+  EXPECT_EQ(old.read(1), "x");
+  EXPECT_EQ(now.read(6), "1\r\nx\r\n");
+  EXPECT_THAT(refusal(*caster, port, lf(second_revision("ELSE", "rover:pw"))), StartsWith("HTTP/1.1 404 "));
+}
+
 TEST(NtripCaster, RefusesAsEachRevisionDoes) {
   const int port = free_port();
   const auto caster = open_transport(address("ntrip-caster", port, kBase));
@@ -279,7 +295,7 @@ TEST(NtripCaster, Revision2IsHttp) {
 /// A caster that says what a test tells it to, to whoever connects.
 class ScriptedCaster {
  public:
-  ScriptedCaster() : port(free_port()), server_(port) {}
+  ScriptedCaster() : port(free_port()), server_(port, "127.0.0.1", kMaxClients, true) {}
 
   /// The next request, whole, while `client` is served.
   std::string request(NtripClient& client) {
@@ -408,6 +424,17 @@ TEST(NtripClient, TakesWhatHttpDoesNotCut) {
   (void)caster.request(client);
   caster.say("HTTP/1.0 200 OK\r\n\r\nas it is");
   EXPECT_EQ(take(client, 8), "as it is");
+}
+
+TEST(NtripClient, TakesAnswersWhoseLinesEndWithLfAlone) {
+  for (const char* head :
+       {"HTTP/1.1 200 OK\nContent-Type: gnss/data\n\n", "ICY 200 OK\n\n", "ICY 200 OK\n"}) {
+    ScriptedCaster caster;
+    NtripClient client = client_of(caster);
+    (void)caster.request(client);
+    caster.say(std::string(head) + "as\r\nit\nis");
+    EXPECT_EQ(take(client, 9), "as\r\nit\nis") << head;
+  }
 }
 
 TEST(NtripClient, FallsBackToRevision1) {
@@ -598,6 +625,10 @@ TEST(NtripAddress, RefusesWhatIsNone) {
         error_of(std::string(scheme) + "rover:secret@127.0.0.1/BASE"),
         AllOf(HasSubstr("no host and port"), HasSubstr("rover:...@127.0.0.1"), Not(HasSubstr("secret"))));
   }
+  EXPECT_THAT(error_of("ntrip://rover:sec/ret@127.0.0.1:2101"),
+              AllOf(HasSubstr("rover:...@127.0.0.1:2101' has no mount point"), Not(HasSubstr("ret@"))));
+  EXPECT_THAT(error_of("ntrip://me@example.com:secret@127.0.0.1:2101"),
+              AllOf(HasSubstr("'ntrip://...@127.0.0.1:2101'"), Not(HasSubstr("example"))));
   EXPECT_THAT(error_of("ntrip://nowhere.invalid:2101/BASE"),
               HasSubstr("'nowhere.invalid' is not a known host"));
   EXPECT_THAT(error_of("ntrip-caster://here:2101/BASE"), HasSubstr("'here' is not an address to listen at"));

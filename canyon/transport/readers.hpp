@@ -8,6 +8,8 @@
 #include <string_view>
 #include <utility>
 
+#include "canyon/transport/transport.hpp"
+
 namespace canyon::transport {
 
 /// Keeps a value for each sender (Received::reader), for kMost at a time: beyond that the sender with the
@@ -47,6 +49,12 @@ class LineCutter {
       bytes.remove_prefix(end + 1);
     }
     add(bytes);
+  }
+  /// The same of bytes that were received: a datagram ends its last line.
+  template <typename Take>
+  void receive(const Received& received, const Take& take) {
+    receive(std::string_view(received.bytes), take);
+    if (received.whole && (too_long_ || !line_.empty())) finish(take);
   }
   /// The line without an end so far; empty where it is too long.
   [[nodiscard]] const std::string& rest() const { return line_; }

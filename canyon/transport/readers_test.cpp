@@ -24,6 +24,19 @@ TEST(LineCutter, GivesLinesHoweverTheyAreCutAndSaysWhichWereTooLong) {
   EXPECT_EQ(cutter.rest(), "") << "nothing is kept of what is too long";
 }
 
+TEST(LineCutter, ADatagramEndsItsLine) {
+  LineCutter cutter(4);
+  std::vector<std::string> lines;
+  const auto take = [&](std::optional<std::string_view> line) { lines.emplace_back(line.value_or("long")); };
+  for (const char* datagram : {"ab", "c\nd", "e\n", "", "fghij", "k"}) {
+    cutter.receive(Received{1, datagram, true}, take);
+  }
+  EXPECT_THAT(lines, ElementsAre("ab", "c", "d", "e", "long", "k"));
+  cutter.receive(Received{1, "l"}, take);
+  cutter.receive(Received{1, "m\n"}, take);
+  EXPECT_EQ(lines.back(), "lm");
+}
+
 TEST(Readers, ForgetTheFirstOfTooMany) {
   Readers<std::string> readers;
   for (std::uint64_t reader = 1; reader <= Readers<std::string>::kMost; ++reader) readers.of(reader) += "x";

@@ -65,98 +65,95 @@ void set_up(tcp::socket& socket) {
   socket.set_option(asio::socket_base::send_buffer_size(static_cast<int>(kMaxBacklog)), error);
 }
 
-struct Client {
-  tcp::socket socket;
-  std::uint64_t number;
-  std::string backlog;
-  /// It closed its side but may still read (`nc` whose input has ended); a send finds out. It is the first to
-  /// be dropped for a new client.
-  bool silent = false;
-  bool leaving = false;  ///< close() was called: it gets its backlog, then the end of the stream
-};
+/// Whether a connection that begins so speaks HTTP, "GET ", "OPTIONS "; empty: more of it has to come.
+std::optional<bool> is_http(std::string_view first) {
+  constexpr std::size_t kLongestMethod = 16;
+  const std::size_t method = first.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ");
+  if (method == std::string_view::npos && first.size() <= kLongestMethod) return std::nullopt;
+  return method != 0 && method != std::string_view::npos && first[method] == ' ';
+}
 
 }  // namespace
 
-struct TcpServer::Impl {
-  asio::io_context io;
-  tcp::acceptor acceptor;
-  std::size_t most;
-  std::vector<Client> clients;
-  std::uint64_t accepted = 0;
-  Inbox received;
-  std::string first;  ///< every client gets it first
-  std::vector<std::string> notes;
-  bool full = false;  ///< said so already
-
-  Impl(const HostPort& at, std::size_t most_clients) : acceptor(listen_on(io, at)), most(most_clients) {
-    if (!listening_address(at).is_loopback()) {
-      notes.push_back(fmt::format("port {} is open to other machines", at.port));
-    }
+TcpServer::TcpServer(int port, const std::string& host, std::size_t most, bool http)
+    : acceptor_(listen_on(io_, {host, port})), most_(most), http_(http) {
+  if (!listening_address({host, port}).is_loopback()) {
+    notes_.push_back(fmt::format("port {} is open to other machines", port));
   }
+}
 
-  /// Puts bytes behind a client's others; false where it has to go.
-  bool push(Client& client, std::string_view bytes) {
-    if (client.backlog.size() + bytes.size() > kMaxBacklog) {
-      notes.emplace_back("a client that does not read is dropped");
-      return false;
-    }
-    client.backlog += bytes;
-    return flush(client.socket, client.backlog);
+// Puts bytes behind a client's others; false where it has to go.
+bool TcpServer::push(Client& client, std::string_view bytes) {
+  if (client.backlog.size() + bytes.size() > kMaxBacklog) {
+    notes_.emplace_back("a client that does not read is dropped");
+    return false;
   }
+  client.backlog += bytes;
+  return flush(client.socket, client.backlog);
+}
 
-  void accept_clients() {
-    // Bounded, so that a client that connects in a loop cannot hold the caller.
-    for (std::size_t i = 0; i < most; ++i) {
-      tcp::socket socket(io);
-      error_code error;
-      acceptor.accept(socket, error);
-      if (error) return;
-      if (clients.size() == most) {
-        const auto gone = std::find_if(clients.begin(), clients.end(), [](const Client& client) {
-          return client.silent || (client.leaving && client.backlog.empty());
-        });
-        if (gone != clients.end()) clients.erase(gone);
-      }
-      if (clients.size() == most) {
-        if (!full) notes.push_back(fmt::format("more than {} clients: the rest are turned away", most));
-        full = true;
-        continue;
-      }
-      full = false;
-      make_our_own(socket);
-      set_up(socket);
-      Client client{std::move(socket), ++accepted, first};
-      if (flush(client.socket, client.backlog)) clients.push_back(std::move(client));
+// Reads what a client says; Broken where it has to go.
+Line TcpServer::hear(Client& client) {
+  Inbox nobody, begin;
+  if (client.leaving) return listen(client.socket, client.number, nobody);
+  if (!client.first) return listen(client.socket, client.number, received_);
+  const Line line = listen(client.socket, client.number, begin);
+  for (const Received& piece : begin.take()) *client.first += piece.bytes;
+  const std::optional<bool> is = is_http(*client.first);
+  if (is.value_or(false)) {
+    if (!std::exchange(said_http_, true)) {
+      notes_.emplace_back("warning: a client that speaks HTTP, such as a page of a browser, is dropped");
     }
+    return Line::Broken;
   }
-};
+  if (!is && line == Line::Open) return line;
+  if (!client.first->empty()) received_.add(client.number, *client.first);
+  client.first.reset();
+  return line;
+}
 
-TcpServer::TcpServer(int port, const std::string& host, std::size_t most)
-    : impl_(std::make_unique<Impl>(HostPort{host, port}, most)) {}
-TcpServer::~TcpServer() = default;
-
-std::size_t TcpServer::clients() const {
-  return impl_->clients.size();
+void TcpServer::accept_clients() {
+  // Bounded, so that a client that connects in a loop cannot hold the caller.
+  for (std::size_t i = 0; i < most_; ++i) {
+    tcp::socket socket(io_);
+    error_code error;
+    acceptor_.accept(socket, error);
+    if (error) return;
+    if (clients_.size() == most_) {
+      const auto gone = std::find_if(clients_.begin(), clients_.end(), [](const Client& client) {
+        return client.silent || (client.leaving && client.backlog.empty());
+      });
+      if (gone != clients_.end()) clients_.erase(gone);
+    }
+    if (clients_.size() == most_) {
+      if (!full_) notes_.push_back(fmt::format("more than {} clients: the rest are turned away", most_));
+      full_ = true;
+      continue;
+    }
+    full_ = false;
+    make_our_own(socket);
+    set_up(socket);
+    Client client{std::move(socket), ++accepted_, first_};
+    if (!http_) client.first.emplace();
+    if (flush(client.socket, client.backlog)) clients_.push_back(std::move(client));
+  }
 }
 
 std::vector<std::uint64_t> TcpServer::readers() const {
   std::vector<std::uint64_t> numbers;
-  for (const Client& client : impl_->clients) {
+  for (const Client& client : clients_) {
     if (!client.leaving) numbers.push_back(client.number);
   }
   return numbers;
 }
 
 void TcpServer::close(std::uint64_t reader) {
-  for (Client& client : impl_->clients) client.leaving = client.leaving || client.number == reader;
+  for (Client& client : clients_) client.leaving = client.leaving || client.number == reader;
 }
 
 void TcpServer::serve() {
-  std::erase_if(impl_->clients, [this](Client& client) {
-    Inbox nobody;
-    const Line line = client.silent
-                          ? Line::Ended
-                          : listen(client.socket, client.number, client.leaving ? nobody : impl_->received);
+  std::erase_if(clients_, [this](Client& client) {
+    const Line line = client.silent ? Line::Ended : hear(client);
     client.silent = line == Line::Ended;
     if (line == Line::Broken || !flush(client.socket, client.backlog)) return true;
     if (!client.leaving || !client.backlog.empty()) return false;
@@ -165,44 +162,32 @@ void TcpServer::serve() {
     client.socket.shutdown(tcp::socket::shutdown_send, error);
     return client.silent;
   });
-  impl_->accept_clients();
-}
-
-void TcpServer::begin(std::string_view bytes) {
-  impl_->first = bytes;
+  accept_clients();
 }
 
 void TcpServer::send(std::string_view bytes) {
-  std::erase_if(impl_->clients, [&](Client& client) { return !impl_->push(client, bytes); });
+  std::erase_if(clients_, [&](Client& client) { return !push(client, bytes); });
 }
 
 void TcpServer::answer(std::uint64_t reader, std::string_view bytes) {
-  std::erase_if(impl_->clients,
-                [&](Client& client) { return client.number == reader && !impl_->push(client, bytes); });
-}
-
-std::vector<Received> TcpServer::take_received() {
-  return impl_->received.take();
+  std::erase_if(clients_, [&](Client& client) { return client.number == reader && !push(client, bytes); });
 }
 
 void TcpServer::add_handles(std::vector<int>& handles) const {
-  handles.push_back(impl_->acceptor.native_handle());
-  for (Client& client : impl_->clients) {
+  auto& self = const_cast<TcpServer&>(*this);
+  handles.push_back(self.acceptor_.native_handle());
+  for (Client& client : self.clients_) {
     if (!client.silent) handles.push_back(client.socket.native_handle());
   }
 }
 
 void TcpServer::finish(const std::optional<Correction>&) {
   serve();
-  for (Client& client : impl_->clients) {
+  for (Client& client : clients_) {
     asio::async_write(client.socket, asio::buffer(client.backlog), [](const error_code&, std::size_t) {});
   }
-  impl_->io.run_for(kPatience);
-  impl_->clients.clear();
-}
-
-std::vector<std::string> TcpServer::take_notes() {
-  return std::exchange(impl_->notes, {});
+  io_.run_for(kPatience);
+  clients_.clear();
 }
 
 TcpClient::TcpClient(const HostPort& to, Clock::duration first_pause, Clock::duration longest_pause)

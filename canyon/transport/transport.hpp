@@ -21,6 +21,7 @@ struct Correction {
 struct Received {
   std::uint64_t reader = 0;  ///< tells those at the other end apart
   std::string bytes;         ///< cut anywhere, but datagrams are whole
+  bool whole = false;        ///< a datagram: what it says ends with it
 };
 
 /// A description of the stream, for readers that ask before they read.
@@ -77,11 +78,12 @@ class Transport {
 /// Opens an address:
 ///   file:PATH                      a file that appears whole at finish(), or not at all
 ///   tcp://HOST:PORT                a server for up to kMaxClients clients; HOST is 127.0.0.1, or an address
-///                                  of this machine (0.0.0.0: all of them), which take_notes() then says
+///                                  of this machine (0.0.0.0: all of them), which take_notes() then says; a
+///                                  client that begins as HTTP does, such as a page of a browser, is dropped
 ///   tcp-connect://HOST:PORT        a client that connects, and again every second where the server is gone
 ///   udp://HOST:PORT                datagrams of up to kLargestDatagram bytes that end with a line
 ///   udp-listen://HOST:PORT         a port that waits for datagrams, and sends to those who sent some within
-///                                  10 s; HOST as for tcp://
+///                                  10 s, the latest kMaxClients of them; HOST as for tcp://
 ///   pty:, pty:PATH, pty:PATH@BAUD  a pseudo-terminal; take_notes() has its name, and PATH becomes a link to
 ///                                  it; with a baud rate bytes pass as on such a line (BAUD / 10 a second),
 ///                                  and what does not fit is left out

@@ -162,6 +162,50 @@ TEST(TcpServer, TurnsAwayMoreThanItHolds) {
   EXPECT_EQ(server.clients(), kMaxClients);
 }
 
+// A page of a foreign site can make the user's browser send what it likes in the body of a request.
+TEST(TcpServer, DropsClientsThatSpeakHttp) {
+  const int port = free_port();
+  TcpServer server(port);
+  std::vector<Received> received;
+  const auto end_of = [&](LocalConnection& client) {
+    auto reader = std::async(std::launch::async, [&] { return client.read_some(); });
+    while (reader.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready) {
+      server.serve();
+      for (Received& each : server.take_received()) received.push_back(std::move(each));
+    }
+    return reader.get();
+  };
+  const std::string body = "{\"command\": \"stop\"}\n";
+  for (const char* request :
+       {"POST / HTTP/1.1\r\nHost: x\r\n\r\n", "GET /?\r\n", "OPTIONS * HTTP/1.1\n\n",
+        "PUT /x HTTP/1.0\r\n\r\n", "PROPFIND /x HTTP/1.1\r\n\r\n", "HEAD ", "PRI * HTTP/2.0\r\n\r\n"}) {
+    LocalConnection client(port);
+    client.say(request + body);
+    EXPECT_EQ(end_of(client), "") << request;
+  }
+  LocalConnection slow(port);
+  slow.say("PO");
+  serve_until(server, 1);
+  server.serve();
+  slow.say("ST / HTTP/1.1\r\n\r\n" + body);
+  EXPECT_EQ(end_of(slow), "");
+  EXPECT_TRUE(received.empty());
+  EXPECT_THAT(server.take_notes(), ElementsAre(HasSubstr("speaks HTTP")));
+  // Others are heard, whatever they begin with.
+  for (const std::string& first : {std::string("P"), std::string("{\"path\": \"/ HTTP/1.1\"}\n"),
+                                   std::string("GETTER\n"), std::string(" / HTTP/1.1\n")}) {
+    LocalConnection client(port);
+    client.say(first);
+    client.end_speech();
+    std::string heard;
+    for (const auto deadline = in_20_s(); heard.empty() && std::chrono::steady_clock::now() < deadline;) {
+      server.serve();
+      for (const Received& each : server.take_received()) heard += each.bytes;
+    }
+    EXPECT_EQ(heard, first);
+  }
+}
+
 TEST(TcpServer, RefusesPortsThatCannotBeHad) {
   for (const int port : {-1, 0, 65536, 1'000'000}) {
     try {
@@ -467,6 +511,20 @@ TEST(Transport, UdpListenerSendsToThoseItReceivedFrom) {
   listener->send("all");
   EXPECT_EQ(received_by(*a, 9).back().bytes, "all");
   EXPECT_EQ(received_by(*b, 3).front().bytes, "all");
+}
+
+// A bridge may open a socket for each pose.
+TEST(Transport, UdpListenerHearsAnyNumberOfSenders) {
+  const int port = free_port();
+  const auto listener = open_transport("udp-listen://127.0.0.1:" + std::to_string(port));
+  std::vector<std::unique_ptr<Transport>> senders;
+  for (int i = 0; i < 40; ++i) {
+    senders.push_back(open_transport("udp://127.0.0.1:" + std::to_string(port)));
+    senders.back()->send("pose");
+    ASSERT_EQ(received_by(*listener, 4).size(), 1U) << i;
+  }
+  listener->send("x");
+  EXPECT_EQ(received_by(*senders.back(), 1).front().bytes, "x");
 }
 
 TEST(Transport, PseudoTerminalHearsAndHasALink) {

@@ -95,7 +95,7 @@ class UdpListener final : public Transport {
   }
   void serve() override {
     receive(socket_, [this](const udp::endpoint& from, std::string_view bytes) {
-      if (Peer* peer = peer_of(from)) received_.add(peer->number, bytes);
+      received_.add(number_of(from), bytes);
     });
   }
   [[nodiscard]] std::vector<Received> take_received() override { return received_.take(); }
@@ -120,23 +120,21 @@ class UdpListener final : public Transport {
       socket_.send_to(datagram, peer.at, 0, lost);
     });
   }
-  /// The peer at an address, a new one where it is not known; null where there are too many.
-  Peer* peer_of(const udp::endpoint& from) {
+  /// The number of the peer at an address. A new one takes the place of the one that is silent for longest
+  /// where there are too many.
+  std::uint64_t number_of(const udp::endpoint& from) {
     const auto now = Clock::now();
     const auto found =
         std::find_if(peers_.begin(), peers_.end(), [&](const Peer& peer) { return peer.at == from; });
     if (found != peers_.end()) {
       found->received = now;
-      return &*found;
+      return found->number;
     }
-    std::erase_if(peers_, [now](const Peer& peer) { return now - peer.received > kFaithful; });
     if (peers_.size() == kMaxClients) {
-      if (!std::exchange(full_, true))
-        notes_.push_back(fmt::format("more than {} senders: the rest are ignored", kMaxClients));
-      return nullptr;
+      peers_.erase(std::min_element(peers_.begin(), peers_.end(),
+                                    [](const Peer& a, const Peer& b) { return a.received < b.received; }));
     }
-    full_ = false;
-    return &peers_.emplace_back(Peer{from, ++met_, now});
+    return peers_.emplace_back(Peer{from, ++met_, now}).number;
   }
 
   asio::io_context io_;
@@ -145,7 +143,6 @@ class UdpListener final : public Transport {
   std::uint64_t met_ = 0;
   Inbox received_;
   std::vector<std::string> notes_;
-  bool full_ = false;  ///< said so already
 };
 
 }  // namespace

@@ -146,7 +146,7 @@ std::string names_of(const std::set<std::uint16_t>& blocks) {
 
 std::string Commands::receive(std::uint64_t reader, std::string_view bytes) {
   std::string answers;
-  std::string& line = lines_[reader];
+  std::string& line = lines_.of(reader);
   for (const char c : bytes) {
     if (c == '\r' || c == '\n') {
       answers += execute(trim(line));

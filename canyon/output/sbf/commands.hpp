@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "canyon/disturbance/faults/receiver_faults.hpp"
+#include "canyon/transport/readers.hpp"
 
 namespace canyon::output::sbf {
 
@@ -49,7 +50,7 @@ class Commands {
   std::string com_settings(const std::vector<std::string>& words);
   std::string reset_receiver(const std::vector<std::string>& words);
 
-  std::map<std::uint64_t, std::string> lines_;
+  transport::Readers<std::string> lines_;
   std::map<std::string, Stream> streams_;
   bool configured_ = false;
   std::map<std::uint16_t, std::int64_t> last_turn_;
