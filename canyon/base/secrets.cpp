@@ -35,11 +35,13 @@ std::string hide_keys(std::string_view word, bool all) {
   return shown;
 }
 
-/// "user:" of "user:password"; empty of a word alone, which may be a token.
+/// "user:" of "user:password"; empty of a word alone, which may be a token, and of a mail address.
 std::string_view user_of(std::string_view word) {
   const std::size_t colon = std::min(word.find(':'), lower_case(word).find("%3a"));
-  return colon == std::string_view::npos ? std::string_view()
-                                         : word.substr(0, colon + (word[colon] == ':' ? 1 : 3));
+  const std::string_view user = word.substr(0, colon);
+  const bool mail = user.find('@') != std::string_view::npos || user.find("%40") != std::string_view::npos;
+  return colon == std::string_view::npos || mail ? std::string_view()
+                                                 : word.substr(0, colon + (word[colon] == ':' ? 1 : 3));
 }
 
 /// The same of a word without a scheme, which somebody forgot: "user:...@host" of "user:password@host".
@@ -49,7 +51,7 @@ std::string hide_without_scheme(std::string_view word) {
   // "serial:/dev/ttyS0@9600" has a rate there.
   const bool rate = word.find_first_not_of("0123456789", host + 1) == std::string_view::npos;
   if (rate) return std::string(word);
-  return std::string(word.substr(0, colon + 1)) + "..." + hide_keys(word.substr(host), false);
+  return std::string(user_of(word.substr(0, host))) + "..." + hide_keys(word.substr(host), false);
 }
 
 /// A word of a text, perhaps an address.

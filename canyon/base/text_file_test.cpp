@@ -412,6 +412,9 @@ TEST(ReadBytes, KeepsBytes) {
 TEST(Secrets, PasswordsOfAddressesAreHidden) {
   EXPECT_EQ(hide_passwords("poses from ntrip://somebody:SECRET/W@RD@127.0.0.1:9/MOUNT: nobody answers"),
             "poses from ntrip://somebody:...@127.0.0.1:9/MOUNT: nobody answers");
+  EXPECT_EQ(hide_passwords("ntrip://me@example.com:SECRET@h:1/M me@example.com:SECRET@h:1/M"),
+            "ntrip://...@h:1/M ...@h:1/M");
+  EXPECT_EQ(hide_passwords("ntrip://me%40example.com:SECRET@h:1/M"), "ntrip://...@h:1/M");
   EXPECT_EQ(hide_passwords("'tcp://a:b@h:1' and 'tcp://c:d@h:2'"), "'tcp://a:...@h:1' and 'tcp://c:...@h:2'");
   EXPECT_EQ(hide_passwords("ntrip://me%3ASECRET@h:1/M https://TOKEN@h/i"),
             "ntrip://me%3A...@h:1/M https://...@h/i");

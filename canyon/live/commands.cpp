@@ -117,7 +117,8 @@ struct Commands::Impl {
                        R"(write {"command": "set", "receiver": "rover", "options": {"clock.bias_s": 1}})");
     }
     simulation::LiveReceiver& changed = receiver(command);
-    simulation::LiveConfig config = simulation::changed_live_config(changed.config(), *text, {});
+    simulation::LiveConfig config = simulation::changed_live_config(
+        changed.config(), *text, std::filesystem::absolute(context.scenario.file));
     if (config.rate_hz != changed.config().rate_hz) {
       throw InputError("rate_hz: cannot change while the session runs",
                        "write it in the scenario, and start again");
@@ -185,14 +186,12 @@ const std::vector<Commands::Impl::Entry>& Commands::Impl::entries() {
 
 void Commands::Impl::receive(const transport::Received& received, Commands& self) {
   constexpr std::size_t kLongestCommand = 65536;
-  readers.of(received.reader, kLongestCommand)
-      .receive(received.bytes, [&](std::optional<std::string_view> line) {
-        if (line && trim(*line).empty()) return;
-        link->transport().answer(
-            received.reader,
-            line ? self.answer(*line)
-                 : one_line(refusal("a line is too long", "end each command with a line break")));
-      });
+  readers.of(received.reader, kLongestCommand).receive(received, [&](std::optional<std::string_view> line) {
+    if (line && trim(*line).empty()) return;
+    link->transport().answer(received.reader, line ? self.answer(*line)
+                                                   : one_line(refusal("a line is too long",
+                                                                      "end each command with a line break")));
+  });
 }
 
 Commands::Commands(CommandContext context, std::shared_ptr<transport::Link> link)

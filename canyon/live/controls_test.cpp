@@ -3,11 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <future>
 #include <thread>
 
+#include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/simulation/city_scene.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace canyon::live::controls_test {
 namespace {
@@ -25,6 +28,41 @@ simulation::LiveReceiver receiver(const std::string& more = "") {
           more,
       "test");
   return {config, std::make_shared<simulation::CityScene>(city::City{}), *config.start};
+}
+
+// Options are asked for over ports and services: by others than who wrote the scenario.
+TEST(RunningOptions, ShowNoPasswordAndAreTakenBack) {
+  simulation::LiveConfig config = receiver().config();
+  for (const char* from : {"ntrip://me:SECRET@h:1/M", "ntrip://me@example.com:SECRET@h:1/M"}) {
+    config.receiver().options.corrections.from = from;
+    const std::string text = simulation::running_options(config);
+    EXPECT_THAT(text, AllOf(Not(HasSubstr("SECRET")), Not(HasSubstr("example"))));
+    EXPECT_EQ(simulation::changed_live_config(config, text, "").receiver().options.corrections.from, from);
+  }
+}
+
+TEST(RunningOptions, ARequestNamesNoFileButProfilesBesideTheScenario) {
+  const test::TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "sub");
+  for (const char* file : {"mine.yaml", "sub/other.yaml"}) {
+    std::ofstream(folder / file) << "description: mine\nelevation_mask_deg: 33\n";
+  }
+  std::filesystem::create_symlink(folder / "sub/other.yaml", folder / "link.yaml");
+  const auto options_with = [&](const std::string& profile, const std::filesystem::path& name) {
+    return simulation::running_options(
+        simulation::changed_live_config(receiver().config(), "profile: " + profile, name));
+  };
+  const std::filesystem::path scenario = folder / "scenario.yaml";
+  EXPECT_THAT(options_with("mine.yaml", scenario), HasSubstr("elevation_mask_deg: 33"));
+  EXPECT_THAT(options_with("./mine.yaml", scenario), HasSubstr("elevation_mask_deg: 33"));
+  EXPECT_NO_THROW((void)options_with("survey", scenario));
+  EXPECT_NO_THROW((void)options_with("survey", "request"));
+  for (const std::string& profile :
+       {std::string("/etc/passwd"), (folder / "mine.yaml").string(), std::string("sub/other.yaml"),
+        std::string("link.yaml"), std::string("sub/../../x.yaml"), std::string("none.yaml")}) {
+    EXPECT_THROW((void)options_with(profile, scenario), InputError) << profile;
+  }
+  EXPECT_THROW((void)options_with("mine.yaml", "request"), InputError);
 }
 
 class OptionsDeskTest : public testing::Test {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "canyon/base/secrets.hpp"
 #include "canyon/options/describe.hpp"
 #include "canyon/options/node.hpp"
 #include "canyon/options/read.hpp"
@@ -73,7 +74,7 @@ std::shared_ptr<simulation::CityScene> scene_of(const Load& load) {
     scene = std::make_shared<simulation::CityScene>(load(warnings));
   }
   for (const std::string& line : warnings) {
-    if (PyErr_WarnEx(PyExc_UserWarning, line.c_str(), 1) != 0) throw py::error_already_set();
+    if (PyErr_WarnEx(PyExc_UserWarning, hide_passwords(line).c_str(), 1) != 0) throw py::error_already_set();
   }
   return scene;
 }

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/secrets.hpp"
 #include "canyon/options/settings_tree.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/relative/correction_link.hpp"
+#include "canyon/simulation/scenario/profile.hpp"
 #include "canyon/simulation/scenario/receiver_bases.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/scenario/scenario_fields.hpp"
@@ -157,7 +159,7 @@ const options::Description& running_description() {
 }
 
 std::string running_options(const LiveConfig& config) {
-  return options::dotted(RunningConfig{const_cast<LiveConfig&>(config)});  // which changes nothing
+  return hide_passwords(options::dotted(RunningConfig{const_cast<LiveConfig&>(config)}));  // changes nothing
 }
 
 LiveConfig changed_live_config(const LiveConfig& config, const std::string& text,
@@ -172,11 +174,25 @@ LiveConfig changed_live_config(const LiveConfig& config, const std::string& text
     throw InputError(name, entry->line, fmt::format("{}: cannot change while the receiver runs", fixed),
                      "write it in the receiver's configuration, and restart");
   }
+  // A request may name profiles of Canyon, and files beside the scenario: not whatever this program may read.
+  const options::Node::Entry* profile = root.find("profile");
+  if (profile != nullptr && !name.empty() && is_profile_path(profile->value.text)) {
+    const std::filesystem::path file = std::filesystem::path(profile->value.text).lexically_normal();
+    if (!name.has_parent_path() || file.has_parent_path() ||
+        !std::filesystem::is_regular_file(std::filesystem::symlink_status(name.parent_path() / file))) {
+      throw InputError(name, profile->line,
+                       fmt::format("profile: '{}' is not a file beside the scenario", profile->value.text),
+                       "name one of 'canyon profiles', or the file alone: my.yaml");
+    }
+  }
   LiveConfig changed = config;
   changed.warnings.clear();
   RunningConfig running{changed};
   options::read(root, document, running);
-  if (changed.receiver().options.corrections.from != config.receiver().options.corrections.from) {
+  std::string& from = changed.receiver().options.corrections.from;
+  const std::string& before = config.receiver().options.corrections.from;
+  if (from == hide_passwords(before)) from = before;  // as running_options() shows it
+  if (from != before) {
     throw InputError(name, root.find("corrections")->line,
                      "corrections.from: cannot change while the receiver runs",
                      "write it in the receiver's configuration, and restart");
