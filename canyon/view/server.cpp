@@ -7,6 +7,7 @@
 #include <atomic>
 #include <deque>
 #include <future>
+#include <list>
 #include <optional>
 #include <set>
 #include <system_error>
@@ -52,6 +53,7 @@ std::string_view view_of(beast::string_view text) {
 using Text = std::shared_ptr<const std::string>;
 
 class Socket;
+class Connection;
 
 /// State that all connections share; used on the server's thread alone, but for the counters.
 struct Shared {
@@ -59,6 +61,7 @@ struct Shared {
   ServerOptions options;
   int port = 0;
   std::set<Socket*> sockets;
+  std::list<Connection*> idle;  ///< HTTP connections without a request, the longest first
   std::vector<Text> greeting;
   asio::thread_pool* work = nullptr;
   std::atomic<std::size_t> clients{0}, dropped{0};
@@ -188,13 +191,18 @@ class Connection : public std::enable_shared_from_this<Connection> {
       : stream_(std::move(socket)),
         shared_(std::move(shared)),
         counted_(std::make_shared<Counted>(shared_)) {}
+  ~Connection() { shared_->idle.remove(this); }
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
 
   void read() {
+    shared_->idle.push_back(this);
     parser_.emplace();
     parser_->header_limit(static_cast<std::uint32_t>(shared_->options.most_header_bytes));
     parser_->body_limit(0);
     stream_.expires_after(shared_->options.timeout);
     http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
+      self->shared_->idle.remove(self.get());
       if (!error) return self->handle();
       // Bad HTTP gets an error; a silent or closed connection is dropped.
       if (error == http::error::end_of_stream || error == beast::error::timeout ||
@@ -203,6 +211,13 @@ class Connection : public std::enable_shared_from_this<Connection> {
       }
       self->refuse(http::status::bad_request, "Canyon does not take this request", true);
     });
+  }
+
+  void close() {
+    shared_->idle.remove(this);
+    error_code error;
+    stream_.socket().shutdown(tcp::socket::shutdown_send, error);
+    stream_.close();
   }
 
  private:
@@ -304,12 +319,6 @@ class Connection : public std::enable_shared_from_this<Connection> {
                       });
   }
 
-  void close() {
-    error_code error;
-    stream_.socket().shutdown(tcp::socket::shutdown_send, error);
-    stream_.close();
-  }
-
   Stream stream_;
   std::shared_ptr<Shared> shared_;
   std::shared_ptr<Counted> counted_;
@@ -379,7 +388,12 @@ struct Server::Impl {
         });
         return;
       }
-      if (shared->clients < shared->options.most_clients) {
+      bool free = shared->clients < shared->options.most_clients;
+      if (!free && !shared->idle.empty()) {
+        shared->idle.front()->close();
+        free = true;
+      }
+      if (free) {
         error_code ignored;
         socket.set_option(tcp::no_delay(true), ignored);
         std::make_shared<Connection>(std::move(socket), shared)->read();

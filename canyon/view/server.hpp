@@ -13,8 +13,10 @@ namespace canyon::view {
 
 /// Bounds of a server; what exceeds them is refused and harms nobody else.
 struct ServerOptions {
-  int port = 0;                           ///< of 127.0.0.1; 0: a free one. [0, 65535]
-  std::size_t most_clients = 48;          ///< connections at a time; more are closed at once
+  int port = 0;  ///< of 127.0.0.1; 0: a free one. [0, 65535]
+  /// Connections at a time. One more takes the place of the one that waits longest without a request; where
+  /// all are at work it is closed at once.
+  std::size_t most_clients = 48;
   std::size_t most_header_bytes = 8192;   ///< of an HTTP request; it has no body
   std::size_t most_message_bytes = 4096;  ///< of a WebSocket message to the server
   /// Messages that wait for a WebSocket client which reads too slowly; of more the oldest are dropped.

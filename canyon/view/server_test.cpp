@@ -43,6 +43,12 @@ class Client {
     return text;
   }
   void close() { socket_.close(); }
+  /// Waits for a byte.
+  bool begins() {
+    char first = 0;
+    boost::system::error_code error;
+    return asio::read(socket_, asio::buffer(&first, 1), error) == 1;
+  }
   bool closed = false;
 
  private:
@@ -176,14 +182,31 @@ TEST_F(ServerTest, BoundsItsClients) {
   ServerOptions options;
   options.most_clients = 2;
   const Server server(site(), options);
-  Client first(server), second(server);
-  ASSERT_TRUE(comes_true([&] { return server.clients() == 2; }));
-  Client third(server);
-  EXPECT_EQ(third.rest(), "");
-  EXPECT_TRUE(third.closed);
-  second.close();
+  Client first(server);
   ASSERT_TRUE(comes_true([&] { return server.clients() == 1; }));
+  Client second(server);
+  ASSERT_TRUE(comes_true([&] { return server.clients() == 2; }));
+  // Those who ask for nothing lock nobody out.
   EXPECT_THAT(answer(server, "GET /"), StartsWith("HTTP/1.1 200"));
+  EXPECT_EQ(first.rest(), "");
+  EXPECT_TRUE(first.closed);
+  ASSERT_TRUE(comes_true([&] { return server.clients() == 1; }));
+  EXPECT_FALSE(second.closed);
+}
+
+TEST_F(ServerTest, TurnsAwayMoreThanItsClientsAtWork) {
+  std::string large;
+  large.resize(64'000'000, 'x');  // more than the system's buffers hold
+  put("large.bin", large);
+  ServerOptions options;
+  options.most_clients = 1;
+  const Server server(site(), options);
+  Client at_work(server);
+  at_work.write("GET /view/large.bin HTTP/1.1\r\n" + host(server) + "\r\n");
+  ASSERT_TRUE(at_work.begins());
+  Client more(server);
+  EXPECT_EQ(more.rest(), "");
+  EXPECT_TRUE(more.closed);
 }
 
 TEST_F(ServerTest, LetsStalledClientsGoAndServesOthersMeanwhile) {
