@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <exception>
 #include <utility>
@@ -102,25 +103,22 @@ std::unique_ptr<EpochPublisher> make_stream_publisher(
 }
 
 std::string stream_of_model(const std::string& setting, const std::string& stream, const std::string& model) {
+  const std::size_t digits = model.find_last_not_of("0123456789") + 1;  // npos + 1 is 0
   std::string result;
-  for (std::size_t at = 0;;) {
-    const std::size_t open = stream.find('{', at);
+  for (std::size_t at = 0; at < stream.size();) {
+    const std::size_t open = std::min(stream.find('{', at), stream.size());
     result += stream.substr(at, open - at);
-    if (open == std::string::npos) return result;
-    const std::size_t close = stream.find('}', open);
-    const std::string name = stream.substr(open, close == std::string::npos ? close : close - open + 1);
-    if (name == "{model}") {
-      result += model;
-    } else if (name == "{number}") {
-      const std::size_t digits = model.find_last_not_of("0123456789") + 1;  // npos + 1 is 0
-      result += digits < model.size() ? model.substr(digits) : "0";
-    } else {
+    const std::string name = stream.substr(open, stream.find('}', open) - open + 1);
+    if (name == "{model}") result += model;
+    if (name == "{number}") result += digits < model.size() ? model.substr(digits) : "0";
+    if (!name.empty() && name != "{model}" && name != "{number}") {
       throw InputError(
           fmt::format("{}: '{}' is not known", setting, name),
           "write {model} for the name of the receiver's model, or {number} for the number at its end");
     }
-    at = close + 1;
+    at = open + name.size();
   }
+  return result;
 }
 
 void HostOutputs::add(std::unique_ptr<EpochPublisher> publisher) {

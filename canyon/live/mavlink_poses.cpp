@@ -93,9 +93,9 @@ class MavlinkPoses final : public PoseDecoder {
     }
   }
 
-  void receive(std::uint64_t reader, std::string_view bytes,
+  void receive(const transport::Received& received,
                const std::function<void(const PoseReport&)>& each) override {
-    parsers_.of(reader).receive(bytes, [&](const mavlink::Frame& frame) {
+    parsers_.of(received.reader).receive(received.bytes, [&](const mavlink::Frame& frame) {
       std::visit(
           [&](const auto& message) {
             const std::optional<PoseReport> report = report_of(frame.sender, message);

@@ -8,7 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <map>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -57,38 +57,6 @@ class Complaints {
   std::string latest_;
 };
 
-/// Counts parts of poses that are not used. Each is told once: a sender may add keys of its own.
-class Unused {
- public:
-  /// @param why it is not, and what to do
-  template <typename Why>
-  void add(const std::string& part, const Why& why) {
-    constexpr std::size_t kMost = 16;
-    if (parts_.size() < kMost || parts_.count(part) > 0) {
-      const auto [at, is_new] = parts_.try_emplace(part);
-      if (is_new) at->second.why = why();
-      ++at->second.count;
-    }
-  }
-  [[nodiscard]] std::string take() {
-    std::string text;
-    for (auto& [part, its] : parts_) {
-      if (std::exchange(its.said, true)) continue;
-      text += fmt::format("{}'{}' in {} {} is not used{}", text.empty() ? "" : "; ", part, its.count,
-                          its.count == 1 ? "pose" : "poses", its.why);
-    }
-    return text;
-  }
-
- private:
-  struct Part {
-    std::string why;
-    std::size_t count = 0;
-    bool said = false;
-  };
-  std::map<std::string, Part> parts_;
-};
-
 /// Turns vectors from the sender's axes to ours.
 class Axes {
  public:
@@ -118,22 +86,22 @@ class JsonPoses final : public PoseDecoder {
  public:
   explicit JsonPoses(const simulation::PoseSourceOptions& options) : axes_(options) {}
 
-  void receive(std::uint64_t reader, std::string_view bytes,
+  void receive(const transport::Received& received,
                const std::function<void(const PoseReport&)>& each) override {
-    transport::LineCutter& lines = lines_.of(reader, kLongestLine);
+    transport::LineCutter& lines = lines_.of(received.reader, kLongestLine);
     const auto take = [&](std::optional<std::string_view> line) {
       if (line && trim(*line).empty()) return;
       const std::string why =
           line ? read(*line, each) : fmt::format("a line of more than {} bytes", kLongestLine);
       if (!why.empty()) complaints_.add(why);
     };
-    lines.receive(bytes, take);
-    // A datagram may come without an end of line.
+    lines.receive(received, take);
+    // A sender may leave the end of the line out.
     const std::string& rest = lines.rest();
     if (!rest.empty() && rest.back() == '}' && Json::try_parse(rest)) lines.finish(take);
   }
   [[nodiscard]] std::string take_complaint() override { return complaints_.take(); }
-  [[nodiscard]] std::string take_unused() override { return unused_.take(); }
+  [[nodiscard]] std::string take_unused() override { return std::exchange(unused_, {}); }
 
  private:
   static std::optional<double> number(const Json& object, const char* key, std::string& why) {
@@ -152,12 +120,17 @@ class JsonPoses final : public PoseDecoder {
     bool good = found.is_array() && found.size() == N;
     for (int i = 0; good && i < N; ++i) {
       const Json& each = found[static_cast<std::size_t>(i)];
-      good = each.is_number();
-      if (good) values[i] = each.get<double>();
+      good = each.is_number() || each.is_null();
+      values[i] = each.is_number() ? each.get<double>() : std::nan("");
     }
-    if (good) return values;
-    why = fmt::format("'{}' is not a list of {} numbers", key, N);
+    if (good && values.allFinite()) return values;
+    why = good ? not_finite(key) : fmt::format("'{}' is not a list of {} numbers", key, N);
     return std::nullopt;
+  }
+
+  /// NaN and Infinity are no numbers of JSON: senders write null, or what Json::parse() takes for it.
+  static std::string not_finite(std::string_view key) {
+    return fmt::format("'{}' has a value that is not finite", key);
   }
 
   /// The error; empty: none.
@@ -187,6 +160,10 @@ class JsonPoses final : public PoseDecoder {
     if (const auto v = numbers<3>(object, "velocity_mps", why)) report.velocity_mps = axes_.local(*v);
     if (const auto w = numbers<3>(object, "rates_radps", why)) report.rates_body_radps = axes_.body(*w);
     if (!why.empty()) return why;
+    for (const char* key : {"latitude_deg", "longitude_deg", "height_m"}) {
+      if (!report.position_m && !report.place && object.contains(key) && object[key].is_null())
+        return not_finite(key);
+    }
     if (!report.position_m && !report.place) {
       return "neither 'position_m' nor 'latitude_deg', 'longitude_deg', 'height_m'";
     }
@@ -201,19 +178,25 @@ class JsonPoses final : public PoseDecoder {
         "longitude_deg", "attitude", "yaw_deg",    "velocity_mps", "rates_radps"};
     const auto given = [&](const char* key) { return !object[key].is_null(); };
     for (const Json::Member& member : object.members()) {
-      const std::string& key = member.key;
-      if (std::find(kKnown.begin(), kKnown.end(), key) != kKnown.end()) continue;
-      unused_.add(printable(key), [&] { return cure_of(key, kKnown); });
+      if (std::find(kKnown.begin(), kKnown.end(), member.key) != kKnown.end()) continue;
+      leave_out(printable(member.key), [&] { return cure_of(member.key, kKnown); });
     }
     const bool geodetic = given("latitude_deg") && given("longitude_deg") && given("height_m");
     if (geodetic && given("position_m")) {
-      unused_.add("position_m", [] { return " beside 'latitude_deg', 'longitude_deg' and 'height_m'"; });
+      leave_out("position_m", [] { return " beside 'latitude_deg', 'longitude_deg' and 'height_m'"; });
     }
     for (const char* key : {"latitude_deg", "longitude_deg", "height_m"}) {
-      if (!geodetic && given(key))
-        unused_.add(key, [] { return ": it needs latitude, longitude and height"; });
+      if (!geodetic && given(key)) leave_out(key, [] { return ": it needs latitude, longitude and height"; });
     }
-    if (given("attitude") && given("yaw_deg")) unused_.add("yaw_deg", [] { return " beside 'attitude'"; });
+    if (given("attitude") && given("yaw_deg")) leave_out("yaw_deg", [] { return " beside 'attitude'"; });
+  }
+
+  /// Tells of each part once: a sender may add keys of its own. @param why it is not used, and what to do
+  template <typename Why>
+  void leave_out(const std::string& part, const Why& why) {
+    constexpr std::size_t kMost = 16;
+    if (told_.size() == kMost || !told_.insert(part).second) return;
+    unused_ += fmt::format("{}'{}' is not used{}", unused_.empty() ? "" : "; ", part, why());
   }
 
   /// A sender's text for a message: short, without control characters.
@@ -235,7 +218,8 @@ class JsonPoses final : public PoseDecoder {
 
   Axes axes_;
   transport::Readers<transport::LineCutter> lines_;
-  Unused unused_;
+  std::set<std::string> told_;  // parts that are not used
+  std::string unused_;
   Complaints complaints_;
 };
 
@@ -243,10 +227,10 @@ class BinaryPoses final : public PoseDecoder {
  public:
   explicit BinaryPoses(const simulation::PoseSourceOptions& options) : axes_(options) {}
 
-  void receive(std::uint64_t reader, std::string_view bytes,
+  void receive(const transport::Received& received,
                const std::function<void(const PoseReport&)>& each) override {
-    std::string& held = held_.of(reader);
-    held += bytes;
+    std::string& held = held_.of(received.reader);
+    held += received.bytes;
     std::string_view rest = held;
     while (true) {
       const std::size_t start = rest.find(kMagic);
@@ -270,6 +254,9 @@ class BinaryPoses final : public PoseDecoder {
       rest.remove_prefix(kBinarySize);
     }
     held = std::string(rest);
+    if (!received.whole || held.empty()) return;
+    complaints_.add("a datagram that ends within a pose");
+    held.clear();
   }
   [[nodiscard]] std::string take_complaint() override { return complaints_.take(); }
 

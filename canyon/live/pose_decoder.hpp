@@ -6,11 +6,11 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/simulation/scenario/live_options.hpp"
+#include "canyon/transport/transport.hpp"
 
 namespace canyon::live {
 
@@ -26,12 +26,11 @@ struct PoseReport {
 };
 
 /// Finds poses in bytes that may be cut anywhere, mixed with anything, or hostile. Keeps a bounded part of
-/// them.
+/// them, of a datagram nothing: what is no pose in it is complained of.
 class PoseDecoder {
  public:
   virtual ~PoseDecoder() = default;
-  /// @param reader the sender, see transport::Received
-  virtual void receive(std::uint64_t reader, std::string_view bytes,
+  virtual void receive(const transport::Received& received,
                        const std::function<void(const PoseReport&)>& each) = 0;
   /// A request for poses to a silent sender; empty: none.
   [[nodiscard]] virtual std::string request() { return {}; }

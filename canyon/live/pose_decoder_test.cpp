@@ -38,7 +38,8 @@ std::vector<PoseReport> received(PoseDecoder& decoder, std::string_view bytes, s
                                  std::uint64_t reader = 0) {
   std::vector<PoseReport> reports;
   for (; !bytes.empty(); bytes.remove_prefix(std::min(step, bytes.size()))) {
-    decoder.receive(reader, bytes.substr(0, step), [&](const PoseReport& r) { reports.push_back(r); });
+    decoder.receive({reader, std::string(bytes.substr(0, step))},
+                    [&](const PoseReport& r) { reports.push_back(r); });
   }
   return reports;
 }
@@ -122,6 +123,12 @@ TEST(JsonPoses, SayWhatIsNone) {
            {"{\"position_m\": [1, 2]}\n", "'position_m' is not a list of 3 numbers"},
            {"{\"position_m\": [1, 2, \"x\"]}\n", "'position_m' is not a list of 3 numbers"},
            {"{\"position_m\": [1, 2, 3], \"attitude\": [0, 0, 0, 0]}\n", "no direction"},
+           {"{\"position_m\": [1, NaN, 3]}\n", "'position_m' has a value that is not finite"},
+           {"{\"position_m\": [1, 2, null]}\n", "'position_m' has a value that is not finite"},
+           {"{\"position_m\": [1, 2, 3], \"velocity_mps\": [-nan, inf, 0]}\n",
+            "'velocity_mps' has a value that is not finite"},
+           {"{\"latitude_deg\": 48, \"longitude_deg\": nan, \"height_m\": 0}\n",
+            "'longitude_deg' has a value that is not finite"},
            {"{\"latitude_deg\": 91, \"longitude_deg\": 0, \"height_m\": 0}\n", "out of range"},
            {std::string(10'000, '[') + "\n", "more than 4096 bytes"}}) {
     EXPECT_TRUE(received(*decoder, line).empty()) << line.substr(0, 50);
@@ -131,7 +138,7 @@ TEST(JsonPoses, SayWhatIsNone) {
   EXPECT_EQ(received(*decoder, "{\"position_m\": [1, 2, 3]}\n").size(), 1U);
   EXPECT_EQ(decoder->take_complaint(), "");
   // Two senders do not cut each other's lines.
-  decoder->receive(1, "{\"position_m\": [1,", [](const PoseReport&) { ADD_FAILURE(); });
+  decoder->receive({1, "{\"position_m\": [1,"}, [](const PoseReport&) { ADD_FAILURE(); });
   EXPECT_EQ(received(*decoder, "{\"position_m\": [4, 5, 6]}\n", 100, 2).size(), 1U);
   EXPECT_EQ(received(*decoder, " 2, 3]}\n", 100, 1).size(), 1U);
 }
@@ -144,9 +151,9 @@ TEST(JsonPoses, SayWhatIsNotUsed) {
   EXPECT_EQ(received(*decoder, pose + pose).size(), 2U);
   EXPECT_EQ(decoder->take_complaint(), "");
   const std::string unused = decoder->take_unused();
-  EXPECT_THAT(unused, HasSubstr("'velocity' in 2 poses is not used: did you mean 'velocity_mps'?"));
-  EXPECT_THAT(unused, HasSubstr("'Attitude' in 2 poses is not used: did you mean 'attitude'?"));
-  EXPECT_THAT(unused, HasSubstr("'battery' in 2 poses is not used: a pose has time_s, id"));
+  EXPECT_THAT(unused, HasSubstr("'velocity' is not used: did you mean 'velocity_mps'?"));
+  EXPECT_THAT(unused, HasSubstr("'Attitude' is not used: did you mean 'attitude'?"));
+  EXPECT_THAT(unused, HasSubstr("'battery' is not used: a pose has time_s, id"));
   // Once is enough.
   (void)received(*decoder, pose);
   EXPECT_EQ(decoder->take_unused(), "");
@@ -157,7 +164,7 @@ TEST(JsonPoses, SayWhatIsNotUsed) {
            {R"({"position_m": [1, 2, 3], "attitude": [1, 0, 0, 0], "yaw_deg": 2})", "yaw_deg"}}) {
     const auto other = make_decoder(options(PoseFormat::Json));
     EXPECT_EQ(received(*other, line + "\n").size(), 1U);
-    EXPECT_THAT(other->take_unused(), HasSubstr("'" + key + "' in 1 pose is not used"));
+    EXPECT_THAT(other->take_unused(), HasSubstr("'" + key + "' is not used"));
   }
   const auto good = make_decoder(options(PoseFormat::Json));
   EXPECT_EQ(received(*good, json(skew())).size(), 1U);
@@ -197,6 +204,29 @@ TEST(BinaryPoses, AreReadByTheirTable) {
   expect_near(*reports[0].attitude * Vector3d::UnitX(), {forward.y(), forward.x(), -forward.z()});
   EXPECT_NEAR(geodesy::degrees(reports[1].place->longitude_rad), 114.2, 1e-12);
   EXPECT_FALSE(reports[1].stamp_s || reports[1].attitude || reports[1].velocity_mps);
+}
+
+// One that is none does not spoil the next one.
+TEST(Poses, ADatagramEndsWhatItSays) {
+  const std::string good = "{\"position_m\": [4, 5, 6]}";
+  for (const auto& [format, bad, next] : std::vector<std::tuple<PoseFormat, std::string, std::string>>{
+           {PoseFormat::Json, "{\"position_m\": [1, 2, x]}", good},
+           {PoseFormat::Json, "{\"position_m\": [1,", good},
+           {PoseFormat::Binary, binary(0, {1, 2, 3}).substr(0, 60), binary(0, {4, 5, 6})}}) {
+    const auto decoder = make_decoder(options(format));
+    int poses = 0;
+    const auto count = [&](const PoseReport& report) {
+      ++poses;
+      EXPECT_EQ(*report.position_m, Vector3d(4, 5, 6));
+    };
+    for (int i = 0; i < 3; ++i) {
+      decoder->receive({7, bad, true}, count);
+      EXPECT_THAT(decoder->take_complaint(), HasSubstr("1 message was not a pose")) << bad;
+      decoder->receive({7, next, true}, count);
+      EXPECT_EQ(decoder->take_complaint(), "") << bad;
+    }
+    EXPECT_EQ(poses, 3) << bad;
+  }
 }
 
 TEST(BinaryPoses, AreFoundAmongRubbish) {
@@ -265,13 +295,13 @@ TEST(MavlinkPoses, AltitudesAreAboveMeanSeaLevel) {
   state.longitude_deg = 13.4;
   state.altitude_m = 37;
   PoseSource source(options(PoseFormat::MAVLink), frame_of_city, 39.5);
-  source.receive(0, frame(state), 0);
+  source.receive({0, frame(state)}, 0);
   std::string reason;
   const auto at = source.track().at(0, reason);
   ASSERT_TRUE(at) << reason;
   EXPECT_NEAR(at->pose.position_m.z(), 2, 1e-3);
   PoseSource json(options(PoseFormat::Json), frame_of_city, 39.5);
-  json.receive(0, "{\"latitude_deg\": 52.5, \"longitude_deg\": 13.4, \"height_m\": 76.5}\n", 0);
+  json.receive({0, "{\"latitude_deg\": 52.5, \"longitude_deg\": 13.4, \"height_m\": 76.5}\n"}, 0);
   const auto other = json.track().at(0, reason);
   ASSERT_TRUE(other) << reason;
   EXPECT_NEAR(other->pose.position_m.z(), 2, 1e-3);
@@ -288,7 +318,7 @@ TEST(MavlinkPoses, WithoutTimesAVehicleMayStand) {
   std::string reason;
   for (std::int64_t i = 0; i < 10; ++i) {
     const std::int64_t now_ns = 40'000'000 * i;
-    source.receive(0, frame(state) + frame(state), now_ns);
+    source.receive({0, frame(state) + frame(state)}, now_ns);
     EXPECT_TRUE(source.track().at(now_ns, reason)) << reason;
   }
   EXPECT_GE(source.count(), 10U);
@@ -369,7 +399,7 @@ TEST(Poses, OfNoAntennaAreDroppedAndCounted) {
            {PoseFormat::Binary, binary(0, {0, 0, 1e30})},
            {PoseFormat::MAVLink, frame(state)}}) {
     PoseSource source(options(format), frame_of_city);
-    source.receive(0, bytes, 0);
+    source.receive({0, bytes}, 0);
     EXPECT_EQ(source.count(), 0U) << bytes;
     const auto notes = source.take_notes();
     ASSERT_EQ(notes.size(), 1U) << bytes;
@@ -377,9 +407,9 @@ TEST(Poses, OfNoAntennaAreDroppedAndCounted) {
   }
   // The vehicle looks where it goes, not from the pose that was dropped.
   PoseSource source(options(PoseFormat::Json), frame_of_city);
-  source.receive(0,
-                 "{\"time_s\": 0, \"position_m\": [0, 0, 2]}\n{\"time_s\": 1, \"position_m\": [0, 2e7, 2]}\n"
-                 "{\"time_s\": 2, \"position_m\": [10, 0, 2]}\n",
+  source.receive({0,
+                  "{\"time_s\": 0, \"position_m\": [0, 0, 2]}\n{\"time_s\": 1, \"position_m\": [0, 2e7, 2]}\n"
+                  "{\"time_s\": 2, \"position_m\": [10, 0, 2]}\n"},
                  0);
   std::string reason;
   const auto at = source.track().at(0, reason);

@@ -84,24 +84,37 @@ void PoseSource::count(const PoseReport& report, const simulation::ReportedPose&
   }
 }
 
-void PoseSource::receive(std::uint64_t reader, std::string_view bytes, std::int64_t now_ns,
+void PoseSource::receive(const transport::Received& received, std::int64_t now_ns,
                          const std::function<void()>& taken) {
-  decoder_->receive(reader, bytes, [&](const PoseReport& report) {
+  decoder_->receive(received, [&](const PoseReport& report) {
     if (take(report, now_ns) && taken) taken();
   });
 }
 
-void PoseSource::receive_log(std::string_view bytes, std::optional<double>& first_stamp_s,
-                             const std::function<void(std::int64_t)>& taken) {
-  decoder_->receive(0, bytes, [&](const PoseReport& report) {
+void PoseSource::receive_log(const transport::Received& received, bool since_zero,
+                             const std::function<void(std::int64_t)>& taken,
+                             const std::function<bool()>& anew) {
+  decoder_->receive(received, [&](const PoseReport& report) {
+    if (!options_.id.empty() && report.id != options_.id) return;
     constexpr double kLongest_s = 1e9;
-    const double now_s =
-        report.stamp_s ? *report.stamp_s - first_stamp_s.value_or(*report.stamp_s) : std::nan("");
+    const double stamp_s = report.stamp_s.value_or(std::nan(""));
+    const double step_s = stamp_s - last_stamp_s_.value_or(stamp_s);
+    if (step_s < -options_.track.timeout_s || step_s > kLongestGap_s) {
+      if (!anew()) {
+        ++old_;
+        return;
+      }
+      track_.reset();
+      first_stamp_s_.reset();
+      last_stamp_s_.reset();
+      before_.reset();
+    }
+    const double now_s = stamp_s - (since_zero ? 0 : first_stamp_s_.value_or(stamp_s));
     if (!(std::abs(now_s) < kLongest_s)) {
       ++impossible_;
       return;
     }
-    if (!first_stamp_s) first_stamp_s = *report.stamp_s;
+    if (!first_stamp_s_) first_stamp_s_ = stamp_s;
     const auto now_ns = static_cast<std::int64_t>(std::llround(now_s * 1e9));
     if (take(report, now_ns)) taken(now_ns);
   });

@@ -29,12 +29,15 @@ class PoseSource {
              double geoid_undulation_m = 0);
 
   /// Bytes that come at `now_ns` of the host's time; `taken` is called behind each pose that is.
-  void receive(std::uint64_t reader, std::string_view bytes, std::int64_t now_ns,
+  void receive(const transport::Received& received, std::int64_t now_ns,
                const std::function<void()>& taken = {});
-  /// As receive(), with poses at the host's time of their stamps, less `first_stamp_s`, which the first one
-  /// sets.
-  void receive_log(std::string_view bytes, std::optional<double>& first_stamp_s,
-                   const std::function<void(std::int64_t now_ns)>& taken);
+  /// As receive(), with poses at the host's time of their stamps, less the first one unless `since_zero`. A
+  /// stamp that lies more than the time-out before the last one, or more than kLongestGap_s behind it, is of
+  /// another clock. Then `anew` is called: the poses are forgotten and stamps count from this one on; where
+  /// it returns false the pose is dropped instead.
+  void receive_log(const transport::Received& received, bool since_zero,
+                   const std::function<void(std::int64_t now_ns)>& taken, const std::function<bool()>& anew);
+  static constexpr double kLongestGap_s = 86400;
 
   [[nodiscard]] const simulation::PoseSourceOptions& options() const { return options_; }
   [[nodiscard]] simulation::PoseTrack& track() { return track_; }
@@ -60,7 +63,7 @@ class PoseSource {
   simulation::PoseTrack track_;
   Eigen::Quaterniond attitude_ = Eigen::Quaterniond::Identity();  // of the last motion
   std::optional<std::pair<double, Eigen::Vector3d>> before_;      // time and place of the last pose
-  std::optional<double> last_stamp_s_;
+  std::optional<double> first_stamp_s_, last_stamp_s_;
   double far_m_ = 0;  // of the first of those since the vehicle was near
   bool said_far_ = false;
   std::uint64_t count_ = 0, impossible_ = 0, old_ = 0;

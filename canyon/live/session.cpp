@@ -53,6 +53,13 @@ void Session::Impl::begin_clock() {
   next_second = Clock::now() + std::chrono::seconds(1);
 }
 
+void Session::Impl::begin_at(std::int64_t run_ns) {
+  if (!by_stamps()) wall_begin += Clock::now() - wall_of(run_ns);
+  for (Vehicle& vehicle : vehicles) {
+    for (Schedule& each : vehicle.receivers) each.epochs.begin_at(run_ns);
+  }
+}
+
 void Session::Impl::resume(const Vehicle& vehicle) {
   const std::optional<double> stamp_s = vehicle.source->last_stamp_s();
   if (!options.resume || !stamp_s || std::exchange(resumed, true)) return;
@@ -62,13 +69,30 @@ void Session::Impl::resume(const Vehicle& vehicle) {
                      *stamp_s));
     return;
   }
-  const std::int64_t stamp_ns = std::llround(*stamp_s * 1e9);
-  if (!by_stamps()) wall_begin -= std::chrono::nanoseconds(stamp_ns - now_ns());
-  for (Vehicle& moved : vehicles) {
-    for (Schedule& each : moved.receivers) each.epochs.begin_at(stamp_ns);
-  }
+  begin_at(std::llround(*stamp_s * 1e9));
   note(fmt::format("the time is {:.1f} s ({}), by the first pose's stamp", *stamp_s,
                    geodesy::format_gpst(start + *stamp_s, 1)));
+}
+
+bool Session::Impl::begin_anew(Vehicle& vehicle) {
+  if (options.poses.size() > 1) return false;
+  compute_and_write();
+  if (Clock::now() >= next_anew) {
+    warn(fmt::format("poses from {}: the stamps are of another clock than before: the run begins anew at {}",
+                     vehicle.source->options().from, geodesy::format_gpst(start, 0)));
+    next_anew = Clock::now() + std::chrono::seconds(1);
+  }
+  begin_at(0);
+  resumed = false;
+  stamped_ns = -1;
+  if (vehicle.motion) vehicle.motion.emplace(scene->city.frame, vehicle.motion->step_s());
+  corrections.emplace(scenario.receivers, scenario.seed);
+  for (std::size_t r = 0; r < receivers.size(); ++r) {
+    receivers[r].restart();
+    sensors[r].reset();
+    if (inputs[r]) inputs[r]->reported.reset();
+  }
+  return true;
 }
 
 std::int64_t Session::Impl::now_ns() const {
@@ -85,9 +109,11 @@ Clock::time_point Session::Impl::wall_of(std::int64_t host_ns) const {
 void Session::Impl::read_log(Vehicle& vehicle, std::int64_t until_ns) {
   Log& log = *vehicle.log;
   const bool lines = vehicle.source->options().format == simulation::PoseFormat::Json;
-  while (!log.ended() && !vehicle.source->track().reaches(until_ns)) {
-    vehicle.source->receive_log(log.next(lines), vehicle.first_stamp_s,
-                                [&](std::int64_t now_ns) { vehicle.pose_came(now_ns); });
+  bool anew = false;  // what comes behind it is of a later time than until_ns
+  while (!anew && !log.ended() && !vehicle.source->track().reaches(until_ns)) {
+    vehicle.source->receive_log(
+        {0, std::string(log.next(lines)), lines}, false,
+        [&](std::int64_t now_ns) { vehicle.pose_came(now_ns); }, [&] { return anew = begin_anew(vehicle); });
   }
 }
 
@@ -131,14 +157,23 @@ bool Session::Impl::is_due(Vehicle& vehicle, const simulation::EpochSchedule& ep
   return !by_stamps() && seconds(now - needed) >= options.wait_s;
 }
 
-void Session::Impl::gather(Vehicle& vehicle, std::int64_t now) {
-  for (Schedule& each : vehicle.receivers) {
+bool Session::Impl::gather(std::int64_t now) {
+  constexpr std::size_t kBlock = 256;
+  bool more = false;
+  for (Vehicle& vehicle : vehicles) {
     // In real time it takes one epoch a turn: links are served, and others' epochs sent, before the next one.
-    while (is_due(vehicle, each.epochs, now)) {
-      gather(vehicle, each, now);
-      if (!by_stamps()) break;
+    const std::size_t most = by_stamps() ? kBlock : vehicle.receivers.size();
+    for (std::size_t taken = 0; taken < most; ++taken) {
+      const auto next = std::min_element(
+          vehicle.receivers.begin(), vehicle.receivers.end(), [](const Schedule& a, const Schedule& b) {
+            return !a.epochs.over() && (b.epochs.over() || a.epochs.next_ns() < b.epochs.next_ns());
+          });
+      if (next == vehicle.receivers.end() || !is_due(vehicle, next->epochs, now)) break;
+      gather(vehicle, *next, now);
+      more = more || taken + 1 == kBlock;
     }
   }
+  return more;
 }
 
 void Session::Impl::gather(Vehicle& vehicle, Schedule& of, std::int64_t now) {
@@ -148,6 +183,7 @@ void Session::Impl::gather(Vehicle& vehicle, Schedule& of, std::int64_t now) {
       seconds(now - vehicle.needs_ns(of.epochs.next_ns())) > kLatest_s) {
     figures.missed += static_cast<std::uint64_t>(of.epochs.catch_up(now));
   }
+  if (vehicle.log) read_log(vehicle, vehicle.needs_ns(of.epochs.next_ns()));  // of a base, which nobody asked
   const std::int64_t at = of.epochs.take();
   const std::size_t r = of.receiver;
   gather_base_of(r, at);
@@ -241,12 +277,14 @@ void Session::Impl::take_samples(const Vehicle& vehicle, Due& epoch) {
 }
 
 void Session::Impl::compute_and_write() {
-  if (due.empty()) return;
+  // A stream's link may bring poses while it is written.
+  std::vector<Due> block = std::exchange(due, {});
+  if (block.empty()) return;
   // A receiver may be due twice, where the run is late.
   std::vector<simulation::DueEpoch> instants;
-  for (const Due& epoch : due) instants.push_back({epoch.receiver, start + epoch.host_s});
-  corrections->make_epochs(instants, true, [this](std::size_t i, auto came) -> simulation::Epoch& {
-    Due& epoch = due[i];
+  for (const Due& epoch : block) instants.push_back({epoch.receiver, start + epoch.host_s});
+  corrections->make_epochs(instants, true, [&](std::size_t i, auto came) -> simulation::Epoch& {
+    Due& epoch = block[i];
     LiveReceiver& receiver = receivers[epoch.receiver];
     if (came) receiver.give(std::move(came));
     if (!epoch.antenna) {
@@ -257,7 +295,7 @@ void Session::Impl::compute_and_write() {
         receiver.observe(epoch.host_s, *epoch.antenna, sensors[epoch.receiver] ? &epoch.samples : nullptr);
     return epoch.step.epoch;
   });
-  for (Due& epoch : due) {
+  for (Due& epoch : block) {
     simulation::Epoch& out = epoch.step.epoch;
     out.arrival = &epoch.step.arrival;
     ++figures.epochs;
@@ -279,7 +317,6 @@ void Session::Impl::compute_and_write() {
     }
     say_warnings(epoch.receiver);
   }
-  due.clear();
 }
 
 void Session::Impl::report_place(const simulation::Epoch& epoch) {
@@ -339,12 +376,7 @@ void Session::Impl::once_a_second() {
 
 bool Session::Impl::turn() {
   serve();
-  const std::int64_t now = now_ns();
-  for (Vehicle& vehicle : vehicles) {
-    // By stamps, vehicles with a link are due when their pose arrives.
-    if (by_stamps() && vehicle.link) continue;
-    gather(vehicle, now);
-  }
+  gather(now_ns());
   compute_and_write();
   once_a_second();
   return !ended();
@@ -403,9 +435,6 @@ Figures Session::run(const std::vector<simulation::EpochSink*>& sinks, const Run
   for (const auto& [address, link] : impl.links) {
     for (const std::string& line : link->take_notes()) impl.note(fmt::format("{}: {}", address, line));
   }
-  const auto running = [&] {
-    return (options.stop == nullptr || !*options.stop) && !(impl.commands && impl.commands->stopped());
-  };
   std::exception_ptr failure;
   const auto finish = [&](const auto& end) {
     try {
@@ -416,7 +445,7 @@ Figures Session::run(const std::vector<simulation::EpochSink*>& sinks, const Run
   };
   // Epochs until then are kept, whatever ends the run.
   finish([&] {
-    while (running() && impl.turn()) impl.wait();
+    while (impl.running() && impl.turn()) impl.wait();
   });
   for (const auto& stream : impl.streams) finish([&] { stream->finish(); });
   for (simulation::EpochSink* sink : sinks) finish([&] { sink->finish(); });

@@ -64,9 +64,8 @@ struct Vehicle {
   std::shared_ptr<transport::Link> link;
   int listener = 0;
   std::vector<Schedule> receivers;
-  std::optional<double> first_stamp_s;  ///< if a log, or stamps, are the clock
-  std::uint64_t asked_at_count = 0;     ///< poses when it was last asked for some
-  int silent_s = 0;                     ///< seconds without a pose
+  std::uint64_t asked_at_count = 0;  ///< poses when it was last asked for some
+  int silent_s = 0;                  ///< seconds without a pose
   /// Poses as a motion that sensors can feel, where a receiver or an output needs them.
   std::optional<simulation::SmoothPoses> motion = {};
   bool said_sparse = false;
@@ -131,8 +130,15 @@ struct Session::Impl {
   /// The samples since the receiver's last epoch, where somebody needs them.
   void take_samples(const Vehicle& vehicle, Due& epoch);
   void begin_clock();
+  /// Makes this the run's time.
+  void begin_at(std::int64_t run_ns);
   /// With LiveOptions::resume, at a vehicle's pose: moves the run's time to the stamp of the first of all.
   void resume(const Vehicle& vehicle);
+  /// A vehicle's sender has begun anew: so does the run. False where other vehicles move.
+  bool begin_anew(Vehicle& vehicle);
+  [[nodiscard]] bool running() const {
+    return (run_options->stop == nullptr || !*run_options->stop) && !(commands && commands->stopped());
+  }
   [[nodiscard]] std::int64_t now_ns() const;
   [[nodiscard]] Clock::time_point wall_of(std::int64_t host_ns) const;
   [[nodiscard]] bool by_stamps() const { return options.clock == LiveClock::Stamps; }
@@ -144,8 +150,9 @@ struct Session::Impl {
   [[nodiscard]] bool stands_still(const Vehicle& vehicle) const {
     return !vehicle.receivers.empty() && scenario.receivers[vehicle.receivers.front().receiver].fixed;
   }
-  /// The epochs of a vehicle that are due.
-  void gather(Vehicle& vehicle, std::int64_t now);
+  /// The epochs that are due, each vehicle's in their order, by stamps not more than a block of them: whether
+  /// there may be more.
+  bool gather(std::int64_t now);
   void gather(Vehicle& vehicle, Schedule& of, std::int64_t now);
   /// The epochs of a receiver's base, and of that base's base, up to an instant.
   void gather_base_of(std::size_t receiver, std::int64_t until_ns);
@@ -161,10 +168,15 @@ struct Session::Impl {
   void note(const std::string& text) const {
     if (run_options != nullptr && run_options->note) run_options->note(hide_passwords(text));
   }
+  void warn(const std::string& text) const {
+    const auto& say = run_options->warn ? run_options->warn : run_options->note;
+    if (say) say(hide_passwords(text));
+  }
   void say_warnings(std::size_t receiver) {
-    const auto& warn = run_options->warn ? run_options->warn : run_options->note;
+    const std::vector<std::string>& of_all = receivers[receiver].sky().warnings;
     for (const std::string& line : receivers[receiver].take_warnings()) {
-      if (warn) warn(fmt::format("{}: {}", names[receiver], hide_passwords(line)));
+      const bool its = std::find(of_all.begin(), of_all.end(), line) == of_all.end();
+      warn(its ? fmt::format("{}: {}", names[receiver], line) : line);
     }
   }
 
@@ -192,7 +204,7 @@ struct Session::Impl {
   const RunOptions* run_options = nullptr;
   const std::vector<simulation::EpochSink*>* sinks = nullptr;
   Clock::time_point wall_begin;
-  Clock::time_point next_second;
+  Clock::time_point next_second, next_anew;
   std::vector<Due> due;
   std::int64_t stamped_ns = -1;  // latest instant of a vehicle that poses move
   Figures figures;

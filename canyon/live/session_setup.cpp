@@ -151,19 +151,23 @@ void Session::Impl::make_vehicles() {
     vehicle.listener = vehicle.link->listen([this, i](const transport::Received& received) {
       Vehicle& self = vehicles[i];
       if (!by_stamps()) {
-        self.source->receive(received.reader, received.bytes, now_ns(), [&] {
+        self.source->receive(received, now_ns(), [&] {
           resume(self);
           self.pose_came(now_ns());
         });
         return;
       }
-      if (options.resume) self.first_stamp_s = 0;
-      self.source->receive_log(received.bytes, self.first_stamp_s, [&](std::int64_t now) {
-        resume(self);
-        self.pose_came(now);
-        gather(self, now);
-        compute_and_write();
-      });
+      self.source->receive_log(
+          received, options.resume,
+          [&](std::int64_t now) {
+            resume(self);
+            self.pose_came(now);
+            for (bool more = true; more && running();) {
+              more = gather(now);
+              compute_and_write();
+            }
+          },
+          [&] { return begin_anew(self); });
     });
   }
   for (std::size_t r = 0; r < names.size(); ++r) {

@@ -162,6 +162,104 @@ TEST(Session, LogPosesComeAtTheirStampsAndGoIntoTheCity) {
   }
 }
 
+/// A log of poses at 10 Hz, 5 m/s to the east, from each first to its last stamp [s].
+std::string log_of(const test::TemporaryFolder& folder,
+                   const std::vector<std::pair<double, double>>& pieces) {
+  const std::string path = (folder / "pieces.jsonl").string();
+  std::ofstream file(path);
+  for (const auto& [first_s, last_s] : pieces) {
+    const auto add = [&file](double t_s) { file << pose_line(t_s, std::fmod(5 * t_s, 1000)); };
+    for (int i = 0; first_s + 0.1 * i < last_s + 0.05; ++i) add(first_s + 0.1 * i);
+    add(last_s + 0.01);
+  }
+  return "live: {clock: stamps, poses: [{from: 'file:" + path + "'}]}\n";
+}
+
+bool has_truth(const Epoch& epoch) {
+  return std::isfinite(epoch.truth.position.latitude_rad);
+}
+
+TEST(Session, APauseInALogLosesNoPoseBehindIt) {
+  const test::TemporaryFolder folder;
+  // Both receivers of the vehicle have all instants.
+  const Scenario s = scenario(log_of(folder, {{0, 3}, {23, 26.9}}), "rate_hz: 10\n",
+                              "receivers: [{name: a, profile: ideal}, {name: b, profile: ideal}]\n");
+  Kept kept;
+  const Figures figures = run(s, kept);
+  ASSERT_EQ(kept.epochs.size(), 2 * 270U);
+  EXPECT_EQ(figures.no_truth, 2 * 194U);  // 3.6 to 22.9 s
+  for (std::size_t i = 0; i < kept.epochs.size(); ++i) {
+    const std::size_t k = i / 2;
+    EXPECT_EQ(kept.epochs[i].receiver, i % 2);
+    EXPECT_EQ(has_truth(kept.epochs[i]), k <= 35 || k >= 230) << k;
+  }
+}
+
+TEST(Session, APauseOfPosesByStampsDoesNotEndTheFixes) {
+  const int port = test::free_port();
+  const Scenario s =
+      scenario("live: {clock: stamps, poses: [{from: 'tcp://127.0.0.1:" + std::to_string(port) + "'}]}\n",
+               "rate_hz: 10\nduration_s: 40\n");
+  Kept kept;
+  Session session(s, city_of(s));
+  std::thread sender([&] {
+    const test::LocalConnection poses(port);
+    for (int i = 0; i <= 410; ++i)
+      if (i <= 100 || i > 106) poses.say(pose_line(7000 + 0.1 * i, 0.1 * i));
+  });
+  (void)session.run({&kept}, {});
+  sender.join();
+  ASSERT_EQ(kept.epochs.size(), 401U);
+  EXPECT_TRUE(std::all_of(kept.epochs.begin(), kept.epochs.end(), has_truth));
+}
+
+// A simulator that was started again, or a log of two runs.
+TEST(Session, StampsOfAnotherClockBeginTheRunAnew) {
+  const test::TemporaryFolder folder;
+  {
+    const Scenario s = scenario(log_of(folder, {{500, 505}, {20, 22}, {20, 22}, {3e8, 3e8 + 1}}),
+                                "rate_hz: 10\n", "receivers: [{name: rover, profile: ideal}]\n");
+    Kept kept;
+    std::vector<std::string> notes;
+    (void)run(s, kept, &notes);
+    ASSERT_EQ(kept.epochs.size(), 51U + 21 + 21 + 11);
+    EXPECT_TRUE(std::all_of(kept.epochs.begin(), kept.epochs.end(), has_truth));
+    for (std::size_t k = 0; k < 21; ++k) {
+      const Epoch &a = kept.epochs[51 + k], &b = kept.epochs[72 + k];
+      EXPECT_EQ(a.observed.time, kept.epochs[k].observed.time);
+      EXPECT_EQ(a.observed.time, b.observed.time);
+      ASSERT_EQ(a.observed.fix.solved(), b.observed.fix.solved());
+      if (a.observed.fix.solved()) {
+        EXPECT_EQ(a.observed.fix.position_ecef, b.observed.fix.position_ecef) << "as constructed";
+      }
+    }
+    EXPECT_EQ(std::count_if(notes.begin(), notes.end(),
+                            [](const std::string& note) {
+                              return note.find("the run begins anew at 2026-06-01") != std::string::npos;
+                            }),
+              1);
+  }
+}
+
+// A stamp far ahead makes a million epochs without truth, block by block: memory is bounded, and the run
+// can be ended.
+TEST(Session, AStampFarAheadHoldsNobody) {
+  const test::TemporaryFolder folder;
+  const Scenario s =
+      scenario(log_of(folder, {{0, 3}, {80'000, 80'003}}), "rate_hz: 100\nsensors: {imu: {}, wheels: {}}\n",
+               "receivers: [{name: rover, profile: ublox-f9r}]\n");
+  Kept kept;
+  std::atomic<bool> stop{false};
+  std::optional<std::chrono::steady_clock::time_point> stopped;
+  kept.each = [&](const Epoch& epoch) {
+    kept.epochs.pop_back();
+    if (!has_truth(epoch) && !stop.exchange(true)) stopped = std::chrono::steady_clock::now();
+  };
+  (void)run(s, kept, nullptr, &stop);
+  ASSERT_TRUE(stopped);
+  EXPECT_LE(std::chrono::steady_clock::now() - *stopped, std::chrono::seconds(2));
+}
+
 TEST(Session, StandardFormsOfPosesByUdpMoveTheReceiver) {
   const int port = test::free_port();
   const std::string address = "udp-listen://127.0.0.1:" + std::to_string(port);
@@ -229,6 +327,8 @@ TEST(Session, SendsStreamsAndTakesCommands) {
     EXPECT_THAT(answer(R"({"command": "options"})")["options"].get<std::string>(),
                 HasSubstr("clock.bias_s: 0.001"));
     EXPECT_EQ(answer(R"({"command": "set", "options": {"clock.bias_s": "x"}})")["ok"], false);
+    EXPECT_THAT(answer(R"({"command": "set", "options": {"profile": "/etc/passwd"}})").dump(),
+                HasSubstr("'/etc/passwd' is not a file beside the scenario"));
     // All receivers of a session share its schedule of epochs.
     EXPECT_THAT(answer(R"({"command": "set", "options": {"rate_hz": 5}})").dump(),
                 HasSubstr("rate_hz: cannot change while the session runs"));

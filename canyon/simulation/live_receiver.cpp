@@ -70,7 +70,6 @@ struct LiveReceiver::Impl {
         receiver(make_receiver()) {
     if (config.base() != nullptr) check_base();
     warnings = config.warnings;
-    warnings.insert(warnings.end(), sky->warnings.begin(), sky->warnings.end());
     check(config.receiver());
     felt = vehicle_sensors(config.sensors, config.receiver());
     if (config.base() != nullptr) make_base();
@@ -178,7 +177,7 @@ void LiveReceiver::Impl::make_base() {
   LiveConfig of_base = config;
   of_base.receivers.erase(of_base.receivers.begin());
   base = std::make_unique<LiveReceiver>(std::move(of_base), scene, start, sky);
-  (void)base->take_warnings();  // of the same sky
+  (void)base->take_warnings();  // of the same configuration
   make_links();
 }
 
@@ -286,7 +285,10 @@ void LiveReceiver::Impl::bring_sky_to(GpsTime t) {
 
 LiveReceiver::LiveReceiver(LiveConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
                            std::shared_ptr<const BuiltSky> sky)
-    : impl_(std::make_unique<Impl>(std::move(config), std::move(scene), start, std::move(sky))) {}
+    : impl_(std::make_unique<Impl>(std::move(config), std::move(scene), start, sky)) {
+  const auto& own = impl_->sky->warnings;  // another receiver says those of a shared one
+  if (!sky) impl_->warnings.insert(impl_->warnings.end(), own.begin(), own.end());
+}
 LiveReceiver::~LiveReceiver() = default;
 LiveReceiver::LiveReceiver(LiveReceiver&&) noexcept = default;
 

@@ -26,7 +26,8 @@ class LiveReceiver {
   /// @param scene shared by the receivers of one world; the host moves its instances between steps.
   /// `propagation` as config.receiver says.
   /// @param start GPS time of the host's time 0
-  /// @param sky of another receiver with the same config.sky and start, see shared_sky(); null: its own
+  /// @param sky of another receiver with the same config.sky and start, see shared_sky(), which has its
+  /// warnings; null: its own
   /// Throws InputError where the sky has no satellite at `start` (see build_sky()), or coefficients are
   /// missing.
   LiveReceiver(LiveConfig config, std::shared_ptr<CityScene> scene, geodesy::GpsTime start,

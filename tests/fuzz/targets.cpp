@@ -383,7 +383,7 @@ void receive_poses(const fs::path& path) {
   std::size_t at = 0;
   for (std::int64_t piece = 0; at < bytes.size(); ++piece) {
     const std::size_t size = 1 + static_cast<unsigned char>(bytes[at]);
-    source.receive(static_cast<std::uint64_t>(piece % 7), std::string_view(bytes).substr(at, size),
+    source.receive({static_cast<std::uint64_t>(piece % 7), bytes.substr(at, size), piece % 3 == 0},
                    piece * 1'000'000);
     at += size;
   }
@@ -391,9 +391,9 @@ void receive_poses(const fs::path& path) {
   const auto motion = source.track().at(1'000'000'000, reason);
   if (motion && !motion->pose.position_m.allFinite()) std::abort();
   (void)source.take_notes();
-  std::optional<double> first_s;
   live::PoseSource log(options, frame);
-  log.receive_log(bytes, first_s, [](std::int64_t) {});
+  log.receive_log(
+      {0, bytes}, false, [](std::int64_t) {}, [] { return true; });
 }
 std::vector<std::string> json_poses() {
   return {

@@ -148,10 +148,11 @@ std::optional<std::int64_t> PoseTrack::last_arrival_ns() const {
 std::optional<TruePose> PoseTrack::at(std::int64_t now_ns, std::string& reason) {
   const std::lock_guard lock(mutex_);
   const double now_s = seconds(now_ns);
-  // By stamps, poses that came a little after the instant that is asked for are what it waited for.
-  const std::int64_t early_ns = options_.by_stamp ? timeout_ns_ : 0;
-  if (!samples_.empty() && samples_.back().arrival_ns - early_ns > now_ns) samples_.clear();
-  if (samples_.empty()) {
+  if (!options_.by_stamp && !samples_.empty() && samples_.back().arrival_ns > now_ns) samples_.clear();
+  const auto later = std::find_if(samples_.begin(), samples_.end(),
+                                  [&](const Sample& sample) { return time_s(sample) > now_s; });
+  const double until_s = later == samples_.end() ? 0 : time_s(*later) - now_s;
+  if (samples_.empty() || (later == samples_.begin() && until_s > options_.timeout_s)) {
     reason = fmt::format("no pose has come on {} yet", source_);
     return std::nullopt;
   }
@@ -160,12 +161,17 @@ std::optional<TruePose> PoseTrack::at(std::int64_t now_ns, std::string& reason) 
     reason = fmt::format("the last pose on {} is {:.1f} s old", source_, seconds(age_ns));
     return std::nullopt;
   }
-  const auto later = std::find_if(samples_.begin(), samples_.end(),
-                                  [&](const Sample& sample) { return time_s(sample) > now_s; });
-  if (later == samples_.begin()) return moved_on(later->motion, now_s - time_s(*later));
+  if (later == samples_.begin()) return moved_on(later->motion, -until_s);
   const Sample& before = *(later - 1);
   const double ahead_s = now_s - time_s(before);
   if (later == samples_.end()) return moved_on(before.motion, std::min(ahead_s, options_.timeout_s));
+  constexpr double kRounding_s = 1e-6;  // of stamps that are dates
+  if (until_s > kRounding_s && ahead_s + until_s > 2 * options_.timeout_s + kRounding_s) {
+    // A pause: as if the later one had not come.
+    if (ahead_s <= options_.timeout_s + kRounding_s) return moved_on(before.motion, ahead_s);
+    reason = fmt::format("the pose before on {} is {:.1f} s old", source_, ahead_s);
+    return std::nullopt;
+  }
   const double share = ahead_s / (time_s(*later) - time_s(before));
   const auto mix = [share](const Vector3d& a, const Vector3d& b) -> Vector3d { return a + share * (b - a); };
   const TruePose &a = before.motion, &b = later->motion;

@@ -102,8 +102,10 @@ class PoseTrack {
   Taken add(const ReportedPose& sent, std::int64_t now_ns);
   /// The motion at `now_ns`: between poses by the straight line, behind the last one as moved_on().
   /// Velocities are the sender's where it sends them, else differences of poses, by the sender's stamps where
-  /// these go on, else by the host's time. Empty, with `reason`, where no pose has come or the last is too
-  /// old. When time goes back, the poses received until then are dropped.
+  /// these go on, else by the host's time. Empty, with `reason`, where no pose has come, the last is too old,
+  /// or the instant lies in a pause of more than two time-outs, behind the first of them. When time goes
+  /// back, the poses received until then are dropped; by stamps they stay, since an instant may be asked for
+  /// after its poses have come.
   [[nodiscard]] std::optional<TruePose> at(std::int64_t now_ns, std::string& reason);
   /// Whether a pose of `now_ns` or later is there.
   [[nodiscard]] bool reaches(std::int64_t now_ns) const;

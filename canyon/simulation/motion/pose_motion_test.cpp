@@ -142,6 +142,22 @@ TEST(PoseTrack, TakesLatePosesForWhatTheyWere) {
   EXPECT_FALSE(track.reaches(216 * kMs));
 }
 
+// A log, or poses by whose stamps the time counts, have what comes behind a pause before it is over.
+TEST(PoseTrack, KeepsPosesBehindAPauseUntilTheirTime) {
+  PoseTrack track("log", {0.5, 0, true});
+  std::string reason;
+  for (const int ms : {0, 100, 200, 20'000, 20'100}) track.add(at_x(0.01 * ms, 1e-3 * ms), ms * kMs);
+  EXPECT_NEAR(track.at(150 * kMs, reason)->pose.position_m.x(), 1.5, 1e-9);
+  EXPECT_NEAR(track.at(700 * kMs, reason)->pose.position_m.x(), 7, 1e-9);  // moved on
+  for (const int ms : {701, 5'000, 19'400, 19'999}) EXPECT_FALSE(track.at(ms * kMs, reason)) << ms;
+  EXPECT_EQ(reason, "the pose before on log is 19.8 s old");
+  EXPECT_NEAR(track.at(20'050 * kMs, reason)->pose.position_m.x(), 200.5, 1e-9);
+  EXPECT_TRUE(track.at(0, reason)) << "of another receiver on the vehicle";
+  // Poses as far apart as two time-outs are no pause.
+  track.add(at_x(210.1, 21.1), 21'100 * kMs);
+  EXPECT_NEAR(track.at(20'300 * kMs, reason)->pose.position_m.x(), 201 + 9.1 * 0.2, 1e-9);
+}
+
 TEST(PoseTrack, AveragesTheNoiseOfMeasuredPoses) {
   const auto speed = [](double smoothing_s) {
     PoseTrack track("mocap", {0.5, smoothing_s, true});

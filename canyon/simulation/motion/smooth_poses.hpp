@@ -20,6 +20,7 @@ class SmoothPoses {
   /// @param step_s above 0; poses should come at least as often
   SmoothPoses(const geodesy::LocalFrame& frame, double step_s);
 
+  [[nodiscard]] double step_s() const { return step_s_; }
   /// The instant up to which poses are needed for the motion at `at_ns` and 10 ms behind it.
   [[nodiscard]] std::int64_t needs_ns(std::int64_t at_ns) const;
   /// Takes the poses of the track up to the last one. Call it for each that comes, at `now_ns`. A pause in
