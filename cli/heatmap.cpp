@@ -124,9 +124,11 @@ class MapRun {
   /// Reads the arguments and the scenario. Errors that need no city come from here, before it is loaded.
   void read() {
     formats_ = parse_formats(arguments_.formats);
-    request_.layers = parse_layers(arguments_.layers);
+    std::vector<std::string_view> names;
+    if (!arguments_.layers.empty()) names = split(arguments_.layers, ',');
+    request_.layers = for_option("--layers", [&] { return heatmap::layers_named(names); });
     request_.altitudes_m = parse_altitudes(arguments_.altitudes);
-    request_.altitude_kind = parse_altitude_kind(arguments_.altitude_kind);
+    request_.altitude_kind = heatmap::altitude_kind_named(arguments_.altitude_kind, "--altitude-kind");
     simulation::ScenarioReadOptions options;
     options.trajectory_needed = false;
     scenario_ = simulation::read_scenario(arguments_.scenario, options);

@@ -57,25 +57,6 @@ HeatmapFormats parse_formats(const std::string& text) {
   return formats;
 }
 
-std::vector<heatmap::Layer> parse_layers(const std::string& text) {
-  if (text.empty()) return heatmap::default_layers();
-  std::vector<heatmap::Layer> layers;
-  for (const std::string_view piece : split(text, ',')) {
-    if (lower_case(trim(piece)) == "all") {
-      const std::vector<heatmap::Layer> all = heatmap::layers_of_one_look();
-      layers.insert(layers.end(), all.begin(), all.end());
-      continue;
-    }
-    layers.push_back(for_option("--layers", [&] { return heatmap::layer_by_name(piece); }));
-  }
-  // In the order asked for, each once.
-  std::vector<heatmap::Layer> once;
-  for (const heatmap::Layer layer : layers) {
-    if (std::find(once.begin(), once.end(), layer) == once.end()) once.push_back(layer);
-  }
-  return once;
-}
-
 std::vector<double> parse_altitudes(const std::string& text) {
   std::vector<double> altitudes;
   for (const std::string_view piece : split(text, ',')) {
@@ -88,12 +69,6 @@ std::vector<double> parse_altitudes(const std::string& text) {
   }
   sort_once(altitudes);
   return altitudes;
-}
-
-heatmap::AltitudeKind parse_altitude_kind(const std::string& text) {
-  if (text == "terrain") return heatmap::AltitudeKind::AboveTerrain;
-  if (text == "ellipsoid") return heatmap::AltitudeKind::Ellipsoid;
-  throw InputError(fmt::format("--altitude-kind '{}' is not known", text), "give terrain or ellipsoid");
 }
 
 std::optional<GpsTime> scenario_start(const simulation::Scenario& scenario,

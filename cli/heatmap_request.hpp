@@ -42,11 +42,8 @@ inline constexpr double kMostValues = 1e10;
 // Each throws an InputError that names the option and says what to give.
 
 [[nodiscard]] HeatmapFormats parse_formats(const std::string& text);
-/// "all", or names; empty: the defaults.
-[[nodiscard]] std::vector<heatmap::Layer> parse_layers(const std::string& text);
 /// Metres, ascending, each once.
 [[nodiscard]] std::vector<double> parse_altitudes(const std::string& text);
-[[nodiscard]] heatmap::AltitudeKind parse_altitude_kind(const std::string& text);
 /// The scenario's own: `start`, else that of its trajectory's file, whose `warnings` are then set.
 [[nodiscard]] std::optional<geodesy::GpsTime> scenario_start(const simulation::Scenario& scenario,
                                                              std::vector<std::string>& warnings);

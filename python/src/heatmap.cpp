@@ -30,26 +30,12 @@ class Map {
     if (!model.empty()) receiver_ = validation::models_of(receiver_, {model}).front().receiver;
     std::sort(altitudes_m.begin(), altitudes_m.end());
     request_.altitudes_m = std::move(altitudes_m);
-    if (altitude_kind != "terrain" && altitude_kind != "ellipsoid") {
-      throw InputError(fmt::format("altitude_kind '{}' is not known", altitude_kind),
-                       "give terrain or ellipsoid");
-    }
-    if (altitude_kind == "ellipsoid") request_.altitude_kind = heatmap::AltitudeKind::Ellipsoid;
-    if (!times.is_none()) {
-      request_.times = py::isinstance<py::str>(times)
-                           ? heatmap::parse_times(times.cast<std::string>(), scenario_.start)
-                           : times_of(times);
-    } else {
-      request_.times = heatmap::parse_times("", scenario_.start);
-    }
-    if (!layers.empty()) request_.layers.clear();
-    for (const std::string& layer : layers) {
-      if (layer == "all") {
-        request_.layers = heatmap::layers_of_one_look();
-        break;
-      }
-      request_.layers.push_back(heatmap::layer_by_name(layer));
-    }
+    request_.altitude_kind = heatmap::altitude_kind_named(altitude_kind, "altitude_kind");
+    const bool text = times.is_none() || py::isinstance<py::str>(times);
+    request_.times =
+        text ? heatmap::parse_times(times.is_none() ? "" : times.cast<std::string>(), scenario_.start)
+             : times_of(times);
+    request_.layers = heatmap::layers_named({layers.begin(), layers.end()});
     request_.draws = {draws, scenario_.seed};
     request_.receivers = read_tree<heatmap::CellReceiverOptions>(
         tree_of(py::dict("model"_a = receivers, "path_nodes_m"_a = path_nodes_m)), "receivers of a map");

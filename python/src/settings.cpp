@@ -94,6 +94,7 @@ Node tree(py::handle object, const std::string& path, int depth) {
 py::object plain(const std::string& text) {
   if (text == "true" || text == "false") return py::bool_(text == "true");
   const bool digits = !text.empty() && text.find_first_not_of("-0123456789") == std::string::npos;
+  if (digits && text.size() > 1 && text[0] == '0') return py::str(text);  // a name such as 007
   if (const std::optional<double> number = parse_double(text); number && std::isfinite(*number)) {
     if (digits) return py::int_(py::str(text));
     return py::float_(*number);

@@ -97,6 +97,8 @@ class Pickles(unittest.TestCase):
             self.same(scenario, copy.deepcopy(scenario))
             self.same(scenario.changed(duration_s=1), again.changed(duration_s=1))
             self.assertNotEqual(scenario, again.changed(seed=8))
+        named = canyon.Scenario(PLACE, receivers=[{"name": "007"}])
+        self.assertEqual(canyon.Scenario(named.settings).receivers, ["007"])
 
     def test_files_of_scenarios_stay_in_their_folder(self):
         track = "time_s,latitude_deg,longitude_deg,height_m\n0,48.1,11.6,562\n2,48.1,11.60001,562\n"

@@ -191,8 +191,6 @@ bool CellStarts::solve(const TileCells& cells, geodesy::GpsTime time, std::span<
                                   });
 }
 
-using Eigen::Vector3d;
-
 std::uint64_t seed_of(const DrawOptions& draws, geodesy::GpsTime time, int draw) {
   return RandomStream(draws.seed, fmt::format("heatmap/{}/{}", time.nanoseconds(), draw)).next();
 }
@@ -264,12 +262,6 @@ receiver::ReceiverEpoch ReceiverDraws::observe(receiver::Receiver& receiver, con
   return receiver.observe(
       {scene.antenna, arrival, environment_->sky(), environment_->klobuchar(), corrections});
 }
-
-namespace {
-
-using Eigen::Vector3d;
-
-}  // namespace
 
 CellRtk::CellRtk(const simulation::Environment& environment, const propagation::Propagator& propagator,
                  const simulation::ReceiverConfig& receiver, const simulation::ReceiverConfig& base,

@@ -194,6 +194,12 @@ void check_box(const EnuBox& box, const city::City& city) {
   }
 }
 
+AltitudeKind altitude_kind_named(const std::string& name, const char* what) {
+  if (name == "terrain") return AltitudeKind::AboveTerrain;
+  if (name == "ellipsoid") return AltitudeKind::Ellipsoid;
+  throw InputError(fmt::format("{} '{}' is not known", what, name), "give terrain or ellipsoid");
+}
+
 void check_altitudes(const Request& request, const city::City& city) {
   for (const double altitude : request.altitudes_m) {
     if (request.altitude_kind == AltitudeKind::AboveTerrain) {

@@ -28,6 +28,8 @@ struct EnuBox {
 /// Throws InputError for a box that is reversed or empty, is outside the city, or reaches more than 10 km
 /// beyond it: rays are exact within that (RayScene). A city without triangles has no outside.
 void check_box(const EnuBox& box, const city::City& city);
+/// "terrain" or "ellipsoid". @param what is named so, for the InputError of another word
+[[nodiscard]] AltitudeKind altitude_kind_named(const std::string& name, const char* what);
 /// Throws InputError where an altitude lies under everything that the city has.
 void check_altitudes(const Request& request, const city::City& city);
 

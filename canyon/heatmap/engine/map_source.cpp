@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <list>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -17,78 +16,32 @@
 
 namespace canyon::heatmap {
 
-namespace {
-
-constexpr std::size_t kCacheBytes = std::size_t{256} << 20;
-
-class Reader {
- public:
-  Reader(const Heatmap& heatmap, const TileStore& store) : heatmap_(heatmap), store_(store) {}
-
-  std::optional<MapSource::Slice> slice(std::size_t tile, std::size_t time) {
-    const std::size_t i = heatmap_.unit_of(tile, time);
-    const Heatmap::Unit unit = heatmap_.unit(i);
-    const TileValues* values = load(i);
-    if (values == nullptr) return std::nullopt;
-    return cut(*values, unit, time - unit.first_time);
-  }
-
- private:
+std::function<std::optional<MapSource::Slice>(std::size_t, std::size_t)> store_slices(
+    const Heatmap& heatmap, const TileStore& store) {
   struct Kept {
     std::size_t unit = 0;
-    TileValues values;
+    std::optional<TileValues> values;
   };
-
-  static std::size_t bytes(const TileValues& values) {
-    return values.values.size() * sizeof(float) + values.state.size();
-  }
-
-  const TileValues* load(std::size_t unit) {
-    const auto found =
-        std::find_if(kept_.begin(), kept_.end(), [unit](const Kept& kept) { return kept.unit == unit; });
-    if (found != kept_.end()) {
-      kept_.splice(kept_.begin(), kept_, found);
-      return &kept_.front().values;
-    }
-    std::optional<TileValues> values = store_.load(unit);
-    if (!values) return nullptr;
-    kept_bytes_ += bytes(*values);
-    kept_.push_front({unit, std::move(*values)});
-    while (kept_bytes_ > kCacheBytes && kept_.size() > 1) {
-      kept_bytes_ -= bytes(kept_.back().values);
-      kept_.pop_back();
-    }
-    return &kept_.front().values;
-  }
-
-  /// [layer][time][altitude][cell] -> [layer][altitude][cell] of one time.
-  [[nodiscard]] MapSource::Slice cut(const TileValues& values, const Heatmap::Unit& unit,
-                                     std::size_t time) const {
-    const Request& request = heatmap_.request();
+  const auto last = std::make_shared<Kept>();
+  return [&heatmap, &store, last](std::size_t tile, std::size_t time) -> std::optional<MapSource::Slice> {
+    const std::size_t i = heatmap.unit_of(tile, time);
+    if (!last->values || last->unit != i) *last = {i, store.load(i)};
+    if (!last->values) return std::nullopt;
+    // [layer][time][altitude][cell] -> [layer][altitude][cell] of one time.
+    const Heatmap::Unit unit = heatmap.unit(i);
+    const Request& request = heatmap.request();
     const std::size_t plane = request.altitudes_m.size() * unit.tile.cells();
-    assert(values.values.size() == request.layers.size() * unit.times * plane);
+    assert(last->values->values.size() == request.layers.size() * unit.times * plane);
     MapSource::Slice slice;
-    slice.state = values.state;
+    slice.state = last->values->state;
     slice.values.reserve(request.layers.size() * plane);
     for (std::size_t layer = 0; layer < request.layers.size(); ++layer) {
-      const float* first = values.values.data() + (layer * unit.times + time) * plane;
+      const float* first =
+          last->values->values.data() + (layer * unit.times + time - unit.first_time) * plane;
       slice.values.insert(slice.values.end(), first, first + plane);
     }
     return slice;
-  }
-
-  const Heatmap& heatmap_;
-  const TileStore& store_;
-  std::list<Kept> kept_;  ///< the last asked for first
-  std::size_t kept_bytes_ = 0;
-};
-
-}  // namespace
-
-std::function<std::optional<MapSource::Slice>(std::size_t, std::size_t)> store_slices(
-    const Heatmap& heatmap, const TileStore& store) {
-  auto reader = std::make_shared<Reader>(heatmap, store);
-  return [reader](std::size_t tile, std::size_t time) { return reader->slice(tile, time); };
+  };
 }
 
 std::function<std::optional<MapSource::Slice>(std::size_t, std::size_t)> slices_over_runs(

@@ -114,9 +114,8 @@ class StoredMap {
 };
 
 /// MapSource::slice of a map whose tiles stand in a store: empty for units that it does not have. Keeps the
-/// units read last, as many as fit in 256 MiB and at least one, since writers that go time by time meet the
-/// same units again and again. Both must outlive it. Not thread-safe. Throws as TileStore::load()
-/// does.
+/// unit read last, for writers that take all times of a tile. Both must outlive it. Not thread-safe. Throws
+/// as TileStore::load() does.
 [[nodiscard]] std::function<std::optional<MapSource::Slice>(std::size_t, std::size_t)> store_slices(
     const Heatmap& heatmap, const TileStore& store);
 

@@ -47,9 +47,8 @@ class Reader {
     throw InputError(path_, 0, problem, cure);
   }
   const Json& member(const Json& object, const char* key) const;
-  [[nodiscard]] std::string type_of(const Json& object) const;
-  void take_object(const Json& object);
-  void take_geometry(const Json& geometry);
+  const Json& list(const Json& value, const char* what) const;
+  void take(const Json& object);
   void take_polygon(const Json& coordinates);
   [[nodiscard]] Ring take_ring(const Json& positions) const;
   [[nodiscard]] Eigen::Vector2d take_position(const Json& position) const;
@@ -71,55 +70,42 @@ const Json& Reader::member(const Json& object, const char* key) const {
   return *found;
 }
 
-std::string Reader::type_of(const Json& object) const {
+const Json& Reader::list(const Json& value, const char* what) const {
+  if (!value.is_array()) fail(fmt::format("{} is not a list", what), "see RFC 7946");
+  return value;
+}
+
+/// Of a file, a feature or a geometry.
+void Reader::take(const Json& object) {
   if (!object.is_object()) fail("is not a GeoJSON object", "give a GeoJSON file of polygons");
-  const Json& type = member(object, "type");
-  if (!type.is_string()) fail("the \"type\" of a GeoJSON object is not a text");
-  return type.text();
-}
-
-void Reader::take_object(const Json& object) {
-  const std::string type = type_of(object);
-  if (type == "FeatureCollection") {
-    const Json& features = member(object, "features");
-    if (!features.is_array()) fail("\"features\" is not a list");
-    for (const Json& feature : features) take_object(feature);
-  } else if (type == "Feature") {
+  const Json& kind = member(object, "type");
+  const std::string type = kind.is_string() ? kind.text() : kind.dump();
+  if (type == "Feature") {
     const Json& geometry = member(object, "geometry");
-    if (!geometry.is_null()) take_geometry(geometry);
-  } else {
-    take_geometry(object);
-  }
-}
-
-void Reader::take_geometry(const Json& geometry) {
-  const std::string type = type_of(geometry);
-  if (type == "Polygon") {
-    take_polygon(member(geometry, "coordinates"));
-  } else if (type == "MultiPolygon") {
-    const Json& parts = member(geometry, "coordinates");
-    if (!parts.is_array()) fail("the coordinates of a MultiPolygon are not a list");
-    for (const Json& part : parts) take_polygon(part);
+    if (!geometry.is_null()) take(geometry);
+  } else if (type == "FeatureCollection") {
+    for (const Json& feature : list(member(object, "features"), "\"features\"")) take(feature);
   } else if (type == "GeometryCollection") {
-    const Json& parts = member(geometry, "geometries");
-    if (!parts.is_array()) fail("\"geometries\" is not a list");
-    for (const Json& part : parts) take_geometry(part);
+    for (const Json& part : list(member(object, "geometries"), "\"geometries\"")) take(part);
+  } else if (type == "MultiPolygon") {
+    for (const Json& part : list(member(object, "coordinates"), "\"coordinates\"")) take_polygon(part);
+  } else if (type == "Polygon") {
+    take_polygon(member(object, "coordinates"));
   } else {
     fail(fmt::format("a {} has no area", type), "give Polygon and MultiPolygon features only");
   }
 }
 
 void Reader::take_polygon(const Json& coordinates) {
-  if (!coordinates.is_array()) fail("the coordinates of a Polygon are not a list of rings");
   Polygon polygon;
-  for (const Json& ring : coordinates) polygon.push_back(take_ring(ring));
+  for (const Json& ring : list(coordinates, "a polygon")) polygon.push_back(take_ring(ring));
   if (!polygon.empty()) polygons_.push_back(std::move(polygon));
 }
 
 Ring Reader::take_ring(const Json& positions) const {
-  if (!positions.is_array()) fail("a ring of a Polygon is not a list of positions");
   std::vector<Eigen::Vector2d> corners;
-  for (const Json& position : positions) corners.push_back(take_position(position));
+  for (const Json& position : list(positions, "a ring of a polygon"))
+    corners.push_back(take_position(position));
   if (corners.size() < 4 || corners.front() != corners.back()) {
     fail(fmt::format("a ring of polygon {} has {} positions{}", polygons_.size() + 1, corners.size(),
                      corners.size() < 4 ? "" : " and does not end where it begins"),
@@ -250,7 +236,7 @@ Area Reader::read() {
            "convert it with ogr2ogr -t_srs EPSG:4326 -lco RFC7946=YES");
     }
   }
-  take_object(json);
+  take(json);
   if (polygons_.empty()) fail("has no polygon", "give Polygon or MultiPolygon features");
   Area area = joined();
   if (area.rings.empty()) fail("its polygons have no area", "give polygons with an inside");

@@ -86,15 +86,10 @@ class WorkFolder {
   fs::path path_;
 };
 
-struct FreeStrings {
-  void operator()(char** list) const { CSLDestroy(list); }
-};
-using Strings = std::unique_ptr<char*, FreeStrings>;
-
-Strings strings(const std::vector<std::string>& items) {
-  char** list = nullptr;
-  for (const std::string& item : items) list = CSLAddString(list, item.c_str());
-  return Strings(list);
+CPLStringList strings(const std::vector<std::string>& items) {
+  CPLStringList list;
+  for (const std::string& item : items) list.AddString(item.c_str());
+  return list;
 }
 
 class GeotiffWriter {
@@ -168,11 +163,11 @@ std::string GeotiffWriter::name(std::size_t layer, std::size_t altitude, std::si
 /// without compression, takes tiles in any order.
 void GeotiffWriter::gather(std::size_t time) {
   const Failures failures;
-  const Strings options = strings({"TILED=YES", "BLOCKXSIZE=256", "BLOCKYSIZE=256", "INTERLEAVE=BAND",
+  CPLStringList options = strings({"TILED=YES", "BLOCKXSIZE=256", "BLOCKYSIZE=256", "INTERLEAVE=BAND",
                                    "SPARSE_OK=TRUE", "BIGTIFF=IF_SAFER"});
   gdal::Dataset dataset(GDALCreate(GDALGetDriverByName("GTiff"), gathered().c_str(),
                                    static_cast<int>(grid_.columns), static_cast<int>(grid_.rows),
-                                   static_cast<int>(bands()), GDT_Float32, options.get()));
+                                   static_cast<int>(bands()), GDT_Float32, options.List()));
   failures.check(dataset != nullptr, folder_);
   const std::array<double, 6> map_from_pixel{grid_.west_m,    grid_.spacing_m, 0, grid_.north_m(), 0,
                                              -grid_.spacing_m};
@@ -231,8 +226,8 @@ void GeotiffWriter::write_one(GDALDatasetH values, std::size_t layer, std::size_
   const std::string file = name(layer, altitude, time);
   const fs::path shown = folder_ / file;
   const std::string band = std::to_string(layer * request_.altitudes_m.size() + altitude + 1);
-  const Strings arguments = strings({"-of", "VRT", "-b", band, "-mo", "AREA_OR_POINT=Area"});
-  GDALTranslateOptions* choice = GDALTranslateOptionsNew(arguments.get(), nullptr);
+  CPLStringList arguments = strings({"-of", "VRT", "-b", band, "-mo", "AREA_OR_POINT=Area"});
+  GDALTranslateOptions* choice = GDALTranslateOptionsNew(arguments.List(), nullptr);
   // A name without a folder: the VRT stays in memory.
   const gdal::Dataset one(GDALTranslate("", values, choice, nullptr));
   GDALTranslateOptionsFree(choice);
@@ -255,10 +250,10 @@ void GeotiffWriter::write_one(GDALDatasetH values, std::size_t layer, std::size_
   tag("altitude_m", fmt::format("{}", request_.altitudes_m[altitude]));
   tag("altitude_above", request_.altitude_kind == AltitudeKind::Ellipsoid ? "WGS 84 ellipsoid" : "terrain");
 
-  const Strings options =
+  CPLStringList options =
       strings({"COMPRESS=DEFLATE", "PREDICTOR=YES", "RESAMPLING=AVERAGE", "BIGTIFF=IF_SAFER"});
   gdal::Dataset cog(GDALCreateCopy(GDALGetDriverByName("COG"), (work_ / file).c_str(), one.get(), 0,
-                                   options.get(), nullptr, nullptr));
+                                   options.List(), nullptr, nullptr));
   failures.check(cog != nullptr, shown);
   cog.reset();
   failures.check(true, shown);

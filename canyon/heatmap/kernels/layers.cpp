@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 
@@ -87,6 +88,18 @@ const LayerInfo& info(Layer layer) {
 
 Layer layer_by_name(std::string_view name) {
   return entry_named(kLayers, lower_case(trim(name)), "layer").layer;
+}
+
+std::vector<Layer> layers_named(const std::vector<std::string_view>& names) {
+  if (names.empty()) return default_layers();
+  std::vector<Layer> layers;
+  for (const std::string_view name : names) {
+    const bool all = lower_case(trim(name)) == "all";
+    for (const Layer layer : all ? layers_of_one_look() : std::vector{layer_by_name(name)}) {
+      if (std::find(layers.begin(), layers.end(), layer) == layers.end()) layers.push_back(layer);
+    }
+  }
+  return layers;
 }
 
 void LimitOptions::validate() const {

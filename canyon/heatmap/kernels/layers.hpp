@@ -103,6 +103,9 @@ void visit(options::Visitor& v, LimitOptions& o);
 /// The layer with this name, in upper or lower case. Throws InputError with the closest name for an unknown
 /// one; "all" is not a layer.
 [[nodiscard]] Layer layer_by_name(std::string_view name);
+/// The layers of these names in their order, each once; "all" is layers_of_one_look(). No name:
+/// default_layers(). Throws as layer_by_name().
+[[nodiscard]] std::vector<Layer> layers_named(const std::vector<std::string_view>& names);
 /// The limit with which a layer compares, for people: "more than 10 m, of the draws with a fix"; empty for
 /// most.
 [[nodiscard]] std::string limits_text(Layer layer, const LimitOptions& limits);
