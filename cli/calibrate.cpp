@@ -117,7 +117,7 @@ class CalibrationDrive : public RecordedDrive {
     rows.bound.headlines = validation::headlines_by_other_part(comparison, part_.first, part_.count,
                                                                first_part_.first, first_part_.count);
     validation::Figures figures = figures_of(comparison, part_);
-    add_own_fixes(figures, comparison, receiver);
+    add_own_fixes(figures, comparison);
     rows.held_out = row_of(prefix_ + called, figures, comparison, {});
     rows.held_out.figures_json = validation::to_json({figures}, std::nullopt);
     return rows;

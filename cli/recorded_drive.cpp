@@ -183,14 +183,10 @@ validation::Figures RecordedDrive::figures_of(const validation::Comparison& comp
   return figures;
 }
 
-void RecordedDrive::add_own_fixes(validation::Figures& figures, const validation::Comparison& comparison,
-                                  const simulation::ReceiverConfig& receiver) {
+void RecordedDrive::add_own_fixes(validation::Figures& figures,
+                                  const validation::Comparison& comparison) const {
   if (!recorded_.nmea) return;
-  compare_.position_filter = true;
-  figures.own_fixes =
-      validation::own_fix_figures(validation::own_fixes_of(recording_, comparison, part_.first, part_.count),
-                                  simulate(receiver), part_.first, part_.count);
-  compare_.position_filter = false;
+  figures.own_fixes = validation::own_fix_figures(recording_, comparison, part_.first, part_.count);
 }
 
 validation::RecordingRow RecordedDrive::row_of(const std::string& name, const validation::Figures& figures,

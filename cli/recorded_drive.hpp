@@ -90,8 +90,7 @@ class RecordedDrive {
   [[nodiscard]] validation::Figures figures_of(const validation::Comparison& comparison, const Part& part,
                                                const std::vector<validation::Comparison>& runs = {}) const;
   /// Adds those of the recorded receiver's own fixes, where the recording has them.
-  void add_own_fixes(validation::Figures& figures, const validation::Comparison& comparison,
-                     const simulation::ReceiverConfig& receiver);
+  void add_own_fixes(validation::Figures& figures, const validation::Comparison& comparison) const;
   /// Its row in a table of several recordings, but for JSON.
   [[nodiscard]] validation::RecordingRow row_of(const std::string& name, const validation::Figures& figures,
                                                 const validation::Comparison& comparison,

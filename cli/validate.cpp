@@ -251,7 +251,7 @@ class Judge : public RecordedDrive {
       validation::Figures& f = figures_.emplace_back(figures_of(comparison, part_, runs));
       if (!own) continue;
       if (alignment_) aligned_by_ = validation::describe_part(comparison, 0, first_part_.count, aligned_by_);
-      add_own_fixes(f, comparison, model.receiver);
+      add_own_fixes(f, comparison);
       own_ = std::move(comparison);
       runs_of_own_ = std::move(runs);
     }

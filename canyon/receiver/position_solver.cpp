@@ -78,7 +78,7 @@ positioning::Fix PositionSolver::solve(geodesy::GpsTime receiver_time, const Sol
     fix = solve_alone(receiver_time, measured.codes, sky, klobuchar);
   }
   if (fix.solved()) last_ecef_ = fix.position_ecef;
-  const positioning::Fix of_epoch = fix;
+  of_epoch_ = fix;
   if (filter_) {
     fix = filter_->update(receiver_time, differential ? measured.corrected : measured.codes, sky, fix,
                           klobuchar);
@@ -86,8 +86,8 @@ positioning::Fix PositionSolver::solve(geodesy::GpsTime receiver_time, const Sol
   if (!rtk_) return fix;
   // The filter of phases begins from the best place; the epoch's own velocity is news to it.
   positioning::Fix begin = fix;
-  begin.velocity_enu_mps = of_epoch.velocity_enu_mps;
-  begin.velocity_covariance_enu = of_epoch.velocity_covariance_enu;
+  begin.velocity_enu_mps = of_epoch_.velocity_enu_mps;
+  begin.velocity_covariance_enu = of_epoch_.velocity_covariance_enu;
   auto relative = rtk_->update(receiver_time, measured.of_signals, sky, begin);
   if (!relative) return fix;
   // Among echoes a float position may be worse than that of codes. Twice the deviation is allowed, so that

@@ -38,6 +38,8 @@ class PositionSolver {
   [[nodiscard]] positioning::Fix solve(geodesy::GpsTime receiver_time, const Solvable& measured,
                                        const orbit::Sky& sky,
                                        const std::map<gnss::System, gnss::Klobuchar>& klobuchar);
+  /// The latest epoch's solution by its measurements alone.
+  [[nodiscard]] const positioning::Fix& of_epoch() const { return of_epoch_; }
 
  private:
   [[nodiscard]] positioning::Fix solve_alone(geodesy::GpsTime receiver_time,
@@ -48,6 +50,7 @@ class PositionSolver {
   const ReceiverOptions& options_;
   const OwnModels& models_;
   positioning::FixOptions fix_;
+  positioning::Fix of_epoch_;
   Eigen::Vector3d last_ecef_ = Eigen::Vector3d::Zero();  ///< of the last epoch alone, where the next begins
   CodeCorrections corrections_;
   std::optional<positioning::PositionFilter> filter_;

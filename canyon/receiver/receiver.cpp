@@ -192,8 +192,10 @@ struct Receiver::State {
     channels.miss_all_but(epoch.satellites, at.time);
     if (context.arrival.placement == raytrace::Placement::Free) {
       epoch.fix = solver.solve(epoch.receiver_time, measured, sky, context.klobuchar);
+      single_epoch_fix = solver.of_epoch();
     } else {
       epoch.fix.status = positioning::FixStatus::NoSignal;
+      single_epoch_fix = epoch.fix;
     }
     if (check) epoch.spoofing = check->update(epoch);
     fuse(context, epoch);
@@ -220,6 +222,7 @@ struct Receiver::State {
   MeasurementModel measuring;
   FixInput fix_input;
   PositionSolver solver;
+  positioning::Fix single_epoch_fix;
   std::optional<SpoofingCheck> check;
   std::optional<positioning::DeadReckoning> fusion;
   geodesy::GpsTime first_epoch;  ///< since the last restart
@@ -241,6 +244,10 @@ const ReceiverOptions& Receiver::options() const {
 
 ReceiverEpoch Receiver::observe(const EpochContext& context) {
   return state_->observe(context);
+}
+
+const positioning::Fix& Receiver::single_epoch_fix() const {
+  return state_->single_epoch_fix;
 }
 
 geodesy::GpsTime ReceiverEpoch::stated(geodesy::GpsTime instant) const {

@@ -187,6 +187,8 @@ class Receiver {
   /// correlators too far apart for a satellite's signal. Paths then need what their strength depends on
   /// (PathGeometry, Path::reflector, Path::scattered_power).
   [[nodiscard]] ReceiverEpoch observe(const EpochContext& context);
+  /// The latest epoch's solution by its measurements alone, whatever filters are behind it.
+  [[nodiscard]] const positioning::Fix& single_epoch_fix() const;
 
  private:
   struct State;

@@ -59,8 +59,7 @@ class Comparer {
         environment_(environment),
         registration_(registration),
         options_(
-            long_since_on(simulation::with_surroundings(receiver, environment.scene(), environment.city()),
-                          options.position_filter)),
+            long_since_on(simulation::with_surroundings(receiver, environment.scene(), environment.city()))),
         propagator_(environment.make_propagator(receiver.propagation)),
         receiver_(options_, seed, simulation::with_streets(receiver, environment.city(), road()),
                   receiver.models),
@@ -88,7 +87,8 @@ class Comparer {
       }
     }
     result_.name = options.name;
-    if (options.position_filter) filter_.emplace(options_.filter, recorded_fix_options());
+    result_.filtered = options_.filter.enabled;
+    if (result_.filtered) filter_.emplace(options_.filter, recorded_fix_options());
   }
 
   /// The pure part: thread-safe.
@@ -125,12 +125,16 @@ class Comparer {
     compared.time = epoch.reception;
     compared.place_enu_m = place(e);
     compared.first = result_.satellites.size();
-    compared.simulated = fix_error(observed.fix, epoch);
+    const positioning::Fix& single = receiver_.single_epoch_fix();
+    compared.simulated = fix_error(single, epoch);
+    if (result_.filtered) compared.simulated_filter = fix_error(observed.fix, epoch);
     // Both ascend; systems that the receiver does not track are views alone.
     auto of_satellite = views.begin();
     for (const receiver::SatelliteObservation& o : observed.satellites) {
       while (of_satellite->line.id < o.id) ++of_satellite;
-      if (o.above_mask) result_.satellites.push_back(simulated_part(*of_satellite, o));
+      if (!o.above_mask) continue;
+      ComparedSatellite& s = result_.satellites.emplace_back(simulated_part(*of_satellite, o));
+      s.used_simulated = std::binary_search(single.used.begin(), single.used.end(), s.id);
     }
     compared.count = result_.satellites.size() - compared.first;
 
@@ -166,9 +170,8 @@ class Comparer {
   }
 
  private:
-  static receiver::ReceiverOptions long_since_on(receiver::ReceiverOptions options, bool position_filter) {
+  static receiver::ReceiverOptions long_since_on(receiver::ReceiverOptions options) {
     options.signal.lock.warm_start = true;
-    options.filter.enabled = position_filter;
     // A recording states no sigmas.
     if (options.fix.weights.weighting == positioning::Weighting::Sigma) {
       options.fix.weights.weighting = positioning::Weighting::Equal;
@@ -203,6 +206,8 @@ class Comparer {
     compared.error_enu_m =
         geodesy::enu_from_ecef_rotation(epoch.antenna) * (fix.position_ecef - epoch.antenna_ecef);
     compared.used = static_cast<int>(fix.used.size());
+    compared.horizontal_sigma_m = std::sqrt(fix.covariance_enu(0, 0) + fix.covariance_enu(1, 1));
+    compared.vertical_sigma_m = std::sqrt(fix.covariance_enu(2, 2));
     return compared;
   }
 
@@ -216,7 +221,6 @@ class Comparer {
     s.elevation_rad = o.elevation_rad;
     s.visibility = view.paths.visibility;
     s.clear = is_clear(s.visibility);
-    s.used_simulated = o.used;
     if (s.visibility == Visibility::NLOS) s.prediction = predict(view, o);
     for (const gnss::Signal& signal : gnss::signals_of(o.id.system).subspan(1)) {
       if (!among(result_.recorded, &signal) && !among(result_.tracked, &signal)) continue;
@@ -311,13 +315,14 @@ class Comparer {
       if (std::abs(error_m) > gross_m) continue;
       add_measured(o, error_m, compared.clock, signal_of(*s, o.signal));
     }
-    positioning::Fix fix = positioning::solve_fix(epoch.receiver_time, measurements, environment_.sky(),
-                                                  recorded_fix_options(), environment_.klobuchar());
-    if (filter_) {
-      fix = filter_->update(epoch.receiver_time, measurements, environment_.sky(), fix,
-                            environment_.klobuchar());
-    }
+    const positioning::Fix fix = positioning::solve_fix(epoch.receiver_time, measurements, environment_.sky(),
+                                                        recorded_fix_options(), environment_.klobuchar());
     compared.measured = fix_error(fix, epoch);
+    if (filter_) {
+      compared.measured_filter = fix_error(filter_->update(epoch.receiver_time, measurements,
+                                                           environment_.sky(), fix, environment_.klobuchar()),
+                                           epoch);
+    }
     for (const gnss::SatelliteId id : fix.used) {
       if (ComparedSatellite* s = satellite(id)) s->used_measured = true;
     }

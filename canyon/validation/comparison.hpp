@@ -123,6 +123,9 @@ struct ComparedFix {
   bool solved = false;
   Eigen::Vector3d error_enu_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
   int used = 0;
+  /// Stated standard deviations: root of the sum of the east and north variances, and up; NaN where none.
+  double horizontal_sigma_m = std::numeric_limits<double>::quiet_NaN();
+  double vertical_sigma_m = std::numeric_limits<double>::quiet_NaN();
 };
 
 struct ComparedEpoch {
@@ -131,8 +134,9 @@ struct ComparedEpoch {
   /// Registration::place_in_city() gives, right over the map as it is drawn. ENU vectors of fixes belong
   /// beside it after Registration::direction_in_city().
   Eigen::Vector3d place_enu_m = Eigen::Vector3d::Zero();
-  std::size_t first = 0, count = 0;  ///< of Comparison::satellites
-  ComparedFix measured, simulated;
+  std::size_t first = 0, count = 0;               ///< of Comparison::satellites
+  ComparedFix measured, simulated;                ///< of single epochs
+  ComparedFix measured_filter, simulated_filter;  ///< of the receiver's position filter, where it has one
   ClockSource clock = ClockSource::None;
   std::size_t segment = 0;  ///< of the street: Comparison::segments
 };
@@ -158,6 +162,7 @@ struct Comparison {
   std::vector<ComparedEpoch> epochs;
   std::vector<ComparedSatellite> satellites;  ///< by epoch
   std::vector<Segment> segments;
+  bool filtered = false;  ///< the receiver has a position filter (ReceiverOptions::filter)
 };
 
 struct RecordingOptions {
@@ -188,14 +193,12 @@ struct CompareOptions {
   int threads = 0;   ///< 0: as many as cores
   /// Satellites that the sky is taken not to have, say never_tracked().
   std::set<gnss::SatelliteId> leave_out;
-  /// Fixes of both receivers are the position filter's (ReceiverOptions::filter), which begins with the
-  /// recording.
-  bool position_filter = false;
   /// Epochs done, in all; on the calling thread. An exception from it ends the work and comes out.
   std::function<void(std::size_t, std::size_t)> progress;
 };
 /// Simulates a receiver (its propagation options included) at the recorded epochs, in the city moved by
-/// `registration`, and solves both fixes with the receiver's FixOptions. Satellites are those of the sky
+/// `registration`, and solves the fixes of both with the receiver's FixOptions, and with its position filter
+/// where it has one, which begins with the recording. Satellites are those of the sky
 /// above the receiver's elevation mask, of systems that the recording has and the receiver tracks.
 ///
 /// Clocks of the measured errors come from satellites that the moved city says are clear. Lines of sight,

@@ -338,29 +338,35 @@ TEST(Comparison, OwnFixesAndThePositionFilter) {
   // The filter over the recorded measurements is that over the simulated ones, which they are, and no fix of
   // one epoch.
   const simulation::ReceiverConfig& receiver = recorded.scenario().receivers.front();
+  simulation::ReceiverConfig filtering = receiver;
+  filtering.options.filter.enabled = true;
   const Comparison plain = compare(recording, receiver, recorded.environment(), {}, 1);
-  CompareOptions options;
-  options.position_filter = true;
-  const Comparison filtered = compare(recording, receiver, recorded.environment(), {}, 1, options);
-  std::vector<double> between_m, from_plain_m;
+  const Comparison filtered = compare(recording, filtering, recorded.environment(), {}, 1);
+  EXPECT_FALSE(plain.filtered);
+  EXPECT_TRUE(filtered.filtered);
+  std::vector<double> between_m, from_single_m;
   for (std::size_t e = 0; e < filtered.epochs.size(); ++e) {
     const ComparedEpoch& f = filtered.epochs[e];
-    if (!f.measured.solved || !f.simulated.solved || !plain.epochs[e].measured.solved) continue;
-    between_m.push_back((f.measured.error_enu_m - f.simulated.error_enu_m).norm());
-    from_plain_m.push_back((f.measured.error_enu_m - plain.epochs[e].measured.error_enu_m).norm());
+    EXPECT_EQ(f.measured.solved, plain.epochs[e].measured.solved);
+    EXPECT_EQ(f.simulated.used, plain.epochs[e].simulated.used);
+    EXPECT_FALSE(plain.epochs[e].measured_filter.solved);
+    if (!f.measured_filter.solved || !f.simulated_filter.solved || !f.measured.solved) continue;
+    between_m.push_back((f.measured_filter.error_enu_m - f.simulated_filter.error_enu_m).norm());
+    from_single_m.push_back((f.measured_filter.error_enu_m - f.measured.error_enu_m).norm());
   }
   ASSERT_GT(between_m.size(), 100U);
   EXPECT_LT(median(between_m).value(), 0.05);
-  EXPECT_GT(median(from_plain_m).value(), 0.1);
+  EXPECT_GT(median(from_single_m).value(), 0.1);
 
   const std::size_t count = plain.epochs.size() / 2;
-  const std::vector<ComparedFix> own = own_fixes_of(recording, plain, count, count);
-  EXPECT_GT(own.size(), count / 2);
-  EXPECT_LE(own.size(), count);
-  const OwnFixFigures f = own_fix_figures(own, filtered, count, count);
-  EXPECT_EQ(f.own.fixes, own.size());
-  EXPECT_EQ(f.simulated.epochs, count);
-  EXPECT_FALSE(std::isfinite(f.own.mean_used));
+  const PositionFigures own = own_fix_figures(recording, plain, count, count);
+  EXPECT_GT(own.fixes, count / 2);
+  EXPECT_LE(own.fixes, count);
+  EXPECT_FALSE(std::isfinite(own.mean_used));
+  const Figures f = figures(filtered, count, count, "second half");
+  EXPECT_EQ(f.simulated_filter.epochs, count);
+  EXPECT_EQ(f.measured_filter.stated, f.measured_filter.fixes);
+  EXPECT_GE(f.measured_filter.horizontal_within[1], f.measured_filter.horizontal_within[0]);
 }
 
 TEST(Comparison, SignalsWithStrengthComeBackToo) {

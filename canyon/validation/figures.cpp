@@ -50,6 +50,16 @@ PositionFigures position_figures(std::span<const ComparedFix> fixes) {
     used += f.used;
     horizontal.push_back(f.error_enu_m.head<2>().norm());
     vertical.push_back(std::abs(f.error_enu_m.z()));
+    if (!(f.horizontal_sigma_m > 0 && f.vertical_sigma_m > 0)) continue;
+    ++p.stated;
+    for (std::size_t i = 0; i < 2; ++i) {
+      const auto deviations = static_cast<double>(i + 1);
+      p.horizontal_within.at(i) += horizontal.back() <= deviations * f.horizontal_sigma_m ? 1 : 0;
+      p.vertical_within.at(i) += vertical.back() <= deviations * f.vertical_sigma_m ? 1 : 0;
+    }
+  }
+  for (auto* shares : {&p.horizontal_within, &p.vertical_within}) {
+    for (double& share : *shares) share /= static_cast<double>(std::max<std::size_t>(p.stated, 1));
   }
   if (p.fixes > 0) p.mean_used = used / static_cast<double>(p.fixes);
   p.horizontal_m = five_quantiles(horizontal);
@@ -93,10 +103,10 @@ class Collector {
         }
       }
     }
-    for (const ComparedFix& fix : measured_fixes(first, count)) {
+    for (const ComparedFix& fix : measured_fixes(&ComparedEpoch::measured, first, count)) {
       if (fix.solved) used_measured_.push_back(fix.used);
     }
-    for (const ComparedFix& fix : simulated_fixes(first, count)) {
+    for (const ComparedFix& fix : fixes_of(runs_, &ComparedEpoch::simulated, first, count)) {
       if (fix.solved) used_simulated_.push_back(fix.used);
     }
   }
@@ -128,8 +138,14 @@ class Collector {
       f.explained.push_back(explained_[k].figures(kinds_[k], f.nlos));
     }
     f.used = pair_of(used_measured_, used_simulated_);
-    f.measured = position_figures(measured_fixes(first_, epochs_.size()));
-    f.simulated = position_figures(simulated_fixes(first_, epochs_.size()));
+    f.measured = position_figures(measured_fixes(&ComparedEpoch::measured, first_, epochs_.size()));
+    f.simulated = position_figures(fixes_of(runs_, &ComparedEpoch::simulated, first_, epochs_.size()));
+    if (comparison_.filtered) {
+      f.measured_filter =
+          position_figures(measured_fixes(&ComparedEpoch::measured_filter, first_, epochs_.size()));
+      f.simulated_filter =
+          position_figures(fixes_of(runs_, &ComparedEpoch::simulated_filter, first_, epochs_.size()));
+    }
     return f;
   }
 
@@ -187,26 +203,28 @@ class Collector {
         segment.length_m +=
             (comparison_.epochs[e].place_enu_m - comparison_.epochs[e - 1].place_enu_m).head<2>().norm();
       }
-      f.segments.push_back({street, segment, position_figures(measured_fixes(segment.first, segment.count)),
-                            position_figures(simulated_fixes(segment.first, segment.count))});
+      f.segments.push_back(
+          {street, segment,
+           position_figures(measured_fixes(&ComparedEpoch::measured, segment.first, segment.count)),
+           position_figures(fixes_of(runs_, &ComparedEpoch::simulated, segment.first, segment.count))});
     }
   }
 
-  [[nodiscard]] std::vector<ComparedFix> measured_fixes(std::size_t first, std::size_t count) const {
+  /// One kind of fix of the comparisons' epochs [first, first + count).
+  using FixKind = ComparedFix ComparedEpoch::*;
+  [[nodiscard]] std::vector<ComparedFix> fixes_of(std::span<const Comparison> comparisons, FixKind kind,
+                                                  std::size_t first, std::size_t count) const {
     std::vector<ComparedFix> fixes;
-    for (std::size_t e = first; e < first + count; ++e) {
-      fixes.insert(fixes.end(), times_of(e - first_), comparison_.epochs[e].measured);
-    }
-    return fixes;
-  }
-  [[nodiscard]] std::vector<ComparedFix> simulated_fixes(std::size_t first, std::size_t count) const {
-    std::vector<ComparedFix> fixes;
-    for (const Comparison& run : runs_) {
+    for (const Comparison& one : comparisons) {
       for (std::size_t e = first; e < first + count; ++e) {
-        fixes.insert(fixes.end(), times_of(e - first_), run.epochs[e].simulated);
+        fixes.insert(fixes.end(), times_of(e - first_), one.epochs[e].*kind);
       }
     }
     return fixes;
+  }
+  [[nodiscard]] std::vector<ComparedFix> measured_fixes(FixKind kind, std::size_t first,
+                                                        std::size_t count) const {
+    return fixes_of(std::span(&comparison_, 1), kind, first, count);
   }
 
   void add_intervals(Figures& f, const FigureOptions& options) const {
@@ -296,33 +314,23 @@ Figures figures(const Comparison& comparison, std::size_t first, std::size_t cou
   return f;
 }
 
-std::vector<ComparedFix> own_fixes_of(const Recording& recording, const Comparison& comparison,
-                                      std::size_t first, std::size_t count) {
+PositionFigures own_fix_figures(const Recording& recording, const Comparison& comparison, std::size_t first,
+                                std::size_t count) {
   assert(first + count <= comparison.epochs.size());
   std::vector<ComparedFix> fixes;
-  if (count == 0) return fixes;
-  // Receivers round the time of a fix.
-  constexpr double kRounded_s = 0.01;
-  const geodesy::GpsTime begin = comparison.epochs[first].time,
-                         end = comparison.epochs[first + count - 1].time;
-  for (const Recording::OwnFix& own : recording.own_fixes) {
-    if (own.time - begin < -kRounded_s || own.time - end > kRounded_s) continue;
-    fixes.push_back({true, own.error_enu_m, 0});
+  if (count > 0) {
+    // Receivers round the time of a fix.
+    constexpr double kRounded_s = 0.01;
+    const geodesy::GpsTime begin = comparison.epochs[first].time,
+                           end = comparison.epochs[first + count - 1].time;
+    for (const Recording::OwnFix& own : recording.own_fixes) {
+      if (own.time - begin < -kRounded_s || own.time - end > kRounded_s) continue;
+      fixes.push_back({true, own.error_enu_m});
+    }
   }
-  return fixes;
-}
-
-OwnFixFigures own_fix_figures(std::span<const ComparedFix> own, const Comparison& filtered, std::size_t first,
-                              std::size_t count) {
-  assert(first + count <= filtered.epochs.size());
-  std::vector<ComparedFix> measured, simulated;
-  for (std::size_t e = first; e < first + count; ++e) {
-    measured.push_back(filtered.epochs[e].measured);
-    simulated.push_back(filtered.epochs[e].simulated);
-  }
-  OwnFixFigures f{position_figures(own), position_figures(measured), position_figures(simulated)};
-  f.own.mean_used = std::numeric_limits<double>::quiet_NaN();
-  return f;
+  PositionFigures figures = position_figures(fixes);
+  figures.mean_used = std::numeric_limits<double>::quiet_NaN();
+  return figures;
 }
 
 std::vector<Headline> headlines(const Comparison& comparison, std::size_t first, std::size_t count) {

@@ -54,6 +54,9 @@ struct PositionFigures {
   std::size_t epochs = 0, fixes = 0;
   double mean_used = 0;                                ///< satellites, over epochs with a fix; 0 without
   std::array<double, 5> horizontal_m{}, vertical_m{};  ///< at kQuantiles; vertical without sign
+  std::size_t stated = 0;                              ///< fixes with a stated accuracy
+  /// Shares of these whose error is at most once and at most twice the stated deviation (ComparedFix).
+  std::array<double, 2> horizontal_within{}, vertical_within{};
 };
 
 /// Carrier phases of one signal, LOS or NLOS.
@@ -89,12 +92,6 @@ struct SignalFigures : ObservationFigures {
   [[nodiscard]] bool first() const;        ///< the one near L1, that the other figures are of
 };
 
-/// Positions that the recorded receiver reported, beside the position filter's.
-struct OwnFixFigures {
-  PositionFigures own;                  ///< by NMEA; its satellites are not known: mean_used is NaN
-  PositionFigures measured, simulated;  ///< CompareOptions::position_filter
-};
-
 struct SegmentFigures {
   std::size_t street = 0;  ///< number of the whole recording's segment, from 1
   Segment segment;
@@ -114,10 +111,12 @@ struct Figures : ObservationFigures {  ///< of each system's first signal
   std::vector<Band> bands;                                     ///< 10-30, 30-50, 50-90 deg
   std::vector<Explained> explained;                            ///< the last one is "all"
   DistributionPair used;                                       ///< satellites in fixes
-  PositionFigures measured, simulated;
-  std::vector<SegmentFigures> segments;  ///< of at least 10 epochs
-  std::vector<SignalFigures> signals;    ///< by system, then in the order of gnss::signals_of()
-  std::optional<OwnFixFigures> own_fixes;
+  PositionFigures measured, simulated;                         ///< of single epochs
+  PositionFigures measured_filter, simulated_filter;           ///< no epochs where the receiver has no filter
+  std::vector<SegmentFigures> segments;                        ///< of at least 10 epochs
+  std::vector<SignalFigures> signals;  ///< by system, then in the order of gnss::signals_of()
+  /// Positions that the recorded receiver reported by NMEA; its satellites are not known: mean_used is NaN.
+  std::optional<PositionFigures> own_fixes;
   std::vector<NeverTracked> never_tracked;  ///< in the whole recording; set by who asked never_tracked()
   bool left_out = false;                    ///< they are: CompareOptions::leave_out
 };
@@ -143,14 +142,10 @@ struct FigureOptions {
                               const std::string& part, const FigureOptions& options = {},
                               std::span<const Comparison> runs = {});
 
-/// Recording::own_fixes of the epochs [first, first + count) of a comparison of that recording, first and
-/// last time included.
-[[nodiscard]] std::vector<ComparedFix> own_fixes_of(const Recording& recording, const Comparison& comparison,
-                                                    std::size_t first, std::size_t count);
-/// @param filtered a comparison with CompareOptions::position_filter, of which epochs [first, first + count)
-/// count
-[[nodiscard]] OwnFixFigures own_fix_figures(std::span<const ComparedFix> own, const Comparison& filtered,
-                                            std::size_t first, std::size_t count);
+/// Figures of Recording::own_fixes in the epochs [first, first + count) of a comparison of that recording,
+/// first and last time included.
+[[nodiscard]] PositionFigures own_fix_figures(const Recording& recording, const Comparison& comparison,
+                                              std::size_t first, std::size_t count);
 
 /// Epochs [first, first + count) of one recording, and the runs of its simulated values, if any.
 struct PooledPart {

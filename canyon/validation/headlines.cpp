@@ -27,7 +27,7 @@ Number horizontal(const Figures& f, Side side) {
 }
 template <std::size_t kQuantile>
 Number own_horizontal(const Figures& f, Side side) {
-  return horizontal(side == Side::Measured ? f.own_fixes->own : f.own_fixes->simulated, kQuantile);
+  return horizontal(side == Side::Measured ? *f.own_fixes : f.simulated_filter, kQuantile);
 }
 Number satellites_used(const Figures& f, Side side) {
   const PositionFigures& p = position(f, side);

@@ -628,11 +628,11 @@ P
   python3 -c 'import json; f = json.load(open("out")); assert "alignment" not in f and 19 <= f["models"][0]["epochs"] <= 21, f' || fail "--part first is not the first half"
   runs 0 "${judge[@]}" --align --part all; says out "whole recording"
   # Own fixes: the receiver's, which is the simulated one, beside the position filter's.
-  runs 0 "${judge[@]}" --nmea res/receiver.nmea --json figures.json; says out "own fixes" "simulated, filter"
+  runs 0 "${judge[@]}" --nmea res/receiver.nmea --json figures.json; says out "receiver's own"
   python3 - <<'P' || fail "own fixes are not those of the receiver"
 import json
 f = json.load(open("figures.json"))["models"][0]
-own, fixes = f["own_fixes"]["own"], f["position"]["measured"]
+own, fixes = f["own_fixes"], f["position"]["measured"]
 assert abs(own["fixes"] - fixes["fixes"]) <= 1 and own["mean_satellites_used"] is None, own
 for at in "p50", "p95":
     assert abs(own["horizontal_error_m"][at] - fixes["horizontal_error_m"][at]) < 0.5, (own, fixes)
