@@ -63,7 +63,42 @@ bool Update::take(const Row& row, double gate_sigmas) {
   for (int j = 0; j < kStates; ++j) {
     for (int i = 0; i < j; ++i) p(i, j) = p(j, i) = (p(i, j) + p(j, i)) / 2;
   }
+  taken_.push_back({row, gain});
   return true;
+}
+
+void state_accuracy(Track& track, std::span<const Taken> taken, double excess,
+                    const PositionFilterOptions& options) {
+  const double lasting = options.error_correlation_s > 0 ? excess : 0;
+  const double lasting_corrected = std::max(0.0, lasting - 1);
+  StateMatrix& s = track.stated;
+  for (const auto& [row, gain] : taken) {
+    StateVector m = times(s, row.gradient);
+    double variance = row.gradient.dot(m);
+    Lasting* own = nullptr;
+    double b = 0;
+    if (row.satellite) {
+      const double unit = row.share * row.sigma;
+      b = unit * std::sqrt(row.share < 1 ? lasting_corrected : lasting);
+      const auto at = std::find_if(track.lasting.begin(), track.lasting.end(),
+                                   [&row](const Lasting& l) { return l.satellite == *row.satellite; });
+      own = at != track.lasting.end()
+                ? &*at
+                : &track.lasting.emplace_back(Lasting{*row.satellite, StateVector::Zero(), track.time});
+      own->taken = track.time;
+      variance += excess * unit * unit + 2 * b * row.gradient.dot(own->covariance);
+      m += b * own->covariance;
+    } else {
+      variance += row.sigma * row.sigma;
+    }
+    for (int j = 0; j < kStates; ++j) {
+      for (int i = 0; i < kStates; ++i) {
+        s(i, j) += gain(i) * gain(j) * variance - gain(i) * m(j) - m(i) * gain(j);
+      }
+    }
+    for (Lasting& l : track.lasting) l.covariance -= row.gradient.dot(l.covariance) * gain;
+    if (own != nullptr) own->covariance -= b * gain;
+  }
 }
 
 void predict(Track& track, double dt, const PositionFilterOptions& options) {
@@ -76,10 +111,7 @@ void predict(Track& track, double dt, const PositionFilterOptions& options) {
   // The transition matrix is I but for dt from velocity to position, and from drift to clocks.
   const auto move = [&](int to, int from) {
     track.x(to) += dt * track.x(from);
-    for (int j = 0; j < kStates; ++j) track.p(to, j) += dt * track.p(from, j);
-  };
-  const auto move_columns = [&](int to, int from) {
-    for (int i = 0; i < kStates; ++i) track.p(i, to) += dt * track.p(i, from);
+    for (Lasting& lasting : track.lasting) lasting.covariance(to) += dt * lasting.covariance(from);
   };
   const auto each = [&](const auto& function) {
     for (int i = 0; i < 3; ++i) function(kPosition + i, kVelocity + i);
@@ -88,22 +120,34 @@ void predict(Track& track, double dt, const PositionFilterOptions& options) {
     }
   };
   each(move);
-  each(move_columns);
-  track.p.block<3, 3>(kPosition, kPosition) += acceleration * (dt * dt * dt / 3);
-  track.p.block<3, 3>(kPosition, kVelocity) += acceleration * (dt * dt / 2);
-  track.p.block<3, 3>(kVelocity, kPosition) += acceleration * (dt * dt / 2);
-  track.p.block<3, 3>(kVelocity, kVelocity) += acceleration * dt;
+  // What is correlated less than 1 % is left out.
+  const double forgets_s = std::max(options.error_correlation_s, 1e-9);
+  std::erase_if(track.lasting, [&](const Lasting& l) { return track.time + dt - l.taken > 4.6 * forgets_s; });
+  for (Lasting& lasting : track.lasting) lasting.covariance *= std::exp(-dt / forgets_s);
   const double c2 = kSpeedOfLight * kSpeedOfLight;
   const double white = c2 * options.clock_frequency_density;
   const double walk = c2 * options.clock_drift_density;
-  track.p(kDrift, kDrift) += walk * dt;
-  for (const System a : kConstellations) {
-    if (!track.knows(a)) continue;
-    track.p(kDrift, clock_of(a)) += walk * dt * dt / 2;
-    track.p(clock_of(a), kDrift) += walk * dt * dt / 2;
-    track.p(clock_of(a), clock_of(a)) += kClockWalk * kClockWalk * dt;
-    for (const System b : kConstellations) {
-      if (track.knows(b)) track.p(clock_of(a), clock_of(b)) += white * dt + walk * dt * dt * dt / 3;
+  for (StateMatrix* covariance : {&track.p, &track.stated}) {
+    StateMatrix& p = *covariance;
+    each([&p, dt](int to, int from) {
+      for (int j = 0; j < kStates; ++j) p(to, j) += dt * p(from, j);
+    });
+    each([&p, dt](int to, int from) {
+      for (int i = 0; i < kStates; ++i) p(i, to) += dt * p(i, from);
+    });
+    p.block<3, 3>(kPosition, kPosition) += acceleration * (dt * dt * dt / 3);
+    p.block<3, 3>(kPosition, kVelocity) += acceleration * (dt * dt / 2);
+    p.block<3, 3>(kVelocity, kPosition) += acceleration * (dt * dt / 2);
+    p.block<3, 3>(kVelocity, kVelocity) += acceleration * dt;
+    p(kDrift, kDrift) += walk * dt;
+    for (const System a : kConstellations) {
+      if (!track.knows(a)) continue;
+      p(kDrift, clock_of(a)) += walk * dt * dt / 2;
+      p(clock_of(a), kDrift) += walk * dt * dt / 2;
+      p(clock_of(a), clock_of(a)) += kClockWalk * kClockWalk * dt;
+      for (const System b : kConstellations) {
+        if (track.knows(b)) p(clock_of(a), clock_of(b)) += white * dt + walk * dt * dt * dt / 3;
+      }
     }
   }
 }
@@ -115,6 +159,8 @@ Row pseudorange_row(const Track& track, const RangedSatellite& satellite) {
   row.gradient(clock) = 1;
   row.innovation = satellite.pseudorange_m - satellite.range_m - satellite.atmosphere_m - track.x(clock);
   row.sigma = satellite.sigma_m;
+  row.satellite = satellite.measured->id;
+  row.share = satellite.measured->stated_share;
   return row;
 }
 
@@ -158,7 +204,9 @@ void mind_clocks(Track& track, const Epoch& epoch) {
         if (!track.knows(a)) continue;
         track.x(clock_of(a)) += whole ? milliseconds * kMillisecond_m : step;
         for (const System b : kConstellations) {
-          if (!whole && track.knows(b)) track.p(clock_of(a), clock_of(b)) += kUnknown_m * kUnknown_m;
+          if (whole || !track.knows(b)) continue;
+          track.p(clock_of(a), clock_of(b)) += kUnknown_m * kUnknown_m;
+          track.stated(clock_of(a), clock_of(b)) += kUnknown_m * kUnknown_m;
         }
       }
       // The time since the last epoch is by the clock, and was wrong by its step.
@@ -171,9 +219,12 @@ void mind_clocks(Track& track, const Epoch& epoch) {
     const int clock = clock_of(system);
     track.known[clock_index(system)] = true;
     track.x(clock) += median(innovations);
-    track.p.row(clock).setZero();
-    track.p.col(clock).setZero();
-    track.p(clock, clock) = kUnknown_m * kUnknown_m;
+    for (StateMatrix* p : {&track.p, &track.stated}) {
+      p->row(clock).setZero();
+      p->col(clock).setZero();
+      (*p)(clock, clock) = kUnknown_m * kUnknown_m;
+    }
+    for (Lasting& lasting : track.lasting) lasting.covariance(clock) = 0;
   }
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "canyon/geodesy/gps_time.hpp"
@@ -40,7 +41,22 @@ inline int clock_of(gnss::System system) {
 struct Row {
   StateVector gradient = StateVector::Zero();
   double innovation = 0;
-  double sigma = 1;
+  double sigma = 1;  ///< that gains go by
+  /// The satellite of a pseudorange; empty: a Doppler, whose errors do not last.
+  std::optional<gnss::SatelliteId> satellite;
+  double share = 1;  ///< Measurement::stated_share
+};
+/// A row that was taken, and its gain.
+struct Taken {
+  Row row;
+  StateVector gain;
+};
+/// Covariance of the state's error and the error of a satellite's pseudorange that lasts, as multiples of the
+/// latter's deviation.
+struct Lasting {
+  gnss::SatelliteId satellite;
+  StateVector covariance = StateVector::Zero();
+  geodesy::GpsTime taken;  ///< when a pseudorange of it last passed the gate
 };
 
 /// State of the filter at an instant.
@@ -51,8 +67,10 @@ struct Track {
   std::array<std::optional<geodesy::GpsTime>, gnss::kConstellations.size()> system_astray_since;
   std::array<bool, gnss::kConstellations.size()> known{};  ///< the constellation has a clock
   StateVector x = StateVector::Zero();
-  StateMatrix p = StateMatrix::Zero();
-  double excess = 1;  ///< variance of the position over p's: errors last and are larger than the weights say
+  StateMatrix p = StateMatrix::Zero();  ///< covariance that gains go by: of white errors as the weights say
+  /// Covariance of the state's error under these gains, where errors last and are as large as residuals show.
+  StateMatrix stated = StateMatrix::Zero();
+  std::vector<Lasting> lasting;
 
   [[nodiscard]] Eigen::Vector3d position() const { return x.segment<3>(kPosition); }
   [[nodiscard]] Eigen::Vector3d velocity() const { return x.segment<3>(kVelocity); }
@@ -68,21 +86,36 @@ class Update {
  public:
   explicit Update(Track& track) : track_(track) {}
   /// Goes on from `begun`, an update of another track that is otherwise equal.
-  Update(Track& track, const Update& begun) : track_(track), correction_(begun.correction_) {}
+  Update(Track& track, const Update& begun)
+      : track_(track), correction_(begun.correction_), taken_(begun.taken_) {}
 
   /// False, and nothing changed, where the innovation is beyond `gate_sigmas`.
   bool take(const Row& row, double gate_sigmas);
   /// Takes the result of `other` in place of its own.
   void adopt(const Update& other) {
     track_.p = other.track_.p;
+    track_.stated = other.track_.stated;
     correction_ = other.correction_;
+    taken_ = other.taken_;
   }
   void finish() { track_.x += correction_; }
+  [[nodiscard]] const std::vector<Taken>& taken() const { return taken_; }
 
  private:
   Track& track_;
   StateVector correction_ = StateVector::Zero();
+  std::vector<Taken> taken_;
 };
+
+/// Brings Track::stated up to date with rows that were taken: the covariance of an estimate whose gains K
+/// come from another model of the errors than these have (Gelb, Applied Optimal Estimation, 7.2; Schmidt's
+/// consider states). A pseudorange's error has a white part and one that lasts, of deviations w and b; C is
+/// the covariance of the state's error and the latter over b:
+///   S - K m' - m K' + K K' (h' S h + w^2 + b^2 + 2 b h' C),  m = S h + b C,  then C - K h' C - K b.
+/// @param excess variance of errors over that of the weights. With error_correlation_s all of it lasts, of
+/// corrected pseudoranges what is above 1: their noise is white.
+void state_accuracy(Track& track, std::span<const Taken> taken, double excess,
+                    const PositionFilterOptions& options);
 
 /// One epoch's satellites around a position.
 struct Epoch {
@@ -98,6 +131,7 @@ struct Epoch {
 /// Over dt white acceleration of density q gives position and velocity q dt^3 / 3, q dt^2 / 2, q dt
 /// (Bar-Shalom, Li & Kirubarajan, Estimation with Applications to Tracking and Navigation, eq. 6.2.2-4), and
 /// likewise the clock from its drift, plus white frequency.
+/// Errors that last keep exp(-dt / error_correlation_s) of themselves.
 void predict(Track& track, double dt, const PositionFilterOptions& options);
 
 [[nodiscard]] Row pseudorange_row(const Track& track, const RangedSatellite& satellite);

@@ -215,11 +215,11 @@ class Solver {
     const bool corrected = (shares.array() != 1).any();
     const Cofactor covariance = corrected ? least_squares_.covariance(shares) : least_squares_.cofactor();
     fix.covariance_enu = geodesy::rotated(enu_from_ecef, covariance.topLeftCorner<3, 3>());
-    if (options_.covariance_by_residuals && rows_ > fix.unknowns) {
+    if (options_.covariance_by_residuals) {
       fix.covariance_enu *=
-          std::max(1.0, residual_.cwiseQuotient(shares).squaredNorm() / (rows_ - fix.unknowns));
+          excess_variance(residual_.cwiseQuotient(shares).squaredNorm(), rows_ - fix.unknowns);
+      add_ionosphere(enu_from_ecef, fix);
     }
-    if (options_.covariance_by_residuals) add_ionosphere(enu_from_ecef, fix);
     row = 0;
     for (const RangedSatellite& satellite : satellites_) {
       if (!satellite.active) continue;

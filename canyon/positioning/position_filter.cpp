@@ -64,44 +64,47 @@ void take_motion(const Track& track, const Epoch& epoch, double gate_sigmas, Upd
   const Dopplers expected = take_dopplers(track, epoch, gate_sigmas, update);
   if (2 * expected.taken >= expected.considered) return;
   turned.p.block<3, 3>(kVelocity, kVelocity) += unknown_velocity(turned.position());
+  turned.stated.block<3, 3>(kVelocity, kVelocity) += unknown_velocity(turned.position());
   const Dopplers agreed = take_dopplers(turned, epoch, gate_sigmas, other);
   // Any four make a velocity and a drift.
   if (agreed.taken > 4 && 2 * agreed.taken > agreed.considered) update.adopt(other);
 }
 
-/// Variance of the errors in stated covariances over that in weights, mean of the satellites [1].
-double stated_variance(const Epoch& epoch) {
-  double sum = 0;
-  int count = 0;
-  for (const RangedSatellite& satellite : epoch.satellites) {
-    if (!satellite.above_mask) continue;
-    sum += satellite.measured->stated_share * satellite.measured->stated_share;
-    ++count;
-  }
-  return count > 0 ? sum / count : 1;
-}
-
-/// Ratio of a fix's errors to those that its weights say, as in its covariance (FixOptions).
+/// Root of a fix's excess_variance().
 double excess_of_residuals(const Epoch& epoch, const Fix& fix, const FixOptions& options) {
-  const std::size_t count = fix.residuals_m.size();
-  if (!options.covariance_by_residuals || count != fix.used.size() ||
-      static_cast<int>(count) <= fix.unknowns) {
-    return 1;
-  }
+  if (!options.covariance_by_residuals || fix.residuals_m.size() != fix.used.size()) return 1;
   double squares = 0;
   for (const RangedSatellite& satellite : epoch.satellites) {
-    const auto at = std::lower_bound(fix.used.begin(), fix.used.end(), satellite.measured->id);
-    if (at == fix.used.end() || *at != satellite.measured->id) continue;
-    squares +=
-        std::pow(fix.residuals_m[static_cast<std::size_t>(at - fix.used.begin())] / satellite.sigma_m, 2);
+    if (const auto m = residual_m(fix, satellite.measured->id))
+      squares += std::pow(*m / satellite.sigma_m, 2);
   }
-  return std::sqrt(std::max(1.0, squares / (static_cast<int>(count) - fix.unknowns)));
+  return std::sqrt(excess_variance(squares, static_cast<int>(fix.used.size()) - fix.unknowns));
+}
+
+/// excess_variance() of the residuals at the track's position, of all satellites above the masks.
+double excess_of_innovations(const Track& track, const Epoch& epoch, double gate_sigmas) {
+  // Farther beyond the gate it tells no more of the position, which the satellite does not move.
+  const double most_sigmas = 2 * gate_sigmas;
+  double squares = 0;
+  int count = 0;
+  std::array<bool, kConstellations.size()> clock{};
+  for (RangedSatellite satellite : epoch.satellites) {
+    if (!satellite.above_mask) continue;
+    place_satellite(satellite, track.position());
+    const Row row = pseudorange_row(track, satellite);
+    squares += std::pow(std::min(std::abs(row.innovation) / (row.sigma * row.share), most_sigmas), 2);
+    ++count;
+    clock[clock_index(satellite.measured->id.system)] = true;
+  }
+  const auto redundancy = count - 3 - std::count(clock.begin(), clock.end(), true);
+  return excess_variance(squares, redundancy);
 }
 
 /// A filter with the information of the fix's satellites, correlations of position and clocks included: their
 /// measurements taken at the fix's position, from (nearly) nothing. Empty where they are not among the
 /// measurements.
 std::optional<Track> begin(Epoch& epoch, const Fix& fix, const FixOptions& options,
+                           const PositionFilterOptions& filter,
                            const std::map<System, gnss::Klobuchar>& klobuchar) {
   look_around(epoch, fix.position_ecef, options, klobuchar);
   const Eigen::Matrix3d ecef_from_enu = geodesy::enu_from_ecef_rotation(fix.position).transpose();
@@ -118,6 +121,7 @@ std::optional<Track> begin(Epoch& epoch, const Fix& fix, const FixOptions& optio
     track.x(clock_of(system)) = bias_s * kSpeedOfLight;
     track.p(clock_of(system), clock_of(system)) = kUnknown_m * kUnknown_m;
   }
+  track.stated = track.p;
   Update update(track);
   epoch.passed.assign(epoch.satellites.size(), false);
   epoch.order.clear();
@@ -135,7 +139,7 @@ std::optional<Track> begin(Epoch& epoch, const Fix& fix, const FixOptions& optio
   if (taken < 4) return std::nullopt;
   take_dopplers(track, epoch, std::numeric_limits<double>::infinity(), update);
   update.finish();
-  track.excess = stated_variance(epoch);
+  state_accuracy(track, update.taken(), 1, filter);
   return track;
 }
 
@@ -151,7 +155,7 @@ bool astray(std::optional<geodesy::GpsTime>& since, geodesy::GpsTime now, int fa
 }
 
 /// One epoch's measurements, at the predicted position; false where the filter is astray.
-bool correct(Track& track, Epoch& epoch, const PositionFilterOptions& options) {
+bool correct(Track& track, Epoch& epoch, const PositionFilterOptions& options, bool by_residuals) {
   mind_clocks(track, epoch);
   struct Candidate {
     std::size_t index;
@@ -187,6 +191,8 @@ bool correct(Track& track, Epoch& epoch, const PositionFilterOptions& options) {
   }
   take_motion(track, epoch, options.gate_sigmas, update);
   update.finish();
+  state_accuracy(track, update.taken(),
+                 by_residuals ? excess_of_innovations(track, epoch, options.gate_sigmas) : 1, options);
   int all_considered = 0;
   int all_failed = 0;
   for (std::size_t system = 0; system < kConstellations.size(); ++system) {
@@ -212,7 +218,7 @@ bool somewhere(const Track& track) {
 }
 
 bool accurate(const Track& track, const PositionFilterOptions& options) {
-  return std::sqrt(track.excess * track.p.block<3, 3>(kPosition, kPosition).trace()) <= options.max_sigma_m;
+  return std::sqrt(track.stated.block<3, 3>(kPosition, kPosition).trace()) <= options.max_sigma_m;
 }
 
 /// How a fix of the satellites above the mask moves [m], ENU, if the ionosphere's delays are wrong by the
@@ -274,45 +280,6 @@ void add_geometry(Fix& fix, const Track& track, const Epoch& epoch, const Eigen:
   if (const std::optional<Cofactor> q = cofactor(design)) fix.dop = dop_from_cofactor(*q);
 }
 
-/// Sets the ratio of the position's variance to that of white errors as small as the weights say
-/// (PositionFilterOptions::error_correlation_s). Stays where the measurements have no redundancy.
-void weigh_lasting_errors(Track& track, const Epoch& epoch, const Fix& fix, double dt,
-                          const PositionFilterOptions& options, bool by_residuals) {
-  // Farther beyond the gate it tells no more of the position, which the satellite does not move.
-  const double most_sigmas = 2 * options.gate_sigmas;
-  double squares = 0;
-  int count = 0;
-  std::array<bool, kConstellations.size()> clock{};
-  for (RangedSatellite satellite : epoch.satellites) {
-    if (!satellite.above_mask) continue;
-    place_satellite(satellite, track.position());
-    const Row row = pseudorange_row(track, satellite);
-    const double sigmas = std::abs(row.innovation) / (row.sigma * satellite.measured->stated_share);
-    squares += std::pow(std::min(sigmas, most_sigmas), 2);
-    ++count;
-    clock[clock_index(satellite.measured->id.system)] = true;
-  }
-  const auto redundancy = count - 3 - std::count(clock.begin(), clock.end(), true);
-  if (redundancy < 1) return;
-  const double least = stated_variance(epoch);
-  double excess = by_residuals ? least * std::max(1.0, squares / static_cast<double>(redundancy)) : least;
-  // Corrections leave only noise in a code's error, unless residuals show more.
-  const double noise = by_residuals && least < 1 ? least : 0;
-  if (options.error_correlation_s > 0) {
-    excess = noise + (excess - noise) / std::tanh(dt / (2 * options.error_correlation_s));
-  }
-  // Averaged or not, the same satellites give no less information than in one epoch. What the fix states for
-  // the ionosphere is no part of that.
-  if (fix.solved()) {
-    const Eigen::Vector3d moved =
-        by_residuals ? moved_by_ionosphere(track, epoch, geodesy::enu_from_ecef_rotation(fix.position))
-                     : Eigen::Vector3d(Eigen::Vector3d::Zero());
-    const double own = track.p.block<3, 3>(kPosition, kPosition).trace();
-    excess = std::min(excess, (fix.covariance_enu.trace() - moved.squaredNorm()) / own);
-  }
-  track.excess = std::max(least, excess);
-}
-
 /// @param of least squares, of the same measurements
 Fix describe(const Track& track, const Epoch& epoch, const Fix& of, const FixOptions& options) {
   Fix fix;
@@ -321,10 +288,10 @@ Fix describe(const Track& track, const Epoch& epoch, const Fix& of, const FixOpt
   fix.position_ecef = track.position();
   fix.position = geodesy::geodetic_from_ecef(fix.position_ecef);
   const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(fix.position);
-  fix.covariance_enu =
-      track.excess * geodesy::rotated(enu_from_ecef, track.p.block<3, 3>(kPosition, kPosition));
+  fix.covariance_enu = geodesy::rotated(enu_from_ecef, track.stated.block<3, 3>(kPosition, kPosition));
   fix.velocity_enu_mps = enu_from_ecef * track.velocity();
-  fix.velocity_covariance_enu = geodesy::rotated(enu_from_ecef, track.p.block<3, 3>(kVelocity, kVelocity));
+  fix.velocity_covariance_enu =
+      geodesy::rotated(enu_from_ecef, track.stated.block<3, 3>(kVelocity, kVelocity));
   fix.clock_drift = track.x(kDrift) / kSpeedOfLight;
   for (const System system : kConstellations) {
     if (track.knows(system)) fix.clock_bias_s[system] = track.x(clock_of(system)) / kSpeedOfLight;
@@ -384,18 +351,16 @@ Fix PositionFilter::update(geodesy::GpsTime receiver_time, const std::vector<Mea
       predict(*track, dt, options);
       track->time = receiver_time;
       look_around(epoch, track->position(), state_->fix, klobuchar);
-      lost = !correct(*track, epoch, options);
+      lost = !correct(*track, epoch, options, state_->fix.covariance_by_residuals);
       if (!somewhere(*track)) {
         track.reset();
         lost = true;
-      } else if (dt > 0) {
-        weigh_lasting_errors(*track, epoch, fix, dt, options, state_->fix.covariance_by_residuals);
       }
     }
   }
   if (lost && fix.solved()) {
     Epoch fresh = epoch;
-    const std::optional<Track> anew = begin(fresh, fix, state_->fix, klobuchar);
+    const std::optional<Track> anew = begin(fresh, fix, state_->fix, options, klobuchar);
     if (anew && accurate(*anew, options)) {
       state_->track = anew;
       Fix answer = describe(*anew, fresh, fix, state_->fix);

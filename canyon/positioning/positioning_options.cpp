@@ -141,4 +141,14 @@ double WeightOptions::sigma_m(const Measurement& measurement, double elevation_r
                    cn0_scale_m2_hz * std::pow(10, -measurement.cn0_dbhz.value_or(kUnknownCn0_dbhz) / 10));
 }
 
+double WeightOptions::doppler_sigma_mps(const Measurement& measurement) const {
+  // Of five recordings by four receivers in three streets: medians and 95 % of the filter's errors are about
+  // least for 0.001 to 0.01 and 20 to 40.
+  constexpr double kFloor = 0.001, kScale = 40;
+  const double own = geodesy::kSpeedOfLight / measurement.carrier_frequency_hz * measurement.doppler_sigma_hz;
+  if (weighting != Weighting::Cn0) return own;
+  return std::sqrt(own * own + kFloor +
+                   kScale * std::pow(10, -measurement.cn0_dbhz.value_or(kUnknownCn0_dbhz) / 10));
+}
+
 }  // namespace canyon::positioning

@@ -39,6 +39,10 @@ struct WeightOptions {
   /// solves takes the rms over what is used.
   /// @param elevation_rad of the satellite; only Elevation looks at it
   [[nodiscard]] double sigma_m(const Measurement& measurement, double elevation_rad) const;
+  /// Standard deviation that a Doppler is weighted by, as a range rate [m/s]: the measurement's own; for Cn0
+  /// with variance 0.001 m^2/s^2 + 40 m^2/s^2 Hz 10^(-C/N0 / 10) on top, since the Doppler of an echo belongs
+  /// to another direction.
+  [[nodiscard]] double doppler_sigma_mps(const Measurement& measurement) const;
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
@@ -75,11 +79,10 @@ struct FixOptions {
   double cn0_mask_dbhz = 0;
   WeightOptions weights;
   RaimOptions raim;
-  /// The stated covariance is that of the weights times max(1, s^2), s^2 the weighted squares of the
-  /// residuals over their degrees of freedom (the a posteriori variance of unit weight): signals of a canyon
-  /// scatter more than their noise. Without redundancy nothing is known of it. With correct_ionosphere it
-  /// also has what the model may leave, half of the delay on all satellites alike, which moves the height and
-  /// shows in no residual.
+  /// The stated covariance is that of the weights times excess_variance() of the residuals: signals of a
+  /// canyon scatter more than their noise. Without redundancy nothing is known of it. With correct_ionosphere
+  /// it also has what the model may leave, half of the delay on all satellites alike, which moves the height
+  /// and shows in no residual.
   bool covariance_by_residuals = false;
   /// A solution of larger PDOP is none [1]; > 0, infinite: any.
   double max_pdop = std::numeric_limits<double>::infinity();
@@ -114,12 +117,11 @@ struct PositionFilterOptions {
   /// A position of a larger standard deviation (root of the sum of the three variances) [m] is none, and
   /// begins nothing; > 0, infinite: any.
   double max_sigma_m = std::numeric_limits<double>::infinity();
-  /// Time constant of errors that last [s], [0, 3600]; 0: white ones. The filter averages as if they were
-  /// white, and says how much that helps: variances of the position times (1 + a) / (1 - a), a = exp(-dt /
-  /// error_correlation_s), which is what the mean of many errors with the correlation a^|k| has over that of
-  /// white ones (Bartlett 1946). With FixOptions::covariance_by_residuals they are multiplied by max(1, s^2)
-  /// as well, s^2 of all satellites above the masks, those that failed the gate included, each with at most
-  /// twice gate_sigmas. They stay between the filter's own and those that the fix of this epoch states.
+  /// Time constant of the errors of pseudoranges [s], [0, 3600]; 0: white ones. The filter averages as if
+  /// they were white; the covariance that it states is that of its estimate if each satellite's error keeps
+  /// exp(-dt / error_correlation_s) of itself (state_accuracy()). With FixOptions::covariance_by_residuals
+  /// the errors' variance is that of the weights times excess_variance() of the epoch's innovations, of all
+  /// satellites above the masks, those that failed the gate included, each with at most twice gate_sigmas.
   double error_correlation_s = 0;
   /// Throws InputError naming the field that is out of range.
   void validate() const;

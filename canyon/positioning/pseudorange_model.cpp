@@ -119,6 +119,7 @@ std::vector<RangedSatellite> ranged_satellites(geodesy::GpsTime receiver_time,
     satellite.state = *state;
     satellite.pseudorange_m = m.pseudorange_m + kSpeedOfLight * (state->clock_bias_s - state->group_delay_s);
     satellite.sigma_m = options.weights.sigma_m(m, geodesy::kPi / 2);
+    satellite.doppler_sigma_mps = options.weights.doppler_sigma_mps(m);
     satellites.push_back(satellite);
   }
   std::sort(satellites.begin(), satellites.end(), [](const RangedSatellite& a, const RangedSatellite& b) {
@@ -177,7 +178,7 @@ DopplerEquation doppler_equation(const RangedSatellite& satellite) {
   const double wavelength = kSpeedOfLight / m.carrier_frequency_hz;
   const Eigen::Vector3d omega(0, 0, geodesy::kEarthRotationRate);
   DopplerEquation equation;
-  equation.sigma_mps = wavelength * m.doppler_sigma_hz;
+  equation.sigma_mps = satellite.doppler_sigma_mps;
   equation.satellite_mps = orbit::rotate_earth(satellite.state.velocity_mps, satellite.flight_time_s);
   equation.g =
       1 + satellite.direction.dot(equation.satellite_mps + omega.cross(satellite.position)) / kSpeedOfLight;

@@ -18,9 +18,10 @@ namespace canyon::positioning {
 /// and look_up() renew the fields that depend on the receiver's place.
 struct RangedSatellite {
   const Measurement* measured = nullptr;
-  orbit::SatelliteState state;  ///< ECEF of the transmission instant
-  double pseudorange_m = 0;     ///< cleaned of the satellite's clock: range + atmosphere + receiver clock
-  double sigma_m = 1;           ///< by the weights; for elevation weights that of the last look_up()
+  orbit::SatelliteState state;   ///< ECEF of the transmission instant
+  double pseudorange_m = 0;      ///< cleaned of the satellite's clock: range + atmosphere + receiver clock
+  double sigma_m = 1;            ///< by the weights; for elevation weights that of the last look_up()
+  double doppler_sigma_mps = 1;  ///< by the weights
   double flight_time_s = 0.07;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();   ///< in the axes of reception
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< unit, receiver to satellite

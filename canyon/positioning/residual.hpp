@@ -22,6 +22,16 @@ namespace canyon::positioning {
 [[nodiscard]] std::optional<Eigen::Index> largest_normalised_residual(const Design& design,
                                                                       const Eigen::VectorXd& residual);
 
+/// Variance of errors over that of their weights, 1 or more [1], by `squares`, the sum of the squared
+/// whitened residuals of least squares: s^2 n / (n - 2), with s^2 = squares / n, n the degrees of freedom. An
+/// error over its deviation by the residuals has Student's distribution, of that variance; up to two degrees,
+/// where that has none, 5 s^2. Without redundancy (n < 1) nothing is known: 1.
+[[nodiscard]] inline double excess_variance(double squares, std::ptrdiff_t redundancy) {
+  if (redundancy < 1) return 1;
+  const auto n = static_cast<double>(redundancy);
+  return std::max(1.0, squares / n * (n > 2 ? n / (n - 2) : 5));
+}
+
 /// Middle value, of two middle ones the larger. @param values not empty
 [[nodiscard]] inline double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

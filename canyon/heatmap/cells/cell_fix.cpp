@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "canyon/positioning/pseudorange_model.hpp"
+#include "canyon/positioning/residual.hpp"
 #include "canyon/receiver/signal_range.hpp"
 
 namespace canyon::heatmap {
@@ -79,8 +80,9 @@ void CellFix::state_covariance(std::span<const CellRange> ranges, const LinearFi
     answer.covariance *= variances / rows;
     squares *= rows / variances;
   }
-  if (options_.covariance_by_residuals && used_.size() > fix_->unknowns()) {
-    answer.covariance *= std::max(1.0, squares / (rows - static_cast<double>(fix_->unknowns())));
+  if (options_.covariance_by_residuals) {
+    answer.covariance *= positioning::excess_variance(
+        squares, static_cast<std::ptrdiff_t>(used_.size()) - static_cast<std::ptrdiff_t>(fix_->unknowns()));
   }
 }
 

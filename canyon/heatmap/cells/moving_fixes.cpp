@@ -31,6 +31,9 @@ bool of_motion(Layer layer) {
 struct MovingFixes::Track {
   Fix at;  ///< without variances: not begun
   double lost_s = 0;
+  /// Horizontal: variance of the estimate's error where those of fixes last, and covariance of the two over
+  /// the deviation of the latter (positioning::state_accuracy()).
+  double stated_m2 = 0, lasting_m = 0;
 
   void go(const Fix& fix, double step_s, const positioning::PositionFilterOptions& filter) {
     lost_s += step_s;
@@ -38,12 +41,17 @@ struct MovingFixes::Track {
     const auto grow = [step_s](float& variance_m2, double density) {
       if (variance_m2 > 0) variance_m2 += static_cast<float>(density * density / 12 * kEpoch_s * step_s);
     };
+    const float before_m2 = at.horizontal_m2;
     grow(at.horizontal_m2, filter.acceleration_horizontal);
+    stated_m2 += at.horizontal_m2 - before_m2;
+    lasting_m *= filter.error_correlation_s > 0 ? std::exp(-step_s / filter.error_correlation_s) : 0;
     grow(at.vertical_m2, filter.acceleration_vertical);
     if (!(fix.horizontal_m2 > 0)) return;
     lost_s = 0;
     if (!(at.horizontal_m2 > 0)) {
       at = fix;
+      stated_m2 = fix.horizontal_m2;
+      lasting_m = -std::sqrt(stated_m2);
       return;
     }
     const auto epochs = static_cast<float>(step_s / kEpoch_s);
@@ -52,6 +60,10 @@ struct MovingFixes::Track {
     at.east_m += k * (fix.east_m - at.east_m);
     at.north_m += k * (fix.north_m - at.north_m);
     at.up_m += k_up * (fix.up_m - at.up_m);
+    const double of_fix_m2 = filter.error_correlation_s > 0 ? fix.horizontal_m2 : fix.horizontal_m2 / epochs;
+    const double of_fix_m = std::sqrt(of_fix_m2);
+    stated_m2 = (1 - k) * (1 - k) * stated_m2 + k * k * of_fix_m2 - 2 * k * (1 - k) * lasting_m * of_fix_m;
+    lasting_m = (1 - k) * lasting_m - k * of_fix_m;
     at.horizontal_m2 *= 1 - k;
     at.vertical_m2 *= 1 - k_up;
   }
@@ -121,8 +133,6 @@ void MovingFixes::filter_lane(std::size_t lane, const std::vector<std::uint8_t>&
   const std::size_t cells = cells_.state.size();
   Fix* const fixes = fixes_.data() + lane * cells;
   const positioning::PositionFilterOptions& filter = movement_.filter;
-  const double lasting =
-      filter.error_correlation_s > 0 ? 1 / std::tanh(kEpoch_s / (2 * filter.error_correlation_s)) : 1;
   std::vector<Track> tracks(cells);
   std::vector<Fix> sums(cells);  // weighted; vertical_m2: the weights
   for (std::size_t axis = 0; axis < kAxes.size(); ++axis) {
@@ -133,13 +143,11 @@ void MovingFixes::filter_lane(std::size_t lane, const std::vector<std::uint8_t>&
         track = before == cells ? Track() : tracks[before];
         track.go(fixes[cell], step_s, filter);
         if (!(track.at.horizontal_m2 > 0) || (!axes.empty() && axes[cell] != axis)) return;
-        auto stated_m2 = static_cast<float>(track.at.horizontal_m2 * lasting);
-        if (fixes[cell].horizontal_m2 > 0) stated_m2 = std::min(stated_m2, fixes[cell].horizontal_m2);
         const float weight = 1 / track.at.horizontal_m2;
         Fix& sum = sums[cell];
         sum.east_m += weight * std::hypot(track.at.east_m, track.at.north_m);
         sum.up_m += weight * (lane == 0 ? track.at.up_m : std::abs(track.at.up_m));
-        sum.horizontal_m2 += weight * stated_m2;
+        sum.horizontal_m2 += weight * static_cast<float>(track.stated_m2);
         sum.vertical_m2 += weight;
       });
     }
