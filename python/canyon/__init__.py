@@ -35,14 +35,12 @@ except ImportError as error:
     from importlib.machinery import EXTENSION_SUFFIXES
 
     folder = Path(__file__).parent
-    built = [file.name for file in folder.glob("_canyon.*.so")]
-    if any(f"_canyon{suffix}" in built for suffix in EXTENSION_SUFFIXES):
+    if any((folder / f"_canyon{suffix}").exists() for suffix in EXTENSION_SUFFIXES):
         raise  # it is here, and something that it needs is not
+    found = ", ".join(file.name for file in folder.glob("_canyon.*.so"))
     raise ImportError(
-        f"the engine is built for another Python than {sys.executable}: {', '.join(built)}; use /usr/bin/python3, or "
-        "-DPython3_EXECUTABLE= (docs/python.md)" if built else
-        f"the engine is not in {folder}: install pybind11-dev, python3-dev and python3-numpy, then './run build' makes it "
-        "(docs/python.md)"
+        f"the engine is built for another Python than {sys.executable}: {found}; use /usr/bin/python3" if found else
+        f"the engine is not in {folder}: './run build' makes it with pybind11-dev, python3-dev and python3-numpy"
     ) from error
 
 from ._canyon import Encoder, Epoch, LiveReceiver, __version__, formats

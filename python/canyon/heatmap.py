@@ -154,8 +154,7 @@ def heatmap(
         With "steady_state" receivers take far paths from places so far apart; 0: searched at every cell.
     limits : mapping, optional
         Limits of layers for planners: "error_m", "alert_m", "protection_factor", "start", "first_fix_s",
-        "rtk_s"
-        (docs/heatmap-planning.md).
+        "rtk_s" (docs/heatmap-planning.md).
     folder : path, optional
         Keeps finished tiles: the same call goes on from there.
 

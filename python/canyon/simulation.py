@@ -87,12 +87,8 @@ class _Epochs:
     """The epochs of a run, and their tables, each made once. Copies share them; a pickle has the tables alone."""
 
     def __init__(
-        self,
-        receivers: List[str],
-        tables: Sequence[str],
-        simulation: "Optional[Simulation]",
-        epochs: List[List[Epoch]],
-        made: Dict[Tuple[int, str], Table],
+        self, receivers: List[str], tables: Sequence[str], simulation: "Optional[Simulation]",
+        epochs: List[List[Epoch]], made: Dict[Tuple[int, str], Table],
     ) -> None:
         self.receivers, self.tables, self.simulation, self._epochs, self._made = receivers, tables, simulation, epochs, made
 

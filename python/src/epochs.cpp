@@ -124,6 +124,10 @@ void bind_epochs(py::module_& m) {
       .def_property_readonly(
           "placement", [](const E& e) { return std::string(output::placement_word(e.epoch.placement)); })
       .def_property_readonly("faults", [](const E& e) { return e.epoch.faults; })
+      .def("__reduce__",
+           [](const E& /*epoch*/) -> py::object {
+             throw py::type_error("an Epoch cannot be pickled: take its table(), or the tables of the run");
+           })
       .def(
           "table", [](const EpochPtr& e, const std::string& name) { return table_of({e}, name); }, "name"_a,
           "Columns of this epoch alone: \"epochs\", \"satellites\", \"signals\", \"paths\".");

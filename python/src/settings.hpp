@@ -24,12 +24,13 @@ void merge(options::Node& base, const options::Node& over);
 /// A document whose faults name file and line where a text has them, else the key's whole path.
 [[nodiscard]] options::Document document_of(const std::filesystem::path& file, const std::string& kind,
                                             const options::Description& description);
-/// A tree into a struct, by the struct's list of fields.
+/// A tree into a struct, by the struct's list of fields. @param file to whose folder names of files belong
 template <typename Options>
-Options read_tree(const options::Node& tree, const std::string& kind) {
+Options read_tree(const options::Node& tree, const std::string& kind,
+                  const std::filesystem::path& file = {}) {
   static const options::Description description = options::describe<Options>();
   Options result;
-  options::read(tree, document_of({}, kind, description), result);
+  options::read(tree, document_of(file, kind, description), result);
   return result;
 }
 
@@ -61,6 +62,11 @@ using ScenarioPtr = std::shared_ptr<ScenarioTree>;
 struct SkyHandle {
   simulation::BuiltSky built;
   std::vector<gnss::SatelliteId> satellites;
+  /// What it was made of.
+  options::Node settings;
+  std::filesystem::path folder;
+  geodesy::GpsTime begin, end;
+  geodesy::Geodetic seen_from;
 };
 using SkyPtr = std::shared_ptr<SkyHandle>;
 

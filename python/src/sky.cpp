@@ -43,6 +43,17 @@ py::dict look(const SkyHandle& self, const py::object& when, const py::object& w
                   "position_ecef_m"_a = owning_array(std::move(position), {shape[0], shape[1], 3}));
 }
 
+SkyPtr sky_of(options::Node settings, const std::filesystem::path& folder, geodesy::GpsTime begin,
+              geodesy::GpsTime end, const geodesy::Geodetic& seen_from) {
+  const bool here = folder == std::filesystem::current_path();
+  const auto config = read_tree<simulation::SkyConfig>(settings, "sky", here ? "" : folder / "");
+  const py::gil_scoped_release release;
+  simulation::BuiltSky built = simulation::build_sky(config, begin, end, seen_from);
+  auto satellites = built.sky->satellites();
+  return std::make_shared<SkyHandle>(
+      SkyHandle{std::move(built), std::move(satellites), std::move(settings), folder, begin, end, seen_from});
+}
+
 }  // namespace
 
 void bind_sky(py::module_& m) {
@@ -67,19 +78,23 @@ Examples
 True)")
       .def(py::init([](const py::object& begin, const py::object& end, const py::object& place,
                        const py::kwargs& settings) {
-             const options::Node tree =
-                 tree_of(settings.empty() ? py::dict("nominal"_a = true) : py::dict(settings));
-             const auto config = read_tree<simulation::SkyConfig>(tree, "sky");
-             const geodesy::GpsTime from = time_of(begin), to = end.is_none() ? from : time_of(end);
-             const geodesy::Geodetic seen_from =
-                 place.is_none() ? geodesy::Geodetic{} : place_of(place, "place");
-             const py::gil_scoped_release release;
-             auto sky = std::make_shared<SkyHandle>();
-             sky->built = simulation::build_sky(config, from, to, seen_from);
-             sky->satellites = sky->built.sky->satellites();
-             return sky;
+             const geodesy::GpsTime from = time_of(begin);
+             return sky_of(tree_of(settings.empty() ? py::dict("nominal"_a = true) : py::dict(settings)),
+                           std::filesystem::current_path(), from, end.is_none() ? from : time_of(end),
+                           place.is_none() ? geodesy::Geodetic{} : place_of(place, "place"));
            }),
            "begin"_a, "end"_a = py::none(), "place"_a = py::none())
+      .def(py::pickle(
+          [](const SkyHandle& self) {
+            return py::make_tuple(object_of(self.settings, true), self.folder, self.begin.nanoseconds(),
+                                  self.end.nanoseconds(), self.seen_from.latitude_rad,
+                                  self.seen_from.longitude_rad, self.seen_from.height_m);
+          },
+          [](const py::tuple& state) {
+            return sky_of(tree_of(state[0]), state[1].cast<std::filesystem::path>(), time_of(state[2]),
+                          time_of(state[3]),
+                          {state[4].cast<double>(), state[5].cast<double>(), state[6].cast<double>()});
+          }))
       .def_property_readonly(
           "satellites", [](const SkyHandle& self) { return names_of(self.satellites); },
           "list of str: \"G01\", \"E05\", ..., those that it may know.")

@@ -156,6 +156,16 @@ class Pickles(unittest.TestCase):
             twin.write(f"{folder}/map.nc")
             self.assertEqual(os.listdir(folder), ["map.nc"])
 
+    def test_skies(self):
+        sky = canyon.Sky(PLACE["start"], systems=["GPS"], place=(48.1, 11.6, 560))
+        city = canyon.City(**CITY)
+        seen = [canyon.trace(city, [[0, 0, 2]], each, PLACE["start"]) for each in (sky, pickle.loads(pickle.dumps(sky)))]
+        self.assertEqual(*(repr(each.tolist()) for each in seen))
+
+    def test_epochs_say_what_to_take(self):
+        with self.assertRaisesRegex(TypeError, "take its table"):
+            pickle.dumps(drive(1).epochs_of())
+
     def test_simulations(self):
         simulation = canyon.Simulation(PLACE, canyon.City(**CITY))
         again = copy.deepcopy(simulation)

@@ -65,8 +65,7 @@ RangeRaster::RangeRaster(std::span<float> ranges, std::uint32_t columns)
   std::fill(ranges_.begin(), ranges_.end(), std::numeric_limits<float>::infinity());
 }
 
-void RangeRaster::add(const RasterPoint& a, const RasterPoint& b, const RasterPoint& c,
-                      const Window& window) {
+void RangeRaster::add(const RasterPoint& a, const RasterPoint& b, const RasterPoint& c) {
   // range(u, v) = a.range + along_u (u - a.u) + along_v (v - a.v), the plane through the three corners.
   const double bu = b.u - a.u, bv = b.v - a.v, cu = c.u - a.u, cv = c.v - a.v;
   const double bt = b.range - a.range, ct = c.range - a.range;
@@ -77,7 +76,7 @@ void RangeRaster::add(const RasterPoint& a, const RasterPoint& b, const RasterPo
   // Where a triangle is seen nearly from its edge the slopes are badly known; its corners are not.
   const double least = std::min(std::min(a.range, b.range), c.range);
   const double most = std::max(std::max(a.range, b.range), c.range);
-  scan_triangle(a, b, c, window, [&](int row, int first, int last) {
+  scan_triangle(a, b, c, columns_, ranges_.size() / columns_, [&](int row, int first, int last) {
     float* cells = ranges_.data() + static_cast<std::size_t>(row) * columns_ + first;
     const double start = a.range + along_u * (first - a.u) + along_v * (row - a.v);
     const int count = last - first + 1;

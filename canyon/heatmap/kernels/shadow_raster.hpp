@@ -16,12 +16,6 @@ struct RasterPoint {
   double range = 0;  ///< from the plane along the direction to the corner [m]
 };
 
-/// Cells [first_column, last_column] x [first_row, last_row]; empty where a last is below its first.
-struct Window {
-  int first_column = 0, last_column = -1;
-  int first_row = 0, last_row = -1;
-};
-
 /// Spans are this much longer on either side [cells], so that rounding leaves no cell between triangles that
 /// share a side: it moves an end by some 1e-12 for tiles about a city's centre.
 constexpr double kSpanMargin = 1e-9;
@@ -39,26 +33,27 @@ constexpr double kSpanMargin = 1e-9;
 struct RowBounds {
   double left_anchor = 0, left_base = 0, left_slope = 0;
   double right_anchor = 0, right_base = 0, right_slope = 0;
-  double low = 0, high = 0;  ///< of u, in the window
+  double low = 0, high = 0;  ///< of u, in the tile
 };
 constexpr int kRowsAtOnce = 64;
 /// First and last cells of `count` rows from `row` on (at most kRowsAtOnce); last below first: none.
 void row_spans(const RowBounds& bounds, int row, int count, int* first, int* last);
 
-/// Calls span(row, first, last) for the cells of a window whose centres lie in the closed triangle, row by
-/// row. A side gives the same ends to both triangles that share it, since it is always followed from its
-/// lower to its higher corner.
+/// Calls span(row, first, last) for the cells of a tile whose centres lie in the closed triangle, row by row.
+/// A side gives the same ends to both triangles that share it, since it is always followed from its lower to
+/// its higher corner.
 template <class Span>
-void scan_triangle(RasterPoint a, RasterPoint b, RasterPoint c, const Window& window, Span&& span) {
+void scan_triangle(RasterPoint a, RasterPoint b, RasterPoint c, std::size_t columns, std::size_t rows,
+                   Span&& span) {
   if (b.v < a.v) std::swap(a, b);
   if (c.v < b.v) std::swap(b, c);
   if (b.v < a.v) std::swap(a, b);
-  const double first_row = window.first_row, last_row = window.last_row;
-  if (!(a.v <= last_row && c.v >= first_row)) return;
-  const int begin = ceil_of(std::max(a.v, first_row));
+  const double last_row = static_cast<double>(rows) - 1;
+  if (!(a.v <= last_row && c.v >= 0)) return;
+  const int begin = ceil_of(std::max(a.v, 0.0));
   const int end = floor_of(std::min(c.v, last_row));
   if (begin > end) return;
-  const double low = window.first_column - kSpanMargin, high = window.last_column + kSpanMargin;
+  const double low = -kSpanMargin, high = static_cast<double>(columns) - 1 + kSpanMargin;
   if (std::max(std::max(a.u, b.u), c.u) < low || std::min(std::min(a.u, b.u), c.u) > high) return;
 
   const double height = c.v - a.v;
@@ -105,8 +100,8 @@ class BitRaster {
     stride_ = (columns + 63) / 64;
     bits_.assign(stride_ * rows, 0);
   }
-  void add(const RasterPoint& a, const RasterPoint& b, const RasterPoint& c, const Window& window) {
-    scan_triangle(a, b, c, window, [this](int row, int first, int last) { mark(row, first, last); });
+  void add(const RasterPoint& a, const RasterPoint& b, const RasterPoint& c) {
+    scan_triangle(a, b, c, columns_, rows_, [this](int row, int first, int last) { mark(row, first, last); });
   }
   /// Sets the bits [first, last] of a row.
   void mark(int row, int first, int last) {
@@ -136,7 +131,7 @@ class RangeRaster {
  public:
   /// Ranges row by row, infinite at first.
   RangeRaster(std::span<float> ranges, std::uint32_t columns);
-  void add(const RasterPoint& a, const RasterPoint& b, const RasterPoint& c, const Window& window);
+  void add(const RasterPoint& a, const RasterPoint& b, const RasterPoint& c);
 
  private:
   std::span<float> ranges_;

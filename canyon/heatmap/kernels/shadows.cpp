@@ -26,10 +26,6 @@ constexpr double kLeastRise = 0.01;
   return std::abs(direction.squaredNorm() - 1) < 1e-6 && direction.z() > kLeastRise;
 }
 
-Window whole(const CellPlane& plane) {
-  return {0, static_cast<int>(plane.columns) - 1, 0, static_cast<int>(plane.rows) - 1};
-}
-
 /// The projection of the city to the cells of a plane along a direction.
 class Projection {
  public:
@@ -66,10 +62,10 @@ RasterPoint cut(const RasterPoint& above, const RasterPoint& below) {
 
 /// Draws the part of a triangle above the plane (range 0): a triangle or two.
 template <class Raster>
-void add_above(const std::array<RasterPoint, 3>& corner, const Window& window, Raster& raster) {
+void add_above(const std::array<RasterPoint, 3>& corner, Raster& raster) {
   const int above = (corner[0].range > 0) + (corner[1].range > 0) + (corner[2].range > 0);
   if (above == 3) {
-    raster.add(corner[0], corner[1], corner[2], window);
+    raster.add(corner[0], corner[1], corner[2]);
     return;
   }
   // Turns the triangle so that its first corner is alone on its side of the plane.
@@ -79,11 +75,11 @@ void add_above(const std::array<RasterPoint, 3>& corner, const Window& window, R
   const RasterPoint& b = corner[(k + 1) % 3];
   const RasterPoint& c = corner[(k + 2) % 3];
   if (alone) {
-    raster.add(a, cut(a, b), cut(a, c), window);
+    raster.add(a, cut(a, b), cut(a, c));
   } else {
     const RasterPoint on_b = cut(b, a), on_c = cut(c, a);
-    raster.add(b, c, on_b, window);
-    raster.add(c, on_c, on_b, window);
+    raster.add(b, c, on_b);
+    raster.add(c, on_c, on_b);
   }
 }
 
@@ -143,9 +139,8 @@ void ShadowCaster::shadows(const CellPlane& plane, const Vector3d& direction,
   if (blocked.empty()) return;
   static thread_local BitRaster raster;  // keeps its memory from tile to tile
   raster.reset(plane.columns, plane.rows);
-  const Window window = whole(plane);
   impl_->project(plane, direction, std::numeric_limits<double>::infinity(),
-                 [&](const std::array<RasterPoint, 3>& corner) { add_above(corner, window, raster); });
+                 [&](const std::array<RasterPoint, 3>& corner) { add_above(corner, raster); });
   raster.expand(blocked);
 }
 
@@ -155,10 +150,9 @@ void ShadowCaster::ranges(const CellPlane& plane, const Vector3d& direction, dou
   assert(ranges.size() == std::size_t{plane.columns} * plane.rows);
   RangeRaster raster(ranges, plane.columns);
   if (ranges.empty()) return;
-  const Window window = whole(plane);
   impl_->project(plane, direction, max_range_m, [&](const std::array<RasterPoint, 3>& corner) {
     const double nearest = std::min(std::min(corner[0].range, corner[1].range), corner[2].range);
-    if (nearest <= max_range_m) add_above(corner, window, raster);
+    if (nearest <= max_range_m) add_above(corner, raster);
   });
   const auto farthest = static_cast<float>(max_range_m);
   for (float& range : ranges) {
