@@ -84,8 +84,6 @@ void add_city_options(Command& command, CityArguments& arguments) {
   add_change(command, "--crs", arguments.model, "crs");
   add_change(command, "--error", arguments.tiles, "error_m");
   add_change(command, "--most-tiles", arguments.tiles, "most_tiles");
-  add_change(command, "--skin", arguments.tiles, "skin");
-  add_change(command, "--flatten", arguments.tiles, "flatten_m");
   add_switch(command, "--elsewhere", arguments.tiles, "elsewhere");
 }
 
@@ -106,7 +104,7 @@ void change_city(simulation::CityConfig& config, const CityArguments& arguments,
   };
   if (!map && !arguments.model.empty()) throw no_effect("--lod and --crs", "a map");
   if (!tileset && !arguments.tiles.empty())
-    throw no_effect("--error, --most-tiles, --skin, --flatten and --elsewhere", "3D Tiles");
+    throw no_effect("--error, --most-tiles and --elsewhere", "3D Tiles");
   make(arguments.sea_level, config.sea_level);
   if (map) make(arguments.model, map->model);
   if (tileset) make(arguments.tiles, *tileset);

@@ -112,11 +112,14 @@ ViewedMap viewed_map(const ViewArguments& arguments, bool finished) {
 
 /// Copies the files of a view to another folder.
 void copy_view(const std::filesystem::path& from, const std::filesystem::path& folder) {
-  std::error_code error;
-  std::filesystem::copy(
-      from, folder,
-      std::filesystem::copy_options::recursive | std::filesystem::copy_options::overwrite_existing, error);
-  if (error) throw InputError(from, 0, "cannot be copied: " + error.message(), "give --out another folder");
+  std::vector<std::string> files = view::view_files(from);
+  files.emplace_back(view::kHeaderFile);
+  for (const std::string& file : files) {
+    std::error_code error;
+    std::filesystem::copy_file(from / file, folder / file, std::filesystem::copy_options::overwrite_existing,
+                               error);
+    if (error) throw InputError(from, 0, "cannot be copied: " + error.message(), "give --out another folder");
+  }
 }
 
 /// The view of a finished run, where `input` is a folder with one.

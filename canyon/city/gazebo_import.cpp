@@ -1,6 +1,5 @@
 // Declared in canyon/city/gazebo_export.hpp.
 #include <fmt/format.h>
-#include <tinyxml2.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -18,7 +17,6 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/base/text_file.hpp"
 #include "canyon/city/gazebo_elements.hpp"
 #include "canyon/city/gazebo_export.hpp"
 #include "canyon/city/gazebo_names.hpp"
@@ -28,6 +26,7 @@
 #include "canyon/city/mesh_topology.hpp"
 #include "canyon/city/sdf_frames.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/meshes/xml_file.hpp"
 
 namespace canyon::city {
 namespace {
@@ -171,7 +170,7 @@ class GazeboImport {
                        "name a world, or a Gazebo model's folder");
     }
     tinyxml2::XMLDocument document;
-    load(config, document);
+    meshes::read_xml(config, document);
     // The newest SDF version of several.
     std::string best = "model.sdf";
     double newest = -1;
@@ -189,22 +188,12 @@ class GazeboImport {
     return path / best;
   }
 
-  static void load(const std::filesystem::path& path, tinyxml2::XMLDocument& document) {
-    const TextFile file(path);
-    const tinyxml2::XMLError code = document.Parse(file.text().data(), file.text().size());
-    if (code != tinyxml2::XML_SUCCESS || document.RootElement() == nullptr) {
-      throw InputError(path, std::max(0, document.ErrorLineNum()),
-                       fmt::format("is not well-formed XML ({})", document.ErrorName()),
-                       "check it with xmllint --noout");
-    }
-  }
-
   const Source& open(const std::filesystem::path& path) {
     std::unique_ptr<Source>& kept = sources_[std::filesystem::absolute(path).lexically_normal().string()];
     if (kept) return *kept;
     auto source = std::make_unique<Source>();
     source->path = path;
-    load(path, source->document);
+    meshes::read_xml(path, source->document);
     const Element& root = *source->document.RootElement();
     if (std::string_view(root.Name()) != "sdf") {
       throw source->error(root, fmt::format("begins with <{}>, not with <sdf>", root.Name()),

@@ -1,7 +1,6 @@
 // Declared in canyon/meshes/formats.hpp.
 // read_collada(). Format: Khronos, COLLADA 1.4.1 and 1.5.0 specifications.
 #include <fmt/format.h>
-#include <tinyxml2.h>
 
 #include <algorithm>
 #include <array>
@@ -15,8 +14,8 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/base/text_file.hpp"
 #include "canyon/meshes/formats.hpp"
+#include "canyon/meshes/xml_file.hpp"
 
 namespace canyon::meshes {
 namespace {
@@ -24,7 +23,8 @@ namespace {
 using XmlElement = tinyxml2::XMLElement;
 
 constexpr int kDeepestColladaNode = 100;
-constexpr std::size_t kMostColladaNodes = 1'000'000;
+/// Characters that are read, a geometry's once for each instance; elements and nodes count as some.
+constexpr std::size_t kMostColladaWork = kLargestMesh, kElementWork = 20, kNodeWork = 2000;
 
 /// Visits the children of an element, or those of one kind.
 template <typename Visit>
@@ -57,13 +57,7 @@ class ColladaReader {
   ColladaReader(const std::filesystem::path& path, bool own_names) : path_(path), own_names_(own_names) {}
 
   MeshScene read() {
-    const TextFile file(path_, kLargestMesh);
-    if (document_.Parse(file.text().data(), file.text().size()) != tinyxml2::XML_SUCCESS ||
-        document_.RootElement() == nullptr) {
-      throw InputError(path_, std::max(0, document_.ErrorLineNum()),
-                       fmt::format("is not well-formed XML ({})", document_.ErrorName()),
-                       "export it again, or check it with xmllint --noout");
-    }
+    read_xml(path_, document_);
     const XmlElement& root = *document_.RootElement();
     if (std::string_view(root.Name()) != "COLLADA") throw fault(root, "is not <COLLADA>");
     read_asset(root);
@@ -155,8 +149,13 @@ class ColladaReader {
     return static_cast<std::size_t>(*value);
   }
 
-  [[nodiscard]] std::vector<double> numbers_of(const XmlElement& element) const {
+  void spend(const XmlElement& at, std::size_t characters) {
+    if ((work_ += characters) > kMostColladaWork) throw fault(at, "is instanced too often");
+  }
+
+  [[nodiscard]] std::vector<double> numbers_of(const XmlElement& element) {
     const std::string text = text_of(element);
+    spend(element, text.size());
     std::vector<double> numbers;
     for (const std::string_view word : split_blanks(text)) {
       const std::optional<double> value = parse_double(word);
@@ -166,8 +165,9 @@ class ColladaReader {
     return numbers;
   }
 
-  [[nodiscard]] std::vector<std::uint32_t> indices_of(const XmlElement& element) const {
+  [[nodiscard]] std::vector<std::uint32_t> indices_of(const XmlElement& element) {
     const std::string text = text_of(element);
+    spend(element, text.size());
     std::vector<std::uint32_t> indices;
     for (const std::string_view word : split_blanks(text)) {
       const std::optional<long long> value = parse_integer(word);
@@ -181,7 +181,8 @@ class ColladaReader {
   /// @param unread a transform of this node or one above it that is not read: cameras may have one
   void read_node(const XmlElement& node, Eigen::Affine3d transform, const XmlElement* unread,
                  const std::string& above, int levels_left) {
-    if (levels_left == 0 || ++nodes_ > kMostColladaNodes)
+    spend(node, kNodeWork);
+    if (levels_left == 0)
       throw fault(node, "is nested too deeply, or stands within itself by <instance_node>");
     for_each_child(node, nullptr, [&](const XmlElement& child) {
       const std::string_view kind = child.Name();
@@ -192,6 +193,7 @@ class ColladaReader {
     const char* own = node.Attribute("name");
     builder.node.name = own_names_ && own != nullptr ? own : attribute_of(node, "id");
     if (builder.node.name.empty()) builder.node.name = attribute_of(node, "sid");
+    builder.node.name.resize(std::min(builder.node.name.size(), kLongestName));
     std::string geometry_id;
     for_each_child(node, nullptr, [&](const XmlElement& child) {
       const std::string_view kind = child.Name();
@@ -206,7 +208,7 @@ class ColladaReader {
       geometry_id = attribute_of(*geometry, "id");
       read_geometry(*geometry, materials_of(child), transform, builder);
     });
-    const std::string below = above + '/' + builder.node.name;
+    const std::string below = (above + '/' + builder.node.name).substr(0, kLongestName);
     builder.node.above = above;
     if (builder.node.name.empty()) builder.node.name = geometry_id;
     crossed_ += builder.crossed;
@@ -221,7 +223,8 @@ class ColladaReader {
   }
 
   /// Transforms apply one after the other as they stand in the node.
-  void add_transform(const XmlElement& element, Eigen::Affine3d& transform) const {
+  void add_transform(const XmlElement& element, Eigen::Affine3d& transform) {
+    spend(element, kElementWork);
     const std::string_view kind = element.Name();
     const std::size_t size = kind == "matrix"                         ? 16
                              : kind == "rotate"                       ? 4
@@ -282,6 +285,7 @@ class ColladaReader {
     if (fresh) positions = read_positions(*mesh);
     builder.use(positions.points, transform);
     for_each_child(*mesh, nullptr, [&](const XmlElement& faces) {
+      spend(faces, kElementWork);
       const std::string_view kind = faces.Name();
       const bool strips = kind == "tristrips" || kind == "trifans";
       if (!strips && kind != "triangles" && kind != "polylist" && kind != "polygons") return;
@@ -410,7 +414,7 @@ class ColladaReader {
   std::unordered_map<std::string, const XmlElement*> by_id_;    ///< the first of each id
   std::unordered_map<const XmlElement*, Positions> positions_;  ///< of geometries in nodes
   MeshScene scene_;
-  std::size_t nodes_ = 0, triangles_ = 0, crossed_ = 0, elsewhere_ = 0, with_holes_ = 0, no_mesh_ = 0;
+  std::size_t triangles_ = 0, work_ = 0, crossed_ = 0, elsewhere_ = 0, with_holes_ = 0, no_mesh_ = 0;
 };
 
 }  // namespace

@@ -6,16 +6,19 @@
 namespace canyon::meshes::geos {
 namespace {
 
-Geometry linear_ring(const std::vector<Point2>& ring) {
+/// Makes a geometry of points by a function of GEOS that takes their sequence.
+template <typename Make>
+Geometry of_points(std::vector<Point2> points, const Make& make) {
+  GEOSCoordSequence* sequence =
+      GEOSCoordSeq_copyFromBuffer_r(context(), points[0].data(), static_cast<unsigned>(points.size()),
+                                    /*hasZ=*/0, /*hasM=*/0);
+  return Geometry(sequence == nullptr ? nullptr : make(context(), sequence));
+}
+
+Geometry linear_ring(std::vector<Point2> ring) {
   if (ring.size() < 3) return nullptr;
-  std::vector<double> buffer;
-  buffer.reserve(2 * ring.size() + 2);
-  for (const Point2& p : ring) buffer.insert(buffer.end(), {p.x(), p.y()});
-  buffer.insert(buffer.end(), {ring[0].x(), ring[0].y()});
-  GEOSCoordSequence* sequence = GEOSCoordSeq_copyFromBuffer_r(
-      context(), buffer.data(), static_cast<unsigned>(ring.size() + 1), /*hasZ=*/0, /*hasM=*/0);
-  if (sequence == nullptr) return nullptr;
-  return Geometry(GEOSGeom_createLinearRing_r(context(), sequence));  // takes the sequence
+  ring.push_back(ring[0]);
+  return of_points(std::move(ring), GEOSGeom_createLinearRing_r);
 }
 
 std::vector<Point2> open_ring(const GEOSGeometry* ring, bool counter_clockwise) {
@@ -51,6 +54,11 @@ Geometry polygon(const std::vector<Point2>& outer, const std::vector<std::vector
   for (Geometry& ring : rings) raw.push_back(ring.release());
   return Geometry(
       GEOSGeom_createPolygon_r(context(), shell.release(), raw.data(), static_cast<unsigned>(raw.size())));
+}
+
+Geometry line(const std::vector<Point2>& points) {
+  if (points.empty()) return nullptr;
+  return of_points(points, points.size() == 1 ? GEOSGeom_createPoint_r : GEOSGeom_createLineString_r);
 }
 
 Geometry collection(std::vector<Geometry> polygons) {

@@ -24,6 +24,8 @@ using Geometry = std::unique_ptr<GEOSGeometry, Destroy>;
 /// A polygon of rings (at least 3 points each, not closed), valid or not. Null for fewer points.
 [[nodiscard]] Geometry polygon(const std::vector<Point2>& outer,
                                const std::vector<std::vector<Point2>>& holes = {});
+/// A line through points, or the point where there is one. Null for none.
+[[nodiscard]] Geometry line(const std::vector<Point2>& points);
 /// A collection of polygons, valid or not.
 [[nodiscard]] Geometry collection(std::vector<Geometry> polygons);
 /// The polygons within a geometry of any type, rings oriented as Polygon2 says and not closed; empty for

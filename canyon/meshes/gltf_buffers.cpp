@@ -13,7 +13,8 @@
 namespace canyon::meshes {
 namespace {
 
-constexpr std::uint64_t kMostElements = std::uint64_t{1} << 25;
+/// Numbers of an accessor whose bytes are not stored: all zero but for its sparse values.
+constexpr std::uint64_t kMostZeros = std::uint64_t{1} << 20;
 
 // glTF 2.0, 3.6.2.2.
 enum Component { kByte = 5120, kUnsignedByte, kShort, kUnsignedShort, kUnsignedInt = 5125, kFloat };
@@ -80,10 +81,12 @@ void read_elements(std::string_view bytes, std::size_t stride, int component, Ac
   const std::size_t size = component_size(component);
   const std::size_t element = size * out.width;
   if (stride == 0) stride = element;
+  if (stride < element) throw InputError("the elements of an accessor overlap");
   if (out.count > 0) {
     if (out.count - 1 > bytes.size() / stride) throw InputError("an accessor reaches beyond its buffer view");
     (void)piece(bytes, (out.count - 1) * stride, element);
   }
+  out.values.resize(out.count * out.width);
   for (std::size_t i = 0; i < out.count; ++i) {
     for (std::size_t c = 0; c < out.width; ++c) {
       out.values[i * out.width + c] = component_at(bytes, i * stride + c * size, component);
@@ -172,9 +175,7 @@ void GltfBuffers::fill_sparse(const Json& sparse, int component, AccessorValues&
   AccessorValues places, values;
   places.count = values.count = count_member(sparse, "count");
   if (places.count > out.count) throw InputError("a sparse accessor has more values than elements");
-  places.values.resize(places.count);
   values.width = out.width;
-  values.values.resize(values.count * values.width);
   const Json& at = sparse.at("indices");
   const Json& data = sparse.at("values");
   read_elements(from_offset(view(count_member(at, "bufferView")), count_member(at, "byteOffset", 0)), 0,
@@ -208,13 +209,15 @@ AccessorValues GltfBuffers::accessor(std::uint64_t index) {
     stride = static_cast<std::size_t>(count_member(item("bufferViews", number), "byteStride", 0));
     if (stride > 252) throw InputError("a buffer view has a stride above 252 bytes");
   }
-  // Without stored bytes nothing bounds the count but this.
-  if (count > kMostElements || (stored && count > bytes.size())) {
+  if (count > (stored ? bytes.size() : kMostZeros / out.width)) {
     throw InputError(fmt::format("an accessor has {} elements, more than its bytes hold", count));
   }
   out.count = static_cast<std::size_t>(count);
-  out.values.resize(out.count * out.width);
-  if (stored) read_elements(bytes, stride, component, out);
+  if (stored) {
+    read_elements(bytes, stride, component, out);
+  } else {
+    out.values.resize(out.count * out.width);
+  }
   const Json* sparse = of.find("sparse");
   if (sparse != nullptr && sparse->is_object()) fill_sparse(*sparse, component, out);
   const Json* normalised = of.find("normalized");

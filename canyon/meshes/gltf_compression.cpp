@@ -11,6 +11,9 @@
 
 #ifdef CANYON_DRACO
 #include <draco/compression/decode.h>
+#include <draco/compression/point_cloud/point_cloud_decoder.h>
+#include <draco/core/varint_decoding.h>
+#include <draco/metadata/metadata_decoder.h>
 #endif
 #ifdef CANYON_MESHOPTIMIZER
 #include <meshoptimizer.h>
@@ -28,12 +31,12 @@ constexpr std::uint64_t kMostUnpacked = std::uint64_t{1} << 30;
 
 std::string unpack_meshopt(std::string_view packed, std::uint64_t count, std::uint64_t stride,
                            const std::string& mode, const std::string& filter) {
-  // A compressed vertex takes at least 1/2048 of its bytes, an index at least a bit.
+  // 256 vertices take at least two bits for each of their bytes, an index takes a byte.
   const bool vertices = mode == "ATTRIBUTES";
   const bool stride_fits =
       vertices ? stride > 0 && stride <= 256 && stride % 4 == 0 : stride == 2 || stride == 4;
   if (!stride_fits || count > kMostUnpacked / std::max<std::uint64_t>(stride, 1) ||
-      count / 2048 > packed.size()) {
+      count * stride / 1024 > packed.size()) {
     throw InputError(fmt::format("meshopt data of {} elements of {} bytes are not possible", count, stride));
   }
   std::string out(static_cast<std::size_t>(count * stride), '\0');
@@ -78,9 +81,30 @@ const draco::PointAttribute* draco_attribute(const draco::Mesh& mesh, int number
   return number < 0 ? nullptr : mesh.GetAttributeByUniqueId(static_cast<std::uint32_t>(number));
 }
 
+/// Throws for more faces or points than so few bytes hold: Draco takes memory for what the data say. (Its
+/// bitstream 2.2, the one of glTF.)
+void check_draco_counts(std::string_view packed) {
+  draco::DecoderBuffer in;
+  in.Init(packed.data(), packed.size());
+  draco::DracoHeader header{};
+  std::uint8_t traversal = 0;
+  std::uint32_t first = 0, second = 0;
+  bool good = draco::PointCloudDecoder::DecodeHeader(&in, &header).ok();
+  if (good && (header.flags & METADATA_FLAG_MASK) != 0) {
+    draco::GeometryMetadata metadata;
+    good = draco::MetadataDecoder().DecodeGeometryMetadata(&in, &metadata);
+  }
+  if (header.encoder_method == draco::MESH_EDGEBREAKER_ENCODING) good = good && in.Decode(&traversal);
+  good = good && draco::DecodeVarint(&first, &in) && draco::DecodeVarint(&second, &in);
+  if (!good || header.version_major != 2 || header.version_minor != 2 ||
+      std::max(first, second) / 1000 > packed.size())
+    throw InputError("the Draco data are damaged, or not of version 2.2", "get the file again");
+}
+
 }  // namespace
 
-DracoMesh unpack_draco(std::string_view packed, int position, int colour, int feature) {
+DracoMesh unpack_draco(std::string_view packed, int position, int feature) {
+  check_draco_counts(packed);
   draco::DecoderBuffer buffer;
   buffer.Init(packed.data(), packed.size());
   draco::Decoder decoder;
@@ -92,24 +116,19 @@ DracoMesh unpack_draco(std::string_view packed, int position, int colour, int fe
   const std::unique_ptr<draco::Mesh> mesh = std::move(decoded).value();
   const draco::PointAttribute* places = draco_attribute(*mesh, position);
   if (places == nullptr) throw InputError("the Draco data have no positions");
-  const draco::PointAttribute* colours = draco_attribute(*mesh, colour);
   const draco::PointAttribute* features = draco_attribute(*mesh, feature);
   DracoMesh out;
   const std::uint32_t points = mesh->num_points();
   out.positions.reserve(points);
   for (draco::PointIndex i(0); i < points; ++i) {
     std::array<double, 3> place{};
-    std::array<float, 4> shade{};
     std::array<double, 1> id{};
     if (!places->ConvertValue<double, 3>(places->mapped_index(i), place.data()))
       throw InputError("the Draco data are damaged", "get the file again");
     out.positions.emplace_back(place[0], place[1], place[2]);
-    if (colours != nullptr && colours->ConvertValue<float, 4>(colours->mapped_index(i), shade.data()))
-      out.colours.emplace_back(shade[0], shade[1], shade[2]);
     if (features != nullptr && features->ConvertValue<double, 1>(features->mapped_index(i), id.data()))
       out.features.push_back(id[0]);
   }
-  if (out.colours.size() != points) out.colours.clear();
   if (out.features.size() != points) out.features.clear();
   for (draco::FaceIndex f(0); f < mesh->num_faces(); ++f) {
     const draco::Mesh::Face& face = mesh->face(f);
@@ -120,7 +139,7 @@ DracoMesh unpack_draco(std::string_view packed, int position, int colour, int fe
 
 #else
 
-DracoMesh unpack_draco(std::string_view, int, int, int) {
+DracoMesh unpack_draco(std::string_view, int, int) {
   throw InputError("is compressed by KHR_draco_mesh_compression, and this build has no Draco",
                    "install libdraco-dev and build Canyon again");
 }

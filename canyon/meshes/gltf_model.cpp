@@ -21,6 +21,7 @@ namespace {
 
 constexpr std::uint32_t kGltfMagic = 0x46546C67, kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
 constexpr int kDeepestNode = 100;
+constexpr std::size_t kMostInstances = 1'000'000, kMostVertices = 3 * kMostTriangles;
 constexpr std::size_t kLongestCopyright = 300;
 // glTF 2.0, 3.7.2.1.
 constexpr std::uint64_t kTriangleMode = 4, kStripMode = 5, kFanMode = 6;
@@ -69,24 +70,32 @@ GltfParts split_glb(std::string_view bytes) {
   return parts;
 }
 
+/// Of three numbers, a quaternion and three factors; null: none.
+Eigen::Matrix4d placed(const double* move, const double* turn, const double* scale) {
+  Eigen::Affine3d transform = Eigen::Affine3d::Identity();
+  if (move != nullptr) transform.translate(Eigen::Vector3d(move));
+  if (turn != nullptr) {
+    const Eigen::Quaterniond rotation(turn[3], turn[0], turn[1], turn[2]);
+    if (!(rotation.norm() > 1e-6)) throw InputError("a node's rotation is zero");
+    transform.rotate(rotation.normalized());
+  }
+  if (scale != nullptr) transform.scale(Eigen::Vector3d(scale));
+  return transform.matrix();
+}
+
 Eigen::Matrix4d node_matrix(const Json& node) {
   if (node.contains("matrix")) {
     if (node.contains("translation") || node.contains("rotation") || node.contains("scale"))
       throw InputError("a node has a matrix beside a translation, rotation or scale");
     return matrix_member(node, "matrix");
   }
-  Eigen::Affine3d transform = Eigen::Affine3d::Identity();
   const std::vector<double> move = numbers_member(node, "translation", 3);
   const std::vector<double> turn = numbers_member(node, "rotation", 4);
   const std::vector<double> scale = numbers_member(node, "scale", 3);
-  if (!move.empty()) transform.translate(Eigen::Vector3d(move[0], move[1], move[2]));
-  if (!turn.empty()) {
-    const Eigen::Quaterniond rotation(turn[3], turn[0], turn[1], turn[2]);
-    if (!(rotation.norm() > 1e-6)) throw InputError("a node's rotation is zero");
-    transform.rotate(rotation.normalized());
-  }
-  if (!scale.empty()) transform.scale(Eigen::Vector3d(scale[0], scale[1], scale[2]));
-  return transform.matrix();
+  const auto given = [](const std::vector<double>& values) {
+    return values.empty() ? nullptr : values.data();
+  };
+  return placed(given(move), given(turn), given(scale));
 }
 
 /// Triangles of indices in glTF's order; those of strips alternate.
@@ -152,6 +161,10 @@ class GltfDecoder {
     }
   }
 
+  static std::string name_of(const Json& object) {
+    return text_member(object, "name").substr(0, kLongestName);
+  }
+
   static std::uint64_t node_number(const Json& value) {
     if (!value.is_integer() || value.get<double>() < 0) throw InputError("a list of nodes has no numbers");
     return static_cast<std::uint64_t>(value.get<double>());
@@ -164,13 +177,13 @@ class GltfDecoder {
     }
     const Json& node = buffers_.item("nodes", index);
     const Eigen::Matrix4d matrix = above * node_matrix(node);
-    const std::string own = text_member(node, "name");
+    const std::string own = name_of(node);
     const std::string& name = own.empty() ? name_above : own;
     model_.hidden += extension(node, "KHR_node_visibility")["visible"] == false ? 1U : 0U;
     if (node.contains("mesh")) {
       const Json& mesh = buffers_.item("meshes", count_member(node, "mesh"));
       meshes_.insert(count_member(node, "mesh"));
-      const std::string mesh_name = text_member(mesh, "name");
+      const std::string mesh_name = name_of(mesh);
       const std::vector<Eigen::Matrix4d> places = instances(node, matrix);
       GltfPrimitive out;
       out.node_index = index;
@@ -181,7 +194,8 @@ class GltfDecoder {
     const Json* children = node.find("children");
     if (children == nullptr) return;
     for (const Json& child : *children)
-      read_node(node_number(child), matrix, name, names_above + '/' + own, levels_left - 1);
+      read_node(node_number(child), matrix, name, (names_above + '/' + own).substr(0, kLongestName),
+                levels_left - 1);
   }
 
   /// The transforms of a node's mesh: one, or those of EXT_mesh_gpu_instancing.
@@ -201,18 +215,14 @@ class GltfDecoder {
     for (const AccessorValues* each : {&move, &turn, &scale}) {
       if (each->count != 0 && each->count != count) throw InputError("the instances' lists differ in length");
     }
+    if ((instances_ += count) > kMostInstances)
+      throw InputError(fmt::format("has more than {} instances", kMostInstances));
     std::vector<Eigen::Matrix4d> places;
     for (std::size_t i = 0; i < count; ++i) {
-      Eigen::Affine3d local = Eigen::Affine3d::Identity();
-      if (move.count > 0) local.translate(Eigen::Vector3d(&move.values[3 * i]));
-      if (turn.count > 0) {
-        const double* q = &turn.values[4 * i];
-        const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
-        if (!(rotation.norm() > 1e-6)) throw InputError("an instance's rotation is zero");
-        local.rotate(rotation.normalized());
-      }
-      if (scale.count > 0) local.scale(Eigen::Vector3d(&scale.values[3 * i]));
-      places.emplace_back(matrix * local.matrix());
+      const auto of = [i](const AccessorValues& all) {
+        return all.count > 0 ? &all.values[all.width * i] : nullptr;
+      };
+      places.emplace_back(matrix * placed(of(move), of(turn), of(scale)));
     }
     return places;
   }
@@ -230,10 +240,11 @@ class GltfDecoder {
         if (v >= out.positions.size()) throw InputError("a triangle names a vertex that is not there");
       }
     }
+    triangles_ += out.triangles.size() * places.size();
+    vertices_ += out.positions.size() * places.size();
+    if (triangles_ > kMostTriangles || vertices_ > kMostVertices)
+      throw InputError(fmt::format("has more than {} triangles", kMostTriangles));
     for (const Eigen::Matrix4d& place : places) {
-      triangles_ += out.triangles.size();
-      if (triangles_ > kMostTriangles)
-        throw InputError(fmt::format("has more than {} triangles", kMostTriangles));
       GltfPrimitive placed = out;
       for (Eigen::Vector3d& v : placed.positions)
         v = place.topLeftCorner<3, 3>() * v + place.topRightCorner<3, 1>();
@@ -248,19 +259,16 @@ class GltfDecoder {
   void read_material(const Json& primitive, GltfPrimitive& out) const {
     if (!primitive.contains("material")) return;
     const Json& material = buffers_.item("materials", count_member(primitive, "material"));
-    out.material = text_member(material, "name");
-    out.unlit = extension(material, "KHR_materials_unlit").is_object();
+    out.material = name_of(material);
     // Some programs make photographs shine, so that no light changes them.
-    out.textured = material.contains("emissiveTexture");
     const Json* base = material.find("pbrMetallicRoughness");
-    if (base == nullptr) return;
-    out.textured = out.textured || base->contains("baseColorTexture");
-    const std::vector<double> colour = numbers_member(*base, "baseColorFactor", 4);
-    if (!colour.empty() && !out.textured) out.colour = Eigen::Vector3d(colour.data()).cast<float>();
+    if (material.contains("emissiveTexture") || (base != nullptr && base->contains("baseColorTexture")))
+      out.pictured = true;
   }
 
   void read_geometry(const Json& primitive, std::uint64_t mode, GltfPrimitive& out) {
     const Json& attributes = primitive.at("attributes");
+    if (attributes.contains("COLOR_0")) out.pictured = true;
     const std::string feature = feature_attribute(primitive, attributes, out);
     const Json& draco = extension(primitive, "KHR_draco_mesh_compression");
     if (draco.is_object()) {
@@ -271,9 +279,8 @@ class GltfDecoder {
                    : -1;
       };
       DracoMesh mesh = unpack_draco(buffers_.view(count_member(draco, "bufferView")), number("POSITION"),
-                                    number("COLOR_0"), feature.empty() ? -1 : number(feature));
+                                    feature.empty() ? -1 : number(feature));
       out.positions = std::move(mesh.positions);
-      out.colours = std::move(mesh.colours);
       out.triangles = std::move(mesh.triangles);
       set_features(mesh.features, out);
       return;
@@ -282,12 +289,6 @@ class GltfDecoder {
     if (places.width != 3) throw InputError("positions are not of three numbers");
     out.positions.reserve(places.count);
     for (std::size_t i = 0; i < places.count; ++i) out.positions.emplace_back(&places.values[3 * i]);
-    if (attributes.contains("COLOR_0")) {
-      const AccessorValues colours = buffers_.accessor(count_member(attributes, "COLOR_0"));
-      for (std::size_t i = 0; colours.width >= 3 && i < colours.count; ++i)
-        out.colours.push_back(Eigen::Vector3d(&colours.values[i * colours.width]).cast<float>());
-      if (out.colours.size() != out.positions.size()) out.colours.clear();
-    }
     if (!feature.empty() && attributes.contains(feature)) {
       const AccessorValues ids = buffers_.accessor(count_member(attributes, feature));
       if (ids.width == 1) set_features(ids.values, out);
@@ -382,7 +383,7 @@ class GltfDecoder {
   GltfBuffers buffers_;
   GltfModel model_;
   std::set<std::uint64_t> seen_, meshes_;  ///< nodes that were read, and their meshes
-  std::size_t triangles_ = 0;
+  std::size_t triangles_ = 0, vertices_ = 0, instances_ = 0;
 };
 
 }  // namespace

@@ -19,11 +19,8 @@ struct GltfPrimitive {
   std::string node;       ///< name of the node, of one above it, or of its mesh; may be empty
   std::string above;      ///< names of the nodes above it, with '/' between them
   std::string material;   ///< name; may be empty
-  bool textured = false;  ///< its colour is a picture
-  bool unlit = false;     ///< KHR_materials_unlit: light is in the colours, as on photographs
+  bool pictured = false;  ///< its colour is a picture, or its vertices have colours
   std::vector<Eigen::Vector3d> positions;  ///< after the nodes' transforms: y up, unless the tileset says z
-  std::vector<Eigen::Vector3f> colours;    ///< red, green, blue in [0, 1] of each position; empty: one colour
-  std::optional<Eigen::Vector3f> colour;   ///< base colour of the material
   TriangleIndices triangles;
   /// Feature of each position: its row in a batch table, or in property table `table`. Empty: no features.
   std::vector<std::uint32_t> features;

@@ -34,6 +34,51 @@ std::string with(std::string text, const std::string& old, const std::string& no
 
 const std::vector<float> kTriangle{0, 0, 0, 2, 0, 0, 0, 3, 0};
 
+/// A GLB of one triangle with this list of accessors, whose first is the positions.
+std::string with_accessors(const std::string& accessors, const std::string& node = {}) {
+  return test::glb(
+      fmt::format(
+          R"({{"asset":{{"version":"2.0"}},"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0{}}}],"meshes":)"
+          R"([{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],"buffers":[{{"byteLength":36}}],)"
+          R"("bufferViews":[{{"buffer":0,"byteLength":36}},{{"buffer":0,"byteLength":36,"byteStride":1}}],)"
+          R"("accessors":[{}]}})",
+          node, accessors),
+      bytes_of(kTriangle));
+}
+
+// 500 bytes that took 4 GB: counts are held against the bytes before anything is allocated.
+TEST(Gltf, CountsDoNotExceedTheBytes) {
+  const std::string positions = R"({"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"})";
+  EXPECT_THAT(model_of(with_accessors(positions)).primitives, SizeIs(1));
+  const std::string many = R"("componentType":5126,"count":33000000,"type":)";
+  for (const std::string type : {R"("VEC3")", R"("MAT4")", R"("SCALAR")"}) {
+    EXPECT_THAT(gltf_refusal(with_accessors("{" + many + type + "}")), HasSubstr("33000000 elements"))
+        << type;
+    EXPECT_THAT(gltf_refusal(with_accessors(R"({"bufferView":0,)" + many + type + "}")),
+                HasSubstr("33000000 elements"));
+    EXPECT_NE(gltf_refusal(
+                  with_accessors("{" + many + type +
+                                 R"(,"sparse":{"count":30000000,"indices":{"bufferView":0,"componentType":)"
+                                 R"(5121},"values":{"bufferView":0}}})")),
+              "");
+    const std::string instances =
+        R"(,"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":1}}})";
+    EXPECT_NE(gltf_refusal(with_accessors(positions + ",{" + many + type + "}", instances)), "") << type;
+  }
+  EXPECT_THAT(
+      gltf_refusal(with_accessors(R"({"bufferView":1,"componentType":5126,"count":20,"type":"VEC3"})")),
+      HasSubstr("overlap"));
+}
+
+// A long name is one name, however many nodes and primitives share it.
+TEST(Gltf, LongNamesAreCut) {
+  const std::string name(50'000, 'n');
+  const GltfModel model =
+      model_of(test::triangle_glb(kTriangle, {0, 1, 2}, fmt::format(R"(,"name":"{}")", name), name));
+  EXPECT_THAT(model.primitives[0].node, SizeIs(1000));
+  EXPECT_THAT(model.primitives[0].material, SizeIs(1000));
+}
+
 TEST(Gltf, NodesMoveTheirMeshes) {
   // Turned by 90 deg about z (x to y), twice as large, and moved.
   const GltfModel model = model_of(test::triangle_glb(
@@ -131,6 +176,11 @@ TEST(Gltf, DamagedCompressionIsSaid) {
       R"("buffers":[{"byteLength":16}],"bufferViews":[{"buffer":0,"byteLength":16}]})";
   // Damaged, or in a build without Draco the package's name.
   EXPECT_THAT(gltf_refusal(test::glb(json, "DRACO-not-really")), HasSubstr("raco"));
+  // 2^28 points, and 2^21 faces, in 16 bytes.
+  for (const std::string& claim : {std::string("DRACO\2\2\1\0\0\0\0\377\377\377\177", 16),
+                                   std::string("DRACO\2\2\1\1\0\0\0\3\377\377\177", 16)})
+    EXPECT_THAT(gltf_refusal(test::glb(json, claim)),
+                ::testing::AnyOf(HasSubstr("not of version 2.2"), HasSubstr("no Draco")));
   const std::string packed =
       R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],)"
       R"("meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"buffers":[{"byteLength":16}],)"
@@ -138,6 +188,9 @@ TEST(Gltf, DamagedCompressionIsSaid) {
       R"("byteLength":16,"byteStride":12,"count":3,"mode":"ATTRIBUTES"}}}],)"
       R"("accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}]})";
   EXPECT_THAT(gltf_refusal(test::glb(packed, "0123456789abcdef")), HasSubstr("meshopt"));
+  const std::string large =
+      with(packed, R"("byteStride":12,"count":3,)", R"("byteStride":256,"count":30000,)");
+  EXPECT_THAT(gltf_refusal(test::glb(large, "0123456789abcdef")), HasSubstr("meshopt"));
 }
 
 }  // namespace

@@ -40,7 +40,8 @@ void NodeBuilder::use(const std::vector<Eigen::Vector3d>& table, const Eigen::Af
 }
 
 void NodeBuilder::use_material(const std::string& name) {
-  if (node.faces.empty() || node.faces.back().material != name) node.faces.push_back({name, {}});
+  const std::string cut = name.substr(0, kLongestName);
+  if (node.faces.empty() || node.faces.back().material != cut) node.faces.push_back({cut, {}});
 }
 
 void NodeBuilder::add(const std::vector<std::uint32_t>& corners) {

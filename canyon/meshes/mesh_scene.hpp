@@ -36,6 +36,8 @@ struct MeshScene {
 inline constexpr std::uint64_t kLargestMesh = std::uint64_t{2} << 30;
 /// A file with more triangles is refused.
 inline constexpr std::size_t kMostTriangles = 30'000'000;
+/// Names of nodes and materials are cut here: many may share one.
+inline constexpr std::size_t kLongestName = 1000;
 
 /// Reads a file by its ending. Vertices are doubles as the file has them; faces with notches are cut into
 /// triangles that cover them. Every index refers to a vertex of its node. Throws InputError for a file that

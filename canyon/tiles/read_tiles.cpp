@@ -64,7 +64,7 @@ class TilesReader {
 
  public:
   TilesReader(const TileOptions& options, const std::optional<geodesy::Geodetic>& origin)
-      : options_(options), origin_(origin), source_(options), mesh_(options.skin) {}
+      : options_(options), origin_(origin), source_(options) {}
 
   TilesCity read(const std::function<void(std::size_t, std::size_t)>& progress) {
     const TilesetRoot root = name_root([&] { return read_root(source_); });
@@ -171,8 +171,7 @@ class TilesReader {
     }
     if (city.name.empty()) city.name = "tileset";
     city.mesh = std::move(mesh_.mesh());
-    if (!mesh_.skin().triangles.empty())
-      skin_notes_ = append_skin(mesh_.skin(), options_.flatten_m, city.mesh).lines(options_.flatten_m);
+    if (!mesh_.skin().triangles.empty()) skin_notes_ = append_skin(mesh_.skin(), city.mesh);
     city.frame = frame_;
     if (out_.georeferenced) settle_origin(city);
     const city::Box box = city.bounds();

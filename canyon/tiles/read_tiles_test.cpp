@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 
@@ -131,6 +132,70 @@ TEST_F(LevelsTest, TooManyTilesAreRefused) {
   TileOptions few = options();
   few.most_tiles = 1;
   EXPECT_THAT(refusal(few), AllOf(HasSubstr("more than 1 tiles"), HasSubstr("bbox")));
+}
+
+// 507 bytes that took 17 minutes and 2.9 GB.
+TEST_F(TilesTest, FewBytesDoNotMakeManyTiles) {
+  const auto subtree = [](int contents) {
+    return fmt::format(
+        R"(data:application/json,{{\"tileAvailability\":{{\"constant\":1}},)"
+        R"(\"contentAvailability\":[{{\"constant\":{}}}],\"childSubtreeAvailability\":{{\"constant\":1}}}})",
+        contents);
+  };
+  const auto implicit = [&](const char* scheme, int levels, const std::string& subtrees,
+                            const std::string& content) {
+    return test::tileset(fmt::format(
+        R"({},"geometricError":9,"content":{{"uri":"{}"}},"implicitTiling":{{"subdivisionScheme":"{}",)"
+        R"("subtreeLevels":{},"availableLevels":31,"subtrees":{{"uri":"{}"}}}})",
+        kVolume, content, scheme, levels, subtrees));
+  };
+  const auto begin = std::chrono::steady_clock::now();
+  TileOptions few = options();
+  few.most_tiles = 10;
+  for (const char* scheme : {"QUADTREE", "OCTREE"}) {
+    for (const std::string& subtrees : {subtree(0), subtree(1), std::string("none"), std::string("file:x")}) {
+      for (const char* content : {"a.glb", "b.json", "file:x"}) {
+        write("tileset.json", implicit(scheme, 1, subtrees, content));
+        EXPECT_NE(refusal(few), "") << scheme << subtrees << content;
+      }
+    }
+  }
+  write("tileset.json", implicit("OCTREE", 15, subtree(0), "a.glb"));
+  EXPECT_THAT(refusal(options()), HasSubstr("more than 21000 tilesets"));
+  // An address that grows with each tile.
+  std::string longest;
+  for (int i = 0; i < 20'000; ++i) longest += "{level}";
+  write("tileset.json", implicit("OCTREE", 1, longest, "a.glb"));
+  EXPECT_THAT(refusal(options()), HasSubstr("characters"));
+  // Each tileset names the next one three times.
+  std::string three;
+  for (int i = 0; i < 20; ++i) {
+    const std::string next = tile(fmt::format("{}.json", i + 1), 9);
+    write(i == 0 ? "tileset.json" : fmt::format("{}.json", i),
+          test::tileset(
+              fmt::format(R"({},"geometricError":99,"refine":"ADD","children":[{{{}}},{{{}}},{{{}}}])",
+                          kVolume, next, next, next)));
+  }
+  EXPECT_THAT(refusal(options()), HasSubstr("more than 21000 tilesets"));
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  EXPECT_LT(took.count(), 200);
+}
+
+TEST_F(TilesTest, TransformsThatGrowBeyondNumbersAreGaps) {
+  std::string nested = tile("a.glb", 0);
+  for (int i = 0; i < 3; ++i) {
+    nested = fmt::format(
+        R"({},"geometricError":9,"refine":"ADD","transform":[1e200,0,0,0,0,1e200,0,0,0,0,1e200,0,0,0,0,1],)"
+        R"("children":[{{{}}}])",
+        kVolume, nested);
+  }
+  write("a.glb", test::box_glb(1, 1, 1));
+  write("tileset.json",
+        test::tileset(fmt::format(R"({},"geometricError":99,"refine":"ADD","children":[{{{}}},{{{}}}])",
+                                  kVolume, nested, tile("a.glb", 0))));
+  const TilesCity city = read();
+  EXPECT_EQ(city.tiles, 1U);
+  EXPECT_THAT(city.cautions, Contains(HasSubstr("no number")));
 }
 
 TEST_F(TilesTest, NothingOutsideTheFolderIsRead) {

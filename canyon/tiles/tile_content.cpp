@@ -186,27 +186,17 @@ class ContentReader {
   ContentReader(char up, const meshes::FetchBytes& fetch) : axis_(z_up_from_gltf(up)), fetch_(fetch) {}
 
   void read(std::string_view bytes, int levels_left) {
-    switch (content_kind(bytes)) {
-      case ContentKind::B3dm:
-        read_batched(whole(bytes));
-        return;
-      case ContentKind::I3dm:
-        read_instanced(whole(bytes));
-        return;
-      case ContentKind::Cmpt:
-        read_composite(whole(bytes), levels_left);
-        return;
-      case ContentKind::Gltf:
-      case ContentKind::Json:
-        add_model(bytes, {}, Eigen::Vector3d::Zero(), {Eigen::Matrix4d::Identity()});
-        return;
-      case ContentKind::Pnts:
-        out_.left_out.emplace_back("points (pnts)");
-        return;
-      case ContentKind::Unknown:
-        break;
-    }
     const std::string_view magic = bytes.substr(0, 4);
+    const std::size_t first = bytes.find_first_not_of("\xEF\xBB\xBF \t\r\n");
+    if (magic == "b3dm") return read_batched(whole(bytes));
+    if (magic == "i3dm") return read_instanced(whole(bytes));
+    if (magic == "cmpt") return read_composite(whole(bytes), levels_left);
+    if (magic == "glTF" || (first != std::string_view::npos && bytes[first] == '{'))
+      return add_model(bytes, {}, Eigen::Vector3d::Zero(), {Eigen::Matrix4d::Identity()});
+    if (magic == "pnts") {
+      out_.left_out.emplace_back("points (pnts)");
+      return;
+    }
     if (magic == "vctr" || magic == "geom") {
       out_.left_out.push_back(fmt::format("vector data ({})", magic));
       return;
@@ -279,17 +269,6 @@ class ContentReader {
 };
 
 }  // namespace
-
-ContentKind content_kind(std::string_view bytes) {
-  const std::string_view magic = bytes.substr(0, 4);
-  if (magic == "b3dm") return ContentKind::B3dm;
-  if (magic == "i3dm") return ContentKind::I3dm;
-  if (magic == "cmpt") return ContentKind::Cmpt;
-  if (magic == "pnts") return ContentKind::Pnts;
-  if (magic == "glTF") return ContentKind::Gltf;
-  const std::size_t first = bytes.find_first_not_of("\xEF\xBB\xBF \t\r\n");
-  return first != std::string_view::npos && bytes[first] == '{' ? ContentKind::Json : ContentKind::Unknown;
-}
 
 TileContent read_content(std::string_view bytes, char up, const meshes::FetchBytes& fetch) {
   try {

@@ -19,10 +19,6 @@ struct PlacedModel {
   std::vector<Eigen::Matrix4d> placements;       ///< from the glTF's frame; at least one
 };
 
-/// The kind of a tile's file, by its first bytes.
-enum class ContentKind { B3dm, I3dm, Cmpt, Pnts, Gltf, Json, Unknown };
-[[nodiscard]] ContentKind content_kind(std::string_view bytes);
-
 struct TileContent {
   std::vector<PlacedModel> models;
   std::vector<std::string> left_out;  ///< kinds of content that are not read: "points (pnts)"

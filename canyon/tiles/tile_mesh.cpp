@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <optional>
 #include <utility>
@@ -12,6 +11,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/boxes.hpp"
 #include "canyon/city/mesh_names.hpp"
+#include "canyon/meshes/mesh_scene.hpp"
 
 namespace canyon::tiles {
 
@@ -21,9 +21,8 @@ struct TileMesh::Part {
   bool feature = false;
   std::optional<city::Surface> surface;  ///< that a word says
   city::Material material = city::Material::Unknown;
-  bool pictured = false;  ///< has pictures, or colours of its vertices
+  bool pictured = false;
   std::vector<Eigen::Vector3d> vertices;
-  std::vector<Eigen::Vector3f> colours;
   city::TriangleIndices triangles;
 };
 
@@ -41,24 +40,6 @@ std::string text_at(const std::vector<std::string>& texts, std::uint32_t index) 
 Eigen::Vector3d face_normal(const std::vector<Eigen::Vector3d>& vertices,
                             const std::array<std::uint32_t, 3>& triangle) {
   return (vertices[triangle[1]] - vertices[triangle[0]]).cross(vertices[triangle[2]] - vertices[triangle[0]]);
-}
-
-/// The vertices that triangles use; `triangles` then names these.
-std::vector<Eigen::Vector3d> used_vertices(const std::vector<Eigen::Vector3d>& vertices,
-                                           city::TriangleIndices& triangles) {
-  std::vector<std::uint32_t> used;
-  used.reserve(triangles.size() * 3);
-  for (const auto& triangle : triangles) used.insert(used.end(), triangle.begin(), triangle.end());
-  std::sort(used.begin(), used.end());
-  used.erase(std::unique(used.begin(), used.end()), used.end());
-  for (auto& triangle : triangles) {
-    for (std::uint32_t& v : triangle)
-      v = static_cast<std::uint32_t>(std::lower_bound(used.begin(), used.end(), v) - used.begin());
-  }
-  std::vector<Eigen::Vector3d> out;
-  out.reserve(used.size());
-  for (const std::uint32_t v : used) out.push_back(vertices[v]);
-  return out;
 }
 
 /// Takes the triangles of one feature out of a primitive, or all where it has none.
@@ -85,7 +66,35 @@ std::optional<city::Surface> surface_of_words(std::initializer_list<std::string_
 
 }  // namespace
 
+std::vector<Eigen::Vector3d> used_vertices(const std::vector<Eigen::Vector3d>& vertices,
+                                           city::TriangleIndices& triangles) {
+  std::vector<std::uint32_t> used;
+  used.reserve(triangles.size() * 3);
+  for (const auto& triangle : triangles) used.insert(used.end(), triangle.begin(), triangle.end());
+  std::sort(used.begin(), used.end());
+  used.erase(std::unique(used.begin(), used.end()), used.end());
+  for (auto& triangle : triangles) {
+    for (std::uint32_t& v : triangle)
+      v = static_cast<std::uint32_t>(std::lower_bound(used.begin(), used.end(), v) - used.begin());
+  }
+  std::vector<Eigen::Vector3d> out;
+  out.reserve(used.size());
+  for (const std::uint32_t v : used) out.push_back(vertices[v]);
+  return out;
+}
+
 void TileMesh::add(const TileContent& content, const Eigen::Matrix4d& to_enu, const std::string& name) {
+  std::size_t total = read_, vertices = skin_.vertices.size() + mesh_.vertices.size();
+  for (const PlacedModel& placed : content.models) {
+    for (const meshes::GltfPrimitive& primitive : placed.model.primitives) {
+      total += primitive.triangles.size() * placed.placements.size();
+      vertices += primitive.positions.size() * placed.placements.size();
+    }
+  }
+  if (total > meshes::kMostTriangles || vertices > 3 * meshes::kMostTriangles) {
+    throw InputError(fmt::format("with it the city has more than {} triangles", meshes::kMostTriangles),
+                     "give a smaller bbox or a larger error_m");
+  }
   std::vector<Part> parts;
   std::map<std::pair<const PlacedModel*, std::uint32_t>, std::size_t> of_feature;
   city::Box box;
@@ -118,7 +127,7 @@ void TileMesh::add(const TileContent& content, const Eigen::Matrix4d& to_enu, co
           const std::string kind = id ? text_at(names.kind, *id) : std::string();
           part.surface = surface_of_words({kind, own, primitive.node, primitive.material, name});
           part.material = city::material_from_name(primitive.material);
-          part.pictured = primitive.textured || !primitive.colours.empty();
+          part.pictured = primitive.pictured;
           if (id) {
             part.name = own.empty() ? fmt::format("{}#{}", name, *id) : own;
           } else {
@@ -129,16 +138,9 @@ void TileMesh::add(const TileContent& content, const Eigen::Matrix4d& to_enu, co
             for (auto& triangle : triangles) std::swap(triangle[1], triangle[2]);
           }
           part.triangles = std::move(triangles);
-          part.vertices = id && rule_ != SkinRule::Always ? used_vertices(places, part.triangles) : places;
-          if (id && rule_ != SkinRule::Always) {
-            // Features are no skin: nothing asks for their colours.
-          } else if (primitive.colours.size() == places.size()) {
-            part.colours = primitive.colours;
-          } else if (primitive.colour) {
-            part.colours.assign(places.size(), *primitive.colour);
-          }
+          part.vertices = id ? used_vertices(places, part.triangles) : places;
           // A feature that several primitives show, one for each of its materials, is one object.
-          if (id && one && rule_ != SkinRule::Always) {
+          if (id && one) {
             const auto [found, fresh] = of_feature.try_emplace({&placed, *id}, parts.size());
             if (!fresh && parts[found->second].material == part.material) {
               Part& whole = parts[found->second];
@@ -161,9 +163,7 @@ void TileMesh::add(const TileContent& content, const Eigen::Matrix4d& to_enu, co
 }
 
 void TileMesh::add_part(Part& part, const city::Box& tile) {
-  const bool is_skin = rule_ == SkinRule::Always ||
-                       (rule_ == SkinRule::Auto && !part.feature && !part.surface && part.pictured);
-  if (is_skin) {
+  if (!part.feature && !part.surface && part.pictured) {
     add_to_skin(part);
     return;
   }
@@ -194,12 +194,6 @@ void TileMesh::add_part(Part& part, const city::Box& tile) {
 void TileMesh::add_to_skin(const Part& part) {
   const auto shift = static_cast<std::uint32_t>(skin_.vertices.size());
   skin_.vertices.insert(skin_.vertices.end(), part.vertices.begin(), part.vertices.end());
-  if (part.colours.size() == part.vertices.size()) {
-    skin_.colours.insert(skin_.colours.end(), part.colours.begin(), part.colours.end());
-  } else {
-    skin_.colours.resize(skin_.vertices.size(),
-                         Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));
-  }
   for (const auto& [a, b, c] : part.triangles) skin_.triangles.push_back({a + shift, b + shift, c + shift});
 }
 

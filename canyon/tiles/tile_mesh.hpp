@@ -9,16 +9,19 @@
 #include "canyon/city/city.hpp"
 #include "canyon/city/mesh_topology.hpp"
 #include "canyon/tiles/tile_content.hpp"
-#include "canyon/tiles/tile_options.hpp"
 
 namespace canyon::tiles {
 
-/// Triangles that are one skin of ground, trees and houses [m, z up].
+/// Triangles that are one skin of ground, trees and houses, as photographs give it: those without features,
+/// without a word for a surface, and with pictures or colours [m, z up].
 struct Skin {
   std::vector<Eigen::Vector3d> vertices;
-  std::vector<Eigen::Vector3f> colours;  ///< one for each vertex, NaN where it is not known
   city::TriangleIndices triangles;
 };
+
+/// The vertices that triangles use; `triangles` then names these.
+[[nodiscard]] std::vector<Eigen::Vector3d> used_vertices(const std::vector<Eigen::Vector3d>& vertices,
+                                                         city::TriangleIndices& triangles);
 
 /// Gathers the contents of tiles as objects of a mesh, and as a skin.
 ///
@@ -28,8 +31,6 @@ struct Skin {
 /// and extend over half of the tile, which are terrain. Materials follow words in materials' names.
 class TileMesh {
  public:
-  explicit TileMesh(SkinRule rule) : rule_(rule) {}
-
   /// @param to_enu from the tile's frame @param name of the tile's file, for features without a name. Throws
   /// InputError, and adds nothing, for vertices that are not finite or more than 500 km away.
   void add(const TileContent& content, const Eigen::Matrix4d& to_enu, const std::string& name);
@@ -46,7 +47,6 @@ class TileMesh {
   void add_to_skin(const Part& part);
   void add_object(const std::string& name, city::Surface surface, city::Material material, Part& part);
 
-  SkinRule rule_;
   city::Mesh mesh_;
   Skin skin_;
   std::size_t read_ = 0, degenerate_ = 0, turned_ = 0, open_ = 0;

@@ -27,7 +27,6 @@ void TileOptions::validate() const {
 }
 
 void visit(options::Visitor& v, TileOptions& o) {
-  static constexpr std::string_view kSkins[]{"auto", "always", "never"};
   v.file({"file", "", "tileset.json of 3D Tiles 1.0 or 1.1, or a .3tz archive (city.file takes it too)"},
          o.file);
   v.text({"url", "", "instead: its http(s) address; $NAME in its query stands for an environment variable"},
@@ -48,14 +47,6 @@ void visit(options::Visitor& v, TileOptions& o) {
   v.integer({"most_tiles", "", "refuses a selection of more tiles"}, o.most_tiles, 1, 1'000'000);
   v.boolean({"elsewhere", "", "follow references out of the tileset's folder or to other servers"},
             o.elsewhere);
-  v.choice({"skin", "",
-            "which triangles are one skin of ground, trees and houses, to be told apart by shape: auto, "
-            "those with "
-            "pictures or colours and without names"},
-           o.skin, kSkins);
-  v.number(
-      {"flatten_m", "m", "how far a skin's surface may move as planes take its place; 0: stays as it is"},
-      o.flatten_m, {0, 5});
   v.text({"cache", "", "folder of downloads", "~/.cache/canyon"}, o.cache);
   v.integer({"timeout_s", "s", "gives up a server that is silent for so long"}, o.timeout_s, 1, 3600);
 }

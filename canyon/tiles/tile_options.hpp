@@ -13,13 +13,6 @@
 
 namespace canyon::tiles {
 
-/// Which triangles are one skin of ground, trees and houses, as photographs give it.
-enum class SkinRule : std::uint8_t {
-  Auto,    ///< those without features, without a word for a surface, and with pictures or colours
-  Always,  ///< all
-  Never    ///< none
-};
-
 /// `city: {tiles: ...}`: which part of a tileset is read, and how fine. One of file and url is set.
 struct TileOptions {
   std::optional<std::filesystem::path> file;  ///< tileset.json, or an archive (.3tz)
@@ -31,8 +24,6 @@ struct TileOptions {
   double margin_m = 500;
   int most_tiles = 2000;   ///< contents that are read; [1, 1,000,000]
   bool elsewhere = false;  ///< tiles may lie outside the tileset's folder or server
-  SkinRule skin = SkinRule::Auto;
-  double flatten_m = 0.3;  ///< how far a skin's surface may move as it is made of planes; 0: not at all
   std::string cache;       ///< folder of downloads; empty: $XDG_CACHE_HOME/canyon or ~/.cache/canyon
   int timeout_s = 30;      ///< after which a silent server is given up; [1, 3600]
   /// Throws InputError naming the field and its bound.

@@ -19,6 +19,10 @@ namespace {
 constexpr std::size_t kDeepestTileset = 24;
 constexpr int kDeepestTile = 200;
 constexpr std::size_t kMostVisits = 4'000'000;
+/// Tilesets and subtrees that lead to a tile, and references that fail, for each tile that may be read; and
+/// so many for the first tiles.
+constexpr std::size_t kMostFilesEach = 10, kMostFilesAtFirst = 1000;
+constexpr std::size_t kLongestTemplate = 4096;
 constexpr int kMostLevels = 31, kMostSubtreeLevels = 15;
 /// ECEF places of tiles lie between these distances from the Earth's centre.
 constexpr double kInnermost_m = 6.3e6, kOutermost_m = 6.45e6;
@@ -121,6 +125,8 @@ bool names_tileset(const std::string& uri) {
 }
 
 std::string with_place(std::string uri, const Node& node) {
+  if (uri.size() > kLongestTemplate)
+    throw InputError(fmt::format("an address of implicit tiling has {} characters", uri.size()));
   const std::pair<const char*, std::uint32_t> kWords[]{{"{level}", static_cast<std::uint32_t>(node.level)},
                                                        {"{x}", node.place[0]},
                                                        {"{y}", node.place[1]},
@@ -150,7 +156,7 @@ class Selector {
   Selector(TileSource& source, const TileArea& area, const TileOptions& options)
       : source_(source), area_(area), options_(options) {}
 
-  TileSelection select(const std::function<void()>& progress) {
+  TileSelection select() {
     const auto root = parse_document(source_.root(), source_.read(source_.root()), nullptr);
     out_.version = meshes::text_member(root->json["asset"], "version");
     out_.tilesets = 1;
@@ -160,7 +166,7 @@ class Selector {
       std::vector<std::string> addresses;
       addresses.reserve(now.size());
       for (const Pending& each : now) addresses.push_back(each.address);
-      source_.prefetch(addresses, progress);
+      source_.prefetch(addresses);
       for (const Pending& each : now) {
         attempt(each.address, [&] { each.implicit ? open_subtree(each) : open_tileset(each); });
       }
@@ -179,8 +185,10 @@ class Selector {
     } catch (const OutputError&) {
       throw;
     } catch (const InputError& error) {
+      count_file();
       out_.gaps.push_back(gap_line(address, error));
     } catch (const JsonError& error) {
+      count_file();
       out_.gaps.push_back(gap_line(address, error));
     }
   }
@@ -196,6 +204,20 @@ class Selector {
       throw TooMany(fmt::format("the tileset has more than {} tiles in the area", kMostVisits),
                     "give a smaller bbox or a larger error_m");
     }
+  }
+
+  /// Of a tileset or subtree that is to be read, or of a reference that cannot be followed.
+  void count_file() {
+    const std::size_t most =
+        kMostFilesAtFirst + kMostFilesEach * static_cast<std::size_t>(options_.most_tiles);
+    if (++files_ > most) {
+      throw TooMany(fmt::format("the tileset has more than {} tilesets, subtrees and gaps in the area", most),
+                    "give a smaller bbox, a larger error_m, or more most_tiles");
+    }
+  }
+  void read_later(Pending pending) {
+    count_file();
+    pending_.push_back(std::move(pending));
   }
 
   void open_tileset(const Pending& pending) {
@@ -215,6 +237,7 @@ class Selector {
       throw InputError(fmt::format("tiles are nested deeper than {}", kDeepestTile));
     Inherited here;
     here.transform = above.transform * meshes::matrix_member(tile, "transform");
+    if (!here.transform.allFinite()) throw InputError("the transforms of tiles multiply to no number");
     here.levels_left = above.levels_left - 1;
     const std::string refine = meshes::text_member(tile, "refine");
     here.add = refine.empty() ? above.add : refine == "ADD" || refine == "add";
@@ -251,7 +274,7 @@ class Selector {
       attempt(document->address, [&] {
         const std::string address = source_.resolve(document->address, uri);
         if (tileset) {
-          pending_.push_back({address, document, here, nullptr, {}});
+          read_later({address, document, here, nullptr, {}});
         } else {
           take({address, here.transform, document->up, error});
         }
@@ -302,8 +325,7 @@ class Selector {
   void push_subtree(const std::shared_ptr<const ImplicitRoot>& root, const Node& node) {
     attempt(root->document->address, [&] {
       const std::string& base = root->document->address;
-      pending_.push_back(
-          {source_.resolve(base, with_place(root->subtree_uri, node)), nullptr, {}, root, node});
+      read_later({source_.resolve(base, with_place(root->subtree_uri, node)), nullptr, {}, root, node});
     });
   }
 
@@ -335,8 +357,7 @@ class Selector {
     for (std::size_t i = 0; i < root.content_uris.size() && i < subtree.contents.size(); ++i) {
       if (!subtree.contents[i].at(index) || !(root.add || fine || children.empty())) continue;
       shown = true;
-      attempt(root.document->address,
-              [&] { take_implicit(shared, with_place(root.content_uris[i], node), error); });
+      attempt(root.document->address, [&] { take_implicit(shared, root.content_uris[i], node, error); });
     }
     if (fine && shown) return;
     for (const Node& child : children) {
@@ -350,8 +371,9 @@ class Selector {
     }
   }
 
-  void take_implicit(const std::shared_ptr<const ImplicitRoot>& root, const std::string& uri, double error) {
-    const std::string address = source_.resolve(root->document->address, uri);
+  void take_implicit(const std::shared_ptr<const ImplicitRoot>& root, const std::string& uri,
+                     const Node& node, double error) {
+    const std::string address = source_.resolve(root->document->address, with_place(uri, node));
     if (!names_tileset(uri)) {
       take({address, root->transform, root->document->up, error});
       return;
@@ -359,7 +381,7 @@ class Selector {
     Inherited here;
     here.transform = root->transform;
     here.add = root->add;
-    pending_.push_back({address, root->document, here, nullptr, {}});
+    read_later({address, root->document, here, nullptr, {}});
   }
 
   static std::vector<Node> available_children(const ImplicitRoot& root, const Subtree& subtree,
@@ -386,7 +408,7 @@ class Selector {
   const TileOptions& options_;
   TileSelection out_;
   std::vector<Pending> pending_;
-  std::size_t visits_ = 0;
+  std::size_t visits_ = 0, files_ = 0;
 };
 
 }  // namespace
@@ -411,9 +433,8 @@ TilesetRoot read_root(TileSource& source) {
   return out;
 }
 
-TileSelection select_tiles(TileSource& source, const TileArea& area, const TileOptions& options,
-                           const std::function<void()>& progress) {
-  return Selector(source, area, options).select(progress);
+TileSelection select_tiles(TileSource& source, const TileArea& area, const TileOptions& options) {
+  return Selector(source, area, options).select();
 }
 
 std::string gap_line(const std::string& address, const std::exception& error) {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -41,8 +40,8 @@ struct TilesetRoot {
 /// a time, so that downloads run beside one another. A tile without content of its own is never fine enough:
 /// stopping there would leave a hole where its error is stated wrongly. A reference that cannot be read is a
 /// gap. Throws InputError where the root cannot be read, and for more than `options.most_tiles` tiles.
-[[nodiscard]] TileSelection select_tiles(TileSource& source, const TileArea& area, const TileOptions& options,
-                                         const std::function<void()>& progress = {});
+[[nodiscard]] TileSelection select_tiles(TileSource& source, const TileArea& area,
+                                         const TileOptions& options);
 
 /// A line that names an address, without its query, and what is wrong with it.
 [[nodiscard]] std::string gap_line(const std::string& address, const std::exception& error);

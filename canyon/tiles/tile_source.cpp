@@ -4,10 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cstdlib>
 #include <memory>
+#include <regex>
 #include <set>
 #include <thread>
 
@@ -17,6 +17,7 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/buildings/sources/gdal.hpp"
+#include "canyon/buildings/sources/gml_document.hpp"
 #include "canyon/buildings/sources/http_client.hpp"
 #include "canyon/meshes/gltf_buffers.hpp"
 #include "canyon/tiles/archive_address.hpp"
@@ -33,30 +34,20 @@ constexpr double kLongestPause_s = 20;
 constexpr double kKept_s = 30 * 86400.0;
 
 /// $NAME and ${NAME} replaced by the environment's.
-std::string with_variables(const std::string& text) {
+std::string with_variables(std::string text) {
+  static const std::regex kVariable(R"(\$\{?(\w*)\}?)");
   std::string out;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text[i] != '$') {
-      out += text[i];
-      continue;
-    }
-    const bool braces = i + 1 < text.size() && text[i + 1] == '{';
-    const std::size_t begin = i + (braces ? 2 : 1);
-    std::size_t end = begin;
-    while (end < text.size() &&
-           (std::isalnum(static_cast<unsigned char>(text[end])) != 0 || text[end] == '_'))
-      ++end;
-    const std::string name = text.substr(begin, end - begin);
+  for (std::smatch match; std::regex_search(text, match, kVariable); text = match.suffix().str()) {
+    const std::string name = match[1];
     const char* value = name.empty() ? nullptr : std::getenv(name.c_str());
     if (value == nullptr) {
       throw InputError(
           fmt::format("the environment has no variable '{}', which the tileset's address names", name),
           fmt::format("set it: export {}=...", name.empty() ? "NAME" : name));
     }
-    out += value;
-    i = (braces && end < text.size() && text[end] == '}') ? end : end - 1;
+    out += match.prefix().str() + value;
   }
-  return out;
+  return out + text;
 }
 
 /// scheme://host:port of a URL.
@@ -88,25 +79,10 @@ std::string with_query_of(const std::string& base, const std::string& url) {
   return out;
 }
 
-/// Whether a parameter of that name lets somebody in, or lasts for a session.
-bool is_secret_name(const std::string& name) {
-  static constexpr std::array<std::string_view, 9> kWords{"key",  "token",  "session",    "sig",   "auth",
-                                                          "pass", "secret", "credential", "expire"};
-  const std::string lower = lower_case(name);
-  return std::any_of(kWords.begin(), kWords.end(),
-                     [&lower](std::string_view word) { return lower.find(word) != std::string::npos; });
-}
-
-/// Whether an address is the data themselves (RFC 2397).
-/// The bytes that a reader gives piece by piece: read(to, size) returns how many.
-template <typename Read>
-std::string all_of(const Read& read) {
-  std::string bytes, block(std::size_t{1} << 20, '\0');
-  while (const std::size_t n = read(block.data(), block.size())) {
-    bytes.append(block, 0, n);
-    if (bytes.size() > kLargestTile)
-      throw InputError(fmt::format("unpacks to more than {} bytes", kLargestTile));
-  }
+std::string all_of(const buildings::ByteReader& read) {
+  std::string bytes = buildings::first_bytes(read, kLargestTile + 1);
+  if (bytes.size() > kLargestTile)
+    throw InputError(fmt::format("unpacks to more than {} bytes", kLargestTile));
   return bytes;
 }
 
@@ -140,10 +116,6 @@ TileSource::TileSource(const TileOptions& options) : options_(options) {
     folder_ = fs::path(root_).parent_path();
   } else {
     root_ = with_variables(options.url);
-    for (const std::string_view item : split(query_of(options.url), '&')) {
-      if (item.find('$') != std::string_view::npos)
-        secret_.insert(std::string(item.substr(0, item.find('='))));
-    }
     folder_ = buildings::downloads_folder(options.cache) / "tiles";
     make_output_folder(folder_);
   }
@@ -189,18 +161,15 @@ std::string TileSource::resolve_web(const std::string& base, const std::string& 
   return server_of(url) == server_of(base) ? with_query_of(base, url) : url;
 }
 
-/// The name has neither keys, which must not be stored, nor sessions, which change.
+/// The server, and a hash of the whole address: any parameter may choose the file, and none is written.
 std::filesystem::path TileSource::cached(const std::string& address) const {
-  const std::string bare = public_address(address);
-  std::string name = bare;
-  for (const std::string_view item : split(query_of(address), '&')) {
-    const std::string key(item.substr(0, item.find('=')));
-    if (!is_secret_name(key) && secret_.count(key) == 0) name += fmt::format("&{}", item);
-  }
-  return folder_ / fmt::format("{:016x}{}", fnv1a(name), fs::path(bare).extension().string().substr(0, 16));
+  const std::string bare = public_address(address), server = server_of(bare);
+  const std::string ending = fs::path(bare).extension().string().substr(0, 16);
+  return folder_ / fmt::format("{}-{:016x}{}", server.substr(server.rfind('/') + 1, 100),
+                               fnv1a(address.substr(0, address.find('#'))), ending);
 }
 
-void TileSource::prefetch(const std::vector<std::string>& addresses, const std::function<void()>& progress) {
+void TileSource::prefetch(const std::vector<std::string>& addresses) {
   std::vector<std::string> wanted;
   for (const std::string& address : addresses) {
     if (!is_web_address(address) || fetched_.count(address) > 0) continue;
@@ -210,10 +179,10 @@ void TileSource::prefetch(const std::vector<std::string>& addresses, const std::
     const auto stale = fs::last_write_time(cached(address), error);
     if (error || stale < fs::file_time_type::clock::now()) wanted.push_back(address);
   }
-  if (!wanted.empty()) download(wanted, progress);
+  if (!wanted.empty()) download(wanted);
 }
 
-void TileSource::download(const std::vector<std::string>& addresses, const std::function<void()>& progress) {
+void TileSource::download(const std::vector<std::string>& addresses) {
   std::vector<std::string> left = addresses;
   for (int attempt = 1; !left.empty(); ++attempt) {
     std::vector<std::string> again;
@@ -221,6 +190,7 @@ void TileSource::download(const std::vector<std::string>& addresses, const std::
     buildings::HttpGetOptions options;
     options.timeout_s = options_.timeout_s;
     options.largest = kLargestTile;
+    options.elsewhere = options_.elsewhere;
     buildings::http_get_all(left, options, [&](std::size_t i, buildings::HttpAnswer&& answer) {
       const std::string& address = left[i];
       const bool busy = answer.status == 429 || answer.status >= 500;
@@ -229,7 +199,6 @@ void TileSource::download(const std::vector<std::string>& addresses, const std::
         pause_s = std::max(pause_s, answer.retry_after_s.value_or(1));
         return;
       }
-      if (progress) progress();
       if (!answer.problem.empty() || answer.status != 200) {
         fetched_[address] = !answer.problem.empty()
                                 ? answer.problem

@@ -2,9 +2,7 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <functional>
 #include <map>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -30,7 +28,7 @@ class TileSource {
   /// not have, where both are of one server: so keys of the user reach every tile.
   [[nodiscard]] std::string resolve(const std::string& base, const std::string& uri) const;
   /// Downloads files, several at a time, that are not there yet. read() tells which failed.
-  void prefetch(const std::vector<std::string>& addresses, const std::function<void()>& progress = {});
+  void prefetch(const std::vector<std::string>& addresses);
   /// A file's bytes, unpacked where it is packed by gzip. Throws InputError.
   [[nodiscard]] std::string read(const std::string& address);
 
@@ -41,12 +39,11 @@ class TileSource {
   [[nodiscard]] std::string resolve_path(const std::string& base, const std::string& uri) const;
   [[nodiscard]] std::string resolve_web(const std::string& base, const std::string& uri) const;
   [[nodiscard]] std::filesystem::path cached(const std::string& address) const;
-  void download(const std::vector<std::string>& addresses, const std::function<void()>& progress);
+  void download(const std::vector<std::string>& addresses);
 
   const TileOptions& options_;
   std::string root_;
   std::filesystem::path folder_;                ///< of the tileset, or of its downloads
-  std::set<std::string> secret_;                ///< parameters of the URL that environment variables fill
   std::map<std::string, std::string> fetched_;  ///< of this run: address, and what went wrong
   std::vector<std::filesystem::path> not_to_keep_;
   std::size_t downloaded_files_ = 0, downloaded_bytes_ = 0;

@@ -152,9 +152,50 @@ TEST_F(WebTilesTest, FilesThatDifferByTheirQueriesAreKeptApart) {
   const test::WebFolder server(files);
   EXPECT_EQ(read(options(server, "?key=one")).tiles, 2U);
   EXPECT_THAT(server.requests(), SizeIs(3));
-  // Another key is no other file.
-  EXPECT_EQ(read(options(server, "?key=two")).tiles, 2U);
-  EXPECT_THAT(server.requests(), SizeIs(3));
+}
+
+// A parameter may choose the file whatever its name holds: "sig" is in "design", "key" in "monkey".
+TEST_F(WebTilesTest, AnyParameterMayChooseTheFile) {
+  auto files = served();
+  std::string children;
+  for (const char* name : {"design", "monkey", "authority", "sessions", "passage", "token"}) {
+    for (const int number : {1, 2}) children += leaf(fmt::format("a.glb?{}={}", name, number), 0) + ",";
+  }
+  children.pop_back();
+  files["/city/tileset.json"].body = tileset_of(children);
+  const test::WebFolder server(files);
+  EXPECT_EQ(read(options(server, "?design=0")).tiles, 12U);
+  EXPECT_THAT(server.requests(), SizeIs(13));
+  EXPECT_EQ(read(options(server, "?design=1")).tiles, 12U);
+  EXPECT_THAT(server.requests(), SizeIs(24));  // those that name a design of their own are there
+  EXPECT_EQ(read(options(server, "?design=1")).tiles, 12U);
+  EXPECT_THAT(server.requests(), SizeIs(24));
+}
+
+TEST_F(WebTilesTest, RedirectsStayOnTheServer) {
+  const test::WebFolder other({{"/b.glb", {test::box_glb(10, 10, 30)}}});
+  const auto to = [](const std::string& address) {
+    return test::WebFolder::File{"", "302 Found", fmt::format("Location: {}\r\n", address)};
+  };
+  auto files = served();
+  files["/city/tileset.json"].body =
+      tileset_of(leaf("a.glb", 0) + "," + leaf("same.glb", 0) + "," + leaf("out.glb", 50) + "," +
+                 leaf("file.glb", 50) + "," + leaf("hops.glb", 50) + "," + leaf("round.glb", 50));
+  files["/city/same.glb"] = to("/city/a.glb");
+  files["/city/out.glb"] = to(other.url("/b.glb"));
+  files["/city/file.glb"] = to("file:///etc/passwd");
+  files["/city/hops.glb"] = to("out.glb");
+  files["/city/round.glb"] = to("round.glb");
+  const test::WebFolder server(files);
+  const TilesCity city = read(options(server, "?key=s3cret"));
+  EXPECT_EQ(city.tiles, 2U);
+  EXPECT_EQ(city.gaps, 4U);
+  EXPECT_THAT(other.requests(), IsEmpty());
+  EXPECT_THAT(city.cautions, Contains(AllOf(HasSubstr("out.glb"), HasSubstr("redirects to another server"))));
+  EXPECT_THAT(city.cautions, Each(Not(HasSubstr("s3cret"))));
+  TileOptions trusting = options(server);
+  trusting.elsewhere = true;
+  EXPECT_EQ(read(trusting).gaps, 2U);
 }
 
 TEST_F(WebTilesTest, BusyServersAreAskedAgain) {

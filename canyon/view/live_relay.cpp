@@ -31,10 +31,18 @@ std::string reader_of(const std::string& address) {
   return "tcp-connect://" + address.substr(kServer.size());
 }
 
+/// Throws JsonError for a number that is not within bounds.
+double bounded(const Json& json, const char* key, double low, double high) {
+  const auto value = json.at(key).get<double>();
+  if (!(value >= low && value <= high)) throw JsonError(fmt::format("'{}' is {}", key, value));
+  return value;
+}
+
 Eigen::Vector3d place_of(const Json& message) {
+  constexpr double kFarthest_m = 1e7;
   const Json& place = message.at("place");
   const auto axis = [&](const char* key) {
-    return place.at(key).is_null() ? std::nan("") : place.at(key).get<double>();
+    return place.at(key).is_null() ? std::nan("") : bounded(place, key, -kFarthest_m, kFarthest_m);
   };
   return {axis("east_m"), axis("north_m"), axis("up_m")};
 }
@@ -87,8 +95,8 @@ struct LiveRelay::Impl {
 
   /// All receivers of all hosts become one hello: their times count from the begin of the first host's.
   void take_hello(Server& server, Host& from, Json message) {
-    const auto begin =
-        geodesy::GpsTime::from_week(message.at("gps_week").get<int>(), message.at("gps_tow").get<double>());
+    const auto begin = geodesy::GpsTime::from_week(static_cast<int>(bounded(message, "gps_week", 0, 9999)),
+                                                   bounded(message, "gps_tow", 0, 604800));
     Header merged = header;
     merged.begin.reset();
     merged.receivers.clear();
@@ -101,7 +109,7 @@ struct LiveRelay::Impl {
       if (said.is_null()) continue;
       if (!merged.begin) {
         merged.begin = &host == &from ? begin : host.begin;
-        merged.interval_s = said.at("interval_s").get<double>();
+        merged.interval_s = bounded(said, "interval_s", 1e-4, 86400);
         all = said;
         all["receivers"] = Json::array();
       }
@@ -111,7 +119,7 @@ struct LiveRelay::Impl {
         one.name =
             taken.insert(name).second ? name : fmt::format("{} ({})", name, hide_passwords(host.address));
         one.strength = receiver.at("strength").get<bool>();
-        one.elevation_mask_deg = receiver.at("elevation_mask_deg").get<double>();
+        one.elevation_mask_deg = bounded(receiver, "elevation_mask_deg", -90, 90);
         names.back()[name] = one.name;
         all["receivers"].push_back(receiver);
         all["receivers"].back()["name"] = one.name;
@@ -133,9 +141,9 @@ struct LiveRelay::Impl {
   void take_epoch(Server& server, const Host& host, Json& message) {
     const auto name = host.names.find(message.at("receiver").get<std::string>());
     if (name == host.names.end()) return;
-    message["receiver"] = name->second;
-    message["time_s"] = message.at("time_s").get<double>() + (host.begin - *header.begin);
     const Eigen::Vector3d place = place_of(message);
+    message["receiver"] = name->second;
+    message["time_s"] = bounded(message, "time_s", -1e9, 1e9) + (host.begin - *header.begin);
     if (place.allFinite()) {
       MovingSkyline& skyline = skylines[name->second];
       skyline.move(scene, place);

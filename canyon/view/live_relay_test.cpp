@@ -156,6 +156,48 @@ TEST_F(LiveRelayTest, PassesOverWhatIsNoStreamOfTheViewer) {
   EXPECT_THROW(relay({address_, address_}), InputError);
 }
 
+// Numbers that no time, place or angle has end neither the viewer nor the stream.
+TEST_F(LiveRelayTest, PassesOverImpossibleNumbers) {
+  const auto stream = host();
+  test::Listener page(*server_);
+  const Json hello = receive(page, 1, *stream)[0];
+  stream->write(run_.epochs[0]);
+  const Json epoch = receive(page, 1, *stream)[0];
+  const std::string second = "tcp://127.0.0.1:" + std::to_string(test::free_port());
+  relay_ = relay({second});
+  const auto other = transport::open_transport(second);
+  const auto changed = [](Json message, const std::string& pointer, const Json& value) {
+    message[Json::json_pointer(pointer)] = value;
+    return message.dump() + "\n";
+  };
+  std::string bad;
+  for (const auto& value : {Json(1e9), Json(-2000000000), Json(1e308), Json("2421")}) {
+    bad += changed(hello, "/gps_week", value) + changed(hello, "/gps_tow", value) +
+           changed(hello, "/interval_s", value) + changed(hello, "/receivers/0/elevation_mask_deg", value);
+  }
+  bad += hello.dump() + "\n";
+  for (const auto& value : {Json(1e308), Json(-1e300), Json("here")}) {
+    bad += changed(epoch, "/place/east_m", value) + changed(epoch, "/place/up_m", value) +
+           changed(epoch, "/time_s", value);
+  }
+  bad += epoch.dump() + "\n";
+  std::atomic<bool> received_all{false};
+  std::thread work([&] {
+    bool sent = false;
+    while (!received_all) {
+      other->serve();
+      relay_->serve(*server_);
+      if (!std::exchange(sent, true)) other->begin(bad);
+    }
+  });
+  EXPECT_EQ(Json::parse(page.read(), nullptr, false)["type"], "hello");
+  const Json shown = Json::parse(page.read(), nullptr, false);
+  EXPECT_EQ(shown["type"], "epoch");
+  EXPECT_EQ(shown["place"], epoch["place"]);
+  received_all = true;
+  work.join();
+}
+
 TEST_F(LiveRelayTest, ShowsTheReceiversOfAllHostsInOneTime) {
   simulation::Scenario later = scenario();
   later.start = *later.start + 10.0;

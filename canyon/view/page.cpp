@@ -22,6 +22,7 @@
 #include "canyon/city/mesh_parts.hpp"
 #include "canyon/output/view_chunk.hpp"
 #include "canyon/view/header.hpp"
+#include "canyon/view/server.hpp"
 
 namespace canyon::view {
 namespace {
@@ -40,16 +41,10 @@ std::optional<std::uint32_t> unpacked_bytes(const std::filesystem::path& path) {
 }
 
 /// JSON within a <script>: no "</script>" may stand in it.
-std::string for_script(const std::string& json) {
-  std::string text;
-  for (const char c : json) {
-    if (c == '<') {
-      text += "\\u003c";
-    } else {
-      text += c;
-    }
-  }
-  return text;
+std::string for_script(std::string json) {
+  for (std::size_t at = json.find('<'); at != std::string::npos; at = json.find('<', at))
+    json.replace(at, 1, "\\u003c");
+  return json;
 }
 
 }  // namespace
@@ -79,13 +74,23 @@ std::filesystem::path find_page() {
 std::vector<std::string> view_files(const std::filesystem::path& folder) {
   const char* const again = "write it anew: 'canyon simulate SCENARIO --out DIR --view'";
   std::vector<std::string> files;
+  const auto take = [&](const std::string& name) {
+    const std::filesystem::path path = folder / name;
+    std::error_code missing;
+    const auto status = std::filesystem::symlink_status(path, missing);
+    if (!std::filesystem::exists(status)) throw InputError(path, 0, "is missing from the view", again);
+    if (!is_served_name(name) || !std::filesystem::is_regular_file(status))
+      throw InputError(folder / kHeaderFile, 0, "names what is no file of a view: " + name, again);
+    files.push_back(name);
+    return path;
+  };
   try {
+    take(kHeaderFile);
+    files.clear();
     const Json json = Json::parse(read_bytes(folder / kHeaderFile));
-    files.push_back(json.at("city").at("file").get<std::string>());
+    take(json.at("city").at("file").get<std::string>());
     for (const Json& chunk : json.at("chunks")) {
-      files.push_back(chunk.at("file").get<std::string>());
-      const std::filesystem::path path = folder / files.back();
-      if (!std::filesystem::exists(path)) throw InputError(path, 0, "is missing from the view", again);
+      const std::filesystem::path path = take(chunk.at("file").get<std::string>());
       if (unpacked_bytes(path) != chunk.at("bytes").get<std::uint32_t>()) {
         throw InputError(path, 0, "is cut off or damaged", again);
       }
@@ -103,8 +108,8 @@ std::size_t export_page(const std::filesystem::path& page, const std::filesystem
   if (mark == std::string::npos) {
     throw InputError(page, 0, "is not a page of Canyon's viewer", "build it anew: ./run view");
   }
-  const std::string header = read_bytes(folder / kHeaderFile);
   const std::vector<std::string> files = view_files(folder);
+  const std::string header = read_bytes(folder / kHeaderFile);
 
   OutputFile out(target);
   std::size_t size = 0;
@@ -164,8 +169,7 @@ std::string glb_of(const city::City& city, const std::filesystem::path& folder) 
   OutputFile file(folder / "city.glb");
   city::write_glb(file, city);
   file.commit();
-  std::ifstream in(file.path(), std::ios::binary);
-  std::string bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  std::string bytes = read_bytes(file.path());
   std::error_code error;
   std::filesystem::remove(file.path(), error);
   return bytes;

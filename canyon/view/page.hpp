@@ -17,8 +17,8 @@ extern const char* const built_page;
 /// the command that builds it, where there is none.
 [[nodiscard]] std::filesystem::path find_page();
 
-/// The files of the view in a folder, the city's first. Throws InputError where it has no view, or a file of
-/// it is missing or cut off.
+/// The files of the view in a folder, the city's first. Throws InputError where it has no view, where a file
+/// of it is missing, cut off or a link, and for names that a Server does not give.
 [[nodiscard]] std::vector<std::string> view_files(const std::filesystem::path& folder);
 
 /// Fills a page in with the view of a folder: `target` opens from disk, without a server and without a

@@ -77,22 +77,16 @@ struct Shared {
 };
 
 /// Counts a connection for as long as it lives.
-class Counted {
- public:
-  explicit Counted(std::shared_ptr<Shared> shared) : shared_(std::move(shared)) { ++shared_->clients; }
-  ~Counted() { --shared_->clients; }
-  Counted(const Counted&) = delete;
-  Counted& operator=(const Counted&) = delete;
-
- private:
-  std::shared_ptr<Shared> shared_;
-};
+std::shared_ptr<void> counted(const std::shared_ptr<Shared>& shared) {
+  ++shared->clients;
+  return {nullptr, [shared](void*) { --shared->clients; }};
+}
 
 /// A WebSocket client.
 class Socket : public std::enable_shared_from_this<Socket> {
  public:
-  Socket(Stream stream, std::shared_ptr<Shared> shared, std::shared_ptr<Counted> counted)
-      : stream_(std::move(stream)), shared_(std::move(shared)), counted_(std::move(counted)) {}
+  Socket(Stream stream, std::shared_ptr<Shared> shared, std::shared_ptr<void> count)
+      : stream_(std::move(stream)), shared_(std::move(shared)), counted_(std::move(count)) {}
   ~Socket() { shared_->sockets.erase(this); }
   Socket(const Socket&) = delete;
   Socket& operator=(const Socket&) = delete;
@@ -114,7 +108,8 @@ class Socket : public std::enable_shared_from_this<Socket> {
   }
 
   /// @param must it is never dropped: an answer, or the greeting
-  void send(Text text, bool must) {
+  /// @param answer the next message is read once it is sent
+  void send(Text text, bool must, bool answer = false) {
     if (!must && waiting_.size() >= shared_->options.most_waiting) {
       // The first may be on its way.
       const auto oldest =
@@ -123,7 +118,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
       ++shared_->dropped;
       if (waiting_.size() >= shared_->options.most_waiting) return;
     }
-    waiting_.push_back({std::move(text), must});
+    waiting_.push_back({std::move(text), must, answer});
     if (waiting_.size() == 1) write();
   }
   /// Nothing waits to be sent.
@@ -132,7 +127,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
  private:
   struct Waiting {
     Text text;
-    bool must = false;
+    bool must = false, answer = false;
   };
 
   void read() {
@@ -144,7 +139,8 @@ class Socket : public std::enable_shared_from_this<Socket> {
     });
   }
 
-  /// The next message is read when this one is answered: one who asks without end waits in line.
+  /// The next message is read when the answer to this one is taken: who asks without end waits in line, and
+  /// who takes no answer gets no more.
   void ask(std::string message) {
     if (!shared_->site.answer) return read();
     asio::post(*shared_->work, [self = shared_from_this(), message = std::move(message)]() mutable {
@@ -156,8 +152,8 @@ class Socket : public std::enable_shared_from_this<Socket> {
       // Handed back whole, since a connection's data belong to the server's thread.
       const auto home = self->stream_.get_executor();
       asio::post(home, [self = std::move(self), answer = std::move(answer)]() mutable {
-        if (!answer.empty()) self->send(std::make_shared<const std::string>(std::move(answer)), true);
-        self->read();
+        if (answer.empty()) return self->read();
+        self->send(std::make_shared<const std::string>(std::move(answer)), true, true);
       });
     });
   }
@@ -167,8 +163,10 @@ class Socket : public std::enable_shared_from_this<Socket> {
     stream_.async_write(asio::buffer(*waiting_.front().text),
                         [self = shared_from_this()](error_code error, std::size_t) {
                           if (error) return self->leave();
+                          const bool answered = self->waiting_.front().answer;
                           self->waiting_.pop_front();
                           if (!self->waiting_.empty()) self->write();
+                          if (answered) self->read();
                         });
   }
 
@@ -179,7 +177,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
 
   WebSocket stream_;
   std::shared_ptr<Shared> shared_;
-  std::shared_ptr<Counted> counted_;
+  std::shared_ptr<void> counted_;
   beast::flat_buffer buffer_;
   std::deque<Waiting> waiting_;
 };
@@ -188,9 +186,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
   Connection(Stream::socket_type socket, std::shared_ptr<Shared> shared)
-      : stream_(std::move(socket)),
-        shared_(std::move(shared)),
-        counted_(std::make_shared<Counted>(shared_)) {}
+      : stream_(std::move(socket)), shared_(std::move(shared)), counted_(counted(shared_)) {}
   ~Connection() { shared_->idle.remove(this); }
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
@@ -321,7 +317,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   Stream stream_;
   std::shared_ptr<Shared> shared_;
-  std::shared_ptr<Counted> counted_;
+  std::shared_ptr<void> counted_;
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::empty_body>> parser_;
 };

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <fstream>
 #include <thread>
 #include <utility>  // which some of Boost.Asio's headers lack
@@ -251,6 +252,25 @@ TEST_F(ServerTest, TakesNoWebSocketOfAnotherOrigin) {
   EXPECT_FALSE(Listener(server).error);
   EXPECT_THAT(answer(server, "GET /view/view.json", "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"),
               StartsWith("HTTP/1.1 200"));  // no upgrade without Connection: upgrade
+}
+
+TEST_F(ServerTest, AsksNoMoreForAClientThatTakesNoAnswer) {
+  std::atomic<int> asked{0};
+  Site large = site();
+  large.answer = [&](const std::string&) {
+    ++asked;
+    return std::string(1 << 20, 'x');
+  };
+  const Server server(large);
+  Listener listener(server);
+  for (int i = 0; i < 200; ++i) listener.write("more");
+  EXPECT_TRUE(comes_true([&] { return asked > 0; }));
+  // What the system's buffers take may be answered; a second is enough for all 200.
+  const auto until = Clock::now() + std::chrono::seconds(1);
+  EXPECT_TRUE(comes_true([&] { return asked == 200 || Clock::now() > until; }));
+  EXPECT_LT(asked, 60);
+  for (int i = 0; i < 200; ++i) EXPECT_EQ(listener.read().size(), std::size_t{1} << 20);
+  EXPECT_EQ(asked, 200);
 }
 
 TEST_F(ServerTest, EndsAClientWhoseMessageIsTooLong) {

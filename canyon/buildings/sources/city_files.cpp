@@ -48,17 +48,7 @@ ByteReader open_tile(const Tile& tile) {
 
 ModelKind kind_of(const Tile& tile) {
   if (tile.inside.empty()) return model_kind(tile.path);
-  constexpr std::size_t kHead = std::size_t{1} << 16;
-  const ByteReader bytes = open_tile(tile);
-  std::string head(kHead, '\0');
-  std::size_t filled = 0;
-  while (filled < kHead) {
-    const std::size_t n = bytes(head.data() + filled, kHead - filled);
-    if (n == 0) break;
-    filled += n;
-  }
-  head.resize(filled);
-  return model_kind_of_text(head);
+  return model_kind_of_text(first_bytes(open_tile(tile), std::size_t{1} << 16));
 }
 
 /// The files in an archive, in the order of their names.
@@ -168,12 +158,8 @@ class CityFiles {
   }
 
   static std::string text_of(const Tile& tile) {
-    const ByteReader bytes = open_tile(tile);
-    std::string text, piece(std::size_t{1} << 18, '\0');
-    while (const std::size_t n = bytes(piece.data(), piece.size())) {
-      text.append(piece, 0, n);
-      if (text.size() > kLargestUnpacked) throw InputError(tile.path, 0, "unpacks to more than 1 GiB");
-    }
+    std::string text = first_bytes(open_tile(tile), kLargestUnpacked + 1);
+    if (text.size() > kLargestUnpacked) throw InputError(tile.path, 0, "unpacks to more than 1 GiB");
     return text;
   }
 

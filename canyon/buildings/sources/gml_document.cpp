@@ -281,21 +281,10 @@ class GmlParser {
     }
     bool damaged = false;
     std::vector<double> numbers;
-    const char* p = text.data();
-    const char* const stop = p + text.size();
-    const auto is_blank = [](char c) { return c == ' ' || c == '\n' || c == '\t' || c == '\r'; };
-    while (true) {
-      while (p != stop && is_blank(*p)) ++p;
-      if (p == stop) break;
-      const char* const begin = p;
-      while (p != stop && !is_blank(*p)) ++p;
-      const std::string_view word(begin, static_cast<std::size_t>(p - begin));
+    for (const std::string_view word : split_blanks(text)) {
       const std::optional<double> value = parse_double(word);
-      if (!value) {
-        damaged = true;
-        break;
-      }
-      numbers.push_back(*value);
+      damaged = damaged || !value;
+      numbers.push_back(value.value_or(0));
     }
     if (!damaged && element.name != "posList" && element.name != "coordinates") {
       dimension = static_cast<int>(numbers.size());
@@ -350,6 +339,13 @@ ByteReader file_bytes(const std::filesystem::path& path) {
       throw InputError(path, 0, "gzip data is damaged or cut short", "fetch the file again");
     return n;
   };
+}
+
+std::string first_bytes(const ByteReader& bytes, std::size_t most) {
+  std::string all, block(std::min(most, std::size_t{1} << 18), '\0');
+  while (const std::size_t n = bytes(block.data(), std::min(block.size(), most - all.size())))
+    all.append(block, 0, n);
+  return all;
 }
 
 void read_gml(const std::filesystem::path& file, const ByteReader& bytes, const GmlSink& sink) {

@@ -44,6 +44,8 @@ struct GmlEnvelope {
 using ByteReader = std::function<std::size_t(char* to, std::size_t size)>;
 /// Those of a file, unpacked as GzipFile does. Throws InputError where the packed data end early.
 [[nodiscard]] ByteReader file_bytes(const std::filesystem::path& path);
+/// The first `most` bytes, or all.
+[[nodiscard]] std::string first_bytes(const ByteReader& bytes, std::size_t most);
 
 /// Functions that take a document's parts while it is read.
 struct GmlSink {

@@ -1,7 +1,10 @@
 #include "canyon/buildings/sources/http_client.hpp"
 
+#include <arpa/inet.h>
 #include <curl/curl.h>
 #include <fmt/format.h>
+#include <netdb.h>
+#include <sys/socket.h>
 
 #include <algorithm>
 #include <array>
@@ -16,7 +19,6 @@
 namespace canyon::buildings {
 namespace {
 
-constexpr std::uint64_t kLargestPosted = std::uint64_t{1} << 30;
 constexpr long kMaxConnect_s = 30;
 constexpr const char* kUserAgent = "Canyon/0.1 (GNSS receiver emulator; reads maps and 3D Tiles of cities)";
 
@@ -25,7 +27,63 @@ struct Incoming {
   HttpAnswer answer;
   std::uint64_t largest = 0;
   bool too_large = false;
+  bool elsewhere = false;    ///< redirects to other servers are followed
+  std::string url;           ///< of the reply that comes in, after redirects
+  bool redirects = false;    ///< its status is 3xx
+  bool from_public = false;  ///< a redirect came from a public address
+  std::string refused;       ///< why a redirect is not followed
+  CURL* handle = nullptr;
+
+  /// Takes a Location header. False where it is not followed.
+  bool redirect(const std::string& to);
 };
+
+/// A part of an address, or of what a relative one means there; empty where it has none.
+std::string part_of(const std::string& url, CURLUPart part, const std::string& relative = {}) {
+  const std::unique_ptr<CURLU, decltype(&curl_url_cleanup)> parsed(curl_url(), &curl_url_cleanup);
+  const unsigned flags = part == CURLUPART_PORT ? CURLU_DEFAULT_PORT : 0;
+  char* text = nullptr;
+  if (!parsed || curl_url_set(parsed.get(), CURLUPART_URL, url.c_str(), 0) != CURLUE_OK ||
+      (!relative.empty() &&
+       curl_url_set(parsed.get(), CURLUPART_URL, relative.c_str(), CURLU_URLENCODE) != CURLUE_OK) ||
+      curl_url_get(parsed.get(), part, &text, flags) != CURLUE_OK) {
+    return {};
+  }
+  const std::unique_ptr<char, decltype(&curl_free)> owner(text, &curl_free);
+  return text;
+}
+
+bool Incoming::redirect(const std::string& to) {
+  const std::string next = part_of(url, CURLUPART_URL, to);
+  const auto parts = [](const std::string& of) {
+    return std::array{part_of(of, CURLUPART_SCHEME), lower_case(part_of(of, CURLUPART_HOST)),
+                      part_of(of, CURLUPART_PORT)};
+  };
+  const auto [scheme, host, port] = parts(url);
+  const auto [next_scheme, next_host, next_port] = parts(next);
+  const bool upgrade = scheme == "http" && port == "80" && next_scheme == "https" && next_port == "443";
+  const bool same = next_host == host && (upgrade || (next_scheme == scheme && next_port == port));
+  if (scheme == "https" && next_scheme != "https") refused = "from https to http";
+  if (!same && !elsewhere) refused = fmt::format("to another server, {}", next_host);
+  const char* ip = nullptr;
+  curl_easy_getinfo(handle, CURLINFO_PRIMARY_IP, &ip);
+  from_public = from_public || (ip != nullptr && *ip != '\0' && !is_private_address(ip));
+  url = next;
+  return refused.empty();
+}
+
+/// Opens a connection; none from a public address to a private one.
+extern "C" curl_socket_t canyon_http_socket(void* user, curlsocktype /*purpose*/, struct curl_sockaddr* to) {
+  auto& incoming = *static_cast<Incoming*>(user);
+  std::array<char, NI_MAXHOST> ip{};
+  const bool known =
+      getnameinfo(&to->addr, to->addrlen, ip.data(), ip.size(), nullptr, 0, NI_NUMERICHOST) == 0;
+  if (incoming.from_public && (!known || is_private_address(ip.data()))) {
+    incoming.refused = "from a public address to a private one";
+    return CURL_SOCKET_BAD;
+  }
+  return socket(to->family, to->socktype | SOCK_CLOEXEC, to->protocol);
+}
 
 extern "C" std::size_t canyon_http_body(char* data, std::size_t size, std::size_t count, void* user) {
   auto& incoming = *static_cast<Incoming*>(user);
@@ -39,11 +97,16 @@ extern "C" std::size_t canyon_http_body(char* data, std::size_t size, std::size_
 }
 
 extern "C" std::size_t canyon_http_header(char* data, std::size_t size, std::size_t count, void* user) {
-  HttpAnswer& answer = static_cast<Incoming*>(user)->answer;
+  auto& incoming = *static_cast<Incoming*>(user);
+  HttpAnswer& answer = incoming.answer;
   const std::string line(data, size * count);
   const std::string name = lower_case(std::string_view(line).substr(0, line.find(':')));
   const std::string value(trim(std::string_view(line).substr(std::min(name.size() + 1, line.size()))));
-  if (line.starts_with("HTTP/")) answer.retry_after_s.reset();  // of a reply that redirects
+  if (line.starts_with("HTTP/")) {
+    answer.retry_after_s.reset();  // of a reply that redirects
+    incoming.redirects = line.find(" 3") == line.find(' ');
+  }
+  if (name == "location" && incoming.redirects && !incoming.redirect(value)) return 0;  // ends the transfer
   if (name == "retry-after") {
     if (const auto seconds = parse_integer(value)) {
       answer.retry_after_s = static_cast<double>(std::max(*seconds, 0LL));
@@ -71,26 +134,18 @@ void require_curl() {
   }
 }
 
-std::string host_of(const std::string& url) {
-  const std::unique_ptr<CURLU, decltype(&curl_url_cleanup)> parsed(curl_url(), &curl_url_cleanup);
-  char* host = nullptr;
-  if (!parsed || curl_url_set(parsed.get(), CURLUPART_URL, url.c_str(), 0) != CURLUE_OK ||
-      curl_url_get(parsed.get(), CURLUPART_HOST, &host, 0) != CURLUE_OK) {
-    return url;
-  }
-  const std::unique_ptr<char, decltype(&curl_free)> owner(host, &curl_free);
-  return host;
-}
-
 /// One request. Its place in memory must not change: libcurl writes into it.
 struct Request {
-  Request(std::size_t which, std::string address, int allowed_s, std::uint64_t largest)
+  Request(std::size_t which, std::string address, const HttpGetOptions& options)
       : number(which),
         url(std::move(address)),
-        timeout_s(allowed_s),
+        timeout_s(options.timeout_s),
         handle(curl_easy_init(), &curl_easy_cleanup) {
     if (!handle) throw InputError("libcurl cannot make a request");
-    incoming.largest = largest;
+    incoming.largest = options.largest;
+    incoming.elsewhere = options.elsewhere;
+    incoming.url = url;
+    incoming.handle = handle.get();
     set(CURLOPT_URL, url.c_str());
     set(CURLOPT_CONNECTTIMEOUT, std::min(static_cast<long>(timeout_s), kMaxConnect_s));
     set(CURLOPT_USERAGENT, kUserAgent);
@@ -110,6 +165,8 @@ struct Request {
     set(CURLOPT_WRITEDATA, &incoming);
     set(CURLOPT_HEADERFUNCTION, &canyon_http_header);
     set(CURLOPT_HEADERDATA, &incoming);
+    set(CURLOPT_OPENSOCKETFUNCTION, &canyon_http_socket);
+    set(CURLOPT_OPENSOCKETDATA, &incoming);
     set(CURLOPT_PRIVATE, this);
   }
 
@@ -137,7 +194,11 @@ struct Request {
  private:
   /// The messages name the server: the rest of an address may hold a key.
   [[noreturn]] void fail(CURLcode code) const {
-    const std::string host = host_of(url);
+    const std::string known = part_of(url, CURLUPART_HOST), host = known.empty() ? url : known;
+    if (!incoming.refused.empty()) {
+      throw InputError(fmt::format("{} redirects {}, which is not followed", host, incoming.refused),
+                       "if you trust it, give the address that it redirects to");
+    }
     const std::string said = detail[0] != '\0' ? detail.data() : curl_easy_strerror(code);
     switch (code) {
       case CURLE_COULDNT_RESOLVE_HOST:
@@ -214,7 +275,7 @@ void http_get_all(const std::vector<std::string>& urls, const HttpGetOptions& op
   require_curl();
   Gets gets;
   const auto add = [&](std::size_t number) {
-    auto request = std::make_unique<Request>(number, urls[number], options.timeout_s, options.largest);
+    auto request = std::make_unique<Request>(number, urls[number], options);
     request->set(CURLOPT_LOW_SPEED_LIMIT, 1L);
     request->set(CURLOPT_LOW_SPEED_TIME, static_cast<long>(options.timeout_s));
     // A server that sends a byte a second ends here.
@@ -235,17 +296,21 @@ void http_get_all(const std::vector<std::string>& urls, const HttpGetOptions& op
   }
 }
 
+bool is_private_address(const std::string& ip) {
+  std::array<unsigned char, 16> a{};
+  const bool six = inet_pton(AF_INET6, ip.substr(0, ip.find('%')).c_str(), a.data()) == 1;
+  if (!six && inet_pton(AF_INET, ip.c_str(), &a[12]) != 1) return false;
+  const bool mapped = std::all_of(a.begin(), a.begin() + 10, [](unsigned char c) { return c == 0; }) &&
+                      ((a[10] == 0 && a[11] == 0) || (a[10] == 0xFF && a[11] == 0xFF));
+  if (six && !mapped) return (a[0] & 0xFE) == 0xFC || (a[0] == 0xFE && (a[1] & 0xC0) == 0x80);
+  return a[12] == 0 || a[12] == 10 || a[12] == 127 || (a[12] == 100 && (a[13] & 0xC0) == 64) ||
+         (a[12] == 169 && a[13] == 254) || (a[12] == 172 && (a[13] & 0xF0) == 16) ||
+         (a[12] == 192 && a[13] == 168);
+}
+
 std::string resolve_url(const std::string& base, const std::string& relative) {
-  const std::unique_ptr<CURLU, decltype(&curl_url_cleanup)> parsed(curl_url(), &curl_url_cleanup);
-  char* whole = nullptr;
-  if (!parsed || curl_url_set(parsed.get(), CURLUPART_URL, base.c_str(), 0) != CURLUE_OK ||
-      curl_url_set(parsed.get(), CURLUPART_URL, relative.c_str(), CURLU_URLENCODE) != CURLUE_OK ||
-      curl_url_get(parsed.get(), CURLUPART_URL, &whole, 0) != CURLUE_OK) {
-    throw InputError(fmt::format("'{}' is not a web address", relative.substr(0, relative.find('?'))));
-  }
-  const std::unique_ptr<char, decltype(&curl_free)> owner(whole, &curl_free);
-  std::string url = whole;
-  if (url.rfind("http://", 0) != 0 && url.rfind("https://", 0) != 0) {
+  const std::string url = part_of(base, CURLUPART_URL, relative);
+  if (!url.starts_with("http://") && !url.starts_with("https://")) {
     throw InputError(
         fmt::format("'{}' is not an http or https address", relative.substr(0, relative.find('?'))));
   }
@@ -254,7 +319,10 @@ std::string resolve_url(const std::string& base, const std::string& relative) {
 
 HttpAnswer http_post(const std::string& url, const std::string& data, int timeout_s) {
   require_curl();
-  Request request(0, url, timeout_s, kLargestPosted);
+  HttpGetOptions options;
+  options.timeout_s = timeout_s;
+  options.elsewhere = true;
+  Request request(0, url, options);
   CURL* curl = request.handle.get();
   const std::unique_ptr<char, decltype(&curl_free)> escaped(
       curl_easy_escape(curl, data.c_str(), static_cast<int>(data.size())), &curl_free);

@@ -8,6 +8,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/utf8.hpp"
+#include "canyon/buildings/sources/gml_document.hpp"
 
 namespace canyon::buildings {
 namespace {
@@ -35,19 +36,12 @@ std::string_view root_name(std::string_view text) {
 }
 
 std::string unpacked_head(const std::filesystem::path& path) {
-  std::string head(kHeadBytes, '\0');
-  std::size_t filled = 0;
   try {
     GzipFile file(path);
-    while (filled < head.size()) {
-      const std::size_t n = file.read(head.data() + filled, head.size() - filled, 0);
-      if (n == 0) break;
-      filled += n;
-    }
+    return first_bytes([&file](char* to, std::size_t size) { return file.read(to, size, 0); }, kHeadBytes);
   } catch (const InputError&) {  // who reads it says what is wrong
+    return {};
   }
-  head.resize(filled);
-  return head;
 }
 
 bool names_city_models(const std::filesystem::path& archive) {

@@ -20,12 +20,8 @@ namespace {
 constexpr std::size_t kIdsShown = 20;
 
 std::string join(const std::vector<std::string>& pieces, std::size_t count, std::string_view separator) {
-  std::string out;
-  for (std::size_t i = 0; i < std::min(count, pieces.size()); ++i) {
-    if (i > 0) out += separator;
-    out += pieces[i];
-  }
-  return out;
+  return fmt::format("{}",
+                     fmt::join(pieces.data(), pieces.data() + std::min(count, pieces.size()), separator));
 }
 
 /// Counts of objects that could not be used as they are, by reason.

@@ -15,6 +15,8 @@
 #pragma GCC diagnostic pop
 #endif
 
+#include "canyon/meshes/geos.hpp"
+
 namespace canyon::buildings {
 namespace {
 
@@ -62,6 +64,20 @@ std::vector<MapPolygon> polygons_of(const osmium::memory::Buffer& buffer, double
   return polygons;
 }
 
+/// Even-odd rule.
+bool inside(const LonLat& point, const MapRing& ring) {
+  bool odd = false;
+  for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++) {
+    const LonLat& a = ring[i];
+    const LonLat& b = ring[j];
+    if ((a.y() > point.y()) != (b.y() > point.y()) &&
+        point.x() < (b.x() - a.x()) * (point.y() - a.y()) / (b.y() - a.y()) + a.x()) {
+      odd = !odd;
+    }
+  }
+  return odd;
+}
+
 std::vector<MapPolygon> by_roles(const RingMembers& members) {
   std::vector<MapPolygon> polygons;
   for (const bool outer : {true, false}) {
@@ -84,31 +100,6 @@ std::vector<MapPolygon> by_roles(const RingMembers& members) {
     }
   }
   return polygons;
-}
-
-/// Liang and Barsky's clipping: whether a segment meets a box.
-bool meets(const LonLat& a, const LonLat& b, const LonLatBox& box) {
-  double begin = 0, end = 1;
-  const LonLat step = b - a;
-  const auto clip = [&](double direction, double distance) {
-    if (direction == 0) return distance >= 0;
-    const double t = distance / direction;
-    if (direction < 0) {
-      begin = std::max(begin, t);
-    } else {
-      end = std::min(end, t);
-    }
-    return begin <= end;
-  };
-  return clip(-step.x(), a.x() - box.west) && clip(step.x(), box.east - a.x()) &&
-         clip(-step.y(), a.y() - box.south) && clip(step.y(), box.north - a.y());
-}
-
-bool ring_meets(const MapRing& ring, const LonLatBox& box) {
-  for (std::size_t i = 0; i < ring.size(); ++i) {
-    if (meets(ring[i], ring[(i + 1) % ring.size()], box)) return true;
-  }
-  return false;
 }
 
 }  // namespace
@@ -172,35 +163,17 @@ std::vector<MapPolygon> assemble(OsmId id, const RingMembers& members, std::stri
   return polygons;
 }
 
-bool inside(const LonLat& point, const MapRing& ring) {
-  bool odd = false;
-  for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++) {
-    const LonLat& a = ring[i];
-    const LonLat& b = ring[j];
-    if ((a.y() > point.y()) != (b.y() > point.y()) &&
-        point.x() < (b.x() - a.x()) * (point.y() - a.y()) / (b.y() - a.y()) + a.x()) {
-      odd = !odd;
-    }
-  }
-  return odd;
-}
-
 bool touches(const MapFeature& feature, const LonLatBox& box) {
-  if (feature.line.size() == 1) return meets(feature.line[0], feature.line[0], box);
-  for (std::size_t i = 1; i < feature.line.size(); ++i) {
-    if (meets(feature.line[i - 1], feature.line[i], box)) return true;
-  }
-  const LonLat corner(box.west, box.south);
-  for (const MapPolygon& polygon : feature.polygons) {
-    if (ring_meets(polygon.outer, box)) return true;
-    bool covers = inside(corner, polygon.outer);
-    for (const MapRing& inner : polygon.inners) {
-      if (ring_meets(inner, box)) return true;
-      covers = covers && !inside(corner, inner);
-    }
-    if (covers) return true;
-  }
-  return false;
+  namespace geos = meshes::geos;
+  const geos::Geometry area = geos::polygon(
+      {{box.west, box.south}, {box.east, box.south}, {box.east, box.north}, {box.west, box.north}});
+  const auto meets = [&](const geos::Geometry& shape) {
+    return shape && GEOSIntersects_r(geos::context(), area.get(), shape.get()) != 0;  // 2: GEOS does not know
+  };
+  return meets(geos::line(feature.line)) ||
+         std::any_of(feature.polygons.begin(), feature.polygons.end(), [&](const MapPolygon& polygon) {
+           return meets(geos::polygon(polygon.outer, polygon.inners));
+         });
 }
 
 }  // namespace canyon::buildings

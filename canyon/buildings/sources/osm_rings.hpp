@@ -24,7 +24,4 @@ using RingMembers = std::vector<std::pair<const OsmWay*, std::string>>;
 /// True where polygons, line and box have a point in common (borders included; in degrees as if on a plane).
 [[nodiscard]] bool touches(const MapFeature& feature, const LonLatBox& box);
 
-/// Even-odd rule.
-[[nodiscard]] bool inside(const LonLat& point, const MapRing& ring);
-
 }  // namespace canyon::buildings

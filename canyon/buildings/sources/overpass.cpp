@@ -156,12 +156,6 @@ std::vector<LonLatBox> tiles_of(const LonLatBox& box, double tile_deg) {
   return tiles;
 }
 
-void keep(const std::filesystem::path& path, std::string_view bytes) {
-  OutputFile out(path);
-  out.write(bytes);
-  out.commit();
-}
-
 bool is_kept(const std::filesystem::path& path) {
   std::error_code ignored;
   return std::filesystem::is_regular_file(path, ignored);
@@ -290,7 +284,7 @@ std::vector<std::filesystem::path> download_osm(
     if (!is_kept(file)) {
       const std::string body = ask(map_query(tile, options), options);
       check_osm(body, options);
-      keep(file, body);
+      write_file(file, body);
     }
     files.push_back(file);
     if (progress) progress(files.size(), tiles.size());
@@ -337,7 +331,7 @@ LonLatBox find_place(const std::string& name, const OverpassOptions& options) {
                                  place.name, places.size()),
                      "add the region or country after a comma, or give a box");
   }
-  if (!kept) keep(file, body);
+  if (!kept) write_file(file, body);
   return largest->box;
 }
 

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <thread>
 
+#include "canyon/buildings/sources/http_client.hpp"
 #include "canyon/buildings/sources/osm_reader.hpp"
 #include "tests/support/local_listener.hpp"
 #include "tests/support/osm_text.hpp"
@@ -25,6 +26,16 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::SizeIs;
+
+TEST(PrivateAddress, IsOfNetworksThatAreNotTheInternet) {
+  for (const char* ip :
+       {"127.0.0.1", "10.1.2.3", "172.16.0.1", "172.31.255.255", "192.168.1.1", "169.254.169.254",
+        "100.64.0.1", "0.0.0.0", "::1", "::", "fe80::1%eth0", "fd00::1", "::ffff:10.0.0.1"})
+    EXPECT_TRUE(is_private_address(ip)) << ip;
+  for (const char* ip : {"8.8.8.8", "172.32.0.1", "172.15.0.1", "100.128.0.1", "192.169.0.1",
+                         "2001:4860:4860::8888", "::ffff:8.8.8.8", "", "host"})
+    EXPECT_FALSE(is_private_address(ip)) << ip;
+}
 
 std::string reply(const std::string& status, const std::string& body, const std::string& headers = {}) {
   return fmt::format("HTTP/1.1 {}\r\nContent-Length: {}\r\nConnection: close\r\n{}\r\n{}", status,

@@ -1,6 +1,7 @@
 #include "canyon/buildings/sources/raster.hpp"
 
 #include <fmt/format.h>
+#include <gdal_frmts.h>
 
 #include <algorithm>
 #include <array>
@@ -21,23 +22,10 @@
 namespace canyon::buildings {
 namespace {
 
-/// While it lives, an option of GDAL has this value on this thread.
-class ConfigOption {
+/// The files beside a raster, and those that it names, are none of the web's.
+class NoServers : CPLConfigOptionSetter {
  public:
-  ConfigOption(const char* key, const char* value) : key_(key) {
-    const char* before = CPLGetThreadLocalConfigOption(key, nullptr);
-    had_ = before != nullptr;
-    if (had_) before_ = before;
-    CPLSetThreadLocalConfigOption(key, value);
-  }
-  ~ConfigOption() { CPLSetThreadLocalConfigOption(key_, had_ ? before_.c_str() : nullptr); }
-  ConfigOption(const ConfigOption&) = delete;
-  ConfigOption& operator=(const ConfigOption&) = delete;
-
- private:
-  const char* key_;
-  std::string before_;
-  bool had_ = false;
+  NoServers() : CPLConfigOptionSetter("CPL_VSIL_CURL_ALLOWED_FILENAME", "none", false) {}
 };
 
 /// Metres of one unit of a band (GDALRasterBand::GetUnitType); empty where the band names none.
@@ -105,23 +93,31 @@ struct Raster::Impl {
 };
 
 void Raster::Impl::open() {
+  // Formats of heights alone: others name files and servers to read (VRT, WMS), by their content whatever the
+  // file's name. The rest is not even registered, since files beside a raster open by any driver that is.
   static std::once_flag registered;
-  std::call_once(registered, GDALAllRegister);
+  std::call_once(registered, [] {
+    for (const auto& add :
+         {GDALRegister_GTiff, GDALRegister_SRTMHGT, GDALRegister_DTED, GDALRegister_AAIGrid,
+          GDALRegister_AIGrid, GDALRegister_HFA, GDALRegister_EHdr, GDALRegister_USGSDEM, GDALRegister_XYZ})
+      add();
+  });
+  const std::array<const char*, 10> kDrivers{"GTiff", "SRTMHGT", "DTED",    "AAIGrid", "AIG",
+                                             "HFA",   "EHdr",    "USGSDEM", "XYZ",     nullptr};
   std::error_code ignored;
-  // Some rasters are folders.
-  if (path.string().rfind("/vsi", 0) != 0 && !std::filesystem::is_directory(path, ignored))
-    check_input_file(path);
+  if (!std::filesystem::is_directory(path, ignored)) check_input_file(path);  // some rasters are folders
   const gdal::Quiet quiet;
   // Without it some drivers drop the vertical part of the reference system.
-  const ConfigOption geotiff("GTIFF_REPORT_COMPD_CS", "YES");
-  const ConfigOption others("REPORT_COMPD_CS", "YES");
+  const CPLConfigOptionSetter geotiff("GTIFF_REPORT_COMPD_CS", "YES", false);
+  const CPLConfigOptionSetter others("REPORT_COMPD_CS", "YES", false);
   // Whole numbers have no NaN: GDAL would read 0.
-  const ConfigOption ascii("AAIGRID_DATATYPE", "Float64");
+  const CPLConfigOptionSetter ascii("AAIGRID_DATATYPE", "Float64", false);
   dataset.reset(GDALOpenEx(path.string().c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR,
-                           nullptr, nullptr, nullptr));
+                           kDrivers.data(), nullptr, nullptr));
   if (!dataset) {
     throw InputError(path, 0, fmt::format("not a raster that GDAL can read ({})", quiet.message()),
-                     "give a height raster such as GeoTIFF or SRTM .hgt");
+                     "give GeoTIFF, SRTM .hgt, DTED, an Arc/Info grid, .img, .bil, USGS DEM or .xyz; "
+                     "gdal_translate makes GeoTIFF of others");
   }
 }
 
@@ -286,6 +282,7 @@ std::optional<double> Raster::Impl::instead_of_impossible(int column, int row) c
 Raster::Raster(const std::filesystem::path& path, const TerrainOptions& options)
     : impl_(std::make_unique<Impl>()) {
   impl_->path = path;
+  const NoServers offline;
   impl_->open();
   const gdal::Quiet quiet;
   impl_->read_band();
@@ -300,6 +297,7 @@ const std::vector<std::string>& Raster::notes() const {
 
 RasterSummary Raster::summary() const {
   const std::lock_guard lock(impl_->mutex);
+  const NoServers offline;
   RasterSummary summary;
   summary.columns = impl_->width;
   summary.rows = impl_->height;

@@ -14,7 +14,7 @@
 
 namespace canyon::buildings {
 
-/// The ground: height rasters, read through GDAL (GeoTIFF, SRTM HGT, anything GDAL opens), in any projection,
+/// The ground: height rasters, read through GDAL (formats: see Raster), in any projection,
 /// or the relief of a city model. Heights are ellipsoidal [m] after the geoid.
 class Terrain {
  public:

@@ -1,6 +1,7 @@
 #include "canyon/buildings/sources/terrain.hpp"
 
 #include <fmt/format.h>
+#include <gdal_frmts.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,12 +10,15 @@
 #include <cstdlib>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <thread>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/buildings/sources/gdal.hpp"
+#include "canyon/buildings/sources/raster.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "tests/support/local_listener.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -40,7 +44,7 @@ struct Made {
 /// Writes a raster whose pixels hold f(x, y) at their centres.
 void make_raster(const std::filesystem::path& path, const Made& made,
                  const std::function<double(double, double)>& f) {
-  GDALAllRegister();
+  GDALRegister_GTiff();  // no more than raster.cpp: what is registered opens files beside rasters
   const gdal::Quiet quiet;
   const GDALDriverH driver = GDALGetDriverByName(made.driver.c_str());
   ASSERT_NE(driver, nullptr);
@@ -115,6 +119,59 @@ TEST_F(TerrainTest, ImpossibleHeightsAreFilledAndSaid) {
   }
   make_raster(folder_ / "all.tif", {}, [](double, double) { return 32767.0; });
   EXPECT_FALSE(Terrain({folder_ / "all.tif"}).height_m({114.0495, 22.4505}));
+}
+
+// Formats that name files or servers are none of terrain's, whatever the file is called.
+TEST_F(TerrainTest, ReadsFormatsOfHeightsAlone) {
+  const test::LocalListener server(100);
+  const std::string web = fmt::format("http://127.0.0.1:{}/x.tif", server.port());
+  make_raster(folder_ / "plane.tif", {}, plane);
+  const auto vrt = [](const std::string& source) {
+    return "<VRTDataset rasterXSize=\"200\" rasterYSize=\"150\"><SRS>EPSG:4326</SRS><GeoTransform>114, "
+           "0.001, 0, "
+           "22.5, 0, -0.001</GeoTransform><VRTRasterBand dataType=\"Float64\" band=\"1\"><SimpleSource>"
+           "<SourceFilename>" +
+           source +
+           "</SourceFilename><SourceBand>1</SourceBand></SimpleSource>"
+           "</VRTRasterBand></VRTDataset>";
+  };
+  const std::map<std::string, std::string> files{
+      {"local.tif", vrt((folder_ / "plane.tif").string())},
+      {"web.tif", vrt("/vsicurl/" + web)},
+      {"wms.hgt", "<GDAL_WMS><Service name=\"TMS\"><ServerUrl>" + web +
+                      "</ServerUrl></Service><DataWindow>"
+                      "<UpperLeftX>113</UpperLeftX><UpperLeftY>23</UpperLeftY><LowerRightX>115</LowerRightX>"
+                      "<LowerRightY>21</LowerRightY><SizeX>256</SizeX><SizeY>256</SizeY></"
+                      "DataWindow><Projection>EPSG:4326"
+                      "</Projection><BandsCount>1</BandsCount></GDAL_WMS>"},
+      {"raw.tif",
+       "<VRTDataset rasterXSize=\"10\" rasterYSize=\"10\"><SRS>EPSG:4326</SRS><GeoTransform>114, 0.001, "
+       "0, 22.5, 0, -0.001</GeoTransform><VRTRasterBand dataType=\"Byte\" band=\"1\" "
+       "subClass=\"VRTRawRasterBand\"><SourceFilename>/etc/passwd</SourceFilename></VRTRasterBand>"
+       "</VRTDataset>"}};
+  for (const auto& [name, text] : files) {
+    std::ofstream(folder_ / name) << text;
+    EXPECT_TRUE(
+        contains(error_of([&, file = folder_ / name] { (void)Terrain({file}); }), "not a raster"))
+        << name;
+  }
+  EXPECT_TRUE(contains(error_of([&] { (void)Terrain({"/vsicurl/" + web}); }), "no such file"));
+  // What lies beside a raster opens by its own driver.
+  for (const char* ending : {".aux.xml", ".msk", ".ovr"}) {
+    make_raster(folder_ / "beside.tif", {}, plane);
+    const std::string file = std::string("beside.tif") + ending;
+    std::ofstream(folder_ / file)
+        << (ending == std::string(".aux.xml")
+                ? "<PAMDataset><Metadata domain=\"OVERVIEWS\"><MDI key=\"OVERVIEW_FILE\">"
+                  "/vsicurl/" +
+                      web + "</MDI></Metadata></PAMDataset>"
+                : files.at("wms.hgt"));
+    const Raster raster(folder_ / "beside.tif", {});
+    EXPECT_EQ(raster.summary().columns, 200);
+    EXPECT_NEAR(raster.height_m({114.05, 22.45}).value_or(0), plane(114.05, 22.45), 1e-9) << ending;
+    std::filesystem::remove(folder_ / file);
+  }
+  EXPECT_EQ(server.next(), -1);  // nobody has asked
 }
 
 TEST_F(TerrainTest, PlaneIsSampledExactly) {

@@ -2,6 +2,7 @@
 #include <cpl_string.h>
 #include <fmt/format.h>
 #include <gdal.h>
+#include <gdal_frmts.h>
 #include <gdal_utils.h>
 #include <unistd.h>
 
@@ -103,7 +104,11 @@ class GeotiffWriter {
         wkt_(projection_wkt(source.frame, "WKT2")),
         decimals_(second_decimals(request_.times)) {
     static std::once_flag registered;
-    std::call_once(registered, GDALAllRegister);
+    // No more than the writer needs: what is registered also opens files beside a terrain's rasters.
+    std::call_once(registered, [] {
+      for (const auto& add : {GDALRegister_GTiff, GDALRegister_COG, GDALRegister_VRT, GDALRegister_MEM})
+        add();
+    });
     if (GDALGetDriverByName("COG") == nullptr) {
       throw InputError("this GDAL has no driver for Cloud Optimized GeoTIFF", "install GDAL 3.1 or later");
     }

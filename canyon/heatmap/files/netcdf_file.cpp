@@ -1,7 +1,10 @@
 #include "canyon/heatmap/files/netcdf_file.hpp"
 
 #include <dlfcn.h>
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/mman.h>
+#include <unistd.h>
 #include <zlib.h>
 
 #include <array>
@@ -44,6 +47,39 @@ template <>
 constexpr auto kGet<signed char> = nc_get_vara_schar;
 template <>
 constexpr auto kGet<long long> = nc_get_vara_longlong;
+
+/// Whether the objects of a collection of the global heap fill it (HDF5 file format 3.0, III.E).
+bool is_whole_heap(std::string_view heap) {
+  const auto number = [&](std::size_t at, auto value) {
+    std::memcpy(&value, heap.data() + at, sizeof value);
+    return value;
+  };
+  constexpr std::size_t kHeader = 16;  // of the collection, and of each object
+  const std::size_t size = heap.size() < kHeader ? 0 : number(8, std::uint64_t{});
+  for (std::size_t at = kHeader; size <= heap.size() && size >= kHeader + at;) {
+    const bool free = number(at, std::uint16_t{}) == 0;
+    const std::uint64_t stored = number(at + 8, std::uint64_t{});
+    if (stored > size - at - (free ? 0 : kHeader) || (free && stored < kHeader)) return false;
+    at += free ? stored : kHeader + (stored + 7) / 8 * 8;
+  }
+  return true;
+}
+
+/// Throws for a damaged global heap: HDF5 1.10 reads beyond its end, or for ever.
+void check_heaps(const std::filesystem::path& path) {
+  constexpr std::string_view kMark("GCOL\1\0\0\0", 8);
+  const std::size_t size = std::filesystem::file_size(path);
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  void* const bytes = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file, 0);
+  ::close(file);
+  if (bytes == MAP_FAILED) return;
+  const std::string_view all(static_cast<const char*>(bytes), size);
+  bool whole = true;
+  for (std::size_t at = all.find(kMark); whole && at != std::string_view::npos; at = all.find(kMark, at + 1))
+    whole = is_whole_heap(all.substr(at));
+  munmap(bytes, size);
+  if (!whole) throw InputError(path, 0, "is damaged", "write the map again with canyon heatmap");
+}
 
 }  // namespace
 
@@ -97,6 +133,7 @@ NetcdfFile NetcdfFile::create(const std::filesystem::path& at, const std::filesy
 
 NetcdfFile NetcdfFile::open(const std::filesystem::path& path) {
   check_input_file(path);
+  check_heaps(path);
   NetcdfFile file(path);
   file.check_read(call(nc_open, path.c_str(), NC_NOWRITE, &file.id_));
   return file;

@@ -191,6 +191,26 @@ TEST(StoredMap, RefusesWhatIsNoMap) {
   EXPECT_THAT(problem(folder / "later.nc"), HasSubstr("is of version 2, this Canyon reads up to 1"));
 }
 
+// HDF5 reads a global heap with such objects beyond its end, or for ever.
+TEST(StoredMap, DamagedHeapsAreSaid) {
+  const test::TemporaryFolder folder;
+  const test::SampleMap map(60, 60);
+  write_netcdf(folder / "map.nc", map.source());
+  const std::string whole = test::read_bytes(folder / "map.nc");
+  const std::size_t heap = whole.find("GCOL");
+  ASSERT_NE(heap, std::string::npos);
+  for (const std::uint64_t size : {0ULL, 5000ULL, 1ULL << 40, ~0ULL, ~0ULL - 20}) {
+    for (const bool free : {false, true}) {
+      std::string bytes = whole;
+      if (free) bytes.replace(heap + 16, 2, 2, '\0');
+      std::memcpy(&bytes[heap + 24], &size, sizeof size);
+      std::ofstream(folder / "hurt.nc", std::ios::binary) << bytes;
+      EXPECT_THAT(problem(folder / "hurt.nc"), HasSubstr("hurt.nc: ")) << size << free;
+    }
+  }
+  EXPECT_NO_THROW(StoredMap(folder / "map.nc"));
+}
+
 TEST(StoredMap, DamageIsSaidOrHarmless) {
   const test::TemporaryFolder folder;
   const test::SampleMap map(60, 60);

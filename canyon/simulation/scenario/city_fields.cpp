@@ -38,7 +38,9 @@ void visit_origin(Visitor& v, std::optional<Geodetic>& origin) {
 
 void visit_fields(Visitor& v, MapCity& map) {
   v.files(
-      {"terrain", "", "height rasters under a map, one or a list: GeoTIFF, SRTM HGT, anything GDAL reads"},
+      {"terrain", "",
+       "height rasters under a map, one or a list: GeoTIFF, SRTM HGT, DTED, Arc/Info grids, ERDAS Imagine, "
+       "BIL, USGS DEM, XYZ"},
       map.terrain);
   std::vector<double> box;
   if (map.bbox_deg) box.assign(map.bbox_deg->begin(), map.bbox_deg->end());

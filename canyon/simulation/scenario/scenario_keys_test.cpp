@@ -243,7 +243,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "city: {synthetic: {}}\nsky: {frozen: {satNum: 1, satAzimuth: 1, satElevation: 1}}\ninterval_s: 60\n"
       "trajectory: {position: {east_m: 1, north_m: 2, up_m: 3}}\n",
       "city: {tiles: {file: f, error_m: 2, bbox: [1, 2, 3, 4], margin_m: 90, most_tiles: 9, elsewhere: true, "
-      "skin: never, flatten_m: 0.1, cache: c, timeout_s: 5}}\nstart: 2026-06-01T12:00:00Z\n"
+      "cache: c, timeout_s: 5}}\nstart: 2026-06-01T12:00:00Z\n"
       "trajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n",
       "city: {tiles: {url: 'https://example.org/tileset.json'}}\nstart: 2026-06-01T12:00:00Z\n"
       "trajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n"};
