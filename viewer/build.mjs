@@ -1,5 +1,6 @@
 // Builds the viewer into one HTML file, dist/viewer.html: script and styles stand in it, nothing is loaded.
 import { build } from 'esbuild';
+import { createHash } from 'node:crypto';
 import { mkdir, readFile, writeFile } from 'node:fs/promises';
 import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
@@ -21,6 +22,8 @@ const text = (ending) => bundle.outputFiles.find((file) => file.path.endsWith(en
 // Within a <script> no "</script" may stand; as a string it reads the same.
 const script = text('.js').replaceAll('</script', '<\\/script');
 const html = (await readFile(join(here, 'src/index.html'), 'utf8'))
+  // No other script runs, whatever stands in the data.
+  .replace('<!--canyon:hash-->', () => createHash('sha256').update(script).digest('base64'))
   .replace('<!--canyon:style-->', () => `<style>${text('.css')}</style>`)
   .replace('<!--canyon:script-->', () => `<script>${script}</script>`);
 await mkdir(join(here, 'dist'), { recursive: true });

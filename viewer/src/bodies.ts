@@ -4,7 +4,7 @@
 import { BufferAttribute, BufferGeometry, Color, DoubleSide, IcosahedronGeometry, Mesh, MeshBasicMaterial, type Raycaster } from 'three';
 import { lightOfTriangles } from './light';
 import { kMaterialColours, kPaint, type Theme } from './palette';
-import type { Place } from './place';
+import type { Place } from './tracks';
 import type { BodyRow } from './store';
 
 const kRadians = Math.PI / 180;

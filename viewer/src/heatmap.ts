@@ -8,7 +8,7 @@ import { colourAt, figure, position, rgb, valueAt, type Rgb, type Scale } from '
 import type { MapHeader, MapLayer, Rows } from './format';
 import type { State } from './state';
 import type { Store } from './store';
-import { escaped } from './text';
+import { html, type Html } from './text';
 
 /** Vertices of the picture across: hills are smoother than cells. */
 const kMostVertices = 257;
@@ -194,14 +194,14 @@ export class HeatMap {
   }
 
   /** All layers at a cell, for the panel of what is selected. */
-  cellHtml(column: number, row: number): string {
+  cellHtml(column: number, row: number): Html {
     const [east, north, up] = this.centre(column, row);
     const shown = (m: number): string => m.toFixed(1);
-    return `<h3>cell <small>east ${shown(east)} m, north ${shown(north)} m, up ${Number.isFinite(up) ? shown(up) : '–'} m</small></h3>
+    return html`<h3>cell <small>east ${shown(east)} m, north ${shown(north)} m, up ${Number.isFinite(up) ? shown(up) : '–'} m</small></h3>
       <dl class="pairs">${this.map.layers.map((l, k) =>
-        `<dt>${escaped(l.title)}</dt><dd data-layer="${l.name}">${escaped(this.text(column, row, k))}</dd>`).join('')}</dl>
-      ${Number.isFinite(up) ? '<p><button data-put>Put antenna here</button></p>' : ''}
-      <p class="hint">${escaped(this.where)}; cells of ${this.map.grid.spacing_m} m</p>`;
+        html`<dt>${l.title}</dt><dd data-layer="${l.name}">${this.text(column, row, k)}</dd>`)}</dl>
+      ${Number.isFinite(up) ? html`<p><button data-put>Put antenna here</button></p>` : ''}
+      <p class="hint">${this.where}; cells of ${this.map.grid.spacing_m} m</p>`;
   }
 
   /** "15 m above the terrain, 2019-04-28 12:58:03 UTC" */

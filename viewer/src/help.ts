@@ -1,5 +1,7 @@
 // Keys and what is what.
 
+import { html, type Html } from './text';
+
 export const kKeys: [string, string][] = [
   ['Space', 'play or pause'],
   ['← →', 'an epoch back or on; with Shift ten'],
@@ -18,9 +20,9 @@ export const kKeys: [string, string][] = [
   ['?', 'this help'],
 ];
 
-export function helpHtml(): string {
-  return `<h2>What is what <button style="float:right" autofocus onclick="this.closest('dialog').close()">Close</button></h2>
-  <div class="columns"><table>${kKeys.map(([key, what]) => `<tr><th>${key}</th><td>${what}</td></tr>`).join('')}
+export function helpHtml(): Html {
+  return html`<h2>What is what <form method="dialog" style="float:right"><button autofocus>Close</button></form></h2>
+  <div class="columns"><table>${kKeys.map(([key, what]) => html`<tr><th>${key}</th><td>${what}</td></tr>`)}
     <tr><th>mouse</th><td>drag: turn; right button or Shift: move; wheel: nearer; click: select a building; Shift+click: put an antenna there</td></tr>
     <tr><th>touch</th><td>one finger: turn; two: nearer</td></tr>
   </table><table>

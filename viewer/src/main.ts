@@ -15,7 +15,7 @@ import { SceneView } from './scene';
 import { mark, SkyPlot } from './skyplot';
 import { kLayers, State, type CameraMode, type Layer } from './state';
 import { Store, type Track } from './store';
-import { clock } from './text';
+import { clock, fill, html } from './text';
 import { Timeline } from './timeline';
 
 const kSpeeds = [0.25, 0.5, 1, 2, 5, 10, 20, 60];
@@ -45,8 +45,7 @@ class App {
   async start(): Promise<void> {
     const { state, store } = this;
     const header = store.header;
-    by('title').innerHTML = '';
-    by('title').append(header.title, Object.assign(document.createElement('small'), {
+    by('title').replaceChildren(header.title, Object.assign(document.createElement('small'), {
       textContent: header.time ? `${header.time.begin_utc.slice(0, 10)}, ${header.city.name}` : header.city.name,
     }));
     document.title = `${header.title} – Canyon`;
@@ -80,7 +79,7 @@ class App {
       new Timeline(by('timeline'), store, state, (s) => this.goTo(s));
     }
     if (header.map) await this.showMap(header.map);
-    new Details(by('tab-details'), store, state, (column, row) => this.heat?.cellHtml(column, row) ?? '');
+    new Details(by('tab-details'), store, state, (column, row) => this.heat?.cellHtml(column, row) ?? html``);
     by('tab-details').addEventListener('click', (e) => {
       const { cell } = state;
       if (!cell || !this.heat || !(e.target as Element).closest('[data-put]')) return;
@@ -297,7 +296,7 @@ class App {
     const { state, store } = this;
     const put = this.probe.active && state.receiver === this.probe.receiver;
     document.body.classList.toggle('put', put);
-    by('tab-summary').innerHTML = summaryHtml(store, state.receiver);
+    fill(by('tab-summary'), summaryHtml(store, state.receiver));
     if (store.tracks[state.receiver]) this.show(state.time);
   }
 
@@ -356,7 +355,7 @@ class App {
       layers.append(label);
     }
     const help = by<HTMLDialogElement>('help');
-    help.innerHTML = helpHtml();
+    fill(help, helpHtml());
     by('help-button').onclick = () => help.showModal();
     by('play').onclick = () => this.play(!state.playing);
     by('back').onclick = () => this.step(-1);

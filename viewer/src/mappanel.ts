@@ -5,6 +5,7 @@ import type { MapHeader } from './format';
 import type { HeatMap } from './heatmap';
 import { kPaint } from './palette';
 import type { State } from './state';
+import { fill, html } from './text';
 
 export class MapPanel {
   private readonly bar: HTMLCanvasElement;
@@ -15,7 +16,7 @@ export class MapPanel {
   private readonly time: HTMLSelectElement;
 
   constructor(private readonly host: HTMLElement, map: MapHeader, private readonly heat: HeatMap, private readonly state: State) {
-    host.innerHTML = `<p><span>heat map <b></b></span><label><input type="checkbox" id="map-on" checked> show</label></p>
+    fill(host, html`<p><span>heat map <b></b></span><label><input type="checkbox" id="map-on" checked> show</label></p>
       <select id="map-layer" aria-label="layer"></select>
       <div class="line"><select id="map-altitude" aria-label="altitude"></select></div>
       <div class="line"><button id="map-before" aria-label="time before" title="time before (,)">◂</button>
@@ -25,7 +26,7 @@ export class MapPanel {
       <div class="line"><label>from <input id="map-low" type="number" step="any"></label>
         <label>to <input id="map-high" type="number" step="any"></label><button id="map-reset" title="the layer's own colours and range">Reset</button></div>
       <div class="line"><label>colours <select id="map-colours"></select></label></div>
-      <p id="map-probe"></p>`;
+      <p id="map-probe"></p>`);
     const by = <T extends HTMLElement>(id: string): T => host.querySelector(`#${id}`) as T;
     (host.querySelector('b') as HTMLElement).textContent = map.name;
     this.bar = by('map-bar');

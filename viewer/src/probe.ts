@@ -1,7 +1,7 @@
 // An antenna that is put anywhere: the running `canyon view` traces it, and the panels show it as a receiver of its own.
 
 import type { Connection, EpochMessage, ErrorMessage } from './messages';
-import type { Place } from './place';
+import type { Place } from './tracks';
 import type { State } from './state';
 import type { Store, Track } from './store';
 

@@ -11,10 +11,9 @@ import type { HeatMap } from './heatmap';
 import { light } from './light';
 import { Marks, Segments } from './lines';
 import { kErrorColour, kindColour, kPaint, kShapes, kVisibilityShapes, receiverColour, receiverShape, visibilityColour, type Shape } from './palette';
-import type { Place } from './place';
 import type { State } from './state';
 import type { SatelliteRow, Store, Track } from './store';
-import { together, Tracks } from './tracks';
+import { together, Tracks, type Place } from './tracks';
 
 const kRadians = Math.PI / 180;
 

@@ -3,9 +3,11 @@
 import { Group } from 'three';
 import { Segments } from './lines';
 import { kErrorColour, kindColour, kPaint, receiverColour } from './palette';
-import type { Place } from './place';
 import type { State } from './state';
 import type { Store, Track } from './store';
+
+/** East, north, up [m]. */
+export type Place = [number, number, number];
 
 const kRadians = Math.PI / 180;
 /** Largest number of pieces of a track. */

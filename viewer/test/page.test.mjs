@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { after, before, test } from 'node:test';
 import { Session, withoutChromium } from './browser.mjs';
-import { fillPage, sampleView } from './sample.mjs';
+import { fillPage, sampleView, withMap } from './sample.mjs';
 
 const skip = withoutChromium;
 const page = await readFile(new URL('../dist/viewer.html', import.meta.url), 'utf8');
@@ -271,6 +271,42 @@ test('nothing is cut off at 1280 x 720', { skip }, async () => {
     return b.width > 0 && (b.right > innerWidth + 0.5 || b.bottom > innerHeight + 0.5);
   }).map((e) => e.id || e.tagName));
   assert.deepEqual(over, []);
+});
+
+test('words of the data are text: none of them runs', { skip }, async () => {
+  const evil = '"><img src=x onerror="window.ran = 1"><script>window.ran = 1</script>';
+  const { header, files } = withMap(sampleView({ epochs: 2 }));
+  const spoilt = (value) => Array.isArray(value) ? value.map(spoilt) : value && typeof value === 'object' ? Object.fromEntries(
+    Object.entries(value).map(([key, v]) => [key, ['title', 'name', 'notes', 'id', 'system', 'label', 'unit', 'about', 'material', 'height_source',
+      'status', 'placement', 'visibility', 'lock', 'path', 'altitude_above'].includes(key) && (typeof v === 'string' || Array.isArray(v))
+      ? (Array.isArray(v) ? v.map((word) => word + evil) : v + evil) : spoilt(v)])) : value;
+  const bad = spoilt(header);
+  bad.tables = header.tables.map((t) => ({ ...t, columns: t.columns.map((c) => ({ ...c, unit: evil, about: evil })) }));
+  bad.city.triangles = evil;
+  for (const layer of bad.map.layers) layer.name = layer.name.slice(0, layer.name.indexOf('"'));
+  const hostile = await Session.open(fillPage(page, { header: bad, files }));
+  try {
+    await hostile.run(() => {
+      const { state } = window.canyon;
+      state.selectSatellite(2);
+      document.querySelectorAll('[data-tab]').forEach((tab) => tab.click());
+      state.selectObject?.(3);
+    });
+    await hostile.page.waitForTimeout(200);
+    assert.equal(await hostile.run('document.querySelectorAll("img, body script[src]").length'), 0);
+    assert.equal(await hostile.run('window.ran'), undefined);
+    assert.match(await hostile.run('document.querySelector("#tab-summary").textContent'), /onerror/);
+    assert.match(await hostile.run('document.querySelector("#tab-satellites").textContent'), /onerror/);
+    // What got in all the same would not run: only the page's own script does.
+    await hostile.run(() => {
+      document.body.insertAdjacentHTML('beforeend', '<img src="data:," onerror="window.ran = 2">');
+      document.body.append(Object.assign(document.createElement('script'), { textContent: 'window.ran = 3' }));
+    });
+    await hostile.page.waitForTimeout(200);
+    assert.equal(await hostile.run('window.ran'), undefined);
+  } finally {
+    await hostile.close();
+  }
 });
 
 test('says what is wrong with data of another version', { skip }, async () => {

@@ -1,4 +1,0 @@
-// A point of the scene.
-
-/** East, north, up [m]. */
-export type Place = [number, number, number];
