@@ -4,6 +4,7 @@
 #include <unistd.h>
 #include <cstdio>
 
+#include "canyon/base/secrets.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/live/session.hpp"
 #include "canyon/output/stream.hpp"
@@ -62,7 +63,7 @@ int run_live(const LiveArguments& arguments) {
   bool drawn = false;  // a line that the next one replaces
   const auto note = [&](const std::string& text) {
     if (arguments.quiet) return;
-    fmt::print(stderr, "{}{}\n", std::exchange(drawn, false) ? "\n" : "", text);
+    fmt::print(stderr, "{}{}\n", std::exchange(drawn, false) ? "\n" : "", hide_passwords(text));
   };
   auto scene = std::make_shared<simulation::CityScene>(simulation::load_city(scenario, scenario.warnings));
   const city::CitySummary summary = city::summarize(scene->city);
@@ -72,11 +73,10 @@ int run_live(const LiveArguments& arguments) {
   note(fmt::format("live        {} {}, an epoch every {} s from {}", scenario.receivers.size(),
                    scenario.receivers.size() == 1 ? "receiver" : "receivers", session.interval_s(),
                    geodesy::format_gpst(session.start(), 0)));
-  for (const auto& source : session.scenario().live->poses)
-    note("poses       from " + transport::hide_password(source.from));
+  for (const auto& source : session.scenario().live->poses) note("poses       from " + source.from);
   for (const auto& stream : session.scenario().live->streams) {
     note(fmt::format("stream      {}{}{} to {}", stream.receiver, stream.receiver.empty() ? "" : "/",
-                     stream.format, transport::hide_password(stream.address)));
+                     stream.format, stream.address));
   }
 
   const std::atomic<bool>& stop = catch_interrupts();

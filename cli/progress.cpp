@@ -9,6 +9,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "canyon/base/secrets.hpp"
+
 namespace canyon::cli {
 
 std::string short_count(double count) {
@@ -35,7 +37,7 @@ std::string duration_text(double seconds) {
 void note(bool quiet, const std::string& text) {
   if (quiet) return;
   std::fflush(stdout);
-  fmt::print(stderr, "{}\n", text);
+  fmt::print(stderr, "{}\n", hide_passwords(text));
 }
 
 Progress::Progress(std::string what, bool quiet, std::string unit)

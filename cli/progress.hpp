@@ -15,6 +15,7 @@ namespace canyon::cli {
 [[nodiscard]] std::string duration_text(double seconds);
 
 /// Prints a line to standard error, in a log behind what was printed before it; nothing where `quiet`.
+/// Passwords of addresses are hidden.
 void note(bool quiet, const std::string& text);
 
 /// Wall time.

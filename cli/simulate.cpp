@@ -170,7 +170,7 @@ int run_simulate(const SimulateArguments& arguments) {
   std::vector<std::unique_ptr<output::EncodedStream>> streams;
   const auto tell_notes = [&](std::size_t i) {
     for (const std::string& line : streams[i]->take_notes()) {
-      note(fmt::format("stream      {}: {}", transport::hide_password(arguments.streams[i]), line));
+      note(fmt::format("stream      {}: {}", arguments.streams[i], line));
     }
   };
   for (const std::string& text : arguments.streams) {

@@ -204,11 +204,11 @@ std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::si
   const Format& format = format_named(request.format);
   if (!format.live && !transport::is_file_address(request.address)) {
     throw InputError(fmt::format("{} is whole only at the end of a run and cannot go to '{}'", format.name,
-                                 transport::hide_password(request.address)),
+                                 request.address),
                      fmt::format("write it to a file, {}=file:{}", format.name, format.file));
   }
   if (transport::is_input_address(request.address)) {
-    throw InputError(fmt::format("nothing can be sent to '{}'", transport::hide_password(request.address)),
+    throw InputError(fmt::format("nothing can be sent to '{}'", request.address),
                      fmt::format("write {}", transport::address_forms()));
   }
   description.ephemerides = request.options.ephemerides;
@@ -255,8 +255,8 @@ std::size_t find_receiver(const StreamRequest& request, const std::vector<std::s
     throw InputError(request.receiver.empty()
                          ? fmt::format("the stream '{}' does not name its receiver", request.format)
                          : fmt::format("the scenario has no receiver '{}'", request.receiver),
-                     fmt::format("write RECEIVER/{}={}; receivers: {}", request.format,
-                                 transport::hide_password(request.address), fmt::join(names, ", ")));
+                     fmt::format("write RECEIVER/{}={}; receivers: {}", request.format, request.address,
+                                 fmt::join(names, ", ")));
   }
   return static_cast<std::size_t>(at - names.begin());
 }

@@ -19,10 +19,6 @@ using asio::ip::tcp;
 using std::chrono::milliseconds;
 constexpr std::string_view kListen = "tcp://", kConnect = "tcp-connect://", kZmq = "zmq://";
 
-bool begins(std::string_view text, std::string_view start) {
-  return text.substr(0, start.size()) == start;
-}
-
 OutputError reader_gone(const std::string& address, std::string_view why) {
   return {address, 0, fmt::format("the reader is gone{}", why), "start both again"};
 }
@@ -47,7 +43,7 @@ bool ready(int handle, short events, std::optional<milliseconds> patience) {
 class TcpSink final : public ByteSink {
  public:
   TcpSink(std::string_view address, milliseconds patience) : address_(address), patience_(patience) {
-    if (begins(address, kListen)) {
+    if (address.starts_with(kListen)) {
       acceptor_ = listen_on(io_, host_and_port(address.substr(kListen.size()), address));
       return;
     }
@@ -170,7 +166,7 @@ class ZmqPublisher final : public ByteSink {
 }  // namespace
 
 bool is_byte_sink(std::string_view address) {
-  return begins(address, kListen) || begins(address, kConnect) || begins(address, kZmq);
+  return address.starts_with(kListen) || address.starts_with(kConnect) || address.starts_with(kZmq);
 }
 
 std::unique_ptr<ByteSink> open_byte_sink(std::string_view address, milliseconds patience) {
@@ -179,7 +175,7 @@ std::unique_ptr<ByteSink> open_byte_sink(std::string_view address, milliseconds 
                      "write tcp://127.0.0.1:PORT or zmq://127.0.0.1:PORT to listen, or "
                      "tcp-connect://HOST:PORT");
   }
-  if (begins(address, kZmq)) return std::make_unique<ZmqPublisher>(address, patience);
+  if (address.starts_with(kZmq)) return std::make_unique<ZmqPublisher>(address, patience);
   return std::make_unique<TcpSink>(address, patience);
 }
 

@@ -27,7 +27,7 @@ NtripAddress ntrip_address(std::string_view address) {
   const bool secret = at != std::string_view::npos && slash < at;  // a password may have one
   if (slash >= begin && !secret) parts.mount = address.substr(slash + 1);
   if (parts.mount.empty()) {
-    throw InputError(fmt::format("'{}' has no mount point", hide_password(address)), form);
+    throw InputError(fmt::format("'{}' has no mount point", address), form);
   }
   constexpr std::size_t kLongest = 100;
   if (parts.mount.size() > kLongest || !std::all_of(parts.mount.begin(), parts.mount.end(), [](char c) {

@@ -11,6 +11,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/payload.hpp"
+#include "canyon/base/secrets.hpp"
 #include "canyon/transport/tcp.hpp"
 #include "tests/support/child_process.hpp"
 #include "tests/support/free_port.hpp"
@@ -635,10 +636,10 @@ TEST(NtripAddress, RefusesWhatIsNone) {
 }
 
 TEST(NtripAddress, PasswordsAreNotShown) {
-  EXPECT_EQ(hide_password("base/rtcm=ntrip-caster://rover:p@ss:w/rd@127.0.0.1:2101/BASE"),
+  EXPECT_EQ(hide_passwords("base/rtcm=ntrip-caster://rover:p@ss:w/rd@127.0.0.1:2101/BASE"),
             "base/rtcm=ntrip-caster://rover:...@127.0.0.1:2101/BASE");
   for (const char* open : {"ntrip://127.0.0.1:2101/BASE", "tcp://127.0.0.1:2101", "serial:/dev/ttyS0@9600"}) {
-    EXPECT_EQ(hide_password(open), open);
+    EXPECT_EQ(hide_passwords(open), open);
   }
 }
 

@@ -3,7 +3,6 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
-#include "canyon/base/secrets.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/transport/devices.hpp"
 #include "canyon/transport/ntrip.hpp"
@@ -36,7 +35,7 @@ HostPort host_and_port(std::string_view rest, std::string_view address) {
   const std::size_t colon = rest.rfind(':');
   const auto port = colon == std::string_view::npos ? std::nullopt : parse_integer(rest.substr(colon + 1));
   if (!port || *port < 1 || *port > 65535 || colon == 0) {
-    throw InputError(fmt::format("'{}' has no host and port", hide_password(address)),
+    throw InputError(fmt::format("'{}' has no host and port", address),
                      "write HOST:PORT, such as 127.0.0.1:10110, with a port of 1 to 65535");
   }
   return {std::string(rest.substr(0, colon)), static_cast<int>(*port)};
@@ -48,10 +47,6 @@ bool is_file_address(std::string_view address) {
 
 bool is_input_address(std::string_view address) {
   return address == "stdin:" || behind(address, "ntrip://");
-}
-
-std::string hide_password(std::string_view text) {
-  return hide_passwords(text);
 }
 
 const char* address_forms() {
@@ -97,8 +92,7 @@ std::unique_ptr<Transport> open_transport(std::string_view address) {
     }
     return make_serial(std::string(rest->substr(0, at)), *baud);
   }
-  throw InputError(fmt::format("'{}' is not an address", hide_password(address)),
-                   fmt::format("write {}", address_forms()));
+  throw InputError(fmt::format("'{}' is not an address", address), fmt::format("write {}", address_forms()));
 }
 
 }  // namespace canyon::transport

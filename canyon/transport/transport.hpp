@@ -101,8 +101,6 @@ class Transport {
 [[nodiscard]] bool is_file_address(std::string_view address);
 /// Whether a stream can only be received from an address.
 [[nodiscard]] bool is_input_address(std::string_view address);
-/// A text with an address in it, for messages: "ntrip://user:...@host:2101/MOUNT".
-[[nodiscard]] std::string hide_password(std::string_view text);
 /// The forms that open_transport() knows, for messages and help.
 [[nodiscard]] const char* address_forms();
 

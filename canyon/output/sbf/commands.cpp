@@ -243,12 +243,4 @@ bool Commands::is_due(std::uint16_t block, std::int64_t epoch_ms) {
   return std::exchange(last_turn_[block], turn) != turn;
 }
 
-std::optional<int> Commands::take_baud() {
-  return std::exchange(baud_, std::nullopt);
-}
-
-std::optional<disturbance::RestartKind> Commands::take_restart() {
-  return std::exchange(restart_, std::nullopt);
-}
-
 }  // namespace canyon::output::sbf

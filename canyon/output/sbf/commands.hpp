@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "canyon/disturbance/faults/receiver_faults.hpp"
@@ -34,8 +35,10 @@ class Commands {
   [[nodiscard]] bool sends(std::uint16_t block) const {
     return !configured_ || interval_ms(block).has_value();
   }
-  [[nodiscard]] std::optional<int> take_baud();
-  [[nodiscard]] std::optional<disturbance::RestartKind> take_restart();
+  [[nodiscard]] std::optional<int> take_baud() { return std::exchange(baud_, std::nullopt); }
+  [[nodiscard]] std::optional<disturbance::RestartKind> take_restart() {
+    return std::exchange(restart_, std::nullopt);
+  }
 
  private:
   struct Stream {

@@ -44,13 +44,15 @@ void visit(options::Visitor& v, LiveConfig& o);
 /// parse_live_config() but `sky`, `start`, `name`, `base`, `corrections.from` and `faults`, nested ("clock:
 /// {bias_s: 1}") or with dots ("clock.bias_s: 1"). Keys that are absent stay as they are; `profile` sets all
 /// those of a receiver but name, own_draws, corrections.from, lever_arm and streets, and what conflicts with
-/// it overrides it. `name` of the text as for parse_live_config(). Throws InputError as that does.
+/// it overrides it. `name` of the text as for parse_live_config(); where it is not empty the text is a
+/// request of others, and `profile` names one of Canyon's, or a file in the folder of `name`. Throws
+/// InputError as parse_live_config().
 [[nodiscard]] LiveConfig changed_live_config(const LiveConfig& config, const std::string& text,
                                              const std::filesystem::path& name);
 /// The keys that changed_live_config() knows.
 [[nodiscard]] const options::Description& running_description();
-/// Their values, a line "clock.bias_s: 1" each, which changed_live_config() takes. They do not include
-/// `profile`.
+/// Their values, a line "clock.bias_s: 1" each, which changed_live_config() takes, without passwords. They do
+/// not include `profile`.
 [[nodiscard]] std::string running_options(const LiveConfig& config);
 
 /// The field `start`: a text, or a week and seconds of it. A time without a zone is a warning.
