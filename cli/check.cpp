@@ -16,20 +16,24 @@ struct CheckArguments {
 
 Json json_of(const std::string& file, const inspection::FileReport& report) {
   Json contents, skipped = Json::array();
-  for (const std::string& line : report.skipped) skipped.push_back(hide_passwords(line));
+  for (const std::string& line : report.notes.lines()) skipped.push_back(hide_passwords(line));
   for (const auto& [name, value] : report.contents) contents[name] = value;
   return {{"file", file},
           {"usable", true},
           {"kind", report.kind},
           {"contents", std::move(contents)},
           {"skipped", std::move(skipped)},
+          {"report", report_json(report.notes)},
           {"uses", report.uses}};
 }
 
 void print(const std::string& file, const inspection::FileReport& report) {
   fmt::print("{}\n  {:<14}{}\n", file, "kind", report.kind);
   for (const auto& [name, value] : report.contents) fmt::print("  {:<14}{}\n", name, value);
-  for (const std::string& line : report.skipped) fmt::print("  {:<14}{}\n", "note", hide_passwords(line));
+  for (const auto& [level, line] : report.notes.entries()) {
+    const bool remark = level == ReadReport::Level::Remark;
+    fmt::print("  {:<14}{}\n", remark ? "note" : ReadReport::name(level), hide_passwords(line));
+  }
   for (const std::string& line : report.uses) fmt::print("  {:<14}{}\n", "good for", line);
 }
 

@@ -27,8 +27,8 @@ int run_city_info(const CityInfoArguments& arguments) {
   const simulation::CityConfig config = city_config(arguments.input, arguments.city);
   const auto begin = std::chrono::steady_clock::now();
   const buildings::BuiltCity loaded = read_city(config, "building the city", arguments.json);
-  print_warnings(loaded.report.cautions);
   const city::City& city = loaded.city;
+  print_report(city.notes, fmt::format("canyon check {}", arguments.input));
   const double load_s = seconds_since(begin);
   const city::CitySummary summary = city::summarize(city);
   const geodesy::Geodetic& origin = city.frame.origin();
@@ -49,7 +49,8 @@ int run_city_info(const CityInfoArguments& arguments) {
                    {"bounds_max_m", {high.x(), high.y(), high.z()}},
                    {"highest_roof_m", summary.highest_roof_m},
                    {"built_area_fraction", summary.built_area_fraction},
-                   {"notes", city.notes},
+                   {"notes", city.notes.lines()},
+                   {"report", report_json(city.notes)},
                    {"load_s", load_s}};
     fmt::print("{}\n", out.dump(2, Json::Order::ByKey));
     return kOk;
@@ -71,7 +72,7 @@ int run_city_info(const CityInfoArguments& arguments) {
   fmt::print("  highest roof  {:.1f} m\n", summary.highest_roof_m);
   fmt::print("  built area    {:.0f} %\n", summary.built_area_fraction * 100);
   fmt::print("  loaded in     {:.2f} s\n", load_s);
-  for (const std::string& note : city.notes) fmt::print("  note          {}\n", note);
+  for (const std::string& note : city.notes.lines()) fmt::print("  note          {}\n", note);
   return kOk;
 }
 

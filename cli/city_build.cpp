@@ -192,9 +192,7 @@ Json to_json(const buildings::BuildReport& r) {
           {"materials_default", r.materials_default},
           {"repaired", r.repaired},
           {"skipped", r.skipped},
-          {"foliage_left_out", r.foliage_left_out},
-          {"cautions", r.cautions},
-          {"warnings", r.warnings}};
+          {"foliage_left_out", r.foliage_left_out}};
 }
 
 /// A mesh, or a tileset with a frame of its own, knows no place on the Earth; these formats would claim one.
@@ -226,7 +224,8 @@ int run_city_build(const CityBuildArguments& arguments, const Command& command) 
     write(out, loaded, arguments);
   }
   const double all_s = seconds_since(begin);
-  if (!(arguments.json && from_map)) print_warnings(loaded.report.cautions);
+  const ReadReport& notes = loaded.city.notes;
+  print_report(notes, fmt::format("canyon check {}", fmt::join(arguments.inputs, " ")));
 
   const city::CitySummary summary = city::summarize(loaded.city);
   if (arguments.json) {
@@ -235,6 +234,8 @@ int run_city_build(const CityBuildArguments& arguments, const Command& command) 
              {"highest_roof_m", summary.highest_roof_m},
              {"build_s", build_s},
              {"write_s", all_s - build_s},
+             {"warnings", notes.warnings()},
+             {"notes", report_json(notes)},
              {"outputs", arguments.outputs}};
     if (from_map) out["report"] = to_json(loaded.report);
     fmt::print("{}\n", out.dump(2, Json::Order::ByKey));
@@ -242,12 +243,9 @@ int run_city_build(const CityBuildArguments& arguments, const Command& command) 
   }
   if (arguments.quiet) return kOk;
   if (config.is<tiles::TileOptions>()) {
-    for (const std::string& note : loaded.city.notes) fmt::print("note        {}\n", note);
+    for (const std::string& note : notes.lines()) fmt::print("note        {}\n", note);
   }
-  if (from_map) {
-    print_warnings(loaded.report.warnings);
-    fmt::print("{}", buildings::format_report(loaded.report));
-  }
+  if (from_map) fmt::print("{}", buildings::format_report(loaded.report));
   fmt::print("mesh        {} triangles, highest roof {:.1f} m\n", summary.triangles, summary.highest_roof_m);
   fmt::print("built in {:.2f} s, written in {:.2f} s:", build_s, all_s - build_s);
   for (const Output& out : outputs) fmt::print(" {}", out.path.string());

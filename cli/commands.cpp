@@ -98,4 +98,15 @@ void print_warnings(const std::vector<std::string>& warnings) {
   for (const std::string& warning : warnings) fmt::print(stderr, "warning: {}\n", hide_passwords(warning));
 }
 
+void print_report(const ReadReport& report, const std::string& where) {
+  print_warnings(report.shown(where));
+}
+
+Json report_json(const ReadReport& report) {
+  Json all = Json::array();
+  for (const auto& [level, text] : report.entries())
+    all.push_back({{"level", ReadReport::name(level)}, {"text", hide_passwords(text)}});
+  return all;
+}
+
 }  // namespace canyon::cli

@@ -1,12 +1,15 @@
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
+#include "canyon/base/read_report.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/geodesy/gps_time.hpp"
@@ -84,5 +87,10 @@ void print_table(const TextRow& head, const std::vector<TextRow>& rows);
 
 /// Writes "warning: ..." lines to standard error.
 void print_warnings(const std::vector<std::string>& warnings);
+/// Prints the losses and guesses of what was read, also with --quiet: the first five, and where the rest is.
+/// @param where "canyon check FILE", or the report in the folder of the results
+void print_report(const ReadReport& report, const std::string& where);
+/// The whole report: {"level": "loss", "text": "..."} of each.
+[[nodiscard]] Json report_json(const ReadReport& report);
 
 }  // namespace canyon::cli

@@ -52,7 +52,7 @@ int run_correlation(const CorrelationArguments& arguments) {
   options.signal = arguments.signal;
   if (arguments.bandwidth_hz) options.bandwidth_hz = *arguments.bandwidth_hz;
 
-  const auto simulation = make_ready(scenario).simulation;
+  const auto simulation = make_ready(scenario, arguments.scenario).simulation;
   samples::CorrelationRecord record(*simulation, options);
   const simulation::RunResult result = run(*simulation, {&record}, arguments, "epochs");
   if (ending == ".csv") {

@@ -54,10 +54,8 @@ class MapRun {
       const simulation::Scenario scenario = runs_->scenario(i);
       const simulation::ReceiverConfig receiver =
           choose_receiver(scenario, arguments_.receiver, arguments_.model);
-      std::vector<std::string> drawn;
       std::unique_ptr<simulation::Environment> environment =
-          environment_of(scenario, i + 1 == runs_->count(), drawn);
-      if (i == 0) warn(drawn);
+          environment_of(scenario, i + 1 == runs_->count());
       heatmap::Request request = request_;
       request.draws.seed = scenario.seed;
       const auto base = simulation::base_of(scenario.receivers, receiver);
@@ -117,9 +115,6 @@ class MapRun {
 
   [[nodiscard]] bool quiet() const { return arguments_.quiet || ranks_.rank() > 0; }
   void note(const std::string& text) const { cli::note(quiet(), text); }
-  void warn(const std::vector<std::string>& lines) const {
-    if (ranks_.rank() == 0) print_warnings(lines);
-  }
 
   /// Reads the arguments and the scenario. Errors that need no city come from here, before it is loaded.
   void read() {
@@ -132,8 +127,9 @@ class MapRun {
     simulation::ScenarioReadOptions options;
     options.trajectory_needed = false;
     scenario_ = simulation::read_scenario(arguments_.scenario, options);
-    warn(scenario_.warnings);
-    if (!scenario_.faults.empty()) warn({"maps have no faults: those of the scenario are left out"});
+    report_.say(ReadReport::Level::Guess, scenario_.warnings);
+    if (!scenario_.faults.empty())
+      report_.say(ReadReport::Level::Guess, "maps have no faults: those of the scenario are left out");
     if (arguments_.seed) scenario_.seed = *arguments_.seed;
     request_.draws = {arguments_.noise.draws, scenario_.seed};
     request_.receivers = arguments_.receivers;
@@ -142,11 +138,9 @@ class MapRun {
     if (arguments_.motion.motion != simulation::Motion::Auto) {
       request_.motion.motion = arguments_.motion.motion;
     }
-    std::vector<std::string> of_trajectory;
     request_.times = for_option("--times", [&] {
-      return heatmap::parse_times(arguments_.times, scenario_start(scenario_, of_trajectory));
+      return heatmap::parse_times(arguments_.times, scenario_start(scenario_, report_));
     });
-    warn(of_trajectory);
     std::string instants = arguments_.times;
     std::replace(instants.begin(), instants.end(), '/', ',');
     for (const std::string_view piece : split(instants, ',')) {
@@ -167,9 +161,8 @@ class MapRun {
 
   void load() {
     const auto begin = std::chrono::steady_clock::now();
-    std::vector<std::string> warnings;
-    city_ = simulation::load_city_source(city_of_map(arguments_, scenario_), warnings);
-    warn(warnings);
+    city_ = simulation::load_city_source(city_of_map(arguments_, scenario_));
+    report_.append(city_.notes);
     const city::City& city = city_;
     simulation::check_city(scenario_, city);
     note(fmt::format("city        {}: {} triangles ({:.2f} s)", city.name, city.mesh.triangles.size(),
@@ -181,7 +174,11 @@ class MapRun {
     const std::vector<GpsTime>& times = request_.times;
     simulation::BuiltSky sky =
         simulation::build_sky(scenario_.sky, times.front(), times.back(), city.frame.origin());
-    warn(sky.warnings);
+    report_.append(sky.report);
+    if (ranks_.rank() == 0) {
+      report_.write(arguments_.out);
+      print_report(report_, (fs::path(arguments_.out) / "report.txt").string());
+    }
     if (receiver_.options.ionosphere || receiver_.options.fix.correct_ionosphere) {
       simulation::require_ionosphere(sky);
     }
@@ -196,9 +193,8 @@ class MapRun {
 
   /// The city as one run draws it, under the sky of all.
   [[nodiscard]] std::unique_ptr<simulation::Environment> environment_of(const simulation::Scenario& scenario,
-                                                                        bool last,
-                                                                        std::vector<std::string>& drawn) {
-    city::City city = simulation::draw_city(last ? std::move(city_) : city::City(city_), scenario, drawn);
+                                                                        bool last) {
+    city::City city = simulation::draw_city(last ? std::move(city_) : city::City(city_), scenario);
     return std::make_unique<simulation::Environment>(simulation::make_environment(
         std::make_shared<simulation::CityScene>(std::move(city)), sky_, scenario.sky, scenario.seed));
   }
@@ -345,6 +341,7 @@ class MapRun {
   }
 
   const HeatmapArguments& arguments_;
+  ReadReport report_;  ///< of all that was read
   heatmap::MpiProcesses& ranks_;
   const std::atomic<bool>& stop_;
   HeatmapFormats formats_;

@@ -153,7 +153,7 @@ RouteReport report_of(const HeatmapQueryArguments& arguments, const StoredMap& m
   // Relative times count from the map's first one.
   const simulation::TrajectoryFile route =
       simulation::read_trajectory_file(arguments.path, arguments.format, map.times().front());
-  print_warnings(route.report.warnings());
+  print_report(route.report, "canyon check " + arguments.path);
   heatmap::RouteOptions options = arguments.route;
   if (options.step_m == 0) options.step_m = 0.5 * map.grid().spacing_m;
   if (!arguments.time.empty()) options.start = parse_instant(arguments.time);

@@ -71,12 +71,11 @@ std::vector<double> parse_altitudes(const std::string& text) {
   return altitudes;
 }
 
-std::optional<GpsTime> scenario_start(const simulation::Scenario& scenario,
-                                      std::vector<std::string>& warnings) {
+std::optional<GpsTime> scenario_start(const simulation::Scenario& scenario, ReadReport& report) {
   if (scenario.start) return scenario.start;
   if (!scenario.trajectory.file) return std::nullopt;
   const simulation::TrajectoryFile file = simulation::make_trajectory(scenario, 0);
-  warnings = file.report.warnings();
+  report.append(file.report);
   return file.trajectory.begin();
 }
 

@@ -55,7 +55,7 @@ int run_iq(const IqArguments& arguments) {
   if (arguments.no_noise) scenario.samples.noise = false;
   scenario.samples.validate();
   const std::vector<std::size_t> receivers = chosen_receivers(arguments, scenario);
-  const auto simulation = make_ready(scenario).simulation;
+  const auto simulation = make_ready(scenario, arguments.scenario).simulation;
   std::shared_ptr<transport::ByteSink> to;
   if (transport::is_byte_sink(arguments.out)) to = transport::open_byte_sink(arguments.out);
   std::vector<std::unique_ptr<samples::SampleFile>> files;

@@ -65,10 +65,12 @@ int run_live(const LiveArguments& arguments) {
     if (arguments.quiet) return;
     fmt::print(stderr, "{}{}\n", std::exchange(drawn, false) ? "\n" : "", hide_passwords(text));
   };
-  auto scene = std::make_shared<simulation::CityScene>(simulation::load_city(scenario, scenario.warnings));
+  auto scene = std::make_shared<simulation::CityScene>(simulation::load_city(scenario));
   const city::CitySummary summary = city::summarize(scene->city);
   note(fmt::format("city        {}: {} buildings", scene->city.name, summary.buildings));
-  print_warnings(scenario.warnings);
+  ReadReport report = scene->city.notes;
+  report.say(ReadReport::Level::Guess, scenario.warnings);
+  print_report(report, "canyon check " + arguments.scenario);
   live::Session session(scenario, std::move(scene));
   note(fmt::format("live        {} {}, an epoch every {} s from {}", scenario.receivers.size(),
                    scenario.receivers.size() == 1 ? "receiver" : "receivers", session.interval_s(),

@@ -205,7 +205,6 @@ validation::RecordingRow RecordedDrive::row_of(const std::string& name, const va
 }
 
 void RecordedDrive::check() {
-  warn(scenario_.warnings);
   validation::settle_truth(scenario_, recorded_, prefix_ + "--truth");
   check_trajectory_format(recorded_.truth_format);
   if (recorded_.split && !recorded_.align && arguments_.part.empty()) {
@@ -229,9 +228,11 @@ void RecordedDrive::read() {
   sky_ = std::move(scene.sky);
   environment_ = std::move(scene.environment);
   recording_ = std::move(scene.recording);
-  warn(scene.warnings);
-  warn(sky_.warnings);
-  warn(recording_.warnings);
+  ReadReport report = environment_->city().notes;
+  report.say(ReadReport::Level::Guess, scenario_.warnings);
+  report.append(sky_.report);
+  report.say(ReadReport::Level::Guess, recording_.warnings);
+  warn(report.shown("canyon check of the scenario and of the recording's files"));
   const validation::PseudorangeResiduals& residuals = recording_.residuals;
   note(fmt::format("recording   {} epochs, {} pseudoranges", residuals.epochs.size(),
                    residuals.observations.size() + residuals.further.size()));

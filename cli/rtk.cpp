@@ -66,7 +66,7 @@ Recording read(const std::string& path, const RtkArguments& arguments, const gns
     wanted.all_signals = true;
     wanted.systems = systems;
     recording.rinex = rinex::read_observations(path, wanted);
-    print_warnings(recording.rinex.report.warnings());
+    print_report(recording.rinex.report.all(), "canyon check " + path);
     return recording;
   }
   const auto channel = [&](gnss::SatelliteId id) -> std::optional<int> {
@@ -79,8 +79,10 @@ Recording read(const std::string& path, const RtkArguments& arguments, const gns
   const auto ranges = rtcm::range_table(std::make_shared<orbit::BroadcastSky>(navigation, known), near);
   const rtcm::RtcmCorrections corrections =
       rtcm::read_rtcm_corrections(path, around, channel, needs_place, ranges);
+  ReadReport report;
   for (const std::string& line : corrections.status.warnings())
-    print_warnings({fmt::format("{}: {}", path, line)});
+    report.say(ReadReport::Level::Loss, fmt::format("{}: {}", path, line));
+  print_report(report, "canyon check " + path);
   for (const auto& epoch : corrections.epochs) {
     relative::Corrections wanted = *epoch;
     std::erase_if(wanted.observations, [&](const relative::SignalMeasurement& seen) {
@@ -126,7 +128,7 @@ std::function<std::optional<Geodetic>(geodesy::GpsTime)> read_truth(const RtkArg
   }
   check_trajectory_format(arguments.truth_format);
   const auto file = simulation::read_trajectory_file(arguments.truth, arguments.truth_format, start);
-  print_warnings(file.report.warnings());
+  print_report(file.report, "canyon check " + arguments.truth);
   return [path = file.trajectory](geodesy::GpsTime time) -> std::optional<Geodetic> {
     if (time < path.begin() || time > path.end()) return std::nullopt;
     return path.at(time).position;
@@ -183,7 +185,8 @@ GpsTime time_of(const gnss::NavigationData& navigation) {
 }
 
 int run_rtk(const RtkArguments& arguments) {
-  const gnss::NavigationData navigation = rinex::read_rinex_navigation(arguments.sky.navigation);
+  const gnss::NavigationData navigation =
+      rinex::read_rinex_navigation(arguments.sky.navigation, arguments.sky.systems);
   const Eigen::Vector3d given =
       arguments.base_place.empty()
           ? Eigen::Vector3d::Zero().eval()
@@ -199,7 +202,7 @@ int run_rtk(const RtkArguments& arguments) {
   const GpsTime first = rover.first();
   const simulation::BuiltSky sky =
       simulation::build_sky(arguments.sky, first, rover.last(), geodesy::geodetic_from_ecef(place));
-  print_warnings(sky.warnings);
+  print_report(sky.report, "canyon check of the navigation files");
   relative::RecordedEpochs base = base_file.epochs(*sky.sky, place);
   if (!arguments.base_place.empty()) {
     for (auto& epoch : base) {

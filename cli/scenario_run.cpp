@@ -39,11 +39,11 @@ void print_scenario(const simulation::Scenario& scenario) {
     print_warnings({"passwords of addresses are shown as '...'; write them again to run it"});
 }
 
-ReadyRun make_ready(simulation::Scenario scenario) {
+ReadyRun make_ready(simulation::Scenario scenario, const std::string& file) {
   ReadyRun ready;
-  ready.scene = std::make_shared<simulation::CityScene>(simulation::load_city(scenario, scenario.warnings));
+  ready.scene = std::make_shared<simulation::CityScene>(simulation::load_city(scenario));
   ready.simulation = std::make_unique<simulation::Simulation>(std::move(scenario), ready.scene);
-  print_warnings(ready.simulation->warnings());
+  print_report(ready.simulation->report(), "canyon check " + file);
   return ready;
 }
 

@@ -38,7 +38,8 @@ struct ReadyRun {
 };
 /// Loads the city and makes the scenario ready to run. Prints the warnings of the scenario, the city, the
 /// trajectory and the sky.
-[[nodiscard]] ReadyRun make_ready(simulation::Scenario scenario);
+/// @param file of the scenario
+[[nodiscard]] ReadyRun make_ready(simulation::Scenario scenario, const std::string& file);
 /// Runs it until its end or Ctrl-C, with a progress line. @param doing what the line says
 /// @param options whose threads and stop are set here; its progress is called beside the line
 [[nodiscard]] simulation::RunResult run(const simulation::Simulation& simulation,

@@ -110,23 +110,18 @@ class ResultFiles {
 std::unique_ptr<simulation::Simulation> make_simulation(simulation::Scenario scenario, bool quiet) {
   const auto note = [quiet](const std::string& text) { cli::note(quiet, text); };
   const auto load_begin = std::chrono::steady_clock::now();
-  city::City city = simulation::load_city(scenario, scenario.warnings);
+  city::City city = simulation::load_city(scenario);
   const city::CitySummary summary = city::summarize(city);
   note(fmt::format("city        {}: {} buildings, {} triangles, {:.0f} m x {:.0f} m ({:.2f} s)", city.name,
                    summary.buildings, summary.triangles,
                    summary.triangles > 0 ? summary.bounds.max.x() - summary.bounds.min.x() : 0,
                    summary.triangles > 0 ? summary.bounds.max.y() - summary.bounds.min.y() : 0,
                    seconds_since(load_begin)));
-  // Guessed heights decide the result: a map says how many of its heights are defaults.
-  if (scenario.city.is<simulation::MapCity>()) {
-    for (const std::string& line : city.notes) note("            " + line);
-  }
   auto simulation = std::make_unique<simulation::Simulation>(std::move(scenario), std::move(city));
   note(fmt::format("sky         {}", count_systems(simulation->environment().sky().satellites())));
   note(fmt::format("trajectory  {:.0f} m, {} epochs every {} s from {}", simulation->trajectory().length_m(),
                    simulation->epoch_count(), simulation->interval_s(),
                    geodesy::format_gpst(simulation->begin(), 0)));
-  print_warnings(simulation->warnings());
   return simulation;
 }
 
@@ -159,6 +154,8 @@ int run_simulate(const SimulateArguments& arguments) {
   make_output_folder(arguments.out);
   const std::unique_ptr<simulation::Simulation> made = make_simulation(scenario, arguments.quiet);
   const simulation::Simulation& simulation = *made;
+  const std::string report_file = (std::filesystem::path(arguments.out) / "report.txt").string();
+  print_report(simulation.report(), report_file);
 
   std::vector<std::filesystem::path> folders{arguments.out, std::filesystem::path(arguments.out) / "view"};
   for (std::size_t i = 0; i < scenario.receivers.size(); ++i) {
@@ -192,6 +189,9 @@ int run_simulate(const SimulateArguments& arguments) {
 
   const simulation::RunResult result = run(simulation, all, arguments, "simulating");
   for (std::size_t i = 0; i < streams.size(); ++i) tell_notes(i);
+  ReadReport report = simulation.report();
+  report.say(ReadReport::Level::Guess, result.warnings);
+  report.write(arguments.out);
   if (const std::size_t removed = files.finish(); removed > 0) {
     note(fmt::format("removed     {} files that the run before had left in {}", removed, arguments.out));
   }

@@ -59,7 +59,7 @@ Site::Site(const SiteArguments& arguments) {
   const simulation::Scenario scenario = simulation::read_scenario(arguments.scenario);
   receiver_ =
       for_option("--receiver", [&] { return simulation::find_receiver(scenario, arguments.receiver); });
-  simulation_ = make_ready(scenario).simulation;
+  simulation_ = make_ready(scenario, arguments.scenario).simulation;
   time_ = time.value_or(simulation_->begin());
   if (place_given()) check_near_city(antenna(time_), environment().city(), enu_ ? "--enu" : "--at");
   if (!time) return;

@@ -48,6 +48,7 @@ int run_sky(const SkyArguments& arguments) {
                      "it runs from -90 to 90 degrees");
   }
   const simulation::BuiltSky sky = simulation::build_sky(arguments.sky, time, time, place);
+  print_report(sky.report, "canyon check of the sky's files");
 
   const Eigen::Vector3d antenna = geodesy::ecef_from_geodetic(place);
   std::vector<Row> up, down, absent;
@@ -67,13 +68,13 @@ int run_sky(const SkyArguments& arguments) {
              {"longitude_deg", geodesy::degrees(place.longitude_rad)},
              {"height_m", place.height_m},
              {"satellites", Json::array()},
-             {"warnings", sky.warnings}};
+             {"warnings", sky.report.warnings()},
+             {"report", report_json(sky.report)}};
     for (const Row& row : shown) out["satellites"].push_back(row_json(row));
     fmt::print("{}\n", out.dump(2, Json::Order::ByKey));
     return kOk;
   }
 
-  print_warnings(sky.warnings);
   fmt::print("{} ({}) at {:.6f}, {:.6f}, {:.1f} m\n\n", geodesy::format_gpst(time, 0),
              geodesy::format_utc(time, 0), geodesy::degrees(place.latitude_rad),
              geodesy::degrees(place.longitude_rad), place.height_m);

@@ -106,7 +106,8 @@ std::vector<std::size_t> unfinished(const std::vector<std::optional<study::RunRe
 int compute(const StudyArguments& arguments, heatmap::MpiProcesses& ranks) {
   const Shard shard = parse_shard(arguments.shard);
   const study::StudyPlan plan = study::StudyPlan::read(arguments.study);
-  if (ranks.rank() == 0) print_warnings(plan.warnings());
+  if (ranks.rank() == 0 && (arguments.print_run || arguments.dry_run))
+    print_report(plan.report(), "canyon check of the trajectory's file");
   if (arguments.print_run) {
     if (*arguments.print_run >= plan.size()) {
       throw InputError(
@@ -151,7 +152,13 @@ int compute(const StudyArguments& arguments, heatmap::MpiProcesses& ranks) {
     }
     study::run_all(maker, *store, todo, options);
   }
-  print_warnings(maker.warnings());
+  if (done > 0) {
+    ReadReport report = plan.report();
+    report.append(maker.report());
+    const fs::path folder = arguments.out;
+    if (ranks.rank() == 0) report.write(folder);
+    print_report(report, (folder / "report.txt").string());
+  }
   const std::size_t computed = ranks.sum(done);
   const bool interrupted = ranks.sum(stop.load() ? 1 : 0) > 0;
   if (ranks.rank() != 0) return interrupted ? kInterrupted : kOk;

@@ -143,7 +143,7 @@ std::map<std::string, std::string> height_sources(const buildings::BuiltCity& bu
 ReadyRun ready(const ViewArguments& arguments, const std::string& scenario) {
   RunArguments run = arguments.run;
   run.scenario = scenario;
-  return make_ready(read_scenario(run));
+  return make_ready(read_scenario(run), run.scenario);
 }
 
 /// Runs it into the view's folder; pages that `watching` has see it meanwhile. False where Ctrl-C ended it.
@@ -212,9 +212,8 @@ std::unique_ptr<view::Probe> probe_of_run(const ViewArguments& arguments,
 std::unique_ptr<view::Probe> probe_of_validation(const ViewArguments& arguments,
                                                  const std::filesystem::path& folder) {
   const simulation::Scenario scenario = simulation::read_scenario(arguments.city, {false});
-  std::vector<std::string> warnings;
-  city::City city = simulation::load_city(simulation::city_config(scenario), warnings, scenario.seed);
-  print_warnings(warnings);
+  city::City city = simulation::load_city(simulation::city_config(scenario), scenario.seed);
+  print_report(city.notes, "canyon check SCENARIO");
   return view::comparison_probe(folder, scenario, std::make_shared<simulation::CityScene>(std::move(city)),
                                 arguments.paths);
 }
@@ -305,7 +304,7 @@ int run_view(const ViewArguments& given) {
   const auto built_city = [&] {
     buildings::BuiltCity city =
         read_city(city_config(arguments.input), "building the city", arguments.serve.quiet);
-    print_warnings(city.report.cautions);
+    print_report(city.city.notes, "canyon check " + arguments.input);
     return city;
   };
   if (!arguments.live.empty()) {

@@ -31,8 +31,7 @@ class Corrected : public testing::Test {
   Corrected() {
     std::ofstream(file_) << kDrive;
     settings_ = read_settings({{"scenario", file_}, {"corrections.from", "topic:rtcm"}});
-    std::vector<std::string> warnings;
-    scene_ = std::make_shared<simulation::CityScene>(simulation::load_city(settings_.live, warnings));
+    scene_ = std::make_shared<simulation::CityScene>(simulation::load_city(settings_.live));
     simulation_ = std::make_shared<simulation::Simulation>(simulated_world(settings_), scene_);
   }
 

@@ -171,12 +171,13 @@ void ReceiverNode::Impl::change(const NodeSettings& changed) {
 void ReceiverNode::Impl::configure() {
   settings = parameters.settings();
   check_build(settings);
-  std::vector<std::string> warnings = settings.live.warnings;
-  scene = std::make_shared<simulation::CityScene>(simulation::load_city(settings.live, warnings));
+  ReadReport report;
+  report.say(ReadReport::Level::Guess, settings.live.warnings);
+  scene = std::make_shared<simulation::CityScene>(simulation::load_city(settings.live));
   interval_s = 1 / settings.live.rate_hz.value_or(kDefaultRate_hz);
   if (!settings.by_poses()) {
     simulation = std::make_shared<simulation::Simulation>(simulated_world(settings), scene);
-    warnings.insert(warnings.end(), simulation->warnings().begin(), simulation->warnings().end());
+    report.append(simulation->report());
     interval_s = simulation->interval_s();
   }
   topics =
@@ -190,7 +191,8 @@ void ReceiverNode::Impl::configure() {
   health.name = node.get_name();
   health.receiver = settings.live.receivers.front().options.name;
   parameters.show(settings);
-  for (const std::string& line : warnings) warn(line);
+  report.append(scene->city.notes);
+  for (const std::string& line : report.warnings()) warn(line);
   RCLCPP_INFO(node.get_logger(), "city '%s' with %zu triangles, %g epochs a second", scene->city.name.c_str(),
               scene->city.mesh.triangles.size(), 1 / interval_s);
 }

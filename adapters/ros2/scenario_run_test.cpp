@@ -25,8 +25,7 @@ std::shared_ptr<const simulation::Simulation> small_drive(double duration_s,
       "duration_s: " +
           std::to_string(duration_s) + "\nreceivers: [{name: car, profile: paper}" + more_receivers + "]\n",
       "drive.yaml");
-  std::vector<std::string> warnings;
-  return std::make_shared<simulation::Simulation>(scenario, simulation::load_city(scenario, warnings));
+  return std::make_shared<simulation::Simulation>(scenario, simulation::load_city(scenario));
 }
 
 std::vector<Step> take_all(ScenarioRun& run) {

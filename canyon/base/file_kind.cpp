@@ -29,8 +29,20 @@ char rinex_type(std::string_view head) {
 bool is_observation(std::string_view head) {
   return rinex_type(head) == 'O';
 }
+bool is_clocks(std::string_view head) {
+  return rinex_type(head) == 'C';
+}
+bool is_weather(std::string_view head) {
+  return rinex_type(head) == 'M';
+}
 bool is_navigation(std::string_view head) {
-  return rinex_type(head) != '\0' && rinex_type(head) != 'O';
+  return rinex_type(head) != '\0' && !is_observation(head) && !is_clocks(head) && !is_weather(head);
+}
+bool is_ionosphere(std::string_view head) {
+  return has(first_line(head), "IONEX VERSION / TYPE");
+}
+bool is_antennas(std::string_view head) {
+  return has(first_line(head), "ANTEX VERSION / SYST");
 }
 
 /// A comment that names columns of "Raw", "Fix" or "Status", or a line of "Raw".
@@ -48,6 +60,19 @@ bool is_gnss_logger(std::string_view head) {
 bool is_sp3(std::string_view head) {
   return head.size() > 2 && head[0] == '#' && head[1] >= 'a' && head[1] <= 'd' &&
          (head[2] == 'P' || head[2] == 'V');
+}
+
+/// " # 1991  2  3 ...": the first line of the format before SP3, columns 2 to 80.
+bool is_sp1(std::string_view head) {
+  const std::string_view line = first_line(head);
+  return line.starts_with(" # ") && parse_integer(column(line, 3, 5)).value_or(0) > 1980 &&
+         split_blanks(line).size() > 8;
+}
+bool is_almanac(std::string_view head) {
+  return has(first_line(trim(head)), "almanac for PRN");
+}
+bool is_changes(std::string_view head) {
+  return has(head, "<osmChange");
 }
 
 bool is_gpx(std::string_view head) {
@@ -119,6 +144,17 @@ constexpr Row kKinds[] = {
     {FileKind::Gpx, is_gpx, "a GPX file", "gpx", "as a trajectory its format is gpx"},
     {FileKind::Kml, is_kml, "a KML file", "kml", "as a trajectory its format is kml"},
     {FileKind::Rtcm, is_rtcm, "a stream of RTCM 3", "", "canyon rtk takes it as the base"},
+    {FileKind::Foreign, is_clocks, "a RINEX clock file", "",
+     "it is not read: the orbits of sky: {sp3: [FILE]} have clocks, too"},
+    {FileKind::Foreign, is_weather, "a RINEX file of the weather", "", "it is not read"},
+    {FileKind::Foreign, is_ionosphere, "a map of the ionosphere (IONEX)", "", "it is not read"},
+    {FileKind::Foreign, is_antennas, "a file of antennas (ANTEX)", "", "it is not read"},
+    {FileKind::Foreign, is_sp1, "a file of orbits of the format SP1", "",
+     "it is not read: give SP3-c or SP3-d"},
+    {FileKind::Foreign, is_almanac, "an almanac (YUMA)", "",
+     "it is not read: give a RINEX navigation file of that day"},
+    {FileKind::Foreign, is_changes, "a file of changes of OpenStreetMap (.osc)", "",
+     "apply it to a map, such as by osmium apply-changes, and give that map"},
     {FileKind::Nmea, is_nmea, "a log of NMEA sentences", "nmea", "as a trajectory its format is nmea"},
     {FileKind::Columns, is_columns, "a text of columns", "", ""},
 };
@@ -173,10 +209,10 @@ FileKind kind_of_trajectory(std::string_view format) {
 
 std::optional<InputError> of_other_kind(std::string_view head, const std::filesystem::path& path,
                                         std::string_view wanted) {
-  const FileKind kind = kind_of_head(head);
-  if (kind == FileKind::Other || kind == FileKind::Columns) return std::nullopt;
-  return InputError(path, 0, "is " + std::string(name(kind)) + ", not " + std::string(wanted),
-                    row_of(kind)->use);
+  const auto* const row =
+      std::find_if(std::begin(kKinds), std::end(kKinds), [head](const Row& each) { return each.is(head); });
+  if (row == std::end(kKinds) || row->kind == FileKind::Columns) return std::nullopt;
+  return InputError(path, 0, "is " + std::string(row->name) + ", not " + std::string(wanted), row->use);
 }
 
 InputError explained(const InputError& fault, const std::filesystem::path& path, std::string_view wanted) {

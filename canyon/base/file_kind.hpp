@@ -20,7 +20,8 @@ enum class FileKind : std::uint8_t {
   Kml,
   Rtcm,
   Nmea,
-  Columns  ///< text with commas, semicolons, tabs or blanks
+  Foreign,  ///< of a kind that Canyon knows, and does not read
+  Columns   ///< text with commas, semicolons, tabs or blanks
 };
 
 /// Whether a file is a scenario, by the ending of its name: .yaml or .yml.
@@ -39,7 +40,7 @@ enum class FileKind : std::uint8_t {
 [[nodiscard]] FileKind kind_of_trajectory(std::string_view format);
 
 /// The message for a file that a reader of `wanted` refuses by `fault`: it names the other kind that the file
-/// is and what takes it; else it is `fault`. Precondition: not FileKind::Other.
+/// is and what takes it; else it is `fault`. Precondition: not FileKind::Other or Foreign.
 [[nodiscard]] InputError explained(const InputError& fault, const std::filesystem::path& path,
                                    FileKind wanted);
 

@@ -40,6 +40,10 @@ TEST(FileKind, ByTheFirstBytes) {
       {"<?xml version=\"1.0\"?>\n<TrainingCenterDatabase a=\"b, c\">", FileKind::Other},
       {"{\"a\": 1, \"b\": 2}", FileKind::Other},
       {"it costs $5\n", FileKind::Other},
+      {"     3.00           C                                       RINEX VERSION / TYPE\n",
+       FileKind::Foreign},
+      {" # 1991  2  3  0  0  0.00000000  96 900.00000000 48290 0.0 23 1 ITR\n", FileKind::Foreign},
+      {"<osmChange version=\"0.6\">", FileKind::Foreign},
       {"9\n$ACADVER\n1\n", FileKind::Other},
       {"\0,1"sv, FileKind::Other},
       {"", FileKind::Other}};

@@ -1,6 +1,13 @@
 #include "canyon/base/read_report.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
 #include <cctype>
+
+#include "canyon/base/output_file.hpp"
+#include "canyon/base/secrets.hpp"
 
 namespace canyon {
 namespace {
@@ -45,8 +52,35 @@ void ReadReport::count_or_add(Level level, int line, std::string_view what, std:
     add(level, InputError(path_, line, what), 1, outcome);
 }
 
-void ReadReport::append(const ReadReport& other) {
-  for (const Note& note : other.notes_) add(note.level, note.first, note.count, note.outcome);
+ReadReport::Note& ReadReport::note_of(Note::Form form, Level level, const std::string& file,
+                                      std::string_view what) {
+  const auto [known, is_new] =
+      index_.try_emplace(fmt::format("{}\n={}\n{}", file, name(level), what), notes_.size());
+  if (is_new) notes_.push_back({level, InputError(file, 0, what), {}, 0, form});
+  return notes_[known->second];
+}
+
+void ReadReport::say(Level level, std::string_view line) {
+  note_of(Note::Form::Line, level, {}, line).count = 1;
+}
+
+void ReadReport::tell(Level level, std::string_view what, std::string_view id, std::size_t count) {
+  Note& note = note_of(Note::Form::Things, level, path_.string(), what);
+  note.count += count;
+  if (!id.empty() && note.ids.size() < kIds) note.ids.emplace_back(id);
+}
+
+void ReadReport::append(const ReadReport& other, const std::filesystem::path& file) {
+  for (const Note& note : other.notes_) {
+    if (note.form == Note::Form::Record) {
+      add(note.level, note.first, note.count, note.outcome);
+      continue;
+    }
+    Note& mine = note_of(note.form, note.level, note.first.file().empty() ? file.string() : note.first.file(),
+                         note.first.problem());
+    mine.count = std::max(mine.count, note.count);
+    if (mine.ids.empty()) mine.ids = note.ids;
+  }
   losses_ += other.losses_;
   if (!first_loss_) first_loss_ = other.first_loss_;
 }
@@ -65,23 +99,79 @@ void ReadReport::require_most(std::size_t good) const {
                    first_loss_->cure());
 }
 
-std::vector<std::string> ReadReport::lines(Level up_to) const {
-  std::vector<std::string> lines;
-  std::size_t listed = 0, more = 0;
+std::string_view ReadReport::name(Level level) {
+  static constexpr std::array<std::string_view, 3> kNames{"loss", "guess", "remark"};
+  return kNames.at(static_cast<std::size_t>(level));
+}
+
+std::string ReadReport::Note::line() const {
+  std::string what = first.problem();
+  if (form == Form::Record) {
+    if (count > 1) what += fmt::format(" (the first of {})", count);
+    return InputError(first.file(), first.line(), what, outcome).what();
+  }
+  if (form == Form::Line) return InputError(first.file(), 0, what).what();
+  const std::size_t number = what.find("{}");
+  if (number != std::string::npos)
+    what.replace(number, 2, std::to_string(count));
+  else if (count > 1 && ids.empty())
+    what += fmt::format(" ({} times)", count);
+  if (!ids.empty()) what += fmt::format(": {}", fmt::join(ids, ", "));
+  if (!ids.empty() && count > ids.size()) what += fmt::format(" and {} more", count - ids.size());
+  return InputError(first.file(), 0, what).what();
+}
+
+std::vector<ReadReport::Entry> ReadReport::entries(Level up_to) const {
+  std::vector<Entry> entries;
+  std::map<std::string, std::size_t> listed, more;  // by file
   for (const Note& note : notes_) {
     if (note.level > up_to) continue;
-    if (note.level == Level::Loss && ++listed > kListed) {
-      more += note.count;
-      continue;
-    }
-    const std::string of = note.count > 1 ? " (the first of " + std::to_string(note.count) + ")" : "";
-    lines.emplace_back(
-        InputError(note.first.file(), note.first.line(), note.first.problem() + of, note.outcome).what());
+    const std::string& file = note.first.file();
+    if (note.level == Level::Loss && note.form == Note::Form::Record && ++listed[file] > kListed)
+      more[file] += note.count;
+    else
+      entries.emplace_back(note.level, note.line());
   }
-  if (more > 0) {
-    lines.emplace_back(InputError(path_, 0, std::to_string(more) + " more damaged records", kLeftOut).what());
+  for (const auto& [file, count] : more) {
+    entries.emplace_back(Level::Loss,
+                         InputError(file, 0, fmt::format("{} more damaged records", count), kLeftOut).what());
+  }
+  return entries;
+}
+
+std::vector<std::string> ReadReport::lines(Level up_to) const {
+  std::vector<std::string> lines;
+  for (Entry& entry : entries(up_to)) lines.push_back(std::move(entry.second));
+  return lines;
+}
+
+std::vector<std::string> ReadReport::warnings() const {
+  std::vector<std::string> lines = this->lines(Level::Loss);
+  for (Entry& entry : entries(Level::Guess)) {
+    if (entry.first == Level::Guess) lines.push_back(std::move(entry.second));
   }
   return lines;
+}
+
+std::vector<std::string> ReadReport::shown(std::string_view where) const {
+  std::vector<std::string> lines = warnings();
+  if (lines.size() <= kShown) return lines;
+  const std::size_t losses = this->lines(Level::Loss).size(), guesses = lines.size() - losses;
+  const std::size_t more = lines.size() - kShown;
+  const std::size_t of_guesses =
+      std::max(std::min<std::size_t>(2, guesses), kShown - std::min(kShown, losses));
+  std::rotate(lines.begin() + static_cast<std::ptrdiff_t>(kShown - of_guesses),
+              lines.begin() + static_cast<std::ptrdiff_t>(losses), lines.end());
+  lines.resize(kShown);
+  lines.push_back(fmt::format("{} more {}: {}", more, more == 1 ? "warning" : "warnings", where));
+  return lines;
+}
+
+void ReadReport::write(const std::filesystem::path& folder) const {
+  std::string text;
+  for (const auto& [level, line] : entries())
+    text += fmt::format("{}: {}\n", name(level), hide_passwords(line));
+  write_file(folder / "report.txt", text.empty() ? "Nothing was left out or guessed.\n" : text);
 }
 
 }  // namespace canyon

@@ -23,12 +23,16 @@ namespace canyon {
 class ReadReport {
  public:
   enum class Level : std::uint8_t {
-    Loss,   ///< a record that should have been read, and is damaged
-    Guess,  ///< the file leaves open what is meant, and the reader has chosen
+    Loss,   ///< a record or a piece of the world that should have been read, and is missing from the results
+    Guess,  ///< the input leaves open what is meant, or is probably a mistake; results may be off by metres
     Remark  ///< worth knowing, such as sound records that Canyon does not use
   };
-  /// The first twenty losses by reason are listed; the records of the rest are counted.
+  /// "loss", "guess", "remark".
+  [[nodiscard]] static std::string_view name(Level level);
+  /// The first twenty losses of a file by reason are listed; the records of the rest are counted.
   static constexpr std::size_t kListed = 20;
+  /// So many ids of a kind are listed.
+  static constexpr std::size_t kIds = 20;
   static constexpr std::string_view kLeftOut = "left out";
 
   ReadReport() = default;
@@ -61,9 +65,19 @@ class ReadReport {
     count_or_add(Level::Remark, line, what, outcome);
   }
   void remark(const InputError& note) { add(Level::Remark, note, 1, note.cure()); }
+  /// A whole line. Lines that are equal are one.
+  void say(Level level, std::string_view line);
+  void say(Level level, const std::vector<std::string>& lines) {
+    for (const std::string& line : lines) say(level, line);
+  }
+  /// `count` things of one kind.
+  /// @param what "{} ways without nodes, left out": the first {} stands for how many; without one, the line
+  ///   ends in "(3 times)" or in their ids
+  /// @param id of one of them; may be empty
+  void tell(Level level, std::string_view what, std::string_view id = {}, std::size_t count = 1);
 
-  /// Adds the notes of another report behind its own.
-  void append(const ReadReport& other);
+  /// Adds the notes of another report behind its own. @param file of notes that name none
+  void append(const ReadReport& other, const std::filesystem::path& file = {});
 
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
   /// Records that are damaged, and the first of them.
@@ -75,10 +89,22 @@ class ReadReport {
   /// Throws the first loss where no more than half of all records are good: then the file is of another kind.
   void require_most(std::size_t good) const;
 
+  /// A line with its level.
+  using Entry = std::pair<Level, std::string>;
   /// "FILE:LINE: what (the first of 5); left out" up to a level, in the order in which the reasons came up.
+  [[nodiscard]] std::vector<Entry> entries(Level up_to = Level::Remark) const;
   [[nodiscard]] std::vector<std::string> lines(Level up_to = Level::Remark) const;
-  /// What commands, hosts and Python show unasked: losses and guesses.
-  [[nodiscard]] std::vector<std::string> warnings() const { return lines(Level::Guess); }
+  /// What commands, hosts and Python show unasked: losses, then guesses.
+  [[nodiscard]] std::vector<std::string> warnings() const;
+  /// So many of them are shown by commands.
+  static constexpr std::size_t kShown = 5;
+  /// The first kShown warnings, losses first, with two guesses among them where there are; then "7 more
+  /// warnings: WHERE".
+  [[nodiscard]] std::vector<std::string> shown(std::string_view where) const;
+  /// Writes FOLDER/report.txt: "loss: LINE", "guess: LINE" and "remark: LINE" of each entry, without
+  /// passwords.
+  void write(const std::filesystem::path& folder) const;
+  [[nodiscard]] bool empty() const { return notes_.empty(); }
 
  private:
   struct Note {
@@ -86,9 +112,14 @@ class ReadReport {
     InputError first;
     std::string outcome;
     std::size_t count;
+    enum class Form : std::uint8_t { Record, Line, Things } form = Form::Record;
+    std::vector<std::string> ids = {};
+
+    [[nodiscard]] std::string line() const;
   };
 
   void add(Level level, const InputError& reason, std::size_t count, std::string_view outcome);
+  Note& note_of(Note::Form form, Level level, const std::string& file, std::string_view what);
   void count_or_add(Level level, int line, std::string_view what, std::string_view outcome);
 
   std::filesystem::path path_;

@@ -33,6 +33,37 @@ TEST(ReadReport, CountRecordsByReason) {
   EXPECT_EQ(notes.count("another reason"), 0U);
 }
 
+TEST(ReadReport, WholeLinesAndThingsByKind) {
+  using Level = ReadReport::Level;
+  ReadReport city("map.osm");
+  for (int i = 0; i < 22; ++i)
+    city.tell(Level::Loss, "{} ways without nodes, left out", "way/" + std::to_string(i));
+  city.tell(Level::Remark, "replaced by its parts");
+  city.tell(Level::Remark, "replaced by its parts");
+  city.say(Level::Guess, "5 of 9 heights are guesses");
+  const std::vector<std::string> lines = city.lines();
+  ASSERT_EQ(lines.size(), 3U);
+  EXPECT_EQ(lines[0].substr(0, 50), "map.osm: 22 ways without nodes, left out: way/0, w");
+  EXPECT_EQ(lines[0].substr(lines[0].size() - 17), "way/19 and 2 more");
+  EXPECT_EQ(lines[1], "map.osm: replaced by its parts (2 times)");
+  // A report of a run that has heard the same twice says it once.
+  ReadReport run;
+  run.append(city);
+  run.append(city);
+  run.say(Level::Guess, "5 of 9 heights are guesses");
+  EXPECT_EQ(run.entries(), city.entries());
+  EXPECT_THAT(run.warnings(), ElementsAre(lines[0], lines[2]));
+}
+
+TEST(ReadReport, FiveWarningsAreShownWithTwoGuesses) {
+  ReadReport report;
+  for (const char* what : {"a", "b", "c", "d", "e", "f"}) report.say(ReadReport::Level::Loss, what);
+  EXPECT_THAT(report.shown("x"), ElementsAre("a", "b", "c", "d", "e", "1 more warning: x"));
+  for (const char* what : {"g", "h", "i"}) report.say(ReadReport::Level::Guess, what);
+  report.say(ReadReport::Level::Remark, "r");
+  EXPECT_THAT(report.shown("x"), ElementsAre("a", "b", "c", "g", "h", "4 more warnings: x"));
+}
+
 TEST(ReadReport, ListTwentyReasonsWhyRecordsAreBad) {
   ReadReport notes("a.txt");
   for (char c = 'a'; c <= 'z'; ++c)

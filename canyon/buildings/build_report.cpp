@@ -8,35 +8,8 @@
 #include "canyon/base/statistics.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/buildings/shapes/outlines.hpp"
-#include "canyon/buildings/sources/terrain.hpp"
 
 namespace canyon::buildings {
-
-void Complaints::add(const std::string& kind, const std::string& id) {
-  auto found = index_.find(kind);
-  if (found == index_.end()) {
-    if (kinds_.size() == kKinds) {
-      ++further_;
-      return;
-    }
-    found = index_.emplace(kind, kinds_.size()).first;
-    kinds_.push_back({kind, {}, 0});
-  }
-  Kind& entry = kinds_[found->second];
-  ++entry.count;
-  if (entry.ids.size() < kIdsOfAKind) entry.ids.push_back(id);
-}
-
-std::vector<std::string> Complaints::lines() const {
-  std::vector<std::string> lines;
-  for (const Kind& kind : kinds_) {
-    std::string line = fmt::format("{}: {}", kind.text, fmt::join(kind.ids, ", "));
-    if (kind.count > kind.ids.size()) line += fmt::format(" and {} more", kind.count - kind.ids.size());
-    lines.push_back(std::move(line));
-  }
-  if (further_ > 0) lines.push_back(fmt::format("{} further remarks of other kinds", further_));
-  return lines;
-}
 
 void count_surveyed(BuildReport& report, FeatureKind kind) {
   ++report.surveyed;
@@ -63,26 +36,29 @@ void count_guesses(BuildReport& report, const Shape& shape, bool facade_known) {
   if (!facade_known) ++report.materials_default;
 }
 
-void add_cautions(BuildReport& report, const MapData& map, const HeightDefaults& heights, bool level) {
-  constexpr double kLevel_m = 5;
-  const std::vector<double> lowest = level ? lowest_heights_m(map) : std::vector<double>();
-  const std::vector<double> ends = quantiles(lowest, std::array{0.05, 0.95});
-  if (!ends.empty() && ends[1] - ends[0] > kLevel_m) {
-    report.cautions.push_back(fmt::format(
-        "the lowest points of the buildings differ by {:.0f} m (5 to 95 % of them), but the ground is "
-        "level, since no terrain is given: many buildings stand too high or too low on it; give "
-        "heights of the ground (terrain)",
-        ends[1] - ends[0]));
-  }
+void add_guesses(ReadReport& notes, const BuildReport& report, const MapData& map,
+                 const HeightDefaults& heights, bool level) {
   const std::size_t all =
       report.heights_tagged + report.heights_from_levels + report.heights_default + report.surveyed;
   if (2 * report.heights_default > all) {
-    report.cautions.insert(
-        report.cautions.begin(),
+    notes.say(
+        ReadReport::Level::Guess,
         fmt::format(
             "{} of {} heights are guesses: the map has neither heights nor levels there; 'default_height_m', "
             "'heights' by type or another map change them",
             report.heights_default, all));
+  }
+  constexpr double kLevel_m = 5;
+  const std::vector<double> lowest = level ? lowest_heights_m(map) : std::vector<double>();
+  const std::vector<double> ends = quantiles(lowest, std::array{0.05, 0.95});
+  if (!ends.empty() && ends[1] - ends[0] > kLevel_m) {
+    notes.say(
+        ReadReport::Level::Guess,
+        fmt::format(
+            "the lowest points of the buildings differ by {:.0f} m (5 to 95 % of them), but the ground is "
+            "level, since no terrain is given: many buildings stand too high or too low on it; give "
+            "heights of the ground (terrain)",
+            ends[1] - ends[0]));
   }
   std::set<std::string, std::less<>> types;
   for (const MapFeature& feature : map.features) {
@@ -95,8 +71,9 @@ void add_cautions(BuildReport& report, const MapData& map, const HeightDefaults&
   for (const auto& [type, height_m] : heights.by_type) {
     if (types.count(type) > 0) continue;
     const auto meant = closest(type, {types.begin(), types.end()});
-    report.cautions.push_back(fmt::format("heights: the map has no building of type '{}'{}", type,
-                                          meant ? fmt::format("; did you mean '{}'?", *meant) : ""));
+    notes.say(ReadReport::Level::Guess,
+              fmt::format("heights: the map has no building of type '{}'{}", type,
+                          meant ? fmt::format("; did you mean '{}'?", *meant) : ""));
   }
 }
 
@@ -130,15 +107,6 @@ std::string format_report(const BuildReport& r) {
        fmt::format("{} roof heights, {} facade materials (concrete)", r.roofs_default, r.materials_default));
   line("geometry", fmt::format("{} repaired, {} skipped", r.repaired, r.skipped));
   return text;
-}
-
-std::vector<std::string> city_notes(const MapData& map, const BuildReport& report, const Terrain* terrain) {
-  std::vector<std::string> notes = map.contents;
-  const std::string text = format_report(report);
-  for (const std::string_view line : split(trim(text), '\n')) notes.emplace_back(line);
-  if (terrain != nullptr) notes.insert(notes.end(), terrain->notes().begin(), terrain->notes().end());
-  notes.insert(notes.end(), report.warnings.begin(), report.warnings.end());
-  return notes;
 }
 
 }  // namespace canyon::buildings

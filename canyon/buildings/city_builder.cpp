@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/buildings/build_report.hpp"
 #include "canyon/buildings/feature_tags.hpp"
 #include "canyon/buildings/ground.hpp"
@@ -25,7 +26,8 @@ using city::Surface;
 constexpr double kBelowTerrain_m = 1;  // walls on a terrain reach further down
 constexpr double kOnGround_m = 0.5;    // parts whose bottom is lower stand on the ground
 constexpr double kThinnest_m = 0.1;    // solids lower than this are not built
-constexpr double kBeyond_m2 = 4;       // parts beyond their outline by less are how maps are drawn
+constexpr const char* kSameOutline = "the same outline as another building";
+constexpr double kBeyond_m2 = 4;  // parts beyond their outline by less are how maps are drawn
 
 /// A feature after the first step.
 struct Placed {
@@ -41,6 +43,8 @@ bool is_area(const MapFeature& feature) {
 }
 
 class Builder {
+  using Level = ReadReport::Level;
+
  public:
   Builder(const MapData& map, const Terrain* terrain, const BuildOptions& options,
           const std::function<void(std::size_t, std::size_t)>& progress)
@@ -76,7 +80,7 @@ class Builder {
     if (mesh().objects.size() == ground_objects) {
       throw InputError(
           fmt::format("{}: none of its {} features could be built", map_.source, map_.features.size()),
-          complaints_.lines().empty() ? "" : complaints_.lines().front());
+          notes_.empty() ? "" : notes_.lines().front());
     }
     finish();
     return std::move(result_);
@@ -105,7 +109,8 @@ class Builder {
 
   void skip(std::size_t i, const std::string& why) {
     ++report().skipped;
-    complaints_.add("skipped, " + why, map_.features[i].id);
+    const bool twice = why == kSameOutline;
+    notes_.tell(twice ? Level::Remark : Level::Loss, "skipped, " + why, map_.features[i].id);
     result_.features[i].reason = why;
   }
 
@@ -144,7 +149,7 @@ class Builder {
     if (!notes.empty()) {
       ++report().repaired;
       built.reason = said;
-      for (const std::string& note : notes) complaints_.add("repaired, " + note, feature.id);
+      for (const std::string& note : notes) notes_.tell(Level::Remark, "repaired, " + note, feature.id);
     }
     placed.ground = ground_along(feature.polygons, map_frame_, terrain_ != nullptr);
     if (!placed.ground) {
@@ -167,7 +172,7 @@ class Builder {
       const auto same = seen.add(i, placed_[i].polygons, tags_.shape(i).min_height_m);
       if (!same) continue;
       placed_[i].polygons.clear();
-      skip(i, "the same outline as another building");
+      skip(i, kSameOutline);
       result_.features[i].reason += " (" + map_.features[*same].id + ")";
     }
   }
@@ -235,7 +240,8 @@ class Builder {
     if (!is_facade_known(tags)) shape.facade = options_.untagged_facade;
     for (const std::string& line : said) {
       const std::size_t colon = line.find(": ");
-      complaints_.add(colon == std::string::npos ? line : line.substr(colon + 2), id);
+      const std::string what = colon == std::string::npos ? line : line.substr(colon + 2);
+      notes_.tell(what.starts_with("roof:") ? Level::Remark : Level::Loss, what, id);
     }
     return shape;
   }
@@ -262,7 +268,7 @@ class Builder {
                     const Ground& ground, double base_z) {
     BuiltFeature& built = result_.features[i];
     if (!polygons.empty() && !set_roof_by_angle(shape, polygons.front().outer))
-      complaints_.add("roof:angle makes a roof higher than the building; left out", built.id);
+      notes_.tell(Level::Remark, "roof:angle makes a roof higher than the building; left out", built.id);
     built.shape = shape;
     built.ground_m = ground.lowest_height_m;
     built.footprint = to_map(polygons, base_z);
@@ -275,7 +281,7 @@ class Builder {
       append_solid(mesh(), name, surface, polygons[k], shape, base_z, bottom_z, notes);
     }
     for (const std::string& note : notes) {
-      complaints_.add(note, built.id);
+      notes_.tell(note == kNoTriangles ? Level::Loss : Level::Remark, note, built.id);
       if (built.reason.find(note) == std::string::npos)
         built.reason += (built.reason.empty() ? "" : "; ") + note;
     }
@@ -348,10 +354,10 @@ class Builder {
     ++report().parts;
     if (!placed.building) {
       ++report().parts_alone;
-      complaints_.add("part without a building outline", feature.id);
+      notes_.tell(Level::Remark, "part without a building outline", feature.id);
     } else if (total_area(subtract(placed.polygons, placed_[*placed.building].polygons)) > kBeyond_m2) {
       ++report().parts_beyond;
-      complaints_.add("part reaches beyond its outline", feature.id);
+      notes_.tell(Level::Remark, "part reaches beyond its outline", feature.id);
     }
     if (inherited) ++report().heights_inherited;
     count_guesses(report(), shape, is_facade_known(tags));
@@ -367,7 +373,7 @@ class Builder {
                                        facade, tagged.roof_material);
     for (std::string& note : notes) {
       if (note.rfind(feature.id + ": ", 0) == 0) note.erase(0, feature.id.size() + 2);
-      complaints_.add(note, feature.id);
+      notes_.tell(Level::Remark, note, feature.id);
     }
     BuiltFeature& built = result_.features[i];
     if (!added) {
@@ -387,14 +393,14 @@ class Builder {
     for (const LonLat& place : feature.line) {
       const std::optional<Eigen::Vector3d> ground = map_frame_.ground(place);
       if (!ground) {
-        complaints_.add("tunnels and bridges beyond the terrain, left out", feature.id);
+        notes_.tell(Level::Loss, "tunnels and bridges beyond the terrain, left out", feature.id);
         return;
       }
       line.push_back(*ground);
     }
     const std::size_t first = mesh().objects.size();
     if (!append_passage(mesh(), feature.id, feature.tags, line, terrain_ == nullptr)) {
-      complaints_.add("tunnels and bridges without a length, left out", feature.id);
+      notes_.tell(Level::Remark, "tunnels and bridges without a length, left out", feature.id);
       return;
     }
     for (std::size_t k = first; k < mesh().objects.size(); ++k)
@@ -442,13 +448,14 @@ class Builder {
 
   void finish() {
     check_mesh(mesh(), map_.source);
-    std::vector<std::string>& warnings = report().warnings;
-    warnings = complaints_.lines();
-    warnings.insert(warnings.begin(), map_.warnings.begin(), map_.warnings.end());
     report().foliage_left_out = map_.foliage_left_out;
-    if (terrain_ != nullptr) report().cautions = terrain_->cautions();
-    add_cautions(report(), map_, options_.heights, terrain_ == nullptr);
-    result_.city.notes = city_notes(map_, report(), terrain_);
+    ReadReport& notes = result_.city.notes;
+    const std::string text = format_report(report());
+    for (const std::string_view line : split(trim(text), '\n')) notes.say(Level::Remark, line);
+    add_guesses(notes, report(), map_, options_.heights, terrain_ == nullptr);
+    if (terrain_ != nullptr) notes.append(terrain_->notes());
+    notes.append(map_.notes);
+    notes.append(notes_);
   }
 
   const MapData& map_;
@@ -459,7 +466,7 @@ class Builder {
   std::vector<Placed> placed_;
   FeatureTags tags_;
   Eigen::AlignedBox2d bounds_;  ///< east, north
-  Complaints complaints_;
+  ReadReport notes_;
   BuiltCity result_;
 };
 

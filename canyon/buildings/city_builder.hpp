@@ -43,9 +43,7 @@ struct BuildReport {
   std::size_t roofs_default = 0;      ///< shaped roofs whose height the map does not say
   std::size_t materials_default = 0;  ///< facades without a material that is known
   std::size_t repaired = 0, skipped = 0;
-  std::size_t foliage_left_out = 0;   ///< trees, tree rows and woods of the map that were not asked for
-  std::vector<std::string> cautions;  ///< of the city as a whole: guessed heights, options without effect
-  std::vector<std::string> warnings;  ///< with ids: the first few ids of each kind and how many more
+  std::size_t foliage_left_out = 0;  ///< trees, tree rows and woods of the map that were not asked for
 };
 
 struct BuiltCity {

@@ -280,8 +280,8 @@ TEST(CityBuilder, PartsBelongByTheMapsWordThenByArea) {
   EXPECT_NEAR(volume_of(built, "way/5"), 14 * 20 * 5, 1);
   EXPECT_EQ(built.report.parts_alone, 1U);
   EXPECT_EQ(built.report.parts_beyond, 2U);
-  EXPECT_THAT(built.report.warnings, Contains(HasSubstr("way/5")));
-  EXPECT_THAT(built.report.warnings, Contains(HasSubstr("reaches beyond its outline: way/3, way/4")));
+  EXPECT_THAT(built.city.notes.lines(), Contains(HasSubstr("way/5")));
+  EXPECT_THAT(built.city.notes.lines(), Contains(HasSubstr("reaches beyond its outline: way/3, way/4")));
 }
 
 TEST(CityBuilder, PartsTakeHeightAndMaterialOfTheirBuildingWhereTheySayNone) {
@@ -316,8 +316,8 @@ TEST(CityBuilder, BrokenOutlinesAreRepairedOrSkippedWithTheirIds) {
   EXPECT_EQ(built.report.buildings, 1U);
   EXPECT_EQ(built.report.skipped, 3U);
   EXPECT_THAT(built.features[2].reason, HasSubstr("same outline as another building (way/1)"));
-  EXPECT_THAT(built.report.warnings, Contains(HasSubstr("way/2")));
-  EXPECT_THAT(built.report.warnings, Contains(HasSubstr("way/4")));
+  EXPECT_THAT(built.city.notes.lines(), Contains(HasSubstr("way/2")));
+  EXPECT_THAT(built.city.notes.lines(), Contains(HasSubstr("way/4")));
 }
 
 TEST(CityBuilder, SaysWhatIsGuessedAndWhichOptionsHaveNoEffect) {
@@ -326,11 +326,11 @@ TEST(CityBuilder, SaysWhatIsGuessedAndWhichOptionsHaveNoEffect) {
   BuildOptions options;
   options.heights.by_type["hous"] = 7;
   const BuiltCity guessed = sketch.build(options);
-  EXPECT_THAT(guessed.report.cautions,
+  EXPECT_THAT(guessed.city.notes.lines(ReadReport::Level::Guess),
               testing::ElementsAre(HasSubstr("1 of 1 heights are guesses"),
                                    "heights: the map has no building of type 'hous'; did you mean 'house'?"));
   sketch.building("way/2", {{"building", "yes"}, {"height", "12"}}, sketch.box(30, 0, 40, 10));
-  EXPECT_THAT(sketch.build().report.cautions, testing::IsEmpty());
+  EXPECT_THAT(sketch.build().city.notes.lines(ReadReport::Level::Guess), testing::IsEmpty());
 }
 
 TEST(CityBuilder, FoliageIsOptional) {
@@ -468,9 +468,11 @@ TEST(CityBuilder, SurfacesOfASlopeNeedATerrain) {
   }
   // Of 0, 4 and 8 m the part between 5 and 95 %: 0.9 of them.
   const BuiltCity built = build_city(slope.map(), nullptr, {});
-  EXPECT_THAT(built.report.cautions, testing::ElementsAre(testing::AllOf(testing::HasSubstr("differ by 7 m"),
-                                                                         testing::HasSubstr("terrain"))));
-  EXPECT_THAT(build_city(level.map(), nullptr, {}).report.cautions, testing::IsEmpty());
+  EXPECT_THAT(built.city.notes.lines(ReadReport::Level::Guess),
+              testing::ElementsAre(
+                  testing::AllOf(testing::HasSubstr("differ by 7 m"), testing::HasSubstr("terrain"))));
+  EXPECT_THAT(build_city(level.map(), nullptr, {}).city.notes.lines(ReadReport::Level::Guess),
+              testing::IsEmpty());
 }
 
 TEST(CityBuilder, SurfacesAreTakenAsTheyAre) {
@@ -522,7 +524,7 @@ TEST(CityBuilder, ProgressRunsToTheEnd) {
   });
   EXPECT_EQ(last, 600U);
   EXPECT_EQ(built.report.buildings, 600U);
-  EXPECT_EQ(built.report.warnings.size(), 0U);
+  EXPECT_EQ(built.city.notes.lines(ReadReport::Level::Loss).size(), 0U);
   const std::string text = format_report(built.report);
   EXPECT_THAT(text, HasSubstr("buildings   600\n"));
   EXPECT_THAT(text, HasSubstr("600 by default"));
@@ -564,7 +566,7 @@ TEST(CityBuilderMoscow, AllBuildingsStandAndTheTowerIs540MetresHigh) {
   const BuiltCity built = build_city(map, nullptr, {});
   expect_sound(built);
   std::printf("%s", format_report(built.report).c_str());
-  for (const std::string& warning : built.report.warnings) std::printf("  %s\n", warning.c_str());
+  for (const std::string& warning : built.city.notes.lines()) std::printf("  %s\n", warning.c_str());
 
   // Everything that the reader gave is built, replaced by parts, or skipped with its id.
   EXPECT_EQ(

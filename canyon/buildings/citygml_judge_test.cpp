@@ -55,7 +55,7 @@ TEST(CityGmlJudge, PlateauTileAsAnotherReadingHasIt) {
     EXPECT_NEAR(lowest, expected[i].lowest_m, 6e-4) << feature.id;
     EXPECT_NEAR(highest, expected[i].highest_m, 6e-4) << feature.id;
   }
-  EXPECT_THAT(data.contents, Contains(HasSubstr("8 Building LoD 2")));
+  EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("8 Building LoD 2")));
   const BuiltCity built = build_city(data, nullptr, {});
   const city::Mesh& mesh = built.city.mesh;
   for (std::size_t i = 0; i < std::size(expected); ++i) {
@@ -68,7 +68,7 @@ TEST(CityGmlJudge, PlateauTileAsAnotherReadingHasIt) {
     EXPECT_NEAR(six / 6, expected[i].volume_m3, 1e-3 * expected[i].volume_m3 + 0.5) << object.name;
   }
   options.model.lod = 1;
-  EXPECT_THAT(read_citygml(path, options).contents, Contains(HasSubstr("8 Building LoD 1")));
+  EXPECT_THAT(read_citygml(path, options).notes.lines(), Contains(HasSubstr("8 Building LoD 1")));
 }
 
 // Ten corners of German houses to 1 cm by cs2cs (proj-bin), which has east first here.

@@ -54,8 +54,8 @@ TEST(OsmOfMoscow, HoldsWhatOsmiumCounts) {
   EXPECT_EQ(multipolygons, 12U);
   EXPECT_EQ(highest, 540);  // the Ostankino tower
   EXPECT_TRUE(warnings.empty()) << warnings.front();
-  ASSERT_EQ(map.warnings.size(), 1U);
-  EXPECT_EQ(map.warnings[0].rfind("12 points tagged building", 0), 0U) << map.warnings[0];
+  ASSERT_EQ(map.notes.lines().size(), 1U);
+  EXPECT_EQ(map.notes.lines()[0].rfind("12 points tagged building", 0), 0U) << map.notes.lines()[0];
   RecordProperty("heights_tagged", static_cast<int>(sources[HeightSource::Tag]));
   RecordProperty("heights_from_levels", static_cast<int>(sources[HeightSource::Levels]));
   RecordProperty("heights_default", static_cast<int>(sources[HeightSource::Default]));

@@ -183,6 +183,12 @@ std::size_t append_object(Mesh& mesh, std::string name, Surface surface, Materia
   return dropped;
 }
 
+void note_degenerate(ReadReport& notes, std::size_t dropped) {
+  if (dropped == 0) return;
+  notes.tell(ReadReport::Level::Loss,
+             "{} degenerate triangles (area below 1e-8 m^2) dropped: no ray meets them", {}, dropped);
+}
+
 void append_box(Mesh& mesh, std::string name, Surface surface, Material material, const Eigen::Vector3d& min,
                 const Eigen::Vector3d& max, double yaw_rad) {
   const Eigen::Vector3d centre = 0.5 * (min + max);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "canyon/base/read_report.hpp"
 #include "canyon/city/fwd.hpp"
 #include "canyon/geodesy/frames.hpp"
 
@@ -44,7 +45,7 @@ struct City {
   std::string name;
   geodesy::LocalFrame frame;  ///< ENU: heading 0 (an import's heading is applied to the vertices)
   Mesh mesh;
-  std::vector<std::string> notes;  ///< what the import dropped, guessed or repaired, one line each
+  ReadReport notes;  ///< what the import left out, guessed or repaired
   /// Ellipsoidal height of mean sea level in the city [m]; 0 where nothing is known of it.
   double geoid_undulation_m = 0;
   /// The seed of what its facades draw beside materials (propagation::Propagator).
@@ -63,6 +64,9 @@ void check_mesh(const Mesh& mesh, const std::string& name);
 std::size_t append_object(Mesh& mesh, std::string name, Surface surface, Material material,
                           const std::vector<Eigen::Vector3d>& vertices,
                           const std::vector<std::array<std::uint32_t, 3>>& triangles);
+
+/// Says how many triangles append_object() and readers dropped; nothing for none.
+void note_degenerate(ReadReport& notes, std::size_t dropped);
 
 /// A closed box, front sides outwards, for tests, vehicles and synthetic cities: footprint corners are
 /// [min.x, max.x] x [min.y, max.y], turned about its centre by `yaw_rad`.

@@ -28,7 +28,7 @@
 // INFO  u64 vertices, u64 triangles, f64 latitude, longitude [rad], height [m], heading [rad],
 //       from version 2 on f64 geoid undulation [m], name, u32 notes and each note, u32 objects and of each:
 //       name, u8 surface, u32 triangles; from version 2 on u8 facades of each object. A text is u32 bytes and
-//       its bytes.
+//       its bytes; notes of a loss or a guess begin with "loss: " or "guess: ".
 // VERT  f64 x y z of each vertex [m]; byte planes: all first bytes of the 3 n numbers, all second bytes, ...
 // TRIS  u32 a b c of each triangle, each number less the one before it (modulo 2^32); byte planes
 // MATS  u8 material of each triangle
@@ -138,8 +138,12 @@ std::string info_block(const City& city, std::uint32_t version) {
   put(info, city.frame.heading_rad());
   if (version > 1) put(info, city.geoid_undulation_m);
   put_text(info, city.name);
-  put(info, static_cast<std::uint32_t>(city.notes.size()));
-  for (const std::string& note : city.notes) put_text(info, note);
+  const std::vector<ReadReport::Entry> notes = city.notes.entries();
+  put(info, static_cast<std::uint32_t>(notes.size()));
+  for (const auto& [level, note] : notes) {
+    const bool plain = level == ReadReport::Level::Remark;
+    put_text(info, plain ? note : fmt::format("{}: {}", ReadReport::name(level), note));
+  }
   put(info, static_cast<std::uint32_t>(city.mesh.objects.size()));
   for (const Object& object : city.mesh.objects) {
     put_text(info, object.name);
@@ -287,8 +291,16 @@ class CityFileReader {
     }
     city.name = take_text(from);
     const std::uint32_t notes = take_count(from, 4);
-    city.notes.reserve(notes);
-    for (std::uint32_t i = 0; i < notes; ++i) city.notes.push_back(take_text(from));
+    for (std::uint32_t i = 0; i < notes; ++i) {
+      std::string note = take_text(from);
+      ReadReport::Level level = ReadReport::Level::Remark;
+      for (const auto each : {ReadReport::Level::Loss, ReadReport::Level::Guess}) {
+        if (!note.starts_with(fmt::format("{}: ", ReadReport::name(each)))) continue;
+        note.erase(0, ReadReport::name(each).size() + 2);
+        level = each;
+      }
+      city.notes.say(level, note);
+    }
     const std::uint32_t objects = take_count(from, 9);
     city.mesh.objects.reserve(objects);
     std::uint64_t next = 0;

@@ -35,13 +35,15 @@ City small_city() {
   append_box(city.mesh, "", Surface::Foliage, Material::Wood, {30, 0, -1}, {31, 2, 5});
   append_object(city.mesh, "terrain", Surface::Terrain, Material::Ground,
                 {{-99, -99, 0}, {99, 0, 0}, {0, 99, 1}}, {{0, 1, 2}});
-  city.notes = {"first", "", "third; with \n line"};
+  city.notes.say(ReadReport::Level::Remark, std::vector<std::string>{"first", "", "third; with \n line"});
+  city.notes.say(ReadReport::Level::Loss, "a tower is left out");
+  city.notes.say(ReadReport::Level::Guess, "its height");
   return city;
 }
 
 void expect_equal(const City& a, const City& b) {
   EXPECT_EQ(a.name, b.name);
-  EXPECT_EQ(a.notes, b.notes);
+  EXPECT_EQ(a.notes.entries(), b.notes.entries());
   EXPECT_EQ(a.frame.origin().latitude_rad, b.frame.origin().latitude_rad);
   EXPECT_EQ(a.frame.origin().longitude_rad, b.frame.origin().longitude_rad);
   EXPECT_EQ(a.frame.origin().height_m, b.frame.origin().height_m);

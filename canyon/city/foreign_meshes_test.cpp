@@ -158,7 +158,7 @@ TEST_F(ForeignMeshes, FortransExponentsAreRead) {
 TEST_F(ForeignMeshes, LinesOfObjThatAreNotRead) {
   const City city = read("a.obj", "curv 0 1 1 2\nvn 0 0 1\ns off\n<html>\n" + obj(""));
   EXPECT_EQ(city.mesh.triangles.size(), 4U);
-  EXPECT_THAT(city.notes,
+  EXPECT_THAT(city.notes.lines(),
               Contains(HasSubstr("2 lines are of no kind that is read (line 1: 'curv 0 1 1 2')")));
 }
 
@@ -174,30 +174,30 @@ TEST_F(ForeignMeshes, FacesThatGoToTheirHolesAndBack) {
     area += (v[b] - v[a]).cross(v[c] - v[a]).z() / 2;
   }
   EXPECT_NEAR(area, 192, 1e-9);
-  EXPECT_THAT(city.notes, Not(Contains(HasSubstr("cross themselves"))));
+  EXPECT_THAT(city.notes.lines(), Not(Contains(HasSubstr("cross themselves"))));
 }
 
 TEST_F(ForeignMeshes, FacesThatCrossThemselvesAreCounted) {  // a star of five points
   const City city = read("a.obj", "v 10 0 0\nv -8 6 0\nv 3 -9 0\nv 3 9 0\nv -8 -6 0\nf 1 2 3 4 5\n");
-  EXPECT_THAT(city.notes, Contains(HasSubstr("1 faces cross themselves")));
+  EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("1 faces cross themselves")));
 }
 
 TEST_F(ForeignMeshes, DataBeyondWhatThePlyHeaderCounts) {
   const auto note = Contains(HasSubstr("that the header counts"));
   const std::string whole = ply("", "element face 4\n", kPlyFaces);
-  EXPECT_THAT(read("a.ply", whole + "\n \n").notes, Not(note));
+  EXPECT_THAT(read("a.ply", whole + "\n \n").notes.lines(), Not(note));
   const City more = read("a.ply", whole + "3 0 1 2\n\n3 0 1 3\n");
   EXPECT_EQ(more.mesh.triangles.size(), 4U);
-  EXPECT_THAT(more.notes, Contains(HasSubstr("17 bytes follow the data that the header counts")));
+  EXPECT_THAT(more.notes.lines(), Contains(HasSubstr("17 bytes follow the data that the header counts")));
   std::string binary =
       "ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
       "property float z\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n" +
       test::bytes_of<float>({0, 0, 0, 9, 0, 0, 0, 9, 0, 0, 0, 9});
   const auto face = [](int a, int b, int c) { return "\3" + test::bytes_of<std::int32_t>({a, b, c}); };
   binary += face(0, 2, 1) + face(0, 1, 3) + face(1, 2, 3) + face(2, 0, 3);
-  EXPECT_THAT(read("a.ply", binary).notes, Not(note));
-  EXPECT_THAT(read("a.ply", binary + "\n").notes, Not(note));
-  EXPECT_THAT(read("a.ply", binary + face(0, 1, 2)).notes,
+  EXPECT_THAT(read("a.ply", binary).notes.lines(), Not(note));
+  EXPECT_THAT(read("a.ply", binary + "\n").notes.lines(), Not(note));
+  EXPECT_THAT(read("a.ply", binary + face(0, 1, 2)).notes.lines(),
               Contains(HasSubstr("13 bytes follow the data that the header counts")));
 }
 

@@ -72,7 +72,7 @@ TEST(GazeboExport, WorldWithoutTerrainGetsAPlaneThatIsNotPartOfTheCity) {
   EXPECT_THAT(read_bytes(folder / "w.sdf"), HasSubstr("<plane>"));
   const City read = read_gazebo_world(folder / "w.sdf");
   EXPECT_EQ(difference_of(city, read, 1e-6), "");
-  EXPECT_THAT(read.notes, ::testing::Contains(HasSubstr("ground plane")));
+  EXPECT_THAT(read.notes.lines(), ::testing::Contains(HasSubstr("ground plane")));
 }
 
 TEST(GazeboExport, HongKongIsSplitByPlace) {

@@ -43,6 +43,7 @@ using sdf::Source;
 using sdf::text_of;
 
 constexpr int kDeepestNesting = 16;
+constexpr const char* kNothingThere = "no signal is blocked or reflected there";
 
 class GazeboImport {
  public:
@@ -59,25 +60,23 @@ class GazeboImport {
     if (city_.name.empty()) city_.name = path_.parent_path().filename().string();
     const Element* world = sdf.FirstChildElement("world");
     if (world != nullptr) {
-      if (world->NextSiblingElement("world") != nullptr) note("only the first of several worlds is read");
+      if (world->NextSiblingElement("world") != nullptr)
+        notes_.say(Level::Loss, "only the first of several worlds is read");
       read_origin(source, *world);
       read_state(source, *world);
       read_models(source, *world, Eigen::Affine3d::Identity(), "", 0, true);
     } else {
-      note("no spherical_coordinates: the origin is latitude 0, longitude 0, height 0");
+      note_no_origin();
       read_models(source, sdf, Eigen::Affine3d::Identity(), "", 0);
     }
     if (city_.mesh.triangles.empty()) {
       if (!absent_.empty()) throw InputError(absent_.front());
-      std::string why;
-      for (const auto& [what, count] : left_out_)
-        why += fmt::format("{}{} {}", why.empty() ? "" : ", ", count, what);
-      throw InputError(path_, 0,
-                       why.empty() ? "holds no triangle"
-                                   : fmt::format("holds no triangle that is read; not read are {}", why),
-                       moving_.empty()
-                           ? "give its links collisions or visuals"
-                           : "give the models of the city <static>true</static>: others can move");
+      const std::string why = fmt::format("{}", fmt::join(notes_.lines(Level::Loss), ", "));
+      throw InputError(
+          path_, 0,
+          why.empty() ? "holds no triangle" : fmt::format("holds no triangle that is read; {}", why),
+          moving_.empty() ? "give its links collisions or visuals"
+                          : "give the models of the city <static>true</static>: others can move");
     }
     note_moving();
     note_absent();
@@ -86,10 +85,10 @@ class GazeboImport {
     if (heading_rad_ != 0) {
       for (Eigen::Vector3d& v : city_.mesh.vertices) v = enu_from_world * v;
     }
-    if (degenerate_ > 0)
-      note(fmt::format("{} degenerate triangles (area below 1e-8 m^2) dropped", degenerate_));
-    for (const auto& [what, count] : left_out_) note(fmt::format("{} {} left out", count, what));
-    if (moved_ > 0) note(fmt::format("{} models stand where the world's <state> says", moved_));
+    note_degenerate(notes_, degenerate_);
+    if (moved_ > 0)
+      city_.notes.say(Level::Remark, fmt::format("{} models stand where the world's <state> says", moved_));
+    city_.notes.append(notes_, path_);
     check_mesh(city_.mesh, city_.name);
     return std::move(city_);
   }
@@ -100,7 +99,7 @@ class GazeboImport {
     bool marked = false;
   };
 
-  void note(std::string line) { city_.notes.push_back(std::move(line)); }
+  using Level = ReadReport::Level;
 
   /// Gazebo Classic saves where models stood, and which were deleted; it does so again.
   void read_state(const Source& source, const Element& world) {
@@ -123,7 +122,8 @@ class GazeboImport {
     if (const Element* const scale = model.FirstChildElement("scale")) {
       const std::vector<double> s = numbers(source, *scale, 3, 1e6);
       const bool scaled = std::any_of(s.begin(), s.end(), [](double x) { return std::abs(x - 1) > 1e-6; });
-      if (scaled) note(fmt::format("the world's <state> scales '{}', which is read as it is", name));
+      if (scaled)
+        notes_.say(Level::Loss, fmt::format("the world's <state> scales '{}', which is read as it is", name));
     }
   }
   /// The pose of a world's model: its own, or that of the state.
@@ -137,25 +137,26 @@ class GazeboImport {
   /// Whether the state says that a world's model was deleted.
   bool is_deleted(const std::string& name, int depth) {
     const bool deleted = depth == 0 && deleted_.count(name) > 0;
-    if (deleted) ++left_out_["models that the world's <state> deletes"];
+    if (deleted) city_.notes.tell(Level::Remark, "{} models that the world's <state> deletes left out");
     return deleted;
   }
 
+  void note_no_origin() {
+    notes_.say(Level::Guess, "no spherical_coordinates: the origin is latitude 0, longitude 0, height 0");
+  }
+
   void note_absent() {
-    constexpr std::size_t kNamed = 5;
-    for (std::size_t i = 0; i < std::min(absent_.size(), kNamed); ++i)
-      note(fmt::format("{}; left out", absent_[i].what()));
-    if (absent_.size() > kNamed)
-      note(fmt::format("{} more meshes or models that are not there or cannot be read left out",
-                       absent_.size() - kNamed));
+    for (const InputError& fault : absent_)
+      city_.notes.tell(Level::Loss, fmt::format("{}; left out: {}", fault.what(), kNothingThere));
   }
 
   void note_moving() {
     if (moving_.empty()) return;
     const auto named = moving_.begin() + std::min<std::ptrdiff_t>(std::ssize(moving_), 5);
-    note(fmt::format("models that can move (without <static>true</static>) left out: {} ({}{})",
-                     moving_.size(), fmt::join(moving_.begin(), named, ", "),
-                     named == moving_.end() ? "" : ", ..."));
+    notes_.say(Level::Guess,
+               fmt::format("models that can move (without <static>true</static>) left out: {} ({}{})",
+                           moving_.size(), fmt::join(moving_.begin(), named, ", "),
+                           named == moving_.end() ? "" : ", ..."));
   }
 
   /// A model's folder stands for the file that its model.config names.
@@ -206,7 +207,7 @@ class GazeboImport {
   void read_origin(const Source& source, const Element& world) {
     const Element* coordinates = world.FirstChildElement("spherical_coordinates");
     if (coordinates == nullptr) {
-      note("no spherical_coordinates: the origin is latitude 0, longitude 0, height 0");
+      note_no_origin();
       return;
     }
     const auto word = [&](const char* name, std::string_view only) {
@@ -256,7 +257,7 @@ class GazeboImport {
       } else if (kind == "include") {
         read_include({&source, &parent}, *e, world_from_parent, scope, depth, only_static);
       } else if (kind == "actor" || kind == "population" || kind == "road") {
-        ++left_out_[fmt::format("<{}>", kind)];
+        notes_.tell(Level::Loss, fmt::format("{{}} <{}> left out", kind));
       }
     }
   }
@@ -264,7 +265,7 @@ class GazeboImport {
   void read_model(const Source& source, const Element& model, const Eigen::Affine3d& world_from_model,
                   const std::string& scope, const std::string& name, int depth) {
     if (name == kGroundPlaneModel) {
-      note("the ground plane under a city without terrain is not part of it");
+      city_.notes.say(Level::Remark, "the ground plane under a city without terrain is not part of it");
       return;
     }
     const std::string inner = scope.empty() ? name : scope + "::" + name;
@@ -322,7 +323,7 @@ class GazeboImport {
     if (!found) {
       const std::string last = lower_case(uri.substr(uri.find_last_of('/') + 1));
       if (last == "sun" || last == "ground_plane" || last == "ground plane") {
-        note(fmt::format("'{}' of Gazebo's own collection left out", uri));
+        city_.notes.say(Level::Remark, fmt::format("'{}' of Gazebo's own collection left out", uri));
         return {};
       }
       throw source.error(include, fmt::format("'{}' is not beside the file", uri),
@@ -330,7 +331,7 @@ class GazeboImport {
     }
     const Source& file = open(model_file(*found));
     const Element* const model = file.document.RootElement()->FirstChildElement("model");
-    if (model == nullptr) ++left_out_["includes without a model (lights)"];
+    if (model == nullptr) city_.notes.tell(Level::Remark, "{} includes without a model (lights) left out");
     return {&file, model};
   }
 
@@ -367,7 +368,8 @@ class GazeboImport {
     std::vector<std::string> notes;
     LinkShapes shapes(notes);
     if (!add_polylines(source, geometry, shapes, {name}) && !add_primitive(source, *shape, shapes, {name})) {
-      if (kind != "empty") ++left_out_[fmt::format("<{}> geometries", kind)];
+      if (kind != "empty")
+        notes_.tell(Level::Loss, fmt::format("{{}} <{}> geometries left out: {}", kind, kNothingThere));
       return;
     }
     const Mesh mesh = shapes.take();
@@ -375,7 +377,7 @@ class GazeboImport {
       const std::string& line = notes.back();  // "'NAME' is left out: WHY"
       throw source.error(*shape, fmt::format("<{}>: {}", kind, line.substr(line.rfind(": ") + 2)));
     }
-    for (std::string& line : notes) note(std::move(line));
+    notes_.say(Level::Loss, notes);
     for (const Object& object : mesh.objects) append(mesh, object, world_from_geometry);
   }
 
@@ -383,7 +385,8 @@ class GazeboImport {
                  const std::string& name) {
     const std::string uri = child_text(shape, "uri");
     if (uri.empty()) throw source.error(shape, "<mesh> without <uri>");
-    if (shape.FirstChildElement("submesh") != nullptr) ++left_out_["<submesh> choices (whole mesh read)"];
+    if (shape.FirstChildElement("submesh") != nullptr)
+      notes_.tell(Level::Guess, "{} <submesh> choices left out: the whole mesh is read");
     if (const Element* e = shape.FirstChildElement("scale")) {
       const std::vector<double> s = numbers(source, *e, 3, 1e6);
       const Eigen::Vector3d scale(s[0], s[1], s[2]);
@@ -411,7 +414,9 @@ class GazeboImport {
   /// A mesh file; empty, with the reason kept, where it cannot be read.
   PartFile part_of(const std::filesystem::path& path) {
     try {
-      return {read_mesh_part(path, {}).mesh, has_mesh_mark(path)};
+      City part = read_mesh_part(path, {});
+      notes_.append(part.notes, path);
+      return {std::move(part.mesh), has_mesh_mark(path)};
     } catch (const InputError& fault) {
       absent_.push_back(fault);
       return {};
@@ -454,7 +459,7 @@ class GazeboImport {
   double heading_rad_ = 0;
   std::map<std::string, std::unique_ptr<Source>> sources_;
   std::map<std::string, PartFile> meshes_;
-  std::map<std::string, std::size_t> left_out_;
+  ReadReport notes_;                              ///< losses and guesses, which name the world
   std::vector<std::string> moving_;               ///< names of the world's models that are not static
   std::map<std::string, Eigen::Affine3d> state_;  ///< poses of the world's models
   std::set<std::string> deleted_;                 ///< names of these

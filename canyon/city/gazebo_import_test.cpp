@@ -18,7 +18,9 @@ namespace {
 
 using geodesy::kPi;
 using ::testing::Contains;
+using ::testing::Each;
 using ::testing::HasSubstr;
+using ::testing::SizeIs;
 
 class GazeboImport : public ::testing::Test {
  protected:
@@ -162,7 +164,7 @@ TEST_F(GazeboImport, IncludesModelsFromBesideTheWorld) {
   EXPECT_NEAR(city.bounds().max.x(), 41, 1e-12);
   EXPECT_NEAR(city.bounds().max.z(), 106, 1e-12);
   EXPECT_NEAR(city.bounds().min.z(), 0, 1e-12);
-  EXPECT_THAT(city.notes, Contains(HasSubstr("model://sun")));
+  EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("model://sun")));
 }
 
 TEST_F(GazeboImport, TakesOriginAndHeading) {
@@ -177,19 +179,20 @@ TEST_F(GazeboImport, TakesOriginAndHeading) {
   // The world's x axis points north.
   EXPECT_NEAR(city.bounds().max.y(), 101, 1e-9);
   EXPECT_NEAR(city.bounds().max.x(), 2, 1e-9);
-  EXPECT_THAT(world(model("m", "0 0 0 0 0 0", kBox)).notes, Contains(HasSubstr("no spherical_coordinates")));
+  EXPECT_THAT(world(model("m", "0 0 0 0 0 0", kBox)).notes.lines(),
+              Contains(HasSubstr("no spherical_coordinates")));
 }
 
 TEST_F(GazeboImport, SaysWhatItLeavesOut) {
   const City city = world("<actor name='walker'/>" + model("m", "0 0 0 0 0 0", kBox) +
                           model("h", "0 0 0 0 0 0", "<heightmap><uri>file://x.png</uri></heightmap>"));
-  EXPECT_THAT(city.notes, Contains(HasSubstr("1 <heightmap> geometries left out")));
-  EXPECT_THAT(city.notes, Contains(HasSubstr("1 <actor> left out")));
+  EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("1 <heightmap> geometries left out")));
+  EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("1 <actor> left out")));
 }
 
 TEST_F(GazeboImport, SaysWhatItCouldNotReadWhereNothingIsLeft) {
   EXPECT_THAT(error(model("m", "0 0 0 0 0 0", "<heightmap><uri>file://x.png</uri></heightmap>")),
-              HasSubstr("holds no triangle that is read; not read are 1 <heightmap> geometries"));
+              HasSubstr("holds no triangle that is read; 1 <heightmap> geometries left out"));
 }
 
 /// By the divergence theorem: positive where front sides are outwards.
@@ -245,7 +248,7 @@ TEST_F(GazeboImport, ModelsStandWhereTheSavedStateSays) {
   const City city = world(model("a", "100 0 3 0 0 0", kBox) + model("b", "50 0 3 0 0 0", kBox) + state);
   EXPECT_NEAR(city.bounds().min.x(), 49, 1e-9);
   EXPECT_NEAR(city.bounds().max.x(), 301, 1e-9);
-  EXPECT_THAT(city.notes, Contains("1 models stand where the world's <state> says"));
+  EXPECT_THAT(city.notes.lines(), Contains("1 models stand where the world's <state> says"));
 }
 
 TEST_F(GazeboImport, TheSavedStateDeletesAndAddsModels) {
@@ -256,8 +259,8 @@ TEST_F(GazeboImport, TheSavedStateDeletesAndAddsModels) {
   ASSERT_EQ(city.mesh.objects.size(), 2U);
   EXPECT_NEAR(city.bounds().min.x(), 49, 1e-9);
   EXPECT_NEAR(city.bounds().max.x(), 101, 1e-9);
-  EXPECT_THAT(city.notes, Contains("1 models that the world's <state> deletes left out"));
-  EXPECT_THAT(city.notes, Contains(HasSubstr("<state> scales 'a', which is read as it is")));
+  EXPECT_THAT(city.notes.lines(), Contains("1 models that the world's <state> deletes left out"));
+  EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("<state> scales 'a', which is read as it is")));
 }
 
 TEST_F(GazeboImport, OfAWorldOnlyWhatIsStatic) {
@@ -272,8 +275,9 @@ TEST_F(GazeboImport, OfAWorldOnlyWhatIsStatic) {
   ASSERT_EQ(city.mesh.objects.size(), 2U);
   EXPECT_EQ(city.mesh.objects[0].name, "house::link::c");
   EXPECT_EQ(city.mesh.objects[1].name, "kiosk::l::c");
-  EXPECT_THAT(city.notes, Contains("models that can move (without <static>true</static>) left out: 3 (car, "
-                                   "parked, car)"));
+  EXPECT_THAT(city.notes.lines(),
+              Contains(HasSubstr("models that can move (without <static>true</static>) left out: 3 (car, "
+                                 "parked, car)")));
   EXPECT_THAT(error(car), HasSubstr("holds no triangle; give the models of the city <static>true</static>"));
   // A model alone is the city that it is taken for.
   EXPECT_EQ(read_gazebo_world(folder_ / "cart.sdf").mesh.objects.size(), 1U);
@@ -325,17 +329,18 @@ TEST_F(GazeboImport, MissingAndDamagedFilesCostThemselves) {
             "<include><uri>model://broken</uri></include>");
   ASSERT_EQ(city.mesh.objects.size(), 1U);
   EXPECT_EQ(city.mesh.objects[0].name, "house::link::c");
-  EXPECT_THAT(city.notes, Contains(HasSubstr("w.world:5: mesh 'none.dae' is not beside the file")));
-  EXPECT_THAT(city.notes, Contains(HasSubstr("bad.obj:2: names vertex 2 of 1")));
-  EXPECT_THAT(city.notes, Contains(HasSubstr("'model://none' is not beside the file")));
-  EXPECT_THAT(city.notes, Contains(HasSubstr("model.sdf:1: is not well-formed XML")));
-  EXPECT_EQ(std::count_if(city.notes.begin(), city.notes.end(),
-                          [](const std::string& line) { return line.ends_with("; left out"); }),
-            5);
+  EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("w.world:5: mesh 'none.dae' is not beside the file")));
+  EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("bad.obj:2: names vertex 2 of 1")));
+  EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("'model://none' is not beside the file")));
+  EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("model.sdf:1: is not well-formed XML")));
+  const std::vector<std::string> losses = city.notes.lines(ReadReport::Level::Loss);
+  EXPECT_THAT(losses, SizeIs(4));
+  EXPECT_THAT(losses, Each(HasSubstr("; left out: no signal is blocked or reflected there")));
+  EXPECT_THAT(losses, Contains(HasSubstr("there (2 times)"))) << "included twice";
   std::string many = house;
   for (int i = 0; i < 9; ++i)
     many += model(std::to_string(i), "0 0 0 0 0 0", "<mesh><uri>" + std::to_string(i) + ".dae</uri></mesh>");
-  EXPECT_THAT(world(many).notes, Contains(HasSubstr("4 more meshes or models")));
+  EXPECT_THAT(world(many).notes.lines(ReadReport::Level::Loss), SizeIs(9));
 }
 
 constexpr const char* kShape = "<geometry><box><size>2 2 2</size></box></geometry>";

@@ -15,6 +15,7 @@
 #include "canyon/base/archives.hpp"
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/statistics.hpp"
 #include "canyon/city/boxes.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/mesh_names.hpp"
@@ -73,7 +74,7 @@ class MeshImport {
   MeshImport(const std::filesystem::path& path, const MeshImportOptions& options, bool whole_city)
       : path_(path), options_(options), whole_city_(whole_city) {}
 
-  City read(std::string* caution = nullptr) {
+  City read() {
     options_.validate();
     check_bytes();
     marked_ = has_mesh_mark(path_);
@@ -93,26 +94,21 @@ class MeshImport {
     city.frame = geodesy::LocalFrame(options_.origin);
     note(fmt::format("{} triangles in {} nodes; 1 unit is {} m, {} up", read_, nodes_.size(),
                      scene.metres_per_unit * options_.scale, scene.up));
-    for (std::string& left_out : scene.notes) note(std::move(left_out));
-    if (degenerate_ > 0)
-      note(fmt::format("{} degenerate triangles (area below 1e-8 m^2) dropped", degenerate_));
+    note_degenerate(scene.notes, degenerate_);
+    notes_.append(scene.notes, path_);
     if (marked_) {
       build_as_written(city.mesh);
     } else {
       build(city.mesh);
     }
     check_mesh(city.mesh, city.name);
+    if (whole_city_ && !options_.up_axis && !marked_) check_up_axis(city.mesh, scene.up);
     city.notes = std::move(notes_);
-    if (caution != nullptr && !options_.up_axis && !marked_ && terrain_stands_upright(city.mesh)) {
-      const char other = scene.up == 'Z' ? 'Y' : 'Z';
-      *caution = fmt::format("{}: its terrain stands upright; is {} the file's up axis? Then set up_axis: {}",
-                             city.name, static_cast<char>(other - 'A' + 'a'), other);
-    }
     return city;
   }
 
  private:
-  void note(std::string line) { notes_.push_back(std::move(line)); }
+  void note(std::string_view line) { notes_.say(ReadReport::Level::Remark, line); }
 
   void check_bytes() const {
     check_input_file(path_, meshes::kLargestMesh);
@@ -132,21 +128,49 @@ class MeshImport {
                        [&name](const std::string& word) { return has_word(name, word); });
   }
 
-  /// Whether the faces of terrain look sideways, by most of their area.
-  static bool terrain_stands_upright(const Mesh& mesh) {
-    constexpr double kUpright = 0.3;
+  /// Guesses that a city lies on its side: its terrain stands upright, no roof is above the ground, or its
+  /// buildings stand on one plane that is not level.
+  void check_up_axis(const Mesh& mesh, char up) {
+    constexpr double kUpright = 0.3, kPlane_m = 1, kApart_m = 10;
+    const char other = up == 'Z' ? 'Y' : 'Z';
+    const double towards_y = up == 'Z' ? 1 : -1;  // the other axis' up in ENU
     double area = 0, level = 0;
+    Box ground, roofs;
+    std::vector<double> feet_z, feet_y;
     for (const Object& object : mesh.objects) {
-      if (object.surface != Surface::Terrain) continue;
+      Box box;
       for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
         const auto& [a, b, c] = mesh.triangles[t];
+        for (const std::uint32_t v : mesh.triangles[t]) extend(box, mesh.vertices[v]);
+        if (object.surface != Surface::Terrain) continue;
         const Eigen::Vector3d normal =
             (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]);
         area += normal.norm();
         level += std::abs(normal.z());
       }
+      for (const Eigen::Vector3d& corner : {box.min, box.max}) {
+        if (object.surface == Surface::Terrain) extend(ground, corner);
+        if (object.surface == Surface::Building) extend(roofs, corner);
+      }
+      if (object.surface != Surface::Building) continue;
+      feet_z.push_back(box.min.z());
+      feet_y.push_back(towards_y > 0 ? box.min.y() : -box.max.y());
     }
-    return level < kUpright * area;
+    const auto spread = [](std::vector<double>& values) {
+      const std::vector<double> ends = quantiles(values, std::array{0.05, 0.95});
+      return ends[1] - ends[0];
+    };
+    std::string why;
+    if (level < kUpright * area)
+      why = "its terrain stands upright";
+    else if (!feet_z.empty() && roofs.max.z() <= (area > 0 ? ground.min.z() : 0))
+      why = fmt::format("no building has a roof above the {}", area > 0 ? "terrain" : "origin");
+    else if (feet_z.size() > 2 && spread(feet_y) < kPlane_m && spread(feet_z) > kApart_m)
+      why = "its buildings stand on an upright plane";
+    if (why.empty()) return;
+    notes_.say(ReadReport::Level::Guess,
+               fmt::format("{}: {}; is {} the file's up axis? Then set up_axis: {}",
+                           path_.filename().string(), why, static_cast<char>(other - 'A' + 'a'), other));
   }
 
   void take(meshes::SceneNode& from, const Eigen::Affine3d& enu_from_file) {
@@ -340,7 +364,7 @@ class MeshImport {
   bool whole_city_ = true;
   bool marked_ = false;  ///< written by Canyon, see mesh_marks.hpp
   std::vector<Node> nodes_;
-  std::vector<std::string> notes_;
+  ReadReport notes_;
   Box bounds_;
   std::size_t read_ = 0;
   std::size_t degenerate_ = 0;
@@ -348,9 +372,8 @@ class MeshImport {
 
 }  // namespace
 
-City read_mesh_city(const std::filesystem::path& path, const MeshImportOptions& options,
-                    std::string* caution) {
-  return MeshImport(path, options, true).read(caution);
+City read_mesh_city(const std::filesystem::path& path, const MeshImportOptions& options) {
+  return MeshImport(path, options, true).read();
 }
 
 City read_mesh_part(const std::filesystem::path& path, const MeshImportOptions& options) {

@@ -17,9 +17,9 @@ namespace canyon::city {
 /// Files that Canyon wrote (write_mesh(), by the mark in them) are taken at their word: each node is one
 /// object, surfaces and materials are those that were written and no side is turned. In other files a node
 /// whose name begins with "building:", "terrain:", "foliage:" or "vehicle:" is of that surface.
-/// @param caution takes a warning where no up axis is given and the terrain stands upright, else nothing
-[[nodiscard]] City read_mesh_city(const std::filesystem::path& path, const MeshImportOptions& options,
-                                  std::string* caution = nullptr);
+/// City::notes guess that the city lies on its side where no up axis is given and its terrain, or the plane
+/// that its buildings stand on, is upright, or no roof is above the ground.
+[[nodiscard]] City read_mesh_city(const std::filesystem::path& path, const MeshImportOptions& options);
 
 /// The same for a part of a scene: of any size up to 200 km, and anywhere within 1,000 km.
 [[nodiscard]] City read_mesh_part(const std::filesystem::path& path, const MeshImportOptions& options);

@@ -26,6 +26,7 @@ using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using ::testing::Not;
 
 /// A folder of its own for each test, gone afterwards.
@@ -418,7 +419,7 @@ TEST_F(MeshFile, MirroredNodeStillFacesOutwards) {
   const City city =
       read_mesh_city(write("a.dae", dae({{"house", box(), "-1 0 0 0  0 1 0 0  0 0 1 0  0 0 0 1"}})), {});
   expect_box(city, {-11, 2, 3}, {-1, 22, 33});
-  EXPECT_THAT(city.notes, Not(Contains(HasSubstr("inside out"))))
+  EXPECT_THAT(city.notes.lines(), Not(Contains(HasSubstr("inside out"))))
       << "a mirror image is not a fault of the file";
 }
 
@@ -451,8 +452,8 @@ TEST_F(MeshFile, DegenerateTrianglesAreDroppedAndCounted) {
   soup.triangles.push_back({0, 8, 1});
   const City city = read_mesh_city(write("a.obj", obj(soup)), {});
   expect_box(city);
-  EXPECT_THAT(city.notes, Contains(HasSubstr("2 degenerate triangles")));
-  EXPECT_THAT(city.notes.front(), HasSubstr("14 triangles in 1 nodes"));
+  EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("2 degenerate triangles")));
+  EXPECT_THAT(city.notes.lines().front(), HasSubstr("14 triangles in 1 nodes"));
 }
 
 TEST_F(MeshFile, InsideOutBuildingIsTurned) {
@@ -460,7 +461,7 @@ TEST_F(MeshFile, InsideOutBuildingIsTurned) {
   for (auto& t : soup.triangles) std::swap(t[0], t[1]);
   const City city = read_mesh_city(write("a.ply", ply(soup)), {});
   expect_box(city);
-  EXPECT_THAT(city.notes, Contains(HasSubstr("1 objects were inside out")));
+  EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("1 objects were inside out")));
 }
 
 TEST_F(MeshFile, OneWrongTriangleIsTurned) {
@@ -468,7 +469,7 @@ TEST_F(MeshFile, OneWrongTriangleIsTurned) {
   std::swap(soup.triangles[7][0], soup.triangles[7][2]);
   const City city = read_mesh_city(write("a.ply", ply(soup)), {});
   expect_box(city);
-  EXPECT_THAT(city.notes, Contains(HasSubstr("1 triangles of 1 objects turned")));
+  EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("1 triangles of 1 objects turned")));
 }
 
 TEST_F(MeshFile, InsideOutWithoutFloorIsTurned) {
@@ -477,8 +478,8 @@ TEST_F(MeshFile, InsideOutWithoutFloorIsTurned) {
                        soup.triangles.begin() + 2);  // append_box() begins with the floor
   for (auto& t : soup.triangles) std::swap(t[0], t[1]);
   const City city = read_mesh_city(write("a.ply", ply(soup)), {});
-  EXPECT_THAT(city.notes, Contains(HasSubstr("1 objects were inside out")));
-  EXPECT_THAT(city.notes, Not(Contains(HasSubstr("not closed"))));
+  EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("1 objects were inside out")));
+  EXPECT_THAT(city.notes.lines(), Not(Contains(HasSubstr("not closed"))));
   const Eigen::Vector3d centre = 0.5 * (kMin + kMax);
   for (const auto& t : city.mesh.triangles) {
     const Eigen::Vector3d a = city.mesh.vertices[t[0]];
@@ -489,7 +490,7 @@ TEST_F(MeshFile, InsideOutWithoutFloorIsTurned) {
 TEST_F(MeshFile, OpenBuildingIsSaid) {
   Soup soup = box();
   soup.triangles.erase(soup.triangles.begin() + 2, soup.triangles.begin() + 4);  // the roof
-  EXPECT_THAT(read_mesh_city(write("a.ply", ply(soup)), {}).notes,
+  EXPECT_THAT(read_mesh_city(write("a.ply", ply(soup)), {}).notes.lines(),
               Contains(HasSubstr("1 buildings are not closed")));
 }
 
@@ -531,7 +532,7 @@ TEST_F(MeshFile, TerrainByGeometry) {
   const City city = read_mesh_city(write("a.dae", dae({{"plane", sheet(100)}, {"cube", box()}})), {});
   EXPECT_EQ(city.mesh.objects[0].surface, Surface::Terrain);
   EXPECT_EQ(city.mesh.objects[1].surface, Surface::Building);
-  EXPECT_THAT(city.notes, Contains(HasSubstr("node 'plane' is taken as terrain")));
+  EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("node 'plane' is taken as terrain")));
 }
 
 TEST_F(MeshFile, TerrainAsPartOfTheOnlyNode) {
@@ -584,7 +585,7 @@ TEST_F(MeshFile, SaysWhatOfGltfItLeavesOut) {
   const auto notes_of = [&](const std::string& from, const std::string& to) {
     std::string changed = json;
     changed.replace(changed.find(from), from.size(), to);
-    return read_mesh_city(write("a.gltf", changed), {}).notes;
+    return read_mesh_city(write("a.gltf", changed), {}).notes.lines();
   };
   const std::string node = R"({"mesh":0,)";
   EXPECT_THAT(notes_of(node, node + R"("extensions":{"KHR_node_visibility":{"visible":false}},)"),
@@ -640,19 +641,27 @@ TEST_F(MeshFile, NodesOfColladaMayStandAtSeveralPlaces) {
   EXPECT_THAT(error_of(write("a.dae", text)), HasSubstr("stands within itself"));
 }
 
+// Blender writes none, others do.
+TEST_F(MeshFile, CommentsBehindTheDataOfObj) {
+  const std::string text =
+      "o a#1 # no comment\nv 0 0 0 # corner\nv 9 0 0\nv 9 0 9 #\nv 0 0 9\nf 1 2 3 # front\nf 1 3 4\n";
+  const City city = read_mesh_city(write("a.obj", text), {});
+  EXPECT_EQ(city.mesh.triangles.size(), 2U);
+  EXPECT_EQ(city.mesh.objects[0].name, "a#1 # no comment");
+}
+
 TEST_F(MeshFile, AMeshOnItsSideIsSaid) {
   const auto caution = [](const char* name, std::optional<char> up_axis = {}) {
     MeshImportOptions options;
     options.up_axis = up_axis;
     const std::filesystem::path path = test::case_file(name);
-    std::string said;
-    (void)read_mesh_city(path, options, &said);
-    return said;
+    return read_mesh_city(path, options).notes.warnings();
   };
-  EXPECT_THAT(caution("obj-y-up/y_up.obj"),
-              HasSubstr("its terrain stands upright; is y the file's up axis?"));
-  EXPECT_EQ(caution("obj-y-up/z_up.obj"), "");
-  EXPECT_EQ(caution("obj-y-up/y_up.obj", 'Y'), "");
+  EXPECT_THAT(
+      caution("obj-y-up/y_up.obj"),
+      ElementsAre(HasSubstr("its terrain stands upright; is y the file's up axis? Then set up_axis: Y")));
+  EXPECT_THAT(caution("obj-y-up/z_up.obj"), IsEmpty());
+  EXPECT_THAT(caution("obj-y-up/y_up.obj", 'Y'), IsEmpty());
 }
 
 TEST_F(MeshFile, DamagedFiles) {
@@ -778,11 +787,11 @@ TEST(HongKong, MatchesAnIndependentReader) {
   const City city = read_mesh_city(path, options);
   const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begin;
   std::cout << "Hong Kong mesh read in " << took.count() << " ms\n";
-  for (const std::string& line : city.notes) std::cout << "  " << line << "\n";
+  for (const std::string& line : city.notes.lines()) std::cout << "  " << line << "\n";
 
-  EXPECT_THAT(city.notes.front(), HasSubstr("22464 triangles in 2 nodes; 1 unit is 1 m, Z up"));
-  EXPECT_THAT(city.notes, Contains(HasSubstr("1150 degenerate triangles")));
-  EXPECT_THAT(city.notes, Not(Contains(HasSubstr("turned"))));
+  EXPECT_THAT(city.notes.lines().front(), HasSubstr("22464 triangles in 2 nodes; 1 unit is 1 m, Z up"));
+  EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("1150 degenerate triangles")));
+  EXPECT_THAT(city.notes.lines(), Not(Contains(HasSubstr("turned"))));
   const CitySummary summary = summarize(city);
   EXPECT_EQ(summary.triangles, 22464U - 1150U);
   EXPECT_EQ(summary.terrain_triangles, 4018U);

@@ -262,8 +262,8 @@ GpsTime parse_time(std::string_view whole) {
   c.month = number(2);
   if (extended) expect("-");
   c.day = number(2);
-  if (!rest.empty() &&
-      (rest.front() == 'T' || (rest.front() == ' ' && rest.size() > 1 && rest[1] >= '0' && rest[1] <= '9'))) {
+  if (!rest.empty() && (rest.front() == 'T' || rest.front() == 't' ||
+                        (rest.front() == ' ' && rest.size() > 1 && rest[1] >= '0' && rest[1] <= '9'))) {
     rest.remove_prefix(1);
     c.hour = number(2);
     if (extended) expect(":");
@@ -286,7 +286,7 @@ GpsTime parse_time(std::string_view whole) {
   }
   rest = trim(rest);
   if (rest == "GPST" || rest == "GPS") return gps_from_calendar(c);
-  if (rest.empty() || rest == "Z" || rest == "UTC") return gps_from_utc(c);
+  if (rest.empty() || rest == "Z" || rest == "z" || rest == "UTC") return gps_from_utc(c);
   const bool east = take(rest, "+");
   if (!east && !take(rest, "-")) throw wrong;
   const int hours = number(2);
@@ -319,7 +319,7 @@ std::string rollover_text(GpsTime stated, GpsTime expected) {
 bool names_time_scale(std::string_view text) {
   constexpr std::string_view kDate = "2019-04-28";
   text = trim(text);
-  return text.size() > kDate.size() && text.find_first_of("ZUG+-", kDate.size()) != std::string_view::npos;
+  return text.size() > kDate.size() && text.find_first_of("ZzUG+-", kDate.size()) != std::string_view::npos;
 }
 
 GpsTime parse_simulated_time(std::string_view text) {

@@ -27,6 +27,7 @@
 #include "canyon/simulation/motion/recorded_path.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 
 namespace canyon::inspection {
 namespace {
@@ -55,7 +56,14 @@ std::string satellites_text(const std::set<gnss::SatelliteId>& satellites) {
 
 FileReport inspect_scenario(const std::filesystem::path& path) {
   const simulation::Scenario scenario = simulation::read_scenario(path, {false});
-  FileReport report{"scenario", {}, scenario.warnings, {"canyon simulate FILE --out DIR"}};
+  FileReport report{"scenario", {}, {}, {"canyon simulate FILE --out DIR"}};
+  city::City city = simulation::load_city(scenario);
+  if (scenario.trajectory.file || !scenario.trajectory.waypoints.empty()) {
+    report.notes = simulation::Simulation(scenario, std::move(city)).report();
+  } else {
+    report.notes = city.notes;
+    report.notes.say(ReadReport::Level::Guess, scenario.warnings);
+  }
   const std::vector<std::string> receivers = simulation::receiver_names(scenario.receivers);
   report.contents.emplace_back("receivers", fmt::format("{}", fmt::join(receivers, ", ")));
   if (scenario.start) report.contents.emplace_back("start", geodesy::format_gpst(*scenario.start, 0));
@@ -75,8 +83,6 @@ FileReport inspect_city(const std::filesystem::path& path) {
   report.contents.emplace_back("buildings", fmt::format("{}", summary.buildings));
   report.contents.emplace_back("triangles",
                                fmt::format("{} ({} terrain)", summary.triangles, summary.terrain_triangles));
-  const std::vector<std::string>& cautions = loaded.report.cautions;
-  report.skipped.insert(report.skipped.begin(), cautions.begin(), cautions.end());
   if (summary.triangles > 0) {
     const Eigen::Vector3d size = summary.bounds.max - summary.bounds.min;
     report.contents.emplace_back(
@@ -110,8 +116,7 @@ FileReport inspect_raster(const std::filesystem::path& path) {
   if (!summary.lowest_m) {
     throw InputError(path, 0, "has no height within -500 to 9,000 m", "is it a raster of heights?");
   }
-  FileReport report{
-      "height raster", {}, raster.cautions(), {"city: {osm: MAP, terrain: FILE} in a scenario"}};
+  FileReport report{"height raster", {}, raster.notes(), {"city: {osm: MAP, terrain: FILE} in a scenario"}};
   report.contents.emplace_back(
       "posts", fmt::format("{} x {}, {:.3g} m apart", summary.columns, summary.rows, summary.spacing_m));
   report.contents.emplace_back(
@@ -121,8 +126,9 @@ FileReport inspect_raster(const std::filesystem::path& path) {
                                  fmt::format("{:.6f}, {:.6f} deg", summary.middle->y(), summary.middle->x()));
   }
   if (summary.empty_share > 0) {
-    report.skipped.push_back(fmt::format(
-        "{:.1f} % of the posts have no height, or one beyond -500 to 9,000 m", 100 * summary.empty_share));
+    report.notes.say(ReadReport::Level::Loss,
+                     fmt::format("{:.1f} % of the posts have no height, or one beyond -500 to 9,000 m",
+                                 100 * summary.empty_share));
   }
   return report;
 }
@@ -170,7 +176,7 @@ FileReport inspect_observations(const std::filesystem::path& path) {
   }
   FileReport report{file.header.format + " observations",
                     {},
-                    file.report.lines(),
+                    file.report.all(),
                     {"canyon validate SCENARIO --obs FILE", "canyon rtk FILE BASE"}};
   if (!file.epochs.empty()) {
     report.contents.emplace_back(
@@ -212,7 +218,7 @@ FileReport inspect_navigation(const std::filesystem::path& path) {
   for (const auto& e : data.sbas) add(e.id, e.toe);
   FileReport report{"RINEX navigation (broadcast ephemerides)",
                     {},
-                    data.report.lines(),
+                    data.report,
                     {"sky: {navigation: [FILE]} in a scenario", "canyon sky --nav FILE"}};
   if (first) report.contents.emplace_back("ephemerides", span_text(*first, *last));
   report.contents.emplace_back("records", fmt::format("{}", records));
@@ -228,7 +234,7 @@ FileReport inspect_precise(const std::filesystem::path& path) {
   return {"SP3 precise orbits",
           {{"time", span_text(sky.span().first, sky.span().second)},
            {"satellites", satellites_text({ids.begin(), ids.end()})}},
-          sky.report().lines(),
+          sky.report(),
           {"sky: {sp3: [FILE]} in a scenario", "canyon sky --sp3 FILE"}};
 }
 
@@ -252,13 +258,13 @@ FileReport inspect_rtcm(const std::filesystem::path& path) {
       file.epochs.empty() ? Eigen::Vector3d::Zero().eval() : file.epochs.back()->station_ecef;
   if (!place.isZero())
     report.contents.emplace_back("station", place_text(geodesy::geodetic_from_ecef(place)));
-  for (std::string& line : file.status.warnings()) report.skipped.push_back(std::move(line));
+  report.notes.say(ReadReport::Level::Loss, file.status.warnings());
   return report;
 }
 
 FileReport inspect_path(const std::filesystem::path& path, const std::string& format) {
   const GpsTime start = geodesy::gps_from_calendar({2026, 1, 1, 0, 0, 0, 0});
-  std::vector<std::string> skipped;
+  ReadReport notes;
   const auto read = [&](bool heights) {
     simulation::HeightReading reading;
     reading.needed = heights;
@@ -270,7 +276,7 @@ FileReport inspect_path(const std::filesystem::path& path, const std::string& fo
     } catch (const InputError&) {
       try {
         simulation::RecordedPath flat = read(false);
-        skipped.emplace_back("it has no heights: give trajectory.height_above_terrain_m");
+        notes.say(ReadReport::Level::Guess, "it has no heights: give trajectory.height_above_terrain_m");
         return flat;
       } catch (const InputError&) {
       }
@@ -303,8 +309,8 @@ FileReport inspect_path(const std::filesystem::path& path, const std::string& fo
     report.contents.emplace_back("points", fmt::format("{}, without times", recorded.points.size()));
     say_places(recorded.points.front().place, recorded.points.back().place);
   }
-  report.skipped = std::move(skipped);
-  for (std::string& line : recorded.report.lines()) report.skipped.push_back(std::move(line));
+  notes.append(recorded.report);
+  report.notes = std::move(notes);
   return report;
 }
 

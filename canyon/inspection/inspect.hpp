@@ -5,13 +5,15 @@
 #include <utility>
 #include <vector>
 
+#include "canyon/base/read_report.hpp"
+
 namespace canyon::inspection {
 
 /// The contents of a file of any kind, as the readers of Canyon find them.
 struct FileReport {
   std::string kind;                                           ///< "RINEX 3.03 observations"
   std::vector<std::pair<std::string, std::string>> contents;  ///< names and values, for people
-  std::vector<std::string> skipped;                           ///< left out or doubtful, one line each
+  ReadReport notes;                                           ///< left out, guessed, and worth knowing
   std::vector<std::string> uses;                              ///< keys and options that take the file
 };
 

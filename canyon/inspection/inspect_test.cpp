@@ -67,7 +67,7 @@ TEST_F(Inspect, Observations) {
   EXPECT_EQ(value(seen, "signals"), "GLONASS 1C, GPS 1C");
   EXPECT_EQ(value(seen, "receiver"), "M8T");
   EXPECT_THAT(value(seen, "place"), HasSubstr("22.30"));
-  EXPECT_THAT(seen.skipped, Contains(HasSubstr("some.obs:26: '@12' is not a satellite; left out")));
+  EXPECT_THAT(seen.notes.lines(), Contains(HasSubstr("some.obs:26: '@12' is not a satellite; left out")));
   EXPECT_THAT(seen.uses, Contains(HasSubstr("--obs FILE")));
 }
 
@@ -97,17 +97,17 @@ TEST_F(Inspect, Corrections) {
   EXPECT_EQ(value(seen, "epochs"), "1 (the file has no date)");
   EXPECT_THAT(value(seen, "messages"), HasSubstr("1005 (1), 1033 (1), 1077 (1)"));
   EXPECT_THAT(value(seen, "station"), HasSubstr("deg"));
-  EXPECT_THAT(seen.skipped, Contains("5 bytes that belong to no frame"));
+  EXPECT_THAT(seen.notes.lines(), Contains("5 bytes that belong to no frame"));
 }
 
 TEST_F(Inspect, RecordedPaths) {
   const FileReport gpx = inspect_file(test::case_file("gpx-pause/pause.gpx"));
   EXPECT_EQ(gpx.kind, "recorded path (gpx)");
-  EXPECT_THAT(gpx.skipped, Contains(HasSubstr("pauses 1 time")));
+  EXPECT_THAT(gpx.notes.lines(), Contains(HasSubstr("pauses 1 time")));
   EXPECT_THAT(gpx.uses, Contains(HasSubstr("format: gpx")));
   const FileReport nmea = inspect_file(test::case_file("nmea-gga-no-altitude/all2d.nmea"));
   EXPECT_EQ(nmea.kind, "recorded path (nmea)");
-  EXPECT_THAT(nmea.skipped, Contains("it has no heights: give trajectory.height_above_terrain_m"));
+  EXPECT_THAT(nmea.notes.lines(), Contains("it has no heights: give trajectory.height_above_terrain_m"));
   const FileReport csv = report(
       "a.txt", "time,latitude,longitude,height\n0,22.3,114.17,5\n1,22.3001,114.17,5\n2,22.3002,114.17,5\n");
   EXPECT_EQ(csv.kind, "recorded path (csv)");
@@ -154,7 +154,7 @@ TEST_F(Inspect, ScenariosAndCities) {
   const FileReport mesh = inspect_file(folder_ / "some.obj");
   EXPECT_EQ(mesh.kind, "city (mesh)");
   EXPECT_EQ(value(mesh, "origin"), "not in the file: city.origin");
-  EXPECT_THAT(inspect_file(test::case_file("obj-y-up/y_up.obj")).skipped,
+  EXPECT_THAT(inspect_file(test::case_file("obj-y-up/y_up.obj")).notes.lines(),
               Contains(HasSubstr("stands upright")));
 }
 
@@ -169,7 +169,7 @@ TEST_F(Inspect, HeightRasters) {
   EXPECT_THAT(value(seen, "posts"), HasSubstr("3 x 2, "));
   EXPECT_EQ(value(seen, "heights"), "500.0 to 520.0 m, as in the file");
   EXPECT_EQ(value(seen, "middle"), "48.010000, 11.015000 deg");
-  EXPECT_THAT(seen.skipped, Contains(HasSubstr("33.3 % of the posts have no height")));
+  EXPECT_THAT(seen.notes.lines(), Contains(HasSubstr("33.3 % of the posts have no height")));
   EXPECT_THAT(fault("hill.asc", grid + "-1 -1 -1\n-1 -1 -1\n"), HasSubstr("has no height"));
   EXPECT_THAT(fault("a.tif", "II*"), HasSubstr("not a raster that GDAL can read"));
 }

@@ -93,7 +93,7 @@ struct Commands::Impl {
         each["gpst"] = geodesy::format_gpst(now.time, 3);
         each["fix"] = now.fix.solved();
         each["kind"] = positioning::name(now.fix.kind());
-        each["visible"] = now.visible;
+        each["tracked"] = now.visible;
         if (!now.fix.solved()) each["reason"] = now.no_fix;
         if (now.fix.solved()) {
           each["latitude_deg"] = geodesy::degrees(now.fix.position.latitude_rad);

@@ -57,8 +57,7 @@ simulation::Scenario drive(const std::string& live, const std::string& imu = "pr
 }
 
 std::shared_ptr<simulation::CityScene> scene_of(const simulation::Scenario& scenario) {
-  std::vector<std::string> warnings;
-  return std::make_shared<simulation::CityScene>(simulation::load_city(scenario, warnings));
+  return std::make_shared<simulation::CityScene>(simulation::load_city(scenario));
 }
 
 /// The poses of the drive at 50 Hz as a log, and what simulate makes of it.

@@ -173,7 +173,7 @@ struct Session::Impl {
     if (say) say(hide_passwords(text));
   }
   void say_warnings(std::size_t receiver) {
-    const std::vector<std::string>& of_all = receivers[receiver].sky().warnings;
+    const std::vector<std::string> of_all = receivers[receiver].sky().report.warnings();
     for (const std::string& line : receivers[receiver].take_warnings()) {
       const bool its = std::find(of_all.begin(), of_all.end(), line) == of_all.end();
       warn(its ? fmt::format("{}: {}", names[receiver], line) : line);

@@ -41,8 +41,7 @@ class Kept final : public simulation::EpochSink {
 };
 
 std::shared_ptr<simulation::CityScene> city_of(const Scenario& scenario) {
-  std::vector<std::string> warnings;
-  return std::make_shared<simulation::CityScene>(simulation::load_city(scenario, warnings));
+  return std::make_shared<simulation::CityScene>(simulation::load_city(scenario));
 }
 
 Scenario scenario(const std::string& live, const std::string& rest = "rate_hz: 10\n",

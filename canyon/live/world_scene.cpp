@@ -95,7 +95,7 @@ void append_mesh(city::Mesh& mesh, const city::Mesh& part, const Eigen::Isometry
 std::shared_ptr<simulation::CityScene> make_scene(const std::string& name, const geodesy::LocalFrame& frame,
                                                   city::Mesh mesh, std::string facades = {}) {
   city::City city;
-  if (!facades.empty()) city.notes.push_back(std::move(facades));
+  if (!facades.empty()) city.notes.say(ReadReport::Level::Remark, facades);
   city.name = name;
   city.frame = frame;
   city.mesh = std::move(mesh);

@@ -27,7 +27,7 @@ inline constexpr std::string_view kDamagedMesh = "export or copy it again: it is
 [[nodiscard]] std::string mesh_bytes(const std::filesystem::path& path);
 
 /// "3 faces cross themselves ..."; no line for none.
-void note_crossed(std::size_t faces, std::vector<std::string>& notes);
+void note_crossed(std::size_t faces, ReadReport& notes);
 
 /// Makes a node of faces whose corners are indices of a table of the file. The node gets the vertices that
 /// they use, in the order of their first use.

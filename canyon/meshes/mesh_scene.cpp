@@ -26,10 +26,10 @@ std::string mesh_bytes(const std::filesystem::path& path) {
   return bytes;
 }
 
-void note_crossed(std::size_t faces, std::vector<std::string>& notes) {
+void note_crossed(std::size_t faces, ReadReport& notes) {
   if (faces == 0) return;
-  notes.push_back(
-      fmt::format("{} faces cross themselves; each is read as a fan from its first corner", faces));
+  notes.tell(ReadReport::Level::Guess,
+             "{} faces cross themselves; each is read as a fan from its first corner", {}, faces);
 }
 
 void NodeBuilder::use(const std::vector<Eigen::Vector3d>& table, const Eigen::Affine3d& transform) {
@@ -85,16 +85,15 @@ MeshScene read_gltf_file(const std::filesystem::path& path) {
       for (std::uint32_t& v : triangle) v += shift;
     to.faces.push_back({std::move(primitive.material), std::move(primitive.triangles)});
   }
-  if (model.lines_and_points > 0)
-    scene.notes.push_back(fmt::format("{} primitives of lines or points left out", model.lines_and_points));
-  if (model.meshes_outside > 0)
-    scene.notes.push_back(fmt::format("{} meshes are not in the scene and left out", model.meshes_outside));
-  if (model.hidden > 0)
-    scene.notes.push_back(
-        fmt::format("{} nodes are hidden by KHR_node_visibility, and are built", model.hidden));
+  const auto tell = [&scene](ReadReport::Level level, std::string_view what, std::size_t count) {
+    if (count > 0) scene.notes.tell(level, what, {}, count);
+  };
+  tell(ReadReport::Level::Remark, "{} primitives of lines or points left out", model.lines_and_points);
+  tell(ReadReport::Level::Loss, "{} meshes are not in the scene and left out", model.meshes_outside);
+  tell(ReadReport::Level::Guess, "{} nodes are hidden by KHR_node_visibility, and are built", model.hidden);
   if (model.centre)
-    scene.notes.emplace_back(
-        "its place on the Earth (CESIUM_RTC) is not read: the city stands at city.origin");
+    scene.notes.say(ReadReport::Level::Guess,
+                    "its place on the Earth (CESIUM_RTC) is not read: the city stands at city.origin");
   return scene;
 }
 

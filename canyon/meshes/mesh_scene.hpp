@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "canyon/base/read_report.hpp"
 #include "canyon/meshes/polygon.hpp"
 
 namespace canyon::meshes {
@@ -29,7 +30,7 @@ struct MeshScene {
   double metres_per_unit = 1;
   char up = 'Z';  ///< 'X', 'Y' or 'Z'
   std::vector<SceneNode> nodes;
-  std::vector<std::string> notes;  ///< what was left out, by name and number, one line each
+  ReadReport notes;  ///< what was left out, by name and number; without the path
 };
 
 /// The largest file of a mesh, or that a mesh names [bytes].

@@ -24,8 +24,11 @@ class ObjReader {
 
   MeshScene read() {
     while (next_line()) {
-      const auto words = split_blanks(line_);
-      if (words.empty() || words[0].front() == '#') continue;
+      // A comment may stand behind the data; names may hold its sign.
+      const std::string_view line = line_;
+      const bool named = line.starts_with("o ") || line.starts_with("g ") || line.starts_with("usemtl");
+      const auto words = split_blanks(named ? line : line.substr(0, line.find('#')));
+      if (words.empty()) continue;
       if (words[0] == "v") {
         add_vertex(words);
       } else if (words[0] == "f") {
@@ -47,8 +50,8 @@ class ObjReader {
     }
     note_crossed(crossed, scene.notes);
     if (passed_over_ > 0) {
-      scene.notes.push_back(
-          fmt::format("{} lines are of no kind that is read ({})", passed_over_, first_passed_over_));
+      scene.notes.say(ReadReport::Level::Loss, fmt::format("{} lines are of no kind that is read ({})",
+                                                           passed_over_, first_passed_over_));
     }
     return scene;
   }

@@ -61,7 +61,8 @@ class PlyReader {
     MeshScene scene;
     note_crossed(crossed_, scene.notes);
     if (rest_.find_first_not_of(std::string_view(" \t\r\n\0", 5)) != std::string_view::npos) {
-      scene.notes.push_back(
+      scene.notes.say(
+          ReadReport::Level::Loss,
           fmt::format("{} bytes follow the data that the header counts and are left out", rest_.size()));
     }
     scene.nodes.push_back(std::move(node_));

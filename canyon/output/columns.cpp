@@ -249,11 +249,11 @@ constexpr std::array kEpochColumns{
                                          : -1;
         },
         [](std::int64_t i) { return positioning::name(static_cast<positioning::DopRating>(i)); }),
-    integer("visible", "satellites", "satellites tracked, above the elevation mask",
+    integer("tracked", "satellites", "satellites tracked, above the elevation mask",
             [](const Row& r) -> std::int64_t { return r.epoch.observed.visible; })
         .in_view(U16)
         .in_studies("tracked_of_epoch"),
-    integer("blocked", "satellites",
+    integer("not_tracked", "satellites",
             "satellites above the mask that are not tracked: nothing arrives, or too little",
             [](const Row& r) -> std::int64_t { return r.epoch.observed.blocked; })
         .in_view(U16),

@@ -92,8 +92,8 @@ TEST(EpochsCsv, KeepsEveryNumberOfAFix) {
   EXPECT_EQ(number(r, "vdop"), 1.6875);
   EXPECT_EQ(number(r, "tdop"), 1.356);
   EXPECT_EQ(r.at("rating"), "Good");
-  EXPECT_EQ(r.at("visible"), "10");
-  EXPECT_EQ(r.at("blocked"), "1");
+  EXPECT_EQ(r.at("tracked"), "10");
+  EXPECT_EQ(r.at("not_tracked"), "1");
   EXPECT_EQ(r.at("used"), "9");
   EXPECT_EQ(r.at("placement"), "free");
   EXPECT_EQ(number(r, "sigma_north_m"), 1.5);
@@ -121,7 +121,7 @@ TEST(EpochsCsv, NoFixLeavesEmptyCells) {
   EXPECT_EQ(r.at("reason"), "too few satellites");
   EXPECT_EQ(r.at("placement"), "inside building");
   EXPECT_EQ(r.at("used"), "0");
-  EXPECT_EQ(r.at("visible"), "10");
+  EXPECT_EQ(r.at("tracked"), "10");
   for (const char* column : {"fix_latitude_deg", "fix_longitude_deg", "fix_height_m", "error_east_m",
                              "error_north_m", "error_up_m", "gdop", "pdop", "hdop", "vdop", "tdop", "rating",
                              "fix_velocity_east_mps", "sigma_up_m", "clock_gps_s"}) {
@@ -419,8 +419,8 @@ TEST(Documentation, AgreedColumnsComeFirst) {
                                         "vdop",
                                         "tdop",
                                         "rating",
-                                        "visible",
-                                        "blocked",
+                                        "tracked",
+                                        "not_tracked",
                                         "used"};
   const std::vector<std::string> satellites{"gps_week",      "gps_tow",       "sat",
                                             "azimuth_deg",   "elevation_deg", "visibility",

@@ -52,8 +52,8 @@ class GeoJson final : public Encoder {
       properties["reason"] = no_fix_reason(seen.fix, epoch.placement);
       properties["marker-color"] = colour(kOutageRgb);
     }
-    properties["visible"] = seen.visible;
-    properties["blocked"] = seen.blocked;
+    properties["tracked"] = seen.visible;
+    properties["not_tracked"] = seen.blocked;
     if (!epoch.faults.empty()) properties["faults"] = epoch.faults;
     // An epoch without a fix has only the true place to show.
     return next(feature(std::move(properties), "Point",

@@ -70,7 +70,7 @@ TEST(Chunk, NegativeAndLargeWholeNumbersKeepTheirBits) {
   EXPECT_EQ(at<double>(bytes, offset("time_s")), 0.5);
   EXPECT_EQ(at<std::int32_t>(bytes, offset("skyline")), -1);
   EXPECT_EQ(at<double>(bytes, offset("error_up_m")), 15);
-  EXPECT_EQ(at<std::uint16_t>(bytes, offset("visible")), 65535U);
+  EXPECT_EQ(at<std::uint16_t>(bytes, offset("tracked")), 65535U);
   EXPECT_EQ(at<std::uint16_t>(bytes, offset("faults")), 1U);
   EXPECT_EQ(words.lists().at("faults"), (std::vector<std::string>{"", "jammer; outage 2"}));
 }

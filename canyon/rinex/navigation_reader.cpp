@@ -31,7 +31,7 @@ struct RawRecord {
 
 class Reader {
  public:
-  explicit Reader(TextFile file) : file_(std::move(file)) {}
+  Reader(TextFile file, std::set<gnss::System> wanted) : file_(std::move(file)), wanted_(std::move(wanted)) {}
 
   gnss::NavigationData read() {
     data_.sources.push_back(file_.path().filename().string());
@@ -72,10 +72,8 @@ class Reader {
       throw file_.error(
           fmt::format("is not a navigation file of a system that Canyon reads (RINEX type '{}')",
                       trim(column(*first, 20, 20))),
-          type == 'O'   ? "this is an observation file; give the navigation file of that day"
-          : type == 'C' ? "this is a file of clocks; sky: {sp3: [FILE]} has clocks, too"
-          : type == 'M'
-              ? "this is a file of the weather; give the navigation file of that day"
+          type == 'O'
+              ? "this is an observation file; give the navigation file of that day"
               : "types N (any version), G, H, E and J (version 2: GLONASS, SBAS, Galileo, QZSS) are read");
     }
     version2_system_ = of_type.value_or(gnss::System::GPS);
@@ -219,7 +217,10 @@ class Reader {
           take_version2_or_3(record);
         }
       } catch (const DamagedRecord& reason) {
-        report_.loss(record.line, reason.reason, kCure);
+        if (is_wanted(record))
+          report_.loss(record.line, reason.reason, kCure);
+        else
+          pass_over_record("{} damaged records of systems that are not asked for");
       }
     }
   }
@@ -243,7 +244,7 @@ class Reader {
       return;
     }
     if (other_system(first.substr(0, 3)))
-      return pass_over_record(record.line, fmt::format("record of system {}", first[0]));
+      return pass_over_record("{} records of systems that Canyon does not know");
     take(satellite(first), record, Message::kUnnamed);
   }
 
@@ -257,7 +258,7 @@ class Reader {
     const std::string_view type = words[2];
     const char system = words[1].front();
     const auto pass_over = [&] {
-      pass_over_record(record.line, fmt::format("{} record of system {}, {}", kind, system, type));
+      pass_over_record(fmt::format("{{}} {} records that Canyon does not use", kind));
     };
     if (kind == "ION") {
       if (!take_ionosphere(record, system, type)) pass_over();
@@ -281,7 +282,12 @@ class Reader {
                                              column(record.lines.front(), 0, 3))};
     }
     if (delays) {
-      data_.signal_delays.push_back(decode_signal_delays(id, record.lines, type));
+      // Delays that refine: signals have those of the ephemerides without them.
+      try {
+        data_.signal_delays.push_back(decode_signal_delays(id, record.lines, type));
+      } catch (const DamagedRecord& reason) {
+        report_.remark(record.line, reason.reason, kCure);
+      }
       return;
     }
     take(id, record, type == "INAV" ? Message::kInav : type == "FNAV" ? Message::kFnav : Message::kUnnamed);
@@ -346,8 +352,20 @@ class Reader {
   // --- end
   // --------------------------------------------------------------------------------------------------
 
-  void pass_over_record(int line, std::string_view what) {
-    report_.remark(line, what, "left out: Canyon does not use them");
+  void pass_over_record(const std::string& what) {
+    report_.tell(ReadReport::Level::Remark, what + ", left out");
+  }
+  /// Whether a record, which is damaged, is of a system that the caller asks for, or of none that is known.
+  [[nodiscard]] bool is_wanted(const RawRecord& record) const {
+    std::optional<gnss::System> system = version2_system_;
+    if (layout_ == Layout::kVersion3) {
+      const auto words = split_blanks(record.tag);
+      const std::string_view satellite = words.size() > 1       ? words[1]
+                                         : record.lines.empty() ? std::string_view()
+                                                                : std::string_view(record.lines.front());
+      system = satellite.empty() ? std::nullopt : gnss::system_from_letter(satellite.front());
+    }
+    return wanted_.empty() || !system || wanted_.count(*system) > 0;
   }
   void warn(std::string_view what) { report_.loss(file_.line(), what); }
 
@@ -373,6 +391,7 @@ class Reader {
   static constexpr const char* kCure = "record left out";
 
   TextFile file_;
+  std::set<gnss::System> wanted_;
   ReadReport report_{file_.path()};
   gnss::NavigationData data_;
   int version_ = 0;
@@ -385,20 +404,22 @@ class Reader {
 
 }  // namespace
 
-gnss::NavigationData read_rinex_navigation(TextFile file) {
-  return Reader(std::move(file)).read();
+gnss::NavigationData read_rinex_navigation(TextFile file, const std::set<gnss::System>& wanted) {
+  return Reader(std::move(file), wanted).read();
 }
 
-gnss::NavigationData read_rinex_navigation(const std::filesystem::path& path) {
+gnss::NavigationData read_rinex_navigation(const std::filesystem::path& path,
+                                           const std::set<gnss::System>& wanted) {
   return read_as(FileKind::RinexNavigation, path, [&] {
-    return read_rinex_navigation(TextFile(path, std::size_t{1} << 31, CutGzip::ReadToCut));
+    return read_rinex_navigation(TextFile(path, std::size_t{1} << 31, CutGzip::ReadToCut), wanted);
   });
 }
 
-gnss::NavigationData read_rinex_navigation(const std::vector<std::filesystem::path>& paths) {
+gnss::NavigationData read_rinex_navigation(const std::vector<std::filesystem::path>& paths,
+                                           const std::set<gnss::System>& wanted) {
   if (paths.empty()) throw InputError("no navigation file given");
   gnss::NavigationData all;
-  for (const std::filesystem::path& path : paths) all.merge(read_rinex_navigation(path));
+  for (const std::filesystem::path& path : paths) all.merge(read_rinex_navigation(path, wanted));
   return all;
 }
 

@@ -29,24 +29,15 @@ void ObservationOptions::validate() const {
   }
 }
 
-namespace {
-
-std::vector<std::string> with_codes(const ObservationReport& report, std::vector<std::string> lines) {
-  for (const auto& [letter, codes] : report.unknown_codes) {
-    lines.push_back(fmt::format("{} {}{} not known: {}", codes.size(),
-                                letter == ' ' ? "types of observation" : "codes of ",
-                                letter == ' ' ? "" : std::string(1, letter), fmt::join(codes, " ")));
+ReadReport ObservationReport::all() const {
+  ReadReport all = notes;
+  for (const auto& [letter, codes] : unknown_codes) {
+    all.say(ReadReport::Level::Guess,
+            fmt::format("{} {}{} not known: {}", codes.size(),
+                        letter == ' ' ? "types of observation" : "codes of ",
+                        letter == ' ' ? "" : std::string(1, letter), fmt::join(codes, " ")));
   }
-  return lines;
-}
-
-}  // namespace
-
-std::vector<std::string> ObservationReport::lines() const {
-  return with_codes(*this, notes.lines());
-}
-std::vector<std::string> ObservationReport::warnings() const {
-  return with_codes(*this, notes.warnings());
+  return all;
 }
 
 std::vector<std::string> wanted_codes(const ObservationOptions& options, const gnss::Signal& signal,

@@ -116,10 +116,10 @@ struct ObservationReport {
   /// wanted systems by letter. Version 2, whose types are all systems': types, under ' '.
   std::map<char, std::set<std::string>> unknown_codes;
 
-  /// One line each: notes, and codes that are not known.
-  [[nodiscard]] std::vector<std::string> lines() const;
-  /// Without remarks.
-  [[nodiscard]] std::vector<std::string> warnings() const;
+  /// Notes, and codes that are not known.
+  [[nodiscard]] ReadReport all() const;
+  [[nodiscard]] std::vector<std::string> lines() const { return all().lines(); }
+  [[nodiscard]] std::vector<std::string> warnings() const { return all().warnings(); }
 };
 
 /// Reads observation files of RINEX 2.00 to 2.12, 3.x and 4.x, plain, gzip or in Hatanaka's compression,

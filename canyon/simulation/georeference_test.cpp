@@ -68,10 +68,9 @@ TEST(Georeference, ZeroLeavesEveryBit) {
   EXPECT_FALSE(draw_city_shift({}, 1));
   const Scenario plain = small_city("", 5);
   const Scenario zero = small_city(", georeference: {sigma_m: 0, heading_sigma_deg: 0}", 5);
-  std::vector<std::string> warnings;
-  const city::City city = load_city(zero, warnings);
+  const city::City city = load_city(zero);
   EXPECT_EQ(city.mesh.vertices, canyon::test::loaded_city(plain.city).mesh.vertices);
-  EXPECT_THAT(warnings, IsEmpty());
+  EXPECT_THAT(city.notes.lines(), IsEmpty());
 }
 
 // A quarter turn of a box of 4 m x 2 m about its middle, then 10 m east and 1 m south.
@@ -96,14 +95,13 @@ TEST(Georeference, TurnsAboutTheMiddleOfTheBoundsAndMoves) {
 
 TEST(Georeference, LoadingARunsCityMovesItAndSaysSo) {
   const Scenario scenario = small_city(", georeference: {sigma_m: 2, heading_sigma_deg: 0.5}", 11);
-  std::vector<std::string> warnings;
-  const city::City moved = load_city(scenario, warnings);
+  const city::City moved = load_city(scenario);
   city::City expected = canyon::test::loaded_city(scenario.city);
   EXPECT_NE(moved.mesh.vertices, expected.mesh.vertices);
   const auto shift = draw_city_shift({2, radians(0.5)}, 11);
   move_city(expected, *shift);
   EXPECT_EQ(moved.mesh.vertices, expected.mesh.vertices);
-  EXPECT_THAT(warnings, ElementsAre(describe(*shift)));
+  EXPECT_THAT(moved.notes.lines(), ElementsAre(describe(*shift)));
   EXPECT_EQ(describe({2.1, -0.4, radians(0.2)}),
             "city moved by east 2.1 m, north -0.4 m, turned 0.20 deg (georeference)");
 }

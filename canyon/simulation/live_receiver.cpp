@@ -286,7 +286,7 @@ void LiveReceiver::Impl::bring_sky_to(GpsTime t) {
 LiveReceiver::LiveReceiver(LiveConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
                            std::shared_ptr<const BuiltSky> sky)
     : impl_(std::make_unique<Impl>(std::move(config), std::move(scene), start, sky)) {
-  const auto& own = impl_->sky->warnings;  // another receiver says those of a shared one
+  const auto own = impl_->sky->report.warnings();  // another receiver says those of a shared one
   if (!sky) impl_->warnings.insert(impl_->warnings.end(), own.begin(), own.end());
 }
 LiveReceiver::~LiveReceiver() = default;

@@ -8,6 +8,7 @@
 #include <utility>
 #include <variant>
 
+#include "canyon/base/file_kind.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/buildings/sources/city_files.hpp"
@@ -42,8 +43,7 @@ void append(buildings::MapData& map, buildings::MapData model, const std::option
             bool foliage) {
   if (!map.geoid_undulation_m) map.geoid_undulation_m = model.geoid_undulation_m;
   map.source += (map.source.empty() ? "" : ", ") + model.source;
-  map.warnings.insert(map.warnings.end(), model.warnings.begin(), model.warnings.end());
-  map.contents.insert(map.contents.end(), model.contents.begin(), model.contents.end());
+  map.notes.append(model.notes);
   if (map.bounds.isEmpty()) map.bounds = model.bounds;
   const double longitude = box ? box->middle_longitude() : map.bounds.center().x();
   for (buildings::MapFeature& feature : model.features) {
@@ -74,7 +74,15 @@ buildings::MapData read_maps(const MapCity& config, const buildings::TerrainOpti
     buildings::OsmReadOptions options;
     options.box = box;
     options.foliage = config.build.foliage;
-    map = buildings::read_osm(osm, options);
+    try {
+      map = buildings::read_osm(osm, options);
+    } catch (const InputError& fault) {
+      for (const std::filesystem::path& path : osm) {
+        const InputError known = explained(fault, path, "a map of OpenStreetMap");
+        if (known.problem() != fault.problem()) throw InputError(known);
+      }
+      throw;
+    }
   }
   if (!models.empty())
     append(map, buildings::read_city_files(models, {config.model, heights, box}), box, config.build.foliage);
@@ -101,7 +109,8 @@ buildings::BuiltCity read_source(const MapCity& config, const CityConfig& city, 
   build.validate();
   buildings::MapData map = read_maps(config, city.sea_level);
   if (!map.relief.empty() && terrain) {
-    map.warnings.push_back(map.source + ": its relief is left out, since city.terrain has height rasters");
+    map.notes.say(ReadReport::Level::Remark,
+                  map.source + ": its relief is left out, since city.terrain has height rasters");
   } else if (!map.relief.empty()) {
     terrain.emplace(buildings::Terrain::of_relief(map.relief));
     const auto beyond = std::count_if(map.features.begin(), map.features.end(), [&](const auto& feature) {
@@ -110,9 +119,9 @@ buildings::BuiltCity read_source(const MapCity& config, const CityConfig& city, 
     const bool elsewhere = static_cast<std::size_t>(beyond) == map.features.size();
     if (elsewhere) terrain.reset();
     if (beyond > 0) {
-      map.warnings.push_back(fmt::format("{}: {} of {} objects stand beyond its relief, {}", map.source,
-                                         beyond, map.features.size(),
-                                         elsewhere ? "which is left out" : "where no ground is"));
+      map.notes.say(ReadReport::Level::Loss,
+                    fmt::format("{}: {} of {} objects stand beyond its relief, {}", map.source, beyond,
+                                map.features.size(), elsewhere ? "which is left out" : "where no ground is"));
     }
   }
   map.relief = {};
@@ -124,7 +133,6 @@ buildings::BuiltCity read_source(const tiles::TileOptions& tileset, const CityCo
   tiles::TilesCity read = tiles::read_tiles(tileset, city.origin, progress);
   buildings::BuiltCity out;
   out.city = std::move(read.city);
-  out.report.cautions = std::move(read.cautions);
   out.placed = read.georeferenced || city.origin;
   return out;
 }
@@ -133,10 +141,8 @@ buildings::BuiltCity read_source(const MeshCity& mesh, const CityConfig& city, c
   city::MeshImportOptions import = mesh.import;
   import.origin = city.origin.value_or(geodesy::Geodetic{});
   buildings::BuiltCity out;
-  std::string caution;
-  out.city = city::read_mesh_city(mesh.path, import, &caution);
+  out.city = city::read_mesh_city(mesh.path, import);
   out.placed = city.origin.has_value();
-  if (!caution.empty()) out.report.cautions.push_back(caution);
   return out;
 }
 
@@ -273,55 +279,55 @@ void keep_about(city::City& city, const std::array<double, 4>& bbox_deg) {
     }
   }
   const std::size_t dropped = city::keep_within(city.mesh, plan);
-  city.notes.push_back(
+  city.notes.say(
+      ReadReport::Level::Remark,
       fmt::format("{} objects farther than {:g} m from the trajectory are left out", dropped, kAboutWay_m));
 }
 
 city::City draw_facades(city::City city, const CityConfig& config, std::uint64_t seed) {
   const bool keep = config.facades.keeps_named(config.is<MapCity>());
   const std::string drawn = city::dress_facades(city, config.facades, keep, seed);
-  if (!drawn.empty()) city.notes.push_back(drawn);
+  if (!drawn.empty()) city.notes.say(ReadReport::Level::Remark, drawn);
   city.seed = seed;
   return city;
 }
 
 }  // namespace
 
-city::City load_city_source(const CityConfig& config, std::vector<std::string>& warnings) {
+city::City load_city_source(const CityConfig& config) {
   CityConfig source = config;
   if (auto* map = source.as<MapCity>(); map && config.facades.drawn() && config.facades.keeps_named(true))
     map->build.untagged_facade = city::Material::Unknown;
-  buildings::BuiltCity built = read_city(source);
-  warnings.insert(warnings.end(), built.report.cautions.begin(), built.report.cautions.end());
-  return std::move(built.city);
+  return std::move(read_city(source).city);
 }
 
-city::City load_city(const CityConfig& config, std::vector<std::string>& warnings, std::uint64_t seed) {
-  return draw_facades(load_city_source(config, warnings), config, seed);
+city::City load_city(const CityConfig& config, std::uint64_t seed) {
+  return draw_facades(load_city_source(config), config, seed);
 }
 
-city::City draw_city(city::City source, const Scenario& scenario, std::vector<std::string>& warnings) {
+city::City draw_city(city::City source, const Scenario& scenario) {
   city::City city = draw_facades(std::move(source), scenario.city, scenario.seed);
   if (const auto shift = draw_city_shift(scenario.city.georeference, scenario.seed)) {
     move_city(city, *shift);
-    warnings.push_back(describe(*shift));
+    city.notes.say(ReadReport::Level::Remark, describe(*shift));
   }
   return city;
 }
 
-city::City load_city(const Scenario& scenario, std::vector<std::string>& warnings) {
+city::City load_city(const Scenario& scenario) {
   const PlaceBounds way = way_of(scenario);
-  city::City source = load_city_source(about(scenario.city, way), warnings);
+  city::City source = load_city_source(about(scenario.city, way));
   const auto around = way.widened(kAboutWay_m);
   if (scenario.city.is<CityFile>() && around && source.mesh.triangles.size() > kLargeCity)
     keep_about(source, *around);
   const auto* tileset = scenario.city.as<tiles::TileOptions>();
   if (tileset && tiles::holds_key(tileset->url)) {
-    warnings.emplace_back(
+    source.notes.say(
+        ReadReport::Level::Guess,
         "city.tiles.url holds its key as it is, as will copies of the scenario: write $NAME in its place and "
         "set that variable of the environment");
   }
-  return draw_city(std::move(source), scenario, warnings);
+  return draw_city(std::move(source), scenario);
 }
 
 }  // namespace canyon::simulation

@@ -4,8 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <string>
-#include <vector>
 
 #include "canyon/buildings/city_builder.hpp"
 #include "canyon/simulation/scenario/fwd.hpp"
@@ -20,26 +18,23 @@ namespace canyon::simulation {
 [[nodiscard]] CityConfig city_config(const Scenario& scenario, const std::array<double, 4>& bbox_deg);
 
 /// The city as its source gives it, with the report and the map's features; facades and place are left alone.
-/// Report and features are empty where the city does not come from a map, except for the report's cautions.
+/// Report and features are empty where the city does not come from a map.
 /// Part of canyon::io. `progress` is called with features or tiles that are done and in all.
 [[nodiscard]] buildings::BuiltCity read_city(
     const CityConfig& config, const std::function<void(std::size_t, std::size_t)>& progress = {});
 
 /// The city of one run, by the scenario's seed: read about the trajectory, its facades drawn, and moved as
-/// the georeference says. Cautions of the source (BuildReport) are added to `warnings`, then one line each
-/// for what was done: "city moved by east 2.1 m, north -0.4 m, turned 0.20 deg (georeference)". City::notes
-/// say "facades drawn: 62 coated_glass, 38 concrete". Facades as given and a place whose standard deviations
-/// are all 0 are not touched.
-[[nodiscard]] city::City load_city(const Scenario& scenario, std::vector<std::string>& warnings);
+/// the georeference says. City::notes say what was left out and guessed of its source, "facades drawn: 62
+/// coated_glass, 38 concrete", and "city moved by east 2.1 m, north -0.4 m, turned 0.20 deg (georeference)".
+/// Facades as given and a place whose standard deviations are all 0 are not touched.
+[[nodiscard]] city::City load_city(const Scenario& scenario);
 
 /// A city without a scenario. It stands where its source says: CityConfig::georeference is not applied.
-[[nodiscard]] city::City load_city(const CityConfig& config, std::vector<std::string>& warnings,
-                                   std::uint64_t seed = 1);
+[[nodiscard]] city::City load_city(const CityConfig& config, std::uint64_t seed = 1);
 
 /// The two halves of load_city(), for many runs over one source: what is read once, and what each run draws
 /// by its seed.
-[[nodiscard]] city::City load_city_source(const CityConfig& config, std::vector<std::string>& warnings);
-[[nodiscard]] city::City draw_city(city::City source, const Scenario& scenario,
-                                   std::vector<std::string>& warnings);
+[[nodiscard]] city::City load_city_source(const CityConfig& config);
+[[nodiscard]] city::City draw_city(city::City source, const Scenario& scenario);
 
 }  // namespace canyon::simulation

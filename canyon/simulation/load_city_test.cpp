@@ -89,8 +89,7 @@ TEST(LoadCity, TilesAboutTheTrajectory) {
         "city: {osm: tiles/" + city +
             "}\nstart: 2026-06-01T06:00:00Z\nduration_s: 1\ntrajectory: {position: {" + place + "}}\n",
         folder / "s.yaml");
-    std::vector<std::string> warnings;
-    return city::summarize(load_city(scenario, warnings)).buildings;
+    return city::summarize(load_city(scenario)).buildings;
   };
   // 48.1306, 11.5671 is the first tile's place (cs2cs EPSG:25832 EPSG:4326).
   const std::string near = "latitude_deg: 48.13, longitude_deg: 11.567, height_m: 510";
@@ -181,7 +180,8 @@ TEST(LoadCity, MeanSeaLevelByAGeoidsGrid) {
   model.sea_level.geoid = buildings::GeoidModel::EGM84;
   const city::City city = canyon::test::loaded_city(model);
   const auto said = [&city](const char* text) {
-    return std::any_of(city.notes.begin(), city.notes.end(),
+    const std::vector<std::string> notes = city.notes.lines();
+    return std::any_of(notes.begin(), notes.end(),
                        [text](const std::string& note) { return note.find(text) != std::string::npos; });
   };
   if (said("geoid added by PROJ's grid")) {
@@ -231,39 +231,39 @@ TEST(LoadCity, FacadesKeepTheTagsOfAMap) {
   }
   const auto file = folder.write(
       "m.osm", "<?xml version='1.0'?><osm version='0.6' generator='test'>" + nodes + ways + "</osm>");
-  const auto load = [&](const std::string& facades, std::vector<std::string>& warnings) {
+  const auto load = [&](const std::string& facades) {
     const Scenario scenario =
         parse_scenario("city: {osm: m.osm" + facades +
                            "}\nseed: 5\ntrajectory: {position: {latitude_deg: 48, longitude_deg: 11, "
                            "height_m: 3}}\n",
                        folder / "s.yaml");
-    return load_city(scenario, warnings);
+    return load_city(scenario);
   };
   const auto count = [](const city::City& city, city::Material material) {
     return std::count(city.mesh.materials.begin(), city.mesh.materials.end(), material);
   };
-  std::vector<std::string> warnings;
-  const city::City plain = load(", facades: {mix: as_given}", warnings);
-  EXPECT_THAT(warnings, testing::ElementsAre(testing::HasSubstr("40 of 40 heights are guesses")));
+  const city::City plain = load(", facades: {mix: as_given}");
+  EXPECT_THAT(plain.notes.warnings(),
+              testing::ElementsAre(testing::HasSubstr("40 of 40 heights are guesses")));
   EXPECT_EQ(count(plain, city::Material::Unknown), 0);
   EXPECT_EQ(count(plain, city::Material::Brick), 10 * 10);  // 8 triangles of walls and 2 of the floor
 
-  const city::City dressed = load(", facades: {shares: [metal=1]}", warnings);
-  EXPECT_EQ(dressed.notes.back(), "facades drawn: 30 metal; 10 of 40 buildings keep theirs");
+  const city::City dressed = load(", facades: {shares: [metal=1]}");
+  EXPECT_EQ(dressed.notes.lines().back(), "facades drawn: 30 metal; 10 of 40 buildings keep theirs");
   EXPECT_EQ(count(dressed, city::Material::Brick), 10 * 10);
   EXPECT_EQ(count(dressed, city::Material::Metal), 30 * 8);
   EXPECT_EQ(dressed.mesh.vertices, plain.mesh.vertices);
 
-  const city::City redrawn = load(", facades: {shares: [metal=1], named: redraw}", warnings);
-  EXPECT_EQ(redrawn.notes.back(), "facades drawn: 40 metal");
+  const city::City redrawn = load(", facades: {shares: [metal=1], named: redraw}");
+  EXPECT_EQ(redrawn.notes.lines().back(), "facades drawn: 40 metal");
   EXPECT_EQ(count(redrawn, city::Material::Metal), 40 * 8);
 
   CityConfig config = city_config(file);
   config.facades.mix = city::FacadeMix::UrbanStock;
   const city::City alone = canyon::test::loaded_city(config, 5);
-  const city::City of_scenario = load(", facades: {mix: urban_stock}", warnings);
+  const city::City of_scenario = load(", facades: {mix: urban_stock}");
   EXPECT_EQ(alone.mesh.materials, of_scenario.mesh.materials);
-  EXPECT_EQ(alone.notes, of_scenario.notes);
+  EXPECT_EQ(alone.notes.entries(), of_scenario.notes.entries());
   EXPECT_NE(alone.mesh.materials, canyon::test::loaded_city(config, 6).mesh.materials);
 }
 
@@ -296,20 +296,17 @@ TEST(LoadCity, TilesAboutTheTrajectoryAlone) {
             place + "}}\n",
         folder / "s.yaml");
   };
-  std::vector<std::string> warnings;
-  const city::City city =
-      load_city(scenario("latitude_deg: 48.2, longitude_deg: 11.5, height_m: 2"), warnings);
-  EXPECT_TRUE(warnings.empty());
+  const city::City city = load_city(scenario("latitude_deg: 48.2, longitude_deg: 11.5, height_m: 2"));
+  EXPECT_THAT(city.notes.warnings(), ::testing::IsEmpty());
   EXPECT_EQ(city.mesh.triangles.size(), 12U);
   EXPECT_NEAR(geodesy::degrees(city.frame.origin().latitude_rad), 48.2003, 1e-4);
   // The same by a box.
   const Scenario elsewhere = scenario("latitude_deg: 48.3, longitude_deg: 11.5, height_m: 2");
   const CityConfig about_box = city_config(elsewhere, {11.5, 48.2, 11.5006, 48.2006});
-  EXPECT_EQ(load_city(about_box, warnings).mesh.triangles.size(), 12U);
-  EXPECT_TRUE(warnings.empty());
+  EXPECT_EQ(load_city(about_box).mesh.triangles.size(), 12U);
   // A place that is known only when the city is read: all tiles, and so a gap.
-  (void)load_city(scenario("east_m: 0, north_m: 0, up_m: 2"), warnings);
-  EXPECT_THAT(warnings, ::testing::Contains(HasSubstr("far.b3dm")));
+  EXPECT_THAT(load_city(scenario("east_m: 0, north_m: 0, up_m: 2")).notes.warnings(),
+              ::testing::Contains(HasSubstr("far.b3dm")));
   EXPECT_TRUE(is_file_of<tiles::TileOptions>(folder / "tileset.json"));
   EXPECT_TRUE(is_file_of<tiles::TileOptions>("https://example.org/x.json?key=1"));
   // A scenario that is written back reads as the same.
@@ -335,8 +332,7 @@ TEST(LoadCity, OfALargeCityWhatIsAboutTheTrajectory) {
         "city: {file: large.canyon}\nstart: 2026-06-01T06:00:00Z\nduration_s: 1\ntrajectory: {position: {" +
             place + "}}\n",
         folder / "s.yaml");
-    std::vector<std::string> warnings;
-    return city::summarize(load_city(scenario, warnings)).buildings;
+    return city::summarize(load_city(scenario)).buildings;
   };
   EXPECT_EQ(buildings_at("latitude_deg: 48, longitude_deg: 11, height_m: 502"), 101U * 101U);
   EXPECT_EQ(buildings_at("east_m: 10, north_m: 10, up_m: 2"), std::size_t{kBlocks} * kBlocks);

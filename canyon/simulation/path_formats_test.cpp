@@ -96,8 +96,7 @@ TEST_P(PathFormats, ReachARun) {
       terrain ? ", height_above_terrain_m: 1.5" : "");
   Scenario scenario = parse_scenario(yaml, folder.path() / "s.yaml");
   EXPECT_EQ(scenario.trajectory.format, format.format);
-  std::vector<std::string> warnings;
-  city::City city = load_city(scenario, warnings);
+  city::City city = load_city(scenario);
   const Simulation simulation(std::move(scenario), std::move(city));
   EXPECT_EQ(simulation.begin(), geodesy::parse_time("2024-05-01T10:00:00Z"));
   EXPECT_EQ(simulation.epoch_count(), 3U);

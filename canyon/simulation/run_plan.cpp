@@ -32,7 +32,7 @@ RunPlan make_plan(const Scenario& scenario, double geoid_undulation_m) {
   RunPlan plan{file.trajectory.with_attitude(scenario.trajectory.attitude),
                {},
                EpochSchedule(1),
-               file.report.warnings()};
+               std::move(file.report)};
   const GpsTime first = plan.trajectory.begin();
   const GpsTime last = plan.trajectory.end();
   plan.begin = first;
@@ -59,9 +59,9 @@ RunPlan make_plan(const Scenario& scenario, double geoid_undulation_m) {
                            "it is 0 or more");
     }
     if (*scenario.duration_s > duration_s + 1e-9) {
-      plan.warnings.push_back(
-          fmt::format("the trajectory ends {} s after the start, before the duration of {} s", duration_s,
-                      *scenario.duration_s));
+      plan.report.say(ReadReport::Level::Guess,
+                      fmt::format("the trajectory ends {} s after the start, before the duration of {} s",
+                                  duration_s, *scenario.duration_s));
     }
     duration_s = std::min(duration_s, *scenario.duration_s);
   }

@@ -21,7 +21,7 @@ struct RunPlan {
   Trajectory trajectory;
   geodesy::GpsTime begin;
   EpochSchedule schedule{1};  ///< from `begin`
-  std::vector<std::string> warnings;
+  ReadReport report;          ///< of the trajectory
 
   [[nodiscard]] std::size_t epochs() const { return static_cast<std::size_t>(schedule.count()); }
   [[nodiscard]] geodesy::GpsTime end() const { return at(epochs() - 1); }

@@ -73,13 +73,14 @@ struct Simulation::Impl {
         sky(build(scenario.sky, plan.begin, plan.end(), plan.trajectory.at(plan.begin).position)),
         city_scene(scene),
         environment(make_environment(std::move(scene), sky, scenario.sky, scenario.seed)) {
-    warnings = scenario.warnings;
-    warnings.insert(warnings.end(), plan.warnings.begin(), plan.warnings.end());
-    warnings.insert(warnings.end(), sky.warnings.begin(), sky.warnings.end());
-    decide_receivers();
-    const auto say = [this](std::vector<std::string> lines) {
-      for (std::string& line : lines) warnings.push_back(std::move(line));
+    const auto say = [this](const std::vector<std::string>& lines) {
+      report.say(ReadReport::Level::Guess, lines);
     };
+    say(scenario.warnings);
+    report.append(city_scene->city.notes);
+    report.append(plan.report);
+    report.append(sky.report);
+    decide_receivers();
     say(check_run({scenario, plan, sky, environment}));
     if (scenario.sensors.feel_motion()) say(smooth_motion(scenario, plan, environment));
     say(check_slopes({scenario, plan, sky, environment}));
@@ -112,7 +113,7 @@ struct Simulation::Impl {
   Scenario scenario;
   RunPlan plan;
   BuiltSky sky;
-  std::vector<std::string> warnings;
+  ReadReport report;
   std::shared_ptr<CityScene> city_scene;
   Environment environment;
   std::vector<propagation::Propagator> propagators;  // of each receiver
@@ -275,8 +276,8 @@ const Trajectory& Simulation::trajectory() const {
 const gnss::NavigationData& Simulation::navigation() const {
   return impl_->sky.navigation;
 }
-const std::vector<std::string>& Simulation::warnings() const {
-  return impl_->warnings;
+const ReadReport& Simulation::report() const {
+  return impl_->report;
 }
 GpsTime Simulation::begin() const {
   return impl_->plan.begin;

@@ -66,7 +66,11 @@ class Simulation {
   [[nodiscard]] const Trajectory& trajectory() const;
   /// Broadcast records of the sky, for the RINEX navigation output; empty for SP3 and frozen skies.
   [[nodiscard]] const gnss::NavigationData& navigation() const;
-  [[nodiscard]] const std::vector<std::string>& warnings() const;
+  /// What the readers of city, sky and trajectory left out and guessed, and what of the scenario is probably
+  /// a mistake.
+  [[nodiscard]] const ReadReport& report() const;
+  /// The report's warnings, one line each.
+  [[nodiscard]] std::vector<std::string> warnings() const { return report().warnings(); }
   [[nodiscard]] geodesy::GpsTime begin() const;
   [[nodiscard]] double interval_s() const;
   [[nodiscard]] std::size_t epoch_count() const;

@@ -534,7 +534,7 @@ TEST(BuildSky, UnhealthySatellitesInTheSkyAreSaid) {
   config.navigation = {folder / "sky.nav"};
   const BuiltSky built = build_sky(config, begin, begin + 60.0, place);
   EXPECT_THAT(
-      built.warnings,
+      built.report.warnings(),
       Contains(AllOf(HasSubstr(std::to_string(above - healthy_above) + " satellites above the horizon"),
                      HasSubstr("unhealthy"))));
 }
@@ -571,8 +571,8 @@ TEST(BuildSky, UnhealthySatellitesAreSaidByTheirHealth) {
   SkyConfig config;
   config.navigation = {folder / "sky.nav"};
   const BuiltSky built = build_sky(config, begin, begin + 60.0, place);
-  EXPECT_THAT(built.warnings, Contains(AllOf(HasSubstr(": unhealthy (health 28); G"),
-                                             HasSubstr(": unhealthy (health 63))"))));
+  EXPECT_THAT(built.report.warnings(), Contains(AllOf(HasSubstr(": unhealthy (health 28); G"),
+                                                      HasSubstr(": unhealthy (health 63))"))));
 }
 
 // The ground of an open field lies level at its origin's height.

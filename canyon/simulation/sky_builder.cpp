@@ -54,8 +54,7 @@ std::size_t count_states(const orbit::Sky& sky, const std::vector<gnss::Satellit
 
 // The answers as a whole: none at the start is an error, none later on a warning.
 void check_coverage(const orbit::Sky& sky, GpsTime begin, GpsTime end, std::string_view what,
-                    const std::pair<GpsTime, GpsTime>& span, std::string_view cure,
-                    std::vector<std::string>& warnings) {
+                    const std::pair<GpsTime, GpsTime>& span, std::string_view cure, ReadReport& report) {
   const std::vector<gnss::SatelliteId> ids = sky.satellites();
   if (count_states(sky, ids, begin) == 0) {
     const auto unhealthy = [&](gnss::SatelliteId id) {
@@ -79,14 +78,15 @@ void check_coverage(const orbit::Sky& sky, GpsTime begin, GpsTime end, std::stri
   const std::vector<GpsTime> times = probes(begin, end);
   for (const GpsTime t : times) {
     if (count_states(sky, ids, t) > 0) continue;
-    warnings.push_back(fmt::format("the {} ({}) do not reach over the whole run: none is valid at {}", what,
-                                   span_text(span.first, span.second), format_gpst(t, 0)));
+    report.say(ReadReport::Level::Guess,
+               fmt::format("the {} ({}) do not reach over the whole run: none is valid at {}", what,
+                           span_text(span.first, span.second), format_gpst(t, 0)));
     break;
   }
 }
 
 // Warns of satellites where none can be: readers do not judge positions.
-void check_distances(const orbit::Sky& sky, GpsTime begin, GpsTime end, std::vector<std::string>& warnings) {
+void check_distances(const orbit::Sky& sky, GpsTime begin, GpsTime end, ReadReport& report) {
   constexpr double kNearest_m = 6.5e6, kFarthest_m = 60e6;  // from the Earth's centre
   std::vector<gnss::SatelliteId> wrong;
   std::string first;
@@ -102,16 +102,16 @@ void check_distances(const orbit::Sky& sky, GpsTime begin, GpsTime end, std::vec
     }
   }
   if (wrong.empty()) return;
-  warnings.push_back(
-      fmt::format("{} satellites are not 6,500 to 60,000 km from the Earth's centre ({}): {}; are the "
-                  "positions in another unit, or damaged?",
-                  wrong.size(), list_text(wrong), first));
+  report.say(ReadReport::Level::Guess,
+             fmt::format("{} satellites are not 6,500 to 60,000 km from the Earth's centre ({}): {}; are the "
+                         "positions in another unit, or damaged?",
+                         wrong.size(), list_text(wrong), first));
 }
 
 // Satellites that stand in the sky of `place` and cannot be used: unhealthy, or without an ephemeris that is
 // valid at any time of the run. Stale ephemerides are good enough for their directions.
 void report_unusable(const orbit::BroadcastSky& sky, const SkyConfig& config, GpsTime begin, GpsTime end,
-                     const geodesy::Geodetic& place, std::vector<std::string>& warnings) {
+                     const geodesy::Geodetic& place, ReadReport& report) {
   constexpr double kWellAboveHorizon_rad = 0.0873;  // 5 deg
   const orbit::BroadcastSky any(sky.data(), {config.systems, true, true});
   const Eigen::Vector3d ecef = geodesy::ecef_from_geodetic(place);
@@ -136,24 +136,24 @@ void report_unusable(const orbit::BroadcastSky& sky, const SkyConfig& config, Gp
     groups.push_back(
         fmt::format("{}: {}", list_text(ids), reason.empty() ? sky.source(ids.front(), begin) : reason));
   }
-  warnings.push_back(fmt::format("{} satellites above the horizon at the start are left out ({})",
-                                 silent.size(), fmt::join(groups, "; ")));
+  report.say(ReadReport::Level::Guess,
+             fmt::format("{} satellites above the horizon at the start are left out ({})", silent.size(),
+                         fmt::join(groups, "; ")));
 }
 
-void check_systems(const orbit::Sky& sky, const std::set<gnss::System>& wanted,
-                   std::vector<std::string>& warnings) {
+void check_systems(const orbit::Sky& sky, const std::set<gnss::System>& wanted, ReadReport& report) {
   if (wanted == SkyConfig().systems) return;  // not chosen one by one
   const std::vector<gnss::SatelliteId> ids = sky.satellites();
   for (const gnss::System system : wanted) {
     if (std::any_of(ids.begin(), ids.end(), [system](gnss::SatelliteId id) { return id.system == system; }))
       continue;
-    warnings.push_back(fmt::format("the sky has no {} satellite", gnss::name(system)));
+    report.say(ReadReport::Level::Guess, fmt::format("the sky has no {} satellite", gnss::name(system)));
   }
 }
 
 // Warns of the ephemerides that a sky has only because of allow_stale.
 void report_stale(const orbit::BroadcastSky& sky, const SkyConfig& config, GpsTime begin, GpsTime end,
-                  std::vector<std::string>& warnings) {
+                  ReadReport& report) {
   const orbit::BroadcastSky strict(sky.data(), {config.systems, false});
   std::vector<gnss::SatelliteId> stale;
   std::string example;
@@ -166,7 +166,8 @@ void report_stale(const orbit::BroadcastSky& sky, const SkyConfig& config, GpsTi
     }
   }
   if (stale.empty()) return;
-  warnings.push_back(
+  report.say(
+      ReadReport::Level::Guess,
       fmt::format("allow_stale: {} satellites use ephemerides older than their system allows: {} ({}: {})",
                   stale.size(), list_text(stale), to_string(stale.front()), example));
 }
@@ -174,21 +175,21 @@ void report_stale(const orbit::BroadcastSky& sky, const SkyConfig& config, GpsTi
 BuiltSky from_navigation(const SkyConfig& config, GpsTime begin, GpsTime end,
                          const geodesy::Geodetic& place) {
   BuiltSky built;
-  built.navigation = rinex::read_rinex_navigation(config.navigation);
-  built.warnings = built.navigation.report.warnings();
+  built.navigation = rinex::read_rinex_navigation(config.navigation, config.systems);
+  built.report = built.navigation.report;
   // Most receivers do not range to SBAS: it has to be named.
   if (config.systems.count(gnss::System::SBAS) == 0) built.navigation.sbas.clear();
   auto sky = std::make_shared<orbit::BroadcastSky>(
       built.navigation, orbit::BroadcastOptions{config.systems, config.allow_stale});
-  check_systems(*sky, config.systems, built.warnings);
+  check_systems(*sky, config.systems, built.report);
   check_coverage(*sky, begin, end, "ephemerides", sky->span(),
                  config.allow_stale
                      ? "give the navigation files of that day; all in these are unhealthy"
                      : "give the navigation files of that day, another start, or sky.allow_stale: true",
-                 built.warnings);
-  check_distances(*sky, begin, end, built.warnings);
-  report_unusable(*sky, config, begin, end, place, built.warnings);
-  if (config.allow_stale) report_stale(*sky, config, begin, end, built.warnings);
+                 built.report);
+  check_distances(*sky, begin, end, built.report);
+  report_unusable(*sky, config, begin, end, place, built.report);
+  if (config.allow_stale) report_stale(*sky, config, begin, end, built.report);
   built.sky = std::move(sky);
   return built;
 }
@@ -196,11 +197,11 @@ BuiltSky from_navigation(const SkyConfig& config, GpsTime begin, GpsTime end,
 BuiltSky from_sp3(const SkyConfig& config, GpsTime begin, GpsTime end) {
   BuiltSky built;
   auto sky = std::make_shared<orbit::PreciseSky>(config.sp3, config.systems);
-  built.warnings = sky->report().warnings();
-  check_systems(*sky, config.systems, built.warnings);
+  built.report = sky->report();
+  check_systems(*sky, config.systems, built.report);
   check_coverage(*sky, begin, end, "precise orbits", sky->span(),
-                 "give the orbits of that day or another start", built.warnings);
-  check_distances(*sky, begin, end, built.warnings);
+                 "give the orbits of that day or another start", built.report);
+  check_distances(*sky, begin, end, built.report);
   built.sky = std::move(sky);
   return built;
 }
@@ -219,7 +220,7 @@ BuiltSky build_sky(const SkyConfig& config, GpsTime begin, GpsTime end, const ge
   // Signals leave their satellites before they arrive: the records begin a little earlier than the run.
   built.navigation = orbit::nominal_constellation(begin - 1.0, end + 1.0, config.systems);
   auto sky = std::make_shared<orbit::BroadcastSky>(built.navigation, orbit::BroadcastOptions{config.systems});
-  check_systems(*sky, config.systems, built.warnings);
+  check_systems(*sky, config.systems, built.report);
   built.sky = std::move(sky);
   return built;
 }

@@ -17,7 +17,7 @@ namespace canyon::simulation {
 struct BuiltSky {
   std::shared_ptr<const orbit::Sky> sky;
   gnss::NavigationData navigation;  ///< empty for SP3 and frozen skies
-  std::vector<std::string> warnings;
+  ReadReport report;                ///< of its files, and of what may be a mistake
 };
 /// Builds the sky that `config` asks for, valid over [begin, end], seen from `place` (frozen skies). Throws
 /// InputError, with both spans and the cure, where no satellite at all has an ephemeris at `begin`; warns

@@ -138,8 +138,9 @@ struct RunMaker::Impl {
   const StudyPlan& plan;
   // Cities as they are read take half of the memory; there are few of them.
   mutable Shared<city::City> sources;
-  mutable std::mutex warnings_mutex;
-  mutable std::vector<std::string> warnings;
+  mutable std::mutex report_mutex;
+  mutable ReadReport report;
+  mutable bool reported = false;  ///< a whole run
   mutable Shared<simulation::CityScene> scenes;
   mutable Shared<simulation::BuiltSky> skies;
 
@@ -158,13 +159,9 @@ struct RunMaker::Impl {
 };
 
 std::shared_ptr<const city::City> RunMaker::Impl::read_source(const simulation::CityConfig& config) const {
-  std::vector<std::string> cautions;
-  auto city = std::make_shared<const city::City>(simulation::load_city_source(config, cautions));
-  const std::lock_guard<std::mutex> lock(warnings_mutex);
-  for (std::string& line : cautions) {
-    if (std::find(warnings.begin(), warnings.end(), line) == warnings.end())
-      warnings.push_back(std::move(line));
-  }
+  auto city = std::make_shared<const city::City>(simulation::load_city_source(config));
+  const std::lock_guard<std::mutex> lock(report_mutex);
+  report.append(city->notes);
   return city;
 }
 
@@ -195,9 +192,7 @@ std::shared_ptr<simulation::CityScene> RunMaker::Impl::scene(const simulation::S
             source_key, [&] { return read_source(config); },
             [&](const city::City& city) { return kSourceBytes * triangles(city); });
         if (!drawn) return std::make_shared<const simulation::CityScene>(*source);
-        std::vector<std::string> ignored;
-        return std::make_shared<const simulation::CityScene>(
-            simulation::draw_city(*source, scenario, ignored));
+        return std::make_shared<const simulation::CityScene>(simulation::draw_city(*source, scenario));
       },
       [&](const simulation::CityScene& scene) { return kSceneBytes * triangles(scene.city); });
   // A simulation moves nothing in its scene.
@@ -208,7 +203,11 @@ std::shared_ptr<simulation::CityScene> RunMaker::Impl::scene(const simulation::S
 simulation::BuiltSky RunMaker::Impl::sky(const simulation::SkyConfig& config, geodesy::GpsTime begin,
                                          geodesy::GpsTime end, const geodesy::Geodetic& place) const {
   const auto make = [&] {
-    return std::make_shared<const simulation::BuiltSky>(simulation::build_sky(config, begin, end, place));
+    auto built =
+        std::make_shared<const simulation::BuiltSky>(simulation::build_sky(config, begin, end, place));
+    const std::lock_guard<std::mutex> lock(report_mutex);
+    report.append(built->report);
+    return built;
   };
   const auto one = [](const simulation::BuiltSky&) { return 1.0; };
   if (!config.frozen_azimuth_rad.empty()) return *make();
@@ -224,9 +223,9 @@ simulation::BuiltSky RunMaker::Impl::sky(const simulation::SkyConfig& config, ge
 RunMaker::RunMaker(const StudyPlan& plan) : impl_(std::make_unique<Impl>(plan)) {}
 RunMaker::~RunMaker() = default;
 
-std::vector<std::string> RunMaker::warnings() const {
-  const std::lock_guard<std::mutex> lock(impl_->warnings_mutex);
-  return impl_->warnings;
+ReadReport RunMaker::report() const {
+  const std::lock_guard<std::mutex> lock(impl_->report_mutex);
+  return impl_->report;
 }
 
 simulation::Scenario RunMaker::scenario(std::size_t number) const {
@@ -259,6 +258,10 @@ std::optional<RunRecord> RunMaker::make(std::size_t number, int threads,
         std::move(scenario), std::move(scene),
         [this](const simulation::SkyConfig& config, geodesy::GpsTime begin, geodesy::GpsTime end,
                const geodesy::Geodetic& place) { return impl_->sky(config, begin, end, place); });
+    {
+      const std::lock_guard<std::mutex> lock(impl_->report_mutex);
+      if (!std::exchange(impl_->reported, true)) impl_->report.append(simulation.report());
+    }
     RecordSink sink(names, impl_->plan.study().available_m, impl_->plan.study().keep == Keep::Epochs);
     simulation::RunOptions options;
     options.threads = threads;

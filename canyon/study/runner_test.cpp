@@ -75,8 +75,7 @@ TEST(StudyRuns, HaveTheFiguresOfASimulation) {
   EXPECT_EQ(record->problem, "");
   const simulation::Scenario scenario =
       simulation::parse_scenario(simulation::scenario_yaml(maker.scenario(3)), "run.yaml");
-  std::vector<std::string> warnings;
-  const simulation::Simulation simulation(scenario, simulation::load_city(scenario, warnings));
+  const simulation::Simulation simulation(scenario, simulation::load_city(scenario));
   output::SummarySink sink({"car", "plain"});
   (void)simulation.run({&sink});
   const auto summaries = sink.summaries();
@@ -102,9 +101,9 @@ TEST(StudyRuns, KeepTheCautionsOfTheirCities) {
   text.replace(from, to - from, "{osm: map.osm}");
   const StudyPlan plan = StudyPlan::parse(text, folder / "study.yaml");
   const RunMaker maker(plan);
-  EXPECT_THAT(maker.warnings(), ::testing::IsEmpty());
+  EXPECT_THAT(maker.report().warnings(), ::testing::IsEmpty());
   for (const std::size_t run : {0U, 2U}) EXPECT_EQ(maker.make(run, 1)->problem, "");
-  EXPECT_THAT(maker.warnings(), ::testing::ElementsAre(HasSubstr("1 of 1 heights are guesses")));
+  EXPECT_THAT(maker.report().warnings(), ::testing::ElementsAre(HasSubstr("1 of 1 heights are guesses")));
 }
 
 TEST(StudyRuns, RecordsReadBack) {

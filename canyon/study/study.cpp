@@ -418,7 +418,7 @@ void StudyPlan::try_values() {
     scenarios = replaced(scenarios, name, hash_text(TextFile(name).text()));
   }
   key_ = hash_text(about + scenarios);
-  epochs_ = estimated_epochs(plain, drives(), warnings_);
+  epochs_ = estimated_epochs(plain, drives(), report_);
   bytes_ = static_cast<double>(size_) * static_cast<double>(receivers_.size()) *
            (kBytesOfSummary + (study_.keep == Keep::Epochs ? kBytesOfEpoch * epochs_ : 0));
 }
@@ -434,15 +434,14 @@ void StudyPlan::check_size() const {
                                   : "run less, or raise max_output_gb");
 }
 
-double estimated_epochs(const simulation::Scenario& scenario, const Axis* drives,
-                        std::vector<std::string>& warnings) {
+double estimated_epochs(const simulation::Scenario& scenario, const Axis* drives, ReadReport& report) {
   const simulation::TrajectoryConfig& way = scenario.trajectory;
   double way_s = scenario.duration_s.value_or(0), rate_hz = scenario.rate_hz.value_or(1);
   if (drives != nullptr) {
     way_s = drives->drives.length_m / drives->drives.speed_mps;
   } else if (way.file) {
     const simulation::TrajectoryFile file = simulation::make_trajectory(scenario, 0);
-    for (std::string& line : file.report.warnings()) warnings.push_back(std::move(line));
+    report.append(file.report);
     const simulation::Trajectory& trajectory = file.trajectory;
     way_s = trajectory.end() - trajectory.begin();
     rate_hz = scenario.rate_hz.value_or(1 / trajectory.sample_interval_s());

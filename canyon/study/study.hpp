@@ -71,8 +71,8 @@ class StudyPlan {
   /// Bytes of the results, about.
   [[nodiscard]] double estimated_bytes() const { return bytes_; }
   [[nodiscard]] double epochs_per_run() const { return epochs_; }
-  /// About the file of the trajectory, one line each.
-  [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
+  /// Of the file of the trajectory.
+  [[nodiscard]] const ReadReport& report() const { return report_; }
   /// The axis of drives, or nothing.
   [[nodiscard]] const Axis* drives() const;
   /// Whether runs are grouped by this axis for comparisons: it holds settings, and each of its
@@ -96,7 +96,7 @@ class StudyPlan {
   std::vector<std::string> receivers_;
   std::string key_;
   double bytes_ = 0, epochs_ = 0;
-  std::vector<std::string> warnings_;
+  ReadReport report_;
 };
 
 /// Bytes of results for each run and receiver, and for each epoch of these where epochs are kept; counted
@@ -104,8 +104,8 @@ class StudyPlan {
 inline constexpr double kBytesOfSummary = 1000, kBytesOfEpoch = 76;
 
 /// Epochs of a run, about: by duration_s, or the length of the way. @param drives of the study, or null
-/// @param warnings receives those about the file of a trajectory
+/// @param report receives that of the file of a trajectory
 [[nodiscard]] double estimated_epochs(const simulation::Scenario& scenario, const Axis* drives,
-                                      std::vector<std::string>& warnings);
+                                      ReadReport& report);
 
 }  // namespace canyon::study

@@ -215,47 +215,43 @@ class TilesReader {
   }
 
   void write_notes(const TileSelection& selection) {
-    std::vector<std::string>& notes = out_.city.notes;
-    notes.push_back(
-        fmt::format("3D Tiles {}: {} of {}{}, {} triangles; geometric errors to {:g} m (error_m {:g})",
-                    selection.version, counted(out_.tiles, "tile"), counted(selection.tilesets, "tileset"),
-                    selection.subtrees > 0 ? " and " + counted(selection.subtrees, "subtree") : "",
-                    mesh_.triangles(), selection.coarsest_m, options_.error_m));
+    using Level = ReadReport::Level;
+    ReadReport& notes = out_.city.notes;
+    const auto remark = [&notes](const std::string& line) { notes.say(Level::Remark, line); };
+    remark(fmt::format("3D Tiles {}: {} of {}{}, {} triangles; geometric errors to {:g} m (error_m {:g})",
+                       selection.version, counted(out_.tiles, "tile"), counted(selection.tilesets, "tileset"),
+                       selection.subtrees > 0 ? " and " + counted(selection.subtrees, "subtree") : "",
+                       mesh_.triangles(), selection.coarsest_m, options_.error_m));
     if (options_.bbox_deg)
-      notes.push_back(fmt::format("{} with all below lie outside the area and are not read",
-                                  counted(selection.beyond, "tile")));
+      remark(fmt::format("{} with all below lie outside the area and are not read",
+                         counted(selection.beyond, "tile")));
     if (source_.downloaded_files() > 0) {
-      notes.push_back(fmt::format("{} files downloaded, {:.1f} MB", source_.downloaded_files(),
-                                  static_cast<double>(source_.downloaded_bytes()) / 1e6));
+      remark(fmt::format("{} files downloaded, {:.1f} MB", source_.downloaded_files(),
+                         static_cast<double>(source_.downloaded_bytes()) / 1e6));
     }
-    notes.push_back(out_.georeferenced
-                        ? "heights are ellipsoidal: 3D Tiles are earth-centred (EPSG:4978)"
-                        : "the tileset says no place on the Earth: taken as east, north, up in metres about "
-                          "the origin");
-    if (!out_.georeferenced && !origin_)
-      out_.cautions.emplace_back(
-          "the tileset says no place on the Earth; give city.origin, the place of its zero");
-    for (const std::string& line : mesh_.notes()) notes.push_back(line);
-    notes.insert(notes.end(), skin_notes_.begin(), skin_notes_.end());
+    if (out_.georeferenced)
+      remark("heights are ellipsoidal: 3D Tiles are earth-centred (EPSG:4978)");
+    else if (origin_)
+      remark("the tileset says no place on the Earth: taken as east, north, up in metres about the origin");
+    else
+      notes.say(Level::Guess,
+                "the tileset says no place on the Earth; give city.origin, the place of its zero");
+    notes.say(Level::Remark, mesh_.notes());
+    notes.say(Level::Remark, skin_notes_);
     for (const auto& [kind, count] : left_out_)
-      notes.push_back(fmt::format("{} with {}, which {} no surface to read, left out", counted(count, "tile"),
-                                  kind, "have"));
+      remark(fmt::format("{} with {}, which {} no surface to read, left out", counted(count, "tile"), kind,
+                         "have"));
     std::size_t named = 0;
     for (const std::string& text : copyrights_) {
-      if (++named <= kNamedGaps) notes.push_back("copyright: " + text);
+      if (++named <= kNamedGaps) remark("copyright: " + text);
     }
     if (copyrights_.size() > kNamedGaps)
-      notes.push_back(fmt::format("copyright: {} more", copyrights_.size() - kNamedGaps));
+      remark(fmt::format("copyright: {} more", copyrights_.size() - kNamedGaps));
     out_.gaps = gaps_.size();
-    if (!gaps_.empty()) {
-      out_.cautions.push_back(
-          fmt::format("{} could not be read; the city has gaps there", counted(gaps_.size(), "tile")));
-      for (std::size_t i = 0; i < gaps_.size() && i < kNamedGaps; ++i)
-        out_.cautions.push_back("gap: " + gaps_[i]);
-      if (gaps_.size() > kNamedGaps)
-        out_.cautions.push_back(fmt::format("gap: {} more", gaps_.size() - kNamedGaps));
-    }
-    notes.insert(notes.end(), out_.cautions.begin(), out_.cautions.end());
+    if (gaps_.empty()) return;
+    notes.say(Level::Loss,
+              fmt::format("{} could not be read; the city has gaps there", counted(gaps_.size(), "tile")));
+    for (const std::string& gap : gaps_) notes.say(Level::Loss, "gap: " + gap);
   }
 
   TileOptions options_;

@@ -14,9 +14,7 @@ namespace canyon::tiles {
 
 struct TilesCity {
   city::City city;
-  bool georeferenced = true;  ///< the tileset says its place on the Earth
-  /// Defects of the city beside its tileset: gaps, a missing place. One line each.
-  std::vector<std::string> cautions;
+  bool georeferenced = true;        ///< the tileset says its place on the Earth
   std::size_t tiles = 0, gaps = 0;  ///< contents that were read, and that could not be
 };
 

@@ -78,7 +78,7 @@ class LevelsTest : public TilesTest {
 TEST_F(LevelsTest, AMatrixBesideATranslationIsAGap) {
   write("tileset.json", levels("REPLACE"));
   write("b.glb", test::box_glb(4, 4, 7, R"(,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1],"scale":[1,1,1])"));
-  EXPECT_THAT(read().cautions, Contains(HasSubstr("a matrix beside a translation")));
+  EXPECT_THAT(read().city.notes.warnings(), Contains(HasSubstr("a matrix beside a translation")));
 }
 
 TEST_F(LevelsTest, ReplaceTakesTheCoarsestThatIsFineEnough) {
@@ -105,8 +105,8 @@ TEST_F(LevelsTest, MissingAndBrokenTilesAreGaps) {
   const TilesCity city = read();
   EXPECT_EQ(city.tiles, 1U);
   EXPECT_EQ(city.gaps, 1U);
-  EXPECT_THAT(city.cautions, Contains(AllOf(HasSubstr("a.glb"), HasSubstr("no such file"))));
-  EXPECT_THAT(city.city.notes, Contains(HasSubstr("a.glb")));
+  EXPECT_THAT(city.city.notes.warnings(), Contains(AllOf(HasSubstr("a.glb"), HasSubstr("no such file"))));
+  EXPECT_THAT(city.city.notes.lines(), Contains(HasSubstr("a.glb")));
   const std::string whole = test::box_glb(4, 4, 4);
   for (const std::size_t cut : {0U, 3U, 11U, 40U, 200U, 500U}) {
     write("a.glb", whole.substr(0, cut));
@@ -123,7 +123,8 @@ TEST_F(LevelsTest, CoordinatesThatAreNotPlacesAreGaps) {
     write("a.glb", test::triangle_glb({0, 0, 0, bad, 0, 0, 0, 1, 0}, {0, 1, 2}));
     const TilesCity city = read();
     EXPECT_EQ(city.gaps, 1U);
-    EXPECT_THAT(city.cautions, Contains(HasSubstr(bad > 1e8 && bad < 1e10 ? "km from" : "not finite")));
+    EXPECT_THAT(city.city.notes.warnings(),
+                Contains(HasSubstr(bad > 1e8 && bad < 1e10 ? "km from" : "not finite")));
   }
 }
 
@@ -229,7 +230,7 @@ TEST_F(TilesTest, TilesetsThatReferToThemselvesAreGaps) {
   write("other.json", test::tileset(tile("./tileset.json", 0)));
   const TilesCity city = read();
   EXPECT_EQ(city.tiles, 1U);
-  EXPECT_THAT(city.cautions, Contains(HasSubstr("refers to itself")));
+  EXPECT_THAT(city.city.notes.warnings(), Contains(HasSubstr("refers to itself")));
 }
 
 /// A zip archive by GDAL.
@@ -262,8 +263,9 @@ TEST_F(TilesTest, ArchivesAreRead) {
   EXPECT_EQ(city.city.name, "town");
   EXPECT_EQ(city.tiles, 1U);
   EXPECT_EQ(city.city.mesh.triangles.size(), 12U);
-  EXPECT_THAT(city.cautions, Contains(HasSubstr("'../outside.glb' is outside the tileset's folder")));
-  EXPECT_THAT(city.cautions, Contains(HasSubstr("town.3tz/none.glb: is not in the archive")));
+  EXPECT_THAT(city.city.notes.warnings(),
+              Contains(HasSubstr("'../outside.glb' is outside the tileset's folder")));
+  EXPECT_THAT(city.city.notes.warnings(), Contains(HasSubstr("town.3tz/none.glb: is not in the archive")));
   EXPECT_TRUE(is_tileset(archive));
   write("town.3tz", "PK");
   EXPECT_THAT(refusal(options("town.3tz")),
@@ -319,8 +321,8 @@ TEST_F(TilesTest, ALocalTilesetNeedsAnOrigin) {
   write("tileset.json", test::tileset(tile("a.glb", 0)));
   const TilesCity city = read_tiles(options(), std::nullopt);
   EXPECT_FALSE(city.georeferenced);
-  EXPECT_THAT(city.cautions, ElementsAre(HasSubstr("city.origin")));
-  EXPECT_THAT(read().cautions, IsEmpty());
+  EXPECT_THAT(city.city.notes.warnings(), ElementsAre(HasSubstr("city.origin")));
+  EXPECT_THAT(read().city.notes.warnings(), IsEmpty());
   TileOptions boxed = options();
   boxed.bbox_deg = {11.4, 48.1, 11.6, 48.3};
   EXPECT_THAT(test::refusal([&] { (void)read_tiles(boxed, std::nullopt); }), HasSubstr("city.origin"));
@@ -442,8 +444,8 @@ TEST(RealTiles, GapsOfAnIncompleteTilesetAreNamed) {
   options.file = path;
   const TilesCity city = read_tiles(options, std::nullopt);
   EXPECT_EQ(city.tiles, 4U);
-  EXPECT_THAT(city.cautions, Contains(HasSubstr("building.b3dm")));
-  EXPECT_THAT(city.cautions, Contains(HasSubstr("points.pnts")));
+  EXPECT_THAT(city.city.notes.warnings(), Contains(HasSubstr("building.b3dm")));
+  EXPECT_THAT(city.city.notes.warnings(), Contains(HasSubstr("points.pnts")));
 }
 
 TEST(RealTiles, SparseImplicitOctree) {

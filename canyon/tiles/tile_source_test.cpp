@@ -64,7 +64,7 @@ TEST_F(WebTilesTest, EachFileIsAskedForOnceAndKept) {
   const test::WebFolder server(served());
   const TilesCity first = read(options(server));
   EXPECT_EQ(first.tiles, 2U);
-  EXPECT_THAT(first.city.notes, Contains(HasSubstr("4 files downloaded")));
+  EXPECT_THAT(first.city.notes.lines(), Contains(HasSubstr("4 files downloaded")));
   EXPECT_THAT(server.requests(), SizeIs(4));
   const TilesCity again = read(options(server));
   EXPECT_EQ(again.tiles, 2U);
@@ -91,8 +91,8 @@ TEST_F(WebTilesTest, KeysGoWithEachTileAndNowhereElse) {
   // A session that a tileset below names goes with its tiles.
   EXPECT_THAT(server.requests(), Contains(AllOf(HasSubstr("/city/sub/b.glb"), HasSubstr("session=7"))));
   EXPECT_EQ(city.gaps, 1U);
-  EXPECT_THAT(city.city.notes, Each(AllOf(Not(HasSubstr("s3cret")), Not(HasSubstr("session=7")))));
-  EXPECT_THAT(city.cautions, Contains(AllOf(HasSubstr("/city/sub/b.glb"), HasSubstr("404"))));
+  EXPECT_THAT(city.city.notes.lines(), Each(AllOf(Not(HasSubstr("s3cret")), Not(HasSubstr("session=7")))));
+  EXPECT_THAT(city.city.notes.warnings(), Contains(AllOf(HasSubstr("/city/sub/b.glb"), HasSubstr("404"))));
   EXPECT_THAT(city.city.name, Not(HasSubstr("s3cret")));
   for (const auto& entry : std::filesystem::recursive_directory_iterator(cache_.path())) {
     EXPECT_THAT(entry.path().string(), Not(HasSubstr("s3cret")));
@@ -118,7 +118,8 @@ TEST_F(WebTilesTest, AServerThatStallsIsGivenUp) {
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
   EXPECT_EQ(city.tiles, 1U);
   EXPECT_EQ(city.gaps, 2U);
-  EXPECT_THAT(city.cautions, Contains(AllOf(HasSubstr("stall1.glb"), HasSubstr("did not answer"))));
+  EXPECT_THAT(city.city.notes.warnings(),
+              Contains(AllOf(HasSubstr("stall1.glb"), HasSubstr("did not answer"))));
   EXPECT_LT(took.count(), 10);  // both waited at the same time
 }
 

@@ -39,7 +39,7 @@ RecordedScene read_recorded_scene(simulation::Scenario& scenario, const ListedRe
   wanted.all_signals = true;
   rinex::RinexObservations recorded = rinex::read_observations(*files.obs, wanted);
   RecordedScene scene;
-  city::City city = simulation::load_city(simulation::city_config(scenario), scene.warnings, scenario.seed);
+  city::City city = simulation::load_city(simulation::city_config(scenario), scenario.seed);
   // The sky is of the recording's time: the scenario's own trajectory is not simulated.
   scene.sky = simulation::build_sky(scenario.sky, recorded.epochs.front().receiver_time,
                                     recorded.epochs.back().receiver_time, city.frame.origin());
@@ -59,12 +59,11 @@ RecordedScene read_recorded_scene(simulation::Scenario& scenario, const ListedRe
 
 std::unique_ptr<simulation::Environment> RedrawnCity::draw(const simulation::BuiltSky& sky,
                                                            simulation::Scenario scenario) {
-  std::vector<std::string> ignored;  // the recording's scene has said the same
-  if (!source_) source_ = simulation::load_city_source(simulation::city_config(scenario), ignored);
+  if (!source_) source_ = simulation::load_city_source(simulation::city_config(scenario));
   scenario.city.georeference = {};
   return std::make_unique<simulation::Environment>(simulation::make_environment(
-      std::make_shared<simulation::CityScene>(simulation::draw_city(*source_, scenario, ignored)), sky,
-      scenario.sky, scenario.seed));
+      std::make_shared<simulation::CityScene>(simulation::draw_city(*source_, scenario)), sky, scenario.sky,
+      scenario.seed));
 }
 
 namespace {

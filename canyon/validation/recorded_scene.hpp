@@ -53,7 +53,6 @@ struct RecordedScene {
   simulation::BuiltSky sky;
   std::unique_ptr<simulation::Environment> environment;
   Recording recording;
-  std::vector<std::string> warnings;  ///< of the city
 };
 
 /// Fills in the true positions' file and format where `files` leaves them to the scenario. Throws InputError,

@@ -48,8 +48,7 @@ class LiveRelayTest : public testing::Test {
         "live.yaml");
   }
   LiveRelayTest() {
-    std::vector<std::string> warnings;
-    scene_ = std::make_shared<simulation::CityScene>(simulation::load_city(scenario(), warnings));
+    scene_ = std::make_shared<simulation::CityScene>(simulation::load_city(scenario()));
     simulation_ = std::make_unique<simulation::Simulation>(scenario(), scene_);
     simulation_->run({&run_});
     address_ = "tcp://127.0.0.1:" + std::to_string(test::free_port());

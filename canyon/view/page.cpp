@@ -179,7 +179,7 @@ std::string glb_of(const city::City& city, const std::filesystem::path& folder) 
 
 SceneCity write_city(const city::City& city, const std::map<std::string, std::string>& height_sources,
                      const std::filesystem::path& folder) {
-  SceneCity scene{city.name, city.frame.origin(), city.notes, {}, city.mesh.triangles.size()};
+  SceneCity scene{city.name, city.frame.origin(), city.notes.lines(), {}, city.mesh.triangles.size()};
   for (const city::Object& object : city::objects_with_triangles(city.mesh)) {
     scene.objects.push_back(describe(city.mesh, object, height_sources));
   }

@@ -104,8 +104,7 @@ class ProbeTest : public testing::Test {
         "probe.yaml");
   }
   ProbeTest() {
-    std::vector<std::string> warnings;
-    scene_ = std::make_shared<simulation::CityScene>(simulation::load_city(scenario(), warnings));
+    scene_ = std::make_shared<simulation::CityScene>(simulation::load_city(scenario()));
     simulation_ = std::make_unique<simulation::Simulation>(scenario(), scene_);
     probe_ = std::make_unique<Probe>(*simulation_, scene_, 12);
   }

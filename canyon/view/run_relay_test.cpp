@@ -28,8 +28,7 @@ class RunRelayTest : public testing::Test {
         "trajectory: {position: {east_m: 0, north_m: 0, up_m: 2}}\nduration_s: 2\n"
         "receivers: [{name: rover}, {name: base, fixed: {east_m: 20, north_m: 0, up_m: 3}}]\n",
         "run.yaml");
-    std::vector<std::string> warnings;
-    scene_ = std::make_shared<simulation::CityScene>(simulation::load_city(scenario, warnings));
+    scene_ = std::make_shared<simulation::CityScene>(simulation::load_city(scenario));
     simulation_ = std::make_unique<simulation::Simulation>(scenario, scene_);
     ViewOptions options;
     options.watched = true;

@@ -29,7 +29,7 @@ Header begun(const simulation::Simulation& simulation) {
   const city::City& city = simulation.environment().city();
   Header header;
   header.title = scenario.file.empty() ? "Canyon" : scenario.file.stem().string();
-  header.city = {city.name, city.frame.origin(), city.notes, {}, city.mesh.triangles.size()};
+  header.city = {city.name, city.frame.origin(), city.notes.lines(), {}, city.mesh.triangles.size()};
   header.begin = simulation.begin();
   header.interval_s = simulation.interval_s();
   header.satellites = simulation.environment().sky().satellites();

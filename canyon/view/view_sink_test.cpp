@@ -29,9 +29,8 @@ std::unique_ptr<simulation::Simulation> small(const Changed& c) {
           "Z\ntrajectory: {position: {east_m: 0, north_m: 0, up_m: 2}}\nduration_s: 2\nreceivers: [{name: " +
           c.name + "}]\n",
       "small.yaml");
-  std::vector<std::string> warnings;
   return std::make_unique<simulation::Simulation>(
-      scenario, std::make_shared<simulation::CityScene>(simulation::load_city(scenario, warnings)));
+      scenario, std::make_shared<simulation::CityScene>(simulation::load_city(scenario)));
 }
 
 TEST(CheckRun, TellsWhatIsOfAnotherScenario) {

@@ -121,8 +121,7 @@ py::object object_of_triangle(const CityScene& self, std::int64_t triangle) {
 
 CityPtr city_of_settings(const py::dict& settings) {
   const auto config = read_tree<simulation::CityConfig>(tree_of(settings), "city");
-  return scene_of(
-      [&](std::vector<std::string>& warnings) { return simulation::load_city(config, warnings); });
+  return scene_of([&] { return simulation::load_city(config); });
 }
 
 }  // namespace
@@ -155,9 +154,8 @@ True)")
           [](const std::filesystem::path& path, const py::object& origin) {
             std::optional<geodesy::Geodetic> place;
             if (!origin.is_none()) place = place_of(origin, "origin");
-            return scene_of([&](std::vector<std::string>& warnings) {
-              return simulation::load_city(simulation::city_config(path.string(), place), warnings);
-            });
+            return scene_of(
+                [&] { return simulation::load_city(simulation::city_config(path.string(), place)); });
           },
           "path"_a, "origin"_a = py::none(), R"(A city of any file that Canyon reads, by its name.
 
@@ -187,9 +185,7 @@ files : path or list of paths
           "of_scenario",
           [](const py::object& scenario) {
             const ScenarioPtr tree = scenario_of(scenario);
-            return scene_of([&](std::vector<std::string>& warnings) {
-              return simulation::load_city(tree->scenario, warnings);
-            });
+            return scene_of([&] { return simulation::load_city(tree->scenario); });
           },
           "scenario"_a, "The city of a scenario: facades drawn and place moved as its seed says.")
       .def_static(
@@ -211,7 +207,7 @@ files : path or list of paths
           "name", [](const CityScene& self) { return self.city.name; },
           "str: The name that the source gives it.")
       .def_property_readonly(
-          "notes", [](const CityScene& self) { return self.city.notes; },
+          "notes", [](const CityScene& self) { return self.city.notes.lines(); },
           "list of str: Everything that the import dropped, guessed or repaired.")
       .def_property_readonly(
           "origin", [](const CityScene& self) { return degrees_of(self.city.frame.origin()); },

@@ -119,8 +119,8 @@ void bind_epochs(py::module_& m) {
                                return velocity ? py::object(array_of(*velocity)) : py::none();
                              })
       .def_property_readonly("used", [](const E& e) { return output::used_count(e.epoch.observed.fix); })
-      .def_property_readonly("visible", [](const E& e) { return e.epoch.observed.visible; })
-      .def_property_readonly("blocked", [](const E& e) { return e.epoch.observed.blocked; })
+      .def_property_readonly("tracked", [](const E& e) { return e.epoch.observed.visible; })
+      .def_property_readonly("not_tracked", [](const E& e) { return e.epoch.observed.blocked; })
       .def_property_readonly(
           "placement", [](const E& e) { return std::string(output::placement_word(e.epoch.placement)); })
       .def_property_readonly("faults", [](const E& e) { return e.epoch.faults; })

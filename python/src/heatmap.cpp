@@ -57,9 +57,8 @@ class Map {
         const geodesy::LocalFrame frame(*config.origin);
         config = simulation::city_config(scenario_, heatmap::degrees_around(*area, frame));
       }
-      city_ = scene_of([&](std::vector<std::string>& warnings) {
-        return simulation::draw_city(simulation::load_city_source(config, warnings), scenario_, warnings);
-      });
+      city_ =
+          scene_of([&] { return simulation::draw_city(simulation::load_city_source(config), scenario_); });
     }
     const py::gil_scoped_release release;
     if (area) {
@@ -94,6 +93,8 @@ class Map {
     heatmap_ = std::make_unique<heatmap::Heatmap>(*environment_, receiver_, request_,
                                                   heatmap::input_key(*environment_, request_.times),
                                                   base ? &*base : nullptr);
+    const py::gil_scoped_acquire acquired;
+    warn_of(sky_.report);
   }
 
   /// Computes into a store in `folder`, which a later call goes on from. False: interrupted.

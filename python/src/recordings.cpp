@@ -33,15 +33,20 @@ class Recorded {
     files.truth = truth;
     files.truth_format = truth_format;
     validation::settle_truth(scenario_, files, "truth");
-    const py::gil_scoped_release release;
-    scene_ = validation::read_recorded_scene(scenario_, files, atmosphere);
-    warnings_ = scenario_.warnings;
-    for (const auto* more : {&scene_.warnings, &scene_.sky.warnings, &scene_.recording.warnings})
-      warnings_.insert(warnings_.end(), more->begin(), more->end());
+    {
+      const py::gil_scoped_release release;
+      scene_ = validation::read_recorded_scene(scenario_, files, atmosphere);
+    }
+    report_ = scene_.environment->city().notes;
+    report_.append(scene_.sky.report);
+    for (const auto* more : {&scenario_.warnings, &scene_.recording.warnings})
+      report_.say(ReadReport::Level::Guess, *more);
+    warn_of(report_);
   }
 
   [[nodiscard]] std::size_t epochs() const { return scene_.recording.residuals.epochs.size(); }
-  [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
+  [[nodiscard]] const ReadReport& report() const { return report_; }
+  [[nodiscard]] std::vector<std::string> warnings() const { return report_.warnings(); }
 
   py::object align(double share, bool heading, int threads) {
     const std::size_t count = part(0, share).second;
@@ -134,7 +139,7 @@ class Recorded {
   validation::RecordedScene scene_;
   validation::RedrawnCity redrawn_;
   validation::Registration registration_;
-  std::vector<std::string> warnings_;
+  ReadReport report_;
 };
 
 py::dict calibrate(const std::vector<Recorded*>& recordings, double from, double to, int seeds, int threads) {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/secrets.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/disturbance/faults/fault.hpp"
@@ -175,6 +176,14 @@ ScenarioPtr made_scenario(const py::object& source, const py::kwargs& keys) {
 }
 
 }  // namespace
+
+void warn_of(const ReadReport& report, const ReadReport& said) {
+  const std::vector<std::string> known = said.warnings();
+  for (const std::string& line : report.warnings()) {
+    if (std::find(known.begin(), known.end(), line) != known.end()) continue;
+    if (PyErr_WarnEx(PyExc_UserWarning, hide_passwords(line).c_str(), 1) != 0) throw py::error_already_set();
+  }
+}
 
 options::Node tree_of(py::handle object, const std::string& path) {
   return tree(object, path, 0);

@@ -70,18 +70,18 @@ struct SkyHandle {
 };
 using SkyPtr = std::shared_ptr<SkyHandle>;
 
-/// The city of `load`, called without the interpreter's lock. Its cautions become Python's warnings.
+/// Warns of the losses and guesses of a report, once each. @param said of which the caller has been warned
+void warn_of(const ReadReport& report, const ReadReport& said = {});
+
+/// The city of `load`, called without the interpreter's lock. Warns of what was lost and guessed.
 template <typename Load>
 std::shared_ptr<simulation::CityScene> scene_of(const Load& load) {
-  std::vector<std::string> warnings;
   std::shared_ptr<simulation::CityScene> scene;
   {
     const py::gil_scoped_release release;
-    scene = std::make_shared<simulation::CityScene>(load(warnings));
+    scene = std::make_shared<simulation::CityScene>(load());
   }
-  for (const std::string& line : warnings) {
-    if (PyErr_WarnEx(PyExc_UserWarning, hide_passwords(line).c_str(), 1) != 0) throw py::error_already_set();
-  }
+  warn_of(scene->city.notes);
   return scene;
 }
 

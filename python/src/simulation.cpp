@@ -93,9 +93,11 @@ py::dict run(const SimulationPtr& simulation, int threads, bool with_paths,
   for (EpochPtr& epoch : kept) epochs[epoch->epoch.receiver].push_back(std::move(epoch));
   std::vector<py::dict> summaries;
   for (const output::RunSummary& each : figures.summaries()) summaries.push_back(summary_of(each));
-  std::vector<std::string> warnings = simulation->warnings();
-  warnings.insert(warnings.end(), result.warnings.begin(), result.warnings.end());
-  return py::dict("epochs"_a = epochs, "summaries"_a = summaries, "warnings"_a = warnings,
+  ReadReport report = simulation->report();
+  report.say(ReadReport::Level::Guess, result.warnings);
+  warn_of(report, simulation->report());
+  if (folder) report.write(*folder);
+  return py::dict("epochs"_a = epochs, "summaries"_a = summaries, "warnings"_a = report.warnings(),
                   "interrupted"_a = signals.take_interrupt(), "wall_s"_a = result.wall_s);
 }
 
@@ -204,10 +206,15 @@ void bind_simulation(py::module_& m) {
              }
              simulation::Scenario scenario = tree.scenario;
              put_models(models, scenario.receivers);
-             const py::gil_scoped_release release;
-             if (city) return std::make_shared<Simulation>(std::move(scenario), city);
-             city::City own = simulation::load_city(scenario, scenario.warnings);
-             return std::make_shared<Simulation>(std::move(scenario), std::move(own));
+             SimulationPtr made;
+             {
+               const py::gil_scoped_release release;
+               auto scene = city;
+               if (!scene) scene = std::make_shared<simulation::CityScene>(simulation::load_city(scenario));
+               made = std::make_shared<Simulation>(std::move(scenario), std::move(scene));
+             }
+             warn_of(made->report(), city ? city->city.notes : ReadReport());
+             return made;
            }),
            "scenario"_a, "city"_a = nullptr, "models"_a = py::none())
       .def("__len__", &Simulation::epoch_count)

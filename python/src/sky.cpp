@@ -79,9 +79,12 @@ True)")
       .def(py::init([](const py::object& begin, const py::object& end, const py::object& place,
                        const py::kwargs& settings) {
              const geodesy::GpsTime from = time_of(begin);
-             return sky_of(tree_of(settings.empty() ? py::dict("nominal"_a = true) : py::dict(settings)),
-                           std::filesystem::current_path(), from, end.is_none() ? from : time_of(end),
-                           place.is_none() ? geodesy::Geodetic{} : place_of(place, "place"));
+             SkyPtr sky =
+                 sky_of(tree_of(settings.empty() ? py::dict("nominal"_a = true) : py::dict(settings)),
+                        std::filesystem::current_path(), from, end.is_none() ? from : time_of(end),
+                        place.is_none() ? geodesy::Geodetic{} : place_of(place, "place"));
+             warn_of(sky->built.report);
+             return sky;
            }),
            "begin"_a, "end"_a = py::none(), "place"_a = py::none())
       .def(py::pickle(
@@ -99,7 +102,7 @@ True)")
           "satellites", [](const SkyHandle& self) { return names_of(self.satellites); },
           "list of str: \"G01\", \"E05\", ..., those that it may know.")
       .def_property_readonly(
-          "warnings", [](const SkyHandle& self) { return self.built.warnings; },
+          "warnings", [](const SkyHandle& self) { return self.built.report.warnings(); },
           "list of str: Stale ephemerides and their like.")
       .def("look", &look, "times"_a, "place"_a, R"(Where all satellites stand, above the horizon or not.
 

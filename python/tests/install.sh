@@ -27,6 +27,6 @@ assert about["Version"] == canyon.__version__ == version, (about["Version"], can
 assert about["License"] == "Apache-2.0"
 city = canyon.City(open=True, origin={"latitude_deg": 48.1, "longitude_deg": 11.6, "height_m": 520})
 epoch = canyon.LiveReceiver(city, "2026-06-01T08:00:00Z").observe(0, (0, 0, 2))
-assert epoch.visible > 4, epoch.visible
+assert epoch.tracked > 4, epoch.tracked
 print("canyon", canyon.__version__, "from", canyon.__file__)
 END

@@ -153,6 +153,22 @@ check)
   runs 0 "$canyon" check text-bom/bom.csv text-bom/bom.n sp3-two-days/day1.sp3 osm-josm-delete/edited.osm
   says out 'recorded path (csv)' 'RINEX navigation' 'GPS 1' 'SP3 precise orbits' 'buildings     1'
   runs 0 "$canyon" check nmea-gga-no-altitude/all2d.nmea; says out 'it has no heights'
+  # What is left out of a world is told by each command, once, also with --quiet.
+  cd world-parts-missing || exit 1
+  for command in 'simulate run.yaml --out res --quiet' 'trace run.yaml' 'skyplot run.yaml -o s.png --quiet' 'city info world.sdf' \
+                 'heatmap run.yaml --out map --spacing 50 --times 2026-06-01T08:00:00Z --quiet' 'city build world.sdf -o w.obj --quiet'; do
+    # shellcheck disable=SC2086
+    runs 0 "$canyon" $command; says err "mesh 'model://tower" "'model://office_block' is not beside" '1 <heightmap> geometries left out'
+    [ "$(grep -c ^warning: err)" -eq 3 ] || fail "$command: $(cat err)"
+  done
+  [ "$(grep -c ^loss: res/report.txt)" -eq 3 ] && [ "$(grep -c ^loss: map/report.txt)" -eq 3 ] || fail "report.txt"
+  runs 0 "$canyon" check run.yaml --json; says out '"level": "loss"'
+  runs 0 "$canyon" city build world.sdf -o w.canyon --quiet; runs 0 "$canyon" city info w.canyon; says err '1 <heightmap> geometries'
+  for command in 'simulate adv.yaml --out adv --quiet' 'heatmap adv.yaml --out advmap --spacing 100 --quiet'; do
+    # shellcheck disable=SC2086
+    runs 0 "$canyon" $command; says err 'warning: adv.gml: heights above DHHN2016'
+  done
+  cd ..
   runs 2 "$canyon" check containers/page.n text-bom/bom.n; says err 'is a web page'; says out 'RINEX navigation'
   printf 'what is this' >unknown; runs 2 "$canyon" check unknown; one_line; says err 'is not a kind of file that is known'
   runs 2 "$canyon" check containers/page.n text-bom/bom.csv --json
@@ -173,7 +189,7 @@ strangers)
     [ "$(field 1 res/epochs.csv | wc -l)" -eq "${case#*:}" ] || fail "$case: $(field 1 res/epochs.csv | wc -l) epochs"
   done
   [ "$(field 5 res/epochs.csv | sort -u)" = 547.0000 ] || fail "geoidheight: heights $(field 5 res/epochs.csv | sort -u)"
-  runs 2 "$canyon" simulate csv-ecef/s.yaml --out res; one_line; says err "motion.csv:1: no column 'time'" trajectory.columns
+  runs 2 "$canyon" simulate csv-ecef/s.yaml --out res; one_line; says err "motion.csv:1: has no header" trajectory.columns
   sed -i "s/format: csv/columns: {time: '1 [s]', x: '2 [m]', y: '3 [m]', z: '4 [m]'}/" csv-ecef/s.yaml
   runs 0 "$canyon" simulate csv-ecef/s.yaml --out res --quiet
   [ "$(field 5 res/epochs.csv | cut -d. -f1 | sort -u)" = 99 ] || fail "ECEF: heights $(field 5 res/epochs.csv | sort -u)"
@@ -269,7 +285,7 @@ simulate)
   # A list of outputs is all that is written.
   sed 's/outputs:.*/outputs: [nmea, gpx]/' small.yaml >listed.yaml
   runs 0 "$canyon" simulate listed.yaml --out listed --duration 2
-  [ "$(ls listed | tr '\n' ' ')" = "receiver.nmea track.gpx " ] || fail "listed holds $(ls listed)"
+  [ "$(ls listed | tr '\n' ' ')" = "receiver.nmea report.txt track.gpx " ] || fail "listed holds $(ls listed)"
   sed 's/outputs:.*/outputs: [nmae]/' small.yaml >unknown.yaml
   runs 2 "$canyon" simulate unknown.yaml --out unknown; one_line; says err "'nmae' is unknown" "did you mean 'nmea'"
   # Where mean sea level is shows in what receivers state, and in no figure of the run.

@@ -3,7 +3,7 @@
 
 int main(int, char** arguments) {
   auto scenario = canyon::simulation::read_scenario(arguments[1]);
-  auto city = canyon::simulation::load_city(scenario, scenario.warnings);
+  auto city = canyon::simulation::load_city(scenario);
   const canyon::simulation::Simulation drive(scenario, std::move(city));
   canyon::output::SummarySink figures({"car"});
   drive.run({&figures});

@@ -53,9 +53,8 @@ class Live {
         "receivers: [{name: gps, lever_arm: {up_m: 0.1}}]\nlive:\n" +
             live,
         "autopilots_test.yaml", {false});
-    std::vector<std::string> warnings;
     session_ = std::make_unique<live::Session>(
-        scenario, std::make_shared<simulation::CityScene>(simulation::load_city(scenario, warnings)));
+        scenario, std::make_shared<simulation::CityScene>(simulation::load_city(scenario)));
     thread_ = std::thread([this] {
       live::RunOptions options;
       options.stop = &stop_;

@@ -9,10 +9,9 @@
 
 namespace canyon::test {
 
-/// simulation::load_city(), for tests that do not look at the warnings.
+/// simulation::load_city() of a configuration.
 inline city::City loaded_city(const simulation::CityConfig& config, std::uint64_t seed = 1) {
-  std::vector<std::string> warnings;
-  return simulation::load_city(config, warnings, seed);
+  return simulation::load_city(config, seed);
 }
 
 }  // namespace canyon::test

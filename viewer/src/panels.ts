@@ -44,7 +44,7 @@ export class Readout {
         ${item('error_north_m', 'north', e.at('error_north_m', i), 2, 'm')}
         ${item('error_up_m', 'up', e.at('error_up_m', i), 2, 'm')}
         ${item('used', 'used', e.at('used', i), 0, '')}
-        ${item('visible', 'tracked', e.at('visible', i), 0, '')}
+        ${item('tracked', 'tracked', e.at('tracked', i), 0, '')}
         ${item('hdop', 'HDOP', e.at('hdop', i), 2, '')}
         ${item('pdop', 'PDOP', e.at('pdop', i), 2, '')}
         ${item('speed', 'speed', Math.hypot(e.at('velocity_east_mps', i), e.at('velocity_north_mps', i)), 1, 'm/s')}

@@ -75,7 +75,7 @@ test('when it has ended the page shows all of it, as it stands', { skip, timeout
   // Nothing is lost: rows, charts, summary and blocks are those of the run's CSV files.
   const out = join(folder, 'out');
   execFileSync(program, ['simulate', scenario, '--out', out, '--quiet'], { stdio: 'inherit' });
-  const names = ['error_east_m', 'error_north_m', 'error_up_m', 'hdop', 'pdop', 'used', 'visible', 'blocked'];
+  const names = ['error_east_m', 'error_north_m', 'error_up_m', 'hdop', 'pdop', 'used', 'tracked', 'not_tracked'];
   for (const [receiver, name] of ['phone', 'car'].entries()) {
     const rows = await csv(join(out, name, 'epochs.csv'));
     const shown = await s.run(([r, list]) => list.map((n) => Array.from(canyon.store.tracks[r].epochs.column(n), String)), [receiver, names]);

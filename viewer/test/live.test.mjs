@@ -63,7 +63,7 @@ test('follows the newest epoch; its numbers are those of the CSV file', { skip }
   assert.equal(await host.ended, 0);
   const rows = await csv(join(folder, 'epochs.csv'));
   await s.page.waitForFunction((n) => canyon.store.tracks[0].time.at(-1) >= n, Number(rows.at(-1).gps_tow) - Number(rows[0].gps_tow) - 1e-6);
-  const names = ['error_east_m', 'error_north_m', 'error_up_m', 'hdop', 'pdop', 'used', 'visible', 'blocked'];
+  const names = ['error_east_m', 'error_north_m', 'error_up_m', 'hdop', 'pdop', 'used', 'tracked', 'not_tracked'];
   const shown = await s.run((list) => ({ time: Array.from(canyon.store.tracks[0].time),
     columns: list.map((n) => Array.from(canyon.store.tracks[0].epochs.column(n), String)) }), names);
   assert.ok(shown.time.length >= 4);

@@ -61,9 +61,8 @@ inline NodeSettings open_field(const Parameters& more) {
 }
 
 inline std::unique_ptr<PoseReceiver> make_receiver(const NodeSettings& settings, const std::string& name) {
-  std::vector<std::string> warnings;
   return std::make_unique<PoseReceiver>(
-      settings, std::make_shared<simulation::CityScene>(simulation::load_city(settings.live, warnings)),
+      settings, std::make_shared<simulation::CityScene>(simulation::load_city(settings.live)),
       *settings.live.start, name);
 }
 

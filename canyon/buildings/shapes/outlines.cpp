@@ -72,7 +72,8 @@ Geodetic choose_origin(const MapData& map, const Terrain* terrain, const std::op
       origin.height_m = *surveyed;
     } else {
       std::string why;  // fill values, another unit
-      for (const std::string& caution : terrain->cautions()) why += "; " + caution;
+      for (const std::string& caution : terrain->notes().lines(ReadReport::Level::Loss))
+        why += "; " + caution;
       throw InputError(fmt::format("the terrain has no height at the middle of the map ({:.6f}, {:.6f}){}",
                                    middle.y(), middle.x(), why),
                        "give rasters that cover the buildings, or an origin with its height");

@@ -86,7 +86,7 @@ void append_solid(Mesh& mesh, const std::string& name, city::Surface surface, co
   }
   const Plan plan(polygon);
   if (plan.triangles.empty()) {
-    notes.emplace_back("outline cannot be triangulated");
+    notes.emplace_back(kNoTriangles);
     return;
   }
   const double rise = shape.roof == RoofShape::Flat || shape.roof_height_m < kLowestRoof_m

@@ -9,6 +9,9 @@
 
 namespace canyon::buildings {
 
+/// The note of append_solid() on a footprint of which nothing is built.
+inline constexpr const char* kNoTriangles = "outline cannot be triangulated";
+
 /// Appends the closed solid over a footprint as one object: floor, walls, roof; every edge shared by two
 /// triangles of opposite orientation, normals outward, facade material on floor and walls, roof material on
 /// the roof. Neighbouring triangles share vertices by index.

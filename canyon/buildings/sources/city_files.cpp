@@ -112,7 +112,7 @@ class CityFiles {
     const std::vector<Tile> tiles = kind == ModelKind::Archive  ? tiles_of_archive(path)
                                     : kind == ModelKind::Folder ? tiles_of_folder(path)
                                                                 : std::vector<Tile>{{path, {}}};
-    std::size_t good = 0, bad = 0;
+    std::size_t good = 0;
     std::optional<InputError> first;
     for (const Tile& tile : tiles) {
       try {
@@ -120,24 +120,23 @@ class CityFiles {
       } catch (const InputError& e) {
         if (!many) throw;
         model_.drop_file();
-        ++bad;
         if (!first) first = e;
-        if (bad <= kNamedTiles) model_.warn(fmt::format("tile left out: {}", e.what()));
+        model_.say(ReadReport::Level::Loss, fmt::format("tile left out: {}", e.what()));
       }
     }
     if (good == 0 && first) throw InputError(*first);
-    if (bad > kNamedTiles) model_.warn(fmt::format("{} more tiles left out", bad - kNamedTiles));
   }
 
   MapData finish(const std::filesystem::path& name) {
-    if (skipped_ > 0) model_.note(fmt::format("tiles       {} outside the box, not read", skipped_));
-    if (foreign_ > 0) model_.note(fmt::format("tiles       {} other files passed over", foreign_));
+    if (skipped_ > 0)
+      model_.say(ReadReport::Level::Remark,
+                 fmt::format("tiles       {} outside the box, not read", skipped_));
+    if (foreign_ > 0)
+      model_.say(ReadReport::Level::Remark, fmt::format("tiles       {} other files passed over", foreign_));
     return model_.finish(name);
   }
 
  private:
-  static constexpr std::size_t kNamedTiles = 5;
-
   /// False for files that are not city models.
   bool read_tile(const Tile& tile, bool many) {
     const ModelKind kind = kind_of(tile);

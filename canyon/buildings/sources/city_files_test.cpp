@@ -50,11 +50,11 @@ class CityFilesTest : public ::testing::Test {
     std::string ids;
     for (const MapFeature& feature : data.features) ids += feature.id + " ";
     EXPECT_EQ(ids, "four one three three two ");
-    EXPECT_THAT(data.warnings, Contains(HasSubstr("tile left out: ")));
-    EXPECT_THAT(data.warnings, Contains(HasSubstr("cut.gml:")));
-    EXPECT_THAT(data.contents, Contains(HasSubstr("1 objects are in several files")));
-    EXPECT_THAT(data.contents, Contains(HasSubstr("1 other files passed over")));
-    EXPECT_THAT(data.contents, Contains(HasSubstr("EPSG:25833 (ETRS89 / UTM zone 33N) of 1 file")));
+    EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("tile left out: ")));
+    EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("cut.gml:")));
+    EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("1 objects are in several files")));
+    EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("1 other files passed over")));
+    EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("EPSG:25833 (ETRS89 / UTM zone 33N) of 1 file")));
   }
   test::TemporaryFolder folder_;
 };
@@ -103,7 +103,7 @@ TEST_F(CityFilesTest, TilesOutsideTheBoxAreNotRead) {
   options.box = LonLatBox{11.5, 48.1, 11.6, 48.2};
   const MapData data = read_city_files({folder_ / "t"}, options);
   ASSERT_EQ(data.features.size(), 1U);
-  EXPECT_THAT(data.contents, Contains(HasSubstr("1 outside the box, not read")));
+  EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("1 outside the box, not read")));
 }
 
 TEST_F(CityFilesTest, KindsByContent) {

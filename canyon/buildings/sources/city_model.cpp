@@ -97,8 +97,7 @@ void CityModel::begin_file(const std::filesystem::path& file) {
   file_ = file;
   handedness_ = nullptr;
   ++files_;
-  left_out_before_ = left_out_;
-  said_before_ = said_;
+  notes_before_ = notes_;
   kinds_before_ = kinds_;
   outside_before_ = outside_;
   repeated_before_ = repeated_;
@@ -108,8 +107,7 @@ void CityModel::drop_file() {
   data_.features.resize(first_feature_);
   lods_.resize(first_feature_);
   data_.relief.resize(first_relief_);
-  left_out_ = left_out_before_;
-  said_ = said_before_;
+  notes_ = notes_before_;
   kinds_ = kinds_before_;
   outside_ = outside_before_;
   repeated_ = repeated_before_;
@@ -134,9 +132,10 @@ std::size_t CityModel::system(const std::string& ogc_name, bool east_first, int 
       throw InputError(fmt::format("crs '{}' is not a reference system of EPSG", options_.model.crs),
                        "give its code, e.g. EPSG:25832, or EPSG:25832+7837 with heights");
     }
-    warn(ogc_name.empty()
-             ? fmt::format("reference system taken from crs, {}", name)
-             : fmt::format("reference system \"{}\" is not known; {} taken from crs", ogc_name, name));
+    say(Level::Remark,
+        ogc_name.empty()
+            ? fmt::format("reference system taken from crs, {}", name)
+            : fmt::format("reference system \"{}\" is not known; {} taken from crs", ogc_name, name));
   }
   if (name.empty()) {
     throw InputError(file_, line,
@@ -152,8 +151,7 @@ std::size_t CityModel::system(const std::string& ogc_name, bool east_first, int 
   if (found == systems_.end()) {
     systems_.push_back({name, ReferenceSystem(file_, name, options_.heights), east_first, {}, 0});
     found = std::prev(systems_.end());
-    const std::vector<std::string>& notes = found->reference.notes();
-    data_.warnings.insert(data_.warnings.end(), notes.begin(), notes.end());
+    data_.notes.append(found->reference.notes());
   }
   const auto index = static_cast<std::size_t>(found - systems_.begin());
   if (systems_of_file_.insert(index).second) {
@@ -178,14 +176,16 @@ Eigen::Vector3d CityModel::east_first(std::size_t index, const Eigen::Vector3d& 
     const int told = unsure && handedness_ ? handedness_() : 0;
     system.swap = told != 0 ? told < 0 : likely ? by_authority : !by_authority;
     if (*system.swap != by_authority) {
-      warn(fmt::format("coordinates have {} first, against the order of {}'s axes, and are read so{}",
-                       by_authority ? "east or longitude" : "north or latitude", system.name,
-                       told != 0 ? ": its roofs look up then" : ""));
+      say(unsure ? Level::Guess : Level::Remark,
+          fmt::format("coordinates have {} first, against the order of {}'s axes, and are read so{}",
+                      by_authority ? "east or longitude" : "north or latitude", system.name,
+                      told != 0 ? ": its roofs look up then" : ""));
     } else if (unsure && told == 0) {
-      warn(fmt::format(
-          "coordinates are read with north or latitude first, the order of {}'s axes; the other one has "
-          "a place, too",
-          system.name));
+      say(Level::Guess,
+          fmt::format(
+              "coordinates are read with north or latitude first, the order of {}'s axes; the other one has "
+              "a place, too",
+              system.name));
     }
   }
   return *system.swap ? Eigen::Vector3d(point.y(), point.x(), point.z()) : point;
@@ -244,8 +244,8 @@ void CityModel::keep(MapFeature feature, const CityObject& object) {
   }
   const auto [first, fresh] = here_.emplace(object.named ? feature.id : key, key);
   if (!fresh && first->second == key)
-    return leave_out("objects that the file has twice, with the same id at the same place");
-  if (!fresh) warn("objects at different places have the same id: all are built");
+    return leave_out("objects that the file has twice, with the same id at the same place", 1, Level::Remark);
+  if (!fresh) say(Level::Remark, "objects at different places have the same id: all are built");
   ++kinds_[object.lod < 0 ? object.type : fmt::format("{} LoD {:g}", object.type, object.lod)];
   data_.features.push_back(std::move(feature));
   lods_.push_back(object.lod);
@@ -254,11 +254,12 @@ void CityModel::keep(MapFeature feature, const CityObject& object) {
 void CityModel::add(CityObject object) {
   const auto role = kRoles.find(object.type);
   if (role == kRoles.end()) {
-    leave_out("city objects of type " + (object.type.empty() ? "(none)" : object.type));
+    leave_out("city objects of type " + (object.type.empty() ? "(none)" : object.type), 1, Level::Remark);
     return;
   }
   if (is_gone(object.attributes)) {
-    leave_out(object.type + " objects that are demolished or not built by their attributes");
+    leave_out(object.type + " objects that are demolished or not built by their attributes", 1,
+              Level::Remark);
     return;
   }
   switch (role->second) {
@@ -325,7 +326,7 @@ bool CityModel::leaves_out_low(const MapFeature& feature) {
   const auto height = feature.tags.find("height");
   const auto value = height == feature.tags.end() ? std::nullopt : parse_double(height->second);
   if (!value || *value >= kLowest_m) return false;
-  leave_out("plants lower than 1 m");
+  leave_out("plants lower than 1 m", 1, Level::Remark);
   return true;
 }
 
@@ -398,7 +399,7 @@ void CityModel::finish_file() {
     const bool replaced = parts != lod_of_parts.end() && features[i].kind != FeatureKind::Part &&
                           std::floor(lods_[i]) < std::floor(parts->second);
     if (replaced) {
-      warn("a building is replaced by its parts, which have more detail");
+      say(Level::Remark, "a building is replaced by its parts, which have more detail");
       continue;
     }
     if (kept != i) {
@@ -418,23 +419,22 @@ void CityModel::finish_file() {
 }
 
 void CityModel::describe(MapData& data) const {
+  const auto remark = [&](const std::string& line) { data.notes.say(Level::Remark, line); };
   std::vector<std::string> kinds;
   kinds.reserve(kinds_.size());
   for (const auto& [kind, count] : kinds_) kinds.push_back(fmt::format("{} {}", count, kind));
-  data.contents.push_back(fmt::format("objects     {}", fmt::join(kinds, ", ")));
+  remark(fmt::format("objects     {}", fmt::join(kinds, ", ")));
   for (const System& system : systems_) {
     if (system.files == 0) continue;
-    data.contents.push_back(fmt::format(
+    remark(fmt::format(
         "reference   {} ({}){}", system.name, system.reference.title(),
         files_ > 1 ? fmt::format(" of {} file{}", system.files, system.files == 1 ? "" : "s") : ""));
   }
-  data.contents.push_back(attributes_line(data));
-  if (!data.relief.empty())
-    data.contents.push_back(fmt::format("relief      {} surfaces of the ground", data.relief.size()));
-  if (outside_ > 0) data.contents.push_back(fmt::format("box         {} objects outside left out", outside_));
+  remark(attributes_line(data));
+  if (!data.relief.empty()) remark(fmt::format("relief      {} surfaces of the ground", data.relief.size()));
+  if (outside_ > 0) remark(fmt::format("box         {} objects outside left out", outside_));
   if (repeated_ > 0)
-    data.contents.push_back(
-        fmt::format("tiles       {} objects are in several files, taken once", repeated_));
+    remark(fmt::format("tiles       {} objects are in several files, taken once", repeated_));
 }
 
 MapData CityModel::finish(const std::filesystem::path& name) {
@@ -442,20 +442,13 @@ MapData CityModel::finish(const std::filesystem::path& name) {
   const std::string file = name.filename().string();
   std::stable_sort(data_.features.begin(), data_.features.end(),
                    [](const MapFeature& a, const MapFeature& b) { return a.id < b.id; });
-  for (const auto& [line, count] : said_) {
-    data_.warnings.push_back(count == 1 ? fmt::format("{}: {}", file, line)
-                                        : fmt::format("{}: {} ({} times)", file, line, count));
-  }
-  for (const auto& [what, count] : left_out_)
-    data_.warnings.push_back(fmt::format("{}: left out {} {}", file, count, what));
   if (data_.features.empty() && !options_.box) {  // else nothing may be in the box
     std::string why;
-    bool elsewhere = false;
-    for (const auto& [what, count] : left_out_) {
-      why += fmt::format("{}{} {}", why.empty() ? " (left out " : ", ", count, what);
-      elsewhere = elsewhere || what == kElsewhere;
+    for (const std::string& line : notes_.lines()) {
+      if (line.starts_with("left out ")) why += (why.empty() ? " (" : ", ") + line;
     }
     if (!why.empty()) why += ")";
+    const bool elsewhere = why.find(kElsewhere) != std::string::npos;
     throw InputError(name, 0,
                      fmt::format("has no building or other object with a geometry up to LoD {}{}",
                                  options_.model.lod_text(), why),
@@ -467,16 +460,19 @@ MapData CityModel::finish(const std::filesystem::path& name) {
   for (const MapFeature& feature : data_.features) data_.bounds.extend(feature.bounds());
   data_.source = file;
   describe(data_);
+  data_.notes.append(notes_, file);
   if (data_.features.empty()) return std::move(data_);
   const LonLat middle = data_.bounds.center();
   for (const System& system : systems_) {
     if (!data_.geoid_undulation_m && system.reference.geoid().above_sea_level())
       data_.geoid_undulation_m = system.reference.geoid().undulation_m(middle);
     if (system.reference.in_area_of_use(middle)) continue;
-    data_.warnings.push_back(fmt::format(
-        "{}: lies at longitude {:.4f}, latitude {:.4f}, outside the area that its reference system "
-        "{} is made for; check that system and the coordinates",
-        file, middle.x(), middle.y(), system.name));
+    data_.notes.say(
+        Level::Guess,
+        fmt::format(
+            "{}: lies at longitude {:.4f}, latitude {:.4f}, outside the area that its reference system "
+            "{} is made for; check that system and the coordinates",
+            file, middle.x(), middle.y(), system.name));
   }
   return std::move(data_);
 }

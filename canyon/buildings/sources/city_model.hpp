@@ -84,11 +84,12 @@ class CityModel {
   void place(std::size_t system, const Eigen::Matrix4d& matrix, const Eigen::Vector3d& origin,
              std::vector<Eigen::Vector3d>& points);
 
-  void leave_out(const std::string& what, std::size_t count = 1) { left_out_[what] += count; }
-  /// One line of a kind, with the files that it was said of.
-  void warn(const std::string& line) { ++said_[line]; }
-  /// One line for MapData::contents.
-  void note(const std::string& line) { data_.contents.push_back(line); }
+  using Level = ReadReport::Level;
+  void leave_out(const std::string& what, std::size_t count = 1, Level level = Level::Loss) {
+    notes_.tell(level, "left out {} " + what, {}, count);
+  }
+  /// One line of a kind; how often it was said is counted.
+  void say(Level level, const std::string& line) { notes_.tell(level, line); }
   void add(CityObject object);
 
   /// The features, sorted by id. Throws InputError where there are none and no box is asked for.
@@ -127,9 +128,9 @@ class CityModel {
   std::map<std::string, CityAttributes> tags_of_wholes_;  ///< of the file's objects that have parts
   std::set<std::string> seen_;                            ///< id and place of the features of other files
   std::map<std::string, std::string> here_;               ///< the same of the file, by id
-  Counts left_out_, said_, kinds_;
+  ReadReport notes_, notes_before_;
+  Counts kinds_, kinds_before_;
   Handedness handedness_;
-  Counts left_out_before_, said_before_, kinds_before_;
   std::size_t files_ = 0, outside_ = 0, repeated_ = 0;
   std::size_t outside_before_ = 0, repeated_before_ = 0;
 };

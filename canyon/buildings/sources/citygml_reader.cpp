@@ -115,7 +115,7 @@ bool read_citygml(const std::filesystem::path& file, const OpenBytes& open, City
   sink.member = [&](const GmlElement& object) {
     const std::size_t own = number++;
     if (!is_gml_object(object.name)) {
-      model.leave_out("city objects of type " + object.name);
+      model.leave_out("city objects of type " + object.name, 1, ReadReport::Level::Remark);
       return true;
     }
     std::set<std::string> missing = missing_references(object, none);

@@ -67,8 +67,8 @@ TEST_F(CityGmlTest, HouseInUtmStandsWhereItShould) {
   EXPECT_NEAR(house.surfaces[0].outer[0].x(), 11.567052874164, 1e-9);
   EXPECT_NEAR(house.surfaces[0].outer[0].y(), 48.1305704172875, 1e-9);
   EXPECT_NEAR(house.surfaces[0].outer[0].z(), 500, 1e-6);
-  EXPECT_THAT(data.contents, Contains(HasSubstr("1 Building LoD 2")));
-  EXPECT_THAT(data.contents, Contains(HasSubstr("EPSG:25832 (ETRS89 / UTM zone 32N)")));
+  EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("1 Building LoD 2")));
+  EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("EPSG:25832 (ETRS89 / UTM zone 32N)")));
 }
 
 TEST_F(CityGmlTest, NamesOfReferenceSystems) {
@@ -94,7 +94,7 @@ TEST_F(CityGmlTest, LatitudeComesFirstWhereTheAuthoritySaysSo) {
     const Eigen::Vector3d corner = data.features.at(0).surfaces.at(0).outer.at(1);
     EXPECT_NEAR(corner.x(), 139.701, 1e-9) << name;
     EXPECT_NEAR(corner.y(), 35.5, 1e-9) << name;
-    EXPECT_THAT(data.warnings, Not(Contains(HasSubstr("against the order"))));
+    EXPECT_THAT(data.notes.lines(), Not(Contains(HasSubstr("against the order"))));
   }
 }
 
@@ -104,7 +104,7 @@ TEST_F(CityGmlTest, OtherOrderOfAxesIsReadWhereOnlyThatIsPlausible) {
                                          surfaces_of("lod2MultiSurface", gml_member(gml_polygon({ring}))));
   const MapData data = read(citygml(citygml_member(object), "EPSG:6697"));
   EXPECT_NEAR(data.features.at(0).surfaces.at(0).outer.at(1).x(), 139.701, 1e-9);
-  EXPECT_THAT(data.warnings,
+  EXPECT_THAT(data.notes.lines(),
               Contains(HasSubstr("east or longitude first, against the order of EPSG:6697's axes")));
   // Gauss-Krueger: EPSG has north first, Germany's files have east first.
   const std::string plane = "3500000 5500000 1 3500010 5500000 1 3500000 5500010 5 3500000 5500000 1";
@@ -128,8 +128,8 @@ TEST_F(CityGmlTest, HandednessTellsTheOrderOfAxesWherePlacesDoNot) {
   const MapData east =
       read(citygml(citygml_member(gml_building("a", gml_house(24000, 20000, 35))), "EPSG:3068"));
   const MapData north = read(citygml(citygml_member(gml_building("a", swapped)), "EPSG:3068"));
-  EXPECT_THAT(east.warnings, Contains(HasSubstr("its roofs look up then")));
-  EXPECT_THAT(north.warnings, Not(Contains(HasSubstr("roofs"))));
+  EXPECT_THAT(east.notes.lines(), Contains(HasSubstr("its roofs look up then")));
+  EXPECT_THAT(north.notes.lines(), Not(Contains(HasSubstr("roofs"))));
   for (const MapData& data : {east, north}) {
     const Eigen::Vector3d corner = data.features.at(0).surfaces.at(0).outer.at(0);
     // echo "24000 20000" | gdaltransform -s_srs EPSG:3068 -t_srs EPSG:4326
@@ -164,7 +164,7 @@ TEST_F(CityGmlTest, MissingSystemAsksForCrs) {
   options.model.crs = "EPSG:25832";
   const MapData data = read(text, options);
   EXPECT_NEAR(data.features.at(0).surfaces.at(0).outer.at(0).x(), 11.567052874164, 1e-9);
-  EXPECT_THAT(data.warnings, Contains(HasSubstr("taken from crs")));
+  EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("taken from crs")));
   options.model.crs = "Gauss";
   EXPECT_THAT(error_of(text, options), HasSubstr("crs 'Gauss'"));
 }
@@ -212,7 +212,7 @@ TEST_F(CityGmlTest, ReferencesBackwardsForwardsAndToOtherObjects) {
     std::vector<Eigen::Vector3d> turned = data.features[1].surfaces[2].outer;
     std::reverse(turned.begin(), turned.end());
     EXPECT_EQ(b.surfaces[1].outer, turned);
-    EXPECT_THAT(data.warnings, Contains(HasSubstr("left out 1 references")));
+    EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("left out 1 references")));
   }
 }
 
@@ -235,7 +235,7 @@ TEST_F(CityGmlTest, PartsInstallationsAndWhatTheyReplace) {
   EXPECT_EQ(data.features[1].belongs_to, "a");
   EXPECT_EQ(data.features[1].tags.at("building"), "office");
   EXPECT_EQ(data.features[1].tags.at("start_date"), "1999");
-  EXPECT_THAT(data.warnings, Contains(HasSubstr("replaced by its parts")));
+  EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("replaced by its parts")));
 }
 
 TEST_F(CityGmlTest, SolidOfAWholeThatRefersToItsPartsIsBuiltOnce) {
@@ -367,7 +367,7 @@ TEST_F(CityGmlTest, VegetationAndRelief) {
       "</dem:tin></dem:TINRelief></dem:reliefComponent></dem:ReliefFeature>";
   const MapData data = read(citygml(citygml_member(tree) + citygml_member(wood) + citygml_member(relief) +
                                     citygml_member("<tran:Road gml:id=\"x\"/>") + citygml_member(low)));
-  EXPECT_THAT(data.warnings, Contains(HasSubstr("left out 1 plants lower than 1 m")));
+  EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("left out 1 plants lower than 1 m")));
   ASSERT_EQ(data.features.size(), 2U);
   EXPECT_EQ(data.features[0].kind, FeatureKind::Tree);
   EXPECT_EQ(data.features[0].tags.at("height"), "14");
@@ -378,7 +378,7 @@ TEST_F(CityGmlTest, VegetationAndRelief) {
   EXPECT_EQ(data.features[1].tags.at("height"), "11");
   EXPECT_EQ(data.features[1].polygons.size(), 1U);
   EXPECT_EQ(data.relief.size(), 1U);
-  EXPECT_THAT(data.warnings, Contains(HasSubstr("left out 1 city objects of type Road")));
+  EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("left out 1 city objects of type Road")));
 }
 
 // Extensions wrap their attributes (PLATEAU's uro), generic ones have names.
@@ -397,7 +397,7 @@ TEST_F(CityGmlTest, AttributesOfExtensionsAndGenericOnes) {
   EXPECT_EQ(tags.at("start_date"), "1971");
   EXPECT_EQ(tags.count("height"), 0U);
   EXPECT_THAT(
-      data.contents,
+      data.notes.lines(),
       Contains(HasSubstr("of 1 buildings and parts 1 have a use, 1 a year, 1 a structure, 1 a material")));
 }
 
@@ -408,7 +408,7 @@ TEST_F(CityGmlTest, UnitsOfAttributes) {
         "a", gml_house(), "<bldg:measuredHeight uom=\"" + uom + "\">" + value + "</bldg:measuredHeight>"));
     const auto& tags = data.features.at(0).tags;
     EXPECT_EQ(tags.count("height") == 0,
-              ::testing::Value(data.warnings, Contains(HasSubstr("left out 1 attributes in units"))));
+              ::testing::Value(data.notes.lines(), Contains(HasSubstr("left out 1 attributes in units"))));
     return tags.count("height") == 0 ? "" : tags.at("height");
   };
   for (const char* metre : {"m", "#m", "urn:adv:uom:m", "urn:ogc:def:uom:EPSG::9001", " metre ", ""})
@@ -434,12 +434,12 @@ TEST_F(CityGmlTest, ObjectsThatAreThereTwiceAreTakenOnce) {
   const std::string house = citygml_member(gml_building("a"));
   const MapData data = read(citygml(house + house));
   EXPECT_EQ(data.features.size(), 1U);
-  EXPECT_THAT(data.warnings, Contains(HasSubstr("left out 1 objects that the file has twice")));
+  EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("left out 1 objects that the file has twice")));
   std::string other = citygml_member(gml_building("b", gml_house(691100)));
   other.replace(other.find("Building gml:id=\"b\""), 19, "Building gml:id=\"a\"");
   const MapData both = read(citygml(house + other));
   EXPECT_EQ(both.features.size(), 2U);
-  EXPECT_THAT(both.warnings, Contains(HasSubstr("objects at different places have the same id")));
+  EXPECT_THAT(both.notes.lines(), Contains(HasSubstr("objects at different places have the same id")));
 }
 
 TEST_F(CityGmlTest, Version3) {
@@ -477,7 +477,7 @@ TEST_F(CityGmlTest, OnlyWhatTouchesTheBox) {
   const MapData data = read(citygml(both, "EPSG:25832", "691000 5334000 500", "692010 5334008 509"), options);
   ASSERT_EQ(data.features.size(), 1U);
   EXPECT_EQ(data.features[0].id, "near");
-  EXPECT_THAT(data.contents, Contains(HasSubstr("1 objects outside left out")));
+  EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("1 objects outside left out")));
 }
 
 TEST_F(CityGmlTest, OneBadRingCostsOneRing) {
@@ -489,7 +489,7 @@ TEST_F(CityGmlTest, OneBadRingCostsOneRing) {
     const MapData data = read(text);
     ASSERT_EQ(data.features.size(), 1U) << wrong;
     EXPECT_EQ(data.features[0].surfaces.size(), whole - 1) << wrong;
-    EXPECT_THAT(data.warnings, Contains(HasSubstr("left out 1 rings whose coordinates are not numbers")))
+    EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("left out 1 rings whose coordinates are not numbers")))
         << wrong;
   }
 }
@@ -500,7 +500,7 @@ TEST_F(CityGmlTest, DemolishedBuildingsAreNotBuilt) {
   member.insert(member.find('>', member.find("Building ")) + 1, gone);
   const MapData data = read(citygml(citygml_member(gml_building("house")) + member));
   EXPECT_EQ(data.features.size(), 1U);
-  EXPECT_THAT(data.warnings, Contains(HasSubstr("left out 1 Building objects that are demolished")));
+  EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("left out 1 Building objects that are demolished")));
 }
 
 TEST_F(CityGmlTest, BadInputIsOneClearError) {
@@ -532,7 +532,7 @@ TEST_F(CityGmlTest, CoordinatesBeyondTheEarth) {
   rings[6] = "1e9 1e9 500 1e9 2e9 500 2e9 1e9 500 1e9 1e9 500";
   const MapData data = read_object(gml_building("house", rings));
   EXPECT_EQ(data.features.at(0).surfaces.size(), 6U);
-  EXPECT_THAT(data.warnings,
+  EXPECT_THAT(data.notes.lines(),
               Contains(HasSubstr("left out 1 rings outside the area of their reference system")));
 }
 

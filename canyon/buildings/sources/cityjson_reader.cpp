@@ -434,7 +434,7 @@ void CityJsonReader::read() {
     fail(fmt::format("not as CityJSON has it ({})", e.what()));
   }
   notes_.require_most(good_);
-  for (const std::string& line : notes_.lines()) model_.warn(line);
+  for (const std::string& line : notes_.lines()) model_.say(ReadReport::Level::Loss, line);
 }
 
 }  // namespace

@@ -115,7 +115,7 @@ TEST_F(CityJsonTest, SolidInUtmStandsWhereItShould) {
   const auto north = geodesy::geodetic_from_utm({32, true, 691000, 5334008});
   EXPECT_NEAR(data.bounds.min().x(), 11.567052874164, 1e-9);
   EXPECT_NEAR(data.bounds.max().y(), geodesy::degrees(north.latitude_rad), 1e-8);
-  EXPECT_TRUE(any_contains(data.warnings, "taken as ellipsoidal"));
+  EXPECT_TRUE(any_contains(data.notes.lines(), "taken as ellipsoidal"));
   EXPECT_EQ(data.source, "city.json");
 }
 
@@ -131,16 +131,16 @@ TEST_F(CityJsonTest, DutchGridKeepsItsDatumShift) {
     EXPECT_NEAR(corner.x(), 5.3872, 1e-5) << reference;
     EXPECT_NEAR(corner.y(), 52.15517, 1e-5) << reference;
     EXPECT_NEAR(corner.z(), 45.2, 1e-9) << reference;
-    EXPECT_TRUE(any_contains(data.warnings, "43.200 m added"));
+    EXPECT_TRUE(any_contains(data.notes.lines(), "43.200 m added"));
     EXPECT_EQ(data.geoid_undulation_m, 43.2);
   }
   const MapData data =
       read(cityjson(cityjson_building("house", kHouseSolid), "EPSG/0/7415", "155000,463000,2"));
-  EXPECT_TRUE(any_contains(data.warnings, "NAP height (EPSG:5709)"));
+  EXPECT_TRUE(any_contains(data.notes.lines(), "NAP height (EPSG:5709)"));
   const double height = data.features.at(0).surfaces.at(0).outer.at(0).z();
-  if (any_contains(data.warnings, "no geoid grid")) {
+  if (any_contains(data.notes.lines(), "no geoid grid")) {
     EXPECT_NEAR(height, 2, 1e-9);
-    EXPECT_TRUE(any_contains(data.warnings, "--geoid-undulation"));
+    EXPECT_TRUE(any_contains(data.notes.lines(), "--geoid-undulation"));
     EXPECT_FALSE(data.geoid_undulation_m);
   } else {
     EXPECT_NEAR(height, 45.3, 1);  // NAP at Amersfoort lies some 43 m above the ellipsoid
@@ -195,7 +195,7 @@ TEST_F(CityJsonTest, FeetOfAProjectedSystemAreFeetInHeight) {
   EXPECT_NEAR(corner.x(), -74.0117232348781, 2e-5);  // NAD83's many transformations differ by a metre
   EXPECT_NEAR(corner.y(), 40.7128851399118, 2e-5);
   EXPECT_NEAR(corner.z(), 100 * 1200.0 / 3937.0, 1e-9);
-  EXPECT_TRUE(any_contains(data.warnings, "heights taken in the unit"));
+  EXPECT_TRUE(any_contains(data.notes.lines(), "heights taken in the unit"));
 }
 
 TEST_F(CityJsonTest, Versions) {
@@ -276,9 +276,9 @@ TEST_F(CityJsonTest, PartsNameTheirBuildingAndReplaceItsOutline) {
   EXPECT_EQ(c.tags.at("building:levels"), "4");
   EXPECT_EQ(c.tags.at("roof:material"), "metal");
   EXPECT_EQ(c.tags.count("note") + c.tags.count("list"), 0U);
-  EXPECT_TRUE(any_contains(data.warnings, "left out 1 city objects of type LandUse"));
-  EXPECT_TRUE(any_contains(data.warnings, "left out 1 trees without a place"));
-  EXPECT_TRUE(any_contains(data.warnings, "left out 2 buildings and parts without a geometry"));
+  EXPECT_TRUE(any_contains(data.notes.lines(), "left out 1 city objects of type LandUse"));
+  EXPECT_TRUE(any_contains(data.notes.lines(), "left out 1 trees without a place"));
+  EXPECT_TRUE(any_contains(data.notes.lines(), "left out 2 buildings and parts without a geometry"));
 }
 
 TEST_F(CityJsonTest, UnitsBesideAttributes) {
@@ -286,7 +286,7 @@ TEST_F(CityJsonTest, UnitsBesideAttributes) {
     const MapData data = read(cityjson(R"("C":{"type":"Building","attributes":{)" + attributes +
                                        R"(},"geometry":[)" + kHouseSolid + "]}"));
     const auto& tags = data.features.at(0).tags;
-    EXPECT_EQ(tags.count("height") == 0, any_contains(data.warnings, "left out 1 attributes in units"));
+    EXPECT_EQ(tags.count("height") == 0, any_contains(data.notes.lines(), "left out 1 attributes in units"));
     return tags.count("height") == 0 ? "" : tags.at("height");
   };
   EXPECT_EQ(height(R"("measuredHeight":100)"), "100");
@@ -331,7 +331,7 @@ TEST_F(CityJsonTest, RingsLoseRepeatedPointsAndKeepHoles) {
   EXPECT_EQ(data.features[0].surfaces[0].outer.size(), 4U);
   ASSERT_EQ(data.features[0].surfaces[0].inners.size(), 1U);
   EXPECT_EQ(data.features[0].surfaces[0].inners[0].size(), 3U);
-  EXPECT_TRUE(any_contains(data.warnings, "left out 1 rings of fewer than three points"));
+  EXPECT_TRUE(any_contains(data.notes.lines(), "left out 1 rings of fewer than three points"));
 }
 
 TEST_F(CityJsonTest, TextSequencesAndGzip) {
@@ -367,7 +367,7 @@ TEST_F(CityJsonTest, OneBadObjectCostsOneObject) {
                                  std::pair("\"boundaries\"", "\"bounds\"")}) {
     const MapData data = read(with(replaced(kHouseSolid, from, to)));
     EXPECT_EQ(data.features.size(), 3U) << to;
-    EXPECT_TRUE(any_contains(data.warnings, "city object \"d\": ")) << to;
+    EXPECT_TRUE(any_contains(data.notes.lines(), "city object \"d\": ")) << to;
   }
   // A vertex that only one object has, without a number or with a fill value.
   const std::string file = with(replaced(kHouseSolid, "[0,3,2,1]", "[0,3,2,10]"));
@@ -375,7 +375,7 @@ TEST_F(CityJsonTest, OneBadObjectCostsOneObject) {
     const std::string last = "[10000,4000,9000]";
     const MapData data = read(replaced(file, last + "]", last + "," + vertex + "]"));
     EXPECT_EQ(data.features.size(), 3U) << vertex;
-    EXPECT_TRUE(any_contains(data.warnings, "\"d\": vertex 10 is ")) << vertex;
+    EXPECT_TRUE(any_contains(data.notes.lines(), "\"d\": vertex 10 is ")) << vertex;
   }
 }
 

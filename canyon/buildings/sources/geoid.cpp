@@ -111,6 +111,7 @@ Geoid::Geoid(const Heights& heights) {
     return;
   }
   if (!above_datum && !ellipsoidal) {
+    guessed_ = true;
     note_ = fmt::format(
         "{}: heights taken as ellipsoidal, since its reference system names no vertical datum", file);
     return;
@@ -141,7 +142,7 @@ Geoid::Geoid(const Heights& heights) {
       return;
     }
     if (!grid->geographiclib && !heights.required && !by_user) {
-      missing_ = true;
+      guessed_ = true;
       note_ = fmt::format(
           "{}: heights above {} are taken as ellipsoidal (tens of metres off in many places), since no geoid "
           "grid "

@@ -43,10 +43,11 @@ class Geoid {
 
   /// Whether undulation_m() is that of mean sea level: false where heights are taken as ellipsoidal.
   [[nodiscard]] bool above_sea_level() const { return above_sea_level_; }
-  /// One line for people: which geoid was added and why, or that heights were taken as ellipsoidal.
-  [[nodiscard]] const std::string& note() const { return note_; }
-  /// Whether the heights' datum is named but its geoid is not at hand.
-  [[nodiscard]] bool missing() const { return missing_; }
+  /// Says which geoid was added and why (a remark), or that heights are taken as ellipsoidal, since their
+  /// datum is not named or its geoid not at hand (a guess).
+  void say(ReadReport& notes) const {
+    notes.say(guessed_ ? ReadReport::Level::Guess : ReadReport::Level::Remark, note_);
+  }
   /// Metres in one unit of the vertical datum's heights; 1 where it names none.
   [[nodiscard]] double metres_per_unit() const { return metres_per_unit_; }
 
@@ -55,7 +56,7 @@ class Geoid {
   std::unique_ptr<Grid> grid_;
   double constant_m_ = 0;
   double metres_per_unit_ = 1;
-  bool missing_ = false, above_sea_level_ = false;
+  bool guessed_ = false, above_sea_level_ = false;
   std::string note_;
 };
 

@@ -292,7 +292,8 @@ class GmlObjectReader {
     }
     if (off_earth > 0) {
       model_.leave_out(kElsewhere, off_earth);
-      model_.warn(
+      model_.say(
+          ReadReport::Level::Loss,
           fmt::format("object \"{}\" has coordinates outside the area of its reference system", object.id));
     }
   }

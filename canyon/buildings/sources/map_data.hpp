@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "canyon/base/read_report.hpp"
+
 namespace canyon::buildings {
 
 /// Longitude and latitude [deg], WGS 84, in x and y. Longitudes of one map are within 180 deg of one another,
@@ -75,11 +77,10 @@ struct MapData {
   std::vector<MapFeature> features;
   /// Roads and railways in tunnels, under roofs and on bridges: of FeatureKind::Passage. Not in `bounds`.
   std::vector<MapFeature> passages;
-  std::vector<std::string> warnings;  ///< one line each, with ids; repeated kinds are counted
-  std::size_t foliage_left_out = 0;   ///< trees, tree rows and woods that were not asked for
-  Eigen::AlignedBox2d bounds;         ///< of all features [deg]
-  std::vector<std::string> contents;  ///< of city models: lines on files, objects, reference systems
-  std::vector<MapSurface> relief;     ///< of city models: the triangles of the ground
+  ReadReport notes;  ///< what was left out or guessed, by kind with ids, and what city models hold
+  std::size_t foliage_left_out = 0;  ///< trees, tree rows and woods that were not asked for
+  Eigen::AlignedBox2d bounds;        ///< of all features [deg]
+  std::vector<MapSurface> relief;    ///< of city models: the triangles of the ground
   /// Ellipsoidal height of mean sea level in the middle of the bounds [m], where the file says what its
   /// heights are above.
   std::optional<double> geoid_undulation_m;

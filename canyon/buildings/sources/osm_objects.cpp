@@ -87,9 +87,9 @@ class ObjectReader {
   }
 
  private:
-  void remark(const char* what, const osmium::OSMObject& object) {
-    objects_.remarks.emplace_back(
-        what, fmt::format("{}/{}", osmium::item_type_to_name(object.type()), object.id()));
+  void tell(ReadReport::Level level, const char* what, const osmium::OSMObject& object) {
+    objects_.notes.tell(level, what,
+                        fmt::format("{}/{}", osmium::item_type_to_name(object.type()), object.id()));
   }
 
   /// The tags of an object that can matter.
@@ -235,7 +235,8 @@ class ObjectReader {
     }
     if ((!wanted && !tagged) || node.location().is_undefined()) return;
     if (!node.location().valid())
-      return remark("nodes beyond the poles or the antimeridian (longitude 180 deg), left out", node);
+      return tell(ReadReport::Level::Loss,
+                  "{} nodes beyond the poles or the antimeridian (longitude 180 deg), left out", node);
     if (wanted) {
       const auto at = static_cast<std::size_t>(found - wanted_.begin());
       if (places_[at].is_undefined() || node.version() > versions_[at]) {
@@ -253,7 +254,7 @@ class ObjectReader {
       place->tags = std::move(tags);
       place->place = place_of(node.location());
     } else if (*kind.kind == FeatureKind::Building && kind.left_out.empty()) {
-      remark("points tagged building, left out since they have no outline", node);
+      tell(ReadReport::Level::Remark, "{} points tagged building, left out since they have no outline", node);
     }
   }
 

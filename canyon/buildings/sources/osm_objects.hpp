@@ -50,7 +50,7 @@ struct OsmObjects {
   std::map<OsmId, OsmTree> trees;
   std::map<OsmId, OsmWay> ways;
   std::map<OsmId, OsmRelation> relations;
-  std::vector<std::pair<std::string, std::string>> remarks;  ///< what is said of an object, and its id
+  ReadReport notes;                  ///< of single objects
   std::size_t foliage_left_out = 0;  ///< trees, tree rows and woods, where none are wanted
 };
 

@@ -17,32 +17,6 @@
 namespace canyon::buildings {
 namespace {
 
-constexpr std::size_t kIdsShown = 20;
-
-std::string join(const std::vector<std::string>& pieces, std::size_t count, std::string_view separator) {
-  return fmt::format("{}",
-                     fmt::join(pieces.data(), pieces.data() + std::min(count, pieces.size()), separator));
-}
-
-/// Counts of objects that could not be used as they are, by reason.
-class Tally {
- public:
-  void add(const std::string& reason, const std::string& id) { ids_[reason].push_back(id); }
-
-  [[nodiscard]] std::vector<std::string> lines() const {
-    std::vector<std::string> out;
-    for (const auto& [reason, ids] : ids_) {
-      std::string line = fmt::format("{} {}: {}", ids.size(), reason, join(ids, kIdsShown, ", "));
-      if (ids.size() > kIdsShown) line += fmt::format(" and {} more", ids.size() - kIdsShown);
-      out.push_back(std::move(line));
-    }
-    return out;
-  }
-
- private:
-  std::map<std::string, std::vector<std::string>> ids_;
-};
-
 std::string way_name(OsmId id) {
   return fmt::format("way/{}", id);
 }
@@ -57,6 +31,8 @@ struct Candidate {
 };
 
 class FeatureMaker {
+  using Level = ReadReport::Level;
+
  public:
   FeatureMaker(OsmObjects objects, const OsmReadOptions& options)
       : objects_(std::move(objects)), options_(options) {}
@@ -82,7 +58,7 @@ class FeatureMaker {
     MapData map;
     for (Candidate& candidate : all) {
       if (!candidate.left_out.empty()) {
-        tally_.add("left out, " + candidate.left_out, candidate.feature.id);
+        notes_.tell(Level::Remark, "{} left out, " + candidate.left_out, candidate.feature.id);
         continue;
       }
       if (candidate.feature.kind == FeatureKind::Passage) {
@@ -93,14 +69,15 @@ class FeatureMaker {
       constexpr double kLargest_deg = 0.2;
       if (candidate.feature.kind == FeatureKind::Building && !bounds.isEmpty() &&
           bounds.sizes().maxCoeff() > kLargest_deg) {
-        tally_.add("buildings of more than 20 km, left out: a corner is wrong", candidate.feature.id);
+        notes_.tell(Level::Loss, "{} buildings of more than 20 km, left out: a corner is wrong",
+                    candidate.feature.id);
         continue;
       }
       map.bounds.extend(bounds);
       map.features.push_back(std::move(candidate.feature));
     }
-    for (const auto& [what, id] : objects_.remarks) tally_.add(what, id);
-    map.warnings = tally_.lines();
+    notes_.append(objects_.notes);
+    map.notes = std::move(notes_);
     map.foliage_left_out = objects_.foliage_left_out;
     return map;
   }
@@ -133,8 +110,11 @@ class FeatureMaker {
         memberships.emplace(member.ref, Membership{id, outline, part});
       }
       if (any && !missing.empty()) {
-        tally_.add("building relations with members that are not in the map, built of the others",
-                   fmt::format("{} (without {})", relation_name(id), join(missing, kIdsShown, " ")));
+        notes_.tell(
+            Level::Loss, "{} building relations with members that are not in the map, built of the others",
+            fmt::format("{} (without {})", relation_name(id),
+                        fmt::join(missing.begin(),
+                                  missing.begin() + std::min<std::ptrdiff_t>(std::ssize(missing), 20), " ")));
       }
     }
   }
@@ -196,7 +176,7 @@ class FeatureMaker {
     }
     if (!complete || members.empty()) {
       if (kind.left_out.empty())
-        tally_.add("multipolygons that the map holds in part only, left out", feature.id);
+        notes_.tell(Level::Loss, "{} multipolygons that the map holds in part only, left out", feature.id);
       return;
     }
     // Several whole buildings under one relation: each way says more of itself than the relation does.
@@ -210,7 +190,7 @@ class FeatureMaker {
       for (const auto& [way, member] : members) {
         objects_.ways.at(way).tags.insert(feature.tags.begin(), feature.tags.end());
       }
-      tally_.add("multipolygons of whole buildings, read as these", feature.id);
+      notes_.tell(Level::Remark, "{} multipolygons of whole buildings, read as these", feature.id);
       return;
     }
     RingMembers rings;
@@ -218,7 +198,9 @@ class FeatureMaker {
     std::string note;
     feature.polygons = assemble(id, rings, note);
     if (!note.empty() && kind.left_out.empty()) {
-      tally_.add("multipolygons of " + note + (feature.polygons.empty() ? ", left out" : ""), feature.id);
+      const bool lost = feature.polygons.empty();
+      notes_.tell(lost ? Level::Loss : Level::Remark,
+                  "{} multipolygons of " + note + (lost ? ", left out" : ""), feature.id);
     }
     if (feature.polygons.empty()) return;
     const bool one_outer = feature.polygons.size() == 1;
@@ -275,7 +257,7 @@ class FeatureMaker {
       if (!problem.empty()) {
         // Roads run out of every extract.
         if (kind.left_out.empty() && feature.kind != FeatureKind::Passage)
-          tally_.add("ways, " + problem + ", left out", feature.id);
+          notes_.tell(Level::Loss, "{} ways, " + problem + ", left out", feature.id);
         continue;
       }
       feature.tags = std::move(way.tags);
@@ -313,7 +295,7 @@ class FeatureMaker {
 
   OsmObjects objects_;
   const OsmReadOptions& options_;
-  Tally tally_;
+  ReadReport notes_;
   std::map<OsmId, Membership> way_memberships_, relation_memberships_;
   std::set<OsmId> taken_over_;  ///< ways that a multipolygon stands for
   std::vector<Candidate> ways_, multipolygons_;
@@ -327,13 +309,14 @@ MapData read_osm(const std::vector<std::filesystem::path>& paths, const OsmReadO
   MapData map = FeatureMaker(read_osm_objects(paths, options), options).make();
   std::vector<std::string> names;
   for (const auto& path : paths) names.push_back(path.filename().string());
-  map.source = join(names, names.size(), ", ");
+  map.source = fmt::format("{}", fmt::join(names, ", "));
   const bool building = std::any_of(map.features.begin(), map.features.end(), [](const MapFeature& feature) {
     return feature.kind == FeatureKind::Building || feature.kind == FeatureKind::Part;
   });
   if (!building) {
     std::string problem = options.box ? "holds no building in the box" : "holds no building";
-    if (!map.warnings.empty()) problem += fmt::format(" ({})", join(map.warnings, map.warnings.size(), "; "));
+    const std::vector<std::string> notes = map.notes.lines();
+    if (!notes.empty()) problem += fmt::format(" ({})", fmt::join(notes, "; "));
     throw InputError(map.source, 0, problem,
                      options.box ? "widen the box, or check the order west,south,east,north"
                                  : "give an extract with closed ways tagged building");

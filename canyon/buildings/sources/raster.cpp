@@ -69,7 +69,7 @@ struct Raster::Impl {
   double factor = 1, addend_m = 0;         ///< metres = value * factor + addend
   gdal::Transformation map_from_wgs84;     ///< null where the raster is in longitude and latitude of WGS 84
   std::optional<Geoid> geoid;
-  std::vector<std::string> notes;
+  ReadReport notes;
   mutable std::mutex mutex;  ///< over the handles of GDAL and PROJ, and what follows
   mutable std::map<std::pair<int, int>, std::optional<double>> impossible;  ///< what is taken for such pixels
   mutable double first_impossible_m = 0;
@@ -168,10 +168,10 @@ void Raster::Impl::georeference(const TerrainOptions& options) {
     map_from_wgs84 = gdal::transformation(wgs84.get(), map.get(), false);
     if (!map_from_wgs84) {
       map_from_wgs84 = gdal::transformation(wgs84.get(), map.get(), true);
-      notes.push_back(
-          fmt::format("{}: PROJ knows no exact way from WGS 84 to its horizontal datum; the datums "
-                      "are taken as the same",
-                      path.filename().string()));
+      notes.say(ReadReport::Level::Guess,
+                fmt::format("{}: PROJ knows no exact way from WGS 84 to its horizontal datum; the datums "
+                            "are taken as the same",
+                            path.filename().string()));
     }
     if (!map_from_wgs84) {
       throw InputError(path, 0, "PROJ cannot transform from WGS 84 to its reference system",
@@ -191,7 +191,7 @@ void Raster::Impl::georeference(const TerrainOptions& options) {
   if (driver == "SRTMHGT" || driver == "DTED") heights.prescribed = "EPSG:4326+5773";
   heights.options = options;
   geoid.emplace(heights);
-  notes.push_back(geoid->note());
+  geoid->say(notes);
 
   const char* unit = GDALGetRasterUnitType(band);
   const double metres = metres_of_unit(unit != nullptr ? unit : "", path).value_or(geoid->metres_per_unit());
@@ -291,10 +291,6 @@ Raster::Raster(const std::filesystem::path& path, const TerrainOptions& options)
 Raster::~Raster() = default;
 Raster::Raster(Raster&&) noexcept = default;
 
-const std::vector<std::string>& Raster::notes() const {
-  return impl_->notes;
-}
-
 RasterSummary Raster::summary() const {
   const std::lock_guard lock(impl_->mutex);
   const NoServers offline;
@@ -331,18 +327,19 @@ RasterSummary Raster::summary() const {
   return summary;
 }
 
-std::vector<std::string> Raster::cautions() const {
+ReadReport Raster::notes() const {
   const std::lock_guard lock(impl_->mutex);
   const std::string name = impl_->path.filename().string();
-  std::vector<std::string> lines;
+  ReadReport notes = impl_->notes;
   if (!impl_->impossible.empty()) {
-    lines.push_back(
+    notes.say(
+        ReadReport::Level::Loss,
         fmt::format("{}: {} of the posts in use are beyond -500 to 9,000 m (such as {:g} m) and are not "
                     "ground: filled from "
                     "those around; declare the no-data value, e.g. with gdal_edit.py -a_nodata",
                     name, impl_->impossible.size(), impl_->first_impossible_m));
   }
-  return lines;
+  return notes;
 }
 
 std::optional<double> Raster::geoid_undulation_m(const LonLat& place) const {

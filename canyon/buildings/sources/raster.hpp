@@ -35,10 +35,10 @@ class Raster {
   [[nodiscard]] std::optional<double> height_m(const LonLat& place) const;
   /// Where height_m() answers: ellipsoidal height of mean sea level [m]; empty where heights are ellipsoidal.
   [[nodiscard]] std::optional<double> geoid_undulation_m(const LonLat& place) const;
-  [[nodiscard]] const std::vector<std::string>& notes() const;
+  /// Which geoid was added and why, or that heights are taken as ellipsoidal; and such pixels among those
+  /// that were asked for.
+  [[nodiscard]] ReadReport notes() const;
   [[nodiscard]] RasterSummary summary() const;
-  /// A warning about such pixels among those that were asked for.
-  [[nodiscard]] std::vector<std::string> cautions() const;
 
  private:
   struct Impl;

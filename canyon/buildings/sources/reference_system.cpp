@@ -116,7 +116,8 @@ ReferenceSystem::ReferenceSystem(const std::filesystem::path& file, const std::s
     wgs84_from_map_ = gdal::transformation(map.get(), wgs84.get(), false);
     if (!wgs84_from_map_) {
       wgs84_from_map_ = gdal::transformation(map.get(), wgs84.get(), true);
-      notes_.push_back(
+      notes_.say(
+          ReadReport::Level::Guess,
           fmt::format("{}: PROJ knows no exact way from {} to WGS 84; the datums are taken as the same",
                       file.filename().string(), name));
     }
@@ -131,16 +132,16 @@ ReferenceSystem::ReferenceSystem(const std::filesystem::path& file, const std::s
   heights.options = options;
   heights.required = false;
   geoid_.emplace(heights);
-  notes_.push_back(geoid_->note());
+  geoid_->say(notes_);
   metres_per_unit_ = geoid_->metres_per_unit();
   const bool has_heights = OSRIsCompound(whole.get()) != 0 || OSRGetAxesCount(whole.get()) == 3;
   if (!has_heights && !geographic_) {
     char* unit = nullptr;
     metres_per_unit_ = OSRGetLinearUnits(map.get(), &unit);
     if (std::abs(metres_per_unit_ - 1) > 1e-9) {
-      notes_.push_back(fmt::format("{}: heights taken in the unit of {}, {} ({:.9g} m)",
-                                   file.filename().string(), name, unit != nullptr ? unit : "unnamed",
-                                   metres_per_unit_));
+      notes_.say(ReadReport::Level::Guess,
+                 fmt::format("{}: heights taken in the unit of {}, {} ({:.9g} m)", file.filename().string(),
+                             name, unit != nullptr ? unit : "unnamed", metres_per_unit_));
     }
   }
 }

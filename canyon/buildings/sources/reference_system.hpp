@@ -46,7 +46,7 @@ class ReferenceSystem {
   [[nodiscard]] bool north_first() const { return north_first_; }
   /// The name of the system with that of its heights, "JGD2011 + JGD2011 (vertical) height".
   [[nodiscard]] const std::string& title() const { return title_; }
-  [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
+  [[nodiscard]] const ReadReport& notes() const { return notes_; }
 
  private:
   void plane_to_wgs84(std::vector<double>& x, std::vector<double>& y, std::vector<int>& ok) const;
@@ -57,7 +57,7 @@ class ReferenceSystem {
   double metres_per_unit_ = 1;
   bool geographic_ = false, north_first_ = false;
   std::string title_;
-  std::vector<std::string> notes_;
+  ReadReport notes_;
 };
 
 }  // namespace canyon::buildings

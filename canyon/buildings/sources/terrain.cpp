@@ -22,43 +22,33 @@ constexpr double kMostPosts = 25e6;
 struct Terrain::Impl {
   std::vector<Raster> rasters;
   std::optional<Tin> relief;
-  std::vector<std::string> notes;
+  ReadReport notes;
 };
 
 Terrain::Terrain(const std::vector<std::filesystem::path>& rasters, TerrainOptions options)
     : impl_(std::make_unique<Impl>()) {
   options.validate();
   if (rasters.empty()) throw InputError("no height raster is given", "name at least one file");
-  for (const auto& path : rasters) {
-    const Raster& raster = impl_->rasters.emplace_back(path, options);
-    impl_->notes.insert(impl_->notes.end(), raster.notes().begin(), raster.notes().end());
-  }
+  for (const auto& path : rasters) impl_->rasters.emplace_back(path, options);
 }
-Terrain::Terrain(std::unique_ptr<Impl> impl, std::string note) : impl_(std::move(impl)) {
-  impl_->notes.push_back(std::move(note));
+Terrain::Terrain(std::unique_ptr<Impl> impl, const std::string& note) : impl_(std::move(impl)) {
+  impl_->notes.say(ReadReport::Level::Remark, note);
 }
 
 Terrain Terrain::of_relief(const std::vector<MapSurface>& relief) {
   auto impl = std::make_unique<Impl>();
   impl->relief.emplace(relief);
-  std::string note =
+  const std::string note =
       fmt::format("ground from the relief of the city model, {} triangles", impl->relief->size());
-  return {std::move(impl), std::move(note)};
+  return {std::move(impl), note};
 }
 Terrain::~Terrain() = default;
 Terrain::Terrain(Terrain&&) noexcept = default;
 
-const std::vector<std::string>& Terrain::notes() const {
-  return impl_->notes;
-}
-
-std::vector<std::string> Terrain::cautions() const {
-  std::vector<std::string> cautions;
-  for (const Raster& raster : impl_->rasters) {
-    const std::vector<std::string> own = raster.cautions();
-    cautions.insert(cautions.end(), own.begin(), own.end());
-  }
-  return cautions;
+ReadReport Terrain::notes() const {
+  ReadReport notes = impl_->notes;
+  for (const Raster& raster : impl_->rasters) notes.append(raster.notes());
+  return notes;
 }
 
 std::optional<double> Terrain::height_m(const LonLat& place) const {

@@ -36,11 +36,9 @@ class Terrain {
   /// Ellipsoidal height of mean sea level [m], of the raster that answers; empty where none does, and where
   /// its heights are ellipsoidal or taken as such.
   [[nodiscard]] std::optional<double> geoid_undulation_m(const LonLat& place) const;
-  /// Lines for people: which geoid was added and why, or that heights were taken as ellipsoidal.
-  [[nodiscard]] const std::vector<std::string>& notes() const;
-  /// Warnings about impossible heights and slopes among those that were asked for, of each raster that has
-  /// any.
-  [[nodiscard]] std::vector<std::string> cautions() const;
+  /// Which geoid was added and why, that heights are taken as ellipsoidal, and impossible heights among those
+  /// that were asked for.
+  [[nodiscard]] ReadReport notes() const;
 
   /// Appends a triangulated sheet over [min, max] (east, north [m]) of `frame`, posts at most `spacing_m`
   /// apart, as one object named "terrain". Throws InputError, with the share that is covered, where the
@@ -52,7 +50,7 @@ class Terrain {
 
  private:
   struct Impl;
-  Terrain(std::unique_ptr<Impl> impl, std::string note);
+  Terrain(std::unique_ptr<Impl> impl, const std::string& note);
   std::unique_ptr<Impl> impl_;
 };
 

@@ -111,11 +111,12 @@ TEST_F(TerrainTest, ImpossibleHeightsAreFilledAndSaid) {
       return std::abs(x - 114.0495) < 1e-6 && std::abs(y - 22.4505) < 1e-6 ? fill : 500.0;
     });
     const Terrain terrain({folder_ / "bad.tif"});
-    EXPECT_TRUE(terrain.cautions().empty());
+    EXPECT_TRUE(terrain.notes().lines(ReadReport::Level::Loss).empty());
     EXPECT_NEAR(terrain.height_m({114.0495, 22.4505}).value_or(0), 500, 1e-6);
     EXPECT_NEAR(terrain.height_m({114.0499, 22.4501}).value_or(0), 500, 1e-6);
-    ASSERT_EQ(terrain.cautions().size(), 1U);
-    EXPECT_TRUE(contains(terrain.cautions()[0], "bad.tif: 1 of the posts")) << terrain.cautions()[0];
+    ASSERT_EQ(terrain.notes().lines(ReadReport::Level::Loss).size(), 1U);
+    EXPECT_TRUE(contains(terrain.notes().lines(ReadReport::Level::Loss)[0], "bad.tif: 1 of the posts"))
+        << terrain.notes().lines(ReadReport::Level::Loss)[0];
   }
   make_raster(folder_ / "all.tif", {}, [](double, double) { return 32767.0; });
   EXPECT_FALSE(Terrain({folder_ / "all.tif"}).height_m({114.0495, 22.4505}));
@@ -151,8 +152,7 @@ TEST_F(TerrainTest, ReadsFormatsOfHeightsAlone) {
        "</VRTDataset>"}};
   for (const auto& [name, text] : files) {
     std::ofstream(folder_ / name) << text;
-    EXPECT_TRUE(
-        contains(error_of([&, file = folder_ / name] { (void)Terrain({file}); }), "not a raster"))
+    EXPECT_TRUE(contains(error_of([&, file = folder_ / name] { (void)Terrain({file}); }), "not a raster"))
         << name;
   }
   EXPECT_TRUE(contains(error_of([&] { (void)Terrain({"/vsicurl/" + web}); }), "no such file"));
@@ -191,8 +191,8 @@ TEST_F(TerrainTest, PlaneIsSampledExactly) {
     EXPECT_FALSE(terrain.height_m(outside)) << outside.transpose();
   }
   EXPECT_FALSE(terrain.height_m({std::nan(""), 22.4}));
-  ASSERT_EQ(terrain.notes().size(), 1U);
-  EXPECT_TRUE(contains(terrain.notes()[0], "taken as ellipsoidal")) << terrain.notes()[0];
+  ASSERT_EQ(terrain.notes().lines().size(), 1U);
+  EXPECT_TRUE(contains(terrain.notes().lines()[0], "taken as ellipsoidal")) << terrain.notes().lines()[0];
 }
 
 TEST_F(TerrainTest, ProjectedRasterAgreesWithGeographicLibsUtm) {
@@ -308,7 +308,7 @@ TEST_F(TerrainTest, GeoidByNumberIsAddedWhateverTheDatum) {
   for (const char* name : {"plain.tif", "egm2008.tif"}) {
     const Terrain terrain({folder_ / name}, options);
     EXPECT_NEAR(terrain.height_m({114.1, 22.4}).value(), plane(114.1, 22.4) - 2.5, 1e-9);
-    EXPECT_TRUE(contains(terrain.notes().at(0), "-2.500 m added")) << terrain.notes()[0];
+    EXPECT_TRUE(contains(terrain.notes().lines().at(0), "-2.500 m added")) << terrain.notes().lines()[0];
     EXPECT_EQ(terrain.geoid_undulation_m({114.1, 22.4}), -2.5);
     EXPECT_FALSE(terrain.geoid_undulation_m({0, 0}));
   }
@@ -324,7 +324,7 @@ TEST_F(TerrainTest, EllipsoidalReferenceSystemAddsNothing) {
   make_raster(folder_ / "ellipsoidal.tif", made, plane);
   const Terrain terrain({folder_ / "ellipsoidal.tif"});
   EXPECT_NEAR(terrain.height_m({114.1, 22.4}).value(), plane(114.1, 22.4), 1e-6);
-  EXPECT_TRUE(contains(terrain.notes().at(0), "ellipsoidal")) << terrain.notes()[0];
+  EXPECT_TRUE(contains(terrain.notes().lines().at(0), "ellipsoidal")) << terrain.notes().lines()[0];
   EXPECT_FALSE(terrain.geoid_undulation_m({114.1, 22.4}));
 }
 
@@ -341,7 +341,7 @@ TEST_F(TerrainTest, Egm96IsAddedWhereTheDatumSaysSo) {
   try {
     const Terrain terrain({folder_ / "egm96.tif"});
     EXPECT_NEAR(terrain.height_m({114.17, 22.4}).value() - plane(114.17, 22.4), -2.2, 0.5);
-    EXPECT_TRUE(contains(terrain.notes().at(0), "EPSG:5773")) << terrain.notes()[0];
+    EXPECT_TRUE(contains(terrain.notes().lines().at(0), "EPSG:5773")) << terrain.notes().lines()[0];
     made.crs = "EPSG:32650+5773";
     made.west = 200000;
     made.north = 2480000;
@@ -389,12 +389,13 @@ TEST_F(TerrainTest, GeographicLibsGeoidFilesAreUsedWherePROJHasNoGrid) {
   named.geoid = GeoidModel::EGM2008;
   const Terrain plain({folder_ / "plain.tif"}, named);
   unsetenv("GEOGRAPHICLIB_GEOID_PATH");
-  if (contains(terrain.notes().at(0), "PROJ's grid")) GTEST_SKIP() << "SKIPPED: PROJ has EGM2008's grid here";
-  EXPECT_TRUE(contains(terrain.notes().at(0), "egm2008-2_5")) << terrain.notes()[0];
+  if (contains(terrain.notes().lines().at(0), "PROJ's grid"))
+    GTEST_SKIP() << "SKIPPED: PROJ has EGM2008's grid here";
+  EXPECT_TRUE(contains(terrain.notes().lines().at(0), "egm2008-2_5")) << terrain.notes().lines()[0];
   EXPECT_NEAR(terrain.height_m({114.1, 22.4}).value(), plane(114.1, 22.4) + 3, 1e-6);
   EXPECT_NEAR(terrain.geoid_undulation_m({114.1, 22.4}).value(), 3, 1e-9);
   EXPECT_NEAR(plain.height_m({114.1, 22.4}).value(), plane(114.1, 22.4) + 3, 1e-6);
-  EXPECT_TRUE(contains(plain.notes().at(0), "(EPSG:3855), as given")) << plain.notes()[0];
+  EXPECT_TRUE(contains(plain.notes().lines().at(0), "(EPSG:3855), as given")) << plain.notes().lines()[0];
 }
 
 TEST_F(TerrainTest, SrtmTileIsReadAndIsEgm96) {
@@ -422,7 +423,7 @@ TEST_F(TerrainTest, SrtmTileIsReadAndIsEgm96) {
     const Terrain terrain({path});
     EXPECT_NEAR(*terrain.height_m({114.17, 22.3}) - *raw.height_m({114.17, 22.3}), kUndulationHongKong,
                 kBetweenGrids_m);
-    EXPECT_TRUE(contains(terrain.notes().at(0), "EPSG:5773")) << terrain.notes()[0];
+    EXPECT_TRUE(contains(terrain.notes().lines().at(0), "EPSG:5773")) << terrain.notes().lines()[0];
   } catch (const InputError& e) {
     if (contains(e.what(), "no geoid grid"))
       GTEST_SKIP() << "SKIPPED: no EGM96 grid is installed: " << e.what();

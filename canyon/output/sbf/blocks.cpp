@@ -165,8 +165,9 @@ std::string receiver_time(const DeviceEpoch& epoch) {
   Payload p;
   if (!epoch.time_known)
     return p.u1(-128).u1(-128).u1(-128).u1(-128).u1(-128).u1(-128).u1(-128).u1(0).bytes();
-  const geodesy::GpsTime utc_of = epoch.seen.stated_utc();
-  const geodesy::CalendarTime utc = geodesy::utc_from_gps(utc_of);
+  // To the millisecond that the block's time of week is rounded to: it may be that of the next second.
+  const double rounded_s = epoch.stated - epoch.seen.stated_time();
+  const geodesy::CalendarTime utc = geodesy::utc_from_gps(epoch.seen.stated_utc() + rounded_s);
   p.u1(utc.year % 100).u1(utc.month).u1(utc.day).u1(utc.hour).u1(utc.minute).u1(utc.second);
   return p.u1(geodesy::leap_seconds(epoch.seen.time)).u1(0b111).bytes();  // week, time of week, fine time
 }

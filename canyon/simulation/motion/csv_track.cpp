@@ -125,6 +125,7 @@ class CsvReader {
       return parse_integer(split(column.second, '[')[0]).has_value();
     });
     if (columns.empty()) {
+      require_header(header);
       find_known(header);
     } else {
       for (const auto& [quantity, name] : columns) find_named(header, quantity, name, numbers);
@@ -151,6 +152,29 @@ class CsvReader {
     while (line && is_skipped(*line)) line = file_.next_line();
     return line;
   }
+
+  /// Refuses a file that begins with numbers. Says which columns they seem to be.
+  void require_header(const Fields& first) const {
+    std::vector<double> values;
+    for (const std::string_view text : first) values.push_back(number_of(text).value_or(std::nan("")));
+    if (std::any_of(values.begin(), values.end(), [](double value) { return std::isnan(value); })) return;
+    const std::size_t n = values.size();
+    const bool ecef = n > 3 && is_radius(std::hypot(values[n - 3], values[n - 2], values[n - 1]));
+    throw file_.error(
+        fmt::format("has no header: its first line is the numbers '{}'{}", fmt::join(first, "', '"),
+                    ecef ? ", which look like ECEF x, y, z in metres" : ""),
+        ecef ? fmt::format(
+                   "put a header time,x,y,z above them, or give trajectory.columns: {{time: \"{} [s]\", x: "
+                   "\"{} [m]\", y: \"{} [m]\", z: \"{} [m]\"}}",
+                   n - 3, n - 2, n - 1, n)
+             : std::string(
+                   "put a header such as time,latitude,longitude,height above them, or give the columns "
+                   "by number: trajectory.columns: {time: \"1 [s]\", latitude: \"2 [deg]\", longitude: "
+                   "\"3 [deg]\", height: \"4 [m]\"}"));
+  }
+
+  /// Whether this may be the distance of a vehicle from the Earth's centre [m].
+  static bool is_radius(double radius_m) { return radius_m > 6.3e6 && radius_m < 8e6; }
 
   /// The columns of Canyon's own names. In its epochs.csv the path is the true one.
   void find_known(const Fields& header) {
@@ -251,7 +275,12 @@ class CsvReader {
     const GpsTime time = time_of(fields);
     Geodetic place;
     if (ecef_) {
-      place = geodesy::geodetic_from_ecef({value(fields, X), value(fields, Y), value(fields, Z)});
+      const Eigen::Vector3d ecef(value(fields, X), value(fields, Y), value(fields, Z));
+      if (!is_radius(ecef.norm())) {
+        throw file_.error(fmt::format("x, y, z are {:.6g} m from the Earth's centre", ecef.norm()),
+                          "they are ECEF, and have a unit: x_km, or trajectory.columns: {x: \"x [km]\"}");
+      }
+      place = geodesy::geodetic_from_ecef(ecef);
     } else {
       place = place_of(at(), value(fields, Latitude), value(fields, Longitude));
       if (!flat) height_m_ = value(fields, height);

@@ -141,9 +141,13 @@ TEST(TrajectoryCsv, SaysWhatIsWrongAndWhere) {
               HasSubstr("track.txt:2: the height 'x' is not a number"));
   EXPECT_THAT(fault(header + "0,22.3,114.17,1\n1,2218.5,114.17,1\n", "csv"),
               HasSubstr("track.txt:3: the latitude 2218.5 deg is out of range"));
-  EXPECT_THAT(fault("0,22.3,114.17,1\n", "csv"),
-              testing::AllOf(HasSubstr("track.txt:1: no column 'time'; there are '0', '22.3'"),
-                             HasSubstr("trajectory.columns: {time: stamp, latitude:")));
+  EXPECT_THAT(
+      fault("0,22.3,114.17,1\n", "csv"),
+      testing::AllOf(HasSubstr("track.txt:1: has no header: its first line is the numbers '0', '22.3'"),
+                     HasSubstr("trajectory.columns: {time: \"1 [s]\", latitude:")));
+  EXPECT_THAT(fault("0,-3813477.9,3554276.5,3662785.2\n", "csv"),
+              testing::AllOf(HasSubstr("look like ECEF x, y, z in metres"), HasSubstr("x: \"2 [m]\"")));
+  EXPECT_THAT(fault("time,x,y,z\n0,-3813.4779,3554.2765,3662.7852\n", "csv"), HasSubstr("are 6371.15 m"));
   EXPECT_THAT(fault("time,latitude,height\n1,2,3\n", "csv"), HasSubstr("no column 'longitude'"));
   EXPECT_THAT(fault("time,latitude,lat_rad,longitude,height\n", "csv"),
               HasSubstr("the columns 'latitude' and 'lat_rad' are both the latitude"));
