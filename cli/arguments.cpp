@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <type_traits>
 
+#include "canyon/base/input_files.hpp"
 #include "canyon/base/named.hpp"
 #include "canyon/base/text.hpp"
 
@@ -41,7 +42,13 @@ class Parser {
     });
   }
   [[nodiscard]] const Command& chosen() const {
-    for (const auto& [option, parsed] : options_) option->given = parsed->count() > 0;
+    for (const auto& [option, parsed] : options_) {
+      option->given = parsed->count() > 0;
+      if (!option->given || !option->is_output) continue;
+      // "-" and addresses are no files.
+      for (const std::string& path : parsed->results())
+        if (path != "-" && path.find("://") == std::string::npos) InputFiles::current().add_output(path);
+    }
     return *chosen_;
   }
 
@@ -173,7 +180,7 @@ int run(Command& program, const std::string& version, int argc, char** argv) {
     app.parse(last_first);
   } catch (const CLI::ParseError& error) {
     const std::string unknown = unknown_word(program, words);
-    if (error.get_exit_code() != 0 && !unknown.empty()) {
+    if (!unknown.empty()) {
       fmt::print(stderr, "canyon: {}\n", unknown);
       return kBadInput;
     }

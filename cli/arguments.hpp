@@ -27,7 +27,7 @@ struct Option {
   Target target;
   std::string value;  ///< name of its value in the help, "FILE"; empty: its type's
   std::string help;
-  bool is_required = false, is_hidden = false;
+  bool is_required = false, is_hidden = false, is_output = false;
   bool takes_one = false;      ///< of Texts: one in all
   bool one_at_a_time = false;  ///< of Texts: one behind each name
   Texts needed = {}, excluded = {};
@@ -44,6 +44,8 @@ struct Option {
   Option& needs(const std::string& name) { return needed.push_back(name), *this; }
   /// Not beside the option of this name, which was added before.
   Option& excludes(const std::string& name) { return excluded.push_back(name), *this; }
+  /// Its value is a file that the command writes: no input is replaced, see InputFiles.
+  Option& writes() { return is_output = true, *this; }
   /// Had this name before: it still works, with a warning.
   Option& formerly(const std::string& name) { return former.push_back(name), *this; }
   Option& within(double least, double most) { return range = std::pair(least, most), *this; }

@@ -301,7 +301,9 @@ void add_calibrate(Command& app) {
   Command& command = app.add_command("calibrate", "fit a receiver profile to recordings of a real receiver");
   CalibrateArguments& arguments = command.run_with(run_calibrate);
   add_drive_options(command, arguments);
-  command.add_option("-o,--out", arguments.out, "FILE", "the profile to write, FILE.yaml").required();
+  command.add_option("-o,--out", arguments.out, "FILE", "the profile to write, FILE.yaml")
+      .required()
+      .writes();
   command.add_option(
       "--profile", arguments.profile, "NAME|FILE",
       "profile to calibrate: one of 'canyon profiles', or a file (that of the first recording)");
@@ -310,8 +312,10 @@ void add_calibrate(Command& app) {
                   "part used for the calibration: first, then the rest is compared; or all, without a "
                   "comparison (first)")
       .one_of({"first", "all"});
-  command.add_option("--json", arguments.json, "FILE",
-                     "write estimates and figures as JSON; -: to standard output, alone");
+  command
+      .add_option("--json", arguments.json, "FILE",
+                  "write estimates and figures as JSON; -: to standard output, alone")
+      .writes();
   command.add_flag("--quiet", arguments.quiet, "print warnings and errors only (and what --json - asks for)");
   command.footer =
       "Estimates from the recording: tracked signals and orbits, step of C/N0, thresholds of lock. By\n"

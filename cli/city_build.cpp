@@ -267,6 +267,7 @@ void add_city_build(Command& city) {
                   "output, by its ending: .canyon .glb .obj .dae .geojson .world .sdf; a folder (ends in / "
                   "or has no ending): a Gazebo model; may be repeated")
       .required()
+      .writes()
       .repeated();
   add_place_options(build, arguments->city);
   add_city_options(build, arguments->city);

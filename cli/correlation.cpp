@@ -84,7 +84,9 @@ void add_correlation(Command& app) {
   CorrelationArguments& arguments = command.run_with(run_correlation);
   add_scenario_file(command, arguments.scenario);
   command.add_option("--satellite", arguments.satellite, "NAME", "G05, E11, C23").required();
-  command.add_option("-o,--out", arguments.out, "FILE", "picture (.png, .svg) or values (.csv)").required();
+  command.add_option("-o,--out", arguments.out, "FILE", "picture (.png, .svg) or values (.csv)")
+      .required()
+      .writes();
   command.add_option("--signal", arguments.signal, "NAME", "L1CA, E5a, B1I ... (that near L1)");
   command.add_option("--receiver", arguments.receiver, "NAME", "one of the scenario's receivers (the first)");
   command.add_option("--bandwidth", arguments.bandwidth_hz, "HZ",

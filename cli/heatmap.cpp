@@ -49,6 +49,8 @@ class MapRun {
   int run() {
     read();
     load();
+    make_output_folder(fs::path(arguments_.out) / "tiles");
+    if (ranks_.rank() == 0) lock_.emplace(fs::path(arguments_.out) / "tiles");
     // Each run ends before the next one begins, because cities are large. The writers need the first one.
     for (int i = 0; i < runs_->count(); ++i) {
       const simulation::Scenario scenario = runs_->scenario(i);
@@ -97,10 +99,8 @@ class MapRun {
     }
     if (!arguments_.keep_tiles) {
       for (const auto& store : stores_) store->remove();
-      if (runs_->several()) {
-        std::error_code ignored;  // of another program's files in it
-        fs::remove(fs::path(arguments_.out) / "tiles", ignored);
-      }
+      std::error_code ignored;  // of another program's files in it
+      fs::remove(fs::path(arguments_.out) / "tiles", ignored);
     }
     return kOk;
   }
@@ -108,6 +108,10 @@ class MapRun {
   [[nodiscard]] fs::path tiles_of(int run) const {
     const fs::path tiles = fs::path(arguments_.out) / "tiles";
     return !runs_->several() ? tiles : tiles / fmt::format("run-{:04}", run + 1);
+  }
+  [[nodiscard]] fs::path folder_of(heatmap::OverRuns over) const {
+    const fs::path out = arguments_.out;
+    return over == runs_->statistics().front() ? out : out / fmt::format("p{:02.0f}", 100 * *over);
   }
   [[nodiscard]] std::size_t tiles() const {
     return heatmap_->unit_count() * static_cast<std::size_t>(runs_->count());
@@ -156,7 +160,6 @@ class MapRun {
     if (arguments_.unknowns && ranks_.rank() == 0)
       warn_of_few_draws(static_cast<std::size_t>(*arguments_.unknowns), "--unknowns");
     make_output_folder(arguments_.out);
-    if (runs_->several()) make_output_folder(fs::path(arguments_.out) / "tiles");
   }
 
   void load() {
@@ -171,6 +174,13 @@ class MapRun {
     for_option("--altitude", [&] { heatmap::check_altitudes(request_, city); });
     request_.validate();
     check_size(arguments_, request_);
+    // No file that is read may have a result's name: that is not told at the end of hours.
+    for (const heatmap::OverRuns over : runs_->statistics()) {
+      std::vector<std::string> names;
+      if (formats_.geotiff) names = heatmap::geotiff_names(request_);
+      if (formats_.netcdf) names.emplace_back("map.nc");
+      for (const std::string& name : names) InputFiles::current().add_output(folder_of(over) / name);
+    }
     const std::vector<GpsTime>& times = request_.times;
     simulation::BuiltSky sky =
         simulation::build_sky(scenario_.sky, times.front(), times.back(), city.frame.origin());
@@ -258,15 +268,18 @@ class MapRun {
     source.source = "Canyon " CANYON_VERSION;
     source.slice = [this, slices = std::move(source.slice)](std::size_t tile, std::size_t time) {
       if (stop_.load()) throw Interrupted{};
-      return slices(tile, time);
+      auto slice = slices(tile, time);
+      if (!slice) {
+        throw InputError(fs::path(arguments_.out) / "tiles", 0, "a finished tile is gone",
+                         "let nothing else clear this folder, and run the same command again");
+      }
+      return slice;
     };
     return source;
   }
 
   void write(heatmap::OverRuns over) const {
-    const bool first = over == runs_->statistics().front();
-    const fs::path folder =
-        first ? fs::path(arguments_.out) : fs::path(arguments_.out) / fmt::format("p{:02.0f}", 100 * *over);
+    const fs::path folder = folder_of(over);
     make_output_folder(folder);
     heatmap::MapSource map = source(over);
     const auto with_progress = [&](const char* what, auto&& writer) {
@@ -344,6 +357,7 @@ class MapRun {
   ReadReport report_;  ///< of all that was read
   heatmap::MpiProcesses& ranks_;
   const std::atomic<bool>& stop_;
+  std::optional<FolderLock> lock_;  ///< on the tiles
   HeatmapFormats formats_;
   heatmap::Request request_;
   simulation::Scenario scenario_;

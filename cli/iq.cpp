@@ -110,7 +110,8 @@ void add_iq(Command& app) {
           "file for the samples (real and imaginary parts alternate) and FILE.sigmf-meta; - or a FIFO: a "
           "pipe; tcp://127.0.0.1:PORT waits for a reader, tcp-connect://HOST:PORT connects to one; "
           "zmq://127.0.0.1:PORT publishes to a subscriber of ZeroMQ")
-      .required();
+      .required()
+      .writes();
   const auto add = [&](const char* flag, const char* name) -> Option& {
     return add_change(command, flag, arguments.samples, name);
   };

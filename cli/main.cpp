@@ -1,13 +1,46 @@
 // No header declares it: the program begins here.
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <cerrno>
+#include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <exception>
+#include <iostream>
 
+#include "canyon/base/input_files.hpp"
 #include "cli/commands.hpp"
 
-int main(int argc, char** argv) {
+namespace {
+
+/// Standard output or error. A failure ends no run between two of its files: it is kept, and main() tells it.
+struct Printed {
+  int handle;
+  int failure = 0;  ///< errno
+
+  [[nodiscard]] std::FILE* open() {
+    // A file of the run may not get this handle.
+    if (::fcntl(handle, F_GETFD) < 0) (void)::open("/dev/null", O_RDWR);
+    return ::fopencookie(this, "w", {nullptr, &Printed::write, nullptr, nullptr});
+  }
+  static ssize_t write(void* printed, const char* bytes, std::size_t size) {
+    auto& to = *static_cast<Printed*>(printed);
+    for (std::size_t done = 0; done < size && to.failure == 0;) {
+      const ssize_t n = ::write(to.handle, bytes + done, size - done);
+      if (n > 0) done += static_cast<std::size_t>(n);
+      if (n < 0 && errno != EINTR) to.failure = errno;
+    }
+    return static_cast<ssize_t>(size);
+  }
+};
+
+Printed output{STDOUT_FILENO}, complaints{STDERR_FILENO};
+
+int run_program(int argc, char** argv) {
   using namespace canyon::cli;
+  canyon::InputFiles::begin_run();
   Command program{"canyon", "Canyon: what a GNSS receiver sees in a city"};
   program.footer =
       "Each command has its own --help. Exit status: 0 done, 2 bad input, 130 interrupted, 1 anything else.";
@@ -41,4 +74,23 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "canyon: internal error: {}\n", error.what());
     return kFailure;
   }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);
+  stdout = output.open();
+  stderr = complaints.open();
+  if (::isatty(STDOUT_FILENO) != 0) std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
+  std::setvbuf(stderr, nullptr, _IONBF, 0);
+  int status = run_program(argc, argv);
+  std::fflush(stdout);
+  std::cout.flush();  // help
+  if (output.failure == 0 && !std::cout) output.failure = errno;
+  if (output.failure != 0 && output.failure != EPIPE) {
+    fmt::print(stderr, "canyon: standard output cannot be written: {}\n", std::strerror(output.failure));
+    if (status == canyon::cli::kOk) status = canyon::cli::kFailure;
+  }
+  return status;
 }

@@ -278,7 +278,7 @@ void add_rtk(Command& app) {
   command.add_option("--max-age", options.max_age_s, "S", "base epochs that are older are not used [s] (60)")
       .within(0, 3600);
   add_field(command, "--allow-stale", arguments.sky, "allow_stale", nullptr, true);
-  command.add_option("--out", arguments.out, "FILE", "write the solutions as RTKLIB does (.pos)");
+  command.add_option("--out", arguments.out, "FILE", "write the solutions as RTKLIB does (.pos)").writes();
   command.add_flag("--quiet", arguments.quiet, "no progress");
 }
 

@@ -6,12 +6,11 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
-#include <map>
+#include <fstream>
 #include <set>
 
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/base/text_file.hpp"
 #include "canyon/drawing/views/pictures.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/options/describe.hpp"
@@ -26,6 +25,8 @@
 
 namespace canyon::cli {
 namespace {
+
+namespace fs = std::filesystem;
 
 /// Pictures of a receiver take about a second, its epochs often less.
 constexpr std::size_t kMostDrawn = 16;
@@ -47,63 +48,54 @@ std::string count_systems(const std::vector<gnss::SatelliteId>& satellites) {
   return text;
 }
 
-/// Removes files of the last run that this one does not replace: those that DIR/.canyon-results lists and
-/// that have not changed since.
+/// Keeps the list of this run's results, DIR/.canyon-results, and removes those of the last run that this one
+/// does not replace and that have not changed since. No link is followed.
 class ResultFiles {
  public:
-  /// @param folders where this run writes
-  ResultFiles(std::filesystem::path out, std::vector<std::filesystem::path> folders)
-      : out_(std::move(out)), folders_(std::move(folders)), before_(times()) {}
+  explicit ResultFiles(fs::path out) : out_(std::move(out)) { OutputFile::list_committed(&mine_); }
+  ~ResultFiles() { OutputFile::list_committed(nullptr); }
+  ResultFiles(const ResultFiles&) = delete;
+  ResultFiles& operator=(const ResultFiles&) = delete;
 
-  /// Call it after the run. Removes files of the last run; returns how many.
+  /// Call it after the run. Returns how many files it removed.
   std::size_t finish() {
-    std::set<std::string> mine;
-    for (const auto& [path, time] : times()) {
-      const auto old = before_.find(path);
-      if (old == before_.end() || old->second != time)
-        mine.insert(path.lexically_relative(out_).generic_string());
-    }
-    const std::filesystem::path list = out_ / ".canyon-results";
+    OutputFile::list_committed(nullptr);
+    const fs::path list = out_ / ".canyon-results";
     std::error_code error;
-    const auto listed_at = std::filesystem::last_write_time(list, error);
     std::size_t removed = 0;
-    if (!error) {
-      const TextFile last(list);
-      for (const std::string_view line : split(last.text(), '\n')) {
-        const std::filesystem::path path(line);
-        const std::filesystem::path file = out_ / path;
-        if (line.empty() || mine.count(std::string(line)) > 0 || path.is_absolute() ||
-            path.lexically_normal().generic_string().starts_with("..") ||
-            !std::filesystem::is_regular_file(file, error) ||
-            std::filesystem::last_write_time(file, error) > listed_at) {
+    if (fs::symlink_status(list, error).type() == fs::file_type::regular) {
+      const auto listed_at = fs::last_write_time(list, error);
+      std::ifstream last(list);
+      for (std::string line; std::getline(last, line);) {
+        const fs::path file = out_ / line;
+        if (mine_.count(file) > 0 || !is_own(line) || fs::last_write_time(file, error) > listed_at ||
+            InputFiles::current().has(file)) {
           continue;
         }
-        removed += std::filesystem::remove(file, error) ? 1U : 0U;
-        if (file.parent_path() != out_) std::filesystem::remove(file.parent_path(), error);  // where empty
+        removed += fs::remove(file, error) ? 1U : 0U;
+        if (file.parent_path() != out_) fs::remove(file.parent_path(), error);  // where empty
       }
     }
     OutputFile text(list);
-    for (const std::string& name : mine) text.write(name + "\n");
+    for (const fs::path& path : mine_) text.write(path.lexically_relative(out_).generic_string() + "\n");
     text.commit();
     return removed;
   }
 
  private:
-  using Times = std::map<std::filesystem::path, std::filesystem::file_time_type>;
-  [[nodiscard]] Times times() const {
-    Times times;
-    for (const std::filesystem::path& folder : folders_) {
-      std::error_code error;
-      for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
-        if (entry.is_regular_file(error)) times[entry.path()] = entry.last_write_time(error);
-      }
-    }
-    return times;
+  /// Whether it is the plain name of a file in the folder, or in a folder of it.
+  [[nodiscard]] bool is_own(const fs::path& name) const {
+    const auto is_plain = [](const fs::path& part) { return part != "." && part != ".." && part != "/"; };
+    const auto parts = std::distance(name.begin(), name.end());
+    const fs::path folder = name.parent_path();
+    std::error_code error;
+    return (parts == 1 || parts == 2) && std::all_of(name.begin(), name.end(), is_plain) &&
+           (parts == 1 || fs::symlink_status(out_ / folder, error).type() == fs::file_type::directory) &&
+           fs::symlink_status(out_ / name, error).type() == fs::file_type::regular;
   }
 
-  std::filesystem::path out_;
-  std::vector<std::filesystem::path> folders_;
-  Times before_;
+  fs::path out_;
+  std::set<fs::path> mine_;
 };
 
 /// Loads the city and makes the scenario ready to run. Says what city, sky and trajectory are.
@@ -143,7 +135,7 @@ std::vector<std::unique_ptr<simulation::EpochSink>> make_sinks(const simulation:
     }
   }
   if (arguments.view) {
-    sinks.push_back(view::make_view(simulation, std::filesystem::path(arguments.out) / "view"));
+    sinks.push_back(view::make_view(simulation, fs::path(arguments.out) / "view"));
   }
   return sinks;
 }
@@ -152,16 +144,13 @@ int run_simulate(const SimulateArguments& arguments) {
   const auto note = [&arguments](const std::string& text) { cli::note(arguments.quiet, text); };
   const simulation::Scenario scenario = read_scenario(arguments);
   make_output_folder(arguments.out);
+  const FolderLock lock(arguments.out);
   const std::unique_ptr<simulation::Simulation> made = make_simulation(scenario, arguments.quiet);
   const simulation::Simulation& simulation = *made;
   const std::string report_file = (std::filesystem::path(arguments.out) / "report.txt").string();
   print_report(simulation.report(), report_file);
 
-  std::vector<std::filesystem::path> folders{arguments.out, std::filesystem::path(arguments.out) / "view"};
-  for (std::size_t i = 0; i < scenario.receivers.size(); ++i) {
-    folders.push_back(output::receiver_folder(simulation, arguments.out, i));
-  }
-  ResultFiles files(arguments.out, folders);
+  ResultFiles files(arguments.out);
   const std::atomic<bool>& stop_requested = catch_interrupts();
   const auto sinks = make_sinks(simulation, arguments);
   std::vector<std::unique_ptr<output::EncodedStream>> streams;

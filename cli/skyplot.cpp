@@ -8,10 +8,10 @@
 
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/drawing/frame_files.hpp"
 #include "canyon/drawing/views/skyplot.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/number.hpp"
+#include "canyon/simulation/ordered_blocks.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "cli/commands.hpp"
 #include "cli/field_option.hpp"
@@ -86,9 +86,14 @@ int draw_one(const SkyplotArguments& arguments, Site& site) {
   return kOk;
 }
 
+constexpr std::size_t kMostFrames = 999'999;
+fs::path frame_path(const fs::path& folder, std::size_t index) {
+  return folder / fmt::format("frame_{:06}.png", index + 1);
+}
+
 /// Pictures of an earlier, longer run would end up in the same film.
 void warn_about_left_frames(const fs::path& folder, std::size_t count) {
-  const fs::path next = folder / drawing::frame_name(count);
+  const fs::path next = frame_path(folder, count);
   if (fs::exists(next)) {
     print_warnings({fmt::format("{} and the frames after it are of an earlier run", next.string())});
   }
@@ -109,28 +114,29 @@ int draw_frames(const SkyplotArguments& arguments, Site& site) {
   site.check_time(last, "--last");
   // A frame at `last` too, where the step falls on it to a nanosecond or so.
   const double steps = std::floor((last - first) / arguments.every_s + 1e-6);
-  if (steps >= static_cast<double>(drawing::kMostFrames)) {
+  if (steps >= static_cast<double>(kMostFrames)) {
     throw InputError(fmt::format("--every {:g} makes {:.0f} frames", arguments.every_s, steps + 1),
-                     fmt::format("at most {} are numbered: take a longer step", drawing::kMostFrames));
+                     fmt::format("at most {} are numbered: take a longer step", kMostFrames));
   }
   const auto count = static_cast<std::size_t>(steps) + 1;
   const auto time_of = [&](std::size_t i) { return first + arguments.every_s * static_cast<double>(i); };
   const propagation::Propagator propagator = site.make_propagator();
-  drawing::FrameOptions options;
-  options.threads = arguments.threads;
-  options.stop = &catch_interrupts();
+  const std::atomic<bool>& stop = catch_interrupts();
   const auto wall_begin = std::chrono::steady_clock::now();
   std::size_t written = 0;
   {
     Progress progress("drawing", arguments.quiet);
-    options.progress = progress.callback();
-    written = drawing::write_frames(
-        arguments.frames, count,
+    const auto threads = static_cast<std::size_t>(simulation::threads_of(arguments.threads));
+    simulation::for_each_in_order<std::string>(
+        count, threads, arguments.threads, [&] { return !stop.load(); },
         [&](std::size_t i) {
           return drawing::draw_skyplot(site.environment(), propagator, time_of(i), site.antenna(time_of(i)),
                                        arguments.options, &site.receiver_config().options);
         },
-        options);
+        [&](std::size_t i, const std::string& bytes) {
+          write_file(frame_path(arguments.frames, i), bytes);
+          progress.update(++written, count);
+        });
   }
   const double wall_s = seconds_since(wall_begin);
   std::map<raytrace::Placement, std::size_t> placements;
@@ -209,7 +215,7 @@ void add_skyplot(Command& app) {
       "skyplot", "draw the sky over a place, with satellites and buildings, or frames along a drive");
   SkyplotArguments& arguments = command.run_with(run_skyplot);
   add_site_options(command, arguments.site);
-  command.add_option("-o,--out", arguments.out, "FILE", "the picture: FILE.png or FILE.svg");
+  command.add_option("-o,--out", arguments.out, "FILE", "the picture: FILE.png or FILE.svg").writes();
   command
       .add_option("--frames", arguments.frames, "DIR", "instead: frame_000001.png and so on along the drive")
       .excludes("--out")

@@ -66,6 +66,12 @@ void tell_plan(const study::StudyPlan& plan) {
              short_count(plan.estimated_bytes()));
 }
 
+/// Throws InputError, now or where it is read, for an input with the name of a result.
+void note_results(const fs::path& folder) {
+  for (const char* name : {"study.nc", "table.csv", "along.csv"})
+    InputFiles::current().add_output(folder / name);
+}
+
 /// NetCDF, table and pictures of a folder whose runs are all there.
 void write_results(const StudyArguments& arguments, const study::Manifest& manifest, const fs::path& folder,
                    std::vector<std::optional<study::RunRecord>>& records) {
@@ -122,9 +128,14 @@ int compute(const StudyArguments& arguments, heatmap::MpiProcesses& ranks) {
   }
   if (arguments.out.empty()) throw InputError("--out is missing", "give the folder for the results");
   const study::Manifest manifest = study::manifest_of(plan);
+  note_results(arguments.out);
   // Rank 0 makes the folder; all read what is there before anyone adds to it.
   std::optional<study::RunStore> store;
-  if (ranks.rank() == 0) store.emplace(arguments.out, manifest);
+  std::optional<FolderLock> lock;
+  if (ranks.rank() == 0) {
+    store.emplace(arguments.out, manifest);
+    lock.emplace(fs::path(arguments.out) / "runs", shard.count > 1);
+  }
   ranks.barrier();
   if (ranks.rank() != 0) store.emplace(arguments.out, manifest);
   const std::vector<std::size_t> todo = unfinished(study::read_records(arguments.out, plan.size()), shard);
@@ -184,6 +195,7 @@ int compute(const StudyArguments& arguments, heatmap::MpiProcesses& ranks) {
 
 int merge(const StudyArguments& arguments) {
   if (arguments.out.empty()) throw InputError("--out is missing", "give the folder for the whole study");
+  note_results(arguments.out);
   const study::Manifest manifest = study::read_manifest(arguments.folders.front());
   std::vector<std::optional<study::RunRecord>> records(manifest.runs);
   std::vector<const std::string*> origin(manifest.runs, nullptr);

@@ -385,8 +385,9 @@ void add_validate(Command& app) {
   command.add_option("--view", arguments.view, "DIR",
                      "write a view of the comparison, in DIR/NAME for each recording of a list: 'canyon view "
                      "DIR' opens it");
-  command.add_option("--json", arguments.json, "FILE",
-                     "write the figures as JSON; -: to standard output, alone");
+  command
+      .add_option("--json", arguments.json, "FILE", "write the figures as JSON; -: to standard output, alone")
+      .writes();
   command
       .add_option("--runs", arguments.runs, "N",
                   "number of cities drawn by the scenario's city.georeference; their simulated values are "

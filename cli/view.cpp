@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
-#include <random>
 #include <system_error>
 #include <thread>
 
@@ -47,11 +46,13 @@ struct ViewArguments {
 class Workplace {
  public:
   explicit Workplace(const std::string& wanted) : path_(wanted), own_(wanted.empty()) {
-    if (own_) {
-      std::random_device random;
-      path_ = std::filesystem::temp_directory_path() / fmt::format("canyon-view-{:08x}", random());
+    if (!own_) {
+      make_output_folder(path_);
+      return;
     }
-    make_output_folder(path_);
+    std::string name = std::filesystem::temp_directory_path() / "canyon-view-XXXXXX";
+    if (mkdtemp(name.data()) == nullptr) throw InputError(name, 0, "folder cannot be made", "set TMPDIR");
+    path_ = name;
   }
   ~Workplace() {
     std::error_code error;
@@ -114,12 +115,7 @@ ViewedMap viewed_map(const ViewArguments& arguments, bool finished) {
 void copy_view(const std::filesystem::path& from, const std::filesystem::path& folder) {
   std::vector<std::string> files = view::view_files(from);
   files.emplace_back(view::kHeaderFile);
-  for (const std::string& file : files) {
-    std::error_code error;
-    std::filesystem::copy_file(from / file, folder / file, std::filesystem::copy_options::overwrite_existing,
-                               error);
-    if (error) throw InputError(from, 0, "cannot be copied: " + error.message(), "give --out another folder");
-  }
+  for (const std::string& file : files) write_file(folder / file, view::read_bytes(from / file));
 }
 
 /// The view of a finished run, where `input` is a folder with one.
@@ -371,8 +367,10 @@ void add_view(Command& app) {
                   "validate --view DIR' wrote; a heat map "
                   "(map.nc); or a city, any file that 'canyon city info' reads")
       .required();
-  command.add_option("--export", arguments.exported, "HTML",
-                     "one HTML file that opens from disk, without a server or network");
+  command
+      .add_option("--export", arguments.exported, "HTML",
+                  "one HTML file that opens from disk, without a server or network")
+      .writes();
   command.add_option("-o,--out", arguments.out, "DIR", "folder for the view's files (docs/view-format.md)");
   command.add_option("--map", arguments.map, "MAP.nc", "heat map of the same city, drawn over it");
   command.add_option(

@@ -58,8 +58,10 @@ fs::path script_of(const fs::path& page) {
 }  // namespace
 
 void add_record_options(Command& command, RecordArguments& arguments) {
-  command.add_option("--record", arguments.file, "FILM",
-                     "a film of it: .webp, or a folder for PNG frames. Needs Node.js and Chromium");
+  command
+      .add_option("--record", arguments.file, "FILM",
+                  "a film of it: .webp, or a folder for PNG frames. Needs Node.js and Chromium")
+      .writes();
   command.add_option("--record-size", arguments.size, "WxH", "size of the film (1280x720)").needs("--record");
   command.add_option("--record-seconds", arguments.seconds, "S", "length of the film (10)")
       .within(0.1, 600.0)

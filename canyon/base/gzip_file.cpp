@@ -10,6 +10,7 @@
 
 #include "canyon/base/archives.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/input_files.hpp"
 
 namespace canyon {
 
@@ -140,6 +141,7 @@ void check_input_file(const std::filesystem::path& path, std::uint64_t largest) 
     throw InputError(path, 0, "is larger than " + std::to_string(largest >> 20) + " MiB",
                      "is it the right file?");
   }
+  InputFiles::current().add(path);
 }
 
 std::string read_head(const std::filesystem::path& path, std::size_t bytes) {

@@ -52,8 +52,9 @@ class GzipFile {
 /// The largest file that a reader takes unless it says otherwise [bytes].
 inline constexpr std::uint64_t kLargestFile = std::uint64_t{1} << 38;
 
-/// Throws InputError unless `path` is a regular file (not a folder, and not a pipe or device, which may never
-/// end) of at most `largest` bytes. Readers call it before they open a file.
+/// Notes a file in InputFiles. Throws InputError as that does, and unless `path` is a regular file (not a
+/// folder, and not a pipe or device, which may never end) of at most `largest` bytes. Every reader calls it
+/// before it opens a file.
 void check_input_file(const std::filesystem::path& path, std::uint64_t largest = kLargestFile);
 
 /// The first bytes of a file as it lies there; fewer where it is shorter, none where it cannot be read.

@@ -1,58 +1,158 @@
 #include "canyon/base/output_file.hpp"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/random.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
+#include <mutex>
+#include <sstream>
+#include <string>
 #include <system_error>
 #include <utility>
 
 namespace canyon {
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr std::string_view kCure = "choose a folder that exists and that you may write to";
+// Temporary names: the output's, this, and so many of these letters.
+constexpr std::string_view kPartMark = ".part-", kPartLetters = "0123456789abcdefghijklmnopqrstuv";
+constexpr std::size_t kPartRandom = 12;
 
 bool is_the_machine(int code) {
   return code == ENOSPC || code == EDQUOT || code == EIO || code == EMFILE || code == ENFILE;
 }
 
-}  // namespace
-
-OutputFile::OutputFile(std::filesystem::path path) : path_(std::move(path)) {
-  temporary_ = path_;
-  temporary_ += ".part" + std::to_string(getpid());
-  errno = 0;
-  file_ = std::fopen(temporary_.c_str(), "wb");
-  if (file_ == nullptr) {
-    if (is_the_machine(errno)) fail("cannot be written");
-    throw InputError(path_, 0, std::string("cannot be written: ") + std::strerror(errno), kCure);
-  }
-}
-
-OutputFile::OutputFile(OutputFile&& other) noexcept
-    : path_(std::move(other.path_)),
-      temporary_(std::exchange(other.temporary_, {})),
-      file_(std::exchange(other.file_, nullptr)) {}
-
-OutputFile::~OutputFile() {
-  if (file_ != nullptr) std::fclose(file_);
-  if (!temporary_.empty()) {
-    std::error_code ignored;
-    std::filesystem::remove(temporary_, ignored);
-  }
-}
-
-void OutputFile::fail(std::string_view what) const {
-  const int code = errno;
-  throw OutputError(path_, 0, std::string(what) + ": " + std::strerror(code != 0 ? code : EIO),
+[[noreturn]] void throw_failure(const fs::path& path, std::string_view what, int code) {
+  throw OutputError(path, 0, std::string(what) + ": " + std::strerror(code != 0 ? code : EIO),
                     code == ENOSPC                     ? "free disk space and run again"
                     : code == EMFILE || code == ENFILE ? "allow more open files (ulimit -n)"
                                                        : "");
 }
 
+}  // namespace
+
+bool is_temporary_name(const std::string& name) {
+  if (name.size() <= kPartMark.size() + kPartRandom) return false;
+  const std::size_t at = name.size() - kPartRandom;
+  return name.compare(at - kPartMark.size(), kPartMark.size(), kPartMark) == 0 &&
+         name.find_first_not_of(kPartLetters, at) == std::string::npos;
+}
+
+namespace {
+
+/// Removes temporary files and folders that nobody holds, once in each folder.
+void sweep(const fs::path& folder) {
+  static std::mutex mutex;
+  static std::set<fs::path> swept;
+  std::error_code error;
+  const fs::path whole = fs::canonical(folder.empty() ? "." : folder, error);
+  const std::lock_guard<std::mutex> lock(mutex);
+  if (error || !swept.insert(whole).second) return;
+  for (const fs::directory_entry& entry : fs::directory_iterator(whole, error)) {
+    if (!is_temporary_name(entry.path().filename().string())) continue;
+    const int handle = ::open(entry.path().c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+    if (handle < 0) continue;
+    if (::flock(handle, LOCK_EX | LOCK_NB) == 0) fs::remove_all(entry.path(), error);
+    ::close(handle);
+  }
+}
+
+int open_new(const fs::path& path, bool folder) {
+  if (folder && ::mkdir(path.c_str(), 0777) != 0) return -1;
+  const int how = folder ? O_RDONLY | O_DIRECTORY : O_RDWR | O_CREAT | O_EXCL;
+  return ::open(path.c_str(), how | O_NOFOLLOW | O_CLOEXEC, 0666);
+}
+
+std::mutex committed_mutex;
+std::set<fs::path>* committed = nullptr;
+
+}  // namespace
+
+Temporary::Temporary(fs::path path, Kind kind)
+    : path_(std::move(path)),
+      noted_(InputFiles::current().add_output(path_)),
+      files_(&InputFiles::current()) {
+  sweep(path_.parent_path());
+  for (;;) {
+    std::array<unsigned char, kPartRandom> random{};
+    (void)::getrandom(random.data(), random.size(), 0);
+    std::string mark(kPartMark);
+    for (const unsigned char each : random) mark += kPartLetters[each % kPartLetters.size()];
+    temporary_ = path_;
+    temporary_ += mark;
+    handle_ = open_new(temporary_, kind == Kind::Folder);
+    if (handle_ >= 0) {
+      ::flock(handle_, LOCK_EX);
+      if (::access(temporary_.c_str(), F_OK) == 0) return;
+      ::close(std::exchange(handle_, -1));  // another process swept it before it was locked
+    } else if (const int code = errno; code != EEXIST) {
+      files_->remove_output(noted_);
+      if (is_the_machine(code)) throw_failure(path_, "cannot be written", code);
+      throw InputError(path_, 0,
+                       (kind == Kind::Folder ? "folder cannot be made: " : "cannot be written: ") +
+                           std::string(std::strerror(code)),
+                       kCure);
+    }
+  }
+}
+
+Temporary::Temporary(Temporary&& other) noexcept
+    : path_(std::move(other.path_)),
+      temporary_(std::exchange(other.temporary_, {})),
+      noted_(std::move(other.noted_)),
+      files_(std::exchange(other.files_, nullptr)),
+      handle_(std::exchange(other.handle_, -1)) {}
+
+Temporary::~Temporary() {
+  std::error_code ignored;
+  if (!temporary_.empty()) fs::remove_all(temporary_, ignored);
+  if (handle_ >= 0) ::close(handle_);
+  if (files_ != nullptr) files_->remove_output(noted_);
+}
+
+void Temporary::put_in_place() {
+  std::error_code error;
+  if (fs::is_directory(temporary_, error) && fs::exists(path_, error)) {
+    // The two change names, and the old folder goes with the temporary name.
+    if (::renameat2(AT_FDCWD, temporary_.c_str(), AT_FDCWD, path_.c_str(), RENAME_EXCHANGE) == 0) return;
+    fs::remove_all(path_, error);
+  }
+  fs::rename(temporary_, path_, error);
+  if (error) throw InputError(path_, 0, "cannot be put in place: " + error.message());
+  temporary_.clear();
+  const std::lock_guard<std::mutex> lock(committed_mutex);
+  if (committed != nullptr) committed->insert(path_);
+}
+
+OutputFile::OutputFile(fs::path path)
+    : temporary_(std::move(path), Temporary::Kind::File), file_(::fdopen(temporary_.hold(-1), "wb")) {}
+
+OutputFile::OutputFile(OutputFile&& other) noexcept
+    : temporary_(std::move(other.temporary_)),
+      file_(std::exchange(other.file_, nullptr)),
+      failure_(other.failure_) {}
+
+OutputFile::~OutputFile() {
+  if (file_ != nullptr) std::fclose(file_);
+}
+
+void OutputFile::fail(std::string_view what) {
+  if (failure_ == 0) failure_ = errno != 0 ? errno : EIO;
+  throw_failure(path(), what, failure_);
+}
+
 void OutputFile::write(std::string_view bytes) {
   errno = 0;
-  if (std::fwrite(bytes.data(), 1, bytes.size(), file_) != bytes.size()) fail("cannot be written");
+  if (failure_ != 0 || std::fwrite(bytes.data(), 1, bytes.size(), file_) != bytes.size())
+    fail("cannot be written");
 }
 
 void OutputFile::overwrite(std::size_t offset, std::string_view bytes) {
@@ -64,28 +164,62 @@ void OutputFile::overwrite(std::size_t offset, std::string_view bytes) {
 
 void OutputFile::commit() {
   errno = 0;
+  (void)temporary_.hold(::dup(::fileno(file_)));
   const bool flushed = std::fflush(file_) == 0;
   const bool closed = std::fclose(std::exchange(file_, nullptr)) == 0;
-  if (!flushed || !closed) fail("cannot be written");
-  std::error_code error;
-  std::filesystem::rename(temporary_, path_, error);
-  if (error) throw InputError(path_, 0, "cannot be put in place: " + error.message());
-  temporary_.clear();
+  if (!flushed || !closed || failure_ != 0) fail("cannot be written");
+  temporary_.put_in_place();
 }
 
-void write_file(const std::filesystem::path& path, std::string_view bytes) {
+const fs::path& OutputFile::hand_over() const {
+  ::flock(::fileno(file_), LOCK_UN);
+  return temporary_.temporary_path();
+}
+
+void OutputFile::list_committed(std::set<fs::path>* to) {
+  const std::lock_guard<std::mutex> lock(committed_mutex);
+  committed = to;
+}
+
+void write_file(const fs::path& path, std::string_view bytes) {
   OutputFile file(path);
   file.write(bytes);
   file.commit();
 }
 
-void make_output_folder(const std::filesystem::path& folder) {
+void write_own_file(const fs::path& path, std::string_view bytes) {
+  InputFiles::current().remove(path);
+  write_file(path, bytes);
+}
+
+void make_output_folder(const fs::path& folder) {
   std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) {
-    throw InputError(folder, 0, "folder cannot be made: " + error.message(), kCure);
+  fs::create_directories(folder, error);
+  if (error) throw InputError(folder, 0, "folder cannot be made: " + error.message(), kCure);
+  const Temporary probe(folder / ".canyon-probe", Temporary::Kind::File);
+}
+
+FolderLock::FolderLock(const fs::path& folder, bool shared)
+    : handle_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+  if (handle_ < 0 || ::flock(handle_, (shared ? LOCK_SH : LOCK_EX) | LOCK_NB) == 0 || errno != EWOULDBLOCK)
+    return;
+  struct stat status {};
+  ::fstat(handle_, &status);
+  ::close(handle_);
+  // A line of it: "1: FLOCK ADVISORY WRITE 1234 08:01:5678 0 EOF".
+  std::string who, number, kind, how, what, process, file;
+  std::ifstream locks("/proc/locks");
+  for (std::string line; std::getline(locks, line);) {
+    std::istringstream(line) >> number >> kind >> how >> what >> process >> file;
+    if (kind == "FLOCK" && file.ends_with(":" + std::to_string(status.st_ino)))
+      who = " (process " + process + ")";
   }
-  const OutputFile probe(folder / ".canyon-probe");
+  throw InputError(folder, 0, "another run works in this folder" + who,
+                   "wait until it has ended, or choose another folder");
+}
+
+FolderLock::~FolderLock() {
+  if (handle_ >= 0) ::close(handle_);
 }
 
 }  // namespace canyon

@@ -1,10 +1,14 @@
 #pragma once
 
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <set>
 #include <string_view>
+#include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/input_files.hpp"
 
 namespace canyon {
 
@@ -15,13 +19,43 @@ class OutputError final : public InputError {
   using InputError::InputError;
 };
 
+/// A new file or folder under a random name beside an output's, locked while it lives and removed at its end
+/// with all that it holds, unless it was put in place. What killed processes left in a folder nobody holds
+/// any more: it goes when this process first writes there.
+class Temporary {
+ public:
+  enum class Kind : std::uint8_t { File, Folder };
+  /// Throws InputError where the folder is missing or not writable, OutputError where the disk is full or too
+  /// many files are open, and as InputFiles::add_output() does.
+  Temporary(std::filesystem::path path, Kind kind);
+  ~Temporary();
+  Temporary(Temporary&& other) noexcept;
+  Temporary& operator=(Temporary&& other) = delete;
+
+  /// Gives it the output's name; what had that name goes. Throws InputError where that cannot be.
+  void put_in_place();
+
+  /// The output's name, and its own.
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+  [[nodiscard]] const std::filesystem::path& temporary_path() const { return temporary_; }
+  /// Changes the open handle, which holds the lock and is closed with this; gives the one before.
+  [[nodiscard]] int hold(int handle) { return std::exchange(handle_, handle); }
+
+ private:
+  std::filesystem::path path_, temporary_, noted_;
+  InputFiles* files_ = nullptr;
+  int handle_ = -1;
+};
+
+/// Whether a file has a name as Temporary gives them.
+[[nodiscard]] bool is_temporary_name(const std::string& name);
+
 /// A file that appears whole or not at all: bytes go to a temporary name in the same folder, commit() flushes
 /// and renames. Without commit() the destructor removes the temporary file and leaves an older file of that
-/// name as it was.
+/// name as it was. A file that the disk did not take never appears.
 class OutputFile {
  public:
-  /// Opens the temporary file. Throws InputError where the folder is missing or not writable, OutputError
-  /// where the disk is full or too many files are open.
+  /// Opens the temporary file. Throws as Temporary does.
   explicit OutputFile(std::filesystem::path path);
   ~OutputFile();
   OutputFile(OutputFile&& other) noexcept;
@@ -35,27 +69,45 @@ class OutputFile {
   /// headers that name what is only known at the end. Throws like write(). Precondition: offset + size within
   /// the file.
   void overwrite(std::size_t offset, std::string_view bytes);
-  /// Makes the file appear under its name. Throws like write(), and InputError where the name is taken by a
-  /// folder. Call once.
+  /// Makes the file appear under its name. Throws like write(), also where an earlier write() failed, and
+  /// InputError where the name is taken by a folder. Call once.
   void commit();
 
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-  /// Where the bytes are until commit(): for libraries that write to a name themselves.
-  [[nodiscard]] const std::filesystem::path& temporary_path() const { return temporary_; }
+  [[nodiscard]] const std::filesystem::path& path() const { return temporary_.path(); }
+  /// Where the bytes are until commit(): for libraries that write to a name themselves. They may lock it.
+  [[nodiscard]] const std::filesystem::path& hand_over() const;
+
+  /// From here on `to` gets the path of every file that is put in place; null ends it.
+  static void list_committed(std::set<std::filesystem::path>* to);
 
  private:
-  [[noreturn]] void fail(std::string_view what) const;
+  [[noreturn]] void fail(std::string_view what);
 
-  std::filesystem::path path_;
-  std::filesystem::path temporary_;
+  Temporary temporary_;
   std::FILE* file_ = nullptr;
+  int failure_ = 0;  ///< errno of the first one
 };
 
 /// Writes a whole file. Throws as OutputFile does.
 void write_file(const std::filesystem::path& path, std::string_view bytes);
+/// write_file() over a file of the program's own that it may have read: of a cache, of a view.
+void write_own_file(const std::filesystem::path& path, std::string_view bytes);
 
 /// Creates the folder (with parents) where needed and proves that files can be made in it.
 /// Throws InputError otherwise.
 void make_output_folder(const std::filesystem::path& folder);
+
+/// Keeps other runs out of a folder while it lives, on this machine.
+class FolderLock {
+ public:
+  /// Throws InputError where another run works there. @param shared several that say so may work together
+  explicit FolderLock(const std::filesystem::path& folder, bool shared = false);
+  ~FolderLock();
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+ private:
+  int handle_ = -1;
+};
 
 }  // namespace canyon

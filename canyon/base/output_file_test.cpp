@@ -2,8 +2,13 @@
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <array>
 #include <csignal>
+#include <fstream>
+#include <set>
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
@@ -18,7 +23,7 @@ TEST(OutputFile, AppearsAtCommitOnly) {
   file.write("one ");
   file.write("two");
   EXPECT_FALSE(std::filesystem::exists(folder / "a.txt"));
-  EXPECT_TRUE(std::filesystem::exists(file.temporary_path()));
+  EXPECT_TRUE(std::filesystem::exists(file.hand_over()));
   file.commit();
   EXPECT_EQ(test::read_bytes(folder / "a.txt"), "one two");
   EXPECT_TRUE(std::filesystem::equivalent(file.path(), folder / "a.txt"));
@@ -34,7 +39,7 @@ TEST(OutputFile, WithoutCommitTheOlderFileStays) {
   std::filesystem::path temporary;
   {
     OutputFile file(folder / "a.txt");
-    temporary = file.temporary_path();
+    temporary = file.hand_over();
     file.write("new");
   }
   EXPECT_EQ(test::read_bytes(folder / "a.txt"), "old");
@@ -88,6 +93,98 @@ TEST(OutputFile, DiskThatIsFullLeavesTheOlderFile) {
   std::signal(SIGXFSZ, handler);
   EXPECT_NE(message.find("a.txt: cannot be written"), std::string::npos) << message;
   EXPECT_EQ(test::read_bytes(folder / "a.txt"), "old");
+}
+
+TEST(OutputFile, WhatTheDiskDidNotTakeNeverAppears) {
+  const test::TemporaryFolder folder;
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit small = before;
+  small.rlim_cur = 1 << 16;
+  {
+    OutputFile file(folder / "a.txt");
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+    EXPECT_THROW(file.write(std::string(100'000, 'x')), OutputError);
+    setrlimit(RLIMIT_FSIZE, &before);
+    // There is room again, as after another program's end.
+    EXPECT_THROW(file.write("end"), OutputError);
+    EXPECT_THROW(file.commit(), OutputError);
+  }
+  std::signal(SIGXFSZ, handler);
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+/// A process that holds an output's temporary file until it is killed.
+pid_t hold(const std::filesystem::path& path) {
+  std::array<int, 2> ends{};
+  if (::pipe(ends.data()) != 0) return -1;
+  const pid_t child = fork();
+  if (child == 0) {
+    const OutputFile file(path);
+    const Temporary inside(path.parent_path() / "model", Temporary::Kind::Folder);
+    (void)!::write(ends[1], "x", 1);
+    for (;;) pause();
+  }
+  char byte = 0;
+  (void)!::read(ends[0], &byte, 1);
+  for (const int end : ends) ::close(end);
+  return child;
+}
+
+void end(pid_t child) {
+  kill(child, SIGKILL);
+  waitpid(child, nullptr, 0);
+}
+
+std::set<std::string> names_in(const std::filesystem::path& folder) {
+  std::set<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    names.insert(entry.path().filename().string());
+  return names;
+}
+
+TEST(OutputFile, WhatKilledProcessesLeftGoesAndWhatOthersHoldStays) {
+  const test::TemporaryFolder folder;
+  for (const char* name : {"archive.part1", "a.part-mine", "b.part-0123456789a"})
+    std::ofstream(folder / name) << "a user's";
+  std::filesystem::create_symlink(folder / "archive.part1", folder / "link.part-0123456789ab");
+  const std::set<std::string> users = names_in(folder.path());
+  end(hold(folder / "killed.txt"));
+  const pid_t living = hold(folder / "living.txt");
+  EXPECT_EQ(names_in(folder.path()).size(), users.size() + 2) << "the second process has swept";
+  end(living);
+  EXPECT_EQ(names_in(folder.path()).size(), users.size() + 2);
+  const pid_t other = hold(folder / "other.txt");
+  { const OutputFile mine(folder / "mine.txt"); }
+  EXPECT_EQ(names_in(folder.path()).size(), users.size() + 2) << "the other's stay";
+  end(other);
+}
+
+TEST(OutputFile, ItsTemporaryNameIsNotForeseen) {
+  const test::TemporaryFolder folder;
+  const OutputFile one(folder / "a.txt"), two(folder / "a.txt");
+  EXPECT_NE(one.hand_over(), two.hand_over());
+  EXPECT_EQ(names_in(folder.path()).size(), 2U);
+}
+
+TEST(FolderLock, KeepsAnotherRunOut) {
+  const test::TemporaryFolder folder;
+  {
+    const FolderLock lock(folder.path());
+    try {
+      const FolderLock other(folder.path());
+      FAIL() << "no InputError";
+    } catch (const InputError& error) {
+      EXPECT_NE(error.problem().find("another run works in this folder (process " + std::to_string(getpid())),
+                std::string::npos)
+          << error.what();
+    }
+    EXPECT_THROW(FolderLock(folder.path(), true), InputError);
+  }
+  const FolderLock one(folder.path(), true), two(folder.path(), true);
+  EXPECT_THROW(FolderLock(folder.path()), InputError);
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
 TEST(OutputFile, TooManyOpenFilesAreNoBadInput) {

@@ -95,63 +95,23 @@ std::vector<Link> links_of(const Mesh& mesh, std::size_t triangles_per_mesh) {
   return links;
 }
 
-/// A folder that appears whole or not at all, as OutputFile does.
-class OutputFolder {
- public:
-  explicit OutputFolder(std::filesystem::path path) : path_(std::move(path)) {
-    const std::string own = ".part" + std::to_string(getpid());
-    temporary_ = path_.string() + own;
-    old_ = path_.string() + own + "old";
-    std::error_code error;
-    if (std::filesystem::exists(path_, error)) check_replaceable();
-    std::filesystem::create_directory(temporary_, error);
-    if (!error) std::filesystem::create_directory(temporary_ / "meshes", error);
-    if (error) {
-      throw InputError(path_, 0, "folder cannot be made: " + error.message(),
-                       "choose a folder that exists and that you may write to");
-    }
-  }
-  ~OutputFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(temporary_, ignored);
-  }
-  OutputFolder(const OutputFolder&) = delete;
-  OutputFolder& operator=(const OutputFolder&) = delete;
-
-  [[nodiscard]] const std::filesystem::path& temporary_path() const { return temporary_; }
-
-  void commit() {
-    std::error_code error;
-    std::error_code ignored;
-    const bool replace = std::filesystem::exists(path_, ignored);
-    if (replace) std::filesystem::rename(path_, old_, error);
-    if (!error) {
-      std::filesystem::rename(temporary_, path_, error);
-      if (error && replace) std::filesystem::rename(old_, path_, ignored);
-    }
-    if (error) throw InputError(path_, 0, "cannot be put in place: " + error.message());
-    std::filesystem::remove_all(old_, ignored);
-  }
-
- private:
-  void check_replaceable() const {
-    std::error_code error;
-    if (!std::filesystem::is_directory(path_, error)) {
-      throw InputError(path_, 0, "is a file", "name a folder for the model");
-    }
-    if (std::filesystem::is_empty(path_, error)) return;
-    std::ifstream in(path_ / "model.config");
+/// A folder for a model that appears whole or not at all, in place of one that Canyon wrote.
+Temporary model_folder(const std::filesystem::path& path) {
+  std::error_code error;
+  if (std::filesystem::exists(path, error) && !std::filesystem::is_directory(path, error))
+    throw InputError(path, 0, "is a file", "name a folder for the model");
+  if (std::filesystem::exists(path, error) && !std::filesystem::is_empty(path, error)) {
+    std::ifstream in(path / "model.config");
     const std::string text{std::istreambuf_iterator<char>(in), {}};
     if (text.find(kModelMark) == std::string::npos) {
-      throw InputError(path_, 0, "holds something else than a city of Canyon's",
+      throw InputError(path, 0, "holds something else than a city of Canyon's",
                        "choose another folder, or remove it first");
     }
   }
-
-  std::filesystem::path path_;
-  std::filesystem::path temporary_;
-  std::filesystem::path old_;
-};
+  Temporary folder(path, Temporary::Kind::Folder);
+  std::filesystem::create_directory(folder.temporary_path() / "meshes");
+  return folder;
+}
 
 void write_meshes(const std::filesystem::path& folder, const City& city, const std::vector<Link>& links) {
   for (const Link& link : links) {
@@ -314,10 +274,10 @@ void write_gazebo_model(const std::filesystem::path& folder, const City& city, c
   std::filesystem::path path = std::filesystem::absolute(folder).lexically_normal();
   if (path.filename().empty()) path = path.parent_path();
   const std::vector<Link> links = links_of(city.mesh, options.triangles_per_mesh);
-  OutputFolder output(path);
+  Temporary output = model_folder(path);
   in_name_of(folder,
              [&] { fill_model(output.temporary_path(), path.filename().string(), city, links, options); });
-  output.commit();
+  output.put_in_place();
 }
 
 void write_gazebo_world(const std::filesystem::path& path, const City& city, const GazeboOptions& options) {
@@ -335,10 +295,10 @@ void write_gazebo_world(const std::filesystem::path& path, const City& city, con
   const std::vector<Link> links = links_of(city.mesh, options.triangles_per_mesh);
   OutputFile world(path);
   world.write(world_text(city, links, name + "/meshes", options));
-  OutputFolder output(folder);
+  Temporary output = model_folder(folder);
   in_name_of(folder, [&] { fill_model(output.temporary_path(), name, city, links, options); });
   // The folder first: a world without meshes would be worse than meshes without a world.
-  output.commit();
+  output.put_in_place();
   world.commit();
 }
 

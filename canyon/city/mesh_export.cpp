@@ -89,15 +89,8 @@ void write_obj_and_mtl(OutputFile& obj, const City& city) {
   OutputFile mtl(library);
   write_mtl(mtl, city);
   write_obj(obj, city, name);
-  std::error_code error;
-  const bool had_library = std::filesystem::exists(library, error);
   mtl.commit();
-  try {
-    obj.commit();
-  } catch (const InputError&) {
-    if (!had_library) std::filesystem::remove(library, error);
-    throw;
-  }
+  obj.commit();
 }
 
 }  // namespace

@@ -17,14 +17,16 @@ namespace {
 class NavigationFile final : public simulation::EpochSink {
  public:
   NavigationFile(std::filesystem::path path, const gnss::NavigationData& data)
-      : path_(std::move(path)), data_(data) {}
+      : file_(std::move(path)), data_(data) {}
   void write(const simulation::Epoch&) override {}
   void finish() override {
-    if (!std::exchange(finished_, true)) rinex::write_rinex_navigation(path_, data_);
+    if (std::exchange(finished_, true)) return;
+    file_.write(rinex::format_rinex_navigation(data_));
+    file_.commit();
   }
 
  private:
-  std::filesystem::path path_;
+  OutputFile file_;
   const gnss::NavigationData& data_;
   bool finished_ = false;
 };

@@ -1,6 +1,7 @@
 #include "canyon/samples/sample_file.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -116,19 +117,15 @@ SampleFile::SampleFile(const simulation::Simulation& simulation, SampleFileOptio
   gain_ = static_cast<float>(level_);
   std::error_code error;
   if (options_.to) return;
-  if (options_.path == "-") {
-    pipe_ = stdout;
-  } else if (std::filesystem::is_fifo(options_.path, error)) {
-    pipe_ = std::fopen(options_.path.c_str(), "wb");
-    owns_pipe_ = true;
+  const bool to_output = options_.path == "-";
+  if (to_output || std::filesystem::is_fifo(options_.path, error)) {
+    pipe_ = to_output ? ::fdopen(::dup(STDOUT_FILENO), "wb") : std::fopen(options_.path.c_str(), "wb");
     if (pipe_ == nullptr)
       throw OutputError(options_.path.string(), 0, "cannot be opened", "check its rights");
   } else {
+    InputFiles::current().refuse(meta_path());
     file_.emplace(options_.path);
-    const auto space = std::filesystem::space(file_->temporary_path().parent_path().empty()
-                                                  ? std::filesystem::path(".")
-                                                  : file_->temporary_path().parent_path(),
-                                              error);
+    const auto space = std::filesystem::space(std::filesystem::absolute(options_.path).parent_path(), error);
     if (!error && space.available < expected_bytes()) {
       throw OutputError(options_.path.string(), 0,
                         fmt::format("the samples need {:.2f} GB, and {:.2f} GB are free",
@@ -140,7 +137,7 @@ SampleFile::SampleFile(const simulation::Simulation& simulation, SampleFileOptio
 }
 
 SampleFile::~SampleFile() {
-  if (owns_pipe_ && pipe_ != nullptr) std::fclose(pipe_);
+  if (pipe_ != nullptr) std::fclose(pipe_);
 }
 
 std::uintmax_t SampleFile::expected_bytes() const {
@@ -189,7 +186,8 @@ void SampleFile::put_bytes(std::string_view bytes) {
     file_->write(bytes);
   } else if (options_.to) {
     options_.to->write(bytes);
-  } else if (std::fwrite(bytes.data(), 1, bytes.size(), pipe_) != bytes.size()) {
+  } else if (std::fwrite(bytes.data(), 1, bytes.size(), pipe_) != bytes.size() ||
+             (bytes.empty() && std::fflush(pipe_) != 0)) {
     throw OutputError(options_.path.string(), 0, "the reader is gone", "start it again");
   }
 }
@@ -252,12 +250,9 @@ void SampleFile::finish() {
   encoder_.finish(bytes_);
   if (!bytes_.empty()) put_bytes(bytes_);
   if (options_.to) return options_.to->finish();
-  if (!file_) {
-    std::fflush(pipe_);
-    return;
-  }
+  if (!file_) return put_bytes({});
   file_->commit();
-  write_file(std::filesystem::path(options_.path).replace_extension(".sigmf-meta"), metadata());
+  write_file(meta_path(), metadata());
 }
 
 std::string SampleFile::about() const {

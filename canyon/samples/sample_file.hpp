@@ -110,6 +110,9 @@ class SampleFile final : public simulation::EpochSink {
   void control_gain(const Block& block, std::size_t samples);
   void put_bytes(std::string_view bytes);
   [[nodiscard]] std::string metadata() const;
+  [[nodiscard]] std::filesystem::path meta_path() const {
+    return std::filesystem::path(options_.path).replace_extension(".sigmf-meta");
+  }
 
   const simulation::Simulation& simulation_;
   SampleFileOptions options_;
@@ -122,7 +125,6 @@ class SampleFile final : public simulation::EpochSink {
   std::optional<double> power_;  ///< of a part, that the gain control has found
   std::optional<OutputFile> file_;
   std::FILE* pipe_ = nullptr;
-  bool owns_pipe_ = false;
   std::string bytes_;
   std::uintmax_t samples_ = 0;
   std::size_t clipped_ = 0, of_epoch_ = 0;

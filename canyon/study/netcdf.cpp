@@ -304,7 +304,7 @@ void Writer::write_epochs(std::size_t run) {
 void write_study_netcdf(const std::filesystem::path& path, const Manifest& manifest,
                         std::vector<std::optional<RunRecord>>& records, const std::filesystem::path& folder) {
   OutputFile file(path);
-  Writer(file.temporary_path(), path, manifest, records, folder).write();
+  Writer(file.hand_over(), path, manifest, records, folder).write();
   file.commit();
 }
 

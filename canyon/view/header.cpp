@@ -216,7 +216,7 @@ ReceiverHeader receiver_header(const receiver::ReceiverOptions& options) {
 }
 
 void write_header(const Header& header, const std::filesystem::path& folder) {
-  write_file(folder / kHeaderFile, header_json(header));
+  write_own_file(folder / kHeaderFile, header_json(header));
 }
 
 void extend_header(const std::filesystem::path& folder, const std::string& key, const Json& value,
@@ -233,7 +233,7 @@ void extend_header(const std::filesystem::path& folder, const std::string& key, 
   }
   for (const Json& chunk : chunks) all.push_back(chunk);
   header["chunks"] = std::move(all);
-  write_file(folder / kHeaderFile, header.dump() + "\n");
+  write_own_file(folder / kHeaderFile, header.dump() + "\n");
 }
 
 }  // namespace canyon::view

@@ -166,13 +166,11 @@ SceneObject describe(const city::Mesh& mesh, const city::Object& object,
 
 /// The glTF's bytes: its writer knows files only.
 std::string glb_of(const city::City& city, const std::filesystem::path& folder) {
-  OutputFile file(folder / "city.glb");
+  const Temporary own(folder / "city", Temporary::Kind::Folder);
+  OutputFile file(own.temporary_path() / "city.glb");
   city::write_glb(file, city);
   file.commit();
-  std::string bytes = read_bytes(file.path());
-  std::error_code error;
-  std::filesystem::remove(file.path(), error);
-  return bytes;
+  return read_bytes(file.path());
 }
 
 }  // namespace

@@ -193,13 +193,14 @@ files : path or list of paths
           [](const std::filesystem::path& path, std::uint64_t seed) {
             city::City city = city::read_city_file(path);
             city.seed = seed;
-            return std::make_shared<CityScene>(std::move(city));
+            return std::make_shared<WithInputs<CityScene>>(std::move(city));
           },
           "path"_a, "seed"_a)
       .def_property_readonly("_seed", [](const CityScene& self) { return self.city.seed; })
       .def(
           "save",
-          [](const CityScene& self, const std::filesystem::path& path) {
+          [](CityScene& self, const std::filesystem::path& path) {
+            const InputFiles::Scope scope(inputs_of(self));
             city::write_city_file(path, self.city);
           },
           "path"_a, "Writes Canyon's own city file (.canyon), which loads quickly.")

@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/output_file.hpp"
 #include "canyon/heatmap/engine/map_request.hpp"
 #include "canyon/heatmap/engine/map_source.hpp"
 #include "canyon/simulation/city_scene.hpp"
@@ -25,7 +26,9 @@ class Map {
       const py::object& times, const std::vector<std::string>& layers, const std::string& model,
       const std::string& receiver, int draws, const std::string& receivers, double path_nodes_m,
       const py::dict& limits)
-      : scenario_(scenario_of(scenario)->scenario), city_(std::move(city)) {
+      : tree_(scenario_of(scenario)), scenario_(tree_->scenario), city_(std::move(city)) {
+    inputs_.add(tree_->inputs);
+    const InputFiles::Scope scope(inputs_);
     receiver_ = scenario_.receivers[simulation::find_receiver(scenario_, receiver)];
     if (!model.empty()) receiver_ = validation::models_of(receiver_, {model}).front().receiver;
     std::sort(altitudes_m.begin(), altitudes_m.end());
@@ -60,6 +63,7 @@ class Map {
       city_ =
           scene_of([&] { return simulation::draw_city(simulation::load_city_source(config), scenario_); });
     }
+    inputs_.add(inputs_of(*city_));
     const py::gil_scoped_release release;
     if (area) {
       heatmap::check_box(*area, city_->city);
@@ -100,6 +104,7 @@ class Map {
   /// Computes into a store in `folder`, which a later call goes on from. False: interrupted.
   bool run(const std::string& folder, int threads) {
     store_ = std::make_unique<heatmap::TileStore>(folder, heatmap_->key(), "a map of Python's");
+    const FolderLock lock(folder);
     // Progress comes from any thread, Python's handlers run in this one: it waits beside the work.
     Signals signals;
     std::atomic<bool> done{false};
@@ -177,6 +182,7 @@ class Map {
   }
 
   void write(const std::string& path, const std::string& format) const {
+    const InputFiles::Scope scope(inputs_);
     heatmap::MapSource source = heatmap::map_source(*heatmap_, *store_, *environment_, receiver_, scenario_);
     source.history = "import canyon";
     source.source = "Canyon " CANYON_VERSION;
@@ -193,6 +199,8 @@ class Map {
 
  private:
   static constexpr double kMostValues = 5e8;
+  mutable InputFiles inputs_;
+  ScenarioPtr tree_;
   simulation::Scenario scenario_;
   std::shared_ptr<simulation::CityScene> city_;
   simulation::ReceiverConfig receiver_;

@@ -243,6 +243,8 @@ options::Document document_of(const std::filesystem::path& file, const std::stri
 ScenarioTree::ScenarioTree(options::Node settings, std::filesystem::path from)
     : tree(std::move(settings)), file(std::move(from)) {
   scenario.file = file;
+  if (!file.empty()) inputs.add(file);
+  const InputFiles::Scope scope(inputs);
   const options::Document document = document_of(file, "scenario", simulation::scenario_description());
   simulation::ScenarioOfAnyTrajectory any{scenario};
   options::read(tree, document, any);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "canyon/base/input_files.hpp"
 #include "canyon/base/secrets.hpp"
 #include "canyon/options/describe.hpp"
 #include "canyon/options/node.hpp"
@@ -36,6 +37,7 @@ Options read_tree(const options::Node& tree, const std::string& kind,
 
 /// A scenario with the tree that it was read from, which changes are laid over.
 struct ScenarioTree {
+  InputFiles inputs;
   options::Node tree;
   std::filesystem::path file;  ///< empty: Python's own
   simulation::Scenario scenario;
@@ -73,13 +75,29 @@ using SkyPtr = std::shared_ptr<SkyHandle>;
 /// Warns of the losses and guesses of a report, once each. @param said of which the caller has been warned
 void warn_of(const ReadReport& report, const ReadReport& said = {});
 
-/// The city of `load`, called without the interpreter's lock. Warns of what was lost and guessed.
+/// An object of the engine with the files that were read for it, which its own outputs may not replace.
+template <typename T>
+struct WithInputs : T {
+  using T::T;
+  InputFiles inputs;
+};
+/// Of one that was made as WithInputs.
+template <typename T>
+InputFiles& inputs_of(T& object) {
+  return static_cast<WithInputs<T>&>(object).inputs;
+}
+
+/// The city of `load`, a WithInputs, called without the interpreter's lock. Warns of what was lost and
+/// guessed.
 template <typename Load>
 std::shared_ptr<simulation::CityScene> scene_of(const Load& load) {
   std::shared_ptr<simulation::CityScene> scene;
   {
     const py::gil_scoped_release release;
-    scene = std::make_shared<simulation::CityScene>(load());
+    InputFiles read;
+    const InputFiles::Scope scope(read);
+    scene = std::make_shared<WithInputs<simulation::CityScene>>(load());
+    inputs_of(*scene).add(read);
   }
   warn_of(scene->city.notes);
   return scene;

@@ -74,6 +74,7 @@ py::dict run(const SimulationPtr& simulation, int threads, bool with_paths,
   simulation::RunResult result;
   {
     const py::gil_scoped_release release;
+    const InputFiles::Scope scope(inputs_of(*simulation));
     if (folder) {
       files = output::make_file_sinks(*simulation, *folder);
       for (std::size_t i = 0;
@@ -185,6 +186,7 @@ py::dict sensor_arrays(const SimulationPtr& simulation, const std::string& senso
 void write(const SimulationPtr& simulation, std::size_t receiver, const std::vector<EpochPtr>& epochs,
            const std::filesystem::path& path, const std::string& format) {
   const py::gil_scoped_release release;
+  const InputFiles::Scope scope(inputs_of(*simulation));
   if (format == "navigation" || (format.empty() && path.extension() == ".nav")) {
     rinex::write_rinex_navigation(path, simulation->navigation());
     return;
@@ -206,12 +208,18 @@ void bind_simulation(py::module_& m) {
              }
              simulation::Scenario scenario = tree.scenario;
              put_models(models, scenario.receivers);
+             InputFiles read;
+             read.add(tree.inputs);
+             if (city) read.add(inputs_of(*city));
              SimulationPtr made;
              {
+               const InputFiles::Scope scope(read);
                const py::gil_scoped_release release;
                auto scene = city;
-               if (!scene) scene = std::make_shared<simulation::CityScene>(simulation::load_city(scenario));
-               made = std::make_shared<Simulation>(std::move(scenario), std::move(scene));
+               if (!scene)
+                 scene = std::make_shared<WithInputs<simulation::CityScene>>(simulation::load_city(scenario));
+               made = std::make_shared<WithInputs<Simulation>>(std::move(scenario), std::move(scene));
+               inputs_of(*made).add(read);
              }
              warn_of(made->report(), city ? city->city.notes : ReadReport());
              return made;

@@ -25,6 +25,33 @@ class Import(unittest.TestCase):
         self.assertIn("/usr/bin/python3", run.stderr)
 
 
+class Inputs(unittest.TestCase):
+    def test_no_output_replaces_one_of_its_own_run(self):
+        scenario = {
+            "city": {"open": True, "origin": {"latitude_deg": 48.1, "longitude_deg": 11.6, "height_m": 520}},
+            "start": "2026-06-01T08:00:00Z", "duration_s": 2, "sky": {"nominal": True, "systems": ["GPS"]},
+            "trajectory": {"position": {"east_m": 0, "north_m": 0, "up_m": 1.5}},
+        }
+        with tempfile.TemporaryDirectory() as folder:
+            way, link = pathlib.Path(folder, "track.kml"), pathlib.Path(folder, "link.kml")
+            first = canyon.simulate(scenario)
+            first.write(way)
+            whole = way.read_bytes()
+            link.symlink_to(way)
+            along = dict(scenario, trajectory={"file": str(way)})
+            run = canyon.simulate(along)
+            for write in (lambda: run.write(way), lambda: run.write(link), lambda: canyon.simulate(along, out=folder)):
+                with self.assertRaisesRegex(canyon.InputError, "is read by this run and would be replaced"):
+                    write()
+                self.assertEqual(way.read_bytes(), whole)
+            # The run before did not read it.
+            first.write(way)
+            city = pathlib.Path(folder, "a.canyon")
+            canyon.City.of_scenario(dict(scenario, city={"synthetic": {"seed": 2}})).save(city)
+            with self.assertRaisesRegex(canyon.InputError, "is read by this run and would be replaced"):
+                canyon.City.load(city).save(city)
+
+
 class Correlation(unittest.TestCase):
     def test_is_a_triangle_in_the_open(self):
         scenario = {

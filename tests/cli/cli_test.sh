@@ -122,6 +122,17 @@ help)
   runs 2 "$canyon" simulat; one_line; says err "no command 'simulat'" "did you mean 'simulate'?"
   runs 2 "$canyon" city inof small.yaml; one_line; says err "no command 'inof'" "'info'"
   runs 2 "$canyon" city xyzzy; one_line; says err "no command 'xyzzy'" "info, build"
+  runs 2 "$canyon" simulat --help; one_line; says err "did you mean 'simulate'?"
+  # Output that nobody takes: told, or no fault where a reader has seen enough; a run ends with its files.
+  for words in "--help" "scenario keys" "check small.yaml"; do
+    "$canyon" $words 2>err >/dev/full && fail "rc 0 of $words to a full disk"
+    says err "standard output cannot be written: No space left on device"
+  done
+  "$canyon" simulate small.yaml --out piped --duration 5 2>/dev/null | true
+  [ "${PIPESTATUS[0]}" -eq 0 ] || fail "a reader that went away ended the run"
+  "$canyon" simulate small.yaml --out full --duration 5 >/dev/null 2>/dev/full || fail "standard error on a full disk ended the run"
+  "$canyon" simulate small.yaml --out closed --duration 5 >&- 2>&- || fail "closed handles ended the run"
+  for each in full closed; do diff -r piped $each || fail "other files"; done
   runs 2 "$canyon" simulate small.yaml --ouut res; one_line; says err "no option '--ouut'" "'--out'"
   runs 2 "$canyon" simulate small.yaml --colour; one_line; says err "canyon simulate --help"
   runs 2 "$canyon" simulate small.yaml ;;
@@ -1086,7 +1097,74 @@ bad_output)
   runs 1 bash -c 'trap "" XFSZ; ulimit -f 8; exec "$0" simulate small.yaml --out res --quiet --seed 2' "$canyon"
   one_line; says err res/ "cannot be written"
   cmp before.csv res/satellites.csv || fail "a failed run spoilt an older file"
-  ls -A res | grep part && fail "temporary files left" ;;
+  ls -A res | grep part && fail "temporary files left"
+  mkdir live
+  runs 1 bash -c 'trap "" XFSZ; ulimit -f 2; exec "$0" live small.yaml --stamps --quiet --stream epochs_csv=file:live/a.csv' "$canyon"
+  one_line; says err live/a.csv "cannot be written"
+  [ -z "$(ls -A live)" ] || fail "live holds $(ls -A live)" ;;
+inputs)
+  # No output replaces what a run reads, by whatever name; nothing is written then.
+  runs 0 "$canyon" simulate small.yaml --out in --duration 5 --quiet
+  block_osm >in/block.osm
+  runs 0 "$canyon" city build in/block.osm -o in/block.obj -o in/block.canyon -o in/block --quiet
+  { printf 'ncols 40\nnrows 40\nxllcorner 10.98\nyllcorner 47.98\ncellsize 0.001\n'; yes 500 | head -1600; } >in/hdop.tif
+  echo 'GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]]' >in/hdop.prj
+  cp small.yaml in
+  refuses() {
+    local file=$1; shift
+    cp -r in before
+    runs 2 "$@"; one_line; says err "$file: is read by this run and would be replaced; choose another --out or name"
+    diff -r in before || fail "changed by: $*"
+    find . -name '*.part*' | grep . && fail "temporary files left"
+    rm -r before
+  }
+  drive() { sed "/waypoints/,/speed/d; s/^trajectory:.*/trajectory: {file: $1}/" small.yaml >in/drive.yaml; }
+  drive track.kml
+  refuses in/track.kml "$canyon" simulate in/drive.yaml --out in
+  ln -s in link; ln in/track.kml hard.kml; ln -s in/track.kml soft.kml
+  refuses link/track.kml "$canyon" simulate in/drive.yaml --out link
+  for file in hard.kml soft.kml in/../in/track.kml in/drive.yaml; do
+    refuses $file "$canyon" simulate in/drive.yaml --out o --stream kml=file:$file
+  done
+  drive receiver.nmea
+  refuses in/receiver.nmea "$canyon" simulate in/drive.yaml --out in
+  refuses in/receiver.nmea "$canyon" iq in/drive.yaml --out in/receiver.nmea --duration 1
+  printf 'time,latitude_deg,longitude_deg,height_m\n2026-03-01T10:00:0%dZ,0,0,2\n' 0 >in/way.csv
+  printf '2026-03-01T10:00:0%dZ,0,0,2\n' 1 2 3 >>in/way.csv
+  drive way.csv
+  refuses in/way.csv "$canyon" correlation in/drive.yaml --satellite G05 --out in/way.csv --quiet
+  sed 's/nominal: true/navigation: [sky.nav]/' small.yaml >in/day.yaml
+  refuses in/sky.nav "$canyon" simulate in/day.yaml --out in
+  refuses in/sky.nav "$canyon" rtk in/receiver.obs in/receiver.obs --nav in/sky.nav --out in/sky.nav
+  printf 'scenario: drive.yaml\naxes: [{seeds: 2}]\n' >in/study.yaml
+  mv in/way.csv in/table.csv; drive table.csv
+  refuses in/table.csv "$canyon" study in/study.yaml --out in
+  refuses in/block.obj "$canyon" city build in/block.obj -o in/block.obj
+  refuses in/block.canyon "$canyon" city build in/block.canyon -o in/block.canyon
+  refuses in/block/model.config "$canyon" city build in/block -o in/block
+  sed 's/city:.*/city: {osm: block.osm, terrain: hdop.tif}/' small.yaml >in/ground.yaml
+  refuses in/hdop.tif "$canyon" heatmap in/ground.yaml --out in --layers hdop --spacing 8
+  echo '<!--canyon:data-->' >page.html
+  CANYON_VIEWER=page.html refuses in/block.osm "$canyon" view in/block.osm --export in/block.osm
+  # What a run had written and the next one reads is no left-over; the list follows no link out of the folder.
+  mkdir users; echo mine >users/a; touch -d '-1 hour' users/a
+  runs 0 "$canyon" simulate small.yaml --out res --duration 5 --quiet
+  ln -s ../users res/sub; printf '%s\n' sub/a ../users/a "$PWD/users/a" sub/../../users/a >>res/.canyon-results
+  sed "/waypoints/,/speed/d; s/^trajectory:.*/trajectory: {file: res\/track.kml}/; s/^outputs.*/outputs: [epochs_csv]/" small.yaml >again.yaml
+  runs 0 "$canyon" simulate again.yaml --out res --quiet
+  runs 0 "$canyon" simulate again.yaml --out res --quiet
+  [ "$(ls res | tr '\n' ' ')" = "epochs.csv sub track.kml " ] || fail "res holds $(ls res)"
+  [ -s users/a ] || fail "the list of results reached out of the folder"
+  # One that is itself a link is none.
+  mv res/.canyon-results list; ln -s ../list res/.canyon-results; cp list before
+  runs 0 "$canyon" simulate small.yaml --out res --quiet --duration 1
+  cmp list before || fail "wrote through a link"
+  # What a view is served from is nobody else's.
+  mkdir tmp; CANYON_VIEWER=page.html TMPDIR=$PWD/tmp "$canyon" view in/block.osm --quiet >address & served=$!
+  until [ -s address ]; do kill -0 "$served" || { fail "canyon view ended"; break; }; sleep 0.1; done
+  [ "$(stat -c %a tmp/canyon-view-*)" = 700 ] || fail "others may read $(stat -c '%n %a' tmp/*)"
+  kill -HUP "$served"; wait "$served" || fail "canyon view did not end by itself"
+  [ -z "$(ls tmp)" ] || fail "left: $(ls tmp)" ;;
 interrupt)
   # Long enough to be interrupted for certain: a day at 10 Hz.
   sed 's/rate_hz.*/rate_hz: 10/; s/speed_mps.*/speed_mps: 0.001/' small.yaml >long.yaml
@@ -1100,7 +1178,14 @@ interrupt)
   for file in epochs.csv satellites.csv receiver.nmea receiver.obs sky.nav; do [ -s "res/$file" ] || fail "no res/$file"; done
   finished=$(sed -n 's/.*interrupted: \([0-9]*\) of.*/\1/p' err)
   [ "$(wc -l <res/epochs.csv)" -eq $((finished + 1)) ] || fail "said $finished epochs, wrote $(wc -l <res/epochs.csv) lines"
-  ls -A res | grep part && fail "temporary files left" ;;
+  ls -A res | grep part && fail "temporary files left"
+  # One run at a time in a folder. Under nohup the end of the terminal ends nothing.
+  (trap '' HUP; exec "$canyon" simulate long.yaml --out res >out1 2>err1) &
+  program=$!
+  for _ in $(seq 200); do ls res/*.part* >/dev/null 2>&1 && break; sleep 0.1; done
+  runs 2 "$canyon" simulate small.yaml --out res; one_line; says err "res: another run works in this folder (process $program)"
+  kill -HUP "$program"; sleep 0.5; kill -TERM "$program"; wait "$program"; status=$?
+  [ "$status" -eq 130 ] || fail "exit status $status instead of 130" ;;
 heatmap)
   runs 0 "$canyon" heatmap --help
   says out --out --bbox --enu-box --area --spacing --altitude --altitude-kind --times --layers --format --model \
@@ -1368,7 +1453,11 @@ heatmap_resume)
   runs 0 "$canyon" "${map[@]}" --out killed; says err "resumed     $n of "
   diff -rq whole killed || fail "other bytes after kill -9"
   # Ctrl-C: says what is kept, and how to go on.
-  started stopped 5; kill -INT "$program"; wait "$program"; status=$?
+  started stopped 5
+  "$canyon" "${map[@]}" --out stopped >out2 2>err2; status=$?
+  [ "$status" -eq 2 ] || fail "exit status $status of a second run"
+  says err2 "stopped/tiles: another run works in this folder (process $program)"
+  kill -INT "$program"; wait "$program"; status=$?
   [ "$status" -eq 130 ] || { fail "exit status $status instead of 130"; cat err; }
   says err interrupted "the same command continues from there"
   n=$(tiles stopped)

@@ -284,7 +284,7 @@ std::vector<std::filesystem::path> download_osm(
     if (!is_kept(file)) {
       const std::string body = ask(map_query(tile, options), options);
       check_osm(body, options);
-      write_file(file, body);
+      write_own_file(file, body);
     }
     files.push_back(file);
     if (progress) progress(files.size(), tiles.size());
@@ -331,7 +331,7 @@ LonLatBox find_place(const std::string& name, const OverpassOptions& options) {
                                  place.name, places.size()),
                      "add the region or country after a comma, or give a box");
   }
-  if (!kept) write_file(file, body);
+  if (!kept) write_own_file(file, body);
   return largest->box;
 }
 

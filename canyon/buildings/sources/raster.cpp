@@ -14,6 +14,7 @@
 
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/input_files.hpp"
 #include "canyon/base/named.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/buildings/sources/gdal.hpp"
@@ -105,7 +106,8 @@ void Raster::Impl::open() {
   const std::array<const char*, 10> kDrivers{"GTiff", "SRTMHGT", "DTED",    "AAIGrid", "AIG",
                                              "HFA",   "EHdr",    "USGSDEM", "XYZ",     nullptr};
   std::error_code ignored;
-  if (!std::filesystem::is_directory(path, ignored)) check_input_file(path);  // some rasters are folders
+  // Some rasters are folders.
+  std::filesystem::is_directory(path, ignored) ? InputFiles::current().add(path) : check_input_file(path);
   const gdal::Quiet quiet;
   // Without it some drivers drop the vertical part of the reference system.
   const CPLConfigOptionSetter geotiff("GTIFF_REPORT_COMPD_CS", "YES", false);

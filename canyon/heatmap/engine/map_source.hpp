@@ -61,6 +61,8 @@ void write_netcdf(const std::filesystem::path& path, const MapSource& source);
 /// Memory: one slice and GDAL's cache (GDAL_CACHEMAX). Returns the names, by time, altitude and layer. Throws
 /// like write_netcdf(). Part of canyon::io.
 std::vector<std::string> write_geotiffs(const std::filesystem::path& folder, const MapSource& source);
+/// Their names, by time, layer and altitude. Part of canyon::io.
+[[nodiscard]] std::vector<std::string> geotiff_names(const Request& request);
 
 /// Pictures: for each time, altitude and sheet of at most six layers
 /// `map[_SHEET][_aALTm][_tYYYYmmddTHHMMSSZ].png` with a panel for each layer, city outlines, colour bars with

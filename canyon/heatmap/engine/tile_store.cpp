@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <memory>
@@ -30,8 +29,6 @@ constexpr std::string_view kFormat = "canyon heat map tiles";
 constexpr int kVersion = 1;
 constexpr std::string_view kManifest = "manifest.json";
 constexpr std::string_view kExtension = ".tile";
-/// A temporary file that nobody has written to for so long belongs to a run that was killed.
-constexpr std::chrono::seconds kStray(60);
 
 /// Head of a unit's file, in the machine's byte order (another one's shows in the magic number).
 struct Header {
@@ -74,24 +71,8 @@ InputError damaged(const fs::path& file, std::string_view what) {
 }
 
 /// A name of this store's own files.
-bool is_own(const std::string& name) {
-  const auto begins = [&](std::string_view word) { return name.compare(0, word.size(), word) == 0; };
-  const auto is_number = [](std::string_view text) {
-    return !text.empty() &&
-           std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
-  };
-  std::string_view stem = name;
-  // OutputFile's temporary name.
-  const std::size_t part = stem.rfind(".part");
-  if (part != std::string_view::npos && is_number(stem.substr(part + 5))) stem = stem.substr(0, part);
-  if (stem == kManifest) return true;
-  if (!begins("unit-") || stem.size() <= 5 + kExtension.size()) return false;
-  return stem.substr(stem.size() - kExtension.size()) == kExtension &&
-         is_number(stem.substr(5, stem.size() - 5 - kExtension.size()));
-}
-
-bool is_temporary(const std::string& name) {
-  return is_own(name) && name.find(".part") != std::string::npos;
+bool is_own(std::string_view name) {
+  return name == kManifest || (name.starts_with("unit-") && name.ends_with(kExtension));
 }
 
 struct Close {
@@ -126,7 +107,6 @@ struct TileStore::Impl {
   }
   void check_manifest(const std::string& description) const;
   void write_manifest(const std::string& description) const;
-  void sweep() const;
   [[nodiscard]] Header read_header(std::FILE* file, std::size_t unit) const;
 };
 
@@ -165,17 +145,6 @@ void TileStore::Impl::write_manifest(const std::string& description) const {
   file.commit();
 }
 
-/// Removes temporary files of killed runs, except those that another process may be writing.
-void TileStore::Impl::sweep() const {
-  std::error_code ignored;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
-    if (!is_temporary(entry.path().filename().string())) continue;
-    const fs::file_time_type written = fs::last_write_time(entry.path(), ignored);
-    if (ignored || fs::file_time_type::clock::now() - written < kStray) continue;
-    fs::remove(entry.path(), ignored);
-  }
-}
-
 TileStore::TileStore(std::filesystem::path folder, const std::string& key, const std::string& description)
     : impl_(std::make_unique<Impl>()) {
   Impl& impl = *impl_;
@@ -188,13 +157,12 @@ TileStore::TileStore(std::filesystem::path folder, const std::string& key, const
     for (const fs::directory_entry& entry : fs::directory_iterator(impl.folder, error)) {
       const std::string name = entry.path().filename().string();
       // Another process may be making the same store.
-      if (name == kManifest || is_temporary(name) || name.rfind(".canyon-probe", 0) == 0) continue;
+      if (name == kManifest || is_temporary_name(name)) continue;
       throw impl.foreign(fmt::format("the folder holds '{}' but no '{}'", name, kManifest));
     }
     if (!fs::exists(impl.folder / kManifest, error)) impl.write_manifest(description);
   }
   impl.check_manifest(description);
-  impl.sweep();
 }
 TileStore::~TileStore() = default;
 

@@ -4,7 +4,6 @@
 #include <gdal.h>
 #include <gdal_frmts.h>
 #include <gdal_utils.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -62,31 +61,6 @@ class Failures {
   std::string first_;
 };
 
-/// A folder within `folder`, removed at the end with all it holds.
-class WorkFolder {
- public:
-  explicit WorkFolder(const fs::path& folder)
-      : path_(folder / fmt::format(".canyon-geotiff.part{}", getpid())) {
-    std::error_code error;
-    fs::remove_all(path_, error);
-    fs::create_directory(path_, error);
-    if (error) {
-      throw InputError(path_, 0, "folder cannot be made: " + error.message(),
-                       "choose a folder that you may write to");
-    }
-  }
-  ~WorkFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  WorkFolder(const WorkFolder&) = delete;
-  WorkFolder& operator=(const WorkFolder&) = delete;
-  [[nodiscard]] fs::path operator/(const std::string& name) const { return path_ / name; }
-
- private:
-  fs::path path_;
-};
-
 CPLStringList strings(const std::vector<std::string>& items) {
   CPLStringList list;
   for (const std::string& item : items) list.AddString(item.c_str());
@@ -100,9 +74,11 @@ class GeotiffWriter {
         source_(source),
         request_(*source.request),
         grid_(request_.grid),
-        work_(folder),
+        work_(folder / ".canyon-geotiff", Temporary::Kind::Folder),
         wkt_(projection_wkt(source.frame, "WKT2")),
-        decimals_(second_decimals(request_.times)) {
+        decimals_(second_decimals(request_.times)),
+        names_(geotiff_names(request_)) {
+    for (const std::string& name : names_) InputFiles::current().refuse(folder_ / name);
     static std::once_flag registered;
     // No more than the writer needs: what is registered also opens files beside a terrain's rasters.
     std::call_once(registered, [] {
@@ -127,16 +103,18 @@ class GeotiffWriter {
     }
     for (const std::string& name : names_) {
       std::error_code error;
-      fs::rename(work_ / name, folder_ / name, error);
+      fs::rename(work_.temporary_path() / name, folder_ / name, error);
       if (error) throw InputError(folder_ / name, 0, "cannot be put in place: " + error.message());
     }
     return names_;
   }
 
  private:
+  [[nodiscard]] const std::string& name(std::size_t layer, std::size_t altitude, std::size_t time) const {
+    return names_[(time * request_.layers.size() + layer) * request_.altitudes_m.size() + altitude];
+  }
   [[nodiscard]] std::size_t bands() const { return request_.layers.size() * request_.altitudes_m.size(); }
-  [[nodiscard]] fs::path gathered() const { return work_ / "values.tif"; }
-  [[nodiscard]] std::string name(std::size_t layer, std::size_t altitude, std::size_t time) const;
+  [[nodiscard]] fs::path gathered() const { return work_.temporary_path() / "values.tif"; }
   void gather(std::size_t time);
   void publish(std::size_t time);
   void put(GDALDatasetH dataset, std::size_t tile, std::size_t time, const Failures& failures);
@@ -149,20 +127,13 @@ class GeotiffWriter {
   const MapSource& source_;
   const Request& request_;
   const Grid& grid_;
-  WorkFolder work_;
+  Temporary work_;
   std::string wkt_;
   int decimals_ = 0;
   std::size_t done_ = 0, steps_ = 0;
   std::vector<std::string> names_;
   std::vector<float> rows_;
 };
-
-std::string GeotiffWriter::name(std::size_t layer, std::size_t altitude, std::size_t time) const {
-  std::string text(info(request_.layers[layer]).name);
-  if (request_.altitudes_m.size() > 1) text += fmt::format("_a{}m", request_.altitudes_m[altitude]);
-  if (request_.times.size() > 1) text += "_t" + compact_utc(request_.times[time], decimals_);
-  return text + ".tif";
-}
 
 /// Values of one time, a band for each layer and altitude. COGs are made from whole rasters; this one,
 /// without compression, takes tiles in any order.
@@ -257,15 +228,30 @@ void GeotiffWriter::write_one(GDALDatasetH values, std::size_t layer, std::size_
 
   CPLStringList options =
       strings({"COMPRESS=DEFLATE", "PREDICTOR=YES", "RESAMPLING=AVERAGE", "BIGTIFF=IF_SAFER"});
-  gdal::Dataset cog(GDALCreateCopy(GDALGetDriverByName("COG"), (work_ / file).c_str(), one.get(), 0,
-                                   options.List(), nullptr, nullptr));
+  gdal::Dataset cog(GDALCreateCopy(GDALGetDriverByName("COG"), (work_.temporary_path() / file).c_str(),
+                                   one.get(), 0, options.List(), nullptr, nullptr));
   failures.check(cog != nullptr, shown);
   cog.reset();
   failures.check(true, shown);
-  names_.push_back(file);
 }
 
 }  // namespace
+
+std::vector<std::string> geotiff_names(const Request& request) {
+  const int decimals = second_decimals(request.times);
+  std::vector<std::string> names;
+  for (const geodesy::GpsTime time : request.times) {
+    for (const Layer layer : request.layers) {
+      for (const double altitude_m : request.altitudes_m) {
+        std::string text(info(layer).name);
+        if (request.altitudes_m.size() > 1) text += fmt::format("_a{}m", altitude_m);
+        if (request.times.size() > 1) text += "_t" + compact_utc(time, decimals);
+        names.push_back(text + ".tif");
+      }
+    }
+  }
+  return names;
+}
 
 std::vector<std::string> write_geotiffs(const fs::path& folder, const MapSource& source) {
   assert(source.request != nullptr && source.slice && !source.request->times.empty() &&
