@@ -290,8 +290,7 @@ Fix describe(const Track& track, const Epoch& epoch, const Fix& of, const FixOpt
   const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(fix.position);
   fix.covariance_enu = geodesy::rotated(enu_from_ecef, track.stated.block<3, 3>(kPosition, kPosition));
   fix.velocity_enu_mps = enu_from_ecef * track.velocity();
-  fix.velocity_covariance_enu =
-      geodesy::rotated(enu_from_ecef, track.stated.block<3, 3>(kVelocity, kVelocity));
+  fix.velocity_covariance_enu = geodesy::rotated(enu_from_ecef, track.p.block<3, 3>(kVelocity, kVelocity));
   fix.clock_drift = track.x(kDrift) / kSpeedOfLight;
   for (const System system : kConstellations) {
     if (track.knows(system)) fix.clock_bias_s[system] = track.x(clock_of(system)) / kSpeedOfLight;
