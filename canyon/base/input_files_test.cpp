@@ -57,6 +57,9 @@ TEST_F(InputFilesTest, NoReaderOpensAnOutput) {
     const OutputFile out(input);
     EXPECT_THROW((void)read_bytes(input), InputError);
   }
+  OutputFile written(folder / "b.txt");
+  written.commit();
+  EXPECT_EQ(read_bytes(folder / "b.txt"), "");
   EXPECT_EQ(read_bytes(input), "mine");
 }
 

@@ -128,6 +128,7 @@ void Temporary::put_in_place() {
   fs::rename(temporary_, path_, error);
   if (error) throw InputError(path_, 0, "cannot be put in place: " + error.message());
   temporary_.clear();
+  std::exchange(files_, nullptr)->remove_output(noted_);  // from here on it may be read
   const std::lock_guard<std::mutex> lock(committed_mutex);
   if (committed != nullptr) committed->insert(path_);
 }

@@ -1153,7 +1153,7 @@ inputs)
   sed "/waypoints/,/speed/d; s/^trajectory:.*/trajectory: {file: res\/track.kml}/; s/^outputs.*/outputs: [epochs_csv]/" small.yaml >again.yaml
   runs 0 "$canyon" simulate again.yaml --out res --quiet
   runs 0 "$canyon" simulate again.yaml --out res --quiet
-  [ "$(ls res | tr '\n' ' ')" = "epochs.csv sub track.kml " ] || fail "res holds $(ls res)"
+  [ "$(ls res | tr '\n' ' ')" = "epochs.csv report.txt sub track.kml " ] || fail "res holds $(ls res)"
   [ -s users/a ] || fail "the list of results reached out of the folder"
   # One that is itself a link is none.
   mv res/.canyon-results list; ln -s ../list res/.canyon-results; cp list before

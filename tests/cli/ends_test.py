@@ -43,7 +43,8 @@ def files(folder):
     found = {}
     for path in sorted(folder.rglob("*")):
         name = str(path.relative_to(folder))
-        if path.is_file() and not name.startswith(("tiles/", "runs/")) and name != ".canyon-results":
+        # report.txt is about what this command computed: less where it goes on.
+        if path.is_file() and not name.startswith(("tiles/", "runs/")) and name not in (".canyon-results", "report.txt"):
             found[name] = path.read_bytes()
     return found
 
