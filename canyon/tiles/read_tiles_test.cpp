@@ -196,7 +196,7 @@ TEST_F(TilesTest, TransformsThatGrowBeyondNumbersAreGaps) {
                                   kVolume, nested, tile("a.glb", 0))));
   const TilesCity city = read();
   EXPECT_EQ(city.tiles, 1U);
-  EXPECT_THAT(city.cautions, Contains(HasSubstr("no number")));
+  EXPECT_THAT(city.city.notes.warnings(), Contains(HasSubstr("no number")));
 }
 
 TEST_F(TilesTest, NothingOutsideTheFolderIsRead) {

@@ -192,8 +192,9 @@ TEST_F(WebTilesTest, RedirectsStayOnTheServer) {
   EXPECT_EQ(city.tiles, 2U);
   EXPECT_EQ(city.gaps, 4U);
   EXPECT_THAT(other.requests(), IsEmpty());
-  EXPECT_THAT(city.cautions, Contains(AllOf(HasSubstr("out.glb"), HasSubstr("redirects to another server"))));
-  EXPECT_THAT(city.cautions, Each(Not(HasSubstr("s3cret"))));
+  EXPECT_THAT(city.city.notes.warnings(),
+              Contains(AllOf(HasSubstr("out.glb"), HasSubstr("redirects to another server"))));
+  EXPECT_THAT(city.city.notes.warnings(), Each(Not(HasSubstr("s3cret"))));
   TileOptions trusting = options(server);
   trusting.elsewhere = true;
   EXPECT_EQ(read(trusting).gaps, 2U);

@@ -341,13 +341,6 @@ ByteReader file_bytes(const std::filesystem::path& path) {
   };
 }
 
-std::string first_bytes(const ByteReader& bytes, std::size_t most) {
-  std::string all, block(std::min(most, std::size_t{1} << 18), '\0');
-  while (const std::size_t n = bytes(block.data(), std::min(block.size(), most - all.size())))
-    all.append(block, 0, n);
-  return all;
-}
-
 void read_gml(const std::filesystem::path& file, const ByteReader& bytes, const GmlSink& sink) {
   GmlParser(file, sink).read(bytes);
 }

@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "canyon/buildings/sources/model_kind.hpp"
+
 namespace canyon::buildings {
 
 /// An element of GML without its namespace. A polygon (Polygon, PolygonPatch, Triangle, Rectangle) has its
@@ -40,12 +42,8 @@ struct GmlEnvelope {
   int line = 0;
 };
 
-/// Gives up to `size` bytes of a file; 0 at its end.
-using ByteReader = std::function<std::size_t(char* to, std::size_t size)>;
-/// Those of a file, unpacked as GzipFile does. Throws InputError where the packed data end early.
+/// The bytes of a file, unpacked as GzipFile does. Throws InputError where the packed data end early.
 [[nodiscard]] ByteReader file_bytes(const std::filesystem::path& path);
-/// The first `most` bytes, or all.
-[[nodiscard]] std::string first_bytes(const ByteReader& bytes, std::size_t most);
 
 /// Functions that take a document's parts while it is read.
 struct GmlSink {

@@ -8,9 +8,16 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/utf8.hpp"
-#include "canyon/buildings/sources/gml_document.hpp"
 
 namespace canyon::buildings {
+
+std::string first_bytes(const ByteReader& bytes, std::size_t most) {
+  std::string all, block(std::min(most, std::size_t{1} << 18), '\0');
+  while (const std::size_t n = bytes(block.data(), std::min(block.size(), most - all.size())))
+    all.append(block, 0, n);
+  return all;
+}
+
 namespace {
 
 constexpr std::size_t kHeadBytes = std::size_t{1} << 16;

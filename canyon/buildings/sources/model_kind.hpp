@@ -2,10 +2,17 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <initializer_list>
+#include <string>
 #include <string_view>
 
 namespace canyon::buildings {
+
+/// Gives up to `size` bytes of a file; 0 at its end.
+using ByteReader = std::function<std::size_t(char* to, std::size_t size)>;
+/// The first `most` bytes, or all.
+[[nodiscard]] std::string first_bytes(const ByteReader& bytes, std::size_t most);
 
 /// The kinds of city models, told by what is in them.
 enum class ModelKind : std::uint8_t {
