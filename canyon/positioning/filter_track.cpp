@@ -72,13 +72,17 @@ void state_accuracy(Track& track, std::span<const Taken> taken, double excess,
   const double lasting = options.error_correlation_s > 0 ? excess : 0;
   const double lasting_corrected = std::max(0.0, lasting - 1);
   StateMatrix& s = track.stated;
+  double shares = 0;
+  std::ptrdiff_t pseudoranges = 0;
   for (const auto& [row, gain] : taken) {
     StateVector m = times(s, row.gradient);
     double variance = row.gradient.dot(m);
+    const double unit = row.share * row.sigma;
     Lasting* own = nullptr;
     double b = 0;
     if (row.satellite) {
-      const double unit = row.share * row.sigma;
+      shares += row.share * row.share;
+      ++pseudoranges;
       b = unit * std::sqrt(row.share < 1 ? lasting_corrected : lasting);
       const auto at = std::find_if(track.lasting.begin(), track.lasting.end(),
                                    [&row](const Lasting& l) { return l.satellite == *row.satellite; });
@@ -89,7 +93,7 @@ void state_accuracy(Track& track, std::span<const Taken> taken, double excess,
       variance += excess * unit * unit + 2 * b * row.gradient.dot(own->covariance);
       m += b * own->covariance;
     } else {
-      variance += row.sigma * row.sigma;
+      variance += unit * unit;
     }
     for (int j = 0; j < kStates; ++j) {
       for (int i = 0; i < kStates; ++i) {
@@ -99,6 +103,7 @@ void state_accuracy(Track& track, std::span<const Taken> taken, double excess,
     for (Lasting& l : track.lasting) l.covariance -= row.gradient.dot(l.covariance) * gain;
     if (own != nullptr) own->covariance -= b * gain;
   }
+  if (pseudoranges > 0) track.noise_share = shares / static_cast<double>(pseudoranges);
 }
 
 void predict(Track& track, double dt, const PositionFilterOptions& options) {
@@ -127,26 +132,27 @@ void predict(Track& track, double dt, const PositionFilterOptions& options) {
   const double c2 = kSpeedOfLight * kSpeedOfLight;
   const double white = c2 * options.clock_frequency_density;
   const double walk = c2 * options.clock_drift_density;
-  for (StateMatrix* covariance : {&track.p, &track.stated}) {
-    StateMatrix& p = *covariance;
+  for (const bool stated : {false, true}) {
+    StateMatrix& p = stated ? track.stated : track.p;
+    const double share = stated ? track.noise_share : 1;
     each([&p, dt](int to, int from) {
       for (int j = 0; j < kStates; ++j) p(to, j) += dt * p(from, j);
     });
     each([&p, dt](int to, int from) {
       for (int i = 0; i < kStates; ++i) p(i, to) += dt * p(i, from);
     });
-    p.block<3, 3>(kPosition, kPosition) += acceleration * (dt * dt * dt / 3);
-    p.block<3, 3>(kPosition, kVelocity) += acceleration * (dt * dt / 2);
-    p.block<3, 3>(kVelocity, kPosition) += acceleration * (dt * dt / 2);
-    p.block<3, 3>(kVelocity, kVelocity) += acceleration * dt;
-    p(kDrift, kDrift) += walk * dt;
+    p.block<3, 3>(kPosition, kPosition) += share * acceleration * (dt * dt * dt / 3);
+    p.block<3, 3>(kPosition, kVelocity) += share * acceleration * (dt * dt / 2);
+    p.block<3, 3>(kVelocity, kPosition) += share * acceleration * (dt * dt / 2);
+    p.block<3, 3>(kVelocity, kVelocity) += share * acceleration * dt;
+    p(kDrift, kDrift) += share * walk * dt;
     for (const System a : kConstellations) {
       if (!track.knows(a)) continue;
-      p(kDrift, clock_of(a)) += walk * dt * dt / 2;
-      p(clock_of(a), kDrift) += walk * dt * dt / 2;
-      p(clock_of(a), clock_of(a)) += kClockWalk * kClockWalk * dt;
+      p(kDrift, clock_of(a)) += share * walk * dt * dt / 2;
+      p(clock_of(a), kDrift) += share * walk * dt * dt / 2;
+      p(clock_of(a), clock_of(a)) += share * kClockWalk * kClockWalk * dt;
       for (const System b : kConstellations) {
-        if (track.knows(b)) p(clock_of(a), clock_of(b)) += white * dt + walk * dt * dt * dt / 3;
+        if (track.knows(b)) p(clock_of(a), clock_of(b)) += share * (white * dt + walk * dt * dt * dt / 3);
       }
     }
   }
@@ -177,6 +183,7 @@ Row doppler_row(const Track& track, const RangedSatellite& satellite) {
   row.innovation = doppler.measured_mps + kSpeedOfLight * satellite.state.clock_drift - approach / doppler.g -
                    row.gradient(kDrift) * track.x(kDrift);
   row.sigma = doppler.sigma_mps;
+  row.share = satellite.measured->stated_share;
   return row;
 }
 

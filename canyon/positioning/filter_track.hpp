@@ -71,6 +71,9 @@ struct Track {
   /// Covariance of the state's error under these gains, where errors last and are as large as residuals show.
   StateMatrix stated = StateMatrix::Zero();
   std::vector<Lasting> lasting;
+  /// Share of the motion's noise in `stated`: that of the latest pseudoranges' variances (Row::share), for
+  /// the gains are those of the whole errors.
+  double noise_share = 1;
 
   [[nodiscard]] Eigen::Vector3d position() const { return x.segment<3>(kPosition); }
   [[nodiscard]] Eigen::Vector3d velocity() const { return x.segment<3>(kVelocity); }

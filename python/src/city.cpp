@@ -190,7 +190,7 @@ files : path or list of paths
           "scenario"_a, "The city of a scenario: facades drawn and place moved as its seed says.")
       .def_static(
           "_read",
-          [](const std::filesystem::path& path, std::uint64_t seed) {
+          [](const std::filesystem::path& path, std::uint64_t seed) -> std::shared_ptr<CityScene> {
             city::City city = city::read_city_file(path);
             city.seed = seed;
             return std::make_shared<WithInputs<CityScene>>(std::move(city));
