@@ -36,8 +36,7 @@ void expect_to_arrive(const std::string& type, const std::string& message,
   EXPECT_TRUE(eventually([&] {
     link->serve();
     for (const transport::Received& received : link->take_received()) {
-      decoder->receive(received.reader, received.bytes,
-                       [&](const live::PoseReport& report) { last = report; });
+      decoder->receive(received, [&](const live::PoseReport& report) { last = report; });
     }
     return last.has_value();
   })) << canyon::test::read_bytes(folder / "script.log")
