@@ -282,6 +282,7 @@ void Session::Impl::compute_and_write() {
   if (block.empty()) return;
   // A receiver may be due twice, where the run is late.
   std::vector<simulation::DueEpoch> instants;
+  instants.reserve(block.size());
   for (const Due& epoch : block) instants.push_back({epoch.receiver, start + epoch.host_s});
   corrections->make_epochs(instants, true, [&](std::size_t i, auto came) -> simulation::Epoch& {
     Due& epoch = block[i];

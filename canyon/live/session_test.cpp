@@ -1,5 +1,6 @@
 #include "canyon/live/session.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

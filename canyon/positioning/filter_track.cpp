@@ -74,7 +74,9 @@ void state_accuracy(Track& track, std::span<const Taken> taken, double excess,
   StateMatrix& s = track.stated;
   double shares = 0;
   std::ptrdiff_t pseudoranges = 0;
-  for (const auto& [row, gain] : taken) {
+  for (const Taken& each : taken) {
+    const Row& row = each.row;
+    const StateVector& gain = each.gain;
     StateVector m = times(s, row.gradient);
     double variance = row.gradient.dot(m);
     const double unit = row.share * row.sigma;

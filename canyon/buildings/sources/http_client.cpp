@@ -309,7 +309,7 @@ bool is_private_address(const std::string& ip) {
 }
 
 std::string resolve_url(const std::string& base, const std::string& relative) {
-  const std::string url = part_of(base, CURLUPART_URL, relative);
+  std::string url = part_of(base, CURLUPART_URL, relative);
   if (!url.starts_with("http://") && !url.starts_with("https://")) {
     throw InputError(
         fmt::format("'{}' is not an http or https address", relative.substr(0, relative.find('?'))));
