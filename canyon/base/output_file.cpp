@@ -48,16 +48,22 @@ bool is_temporary_name(const std::string& name) {
 
 namespace {
 
-/// Removes temporary files and folders that nobody holds, once in each folder.
-void sweep(const fs::path& folder) {
-  static std::mutex mutex;
+/// Removes temporary files and folders that nobody holds, in the folder and in those in it, which an earlier
+/// run may have made for other receivers; once in each folder.
+void sweep(const fs::path& folder, bool with_folders = true) {
+  static std::recursive_mutex mutex;
   static std::set<fs::path> swept;
   std::error_code error;
   const fs::path whole = fs::canonical(folder.empty() ? "." : folder, error);
-  const std::lock_guard<std::mutex> lock(mutex);
+  const std::lock_guard<std::recursive_mutex> lock(mutex);
   if (error || !swept.insert(whole).second) return;
   for (const fs::directory_entry& entry : fs::directory_iterator(whole, error)) {
-    if (!is_temporary_name(entry.path().filename().string())) continue;
+    if (!is_temporary_name(entry.path().filename().string())) {
+      std::error_code of_entry;
+      if (with_folders && !entry.is_symlink(of_entry) && entry.is_directory(of_entry))
+        sweep(entry.path(), false);
+      continue;
+    }
     const int handle = ::open(entry.path().c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
     if (handle < 0) continue;
     if (::flock(handle, LOCK_EX | LOCK_NB) == 0) fs::remove_all(entry.path(), error);

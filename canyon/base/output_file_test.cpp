@@ -156,8 +156,11 @@ TEST(OutputFile, WhatKilledProcessesLeftGoesAndWhatOthersHoldStays) {
   end(living);
   EXPECT_EQ(names_in(folder.path()).size(), users.size() + 2);
   const pid_t other = hold(folder / "other.txt");
+  std::filesystem::create_directory(folder / "car");
+  std::ofstream(folder / "car/epochs.csv.part-0123456789ab") << "cut";
   { const OutputFile mine(folder / "mine.txt"); }
-  EXPECT_EQ(names_in(folder.path()).size(), users.size() + 2) << "the other's stay";
+  EXPECT_EQ(names_in(folder.path()).size(), users.size() + 3) << "the other's stay";
+  EXPECT_TRUE(std::filesystem::is_empty(folder / "car")) << "of a receiver that this run has not";
   end(other);
 }
 

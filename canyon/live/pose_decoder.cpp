@@ -106,9 +106,10 @@ class JsonPoses final : public PoseDecoder {
  private:
   static std::optional<double> number(const Json& object, const char* key, std::string& why) {
     const Json& found = object[key];
-    if (found.is_null()) return std::nullopt;
-    if (found.is_number()) return found.get<double>();
-    why = fmt::format("'{}' is not a number", key);
+    if (found.is_number() && std::isfinite(found.get<double>())) return found.get<double>();
+    if (object.contains(key)) {
+      why = found.is_number() || found.is_null() ? not_finite(key) : fmt::format("'{}' is not a number", key);
+    }
     return std::nullopt;
   }
   template <int N>

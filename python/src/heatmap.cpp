@@ -10,6 +10,7 @@
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario/receiver_bases.hpp"
+#include "canyon/simulation/scenario_trajectory.hpp"
 #include "canyon/simulation/sky_builder.hpp"
 #include "canyon/validation/comparison.hpp"
 #include "python/src/arrays.hpp"
@@ -34,10 +35,13 @@ class Map {
     std::sort(altitudes_m.begin(), altitudes_m.end());
     request_.altitudes_m = std::move(altitudes_m);
     request_.altitude_kind = heatmap::altitude_kind_named(altitude_kind, "altitude_kind");
+    const auto start = [this]() -> std::optional<geodesy::GpsTime> {
+      if (scenario_.start || !scenario_.trajectory.file) return scenario_.start;
+      return simulation::make_trajectory(scenario_, 0).trajectory.begin();
+    };
     const bool text = times.is_none() || py::isinstance<py::str>(times);
-    request_.times =
-        text ? heatmap::parse_times(times.is_none() ? "" : times.cast<std::string>(), scenario_.start)
-             : times_of(times);
+    request_.times = text ? heatmap::parse_times(times.is_none() ? "" : times.cast<std::string>(), start())
+                          : times_of(times);
     request_.layers = heatmap::layers_named({layers.begin(), layers.end()});
     request_.draws = {draws, scenario_.seed};
     request_.receivers = read_tree<heatmap::CellReceiverOptions>(

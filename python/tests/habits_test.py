@@ -156,6 +156,14 @@ class Pickles(unittest.TestCase):
             twin.write(f"{folder}/map.nc")
             self.assertEqual(os.listdir(folder), ["map.nc"])
 
+    def test_a_map_begins_with_the_path(self):
+        with tempfile.TemporaryDirectory() as folder:
+            pathlib.Path(folder, "path.csv").write_text(
+                "time,latitude,longitude,height\n2026-06-01T08:00:00Z,22.3,114.17,2\n2026-06-01T08:00:09Z,22.3001,114.17,2\n")
+            scenario = {"city": CITY, "trajectory": {"file": f"{folder}/path.csv"}}
+            chart = canyon.heatmap(scenario, spacing_m=40, layers=["hdop"])
+            self.assertEqual(chart.times[0], np.datetime64("2026-06-01T08:00:00"))
+
     def test_skies(self):
         sky = canyon.Sky(PLACE["start"], systems=["GPS"], place=(48.1, 11.6, 560))
         city = canyon.City(**CITY)
