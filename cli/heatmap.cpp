@@ -18,6 +18,7 @@
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/run_checks.hpp"
 #include "canyon/simulation/scenario/receiver_bases.hpp"
+#include "canyon/simulation/scenario_trajectory.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/simulation/sky_builder.hpp"
 #include "canyon/validation/comparison.hpp"
@@ -143,7 +144,7 @@ class MapRun {
       request_.motion.motion = arguments_.motion.motion;
     }
     request_.times = for_option("--times", [&] {
-      return heatmap::parse_times(arguments_.times, scenario_start(scenario_, report_));
+      return heatmap::parse_times(arguments_.times, simulation::first_instant(scenario_, report_));
     });
     std::string instants = arguments_.times;
     std::replace(instants.begin(), instants.end(), '/', ',');

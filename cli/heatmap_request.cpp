@@ -10,7 +10,6 @@
 #include "canyon/base/named.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/scenario_trajectory.hpp"
 #include "canyon/validation/comparison.hpp"
 #include "cli/city_commands.hpp"
 #include "cli/commands.hpp"
@@ -18,8 +17,6 @@
 
 namespace canyon::cli {
 namespace {
-
-using geodesy::GpsTime;
 
 template <class T>
 void sort_once(std::vector<T>& values) {
@@ -69,14 +66,6 @@ std::vector<double> parse_altitudes(const std::string& text) {
   }
   sort_once(altitudes);
   return altitudes;
-}
-
-std::optional<GpsTime> scenario_start(const simulation::Scenario& scenario, ReadReport& report) {
-  if (scenario.start) return scenario.start;
-  if (!scenario.trajectory.file) return std::nullopt;
-  const simulation::TrajectoryFile file = simulation::make_trajectory(scenario, 0);
-  report.append(file.report);
-  return file.trajectory.begin();
 }
 
 simulation::ReceiverConfig choose_receiver(const simulation::Scenario& scenario, const std::string& name,

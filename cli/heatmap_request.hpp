@@ -44,9 +44,6 @@ inline constexpr double kMostValues = 1e10;
 [[nodiscard]] HeatmapFormats parse_formats(const std::string& text);
 /// Metres, ascending, each once.
 [[nodiscard]] std::vector<double> parse_altitudes(const std::string& text);
-/// The scenario's own: `start`, else that of its trajectory's file, whose report is then appended.
-[[nodiscard]] std::optional<geodesy::GpsTime> scenario_start(const simulation::Scenario& scenario,
-                                                             ReadReport& report);
 /// By the scenario's name of it (empty: the first), with another model of propagation where one is given.
 [[nodiscard]] simulation::ReceiverConfig choose_receiver(const simulation::Scenario& scenario,
                                                          const std::string& name, const std::string& model);

@@ -48,20 +48,14 @@ bool is_temporary_name(const std::string& name) {
 
 namespace {
 
-/// Removes temporary files and folders that nobody holds, in the folder and in those in it, which an earlier
-/// run may have made for other receivers; once in each folder.
-void sweep(const fs::path& folder, bool with_folders = true) {
-  static std::recursive_mutex mutex;
-  static std::set<fs::path> swept;
+/// Removes temporary files and folders that nobody holds. @param with_folders also those in the folder's own
+void remove_left(const fs::path& folder, bool with_folders) {
   std::error_code error;
-  const fs::path whole = fs::canonical(folder.empty() ? "." : folder, error);
-  const std::lock_guard<std::recursive_mutex> lock(mutex);
-  if (error || !swept.insert(whole).second) return;
-  for (const fs::directory_entry& entry : fs::directory_iterator(whole, error)) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
     if (!is_temporary_name(entry.path().filename().string())) {
       std::error_code of_entry;
       if (with_folders && !entry.is_symlink(of_entry) && entry.is_directory(of_entry))
-        sweep(entry.path(), false);
+        remove_left(entry.path(), false);
       continue;
     }
     const int handle = ::open(entry.path().c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
@@ -69,6 +63,17 @@ void sweep(const fs::path& folder, bool with_folders = true) {
     if (::flock(handle, LOCK_EX | LOCK_NB) == 0) fs::remove_all(entry.path(), error);
     ::close(handle);
   }
+}
+
+/// What killed processes left in a folder, and in those in it, which they may have made for other receivers;
+/// once in each folder.
+void sweep(const fs::path& folder) {
+  static std::mutex mutex;
+  static std::set<fs::path> swept;
+  std::error_code error;
+  const fs::path whole = fs::canonical(folder.empty() ? "." : folder, error);
+  const std::lock_guard<std::mutex> lock(mutex);
+  if (!error && swept.insert(whole).second) remove_left(whole, true);
 }
 
 int open_new(const fs::path& path, bool folder) {

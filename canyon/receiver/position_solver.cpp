@@ -65,6 +65,12 @@ positioning::Fix PositionSolver::solve_alone(geodesy::GpsTime receiver_time,
   return solve_fix(receiver_time, measurements, sky, fix_, klobuchar, last_ecef_);
 }
 
+const positioning::Fix& PositionSolver::without_signal() {
+  of_epoch_ = {};
+  of_epoch_.status = positioning::FixStatus::NoSignal;
+  return of_epoch_;
+}
+
 positioning::Fix PositionSolver::solve(geodesy::GpsTime receiver_time, const Solvable& measured,
                                        const orbit::Sky& sky, const Klobuchars& klobuchar) {
   positioning::Fix fix;

@@ -38,6 +38,8 @@ class PositionSolver {
   [[nodiscard]] positioning::Fix solve(geodesy::GpsTime receiver_time, const Solvable& measured,
                                        const orbit::Sky& sky,
                                        const std::map<gnss::System, gnss::Klobuchar>& klobuchar);
+  /// The solution of an epoch whose antenna receives nothing.
+  [[nodiscard]] const positioning::Fix& without_signal();
   /// The latest epoch's solution by its measurements alone.
   [[nodiscard]] const positioning::Fix& of_epoch() const { return of_epoch_; }
 

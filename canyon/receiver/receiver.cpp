@@ -192,10 +192,8 @@ struct Receiver::State {
     channels.miss_all_but(epoch.satellites, at.time);
     if (context.arrival.placement == raytrace::Placement::Free) {
       epoch.fix = solver.solve(epoch.receiver_time, measured, sky, context.klobuchar);
-      single_epoch_fix = solver.of_epoch();
     } else {
-      epoch.fix.status = positioning::FixStatus::NoSignal;
-      single_epoch_fix = epoch.fix;
+      epoch.fix = solver.without_signal();
     }
     if (check) epoch.spoofing = check->update(epoch);
     fuse(context, epoch);
@@ -222,7 +220,6 @@ struct Receiver::State {
   MeasurementModel measuring;
   FixInput fix_input;
   PositionSolver solver;
-  positioning::Fix single_epoch_fix;
   std::optional<SpoofingCheck> check;
   std::optional<positioning::DeadReckoning> fusion;
   geodesy::GpsTime first_epoch;  ///< since the last restart
@@ -247,7 +244,7 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
 }
 
 const positioning::Fix& Receiver::single_epoch_fix() const {
-  return state_->single_epoch_fix;
+  return state_->solver.of_epoch();
 }
 
 geodesy::GpsTime ReceiverEpoch::stated(geodesy::GpsTime instant) const {

@@ -52,6 +52,13 @@ TrajectoryFile make_trajectory(const Scenario& scenario, double geoid_undulation
           std::move(path.report)};
 }
 
+std::optional<geodesy::GpsTime> first_instant(const Scenario& scenario, ReadReport& report) {
+  if (scenario.start || !scenario.trajectory.file) return scenario.start;
+  const TrajectoryFile file = make_trajectory(scenario, 0);
+  report.append(file.report);
+  return file.trajectory.begin();
+}
+
 void put_on_terrain(Scenario& scenario, const CityScene& scene) {
   TrajectoryConfig& config = scenario.trajectory;
   for (std::size_t i = 0; i < config.legs.size() && i < config.waypoints.size(); ++i) {

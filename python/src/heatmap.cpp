@@ -35,13 +35,12 @@ class Map {
     std::sort(altitudes_m.begin(), altitudes_m.end());
     request_.altitudes_m = std::move(altitudes_m);
     request_.altitude_kind = heatmap::altitude_kind_named(altitude_kind, "altitude_kind");
-    const auto start = [this]() -> std::optional<geodesy::GpsTime> {
-      if (scenario_.start || !scenario_.trajectory.file) return scenario_.start;
-      return simulation::make_trajectory(scenario_, 0).trajectory.begin();
-    };
+    ReadReport of_path;
     const bool text = times.is_none() || py::isinstance<py::str>(times);
-    request_.times = text ? heatmap::parse_times(times.is_none() ? "" : times.cast<std::string>(), start())
+    request_.times = text ? heatmap::parse_times(times.is_none() ? "" : times.cast<std::string>(),
+                                                 simulation::first_instant(scenario_, of_path))
                           : times_of(times);
+    warn_of(of_path);
     request_.layers = heatmap::layers_named({layers.begin(), layers.end()});
     request_.draws = {draws, scenario_.seed};
     request_.receivers = read_tree<heatmap::CellReceiverOptions>(
