@@ -54,12 +54,16 @@ simulation::Profile base_profile(const std::string& name) {
   return simulation::parse_profile(std::string(simulation::built_in_profile(name).text), name);
 }
 
-/// The line that the scenario needs about its city; empty where it may stay as it is.
-std::string scenario_line(const calibration::Calibration& result) {
-  const auto share = calibration::fitted_glass(result);
-  if (!share) return "";
-  return fmt::format("city: {{facades: {{shares: [{}]}}}}",
-                     fmt::join(calibration::facade_shares(*share), ", "));
+/// The lines that the scenario needs about its city and its obstacles; none where it may stay as it is.
+std::vector<std::string> scenario_lines(const calibration::Calibration& result) {
+  std::vector<std::string> lines;
+  if (const auto share = calibration::fitted_glass(result)) {
+    lines.push_back(fmt::format("city: {{facades: {{shares: [{}]}}}}",
+                                fmt::join(calibration::facade_shares(*share), ", ")));
+  }
+  if (const auto share = result.values.find(calibration::kSkylineShare); share != result.values.end())
+    lines.push_back(fmt::format("shadowing: {{skyline: {{share: {}}}}}", share->second));
+  return lines;
 }
 
 /// One recording: its first part calibrates, the rest validates.
@@ -154,12 +158,9 @@ std::string report_of(const calibration::Calibration& result,
                       const std::vector<validation::RecordingRow>& after,
                       const std::vector<validation::RecordingRow>& bound) {
   std::string text = "Receiver:\n\n" + calibration::to_text(result.estimates);
-  if (result.coated_glass) {
-    text += "\nCity:\n\n" + calibration::to_text({*result.coated_glass});
-    if (const std::string line = scenario_line(result); !line.empty()) {
-      text += fmt::format("\nThe scenario, not the profile, states it: {}\n", line);
-    }
-  }
+  if (result.coated_glass) text += "\nCity:\n\n" + calibration::to_text({*result.coated_glass});
+  for (const std::string& line : scenario_lines(result))
+    text += fmt::format("\nThe scenario, not the profile, states it: {}\n", line);
   if (!result.notes.empty()) text += "\n";
   for (const std::string& note : result.notes) text += fmt::format("- {}.\n", note);
   if (after.empty()) return text + "\nNothing was held out: figures of the calibrated part prove nothing.\n";
@@ -225,9 +226,8 @@ std::string profile_of(const calibration::Calibration& result, const std::string
   head.description = fmt::format("{}, calibrated by {}", profile.description, fmt::join(by, ", "));
   head.notes = {fmt::format("Written by canyon calibrate {} from {}; docs/calibration.md describes it.",
                             CANYON_VERSION, head.base)};
-  if (const std::string line = scenario_line(result); !line.empty()) {
+  for (const std::string& line : scenario_lines(result))
     head.notes.push_back(fmt::format("Its place, by the same recordings, in the scenario: {}", line));
-  }
   for (const std::string& note : result.notes) head.notes.push_back(note + ".");
   return calibration::profile_text(profile.receiver, result.estimates, head);
 }

@@ -205,7 +205,7 @@ void set_values(const Values& values, simulation::ReceiverConfig& receiver, cons
   options::Document document;
   document.file = what;
   document.kind = "profile";
-  for (const simulation::ScenarioKey& key : simulation::profile_keys()) document.known.push_back(key.path);
+  document.set_keys(options::description_of<simulation::ReceiverConfig>());
   std::string text;
   for (const auto& [path, value] : values) text += fmt::format("{}: {}\n", path, value);
   const options::Node root = options::parse_yaml(text, document, "keys of a receiver");
@@ -261,6 +261,7 @@ std::string profile_text(const simulation::ReceiverConfig& receiver, const std::
   const Values defaults = values_of(simulation::ReceiverConfig());
   NestedText keys;
   for (const Line& line : lines_of(receiver)) {
+    if (line.path.starts_with("signal.shadowing.")) continue;
     const auto estimate = std::find_if(estimates.begin(), estimates.end(),
                                        [&line](const Estimate& e) { return e.key == line.path; });
     const bool known = estimate != estimates.end() && estimate->verdict != Verdict::Unidentified;

@@ -26,8 +26,6 @@ TEST(ProfileText, ReadsBack) {
     const Values values{{"signal.offset_db", "[BeiDou-2&BeiDou-GEO=-3.5, Galileo=1]"},
                         {"leaves_out", "[BeiDou-GEO]"},
                         {"signal.lock.reacquisition_s", "2.5"},
-                        {"signal.shadowing.environment", "custom"},
-                        {"signal.shadowing.custom.enter", "0.031"},
                         {"signal.antenna_rows", "[[-30, -18, -14], [0, -3, -12], [90, 2, -18]]"}};
     Values own = values;
     // Rows of the upper band alone receive no signal of another.

@@ -37,6 +37,7 @@ void visit(options::Visitor& v, RunningConfig& config) {
     receiver.options.name = before.options.name;
     receiver.options.own_draws = before.options.own_draws;
     receiver.options.corrections.from = before.options.corrections.from;
+    receiver.options.signal.shadowing = before.options.signal.shadowing;
     receiver.streets = before.streets;
     receiver.lever_arm_m = before.lever_arm_m;
     receiver.disturbances = before.disturbances;
@@ -110,6 +111,8 @@ void visit(options::Visitor& v, LiveConfig& config) {
   visit_name_and_profile(v, receiver, false);
   // A host's receivers may be on several vehicles, whose errors are not alike.
   if (v.reads() || v.describes()) receiver.options.own_draws = true;
+  if (v.describes()) receiver.options.signal.shadowing.environment = disturbance::ShadowingEnvironment::Auto;
+  disturbance::visit_environment(v, "surroundings", receiver.options.signal.shadowing.environment);
   visit(v, receiver);
   v.part("streets", receiver.streets);
   visit_base(v, config);

@@ -17,13 +17,23 @@ bool ends_with(std::string_view text, std::string_view end) {
 }  // namespace
 
 const std::vector<ScenarioKey>& profile_keys() {
-  return options::description_of<ReceiverConfig>().keys;
+  static const std::vector<ScenarioKey> keys = [] {
+    std::vector<ScenarioKey> all = options::description_of<ReceiverConfig>().keys;
+    std::erase_if(all, [](const ScenarioKey& key) { return key.path.rfind("signal.shadowing.", 0) == 0; });
+    return all;
+  }();
+  return keys;
 }
 
 void visit(options::Visitor& v, Profile& profile) {
   v.require("description", "describe the receiver in one line");
   v.text({"description", "", "one line"}, profile.description);
   visit(v, profile.receiver);
+  v.section("signal", [&] {
+    if (!v.reads() || !v.has("shadowing")) return;
+    throw v.fault("shadowing", "obstacles belong to the world, not to a receiver",
+                  "write surroundings: or shadowing: in the scenario (docs/shadowing.md)");
+  });
   v.validate(profile.receiver.options);
 }
 

@@ -116,7 +116,10 @@ TEST(Profile, EveryNumberOfARealReceiverHasAComment) {
 }
 
 TEST(Profile, ReceiversWithoutOneAreACommonModule) {
-  const std::string module = options::exact_text(built_in(kDefaultProfile).receiver);
+  ReceiverConfig common = built_in(kDefaultProfile).receiver;
+  common.options.signal.shadowing.enabled = true;  // of the world
+  common.options.signal.shadowing.environment = disturbance::ShadowingEnvironment::Auto;
+  const std::string module = options::exact_text(common);
   const auto named = [](ReceiverConfig config) {
     config.options.name = "receiver";
     return options::exact_text(config);
@@ -131,6 +134,31 @@ TEST(Profile, ReceiversWithoutOneAreACommonModule) {
   EXPECT_EQ(named(live.receiver()), module);
   EXPECT_NE(named(parse_scenario(kScene + "receivers: [{profile: ideal}]\n", "s.yaml").receivers.front()),
             module);
+}
+
+// Obstacles are the world's: what a scenario says is of every receiver, and no profile has any.
+TEST(Profile, ObstaclesAreOfTheScenario) {
+  for (const BuiltInProfile& profile : built_in_profiles()) {
+    const std::string receivers = fmt::format("receivers: [{{profile: {}}}]\n", profile.name);
+    const auto shadowing = [&](const std::string& line) {
+      return parse_scenario(kScene + receivers + line, "s.yaml").receivers.front().options.signal.shadowing;
+    };
+    EXPECT_TRUE(shadowing("").enabled) << profile.name;
+    EXPECT_EQ(shadowing("").environment, disturbance::ShadowingEnvironment::Auto) << profile.name;
+    EXPECT_EQ(shadowing("surroundings: dense\n").environment, disturbance::ShadowingEnvironment::Dense);
+    EXPECT_FALSE(shadowing("shadowing: {enabled: false}\n").enabled);
+    EXPECT_EQ(parse_live_config(fmt::format("profile: {}\nsurroundings: urban\n", profile.name), "host")
+                  .receiver()
+                  .options.signal.shadowing.environment,
+              disturbance::ShadowingEnvironment::Urban);
+  }
+  try {
+    (void)parse_profile("description: d\nsignal: {enabled: true, shadowing: {enabled: false}}\n", "p.yaml");
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_THAT(e.what(), HasSubstr("p.yaml:2: shadowing: obstacles belong to the world"));
+    EXPECT_THAT(e.what(), HasSubstr("write surroundings: or shadowing: in the scenario"));
+  }
 }
 
 // Systems that the hardware receives at once (docs/profiles.md).

@@ -16,15 +16,23 @@ using options::Visitor;
 
 namespace {
 
+/// Trees and vehicles of the world hide satellites from every antenna: no profile says where it is.
+ReceiverConfig among_obstacles(ReceiverConfig config) {
+  config.options.signal.shadowing.enabled = true;
+  config.options.signal.shadowing.environment = disturbance::ShadowingEnvironment::Auto;
+  return config;
+}
+
 ReceiverConfig profile_of(Visitor& v, const std::string& name) {
   if (is_profile_path(name)) {
     std::optional<std::filesystem::path> file;
     v.file({"profile", "", "its file"}, file);
-    return read_profile(*file).receiver;
+    return among_obstacles(read_profile(*file).receiver);
   }
   try {
     const BuiltInProfile& profile = built_in_profile(name);
-    return parse_profile(std::string(profile.text), fmt::format("profile {}", profile.name)).receiver;
+    return among_obstacles(
+        parse_profile(std::string(profile.text), fmt::format("profile {}", profile.name)).receiver);
   } catch (const InputError& e) {
     throw v.fault("profile", e.problem(), e.cure());
   }
@@ -75,7 +83,7 @@ void visit_receivers(Visitor& v, std::vector<ReceiverConfig>& receivers, const C
     });
   }
   if (v.describes()) {
-    ReceiverConfig defaults;
+    ReceiverConfig defaults = among_obstacles({});
     visit_sections_of_all(v, defaults);
   }
 }
