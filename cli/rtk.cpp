@@ -213,7 +213,7 @@ int run_rtk(const RtkArguments& arguments) {
   }
   receiver::CodeCorrections station{{}};
   positioning::FixOptions models;
-  models.correct_troposphere = true;
+  models.correct_troposphere = arguments.options.rtk.troposphere;
   models.correct_ionosphere = !sky.navigation.klobuchar.empty();
   for (const auto& epoch : base) station.take(*epoch, *sky.sky, models, sky.navigation.klobuchar);
   if (const auto warning = receiver::wrong_station_warning(station.station_offset_m()))
@@ -223,8 +223,10 @@ int run_rtk(const RtkArguments& arguments) {
   std::vector<relative::PairEpoch> epochs;
   {
     Progress progress("epochs", arguments.quiet);
+    relative::PairOptions options = arguments.options;
+    options.fix.correct_troposphere = options.rtk.troposphere;
     epochs = relative::solve_pair(rover.epochs(*sky.sky, {}), base, *sky.sky, sky.navigation.klobuchar,
-                                  arguments.options, progress.callback());
+                                  options, progress.callback());
   }
   print_kinds(epochs, truth);
   const auto fixed = std::find_if(epochs.begin(), epochs.end(), [](const relative::PairEpoch& epoch) {
@@ -251,7 +253,6 @@ void add_rtk(Command& app) {
       "canyon rtk rover.obs base.obs --nav base.nav --base-position 35.134707705,136.977577939,104.853";
   RtkArguments& arguments = command.run_with(run_rtk);
   relative::PairOptions& options = arguments.options;
-  options.fix.correct_troposphere = true;
   command
       .add_option(
           "rover", arguments.rover, "ROVER",
@@ -275,6 +276,7 @@ void add_rtk(Command& app) {
   add_field(command, "--integers", options.rtk, "integers");
   add_field(command, "--ratio", options.rtk, "ratio");
   add_field(command, "--fix-glonass", options.rtk, "fix_glonass");
+  add_field(command, "--troposphere", options.rtk, "troposphere");
   command.add_option("--max-age", options.max_age_s, "S", "base epochs that are older are not used [s] (60)")
       .within(0, 3600);
   add_field(command, "--allow-stale", arguments.sky, "allow_stale", nullptr, true);

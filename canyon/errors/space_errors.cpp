@@ -80,13 +80,11 @@ SpaceErrors::SpaceErrors(const SpaceErrorOptions& options, std::uint64_t seed,
   }
   if (klobuchar.empty()) return;
   const auto of_gps = klobuchar.find(gnss::System::GPS);
-  klobuchar_ = of_gps != klobuchar.end() ? of_gps->second : klobuchar.begin()->second;
+  klobuchar_.insert(of_gps != klobuchar.end() ? *of_gps : *klobuchar.begin());
 }
 
 SpaceErrors SpaceErrors::drawn_by(std::uint64_t seed, std::span<const gnss::SatelliteId> satellites) const {
-  std::map<gnss::System, gnss::Klobuchar> klobuchar;
-  if (klobuchar_) klobuchar.emplace(gnss::System::GPS, *klobuchar_);
-  return {options_, seed, satellites, klobuchar};
+  return {options_, seed, satellites, klobuchar_};
 }
 
 double SpaceErrors::orbit_clock_m(const orbit::LineOfSight& line, GpsTime reception) const {
@@ -106,9 +104,9 @@ double SpaceErrors::orbit_clock_m(const orbit::LineOfSight& line, GpsTime recept
 }
 
 double SpaceErrors::ionosphere_m(const orbit::LineOfSight& line, const Reception& reception) const {
-  if (!klobuchar_) return 0;
-  const double model_m = klobuchar_delay_m(*klobuchar_, reception.time, reception.place, line.azimuth_rad,
-                                           line.elevation_rad, gnss::kL1_hz);
+  if (klobuchar_.empty()) return 0;
+  const double model_m = klobuchar_delay_m(*klobuchar_.begin(), reception.time, reception.place,
+                                           line.azimuth_rad, line.elevation_rad, gnss::kL1_hz);
   // |receiver + s direction| = shell.
   const Eigen::Vector3d& receiver = reception.receiver_ecef;
   const double up = receiver.dot(line.direction_ecef);
@@ -122,8 +120,8 @@ double SpaceErrors::ionosphere_m(const orbit::LineOfSight& line, const Reception
 
 SpaceErrors::Reception SpaceErrors::reception(GpsTime time, const Eigen::Vector3d& receiver_ecef) const {
   Reception result{time, receiver_ecef, geodesy::geodetic_from_ecef(receiver_ecef)};
-  result.zenith_m = saastamoinen_zenith_m(result.place);
-  result.zenith_error_m = options_.troposphere_m * troposphere_.at(time, receiver_ecef);
+  result.zenith_m =
+      saastamoinen_zenith_m(result.place) + options_.troposphere_m * troposphere_.at(time, receiver_ecef);
   return result;
 }
 
@@ -131,10 +129,7 @@ SpaceDelays SpaceErrors::at(const orbit::LineOfSight& line, const Reception& rec
   SpaceDelays delays;
   delays.orbit_clock_m = orbit_clock_m(line, reception.time);
   delays.ionosphere_m = ionosphere_m(line, reception);
-  const double sine = std::sin(line.elevation_rad);
-  const double mapping = 1.001 / std::sqrt(0.002001 + sine * sine);  // RTCA DO-229, A.4.2.4
-  delays.troposphere_m =
-      slant_delay_m(reception.zenith_m, line.elevation_rad) + mapping * reception.zenith_error_m;
+  delays.troposphere_m = slant_delay_m(reception.zenith_m, line.elevation_rad);
   return delays;
 }
 

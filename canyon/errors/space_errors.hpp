@@ -4,7 +4,6 @@
 #include <array>
 #include <cstdint>
 #include <map>
-#include <optional>
 #include <span>
 
 #include "canyon/base/random.hpp"
@@ -78,8 +77,8 @@ void visit(options::Visitor& v, SpaceErrorOptions& o);
 /// Orbit and clock: one part along the line of sight, the same wherever a receiver stands, and along-track
 /// and cross-track errors of the satellite, of which 2 % reach a range. Ionosphere: the broadcast model of
 /// GPS where the line pierces a shell at 350 km, times 1 plus a smooth field of the shell, plus travelling
-/// disturbances. Troposphere: Saastamoinen's delay, and a smooth field of zenith delays, mapped as RTCA
-/// DO-229 does.
+/// disturbances. Troposphere: Saastamoinen's zenith delay and a smooth field of such, mapped as RTCA DO-229
+/// does.
 class SpaceErrors {
  public:
   /// @param klobuchar GPS's, or the first there is; empty: no ionosphere
@@ -91,14 +90,13 @@ class SpaceErrors {
   [[nodiscard]] SpaceErrors drawn_by(std::uint64_t seed, std::span<const gnss::SatelliteId> satellites) const;
 
   [[nodiscard]] const SpaceErrorOptions& options() const { return options_; }
-  [[nodiscard]] bool has_ionosphere() const { return klobuchar_.has_value(); }
+  [[nodiscard]] bool has_ionosphere() const { return !klobuchar_.empty(); }
   /// Data that all satellites of an epoch share.
   struct Reception {
     geodesy::GpsTime time;
     Eigen::Vector3d receiver_ecef = Eigen::Vector3d::Zero();
     geodesy::Geodetic place;
-    double zenith_m = 0;        ///< the standard atmosphere's zenith delay
-    double zenith_error_m = 0;  ///< of the troposphere's zenith delay
+    double zenith_m = 0;  ///< the troposphere's true zenith delay
   };
   /// @param receiver_ecef [m]
   [[nodiscard]] Reception reception(geodesy::GpsTime time, const Eigen::Vector3d& receiver_ecef) const;
@@ -115,7 +113,7 @@ class SpaceErrors {
 
   SpaceErrorOptions options_;
   std::map<gnss::SatelliteId, OfSatellite> satellites_;
-  std::optional<gnss::Klobuchar> klobuchar_;
+  std::map<gnss::System, gnss::Klobuchar> klobuchar_;  ///< one or none
   RandomWaves ionosphere_, travelling_, troposphere_;
 };
 

@@ -396,7 +396,8 @@ double Baseline::heading_sigma_rad() const {
   return length_m > 0 ? std::sqrt(variance) / length_m : std::numeric_limits<double>::infinity();
 }
 
-const gnss::Klobuchar& klobuchar_of(const std::map<System, gnss::Klobuchar>& klobuchar, System system) {
+const errors::SystemKlobuchar& klobuchar_of(const std::map<System, gnss::Klobuchar>& klobuchar,
+                                            System system) {
   auto found = klobuchar.find(system);
   if (found == klobuchar.end()) found = klobuchar.find(System::GPS);
   if (found == klobuchar.end()) {
@@ -404,7 +405,7 @@ const gnss::Klobuchar& klobuchar_of(const std::map<System, gnss::Klobuchar>& klo
         fmt::format("no Klobuchar coefficients for {}, nor GPS's, are known", gnss::name(system)),
         "give a navigation file whose header has them (GPSA and GPSB), or switch the ionosphere off");
   }
-  return found->second;
+  return *found;
 }
 
 Fix solve_fix(geodesy::GpsTime receiver_time, const std::vector<Measurement>& measurements,

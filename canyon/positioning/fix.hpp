@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "canyon/errors/atmosphere.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/gnss/navigation_data.hpp"
@@ -206,8 +207,9 @@ struct [[nodiscard]] Fix {
                             const std::map<gnss::System, gnss::Klobuchar>& klobuchar = {},
                             const Eigen::Vector3d& start = Eigen::Vector3d::Zero());
 
-/// Klobuchar coefficients of a system: its own, else GPS's. Throws InputError where there are neither.
-[[nodiscard]] const gnss::Klobuchar& klobuchar_of(const std::map<gnss::System, gnss::Klobuchar>& klobuchar,
-                                                  gnss::System system);
+/// Klobuchar coefficients for a system: its own, else GPS's, and whose they are. Throws InputError where
+/// there are neither.
+[[nodiscard]] const errors::SystemKlobuchar& klobuchar_of(
+    const std::map<gnss::System, gnss::Klobuchar>& klobuchar, gnss::System system);
 
 }  // namespace canyon::positioning

@@ -50,6 +50,7 @@ BaselineFilter::BaselineFilter(const RtkOptions& options, const positioning::Fix
                                double max_age_s)
     : options_(options), masks_(masks), max_age_s_(max_age_s) {
   options_.validate();
+  masks_.correct_troposphere = options_.troposphere;
 }
 
 bool BaselineFilter::go_to(geodesy::GpsTime to, const Fix& alone) {

@@ -41,7 +41,7 @@ std::vector<ObservedMinusComputed> observed_minus_computed(geodesy::GpsTime rece
   }
   std::vector<RangedSatellite> satellites = ranged_satellites(receiver_time, firsts, sky, {});
   const geodesy::Geodetic geodetic = geodesy::geodetic_from_ecef(place);
-  const double zenith_m = errors::saastamoinen_zenith_m(geodetic);
+  const double zenith_m = masks.correct_troposphere ? errors::saastamoinen_zenith_m(geodetic) : 0;
   const Eigen::Vector3d up = geodesy::enu_from_ecef_rotation(geodetic).row(2).transpose();
 
   // A receiver that states no strength at all is one in the open, as far as is known.

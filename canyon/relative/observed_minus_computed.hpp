@@ -32,7 +32,7 @@ struct ObservedMinusComputed {
 };
 
 /// Takes satellites that the sky knows, at or above both masks (elevation, C/N0), ascending by satellite and
-/// signal. @param place of the antenna, ECEF [m]
+/// signal. @param masks says also whether the troposphere is computed @param place of the antenna, ECEF [m]
 /// Throws InputError for measurements that are not numbers.
 [[nodiscard]] std::vector<ObservedMinusComputed> observed_minus_computed(
     geodesy::GpsTime receiver_time, std::span<const SignalMeasurement> observations, const orbit::Sky& sky,

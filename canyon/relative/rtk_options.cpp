@@ -42,6 +42,8 @@ void visit(options::Visitor& v, RtkOptions& o) {
   v.number({"ionosphere_gradient", "",
             "difference of vertical ionospheric delays over distance; 0: not estimated"},
            o.ionosphere_gradient, {0, 1e-3});
+  v.boolean({"troposphere", "", "remove the troposphere's model from the ranges of rover and base"},
+            o.troposphere);
   v.number({"troposphere_gradient", "",
             "difference of zenith tropospheric delays over distance; 0: not estimated"},
            o.troposphere_gradient, {0, 1e-3});

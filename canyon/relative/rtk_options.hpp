@@ -45,6 +45,8 @@ struct RtkOptions {
   /// [0, 1e-3]: from 1 km on the filter estimates a delay for each satellite, known to so much before. 0:
   /// none.
   double ionosphere_gradient = 2e-6;
+  /// The ranges of rover and base without the troposphere of errors::saastamoinen_delay_m().
+  bool troposphere = true;
   /// Likewise of the troposphere's zenith delay, from 5 km on: one delay [1], [0, 1e-3].
   double troposphere_gradient = 1e-6;
   /// Spectral densities of the white accelerations that the filter expects [m/s^2/sqrt(Hz)], (0, 100].

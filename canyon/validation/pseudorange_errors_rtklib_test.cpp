@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 
+#include "canyon/errors/atmosphere.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
@@ -85,15 +86,17 @@ TEST(PseudorangeErrorsBesideRtklib, ResidualsOfTheRecordedDrive) {
       ASSERT_NE(at, index.end());
       const test::RtklibObservation& raw = *at->second;
       double state[6], clock[2], variance = 0, direction[3], azel[2];
+      const double zenith[2] = {0, geodesy::kPi / 2};  // RTKLIB's own mapping is 1 / sin
       int health = 0;
       satposs(raw.time, &raw, 1, navigation.get(), 0, state, clock, &variance, &health);
       const double range = geodist(state, antenna, direction);
       ASSERT_GT(range, 0);
       satazel(place, direction, azel);
       const double ratio = gnss::l1_frequency_hz(System::GPS) / gnss::l1_frequency_hz(o.id.system);
-      const double residual =
-          raw.range[0] - range + kSpeedOfLight * (clock[0] - group_delay(*navigation, satellite, raw.time)) -
-          ratio * ratio * ionmodel(raw.time, alpha_beta, place, azel) - tropmodel(raw.time, place, azel, 0.7);
+      const double residual = raw.range[0] - range +
+                              kSpeedOfLight * (clock[0] - group_delay(*navigation, satellite, raw.time)) -
+                              ratio * ratio * ionmodel(raw.time, alpha_beta, place, azel) -
+                              errors::slant_delay_m(tropmodel(raw.time, place, zenith, 0.7), azel[1]);
       double& worst = largest[o.id.system];
       worst = std::max(worst, std::abs(o.residual_m - residual));
       largest_angle = std::max({largest_angle, std::abs(o.elevation_rad - azel[1]),
