@@ -156,6 +156,8 @@ constexpr Row kKinds[] = {
     {FileKind::Foreign, is_changes, "a file of changes of OpenStreetMap (.osc)", "",
      "apply it to a map, such as by osmium apply-changes, and give that map"},
     {FileKind::Nmea, is_nmea, "a log of NMEA sentences", "nmea", "as a trajectory its format is nmea"},
+    {FileKind::Foreign, [](auto head) { return head.starts_with("\xB5\x62"); }, "a log of UBX", "",
+     "it is not read: RTKLIB's convbin -r ubx makes RINEX observations of its RXM-RAWX"},
     {FileKind::Columns, is_columns, "a text of columns", "", ""},
 };
 

@@ -26,7 +26,7 @@ TEST(FileKind, ByTheFirstBytes) {
       {"Raw,utcTimeMillis,TimeNanos\n", FileKind::GnssLogger},
       {"<?xml version=\"1.0\"?>\n<gpx version=\"1.1\">", FileKind::Gpx},
       {"<kml xmlns:gx=\"http://www.google.com/kml/ext/2.2\">", FileKind::Kml},
-      {"\xB5\x62\x01\x07\xD3\x01", FileKind::Other},
+      {"\xB5\x62\x01\x07\xD3\x01", FileKind::Foreign},
       {"\xB5\x62\x01\x07\xD3\x01$GNGGA,123519,4807.038,N\r\n", FileKind::Nmea},
       {"\xD3\x00\x13\x3E\xD7"sv, FileKind::Rtcm},
       {"noise\xD3\x01\x13"sv, FileKind::Rtcm},

@@ -20,8 +20,10 @@ bool is_healthy(const KeplerEphemeris& e) {
   switch (e.id.system) {
     case System::QZSS:
       return (e.health & 0x30) == 0;
-    case System::Galileo:
-      return (e.health & (is_galileo_fnav(e) ? 0b111111 : 0b111)) == 0 && e.accuracy_m >= 0;
+    case System::Galileo: {
+      const bool knows_e1 = !is_galileo_fnav(e) || (e.data_sources & 0b101) != 0;
+      return (e.health & (knows_e1 ? 0b111 : 0b111111)) == 0 && e.accuracy_m >= 0;
+    }
     case System::GPS:
     case System::GLONASS:
     case System::BeiDou:

@@ -19,7 +19,8 @@ namespace canyon::gnss {
 ///    bits of L1C/B, L5 or the former LEX set (IS-QZSS-PNT, SV health).
 ///  - Galileo: "healthy" of OS-SDD 2.3.1.4: DVS and HS of E1-B zero (bits 0 to 2) and an accuracy prediction
 ///  given
-///    (negative SISA: none). F/NAV pages know only E5a: its DVS and HS (bits 3 to 5) must be zero as well.
+///    (negative SISA: none). F/NAV pages know only E5a: of a record of them alone (data source without bits 0
+///  and 2) its DVS and HS (bits 3 to 5) must be zero as well.
 ///  - BeiDou: SatH1 zero (BDS-SIS-ICD B1I 5.2.4.6).
 [[nodiscard]] bool is_healthy(const KeplerEphemeris& ephemeris);
 /// Bn (RINEX: 0 healthy) and, from RINEX 3.05 on, l(3) and the almanac's Cn.

@@ -31,7 +31,7 @@ inline constexpr std::array<System, 5> kConstellations{System::GPS, System::GLON
 [[nodiscard]] char letter(System system);
 /// "GPS", "GLONASS", "Galileo", "BeiDou", "QZSS", "SBAS".
 [[nodiscard]] std::string_view name(System system);
-/// The system of a RINEX letter; empty for I and anything unknown.
+/// The system of a RINEX letter, or Q of QZSS; empty for I and anything unknown.
 [[nodiscard]] std::optional<System> system_from_letter(char letter);
 /// The system of a name as name() gives it, upper or lower case. Throws InputError listing the names.
 [[nodiscard]] System system_from_name(std::string_view name);

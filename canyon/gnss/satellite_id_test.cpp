@@ -40,6 +40,7 @@ TEST(SatelliteId, AnythingElseIsNone) {
     EXPECT_EQ(parse_satellite(text), std::nullopt) << text;
   }
   EXPECT_EQ(system_from_letter('I'), std::nullopt);
+  EXPECT_EQ(parse_satellite("Q02"), (SatelliteId{System::QZSS, 2}));
   EXPECT_EQ(system_from_letter('g'), std::nullopt);
 }
 

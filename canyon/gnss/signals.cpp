@@ -29,7 +29,7 @@ constexpr Signal kGps[]{
     {System::GPS, "L1CA", "1C", "1S 1L 1X 1P 1W 1Y", kL1, 0, BPSK, 1.023e6, -158.5, IIR | IIRM | IIF | III,
      Tgd, 2, 0, 0, -1, 1e3},
     {System::GPS, "L1C", "1L", "1X 1S", kL1, 0, TMBOC, 1.023e6, -158.25, III, Tgd, 31, 5},
-    {System::GPS, "L2C", "2L", "2S 2X", kL2, 0, BPSK, 1.023e6, -163, IIRM | IIF | III, Tgd, 16, 3, 3},
+    {System::GPS, "L2C", "2L", "2S 2X 2C", kL2, 0, BPSK, 1.023e6, -163, IIRM | IIF | III, Tgd, 16, 3, 3},
     {System::GPS, "L5", "5Q", "5X 5I", kL5, 0, BPSK, 10.23e6, -157.9, IIF | III, Tgd, 23, 4, 7},
     {System::GPS, kEncrypted, "2W", "2P 2Y 2D", kL2, 0, BPSK, 10.23e6, -161.5, IIR | IIRM | IIF | III, Tgd,
      10, 2},
@@ -39,7 +39,7 @@ constexpr Signal kQzss[]{
     {System::QZSS, "L1CA", "1C", "1S 1L 1X 1Z 1B", kL1, 0, BPSK, 1.023e6, -158.5, All, Tgd, 2, 6, 0, -1, 1e3},
     {System::QZSS, "L1C", "1L", "1X 1S", kL1, 0, TMBOC, 1.023e6, -158.25, All, Tgd, 31, 32},
     {System::QZSS, "L2C", "2L", "2S 2X", kL2, 0, BPSK, 1.023e6, -163, All, Tgd, 16, 7, 5},
-    {System::QZSS, "L5", "5Q", "5X 5I", kL5, 0, BPSK, 10.23e6, -157.9, All, Tgd, 23, 26, 9},
+    {System::QZSS, "L5", "5Q", "5X 5I 5Z 5P 5D", kL5, 0, BPSK, 10.23e6, -157.9, All, Tgd, 23, 26, 9},
 };
 // ICD GLONASS L1, L2 (5.1, 2008) 3.3.1.1 and 3.3.1.6.
 constexpr Signal kGlonass[]{

@@ -225,6 +225,12 @@ FileReport inspect_navigation(const std::filesystem::path& path) {
   report.contents.emplace_back("satellites", satellites_text(satellites));
   report.contents.emplace_back("ionosphere",
                                data.klobuchar.empty() ? "no coefficients" : "Klobuchar coefficients");
+  if (data.galileo_nequick) {
+    report.notes.say(
+        ReadReport::Level::Remark,
+        "coefficients of NeQuick-G are kept for writing alone: Galileo's signals have Klobuchar's "
+        "ionosphere with GPS's coefficients");
+  }
   return report;
 }
 

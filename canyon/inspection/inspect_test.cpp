@@ -77,6 +77,7 @@ TEST_F(Inspect, Navigation) {
   EXPECT_EQ(value(seen, "records"), "2");
   EXPECT_EQ(value(seen, "satellites"), "GPS 1, GLONASS 1");
   EXPECT_EQ(value(seen, "ionosphere"), "Klobuchar coefficients");
+  EXPECT_THAT(seen.notes.lines(), Contains(HasSubstr("coefficients of NeQuick-G are kept for writing alone")));
   EXPECT_THAT(value(seen, "ephemerides"), HasSubstr("2019-04-28"));
 }
 
@@ -193,7 +194,7 @@ TEST_F(Inspect, HeatMapsAndStudies) {
 }
 
 TEST_F(Inspect, RefusesWhatNoReaderTakes) {
-  EXPECT_THAT(fault("a.ubx", "\xB5\x62\x01\x07"), HasSubstr("a.ubx: is not a kind of file that is known"));
+  EXPECT_THAT(fault("a.ubx", "\xB5\x62\x01\x07"), HasSubstr("convbin -r ubx makes RINEX"));
   EXPECT_THAT(fault("a", "what is this"), HasSubstr("a: is not a kind of file that is known; known are"));
   EXPECT_THAT(fault("a", "what, is this"), HasSubstr("no column 'time'"));
   EXPECT_THAT(fault("a", ""), HasSubstr("a: is empty"));

@@ -396,6 +396,8 @@ TEST(BroadcastSky, HealthRulesOfEachSystem) {
   EXPECT_FALSE(healthy(kE11, 0, -1));             // no accuracy prediction
   EXPECT_FALSE(healthy(kE11, 0b001000, 2, 258));  // F/NAV knows E5a
   EXPECT_TRUE(healthy(kE11, 0b010000000, 2, 258));
+  EXPECT_TRUE(healthy(kE11, 0b001000, 2, 263));  // of I/NAV and F/NAV: E1 has bits of its own
+  EXPECT_FALSE(healthy(kE11, 0b001, 2, 263));
 
   gnss::SbasEphemeris e;
   for (const int usable : {0, 0b10, 0b100}) {  // corrections, integrity off

@@ -243,8 +243,7 @@ class Reader {
            Message::kUnnamed);
       return;
     }
-    if (other_system(first.substr(0, 3)))
-      return pass_over_record("{} records of systems that Canyon does not know");
+    if (other_system(first.substr(0, 3))) return pass_over_navic();
     take(satellite(first), record, Message::kUnnamed);
   }
 
@@ -265,6 +264,7 @@ class Reader {
       return;
     }
     if (kind != "EPH") return pass_over();
+    if (system == 'I') return pass_over_navic();
     const bool usable = ((system == 'G' || system == 'J') && type == "LNAV") ||
                         (system == 'E' && (type == "INAV" || type == "FNAV")) ||
                         (system == 'C' && (type == "D1" || type == "D2" || type == "D1D2")) ||
@@ -355,6 +355,10 @@ class Reader {
   void pass_over_record(const std::string& what) {
     report_.tell(ReadReport::Level::Remark, what + ", left out");
   }
+  void pass_over_navic() {
+    ++navic_;
+    pass_over_record("{} records of NavIC, which Canyon does not simulate");
+  }
   /// Whether a record, which is damaged, is of a system that the caller asks for, or of none that is known.
   [[nodiscard]] bool is_wanted(const RawRecord& record) const {
     std::optional<gnss::System> system = version2_system_;
@@ -372,10 +376,14 @@ class Reader {
   void finish() {
     if (data_.empty()) {
       const std::optional<InputError>& bad = report_.first_loss();
-      throw InputError(file_.path(), bad ? bad->line() : 0,
-                       bad ? fmt::format("no usable ephemeris: {}", bad->problem())
-                           : std::string("holds no ephemeris of GPS, GLONASS, Galileo, BeiDou, QZSS or SBAS"),
-                       "fetch the file again or give another");
+      throw InputError(
+          file_.path(), bad ? bad->line() : 0,
+          bad ? fmt::format("no usable ephemeris: {}", bad->problem())
+              : fmt::format("holds {}no ephemeris of GPS, GLONASS, Galileo, BeiDou, QZSS or SBAS",
+                            navic_ > 0 ? fmt::format("{} records of NavIC and ", navic_) : ""),
+          navic_ > 0
+              ? "Canyon does not simulate NavIC: give a navigation file of that day with another system"
+              : "fetch the file again or give another");
     }
     for (const auto& [system, alpha] : alpha_) {
       const auto beta = beta_.find(system);
@@ -395,6 +403,7 @@ class Reader {
   ReadReport report_{file_.path()};
   gnss::NavigationData data_;
   int version_ = 0;
+  std::size_t navic_ = 0;  ///< records
   Layout layout_ = Layout::kVersion3;
   gnss::System version2_system_ = gnss::System::GPS;
   bool beidou_only_ = false;

@@ -132,7 +132,7 @@ HeaderRecords::Result HeaderRecords::types3(std::string_view line) {
     const auto count = parse_integer(column(line, 3, 3));
     if (!count || *count < 0 || *count > 999) return fatal("number of observation types is damaged");
     types_wanted_ = static_cast<std::size_t>(*count);
-    types_system_ = line[0];
+    types_system_ = line[0] == 'Q' ? gnss::letter(gnss::System::QZSS) : line[0];
     header_.types[types_system_].clear();
   } else if (types_system_ == 0) {
     return fatal("observation types without a system");

@@ -278,6 +278,18 @@ TEST(RinexObservation, RealHeadersAreKnownSignals) {
                                             "BeiDou B2I", "BeiDou B3I", "QZSS L1CA"}));
 }
 
+// RINEX 3.05, tables 4 and 9: C/A on L2, of L5S data and pilot together; Q in the place of J.
+TEST(RinexObservation, CodesAndNamesThatStandForOthers) {
+  const auto file =
+      read(header_line("     3.04           OBSERVATION DATA    M", "RINEX VERSION / TYPE") +
+               header_line("G    1 C2C", "SYS / # / OBS TYPES") +
+               header_line("Q    2 C5Z C1C", "SYS / # / OBS TYPES") + header_line("", "END OF HEADER") +
+               epoch3(34, 2) + "G05" + code(2) + "\n" + "Q02" + code(5) + code(1) + "\n",
+           all_signals());
+  EXPECT_THAT(names_of(file.epochs.at(0)), ElementsAre("G05 L2C 2C 2", "J02 L1CA 1C 1", "J02 L5 5Z 5"));
+  EXPECT_THAT(file.report.lines(), ElementsAre());
+}
+
 TEST(RinexObservation, AllSignals) {
   const std::string text = header_line("     3.04           OBSERVATION DATA    M", "RINEX VERSION / TYPE") +
                            header_line("G    9 C5X C2W C2X C1C C1L C9Z L5X X1  L9Z", "SYS / # / OBS TYPES") +

@@ -30,19 +30,33 @@ constexpr std::array<Unit, 3> kAngles{{{"deg", 1}, {"rad", geodesy::kDegreesPerR
 constexpr std::array<Unit, 5> kLengths{{{"m", 1}, {"km", 1000}, {"cm", 0.01}, {"mm", 1e-3}, {"ft", 0.3048}}};
 constexpr std::array<Unit, 4> kTimes{{{"s", 1}, {"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}}};
 
-enum Quantity : std::size_t { Time, UnixTime, Week, Tow, Latitude, Longitude, Height, HeightMsl, X, Y, Z };
+enum Quantity : std::size_t {
+  Time,
+  UnixTime,
+  Week,
+  Cycle,
+  Tow,
+  Latitude,
+  Longitude,
+  Height,
+  HeightMsl,
+  X,
+  Y,
+  Z
+};
 struct Row {
   std::string_view name, short_name;
   std::span<const Unit> units;  ///< the first is that of the bare name
   std::string_view help;        ///< of trajectory.columns
 };
-constexpr std::size_t kQuantities = 11;
+constexpr std::size_t kQuantities = 12;
 const std::array<Row, kQuantities> kRows{
     {{"time", "", kTimes,
       "name of the CSV column of the time: ISO 8601, or with a unit, such as 'stamp [ms]', counted from "
       "start"},
      {"unix_time", "", kTimes, "of the time since 1970, with its unit: s, ms, us, ns"},
      {"gps_week", "", {}, "of the full GPS week, beside gps_tow"},
+     {"gps_cycle", "", {}, "of the number of 1,024 weeks that gps_week lacks"},
      {"gps_tow", "", kTimes, "of the time of week, with its unit: s, ms"},
      {"latitude", "lat", kAngles,
       "of the latitude, with its unit: deg, rad, e7, as in 'lat [rad]' or lat_deg"},
@@ -77,6 +91,13 @@ std::pair<std::string, const Unit*> parted(std::string_view text, std::span<cons
   const Unit* unit = find_unit(
       units, trim(std::string_view(name).substr(at + 1, name.size() - at - 1 - (brackets ? 1 : 0))));
   return unit == nullptr ? std::pair(name, unit) : std::pair(std::string(trim(name.substr(0, at))), unit);
+}
+
+/// A name without what sets its words apart: GpsWeek is gps_week.
+std::string plain(std::string_view name) {
+  std::string text = lower_case(name);
+  std::erase_if(text, [](char c) { return c == '_' || c == ' '; });
+  return text;
 }
 
 /// Fields of a line by RFC 4180, without blanks and quotes around them.
@@ -116,14 +137,15 @@ class CsvReader {
   }
 
   RecordedPath read(const TrajectoryColumns& columns) {
+    const bool numbers = std::all_of(columns.begin(), columns.end(), [](const auto& column) {
+      return parse_integer(split(column.second, '[')[0]).has_value();
+    });
+    skip_texts(columns, numbers);
     const auto first = next_line();
     if (!first) throw InputError(file_.path(), 0, "no position in it", columns_cure());
     separator_ = separator_of(*first);
     const Fields header = csv_fields(*first, separator_);
     count_ = header.size();
-    const bool numbers = std::all_of(columns.begin(), columns.end(), [](const auto& column) {
-      return parse_integer(split(column.second, '[')[0]).has_value();
-    });
     if (columns.empty()) {
       require_header(header);
       find_known(header);
@@ -140,6 +162,7 @@ class CsvReader {
       path_.report.guard([&] { read_record(fields); });
     }
     path_.report.require_most(path_.points.size());
+    note_doubts();
     if (path_.points.empty())
       throw InputError(file_.path(), first_record, "no line has a time, a place and a height",
                        columns_cure());
@@ -151,6 +174,35 @@ class CsvReader {
     auto line = file_.next_line();
     while (line && is_skipped(*line)) line = file_.next_line();
     return line;
+  }
+
+  /// Passes over texts above the header: the line that has the columns that are given, or else two of
+  /// Canyon's own names. Where there is none the first line is the header.
+  void skip_texts(const TrajectoryColumns& columns, bool numbers) {
+    constexpr int kMostTexts = 100;
+    TextFile ahead = TextFile::streamed(file_.path());
+    for (auto line = ahead.next_line(); line && ahead.line() <= kMostTexts; line = ahead.next_line()) {
+      if (is_skipped(*line)) continue;
+      const Fields fields = csv_fields(*line, separator_of(*line));
+      const auto has = [&](const auto& column) {
+        const std::size_t at = index_of(fields, column.second, numbers);
+        return at < fields.size() && (!numbers || column.first == "time" || number_of(fields[at]));
+      };
+      const auto names = std::count_if(fields.begin(), fields.end(),
+                                       [](auto name) { return known(name).first < kQuantities; });
+      if (columns.empty() ? names < 2 : !std::all_of(columns.begin(), columns.end(), has)) continue;
+      while (file_.line() + 1 < ahead.line()) (void)file_.next_line();
+      break;
+    }
+  }
+
+  /// Where a column stands that trajectory.columns names; beyond the end: nowhere.
+  static std::size_t index_of(const Fields& header, std::string_view given, bool numbers) {
+    const std::string_view name = trim(given.substr(0, given.find_last_of('[')));
+    if (numbers) return static_cast<std::size_t>(*parse_integer(name)) - 1;
+    auto at = std::find(header.begin(), header.end(), trim(given));
+    if (at == header.end()) at = std::find(header.begin(), header.end(), name);
+    return static_cast<std::size_t>(at - header.begin());
   }
 
   /// Refuses a file that begins with numbers. Says which columns they seem to be.
@@ -176,6 +228,16 @@ class CsvReader {
   /// Whether this may be the distance of a vehicle from the Earth's centre [m].
   static bool is_radius(double radius_m) { return radius_m > 6.3e6 && radius_m < 8e6; }
 
+  /// The quantity that Canyon's own name of a column stands for, and its unit; kQuantities: none.
+  static std::pair<std::size_t, const Unit*> known(std::string_view name) {
+    for (std::size_t q = 0; q < kQuantities; ++q) {
+      const auto [base, unit] = parted(name, kRows[q].units);
+      if (!base.empty() && (plain(base) == plain(kRows[q].name) || base == kRows[q].short_name))
+        return {q, unit};
+    }
+    return {kQuantities, nullptr};
+  }
+
   /// The columns of Canyon's own names. In its epochs.csv the path is the true one.
   void find_known(const Fields& header) {
     const bool truth = std::any_of(header.begin(), header.end(), [](std::string_view name) {
@@ -184,16 +246,14 @@ class CsvReader {
     for (std::size_t i = 0; i < header.size(); ++i) {
       std::string name = lower_case(header[i]);
       if (truth && name.starts_with("true_")) name.erase(0, 5);
-      for (std::size_t q = 0; q < kQuantities; ++q) {
-        const auto [base, unit] = parted(name, kRows[q].units);
-        if (base.empty() || (base != kRows[q].name && base != kRows[q].short_name)) continue;
-        if (columns_[q]) {
-          throw file_.error(fmt::format("the columns '{}' and '{}' are both the {}", columns_[q]->name,
-                                        header[i], kRows[q].name),
-                            columns_cure());
-        }
-        columns_[q] = Column{i, std::string(header[i]), unit ? unit->scale : 1, unit != nullptr};
+      const auto [q, unit] = known(name);
+      if (q == kQuantities) continue;
+      if (columns_[q]) {
+        throw file_.error(fmt::format("the columns '{}' and '{}' are both the {}", columns_[q]->name,
+                                      header[i], kRows[q].name),
+                          columns_cure());
       }
+      columns_[q] = Column{i, std::string(header[i]), unit ? unit->scale : 1, unit != nullptr};
     }
   }
 
@@ -204,11 +264,7 @@ class CsvReader {
     const auto fault = [&](std::string_view problem) {
       return file_.error(fmt::format("trajectory.columns.{}: {}", quantity, problem), columns_cure());
     };
-    const std::string_view name = trim(std::string_view(given).substr(0, given.find_last_of('[')));
-    auto at = std::find(header.begin(), header.end(), trim(given));
-    if (at == header.end()) at = std::find(header.begin(), header.end(), name);
-    auto index = static_cast<std::size_t>(at - header.begin());
-    if (numbers) index = static_cast<std::size_t>(*parse_integer(name)) - 1;
+    const std::size_t index = index_of(header, given, numbers);
     if (index >= header.size())
       throw fault(fmt::format("no column '{}'; there are '{}'", given, fmt::join(header, "', '")));
     const Unit* unit = parted(given, row->units).second;
@@ -227,16 +283,43 @@ class CsvReader {
   /// One time and one place.
   void check(const Fields& header) {
     weeks_ = columns_[Week] && columns_[Tow];
-    ecef_ = !columns_[Latitude] && columns_[X] && columns_[Y] && columns_[Z];
+    ecef_ = columns_[X] && columns_[Y] && columns_[Z];
+    // Angles without a unit yield to ECEF beside them, which the first record shows.
+    doubtful_ = columns_[Latitude] && !columns_[Latitude]->unit;
+    if (columns_[Latitude] && !doubtful_) ecef_ = false;
     const auto require = [&](bool has, const char* what) {
       if (has) return;
       throw file_.error(fmt::format("no column '{}'; there are '{}'", what, fmt::join(header, "', '")),
-                        columns_cure());
+                        cure_of(header));
     };
     require(weeks_ || columns_[UnixTime] || columns_[Time], "time");
     require(ecef_ || columns_[Latitude].has_value(), "latitude");
     require(ecef_ || columns_[Longitude].has_value(), "longitude");
     require(ecef_ || columns_[Height] || columns_[HeightMsl], "height");
+  }
+
+  /// trajectory.columns of this file, by the names that other programs give to columns.
+  [[nodiscard]] std::string cure_of(const Fields& header) {
+    constexpr std::pair<Quantity, std::string_view> kOthers[] = {
+        {Time, " time timestamp stamp datetime date utc utctime gpstime t "},
+        {Latitude, " latitude lat phi "},
+        {Longitude, " longitude lon long lng lambda "},
+        {Height, " height altitude alt hgt ele elevation ellipsoidalheight heightellipsoid h "}};
+    const auto record = file_.peek_line();
+    const Fields values = csv_fields(record.value_or(std::string_view()), separator_);
+    std::vector<std::string> parts;
+    for (const auto& [q, names] : kOthers) {
+      for (std::size_t i = 0; i < header.size(); ++i) {
+        const auto [base, unit] = parted(header[i], kRows[q].units);
+        if (base.empty() || names.find(" " + plain(base) + " ") == std::string_view::npos) continue;
+        const bool bare = unit == nullptr && (q != Time || (i < values.size() && number_of(values[i])));
+        parts.push_back(fmt::format("{}: \"{}{}\"", kRows[q].name, header[i],
+                                    bare ? fmt::format(" [{}]", kRows[q].units.front().name) : ""));
+        break;
+      }
+    }
+    if (parts.size() < std::size(kOthers)) return std::string(columns_cure());
+    return fmt::format("trajectory.columns: {{{}}}, with the units that they have", fmt::join(parts, ", "));
   }
 
   /// A line of units below the header is no record that may be left out.
@@ -262,6 +345,12 @@ class CsvReader {
     if (fields.size() == count_ + 1 && fields.back().empty()) fields.pop_back();
     if (fields.size() != count_)
       throw file_.error(fmt::format("{} columns where the first line has {}", fields.size(), count_));
+    if (doubtful_ && ecef_ && path_.points.empty()) {
+      const auto metres = [&](Quantity q) {
+        return number_of(field(fields, q)).value_or(0) * columns_[q]->scale;
+      };
+      ecef_ = is_radius(std::hypot(metres(X), metres(Y), metres(Z)));
+    }
     const Quantity height = columns_[Height] ? Height : HeightMsl;
     const auto missing = [&](Quantity q) { return columns_[q] && is_missing(field(fields, q)); };
     const bool flat = !ecef_ && missing(height);
@@ -270,7 +359,8 @@ class CsvReader {
                                      : Time) ||
         (ecef_ ? missing(X) || missing(Y) || missing(Z) : missing(Latitude) || missing(Longitude)) ||
         (flat && heights_.needed)) {
-      return path_.report.remark(file_.line(), "line without a time or a position", "left out");
+      if (without_++ == 0) first_without_ = file_.line();
+      return;
     }
     const GpsTime time = time_of(fields);
     Geodetic place;
@@ -283,6 +373,8 @@ class CsvReader {
       place = geodesy::geodetic_from_ecef(ecef);
     } else {
       place = place_of(at(), value(fields, Latitude), value(fields, Longitude));
+      doubtful_ = doubtful_ && std::abs(value(fields, Latitude)) <= geodesy::kPi / 2 &&
+                  std::abs(value(fields, Longitude)) <= geodesy::kPi;
       if (!flat) height_m_ = value(fields, height);
       if (!flat && height == HeightMsl)
         height_m_ = from_sea_level(at(), height_m_, "height above sea level by its column", heights_);
@@ -292,8 +384,32 @@ class CsvReader {
     path_.points.push_back({time, place, file_.line()});
   }
 
+  /// What the file leaves out or open.
+  void note_doubts() {
+    if (without_ > 0) {
+      path_.report.say(
+          ReadReport::Level::Loss,
+          fmt::format("{}:{}: line without a time or a position{}; left out", file_.path().string(),
+                      first_without_, without_ > 1 ? fmt::format(" (the first of {})", without_) : ""));
+    }
+    if (doubtful_ && !ecef_ && !path_.points.empty()) {
+      path_.report.guess(path_.points.front().line, "latitude and longitude without a unit may be radians",
+                         "taken as degrees; name the columns by their unit, latitude_rad or latitude_deg");
+    }
+  }
+
   [[nodiscard]] GpsTime time_of(const Fields& fields) {
-    if (weeks_) return time_of_week(at(), value(fields, Week), value(fields, Tow));
+    if (weeks_) {
+      constexpr double kCycle = 1024;
+      double week = value(fields, Week);
+      if (columns_[Cycle]) {
+        week = std::fmod(week, kCycle) + kCycle * value(fields, Cycle);
+      } else if (week >= 0 && week < kCycle) {
+        throw file_.error(fmt::format("the GPS week {} is not counted from 1980", week),
+                          "write full weeks, or name the column of their cycles of 1,024: gps_cycle");
+      }
+      return time_of_week(at(), week, value(fields, Tow));
+    }
     if (columns_[UnixTime]) {
       constexpr double kLatest_s = 4.1e9;  // the year 2099
       const double seconds = value(fields, UnixTime);
@@ -338,6 +454,9 @@ class CsvReader {
   char separator_ = ',';
   std::size_t count_ = 0;
   bool weeks_ = false, ecef_ = false;
+  bool doubtful_ = false;  ///< angles have no unit, and none was too large for radians
+  std::size_t without_ = 0;
+  int first_without_ = 0;
   bool dates_ = false;  ///< trajectory.columns says that times are dates
   std::optional<bool> relative_;
   double height_m_ = 0;

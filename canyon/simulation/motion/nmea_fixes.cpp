@@ -232,6 +232,11 @@ class NmeaLog {
       const RecordAt at{report, file.line()};
       std::size_t damaged = each_sentence(*line, [&](const Sentence& sentence) { take(at, sentence); });
       for (; damaged > 0; --damaged) at.report.guess(at.line, kDamaged, "left out");
+      if (line->find("\xB5\x62\x02\x15") != std::string_view::npos) {
+        report.say(ReadReport::Level::Remark,
+                   "UBX-RXM-RAWX between the sentences is not read: RTKLIB's convbin -r ubx makes RINEX "
+                   "observations of it");
+      }
     }
     if (zda_) reports.push_back(*zda_);
     const auto is_checked = [](const Report& r) { return r.checked; };

@@ -135,6 +135,30 @@ TEST(TrajectoryCsv, ColumnsOfOtherNamesAreNamed) {
   EXPECT_THAT(refused(wrong, odd), HasSubstr("no column 'longitude'"));
 }
 
+// As simulators write them: texts above the header, weeks in cycles of 1,024, radians beside ECEF.
+TEST(TrajectoryCsv, ReadsTablesOfSimulators) {
+  const std::string ecef = "-481819.3135,5507219.9538,3170373.7354", rad = "0.523598775598,1.658062789395,0";
+  for (const std::string& text : std::initializer_list<std::string>{
+           {"# Motion\ntime,x,y,z,lat,lon,height\n0," + ecef + "," + rad + "\n"},
+           {"Motion, of a vehicle\n\nVersion 2\ntime,lat_rad,lon_rad,height\n0," + rad + "\n"},
+           {"Time [s],GpsCycle,GpsWeek,GpsTow [s],Latitude [deg],Longitude [deg],Height [m]\n"
+            "0,2,196,36000,30,95,0\n"}}) {
+    SCOPED_TRACE(text);
+    const TrajectoryFile file = read(text, "csv", parse_time("2023-01-08T10:00:00 GPST"));
+    EXPECT_EQ(file.trajectory.begin(), parse_time("2023-01-08T10:00:00 GPST"));
+    const Pose pose = file.trajectory.at(file.trajectory.begin());
+    EXPECT_NEAR(degrees(pose.position.latitude_rad), 30, 1e-5);
+    EXPECT_NEAR(degrees(pose.position.longitude_rad), 95, 1e-5);
+    EXPECT_THAT(file.report.warnings(), ElementsAre());
+  }
+  EXPECT_THAT(read("time,lat,lon,height\n0," + rad + "\n", "csv").report.warnings(),
+              ElementsAre(HasSubstr("may be radians; taken as degrees")));
+  EXPECT_THAT(fault("gps_week,gps_tow,lat,lon,height\n196,1,48,11,500\n", "csv"), HasSubstr("gps_cycle"));
+  EXPECT_THAT(fault("timestamp,lat,Longitude [deg],altitude\n12.5,48,11,500\n", "csv"),
+              HasSubstr("trajectory.columns: {time: \"timestamp [s]\", latitude: \"lat [deg]\", longitude: "
+                        "\"Longitude [deg]\", height: \"altitude [m]\"}"));
+}
+
 TEST(TrajectoryCsv, SaysWhatIsWrongAndWhere) {
   const std::string header = kHeader;
   EXPECT_THAT(fault(header + "0,22.3,114.17,x\n", "csv"),
@@ -178,8 +202,8 @@ TEST(TrajectoryCsv, SaysWhatIsWrongAndWhere) {
 // A record without values is passed over, a damaged one costs itself and is told.
 TEST(TrajectoryCsv, OneWrongRecordCostsOneRecord) {
   for (const auto& [wrong, told] :
-       std::initializer_list<std::pair<const char*, bool>>{{"7,,,", false},
-                                                           {"7,nan,nan,nan", false},
+       std::initializer_list<std::pair<const char*, bool>>{{"7,,,", true},
+                                                           {"7,nan,nan,nan", true},
                                                            {"7,91,11,5", true},
                                                            {"7,48.0017,x,5", true},
                                                            {"seven,48.0017,11,5", true},
@@ -324,6 +348,12 @@ TEST(TrajectoryNmea, FixesAreThoseOfTheLines) {
   EXPECT_EQ(own.points[1].time, parse_time("2019-04-28T12:00:09Z"));
   EXPECT_NEAR(degrees(own.points[1].place.latitude_rad), 22 + 18.06932 / 60, 1e-12);
   EXPECT_NEAR(own.points[1].place.height_m, 9.5 - 2.9, 1e-9);
+}
+
+TEST(TrajectoryNmea, NamesTheObservationsOfUbxBesideIt) {
+  const TrajectoryFile file =
+      read(gga("120000") + "\xB5\x62\x02\x15\n" + gga("120001"), "nmea", parse_time("2019-04-28T00:00:00Z"));
+  EXPECT_THAT(file.report.lines(), ElementsAre(HasSubstr("convbin -r ubx")));
 }
 
 TEST(TrajectoryNmea, OneGgaSentenceHasAPlace) {
