@@ -184,6 +184,7 @@ int run(Command& program, const std::string& version, int argc, char** argv) {
       fmt::print(stderr, "canyon: {}\n", unknown);
       return kBadInput;
     }
+    if (error.get_exit_code() != 0) fmt::print(stderr, "canyon: ");
     // CLI11's own codes distinguish what no caller distinguishes: help is 0, any other is bad input.
     return app.exit(error) == 0 ? kOk : kBadInput;
   }

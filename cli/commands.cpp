@@ -98,8 +98,19 @@ void print_warnings(const std::vector<std::string>& warnings) {
   for (const std::string& warning : warnings) fmt::print(stderr, "warning: {}\n", hide_passwords(warning));
 }
 
-void print_report(const ReadReport& report, const std::string& where) {
-  print_warnings(report.shown(where));
+namespace {
+
+ReadReport printed;
+
+}  // namespace
+
+void print_report(const ReadReport& report, const std::string& where, const std::string& prefix) {
+  for (const std::string& line : report.shown(where)) print_warnings({prefix + line});
+  printed.append(report);
+}
+
+Json printed_reports() {
+  return report_json(printed);
 }
 
 Json report_json(const ReadReport& report) {

@@ -89,8 +89,11 @@ void print_table(const TextRow& head, const std::vector<TextRow>& rows);
 void print_warnings(const std::vector<std::string>& warnings);
 /// Prints the losses and guesses of what was read, also with --quiet: the first five, and where the rest is.
 /// @param where "canyon check FILE", or the report in the folder of the results
-void print_report(const ReadReport& report, const std::string& where);
+/// @param prefix of each line
+void print_report(const ReadReport& report, const std::string& where, const std::string& prefix = {});
 /// The whole report: {"level": "loss", "text": "..."} of each.
 [[nodiscard]] Json report_json(const ReadReport& report);
+/// report_json() of all that print_report() had in this command: the key `report` of its JSON.
+[[nodiscard]] Json printed_reports();
 
 }  // namespace canyon::cli

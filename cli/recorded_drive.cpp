@@ -96,11 +96,16 @@ std::vector<validation::ListedRecording> recordings_of(const DriveArguments& arg
 }
 
 bool write_results(const DriveArguments& arguments, const std::function<std::string()>& json) {
+  const auto text = [&json] {
+    Json all = Json::parse(json());
+    if (all.is_object()) all["report"] = printed_reports();
+    return all.dump(2) + "\n";
+  };
   if (arguments.json == "-") {
-    fmt::print("{}", json());
+    fmt::print("{}", text());
     return false;
   }
-  if (!arguments.json.empty()) write_file(arguments.json, json());
+  if (!arguments.json.empty()) write_file(arguments.json, text());
   return !arguments.quiet;
 }
 
@@ -232,7 +237,7 @@ void RecordedDrive::read() {
   report.say(ReadReport::Level::Guess, scenario_.warnings);
   report.append(sky_.report);
   report.say(ReadReport::Level::Guess, recording_.warnings);
-  warn(report.shown("canyon check of the scenario and of the recording's files"));
+  print_report(report, "canyon check of the scenario and of the recording's files", prefix_);
   const validation::PseudorangeResiduals& residuals = recording_.residuals;
   note(fmt::format("recording   {} epochs, {} pseudoranges", residuals.epochs.size(),
                    residuals.observations.size() + residuals.further.size()));

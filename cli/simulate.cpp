@@ -48,56 +48,6 @@ std::string count_systems(const std::vector<gnss::SatelliteId>& satellites) {
   return text;
 }
 
-/// Keeps the list of this run's results, DIR/.canyon-results, and removes those of the last run that this one
-/// does not replace and that have not changed since. No link is followed.
-class ResultFiles {
- public:
-  explicit ResultFiles(fs::path out) : out_(std::move(out)) { OutputFile::list_committed(&mine_); }
-  ~ResultFiles() { OutputFile::list_committed(nullptr); }
-  ResultFiles(const ResultFiles&) = delete;
-  ResultFiles& operator=(const ResultFiles&) = delete;
-
-  /// Call it after the run. Returns how many files it removed.
-  std::size_t finish() {
-    OutputFile::list_committed(nullptr);
-    const fs::path list = out_ / ".canyon-results";
-    std::error_code error;
-    std::size_t removed = 0;
-    if (fs::symlink_status(list, error).type() == fs::file_type::regular) {
-      const auto listed_at = fs::last_write_time(list, error);
-      std::ifstream last(list);
-      for (std::string line; std::getline(last, line);) {
-        const fs::path file = out_ / line;
-        if (mine_.count(file) > 0 || !is_own(line) || fs::last_write_time(file, error) > listed_at ||
-            InputFiles::current().has(file)) {
-          continue;
-        }
-        removed += fs::remove(file, error) ? 1U : 0U;
-        if (file.parent_path() != out_) fs::remove(file.parent_path(), error);  // where empty
-      }
-    }
-    OutputFile text(list);
-    for (const fs::path& path : mine_) text.write(path.lexically_relative(out_).generic_string() + "\n");
-    text.commit();
-    return removed;
-  }
-
- private:
-  /// Whether it is the plain name of a file in the folder, or in a folder of it.
-  [[nodiscard]] bool is_own(const fs::path& name) const {
-    const auto is_plain = [](const fs::path& part) { return part != "." && part != ".." && part != "/"; };
-    const auto parts = std::distance(name.begin(), name.end());
-    const fs::path folder = name.parent_path();
-    std::error_code error;
-    return (parts == 1 || parts == 2) && std::all_of(name.begin(), name.end(), is_plain) &&
-           (parts == 1 || fs::symlink_status(out_ / folder, error).type() == fs::file_type::directory) &&
-           fs::symlink_status(out_ / name, error).type() == fs::file_type::regular;
-  }
-
-  fs::path out_;
-  std::set<fs::path> mine_;
-};
-
 /// Loads the city and makes the scenario ready to run. Says what city, sky and trajectory are.
 std::unique_ptr<simulation::Simulation> make_simulation(simulation::Scenario scenario, bool quiet) {
   const auto note = [quiet](const std::string& text) { cli::note(quiet, text); };

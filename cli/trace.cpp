@@ -191,6 +191,7 @@ void print_json(const Look& look) {
            {"height_m", look.place.height_m},
            {"enu_m", numbers(look.antenna)},
            {"placement", std::string(output::placement_word(look.arrival.placement))},
+           {"report", printed_reports()},
            {"satellites", Json::array()}};
   const tracking::ChannelModel model(look.signal, look.site.simulation().scenario().seed, look.receiver.name);
   for (const propagation::SatelliteView& view : look.arrival.views) {

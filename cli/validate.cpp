@@ -208,7 +208,7 @@ class Judge : public RecordedDrive {
     const simulation::ReceiverConfig& receiver = scenario_.receivers.front();
     const simulation::Georeference& georeference = scenario_.city.georeference;
     const bool uncertain = georeference.sigma_m > 0 || georeference.heading_sigma_rad > 0;
-    if (arguments_.runs && !uncertain) {
+    if (arguments_.runs.value_or(1) > 1 && !uncertain) {
       throw InputError(
           prefix_ + "--runs without an uncertainty of the city's place: every run would be the same",
           "add city: {georeference: {sigma_m: 3}} to the scenario");
@@ -349,6 +349,25 @@ void write(const ValidateArguments& arguments, const Judges& judges, bool listed
   }
 }
 
+/// A folder that is made before the work, and goes again where it was not there and stays empty.
+class NewFolder {
+ public:
+  explicit NewFolder(const std::string& path) {
+    if (path.empty()) return;
+    if (!std::filesystem::exists(path)) made_ = path;
+    make_output_folder(path);
+  }
+  ~NewFolder() {
+    std::error_code not_empty;
+    if (!made_.empty()) std::filesystem::remove(made_, not_empty);
+  }
+  NewFolder(const NewFolder&) = delete;
+  NewFolder& operator=(const NewFolder&) = delete;
+
+ private:
+  std::filesystem::path made_;
+};
+
 int run_validate(const ValidateArguments& given) {
   if (given.draws) return run_ensemble(given);
   ValidateArguments arguments = given;
@@ -356,7 +375,7 @@ int run_validate(const ValidateArguments& given) {
   return unless_interrupted([&] {
     const bool listed = validation::is_recording_list(arguments.scenario);
     const Judges judges = drives_of<Judge>(arguments, recordings_of(arguments, listed), listed);
-    if (!arguments.view.empty()) make_output_folder(arguments.view);
+    const NewFolder view(arguments.view);
     for (const auto& judge : judges) judge->run();
     write(arguments, judges, listed);
     return kOk;

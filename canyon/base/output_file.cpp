@@ -6,10 +6,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 #include <mutex>
 #include <sstream>
 #include <string>
@@ -82,15 +84,19 @@ int open_new(const fs::path& path, bool folder) {
   return ::open(path.c_str(), how | O_NOFOLLOW | O_CLOEXEC, 0666);
 }
 
-std::mutex committed_mutex;
-std::set<fs::path>* committed = nullptr;
+std::mutex results_mutex;
+ResultFiles* results = nullptr;
 
 }  // namespace
 
+fs::path Temporary::noted_output(const fs::path& path) {
+  const std::lock_guard<std::mutex> lock(results_mutex);
+  if (results != nullptr) results->check(path);
+  return InputFiles::current().add_output(path);
+}
+
 Temporary::Temporary(fs::path path, Kind kind)
-    : path_(std::move(path)),
-      noted_(InputFiles::current().add_output(path_)),
-      files_(&InputFiles::current()) {
+    : path_(std::move(path)), noted_(noted_output(path_)), files_(&InputFiles::current()) {
   sweep(path_.parent_path());
   for (;;) {
     std::array<unsigned char, kPartRandom> random{};
@@ -130,18 +136,23 @@ Temporary::~Temporary() {
 }
 
 void Temporary::put_in_place() {
+  {
+    const std::lock_guard<std::mutex> lock(results_mutex);
+    if (results != nullptr) results->add(path_);
+  }
   std::error_code error;
+  bool exchanged = false;
   if (fs::is_directory(temporary_, error) && fs::exists(path_, error)) {
     // The two change names, and the old folder goes with the temporary name.
-    if (::renameat2(AT_FDCWD, temporary_.c_str(), AT_FDCWD, path_.c_str(), RENAME_EXCHANGE) == 0) return;
-    fs::remove_all(path_, error);
+    exchanged = ::renameat2(AT_FDCWD, temporary_.c_str(), AT_FDCWD, path_.c_str(), RENAME_EXCHANGE) == 0;
+    if (!exchanged) fs::remove_all(path_, error);
   }
-  fs::rename(temporary_, path_, error);
-  if (error) throw InputError(path_, 0, "cannot be put in place: " + error.message());
-  temporary_.clear();
+  if (!exchanged) {
+    fs::rename(temporary_, path_, error);
+    if (error) throw InputError(path_, 0, "cannot be put in place: " + error.message());
+    temporary_.clear();
+  }
   std::exchange(files_, nullptr)->remove_output(noted_);  // from here on it may be read
-  const std::lock_guard<std::mutex> lock(committed_mutex);
-  if (committed != nullptr) committed->insert(path_);
 }
 
 OutputFile::OutputFile(fs::path path)
@@ -188,11 +199,6 @@ const fs::path& OutputFile::hand_over() const {
   return temporary_.temporary_path();
 }
 
-void OutputFile::list_committed(std::set<fs::path>* to) {
-  const std::lock_guard<std::mutex> lock(committed_mutex);
-  committed = to;
-}
-
 void write_file(const fs::path& path, std::string_view bytes) {
   OutputFile file(path);
   file.write(bytes);
@@ -209,6 +215,73 @@ void make_output_folder(const fs::path& folder) {
   fs::create_directories(folder, error);
   if (error) throw InputError(folder, 0, "folder cannot be made: " + error.message(), kCure);
   const Temporary probe(folder / ".canyon-probe", Temporary::Kind::File);
+}
+
+ResultFiles::ResultFiles(fs::path folder) : folder_(std::move(folder)), list_(folder_ / ".canyon-results") {
+  std::error_code error;
+  if (fs::symlink_status(list_, error).type() == fs::file_type::regular) {
+    listed_at_ = fs::last_write_time(list_, error);
+    std::ifstream last(list_);
+    for (std::string line; std::getline(last, line);) last_.insert(line);
+  }
+  const std::lock_guard<std::mutex> lock(results_mutex);
+  results = this;
+}
+
+ResultFiles::~ResultFiles() {
+  const std::lock_guard<std::mutex> lock(results_mutex);
+  if (results == this) results = nullptr;
+}
+
+std::string ResultFiles::name_of(const fs::path& path) const {
+  return path.lexically_normal().lexically_relative(folder_.lexically_normal()).generic_string();
+}
+
+void ResultFiles::check(const fs::path& path) const {
+  const std::string name = name_of(path);
+  std::error_code error;
+  if (path == list_ || name.empty() || name.rfind("..", 0) == 0 ||
+      last_.count(name) + mine_.count(name) > 0 || !fs::is_regular_file(path, error))
+    return;
+  throw InputError(path, 0, "is there already, and no run of Canyon wrote it",
+                   "move it, or choose another folder");
+}
+
+void ResultFiles::add(const fs::path& path) {
+  if (path == list_ || !mine_.insert(name_of(path)).second) return;
+  // Listed before it appears, so that a run after a killed one may replace it.
+  const std::string line = name_of(path) + "\n";
+  const int handle = ::open(list_.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
+  if (handle < 0) return;
+  (void)!::write(handle, line.data(), line.size());
+  ::close(handle);
+}
+
+bool ResultFiles::is_own(const fs::path& name) const {
+  const auto is_plain = [](const fs::path& part) { return part != "." && part != ".." && part != "/"; };
+  const auto parts = std::distance(name.begin(), name.end());
+  const fs::path folder = name.parent_path();
+  std::error_code error;
+  return (parts == 1 || parts == 2) && std::all_of(name.begin(), name.end(), is_plain) &&
+         (parts == 1 || fs::symlink_status(folder_ / folder, error).type() == fs::file_type::directory) &&
+         fs::symlink_status(folder_ / name, error).type() == fs::file_type::regular;
+}
+
+std::size_t ResultFiles::finish() {
+  std::error_code error;
+  std::size_t removed = 0;
+  for (const std::string& name : last_) {
+    const fs::path file = folder_ / name;
+    if (mine_.count(name) > 0 || !is_own(name) || fs::last_write_time(file, error) > listed_at_ ||
+        InputFiles::current().has(file))
+      continue;
+    removed += fs::remove(file, error) ? 1U : 0U;
+    if (file.parent_path() != folder_) fs::remove(file.parent_path(), error);  // where empty
+  }
+  std::string text;
+  for (const std::string& name : mine_) text += name + "\n";
+  write_file(list_, text);
+  return removed;
 }
 
 FolderLock::FolderLock(const fs::path& folder, bool shared)

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <set>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -42,6 +43,8 @@ class Temporary {
   [[nodiscard]] int hold(int handle) { return std::exchange(handle_, handle); }
 
  private:
+  static std::filesystem::path noted_output(const std::filesystem::path& path);
+
   std::filesystem::path path_, temporary_, noted_;
   InputFiles* files_ = nullptr;
   int handle_ = -1;
@@ -77,9 +80,6 @@ class OutputFile {
   /// Where the bytes are until commit(): for libraries that write to a name themselves. They may lock it.
   [[nodiscard]] const std::filesystem::path& hand_over() const;
 
-  /// From here on `to` gets the path of every file that is put in place; null ends it.
-  static void list_committed(std::set<std::filesystem::path>* to);
-
  private:
   [[noreturn]] void fail(std::string_view what);
 
@@ -96,6 +96,32 @@ void write_own_file(const std::filesystem::path& path, std::string_view bytes);
 /// Creates the folder (with parents) where needed and proves that files can be made in it.
 /// Throws InputError otherwise.
 void make_output_folder(const std::filesystem::path& folder);
+
+/// Keeps the list of a folder's results, FOLDER/.canyon-results: files that stand there already are replaced
+/// where a run has written them, and refused where they are the user's; what the last run wrote and this one
+/// does not goes, unless it has changed since. One at a time in a process. No link is followed.
+class ResultFiles {
+ public:
+  explicit ResultFiles(std::filesystem::path folder);
+  ~ResultFiles();
+  ResultFiles(const ResultFiles&) = delete;
+  ResultFiles& operator=(const ResultFiles&) = delete;
+
+  /// Call it after the run. Returns how many files it removed.
+  std::size_t finish();
+
+ private:
+  friend class Temporary;
+  /// Throws InputError where the user's file would be replaced.
+  void check(const std::filesystem::path& path) const;
+  void add(const std::filesystem::path& path);
+  [[nodiscard]] std::string name_of(const std::filesystem::path& path) const;
+  [[nodiscard]] bool is_own(const std::filesystem::path& name) const;
+
+  std::filesystem::path folder_, list_;
+  std::filesystem::file_time_type listed_at_{};
+  std::set<std::string> last_, mine_;  ///< names within the folder
+};
 
 /// Keeps other runs out of a folder while it lives, on this machine.
 class FolderLock {

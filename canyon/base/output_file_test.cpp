@@ -228,6 +228,33 @@ TEST(OutputFile, IsWrittenInOneCall) {
   EXPECT_THROW(write_file(folder / "missing/a.txt", "three"), InputError);
 }
 
+// Results replace what a run wrote, also one that was killed; a file of the user stays.
+TEST(ResultFiles, ReplaceWhatARunWrote) {
+  const test::TemporaryFolder folder;
+  {
+    std::ofstream(folder / "users.csv") << "mine";
+    ResultFiles killed(folder.path());
+    write_file(folder / "a.csv", "1");
+    EXPECT_THROW(write_file(folder / "users.csv", "1"), InputError);
+  }
+  {
+    ResultFiles results(folder.path());
+    write_file(folder / "a.csv", "2");
+    write_file(folder / "a.csv", "3");
+    write_file(folder / "b.csv", "3");
+    EXPECT_EQ(results.finish(), 0U);
+  }
+  {
+    ResultFiles results(folder.path());
+    write_file(folder / "b.csv", "4");
+    EXPECT_EQ(results.finish(), 1U) << "a.csv";
+  }
+  EXPECT_EQ(test::read_bytes(folder / ".canyon-results"), "b.csv\n");
+  EXPECT_EQ(test::read_bytes(folder / "users.csv"), "mine");
+  write_file(folder / "users.csv", "named by the user");  // outside a run
+  EXPECT_FALSE(std::filesystem::exists(folder / "a.csv"));
+}
+
 TEST(OutputFile, MakesFoldersWithParents) {
   const test::TemporaryFolder folder;
   make_output_folder(folder / "a/b/c");

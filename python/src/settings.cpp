@@ -179,9 +179,20 @@ ScenarioPtr made_scenario(const py::object& source, const py::kwargs& keys) {
 
 void warn_of(const ReadReport& report, const ReadReport& said) {
   const std::vector<std::string> known = said.warnings();
+  // The warning names the line of the user that called, behind those of the module.
+  Py_ssize_t level = 1;
+  py::object frame = py::module_::import("sys").attr("_getframe")();
+  while (
+      !frame.is_none() &&
+      py::str(frame.attr("f_globals").attr("get")("__name__", "")).cast<std::string>().rfind("canyon", 0) ==
+          0) {
+    frame = frame.attr("f_back");
+    ++level;
+  }
   for (const std::string& line : report.warnings()) {
     if (std::find(known.begin(), known.end(), line) != known.end()) continue;
-    if (PyErr_WarnEx(PyExc_UserWarning, hide_passwords(line).c_str(), 1) != 0) throw py::error_already_set();
+    if (PyErr_WarnEx(PyExc_UserWarning, hide_passwords(line).c_str(), level) != 0)
+      throw py::error_already_set();
   }
 }
 

@@ -1157,7 +1157,7 @@ inputs)
   [ -s users/a ] || fail "the list of results reached out of the folder"
   # One that is itself a link is none.
   mv res/.canyon-results list; ln -s ../list res/.canyon-results; cp list before
-  runs 0 "$canyon" simulate small.yaml --out res --quiet --duration 1
+  runs 2 "$canyon" simulate small.yaml --out res --quiet --duration 1
   cmp list before || fail "wrote through a link"
   # What a view is served from is nobody else's.
   mkdir tmp; CANYON_VIEWER=page.html TMPDIR=$PWD/tmp "$canyon" view in/block.osm --quiet >address & served=$!
