@@ -45,7 +45,7 @@ enum Quantity : std::size_t {
   Z
 };
 struct Row {
-  std::string_view name, short_name;
+  std::string_view name, other_names;
   std::span<const Unit> units;  ///< the first is that of the bare name
   std::string_view help;        ///< of trajectory.columns
 };
@@ -60,12 +60,12 @@ const std::array<Row, kQuantities> kRows{
      {"gps_tow", "", kTimes, "of the time of week, with its unit: s, ms"},
      {"latitude", "lat", kAngles,
       "of the latitude, with its unit: deg, rad, e7, as in 'lat [rad]' or lat_deg"},
-     {"longitude", "lon", kAngles, "of the longitude, likewise"},
+     {"longitude", "lon long", kAngles, "of the longitude, likewise"},
      {"height", "", kLengths, "of the ellipsoidal height, with its unit: m, km, cm, mm, ft"},
      {"height_msl", "", kLengths, "of a height above sea level instead"},
-     {"x", "", kLengths, "of ECEF x instead of latitude, longitude and height, with its unit"},
-     {"y", "", kLengths, "of ECEF y"},
-     {"z", "", kLengths, "of ECEF z"}}};
+     {"x", "pos_x", kLengths, "of ECEF x instead of latitude, longitude and height, with its unit"},
+     {"y", "pos_y", kLengths, "of ECEF y"},
+     {"z", "pos_z", kLengths, "of ECEF z"}}};
 
 /// A column that is read.
 struct Column {
@@ -91,6 +91,11 @@ std::pair<std::string, const Unit*> parted(std::string_view text, std::span<cons
   const Unit* unit = find_unit(
       units, trim(std::string_view(name).substr(at + 1, name.size() - at - 1 - (brackets ? 1 : 0))));
   return unit == nullptr ? std::pair(name, unit) : std::pair(std::string(trim(name.substr(0, at))), unit);
+}
+
+bool has_word(std::string_view words, std::string_view word) {
+  const auto all = split_blanks(words);
+  return std::find(all.begin(), all.end(), word) != all.end();
 }
 
 /// A name without what sets its words apart: GpsWeek is gps_week.
@@ -232,7 +237,7 @@ class CsvReader {
   static std::pair<std::size_t, const Unit*> known(std::string_view name) {
     for (std::size_t q = 0; q < kQuantities; ++q) {
       const auto [base, unit] = parted(name, kRows[q].units);
-      if (!base.empty() && (plain(base) == plain(kRows[q].name) || base == kRows[q].short_name))
+      if (!base.empty() && (plain(base) == plain(kRows[q].name) || has_word(kRows[q].other_names, base)))
         return {q, unit};
     }
     return {kQuantities, nullptr};
@@ -301,20 +306,25 @@ class CsvReader {
   /// trajectory.columns of this file, by the names that other programs give to columns.
   [[nodiscard]] std::string cure_of(const Fields& header) {
     constexpr std::pair<Quantity, std::string_view> kOthers[] = {
-        {Time, " time timestamp stamp datetime date utc utctime gpstime t "},
-        {Latitude, " latitude lat phi "},
-        {Longitude, " longitude lon long lng lambda "},
-        {Height, " height altitude alt hgt ele elevation ellipsoidalheight heightellipsoid h "}};
+        {Time, "time timestamp stamp datetime date utc utctime gpstime t"},
+        {Latitude, "latitude lat phi"},
+        {Longitude, "longitude lon long lng lambda"},
+        {Height, "height altitude alt hgt ele elevation ellipsoidalheight heightellipsoid h"}};
     const auto record = file_.peek_line();
     const Fields values = csv_fields(record.value_or(std::string_view()), separator_);
+    const auto number = [&](std::size_t i) {
+      return i < values.size() ? number_of(values[i]) : std::nullopt;
+    };
     std::vector<std::string> parts;
     for (const auto& [q, names] : kOthers) {
       for (std::size_t i = 0; i < header.size(); ++i) {
         const auto [base, unit] = parted(header[i], kRows[q].units);
-        if (base.empty() || names.find(" " + plain(base) + " ") == std::string_view::npos) continue;
-        const bool bare = unit == nullptr && (q != Time || (i < values.size() && number_of(values[i])));
+        if (!has_word(names, plain(base))) continue;
+        const bool bare = unit == nullptr && (q != Time || number(i));
+        const double largest = q == Latitude ? geodesy::kPi / 2 : q == Longitude ? geodesy::kPi : 0;
+        const Unit& likely = kRows[q].units[std::abs(number(i).value_or(1e9)) <= largest ? 1 : 0];
         parts.push_back(fmt::format("{}: \"{}{}\"", kRows[q].name, header[i],
-                                    bare ? fmt::format(" [{}]", kRows[q].units.front().name) : ""));
+                                    bare ? fmt::format(" [{}]", likely.name) : ""));
         break;
       }
     }

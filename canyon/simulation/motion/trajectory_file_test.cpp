@@ -140,6 +140,7 @@ TEST(TrajectoryCsv, ReadsTablesOfSimulators) {
   const std::string ecef = "-481819.3135,5507219.9538,3170373.7354", rad = "0.523598775598,1.658062789395,0";
   for (const std::string& text : std::initializer_list<std::string>{
            {"# Motion\ntime,x,y,z,lat,lon,height\n0," + ecef + "," + rad + "\n"},
+           {"Motion log\nTime_ms,Pos_X,Pos_Y,Pos_Z,Lat,Long,Height\n0," + ecef + "," + rad + "\n"},
            {"Motion, of a vehicle\n\nVersion 2\ntime,lat_rad,lon_rad,height\n0," + rad + "\n"},
            {"Time [s],GpsCycle,GpsWeek,GpsTow [s],Latitude [deg],Longitude [deg],Height [m]\n"
             "0,2,196,36000,30,95,0\n"}}) {
@@ -154,6 +155,7 @@ TEST(TrajectoryCsv, ReadsTablesOfSimulators) {
   EXPECT_THAT(read("time,lat,lon,height\n0," + rad + "\n", "csv").report.warnings(),
               ElementsAre(HasSubstr("may be radians; taken as degrees")));
   EXPECT_THAT(fault("gps_week,gps_tow,lat,lon,height\n196,1,48,11,500\n", "csv"), HasSubstr("gps_cycle"));
+  EXPECT_THAT(fault("timestamp,lat,lng,altitude\n12.5," + rad + "\n", "csv"), HasSubstr("\"lng [rad]\""));
   EXPECT_THAT(fault("timestamp,lat,Longitude [deg],altitude\n12.5,48,11,500\n", "csv"),
               HasSubstr("trajectory.columns: {time: \"timestamp [s]\", latitude: \"lat [deg]\", longitude: "
                         "\"Longitude [deg]\", height: \"altitude [m]\"}"));
