@@ -46,7 +46,7 @@ VARIANTS = {  # name: receiver's keys, scenario's keys
     "dense, distance 20": ("profile: survey", SKYLINE.format("distance_m: 20")),
     "dense, length 100": ("profile: survey", SKYLINE.format("length_m: 100")),
     "dense, moving 0": ("profile: survey", SKYLINE.format("moving_share: 0")),
-    "dense, skyline alone": ("profile: survey", "surroundings: dense\nshadowing: {environment: open, skyline: {share: 0.45}}"),
+    "dense, share 0.2, length 100": ("profile: survey", SKYLINE.format("share: 0.2, length_m: 100")),
     "urban, frame 20": ("profile: survey", "surroundings: urban\nshadowing: {frame_m: 20}"),
 }
 
