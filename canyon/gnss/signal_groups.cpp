@@ -86,6 +86,11 @@ double sum_of(const GroupValues& values, SatelliteId id, const Signal& signal, g
   return sum;
 }
 
+double value_of(const SignalValues& values, const Signal& signal, double otherwise) {
+  const auto found = values.find(std::string(signal.name));
+  return found != values.end() ? found->second : otherwise;
+}
+
 void check_signals(const std::vector<std::string>& names) {
   const std::vector<std::string_view> known = signal_names();
   for (auto name = names.begin(); name != names.end(); ++name) {
@@ -116,6 +121,14 @@ void visit_group_values(options::Visitor& v, const options::Field& field, GroupV
   v.named_numbers(field, values, range, "GROUP=NUMBER");
   run_check(v, field, [&] {
     for (const auto& [group, value] : values) check_group(group);
+  });
+}
+
+void visit_signal_values(options::Visitor& v, const options::Field& field, SignalValues& values,
+                         const options::Range& range) {
+  v.named_numbers(field, values, range, "SIGNAL=NUMBER");
+  run_check(v, field, [&] {
+    for (const auto& [name, value] : values) check_signals({name});
   });
 }
 

@@ -31,13 +31,19 @@ using GroupValues = std::map<std::string, double>;
 [[nodiscard]] double sum_of(const GroupValues& values, SatelliteId id, const Signal& signal,
                             geodesy::GpsTime time);
 
+/// A number for each of some signals by name ("L5"); value_of() gives others `otherwise`.
+using SignalValues = std::map<std::string, double>;
+[[nodiscard]] double value_of(const SignalValues& values, const Signal& signal, double otherwise);
+
 /// Throws InputError for a name that no satellite's signal has, and for one that is given twice.
 void check_signals(const std::vector<std::string>& names);
 
-/// Fields of options: signals, groups, and numbers of groups ("[BeiDou=1.5, L5=-2]").
+/// Fields of options: signals, groups, and numbers of groups ("[BeiDou=1.5, L5=-2]") and of signals.
 void visit_signals(options::Visitor& v, const options::Field& field, std::vector<std::string>& names);
 void visit_groups(options::Visitor& v, const options::Field& field, std::vector<std::string>& groups);
 void visit_group_values(options::Visitor& v, const options::Field& field, GroupValues& values,
                         const options::Range& range);
+void visit_signal_values(options::Visitor& v, const options::Field& field, SignalValues& values,
+                         const options::Range& range);
 
 }  // namespace canyon::gnss

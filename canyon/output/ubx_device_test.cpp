@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <tuple>
+
 #include "canyon/output/ubx/messages.hpp"
 #include "canyon/simulation/sensors/sensor_run.hpp"
 #include "tests/support/shared_data.hpp"
@@ -50,6 +52,24 @@ TEST(UbxDevice, HeightsAreAboveTheEllipsoidAndAboveMeanSeaLevel) {
   EXPECT_EQ(precise.i4(20) * 10 + static_cast<std::int8_t>(precise.u(27, 1)), -272794);
   e.observed.fix.status = positioning::FixStatus::NoSignal;
   EXPECT_EQ(find(Device().encode(e), 0x0107).i4(36), 0);
+}
+
+// A NEO-F9P on a laboratory's simulator states 0.08 m, 0.004 cycles and 0.064 Hz with the noise given here
+// (L1 C/A at 43 and L5 at 47 dB-Hz).
+TEST(UbxDevice, StatesDeviationsAsARealReceiver) {
+  for (const auto& [code_m, phase_cycles, doppler_hz] :
+       {std::tuple(0.142, 0.0052, 0.117), std::tuple(0.053, 0.0033, 0.075)}) {
+    auto e = ubx_epoch();
+    positioning::Measurement& m = *e.observed.satellites[0].measurement;
+    m.sigma_m = code_m;
+    m.carrier_phase_sigma_cycles = phase_cycles;
+    m.doppler_sigma_hz = doppler_hz;
+    const auto messages = Device().encode(e);
+    const Message& raw = find(messages, 0x0215);
+    EXPECT_EQ(raw.u(16 + 27, 1), 3U);
+    EXPECT_EQ(raw.u(16 + 28, 1), 1U);
+    EXPECT_EQ(raw.u(16 + 29, 1), 5U);
+  }
 }
 
 TEST(UbxDevice, TellsTheFix) {
@@ -582,7 +602,7 @@ TEST(UbxDevice, TellsSatellitesAndRawMeasurements) {
   EXPECT_EQ(raw.r8(16), e.observed.satellites[0].measurement->pseudorange_m);
   EXPECT_EQ(raw.u(16 + 24, 2), 0U) << "its first phase";
   EXPECT_EQ(raw.u(16 + 26, 1), 46U);
-  EXPECT_EQ(raw.u(16 + 28, 1), 3U);  // 0.01 cycles in steps of 0.004
+  EXPECT_EQ(raw.u(16 + 28, 1), 2U);  // 0.01 cycles in steps of 0.004
   EXPECT_EQ(raw.u(16 + 30, 1), 7U);
   EXPECT_EQ(raw.u(16 + 32 + 30, 1), 1U) << "G12 has no phase";
   // The time of lock counts from the first phase on, and anew behind a slip.

@@ -74,9 +74,14 @@ ChannelModel::Kind& ChannelModel::mutable_kind(const gnss::Signal& signal) {
   std::unique_ptr<Kind>& kind = kinds_[static_cast<std::size_t>(signal.system)][gnss::index_of(signal)];
   if (kind == nullptr) {
     try {
-      auto tracker = shared_code_tracker(correlation_of(signal, options_), options_.dll);
+      auto tracker = shared_code_tracker(correlation_of(signal, options_), for_signal(options_.dll, signal));
       const double peak = tracker->correlation().value(0);
-      kind = std::make_unique<Kind>(Kind{tracker, peak * peak, CodeLoopNoise(*tracker), {}});
+      kind = std::make_unique<Kind>(Kind{tracker,
+                                         peak * peak,
+                                         CodeLoopNoise(*tracker),
+                                         {},
+                                         for_signal(options_.pll, signal),
+                                         for_signal(options_.fll, signal)});
     } catch (const InputError& error) {
       throw InputError(fmt::format("receiver '{}', {} {}: {}", receiver_, gnss::name(signal.system),
                                    signal.name, error.problem()),
@@ -176,7 +181,7 @@ PathFades ChannelModel::fades(gnss::SatelliteId id, const gnss::Signal& signal) 
   return {draws_of(id, signal), stream(id, signal, "diffuse")};
 }
 
-Channel::Channel(const ChannelModel& model, gnss::SatelliteId id, const gnss::Signal& signal,
+Channel::Channel(ChannelModel& model, gnss::SatelliteId id, const gnss::Signal& signal,
                  const AntennaMotion& motion)
     : id_(id),
       signal_(&signal),
@@ -185,9 +190,9 @@ Channel::Channel(const ChannelModel& model, gnss::SatelliteId id, const gnss::Si
       fades_(model.fades(id, signal)),
       ambiguity_(model.stream(id, signal, "ambiguity")),
       cn0_noise_(model.stream(id, signal, "cn0")),
-      code_noise_(model.options().dll.loop_bandwidth_hz, model.stream(id, signal, "dll")),
-      doppler_noise_(model.options().fll.loop_bandwidth_hz, model.stream(id, signal, "fll")),
-      phase_noise_(model.options().pll.loop_bandwidth_hz, model.stream(id, signal, "pll")) {
+      code_noise_(model.kind(signal).tracker->options().loop_bandwidth_hz, model.stream(id, signal, "dll")),
+      doppler_noise_(model.kind(signal).fll.loop_bandwidth_hz, model.stream(id, signal, "fll")),
+      phase_noise_(model.kind(signal).pll.loop_bandwidth_hz, model.stream(id, signal, "pll")) {
   if (motion.epoch_before) {
     lock_.update(motion.first_epoch, std::nullopt);
     lock_.update(*motion.epoch_before, std::nullopt);
@@ -297,7 +302,7 @@ void Channel::gather(const ChannelModel& model, const AntennaMotion& motion,
     const std::complex<double> s((motion.velocity_ecef.norm() + swept) / coherence_m,
                                  -2 * geodesy::kPi * fading_hz);
     paths_[i] = bundle(path.excess_m, paths_[i].amplitude, factor, s,
-                       options.dll.loop_bandwidth_hz * bandwidth_share_, options.dll.integration_s);
+                       tracker.options().loop_bandwidth_hz * bandwidth_share_, options.dll.integration_s);
     paths_[i].drift_mps = drift_mps;
   }
 }
@@ -406,12 +411,12 @@ LoopErrors Channel::sample(ChannelModel& model, geodesy::GpsTime time, double cn
   LoopErrors errors;
   if (options.loop_noise) {
     const double elapsed = sampled_ ? time - *sampled_ : 0;
-    const CodeLoopNoise& code = model.kind(*signal_).noise;
-    const double ratio = cn0_hz(cn0_dbhz), share = code.bandwidth_share(ratio);
-    errors.code_sigma_m = code.sigma_m(ratio);
-    errors.code_rate_per_s = 4 * options.dll.loop_bandwidth_hz * share;
-    errors.doppler_sigma_hz = fll_jitter_hz(options.fll, cn0_dbhz);
-    errors.phase_sigma_cycles = pll_jitter_rad(options.pll, cn0_dbhz) / (2 * geodesy::kPi);
+    const ChannelModel::Kind& kind = model.kind(*signal_);
+    const double ratio = cn0_hz(cn0_dbhz), share = kind.noise.bandwidth_share(ratio);
+    errors.code_sigma_m = kind.noise.sigma_m(ratio);
+    errors.code_rate_per_s = 4 * kind.tracker->options().loop_bandwidth_hz * share;
+    errors.doppler_sigma_hz = fll_jitter_hz(kind.fll, cn0_dbhz);
+    errors.phase_sigma_cycles = pll_jitter_rad(kind.pll, cn0_dbhz) / (2 * geodesy::kPi);
     // A narrower loop's noise passes more slowly.
     errors.code_m = code_noise_.advance(elapsed * share, errors.code_sigma_m);
     errors.doppler_hz = doppler_noise_.advance(elapsed, errors.doppler_sigma_hz);

@@ -36,6 +36,8 @@ class ChannelModel {
     double peak_power = 1;       ///< R(0)^2: of the prompt correlator on a path of power 1
     CodeLoopNoise noise;         ///< of the code
     SpectrumValues separations;  ///< spectral separations that were asked for; not tones'
+    PllOptions pll;              ///< for_signal(); tracker->options() is likewise
+    FllOptions fll;
   };
 
   /// Throws InputError where options.validate() does.
@@ -140,8 +142,7 @@ class Channel {
  public:
   /// A channel whose satellite is met at motion.time; before it had no signal since the first epoch.
   /// @param signal of gnss::signals_of()
-  Channel(const ChannelModel& model, gnss::SatelliteId id, const gnss::Signal& signal,
-          const AntennaMotion& motion);
+  Channel(ChannelModel& model, gnss::SatelliteId id, const gnss::Signal& signal, const AntennaMotion& motion);
 
   [[nodiscard]] const gnss::Signal& signal() const { return *signal_; }
 

@@ -460,10 +460,20 @@ void DllOptions::validate() const {
     throw InputError(fmt::format("spacing_chips of the code loop is {}", spacing_chips),
                      "it must be above 0.001 and at most 0.5 chips (double delta)");
   }
-  if (!(loop_bandwidth_hz * integration_s < 0.5)) {
-    throw InputError(fmt::format("the code loop has a bandwidth of {} Hz and integrates {} s",
-                                 loop_bandwidth_hz, integration_s),
-                     "their product must be below 0.5");
+  for (const auto& [name, chips] : spacings_chips) gnss::check_signals({name});
+  check_bandwidths(loop_bandwidth_hz, loop_bandwidths_hz, integration_s, "code loop");
+}
+
+void check_bandwidths(double bandwidth_hz, const gnss::SignalValues& others_hz, double integration_s,
+                      std::string_view loop) {
+  for (const auto& [name, other_hz] : others_hz) {
+    gnss::check_signals({name});
+    bandwidth_hz = std::max(bandwidth_hz, other_hz);
+  }
+  if (!(bandwidth_hz * integration_s < 0.5)) {
+    throw InputError(
+        fmt::format("the {} has a bandwidth of {} Hz and integrates {} s", loop, bandwidth_hz, integration_s),
+        "their product must be below 0.5");
   }
 }
 
@@ -476,7 +486,11 @@ void visit(options::Visitor& v, DllOptions& o) {
   v.number(
       {"spacing_chips", "chips", "distance from early to late correlator (double_delta: of the inner pair)"},
       o.spacing_chips, {0.001, 1, true});
+  gnss::visit_signal_values(v, {"spacings_chips", "chips", "of signals that have another: [E1=0.1]"},
+                            o.spacings_chips, {0.001, 1, true});
   v.number({"loop_bandwidth_hz", "Hz", "one-sided noise bandwidth"}, o.loop_bandwidth_hz, {0, 50, true});
+  gnss::visit_signal_values(v, {"loop_bandwidths_hz", "Hz", "of signals that have another: [E1=0.2, L5=0.7]"},
+                            o.loop_bandwidths_hz, {0, 50, true});
   v.number({"narrow_below_dbhz", "dB-Hz",
             "C/N0 below which the loop narrows with the noise of its discriminator; 0: never"},
            o.narrow_below_dbhz, {0, 100});

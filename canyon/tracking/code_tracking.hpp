@@ -7,7 +7,9 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <type_traits>
 
+#include "canyon/gnss/signal_groups.hpp"
 #include "canyon/options/fwd.hpp"
 #include "canyon/tracking/correlation.hpp"
 
@@ -28,6 +30,7 @@ enum class Discriminator : std::uint8_t {
   /// high resolution correlator (McGraw & Braasch, ION NTM 1999).
   DoubleDelta,
 };
+
 /// "coherent", "early-late power", "dot product", "double delta".
 [[nodiscard]] std::string_view name(Discriminator discriminator);
 
@@ -36,9 +39,11 @@ struct DllOptions {
   /// From early to late [chips], (0.001, 1]; of the inner pair for DoubleDelta, (0.001, 0.5]. 1 is the
   /// standard, 0.1 the narrow correlator (van Dierendonck, Fenton & Ford, Navigation 39(3), 1992).
   double spacing_chips = 0.5;
+  gnss::SignalValues spacings_chips;  ///< of signals that have another
   /// One-sided noise bandwidth Bn [Hz], (0, 50]. Carrier-aided code loops are narrow: Kaplan & Hegarty (2nd
   /// ed. 2006, figure 5.28) show 0.2 and 2 Hz.
   double loop_bandwidth_hz = 1;
+  gnss::SignalValues loop_bandwidths_hz;  ///< of signals that have another
   /// C/N0 [dB-Hz] below which the loop narrows as its discriminator becomes noisier (CodeLoopNoise), [0,
   /// 100]. 0: never; the bandwidth is fixed.
   double narrow_below_dbhz = 0;
@@ -54,6 +59,21 @@ struct DllOptions {
   void validate() const;
 };
 void visit(options::Visitor& v, DllOptions& o);
+
+/// Throws InputError where one of a loop's bandwidths times its integration is 0.5 or more.
+void check_bandwidths(double bandwidth_hz, const gnss::SignalValues& others_hz, double integration_s,
+                      std::string_view loop);
+/// Options of a code, phase or frequency loop for one signal: spacing and bandwidth are the signal's.
+template <typename LoopOptions>
+[[nodiscard]] LoopOptions for_signal(LoopOptions options, const gnss::Signal& signal) {
+  options.loop_bandwidth_hz = gnss::value_of(options.loop_bandwidths_hz, signal, options.loop_bandwidth_hz);
+  options.loop_bandwidths_hz.clear();
+  if constexpr (std::is_same_v<LoopOptions, DllOptions>) {
+    options.spacing_chips = gnss::value_of(options.spacings_chips, signal, options.spacing_chips);
+    options.spacings_chips.clear();
+  }
+  return options;
+}
 
 /// The correlators whose weighted sum, times P*, is the discriminator (EarlyLatePower: E - L).
 struct CorrelatorBank {

@@ -12,14 +12,6 @@
 namespace canyon::tracking {
 namespace {
 
-void check_product(double bandwidth_hz, double integration_s, std::string_view loop) {
-  if (!(bandwidth_hz * integration_s < 0.5)) {
-    throw InputError(
-        fmt::format("the {} has a bandwidth of {} Hz and integrates {} s", loop, bandwidth_hz, integration_s),
-        "their product must be below 0.5");
-  }
-}
-
 OuOptions unit_process(double loop_bandwidth_hz) {
   if (!(loop_bandwidth_hz > 0) || !std::isfinite(loop_bandwidth_hz)) {
     throw InputError(fmt::format("loop_bandwidth_hz of a noise is {}", loop_bandwidth_hz),
@@ -83,14 +75,6 @@ double CodeLoopNoise::sigma_m(double cn0) const {
   return std::sqrt(bandwidth * (1 - bandwidth * integration_s_ / 2) * density(cn0));
 }
 
-double dll_jitter_chips(const CodeTracker& tracker, double cn0_dbhz) {
-  return dll_jitter_m(tracker, cn0_dbhz) / tracker.correlation().chip_m();
-}
-
-double dll_jitter_m(const CodeTracker& tracker, double cn0_dbhz) {
-  return CodeLoopNoise(tracker).sigma_m(cn0_hz(cn0_dbhz));
-}
-
 double pll_jitter_rad(const PllOptions& options, double cn0_dbhz) {
   options.validate();
   const double ratio = cn0_hz(cn0_dbhz);
@@ -118,23 +102,27 @@ double LoopNoise::advance(double dt_s, double sigma) {
 
 void PllOptions::validate() const {
   options::check(*this, "phase lock loop");
-  check_product(loop_bandwidth_hz, integration_s, "phase lock loop");
+  check_bandwidths(loop_bandwidth_hz, loop_bandwidths_hz, integration_s, "phase lock loop");
 }
 
 void FllOptions::validate() const {
   options::check(*this, "frequency lock loop");
-  check_product(loop_bandwidth_hz, integration_s, "frequency lock loop");
+  check_bandwidths(loop_bandwidth_hz, loop_bandwidths_hz, integration_s, "frequency lock loop");
 }
 
 void visit(options::Visitor& v, PllOptions& o) {
   v.number({"loop_bandwidth_hz", "Hz", "one-sided noise bandwidth of the phase loop"}, o.loop_bandwidth_hz,
            {0, 100, true});
+  gnss::visit_signal_values(v, {"loop_bandwidths_hz", "Hz", "of signals that have another"},
+                            o.loop_bandwidths_hz, {0, 100, true});
   v.number({"integration_s", "s", "coherent integration"}, o.integration_s, {0, 10, true});
 }
 
 void visit(options::Visitor& v, FllOptions& o) {
   v.number({"loop_bandwidth_hz", "Hz", "one-sided noise bandwidth of the frequency loop (Doppler)"},
            o.loop_bandwidth_hz, {0, 100, true});
+  gnss::visit_signal_values(v, {"loop_bandwidths_hz", "Hz", "of signals that have another"},
+                            o.loop_bandwidths_hz, {0, 100, true});
   v.number({"integration_s", "s", "coherent integration"}, o.integration_s, {0, 10, true});
   v.number({"noise_factor", "", "1 at high C/N0, 2 near the tracking threshold"}, o.noise_factor, {1, 2});
 }

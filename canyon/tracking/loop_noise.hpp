@@ -48,14 +48,10 @@ class CodeLoopNoise {
   double narrow_from_ = 0;         // N0; infinite: never
 };
 
-/// CodeLoopNoise::sigma_m() in chips.
-[[nodiscard]] double dll_jitter_chips(const CodeTracker& tracker, double cn0_dbhz);
-/// CodeLoopNoise::sigma_m().
-[[nodiscard]] double dll_jitter_m(const CodeTracker& tracker, double cn0_dbhz);
-
 struct PllOptions {
-  double loop_bandwidth_hz = 15;  ///< one-sided noise bandwidth Bn [Hz], (0, 100]
-  double integration_s = 0.02;    ///< T [s], (0, 10]; Bn T below 0.5
+  double loop_bandwidth_hz = 15;            ///< one-sided noise bandwidth Bn [Hz], (0, 100]
+  double integration_s = 0.02;              ///< T [s], (0, 10]; Bn T below 0.5
+  gnss::SignalValues loop_bandwidths_hz{};  ///< of signals that have another [Hz]
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
@@ -66,9 +62,10 @@ void visit(options::Visitor& v, PllOptions& o);
 [[nodiscard]] double pll_jitter_rad(const PllOptions& options, double cn0_dbhz);
 
 struct FllOptions {
-  double loop_bandwidth_hz = 5;  ///< one-sided noise bandwidth Bn [Hz], (0, 100]
-  double integration_s = 0.02;   ///< T [s], (0, 10]; Bn T below 0.5
-  double noise_factor = 1;       ///< F, [1, 2]: 1 at high C/N0, 2 near the threshold
+  double loop_bandwidth_hz = 5;             ///< one-sided noise bandwidth Bn [Hz], (0, 100]
+  double integration_s = 0.02;              ///< T [s], (0, 10]; Bn T below 0.5
+  double noise_factor = 1;                  ///< F, [1, 2]: 1 at high C/N0, 2 near the threshold
+  gnss::SignalValues loop_bandwidths_hz{};  ///< of signals that have another [Hz]
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };

@@ -31,6 +31,14 @@ CodeTracker tracker(Discriminator discriminator, double spacing, double bandwidt
   return CodeTracker(signal, loop);
 }
 
+double dll_jitter_m(const CodeTracker& tracker, double cn0_dbhz) {
+  return CodeLoopNoise(tracker).sigma_m(cn0_hz(cn0_dbhz));
+}
+
+double dll_jitter_chips(const CodeTracker& tracker, double cn0_dbhz) {
+  return dll_jitter_m(tracker, cn0_dbhz) / tracker.correlation().chip_m();
+}
+
 // Infinite bandwidth, BPSK: Bn D / (2 C/N0) times the squaring loss (Kaplan & Hegarty, 2nd ed.,
 // equation 5.23, first case), with 1 - Bn T / 2.
 TEST(DllJitter, ClosedFormsOfBpsk) {

@@ -3,14 +3,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
 #include <string>
+#include <tuple>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/options/describe.hpp"
 #include "canyon/options/read.hpp"
+#include "canyon/tracking/channel.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/spoiled_options.hpp"
 
@@ -74,6 +77,48 @@ TEST(SignalOptions, NamesTheFieldThatIsOutOfRange) {
   EXPECT_THAT(message([](Options& o) { o.pll.loop_bandwidth_hz = 0; }), HasSubstr("phase lock loop"));
   EXPECT_THAT(message([](Options& o) { o.fll.noise_factor = 3; }), HasSubstr("noise_factor"));
   EXPECT_THAT(message([](Options& o) { o.lock.hold_s = -1; }), HasSubstr("hold_s"));
+  EXPECT_EQ(message([](Options& o) { o.dll.loop_bandwidths_hz["E1"] = 0.2; }), "");
+  EXPECT_THAT(message([](Options& o) { o.dll.spacings_chips["Galileo"] = 0.2; }), HasSubstr("'Galileo'"));
+  EXPECT_THAT(message([](Options& o) { o.fll.loop_bandwidths_hz["L6"] = 1; }), HasSubstr("'L6'"));
+  EXPECT_THAT(message([](Options& o) { o.pll.loop_bandwidths_hz["L5"] = 25; }), HasSubstr("25 Hz"));
+}
+
+// One receiver, two signals, each with loops of its own: the noise has their deviations and memory.
+TEST(SignalOptions, GivesEachSignalItsLoops) {
+  SignalOptions options;
+  options.enabled = true;
+  options.dll.loop_bandwidth_hz = 0.05;
+  options.dll.loop_bandwidths_hz["E1"] = 0.8;
+  options.dll.spacings_chips["E1"] = 0.125;
+  options.pll.loop_bandwidths_hz["E1"] = 10;
+  options.fll.loop_bandwidths_hz["E1"] = 1;
+  ChannelModel model(options, 1, "receiver");
+  for (const auto& [name, system, bandwidth_hz, spacing, pll_hz, fll_hz] :
+       {std::tuple("L1CA", System::GPS, 0.05, 0.5, 15.0, 5.0),
+        std::tuple("E1", System::Galileo, 0.8, 0.125, 10.0, 1.0)}) {
+    const auto signals = gnss::signals_of(system);
+    const gnss::Signal& signal =
+        *std::find_if(signals.begin(), signals.end(),
+                      [name = std::string_view(name)](const gnss::Signal& s) { return s.name == name; });
+    DllOptions loop;
+    loop.spacing_chips = spacing;
+    loop.loop_bandwidth_hz = bandwidth_hz;
+    Channel channel(model, {system, 3}, signal, {});
+    LoopErrors errors = channel.sample(model, {}, 40);
+    const CodeTracker expected(correlation_of(signal, options), loop);
+    EXPECT_DOUBLE_EQ(errors.code_sigma_m, CodeLoopNoise(expected).sigma_m(1e4)) << name;
+    EXPECT_DOUBLE_EQ(errors.code_rate_per_s, 4 * bandwidth_hz);
+    EXPECT_DOUBLE_EQ(errors.phase_sigma_cycles, pll_jitter_rad({pll_hz}, 40) / (2 * geodesy::kPi));
+    EXPECT_DOUBLE_EQ(errors.doppler_sigma_hz, fll_jitter_hz({fll_hz}, 40));
+    double before = 0, products = 0, squares = 0;
+    for (int i = 1; i <= 20'000; ++i) {
+      errors = channel.sample(model, geodesy::GpsTime() + i, 40);
+      products += before * errors.code_m;
+      squares += errors.code_m * errors.code_m;
+      before = errors.code_m;
+    }
+    EXPECT_NEAR(products / squares, std::exp(-4 * bandwidth_hz), 0.05) << name;
+  }
 }
 
 }  // namespace

@@ -52,6 +52,7 @@ inline std::string another_value(const options::Key& key) {
   }
   if (key.type == Type::Texts && key.path.ends_with("satellites")) return "GPS";
   if (key.path.ends_with("vehicle_shares")) return "car=7";
+  if (key.path.ends_with("loop_bandwidths_hz") || key.path.ends_with("spacings_chips")) return "L1CA=0.7";
   if (key.type == Type::Text || key.type == Type::Texts) return "GPS=7";
   const options::Range range = key.range.value();
   const double value = key.default_value == "none" ? INFINITY : parse_double(key.default_value).value_or(NAN);

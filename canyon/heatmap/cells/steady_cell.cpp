@@ -229,7 +229,7 @@ SteadyCell::Against SteadyCell::against(const SteadySatellite& s, const CellPath
     result.incoherent = static_cast<float>(power * share.incoherent);
     return result;
   }
-  const tracking::DllOptions& dll = options_.signal.dll;
+  const tracking::DllOptions& dll = s.code->tracker().options();
   const double coherence_m = tracking::kCoherenceWavelengths * s.wavelength_m;
   const std::complex<double> rate(path.excess_m * s.turning_radps / coherence_m,
                                   -2 * geodesy::kPi * fading_hz);

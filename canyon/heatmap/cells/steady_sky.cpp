@@ -128,9 +128,9 @@ void SteadySky::fill_lanes(const TileErrors& common, Draws& draws, std::size_t b
       s.error_m[i] += receiver::bias_drift(options, draws.seeds[d], *s.signal).advance(0);
     }
     if (!quiet) {
-      s.code_normal[i] =
-          tracking::LoopNoise(options.signal.dll.loop_bandwidth_hz, model.stream(line.id, *s.signal, "dll"))
-              .advance(0, 1);
+      s.code_normal[i] = tracking::LoopNoise(s.code->tracker().options().loop_bandwidth_hz,
+                                             model.stream(line.id, *s.signal, "dll"))
+                             .advance(0, 1);
       s.cn0_noise_db[i] = options.signal.cn0_sigma_db * model.stream(line.id, *s.signal, "cn0").normal();
     }
     tracking::PathFades fades = model.fades(line.id, *s.signal);

@@ -44,9 +44,10 @@ std::uint64_t frequency(gnss::SatelliteId id, const std::map<gnss::SatelliteId, 
   return static_cast<std::uint64_t>((channel == channels.end() ? 0 : channel->second) + 7);
 }
 
-/// The smallest n in [0, 15] with base 2^n >= sigma.
-std::uint64_t doubling(double sigma, double base) {
-  return static_cast<std::uint64_t>(std::clamp(std::ceil(std::log2(sigma / base) - 1e-9), 0.0, 15.0));
+/// The largest n in [least, 15] with base 2^n <= sigma. A recorded NEO-F9P, whose noise in a laboratory is
+/// known, states the step below it; and none states less than 0.08 m.
+std::uint64_t doubling(double sigma, double base, double least) {
+  return static_cast<std::uint64_t>(std::clamp(std::floor(std::log2(sigma / base) + 1e-9), least, 15.0));
 }
 
 /// Which corrections a solution uses of a satellite in it: of the codes (bit 0), of the phases (bit 1).
@@ -148,11 +149,11 @@ std::string rxm_rawx(const Epoch& epoch) {
         .u1(frequency(raw.id, epoch.glonass_channels));
     list.u2(std::clamp(std::floor(raw.locked_s * 1e3 + 1e-6), 0.0, 64500.0));
     list.u1(m.cn0_dbhz ? static_cast<std::uint64_t>(std::clamp(std::lround(*m.cn0_dbhz), 0L, 255L)) : 0);
-    list.u1(doubling(m.sigma_m, 0.01));
+    list.u1(doubling(m.sigma_m, 0.01, 3));
     list.u1(raw.carrier_phase_cycles ? static_cast<std::uint64_t>(std::clamp(
-                                           std::ceil(m.carrier_phase_sigma_cycles / 0.004), 1.0, 14.0))
+                                           std::floor(m.carrier_phase_sigma_cycles / 0.004), 1.0, 14.0))
                                      : 15);
-    list.u1(doubling(m.doppler_sigma_hz, 0.002));
+    list.u1(doubling(m.doppler_sigma_hz, 0.002, 0));
     list.u1(raw.carrier_phase_cycles ? 0b111 : 0b001).u1(0);
   }
   const geodesy::GpsTime t = epoch.seen.stated(epoch.raw.tag);
