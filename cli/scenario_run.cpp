@@ -49,7 +49,7 @@ ReadyRun make_ready(simulation::Scenario scenario, const std::string& file) {
 
 simulation::RunResult run(const simulation::Simulation& simulation,
                           const std::vector<simulation::EpochSink*>& sinks, const RunArguments& arguments,
-                          const char* doing, simulation::RunOptions options) {
+                          const char* doing, simulation::RunOptions options, const std::string& report_file) {
   simulation::RunResult result;
   {
     Progress progress(doing, arguments.quiet);
@@ -61,7 +61,9 @@ simulation::RunResult run(const simulation::Simulation& simulation,
     };
     result = simulation.run(sinks, options);
   }
-  print_warnings(result.warnings);
+  ReadReport report;
+  report.say(ReadReport::Level::Guess, result.warnings);
+  print_report(report, report_file.empty() ? "canyon simulate " + arguments.scenario : report_file);
   return result;
 }
 

@@ -42,9 +42,11 @@ struct ReadyRun {
 [[nodiscard]] ReadyRun make_ready(simulation::Scenario scenario, const std::string& file);
 /// Runs it until its end or Ctrl-C, with a progress line. @param doing what the line says
 /// @param options whose threads and stop are set here; its progress is called beside the line
+/// @param report_file that has all warnings of the run; empty: none has
 [[nodiscard]] simulation::RunResult run(const simulation::Simulation& simulation,
                                         const std::vector<simulation::EpochSink*>& sinks,
                                         const RunArguments& arguments, const char* doing,
-                                        simulation::RunOptions options = {});
+                                        simulation::RunOptions options = {},
+                                        const std::string& report_file = {});
 
 }  // namespace canyon::cli

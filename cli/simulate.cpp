@@ -126,7 +126,7 @@ int run_simulate(const SimulateArguments& arguments) {
   for (const auto& sink : sinks) all.push_back(sink.get());
   for (const auto& stream : streams) all.push_back(stream.get());
 
-  const simulation::RunResult result = run(simulation, all, arguments, "simulating");
+  const simulation::RunResult result = run(simulation, all, arguments, "simulating", {}, report_file);
   for (std::size_t i = 0; i < streams.size(); ++i) tell_notes(i);
   ReadReport report = simulation.report();
   report.say(ReadReport::Level::Guess, result.warnings);

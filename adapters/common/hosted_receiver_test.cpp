@@ -17,6 +17,8 @@
 #include "canyon/output/ubx/frame.hpp"
 #include "tests/support/free_port.hpp"
 #include "tests/support/local_connection.hpp"
+#include "tests/support/refusal.hpp"
+#include "tests/support/rinex_sample.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::adapters {
@@ -45,6 +47,12 @@ const std::string kStreetSettings =
 std::string street_settings(const std::string& more) {
   std::string text = kStreetSettings;
   return text.replace(text.find('%'), 1, more);
+}
+
+/// A record without its numbers.
+std::string damaged() {
+  std::string record = test::kG05;
+  return record.replace(0, 3, "G06").replace(100, 40, 40, 'x');
 }
 
 class Collector final : public live::EpochPublisher {
@@ -239,6 +247,51 @@ TEST(HostedReceiver, NamesItsModelWhereAFileIsWrong) {
   } catch (const InputError& e) {
     EXPECT_THAT(e.what(), AllOf(testing::StartsWith("plugin 'gnss' of model 'car': "), HasSubstr("sky.nav")));
   }
+}
+
+// The sky is everybody's: what it lacks is said once in a world.
+TEST(HostedReceiver, ReceiversOfAWorldSayTheSkysWarningsOnce) {
+  const test::TemporaryFolder folder;
+  std::ofstream(folder / "damaged.nav") << test::kRinex3Header + test::kG05 + test::kE11 + damaged();
+  HostSettings settings;
+  settings.live.sky.nominal = false;
+  settings.live.sky.navigation = {folder / "damaged.nav"};
+  const auto shared = std::make_shared<live::SkyWarnings>();
+  std::vector<std::string> lines;
+  std::vector<std::unique_ptr<live::HostedReceiver>> receivers;
+  for (const char* name : {"a", "b", "c"}) {
+    ReceiverIdentity identity;
+    identity.model = name;
+    identity.plugin = "gnss";
+    live::HostSetup setup =
+        setup_of(settings, identity, {}, geodesy::gps_from_utc(geodesy::CalendarTime{2019, 4, 28, 12, 10, 0}),
+                 0, [&](live::HostedReceiver::Tone, const std::string& line) { lines.push_back(line); });
+    setup.sky_warnings = shared;
+    receivers.push_back(std::make_unique<live::HostedReceiver>(std::move(setup)));
+  }
+  EXPECT_THAT(lines, ElementsAre(AllOf(HasSubstr("damaged.nav"), Not(HasSubstr("model")))));
+}
+
+TEST(HostedReceiver, NoStreamReplacesAFileThatWasRead) {
+  const test::TemporaryFolder folder;
+  const auto sky = folder / "sky.nav";
+  std::ofstream(sky) << test::kRinex3Header + test::kG05 + test::kE11 + damaged();
+  HostSettings settings;
+  settings.live.sky.nominal = false;
+  settings.live.sky.navigation = {sky};
+  settings.streams = {"nmea=file:" + sky.string()};
+  ReceiverIdentity identity;
+  identity.plugin = "gnss";
+  EXPECT_THAT(
+      test::refusal([&] {
+        const live::HostedReceiver receiver(setup_of(
+            settings, identity, {}, geodesy::gps_from_utc(geodesy::CalendarTime{2019, 4, 28, 12, 10, 0}), 0,
+            [](live::HostedReceiver::Tone, const std::string&) {}));
+      }),
+      HasSubstr("is read by this run and would be replaced"));
+  std::string kept;
+  std::getline(std::ifstream(sky), kept);
+  EXPECT_THAT(kept, testing::StartsWith("     3.04"));
 }
 
 // A receiver's settings choose its scene; receivers with the same settings share it.

@@ -72,6 +72,7 @@ struct GnssSensor::Impl {
     World() : connection_(gazebo::event::Events::ConnectWorldUpdateEnd([this] { update(); })) {}
     void add(Impl& receiver);
     void remove(Impl& receiver);
+    const std::shared_ptr<live::SkyWarnings> sky_warnings = std::make_shared<live::SkyWarnings>();
 
    private:
     void update();
@@ -142,10 +143,13 @@ GnssSensor::Impl::Impl(const Attachment& attachment) : at(attachment) {
   const auto ray_sensor = std::dynamic_pointer_cast<gazebo::sensors::RaySensor>(at.sensor);
   HostSettings settings = read_settings(at, identity, ray_sensor != nullptr);
   const live::WorldFrame frame = world_frame(origin_of(*at.world), settings, settings.warnings);
-  receiver.emplace(
+  world = World::of(at.world);
+  live::HostSetup setup =
       setup_of(settings, identity, frame,
                start_of_world(at.world.get(), at.world->Name(), nanoseconds(at.world->SimTime())),
-               at.sensor ? at.sensor->UpdateRate() : 0, say));
+               at.sensor ? at.sensor->UpdateRate() : 0, say);
+  setup.sky_warnings = world->sky_warnings;
+  receiver.emplace(std::move(setup));
 
   if (!settings.vehicle_blocks) left_out = at.link->GetParentModel();
   if (settings.ray_engine == RayEngine::Physics) {
@@ -179,7 +183,6 @@ GnssSensor::Impl::Impl(const Attachment& attachment) : at(attachment) {
     receiver->add(ros2::make_host_publisher(identity, settings, hosted_faults(desk, name, settings)));
 #endif
   }
-  world = World::of(at.world);
   world->add(*this);
 }
 

@@ -105,6 +105,7 @@ struct GnssWorld::Impl {
   std::vector<Scene> scenes;
   std::map<Entity, Receiver> receivers;  // in the order of entities, so that a run repeats
   live::HostBases bases;
+  std::shared_ptr<live::SkyWarnings> sky_warnings = std::make_shared<live::SkyWarnings>();
   std::unique_ptr<OptionsService> options;
   std::optional<live::HostOrigin> origin;
   bool stepped = false;  // PostUpdate of this step is done
@@ -259,8 +260,10 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
   }
   receiver.topic = topic;
   ecm.CreateComponent(entity, components::SensorTopic(topic));
-  receiver.hosted = std::make_unique<live::HostedReceiver>(
-      setup_of(settings, identity, frame, start_of_world(&ecm, identity.world, 0), sensor.UpdateRate(), say));
+  live::HostSetup setup =
+      setup_of(settings, identity, frame, start_of_world(&ecm, identity.world, 0), sensor.UpdateRate(), say);
+  setup.sky_warnings = sky_warnings;
+  receiver.hosted = std::make_unique<live::HostedReceiver>(std::move(setup));
   if (settings.publish_navsat) {
     receiver.hosted->add(make_navsat_publisher(topic, frame_of(sensor.Element(), receiver.name)));
   }

@@ -22,6 +22,7 @@
 #include "adapters/ros2/rtcm_topic.hpp"
 #include "adapters/ros2/scenario_run.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/input_files.hpp"
 #include "canyon/base/secrets.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/encoder.hpp"
@@ -459,6 +460,7 @@ void ReceiverNode::Impl::publish(const live::ReceiverReport& report) {
 
 ReceiverNode::ReceiverNode(const rclcpp::NodeOptions& options)
     : LifecycleNode("receiver", options), impl_(std::make_unique<Impl>(*this)) {
+  InputFiles::begin_run();
   if (!impl_->parameters.autostart()) return;
   impl_->starter = create_wall_timer(std::chrono::seconds(0), [this] { impl_->autostart(); });
 }

@@ -121,6 +121,19 @@ std::string stream_of_model(const std::string& setting, const std::string& strea
   return result;
 }
 
+void SkyWarnings::take(simulation::LiveReceiver& receiver,
+                       const std::function<void(const std::string& line, bool of_sky)>& say) {
+  const std::vector<std::string> of_sky = receiver.sky().report.warnings();
+  for (const std::string& line : receiver.take_warnings()) {
+    const bool shared = std::find(of_sky.begin(), of_sky.end(), line) != of_sky.end();
+    if (shared) {
+      const std::lock_guard lock(mutex_);
+      if (!said_.insert(line).second) continue;
+    }
+    say(line, shared);
+  }
+}
+
 void HostOutputs::add(std::unique_ptr<EpochPublisher> publisher) {
   if (publisher) publishers_.push_back(std::move(publisher));
 }
@@ -143,9 +156,9 @@ void HostOutputs::reset() {
   for (const auto& publisher : publishers_) publisher->reset();
 }
 
-void HostOutputs::say(Tone tone, const std::string& line) {
+void HostOutputs::say(Tone tone, const std::string& line, bool of_all) {
   if (!said_.insert(line).second) return;
-  say_(tone, hide_passwords(name_.empty() ? line : fmt::format("{}: {}", name_, line)));
+  say_(tone, hide_passwords(of_all || name_.empty() ? line : fmt::format("{}: {}", name_, line)));
 }
 
 void HostOutputs::say_notes(EpochPublisher& publisher) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <set>
 #include <string>
 #include <string_view>
@@ -72,6 +73,18 @@ using LinkOpener = std::function<std::shared_ptr<transport::Link>(const output::
 [[nodiscard]] std::string stream_of_model(const std::string& setting, const std::string& stream,
                                           const std::string& model);
 
+/// Warnings of the sky that receivers share are said once. Thread-safe.
+class SkyWarnings {
+ public:
+  /// Takes a receiver's warnings. @param say gets each line that no receiver has said of its sky before
+  void take(simulation::LiveReceiver& receiver,
+            const std::function<void(const std::string& line, bool of_sky)>& say);
+
+ private:
+  std::mutex mutex_;
+  std::set<std::string> said_;
+};
+
 /// Where the epochs of one receiver of a host go, and what there is to say about them.
 class HostOutputs {
  public:
@@ -87,7 +100,8 @@ class HostOutputs {
   void publish(const ReceiverReport& report);
   void serve(std::int64_t sim_time_ns);
   void reset();
-  void say(Tone tone, const std::string& line);  ///< once each, without passwords
+  /// Once each, without passwords. @param of_all it is not of this receiver alone: without its name
+  void say(Tone tone, const std::string& line, bool of_all = false);
 
  private:
   void say_notes(EpochPublisher& publisher);

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/input_files.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/output/encoder.hpp"
 #include "canyon/output/stream.hpp"
@@ -43,10 +44,6 @@ void visit_streams(options::Visitor& v, const options::Field& field, std::vector
 // Places of a rover and its base in the links of the two.
 constexpr std::size_t kRover = 0, kBase = 1;
 
-const std::string& name_of(const HostedReceiver& receiver) {
-  return receiver.receiver().config().receiver().options.name;
-}
-
 }  // namespace
 
 HostedReceiver::HostedReceiver(HostSetup setup)
@@ -57,7 +54,9 @@ HostedReceiver::HostedReceiver(HostSetup setup)
       schedule_(1 / rate_hz()),
       start_(options_.live.start.value_or(setup.start)),
       city_(std::move(setup.city)),
-      outputs_(std::move(setup.name), std::move(setup.say)) {
+      outputs_(std::move(setup.name), std::move(setup.say)),
+      sky_warnings_(setup.sky_warnings ? std::move(setup.sky_warnings) : std::make_shared<SkyWarnings>()) {
+  InputFiles::begin_run();
   for (const std::string& line : setup.warnings) say(Tone::Warning, line);
   try {
     start_receiver();
@@ -79,8 +78,14 @@ void HostedReceiver::start_receiver() {
   if (fixed) fixed->settle(frame_.enu);
   receiver_.emplace(options_.live, city_ ? city_ : open_field(frame_), start_);
   if (tracer_) receiver_->set_tracer(tracer_);
-  for (const std::string& line : receiver_->take_warnings()) say(Tone::Warning, line);
+  say_warnings();
   make_rtcm();
+}
+
+void HostedReceiver::say_warnings() {
+  sky_warnings_->take(*receiver_, [this](const std::string& line, bool of_sky) {
+    outputs_.say(Tone::Warning, line, of_sky);
+  });
 }
 
 void HostedReceiver::make_rtcm() {
@@ -178,7 +183,7 @@ void HostedReceiver::finish() {
   report_.compute_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   report_.step = step_ ? &*step_ : nullptr;
   if (step_) {
-    for (const std::string& line : receiver_->take_warnings()) say(Tone::Warning, line);
+    say_warnings();
   } else {
     report_.scan_ranges_m.clear();
   }
@@ -288,19 +293,6 @@ HostBases::Member* HostBases::member_of(const HostedReceiver* receiver) {
   return at == members_.end() ? nullptr : &*at;
 }
 
-HostBases::Member* HostBases::named(const std::string& name, const HostedReceiver& except) {
-  const auto at = std::find_if(members_.begin(), members_.end(), [&](const Member& member) {
-    return member.receiver != &except && name_of(*member.receiver) == name;
-  });
-  return at == members_.end() ? nullptr : &*at;
-}
-
-std::string HostBases::names() const {
-  std::vector<std::string> all;
-  for (const Member& member : members_) all.push_back(name_of(*member.receiver));
-  return fmt::format("{}", fmt::join(all, ", "));
-}
-
 void HostBases::sort(std::vector<HostedReceiver*>& due) {
   for (Member& member : members_) {
     if (member.receiver->begun_ns() < member.last_ns) {  // the world was reset
@@ -327,12 +319,17 @@ void HostBases::find_base(Member& member) {
   HostedReceiver& rover = *member.receiver;
   const std::string from = rover.base_elsewhere();
   if (from.empty() || member.base != nullptr) return;
-  Member* base = named(from, rover);
+  const Member* base = nullptr;
+  std::vector<std::string> names;
+  for (const Member& other : members_) {
+    names.push_back(other.receiver->receiver().config().receiver().options.name);
+    if (base == nullptr && other.receiver != &rover && names.back() == from) base = &other;
+  }
   if (base == nullptr) {
     return rover.say(HostedReceiver::Tone::Warning,
                      fmt::format("there is no receiver '{}' in this world yet, whose corrections it takes; "
                                  "receivers: {}; give one <name>{}</name>",
-                                 from, names(), from));
+                                 from, fmt::join(names, ", "), from));
   }
   const simulation::LiveConfig& own = rover.receiver().config();
   const simulation::LiveConfig& others = base->receiver->receiver().config();

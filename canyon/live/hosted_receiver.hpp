@@ -53,6 +53,8 @@ struct HostSetup {
   LinkOpener open_link = {};               ///< of streams with the host's own addresses
   std::vector<std::string> warnings = {};  ///< said at once
   HostOutputs::Say say;
+  /// Of all receivers of the world; null: of this one.
+  std::shared_ptr<SkyWarnings> sky_warnings = {};
   std::shared_ptr<simulation::CityScene> city = {};  ///< null: an open field, until set_scene()
 };
 
@@ -127,6 +129,7 @@ class HostedReceiver {
  private:
   void start_receiver();
   void make_rtcm();
+  void say_warnings();
   void compute(const Motion& motion);
   void follow_scene();
   [[nodiscard]] std::vector<double> scan(const Eigen::Vector3d& antenna_enu) const;
@@ -152,6 +155,7 @@ class HostedReceiver {
   std::optional<RtcmInput> rtcm_;
   std::optional<simulation::LiveReceiver::Step> step_;
   HostOutputs outputs_;
+  std::shared_ptr<SkyWarnings> sky_warnings_;
   std::int64_t last_ns_ = 0;
   bool went_back_ = false;  // in time, since the last epoch
   ReceiverReport report_;   // of the epoch that is begun
@@ -183,9 +187,7 @@ class HostBases {
     std::int64_t last_ns = 0;
   };
   [[nodiscard]] Member* member_of(const HostedReceiver* receiver);
-  [[nodiscard]] Member* named(const std::string& name, const HostedReceiver& except);
   void find_base(Member& member);
-  [[nodiscard]] std::string names() const;
 
   std::vector<Member> members_;
 };

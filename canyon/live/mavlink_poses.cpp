@@ -50,10 +50,6 @@ std::optional<Quaterniond> attitude(const Vector3d& roll_pitch_yaw) {
   return attitude(mavlink::Quaternion{q.w(), q.x(), q.y(), q.z()});
 }
 
-bool on_earth(double latitude_deg, double longitude_deg) {
-  return std::abs(latitude_deg) <= 90 && std::abs(longitude_deg) <= 360;
-}
-
 /// MAV_FRAME of Odometry: its axes, as far as Canyon knows them.
 struct MavFrame {
   int number;
@@ -120,7 +116,6 @@ class MavlinkPoses final : public PoseDecoder {
     }
     return bytes;
   }
-  [[nodiscard]] std::string take_complaint() override { return std::exchange(complaint_, {}); }
 
  private:
   [[nodiscard]] bool takes(std::string_view name) const {
@@ -136,11 +131,11 @@ class MavlinkPoses final : public PoseDecoder {
              double height_m) {
     // Autopilots without a fix send 0, 0 or the largest integers.
     if (latitude_deg == 0 && longitude_deg == 0) {
-      complaint_ = fmt::format("{} at latitude 0, longitude 0, as before a fix", name);
-    } else if (on_earth(latitude_deg, longitude_deg) && std::isfinite(height_m)) {
+      complaints_.add(fmt::format("{} at latitude 0, longitude 0, as before a fix", name));
+    } else if (is_on_earth(latitude_deg, longitude_deg) && std::isfinite(height_m)) {
       report.place = geodesy::Geodetic::from_degrees(latitude_deg, longitude_deg, height_m);
     } else {
-      complaint_ = fmt::format("{} with a latitude, longitude or height out of range", name);
+      complaints_.add(fmt::format("{} with a latitude, longitude or height out of range", name));
     }
   }
 
@@ -190,8 +185,9 @@ class MavlinkPoses final : public PoseDecoder {
     const auto world_ned = is_ned(kLocalFrames, m.frame), body_frd = is_ned(kBodyFrames, m.child_frame),
                child_ned = is_ned(kLocalFrames, m.child_frame);
     if (!world_ned || (!body_frd && !child_ned)) {
-      complaint_ = fmt::format("ODOMETRY in MAV_FRAME {} with velocities in {}, which Canyon does not know",
-                               m.frame, m.child_frame);
+      complaints_.add(
+          fmt::format("ODOMETRY in MAV_FRAME {} with velocities in {}, which Canyon does not know", m.frame,
+                      m.child_frame));
       return std::nullopt;
     }
     PoseReport report = begin(sender, us(m.time_us));
@@ -248,7 +244,6 @@ class MavlinkPoses final : public PoseDecoder {
   transport::Readers<mavlink::Parser> parsers_;
   std::map<std::uint8_t, Turned> attitudes_;
   std::uint8_t sequence_ = 0;
-  std::string complaint_;
 };
 
 }  // namespace

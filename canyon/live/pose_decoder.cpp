@@ -36,26 +36,37 @@ Matrix3d flu_from(BodyAxes axes) {
   return axes == BodyAxes::FRD ? Matrix3d(Vector3d(1, -1, -1).asDiagonal()) : Matrix3d::Identity();
 }
 
+bool is_on_earth(double latitude_deg, double longitude_deg) {
+  return std::abs(latitude_deg) <= 90 && std::abs(longitude_deg) <= 360;
+}
+
+void Complaints::add(std::string why) {
+  ++count_;
+  const auto at =
+      std::find_if(reasons_.begin(), reasons_.end(), [&](const auto& r) { return r.first == why; });
+  if (at != reasons_.end()) {
+    ++at->second;
+  } else if (reasons_.size() < kMost) {
+    reasons_.emplace_back(std::move(why), 1);
+  }
+}
+
+std::string Complaints::take() {
+  if (count_ == 0) return {};
+  std::string text =
+      fmt::format("{} {}: ", count_, count_ == 1 ? "message was not a pose" : "messages were not poses");
+  std::size_t others = count_;
+  for (const auto& [why, count] : reasons_) {
+    text += count == count_ ? why : fmt::format("{}{} {}", others == count_ ? "" : "; ", count, why);
+    others -= count;
+  }
+  if (others > 0) text += fmt::format("; {} for other reasons", others);
+  reasons_.clear();
+  count_ = 0;
+  return text;
+}
+
 namespace {
-
-/// Counts messages that are not poses.
-class Complaints {
- public:
-  void add(std::string why) {
-    ++count_;
-    latest_ = std::move(why);
-  }
-  [[nodiscard]] std::string take() {
-    if (count_ == 0) return {};
-    const std::size_t count = std::exchange(count_, 0);
-    return fmt::format("{} {}: {}", count, count == 1 ? "message was not a pose" : "messages were not poses",
-                       latest_);
-  }
-
- private:
-  std::size_t count_ = 0;
-  std::string latest_;
-};
 
 /// Turns vectors from the sender's axes to ours.
 class Axes {
@@ -78,10 +89,6 @@ class Axes {
   Matrix3d world_, body_;
 };
 
-constexpr bool is_latitude(double deg) {
-  return deg >= -90 && deg <= 90;
-}
-
 class JsonPoses final : public PoseDecoder {
  public:
   explicit JsonPoses(const simulation::PoseSourceOptions& options) : axes_(options) {}
@@ -100,7 +107,6 @@ class JsonPoses final : public PoseDecoder {
     const std::string& rest = lines.rest();
     if (!rest.empty() && rest.back() == '}' && Json::try_parse(rest)) lines.finish(take);
   }
-  [[nodiscard]] std::string take_complaint() override { return complaints_.take(); }
   [[nodiscard]] std::string take_unused() override { return std::exchange(unused_, {}); }
 
  private:
@@ -148,8 +154,7 @@ class JsonPoses final : public PoseDecoder {
     const auto latitude = number(object, "latitude_deg", why),
                longitude = number(object, "longitude_deg", why), height = number(object, "height_m", why);
     if (latitude && longitude && height) {
-      if (!is_latitude(*latitude) || !(std::abs(*longitude) <= 360))
-        return "latitude or longitude out of range";
+      if (!is_on_earth(*latitude, *longitude)) return "latitude or longitude out of range";
       report.place = geodesy::Geodetic::from_degrees(*latitude, *longitude, *height);
     }
     if (const auto q = numbers<4>(object, "attitude", why)) {
@@ -221,7 +226,6 @@ class JsonPoses final : public PoseDecoder {
   transport::Readers<transport::LineCutter> lines_;
   std::set<std::string> told_;  // parts that are not used
   std::string unused_;
-  Complaints complaints_;
 };
 
 class BinaryPoses final : public PoseDecoder {
@@ -259,7 +263,6 @@ class BinaryPoses final : public PoseDecoder {
     complaints_.add("a datagram that ends within a pose");
     held.clear();
   }
-  [[nodiscard]] std::string take_complaint() override { return complaints_.take(); }
 
  private:
   static constexpr std::string_view kMagic = "CNY1";
@@ -290,7 +293,7 @@ class BinaryPoses final : public PoseDecoder {
     if (!(flags & kNoStamp)) report.stamp_s = value<double>(bytes, 12);
     const auto position = vector<double>(bytes, 20);
     if (flags & kGeodetic) {
-      if (!is_latitude(position.x()) || !(std::abs(position.y()) <= 360)) {
+      if (!is_on_earth(position.x(), position.y())) {
         complaints_.add("latitude or longitude out of range");
         return;
       }
@@ -314,7 +317,6 @@ class BinaryPoses final : public PoseDecoder {
 
   Axes axes_;
   transport::Readers<std::string> held_;
-  Complaints complaints_;
 };
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "canyon/geodesy/frames.hpp"
@@ -25,6 +26,22 @@ struct PoseReport {
   std::optional<Eigen::Vector3d> rates_body_radps;  ///< about the body's axes
 };
 
+/// Counts messages that are not poses, by reason.
+class Complaints {
+ public:
+  /// Reasons that are told in their words; messages of others are counted.
+  static constexpr std::size_t kMost = 8;
+
+  void add(std::string why);
+  /// "3 messages were not poses: 2 a wrong checksum; 1 an attitude without direction", in the order in which
+  /// the reasons came up; empty: none since the last call.
+  [[nodiscard]] std::string take();
+
+ private:
+  std::vector<std::pair<std::string, std::size_t>> reasons_;
+  std::size_t count_ = 0;
+};
+
 /// Finds poses in bytes that may be cut anywhere, mixed with anything, or hostile. Keeps a bounded part of
 /// them, of a datagram nothing: what is no pose in it is complained of.
 class PoseDecoder {
@@ -34,10 +51,13 @@ class PoseDecoder {
                        const std::function<void(const PoseReport&)>& each) = 0;
   /// A request for poses to a silent sender; empty: none.
   [[nodiscard]] virtual std::string request() { return {}; }
-  /// The number of messages since the last call that were not poses, and why the latest was not; empty: 0.
-  [[nodiscard]] virtual std::string take_complaint() { return {}; }
+  /// Complaints::take() of the messages since the last call.
+  [[nodiscard]] std::string take_complaint() { return complaints_.take(); }
   /// Parts of poses that are not used, each of which is told once; empty: none since the last call.
   [[nodiscard]] virtual std::string take_unused() { return {}; }
+
+ protected:
+  Complaints complaints_;
 };
 
 /// The decoder of these options. Throws InputError for messages that Canyon does not know.
@@ -51,6 +71,8 @@ class PoseDecoder {
 inline constexpr std::size_t kBinarySize = 88;
 /// Longest JSON line; longer ones are passed over.
 inline constexpr std::size_t kLongestLine = 4096;
+
+[[nodiscard]] bool is_on_earth(double latitude_deg, double longitude_deg);
 
 /// Rotates vectors given in `axes` to local ENU, or to FLU.
 [[nodiscard]] Eigen::Matrix3d enu_from(simulation::WorldAxes axes);

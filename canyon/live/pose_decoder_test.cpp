@@ -24,6 +24,7 @@ using simulation::BodyAxes;
 using simulation::PoseFormat;
 using simulation::PoseSourceOptions;
 using simulation::WorldAxes;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 PoseSourceOptions options(PoseFormat format, WorldAxes axes = WorldAxes::ENU, BodyAxes body = BodyAxes::FLU) {
@@ -232,6 +233,21 @@ TEST(Poses, ADatagramEndsWhatItSays) {
   }
 }
 
+// One reason must not stand for all messages of a second.
+TEST(Poses, ComplaintsCountByReason) {
+  const auto json = make_decoder(options(PoseFormat::Json));
+  (void)received(*json, "rubbish\n{\"position_m\": 1}\nrubbish\n{}\n");
+  EXPECT_EQ(json->take_complaint(),
+            "4 messages were not poses: 2 not a JSON object; 1 'position_m' is not a list of 3 numbers; 1 "
+            "neither 'position_m' nor 'latitude_deg', 'longitude_deg', 'height_m'");
+  (void)received(*json, "rubbish\nrubbish\n");
+  EXPECT_EQ(json->take_complaint(), "2 messages were not poses: not a JSON object");
+  Complaints many;
+  for (int i = 0; i < 1000; ++i) many.add("reason " + std::to_string(i));
+  EXPECT_THAT(many.take(), AllOf(HasSubstr("1000 messages were not poses: 1 reason 0; 1 reason 1; "),
+                                 HasSubstr("; 1 reason 7; 992 for other reasons")));
+}
+
 TEST(BinaryPoses, AreFoundAmongRubbish) {
   const auto decoder = make_decoder(options(PoseFormat::Binary));
   std::string broken = binary(0, {9, 9, 9});
@@ -334,7 +350,7 @@ TEST(MavlinkPoses, PlacesBeforeAFixAreNone) {
   state.ned_from_frd = to_mavlink(skew());
   state.altitude_m = 37;
   for (const PoseReport& report : received(*decoder, frame(state))) EXPECT_FALSE(report.place);
-  EXPECT_THAT(decoder->take_complaint(), HasSubstr("before a fix"));
+  EXPECT_THAT(decoder->take_complaint(), HasSubstr("was not a pose: HIL_STATE_QUATERNION at latitude 0"));
 }
 
 TEST(MavlinkPoses, OdometrySaysItsFrames) {

@@ -101,7 +101,7 @@ void PoseSource::receive_log(const transport::Received& received, bool since_zer
     const double step_s = stamp_s - last_stamp_s_.value_or(stamp_s);
     if (step_s < -options_.track.timeout_s || step_s > kLongestGap_s) {
       if (!anew()) {
-        ++old_;
+        ++of_another_clock_;
         return;
       }
       track_.reset();

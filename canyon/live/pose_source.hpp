@@ -46,6 +46,8 @@ class PoseSource {
   /// The stamp of the latest pose that was taken; empty: it had none.
   [[nodiscard]] std::optional<double> last_stamp_s() const { return last_stamp_s_; }
   [[nodiscard]] std::string request() { return decoder_->request(); }
+  /// Poses that receive_log() has dropped because their stamps are of another clock.
+  [[nodiscard]] std::uint64_t of_another_clock() const { return of_another_clock_; }
   /// Notes since the last call, one line each: poses that were dropped, or lie far away.
   [[nodiscard]] std::vector<std::string> take_notes();
 
@@ -66,7 +68,7 @@ class PoseSource {
   std::optional<double> first_stamp_s_, last_stamp_s_;
   double far_m_ = 0;  // of the first of those since the vehicle was near
   bool said_far_ = false;
-  std::uint64_t count_ = 0, impossible_ = 0, old_ = 0;
+  std::uint64_t count_ = 0, impossible_ = 0, old_ = 0, of_another_clock_ = 0;
 };
 
 }  // namespace canyon::live

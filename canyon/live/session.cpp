@@ -454,6 +454,12 @@ Figures Session::run(const std::vector<simulation::EpochSink*>& sinks, const Run
   finish([&] { impl.once_a_second(); });
   // A link that poses and streams share ends here.
   for (Vehicle& vehicle : impl.vehicles) {
+    if (const std::uint64_t n = vehicle.source ? vehicle.source->of_another_clock() : 0; n > 0) {
+      impl.warn(
+          fmt::format("poses from {}: {} {} dropped, since their stamps jump to another clock, and with "
+                      "several sources the run cannot begin anew: divide the log, or run it alone",
+                      vehicle.source->options().from, n, n == 1 ? "pose was" : "poses were"));
+    }
     if (vehicle.link) finish([&] { vehicle.link->finish(vehicle.listener, {}); });
   }
   if (failure) std::rethrow_exception(failure);

@@ -13,6 +13,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/secrets.hpp"
 #include "canyon/live/commands.hpp"
+#include "canyon/live/epoch_publisher.hpp"
 #include "canyon/live/pose_source.hpp"
 #include "canyon/live/session.hpp"
 #include "canyon/options/values.hpp"
@@ -173,11 +174,9 @@ struct Session::Impl {
     if (say) say(hide_passwords(text));
   }
   void say_warnings(std::size_t receiver) {
-    const std::vector<std::string> of_all = receivers[receiver].sky().report.warnings();
-    for (const std::string& line : receivers[receiver].take_warnings()) {
-      const bool its = std::find(of_all.begin(), of_all.end(), line) == of_all.end();
-      warn(its ? fmt::format("{}: {}", names[receiver], line) : line);
-    }
+    sky_warnings.take(receivers[receiver], [&](const std::string& line, bool of_sky) {
+      warn(of_sky ? line : fmt::format("{}: {}", names[receiver], line));
+    });
   }
 
   simulation::Scenario scenario;
@@ -190,6 +189,7 @@ struct Session::Impl {
   bool now_starts = false;                // at the next full second
   bool resumed = false;
   std::vector<LiveReceiver> receivers;
+  SkyWarnings sky_warnings;
   std::vector<propagation::Propagator> prepared;  // that receivers will ask for
   /// By receiver: the sensors of its vehicle. Empty: it does not need them, or no pose has come.
   std::vector<std::optional<simulation::SensorRun>> sensors;

@@ -165,16 +165,16 @@ TEST(Session, LogPosesComeAtTheirStampsAndGoIntoTheCity) {
 }
 
 /// A log of poses at 10 Hz, 5 m/s to the east, from each first to its last stamp [s].
-std::string log_of(const test::TemporaryFolder& folder,
-                   const std::vector<std::pair<double, double>>& pieces) {
-  const std::string path = (folder / "pieces.jsonl").string();
+std::string log_of(const test::TemporaryFolder& folder, const std::vector<std::pair<double, double>>& pieces,
+                   const std::string& name = "pieces.jsonl", const std::string& also = "}") {
+  const std::string path = (folder / name).string();
   std::ofstream file(path);
   for (const auto& [first_s, last_s] : pieces) {
     const auto add = [&file](double t_s) { file << pose_line(t_s, std::fmod(5 * t_s, 1000)); };
     for (int i = 0; first_s + 0.1 * i < last_s + 0.05; ++i) add(first_s + 0.1 * i);
     add(last_s + 0.01);
   }
-  return "live: {clock: stamps, poses: [{from: 'file:" + path + "'}]}\n";
+  return "live: {clock: stamps, poses: [{from: 'file:" + path + "'" + also + "]}\n";
 }
 
 bool has_truth(const Epoch& epoch) {
@@ -241,6 +241,30 @@ TEST(Session, StampsOfAnotherClockBeginTheRunAnew) {
                             }),
               1);
   }
+}
+
+// Where other vehicles move, the run cannot follow a log whose clock jumps back.
+TEST(Session, PosesOfAnotherClockAmongSeveralLogsAreTold) {
+  const test::TemporaryFolder folder;
+  const std::string first = (folder / "first.jsonl").string();
+  (void)log_of(folder, {{500, 503}}, "first.jsonl");
+  const Scenario s =
+      scenario(log_of(folder, {{500, 502}, {20, 21}}, "pieces.jsonl",
+                      ", receivers: [b]}, {from: 'file:" + first + "', receivers: [a]}"),
+               "rate_hz: 10\n", "receivers: [{name: a, profile: ideal}, {name: b, profile: ideal}]\n");
+  Session session(s, city_of(s));
+  std::vector<std::string> warnings;
+  RunOptions options;
+  options.warn = [&](const std::string& line) { warnings.push_back(line); };
+  Kept kept;
+  (void)session.run({&kept}, options);
+  EXPECT_EQ(std::count_if(kept.epochs.begin(), kept.epochs.end(),
+                          [](const Epoch& epoch) { return epoch.receiver == 0; }),
+            31);
+  ASSERT_THAT(warnings, ::testing::Contains(HasSubstr("12 poses were dropped, since their stamps jump")));
+  EXPECT_EQ(std::count_if(warnings.begin(), warnings.end(),
+                          [](const std::string& line) { return line.find("dropped") != std::string::npos; }),
+            1);
 }
 
 // A stamp far ahead makes a million epochs without truth, block by block: memory is bounded, and the run

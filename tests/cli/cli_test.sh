@@ -307,7 +307,17 @@ simulate)
   sed 's/seed: 2}/&, geoid_undulation_m: 1e9/' small.yaml >deep.yaml
   runs 2 "$canyon" simulate deep.yaml --out deep; one_line; says err deep.yaml:1: geoid_undulation_m
   runs 0 "$canyon" simulate small.yaml --out res3 --quiet --seed 9 --duration 5 --rate 2 --threads 1
-  [ "$(wc -l <res3/epochs.csv)" -eq 12 ] || fail "--duration 5 --rate 2 is not 11 epochs" ;;
+  [ "$(wc -l <res3/epochs.csv)" -eq 12 ] || fail "--duration 5 --rate 2 is not 11 epochs"
+  # Warnings that come up in the run are five lines at most, as those before it; all are in report.txt.
+  {
+    echo 'city: {open: true, origin: {latitude_deg: 48, longitude_deg: 11, height_m: 500}}'
+    echo 'sky: {nominal: true, systems: [GPS, Galileo]}'
+    printf 'start: 2026-06-01T06:00:00Z\nduration_s: 20\ntrajectory: {waypoints: [{east_m: 0, north_m: 0, up_m: 1.5}]}\noutputs: [nmea]\nreceivers:\n'
+    for i in 1 2 3 4 5 6 7; do echo "  - {name: r$i, profile: survey, corrections: {from: base, station_error_m: [0, 60, 0]}}"; done
+    echo '  - {name: base, profile: survey, fixed: {east_m: 900, north_m: 300, up_m: 5}}'
+  } >seven.yaml
+  runs 0 "$canyon" simulate seven.yaml --out res4 --quiet; says err "2 more warnings: res4/report.txt"
+  [ "$(wc -l <err)" -eq 6 ] && [ "$(grep -c 'the codes of its base put' res4/report.txt)" -eq 7 ] || fail "warnings of the run: $(cat err)" ;;
 scenario)
   runs 0 "$canyon" scenario show small.yaml; cp out shown.yaml
   says shown.yaml elevation_mask_deg "blocks_east: 3" "speed_mps: 6"

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "adapters/common/sdf/plugin_elements.hpp"
+#include "canyon/base/input_files.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/propagation/propagator.hpp"
 
@@ -139,6 +140,7 @@ const std::vector<Key>& plugin_keys() {
 }
 
 HostSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginPlace& place) {
+  InputFiles::begin_run();
   PluginElements elements(element, place.name, plugin_description());
   HostSettings settings;
   settings.warnings = elements.warnings();
@@ -153,7 +155,10 @@ HostSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginPl
   if (!place.folder.empty()) folders.push_back(place.folder);
   // A model may bring its files along. Elements that come from no file have no absolute path.
   const std::filesystem::path own(element ? element->FilePath() : "");
-  if (own.is_absolute()) folders.push_back(own.parent_path());
+  if (own.is_absolute()) {
+    folders.push_back(own.parent_path());
+    InputFiles::current().add(own);
+  }
   elements.read(settings, folders, place.resources);
   const bool mirror = settings.live.receiver().propagation.model == propagation::Model::Mirror;
   if (place.on_ray_sensor && paper && mirror && !elements.has("ray_engine")) {

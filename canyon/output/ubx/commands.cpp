@@ -11,7 +11,7 @@ namespace canyon::output::ubx {
 namespace {
 
 constexpr MessageId kAcknowledge = 0x0501, kRefuse = 0x0500, kVersion = 0x0A04, kGnss = 0x063E,
-                    kNav5 = 0x0624;
+                    kNav5 = 0x0624, kRates = 0x0608;
 
 /// Keys of a port's protocol masks: UBX; NMEA and RTCM 3 follow at + 1 and + 3.
 struct PortKeys {
@@ -66,7 +66,48 @@ std::optional<std::vector<KeyValue>> key_values(std::string_view bytes) {
   return pairs;
 }
 
+/// Fields of the older CFG messages whose values have keys; the other bytes are stored as they come.
+struct KeyField {
+  MessageId id;
+  std::size_t at, size;
+  std::uint32_t key;
+};
+constexpr KeyField kKeyFields[]{{kRates, 0, 2, kRateMeasurement},
+                                {kRates, 2, 2, kRateNavigation},
+                                {kRates, 4, 2, kRateTimeReference},
+                                {kNav5, 2, 1, kDynamicModel},
+                                {kNav5, 3, 1, kFixMode}};
+
+/// CFG-NAV5 with the parts of `given` that its mask applies.
+std::string navigation_engine(std::string stored, std::string_view given) {
+  // Bits of the mask, each with its bytes.
+  struct Part {
+    int bit;
+    std::size_t first, size;
+  };
+  constexpr Part kParts[]{{0, 2, 1},  {1, 12, 1}, {2, 3, 9},  {3, 13, 1}, {4, 14, 2}, {4, 18, 2}, {5, 16, 2},
+                          {5, 20, 2}, {6, 22, 1}, {6, 28, 2}, {7, 23, 1}, {8, 24, 2}, {10, 30, 1}};
+  const std::uint64_t mask = number_at(given, 0, 2);
+  for (const Part& part : kParts) {
+    if ((mask >> part.bit & 1) != 0)
+      stored.replace(part.first, part.size, given.substr(part.first, part.size));
+  }
+  return stored;
+}
+
 constexpr std::size_t kMostKeys = 64;
+/// The keys that the masks behind a header of 4 bytes name; empty where one names none.
+std::vector<std::uint32_t> keys_named(const Configuration& settings, std::string_view payload) {
+  std::vector<std::uint32_t> keys;
+  for (std::size_t at = 4; at < payload.size() && at < 4 + 4 * kMostKeys; at += 4) {
+    const std::vector<std::uint32_t> found =
+        settings.keys(static_cast<std::uint32_t>(number_at(payload, at, 4)));
+    if (found.empty()) return {};
+    keys.insert(keys.end(), found.begin(), found.end());
+  }
+  return keys;
+}
+
 constexpr std::uint64_t kRam = 1, kBattery = 2, kFlash = 4;
 
 }  // namespace
@@ -127,12 +168,8 @@ Commands::Reply Commands::configure(std::uint8_t id, std::string_view payload, s
       return message_rate(payload, answer);
     case 0x04:
       return restart(payload);
-    case 0x08:
-      return rates(payload, answer);
     case 0x09:
       return save(payload);
-    case 0x24:
-      return navigation_engine(payload, answer);
     case 0x3E:
       if (payload.empty()) answer += frame(kGnss, systems_);
       if (payload.empty()) return Reply::Acknowledge;
@@ -170,12 +207,10 @@ Commands::Reply Commands::message_rate(std::string_view payload, std::string& an
     answer += frame(0x0601, p.u1(0).bytes());
     return Reply::Acknowledge;
   }
-  if (payload.size() == 3) {
-    return settings.set(*own, number_at(payload, 2, 1)) ? Reply::Acknowledge : Reply::Refuse;
-  }
-  for (int port = 0; port < kPorts; ++port) {
+  const bool of_own = payload.size() == 3;
+  for (int port = of_own ? kOwnPort : 0; port < (of_own ? kOwnPort + 1 : kPorts); ++port) {
     const auto key = settings.rate_key(id, port);
-    const std::uint64_t rate = number_at(payload, 2 + static_cast<std::size_t>(port), 1);
+    const std::uint64_t rate = number_at(payload, of_own ? 2 : 2 + static_cast<std::size_t>(port), 1);
     if (key && !settings.set(*key, rate)) return Reply::Refuse;
   }
   return Reply::Acknowledge;
@@ -217,67 +252,33 @@ Commands::Reply Commands::port(std::string_view payload, std::string& answer) {
   return Reply::Acknowledge;
 }
 
-Commands::Reply Commands::rates(std::string_view payload, std::string& answer) {
-  Configuration& settings = settings_.current;
-  if (payload.empty()) {
-    Payload p;
-    for (const std::uint32_t key : {kRateMeasurement, kRateNavigation, kRateTimeReference}) {
-      p.u2(*settings.value(key));
-    }
-    answer += frame(0x0608, p.bytes());
-    return Reply::Acknowledge;
-  }
-  if (payload.size() != 6) return Reply::Refuse;
-  const std::uint64_t measurement = number_at(payload, 0, 2), navigation = number_at(payload, 2, 2);
-  if (!settings.takes(kRateMeasurement, measurement) || !settings.takes(kRateNavigation, navigation)) {
-    return Reply::Refuse;
-  }
-  settings.set(kRateMeasurement, measurement);
-  settings.set(kRateNavigation, navigation);
-  settings.set(kRateTimeReference, number_at(payload, 4, 2));
-  return Reply::Acknowledge;
-}
-
-Commands::Reply Commands::navigation_engine(std::string_view payload, std::string& answer) {
-  Configuration& settings = settings_.current;
-  std::string& stored = *settings.block(kNav5);
-  // The model and the mode have keys; they stand in bytes 2 and 3.
-  stored[2] = static_cast<char>(*settings.value(kDynamicModel));
-  stored[3] = static_cast<char>(*settings.value(kFixMode));
-  if (payload.empty()) {
-    answer += frame(kNav5, stored);
-    return Reply::Acknowledge;
-  }
-  if (payload.size() != stored.size()) return Reply::Refuse;
-  // Bits of the mask, each with the bytes that it applies.
-  struct Part {
-    int bit;
-    std::size_t first, size;
-  };
-  constexpr Part kParts[]{{0, 2, 1},  {1, 12, 1}, {2, 3, 9},  {3, 13, 1}, {4, 14, 2}, {4, 18, 2}, {5, 16, 2},
-                          {5, 20, 2}, {6, 22, 1}, {6, 28, 2}, {7, 23, 1}, {8, 24, 2}, {10, 30, 1}};
-  const std::uint64_t mask = number_at(payload, 0, 2);
-  for (const Part& part : kParts) {
-    if ((mask >> part.bit & 1) != 0)
-      stored.replace(part.first, part.size, payload.substr(part.first, part.size));
-  }
-  settings.set(kDynamicModel, number_at(stored, 2, 1));
-  settings.set(kFixMode, number_at(stored, 3, 1));
-  return Reply::Acknowledge;
-}
-
 Commands::Reply Commands::block(MessageId id, std::string_view payload, std::string& answer) {
   constexpr MessageId kJamming = 0x0639, kTimePulse = 0x0631, kTimeMode = 0x0671;
-  std::string* const stored = settings_.current.block(id);
+  Configuration& settings = settings_.current;
+  std::string* const stored = settings.block(id);
   if (stored == nullptr) return Reply::Refuse;
+  const auto each_key = [&](const auto& visit) {
+    return std::all_of(std::begin(kKeyFields), std::end(kKeyFields),
+                       [&](const KeyField& field) { return field.id != id || visit(field); });
+  };
+  each_key([&](const KeyField& field) {
+    const std::string value = Payload().u4(*settings.value(field.key)).bytes();
+    stored->replace(field.at, field.size, value, 0, field.size);
+    return true;
+  });
   if (payload.empty() || (id == kTimePulse && payload.size() == 1)) {
     answer += frame(id, *stored);
     return Reply::Acknowledge;
   }
   if (payload.size() != stored->size()) return Reply::Refuse;
   if (id == kTimeMode && (number_at(payload, 2, 1)) != 0) return Reply::Refuse;  // no base station
-  *stored = payload;
-  if (id == kJamming) settings_.current.set(kJammingMonitor, number_at(payload, 0, 4) >> 31);
+  const std::string changed = id == kNav5 ? navigation_engine(*stored, payload) : std::string(payload);
+  const auto value = [&](const KeyField& field) { return number_at(changed, field.at, field.size); };
+  if (!each_key([&](const KeyField& field) { return settings.takes(field.key, value(field)); }))
+    return Reply::Refuse;
+  each_key([&](const KeyField& field) { return settings.set(field.key, value(field)); });
+  *stored = changed;
+  if (id == kJamming) settings.set(kJammingMonitor, number_at(payload, 0, 4) >> 31);
   return Reply::Acknowledge;
 }
 
@@ -329,13 +330,8 @@ Commands::Reply Commands::get_values(std::string_view payload, std::string& answ
   const Configuration& settings = layer == 0   ? settings_.current
                                   : layer == 7 ? settings_.factory
                                                : settings_.saved;
-  std::vector<std::uint32_t> keys;
-  for (std::size_t at = 4; at < payload.size() && at < 4 + 4 * kMostKeys; at += 4) {
-    const std::vector<std::uint32_t> found =
-        settings.keys(static_cast<std::uint32_t>(number_at(payload, at, 4)));
-    if (found.empty()) return Reply::Refuse;
-    keys.insert(keys.end(), found.begin(), found.end());
-  }
+  const std::vector<std::uint32_t> keys = keys_named(settings, payload);
+  if (keys.empty()) return Reply::Refuse;
   const std::size_t skipped = std::min<std::size_t>(number_at(payload, 2, 2), keys.size());
   Payload p;
   p.u1(1).u1(layer).u2(skipped);
@@ -350,12 +346,8 @@ Commands::Reply Commands::get_values(std::string_view payload, std::string& answ
 
 Commands::Reply Commands::delete_values(std::string_view payload) {
   if (payload.size() < 4 || payload.size() % 4 != 0 || number_at(payload, 0, 1) > 1) return Reply::Refuse;
-  std::vector<std::uint32_t> keys;
-  for (std::size_t at = 4; at < payload.size() && at < 4 + 4 * kMostKeys; at += 4) {
-    const auto found = settings_.saved.keys(static_cast<std::uint32_t>(number_at(payload, at, 4)));
-    if (found.empty()) return Reply::Refuse;
-    keys.insert(keys.end(), found.begin(), found.end());
-  }
+  const std::vector<std::uint32_t> keys = keys_named(settings_.saved, payload);
+  if (keys.empty() && payload.size() > 4) return Reply::Refuse;
   for (const std::uint32_t key : keys) settings_.saved.set(key, *settings_.factory.value(key));
   return Reply::Acknowledge;
 }

@@ -55,8 +55,6 @@ class Commands {
   Reply configure(std::uint8_t id, std::string_view payload, std::string& answer);
   Reply message_rate(std::string_view payload, std::string& answer);
   Reply port(std::string_view payload, std::string& answer);
-  Reply rates(std::string_view payload, std::string& answer);
-  Reply navigation_engine(std::string_view payload, std::string& answer);
   Reply block(MessageId id, std::string_view payload, std::string& answer);
   Reply save(std::string_view payload);
   Reply restart(std::string_view payload);

@@ -135,6 +135,7 @@ Configuration::Configuration(Generation generation, int period_ms, bool rtk, boo
   Payload engine;  // CFG-NAV5
   engine.u2(0xFFFF).u1(0).u1(3).u4(0).u4(10000).u1(5).u1(0).u2(250).u2(250).u2(100).u2(350).u1(0).u1(60);
   blocks_[0x0624] = engine.zeros(12).bytes();
+  blocks_[0x0608] = std::string(6, '\0');                             // CFG-RATE: all of it comes from keys
   blocks_[0x0616] = Payload().u1(1).u1(3).u1(3).u1(0).u4(0).bytes();  // CFG-SBAS
   blocks_[0x0623] = Payload().u2(2).zeros(38).bytes();                // CFG-NAVX5
   blocks_[0x0639] = Payload().u4(0xADE62AD3).u4(0x0000031E).bytes();  // CFG-ITFM, bit 31: on
