@@ -35,6 +35,8 @@ constexpr double kStreets_m[]{-152, -76, 0, 76, 152};
 ReceiverConfig module() {
   ReceiverConfig receiver =
       simulation::parse_profile(std::string(simulation::built_in_profile("ublox-m10").text), "").receiver;
+  receiver.options.signal.shadowing.enabled = true;
+  receiver.options.signal.shadowing.environment = disturbance::ShadowingEnvironment::Auto;
   receiver.options.signal.shadowing.skyline.share = 0.4;
   return receiver;
 }

@@ -33,6 +33,8 @@ constexpr geodesy::GpsTime kTime = CircularSky::kEpoch + std::chrono::hours(5);
 ReceiverConfig sold(const char* profile) {
   ReceiverConfig receiver =
       simulation::parse_profile(std::string(simulation::built_in_profile(profile).text), profile).receiver;
+  receiver.options.signal.shadowing.enabled = true;
+  receiver.options.signal.shadowing.environment = disturbance::ShadowingEnvironment::Auto;
   receiver.options.signal.shadowing.skyline.share = 0.4;
   return receiver;
 }
