@@ -58,7 +58,8 @@ set(canyon_test_options ${canyon_plain_options})
 if(NOT CANYON_SANITIZE AND NOT CANYON_BUILD_FUZZERS)
   # Readers of files and sockets are `plain`: a write past an array ends the program.
   list(APPEND canyon_plain_options -fstack-protector-strong
-       $<$<CONFIG:Release,RelWithDebInfo>:-U_FORTIFY_SOURCE> $<$<CONFIG:Release,RelWithDebInfo>:-D_FORTIFY_SOURCE=2>)
+       $<$<OR:$<CONFIG:Release>,$<CONFIG:RelWithDebInfo>>:-U_FORTIFY_SOURCE>
+       $<$<OR:$<CONFIG:Release>,$<CONFIG:RelWithDebInfo>>:-D_FORTIFY_SOURCE=2>)
 endif()
 if(CANYON_PRECOMPILED_HEADERS)
   set(canyon_empty ${CMAKE_BINARY_DIR}/generated/empty.cpp)

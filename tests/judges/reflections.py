@@ -161,7 +161,7 @@ class Scene:
             u, v = (d22 * r1 - d12 * r2) / det, (d11 * r2 - d12 * r1) / det
         inside = (u >= 0) & (v >= 0) & (u + v <= 1) & self.sound & (height > 1e-6) & (cosine > FLATTEST)
         inside &= np.linalg.norm(point - antenna, axis=1) <= REACH_M
-        inside &= n[:, 2] < 0.7  # the ground's reflections are off
+        inside &= (n[:, 2] < 0.7) | (point[:, 2] > 1)  # the ground's reflections are off
         found = []
         for i in np.flatnonzero(inside):
             out = point[i] + unit[i] * 3000
