@@ -164,6 +164,8 @@ class Scene:
         inside &= (n[:, 2] < 0.7) | (point[:, 2] > 1)  # the ground's reflections are off
         found = []
         for i in np.flatnonzero(inside):
+            if any(np.linalg.norm(point[i] - f[1]) < 1e-3 for f in found):
+                continue  # walls of two parts of a building are one mirror
             out = point[i] + unit[i] * 3000
             if self.blocked(antenna, point[i], 1e-3) or self.blocked(point[i], out, 1e-3):
                 continue
