@@ -58,7 +58,8 @@ struct ProfileHead {
   std::string base;                ///< name of the profile that it was made from
   std::vector<std::string> notes;  ///< lines of comment at the top
 };
-/// The key that is estimated of the obstacles: the scenario's `shadowing.skyline.share`, which no profile has.
+/// The key that is estimated of the obstacles: the scenario's `shadowing.skyline.share`, which no profile
+/// has.
 inline constexpr char kSkylineShare[] = "signal.shadowing.skyline.share";
 /// A profile: the keys of `receiver` that differ from Canyon's defaults or have an estimate, with where each
 /// came from, and what could not be identified as comments. simulation::parse_profile() reads the same
