@@ -6,8 +6,6 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <set>
 
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
