@@ -77,7 +77,8 @@ TEST_F(Inspect, Navigation) {
   EXPECT_EQ(value(seen, "records"), "2");
   EXPECT_EQ(value(seen, "satellites"), "GPS 1, GLONASS 1");
   EXPECT_EQ(value(seen, "ionosphere"), "Klobuchar coefficients");
-  EXPECT_THAT(seen.notes.lines(), Contains(HasSubstr("coefficients of NeQuick-G are kept for writing alone")));
+  EXPECT_THAT(seen.notes.lines(),
+              Contains(HasSubstr("coefficients of NeQuick-G are kept for writing alone")));
   EXPECT_THAT(value(seen, "ephemerides"), HasSubstr("2019-04-28"));
 }
 

@@ -573,8 +573,9 @@ TEST(RinexNavigation, OtherSystemsAreCountedOnce) {
   const std::string i01 = replaced(kG05, "G05", "I01");
   const gnss::NavigationData data = read(kRinex3Header + i01 + kG05 + i01 + i01);
   EXPECT_EQ(data.kepler.size(), 1u);
-  EXPECT_THAT(data.report.lines(),
-              ElementsAre(HasSubstr("sky.rnx: 3 records of NavIC, which Canyon does not simulate, left out")));
+  EXPECT_THAT(
+      data.report.lines(),
+      ElementsAre(HasSubstr("sky.rnx: 3 records of NavIC, which Canyon does not simulate, left out")));
   EXPECT_THAT(error_of(kRinex3Header + i01 + i01),
               HasSubstr("holds 2 records of NavIC and no ephemeris of GPS"));
 }

@@ -113,7 +113,8 @@ receivers:
       if (!t.pseudorange_m) continue;
       EXPECT_NEAR(*t.pseudorange_m, *s.pseudorange_m + kSpeedOfLight * shift_s, code_m);
       if (t.doppler_hz) {
-        // Tags of whole milliseconds are those of a clock that does not drift. RTKLIB keeps 24 bits of a Doppler.
+        // Tags of whole milliseconds are those of a clock that does not drift. RTKLIB keeps 24 bits of a
+        // Doppler.
         EXPECT_NEAR(*t.doppler_hz, *s.doppler_hz * (1 + kDrift) + carrier_hz * kDrift,
                     0.5e-4 / wavelength_m + 0.00101 + std::ldexp(std::abs(*t.doppler_hz), -24));
       }
