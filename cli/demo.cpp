@@ -30,6 +30,12 @@ int run_demo(const std::string& out) {
   const std::string scenario = (folder / "demo.yaml").string();
   const std::string map = (folder / "heatmap").string();
   const std::string page = (folder / "demo.html").string();
+  if (std::filesystem::exists(scenario) && view::read_bytes(scenario) != demo_scenario) {
+    throw InputError(
+        scenario, 0, "is there already, and is not the demo's scenario",
+        fmt::format("run it with `canyon simulate {} --out DIR`, or choose another folder for the demo",
+                    scenario));
+  }
   write_file(scenario, demo_scenario);
   const std::string self = std::filesystem::read_symlink("/proc/self/exe").string();
   std::vector<std::vector<std::string>> steps{

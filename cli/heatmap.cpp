@@ -161,6 +161,7 @@ class MapRun {
     if (arguments_.unknowns && ranks_.rank() == 0)
       warn_of_few_draws(static_cast<std::size_t>(*arguments_.unknowns), "--unknowns");
     make_output_folder(arguments_.out);
+    files_.emplace(arguments_.out, "tiles");
   }
 
   void load() {
@@ -175,12 +176,13 @@ class MapRun {
     for_option("--altitude", [&] { heatmap::check_altitudes(request_, city); });
     request_.validate();
     check_size(arguments_, request_);
-    // No file that is read may have a result's name: that is not told at the end of hours.
+    // No file that is read, and none of the user's, may have a result's name: that is not told after hours.
     for (const heatmap::OverRuns over : runs_->statistics()) {
       std::vector<std::string> names;
       if (formats_.geotiff) names = heatmap::geotiff_names(request_);
       if (formats_.netcdf) names.emplace_back("map.nc");
-      for (const std::string& name : names) InputFiles::current().add_output(folder_of(over) / name);
+      if (formats_.png) names.emplace_back("map.png");
+      for (const std::string& name : names) ResultFiles::refuse(folder_of(over) / name);
     }
     const std::vector<GpsTime>& times = request_.times;
     simulation::BuiltSky sky =
@@ -358,6 +360,7 @@ class MapRun {
   ReadReport report_;  ///< of all that was read
   heatmap::MpiProcesses& ranks_;
   const std::atomic<bool>& stop_;
+  std::optional<ResultFiles> files_;
   std::optional<FolderLock> lock_;  ///< on the tiles
   HeatmapFormats formats_;
   heatmap::Request request_;

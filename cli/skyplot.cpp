@@ -92,13 +92,6 @@ fs::path frame_path(const fs::path& folder, std::size_t index) {
 }
 
 /// Pictures of an earlier, longer run would end up in the same film.
-void warn_about_left_frames(const fs::path& folder, std::size_t count) {
-  const fs::path next = frame_path(folder, count);
-  if (fs::exists(next)) {
-    print_warnings({fmt::format("{} and the frames after it are of an earlier run", next.string())});
-  }
-}
-
 int draw_frames(const SkyplotArguments& arguments, Site& site) {
   const geodesy::GpsTime begin = site.begin(), end = site.end();
   const geodesy::GpsTime first = moment(arguments.first, begin, begin);
@@ -121,6 +114,7 @@ int draw_frames(const SkyplotArguments& arguments, Site& site) {
   const auto count = static_cast<std::size_t>(steps) + 1;
   const auto time_of = [&](std::size_t i) { return first + arguments.every_s * static_cast<double>(i); };
   const propagation::Propagator propagator = site.make_propagator();
+  ResultFiles files(arguments.frames);
   const std::atomic<bool>& stop = catch_interrupts();
   const auto wall_begin = std::chrono::steady_clock::now();
   std::size_t written = 0;
@@ -153,7 +147,7 @@ int draw_frames(const SkyplotArguments& arguments, Site& site) {
                arguments.frames);
     return kInterrupted;
   }
-  warn_about_left_frames(arguments.frames, count);
+  files.finish();
   if (!arguments.quiet) {
     fmt::print(stderr, "{} frames in {:.2f} s ({:.3f} s each) in {}\n", written, wall_s,
                wall_s / static_cast<double>(written), arguments.frames);

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdio>
 
+#include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/heatmap/engine/mpi.hpp"
 #include "canyon/options/describe.hpp"
@@ -66,10 +67,9 @@ void tell_plan(const study::StudyPlan& plan) {
              short_count(plan.estimated_bytes()));
 }
 
-/// Throws InputError, now or where it is read, for an input with the name of a result.
-void note_results(const fs::path& folder) {
-  for (const char* name : {"study.nc", "table.csv", "along.csv"})
-    InputFiles::current().add_output(folder / name);
+/// Throws InputError for an input, or a file of the user's, with the name of a result.
+void refuse_results(const fs::path& folder) {
+  for (const char* name : {"study.nc", "table.csv", "along.csv"}) ResultFiles::refuse(folder / name);
 }
 
 /// NetCDF, table and pictures of a folder whose runs are all there.
@@ -128,7 +128,8 @@ int compute(const StudyArguments& arguments, heatmap::MpiProcesses& ranks) {
   }
   if (arguments.out.empty()) throw InputError("--out is missing", "give the folder for the results");
   const study::Manifest manifest = study::manifest_of(plan);
-  note_results(arguments.out);
+  const ResultFiles files(arguments.out, "runs");
+  refuse_results(arguments.out);
   // Rank 0 makes the folder; all read what is there before anyone adds to it.
   std::optional<study::RunStore> store;
   std::optional<FolderLock> lock;
@@ -195,7 +196,8 @@ int compute(const StudyArguments& arguments, heatmap::MpiProcesses& ranks) {
 
 int merge(const StudyArguments& arguments) {
   if (arguments.out.empty()) throw InputError("--out is missing", "give the folder for the whole study");
-  note_results(arguments.out);
+  const ResultFiles files(arguments.out, "runs");
+  refuse_results(arguments.out);
   const study::Manifest manifest = study::read_manifest(arguments.folders.front());
   std::vector<std::optional<study::RunRecord>> records(manifest.runs);
   std::vector<const std::string*> origin(manifest.runs, nullptr);

@@ -85,13 +85,12 @@ int open_new(const fs::path& path, bool folder) {
 }
 
 std::mutex results_mutex;
-ResultFiles* results = nullptr;
+std::vector<ResultFiles*> results;
 
 }  // namespace
 
 fs::path Temporary::noted_output(const fs::path& path) {
-  const std::lock_guard<std::mutex> lock(results_mutex);
-  if (results != nullptr) results->check(path);
+  ResultFiles::refuse(path);
   return InputFiles::current().add_output(path);
 }
 
@@ -136,10 +135,7 @@ Temporary::~Temporary() {
 }
 
 void Temporary::put_in_place() {
-  {
-    const std::lock_guard<std::mutex> lock(results_mutex);
-    if (results != nullptr) results->add(path_);
-  }
+  ResultFiles::note(path_);
   std::error_code error;
   bool exchanged = false;
   if (fs::is_directory(temporary_, error) && fs::exists(path_, error)) {
@@ -217,40 +213,58 @@ void make_output_folder(const fs::path& folder) {
   const Temporary probe(folder / ".canyon-probe", Temporary::Kind::File);
 }
 
-ResultFiles::ResultFiles(fs::path folder) : folder_(std::move(folder)), list_(folder_ / ".canyon-results") {
-  std::error_code error;
-  if (fs::symlink_status(list_, error).type() == fs::file_type::regular) {
-    listed_at_ = fs::last_write_time(list_, error);
-    std::ifstream last(list_);
-    for (std::string line; std::getline(last, line);) last_.insert(line);
-  }
+ResultFiles::ResultFiles(fs::path folder, std::string store)
+    : folder_(std::move(folder)), list_(folder_ / ".canyon-results"), store_(std::move(store)) {
+  read_list();
   const std::lock_guard<std::mutex> lock(results_mutex);
-  results = this;
+  results.push_back(this);
 }
 
 ResultFiles::~ResultFiles() {
   const std::lock_guard<std::mutex> lock(results_mutex);
-  if (results == this) results = nullptr;
+  results.erase(std::find(results.begin(), results.end(), this));
+}
+
+void ResultFiles::read_list() {
+  std::error_code error;
+  if (fs::symlink_status(list_, error).type() != fs::file_type::regular) return;
+  listed_at_ = fs::last_write_time(list_, error);
+  std::ifstream last(list_);
+  for (std::string line; std::getline(last, line);) last_.insert(line);
+}
+
+void ResultFiles::refuse(const fs::path& path) {
+  InputFiles::current().refuse(path);
+  const std::lock_guard<std::mutex> lock(results_mutex);
+  for (ResultFiles* each : results) each->check(path);
+}
+
+void ResultFiles::note(const fs::path& path) {
+  const std::lock_guard<std::mutex> lock(results_mutex);
+  for (ResultFiles* each : results) each->add(path);
 }
 
 std::string ResultFiles::name_of(const fs::path& path) const {
-  return path.lexically_normal().lexically_relative(folder_.lexically_normal()).generic_string();
+  const fs::path name = path.lexically_normal().lexically_relative(folder_.lexically_normal());
+  return name.empty() || *name.begin() == ".." || *name.begin() == store_ ? "" : name.generic_string();
 }
 
-void ResultFiles::check(const fs::path& path) const {
+void ResultFiles::check(const fs::path& path) {
   const std::string name = name_of(path);
+  const auto is_listed = [&] { return last_.count(name) + mine_.count(name) > 0; };
   std::error_code error;
-  if (path == list_ || name.empty() || name.rfind("..", 0) == 0 ||
-      last_.count(name) + mine_.count(name) > 0 || !fs::is_regular_file(path, error))
-    return;
+  if (path == list_ || name.empty() || is_listed() || !fs::is_regular_file(path, error)) return;
+  read_list();  // another process may work in this folder
+  if (is_listed()) return;
   throw InputError(path, 0, "is there already, and no run of Canyon wrote it",
                    "move it, or choose another folder");
 }
 
 void ResultFiles::add(const fs::path& path) {
-  if (path == list_ || !mine_.insert(name_of(path)).second) return;
+  const std::string name = name_of(path);
+  if (path == list_ || name.empty() || !mine_.insert(name).second || last_.count(name) > 0) return;
   // Listed before it appears, so that a run after a killed one may replace it.
-  const std::string line = name_of(path) + "\n";
+  const std::string line = name + "\n";
   const int handle = ::open(list_.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
   if (handle < 0) return;
   (void)!::write(handle, line.data(), line.size());

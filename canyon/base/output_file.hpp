@@ -97,28 +97,35 @@ void write_own_file(const std::filesystem::path& path, std::string_view bytes);
 /// Throws InputError otherwise.
 void make_output_folder(const std::filesystem::path& folder);
 
-/// Keeps the list of a folder's results, FOLDER/.canyon-results: files that stand there already are replaced
-/// where a run has written them, and refused where they are the user's; what the last run wrote and this one
-/// does not goes, unless it has changed since. One at a time in a process. No link is followed.
+/// Keeps the list of a folder's results, FOLDER/.canyon-results, while it lives: files that stand there
+/// already are replaced where a run has written them, and refused where they are the user's. No link is
+/// followed.
 class ResultFiles {
  public:
-  explicit ResultFiles(std::filesystem::path folder);
+  /// @param store a folder in it whose files are listed elsewhere
+  explicit ResultFiles(std::filesystem::path folder, std::string store = {});
   ~ResultFiles();
   ResultFiles(const ResultFiles&) = delete;
   ResultFiles& operator=(const ResultFiles&) = delete;
 
-  /// Call it after the run. Returns how many files it removed.
+  /// Removes what earlier runs wrote and this one did not, unless it has changed since. Call it after a run
+  /// that writes all results anew. Returns how many files it removed.
   std::size_t finish();
 
+  /// Throws InputError where an output would replace an input, or the user's file in a folder of results.
+  static void refuse(const std::filesystem::path& path);
+  /// Lists a file that gets its name in another way than by Temporary.
+  static void note(const std::filesystem::path& path);
+
  private:
-  friend class Temporary;
-  /// Throws InputError where the user's file would be replaced.
-  void check(const std::filesystem::path& path) const;
+  void check(const std::filesystem::path& path);
+  void read_list();
   void add(const std::filesystem::path& path);
   [[nodiscard]] std::string name_of(const std::filesystem::path& path) const;
   [[nodiscard]] bool is_own(const std::filesystem::path& name) const;
 
   std::filesystem::path folder_, list_;
+  std::string store_;
   std::filesystem::file_time_type listed_at_{};
   std::set<std::string> last_, mine_;  ///< names within the folder
 };

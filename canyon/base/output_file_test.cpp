@@ -255,6 +255,23 @@ TEST(ResultFiles, ReplaceWhatARunWrote) {
   EXPECT_FALSE(std::filesystem::exists(folder / "a.csv"));
 }
 
+// Two runs of one process, each with a folder, and one whose store has a list of its own.
+TEST(ResultFiles, AreOfTheirFolders) {
+  const test::TemporaryFolder one, two;
+  make_output_folder(one / "tiles");
+  std::ofstream(one / "users.csv") << "mine";
+  ResultFiles first(one.path(), "tiles");
+  {
+    const ResultFiles second(two.path());
+    EXPECT_THROW(write_file(one / "users.csv", "1"), InputError);
+    write_file(two / "b.csv", "2");
+  }
+  write_file(one / "tiles/1.bin", "3");
+  write_file(one / "a.csv", "4");
+  EXPECT_EQ(test::read_bytes(one / ".canyon-results"), "a.csv\n");
+  EXPECT_EQ(test::read_bytes(two / ".canyon-results"), "b.csv\n");
+}
+
 TEST(OutputFile, MakesFoldersWithParents) {
   const test::TemporaryFolder folder;
   make_output_folder(folder / "a/b/c");

@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/output_file.hpp"
 #include "canyon/drawing/views/pictures.hpp"
 #include "canyon/output/sensor_arrays.hpp"
 #include "canyon/output/sinks.hpp"
@@ -70,12 +71,15 @@ py::dict run(const SimulationPtr& simulation, int threads, bool with_paths,
   Signals signals;
   EachEpoch watch = watch_of(signals);
   std::vector<simulation::EpochSink*> sinks{&keeper, &figures, &watch};
+  std::optional<ResultFiles> results;
   std::vector<std::unique_ptr<simulation::EpochSink>> files;
   simulation::RunResult result;
   {
     const py::gil_scoped_release release;
     const InputFiles::Scope scope(inputs_of(*simulation));
     if (folder) {
+      make_output_folder(*folder);
+      results.emplace(*folder);
       files = output::make_file_sinks(*simulation, *folder);
       for (std::size_t i = 0;
            i < simulation->scenario().receivers.size() && simulation->scenario().outputs.has("pictures");
@@ -97,7 +101,10 @@ py::dict run(const SimulationPtr& simulation, int threads, bool with_paths,
   ReadReport report = simulation->report();
   report.say(ReadReport::Level::Guess, result.warnings);
   warn_of(report, simulation->report());
-  if (folder) report.write(*folder);
+  if (results) {
+    report.write(*folder);
+    (void)results->finish();
+  }
   return py::dict("epochs"_a = epochs, "summaries"_a = summaries, "warnings"_a = report.warnings(),
                   "interrupted"_a = signals.take_interrupt(), "wall_s"_a = result.wall_s);
 }

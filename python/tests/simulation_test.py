@@ -116,6 +116,19 @@ class Run(unittest.TestCase):
         cls.scenario = canyon.Scenario.load(DRIVE, duration_s=20, outputs={"pictures": False})
         cls.run_ = canyon.simulate(cls.scenario)
 
+    def test_a_file_of_the_users_stays(self):
+        scenario = self.scenario.changed(duration_s=2, outputs={"pictures": False})
+        with tempfile.TemporaryDirectory() as folder:
+            mine = os.path.join(folder, "epochs.csv")
+            with open(mine, "w") as file:
+                file.write("notes")
+            with self.assertRaisesRegex(canyon.InputError, "no run of Canyon wrote it"):
+                canyon.simulate(scenario, out=folder)
+            os.remove(mine)
+            for _ in range(2):
+                canyon.simulate(scenario, out=folder)
+            self.assertIn("epochs.csv", os.listdir(folder))
+
     def test_files_are_the_command_lines(self):
         """The sinks of `canyon simulate` and the kept epochs give the same bytes in every format."""
         with tempfile.TemporaryDirectory() as folder:

@@ -78,7 +78,7 @@ class GeotiffWriter {
         wkt_(projection_wkt(source.frame, "WKT2")),
         decimals_(second_decimals(request_.times)),
         names_(geotiff_names(request_)) {
-    for (const std::string& name : names_) InputFiles::current().refuse(folder_ / name);
+    for (const std::string& name : names_) ResultFiles::refuse(folder_ / name);
     static std::once_flag registered;
     // No more than the writer needs: what is registered also opens files beside a terrain's rasters.
     std::call_once(registered, [] {
@@ -102,6 +102,7 @@ class GeotiffWriter {
       publish(time);
     }
     for (const std::string& name : names_) {
+      ResultFiles::note(folder_ / name);
       std::error_code error;
       fs::rename(work_.temporary_path() / name, folder_ / name, error);
       if (error) throw InputError(folder_ / name, 0, "cannot be put in place: " + error.message());
