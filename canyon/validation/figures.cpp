@@ -96,6 +96,7 @@ class Collector {
     }));
     for (std::size_t e = 0; e < epochs_.size(); ++e) {
       for (std::uint16_t time = 0; time < times_of(e); ++time) {
+        count_tracked(epochs_[e]);
         for (std::size_t i = epochs_[e].first; i < epochs_[e].first + epochs_[e].count; ++i) {
           add_measured(comparison.satellites[i], static_cast<std::uint32_t>(e));
           for (const Comparison& run : runs_)
@@ -138,6 +139,7 @@ class Collector {
       f.explained.push_back(explained_[k].figures(kinds_[k], f.nlos));
     }
     f.used = pair_of(used_measured_, used_simulated_);
+    f.tracked_over_time = spearman(tracked_measured_, tracked_simulated_);
     f.measured = position_figures(measured_fixes(&ComparedEpoch::measured, first_, epochs_.size()));
     f.simulated = position_figures(fixes_of(runs_, &ComparedEpoch::simulated, first_, epochs_.size()));
     if (comparison_.filtered) {
@@ -175,6 +177,21 @@ class Collector {
       assert(known != kinds_.end());
       explained_[static_cast<std::size_t>(known - kinds_.begin())].add(s.prediction->excess_m, error_m);
       explained_.back().add(s.prediction->excess_m, error_m);
+    }
+  }
+
+  void count_tracked(const ComparedEpoch& epoch) {
+    const auto count = [&epoch](const Comparison& of, bool ComparedSignal::*is_tracked) {
+      const auto begin = of.satellites.begin() + static_cast<std::ptrdiff_t>(epoch.first);
+      return std::count_if(begin, begin + static_cast<std::ptrdiff_t>(epoch.count),
+                           [is_tracked](const ComparedSatellite& s) { return s.*is_tracked; });
+    };
+    const auto measured = count(comparison_, &ComparedSignal::measured);
+    for (const Comparison& run : runs_) {
+      const auto simulated = count(run, &ComparedSignal::simulated);
+      if (measured == 0 || simulated == 0) continue;
+      tracked_measured_.push_back(static_cast<double>(measured));
+      tracked_simulated_.push_back(static_cast<double>(simulated));
     }
   }
 
@@ -253,6 +270,7 @@ class Collector {
   ObservationSample sample_;
   ByView weakness_;
   std::vector<double> used_measured_, used_simulated_;
+  std::vector<double> tracked_measured_, tracked_simulated_;  ///< satellites of an epoch
   std::vector<RankedSample::Item> ranked_error_, ranked_weakness_;
 };
 

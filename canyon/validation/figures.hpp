@@ -111,10 +111,13 @@ struct Figures : ObservationFigures {  ///< of each system's first signal
   std::vector<Band> bands;                                     ///< 10-30, 30-50, 50-90 deg
   std::vector<Explained> explained;                            ///< the last one is "all"
   DistributionPair used;                                       ///< satellites in fixes
-  PositionFigures measured, simulated;                         ///< of single epochs
-  PositionFigures measured_filter, simulated_filter;           ///< no epochs where the receiver has no filter
-  std::vector<SegmentFigures> segments;                        ///< of at least 10 epochs
-  std::vector<SignalFigures> signals;  ///< by system, then in the order of gnss::signals_of()
+  /// Of the number of satellites with a first signal, measured and simulated, over epochs where both have
+  /// some.
+  std::optional<Correlation> tracked_over_time;
+  PositionFigures measured, simulated;                ///< of single epochs
+  PositionFigures measured_filter, simulated_filter;  ///< no epochs where the receiver has no filter
+  std::vector<SegmentFigures> segments;               ///< of at least 10 epochs
+  std::vector<SignalFigures> signals;                 ///< by system, then in the order of gnss::signals_of()
   /// Positions that the recorded receiver reported by NMEA; its satellites are not known: mean_used is NaN.
   std::optional<PositionFigures> own_fixes;
   std::vector<NeverTracked> never_tracked;  ///< in the whole recording; set by who asked never_tracked()

@@ -63,6 +63,9 @@ Number los_less_nlos(const Figures& f, Side side) {
 Number explained_share(const Figures& f, Side /*both*/) {
   return f.nlos > 0 && !f.explained.empty() ? Number(100 * f.explained.back().share) : std::nullopt;
 }
+Number tracked_over_time(const Figures& f, Side /*both*/) {
+  return f.tracked_over_time ? Number(f.tracked_over_time->rho) : std::nullopt;
+}
 Number spearman_of(const Figures& f, Side /*both*/) {
   if (f.explained.empty() || !f.explained.back().correlation) return std::nullopt;
   return f.explained.back().correlation->rho;
@@ -92,6 +95,7 @@ constexpr std::array kFigures{
     FigureInfo{"ks_error_los", "KS error LOS", 2, kBoth, distance<&Figures::error_los_m>, kDistance},
     FigureInfo{"ks_error_nlos", "KS error NLOS", 2, kBoth, distance<&Figures::error_nlos_m>, kDistance},
     FigureInfo{"satellites_used", "satellites used", 1, kPair, satellites_used, {Of::Difference, 0, 1}},
+    FigureInfo{"tracked_over_time", "tracked over time", 2, kBoth, tracked_over_time, {Of::Value, 1, 0.5}},
     FigureInfo{"spearman", "Spearman", 2, kBoth, spearman_of, {Of::Value, 1, 0.6}},
     FigureInfo{
         "median_difference_m", "median difference [m]", 1, kBoth, median_difference, {Of::Value, 0, 10}},
