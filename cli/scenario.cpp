@@ -42,7 +42,7 @@ void add_schema(Command& group) {
 void add_keys(Command& group) {
   const auto as_markdown = std::make_shared<bool>(false);
   Command& command = group.add_command("keys", "list every key of a scenario: unit, default, meaning");
-  command.add_flag("--markdown", *as_markdown, "print the table of docs/scenario.md");
+  command.add_flag("--markdown", *as_markdown, "print the table of docs/reference/keys.md");
   command.action = [as_markdown] {
     const auto& keys = simulation::scenario_keys();
     fmt::print("{}", *as_markdown ? options::markdown(keys) : options::plain_text(keys));

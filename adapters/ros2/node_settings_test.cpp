@@ -7,8 +7,8 @@
 #include <set>
 
 #include "canyon/options/values.hpp"
+#include "tests/support/documented.hpp"
 #include "tests/support/refusal.hpp"
-#include "tests/support/source_dir.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::adapters::ros2 {
@@ -200,10 +200,7 @@ TEST_F(Settings, EveryKeyOfTheScenarioIsAParameterOrTheFilesOwn) {
 }
 
 TEST(NodeKeys, DocumentationHasTheSameTable) {
-  const std::string table = options::markdown(node_keys());
-  EXPECT_NE(test::read_bytes(std::filesystem::path(canyon_source_dir) / "docs/ros2.md").find(table),
-            std::string::npos)
-      << table;
+  test::expect_documented("keys.md", "parameters of the node of ROS 2", options::markdown(node_keys()));
 }
 
 }  // namespace

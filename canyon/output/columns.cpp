@@ -315,7 +315,7 @@ constexpr std::array kEpochColumns{
              return consistent ? (*consistent ? 1.0 : 0.0) : kNone;
            }),
     text("faults",
-         "names of active faults ([faults.md](faults.md)), separated by `; `; in quotes if they contain a "
+         "names of active faults ([faults.md](../faults.md)), separated by `; `; in quotes if they contain a "
          "comma",
          "no active fault", [](const Row& r) { return fault_names(r.epoch.faults); })
         .in_view(U16),
@@ -544,7 +544,7 @@ constexpr std::array kPathColumns{
         "kind",
         "`direct`, `reflected`, `diffracted` (around an edge), `diffuse` (scattered by a facade), `spoofed` "
         "(a copy "
-        "from a transmitter, [interference.md](interference.md))",
+        "from a transmitter, [interference.md](../interference.md))",
         "never", propagation::PathKind::Transmitted,
         [](const Row& r) { return static_cast<std::int64_t>(r.path->kind); },
         [](std::int64_t i) { return propagation::name(static_cast<propagation::PathKind>(i)); }),

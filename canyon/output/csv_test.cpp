@@ -11,8 +11,8 @@
 #include "canyon/output/sinks.hpp"
 #include "canyon/output/stream.hpp"
 #include "canyon/output/view_tables.hpp"
+#include "tests/support/documented.hpp"
 #include "tests/support/sample_signals.hpp"
-#include "tests/support/source_dir.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::output {
@@ -363,28 +363,16 @@ TEST(EpochsCsv, StatementOfRaim) {
   EXPECT_EQ(records[2].at("consistent"), "") << "no test was made";
 }
 
-/// Expects the table in a page of docs/ between its marks.
-void expect_documented(const char* file, const std::string& what, const std::string& table) {
-  const std::string page = test::read_bytes(std::filesystem::path(canyon_source_dir) / "docs" / file);
-  const std::string begin = "<!-- begin: columns of " + what + " -->\n";
-  const std::size_t from = page.find(begin);
-  ASSERT_NE(from, std::string::npos) << file << " has no mark " << begin;
-  const std::size_t to = page.find("<!-- end -->\n", from);
-  ASSERT_NE(to, std::string::npos) << begin;
-  EXPECT_EQ(page.substr(from + begin.size(), to - from - begin.size()), table)
-      << file << ": put this between the marks of " << what << ":\n"
-      << table;
-}
-
-TEST(Documentation, HasTheTables) {
+TEST(Columns, DocumentationHasTheSameTables) {
   for (const Table& table : tables()) {
-    expect_documented("outputs.md", std::string(table.name) + ".csv", markdown(table));
+    test::expect_documented("columns.md", "columns of " + std::string(table.name) + ".csv", markdown(table));
   }
   for (const ViewTableIndex i : {kViewEpochs, kViewSatellites, kViewPaths, kViewBodies}) {
     const ViewTable& table = view_tables()[i];
-    expect_documented("view-format.md", std::string(table.name), markdown(table));
+    test::expect_documented("columns.md", "columns of the viewer's " + std::string(table.name),
+                            markdown(table));
   }
-  expect_documented("outputs.md", "the summary", markdown(summary_figures()));
+  test::expect_documented("columns.md", "figures of the summary", markdown(summary_figures()));
 }
 
 TEST(Columns, AreNamedOnceAndSayWhatTheyAre) {

@@ -5,8 +5,8 @@
 
 #include "canyon/options/describe.hpp"
 #include "canyon/validation/recorded_scene.hpp"
+#include "tests/support/documented.hpp"
 #include "tests/support/simulation_support.hpp"
-#include "tests/support/source_dir.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::validation {
@@ -86,12 +86,9 @@ TEST_F(RecordingListTest, IsNoScenario) {
   EXPECT_FALSE(is_recording_list(folder.path() / "none.yaml"));
 }
 
-// The page has the table that the list of fields makes.
-TEST(RecordingListDocs, HaveEveryKey) {
-  const std::string table = options::markdown(options::describe<RecordingList>().keys);
-  const std::string page =
-      canyon::test::read_bytes(std::filesystem::path(canyon_source_dir) / "docs/methods.md");
-  EXPECT_NE(page.find(table), std::string::npos) << "docs/methods.md lacks this table:\n" << table;
+TEST(RecordingList, DocumentationHasTheSameTable) {
+  canyon::test::expect_documented("keys.md", "keys of a list of recordings",
+                                  options::markdown(options::describe<RecordingList>().keys));
 }
 
 }  // namespace

@@ -149,12 +149,12 @@ def heatmap(
         Of noise, for layers over draws.
     receivers : {"steady_state", "run"}
         How receivers whose signals have strength stand in cells: the steady state of their loops and
-        fixes, or each run, a dozen times slower (docs/heatmap-planning.md).
+        fixes, or each run, a dozen times slower (docs/heatmap.md).
     path_nodes_m : float
         With "steady_state" receivers take far paths from places so far apart; 0: searched at every cell.
     limits : mapping, optional
         Limits of layers for planners: "error_m", "alert_m", "protection_factor", "start", "first_fix_s",
-        "rtk_s" (docs/heatmap-planning.md).
+        "rtk_s" (docs/heatmap.md).
     folder : path, optional
         Keeps finished tiles: the same call goes on from there.
 

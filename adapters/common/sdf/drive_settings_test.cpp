@@ -6,8 +6,8 @@
 #include <fstream>
 #include <limits>
 
+#include "tests/support/documented.hpp"
 #include "tests/support/refusal.hpp"
-#include "tests/support/source_dir.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::adapters {
@@ -112,9 +112,8 @@ TEST_F(DriveElementTest, WarnsOfUnknownElements) {
 }
 
 TEST(DriveKeys, DocumentationHasTheSameTable) {
-  const std::string page = canyon::test::read_bytes(std::filesystem::path(canyon_source_dir) / "docs/sdf.md");
-  const std::string table = options::markdown(drive_description().keys);
-  EXPECT_NE(page.find(table), std::string::npos) << table;
+  canyon::test::expect_documented("sdf.md", "elements of a drive plugin",
+                                  options::markdown(drive_description().keys));
 }
 
 }  // namespace

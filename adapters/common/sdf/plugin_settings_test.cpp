@@ -11,6 +11,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "tests/support/documented.hpp"
 #include "tests/support/option_values.hpp"
 #include "tests/support/source_dir.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -694,8 +695,7 @@ TEST(PluginKeys, RefuseWhatIsOutOfRange) {
 }
 
 TEST(PluginKeys, DocumentationHasTheSameTable) {
-  const std::string table = options::markdown(plugin_keys());
-  EXPECT_NE(test::read_bytes(kSource / "docs/sdf.md").find(table), std::string::npos) << table;
+  test::expect_documented("sdf.md", "elements of a receiver", options::markdown(plugin_keys()));
 }
 
 }  // namespace

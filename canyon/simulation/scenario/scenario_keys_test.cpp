@@ -15,6 +15,7 @@
 #include "canyon/options/values.hpp"
 #include "canyon/simulation/scenario/live_config.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
+#include "tests/support/documented.hpp"
 #include "tests/support/option_values.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/shared_data.hpp"
@@ -400,15 +401,7 @@ TEST(ReceiverKeys, ScenariosAndHostsHaveThoseOfProfiles) {
 }
 
 TEST(ScenarioKeys, DocumentationHasTheSameTable) {
-  const std::string page = read_bytes(kSource / "docs/scenario.md");
-  const std::string begin = "<!-- begin: canyon scenario keys --markdown -->\n";
-  const std::string end = "<!-- end -->\n";
-  const std::size_t from = page.find(begin);
-  ASSERT_NE(from, std::string::npos);
-  const std::size_t to = page.find(end, from);
-  ASSERT_NE(to, std::string::npos);
-  EXPECT_EQ(page.substr(from + begin.size(), to - from - begin.size()), options::markdown(scenario_keys()))
-      << "put what `canyon scenario keys --markdown` prints between the marks";
+  canyon::test::expect_documented("keys.md", "keys of a scenario", options::markdown(scenario_keys()));
 }
 
 TEST(ScenarioKeys, HelpTextNamesEveryKeyUnitAndDefault) {
