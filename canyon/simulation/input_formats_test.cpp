@@ -1,5 +1,5 @@
-// Each way in which a city and a sky reach a run: the rows of docs/scenario.md, "Choose a city" and "Choose a
-// sky", by every format that they name. Files are made up here.
+// Each way in which a city and a sky reach a run: the rows of the tables of `city` and `sky` in the guide of
+// docs/scenario.md, by every format that they name. Files are made up here.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
