@@ -127,7 +127,7 @@ class Run:
     warnings : list of str
         Warnings about the run.
     summaries : list of dict
-        Figures of each receiver by the names of docs/outputs.md: fixes, percentiles of errors [m], shares [1], ...
+        Figures of each receiver by the names of docs/reference/columns.md: fixes, percentiles of errors [m], shares [1], ...
     interrupted : bool
         Whether Ctrl-C ended it early.
     wall_s : float
@@ -185,7 +185,7 @@ class Run:
 
     @property
     def summary(self) -> Dict[str, Any]:
-        """dict: Figures of the first receiver, by the names of docs/outputs.md."""
+        """dict: Figures of the first receiver, by the names of docs/reference/columns.md."""
         return self.summaries[0]
 
     def to_pandas(self, name: str = "epochs", receiver: Union[int, str] = 0) -> Any:
@@ -205,7 +205,7 @@ class Run:
         ----------
         path : path
             Endings give formats where one is left out: .obs, .rnx, .nmea, .ubx, .rtcm3, .kml, .geojson, .nav,
-            and the names of docs/outputs.md.
+            and the names of docs/reference/columns.md.
         format : str, optional
             One of :func:`canyon.formats`, or "navigation".
         receiver : int or str

@@ -14,7 +14,7 @@ __all__ = ["Table"]
 
 
 class Table(Mapping[str, NDArray[Any]]):
-    """Columns of equal length, by the names of docs/outputs.md, with ``time`` (UTC) in front.
+    """Columns of equal length, by the names of docs/reference/columns.md, with ``time`` (UTC) in front.
 
     Numbers that are not known are NaN, flags 0 and 1. Arrays are read-only: take a ``copy()`` to change one.
 
