@@ -75,8 +75,7 @@ void visit(Visitor& v, DriveElements& o) {
        "file of geodetic positions, as in a scenario; placed by the world's `spherical_coordinates`, heading "
        "included"},
       o.file);
-  v.word({"format", "", "as in [scenarios](../scenario.md)", "told by the file's content"}, o.format,
-         formats);
+  v.word({"format", "", "[formats](../scenario.md)", "told by the file's content"}, o.format, formats);
   simulation::visit_start(v, o.start);
   v.texts({"waypoint", "m",
            "x y z in the world's frame, instead of a file; as many as one likes, joined by straight legs"},
