@@ -6,7 +6,7 @@
     json, python   can be parsed
     commands  in sh blocks and indented ones: subcommand and options are those of --help; files of the repository are there
 
-A block that cannot be checked has `<!-- not checked: WHY -->` before it. An sh block behind `<!-- runs -->` is run, in a folder with
+A block that cannot be checked has `<!-- not checked: WHY -->` before it. A block of commands behind `<!-- runs -->` is run, in a folder with
 links to the repository's `examples` and `tests` and the page's files ("Save this as `NAME`:" before a block).
 
     pages.py CANYON [PAGE...]
@@ -21,6 +21,7 @@ import shlex
 import subprocess
 import sys
 import tempfile
+import textwrap
 import xml.etree.ElementTree as ET
 
 try:
@@ -230,7 +231,11 @@ def check_page(page):
     plain = re.sub(r"```.*?```", lambda m: "\n" * m[0].count("\n"), text, flags=re.S)
     for match in INDENTED.finditer(plain):
         line = plain.count("\n", 0, match.start(1)) + 1
-        faults += [f"{page}:{line}: {fault}" for fault in check_commands(match[1])]
+        found = check_commands(match[1])
+        if plain[: match.start()].rstrip().endswith("<!-- runs -->"):
+            count += 1
+            found += check_run(textwrap.dedent(match[1]), files)
+        faults += [f"{page}:{line}: {fault}" for fault in found]
     for match in re.finditer(r"`(canyon [^`]+)`", plain):
         line = plain.count("\n", 0, match.start()) + 1
         faults += [f"{page}:{line}: {fault}" for fault in check_commands(match[1]) if "no command" not in fault]
