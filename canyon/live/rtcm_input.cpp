@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "canyon/base/secrets.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 
 namespace canyon::live {
@@ -25,9 +26,9 @@ RtcmInput::RtcmInput(const receiver::ReceiverOptions& options, std::uint64_t see
     : options_(options.corrections),
       seed_(seed),
       receiver_(options.name),
-      topic_(options_.from.starts_with(relative::kTopicAddress)
-                 ? options_.from.substr(relative::kTopicAddress.size())
-                 : options_.from),
+      source_(options_.from.starts_with(relative::kTopicAddress)
+                  ? "the topic " + options_.from.substr(relative::kTopicAddress.size())
+                  : hide_passwords(options_.from)),
       link_(options_, seed, receiver_) {}
 
 void RtcmInput::begin_anew() {
@@ -39,12 +40,12 @@ void RtcmInput::begin_anew() {
 
 void RtcmInput::receive(std::string_view bytes, GpsTime now) {
   if (bytes.empty()) {
-    return warn("empty", fmt::format("a message on the topic {} has no bytes", topic_));
+    return warn("empty", fmt::format("a message from {} has no bytes", source_));
   }
   if (bytes.size() > kLongestMessage) {
-    return warn("long", fmt::format("a message on the topic {} has {} bytes and is not read; RTCM 3 of an "
+    return warn("long", fmt::format("a message from {} has {} bytes and is not read; RTCM 3 of an "
                                     "epoch has some 1,000, and at most {} are taken",
-                                    topic_, bytes.size(), kLongestMessage));
+                                    source_, bytes.size(), kLongestMessage));
   }
   const rtcm::DecoderStatus before = decoder_.status();
   for (auto& epoch : decoder_.feed(bytes, now)) {
@@ -62,10 +63,9 @@ void RtcmInput::look_for_other_station(const relative::Corrections& epoch) {
   if (!before) return;
   const double apart_m = (epoch.station_ecef - before->place_ecef).norm();
   if (epoch.station == before->number && apart_m <= kSamePlace_m) return;
-  warn("station",
-       fmt::format("on the topic {} station {} follows station {}, {:.0f} m apart: the ambiguities "
-                   "restart at each change; let only one base publish there",
-                   topic_, epoch.station, before->number, apart_m));
+  warn("station", fmt::format("from {} station {} follows station {}, {:.0f} m apart: the ambiguities "
+                              "restart at each change; let only one base send there",
+                              source_, epoch.station, before->number, apart_m));
 }
 
 void RtcmInput::look_at(const rtcm::DecoderStatus& before, GpsTime now) {
@@ -74,18 +74,17 @@ void RtcmInput::look_at(const rtcm::DecoderStatus& before, GpsTime now) {
   const rtcm::DecoderStatus& status = decoder_.status();
   const std::uint64_t strange = status.bytes_passed_over - before.bytes_passed_over;
   if (strange > 0) {
-    warn("strange",
-         fmt::format("{} bytes of a message on the topic {} are not a frame of RTCM 3, or a damaged "
-                     "one, and are left out; this is the first such message",
-                     strange, topic_));
+    warn("strange", fmt::format("{} bytes of a message from {} are not a frame of RTCM 3, or a damaged "
+                                "one, and are left out; this is the first such message",
+                                strange, source_));
   }
   if (status.epochs > before.epochs) held_back_since_.reset();
   if (status.epochs_held_back == before.epochs_held_back) return;
   if (!held_back_since_) held_back_since_ = now;
   if (now - *held_back_since_ > kPlaceEvery_s) {
-    warn("place", fmt::format("the topic {} has observations, and no message 1005 or 1006 with the place of "
+    warn("place", fmt::format("{} has observations, and no message 1005 or 1006 with the place of "
                               "their station: nothing is corrected",
-                              topic_));
+                              source_));
   }
 }
 
@@ -93,10 +92,11 @@ bool RtcmInput::is_of_now(const relative::Corrections& epoch, GpsTime now) {
   constexpr double kAhead_s = 1;  // as receiver::CodeCorrections::age_s()
   const double age_s = now - epoch.receiver_time;
   if (age_s <= options_.max_age_s && age_s >= -kAhead_s) return true;
-  warn("time", fmt::format("corrections on the topic {} are of {} and the receiver's time is {}, {} {}: they "
-                           "are not used; give both the same time: no `start`, or one /clock and one `start`",
-                           topic_, geodesy::format_gpst(epoch.receiver_time, 0), geodesy::format_gpst(now, 0),
-                           long_time(std::abs(age_s)), age_s > 0 ? "later" : "earlier"));
+  warn("time",
+       fmt::format("corrections from {} are of {} and the receiver's time is {}, {} {}: they "
+                   "are not used; give both the same time: no `start`, or one /clock and one `start`",
+                   source_, geodesy::format_gpst(epoch.receiver_time, 0), geodesy::format_gpst(now, 0),
+                   long_time(std::abs(age_s)), age_s > 0 ? "later" : "earlier"));
   return false;
 }
 

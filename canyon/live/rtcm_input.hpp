@@ -14,8 +14,8 @@
 
 namespace canyon::live {
 
-/// Corrections of one receiver that come as RTCM 3 by a topic: decoded, then delayed and thinned as its
-/// CorrectionOptions say. Whatever the bytes are, it throws nothing and its memory is bounded. Not
+/// Corrections of one receiver that come as RTCM 3 by a stream or a topic: decoded, then delayed and thinned
+/// as its CorrectionOptions say. Whatever the bytes are, it throws nothing and its memory is bounded. Not
 /// thread-safe.
 class RtcmInput {
  public:
@@ -51,7 +51,7 @@ class RtcmInput {
 
   relative::CorrectionOptions options_;
   std::uint64_t seed_;
-  std::string receiver_, topic_;
+  std::string receiver_, source_;
   rtcm::CorrectionsDecoder decoder_;
   relative::CorrectionLink link_;
   std::optional<geodesy::GpsTime> held_back_since_;

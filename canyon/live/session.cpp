@@ -90,7 +90,9 @@ bool Session::Impl::begin_anew(Vehicle& vehicle) {
   for (std::size_t r = 0; r < receivers.size(); ++r) {
     receivers[r].restart();
     sensors[r].reset();
-    if (inputs[r]) inputs[r]->reported.reset();
+    if (!inputs[r]) continue;
+    inputs[r]->reported.reset();
+    inputs[r]->input.begin_anew();
   }
   return true;
 }
@@ -287,6 +289,7 @@ void Session::Impl::compute_and_write() {
   corrections->make_epochs(instants, true, [&](std::size_t i, auto came) -> simulation::Epoch& {
     Due& epoch = block[i];
     LiveReceiver& receiver = receivers[epoch.receiver];
+    if (inputs[epoch.receiver]) came = inputs[epoch.receiver]->input.take(instants[i].time);
     if (came) receiver.give(std::move(came));
     if (!epoch.antenna) {
       epoch.step = receiver.lose(epoch.host_s);
@@ -323,7 +326,9 @@ void Session::Impl::compute_and_write() {
 void Session::Impl::report_place(const simulation::Epoch& epoch) {
   constexpr double kReportEvery_s = 10;
   const auto& input = inputs[epoch.receiver];
-  if (!input || !input->caster || !epoch.observed.fix.solved()) return;
+  if (!input) return;
+  input->input.set_place(epoch.truth_ecef);
+  if (!input->caster || !epoch.observed.fix.solved()) return;
   if (input->reported && epoch.observed.time - *input->reported < kReportEvery_s) return;
   input->reported = epoch.observed.time;
   input->caster->transport().send(output::nmea_gga(epoch));

@@ -15,10 +15,10 @@
 #include "canyon/live/commands.hpp"
 #include "canyon/live/epoch_publisher.hpp"
 #include "canyon/live/pose_source.hpp"
+#include "canyon/live/rtcm_input.hpp"
 #include "canyon/live/session.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/output/stream.hpp"
-#include "canyon/rtcm/rtcm_decoder.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/epoch_schedule.hpp"
@@ -92,7 +92,7 @@ struct Due {
 
 /// Corrections of one receiver that come by a stream of RTCM 3.
 struct CorrectionInput {
-  rtcm::CorrectionsDecoder decoder;
+  RtcmInput input;
   std::shared_ptr<transport::Link> caster;  ///< that the receiver reports its place to; null: none
   std::optional<GpsTime> reported;
 };
@@ -141,6 +141,10 @@ struct Session::Impl {
     return (run_options->stop == nullptr || !*run_options->stop) && !(commands && commands->stopped());
   }
   [[nodiscard]] std::int64_t now_ns() const;
+  /// The run's time: of the clock, or by stamps that of the latest epoch.
+  [[nodiscard]] GpsTime now() const {
+    return start + seconds(by_stamps() ? std::max<std::int64_t>(stamped_ns, 0) : now_ns());
+  }
   [[nodiscard]] Clock::time_point wall_of(std::int64_t host_ns) const;
   [[nodiscard]] bool by_stamps() const { return options.clock == LiveClock::Stamps; }
   void read_log(Vehicle& vehicle, std::int64_t until_ns);
@@ -177,6 +181,9 @@ struct Session::Impl {
     sky_warnings.take(receivers[receiver], [&](const std::string& line, bool of_sky) {
       warn(of_sky ? line : fmt::format("{}: {}", names[receiver], line));
     });
+    if (!inputs[receiver]) return;
+    for (const std::string& line : inputs[receiver]->input.take_warnings())
+      warn(fmt::format("{}: {}", names[receiver], line));
   }
 
   simulation::Scenario scenario;

@@ -85,14 +85,11 @@ void Session::Impl::make_inputs() {
           "run it as a node of ROS 2 (docs/ros2.md), or name a caster, "
           "ntrip://USER:PASSWORD@HOST:PORT/MOUNT");
     }
-    inputs[r] = std::make_unique<CorrectionInput>();
+    inputs[r] = std::make_unique<CorrectionInput>(
+        CorrectionInput{RtcmInput(scenario.receivers[r].options, scenario.seed), nullptr, std::nullopt});
     if (address.starts_with("ntrip://")) inputs[r]->caster = link_of(address);
-    (void)link_of(address)->listen([this, r](const transport::Received& received) {
-      const GpsTime now = start + seconds(now_ns());
-      for (auto& epoch : inputs[r]->decoder.feed(received.bytes, now)) {
-        corrections->send(r, now, std::move(epoch));
-      }
-    });
+    (void)link_of(address)->listen(
+        [this, r](const transport::Received& received) { inputs[r]->input.receive(received.bytes, now()); });
   }
 }
 

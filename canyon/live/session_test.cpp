@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/stream.hpp"
 #include "canyon/output/ubx/frame.hpp"
 #include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/load_city.hpp"
@@ -694,6 +695,23 @@ TEST(Session, ARoverReadsAStreamOfRtcm) {
       rtk_field(port, ", corrections: {from: 'tcp-connect://127.0.0.1:" + std::to_string(port) + "'}", ""),
       kept);
   EXPECT_GE(fixed_epochs(kept), 10);
+}
+
+// What comes is told once, with the password hidden, where it is no use: bytes of another format here.
+TEST(Session, AStreamThatIsNotRtcmIsTold) {
+  const int port = canyon::test::free_port();
+  Scenario s = rtk_field(
+      port, ", corrections: {from: 'ntrip://me:SECRET@127.0.0.1:" + std::to_string(port) + "/M'}", "");
+  s.live->streams.front() =
+      output::parse_stream("base/nmea=ntrip-caster://127.0.0.1:" + std::to_string(port) + "/M");
+  s.duration_s = 4;
+  std::vector<std::string> warned;
+  Session session(s, city_of(s));
+  RunOptions options;
+  options.warn = [&](const std::string& line) { warned.push_back(line); };
+  (void)session.run({}, options);
+  EXPECT_THAT(warned, Contains(AllOf(HasSubstr("rover: "), HasSubstr("are not a frame of RTCM 3"),
+                                     Not(HasSubstr("SECRET")))));
 }
 
 // The base is 30 km away. The caster computes a station at the place of the rover's GGA sentence.

@@ -26,8 +26,7 @@ CorrectionLinks::CorrectionLinks(const std::vector<ReceiverConfig>& receivers, s
     base_.push_back(index_of_base(receivers, receivers[r]));
     fixed_.push_back(receivers[r].fixed.has_value());
     if (receivers[r].options.corrections.virtual_station) virtual_[r].emplace();
-    if (base_.back() || relative::is_stream(receivers[r].options.corrections.from))
-      links_[r].emplace(receivers[r].options.corrections, seed, receivers[r].options.name);
+    if (base_.back()) links_[r].emplace(receivers[r].options.corrections, seed, receivers[r].options.name);
   }
   std::vector<bool> placed(receivers.size());
   while (order_.size() < receivers.size()) {

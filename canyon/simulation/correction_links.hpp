@@ -62,11 +62,6 @@ class CorrectionLinks {
   void make_epochs(std::span<const DueEpoch> due, bool parallel, const Make& make);
   /// An epoch of Epoch::receiver was made: its corrections are on their way to those that take them.
   void send(const Epoch& epoch);
-  /// Corrections of a stream (relative::is_stream()) that came at `time` for a receiver that takes them.
-  void send(std::size_t receiver, geodesy::GpsTime time,
-            std::shared_ptr<const relative::Corrections> corrections) {
-    links_[receiver]->send(time, std::move(corrections), std::nullopt);
-  }
   /// The latest that has come for a receiver by `time` since the last call; null: none.
   [[nodiscard]] std::shared_ptr<const relative::Corrections> take(std::size_t receiver,
                                                                   geodesy::GpsTime time);
@@ -75,7 +70,7 @@ class CorrectionLinks {
   std::vector<std::optional<std::size_t>> base_;
   std::vector<bool> fixed_;  // has a place
   std::vector<std::size_t> order_;
-  std::vector<std::optional<relative::CorrectionLink>> links_;  // to each receiver that takes any
+  std::vector<std::optional<relative::CorrectionLink>> links_;  // to each receiver that has a base
   std::vector<std::optional<Eigen::Vector3d>> places_;          // ECEF, of each receiver's latest epoch [m]
   std::vector<std::optional<Eigen::Vector3d>> reported_;        // and its latest fix
   std::vector<std::optional<VirtualStation>> virtual_;          // of each receiver that asks for one
