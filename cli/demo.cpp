@@ -38,9 +38,8 @@ int run_demo(const std::string& out) {
   }
   write_file(scenario, demo_scenario);
   const std::string self = std::filesystem::read_symlink("/proc/self/exe").string();
-  std::vector<std::vector<std::string>> steps{
-      {self, "simulate", scenario, "--out", out},
-      {self, "heatmap", scenario, "--altitude", "1.5", "--spacing", "6", "--out", map}};
+  std::vector<std::vector<std::string>> steps{{self, "simulate", scenario, "--out", out},
+                                              {self, "heatmap", scenario, "--spacing", "6", "--out", map}};
   const bool with_page = has_page();
   if (with_page) steps.push_back({self, "view", scenario, "--export", page});
   for (const std::vector<std::string>& step : steps) {

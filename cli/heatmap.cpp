@@ -127,12 +127,14 @@ class MapRun {
     std::vector<std::string_view> names;
     if (!arguments_.layers.empty()) names = split(arguments_.layers, ',');
     request_.layers = for_option("--layers", [&] { return heatmap::layers_named(names); });
-    request_.altitudes_m = parse_altitudes(arguments_.altitudes);
     request_.altitude_kind = heatmap::altitude_kind_named(arguments_.altitude_kind, "--altitude-kind");
     simulation::ScenarioReadOptions options;
     options.trajectory_needed = false;
     scenario_ = simulation::read_scenario(arguments_.scenario, options);
     report_.say(ReadReport::Level::Guess, scenario_.warnings);
+    request_.altitudes_m = arguments_.altitudes.empty()
+                               ? std::vector{heatmap::usual_altitude_m(scenario_, request_.altitude_kind)}
+                               : parse_altitudes(arguments_.altitudes);
     if (!scenario_.faults.empty())
       report_.say(ReadReport::Level::Guess, "maps have no faults: those of the scenario are left out");
     if (arguments_.seed) scenario_.seed = *arguments_.seed;
@@ -436,7 +438,8 @@ void add_heatmap(Command& app) {
       .excludes("--bbox")
       .excludes("--enu-box");
   add_field(command, "--spacing", arguments.grid, "spacing_m");
-  command.add_option("--altitude", arguments.altitudes, "M,...", "altitudes of the antenna [m] (15)");
+  command.add_option("--altitude", arguments.altitudes, "M,...",
+                     "altitudes of the antenna [m] (the trajectory's height above the terrain, else 15)");
   command.add_option("--altitude-kind", arguments.altitude_kind, "KIND",
                      "above the terrain (terrain), or above the WGS 84 ellipsoid (ellipsoid) (terrain)");
   command.add_option("--times", arguments.times, "T,...",

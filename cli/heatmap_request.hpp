@@ -21,7 +21,7 @@ struct HeatmapArguments {
   heatmap::CellReceiverOptions receivers;
   heatmap::LimitOptions limits;
   simulation::MapOptions motion;
-  std::string altitudes = "15", altitude_kind = "terrain";
+  std::string altitudes, altitude_kind = "terrain";
   std::string times, layers, formats = "all", model, receiver;
   std::optional<std::uint64_t> seed;
   int runs = 1;

@@ -112,7 +112,7 @@ def heatmap(
     *,
     box: Optional[Sequence[float]] = None,
     spacing_m: float = 2.0,
-    altitudes_m: Union[float, Sequence[float]] = 15.0,
+    altitudes_m: Union[float, Sequence[float], None] = None,
     altitude_kind: str = "terrain",
     times: Any = None,
     layers: Sequence[str] = (),
@@ -137,8 +137,9 @@ def heatmap(
         Part of the city's frame; else the built-up area.
     spacing_m : float
         Width of a cell.
-    altitudes_m : float or sequence
-        Of the antenna, above the terrain, or above the ellipsoid (`altitude_kind`).
+    altitudes_m : float or sequence, optional
+        Of the antenna, above the terrain, or above the ellipsoid (`altitude_kind`). Left out: the trajectory's height
+        above the terrain, else 15.
     times : optional
         One or several instants, or text as for ``canyon heatmap --times``; else the scenario's start.
     layers : sequence of str
@@ -174,7 +175,7 @@ def heatmap(
     >>> sky["satellites_los"].shape == (1, 1) + sky.state.shape[1:]
     True
     """
-    altitudes = [float(altitudes_m)] if np.isscalar(altitudes_m) else [float(a) for a in altitudes_m]  # type: ignore[union-attr,arg-type]
+    altitudes = [float(a) for a in np.atleast_1d(altitudes_m)] if altitudes_m is not None else []
     handle = _canyon.Map(
         scenario, city, box, spacing_m, altitudes,
         altitude_kind, times, list(layers), model or "", receiver, draws, receivers, path_nodes_m, dict(limits or {}),

@@ -32,9 +32,10 @@ class Map {
     const InputFiles::Scope scope(inputs_);
     receiver_ = scenario_.receivers[simulation::find_receiver(scenario_, receiver)];
     if (!model.empty()) receiver_ = validation::models_of(receiver_, {model}).front().receiver;
+    request_.altitude_kind = heatmap::altitude_kind_named(altitude_kind, "altitude_kind");
+    if (altitudes_m.empty()) altitudes_m = {heatmap::usual_altitude_m(scenario_, request_.altitude_kind)};
     std::sort(altitudes_m.begin(), altitudes_m.end());
     request_.altitudes_m = std::move(altitudes_m);
-    request_.altitude_kind = heatmap::altitude_kind_named(altitude_kind, "altitude_kind");
     ReadReport of_path;
     const bool text = times.is_none() || py::isinstance<py::str>(times);
     request_.times = text ? heatmap::parse_times(times.is_none() ? "" : times.cast<std::string>(),

@@ -200,6 +200,12 @@ AltitudeKind altitude_kind_named(const std::string& name, const char* what) {
   throw InputError(fmt::format("{} '{}' is not known", what, name), "give terrain or ellipsoid");
 }
 
+double usual_altitude_m(const simulation::Scenario& scenario, AltitudeKind kind) {
+  constexpr double kUsual_m = 15;
+  return kind == AltitudeKind::AboveTerrain ? scenario.trajectory.height_above_terrain_m.value_or(kUsual_m)
+                                            : kUsual_m;
+}
+
 void check_altitudes(const Request& request, const city::City& city) {
   for (const double altitude : request.altitudes_m) {
     if (request.altitude_kind == AltitudeKind::AboveTerrain) {

@@ -30,6 +30,9 @@ struct EnuBox {
 void check_box(const EnuBox& box, const city::City& city);
 /// "terrain" or "ellipsoid". @param what is named so, for the InputError of another word
 [[nodiscard]] AltitudeKind altitude_kind_named(const std::string& name, const char* what);
+/// The altitude of a map where none is given [m]: above the terrain that of the trajectory
+/// (height_above_terrain_m), else 15.
+[[nodiscard]] double usual_altitude_m(const simulation::Scenario& scenario, AltitudeKind kind);
 /// Throws InputError where an altitude lies under everything that the city has.
 void check_altitudes(const Request& request, const city::City& city);
 

@@ -82,6 +82,14 @@ TEST(MapRequest, RefusesAltitudesBelowTheCity) {
   EXPECT_THROW(check_altitudes(request, city), InputError);
 }
 
+TEST(MapRequest, UsualAltitudeIsTheTrajectorys) {
+  simulation::Scenario scenario;
+  EXPECT_EQ(usual_altitude_m(scenario, AltitudeKind::AboveTerrain), 15);
+  scenario.trajectory.height_above_terrain_m = 1.5;
+  EXPECT_EQ(usual_altitude_m(scenario, AltitudeKind::AboveTerrain), 1.5);
+  EXPECT_EQ(usual_altitude_m(scenario, AltitudeKind::Ellipsoid), 15);
+}
+
 TEST(MapRequest, InputKeyTellsCitiesAndSkies) {
   const auto key = [](std::uint64_t seed, gnss::System system, double later_s) {
     city::SyntheticCityOptions options;
