@@ -203,7 +203,7 @@ void add_tracked(std::span<const Observed> recorded, std::span<const std::set<gn
   }
   const auto is_recorded = [&counts](const gnss::Signal& signal) {
     const auto of = counts.find(&signal);
-    return of != counts.end() && of->second >= kFewestOfSignal;
+    return signal.only_recorded.empty() && of != counts.end() && of->second >= kFewestOfSignal;
   };
   // Names of signals stand for several systems: one that any of them sends and is recorded stays.
   std::vector<std::string> after, said;

@@ -92,9 +92,16 @@ double value_of(const SignalValues& values, const Signal& signal, double otherwi
 }
 
 void check_signals(const std::vector<std::string>& names) {
-  const std::vector<std::string_view> known = signal_names();
+  const std::vector<std::string_view> known = signal_names(true);
   for (auto name = names.begin(); name != names.end(); ++name) {
     if (std::find(known.begin(), known.end(), *name) == known.end()) {
+      for (const System system : kAllSystems) {
+        for (const Signal& signal : signals_of(system)) {
+          if (signal.name != *name) continue;
+          throw InputError(fmt::format("no receiver here tracks {}: {}", *name, signal.only_recorded),
+                           fmt::format("only recordings have it; take of {}", fmt::join(known, ", ")));
+        }
+      }
       throw InputError(fmt::format("no satellite sends a signal '{}'", *name),
                        fmt::format("signals are {}", fmt::join(known, ", ")));
     }

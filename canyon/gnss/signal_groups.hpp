@@ -35,7 +35,8 @@ using GroupValues = std::map<std::string, double>;
 using SignalValues = std::map<std::string, double>;
 [[nodiscard]] double value_of(const SignalValues& values, const Signal& signal, double otherwise);
 
-/// Throws InputError for a name that no satellite's signal has, and for one that is given twice.
+/// Throws InputError for a name that no satellite's signal has or that recordings alone have, and for one
+/// that is given twice.
 void check_signals(const std::vector<std::string>& names);
 
 /// Fields of options: signals, groups, and numbers of groups ("[BeiDou=1.5, L5=-2]") and of signals.

@@ -72,6 +72,15 @@ TEST(SignalGroups, WrongNamesAreToldTheRightOnes) {
   EXPECT_NO_THROW(check_signals({"L1CA", "L5"}));
   EXPECT_THROW(check_signals({"L1CA", "L1CA"}), InputError);
   EXPECT_THROW(check_signals({"L1"}), InputError);
+  for (const char* recorded : {"L2P", "G3", "G1a", "G2a", "E6", "E5", "B2", "L6"}) {
+    EXPECT_NO_THROW(check_group(recorded));
+    try {
+      check_signals({recorded});
+      ADD_FAILURE() << recorded;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.problem(), testing::StartsWith(std::string("no receiver here tracks ") + recorded));
+    }
+  }
 }
 
 }  // namespace

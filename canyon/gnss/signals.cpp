@@ -15,14 +15,23 @@ constexpr Modulation BPSK = Modulation::BPSK, TMBOC = Modulation::TMBOC, CBOCPil
 constexpr Block IIR = Block::IIR, IIRM = Block::IIRM, IIF = Block::IIF, III = Block::III, All = Block::All,
                 BeiDou2 = Block::BeiDou2, BeiDou3 = Block::BeiDou3 | Block::BeiDou3Geo;
 constexpr GroupDelay None = GroupDelay::None, Tgd = GroupDelay::Tgd, Tgd1 = GroupDelay::Tgd1,
-                     Tgd2 = GroupDelay::Tgd2;
+                     Tgd2 = GroupDelay::Tgd2, E1 = GroupDelay::BgdE1, E5a = GroupDelay::BgdE5a,
+                     E5b = GroupDelay::BgdE5b;
 
-constexpr double kL1 = kL1_hz, kL2 = 1227.6e6, kL5 = 1176.45e6, kE5b = 1207.14e6;
+constexpr double kL1 = kL1_hz, kL2 = 1227.6e6, kL5 = 1176.45e6, kE5b = 1207.14e6, kE5 = 1191.795e6,
+                 kE6 = 1278.75e6;
+
+/// A signal that is read from recordings, and that no receiver here tracks.
+constexpr Signal recorded(Signal signal, std::string_view why) {
+  signal.only_recorded = why;
+  return signal;
+}
+constexpr std::string_view kCodes = "its codes and group delay are not modelled";
+constexpr std::string_view kSenders = "which satellites send it is not modelled";
 
 // One row a signal: system, name, code, codes also read; carrier, step of channels, modulation, chips, least
 // power; blocks, group delay; MSM, SBF, UBX (of geostationary satellites); lines.
 
-// P(Y) of L2 is read, not simulated: receivers track it with losses that no model here has.
 // IS-GPS-200 table 3-Va, IS-GPS-800 3.2.1.9, IS-GPS-705 table 3-III (Q5); L2C of IIR-M and IIF: CL, half of
 // -160.
 constexpr Signal kGps[]{
@@ -31,8 +40,9 @@ constexpr Signal kGps[]{
     {System::GPS, "L1C", "1L", "1X 1S", kL1, 0, TMBOC, 1.023e6, -158.25, III, Tgd, 31, 5},
     {System::GPS, "L2C", "2L", "2S 2X 2C", kL2, 0, BPSK, 1.023e6, -163, IIRM | IIF | III, Tgd, 16, 3, 3},
     {System::GPS, "L5", "5Q", "5X 5I", kL5, 0, BPSK, 10.23e6, -157.9, IIF | III, Tgd, 23, 4, 7},
-    {System::GPS, kEncrypted, "2W", "2P 2Y 2D", kL2, 0, BPSK, 10.23e6, -161.5, IIR | IIRM | IIF | III, Tgd,
-     10, 2},
+    recorded({System::GPS, "L2P", "2W", "2P 2Y 2D", kL2, 0, BPSK, 10.23e6, -161.5, IIR | IIRM | IIF | III,
+              Tgd, 10, 2},
+             "it is encrypted"),
 };
 // IS-QZSS-PNT table 3.1.1-1 and 3.1.5-1: as GPS.
 constexpr Signal kQzss[]{
@@ -40,21 +50,31 @@ constexpr Signal kQzss[]{
     {System::QZSS, "L1C", "1L", "1X 1S", kL1, 0, TMBOC, 1.023e6, -158.25, All, Tgd, 31, 32},
     {System::QZSS, "L2C", "2L", "2S 2X", kL2, 0, BPSK, 1.023e6, -163, All, Tgd, 16, 7, 5},
     {System::QZSS, "L5", "5Q", "5X 5I 5Z 5P 5D", kL5, 0, BPSK, 10.23e6, -157.9, All, Tgd, 23, 26, 9},
+    recorded({System::QZSS, "L6", "6L", "6X 6S 6Z 6E", kE6, 0, BPSK, 5.115e6, -156.82, All, Tgd, 10, 27},
+             kCodes),  // IS-QZSS-L6
 };
-// ICD GLONASS L1, L2 (5.1, 2008) 3.3.1.1 and 3.3.1.6.
+// ICD GLONASS L1, L2 (5.1, 2008) 3.3.1.1 and 3.3.1.6; CDMA General Description 1.0 and L1, L2, L3 of 2016.
 constexpr Signal kGlonass[]{
     {System::GLONASS, "G1", "1C", "1P", 1602e6, 0.5625e6, BPSK, 0.511e6, -161, All, None, 2, 8, 0, -1, 1e3},
     {System::GLONASS, "G2", "2C", "2P", 1246e6, 0.4375e6, BPSK, 0.511e6, -167, All, GroupDelay::DeltaTau, 8,
      11, 2, -1, 1e3},
+    recorded({System::GLONASS, "G3", "3Q", "3X 3I", 1202.025e6, 0, BPSK, 10.23e6, -158, All, None, 0, 12},
+             kSenders),
+    recorded({System::GLONASS, "G1a", "4B", "4X 4A", 1600.995e6, 0, BPSK, 0.5115e6, -158.5, All, None},
+             kSenders),
+    recorded({System::GLONASS, "G2a", "6B", "6X 6A", 1248.06e6, 0, BPSK, 0.5115e6, -158.5, All, None},
+             kSenders),
 };
-// OS SIS ICD 2.1, table 12: data and pilot together, as receivers track them; X of RINEX 3.04, table 6.
+// OS SIS ICD 2.1, table 12: data and pilot together, as receivers track them; X of RINEX 3.04, table 6. BGDs
+// of E5 are broadcast for its halves alone.
 constexpr Signal kGalileo[]{
-    {System::Galileo, "E1", "1X", "1C 1B 1Z", kL1, 0, CBOCPilot, 1.023e6, -157.25, All, GroupDelay::BgdE1, 5,
-     17, 0},
-    {System::Galileo, "E5a", "5X", "5Q 5I", kL5, 0, BPSK, 10.23e6, -155.25, All, GroupDelay::BgdE5a, 24, 20,
-     4},
-    {System::Galileo, "E5b", "7X", "7Q 7I", kE5b, 0, BPSK, 10.23e6, -155.25, All, GroupDelay::BgdE5b, 16, 21,
-     6},
+    {System::Galileo, "E1", "1X", "1C 1B 1Z", kL1, 0, CBOCPilot, 1.023e6, -157.25, All, E1, 5, 17, 0},
+    {System::Galileo, "E5a", "5X", "5Q 5I", kL5, 0, BPSK, 10.23e6, -155.25, All, E5a, 24, 20, 4},
+    {System::Galileo, "E5b", "7X", "7Q 7I", kE5b, 0, BPSK, 10.23e6, -155.25, All, E5b, 16, 21, 6},
+    recorded({System::Galileo, "E6", "6X", "6C 6B 6Z 6A", kE6, 0, BPSK, 5.115e6, -155.25, All, None, 11, 19},
+             kCodes),
+    recorded({System::Galileo, "E5", "8X", "8Q 8I", kE5, 0, BPSK, 10.23e6, -152.25, All, E5b, 20, 22},
+             "its modulation, AltBOC, is not modelled"),
 };
 // BDS-SIS-ICD-B1I-3.0, B1C-1.0 (MEO; the pilot's QMBOC has the correlation of TMBOC's power shares nearly),
 // B2I of 2.1, B2a-1.0 (MEO), B3I-1.0, B2b-1.0 (MEO; not of geostationary satellites). TGD2 of BeiDou-3 is not
@@ -68,11 +88,16 @@ constexpr Signal kBeiDou[]{
     {System::BeiDou, "B3I", "6I", "6X 6Q", 1268.52e6, 0, BPSK, 10.23e6, -163, BeiDou2 | BeiDou3, None, 8, 30,
      4, 10},
     {System::BeiDou, "B2b", "7D", "7Z 7P", kE5b, 0, BPSK, 10.23e6, -160, Block::BeiDou3, None, 25, 34},
+    recorded({System::BeiDou, "B2", "8P", "8X 8D", kE5, 0, BPSK, 10.23e6, -156, Block::BeiDou3, Tgd2},
+             "its modulation, ACE-BOC, is not modelled"),
 };
 
-// RTCA DO-229 A.2 (C/A codes of 1.023 Mchip/s) and ICAO Annex 10, Volume I, 3.7.3.4.4.3.
+// RTCA DO-229 A.2 (C/A codes of 1.023 Mchip/s) and ICAO Annex 10, Volume I, 3.7.3.4.4.3; L5 of
+// EUROCAE ED-259.
 constexpr Signal kSbas[]{
-    {System::SBAS, "L1CA", "1C", "", kL1, 0, BPSK, 1.023e6, -161, All, None, 2, 24, 0, -1, 1e3}};
+    {System::SBAS, "L1CA", "1C", "", kL1, 0, BPSK, 1.023e6, -161, All, None, 2, 24, 0, -1, 1e3},
+    recorded({System::SBAS, "L5", "5I", "5X 5Q", kL5, 0, BPSK, 10.23e6, -158, All, None, 22, 25}, kSenders),
+};
 
 /// Whether each row of a table has the fields that every signal needs.
 constexpr bool complete(std::span<const Signal> table, System system) {
@@ -195,10 +220,11 @@ std::vector<std::string_view> block_names() {
   return names;
 }
 
-std::vector<std::string_view> signal_names() {
+std::vector<std::string_view> signal_names(bool only_received) {
   std::vector<std::string_view> names;
   for (const System system : kAllSystems) {
     for (const Signal& signal : signals_of(system)) {
+      if (only_received && !signal.only_recorded.empty()) continue;
       if (std::find(names.begin(), names.end(), signal.name) == names.end()) names.push_back(signal.name);
     }
   }

@@ -81,13 +81,12 @@ struct Signal {
   /// Distance of its spectrum's lines [Hz], where a code repeats once in 1 / line_hz and has no secondary
   /// code. 0: closer than an integration resolves.
   double line_hz = 0;
+  /// Why no receiver here tracks it, as in "it is encrypted": recordings alone have it. Empty: receivers do.
+  std::string_view only_recorded = {};
 };
 
 /// Carrier of GPS L1, which delays of the ionosphere refer to unless said otherwise [Hz].
 inline constexpr double kL1_hz = 1575.42e6;
-
-/// Name of GPS's P(Y) on L2, which recordings have: no receiver here tracks it.
-inline constexpr std::string_view kEncrypted = "L2P";
 
 /// The signals of a system; the first is the one near L1 that all of its satellites send.
 [[nodiscard]] std::span<const Signal> signals_of(System system);
@@ -106,8 +105,8 @@ inline constexpr std::string_view kEncrypted = "L2P";
 
 /// Names of all blocks, in the order of Block.
 [[nodiscard]] std::vector<std::string_view> block_names();
-/// Names of all signals, none twice, by system.
-[[nodiscard]] std::vector<std::string_view> signal_names();
+/// Names of all signals, none twice, by system. @param only_received those that a receiver here tracks
+[[nodiscard]] std::vector<std::string_view> signal_names(bool only_received = false);
 
 /// Group delays [s] of a satellite's signals in the order of signals_of(): a signal's clock is the broadcast
 /// one less this.

@@ -64,6 +64,9 @@ TEST(Signals, HaveTheCodesOfWhatIsTracked) {
       {System::Galileo, "E5a", "5X"}, {System::Galileo, "E5b", "7X"}, {System::BeiDou, "B1I", "2I"},
       {System::BeiDou, "B1C", "1P"},  {System::BeiDou, "B2I", "7I"},  {System::BeiDou, "B2a", "5P"},
       {System::BeiDou, "B3I", "6I"},  {System::BeiDou, "B2b", "7D"},  {System::SBAS, "L1CA", "1C"},
+      {System::GLONASS, "G3", "3Q"},  {System::GLONASS, "G1a", "4B"}, {System::GLONASS, "G2a", "6B"},
+      {System::Galileo, "E6", "6X"},  {System::Galileo, "E5", "8X"},  {System::BeiDou, "B2", "8P"},
+      {System::SBAS, "L5", "5I"},     {System::QZSS, "L6", "6L"},
   };
   std::size_t signals = 0;
   for (const System system : kAllSystems) signals += signals_of(system).size();
@@ -80,17 +83,21 @@ TEST(Signals, HaveTheNumbersOfRtcmAndUbx) {
     int msm, ubx, ubx_geo;
   };
   const Row rows[]{
-      {System::GPS, "1C", 2, 0, -1},      {System::GPS, "1L", 31, -1, -1},
-      {System::GPS, "2L", 16, 3, -1},     {System::GPS, "5Q", 23, 7, -1},
-      {System::GPS, "2W", 10, -1, -1},    {System::QZSS, "1C", 2, 0, -1},
-      {System::QZSS, "1L", 31, -1, -1},   {System::QZSS, "2L", 16, 5, -1},
-      {System::QZSS, "5Q", 23, 9, -1},    {System::GLONASS, "1C", 2, 0, -1},
-      {System::GLONASS, "2C", 8, 2, -1},  {System::Galileo, "1X", 5, 0, -1},
-      {System::Galileo, "5X", 24, 4, -1}, {System::Galileo, "7X", 16, 6, -1},
-      {System::BeiDou, "2I", 2, 0, 1},    {System::BeiDou, "1P", 31, 5, -1},
-      {System::BeiDou, "7I", 14, 2, 3},   {System::BeiDou, "5P", 23, 7, -1},
-      {System::BeiDou, "6I", 8, 4, 10},   {System::BeiDou, "7D", 25, -1, -1},
-      {System::SBAS, "1C", 2, 0, -1},
+      {System::GPS, "1C", 2, 0, -1},       {System::GPS, "1L", 31, -1, -1},
+      {System::GPS, "2L", 16, 3, -1},      {System::GPS, "5Q", 23, 7, -1},
+      {System::GPS, "2W", 10, -1, -1},     {System::QZSS, "1C", 2, 0, -1},
+      {System::QZSS, "1L", 31, -1, -1},    {System::QZSS, "2L", 16, 5, -1},
+      {System::QZSS, "5Q", 23, 9, -1},     {System::GLONASS, "1C", 2, 0, -1},
+      {System::GLONASS, "2C", 8, 2, -1},   {System::Galileo, "1X", 5, 0, -1},
+      {System::Galileo, "5X", 24, 4, -1},  {System::Galileo, "7X", 16, 6, -1},
+      {System::BeiDou, "2I", 2, 0, 1},     {System::BeiDou, "1P", 31, 5, -1},
+      {System::BeiDou, "7I", 14, 2, 3},    {System::BeiDou, "5P", 23, 7, -1},
+      {System::BeiDou, "6I", 8, 4, 10},    {System::BeiDou, "7D", 25, -1, -1},
+      {System::SBAS, "1C", 2, 0, -1},      {System::SBAS, "5I", 22, -1, -1},
+      {System::Galileo, "6X", 11, -1, -1}, {System::Galileo, "8X", 20, -1, -1},
+      {System::QZSS, "6L", 10, -1, -1},    {System::BeiDou, "8P", 0, -1, -1},
+      {System::GLONASS, "3Q", 0, -1, -1},  {System::GLONASS, "4B", 0, -1, -1},
+      {System::GLONASS, "6B", 0, -1, -1},
   };
   std::size_t signals = 0;
   for (const System system : kAllSystems) signals += signals_of(system).size();
@@ -120,6 +127,15 @@ TEST(Signals, HaveTheCarriersOfTheInterfaceDocuments) {
   EXPECT_EQ(named(System::BeiDou, "B2I").carrier_hz, 118 * f0);
   EXPECT_EQ(named(System::BeiDou, "B3I").carrier_hz, 124 * f0);
   EXPECT_EQ(named(System::BeiDou, "B2b").carrier_hz, 118 * f0);
+  EXPECT_EQ(named(System::BeiDou, "B2").carrier_hz, 116.5 * f0);
+  EXPECT_EQ(named(System::Galileo, "E5").carrier_hz, 116.5 * f0);
+  EXPECT_EQ(named(System::Galileo, "E6").carrier_hz, 125 * f0);
+  EXPECT_EQ(named(System::QZSS, "L6").carrier_hz, 125 * f0);
+  EXPECT_EQ(named(System::SBAS, "L5").carrier_hz, 115 * f0);
+  const double f1 = 1.023e6;  // GLONASS's signals of code division: 1565, 1220, 1175
+  EXPECT_NEAR(named(System::GLONASS, "G1a").carrier_hz, 1565 * f1, 1e-3);
+  EXPECT_NEAR(named(System::GLONASS, "G2a").carrier_hz, 1220 * f1, 1e-3);
+  EXPECT_NEAR(named(System::GLONASS, "G3").carrier_hz, 1175 * f1, 1e-3);
 }
 
 TEST(Signals, FollowTheFrequencyChannelOfGlonass) {
@@ -128,6 +144,7 @@ TEST(Signals, FollowTheFrequencyChannelOfGlonass) {
     EXPECT_EQ(carrier_hz(named(System::GLONASS, "G1"), l1), l1);
     // 7 / 9 of the carrier near L1 (ICD GLONASS 3.3.1.1).
     EXPECT_NEAR(carrier_hz(named(System::GLONASS, "G2"), l1), l1 * 7 / 9, 1e-3);
+    EXPECT_EQ(carrier_hz(named(System::GLONASS, "G3"), l1), 1202.025e6) << "code division: one carrier";
   }
 }
 

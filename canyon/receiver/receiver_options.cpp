@@ -99,10 +99,6 @@ void ReceiverOptions::validate() const {
   if (name.empty()) throw InputError("a receiver has no name", "give every receiver a different name");
   try {
     gnss::check_signals(tracks);
-    if (is_among(tracks, gnss::kEncrypted)) {
-      throw InputError(fmt::format("it tracks {}, which is encrypted", gnss::kEncrypted),
-                       "take L2C; only recordings have it");
-    }
     for (const std::string& group : leaves_out) gnss::check_group(group);
     for (const char* other : {"G1", "B1C"}) {
       if (at_once == AtOnce::All || !is_among(tracks, "B1I") || !is_among(tracks, other)) continue;
@@ -194,7 +190,7 @@ std::vector<const gnss::Signal*> tracked_signals(const std::vector<std::string>&
   if (tracks.empty()) return {&all.front()};
   std::vector<const gnss::Signal*> found;
   for (const gnss::Signal& signal : all) {
-    if (is_among(tracks, signal.name)) found.push_back(&signal);
+    if (signal.only_recorded.empty() && is_among(tracks, signal.name)) found.push_back(&signal);
   }
   return found;
 }
@@ -207,7 +203,7 @@ void visit(options::Visitor& v, ReceiverOptions& o) {
                         o.own_draws);
   static const std::string tracks =
       fmt::format("tracked signals: {}; left out: the signal near L1 of each satellite",
-                  fmt::join(gnss::signal_names(), ", "));
+                  fmt::join(gnss::signal_names(true), ", "));
   gnss::visit_signals(v, {"tracks", "", tracks}, o.tracks);
   gnss::visit_groups(
       v,

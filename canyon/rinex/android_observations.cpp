@@ -259,7 +259,9 @@ class AndroidReader {
   [[nodiscard]] bool find_signal(ObservedSignal& found, double& carrier_hz, std::size_t& rank) {
     const std::span<const gnss::Signal> signals = gnss::signals_of(found.id.system);
     const double stated_hz = log_.number(CarrierFrequency).value_or(signals.front().carrier_hz);
-    const auto distance = [&](const gnss::Signal& s) { return std::abs(s.carrier_hz - stated_hz); };
+    const auto distance = [&](const gnss::Signal& s) {
+      return std::abs(nominal_carrier_hz(s, stated_hz) - stated_hz);
+    };
     const auto nearest = std::min_element(
         signals.begin(), signals.end(),
         [&](const gnss::Signal& a, const gnss::Signal& b) { return distance(a) < distance(b); });
@@ -291,8 +293,8 @@ class AndroidReader {
   /// Logs have carriers in single precision: 1575420030 Hz.
   static double nominal_carrier_hz(const gnss::Signal& signal, double stated_hz) {
     if (signal.channel_hz == 0) return signal.carrier_hz;
-    return signal.carrier_hz +
-           signal.channel_hz * std::round((stated_hz - signal.carrier_hz) / signal.channel_hz);
+    const double channel = std::round((stated_hz - signal.carrier_hz) / signal.channel_hz);
+    return signal.carrier_hz + signal.channel_hz * std::clamp(channel, -7.0, 13.0);
   }
 
   [[nodiscard]] std::string measure(std::uint32_t state, double carrier_hz, ObservedSignal& signal) {

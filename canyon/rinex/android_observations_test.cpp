@@ -141,6 +141,7 @@ TEST_F(AndroidObservations, GivePseudorangesOfEverySystem) {
   const RinexObservations file = read({
       gps_line(5),
       line_of(3, 7, 32'768 + 128 + 1, kGlonass_ns, "1600312500", "C"),  // channel -3
+      line_of(3, 9, 32'768 + 128 + 1, kGlonass_ns, "1600995000", "B"),  // code division
       line_of(6, 11, 16'384 + 8 + 1, kWeek_ns, "1575420000", "C"),
       line_of(6, 12, 2048 + 1024, kWeek_ns % 100'000'000, "1575420000", "C"),
       line_of(6, 12, 65'536 + 16'384 + 1, kWeek_ns, "1176450000", "Q"),
@@ -160,8 +161,8 @@ TEST_F(AndroidObservations, GivePseudorangesOfEverySystem) {
     EXPECT_NEAR(*s.pseudorange_m, 0.075 * kSpeedOfLight, 1e-6) << names.back();
     EXPECT_EQ(s.cn0_dbhz, 41.5);
   }
-  EXPECT_THAT(names,
-              ElementsAre("G05 1C", "G09 1C", "R07 1C", "E11 1C", "E12 1C", "E12 5Q", "C30 2I", "J02 1C"));
+  EXPECT_THAT(names, ElementsAre("G05 1C", "G09 1C", "R07 1C", "R09 4B", "E11 1C", "E12 1C", "E12 5Q",
+                                 "C30 2I", "J02 1C"));
 }
 
 TEST_F(AndroidObservations, GoByTheNamesOfTheHeader) {

@@ -1,6 +1,7 @@
 // RTKLIB 2.4.3 b34 reads the same files: every value of every observation.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <map>
 #include <set>
@@ -50,12 +51,15 @@ TEST(RinexObservationBesideRtklib, Version2) {
 }
 
 /// A file of version 3.04 with every signal of every system, ten epochs.
-/// @param encrypted with P(Y) on L2, which shares a band, and in version 2 its phase, with L2C
-std::string every_signal(bool encrypted = true) {
+/// @param only_recorded with signals that recordings alone have: P(Y) shares a band, and in version 2 its
+/// phase, with L2C
+std::string every_signal(bool only_recorded = true) {
   const auto signals_of = [&](gnss::System system) {
     const auto all = gnss::signals_of(system);
-    const bool last = all.back().name == gnss::kEncrypted;
-    return all.first(all.size() - (last && !encrypted ? 1 : 0));
+    const auto kept = std::count_if(all.begin(), all.end(), [&](const gnss::Signal& signal) {
+      return only_recorded || signal.only_recorded.empty();
+    });
+    return all.first(static_cast<std::size_t>(kept));  // the others are last
   };
   std::string text =
       test::header_line("     3.04           OBSERVATION DATA    M: MIXED", "RINEX VERSION / TYPE");

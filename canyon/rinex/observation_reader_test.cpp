@@ -248,7 +248,7 @@ TEST(RinexObservation, EverySignalHasItsCodes) {
       ++signals;
     }
   }
-  EXPECT_EQ(signals, 21U);
+  EXPECT_EQ(signals, 29U);
   EXPECT_THAT(default_codes(System::GPS, 3.04), ElementsAre("1C", "1S", "1L", "1X", "1P", "1W", "1Y"));
   const gnss::Signal& b1c = gnss::signals_of(System::BeiDou)[1];
   EXPECT_THAT(signal_codes(b1c, 3.02), IsEmpty()) << "1X is B1I's there";
@@ -294,7 +294,7 @@ TEST(RinexObservation, AllSignals) {
   const std::string text = header_line("     3.04           OBSERVATION DATA    M", "RINEX VERSION / TYPE") +
                            header_line("G    9 C5X C2W C2X C1C C1L C9Z L5X X1  L9Z", "SYS / # / OBS TYPES") +
                            header_line("C    3 C2I C7D C6I", "SYS / # / OBS TYPES") +
-                           header_line("E    2 C8X C5Q", "SYS / # / OBS TYPES") +
+                           header_line("E    3 C8X C5Q C4X", "SYS / # / OBS TYPES") +
                            header_line("", "END OF HEADER") + epoch3(34, 4) +
                            // L5, P(Y) on L2, L2C, C/A, L1C, a code that does not exist, phase of L5.
                            "G05" + code(5) + code(20) + code(2) + code(1) + code(11) + code(9) +
@@ -305,15 +305,15 @@ TEST(RinexObservation, AllSignals) {
   EXPECT_THAT(names_of(file.epochs.at(0)),
               ElementsAre("G05 L1CA 1C 1", "G05 L1C 1L 11", "G05 L2C 2X 2", "G05 L5 5X 5", "G05 L2P 2W 20",
                           "G06 L1C 1L 11", "G06 L2P 2W 20", "C06 B1I 2I 1", "C06 B3I 6I 6", "C06 B2b 7D 7",
-                          "E08 E5a 5Q 5"));
+                          "E08 E5a 5Q 5", "E08 E5 8X 8"));
   const auto& signals = file.epochs[0].signals;
   EXPECT_EQ(signals[3].carrier_phase_cycles, 55);
   EXPECT_EQ(signals[3].loss_of_lock, 1);
   EXPECT_TRUE(signals[0].first());
   EXPECT_FALSE(signals[1].first());
   EXPECT_FALSE(signals[5].first()) << "L1C does not stand in for C/A where it is read itself";
-  EXPECT_EQ(file.report.observations, 11U);
-  EXPECT_THAT(file.report.lines(), ElementsAre("1 codes of E not known: 8X", "1 codes of G not known: 9Z"));
+  EXPECT_EQ(file.report.observations, 12U);
+  EXPECT_THAT(file.report.lines(), ElementsAre("1 codes of E not known: 4X", "1 codes of G not known: 9Z"));
 
   // One of each satellite as before.
   const auto one = read(text);
@@ -326,7 +326,7 @@ TEST(RinexObservation, AllSignals) {
                                 "      x       \n" + "E08" + code(8) + code(5) + "\n",
                             all_signals())
                            .epochs.at(1)),
-              ElementsAre("E08 E5a 5Q 5"));
+              ElementsAre("E08 E5a 5Q 5", "E08 E5 8X 8"));
 
   const std::string unknown =
       header_line("     3.04           OBSERVATION DATA    G", "RINEX VERSION / TYPE") +
@@ -360,6 +360,26 @@ TEST(RinexObservation, Version4) {
   EXPECT_THAT(file.report.lines(), IsEmpty());
 }
 
+// Signals that recordings alone have.
+TEST(RinexObservation, SignalsThatNoReceiverHereTracks) {
+  const auto file =
+      read(header_line("     3.04           OBSERVATION DATA    M", "RINEX VERSION / TYPE") +
+               header_line("R    4 C1C C3Q C4X C6B", "SYS / # / OBS TYPES") +
+               header_line("E    3 C1C C6C C8Q", "SYS / # / OBS TYPES") +
+               header_line("S    2 C1C C5I", "SYS / # / OBS TYPES") +
+               header_line("C    2 C2I C8D", "SYS / # / OBS TYPES") +
+               header_line("J    2 C1C C6X", "SYS / # / OBS TYPES") + header_line("", "END OF HEADER") +
+               epoch3(34, 5) + "R09" + code(1) + code(3) + code(4) + code(6) + "\n" + "E08" + code(1) +
+               code(6) + code(8) + "\n" + "S23" + code(1) + code(5) + "\n" + "C27" + code(1) + code(8) +
+               "\n" + "J02" + code(1) + code(6) + "\n",
+           all_signals());
+  EXPECT_THAT(names_of(file.epochs.at(0)),
+              ElementsAre("R09 G1 1C 1", "R09 G3 3Q 3", "R09 G1a 4X 4", "R09 G2a 6B 6", "E08 E1 1C 1",
+                          "E08 E6 6C 6", "E08 E5 8Q 8", "S23 L1CA 1C 1", "S23 L5 5I 5", "C27 B1I 2I 1",
+                          "C27 B2 8D 8", "J02 L1CA 1C 1", "J02 L6 6X 6"));
+  EXPECT_THAT(file.report.lines(), IsEmpty());
+}
+
 // RINEX 2.11, table A1, and 2.12, table A1: CA, CB, CC and CD for C/A, L1C, L2C and GLONASS's C/A of L2.
 TEST(RinexObservation, AllSignalsOfVersion2) {
   const auto of = [](const std::string& version, const std::string& types) {
@@ -390,10 +410,10 @@ TEST(RinexObservation, AllSignalsOfVersion2) {
   const auto newer = of("2.12", "C1 CA CB CC LC C2 L2 CD C8");
   EXPECT_THAT(names_of(newer.epochs.at(0)),
               ElementsAre("G05 L1CA 1C 2", "G05 L1C 1X 3", "G05 L2C 2X 4", "R06 G1 1C 2", "R06 G2 2C 8",
-                          "E07 E1 1C 1", "C08 B1I 2I 6"));
+                          "E07 E1 1C 1", "E07 E5 8X 9", "C08 B1I 2I 6"));
   EXPECT_EQ(newer.epochs[0].signals[2].carrier_phase_cycles, 5);
   EXPECT_EQ(newer.epochs[0].signals.back().carrier_phase_cycles, 7);
-  EXPECT_THAT(newer.report.lines(), ElementsAre("1 types of observation not known: C8"));
+  EXPECT_THAT(newer.report.lines(), IsEmpty());
 }
 
 TEST(RinexObservation, CodesAndSystemsCanBeChosen) {

@@ -31,7 +31,7 @@ TEST(CorrelationOf, TakesTheBranchOfTheFrontEnd) {
       const CorrelationOptions correlation = correlation_of(signal, options);
       EXPECT_EQ(correlation.modulation, signal.modulation);
       EXPECT_EQ(correlation.chip_rate_hz, signal.chip_rate_hz);
-      EXPECT_EQ(correlation.bandwidth_hz, signal.chip_rate_hz == 10.23e6 ? 30e6 : 8e6);
+      EXPECT_EQ(correlation.bandwidth_hz, signal.chip_rate_hz >= 5e6 ? 30e6 : 8e6);
       EXPECT_NO_THROW(correlation.validate()) << signal.name;
     }
   }
@@ -79,7 +79,8 @@ TEST(SignalOptions, NamesTheFieldThatIsOutOfRange) {
   EXPECT_THAT(message([](Options& o) { o.lock.hold_s = -1; }), HasSubstr("hold_s"));
   EXPECT_EQ(message([](Options& o) { o.dll.loop_bandwidths_hz["E1"] = 0.2; }), "");
   EXPECT_THAT(message([](Options& o) { o.dll.spacings_chips["Galileo"] = 0.2; }), HasSubstr("'Galileo'"));
-  EXPECT_THAT(message([](Options& o) { o.fll.loop_bandwidths_hz["L6"] = 1; }), HasSubstr("'L6'"));
+  EXPECT_THAT(message([](Options& o) { o.fll.loop_bandwidths_hz["L7"] = 1; }), HasSubstr("'L7'"));
+  EXPECT_THAT(message([](Options& o) { o.fll.loop_bandwidths_hz["L6"] = 1; }), HasSubstr("tracks L6"));
   EXPECT_THAT(message([](Options& o) { o.pll.loop_bandwidths_hz["L5"] = 25; }), HasSubstr("25 Hz"));
 }
 

@@ -58,7 +58,7 @@ Json codes_json(const std::vector<gnss::SatelliteId>& satellites) {
     const bool seen = std::any_of(satellites.begin(), satellites.end(),
                                   [&](gnss::SatelliteId id) { return id.system == system; });
     for (const gnss::Signal& signal : gnss::signals_of(system)) {
-      if (!seen) break;
+      if (!seen || !signal.only_recorded.empty()) continue;
       const tracking::Correlation correlation({signal.modulation, signal.chip_rate_hz});
       Json values = Json::array();
       for (int i = 0; i <= kCodeSteps; ++i) {

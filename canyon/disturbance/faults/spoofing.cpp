@@ -122,7 +122,7 @@ Spoofing::Spoofing(const SpoofingOptions& options, FaultContext context)
       const auto& names = options_.signals;
       const bool sent = names.empty() ? gnss::index_of(signal) == 0
                                       : std::find(names.begin(), names.end(), signal.name) != names.end();
-      if (sent) signals_.push_back(&signal);
+      if (sent && signal.only_recorded.empty()) signals_.push_back(&signal);
     }
   }
 }
