@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "canyon/base/same_bytes.hpp"
+#include "canyon/base/arithmetic.hpp"
 
 namespace canyon {
 

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <string_view>
 
-#include "canyon/base/floor_div.hpp"
+#include "canyon/base/arithmetic.hpp"
 #include "canyon/broadcast/messages.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/broadcast_messages.hpp"

@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "canyon/buildings/city_builder.hpp"
-#include "canyon/buildings/sources/citygml_reader.hpp"
+#include "canyon/buildings/sources/model_readers.hpp"
 #include "tests/support/citygml_text.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/shared_data.hpp"

@@ -13,10 +13,10 @@
 #include <string_view>
 #include <utility>
 
+#include "canyon/base/arithmetic.hpp"
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
-#include "canyon/base/same_bytes.hpp"
 #include "canyon/city/city.hpp"
 
 // Layout, everything little-endian:

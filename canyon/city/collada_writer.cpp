@@ -1,4 +1,4 @@
-#include "canyon/city/collada_writer.hpp"
+#include "canyon/city/mesh_export.hpp"
 
 #include <Eigen/Geometry>
 #include <iterator>

@@ -1,4 +1,4 @@
-#include "canyon/city/gltf_writer.hpp"
+#include "canyon/city/mesh_export.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "canyon/base/arithmetic.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
-#include "canyon/base/same_bytes.hpp"
 #include "canyon/city/boxes.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/mesh_parts.hpp"

@@ -10,8 +10,6 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
-#include "canyon/city/collada_writer.hpp"
-#include "canyon/city/gltf_writer.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/mesh_names.hpp"
 #include "canyon/city/mesh_parts.hpp"

@@ -1,8 +1,12 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
+#include "canyon/base/output_file.hpp"
 #include "canyon/city/fwd.hpp"
+#include "canyon/city/mesh_parts.hpp"
 
 namespace canyon::city {
 
@@ -16,5 +20,24 @@ namespace canyon::city {
 /// are left out. The same city gives the same bytes. Whole or not at all. Part of canyon::io. Throws
 /// InputError for another ending, for a city without a triangle, or where nothing can be written.
 void write_mesh(const std::filesystem::path& path, const City& city);
+
+/// Writes glTF 2.0 binary (Khronos glTF 2.0, section 4.4), Y up as the standard asks (x east, y up, z south):
+/// a node for each object about a whole metre near its own middle, so that single precision holds 1 mm and
+/// better there. Origin and name stand in the asset's extras. Throws InputError for a city of 4 GiB and more.
+/// Does not commit.
+void write_glb(OutputFile& file, const City& city);
+
+/// One node of a COLLADA scene.
+struct ColladaNode {
+  std::string name;  ///< an NCName, see NameCharacters::XmlName
+  std::vector<Object> objects;
+};
+
+/// Writes COLLADA 1.4.1, Z up, metres: a geometry and a node for each of `nodes`, flat normals, a material
+/// named by material_name() for each that occurs. Coordinates are less `origin`. `title` and `comment` stand
+/// in the asset; `marked` puts kMeshMark there as well. The same city gives the same bytes. Does not commit.
+void write_collada(OutputFile& file, const Mesh& mesh, const std::vector<ColladaNode>& nodes,
+                   const std::string& title, const std::string& comment, bool marked,
+                   const Eigen::Vector3d& origin = Eigen::Vector3d::Zero());
 
 }  // namespace canyon::city

@@ -7,7 +7,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "canyon/base/same_bytes.hpp"
+#include "canyon/base/arithmetic.hpp"
 
 namespace canyon::mavlink {
 

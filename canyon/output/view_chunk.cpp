@@ -6,8 +6,8 @@
 #include <cmath>
 #include <new>
 
+#include "canyon/base/arithmetic.hpp"
 #include "canyon/base/output_file.hpp"
-#include "canyon/base/same_bytes.hpp"
 
 namespace canyon::output {
 namespace {

@@ -1,7 +1,7 @@
 #include "canyon/output/virtual_stations.hpp"
 
 #include "canyon/geodesy/frames.hpp"
-#include "canyon/simulation/motion/nmea_fixes.hpp"
+#include "canyon/simulation/motion/track_readers.hpp"
 
 namespace canyon::output {
 

@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "canyon/base/floor_div.hpp"
+#include "canyon/base/arithmetic.hpp"
 #include "canyon/broadcast/symbols.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 

@@ -18,7 +18,7 @@
 #include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/payload.hpp"
-#include "canyon/city/gltf_writer.hpp"
+#include "canyon/city/mesh_export.hpp"
 #include "canyon/city/mesh_parts.hpp"
 #include "canyon/output/view_chunk.hpp"
 #include "canyon/view/header.hpp"

@@ -8,7 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "canyon/base/same_bytes.hpp"
+#include "canyon/base/arithmetic.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/output/view_messages.hpp"
 #include "canyon/simulation/city_scene.hpp"

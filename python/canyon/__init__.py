@@ -29,6 +29,9 @@ except ImportError as error:
         "was built for (/usr/bin/python3 for packages)"
     ) from error
 
+from ._command import use_bundle
+
+use_bundle()
 try:
     from . import _canyon
 except ImportError as error:

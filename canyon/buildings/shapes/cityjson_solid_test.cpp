@@ -4,7 +4,7 @@
 
 #include <fstream>
 
-#include "canyon/buildings/sources/cityjson_reader.hpp"
+#include "canyon/buildings/sources/model_readers.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/mesh_topology.hpp"
 #include "canyon/geodesy/constants.hpp"

@@ -16,10 +16,9 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
-#include "canyon/buildings/sources/citygml_reader.hpp"
-#include "canyon/buildings/sources/cityjson_reader.hpp"
 #include "canyon/buildings/sources/gdal.hpp"
 #include "canyon/buildings/sources/model_kind.hpp"
+#include "canyon/buildings/sources/model_readers.hpp"
 
 namespace canyon::buildings {
 namespace {

@@ -1,4 +1,4 @@
-#include "canyon/buildings/sources/cityjson_reader.hpp"
+#include "canyon/buildings/sources/model_readers.hpp"
 
 #include <fmt/format.h>
 

@@ -3,15 +3,34 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
+#include "canyon/buildings/sources/map_data.hpp"
 #include "canyon/buildings/sources/osm_reader.hpp"
-#include "canyon/buildings/sources/osm_tags.hpp"
 
 namespace canyon::buildings {
+
+/// The kind of feature that an OSM object's tags describe.
+struct OsmClass {
+  std::optional<FeatureKind> kind;  ///< empty: nothing of interest
+  std::string left_out;             ///< why it is not built although it is of that kind; empty: it is
+};
+
+/// True where a key can matter to classify(): a quick sieve.
+[[nodiscard]] bool key_matters(std::string_view key, bool foliage);
+
+/// Sorts a way or relation by its tags. An object with both `building` and `building:part` is a Building:
+/// other parts cut their share out of it.
+[[nodiscard]] OsmClass classify(const TagMap& tags, bool foliage);
+
+/// True where the tags say nothing about the object itself (type, source, notes): an old-style multipolygon,
+/// whose outer ways carry the tags.
+[[nodiscard]] bool says_nothing(const TagMap& tags);
 
 using OsmId = std::int64_t;
 
@@ -59,5 +78,20 @@ struct OsmObjects {
 /// Throws InputError, as read_osm().
 [[nodiscard]] OsmObjects read_osm_objects(const std::vector<std::filesystem::path>& paths,
                                           const OsmReadOptions& options);
+
+/// The ring of a closed way: last point and points repeated in a row taken out. Empty where the way is not
+/// closed or has fewer than three corners; `problem` says which.
+[[nodiscard]] MapRing ring_of(const OsmWay& way, std::string& problem);
+
+/// Members that bound a multipolygon, as ways whose places are known, with their roles.
+using RingMembers = std::vector<std::pair<const OsmWay*, std::string>>;
+
+/// Polygons of a multipolygon relation by libosmium's area assembler: open ways are joined, roles decided by
+/// the geometry. Where rings cross each other or themselves, closed member ways are taken by their roles as
+/// they are (repair() makes the best of them) and `note` says so. Empty where neither works; `note` says why.
+[[nodiscard]] std::vector<MapPolygon> assemble(OsmId id, const RingMembers& members, std::string& note);
+
+/// True where polygons, line and box have a point in common (borders included; in degrees as if on a plane).
+[[nodiscard]] bool touches(const MapFeature& feature, const LonLatBox& box);
 
 }  // namespace canyon::buildings

@@ -12,7 +12,6 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/buildings/sources/osm_objects.hpp"
-#include "canyon/buildings/sources/osm_rings.hpp"
 
 namespace canyon::buildings {
 namespace {

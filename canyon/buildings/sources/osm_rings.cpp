@@ -1,4 +1,4 @@
-#include "canyon/buildings/sources/osm_rings.hpp"
+#include "canyon/buildings/sources/osm_objects.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "canyon/buildings/sources/osm_tags.hpp"
+#include "canyon/buildings/sources/osm_objects.hpp"
 
 #include <algorithm>
 #include <array>

@@ -14,8 +14,8 @@
 #include <thread>
 #include <utility>
 
+#include "canyon/base/arithmetic.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/same_bytes.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/heatmap/cells/cell_method.hpp"

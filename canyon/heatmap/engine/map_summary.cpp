@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "canyon/base/same_bytes.hpp"
+#include "canyon/base/arithmetic.hpp"
 #include "canyon/city/city.hpp"
 
 namespace canyon::heatmap {

@@ -1,4 +1,4 @@
-#include "canyon/simulation/motion/nmea_fixes.hpp"
+#include "canyon/simulation/motion/track_readers.hpp"
 
 #include <fmt/format.h>
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "canyon/base/floor_div.hpp"
+#include "canyon/base/arithmetic.hpp"
 #include "canyon/simulation/motion/uniform_spline.hpp"
 
 namespace canyon::simulation {

@@ -1,4 +1,4 @@
-#include "canyon/simulation/motion/track_file.hpp"
+#include "canyon/simulation/motion/track_readers.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -7,10 +7,8 @@
 
 #include "canyon/base/file_kind.hpp"
 #include "canyon/base/text_file.hpp"
-#include "canyon/simulation/motion/csv_track.hpp"
-#include "canyon/simulation/motion/nmea_fixes.hpp"
 #include "canyon/simulation/motion/recorded_path.hpp"
-#include "canyon/simulation/motion/track_file.hpp"
+#include "canyon/simulation/motion/track_readers.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 
 namespace canyon::simulation {

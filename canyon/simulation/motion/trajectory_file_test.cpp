@@ -5,8 +5,7 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/simulation/motion/nmea_fixes.hpp"
-#include "canyon/simulation/motion/track_file.hpp"
+#include "canyon/simulation/motion/track_readers.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "tests/support/case_file.hpp"
 #include "tests/support/shared_data.hpp"

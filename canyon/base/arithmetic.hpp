@@ -1,9 +1,15 @@
 #pragma once
 
+#include <cstdint>
 #include <cstring>
 #include <type_traits>
 
 namespace canyon {
+
+/// a / b, rounded down. @param b > 0
+[[nodiscard]] constexpr std::int64_t floor_div(std::int64_t a, std::int64_t b) {
+  return a / b - (a % b < 0 ? 1 : 0);
+}
 
 /// A value of another type with the same bytes: std::bit_cast, which GCC 10 has not.
 template <typename To, typename From>
