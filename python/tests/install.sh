@@ -30,3 +30,19 @@ epoch = canyon.LiveReceiver(city, "2026-06-01T08:00:00Z").observe(0, (0, 0, 2))
 assert epoch.tracked > 4, epoch.tracked
 print("canyon", canyon.__version__, "from", canyon.__file__)
 END
+# The wheel with the command: whatever it loads is its own or every Linux's, and both run where nothing says where they are.
+command -v patchelf >/dev/null && [ -e "$source/viewer/dist/viewer.html" ] || { echo "SKIPPED the bundled wheel: patchelf or the viewer's page is missing"; exit 0; }
+cd "$work/source"
+CANYON_PYTHON_BUILD=$build "$python" -m pip wheel . --no-build-isolation --no-deps --no-index --quiet -w "$work"
+"$python" "$source/packaging/bundle.py" "$work"/canyon-*-linux_*.whl "$build" "$work/bundled"
+"$python" -m venv --system-site-packages "$work/venv"
+"$work/venv/bin/pip" install --quiet --no-deps --no-index "$work"/bundled/canyon-*.whl
+cd "$work/elsewhere"
+site=$(echo "$work"/venv/lib/python3*/site-packages)
+for file in "$site"/canyon/bundle/bin/canyon "$site"/canyon/_canyon*.so "$site"/canyon.libs/*.so*; do
+  others=$(ldd "$file" | grep "=> /" | grep -vE "=> $site|/(lib(c|m|dl|pthread|rt|util|resolv|stdc\+\+|gcc_s)\.so)" || true)
+  [ -z "$others" ] || { echo "FAILED: $file loads $others"; exit 1; }
+done
+env -i HOME="$work" "$work/venv/bin/canyon" demo -o demo >/dev/null 2>&1
+[ -s demo/track.png ] && [ -s demo/heatmap/hdop.tif ] && [ -s demo/demo.html ] || { echo "FAILED: the demo's files are missing"; exit 1; }
+env -i HOME="$work" "$work/venv/bin/python" -c "import canyon; print(canyon.__file__, canyon.simulate('demo/demo.yaml').summary['epochs'])"
