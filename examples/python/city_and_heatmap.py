@@ -51,4 +51,4 @@ with tempfile.TemporaryDirectory() as folder:
               f"error without noise: largest {np.nanmax(error):.1f} m, no fix on {np.isnan(error).mean():.1%}")
     chart.write(f"{folder}/map.nc")
     chart.write(f"{folder}/pictures")
-    print("written:", sorted(p.name for p in pathlib.Path(folder, "pictures").iterdir()), "and map.nc")
+    print("written:", sorted(p.name for p in pathlib.Path(folder, "pictures").glob("*.png")), "and map.nc")
