@@ -98,6 +98,8 @@ class MapRun {
     } catch (const Interrupted&) {
       return tell_interrupted();
     }
+    if (files_->has_others())
+      print_warnings({fmt::format("{} also has files of an earlier map", arguments_.out)});
     if (!arguments_.keep_tiles) {
       for (const auto& store : stores_) store->remove();
       std::error_code ignored;  // of another program's files in it

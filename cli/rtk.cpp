@@ -5,8 +5,12 @@
 #include <cmath>
 
 #include "canyon/base/file_kind.hpp"
+#include "canyon/base/named.hpp"
+#include "canyon/base/output_file.hpp"
 #include "canyon/base/statistics.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
 #include "canyon/receiver/corrections.hpp"
 #include "canyon/relative/recorded_pair.hpp"
@@ -118,9 +122,25 @@ Eigen::Vector3d place_of_base(const RtkArguments& arguments, const Recording& ba
   return place;
 }
 
-/// Where the rover truly was: at one place, or along a trajectory.
+/// Signals by their names, with commas or blanks between.
+std::vector<std::string> signals_of(const std::vector<std::string>& texts) {
+  std::vector<std::string> signals;
+  const std::vector<std::string_view> known = gnss::signal_names();
+  for (std::string text : texts) {
+    std::replace(text.begin(), text.end(), ',', ' ');
+    for (const std::string_view name : split_blanks(text)) {
+      if (std::find(known.begin(), known.end(), name) == known.end())
+        throw unknown_name("signal", name, {known.begin(), known.end()});
+      signals.emplace_back(name);
+    }
+  }
+  return signals;
+}
+
+/// Where the rover truly was: at one place, or along a trajectory, which covers a part of the recording.
 std::function<std::optional<Geodetic>(geodesy::GpsTime)> read_truth(const RtkArguments& arguments,
-                                                                    geodesy::GpsTime start) {
+                                                                    geodesy::GpsTime start,
+                                                                    geodesy::GpsTime end) {
   if (arguments.truth.empty()) return [](geodesy::GpsTime) { return std::nullopt; };
   if (parse_numbers(arguments.truth).size() == 3) {
     const Geodetic place = parse_place(arguments.truth, "--truth");
@@ -129,6 +149,16 @@ std::function<std::optional<Geodetic>(geodesy::GpsTime)> read_truth(const RtkArg
   check_trajectory_format(arguments.truth_format);
   const auto file = simulation::read_trajectory_file(arguments.truth, arguments.truth_format, start);
   print_report(file.report, "canyon check " + arguments.truth);
+  const auto lasts = [](GpsTime from, GpsTime to) {
+    return fmt::format("{} to {}", geodesy::format_gpst(from, 0), geodesy::format_gpst(to, 0));
+  };
+  const std::string about =
+      fmt::format("lasts from {}, the rover's observations from {}",
+                  lasts(file.trajectory.begin(), file.trajectory.end()), lasts(start, end));
+  if (file.trajectory.begin() > end || file.trajectory.end() < start)
+    throw InputError(arguments.truth, 0, about, "give the true positions of the same time");
+  if (file.trajectory.begin() - start > 1 || end - file.trajectory.end() > 1)
+    print_warnings({fmt::format("{} {}: errors are of the epochs in both", arguments.truth, about)});
   return [path = file.trajectory](geodesy::GpsTime time) -> std::optional<Geodetic> {
     if (time < path.begin() || time > path.end()) return std::nullopt;
     return path.at(time).position;
@@ -185,6 +215,9 @@ GpsTime time_of(const gnss::NavigationData& navigation) {
 }
 
 int run_rtk(const RtkArguments& arguments) {
+  const std::vector<std::string> signals = signals_of(arguments.options.signals);
+  std::optional<OutputFile> out;
+  if (!arguments.out.empty()) out.emplace(arguments.out);
   const gnss::NavigationData navigation =
       rinex::read_rinex_navigation(arguments.sky.navigation, arguments.sky.systems);
   const Eigen::Vector3d given =
@@ -218,12 +251,13 @@ int run_rtk(const RtkArguments& arguments) {
   for (const auto& epoch : base) station.take(*epoch, *sky.sky, models, sky.navigation.klobuchar);
   if (const auto warning = receiver::wrong_station_warning(station.station_offset_m()))
     print_warnings({*warning});
-  const auto truth = read_truth(arguments, first);
+  const auto truth = read_truth(arguments, first, rover.last());
 
   std::vector<relative::PairEpoch> epochs;
   {
     Progress progress("epochs", arguments.quiet);
     relative::PairOptions options = arguments.options;
+    options.signals = signals;
     options.fix.correct_troposphere = options.rtk.troposphere;
     epochs = relative::solve_pair(rover.epochs(*sky.sky, {}), base, *sky.sky, sky.navigation.klobuchar,
                                   options, progress.callback());
@@ -237,8 +271,9 @@ int run_rtk(const RtkArguments& arguments) {
     fmt::print("\nfirst fixed after {:.1f} s; {} satellites; baseline {:.3f} m\n",
                fixed->receiver_time - first, fixed->fix.used.size(), baseline.length_m());
   }
-  if (!arguments.out.empty()) {
-    write_file(arguments.out, relative::rtklib_solutions(epochs, "canyon " CANYON_VERSION));
+  if (out) {
+    out->write(relative::rtklib_solutions(epochs, "canyon " CANYON_VERSION));
+    out->commit();
     fmt::print("{} written\n", arguments.out);
   }
   return kOk;
@@ -270,7 +305,8 @@ void add_rtk(Command& app) {
   add_field(command, "--systems", arguments.sky, "systems");
   command
       .add_option("--signals", options.signals, "NAME",
-                  "signals to use: L1CA L2C E1 E5b ...; `canyon profiles signals` lists all")
+                  "signals to use, with commas between, or the option again: L1CA,L2C,E1,E5b; `canyon "
+                  "profiles signals` lists all")
       .repeated();
   add_field(command, "--mask", options.fix, "elevation_mask_deg");
   add_field(command, "--integers", options.rtk, "integers");

@@ -152,7 +152,11 @@ void Temporary::put_in_place() {
 }
 
 OutputFile::OutputFile(fs::path path)
-    : temporary_(std::move(path), Temporary::Kind::File), file_(::fdopen(temporary_.hold(-1), "wb")) {}
+    : temporary_(std::move(path), Temporary::Kind::File), file_(::fdopen(temporary_.hold(-1), "wb")) {
+  if (!fs::is_directory(this->path())) return;
+  std::fclose(file_);
+  throw InputError(this->path(), 0, "is a folder", "give the name of a file");
+}
 
 OutputFile::OutputFile(OutputFile&& other) noexcept
     : temporary_(std::move(other.temporary_)),
@@ -279,6 +283,12 @@ bool ResultFiles::is_own(const fs::path& name) const {
   return (parts == 1 || parts == 2) && std::all_of(name.begin(), name.end(), is_plain) &&
          (parts == 1 || fs::symlink_status(folder_ / folder, error).type() == fs::file_type::directory) &&
          fs::symlink_status(folder_ / name, error).type() == fs::file_type::regular;
+}
+
+bool ResultFiles::has_others() const {
+  return std::any_of(last_.begin(), last_.end(), [this](const std::string& name) {
+    return mine_.count(name) == 0 && fs::exists(folder_ / name);
+  });
 }
 
 std::size_t ResultFiles::finish() {

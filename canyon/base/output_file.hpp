@@ -112,6 +112,9 @@ class ResultFiles {
   /// that writes all results anew. Returns how many files it removed.
   std::size_t finish();
 
+  /// Whether earlier runs wrote files that stand there still, and that this one did not write.
+  [[nodiscard]] bool has_others() const;
+
   /// Throws InputError where an output would replace an input, or the user's file in a folder of results.
   static void refuse(const std::filesystem::path& path);
   /// Lists a file that gets its name in another way than by Temporary.

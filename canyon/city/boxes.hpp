@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <algorithm>
 
 #include "canyon/city/city.hpp"
@@ -25,6 +26,11 @@ inline void extend(Box& box, const Mesh& mesh, const Object& object) {
 /// The area of a box from above; 0 for an empty one.
 [[nodiscard]] inline double plan_area(const Box& box) {
   return std::max(0.0, box.max.x() - box.min.x()) * std::max(0.0, box.max.y() - box.min.y());
+}
+
+/// Twice the signed area of the triangle that two sides span, positive where v is to the left of u.
+[[nodiscard]] inline double cross(const Eigen::Vector2d& u, const Eigen::Vector2d& v) {
+  return u.x() * v.y() - u.y() * v.x();
 }
 
 }  // namespace canyon::city

@@ -1,4 +1,6 @@
+// Declared in canyon/city/mesh_export.hpp.
 #include "canyon/city/mesh_export.hpp"
+#include "canyon/city/mesh_parts.hpp"
 
 #include <Eigen/Geometry>
 #include <iterator>

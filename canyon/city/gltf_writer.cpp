@@ -1,3 +1,4 @@
+// Declared in canyon/city/mesh_export.hpp.
 #include "canyon/city/mesh_export.hpp"
 
 #include <algorithm>

@@ -5,8 +5,7 @@
 #include <vector>
 
 #include "canyon/base/output_file.hpp"
-#include "canyon/city/fwd.hpp"
-#include "canyon/city/mesh_parts.hpp"
+#include "canyon/city/city.hpp"
 
 namespace canyon::city {
 

@@ -436,6 +436,23 @@ TEST(Poses, OfNoAntennaAreDroppedAndCounted) {
   EXPECT_NEAR(simulation::yaw_of(at->pose.attitude), 0, 1e-9);
 }
 
+// Milliseconds where seconds belong make a vehicle that seems to stand: told once.
+TEST(Poses, StampsInAnotherUnitAreTold) {
+  for (const double unit : {1.0, 1000.0}) {
+    PoseSource source(options(PoseFormat::Json), frame_of_city);
+    std::size_t told = 0;
+    for (int i = 0; i < 60; ++i) {
+      const double now_s = 0.1 * i;
+      source.receive(
+          {0, fmt::format("{{\"time_s\": {}, \"position_m\": [{}, 0, 2]}}\n", 7 + unit * now_s, 5 * now_s)},
+          std::llround(now_s * 1e9));
+      for (const std::string& note : source.take_notes())
+        told += note.find("stamps go by 1000 s for each second") != std::string::npos ? 1 : 0;
+    }
+    EXPECT_EQ(told, unit == 1 ? 0U : 1U);
+  }
+}
+
 TEST(Poses, HostileBytesAreNoneAndCostNothing) {
   std::mt19937 random(1);
   for (const PoseFormat format : {PoseFormat::Json, PoseFormat::Binary, PoseFormat::MAVLink}) {

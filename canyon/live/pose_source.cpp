@@ -84,10 +84,28 @@ void PoseSource::count(const PoseReport& report, const simulation::ReportedPose&
   }
 }
 
+void PoseSource::watch_pace(double stamp_s, double now_s) {
+  constexpr double kAfter_s = 2, kFastest = 20;
+  if (!pace_from_) pace_from_ = {stamp_s, now_s};
+  const double passed_s = now_s - pace_from_->second;
+  if (passed_s < kAfter_s) return;
+  const double pace = (stamp_s - pace_from_->first) / passed_s;
+  if (pace > kFastest && !std::exchange(said_pace_, true)) {
+    pace_note_ = fmt::format(
+        "warning: stamps go by {:.0f} s for each second that passes, so the vehicle seems to stand: are they "
+        "in "
+        "seconds?",
+        pace);
+  }
+  pace_from_ = {stamp_s, now_s};
+}
+
 void PoseSource::receive(const transport::Received& received, std::int64_t now_ns,
                          const std::function<void()>& taken) {
   decoder_->receive(received, [&](const PoseReport& report) {
-    if (take(report, now_ns) && taken) taken();
+    if (!take(report, now_ns)) return;
+    if (report.stamp_s) watch_pace(*report.stamp_s, seconds(now_ns));
+    if (taken) taken();
   });
 }
 
@@ -142,6 +160,7 @@ std::vector<std::string> PoseSource::take_notes() {
   std::vector<std::string> notes;
   if (std::string complaint = decoder_->take_complaint(); !complaint.empty()) notes.push_back(complaint);
   if (std::string unused = decoder_->take_unused(); !unused.empty()) notes.push_back(unused);
+  if (!pace_note_.empty()) notes.push_back(std::exchange(pace_note_, {}));
   if (const double far_m = std::exchange(far_m_, 0); far_m > 0) {
     notes.push_back(
         fmt::format("warning: the vehicle is {:.0f} km from the city's origin ({:.4f}, {:.4f}), where no "

@@ -57,6 +57,8 @@ class PoseSource {
   /// Whether the pose is a new one of this vehicle.
   bool take(const PoseReport& report, std::int64_t now_ns);
   void count(const PoseReport& report, const simulation::ReportedPose& sent);
+  /// Whether stamps go by as seconds do.
+  void watch_pace(double stamp_s, double now_s);
 
   simulation::PoseSourceOptions options_;
   const geodesy::LocalFrame& frame_;
@@ -66,6 +68,9 @@ class PoseSource {
   Eigen::Quaterniond attitude_ = Eigen::Quaterniond::Identity();  // of the last motion
   std::optional<std::pair<double, Eigen::Vector3d>> before_;      // time and place of the last pose
   std::optional<double> first_stamp_s_, last_stamp_s_;
+  std::optional<std::pair<double, double>> pace_from_;  // stamp and time of the first pose
+  std::string pace_note_;
+  bool said_pace_ = false;
   double far_m_ = 0;  // of the first of those since the vehicle was near
   bool said_far_ = false;
   std::uint64_t count_ = 0, impossible_ = 0, old_ = 0, of_another_clock_ = 0;

@@ -303,7 +303,7 @@ void Session::Impl::compute_and_write() {
     simulation::Epoch& out = epoch.step.epoch;
     out.arrival = &epoch.step.arrival;
     ++figures.epochs;
-    if (by_stamps()) figures.host_s = epoch.host_s;
+    figures.host_s = epoch.host_s;
     if (out.observed.fix.solved()) ++figures.fixes;
     if (!out.observed.fix.solved()) {
       figures.no_fix = fmt::format("{}: {}", names[epoch.receiver],
@@ -376,7 +376,6 @@ void Session::Impl::once_a_second() {
   for (const auto& [address, link] : links) {
     for (const std::string& line : link->take_notes()) note(fmt::format("{}: {}", address, line));
   }
-  if (!by_stamps()) figures.host_s = seconds(now_ns());
   if (run_options->progress) run_options->progress(figures);
 }
 

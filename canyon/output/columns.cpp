@@ -428,7 +428,8 @@ constexpr std::array kSatelliteColumns{
         "visibility",
         "`LOS`: the direct signal can be tracked (it reaches `signal.lock.tracking_threshold_dbhz` by "
         "itself, "
-        "and no other path is stronger), and nothing else arrives; `LOS+multipath`: others arrive as well; "
+        "and no other path is stronger), and no reflection arrives; `LOS+multipath`: reflections arrive as "
+        "well; "
         "`NLOS`: only reflected, bent or scattered signals can be tracked (`lock` says whether they are; a "
         "receiver without strength tracks every signal that arrives); `blocked`: no signal, or only weaker "
         "ones",

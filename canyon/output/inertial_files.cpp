@@ -8,7 +8,6 @@
 
 #include "canyon/base/output_file.hpp"
 #include "canyon/inertial/imu_options.hpp"
-#include "canyon/output/npz.hpp"
 #include "canyon/output/number.hpp"
 #include "canyon/output/sensor_arrays.hpp"
 #include "canyon/output/sinks.hpp"

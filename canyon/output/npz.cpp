@@ -1,4 +1,5 @@
-#include "canyon/output/npz.hpp"
+// Declared in canyon/output/sensor_arrays.hpp.
+#include "canyon/output/sensor_arrays.hpp"
 
 #include <fmt/format.h>
 #include <zlib.h>

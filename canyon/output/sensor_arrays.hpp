@@ -1,8 +1,11 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "canyon/base/output_file.hpp"
 #include "canyon/inertial/sensor_options.hpp"
 #include "canyon/simulation/sensors/sensor_run.hpp"
 
@@ -29,6 +32,28 @@ class SensorArrays {
   inertial::SensorOptions sensors_;
   geodesy::GpsTime begin_;
   std::vector<SensorArray> arrays_;
+};
+
+/// A .npz file of NumPy: a ZIP archive of .npy files, stored without compression (NEP 1, format 1.0;
+/// APPNOTE.TXT of PKWARE, 4.3).
+class NpzWriter {
+ public:
+  /// @param file empty so far
+  explicit NpzWriter(OutputFile& file) : file_(file) {}
+  /// Adds an array of doubles. Throws InputError where the file would exceed 4 GiB, which ZIP cannot hold.
+  /// @param columns 1: an array of one dimension
+  void add(std::string_view name, const std::vector<double>& values, std::size_t columns);
+  /// Writes the list of arrays behind them. Call once, last.
+  void finish();
+
+ private:
+  struct Member {
+    std::string name;
+    std::uint32_t crc = 0, size = 0, offset = 0;
+  };
+  OutputFile& file_;
+  std::uint64_t size_ = 0;
+  std::vector<Member> members_;
 };
 
 }  // namespace canyon::output

@@ -121,7 +121,7 @@ struct Path : PathGeometry {
 /// How a satellite is seen: by all paths, however weak (SatellitePaths), or as a receiver finds it
 /// (receiver::SatelliteObservation).
 enum class Visibility : std::uint8_t {
-  LOS,           ///< direct path clear, nothing else arrives
+  LOS,           ///< direct path clear, no reflection arrives
   LOSMultipath,  ///< direct path clear, reflections arrive as well (an edge beside the path does not count)
   NLOS,          ///< direct path blocked, at least one other path arrives
   Blocked,       ///< nothing arrives

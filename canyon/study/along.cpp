@@ -125,7 +125,9 @@ std::vector<std::vector<Stretch>> errors_along(const Manifest& manifest, const C
 std::string along_csv(const Comparison& comparison, const std::vector<std::vector<Stretch>>& along) {
   std::string text;
   for (const std::string& axis : comparison.axes) text += csv_text(axis) + ",";
-  text += "receiver,from_m,to_m,epochs,available,error_p50_m,low,high,error_p95_m,low,high\n";
+  text +=
+      "receiver,from_m,to_m,epochs,available,error_p50_m,error_p50_low_m,error_p50_high_m,error_p95_m,error_"
+      "p95_low_m,error_p95_high_m\n";
   for (std::size_t g = 0; g < along.size(); ++g) {
     const Group& group = comparison.groups[g];
     for (const Stretch& stretch : along[g]) {

@@ -76,12 +76,10 @@ class Map {
     }
     request_.grid =
         heatmap::Grid::covering(area->min.x(), area->min.y(), area->max.x(), area->max.y(), spacing_m);
-    // Receivers that run take milliseconds for a cell, in steady state a fifth of one: Ctrl-C must not wait
-    // for 65,536 of them.
-    if (receiver_.options.signal.enabled) {
-      const std::uint32_t most = request_.receivers.model == heatmap::ReceiverModel::Run ? 16 : 64;
-      request_.grid.tile_size = std::min(request_.grid.tile_size, most);
-    }
+    // Receivers that run take milliseconds for a cell: Ctrl-C must not wait for 65,536 of them. Others have
+    // the command's tiles, and its numbers.
+    if (receiver_.options.signal.enabled && request_.receivers.model == heatmap::ReceiverModel::Run)
+      request_.grid.tile_size = 16;
     heatmap::check_altitudes(request_, city_->city);
     request_.validate();
     if (heatmap::value_count(request_) > kMostValues) {

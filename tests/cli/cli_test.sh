@@ -472,6 +472,16 @@ rtk)
   runs 2 "$canyon" rtk "$pair/rover.obs" "$data/urbannav-tst-20190428/COM3_190428_124409.obs" --nav "$pair/base.nav" --quiet
   says err 'share no time'; one_line
   runs 2 "$canyon" rtk "$pair/rover.obs" "$pair/base.nav" --nav "$pair/base.nav"; one_line
+  # What is wrong is told before the first epoch, and what is compared.
+  solve=("$canyon" rtk "$pair/rover.obs" "$pair/base.obs" --nav "$pair/base.nav" --base-position 35.134707705,136.977577939,104.853 --quiet)
+  runs 2 "${solve[@]}" --signals L1CA --signals L2; one_line; says err "L2" "did you mean 'L2C'"
+  runs 0 "${solve[@]}" --signals L1CA,E1; says out "first fixed"
+  mkdir folder
+  runs 2 "${solve[@]}" --out folder; one_line; says err "folder: is a folder"; says out
+  runs 2 "${solve[@]}" --out none/r.pos; one_line; [ ! -s out ] || fail "computed before it asked for the file"
+  runs 2 "${solve[@]}" --truth "$data/urbannav-tst-20210517/UrbanNav_TST_GT.txt"; one_line; says err "lasts from 2021-05-17" "give the true positions of the same time"
+  head -60 r.pos >part.pos
+  runs 0 "${solve[@]}" --truth part.pos; says err "errors are of the epochs in both"
   # Across a week's end, RINEX and RTCM 3 of both, GLONASS by message 1230.
   printf '%s\n' 'city: {synthetic: {blocks_east: 1, blocks_north: 1}, origin: {latitude_deg: 50, longitude_deg: 10, height_m: 0}}' \
     'sky: {nominal: true}' 'start: 2026-06-06T23:59:30Z' 'rate_hz: 1' \
@@ -1167,6 +1177,7 @@ inputs)
   printf 'scenario: small.yaml\naxes: [{seeds: 2}]\n' >few.yaml
   keeps track.kml "$canyon" simulate small.yaml --out mine --duration 2 --quiet
   for file in map.nc hdop.tif map.png; do keeps $file "$canyon" heatmap small.yaml --out mine --layers hdop --spacing 16 --quiet; done
+  runs 0 "$canyon" heatmap small.yaml --out mine --layers satellites_los --spacing 16 --format netcdf; says err "mine also has files of an earlier map"
   keeps table.csv "$canyon" study few.yaml --out mine --no-pictures --quiet
   keeps frame_000002.png "$canyon" skyplot small.yaml --frames mine --width 300 --every 10 --quiet
   mkdir shown; echo 'seed: 2' >shown/demo.yaml

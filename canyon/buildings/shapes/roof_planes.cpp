@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "canyon/city/planar.hpp"
+#include "canyon/city/boxes.hpp"
 
 namespace canyon::buildings {
 namespace {

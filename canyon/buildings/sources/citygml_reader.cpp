@@ -1,3 +1,4 @@
+// Declared in canyon/buildings/sources/model_readers.hpp.
 #include "canyon/buildings/sources/model_readers.hpp"
 
 #include <Eigen/Geometry>

@@ -1,3 +1,4 @@
+// Declared in canyon/buildings/sources/osm_objects.hpp.
 #include "canyon/buildings/sources/osm_objects.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Declared in canyon/simulation/motion/track_readers.hpp.
 #include "canyon/simulation/motion/track_readers.hpp"
 
 #include <fmt/format.h>

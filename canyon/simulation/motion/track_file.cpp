@@ -1,3 +1,4 @@
+// Declared in canyon/simulation/motion/track_readers.hpp.
 #include "canyon/simulation/motion/track_readers.hpp"
 
 #include <fmt/format.h>
@@ -65,9 +66,9 @@ class TrackReader {
                        fmt::format("is it a {} file with a path?", gpx ? "GPX" : "KML"));
     }
     if (ends_early(file_.text(), format)) {
-      report_.guess(static_cast<int>(std::count(file_.text().begin(), file_.text().end(), '\n')) + 1,
-                    fmt::format("the file ends without </{}>", format),
-                    "read up to there; it is cut short: copy it again");
+      report_.loss(static_cast<int>(std::count(file_.text().begin(), file_.text().end(), '\n')) + 1,
+                   fmt::format("the file ends without </{}>", format),
+                   "read up to there; it is cut short: copy it again");
       // Half a number may read as another one.
       if (!gpx) points_.pop_back();
     }

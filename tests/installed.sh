@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Installs the package by pip, offline, into an empty folder and imports it from elsewhere.
-# usage: python/tests/install.sh BUILD_FOLDER WORK_FOLDER PYTHON
+# usage: tests/installed.sh BUILD_FOLDER WORK_FOLDER PYTHON
 set -euo pipefail
-source=$(cd "$(dirname "$0")/../.." && pwd)
+source=$(cd "$(dirname "$0")/.." && pwd)
 build=$1 work=$2 python=$3
 "$python" -c 'import setuptools, wheel, pip' 2>/dev/null || { echo "SKIPPED: pip, setuptools or wheel is missing"; exit 77; }
 rm -rf "$work"
