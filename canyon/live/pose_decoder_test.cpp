@@ -438,6 +438,7 @@ TEST(Poses, OfNoAntennaAreDroppedAndCounted) {
 
 // Milliseconds where seconds belong make a vehicle that seems to stand: told once.
 TEST(Poses, StampsInAnotherUnitAreTold) {
+  const geodesy::LocalFrame frame_of_city(geodesy::Geodetic::from_degrees(22.3, 114.2, 0));
   for (const double unit : {1.0, 1000.0}) {
     PoseSource source(options(PoseFormat::Json), frame_of_city);
     std::size_t told = 0;
