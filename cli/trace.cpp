@@ -48,7 +48,7 @@ std::vector<SentSignal> sent_signals(const orbit::LineOfSight& line, geodesy::Gp
   for (const gnss::Signal& signal : gnss::signals_of(line.id.system)) {
     const bool wanted =
         tracked.empty() || std::find(tracked.begin(), tracked.end(), &signal) != tracked.end();
-    if (!wanted || !gnss::transmits(line.id, signal, time)) continue;
+    if (!wanted || !signal.only_recorded.empty() || !gnss::transmits(line.id, signal, time)) continue;
     if (!receiver.signal.antenna.receives(signal::band_of(signal.carrier_hz))) continue;
     sent.push_back({&signal, gnss::carrier_hz(signal, line.state.carrier_frequency_hz)});
   }

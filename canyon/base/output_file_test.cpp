@@ -201,10 +201,12 @@ TEST(OutputFile, TooManyOpenFilesAreNoBadInput) {
   ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &before), 0);
 }
 
-TEST(OutputFile, NameOfAFolderFailsAtCommit) {
+TEST(OutputFile, NameOfAFolderFailsBeforeTheWork) {
   const test::TemporaryFolder folder;
   std::filesystem::create_directory(folder / "taken");
-  OutputFile file(folder / "taken");
+  EXPECT_THROW(OutputFile(folder / "taken"), InputError);
+  OutputFile file(folder / "later");
+  std::filesystem::create_directory(folder / "later");
   EXPECT_THROW(file.commit(), InputError);
 }
 
