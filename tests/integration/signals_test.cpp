@@ -1,4 +1,5 @@
 // Receivers that track several signals of each satellite: closed forms between bands, and RTKLIB as check.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

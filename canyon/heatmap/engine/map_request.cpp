@@ -10,6 +10,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::heatmap {
 namespace {

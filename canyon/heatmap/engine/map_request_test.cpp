@@ -7,6 +7,7 @@
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/refusal.hpp"
 
