@@ -186,7 +186,10 @@ class MapRun {
       if (formats_.geotiff) names = heatmap::geotiff_names(request_);
       if (formats_.netcdf) names.emplace_back("map.nc");
       if (formats_.png) names.emplace_back("map.png");
-      for (const std::string& name : names) ResultFiles::refuse(folder_of(over) / name);
+      for (const std::string& name : names) {
+        ResultFiles::refuse(folder_of(over) / name);
+        InputFiles::current().add_output(folder_of(over) / name);  // for what is read later
+      }
     }
     const std::vector<GpsTime>& times = request_.times;
     simulation::BuiltSky sky =

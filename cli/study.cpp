@@ -67,9 +67,13 @@ void tell_plan(const study::StudyPlan& plan) {
              short_count(plan.estimated_bytes()));
 }
 
-/// Throws InputError for an input, or a file of the user's, with the name of a result.
+/// Throws InputError for a file of the user's with the name of a result, and, now or where it is read, for an
+/// input.
 void refuse_results(const fs::path& folder) {
-  for (const char* name : {"study.nc", "table.csv", "along.csv"}) ResultFiles::refuse(folder / name);
+  for (const char* name : {"study.nc", "table.csv", "along.csv"}) {
+    ResultFiles::refuse(folder / name);
+    InputFiles::current().add_output(folder / name);
+  }
 }
 
 /// NetCDF, table and pictures of a folder whose runs are all there.

@@ -16,7 +16,7 @@
 #include "canyon/options/settings_tree.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/relative/correction_link.hpp"
-#include "canyon/simulation/ordered_blocks.hpp"
+#include "canyon/simulation/threads.hpp"
 
 namespace canyon::adapters::ros2 {
 namespace {

@@ -92,9 +92,8 @@ void PoseSource::watch_pace(double stamp_s, double now_s) {
   const double pace = (stamp_s - pace_from_->first) / passed_s;
   if (pace > kFastest && !std::exchange(said_pace_, true)) {
     pace_note_ = fmt::format(
-        "warning: stamps go by {:.0f} s for each second that passes, so the vehicle seems to stand: are they "
-        "in "
-        "seconds?",
+        "warning: stamps go by {:.0f} s for each second that passes, so the vehicle seems to stand: are "
+        "they in seconds?",
         pace);
   }
   pace_from_ = {stamp_s, now_s};

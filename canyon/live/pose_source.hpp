@@ -68,7 +68,7 @@ class PoseSource {
   Eigen::Quaterniond attitude_ = Eigen::Quaterniond::Identity();  // of the last motion
   std::optional<std::pair<double, Eigen::Vector3d>> before_;      // time and place of the last pose
   std::optional<double> first_stamp_s_, last_stamp_s_;
-  std::optional<std::pair<double, double>> pace_from_;  // stamp and time of the first pose
+  std::optional<std::pair<double, double>> pace_from_;  // stamp and time that the pace is counted from
   std::string pace_note_;
   bool said_pace_ = false;
   double far_m_ = 0;  // of the first of those since the vehicle was near
