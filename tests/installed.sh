@@ -12,7 +12,8 @@ mkdir -p "$work/source/docs" "$work/source/python"
 cp "$source/setup.py" "$source/pyproject.toml" "$source/CMakeLists.txt" "$source/LICENSE" "$work/source"
 cp "$source/docs/python.md" "$work/source/docs"
 cp -r "$source/python/canyon" "$work/source/python"
-CANYON_PYTHON_BUILD=$build "$python" -m pip install --no-build-isolation --no-deps --no-index --quiet --root-user-action=ignore --target "$work/site" "$work/source"
+CANYON_PYTHON_BUILD=$build "$python" -m pip wheel --no-build-isolation --no-deps --no-index --quiet -w "$work" "$work/source"
+"$python" -m pip install --no-deps --no-index --quiet --root-user-action=ignore --target "$work/site" "$work"/canyon-*-linux_*.whl
 cd "$work/elsewhere"
 PYTHONPATH=$work/site "$python" - "$work/site" "$(sed -n 's/^project(canyon VERSION \([0-9.]*\).*/\1/p' "$source/CMakeLists.txt")" <<'END'
 import importlib.metadata
@@ -32,8 +33,6 @@ print("canyon", canyon.__version__, "from", canyon.__file__)
 END
 # The wheel with the command: whatever it loads is its own or every Linux's, and both run where nothing says where they are.
 command -v patchelf >/dev/null && [ -e "$source/viewer/dist/viewer.html" ] || { echo "SKIPPED the bundled wheel: patchelf or the viewer's page is missing"; exit 0; }
-cd "$work/source"
-CANYON_PYTHON_BUILD=$build "$python" -m pip wheel . --no-build-isolation --no-deps --no-index --quiet -w "$work"
 "$python" "$source/packaging/bundle.py" "$work"/canyon-*-linux_*.whl "$build" "$work/bundled"
 "$python" -m venv --system-site-packages "$work/venv"
 "$work/venv/bin/pip" install --quiet --no-deps --no-index "$work"/bundled/canyon-*.whl
