@@ -66,16 +66,19 @@ class Faults(unittest.TestCase):
             self.assertEqual(self.ask(listener, "end_fault", "outage 1")[0], False)
             self.assertEqual(self.ask(listener, "get_faults"), (True, "none"))
 
-    def test_are_refused_by_a_scenarios_own_drive(self):
+    def test_come_and_go_in_a_scenarios_own_drive(self):
         with folder() as path:
             values = {"scenario": write_drive(path, 60), "live.changes": True}
             with receiver(values) as node, Listener() as listener:
                 self.assertTrue(listener.transition("/receiver", Transition.TRANSITION_CONFIGURE), node.output())
                 self.assertIn("activate", self.ask(listener, "add_fault", "{outage: {}}")[1])
                 self.assertTrue(listener.transition("/receiver", Transition.TRANSITION_ACTIVATE), node.output())
-                done, said = self.ask(listener, "add_fault", "{outage: {}}")
-                self.assertFalse(done)
-                self.assertIn("pose.source", said)
+                fixes = listener.listen(NavSatFix, "/fix")
+                for service, text, status in (("add_fault", "{name: dark, outage: {}}", -1), ("end_fault", "dark", 0)):
+                    done, said = self.ask(listener, service, text)
+                    self.assertTrue(done, said)
+                    fixes.clear()
+                    listener.spin_until(lambda: [m.status.status for m in fixes[-4:]] == 4 * [status], service)
 
 
 if __name__ == "__main__":

@@ -159,13 +159,11 @@ SetParametersResult NodeParameters::check(const std::vector<rclcpp::Parameter>& 
     given[change.get_name()] = from_ros(change.get_parameter_value());
   }
   if (names.empty()) return good;
-  const Open open = owner_.open();
+  const bool configured = owner_.configured();
   for (const std::string& name : names) {
-    if (open == Open::All || (open == Open::Receivers && is_receivers(name))) continue;
-    return refused("parameter '" + name + "': " +
-                   (open == Open::Receivers
-                        ? "it is read when the node is configured; clean the node up first"
-                        : "the drive is under way; deactivate the node first"));
+    if (!configured || is_receivers(name)) continue;
+    return refused("parameter '" + name +
+                   "': it is read when the node is configured; clean the node up first");
   }
   try {
     owner_.change(read_settings(given));
@@ -174,7 +172,7 @@ SetParametersResult NodeParameters::check(const std::vector<rclcpp::Parameter>& 
     const bool own = std::any_of(names.begin(), names.end(), [&](const std::string& name) {
       return e.problem().rfind("parameter '" + name + "'", 0) == 0;
     });
-    if (own || open != Open::All) return refused(e.what());
+    if (own || configured) return refused(e.what());
   }
   given_ = std::move(given);
   return good;

@@ -12,10 +12,8 @@ namespace canyon::adapters::ros2 {
 /// A node's parameters: NodeSettings declared with descriptors and ranges, and their given values.
 class NodeParameters {
  public:
-  /// The parameters that may change at run time.
-  enum class Open { All, Receivers, Nothing };
   struct Owner {
-    std::function<Open()> open;
+    std::function<bool()> configured;  ///< only the receiver's parameters may change
     /// Settings that were given and are good. Throws InputError where they cannot be taken.
     std::function<void(const NodeSettings&)> change;
   };

@@ -16,7 +16,6 @@
 #include "canyon/options/settings_tree.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/relative/correction_link.hpp"
-#include "canyon/simulation/threads.hpp"
 
 namespace canyon::adapters::ros2 {
 namespace {
@@ -289,8 +288,6 @@ void visit(Visitor& v, NodeSettings& settings) {
             settings.diagonal_covariance);
   v.boolean({"drive_clock", "", "publish /clock from 0, and use it"}, settings.drive_clock);
   v.number({"speed", "", "of the clock that it drives, times real time"}, settings.speed, {0, 1000, true});
-  v.integer({"threads", "", "that compute a scenario's own drive ahead; 0: as many as cores"},
-            settings.threads, 0, simulation::kMostThreads);
   live::visit_host(v, settings, settings.frame_id, [&] { visit_pose(v, settings); });
   simulation::ScenarioOfAnyTrajectory any{settings.live};
   visit(v, any);
@@ -398,8 +395,16 @@ simulation::Scenario simulated_world(const NodeSettings& settings) {
   return world;
 }
 
-simulation::LiveConfig driven_config(const NodeSettings& settings, const std::string& own_name) {
+simulation::LiveConfig driven_config(const NodeSettings& settings, const std::string& own_name,
+                                     const simulation::Simulation* drive) {
   simulation::LiveConfig config = settings.live;
+  if (drive != nullptr) {
+    config.start = drive->begin();
+    config.rate_hz = 1 / drive->interval_s();
+    config.with_sensors = config.sensors.any();
+    config.warnings.clear();  // the simulation says them
+    return config;
+  }
   config.receiver().options.own_draws = true;
   if (!settings.named) config.receiver().options.name = own_name;
   return config;

@@ -29,7 +29,6 @@ struct NodeSettings : live::HostOptions {
   bool autostart = false;
   bool drive_clock = false;
   double speed = 1;  ///< speed of the driven clock, times real time
-  int threads = 1;   ///< that compute a scenario's own drive; 0: as many as cores
 
   PoseSource pose_source = PoseSource::Trajectory;
   std::string pose_frame = "map";                               ///< that poses are in
@@ -75,7 +74,9 @@ using Parameters = std::map<std::string, ParameterValue>;
 /// The scenario as Simulation takes it, which reads no topic.
 [[nodiscard]] simulation::Scenario simulated_world(const NodeSettings& settings);
 
-/// The options of a driven receiver. `own_name` names it where nothing else does; its noise is its own.
-[[nodiscard]] simulation::LiveConfig driven_config(const NodeSettings& settings, const std::string& own_name);
+/// The options of the node's receiver: in a drive of the scenario's own (`drive`) those of `canyon simulate`.
+/// Without one, `own_name` names it where nothing else does, and its noise is its own.
+[[nodiscard]] simulation::LiveConfig driven_config(const NodeSettings& settings, const std::string& own_name,
+                                                   const simulation::Simulation* drive = nullptr);
 
 }  // namespace canyon::adapters::ros2

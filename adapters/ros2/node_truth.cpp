@@ -1,5 +1,6 @@
 #include "adapters/ros2/node_truth.hpp"
 
+#include <chrono>
 #include <utility>
 
 namespace canyon::adapters::ros2 {
@@ -12,19 +13,27 @@ const char* source_name(PoseSource source) {
 }  // namespace
 
 live::HostSetup setup_of(const NodeSettings& settings, std::shared_ptr<simulation::CityScene> scene,
-                         geodesy::GpsTime start, const std::string& own_name, live::HostOutputs::Say say) {
+                         geodesy::GpsTime start, const std::string& own_name, live::HostOutputs::Say say,
+                         const Drive& drive) {
   live::HostSetup setup;
   setup.options = settings;
-  setup.options.live = driven_config(settings, own_name);
+  setup.options.live = driven_config(settings, own_name, drive.get());
   setup.frame = {scene->city.frame, settings.pose_heading_rad, settings.pose_origin_enu_m};
   setup.start = start;
+  if (drive) {
+    setup.frame = {scene->city.frame};
+    setup.epochs = static_cast<std::int64_t>(drive->epoch_count());
+    if (setup.options.live.with_sensors) setup.sensors = [drive] { return drive->sensors(); };
+  }
   setup.say = std::move(say);
   setup.city = std::move(scene);
   return setup;
 }
 
-NodeTruth::NodeTruth(const NodeSettings& settings, const city::City& city)
-    : poses_(source_name(settings.pose_source), settings.pose_timeout_s) {
+NodeTruth::NodeTruth(const NodeSettings& settings, const city::City& city, Drive drive)
+    : drive_(std::move(drive)),
+      frame_(city.frame),
+      poses_(source_name(settings.pose_source), settings.pose_timeout_s) {
   if (settings.pose_source == PoseSource::Fixed) {
     simulation::FixedPlace place = *settings.live.receiver().fixed;
     place.settle(city.frame);
@@ -43,7 +52,16 @@ std::string NodeTruth::take(const simulation::RigidPose& pose, double stamp_s, s
 }
 
 std::optional<live::HostedReceiver::Motion> NodeTruth::at(std::int64_t now_ns, std::string& reason) {
-  if (fixed_) return *fixed_;
+  using Antennas = live::HostedReceiver::Antennas;
+  if (drive_) {
+    const geodesy::GpsTime now = drive_->begin() + std::chrono::nanoseconds(now_ns);
+    Antennas antennas{simulation::antenna_state(drive_->antenna_pose(0, now), frame_)};
+    if (drive_->scenario().receivers.size() > 1) {
+      antennas.base = simulation::antenna_state(drive_->antenna_pose(1, now), frame_);
+    }
+    return antennas;
+  }
+  if (fixed_) return Antennas{*fixed_};
   return poses_.at(now_ns, reason);
 }
 

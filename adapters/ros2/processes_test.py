@@ -234,7 +234,8 @@ class Parameters(unittest.TestCase):
                 self.assertIn(engine.split("must")[-1].strip(),
                               listener.set_parameter("/receiver", "elevation_mask_deg", 95.0))
                 self.assertTrue(listener.transition("/receiver", Transition.TRANSITION_ACTIVATE))
-                self.assertRegex(listener.set_parameter("/receiver", "elevation_mask_deg", 5.0), "deactivate")
+                self.assertEqual(listener.set_parameter("/receiver", "elevation_mask_deg", 5.0), "")
+                self.assertRegex(listener.set_parameter("/receiver", "rate_hz", 5.0), "clean the node up")
 
     def test_a_receiver_by_poses_changes_while_it_runs(self):
         with receiver(OPEN_FIELD) as node, Listener() as listener:

@@ -20,7 +20,6 @@
 #include "adapters/ros2/receiver_topics.hpp"
 #include "adapters/ros2/rtcm_messages.hpp"
 #include "adapters/ros2/rtcm_topic.hpp"
-#include "adapters/ros2/scenario_run.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/input_files.hpp"
 #include "canyon/base/secrets.hpp"
@@ -78,9 +77,12 @@ TopicNames topics_of(const NodeSettings& settings) {
 
 struct ReceiverNode::Impl {
   explicit Impl(ReceiverNode& n)
-      : node(n), parameters(n, {[this] { return open(); }, [this](const NodeSettings& s) { change(s); }}) {}
+      : node(n),
+        parameters(n, {[this] { return configured(); }, [this](const NodeSettings& s) { change(s); }}) {}
 
-  [[nodiscard]] NodeParameters::Open open() const;
+  [[nodiscard]] bool configured() const {
+    return node.get_current_state().id() != State::PRIMARY_STATE_UNCONFIGURED;
+  }
   void change(const NodeSettings& changed);
   void configure();
   void activate();
@@ -88,10 +90,7 @@ struct ReceiverNode::Impl {
   void cleanup();
   void autostart();
 
-  [[nodiscard]] std::unique_ptr<ScenarioRun> make_run();
-  [[nodiscard]] live::HostOutputs::Say say();
-  [[nodiscard]] std::shared_ptr<transport::Link> open_link(const output::StreamRequest& request);
-  void open_outputs();
+  void begin_receiver(geodesy::GpsTime start);
   void listen();
   void listen_to_corrections();
   void on_corrections(std::string_view bytes);
@@ -103,7 +102,7 @@ struct ReceiverNode::Impl {
 
   void tick_clock();
   void tick();
-  void take_epochs();
+  void drive();
   void publish(const live::ReceiverReport& report);
   [[nodiscard]] std::int64_t now_ns() const { return node.get_clock()->now().nanoseconds(); }
   void warn(const std::string& message) {
@@ -127,10 +126,9 @@ struct ReceiverNode::Impl {
   std::shared_ptr<const simulation::Simulation> simulation;  // of a scenario's own drive
   std::unique_ptr<ReceiverTopics> topics;
   std::unique_ptr<FaultServices> services;
-  std::unique_ptr<ScenarioRun> run;            // of a scenario's own drive; its epochs go to
-  std::unique_ptr<live::HostOutputs> outputs;  // these
-  std::optional<NodeTruth> truth;              // of a receiver that poses move
+  std::optional<NodeTruth> truth;
   std::unique_ptr<live::HostedReceiver> hosted;
+  std::optional<simulation::SensorRun> sensors;  // of a scenario's own drive, for the topics
   double interval_s = 1 / kDefaultRate_hz;
   rclcpp::SubscriptionBase::SharedPtr subscription, corrections;
 #ifdef CANYON_WITH_TF2
@@ -140,24 +138,20 @@ struct ReceiverNode::Impl {
 #endif
   rclcpp::TimerBase::SharedPtr timer, starter, listener_starter;
   std::optional<std::int64_t> zero_ns;  // of the node's clock, when the drive began
-  std::int64_t driven_ns = 0;           // the clock that it drives
+  std::int64_t elapsed_ns = 0;          // since then
   std::int64_t stamp_ns = 0;            // of the last epoch, on the node's clock
   ros_messages::ReceiverHealth health;
   std::set<std::string> said;
   bool failed = false;
 };
 
-NodeParameters::Open ReceiverNode::Impl::open() const {
-  using Open = NodeParameters::Open;
-  const auto state = node.get_current_state().id();
-  if (state == State::PRIMARY_STATE_UNCONFIGURED) return Open::All;
-  return run ? Open::Nothing : Open::Receivers;
-}
-
 void ReceiverNode::Impl::change(const NodeSettings& changed) {
   check_build(changed);
-  if (hosted) hosted->set_config(driven_config(changed, node.get_fully_qualified_name()));
   if (simulation) simulation = std::make_shared<simulation::Simulation>(simulated_world(changed), scene);
+  if (hosted) {
+    hosted->set_config(driven_config(changed, node.get_fully_qualified_name(), simulation.get()));
+    if (simulation) truth.emplace(changed, scene->city, simulation);
+  }
   const bool elsewhere = changed.corrections_topic() != settings.corrections_topic();
   settings = changed;
   if (!timer || !elsewhere) return;
@@ -200,12 +194,11 @@ void ReceiverNode::Impl::configure() {
 
 void ReceiverNode::Impl::activate() {
   zero_ns.reset();
-  driven_ns = -1;
+  elapsed_ns = -1;
   health.finished = false;
   const std::int64_t tick_ns = std::min(simulation::EpochSchedule(interval_s).interval_ns(), kTick_ns);
   if (simulation) {
-    run = make_run();
-    open_outputs();
+    begin_receiver(simulation->begin());
   } else {
     listen();
   }
@@ -230,9 +223,8 @@ void ReceiverNode::Impl::deactivate() {
   listener.reset();
   transforms.reset();
 #endif
-  run.reset();
-  outputs.reset();  // whole files
-  hosted.reset();
+  hosted.reset();  // whole files
+  sensors.reset();
   truth.reset();
   if (topics) topics->reset();
 }
@@ -253,44 +245,25 @@ void ReceiverNode::Impl::autostart() {
   if (failed) rclcpp::shutdown(node.get_node_base_interface()->get_context(), "autostart failed");
 }
 
-std::unique_ptr<ScenarioRun> ReceiverNode::Impl::make_run() {
-  if (settings.corrections_topic().empty()) {
-    return std::make_unique<ScenarioRun>(simulation, settings.threads);
-  }
-  live::HostSetup setup;
-  setup.options = settings;
-  setup.frame.enu = scene->city.frame;
-  setup.start = simulation->begin();
-  setup.say = say();
-  setup.city = scene;
-  return std::make_unique<ScenarioRun>(simulation, std::move(setup));
-}
-
-// An error ends the drive: guarded() takes it.
-live::HostOutputs::Say ReceiverNode::Impl::say() {
-  return [this](live::HostOutputs::Tone tone, const std::string& line) {
+// An error of the receiver ends the drive: guarded() takes it.
+void ReceiverNode::Impl::begin_receiver(geodesy::GpsTime start) {
+  truth.emplace(settings, scene->city, simulation);
+  const auto say = [this](live::HostOutputs::Tone tone, const std::string& line) {
     if (tone == live::HostOutputs::Tone::Error) throw InputError(line);
     warn(line);
   };
-}
-
-std::shared_ptr<transport::Link> ReceiverNode::Impl::open_link(const output::StreamRequest& request) {
-  const auto topic = topic_of(request.address);
-  if (!topic) return nullptr;
-  return open_rtcm_topic(NodeParts(node), *topic, settings.frame_id, [this] { return stamp_ns; });
-}
-
-void ReceiverNode::Impl::open_outputs() {
-  std::vector<output::ReceiverDescription> receivers;
-  for (std::size_t i = 0; i < simulation->scenario().receivers.size(); ++i) {
-    receivers.push_back(output::describe_receiver(*simulation, i));
-  }
-  outputs = std::make_unique<live::HostOutputs>("", say());
-  outputs->add(std::make_unique<TopicsPublisher>([this](const auto& report) { publish(report); }));
+  live::HostSetup setup = setup_of(settings, scene, start, node.get_fully_qualified_name(), say, simulation);
   for (const std::string& stream : settings.streams) {
-    outputs->add(live::make_stream_publisher("parameter 'streams'", stream, receivers,
-                                             [this](const auto& request) { return open_link(request); }));
+    setup.streams.emplace_back("parameter 'streams'", stream);
   }
+  setup.open_link = [this](const output::StreamRequest& request) -> std::shared_ptr<transport::Link> {
+    const auto topic = topic_of(request.address);
+    if (!topic) return nullptr;
+    return open_rtcm_topic(NodeParts(node), *topic, settings.frame_id, [this] { return stamp_ns; });
+  };
+  if (setup.sensors) sensors.emplace(setup.sensors());
+  hosted = std::make_unique<live::HostedReceiver>(std::move(setup));
+  hosted->add(std::make_unique<TopicsPublisher>([this](const auto& report) { publish(report); }));
 }
 
 void ReceiverNode::Impl::listen_to_corrections() {
@@ -302,12 +275,12 @@ void ReceiverNode::Impl::listen_to_corrections() {
 }
 
 void ReceiverNode::Impl::on_corrections(std::string_view bytes) {
-  if (run) {
-    run->receive_rtcm(bytes, std::max<std::int64_t>(0, driven_ns));
-  } else if (now_ns() != 0) {
+  if (!simulation) {
+    if (now_ns() == 0) return;  // simulated time has not begun
     begin_poses();
-    hosted->take_rtcm(bytes, now_ns() - *zero_ns);
+    elapsed_ns = now_ns() - *zero_ns;
   }
+  hosted->take_rtcm(bytes, std::max<std::int64_t>(0, elapsed_ns));
 }
 
 void ReceiverNode::Impl::listen() {
@@ -338,15 +311,7 @@ void ReceiverNode::Impl::begin_poses() {
   const auto machine = std::chrono::system_clock::now().time_since_epoch();
   const auto unix_ns =
       simulated ? std::chrono::duration_cast<std::chrono::nanoseconds>(machine).count() : *zero_ns;
-  truth.emplace(settings, scene->city);
-  live::HostSetup setup =
-      setup_of(settings, scene, geodesy::gps_from_unix(unix_ns), node.get_fully_qualified_name(), say());
-  for (const std::string& stream : settings.streams) {
-    setup.streams.emplace_back("parameter 'streams'", stream);
-  }
-  setup.open_link = [this](const output::StreamRequest& request) { return open_link(request); };
-  hosted = std::make_unique<live::HostedReceiver>(std::move(setup));
-  hosted->add(std::make_unique<TopicsPublisher>([this](const auto& report) { publish(report); }));
+  begin_receiver(geodesy::gps_from_unix(unix_ns));
 }
 
 void ReceiverNode::Impl::on_pose(const std_msgs::msg::Header& header, const geometry_msgs::msg::Pose& pose) {
@@ -385,66 +350,59 @@ void ReceiverNode::Impl::look_up() {
 
 // Called by the executor, between two ticks.
 std::string ReceiverNode::Impl::answer_faults(const live::OptionsRequest& request) {
-  if (run) {
-    return "refused: the faults of a scenario's own drive are those of its file; take poses from outside "
-           "(pose.source) for faults that come and go";
-  }
   if (!hosted) return "refused: no receiver runs yet; activate the node";
   return live::answer(request, {hosted->adjustable(hosted->receiver().config().receiver().options.name)});
 }
 
-// Every tick of the clock that this node drives. Time waits for an epoch that is not made yet.
+// Every tick of the clock that this node drives. Time waits while an epoch is made.
 void ReceiverNode::Impl::tick_clock() {
-  const std::int64_t tick_ns = std::min(run->interval_ns(), kTick_ns);
-  const std::int64_t next = driven_ns < 0                ? 0
-                            : driven_ns < run->next_ns() ? std::min(driven_ns + tick_ns, run->next_ns())
-                                                         : driven_ns + tick_ns;
+  const std::int64_t tick_ns = std::min(simulation::EpochSchedule(interval_s).interval_ns(), kTick_ns);
   zero_ns = 0;
-  if (next == run->next_ns() && !run->finished() && !run->ready()) return;
-  driven_ns = next;
-  topics->publish_clock(driven_ns);
-  take_epochs();
+  const std::int64_t epoch_ns = hosted->next_ns();
+  const std::int64_t next_ns = elapsed_ns < 0 ? 0 : elapsed_ns + tick_ns;
+  elapsed_ns = elapsed_ns < epoch_ns ? std::min(next_ns, epoch_ns) : next_ns;
+  topics->publish_clock(elapsed_ns);
+  drive();
 }
 
 void ReceiverNode::Impl::tick() {
   const std::int64_t now = now_ns();
   if (now == 0) return;  // simulated time has not begun
-  if (!run) {
-    begin_poses();
-    look_up();
-    const std::int64_t elapsed_ns = now - *zero_ns;
-    stamp_ns = now;
-    hosted->update(elapsed_ns, [&](std::string& reason) { return truth->at(elapsed_ns, reason); });
-    return;
+  if (simulation) {
+    if (zero_ns && now < *zero_ns) {  // time went back
+      hosted->reset();
+      if (sensors) sensors.emplace(simulation->sensors());
+    }
+    if (!zero_ns || now < *zero_ns) zero_ns = now;
+    elapsed_ns = now - *zero_ns;
+    return drive();
   }
-  if (!zero_ns || now < *zero_ns) {
-    if (zero_ns) run = make_run();  // time went back
-    zero_ns = now;
-  }
-  driven_ns = now - *zero_ns;
-  take_epochs();
+  begin_poses();
+  look_up();
+  elapsed_ns = now - *zero_ns;
+  stamp_ns = now;
+  hosted->update(elapsed_ns, [&](std::string& reason) { return truth->at(elapsed_ns, reason); });
 }
 
-// A scenario's epochs and samples of sensors that are due.
-void ReceiverNode::Impl::take_epochs() {
-  topics->publish(run->take_sensors(driven_ns), settings.live.sensors, simulation->begin(), *zero_ns,
-                  settings.child_frame);
-  while (!run->finished() && run->next_ns() <= driven_ns) {
-    const std::int64_t at = run->next_ns();
-    const auto step = run->take();
-    if (!step) return;
-    health.lateness_s = static_cast<double>(driven_ns - at) * 1e-9;
-    live::ReceiverReport report;
-    report.sim_time_ns = at;
-    stamp_ns = *zero_ns + at;
-    report.step = &*step;
-    outputs->publish(report);
+// Samples of sensors and epochs of a scenario's own drive that are due.
+void ReceiverNode::Impl::drive() {
+  if (sensors) {
+    const simulation::EpochSchedule schedule(interval_s);
+    const std::int64_t end_ns = schedule.at_ns(static_cast<std::int64_t>(simulation->epoch_count()) - 1);
+    const auto until = simulation->begin() + std::chrono::nanoseconds(std::min(elapsed_ns, end_ns));
+    topics->publish(sensors->until(until), settings.live.sensors, simulation->begin(), *zero_ns,
+                    settings.child_frame);
   }
-  if (!run->finished() || driven_ns < run->next_ns()) return;
+  hosted->follow(elapsed_ns, [&](std::int64_t at_ns, std::string& reason) {
+    stamp_ns = *zero_ns + at_ns;
+    health.lateness_s = static_cast<double>(elapsed_ns - at_ns) * 1e-9;
+    return truth->at(at_ns, reason);
+  });
+  if (!hosted->over() || elapsed_ns < hosted->next_ns()) return;
   health.finished = true;
   live::ReceiverReport report;
-  report.sim_time_ns = driven_ns;
-  outputs->publish(report);
+  report.sim_time_ns = elapsed_ns;
+  publish(report);
   RCLCPP_INFO(node.get_logger(), "the drive has ended");
   node.deactivate();
 }

@@ -20,7 +20,6 @@
 namespace canyon::live {
 namespace {
 
-using simulation::AntennaState;
 using simulation::TruePose;
 
 std::shared_ptr<simulation::CityScene> open_field(const WorldFrame& frame) {
@@ -51,7 +50,8 @@ HostedReceiver::HostedReceiver(HostSetup setup)
       frame_(setup.frame),
       default_rate_hz_(setup.rate_hz),
       scans_(setup.scan),
-      schedule_(1 / rate_hz()),
+      make_sensors_(std::move(setup.sensors)),
+      schedule_(1 / rate_hz(), setup.epochs),
       start_(options_.live.start.value_or(setup.start)),
       city_(std::move(setup.city)),
       outputs_(std::move(setup.name), std::move(setup.say)),
@@ -80,6 +80,12 @@ void HostedReceiver::start_receiver() {
   if (tracer_) receiver_->set_tracer(tracer_);
   say_warnings();
   make_rtcm();
+  begin_sensors();
+}
+
+void HostedReceiver::begin_sensors() {
+  sensors_.reset();
+  if (make_sensors_) sensors_.emplace(make_sensors_());
 }
 
 void HostedReceiver::say_warnings() {
@@ -142,7 +148,13 @@ void HostedReceiver::take_rtcm(std::string_view bytes, std::int64_t now_ns) {
 }
 
 void HostedReceiver::reset() {
+  begin_anew();
+  schedule_.go_to(0);
+}
+
+void HostedReceiver::begin_anew() {
   receiver_->restart();
+  begin_sensors();
   if (rtcm_) rtcm_->begin_anew();
   if (on_reset_) on_reset_();
   outputs_.reset();
@@ -154,9 +166,19 @@ bool HostedReceiver::due(std::int64_t now_ns) {
   return schedule_.step(now_ns);
 }
 
+void HostedReceiver::follow(
+    std::int64_t now_ns,
+    const std::function<std::optional<Motion>(std::int64_t at_ns, std::string& reason)>& truth) {
+  while (!over() && next_ns() <= now_ns) {
+    const std::int64_t at_ns = schedule_.take();
+    begin(at_ns, [&](std::string& reason) { return truth(at_ns, reason); });
+    finish();
+  }
+}
+
 // Callbacks of simulators must not throw.
 void HostedReceiver::begin(std::int64_t now_ns, const Truth& truth) {
-  if (std::exchange(went_back_, false)) reset();
+  if (std::exchange(went_back_, false)) begin_anew();
   report_ = {};
   report_.sim_time_ns = now_ns;
   report_.world_yaw_from_enu_rad = -frame_.heading_rad;
@@ -194,25 +216,31 @@ void HostedReceiver::finish() {
 }
 
 void HostedReceiver::compute(const Motion& motion) {
-  AntennaState antenna;
+  Antennas antennas;
   if (const auto* body = std::get_if<TruePose>(&motion)) {
-    const Eigen::Vector3d& lever_arm_m = options_.live.receiver().lever_arm_m;
-    report_.antenna_world_m = body->pose.position_m + body->pose.attitude * lever_arm_m;
+    const auto antenna_of = [&](const simulation::ReceiverConfig& receiver) {
+      return simulation::antenna_of(*body, receiver.lever_arm_m, frame_.heading_rad, frame_.origin_enu_m);
+    };
+    const simulation::ReceiverConfig& own = options_.live.receiver();
+    report_.antenna_world_m = body->pose.position_m + body->pose.attitude * own.lever_arm_m;
     report_.link_attitude_world = body->pose.attitude;
-    antenna = simulation::antenna_of(*body, lever_arm_m, frame_.heading_rad, frame_.origin_enu_m);
+    antennas.receiver = antenna_of(own);
+    if (const simulation::ReceiverConfig* base = options_.live.base()) antennas.base = antenna_of(*base);
   } else {
-    antenna = std::get<AntennaState>(motion);
+    antennas = std::get<Antennas>(motion);
   }
   follow_scene();
   const double seconds = static_cast<double>(report_.sim_time_ns) * 1e-9;
   if (rtcm_) {
     if (auto came = rtcm_->take(time_of(report_.sim_time_ns))) receiver_->give(std::move(came));
   }
-  step_ = receiver_->observe(seconds, antenna);
+  const simulation::SensorBatch* samples =
+      sensors_ ? &sensors_->until(time_of(report_.sim_time_ns)) : nullptr;
+  step_ = receiver_->observe(seconds, antennas.receiver, samples, antennas.base ? &*antennas.base : nullptr);
   if (rtcm_) rtcm_->set_place(step_->epoch.truth_ecef);
   if (!scans_) return;
   report_.scan_max_range_m = ranges_ ? reach_m_ : std::numeric_limits<double>::infinity();
-  report_.scan_ranges_m = ranges_ ? ranges_() : scan(antenna.position_enu_m);
+  report_.scan_ranges_m = ranges_ ? ranges_() : scan(antennas.receiver.position_enu_m);
 }
 
 void HostedReceiver::follow_scene() {

@@ -47,6 +47,9 @@ struct HostSetup {
   geodesy::GpsTime start;  ///< of the host's time 0, where the options have no start
   double rate_hz = 10;     ///< where the options have none
   bool scan = false;       ///< reports have ranges of rays
+  std::int64_t epochs = simulation::EpochSchedule::kEndless;  ///< that a drive has, which ends
+  /// The vehicle's sensors from `start` on, for `options.live` that is LiveConfig::with_sensors.
+  std::function<simulation::SensorRun()> sensors = {};
   /// Settings, for messages, and texts FORMAT=ADDRESS (output::parse_stream()), open while it lives.
   std::vector<std::pair<std::string, std::string>> streams = {};
   std::string model = {};                  ///< for stream_of_model()
@@ -63,8 +66,13 @@ struct HostSetup {
 class HostedReceiver {
  public:
   using Tone = HostOutputs::Tone;
-  /// The body that carries the antenna, in the world's frame, or the antenna itself, in the city's.
-  using Motion = std::variant<simulation::TruePose, simulation::AntennaState>;
+  /// Antennas in the city's frame: the receiver's, and that of its base on the vehicle.
+  struct Antennas {
+    simulation::AntennaState receiver;
+    std::optional<simulation::AntennaState> base = {};
+  };
+  /// The body that carries the antennas, in the world's frame, or these themselves.
+  using Motion = std::variant<simulation::TruePose, Antennas>;
   /// Motion at this instant; empty, with `reason`, if there is none.
   using Truth = std::function<std::optional<Motion>(std::string& reason)>;
 
@@ -113,6 +121,14 @@ class HostedReceiver {
     begin(now_ns, truth);
     finish();
   }
+  /// Instead of update(), for truth that is known for any time: makes every epoch until `now_ns` at its own
+  /// instant, in their order. @param truth the motion at an epoch's instant
+  void follow(std::int64_t now_ns,
+              const std::function<std::optional<Motion>(std::int64_t at_ns, std::string& reason)>& truth);
+  /// The instant of follow()'s next epoch; one interval behind the last one where all have been made.
+  [[nodiscard]] std::int64_t next_ns() const { return schedule_.next_ns(); }
+  /// All HostSetup::epochs have been made.
+  [[nodiscard]] bool over() const { return schedule_.over(); }
   /// update() in parts, for hosts that compute epochs beside the simulation. due() is for the simulation's
   /// thread, at any time; where it is true, begin() follows there and asks truth and world, then finish()
   /// once, in any thread, which computes and publishes. Everything else has to wait for finish().
@@ -130,6 +146,8 @@ class HostedReceiver {
   void start_receiver();
   void make_rtcm();
   void say_warnings();
+  void begin_anew();
+  void begin_sensors();
   void compute(const Motion& motion);
   void follow_scene();
   [[nodiscard]] std::vector<double> scan(const Eigen::Vector3d& antenna_enu) const;
@@ -140,6 +158,8 @@ class HostedReceiver {
   WorldFrame frame_;
   double default_rate_hz_;
   bool scans_;
+  std::function<simulation::SensorRun()> make_sensors_;
+  std::optional<simulation::SensorRun> sensors_;
   simulation::EpochSchedule schedule_;
   geodesy::GpsTime start_;
   std::shared_ptr<simulation::CityScene> city_;  // null: the scene's, or an open field

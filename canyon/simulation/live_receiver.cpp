@@ -99,6 +99,7 @@ struct LiveReceiver::Impl {
   void make_links();
   /// Makes the epochs of receiver and base in `step`, whose arrival is there.
   void make_epochs(double seconds, const Pose& truth, Step& step);
+  Step observe_base(double seconds, GpsTime t);
   /// Makes the receiver's own epoch.
   Epoch make_epoch(const Pose& truth, propagation::Arrival& arrival);
   void make_environment();
@@ -139,6 +140,7 @@ struct LiveReceiver::Impl {
   std::optional<CorrectionLinks> links;                      // of this receiver, 0, and its base, 1
   std::optional<receiver::VehicleSensors> felt;              // by a receiver with dead reckoning
   const SensorBatch* samples = nullptr;                      // of the step
+  const AntennaState* moving_base = nullptr;                 // of the step
 };
 
 std::shared_ptr<const BuiltSky> LiveReceiver::Impl::make_sky(GpsTime from) const {
@@ -168,12 +170,11 @@ void LiveReceiver::Impl::check(const ReceiverConfig& other) const {
 }
 
 void LiveReceiver::Impl::check_base() const {
-  if (!config.base()->fixed) throw InputError("the base has no place", "give it fixed: {east_m: ..., ...}");
   check_corrections(config.receivers, 0);
 }
 
 void LiveReceiver::Impl::make_base() {
-  config.receivers[1].fixed->settle(scene->city.frame);
+  if (auto& fixed = config.receivers[1].fixed) fixed->settle(scene->city.frame);
   LiveConfig of_base = config;
   of_base.receivers.erase(of_base.receivers.begin());
   base = std::make_unique<LiveReceiver>(std::move(of_base), scene, start, sky);
@@ -197,8 +198,7 @@ void LiveReceiver::Impl::make_epochs(double seconds, const Pose& truth, Step& st
   auto of_base = std::make_shared<Step>();
   links->make_epochs(due, false, [&](std::size_t i, auto came) -> Epoch& {
     if (due[i].receiver == 1) {
-      *of_base =
-          base->observe(seconds, antenna_state({truth.time, config.base()->fixed->place}, scene->city.frame));
+      *of_base = observe_base(seconds, truth.time);
       return of_base->epoch;
     }
     if (came) corrections = std::move(came);
@@ -208,6 +208,12 @@ void LiveReceiver::Impl::make_epochs(double seconds, const Pose& truth, Step& st
     warnings.push_back(fmt::format("{}: {}", config.base()->options.name, line));
   }
   step.base = std::move(of_base);
+}
+
+LiveReceiver::Step LiveReceiver::Impl::observe_base(double seconds, GpsTime t) {
+  const std::optional<FixedPlace>& fixed = config.base()->fixed;
+  if (fixed) return base->observe(seconds, antenna_state({t, fixed->place}, scene->city.frame));
+  return moving_base != nullptr ? base->observe(seconds, *moving_base) : base->lose(seconds);
 }
 
 Epoch LiveReceiver::Impl::make_epoch(const Pose& truth, propagation::Arrival& arrival) {
@@ -375,7 +381,7 @@ std::vector<disturbance::FaultState> LiveReceiver::faults() const {
 }
 
 LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& antenna,
-                                         const SensorBatch* sensors) {
+                                         const SensorBatch* sensors, const AntennaState* base) {
   Impl& impl = *impl_;
   raytrace::check_place(antenna.position_enu_m, "the antenna's position");
   if (!is_possible(antenna)) {
@@ -406,8 +412,10 @@ LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& ant
   truth.yaw_rate_radps = antenna.yaw_rate_radps;
   impl.last_truth = truth;
   impl.samples = sensors;
+  impl.moving_base = base;
   impl.make_epochs(seconds, truth, step);
   impl.samples = nullptr;
+  impl.moving_base = nullptr;
 
   if (step.arrival.views.empty() && !impl.said_empty) {
     impl.said_empty = true;

@@ -77,8 +77,9 @@ class LiveReceiver {
   /// are measured or late (assumed).
   /// @param sensors of the vehicle since the last step, where config() is LiveConfig::with_sensors; their
   /// times count from start()
+  /// @param base the antenna of a base without a place, which moves; null: there is none, or it has a place
   [[nodiscard]] Step observe(double seconds, const AntennaState& antenna,
-                             const SensorBatch* sensors = nullptr);
+                             const SensorBatch* sensors = nullptr, const AntennaState* base = nullptr);
 
   /// Corrections that came since the last step, of a receiver elsewhere or of a stream; used by the next one.
   void give(std::shared_ptr<const relative::Corrections> corrections);
