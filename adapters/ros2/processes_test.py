@@ -417,7 +417,7 @@ class Bag(unittest.TestCase):
 
 class Launch(unittest.TestCase):
     def test_arguments_are_told(self):
-        for name in ("hongkong_drive", "driver", "gz_sim", "gazebo_classic", "mixed_reality"):
+        for name in ("demo", "hongkong_drive", "driver", "gz_sim", "mixed_reality"):
             said = ros2("launch", "canyon_ros2", f"{name}.launch.py", "--show-args")
             self.assertRegex(said, "Arguments")
             self.assertGreater(said.count("default:"), 1, said)
