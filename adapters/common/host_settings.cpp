@@ -196,7 +196,7 @@ geodesy::GpsTime start_of_world(const void* world, const std::string& name, std:
 
 live::HostSetup setup_of(const HostSettings& settings, const ReceiverIdentity& identity,
                          const live::WorldFrame& frame, geodesy::GpsTime start_of_world,
-                         double sensor_rate_hz, live::HostOutputs::Say say) {
+                         double sensor_rate_hz, live::Say say) {
   live::HostSetup setup;
   setup.options = settings;
   // Receivers of one seed have noise of their own by their names.

@@ -67,7 +67,7 @@ void visit(options::Visitor& v, HostSettings& settings);
 /// it; 0: none
 [[nodiscard]] live::HostSetup setup_of(const HostSettings& settings, const ReceiverIdentity& identity,
                                        const live::WorldFrame& frame, geodesy::GpsTime start_of_world,
-                                       double sensor_rate_hz, live::HostOutputs::Say say);
+                                       double sensor_rate_hz, live::Say say);
 
 /// Answers services of ROS for a simulator's receiver, which `desk` knows by this name, if settings allow
 /// changes.

@@ -92,11 +92,11 @@ class Host {
     identity.model = "car";
     identity.link = "car::roof";
     identity.plugin = "gnss";
-    receiver.emplace(
-        setup_of(settings, identity, frame, geodesy::gps_from_utc(geodesy::CalendarTime{2026, 6, 1, 8, 0, 0}),
-                 0, [this](live::HostedReceiver::Tone tone, const std::string& line) {
-                   lines.push_back((tone == live::HostedReceiver::Tone::Error ? "error: " : "") + line);
-                 }));
+    receiver.emplace(setup_of(settings, identity, frame,
+                              geodesy::gps_from_utc(geodesy::CalendarTime{2026, 6, 1, 8, 0, 0}), 0,
+                              [this](live::Tone tone, const std::string& line) {
+                                lines.push_back((tone == live::Tone::Error ? "error: " : "") + line);
+                              }));
     receiver->add(std::make_unique<Collector>(seen, resets));
     receiver->set_scene(std::make_shared<live::WorldScene>(std::move(world),
                                                            live::WorldScene::Options{"street", false, frame}),
@@ -242,7 +242,7 @@ TEST(HostedReceiver, NamesItsModelWhereAFileIsWrong) {
   identity.plugin = "gnss";
   try {
     const live::HostedReceiver receiver(setup_of(settings, identity, {}, geodesy::GpsTime::from_week(2300, 0),
-                                                 0, [](live::HostedReceiver::Tone, const std::string&) {}));
+                                                 0, [](live::Tone, const std::string&) {}));
     FAIL();
   } catch (const InputError& e) {
     EXPECT_THAT(e.what(), AllOf(testing::StartsWith("plugin 'gnss' of model 'car': "), HasSubstr("sky.nav")));
@@ -265,7 +265,7 @@ TEST(HostedReceiver, ReceiversOfAWorldSayTheSkysWarningsOnce) {
     identity.plugin = "gnss";
     live::HostSetup setup =
         setup_of(settings, identity, {}, geodesy::gps_from_utc(geodesy::CalendarTime{2019, 4, 28, 12, 10, 0}),
-                 0, [&](live::HostedReceiver::Tone, const std::string& line) { lines.push_back(line); });
+                 0, [&](live::Tone, const std::string& line) { lines.push_back(line); });
     setup.sky_warnings = shared;
     receivers.push_back(std::make_unique<live::HostedReceiver>(std::move(setup)));
   }
@@ -286,7 +286,7 @@ TEST(HostedReceiver, NoStreamReplacesAFileThatWasRead) {
       test::refusal([&] {
         const live::HostedReceiver receiver(setup_of(
             settings, identity, {}, geodesy::gps_from_utc(geodesy::CalendarTime{2019, 4, 28, 12, 10, 0}), 0,
-            [](live::HostedReceiver::Tone, const std::string&) {}));
+            [](live::Tone, const std::string&) {}));
       }),
       HasSubstr("is read by this run and would be replaced"));
   std::string kept;

@@ -53,8 +53,8 @@ HostSettings read_settings(const Attachment& at, const ReceiverIdentity& identit
   return read_plugin_settings(at.sdf, place);
 }
 
-void say(live::HostedReceiver::Tone tone, const std::string& line) {
-  if (tone == live::HostedReceiver::Tone::Error) {
+void say(live::Tone tone, const std::string& line) {
+  if (tone == live::Tone::Error) {
     gzerr << "[canyon] " << line << "\n";
   } else {
     gzwarn << "[canyon] " << line << "\n";
@@ -134,8 +134,7 @@ void GnssSensor::Impl::World::update() {
   for (Impl* receiver : receivers_) {
     if (receiver->update()) begun.push_back(&*receiver->receiver);
   }
-  bases_.sort(begun);
-  for (live::HostedReceiver* receiver : begun) bases_.finish(*receiver);
+  bases_.finish(std::move(begun));
 }
 
 GnssSensor::Impl::Impl(const Attachment& attachment) : at(attachment) {

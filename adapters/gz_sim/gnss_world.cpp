@@ -44,19 +44,13 @@ std::int64_t nanoseconds(const std::chrono::steady_clock::duration& time) {
 }
 
 // Prints warnings as errors, too: Gazebo Sim shows lower levels only when it is asked to.
-void say(live::HostedReceiver::Tone tone, const std::string& line) {
-  gzerr << "[canyon] " << (tone == live::HostedReceiver::Tone::Error ? "" : "warning: ") << line << "\n";
+void say(live::Tone tone, const std::string& line) {
+  gzerr << "[canyon] " << (tone == live::Tone::Error ? "" : "warning: ") << line << "\n";
 }
 
 }  // namespace
 
 struct GnssWorld::Impl {
-  /// Receivers of the same options see one scene.
-  struct Scene {
-    live::WorldScene::Options options;
-    GzHostWorld* world = nullptr;  // the scene's own
-    std::weak_ptr<live::WorldScene> scene;
-  };
   struct Receiver {
     Entity sensor = gz::sim::kNullEntity;
     Entity link = gz::sim::kNullEntity;
@@ -65,6 +59,7 @@ struct GnssWorld::Impl {
     std::string topic;
     std::optional<live::HostWorld::Id> own_model;
     bool scene_is_due = true;
+    std::shared_ptr<live::WorldScene> scene;  // receivers of the same options see one
     simulation::EngineMotion motion;
     std::shared_ptr<simulation::PoseInbox> poses;  // instead of the link's motion
     std::unique_ptr<gz::transport::Node> node;     // that they come through
@@ -95,14 +90,12 @@ struct GnssWorld::Impl {
   void look(const Ecm& ecm);
   void wait();
   [[nodiscard]] bool idle() const;
-  std::shared_ptr<live::WorldScene> scene_of(const live::WorldScene::Options& options);
   std::optional<simulation::TruePose> truth(Receiver& receiver, std::int64_t now_ns, const Ecm& ecm,
                                             std::string& reason) const;
 
   std::mutex mutex;
   std::map<Entity, Root> roots;
   std::vector<Sensor> due;
-  std::vector<Scene> scenes;
   std::map<Entity, Receiver> receivers;  // in the order of entities, so that a run repeats
   live::HostBases bases;
   std::shared_ptr<live::SkyWarnings> sky_warnings = std::make_shared<live::SkyWarnings>();
@@ -138,7 +131,7 @@ void GnssWorld::serve(Entity root, const sdf::ElementPtr& defaults, Ecm& ecm) {
     entry.all = read_plugin_settings(defaults, place).serve_all;
   } catch (const std::exception& e) {
     entry.bad = true;
-    say(live::HostedReceiver::Tone::Error,
+    say(live::Tone::Error,
         fmt::format("{}\n[canyon] its receivers are switched off; the simulation continues", e.what()));
   }
   impl_->look_for_sensors(ecm, true);
@@ -198,12 +191,13 @@ void GnssWorld::Impl::take_over(Entity entity, const sdf::Sensor& sensor, Ecm& e
 
 // Called in the first step: while a model is being loaded it does not know its world.
 void GnssWorld::Impl::start_due(Ecm& ecm) {
+  if (!due.empty()) wait();
   for (const Sensor& sensor : std::exchange(due, {})) {
     if (!ecm.HasEntity(sensor.entity) || receivers.contains(sensor.entity)) continue;
     try {
       start(sensor.entity, sensor.sensor, sensor.element, ecm);
     } catch (const std::exception& e) {
-      say(live::HostedReceiver::Tone::Error,
+      say(live::Tone::Error,
           fmt::format("{}\n[canyon] the receiver is switched off; the simulation continues", e.what()));
     }
   }
@@ -298,19 +292,6 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
   });
 }
 
-std::shared_ptr<live::WorldScene> GnssWorld::Impl::scene_of(const live::WorldScene::Options& wanted) {
-  std::erase_if(scenes, [](const Scene& scene) { return scene.scene.expired(); });
-  for (const Scene& known : scenes) {
-    if (known.options == wanted) return known.scene.lock();
-  }
-  auto world = std::make_unique<GzHostWorld>(wanted.visual);
-  Scene made{wanted, world.get(), {}};
-  const auto scene = std::make_shared<live::WorldScene>(std::move(world), wanted);
-  made.scene = scene;
-  scenes.push_back(std::move(made));
-  return scene;
-}
-
 void GnssWorld::Impl::wait() {
   if (epochs.valid()) epochs.get();
 }
@@ -338,8 +319,8 @@ void GnssWorld::Impl::remove_gone(const Ecm& ecm) {
 }
 
 void GnssWorld::Impl::look(const Ecm& ecm) {
-  for (const Scene& scene : scenes) {
-    if (!scene.scene.expired()) scene.world->look(ecm);
+  for (auto& [entity, receiver] : receivers) {
+    if (receiver.scene) dynamic_cast<GzHostWorld&>(receiver.scene->world()).look(ecm);
   }
 }
 
@@ -355,9 +336,9 @@ void GnssWorld::Impl::follow_origin(const Ecm& ecm) {
     try {
       receiver.hosted->set_frame(world_frame(origin, receiver.settings, warnings));
     } catch (const std::exception& e) {
-      receiver.hosted->say(live::HostedReceiver::Tone::Error, e.what());
+      receiver.hosted->say(live::Tone::Error, e.what());
     }
-    for (const std::string& line : warnings) receiver.hosted->say(live::HostedReceiver::Tone::Warning, line);
+    for (const std::string& line : warnings) receiver.hosted->say(live::Tone::Warning, line);
   }
 }
 
@@ -417,19 +398,19 @@ void GnssWorld::post_update(const gz::sim::UpdateInfo& info, const Ecm& ecm) {
     live::HostedReceiver& hosted = *receiver->hosted;
     if (std::exchange(receiver->scene_is_due, false)) {
       receiver->settings.live.seed = hosted.receiver().config().seed;
-      hosted.set_scene(impl_->scene_of(scene_options(name_of(gz::sim::worldEntity(ecm), ecm),
-                                                     receiver->settings, hosted.frame())),
-                       receiver->own_model);
+      const auto options =
+          scene_options(name_of(gz::sim::worldEntity(ecm), ecm), receiver->settings, hosted.frame());
+      receiver->scene = live::WorldScene::of(
+          impl_.get(), options, [&options] { return std::make_unique<GzHostWorld>(options.visual); });
+      hosted.set_scene(receiver->scene, receiver->own_model);
       impl_->look(ecm);
     }
     hosted.begin(now_ns, [&](std::string& reason) { return impl_->truth(*receiver, now_ns, ecm, reason); });
   }
   std::vector<live::HostedReceiver*> begun;
   for (Impl::Receiver* receiver : due) begun.push_back(receiver->hosted.get());
-  impl_->bases.sort(begun);
-  impl_->epochs = std::async(std::launch::async, [bases = &impl_->bases, begun = std::move(begun)] {
-    for (live::HostedReceiver* receiver : begun) bases->finish(*receiver);
-  });
+  impl_->epochs = std::async(std::launch::async,
+                             [bases = &impl_->bases, begun = std::move(begun)] { bases->finish(begun); });
 }
 
 void GnssWorld::reset(Ecm& ecm) {

@@ -58,7 +58,7 @@ class Drove {
     truth.emplace(settings, scene->city, simulation);
     hosted.emplace(setup_of(
         settings, std::move(scene), {}, "/car",
-        [this](live::HostOutputs::Tone, const std::string& line) { said.push_back(line); }, simulation));
+        [this](live::Tone, const std::string& line) { said.push_back(line); }, simulation));
     hosted->add(std::make_unique<Kept>(steps));
   }
   void go_to(std::int64_t now_ns) {

@@ -13,7 +13,7 @@ const char* source_name(PoseSource source) {
 }  // namespace
 
 live::HostSetup setup_of(const NodeSettings& settings, std::shared_ptr<simulation::CityScene> scene,
-                         geodesy::GpsTime start, const std::string& own_name, live::HostOutputs::Say say,
+                         geodesy::GpsTime start, const std::string& own_name, live::Say say,
                          const Drive& drive) {
   live::HostSetup setup;
   setup.options = settings;

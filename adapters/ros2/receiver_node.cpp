@@ -248,8 +248,8 @@ void ReceiverNode::Impl::autostart() {
 // An error of the receiver ends the drive: guarded() takes it.
 void ReceiverNode::Impl::begin_receiver(geodesy::GpsTime start) {
   truth.emplace(settings, scene->city, simulation);
-  const auto say = [this](live::HostOutputs::Tone tone, const std::string& line) {
-    if (tone == live::HostOutputs::Tone::Error) throw InputError(line);
+  const auto say = [this](live::Tone tone, const std::string& line) {
+    if (tone == live::Tone::Error) throw InputError(line);
     warn(line);
   };
   live::HostSetup setup = setup_of(settings, scene, start, node.get_fully_qualified_name(), say, simulation);

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/secrets.hpp"
 
 namespace canyon::live {
 namespace {
@@ -132,37 +131,6 @@ void SkyWarnings::take(simulation::LiveReceiver& receiver,
     }
     say(line, shared);
   }
-}
-
-void HostOutputs::add(std::unique_ptr<EpochPublisher> publisher) {
-  if (publisher) publishers_.push_back(std::move(publisher));
-}
-
-void HostOutputs::publish(const ReceiverReport& report) {
-  for (const auto& publisher : publishers_) {
-    publisher->publish(report);
-    say_notes(*publisher);
-  }
-}
-
-void HostOutputs::serve(std::int64_t sim_time_ns) {
-  for (const auto& publisher : publishers_) {
-    publisher->serve(sim_time_ns);
-    say_notes(*publisher);
-  }
-}
-
-void HostOutputs::reset() {
-  for (const auto& publisher : publishers_) publisher->reset();
-}
-
-void HostOutputs::say(Tone tone, const std::string& line, bool of_all) {
-  if (!said_.insert(line).second) return;
-  say_(tone, hide_passwords(of_all || name_.empty() ? line : fmt::format("{}: {}", name_, line)));
-}
-
-void HostOutputs::say_notes(EpochPublisher& publisher) {
-  for (const std::string& note : publisher.take_notes()) say(Tone::Warning, note);
 }
 
 }  // namespace canyon::live

@@ -85,31 +85,8 @@ class SkyWarnings {
   std::set<std::string> said_;
 };
 
-/// Where the epochs of one receiver of a host go, and what there is to say about them.
-class HostOutputs {
- public:
-  /// Writes a line to the host's console.
-  enum class Tone { Warning, Error };
-  using Say = std::function<void(Tone tone, const std::string& line)>;
-
-  /// @param name in front of each line; empty: nothing
-  HostOutputs(std::string name, Say say) : name_(std::move(name)), say_(std::move(say)) {}
-
-  [[nodiscard]] const std::string& name() const { return name_; }
-  void add(std::unique_ptr<EpochPublisher> publisher);  ///< null: none
-  void publish(const ReceiverReport& report);
-  void serve(std::int64_t sim_time_ns);
-  void reset();
-  /// Once each, without passwords. @param of_all it is not of this receiver alone: without its name
-  void say(Tone tone, const std::string& line, bool of_all = false);
-
- private:
-  void say_notes(EpochPublisher& publisher);
-
-  std::string name_;
-  Say say_;
-  std::set<std::string> said_;
-  std::vector<std::unique_ptr<EpochPublisher>> publishers_;
-};
+/// Writes a line to a host's console.
+enum class Tone { Warning, Error };
+using Say = std::function<void(Tone tone, const std::string& line)>;
 
 }  // namespace canyon::live

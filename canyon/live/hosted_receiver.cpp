@@ -11,6 +11,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/input_files.hpp"
+#include "canyon/base/secrets.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/output/encoder.hpp"
 #include "canyon/output/stream.hpp"
@@ -54,7 +55,8 @@ HostedReceiver::HostedReceiver(HostSetup setup)
       schedule_(1 / rate_hz(), setup.epochs),
       start_(options_.live.start.value_or(setup.start)),
       city_(std::move(setup.city)),
-      outputs_(std::move(setup.name), std::move(setup.say)),
+      name_(std::move(setup.name)),
+      say_(std::move(setup.say)),
       sky_warnings_(setup.sky_warnings ? std::move(setup.sky_warnings) : std::make_shared<SkyWarnings>()) {
   InputFiles::begin_run();
   for (const std::string& line : setup.warnings) say(Tone::Warning, line);
@@ -89,9 +91,28 @@ void HostedReceiver::begin_sensors() {
 }
 
 void HostedReceiver::say_warnings() {
-  sky_warnings_->take(*receiver_, [this](const std::string& line, bool of_sky) {
-    outputs_.say(Tone::Warning, line, of_sky);
-  });
+  sky_warnings_->take(*receiver_,
+                      [this](const std::string& line, bool of_sky) { say(Tone::Warning, line, of_sky); });
+}
+
+void HostedReceiver::say(Tone tone, const std::string& line, bool of_all) {
+  if (!said_.insert(line).second) return;
+  say_(tone, hide_passwords(of_all || name_.empty() ? line : fmt::format("{}: {}", name_, line)));
+}
+
+void HostedReceiver::add(std::unique_ptr<EpochPublisher> publisher) {
+  if (publisher) publishers_.push_back(std::move(publisher));
+}
+
+void HostedReceiver::publish(const std::function<void(EpochPublisher&)>& work) {
+  for (const auto& publisher : publishers_) {
+    work(*publisher);
+    for (const std::string& note : publisher->take_notes()) say(Tone::Warning, note);
+  }
+}
+
+void HostedReceiver::serve(std::int64_t now_ns) {
+  publish([now_ns](EpochPublisher& publisher) { publisher.serve(now_ns); });
 }
 
 void HostedReceiver::make_rtcm() {
@@ -157,7 +178,7 @@ void HostedReceiver::begin_anew() {
   begin_sensors();
   if (rtcm_) rtcm_->begin_anew();
   if (on_reset_) on_reset_();
-  outputs_.reset();
+  publish([](EpochPublisher& publisher) { publisher.reset(); });
 }
 
 bool HostedReceiver::due(std::int64_t now_ns) {
@@ -212,7 +233,7 @@ void HostedReceiver::finish() {
   if (rtcm_) {
     for (const std::string& line : rtcm_->take_warnings()) say(Tone::Warning, line);
   }
-  outputs_.publish(report_);
+  publish([this](EpochPublisher& publisher) { publisher.publish(report_); });
 }
 
 void HostedReceiver::compute(const Motion& motion) {
@@ -321,7 +342,7 @@ HostBases::Member* HostBases::member_of(const HostedReceiver* receiver) {
   return at == members_.end() ? nullptr : &*at;
 }
 
-void HostBases::sort(std::vector<HostedReceiver*>& due) {
+void HostBases::finish(std::vector<HostedReceiver*> begun) {
   for (Member& member : members_) {
     if (member.receiver->begun_ns() < member.last_ns) {  // the world was reset
       member.base = nullptr;
@@ -330,17 +351,15 @@ void HostBases::sort(std::vector<HostedReceiver*>& due) {
     member.last_ns = member.receiver->begun_ns();
     find_base(member);
   }
-  const auto depth = [this](const HostedReceiver* receiver) {
-    int steps = 0;
-    for (const HostedReceiver* at = receiver; at != nullptr && steps < static_cast<int>(members_.size());
-         ++steps) {
-      const Member* member = member_of(at);
-      at = member == nullptr ? nullptr : member->base;
-    }
-    return steps;
-  };
-  std::stable_sort(due.begin(), due.end(),
-                   [&](const HostedReceiver* a, const HostedReceiver* b) { return depth(a) < depth(b); });
+  while (!begun.empty()) {
+    auto next = std::find_if(begun.begin(), begun.end(), [&](const HostedReceiver* receiver) {
+      const Member* member = member_of(receiver);
+      return member == nullptr || std::find(begun.begin(), begun.end(), member->base) == begun.end();
+    });
+    if (next == begun.end()) next = begun.begin();  // they are each other's bases
+    finish_one(**next);
+    begun.erase(next);
+  }
 }
 
 void HostBases::find_base(Member& member) {
@@ -354,7 +373,7 @@ void HostBases::find_base(Member& member) {
     if (base == nullptr && other.receiver != &rover && names.back() == from) base = &other;
   }
   if (base == nullptr) {
-    return rover.say(HostedReceiver::Tone::Warning,
+    return rover.say(Tone::Warning,
                      fmt::format("there is no receiver '{}' in this world yet, whose corrections it takes; "
                                  "receivers: {}; give one <name>{}</name>",
                                  from, fmt::join(names, ", "), from));
@@ -362,7 +381,7 @@ void HostBases::find_base(Member& member) {
   const simulation::LiveConfig& own = rover.receiver().config();
   const simulation::LiveConfig& others = base->receiver->receiver().config();
   if (own.seed != others.seed || rover.receiver().start() != base->receiver->receiver().start()) {
-    rover.say(HostedReceiver::Tone::Warning,
+    rover.say(Tone::Warning,
               fmt::format("its base '{}' has another seed or start: errors of the sky do not cancel; give "
                           "both the same <seed> and <start>",
                           from));
@@ -374,11 +393,11 @@ void HostBases::find_base(Member& member) {
     member.links.emplace(receivers, own.seed);
     member.base = base->receiver;
   } catch (const InputError& e) {
-    rover.say(HostedReceiver::Tone::Error, e.what());
+    rover.say(Tone::Error, e.what());
   }
 }
 
-void HostBases::finish(HostedReceiver& receiver) {
+void HostBases::finish_one(HostedReceiver& receiver) {
   Member* member = member_of(&receiver);
   if (member == nullptr) return receiver.finish();
   if (member->links) {

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -55,7 +56,7 @@ struct HostSetup {
   std::string model = {};                  ///< for stream_of_model()
   LinkOpener open_link = {};               ///< of streams with the host's own addresses
   std::vector<std::string> warnings = {};  ///< said at once
-  HostOutputs::Say say;
+  Say say;
   /// Of all receivers of the world; null: of this one.
   std::shared_ptr<SkyWarnings> sky_warnings = {};
   std::shared_ptr<simulation::CityScene> city = {};  ///< null: an open field, until set_scene()
@@ -65,7 +66,6 @@ struct HostSetup {
 /// truth and geometry. For one thread at a time.
 class HostedReceiver {
  public:
-  using Tone = HostOutputs::Tone;
   /// Antennas in the city's frame: the receiver's, and that of its base on the vehicle.
   struct Antennas {
     simulation::AntennaState receiver;
@@ -84,7 +84,7 @@ class HostedReceiver {
   HostedReceiver& operator=(const HostedReceiver&) = delete;
 
   [[nodiscard]] const WorldFrame& frame() const { return frame_; }
-  [[nodiscard]] const std::string& name() const { return outputs_.name(); }
+  [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] double interval_s() const { return schedule_.interval_s(); }
 
   /// Name of the receiver of the same world whose corrections it takes; empty: of none (HostBases).
@@ -96,7 +96,7 @@ class HostedReceiver {
   /// The world's time of the last begin().
   [[nodiscard]] std::int64_t begun_ns() const { return report_.sim_time_ns; }
 
-  void add(std::unique_ptr<EpochPublisher> publisher) { outputs_.add(std::move(publisher)); }
+  void add(std::unique_ptr<EpochPublisher> publisher);  ///< null: none
   /// Rays go through this scene, in whose world `own_model` (empty: none) stays invisible.
   void set_scene(std::shared_ptr<WorldScene> scene, std::optional<HostWorld::Id> own_model);
   /// The world's place on the Earth changed: the receiver starts anew there. A scene in the new frame must
@@ -137,15 +137,18 @@ class HostedReceiver {
   void finish();
   /// Call it in updates without an epoch, also while the world is paused, but not between begin() and
   /// finish(): publishers serve their lines.
-  void serve(std::int64_t now_ns) { outputs_.serve(now_ns); }
+  void serve(std::int64_t now_ns);
   /// Brings the receiver back to the state after construction.
   void reset();
-  void say(Tone tone, const std::string& line) { outputs_.say(tone, line); }  ///< once each
+  /// Once each, without passwords. @param of_all it is not of this receiver alone: without its name
+  void say(Tone tone, const std::string& line, bool of_all = false);
 
  private:
   void start_receiver();
   void make_rtcm();
   void say_warnings();
+  /// Gives each publisher its work, then says its notes.
+  void publish(const std::function<void(EpochPublisher&)>& work);
   void begin_anew();
   void begin_sensors();
   void compute(const Motion& motion);
@@ -174,7 +177,10 @@ class HostedReceiver {
   std::optional<simulation::LiveReceiver> receiver_;  // stays at its address: streams refer to it
   std::optional<RtcmInput> rtcm_;
   std::optional<simulation::LiveReceiver::Step> step_;
-  HostOutputs outputs_;
+  std::string name_;
+  Say say_;
+  std::set<std::string> said_;
+  std::vector<std::unique_ptr<EpochPublisher>> publishers_;
   std::shared_ptr<SkyWarnings> sky_warnings_;
   std::int64_t last_ns_ = 0;
   bool went_back_ = false;  // in time, since the last epoch
@@ -191,12 +197,9 @@ class HostBases {
   void add(HostedReceiver& receiver, std::uint64_t vehicle);
   void remove(const HostedReceiver& receiver);
 
-  /// Call it between HostedReceiver::begin() and finish() of the receivers of an instant. It finds their
-  /// bases, and puts these before those that take their corrections; others keep their order.
-  void sort(std::vector<HostedReceiver*>& due);
-  /// HostedReceiver::finish() with the corrections that have come, and sends those of its epoch. Receivers of
-  /// one instant in the order of sort().
-  void finish(HostedReceiver& receiver);
+  /// HostedReceiver::finish() of the receivers that have begun an epoch of one instant, in any thread: each
+  /// with the corrections that have come for it, and a base before those that take its corrections.
+  void finish(std::vector<HostedReceiver*> begun);
 
  private:
   struct Member {
@@ -208,6 +211,7 @@ class HostBases {
   };
   [[nodiscard]] Member* member_of(const HostedReceiver* receiver);
   void find_base(Member& member);
+  void finish_one(HostedReceiver& receiver);
 
   std::vector<Member> members_;
 };

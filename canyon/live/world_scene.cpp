@@ -415,6 +415,10 @@ void WorldScene::show(std::optional<HostWorld::Id> left_out) {
   impl_->show(left_out);
 }
 
+HostWorld& WorldScene::world() {
+  return *impl_->world;
+}
+
 const std::shared_ptr<simulation::CityScene>& WorldScene::scene() const {
   return impl_->scene;
 }

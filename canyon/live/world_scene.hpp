@@ -103,6 +103,7 @@ class WorldScene {
     show(left_out);
   }
 
+  [[nodiscard]] HostWorld& world();
   /// Replaced when the static part is built anew; see generation().
   [[nodiscard]] const std::shared_ptr<simulation::CityScene>& scene() const;
   [[nodiscard]] std::uint64_t generation() const;

@@ -20,9 +20,8 @@ class PoseReceiver {
   PoseReceiver(const NodeSettings& settings, std::shared_ptr<simulation::CityScene> scene,
                geodesy::GpsTime start, const std::string& own_name)
       : truth_(settings, scene->city),
-        hosted_(
-            setup_of(settings, std::move(scene), start, own_name,
-                     [this](live::HostOutputs::Tone, const std::string& line) { said_.push_back(line); })) {}
+        hosted_(setup_of(settings, std::move(scene), start, own_name,
+                         [this](live::Tone, const std::string& line) { said_.push_back(line); })) {}
   /// What PoseInbox::take() says.
   std::string add(const simulation::RigidPose& pose, double stamp_s, std::int64_t now_ns) {
     return truth_.take(pose, stamp_s, now_ns);
