@@ -1,4 +1,5 @@
-#include "adapters/gz_sim/gz_shape_files.hpp"
+// Declared in adapters/gz_sim/gz_host_world.hpp.
+#include "adapters/gz_sim/gz_host_world.hpp"
 
 #include <fmt/format.h>
 

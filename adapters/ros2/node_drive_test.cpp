@@ -14,6 +14,8 @@ namespace canyon::adapters::ros2 {
 namespace {
 
 using positioning::FixKind;
+using testing::ElementsAre;
+using testing::HasSubstr;
 using testing::IsEmpty;
 using Step = simulation::LiveReceiver::Step;
 
@@ -148,6 +150,16 @@ TEST(NodeDrive, HasItsBase) {
     ASSERT_TRUE(baseline);
     EXPECT_EQ(baseline->moving_base, std::string(place).starts_with("lever"));
   }
+}
+
+TEST(NodeDrive, ABaseThatIsNowhereIsTold) {
+  Drove drive(kDrive +
+              "receivers:\n  - {name: car, profile: ublox-f9p, rtk: true, corrections: {from: base}}\n" +
+              "  - {name: base, profile: ublox-f9p}\n");
+  drive.hosted->update(0, [](std::string&) {
+    return live::HostedReceiver::Antennas{simulation::AntennaState{{0, 0, 2}}};
+  });
+  EXPECT_THAT(drive.said, ElementsAre(HasSubstr("the base has no place")));
 }
 
 // Dead reckoning has the samples of the vehicle's sensors.

@@ -18,7 +18,6 @@
 #include "adapters/ros2/node_parameters.hpp"
 #include "adapters/ros2/node_truth.hpp"
 #include "adapters/ros2/receiver_topics.hpp"
-#include "adapters/ros2/rtcm_messages.hpp"
 #include "adapters/ros2/rtcm_topic.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/input_files.hpp"
@@ -139,7 +138,10 @@ struct ReceiverNode::Impl {
   rclcpp::TimerBase::SharedPtr timer, starter, listener_starter;
   std::optional<std::int64_t> zero_ns;  // of the node's clock, when the drive began
   std::int64_t elapsed_ns = 0;          // since then
-  std::int64_t stamp_ns = 0;            // of the last epoch, on the node's clock
+  std::int64_t tick_ns = kTick_ns;
+  std::chrono::nanoseconds period{};                // of the ticks of the clock that it drives, in real time
+  std::chrono::steady_clock::time_point next_tick;  // of that clock
+  std::int64_t stamp_ns = 0;                        // of the last epoch, on the node's clock
   ros_messages::ReceiverHealth health;
   std::set<std::string> said;
   bool failed = false;
@@ -196,7 +198,7 @@ void ReceiverNode::Impl::activate() {
   zero_ns.reset();
   elapsed_ns = -1;
   health.finished = false;
-  const std::int64_t tick_ns = std::min(simulation::EpochSchedule(interval_s).interval_ns(), kTick_ns);
+  tick_ns = std::min(simulation::EpochSchedule(interval_s).interval_ns(), kTick_ns);
   if (simulation) {
     begin_receiver(simulation->begin());
   } else {
@@ -204,10 +206,10 @@ void ReceiverNode::Impl::activate() {
   }
   listen_to_corrections();
   if (settings.drive_clock) {
-    const auto period =
-        std::max<std::int64_t>(1, std::llround(static_cast<double>(tick_ns) / settings.speed));
-    timer = node.create_wall_timer(std::chrono::nanoseconds(period),
-                                   [this] { guarded([this] { tick_clock(); }); });
+    period = std::chrono::nanoseconds(
+        std::max<std::int64_t>(1, std::llround(static_cast<double>(tick_ns) / settings.speed)));
+    next_tick = std::chrono::steady_clock::now() + period;
+    timer = node.create_wall_timer(period, [this] { guarded([this] { tick_clock(); }); });
   } else {
     timer = rclcpp::create_timer(&node, node.get_clock(), rclcpp::Duration(std::chrono::nanoseconds(tick_ns)),
                                  [this] { guarded([this] { tick(); }); });
@@ -354,15 +356,22 @@ std::string ReceiverNode::Impl::answer_faults(const live::OptionsRequest& reques
   return live::answer(request, {hosted->adjustable(hosted->receiver().config().receiver().options.name)});
 }
 
-// Every tick of the clock that this node drives. Time waits while an epoch is made.
+// The ticks of the clock that this node drives. Those that an epoch has held up follow at once; of a machine
+// that is slower than the clock they wait.
 void ReceiverNode::Impl::tick_clock() {
-  const std::int64_t tick_ns = std::min(simulation::EpochSchedule(interval_s).interval_ns(), kTick_ns);
-  zero_ns = 0;
-  const std::int64_t epoch_ns = hosted->next_ns();
-  const std::int64_t next_ns = elapsed_ns < 0 ? 0 : elapsed_ns + tick_ns;
-  elapsed_ns = elapsed_ns < epoch_ns ? std::min(next_ns, epoch_ns) : next_ns;
-  topics->publish_clock(elapsed_ns);
-  drive();
+  using Clock = std::chrono::steady_clock;
+  constexpr auto kLatest = std::chrono::milliseconds(500);
+  constexpr int kMost = 100;  // at a time: others are served too
+  const auto now = Clock::now();
+  next_tick = std::max(next_tick, now - kLatest);
+  for (int i = 0; i < kMost && timer && next_tick <= now; ++i, next_tick += period) {
+    zero_ns = 0;
+    const std::int64_t epoch_ns = hosted->next_ns();
+    const std::int64_t next_ns = elapsed_ns < 0 ? 0 : elapsed_ns + tick_ns;
+    elapsed_ns = elapsed_ns < epoch_ns ? std::min(next_ns, epoch_ns) : next_ns;
+    topics->publish_clock(elapsed_ns);
+    drive();
+  }
 }
 
 void ReceiverNode::Impl::tick() {

@@ -5,6 +5,7 @@
 #include <canyon_msgs/msg/gnss_satellites.hpp>
 #include <canyon_msgs/srv/fault_command.hpp>
 #include <diagnostic_msgs/msg/diagnostic_array.hpp>
+#include <functional>
 #include <geometry_msgs/msg/twist_with_covariance_stamped.hpp>
 #include <memory>
 #include <rclcpp/create_publisher.hpp>
@@ -12,6 +13,7 @@
 #include <rclcpp/node_interfaces/node_parameters_interface.hpp>
 #include <rclcpp/node_interfaces/node_topics_interface.hpp>
 #include <rclcpp/publisher.hpp>
+#include <rclcpp/subscription_base.hpp>
 #include <rosgraph_msgs/msg/clock.hpp>
 #include <sensor_msgs/msg/fluid_pressure.hpp>
 #include <sensor_msgs/msg/imu.hpp>
@@ -19,6 +21,7 @@
 #include <sensor_msgs/msg/magnetic_field.hpp>
 #include <sensor_msgs/msg/nav_sat_fix.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 #ifdef CANYON_WITH_AUTOWARE
 #include <autoware_sensing_msgs/msg/gnss_ins_orientation_stamped.hpp>
@@ -32,6 +35,7 @@
 #include "canyon/live/controls.hpp"
 #include "canyon/live/epoch_publisher.hpp"
 #include "canyon/simulation/sensors/sensor_run.hpp"
+#include "canyon/transport/link.hpp"
 
 namespace canyon::adapters::ros2 {
 
@@ -150,5 +154,22 @@ class FaultServices {
 
   std::vector<rclcpp::Service<canyon_msgs::srv::FaultCommand>::SharedPtr> services_;
 };
+
+// RTCM 3 as rtcm_msgs/Message, as NTRIP clients and drivers of receivers publish and take it. Both ends are
+// reliable and keep 100 messages: an epoch has up to some 40 frames. A build without the package rtcm_msgs
+// throws InputError.
+
+/// Throws InputError where this build has no rtcm_msgs. @param setting that needs it, for the message
+void require_rtcm_msgs(const std::string& setting);
+
+/// Publishes whole frames of RTCM 3 that are sent to the link, one message a frame.
+/// @param stamp_ns of the messages
+[[nodiscard]] std::shared_ptr<transport::Link> open_rtcm_topic(NodeParts node, const std::string& topic,
+                                                               const std::string& frame_id,
+                                                               std::function<std::int64_t()> stamp_ns);
+
+/// Hands over the bytes of each message.
+[[nodiscard]] rclcpp::SubscriptionBase::SharedPtr subscribe_to_rtcm(
+    NodeParts node, const std::string& topic, std::function<void(std::string_view)> receive);
 
 }  // namespace canyon::adapters::ros2

@@ -1,4 +1,5 @@
-#include "adapters/ros2/rtcm_messages.hpp"
+// Declared in adapters/ros2/receiver_topics.hpp.
+#include "adapters/ros2/receiver_topics.hpp"
 
 #include <utility>
 

@@ -388,6 +388,9 @@ LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& ant
     throw InputError("the antenna's velocity or yaw is not finite, or it is faster than 1000 km/s",
                      "check what moves the vehicle");
   }
+  if (impl.base && base == nullptr && !impl.config.base()->fixed) {
+    throw InputError("the base has no place", "give it fixed: {east_m: ..., ...}");
+  }
   const GpsTime t = impl.go_to(seconds);
   impl.look_for_jump(t, antenna);
   if (impl.config.receiver().streets.enabled) {
