@@ -52,6 +52,10 @@ void visit(options::Visitor& v, SpaceErrorOptions& o) {
   v.number({"ionosphere_time_s", "s", "time constant of that error"}, o.ionosphere_time_s, {60, 1e6});
   v.number({"ionosphere_length_m", "m", "correlation length of that error"}, o.ionosphere_length_m,
            {1e3, 1e8});
+  v.number({"solar_flux_sfu", "sfu",
+            "solar flux at 10.7 cm, for the ionosphere of skies without coefficients of their own",
+            "nominal satellites: 100; else the mean of the date's year"},
+           o.solar_flux_sfu, {50, 400});
   v.number({"troposphere_m", "m", "rms error of the standard atmosphere's zenith delay"}, o.troposphere_m,
            {0, 1});
   v.number({"troposphere_time_s", "s", "time constant of that error"}, o.troposphere_time_s, {60, 1e6});

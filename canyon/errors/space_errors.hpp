@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <span>
 
 #include "canyon/base/random.hpp"
@@ -59,7 +60,10 @@ struct SpaceErrorOptions {
   /// Standard deviation of the broadcast model's error over its slant delay [1], [0, 2]. The model takes
   /// away at least half of the error's rms (IS-GPS-200, 20.3.3.5.2.5): s / sqrt(1 + s^2) = 0.5 makes 0.58.
   double ionosphere_share = 0.6;
-  double ionosphere_time_s = 7200;     ///< [60, 1e6]; assumed
+  double ionosphere_time_s = 7200;  ///< [60, 1e6]; assumed
+  /// Solar flux at 10.7 cm of a sky without coefficients of its own [sfu], [50, 400]. Left out: medium
+  /// activity with nominal satellites, else the mean of the date's year.
+  std::optional<double> solar_flux_sfu;
   double ionosphere_length_m = 1.8e6;  ///< [1e3, 1e8]; assumed: with the share a gradient of mm/km
   /// Zenith delay beside the standard atmosphere's, standard deviation [m], [0, 1]; assumed: 0.05 by weather.
   double troposphere_m = 0.05;

@@ -271,9 +271,20 @@ gnss::NavigationData nominal_constellation(GpsTime begin, GpsTime end,
   return data;
 }
 
-gnss::Klobuchar standard_ionosphere() {
-  return {{0.1118e-07, -0.7451e-08, -0.5961e-07, 0.1192e-06},
-          {0.1167e+06, -0.2294e+06, -0.1311e+06, 0.1049e+07}};
+double mean_solar_flux_sfu(GpsTime date) {
+  constexpr int kFirst = 1996;
+  constexpr std::array<double, 31> kMeans{72, 81, 118, 154, 180, 184, 180, 130, 107, 94, 81,
+                                          73, 69, 71,  80,  116, 120, 123, 146, 118, 89, 77,
+                                          70, 70, 74,  82,  125, 160, 191, 155, 134};  // 2026 to August
+  const auto year = static_cast<std::size_t>(geodesy::calendar_from_gps(date).year - kFirst);
+  return year < kMeans.size() ? kMeans[year] : kMediumSolarFlux_sfu;
+}
+
+gnss::Klobuchar standard_ionosphere(double solar_flux_sfu) {
+  gnss::Klobuchar set{{0.1118e-07, -0.7451e-08, -0.5961e-07, 0.1192e-06},
+                      {0.1167e+06, -0.2294e+06, -0.1311e+06, 0.1049e+07}};
+  for (double& amplitude : set.alpha) amplitude *= solar_flux_sfu / kMediumSolarFlux_sfu;
+  return set;
 }
 
 }  // namespace canyon::orbit

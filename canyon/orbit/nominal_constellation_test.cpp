@@ -325,5 +325,43 @@ TEST(NominalConstellation, RefusesWhatItCannotMake) {
   EXPECT_EQ(message(t, t, {gnss::System::QZSS, gnss::System::GPS}), "");
 }
 
+TEST(StandardIonosphere, IsThatOfBroadcastSetsOfSevenYears) {
+  EXPECT_EQ(standard_ionosphere().alpha[0], 0.1118e-07);
+  EXPECT_EQ(mean_solar_flux_sfu(parse_time("2024-07-01T00:00:00Z")), 191);
+  EXPECT_EQ(mean_solar_flux_sfu(parse_time("1996-01-02T00:00:00Z")), 72);
+  EXPECT_EQ(mean_solar_flux_sfu(parse_time("1995-01-02T00:00:00Z")), kMediumSolarFlux_sfu);
+  EXPECT_EQ(mean_solar_flux_sfu(parse_time("2031-01-02T00:00:00Z")), kMediumSolarFlux_sfu);
+
+  // At 14 h the delay is 5 ns and the amplitude, here at the zenith of places with these magnetic latitudes.
+  const auto noon_s = [](const gnss::Klobuchar& set, double latitude_deg) {
+    double amplitude_s = 0;
+    for (std::size_t n = 0; n < set.alpha.size(); ++n)
+      amplitude_s += set.alpha[n] * std::pow(latitude_deg / 180, static_cast<double>(n));
+    return 5e-9 + std::max(0.0, amplitude_s);
+  };
+  CANYON_SHARED_DATA(folder, ".");
+  const std::vector<std::pair<const char*, const char*>> files{
+      {"orbits/brdc3050.12n", "2012-10-31T00:00:00Z"},
+      {"berlin-potsdamer-platz/brdc1580.16n", "2016-06-06T00:00:00Z"},
+      {"urbannav-tst-20190428/hksc1180.19n", "2019-04-28T00:00:00Z"},
+      {"orbits/ESBC00DNK_R_20201770000_01D_MN.rnx.gz", "2020-06-25T00:00:00Z"},
+      {"urbannav-tst-20210517/hksc137c.21n", "2021-05-17T00:00:00Z"},
+      {"orbits/KMS300DNK_R_20221591000_01H_MN.rnx.gz", "2022-06-08T00:00:00Z"},
+      {"rtk-nagoya-20240624/base.nav", "2024-06-24T00:00:00Z"}};
+  double sum = 0;
+  for (const auto& [file, date] : files) {
+    const gnss::Klobuchar broadcast =
+        rinex::read_rinex_navigation(folder / file).klobuchar.at(gnss::System::GPS);
+    const gnss::Klobuchar standard = standard_ionosphere(mean_solar_flux_sfu(parse_time(date)));
+    for (const double latitude_deg : {0, 15, 30, 45}) {
+      const double ratio = noon_s(standard, latitude_deg) / noon_s(broadcast, latitude_deg);
+      EXPECT_GT(ratio, 1 / 1.4) << file << " " << latitude_deg;
+      EXPECT_LT(ratio, 1.4) << file << " " << latitude_deg;
+      sum += ratio / 4 / static_cast<double>(files.size());
+    }
+  }
+  EXPECT_NEAR(sum, 1, 0.05);
+}
+
 }  // namespace
 }  // namespace canyon::orbit

@@ -473,6 +473,27 @@ TEST(BuildSky, OfBroadcastOrbitsHasErrorsFromSpace) {
       has_errors("sky: {frozen: {satAzimuth: [0, 1.5, 3, 4.5], satElevation: [0.5, 1, 0.7, 1.2]}}\n"));
 }
 
+TEST(BuildSky, WithoutCoefficientsHasTheIonosphereOfItsYear) {
+  SkyConfig config;
+  const GpsTime noon = geodesy::parse_time("2024-05-01T12:00:00 GPST");
+  const auto flux_sfu = [&] {
+    const auto klobuchar = build_sky(config, noon, noon + 60.0, {}).navigation.klobuchar;
+    return klobuchar.empty() ? 0 : klobuchar.at(gnss::System::GPS).alpha[0] / 0.1118e-9;
+  };
+  EXPECT_NEAR(flux_sfu(), 100, 1e-9) << "nominal satellites";
+  config.errors.solar_flux_sfu = 200;
+  EXPECT_NEAR(flux_sfu(), 200, 1e-9);
+  config = {};
+  config.sp3 = {std::filesystem::path(canyon_source_dir) / "tests/data/cases/sp3-two-days/day1.sp3"};
+  EXPECT_EQ(flux_sfu(), 0) << "no errors from space";
+  config.errors.enabled = true;
+  EXPECT_NEAR(flux_sfu(), 191, 1e-9);
+  EXPECT_THAT(build_sky(config, noon, noon + 60.0, {}).report.warnings(),
+              Contains(HasSubstr("a standard one for a solar flux of 191 sfu")));
+  config.errors.solar_flux_sfu = 150;
+  EXPECT_NEAR(flux_sfu(), 150, 1e-9);
+}
+
 TEST(BuildSky, ATrajectoryOutsideTheEphemeridesNamesBothSpansAndTheCure) {
   const NavigationFile file;
   EXPECT_THAT(

@@ -208,7 +208,9 @@ BuiltSky from_sp3(const SkyConfig& config, GpsTime begin, GpsTime end) {
 
 }  // namespace
 
-BuiltSky build_sky(const SkyConfig& config, GpsTime begin, GpsTime end, const geodesy::Geodetic& place) {
+namespace {
+
+BuiltSky build(const SkyConfig& config, GpsTime begin, GpsTime end, const geodesy::Geodetic& place) {
   if (!config.navigation.empty()) return from_navigation(config, begin, end, place);
   if (!config.sp3.empty()) return from_sp3(config, begin, end);
   BuiltSky built;
@@ -223,6 +225,38 @@ BuiltSky build_sky(const SkyConfig& config, GpsTime begin, GpsTime end, const ge
   check_systems(*sky, config.systems, built.report);
   built.sky = std::move(sky);
   return built;
+}
+
+// Gives a sky whose files have no coefficients a standard ionosphere of the solar flux.
+void add_ionosphere(const SkyConfig& config, GpsTime begin, BuiltSky& sky) {
+  auto& klobuchar = sky.navigation.klobuchar;
+  const std::optional<double>& given_sfu = config.errors.solar_flux_sfu;
+  const bool nominal = config.navigation.empty() && !sky.navigation.empty();
+  if (!klobuchar.empty() && !nominal) {
+    if (given_sfu)
+      sky.report.say(ReadReport::Level::Guess,
+                     "sky.errors.solar_flux_sfu has no effect: the navigation files have coefficients of the "
+                     "ionosphere");
+    return;
+  }
+  if (!config.has_errors(!sky.navigation.empty())) return;
+  const double flux_sfu =
+      given_sfu.value_or(nominal ? orbit::kMediumSolarFlux_sfu : orbit::mean_solar_flux_sfu(begin));
+  klobuchar[gnss::System::GPS] = orbit::standard_ionosphere(flux_sfu);
+  if (nominal) return;
+  sky.report.say(
+      ReadReport::Level::Guess,
+      fmt::format("the ionosphere is a standard one for a solar flux of {:.0f} sfu, since the files "
+                  "have no coefficients; sky.errors.solar_flux_sfu sets another",
+                  flux_sfu));
+}
+
+}  // namespace
+
+BuiltSky build_sky(const SkyConfig& config, GpsTime begin, GpsTime end, const geodesy::Geodetic& place) {
+  BuiltSky sky = build(config, begin, end, place);
+  add_ionosphere(config, begin, sky);
+  return sky;
 }
 
 bool has_satellites(const orbit::Sky& sky, GpsTime t) {
