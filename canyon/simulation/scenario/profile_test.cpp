@@ -47,8 +47,8 @@ TEST(Profile, TheLibraryHasTheFilesOfTheRepository) {
     EXPECT_EQ(profile.text, canyon::test::read_bytes(kSource / "profiles" / (names.back() + ".yaml")))
         << profile.name;
   }
-  EXPECT_THAT(names, ElementsAre("ideal", "paper", "phone", "survey", "ublox-f9p", "ublox-f9r", "ublox-m10",
-                                 "ublox-m8t"));
+  EXPECT_THAT(names, ElementsAre("ideal", "paper", "phone", "septentrio-mosaic", "survey", "ublox-f9p",
+                                 "ublox-f9r", "ublox-m10", "ublox-m8t"));
 }
 
 TEST(Profile, BuiltInOnesAreWhole) {
@@ -97,7 +97,7 @@ TEST(Profile, TheF9rIsTheF9pWithDeadReckoning) {
 
 // Each number of a receiver that exists has its source beside it.
 TEST(Profile, EveryNumberOfARealReceiverHasAComment) {
-  for (const char* name : {"ublox-m10", "ublox-m8t", "ublox-f9p", "phone", "survey"}) {
+  for (const char* name : {"ublox-m10", "ublox-m8t", "ublox-f9p", "phone", "survey", "septentrio-mosaic"}) {
     std::istringstream text{std::string(built_in_profile(name).text)};
     for (std::string line; std::getline(text, line);) {
       const std::size_t colon = line.find(": ");
