@@ -23,6 +23,8 @@ using drawing::Scale;
 constexpr std::array kColours{drawing::kBlue,   drawing::kVermilion, drawing::kGreen, drawing::kOrange,
                               drawing::kPurple, drawing::kSkyBlue,   drawing::kBlack, drawing::kFaintInk};
 constexpr std::size_t kMostDrawn = kColours.size();
+/// More groups would hide each other by the bands of their 95 %.
+constexpr std::size_t kMostWithBothBands = 2;
 const std::vector<double> kDashes[2] = {{}, {7, 3}};
 
 drawing::Stroke stroke_of(std::size_t group) {
@@ -148,8 +150,10 @@ class Sheet {
     const double high = std::min(*std::max_element(all.begin(), all.end()), 3 * *quantile(all, 0.9));
     return draw(
         "Horizontal errors along the way",
-        fmt::format("median (solid) and 95 % (thin), stretches of {:g} m; bands: {:g} % intervals over runs",
-                    manifest_.along_m.value_or(0), 100 * manifest_.confidence),
+        fmt::format(
+            "median (thick) and 95 % (thin), stretches of {:g} m; bands: {:g} % intervals{} over runs",
+            manifest_.along_m.value_or(0), 100 * manifest_.confidence,
+            drawn_ > kMostWithBothBands ? " of the median" : ""),
         [&](Canvas& canvas) {
           Plot plot = make_plot("Way gone [m]", "Horizontal error [m]");
           plot.x = drawing::linear_scale(0, longest_m, 8);
@@ -231,8 +235,8 @@ class Sheet {
     legend(canvas, plot);
   }
   /// Steps from stretch to stretch; those without a fix are gaps.
-  static void draw_along(Canvas& canvas, const Plot& plot, std::size_t group,
-                         const std::vector<Stretch>& stretches, bool median) {
+  void draw_along(Canvas& canvas, const Plot& plot, std::size_t group, const std::vector<Stretch>& stretches,
+                  bool median) const {
     std::vector<Point> line;
     const auto flush = [&] {
       drawing::Stroke stroke = stroke_of(group);
@@ -248,10 +252,12 @@ class Sheet {
       }
       line.push_back(plot.at(stretch.from_m, value->mean));
       line.push_back(plot.at(stretch.to_m, value->mean));
-      if (!std::isfinite(value->low)) continue;
+      if (!std::isfinite(value->low) || (!median && drawn_ > kMostWithBothBands)) continue;
       const Point upper = plot.at(stretch.from_m, value->high), lower = plot.at(stretch.to_m, value->low);
       canvas.rectangle({upper.x, upper.y, lower.x - upper.x, lower.y - upper.y},
-                       kColours[group].with_alpha(median ? 0.35 : 0.15));
+                       kColours[group].with_alpha(!median                       ? 0.15
+                                                  : drawn_ > kMostWithBothBands ? 0.18
+                                                                                : 0.35));
     }
     flush();
   }

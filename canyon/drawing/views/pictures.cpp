@@ -122,6 +122,7 @@ class Pictures final : public simulation::EpochSink {
       track.fix = frame.local_from_ecef(observed.fix.position_ecef).head<2>();
       track.error_m = epoch.error_enu_m.head<2>().norm();
       moment.error_m = track.error_m;
+      moment.vertical_m = std::abs(epoch.error_enu_m.z());
       moment.used = static_cast<int>(observed.fix.used.size());
       if (observed.fix.dop) moment.hdop = observed.fix.dop->hdop;
     }

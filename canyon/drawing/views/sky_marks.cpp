@@ -90,9 +90,8 @@ void draw_satellite_mark(Canvas& canvas, const Point& at, Visibility visibility)
       canvas.circle(at, kMarkSize, colour, rim);
       break;
     case Visibility::LOSMultipath:
-      canvas.circle(at, kMarkSize + 3, kPaper);
-      canvas.circle(at, kMarkSize + 2.2, {}, Stroke{colour, 1.8});
-      canvas.circle(at, kMarkSize - 1.8, colour);
+      canvas.rectangle({at.x - 0.85 * kMarkSize, at.y - 0.85 * kMarkSize, 1.7 * kMarkSize, 1.7 * kMarkSize},
+                       colour, rim);
       break;
     case Visibility::NLOS: {
       const double s = kMarkSize * 1.25;

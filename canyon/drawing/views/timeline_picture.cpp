@@ -22,6 +22,8 @@ constexpr double kPlotWidth = 940;
 constexpr double kFaultRow = 18;
 constexpr Colour kFault = rgb(0xCC79A7);
 constexpr Colour kShade = rgb(0xF4DDCF);
+constexpr Colour kHorizontal = kBlue;
+constexpr Colour kVertical = kOrange;
 constexpr Colour kUsed = kGreen;
 constexpr Colour kUnused = rgb(0x9BD9C4);
 constexpr Colour kHidden = rgb(0xC4C7CC);
@@ -41,10 +43,11 @@ class Timeline {
     const Rect error{kPlotLeft, 92 + down, kPlotWidth, 260};
     const Rect satellites{kPlotLeft, 392 + down, kPlotWidth, 170};
     const Rect hdop{kPlotLeft, 602 + down, kPlotWidth, 130};
-    draw_values(canvas, error, "Horizontal error [m]", kBlue,
-                [](const TimelinePoint& p) { return p.error_m; });
+    draw_values(canvas, error, "Error [m]",
+                {{[](const TimelinePoint& p) { return p.vertical_m; }, kVertical},
+                 {[](const TimelinePoint& p) { return p.error_m; }, kHorizontal}});
     draw_satellites(canvas, satellites);
-    draw_values(canvas, hdop, "HDOP", kPurple, [](const TimelinePoint& p) { return p.hdop; });
+    draw_values(canvas, hdop, "HDOP", {{[](const TimelinePoint& p) { return p.hdop; }, kPurple}});
     if (!has_strength(drawing_)) {
       draw_times(canvas, hdop, {error, satellites, hdop});
     } else {
@@ -136,14 +139,22 @@ class Timeline {
         {.size = 12.5, .align = Align::Centre, .level = Level::Middle, .angle_rad = -0.5 * geodesy::kPi});
   }
 
-  void draw_values(Canvas& canvas, const Rect& area, const std::string& label, const Colour& colour,
-                   const std::function<double(const TimelinePoint&)>& value_of) const {
+  struct Series {
+    std::function<double(const TimelinePoint&)> value_of;
+    Colour colour;
+  };
+  void draw_values(Canvas& canvas, const Rect& area, const std::string& label,
+                   const std::vector<Series>& series) const {
     canvas.rectangle(area, kGround);
     draw_outages(canvas, area);
-    const std::vector<double> values = all_values(value_of);
-    const Scale scale = make_scale(values, 0);
+    std::vector<double> all;
+    for (const Series& each : series) {
+      for (const TimelinePoint& p : points_) all.push_back(each.value_of(p));
+    }
+    const Scale scale = make_scale(all, 0);
     draw_grid(canvas, area, scale);
-    draw_series(canvas, area, scale, values, colour);
+    for (const Series& each : series)
+      draw_series(canvas, area, scale, all_values(each.value_of), each.colour);
     canvas.rectangle(area, {}, Stroke{kFaintInk, 0.9});
     draw_label(canvas, area, label);
   }
@@ -305,8 +316,10 @@ class Timeline {
   void draw_legend(Canvas& canvas, const Rect& error, const Rect& satellites) const {
     if (std::any_of(points_.begin(), points_.end(),
                     [](const TimelinePoint& p) { return std::isnan(p.error_m); })) {
-      draw_swatch(canvas, error, 12, kShade, "no fix");
+      draw_swatch(canvas, error, 60, kShade, "no fix");
     }
+    draw_swatch(canvas, error, 12, kHorizontal, "horizontal");
+    draw_swatch(canvas, error, 36, kVertical, "vertical, absolute");
     draw_swatch(canvas, satellites, 12, kHidden, "not tracked");
     draw_swatch(canvas, satellites, 36, kUnused, "tracked, unused");
     draw_swatch(canvas, satellites, 60, kUsed, "in the fix");

@@ -107,6 +107,7 @@ MapSource map_source(const Heatmap& heatmap, const TileStore& store,
     source.attributes["propagation_model"] +=
         receiver.options.signal.shadowing.enabled ? ", strength, shadowing" : ", strength";
   }
+  if (environment.errors() == nullptr) source.attributes["space_errors"] = "none";
   if (receiver.streets.enabled) source.attributes["propagation_model"] += ", streets";
   if (const auto shift = simulation::draw_city_shift(scenario.city.georeference, scenario.seed)) {
     source.attributes["georeference"] = simulation::describe(*shift);

@@ -16,10 +16,10 @@ namespace {
 constexpr bool kFix = true, kDraws = true, kLineOfSight = false;
 
 constexpr std::array kLayers{
-    LayerInfo{Layer::HorizontalError, "horizontal_error", "horizontal position error without noise", "m",
-              kFix},
-    LayerInfo{Layer::VerticalError, "vertical_error", "vertical position error without noise, up positive",
-              "m", kFix},
+    LayerInfo{Layer::HorizontalError, "horizontal_error",
+              "horizontal position error without noise and errors from space", "m", kFix},
+    LayerInfo{Layer::VerticalError, "vertical_error",
+              "vertical position error without noise and errors from space, up positive", "m", kFix},
     LayerInfo{Layer::HorizontalErrorMean, "horizontal_error_mean", "mean horizontal position error", "m",
               kFix, kDraws},
     LayerInfo{Layer::HorizontalErrorRms, "horizontal_error_rms", "RMS horizontal position error", "m", kFix,

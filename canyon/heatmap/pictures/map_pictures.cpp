@@ -139,9 +139,10 @@ class Writer {
       }
       if (!seen[layer][static_cast<std::size_t>(Shade::NoValue)]) continue;
       const Layer drawn = request_.layers[layer];
-      const std::string meaning = of_rtk(drawn)       ? "never fixed"
-                                  : info(drawn).error ? "no fix"
-                                                      : "nothing received";
+      const std::string meaning = of_rtk(drawn)                            ? "never fixed"
+                                  : style_of(drawn).kind == ValueKind::Dop ? "too few satellites for a DOP"
+                                  : info(drawn).error                      ? "no fix"
+                                                                           : "nothing received";
       std::string& text = no_value_[sheet];
       if (text.find(meaning) == std::string::npos) text += (text.empty() ? "" : " / ") + meaning;
     }
@@ -155,8 +156,9 @@ class Writer {
                fmt::format("{:g} m {}", request_.altitudes_m[altitude], above) + kDot +
                fmt::format("cells of {:g} m", request_.grid.spacing_m);
     using Word = std::pair<const char*, const char*>;  // an attribute, and what people call it
-    for (const auto& [key, word] : {Word{"model", "model"}, Word{"propagation_model", "model"},
-                                    Word{"receiver", "receiver"}, Word{"systems", "systems"}}) {
+    for (const auto& [key, word] :
+         {Word{"model", "model"}, Word{"propagation_model", "model"}, Word{"receiver", "receiver"},
+          Word{"systems", "systems"}, Word{"space_errors", "errors from space"}}) {
       const auto found = source_.attributes.find(key);
       if (found == source_.attributes.end() || found->second.empty()) continue;
       lines[1] += fmt::format("{}{}: {}", lines[1].empty() ? "" : kDot, word, found->second);
