@@ -4,7 +4,7 @@ find_package(PkgConfig REQUIRED)
 find_package(CURL REQUIRED)
 find_package(EXPAT REQUIRED)
 find_package(BZip2 REQUIRED)
-foreach(package IN ITEMS cairo gdal libpng libzmq netcdf tinyxml2)
+foreach(package IN ITEMS cairo libpng libzmq netcdf tinyxml2)
   pkg_check_modules(${package} QUIET REQUIRED IMPORTED_TARGET GLOBAL ${package})
 endforeach()
 # Debian's geos.pc names only the C++ library; Canyon uses the C one, whose ABI is kept.
@@ -12,7 +12,7 @@ find_library(CANYON_GEOS_LIBRARY NAMES geos_c)
 if(NOT CANYON_GEOS_LIBRARY)
   message(FATAL_ERROR "GEOS not found: install libgeos-dev")
 endif()
-set(CANYON_IO_LIBRARIES PkgConfig::cairo PkgConfig::gdal PkgConfig::libpng PkgConfig::libzmq PkgConfig::netcdf PkgConfig::tinyxml2
+set(CANYON_IO_LIBRARIES PkgConfig::cairo PkgConfig::libpng PkgConfig::libzmq PkgConfig::netcdf PkgConfig::tinyxml2
     CURL::libcurl EXPAT::EXPAT BZip2::BZip2 ${CANYON_GEOS_LIBRARY} ${CMAKE_DL_LIBS})
 
 # Compressed glTF and 3D Tiles; files that need a library which is not there are refused with the package's name.

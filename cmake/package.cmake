@@ -88,6 +88,17 @@ if(CANYON_BUILD_GAZEBO OR CANYON_BUILD_GZ_SIM)
   endif()
 endif()
 
+# dpkg-shlibdeps does not see the library that is loaded late (canyon/buildings/sources/gdal.hpp).
+if(CANYON_BUILD_IO)
+  get_filename_component(path ${CANYON_GDAL_LIBRARY} REALPATH)
+  execute_process(COMMAND dpkg-query -S ${path} OUTPUT_VARIABLE package)
+  string(REGEX REPLACE ":.*" "" package "${package}")
+  foreach(component IN ITEMS COMMAND PYTHON ROS2)
+    string(APPEND CPACK_DEBIAN_${component}_PACKAGE_DEPENDS ", ${package}")
+    string(REGEX REPLACE "^, " "" CPACK_DEBIAN_${component}_PACKAGE_DEPENDS "${CPACK_DEBIAN_${component}_PACKAGE_DEPENDS}")
+  endforeach()
+endif()
+
 # Debian requires a changelog and a copyright of every package.
 string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC)
 set(doc ${CMAKE_CURRENT_BINARY_DIR}/debian)

@@ -5,7 +5,10 @@
 
 WHEEL is of `pip wheel .`, BUILD the build folder with bin/canyon, OUT the folder for the bundled wheel. Libraries stand in
 canyon.libs/ and find each other by relative paths; canyon.libs/licences/ has the copyright file of each library's package.
-The wheel says manylinux of this machine's glibc. Needs patchelf and the Python package wheel.
+Distributions build GDAL with some 70 libraries of formats that Canyon never opens (canyon/buildings/sources/raster.cpp
+names those that it does), and libxml2 with ICU. In their place stand libraries of their names whose functions end the
+program.
+The wheel says manylinux of this machine's glibc. Needs patchelf, readelf, a C compiler and the Python package wheel.
 """
 import os
 import platform
@@ -18,6 +21,13 @@ from pathlib import Path
 
 # What manylinux (PEP 600) leaves to the system.
 SYSTEM = re.compile(r"^(ld-linux.*|lib(c|m|dl|pthread|rt|util|resolv|anl|nsl|crypt|stdc\+\+|gcc_s))\.so")
+# What these use here of the libraries that they need: PROJ and GeoTIFF; XML in Unicode. The rest is left out.
+USED = {"libgdal": re.compile(r"lib(proj|geos_c|tiff|geotiff|z|deflate|lzma|zstd|json-c|expat|pcre2-8|sqlite3|crypto|curl.*)\.so"),
+        "libxml2": re.compile(r"lib(z|lzma)\.so")}
+STAND_IN = """#include <stdio.h>
+#include <stdlib.h>
+__attribute__((visibility("hidden"))) void canyon_absent(void) { fputs("canyon: FILE is not part of this wheel\\n", stderr); abort(); }
+"""
 DATA = {"proj/proj.db": "/usr/share/proj/proj.db", "gdal": "/usr/share/gdal",
         **{f"fonts/{font}.ttf": f"/usr/share/fonts/truetype/dejavu/{font}.ttf" for font in ("DejaVuSans", "DejaVuSans-Bold", "DejaVuSansMono")}}
 FONTS = """<?xml version="1.0"?><!DOCTYPE fontconfig SYSTEM "fonts.dtd">
@@ -40,7 +50,7 @@ def run(*command, **options):
     return subprocess.run([str(c) for c in command], check=True, text=True, capture_output=True, **options).stdout
 
 
-def libraries(binary):
+def found_libraries(binary):
     """Name -> file of all that the loader finds for it but the system's."""
     found = {}
     for line in run("ldd", binary).splitlines():
@@ -50,6 +60,55 @@ def libraries(binary):
         if match and not SYSTEM.match(match[1]):
             found[match[1]] = Path(match[2])
     return found
+
+
+def system_libraries(binary):
+    return [match[2] for match in re.finditer(r"(\S+) => (/\S+)", run("ldd", binary)) if SYSTEM.match(match[1])]
+
+
+def needed_libraries(roots, files):
+    """Names of what they use and of what is left out, of `files` by name."""
+    used, left_out, waiting = set(), set(), list(roots)
+    while waiting:
+        binary = waiting.pop()
+        only = next((names for prefix, names in USED.items() if Path(binary).name.startswith(prefix + ".so")), None)
+        for name in run("patchelf", "--print-needed", binary).split():
+            if name not in files or name in used:
+                continue
+            if only and not only.match(name):
+                left_out.add(name)
+                continue
+            used.add(name)
+            waiting.append(files[name])
+    return used, left_out - used
+
+
+def dynamic_symbols(binary):
+    """(name, version, kind, bytes, whether it is defined there) of each."""
+    for line in run("readelf", "--dyn-syms", "-W", binary).splitlines():
+        fields = line.split()
+        if len(fields) > 7 and fields[0].rstrip(":").isdigit() and fields[4] in ("GLOBAL", "WEAK", "UNIQUE"):
+            name, _, version = fields[7].replace("@@", "@").partition("@")
+            yield name, version, fields[3], int(fields[2], 0), fields[6] != "UND"
+
+
+def make_stand_in(name, library, wanted, target):
+    """A library of that name with those of the wanted (symbol, version) that the real one has."""
+    text, versions = STAND_IN.replace("FILE", name), {}
+    for i, (symbol, version, kind, size, defined) in enumerate(dynamic_symbols(library)):
+        if not defined or (symbol, version) not in wanted:
+            continue
+        versions.setdefault(version, []).append(symbol)
+        if kind in ("OBJECT", "TLS"):
+            text += f'{"__thread " if kind == "TLS" else ""}char o{i}[{max(size, 1)}] __asm__("{symbol}") __attribute__((aligned(16)));\n'
+        else:
+            text += f'void f{i}(void) __asm__("{symbol}"); void f{i}(void) {{ canyon_absent(); }}\n'
+    with tempfile.TemporaryDirectory() as work:
+        source, script = Path(work) / "absent.c", Path(work) / "absent.map"
+        source.write_text(text)
+        script.write_text("".join(f'{version} {{ {"; ".join(names)}; }};\n' for version, names in versions.items() if version))
+        run("cc", "-shared", "-fPIC", "-Os", "-w", f"-Wl,-soname,{name}", *([f"-Wl,--version-script={script}"] if script.stat().st_size else []),
+            source, "-o", target)
 
 
 def licence_of(library, folder):
@@ -75,17 +134,31 @@ def main():
         shutil.copy(build / "bin" / "canyon", program)
         binaries = {program: "$ORIGIN/../../../canyon.libs"}
         binaries.update({module: "$ORIGIN/../canyon.libs" for module in (tree / "canyon").glob("_canyon*.so")})
-        needed = {}
-        for binary in binaries:
-            needed.update(libraries(binary))
-        for name, file in sorted(needed.items()):
-            licence_of(file, libs / "licences")
-            shutil.copy(file, libs / name)
+        late = re.search(r'dlopen\("([^"]*)"', (build / "generated" / "gdal_library.cpp").read_text())[1]
+        probe = Path(work) / "late"    # finds the file of a library that is loaded by name
+        run("cc", "-x", "c", "-", "-o", probe, "-Wl,--no-as-needed", f"-l:{late}", input="int main(void) { return 0; }")
+        files = {}
+        for binary in (*binaries, probe):
+            files.update(found_libraries(binary))
+        used, left_out = needed_libraries((*binaries, probe), files)
+        for name in sorted(used):
+            licence_of(files[name], libs / "licences")
+            shutil.copy(files[name], libs / name)
             (libs / name).chmod(0o755)
+            binaries[libs / name] = "$ORIGIN"
+        wanted, there = (
+            {symbol[:2] for binary in (*binaries, *also) for symbol in dynamic_symbols(binary) if symbol[4] == defined}
+            for defined, also in ((False, ()), (True, system_libraries(probe))))
+        for name in sorted(left_out):
+            make_stand_in(name, files[name], wanted - there, libs / name)
             binaries[libs / name] = "$ORIGIN"
         for binary, path in binaries.items():
             run("strip", "--strip-unneeded", binary)
             run("patchelf", "--force-rpath", "--set-rpath", path, binary)
+        for binary in binaries:
+            absent = re.findall(r"undefined symbol: (?!_?Py).*", run("ldd", "-r", binary))
+            if absent:
+                sys.exit(f"bundle.py: {binary.name}: {absent[0]}")
         share = bundle / "share"
         for name, source in DATA.items():
             (share / name).parent.mkdir(parents=True, exist_ok=True)

@@ -1,12 +1,10 @@
 #include "canyon/tiles/tile_source.hpp"
 
-#include <cpl_vsi.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
-#include <memory>
 #include <regex>
 #include <set>
 #include <thread>
@@ -88,12 +86,9 @@ std::string all_of(const buildings::ByteReader& read) {
 
 /// A file of an archive, by GDAL's name.
 std::string read_member(const std::string& name) {
-  const buildings::gdal::Quiet quiet;
-  const std::unique_ptr<VSILFILE, void (*)(VSILFILE*)> file(VSIFOpenL(name.c_str(), "rb"), [](VSILFILE* f) {
-    if (f != nullptr) VSIFCloseL(f);
-  });
+  const buildings::ByteReader file = buildings::gdal::bytes_of(name);
   if (!file) throw InputError("is not in the archive, or cannot be unpacked", "is the archive whole?");
-  std::string bytes = all_of([&](char* to, std::size_t size) { return VSIFReadL(to, 1, size, file.get()); });
+  std::string bytes = all_of(file);
   return is_gzip(bytes) && name.rfind("/vsigzip/", 0) != 0 ? read_member("/vsigzip/" + name) : bytes;
 }
 

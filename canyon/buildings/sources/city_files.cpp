@@ -1,12 +1,9 @@
 #include "canyon/buildings/sources/city_files.hpp"
 
-#include <cpl_string.h>
-#include <cpl_vsi.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -33,16 +30,11 @@ ByteReader open_tile(const Tile& tile) {
   if (tile.inside.empty()) {
     return file_bytes(tile.path);
   }
-  const gdal::Quiet quiet;
-  const std::string name = has_ending(tile.inside, {".gz"}) ? "/vsigzip/" + tile.inside : tile.inside;
-  std::shared_ptr<VSILFILE> file(VSIFOpenL(name.c_str(), "rb"), [](VSILFILE* f) {
-    if (f != nullptr) VSIFCloseL(f);
-  });
-  if (!file) throw InputError(tile.path, 0, "cannot be unpacked", "is the archive cut short? fetch it again");
-  return [file](char* to, std::size_t size) {
-    const gdal::Quiet silent;
-    return VSIFReadL(to, 1, size, file.get());
-  };
+  ByteReader bytes =
+      gdal::bytes_of(has_ending(tile.inside, {".gz"}) ? "/vsigzip/" + tile.inside : tile.inside);
+  if (!bytes)
+    throw InputError(tile.path, 0, "cannot be unpacked", "is the archive cut short? fetch it again");
+  return bytes;
 }
 
 ModelKind kind_of(const Tile& tile) {

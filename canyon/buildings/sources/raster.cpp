@@ -1,7 +1,6 @@
 #include "canyon/buildings/sources/raster.hpp"
 
 #include <fmt/format.h>
-#include <gdal_frmts.h>
 
 #include <algorithm>
 #include <array>
@@ -24,9 +23,8 @@ namespace canyon::buildings {
 namespace {
 
 /// The files beside a raster, and those that it names, are none of the web's.
-class NoServers : CPLConfigOptionSetter {
- public:
-  NoServers() : CPLConfigOptionSetter("CPL_VSIL_CURL_ALLOWED_FILENAME", "none", false) {}
+struct NoServers : gdal::Option {
+  NoServers() : Option("CPL_VSIL_CURL_ALLOWED_FILENAME", "none") {}
 };
 
 /// Metres of one unit of a band (GDALRasterBand::GetUnitType); empty where the band names none.
@@ -98,9 +96,10 @@ void Raster::Impl::open() {
   // file's name. The rest is not even registered, since files beside a raster open by any driver that is.
   static std::once_flag registered;
   std::call_once(registered, [] {
-    for (const auto& add :
-         {GDALRegister_GTiff, GDALRegister_SRTMHGT, GDALRegister_DTED, GDALRegister_AAIGrid,
-          GDALRegister_AIGrid, GDALRegister_HFA, GDALRegister_EHdr, GDALRegister_USGSDEM, GDALRegister_XYZ})
+    for (void (*add)() :
+         std::initializer_list<void (*)()>{GDALRegister_GTiff, GDALRegister_SRTMHGT, GDALRegister_DTED,
+                                           GDALRegister_AAIGrid, GDALRegister_AIGrid, GDALRegister_HFA,
+                                           GDALRegister_EHdr, GDALRegister_USGSDEM, GDALRegister_XYZ})
       add();
   });
   const std::array<const char*, 10> kDrivers{"GTiff", "SRTMHGT", "DTED",    "AAIGrid", "AIG",
@@ -110,10 +109,10 @@ void Raster::Impl::open() {
   std::filesystem::is_directory(path, ignored) ? InputFiles::current().add(path) : check_input_file(path);
   const gdal::Quiet quiet;
   // Without it some drivers drop the vertical part of the reference system.
-  const CPLConfigOptionSetter geotiff("GTIFF_REPORT_COMPD_CS", "YES", false);
-  const CPLConfigOptionSetter others("REPORT_COMPD_CS", "YES", false);
+  const gdal::Option geotiff("GTIFF_REPORT_COMPD_CS", "YES");
+  const gdal::Option others("REPORT_COMPD_CS", "YES");
   // Whole numbers have no NaN: GDAL would read 0.
-  const CPLConfigOptionSetter ascii("AAIGRID_DATATYPE", "Float64", false);
+  const gdal::Option ascii("AAIGRID_DATATYPE", "Float64");
   dataset.reset(GDALOpenEx(path.string().c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR,
                            kDrivers.data(), nullptr, nullptr));
   if (!dataset) {
@@ -167,18 +166,8 @@ void Raster::Impl::georeference(const TerrainOptions& options) {
   const gdal::SpatialReference wgs84 = gdal::spatial_reference("EPSG:4326");
   degrees = OSRIsGeographic(map.get()) != 0;
   if (OSRIsSame(map.get(), wgs84.get()) == 0) {
-    map_from_wgs84 = gdal::transformation(wgs84.get(), map.get(), false);
-    if (!map_from_wgs84) {
-      map_from_wgs84 = gdal::transformation(wgs84.get(), map.get(), true);
-      notes.say(ReadReport::Level::Guess,
-                fmt::format("{}: PROJ knows no exact way from WGS 84 to its horizontal datum; the datums "
-                            "are taken as the same",
-                            path.filename().string()));
-    }
-    if (!map_from_wgs84) {
-      throw InputError(path, 0, "PROJ cannot transform from WGS 84 to its reference system",
-                       "warp it to EPSG:4326 first, e.g. with gdalwarp");
-    }
+    map_from_wgs84 =
+        gdal::best_transformation(wgs84.get(), map.get(), path, "from WGS 84 to its horizontal datum", notes);
   }
 
   Geoid::Heights heights;

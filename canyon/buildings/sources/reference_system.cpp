@@ -113,18 +113,8 @@ ReferenceSystem::ReferenceSystem(const std::filesystem::path& file, const std::s
   if (OSRIsSame(map.get(), wgs84.get()) == 0) {
     // The horizontal part goes alone: with heights whose grid is missing, PROJ would drop the shift between
     // the horizontal datums too (100 m in the Netherlands).
-    wgs84_from_map_ = gdal::transformation(map.get(), wgs84.get(), false);
-    if (!wgs84_from_map_) {
-      wgs84_from_map_ = gdal::transformation(map.get(), wgs84.get(), true);
-      notes_.say(
-          ReadReport::Level::Guess,
-          fmt::format("{}: PROJ knows no exact way from {} to WGS 84; the datums are taken as the same",
-                      file.filename().string(), name));
-    }
-    if (!wgs84_from_map_) {
-      throw InputError(file, 0, fmt::format("PROJ cannot transform {} to WGS 84", name),
-                       "convert the file to another reference system");
-    }
+    wgs84_from_map_ =
+        gdal::best_transformation(map.get(), wgs84.get(), file, "from " + name + " to WGS 84", notes_);
   }
   Geoid::Heights heights;
   heights.file = file;

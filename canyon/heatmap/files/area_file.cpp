@@ -1,21 +1,20 @@
 // Declared in canyon/heatmap/kernels/grid.hpp.
 #include <fmt/format.h>
-#include <ogr_api.h>
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
-#include <memory>
 #include <string>
-#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/text_file.hpp"
-#include "canyon/buildings/sources/gdal.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/heatmap/kernels/grid.hpp"
+#include "canyon/meshes/geos.hpp"
 
 // GeoJSON: RFC 7946. Read with the JSON library and not with OGR's driver, which passes over what it does not
 // understand.
@@ -24,11 +23,6 @@ namespace canyon::heatmap {
 namespace {
 using Ring = std::vector<Eigen::Vector2d>;
 using Polygon = std::vector<Ring>;  ///< the outer ring, then holes
-
-struct DestroyGeometry {
-  void operator()(OGRGeometryH geometry) const { OGR_G_DestroyGeometry(geometry); }
-};
-using Geometry = std::unique_ptr<std::remove_pointer_t<OGRGeometryH>, DestroyGeometry>;
 
 /// A line of GeoJSON is straight in longitude and latitude (RFC 7946, 3.1.1), not in the plane: pieces of at
 /// most 500 m are within 500^2 / (8 R) tan(latitude) of it, 5 mm at 45 deg.
@@ -155,30 +149,6 @@ void Reader::append_line(Ring& ring, const Eigen::Vector2d& from, const Eigen::V
   }
 }
 
-void add_ring(OGRGeometryH polygon, const Ring& points) {
-  const OGRGeometryH ring = OGR_G_CreateGeometry(wkbLinearRing);
-  for (const Eigen::Vector2d& p : points) OGR_G_AddPoint_2D(ring, p.x(), p.y());
-  OGR_G_AddPoint_2D(ring, points.front().x(), points.front().y());
-  OGR_G_AddGeometryDirectly(polygon, ring);
-}
-
-void take_rings(OGRGeometryH geometry, Area& area) {
-  if (wkbFlatten(OGR_G_GetGeometryType(geometry)) != wkbPolygon) {
-    const int parts = OGR_G_GetGeometryCount(geometry);
-    for (int i = 0; i < parts; ++i) take_rings(OGR_G_GetGeometryRef(geometry, i), area);
-    return;
-  }
-  for (int i = 0; i < OGR_G_GetGeometryCount(geometry); ++i) {
-    const OGRGeometryH ring = OGR_G_GetGeometryRef(geometry, i);
-    Ring points;
-    // The last point is the first again.
-    for (int k = 0; k + 1 < OGR_G_GetPointCount(ring); ++k) {
-      points.emplace_back(OGR_G_GetX(ring, k), OGR_G_GetY(ring, k));
-    }
-    if (points.size() >= 3) area.rings.push_back(std::move(points));
-  }
-}
-
 /// Joins all polygons, since Area's even-odd rule would take the common part of two polygons for a hole.
 Area Reader::joined() const {
   Area area;
@@ -186,25 +156,23 @@ Area Reader::joined() const {
     area.rings = polygons_.front();
     return area;
   }
-  const buildings::gdal::Quiet quiet;
-  const Geometry all(OGR_G_CreateGeometry(wkbMultiPolygon));
+  namespace geos = meshes::geos;
+  std::vector<geos::Geometry> parts;
   for (const Polygon& polygon : polygons_) {
-    Geometry part(OGR_G_CreateGeometry(wkbPolygon));
-    for (const Ring& ring : polygon) add_ring(part.get(), ring);
-    if (OGR_G_IsValid(part.get()) == 0) part.reset(OGR_G_MakeValid(part.get()));
-    if (!part) fail("a polygon crosses itself beyond repair (" + quiet.message() + ")", "repair it in QGIS");
-    if (wkbFlatten(OGR_G_GetGeometryType(part.get())) == wkbPolygon) {
-      OGR_G_AddGeometry(all.get(), part.get());
-      continue;
-    }
-    for (int i = 0; i < OGR_G_GetGeometryCount(part.get()); ++i) {
-      const OGRGeometryH piece = OGR_G_GetGeometryRef(part.get(), i);
-      if (wkbFlatten(OGR_G_GetGeometryType(piece)) == wkbPolygon) OGR_G_AddGeometry(all.get(), piece);
-    }
+    geos::Geometry part = geos::polygon(polygon.front(), {polygon.begin() + 1, polygon.end()});
+    if (part && GEOSisValid_r(geos::context(), part.get()) != 1)
+      part.reset(GEOSMakeValid_r(geos::context(), part.get()));
+    if (!part) fail("a polygon crosses itself beyond repair", "repair it in QGIS");
+    for (const meshes::Polygon2& piece : geos::polygons(part.get()))
+      parts.push_back(geos::polygon(piece.outer, piece.holes));
   }
-  const Geometry one(OGR_G_UnionCascaded(all.get()));
-  if (!one) fail("its polygons cannot be joined (" + quiet.message() + ")", "repair them in QGIS");
-  take_rings(one.get(), area);
+  const geos::Geometry all = geos::collection(std::move(parts));
+  const geos::Geometry one(GEOSUnaryUnion_r(geos::context(), all.get()));
+  if (!one) fail("its polygons cannot be joined", "repair them in QGIS");
+  for (meshes::Polygon2& polygon : geos::polygons(one.get())) {
+    area.rings.push_back(std::move(polygon.outer));
+    std::move(polygon.holes.begin(), polygon.holes.end(), std::back_inserter(area.rings));
+  }
   return area;
 }
 

@@ -1,9 +1,5 @@
 // Declared in canyon/heatmap/engine/map_source.hpp.
-#include <cpl_string.h>
 #include <fmt/format.h>
-#include <gdal.h>
-#include <gdal_frmts.h>
-#include <gdal_utils.h>
 
 #include <algorithm>
 #include <array>
@@ -52,20 +48,14 @@ class Failures {
   static void CPL_STDCALL take(CPLErr level, CPLErrorNum /*number*/, const char* message) {
     auto* self = static_cast<Failures*>(CPLGetErrorHandlerUserData());
     if (level < CE_Failure || !self->first_.empty()) return;
-    self->first_ = message;
-    self->first_.resize(std::min(self->first_.find_first_of("\r\n"), self->first_.size()));
-    if (self->first_.size() > 200) self->first_.resize(200);
+    self->first_ = gdal::short_line(message);
     if (self->first_.empty()) self->first_ = "unnamed failure of GDAL";
   }
 
   std::string first_;
 };
 
-CPLStringList strings(const std::vector<std::string>& items) {
-  CPLStringList list;
-  for (const std::string& item : items) list.AddString(item.c_str());
-  return list;
-}
+using Strings = std::vector<const char*>;  ///< for GDAL: null comes last
 
 class GeotiffWriter {
  public:
@@ -82,7 +72,8 @@ class GeotiffWriter {
     static std::once_flag registered;
     // No more than the writer needs: what is registered also opens files beside a terrain's rasters.
     std::call_once(registered, [] {
-      for (const auto& add : {GDALRegister_GTiff, GDALRegister_COG, GDALRegister_VRT, GDALRegister_MEM})
+      for (void (*add)() : std::initializer_list<void (*)()>{GDALRegister_GTiff, GDALRegister_COG,
+                                                             GDALRegister_VRT, GDALRegister_MEM})
         add();
     });
     if (GDALGetDriverByName("COG") == nullptr) {
@@ -140,11 +131,11 @@ class GeotiffWriter {
 /// without compression, takes tiles in any order.
 void GeotiffWriter::gather(std::size_t time) {
   const Failures failures;
-  CPLStringList options = strings({"TILED=YES", "BLOCKXSIZE=256", "BLOCKYSIZE=256", "INTERLEAVE=BAND",
-                                   "SPARSE_OK=TRUE", "BIGTIFF=IF_SAFER"});
+  const Strings options{"TILED=YES",      "BLOCKXSIZE=256",   "BLOCKYSIZE=256", "INTERLEAVE=BAND",
+                        "SPARSE_OK=TRUE", "BIGTIFF=IF_SAFER", nullptr};
   gdal::Dataset dataset(GDALCreate(GDALGetDriverByName("GTiff"), gathered().c_str(),
                                    static_cast<int>(grid_.columns), static_cast<int>(grid_.rows),
-                                   static_cast<int>(bands()), GDT_Float32, options.List()));
+                                   static_cast<int>(bands()), GDT_Float32, options.data()));
   failures.check(dataset != nullptr, folder_);
   const std::array<double, 6> map_from_pixel{grid_.west_m,    grid_.spacing_m, 0, grid_.north_m(), 0,
                                              -grid_.spacing_m};
@@ -203,8 +194,8 @@ void GeotiffWriter::write_one(GDALDatasetH values, std::size_t layer, std::size_
   const std::string file = name(layer, altitude, time);
   const fs::path shown = folder_ / file;
   const std::string band = std::to_string(layer * request_.altitudes_m.size() + altitude + 1);
-  CPLStringList arguments = strings({"-of", "VRT", "-b", band, "-mo", "AREA_OR_POINT=Area"});
-  GDALTranslateOptions* choice = GDALTranslateOptionsNew(arguments.List(), nullptr);
+  const Strings arguments{"-of", "VRT", "-b", band.c_str(), "-mo", "AREA_OR_POINT=Area", nullptr};
+  GDALTranslateOptions* choice = GDALTranslateOptionsNew(const_cast<char**>(arguments.data()), nullptr);
   // A name without a folder: the VRT stays in memory.
   const gdal::Dataset one(GDALTranslate("", values, choice, nullptr));
   GDALTranslateOptionsFree(choice);
@@ -227,10 +218,10 @@ void GeotiffWriter::write_one(GDALDatasetH values, std::size_t layer, std::size_
   tag("altitude_m", fmt::format("{}", request_.altitudes_m[altitude]));
   tag("altitude_above", request_.altitude_kind == AltitudeKind::Ellipsoid ? "WGS 84 ellipsoid" : "terrain");
 
-  CPLStringList options =
-      strings({"COMPRESS=DEFLATE", "PREDICTOR=YES", "RESAMPLING=AVERAGE", "BIGTIFF=IF_SAFER"});
+  const Strings options{"COMPRESS=DEFLATE", "PREDICTOR=YES", "RESAMPLING=AVERAGE", "BIGTIFF=IF_SAFER",
+                        nullptr};
   gdal::Dataset cog(GDALCreateCopy(GDALGetDriverByName("COG"), (work_.temporary_path() / file).c_str(),
-                                   one.get(), 0, options.List(), nullptr, nullptr));
+                                   one.get(), 0, options.data(), nullptr, nullptr));
   failures.check(cog != nullptr, shown);
   cog.reset();
   failures.check(true, shown);

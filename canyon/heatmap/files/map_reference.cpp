@@ -1,8 +1,5 @@
 #include "canyon/heatmap/files/map_reference.hpp"
 
-#include <cpl_conv.h>
-#include <ogr_srs_api.h>
-
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -23,16 +20,14 @@ std::string projection_wkt(const geodesy::LocalFrame& frame, const std::string& 
   const std::string option = "FORMAT=" + format;
   const std::array<const char*, 2> options{option.c_str(), nullptr};
   char* wkt = nullptr;
-  if (!plane || !wgs84 || OSRCopyGeogCSFrom(plane.get(), wgs84.get()) != OGRERR_NONE ||
-      OSRSetAttrValue(plane.get(), "PROJCS", "Canyon city plane") != OGRERR_NONE ||
-      OSRExportToWktEx(plane.get(), &wkt, options.data()) != OGRERR_NONE) {
-    CPLFree(wkt);
-    throw InputError("PROJ does not take the map's projection " + text + " (" + quiet.message() + ")",
-                     "install proj-data, or move the city's origin away from the pole");
-  }
-  std::string result = wkt;
+  const bool known = plane && wgs84 && OSRCopyGeogCSFrom(plane.get(), wgs84.get()) == OGRERR_NONE &&
+                     OSRSetAttrValue(plane.get(), "PROJCS", "Canyon city plane") == OGRERR_NONE &&
+                     OSRExportToWktEx(plane.get(), &wkt, options.data()) == OGRERR_NONE;
+  const std::string result = wkt != nullptr ? wkt : "";
   CPLFree(wkt);
-  return result;
+  if (known) return result;
+  throw InputError("PROJ does not take the map's projection " + text + " (" + quiet.message() + ")",
+                   "install proj-data, or move the city's origin away from the pole");
 }
 
 int second_decimals(const std::vector<geodesy::GpsTime>& times) {

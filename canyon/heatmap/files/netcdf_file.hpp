@@ -41,6 +41,7 @@ class NetcdfFile {
   /// writing
   void set_storage(int variable, const std::vector<std::size_t>& chunk, int deflate_level,
                    std::size_t cache_bytes);
+  void put(int variable, const std::string& name, nc_type type, std::size_t count, const void* values);
   void put_text(int variable, const std::string& name, std::string_view text) {
     put(variable, name, NC_CHAR, text.size(), text.data());
   }
@@ -49,12 +50,6 @@ class NetcdfFile {
   }
   void put_integer(int variable, const std::string& name, int value) {
     put(variable, name, NC_INT, 1, &value);
-  }
-  void put_float(int variable, const std::string& name, float value) {
-    put(variable, name, NC_FLOAT, 1, &value);
-  }
-  void put_long(int variable, const std::string& name, std::int64_t value) {
-    put(variable, name, NC_INT64, 1, &value);
   }
   void put_bytes(int variable, const std::string& name, const std::vector<signed char>& values) {
     put(variable, name, NC_BYTE, values.size(), values.data());
@@ -86,7 +81,6 @@ class NetcdfFile {
 
  private:
   explicit NetcdfFile(std::filesystem::path shown) : shown_(std::move(shown)) {}
-  void put(int variable, const std::string& name, nc_type type, std::size_t count, const void* values);
   void check_written(int status) const;
   void check_read(int status) const;
 

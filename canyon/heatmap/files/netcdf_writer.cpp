@@ -223,7 +223,7 @@ void NetcdfWriter::define_layers() {
     const LayerInfo& about = info(layer);
     const int variable =
         file_.define_variable(std::string(about.name), NC_FLOAT, {time_dim_, altitude_dim_, y_dim_, x_dim_});
-    file_.put_float(variable, "_FillValue", kNan);
+    file_.put(variable, "_FillValue", NC_FLOAT, 1, &kNan);
     file_.put_text(variable, "long_name", about.long_name);
     file_.put_text(variable, "units", about.unit);
     file_.put_text(variable, "cell_methods",
@@ -244,7 +244,8 @@ void NetcdfWriter::define_layers() {
 void NetcdfWriter::define_checksums() {
   const int tile_dim = file_.define_dimension(layout::kTile, grid_.tile_count());
   checksum_ = file_.define_variable(layout::kChecksum, NC_INT64, {tile_dim, time_dim_, altitude_dim_});
-  file_.put_long(checksum_, "_FillValue", -1);
+  constexpr std::int64_t kNone = -1;
+  file_.put(checksum_, "_FillValue", NC_INT64, 1, &kNone);
   file_.put_text(
       checksum_, "long_name",
       "CRC-32 of a tile's values, layer by layer, and cell states; tiles by rows from the south-west");
