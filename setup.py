@@ -5,6 +5,8 @@ import re
 import shutil
 import subprocess
 import sys
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 
 from setuptools import Extension, setup
@@ -15,22 +17,25 @@ VERSION = re.search(r"project\(canyon VERSION ([0-9.]+)", (ROOT / "CMakeLists.tx
 
 
 class BuildByCMake(build_ext):
-    """Builds the one extension, in CANYON_PYTHON_BUILD where that names a build folder of this source."""
+    """Builds the one extension, in CANYON_PYTHON_BUILD where that names a build folder of this source.
+
+    That folder is configured for this Python where it was for another one.
+    """
 
     def build_extension(self, extension):
         target = Path(self.get_ext_fullpath(extension.name)).resolve()
         target.parent.mkdir(parents=True, exist_ok=True)
         ready = os.environ.get("CANYON_PYTHON_BUILD")
         build = Path(ready or self.build_temp).resolve()
+        options = [f"-DPython3_EXECUTABLE={sys.executable}", "-DCANYON_BUILD_PYTHON=ON"]
+        if find_spec("pybind11"):  # pip's, which knows the newest Pythons
+            options.append("-Dpybind11_DIR=" + import_module("pybind11").get_cmake_dir())
         if not ready:
             generator = ["-G", "Ninja"] if shutil.which("ninja") else []
-            subprocess.run(
-                ["cmake", "-S", str(ROOT), "-B", str(build), *generator, "-DCMAKE_BUILD_TYPE=Release",
-                 "-DCANYON_BUILD_PYTHON=ON", "-DCANYON_BUILD_TESTS=OFF", "-DCANYON_BUILD_CLI=OFF",
-                 "-DCANYON_BUILD_BENCHMARKS=OFF", "-DCANYON_BUILD_GZ_SIM=OFF", "-DCANYON_BUILD_ROS2=OFF",
-                 f"-DPython3_EXECUTABLE={sys.executable}"],
-                check=True,
-            )
+            options += [*generator, "-DCMAKE_BUILD_TYPE=Release", "-DCANYON_BUILD_TESTS=OFF", "-DCANYON_BUILD_CLI=OFF",
+                        "-DCANYON_BUILD_BENCHMARKS=OFF", "-DCANYON_BUILD_GZ_SIM=OFF", "-DCANYON_BUILD_ROS2=OFF"]
+        if not (ready and (build / "python" / "canyon" / target.name).exists()):
+            subprocess.run(["cmake", "-S", str(ROOT), "-B", str(build), "-U*Python3_*", "-Upybind11_*", *options], check=True)
         subprocess.run(["cmake", "--build", str(build), "--target", "canyon_python"], check=True)
         built = build / "python" / "canyon"
         shutil.copyfile(built / target.name, target)
@@ -39,7 +44,7 @@ class BuildByCMake(build_ext):
 
 
 setup(
-    name="canyon",
+    name="canyon-gnss",  # another project may have the name of the package and the command, canyon
     version=VERSION,
     description="Emulator of what a GNSS receiver sees in a city",
     long_description=(ROOT / "docs" / "python.md").read_text(encoding="utf-8"),
