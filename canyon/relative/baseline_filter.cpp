@@ -77,7 +77,8 @@ bool BaselineFilter::go_to(geodesy::GpsTime to, const Fix& alone) {
   }
   time_ = to;
   const bool lost = started_ && state_.p.topLeftCorner<3, 3>().trace() > kLostPosition_m * kLostPosition_m;
-  if (started_ && !lost) return true;
+  begins_ = !started_ || lost;
+  if (!begins_) return true;
   if (!alone.solved() && !moving_) return false;
   if (!started_) {
     state_ = BaselineState();
@@ -237,6 +238,18 @@ std::optional<Fix> BaselineFilter::update(geodesy::GpsTime receiver_time,
   const double age_s = receiver_time - base_time_;
   if (age_s > (moving_ ? kSameEpoch_s : max_age_s_) || age_s < -kAhead_s) return std::nullopt;
   if (!go_to(receiver_time, alone)) return std::nullopt;
+  if (begins_) {
+    // The troposphere at a fix without phases is wrong by its height: again, from the answer.
+    BaselineFilter first = *this;
+    if (const auto near = first.solve(receiver_time, rover, sky, alone)) position_ = near->position_ecef;
+  }
+  return solve(receiver_time, rover, sky, alone);
+}
+
+std::optional<Fix> BaselineFilter::solve(geodesy::GpsTime receiver_time,
+                                         std::span<const SignalMeasurement> rover, const orbit::Sky& sky,
+                                         const Fix& alone) {
+  const double age_s = receiver_time - base_time_;
   const auto computed = observed_minus_computed(receiver_time, rover, sky, masks_, position_);
   differences_ = differences_of(computed, base_, options_.phase_sigma_m, std::max(age_s, 0.0));
   groups_ = groups_of(differences_);

@@ -79,6 +79,10 @@ class BaselineFilter {
  private:
   /// Moves the filter to `to`, or starts it; false where it cannot start.
   bool go_to(geodesy::GpsTime to, const positioning::Fix& alone);
+  /// The epoch's answer from there.
+  [[nodiscard]] std::optional<positioning::Fix> solve(geodesy::GpsTime receiver_time,
+                                                      std::span<const SignalMeasurement> rover,
+                                                      const orbit::Sky& sky, const positioning::Fix& alone);
   /// A first-order process: towards 0, its variance towards what it was before anything was known.
   void decay(Eigen::Index at, double time_s, std::optional<gnss::SatelliteId> of);
   /// Moves the position by its estimated error, which is 0 then.
@@ -183,6 +187,7 @@ class BaselineFilter {
   positioning::FixOptions masks_;
   double max_age_s_;
   bool started_ = false, astray_ = false;
+  bool begins_ = false;  ///< the epoch's position is that of a fix without phases
   std::optional<geodesy::GpsTime> astray_since_;
   geodesy::GpsTime time_;
   double dt_s_ = 0;
