@@ -23,6 +23,23 @@ assert all(float(row["cn0_dbhz"]) > 0 for row in rows)
 assert set(card["known_to_a_receiver"] + card["labels"]) <= set(rows[0])
 assert (folder / "drives/003/receiver.obs").is_file()
 EOF
+# Ctrl-C loses no whole drive: the same command goes on. Ways keep to the streets.
+python3 - "$1" "$folder/c" <<'EOF' || fail "an interrupted call does not say how it goes on"
+import pathlib, signal, subprocess, sys, time
+canyon, out = sys.argv[1:]
+command = ["python3", "examples/datasets/make.py", "--canyon", canyon, "--out", out, "--drives", "3", "--seconds", "40", "--seed", "5"]
+with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as made:
+    while made.poll() is None and not pathlib.Path(out + ".part/drives/001").exists():
+        time.sleep(0.01)
+    made.send_signal(signal.SIGINT)
+    said = made.communicate()[1]
+assert made.returncode != 0 and "the same command goes on" in said, said
+EOF
+python3 examples/datasets/make.py --canyon "$1" --out "$folder/c" --drives 3 --seconds 40 --seed 5 2>"$folder/said" >/dev/null
+grep -q "drive 1 of 3 (train), kept" "$folder/said" || fail "a whole drive is made again"
+cmp "$folder/a/observations.csv" "$folder/c/observations.csv" || fail "going on gives another data set"
+python3 examples/datasets/make.py --canyon "$1" --out "$folder/d" --drives 2 --seconds 100 2>"$folder/said" >/dev/null
+if grep "inside a building" "$folder/said"; then fail "a way leads through a house"; fi
 if python3 examples/datasets/make.py --canyon "$1" --out "$folder/a" 2>"$folder/said"; then fail "a folder is written over"; fi
 grep -q "is there; remove it" "$folder/said" || fail "no cure for a folder that is there"
 python=$(command -v /usr/bin/python3 || command -v python3)

@@ -21,6 +21,7 @@ FEATURES = ["sat", "azimuth_deg", "elevation_deg", "pseudorange_m", "doppler_hz"
             "sigma_m", "residual_m", "phase_lock_s", "cycle_slip", "used", "excluded"]
 LABELS = ["visibility", "map_visibility", "tracked_path", "excess_path_m", "pseudorange_error_m", "true_cn0_dbhz",
           "obstacles_db"]
+ACCELERATION_MPS2 = 3
 PLACES = [(52.5, 13.4), (22.3, 114.2), (40.7, -74.0), (-33.9, 151.2), (35.7, 139.7), (59.3, 18.1), (1.3, 103.8)]
 
 
@@ -30,7 +31,8 @@ def scenario_of(drive, dice, seconds, rate_hz):
     pitch, most = block + street, blocks // 2 - 1
     highest = round(12 * math.exp(dice.uniform(0, math.log(7))))
     x, y = dice.randint(-most, most), dice.randint(-most, most)
-    speed = dice.choice([6, 9, 12])
+    # Corners are rounded: the arc has to stay 1.5 m from the house.
+    speed = min(dice.choice([6, 9, 12]), round(math.sqrt(ACCELERATION_MPS2 * (street / math.sqrt(2) - 1.5) / 0.4142), 1))
     corners, before, way_m = [(x, y)], None, 0
     while way_m < seconds * speed:  # along the streets, never back
         ways = [(dx, dy) for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1))
@@ -53,7 +55,7 @@ def scenario_of(drive, dice, seconds, rate_hz):
         "duration_s": seconds,
         "surroundings": dice.choice(["suburban", "urban", "dense"]),
         "trajectory": {"waypoints": [{"east_m": e * pitch, "north_m": n * pitch, "up_m": 1.8} for e, n in corners],
-                       "speed_mps": speed, "acceleration_mps2": 2},
+                       "speed_mps": speed, "acceleration_mps2": ACCELERATION_MPS2},
         "receivers": [{"name": f"drive{drive}", "profile": dice.choice(["ublox-m10", "ublox-m8t", "ublox-f9p", "phone"])}],
         "outputs": ["epochs_csv", "satellites_csv", "rinex_observation", "rinex_navigation"],
         "seed": dice.randint(1, 10**6),
@@ -66,6 +68,17 @@ def find_canyon(given):
         if program and os.access(program, os.X_OK):
             return program
     sys.exit("make.py: canyon is not found; install it, run ./run build, or give --canyon PROGRAM")
+
+
+def simulate(canyon, scenario, folder):
+    """One drive; its folder appears when it is whole."""
+    begun = folder.with_name(folder.name + ".part")
+    for old in (begun, folder):
+        shutil.rmtree(old, ignore_errors=True)
+    begun.mkdir(parents=True)
+    (begun / "scenario.yaml").write_text(scenario)
+    subprocess.run([canyon, "simulate", begun / "scenario.yaml", "--out", begun, "--quiet"], check=True)
+    begun.rename(folder)
 
 
 def main():
@@ -83,10 +96,9 @@ def main():
     if arguments.out.exists():
         sys.exit(f"make.py: {arguments.out} is there; remove it or choose another --out")
     canyon = find_canyon(arguments.canyon)
-    # The data set appears when it is whole.
+    # The data set appears when it is whole; drives that an interrupted call finished are kept.
     part = arguments.out.with_name(arguments.out.name + ".part")
-    shutil.rmtree(part, ignore_errors=True)
-    part.mkdir(parents=True)
+    part.mkdir(parents=True, exist_ok=True)
 
     tested = min(arguments.drives - 1, math.ceil(arguments.test * arguments.drives))
     drives, counts = [], {}
@@ -95,12 +107,13 @@ def main():
         rows.writerow(["split", "drive", "profile", "gps_week", "gps_tow"] + FEATURES + LABELS)
         for drive in range(1, arguments.drives + 1):
             split = "test" if drive > arguments.drives - tested else "train"
-            print(f"drive {drive} of {arguments.drives} ({split})", file=sys.stderr)
             folder = part / "drives" / f"{drive:03}"
-            folder.mkdir(parents=True)
             scenario = scenario_of(drive, random.Random(f"{arguments.seed}/{drive}"), arguments.seconds, arguments.rate)
-            (folder / "scenario.yaml").write_text(json.dumps(scenario, indent=1) + "\n")
-            subprocess.run([canyon, "simulate", folder / "scenario.yaml", "--out", folder, "--quiet"], check=True)
+            text = json.dumps(scenario, indent=1) + "\n"
+            kept = folder.exists() and (folder / "scenario.yaml").read_text() == text
+            print(f"drive {drive} of {arguments.drives} ({split}){', kept' if kept else ''}", file=sys.stderr)
+            if not kept:
+                simulate(canyon, text, folder)
             profile = scenario["receivers"][0]["profile"]
             with open(folder / "satellites.csv", newline="") as satellites:
                 for line in csv.DictReader(satellites):
@@ -126,4 +139,8 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except (KeyboardInterrupt, subprocess.CalledProcessError) as error:
+        said = f"{error}; " if str(error) else ""
+        sys.exit(f"make.py: {said}interrupted: the same command goes on behind the last whole drive")
